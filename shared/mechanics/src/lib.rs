@@ -1,0 +1,18 @@
+//! Reduced-order beam and contact model of a catheter in a vessel.
+//!
+//! One [`step`] takes the drive's encoder positions and gives the contact force at every
+//! node, the total force and moment on the vessel and the force and torque at the drive.
+//! Formulation and numbered equations: `docs/model.md`.
+
+#![no_std]
+#![forbid(unsafe_code)]
+
+mod description;
+mod lumen;
+
+pub use cathforce_scalar::Real;
+pub use description::*;
+pub use lumen::*;
+
+/// Most links (and nodes) inside the vessel.
+pub const MAX_LINKS: usize = 64;

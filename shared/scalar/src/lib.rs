@@ -1,0 +1,104 @@
+//! The number type of the model.
+//!
+//! The model is written once, generic over [`Real`]: `f32` on the device and in every
+//! host computation that must agree with it to the last bit, `f64` as the twin that
+//! shows what single precision costs.
+//!
+//! Only operations that IEEE 754 rounds correctly (+ − × ÷ √) and functions built from
+//! them may be used in the model; that, and no fused multiply-add, is why host and
+//! device agree to the last bit.
+
+#![no_std]
+
+use nalgebra::RealField;
+
+/// A number of the model: `f32` or `f64`.
+pub trait Real: RealField + Copy + Default {
+    /// Square root, correctly rounded, hence the same bits on host and device.
+    fn root(self) -> Self;
+    /// The nearest number to a constant of the source text.
+    fn lit(value: f64) -> Self;
+    /// An integer of the wall's field; exact.
+    fn int(value: i32) -> Self;
+    /// Nearest `f32`, for reports.
+    fn to_f32(self) -> f32;
+    /// Widened to `f64`, exact.
+    fn to_f64(self) -> f64;
+    /// Largest integer not above `self`, saturating; 0 for NaN.
+    fn floor_int(self) -> i32;
+}
+
+impl Real for f32 {
+    #[inline(always)]
+    fn root(self) -> Self {
+        sqrt_f32(self)
+    }
+    #[inline(always)]
+    fn lit(value: f64) -> Self {
+        value as f32
+    }
+    #[inline(always)]
+    fn int(value: i32) -> Self {
+        value as f32
+    }
+    #[inline(always)]
+    fn to_f32(self) -> f32 {
+        self
+    }
+    #[inline(always)]
+    fn to_f64(self) -> f64 {
+        f64::from(self)
+    }
+    #[inline(always)]
+    fn floor_int(self) -> i32 {
+        let truncated = self as i32;
+        truncated - i32::from(self < truncated as f32)
+    }
+}
+
+impl Real for f64 {
+    #[inline(always)]
+    fn root(self) -> Self {
+        libm::sqrt(self)
+    }
+    #[inline(always)]
+    fn lit(value: f64) -> Self {
+        value
+    }
+    #[inline(always)]
+    fn int(value: i32) -> Self {
+        f64::from(value)
+    }
+    #[inline(always)]
+    fn to_f32(self) -> f32 {
+        self as f32
+    }
+    #[inline(always)]
+    fn to_f64(self) -> f64 {
+        self
+    }
+    #[inline(always)]
+    fn floor_int(self) -> i32 {
+        let truncated = self as i32;
+        truncated - i32::from(self < f64::from(truncated))
+    }
+}
+
+/// `libm`'s square root is some hundred instructions on a Cortex-M; the FPU has one.
+#[cfg(all(target_arch = "arm", target_feature = "vfp2"))]
+#[inline(always)]
+fn sqrt_f32(value: f32) -> f32 {
+    let root: f32;
+    // SAFETY: one register in, one register out; no memory, no flags.
+    unsafe {
+        core::arch::asm!("vsqrt.f32 {0}, {1}", out(sreg) root, in(sreg) value,
+            options(pure, nomem, nostack, preserves_flags));
+    }
+    root
+}
+
+#[cfg(not(all(target_arch = "arm", target_feature = "vfp2")))]
+#[inline(always)]
+fn sqrt_f32(value: f32) -> f32 {
+    libm::sqrtf(value)
+}
