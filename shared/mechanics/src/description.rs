@@ -170,9 +170,5 @@ impl<T: Real> Description<T> {
 
 fn within<T: Real>(name: &'static str, x: T, low: f64, high: f64) -> Result<(), DescriptionError> {
     // Written so that NaN fails.
-    if x >= T::lit(low) && x <= T::lit(high) {
-        Ok(())
-    } else {
-        Err(DescriptionError::Range(name))
-    }
+    if x >= T::lit(low) && x <= T::lit(high) { Ok(()) } else { Err(DescriptionError::Range(name)) }
 }

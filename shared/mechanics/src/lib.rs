@@ -9,10 +9,16 @@
 
 mod description;
 mod lumen;
+mod model;
+mod state;
+mod step;
 
 pub use cathforce_scalar::Real;
 pub use description::*;
 pub use lumen::*;
+pub use model::Model;
+pub use state::{Drive, Outputs, State};
+pub use step::{settle, step};
 
 /// Most links (and nodes) inside the vessel.
 pub const MAX_LINKS: usize = 64;
