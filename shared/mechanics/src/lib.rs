@@ -7,11 +7,15 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
+mod algebra;
+mod contact;
 mod description;
+mod feed;
 mod lumen;
 mod model;
 mod state;
 mod step;
+mod sweep;
 
 pub use cathforce_scalar::Real;
 pub use description::*;

@@ -1,22 +1,174 @@
 //! Tables made once from a [`Description`].
 
-use crate::{Description, DescriptionError, Real};
+use nalgebra::Vector3;
+
+use crate::algebra::Rotation;
+use crate::{Description, DescriptionError, Instrument, MAX_LINKS, Real};
+
+/// Elastic properties of one joint, over a full cell of one link length around it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Joint<T: Real> {
+    /// Bending stiffness 1/∫ds/EI \[N·m/rad\].
+    pub bending: T,
+    /// Torsional stiffness 1/∫ds/GJ \[N·m/rad\].
+    pub torsion: T,
+    /// Rotation of the unloaded cell ∫κ₀ ds, material axes (up, side, tangent) \[rad\].
+    pub unloaded: Vector3<T>,
+}
+
+/// Properties of one link.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Link<T> {
+    /// Axial stiffness 1/∫ds/EA \[N/m\].
+    pub axial: T,
+    /// Mass \[kg\].
+    pub mass: T,
+}
 
 /// The model's configuration: a validated description and its tables.
 #[derive(Clone, Debug)]
-pub struct Model<T> {
+pub struct Model<T: Real> {
     description: Description<T>,
+    /// Joint j lies j link lengths from the tip.
+    pub(crate) joints: [Joint<T>; MAX_LINKS + 1],
+    /// Link j reaches from joint j + 1 to joint j.
+    pub(crate) links: [Link<T>; MAX_LINKS + 1],
+    /// Orientation of the guide's mouth at rotation 0: columns up, side, direction.
+    pub(crate) guide: Rotation<T>,
+    pub(crate) entry: Vector3<T>,
+    pub(crate) gravity: Vector3<T>,
 }
 
 impl<T: Real> Model<T> {
-    /// Validates the description and makes the tables.
+    /// Validates the description and makes the tables.     docs/model.md (1)
     pub fn new(description: Description<T>) -> Result<Self, DescriptionError> {
         description.validate()?;
-        Ok(Self { description })
+        let h = description.solver.link_length_m;
+        let instrument = &description.instrument;
+        let at = |index: usize, offset: f64| h * (T::int(index as i32) + T::lit(offset));
+        let joints = core::array::from_fn(|j| {
+            let (low, high) = (at(j, -0.5), at(j, 0.5));
+            let cell = Compliance::between(instrument, low, high);
+            Joint {
+                bending: T::one() / cell.bending,
+                torsion: T::one() / cell.torsion,
+                unloaded: unloaded_rotation(instrument, low, high),
+            }
+        });
+        let links = core::array::from_fn(|j| {
+            let piece = Compliance::between(instrument, at(j, 0.0), at(j, 1.0));
+            Link { axial: T::one() / piece.axial, mass: piece.mass }
+        });
+        let entry = &description.entry;
+        let direction = Vector3::from(entry.direction);
+        let up = Vector3::from(entry.up);
+        let guide = Rotation::from_axes(&up, &direction.cross(&up), &direction);
+        Ok(Self {
+            joints,
+            links,
+            guide,
+            entry: Vector3::from(entry.position_m),
+            gravity: Vector3::from(description.gravity_m_per_s2),
+            description,
+        })
     }
 
     /// What the model was made from.
     pub fn description(&self) -> &Description<T> {
         &self.description
     }
+
+    /// The longest insertion that the links can reach \[m\].
+    pub fn reach_m(&self) -> T {
+        self.description.solver.link_length_m * T::int(MAX_LINKS as i32)
+    }
+
+    /// Orientation of the guide's mouth when the drive has turned by `angle` \[rad\].
+    pub(crate) fn guide_turned(&self, angle: T) -> Rotation<T> {
+        let half = angle * T::lit(0.5);
+        let (sin, cos) = half_turn(half);
+        let turn = Rotation { w: cos, v: Vector3::new(T::zero(), T::zero(), sin) };
+        // guide · turn
+        let g = &self.guide;
+        Rotation {
+            w: g.w * turn.w - g.v.dot(&turn.v),
+            v: turn.v * g.w + g.v * turn.w + g.v.cross(&turn.v),
+        }
+        .normalised()
+    }
+}
+
+/// Sine and cosine from correctly rounded operations only, so that host and device agree.
+///
+/// The angle is reduced to a quarter turn, halved three times, and doubled back.
+fn half_turn<T: Real>(angle: T) -> (T, T) {
+    let tau = T::lit(core::f64::consts::TAU);
+    let turns = T::int((angle / tau + T::lit(0.5)).floor_int());
+    let a = (angle - turns * tau) * T::lit(0.125);
+    let s = a * a;
+    let c = |x: f64| T::lit(x);
+    let mut sin = a * (c(1.0) - s * (c(1.0 / 6.0) - s * (c(1.0 / 120.0) - s * c(1.0 / 5040.0))));
+    let mut versine =
+        s * (c(0.5) - s * (c(1.0 / 24.0) - s * (c(1.0 / 720.0) - s * c(1.0 / 40320.0))));
+    for _ in 0..3 {
+        // sin 2a = 2 sin a (1 − ver a), ver 2a = 2 sin² a
+        let doubled = T::lit(2.0) * sin * (T::one() - versine);
+        versine = T::lit(2.0) * sin * sin;
+        sin = doubled;
+    }
+    (sin, T::one() - versine)
+}
+
+/// Compliance and mass of a stretch of the instrument.
+struct Compliance<T> {
+    bending: T,
+    torsion: T,
+    axial: T,
+    mass: T,
+}
+
+impl<T: Real> Compliance<T> {
+    /// Integrals over the arc from `low` to `high`, measured from the tip; what lies
+    /// beyond the tip counts as the first section.
+    fn between(instrument: &Instrument<T>, low: T, high: T) -> Self {
+        let zero = T::zero();
+        let mut sum = Self { bending: zero, torsion: zero, axial: zero, mass: zero };
+        let mut start = zero;
+        let last = instrument.sections.len() - 1;
+        for (i, s) in instrument.sections.iter().enumerate() {
+            let end = start + s.length_m;
+            let from = if i == 0 { low } else { maximum(low, start) };
+            let to = if i == last { high } else { minimum(high, end) };
+            let length = maximum(to - from, zero);
+            sum.bending += length / s.bending_stiffness_n_m2;
+            sum.torsion += length / s.torsional_stiffness_n_m2;
+            sum.axial += length / s.axial_stiffness_n;
+            sum.mass += length * s.mass_kg_per_m;
+            start = end;
+        }
+        sum
+    }
+}
+
+/// ∫κ₀ ds in material axes. Curvature towards `up` turns about `side`, towards `side`
+/// about −`up`.
+fn unloaded_rotation<T: Real>(instrument: &Instrument<T>, low: T, high: T) -> Vector3<T> {
+    let mut sum = Vector3::zeros();
+    let mut start = T::zero();
+    for p in &instrument.precurve {
+        let end = start + p.length_m;
+        let length = maximum(minimum(high, end) - maximum(low, start), T::zero());
+        sum +=
+            Vector3::new(-p.lateral_curvature_per_m, p.curvature_per_m, p.torsion_per_m) * length;
+        start = end;
+    }
+    sum
+}
+
+pub(crate) fn maximum<T: Real>(a: T, b: T) -> T {
+    if a > b { a } else { b }
+}
+
+pub(crate) fn minimum<T: Real>(a: T, b: T) -> T {
+    if a < b { a } else { b }
 }

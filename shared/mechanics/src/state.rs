@@ -1,6 +1,10 @@
 //! What a step remembers and what it reports.
 
-use crate::{MAX_LINKS, Real};
+use nalgebra::{Matrix3, Vector3};
+
+use crate::algebra::{Rotation, Sym3};
+use crate::contact::{Memory, Touch};
+use crate::{MAX_LINKS, Model, Real};
 
 /// Where the drive is at the end of a tick.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
@@ -32,12 +36,103 @@ pub struct Outputs<T> {
     pub unresolved: bool,
 }
 
+/// One link: from node j + 1 (towards the guide) to node j, whose motion it carries.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct LinkState<T: Real> {
+    pub rotation: Rotation<T>,
+    pub tangent: Vector3<T>,
+    /// Filtered angular rate, the predictor's \[rad/s\].
+    pub rate: Vector3<T>,
+    /// Rotation of joint j (between this link and the next one towards the tip), material axes \[rad\].
+    pub bend: Vector3<T>,
+    /// Axial strain \[1\].
+    pub strain: T,
+    /// Position of node j \[m\].
+    pub position: Vector3<T>,
+    /// Velocity of node j \[m/s\].
+    pub velocity: Vector3<T>,
+    /// Displacement of node j from the last tick to the predictor \[m\].
+    pub displacement: Vector3<T>,
+    /// Contact force on the instrument around node j \[N\].
+    pub force: Vector3<T>,
+    /// Contact at the node and at the middle of the link.
+    pub memory: [Memory<T>; 2],
+}
+
+impl<T: Real> LinkState<T> {
+    pub fn new() -> Self {
+        let v = Vector3::zeros();
+        Self {
+            rotation: Rotation::identity(),
+            tangent: v,
+            rate: v,
+            bend: v,
+            strain: T::zero(),
+            position: v,
+            velocity: v,
+            displacement: v,
+            force: v,
+            memory: [Memory::new(); 2],
+        }
+    }
+}
+
+/// What the sweep from tip to base leaves for the way back, link by link.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Elimination<T: Real> {
+    /// D⁻¹ of the joint at node j + 1.
+    pub inverse: Sym3<T>,
+    /// B before that joint.
+    pub coupling: Matrix3<T>,
+    /// r of that joint.
+    pub residual: Vector3<T>,
+    /// Its bending stiffness, and torsional less bending \[N·m/rad\], about `axis`.
+    pub bending: T,
+    pub twisting: T,
+    pub axis: Vector3<T>,
+    /// The link's stretch: (gain − pull·y − turn·δφ).     docs/model.md (6)
+    pub stretch_gain: T,
+    pub stretch_pull: Vector3<T>,
+    pub stretch_turn: Vector3<T>,
+    /// l, at the predicted state \[m\].
+    pub lever: Vector3<T>,
+    pub touches: [Touch<T>; 2],
+}
+
+impl<T: Real> Elimination<T> {
+    fn new() -> Self {
+        let (o, v) = (T::zero(), Vector3::zeros());
+        Self {
+            inverse: Sym3::zero(),
+            coupling: Matrix3::zeros(),
+            residual: v,
+            bending: o,
+            twisting: o,
+            axis: v,
+            stretch_gain: o,
+            stretch_pull: v,
+            stretch_turn: v,
+            lever: v,
+            touches: [Touch::none(); 2],
+        }
+    }
+}
+
 /// Memory of the model. Configuration never lives here.
 #[derive(Clone, Debug)]
-pub struct State<T> {
-    pub(crate) links: usize,
-    pub(crate) position: [[T; 3]; MAX_LINKS],
-    pub(crate) contact_force: [[T; 3]; MAX_LINKS],
+pub struct State<T: Real> {
+    /// Links inside the vessel; link `count − 1` is the base link at the guide.
+    pub(crate) count: usize,
+    pub(crate) drive: Drive<T>,
+    /// Unstretched length of the base link \[m\].
+    pub(crate) base_length_m: T,
+    pub(crate) guide: Rotation<T>,
+    /// Rotation of the guide's joint \[rad\].
+    pub(crate) guide_bend: Vector3<T>,
+    /// Quasi-static steps since the drive's position was reached.
+    pub(crate) rested: u16,
+    pub(crate) links: [LinkState<T>; MAX_LINKS],
+    pub(crate) eliminations: [Elimination<T>; MAX_LINKS],
 }
 
 impl<T: Real> Default for State<T> {
@@ -50,29 +145,47 @@ impl<T: Real> State<T> {
     /// The instrument in the guide, nothing inside the vessel.
     pub fn new() -> Self {
         Self {
-            links: 0,
-            position: [[T::zero(); 3]; MAX_LINKS],
-            contact_force: [[T::zero(); 3]; MAX_LINKS],
+            count: 0,
+            drive: Drive::default(),
+            base_length_m: T::zero(),
+            guide: Rotation::identity(),
+            guide_bend: Vector3::zeros(),
+            rested: 0,
+            links: [LinkState::new(); MAX_LINKS],
+            eliminations: [Elimination::new(); MAX_LINKS],
         }
     }
 
     /// Nodes inside the vessel: node 0 is the tip, node `nodes() − 1` the one next to the guide.
     pub fn nodes(&self) -> usize {
-        self.links
+        self.count
+    }
+
+    fn link(&self, node: usize) -> Option<&LinkState<T>> {
+        self.links.get(..self.count)?.get(node)
     }
 
     /// Position of a node, vessel frame \[m\]; `None` beyond [`State::nodes`].
     pub fn node_position_m(&self, node: usize) -> Option<[T; 3]> {
-        self.position.get(..self.links)?.get(node).copied()
+        self.link(node).map(|l| l.position.into())
     }
 
     /// Contact force of the instrument on the vessel around a node \[N\].
     pub fn node_force_n(&self, node: usize) -> Option<[T; 3]> {
-        self.contact_force.get(..self.links)?.get(node).copied()
+        self.link(node).map(|l| (-l.force).into())
     }
 
     /// Insertion that the model has reached \[m\].
     pub fn insertion_m(&self) -> T {
-        T::zero()
+        self.drive.insertion_m
+    }
+
+    /// Unstretched length of a link \[m\].
+    pub(crate) fn length_m(&self, model: &Model<T>, link: usize) -> T {
+        if link + 1 == self.count {
+            self.base_length_m
+        } else {
+            model.description().solver.link_length_m
+        }
     }
 }

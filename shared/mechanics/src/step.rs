@@ -1,15 +1,48 @@
-//! One step.
+//! One step: feed, predict, solve, report.
 
+use crate::algebra::dot;
+use crate::sweep::{Scheme, Totals, solve};
 use crate::{Drive, Lumen, Model, Outputs, Real, State};
 
-/// Advances the model by one tick to the drive's new position.
+/// A solve whose last correction turned a link by more than this is not resolved \[rad\].
+const RESOLVED_TURN_RAD: f64 = 1e-3;
+/// Time that one quasi-static step of [`settle`] stands for \[s\].
+const SETTLE_DT_S: f64 = 0.02;
+/// Feed of one quasi-static step \[m\].
+const SETTLE_FEED_M: f64 = 2e-4;
+/// Quasi-static steps at rest before a run may begin.
+const SETTLE_REST: u16 = 200;
+
+/// Advances the model by one tick to the drive's new position.     docs/model.md §2
 pub fn step<T: Real>(
-    _model: &Model<T>,
-    _lumen: &Lumen<'_>,
-    _state: &mut State<T>,
-    _drive: Drive<T>,
+    model: &Model<T>,
+    lumen: &Lumen<'_>,
+    state: &mut State<T>,
+    drive: Drive<T>,
 ) -> Outputs<T> {
-    Outputs::default()
+    let description = model.description();
+    let solver = &description.solver;
+    let parts = T::int(i32::from(solver.substeps.max(1)));
+    let scheme = Scheme {
+        dt_s: solver.tick_s / parts,
+        inertia: T::one(),
+        friction: description.wall.friction_coefficient,
+        predictor_gain: solver.predictor_gain,
+    };
+    let start = state.drive;
+    let mut outputs = Outputs::default();
+    for part in 1..=solver.substeps.max(1) {
+        let share = T::int(i32::from(part)) / parts;
+        let target = Drive {
+            insertion_m: start.insertion_m + (drive.insertion_m - start.insertion_m) * share,
+            rotation_rad: start.rotation_rad + (drive.rotation_rad - start.rotation_rad) * share,
+        };
+        state.feed(model, target);
+        state.predict(model, scheme.dt_s);
+        let totals = solve(model, lumen, state, &scheme);
+        outputs = report(model, state, &totals);
+    }
+    outputs
 }
 
 /// One quasi-static step towards the drive's position, frictionless: how a run begins.
@@ -17,10 +50,66 @@ pub fn step<T: Real>(
 /// Feeds from wherever the model is (at first the empty guide) by a bounded amount a call;
 /// returns `true` once the drive's position is reached and the shape has come to rest.
 pub fn settle<T: Real>(
-    _model: &Model<T>,
-    _lumen: &Lumen<'_>,
-    _state: &mut State<T>,
-    _drive: Drive<T>,
+    model: &Model<T>,
+    lumen: &Lumen<'_>,
+    state: &mut State<T>,
+    drive: Drive<T>,
 ) -> bool {
-    true
+    let scheme = Scheme {
+        dt_s: T::lit(SETTLE_DT_S),
+        inertia: T::zero(),
+        friction: T::zero(),
+        predictor_gain: T::zero(),
+    };
+    let most = T::lit(SETTLE_FEED_M);
+    let missing = drive.insertion_m - state.drive.insertion_m;
+    let arrived = missing >= -most && missing <= most;
+    let insertion_m = if arrived {
+        drive.insertion_m
+    } else if missing > T::zero() {
+        state.drive.insertion_m + most
+    } else {
+        state.drive.insertion_m - most
+    };
+    state.feed(model, Drive { insertion_m, rotation_rad: drive.rotation_rad });
+    for link in &mut state.links {
+        link.rate = nalgebra::Vector3::zeros();
+    }
+    state.predict(model, T::zero());
+    solve(model, lumen, state, &scheme);
+    for link in &mut state.links {
+        link.velocity = nalgebra::Vector3::zeros();
+    }
+    state.rested = if arrived { state.rested.saturating_add(1) } else { 0 };
+    state.rested >= SETTLE_REST
+}
+
+fn report<T: Real>(model: &Model<T>, state: &State<T>, totals: &Totals<T>) -> Outputs<T> {
+    let direction = model.guide.tangent();
+    let h = model.description().solver.link_length_m;
+    let half = T::lit(0.5);
+    // The configurational force of the guide's mouth.     docs/model.md (17)
+    let joint = &model.joints[state.count.min(crate::MAX_LINKS)];
+    let twist = dot(&totals.moment_on_guide, &direction);
+    let bend_squared = dot(&totals.moment_on_guide, &totals.moment_on_guide) - twist * twist;
+    let mouth = half * (bend_squared / (joint.bending * h) + twist * twist / (joint.torsion * h));
+    let (mut peak, mut peak_node) = (T::zero(), 0);
+    for (j, link) in state.links[..state.count.min(crate::MAX_LINKS)].iter().enumerate() {
+        let squared = dot(&link.force, &link.force);
+        if squared > peak {
+            (peak, peak_node) = (squared, j as u16);
+        }
+    }
+    let limit = T::lit(RESOLVED_TURN_RAD * RESOLVED_TURN_RAD);
+    Outputs {
+        force_on_vessel_n: (-totals.force_on_instrument).into(),
+        moment_on_vessel_n_m: (-totals.moment_on_instrument).into(),
+        drive_force_n: -dot(&totals.force_on_guide, &direction) - mouth,
+        drive_torque_n_m: -twist,
+        peak_contact_force_n: peak.root(),
+        peak_node,
+        links: state.count as u16,
+        // Written so that NaN counts as unresolved.
+        unresolved: !(totals.largest_turn_squared <= limit),
+    }
 }

@@ -1,0 +1,78 @@
+//! Feed and rotation at the drive: links are born at the guide and dropped there, and the
+//! state is carried to the predictor of the next solve.
+
+use nalgebra::Vector3;
+
+use crate::algebra::dot;
+use crate::model::{maximum, minimum};
+use crate::state::{LinkState, State};
+use crate::{Drive, MAX_LINKS, Model, Real};
+
+/// Turns the predictor by at most this much a solve \[rad\]; beyond, it is no prediction.
+const LARGEST_PREDICTED_TURN: f64 = 0.2;
+
+impl<T: Real> State<T> {
+    /// Moves the drive to `target`, within what the links can reach.     docs/model.md (2)
+    pub(crate) fn feed(&mut self, model: &Model<T>, target: Drive<T>) {
+        let h = model.description().solver.link_length_m;
+        let insertion = minimum(maximum(target.insertion_m, T::zero()), model.reach_m());
+        self.drive = Drive { insertion_m: insertion, rotation_rad: target.rotation_rad };
+        self.guide = model.guide_turned(target.rotation_rad);
+        let full = T::int(self.count.saturating_sub(1) as i32) * h;
+        self.base_length_m = insertion - full;
+        while self.count < MAX_LINKS && (self.count == 0 || self.base_length_m > h) {
+            if self.count > 0 {
+                self.base_length_m -= h;
+            } else if insertion <= T::zero() {
+                return;
+            }
+            self.give_birth(model);
+        }
+        while self.count > 0 && self.base_length_m <= T::zero() {
+            self.count -= 1;
+            if self.count > 0 {
+                self.base_length_m += h;
+            }
+        }
+    }
+
+    /// A new base link: straight, along the guide, at rest in the material's frame.
+    fn give_birth(&mut self, model: &Model<T>) {
+        let strain = self.count.checked_sub(1).map_or(T::zero(), |base| self.links[base].strain);
+        if let Some(link) = self.links.get_mut(self.count) {
+            *link = LinkState {
+                rotation: self.guide,
+                tangent: self.guide.tangent(),
+                strain,
+                bend: self.guide_bend,
+                position: model.entry,
+                ..LinkState::new()
+            };
+            self.guide_bend = Vector3::zeros();
+            self.count += 1;
+        }
+    }
+
+    /// Rotations by the filtered rates, positions from the base.     docs/model.md (4)
+    ///
+    /// Only the initial guess of the solve; `dt_s` = 0 predicts no rotation.
+    pub(crate) fn predict(&mut self, model: &Model<T>, dt_s: T) {
+        let half_dt = dt_s * T::lit(0.5);
+        let largest = T::lit(0.25 * LARGEST_PREDICTED_TURN * LARGEST_PREDICTED_TURN);
+        let mut position = model.entry;
+        for j in (0..self.count.min(MAX_LINKS)).rev() {
+            let length = self.length_m(model, j);
+            let link = &mut self.links[j];
+            let half = link.rate * half_dt;
+            if dot(&half, &half) < largest {
+                link.rotation = link.rotation.turned(&half);
+            } else {
+                link.rate = Vector3::zeros();
+            }
+            link.tangent = link.rotation.tangent();
+            position += link.tangent * (length * (T::one() + link.strain));
+            link.displacement = position - link.position;
+            link.position = position;
+        }
+    }
+}

@@ -1,0 +1,396 @@
+//! One linearised solve: eliminated from the tip to the guide, resolved on the way back.
+//!
+//! The wrench that everything beyond a point exerts on it is kept linear in the point's
+//! motion:
+//!
+//! F = f − A δx − B δφ,  M = m − Bᵀ δx − C δφ.     docs/model.md (5)
+
+use nalgebra::{Matrix3, Vector3};
+
+use crate::algebra::{Sym3, add_cross, add_outer, cross, dot, mul, mul_transposed};
+use crate::contact::{Contact, Motion, Touch};
+use crate::model::{Joint, maximum};
+use crate::state::{Elimination, State};
+use crate::{Lumen, MAX_LINKS, Model, Real};
+
+/// Shortest base link, over the link length, that the guide's joint and the stretch see:
+/// a link enters the vessel rigid and softens as it grows.
+const SHORTEST_BASE: f64 = 0.1;
+
+/// How one solve treats time.
+pub(crate) struct Scheme<T> {
+    pub dt_s: T,
+    /// 1 with inertia, 0 quasi-static.
+    pub inertia: T,
+    pub friction: T,
+    pub predictor_gain: T,
+}
+
+/// Totals of one solve.
+pub(crate) struct Totals<T: Real> {
+    pub force_on_instrument: Vector3<T>,
+    /// About the entry point.
+    pub moment_on_instrument: Vector3<T>,
+    /// Force and moment of the instrument on the guide.
+    pub force_on_guide: Vector3<T>,
+    pub moment_on_guide: Vector3<T>,
+    /// Largest |δφ|² \[rad²\].
+    pub largest_turn_squared: T,
+}
+
+/// The linear wrench of everything distal to a point.
+struct Wrench<T: Real> {
+    force: Vector3<T>,
+    moment: Vector3<T>,
+    a: Sym3<T>,
+    b: Matrix3<T>,
+    c: Sym3<T>,
+}
+
+impl<T: Real> Wrench<T> {
+    fn none() -> Self {
+        let v = Vector3::zeros();
+        Self { force: v, moment: v, a: Sym3::zero(), b: Matrix3::zeros(), c: Sym3::zero() }
+    }
+
+    /// A force at the node, with isotropic stiffness.
+    #[inline(always)]
+    fn add_force(&mut self, force: &Vector3<T>, stiffness: T) {
+        self.force += force;
+        self.a.add_identity(stiffness);
+    }
+
+    /// A contact with the surface, off the node by its arm.     docs/model.md (13)
+    #[inline(always)]
+    fn add_touch(&mut self, touch: &Touch<T>) {
+        let Touch { force, normal, arm, stick, push, .. } = touch;
+        let (stick, push) = (*stick, *push);
+        self.force += force;
+        self.moment += cross(arm, force);
+        self.a.add_identity(stick);
+        self.a.add_outer(push, normal);
+        let turned = cross(arm, normal);
+        add_cross(&mut self.b, -stick, arm);
+        add_outer(&mut self.b, push, normal, &turned);
+        self.c.add_identity(stick * dot(arm, arm));
+        self.c.add_outer(-stick, arm);
+        self.c.add_outer(push, &turned);
+    }
+
+    /// Eliminates the link's stretch along `tangent`.     docs/model.md (6)
+    #[inline(always)]
+    fn add_stretch(
+        &mut self,
+        tangent: &Vector3<T>,
+        stiffness: T,
+        tension: T,
+        kept: &mut Elimination<T>,
+    ) {
+        let alpha = self.a.mul_vec(tangent);
+        let beta = mul_transposed(&self.b, tangent);
+        let inverse = T::one() / (stiffness + dot(tangent, &alpha));
+        let gain = (dot(&self.force, tangent) - tension) * inverse;
+        self.force -= alpha * gain;
+        self.moment -= beta * gain;
+        self.a.add_outer(-inverse, &alpha);
+        add_outer(&mut self.b, -inverse, &alpha, &beta);
+        self.c.add_outer(-inverse, &beta);
+        kept.stretch_gain = gain;
+        kept.stretch_pull = alpha * inverse;
+        kept.stretch_turn = beta * inverse;
+    }
+
+    /// From the distal to the proximal end of a link.     docs/model.md (7)
+    #[inline(always)]
+    fn shift(&mut self, lever: &Vector3<T>) {
+        let at_node = self.b;
+        self.b -= self.a.mul_cross(lever);
+        self.c.add_cross_products(lever, &self.b, &at_node);
+        self.moment += cross(lever, &self.force);
+    }
+
+    /// Eliminates the rotation of the link distal to a joint.     docs/model.md (8)
+    #[inline(always)]
+    fn pass_joint(&mut self, joint: &JointLoad<T>, kept: &mut Elimination<T>) {
+        let JointLoad { moment, axis, bending, twisting } = joint;
+        let (kb, kt) = (*bending, *twisting);
+        let smallest = if kt < T::zero() { kb + kt } else { kb };
+        let floor = smallest * smallest * smallest * T::lit(1e-3);
+        let inverse = self.c.plus_axial(kb, kt, axis).inverse(floor);
+        let residual = self.moment - moment;
+        kept.inverse = inverse;
+        kept.coupling = self.b;
+        kept.residual = residual;
+        kept.bending = kb;
+        kept.twisting = kt;
+        kept.axis = *axis;
+
+        let turn = inverse.mul_vec(&residual);
+        let y = inverse.left_mul(&self.b);
+        self.force -= mul(&self.b, &turn);
+        self.moment = moment + turn * kb + axis * (kt * dot(axis, &turn));
+        self.a.sub_product_transposed(&y, &self.b);
+        // B ← Y K
+        let ya = mul(&y, axis);
+        self.b = y * kb;
+        add_outer(&mut self.b, kt, &ya, axis);
+        // C ← K − K D⁻¹ K
+        let u = inverse.mul_vec(axis);
+        let s = dot(axis, &u);
+        let (kb2, kbt) = (-kb * kb, -kb * kt);
+        let i = &inverse;
+        self.c = Sym3 {
+            xx: kb2 * i.xx,
+            xy: kb2 * i.xy,
+            xz: kb2 * i.xz,
+            yy: kb2 * i.yy,
+            yz: kb2 * i.yz,
+            zz: kb2 * i.zz,
+        };
+        self.c.add_identity(kb);
+        self.c.add_outer(kt - kt * kt * s, axis);
+        self.c.add_outer_pair(kbt, &u, axis);
+    }
+}
+
+/// Moment and stiffness of a joint at the predicted state, world axes.
+struct JointLoad<T: Real> {
+    moment: Vector3<T>,
+    axis: Vector3<T>,
+    bending: T,
+    /// Torsional less bending stiffness.
+    twisting: T,
+}
+
+/// One solve, in place. Contact memories, rotations, positions and rates are brought up to
+/// date; the totals are those of the linear model (forces that balance to the last digit).
+pub(crate) fn solve<T: Real>(
+    model: &Model<T>,
+    lumen: &Lumen<'_>,
+    state: &mut State<T>,
+    scheme: &Scheme<T>,
+) -> Totals<T> {
+    let count = state.count.min(MAX_LINKS);
+    let mut wrench = Wrench::none();
+    eliminate(model, lumen, state, scheme, count, &mut wrench);
+    let guide = guide_joint(model, state, scheme, count);
+    let before = (wrench.force, wrench.b);
+    if let Some(base) = count.checked_sub(1) {
+        wrench.pass_joint(&guide, &mut state.eliminations[base]);
+    }
+    resolve(model, state, scheme, count, &before, &guide)
+}
+
+/// Tip to guide.
+fn eliminate<T: Real>(
+    model: &Model<T>,
+    lumen: &Lumen<'_>,
+    state: &mut State<T>,
+    scheme: &Scheme<T>,
+    count: usize,
+    wrench: &mut Wrench<T>,
+) {
+    let description = model.description();
+    let wall = &description.wall;
+    let h = description.solver.link_length_m;
+    let (half, quarter) = (T::lit(0.5), T::lit(0.25));
+    let inverse_dt = T::one() / scheme.dt_s;
+    let contact = Contact {
+        wall,
+        lumen,
+        radius_m: description.instrument.outer_radius_m,
+        friction: scheme.friction,
+        inverse_dt,
+    };
+    let drag = description.solver.drag_n_s_per_m2 * inverse_dt;
+    let guide_tangent = state.guide.tangent();
+    let mut distal_length = T::zero();
+    let mut distal_mass = T::zero();
+    for j in 0..count {
+        let base = j + 1 == count;
+        let length = if base { state.base_length_m } else { h };
+        if j > 0 {
+            let cell = (distal_length + length) * half;
+            let load = joint_load(model, state, j, cell, scheme);
+            wrench.pass_joint(&load, &mut state.eliminations[j - 1]);
+        }
+        let link = &state.links[j];
+        let kept = &mut state.eliminations[j];
+        let lever = link.tangent * (length * (T::one() + link.strain));
+
+        // The node: weight, inertia, drag.     docs/model.md (14)
+        let mass = model.links[j].mass * (length / h);
+        let node_mass = (mass + distal_mass) * half;
+        let inertia = scheme.inertia * node_mass * inverse_dt * inverse_dt;
+        let damping = drag * (length + distal_length) * half;
+        let lag = link.displacement - link.velocity * scheme.dt_s;
+        let force = model.gravity * node_mass - lag * inertia - link.displacement * damping;
+        wrench.add_force(&force, inertia + damping);
+
+        // Contact at the node, and on the arc above the middle of the link.     docs/model.md (15)
+        let end = if j == 0 { wall.end_stiffness_n_per_m } else { T::zero() };
+        let turn = link.rate * scheme.dt_s;
+        let node_motion = Motion { displacement: link.displacement, turn };
+        kept.touches[0] = contact.touch(
+            &link.position,
+            &Vector3::zeros(),
+            wall.line_stiffness_n_per_m2 * (length + distal_length) * quarter + end,
+            &node_motion,
+            &link.memory[0],
+        );
+        let proximal = if base { None } else { state.links.get(j + 1) };
+        let (proximal_tangent, proximal_displacement) =
+            proximal.map_or((guide_tangent, Vector3::zeros()), |p| (p.tangent, p.displacement));
+        let sagitta = if j == 0 {
+            (proximal_tangent - link.tangent) * (length * T::lit(0.125))
+        } else {
+            (proximal_tangent - state.links[j - 1].tangent) * (length * T::lit(0.0625))
+        };
+        let offset = sagitta - lever * half;
+        let middle_motion =
+            Motion { displacement: (link.displacement + proximal_displacement) * half, turn };
+        kept.touches[1] = contact.touch(
+            &(link.position + offset),
+            &offset,
+            wall.line_stiffness_n_per_m2 * length * half,
+            &middle_motion,
+            &link.memory[1],
+        );
+        for touch in &kept.touches {
+            wrench.add_touch(touch);
+        }
+
+        let elastic_length = maximum(length, h * T::lit(SHORTEST_BASE));
+        let stiffness = model.links[j].axial * (h / elastic_length);
+        let tension = stiffness * length * link.strain;
+        wrench.add_stretch(&link.tangent, stiffness, tension, kept);
+        wrench.shift(&lever);
+        kept.lever = lever;
+        distal_length = length;
+        distal_mass = mass;
+    }
+}
+
+/// Moment of the joint at node j at the predicted state.     docs/model.md (3)
+fn joint_load<T: Real>(
+    model: &Model<T>,
+    state: &mut State<T>,
+    j: usize,
+    cell: T,
+    scheme: &Scheme<T>,
+) -> JointLoad<T> {
+    let (near, far) = (state.links[j].rotation, state.links[j - 1].rotation);
+    let bend = near.to(&far).log();
+    let load =
+        elastic_moment(model, j, cell, scheme, &bend, &state.links[j].bend, near.midway(&far));
+    state.links[j].bend = bend;
+    load
+}
+
+/// The joint at the guide's mouth: the base link's half against the guide.
+fn guide_joint<T: Real>(
+    model: &Model<T>,
+    state: &mut State<T>,
+    scheme: &Scheme<T>,
+    count: usize,
+) -> JointLoad<T> {
+    let h = model.description().solver.link_length_m;
+    let near = state.guide;
+    let far = count.checked_sub(1).map_or(near, |base| state.links[base].rotation);
+    let bend = near.to(&far).log();
+    let cell = maximum(state.base_length_m, h * T::lit(SHORTEST_BASE)) * T::lit(0.5);
+    let load =
+        elastic_moment(model, count, cell, scheme, &bend, &state.guide_bend, near.midway(&far));
+    state.guide_bend = bend;
+    load
+}
+
+fn elastic_moment<T: Real>(
+    model: &Model<T>,
+    index: usize,
+    cell: T,
+    scheme: &Scheme<T>,
+    bend: &Vector3<T>,
+    before: &Vector3<T>,
+    midway: crate::algebra::Rotation<T>,
+) -> JointLoad<T> {
+    let h = model.description().solver.link_length_m;
+    let Joint { bending, torsion, unloaded } = &model.joints[index.min(MAX_LINKS)];
+    let scale = h / cell;
+    let damping = model.description().solver.bending_damping_s * scheme.inertia / scheme.dt_s;
+    let (kb, kt) = (*bending * scale, *torsion * scale);
+    let stiffen = T::one() + damping;
+    let strain = bend - unloaded * (cell / h) + (bend - before) * damping;
+    let axis = midway.tangent();
+    let moment = midway.rotate(&strain) * kb + axis * ((kt - kb) * strain.z);
+    JointLoad { moment, axis, bending: kb * stiffen, twisting: (kt - kb) * stiffen }
+}
+
+/// Guide to tip.
+fn resolve<T: Real>(
+    model: &Model<T>,
+    state: &mut State<T>,
+    scheme: &Scheme<T>,
+    count: usize,
+    base_wrench: &(Vector3<T>, Matrix3<T>),
+    guide: &JointLoad<T>,
+) -> Totals<T> {
+    let half = T::lit(0.5);
+    let inverse_dt = T::one() / scheme.dt_s;
+    let v = Vector3::zeros();
+    let mut totals = Totals {
+        force_on_instrument: v,
+        moment_on_instrument: v,
+        force_on_guide: base_wrench.0,
+        moment_on_guide: guide.moment,
+        largest_turn_squared: T::zero(),
+    };
+    let (mut dx, mut turn) = (v, v);
+    let mut position = model.entry;
+    for j in (0..count).rev() {
+        let base = j + 1 == count;
+        let length = state.length_m(model, j);
+        let kept = &state.eliminations[j];
+        let link = &mut state.links[j];
+        let drive = turn * kept.bending + kept.axis * (kept.twisting * dot(&kept.axis, &turn));
+        turn = kept.inverse.mul_vec(&(kept.residual - mul_transposed(&kept.coupling, &dx) + drive));
+        if base {
+            totals.force_on_guide -= mul(&base_wrench.1, &turn);
+            totals.moment_on_guide +=
+                turn * kept.bending + kept.axis * (kept.twisting * dot(&kept.axis, &turn));
+        }
+        let swung = dx + cross(&turn, &kept.lever);
+        let stretch =
+            kept.stretch_gain - dot(&kept.stretch_pull, &swung) - dot(&kept.stretch_turn, &turn);
+        dx = swung + link.tangent * stretch;
+
+        let predicted = link.position;
+        let [at_node, at_middle] = core::array::from_fn(|i| {
+            let touch = &kept.touches[i];
+            let force = touch.resolve(&dx, &turn, &mut link.memory[i]);
+            totals.force_on_instrument += force;
+            totals.moment_on_instrument += cross(&(predicted + touch.arm - model.entry), &force);
+            force
+        });
+        // The middle's force is shared by the two nodes of the link; the guide has none.
+        let shared = if base { v } else { at_middle * half };
+        link.force = at_node + (at_middle - shared);
+
+        link.rotation = link.rotation.turned(&(turn * half));
+        link.tangent = link.rotation.tangent();
+        link.strain += stretch
+            / maximum(length, model.description().solver.link_length_m * T::lit(SHORTEST_BASE));
+        position += link.tangent * (length * (T::one() + link.strain));
+        link.velocity = (link.displacement + (position - predicted)) * inverse_dt;
+        link.position = position;
+        link.rate += turn * (inverse_dt * scheme.predictor_gain);
+        let size = dot(&turn, &turn);
+        if !(size <= totals.largest_turn_squared) {
+            totals.largest_turn_squared = size;
+        }
+        if let Some(proximal) = state.links.get_mut(j + 1) {
+            proximal.force += shared;
+        }
+    }
+    totals
+}
