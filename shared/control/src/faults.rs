@@ -1,0 +1,109 @@
+//! What can go wrong, with codes that never change, and what is done about it.
+//!
+//! Faults stop the output and latch; limits ([`crate::LimitFlags`]) change it for one tick
+//! and do not. Codes are grouped by where the fault is: 1… the encoders, 16… the model,
+//! 32… the device, 48… the controller's own memory and settings. 0 is "no fault".
+
+/// How the output gets to zero.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Reaction {
+    /// Within `ramp_time_ticks`, no faster than the slew limits.
+    Ramp,
+    /// In this tick.
+    Cut,
+}
+
+macro_rules! faults {
+    ($( $name:ident = $code:literal, $reaction:ident, $text:literal; )+) => {
+        /// A fault. Latched until cleared by name ([`Fault::clear_token`]).
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        #[repr(u8)]
+        pub enum Fault {
+            $( #[doc = $text] $name = $code, )+
+        }
+
+        impl Fault {
+            /// Every fault, by rising code.
+            pub const ALL: &[Self] = &[ $( Self::$name, )+ ];
+
+            /// What its code on the bus means; `None` for 0 and for codes not in use.
+            pub const fn from_code(code: u8) -> Option<Self> {
+                match code {
+                    $( $code => Some(Self::$name), )+
+                    _ => None,
+                }
+            }
+
+            /// What happened and what to look at.
+            pub const fn text(self) -> &'static str {
+                match self {
+                    $( Self::$name => $text, )+
+                }
+            }
+
+            /// How the output gets to zero.
+            pub const fn reaction(self) -> Reaction {
+                match self {
+                    $( Self::$name => Reaction::$reaction, )+
+                }
+            }
+        }
+    };
+}
+
+faults! {
+    EncoderLost = 1, Ramp,
+        "no valid encoder sample within the time-out: check the drive, its cable and the bus";
+    BadFrames = 2, Ramp,
+        "more than 3 of 10 frames were rejected: check the bus for corruption or a second sender";
+    EncoderJump = 3, Ramp,
+        "3 of 10 encoder samples jumped farther than the drive can move or left its range";
+    ModelNotFinite = 16, Cut,
+        "the model gave a number that is not finite; its state has been rebuilt";
+    ModelUnresolved = 17, Cut,
+        "the model did not converge for too many ticks; its state has been rebuilt";
+    SettleTimeout = 18, Cut,
+        "the model could not be fed to the measured insertion in time";
+    Overrun = 32, Cut,
+        "the tick ran over its time twice in a row";
+    BusOff = 33, Ramp,
+        "the bus controller went bus-off: check termination, bit rate and cable";
+    StateNotFinite = 48, Cut,
+        "a number remembered from the last tick is not finite: memory is corrupt";
+    SelfTest = 49, Cut,
+        "the self-test failed: a setting is out of range, or the image's tick is not 1 ms";
+}
+
+impl Fault {
+    /// Its code on the bus, never 0.
+    pub const fn code(self) -> u8 {
+        self as u8
+    }
+
+    /// What [`crate::Command::ClearFault`] must carry to clear this fault.
+    ///
+    /// The token names the fault, so that one nobody has seen yet is never cleared, and a
+    /// frame of zeros or a repeated clear of another fault does nothing.
+    pub const fn clear_token(self) -> u32 {
+        0xC1EA_4F00 | self.code() as u32
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn codes_are_unique_and_go_there_and_back() {
+        for code in 0..=u8::MAX {
+            if let Some(fault) = Fault::from_code(code) {
+                assert_eq!(fault.code(), code);
+            }
+        }
+        for pair in Fault::ALL.windows(2) {
+            assert!(pair[0].code() < pair[1].code());
+        }
+        assert_eq!(Fault::from_code(0), None);
+        assert!(Fault::ALL.iter().all(|&f| Fault::from_code(f.code()) == Some(f)));
+    }
+}

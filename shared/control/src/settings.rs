@@ -1,0 +1,245 @@
+//! Every setting, declared once.
+//!
+//! The table at the end of this file is the only place a setting is written down: the
+//! struct, its defaults, its validation, access by name and [`SETTINGS`] (from which the
+//! host makes its help and documentation) are all made from it.
+
+use serde::{Deserialize, Serialize};
+
+/// Time of one tick \[s\]. The promises are given in milliseconds and kept in ticks.
+pub const TICK_S: f32 = 1e-3;
+
+/// No setting can raise the force on the operator's linear axis above this \[N\].
+pub const FORCE_HARD_N: f32 = 10.0;
+/// No setting can raise the torque on the operator's rotary axis above this \[N·m\].
+pub const TORQUE_HARD_N_M: f32 = 0.1;
+/// No setting can make the output wait longer than this for an encoder sample \[ticks\].
+pub const ENCODER_TIMEOUT_HARD_TICKS: u16 = 5;
+/// No setting can make a ramp to zero take longer than this \[ticks\].
+pub const RAMP_HARD_TICKS: u16 = 20;
+
+/// Share of the ramp time that a ramp from the full limit may use; the rest is for rounding.
+pub(crate) const RAMP_SHARE: f32 = 0.999;
+
+/// What the host says about a setting.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SettingInfo {
+    /// Name of the field of [`Settings`].
+    pub name: &'static str,
+    /// Unit of every number here; "1" for a pure number.
+    pub unit: &'static str,
+    /// Smallest value accepted.
+    pub min: f32,
+    /// Largest value accepted.
+    pub max: f32,
+    /// Value when nothing is said.
+    pub default: f32,
+    /// Only whole numbers are accepted.
+    pub whole: bool,
+    /// What it does.
+    pub doc: &'static str,
+    /// May be changed while output is armed.
+    pub while_armed: bool,
+}
+
+/// Why a setting, or [`Settings`] as a whole, is refused.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SettingError {
+    /// There is no setting of that name.
+    Unknown,
+    /// NaN or infinite.
+    NotFinite(&'static str),
+    /// Outside the range of its [`SettingInfo`].
+    Range(&'static str),
+    /// This setting counts something: only whole numbers.
+    NotWhole(&'static str),
+    /// A ramp from this limit to zero would take longer than `ramp_time_ticks`: lower the
+    /// limit or raise its slew rate.
+    RampTooSlow(&'static str),
+}
+
+impl SettingError {
+    /// The setting at fault, if it exists.
+    pub fn name(self) -> Option<&'static str> {
+        match self {
+            Self::Unknown => None,
+            Self::NotFinite(name)
+            | Self::Range(name)
+            | Self::NotWhole(name)
+            | Self::RampTooSlow(name) => Some(name),
+        }
+    }
+}
+
+/// A type that a setting may have.
+trait Number: Copy {
+    const WHOLE: bool;
+    fn widen(self) -> f32;
+    /// `None` if the value is not one of this type's.
+    fn narrow(value: f32) -> Option<Self>;
+}
+
+impl Number for f32 {
+    const WHOLE: bool = false;
+    fn widen(self) -> f32 {
+        self
+    }
+    fn narrow(value: f32) -> Option<Self> {
+        Some(value)
+    }
+}
+
+impl Number for u16 {
+    const WHOLE: bool = true;
+    fn widen(self) -> f32 {
+        f32::from(self)
+    }
+    fn narrow(value: f32) -> Option<Self> {
+        let whole = value as u16;
+        (f32::from(whole) == value).then_some(whole)
+    }
+}
+
+impl SettingInfo {
+    fn check(&self, value: f32) -> Result<(), SettingError> {
+        if !value.is_finite() {
+            Err(SettingError::NotFinite(self.name))
+        } else if value < self.min || value > self.max {
+            Err(SettingError::Range(self.name))
+        } else {
+            Ok(())
+        }
+    }
+}
+
+macro_rules! settings {
+    ($(
+        $(#[doc = $doc:literal])+
+        $name:ident: $kind:ident {
+            unit: $unit:literal,
+            default: $default:expr,
+            range: $min:expr, $max:expr,
+            while_armed: $while_armed:literal $(,)?
+        }
+    )+) => {
+        /// What an operator may set. Plain numbers: the limits hold even if they are corrupt.
+        #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+        pub struct Settings {
+            $( $(#[doc = $doc])+ pub $name: $kind, )+
+        }
+
+        impl Default for Settings {
+            fn default() -> Self {
+                Self { $( $name: $default, )+ }
+            }
+        }
+
+        /// Every setting, in the order of [`Settings`].
+        pub const SETTINGS: &[SettingInfo] = &[ $( SettingInfo {
+            name: stringify!($name),
+            unit: $unit,
+            min: $min as f32,
+            max: $max as f32,
+            default: $default as f32,
+            whole: <$kind as Number>::WHOLE,
+            doc: concat!($($doc),+).trim_ascii(),
+            while_armed: $while_armed,
+        }, )+ ];
+
+        impl Settings {
+            /// Every setting with its value, in the order of [`SETTINGS`].
+            pub fn iter(&self) -> impl Iterator<Item = (&'static SettingInfo, f32)> {
+                SETTINGS.iter().zip([ $( self.$name.widen(), )+ ])
+            }
+
+            /// Sets one setting by name. On an error nothing has changed.
+            pub fn set(&mut self, name: &str, value: f32) -> Result<(), SettingError> {
+                let info = SETTINGS.iter().find(|s| s.name == name).ok_or(SettingError::Unknown)?;
+                info.check(value)?;
+                match name {
+                    $( stringify!($name) => {
+                        self.$name = <$kind>::narrow(value).ok_or(SettingError::NotWhole(info.name))?;
+                    } )+
+                    _ => return Err(SettingError::Unknown),
+                }
+                Ok(())
+            }
+
+            /// Sets every number to the same value, valid or not, for tests of what holds then.
+            #[cfg(test)]
+            pub(crate) fn corrupted(value: f32) -> Self {
+                Self { $( $name: value as $kind, )+ }
+            }
+        }
+    };
+}
+
+impl Settings {
+    /// One setting by name; `None` if there is none of that name.
+    pub fn get(&self, name: &str) -> Option<f32> {
+        self.iter().find(|(info, _)| info.name == name).map(|(_, value)| value)
+    }
+
+    /// Checks every number and that each limit can be ramped down in time; the first
+    /// fault found is returned.
+    pub fn validate(&self) -> Result<(), SettingError> {
+        for (info, value) in self.iter() {
+            info.check(value)?;
+        }
+        let ramp_s = RAMP_SHARE * TICK_S * f32::from(self.ramp_time_ticks);
+        if self.force_limit_n > self.force_slew_n_per_s * ramp_s {
+            return Err(SettingError::RampTooSlow("force_limit_n"));
+        }
+        if self.torque_limit_n_m > self.torque_slew_n_m_per_s * ramp_s {
+            return Err(SettingError::RampTooSlow("torque_limit_n_m"));
+        }
+        Ok(())
+    }
+}
+
+settings! {
+    /// Force on the operator's linear axis over the axial force at the drive.
+    force_gain: f32 { unit: "1", default: 1.0, range: 0.0, 20.0, while_armed: true }
+    /// Torque on the operator's rotary axis over the torque at the drive.
+    torque_gain: f32 { unit: "1", default: 1.0, range: 0.0, 20.0, while_armed: true }
+    /// Rendered force below which nothing is felt; subtracted above it.
+    force_deadband_n: f32 { unit: "N", default: 0.0, range: 0.0, 1.0, while_armed: true }
+    /// Rendered torque below which nothing is felt; subtracted above it.
+    torque_deadband_n_m: f32 { unit: "N·m", default: 0.0, range: 0.0, 0.01, while_armed: true }
+    /// Largest force on the operator's linear axis.
+    force_limit_n: f32 { unit: "N", default: 3.0, range: 0.0, FORCE_HARD_N, while_armed: false }
+    /// Largest torque on the operator's rotary axis.
+    torque_limit_n_m: f32 {
+        unit: "N·m", default: 0.03, range: 0.0, TORQUE_HARD_N_M, while_armed: false
+    }
+    /// Fastest change of the force on the operator's linear axis.
+    force_slew_n_per_s: f32 { unit: "N/s", default: 200.0, range: 1.0, 2000.0, while_armed: false }
+    /// Fastest change of the torque on the operator's rotary axis.
+    torque_slew_n_m_per_s: f32 {
+        unit: "N·m/s", default: 2.0, range: 0.01, 20.0, while_armed: false
+    }
+    /// Energy that may come out of the operator's axes, net, since arming.
+    energy_limit_j: f32 { unit: "J", default: 0.1, range: 0.0, 1.0, while_armed: false }
+    /// A feed faster than this between two samples is an encoder fault, not a motion.
+    max_insertion_speed_m_per_s: f32 {
+        unit: "m/s", default: 0.2, range: 0.001, 1.0, while_armed: false
+    }
+    /// A rotation faster than this between two samples is an encoder fault, not a motion.
+    max_rotation_speed_rad_per_s: f32 {
+        unit: "rad/s", default: 20.0, range: 0.1, 200.0, while_armed: false
+    }
+    /// Largest insertion that an encoder sample may claim.
+    max_insertion_m: f32 { unit: "m", default: 1.0, range: 0.001, 1.6, while_armed: false }
+    /// Largest rotation, either way, that an encoder sample may claim.
+    max_rotation_rad: f32 { unit: "rad", default: 80.0, range: 0.1, 83.0, while_armed: false }
+    /// Ticks without a valid encoder sample after which output ramps to zero.
+    encoder_timeout_ticks: u16 {
+        unit: "ticks", default: 5, range: 1, ENCODER_TIMEOUT_HARD_TICKS, while_armed: false
+    }
+    /// Ticks in which a ramp reaches zero.
+    ramp_time_ticks: u16 { unit: "ticks", default: 20, range: 1, RAMP_HARD_TICKS, while_armed: false }
+    /// Ticks that the model may take to reach the measured insertion before output can be armed.
+    settle_timeout_ticks: u16 { unit: "ticks", default: 5000, range: 100, 60000, while_armed: false }
+    /// Successive ticks for which a force may be held because the model did not converge.
+    unresolved_limit_ticks: u16 { unit: "ticks", default: 50, range: 1, 500, while_armed: false }
+}
