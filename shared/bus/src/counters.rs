@@ -1,0 +1,152 @@
+//! What became of everything received, by name.
+
+use postcard_schema::Schema;
+use serde::{Deserialize, Serialize};
+
+/// Defines [`Counter`] and its names in one place.
+macro_rules! counters {
+    ($($(#[$doc:meta])* $variant:ident = $name:literal,)*) => {
+        /// One thing that can become of what arrives on the bus.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+        pub enum Counter {
+            $($(#[$doc])* $variant,)*
+        }
+
+        impl Counter {
+            /// All of them, in the order in which a device reports them.
+            pub const ALL: [Self; [$($name),*].len()] = [$(Self::$variant),*];
+
+            /// Its name in reports and recordings.
+            pub const fn name(self) -> &'static str {
+                match self {
+                    $(Self::$variant => $name,)*
+                }
+            }
+        }
+    };
+}
+
+counters! {
+    // Process frames: each one received adds to exactly one of these.
+    /// The next one of its id, intact.
+    Accepted = "accepted",
+    /// Intact and newer, but frames before it are missing; they add to [`Counter::Lost`].
+    AfterLoss = "after_loss",
+    /// The same counter as the frame before.
+    Repeat = "repeat",
+    /// Older than the frame before.
+    Reordered = "reordered",
+    /// Its CRC was made for another id of ours.
+    Masquerade = "masquerade",
+    /// Its CRC fits no id of ours.
+    Corrupt = "corrupt",
+    /// Not 8 bytes.
+    WrongLength = "wrong_length",
+    /// Intact, but its payload means nothing.
+    BadValue = "bad_value",
+    /// Not our id, or not from this side; extended and remote frames too.
+    Foreign = "foreign",
+
+    // Consequences, in addition to the above.
+    /// Frames that must have been sent and never arrived, by the gaps in counters.
+    Lost = "lost",
+    /// Valid, but a later one of the same kind arrived before the tick.
+    Superseded = "superseded",
+    /// Not taken because a queue was full.
+    QueueFull = "queue_full",
+
+    // Text of the SLCAN carrier.
+    /// A line that is no command of the SLCAN protocol.
+    LineUnknown = "line_unknown",
+    /// A line with the shape of a command, broken.
+    LineBroken = "line_broken",
+    /// Longer than any line can be.
+    LineTooLong = "line_too_long",
+
+    // Segmented transfers of service messages.
+    /// A segment that was taken.
+    Segment = "segment",
+    /// A segment out of order, or without a beginning; the message is dropped.
+    SegmentSequence = "segment_sequence",
+    /// A segment that is no segment.
+    SegmentBroken = "segment_broken",
+    /// A message longer than the buffer.
+    MessageTooLong = "message_too_long",
+    /// A whole message with a wrong check or nonsense inside.
+    MessageBroken = "message_broken",
+    /// The same request once more; the response was sent again.
+    MessageRepeat = "message_repeat",
+}
+
+impl Counter {
+    /// How many there are.
+    pub const COUNT: usize = Self::ALL.len();
+
+    /// Kinds that a process frame can be; a frame is exactly one of them.
+    pub const FRAME_KINDS: [Self; 9] = [
+        Self::Accepted,
+        Self::AfterLoss,
+        Self::Repeat,
+        Self::Reordered,
+        Self::Masquerade,
+        Self::Corrupt,
+        Self::WrongLength,
+        Self::BadValue,
+        Self::Foreign,
+    ];
+}
+
+/// One saturating count for each [`Counter`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize, Schema)]
+pub struct Counters([u32; Counter::COUNT]);
+
+impl Counters {
+    /// Adds one.
+    pub fn count(&mut self, counter: Counter) {
+        self.add(counter, 1);
+    }
+
+    /// Adds `n`.
+    pub fn add(&mut self, counter: Counter, n: u32) {
+        if let Some(count) = self.0.get_mut(counter as usize) {
+            *count = count.saturating_add(n);
+        }
+    }
+
+    /// How often.
+    pub fn get(&self, counter: Counter) -> u32 {
+        self.0.get(counter as usize).copied().unwrap_or(0)
+    }
+
+    /// All of them with their names.
+    pub fn iter(&self) -> impl Iterator<Item = (Counter, u32)> + '_ {
+        Counter::ALL.into_iter().zip(self.0)
+    }
+
+    /// Sums of both, saturating: the halves of a device count apart.
+    pub fn merged(mut self, other: &Self) -> Self {
+        for (counter, n) in other.iter() {
+            self.add(counter, n);
+        }
+        self
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use super::*;
+    use std::collections::HashSet;
+
+    #[test]
+    fn names_differ_and_counts_saturate() {
+        let names: HashSet<_> = Counter::ALL.iter().map(|c| c.name()).collect();
+        assert_eq!(names.len(), Counter::COUNT);
+        let mut counters = Counters::default();
+        counters.add(Counter::Lost, u32::MAX);
+        counters.count(Counter::Lost);
+        assert_eq!(counters.get(Counter::Lost), u32::MAX);
+        assert_eq!(counters.merged(&counters).get(Counter::Lost), u32::MAX);
+        assert_eq!(counters.iter().filter(|&(_, n)| n > 0).count(), 1);
+    }
+}

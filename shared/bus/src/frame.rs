@@ -1,0 +1,68 @@
+//! One frame.
+
+/// Largest 11-bit identifier.
+pub const MAX_ID: u16 = 0x7FF;
+
+/// A classic CAN data frame with an 11-bit identifier: at most 8 bytes.
+#[derive(Clone, Copy, PartialEq, Eq, Default)]
+pub struct Frame {
+    id: u16,
+    len: u8,
+    /// Bytes past `len` are zero, so that equality means what it says.
+    data: [u8; 8],
+}
+
+impl Frame {
+    /// `None` if the identifier needs more than 11 bits or the data more than 8 bytes.
+    pub fn new(id: u16, data: &[u8]) -> Option<Self> {
+        let mut bytes = [0; 8];
+        bytes.get_mut(..data.len())?.copy_from_slice(data);
+        (id <= MAX_ID).then_some(Self { id, len: data.len() as u8, data: bytes })
+    }
+
+    /// A frame of 8 bytes; only the low 11 bits of the identifier are used.
+    pub(crate) const fn full(id: u16, data: [u8; 8]) -> Self {
+        Self { id: id & MAX_ID, len: 8, data }
+    }
+
+    /// The 11-bit identifier.
+    pub fn id(&self) -> u16 {
+        self.id
+    }
+
+    /// The data, 0 to 8 bytes.
+    pub fn data(&self) -> &[u8] {
+        // `len` is at most 8 by construction; the fallback only keeps the panic out.
+        self.data.get(..usize::from(self.len)).unwrap_or(&self.data)
+    }
+}
+
+/// As candump writes it: `100#0102030405060708`.
+impl core::fmt::Display for Frame {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        write!(f, "{:03X}#", self.id)?;
+        self.data().iter().try_for_each(|byte| write!(f, "{byte:02X}"))
+    }
+}
+
+impl core::fmt::Debug for Frame {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        core::fmt::Display::fmt(self, f)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use super::*;
+    use std::format;
+
+    #[test]
+    fn only_what_fits_on_the_bus_becomes_a_frame() {
+        assert!(Frame::new(0x800, &[]).is_none());
+        assert!(Frame::new(0x100, &[0; 9]).is_none());
+        let frame = Frame::new(0x7FF, &[1, 0xAB]).unwrap();
+        assert_eq!((frame.id(), frame.data()), (0x7FF, &[1, 0xAB][..]));
+        assert_eq!(format!("{frame}"), "7FF#01AB");
+    }
+}

@@ -1,0 +1,317 @@
+//! The process frames: identifiers and payloads of 6 bytes, little endian.
+
+use crate::codes::{
+    DriveTorque, Force, HapticForce, HapticTorque, Insertion, Moment, Position, Rotation,
+};
+
+/// Nodes that SHAPE and FORCE frames can name.
+pub const MAX_NODES: u8 = 64;
+
+const SHAPE: u16 = 0x200;
+const FORCE: u16 = 0x280;
+
+/// What an identifier means.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Id {
+    Sync,
+    Encoder,
+    Command,
+    Haptic,
+    Contact,
+    Tick,
+    Drive,
+    Moment,
+    /// Position of this node, below [`MAX_NODES`].
+    Shape(u8),
+    /// Contact force at this node, below [`MAX_NODES`].
+    Force(u8),
+    /// Segments from host to device.
+    ServiceRequest,
+    /// Segments from device to host.
+    ServiceResponse,
+}
+
+impl Id {
+    /// `None` for identifiers that are not ours.
+    pub fn from_raw(raw: u16) -> Option<Self> {
+        let node = (raw & 0x7F) as u8;
+        Some(match raw {
+            0x080 => Self::Sync,
+            0x100 => Self::Encoder,
+            0x110 => Self::Command,
+            0x180 => Self::Haptic,
+            0x190 => Self::Contact,
+            0x1A0 => Self::Tick,
+            0x1A8 => Self::Drive,
+            0x1B0 => Self::Moment,
+            0x580 => Self::ServiceResponse,
+            0x600 => Self::ServiceRequest,
+            _ if node < MAX_NODES && raw & !0x7F == SHAPE => Self::Shape(node),
+            _ if node < MAX_NODES && raw & !0x7F == FORCE => Self::Force(node),
+            _ => return None,
+        })
+    }
+
+    /// The 11-bit identifier.
+    pub const fn raw(self) -> u16 {
+        match self {
+            Self::Sync => 0x080,
+            Self::Encoder => 0x100,
+            Self::Command => 0x110,
+            Self::Haptic => 0x180,
+            Self::Contact => 0x190,
+            Self::Tick => 0x1A0,
+            Self::Drive => 0x1A8,
+            Self::Moment => 0x1B0,
+            Self::Shape(node) => SHAPE + node as u16,
+            Self::Force(node) => FORCE + node as u16,
+            Self::ServiceResponse => 0x580,
+            Self::ServiceRequest => 0x600,
+        }
+    }
+
+    /// Sent by the host; everything else is sent by the device.
+    pub fn is_from_host(self) -> bool {
+        matches!(self, Self::Sync | Self::Encoder | Self::Command | Self::ServiceRequest)
+    }
+}
+
+/// Lock step only: run this many ticks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Sync {
+    /// Ticks granted, at least 1.
+    pub grant: u16,
+    /// The host's count, for the log; the device does not use it.
+    pub host_tick: u32,
+}
+
+/// Position of the drive.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Encoder {
+    pub insertion: Insertion,
+    pub rotation: Rotation,
+}
+
+/// What the operator asks for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Command {
+    SelfTest,
+    Arm,
+    Disarm,
+    /// Leaves a latched fault; the token is that of the fault to clear.
+    ClearFault {
+        token: u32,
+    },
+}
+
+/// What is rendered to the operator, and why if it is nothing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Haptic {
+    pub force: HapticForce,
+    pub torque: HapticTorque,
+    /// Code of the mode, see `docs/cathforce.dbc`.
+    pub mode: u8,
+    /// Code of the fault or of the ramp's cause; 0 is none.
+    pub fault: u8,
+}
+
+/// Total contact force on the vessel: x, y, z, vessel frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Contact {
+    pub force: [Force; 3],
+}
+
+/// Which tick this was, and the digest of all ticks so far.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Tick {
+    /// Low bits of the tick's number.
+    pub tick: u16,
+    pub digest: u32,
+}
+
+/// Load on the drive, and what else there is to know of this tick.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Drive {
+    pub force: Force,
+    pub torque: DriveTorque,
+    /// Bits of the limits that acted.
+    pub limits: u8,
+    /// Ticks since the last valid encoder frame, saturating.
+    pub encoder_age_ticks: u8,
+}
+
+/// Total moment on the vessel about the entry: x, y, z, vessel frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TotalMoment {
+    pub moment: [Moment; 3],
+}
+
+/// Where a node is, relative to the entry: x, y, z, vessel frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Shape {
+    /// 0 is the tip; below [`MAX_NODES`].
+    pub node: u8,
+    pub position: [Position; 3],
+}
+
+/// Contact force at a node: x, y, z, vessel frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct NodeForce {
+    /// 0 is the tip; below [`MAX_NODES`].
+    pub node: u8,
+    pub force: [Force; 3],
+}
+
+/// Any process frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Process {
+    Sync(Sync),
+    Encoder(Encoder),
+    Command(Command),
+    Haptic(Haptic),
+    Contact(Contact),
+    Tick(Tick),
+    Drive(Drive),
+    Moment(TotalMoment),
+    Shape(Shape),
+    Force(NodeForce),
+}
+
+impl Process {
+    /// The identifier it is sent under.
+    pub fn id(&self) -> Id {
+        match *self {
+            Self::Sync(_) => Id::Sync,
+            Self::Encoder(_) => Id::Encoder,
+            Self::Command(_) => Id::Command,
+            Self::Haptic(_) => Id::Haptic,
+            Self::Contact(_) => Id::Contact,
+            Self::Tick(_) => Id::Tick,
+            Self::Drive(_) => Id::Drive,
+            Self::Moment(_) => Id::Moment,
+            Self::Shape(Shape { node, .. }) => Id::Shape(node % MAX_NODES),
+            Self::Force(NodeForce { node, .. }) => Id::Force(node % MAX_NODES),
+        }
+    }
+
+    /// Its 6 bytes.
+    pub fn payload(&self) -> [u8; 6] {
+        match *self {
+            Self::Sync(Sync { grant, host_tick }) => join2(grant.to_le_bytes(), host_tick),
+            Self::Encoder(Encoder { insertion, rotation }) => {
+                let ([a, b, c], [d, e, f]) = (insertion.to_bytes(), rotation.to_bytes());
+                [a, b, c, d, e, f]
+            }
+            Self::Command(command) => {
+                let (code, token) = match command {
+                    Command::SelfTest => (1, 0),
+                    Command::Arm => (2, 0),
+                    Command::Disarm => (3, 0),
+                    Command::ClearFault { token } => (4, token),
+                };
+                join2([code, 0], token)
+            }
+            Self::Haptic(Haptic { force, torque, mode, fault }) => {
+                let ([a, b], [c, d]) = (force.0.to_le_bytes(), torque.0.to_le_bytes());
+                [a, b, c, d, mode, fault]
+            }
+            Self::Contact(Contact { force }) => vector(force.map(|x| x.0)),
+            Self::Tick(Tick { tick, digest }) => join2(tick.to_le_bytes(), digest),
+            Self::Drive(Drive { force, torque, limits, encoder_age_ticks }) => {
+                let ([a, b], [c, d]) = (force.0.to_le_bytes(), torque.0.to_le_bytes());
+                [a, b, c, d, limits, encoder_age_ticks]
+            }
+            Self::Moment(TotalMoment { moment }) => vector(moment.map(|x| x.0)),
+            Self::Shape(Shape { position, .. }) => vector(position.map(|x| x.0)),
+            Self::Force(NodeForce { force, .. }) => vector(force.map(|x| x.0)),
+        }
+    }
+
+    /// `None` if these bytes mean nothing under this identifier.
+    pub fn decode(id: Id, payload: [u8; 6]) -> Option<Self> {
+        let [a, b, c, d, e, f] = payload;
+        let tail = u32::from_le_bytes([c, d, e, f]);
+        let xyz = [[a, b], [c, d], [e, f]].map(i16::from_le_bytes);
+        let [first, second, _] = xyz;
+        Some(match id {
+            Id::Sync => {
+                let grant = u16::from_le_bytes([a, b]);
+                if grant == 0 {
+                    return None;
+                }
+                Self::Sync(Sync { grant, host_tick: tail })
+            }
+            Id::Encoder => Self::Encoder(Encoder {
+                insertion: Insertion::from_bytes([a, b, c]),
+                rotation: Rotation::from_bytes([d, e, f]),
+            }),
+            Id::Command => Self::Command(match (a, b, tail) {
+                (1, 0, 0) => Command::SelfTest,
+                (2, 0, 0) => Command::Arm,
+                (3, 0, 0) => Command::Disarm,
+                (4, 0, token) => Command::ClearFault { token },
+                _ => return None,
+            }),
+            Id::Haptic => Self::Haptic(Haptic {
+                force: HapticForce(first),
+                torque: HapticTorque(second),
+                mode: e,
+                fault: f,
+            }),
+            Id::Contact => Self::Contact(Contact { force: xyz.map(Force) }),
+            Id::Tick => Self::Tick(Tick { tick: u16::from_le_bytes([a, b]), digest: tail }),
+            Id::Drive => Self::Drive(Drive {
+                force: Force(first),
+                torque: DriveTorque(second),
+                limits: e,
+                encoder_age_ticks: f,
+            }),
+            Id::Moment => Self::Moment(TotalMoment { moment: xyz.map(Moment) }),
+            Id::Shape(node) => Self::Shape(Shape { node, position: xyz.map(Position) }),
+            Id::Force(node) => Self::Force(NodeForce { node, force: xyz.map(Force) }),
+            Id::ServiceRequest | Id::ServiceResponse => return None,
+        })
+    }
+}
+
+fn join2([a, b]: [u8; 2], tail: u32) -> [u8; 6] {
+    let [c, d, e, f] = tail.to_le_bytes();
+    [a, b, c, d, e, f]
+}
+
+fn vector(xyz: [i16; 3]) -> [u8; 6] {
+    let [[a, b], [c, d], [e, f]] = xyz.map(i16::to_le_bytes);
+    [a, b, c, d, e, f]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn identifiers_map_both_ways() {
+        let known = (0..=0x7FF).filter_map(|raw| Id::from_raw(raw).map(|id| (raw, id)));
+        assert_eq!(known.clone().count(), 10 + 2 * usize::from(MAX_NODES));
+        assert!(known.into_iter().all(|(raw, id)| id.raw() == raw));
+    }
+
+    #[test]
+    fn a_grant_of_nothing_and_unknown_commands_mean_nothing() {
+        assert_eq!(Process::decode(Id::Sync, [0; 6]), None);
+        assert_eq!(Process::decode(Id::Command, [0; 6]), None);
+        assert_eq!(Process::decode(Id::Command, [5, 0, 0, 0, 0, 0]), None);
+        assert_eq!(Process::decode(Id::Command, [2, 1, 0, 0, 0, 0]), None);
+        assert_eq!(Process::decode(Id::Command, [2, 0, 0, 0, 0, 1]), None);
+    }
+
+    proptest! {
+        #[test]
+        fn what_decodes_encodes_to_the_same_bytes(raw in 0u16..=0x7FF, payload: [u8; 6]) {
+            if let Some(process) = Id::from_raw(raw).and_then(|id| Process::decode(id, payload)) {
+                prop_assert_eq!(process.id().raw(), raw);
+                prop_assert_eq!(process.payload(), payload);
+            }
+        }
+    }
+}

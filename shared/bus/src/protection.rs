@@ -1,0 +1,379 @@
+//! End-to-end protection: bytes 6 and 7 of every process frame.
+//!
+//! Byte 6 is the status nibble (high) and a counter that goes 0 to 15 for each id (low).
+//! Byte 7 is a CRC-8 SAE J1850 over id low byte, id high byte and bytes 0 to 6. The id is
+//! in the CRC so that a frame that comes out under another id is found.
+//!
+//! A counter of 4 bits tells one frame that went missing from one that came twice; after
+//! 16 lost frames it knows nothing. Longer silence is for the freshness check to see.
+
+use crate::process::{Id, MAX_NODES, Process};
+use crate::{Counter, Counters, Frame};
+
+const CRC8: crc::Crc<u8, crc::Table<1>> = crc::Crc::<u8, crc::Table<1>>::new(&crc::CRC_8_SAE_J1850);
+
+/// CRC of a process frame: id, then bytes 0 to 6.
+pub fn crc8(id: u16, body: [u8; 7]) -> u8 {
+    let mut digest = CRC8.digest();
+    digest.update(&id.to_le_bytes());
+    digest.update(&body);
+    digest.finalize()
+}
+
+/// The status nibble of frames that the device sends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub struct Status {
+    /// The model's step of this tick was not resolved; its forces are not to be trusted.
+    pub unresolved: bool,
+    /// The output was limited in this tick.
+    pub limited: bool,
+}
+
+impl Status {
+    fn bits(self) -> u8 {
+        u8::from(self.unresolved) | u8::from(self.limited) << 1
+    }
+
+    fn from_bits(bits: u8) -> Self {
+        Self { unresolved: bits & 1 != 0, limited: bits & 2 != 0 }
+    }
+}
+
+/// Ids that carry counter and CRC, each with its own counter.
+const SLOTS: usize = 8 + 2 * MAX_NODES as usize;
+
+fn slot(id: Id) -> Option<usize> {
+    let node = |node: u8| usize::from(node % MAX_NODES);
+    Some(match id {
+        Id::Sync => 0,
+        Id::Encoder => 1,
+        Id::Command => 2,
+        Id::Haptic => 3,
+        Id::Contact => 4,
+        Id::Tick => 5,
+        Id::Drive => 6,
+        Id::Moment => 7,
+        Id::Shape(k) => 8 + node(k),
+        Id::Force(k) => 8 + usize::from(MAX_NODES) + node(k),
+        Id::ServiceRequest | Id::ServiceResponse => return None,
+    })
+}
+
+/// The sending side: one counter an id.
+#[derive(Clone, Debug)]
+pub struct Sealer {
+    next: [u8; SLOTS],
+}
+
+impl Default for Sealer {
+    fn default() -> Self {
+        Self { next: [0; SLOTS] }
+    }
+}
+
+impl Sealer {
+    /// The protected frame. Each call takes the next counter of its id.
+    pub fn seal(&mut self, process: Process, status: Status) -> Frame {
+        let id = process.id();
+        let mut counter = 0;
+        if let Some(next) = slot(id).and_then(|slot| self.next.get_mut(slot)) {
+            counter = *next & 0xF;
+            *next = (counter + 1) & 0xF;
+        }
+        let [a, b, c, d, e, f] = process.payload();
+        let g = status.bits() << 4 | counter;
+        let crc = crc8(id.raw(), [a, b, c, d, e, f, g]);
+        Frame::full(id.raw(), [a, b, c, d, e, f, g, crc])
+    }
+
+    /// Continues where an earlier sender of this id left off.
+    pub fn continue_at(&mut self, id: Id, counter: u8) {
+        if let Some(next) = slot(id).and_then(|slot| self.next.get_mut(slot)) {
+            *next = counter & 0xF;
+        }
+    }
+}
+
+/// A frame that may be used.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Accepted {
+    pub process: Process,
+    pub status: Status,
+    /// Frames of this id that went missing before it.
+    pub lost: u8,
+}
+
+/// Why a frame must not be used.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Rejection {
+    /// Not 8 bytes.
+    WrongLength,
+    /// Its CRC fits no id of ours.
+    Corrupt,
+    /// Its CRC was made for this other id.
+    Masquerade(Id),
+    /// The same counter as the frame before.
+    Repeat,
+    /// Older than the frame before.
+    Reordered,
+    /// Intact, but its payload means nothing.
+    BadValue,
+}
+
+impl Rejection {
+    /// Where it is counted.
+    pub fn counter(self) -> Counter {
+        match self {
+            Self::WrongLength => Counter::WrongLength,
+            Self::Corrupt => Counter::Corrupt,
+            Self::Masquerade(_) => Counter::Masquerade,
+            Self::Repeat => Counter::Repeat,
+            Self::Reordered => Counter::Reordered,
+            Self::BadValue => Counter::BadValue,
+        }
+    }
+}
+
+/// Ids that a wrong CRC is tried against, to tell a masquerade from corruption.
+///
+/// Not the 128 ids of nodes: with 8 bits of CRC nearly every broken frame would fit one.
+const MASQUERADES: [Id; 8] =
+    [Id::Sync, Id::Encoder, Id::Command, Id::Haptic, Id::Contact, Id::Tick, Id::Drive, Id::Moment];
+
+/// The receiving side: the last counter of each id.
+#[derive(Clone, Debug)]
+pub struct Protection {
+    last: [Option<u8>; SLOTS],
+}
+
+impl Default for Protection {
+    fn default() -> Self {
+        Self { last: [None; SLOTS] }
+    }
+}
+
+impl Protection {
+    /// Checks a frame and counts it: exactly one of [`Counter::FRAME_KINDS`].
+    ///
+    /// `id` is the meaning of `frame.id()`, which the caller has looked up to know that the
+    /// frame is for it. The first frame of an id may have any counter.
+    pub fn receive(
+        &mut self,
+        id: Id,
+        frame: &Frame,
+        counters: &mut Counters,
+    ) -> Result<Accepted, Rejection> {
+        let result = self.check(id, frame);
+        match result {
+            Ok(Accepted { lost: 0, .. }) => counters.count(Counter::Accepted),
+            Ok(Accepted { lost, .. }) => {
+                counters.count(Counter::AfterLoss);
+                counters.add(Counter::Lost, u32::from(lost));
+            }
+            Err(rejection) => counters.count(rejection.counter()),
+        }
+        result
+    }
+
+    fn check(&mut self, id: Id, frame: &Frame) -> Result<Accepted, Rejection> {
+        let &[a, b, c, d, e, f, g, crc] = frame.data() else {
+            return Err(Rejection::WrongLength);
+        };
+        let body = [a, b, c, d, e, f, g];
+        if crc8(id.raw(), body) != crc {
+            let made_for = MASQUERADES.into_iter().find(|other| crc8(other.raw(), body) == crc);
+            return Err(made_for.map_or(Rejection::Corrupt, Rejection::Masquerade));
+        }
+        let counter = g & 0xF;
+        let last = slot(id).and_then(|slot| self.last.get_mut(slot)).ok_or(Rejection::BadValue)?;
+        let ahead = last.map_or(1, |last| counter.wrapping_sub(last) & 0xF);
+        if ahead == 0 {
+            return Err(Rejection::Repeat);
+        }
+        if ahead > 8 {
+            return Err(Rejection::Reordered);
+        }
+        // Sent and intact, so it counts as received even if its payload means nothing.
+        *last = Some(counter);
+        let process = Process::decode(id, [a, b, c, d, e, f]).ok_or(Rejection::BadValue)?;
+        Ok(Accepted { process, status: Status::from_bits(g >> 4), lost: ahead - 1 })
+    }
+
+    /// The counter that the next frame of this id should carry.
+    pub fn expected(&self, id: Id) -> u8 {
+        let last = slot(id).and_then(|slot| *self.last.get(slot)?);
+        last.map_or(0, |last| (last + 1) & 0xF)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use super::*;
+    use crate::{Encoder, Insertion, Rotation, Sync};
+    use proptest::prelude::*;
+    use std::vec::Vec;
+
+    fn encoder(n: u32) -> Process {
+        Process::Encoder(Encoder {
+            insertion: Insertion::from_m(f64::from(n) * 1e-5),
+            rotation: Rotation::from_rad(-0.25),
+        })
+    }
+
+    fn stream(n: u32) -> Vec<Frame> {
+        let mut sealer = Sealer::default();
+        (0..n).map(|i| sealer.seal(encoder(i), Status::default())).collect()
+    }
+
+    fn receive_all<'f>(frames: impl IntoIterator<Item = &'f Frame>) -> Counters {
+        let (mut protection, mut counters) = (Protection::default(), Counters::default());
+        for frame in frames {
+            let _ = protection.receive(Id::Encoder, frame, &mut counters);
+        }
+        counters
+    }
+
+    fn assert_counts(counters: Counters, expected: &[(Counter, u32)]) {
+        for counter in Counter::ALL {
+            let n = expected.iter().find(|e| e.0 == counter).map_or(0, |e| e.1);
+            assert_eq!(counters.get(counter), n, "{}", counter.name());
+        }
+    }
+
+    #[test]
+    fn crc_is_that_of_the_catalogue() {
+        // The check value of CRC-8/SAE-J1850 is over "123456789".
+        assert_eq!(crc8(u16::from_le_bytes(*b"12"), *b"3456789"), 0x4B);
+    }
+
+    #[test]
+    fn p04_a_clean_stream_is_accepted() {
+        assert_counts(receive_all(&stream(100)), &[(Counter::Accepted, 100)]);
+    }
+
+    #[test]
+    fn p04_each_fault_has_its_own_counter() {
+        let clean = stream(10);
+
+        let mut repeated = clean.clone();
+        repeated.insert(5, clean[4]);
+        assert_counts(receive_all(&repeated), &[(Counter::Accepted, 10), (Counter::Repeat, 1)]);
+
+        let mut skipped = clean.clone();
+        skipped.drain(3..6);
+        assert_counts(
+            receive_all(&skipped),
+            &[(Counter::Accepted, 6), (Counter::AfterLoss, 1), (Counter::Lost, 3)],
+        );
+
+        let mut swapped = clean.clone();
+        swapped.swap(4, 5);
+        // 5 comes before 4: a gap, then an old frame, then a clean stream from 6 on.
+        assert_counts(
+            receive_all(&swapped),
+            &[
+                (Counter::Accepted, 8),
+                (Counter::AfterLoss, 1),
+                (Counter::Lost, 1),
+                (Counter::Reordered, 1),
+            ],
+        );
+
+        let mut corrupt = clean.clone();
+        let mut bytes: [u8; 8] = corrupt[4].data().try_into().unwrap();
+        bytes[1] ^= 0x10;
+        corrupt[4] = Frame::full(0x100, bytes);
+        assert_counts(
+            receive_all(&corrupt),
+            &[
+                (Counter::Accepted, 8),
+                (Counter::Corrupt, 1),
+                (Counter::AfterLoss, 1),
+                (Counter::Lost, 1),
+            ],
+        );
+
+        let foreign = Sealer::default()
+            .seal(Process::Sync(Sync { grant: 1, host_tick: 7 }), Status::default());
+        let mut masquerade = clean.clone();
+        masquerade.insert(4, Frame::new(0x100, foreign.data()).unwrap());
+        assert_counts(
+            receive_all(&masquerade),
+            &[(Counter::Accepted, 10), (Counter::Masquerade, 1)],
+        );
+
+        for len in 0..8 {
+            let mut short = clean.clone();
+            short.insert(4, Frame::new(0x100, &clean[4].data()[..len]).unwrap());
+            assert_counts(
+                receive_all(&short),
+                &[(Counter::Accepted, 10), (Counter::WrongLength, 1)],
+            );
+        }
+    }
+
+    #[test]
+    fn every_flipped_bit_is_found_and_rejected() {
+        for frame in stream(16) {
+            for bit in 0..64 {
+                let mut bytes = u64::from_le_bytes(frame.data().try_into().unwrap());
+                bytes ^= 1 << bit;
+                let broken = Frame::full(0x100, bytes.to_le_bytes());
+                let result =
+                    Protection::default().receive(Id::Encoder, &broken, &mut Counters::default());
+                assert!(
+                    matches!(result, Err(Rejection::Corrupt | Rejection::Masquerade(_))),
+                    "bit {bit}: {result:?}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn a_sender_that_starts_over_is_heard_again_within_nine_frames() {
+        for old in 0..16 {
+            let mut protection = Protection::default();
+            let mut counters = Counters::default();
+            for frame in &stream(old + 1) {
+                let _ = protection.receive(Id::Encoder, frame, &mut counters);
+            }
+            let heard = stream(9)
+                .iter()
+                .any(|frame| protection.receive(Id::Encoder, frame, &mut counters).is_ok());
+            assert!(heard, "last counter {old}");
+        }
+    }
+
+    proptest! {
+        /// P03: whatever arrives, it is counted once, and a rejected frame changes nothing
+        /// but the count.
+        #[test]
+        fn p03_any_frame_is_counted_once(
+            frames in prop::collection::vec((0u16..=0x7FF, prop::collection::vec(any::<u8>(), 0..=8)), 0..64)
+        ) {
+            let (mut protection, mut counters) = (Protection::default(), Counters::default());
+            let mut received = 0;
+            for (raw, data) in frames {
+                let frame = Frame::new(raw, &data).unwrap();
+                if let Some(id) = Id::from_raw(raw) {
+                    received += 1;
+                    let _ = protection.receive(id, &frame, &mut counters);
+                }
+            }
+            let counted: u32 = Counter::FRAME_KINDS.iter().map(|&c| counters.get(c)).sum();
+            prop_assert_eq!(counted, received);
+        }
+
+        #[test]
+        fn what_is_sealed_is_received(raw in 0u16..=0x7FF, payload: [u8; 6], unresolved: bool, limited: bool) {
+            let decoded = Id::from_raw(raw).and_then(|id| Some((id, Process::decode(id, payload)?)));
+            if let Some((id, process)) = decoded {
+                let status = Status { unresolved, limited };
+                let frame = Sealer::default().seal(process, status);
+                let accepted = Protection::default().receive(id, &frame, &mut Counters::default());
+                prop_assert_eq!(accepted, Ok(Accepted { process, status, lost: 0 }));
+            }
+        }
+    }
+}

@@ -1,0 +1,257 @@
+//! The messages that configure and question a device: postcard, inside a checked envelope.
+//!
+//! Envelope: sequence number u8, postcard bytes, CRC-32 of both (little endian). A response
+//! carries the sequence number of its request; a device that sees the same request again
+//! (its response was lost) sends the same response again and does nothing else.
+//!
+//! An image goes `BeginImage`, `ImageChunk` from offset 0 upwards without gaps, `Activate`.
+//! Until `Activate` succeeds the device uses the image it had.
+
+use heapless::Vec;
+use postcard_schema::Schema;
+use serde::{Deserialize, Serialize};
+
+use crate::Counters;
+use crate::transfer::Endpoint;
+
+/// Segments that a device takes in a row; its frame queue must hold these and a few more.
+pub const BLOCK_SIZE: u8 = 64;
+/// Longest part of an image in one request.
+pub const MAX_CHUNK: usize = 1024;
+/// Longest request in its envelope.
+pub const MAX_REQUEST: usize = MAX_CHUNK + 16;
+/// Longest response in its envelope.
+pub const MAX_RESPONSE: usize = 320;
+
+/// The device's side of the connection.
+pub type DeviceEndpoint = Endpoint<MAX_REQUEST, MAX_RESPONSE>;
+/// The host's side.
+pub type HostEndpoint = Endpoint<MAX_RESPONSE, MAX_REQUEST>;
+
+/// Identifies what these messages and the process frames look like: nobody has to remember
+/// to change a number. Host and device must agree on it before anything is armed.
+pub const PROTOCOL_HASH: u64 = {
+    use postcard_schema::key::Key;
+    let messages = u64::from_le_bytes(Key::for_path::<(Request, Response)>("service").to_bytes());
+    // The process frames: as their description for other tools has them, which is tested.
+    let frames = include_bytes!("../../../docs/cathforce.dbc");
+    let mut hash = messages;
+    let mut i = 0;
+    while i < frames.len() {
+        // FNV-1a.
+        hash = (hash ^ frames[i] as u64).wrapping_mul(0x100_0000_01B3);
+        i += 1;
+    }
+    hash
+};
+
+/// Host to device. `Hello` stays first and as it is: it is how versions find each other.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub enum Request<'a> {
+    /// Answered with [`Response::Hello`].
+    Hello,
+    /// Answered with [`Response::Status`].
+    GetStatus,
+    /// An upload begins; one that was not finished is forgotten.
+    BeginImage { len: u32, crc32: u32 },
+    /// The next bytes of the image, at most [`MAX_CHUNK`].
+    ImageChunk { offset: u32, bytes: &'a [u8] },
+    /// The image is complete: check it whole, use it, start over at tick 0.
+    Activate,
+    /// Ticks run only when a SYNC frame grants them.
+    SetLockStep { on: bool },
+    /// Zeroes counters and worst cases.
+    ResetCounters,
+}
+
+/// Device to host. `Hello` stays first and as it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub enum Response<'a> {
+    #[serde(borrow)]
+    Hello(Hello<'a>),
+    Status(Status),
+    /// Done as asked.
+    Done,
+    #[serde(borrow)]
+    Refused(Refusal<'a>),
+}
+
+/// Who the device is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub struct Hello<'a> {
+    /// Its [`PROTOCOL_HASH`].
+    pub protocol_hash: u64,
+    /// Hash of the device image's schema.
+    pub image_schema_hash: u32,
+    /// Version of the firmware.
+    pub firmware: &'a str,
+    /// Name of the board.
+    pub board: &'a str,
+    /// The board can run in lock step.
+    pub can_lock_step: bool,
+    /// Longest image it can take \[bytes\].
+    pub max_image_len: u32,
+    /// Code of the mode, as in the HAPTIC frame.
+    pub mode: u8,
+    /// Counters that the host's next SYNC, ENCODER and COMMAND frames must carry.
+    pub next_counters: [u8; 3],
+}
+
+/// How the device is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize, Schema)]
+pub struct Status {
+    /// Code of the mode, as in the HAPTIC frame.
+    pub mode: u8,
+    /// Code of the fault or of the ramp's cause; 0 is none.
+    pub fault: u8,
+    pub lock_step: bool,
+    /// Ticks since configuration.
+    pub tick: u32,
+    /// Hash over every output of every tick since configuration.
+    pub digest: u32,
+    pub load: Load,
+    pub counters: Counters,
+}
+
+/// What the ticks cost; what a board cannot measure is 0.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize, Schema)]
+pub struct Load {
+    /// Ticks that began late or not at all.
+    pub missed_ticks: u32,
+    /// Instructions of the most expensive tick.
+    pub worst_instructions: u32,
+    /// Processor cycles of the most expensive tick.
+    pub worst_cycles: u32,
+    /// Number of the most expensive tick.
+    pub worst_tick: u32,
+    /// Deepest use of the stack so far \[bytes\].
+    pub stack_used_bytes: u32,
+    /// Size of the stack \[bytes\].
+    pub stack_size_bytes: u32,
+}
+
+/// Why a request was not done. Nothing has changed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub enum Refusal<'a> {
+    /// No request of this protocol.
+    Unknown,
+    /// Output is armed or ramping down: disarm first.
+    Armed,
+    /// This board cannot.
+    Unsupported,
+    /// No upload was begun.
+    NoUpload,
+    /// The image is longer than the device can take.
+    TooLong { capacity: u32 },
+    /// A chunk leaves a gap, overlaps or goes past the end; this offset is wanted next.
+    Offset { expected: u32 },
+    /// `Activate` before the last byte.
+    Incomplete { expected: u32, received: u32 },
+    /// The bytes received are not those announced.
+    Crc { expected: u32, computed: u32 },
+    /// The image itself is wrong, at this byte.
+    Image { offset: u32, reason: &'a str },
+}
+
+/// Why bytes are not a message.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum EnvelopeError {
+    /// Too short for a sequence number and a check.
+    Short,
+    /// The check does not fit.
+    Crc,
+    /// The check fits, but this is no message of ours, or something follows it.
+    Meaning,
+}
+
+/// The CRC of images and envelopes: CRC-32 as in zip and Ethernet.
+pub fn crc32(bytes: &[u8]) -> u32 {
+    CRC32.checksum(bytes)
+}
+
+const CRC32: crc::Crc<u32, crc::Table<1>> =
+    crc::Crc::<u32, crc::Table<1>>::new(&crc::CRC_32_ISO_HDLC);
+
+/// A message in its envelope; `None` if it does not fit into `N` bytes.
+pub fn seal<M: Serialize, const N: usize>(sequence: u8, message: &M) -> Option<Vec<u8, N>> {
+    let mut buffer = [0; N];
+    let (first, rest) = buffer.split_first_mut()?;
+    *first = sequence;
+    let body = 1 + postcard::to_slice(message, rest).ok()?.len();
+    let crc = crc32(buffer.get(..body)?);
+    buffer.get_mut(body..body + 4)?.copy_from_slice(&crc.to_le_bytes());
+    Vec::from_slice(buffer.get(..body + 4)?).ok()
+}
+
+/// Sequence number and message out of an envelope; the whole of it must be used up.
+pub fn open<'a, M: Deserialize<'a>>(bytes: &'a [u8]) -> Result<(u8, M), EnvelopeError> {
+    let (body, crc) = bytes.split_last_chunk::<4>().ok_or(EnvelopeError::Short)?;
+    let (&sequence, message) = body.split_first().ok_or(EnvelopeError::Short)?;
+    if crc32(body) != u32::from_le_bytes(*crc) {
+        return Err(EnvelopeError::Crc);
+    }
+    match postcard::take_from_bytes(message) {
+        Ok((message, [])) => Ok((sequence, message)),
+        _ => Err(EnvelopeError::Meaning),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use super::*;
+    use crate::Counter;
+    use proptest::prelude::*;
+    use std::vec::Vec as StdVec;
+
+    #[test]
+    fn the_longest_messages_fit() {
+        let chunk = Request::ImageChunk { offset: u32::MAX, bytes: &[0xFF; MAX_CHUNK] };
+        assert!(seal::<_, MAX_REQUEST>(255, &chunk).is_some());
+
+        let mut counters = Counters::default();
+        Counter::ALL.iter().for_each(|&counter| counters.add(counter, u32::MAX));
+        let load = Load {
+            missed_ticks: u32::MAX,
+            worst_instructions: u32::MAX,
+            worst_cycles: u32::MAX,
+            worst_tick: u32::MAX,
+            stack_used_bytes: u32::MAX,
+            stack_size_bytes: u32::MAX,
+        };
+        let (tick, digest) = (u32::MAX, u32::MAX);
+        let status = Status { mode: 7, fault: 255, lock_step: true, tick, digest, load, counters };
+        assert!(seal::<_, MAX_RESPONSE>(255, &Response::Status(status)).is_some());
+
+        let reason = core::str::from_utf8(&[b'x'; 256]).unwrap();
+        let refused = Response::Refused(Refusal::Image { offset: u32::MAX, reason });
+        assert!(seal::<_, MAX_RESPONSE>(255, &refused).is_some());
+    }
+
+    #[test]
+    fn what_follows_a_message_makes_it_none() {
+        let sealed: Vec<u8, 64> = seal(3, &Request::GetStatus).unwrap();
+        assert_eq!(open(&sealed), Ok((3, Request::GetStatus)));
+        let mut longer = StdVec::from(&sealed[..sealed.len() - 4]);
+        longer.push(0);
+        longer.extend(crc32(&longer).to_le_bytes());
+        assert_eq!(open::<Request>(&longer), Err(EnvelopeError::Meaning));
+    }
+
+    proptest! {
+        #[test]
+        fn p03_any_bytes_are_a_message_or_an_error(bytes: StdVec<u8>) {
+            if let Ok((sequence, message)) = open::<Request>(&bytes) {
+                prop_assert_eq!(&seal::<_, MAX_REQUEST>(sequence, &message).unwrap()[..], &bytes[..]);
+            }
+        }
+
+        #[test]
+        fn every_flipped_bit_is_found(offset: u32, bytes in prop::collection::vec(any::<u8>(), 0..40), flip in 0usize..10_000) {
+            let mut sealed: Vec<u8, 64> = seal(9, &Request::ImageChunk { offset, bytes: &bytes }).unwrap();
+            let (byte, bit) = (flip / 8 % sealed.len(), flip % 8);
+            sealed[byte] ^= 1 << bit;
+            prop_assert_eq!(open::<Request>(&sealed), Err(EnvelopeError::Crc));
+        }
+    }
+}

@@ -1,0 +1,241 @@
+//! SLCAN: CAN frames as lines of text, over a UART or a socket.
+//!
+//! Lines end in a carriage return. `t` 11-bit and `T` 29-bit data frames, `r` and `R` remote
+//! frames, `O` open, `L` listen only, `C` close, `S0`–`S8` bit rate. The device answers
+//! `O`, `L`, `C`, `S` with a carriage return and what it does not know with a bell; it does
+//! not acknowledge frames, which have their own protection and would double the traffic.
+
+use heapless::Vec;
+
+use crate::{Counter, Frame};
+
+/// Longest line: `T`, 8 digits of id, 1 of length, 16 of data, 4 of a time stamp.
+pub const MAX_LINE: usize = 30;
+/// The answer to a command that was understood.
+pub const ANSWER_DONE: &[u8] = b"\r";
+/// The answer to a command that was not.
+pub const ANSWER_ERROR: &[u8] = b"\x07";
+
+/// What a line says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Line {
+    /// A data frame with an 11-bit id.
+    Frame(Frame),
+    /// A frame that cannot be ours: 29-bit id, or remote.
+    Foreign,
+    /// `O` or `L`: open the channel.
+    Open,
+    /// `C`: close it.
+    Close,
+    /// `S`: set the bit rate to this preset; 8 is 1 Mbit/s.
+    BitRate(u8),
+    /// An answer to a command of ours: a bare carriage return, `z`, `Z`.
+    Done,
+    /// An answer to a command of ours: a bell.
+    Error,
+    /// No line of the protocol.
+    Bad(BadLine),
+}
+
+/// Why a line is none.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum BadLine {
+    /// Begins with no command that we know.
+    Unknown,
+    /// A known command with wrong digits or a wrong length.
+    Broken,
+    /// Longer than [`MAX_LINE`].
+    TooLong,
+}
+
+impl BadLine {
+    /// Where it is counted.
+    pub fn counter(self) -> Counter {
+        match self {
+            Self::Unknown => Counter::LineUnknown,
+            Self::Broken => Counter::LineBroken,
+            Self::TooLong => Counter::LineTooLong,
+        }
+    }
+}
+
+/// Finds lines in a stream of bytes, in any pieces.
+#[derive(Clone, Debug, Default)]
+pub struct Decoder {
+    line: Vec<u8, MAX_LINE>,
+    overlong: bool,
+}
+
+impl Decoder {
+    /// Takes one byte; gives a line when the byte ends one.
+    pub fn push(&mut self, byte: u8) -> Option<Line> {
+        match byte {
+            b'\r' => {
+                let line =
+                    if self.overlong { Line::Bad(BadLine::TooLong) } else { parse(&self.line) };
+                *self = Self::default();
+                Some(line)
+            }
+            // A bell answers on its own; it also ends whatever was cut off before it.
+            b'\x07' => {
+                let cut_off = self.overlong || !self.line.is_empty();
+                *self = Self::default();
+                Some(if cut_off { Line::Bad(BadLine::Broken) } else { Line::Error })
+            }
+            // Some terminals send a line feed after the carriage return.
+            b'\n' if self.line.is_empty() => None,
+            _ => {
+                self.overlong |= self.line.push(byte).is_err();
+                None
+            }
+        }
+    }
+}
+
+fn parse(line: &[u8]) -> Line {
+    let Some((&command, rest)) = line.split_first() else {
+        return Line::Done;
+    };
+    match (command, rest) {
+        (b't', _) => data_frame(rest, 3).map_or(Line::Bad(BadLine::Broken), Line::Frame),
+        (b'T', _) if is_frame(rest, 8, true) => Line::Foreign,
+        (b'r', _) if is_frame(rest, 3, false) => Line::Foreign,
+        (b'R', _) if is_frame(rest, 8, false) => Line::Foreign,
+        (b'O' | b'L', []) => Line::Open,
+        (b'C', []) => Line::Close,
+        (b'S', [preset @ b'0'..=b'8']) => Line::BitRate(preset - b'0'),
+        (b'z' | b'Z', []) => Line::Done,
+        (b'T' | b'r' | b'R' | b'O' | b'L' | b'C' | b'S' | b'z' | b'Z', _) => {
+            Line::Bad(BadLine::Broken)
+        }
+        _ => Line::Bad(BadLine::Unknown),
+    }
+}
+
+/// Id, length, data, and perhaps a time stamp of 4 digits.
+fn data_frame(digits: &[u8], id_digits: usize) -> Option<Frame> {
+    let (id, rest) = digits.split_at_checked(id_digits)?;
+    let (&len, rest) = rest.split_first()?;
+    let (data, stamp) = rest.split_at_checked(2 * usize::from(hex(len)?))?;
+    if !(stamp.is_empty() || stamp.len() == 4 && stamp.iter().all(|&d| hex(d).is_some())) {
+        return None;
+    }
+    let mut id_value = 0u16;
+    for &digit in id {
+        id_value = id_value << 4 | u16::from(hex(digit)?);
+    }
+    let mut bytes = Vec::<u8, 8>::new();
+    let (pairs, _) = data.as_chunks::<2>();
+    for &[high, low] in pairs {
+        bytes.push(hex(high)? << 4 | hex(low)?).ok()?;
+    }
+    Frame::new(id_value, &bytes)
+}
+
+/// The shape of a frame that we only recognise.
+fn is_frame(digits: &[u8], id_digits: usize, has_data: bool) -> bool {
+    let Some((&len, rest)) = digits.get(id_digits..).and_then(<[u8]>::split_first) else {
+        return false;
+    };
+    let Some(len) = hex(len).filter(|&len| len <= 8) else { return false };
+    let data = if has_data { 2 * usize::from(len) } else { 0 };
+    (rest.len() == data || rest.len() == data + 4) && digits.iter().all(|&d| hex(d).is_some())
+}
+
+fn hex(digit: u8) -> Option<u8> {
+    match digit {
+        b'0'..=b'9' => Some(digit - b'0'),
+        b'a'..=b'f' => Some(digit - b'a' + 10),
+        b'A'..=b'F' => Some(digit - b'A' + 10),
+        _ => None,
+    }
+}
+
+/// A frame's line, carriage return included.
+pub fn encode(frame: &Frame) -> Vec<u8, MAX_LINE> {
+    let digit = |value: u8| {
+        let value = value & 0xF;
+        if value < 10 { b'0' + value } else { b'A' + value - 10 }
+    };
+    let [high, low] = frame.id().to_be_bytes();
+    let head = [b't', digit(high), digit(low >> 4), digit(low), digit(frame.data().len() as u8)];
+    let data = frame.data().iter().flat_map(|&byte| [digit(byte >> 4), digit(byte)]);
+    // 5 + 16 + 1 characters at most: always fits.
+    head.into_iter().chain(data).chain([b'\r']).take(MAX_LINE).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use super::*;
+    use proptest::prelude::*;
+    use std::vec::Vec as StdVec;
+
+    fn lines(bytes: &[u8]) -> StdVec<Line> {
+        let mut decoder = Decoder::default();
+        bytes.iter().filter_map(|&byte| decoder.push(byte)).collect()
+    }
+
+    #[test]
+    fn what_adapters_send_is_understood() {
+        let frame = |id, data: &[u8]| Line::Frame(Frame::new(id, data).unwrap());
+        assert_eq!(lines(b"C\rS8\rO\r"), [Line::Close, Line::BitRate(8), Line::Open]);
+        assert_eq!(lines(b"t1002abCD\r"), [frame(0x100, &[0xAB, 0xCD])]);
+        assert_eq!(lines(b"t1000\r\nt7FF11212ab\r"), [frame(0x100, &[]), frame(0x7FF, &[0x12])]);
+        assert_eq!(lines(b"T000001002ABCD\rr1004\rR000001008\r"), [Line::Foreign; 3]);
+        assert_eq!(lines(b"\rz\r\x07"), [Line::Done, Line::Done, Line::Error]);
+    }
+
+    #[test]
+    fn what_is_no_line_is_told_apart() {
+        let bad = |bytes| match lines(bytes)[..] {
+            [Line::Bad(bad)] => bad,
+            ref other => panic!("{other:?}"),
+        };
+        assert_eq!(bad(b"hello\r"), BadLine::Unknown);
+        assert_eq!(bad(b"\xFF\x00\r"), BadLine::Unknown);
+        for broken in [
+            &b"t\r"[..],
+            b"t10\r",
+            b"t100\r",
+            b"t1009112233445566778899\r",
+            b"t1002ab\r",
+            b"t1002abcdef\r",
+            b"t1002abxy\r",
+            b"t8000\r",
+            b"tzzz0\r",
+            b"T0000010\r",
+            b"S9\r",
+            b"Oh\r",
+            b"t10\x07",
+        ] {
+            assert_eq!(bad(broken), BadLine::Broken, "{broken:?}");
+        }
+        let mut long = [b't'; 1000];
+        long[999] = b'\r';
+        assert_eq!(bad(&long), BadLine::TooLong);
+        // What comes after is read as if nothing had been.
+        let mut decoder = Decoder::default();
+        let again = long.iter().chain(b"C\r").filter_map(|&byte| decoder.push(byte));
+        assert_eq!(again.last(), Some(Line::Close));
+    }
+
+    proptest! {
+        #[test]
+        fn p03_any_bytes_end_in_as_many_lines_as_there_are_ends(bytes: StdVec<u8>) {
+            let ends = bytes.iter().filter(|&&b| b == b'\r' || b == 7).count();
+            prop_assert_eq!(lines(&bytes).len(), ends);
+        }
+
+        #[test]
+        fn a_frame_survives_in_any_pieces_after_any_garbage(
+            garbage: StdVec<u8>, id in 0u16..=0x7FF, data in prop::collection::vec(any::<u8>(), 0..=8)
+        ) {
+            let frame = Frame::new(id, &data).unwrap();
+            let mut bytes = garbage;
+            bytes.push(b'\r');
+            bytes.extend_from_slice(&encode(&frame));
+            prop_assert_eq!(lines(&bytes).last(), Some(&Line::Frame(frame)));
+        }
+    }
+}
