@@ -1,2 +1,10 @@
+//! Settings and the device image: everything a device is told, in one checked block of bytes.
+
 #![no_std]
 #![forbid(unsafe_code)]
+
+pub mod image;
+pub mod schema;
+
+pub use cathforce_control::{SETTINGS, SettingError, SettingInfo, Settings};
+pub use image::{EncodeError, ImageError, ImageHead};

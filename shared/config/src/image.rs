@@ -1,0 +1,243 @@
+//! The device image: instrument, lumen, wall and settings as one block of bytes.
+//!
+//! | offset | bytes | what |
+//! | --- | --- | --- |
+//! | 0 | 4 | magic `CFIM` |
+//! | 4 | 2 | format version |
+//! | 6 | 4 | schema hash of [`ImageHead`] |
+//! | 10 | 4 | total length |
+//! | 14 | 4 | length of the postcard part |
+//! | 18 | 4 | CRC-32 (ISO-HDLC) of everything from 22 on |
+//! | 22 | … | postcard of [`ImageHead`] |
+//! | … | 0–3 | zeros up to a multiple of 4 |
+//! | … | … | bytes of the lumen, read in place |
+//!
+//! Little endian. An image is used whole or refused whole.
+
+use cathforce_control::{Config, SettingError, Settings, TICK_S};
+use cathforce_mechanics::{Description, DescriptionError, Lumen, LumenError, LumenHeader, Model};
+use crc::{CRC_32_ISO_HDLC, Crc, Table};
+use serde::{Deserialize, Serialize};
+
+use crate::schema;
+
+/// First bytes of an image.
+pub const MAGIC: [u8; 4] = *b"CFIM";
+/// Version of the layout in the module's table. The types inside have the schema hash.
+pub const VERSION: u16 = 1;
+/// Bytes before the postcard part.
+pub const HEADER_BYTES: usize = 22;
+
+/// 16 entries of table: an image is checked once, and flash is for lumens.
+static CRC: Crc<u32, Table<1>> = Crc::<u32, Table<1>>::new(&CRC_32_ISO_HDLC);
+
+/// The part of an image that is decoded; the lumen's bytes stand beside it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ImageHead {
+    pub description: Description<f32>,
+    pub lumen: LumenHeader,
+    pub settings: Settings,
+}
+
+/// Why bytes are refused as an image.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ImageError {
+    /// Fewer bytes than a header has.
+    TooShort { found: usize },
+    /// Offset 0: not `CFIM`.
+    Magic { found: [u8; 4] },
+    /// Offset 4: a layout that this version does not know.
+    Version { expected: u16, found: u16 },
+    /// Offset 6: made by a version whose types differ.
+    Schema { expected: u32, found: u32 },
+    /// Offset 10: the image says it has another length than it has.
+    Length { stated: u32, found: usize },
+    /// Offset 14: the postcard part does not fit into the image.
+    HeadLength { stated: u32 },
+    /// Offset 18: the bytes are not those that were written.
+    Crc { stated: u32, computed: u32 },
+    /// The postcard part, which begins at offset 22, cannot be read.
+    Postcard,
+    /// The postcard part has bytes left over from this offset on.
+    TrailingBytes { offset: usize },
+    /// The padding at this offset is not zero.
+    Padding { offset: usize },
+    /// A number of the description.
+    Description(DescriptionError),
+    /// `solver.tick_s` is not the tick of the device.
+    Tick,
+    /// The lumen, whose bytes begin at this offset.
+    Lumen { offset: usize, error: LumenError },
+    /// A setting.
+    Setting(SettingError),
+}
+
+/// Why an image cannot be written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum EncodeError {
+    /// The image would be refused by a device.
+    Refused(ImageError),
+    /// The buffer is too small; [`encoded_len`] says how long it must be.
+    BufferTooSmall { needed: usize },
+    /// The image would be longer than its header can say.
+    TooLong,
+}
+
+/// What the header of an image says, unchecked against its contents.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Header {
+    pub version: u16,
+    pub schema: u32,
+    pub total_bytes: u32,
+    pub head_bytes: u32,
+    /// Also the short name of an image: equal images have equal numbers.
+    pub crc: u32,
+}
+
+impl Header {
+    /// Reads the header and checks the magic, nothing else.
+    pub fn read(image: &[u8]) -> Result<Self, ImageError> {
+        let Some((header, _)) = image.split_first_chunk::<HEADER_BYTES>() else {
+            return Err(ImageError::TooShort { found: image.len() });
+        };
+        let [m0, m1, m2, m3, v0, v1, s0, s1, s2, s3, rest @ ..] = *header;
+        let [t0, t1, t2, t3, h0, h1, h2, h3, c0, c1, c2, c3] = rest;
+        let magic = [m0, m1, m2, m3];
+        if magic != MAGIC {
+            return Err(ImageError::Magic { found: magic });
+        }
+        Ok(Self {
+            version: u16::from_le_bytes([v0, v1]),
+            schema: u32::from_le_bytes([s0, s1, s2, s3]),
+            total_bytes: u32::from_le_bytes([t0, t1, t2, t3]),
+            head_bytes: u32::from_le_bytes([h0, h1, h2, h3]),
+            crc: u32::from_le_bytes([c0, c1, c2, c3]),
+        })
+    }
+
+    fn write(&self) -> [u8; HEADER_BYTES] {
+        let mut bytes = [0; HEADER_BYTES];
+        let fields = (MAGIC.into_iter())
+            .chain(self.version.to_le_bytes())
+            .chain(self.schema.to_le_bytes())
+            .chain(self.total_bytes.to_le_bytes())
+            .chain(self.head_bytes.to_le_bytes())
+            .chain(self.crc.to_le_bytes());
+        for (byte, value) in bytes.iter_mut().zip(fields) {
+            *byte = value;
+        }
+        bytes
+    }
+}
+
+/// The hash of [`ImageHead`]'s layout that this version writes and accepts.
+pub fn schema_hash() -> u32 {
+    // `None` only for types that `schema` cannot see; a test shows that ours it can.
+    schema::hash::<ImageHead>().unwrap_or(0)
+}
+
+/// Where the lumen begins.
+fn lumen_offset(head_bytes: usize) -> Option<usize> {
+    HEADER_BYTES.checked_add(head_bytes)?.checked_next_multiple_of(4)
+}
+
+fn head_len(head: &ImageHead) -> Result<usize, EncodeError> {
+    postcard::serialize_with_flavor(head, postcard::ser_flavors::Size::default())
+        .map_err(|_| EncodeError::Refused(ImageError::Postcard))
+}
+
+/// Bytes that [`encode`] needs.
+pub fn encoded_len(head: &ImageHead, lumen_bytes: &[u8]) -> Result<usize, EncodeError> {
+    let total = lumen_offset(head_len(head)?).and_then(|at| at.checked_add(lumen_bytes.len()));
+    total.filter(|&n| u32::try_from(n).is_ok()).ok_or(EncodeError::TooLong)
+}
+
+/// Writes an image; returns its length. What a device would refuse is refused here.
+pub fn encode(
+    head: &ImageHead,
+    lumen_bytes: &[u8],
+    image: &mut [u8],
+) -> Result<usize, EncodeError> {
+    let needed = encoded_len(head, lumen_bytes)?;
+    let Some(image) = image.get_mut(..needed) else {
+        return Err(EncodeError::BufferTooSmall { needed });
+    };
+    let offset = needed - lumen_bytes.len();
+    configure(head.clone(), lumen_bytes, offset).map_err(EncodeError::Refused)?;
+
+    let too_small = EncodeError::BufferTooSmall { needed };
+    let (header, body) = image.split_first_chunk_mut::<HEADER_BYTES>().ok_or(too_small)?;
+    let (front, lumen) = body.split_at_mut_checked(offset - HEADER_BYTES).ok_or(too_small)?;
+    front.fill(0);
+    let head_bytes = postcard::to_slice(head, front).map_err(|_| too_small)?.len();
+    lumen.copy_from_slice(lumen_bytes);
+    *header = Header {
+        version: VERSION,
+        schema: schema_hash(),
+        total_bytes: needed as u32,
+        head_bytes: head_bytes as u32,
+        crc: CRC.checksum(body),
+    }
+    .write();
+    Ok(needed)
+}
+
+/// Reads an image; the lumen stays where it is. The first fault found is returned.
+pub fn decode(image: &[u8]) -> Result<Config<'_>, ImageError> {
+    let (head, lumen, offset) = split(image)?;
+    configure(head, lumen, offset)
+}
+
+/// Checks everything up to the meaning of the numbers: the head, the lumen's bytes and
+/// where they begin.
+fn split(image: &[u8]) -> Result<(ImageHead, &[u8], usize), ImageError> {
+    let header = Header::read(image)?;
+    if header.version != VERSION {
+        return Err(ImageError::Version { expected: VERSION, found: header.version });
+    }
+    let expected = schema_hash();
+    if header.schema != expected {
+        return Err(ImageError::Schema { expected, found: header.schema });
+    }
+    if usize::try_from(header.total_bytes) != Ok(image.len()) {
+        return Err(ImageError::Length { stated: header.total_bytes, found: image.len() });
+    }
+    let head_length = ImageError::HeadLength { stated: header.head_bytes };
+    let head_bytes = usize::try_from(header.head_bytes).map_err(|_| head_length)?;
+    let offset = lumen_offset(head_bytes).ok_or(head_length)?;
+    let (front, lumen) = image.split_at_checked(offset).ok_or(head_length)?;
+    let (_, body) = image.split_at_checked(HEADER_BYTES).ok_or(head_length)?;
+    let computed = CRC.checksum(body);
+    if header.crc != computed {
+        return Err(ImageError::Crc { stated: header.crc, computed });
+    }
+    let (_, front) = front.split_at_checked(HEADER_BYTES).ok_or(head_length)?;
+    let (head, padding) = front.split_at_checked(head_bytes).ok_or(head_length)?;
+    let padding_offset = HEADER_BYTES + head_bytes;
+    if let Some(i) = padding.iter().position(|&b| b != 0) {
+        return Err(ImageError::Padding { offset: padding_offset + i });
+    }
+    let (head, rest) =
+        postcard::take_from_bytes::<ImageHead>(head).map_err(|_| ImageError::Postcard)?;
+    if !rest.is_empty() {
+        return Err(ImageError::TrailingBytes { offset: padding_offset - rest.len() });
+    }
+    Ok((head, lumen, offset))
+}
+
+/// Checks what the numbers mean and makes the configuration.
+fn configure(
+    head: ImageHead,
+    lumen_bytes: &[u8],
+    lumen_offset: usize,
+) -> Result<Config<'_>, ImageError> {
+    let ImageHead { description, lumen, settings } = head;
+    settings.validate().map_err(ImageError::Setting)?;
+    if description.solver.tick_s != TICK_S {
+        return Err(ImageError::Tick);
+    }
+    let lumen = Lumen::new(lumen, lumen_bytes)
+        .map_err(|error| ImageError::Lumen { offset: lumen_offset, error })?;
+    let model = Model::new(description).map_err(ImageError::Description)?;
+    Ok(Config { model, lumen, settings })
+}

@@ -1,0 +1,202 @@
+//! A number that changes when the layout of a type changes.
+//!
+//! postcard writes values without names, so bytes written by one version of a type can be
+//! read as another without an error. [`hash`] asks a type's own `Deserialize` what it wants
+//! to read, in order: names of structs, enums and fields, widths of numbers, lengths of
+//! arrays. Nobody has to remember to change a number.
+
+use core::fmt;
+
+use serde::de::{self, DeserializeOwned, DeserializeSeed, Visitor};
+
+/// FNV-1a over the names and types that `T` reads.
+///
+/// Covers structs, tuples, arrays, sequences, options and plain values. An enum or a map
+/// inside `T` gives `None`: an image has neither, and only part of one could be seen here.
+pub fn hash<T: DeserializeOwned>() -> Option<u32> {
+    let mut fnv = Fnv(0x811C_9DC5);
+    T::deserialize(Tracer(&mut fnv)).ok()?;
+    Some(fnv.0)
+}
+
+struct Fnv(u32);
+
+impl Fnv {
+    fn add(&mut self, text: &str) {
+        // The closing zero keeps "ab", "c" apart from "a", "bc".
+        for byte in text.bytes().chain([0]) {
+            self.0 = (self.0 ^ u32::from(byte)).wrapping_mul(0x0100_0193);
+        }
+    }
+
+    fn add_len(&mut self, len: usize) {
+        for byte in (len as u32).to_le_bytes() {
+            self.0 = (self.0 ^ u32::from(byte)).wrapping_mul(0x0100_0193);
+        }
+    }
+}
+
+/// Hands out a zero of whatever is asked for and notes what that was.
+struct Tracer<'h>(&'h mut Fnv);
+
+/// A type that cannot be seen whole.
+#[derive(Debug)]
+struct Unseen;
+
+impl fmt::Display for Unseen {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("a type whose layout cannot be traced")
+    }
+}
+
+impl de::StdError for Unseen {}
+
+impl de::Error for Unseen {
+    fn custom<T: fmt::Display>(_: T) -> Self {
+        Self
+    }
+}
+
+macro_rules! plain {
+    ($( $method:ident: $visit:ident($zero:expr) = $name:literal; )+) => { $(
+        fn $method<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Unseen> {
+            self.0.add($name);
+            visitor.$visit($zero)
+        }
+    )+ };
+}
+
+macro_rules! refuse {
+    ($( $method:ident($($arg:ty),*); )+) => { $(
+        fn $method<V: Visitor<'de>>(self, $(_: $arg,)* _: V) -> Result<V::Value, Unseen> {
+            Err(Unseen)
+        }
+    )+ };
+}
+
+impl<'de> de::Deserializer<'de> for Tracer<'_> {
+    type Error = Unseen;
+
+    plain! {
+        deserialize_bool: visit_bool(false) = "bool";
+        deserialize_i8: visit_i8(0) = "i8";
+        deserialize_i16: visit_i16(0) = "i16";
+        deserialize_i32: visit_i32(0) = "i32";
+        deserialize_i64: visit_i64(0) = "i64";
+        deserialize_u8: visit_u8(0) = "u8";
+        deserialize_u16: visit_u16(0) = "u16";
+        deserialize_u32: visit_u32(0) = "u32";
+        deserialize_u64: visit_u64(0) = "u64";
+        deserialize_f32: visit_f32(0.0) = "f32";
+        deserialize_f64: visit_f64(0.0) = "f64";
+        deserialize_char: visit_char('0') = "char";
+        deserialize_str: visit_str("") = "str";
+        deserialize_string: visit_str("") = "str";
+        deserialize_bytes: visit_bytes(&[]) = "bytes";
+        deserialize_byte_buf: visit_bytes(&[]) = "bytes";
+    }
+
+    refuse! {
+        deserialize_any();
+        deserialize_ignored_any();
+        deserialize_identifier();
+        deserialize_map();
+        deserialize_enum(&'static str, &'static [&'static str]);
+    }
+
+    fn deserialize_unit<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Unseen> {
+        self.0.add("unit");
+        visitor.visit_unit()
+    }
+
+    fn deserialize_option<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Unseen> {
+        self.0.add("option");
+        visitor.visit_some(self)
+    }
+
+    fn deserialize_unit_struct<V: Visitor<'de>>(
+        self,
+        name: &'static str,
+        visitor: V,
+    ) -> Result<V::Value, Unseen> {
+        self.0.add(name);
+        visitor.visit_unit()
+    }
+
+    fn deserialize_newtype_struct<V: Visitor<'de>>(
+        self,
+        name: &'static str,
+        visitor: V,
+    ) -> Result<V::Value, Unseen> {
+        self.0.add(name);
+        visitor.visit_newtype_struct(self)
+    }
+
+    fn deserialize_seq<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Unseen> {
+        self.0.add("seq");
+        visitor.visit_seq(Elements { tracer: self, names: &[], left: 1 })
+    }
+
+    fn deserialize_tuple<V: Visitor<'de>>(
+        self,
+        len: usize,
+        visitor: V,
+    ) -> Result<V::Value, Unseen> {
+        self.0.add("tuple");
+        self.0.add_len(len);
+        visitor.visit_seq(Elements { tracer: self, names: &[], left: len })
+    }
+
+    fn deserialize_tuple_struct<V: Visitor<'de>>(
+        self,
+        name: &'static str,
+        len: usize,
+        visitor: V,
+    ) -> Result<V::Value, Unseen> {
+        self.0.add(name);
+        self.deserialize_tuple(len, visitor)
+    }
+
+    fn deserialize_struct<V: Visitor<'de>>(
+        self,
+        name: &'static str,
+        fields: &'static [&'static str],
+        visitor: V,
+    ) -> Result<V::Value, Unseen> {
+        self.0.add(name);
+        self.0.add_len(fields.len());
+        visitor.visit_seq(Elements { tracer: self, names: fields, left: fields.len() })
+    }
+
+    fn is_human_readable(&self) -> bool {
+        false
+    }
+}
+
+/// The parts of a struct, array or sequence, one after the other.
+struct Elements<'h> {
+    tracer: Tracer<'h>,
+    names: &'static [&'static str],
+    left: usize,
+}
+
+impl<'de> de::SeqAccess<'de> for Elements<'_> {
+    type Error = Unseen;
+
+    fn next_element_seed<S: DeserializeSeed<'de>>(
+        &mut self,
+        seed: S,
+    ) -> Result<Option<S::Value>, Unseen> {
+        let Some(left) = self.left.checked_sub(1) else { return Ok(None) };
+        self.left = left;
+        if let Some((name, rest)) = self.names.split_first() {
+            self.tracer.0.add(name);
+            self.names = rest;
+        }
+        seed.deserialize(Tracer(self.tracer.0)).map(Some)
+    }
+
+    fn size_hint(&self) -> Option<usize> {
+        Some(self.left)
+    }
+}
