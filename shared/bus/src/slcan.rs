@@ -235,7 +235,7 @@ mod tests {
             let mut bytes = garbage;
             bytes.push(b'\r');
             bytes.extend_from_slice(&encode(&frame));
-            prop_assert_eq!(lines(&bytes).last(), Some(&Line::Frame(frame)));
+            prop_assert_eq!(lines(&bytes).pop(), Some(Line::Frame(frame)));
         }
     }
 }
