@@ -1,1 +1,26 @@
+//! Recordings of the bus: written while a trial runs, read, decoded, compared with the
+//! sensor and replayed through the same tick on the host.
+//!
+//! A recording is an MCAP file that stands alone: raw frames in bus order, the device image,
+//! the rig's description, the rows of the trial that was played, and what the frames mean.
+//! Decoded quantities are in it too, for tools that plot; nothing is ever read back from them.
+
 #![forbid(unsafe_code)]
+
+pub mod compare;
+mod frame;
+mod info;
+mod layout;
+mod reader;
+pub mod snap;
+mod tick;
+mod trial;
+mod writer;
+
+pub use compare::{Comparison, compare};
+pub use frame::{BusFrame, Direction};
+pub use info::{FORMAT, RunInfo};
+pub use reader::{Cut, ReadError, Recording};
+pub use tick::{Completed, Decoder, NodeEstimate, NodePass, TickEstimate, decode};
+pub use trial::{Estimate, Measured, SensorNoise, Trial};
+pub use writer::{Attachments, Recorder, WriteError};

@@ -1,0 +1,219 @@
+//! Reading a recording.
+
+use std::fs;
+use std::io;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+use mcap::records::{MessageHeader, Record};
+
+use crate::frame::BusFrame;
+use crate::info::{FORMAT, RunInfo};
+use crate::layout;
+use crate::trial::{Measured, Trial};
+
+/// Everything that a recording holds and nothing that follows from it.
+#[derive(Clone, Debug)]
+pub struct Recording {
+    pub info: RunInfo,
+    /// The device image that was in use.
+    pub image: Vec<u8>,
+    pub rig_toml: String,
+    /// Every frame, in the order in which it crossed the bus.
+    pub frames: Vec<BusFrame>,
+    /// What was played, with what the sensors said.
+    pub trial: Trial,
+    /// Time on the bus at which the trial's time is zero \[ns\].
+    pub trial_start_ns: Option<u64>,
+    /// Where the file breaks off, if it was never finished.
+    pub cut: Option<Cut>,
+}
+
+/// The recorder was killed here; what comes before is whole.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Cut {
+    /// First byte that does not belong to a whole record.
+    pub byte: usize,
+}
+
+/// A file is no recording that can be used.
+#[derive(Debug, thiserror::Error)]
+pub enum ReadError {
+    #[error("cannot read {}: {source}", path.display())]
+    Io { path: PathBuf, source: io::Error },
+    #[error(
+        "{}: byte 0: not an MCAP file, it begins with {found}; give a recording made by `cathforce run`",
+        path.display()
+    )]
+    NotMcap { path: PathBuf, found: String },
+    #[error(
+        "{}: byte {byte}: {cause}; the file is damaged, copy it again or record anew",
+        path.display()
+    )]
+    Damaged { path: PathBuf, byte: usize, cause: String },
+    #[error(
+        "{}: an MCAP file, but {missing}; give a recording made by `cathforce run`",
+        path.display()
+    )]
+    NotOurs { path: PathBuf, missing: String },
+}
+
+impl Recording {
+    /// Reads the file whole.
+    ///
+    /// A file that breaks off, because its recorder was killed, is read up to there and says
+    /// so in [`Recording::cut`]; one that is wrong anywhere else is refused.
+    pub fn open(path: &Path) -> Result<Self, ReadError> {
+        let bytes = fs::read(path).map_err(|source| ReadError::Io { path: path.into(), source })?;
+        let mut parts = Parts::default();
+        let cut = scan(path, &bytes, &mut parts)?;
+        let missing = |what: &str| ReadError::NotOurs {
+            path: path.into(),
+            missing: format!("it has no {what}"),
+        };
+        let info = parts.info.ok_or_else(|| missing("`cathforce` metadata"))?;
+        Ok(Self {
+            image: parts.image.ok_or_else(|| missing("attached device image"))?,
+            rig_toml: parts.rig_toml.ok_or_else(|| missing("attached rig.toml"))?,
+            frames: parts.frames,
+            trial: Trial { rows: parts.rows, noise: info.noise },
+            trial_start_ns: parts.trial_start_ns,
+            cut,
+            info,
+        })
+    }
+}
+
+/// What has been found so far.
+#[derive(Default)]
+struct Parts {
+    info: Option<RunInfo>,
+    image: Option<Vec<u8>>,
+    rig_toml: Option<String>,
+    frames: Vec<BusFrame>,
+    rows: Vec<Measured>,
+    trial_start_ns: Option<u64>,
+    frames_channel: Option<u16>,
+    measured_channel: Option<u16>,
+}
+
+const OPCODE_ATTACHMENT: u8 = 0x09;
+/// Opcode and length of a record.
+const HEAD_BYTES: usize = 9;
+
+/// Walks over the records of a file; `Some` where it breaks off.
+///
+/// The records' frame (opcode, length, body) is walked here rather than by the library, so
+/// that every fault can be given its byte.
+fn scan(path: &Path, bytes: &[u8], parts: &mut Parts) -> Result<Option<Cut>, ReadError> {
+    let Some(mut rest) = bytes.strip_prefix(mcap::MAGIC) else {
+        let found = bytes.iter().take(8).map(|b| format!("{b:02x}")).collect::<Vec<_>>().join(" ");
+        let found = if found.is_empty() { "nothing".to_owned() } else { found };
+        return Err(ReadError::NotMcap { path: path.into(), found });
+    };
+    let position = |rest: &[u8]| bytes.len() - rest.len();
+    loop {
+        let byte = position(rest);
+        let damaged = |cause: String| ReadError::Damaged { path: path.into(), byte, cause };
+        if rest == mcap::MAGIC {
+            return Ok(None);
+        }
+        let Some((opcode, body)) = split_record(rest) else {
+            return Ok(Some(Cut { byte }));
+        };
+        rest = &rest[HEAD_BYTES + body.len()..];
+        if opcode == OPCODE_ATTACHMENT && !attachment_fits(body) {
+            return Err(damaged("an attachment is shorter than its own header".to_owned()));
+        }
+        let record = mcap::parse_record(opcode, body).map_err(|e| damaged(e.to_string()))?;
+        match record {
+            Record::Chunk { header, data } => {
+                let records = mcap::read::ChunkReader::new(header, &data)
+                    .map_err(|e| damaged(e.to_string()))?;
+                for record in records {
+                    let record = record.map_err(|e| damaged(format!("in this chunk: {e}")))?;
+                    parts.take(record).map_err(|e| damaged(format!("in this chunk: {e}")))?;
+                }
+            }
+            record => parts.take(record).map_err(damaged)?,
+        }
+    }
+}
+
+/// Opcode and body of the first record, if it is whole.
+fn split_record(bytes: &[u8]) -> Option<(u8, &[u8])> {
+    let (&opcode, rest) = bytes.split_first()?;
+    let (length, rest) = rest.split_first_chunk()?;
+    let length = usize::try_from(u64::from_le_bytes(*length)).ok()?;
+    Some((opcode, rest.get(..length)?))
+}
+
+/// The library's parser takes this for granted.
+fn attachment_fits(body: &[u8]) -> bool {
+    const TIMES: usize = 16;
+    const DATA_LENGTH_AND_CRC: usize = 12;
+    let after_string = |at: usize| {
+        let length = body.get(at..)?.first_chunk()?;
+        at.checked_add(4)?.checked_add(usize::try_from(u32::from_le_bytes(*length)).ok()?)
+    };
+    let strings: Option<Range<usize>> =
+        after_string(TIMES).and_then(after_string).map(|end| TIMES..end);
+    strings.is_some_and(|s| body.len() >= s.end.saturating_add(DATA_LENGTH_AND_CRC))
+}
+
+impl Parts {
+    fn take(&mut self, record: Record<'_>) -> Result<(), String> {
+        match record {
+            Record::Metadata(metadata) if metadata.name == layout::INFO => {
+                match metadata.metadata.get("format") {
+                    Some(format) if format == FORMAT => {}
+                    other => {
+                        let other = other.map_or("no format", String::as_str);
+                        return Err(format!(
+                            "the recording has {other}, this version reads {FORMAT}; use the \
+                             version of cathforce that recorded it"
+                        ));
+                    }
+                }
+                self.info = Some(RunInfo::from_map(&metadata.metadata)?);
+            }
+            Record::Attachment { header, data, .. } => match header.name.as_str() {
+                layout::IMAGE => self.image = Some(data.into_owned()),
+                layout::RIG => {
+                    let text = String::from_utf8(data.into_owned());
+                    self.rig_toml = Some(text.map_err(|e| format!("rig.toml: {e}"))?);
+                }
+                _ => {}
+            },
+            Record::Channel(channel) => match channel.topic.as_str() {
+                layout::FRAMES_TOPIC if channel.message_encoding == layout::FRAMES_ENCODING => {
+                    self.frames_channel = Some(channel.id);
+                }
+                layout::MEASURED_TOPIC => self.measured_channel = Some(channel.id),
+                _ => {}
+            },
+            Record::Message { header, data } => self.message(&header, &data)?,
+            _ => {}
+        }
+        Ok(())
+    }
+
+    fn message(&mut self, header: &MessageHeader, data: &[u8]) -> Result<(), String> {
+        if Some(header.channel_id) == self.frames_channel {
+            let expected = self.frames.len() as u32;
+            if header.sequence != expected {
+                return Err(format!("frame {expected} is missing, {} follows", header.sequence));
+            }
+            let frame = BusFrame::from_bytes(header.log_time, data)
+                .map_err(|e| format!("frame {expected}: {e}"))?;
+            self.frames.push(frame);
+        } else if Some(header.channel_id) == self.measured_channel {
+            let row: Measured = serde_json::from_slice(data)
+                .map_err(|e| format!("measured row {}: {e}", self.rows.len()))?;
+            let t_ns = (row.t_s * 1e9).round() as u64;
+            self.trial_start_ns.get_or_insert(header.log_time.saturating_sub(t_ns));
+            self.rows.push(row);
+        }
+        Ok(())
+    }
+}

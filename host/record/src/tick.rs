@@ -1,0 +1,274 @@
+//! From frames back to quantities: what the device said, tick by tick.
+
+use cathforce_bus::{Accepted, Counters, Encoder, Id, Process, Protection};
+use serde::Serialize;
+
+use crate::frame::{BusFrame, Direction};
+
+/// What crossed the bus in one tick. A field that no frame of this tick carried is `None`.
+#[derive(Clone, Copy, Debug, PartialEq, Default, Serialize)]
+pub struct TickEstimate {
+    /// Time of the tick's first frame \[ns\].
+    #[serde(skip)]
+    pub at_ns: u64,
+    /// Ticks since the recording began.
+    pub tick: u64,
+    /// Last insertion sent to the device \[m\].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub insertion_m: Option<f32>,
+    /// Last rotation sent to the device \[rad\].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rotation_rad: Option<f32>,
+    /// Code of the mode.
+    pub mode: u8,
+    /// Code of the fault, 0 is none.
+    pub fault: u8,
+    /// Forces of this tick are not to be trusted.
+    pub unresolved: bool,
+    /// The haptic output was limited.
+    pub limited: bool,
+    /// On the operator's linear axis \[N\].
+    pub haptic_force_n: f32,
+    /// On the operator's rotary axis \[N·m\].
+    pub haptic_torque_n_m: f32,
+    /// Total contact force on the vessel, vessel frame \[N\].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub force_n: Option<[f32; 3]>,
+    /// Axial force behind the guide \[N\].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub drive_force_n: Option<f32>,
+    /// Torque behind the guide \[N·m\].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub drive_torque_n_m: Option<f32>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub encoder_age_ticks: Option<u8>,
+    /// Moment on the vessel about the entry, vessel frame \[N·m\].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub moment_n_m: Option<[f32; 3]>,
+    /// Rolling hash over every output of every tick so far.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub digest: Option<u32>,
+    /// Tip, from the entry, vessel frame \[m\].
+    #[serde(skip)]
+    pub tip_from_entry_m: Option<[f32; 3]>,
+}
+
+/// What the device last said of one node.
+#[derive(Clone, Copy, Debug, PartialEq, Default, Serialize)]
+pub struct NodeEstimate {
+    /// 0 is the tip.
+    pub node: u8,
+    /// From the entry, vessel frame \[m\].
+    pub position_m: [f32; 3],
+    /// Contact force on the vessel, vessel frame \[N\].
+    pub force_n: [f32; 3],
+}
+
+/// The device has gone over all its nodes, tip to guide.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct NodePass {
+    /// Time of the last one \[ns\].
+    #[serde(skip)]
+    pub at_ns: u64,
+    pub nodes: Vec<NodeEstimate>,
+}
+
+/// What a frame completed.
+#[derive(Clone, Debug, PartialEq, Default)]
+pub struct Completed {
+    pub tick: Option<TickEstimate>,
+    pub nodes: Option<NodePass>,
+}
+
+/// Collects frames into ticks. A tick begins with its HAPTIC frame.
+#[derive(Debug, Default)]
+pub struct Decoder {
+    protection: Protection,
+    counters: Counters,
+    ticks: u64,
+    open: Option<TickEstimate>,
+    encoder: Option<(f32, f32)>,
+    pass: Vec<NodeEstimate>,
+    pass_at_ns: u64,
+}
+
+impl Decoder {
+    /// What became of the process frames so far.
+    pub fn counters(&self) -> &Counters {
+        &self.counters
+    }
+
+    /// Takes the next frame; gives what it completed.
+    pub fn push(&mut self, frame: &BusFrame) -> Completed {
+        self.take(frame).unwrap_or_default()
+    }
+
+    /// The tick that no further frame can complete.
+    pub fn finish(&mut self) -> Option<TickEstimate> {
+        self.open.take()
+    }
+
+    fn take(&mut self, frame: &BusFrame) -> Option<Completed> {
+        let id = Id::from_raw(frame.frame.id())?;
+        let service = matches!(id, Id::ServiceRequest | Id::ServiceResponse);
+        if service || id.is_from_host() != (frame.direction == Direction::ToDevice) {
+            return None;
+        }
+        let Accepted { process, status, .. } =
+            self.protection.receive(id, &frame.frame, &mut self.counters).ok()?;
+        let mut completed = Completed::default();
+        match (process, &mut self.open) {
+            (Process::Encoder(Encoder { insertion, rotation }), _) => {
+                self.encoder = Some((insertion.m(), rotation.rad()));
+            }
+            (Process::Haptic(haptic), _) => {
+                completed.tick = self.open.replace(TickEstimate {
+                    at_ns: frame.at_ns,
+                    tick: self.ticks,
+                    insertion_m: self.encoder.map(|(insertion_m, _)| insertion_m),
+                    rotation_rad: self.encoder.map(|(_, rotation_rad)| rotation_rad),
+                    mode: haptic.mode,
+                    fault: haptic.fault,
+                    unresolved: status.unresolved,
+                    limited: status.limited,
+                    haptic_force_n: haptic.force.n(),
+                    haptic_torque_n_m: haptic.torque.n_m(),
+                    ..TickEstimate::default()
+                });
+                self.ticks += 1;
+            }
+            (Process::Contact(contact), Some(tick)) => {
+                tick.force_n = Some(contact.force.map(|x| x.n()));
+            }
+            (Process::Tick(frame), Some(tick)) => tick.digest = Some(frame.digest),
+            (Process::Drive(drive), Some(tick)) => {
+                tick.drive_force_n = Some(drive.force.n());
+                tick.drive_torque_n_m = Some(drive.torque.n_m());
+                tick.encoder_age_ticks = Some(drive.encoder_age_ticks);
+            }
+            (Process::Moment(total), Some(tick)) => {
+                tick.moment_n_m = Some(total.moment.map(|x| x.n_m()));
+            }
+            (Process::Shape(shape), Some(tick)) => {
+                let position_m = shape.position.map(|x| x.m());
+                if shape.node == 0 {
+                    tick.tip_from_entry_m = Some(position_m);
+                    completed.nodes = self.start_pass();
+                }
+                self.pass.push(NodeEstimate { node: shape.node, position_m, force_n: [0.0; 3] });
+                self.pass_at_ns = frame.at_ns;
+            }
+            (Process::Force(force), _) => {
+                let node = self.pass.last_mut().filter(|n| n.node == force.node)?;
+                node.force_n = force.force.map(|x| x.n());
+            }
+            _ => {}
+        }
+        Some(completed)
+    }
+
+    /// Gives the pass that ends here, if it saw every node from the tip on.
+    fn start_pass(&mut self) -> Option<NodePass> {
+        let nodes = std::mem::take(&mut self.pass);
+        let whole = nodes.iter().enumerate().all(|(i, n)| usize::from(n.node) == i);
+        (whole && !nodes.is_empty()).then_some(NodePass { at_ns: self.pass_at_ns, nodes })
+    }
+}
+
+/// Every tick and every pass over the nodes of a list of frames.
+pub fn decode(frames: &[BusFrame]) -> (Vec<TickEstimate>, Vec<NodePass>) {
+    let mut decoder = Decoder::default();
+    let (mut ticks, mut passes) = (Vec::new(), Vec::new());
+    for frame in frames {
+        let Completed { tick, nodes } = decoder.push(frame);
+        ticks.extend(tick);
+        passes.extend(nodes);
+    }
+    ticks.extend(decoder.finish());
+    (ticks, passes)
+}
+
+#[cfg(test)]
+mod tests {
+    use cathforce_bus::{
+        Contact, Drive, DriveTorque, Force, Haptic, HapticForce, HapticTorque, Insertion,
+        NodeForce, Position, Rotation, Sealer, Shape, Status,
+    };
+
+    use super::*;
+
+    fn to_host(sealer: &mut Sealer, at_ns: u64, process: Process) -> BusFrame {
+        let frame = sealer.seal(process, Status { unresolved: true, limited: false });
+        BusFrame { at_ns, direction: Direction::ToHost, frame }
+    }
+
+    fn haptic(mode: u8) -> Process {
+        Process::Haptic(Haptic { force: HapticForce(2), torque: HapticTorque(3), mode, fault: 0 })
+    }
+
+    #[test]
+    fn frames_become_ticks() {
+        let (mut host, mut device) = (Sealer::default(), Sealer::default());
+        let encoder = Process::Encoder(Encoder {
+            insertion: Insertion::from_m(0.05),
+            rotation: Rotation::from_rad(-1.0),
+        });
+        let encoder = host.seal(encoder, Status::default());
+        let frames = [
+            BusFrame { at_ns: 0, direction: Direction::ToDevice, frame: encoder },
+            to_host(&mut device, 1, haptic(4)),
+            to_host(&mut device, 2, Process::Contact(Contact { force: [Force(10); 3] })),
+            to_host(&mut device, 3, haptic(5)),
+            to_host(
+                &mut device,
+                4,
+                Process::Drive(Drive {
+                    force: Force(-7),
+                    torque: DriveTorque(1),
+                    limits: 0,
+                    encoder_age_ticks: 2,
+                }),
+            ),
+        ];
+        let (ticks, _) = decode(&frames);
+        assert_eq!(ticks.len(), 2);
+        assert_eq!((ticks[0].tick, ticks[0].at_ns, ticks[0].mode), (0, 1, 4));
+        assert_eq!(ticks[0].insertion_m, Some(0.05));
+        assert_eq!(ticks[0].force_n, Some([Force(10).n(); 3]));
+        assert_eq!(ticks[0].drive_force_n, None, "belongs to the next tick");
+        assert!(ticks[0].unresolved);
+        assert_eq!(ticks[1].force_n, None);
+        assert_eq!(ticks[1].drive_force_n, Some(Force(-7).n()));
+    }
+
+    #[test]
+    fn a_pass_over_the_nodes_is_whole_or_not_given() {
+        let mut device = Sealer::default();
+        let mut frames = vec![to_host(&mut device, 0, haptic(4))];
+        for node in [1, 2, 0, 1, 2, 0] {
+            let position = [Position(i16::from(node)); 3];
+            let shape = Process::Shape(Shape { node, position });
+            let force = Process::Force(NodeForce { node, force: [Force(5); 3] });
+            frames.push(to_host(&mut device, 1, shape));
+            frames.push(to_host(&mut device, 1, force));
+        }
+        let (_, passes) = decode(&frames);
+        assert_eq!(passes.len(), 1, "the first one began in the middle");
+        assert_eq!(passes[0].nodes.len(), 3);
+        assert_eq!(passes[0].nodes[2].position_m, [Position(2).m(); 3]);
+        assert_eq!(passes[0].nodes[2].force_n, [Force(5).n(); 3]);
+    }
+
+    #[test]
+    fn damaged_and_misdirected_frames_are_not_used() {
+        let mut device = Sealer::default();
+        let good = to_host(&mut device, 0, haptic(4));
+        let mut wrong_way = good;
+        wrong_way.direction = Direction::ToDevice;
+        let mut bytes = good.frame.data().to_vec();
+        bytes[0] ^= 1;
+        let frame = cathforce_bus::Frame::new(good.frame.id(), &bytes).unwrap();
+        let (ticks, _) = decode(&[wrong_way, BusFrame { frame, ..good }]);
+        assert!(ticks.is_empty());
+    }
+}

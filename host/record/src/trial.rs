@@ -1,0 +1,57 @@
+//! What the sensor said, and what the device said, on one time axis.
+
+use serde::{Deserialize, Serialize};
+
+/// One row of a trial: what was measured at `t_s`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Measured {
+    /// Time since the trial began \[s\].
+    pub t_s: f64,
+    /// Drive-side insertion \[m\].
+    pub insertion_m: f64,
+    /// Drive-side rotation \[rad\].
+    pub rotation_rad: f64,
+    /// Force of the instrument on the phantom, vessel frame \[N\].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub force_n: Option<[f64; 3]>,
+    /// Axial force behind the guide, positive when pushing \[N\].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub drive_force_n: Option<f64>,
+    /// End of the centre line, vessel frame \[m\].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tip_m: Option<[f64; 3]>,
+}
+
+/// Standard deviations of the sensor's white noise, as the rig states them.
+#[derive(Clone, Copy, Debug, PartialEq, Default, Serialize, Deserialize)]
+pub struct SensorNoise {
+    /// Force, per axis \[N\].
+    pub force_n: f64,
+    /// Drive force \[N\], where stated.
+    pub drive_force_n: Option<f64>,
+    /// Tip, per axis \[m\], where stated.
+    pub tip_m: Option<f64>,
+}
+
+/// A trial as the sensor saw it.
+#[derive(Clone, Debug, PartialEq, Default)]
+pub struct Trial {
+    /// Rows, sorted by time.
+    pub rows: Vec<Measured>,
+    pub noise: SensorNoise,
+}
+
+/// What the model said after one tick.
+#[derive(Clone, Copy, Debug, PartialEq, Default, Serialize, Deserialize)]
+pub struct Estimate {
+    /// Time since the trial began \[s\].
+    pub t_s: f64,
+    /// Total contact force on the vessel, vessel frame \[N\].
+    pub force_n: [f64; 3],
+    /// Axial force behind the guide \[N\], in ticks that carry it.
+    pub drive_force_n: Option<f64>,
+    /// End of the centre line \[m\], in ticks that carry it.
+    pub tip_m: Option<[f64; 3]>,
+    /// The model's own warning that forces of this tick are not to be trusted.
+    pub unresolved: bool,
+}

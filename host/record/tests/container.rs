@@ -1,0 +1,203 @@
+//! A recording on disk: whole, broken off, damaged, foreign.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use cathforce_bus::{
+    Contact, Encoder, Force, Frame, Haptic, HapticForce, HapticTorque, Insertion, Process,
+    Rotation, Sealer, Status,
+};
+use cathforce_record::{
+    Attachments, BusFrame, Direction, Measured, ReadError, Recorder, Recording, RunInfo,
+    SensorNoise,
+};
+
+const TICKS: u64 = 40;
+
+fn info() -> RunInfo {
+    RunInfo {
+        host_version: "0.1.0".into(),
+        link: "sim".into(),
+        board: "host".into(),
+        lock_step: true,
+        rig: "tapered".into(),
+        trial: "000".into(),
+        noise: SensorNoise { force_n: 0.01, drive_force_n: Some(0.02), tip_m: None },
+        tick_s: 1e-3,
+        ..RunInfo::default()
+    }
+}
+
+fn attachments() -> Attachments<'static> {
+    Attachments { image: b"CFIM\x01image", rig_toml: "format = 1\n", dbc: "VERSION \"\"" }
+}
+
+fn frames() -> Vec<BusFrame> {
+    let (mut host, mut device) = (Sealer::default(), Sealer::default());
+    let mut frames = Vec::new();
+    for tick in 0..TICKS {
+        let mut push = |direction, frame: Frame| {
+            frames.push(BusFrame { at_ns: tick * 1_000_000, direction, frame });
+        };
+        let encoder = Process::Encoder(Encoder {
+            insertion: Insertion::from_m(0.03 + 1e-5 * tick as f64),
+            rotation: Rotation::from_rad(0.0),
+        });
+        push(Direction::ToDevice, host.seal(encoder, Status::default()));
+        let haptic = Haptic { force: HapticForce(1), torque: HapticTorque(2), mode: 4, fault: 0 };
+        push(Direction::ToHost, device.seal(Process::Haptic(haptic), Status::default()));
+        let contact = Process::Contact(Contact { force: [Force(tick as i16); 3] });
+        push(Direction::ToHost, device.seal(contact, Status::default()));
+    }
+    frames
+}
+
+fn rows() -> Vec<Measured> {
+    (0..10)
+        .map(|i| Measured {
+            t_s: 0.004 * f64::from(i),
+            insertion_m: 0.03 + 4e-5 * f64::from(i),
+            rotation_rad: 0.0,
+            force_n: Some([0.1, -0.2, 0.3]),
+            drive_force_n: None,
+            tip_m: (i == 0).then_some([0.03, 0.0, 0.0]),
+        })
+        .collect()
+}
+
+/// A finished recording; the trial begins at 3 ms of bus time.
+fn record(folder: &Path) -> PathBuf {
+    let path = folder.join("run.mcap");
+    let mut recorder = Recorder::create(&path, &info(), attachments()).unwrap();
+    for frame in frames() {
+        recorder.frame(&frame).unwrap();
+    }
+    for row in rows() {
+        recorder.measured(3_000_000 + (row.t_s * 1e9) as u64, &row).unwrap();
+    }
+    recorder.finish().unwrap();
+    path
+}
+
+#[test]
+fn what_was_recorded_is_read_back() {
+    let folder = tempfile::tempdir().unwrap();
+    let recording = Recording::open(&record(folder.path())).unwrap();
+    assert_eq!(recording.info, info());
+    assert_eq!(recording.image, attachments().image);
+    assert_eq!(recording.rig_toml, attachments().rig_toml);
+    assert_eq!(recording.frames, frames());
+    assert_eq!(recording.trial.rows, rows());
+    assert_eq!(recording.trial.noise, info().noise);
+    assert_eq!(recording.trial_start_ns, Some(3_000_000));
+    assert_eq!(recording.cut, None);
+}
+
+#[test]
+fn the_library_and_its_index_read_it_too() {
+    let folder = tempfile::tempdir().unwrap();
+    let bytes = fs::read(record(folder.path())).unwrap();
+    let summary = mcap::Summary::read(&bytes).unwrap().expect("a finished file has a summary");
+    assert_eq!(summary.attachment_indexes.len(), 3);
+    let topics = |topic: &str| {
+        mcap::MessageStream::new(&bytes)
+            .unwrap()
+            .filter(|m| m.as_ref().unwrap().channel.topic == topic)
+            .count()
+    };
+    assert_eq!(topics("/can/frames"), 3 * TICKS as usize);
+    assert_eq!(topics("/estimate"), TICKS as usize);
+    assert_eq!(topics("/measured"), rows().len());
+}
+
+/// P23: what a killed recorder leaves behind is read up to its last flush.
+#[test]
+fn p23_a_killed_recorder_leaves_a_readable_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("killed.mcap");
+    let mut recorder = Recorder::create(&path, &info(), attachments()).unwrap();
+    let frames = frames();
+    let (flushed, lost) = frames.split_at(60);
+    for frame in flushed {
+        recorder.frame(frame).unwrap();
+    }
+    recorder.flush().unwrap();
+    for frame in lost {
+        recorder.frame(frame).unwrap();
+    }
+    // A killed process runs no destructor.
+    std::mem::forget(recorder);
+    let recording = Recording::open(&path).unwrap();
+    assert_eq!(recording.frames, flushed);
+    assert_eq!(recording.cut.unwrap().byte as u64, fs::metadata(&path).unwrap().len());
+}
+
+/// Cut anywhere, the file is refused or read up to the cut; frames are never wrong.
+#[test]
+fn a_file_cut_at_any_byte_is_refused_or_read_up_to_there() {
+    let folder = tempfile::tempdir().unwrap();
+    let bytes = fs::read(record(folder.path())).unwrap();
+    let path = folder.path().join("cut.mcap");
+    let mut read = 0;
+    for length in (0..bytes.len()).step_by(7) {
+        fs::write(&path, &bytes[..length]).unwrap();
+        if let Ok(recording) = Recording::open(&path) {
+            assert!(recording.cut.is_some_and(|cut| cut.byte <= length), "{length}");
+            assert!(frames().starts_with(&recording.frames), "{length}");
+            read += 1;
+        }
+    }
+    assert!(read > 0, "some prefix holds everything but the frames");
+}
+
+/// A flipped byte gives an error, or what was recorded, or nothing; never other frames.
+#[test]
+fn a_damaged_byte_is_never_taken_for_a_frame() {
+    let folder = tempfile::tempdir().unwrap();
+    let bytes = fs::read(record(folder.path())).unwrap();
+    let path = folder.path().join("damaged.mcap");
+    let mut refused = 0;
+    for at in (0..bytes.len()).step_by(11) {
+        let mut damaged = bytes.clone();
+        damaged[at] ^= 0x20;
+        fs::write(&path, &damaged).unwrap();
+        match Recording::open(&path) {
+            Ok(recording) => assert!(frames().starts_with(&recording.frames), "byte {at}"),
+            Err(_) => refused += 1,
+        }
+    }
+    assert!(refused > 100, "{refused}");
+}
+
+#[test]
+fn errors_name_the_file_the_byte_and_the_cause() {
+    let folder = tempfile::tempdir().unwrap();
+    let bytes = fs::read(record(folder.path())).unwrap();
+    let path = folder.path().join("broken.mcap");
+    let error = |bytes: &[u8]| {
+        fs::write(&path, bytes).unwrap();
+        Recording::open(&path).unwrap_err()
+    };
+
+    let text = error(b"solid vessel").to_string();
+    assert!(text.contains("broken.mcap: byte 0: not an MCAP file"), "{text}");
+    assert!(text.contains("73 6f 6c 69 64"), "{text}");
+
+    // The frames fill most of the file.
+    let at = bytes.len() / 2;
+    let mut damaged = bytes.clone();
+    damaged[at] ^= 1;
+    let error_of_chunk = error(&damaged);
+    assert!(
+        matches!(&error_of_chunk, ReadError::Damaged { byte, .. } if *byte <= at),
+        "{error_of_chunk}"
+    );
+
+    let mut foreign = Vec::new();
+    mcap::Writer::new(std::io::Cursor::new(&mut foreign)).unwrap().finish().unwrap();
+    let text = error(&foreign).to_string();
+    assert!(text.contains("no `cathforce` metadata"), "{text}");
+
+    let missing = Recording::open(&folder.path().join("absent.mcap")).unwrap_err();
+    assert!(matches!(missing, ReadError::Io { .. }), "{missing}");
+}
