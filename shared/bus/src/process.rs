@@ -104,6 +104,10 @@ pub enum Command {
     },
 }
 
+/// The HAPTIC frame's mode while a device has no configuration; the other codes are those of
+/// the control crate's modes.
+pub const MODE_UNCONFIGURED: u8 = 7;
+
 /// What is rendered to the operator, and why if it is nothing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Haptic {

@@ -149,8 +149,8 @@ pub enum Refusal<'a> {
     Incomplete { expected: u32, received: u32 },
     /// The bytes received are not those announced.
     Crc { expected: u32, computed: u32 },
-    /// The image itself is wrong, at this byte.
-    Image { offset: u32, reason: &'a str },
+    /// The image itself is wrong, at this byte; `field` names the number, if it is one.
+    Image { offset: u32, reason: &'a str, field: &'a str },
 }
 
 /// Why bytes are not a message.
@@ -161,7 +161,7 @@ pub enum EnvelopeError {
     /// The check does not fit.
     Crc,
     /// The check fits, but this is no message of ours, or something follows it.
-    Meaning,
+    Meaning { sequence: u8 },
 }
 
 /// The CRC of images and envelopes: CRC-32 as in zip and Ethernet.
@@ -192,7 +192,7 @@ pub fn open<'a, M: Deserialize<'a>>(bytes: &'a [u8]) -> Result<(u8, M), Envelope
     }
     match postcard::take_from_bytes(message) {
         Ok((message, [])) => Ok((sequence, message)),
-        _ => Err(EnvelopeError::Meaning),
+        _ => Err(EnvelopeError::Meaning { sequence }),
     }
 }
 
@@ -224,7 +224,7 @@ mod tests {
         assert!(seal::<_, MAX_RESPONSE>(255, &Response::Status(status)).is_some());
 
         let reason = core::str::from_utf8(&[b'x'; 256]).unwrap();
-        let refused = Response::Refused(Refusal::Image { offset: u32::MAX, reason });
+        let refused = Response::Refused(Refusal::Image { offset: u32::MAX, reason, field: "" });
         assert!(seal::<_, MAX_RESPONSE>(255, &refused).is_some());
     }
 
@@ -235,7 +235,7 @@ mod tests {
         let mut longer = StdVec::from(&sealed[..sealed.len() - 4]);
         longer.push(0);
         longer.extend(crc32(&longer).to_le_bytes());
-        assert_eq!(open::<Request>(&longer), Err(EnvelopeError::Meaning));
+        assert_eq!(open::<Request>(&longer), Err(EnvelopeError::Meaning { sequence: 3 }));
     }
 
     proptest! {

@@ -1,0 +1,268 @@
+//! The half in a task: service messages.
+
+use cathforce_bus::service::{
+    self, DeviceEndpoint, EnvelopeError, Hello, MAX_RESPONSE, PROTOCOL_HASH, Refusal, Request,
+    Response, Status,
+};
+use cathforce_bus::{Counter, Counters, Frame, Id};
+use cathforce_config::image;
+
+use crate::reason::refusal;
+
+/// What a service asks of the hardware and of the ticker around it.
+///
+/// `B` is a buffer for an image: `&'static mut [u8]` on a device, `Vec<u8>` on a host.
+pub trait Board<B> {
+    /// Output is armed or ramping down: nothing may change ([`crate::Ticker::may_reconfigure`]).
+    fn is_armed(&mut self) -> bool;
+
+    /// [`crate::Ticker::report`], with the counters of the carrier added.
+    fn status(&mut self) -> Status;
+
+    /// [`crate::Ticker::next_counters`].
+    fn next_counters(&mut self) -> [u8; 3];
+
+    /// Puts an image to use: between two ticks, exchange the configuration and restart the
+    /// ticker, unless it has been armed in the meantime. The image has been checked whole.
+    ///
+    /// Returns the buffer of the image used before, if there was one; or this image's
+    /// buffer and the reason, and then nothing has changed.
+    fn activate(&mut self, image: Image<B>) -> Result<Option<B>, (B, Refusal<'static>)>;
+
+    /// [`crate::Ticker::set_lock_step`]; [`Refusal::Unsupported`] where it cannot be.
+    fn set_lock_step(&mut self, on: bool) -> Result<(), Refusal<'static>>;
+
+    /// Zeroes counters and worst cases.
+    fn reset_counters(&mut self);
+}
+
+/// What a device says of itself.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Identity {
+    /// Version of the firmware.
+    pub firmware: &'static str,
+    /// Name of the board.
+    pub board: &'static str,
+    /// Ticks can be granted one by one.
+    pub can_lock_step: bool,
+    /// Size of an image buffer \[bytes\].
+    pub max_image_len: u32,
+}
+
+/// A complete image at the beginning of its buffer.
+#[derive(Debug)]
+pub struct Image<B> {
+    buffer: B,
+    len: usize,
+}
+
+impl<B: AsRef<[u8]>> Image<B> {
+    /// The image.
+    pub fn bytes(&self) -> &[u8] {
+        self.buffer.as_ref().get(..self.len).unwrap_or_default()
+    }
+
+    /// The buffer and the length of the image in it.
+    pub fn into_parts(self) -> (B, usize) {
+        (self.buffer, self.len)
+    }
+}
+
+/// Answers requests, collects uploads.
+#[derive(Debug)]
+pub struct Service<B> {
+    endpoint: DeviceEndpoint,
+    /// The last request answered: sequence number and check of its bytes.
+    answered: Option<(u8, u32)>,
+    counters: Counters,
+    desk: Desk<B>,
+}
+
+/// What requests act on, apart from the board.
+#[derive(Debug)]
+struct Desk<B> {
+    identity: Identity,
+    spare: Option<B>,
+    upload: Option<Upload>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Upload {
+    len: u32,
+    crc32: u32,
+    received: u32,
+}
+
+impl<B: AsRef<[u8]> + AsMut<[u8]>> Service<B> {
+    /// `spare` receives the first image; a second buffer of the same size comes back from
+    /// [`Board::activate`] with the next ones, or by [`Service::lend`].
+    pub fn new(identity: Identity, spare: B) -> Self {
+        Self {
+            endpoint: DeviceEndpoint::new(Id::ServiceResponse.raw(), service::BLOCK_SIZE),
+            answered: None,
+            counters: Counters::default(),
+            desk: Desk { identity, spare: Some(spare), upload: None },
+        }
+    }
+
+    /// A buffer for the next image, where there is none.
+    pub fn lend(&mut self, spare: B) {
+        self.desk.spare.get_or_insert(spare);
+    }
+
+    /// Takes a frame with the id [`Id::ServiceRequest`] and does what it completes.
+    /// Afterwards there may be frames to send: [`Service::next_frame`].
+    pub fn on_frame(&mut self, frame: &Frame, board: &mut impl Board<B>) {
+        let Some(message) = self.endpoint.receive(frame, &mut self.counters) else {
+            return;
+        };
+        let (sequence, result) = match service::open::<Request>(message) {
+            Ok((sequence, request)) => {
+                let this = Some((sequence, service::crc32(message)));
+                if self.answered == this {
+                    self.counters.count(Counter::MessageRepeat);
+                    self.endpoint.send_again();
+                    return;
+                }
+                self.answered = this;
+                (sequence, self.desk.handle(request, board))
+            }
+            Err(EnvelopeError::Meaning { sequence }) => {
+                self.counters.count(Counter::MessageBroken);
+                self.answered = None;
+                (sequence, Err(Refusal::Unknown))
+            }
+            // Nobody to answer; whoever asked asks again.
+            Err(EnvelopeError::Short | EnvelopeError::Crc) => {
+                self.counters.count(Counter::MessageBroken);
+                return;
+            }
+        };
+        let response = match result {
+            Ok(Answer::Reset) => {
+                self.counters = Counters::default();
+                Response::Done
+            }
+            Ok(Answer::Status(mut status)) => {
+                status.counters = status.counters.merged(&self.counters);
+                Response::Status(status)
+            }
+            Ok(Answer::Hello(hello)) => Response::Hello(hello),
+            Ok(Answer::Done) => Response::Done,
+            Err(refusal) => Response::Refused(refusal),
+        };
+        if let Some(bytes) = service::seal::<_, MAX_RESPONSE>(sequence, &response) {
+            // Fits by the size of MAX_RESPONSE, which a test of the bus crate keeps true.
+            let _ = self.endpoint.send(&bytes);
+        }
+    }
+
+    /// The next frame to send, if one may go now. `now_us`: any clock, wrapping.
+    pub fn next_frame(&mut self, now_us: u32) -> Option<Frame> {
+        self.endpoint.next_frame(now_us)
+    }
+
+    /// What became of segments and messages.
+    pub fn counters(&self) -> &Counters {
+        &self.counters
+    }
+}
+
+enum Answer {
+    Hello(Hello<'static>),
+    Status(Status),
+    Reset,
+    Done,
+}
+
+impl<B: AsRef<[u8]> + AsMut<[u8]>> Desk<B> {
+    fn handle(
+        &mut self,
+        request: Request<'_>,
+        board: &mut impl Board<B>,
+    ) -> Result<Answer, Refusal<'static>> {
+        match request {
+            Request::Hello => return Ok(Answer::Hello(self.hello(board))),
+            Request::GetStatus => return Ok(Answer::Status(board.status())),
+            Request::ResetCounters => {
+                board.reset_counters();
+                return Ok(Answer::Reset);
+            }
+            _ if board.is_armed() => return Err(Refusal::Armed),
+            Request::BeginImage { len, crc32 } => self.begin(len, crc32)?,
+            Request::ImageChunk { offset, bytes } => self.chunk(offset, bytes)?,
+            Request::Activate => self.activate(board)?,
+            Request::SetLockStep { on } => board.set_lock_step(on)?,
+        }
+        Ok(Answer::Done)
+    }
+
+    fn hello(&self, board: &mut impl Board<B>) -> Hello<'static> {
+        Hello {
+            protocol_hash: PROTOCOL_HASH,
+            image_schema_hash: image::schema_hash(),
+            firmware: self.identity.firmware,
+            board: self.identity.board,
+            can_lock_step: self.identity.can_lock_step,
+            max_image_len: self.identity.max_image_len,
+            mode: board.status().mode,
+            next_counters: board.next_counters(),
+        }
+    }
+
+    fn begin(&mut self, len: u32, crc32: u32) -> Result<(), Refusal<'static>> {
+        self.upload = None;
+        let spare = self.spare.as_ref().ok_or(Refusal::Unsupported)?;
+        let capacity = u32::try_from(spare.as_ref().len()).unwrap_or(u32::MAX);
+        if len > capacity {
+            return Err(Refusal::TooLong { capacity });
+        }
+        self.upload = Some(Upload { len, crc32, received: 0 });
+        Ok(())
+    }
+
+    fn chunk(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Refusal<'static>> {
+        let upload = self.upload.as_mut().ok_or(Refusal::NoUpload)?;
+        let refused = Refusal::Offset { expected: upload.received };
+        let end = u32::try_from(bytes.len()).ok().and_then(|len| offset.checked_add(len));
+        let end = end.filter(|&end| offset == upload.received && end <= upload.len);
+        let end = end.ok_or(refused)?;
+        let spare = self.spare.as_mut().ok_or(refused)?.as_mut();
+        spare.get_mut(offset as usize..end as usize).ok_or(refused)?.copy_from_slice(bytes);
+        upload.received = end;
+        Ok(())
+    }
+
+    fn activate(&mut self, board: &mut impl Board<B>) -> Result<(), Refusal<'static>> {
+        let Upload { len, crc32, received } = self.upload.ok_or(Refusal::NoUpload)?;
+        if received != len {
+            return Err(Refusal::Incomplete { expected: len, received });
+        }
+        self.upload = None;
+        let image =
+            Image { buffer: self.spare.take().ok_or(Refusal::NoUpload)?, len: len as usize };
+        let computed = service::crc32(image.bytes());
+        let checked = if computed == crc32 {
+            image::decode(image.bytes()).map(|_| ()).map_err(refusal)
+        } else {
+            Err(Refusal::Crc { expected: crc32, computed })
+        };
+        let result = match checked {
+            Ok(()) => board.activate(image),
+            Err(refusal) => Err((image.buffer, refusal)),
+        };
+        match result {
+            Ok(spare) => {
+                self.spare = spare;
+                Ok(())
+            }
+            Err((buffer, refusal)) => {
+                self.spare = Some(buffer);
+                Err(refusal)
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

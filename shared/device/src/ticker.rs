@@ -1,0 +1,296 @@
+//! The half in the tick interrupt.
+
+use cathforce_bus::service::{Load, Status as Report};
+use cathforce_bus::{
+    self as bus, Counter, Counters, Frame, Id, MODE_UNCONFIGURED, Process, Protection, Sealer,
+};
+use cathforce_control::{self as control, Config, EncoderSample, Inputs, Mode, Notice, Outputs};
+
+/// Frames that every tick sends: HAPTIC, CONTACT, and one of those that take turns.
+pub const FRAMES_A_TICK: usize = 3;
+
+/// Turns of the third frame: TICK, DRIVE, MOMENT, SHAPE of a node, FORCE of the same node.
+const TURNS: u32 = 5;
+
+/// Decoded frames since the last tick, the state of control, counters of frames.
+///
+/// The configuration stays outside and is lent to each tick; whoever changes it calls
+/// [`Ticker::restart`]. From there on everything follows from the frames and their order:
+/// the same frames into another ticker give the same frames out, bit for bit.
+///
+/// In lock step, frames wait outside while [`Ticker::granted`] is not 0, so that the frames
+/// before a SYNC belong to the first tick that it grants.
+#[derive(Clone, Debug)]
+pub struct Ticker {
+    protection: Protection,
+    sealer: Sealer,
+    counters: Counters,
+    inputs: Inputs,
+    state: control::State,
+    outputs: Option<Outputs>,
+    /// Ticks since the restart, with or without configuration.
+    tick: u32,
+    /// The node whose turn it is.
+    node: u8,
+    lock_step: bool,
+    granted: u32,
+}
+
+impl Default for Ticker {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Ticker {
+    /// Free running, at tick 0, nothing received.
+    pub fn new() -> Self {
+        Self {
+            protection: Protection::default(),
+            sealer: Sealer::default(),
+            counters: Counters::default(),
+            inputs: Inputs::default(),
+            state: control::State::new(),
+            outputs: None,
+            tick: 0,
+            node: 0,
+            lock_step: false,
+            granted: 0,
+        }
+    }
+
+    /// Starts over at tick 0 for another configuration. Counters and lock step stay.
+    pub fn restart(&mut self) {
+        self.protection = Protection::default();
+        self.sealer = Sealer::default();
+        self.inputs = Inputs::default();
+        self.state = control::State::new();
+        self.outputs = None;
+        self.tick = 0;
+        self.node = 0;
+        self.granted = 0;
+    }
+
+    /// Output is neither armed nor on its way to zero: configuration may change (P17).
+    pub fn may_reconfigure(&self) -> bool {
+        !matches!(self.outputs.map(|o| o.mode), Some(Mode::Armed | Mode::Ramp { .. }))
+    }
+
+    /// Ticks only when granted, or by the clock. `false`, and nothing done, while armed.
+    #[must_use]
+    pub fn set_lock_step(&mut self, on: bool) -> bool {
+        if self.may_reconfigure() {
+            self.lock_step = on;
+            self.granted = 0;
+            return true;
+        }
+        false
+    }
+
+    /// Ticks run only when granted.
+    pub fn lock_step(&self) -> bool {
+        self.lock_step
+    }
+
+    /// Ticks still to run before the next frame is taken; always 0 when running free.
+    pub fn granted(&self) -> u32 {
+        self.granted
+    }
+
+    /// Takes one frame for the coming tick. Exactly one counter tells what became of it;
+    /// service frames are not for here and are passed over.
+    pub fn on_frame(&mut self, frame: &Frame) {
+        match Id::from_raw(frame.id()) {
+            Some(Id::ServiceRequest) => {}
+            Some(id @ (Id::Sync | Id::Encoder | Id::Command)) => self.on_process(id, frame),
+            _ => self.on_foreign(),
+        }
+    }
+
+    /// Takes note of a frame that cannot be ours: 29-bit identifier, or remote.
+    pub fn on_foreign(&mut self) {
+        self.counters.count(Counter::Foreign);
+    }
+
+    fn on_process(&mut self, id: Id, frame: &Frame) {
+        match self.protection.receive(id, frame, &mut self.counters) {
+            Ok(accepted) => match accepted.process {
+                Process::Sync(sync) if self.lock_step => {
+                    self.granted = self.granted.saturating_add(u32::from(sync.grant));
+                }
+                Process::Encoder(encoder) => self.on_encoder(encoder),
+                Process::Command(command) => self.on_command(command),
+                _ => {}
+            },
+            // A broken SYNC starts no tick; it is no reason to distrust the drive.
+            Err(_) if id == Id::Sync => {}
+            Err(_) => {
+                self.inputs.rejected_frames = self.inputs.rejected_frames.saturating_add(1);
+            }
+        }
+    }
+
+    /// The newest sample counts.
+    fn on_encoder(&mut self, encoder: bus::Encoder) {
+        let sample = EncoderSample {
+            insertion_m: encoder.insertion.m(),
+            rotation_rad: encoder.rotation.rad(),
+        };
+        if self.inputs.encoder.replace(sample).is_some() {
+            self.counters.count(Counter::Superseded);
+        }
+    }
+
+    /// The newest command counts, but nothing displaces a disarm.
+    fn on_command(&mut self, command: bus::Command) {
+        let command = match command {
+            bus::Command::SelfTest => control::Command::SelfTest,
+            bus::Command::Arm => control::Command::Arm,
+            bus::Command::Disarm => control::Command::Disarm,
+            bus::Command::ClearFault { token } => control::Command::ClearFault { token },
+        };
+        if self.inputs.command.is_some() {
+            self.counters.count(Counter::Superseded);
+        }
+        if self.inputs.command != Some(control::Command::Disarm) {
+            self.inputs.command = Some(command);
+        }
+    }
+
+    /// One tick: everything taken since the last one goes into one control step.
+    ///
+    /// Without configuration nothing is computed and the output is zero. `notice` is what
+    /// the board noticed about itself.
+    pub fn tick(
+        &mut self,
+        config: Option<&Config<'_>>,
+        notice: Option<Notice>,
+    ) -> [Frame; FRAMES_A_TICK] {
+        let inputs = Inputs { notice, ..core::mem::take(&mut self.inputs) };
+        self.granted = self.granted.saturating_sub(1);
+        self.outputs = config.map(|config| control::step(config, &mut self.state, &inputs));
+        let frames = match (config, self.outputs) {
+            (Some(config), Some(outputs)) => self.configured(config, &outputs),
+            _ => self.unconfigured(),
+        };
+        self.tick = self.tick.wrapping_add(1);
+        frames
+    }
+
+    fn configured(&mut self, config: &Config<'_>, outputs: &Outputs) -> [Frame; FRAMES_A_TICK] {
+        let status = bus::Status {
+            unresolved: outputs.contact.unresolved,
+            limited: !outputs.limited.is_empty(),
+        };
+        let haptic = Process::Haptic(bus::Haptic {
+            force: bus::HapticForce::from_n(outputs.force_n),
+            torque: bus::HapticTorque::from_n_m(outputs.torque_n_m),
+            mode: outputs.mode.code(),
+            fault: outputs.fault.map_or(0, |fault| fault.code()),
+        });
+        let contact = Process::Contact(bus::Contact {
+            force: outputs.contact.force_on_vessel_n.map(bus::Force::from_n),
+        });
+        let third = self.third(config, outputs);
+        [haptic, contact, third].map(|process| self.sealer.seal(process, status))
+    }
+
+    /// The frame whose turn it is. With no node inside the vessel, TICK takes the turns of
+    /// SHAPE and FORCE.
+    fn third(&mut self, config: &Config<'_>, outputs: &Outputs) -> Process {
+        let model = self.state.mechanics();
+        let turn = self.tick % TURNS;
+        // The node stays for SHAPE and FORCE; before them it is brought into range.
+        if turn == 0 && usize::from(self.node) >= model.nodes().min(usize::from(bus::MAX_NODES)) {
+            self.node = 0;
+        }
+        let (node, index) = (self.node, usize::from(self.node));
+        let tick = Process::Tick(bus::Tick { tick: self.tick as u16, digest: outputs.digest });
+        match turn {
+            1 => Process::Drive(bus::Drive {
+                force: bus::Force::from_n(outputs.contact.drive_force_n),
+                torque: bus::DriveTorque::from_n_m(outputs.contact.drive_torque_n_m),
+                limits: outputs.limited.bits(),
+                encoder_age_ticks: outputs.encoder_age_ticks,
+            }),
+            2 => Process::Moment(bus::TotalMoment {
+                moment: outputs.contact.moment_on_vessel_n_m.map(bus::Moment::from_n_m),
+            }),
+            3 => model.node_position_m(index).map_or(tick, |[x, y, z]| {
+                let [x0, y0, z0] = config.model.description().entry.position_m;
+                let position = [x - x0, y - y0, z - z0].map(bus::Position::from_m);
+                Process::Shape(bus::Shape { node, position })
+            }),
+            4 => {
+                self.node = node.wrapping_add(1);
+                model.node_force_n(index).map_or(tick, |force| {
+                    Process::Force(bus::NodeForce { node, force: force.map(bus::Force::from_n) })
+                })
+            }
+            _ => tick,
+        }
+    }
+
+    fn unconfigured(&mut self) -> [Frame; FRAMES_A_TICK] {
+        let haptic = Process::Haptic(bus::Haptic {
+            force: bus::HapticForce::default(),
+            torque: bus::HapticTorque::default(),
+            mode: MODE_UNCONFIGURED,
+            fault: 0,
+        });
+        let contact = Process::Contact(bus::Contact { force: Default::default() });
+        let tick = Process::Tick(bus::Tick { tick: self.tick as u16, digest: 0 });
+        [haptic, contact, tick].map(|process| self.sealer.seal(process, bus::Status::default()))
+    }
+
+    /// What the last tick gave; `None` before the first one and without configuration.
+    pub fn outputs(&self) -> Option<&Outputs> {
+        self.outputs.as_ref()
+    }
+
+    /// The state of control: where per-node results are read.
+    pub fn state(&self) -> &control::State {
+        &self.state
+    }
+
+    /// Ticks since the last restart, wrapping.
+    pub fn ticks(&self) -> u32 {
+        self.tick
+    }
+
+    /// What became of the frames.
+    pub fn counters(&self) -> &Counters {
+        &self.counters
+    }
+
+    /// Zeroes the counters.
+    pub fn reset_counters(&mut self) {
+        self.counters = Counters::default();
+    }
+
+    /// Counters that the next SYNC, ENCODER and COMMAND frames should carry.
+    pub fn next_counters(&self) -> [u8; 3] {
+        [Id::Sync, Id::Encoder, Id::Command].map(|id| self.protection.expected(id))
+    }
+
+    /// Code of the mode, as in the HAPTIC frame.
+    pub fn mode_code(&self) -> u8 {
+        self.outputs.map_or(MODE_UNCONFIGURED, |outputs| outputs.mode.code())
+    }
+
+    /// The part of a status report that is known here, with what the board measured.
+    pub fn report(&self, load: Load) -> Report {
+        Report {
+            mode: self.mode_code(),
+            fault: self.outputs.and_then(|o| o.fault).map_or(0, |fault| fault.code()),
+            lock_step: self.lock_step,
+            tick: self.tick,
+            digest: self.outputs.map_or(0, |outputs| outputs.digest),
+            load,
+            counters: self.counters,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;
