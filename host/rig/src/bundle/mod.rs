@@ -1,0 +1,205 @@
+//! Trial bundles: a rig, its vessel and what was measured on it.
+
+mod plausible;
+mod rig;
+mod toml_reader;
+mod trial;
+
+use std::path::{Path, PathBuf};
+
+use nalgebra::Vector3;
+
+pub use rig::{
+    CatheterRig, DriveRig, FORMAT, Fluid, Plant, Rig, RigCause, RigEntry, RigEnvironment,
+    RigInstrument, RigSection, RigSensor, RigVessel, TipPiece,
+};
+pub use trial::{
+    CatheterTrial, DriveTrial, EncoderReading, Trial, TrialCause, TrialData, VectorColumn,
+};
+
+use crate::error::{BundleError, Cause, Place, Warning, read_bytes, read_text};
+use crate::geometry::{Branch, Mesh, MeshRepairs, read_centreline, read_stl};
+
+/// The surface of `vessel.stl`.
+#[derive(Clone, Debug)]
+pub struct VesselMesh {
+    pub mesh: Mesh,
+    pub repairs: MeshRepairs,
+}
+
+/// A bundle, read whole and found well formed.
+#[derive(Clone, Debug)]
+pub struct Bundle {
+    /// The folder.
+    pub path: PathBuf,
+    pub rig: Rig,
+    /// `vessel.stl`, when there is one.
+    pub mesh: Option<VesselMesh>,
+    /// `centreline.csv`, when there is one; else empty.
+    pub centreline: Vec<Branch>,
+    /// By number.
+    pub trials: Vec<Trial>,
+    /// What looks wrong but stops nothing.
+    pub warnings: Vec<Warning>,
+}
+
+impl Bundle {
+    /// Reads a bundle whole; the first fault refuses it.
+    pub fn open(path: impl AsRef<Path>) -> Result<Self, BundleError> {
+        let path = path.as_ref();
+        let rig_file = path.join("rig.toml");
+        let (rig, rig_warnings) = Rig::parse(&read_text(&rig_file)?)
+            .map_err(|(place, cause)| BundleError::new(&rig_file, place, cause))?;
+        let mut warnings: Vec<_> = rig_warnings
+            .into_iter()
+            .map(|(place, message)| Warning { file: rig_file.clone(), place, message })
+            .collect();
+        let (mut mesh, mut centreline) = (None, Vec::new());
+        if matches!(rig.plant, Plant::Catheter(_)) {
+            let (stl, csv) = (path.join("vessel.stl"), path.join("centreline.csv"));
+            if stl.exists() {
+                mesh = Some(read_mesh(&stl, &mut warnings)?);
+            }
+            if csv.exists() {
+                centreline = read_centreline(&csv)?;
+                check_radii(&csv, &centreline, &mut warnings);
+            }
+            if mesh.is_none() && centreline.is_empty() {
+                return Err(BundleError::new(path, Place::Whole, Cause::NoVessel));
+            }
+        }
+        let trials = read_trials(&path.join("trials"), &rig.plant, &mut warnings)?;
+        Ok(Self { path: path.to_path_buf(), rig, mesh, centreline, trials, warnings })
+    }
+
+    /// The rig of a catheter; `None` for a drive.
+    pub fn catheter(&self) -> Option<&CatheterRig> {
+        match &self.rig.plant {
+            Plant::Catheter(catheter) => Some(catheter),
+            Plant::Drive(_) => None,
+        }
+    }
+
+    /// The trial of this number.
+    pub fn trial(&self, number: u32) -> Option<&Trial> {
+        self.trials.iter().find(|trial| trial.number == number)
+    }
+
+    /// The largest insertion of any trial \[m\]; `None` without a catheter's trial.
+    pub fn largest_insertion_m(&self) -> Option<f64> {
+        let trials = self.trials.iter().filter_map(Trial::catheter);
+        trials.flat_map(|trial| trial.insertion_m.iter().copied()).max_by(f64::total_cmp)
+    }
+}
+
+fn read_mesh(file: &Path, warnings: &mut Vec<Warning>) -> Result<VesselMesh, BundleError> {
+    let triangles = read_stl(&read_bytes(file)?)
+        .map_err(|(place, cause)| BundleError::new(file, place, cause))?;
+    let corners = triangles.iter().flatten();
+    let infinite = Vector3::repeat(f64::INFINITY);
+    let (low, high) =
+        corners.fold((infinite, -infinite), |(low, high), p| (low.inf(p), high.sup(p)));
+    let (mesh, repairs) = Mesh::from_triangles(&triangles)
+        .map_err(|cause| BundleError::new(file, Place::Whole, cause))?;
+    let mut warn =
+        |message| warnings.push(Warning { file: file.to_path_buf(), place: Place::Whole, message });
+    let size_mm = (high - low).norm() * 1e3;
+    if size_mm > 2000.0 {
+        warn(format!("the surface spans {size_mm:.0} mm, larger than a body: micrometres?"));
+    } else if size_mm < 10.0 {
+        warn(format!("the surface spans {size_mm:.3} mm; STL is read in millimetres: metres?"));
+    }
+    if repairs.degenerate > 0 {
+        warn(format!("{} triangles without area were left out", repairs.degenerate));
+    }
+    if repairs.flipped > 0 {
+        warn(format!("{} triangles faced the wrong way and were turned", repairs.flipped));
+    }
+    if repairs.pieces > 1 {
+        warn(format!("the surface is in {} pieces; a lumen is one", repairs.pieces));
+    }
+    Ok(VesselMesh { mesh, repairs })
+}
+
+fn check_radii(file: &Path, branches: &[Branch], warnings: &mut Vec<Warning>) {
+    for branch in branches {
+        let radii = branch.stations.iter().map(|station| station.radius_m);
+        let widest = radii.clone().fold(0.0, f64::max);
+        let narrowest = radii.fold(f64::INFINITY, f64::min);
+        let says = if widest > 0.04 {
+            format!("is {:.0} mm wide, wider than a hand: millimetres for metres?", 2e3 * widest)
+        } else if narrowest < 0.2e-3 {
+            format!("is {:.4} mm wide, narrower than any instrument", 2e3 * narrowest)
+        } else {
+            continue;
+        };
+        let message = format!("branch `{}` {says}", branch.name);
+        warnings.push(Warning { file: file.to_path_buf(), place: Place::Whole, message });
+    }
+}
+
+fn read_trials(
+    folder: &Path,
+    plant: &Plant,
+    warnings: &mut Vec<Warning>,
+) -> Result<Vec<Trial>, BundleError> {
+    if !folder.exists() {
+        let message = "there are no trials; only the rig can be used".to_owned();
+        warnings.push(Warning { file: folder.to_path_buf(), place: Place::Whole, message });
+        return Ok(Vec::new());
+    }
+    let io = |error| BundleError::new(folder, Place::Whole, Cause::Io(error));
+    let mut trials = Vec::new();
+    for entry in std::fs::read_dir(folder).map_err(io)? {
+        let file = entry.map_err(io)?.path();
+        if file.extension().is_none_or(|extension| extension != "csv") {
+            let message = "not a trial; it is not read".to_owned();
+            warnings.push(Warning { file, place: Place::Whole, message });
+            continue;
+        }
+        let stem = file.file_stem().and_then(|stem| stem.to_str()).unwrap_or_default();
+        let digits = stem.len() >= 3 && stem.bytes().all(|byte| byte.is_ascii_digit());
+        let number = stem.parse::<u32>().ok().filter(|_| digits);
+        let number =
+            number.ok_or_else(|| BundleError::new(&file, Place::Whole, Cause::TrialName))?;
+        let text = read_text(&file)?;
+        let trial = match plant {
+            Plant::Catheter(_) => Trial::parse_catheter(number, &text),
+            Plant::Drive(_) => Trial::parse_drive(number, &text),
+        };
+        let trial = trial.map_err(|(place, cause)| BundleError::new(&file, place, cause))?;
+        check_trial(&file, &trial, plant, warnings);
+        trials.push(trial);
+    }
+    trials.sort_by_key(|trial| trial.number);
+    Ok(trials)
+}
+
+/// Warns of a trial whose numbers look like another unit's.
+fn check_trial(file: &Path, trial: &Trial, plant: &Plant, warnings: &mut Vec<Warning>) {
+    let (Plant::Catheter(rig), Some(data)) = (plant, trial.catheter()) else { return };
+    let mut warn =
+        |message| warnings.push(Warning { file: file.to_path_buf(), place: Place::Whole, message });
+    let length_m = rig.instrument.length_m;
+    let longest = data.insertion_m.iter().copied().fold(0.0, f64::max);
+    if longest > 20.0 * length_m {
+        warn(format!(
+            "insertion_m reaches {longest}, the instrument is {length_m} m long: millimetres?"
+        ));
+    } else if longest > length_m {
+        warn(format!("insertion_m reaches {longest}, the instrument is only {length_m} m long"));
+    }
+    let turn = data.rotation_rad.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+    if turn > 200.0 {
+        warn(format!("rotation_rad reaches {turn}, some {:.0} turns: degrees?", turn / 6.283));
+    }
+    let largest = |column: &VectorColumn| {
+        column.iter().flatten().flatten().fold(0.0, |most: f64, x| most.max(x.abs()))
+    };
+    if let Some(force) = data.force_n.as_ref().map(largest).filter(|&force| force > 50.0) {
+        warn(format!("a force of {force} N would break the phantom: millinewtons?"));
+    }
+    if let Some(tip) = data.tip_m.as_ref().map(largest).filter(|&tip| tip > 3.0) {
+        warn(format!("the tip is {tip} m away: millimetres?"));
+    }
+}

@@ -1,0 +1,168 @@
+//! Values that are possible but look like a slip of the unit, usually by a thousand.
+
+use std::ops::RangeInclusive;
+
+use super::rig::{
+    ENTRY_KEYS, ENVIRONMENT_KEYS, INSTRUMENT_KEYS, PRECURVE_KEYS, Plant, Rig, RigWarning,
+    SECTION_KEYS, SENSOR_KEYS, VESSEL_KEYS,
+};
+use super::toml_reader::{Fault, TableReader};
+
+/// Heavier than this is metal.
+const METAL_KG_PER_M3: f64 = 3000.0;
+
+/// A number outside of its usual range.
+struct Usual {
+    key: &'static str,
+    range: RangeInclusive<f64>,
+    /// Said when the number is too small, and when it is too large.
+    says: [&'static str; 2],
+}
+
+const INSTRUMENT: [Usual; 3] = [
+    Usual {
+        key: "length_m",
+        range: 0.05..=5.0,
+        says: ["shorter than any catheter", "longer than any catheter: millimetres?"],
+    },
+    Usual {
+        key: "outer_diameter_m",
+        range: 1e-4..=1.5e-2,
+        says: ["thinner than a hair", "thicker than a finger: millimetres?"],
+    },
+    Usual {
+        key: "density_kg_per_m3",
+        range: 100.0..=25_000.0,
+        says: ["lighter than cork: g/cm³?", "denser than any metal"],
+    },
+];
+
+const VESSEL: [Usual; 2] = [
+    Usual {
+        key: "wall_stiffness_N_per_m",
+        range: 10.0..=1e6,
+        says: ["softer than any vessel or phantom: N/mm?", "stiffer than a steel plate"],
+    },
+    Usual {
+        key: "wall_contact_spacing_m",
+        range: 1e-4..=0.1,
+        says: ["below a tenth of a millimetre", "longer than a hand: millimetres?"],
+    },
+];
+
+const SENSOR: [Usual; 7] = [
+    Usual { key: "force_noise_sd_N", range: 0.0..=1.0, says: ["", "larger than the forces: mN?"] },
+    Usual { key: "drive_noise_sd_N", range: 0.0..=2.0, says: ["", "larger than the forces: mN?"] },
+    Usual {
+        key: "force_rate_hz",
+        range: 1.0..=2e5,
+        says: ["slower than one a second: kHz?", "faster than any force sensor"],
+    },
+    Usual {
+        key: "tip_noise_sd_m",
+        range: 0.0..=0.02,
+        says: ["", "coarser than any camera: millimetres?"],
+    },
+    Usual {
+        key: "shape_noise_sd_m",
+        range: 0.0..=0.02,
+        says: ["", "coarser than any camera: millimetres?"],
+    },
+    Usual {
+        key: "insertion_resolution_m",
+        range: 0.0..=0.005,
+        says: ["", "coarser than any encoder: millimetres?"],
+    },
+    Usual {
+        key: "rotation_resolution_rad",
+        range: 0.0..=0.5,
+        says: ["", "coarser than any encoder: degrees?"],
+    },
+];
+
+fn usual(
+    table: &TableReader<'_>,
+    expected: &[Usual],
+    warnings: &mut Vec<RigWarning>,
+) -> Result<(), Fault> {
+    for Usual { key, range, says } in expected {
+        if let Some(number) = table.optional_number(key)?
+            && !range.contains(&number.value)
+        {
+            let says = says[usize::from(number.value > *range.end())];
+            warnings.push((number.place, format!("{key} = {} is {says}", number.value)));
+        }
+    }
+    Ok(())
+}
+
+/// Adds what looks wrong in a rig that could be read.
+pub(crate) fn check(
+    root: &TableReader<'_>,
+    rig: &Rig,
+    warnings: &mut Vec<RigWarning>,
+) -> Result<(), Fault> {
+    if let Some(sensor) = root.optional_table("sensor", &SENSOR_KEYS)? {
+        usual(&sensor, &SENSOR, warnings)?;
+    }
+    let Plant::Catheter(catheter) = &rig.plant else { return Ok(()) };
+
+    let instrument = root.table("instrument", &INSTRUMENT_KEYS)?;
+    usual(&instrument, &INSTRUMENT, warnings)?;
+    let density = catheter.instrument.density_kg_per_m3;
+    for section in instrument.tables("sections", &SECTION_KEYS)? {
+        let modulus = section.number("youngs_modulus_Pa")?;
+        let (value, place) = (modulus.value, modulus.place);
+        let says = if density < METAL_KG_PER_M3 && value > 2e11 {
+            "stiffer than steel, for a polymer's density: a thousand times too large?"
+        } else if density < METAL_KG_PER_M3 && value > 1.5e10 {
+            "stiffer than any polymer of this density: a thousand times too large?"
+        } else if value > 6e11 {
+            "stiffer than steel: a thousand times too large?"
+        } else if value < 1e5 {
+            "softer than rubber: MPa or GPa without the factor?"
+        } else {
+            continue;
+        };
+        warnings.push((place, format!("youngs_modulus_Pa = {value:e} is {says}")));
+    }
+    let mut curved = false;
+    let mut bent = false;
+    for piece in instrument.tables("tip_precurve", &PRECURVE_KEYS)? {
+        let (curvature, length) = (piece.number("curvature_per_m")?, piece.number("length_m")?);
+        curved |= curvature.value != 0.0;
+        bent |= curvature.value.abs() > 0.5;
+        if curvature.value.abs() * catheter.instrument.outer_diameter_m > 2.0 {
+            let message = format!(
+                "curvature_per_m = {} bends tighter than the instrument is thick",
+                curvature.value
+            );
+            warnings.push((curvature.place, message));
+        }
+        if length.value > 0.5 {
+            let message =
+                format!("length_m = {} is longer than any tip: millimetres?", length.value);
+            warnings.push((length.place, message));
+        }
+    }
+    if curved && !bent {
+        let message = "every curvature of tip_precurve is below 0.5 /m, as good as straight: \
+                       given per millimetre?";
+        warnings.push((instrument.place_of("tip_precurve"), message.into()));
+    }
+
+    let (position, place) = root.table("entry", &ENTRY_KEYS)?.vector("position_m")?;
+    if position.iter().any(|x| x.abs() > 2.0) {
+        let message = format!("position_m = {position:?} is metres away: millimetres?");
+        warnings.push((place, message));
+    }
+    usual(&root.table("vessel", &VESSEL_KEYS)?, &VESSEL, warnings)?;
+    let environment = root.table("environment", &ENVIRONMENT_KEYS)?;
+    let (gravity, place) = environment.vector("gravity_m_per_s2")?;
+    let size = gravity.iter().map(|x| x * x).sum::<f64>().sqrt();
+    if size > 15.0 || (size > 0.0 && size < 1.0) {
+        let message = format!("gravity of {size} m/s² is not that of the Earth: wrong unit?");
+        warnings.push((place, message));
+    }
+    Ok(())
+}

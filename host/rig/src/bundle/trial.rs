@@ -1,0 +1,253 @@
+//! `trials/NNN.csv`: what was measured in one trial.
+
+use thiserror::Error;
+
+use crate::error::Place;
+use crate::table::{Table, TableCause};
+
+/// Why a trial is refused.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum TrialCause {
+    #[error(transparent)]
+    Table(#[from] TableCause),
+    #[error("the trial has no rows")]
+    Empty,
+    #[error("t_s goes back: {now} s after {before} s")]
+    TimeNotRising { before: f64, now: f64 },
+    #[error("insertion_m is {0}; the length inside the vessel cannot be negative")]
+    NegativeInsertion(f64),
+    #[error("the shape points leave out p{0:02}")]
+    ShapeGap(usize),
+}
+
+impl TrialCause {
+    pub(crate) fn fix(&self) -> String {
+        match self {
+            TrialCause::Table(cause) => cause.fix(),
+            TrialCause::Empty => "record the trial again, or take the file out".into(),
+            TrialCause::TimeNotRising { .. } => {
+                "sort the rows by t_s and drop repeated ones".into()
+            }
+            TrialCause::NegativeInsertion(_) => {
+                "give the unstretched length past the entry plane, not the feed since the start"
+                    .into()
+            }
+            TrialCause::ShapeGap(_) => {
+                "number the shape points without gaps, tip first, each with _x_m, _y_m, _z_m".into()
+            }
+        }
+    }
+}
+
+type Fault = (Place, TrialCause);
+
+/// Encoder positions at one instant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EncoderReading {
+    pub insertion_m: f64,
+    pub rotation_rad: f64,
+}
+
+/// Column of three components with gaps; a row is there when all three are.
+pub type VectorColumn = Vec<Option<[f64; 3]>>;
+
+/// Columns of a catheter's trial, one entry a row.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CatheterTrial {
+    pub insertion_m: Vec<f64>,
+    pub rotation_rad: Vec<f64>,
+    /// Force of the instrument on the phantom; `None` when the column is missing.
+    pub force_n: Option<VectorColumn>,
+    /// Axial force on the instrument behind the guide, positive when pushing.
+    pub drive_force_n: Option<Vec<Option<f64>>>,
+    pub tip_m: Option<VectorColumn>,
+    /// Points on the shape, tip first; empty without them.
+    pub shape_m: Vec<VectorColumn>,
+}
+
+/// Columns of a drive's trial, one entry a row.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DriveTrial {
+    pub position_m: Vec<f64>,
+    pub drive_command_n: Vec<f64>,
+    pub setpoint_m: Option<Vec<Option<f64>>>,
+}
+
+/// What was measured, by plant.
+#[derive(Clone, Debug, PartialEq)]
+pub enum TrialData {
+    Catheter(CatheterTrial),
+    Drive(DriveTrial),
+}
+
+/// One trial.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Trial {
+    /// Number in the file's name.
+    pub number: u32,
+    /// Rising strictly \[s\].
+    pub t_s: Vec<f64>,
+    pub data: TrialData,
+}
+
+impl Trial {
+    /// Number of rows; never 0.
+    pub fn len(&self) -> usize {
+        self.t_s.len()
+    }
+
+    /// Whether there are no rows; never true of a trial that was read.
+    pub fn is_empty(&self) -> bool {
+        self.t_s.is_empty()
+    }
+
+    /// From the first row to the last \[s\].
+    pub fn duration_s(&self) -> f64 {
+        match (self.t_s.first(), self.t_s.last()) {
+            (Some(first), Some(last)) => last - first,
+            _ => 0.0,
+        }
+    }
+
+    /// Columns of a catheter's trial.
+    pub fn catheter(&self) -> Option<&CatheterTrial> {
+        match &self.data {
+            TrialData::Catheter(catheter) => Some(catheter),
+            TrialData::Drive(_) => None,
+        }
+    }
+
+    /// Encoder positions at any time by linear interpolation, held before the first row and
+    /// after the last: how rows of any rate become samples at 1 kHz. `None` for a drive.
+    pub fn encoder_at(&self, t_s: f64) -> Option<EncoderReading> {
+        let catheter = self.catheter()?;
+        let after = self.t_s.partition_point(|&t| t <= t_s);
+        let (low, high) = (after.saturating_sub(1), after.min(self.len().saturating_sub(1)));
+        let (start, end) = (self.t_s.get(low)?, self.t_s.get(high)?);
+        let share = if high > low { ((t_s - start) / (end - start)).clamp(0.0, 1.0) } else { 0.0 };
+        let at = |column: &[f64]| column[low] + (column[high] - column[low]) * share;
+        Some(EncoderReading {
+            insertion_m: at(&catheter.insertion_m),
+            rotation_rad: at(&catheter.rotation_rad),
+        })
+    }
+
+    pub(crate) fn parse_catheter(number: u32, text: &str) -> Result<Self, Fault> {
+        let table = Table::parse(text).map_err(table_fault)?;
+        table
+            .check_columns(&CATHETER_REQUIRED, &CATHETER_COLUMNS, |name| {
+                shape_point(name).is_some()
+            })
+            .map_err(table_fault)?;
+        let t_s = times(&table)?;
+        let full = |name| table.full_column(name).map_err(table_fault);
+        let (insertion_m, rotation_rad) = (full("insertion_m")?, full("rotation_rad")?);
+        if let Some(row) = insertion_m.iter().position(|&x| x < 0.0) {
+            return Err((
+                at(&table, row, "insertion_m"),
+                TrialCause::NegativeInsertion(insertion_m[row]),
+            ));
+        }
+        let points = table.names().filter_map(shape_point).max().map_or(0, |last| last + 1);
+        let shape_m = (0..points)
+            .map(|k| {
+                let names = ["x", "y", "z"].map(|axis| format!("p{k:02}_{axis}_m"));
+                vectors(&table, names.each_ref().map(String::as_str))?
+                    .ok_or((Place::Line(1), TrialCause::ShapeGap(k)))
+            })
+            .collect::<Result<_, Fault>>()?;
+        let data = TrialData::Catheter(CatheterTrial {
+            insertion_m,
+            rotation_rad,
+            force_n: vectors(&table, ["fx_N", "fy_N", "fz_N"])?,
+            drive_force_n: table.sparse_column("drive_fx_N").map_err(table_fault)?,
+            tip_m: vectors(&table, ["tip_x_m", "tip_y_m", "tip_z_m"])?,
+            shape_m,
+        });
+        Ok(Self { number, t_s, data })
+    }
+
+    pub(crate) fn parse_drive(number: u32, text: &str) -> Result<Self, Fault> {
+        const COLUMNS: [&str; 4] = ["t_s", "position_m", "drive_command_N", "setpoint_m"];
+        let table = Table::parse(text).map_err(table_fault)?;
+        table.check_columns(&COLUMNS[..3], &COLUMNS, |_| false).map_err(table_fault)?;
+        let data = TrialData::Drive(DriveTrial {
+            position_m: table.full_column("position_m").map_err(table_fault)?,
+            drive_command_n: table.full_column("drive_command_N").map_err(table_fault)?,
+            setpoint_m: table.sparse_column("setpoint_m").map_err(table_fault)?,
+        });
+        Ok(Self { number, t_s: times(&table)?, data })
+    }
+}
+
+const CATHETER_REQUIRED: [&str; 3] = ["t_s", "insertion_m", "rotation_rad"];
+const CATHETER_COLUMNS: [&str; 10] = [
+    "t_s",
+    "insertion_m",
+    "rotation_rad",
+    "fx_N",
+    "fy_N",
+    "fz_N",
+    "drive_fx_N",
+    "tip_x_m",
+    "tip_y_m",
+    "tip_z_m",
+];
+
+/// The k of a column `pNN_x_m`.
+fn shape_point(name: &str) -> Option<usize> {
+    let rest = name.strip_prefix('p')?;
+    let (digits, axis) = rest.split_once('_')?;
+    let two_or_more = digits.len() >= 2 && digits.bytes().all(|byte| byte.is_ascii_digit());
+    // The format's names are those that `p{k:02}` gives.
+    let k = digits.parse::<usize>().ok().filter(|k| *k < 10_000 && format!("{k:02}") == digits)?;
+    (two_or_more && matches!(axis, "x_m" | "y_m" | "z_m")).then_some(k)
+}
+
+fn table_fault((place, cause): (Place, TableCause)) -> Fault {
+    (place, cause.into())
+}
+
+fn at(table: &Table, row: usize, column: &str) -> Place {
+    Place::LineColumn(table.line(row), table.column(column).unwrap_or_default() + 1)
+}
+
+/// The time column, checked to rise.
+fn times(table: &Table) -> Result<Vec<f64>, Fault> {
+    let t_s = table.full_column("t_s").map_err(table_fault)?;
+    if t_s.is_empty() {
+        return Err((Place::Whole, TrialCause::Empty));
+    }
+    if let Some(before) = t_s.windows(2).position(|pair| pair[1] <= pair[0]) {
+        let cause = TrialCause::TimeNotRising { before: t_s[before], now: t_s[before + 1] };
+        return Err((at(table, before + 1, "t_s"), cause));
+    }
+    Ok(t_s)
+}
+
+/// Three columns as one; `None` when none of them is there.
+fn vectors(table: &Table, names: [&str; 3]) -> Result<Option<VectorColumn>, Fault> {
+    let present = names.map(|name| table.column(name));
+    if present == [None; 3] {
+        return Ok(None);
+    }
+    let mut axes = Vec::with_capacity(3);
+    for name in names {
+        let missing = || (Place::Line(1), TableCause::MissingColumn(name.into()).into());
+        axes.push(table.sparse_column(name).map_err(table_fault)?.ok_or_else(missing)?);
+    }
+    let mut rows = Vec::with_capacity(table.len());
+    for row in 0..table.len() {
+        let values = [axes[0][row], axes[1][row], axes[2][row]];
+        rows.push(match values {
+            [Some(x), Some(y), Some(z)] => Some([x, y, z]),
+            [None, None, None] => None,
+            _ => {
+                let gap = values.iter().position(Option::is_none).unwrap_or_default();
+                let cause = TableCause::MissingValue(names[gap].into());
+                return Err((at(table, row, names[gap]), cause.into()));
+            }
+        });
+    }
+    Ok(Some(rows))
+}

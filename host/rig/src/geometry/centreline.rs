@@ -1,0 +1,279 @@
+//! A vessel given as centrelines with radii: the union of swept round tubes.
+
+use std::path::Path;
+
+use nalgebra::Vector3;
+use thiserror::Error;
+
+use super::{Wall, WallPoint};
+use crate::error::{BundleError, Place, read_text};
+use crate::table::{Table, TableCause};
+
+/// Branches run into each other over about this width \[m\].
+const BLEND_M: f64 = 1e-3;
+/// Length of the straight pieces that stand for the curved centreline \[m\].
+const PIECE_M: f64 = 0.25e-3;
+/// A tube goes on straight for so long past an opening \[m\].
+const EXTENSION_M: f64 = 0.02;
+
+const COLUMNS: [&str; 6] = ["branch", "s_m", "x_m", "y_m", "z_m", "radius_m"];
+
+/// Why `centreline.csv` is refused.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum CentrelineCause {
+    #[error(transparent)]
+    Table(#[from] TableCause),
+    #[error("radius_m is {0}; a vessel has a radius above 0")]
+    Radius(f64),
+    #[error("s_m does not grow along branch `{0}`")]
+    Order(String),
+    #[error("two stations of branch `{0}` stand in one place")]
+    Repeated(String),
+    #[error("branch `{branch}` has {stations} station(s); a tube needs at least two")]
+    TooShort { branch: String, stations: usize },
+    #[error("there are no stations")]
+    Empty,
+}
+
+impl CentrelineCause {
+    pub(crate) fn fix(&self) -> String {
+        match self {
+            CentrelineCause::Table(cause) => cause.fix(),
+            CentrelineCause::Radius(_) => "give the radius of the lumen in metres".into(),
+            CentrelineCause::Order(_) | CentrelineCause::Repeated(_) => {
+                "sort the rows of each branch by s_m, without repeats".into()
+            }
+            CentrelineCause::TooShort { .. } | CentrelineCause::Empty => {
+                "add stations along the branch, about one every 2 mm".into()
+            }
+        }
+    }
+}
+
+/// One station of a centreline.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Station {
+    /// Arc length along the branch \[m\].
+    pub s_m: f64,
+    /// Vessel frame \[m\].
+    pub position_m: Vector3<f64>,
+    /// Radius of the lumen \[m\].
+    pub radius_m: f64,
+}
+
+/// A named centreline.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Branch {
+    pub name: String,
+    pub stations: Vec<Station>,
+}
+
+/// Reads `centreline.csv`.
+pub fn read_centreline(file: &Path) -> Result<Vec<Branch>, BundleError> {
+    parse_centreline(&read_text(file)?)
+        .map_err(|(place, cause)| BundleError::new(file, place, cause))
+}
+
+fn parse_centreline(text: &str) -> Result<Vec<Branch>, (Place, CentrelineCause)> {
+    let table_fault = |(place, cause)| (place, CentrelineCause::Table(cause));
+    let table = Table::parse(text).map_err(table_fault)?;
+    table.check_columns(&COLUMNS, &COLUMNS, |_| false).map_err(table_fault)?;
+    let column = |name| table.full_column(name).map_err(table_fault);
+    let (s_m, x_m, y_m, z_m) = (column("s_m")?, column("x_m")?, column("y_m")?, column("z_m")?);
+    let radius_m = column("radius_m")?;
+    let field = |name| table.column(name).unwrap_or_default();
+    let place = |row, name| Place::LineColumn(table.line(row), field(name) + 1);
+
+    let mut branches: Vec<Branch> = Vec::new();
+    for row in 0..table.len() {
+        let name = table.text(row, field("branch"));
+        let station = Station {
+            s_m: s_m[row],
+            position_m: Vector3::new(x_m[row], y_m[row], z_m[row]),
+            radius_m: radius_m[row],
+        };
+        if station.radius_m <= 0.0 {
+            let cause = CentrelineCause::Radius(station.radius_m);
+            return Err((place(row, "radius_m"), cause));
+        }
+        let known = branches.iter().position(|branch| branch.name == name);
+        let at = known.unwrap_or_else(|| {
+            branches.push(Branch { name: name.to_owned(), stations: Vec::new() });
+            branches.len() - 1
+        });
+        let stations = &mut branches[at].stations;
+        if let Some(last) = stations.last() {
+            if last.s_m >= station.s_m {
+                return Err((place(row, "s_m"), CentrelineCause::Order(name.to_owned())));
+            }
+            if last.position_m == station.position_m {
+                return Err((place(row, "x_m"), CentrelineCause::Repeated(name.to_owned())));
+            }
+        }
+        stations.push(station);
+    }
+    if branches.is_empty() {
+        return Err((Place::Whole, CentrelineCause::Empty));
+    }
+    if let Some(short) = branches.iter().find(|branch| branch.stations.len() < 2) {
+        let (branch, stations) = (short.name.clone(), short.stations.len());
+        return Err((Place::Whole, CentrelineCause::TooShort { branch, stations }));
+    }
+    Ok(branches)
+}
+
+/// A short straight piece whose radius changes evenly.
+#[derive(Clone, Copy, Debug)]
+struct Piece {
+    start: Vector3<f64>,
+    axis: Vector3<f64>,
+    length_m: f64,
+    radius_m: f64,
+    /// Change of the radius per length.
+    taper: f64,
+    /// How far past an opening the piece begins and ends \[m\]; both 0 along the tube.
+    beyond_m: [f64; 2],
+}
+
+impl Piece {
+    fn between(a: (Vector3<f64>, f64), b: (Vector3<f64>, f64), beyond_m: [f64; 2]) -> Option<Self> {
+        let length_m = (b.0 - a.0).norm();
+        let axis = (b.0 - a.0).try_normalize(1e-12)?;
+        // Beyond 45° one end's sphere would hide the other; no vessel tapers so.
+        let taper = ((b.1 - a.1) / length_m).clamp(-0.7, 0.7);
+        Some(Self { start: a.0, axis, length_m, radius_m: a.1, taper, beyond_m })
+    }
+
+    /// The largest `radius(s) − |p − centre(s)|` along the piece: the distance to the
+    /// envelope of its spheres.
+    fn sample(&self, p: &Vector3<f64>) -> WallPoint {
+        let from_start = p - self.start;
+        let along = from_start.dot(&self.axis);
+        let across = (from_start - self.axis * along).norm();
+        let shift = self.taper * across / (1.0 - self.taper * self.taper).sqrt();
+        let s = (along + shift).clamp(0.0, self.length_m);
+        let from_axis = from_start - self.axis * s;
+        let length = from_axis.norm();
+        let share = s / self.length_m;
+        WallPoint {
+            distance_m: self.radius_m + self.taper * s - length,
+            normal: if length > 1e-12 { -from_axis / length } else { Vector3::zeros() },
+            beyond_m: self.beyond_m[0] + (self.beyond_m[1] - self.beyond_m[0]) * share,
+        }
+    }
+}
+
+fn deepest(pieces: &[Piece], p: &Vector3<f64>) -> WallPoint {
+    let none = WallPoint { distance_m: f64::NEG_INFINITY, normal: Vector3::zeros(), beyond_m: 0.0 };
+    pieces
+        .iter()
+        .map(|piece| piece.sample(p))
+        .fold(none, |best, here| if here.distance_m > best.distance_m { here } else { best })
+}
+
+/// The union of swept round tubes, open at the ends that lie in no other tube.
+#[derive(Clone, Debug)]
+pub struct TubeWall {
+    branches: Vec<Vec<Piece>>,
+}
+
+impl TubeWall {
+    /// `branches`: at least one, of at least two stations each, as [`read_centreline`] gives.
+    pub fn new(branches: &[Branch]) -> Self {
+        let tubes: Vec<_> = branches.iter().map(|branch| tube(&branch.stations)).collect();
+        let mut open_tubes = tubes.clone();
+        for (index, branch) in branches.iter().enumerate() {
+            let is_open = |station: &Station| {
+                let others = tubes.iter().enumerate().filter(|(other, _)| *other != index);
+                others
+                    .map(|(_, tube)| deepest(tube, &station.position_m))
+                    .all(|w| w.distance_m < 0.0)
+            };
+            let end = |station: &Station, inner: &Station| {
+                let away = (station.position_m - inner.position_m).normalize();
+                let far = station.position_m + away * EXTENSION_M;
+                let (from, to) = ((station.position_m, station.radius_m), (far, station.radius_m));
+                Piece::between(from, to, [0.0, EXTENSION_M])
+            };
+            if let [first, second, ..] = &branch.stations[..]
+                && is_open(first)
+            {
+                open_tubes[index].extend(end(first, second));
+            }
+            if let [.., before, last] = &branch.stations[..]
+                && is_open(last)
+            {
+                open_tubes[index].extend(end(last, before));
+            }
+        }
+        Self { branches: open_tubes }
+    }
+}
+
+/// Straight pieces along the cubic through the stations (Catmull–Rom over arc length).
+fn tube(stations: &[Station]) -> Vec<Piece> {
+    let slope = |at: usize| {
+        let (before, after) = (at.saturating_sub(1), (at + 1).min(stations.len() - 1));
+        let (a, b) = (&stations[before], &stations[after]);
+        let ds = b.s_m - a.s_m;
+        ((b.position_m - a.position_m) / ds, (b.radius_m - a.radius_m) / ds)
+    };
+    let mut pieces = Vec::new();
+    for at in 1..stations.len() {
+        let (a, b) = (&stations[at - 1], &stations[at]);
+        let ((va, ra), (vb, rb)) = (slope(at - 1), slope(at));
+        let ds = b.s_m - a.s_m;
+        let point = |t: f64| {
+            let (t2, t3) = (t * t, t * t * t);
+            let (h0, h1) = (2.0 * t3 - 3.0 * t2 + 1.0, t3 - 2.0 * t2 + t);
+            let (h2, h3) = (3.0 * t2 - 2.0 * t3, t3 - t2);
+            let position = a.position_m * h0 + va * (h1 * ds) + b.position_m * h2 + vb * (h3 * ds);
+            (position, a.radius_m * h0 + ra * (h1 * ds) + b.radius_m * h2 + rb * (h3 * ds))
+        };
+        let count = (ds / PIECE_M).ceil().clamp(1.0, 1000.0) as usize;
+        let share = |k: usize| k as f64 / count as f64;
+        pieces.extend(
+            (0..count)
+                .filter_map(|k| Piece::between(point(share(k)), point(share(k + 1)), [0.0; 2])),
+        );
+    }
+    pieces
+}
+
+impl Wall for TubeWall {
+    /// Where two tubes meet, the larger distance wins over a blend of [`BLEND_M`], as a
+    /// casting would round the edge.
+    fn sample(&self, p: &Vector3<f64>) -> WallPoint {
+        let mut union: Option<WallPoint> = None;
+        for pieces in &self.branches {
+            let here = deepest(pieces, p);
+            union = Some(match union {
+                None => here,
+                Some(so_far) => blend(&so_far, &here),
+            });
+        }
+        union.unwrap_or_else(|| deepest(&[], p))
+    }
+
+    fn bounds_m(&self) -> (Vector3<f64>, Vector3<f64>) {
+        let infinite = Vector3::repeat(f64::INFINITY);
+        let pieces = self.branches.iter().flatten().filter(|piece| piece.beyond_m == [0.0; 2]);
+        pieces.fold((infinite, -infinite), |(low, high), piece| {
+            let reach = Vector3::repeat(piece.radius_m + piece.length_m);
+            (low.inf(&(piece.start - reach)), high.sup(&(piece.start + reach)))
+        })
+    }
+}
+
+/// Smooth maximum: quadratic over a band of [`BLEND_M`], the maximum itself outside it.
+fn blend(a: &WallPoint, b: &WallPoint) -> WallPoint {
+    let (deep, shallow) = if a.distance_m >= b.distance_m { (a, b) } else { (b, a) };
+    let band = (1.0 - (deep.distance_m - shallow.distance_m) / BLEND_M).max(0.0);
+    let share = 0.5 * band;
+    let normal = deep.normal * (1.0 - share) + shallow.normal * share;
+    WallPoint {
+        distance_m: deep.distance_m + 0.25 * BLEND_M * band * band,
+        normal: normal.try_normalize(1e-9).unwrap_or(deep.normal),
+        beyond_m: deep.beyond_m,
+    }
+}

@@ -1,0 +1,320 @@
+//! A triangle mesh as half-edges, with normals that are smooth except across creases.
+//!
+//! Half-edge `3 t + k` runs from corner k to corner k + 1 of triangle t, and corner
+//! `3 t + k` is where it begins.
+
+use std::collections::HashMap;
+
+use nalgebra::Vector3;
+use thiserror::Error;
+
+use super::stl::Triangle;
+
+/// No half-edge on the other side: the rim of an opening.
+pub(crate) const RIM: u32 = u32::MAX;
+/// Facets that meet at a larger angle meet at a crease: their normals are not averaged.
+const CREASE_RAD: f64 = 40.0 * std::f64::consts::PI / 180.0;
+/// Corners nearer than this are one \[m\].
+const WELD_M: f64 = 1e-7;
+
+/// Why a surface is no lumen.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum MeshCause {
+    #[error("every triangle of the surface is degenerate")]
+    Degenerate,
+    #[error("more than two triangles share the edge at ({:.3}, {:.3}, {:.3}) mm", at_mm[0], at_mm[1], at_mm[2])]
+    NonManifold { at_mm: [f64; 3] },
+    #[error("the surface is one-sided (like a Möbius strip) at ({:.3}, {:.3}, {:.3}) mm", at_mm[0], at_mm[1], at_mm[2])]
+    OneSided { at_mm: [f64; 3] },
+    #[error(
+        "the entry ({:.1}, {:.1}, {:.1}) mm is {distance_mm:.1} mm from the wall, farther than any \
+         vessel is wide", entry_mm[0], entry_mm[1], entry_mm[2]
+    )]
+    EntryFarFromWall { entry_mm: [f64; 3], distance_mm: f64 },
+    #[error(
+        "the surface has no opening near the entry: the nearest rim is {rim_mm:.1} mm away, so a \
+         wall closes the vessel in front of the instrument"
+    )]
+    NoOpeningAtEntry { rim_mm: f64 },
+}
+
+impl MeshCause {
+    pub(crate) fn fix(&self) -> String {
+        match self {
+            MeshCause::Degenerate => "export the surface again, in millimetres".into(),
+            MeshCause::NonManifold { .. } | MeshCause::OneSided { .. } => {
+                "repair the mesh (one closed sheet, no inner walls, no doubled facets) and export \
+                 it again"
+                    .into()
+            }
+            MeshCause::EntryFarFromWall { .. } => {
+                "the surface and [entry] position_m do not belong together: STL is in \
+                 millimetres, position_m in metres, both in the vessel frame"
+                    .into()
+            }
+            MeshCause::NoOpeningAtEntry { .. } => {
+                "cut the vessel open where the instrument enters, or correct [entry] position_m"
+                    .into()
+            }
+        }
+    }
+}
+
+/// What was put right while reading.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct MeshRepairs {
+    /// Triangles without area that were dropped.
+    pub degenerate: usize,
+    /// Triangles turned round to face the same way as their neighbours.
+    pub flipped: usize,
+    /// Separate pieces of the surface.
+    pub pieces: usize,
+}
+
+/// A mesh of half-edges.
+#[derive(Clone, Debug)]
+pub struct Mesh {
+    pub(crate) positions: Vec<Vector3<f64>>,
+    /// Vertex where each half-edge begins.
+    pub(crate) vertex: Vec<u32>,
+    /// Opposite half-edge, or [`RIM`].
+    pub(crate) twin: Vec<u32>,
+    /// Normal at each corner, an index into `normals`; shared except across creases.
+    pub(crate) corner_normal: Vec<u32>,
+    pub(crate) normals: Vec<Vector3<f64>>,
+}
+
+pub(crate) fn next(half_edge: usize) -> usize {
+    if half_edge % 3 == 2 { half_edge - 2 } else { half_edge + 1 }
+}
+
+impl Mesh {
+    /// Joins triangles into a mesh whose facets all face the same way.
+    pub fn from_triangles(triangles: &[Triangle]) -> Result<(Self, MeshRepairs), MeshCause> {
+        let (positions, mut vertex) = weld(triangles);
+        let degenerate = triangles.len() - vertex.len() / 3;
+        if vertex.is_empty() {
+            return Err(MeshCause::Degenerate);
+        }
+        let mut twin = twins(&positions, &vertex)?;
+        let (flipped, pieces) = face_one_way(&positions, &mut vertex, &mut twin)?;
+        let mut mesh =
+            Self { positions, vertex, twin, corner_normal: Vec::new(), normals: Vec::new() };
+        mesh.smooth_normals();
+        Ok((mesh, MeshRepairs { degenerate, flipped, pieces }))
+    }
+
+    /// Number of triangles.
+    pub fn len(&self) -> usize {
+        self.vertex.len() / 3
+    }
+
+    /// Whether the mesh has no triangles; never true of one that was read.
+    pub fn is_empty(&self) -> bool {
+        self.vertex.is_empty()
+    }
+
+    /// Corners of a triangle \[m\].
+    pub fn triangle(&self, triangle: usize) -> Triangle {
+        [0, 1, 2].map(|k| self.positions[self.vertex[3 * triangle + k] as usize])
+    }
+
+    /// Turns every facet round.
+    pub(crate) fn turn_inside_out(&mut self) {
+        for triangle in 0..self.len() {
+            turn(triangle, &mut self.vertex, &mut self.twin);
+            // Corner 0 stays, corners 1 and 2 change places.
+            self.corner_normal.swap(3 * triangle + 1, 3 * triangle + 2);
+        }
+        for normal in &mut self.normals {
+            *normal = -*normal;
+        }
+    }
+
+    /// Twice the area times the unit normal of a triangle \[m²\].
+    pub(crate) fn area_normal(&self, triangle: usize) -> Vector3<f64> {
+        let [a, b, c] = self.triangle(triangle);
+        (b - a).cross(&(c - a))
+    }
+
+    /// Angle of the corner where a half-edge begins \[rad\].
+    pub(crate) fn corner_angle(&self, half_edge: usize) -> f64 {
+        let at = self.positions[self.vertex[half_edge] as usize];
+        let after = self.positions[self.vertex[next(half_edge)] as usize] - at;
+        let before = self.positions[self.vertex[next(next(half_edge))] as usize] - at;
+        after.cross(&before).norm().atan2(after.dot(&before))
+    }
+
+    /// Normals averaged by angle over the facets around a vertex, those beyond a crease apart.
+    fn smooth_normals(&mut self) {
+        let facets: Vec<_> = (0..self.len())
+            .map(|t| self.area_normal(t).try_normalize(0.0).unwrap_or_default())
+            .collect();
+        let mut groups = Groups::new(self.vertex.len());
+        for half_edge in 0..self.vertex.len() {
+            let twin = self.twin[half_edge] as usize;
+            if self.twin[half_edge] == RIM || twin < half_edge {
+                continue;
+            }
+            let (a, b) = (facets[half_edge / 3], facets[twin / 3]);
+            // A facet without area has no normal; it never parts its neighbours.
+            let flat = a == Vector3::zeros() || b == Vector3::zeros();
+            if flat || a.dot(&b) > CREASE_RAD.cos() {
+                groups.join(half_edge, next(twin));
+                groups.join(next(half_edge), twin);
+            }
+        }
+        let mut sums = HashMap::new();
+        let roots: Vec<_> = (0..self.vertex.len()).map(|corner| groups.root(corner)).collect();
+        for (corner, &root) in roots.iter().enumerate() {
+            *sums.entry(root).or_insert_with(Vector3::zeros) +=
+                facets[corner / 3] * self.corner_angle(corner);
+        }
+        let mut index_of = HashMap::new();
+        self.normals.clear();
+        self.corner_normal = roots
+            .iter()
+            .map(|root| {
+                *index_of.entry(*root).or_insert_with(|| {
+                    self.normals.push(sums[root].try_normalize(0.0).unwrap_or_default());
+                    self.normals.len() as u32 - 1
+                })
+            })
+            .collect();
+    }
+
+    /// Every vertex: does it lie on the rim of an opening?
+    pub(crate) fn rim_vertices(&self) -> Vec<bool> {
+        let mut rim = vec![false; self.positions.len()];
+        for half_edge in 0..self.vertex.len() {
+            if self.twin[half_edge] == RIM {
+                rim[self.vertex[half_edge] as usize] = true;
+                rim[self.vertex[next(half_edge)] as usize] = true;
+            }
+        }
+        rim
+    }
+}
+
+/// One vertex for corners that coincide; triangles without area are left out.
+fn weld(triangles: &[Triangle]) -> (Vec<Vector3<f64>>, Vec<u32>) {
+    let mut index_of = HashMap::new();
+    let mut positions = Vec::new();
+    let mut vertex = Vec::with_capacity(3 * triangles.len());
+    for triangle in triangles {
+        let corners = triangle.map(|p| {
+            let key = [p.x, p.y, p.z].map(|x| (x / WELD_M).round() as i64);
+            *index_of.entry(key).or_insert_with(|| {
+                positions.push(p);
+                positions.len() as u32 - 1
+            })
+        });
+        if corners[0] != corners[1] && corners[1] != corners[2] && corners[2] != corners[0] {
+            vertex.extend(corners);
+        }
+    }
+    (positions, vertex)
+}
+
+fn middle_mm(positions: &[Vector3<f64>], vertex: &[u32], half_edge: usize) -> [f64; 3] {
+    let ends = [half_edge, next(half_edge)].map(|h| positions[vertex[h] as usize]);
+    ((ends[0] + ends[1]) * 500.0).into()
+}
+
+/// The half-edge on the other side of each edge, whichever way its triangle faces.
+fn twins(positions: &[Vector3<f64>], vertex: &[u32]) -> Result<Vec<u32>, MeshCause> {
+    let mut open = HashMap::with_capacity(vertex.len());
+    let mut twin = vec![RIM; vertex.len()];
+    for half_edge in 0..vertex.len() {
+        let (a, b) = (vertex[half_edge], vertex[next(half_edge)]);
+        let Some(&other) = open.get(&(a.min(b), a.max(b))) else {
+            open.insert((a.min(b), a.max(b)), half_edge as u32);
+            continue;
+        };
+        if twin[other as usize] != RIM {
+            return Err(MeshCause::NonManifold { at_mm: middle_mm(positions, vertex, half_edge) });
+        }
+        twin[half_edge] = other;
+        twin[other as usize] = half_edge as u32;
+    }
+    Ok(twin)
+}
+
+/// Turns one triangle round: corners 1 and 2 change places, hence edges 0 and 2.
+fn turn(triangle: usize, vertex: &mut [u32], twin: &mut [u32]) {
+    let (first, last) = (3 * triangle, 3 * triangle + 2);
+    vertex.swap(first + 1, last);
+    twin.swap(first, last);
+    for at in [first, last] {
+        if twin[at] != RIM {
+            twin[twin[at] as usize] = at as u32;
+        }
+    }
+}
+
+/// Makes neighbours face the same way. Returns how many were turned and how many pieces
+/// there are.
+fn face_one_way(
+    positions: &[Vector3<f64>],
+    vertex: &mut [u32],
+    twin: &mut [u32],
+) -> Result<(usize, usize), MeshCause> {
+    let (mut flipped, mut pieces) = (0, 0);
+    let mut seen = vec![false; vertex.len() / 3];
+    let mut queue = Vec::new();
+    for start in 0..seen.len() {
+        if seen[start] {
+            continue;
+        }
+        pieces += 1;
+        seen[start] = true;
+        queue.push(start);
+        while let Some(triangle) = queue.pop() {
+            for half_edge in 3 * triangle..3 * triangle + 3 {
+                let other = twin[half_edge];
+                if other == RIM {
+                    continue;
+                }
+                let neighbour = other as usize / 3;
+                let same_way = vertex[half_edge] != vertex[other as usize];
+                if seen[neighbour] {
+                    if !same_way {
+                        let at_mm = middle_mm(positions, vertex, half_edge);
+                        return Err(MeshCause::OneSided { at_mm });
+                    }
+                    continue;
+                }
+                if !same_way {
+                    turn(neighbour, vertex, twin);
+                    flipped += 1;
+                }
+                seen[neighbour] = true;
+                queue.push(neighbour);
+            }
+        }
+    }
+    Ok((flipped, pieces))
+}
+
+/// Disjoint sets of corners.
+struct Groups(Vec<u32>);
+
+impl Groups {
+    fn new(corners: usize) -> Self {
+        Self((0..corners as u32).collect())
+    }
+
+    fn root(&mut self, corner: usize) -> u32 {
+        let mut at = corner;
+        while self.0[at] as usize != at {
+            self.0[at] = self.0[self.0[at] as usize];
+            at = self.0[at] as usize;
+        }
+        at as u32
+    }
+
+    fn join(&mut self, a: usize, b: usize) {
+        let (a, b) = (self.root(a), self.root(b));
+        self.0[a as usize] = b;
+    }
+}

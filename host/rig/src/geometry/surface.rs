@@ -1,0 +1,170 @@
+//! Signed distance and normal of a vessel given as a triangle mesh.
+
+use nalgebra::Vector3;
+
+use super::bvh::{Bvh, Closest};
+use super::mesh::{Mesh, RIM, next};
+use super::{Wall, WallPoint};
+
+/// How the wall between the vertices of a mesh is understood.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum SurfaceModel {
+    /// Flat facets, as the file says.
+    Faceted,
+    /// The curved surface that vertices and vertex normals imply.
+    #[default]
+    Smooth,
+}
+
+/// A mesh that can be asked for its distance.
+#[derive(Clone, Debug)]
+pub struct MeshWall {
+    mesh: Mesh,
+    bvh: Bvh,
+    rim: Vec<bool>,
+    /// Facet normals averaged by angle over a vertex, creases or not: they tell the sides.
+    vertex_side: Vec<Vector3<f64>>,
+    /// Rounds of refinement.
+    pub rounds: usize,
+}
+
+/// What the closest point lies on.
+enum Feature {
+    Face,
+    Edge(usize),
+    Corner(usize),
+}
+
+impl MeshWall {
+    /// `mesh`: facets facing either way; `inside`: a point of the lumen, which tells which
+    /// way they should.
+    pub fn new(mut mesh: Mesh, model: SurfaceModel, inside: &Vector3<f64>) -> Self {
+        let rounds = match model {
+            SurfaceModel::Faceted => 0,
+            SurfaceModel::Smooth => mesh.refine(),
+        };
+        let mut wall = Self::index(mesh, rounds);
+        if wall.sample(inside).distance_m < 0.0 {
+            wall.mesh.turn_inside_out();
+            wall = Self::index(wall.mesh, rounds);
+        }
+        wall
+    }
+
+    fn index(mesh: Mesh, rounds: usize) -> Self {
+        let bvh = Bvh::new((0..mesh.len()).map(|t| mesh.triangle(t)).collect());
+        let mut vertex_side = vec![Vector3::zeros(); mesh.positions.len()];
+        for half_edge in 0..mesh.vertex.len() {
+            if let Some(normal) = mesh.area_normal(half_edge / 3).try_normalize(0.0) {
+                vertex_side[mesh.vertex[half_edge] as usize] +=
+                    normal * mesh.corner_angle(half_edge);
+            }
+        }
+        let rim = mesh.rim_vertices();
+        Self { mesh, bvh, rim, vertex_side, rounds }
+    }
+
+    /// Triangles after refinement.
+    pub fn triangles(&self) -> usize {
+        self.mesh.len()
+    }
+
+    /// Distance to the nearest vertex on the rim of an opening \[m\]; infinite without one.
+    pub fn rim_distance_m(&self, p: &Vector3<f64>) -> f64 {
+        let vertices = self.mesh.positions.iter().zip(&self.rim);
+        vertices.filter(|(_, rim)| **rim).map(|(x, _)| (x - p).norm()).fold(f64::INFINITY, f64::min)
+    }
+
+    fn feature(&self, closest: &Closest) -> Feature {
+        let first = 3 * closest.triangle;
+        let mut on = (0..3).filter(|&k| closest.barycentric[k] > 0.0);
+        match (on.next(), on.next(), on.next()) {
+            (Some(k), None, _) => Feature::Corner(first + k),
+            // Corners 0 and 2 are the ends of edge 2.
+            (Some(0), Some(2), None) => Feature::Edge(first + 2),
+            (Some(k), Some(_), None) => Feature::Edge(first + k),
+            _ => Feature::Face,
+        }
+    }
+
+    /// Points to the inner side of the wall whatever the angle of the facets.
+    /// Source: Bærentzen and Aanæs, angle-weighted pseudo-normals (2005).
+    fn side(&self, feature: &Feature, triangle: usize) -> Vector3<f64> {
+        match *feature {
+            Feature::Face => self.mesh.area_normal(triangle),
+            Feature::Edge(half_edge) => {
+                let unit = |t| self.mesh.area_normal(t).try_normalize(0.0).unwrap_or_default();
+                let twin = self.mesh.twin[half_edge];
+                let other = if twin == RIM { Vector3::zeros() } else { unit(twin as usize / 3) };
+                unit(triangle) + other
+            }
+            Feature::Corner(corner) => self.vertex_side[self.mesh.vertex[corner] as usize],
+        }
+    }
+
+    /// Does the closest point lie on the rim of an opening?
+    fn on_rim(&self, feature: &Feature) -> bool {
+        match *feature {
+            Feature::Face => false,
+            Feature::Edge(half_edge) => self.mesh.twin[half_edge] == RIM,
+            Feature::Corner(corner) => self.rim[self.mesh.vertex[corner] as usize],
+        }
+    }
+
+    /// Does the closest point lie on a crease, where no one normal is right?
+    fn on_crease(&self, feature: &Feature) -> bool {
+        match *feature {
+            Feature::Face => false,
+            Feature::Edge(half_edge) => {
+                let twin = self.mesh.twin[half_edge];
+                twin != RIM && {
+                    let (normal, twin) = (&self.mesh.corner_normal, twin as usize);
+                    normal[half_edge] != normal[next(twin)]
+                        || normal[next(half_edge)] != normal[twin]
+                }
+            }
+            Feature::Corner(corner) => {
+                let smooth = self.mesh.normals[self.mesh.corner_normal[corner] as usize];
+                let side = self.vertex_side[self.mesh.vertex[corner] as usize];
+                // The two are the same sum unless a crease parts the facets around the vertex.
+                smooth.dot(&side) < 0.98 * side.norm()
+            }
+        }
+    }
+}
+
+impl Wall for MeshWall {
+    fn sample(&self, p: &Vector3<f64>) -> WallPoint {
+        let closest = self.bvh.closest(p);
+        let feature = self.feature(&closest);
+        let from_wall = p - closest.point;
+        let smooth: Vector3<f64> = (0..3)
+            .map(|k| {
+                let normal = self.mesh.corner_normal[3 * closest.triangle + k] as usize;
+                self.mesh.normals[normal] * closest.barycentric[k]
+            })
+            .sum();
+        let side = self.side(&feature, closest.triangle);
+        let normal = smooth.try_normalize(1e-9).or_else(|| side.try_normalize(0.0));
+        let normal = normal.unwrap_or_default();
+        if self.on_rim(&feature) {
+            // Past an opening the wall goes on straight, so that nothing closes it.
+            let distance_m = from_wall.dot(&normal);
+            let beyond_m = (from_wall - normal * distance_m).norm();
+            return WallPoint { distance_m, normal, beyond_m };
+        }
+        let sign = if from_wall.dot(&side) < 0.0 { -1.0 } else { 1.0 };
+        let length = from_wall.norm();
+        let normal = if self.on_crease(&feature) && length > 1e-7 {
+            from_wall * (sign / length)
+        } else {
+            normal
+        };
+        WallPoint { distance_m: sign * length, normal, beyond_m: 0.0 }
+    }
+
+    fn bounds_m(&self) -> (Vector3<f64>, Vector3<f64>) {
+        let start = (self.mesh.positions[0], self.mesh.positions[0]);
+        self.mesh.positions.iter().fold(start, |(low, high), p| (low.inf(p), high.sup(p)))
+    }
+}

@@ -1,0 +1,7 @@
+//! From a wall to the lumen that the device reads: bricks of stored distances and normals.
+
+mod build;
+mod quality;
+
+pub use build::{BuiltLumen, LumenOptions, build_lumen};
+pub use quality::{LumenQuality, Spread, interpolate, measure};

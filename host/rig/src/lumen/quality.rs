@@ -1,0 +1,147 @@
+//! What storing a lumen on a grid costs: interpolated against exact distance.
+
+use cathforce_mechanics::{BRICK_CELLS, BRICK_EDGE, BRICK_NODES, NODE_BYTES, OUTSIDE};
+use nalgebra::Vector3;
+
+use super::build::{BuiltLumen, LumenOptions};
+use crate::geometry::{Wall, WallPoint};
+
+/// Median, 99th percentile and largest of a set of errors.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Spread {
+    pub p50: f64,
+    pub p99: f64,
+    pub max: f64,
+}
+
+impl Spread {
+    /// Of absolute values; zeros for an empty set.
+    pub fn of(values: impl IntoIterator<Item = f64>) -> Self {
+        let mut all: Vec<f64> = values.into_iter().map(f64::abs).collect();
+        all.sort_unstable_by(f64::total_cmp);
+        let at = |share: f64| {
+            let index = (share * all.len() as f64) as usize;
+            all.get(index.min(all.len().saturating_sub(1))).copied().unwrap_or_default()
+        };
+        Self { p50: at(0.5), p99: at(0.99), max: at(1.0) }
+    }
+}
+
+/// Errors of the stored field at random points where the instrument touches the wall.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct LumenQuality {
+    /// Points compared.
+    pub points: usize,
+    /// Distance with the normals' second-order term, as the device interpolates \[m\].
+    pub distance_m: Spread,
+    /// Distance by plain trilinear interpolation \[m\].
+    pub trilinear_m: Spread,
+    /// Angle between stored and exact normal \[rad\].
+    pub normal_rad: Spread,
+    /// Where the largest error of the distance is \[m\].
+    pub worst_at_m: [f64; 3],
+}
+
+/// Reference evaluation of a stored lumen in f64:
+/// distance = Σ wᵢ (dᵢ + ½ nᵢ·(x − xᵢ)), normal = Σ wᵢ nᵢ normalised, with the trilinear
+/// weights wᵢ of the cell's corners. Also gives the plain trilinear distance.
+/// `None` where no brick is stored.
+pub fn interpolate(lumen: &BuiltLumen, p: &Vector3<f64>) -> Option<(WallPoint, f64)> {
+    let header = &lumen.header;
+    let (cell_m, unit_m) = (f64::from(header.cell_m), f64::from(header.distance_unit_m));
+    let bricks = header.bricks.map(usize::from);
+    let scaled = (p - Vector3::from(header.origin_m.map(f64::from))) / cell_m;
+    let mut cell = [0; 3];
+    let mut brick = [0; 3];
+    for axis in 0..3 {
+        let at = scaled[axis].floor();
+        if !(at >= 0.0 && at < (bricks[axis] * BRICK_CELLS) as f64) {
+            return None;
+        }
+        (brick[axis], cell[axis]) = (at as usize / BRICK_CELLS, at as usize % BRICK_CELLS);
+    }
+    let entry = (brick[2] * bricks[1] + brick[1]) * bricks[0] + brick[0];
+    let index = u16::from_le_bytes([lumen.bytes[2 * entry], lumen.bytes[2 * entry + 1]]);
+    if index >= OUTSIDE {
+        return None;
+    }
+    let brick_bytes = BRICK_NODES * NODE_BYTES;
+    let first = 2 * bricks.iter().product::<usize>() + usize::from(index) * brick_bytes;
+    let (mut distance_m, mut trilinear_m, mut normal) = (0.0, 0.0, Vector3::zeros());
+    for corner in 0..8 {
+        let (mut weight, mut offset) = (1.0, Vector3::zeros());
+        let mut node = 0;
+        for axis in (0..3).rev() {
+            let up = corner >> axis & 1;
+            let share = scaled[axis] - scaled[axis].floor();
+            weight *= if up == 1 { share } else { 1.0 - share };
+            offset[axis] = (share - up as f64) * cell_m;
+            node = node * BRICK_EDGE + cell[axis] + up;
+        }
+        let bytes = &lumen.bytes[first + node * NODE_BYTES..][..NODE_BYTES];
+        let stored_m = f64::from(i16::from_le_bytes([bytes[0], bytes[1]])) * unit_m;
+        let n = Vector3::from_fn(|axis, _| f64::from(bytes[2 + axis].cast_signed()) / 127.0);
+        distance_m += weight * (stored_m + 0.5 * n.dot(&offset));
+        trilinear_m += weight * stored_m;
+        normal += n * weight;
+    }
+    let normal = normal.try_normalize(1e-9).unwrap_or_default();
+    Some((WallPoint { distance_m, normal, beyond_m: 0.0 }, trilinear_m))
+}
+
+/// A small generator of even numbers in [0, 1): xorshift64*.
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> f64 {
+        self.0 ^= self.0 >> 12;
+        self.0 ^= self.0 << 25;
+        self.0 ^= self.0 >> 27;
+        (self.0.wrapping_mul(0x2545_F491_4F6C_DD1D) >> 11) as f64 / (1_u64 << 53) as f64
+    }
+}
+
+/// Compares at up to `points` random points where an instrument's centre line can be: from
+/// 0.5 mm outside the wall to the deepest stored distance inside.
+pub fn measure(
+    lumen: &BuiltLumen,
+    wall: &dyn Wall,
+    options: &LumenOptions,
+    points: usize,
+) -> LumenQuality {
+    let (low, high) = wall.bounds_m();
+    let mut random = Random(0x9E37_79B9_7F4A_7C15);
+    let (mut errors, mut plain, mut angles) = (Vec::new(), Vec::new(), Vec::new());
+    let mut worst = (0.0, [0.0; 3]);
+    for _ in 0..400 * points {
+        let p = Vector3::from_fn(|axis, _| low[axis] + (high - low)[axis] * random.next());
+        let Some((stored, trilinear_m)) = interpolate(lumen, &p) else { continue };
+        if stored.distance_m < -1e-3 || stored.distance_m > options.inside_m + 0.5e-3 {
+            continue;
+        }
+        let exact = wall.sample(&p);
+        let touched = exact.distance_m > -0.5e-3 && exact.distance_m < options.inside_m;
+        if !touched || exact.beyond_m > 0.0 {
+            continue;
+        }
+        let error = stored.distance_m - exact.distance_m;
+        if error.abs() > worst.0 {
+            worst = (error.abs(), p.into());
+        }
+        errors.push(error);
+        plain.push(trilinear_m - exact.distance_m);
+        angles.push(
+            stored.normal.cross(&exact.normal).norm().atan2(stored.normal.dot(&exact.normal)),
+        );
+        if errors.len() == points {
+            break;
+        }
+    }
+    LumenQuality {
+        points: errors.len(),
+        distance_m: Spread::of(errors),
+        trilinear_m: Spread::of(plain),
+        normal_rad: Spread::of(angles),
+        worst_at_m: worst.1,
+    }
+}

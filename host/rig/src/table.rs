@@ -1,0 +1,181 @@
+//! CSV tables with a header, read strictly: every complaint has its line and field.
+
+use csv::{ReaderBuilder, StringRecord, Trim};
+use thiserror::Error;
+
+use crate::error::Place;
+use crate::nearest::nearest;
+
+/// What is wrong with a table.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+pub enum TableCause {
+    #[error("the file is empty; it has no header line")]
+    NoHeader,
+    #[error("not CSV: {0}")]
+    Syntax(String),
+    #[error("unknown column `{name}`{}", .nearest.as_ref().map(|n| format!("; did you mean `{n}`?")).unwrap_or_default())]
+    UnknownColumn { name: String, nearest: Option<String> },
+    #[error("column `{0}` stands twice in the header")]
+    RepeatedColumn(String),
+    #[error("column `{0}` is missing")]
+    MissingColumn(String),
+    #[error("the row has {found} fields, the header {expected}")]
+    FieldCount { expected: usize, found: usize },
+    #[error("`{text}` in column `{column}` is not a number")]
+    NotANumber { column: String, text: String },
+    #[error("`{text}` in column `{column}` is not finite")]
+    NotFinite { column: String, text: String },
+    #[error("column `{0}` has no value in this row")]
+    MissingValue(String),
+}
+
+impl TableCause {
+    pub(crate) fn fix(&self) -> String {
+        match self {
+            TableCause::NoHeader => "write the header line with the column names first".into(),
+            TableCause::Syntax(_) => "write UTF-8 text, comma separated".into(),
+            TableCause::UnknownColumn { .. } => {
+                "rename the column or take it out; docs of the trial bundle list the names".into()
+            }
+            TableCause::RepeatedColumn(_) => "keep one of the two columns".into(),
+            TableCause::MissingColumn(name) => format!("add the column `{name}`"),
+            TableCause::FieldCount { .. } => {
+                "the row is cut short or has a comma too many; leave a missing value empty, but \
+                 keep its comma"
+                    .into()
+            }
+            TableCause::NotANumber { .. } => {
+                "write a decimal number with a point; leave a missing value empty".into()
+            }
+            TableCause::NotFinite { .. } | TableCause::MissingValue(_) => {
+                "leave a missing value empty in optional columns; this one needs a number in \
+                 every row, so drop the row if it has none"
+                    .into()
+            }
+        }
+    }
+}
+
+type Fault = (Place, TableCause);
+
+/// A table whose rows all have as many fields as the header.
+#[derive(Clone, Debug)]
+pub(crate) struct Table {
+    header: StringRecord,
+    rows: Vec<StringRecord>,
+}
+
+impl Table {
+    /// Splits a text into header and rows.
+    pub(crate) fn parse(text: &str) -> Result<Self, Fault> {
+        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+        let mut reader =
+            ReaderBuilder::new().flexible(true).trim(Trim::All).from_reader(text.as_bytes());
+        let syntax = |error: csv::Error| {
+            let line = error.position().map_or(1, |at| at.line() as usize);
+            (Place::Line(line), TableCause::Syntax(error.to_string()))
+        };
+        let header = reader.headers().map_err(syntax)?.clone();
+        if header.is_empty() || header.iter().all(str::is_empty) {
+            return Err((Place::Line(1), TableCause::NoHeader));
+        }
+        for (at, name) in header.iter().enumerate() {
+            if header.iter().take(at).any(|earlier| earlier == name) {
+                let place = Place::LineColumn(1, at + 1);
+                return Err((place, TableCause::RepeatedColumn(name.into())));
+            }
+        }
+        let rows = reader.records().collect::<Result<Vec<_>, _>>().map_err(syntax)?;
+        let table = Self { header, rows };
+        for (row, record) in table.rows.iter().enumerate() {
+            if record.len() != table.header.len() {
+                let (expected, found) = (table.header.len(), record.len());
+                let place = Place::LineColumn(table.line(row), expected.min(found) + 1);
+                return Err((place, TableCause::FieldCount { expected, found }));
+            }
+        }
+        Ok(table)
+    }
+
+    /// Refuses columns that `known` does not accept, and the lack of any of `required`.
+    pub(crate) fn check_columns(
+        &self,
+        required: &[&str],
+        known: &[&str],
+        accepts: impl Fn(&str) -> bool,
+    ) -> Result<(), Fault> {
+        for (at, name) in self.header.iter().enumerate() {
+            if !known.contains(&name) && !accepts(name) {
+                let nearest = nearest(name, known).map(str::to_owned);
+                let cause = TableCause::UnknownColumn { name: name.into(), nearest };
+                return Err((Place::LineColumn(1, at + 1), cause));
+            }
+        }
+        match required.iter().find(|name| self.column(name).is_none()) {
+            Some(name) => Err((Place::Line(1), TableCause::MissingColumn((*name).into()))),
+            None => Ok(()),
+        }
+    }
+
+    /// Number of rows.
+    pub(crate) fn len(&self) -> usize {
+        self.rows.len()
+    }
+
+    /// Line of a row in the file, from 1.
+    pub(crate) fn line(&self, row: usize) -> usize {
+        let position = self.rows.get(row).and_then(StringRecord::position);
+        position.map_or(row + 2, |at| at.line() as usize)
+    }
+
+    /// Column names, in order.
+    pub(crate) fn names(&self) -> impl Iterator<Item = &str> {
+        self.header.iter()
+    }
+
+    /// Index of a column.
+    pub(crate) fn column(&self, name: &str) -> Option<usize> {
+        self.header.iter().position(|column| column == name)
+    }
+
+    /// A field as text.
+    pub(crate) fn text(&self, row: usize, column: usize) -> &str {
+        self.rows.get(row).and_then(|record| record.get(column)).unwrap_or_default()
+    }
+
+    /// A field as a number; `None` when it is empty.
+    pub(crate) fn number(&self, row: usize, column: usize) -> Result<Option<f64>, Fault> {
+        let text = self.text(row, column);
+        if text.is_empty() {
+            return Ok(None);
+        }
+        let place = Place::LineColumn(self.line(row), column + 1);
+        let name = || self.header.get(column).unwrap_or_default().to_owned();
+        let Ok(value) = text.parse::<f64>() else {
+            return Err((place, TableCause::NotANumber { column: name(), text: text.into() }));
+        };
+        if !value.is_finite() {
+            return Err((place, TableCause::NotFinite { column: name(), text: text.into() }));
+        }
+        Ok(Some(value))
+    }
+
+    /// A whole column that must have a number in every row.
+    pub(crate) fn full_column(&self, name: &str) -> Result<Vec<f64>, Fault> {
+        let missing = || TableCause::MissingColumn(name.into());
+        let column = self.column(name).ok_or((Place::Line(1), missing()))?;
+        let cell = |row| {
+            self.number(row, column)?.ok_or_else(|| {
+                let place = Place::LineColumn(self.line(row), column + 1);
+                (place, TableCause::MissingValue(name.into()))
+            })
+        };
+        (0..self.len()).map(cell).collect()
+    }
+
+    /// A whole column with gaps; `None` when there is no such column.
+    pub(crate) fn sparse_column(&self, name: &str) -> Result<Option<Vec<Option<f64>>>, Fault> {
+        let Some(column) = self.column(name) else { return Ok(None) };
+        (0..self.len()).map(|row| self.number(row, column)).collect::<Result<_, _>>().map(Some)
+    }
+}

@@ -1,0 +1,128 @@
+//! A bundle's vessel as a wall, and as the lumen that the device reads.
+
+use cathforce_mechanics::LumenHeader;
+use nalgebra::Vector3;
+use thiserror::Error;
+
+use crate::bundle::{Bundle, CatheterRig};
+use crate::error::{BundleError, Place};
+use crate::geometry::{MeshCause, MeshWall, SurfaceModel, TubeWall, Wall};
+use crate::lumen::{BuiltLumen, LumenOptions, LumenQuality, build_lumen, measure};
+
+/// Grid spacing unless another is asked for \[m\].
+pub const CELL_M: f64 = 1e-3;
+/// Bytes of lumen that the device has room for.
+pub const DEVICE_LUMEN_BYTES: usize = 2 << 20;
+/// Points at which a lumen is compared with the exact wall.
+const QUALITY_POINTS: usize = 20_000;
+
+/// What a lumen became.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LumenReport {
+    /// Where the wall came from.
+    pub source: WallSource,
+    /// Of directory and bricks.
+    pub bytes: usize,
+    /// Bricks stored.
+    pub bricks: usize,
+    /// Grid spacing \[m\].
+    pub cell_m: f64,
+    pub quality: LumenQuality,
+}
+
+/// Where a wall came from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum WallSource {
+    /// `vessel.stl`, with so many triangles after this many rounds of refinement.
+    Mesh { triangles: usize, rounds: usize },
+    /// `centreline.csv`.
+    Centreline { branches: usize },
+}
+
+/// Why there is no lumen.
+#[derive(Debug, Error)]
+pub enum LumenBuildError {
+    #[error("`{0}` is a drive without a vessel; only a catheter's bundle has a lumen")]
+    NoCatheter(String),
+    #[error(transparent)]
+    Bundle(#[from] BundleError),
+    #[error("a grid of {cell_mm} mm needs more than 65 000 bricks; choose a coarser one")]
+    TooManyBricks { cell_mm: f64 },
+}
+
+/// A wall of either kind.
+pub struct Vessel {
+    wall: Box<dyn Wall>,
+    source: WallSource,
+}
+
+impl Vessel {
+    /// The wall of a bundle's vessel: from the mesh when there is one, else from the
+    /// centreline. Checks that the instrument can enter.
+    pub fn from_bundle(bundle: &Bundle, model: SurfaceModel) -> Result<Self, LumenBuildError> {
+        let rig = catheter(bundle)?;
+        let Some(mesh) = &bundle.mesh else {
+            let wall = Box::new(TubeWall::new(&bundle.centreline));
+            let source = WallSource::Centreline { branches: bundle.centreline.len() };
+            return Ok(Self { wall, source });
+        };
+        let position = Vector3::from(rig.entry.position_m);
+        // Just past the entry plane, where the mesh is sure to be beside and not behind.
+        let inside = position + Vector3::from(rig.entry.direction) * 1e-3;
+        let wall = MeshWall::new(mesh.mesh.clone(), model, &inside);
+        let refuse = |cause: MeshCause| {
+            BundleError::new(&bundle.path.join("vessel.stl"), Place::Whole, cause)
+        };
+        let distance_m = wall.sample(&inside).distance_m;
+        if distance_m > 0.06 {
+            let entry_mm = (position * 1e3).into();
+            let cause = MeshCause::EntryFarFromWall { entry_mm, distance_mm: distance_m * 1e3 };
+            return Err(refuse(cause).into());
+        }
+        let rim_m = wall.rim_distance_m(&position);
+        if rim_m > (4.0 * distance_m).max(0.01) {
+            return Err(refuse(MeshCause::NoOpeningAtEntry { rim_mm: rim_m * 1e3 }).into());
+        }
+        let source = WallSource::Mesh { triangles: wall.triangles(), rounds: wall.rounds };
+        Ok(Self { wall: Box::new(wall), source })
+    }
+
+    /// The wall itself.
+    pub fn wall(&self) -> &dyn Wall {
+        &*self.wall
+    }
+
+    /// Samples the wall on a grid and says what that cost.
+    pub fn lumen(
+        &self,
+        options: LumenOptions,
+    ) -> Result<(BuiltLumen, LumenReport), LumenBuildError> {
+        let built = build_lumen(self.wall(), options)
+            .ok_or(LumenBuildError::TooManyBricks { cell_mm: options.cell_m * 1e3 })?;
+        let report = LumenReport {
+            source: self.source,
+            bytes: built.bytes.len(),
+            bricks: usize::from(built.header.stored),
+            cell_m: options.cell_m,
+            quality: measure(&built, self.wall(), &options, QUALITY_POINTS),
+        };
+        Ok((built, report))
+    }
+}
+
+fn catheter(bundle: &Bundle) -> Result<&CatheterRig, LumenBuildError> {
+    bundle.catheter().ok_or_else(|| LumenBuildError::NoCatheter(bundle.rig.name.clone()))
+}
+
+/// Header and bytes of the lumen of a bundle's vessel, for `cathforce_mechanics::Lumen::new`.
+///
+/// `cell_m`: grid spacing, usually [`CELL_M`].
+pub fn lumen_from_bundle(
+    bundle: &Bundle,
+    cell_m: f64,
+) -> Result<(LumenHeader, Vec<u8>, LumenReport), LumenBuildError> {
+    let outer_radius_m = 0.5 * catheter(bundle)?.instrument.outer_diameter_m;
+    let vessel = Vessel::from_bundle(bundle, SurfaceModel::default())?;
+    let (built, report) = vessel.lumen(LumenOptions::for_instrument(outer_radius_m, cell_m))?;
+    Ok((built.header, built.bytes, report))
+}
