@@ -139,36 +139,35 @@ impl Piece {
     fn between(a: (Vector3<f64>, f64), b: (Vector3<f64>, f64), beyond_m: [f64; 2]) -> Option<Self> {
         let length_m = (b.0 - a.0).norm();
         let axis = (b.0 - a.0).try_normalize(1e-12)?;
-        // Beyond 45° one end's sphere would hide the other; no vessel tapers so.
-        let taper = ((b.1 - a.1) / length_m).clamp(-0.7, 0.7);
+        let taper = (b.1 - a.1) / length_m;
         Some(Self { start: a.0, axis, length_m, radius_m: a.1, taper, beyond_m })
     }
 
-    /// The largest `radius(s) − |p − centre(s)|` along the piece: the distance to the
-    /// envelope of its spheres.
-    fn sample(&self, p: &Vector3<f64>) -> WallPoint {
+    /// Distance to the wall of the tube, and to the axis \[m\]. `radius_m` is measured across the
+    /// axis, so a tapering wall leans by its taper.
+    fn sample(&self, p: &Vector3<f64>) -> (WallPoint, f64) {
         let from_start = p - self.start;
-        let along = from_start.dot(&self.axis);
-        let across = (from_start - self.axis * along).norm();
-        let shift = self.taper * across / (1.0 - self.taper * self.taper).sqrt();
-        let s = (along + shift).clamp(0.0, self.length_m);
+        let s = from_start.dot(&self.axis).clamp(0.0, self.length_m);
         let from_axis = from_start - self.axis * s;
-        let length = from_axis.norm();
+        let across_m = from_axis.norm();
+        let inwards = if across_m > 1e-12 { -from_axis / across_m } else { Vector3::zeros() };
+        let lean = (1.0 + self.taper * self.taper).sqrt();
         let share = s / self.length_m;
-        WallPoint {
-            distance_m: self.radius_m + self.taper * s - length,
-            normal: if length > 1e-12 { -from_axis / length } else { Vector3::zeros() },
+        let point = WallPoint {
+            distance_m: (self.radius_m + self.taper * s - across_m) / lean,
+            normal: (inwards + self.axis * self.taper).try_normalize(1e-9).unwrap_or(self.axis),
             beyond_m: self.beyond_m[0] + (self.beyond_m[1] - self.beyond_m[0]) * share,
-        }
+        };
+        (point, across_m)
     }
 }
 
-fn deepest(pieces: &[Piece], p: &Vector3<f64>) -> WallPoint {
-    let none = WallPoint { distance_m: f64::NEG_INFINITY, normal: Vector3::zeros(), beyond_m: 0.0 };
-    pieces
-        .iter()
-        .map(|piece| piece.sample(p))
-        .fold(none, |best, here| if here.distance_m > best.distance_m { here } else { best })
+/// The wall of the tube around the nearest piece of the centreline.
+fn nearest_piece(pieces: &[Piece], p: &Vector3<f64>) -> WallPoint {
+    let none =
+        WallPoint { distance_m: f64::NEG_INFINITY, normal: Vector3::zeros(), beyond_m: 0.0 };
+    let samples = pieces.iter().map(|piece| piece.sample(p));
+    samples.min_by(|a, b| a.1.total_cmp(&b.1)).map_or(none, |(point, _)| point)
 }
 
 /// The union of swept round tubes, open at the ends that lie in no other tube.
@@ -186,7 +185,7 @@ impl TubeWall {
             let is_open = |station: &Station| {
                 let others = tubes.iter().enumerate().filter(|(other, _)| *other != index);
                 others
-                    .map(|(_, tube)| deepest(tube, &station.position_m))
+                    .map(|(_, tube)| nearest_piece(tube, &station.position_m))
                     .all(|w| w.distance_m < 0.0)
             };
             let end = |station: &Station, inner: &Station| {
@@ -246,13 +245,13 @@ impl Wall for TubeWall {
     fn sample(&self, p: &Vector3<f64>) -> WallPoint {
         let mut union: Option<WallPoint> = None;
         for pieces in &self.branches {
-            let here = deepest(pieces, p);
+            let here = nearest_piece(pieces, p);
             union = Some(match union {
                 None => here,
                 Some(so_far) => blend(&so_far, &here),
             });
         }
-        union.unwrap_or_else(|| deepest(&[], p))
+        union.unwrap_or_else(|| nearest_piece(&[], p))
     }
 
     fn bounds_m(&self) -> (Vector3<f64>, Vector3<f64>) {

@@ -145,6 +145,17 @@ impl Mesh {
         after.cross(&before).norm().atan2(after.dot(&before))
     }
 
+    /// Weight of a facet in the normal of its corner, exact for vertices on a sphere: the sine
+    /// of the angle over the lengths of its edges. Source: Max, Weights for computing vertex
+    /// normals from facet normals (1999).
+    fn corner_weight(&self, half_edge: usize) -> f64 {
+        let at = self.positions[self.vertex[half_edge] as usize];
+        let after = self.positions[self.vertex[next(half_edge)] as usize] - at;
+        let before = self.positions[self.vertex[next(next(half_edge))] as usize] - at;
+        let lengths = after.norm_squared() * before.norm_squared();
+        if lengths > 0.0 { after.cross(&before).norm() / lengths } else { 0.0 }
+    }
+
     /// Normals averaged by angle over the facets around a vertex, those beyond a crease apart.
     fn smooth_normals(&mut self) {
         let facets: Vec<_> = (0..self.len())
@@ -168,7 +179,7 @@ impl Mesh {
         let roots: Vec<_> = (0..self.vertex.len()).map(|corner| groups.root(corner)).collect();
         for (corner, &root) in roots.iter().enumerate() {
             *sums.entry(root).or_insert_with(Vector3::zeros) +=
-                facets[corner / 3] * self.corner_angle(corner);
+                facets[corner / 3] * self.corner_weight(corner);
         }
         let mut index_of = HashMap::new();
         self.normals.clear();
