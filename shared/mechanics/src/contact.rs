@@ -129,6 +129,7 @@ impl<T: Real> Touch<T> {
         dx: &Vector3<T>,
         turn: &Vector3<T>,
         memory: &mut Memory<T>,
+        last: bool,
     ) -> Vector3<T> {
         let n = &self.normal;
         let moved = dx + cross(turn, &self.arm);
@@ -136,6 +137,9 @@ impl<T: Real> Touch<T> {
         let force = self.force - moved * self.stick - n * (self.push * along);
         let normal_n = dot(n, &force);
         memory.normal_n = if normal_n > T::zero() { normal_n } else { T::zero() };
+        if !last {
+            return force;
+        }
         // Return map: what exceeds the limit has slid.     docs/model.md (12)
         let slip = self.slip + moved - n * along;
         let length = dot(&slip, &slip).root();

@@ -66,8 +66,10 @@ impl<T: Real> State<T> {
             let half = link.rate * half_dt;
             if dot(&half, &half) < largest {
                 link.rotation = link.rotation.turned(&half);
+                link.turn = link.rate * dt_s;
             } else {
                 link.rate = Vector3::zeros();
+                link.turn = Vector3::zeros();
             }
             link.tangent = link.rotation.tangent();
             position += link.tangent * (length * (T::one() + link.strain));

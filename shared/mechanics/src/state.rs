@@ -51,8 +51,10 @@ pub(crate) struct LinkState<T: Real> {
     pub position: Vector3<T>,
     /// Velocity of node j \[m/s\].
     pub velocity: Vector3<T>,
-    /// Displacement of node j from the last tick to the predictor \[m\].
+    /// Displacement of node j since the step began \[m\].
     pub displacement: Vector3<T>,
+    /// Rotation of the link since the step began \[rad\].
+    pub turn: Vector3<T>,
     /// Contact force on the instrument around node j \[N\].
     pub force: Vector3<T>,
     /// Contact at the node and at the middle of the link.
@@ -71,6 +73,7 @@ impl<T: Real> LinkState<T> {
             position: v,
             velocity: v,
             displacement: v,
+            turn: v,
             force: v,
             memory: [Memory::new(); 2],
         }

@@ -10,6 +10,8 @@ const RESOLVED_TURN_RAD: f64 = 1e-3;
 const SETTLE_DT_S: f64 = 0.02;
 /// Feed of one quasi-static step \[m\].
 const SETTLE_FEED_M: f64 = 2e-4;
+/// Drag that keeps quasi-static steps from overshooting \[N·s/m²\].
+const SETTLE_DRAG: f64 = 1000.0;
 /// Quasi-static steps at rest before a run may begin.
 const SETTLE_REST: u16 = 200;
 
@@ -23,11 +25,13 @@ pub fn step<T: Real>(
     let description = model.description();
     let solver = &description.solver;
     let parts = T::int(i32::from(solver.substeps.max(1)));
-    let scheme = Scheme {
+    let mut scheme = Scheme {
         dt_s: solver.tick_s / parts,
         inertia: T::one(),
         friction: description.wall.friction_coefficient,
+        drag_n_s_per_m2: solver.drag_n_s_per_m2,
         predictor_gain: solver.predictor_gain,
+        last: true,
     };
     let start = state.drive;
     let mut outputs = Outputs::default();
@@ -39,8 +43,15 @@ pub fn step<T: Real>(
         };
         state.feed(model, target);
         state.predict(model, scheme.dt_s);
-        let totals = solve(model, lumen, state, &scheme);
-        outputs = report(model, state, &totals);
+        let mut totals;
+        for i in 1.. {
+            scheme.last = i >= solver.solves;
+            totals = solve(model, lumen, state, &scheme);
+            if scheme.last {
+                outputs = report(model, state, &totals);
+                break;
+            }
+        }
     }
     outputs
 }
@@ -59,7 +70,9 @@ pub fn settle<T: Real>(
         dt_s: T::lit(SETTLE_DT_S),
         inertia: T::zero(),
         friction: T::zero(),
+        drag_n_s_per_m2: T::lit(SETTLE_DRAG),
         predictor_gain: T::zero(),
+        last: true,
     };
     let most = T::lit(SETTLE_FEED_M);
     let missing = drive.insertion_m - state.drive.insertion_m;

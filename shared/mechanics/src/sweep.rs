@@ -23,7 +23,11 @@ pub(crate) struct Scheme<T> {
     /// 1 with inertia, 0 quasi-static.
     pub inertia: T,
     pub friction: T,
+    /// Drag on every node per length \[N·s/m²\].
+    pub drag_n_s_per_m2: T,
     pub predictor_gain: T,
+    /// Last solve of the step: rates and contact memories are brought up to date.
+    pub last: bool,
 }
 
 /// Totals of one solve.
@@ -106,6 +110,12 @@ impl<T: Real> Wrench<T> {
         let at_node = self.b;
         self.b -= self.a.mul_cross(lever);
         self.c.add_cross_products(lever, &self.b, &at_node);
+        let pull = dot(lever, &self.force);
+        if pull > T::zero() {
+            let along = T::one() / dot(lever, lever);
+            self.c.add_identity(pull);
+            self.c.add_outer(-pull * along, lever);
+        }
         self.moment += cross(lever, &self.force);
     }
 
@@ -202,7 +212,7 @@ fn eliminate<T: Real>(
         friction: scheme.friction,
         inverse_dt,
     };
-    let drag = description.solver.drag_n_s_per_m2 * inverse_dt;
+    let drag = scheme.drag_n_s_per_m2 * inverse_dt;
     let guide_tangent = state.guide.tangent();
     let mut distal_length = T::zero();
     let mut distal_mass = T::zero();
@@ -229,7 +239,7 @@ fn eliminate<T: Real>(
 
         // Contact at the node, and on the arc above the middle of the link.     docs/model.md (15)
         let end = if j == 0 { wall.end_stiffness_n_per_m } else { T::zero() };
-        let turn = link.rate * scheme.dt_s;
+        let turn = link.turn;
         let node_motion = Motion { displacement: link.displacement, turn };
         kept.touches[0] = contact.touch(
             &link.position,
@@ -367,7 +377,7 @@ fn resolve<T: Real>(
         let predicted = link.position;
         let [at_node, at_middle] = core::array::from_fn(|i| {
             let touch = &kept.touches[i];
-            let force = touch.resolve(&dx, &turn, &mut link.memory[i]);
+            let force = touch.resolve(&dx, &turn, &mut link.memory[i], scheme.last);
             totals.force_on_instrument += force;
             totals.moment_on_instrument += cross(&(predicted + touch.arm - model.entry), &force);
             force
@@ -381,9 +391,13 @@ fn resolve<T: Real>(
         link.strain += stretch
             / maximum(length, model.description().solver.link_length_m * T::lit(SHORTEST_BASE));
         position += link.tangent * (length * (T::one() + link.strain));
-        link.velocity = (link.displacement + (position - predicted)) * inverse_dt;
+        link.displacement += position - predicted;
         link.position = position;
-        link.rate += turn * (inverse_dt * scheme.predictor_gain);
+        link.turn += turn;
+        if scheme.last {
+            link.velocity = link.displacement * inverse_dt;
+            link.rate += (link.turn * inverse_dt - link.rate) * scheme.predictor_gain;
+        }
         let size = dot(&turn, &turn);
         if !(size <= totals.largest_turn_squared) {
             totals.largest_turn_squared = size;

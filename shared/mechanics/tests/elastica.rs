@@ -1,0 +1,81 @@
+//! Cantilevers without a wall, against the exact elastica.
+
+use cathforce_mechanics::*;
+
+/// A lumen with nothing in reach: one brick far away, everything else free.
+fn free_space() -> (LumenHeader, Vec<u8>) {
+    let header = LumenHeader {
+        origin_m: [-1.0; 3],
+        cell_m: 1e-2,
+        distance_unit_m: 1e-6,
+        bricks: [50; 3],
+        stored: 0,
+    };
+    (header, vec![0xFF; header.byte_len()])
+}
+
+fn cantilever(length_m: f64, links: usize, ei: f64, weight_n_per_m: f64) -> Description<f64> {
+    let section = Section {
+        length_m,
+        bending_stiffness_n_m2: ei,
+        torsional_stiffness_n_m2: ei * 0.7,
+        axial_stiffness_n: 1e6,
+        mass_kg_per_m: weight_n_per_m / 9.81,
+    };
+    Description {
+        instrument: Instrument {
+            outer_radius_m: 0.8e-3,
+            sections: [section].into_iter().collect(),
+            precurve: [].into_iter().collect(),
+        },
+        entry: Entry { position_m: [0.0; 3], direction: [1.0, 0.0, 0.0], up: [0.0, 0.0, 1.0] },
+        wall: Wall {
+            line_stiffness_n_per_m2: 8e5,
+            end_stiffness_n_per_m: 2e3,
+            tangential_ratio: 3.0,
+            friction_coefficient: 0.3,
+            onset_m: 1e-5,
+            damping_s: 0.0,
+        },
+        gravity_m_per_s2: [0.0, 0.0, -9.81],
+        solver: Solver {
+            link_length_m: length_m / links as f64,
+            tick_s: 1e-3,
+            substeps: 1,
+            solves: 1,
+            predictor_gain: 0.25,
+            bending_damping_s: 0.0,
+            drag_n_s_per_m2: 0.0,
+        },
+    }
+}
+
+#[test]
+fn self_weight_sag_converges_with_second_order() {
+    // qL³/EI = 2, 8: w/L and u/L of ../shared/references/elastica_cantilever_self_weight.json.
+    for (load, drop, shortening) in [
+        (0.5, 0.062305768, 0.002221),
+        (2.0, 0.238506583, 0.033107053),
+        (8.0, 0.640630717, 0.275575266),
+    ] {
+        let mut errors = Vec::new();
+        for links in [8, 16, 32] {
+            let (length, ei) = (0.1, 1e-5);
+            let model =
+                Model::new(cantilever(length, links, ei, load * ei / (length * length * length)))
+                    .unwrap();
+            let (header, bytes) = free_space();
+            let lumen = Lumen::new(header, &bytes).unwrap();
+            let mut state = State::new();
+            let drive = Drive { insertion_m: length, rotation_rad: 0.0 };
+            while !settle(&model, &lumen, &mut state, drive) {}
+            let tip = state.node_position_m(0).unwrap();
+            let error = (tip[2] / length + drop).hypot(tip[0] / length - (1.0 - shortening));
+            errors.push(error);
+        }
+        println!("load {load}: {errors:?}");
+        assert!(errors[2] < 5e-4, "{errors:?}");
+        let order = (errors[1] / errors[2]).log2();
+        assert!(order > 1.9, "order {order} {errors:?}");
+    }
+}
