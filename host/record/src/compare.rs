@@ -82,8 +82,8 @@ pub struct Comparison {
     pub excluded_share: f64,
     /// Time at which scoring begins \[s\].
     pub scored_from_s: f64,
-    /// What the sensor's noise alone would give as `rms_n` \[N\]: √3 × one axis.
-    pub noise_rms_n: f64,
+    /// What the sensor's stated noise alone would give as `rms_n` \[N\]: √3 × one axis.
+    pub noise_rms_n: Option<f64>,
     pub drive_force: Option<ChannelError>,
     pub tip: Option<ChannelError>,
     pub snaps: Vec<SnapPair>,
@@ -110,7 +110,7 @@ fn guards(snap: &Snap, t_s: f64) -> bool {
 pub fn compare(estimates: &[Estimate], trial: &Trial) -> Option<Comparison> {
     let rows = pair(estimates, &trial.rows);
     let peak_n = rows.iter().filter_map(|r| r.measured.force_n).map(norm).fold(0.0, f64::max);
-    let threshold_n = snap::threshold_n(trial.noise.force_n, peak_n);
+    let threshold_n = snap::threshold_n(trial.noise.force_n.unwrap_or(0.0), peak_n);
     let measured_snaps = snap::find(&samples(&rows, |r| r.measured.force_n), threshold_n);
     let mut estimated_snaps =
         snap::find(&samples(&rows, |r| r.measured.force_n.and(r.force_n)), threshold_n);
@@ -127,7 +127,7 @@ pub fn compare(estimates: &[Estimate], trial: &Trial) -> Option<Comparison> {
         whole: force_error(rows.iter())?,
         excluded_share: 0.0,
         scored_from_s: first_scored_time_s(&trial.rows),
-        noise_rms_n: 3.0_f64.sqrt() * trial.noise.force_n,
+        noise_rms_n: trial.noise.force_n.map(|sd| 3.0_f64.sqrt() * sd),
         drive_force: None,
         tip: None,
         snaps,
@@ -312,7 +312,7 @@ mod tests {
                 }
             })
             .collect();
-        Trial { rows, noise: SensorNoise { force_n: 0.01, ..SensorNoise::default() } }
+        Trial { rows, noise: SensorNoise { force_n: Some(0.01), ..SensorNoise::default() } }
     }
 
     fn estimates(error: impl Fn(f64) -> [f64; 3]) -> Vec<Estimate> {
@@ -353,7 +353,7 @@ mod tests {
         assert!(near(c.scored.axis_bias_n[2], -0.04));
         assert!(near(c.tip.unwrap().rms, 1e-3));
         assert!(near(c.scored.measured_peak_n, norm(truth(3.996))));
-        assert!(near(c.noise_rms_n, 0.01 * 3.0_f64.sqrt()));
+        assert!(near(c.noise_rms_n.unwrap(), 0.01 * 3.0_f64.sqrt()));
     }
 
     #[test]

@@ -52,10 +52,13 @@ impl RunInfo {
             ("rig".to_owned(), self.rig.clone()),
             ("trial".to_owned(), self.trial.clone()),
             ("provenance".to_owned(), self.provenance.clone()),
-            (NOISE_FORCE.to_owned(), self.noise.force_n.to_string()),
             (TICK.to_owned(), self.tick_s.to_string()),
         ]);
-        let optional = [(NOISE_DRIVE, self.noise.drive_force_n), (NOISE_TIP, self.noise.tip_m)];
+        let optional = [
+            (NOISE_FORCE, self.noise.force_n),
+            (NOISE_DRIVE, self.noise.drive_force_n),
+            (NOISE_TIP, self.noise.tip_m),
+        ];
         for (key, value) in optional {
             map.extend(value.map(|x| (key.to_owned(), x.to_string())));
         }
@@ -81,7 +84,7 @@ impl RunInfo {
             trial: text("trial")?,
             provenance: text("provenance")?,
             noise: SensorNoise {
-                force_n: number(NOISE_FORCE)?,
+                force_n: optional(NOISE_FORCE)?,
                 drive_force_n: optional(NOISE_DRIVE)?,
                 tip_m: optional(NOISE_TIP)?,
             },
@@ -96,7 +99,7 @@ mod tests {
 
     #[test]
     fn info_survives_its_map() {
-        let noise = SensorNoise { force_n: 0.01, drive_force_n: Some(0.02), tip_m: None };
+        let noise = SensorNoise { force_n: Some(0.01), drive_force_n: Some(0.02), tip_m: None };
         let info = RunInfo { link: "sim".into(), lock_step: true, noise, ..RunInfo::default() };
         assert_eq!(RunInfo::from_map(&info.to_map()), Ok(info));
     }

@@ -7,20 +7,26 @@
 
 #![forbid(unsafe_code)]
 
-pub mod compare;
+mod compare;
 mod frame;
 mod info;
 mod layout;
 mod reader;
+mod replay;
+mod series;
 pub mod snap;
 mod tick;
 mod trial;
 mod writer;
 
-pub use compare::{Comparison, compare};
+pub use compare::{
+    ChannelError, Comparison, FEED_BEFORE_SCORE_M, ForceError, SNAP_GUARD_S, SnapPair, compare,
+};
 pub use frame::{BusFrame, Direction};
 pub use info::{FORMAT, RunInfo};
 pub use reader::{Cut, ReadError, Recording};
+pub use replay::{Difference, ReplayError, ReplayReport, Track, replay};
+pub use series::{estimates, trial_time_s, write_nodes_csv, write_ticks_csv};
 pub use tick::{Completed, Decoder, NodeEstimate, NodePass, TickEstimate, decode};
 pub use trial::{Estimate, Measured, SensorNoise, Trial};
 pub use writer::{Attachments, Recorder, WriteError};

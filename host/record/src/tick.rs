@@ -48,6 +48,12 @@ pub struct TickEstimate {
     /// Rolling hash over every output of every tick so far.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub digest: Option<u32>,
+    /// Largest contact force at a node \[N\]; not on the bus, known from a replay.
+    #[serde(skip)]
+    pub peak_contact_force_n: Option<f32>,
+    /// The node that carries it, 0 is the tip.
+    #[serde(skip)]
+    pub peak_node: Option<u16>,
     /// Tip, from the entry, vessel frame \[m\].
     #[serde(skip)]
     pub tip_from_entry_m: Option<[f32; 3]>,

@@ -22,14 +22,14 @@ pub struct Measured {
     pub tip_m: Option<[f64; 3]>,
 }
 
-/// Standard deviations of the sensor's white noise, as the rig states them.
+/// Standard deviations of the sensor's white noise, where the rig states them.
 #[derive(Clone, Copy, Debug, PartialEq, Default, Serialize, Deserialize)]
 pub struct SensorNoise {
     /// Force, per axis \[N\].
-    pub force_n: f64,
-    /// Drive force \[N\], where stated.
+    pub force_n: Option<f64>,
+    /// Drive force \[N\].
     pub drive_force_n: Option<f64>,
-    /// Tip, per axis \[m\], where stated.
+    /// Tip, per axis \[m\].
     pub tip_m: Option<f64>,
 }
 

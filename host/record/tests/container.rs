@@ -22,7 +22,7 @@ fn info() -> RunInfo {
         lock_step: true,
         rig: "tapered".into(),
         trial: "000".into(),
-        noise: SensorNoise { force_n: 0.01, drive_force_n: Some(0.02), tip_m: None },
+        noise: SensorNoise { force_n: Some(0.01), drive_force_n: Some(0.02), tip_m: None },
         tick_s: 1e-3,
         ..RunInfo::default()
     }

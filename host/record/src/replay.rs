@@ -1,0 +1,280 @@
+//! The same frames through the same tick on the host, compared bit by bit.
+//!
+//! The device image comes from the recording, frames to the device go into a
+//! [`Ticker`] in their recorded order, SYNC frames grant its ticks, and every frame that it
+//! sends is compared with the one that the device sent in its place. TICK frames carry a
+//! digest over the bits of every output of every tick, nodes included: where they agree,
+//! so did everything that the bus is too narrow to carry.
+
+use cathforce_bus::{Frame, Id};
+use cathforce_config::image::{self, ImageError};
+use cathforce_control::{Config, Outputs};
+use cathforce_device::Ticker;
+use serde::Serialize;
+
+use crate::frame::{BusFrame, Direction};
+use crate::reader::Recording;
+use crate::tick::{NodeEstimate, NodePass, TickEstimate};
+
+/// Ticks between two shapes of a [`Track`].
+const SHAPE_EVERY: u64 = 40;
+
+/// Why a recording cannot be replayed.
+#[derive(Debug, thiserror::Error)]
+pub enum ReplayError {
+    #[error(
+        "the device image in the recording is refused: {0:?}; replay with the version of \
+         cathforce that recorded it"
+    )]
+    Image(ImageError),
+    #[error(
+        "recorded without lock step, so it is not known which tick took which frame; replay \
+         needs a recording of a board in lock step"
+    )]
+    FreeRunning,
+}
+
+/// The first place where device and host differ.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Difference {
+    /// Counted from the device's configuration.
+    pub tick: u64,
+    /// Name and byte of what differs, e.g. `HAPTIC byte 0`.
+    pub field: String,
+    /// As candump writes it.
+    pub recorded: String,
+    /// As candump writes it.
+    pub replayed: String,
+}
+
+/// What a bit-by-bit comparison found.
+#[derive(Clone, Debug, PartialEq, Eq, Default, Serialize)]
+pub struct ReplayReport {
+    /// Ticks replayed.
+    pub ticks: u64,
+    pub frames_compared: u64,
+    /// Bits that differ, over identifiers, lengths and data of all frames.
+    pub differing_bits: u64,
+    pub first_difference: Option<Difference>,
+    /// Frames that the host sent and the recording lacks.
+    pub missing_frames: u64,
+    /// Frames that the recording has and the host did not send.
+    pub extra_frames: u64,
+    /// Rolling hash over every output of every tick, on the host.
+    pub digest: u32,
+    /// The recording breaks off: frames may be missing from its last tick.
+    pub cut: bool,
+}
+
+impl ReplayReport {
+    /// No bit differs and no frame is missing, save at the end of a cut recording.
+    pub fn identical(&self) -> bool {
+        self.differing_bits == 0
+            && self.extra_frames == 0
+            && (self.missing_frames == 0 || self.cut)
+            && self.frames_compared > 0
+    }
+}
+
+/// Everything known of every tick, nodes included, which the bus carries only in turns.
+#[derive(Clone, Debug, PartialEq, Default)]
+pub struct Track {
+    pub ticks: Vec<TickEstimate>,
+    /// All nodes at once, 25 times a second.
+    pub shapes: Vec<NodePass>,
+}
+
+/// Replays a recording.
+pub fn replay(recording: &Recording) -> Result<(ReplayReport, Track), ReplayError> {
+    if !recording.info.lock_step {
+        return Err(ReplayError::FreeRunning);
+    }
+    let config = image::decode(&recording.image).map_err(ReplayError::Image)?;
+    let mut sent = recording.frames.iter().filter(|f| is_process(f, Direction::ToHost));
+    let mut replay = Replay {
+        report: ReplayReport { cut: recording.cut.is_some(), ..ReplayReport::default() },
+        track: Track::default(),
+        ticker: Ticker::new(),
+        encoder: None,
+    };
+    // A ticker that has just been made is not armed.
+    let _ = replay.ticker.set_lock_step(true);
+    for frame in recording.frames.iter().filter(|f| is_process(f, Direction::ToDevice)) {
+        replay.ticker.on_frame(&frame.frame);
+        replay.note_encoder(&frame.frame);
+        while replay.ticker.granted() > 0 {
+            replay.tick(&config, &mut sent);
+        }
+    }
+    replay.report.extra_frames = sent.count() as u64;
+    Ok((replay.report, replay.track))
+}
+
+fn is_process(frame: &BusFrame, direction: Direction) -> bool {
+    let service = [Id::ServiceRequest.raw(), Id::ServiceResponse.raw()];
+    frame.direction == direction && !service.contains(&frame.frame.id())
+}
+
+struct Replay {
+    report: ReplayReport,
+    track: Track,
+    ticker: Ticker,
+    encoder: Option<(f32, f32)>,
+}
+
+impl Replay {
+    fn note_encoder(&mut self, frame: &Frame) {
+        let payload = frame.data().first_chunk::<6>();
+        if let (Some(Id::Encoder), Some(&payload)) = (Id::from_raw(frame.id()), payload)
+            && let Some(cathforce_bus::Process::Encoder(encoder)) =
+                cathforce_bus::Process::decode(Id::Encoder, payload)
+        {
+            self.encoder = Some((encoder.insertion.m(), encoder.rotation.rad()));
+        }
+    }
+
+    fn tick<'r>(&mut self, config: &Config<'_>, sent: &mut impl Iterator<Item = &'r BusFrame>) {
+        let frames = self.ticker.tick(Some(config), None);
+        let tick = self.report.ticks;
+        self.report.ticks += 1;
+        let mut at_ns = None;
+        for frame in frames {
+            match sent.next() {
+                Some(recorded) => {
+                    at_ns.get_or_insert(recorded.at_ns);
+                    self.report.compare(tick, &recorded.frame, &frame);
+                }
+                None => self.report.missing_frames += 1,
+            }
+        }
+        if let (Some(at_ns), Some(outputs)) = (at_ns, self.ticker.outputs().copied()) {
+            self.report.digest = outputs.digest;
+            let entry_m = config.model.description().entry.position_m;
+            self.record(at_ns, tick, &outputs, entry_m);
+        }
+    }
+
+    fn record(&mut self, at_ns: u64, tick: u64, outputs: &Outputs, entry_m: [f32; 3]) {
+        let model = self.ticker.state().mechanics();
+        let from_entry = |x: [f32; 3]| std::array::from_fn(|k| x[k] - entry_m[k]);
+        let contact = &outputs.contact;
+        self.track.ticks.push(TickEstimate {
+            at_ns,
+            tick,
+            insertion_m: self.encoder.map(|(insertion_m, _)| insertion_m),
+            rotation_rad: self.encoder.map(|(_, rotation_rad)| rotation_rad),
+            mode: outputs.mode.code(),
+            fault: outputs.fault.map_or(0, |fault| fault.code()),
+            unresolved: contact.unresolved,
+            limited: !outputs.limited.is_empty(),
+            haptic_force_n: outputs.force_n,
+            haptic_torque_n_m: outputs.torque_n_m,
+            force_n: Some(contact.force_on_vessel_n),
+            drive_force_n: Some(contact.drive_force_n),
+            drive_torque_n_m: Some(contact.drive_torque_n_m),
+            encoder_age_ticks: Some(outputs.encoder_age_ticks),
+            moment_n_m: Some(contact.moment_on_vessel_n_m),
+            digest: Some(outputs.digest),
+            peak_contact_force_n: Some(contact.peak_contact_force_n),
+            peak_node: Some(contact.peak_node),
+            tip_from_entry_m: model.node_position_m(0).map(from_entry),
+        });
+        if tick % SHAPE_EVERY == 0 {
+            let nodes = (0..model.nodes())
+                .filter_map(|node| {
+                    Some(NodeEstimate {
+                        node: u8::try_from(node).ok()?,
+                        position_m: from_entry(model.node_position_m(node)?),
+                        force_n: model.node_force_n(node)?,
+                    })
+                })
+                .collect();
+            self.track.shapes.push(NodePass { at_ns, nodes });
+        }
+    }
+}
+
+impl ReplayReport {
+    fn compare(&mut self, tick: u64, recorded: &Frame, replayed: &Frame) {
+        self.frames_compared += 1;
+        let bits = differing_bits(recorded, replayed);
+        self.differing_bits += bits;
+        if bits > 0 && self.first_difference.is_none() {
+            self.first_difference = Some(Difference {
+                tick,
+                field: field(recorded, replayed),
+                recorded: recorded.to_string(),
+                replayed: replayed.to_string(),
+            });
+        }
+    }
+}
+
+/// Identifier, length and data as one block of bits.
+fn block(frame: &Frame) -> [u8; 11] {
+    let mut block = [0; 11];
+    let data = frame.data();
+    block[..2].copy_from_slice(&frame.id().to_le_bytes());
+    block[2] = data.len() as u8;
+    block[3..3 + data.len()].copy_from_slice(data);
+    block
+}
+
+fn differing_bits(a: &Frame, b: &Frame) -> u64 {
+    let pairs = block(a).into_iter().zip(block(b));
+    pairs.map(|(x, y)| u64::from((x ^ y).count_ones())).sum()
+}
+
+/// Name of the first byte that differs.
+fn field(recorded: &Frame, replayed: &Frame) -> String {
+    if recorded.id() != replayed.id() {
+        return format!("identifier, {:#05x} for {:#05x}", recorded.id(), replayed.id());
+    }
+    let name = Id::from_raw(recorded.id()).map_or("?".to_owned(), |id| format!("{id:?}"));
+    let (a, b) = (block(recorded), block(replayed));
+    match (2..11).find(|&i| a[i] != b[i]) {
+        Some(2) | None => format!("{name} length"),
+        Some(i) => format!("{name} byte {}", i - 3),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn frame(id: u16, data: &[u8]) -> Frame {
+        Frame::new(id, data).unwrap()
+    }
+
+    #[test]
+    fn every_bit_of_a_frame_counts() {
+        let a = frame(0x180, &[0; 8]);
+        assert_eq!(differing_bits(&a, &a), 0);
+        assert_eq!(differing_bits(&a, &frame(0x180, &[0, 0, 3, 0, 0, 0, 0, 1])), 3);
+        assert_eq!(differing_bits(&a, &frame(0x190, &[0; 8])), 1);
+        assert_eq!(differing_bits(&a, &frame(0x180, &[0; 7])), 4);
+    }
+
+    #[test]
+    fn the_first_difference_is_kept_and_named() {
+        let mut report = ReplayReport::default();
+        let a = frame(0x180, &[0; 8]);
+        report.compare(6, &a, &a);
+        assert!(report.identical());
+        report.compare(7, &a, &frame(0x180, &[0, 0, 1, 0, 0, 0, 0, 0]));
+        report.compare(8, &a, &frame(0x190, &[0; 8]));
+        assert!(!report.identical());
+        let first = report.first_difference.unwrap();
+        assert_eq!((first.tick, first.field.as_str()), (7, "Haptic byte 2"));
+        assert_eq!(first.recorded, "180#0000000000000000");
+        assert_eq!(report.frames_compared, 3);
+        assert_eq!(report.differing_bits, 2);
+    }
+
+    #[test]
+    fn nothing_compared_is_not_identical() {
+        assert!(!ReplayReport::default().identical());
+        let extra = ReplayReport { extra_frames: 1, frames_compared: 1, ..Default::default() };
+        assert!(!extra.identical());
+    }
+}

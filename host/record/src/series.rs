@@ -1,0 +1,112 @@
+//! From ticks on the bus's clock to the trial's own time, and to CSV.
+
+use std::io;
+
+use cathforce_control::Mode;
+
+use crate::reader::Recording;
+use crate::replay::Track;
+use crate::tick::{NodePass, TickEstimate};
+use crate::trial::Estimate;
+
+/// Time of the trial at a time of the bus \[s\]; negative before the trial began.
+pub fn trial_time_s(recording: &Recording, at_ns: u64) -> f64 {
+    let start = recording.trial_start_ns.unwrap_or(0);
+    (i128::from(at_ns) - i128::from(start)) as f64 * 1e-9
+}
+
+/// The ticks from the trial's beginning on, as [`crate::compare()`] wants them.
+///
+/// `entry_m`: position of the entry, vessel frame.
+pub fn estimates(recording: &Recording, track: &Track, entry_m: [f64; 3]) -> Vec<Estimate> {
+    let wide = |x: [f32; 3]| x.map(f64::from);
+    track
+        .ticks
+        .iter()
+        .filter_map(|tick| {
+            let t_s = trial_time_s(recording, tick.at_ns);
+            (recording.trial_start_ns.is_some() && t_s >= 0.0).then_some(Estimate {
+                t_s,
+                force_n: wide(tick.force_n?),
+                drive_force_n: tick.drive_force_n.map(f64::from),
+                tip_m: tick.tip_from_entry_m.map(|tip| {
+                    let tip = wide(tip);
+                    std::array::from_fn(|k| entry_m[k] + tip[k])
+                }),
+                unresolved: tick.unresolved,
+            })
+        })
+        .collect()
+}
+
+/// One row a tick. A value that is not known is an empty field.
+pub fn write_ticks_csv(
+    recording: &Recording,
+    ticks: &[TickEstimate],
+    out: impl io::Write,
+) -> csv::Result<()> {
+    let mut csv = csv::Writer::from_writer(out);
+    csv.write_record([
+        "tick",
+        "t_s",
+        "mode",
+        "fault",
+        "unresolved",
+        "limited",
+        "insertion_m",
+        "rotation_rad",
+        "haptic_force_n",
+        "haptic_torque_n_m",
+        "fx_n",
+        "fy_n",
+        "fz_n",
+        "drive_force_n",
+        "drive_torque_n_m",
+        "peak_contact_force_n",
+        "peak_node",
+    ])?;
+    for tick in ticks {
+        let number = |x: Option<f32>| x.map_or(String::new(), |x| x.to_string());
+        let force = |k: usize| number(tick.force_n.map(|force_n| force_n[k]));
+        let mode = Mode::from_codes(tick.mode, tick.fault);
+        csv.write_record([
+            tick.tick.to_string(),
+            format!("{:.6}", trial_time_s(recording, tick.at_ns)),
+            mode.map_or(tick.mode.to_string(), |mode| mode.name().to_owned()),
+            tick.fault.to_string(),
+            u8::from(tick.unresolved).to_string(),
+            u8::from(tick.limited).to_string(),
+            number(tick.insertion_m),
+            number(tick.rotation_rad),
+            tick.haptic_force_n.to_string(),
+            tick.haptic_torque_n_m.to_string(),
+            force(0),
+            force(1),
+            force(2),
+            number(tick.drive_force_n),
+            number(tick.drive_torque_n_m),
+            number(tick.peak_contact_force_n),
+            tick.peak_node.map_or(String::new(), |node| node.to_string()),
+        ])?;
+    }
+    Ok(csv.flush()?)
+}
+
+/// One row a node and shape; positions from the entry, vessel frame.
+pub fn write_nodes_csv(
+    recording: &Recording,
+    shapes: &[NodePass],
+    out: impl io::Write,
+) -> csv::Result<()> {
+    let mut csv = csv::Writer::from_writer(out);
+    csv.write_record(["t_s", "node", "x_m", "y_m", "z_m", "fx_n", "fy_n", "fz_n"])?;
+    for shape in shapes {
+        let t_s = format!("{:.6}", trial_time_s(recording, shape.at_ns));
+        for node in &shape.nodes {
+            let numbers = node.position_m.into_iter().chain(node.force_n).map(|x| x.to_string());
+            let row = [t_s.clone(), node.node.to_string()].into_iter().chain(numbers);
+            csv.write_record(row)?;
+        }
+    }
+    Ok(csv.flush()?)
+}
