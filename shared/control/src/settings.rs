@@ -18,8 +18,8 @@ pub const ENCODER_TIMEOUT_HARD_TICKS: u16 = 5;
 /// No setting can make a ramp to zero take longer than this \[ticks\].
 pub const RAMP_HARD_TICKS: u16 = 20;
 
-/// Share of the ramp time that a ramp from the full limit may use; the rest is for rounding.
-pub(crate) const RAMP_SHARE: f32 = 0.999;
+/// A thousandth is kept back from slew and ramp, so that rounded sums stay within what was set.
+pub(crate) const ROUNDING: f32 = 0.999;
 
 /// What the host says about a setting.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -165,10 +165,11 @@ macro_rules! settings {
                 Ok(())
             }
 
-            /// Sets every number to the same value, valid or not, for tests of what holds then.
+            /// Replaces every number by `f(index, number)`, unchecked, for tests of what holds then.
             #[cfg(test)]
-            pub(crate) fn corrupted(value: f32) -> Self {
-                Self { $( $name: value as $kind, )+ }
+            pub(crate) fn corrupt(&mut self, f: impl Fn(usize, f32) -> f32) {
+                let mut index = 0..;
+                $( self.$name = f(index.next().unwrap_or(0), self.$name.widen()) as $kind; )+
             }
         }
     };
@@ -186,7 +187,7 @@ impl Settings {
         for (info, value) in self.iter() {
             info.check(value)?;
         }
-        let ramp_s = RAMP_SHARE * TICK_S * f32::from(self.ramp_time_ticks);
+        let ramp_s = ROUNDING * ROUNDING * TICK_S * f32::from(self.ramp_time_ticks);
         if self.force_limit_n > self.force_slew_n_per_s * ramp_s {
             return Err(SettingError::RampTooSlow("force_limit_n"));
         }
@@ -239,7 +240,7 @@ settings! {
     /// Ticks in which a ramp reaches zero.
     ramp_time_ticks: u16 { unit: "ticks", default: 20, range: 1, RAMP_HARD_TICKS, while_armed: false }
     /// Ticks that the model may take to reach the measured insertion before output can be armed.
-    settle_timeout_ticks: u16 { unit: "ticks", default: 5000, range: 100, 60000, while_armed: false }
+    settle_timeout_ticks: u16 { unit: "ticks", default: 10000, range: 100, 60000, while_armed: false }
     /// Successive ticks for which a force may be held because the model did not converge.
     unresolved_limit_ticks: u16 { unit: "ticks", default: 50, range: 1, 500, while_armed: false }
 }

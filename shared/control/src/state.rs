@@ -2,14 +2,15 @@
 
 use cathforce_mechanics as mechanics;
 
-use crate::Mode;
+use crate::tick::{Estimator, Memory};
+use crate::words::{Word, Words};
+use crate::{Config, Inputs, Outputs};
 
 /// Memory of the tick. Configuration never lives here.
 #[derive(Clone, Debug)]
 pub struct State {
-    pub(crate) tick: u32,
-    pub(crate) mode: Mode,
-    pub(crate) mechanics: mechanics::State<f32>,
+    memory: Memory,
+    mechanics: mechanics::State<f32>,
 }
 
 impl Default for State {
@@ -21,16 +22,65 @@ impl Default for State {
 impl State {
     /// Just configured: nothing measured, nothing settled, nothing output.
     pub fn new() -> Self {
-        Self { tick: 0, mode: Mode::Boot, mechanics: mechanics::State::new() }
+        Self { memory: Memory::new(), mechanics: mechanics::State::new() }
     }
 
     /// Ticks since configuration, wrapping.
     pub fn tick(&self) -> u32 {
-        self.tick
+        self.memory.tick
     }
 
     /// The model's memory: where per-node results are read.
     pub fn mechanics(&self) -> &mechanics::State<f32> {
         &self.mechanics
+    }
+
+    /// Visits every number of the controller's own memory; for tests that corrupt it.
+    #[doc(hidden)]
+    pub fn words(&mut self, visit: &mut dyn FnMut(Word<'_>)) {
+        self.memory.words(visit);
+    }
+}
+
+/// One tick. Total: any inputs, memory and settings give finite, limited outputs.
+pub fn step(config: &Config<'_>, state: &mut State, inputs: &Inputs) -> Outputs {
+    let State { memory, mechanics } = state;
+    memory.tick(&config.settings, &mut Tracked { config, mechanics }, inputs)
+}
+
+/// The model with its configuration.
+struct Tracked<'a, 'l> {
+    config: &'a Config<'l>,
+    mechanics: &'a mut mechanics::State<f32>,
+}
+
+impl Estimator for Tracked<'_, '_> {
+    fn tick_s(&self) -> f32 {
+        self.config.model.description().solver.tick_s
+    }
+
+    fn reach_m(&self) -> f32 {
+        self.config.model.reach_m()
+    }
+
+    fn step(&mut self, drive: mechanics::Drive<f32>) -> mechanics::Outputs<f32> {
+        mechanics::step(&self.config.model, &self.config.lumen, self.mechanics, drive)
+    }
+
+    fn settle(&mut self, drive: mechanics::Drive<f32>) -> bool {
+        mechanics::settle(&self.config.model, &self.config.lumen, self.mechanics, drive)
+    }
+
+    #[cold]
+    fn rebuild(&mut self) {
+        *self.mechanics = mechanics::State::new();
+    }
+
+    fn nodes(&self) -> impl Iterator<Item = [f32; 6]> {
+        (0..self.mechanics.nodes()).map_while(|node| {
+            let [x, y, z] = self.mechanics.node_position_m(node)?;
+            let [fx, fy, fz] = self.mechanics.node_force_n(node)?;
+            Some([x, y, z, fx, fy, fz])
+        })
     }
 }

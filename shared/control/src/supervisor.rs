@@ -1,6 +1,6 @@
 //! Modes, and the only table that says how one follows another.
 
-use crate::Fault;
+use crate::{Fault, Reaction};
 
 /// What the device is doing. States carry their cause.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -76,6 +76,168 @@ impl Mode {
             Self::Armed => "armed",
             Self::Ramp { .. } => "ramp",
             Self::Fault { .. } => "fault",
+        }
+    }
+}
+
+/// What happened in a tick, already checked: an event here is a fact, not a wish.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Event {
+    SelfTestPassed,
+    /// A sample was accepted in this tick, and nothing is wrong with the encoders.
+    EncoderFresh,
+    /// The model has reached the measured insertion.
+    Settled,
+    Arm,
+    Disarm,
+    /// Output is zero, and the token names the latched fault.
+    ClearFault,
+    /// Output has reached zero.
+    RampDone,
+    Fault(Fault),
+}
+
+/// The transition table: the mode after `event` in `mode`.
+///
+/// Encoder faults ([`Reaction::Ramp`]) latch only if there is output to stop; before that
+/// the device just waits for encoders again. A latched fault starts over from the
+/// self-test.
+#[rustfmt::skip]
+pub(crate) const fn next(mode: Mode, event: Event) -> Mode {
+    use Event as E;
+    use Mode as M;
+    use Reaction::{Cut, Ramp};
+    use RampCause as C;
+    match (mode, event) {
+        (M::Boot,                        E::SelfTestPassed) => M::Idle,
+        (M::Idle,                        E::EncoderFresh)   => M::Settling,
+        (M::Settling,                    E::Settled)        => M::Ready,
+        (M::Ready,                       E::Arm)            => M::Armed,
+        (M::Armed,                       E::Disarm)         => M::Ramp { cause: C::Disarm },
+        (M::Ramp { cause: C::Disarm },   E::RampDone)       => M::Ready,
+        (M::Ramp { cause: C::Fault(f) }, E::RampDone)       => M::Fault { cause: f },
+        (M::Fault { .. },                E::ClearFault)     => M::Boot,
+
+        // Faults. A latched one stays: the first is the cause, the others follow from it.
+        (M::Fault { .. },                E::Fault(_))       => mode,
+        (_,                              E::Fault(f)) => match (mode, f.reaction()) {
+            (_,                                  Cut)  => M::Fault { cause: f },
+            (M::Boot,                            Ramp) => M::Boot,
+            (M::Idle | M::Settling | M::Ready,   Ramp) => M::Idle,
+            (M::Armed,                           Ramp) => M::Ramp { cause: C::Fault(f) },
+            (M::Ramp { cause: C::Disarm },       Ramp) => M::Ramp { cause: C::Fault(f) },
+            (M::Ramp { cause: C::Fault(_) },     Ramp) => mode,
+            (M::Fault { .. },                    Ramp) => mode,
+        },
+
+        // Everything else changes nothing.
+        (_, E::SelfTestPassed | E::EncoderFresh | E::Settled | E::Arm | E::Disarm
+          | E::ClearFault | E::RampDone)                    => mode,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn modes() -> impl Iterator<Item = Mode> {
+        let plain = [
+            Mode::Boot,
+            Mode::Idle,
+            Mode::Settling,
+            Mode::Ready,
+            Mode::Armed,
+            Mode::Ramp { cause: RampCause::Disarm },
+        ];
+        let faults = Fault::ALL.iter().flat_map(|&cause| {
+            [Mode::Ramp { cause: RampCause::Fault(cause) }, Mode::Fault { cause }]
+        });
+        plain.into_iter().chain(faults)
+    }
+
+    fn events() -> impl Iterator<Item = Event> {
+        use Event as E;
+        [
+            E::SelfTestPassed,
+            E::EncoderFresh,
+            E::Settled,
+            E::Arm,
+            E::Disarm,
+            E::ClearFault,
+            E::RampDone,
+        ]
+        .into_iter()
+        .chain(Fault::ALL.iter().map(|&f| E::Fault(f)))
+    }
+
+    #[test]
+    fn codes_go_there_and_back() {
+        for mode in modes() {
+            let fault = mode.fault().map_or(0, Fault::code);
+            assert_eq!(Mode::from_codes(mode.code(), fault), Some(mode));
+        }
+        assert_eq!(Mode::from_codes(4, 1), None);
+        assert_eq!(Mode::from_codes(6, 0), None);
+        assert_eq!(Mode::from_codes(7, 0), None);
+    }
+
+    #[test]
+    fn p18_armed_is_entered_only_by_arming_when_ready() {
+        for mode in modes() {
+            for event in events() {
+                if next(mode, event) == Mode::Armed && mode != Mode::Armed {
+                    assert_eq!((mode, event), (Mode::Ready, Event::Arm));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn p18_each_stage_is_entered_only_from_the_one_before() {
+        for mode in modes() {
+            for event in events() {
+                let after = next(mode, event);
+                if after == mode {
+                    continue;
+                }
+                match after {
+                    Mode::Boot => assert!(matches!(mode, Mode::Fault { .. })),
+                    Mode::Settling => assert_eq!(mode, Mode::Idle),
+                    Mode::Ready => assert!(matches!(
+                        mode,
+                        Mode::Settling | Mode::Ramp { cause: RampCause::Disarm }
+                    )),
+                    Mode::Ramp { .. } => assert!(matches!(
+                        mode,
+                        Mode::Armed | Mode::Ramp { cause: RampCause::Disarm }
+                    )),
+                    Mode::Idle | Mode::Armed | Mode::Fault { .. } => (),
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn latched_faults_leave_only_by_clearing() {
+        for cause in Fault::ALL.iter().copied() {
+            let latched = Mode::Fault { cause };
+            for event in events() {
+                let expected = if event == Event::ClearFault { Mode::Boot } else { latched };
+                assert_eq!(next(latched, event), expected);
+            }
+        }
+    }
+
+    #[test]
+    fn no_fault_leaves_output_on() {
+        for mode in modes() {
+            for fault in Fault::ALL.iter().copied() {
+                let after = next(mode, Event::Fault(fault));
+                assert!(after != Mode::Armed && after != Mode::Ramp { cause: RampCause::Disarm });
+                if fault.reaction() == Reaction::Cut {
+                    assert!(matches!(after, Mode::Fault { .. }));
+                }
+            }
         }
     }
 }

@@ -1,0 +1,134 @@
+//! One number for every bit of every output so far.
+//!
+//! Each word is mixed in by a step that is one-to-one in the word and in the digest, so a
+//! single differing word always shows, and stays visible whatever equal words follow; two
+//! differing words cancel by chance once in 2³². Three instructions a word on a Cortex-M7.
+
+use cathforce_mechanics as mechanics;
+
+use crate::words::{Word, Words};
+use crate::{Fault, Outputs};
+
+/// Words of [`Outputs::words`].
+pub const OUTPUT_WORDS: usize = 18;
+
+/// Names of [`Outputs::words`], in the same order.
+pub const OUTPUT_NAMES: [&str; OUTPUT_WORDS] = [
+    "mode",
+    "fault",
+    "limited",
+    "force_n",
+    "torque_n_m",
+    "force_on_vessel_n[0]",
+    "force_on_vessel_n[1]",
+    "force_on_vessel_n[2]",
+    "moment_on_vessel_n_m[0]",
+    "moment_on_vessel_n_m[1]",
+    "moment_on_vessel_n_m[2]",
+    "drive_force_n",
+    "drive_torque_n_m",
+    "peak_contact_force_n",
+    "peak_node",
+    "links",
+    "unresolved",
+    "encoder_age_ticks",
+];
+
+impl Outputs {
+    /// The bits of every output except the digest, which follows from them.
+    ///
+    /// [`OUTPUT_NAMES`] has their names: two devices are compared word by word.
+    pub fn words(&self) -> [u32; OUTPUT_WORDS] {
+        // No `..`: an output that is added must be added here.
+        let Self {
+            mode,
+            fault,
+            limited,
+            force_n,
+            torque_n_m,
+            contact,
+            encoder_age_ticks,
+            digest: _,
+        } = *self;
+        let mechanics::Outputs {
+            force_on_vessel_n: [fx, fy, fz],
+            moment_on_vessel_n_m: [mx, my, mz],
+            drive_force_n,
+            drive_torque_n_m,
+            peak_contact_force_n,
+            peak_node,
+            links,
+            unresolved,
+        } = contact;
+        [
+            u32::from(mode.code()),
+            u32::from(fault.map_or(0, Fault::code)),
+            u32::from(limited.bits()),
+            force_n.to_bits(),
+            torque_n_m.to_bits(),
+            fx.to_bits(),
+            fy.to_bits(),
+            fz.to_bits(),
+            mx.to_bits(),
+            my.to_bits(),
+            mz.to_bits(),
+            drive_force_n.to_bits(),
+            drive_torque_n_m.to_bits(),
+            peak_contact_force_n.to_bits(),
+            u32::from(peak_node),
+            u32::from(links),
+            u32::from(unresolved),
+            u32::from(encoder_age_ticks),
+        ]
+    }
+}
+
+/// Memory of the digest.
+#[derive(Clone, Debug)]
+pub(crate) struct Digest(u32);
+
+impl Digest {
+    pub fn new() -> Self {
+        Self(0x811C_9DC5)
+    }
+
+    pub fn value(&self) -> u32 {
+        self.0
+    }
+
+    #[inline(always)]
+    pub fn add(&mut self, word: u32) {
+        // Rotation and multiplication by an odd number are one-to-one.
+        self.0 = (self.0.rotate_left(5) ^ word).wrapping_mul(0x9E37_79B1);
+    }
+}
+
+impl Words for Digest {
+    fn words(&mut self, visit: &mut dyn FnMut(Word<'_>)) {
+        visit(Word::U32(&mut self.0));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn p22_any_single_differing_bit_shows(
+            words in prop::collection::vec(any::<u32>(), 1..200),
+            at: prop::sample::Index,
+            bit in 0u32..32,
+        ) {
+            let digest = |words: &[u32]| {
+                let mut digest = Digest::new();
+                words.iter().for_each(|&w| digest.add(w));
+                digest.value()
+            };
+            let mut other = words.clone();
+            *at.get_mut(&mut other) ^= 1 << bit;
+            prop_assert_ne!(digest(&words), digest(&other));
+        }
+    }
+}

@@ -1,0 +1,171 @@
+//! Which encoder samples are believed, and for how long.
+//!
+//! A sample is accepted if it is finite, within the drive's range and no farther from the
+//! last accepted one than the drive can have moved since. Nothing else ever reaches the
+//! model. The newest ten frames and the newest ten samples are remembered as one bit each.
+
+use crate::limits::{positive, smaller};
+use crate::settings::ENCODER_TIMEOUT_HARD_TICKS;
+use crate::words::{Word, Words};
+use crate::{EncoderSample, Fault, Inputs, Settings, TICK_S};
+
+/// Frames and samples that are remembered.
+const WINDOW: u32 = 10;
+/// More rejected frames than this in the window are a fault.
+const MOST_BAD_FRAMES: u32 = 3;
+/// As many refused samples in the window are a fault.
+const JUMPS: u32 = 3;
+
+/// What the drive can do.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Bounds {
+    pub insertion_step_m: f32,
+    pub rotation_step_rad: f32,
+    max_insertion_m: f32,
+    max_rotation_rad: f32,
+    timeout_ticks: u8,
+}
+
+impl Bounds {
+    /// `reach_m`: the longest insertion that the model has links for.
+    pub fn new(settings: &Settings, reach_m: f32) -> Self {
+        let timeout = settings.encoder_timeout_ticks.clamp(1, ENCODER_TIMEOUT_HARD_TICKS);
+        Self {
+            insertion_step_m: settings.max_insertion_speed_m_per_s * TICK_S,
+            rotation_step_rad: settings.max_rotation_speed_rad_per_s * TICK_S,
+            max_insertion_m: smaller(positive(settings.max_insertion_m), positive(reach_m)),
+            max_rotation_rad: settings.max_rotation_rad,
+            timeout_ticks: timeout as u8,
+        }
+    }
+
+    // Both comparisons are written so that NaN, on either side, is refused.
+    fn in_range(&self, s: EncoderSample) -> bool {
+        s.insertion_m >= 0.0
+            && s.insertion_m <= self.max_insertion_m
+            && s.rotation_rad.abs() <= self.max_rotation_rad
+            && s.insertion_m.is_finite()
+            && s.rotation_rad.is_finite()
+    }
+
+    fn reachable(&self, from: EncoderSample, to: EncoderSample, ticks: u8) -> bool {
+        let ticks = f32::from(ticks);
+        (to.insertion_m - from.insertion_m).abs() <= self.insertion_step_m * ticks
+            && (to.rotation_rad - from.rotation_rad).abs() <= self.rotation_step_rad * ticks
+    }
+}
+
+/// Memory of the encoders.
+#[derive(Clone, Debug)]
+pub(crate) struct Freshness {
+    /// The last accepted sample; `None` once it is too old, or before the first.
+    last: Option<EncoderSample>,
+    age_ticks: u8,
+    /// Newest frame in bit 0; set: rejected.
+    frames: u16,
+    /// Newest sample in bit 0; set: refused.
+    samples: u16,
+}
+
+/// What a tick may rely on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Fresh {
+    /// The last accepted sample, finite; `None` if there is none that is young enough.
+    pub position: Option<EncoderSample>,
+    /// Ticks since the newest accepted sample; 0 if it came in this tick.
+    pub age_ticks: u8,
+    pub motion: Motion,
+    pub fault: Option<Fault>,
+}
+
+/// How the drive moved.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Motion {
+    /// No sample in this tick.
+    Unknown,
+    /// By this much in this tick and the `ticks − 1` before, which had no sample.
+    Known { insertion_m: f32, rotation_rad: f32, ticks: u8 },
+}
+
+impl Freshness {
+    pub fn new() -> Self {
+        Self { last: None, age_ticks: u8::MAX, frames: 0, samples: 0 }
+    }
+
+    pub fn update(&mut self, bounds: &Bounds, inputs: &Inputs) -> Fresh {
+        for _ in 0..u32::from(inputs.rejected_frames).min(WINDOW) {
+            shift(&mut self.frames, true);
+        }
+        let corrupt = self.last.is_some_and(|s| !bounds.in_range(s));
+        if corrupt {
+            self.forget();
+        }
+        self.age_ticks = self.age_ticks.saturating_add(1);
+
+        let mut motion = Motion::Unknown;
+        if let Some(sample) = inputs.encoder {
+            shift(&mut self.frames, false);
+            let moved = match self.last {
+                _ if !bounds.in_range(sample) => None,
+                None => Some(Motion::Known { insertion_m: 0.0, rotation_rad: 0.0, ticks: 1 }),
+                Some(from) if bounds.reachable(from, sample, self.age_ticks) => {
+                    Some(Motion::Known {
+                        insertion_m: sample.insertion_m - from.insertion_m,
+                        rotation_rad: sample.rotation_rad - from.rotation_rad,
+                        ticks: self.age_ticks,
+                    })
+                }
+                Some(_) => None,
+            };
+            shift(&mut self.samples, moved.is_none());
+            if let Some(moved) = moved {
+                motion = moved;
+                self.last = Some(sample);
+                self.age_ticks = 0;
+            }
+        }
+
+        let jumped = self.samples.count_ones() >= JUMPS;
+        if jumped {
+            // Begin anew: where the samples jumped to may be where the drive is.
+            self.samples = 0;
+        }
+        if jumped || self.age_ticks >= bounds.timeout_ticks {
+            self.forget();
+        }
+        let fault = if corrupt {
+            Some(Fault::StateNotFinite)
+        } else if jumped {
+            Some(Fault::EncoderJump)
+        } else if self.frames.count_ones() > MOST_BAD_FRAMES {
+            Some(Fault::BadFrames)
+        } else if self.last.is_none() {
+            Some(Fault::EncoderLost)
+        } else {
+            None
+        };
+        Fresh { position: self.last, age_ticks: self.age_ticks, motion, fault }
+    }
+
+    /// The next sample in range will be believed wherever it is.
+    fn forget(&mut self) {
+        self.last = None;
+        self.age_ticks = u8::MAX;
+    }
+}
+
+fn shift(history: &mut u16, bad: bool) {
+    *history = (*history << 1 | u16::from(bad)) & ((1 << WINDOW) - 1);
+}
+
+impl Words for Freshness {
+    fn words(&mut self, visit: &mut dyn FnMut(Word<'_>)) {
+        if let Some(last) = &mut self.last {
+            visit(Word::F32(&mut last.insertion_m));
+            visit(Word::F32(&mut last.rotation_rad));
+        }
+        visit(Word::U8(&mut self.age_ticks));
+        visit(Word::U16(&mut self.frames));
+        visit(Word::U16(&mut self.samples));
+    }
+}

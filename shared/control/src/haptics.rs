@@ -1,0 +1,131 @@
+//! From the forces at the drive to what the operator feels.
+//!
+//! The operator's axes resist what the drive resists: force against insertion is the gain
+//! times the axial force at the drive (positive when pushing), torque likewise. In a tick
+//! that the model did not resolve (a snap), its forces are not to be trusted: the last
+//! trusted ones are held, and that is reported.
+
+use cathforce_mechanics as mechanics;
+
+use crate::limits::finite;
+use crate::words::{Word, Words};
+use crate::{Fault, Settings};
+
+/// What the operator's axes are asked for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Rendered {
+    pub force_n: f32,
+    pub torque_n_m: f32,
+    /// From an earlier tick.
+    pub held: bool,
+}
+
+/// Memory of the last trusted forces at the drive.
+#[derive(Clone, Debug)]
+pub(crate) struct Haptics {
+    drive_force_n: f32,
+    drive_torque_n_m: f32,
+    unresolved_ticks: u16,
+}
+
+impl Haptics {
+    pub fn new() -> Self {
+        Self { drive_force_n: 0.0, drive_torque_n_m: 0.0, unresolved_ticks: 0 }
+    }
+
+    /// Takes in what the model found; a fault if it has not converged for too long.
+    pub fn observe(
+        &mut self,
+        settings: &Settings,
+        contact: &mechanics::Outputs<f32>,
+    ) -> Option<Fault> {
+        if contact.unresolved {
+            self.unresolved_ticks = self.unresolved_ticks.saturating_add(1);
+        } else {
+            self.unresolved_ticks = 0;
+            self.drive_force_n = contact.drive_force_n;
+            self.drive_torque_n_m = contact.drive_torque_n_m;
+        }
+        let lasted = self.unresolved_ticks > settings.unresolved_limit_ticks;
+        lasted.then_some(Fault::ModelUnresolved)
+    }
+
+    /// The forces are those of the newest tick.
+    pub fn trusted(&self) -> bool {
+        self.unresolved_ticks == 0
+    }
+
+    /// The haptic law. May be infinite (a large gain); the limiter deals with that.
+    pub fn render(&self, settings: &Settings) -> Rendered {
+        let law = |gain: f32, deadband: f32, drive: f32| gain * beyond(deadband, finite(drive));
+        Rendered {
+            force_n: law(settings.force_gain, settings.force_deadband_n, self.drive_force_n),
+            torque_n_m: law(
+                settings.torque_gain,
+                settings.torque_deadband_n_m,
+                self.drive_torque_n_m,
+            ),
+            held: !self.trusted(),
+        }
+    }
+}
+
+/// The part of `x` beyond ±`deadband`, without a jump at its edge.
+fn beyond(deadband: f32, x: f32) -> f32 {
+    if x > deadband {
+        x - deadband
+    } else if x < -deadband {
+        x + deadband
+    } else {
+        0.0
+    }
+}
+
+impl Words for Haptics {
+    fn words(&mut self, visit: &mut dyn FnMut(Word<'_>)) {
+        visit(Word::F32(&mut self.drive_force_n));
+        visit(Word::F32(&mut self.drive_torque_n_m));
+        visit(Word::U16(&mut self.unresolved_ticks));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn found(drive_force_n: f32, unresolved: bool) -> mechanics::Outputs<f32> {
+        mechanics::Outputs { drive_force_n, unresolved, ..Default::default() }
+    }
+
+    #[test]
+    fn a_spike_in_an_unresolved_tick_is_held_back() {
+        let (settings, mut haptics) = (Settings::default(), Haptics::new());
+        haptics.observe(&settings, &found(0.4, false));
+        haptics.observe(&settings, &found(-70.0, true));
+        let rendered = haptics.render(&settings);
+        assert_eq!((rendered.force_n, rendered.held), (0.4, true));
+        haptics.observe(&settings, &found(0.3, false));
+        let rendered = haptics.render(&settings);
+        assert_eq!((rendered.force_n, rendered.held), (0.3, false));
+    }
+
+    #[test]
+    fn an_unresolved_model_is_a_fault_after_the_limit() {
+        let (settings, mut haptics) = (Settings::default(), Haptics::new());
+        for _ in 0..settings.unresolved_limit_ticks {
+            assert_eq!(haptics.observe(&settings, &found(0.0, true)), None);
+        }
+        let fault = haptics.observe(&settings, &found(0.0, true));
+        assert_eq!(fault, Some(Fault::ModelUnresolved));
+    }
+
+    #[test]
+    fn the_deadband_is_subtracted_on_both_sides() {
+        let settings = Settings { force_gain: 2.0, force_deadband_n: 0.25, ..Settings::default() };
+        let mut haptics = Haptics::new();
+        for (drive, rendered) in [(1.0, 1.5), (-1.0, -1.5), (0.25, 0.0), (-0.2, 0.0)] {
+            haptics.observe(&settings, &found(drive, false));
+            assert_eq!(haptics.render(&settings).force_n, rendered);
+        }
+    }
+}

@@ -1,0 +1,325 @@
+//! The order of a tick, over whatever estimates the forces.
+
+use cathforce_mechanics as mechanics;
+
+use crate::digest::Digest;
+use crate::freshness::{Bounds, Fresh, Freshness, Motion};
+use crate::haptics::{Haptics, Rendered};
+use crate::limits::{AxisLimits, Limited, Limiter};
+use crate::passivity::Passivity;
+use crate::selftest;
+use crate::supervisor::{Event, next};
+use crate::words::{Word, Words};
+use crate::{
+    Command, EncoderSample, Fault, Inputs, LimitFlags, Mode, Notice, Outputs, RampCause, Settings,
+};
+
+/// The model as the tick sees it.
+pub(crate) trait Estimator {
+    /// Time of one tick that it was configured for \[s\].
+    fn tick_s(&self) -> f32;
+    /// The longest insertion it can represent \[m\].
+    fn reach_m(&self) -> f32;
+    fn step(&mut self, drive: mechanics::Drive<f32>) -> mechanics::Outputs<f32>;
+    fn settle(&mut self, drive: mechanics::Drive<f32>) -> bool;
+    /// Back to the empty guide.
+    fn rebuild(&mut self);
+    /// Position and force of every node, from the tip on.
+    fn nodes(&self) -> impl Iterator<Item = [f32; 6]>;
+}
+
+/// Memory of the tick, the model's apart.
+#[derive(Clone, Debug)]
+pub(crate) struct Memory {
+    pub tick: u32,
+    mode: Mode,
+    settling_ticks: u16,
+    freshness: Freshness,
+    haptics: Haptics,
+    force: Axis,
+    torque: Axis,
+    digest: Digest,
+}
+
+/// Memory of one operator's axis.
+#[derive(Clone, Debug)]
+struct Axis {
+    passivity: Passivity,
+    limiter: Limiter,
+}
+
+impl Axis {
+    fn new() -> Self {
+        Self { passivity: Passivity::new(), limiter: Limiter::new() }
+    }
+
+    /// Accounts for the energy of the time since the last output.
+    fn observe(&mut self, motion: Motion, moved: f32, step: f32) {
+        self.passivity.observe(self.limiter.output(), motion, moved, step);
+    }
+
+    fn output(
+        &mut self,
+        limits: &AxisLimits,
+        wanted: f32,
+        budget_j: f32,
+        step: f32,
+    ) -> (f32, Limited) {
+        let bound = self.passivity.bound(budget_j, limits.slew, step);
+        self.limiter.limit(limits, wanted, bound)
+    }
+}
+
+/// What both axes gave.
+#[derive(Clone, Copy, Default)]
+struct Applied {
+    force_n: f32,
+    torque_n_m: f32,
+    limited: LimitFlags,
+}
+
+impl Memory {
+    pub fn new() -> Self {
+        Self {
+            tick: 0,
+            mode: Mode::Boot,
+            settling_ticks: 0,
+            freshness: Freshness::new(),
+            haptics: Haptics::new(),
+            force: Axis::new(),
+            torque: Axis::new(),
+            digest: Digest::new(),
+        }
+    }
+
+    /// One tick.
+    pub fn tick(
+        &mut self,
+        settings: &Settings,
+        model: &mut impl Estimator,
+        inputs: &Inputs,
+    ) -> Outputs {
+        self.tick = self.tick.wrapping_add(1);
+        let was_latched = matches!(self.mode, Mode::Fault { .. });
+        let bounds = Bounds::new(settings, model.reach_m());
+        let fresh = self.freshness.update(&bounds, inputs);
+        self.account(&bounds, &fresh);
+
+        if let Some(notice) = inputs.notice {
+            self.happens(Event::Fault(match notice {
+                Notice::Overrun => Fault::Overrun,
+                Notice::BusOff => Fault::BusOff,
+            }));
+        }
+        match fresh.fault {
+            Some(fault) => self.happens(Event::Fault(fault)),
+            None if fresh.age_ticks == 0 => self.happens(Event::EncoderFresh),
+            None => (),
+        }
+        if let Some(event) = inputs.command.and_then(|c| self.obey(settings, model, c)) {
+            self.happens(event);
+        }
+
+        let contact = self.estimate(settings, model, fresh.position);
+        let applied = self.apply(settings, &bounds);
+        if matches!(self.mode, Mode::Ramp { .. }) && applied.is_zero() {
+            self.happens(Event::RampDone);
+        }
+        if matches!(self.mode, Mode::Fault { .. }) && !was_latched {
+            // Memory that may have caused the fault is not used again.
+            self.haptics = Haptics::new();
+            model.rebuild();
+        }
+        self.report(&fresh, contact, applied, model)
+    }
+
+    fn happens(&mut self, event: Event) {
+        let before = self.mode;
+        self.mode = next(before, event);
+        match (before, self.mode) {
+            (Mode::Idle, Mode::Settling) => self.settling_ticks = 0,
+            (Mode::Settling, Mode::Ready) => self.haptics = Haptics::new(),
+            (Mode::Ready, Mode::Armed) => {
+                self.force.passivity = Passivity::new();
+                self.torque.passivity = Passivity::new();
+            }
+            _ => (),
+        }
+    }
+
+    /// What a command amounts to; `None` if it is not allowed now.
+    fn obey(&self, settings: &Settings, model: &impl Estimator, command: Command) -> Option<Event> {
+        match (self.mode, command) {
+            (Mode::Boot, Command::SelfTest) => {
+                Some(match selftest::run(settings, model.tick_s()) {
+                    true => Event::SelfTestPassed,
+                    false => Event::Fault(Fault::SelfTest),
+                })
+            }
+            (Mode::Ready, Command::Arm) => self.haptics.trusted().then_some(Event::Arm),
+            (_, Command::Disarm) => Some(Event::Disarm),
+            (Mode::Fault { cause }, Command::ClearFault { token }) => {
+                (token == cause.clear_token()).then_some(Event::ClearFault)
+            }
+            _ => None,
+        }
+    }
+
+    fn account(&mut self, bounds: &Bounds, fresh: &Fresh) {
+        let (insertion_m, rotation_rad) = match fresh.motion {
+            Motion::Unknown => (0.0, 0.0),
+            Motion::Known { insertion_m, rotation_rad, .. } => (insertion_m, rotation_rad),
+        };
+        self.force.observe(fresh.motion, insertion_m, bounds.insertion_step_m);
+        self.torque.observe(fresh.motion, rotation_rad, bounds.rotation_step_rad);
+    }
+
+    /// Lets the model follow the drive, in modes that do.
+    fn estimate(
+        &mut self,
+        settings: &Settings,
+        model: &mut impl Estimator,
+        position: Option<EncoderSample>,
+    ) -> mechanics::Outputs<f32> {
+        let nothing = mechanics::Outputs::default();
+        let Some(EncoderSample { insertion_m, rotation_rad }) = position else { return nothing };
+        let drive = mechanics::Drive { insertion_m, rotation_rad };
+        match self.mode {
+            Mode::Settling => {
+                let settled = model.settle(drive);
+                self.settling_ticks = self.settling_ticks.saturating_add(1);
+                if !nodes_finite(model) {
+                    self.happens(Event::Fault(Fault::ModelNotFinite));
+                } else if settled {
+                    self.happens(Event::Settled);
+                } else if self.settling_ticks > settings.settle_timeout_ticks {
+                    self.happens(Event::Fault(Fault::SettleTimeout));
+                }
+                nothing
+            }
+            Mode::Ready | Mode::Armed | Mode::Ramp { cause: RampCause::Disarm } => {
+                let contact = model.step(drive);
+                if !(outputs_finite(&contact) && nodes_finite(model)) {
+                    self.happens(Event::Fault(Fault::ModelNotFinite));
+                    return nothing;
+                }
+                if let Some(fault) = self.haptics.observe(settings, &contact) {
+                    self.happens(Event::Fault(fault));
+                }
+                contact
+            }
+            Mode::Boot
+            | Mode::Idle
+            | Mode::Ramp { cause: RampCause::Fault(_) }
+            | Mode::Fault { .. } => nothing,
+        }
+    }
+
+    /// The last stage: what may be output in this mode.
+    fn apply(&mut self, settings: &Settings, bounds: &Bounds) -> Applied {
+        let rendered = match self.mode {
+            Mode::Armed => self.haptics.render(settings),
+            Mode::Ramp { .. } => Rendered { force_n: 0.0, torque_n_m: 0.0, held: false },
+            Mode::Boot | Mode::Idle | Mode::Settling | Mode::Ready | Mode::Fault { .. } => {
+                self.force.limiter.cut();
+                self.torque.limiter.cut();
+                return Applied::default();
+            }
+        };
+        // Half the energy for each axis: what one was given cannot come out of the other.
+        let budget_j = settings.energy_limit_j * 0.5;
+        let (force_n, force) = self.force.output(
+            &AxisLimits::force(settings),
+            rendered.force_n,
+            budget_j,
+            bounds.insertion_step_m,
+        );
+        let (torque_n_m, torque) = self.torque.output(
+            &AxisLimits::torque(settings),
+            rendered.torque_n_m,
+            budget_j,
+            bounds.rotation_step_rad,
+        );
+        let mut limited = LimitFlags::none();
+        for (is_set, flag) in [
+            (force.magnitude, LimitFlags::FORCE),
+            (torque.magnitude, LimitFlags::TORQUE),
+            (force.slew, LimitFlags::FORCE_SLEW),
+            (torque.slew, LimitFlags::TORQUE_SLEW),
+            (force.energy || torque.energy, LimitFlags::ENERGY),
+            (rendered.held, LimitFlags::HELD),
+            (force.not_finite || torque.not_finite, LimitFlags::NOT_FINITE),
+        ] {
+            if is_set {
+                limited |= flag;
+            }
+        }
+        Applied { force_n, torque_n_m, limited }
+    }
+
+    fn report(
+        &mut self,
+        fresh: &Fresh,
+        contact: mechanics::Outputs<f32>,
+        applied: Applied,
+        model: &impl Estimator,
+    ) -> Outputs {
+        let mut outputs = Outputs {
+            mode: self.mode,
+            fault: self.mode.fault(),
+            limited: applied.limited,
+            force_n: applied.force_n,
+            torque_n_m: applied.torque_n_m,
+            contact,
+            encoder_age_ticks: fresh.age_ticks,
+            digest: 0,
+        };
+        for word in outputs.words() {
+            self.digest.add(word);
+        }
+        for node in model.nodes() {
+            for x in node {
+                self.digest.add(x.to_bits());
+            }
+        }
+        outputs.digest = self.digest.value();
+        outputs
+    }
+}
+
+impl Applied {
+    fn is_zero(&self) -> bool {
+        self.force_n == 0.0 && self.torque_n_m == 0.0
+    }
+}
+
+fn outputs_finite(contact: &mechanics::Outputs<f32>) -> bool {
+    contact.force_on_vessel_n.iter().all(|x| x.is_finite())
+        && contact.moment_on_vessel_n_m.iter().all(|x| x.is_finite())
+        && contact.drive_force_n.is_finite()
+        && contact.drive_torque_n_m.is_finite()
+        && contact.peak_contact_force_n.is_finite()
+}
+
+fn nodes_finite(model: &impl Estimator) -> bool {
+    // x · 0 is NaN exactly if x is not finite, and NaN stays in the sum.
+    let sum = model.nodes().flatten().fold(0.0, |sum, x| sum + x * 0.0);
+    sum == 0.0
+}
+
+impl Words for Memory {
+    fn words(&mut self, visit: &mut dyn FnMut(Word<'_>)) {
+        visit(Word::U32(&mut self.tick));
+        visit(Word::U16(&mut self.settling_ticks));
+        self.freshness.words(visit);
+        self.haptics.words(visit);
+        for axis in [&mut self.force, &mut self.torque] {
+            axis.passivity.words(visit);
+            axis.limiter.words(visit);
+        }
+        self.digest.words(visit);
+    }
+}
+
+#[cfg(test)]
+mod tests;
