@@ -1,1 +1,74 @@
-#![forbid(unsafe_code)]
+//! One bus, many carriers.
+//!
+//! [`open`] turns an address into a [`Link`], which carries frames and knows nothing of
+//! what they mean:
+//!
+//! | address | carrier |
+//! | --- | --- |
+//! | `socketcan:can0` | a CAN interface of Linux |
+//! | `slcan:tcp:HOST:PORT` | SLCAN over a socket |
+//! | `slcan:/dev/ttyACM0`, `slcan:/dev/ttyACM0@115200` | an SLCAN adapter on a serial port |
+//! | `qemu`, `qemu:ELF` | the firmware on an emulated board, started here |
+//! | `sim` | the device's code in this process, no hardware at all |
+//!
+//! A [`Client`] talks over a link to one device: who it is, its configuration, ticks.
+
+mod address;
+mod client;
+mod error;
+mod play;
+mod qemu;
+mod reader;
+mod sim;
+mod slcan;
+#[cfg(target_os = "linux")]
+mod socketcan;
+mod ticks;
+
+use std::time::Duration;
+
+use cathforce_bus::Frame;
+
+pub use address::{ADDRESSES, open};
+pub use client::{Client, ClientError, Device, Direction, Tap};
+pub use error::LinkError;
+pub use play::Step;
+pub use sim::Sim;
+pub use slcan::Slcan;
+pub use ticks::TickReport;
+
+/// A carrier of frames, both ways.
+///
+/// Frames arrive in the order in which they were sent. What a carrier has received before
+/// [`Link::receive`] is called is kept.
+pub trait Link: Send {
+    /// Hands a frame to the carrier, which may keep it until [`Link::flush`].
+    fn send(&mut self, frame: &Frame) -> Result<(), LinkError>;
+
+    /// Puts everything sent so far on the bus.
+    fn flush(&mut self) -> Result<(), LinkError>;
+
+    /// Flushes, then waits for the next frame of the other side; `None` after `timeout`.
+    fn receive(&mut self, timeout: Duration) -> Result<Option<Frame>, LinkError>;
+
+    /// Its address, for messages.
+    fn name(&self) -> &str;
+}
+
+impl Link for Box<dyn Link> {
+    fn send(&mut self, frame: &Frame) -> Result<(), LinkError> {
+        (**self).send(frame)
+    }
+
+    fn flush(&mut self) -> Result<(), LinkError> {
+        (**self).flush()
+    }
+
+    fn receive(&mut self, timeout: Duration) -> Result<Option<Frame>, LinkError> {
+        (**self).receive(timeout)
+    }
+
+    fn name(&self) -> &str {
+        (**self).name()
+    }
+}

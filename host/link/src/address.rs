@@ -1,0 +1,118 @@
+//! From an address to a link.
+
+use std::path::Path;
+
+use crate::{Link, LinkError, Sim, Slcan, qemu};
+
+/// The forms of an address.
+pub const ADDRESSES: [&str; 5] =
+    ["socketcan:can0", "slcan:tcp:HOST:PORT", "slcan:/dev/ttyACM0[@BAUD]", "qemu[:ELF]", "sim"];
+
+/// Bit rate of a serial port, if the address says nothing. USB adapters ignore it.
+const DEFAULT_BAUD: u32 = 1_000_000;
+
+/// What an address says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Address<'a> {
+    SocketCan { interface: &'a str },
+    Tcp { host_and_port: &'a str },
+    Serial { path: &'a str, baud: u32 },
+    Qemu { elf: Option<&'a str> },
+    Sim,
+}
+
+/// Opens a link by its address; [`ADDRESSES`] lists the forms.
+pub fn open(address: &str) -> Result<Box<dyn Link>, LinkError> {
+    let parsed = parse(address)
+        .map_err(|problem| LinkError::Address { address: address.into(), problem })?;
+    Ok(match parsed {
+        Address::SocketCan { interface } => open_socketcan(address, interface)?,
+        Address::Tcp { host_and_port } => Box::new(Slcan::connect(address, host_and_port)?),
+        Address::Serial { path, baud } => Box::new(Slcan::open_serial(address, path, baud)?),
+        Address::Qemu { elf } => qemu::open(elf.map(Path::new))?,
+        Address::Sim => Box::new(Sim::new()),
+    })
+}
+
+#[cfg(target_os = "linux")]
+fn open_socketcan(address: &str, interface: &str) -> Result<Box<dyn Link>, LinkError> {
+    Ok(Box::new(crate::socketcan::SocketCan::open(address, interface)?))
+}
+
+#[cfg(not(target_os = "linux"))]
+fn open_socketcan(address: &str, _: &str) -> Result<Box<dyn Link>, LinkError> {
+    Err(LinkError::NoCanInKernel { link: address.into() })
+}
+
+fn parse(address: &str) -> Result<Address<'_>, &'static str> {
+    let (kind, rest) = match address.split_once(':') {
+        Some((kind, rest)) => (kind, Some(rest)),
+        None => (address, None),
+    };
+    match (kind, rest) {
+        ("socketcan", Some(interface)) if !interface.is_empty() => {
+            Ok(Address::SocketCan { interface })
+        }
+        ("socketcan", _) => Err("the interface is missing"),
+        ("slcan", Some(rest)) => parse_slcan(rest),
+        ("slcan", None) => Err("the serial port or `tcp:HOST:PORT` is missing"),
+        ("qemu", Some("")) => Err("the firmware after `qemu:` is missing"),
+        ("qemu", elf) => Ok(Address::Qemu { elf }),
+        ("sim", None) => Ok(Address::Sim),
+        _ => Err("it begins with no carrier that there is"),
+    }
+}
+
+fn parse_slcan(rest: &str) -> Result<Address<'_>, &'static str> {
+    if let Some(host_and_port) = rest.strip_prefix("tcp:") {
+        let port = host_and_port.rsplit_once(':').map(|(_, port)| port.parse::<u16>());
+        return match port {
+            Some(Ok(_)) => Ok(Address::Tcp { host_and_port }),
+            _ => Err("after `tcp:` come a host, a colon and a port"),
+        };
+    }
+    let (path, baud) = match rest.rsplit_once('@') {
+        Some((path, baud)) => (path, baud.parse().map_err(|_| "the baud rate is no number")?),
+        None => (rest, DEFAULT_BAUD),
+    };
+    if path.is_empty() {
+        Err("the serial port is missing")
+    } else {
+        Ok(Address::Serial { path, baud })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_form_is_understood() {
+        let tcp = Address::Tcp { host_and_port: "[::1]:2000" };
+        assert_eq!(parse("socketcan:can0"), Ok(Address::SocketCan { interface: "can0" }));
+        assert_eq!(parse("slcan:tcp:[::1]:2000"), Ok(tcp));
+        let serial = |baud| Ok(Address::Serial { path: "/dev/ttyACM0", baud });
+        assert_eq!(parse("slcan:/dev/ttyACM0"), serial(DEFAULT_BAUD));
+        assert_eq!(parse("slcan:/dev/ttyACM0@115200"), serial(115_200));
+        assert_eq!(parse("qemu"), Ok(Address::Qemu { elf: None }));
+        assert_eq!(parse("qemu:a/b.elf"), Ok(Address::Qemu { elf: Some("a/b.elf") }));
+        assert_eq!(parse("sim"), Ok(Address::Sim));
+    }
+
+    #[test]
+    fn what_is_no_address_is_refused_with_the_forms_there_are() {
+        for address in [
+            "",
+            "can0",
+            "socketcan:",
+            "slcan",
+            "slcan:",
+            "slcan:tcp:host",
+            "slcan:/dev/x@fast",
+            "qemu:",
+        ] {
+            let error = open(address).err().unwrap().to_string();
+            assert!(error.contains("slcan:tcp:HOST:PORT"), "{error}");
+        }
+    }
+}

@@ -1,0 +1,147 @@
+//! Ticks: what to send in each, what comes back.
+
+use std::ops::ControlFlow;
+use std::time::{Duration, Instant};
+
+use cathforce_bus::{Command, Encoder, Process, Sync};
+
+use crate::{Client, ClientError, Link, LinkError, TickReport};
+
+/// Ticks that are under way at most in lock step; with three frames each they fit into the
+/// queue of [`cathforce_bus::service::BLOCK_SIZE`] frames that every device has.
+const WINDOW: usize = 16;
+
+/// How long a device may take for a tick in lock step. An emulated one has to be scheduled
+/// by a busy computer.
+const TICK_TIMEOUT: Duration = Duration::from_secs(5);
+
+const TICK: Duration = Duration::from_millis(1);
+
+/// How long to wait for the last ticks when running free.
+const LAST_TICKS: Duration = Duration::from_millis(20);
+
+/// What the host sends for one tick.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Step {
+    pub encoder: Option<Encoder>,
+    pub command: Option<Command>,
+}
+
+impl<L: Link> Client<L> {
+    /// One tick in lock step; running free, one millisecond and the last tick in it.
+    pub fn run_tick(&mut self, step: Step) -> Result<TickReport, ClientError> {
+        let mut last = None;
+        self.play([step], |report| {
+            last = Some(*report);
+            ControlFlow::Continue(())
+        })?;
+        last.ok_or_else(|| self.silent(LAST_TICKS).into())
+    }
+
+    /// Sends one step a tick and hands every tick of the device to `on_tick`, in order.
+    ///
+    /// In lock step each step is one tick of the device, whatever this computer does, and
+    /// several are under way at a time. Running free, a step is sent every millisecond by
+    /// this computer's clock. `on_tick` can end it; ticks already under way are still
+    /// handed over. Returns the steps sent.
+    pub fn play(
+        &mut self,
+        steps: impl IntoIterator<Item = Step>,
+        on_tick: impl FnMut(&TickReport) -> ControlFlow<()>,
+    ) -> Result<usize, ClientError> {
+        let steps = steps.into_iter();
+        if self.lock_step {
+            self.play_granted(steps, on_tick)
+        } else {
+            self.play_free(steps, on_tick)
+        }
+    }
+
+    fn play_granted(
+        &mut self,
+        mut steps: impl Iterator<Item = Step>,
+        mut on_tick: impl FnMut(&TickReport) -> ControlFlow<()>,
+    ) -> Result<usize, ClientError> {
+        let (mut sent, mut under_way, mut ended) = (0, 0, false);
+        loop {
+            // Filled up from half: fewer and longer writes.
+            if under_way <= WINDOW / 2 {
+                while !ended && under_way < WINDOW {
+                    let Some(step) = steps.next() else {
+                        ended = true;
+                        break;
+                    };
+                    self.send_step(step)?;
+                    let host_tick = self.host_tick;
+                    self.host_tick = host_tick.wrapping_add(1);
+                    self.send_process(Process::Sync(Sync { grant: 1, host_tick }))?;
+                    sent += 1;
+                    under_way += 1;
+                }
+            }
+            if under_way == 0 {
+                return Ok(sent);
+            }
+            let report =
+                self.receive_tick(TICK_TIMEOUT)?.ok_or_else(|| self.silent(TICK_TIMEOUT))?;
+            under_way -= 1;
+            ended |= on_tick(&report).is_break();
+        }
+    }
+
+    fn play_free(
+        &mut self,
+        steps: impl Iterator<Item = Step>,
+        mut on_tick: impl FnMut(&TickReport) -> ControlFlow<()>,
+    ) -> Result<usize, ClientError> {
+        let mut sent = 0;
+        let (mut due, mut heard) = (Instant::now(), Instant::now());
+        for step in steps {
+            self.send_step(step)?;
+            self.link.flush()?;
+            sent += 1;
+            due += TICK;
+            while let Some(left) =
+                due.checked_duration_since(Instant::now()).filter(|d| !d.is_zero())
+            {
+                let Some(report) = self.receive_tick(left)? else { continue };
+                heard = Instant::now();
+                if on_tick(&report).is_break() {
+                    return Ok(sent);
+                }
+            }
+            if heard.elapsed() > TICK_TIMEOUT {
+                return Err(self.silent(TICK_TIMEOUT).into());
+            }
+        }
+        let until = Instant::now() + LAST_TICKS;
+        while let Some(left) = until.checked_duration_since(Instant::now()).filter(|d| !d.is_zero())
+        {
+            if let Some(report) = self.receive_tick(left)?
+                && on_tick(&report).is_break()
+            {
+                break;
+            }
+        }
+        Ok(sent)
+    }
+
+    fn send_step(&mut self, step: Step) -> Result<(), LinkError> {
+        if let Some(encoder) = step.encoder {
+            self.send_process(Process::Encoder(encoder))?;
+        }
+        if let Some(command) = step.command {
+            self.send_process(Process::Command(command))?;
+        }
+        Ok(())
+    }
+
+    fn silent(&self, waited: Duration) -> LinkError {
+        LinkError::Silent {
+            link: self.link.name().into(),
+            waited,
+            awaited: "a tick of the device",
+            check: "that the device still runs (`cathforce info`) and has not been reset",
+        }
+    }
+}

@@ -1,0 +1,68 @@
+//! A thread that empties a carrier, so that its buffers never fill up behind our back and
+//! waiting is as fine as the clock, whatever the carrier's own time-outs.
+
+use std::collections::VecDeque;
+use std::io;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
+use std::time::Duration;
+
+use cathforce_bus::Frame;
+
+/// The longest that a carrier's own read may block, and so the longest that the thread
+/// outlives its link.
+pub(crate) const READ_TIMEOUT: Duration = Duration::from_millis(100);
+
+/// Frames read by a thread.
+pub(crate) struct Reader {
+    batches: Receiver<io::Result<Vec<Frame>>>,
+    ready: VecDeque<Frame>,
+    stop: Arc<AtomicBool>,
+}
+
+impl Reader {
+    /// `read` gives what has arrived within [`READ_TIMEOUT`], perhaps nothing; it is called
+    /// until it fails or the reader is dropped.
+    pub(crate) fn spawn(mut read: impl FnMut() -> io::Result<Vec<Frame>> + Send + 'static) -> Self {
+        let (sender, batches) = mpsc::channel();
+        let stop = Arc::new(AtomicBool::new(false));
+        let stopped = Arc::clone(&stop);
+        std::thread::spawn(move || {
+            while !stopped.load(Ordering::Relaxed) {
+                let batch = read();
+                let last = batch.is_err();
+                let empty = batch.as_ref().is_ok_and(Vec::is_empty);
+                if !empty && sender.send(batch).is_err() || last {
+                    return;
+                }
+            }
+        });
+        Self { batches, ready: VecDeque::new(), stop }
+    }
+
+    /// The next frame, `None` after `timeout`. An error is final.
+    pub(crate) fn receive(&mut self, timeout: Duration) -> io::Result<Option<Frame>> {
+        if let Some(frame) = self.ready.pop_front() {
+            return Ok(Some(frame));
+        }
+        match self.batches.recv_timeout(timeout) {
+            Ok(batch) => self.ready.extend(batch?),
+            Err(RecvTimeoutError::Timeout) => {}
+            Err(RecvTimeoutError::Disconnected) => return Err(io::ErrorKind::NotConnected.into()),
+        }
+        Ok(self.ready.pop_front())
+    }
+}
+
+impl Drop for Reader {
+    fn drop(&mut self) {
+        self.stop.store(true, Ordering::Relaxed);
+    }
+}
+
+/// Nothing has arrived in time, which is no error.
+pub(crate) fn is_timeout(error: &io::Error) -> bool {
+    use io::ErrorKind::{Interrupted, TimedOut, WouldBlock};
+    matches!(error.kind(), Interrupted | TimedOut | WouldBlock)
+}

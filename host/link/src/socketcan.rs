@@ -1,0 +1,145 @@
+//! A CAN interface of Linux.
+
+use std::io;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use cathforce_bus::Frame;
+use socketcan::{
+    CanFrame, CanSocket, EmbeddedFrame, Frame as _, Socket, SocketOptions, StandardId,
+};
+
+use crate::reader::{READ_TIMEOUT, Reader, is_timeout};
+use crate::{Link, LinkError};
+
+/// How long a full transmit queue may stay full.
+const SEND_TIMEOUT: Duration = Duration::from_millis(500);
+
+// Numbers of Linux (`errno.h`), the same on every architecture that Rust runs on but MIPS
+// and SPARC.
+const ENODEV: i32 = 19;
+const EAFNOSUPPORT: i32 = 97;
+const ENETDOWN: i32 = 100;
+const ENOBUFS: i32 = 105;
+
+/// A raw CAN socket.
+pub(crate) struct SocketCan {
+    name: String,
+    interface: String,
+    socket: Arc<CanSocket>,
+    reader: Reader,
+}
+
+impl SocketCan {
+    pub(crate) fn open(name: &str, interface: &str) -> Result<Self, LinkError> {
+        let failed = |source: io::Error| {
+            let (link, interface) = (name.to_owned(), interface.to_owned());
+            match source.raw_os_error() {
+                Some(EAFNOSUPPORT) => LinkError::NoCanInKernel { link },
+                Some(ENODEV) => LinkError::NoInterface { link, interface },
+                Some(ENETDOWN) => LinkError::InterfaceDown { link, interface },
+                _ if source.kind() == io::ErrorKind::PermissionDenied => LinkError::Permission {
+                    link,
+                    source,
+                    fix: "Inside a container, share the host's network (`--network host`)",
+                },
+                _ => {
+                    LinkError::Open { link, source, check: "the interface with `ip -details link`" }
+                }
+            }
+        };
+        // On every interface first: by name, a kernel without CAN would blame the name.
+        drop(CanSocket::open_iface(0).map_err(failed)?);
+        let socket = CanSocket::open(interface).map_err(failed)?;
+        socket.set_write_timeout(SEND_TIMEOUT).map_err(failed)?;
+        socket.set_read_timeout(READ_TIMEOUT).map_err(failed)?;
+        // Bus errors and loss of arbitration are for `ip -statistics link`, not for us.
+        socket.set_error_filter_drop_all().map_err(failed)?;
+        let socket = Arc::new(socket);
+        let source = Arc::clone(&socket);
+        let reader = Reader::spawn(move || match source.read_frame() {
+            Ok(frame) => Ok(ours(&frame).into_iter().collect()),
+            Err(e) if is_timeout(&e) => Ok(Vec::new()),
+            Err(e) => Err(e),
+        });
+        Ok(Self { name: name.into(), interface: interface.into(), socket, reader })
+    }
+
+    fn error(&self, source: io::Error) -> LinkError {
+        let (link, interface) = (self.name.clone(), self.interface.clone());
+        match source.raw_os_error() {
+            Some(ENETDOWN) => LinkError::InterfaceDown { link, interface },
+            Some(ENODEV) => LinkError::NoInterface { link, interface },
+            _ => LinkError::lost(&self.name, source),
+        }
+    }
+}
+
+/// Data frames with an 11-bit identifier.
+fn ours(frame: &CanFrame) -> Option<Frame> {
+    match frame {
+        CanFrame::Data(data) if data.is_standard() => {
+            Frame::new(u16::try_from(data.raw_id()).ok()?, data.data())
+        }
+        _ => None,
+    }
+}
+
+impl Link for SocketCan {
+    fn send(&mut self, frame: &Frame) -> Result<(), LinkError> {
+        let id = StandardId::new(frame.id());
+        let Some(raw) = id.and_then(|id| CanFrame::new(id, frame.data())) else {
+            let unfit = io::Error::new(io::ErrorKind::InvalidInput, "not a classic CAN frame");
+            return Err(self.error(unfit));
+        };
+        let started = Instant::now();
+        loop {
+            match self.socket.write_frame(&raw) {
+                Ok(()) => return Ok(()),
+                // The transmit queue is full.
+                Err(e) if e.raw_os_error() == Some(ENOBUFS) || is_timeout(&e) => {
+                    if started.elapsed() > SEND_TIMEOUT {
+                        return Err(LinkError::Stuck { link: self.name.clone() });
+                    }
+                    std::thread::sleep(Duration::from_micros(100));
+                }
+                Err(e) => return Err(self.error(e)),
+            }
+        }
+    }
+
+    fn flush(&mut self) -> Result<(), LinkError> {
+        Ok(())
+    }
+
+    fn receive(&mut self, timeout: Duration) -> Result<Option<Frame>, LinkError> {
+        self.reader.receive(timeout).map_err(|e| self.error(e))
+    }
+
+    fn name(&self) -> &str {
+        &self.name
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Whatever this machine has, the interface does not exist; the message says what is
+    /// missing and what to do.
+    #[test]
+    fn a_missing_interface_or_a_kernel_without_can_is_explained() {
+        let error = SocketCan::open("socketcan:nope7", "nope7").err().unwrap();
+        let text = error.to_string();
+        match error {
+            LinkError::NoInterface { .. } => {
+                assert!(text.contains("ip link set nope7 up type can bitrate 1000000"), "{text}");
+            }
+            LinkError::NoCanInKernel { .. } => {
+                assert!(text.contains("modprobe can can_raw"), "{text}");
+                assert!(text.contains("slcan:"), "{text}");
+            }
+            other => panic!("{other}"),
+        }
+    }
+}

@@ -1,0 +1,118 @@
+//! From frames back to ticks.
+
+use cathforce_bus::{Contact, Counters, Frame, Haptic, Id, Process, Protection, Status};
+use cathforce_device::FRAMES_A_TICK;
+
+/// What a device sent in one tick.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TickReport {
+    /// Ticks since the configuration was activated; the first one is 0.
+    pub tick: u32,
+    pub status: Status,
+    pub haptic: Haptic,
+    pub contact: Contact,
+    /// TICK, DRIVE, MOMENT, SHAPE or FORCE.
+    pub third: Process,
+    /// The same as frames, in the order in which they arrived.
+    pub frames: [Frame; FRAMES_A_TICK],
+}
+
+/// Collects the frames of each tick: HAPTIC begins one, the third frame ends it.
+#[derive(Debug, Default)]
+pub(crate) struct Assembler {
+    protection: Protection,
+    counters: Counters,
+    haptic: Option<(Haptic, Frame)>,
+    contact: Option<(Contact, Frame)>,
+    next_tick: u32,
+}
+
+impl Assembler {
+    /// The device starts over: ticks and counters from 0.
+    pub(crate) fn restart(&mut self) {
+        *self = Self { counters: self.counters, ..Self::default() };
+    }
+
+    /// What became of the frames of the device.
+    pub(crate) fn counters(&self) -> &Counters {
+        &self.counters
+    }
+
+    /// Takes a frame; gives the tick that it completes.
+    pub(crate) fn push(&mut self, frame: Frame) -> Option<TickReport> {
+        let Some(id) = Id::from_raw(frame.id()).filter(|id| !id.is_from_host()) else {
+            self.counters.count(cathforce_bus::Counter::Foreign);
+            return None;
+        };
+        let accepted = self.protection.receive(id, &frame, &mut self.counters).ok()?;
+        match accepted.process {
+            Process::Haptic(haptic) => {
+                // A tick whose end got lost has been a tick all the same.
+                self.next_tick = self.next_tick.wrapping_add(u32::from(self.haptic.is_some()));
+                self.haptic = Some((haptic, frame));
+                self.contact = None;
+                None
+            }
+            Process::Contact(contact) => {
+                self.contact = Some((contact, frame));
+                None
+            }
+            third => {
+                if let Process::Tick(sent) = third {
+                    self.adopt(sent.tick);
+                }
+                let (haptic, contact) = (self.haptic.take(), self.contact.take());
+                let ((haptic, first), (contact, second)) = haptic.zip(contact)?;
+                let tick = self.next_tick;
+                self.next_tick = tick.wrapping_add(1);
+                let frames = [first, second, frame];
+                Some(TickReport { tick, status: accepted.status, haptic, contact, third, frames })
+            }
+        }
+    }
+
+    /// The device's own number, of which 16 bits are sent, corrects ours after a loss.
+    fn adopt(&mut self, low: u16) {
+        let ahead = low.wrapping_sub(self.next_tick as u16) as i16;
+        self.next_tick = self.next_tick.wrapping_add_signed(i32::from(ahead));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use cathforce_device::Ticker;
+
+    fn ticks(n: usize) -> Vec<Frame> {
+        let mut ticker = Ticker::new();
+        (0..n).flat_map(|_| ticker.tick(None, None)).collect()
+    }
+
+    fn assemble(frames: &[Frame]) -> Vec<u32> {
+        let mut assembler = Assembler::default();
+        frames.iter().filter_map(|&frame| assembler.push(frame)).map(|t| t.tick).collect()
+    }
+
+    #[test]
+    fn every_tick_is_seen_once() {
+        assert_eq!(assemble(&ticks(4)), [0, 1, 2, 3]);
+    }
+
+    #[test]
+    fn a_lost_frame_loses_its_tick_and_no_other() {
+        for lost in 3..6 {
+            let mut frames = ticks(4);
+            frames.remove(lost);
+            assert_eq!(assemble(&frames), [0, 2, 3], "frame {lost}");
+        }
+    }
+
+    #[test]
+    fn numbers_go_on_past_16_bits() {
+        let mut assembler = Assembler { next_tick: 0x1_0004, ..Assembler::default() };
+        assembler.adopt(0xFFFE);
+        assert_eq!(assembler.next_tick, 0xFFFE);
+        assembler.adopt(3);
+        assert_eq!(assembler.next_tick, 0x1_0003);
+    }
+}
