@@ -100,7 +100,7 @@ impl Memory {
         inputs: &Inputs,
     ) -> Outputs {
         self.tick = self.tick.wrapping_add(1);
-        let was_latched = matches!(self.mode, Mode::Fault { .. });
+        let before = self.mode;
         let bounds = Bounds::new(settings, model.reach_m());
         let fresh = self.freshness.update(&bounds, inputs);
         self.account(&bounds, &fresh);
@@ -116,7 +116,10 @@ impl Memory {
             None if fresh.age_ticks == 0 => self.happens(Event::EncoderFresh),
             None => (),
         }
-        if let Some(event) = inputs.command.and_then(|c| self.obey(settings, model, c)) {
+        // A command answers the mode that its sender could see, not one that began in this
+        // tick: a fault and its clearing in one tick would leave no trace.
+        let command = inputs.command.filter(|_| self.mode == before);
+        if let Some(event) = command.and_then(|c| self.obey(settings, model, c)) {
             self.happens(event);
         }
 
@@ -125,7 +128,7 @@ impl Memory {
         if matches!(self.mode, Mode::Ramp { .. }) && applied.is_zero() {
             self.happens(Event::RampDone);
         }
-        if matches!(self.mode, Mode::Fault { .. }) && !was_latched {
+        if matches!(self.mode, Mode::Fault { .. }) && !matches!(before, Mode::Fault { .. }) {
             // Memory that may have caused the fault is not used again.
             self.haptics = Haptics::new();
             model.rebuild();

@@ -272,6 +272,18 @@ fn faults_latch_until_cleared_by_name() {
 }
 
 #[test]
+fn a_fault_cannot_be_cleared_in_the_tick_that_raises_it() {
+    let mut bench = Bench::armed();
+    let outputs = bench.tick(Inputs {
+        encoder: Some(bench.at),
+        command: Some(Command::ClearFault { token: Fault::Overrun.clear_token() }),
+        notice: Some(Notice::Overrun),
+        ..Inputs::default()
+    });
+    assert_eq!(outputs.mode, Mode::Fault { cause: Fault::Overrun });
+}
+
+#[test]
 fn disarming_ramps_and_leaves_the_model_tracking() {
     let mut bench = Bench::armed();
     let mut last = bench.command(Command::Disarm);
