@@ -2,6 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use serde::Serialize;
+
 use crate::trial::SensorNoise;
 
 /// Version of what recordings hold; another one is refused.
@@ -18,8 +20,8 @@ pub struct RunInfo {
     pub board: String,
     /// Version of the firmware.
     pub firmware_version: String,
-    /// Hash of the firmware's code, as the board states it.
-    pub firmware_hash: String,
+    /// Hash of messages and frames that host and device agreed on.
+    pub protocol: String,
     /// Whether SYNC frames granted every tick, which makes virtual time exact.
     pub lock_step: bool,
     /// The rig's name.
@@ -47,7 +49,7 @@ impl RunInfo {
             ("link".to_owned(), self.link.clone()),
             ("board".to_owned(), self.board.clone()),
             ("firmware_version".to_owned(), self.firmware_version.clone()),
-            ("firmware_hash".to_owned(), self.firmware_hash.clone()),
+            ("protocol".to_owned(), self.protocol.clone()),
             ("lock_step".to_owned(), self.lock_step.to_string()),
             ("rig".to_owned(), self.rig.clone()),
             ("trial".to_owned(), self.trial.clone()),
@@ -78,7 +80,7 @@ impl RunInfo {
             link: text("link")?,
             board: text("board")?,
             firmware_version: text("firmware_version")?,
-            firmware_hash: text("firmware_hash")?,
+            protocol: text("protocol")?,
             lock_step: text("lock_step")? == "true",
             rig: text("rig")?,
             trial: text("trial")?,
@@ -93,6 +95,72 @@ impl RunInfo {
     }
 }
 
+/// What the device said of itself when the run was over.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize)]
+pub struct RunResult {
+    /// Ticks since configuration.
+    pub ticks: u32,
+    /// Hash over every output of all these ticks.
+    pub digest: u32,
+    /// Ticks that began late or not at all.
+    pub missed_ticks: u32,
+    /// Instructions of the most expensive tick; 0 where the board cannot count them.
+    pub worst_instructions: u32,
+    /// Processor cycles of the most expensive tick; 0 where the board cannot count them.
+    pub worst_cycles: u32,
+    /// Number of the most expensive tick.
+    pub worst_tick: u32,
+    /// Deepest use of the stack \[bytes\]; 0 where it is not measured.
+    pub stack_used_bytes: u32,
+    /// Frames that the device rejected, whatever the reason.
+    pub rejected_frames: u32,
+    /// Time that the run took on the host \[ms\].
+    pub wall_ms: u32,
+}
+
+impl RunResult {
+    const KEYS: [&str; 9] = [
+        "ticks",
+        "digest",
+        "missed_ticks",
+        "worst_instructions",
+        "worst_cycles",
+        "worst_tick",
+        "stack_used_bytes",
+        "rejected_frames",
+        "wall_ms",
+    ];
+
+    fn values(&mut self) -> [&mut u32; 9] {
+        [
+            &mut self.ticks,
+            &mut self.digest,
+            &mut self.missed_ticks,
+            &mut self.worst_instructions,
+            &mut self.worst_cycles,
+            &mut self.worst_tick,
+            &mut self.stack_used_bytes,
+            &mut self.rejected_frames,
+            &mut self.wall_ms,
+        ]
+    }
+
+    pub(crate) fn to_map(mut self) -> BTreeMap<String, String> {
+        let values = self.values().map(|value| value.to_string());
+        Self::KEYS.map(str::to_owned).into_iter().zip(values).collect()
+    }
+
+    /// `Err` says which entry is missing or is no number.
+    pub(crate) fn from_map(map: &BTreeMap<String, String>) -> Result<Self, String> {
+        let mut result = Self::default();
+        for (key, value) in Self::KEYS.into_iter().zip(result.values()) {
+            let text = map.get(key).ok_or(format!("`{key}` is missing"))?;
+            *value = text.parse().map_err(|_| format!("`{key}` is no number: {text}"))?;
+        }
+        Ok(result)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -102,6 +170,13 @@ mod tests {
         let noise = SensorNoise { force_n: Some(0.01), drive_force_n: Some(0.02), tip_m: None };
         let info = RunInfo { link: "sim".into(), lock_step: true, noise, ..RunInfo::default() };
         assert_eq!(RunInfo::from_map(&info.to_map()), Ok(info));
+    }
+
+    #[test]
+    fn a_result_survives_its_map() {
+        let result = RunResult { ticks: 1, digest: 2, wall_ms: 9, ..RunResult::default() };
+        assert_eq!(RunResult::from_map(&result.to_map()), Ok(result));
+        assert_eq!(RunResult::from_map(&BTreeMap::new()), Err("`ticks` is missing".into()));
     }
 
     #[test]

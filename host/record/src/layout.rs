@@ -26,6 +26,9 @@ pub(crate) const NODES_SCHEMA: (&str, &str) =
 /// Metadata record with [`crate::RunInfo`].
 pub(crate) const INFO: &str = "cathforce";
 
+/// Metadata record with [`crate::RunResult`], at the end of a run that came to its end.
+pub(crate) const RESULT: &str = "cathforce.result";
+
 /// Attachments.
 pub(crate) const IMAGE: &str = "device.cfim";
 pub(crate) const RIG: &str = "rig.toml";

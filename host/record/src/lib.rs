@@ -7,6 +7,7 @@
 
 #![forbid(unsafe_code)]
 
+mod analysis;
 mod compare;
 mod frame;
 mod info;
@@ -19,11 +20,12 @@ mod tick;
 mod trial;
 mod writer;
 
+pub use analysis::{Analysis, PeakContact, analyse};
 pub use compare::{
     ChannelError, Comparison, FEED_BEFORE_SCORE_M, ForceError, SNAP_GUARD_S, SnapPair, compare,
 };
 pub use frame::{BusFrame, Direction};
-pub use info::{FORMAT, RunInfo};
+pub use info::{FORMAT, RunInfo, RunResult};
 pub use reader::{Cut, ReadError, Recording};
 pub use replay::{Difference, ReplayError, ReplayReport, Track, replay};
 pub use series::{estimates, trial_time_s, write_nodes_csv, write_ticks_csv};

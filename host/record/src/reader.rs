@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use mcap::records::{MessageHeader, Record};
 
 use crate::frame::BusFrame;
-use crate::info::{FORMAT, RunInfo};
+use crate::info::{FORMAT, RunInfo, RunResult};
 use crate::layout;
 use crate::trial::{Measured, Trial};
 
@@ -25,6 +25,8 @@ pub struct Recording {
     pub trial: Trial,
     /// Time on the bus at which the trial's time is zero \[ns\].
     pub trial_start_ns: Option<u64>,
+    /// What the device said at the end, if the run came to its end.
+    pub result: Option<RunResult>,
     /// Where the file breaks off, if it was never finished.
     pub cut: Option<Cut>,
 }
@@ -78,6 +80,7 @@ impl Recording {
             frames: parts.frames,
             trial: Trial { rows: parts.rows, noise: info.noise },
             trial_start_ns: parts.trial_start_ns,
+            result: parts.result,
             cut,
             info,
         })
@@ -88,6 +91,7 @@ impl Recording {
 #[derive(Default)]
 struct Parts {
     info: Option<RunInfo>,
+    result: Option<RunResult>,
     image: Option<Vec<u8>>,
     rig_toml: Option<String>,
     frames: Vec<BusFrame>,
@@ -176,6 +180,9 @@ impl Parts {
                     }
                 }
                 self.info = Some(RunInfo::from_map(&metadata.metadata)?);
+            }
+            Record::Metadata(metadata) if metadata.name == layout::RESULT => {
+                self.result = Some(RunResult::from_map(&metadata.metadata)?);
             }
             Record::Attachment { header, data, .. } => match header.name.as_str() {
                 layout::IMAGE => self.image = Some(data.into_owned()),

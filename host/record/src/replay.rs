@@ -6,7 +6,7 @@
 //! digest over the bits of every output of every tick, nodes included: where they agree,
 //! so did everything that the bus is too narrow to carry.
 
-use cathforce_bus::{Frame, Id};
+use cathforce_bus::{Frame, Id, Process};
 use cathforce_config::image::{self, ImageError};
 use cathforce_control::{Config, Outputs};
 use cathforce_device::Ticker;
@@ -62,6 +62,8 @@ pub struct ReplayReport {
     pub extra_frames: u64,
     /// Rolling hash over every output of every tick, on the host.
     pub digest: u32,
+    /// The same as the device said at the end of the run, if it came to its end.
+    pub device_digest: Option<u32>,
     /// The recording breaks off: frames may be missing from its last tick.
     pub cut: bool,
 }
@@ -70,6 +72,7 @@ impl ReplayReport {
     /// No bit differs and no frame is missing, save at the end of a cut recording.
     pub fn identical(&self) -> bool {
         self.differing_bits == 0
+            && self.device_digest.is_none_or(|digest| digest == self.digest)
             && self.extra_frames == 0
             && (self.missing_frames == 0 || self.cut)
             && self.frames_compared > 0
@@ -107,6 +110,8 @@ pub fn replay(recording: &Recording) -> Result<(ReplayReport, Track), ReplayErro
         }
     }
     replay.report.extra_frames = sent.count() as u64;
+    let result = recording.result.filter(|r| u64::from(r.ticks) == replay.report.ticks);
+    replay.report.device_digest = result.map(|r| r.digest);
     Ok((replay.report, replay.track))
 }
 
@@ -124,10 +129,9 @@ struct Replay {
 
 impl Replay {
     fn note_encoder(&mut self, frame: &Frame) {
-        let payload = frame.data().first_chunk::<6>();
-        if let (Some(Id::Encoder), Some(&payload)) = (Id::from_raw(frame.id()), payload)
-            && let Some(cathforce_bus::Process::Encoder(encoder)) =
-                cathforce_bus::Process::decode(Id::Encoder, payload)
+        let id = Id::from_raw(frame.id());
+        if let (Some(Id::Encoder), Some(&payload)) = (id, frame.data().first_chunk())
+            && let Some(Process::Encoder(encoder)) = Process::decode(Id::Encoder, payload)
         {
             self.encoder = Some((encoder.insertion.m(), encoder.rotation.rad()));
         }

@@ -11,7 +11,7 @@ use mcap::{Attachment, McapError, WriteOptions};
 use serde::Serialize;
 
 use crate::frame::BusFrame;
-use crate::info::RunInfo;
+use crate::info::{RunInfo, RunResult};
 use crate::layout;
 use crate::tick::{Completed, Decoder};
 use crate::trial::Measured;
@@ -119,10 +119,15 @@ impl Recorder {
         self.check(result)
     }
 
-    /// Writes the last tick and the index.
-    pub fn finish(mut self) -> Result<(), WriteError> {
+    /// Writes the last tick, the result if the run came to its end, and the index.
+    pub fn finish(mut self, result: Option<&RunResult>) -> Result<(), WriteError> {
         if let Some(tick) = self.decoder.finish() {
             self.json(self.channels.estimate, tick.at_ns, &tick)?;
+        }
+        if let Some(result) = result {
+            let metadata = Metadata { name: layout::RESULT.into(), metadata: result.to_map() };
+            let result = self.writer.write_metadata(&metadata);
+            self.check(result)?;
         }
         let result = self.writer.finish().map(drop);
         self.check(result)?;

@@ -8,7 +8,7 @@ use cathforce_bus::{
     Rotation, Sealer, Status,
 };
 use cathforce_record::{
-    Attachments, BusFrame, Direction, Measured, ReadError, Recorder, Recording, RunInfo,
+    Attachments, BusFrame, Direction, Measured, ReadError, Recorder, Recording, RunInfo, RunResult,
     SensorNoise,
 };
 
@@ -26,6 +26,10 @@ fn info() -> RunInfo {
         tick_s: 1e-3,
         ..RunInfo::default()
     }
+}
+
+fn result() -> RunResult {
+    RunResult { ticks: TICKS as u32, digest: 0xFEED, ..RunResult::default() }
 }
 
 fn attachments() -> Attachments<'static> {
@@ -75,7 +79,7 @@ fn record(folder: &Path) -> PathBuf {
     for row in rows() {
         recorder.measured(3_000_000 + (row.t_s * 1e9) as u64, &row).unwrap();
     }
-    recorder.finish().unwrap();
+    recorder.finish(Some(&result())).unwrap();
     path
 }
 
@@ -90,6 +94,7 @@ fn what_was_recorded_is_read_back() {
     assert_eq!(recording.trial.rows, rows());
     assert_eq!(recording.trial.noise, info().noise);
     assert_eq!(recording.trial_start_ns, Some(3_000_000));
+    assert_eq!(recording.result, Some(result()));
     assert_eq!(recording.cut, None);
 }
 

@@ -1,0 +1,67 @@
+//! Everything that follows from a recording.
+
+use cathforce_config::image;
+use serde::Serialize;
+
+use crate::compare::{Comparison, compare};
+use crate::reader::Recording;
+use crate::replay::{ReplayError, ReplayReport, Track, replay};
+use crate::series::{estimates, trial_time_s};
+use crate::tick::decode;
+
+/// The largest contact force at a node.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct PeakContact {
+    pub force_n: f64,
+    /// 0 is the tip.
+    pub node: u16,
+    /// Time of the trial \[s\].
+    pub t_s: f64,
+}
+
+/// A recording replayed and compared with the trial that it played.
+#[derive(Clone, Debug)]
+pub struct Analysis {
+    /// `None` when the recording was made without lock step and cannot be replayed.
+    pub replay: Option<ReplayReport>,
+    /// From the replay; without one, what crossed the bus.
+    pub track: Track,
+    /// `None` without a measured force.
+    pub comparison: Option<Comparison>,
+    /// During the trial, in ticks that the model resolved; only a replay knows it.
+    pub peak: Option<PeakContact>,
+    /// Position of the entry, vessel frame \[m\].
+    pub entry_m: [f64; 3],
+    /// Outer radius of the instrument \[m\].
+    pub radius_m: f64,
+}
+
+/// Replays a recording where that is possible and compares it with its trial.
+pub fn analyse(recording: &Recording) -> Result<Analysis, ReplayError> {
+    let config = image::decode(&recording.image).map_err(ReplayError::Image)?;
+    let description = config.model.description();
+    let entry_m = description.entry.position_m.map(f64::from);
+    let (report, track) = match replay(recording) {
+        Ok((report, track)) => (Some(report), track),
+        Err(ReplayError::FreeRunning) => {
+            let (ticks, shapes) = decode(&recording.frames);
+            (None, Track { ticks, shapes })
+        }
+        Err(error) => return Err(error),
+    };
+    let comparison = compare(&estimates(recording, &track, entry_m), &recording.trial);
+    let peak = peak(recording, &track);
+    let radius_m = f64::from(description.instrument.outer_radius_m);
+    Ok(Analysis { replay: report, track, comparison, peak, entry_m, radius_m })
+}
+
+fn peak(recording: &Recording, track: &Track) -> Option<PeakContact> {
+    let resolved = track.ticks.iter().filter(|tick| !tick.unresolved);
+    resolved
+        .filter_map(|tick| {
+            let force_n = f64::from(tick.peak_contact_force_n?);
+            let t_s = trial_time_s(recording, tick.at_ns);
+            (t_s >= 0.0).then_some(PeakContact { force_n, node: tick.peak_node?, t_s })
+        })
+        .max_by(|a, b| a.force_n.total_cmp(&b.force_n))
+}
