@@ -14,6 +14,8 @@
 //!
 //! Little endian. An image is used whole or refused whole.
 
+use core::fmt;
+
 use cathforce_control::{Config, SettingError, Settings, TICK_S};
 use cathforce_mechanics::{Description, DescriptionError, Lumen, LumenError, LumenHeader, Model};
 use crc::{CRC_32_ISO_HDLC, Crc, Table};
@@ -82,6 +84,69 @@ pub enum EncodeError {
     /// The image would be longer than its header can say.
     TooLong,
 }
+
+impl fmt::Display for ImageError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Self::TooShort { found } => {
+                write!(f, "{found} bytes are no device image: its header alone has {HEADER_BYTES}")
+            }
+            Self::Magic { found } => {
+                write!(f, "byte 0: not a device image: begins with {found:02x?}, not \"CFIM\"")
+            }
+            Self::Version { expected, found } => write!(
+                f,
+                "byte 4: image format {found}, but this version reads format {expected}: \
+                 make the image with the same version of cathforce as the firmware"
+            ),
+            Self::Schema { expected, found } => write!(
+                f,
+                "byte 6: layout {found:08x}, but this version reads {expected:08x}: \
+                 make the image with the same version of cathforce as the firmware"
+            ),
+            Self::Length { stated, found } => write!(
+                f,
+                "byte 10: the image should have {stated} bytes but has {found}: send it again"
+            ),
+            Self::HeadLength { stated } => {
+                write!(f, "byte 14: a description of {stated} bytes does not fit into the image")
+            }
+            Self::Crc { stated, computed } => write!(
+                f,
+                "byte 18: the CRC should be {stated:08x} but is {computed:08x}: \
+                 the image was damaged, send it again"
+            ),
+            Self::Postcard => write!(f, "byte {HEADER_BYTES}: the description cannot be read"),
+            Self::TrailingBytes { offset } => {
+                write!(f, "byte {offset}: the description has bytes left over")
+            }
+            Self::Padding { offset } => write!(f, "byte {offset}: the padding is not zero"),
+            Self::Description(DescriptionError::Range(name)) => {
+                write!(f, "description: {name} is not finite or out of range")
+            }
+            Self::Description(error) => write!(f, "description: {error:?}"),
+            Self::Tick => {
+                write!(f, "description: solver.tick_s must be {TICK_S} s, the tick of the device")
+            }
+            Self::Lumen { offset, error } => write!(f, "lumen, from byte {offset}: {error:?}"),
+            Self::Setting(error) => write!(f, "settings: {error}"),
+        }
+    }
+}
+
+impl core::error::Error for ImageError {}
+
+impl fmt::Display for EncodeError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Refused(error) => error.fmt(f),
+            Self::BufferTooSmall { needed } => write!(f, "the image needs {needed} bytes"),
+            Self::TooLong => f.write_str("the image would be longer than 4 GiB"),
+        }
+    }
+}
+
+impl core::error::Error for EncodeError {}
 
 /// What the header of an image says, unchecked against its contents.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -241,3 +306,6 @@ fn configure(
     let model = Model::new(description).map_err(ImageError::Description)?;
     Ok(Config { model, lumen, settings })
 }
+
+#[cfg(test)]
+mod tests;

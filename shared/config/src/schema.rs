@@ -200,3 +200,57 @@ impl<'de> de::SeqAccess<'de> for Elements<'_> {
         Some(self.left)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde::Deserialize;
+
+    /// Every way to change a struct that its bytes alone would not show.
+    #[test]
+    fn changes_when_a_field_is_added_reordered_renamed_or_retyped() {
+        macro_rules! hash_of {
+            ($($field:ident: $kind:ty),*) => {{
+                #[derive(Deserialize)]
+                #[allow(dead_code)]
+                struct Part { $($field: $kind),* }
+                #[derive(Deserialize)]
+                #[allow(dead_code)]
+                struct Whole { parts: heapless::Vec<Part, 3>, end: u8 }
+                hash::<Whole>().expect("a layout that can be traced")
+            }};
+        }
+        let original = hash_of!(length_m: f32, count: u16);
+        assert_eq!(original, hash_of!(length_m: f32, count: u16));
+        for changed in [
+            hash_of!(length_m: f32, count: u16, extra: bool),
+            hash_of!(length_m: f32),
+            hash_of!(count: u16, length_m: f32),
+            hash_of!(length_mm: f32, count: u16),
+            hash_of!(length_m: f64, count: u16),
+            hash_of!(length_m: f32, count: u32),
+            hash_of!(length_m: [f32; 1], count: u16),
+            hash_of!(length_m: [f32; 2], count: u16),
+            hash_of!(length_m: Option<f32>, count: u16),
+            hash_of!(length_m: (f32, u16), count: u16),
+        ] {
+            assert_ne!(changed, original);
+        }
+    }
+
+    #[test]
+    fn says_so_when_a_type_cannot_be_seen_whole() {
+        #[derive(Deserialize)]
+        #[allow(dead_code)]
+        enum Either {
+            A(u8),
+            B(f32),
+        }
+        #[derive(Deserialize)]
+        #[allow(dead_code)]
+        struct Whole {
+            either: Either,
+        }
+        assert_eq!(hash::<Whole>(), None);
+    }
+}

@@ -4,6 +4,8 @@
 //! struct, its defaults, its validation, access by name and [`SETTINGS`] (from which the
 //! host makes its help and documentation) are all made from it.
 
+use core::fmt;
+
 use serde::{Deserialize, Serialize};
 
 /// Time of one tick \[s\]. The promises are given in milliseconds and kept in ticks.
@@ -70,6 +72,27 @@ impl SettingError {
         }
     }
 }
+
+impl fmt::Display for SettingError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let info = self.name().and_then(|name| SETTINGS.iter().find(|info| info.name == name));
+        let Some(SettingInfo { name, unit, min, max, .. }) = info else {
+            return f.write_str("there is no setting of that name");
+        };
+        match self {
+            Self::Unknown => Ok(()),
+            Self::NotFinite(_) => write!(f, "{name} is not a finite number"),
+            Self::Range(_) => write!(f, "{name} must be between {min} and {max} {unit}"),
+            Self::NotWhole(_) => write!(f, "{name} counts {unit}: it must be a whole number"),
+            Self::RampTooSlow(_) => write!(
+                f,
+                "{name} cannot be ramped to zero within ramp_time_ticks: lower it, or raise its slew"
+            ),
+        }
+    }
+}
+
+impl core::error::Error for SettingError {}
 
 /// A type that a setting may have.
 trait Number: Copy {
@@ -243,4 +266,73 @@ settings! {
     settle_timeout_ticks: u16 { unit: "ticks", default: 10000, range: 100, 60000, while_armed: false }
     /// Successive ticks for which a force may be held because the model did not converge.
     unresolved_limit_ticks: u16 { unit: "ticks", default: 50, range: 1, 500, while_armed: false }
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+
+    use super::*;
+    use std::string::ToString;
+
+    #[test]
+    fn the_table_is_sound() {
+        assert_eq!(Settings::default().validate(), Ok(()));
+        for info in SETTINGS {
+            assert!(info.min <= info.default && info.default <= info.max, "{}", info.name);
+            assert!(!info.doc.is_empty() && info.doc.ends_with('.'), "{}", info.name);
+            assert_eq!(SETTINGS.iter().filter(|other| other.name == info.name).count(), 1);
+        }
+    }
+
+    #[test]
+    fn every_setting_is_read_and_written_by_name() {
+        for info in SETTINGS {
+            let mut settings = Settings::default();
+            let bound = if info.default == info.min { info.max } else { info.min };
+            assert_eq!(settings.get(info.name), Some(info.default));
+            assert_eq!(settings.set(info.name, bound), Ok(()));
+            assert_eq!(settings.get(info.name), Some(bound));
+            let changed = settings.iter().filter(|(info, value)| *value != info.default);
+            assert_eq!(changed.count(), 1, "{}", info.name);
+        }
+    }
+
+    #[test]
+    fn what_is_refused_changes_nothing_and_says_why() {
+        let mut settings = Settings::default();
+        for (name, value, error, text) in [
+            ("nope", 1.0, SettingError::Unknown, "there is no setting of that name"),
+            (
+                "force_gain",
+                f32::NAN,
+                SettingError::NotFinite("force_gain"),
+                "force_gain is not a finite number",
+            ),
+            (
+                "force_limit_n",
+                10.5,
+                SettingError::Range("force_limit_n"),
+                "force_limit_n must be between 0 and 10 N",
+            ),
+            (
+                "ramp_time_ticks",
+                2.5,
+                SettingError::NotWhole("ramp_time_ticks"),
+                "ramp_time_ticks counts ticks: it must be a whole number",
+            ),
+        ] {
+            assert_eq!(settings.set(name, value), Err(error));
+            assert_eq!(error.to_string(), text);
+            assert_eq!(settings, Settings::default());
+        }
+    }
+
+    #[test]
+    fn a_limit_that_cannot_be_ramped_down_in_time_is_refused() {
+        let settings = Settings { force_slew_n_per_s: 100.0, ..Settings::default() };
+        assert_eq!(settings.validate(), Err(SettingError::RampTooSlow("force_limit_n")));
+        let settings = Settings { ramp_time_ticks: 10, ..Settings::default() };
+        assert_eq!(settings.validate(), Err(SettingError::RampTooSlow("force_limit_n")));
+    }
 }
