@@ -265,6 +265,3 @@ impl<B: AsRef<[u8]> + AsMut<[u8]>> Desk<B> {
         }
     }
 }
-
-#[cfg(test)]
-mod tests;

@@ -291,6 +291,3 @@ impl Ticker {
         }
     }
 }
-
-#[cfg(test)]
-mod tests;
