@@ -169,3 +169,57 @@ impl Words for Freshness {
         visit(Word::U16(&mut self.samples));
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sample(insertion_m: f32, rotation_rad: f32) -> Inputs {
+        let encoder = Some(EncoderSample { insertion_m, rotation_rad });
+        Inputs { encoder, ..Inputs::default() }
+    }
+
+    #[test]
+    fn the_first_sample_is_believed_only_within_range() {
+        let bounds = Bounds::new(&Settings::default(), 0.128);
+        let nan = f32::NAN;
+        for (insertion_m, rotation_rad, believed) in [
+            (0.0, 0.0, true),
+            (0.128, -80.0, true),
+            (0.129, 0.0, false),
+            (-1e-6, 0.0, false),
+            (0.1, 80.1, false),
+            (nan, 0.0, false),
+            (0.1, nan, false),
+            (f32::INFINITY, 0.0, false),
+        ] {
+            let inputs = sample(insertion_m, rotation_rad);
+            let fresh = Freshness::new().update(&bounds, &inputs);
+            assert_eq!(fresh.position, inputs.encoder.filter(|_| believed));
+            assert_eq!(fresh.fault, (!believed).then_some(Fault::EncoderLost));
+        }
+    }
+
+    #[test]
+    fn settings_that_are_no_numbers_believe_nothing_far() {
+        let mut settings = Settings::default();
+        settings.corrupt(|_, _| f32::NAN);
+        let bounds = Bounds::new(&settings, f32::NAN);
+        assert_eq!(Freshness::new().update(&bounds, &sample(0.1, 0.0)).position, None);
+    }
+
+    #[test]
+    fn after_a_fault_of_jumps_the_drive_may_be_elsewhere() {
+        let bounds = Bounds::new(&Settings::default(), 0.5);
+        let mut freshness = Freshness::new();
+        freshness.update(&bounds, &sample(0.1, 0.0));
+        for _ in 0..2 {
+            let fresh = freshness.update(&bounds, &sample(0.2, 0.0));
+            assert_eq!(fresh.position.map(|p| p.insertion_m), Some(0.1));
+        }
+        let fresh = freshness.update(&bounds, &sample(0.2, 0.0));
+        assert_eq!((fresh.position, fresh.fault), (None, Some(Fault::EncoderJump)));
+        let fresh = freshness.update(&bounds, &sample(0.2, 0.0));
+        assert_eq!((fresh.age_ticks, fresh.fault), (0, None));
+    }
+}

@@ -170,8 +170,12 @@ mod tests {
         /// Memory of the last output may be anything.
         #[test]
         fn p05_any_last_output(limits in limits(), last in any_bits(), wanted in any_bits()) {
-            let (output, _) = Limiter { last }.limit(&limits, wanted, f32::MAX);
+            let (output, why) = Limiter { last }.limit(&limits, wanted, f32::MAX);
             prop_assert!(output.abs() <= limits.magnitude);
+            if !last.is_finite() {
+                // As if it had been zero, and reported.
+                prop_assert!(output.abs() <= limits.slew && why.not_finite);
+            }
         }
 
         /// From anywhere to exactly zero within the ramp time.

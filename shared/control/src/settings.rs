@@ -334,5 +334,7 @@ mod tests {
         assert_eq!(settings.validate(), Err(SettingError::RampTooSlow("force_limit_n")));
         let settings = Settings { ramp_time_ticks: 10, ..Settings::default() };
         assert_eq!(settings.validate(), Err(SettingError::RampTooSlow("force_limit_n")));
+        let settings = Settings { torque_slew_n_m_per_s: 1.0, ..Settings::default() };
+        assert_eq!(settings.validate(), Err(SettingError::RampTooSlow("torque_limit_n_m")));
     }
 }
