@@ -1,5 +1,7 @@
 //! Builds the lumen of a bundle and prints what it costs:
-//! `cargo run -p cathforce-rig --release --example lumen -- BUNDLE [CELL_MM]`
+//! `cargo run -p cathforce-rig --release --example lumen -- BUNDLE [CELL_MM] [FILE]`
+//!
+//! FILE gets the raw bytes, directory and bricks; the header is printed.
 
 use std::time::Instant;
 
@@ -7,7 +9,7 @@ use cathforce_rig::{Bundle, lumen_from_bundle};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut arguments = std::env::args().skip(1);
-    let path = arguments.next().ok_or("usage: lumen BUNDLE [CELL_MM]")?;
+    let path = arguments.next().ok_or("usage: lumen BUNDLE [CELL_MM] [FILE]")?;
     let cell_mm: f64 = arguments.next().as_deref().unwrap_or("1").parse()?;
     let start = Instant::now();
     let bundle = Bundle::open(path)?;
@@ -22,7 +24,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     );
     let start = Instant::now();
     let (header, bytes, report) = lumen_from_bundle(&bundle, cell_mm * 1e-3)?;
-    println!("{header:?}, {} bytes, built and measured in {:.2?}", bytes.len(), start.elapsed());
-    println!("{report:#?}");
+    println!("{report}\nbuilt and measured in {:.2?}\n{header:?}", start.elapsed());
+    if let Some(file) = arguments.next() {
+        std::fs::write(&file, &bytes)?;
+        println!("{} bytes written to {file}", bytes.len());
+    }
     Ok(())
 }

@@ -1,20 +1,25 @@
 //! Rig descriptions and trial bundles, and what the device needs of them.
 //!
 //! [`Bundle::open`] reads a folder strictly; [`lumen_from_bundle`] turns its vessel into the
-//! sparse distance field of `cathforce_mechanics::Lumen`.
+//! sparse distance field of `cathforce_mechanics::Lumen`, [`to_description`] its rig into the
+//! model's numbers, and [`device_image`] both into the bytes that configure a device.
 
 #![forbid(unsafe_code)]
 
 pub mod bundle;
+mod description;
 mod error;
 pub mod geometry;
+mod image;
 pub mod lumen;
 mod nearest;
 mod table;
 mod vessel;
 
 pub use bundle::{Bundle, Trial};
+pub use description::{SolverDefaults, describe, to_description};
 pub use error::{BundleError, Cause, Place, Warning};
+pub use image::{ImageBuildError, ImageOptions, ImageReport, device_image};
 pub use vessel::{
     CELL_M, DEVICE_LUMEN_BYTES, LumenBuildError, LumenReport, Vessel, WallSource, lumen_from_bundle,
 };

@@ -1,5 +1,7 @@
 //! A bundle's vessel as a wall, and as the lumen that the device reads.
 
+use std::fmt;
+
 use cathforce_mechanics::LumenHeader;
 use nalgebra::Vector3;
 use thiserror::Error;
@@ -7,7 +9,7 @@ use thiserror::Error;
 use crate::bundle::{Bundle, CatheterRig};
 use crate::error::{BundleError, Place};
 use crate::geometry::{MeshCause, MeshWall, SurfaceModel, TubeWall, Wall};
-use crate::lumen::{BuiltLumen, LumenOptions, LumenQuality, build_lumen, measure};
+use crate::lumen::{BuiltLumen, LumenOptions, LumenQuality, Spread, build_lumen, measure};
 
 /// Grid spacing unless another is asked for \[m\].
 pub const CELL_M: f64 = 1e-3;
@@ -37,6 +39,35 @@ pub enum WallSource {
     Mesh { triangles: usize, rounds: usize },
     /// `centreline.csv`.
     Centreline { branches: usize },
+}
+
+impl fmt::Display for LumenReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.source {
+            WallSource::Mesh { triangles, rounds } => {
+                writeln!(f, "wall      vessel.stl, {triangles} triangles after {rounds} rounds")?;
+            }
+            WallSource::Centreline { branches } => {
+                writeln!(f, "wall      centreline.csv, {branches} branches")?;
+            }
+        }
+        let percent = 100.0 * self.bytes as f64 / DEVICE_LUMEN_BYTES as f64;
+        let (cell_mm, bricks) = (1e3 * self.cell_m, self.bricks);
+        writeln!(f, "grid      {cell_mm:.2} mm, {bricks} bricks")?;
+        writeln!(f, "size      {} bytes, {percent:.0} % of the device's room", self.bytes)?;
+        let micrometres = |f: &mut fmt::Formatter<'_>, name, spread: &Spread| {
+            let [p50, p99, max] = [spread.p50, spread.p99, spread.max].map(|x| 1e6 * x);
+            writeln!(f, "{name} {p50:.2} / {p99:.2} / {max:.1} µm (median / 99 % / largest)")
+        };
+        let quality = &self.quality;
+        micrometres(f, "distance ", &quality.distance_m)?;
+        micrometres(f, "trilinear", &quality.trilinear_m)?;
+        let Spread { p50, p99, max } = quality.normal_rad;
+        let [p50, p99, max] = [p50, p99, max].map(f64::to_degrees);
+        writeln!(f, "normal    {p50:.2} / {p99:.2} / {max:.1}°")?;
+        let [x, y, z] = quality.worst_at_m.map(|x| 1e3 * x);
+        write!(f, "          {} points; worst at ({x:.2}, {y:.2}, {z:.2}) mm", quality.points)
+    }
 }
 
 /// Why there is no lumen.
@@ -73,7 +104,8 @@ impl Vessel {
         let refuse = |cause: MeshCause| {
             BundleError::new(&bundle.path.join("vessel.stl"), Place::Whole, cause)
         };
-        let distance_m = wall.sample(&inside).distance_m;
+        let nearest = wall.sample(&inside);
+        let distance_m = nearest.distance_m.hypot(nearest.beyond_m);
         if distance_m > 0.06 {
             let entry_mm = (position * 1e3).into();
             let cause = MeshCause::EntryFarFromWall { entry_mm, distance_mm: distance_m * 1e3 };
@@ -107,6 +139,11 @@ impl Vessel {
             quality: measure(&built, self.wall(), &options, QUALITY_POINTS),
         };
         Ok((built, report))
+    }
+
+    /// Bytes of the lumen on another grid; `None` when it has too many bricks.
+    pub(crate) fn lumen_bytes(&self, options: LumenOptions) -> Option<usize> {
+        build_lumen(self.wall(), options).map(|lumen| lumen.bytes.len())
     }
 }
 

@@ -164,8 +164,7 @@ impl Piece {
 
 /// The wall of the tube around the nearest piece of the centreline.
 fn nearest_piece(pieces: &[Piece], p: &Vector3<f64>) -> WallPoint {
-    let none =
-        WallPoint { distance_m: f64::NEG_INFINITY, normal: Vector3::zeros(), beyond_m: 0.0 };
+    let none = WallPoint { distance_m: f64::NEG_INFINITY, normal: Vector3::zeros(), beyond_m: 0.0 };
     let samples = pieces.iter().map(|piece| piece.sample(p));
     samples.min_by(|a, b| a.1.total_cmp(&b.1)).map_or(none, |(point, _)| point)
 }

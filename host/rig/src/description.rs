@@ -1,0 +1,176 @@
+//! From the rig to the numbers of the model.
+
+use cathforce_mechanics::{
+    Description, Entry, Instrument, MAX_LINKS, PrecurvePiece, Real, Section, Solver, Wall,
+};
+use nalgebra::Vector3;
+
+use crate::bundle::{Bundle, CatheterRig, RigInstrument, RigSection};
+
+/// What the model needs and a bundle does not say, in one place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SolverDefaults {
+    /// Time of one tick \[s\].
+    pub tick_s: f64,
+    /// Equal parts of a tick.
+    pub substeps: u8,
+    /// Solves of each part.
+    pub solves: u8,
+    /// Share of a new rate that enters the predictor \[1\].
+    pub predictor_gain: f64,
+    /// Viscous time of bending \[s\].
+    pub bending_damping_s: f64,
+    /// Drag on every node per length \[N·s/m²\].
+    pub drag_n_s_per_m2: f64,
+    /// Tangential stiffness of the wall before slip over the normal one, unless
+    /// `wall_tangential_ratio` is given \[1\].
+    pub tangential_ratio: f64,
+    /// Indentation over which the normal force sets in \[m\].
+    pub onset_m: f64,
+    /// Normal damping of the wall, as a time \[s\].
+    pub wall_damping_s: f64,
+    /// The links reach this much farther than the largest insertion of any trial \[m\].
+    pub reach_margin_m: f64,
+    /// No link is shorter \[m\].
+    pub shortest_link_m: f64,
+}
+
+impl Default for SolverDefaults {
+    fn default() -> Self {
+        Self {
+            tick_s: 1e-3,
+            substeps: 1,
+            solves: 1,
+            predictor_gain: 0.25,
+            bending_damping_s: 2e-3,
+            drag_n_s_per_m2: 0.05,
+            tangential_ratio: 3.0,
+            onset_m: 10e-6,
+            wall_damping_s: 0.0,
+            reach_margin_m: 5e-3,
+            shortest_link_m: 1e-3,
+        }
+    }
+}
+
+/// Links that a chain can have while another one is being born at the mouth.
+const FULL_LINKS: usize = MAX_LINKS - 1;
+
+impl SolverDefaults {
+    /// The link length with which the chain reaches `insertion_m` and the margin \[m\].
+    pub fn link_length_m(&self, insertion_m: f64) -> f64 {
+        ((insertion_m + self.reach_margin_m) / FULL_LINKS as f64).max(self.shortest_link_m)
+    }
+}
+
+/// The insertion that links of this length reach \[m\].
+pub(crate) fn reach_m(link_length_m: f64) -> f64 {
+    FULL_LINKS as f64 * link_length_m
+}
+
+/// The model's description of a catheter's rig.
+///
+/// `link_length_m`: as [`SolverDefaults::link_length_m`] gives it. Rounding to `T` is the
+/// only loss.
+pub fn describe<T: Real>(
+    rig: &CatheterRig,
+    defaults: &SolverDefaults,
+    link_length_m: f64,
+) -> Description<T> {
+    let lit = T::lit;
+    let vector = |v: [f64; 3]| v.map(lit);
+    let vessel = &rig.vessel;
+    let precurve = rig.instrument.tip_precurve.iter().map(|piece| PrecurvePiece {
+        length_m: lit(piece.length_m),
+        curvature_per_m: lit(piece.curvature_per_m),
+        lateral_curvature_per_m: lit(0.0),
+        torsion_per_m: lit(0.0),
+    });
+    let sections = rig.instrument.sections.iter().rev();
+    Description {
+        instrument: Instrument {
+            outer_radius_m: lit(0.5 * rig.instrument.outer_diameter_m),
+            // Reading the bundle has checked that they are not too many.
+            sections: sections.map(|section| describe_section(&rig.instrument, section)).collect(),
+            precurve: precurve.collect(),
+        },
+        entry: Entry {
+            position_m: vector(rig.entry.position_m),
+            direction: vector(rig.entry.direction),
+            up: vector(rig.entry.up),
+        },
+        wall: Wall {
+            line_stiffness_n_per_m2: lit(
+                vessel.wall_stiffness_n_per_m / vessel.wall_contact_spacing_m
+            ),
+            end_stiffness_n_per_m: lit(0.5 * vessel.wall_stiffness_n_per_m),
+            tangential_ratio: lit(vessel
+                .wall_tangential_ratio
+                .unwrap_or(defaults.tangential_ratio)),
+            friction_coefficient: lit(vessel.friction_coefficient),
+            onset_m: lit(defaults.onset_m),
+            damping_s: lit(defaults.wall_damping_s),
+        },
+        gravity_m_per_s2: vector(effective_gravity(rig).into()),
+        solver: Solver {
+            link_length_m: lit(link_length_m),
+            tick_s: lit(defaults.tick_s),
+            substeps: defaults.substeps,
+            solves: defaults.solves,
+            predictor_gain: lit(defaults.predictor_gain),
+            bending_damping_s: lit(defaults.bending_damping_s),
+            drag_n_s_per_m2: lit(defaults.drag_n_s_per_m2),
+        },
+    }
+}
+
+/// [`describe`] with links that reach the largest insertion of the bundle's trials.
+/// `None` for a drive, or without trials: how far it goes in is not known then.
+pub fn to_description<T: Real>(
+    bundle: &Bundle,
+    defaults: &SolverDefaults,
+) -> Option<Description<T>> {
+    let link_length_m = defaults.link_length_m(bundle.largest_insertion_m()?);
+    Some(describe(bundle.catheter()?, defaults, link_length_m))
+}
+
+/// Cross-section of a tube: I = π/4 (r_o⁴ − r_i⁴), J = 2 I, A = π (r_o² − r_i²).
+struct CrossSection {
+    second_moment_m4: f64,
+    area_m2: f64,
+}
+
+impl CrossSection {
+    fn of(instrument: &RigInstrument) -> Self {
+        use std::f64::consts::PI;
+        let (outer, inner) = (0.5 * instrument.outer_diameter_m, 0.5 * instrument.inner_diameter_m);
+        Self {
+            second_moment_m4: 0.25 * PI * (outer.powi(4) - inner.powi(4)),
+            area_m2: PI * (outer * outer - inner * inner),
+        }
+    }
+}
+
+fn describe_section<T: Real>(instrument: &RigInstrument, section: &RigSection) -> Section<T> {
+    let tube = CrossSection::of(instrument);
+    let youngs = section.youngs_modulus_pa;
+    let shear = youngs / (2.0 * (1.0 + instrument.poissons_ratio));
+    Section {
+        length_m: T::lit(section.length_m),
+        bending_stiffness_n_m2: T::lit(youngs * tube.second_moment_m4),
+        torsional_stiffness_n_m2: T::lit(shear * 2.0 * tube.second_moment_m4),
+        axial_stiffness_n: T::lit(youngs * tube.area_m2),
+        mass_kg_per_m: T::lit(instrument.density_kg_per_m3 * tube.area_m2),
+    }
+}
+
+/// Gravity less buoyancy, as an acceleration of the instrument's own mass \[m/s²\]. The
+/// instrument displaces its outer area: its ends are closed and its bore holds no fluid.
+fn effective_gravity(rig: &CatheterRig) -> Vector3<f64> {
+    let gravity = Vector3::from(rig.environment.gravity_m_per_s2);
+    let Some(fluid) = rig.environment.fluid else { return gravity };
+    let radius_m = 0.5 * rig.instrument.outer_diameter_m;
+    let displaced = fluid.density_kg_per_m3 * std::f64::consts::PI * radius_m * radius_m;
+    let mass = rig.instrument.density_kg_per_m3 * CrossSection::of(&rig.instrument).area_m2;
+    gravity * (1.0 - displaced / mass)
+}

@@ -1,0 +1,133 @@
+//! From a bundle to the bytes that configure a device.
+
+use cathforce_config::image::{encode, encoded_len};
+use cathforce_config::{EncodeError, ImageError, ImageHead, Settings};
+use cathforce_mechanics::DescriptionError;
+use thiserror::Error;
+
+use crate::bundle::Bundle;
+use crate::description::{SolverDefaults, describe, reach_m};
+use crate::geometry::SurfaceModel;
+use crate::lumen::LumenOptions;
+use crate::vessel::{CELL_M, DEVICE_LUMEN_BYTES, LumenBuildError, LumenReport, Vessel};
+
+/// Grid spacings that are tried to say what would fit \[m\].
+const COARSER_M: [f64; 4] = [1.25e-3, 1.5e-3, 2.0e-3, 3.0e-3];
+
+/// What a bundle leaves open.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ImageOptions {
+    pub solver: SolverDefaults,
+    /// Length of a link \[m\]; by the trials' largest insertion when `None`.
+    pub link_length_m: Option<f64>,
+    /// Grid spacing of the lumen \[m\].
+    pub cell_m: f64,
+    pub surface: SurfaceModel,
+    pub settings: Settings,
+}
+
+impl Default for ImageOptions {
+    fn default() -> Self {
+        Self {
+            solver: SolverDefaults::default(),
+            link_length_m: None,
+            cell_m: CELL_M,
+            surface: SurfaceModel::default(),
+            settings: Settings::default(),
+        }
+    }
+}
+
+/// What an image holds.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ImageReport {
+    /// Of the whole image.
+    pub bytes: usize,
+    pub lumen: LumenReport,
+    /// Length of a link \[m\].
+    pub link_length_m: f64,
+    /// The insertion that the links reach \[m\]; the settings' limit is lowered to it.
+    pub reach_m: f64,
+}
+
+/// Why a bundle gives no image.
+#[derive(Debug, Error)]
+pub enum ImageBuildError {
+    #[error(transparent)]
+    Lumen(#[from] LumenBuildError),
+    #[error(
+        "the bundle has no trials, so the length of a link is not known\n  fix: give the link \
+         length, or add the trials"
+    )]
+    NoTrials,
+    #[error(
+        "the lumen takes {bytes} bytes on a grid of {:.2} mm; the device has room for \
+         {DEVICE_LUMEN_BYTES}\n  fix: {}", 1e3 * .cell_m, coarser(.fitting)
+    )]
+    LumenTooLarge { bytes: usize, cell_m: f64, fitting: Vec<(f64, usize)> },
+    #[error(
+        "`{0}` is beyond what the model takes\n  fix: correct the value in rig.toml from which it \
+         comes"
+    )]
+    Description(String),
+    #[error("the image cannot be made: {0:?}\n  fix: correct the setting or number it names")]
+    Encode(EncodeError),
+}
+
+fn coarser(fitting: &[(f64, usize)]) -> String {
+    if fitting.is_empty() {
+        return "cut the vessel to the part that the instrument reaches".into();
+    }
+    let sizes = fitting.iter().map(|(cell, bytes)| format!("{:.2} mm: {bytes} bytes", 1e3 * cell));
+    format!("use a coarser grid ({})", sizes.collect::<Vec<_>>().join(", "))
+}
+
+/// Builds the device image of a bundle's rig: the description in f32, the lumen, and the
+/// settings, as `cathforce_config::image` lays them out.
+pub fn device_image(
+    bundle: &Bundle,
+    options: &ImageOptions,
+) -> Result<(Vec<u8>, ImageReport), ImageBuildError> {
+    let rig =
+        bundle.catheter().ok_or_else(|| LumenBuildError::NoCatheter(bundle.rig.name.clone()))?;
+    let by_trials = || Some(options.solver.link_length_m(bundle.largest_insertion_m()?));
+    let link_length_m =
+        options.link_length_m.or_else(by_trials).ok_or(ImageBuildError::NoTrials)?;
+
+    // Before the lumen, which takes seconds.
+    let description = describe::<f32>(rig, &options.solver, link_length_m);
+    description.validate().map_err(|error| match error {
+        DescriptionError::Range(name) => ImageBuildError::Description(name.into()),
+        other => ImageBuildError::Description(format!("{other:?}")),
+    })?;
+
+    let vessel = Vessel::from_bundle(bundle, options.surface)?;
+    let radius_m = 0.5 * rig.instrument.outer_diameter_m;
+    let grid = |cell_m| LumenOptions::for_instrument(radius_m, cell_m);
+    let (lumen, report) = vessel.lumen(grid(options.cell_m))?;
+    if lumen.bytes.len() > DEVICE_LUMEN_BYTES {
+        let fitting = COARSER_M
+            .into_iter()
+            .filter(|&cell_m| cell_m > options.cell_m)
+            .filter_map(|cell_m| Some((cell_m, vessel.lumen_bytes(grid(cell_m))?)))
+            .filter(|&(_, bytes)| bytes <= DEVICE_LUMEN_BYTES)
+            .collect();
+        let (bytes, cell_m) = (lumen.bytes.len(), options.cell_m);
+        return Err(ImageBuildError::LumenTooLarge { bytes, cell_m, fitting });
+    }
+
+    let reach_m = reach_m(link_length_m);
+    let mut settings = options.settings;
+    settings.max_insertion_m = settings.max_insertion_m.min(reach_m as f32);
+    let head = ImageHead { description, lumen: lumen.header, settings };
+    let mut image = vec![0; encoded_len(&head, &lumen.bytes).map_err(ImageBuildError::Encode)?];
+    encode(&head, &lumen.bytes, &mut image).map_err(|error| match error {
+        EncodeError::Refused(ImageError::Setting(error)) => {
+            let name = error.name().unwrap_or("settings");
+            ImageBuildError::Description(format!("settings.{name}"))
+        }
+        other => ImageBuildError::Encode(other),
+    })?;
+    let report = ImageReport { bytes: image.len(), lumen: report, link_length_m, reach_m };
+    Ok((image, report))
+}
