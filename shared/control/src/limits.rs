@@ -138,7 +138,13 @@ mod tests {
     }
 
     fn any_bits() -> impl Strategy<Value = f32> {
-        prop_oneof![any::<u32>().prop_map(f32::from_bits), -20.0f32..20.0]
+        prop_oneof![
+            Just(f32::NAN),
+            Just(f32::INFINITY),
+            Just(f32::NEG_INFINITY),
+            any::<u32>().prop_map(f32::from_bits),
+            -20.0f32..20.0,
+        ]
     }
 
     proptest! {

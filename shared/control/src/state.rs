@@ -25,6 +25,12 @@ impl State {
         Self { memory: Memory::new(), mechanics: mechanics::State::new() }
     }
 
+    /// Back to [`State::new`] in place: a whole `State` does not fit on a small stack.
+    pub fn reset(&mut self) {
+        self.memory = Memory::new();
+        self.mechanics.reset();
+    }
+
     /// Ticks since configuration, wrapping.
     pub fn tick(&self) -> u32 {
         self.memory.tick
@@ -73,7 +79,7 @@ impl Estimator for Tracked<'_, '_> {
 
     #[cold]
     fn rebuild(&mut self) {
-        *self.mechanics = mechanics::State::new();
+        self.mechanics.reset();
     }
 
     fn nodes(&self) -> impl Iterator<Item = [f32; 6]> {

@@ -159,6 +159,21 @@ impl<T: Real> State<T> {
         }
     }
 
+    /// Back to [`State::new`] in place: a whole `State` does not fit on a small stack.
+    pub fn reset(&mut self) {
+        // No `..`: what is added to the state must be reset here.
+        let Self { count, drive, base_length_m, guide, guide_bend, rested, links, eliminations } =
+            self;
+        *count = 0;
+        *drive = Drive::default();
+        *base_length_m = T::zero();
+        *guide = Rotation::identity();
+        *guide_bend = Vector3::zeros();
+        *rested = 0;
+        links.iter_mut().for_each(|link| *link = LinkState::new());
+        eliminations.iter_mut().for_each(|elimination| *elimination = Elimination::new());
+    }
+
     /// Nodes inside the vessel: node 0 is the tip, node `nodes() − 1` the one next to the guide.
     pub fn nodes(&self) -> usize {
         self.count
