@@ -313,6 +313,7 @@ mod tests {
         }
     }
 
+    /// Of the 64 bits, two look like the id of another frame: 8 bits of CRC cannot do better.
     #[test]
     fn every_flipped_bit_is_found_and_rejected() {
         for frame in stream(16) {
@@ -322,10 +323,27 @@ mod tests {
                 let broken = Frame::full(0x100, bytes.to_le_bytes());
                 let result =
                     Protection::default().receive(Id::Encoder, &broken, &mut Counters::default());
-                assert!(
-                    matches!(result, Err(Rejection::Corrupt | Rejection::Masquerade(_))),
-                    "bit {bit}: {result:?}"
-                );
+                let expected = match bit {
+                    3 => Rejection::Masquerade(Id::Moment),
+                    20 => Rejection::Masquerade(Id::Contact),
+                    _ => Rejection::Corrupt,
+                };
+                assert_eq!(result, Err(expected), "bit {bit}");
+            }
+        }
+    }
+
+    #[test]
+    fn p04_every_frame_under_another_id_is_a_masquerade() {
+        for made_for in MASQUERADES {
+            for (payload, id) in [[0; 6], [9, 8, 7, 6, 5, 4]].into_iter().zip(MASQUERADES) {
+                let [a, b, c, d, e, f] = payload;
+                let crc = crc8(made_for.raw(), [a, b, c, d, e, f, 0]);
+                let frame = Frame::full(id.raw(), [a, b, c, d, e, f, 0, crc]);
+                let result = Protection::default().receive(id, &frame, &mut Counters::default());
+                if id != made_for {
+                    assert_eq!(result, Err(Rejection::Masquerade(made_for)));
+                }
             }
         }
     }
