@@ -1,1 +1,35 @@
-fn main() {}
+//! `cathforce`: arguments in, a library call, text or JSON out.
+
+mod args;
+mod commands;
+mod failure;
+mod report;
+mod session;
+mod summary;
+mod ui;
+
+use std::process::ExitCode;
+
+use args::{Arguments, Command};
+use clap::Parser;
+
+fn main() -> ExitCode {
+    let arguments = Arguments::parse();
+    let ui = ui::Ui::new(arguments.json, arguments.quiet);
+    let result = match arguments.command {
+        Command::Run(arguments) => commands::run::run(&ui, &arguments.link, &arguments.play),
+        Command::Simulate(arguments) => commands::run::run(&ui, "sim", &arguments.play),
+        Command::Replay(arguments) => commands::replay::run(&ui, &arguments),
+        Command::Info(arguments) => commands::info::run(&ui, &arguments),
+        Command::Config(arguments) => commands::config::run(&ui, &arguments),
+        Command::Report(arguments) => commands::report::run(&ui, &arguments),
+        Command::Export(arguments) => commands::export::run(&ui, &arguments),
+    };
+    result.map_or_else(
+        |failure| {
+            ui.error(&failure.message);
+            failure.into()
+        },
+        |()| ExitCode::SUCCESS,
+    )
+}

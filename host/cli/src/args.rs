@@ -1,0 +1,198 @@
+//! The command line.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand};
+
+const EXIT_CODES: &str = "\
+Exit codes:
+  0  done
+  1  failed
+  2  wrong arguments
+  3  a file or bundle is wrong
+  4  no link, or the link is lost
+  5  the device refused or reported a fault
+  6  a figure missed the threshold asked for";
+
+/// Forces between a catheter and the vessel, from the drive's encoders, in real time.
+#[derive(Debug, Parser)]
+#[command(name = "cathforce", version, after_help = EXIT_CODES)]
+pub struct Arguments {
+    /// Print data as JSON.
+    #[arg(long, global = true)]
+    pub json: bool,
+    /// Print nothing on stderr but warnings and errors.
+    #[arg(long, global = true)]
+    pub quiet: bool,
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Configure and arm a device, play a trial's encoders, record everything.
+    Run(RunArguments),
+    /// The same in this process, without a device.
+    Simulate(SimulateArguments),
+    /// Repeat a recording on the host and compare every bit.
+    Replay(ReplayArguments),
+    /// Say what a recording, a bundle, a device image or a device is.
+    Info(InfoArguments),
+    /// List the settings, show those of a bundle, write its device image.
+    Config(ConfigArguments),
+    /// Make a web page of a recording.
+    Report(ReportArguments),
+    /// Write a recording as CSV: one row a tick, and one a node and shape.
+    Export(ExportArguments),
+}
+
+/// What to play, and what to keep of it.
+#[derive(Debug, Args)]
+pub struct PlayArguments {
+    /// Trial bundle: a folder with rig.toml, the vessel and trials.
+    pub bundle: PathBuf,
+    /// Trial to play; the bundle's first one if not given.
+    #[arg(long)]
+    pub trial: Option<u32>,
+    /// Record into this MCAP file.
+    #[arg(long, value_name = "FILE.mcap")]
+    pub out: Option<PathBuf>,
+    /// Play only so many seconds of the trial.
+    #[arg(long, value_name = "SECONDS", value_parser = positive_seconds)]
+    pub duration: Option<f64>,
+    /// Write the summary into this file.
+    #[arg(long, value_name = "FILE.json")]
+    pub summary: Option<PathBuf>,
+    /// Change a setting, e.g. `--set force_gain=2`; `cathforce config` lists them.
+    #[arg(long = "set", value_name = "NAME=VALUE", value_parser = setting)]
+    pub settings: Vec<(String, f32)>,
+    /// Fail with exit code 6 when the force error exceeds this share of the peak force.
+    #[arg(long, value_name = "PERCENT", value_parser = positive_percent)]
+    pub max_error: Option<f64>,
+}
+
+#[derive(Debug, Args)]
+pub struct RunArguments {
+    /// Where the device is: socketcan:can0, slcan:tcp:HOST:PORT, slcan:/dev/ttyACM0, qemu, sim.
+    #[arg(long)]
+    pub link: String,
+    #[command(flatten)]
+    pub play: PlayArguments,
+}
+
+#[derive(Debug, Args)]
+pub struct SimulateArguments {
+    #[command(flatten)]
+    pub play: PlayArguments,
+}
+
+#[derive(Debug, Args)]
+pub struct ReplayArguments {
+    /// Recording made by `cathforce run`.
+    #[arg(value_name = "FILE.mcap")]
+    pub recording: PathBuf,
+}
+
+#[derive(Debug, Args)]
+#[group(required = true, multiple = false)]
+pub struct InfoArguments {
+    /// Recording, bundle or device image.
+    pub path: Option<PathBuf>,
+    /// Device behind this link.
+    #[arg(long)]
+    pub link: Option<String>,
+}
+
+#[derive(Debug, Args)]
+#[command(args_conflicts_with_subcommands = true)]
+pub struct ConfigArguments {
+    #[command(subcommand)]
+    pub action: Option<ConfigAction>,
+}
+
+#[derive(Debug, Subcommand)]
+pub enum ConfigAction {
+    /// Show what a device would be told about a bundle.
+    Show(ConfigShowArguments),
+    /// Write the device image of a bundle.
+    Image(ConfigImageArguments),
+}
+
+#[derive(Debug, Args)]
+pub struct ConfigShowArguments {
+    pub bundle: PathBuf,
+    /// Change a setting.
+    #[arg(long = "set", value_name = "NAME=VALUE", value_parser = setting)]
+    pub settings: Vec<(String, f32)>,
+}
+
+#[derive(Debug, Args)]
+pub struct ConfigImageArguments {
+    pub bundle: PathBuf,
+    #[arg(long, value_name = "FILE.cfim")]
+    pub out: PathBuf,
+    /// Change a setting.
+    #[arg(long = "set", value_name = "NAME=VALUE", value_parser = setting)]
+    pub settings: Vec<(String, f32)>,
+}
+
+#[derive(Debug, Args)]
+pub struct ReportArguments {
+    #[arg(value_name = "FILE.mcap")]
+    pub recording: PathBuf,
+    /// The page, one file that needs nothing else.
+    #[arg(long, value_name = "FILE.html")]
+    pub html: PathBuf,
+}
+
+#[derive(Debug, Args)]
+pub struct ExportArguments {
+    #[arg(value_name = "FILE.mcap")]
+    pub recording: PathBuf,
+    /// One row a tick.
+    #[arg(long, value_name = "FILE.csv")]
+    pub csv: PathBuf,
+    /// One row a node and shape, 25 shapes a second.
+    #[arg(long, value_name = "FILE.csv")]
+    pub nodes: Option<PathBuf>,
+}
+
+fn setting(text: &str) -> Result<(String, f32), String> {
+    let (name, value) = text.split_once('=').ok_or("write NAME=VALUE")?;
+    let value = value.trim().parse().map_err(|_| format!("`{value}` is no number"))?;
+    Ok((name.trim().to_owned(), value))
+}
+
+fn positive_seconds(text: &str) -> Result<f64, String> {
+    positive(text, "a number of seconds above 0")
+}
+
+fn positive_percent(text: &str) -> Result<f64, String> {
+    positive(text, "a percentage above 0")
+}
+
+fn positive(text: &str, wanted: &str) -> Result<f64, String> {
+    let value = text.parse::<f64>().ok().filter(|x| x.is_finite() && *x > 0.0);
+    value.ok_or_else(|| format!("give {wanted}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory;
+
+    use super::*;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Arguments::command().debug_assert();
+    }
+
+    #[test]
+    fn settings_and_durations_are_checked() {
+        assert_eq!(setting("force_gain = 2"), Ok(("force_gain".into(), 2.0)));
+        assert!(setting("force_gain").is_err());
+        assert!(setting("force_gain=much").is_err());
+        assert!(positive_seconds("0").is_err() && positive_seconds("NaN").is_err());
+        assert_eq!(positive_seconds("2.5"), Ok(2.5));
+    }
+}

@@ -1,0 +1,26 @@
+//! `cathforce export`.
+
+use std::fs::File;
+use std::path::Path;
+
+use cathforce_record::{Recording, analyse, write_nodes_csv, write_ticks_csv};
+
+use crate::args::ExportArguments;
+use crate::failure::Failure;
+use crate::ui::Ui;
+
+pub fn run(ui: &Ui, arguments: &ExportArguments) -> Result<(), Failure> {
+    let recording = Recording::open(&arguments.recording)?;
+    let track = analyse(&recording)?.track;
+    let create = |path: &Path| File::create(path).map_err(|e| Failure::write(path, e));
+    let path = &arguments.csv;
+    write_ticks_csv(&recording, &track.ticks, create(path)?)
+        .map_err(|e| Failure::write(path, e))?;
+    ui.say(format_args!("{} ticks: {}", track.ticks.len(), path.display()));
+    if let Some(path) = &arguments.nodes {
+        write_nodes_csv(&recording, &track.shapes, create(path)?)
+            .map_err(|e| Failure::write(path, e))?;
+        ui.say(format_args!("{} shapes: {}", track.shapes.len(), path.display()));
+    }
+    Ok(())
+}

@@ -1,0 +1,61 @@
+//! One file a command.
+
+pub mod config;
+pub mod export;
+pub mod info;
+pub mod replay;
+pub mod report;
+pub mod run;
+
+use std::path::Path;
+
+use cathforce_rig::{Bundle, ImageOptions, ImageReport, device_image};
+
+use crate::failure::{Code, Failure};
+use crate::ui::Ui;
+
+/// Opens a bundle and says what looks wrong with it.
+fn open_bundle(ui: &Ui, path: &Path) -> Result<Bundle, Failure> {
+    let bundle = Bundle::open(path)?;
+    for warning in &bundle.warnings {
+        ui.warn(warning);
+    }
+    Ok(bundle)
+}
+
+/// Changes settings by name.
+fn options(changes: &[(String, f32)]) -> Result<ImageOptions, Failure> {
+    let mut options = ImageOptions::default();
+    for (name, value) in changes {
+        options.settings.set(name, *value).map_err(|error| {
+            let message = format!(
+                "--set {name}={value}: {}; `cathforce config` lists names and ranges",
+                explain(error)
+            );
+            Failure::new(Code::Usage, message)
+        })?;
+    }
+    Ok(options)
+}
+
+fn explain(error: cathforce_config::SettingError) -> &'static str {
+    use cathforce_config::SettingError as E;
+    match error {
+        E::Unknown => "there is no setting of that name",
+        E::NotFinite(_) => "not a finite number",
+        E::Range(_) => "out of its range",
+        E::NotWhole(_) => "only whole numbers",
+        E::RampTooSlow(_) => "a ramp to zero would take too long",
+    }
+}
+
+/// The device image of a bundle.
+fn image(
+    ui: &Ui,
+    bundle: &Bundle,
+    changes: &[(String, f32)],
+) -> Result<(Vec<u8>, ImageReport), Failure> {
+    let options = options(changes)?;
+    ui.say(format_args!("building the device image of {}", bundle.path.display()));
+    device_image(bundle, &options).map_err(Failure::input)
+}

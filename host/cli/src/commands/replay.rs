@@ -1,0 +1,62 @@
+//! `cathforce replay`.
+
+use cathforce_record::{Recording, ReplayReport, replay};
+
+use crate::args::ReplayArguments;
+use crate::failure::{Code, Failure};
+use crate::ui::{Ui, two_columns};
+
+pub fn run(ui: &Ui, arguments: &ReplayArguments) -> Result<(), Failure> {
+    let recording = Recording::open(&arguments.recording)?;
+    if let Some(cut) = recording.cut {
+        ui.warn(format_args!(
+            "{}: breaks off at byte {}: the recorder was killed; replaying what there is",
+            arguments.recording.display(),
+            cut.byte
+        ));
+    }
+    let (report, _) = replay(&recording)?;
+    ui.data(&report, text(&report))?;
+    if report.identical() { Ok(()) } else { Err(difference(&report)) }
+}
+
+fn text(report: &ReplayReport) -> String {
+    let device = report.device_digest.map_or("not recorded".into(), |d| format!("{d:08x}"));
+    let mut rows = vec![
+        ("ticks replayed", report.ticks.to_string()),
+        ("frames compared", report.frames_compared.to_string()),
+        ("differing bits", report.differing_bits.to_string()),
+        ("digest of all outputs, host", format!("{:08x}", report.digest)),
+        ("digest of all outputs, device", device),
+    ];
+    if report.missing_frames + report.extra_frames > 0 {
+        rows.push(("frames only on the host", report.missing_frames.to_string()));
+        rows.push(("frames only in the recording", report.extra_frames.to_string()));
+    }
+    let rows = rows.into_iter().map(|(label, value)| (label.to_owned(), value));
+    two_columns(&rows.collect::<Vec<_>>())
+}
+
+/// Device and host do not agree.
+pub fn difference(report: &ReplayReport) -> Failure {
+    let message = match &report.first_difference {
+        Some(first) => format!(
+            "device and host differ in {} bits, first in tick {}: {}: recorded {}, replayed {}",
+            report.differing_bits, first.tick, first.field, first.recorded, first.replayed
+        ),
+        None if report.frames_compared == 0 => {
+            "the recording has no tick, so nothing was compared".to_owned()
+        }
+        None if report.missing_frames + report.extra_frames > 0 => format!(
+            "device and host sent different numbers of frames: {} only on the host, {} only in \
+             the recording",
+            report.missing_frames, report.extra_frames
+        ),
+        None => format!(
+            "every frame agrees, but not the digest over all outputs: device {:08x}, host {:08x}",
+            report.device_digest.unwrap_or_default(),
+            report.digest
+        ),
+    };
+    Failure::new(Code::Failed, message)
+}

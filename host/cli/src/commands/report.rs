@@ -1,0 +1,20 @@
+//! `cathforce report`.
+
+use cathforce_record::{Recording, analyse};
+
+use crate::args::ReportArguments;
+use crate::failure::Failure;
+use crate::report::page;
+use crate::summary::Summary;
+use crate::ui::Ui;
+
+pub fn run(ui: &Ui, arguments: &ReportArguments) -> Result<(), Failure> {
+    let recording = Recording::open(&arguments.recording)?;
+    let analysis = analyse(&recording)?;
+    let summary = Summary::of(&recording, &analysis);
+    let html = page(&recording, &analysis, &summary)?;
+    let path = &arguments.html;
+    std::fs::write(path, html).map_err(|e| Failure::write(path, e))?;
+    ui.say(format_args!("page: {}", path.display()));
+    Ok(())
+}

@@ -1,0 +1,173 @@
+//! `cathforce run` and `cathforce simulate`.
+
+use std::path::{Path, PathBuf};
+
+use cathforce_link::Client;
+use cathforce_record::{Measured, Recording, RunInfo, SensorNoise, Trial, analyse};
+use cathforce_rig::{Bundle, bundle::CatheterTrial};
+
+use super::{image, open_bundle};
+use crate::args::PlayArguments;
+use crate::failure::{Code, Failure};
+use crate::session::{Plan, run as run_session};
+use crate::summary::Summary;
+use crate::ui::Ui;
+
+pub fn run(ui: &Ui, link: &str, arguments: &PlayArguments) -> Result<(), Failure> {
+    let bundle = open_bundle(ui, &arguments.bundle)?;
+    let (number, trial) = pick(&bundle, arguments.trial)?;
+    let rows = measured(&trial.t_s, catheter(trial)?);
+    let rig_toml = read_text(&arguments.bundle.join("rig.toml"))?;
+    let (image, _) = image(ui, &bundle, &arguments.settings)?;
+
+    let folder = tempfile::tempdir()
+        .map_err(|e| Failure::new(Code::Failed, format!("no temporary folder: {e}")))?;
+    let out = arguments.out.clone().unwrap_or_else(|| folder.path().join("run.mcap"));
+    let start_s = rows.first().map_or(0.0, |row| row.t_s);
+    let rows = rows.into_iter().map(|row| Measured { t_s: row.t_s - start_s, ..row }).collect();
+    let plan = Plan {
+        image: &image,
+        rig_toml: &rig_toml,
+        info: info(link, &bundle, number),
+        trial: &Trial { rows, noise: noise(&bundle) },
+        drive_at: &|t_s| {
+            let at = trial.encoder_at(start_s + t_s);
+            at.map_or((0.0, 0.0), |at| (at.insertion_m, at.rotation_rad))
+        },
+        duration_s: arguments.duration.unwrap_or(f64::INFINITY).min(trial.duration_s()),
+        out: &out,
+    };
+    let link = cathforce_link::open(link)?;
+    let mut client = Client::connect(link)?;
+    let played = run_session(ui, &mut client, plan);
+    if let Some(out) = &arguments.out {
+        ui.say(format_args!("recording: {}", out.display()));
+    }
+    played?;
+    finish(ui, &out, arguments)
+}
+
+/// Replays what was recorded, compares it with the sensor, and says what came out.
+fn finish(ui: &Ui, recording: &Path, arguments: &PlayArguments) -> Result<(), Failure> {
+    let recording = Recording::open(recording)?;
+    ui.say("replaying on the host");
+    let analysis = analyse(&recording)?;
+    let summary = Summary::of(&recording, &analysis);
+    if let Some(path) = &arguments.summary {
+        let json = serde_json::to_string_pretty(&summary).map_err(|e| Failure::write(path, e))?;
+        std::fs::write(path, json + "\n").map_err(|e| Failure::write(path, e))?;
+    }
+    let title = ui.bold(&format!("{} trial {}", recording.info.rig, recording.info.trial));
+    let text = format!("{title}\n{}{}\n", summary.text(), recording.info.provenance);
+    ui.data(&summary, text)?;
+    if let Some(replay) = analysis.replay.as_ref().filter(|replay| !replay.identical()) {
+        return Err(super::replay::difference(replay));
+    }
+    let limit = arguments.max_error.map(|percent| percent / 100.0);
+    match limit.zip(summary.error_share()) {
+        Some((limit, share)) if share > limit => {
+            let message = format!(
+                "the force error is {:.1} % of the measured peak, above --max-error {:.1}",
+                100.0 * share,
+                100.0 * limit
+            );
+            Err(Failure::new(Code::Threshold, message))
+        }
+        _ => Ok(()),
+    }
+}
+
+fn pick(bundle: &Bundle, wanted: Option<u32>) -> Result<(u32, &cathforce_rig::Trial), Failure> {
+    let found = match wanted {
+        Some(number) => bundle.trial(number),
+        None => bundle.trials.first(),
+    };
+    found.map(|trial| (trial.number, trial)).ok_or_else(|| {
+        let there = bundle.trials.iter().map(|t| format!("{:03}", t.number)).collect::<Vec<_>>();
+        let there = if there.is_empty() { "none".to_owned() } else { there.join(", ") };
+        let path = bundle.path.join("trials");
+        let wanted = wanted.map_or("any".to_owned(), |n| format!("{n:03}"));
+        Failure::input(format!(
+            "{}: there is no trial {wanted}, there are: {there}\n  fix: give one of them with --trial",
+            path.display()
+        ))
+    })
+}
+
+fn catheter(trial: &cathforce_rig::Trial) -> Result<&CatheterTrial, Failure> {
+    let missing = "this is a drive without an instrument: it has no insertion to play\n  fix: give \
+                   a catheter's bundle";
+    trial.catheter().ok_or_else(|| Failure::input(missing))
+}
+
+fn measured(t_s: &[f64], trial: &CatheterTrial) -> Vec<Measured> {
+    t_s.iter()
+        .enumerate()
+        .map(|(i, &t_s)| Measured {
+            t_s,
+            insertion_m: trial.insertion_m[i],
+            rotation_rad: trial.rotation_rad[i],
+            force_n: trial.force_n.as_ref().and_then(|column| column[i]),
+            drive_force_n: trial.drive_force_n.as_ref().and_then(|column| column[i]),
+            tip_m: trial.tip_m.as_ref().and_then(|column| column[i]),
+        })
+        .collect()
+}
+
+fn noise(bundle: &Bundle) -> SensorNoise {
+    let sensor = &bundle.rig.sensor;
+    SensorNoise {
+        force_n: sensor.force_noise_sd_n,
+        drive_force_n: sensor.drive_noise_sd_n,
+        tip_m: sensor.tip_noise_sd_m,
+    }
+}
+
+fn info(link: &str, bundle: &Bundle, trial: u32) -> RunInfo {
+    RunInfo {
+        host_version: env!("CARGO_PKG_VERSION").into(),
+        link: link.into(),
+        rig: bundle.rig.name.clone(),
+        trial: format!("{trial:03}"),
+        provenance: provenance(&bundle.path),
+        ..RunInfo::default()
+    }
+}
+
+/// The first paragraph of what stands beside the bundle, or in it, about its origin.
+fn provenance(bundle: &Path) -> String {
+    let parent = bundle.parent().map(Path::to_path_buf).unwrap_or_default();
+    let places: [PathBuf; 4] = [
+        bundle.join("PROVENANCE.md"),
+        bundle.join("README.md"),
+        parent.join("PROVENANCE.md"),
+        parent.join("README.md"),
+    ];
+    let text = places.iter().find_map(|place| std::fs::read_to_string(place).ok());
+    let text = text.unwrap_or_default();
+    let paragraph = text.split("\n\n").find(|p| !p.trim_start().starts_with('#')).unwrap_or("");
+    paragraph.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+fn read_text(path: &Path) -> Result<String, Failure> {
+    std::fs::read_to_string(path)
+        .map_err(|e| Failure::input(format!("cannot read {}: {e}", path.display())))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn provenance_is_the_first_paragraph_beside_the_bundle() {
+        let folder = tempfile::tempdir().unwrap();
+        let bundle = folder.path().join("rig");
+        std::fs::create_dir(&bundle).unwrap();
+        assert_eq!(provenance(&bundle), "");
+        let text = "# Bundles\n\nSimulated,\nnot measured.\n\nMore.\n";
+        std::fs::write(folder.path().join("README.md"), text).unwrap();
+        assert_eq!(provenance(&bundle), "Simulated, not measured.");
+        std::fs::write(bundle.join("PROVENANCE.md"), "Measured here.").unwrap();
+        assert_eq!(provenance(&bundle), "Measured here.");
+    }
+}

@@ -1,0 +1,198 @@
+//! One HTML page of a recording: nothing is loaded from elsewhere, all data is inside.
+
+mod numbers;
+mod surface;
+
+use cathforce_config::image;
+use cathforce_record::{Analysis, ForceError, Recording};
+use serde_json::{Value, json};
+
+use crate::failure::Failure;
+use crate::summary::Summary;
+
+const TEMPLATE: &str = include_str!("page.html");
+const STYLE: &str = include_str!("page.css");
+const SCRIPT: &str =
+    concat!(include_str!("charts.js"), include_str!("scene.js"), include_str!("page.js"));
+
+/// The page.
+pub fn page(
+    recording: &Recording,
+    analysis: &Analysis,
+    summary: &Summary,
+) -> Result<String, Failure> {
+    let config = image::decode(&recording.image)
+        .map_err(|e| Failure::input(format!("the device image in the recording: {e:?}")))?;
+    let info = &recording.info;
+    let title = format!("{} · trial {}", info.rig, info.trial);
+    let data = json!({
+        "title": title,
+        "subtitle": subtitle(recording),
+        "provenance": info.provenance,
+        "tiles": tiles(summary),
+        "facts": facts(recording, analysis, summary),
+        "footnotes": footnotes(analysis),
+        "estimated": numbers::estimated(recording, analysis),
+        "measured": numbers::measured(&recording.trial),
+        "charts": charts(recording, analysis),
+        "unscored": numbers::unscored(analysis),
+        "shape": numbers::shapes(recording, analysis),
+        "vessel": numbers::vessel(&surface::extract(&config.lumen)),
+        "start_s": analysis.peak.map_or(0.0, |peak| peak.t_s),
+    });
+    // A closing tag inside the data would end the script element.
+    let data = data.to_string().replace("</", "<\\/");
+    let title = title.replace('&', "&amp;").replace('<', "&lt;");
+    Ok(TEMPLATE
+        .replacen("{{title}}", &title, 1)
+        .replacen("{{style}}", STYLE, 1)
+        .replacen("{{script}}", SCRIPT, 1)
+        .replacen("{{data}}", &data, 1))
+}
+
+fn subtitle(recording: &Recording) -> String {
+    let info = &recording.info;
+    let clock = if info.lock_step { "virtual time, in lock step" } else { "real time" };
+    format!("{} over {}, {clock}", info.board, info.link)
+}
+
+fn tiles(summary: &Summary) -> Value {
+    let mut tiles = Vec::new();
+    let mut tile = |label: &str, value: Option<String>, unit: &str, note: &str, verdict: &str| {
+        if let Some(value) = value {
+            tiles.push(json!({
+                "label": label, "value": value, "unit": unit, "note": note, "verdict": verdict,
+            }));
+        }
+    };
+    let mn = |n: f64| format!("{:.1}", 1e3 * n);
+    let share = summary.error_share().map(|share| format!("{:.1}", 100.0 * share));
+    let absolute = summary
+        .force_rms_error_n
+        .zip(summary.measured_force_peak_n)
+        .map_or(String::new(), |(e, p)| {
+            format!("{} mN RMS of {} mN peak, noise included", mn(e), mn(p))
+        });
+    tile("force error", share, "% of peak", &absolute, "");
+    let place = summary
+        .peak_contact_node
+        .zip(summary.peak_contact_t_s)
+        .map_or(String::new(), |(node, t_s)| format!("node {node}, at {t_s:.2} s"));
+    tile("peak contact force", summary.peak_contact_force_n.map(mn), "mN", &place, "");
+    let verdict = |good: bool| if good { "good" } else { "bad" };
+    tile(
+        "device against host",
+        summary.differing_bits.map(|bits| bits.to_string()),
+        "bits differ",
+        "every output of every tick",
+        verdict(summary.differing_bits == Some(0)),
+    );
+    let ticks = format!("of {} ticks", summary.ticks);
+    tile(
+        "missed ticks",
+        summary.missed_ticks.map(|n| n.to_string()),
+        "",
+        &ticks,
+        verdict(summary.missed_ticks == Some(0)),
+    );
+    tile(
+        "worst tick",
+        summary.worst_instructions_per_tick.map(|n| format!("{:.0}", f64::from(n) / 1e3)),
+        "k instructions",
+        &summary.budget_share_480mhz.map_or(String::new(), |share| {
+            format!("{:.0} % of 480 MHz at 1 cycle each", 100.0 * share)
+        }),
+        "",
+    );
+    json!(tiles)
+}
+
+fn facts(recording: &Recording, analysis: &Analysis, summary: &Summary) -> Value {
+    let info = &recording.info;
+    let axes = |c: &ForceError| {
+        let axis = |k: usize| format!("{:.1}", 1e3 * c.axis_rms_n[k]);
+        format!("{} · {} · {} mN", axis(0), axis(1), axis(2))
+    };
+    let mut sections = vec![json!({ "section": "Figures", "rows": summary.rows() })];
+    if let Some(c) = &analysis.comparison {
+        let mut rows = vec![
+            ["error RMS, x · y · z".to_owned(), axes(&c.scored)],
+            ["error, median".to_owned(), format!("{:.1} mN", 1e3 * c.scored.median_n)],
+            ["error, largest".to_owned(), format!("{:.1} mN", 1e3 * c.scored.max_n)],
+            ["left out of the score".to_owned(), format!("{:.1} %", 100.0 * c.excluded_share)],
+        ];
+        for pair in &c.snaps {
+            let at =
+                format!("{:.2} s, {:.1} mm", pair.measured.t_s, 1e3 * pair.measured.insertion_m);
+            let model = pair.estimated.map_or("not in the model".to_owned(), |snap| {
+                format!("model {:+.0} ms", 1e3 * (snap.t_s - pair.measured.t_s))
+            });
+            rows.push([format!("snap at {at}"), model]);
+        }
+        sections.push(json!({ "section": "Against the sensor", "rows": rows }));
+    }
+    let complete = recording.cut.map_or("yes".to_owned(), |cut| format!("up to byte {}", cut.byte));
+    sections.push(json!({ "section": "Made with", "rows": [
+        ["board", info.board.as_str()],
+        ["firmware", info.firmware_version.as_str()],
+        ["host", info.host_version.as_str()],
+        ["protocol", info.protocol.as_str()],
+        ["recording complete", complete.as_str()],
+    ] }));
+    json!(sections)
+}
+
+fn footnotes(analysis: &Analysis) -> Value {
+    let mut lines = Vec::new();
+    if analysis.comparison.is_some() {
+        lines.push(
+            "Nothing is fitted, shifted or subtracted; measured force includes the sensor's noise. \
+             Not scored: the first 3 mm of feed (grey) and 100 ms around snaps of the measured \
+             force (orange).",
+        );
+    }
+    if analysis.replay.is_some() {
+        lines.push(
+            "Nodes and peak come from the replay of the recording on the host, which reproduces \
+             the device's outputs.",
+        );
+    }
+    json!(lines)
+}
+
+fn charts(recording: &Recording, analysis: &Analysis) -> Value {
+    let chart = |title: &str, axis: &str, channel: usize| json!({ "title": title, "axis": axis, "unit": "mN", "digits": 1, "channel": channel });
+    let mut charts = vec![
+        chart("Force on the vessel, x", "force", 0),
+        chart("Force on the vessel, y", "force", 1),
+        chart("Force on the vessel, z", "force", 2),
+        chart("Drive force behind the guide", "force", 3),
+    ];
+    if analysis.comparison.is_some() {
+        let mut error = chart("Norm of the force error", "error", 0);
+        error["error"] = numbers::error(recording, analysis);
+        charts.push(error);
+    }
+    charts.push(json!({
+        "title": "Insertion", "axis": "insertion", "unit": "mm", "digits": 1, "channel": 4,
+    }));
+    json!(charts)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_template_has_every_place_once_and_nothing_is_loaded() {
+        for place in ["{{title}}", "{{style}}", "{{data}}", "{{script}}"] {
+            assert_eq!(TEMPLATE.matches(place).count(), 1, "{place}");
+        }
+        for text in [TEMPLATE, STYLE, SCRIPT] {
+            for loads in ["http:", "https:", "src=", "@import", "url(", "import ", "fetch("] {
+                assert!(!text.contains(loads), "{loads}");
+            }
+            assert!(!text.contains("</script>") || text == TEMPLATE);
+        }
+    }
+}

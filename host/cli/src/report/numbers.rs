@@ -1,0 +1,122 @@
+//! Arrays of the page: packed, little endian, in base64.
+
+use base64::{Engine, engine::general_purpose::STANDARD};
+use cathforce_record::{Analysis, Recording, Trial, estimates, trial_time_s};
+use serde_json::{Value, json};
+
+use super::surface::Surface;
+
+/// Most points of a line; more cannot be seen.
+const MOST_POINTS: usize = 6000;
+
+fn pack<const N: usize>(bytes: impl Iterator<Item = [u8; N]>) -> Value {
+    json!(STANDARD.encode(bytes.flatten().collect::<Vec<u8>>()))
+}
+
+fn floats(values: impl Iterator<Item = f64>) -> Value {
+    pack(values.map(|x| (x as f32).to_le_bytes()))
+}
+
+/// Time \[s\]; fx, fy, fz, drive \[mN\], insertion \[mm\], rotation \[°\]. NaN where unknown.
+pub fn estimated(recording: &Recording, analysis: &Analysis) -> Value {
+    let ticks = &analysis.track.ticks;
+    let shown = ticks.iter().filter(|tick| trial_time_s(recording, tick.at_ns) >= 0.0);
+    let shown = shown.collect::<Vec<_>>();
+    let shown = || shown.iter().step_by(shown.len().div_ceil(MOST_POINTS).max(1));
+    let force = |k: usize| {
+        let axis = move |f: Option<[f32; 3]>| f.map_or(f64::NAN, |f| 1e3 * f64::from(f[k]));
+        floats(shown().map(move |tick| axis(tick.force_n)))
+    };
+    let scaled = |x: Option<f32>, scale: f64| x.map_or(f64::NAN, |x| scale * f64::from(x));
+    let degrees = 180.0 / std::f64::consts::PI;
+    json!({
+        "t": floats(shown().map(|tick| trial_time_s(recording, tick.at_ns))),
+        "y": [
+            force(0),
+            force(1),
+            force(2),
+            floats(shown().map(|tick| scaled(tick.drive_force_n, 1e3))),
+            floats(shown().map(|tick| scaled(tick.insertion_m, 1e3))),
+            floats(shown().map(|tick| scaled(tick.rotation_rad, degrees))),
+        ],
+    })
+}
+
+/// Time \[s\]; fx, fy, fz, drive \[mN\]. NaN where there is none; null without rows.
+pub fn measured(trial: &Trial) -> Value {
+    if trial.rows.is_empty() {
+        return Value::Null;
+    }
+    let rows = || trial.rows.iter().step_by(trial.rows.len().div_ceil(MOST_POINTS));
+    let force = |k: usize| floats(rows().map(move |r| r.force_n.map_or(f64::NAN, |f| 1e3 * f[k])));
+    let drive = floats(rows().map(|r| r.drive_force_n.map_or(f64::NAN, |f| 1e3 * f)));
+    json!({
+        "t": floats(rows().map(|r| r.t_s)),
+        "y": [force(0), force(1), force(2), drive],
+    })
+}
+
+/// Norm of (estimated − measured) \[mN\] at the rows with a force and an estimate.
+pub fn error(recording: &Recording, analysis: &Analysis) -> Value {
+    let estimates = estimates(recording, &analysis.track, analysis.entry_m);
+    let points = recording.trial.rows.iter().filter_map(|row| {
+        let after = estimates.partition_point(|e| e.t_s < row.t_s - 1e-9);
+        let estimate = estimates.get(after).filter(|e| e.t_s - row.t_s < 2e-3)?;
+        let measured = row.force_n?;
+        let square = |k: usize| (estimate.force_n[k] - measured[k]).powi(2);
+        Some((row.t_s, 1e3 * (square(0) + square(1) + square(2)).sqrt()))
+    });
+    let points = points.collect::<Vec<_>>();
+    json!({
+        "t": floats(points.iter().map(|(t_s, _)| *t_s)),
+        "y": floats(points.iter().map(|(_, error_mn)| *error_mn)),
+    })
+}
+
+/// From, to, and whether it is a snap \[s\].
+pub fn unscored(analysis: &Analysis) -> Value {
+    let Some(c) = &analysis.comparison else { return json!([]) };
+    let last_s = c.scored_from_s.min(1e6);
+    let mut bands = vec![json!([0.0, last_s, false])];
+    bands.extend(c.snaps.iter().map(|pair| {
+        let [from, to] = pair.measured.span_s;
+        let guard_s = cathforce_record::SNAP_GUARD_S;
+        json!([from - guard_s, to + guard_s, true])
+    }));
+    json!(bands)
+}
+
+/// All shapes of the trial: time, nodes, positions from the entry in 20 µm, forces in 0.1 mN.
+pub fn shapes(recording: &Recording, analysis: &Analysis) -> Value {
+    let shapes = analysis.track.shapes.iter();
+    let shapes = shapes.filter(|shape| trial_time_s(recording, shape.at_ns) >= 0.0);
+    let shapes = shapes.collect::<Vec<_>>();
+    let nodes = || shapes.iter().flat_map(|shape| &shape.nodes);
+    let norm_mn = |f: [f32; 3]| 1e3 * f.iter().map(|x| x * x).sum::<f32>().sqrt();
+    let mut forces = nodes().map(|node| norm_mn(node.force_n)).collect::<Vec<_>>();
+    // The scale ends where nearly all of the loaded nodes are; snaps may go beyond.
+    forces.retain(|f| *f > 0.5);
+    forces.sort_by(f32::total_cmp);
+    let full = forces.get(forces.len().saturating_sub(1) * 995 / 1000).copied().unwrap_or(0.0);
+    let position = |x: f32| ((x / 20e-6).round() as i16).to_le_bytes();
+    json!({
+        "t": floats(shapes.iter().map(|shape| trial_time_s(recording, shape.at_ns))),
+        "count": pack(shapes.iter().map(|shape| (shape.nodes.len() as u16).to_le_bytes())),
+        "position": pack(nodes().flat_map(|node| node.position_m.map(position))),
+        "force": pack(nodes().map(|node| ((norm_mn(node.force_n) * 10.0) as u16).to_le_bytes())),
+        "full_scale_mn": f64::from(full).max(5.0),
+        "entry_mm": analysis.entry_m.map(|x| 1e3 * x),
+        "radius_mm": 1e3 * analysis.radius_m,
+    })
+}
+
+/// Vertices in 10 µm, normals × 127, triangles.
+pub fn vessel(surface: &Surface) -> Value {
+    let vertex = |x: f32| ((x * 1e5).round() as i16).to_le_bytes();
+    let normal = |x: f32| ((x * 127.0) as i8).to_le_bytes();
+    json!({
+        "vertices": pack(surface.vertices.iter().flat_map(|v| v.map(vertex))),
+        "normals": pack(surface.normals.iter().flat_map(|n| n.map(normal))),
+        "indices": pack(surface.triangles.iter().flatten().map(|i| i.to_le_bytes())),
+    })
+}

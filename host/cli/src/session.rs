@@ -1,0 +1,355 @@
+//! One trial on one device: configure, settle, arm, play, disarm, with a recording of it all.
+
+use std::ops::ControlFlow;
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+use cathforce_bus::{Command, Counter, Encoder, Frame, Id, Insertion, Rotation};
+use cathforce_config::image::schema_hash;
+use cathforce_control::{Mode, TICK_S};
+use cathforce_link::{Client, ClientError, Direction, Step, TickReport};
+use cathforce_record::{
+    Attachments, BusFrame, Measured, Recorder, RunInfo, RunResult, Trial, WriteError,
+};
+
+use crate::failure::{Code, Failure};
+use crate::ui::Ui;
+
+/// What every frame means, for whoever opens a recording elsewhere.
+const DBC: &str = include_str!("../../../docs/cathforce.dbc");
+/// Ticks of a device's second.
+const TICKS_PER_S: f64 = 1000.0;
+/// Ticks that a device may take for the self-test, for arming and for ramping down.
+const PATIENCE_TICKS: usize = 200;
+/// The same for settling: longer than any setting allows, so that the device decides.
+const SETTLE_TICKS: usize = 70_000;
+
+/// What is to be done.
+pub struct Plan<'a> {
+    pub image: &'a [u8],
+    pub rig_toml: &'a str,
+    /// Information that does not come from the device.
+    pub info: RunInfo,
+    pub trial: &'a Trial,
+    /// Drive position at a time of the trial: insertion \[m\], rotation \[rad\].
+    pub drive_at: &'a dyn Fn(f64) -> (f64, f64),
+    /// Time of the trial to play \[s\].
+    pub duration_s: f64,
+    pub out: &'a Path,
+}
+
+/// Runs the plan on the device behind `client`.
+///
+/// Whatever ends the run, the recording is finished before the cause is returned.
+pub fn run(ui: &Ui, client: &mut Client, plan: Plan<'_>) -> Result<(), Failure> {
+    let started = Instant::now();
+    let interrupted = interrupt_flag()?;
+    configure(ui, client, plan.image)?;
+    let device = client.device();
+    let info = RunInfo {
+        board: device.board.clone(),
+        firmware_version: device.firmware.clone(),
+        protocol: format!("{:016x}", device.protocol_hash),
+        lock_step: client.lock_step(),
+        tick_s: f64::from(TICK_S),
+        ..plan.info.clone()
+    };
+    let attachments = Attachments { image: plan.image, rig_toml: plan.rig_toml, dbc: DBC };
+    let recorder = Recorder::create(plan.out, &info, attachments)?;
+    let log = Log::attach(client, recorder);
+    let session = Session { ui, log: &log, interrupted: &interrupted, plan: &plan };
+    let played = session.play(client);
+    let ended = played.and_then(|()| session.result(client, started.elapsed()));
+    client.set_tap(None);
+    let (result, cause) = match ended {
+        Ok(result) => (Some(result), None),
+        Err(failure) => (None, Some(failure)),
+    };
+    log.finish(result.as_ref())?;
+    cause.map_or(Ok(()), Err)
+}
+
+/// Gives the device the image, in lock step where it can.
+fn configure(ui: &Ui, client: &mut Client, image: &[u8]) -> Result<(), Failure> {
+    let device = client.device().clone();
+    ui.say(format_args!("device: {device}"));
+    if device.image_schema_hash != schema_hash() {
+        let message = format!(
+            "the device ({device}) reads images of schema {:08x}, this program writes {:08x}: it \
+             is not armed; use firmware and program of the same version",
+            device.image_schema_hash,
+            schema_hash()
+        );
+        return Err(Failure::new(Code::Device, message));
+    }
+    if device.can_lock_step {
+        client.set_lock_step(true)?;
+    }
+    let mut progress = ui.progress("upload", image.len() as u64, "bytes");
+    client.upload_image(image, |sent| progress.set(sent as u64))?;
+    drop(progress);
+    Ok(client.reset_counters()?)
+}
+
+/// Set by Ctrl-C; the second one ends the program as usual.
+fn interrupt_flag() -> Result<Arc<AtomicBool>, Failure> {
+    let flag = Arc::new(AtomicBool::new(false));
+    let set = Arc::clone(&flag);
+    ctrlc::set_handler(move || {
+        if set.swap(true, Ordering::Relaxed) {
+            std::process::exit(Code::Failed as i32);
+        }
+    })
+    .map_err(|e| Failure::new(Code::Failed, format!("cannot listen for Ctrl-C: {e}")))?;
+    Ok(flag)
+}
+
+struct Session<'a> {
+    ui: &'a Ui,
+    log: &'a Log,
+    interrupted: &'a AtomicBool,
+    plan: &'a Plan<'a>,
+}
+
+impl Session<'_> {
+    fn play(&self, client: &mut Client) -> Result<(), Failure> {
+        let start = self.step(0.0);
+        self.ui.say("settling to the measured insertion");
+        self.hold(client, start, Command::SelfTest, Mode::Ready, SETTLE_TICKS)?;
+        self.hold(client, start, Command::Arm, Mode::Armed, PATIENCE_TICKS)?;
+        let mut last = start;
+        let played = self.trial(client, &mut last);
+        if played.as_ref().is_err_and(|failure| failure.code == Code::Link) {
+            return played;
+        }
+        // Also after an interruption: nobody leaves a device armed.
+        let disarmed = self.hold(client, last, Command::Disarm, Mode::Ready, PATIENCE_TICKS);
+        played.and(disarmed)
+    }
+
+    /// Sends a command and holds the drive still until the device is in `wanted`.
+    fn hold(
+        &self,
+        client: &mut Client,
+        still: Step,
+        command: Command,
+        wanted: Mode,
+        ticks: usize,
+    ) -> Result<(), Failure> {
+        let steps = std::iter::once(Step { command: Some(command), ..still })
+            .chain(std::iter::repeat_n(still, ticks));
+        let (mut mode, mut reached, mut broken) = (None, false, None);
+        client.play(steps, |tick| {
+            mode = Mode::from_codes(tick.haptic.mode, tick.haptic.fault);
+            reached |= mode == Some(wanted);
+            // Ticks that are under way come after the end: the first cause stays.
+            broken = broken.take().or_else(|| self.broken(tick, command == Command::Disarm));
+            if broken.is_some() || reached {
+                return ControlFlow::Break(());
+            }
+            ControlFlow::Continue(())
+        })?;
+        if let Some(failure) = broken {
+            return Err(failure);
+        }
+        if reached {
+            return Ok(());
+        }
+        let mode = mode.map_or("in no known mode", Mode::name);
+        let message = format!(
+            "the device is {mode} {ticks} ticks after {command:?} and should be {}; \
+             `cathforce info --link …` shows its counters",
+            wanted.name()
+        );
+        Err(Failure::new(Code::Device, message))
+    }
+
+    /// Plays the trial; `last` is the position to be held afterwards.
+    fn trial(&self, client: &mut Client, last: &mut Step) -> Result<(), Failure> {
+        let ticks = (self.plan.duration_s * TICKS_PER_S).floor() as u64 + 1;
+        let mut progress = self.ui.progress("playing", ticks, "ticks");
+        let (mut done, mut broken) = (0, None);
+        self.log.trial_begins();
+        let mut rows = self.plan.trial.rows.iter().peekable();
+        client.play(
+            (0..ticks).map(|tick| {
+                let t_s = tick as f64 / TICKS_PER_S;
+                // A row is recorded with the step in which its time has come.
+                while let Some(row) = rows.next_if(|row| row.t_s <= t_s + 1e-9) {
+                    self.log.measured(row);
+                }
+                *last = self.step(t_s);
+                *last
+            }),
+            |tick| {
+                done += 1;
+                progress.set(done);
+                broken = broken.take().or_else(|| self.broken(tick, false));
+                if broken.is_some() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+            },
+        )?;
+        broken.map_or(Ok(()), Err)
+    }
+
+    fn step(&self, t_s: f64) -> Step {
+        let (insertion_m, rotation_rad) = (self.plan.drive_at)(t_s);
+        let insertion = Insertion::from_m(insertion_m);
+        let rotation = Rotation::from_rad(rotation_rad);
+        Step { encoder: Some(Encoder { insertion, rotation }), command: None }
+    }
+
+    /// What ends a run early, if anything. Ctrl-C does not keep a device from being disarmed.
+    fn broken(&self, tick: &TickReport, disarming: bool) -> Option<Failure> {
+        if let Some(error) = self.log.take_error() {
+            return Some(error.into());
+        }
+        let mode = Mode::from_codes(tick.haptic.mode, tick.haptic.fault);
+        if let Some(fault) = mode.and_then(Mode::fault) {
+            let message = format!("the device stopped in tick {}: {}", tick.tick, fault.text());
+            return Some(Failure::new(Code::Device, message));
+        }
+        let interrupted = self.interrupted.load(Ordering::Relaxed) && !disarming;
+        interrupted.then(|| {
+            Failure::new(Code::Failed, "interrupted; what was recorded until then is complete")
+        })
+    }
+
+    fn result(&self, client: &mut Client, wall: Duration) -> Result<RunResult, Failure> {
+        let status = client.status()?;
+        let good = [Counter::Accepted, Counter::AfterLoss];
+        let rejected = Counter::FRAME_KINDS.into_iter().filter(|kind| !good.contains(kind));
+        Ok(RunResult {
+            ticks: status.tick,
+            digest: status.digest,
+            missed_ticks: status.load.missed_ticks,
+            worst_instructions: status.load.worst_instructions,
+            worst_cycles: status.load.worst_cycles,
+            worst_tick: status.load.worst_tick,
+            stack_used_bytes: status.load.stack_used_bytes,
+            rejected_frames: rejected.map(|kind| status.counters.get(kind)).sum(),
+            wall_ms: u32::try_from(wall.as_millis()).unwrap_or(u32::MAX),
+        })
+    }
+}
+
+/// The recording, shared with the client's tap.
+struct Log(Arc<Mutex<Logging>>);
+
+struct Logging {
+    recorder: Option<Recorder>,
+    error: Option<WriteError>,
+    clock: Clock,
+    trial_start_ns: u64,
+}
+
+/// The time of the bus.
+struct Clock {
+    lock_step: bool,
+    started: Instant,
+    granted: u64,
+    answered: u64,
+}
+
+impl Clock {
+    /// In lock step a frame has the time of the tick that it belongs to, not of the moment at
+    /// which the host happened to see it.
+    fn stamp(&mut self, direction: Direction, frame: &Frame) -> u64 {
+        let tick_ns = |tick: u64| tick * (TICK_S * 1e6).round() as u64 * 1000;
+        if !self.lock_step {
+            return u64::try_from(self.started.elapsed().as_nanos()).unwrap_or(u64::MAX);
+        }
+        match (direction, Id::from_raw(frame.id())) {
+            (Direction::ToDevice, Some(Id::Sync)) => {
+                self.granted += 1;
+                tick_ns(self.granted - 1)
+            }
+            (Direction::ToDevice, _) => tick_ns(self.granted),
+            (Direction::ToHost, Some(Id::Haptic)) => {
+                self.answered += 1;
+                tick_ns(self.answered - 1)
+            }
+            (Direction::ToHost, _) => tick_ns(self.answered.saturating_sub(1)),
+        }
+    }
+
+    /// Time of the next frame to the device.
+    fn now_ns(&self) -> u64 {
+        if self.lock_step {
+            self.granted * (TICK_S * 1e6).round() as u64 * 1000
+        } else {
+            u64::try_from(self.started.elapsed().as_nanos()).unwrap_or(u64::MAX)
+        }
+    }
+}
+
+impl Log {
+    fn attach(client: &mut Client, recorder: Recorder) -> Self {
+        let lock_step = client.lock_step();
+        let clock = Clock { lock_step, started: Instant::now(), granted: 0, answered: 0 };
+        let logging = Logging { recorder: Some(recorder), error: None, clock, trial_start_ns: 0 };
+        let shared = Arc::new(Mutex::new(logging));
+        let tapped = Arc::clone(&shared);
+        client.set_tap(Some(Box::new(move |direction, frame| {
+            lock(&tapped).frame(direction, frame);
+        })));
+        Self(shared)
+    }
+
+    fn trial_begins(&self) {
+        let mut logging = lock(&self.0);
+        logging.trial_start_ns = logging.clock.now_ns();
+    }
+
+    fn measured(&self, row: &Measured) {
+        let mut logging = lock(&self.0);
+        let at_ns = logging.trial_start_ns + (row.t_s * 1e9).round() as u64;
+        logging.write(|recorder| recorder.measured(at_ns, row));
+    }
+
+    fn take_error(&self) -> Option<WriteError> {
+        lock(&self.0).error.take()
+    }
+
+    fn finish(&self, result: Option<&RunResult>) -> Result<(), WriteError> {
+        let mut logging = lock(&self.0);
+        let finished = logging.recorder.take().map_or(Ok(()), |r| r.finish(result));
+        logging.error.take().map_or(finished, Err)
+    }
+}
+
+/// A panic elsewhere is no reason to lose the recording.
+fn lock(logging: &Mutex<Logging>) -> MutexGuard<'_, Logging> {
+    logging.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl Logging {
+    fn frame(&mut self, direction: Direction, frame: &Frame) {
+        let at_ns = self.clock.stamp(direction, frame);
+        let direction = match direction {
+            Direction::ToDevice => cathforce_record::Direction::ToDevice,
+            Direction::ToHost => cathforce_record::Direction::ToHost,
+        };
+        let frame = BusFrame { at_ns, direction, frame: *frame };
+        self.write(|recorder| recorder.frame(&frame));
+    }
+
+    /// The first error is kept and ends the run.
+    fn write(&mut self, write: impl FnOnce(&mut Recorder) -> Result<(), WriteError>) {
+        if let (Some(recorder), None) = (&mut self.recorder, &self.error) {
+            self.error = write(recorder).err();
+        }
+    }
+}
+
+impl From<ClientError> for Failure {
+    fn from(error: ClientError) -> Self {
+        let code = match error {
+            ClientError::Link(_) => Code::Link,
+            ClientError::ImageTooLong { .. } => Code::Input,
+            _ => Code::Device,
+        };
+        Self::new(code, error.to_string())
+    }
+}
