@@ -1,1 +1,52 @@
-fn main() {}
+//! The firmware: boards, interrupts, tasks. No mathematics.
+//!
+//! The tick runs in a timer interrupt of the highest priority and calls
+//! `cathforce_device::Ticker`; everything else is a task below it. See `README.md`.
+
+#![cfg_attr(target_os = "none", no_std, no_main)]
+
+#[cfg(target_os = "none")]
+mod board;
+#[cfg(target_os = "none")]
+mod bus;
+#[cfg(target_os = "none")]
+mod device;
+#[cfg(target_os = "none")]
+mod fault;
+#[cfg(target_os = "none")]
+mod log;
+#[cfg(target_os = "none")]
+mod stack;
+
+#[cfg(target_os = "none")]
+#[cortex_m_rt::entry]
+fn main() -> ! {
+    use board::Board as _;
+
+    stack::paint();
+    let (board, ports) = board::start();
+    stack::guard();
+    defmt::info!("{=str}, firmware {=str}", board.name(), env!("CARGO_PKG_VERSION"));
+
+    device::start(board);
+    let urgent = board::URGENT_TASKS.start(board::URGENT_IRQ);
+    let relaxed = board::RELAXED_TASKS.start(board::RELAXED_IRQ);
+    // A task can be spawned once, and is.
+    urgent.spawn(defmt::unwrap!(bus::receive(ports.bus_in, board)));
+    urgent.spawn(defmt::unwrap!(bus::send(ports.bus_out)));
+    relaxed.spawn(defmt::unwrap!(log::send(ports.log_out)));
+
+    board.run(device::boot_options(board));
+    loop {
+        cortex_m::asm::wfi();
+    }
+}
+
+#[cfg(not(target_os = "none"))]
+fn main() {
+    eprintln!(
+        "cathforce-firmware runs on a device, not here. `cargo xtask firmware` builds it, \
+         `cathforce run --link qemu BUNDLE` boots it on an emulated board."
+    );
+    std::process::exit(2);
+}

@@ -16,8 +16,9 @@
 mod address;
 mod client;
 mod error;
+mod firmware_log;
 mod play;
-mod qemu;
+pub mod qemu;
 mod reader;
 mod sim;
 mod slcan;

@@ -1,14 +1,289 @@
-//! The firmware on an emulated board.
+//! The firmware on an emulated board: QEMU started here, ended with the link.
+//!
+//! UART 0 is joined by TCP on the loopback interface. `mux=on` gives the emulated UART,
+//! which takes one byte at a time, a buffer that the processor empties without waiting for
+//! QEMU's main loop: an image loads six times faster. UART 1, the log, is QEMU's standard
+//! output.
 
-use std::path::Path;
+use std::io::{self, BufRead, BufReader, Read};
+use std::net::TcpListener;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
 
-use crate::{Link, LinkError};
+use cathforce_bus::Frame;
 
-/// Boots the firmware in QEMU and links to its UART.
-pub(crate) fn open(_elf: Option<&Path>) -> Result<Box<dyn Link>, LinkError> {
-    Err(LinkError::Emulator {
-        link: "qemu".into(),
-        problem: "this build has no emulated board".into(),
-        fix: "Use another link".into(),
+use crate::firmware_log::FirmwareLog;
+use crate::reader::READ_TIMEOUT;
+use crate::{Link, LinkError, Slcan};
+
+/// The emulator.
+pub const PROGRAM: &str = "qemu-system-arm";
+/// Names the firmware to boot, if the address does not.
+pub const FIRMWARE_VARIABLE: &str = "CATHFORCE_FIRMWARE";
+
+const LINK: &str = "qemu";
+const INSTALL: &str = "`cargo xtask setup --yes` installs one that works";
+const BUILD: &str = "`cargo xtask firmware` builds it";
+const BUILT: &str = "thumbv7em-none-eabihf/firmware/cathforce-firmware";
+
+/// 2 ns an instruction: 500 000 of them in a tick of 1 ms.
+const INSTRUCTION_COUNTING: &str = "shift=1,align=off,sleep=off";
+const INSTRUCTION_NS: u64 = 2;
+/// The board's clock, 25 MHz.
+const CLOCK_COUNT_NS: u64 = 40;
+
+const CONNECT_TIMEOUT: Duration = Duration::from_secs(10);
+const SELF_TEST_TIMEOUT: Duration = Duration::from_secs(20);
+
+/// What an emulator was measured to do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SelfTest {
+    /// Instructions executed.
+    pub instructions: u64,
+    /// Counts of the board's 25 MHz counter meanwhile.
+    pub counter: u64,
+    /// Counts of the tick timer meanwhile.
+    pub timer: u64,
+}
+
+impl SelfTest {
+    /// Counts that a right emulator gives.
+    pub fn expected_counts(&self) -> u64 {
+        self.instructions * INSTRUCTION_NS / CLOCK_COUNT_NS
+    }
+
+    /// Both clocks are right to 1 %: wrong emulators are wrong by a factor.
+    pub fn passed(&self) -> bool {
+        let expected = self.expected_counts();
+        [self.counter, self.timer].iter().all(|n| n.abs_diff(expected) * 100 <= expected)
+    }
+}
+
+/// Boots the firmware in QEMU, in lock step, and links to its UART.
+pub(crate) fn open(elf: Option<&Path>) -> Result<Box<dyn Link>, LinkError> {
+    let elf = find_firmware(elf)?;
+    let measured = self_test(&elf)?;
+    if !measured.passed() {
+        return Err(wrong(
+            format!(
+                "this QEMU's clocks are wrong: after {} instructions the counter stood at {} and \
+                 the timer at {} instead of {}",
+                measured.instructions,
+                measured.counter,
+                measured.timer,
+                measured.expected_counts()
+            ),
+            INSTALL,
+        ));
+    }
+    Ok(Box::new(Qemu::start(&elf)?))
+}
+
+/// The firmware's ELF: as given, as the environment says, or where it is built.
+pub fn find_firmware(elf: Option<&Path>) -> Result<PathBuf, LinkError> {
+    let named = elf.map(Path::to_path_buf);
+    let named = named.or_else(|| std::env::var_os(FIRMWARE_VARIABLE).map(PathBuf::from));
+    let elf = named.unwrap_or_else(|| {
+        let workspace = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+        let target = std::env::var_os("CARGO_TARGET_DIR").map_or("target".into(), PathBuf::from);
+        workspace.join(target).join(BUILT)
+    });
+    if elf.is_file() {
+        return Ok(elf);
+    }
+    Err(wrong(format!("there is no firmware at {}", elf.display()), BUILD))
+}
+
+/// Lets the firmware count instructions by the emulated clocks.
+pub fn self_test(elf: &Path) -> Result<SelfTest, LinkError> {
+    let mut child = Emulator::spawn(
+        command(elf, "self-test").args(["-serial", "null"]).stderr(Stdio::piped()),
+    )?;
+    let stderr = child.0.stderr.take();
+    let output = std::thread::spawn(move || {
+        let mut text = String::new();
+        stderr.map(|mut pipe| pipe.read_to_string(&mut text));
+        text
+    });
+    let deadline = Instant::now() + SELF_TEST_TIMEOUT;
+    while child.0.try_wait().is_ok_and(|status| status.is_none()) && Instant::now() < deadline {
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    drop(child);
+    let output = output.join().unwrap_or_default();
+    parse_self_test(&output).ok_or_else(|| {
+        let said = match output.trim() {
+            "" => "nothing".to_owned(),
+            said => format!("`{said}`"),
+        };
+        wrong(format!("the firmware did not finish its self-test; QEMU said {said}"), INSTALL)
     })
+}
+
+fn parse_self_test(output: &str) -> Option<SelfTest> {
+    let line = output.lines().find_map(|line| line.strip_prefix("self-test "))?;
+    let value = |name| {
+        let mut words = line.split_whitespace().filter_map(|word| word.split_once('='));
+        words.find(|(key, _)| *key == name).and_then(|(_, value)| value.parse().ok())
+    };
+    Some(SelfTest {
+        instructions: value("instructions")?,
+        counter: value("counter")?,
+        timer: value("timer")?,
+    })
+}
+
+fn wrong(problem: String, fix: &str) -> LinkError {
+    LinkError::Emulator { link: LINK.into(), problem, fix: fix.into() }
+}
+
+fn command(elf: &Path, argument: &str) -> Command {
+    let mut command = Command::new(PROGRAM);
+    command.args(["-machine", "mps2-an500", "-display", "none", "-monitor", "none", "-no-reboot"]);
+    command.args(["-icount", INSTRUCTION_COUNTING]);
+    command.arg("-semihosting-config");
+    command.arg(format!("enable=on,target=native,arg=cathforce,arg={argument}"));
+    command.arg("-kernel").arg(elf);
+    command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
+    command
+}
+
+/// A running emulator; dropping it ends it.
+struct Emulator(Child);
+
+impl Emulator {
+    fn spawn(command: &mut Command) -> Result<Self, LinkError> {
+        command.spawn().map(Self).map_err(|e| match e.kind() {
+            io::ErrorKind::NotFound => wrong(format!("{PROGRAM} is not installed"), INSTALL),
+            _ => wrong(format!("{PROGRAM} cannot be started: {e}"), INSTALL),
+        })
+    }
+}
+
+impl Drop for Emulator {
+    fn drop(&mut self) {
+        // Fails only if it has ended already.
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+/// The link to a booted board.
+struct Qemu {
+    slcan: Slcan,
+    emulator: Emulator,
+    log: FirmwareLog,
+}
+
+impl Qemu {
+    fn start(elf: &Path) -> Result<Self, LinkError> {
+        let lost = |e| LinkError::lost(LINK, e);
+        let listener = TcpListener::bind(("127.0.0.1", 0)).map_err(lost)?;
+        let port = listener.local_addr().map_err(lost)?.port();
+        let mut command = command(elf, "lock-step");
+        command.args(["-chardev"]);
+        // Byte 0x100 cannot occur: nothing on the bus reaches the multiplexer's own commands.
+        command.arg(format!("socket,id=bus,host=127.0.0.1,port={port},nodelay=on,mux=on"));
+        command.args(["-serial", "chardev:bus", "-echr", "0x100"]);
+        command.args(["-chardev", "stdio,id=log,signal=off", "-serial", "chardev:log"]);
+        let mut emulator = Emulator::spawn(command.stdout(Stdio::piped()).stderr(Stdio::piped()))?;
+        let log = FirmwareLog::follow(elf, emulator.0.stdout.take());
+        listener.set_nonblocking(true).map_err(lost)?;
+        let deadline = Instant::now() + CONNECT_TIMEOUT;
+        let stream = loop {
+            match listener.accept() {
+                Ok((stream, _)) => break stream,
+                Err(e) if e.kind() == io::ErrorKind::WouldBlock => {}
+                Err(e) => return Err(lost(e)),
+            }
+            let ended = emulator.0.try_wait().map_err(lost)?.is_some();
+            if ended || Instant::now() >= deadline {
+                return Err(wrong(
+                    format!("QEMU did not start the board: {}", complaint(&mut emulator)),
+                    INSTALL,
+                ));
+            }
+            std::thread::sleep(Duration::from_millis(2));
+        };
+        stream.set_nonblocking(false).map_err(lost)?;
+        stream.set_nodelay(true).map_err(lost)?;
+        stream.set_read_timeout(Some(READ_TIMEOUT)).map_err(lost)?;
+        // Warnings from here on are about idling; nobody reads them.
+        if let Some(stderr) = emulator.0.stderr.take() {
+            std::thread::spawn(move || io::copy(&mut { stderr }, &mut io::sink()));
+        }
+        let slcan = Slcan::new(LINK, stream.try_clone().map_err(lost)?, stream)?;
+        Ok(Self { slcan, emulator, log })
+    }
+
+    /// Adds what the firmware said before it fell silent.
+    fn explain(&mut self, error: LinkError) -> LinkError {
+        let LinkError::Lost { link, source } = error else { return error };
+        let state = match self.emulator.0.try_wait() {
+            Ok(Some(status)) => format!("QEMU has ended ({status})"),
+            _ => format!("{source}"),
+        };
+        let source = match self.log.last_words() {
+            words if words.is_empty() => io::Error::new(source.kind(), state),
+            words => io::Error::new(
+                source.kind(),
+                format!("{state}; the firmware's last words: {}", words.join("; ")),
+            ),
+        };
+        LinkError::Lost { link, source }
+    }
+}
+
+fn complaint(emulator: &mut Emulator) -> String {
+    let _ = emulator.0.kill();
+    let first = emulator.0.stderr.take().and_then(|e| BufReader::new(e).lines().next());
+    first.and_then(Result::ok).unwrap_or_else(|| "it said nothing".into())
+}
+
+impl Link for Qemu {
+    fn send(&mut self, frame: &Frame) -> Result<(), LinkError> {
+        self.slcan.send(frame)
+    }
+
+    fn flush(&mut self) -> Result<(), LinkError> {
+        self.slcan.flush().map_err(|e| self.explain(e))
+    }
+
+    fn receive(&mut self, timeout: Duration) -> Result<Option<Frame>, LinkError> {
+        self.slcan.receive(timeout).map_err(|e| self.explain(e))
+    }
+
+    fn name(&self) -> &str {
+        LINK
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_emulator_with_half_the_tick_rate_is_refused() {
+        let test = |text| parse_self_test(text).unwrap().passed();
+        assert!(test("self-test instructions=100000 counter=5001 timer=5000\n"));
+        assert!(!test("self-test instructions=100000 counter=5001 timer=2500\n"));
+        assert!(!test("self-test instructions=100000 counter=0 timer=0\n"));
+    }
+
+    #[test]
+    fn output_without_the_measurement_is_none() {
+        for text in ["", "warning: x\n", "self-test instructions=1 counter=2\n"] {
+            assert_eq!(parse_self_test(text), None, "{text}");
+        }
+    }
+
+    #[test]
+    fn firmware_that_is_missing_is_named_with_the_command_that_builds_it() {
+        let error = find_firmware(Some(Path::new("/no/such.elf"))).unwrap_err().to_string();
+        assert!(
+            error.contains("/no/such.elf") && error.contains("cargo xtask firmware"),
+            "{error}"
+        );
+    }
 }

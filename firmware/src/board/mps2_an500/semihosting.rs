@@ -1,0 +1,91 @@
+//! What the emulator is asked for: the command line, and a self-test of its clock.
+
+use core::arch::asm;
+use core::fmt::Write as _;
+
+use super::registers::{fpga_io, timer0};
+use super::{CALIBRATION_INSTRUCTIONS, TICK_RELOAD};
+
+const SYS_WRITE0: u32 = 0x04;
+const SYS_GET_CMDLINE: u32 = 0x15;
+const SYS_EXIT: u32 = 0x18;
+const EXIT_SUCCESS: u32 = 0x2_0026;
+
+/// One semihosting call; QEMU must run with `-semihosting-config enable=on`.
+///
+/// # Safety
+/// `parameter` must be what the operation wants.
+unsafe fn call(operation: u32, parameter: usize) -> u32 {
+    let result;
+    // SAFETY: the emulator changes only r0 and the memory that the caller named.
+    unsafe {
+        asm!("bkpt 0xAB", inout("r0") operation => result, in("r1") parameter, options(nostack));
+    }
+    result
+}
+
+/// The words of `-semihosting-config arg=`.
+pub struct Arguments {
+    text: [u8; 128],
+    len: usize,
+}
+
+impl Arguments {
+    pub fn read() -> Self {
+        let mut text = [0; 128];
+        let mut block = [text.as_mut_ptr() as usize, text.len()];
+        // SAFETY: pointer and length of a buffer that outlives the call.
+        let failed = unsafe { call(SYS_GET_CMDLINE, block.as_mut_ptr() as usize) } != 0;
+        Self { text, len: if failed { 0 } else { block[1].min(text.len()) } }
+    }
+
+    pub fn has(&self, word: &str) -> bool {
+        let words = self.text.get(..self.len).unwrap_or_default();
+        words.split(|&b| b == b' ' || b == 0).any(|w| w == word.as_bytes())
+    }
+}
+
+/// Runs [`CALIBRATION_INSTRUCTIONS`]; the counts that pass on the FPGA counter and on TIMER 0.
+///
+/// TIMER 0 is stopped and full afterwards.
+pub fn calibrate() -> (u32, u32) {
+    // SAFETY: called before ticks run; its interrupt stays disabled.
+    unsafe {
+        timer0().value.write(TICK_RELOAD);
+        timer0().control.write(1);
+    }
+    let (counter, value) = (fpga_io().counter.read(), timer0().value.read());
+    // SAFETY: two instructions a turn, one register.
+    unsafe {
+        asm!("2:", "subs {n}, #1", "bne 2b", n = inout(reg) CALIBRATION_INSTRUCTIONS / 2 => _,
+            options(nomem, nostack));
+    }
+    let counts =
+        (fpga_io().counter.read().wrapping_sub(counter), value.wrapping_sub(timer0().value.read()));
+    // SAFETY: as above.
+    unsafe {
+        timer0().control.write(0);
+        timer0().value.write(TICK_RELOAD);
+        timer0().interrupt.write(1);
+    }
+    counts
+}
+
+/// Tells the emulator's caller how instructions and clocks relate, and ends the emulation.
+pub fn report_and_exit() -> ! {
+    let (counter, timer) = calibrate();
+    let mut line = heapless::String::<128>::new();
+    // Fits: four words and three numbers of at most 10 digits.
+    let _ = writeln!(
+        line,
+        "self-test instructions={CALIBRATION_INSTRUCTIONS} counter={counter} timer={timer}\0"
+    );
+    // SAFETY: a string that ends in 0; then nothing more is executed.
+    unsafe {
+        call(SYS_WRITE0, line.as_ptr() as usize);
+        call(SYS_EXIT, EXIT_SUCCESS as usize);
+    }
+    loop {
+        cortex_m::asm::wfi();
+    }
+}

@@ -1,0 +1,126 @@
+//! The UARTs: SLCAN in and out on UART 0, the log out on UART 1.
+
+use core::cell::UnsafeCell;
+use core::future::poll_fn;
+use core::task::Poll;
+
+use cortex_m::peripheral::NVIC;
+use embassy_sync::waitqueue::AtomicWaker;
+use heapless::spsc::{Consumer, Producer, Queue};
+use static_cell::StaticCell;
+
+use super::registers::{Uart, uart0, uart1};
+use super::vectors::Irq;
+
+/// Bytes that can wait; more wait in the emulator, which loses none.
+const RECEIVE_BYTES: usize = 4096;
+
+const TRANSMIT_FULL: u32 = 1;
+const RECEIVE_FULL: u32 = 2;
+const RECEIVE_INTERRUPT: u32 = 2;
+const ENABLE_TRANSMIT: u32 = 1;
+const ENABLE_RECEIVE_WITH_INTERRUPT: u32 = 0b1010;
+
+type Ring = Queue<u8, RECEIVE_BYTES>;
+
+static ARRIVED: AtomicWaker = AtomicWaker::new();
+
+/// The end of the ring that the receive interrupt owns.
+struct InterruptEnd(UnsafeCell<Option<Producer<'static, u8>>>);
+// SAFETY: written once before the interrupt is enabled, then used by its handler only.
+unsafe impl Sync for InterruptEnd {}
+static RING_IN: InterruptEnd = InterruptEnd(UnsafeCell::new(None));
+
+/// Bytes from the bus's text.
+pub struct BusIn(Consumer<'static, u8>);
+/// Bytes to the bus's text.
+pub struct BusOut(());
+/// Bytes to the log.
+pub struct LogOut(());
+
+pub fn start() -> super::Ports {
+    static RING: StaticCell<Ring> = StaticCell::new();
+    let (producer, consumer) = RING.init(Queue::new()).split();
+    // SAFETY: the receive interrupt is not enabled yet; UARTs as their manual wants them.
+    unsafe {
+        *RING_IN.0.get() = Some(producer);
+        uart0().baud_divider.write(16);
+        uart0().control.write(ENABLE_TRANSMIT | ENABLE_RECEIVE_WITH_INTERRUPT);
+        uart1().baud_divider.write(16);
+        uart1().control.write(ENABLE_TRANSMIT);
+    }
+    super::Ports { bus_in: BusIn(consumer), bus_out: BusOut(()), log_out: LogOut(()) }
+}
+
+/// UART 0 has received: everything there is goes into the ring. One wake-up a line.
+///
+/// # Safety
+/// To be called by the receive interrupt only.
+pub unsafe fn on_receive() {
+    // SAFETY: this handler owns the producer.
+    let Some(ring) = (unsafe { &mut *RING_IN.0.get() }) else { return };
+    // Cleared first: a byte that comes in meanwhile raises the interrupt again.
+    // SAFETY: clears the interrupt being handled.
+    unsafe { uart0().interrupt.write(RECEIVE_INTERRUPT) }
+    let mut line_ended = false;
+    while uart0().state.read() & RECEIVE_FULL != 0 {
+        if !ring.ready() {
+            // The ring's reader lets the interrupt in again.
+            NVIC::mask(Irq::Uart0Receive);
+            line_ended = true;
+            break;
+        }
+        let byte = uart0().data.read() as u8;
+        line_ended |= matches!(byte, b'\r' | b'\x07');
+        // Cannot fail: there was room.
+        let _ = ring.enqueue(byte);
+    }
+    if line_ended {
+        ARRIVED.wake();
+    }
+}
+
+impl BusIn {
+    /// The next byte; waits until a whole line has arrived.
+    pub async fn read(&mut self) -> u8 {
+        poll_fn(|context| {
+            if let Some(byte) = self.0.dequeue() {
+                return Poll::Ready(byte);
+            }
+            ARRIVED.register(context.waker());
+            // SAFETY: no critical section depends on this mask.
+            unsafe { NVIC::unmask(Irq::Uart0Receive) }
+            match self.0.dequeue() {
+                Some(byte) => Poll::Ready(byte),
+                None => Poll::Pending,
+            }
+        })
+        .await
+    }
+}
+
+impl BusOut {
+    pub fn write(&mut self, bytes: &[u8]) {
+        write(uart0(), bytes);
+    }
+}
+
+impl LogOut {
+    pub fn write(&mut self, bytes: &[u8]) {
+        write(uart1(), bytes);
+    }
+}
+
+/// Writes to the log's UART from a fault, whatever it was doing.
+pub fn emergency_log(bytes: &[u8]) {
+    write(uart1(), bytes);
+}
+
+/// A byte takes the emulated UART no time, so waiting for room costs nothing.
+fn write(uart: &Uart, bytes: &[u8]) {
+    for &byte in bytes {
+        while uart.state.read() & TRANSMIT_FULL != 0 {}
+        // SAFETY: there is room.
+        unsafe { uart.data.write(u32::from(byte)) }
+    }
+}

@@ -1,0 +1,260 @@
+//! The device on its board: what the tick owns and what the tasks ask of it.
+
+use core::cell::RefCell;
+use core::ptr::NonNull;
+
+use cathforce_bus::service::{Load, Refusal, Status};
+use cathforce_bus::{Counter, Counters, Frame};
+use cathforce_config::image;
+use cathforce_control::{Config, Mode, Notice};
+use cathforce_device::{Board as DeviceBoard, Image, Ticker};
+use critical_section::Mutex;
+use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
+use embassy_sync::signal::Signal;
+use static_cell::StaticCell;
+
+use crate::board::{self, Board};
+use crate::{bus, stack};
+
+/// Size of an image buffer \[bytes\].
+pub const IMAGE_BUFFER_LEN: usize = 2 << 20;
+
+/// A tick later than this has been missed (promise P10) \[µs\].
+const LATE_US: u32 = 2;
+
+/// An image buffer: part of the memory for large, slow things.
+pub type Buffer = &'static mut [u8];
+
+/// What whoever started the board wants.
+#[derive(Clone, Copy, Default)]
+pub struct BootOptions {
+    /// Time stands still until ticks are granted.
+    pub lock_step: bool,
+}
+
+/// Everything the tick needs. Tasks look at it with the tick shut out, for microseconds.
+struct Core {
+    board: board::This,
+    ticker: Ticker,
+    active: Option<Active>,
+    carrier: Counters,
+    load: Load,
+    /// Ticks in a row that ran into the next one.
+    overruns: u32,
+}
+
+/// A configuration and the buffer it reads in.
+struct Active {
+    config: Config<'static>,
+    buffer: NonNull<[u8]>,
+}
+
+// SAFETY: the pointer stands for a `&'static mut [u8]`, which may go anywhere.
+unsafe impl Send for Active {}
+
+static CORE: Mutex<RefCell<Option<&'static mut Core>>> = Mutex::new(RefCell::new(None));
+
+/// The ticks granted by a SYNC have run.
+pub static GRANT_USED: Signal<CriticalSectionRawMutex, ()> = Signal::new();
+
+/// Puts the device together; called once, before ticks run.
+pub fn start(board: board::This) {
+    static PLACE: StaticCell<Core> = StaticCell::new();
+    let core = PLACE.init_with(|| Core {
+        board,
+        ticker: Ticker::new(),
+        active: None,
+        carrier: Counters::default(),
+        load: Load::default(),
+        overruns: 0,
+    });
+    critical_section::with(|cs| CORE.borrow_ref_mut(cs).replace(core));
+}
+
+/// What the board was started with, already in force for the ticker.
+pub fn boot_options(board: board::This) -> BootOptions {
+    let options = board.boot_options();
+    with(|core| core.ticker.set_lock_step(options.lock_step));
+    options
+}
+
+/// Runs `f` with the tick shut out.
+fn with<R>(f: impl FnOnce(&mut Core) -> R) -> R {
+    critical_section::with(|cs| match CORE.borrow_ref_mut(cs).as_mut() {
+        Some(core) => f(core),
+        None => panic!("the device is used before it is started"),
+    })
+}
+
+/// The tick: called by the board's timer interrupt, the most urgent one there is.
+pub fn tick() {
+    with(|core| {
+        let board = core.board;
+        let late = board.lateness();
+        let began = board.time();
+        let notice = (core.overruns >= 2).then_some(Notice::Overrun);
+        let number = core.ticker.ticks();
+        let frames = core.ticker.tick(core.active.as_ref().map(|a| &a.config), notice);
+        let armed = core.ticker.outputs().is_some_and(|outputs| outputs.mode == Mode::Armed);
+        board.enable_outputs(armed || !core.ticker.may_reconfigure());
+        for frame in frames {
+            if !bus::put(frame) {
+                core.carrier.count(Counter::QueueFull);
+            }
+        }
+        board.alive();
+        if core.ticker.lock_step() && core.ticker.granted() == 0 {
+            board.hold_ticks();
+            GRANT_USED.signal(());
+        }
+        core.account(number, late, board.time().wrapping_sub(began));
+    });
+}
+
+impl Core {
+    /// What the tick cost, and whether it was on time.
+    fn account(&mut self, number: u32, late: u32, counts: u32) {
+        let instructions = self.board.instructions(counts);
+        if instructions > self.load.worst_instructions {
+            self.load.worst_instructions = instructions;
+            self.load.worst_tick = number;
+        }
+        let overran = self.board.tick_pending();
+        self.overruns = if overran { self.overruns + 1 } else { 0 };
+        let is_late = late > board::This::COUNTS_A_SECOND / 1_000_000 * LATE_US;
+        self.load.missed_ticks += u32::from(overran || is_late);
+    }
+}
+
+/// What became of a frame given to the ticker.
+pub enum Taken {
+    /// It waits for the next tick.
+    Waits,
+    /// Ticks have been granted: the next frame must wait for [`GRANT_USED`].
+    Granted,
+}
+
+/// Gives a process frame to the ticker.
+pub fn on_frame(frame: &Frame) -> Taken {
+    with(|core| {
+        core.ticker.on_frame(frame);
+        if core.ticker.granted() == 0 {
+            return Taken::Waits;
+        }
+        GRANT_USED.reset();
+        core.board.start_ticks();
+        Taken::Granted
+    })
+}
+
+/// Takes note of a frame that cannot be ours.
+pub fn on_foreign() {
+    with(|core| core.ticker.on_foreign());
+}
+
+/// Counts what became of a line or a queue.
+pub fn count(counter: Counter) {
+    with(|core| core.carrier.count(counter));
+}
+
+/// An image is in use.
+pub fn is_configured() -> bool {
+    with(|core| core.active.is_some())
+}
+
+/// The two image buffers; called once.
+pub fn image_buffers() -> [Buffer; 2] {
+    /// Large enough for both, in memory that is not initialised at boot.
+    struct Place(core::cell::UnsafeCell<[[u8; IMAGE_BUFFER_LEN]; 2]>);
+    // SAFETY: `StaticCell` below hands it out once.
+    unsafe impl Sync for Place {}
+    #[unsafe(link_section = ".psram.images")]
+    static PLACE: Place = Place(core::cell::UnsafeCell::new([[0; IMAGE_BUFFER_LEN]; 2]));
+    static TAKEN: StaticCell<()> = StaticCell::new();
+    // Panics if called twice.
+    TAKEN.init(());
+    // SAFETY: taken once; bytes may have any value.
+    let [a, b] = unsafe { &mut *PLACE.0.get() };
+    [a, b]
+}
+
+/// The tasks' side of the device.
+pub struct Desk(pub board::This);
+
+impl DeviceBoard<Buffer> for Desk {
+    fn is_armed(&mut self) -> bool {
+        with(|core| !core.ticker.may_reconfigure())
+    }
+
+    fn status(&mut self) -> Status {
+        let (used, size) = stack::use_bytes();
+        with(|core| {
+            let load = Load { stack_used_bytes: used, stack_size_bytes: size, ..core.load };
+            let mut status = core.ticker.report(load);
+            status.counters = status.counters.merged(&core.carrier);
+            status
+        })
+    }
+
+    fn next_counters(&mut self) -> [u8; 3] {
+        with(|core| core.ticker.next_counters())
+    }
+
+    fn activate(
+        &mut self,
+        image: Image<Buffer>,
+    ) -> Result<Option<Buffer>, (Buffer, Refusal<'static>)> {
+        let (buffer, len) = image.into_parts();
+        let buffer = NonNull::from(buffer);
+        // SAFETY: nobody writes to the buffer until `give_back`, after the configuration.
+        let bytes: &'static [u8] = unsafe { buffer.as_ref() };
+        let changed =
+            Refusal::Image { offset: 0, reason: "changed since it was checked", field: "" };
+        let decoded = bytes.get(..len).and_then(|bytes| image::decode(bytes).ok());
+        let Some(config) = decoded else { return Err((give_back(buffer), changed)) };
+        with(|core| {
+            if !core.ticker.may_reconfigure() {
+                return Err((give_back(buffer), Refusal::Armed));
+            }
+            core.ticker.restart();
+            core.load = Load::default();
+            core.overruns = 0;
+            let old = core.active.replace(Active { config, buffer });
+            Ok(old.map(|Active { config, buffer }| {
+                drop(config);
+                give_back(buffer)
+            }))
+        })
+    }
+
+    fn set_lock_step(&mut self, on: bool) -> Result<(), Refusal<'static>> {
+        if !self.0.can_lock_step() {
+            return Err(Refusal::Unsupported);
+        }
+        with(|core| {
+            if !core.ticker.set_lock_step(on) {
+                return Err(Refusal::Armed);
+            }
+            if on {
+                core.board.hold_ticks()
+            } else {
+                core.board.start_ticks()
+            }
+            Ok(())
+        })
+    }
+
+    fn reset_counters(&mut self) {
+        with(|core| {
+            core.ticker.reset_counters();
+            core.carrier = Counters::default();
+            core.load = Load::default();
+        });
+    }
+}
+
+/// The buffer of a configuration that is gone.
+fn give_back(buffer: NonNull<[u8]>) -> Buffer {
+    // SAFETY: the pointer was a `&'static mut [u8]`; what read in it has been dropped.
+    unsafe { &mut *buffer.as_ptr() }
+}

@@ -1,0 +1,66 @@
+//! The one stack: a guard below it, paint to see how deep it got.
+
+use cortex_m::peripheral::MPU;
+
+/// Bytes at the bottom that nothing may touch. A power of two, 32 or more.
+const GUARD_BYTES: u32 = 256;
+const PAINT: u32 = 0xC0DE_CAFE;
+/// Left alone above the painter's own frame.
+const MARGIN_BYTES: u32 = 256;
+
+unsafe extern "C" {
+    /// The linker's: the lowest address of the stack, and the one past its highest.
+    static mut _stack_end: u32;
+    static mut _stack_start: u32;
+}
+
+fn bottom() -> u32 {
+    (&raw const _stack_end) as u32 + GUARD_BYTES
+}
+
+fn top() -> u32 {
+    (&raw const _stack_start) as u32
+}
+
+/// Paints what is not in use yet. First thing in `main`, before interrupts.
+pub fn paint() {
+    let end = cortex_m::register::msp::read() - MARGIN_BYTES;
+    let mut address = bottom();
+    while address < end {
+        // SAFETY: inside the stack's region and below everything in use.
+        unsafe { (address as *mut u32).write_volatile(PAINT) };
+        address += 4;
+    }
+}
+
+/// Bytes used at the deepest so far, and bytes there are.
+pub fn use_bytes() -> (u32, u32) {
+    let mut address = bottom();
+    // SAFETY: reads inside the stack's region.
+    while address < top() && unsafe { (address as *const u32).read_volatile() } == PAINT {
+        address += 4;
+    }
+    (top() - address, top() - bottom())
+}
+
+/// The stack pointer has left the stack.
+pub fn is_overflow(stack_pointer: u32) -> bool {
+    stack_pointer < bottom()
+}
+
+/// Forbids the lowest bytes of the stack: touching them is a fault.
+pub fn guard() {
+    const REGION_SIZE: u32 = GUARD_BYTES.ilog2() - 1;
+    const NO_ACCESS_NO_EXECUTE: u32 = 1 << 28;
+    let address = bottom() - GUARD_BYTES;
+    // SAFETY: the region holds nothing; the default map stays in force everywhere else.
+    unsafe {
+        let mpu = &*MPU::PTR;
+        mpu.rnr.write(0);
+        mpu.rbar.write(address);
+        mpu.rasr.write(NO_ACCESS_NO_EXECUTE | REGION_SIZE << 1 | 1);
+        mpu.ctrl.write(0b101);
+    }
+    cortex_m::asm::dsb();
+    cortex_m::asm::isb();
+}
