@@ -30,7 +30,7 @@ pub const VERSION: u16 = 1;
 /// Bytes before the postcard part.
 pub const HEADER_BYTES: usize = 22;
 
-/// 16 entries of table: an image is checked once, and flash is for lumens.
+/// One table of 1 KB: an image is checked once, and flash is for lumens.
 static CRC: Crc<u32, Table<1>> = Crc::<u32, Table<1>>::new(&CRC_32_ISO_HDLC);
 
 /// The part of an image that is decoded; the lumen's bytes stand beside it.
@@ -124,11 +124,27 @@ impl fmt::Display for ImageError {
             Self::Description(DescriptionError::Range(name)) => {
                 write!(f, "description: {name} is not finite or out of range")
             }
-            Self::Description(error) => write!(f, "description: {error:?}"),
+            Self::Description(DescriptionError::NoSections) => {
+                f.write_str("description: the instrument has no section")
+            }
+            Self::Description(DescriptionError::EntryFrame) => f.write_str(
+                "description: entry.direction and entry.up are not of length 1 and at right angles",
+            ),
             Self::Tick => {
                 write!(f, "description: solver.tick_s must be {TICK_S} s, the tick of the device")
             }
-            Self::Lumen { offset, error } => write!(f, "lumen, from byte {offset}: {error:?}"),
+            Self::Lumen { error: LumenError::Header(name), .. } => {
+                write!(f, "lumen: {name} of its header is not finite or out of range")
+            }
+            Self::Lumen { offset, error: LumenError::Length { expected, found } } => {
+                write!(f, "byte {offset}: the lumen should have {expected} bytes but has {found}")
+            }
+            Self::Lumen { offset, error: LumenError::Directory { entry, brick } } => write!(
+                f,
+                "byte {}: entry {entry} of the lumen's directory names brick {brick}, \
+                 which is not stored",
+                offset + 2 * entry
+            ),
             Self::Setting(error) => write!(f, "settings: {error}"),
         }
     }

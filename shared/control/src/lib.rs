@@ -1,4 +1,21 @@
-//! The control tick: freshness ▶ mechanics ▶ haptics ▶ limits, and the supervisor over them.
+//! The control tick: from encoder samples to what the operator feels.
+//!
+//! [`step`] is all of it: pure, without allocation, total. It is called by the firmware's
+//! timer interrupt, by replays and by tests alike. Within a tick, in this order:
+//!
+//! | file | what it does |
+//! | --- | --- |
+//! | `freshness` | which encoder samples are believed, and for how long |
+//! | `supervisor` | modes and the table of their transitions |
+//! | `tick` | the order of things; runs the model in the modes that track |
+//! | `haptics` | forces at the drive → what the operator's axes are asked for |
+//! | `passivity` | how large an output may be before an axis gives out too much energy |
+//! | `limits` | the last stage: magnitude and slew, whatever came before |
+//! | `digest` | one number for every bit of every output so far |
+//!
+//! Output ends in one of two ways. **Ramp**: to zero within `ramp_time_ticks`, no faster
+//! than the slew limits. **Cut**: zero in the same tick, the only change that the slew
+//! limits do not bind. Which one it is belongs to the fault ([`Fault::reaction`]).
 
 #![no_std]
 #![forbid(unsafe_code)]

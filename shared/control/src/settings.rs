@@ -242,7 +242,7 @@ settings! {
     torque_slew_n_m_per_s: f32 {
         unit: "N·m/s", default: 2.0, range: 0.01, 20.0, while_armed: false
     }
-    /// Energy that may come out of the operator's axes, net, since arming.
+    /// Energy that may come out of the operator's axes, net, since arming; half from each.
     energy_limit_j: f32 { unit: "J", default: 0.1, range: 0.0, 1.0, while_armed: false }
     /// A feed faster than this between two samples is an encoder fault, not a motion.
     max_insertion_speed_m_per_s: f32 {

@@ -2,6 +2,7 @@
 
 extern crate std;
 
+use std::string::ToString;
 use std::vec;
 use std::vec::Vec;
 
@@ -219,6 +220,21 @@ fn p16_numbers_out_of_range_are_refused_by_name() {
         |h| h.lumen.cell_m = f32::NAN,
         ImageError::Lumen { offset: 0, error: LumenError::Header("cell_m") },
     );
+}
+
+#[test]
+fn errors_say_where_and_what() {
+    let mut head = head();
+    head.settings.force_limit_n = 11.0;
+    let error = encoded(&head, &lumen_bytes()).expect_err("out of range");
+    assert_eq!(error.to_string(), "settings: force_limit_n must be between 0 and 10 N");
+
+    let mut lumen = lumen_bytes();
+    lumen[2..4].copy_from_slice(&5u16.to_le_bytes());
+    let error = encoded(&self::head(), &lumen).expect_err("no such brick");
+    let at = image().len() - lumen.len() + 2;
+    let text = "entry 1 of the lumen's directory names brick 5, which is not stored";
+    assert_eq!(error.to_string(), std::format!("byte {at}: {text}"));
 }
 
 #[test]
