@@ -7,6 +7,7 @@ use thiserror::Error;
 
 use crate::bundle::{RigCause, TrialCause};
 use crate::geometry::{CentrelineCause, MeshCause, StlCause};
+use crate::vessel::VesselCause;
 
 /// Where in a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -47,6 +48,8 @@ pub enum Cause {
     Mesh(#[from] MeshCause),
     #[error(transparent)]
     Centreline(#[from] CentrelineCause),
+    #[error(transparent)]
+    Vessel(#[from] VesselCause),
     #[error("the bundle has neither vessel.stl nor centreline.csv, so there is no vessel")]
     NoVessel,
     #[error("trials are numbered files like 000.csv; this name is none")]
@@ -70,6 +73,7 @@ impl Cause {
             Cause::Stl(cause) => cause.fix(),
             Cause::Mesh(cause) => cause.fix(),
             Cause::Centreline(cause) => cause.fix(),
+            Cause::Vessel(cause) => cause.fix(),
             Cause::NoVessel => {
                 "add vessel.stl (millimetres) or centreline.csv (branch,s_m,x_m,y_m,z_m,radius_m)"
                     .into()

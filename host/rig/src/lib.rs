@@ -21,5 +21,6 @@ pub use description::{SolverDefaults, describe, to_description};
 pub use error::{BundleError, Cause, Place, Warning};
 pub use image::{ImageBuildError, ImageOptions, ImageReport, device_image};
 pub use vessel::{
-    CELL_M, DEVICE_LUMEN_BYTES, LumenBuildError, LumenReport, Vessel, WallSource, lumen_from_bundle,
+    CELL_M, DEVICE_LUMEN_BYTES, LumenBuildError, LumenReport, Vessel, VesselCause, WallSource,
+    lumen_from_bundle,
 };

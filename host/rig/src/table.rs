@@ -35,7 +35,7 @@ impl TableCause {
             TableCause::NoHeader => "write the header line with the column names first".into(),
             TableCause::Syntax(_) => "write UTF-8 text, comma separated".into(),
             TableCause::UnknownColumn { .. } => {
-                "rename the column or take it out; docs of the trial bundle list the names".into()
+                "rename the column, or take it out; nothing reads it".into()
             }
             TableCause::RepeatedColumn(_) => "keep one of the two columns".into(),
             TableCause::MissingColumn(name) => format!("add the column `{name}`"),

@@ -8,7 +8,7 @@ use thiserror::Error;
 
 use crate::bundle::{Bundle, CatheterRig};
 use crate::error::{BundleError, Place};
-use crate::geometry::{MeshCause, MeshWall, SurfaceModel, TubeWall, Wall};
+use crate::geometry::{MeshWall, SurfaceModel, TubeWall, Wall};
 use crate::lumen::{BuiltLumen, LumenOptions, LumenQuality, Spread, build_lumen, measure};
 
 /// Grid spacing unless another is asked for \[m\].
@@ -81,6 +81,47 @@ pub enum LumenBuildError {
     TooManyBricks { cell_mm: f64 },
 }
 
+/// Why a vessel and an entry do not belong together.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum VesselCause {
+    #[error(
+        "the entry ({:.1}, {:.1}, {:.1}) mm is {distance_mm:.1} mm from the wall, farther than any \
+         vessel is wide", entry_mm[0], entry_mm[1], entry_mm[2]
+    )]
+    EntryFarFromWall { entry_mm: [f64; 3], distance_mm: f64 },
+    #[error(
+        "the surface has no opening near the entry: the nearest rim is {rim_mm:.1} mm away, so a \
+         wall closes the vessel in front of the instrument"
+    )]
+    NoOpeningAtEntry { rim_mm: f64 },
+    #[error(
+        "the wall is {distance_mm:.2} mm from the axis of the entry, the instrument's radius is \
+         {radius_mm:.2} mm: it cannot enter"
+    )]
+    EntryTooNarrow { distance_mm: f64, radius_mm: f64 },
+}
+
+impl VesselCause {
+    pub(crate) fn fix(&self) -> String {
+        match self {
+            VesselCause::EntryFarFromWall { .. } | VesselCause::EntryTooNarrow { .. } => {
+                "vessel and [entry] position_m do not belong together: STL is in millimetres, \
+                 everything else in metres, all in the vessel's frame"
+                    .into()
+            }
+            VesselCause::NoOpeningAtEntry { .. } => {
+                "cut the vessel open where the instrument enters, or correct [entry] position_m"
+                    .into()
+            }
+        }
+    }
+}
+
+/// No vessel has its wall farther from the entry than this \[m\].
+const FARTHEST_WALL_M: f64 = 0.06;
+/// The entry plane and the rim of its opening are no farther apart than this \[m\].
+const FARTHEST_RIM_M: f64 = 0.01;
+
 /// A wall of either kind.
 pub struct Vessel {
     wall: Box<dyn Wall>,
@@ -92,31 +133,36 @@ impl Vessel {
     /// centreline. Checks that the instrument can enter.
     pub fn from_bundle(bundle: &Bundle, model: SurfaceModel) -> Result<Self, LumenBuildError> {
         let rig = catheter(bundle)?;
-        let Some(mesh) = &bundle.mesh else {
-            let wall = Box::new(TubeWall::new(&bundle.centreline));
-            let source = WallSource::Centreline { branches: bundle.centreline.len() };
-            return Ok(Self { wall, source });
-        };
         let position = Vector3::from(rig.entry.position_m);
         // Just past the entry plane, where the mesh is sure to be beside and not behind.
         let inside = position + Vector3::from(rig.entry.direction) * 1e-3;
-        let wall = MeshWall::new(mesh.mesh.clone(), model, &inside);
-        let refuse = |cause: MeshCause| {
-            BundleError::new(&bundle.path.join("vessel.stl"), Place::Whole, cause)
+        let (wall, source, file, rim_m): (Box<dyn Wall>, _, _, _) = match &bundle.mesh {
+            Some(mesh) => {
+                let wall = MeshWall::new(mesh.mesh.clone(), model, &inside);
+                let source = WallSource::Mesh { triangles: wall.triangles(), rounds: wall.rounds };
+                let rim_m = wall.rim_distance_m(&position);
+                (Box::new(wall), source, "vessel.stl", rim_m)
+            }
+            None => {
+                let source = WallSource::Centreline { branches: bundle.centreline.len() };
+                (Box::new(TubeWall::new(&bundle.centreline)), source, "centreline.csv", 0.0)
+            }
         };
         let nearest = wall.sample(&inside);
         let distance_m = nearest.distance_m.hypot(nearest.beyond_m);
-        if distance_m > 0.06 {
+        let radius_m = 0.5 * rig.instrument.outer_diameter_m;
+        let cause = if distance_m > FARTHEST_WALL_M {
             let entry_mm = (position * 1e3).into();
-            let cause = MeshCause::EntryFarFromWall { entry_mm, distance_mm: distance_m * 1e3 };
-            return Err(refuse(cause).into());
-        }
-        let rim_m = wall.rim_distance_m(&position);
-        if rim_m > (4.0 * distance_m).max(0.01) {
-            return Err(refuse(MeshCause::NoOpeningAtEntry { rim_mm: rim_m * 1e3 }).into());
-        }
-        let source = WallSource::Mesh { triangles: wall.triangles(), rounds: wall.rounds };
-        Ok(Self { wall: Box::new(wall), source })
+            VesselCause::EntryFarFromWall { entry_mm, distance_mm: distance_m * 1e3 }
+        } else if rim_m > (4.0 * nearest.distance_m).max(FARTHEST_RIM_M) {
+            VesselCause::NoOpeningAtEntry { rim_mm: rim_m * 1e3 }
+        } else if nearest.distance_m < radius_m {
+            let distance_mm = nearest.distance_m * 1e3;
+            VesselCause::EntryTooNarrow { distance_mm, radius_mm: radius_m * 1e3 }
+        } else {
+            return Ok(Self { wall, source });
+        };
+        Err(BundleError::new(&bundle.path.join(file), Place::Whole, cause).into())
     }
 
     /// The wall itself.

@@ -2,7 +2,9 @@
 
 mod support;
 
-use cathforce_mechanics::{FREE, OUTSIDE};
+use std::f64::consts::TAU;
+
+use cathforce_mechanics::{FREE, Lumen, OUTSIDE};
 use cathforce_rig::geometry::{
     Branch, Mesh, MeshWall, Station, SurfaceModel, Triangle, TubeWall, Wall,
 };
@@ -33,8 +35,7 @@ fn torus_errors(wall: &dyn Wall) -> (f64, Spread, Spread) {
     let mut random = Random(1);
     let (mut errors, mut angles) = (Vec::new(), Vec::new());
     for _ in 0..5000 {
-        let (around, across) =
-            (random.within(0.3, 1.27), random.within(0.0, std::f64::consts::TAU));
+        let (around, across) = (random.within(0.3, 1.27), random.within(0.0, TAU));
         let depth = random.within(-0.4e-3, 2e-3);
         let radial = Vector3::new(around.cos(), around.sin(), 0.0);
         let outwards = radial * across.cos() + Vector3::z() * across.sin();
@@ -67,7 +68,7 @@ fn smoothing_gains_most_where_facets_are_coarse() {
         let wall = wall(&mesh, model, Point::new(10e-3, 0.0, 0.0));
         let mut random = Random(2);
         Spread::of((0..3000).map(|_| {
-            let (x, angle) = (random.within(2e-3, 17e-3), random.within(0.0, 6.28));
+            let (x, angle) = (random.within(2e-3, 17e-3), random.within(0.0, TAU));
             let depth = random.within(-0.4e-3, 1.5e-3);
             let r = 3e-3 - depth;
             wall.sample(&Point::new(x, r * angle.cos(), r * angle.sin())).distance_m - depth
@@ -214,7 +215,16 @@ fn storing_a_lumen_costs_micrometres() {
     let spread = |cell_m| {
         let options = LumenOptions::for_instrument(0.8e-3, cell_m);
         let lumen = build_lumen(&wall, options).unwrap();
-        cathforce_mechanics::Lumen::new(lumen.header, &lumen.bytes).unwrap();
+        let device = Lumen::new(lumen.header, &lumen.bytes).unwrap();
+        let mut random = Random(6);
+        for _ in 0..500 {
+            let (around, depth) = (random.within(0.2, 1.3), random.within(0.0, 1.5e-3));
+            let p = Vector3::new(around.cos(), around.sin(), 0.0) * (BEND_M + BORE_M - depth);
+            let (ours, _) = interpolate(&lumen, &p).unwrap();
+            let theirs = device.sample::<f64>(&p);
+            assert!((ours.distance_m - theirs.distance_m).abs() < 0.1e-6, "{ours:?} {theirs:?}");
+            assert!((ours.normal - theirs.normal).norm() < 1e-3, "{ours:?} {theirs:?}");
+        }
         measure(&lumen, &wall, &options, 3000)
     };
     let (coarse, fine) = (spread(1e-3), spread(0.5e-3));
@@ -270,7 +280,7 @@ fn the_examples_mesh_is_its_centreline() {
         let k = random.within(3.0, 22.0) as usize;
         let (a, b) = (&trunk.stations[k], &trunk.stations[k + 1]);
         let axis = (b.position_m - a.position_m).normalize();
-        let angle = random.within(0.0, 6.28);
+        let angle = random.within(0.0, TAU);
         let side = axis.cross(&Vector3::z()).normalize();
         let across = side * angle.cos() + axis.cross(&side) * angle.sin();
         let p = a.position_m.lerp(&b.position_m, random.next())

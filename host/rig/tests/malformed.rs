@@ -292,6 +292,16 @@ fn surfaces_that_are_no_lumen_are_refused() {
     };
     assert_eq!(vessel(0.0), None);
     assert_says(&vessel(0.3).unwrap(), &["vessel.stl", "from the wall", "millimetres"]);
+    // Cut away up to 50 mm past the entry.
+    assert_says(&vessel(0.05).unwrap(), &["no opening near the entry", "50.0 mm away"]);
+}
+
+#[test]
+fn a_vessel_too_narrow_for_its_instrument_is_refused() {
+    let narrow = CENTRELINE.replace("0.003", "0.0003");
+    let bundle = open_with("centreline.csv", narrow).unwrap();
+    let error = Vessel::from_bundle(&bundle, SurfaceModel::Smooth).err().unwrap().to_string();
+    assert_says(&error, &["centreline.csv", "0.30 mm from the axis", "0.82 mm", "cannot enter"]);
 }
 
 #[test]

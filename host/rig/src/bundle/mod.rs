@@ -1,7 +1,21 @@
 //! Trial bundles: a rig, its vessel and what was measured on it.
+//!
+//! | file | what it holds |
+//! | --- | --- |
+//! | `rig.toml` | what was set up, and the nominal parameters: [`Rig`] |
+//! | `vessel.stl` | lumen surface, closed but for its openings, in millimetres |
+//! | `centreline.csv` | `branch,s_m,x_m,y_m,z_m,radius_m`; one of the two vessels must be there, the mesh goes first |
+//! | `trials/NNN.csv` | one trial a file, a row a sample, missing values empty: [`Trial`] |
+//!
+//! Columns of a catheter's trial: `t_s`, `insertion_m`, `rotation_rad`; optionally `fx_N`,
+//! `fy_N`, `fz_N`, `drive_fx_N`, `tip_x_m`, `tip_y_m`, `tip_z_m` and `p00_x_m`, `p00_y_m`,
+//! `p00_z_m`, `p01_x_m` … from the tip. Of a drive's: `t_s`, `position_m`, `drive_command_N`;
+//! optionally `setpoint_m`. Units are SI unless a name ends in another; positions, directions
+//! and forces are given in the right-handed frame of the vessel.
 
 mod plausible;
 mod rig;
+mod rig_cause;
 mod toml_reader;
 mod trial;
 
@@ -10,9 +24,10 @@ use std::path::{Path, PathBuf};
 use nalgebra::Vector3;
 
 pub use rig::{
-    CatheterRig, DriveRig, FORMAT, Fluid, Plant, Rig, RigCause, RigEntry, RigEnvironment,
-    RigInstrument, RigSection, RigSensor, RigVessel, TipPiece,
+    CatheterRig, DriveRig, FORMAT, Fluid, Plant, Rig, RigEntry, RigEnvironment, RigInstrument,
+    RigSection, RigSensor, RigVessel, TipPiece,
 };
+pub use rig_cause::RigCause;
 pub use trial::{
     CatheterTrial, DriveTrial, EncoderReading, Trial, TrialCause, TrialData, VectorColumn,
 };
@@ -191,7 +206,10 @@ fn check_trial(file: &Path, trial: &Trial, plant: &Plant, warnings: &mut Vec<War
     }
     let turn = data.rotation_rad.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
     if turn > 200.0 {
-        warn(format!("rotation_rad reaches {turn}, some {:.0} turns: degrees?", turn / 6.283));
+        warn(format!(
+            "rotation_rad reaches {turn}, some {:.0} turns: degrees?",
+            turn / std::f64::consts::TAU
+        ));
     }
     let largest = |column: &VectorColumn| {
         column.iter().flatten().flatten().fold(0.0, |most: f64, x| most.max(x.abs()))

@@ -1,8 +1,8 @@
 //! `rig.toml`: what was set up, and the nominal parameters.
 
-use thiserror::Error;
 use toml::de::DeTable;
 
+use super::rig_cause::RigCause;
 use super::toml_reader::{Fault, Source, TableReader};
 use crate::error::Place;
 
@@ -12,81 +12,6 @@ pub const FORMAT: &str = "trial-bundle/1";
 /// Density and viscosity of the fluids that a rig may name, at room and body temperature.
 const WATER: (f64, f64) = (998.0, 1.0e-3);
 const BLOOD: (f64, f64) = (1060.0, 3.5e-3);
-
-/// Why `rig.toml` is refused.
-#[derive(Clone, Debug, PartialEq, Error)]
-pub enum RigCause {
-    #[error("not TOML: {0}")]
-    Syntax(String),
-    #[error("unknown key `{key}`{}{}",
-        if .table.is_empty() { String::new() } else { format!(" in [{table}]") },
-        .nearest.as_ref().map(|n| format!("; did you mean `{n}`?")).unwrap_or_default())]
-    UnknownKey { key: String, table: String, nearest: Option<String> },
-    #[error("`{key}` is missing; it has to be {kind}")]
-    MissingKey { key: String, kind: &'static str },
-    #[error("the table [{table}] is missing")]
-    MissingTable { table: String },
-    #[error("`{key}` is a {found}; it has to be {kind}")]
-    Type { key: String, kind: &'static str, found: &'static str },
-    #[error("`{key}` is not a finite number")]
-    NotFinite { key: String },
-    #[error("`{key}` has {found} entries; it has to have {expected}")]
-    Count { key: String, expected: usize, found: usize },
-    #[error("`{key}` is {value}; it has to be {meaning}")]
-    Range { key: String, value: f64, meaning: &'static str },
-    #[error("`{key}` is \"{found}\"; known are {known}")]
-    Choice { key: &'static str, found: String, known: &'static str },
-    #[error("`instrument.sections` is empty or missing; an instrument has at least one section")]
-    NoSections,
-    #[error("the sections are {sum_m} m long together, but length_m is {length_m} m")]
-    SectionLengths { sum_m: f64, length_m: f64 },
-    #[error("`{key}` has {found} entries; the model takes at most {most}")]
-    TooMany { key: &'static str, found: usize, most: usize },
-    #[error("`entry.{0}` has no length")]
-    ZeroVector(&'static str),
-    #[error("`entry.up` is parallel to `entry.direction`, so the plane of the tip is not known")]
-    ParallelUp,
-}
-
-impl RigCause {
-    pub(crate) fn fix(&self) -> String {
-        match self {
-            RigCause::Syntax(_) => "correct the line; TOML wants `key = value`".into(),
-            RigCause::UnknownKey { nearest: Some(nearest), .. } => {
-                format!("write `{nearest}`, or take the key out")
-            }
-            RigCause::UnknownKey { .. } => "take the key out; nothing reads it".into(),
-            RigCause::MissingKey { key, .. } => {
-                format!("add `{} = …` to the table", key.rsplit('.').next().unwrap_or(key))
-            }
-            RigCause::MissingTable { table } => format!("add the table [{table}] with its keys"),
-            RigCause::Type { kind, .. } => format!("write {kind}"),
-            RigCause::NotFinite { .. } => "write a finite number".into(),
-            RigCause::Count { expected, .. } => format!("write {expected} numbers"),
-            RigCause::Range { .. } => {
-                "correct the value; units are SI, as the key's name ends".into()
-            }
-            RigCause::Choice { .. } => "use one of the known values".into(),
-            RigCause::NoSections => {
-                "add `sections = [ { length_m = …, youngs_modulus_Pa = … } ]`".into()
-            }
-            RigCause::SectionLengths { .. } => {
-                "correct the sections or length_m; sections go from the base to the tip and add \
-                 up to length_m"
-                    .into()
-            }
-            RigCause::TooMany { most, .. } => {
-                format!("join neighbouring pieces until {most} are left")
-            }
-            RigCause::ZeroVector(_) => "give a direction, for example [1.0, 0.0, 0.0]".into(),
-            RigCause::ParallelUp => {
-                "give `up` as the direction, normal to `direction`, to which the tip bends at \
-                 rotation 0"
-                    .into()
-            }
-        }
-    }
-}
 
 /// A piece of the instrument of one stiffness, in the bundle's order: base to tip.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -180,7 +105,7 @@ pub struct DriveRig {
 /// What was measured.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Plant {
-    Catheter(CatheterRig),
+    Catheter(Box<CatheterRig>),
     Drive(DriveRig),
 }
 
@@ -242,12 +167,12 @@ impl Rig {
             let moving_mass_kg = drive.number_in("moving_mass_kg", POSITIVE, "above 0")?;
             Plant::Drive(DriveRig { moving_mass_kg })
         } else {
-            Plant::Catheter(CatheterRig {
+            Plant::Catheter(Box::new(CatheterRig {
                 instrument: instrument(&root)?,
                 entry: entry(&root, &mut warnings)?,
                 vessel: vessel(&root)?,
                 environment: environment(&root)?,
-            })
+            }))
         };
         let nominal = root.optional_table("nominal", &["note"])?;
         let note = nominal.map(|nominal| nominal.optional_text("note")).transpose()?.flatten();

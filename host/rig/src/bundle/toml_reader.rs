@@ -5,7 +5,7 @@ use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use super::rig::RigCause;
+use super::rig_cause::RigCause;
 use crate::error::Place;
 use crate::nearest::nearest;
 

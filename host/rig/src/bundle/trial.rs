@@ -236,18 +236,17 @@ fn vectors(table: &Table, names: [&str; 3]) -> Result<Option<VectorColumn>, Faul
         let missing = || (Place::Line(1), TableCause::MissingColumn(name.into()).into());
         axes.push(table.sparse_column(name).map_err(table_fault)?.ok_or_else(missing)?);
     }
-    let mut rows = Vec::with_capacity(table.len());
-    for row in 0..table.len() {
+    let row = |row: usize| {
         let values = [axes[0][row], axes[1][row], axes[2][row]];
-        rows.push(match values {
-            [Some(x), Some(y), Some(z)] => Some([x, y, z]),
-            [None, None, None] => None,
+        match values {
+            [Some(x), Some(y), Some(z)] => Ok(Some([x, y, z])),
+            [None, None, None] => Ok(None),
             _ => {
                 let gap = values.iter().position(Option::is_none).unwrap_or_default();
                 let cause = TableCause::MissingValue(names[gap].into());
-                return Err((at(table, row, names[gap]), cause.into()));
+                Err((at(table, row, names[gap]), cause.into()))
             }
-        });
-    }
-    Ok(Some(rows))
+        }
+    };
+    (0..table.len()).map(row).collect::<Result<_, _>>().map(Some)
 }

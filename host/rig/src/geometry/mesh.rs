@@ -26,16 +26,6 @@ pub enum MeshCause {
     NonManifold { at_mm: [f64; 3] },
     #[error("the surface is one-sided (like a Möbius strip) at ({:.3}, {:.3}, {:.3}) mm", at_mm[0], at_mm[1], at_mm[2])]
     OneSided { at_mm: [f64; 3] },
-    #[error(
-        "the entry ({:.1}, {:.1}, {:.1}) mm is {distance_mm:.1} mm from the wall, farther than any \
-         vessel is wide", entry_mm[0], entry_mm[1], entry_mm[2]
-    )]
-    EntryFarFromWall { entry_mm: [f64; 3], distance_mm: f64 },
-    #[error(
-        "the surface has no opening near the entry: the nearest rim is {rim_mm:.1} mm away, so a \
-         wall closes the vessel in front of the instrument"
-    )]
-    NoOpeningAtEntry { rim_mm: f64 },
 }
 
 impl MeshCause {
@@ -45,15 +35,6 @@ impl MeshCause {
             MeshCause::NonManifold { .. } | MeshCause::OneSided { .. } => {
                 "repair the mesh (one closed sheet, no inner walls, no doubled facets) and export \
                  it again"
-                    .into()
-            }
-            MeshCause::EntryFarFromWall { .. } => {
-                "the surface and [entry] position_m do not belong together: STL is in \
-                 millimetres, position_m in metres, both in the vessel frame"
-                    .into()
-            }
-            MeshCause::NoOpeningAtEntry { .. } => {
-                "cut the vessel open where the instrument enters, or correct [entry] position_m"
                     .into()
             }
         }
