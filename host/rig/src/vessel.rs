@@ -73,11 +73,14 @@ impl fmt::Display for LumenReport {
 /// Why there is no lumen.
 #[derive(Debug, Error)]
 pub enum LumenBuildError {
-    #[error("`{0}` is a drive without a vessel; only a catheter's bundle has a lumen")]
+    #[error(
+        "`{0}` is a drive without a vessel\n  fix: use a bundle of a catheter; a drive's is only for \
+         diagnosis"
+    )]
     NoCatheter(String),
     #[error(transparent)]
     Bundle(#[from] BundleError),
-    #[error("a grid of {cell_mm} mm needs more than 65 000 bricks; choose a coarser one")]
+    #[error("a grid of {cell_mm} mm needs more than 65 000 bricks\n  fix: choose a coarser one")]
     TooManyBricks { cell_mm: f64 },
 }
 

@@ -293,7 +293,7 @@ fn surfaces_that_are_no_lumen_are_refused() {
     assert_eq!(vessel(0.0), None);
     assert_says(&vessel(0.3).unwrap(), &["vessel.stl", "from the wall", "millimetres"]);
     // Cut away up to 50 mm past the entry.
-    assert_says(&vessel(0.05).unwrap(), &["no opening near the entry", "50.0 mm away"]);
+    assert_says(&vessel(0.05).unwrap(), &["no opening near the entry", "50.1 mm away"]);
 }
 
 #[test]
