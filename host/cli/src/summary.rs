@@ -57,6 +57,7 @@ impl Summary {
         let result = recording.result;
         let worst = result.and_then(|r| counted(r.worst_instructions));
         let comparison = analysis.comparison.as_ref();
+        let scored = comparison.map(|c| c.scored).filter(|scored| scored.rows > 0);
         Self {
             ticks: analysis.track.ticks.len() as u64,
             missed_ticks: result.map(|r| r.missed_ticks),
@@ -65,8 +66,8 @@ impl Summary {
             peak_contact_force_n: analysis.peak.map(|peak| peak.force_n),
             peak_contact_node: analysis.peak.map(|peak| peak.node),
             peak_contact_t_s: analysis.peak.map(|peak| peak.t_s),
-            force_rms_error_n: comparison.map(|c| c.scored.rms_n),
-            measured_force_peak_n: comparison.map(|c| c.scored.measured_peak_n),
+            force_rms_error_n: scored.map(|scored| scored.rms_n),
+            measured_force_peak_n: scored.map(|scored| scored.measured_peak_n),
             force_noise_rms_n: comparison.and_then(|c| c.noise_rms_n),
             force_rms_error_whole_n: comparison.map(|c| c.whole.rms_n),
             drive_force_rms_error_n: comparison.and_then(|c| Some(c.drive_force?.rms)),
@@ -167,8 +168,8 @@ mod tests {
             worst_instructions_per_tick: Some(150_000),
             budget_share_480mhz: Some(0.3125),
             peak_contact_force_n: Some(0.1),
-            force_rms_error_n: Some(0.02),
-            measured_force_peak_n: Some(0.4),
+            force_rms_error_n: Some(0.125),
+            measured_force_peak_n: Some(0.5),
             differing_bits: Some(0),
             wall_s: Some(12.0),
             ..Summary::default()
@@ -187,6 +188,6 @@ mod tests {
         ] {
             assert!(json.get(key).is_some_and(serde_json::Value::is_number), "{key}");
         }
-        assert_eq!(summary.error_share(), Some(0.05));
+        assert_eq!(summary.error_share(), Some(0.25));
     }
 }

@@ -134,7 +134,8 @@ fn info(link: &str, bundle: &Bundle, trial: u32) -> RunInfo {
     }
 }
 
-/// The first paragraph of what stands beside the bundle, or in it, about its origin.
+/// The first sentence of what stands in the bundle, or beside it, about its origin, without
+/// what it says in brackets.
 fn provenance(bundle: &Path) -> String {
     let parent = bundle.parent().map(Path::to_path_buf).unwrap_or_default();
     let places: [PathBuf; 4] = [
@@ -146,7 +147,16 @@ fn provenance(bundle: &Path) -> String {
     let text = places.iter().find_map(|place| std::fs::read_to_string(place).ok());
     let text = text.unwrap_or_default();
     let paragraph = text.split("\n\n").find(|p| !p.trim_start().starts_with('#')).unwrap_or("");
-    paragraph.split_whitespace().collect::<Vec<_>>().join(" ")
+    let mut depth = 0_u32;
+    let open = |c: &char| {
+        depth = (depth + u32::from(*c == '(')).saturating_sub(u32::from(*c == ')'));
+        depth == 0 && *c != ')'
+    };
+    let plain = paragraph.chars().filter(open).collect::<String>();
+    let plain = plain.split_whitespace().collect::<Vec<_>>().join(" ");
+    let plain = plain.replace(" .", ".");
+    let end = plain.find(". ").map_or(plain.len(), |end| end + 1);
+    plain[..end].to_owned()
 }
 
 fn read_text(path: &Path) -> Result<String, Failure> {
@@ -164,7 +174,7 @@ mod tests {
         let bundle = folder.path().join("rig");
         std::fs::create_dir(&bundle).unwrap();
         assert_eq!(provenance(&bundle), "");
-        let text = "# Bundles\n\nSimulated,\nnot measured.\n\nMore.\n";
+        let text = "# Bundles\n\nSimulated,\nnot measured (by (f. ex.) us). More.\n\nMore.\n";
         std::fs::write(folder.path().join("README.md"), text).unwrap();
         assert_eq!(provenance(&bundle), "Simulated, not measured.");
         std::fs::write(bundle.join("PROVENANCE.md"), "Measured here.").unwrap();

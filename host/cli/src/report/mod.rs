@@ -115,12 +115,14 @@ fn facts(recording: &Recording, analysis: &Analysis, summary: &Summary) -> Value
     };
     let mut sections = vec![json!({ "section": "Figures", "rows": summary.rows() })];
     if let Some(c) = &analysis.comparison {
-        let mut rows = vec![
-            ["error RMS, x · y · z".to_owned(), axes(&c.scored)],
-            ["error, median".to_owned(), format!("{:.1} mN", 1e3 * c.scored.median_n)],
-            ["error, largest".to_owned(), format!("{:.1} mN", 1e3 * c.scored.max_n)],
-            ["left out of the score".to_owned(), format!("{:.1} %", 100.0 * c.excluded_share)],
-        ];
+        let mut rows = Vec::new();
+        if c.scored.rows > 0 {
+            rows.push(["error RMS, x · y · z".to_owned(), axes(&c.scored)]);
+            rows.push(["error, median".to_owned(), format!("{:.1} mN", 1e3 * c.scored.median_n)]);
+            rows.push(["error, largest".to_owned(), format!("{:.1} mN", 1e3 * c.scored.max_n)]);
+        }
+        let excluded = format!("{:.1} %", 100.0 * c.excluded_share);
+        rows.push(["left out of the score".to_owned(), excluded]);
         for pair in &c.snaps {
             let at =
                 format!("{:.2} s, {:.1} mm", pair.measured.t_s, 1e3 * pair.measured.insertion_m);

@@ -50,7 +50,7 @@ const charts = data.charts.map(({ title, axis, unit: of, digits, channel, error 
   if (error) {
     lines.push({ name: "estimated − measured", colour: ORANGE, width: 1.2, ...unpackError(error) });
   } else {
-    if (measured) {
+    if (measured?.y[channel]) {
       const line = finite(measured.t, measured.y[channel]);
       if (line.t.length) lines.push({ name: "measured", colour: GREY, width: 1, ...line });
     }

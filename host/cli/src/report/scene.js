@@ -152,7 +152,7 @@ class Scene {
     const rows = [turn(cy, 0, -sy), turn(-sy * sp, cp, -cy * sp), turn(sy * cp, sp, cy * cp)];
     const { width, height } = this.canvas, aspect = width / height, half = 0.21;
     const wide = this.across[0] * cy + this.size.reduce((a, b) => Math.min(a, b)) * Math.abs(sy);
-    const distance = Math.max(this.across[1] * 1.35, wide * 1.12 / aspect) / (2 * half) / this.zoom + this.across[1];
+    const distance = Math.max(this.across[1] * 1.2, wide * 0.98 / aspect) / (2 * half) / this.zoom + this.across[1];
     this.pixelPerMm = this.canvas.clientHeight / (2 * half * distance);
     const c = this.centre, near = distance * 0.05, far = distance * 4 + 500;
     const view = [

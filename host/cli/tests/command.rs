@@ -1,0 +1,292 @@
+//! The command as people and scripts meet it: exit codes, messages, files.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use std::sync::OnceLock;
+use std::time::{Duration, Instant};
+
+use cathforce_bus::{Frame, Id};
+use cathforce_record::{Attachments, Direction, Recorder, Recording};
+
+/// Long enough for contact and for 3 mm of feed, short enough for a test.
+const SECONDS: &str = "0.8";
+
+fn bundle() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/tapered-none")
+}
+
+fn command() -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_cathforce"));
+    command.env("NO_COLOR", "1");
+    command
+}
+
+fn cathforce<const N: usize>(arguments: [&str; N]) -> Output {
+    command().args(arguments).output().unwrap()
+}
+
+fn simulate(extra: &[&str]) -> Output {
+    let mut command = command();
+    command.arg("simulate").arg(bundle()).args(["--trial", "0", "--duration", SECONDS]).args(extra);
+    command.output().unwrap()
+}
+
+fn stdout(output: &Output) -> &str {
+    std::str::from_utf8(&output.stdout).unwrap()
+}
+
+fn stderr(output: &Output) -> &str {
+    std::str::from_utf8(&output.stderr).unwrap()
+}
+
+#[track_caller]
+fn assert_fails(output: &Output, code: i32, words: &[&str]) {
+    assert_eq!(output.status.code(), Some(code), "{}", stderr(output));
+    for word in words {
+        assert!(stderr(output).contains(word), "`{word}` in: {}", stderr(output));
+    }
+}
+
+/// A recording of the beginning of the example, made once.
+fn recording() -> &'static Path {
+    static MADE: OnceLock<(tempfile::TempDir, PathBuf)> = OnceLock::new();
+    let (_, path) = MADE.get_or_init(|| {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("run.mcap");
+        let output = simulate(&["--out", path.to_str().unwrap()]);
+        assert!(output.status.success(), "{}", stderr(&output));
+        (folder, path)
+    });
+    path
+}
+
+fn text(path: &Path) -> &str {
+    path.to_str().unwrap()
+}
+
+/// Writes the recording again with its frames changed.
+fn altered(path: &Path, alter: impl FnOnce(&mut Recording)) {
+    let mut recording = Recording::open(recording()).unwrap();
+    alter(&mut recording);
+    let attachments =
+        Attachments { image: &recording.image, rig_toml: &recording.rig_toml, dbc: "" };
+    let mut recorder = Recorder::create(path, &recording.info, attachments).unwrap();
+    for frame in &recording.frames {
+        recorder.frame(frame).unwrap();
+    }
+    recorder.finish(recording.result.as_ref()).unwrap();
+}
+
+#[test]
+fn wrong_arguments_are_exit_code_2() {
+    assert_fails(&cathforce([]), 2, &["Usage"]);
+    assert_fails(&cathforce(["run"]), 2, &["--link"]);
+    assert_fails(&cathforce(["info"]), 2, &["--link"]);
+    assert_fails(&simulate(&["--set", "force_gain"]), 2, &["NAME=VALUE"]);
+    assert_fails(&simulate(&["--set", "force_gian=2"]), 2, &["no setting", "cathforce config"]);
+    assert_fails(&simulate(&["--set", "force_gain=1e9"]), 2, &["out of its range"]);
+    assert_fails(&cathforce(["info", "--link", "carrier-pigeon"]), 2, &["socketcan:can0"]);
+}
+
+#[test]
+fn help_lists_the_exit_codes() {
+    let help = cathforce(["--help"]);
+    assert!(help.status.success());
+    assert!(stdout(&help).contains("Exit codes:") && stdout(&help).contains("simulate"));
+}
+
+#[test]
+fn wrong_files_are_exit_code_3_with_place_and_cause() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("wrong.mcap");
+    fs::write(&file, "solid vessel").unwrap();
+    let html = folder.path().join("page.html");
+    let no_mcap = ["wrong.mcap: byte 0: not an MCAP file", "cathforce run"];
+    assert_fails(&cathforce(["replay", text(&file)]), 3, &no_mcap);
+    assert_fails(&cathforce(["report", text(&file), "--html", text(&html)]), 3, &no_mcap);
+    assert!(!html.exists(), "nothing half done");
+    assert_fails(&cathforce(["replay", "absent.mcap"]), 3, &["absent.mcap"]);
+    assert_fails(&cathforce(["info", "absent"]), 3, &["absent"]);
+    assert_fails(&cathforce(["simulate", text(folder.path())]), 3, &["rig.toml", "fix:"]);
+
+    fs::write(&file, b"CFIM but nothing else, really nothing").unwrap();
+    assert_fails(&cathforce(["info", text(&file)]), 3, &["refused as a device image"]);
+
+    let output = command().arg("simulate").arg(bundle()).args(["--trial", "77"]).output().unwrap();
+    assert_fails(&output, 3, &["no trial 077", "000"]);
+
+    let mut damaged = fs::read(recording()).unwrap();
+    let middle = damaged.len() * 3 / 4;
+    damaged[middle] ^= 1;
+    fs::write(&file, damaged).unwrap();
+    assert_fails(&cathforce(["replay", text(&file)]), 3, &["byte ", "CRC"]);
+}
+
+#[test]
+fn a_link_that_does_not_answer_is_exit_code_4() {
+    // Nobody listens on the port that was free a moment ago.
+    let port = std::net::TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
+    let link = format!("slcan:tcp:127.0.0.1:{port}");
+    let bundle = bundle();
+    let output = cathforce(["run", "--link", &link, text(&bundle)]);
+    assert_fails(&output, 4, &[&link, "Check"]);
+}
+
+#[test]
+fn a_fault_of_the_device_is_exit_code_5_and_the_recording_is_whole() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("fault.mcap");
+    // Every sample of a normal feed is faster than this.
+    let slow = "max_insertion_speed_m_per_s=0.001";
+    let output = simulate(&["--set", slow, "--out", text(&file)]);
+    assert_fails(&output, 5, &["stopped in tick", "encoder samples"]);
+    assert_eq!(Recording::open(&file).unwrap().cut, None);
+    assert!(cathforce(["replay", text(&file)]).status.success());
+}
+
+#[test]
+fn a_missed_threshold_is_exit_code_6_after_the_data() {
+    let output = simulate(&["--max-error", "0.001"]);
+    assert_fails(&output, 6, &["force error", "--max-error"]);
+    assert!(stdout(&output).contains("force error"));
+}
+
+/// P22: what was recorded replays with zero bits of difference.
+#[test]
+fn p22_a_run_replays_bit_by_bit() {
+    let output = cathforce(["replay", text(recording()), "--json"]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    let report: serde_json::Value = serde_json::from_str(stdout(&output)).unwrap();
+    assert_eq!(report["differing_bits"], 0);
+    assert!(report["ticks"].as_u64().unwrap() > 500);
+    assert_eq!(report["frames_compared"].as_u64(), report["ticks"].as_u64().map(|n| 3 * n));
+    assert_eq!(report["digest"], report["device_digest"]);
+}
+
+#[test]
+fn one_flipped_bit_is_found_and_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("flipped.mcap");
+    altered(&file, |recording| {
+        let contact = |id: u16| Id::from_raw(id) == Some(Id::Contact);
+        let mut contacts = recording.frames.iter_mut().filter(|f| contact(f.frame.id()));
+        let frame = contacts.nth(400).unwrap();
+        let mut data = frame.frame.data().to_vec();
+        data[2] ^= 0x10;
+        frame.frame = Frame::new(frame.frame.id(), &data).unwrap();
+    });
+    let output = cathforce(["replay", text(&file)]);
+    assert_fails(&output, 1, &["1 bits", "tick 400", "Contact byte 2"]);
+}
+
+#[test]
+fn a_frame_that_did_not_reach_the_device_is_found() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("missing.mcap");
+    altered(&file, |recording| {
+        let encoder = |id: u16| Id::from_raw(id) == Some(Id::Encoder);
+        let moving = recording.frames.len() - 300;
+        let place = recording.frames[moving..].iter().position(|f| encoder(f.frame.id())).unwrap();
+        assert_eq!(recording.frames[moving + place].direction, Direction::ToDevice);
+        recording.frames.remove(moving + place);
+    });
+    assert_fails(&cathforce(["replay", text(&file)]), 1, &["differ"]);
+}
+
+#[test]
+fn data_is_on_stdout_and_remarks_are_on_stderr() {
+    let folder = tempfile::tempdir().unwrap();
+    let summary = folder.path().join("summary.json");
+    let output = simulate(&["--json", "--quiet", "--summary", text(&summary)]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    assert_eq!(stderr(&output), "");
+    let json: serde_json::Value = serde_json::from_str(stdout(&output)).unwrap();
+    let file: serde_json::Value = serde_json::from_slice(&fs::read(summary).unwrap()).unwrap();
+    assert_eq!(json, file);
+    for key in ["ticks", "differing_bits", "force_rms_error_n", "measured_force_peak_n", "wall_s"] {
+        assert!(json[key].is_number(), "{key}");
+    }
+
+    let output = simulate(&[]);
+    assert!(stderr(&output).contains("upload: 100 %"), "{}", stderr(&output));
+    assert!(stdout(&output).contains("Simulated, not measured"), "{}", stdout(&output));
+    assert!(!stdout(&output).contains('\x1b') && !stderr(&output).contains('\x1b'));
+}
+
+#[test]
+fn a_recording_becomes_a_page_and_tables() {
+    let folder = tempfile::tempdir().unwrap();
+    let [html, csv, nodes] = ["page.html", "ticks.csv", "nodes.csv"].map(|f| folder.path().join(f));
+    let recording = text(recording());
+    assert!(cathforce(["report", recording, "--html", text(&html)]).status.success());
+    let arguments = ["export", recording, "--csv", text(&csv), "--nodes", text(&nodes)];
+    assert!(cathforce(arguments).status.success());
+
+    let page = fs::read_to_string(html).unwrap();
+    assert!(page.contains("Simulated, not measured") && !page.contains("{{"));
+    let data = page.split("id=\"data\">").nth(1).unwrap().split("</script>").next().unwrap();
+    let data: serde_json::Value = serde_json::from_str(data).unwrap();
+    assert!(data["vessel"]["indices"].as_str().unwrap().len() > 10_000);
+
+    let rows = fs::read_to_string(csv).unwrap();
+    let trial_starts = rows.lines().filter(|row| row.contains(",0.000000,armed,")).count();
+    assert_eq!(trial_starts, 1, "time 0 is the first tick of the trial");
+    let last = rows.lines().last().unwrap();
+    assert_eq!(last.split(',').count(), rows.lines().next().unwrap().split(',').count());
+    assert!(fs::read_to_string(nodes).unwrap().lines().count() > 100);
+}
+
+#[test]
+fn info_tells_bundle_recording_image_and_device_apart() {
+    let folder = tempfile::tempdir().unwrap();
+    let image = folder.path().join("rig.cfim");
+    let bundle = bundle();
+    let config = cathforce(["config", "image", text(&bundle), "--out", text(&image)]);
+    assert!(config.status.success(), "{}", stderr(&config));
+    let kind = |output: Output| {
+        assert!(output.status.success(), "{}", stderr(&output));
+        let json: serde_json::Value = serde_json::from_str(stdout(&output)).unwrap();
+        json["kind"].as_str().unwrap().to_owned()
+    };
+    assert_eq!(kind(cathforce(["info", "--json", text(&bundle)])), "trial bundle");
+    assert_eq!(kind(cathforce(["info", "--json", text(recording())])), "recording");
+    assert_eq!(kind(cathforce(["info", "--json", text(&image)])), "device image");
+    assert_eq!(kind(cathforce(["info", "--json", "--link", "sim"])), "device");
+}
+
+#[test]
+fn every_setting_is_listed_with_range_and_text() {
+    let output = cathforce(["config", "--json"]);
+    let list: serde_json::Value = serde_json::from_str(stdout(&output)).unwrap();
+    let list = list.as_array().unwrap();
+    assert_eq!(list.len(), cathforce_config::SETTINGS.len());
+    assert!(list.iter().all(|s| s["doc"].as_str().is_some_and(|doc| !doc.is_empty())));
+    let bundle = bundle();
+    let shown = cathforce(["config", "show", text(&bundle), "--set", "force_gain=2", "--json"]);
+    let shown: serde_json::Value = serde_json::from_str(stdout(&shown)).unwrap();
+    assert_eq!(shown["settings"]["force_gain"], 2.0);
+}
+
+#[cfg(unix)]
+#[test]
+fn ctrl_c_disarms_and_finishes_the_recording() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("interrupted.mcap");
+    let mut run = command();
+    run.arg("simulate").arg(bundle()).args(["--trial", "0", "--out", text(&file)]);
+    let mut run = run.stderr(std::process::Stdio::piped()).spawn().unwrap();
+    let deadline = Instant::now() + Duration::from_secs(60);
+    while !file.exists() {
+        assert!(Instant::now() < deadline, "no recording was begun");
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    let signal = Command::new("kill").args(["-INT", &run.id().to_string()]).status().unwrap();
+    assert!(signal.success());
+    let status = run.wait().unwrap();
+    assert_eq!(status.code(), Some(1));
+    let recording = Recording::open(&file).unwrap();
+    assert_eq!(recording.cut, None, "the file is finished");
+    assert!(recording.trial.rows.len() < 2000, "it was not played to its end");
+    assert!(cathforce(["replay", text(&file)]).status.success());
+}
