@@ -183,7 +183,7 @@ impl Replay {
             peak_node: Some(contact.peak_node),
             tip_from_entry_m: model.node_position_m(0).map(from_entry),
         });
-        if tick % SHAPE_EVERY == 0 {
+        if tick.is_multiple_of(SHAPE_EVERY) {
             let nodes = (0..model.nodes())
                 .filter_map(|node| {
                     Some(NodeEstimate {

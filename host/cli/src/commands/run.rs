@@ -134,8 +134,11 @@ fn info(link: &str, bundle: &Bundle, trial: u32) -> RunInfo {
     }
 }
 
-/// The first sentence of what stands in the bundle, or beside it, about its origin, without
-/// what it says in brackets.
+/// Longest text about a bundle's origin.
+const PROVENANCE_CHARACTERS: usize = 260;
+
+/// What stands in the bundle, or beside it, about its origin: the first sentences of its first
+/// paragraph, without markup and without what it says in brackets.
 fn provenance(bundle: &Path) -> String {
     let parent = bundle.parent().map(Path::to_path_buf).unwrap_or_default();
     let places: [PathBuf; 4] = [
@@ -148,14 +151,15 @@ fn provenance(bundle: &Path) -> String {
     let text = text.unwrap_or_default();
     let paragraph = text.split("\n\n").find(|p| !p.trim_start().starts_with('#')).unwrap_or("");
     let mut depth = 0_u32;
-    let open = |c: &char| {
+    let keep = |c: &char| {
         depth = (depth + u32::from(*c == '(')).saturating_sub(u32::from(*c == ')'));
-        depth == 0 && *c != ')'
+        depth == 0 && !matches!(c, ')' | '*' | '`')
     };
-    let plain = paragraph.chars().filter(open).collect::<String>();
+    let plain = paragraph.chars().filter(keep).collect::<String>();
     let plain = plain.split_whitespace().collect::<Vec<_>>().join(" ");
-    let plain = plain.replace(" .", ".");
-    let end = plain.find(". ").map_or(plain.len(), |end| end + 1);
+    let plain = plain.replace(" .", ".").replace(" ,", ",");
+    let ends = plain.match_indices(". ").map(|(at, _)| at + 1).chain([plain.len()]);
+    let end = ends.take_while(|&end| end <= PROVENANCE_CHARACTERS).last().unwrap_or(0);
     plain[..end].to_owned()
 }
 
@@ -169,14 +173,17 @@ mod tests {
     use super::*;
 
     #[test]
-    fn provenance_is_the_first_paragraph_beside_the_bundle() {
+    fn provenance_is_the_first_sentences_beside_the_bundle() {
         let folder = tempfile::tempdir().unwrap();
         let bundle = folder.path().join("rig");
         std::fs::create_dir(&bundle).unwrap();
         assert_eq!(provenance(&bundle), "");
-        let text = "# Bundles\n\nSimulated,\nnot measured (by (f. ex.) us). More.\n\nMore.\n";
+        let text = format!(
+            "# Bundles\n\n**Simulated,\nnot measured** (by (f. ex.) us). So. {}.\n\nMore.\n",
+            "word ".repeat(PROVENANCE_CHARACTERS / 5)
+        );
         std::fs::write(folder.path().join("README.md"), text).unwrap();
-        assert_eq!(provenance(&bundle), "Simulated, not measured.");
+        assert_eq!(provenance(&bundle), "Simulated, not measured. So.");
         std::fs::write(bundle.join("PROVENANCE.md"), "Measured here.").unwrap();
         assert_eq!(provenance(&bundle), "Measured here.");
     }
