@@ -27,9 +27,10 @@ pub fn put(frame: Frame) -> bool {
     OUT.try_send(Out::Frame(frame)).is_ok()
 }
 
-/// Sends what is queued.
+/// Sends what is queued; first of all an empty line, which says that frames are taken now.
 #[embassy_executor::task]
 pub async fn send(mut port: BusOut) {
+    port.write(slcan::ANSWER_DONE);
     loop {
         match OUT.receive().await {
             Out::Frame(frame) => port.write(&slcan::encode(&frame)),

@@ -29,6 +29,7 @@ fn main() -> ! {
     defmt::info!("{=str}, firmware {=str}", board.name(), env!("CARGO_PKG_VERSION"));
 
     device::start(board);
+    let options = device::boot_options(board);
     let urgent = board::URGENT_TASKS.start(board::URGENT_IRQ);
     let relaxed = board::RELAXED_TASKS.start(board::RELAXED_IRQ);
     // A task can be spawned once, and is.
@@ -36,7 +37,7 @@ fn main() -> ! {
     urgent.spawn(defmt::unwrap!(bus::send(ports.bus_out)));
     relaxed.spawn(defmt::unwrap!(log::send(ports.log_out)));
 
-    board.run(device::boot_options(board));
+    board.run(options);
     loop {
         cortex_m::asm::wfi();
     }

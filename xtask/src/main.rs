@@ -1,1 +1,45 @@
-fn main() {}
+//! `cargo xtask demo` and `cargo xtask test`, and the steps that they are made of.
+
+#![forbid(unsafe_code)]
+
+mod build;
+mod demo;
+mod emulator;
+mod layers;
+mod promises;
+mod setup;
+mod shell;
+mod test;
+
+use clap::{Parser, Subcommand};
+
+#[derive(Parser)]
+#[command(bin_name = "cargo xtask", about = "Builds, tests and shows Cathforce")]
+struct Arguments {
+    #[command(subcommand)]
+    task: Task,
+}
+
+#[derive(Subcommand)]
+enum Task {
+    /// A 10 s insertion on the emulated board, with a table and a folder of results.
+    Demo(demo::Arguments),
+    /// Everything: format, lints, unit tests, firmware, tests on the emulated board.
+    Test(setup::Consent),
+    /// Build the firmware and say how large it is.
+    Firmware,
+    /// Install what is missing: Rust components, the emulator.
+    Setup(setup::Consent),
+}
+
+fn main() -> anyhow::Result<()> {
+    match Arguments::parse().task {
+        Task::Demo(arguments) => demo::run(&arguments),
+        Task::Test(consent) => test::run_all(consent),
+        Task::Firmware => {
+            setup::rust(setup::Consent::default())?;
+            build::firmware().map(drop)
+        }
+        Task::Setup(consent) => setup::everything(consent).map(drop),
+    }
+}

@@ -14,7 +14,7 @@ use std::time::{Duration, Instant};
 use cathforce_bus::Frame;
 
 use crate::firmware_log::FirmwareLog;
-use crate::reader::READ_TIMEOUT;
+use crate::reader::{READ_TIMEOUT, is_timeout};
 use crate::{Link, LinkError, Slcan};
 
 /// The emulator.
@@ -209,6 +209,17 @@ impl Qemu {
         stream.set_nonblocking(false).map_err(lost)?;
         stream.set_nodelay(true).map_err(lost)?;
         stream.set_read_timeout(Some(READ_TIMEOUT)).map_err(lost)?;
+        // QEMU's multiplexer keeps bytes that come before the firmware has set up its UART
+        // until the next one comes: the firmware's first byte says when to begin.
+        let mut ready = [0];
+        while let Err(e) = (&stream).read_exact(&mut ready) {
+            if !is_timeout(&e) || Instant::now() >= deadline {
+                return Err(wrong(
+                    format!("the firmware did not start: {}", complaint(&mut emulator)),
+                    BUILD,
+                ));
+            }
+        }
         // Warnings from here on are about idling; nobody reads them.
         if let Some(stderr) = emulator.0.stderr.take() {
             std::thread::spawn(move || io::copy(&mut { stderr }, &mut io::sink()));

@@ -1,0 +1,109 @@
+//! Dependencies point one way (`docs/architecture.md`).
+
+use std::collections::BTreeSet;
+
+use anyhow::bail;
+use serde_json::Value;
+
+/// Each package and the packages of the project that it may use.
+const ALLOWED: [(&str, &[&str]); 13] = [
+    ("cathforce-scalar", &[]),
+    ("cathforce-mechanics", &["cathforce-scalar"]),
+    ("cathforce-control", &["cathforce-scalar", "cathforce-mechanics"]),
+    ("cathforce-bus", &[]),
+    ("cathforce-config", &["cathforce-scalar", "cathforce-mechanics", "cathforce-control"]),
+    ("cathforce-device", SHARED),
+    ("cathforce-firmware", &SHARED_AND_DEVICE),
+    (
+        "cathforce-rig",
+        &["cathforce-scalar", "cathforce-mechanics", "cathforce-control", "cathforce-config"],
+    ),
+    ("cathforce-link", &SHARED_AND_DEVICE),
+    ("cathforce-record", &SHARED_AND_DEVICE),
+    ("cathforce", ALL),
+    ("cathforce-hil-tests", ALL),
+    ("xtask", &["cathforce-link"]),
+];
+
+const SHARED: &[&str] = &[
+    "cathforce-scalar",
+    "cathforce-mechanics",
+    "cathforce-control",
+    "cathforce-bus",
+    "cathforce-config",
+];
+const SHARED_AND_DEVICE: [&str; 6] = [
+    "cathforce-scalar",
+    "cathforce-mechanics",
+    "cathforce-control",
+    "cathforce-bus",
+    "cathforce-config",
+    "cathforce-device",
+];
+const ALL: &[&str] = &[
+    "cathforce-scalar",
+    "cathforce-mechanics",
+    "cathforce-control",
+    "cathforce-bus",
+    "cathforce-config",
+    "cathforce-device",
+    "cathforce-rig",
+    "cathforce-link",
+    "cathforce-record",
+];
+
+/// Fails on a dependency that points the wrong way, and on a package without a place.
+pub fn check(metadata: &Value) -> anyhow::Result<()> {
+    let violations = violations(metadata);
+    if !violations.is_empty() {
+        bail!("dependencies against docs/architecture.md:\n  {}", violations.join("\n  "));
+    }
+    Ok(())
+}
+
+fn violations(metadata: &Value) -> Vec<String> {
+    let packages = || metadata["packages"].as_array().into_iter().flatten();
+    let ours: BTreeSet<&str> = packages().filter_map(|p| p["name"].as_str()).collect();
+    let mut found = Vec::new();
+    for package in packages() {
+        let name = package["name"].as_str().unwrap_or_default();
+        let Some((_, allowed)) = ALLOWED.iter().find(|(known, _)| *known == name) else {
+            found.push(format!("{name} has no place in xtask/src/layers.rs"));
+            continue;
+        };
+        // Tests may look further: only what is built into the package counts.
+        let used = package["dependencies"].as_array().into_iter().flatten();
+        let used = used.filter(|d| d["kind"].as_str() != Some("dev"));
+        for used in used.filter_map(|d| d["name"].as_str()) {
+            if ours.contains(used) && !allowed.contains(&used) {
+                found.push(format!("{name} uses {used}"));
+            }
+        }
+    }
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    #[test]
+    fn the_workspace_keeps_its_layers() {
+        check(&crate::build::metadata().unwrap()).unwrap();
+    }
+
+    #[test]
+    fn a_dependency_upwards_is_found() {
+        let upwards = json!({ "packages": [
+            { "name": "cathforce-bus", "dependencies": [{ "name": "cathforce-device", "kind": null }] },
+            { "name": "cathforce-device", "dependencies": [{ "name": "cathforce-bus", "kind": null }] },
+            { "name": "cathforce-new", "dependencies": [] },
+        ]});
+        let expected = [
+            "cathforce-bus uses cathforce-device",
+            "cathforce-new has no place in xtask/src/layers.rs",
+        ];
+        assert_eq!(violations(&upwards), expected);
+    }
+}

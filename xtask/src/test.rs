@@ -1,0 +1,25 @@
+//! `cargo xtask test`: everything, in the order in which it fails fastest.
+
+use cathforce_link::qemu::FIRMWARE_VARIABLE;
+
+use crate::shell::{cargo, command, output, root, run};
+use crate::{build, layers, promises, setup};
+
+pub fn run_all(consent: setup::Consent) -> anyhow::Result<()> {
+    setup::rust(consent)?;
+    run(&mut cargo(&["fmt", "--all", "--check"]))?;
+    layers::check(&build::metadata()?)?;
+    promises::check(root())?;
+    run(&mut cargo(&["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"]))?;
+    let elf = setup::everything(consent)?;
+    run(cargo(&["clippy"])
+        .args(build::FIRMWARE)
+        .args(["--", "-D", "warnings"])
+        .env_remove("RUSTFLAGS"))?;
+    // Tests of the emulated board are tests like any other; they boot this firmware.
+    let runner: &[&str] = match output(command("cargo").args(["nextest", "--version"])) {
+        Some(_) => &["nextest", "run", "--workspace", "--no-fail-fast"],
+        None => &["test", "--workspace", "--no-fail-fast"],
+    };
+    run(cargo(runner).env(FIRMWARE_VARIABLE, elf))
+}
