@@ -120,7 +120,7 @@ fn wrong_files_are_exit_code_3_with_place_and_cause() {
     let middle = damaged.len() * 3 / 4;
     damaged[middle] ^= 1;
     fs::write(&file, damaged).unwrap();
-    assert_fails(&cathforce(["replay", text(&file)]), 3, &["byte ", "CRC"]);
+    assert_fails(&cathforce(["replay", text(&file)]), 3, &["byte ", "the file is damaged"]);
 }
 
 #[test]
@@ -192,6 +192,19 @@ fn a_frame_that_did_not_reach_the_device_is_found() {
         recording.frames.remove(moving + place);
     });
     assert_fails(&cathforce(["replay", text(&file)]), 1, &["differ"]);
+}
+
+/// Without SYNC frames nobody knows which tick took which frame; what crossed the bus is shown.
+#[test]
+fn a_free_running_recording_is_shown_but_not_replayed() {
+    let folder = tempfile::tempdir().unwrap();
+    let [file, html] = ["free.mcap", "free.html"].map(|name| folder.path().join(name));
+    altered(&file, |recording| recording.info.lock_step = false);
+    assert_fails(&cathforce(["replay", text(&file)]), 3, &["without lock step"]);
+    let report = cathforce(["report", text(&file), "--html", text(&html)]);
+    assert!(report.status.success(), "{}", stderr(&report));
+    let page = fs::read_to_string(html).unwrap();
+    assert!(page.contains("peak contact force") && !page.contains("bits differ"));
 }
 
 #[test]

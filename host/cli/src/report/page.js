@@ -91,7 +91,9 @@ function showShape(t) {
     if (force > peak) { peak = force; node = j - first[i]; }
   }
   if (scene && points.length) {
-    // From the last node back to the guide's mouth.
+    // From the last node back to the guide's mouth; a node that is at the mouth gives way to it.
+    const gap = Math.hypot(...[0, 1, 2].map((k) => points[points.length - 1][k] - data.shape.entry_mm[k]));
+    if (gap < 1 && points.length > 1) { points.pop(); shares.pop(); }
     points.push(data.shape.entry_mm); shares.push(0);
     scene.setCatheter(points, shares);
   }
