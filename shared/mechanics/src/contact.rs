@@ -12,13 +12,15 @@ use crate::{Lumen, Real, Wall};
 pub(crate) struct Memory<T: Real> {
     /// Elastic tangential displacement of the surface against the wall \[m\].
     pub slip: Vector3<T>,
+    /// Length of the displacement at the end of the last tick, before the return map \[m\].
+    pub reached: T,
     /// Normal force of the last solve \[N\].
     pub normal_n: T,
 }
 
 impl<T: Real> Memory<T> {
     pub fn new() -> Self {
-        Self { slip: Vector3::zeros(), normal_n: T::zero() }
+        Self { slip: Vector3::zeros(), reached: T::zero(), normal_n: T::zero() }
     }
 }
 
@@ -103,6 +105,7 @@ impl<T: Real> Contact<'_, T> {
         let moved = memory.slip + motion.displacement + cross(&motion.turn, &radial);
         let slip = moved - n * dot(&n, &moved);
         let length = dot(&slip, &slip).root();
+        let length = crate::model::maximum(length, memory.reached);
         let elastic = self.wall.tangential_ratio * stiffness * slope;
         let limit = self.friction * memory.normal_n;
         // Secant of Coulomb's law at the predicted displacement.     docs/model.md (11)
@@ -143,6 +146,7 @@ impl<T: Real> Touch<T> {
         // Return map: what exceeds the limit has slid.     docs/model.md (12)
         let slip = self.slip + moved - n * along;
         let length = dot(&slip, &slip).root();
+        memory.reached = length;
         memory.slip =
             if length > self.slip_limit { slip * (self.slip_limit / length) } else { slip };
         force
@@ -155,26 +159,20 @@ fn stiffness_scale<T: Real>(code: u8) -> T {
     if code == NOMINAL_WALL {
         return T::one();
     }
-    const FRACTIONS: [f64; 16] = [
-        1.0,
+    // 2^(1/16), to the powers 1, 2, 4, 8.
+    const ROOTS: [f64; 4] = [
         1.044_273_782_427_413_8,
         1.090_507_732_665_257_7,
-        1.138_788_634_756_691_6,
         1.189_207_115_002_721,
-        1.241_857_812_073_484,
-        1.296_839_554_651_009_6,
-        1.354_255_546_936_892_7,
-        1.414_213_562_373_095_1,
-        1.476_826_145_939_499_3,
-        1.542_210_825_407_940_7,
-        1.610_490_331_949_254_3,
-        1.681_792_830_507_429,
-        1.756_252_160_373_299_5,
-        1.834_008_086_409_342_4,
-        1.915_206_561_397_147_2,
+        core::f64::consts::SQRT_2,
     ];
     let steps = i32::from(code) - i32::from(NOMINAL_WALL);
-    let mut scale = FRACTIONS.get((steps & 15) as usize).map_or(T::one(), |&f| T::lit(f));
+    let mut scale = T::one();
+    for (bit, root) in ROOTS.iter().enumerate() {
+        if steps >> bit & 1 == 1 {
+            scale *= T::lit(*root);
+        }
+    }
     let doublings = steps >> 4;
     let factor = if doublings < 0 { T::lit(0.5) } else { T::lit(2.0) };
     for _ in 0..doublings.abs() {

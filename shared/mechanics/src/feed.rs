@@ -11,7 +11,33 @@ use crate::{Drive, MAX_LINKS, Model, Real};
 /// Turns the predictor by at most this much a solve \[rad\]; beyond, it is no prediction.
 const LARGEST_PREDICTED_TURN: f64 = 0.2;
 
+/// Shortest base link, over the link length, that the guide's joint and the stretch see:
+/// a link enters the vessel rigid and softens as it grows.
+pub(crate) const SHORTEST_BASE: f64 = 0.1;
+
 impl<T: Real> State<T> {
+    /// Arc that the guide's joint stands for: half of the base link \[m\].
+    pub(crate) fn guide_cell_m(&self, model: &Model<T>) -> T {
+        let shortest = model.description().solver.link_length_m * T::lit(SHORTEST_BASE);
+        maximum(self.base_length_m, shortest) * T::lit(0.5)
+    }
+
+    /// Keeps every joint's curvature at the start of a step, for viscous bending.
+    pub(crate) fn remember_curvature(&mut self, model: &Model<T>) {
+        let mut far = self.guide;
+        let mut distal_length = T::zero();
+        for j in 0..self.count.min(MAX_LINKS) {
+            let length = self.length_m(model, j);
+            let link = &mut self.links[j];
+            if j > 0 {
+                let per_cell = T::one() / ((length + distal_length) * T::lit(0.5));
+                link.curvature = link.rotation.to(&far).log() * per_cell;
+            }
+            (far, distal_length) = (link.rotation, length);
+        }
+        self.guide_curvature = self.guide.to(&far).log() * (T::one() / self.guide_cell_m(model));
+    }
+
     /// Moves the drive to `target`, within what the links can reach.     docs/model.md (2)
     pub(crate) fn feed(&mut self, model: &Model<T>, target: Drive<T>) {
         let h = model.description().solver.link_length_m;
@@ -44,11 +70,11 @@ impl<T: Real> State<T> {
                 rotation: self.guide,
                 tangent: self.guide.tangent(),
                 strain,
-                bend: self.guide_bend,
+                curvature: self.guide_curvature,
                 position: model.entry,
                 ..LinkState::new()
             };
-            self.guide_bend = Vector3::zeros();
+            self.guide_curvature = Vector3::zeros();
             self.count += 1;
         }
     }

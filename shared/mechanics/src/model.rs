@@ -165,10 +165,12 @@ fn unloaded_rotation<T: Real>(instrument: &Instrument<T>, low: T, high: T) -> Ve
     sum
 }
 
+/// The larger of two; NaN in `a` stays.
 pub(crate) fn maximum<T: Real>(a: T, b: T) -> T {
-    if a > b { a } else { b }
+    if a <= b { b } else { a }
 }
 
+/// The smaller of two; NaN in `a` stays.
 pub(crate) fn minimum<T: Real>(a: T, b: T) -> T {
-    if a < b { a } else { b }
+    if a >= b { b } else { a }
 }

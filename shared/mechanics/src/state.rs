@@ -43,8 +43,9 @@ pub(crate) struct LinkState<T: Real> {
     pub tangent: Vector3<T>,
     /// Filtered angular rate, the predictor's \[rad/s\].
     pub rate: Vector3<T>,
-    /// Rotation of joint j (between this link and the next one towards the tip), material axes \[rad\].
-    pub bend: Vector3<T>,
+    /// Curvature and twist of joint j (between this link and the next one towards the tip)
+    /// when the step began, material axes \[rad/m\]; kept for viscous bending only.
+    pub curvature: Vector3<T>,
     /// Axial strain \[1\].
     pub strain: T,
     /// Position of node j \[m\].
@@ -68,7 +69,7 @@ impl<T: Real> LinkState<T> {
             rotation: Rotation::identity(),
             tangent: v,
             rate: v,
-            bend: v,
+            curvature: v,
             strain: T::zero(),
             position: v,
             velocity: v,
@@ -130,8 +131,8 @@ pub struct State<T: Real> {
     /// Unstretched length of the base link \[m\].
     pub(crate) base_length_m: T,
     pub(crate) guide: Rotation<T>,
-    /// Rotation of the guide's joint \[rad\].
-    pub(crate) guide_bend: Vector3<T>,
+    /// The same of the guide's joint \[rad/m\].
+    pub(crate) guide_curvature: Vector3<T>,
     /// Quasi-static steps since the drive's position was reached.
     pub(crate) rested: u16,
     pub(crate) links: [LinkState<T>; MAX_LINKS],
@@ -152,7 +153,7 @@ impl<T: Real> State<T> {
             drive: Drive::default(),
             base_length_m: T::zero(),
             guide: Rotation::identity(),
-            guide_bend: Vector3::zeros(),
+            guide_curvature: Vector3::zeros(),
             rested: 0,
             links: [LinkState::new(); MAX_LINKS],
             eliminations: [Elimination::new(); MAX_LINKS],
@@ -162,13 +163,21 @@ impl<T: Real> State<T> {
     /// Back to [`State::new`] in place: a whole `State` does not fit on a small stack.
     pub fn reset(&mut self) {
         // No `..`: what is added to the state must be reset here.
-        let Self { count, drive, base_length_m, guide, guide_bend, rested, links, eliminations } =
-            self;
+        let Self {
+            count,
+            drive,
+            base_length_m,
+            guide,
+            guide_curvature,
+            rested,
+            links,
+            eliminations,
+        } = self;
         *count = 0;
         *drive = Drive::default();
         *base_length_m = T::zero();
         *guide = Rotation::identity();
-        *guide_bend = Vector3::zeros();
+        *guide_curvature = Vector3::zeros();
         *rested = 0;
         links.iter_mut().for_each(|link| *link = LinkState::new());
         eliminations.iter_mut().for_each(|elimination| *elimination = Elimination::new());

@@ -41,6 +41,9 @@ pub fn step<T: Real>(
             insertion_m: start.insertion_m + (drive.insertion_m - start.insertion_m) * share,
             rotation_rad: start.rotation_rad + (drive.rotation_rad - start.rotation_rad) * share,
         };
+        if solver.bending_damping_s > T::zero() {
+            state.remember_curvature(model);
+        }
         state.feed(model, target);
         state.predict(model, scheme.dt_s);
         let mut totals;
@@ -113,6 +116,8 @@ fn report<T: Real>(model: &Model<T>, state: &State<T>, totals: &Totals<T>) -> Ou
             (peak, peak_node) = (squared, j as u16);
         }
     }
+    let force = &totals.force_on_instrument;
+    let finite = (force.x + force.y + force.z).is_finite();
     let limit = T::lit(RESOLVED_TURN_RAD * RESOLVED_TURN_RAD);
     Outputs {
         force_on_vessel_n: (-totals.force_on_instrument).into(),
@@ -122,7 +127,6 @@ fn report<T: Real>(model: &Model<T>, state: &State<T>, totals: &Totals<T>) -> Ou
         peak_contact_force_n: peak.root(),
         peak_node,
         links: state.count as u16,
-        // Written so that NaN counts as unresolved.
-        unresolved: !(totals.largest_turn_squared <= limit),
+        unresolved: totals.largest_turn_squared > limit || !finite,
     }
 }

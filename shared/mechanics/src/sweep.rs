@@ -9,13 +9,10 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::algebra::{Sym3, add_cross, add_outer, cross, dot, mul, mul_transposed};
 use crate::contact::{Contact, Motion, Touch};
+use crate::feed::SHORTEST_BASE;
 use crate::model::{Joint, maximum};
 use crate::state::{Elimination, State};
 use crate::{Lumen, MAX_LINKS, Model, Real};
-
-/// Shortest base link, over the link length, that the guide's joint and the stretch see:
-/// a link enters the vessel rigid and softens as it grows.
-const SHORTEST_BASE: f64 = 0.1;
 
 /// How one solve treats time.
 pub(crate) struct Scheme<T> {
@@ -284,35 +281,30 @@ fn eliminate<T: Real>(
 /// Moment of the joint at node j at the predicted state.     docs/model.md (3)
 fn joint_load<T: Real>(
     model: &Model<T>,
-    state: &mut State<T>,
+    state: &State<T>,
     j: usize,
     cell: T,
     scheme: &Scheme<T>,
 ) -> JointLoad<T> {
     let (near, far) = (state.links[j].rotation, state.links[j - 1].rotation);
     let bend = near.to(&far).log();
-    let load =
-        elastic_moment(model, j, cell, scheme, &bend, &state.links[j].bend, near.midway(&far));
-    state.links[j].bend = bend;
-    load
+    let before = state.links[j].curvature * cell;
+    elastic_moment(model, j, cell, scheme, &bend, &before, near.midway(&far))
 }
 
 /// The joint at the guide's mouth: the base link's half against the guide.
 fn guide_joint<T: Real>(
     model: &Model<T>,
-    state: &mut State<T>,
+    state: &State<T>,
     scheme: &Scheme<T>,
     count: usize,
 ) -> JointLoad<T> {
-    let h = model.description().solver.link_length_m;
     let near = state.guide;
     let far = count.checked_sub(1).map_or(near, |base| state.links[base].rotation);
     let bend = near.to(&far).log();
-    let cell = maximum(state.base_length_m, h * T::lit(SHORTEST_BASE)) * T::lit(0.5);
-    let load =
-        elastic_moment(model, count, cell, scheme, &bend, &state.guide_bend, near.midway(&far));
-    state.guide_bend = bend;
-    load
+    let cell = state.guide_cell_m(model);
+    let before = state.guide_curvature * cell;
+    elastic_moment(model, count, cell, scheme, &bend, &before, near.midway(&far))
 }
 
 fn elastic_moment<T: Real>(
@@ -330,6 +322,7 @@ fn elastic_moment<T: Real>(
     let damping = model.description().solver.bending_damping_s * scheme.inertia / scheme.dt_s;
     let (kb, kt) = (*bending * scale, *torsion * scale);
     let stiffen = T::one() + damping;
+    // Elastic, and viscous against the curvature at the step's start.     docs/model.md (4)
     let strain = bend - unloaded * (cell / h) + (bend - before) * damping;
     let axis = midway.tangent();
     let moment = midway.rotate(&strain) * kb + axis * ((kt - kb) * strain.z);
@@ -398,10 +391,7 @@ fn resolve<T: Real>(
             link.velocity = link.displacement * inverse_dt;
             link.rate += (link.turn * inverse_dt - link.rate) * scheme.predictor_gain;
         }
-        let size = dot(&turn, &turn);
-        if !(size <= totals.largest_turn_squared) {
-            totals.largest_turn_squared = size;
-        }
+        totals.largest_turn_squared = maximum(dot(&turn, &turn), totals.largest_turn_squared);
         if let Some(proximal) = state.links.get_mut(j + 1) {
             proximal.force += shared;
         }

@@ -85,7 +85,7 @@ impl Real for f64 {
 }
 
 /// `libm`'s square root is some hundred instructions on a Cortex-M; the FPU has one.
-#[cfg(all(target_arch = "arm", target_feature = "vfp2"))]
+#[cfg(all(target_arch = "arm", target_abi = "eabihf"))]
 #[inline(always)]
 fn sqrt_f32(value: f32) -> f32 {
     let root: f32;
@@ -97,7 +97,7 @@ fn sqrt_f32(value: f32) -> f32 {
     root
 }
 
-#[cfg(not(all(target_arch = "arm", target_feature = "vfp2")))]
+#[cfg(not(all(target_arch = "arm", target_abi = "eabihf")))]
 #[inline(always)]
 fn sqrt_f32(value: f32) -> f32 {
     libm::sqrtf(value)
