@@ -71,6 +71,7 @@ pub async fn receive(mut port: BusIn, board: board::This) {
             }
             Line::Frame(frame) => {
                 if let Taken::Granted = device::on_frame(&frame) {
+                    port.pause();
                     GRANT_USED.wait().await;
                 }
             }

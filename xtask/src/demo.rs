@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::shell::{command, root, run, target_folder};
+use crate::shell::{self, command, root, target_folder};
 use crate::{build, setup};
 
 /// The bundle that comes with the project.
@@ -68,5 +68,5 @@ fn run_host(
 ) -> anyhow::Result<()> {
     let mut command = command(program);
     command.env(cathforce_link::qemu::FIRMWARE_VARIABLE, elf);
-    run(arguments(&mut command))
+    shell::run(arguments(&mut command))
 }

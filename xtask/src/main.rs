@@ -5,6 +5,7 @@
 mod build;
 mod demo;
 mod emulator;
+mod gates;
 mod layers;
 mod promises;
 mod setup;

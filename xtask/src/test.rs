@@ -2,8 +2,8 @@
 
 use cathforce_link::qemu::FIRMWARE_VARIABLE;
 
-use crate::shell::{cargo, command, output, root, run};
-use crate::{build, layers, promises, setup};
+use crate::shell::{cargo, command, output, root, run, target_folder};
+use crate::{build, demo, gates, layers, promises, setup};
 
 pub fn run_all(consent: setup::Consent) -> anyhow::Result<()> {
     setup::rust(consent)?;
@@ -16,6 +16,9 @@ pub fn run_all(consent: setup::Consent) -> anyhow::Result<()> {
         .args(build::FIRMWARE)
         .args(["--", "-D", "warnings"])
         .env_remove("RUSTFLAGS"))?;
+    let out = target_folder().join("demo");
+    std::fs::create_dir_all(&out)?;
+    gates::check(&demo::play(&build::host()?, &elf, &out)?)?;
     // Tests of the emulated board are tests like any other; they boot this firmware.
     let runner: &[&str] = match output(command("cargo").args(["nextest", "--version"])) {
         Some(_) => &["nextest", "run", "--workspace", "--no-fail-fast"],
