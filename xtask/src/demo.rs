@@ -7,6 +7,8 @@ use crate::{build, setup};
 
 /// The bundle that comes with the project.
 pub const EXAMPLE: &str = "examples/tapered-none";
+/// Its first trial is shorter than 10 s.
+const TEN_SECONDS: [&str; 4] = ["--trial", "1", "--duration", "10"];
 
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -53,6 +55,7 @@ pub fn play(program: &Path, elf: &Path, out: &Path) -> anyhow::Result<PathBuf> {
     run_host(program, elf, |c| {
         c.args(["run", "--link", "qemu"])
             .arg(root().join(EXAMPLE))
+            .args(TEN_SECONDS)
             .arg("--out")
             .arg(out.join("run.mcap"))
             .arg("--summary")
