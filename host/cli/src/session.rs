@@ -21,8 +21,10 @@ use crate::ui::Ui;
 const DBC: &str = include_str!("../../../docs/cathforce.dbc");
 /// Ticks of a device's second.
 const TICKS_PER_S: f64 = 1000.0;
-/// Ticks that a device may take for the self-test, for arming and for ramping down.
-const PATIENCE_TICKS: usize = 200;
+/// Ticks that a device may take to arm and to ramp down.
+const PATIENCE_TICKS: usize = 1000;
+/// Ticks after which a command is sent again.
+const COMMAND_EVERY_TICKS: usize = 50;
 /// The same for settling: longer than any setting allows, so that the device decides.
 const SETTLE_TICKS: usize = 70_000;
 
@@ -129,7 +131,7 @@ impl Session<'_> {
         played.and(disarmed)
     }
 
-    /// Sends a command and holds the drive still until the device is in `wanted`.
+    /// Holds the drive still and sends a command until the device is in `wanted`.
     fn hold(
         &self,
         client: &mut Client,
@@ -138,8 +140,11 @@ impl Session<'_> {
         wanted: Mode,
         ticks: usize,
     ) -> Result<(), Failure> {
-        let steps = std::iter::once(Step { command: Some(command), ..still })
-            .chain(std::iter::repeat_n(still, ticks));
+        // A device does not arm in a tick that its model did not resolve, so it is asked again.
+        let steps = (0..ticks).map(|tick| {
+            let command = tick.is_multiple_of(COMMAND_EVERY_TICKS).then_some(command);
+            Step { command, ..still }
+        });
         let (mut mode, mut reached, mut broken) = (None, false, None);
         client.play(steps, |tick| {
             mode = Mode::from_codes(tick.haptic.mode, tick.haptic.fault);

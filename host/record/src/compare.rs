@@ -202,8 +202,8 @@ fn samples(
 ) -> Vec<Sample> {
     rows.iter()
         .filter_map(|row| {
-            let Measured { t_s, insertion_m, .. } = *row.measured;
-            Some(Sample { t_s, insertion_m, force_n: force_n(row)? })
+            let Measured { t_s, insertion_m, rotation_rad, .. } = *row.measured;
+            Some(Sample { t_s, insertion_m, rotation_rad, force_n: force_n(row)? })
         })
         .collect()
 }

@@ -3,15 +3,19 @@
 //! **Definition.** The force jumps where the mean of the [`MEAN_S`] after an instant differs
 //! from the mean of the [`MEAN_S`] before it, in Euclidean norm, by more than
 //!
-//! > max([`NOISE_FACTOR`] × noise of one axis, [`PEAK_SHARE`] × largest norm of the trial).
+//! > max([`NOISE_FACTOR`] × noise of one axis, [`PEAK_SHARE`] × largest norm of the trial)
+//!
+//! while the drive keeps its motion: over [`DRIVE_S`] before and after the instant its mean
+//! speeds differ by less than [`FEED_CHANGE_M_PER_S`] and [`TURN_CHANGE_RAD_PER_S`]. A stiff
+//! instrument's friction turns over as fast when the drive reverses or starts; that is no
+//! snap, and is not excused as one.
 //!
 //! Jumps closer than [`MERGE_S`] are one snap; its time is that of the largest jump. It is
 //! found in the *measured* force alone, so that an estimate cannot excuse itself by jumping.
 //! The same definition and threshold, applied to the estimate, gives the model's snaps.
 //!
-//! Feeding at 30 mm/s and friction reversals change the force of the practice bundles by up
-//! to 90 mN in that window, the tip jumping off a dividing wall or the hook springing open
-//! by 100–750 mN.
+//! In the practice bundles, feeding changes the force by up to 90 mN in that window, the tip
+//! jumping off a dividing wall or the hook springing open by 100–750 mN.
 
 use serde::Serialize;
 
@@ -23,6 +27,13 @@ pub const NOISE_FACTOR: f64 = 10.0;
 pub const PEAK_SHARE: f64 = 0.15;
 /// Jumps closer than this are one snap \[s\].
 pub const MERGE_S: f64 = 0.05;
+
+/// Time before and after a jump in which the drive keeps its motion \[s\].
+pub const DRIVE_S: f64 = 0.1;
+/// A larger change of the feed's speed is a change of motion \[m/s\].
+pub const FEED_CHANGE_M_PER_S: f64 = 2e-3;
+/// A larger change of the rotation's speed is a change of motion \[rad/s\].
+pub const TURN_CHANGE_RAD_PER_S: f64 = 0.1;
 
 /// One snap.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -42,6 +53,7 @@ pub struct Snap {
 pub struct Sample {
     pub t_s: f64,
     pub insertion_m: f64,
+    pub rotation_rad: f64,
     pub force_n: [f64; 3],
 }
 
@@ -55,7 +67,7 @@ pub fn find(samples: &[Sample], threshold_n: f64) -> Vec<Snap> {
     let mut snaps: Vec<Snap> = Vec::new();
     for (i, sample) in samples.iter().enumerate() {
         let Some(jump_n) = jump_at(samples, i) else { continue };
-        if jump_n <= threshold_n {
+        if jump_n <= threshold_n || !keeps_moving(samples, i) {
             continue;
         }
         let t_s = sample.t_s;
@@ -88,6 +100,23 @@ fn jump_at(samples: &[Sample], i: usize) -> Option<f64> {
     Some(norm(std::array::from_fn(|k| after[k] - before[k])))
 }
 
+/// Whether the drive moves after sample `i` as it did before.
+fn keeps_moving(samples: &[Sample], i: usize) -> bool {
+    let now = &samples[i];
+    let first = samples.partition_point(|s| s.t_s < now.t_s - DRIVE_S);
+    let last = samples.partition_point(|s| s.t_s <= now.t_s + DRIVE_S).saturating_sub(1);
+    let changes = |position: fn(&Sample) -> f64, limit: f64| {
+        let speed = |from: usize, to: usize| {
+            let (from, to) = (&samples[from], &samples[to]);
+            (position(to) - position(from)) / (to.t_s - from.t_s)
+        };
+        // At the ends of the trial there is nothing to compare with: NaN, which is no change.
+        (speed(i, last) - speed(first, i)).abs() > limit
+    };
+    !changes(|s| s.insertion_m, FEED_CHANGE_M_PER_S)
+        && !changes(|s| s.rotation_rad, TURN_CHANGE_RAD_PER_S)
+}
+
 fn mean<'a>(samples: impl Iterator<Item = &'a Sample>) -> Option<[f64; 3]> {
     let (mut sum, mut count) = ([0.0; 3], 0_u32);
     for sample in samples {
@@ -115,7 +144,7 @@ mod tests {
                 let step = if t_s >= 1.0 { jump_n } else { 0.0 };
                 // 0.5 N/s is faster than any feed of the practice bundles.
                 let force_n = [0.5 * t_s, -step, 0.0];
-                Sample { t_s, insertion_m: 0.013 * t_s, force_n }
+                Sample { t_s, insertion_m: 0.013 * t_s, rotation_rad: 0.0, force_n }
             })
             .collect()
     }
@@ -133,6 +162,25 @@ mod tests {
     fn a_ramp_and_a_small_jump_are_none() {
         assert!(find(&ramp_with_jump(0.0), 0.1).is_empty());
         assert!(find(&ramp_with_jump(0.05), 0.1).is_empty());
+    }
+
+    #[test]
+    fn a_jump_at_a_reversal_or_when_rotation_starts_is_none() {
+        let mut reversal = ramp_with_jump(0.2);
+        for s in reversal.iter_mut().filter(|s| s.t_s > 0.96) {
+            s.insertion_m = 0.013 * (1.92 - s.t_s);
+        }
+        assert!(find(&reversal, 0.1).is_empty());
+        let mut rotation = ramp_with_jump(0.2);
+        for s in rotation.iter_mut().filter(|s| s.t_s > 0.96) {
+            s.rotation_rad = s.t_s - 0.96;
+        }
+        assert!(find(&rotation, 0.1).is_empty());
+        let mut earlier = ramp_with_jump(0.2);
+        for s in earlier.iter_mut().filter(|s| s.t_s > 0.5) {
+            s.insertion_m = 0.013 * (1.0 - s.t_s);
+        }
+        assert_eq!(find(&earlier, 0.1).len(), 1, "half a second before is another event");
     }
 
     #[test]
