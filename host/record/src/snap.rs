@@ -29,7 +29,7 @@ pub const PEAK_SHARE: f64 = 0.15;
 pub const MERGE_S: f64 = 0.05;
 
 /// Time before and after a jump in which the drive keeps its motion \[s\].
-pub const DRIVE_S: f64 = 0.1;
+pub const DRIVE_S: f64 = 0.2;
 /// A larger change of the feed's speed is a change of motion \[m/s\].
 pub const FEED_CHANGE_M_PER_S: f64 = 2e-3;
 /// A larger change of the rotation's speed is a change of motion \[rad/s\].
