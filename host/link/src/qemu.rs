@@ -2,7 +2,7 @@
 //!
 //! UART 0 is joined by TCP on the loopback interface. `mux=on` gives the emulated UART,
 //! which takes one byte at a time, a buffer that the processor empties without waiting for
-//! QEMU's main loop: an image loads six times faster. UART 1, the log, is QEMU's standard
+//! QEMU's main loop (measured in firmware/README.md). UART 1, the log, is QEMU's standard
 //! output.
 
 use std::io::{self, BufRead, BufReader, Read};
@@ -58,26 +58,6 @@ impl SelfTest {
         let expected = self.expected_counts();
         [self.counter, self.timer].iter().all(|n| n.abs_diff(expected) * 100 <= expected)
     }
-}
-
-/// Boots the firmware in QEMU, in lock step, and links to its UART.
-pub(crate) fn open(elf: Option<&Path>) -> Result<Box<dyn Link>, LinkError> {
-    let elf = find_firmware(elf)?;
-    let measured = self_test(&elf)?;
-    if !measured.passed() {
-        return Err(wrong(
-            format!(
-                "this QEMU's clocks are wrong: after {} instructions the counter stood at {} and \
-                 the timer at {} instead of {}",
-                measured.instructions,
-                measured.counter,
-                measured.timer,
-                measured.expected_counts()
-            ),
-            INSTALL,
-        ));
-    }
-    Ok(Box::new(Qemu::start(&elf)?))
 }
 
 /// The firmware's ELF: as given, as the environment says, or where it is built.
@@ -170,13 +150,39 @@ impl Drop for Emulator {
 }
 
 /// The link to a booted board.
-struct Qemu {
+pub struct Qemu {
     slcan: Slcan,
     emulator: Emulator,
     log: FirmwareLog,
 }
 
 impl Qemu {
+    /// Boots the firmware in QEMU, in lock step, and links to its UART. Without `elf` the
+    /// firmware is the one of [`find_firmware`].
+    pub fn boot(elf: Option<&Path>) -> Result<Self, LinkError> {
+        let elf = find_firmware(elf)?;
+        let measured = self_test(&elf)?;
+        if !measured.passed() {
+            return Err(wrong(
+                format!(
+                    "this QEMU's clocks are wrong: after {} instructions the counter stood at {} and \
+                     the timer at {} instead of {}",
+                    measured.instructions,
+                    measured.counter,
+                    measured.timer,
+                    measured.expected_counts()
+                ),
+                INSTALL,
+            ));
+        }
+        Self::start(&elf)
+    }
+
+    /// Sends bytes in place of a line, among the frames: what a broken host might send.
+    pub fn send_bytes(&mut self, bytes: &[u8]) {
+        self.slcan.send_bytes(bytes);
+    }
+
     fn start(elf: &Path) -> Result<Self, LinkError> {
         let lost = |e| LinkError::lost(LINK, e);
         let listener = TcpListener::bind(("127.0.0.1", 0)).map_err(lost)?;

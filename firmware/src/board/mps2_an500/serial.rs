@@ -82,8 +82,8 @@ pub unsafe fn on_receive() {
 
 impl BusIn {
     /// Leaves what arrives in the emulator until the next [`BusIn::read`] runs dry. While
-    /// ticks run, an interrupt at a moment that the host chose would make virtual time
-    /// depend on the host: QEMU may let the processor run on before it raises a timer.
+    /// ticks run, an interrupt at a moment that the host chose could make virtual time
+    /// depend on the host (see README.md).
     pub fn pause(&mut self) {
         NVIC::mask(Irq::Uart0Receive);
     }
