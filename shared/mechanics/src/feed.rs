@@ -13,7 +13,7 @@ const LARGEST_PREDICTED_TURN: f64 = 0.2;
 
 /// Shortest base link, over the link length, that the guide's joint and the stretch see:
 /// a link enters the vessel rigid and softens as it grows.
-pub(crate) const SHORTEST_BASE: f64 = 0.1;
+pub(crate) const SHORTEST_BASE: f64 = 0.001;
 
 impl<T: Real> State<T> {
     /// Arc that the guide's joint stands for: half of the base link \[m\].
