@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use crate::{Link, LinkError, Sim, Slcan, qemu};
+use crate::qemu::Qemu;
+use crate::{Link, LinkError, Sim, Slcan};
 
 /// The forms of an address.
 pub const ADDRESSES: [&str; 5] =
@@ -29,7 +30,7 @@ pub fn open(address: &str) -> Result<Box<dyn Link>, LinkError> {
         Address::SocketCan { interface } => open_socketcan(address, interface)?,
         Address::Tcp { host_and_port } => Box::new(Slcan::connect(address, host_and_port)?),
         Address::Serial { path, baud } => Box::new(Slcan::open_serial(address, path, baud)?),
-        Address::Qemu { elf } => qemu::open(elf.map(Path::new))?,
+        Address::Qemu { elf } => Box::new(Qemu::boot(elf.map(Path::new))?),
         Address::Sim => Box::new(Sim::new()),
     })
 }

@@ -219,6 +219,11 @@ impl<L: Link> Client<L> {
         &self.link
     }
 
+    /// The link, to send past the client what no client would: the tap does not see it.
+    pub fn link_mut(&mut self) -> &mut L {
+        &mut self.link
+    }
+
     pub(crate) fn send_process(&mut self, process: Process) -> Result<(), LinkError> {
         let frame = self.sealer.seal(process, Default::default());
         self.send(&frame)

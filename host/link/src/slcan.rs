@@ -94,6 +94,13 @@ impl Slcan {
     }
 }
 
+impl Slcan {
+    /// Sends bytes in place of a line, among the frames: what a broken host might send.
+    pub fn send_bytes(&mut self, bytes: &[u8]) {
+        self.unsent.extend_from_slice(bytes);
+    }
+}
+
 impl Link for Slcan {
     fn send(&mut self, frame: &Frame) -> Result<(), LinkError> {
         self.unsent.extend_from_slice(&slcan::encode(frame));
