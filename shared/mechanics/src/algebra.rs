@@ -291,7 +291,7 @@ impl<T: Real> Rotation<T> {
         )
     }
 
-    /// Rotation vector, for angles well below π.     2 asin(|v|)/|v| · v     docs/model.md (3)
+    /// Rotation vector, for angles well below π.     2 asin(|v|)/|v| · v     docs/model.md (4)
     ///
     /// The series is exact to f32 up to 0.7 rad, to 1 % at 2 rad, and finite everywhere.
     #[inline(always)]

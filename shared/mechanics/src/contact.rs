@@ -26,7 +26,7 @@ impl<T: Real> Memory<T> {
 
 /// The linearised contact of one sample point in one solve.
 ///
-/// Force on the instrument: f − (stick I + push n nᵀ)(δx + δφ × arm).     docs/model.md (9)
+/// Force on the instrument: f − (stick I + push n nᵀ)(δx + δφ × arm).     docs/model.md (10)
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Touch<T: Real> {
     /// Force on the instrument at the predicted state \[N\].
@@ -43,12 +43,23 @@ pub(crate) struct Touch<T: Real> {
     pub slip: Vector3<T>,
     /// Tangential displacement at which it slides \[m\].
     pub slip_limit: T,
+    /// The point is beyond the stored wall: no force can be given.
+    pub outside: bool,
 }
 
 impl<T: Real> Touch<T> {
     pub fn none() -> Self {
         let (o, v) = (T::zero(), Vector3::zeros());
-        Self { force: v, normal: v, arm: v, stick: o, push: o, slip: v, slip_limit: o }
+        Self {
+            force: v,
+            normal: v,
+            arm: v,
+            stick: o,
+            push: o,
+            slip: v,
+            slip_limit: o,
+            outside: false,
+        }
     }
 }
 
@@ -86,11 +97,14 @@ impl<T: Real> Contact<'_, T> {
         let n = seen.normal;
         let indentation = self.radius_m - seen.distance_m;
         let into_onset = indentation + half * onset;
-        if into_onset <= T::zero() || seen.distance_m < -half {
+        if seen.distance_m < -half {
+            return Touch { outside: true, ..Touch::none() };
+        }
+        if into_onset <= T::zero() {
             return Touch::none();
         }
         let stiffness = stiffness * stiffness_scale(seen.stiffness);
-        // Quadratic over the onset, then linear.     docs/model.md (10)
+        // Quadratic over the onset, then linear.     docs/model.md (11)
         let (indented, slope) = if into_onset < onset {
             let share = into_onset / onset;
             (half * share * into_onset, share)
@@ -108,7 +122,7 @@ impl<T: Real> Contact<'_, T> {
         let length = crate::model::maximum(length, memory.reached);
         let elastic = self.wall.tangential_ratio * stiffness * slope;
         let limit = self.friction * memory.normal_n;
-        // Secant of Coulomb's law at the predicted displacement.     docs/model.md (11)
+        // Secant of Coulomb's law at the predicted displacement.     docs/model.md (12)
         let stick = if elastic * length > limit { limit / length } else { elastic };
         let slip_limit = if elastic > T::zero() { limit / elastic } else { T::zero() };
         Touch {
@@ -119,6 +133,7 @@ impl<T: Real> Contact<'_, T> {
             push: normal_stiffness - stick,
             slip,
             slip_limit,
+            outside: false,
         }
     }
 }
@@ -143,7 +158,7 @@ impl<T: Real> Touch<T> {
         if !last {
             return force;
         }
-        // Return map: what exceeds the limit has slid.     docs/model.md (12)
+        // Return map: what exceeds the limit has slid.     docs/model.md (13)
         let slip = self.slip + moved - n * along;
         let length = dot(&slip, &slip).root();
         memory.reached = length;

@@ -79,7 +79,7 @@ impl<T: Real> State<T> {
         }
     }
 
-    /// Rotations by the filtered rates, positions from the base.     docs/model.md (4)
+    /// Rotations by the filtered rates, positions from the base.     docs/model.md (3)
     ///
     /// Only the initial guess of the solve; `dt_s` = 0 predicts no rotation.
     pub(crate) fn predict(&mut self, model: &Model<T>, dt_s: T) {

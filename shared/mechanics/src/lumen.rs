@@ -141,7 +141,7 @@ impl<'a> Lumen<'a> {
         &self.header
     }
 
-    /// The wall seen from a point of the vessel frame \[m\].     docs/model.md (8)
+    /// The wall seen from a point of the vessel frame \[m\].     docs/model.md (9)
     ///
     /// Distance by third-order interpolation: the trilinear interpolant d̂ of the stored
     /// distances is too large, and the blend of their tangent planes too small, by the same

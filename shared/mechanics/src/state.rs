@@ -32,7 +32,8 @@ pub struct Outputs<T> {
     pub peak_node: u16,
     /// Links inside the vessel in this tick.
     pub links: u16,
-    /// The step's last correction was large (a snap): forces of this tick are not to be trusted.
+    /// Forces of this tick are not to be trusted: the step's last correction was large (a
+    /// snap), a point of the instrument is beyond the stored wall, or a number is not finite.
     pub unresolved: bool,
 }
 

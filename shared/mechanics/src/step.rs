@@ -117,7 +117,7 @@ fn report<T: Real>(model: &Model<T>, state: &State<T>, totals: &Totals<T>) -> Ou
     let direction = model.guide.tangent();
     let h = model.description().solver.link_length_m;
     let half = T::lit(0.5);
-    // The configurational force of the guide's mouth.     docs/model.md (17)
+    // The configurational force of the guide's mouth.     docs/model.md (18)
     let joint = &model.joints[state.count.min(crate::MAX_LINKS)];
     let twist = dot(&totals.moment_on_guide, &direction);
     let bend_squared = dot(&totals.moment_on_guide, &totals.moment_on_guide) - twist * twist;
@@ -140,6 +140,6 @@ fn report<T: Real>(model: &Model<T>, state: &State<T>, totals: &Totals<T>) -> Ou
         peak_contact_force_n: peak.root(),
         peak_node,
         links: state.count as u16,
-        unresolved: totals.largest_turn_squared > limit || !finite,
+        unresolved: totals.largest_turn_squared > limit || totals.outside || !finite,
     }
 }

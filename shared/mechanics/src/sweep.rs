@@ -37,6 +37,8 @@ pub(crate) struct Totals<T: Real> {
     pub moment_on_guide: Vector3<T>,
     /// Largest |δφ|² \[rad²\].
     pub largest_turn_squared: T,
+    /// A point of the instrument is beyond the stored wall.
+    pub outside: bool,
 }
 
 /// The linear wrench of everything distal to a point.
@@ -61,7 +63,7 @@ impl<T: Real> Wrench<T> {
         self.a.add_identity(stiffness);
     }
 
-    /// A contact with the surface, off the node by its arm.     docs/model.md (13)
+    /// A contact with the surface, off the node by its arm.     docs/model.md (14)
     #[inline(always)]
     fn add_touch(&mut self, touch: &Touch<T>) {
         let Touch { force, normal, arm, stick, push, .. } = touch;
@@ -225,7 +227,7 @@ fn eliminate<T: Real>(
         let kept = &mut state.eliminations[j];
         let lever = link.tangent * (length * (T::one() + link.strain));
 
-        // The node: weight, inertia, drag.     docs/model.md (14)
+        // The node: weight, inertia, drag.     docs/model.md (15)
         let mass = model.links[j].mass * (length / h);
         let node_mass = (mass + distal_mass) * half;
         let inertia = scheme.inertia * node_mass * inverse_dt * inverse_dt;
@@ -234,7 +236,7 @@ fn eliminate<T: Real>(
         let force = model.gravity * node_mass - lag * inertia - link.displacement * damping;
         wrench.add_force(&force, inertia + damping);
 
-        // Contact at the node, and on the arc above the middle of the link.     docs/model.md (15)
+        // Contact at the node, and on the arc above the middle of the link.     docs/model.md (16)
         let end = if j == 0 { wall.end_stiffness_n_per_m } else { T::zero() };
         let turn = link.turn;
         let node_motion = Motion { displacement: link.displacement, turn };
@@ -278,7 +280,7 @@ fn eliminate<T: Real>(
     }
 }
 
-/// Moment of the joint at node j at the predicted state.     docs/model.md (3)
+/// Moment of the joint at node j at the predicted state.     docs/model.md (4)
 fn joint_load<T: Real>(
     model: &Model<T>,
     state: &State<T>,
@@ -329,7 +331,7 @@ fn elastic_moment<T: Real>(
     JointLoad { moment, axis, bending: kb * stiffen, twisting: (kt - kb) * stiffen }
 }
 
-/// Guide to tip.
+/// Guide to tip.     docs/model.md (17)
 fn resolve<T: Real>(
     model: &Model<T>,
     state: &mut State<T>,
@@ -347,6 +349,7 @@ fn resolve<T: Real>(
         force_on_guide: base_wrench.0,
         moment_on_guide: guide.moment,
         largest_turn_squared: T::zero(),
+        outside: false,
     };
     let (mut dx, mut turn) = (v, v);
     let mut position = model.entry;
@@ -372,6 +375,7 @@ fn resolve<T: Real>(
             let touch = &kept.touches[i];
             let force = touch.resolve(&dx, &turn, &mut link.memory[i], scheme.last);
             totals.force_on_instrument += force;
+            totals.outside |= touch.outside;
             totals.moment_on_instrument += cross(&(predicted + touch.arm - model.entry), &force);
             force
         });
