@@ -1,1 +1,33 @@
+//! Promises tested where they have to hold: on the emulated board, over its bus.
+//!
+//! A [`Rig`] is a device that a test can switch on: the firmware in QEMU, or the same device
+//! code in this process. Test bodies are written once and run on both; what needs a million
+//! executions runs in process only. A [`Bench`] is one such device in lock step, and a host
+//! that seals every frame rightly unless the test does it otherwise.
+//!
+//! `docs/promises.md` says which test stands for which promise. Tests on the emulated board
+//! need QEMU and the firmware: without them they fail and name the command that provides
+//! them (`cargo xtask test` runs it first).
+
 #![forbid(unsafe_code)]
+
+mod bench;
+mod chance;
+mod fixture;
+mod rig;
+mod trial;
+mod watch;
+
+pub use bench::{Bench, Tick, encoder};
+pub use chance::Chance;
+pub use fixture::{EXAMPLE, bundle, image, image_with, program, small_image, strong_image};
+pub use rig::Rig;
+pub use trial::{estimates, measured, record};
+pub use watch::{LimitWatch, OutputReader};
+
+/// Where a drive is: insertion \[m\], rotation \[rad\].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Drive {
+    pub insertion_m: f64,
+    pub rotation_rad: f64,
+}

@@ -1,0 +1,236 @@
+//! A device in lock step and a host that does everything right.
+
+use std::time::{Duration, Instant};
+
+use cathforce_bus::service::Status as Report;
+use cathforce_bus::{
+    Command, Contact, Counter, Counters, Encoder, Frame, Haptic, Id, Insertion, MODE_UNCONFIGURED,
+    Process, Protection, Rotation, Sealer, Status, Sync,
+};
+use cathforce_control::{Fault, Mode};
+use cathforce_device::{FRAMES_A_TICK, Ticker};
+use cathforce_link::{Client, Sim};
+
+use crate::{Drive, Rig};
+
+/// How long a device may be silent within a tick.
+const PATIENCE: Duration = Duration::from_secs(20);
+/// Ticks that may be under way: their frames fit into the queue of every device.
+const WINDOW: usize = 12;
+/// Longer than any model takes to settle.
+const SETTLE_TICKS: usize = 10_000;
+
+/// What the device sent in one tick.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tick {
+    pub haptic: Haptic,
+    pub contact: Contact,
+    pub third: Process,
+    /// The same, bit by bit.
+    pub frames: [Frame; FRAMES_A_TICK],
+}
+
+impl Tick {
+    /// What a tick's frames say.
+    pub fn decode(frames: [Frame; FRAMES_A_TICK]) -> Self {
+        let decoded = frames.map(|frame| {
+            let id = Id::from_raw(frame.id());
+            let payload = frame.data().first_chunk::<6>();
+            id.zip(payload).and_then(|(id, payload)| Process::decode(id, *payload))
+        });
+        let [Some(Process::Haptic(haptic)), Some(Process::Contact(contact)), Some(third)] = decoded
+        else {
+            panic!("a tick is HAPTIC, CONTACT and a third frame, not {frames:?}")
+        };
+        Self { haptic, contact, third, frames }
+    }
+
+    /// `None` while there is no configuration.
+    pub fn mode(&self) -> Option<Mode> {
+        if (self.haptic.mode, self.haptic.fault) == (MODE_UNCONFIGURED, 0) {
+            return None;
+        }
+        let mode = Mode::from_codes(self.haptic.mode, self.haptic.fault);
+        Some(mode.unwrap_or_else(|| panic!("no mode: {:?}", self.haptic)))
+    }
+
+    pub fn fault(&self) -> Option<Fault> {
+        self.mode().and_then(Mode::fault)
+    }
+
+    /// Nothing is felt.
+    pub fn is_silent(&self) -> bool {
+        (self.haptic.force.0, self.haptic.torque.0) == (0, 0)
+    }
+}
+
+/// A device in lock step, and its host.
+pub struct Bench<R: Rig> {
+    client: Client<R>,
+    sealer: Sealer,
+    protection: Protection,
+    received: Counters,
+    host_tick: u32,
+}
+
+impl<R: Rig> Bench<R> {
+    /// A device that has just been switched on.
+    pub fn booted() -> Self {
+        let mut client = Client::connect(R::boot()).unwrap_or_else(|error| panic!("{error}"));
+        client.set_lock_step(true).unwrap_or_else(|error| panic!("{error}"));
+        Self {
+            client,
+            sealer: Sealer::default(),
+            protection: Protection::default(),
+            received: Counters::default(),
+            host_tick: 0,
+        }
+    }
+
+    /// A device with this image.
+    pub fn configured(image: &[u8]) -> Self {
+        let mut bench = Self::booted();
+        bench.upload(image).unwrap_or_else(|error| panic!("{error}"));
+        bench
+    }
+
+    /// A device with this image, armed, with the drive at rest.
+    pub fn armed(image: &[u8], at: Drive) -> Self {
+        let mut bench = Self::configured(image);
+        bench.arm(at);
+        bench
+    }
+
+    /// Gives the device an image. If it takes it, it starts over.
+    pub fn upload(&mut self, image: &[u8]) -> Result<(), cathforce_link::ClientError> {
+        self.client.upload_image(image, |_| {})?;
+        self.protection = Protection::default();
+        Ok(())
+    }
+
+    /// Self-test, settling and arming, with the drive at rest; every tick on the way.
+    pub fn arm(&mut self, at: Drive) -> Vec<Tick> {
+        let still = encoder(at);
+        let mut ticks = self.play([vec![still, Process::Command(Command::SelfTest)]]);
+        while ticks.last().and_then(Tick::mode) != Some(Mode::Ready) {
+            assert!(ticks.len() < SETTLE_TICKS, "never ready: {:?}", ticks.last());
+            ticks.extend(self.play(std::iter::repeat_n(vec![still], WINDOW)));
+        }
+        ticks.extend(self.play([vec![still, Process::Command(Command::Arm)]]));
+        assert_eq!(ticks.last().and_then(Tick::mode), Some(Mode::Armed));
+        ticks
+    }
+
+    /// Seals a frame as the next one of its kind.
+    pub fn seal(&mut self, process: Process) -> Frame {
+        self.sealer.seal(process, Status::default())
+    }
+
+    /// What will seal the next frames, for frames that are not sent from here.
+    pub fn clone_sealer(&self) -> Sealer {
+        self.sealer.clone()
+    }
+
+    /// The drive's frame.
+    pub fn encoder(&mut self, at: Drive) -> Frame {
+        self.seal(encoder(at))
+    }
+
+    /// A command's frame.
+    pub fn command(&mut self, command: Command) -> Frame {
+        self.seal(Process::Command(command))
+    }
+
+    /// Sends frames as they are and lets one tick run.
+    pub fn tick(&mut self, frames: &[Frame]) -> Tick {
+        for frame in frames {
+            self.send(frame);
+        }
+        self.grant();
+        self.receive()
+    }
+
+    /// One tick for each step, in which these are sent, sealed in this order.
+    pub fn play(&mut self, steps: impl IntoIterator<Item = Vec<Process>>) -> Vec<Tick> {
+        let (mut ticks, mut granted) = (Vec::new(), 0);
+        for step in steps {
+            for process in step {
+                let frame = self.seal(process);
+                self.send(&frame);
+            }
+            self.grant();
+            granted += 1;
+            while granted - ticks.len() >= WINDOW {
+                ticks.push(self.receive());
+            }
+        }
+        while ticks.len() < granted {
+            ticks.push(self.receive());
+        }
+        ticks
+    }
+
+    /// How the device says it is.
+    pub fn report(&mut self) -> Report {
+        self.client.status().unwrap_or_else(|error| panic!("{error}"))
+    }
+
+    /// The link, to send what is no frame.
+    pub fn link_mut(&mut self) -> &mut R {
+        self.client.link_mut()
+    }
+
+    fn send(&mut self, frame: &Frame) {
+        self.client.link_mut().send(frame).unwrap_or_else(|error| panic!("{error}"));
+    }
+
+    fn grant(&mut self) {
+        let host_tick = self.host_tick;
+        self.host_tick += 1;
+        let sync = self.seal(Process::Sync(Sync { grant: 1, host_tick }));
+        self.send(&sync);
+    }
+
+    fn receive(&mut self) -> Tick {
+        Tick::decode(std::array::from_fn(|_| self.receive_frame()))
+    }
+
+    /// The device's next frame; one that is lost, repeated or broken fails the test.
+    fn receive_frame(&mut self) -> Frame {
+        let deadline = Instant::now() + PATIENCE;
+        loop {
+            let left = deadline.saturating_duration_since(Instant::now());
+            let received = self.client.link_mut().receive(left);
+            let frame = match received.unwrap_or_else(|error| panic!("{error}")) {
+                Some(frame) => frame,
+                None if left.is_zero() => panic!("no tick within {PATIENCE:?}"),
+                None => continue,
+            };
+            let id = match Id::from_raw(frame.id()) {
+                // Of a request that was answered already.
+                Some(Id::ServiceResponse) => continue,
+                Some(id) if !id.is_from_host() => id,
+                _ => panic!("not of a device: {frame}"),
+            };
+            let accepted = self.protection.receive(id, &frame, &mut self.received);
+            accepted.unwrap_or_else(|why| panic!("{frame}: {why:?}"));
+            assert_eq!(self.received.get(Counter::Lost), 0, "before {frame}");
+            return frame;
+        }
+    }
+}
+
+impl Bench<Sim> {
+    /// The half of the device that ticks, to look into.
+    pub fn ticker(&self) -> &Ticker {
+        self.client.link().ticker()
+    }
+}
+
+/// The drive's sample.
+pub fn encoder(at: Drive) -> Process {
+    Process::Encoder(Encoder {
+        insertion: Insertion::from_m(at.insertion_m),
+        rotation: Rotation::from_rad(at.rotation_rad),
+    })
+}

@@ -1,0 +1,24 @@
+//! Devices that a test can switch on.
+
+use cathforce_link::qemu::Qemu;
+use cathforce_link::{Link, Sim};
+
+/// A device and the link to it. A bench with a real board would be another one.
+pub trait Rig: Link + Sized {
+    /// Switches the device on: no configuration, nothing received.
+    fn boot() -> Self;
+}
+
+/// The firmware on the emulated board.
+impl Rig for Qemu {
+    fn boot() -> Self {
+        Self::boot(None).unwrap_or_else(|error| panic!("{error}"))
+    }
+}
+
+/// The device's code in this process.
+impl Rig for Sim {
+    fn boot() -> Self {
+        Self::new()
+    }
+}

@@ -1,0 +1,171 @@
+//! Playing a trial of a bundle: recorded over any rig's bus, or estimated in process.
+
+use std::ops::ControlFlow;
+use std::path::Path;
+use std::sync::{Arc, Mutex};
+
+use cathforce_bus::service::Status as Report;
+use cathforce_bus::{Command, Frame, Id, Process};
+use cathforce_control::{Mode, TICK_S};
+use cathforce_link::{Client, Direction, Sim, Step};
+use cathforce_record::{
+    Attachments, BusFrame, Estimate, Measured, Recorder, RunInfo, RunResult, SensorNoise, Trial,
+};
+use cathforce_rig::Bundle;
+
+use crate::{Bench, Drive, Rig, bench};
+
+const TICK_NS: u64 = 1_000_000;
+
+/// A trial's rows, from time 0 on, and the sensor's stated noise.
+pub fn measured(bundle: &Bundle, trial: &cathforce_rig::Trial) -> Trial {
+    let columns = trial.catheter().expect("a catheter's trial");
+    let start_s = trial.t_s[0];
+    let row = |i: usize| Measured {
+        t_s: trial.t_s[i] - start_s,
+        insertion_m: columns.insertion_m[i],
+        rotation_rad: columns.rotation_rad[i],
+        force_n: columns.force_n.as_ref().and_then(|column| column[i]),
+        drive_force_n: columns.drive_force_n.as_ref().and_then(|column| column[i]),
+        tip_m: columns.tip_m.as_ref().and_then(|column| column[i]),
+    };
+    let sensor = &bundle.rig.sensor;
+    let noise = SensorNoise {
+        force_n: sensor.force_noise_sd_n,
+        drive_force_n: sensor.drive_noise_sd_n,
+        tip_m: sensor.tip_noise_sd_m,
+    };
+    Trial { rows: (0..trial.len()).map(row).collect(), noise }
+}
+
+/// Where the drive is in each tick of a trial.
+fn drives(trial: &cathforce_rig::Trial) -> impl Iterator<Item = Drive> {
+    let ticks = (trial.duration_s() / f64::from(TICK_S)).round() as u32;
+    (0..=ticks).map(|tick| {
+        let at = trial.encoder_at(trial.t_s[0] + f64::from(tick) * 1e-3).expect("a catheter");
+        Drive { insertion_m: at.insertion_m, rotation_rad: at.rotation_rad }
+    })
+}
+
+/// What the device in this process estimates in every tick of a trial.
+pub fn estimates(image: &[u8], trial: &cathforce_rig::Trial) -> Vec<Estimate> {
+    let mut drives = drives(trial).peekable();
+    let mut bench = Bench::<Sim>::armed(image, *drives.peek().expect("a trial has rows"));
+    let mut estimates = Vec::new();
+    for (tick, at) in drives.enumerate() {
+        let frame = bench.encoder(at);
+        assert_eq!(bench.tick(&[frame]).mode(), Some(Mode::Armed), "tick {tick}");
+        let ticker = bench.ticker();
+        let contact = ticker.outputs().expect("configured").contact;
+        let tip_m = ticker.state().mechanics().node_position_m(0);
+        estimates.push(Estimate {
+            t_s: tick as f64 * 1e-3,
+            force_n: contact.force_on_vessel_n.map(f64::from),
+            drive_force_n: Some(f64::from(contact.drive_force_n)),
+            tip_m: tip_m.map(|tip| tip.map(f64::from)),
+            unresolved: contact.unresolved,
+        });
+    }
+    estimates
+}
+
+/// Plays a trial on a rig and records its bus, as `cathforce run` does. Returns what the
+/// device said at the end.
+pub fn record<R: Rig>(
+    bundle: &Bundle,
+    trial: &cathforce_rig::Trial,
+    image: &[u8],
+    out: &Path,
+) -> Report {
+    let fail = |error: &dyn std::fmt::Display| -> ! { panic!("{error}") };
+    let mut client = Client::connect(R::boot()).unwrap_or_else(|e| fail(&e));
+    client.set_lock_step(true).unwrap_or_else(|e| fail(&e));
+    client.upload_image(image, |_| {}).unwrap_or_else(|e| fail(&e));
+    client.reset_counters().unwrap_or_else(|e| fail(&e));
+
+    let info = RunInfo {
+        board: client.device().board.clone(),
+        lock_step: true,
+        rig: bundle.rig.name.clone(),
+        tick_s: f64::from(TICK_S),
+        ..RunInfo::default()
+    };
+    let attachments = Attachments { image, rig_toml: "", dbc: "" };
+    let recorder = Recorder::create(out, &info, attachments).unwrap_or_else(|e| fail(&e));
+    let recorder = Arc::new(Mutex::new(Some(recorder)));
+    let tapped = Arc::clone(&recorder);
+    let mut clock = Clock::default();
+    client.set_tap(Some(Box::new(move |direction, frame| {
+        let frame = clock.stamp(direction, frame);
+        let mut recorder = tapped.lock().expect("no panic");
+        recorder.as_mut().expect("recording").frame(&frame).expect("written");
+    })));
+
+    let mut drives = drives(trial).map(step).peekable();
+    let still = *drives.peek().expect("a trial has rows");
+    hold(&mut client, Step { command: Some(Command::SelfTest), ..still }, Mode::Ready);
+    hold(&mut client, Step { command: Some(Command::Arm), ..still }, Mode::Armed);
+    let played = client.play(drives, |tick| {
+        let mode = Mode::from_codes(tick.haptic.mode, tick.haptic.fault);
+        assert_eq!(mode, Some(Mode::Armed), "tick {}", tick.tick);
+        ControlFlow::Continue(())
+    });
+    played.unwrap_or_else(|e| fail(&e));
+    let report = client.status().unwrap_or_else(|e| fail(&e));
+    client.set_tap(None);
+
+    let result = RunResult {
+        ticks: report.tick,
+        digest: report.digest,
+        missed_ticks: report.load.missed_ticks,
+        worst_instructions: report.load.worst_instructions,
+        ..RunResult::default()
+    };
+    let recorder = recorder.lock().expect("no panic").take().expect("recording");
+    recorder.finish(Some(&result)).unwrap_or_else(|e| fail(&e));
+    report
+}
+
+fn step(at: Drive) -> Step {
+    let Process::Encoder(encoder) = bench::encoder(at) else { unreachable!("it is one") };
+    Step { encoder: Some(encoder), command: None }
+}
+
+/// Sends a command, then holds the drive still until the device is in `wanted`.
+fn hold<R: Rig>(client: &mut Client<R>, first: Step, wanted: Mode) {
+    let still = Step { command: None, ..first };
+    let (mut reached, mut last) = (false, None);
+    let steps = std::iter::once(first).chain(std::iter::repeat_n(still, 10_000));
+    let played = client.play(steps, |tick| {
+        last = Mode::from_codes(tick.haptic.mode, tick.haptic.fault);
+        reached |= last == Some(wanted);
+        if reached { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    });
+    played.unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!(last, Some(wanted));
+}
+
+/// The time of the bus: that of the tick to which a frame belongs.
+#[derive(Default)]
+struct Clock {
+    granted: u64,
+    answered: u64,
+}
+
+impl Clock {
+    fn stamp(&mut self, direction: Direction, frame: &Frame) -> BusFrame {
+        let id = Id::from_raw(frame.id());
+        let (direction, tick) = match direction {
+            Direction::ToDevice => {
+                let tick = self.granted;
+                self.granted += u64::from(id == Some(Id::Sync));
+                (cathforce_record::Direction::ToDevice, tick)
+            }
+            Direction::ToHost => {
+                self.answered += u64::from(id == Some(Id::Haptic));
+                (cathforce_record::Direction::ToHost, self.answered.saturating_sub(1))
+            }
+        };
+        BusFrame { at_ns: tick * TICK_NS, direction, frame: *frame }
+    }
+}

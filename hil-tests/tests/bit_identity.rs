@@ -1,0 +1,79 @@
+//! P22: a log of the board replays on the host with zero bits of difference. The same run
+//! says what a tick costs (P09) and how deep the stack gets (P14).
+
+use cathforce_config::image;
+use cathforce_hil_tests::{bundle, image_with, record};
+use cathforce_link::qemu::Qemu;
+use cathforce_record::{Recording, replay};
+use cathforce_rig::ImageOptions;
+
+/// The deepest of the example's trials: 9.8 s of feed, with rotation.
+const TRIAL: u32 = 2;
+/// Links in the vessel at its end: all that there are.
+const LINKS: f64 = 63.0;
+const NODES: usize = 64;
+
+/// Half of what 480 MHz give in a tick of 1 ms, at one cycle an instruction.
+const MOST_INSTRUCTIONS: u32 = 240_000;
+/// A tick with that many links cannot be cheaper: a counter that stands still is no pass.
+const LEAST_INSTRUCTIONS: u32 = 20_000;
+
+#[test]
+fn p22_p09_p14_an_insertion_on_the_board_replays_without_a_differing_bit() {
+    let trial = bundle().trial(TRIAL).expect("in the example");
+    let deepest_m = trial.catheter().expect("a catheter's").insertion_m.iter();
+    let deepest_m = deepest_m.copied().fold(0.0, f64::max);
+    // Links as short as they may be for the insertion to be within reach, and a hair longer.
+    let options =
+        ImageOptions { link_length_m: Some(deepest_m / LINKS + 1e-6), ..Default::default() };
+    let image = image_with(&options);
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("insertion.mcap");
+    let report = record::<Qemu>(bundle(), trial, &image, &file);
+
+    assert!(report.tick >= 10_000, "{} ticks", report.tick);
+    assert_eq!(report.load.missed_ticks, 0);
+    let worst = report.load.worst_instructions;
+    assert!((LEAST_INSTRUCTIONS..=MOST_INSTRUCTIONS).contains(&worst), "{worst} instructions");
+    let (used, size) = (report.load.stack_used_bytes, report.load.stack_size_bytes);
+    assert!(used > 0 && used * 5 <= size * 3, "{used} of {size} bytes of stack");
+
+    let recording = Recording::open(&file).expect("just written");
+    let (replayed, track) = replay(&recording).expect("in lock step");
+    assert_eq!(replayed.first_difference, None);
+    assert_eq!(replayed.differing_bits, 0);
+    assert_eq!((replayed.missing_frames, replayed.extra_frames), (0, 0));
+    assert_eq!(replayed.ticks, u64::from(report.tick));
+    assert_eq!(replayed.frames_compared, 3 * replayed.ticks);
+    // What the bus is too narrow to carry: every output of every tick, nodes included.
+    assert_eq!((replayed.digest, replayed.device_digest), (report.digest, Some(report.digest)));
+    assert!(replayed.identical());
+
+    let nodes = track.shapes.iter().map(|shape| shape.nodes.len()).max();
+    assert_eq!(nodes, Some(NODES));
+    println!("{} ticks, worst {worst} instructions, {used} of {size} bytes", report.tick);
+}
+
+/// The comparison above would find one bit.
+#[test]
+fn p22_one_bit_of_one_frame_is_found() {
+    let trial = bundle().trial(0).expect("in the example");
+    let mut short = trial.clone();
+    short.t_s.truncate(50);
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("short.mcap");
+    let image = cathforce_hil_tests::small_image();
+    record::<cathforce_link::Sim>(bundle(), &short, image, &file);
+    let mut recording = Recording::open(&file).expect("just written");
+    assert!(image::decode(&recording.image).is_ok());
+    assert!(replay(&recording).expect("in lock step").0.identical());
+
+    let frames = &mut recording.frames;
+    let last = frames.iter_mut().rev().find(|f| f.frame.id() == 0x190).expect("CONTACT");
+    let mut data = last.frame.data().to_vec();
+    data[0] ^= 1;
+    last.frame = cathforce_bus::Frame::new(0x190, &data).expect("as before");
+    let (report, _) = replay(&recording).expect("in lock step");
+    assert_eq!(report.differing_bits, 1);
+    assert!(!report.identical());
+}

@@ -1,0 +1,69 @@
+//! The product's reason to be: measured forces reproduced from the drive's position alone,
+//! with the numbers of `rig.toml` and nothing fitted.
+
+use std::path::{Path, PathBuf};
+
+use cathforce_hil_tests::{EXAMPLE, estimates, measured};
+use cathforce_record::compare;
+use cathforce_rig::{Bundle, ImageOptions, device_image};
+
+/// Practice bundles, beside the project on some machines only.
+const PRACTICE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/data/practice");
+/// Largest RMS of the force error, as a share of the measured peak.
+const LARGEST_SHARE: f64 = 0.1;
+/// Snaps and the first 3 mm may leave out no more than this share of the rows.
+const MOST_EXCLUDED: f64 = 0.6;
+
+fn assert_reproduced(path: &Path) {
+    let bundle = Bundle::open(path).unwrap_or_else(|error| panic!("{error}"));
+    let image = device_image(&bundle, &ImageOptions::default());
+    let (image, _) = image.unwrap_or_else(|error| panic!("{error}"));
+    assert!(!bundle.trials.is_empty(), "{} has no trials", path.display());
+    let mut failed = Vec::new();
+    for trial in &bundle.trials {
+        let estimates = estimates(&image, trial);
+        let compared = compare(&estimates, &measured(&bundle, trial)).expect("measured forces");
+        let (scored, excluded) = (compared.scored, compared.excluded_share);
+        let share = scored.share_of_peak();
+        let line = format!(
+            "{} trial {:03}: force error {:.1} mN RMS, {:.1} % of {:.1} mN, {:.0} % left out",
+            path.file_name().unwrap_or_default().to_string_lossy(),
+            trial.number,
+            1e3 * scored.rms_n,
+            100.0 * share,
+            1e3 * scored.measured_peak_n,
+            100.0 * excluded
+        );
+        println!("{line}");
+        // Written so that NaN, of nothing scored, fails.
+        if !(share <= LARGEST_SHARE && excluded <= MOST_EXCLUDED && scored.rows > 500) {
+            failed.push(line);
+        }
+    }
+    assert!(failed.is_empty(), "{}", failed.join("\n"));
+}
+
+#[test]
+fn the_examples_measured_force_is_reproduced() {
+    assert_reproduced(Path::new(EXAMPLE));
+}
+
+/// Bundles without effect end in `-none`; others differ from their `rig.toml` on purpose.
+#[test]
+fn the_practice_bundles_measured_forces_are_reproduced_where_they_are_there() {
+    let folder = std::fs::read_dir(PRACTICE);
+    let paths = folder.into_iter().flatten().map(|entry| entry.expect("readable").path());
+    let without_effect = |path: &PathBuf| path.to_string_lossy().ends_with("-none");
+    let mut bundles: Vec<_> = paths.filter(without_effect).collect();
+    bundles.sort();
+    if bundles.is_empty() {
+        println!("{PRACTICE} is not on this machine: only the example is compared");
+    }
+    let example = std::fs::read(Path::new(EXAMPLE).join("trials/000.csv")).expect("the example");
+    for bundle in bundles {
+        let first = std::fs::read(bundle.join("trials/000.csv")).expect("a bundle has trials");
+        if first != example {
+            assert_reproduced(&bundle);
+        }
+    }
+}
