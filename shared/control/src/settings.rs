@@ -265,7 +265,7 @@ settings! {
     /// Ticks that the model may take to reach the measured insertion before output can be armed.
     settle_timeout_ticks: u16 { unit: "ticks", default: 10000, range: 100, 60000, while_armed: false }
     /// Successive ticks for which a force may be held because the model did not converge.
-    unresolved_limit_ticks: u16 { unit: "ticks", default: 50, range: 1, 500, while_armed: false }
+    unresolved_limit_ticks: u16 { unit: "ticks", default: 250, range: 1, 500, while_armed: false }
 }
 
 #[cfg(test)]
