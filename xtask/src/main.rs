@@ -5,6 +5,7 @@
 mod build;
 mod demo;
 mod emulator;
+mod figures;
 mod gates;
 mod layers;
 mod promises;
@@ -29,6 +30,8 @@ enum Task {
     Test(setup::Consent),
     /// Build the firmware and say how large it is.
     Firmware,
+    /// Measure the figures that README and docs quote, and write them there.
+    Figures(setup::Consent),
     /// Install what is missing: Rust components, the emulator.
     Setup(setup::Consent),
 }
@@ -41,6 +44,7 @@ fn main() -> anyhow::Result<()> {
             setup::rust(setup::Consent::default())?;
             build::firmware().map(drop)
         }
+        Task::Figures(consent) => figures::write(consent),
         Task::Setup(consent) => setup::everything(consent).map(drop),
     }
 }

@@ -1,0 +1,141 @@
+//! `cargo xtask figures`: the figures that README and docs quote, measured and written.
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, bail};
+use serde_json::Value;
+
+use crate::shell::{command, output, root, target_folder};
+use crate::{build, demo, setup};
+
+/// Where practice bundles lie in this project's workplace; a user's clone has none.
+const PRACTICE: &str = "../shared/data/practice";
+const BEGIN: &str = "<!-- cargo xtask figures: demo -->\n";
+const END: &str = "<!-- end -->";
+
+/// Measures the demo and every practice trial without an effect, and writes what they gave.
+pub fn write(consent: setup::Consent) -> anyhow::Result<()> {
+    let elf = setup::everything(consent)?;
+    let program = build::host()?;
+    let out = target_folder().join("demo");
+    std::fs::create_dir_all(&out)?;
+    let summary = demo::play(&program, &elf, &out)?;
+    insert(&root().join("README.md"), &demo_table(&read(&summary)?)?)?;
+    let figures = root().join("docs/figures.md");
+    std::fs::write(&figures, practice_page(&program)?)?;
+    println!("written: README.md, {}", figures.display());
+    Ok(())
+}
+
+fn read(path: &Path) -> anyhow::Result<Value> {
+    let text = std::fs::read_to_string(path).with_context(|| path.display().to_string())?;
+    Ok(serde_json::from_str(&text)?)
+}
+
+fn number(summary: &Value, key: &str) -> anyhow::Result<f64> {
+    summary[key].as_f64().with_context(|| format!("the summary has no `{key}`"))
+}
+
+fn demo_table(summary: &Value) -> anyhow::Result<String> {
+    let of = |key: &str| number(summary, key);
+    let (error, peak) = (of("force_rms_error_n")?, of("measured_force_peak_n")?);
+    let mut text = String::from("| | |\n| --- | --- |\n");
+    let mut row = |name: &str, value: String| writeln!(text, "| {name} | {value} |");
+    row("ticks, of which missed", format!("{}, {}", of("ticks")?, of("missed_ticks")?))?;
+    row(
+        "worst tick",
+        format!(
+            "{} instructions, {:.0} % of 480 MHz at one cycle each",
+            of("worst_instructions_per_tick")?,
+            100.0 * of("budget_share_480mhz")?
+        ),
+    )?;
+    row("peak contact force at a node", format!("{:.0} mN", 1e3 * of("peak_contact_force_n")?))?;
+    row(
+        "force error against the bundle's sensor",
+        format!(
+            "{:.1} mN RMS, {:.1} % of its peak, noise included",
+            1e3 * error,
+            100.0 * error / peak
+        ),
+    )?;
+    row("device against host replay", format!("{} bits differ", of("differing_bits")?))?;
+    Ok(text)
+}
+
+fn practice_page(program: &Path) -> anyhow::Result<String> {
+    let mut text = String::from(
+        "# Figures\n\nWritten by `cargo xtask figures`; each line is one `cathforce simulate BUNDLE --trial N`.\n\n\
+         The bundles are simulated by an independent simulator that is not part of this project, \
+         not measured. Nominal parameters, nothing fitted, vessel from the STL, 64 links, one solve a tick. \
+         Errors are RMS outside snaps of the measured force and after the first 3 mm; they include \
+         the sensor's noise: 17.3 mN in the force's norm, 20 mN in the drive force, 0.52 mm in the tip.\n\n\
+         | bundle | trial | force error | of peak | drive force error | tip error | unresolved ticks |\n\
+         | --- | --- | --- | --- | --- | --- | --- |\n",
+    );
+    for bundle in bundles()? {
+        let name = bundle.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        for trial in 0..trials(&bundle)? {
+            let json = output(
+                command(program)
+                    .args(["simulate", "--json", "--quiet", "--trial", &trial.to_string()])
+                    .arg(&bundle),
+            )
+            .with_context(|| {
+                format!("`cathforce simulate {} --trial {trial}` failed", bundle.display())
+            })?;
+            let summary: Value = serde_json::from_str(&json)?;
+            let of = |key: &str| number(&summary, key);
+            let (error, peak) = (of("force_rms_error_n")?, of("measured_force_peak_n")?);
+            writeln!(
+                text,
+                "| {name} | {trial} | {:.1} mN | {:.1} % | {:.1} mN | {:.2} mm | {} of {} |",
+                1e3 * error,
+                100.0 * error / peak,
+                1e3 * of("drive_force_rms_error_n")?,
+                1e3 * of("tip_rms_error_m")?,
+                of("unresolved_ticks")?,
+                of("ticks")?
+            )?;
+        }
+    }
+    Ok(text)
+}
+
+/// The example, and the other practice bundles without an effect where they are.
+fn bundles() -> anyhow::Result<Vec<PathBuf>> {
+    let mut bundles = vec![root().join(demo::EXAMPLE)];
+    if let Ok(entries) = root().join(PRACTICE).read_dir() {
+        for entry in entries {
+            let path = entry?.path();
+            let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+            if name.ends_with("-none")
+                && path.join("rig.toml").is_file()
+                && !demo::EXAMPLE.ends_with(&name)
+            {
+                bundles.push(path);
+            }
+        }
+    }
+    bundles.sort();
+    Ok(bundles)
+}
+
+fn trials(bundle: &Path) -> anyhow::Result<usize> {
+    let folder = bundle.join("trials");
+    Ok(folder.read_dir().with_context(|| folder.display().to_string())?.count())
+}
+
+/// Replaces what stands between the two marks.
+fn insert(page: &Path, table: &str) -> anyhow::Result<()> {
+    let text = std::fs::read_to_string(page).with_context(|| page.display().to_string())?;
+    let Some((before, rest)) = text.split_once(BEGIN) else {
+        bail!("{}: the line `{}` is missing", page.display(), BEGIN.trim());
+    };
+    let Some((_, after)) = rest.split_once(END) else {
+        bail!("{}: the line `{END}` is missing", page.display());
+    };
+    std::fs::write(page, format!("{before}{BEGIN}{table}{END}{after}"))?;
+    Ok(())
+}
