@@ -53,7 +53,7 @@ impl Default for SolverDefaults {
     }
 }
 
-/// Links that a chain can have while another one is being born at the mouth.
+/// Links that reach the largest insertion and the margin; one more is to spare.
 const FULL_LINKS: usize = MAX_LINKS - 1;
 
 impl SolverDefaults {
@@ -65,7 +65,7 @@ impl SolverDefaults {
 
 /// The insertion that links of this length reach \[m\].
 pub(crate) fn reach_m(link_length_m: f64) -> f64 {
-    FULL_LINKS as f64 * link_length_m
+    MAX_LINKS as f64 * link_length_m
 }
 
 /// The model's description of a catheter's rig.
