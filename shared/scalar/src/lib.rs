@@ -52,7 +52,7 @@ impl Real for f32 {
     #[inline(always)]
     fn floor_int(self) -> i32 {
         let truncated = self as i32;
-        truncated - i32::from(self < truncated as f32)
+        truncated.saturating_sub(i32::from(self < truncated as f32))
     }
 }
 
@@ -80,7 +80,7 @@ impl Real for f64 {
     #[inline(always)]
     fn floor_int(self) -> i32 {
         let truncated = self as i32;
-        truncated - i32::from(self < f64::from(truncated))
+        truncated.saturating_sub(i32::from(self < f64::from(truncated)))
     }
 }
 
@@ -101,4 +101,24 @@ fn sqrt_f32(value: f32) -> f32 {
 #[inline(always)]
 fn sqrt_f32(value: f32) -> f32 {
     libm::sqrtf(value)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_floor_saturates_on_both_sides() {
+        fn check<T: Real>() {
+            for (x, floor) in [(-1.5, -2), (-2.0, -2), (0.0, 0), (1.5, 1)] {
+                assert_eq!(T::lit(x).floor_int(), floor);
+            }
+            for (x, floor) in [(f64::NEG_INFINITY, i32::MIN), (-1e30, i32::MIN), (1e30, i32::MAX)] {
+                assert_eq!(T::lit(x).floor_int(), floor);
+            }
+            assert_eq!(T::lit(f64::NAN).floor_int(), 0);
+        }
+        check::<f32>();
+        check::<f64>();
+    }
 }
