@@ -10,35 +10,11 @@ use crate::words::{Word, Words};
 use crate::{Fault, Outputs};
 
 /// Words of [`Outputs::words`].
-pub const OUTPUT_WORDS: usize = 18;
-
-/// Names of [`Outputs::words`], in the same order.
-pub const OUTPUT_NAMES: [&str; OUTPUT_WORDS] = [
-    "mode",
-    "fault",
-    "limited",
-    "force_n",
-    "torque_n_m",
-    "force_on_vessel_n[0]",
-    "force_on_vessel_n[1]",
-    "force_on_vessel_n[2]",
-    "moment_on_vessel_n_m[0]",
-    "moment_on_vessel_n_m[1]",
-    "moment_on_vessel_n_m[2]",
-    "drive_force_n",
-    "drive_torque_n_m",
-    "peak_contact_force_n",
-    "peak_node",
-    "links",
-    "unresolved",
-    "encoder_age_ticks",
-];
+const OUTPUT_WORDS: usize = 18;
 
 impl Outputs {
     /// The bits of every output except the digest, which follows from them.
-    ///
-    /// [`OUTPUT_NAMES`] has their names: two devices are compared word by word.
-    pub fn words(&self) -> [u32; OUTPUT_WORDS] {
+    pub(crate) fn words(&self) -> [u32; OUTPUT_WORDS] {
         // No `..`: an output that is added must be added here.
         let Self {
             mode,

@@ -39,29 +39,6 @@ pub enum Command {
     ClearFault { token: u32 },
 }
 
-impl Command {
-    /// Code and token of the COMMAND frame.
-    pub const fn to_code(self) -> (u8, u32) {
-        match self {
-            Self::SelfTest => (1, 0),
-            Self::Arm => (2, 0),
-            Self::Disarm => (3, 0),
-            Self::ClearFault { token } => (4, token),
-        }
-    }
-
-    /// The inverse; `None` for a code not in use. Only `ClearFault` has a token.
-    pub const fn from_code(code: u8, token: u32) -> Option<Self> {
-        match (code, token) {
-            (1, 0) => Some(Self::SelfTest),
-            (2, 0) => Some(Self::Arm),
-            (3, 0) => Some(Self::Disarm),
-            (4, token) => Some(Self::ClearFault { token }),
-            _ => None,
-        }
-    }
-}
-
 /// What only the device around the tick can notice.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Notice {
@@ -121,11 +98,6 @@ impl LimitFlags {
         self.0
     }
 
-    /// From the bus; bits not in use are dropped.
-    pub const fn from_bits(bits: u8) -> Self {
-        Self(bits & 0x7F)
-    }
-
     pub const fn is_empty(self) -> bool {
         self.0 == 0
     }
@@ -133,13 +105,6 @@ impl LimitFlags {
     /// Every reason of `other` is set.
     pub const fn contains(self, other: Self) -> bool {
         self.0 & other.0 == other.0
-    }
-
-    /// Names of the reasons that are set.
-    pub fn names(self) -> impl Iterator<Item = &'static str> {
-        const NAMES: [&str; 7] =
-            ["force", "torque", "force slew", "torque slew", "energy", "held", "not finite"];
-        NAMES.iter().enumerate().filter(move |(i, _)| self.0 >> i & 1 == 1).map(|(_, n)| *n)
     }
 }
 

@@ -36,7 +36,6 @@ mod words;
 
 use cathforce_mechanics as mechanics;
 
-pub use digest::{OUTPUT_NAMES, OUTPUT_WORDS};
 pub use faults::{Fault, Reaction};
 pub use io::{Command, EncoderSample, Inputs, LimitFlags, Notice, Outputs};
 pub use settings::{
