@@ -64,7 +64,7 @@ impl Ticker {
         self.protection = Protection::default();
         self.sealer = Sealer::default();
         self.inputs = Inputs::default();
-        self.state = control::State::new();
+        self.state.reset();
         self.outputs = None;
         self.tick = 0;
         self.node = 0;
