@@ -2,19 +2,18 @@
 
 use std::ops::ControlFlow;
 use std::path::Path;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-use cathforce_bus::{Command, Counter, Encoder, Frame, Id, Insertion, Rotation};
+use cathforce_bus::{Command, Counter, Encoder, Insertion, Rotation};
 use cathforce_config::image::schema_hash;
 use cathforce_control::{Mode, TICK_S};
-use cathforce_link::{Client, ClientError, Direction, Step, TickReport};
-use cathforce_record::{
-    Attachments, BusFrame, Measured, Recorder, RunInfo, RunResult, Trial, WriteError,
-};
+use cathforce_link::{Client, ClientError, Step, TickReport};
+use cathforce_record::{Attachments, Recorder, RunInfo, RunResult, Trial};
 
 use crate::failure::{Code, Failure};
+use crate::log::Log;
 use crate::ui::Ui;
 
 /// What every frame means, for whoever opens a recording elsewhere.
@@ -236,115 +235,6 @@ impl Session<'_> {
             rejected_frames: rejected.map(|kind| status.counters.get(kind)).sum(),
             wall_ms: u32::try_from(wall.as_millis()).unwrap_or(u32::MAX),
         })
-    }
-}
-
-/// The recording, shared with the client's tap.
-struct Log(Arc<Mutex<Logging>>);
-
-struct Logging {
-    recorder: Option<Recorder>,
-    error: Option<WriteError>,
-    clock: Clock,
-    trial_start_ns: u64,
-}
-
-/// The time of the bus.
-struct Clock {
-    lock_step: bool,
-    started: Instant,
-    granted: u64,
-    answered: u64,
-}
-
-impl Clock {
-    /// In lock step a frame has the time of the tick that it belongs to, not of the moment at
-    /// which the host happened to see it.
-    fn stamp(&mut self, direction: Direction, frame: &Frame) -> u64 {
-        let tick_ns = |tick: u64| tick * (TICK_S * 1e6).round() as u64 * 1000;
-        if !self.lock_step {
-            return u64::try_from(self.started.elapsed().as_nanos()).unwrap_or(u64::MAX);
-        }
-        match (direction, Id::from_raw(frame.id())) {
-            (Direction::ToDevice, Some(Id::Sync)) => {
-                self.granted += 1;
-                tick_ns(self.granted - 1)
-            }
-            (Direction::ToDevice, _) => tick_ns(self.granted),
-            (Direction::ToHost, Some(Id::Haptic)) => {
-                self.answered += 1;
-                tick_ns(self.answered - 1)
-            }
-            (Direction::ToHost, _) => tick_ns(self.answered.saturating_sub(1)),
-        }
-    }
-
-    /// Time of the next frame to the device.
-    fn now_ns(&self) -> u64 {
-        if self.lock_step {
-            self.granted * (TICK_S * 1e6).round() as u64 * 1000
-        } else {
-            u64::try_from(self.started.elapsed().as_nanos()).unwrap_or(u64::MAX)
-        }
-    }
-}
-
-impl Log {
-    fn attach(client: &mut Client, recorder: Recorder) -> Self {
-        let lock_step = client.lock_step();
-        let clock = Clock { lock_step, started: Instant::now(), granted: 0, answered: 0 };
-        let logging = Logging { recorder: Some(recorder), error: None, clock, trial_start_ns: 0 };
-        let shared = Arc::new(Mutex::new(logging));
-        let tapped = Arc::clone(&shared);
-        client.set_tap(Some(Box::new(move |direction, frame| {
-            lock(&tapped).frame(direction, frame);
-        })));
-        Self(shared)
-    }
-
-    fn trial_begins(&self) {
-        let mut logging = lock(&self.0);
-        logging.trial_start_ns = logging.clock.now_ns();
-    }
-
-    fn measured(&self, row: &Measured) {
-        let mut logging = lock(&self.0);
-        let at_ns = logging.trial_start_ns + (row.t_s * 1e9).round() as u64;
-        logging.write(|recorder| recorder.measured(at_ns, row));
-    }
-
-    fn take_error(&self) -> Option<WriteError> {
-        lock(&self.0).error.take()
-    }
-
-    fn finish(&self, result: Option<&RunResult>) -> Result<(), WriteError> {
-        let mut logging = lock(&self.0);
-        let finished = logging.recorder.take().map_or(Ok(()), |r| r.finish(result));
-        logging.error.take().map_or(finished, Err)
-    }
-}
-
-/// A panic elsewhere is no reason to lose the recording.
-fn lock(logging: &Mutex<Logging>) -> MutexGuard<'_, Logging> {
-    logging.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
-impl Logging {
-    fn frame(&mut self, direction: Direction, frame: &Frame) {
-        let at_ns = self.clock.stamp(direction, frame);
-        let direction = match direction {
-            Direction::ToDevice => cathforce_record::Direction::ToDevice,
-            Direction::ToHost => cathforce_record::Direction::ToHost,
-        };
-        let frame = BusFrame { at_ns, direction, frame: *frame };
-        self.write(|recorder| recorder.frame(&frame));
-    }
-
-    /// The first error is kept and ends the run.
-    fn write(&mut self, write: impl FnOnce(&mut Recorder) -> Result<(), WriteError>) {
-        if let (Some(recorder), None) = (&mut self.recorder, &self.error) {
-            self.error = write(recorder).err();
-        }
     }
 }
 

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use cathforce_bus::service::{
     self, HostEndpoint, MAX_CHUNK, MAX_REQUEST, PROTOCOL_HASH, Refusal, Request, Response, Status,
 };
-use cathforce_bus::{Command, Counters, Frame, Id, Process, Sealer};
+use cathforce_bus::{Command, Counters, Direction, Frame, Id, Process, Sealer};
 
 use crate::ticks::Assembler;
 use crate::{Link, LinkError, TickReport};
@@ -17,13 +17,6 @@ const ATTEMPTS: u32 = 3;
 const RESPONSE_TIMEOUT: Duration = Duration::from_secs(2);
 /// The same for checking a whole image.
 const ACTIVATE_TIMEOUT: Duration = Duration::from_secs(20);
-
-/// Which way a frame went.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Direction {
-    ToDevice,
-    ToHost,
-}
 
 /// Called with every frame, in the order in which it was sent or received.
 pub type Tap = Box<dyn FnMut(Direction, &Frame) + Send>;

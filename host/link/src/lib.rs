@@ -30,8 +30,10 @@ use std::time::Duration;
 
 use cathforce_bus::Frame;
 
+pub use cathforce_bus::Direction;
+
 pub use address::{ADDRESSES, open};
-pub use client::{Client, ClientError, Device, Direction, Tap};
+pub use client::{Client, ClientError, Device, Tap};
 pub use error::LinkError;
 pub use play::Step;
 pub use sim::Sim;

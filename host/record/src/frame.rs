@@ -1,13 +1,6 @@
 //! A frame as it crossed the bus, and its bytes in a recording.
 
-use cathforce_bus::Frame;
-
-/// Who a frame was sent to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Direction {
-    ToDevice,
-    ToHost,
-}
+use cathforce_bus::{Direction, Frame};
 
 /// A frame, when and which way it crossed the bus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -8,6 +8,7 @@
 #![forbid(unsafe_code)]
 
 mod analysis;
+mod clock;
 mod compare;
 mod frame;
 mod info;
@@ -20,11 +21,14 @@ mod tick;
 mod trial;
 mod writer;
 
+pub use cathforce_bus::Direction;
+
 pub use analysis::{Analysis, PeakContact, analyse};
+pub use clock::BusClock;
 pub use compare::{
     ChannelError, Comparison, FEED_BEFORE_SCORE_M, ForceError, SNAP_GUARD_S, SnapPair, compare,
 };
-pub use frame::{BusFrame, Direction};
+pub use frame::BusFrame;
 pub use info::{FORMAT, RunInfo, RunResult};
 pub use reader::{Cut, ReadError, Recording};
 pub use replay::{Difference, ReplayError, ReplayReport, Track, replay};

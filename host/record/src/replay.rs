@@ -6,13 +6,13 @@
 //! digest over the bits of every output of every tick, nodes included: where they agree,
 //! so did everything that the bus is too narrow to carry.
 
-use cathforce_bus::{Frame, Id, Process};
+use cathforce_bus::{Direction, Frame, Id, Process};
 use cathforce_config::image::{self, ImageError};
 use cathforce_control::{Config, Outputs};
 use cathforce_device::Ticker;
 use serde::Serialize;
 
-use crate::frame::{BusFrame, Direction};
+use crate::frame::BusFrame;
 use crate::reader::Recording;
 use crate::tick::{NodeEstimate, NodePass, TickEstimate};
 
@@ -23,7 +23,7 @@ const SHAPE_EVERY: u64 = 40;
 #[derive(Debug, thiserror::Error)]
 pub enum ReplayError {
     #[error(
-        "the device image in the recording is refused: {0:?}; replay with the version of \
+        "the device image in the recording is refused: {0}; replay with the version of \
          cathforce that recorded it"
     )]
     Image(ImageError),

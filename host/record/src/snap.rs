@@ -5,10 +5,11 @@
 //!
 //! > max([`NOISE_FACTOR`] × noise of one axis, [`PEAK_SHARE`] × largest norm of the trial)
 //!
-//! while the drive keeps its motion: over [`DRIVE_S`] before and after the instant its mean
-//! speeds differ by less than [`FEED_CHANGE_M_PER_S`] and [`TURN_CHANGE_RAD_PER_S`]. A stiff
-//! instrument's friction turns over as fast when the drive reverses or starts; that is no
-//! snap, and is not excused as one.
+//! while the drive neither starts nor reverses: its mean speed over [`DRIVE_S`] after the
+//! instant is not larger than the one before it by [`FEED_CHANGE_M_PER_S`] or
+//! [`TURN_CHANGE_RAD_PER_S`], nor of the other sign. A stiff instrument's friction turns over
+//! as fast when the drive reverses or starts; that is no snap, and is not excused as one.
+//! When the drive stops, friction holds what is there, so a jump then is a snap.
 //!
 //! Jumps closer than [`MERGE_S`] are one snap; its time is that of the largest jump. It is
 //! found in the *measured* force alone, so that an estimate cannot excuse itself by jumping.
@@ -28,7 +29,7 @@ pub const PEAK_SHARE: f64 = 0.15;
 /// Jumps closer than this are one snap \[s\].
 pub const MERGE_S: f64 = 0.05;
 
-/// Time before and after a jump in which the drive keeps its motion \[s\].
+/// Time before and after a jump in which the drive neither starts nor reverses \[s\].
 pub const DRIVE_S: f64 = 0.2;
 /// A larger change of the feed's speed is a change of motion \[m/s\].
 pub const FEED_CHANGE_M_PER_S: f64 = 2e-3;
@@ -67,7 +68,7 @@ pub fn find(samples: &[Sample], threshold_n: f64) -> Vec<Snap> {
     let mut snaps: Vec<Snap> = Vec::new();
     for (i, sample) in samples.iter().enumerate() {
         let Some(jump_n) = jump_at(samples, i) else { continue };
-        if jump_n <= threshold_n || !keeps_moving(samples, i) {
+        if jump_n <= threshold_n || !no_start_nor_reversal(samples, i) {
             continue;
         }
         let t_s = sample.t_s;
@@ -100,8 +101,8 @@ fn jump_at(samples: &[Sample], i: usize) -> Option<f64> {
     Some(norm(std::array::from_fn(|k| after[k] - before[k])))
 }
 
-/// Whether the drive moves after sample `i` as it did before.
-fn keeps_moving(samples: &[Sample], i: usize) -> bool {
+/// Whether the drive moves after sample `i` as it did before, or slower.
+fn no_start_nor_reversal(samples: &[Sample], i: usize) -> bool {
     let now = &samples[i];
     let first = samples.partition_point(|s| s.t_s < now.t_s - DRIVE_S);
     let last = samples.partition_point(|s| s.t_s <= now.t_s + DRIVE_S).saturating_sub(1);
@@ -111,7 +112,9 @@ fn keeps_moving(samples: &[Sample], i: usize) -> bool {
             (position(to) - position(from)) / (to.t_s - from.t_s)
         };
         // At the ends of the trial there is nothing to compare with: NaN, which is no change.
-        (speed(i, last) - speed(first, i)).abs() > limit
+        let (before, after) = (speed(first, i), speed(i, last));
+        after.abs() - before.abs() > limit
+            || (before * after < 0.0 && (after - before).abs() > limit)
     };
     !changes(|s| s.insertion_m, FEED_CHANGE_M_PER_S)
         && !changes(|s| s.rotation_rad, TURN_CHANGE_RAD_PER_S)
@@ -181,6 +184,15 @@ mod tests {
             s.insertion_m = 0.013 * (1.0 - s.t_s);
         }
         assert_eq!(find(&earlier, 0.1).len(), 1, "half a second before is another event");
+    }
+
+    #[test]
+    fn a_jump_while_the_drive_stops_is_one() {
+        let mut stop = ramp_with_jump(0.2);
+        for s in stop.iter_mut().filter(|s| s.t_s > 1.02) {
+            s.insertion_m = 0.013 * 1.02;
+        }
+        assert_eq!(find(&stop, 0.1).len(), 1);
     }
 
     #[test]

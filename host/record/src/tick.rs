@@ -1,9 +1,9 @@
 //! From frames back to quantities: what the device said, tick by tick.
 
-use cathforce_bus::{Accepted, Counters, Encoder, Id, Process, Protection};
+use cathforce_bus::{Accepted, Counters, Direction, Encoder, Id, Process, Protection};
 use serde::Serialize;
 
-use crate::frame::{BusFrame, Direction};
+use crate::frame::BusFrame;
 
 /// What crossed the bus in one tick. A field that no frame of this tick carried is `None`.
 #[derive(Clone, Copy, Debug, PartialEq, Default, Serialize)]

@@ -1,7 +1,14 @@
-//! One frame.
+//! One frame, and which way it goes.
 
 /// Largest 11-bit identifier.
 pub const MAX_ID: u16 = 0x7FF;
+
+/// Which way a frame goes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Direction {
+    ToDevice,
+    ToHost,
+}
 
 /// A classic CAN data frame with an 11-bit identifier: at most 8 bytes.
 #[derive(Clone, Copy, PartialEq, Eq, Default)]

@@ -28,7 +28,7 @@ pub use codes::{
     DriveTorque, Force, HapticForce, HapticTorque, Insertion, Moment, Position, Rotation,
 };
 pub use counters::{Counter, Counters};
-pub use frame::{Frame, MAX_ID};
+pub use frame::{Direction, Frame, MAX_ID};
 pub use process::{
     Command, Contact, Drive, Encoder, Haptic, Id, MAX_NODES, MODE_UNCONFIGURED, NodeForce, Process,
     Shape, Sync, Tick, TotalMoment,

@@ -1,0 +1,75 @@
+//! The time of the bus, as recordings state it.
+
+use std::time::Instant;
+
+use cathforce_bus::{Direction, Frame, Id};
+use cathforce_control::TICK_S;
+
+/// Length of a tick \[ns\].
+const TICK_NS: u64 = (TICK_S as f64 * 1e6).round() as u64 * 1000;
+
+/// Tells when a frame crossed the bus.
+///
+/// In lock step a frame has the time of the tick that it belongs to, not of the moment at
+/// which the host happened to see it; running free, the host's monotonic clock counts.
+#[derive(Clone, Debug)]
+pub struct BusClock {
+    lock_step: bool,
+    started: Instant,
+    granted: u64,
+    answered: u64,
+}
+
+impl BusClock {
+    /// Time 0 is now, or the first tick granted from now on.
+    pub fn new(lock_step: bool) -> Self {
+        Self { lock_step, started: Instant::now(), granted: 0, answered: 0 }
+    }
+
+    /// Time of this frame \[ns\]; to be called once for every frame, in their order.
+    pub fn stamp(&mut self, direction: Direction, frame: &Frame) -> u64 {
+        if !self.lock_step {
+            return self.elapsed_ns();
+        }
+        let id = Id::from_raw(frame.id());
+        let tick = match direction {
+            Direction::ToDevice => {
+                let tick = self.granted;
+                self.granted += u64::from(id == Some(Id::Sync));
+                tick
+            }
+            Direction::ToHost => {
+                self.answered += u64::from(id == Some(Id::Haptic));
+                self.answered.saturating_sub(1)
+            }
+        };
+        tick * TICK_NS
+    }
+
+    /// Time of the next frame to the device \[ns\].
+    pub fn now_ns(&self) -> u64 {
+        if self.lock_step { self.granted * TICK_NS } else { self.elapsed_ns() }
+    }
+
+    fn elapsed_ns(&self) -> u64 {
+        u64::try_from(self.started.elapsed().as_nanos()).unwrap_or(u64::MAX)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn in_lock_step_a_frame_has_the_time_of_its_tick() {
+        use Direction::{ToDevice, ToHost};
+        let mut clock = BusClock::new(true);
+        let mut stamp = |direction, id: Id| {
+            clock.stamp(direction, &Frame::new(id.raw(), &[]).unwrap()) / TICK_NS
+        };
+        let sent = [Id::Encoder, Id::Sync, Id::Encoder, Id::Sync].map(|id| stamp(ToDevice, id));
+        let answers = [Id::Haptic, Id::Tick, Id::Haptic, Id::Drive].map(|id| stamp(ToHost, id));
+        assert_eq!((sent, answers), ([0, 0, 1, 1], [0, 0, 1, 1]));
+        assert_eq!(clock.now_ns(), 2_000_000);
+    }
+}
