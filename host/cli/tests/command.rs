@@ -85,7 +85,11 @@ fn wrong_arguments_are_exit_code_2() {
     assert_fails(&cathforce(["info"]), 2, &["--link"]);
     assert_fails(&simulate(&["--set", "force_gain"]), 2, &["NAME=VALUE"]);
     assert_fails(&simulate(&["--set", "force_gian=2"]), 2, &["no setting", "cathforce config"]);
-    assert_fails(&simulate(&["--set", "force_gain=1e9"]), 2, &["out of its range"]);
+    assert_fails(
+        &simulate(&["--set", "force_gain=1e9"]),
+        2,
+        &["force_gain must be between 0 and 20"],
+    );
     assert_fails(&cathforce(["info", "--link", "carrier-pigeon"]), 2, &["socketcan:can0"]);
 }
 

@@ -2,7 +2,6 @@
 
 use cathforce_config::image::{encode, encoded_len};
 use cathforce_config::{EncodeError, ImageError, ImageHead, Settings};
-use cathforce_mechanics::DescriptionError;
 use thiserror::Error;
 
 use crate::bundle::Bundle;
@@ -65,13 +64,10 @@ pub enum ImageBuildError {
          {DEVICE_LUMEN_BYTES}\n  fix: {}", 1e3 * .cell_m, coarser(.fitting)
     )]
     LumenTooLarge { bytes: usize, cell_m: f64, fitting: Vec<(f64, usize)> },
-    #[error(
-        "`{0}` is beyond what the model takes\n  fix: correct the value in rig.toml from which it \
-         comes"
-    )]
-    Description(String),
-    #[error("the image cannot be made: {0:?}\n  fix: correct the setting or number it names")]
-    Encode(EncodeError),
+    #[error("{0}\n  fix: correct the value in rig.toml from which it comes")]
+    Description(ImageError),
+    #[error("the image cannot be made: {0}\n  fix: correct the setting or number it names")]
+    Encode(#[from] EncodeError),
 }
 
 fn coarser(fitting: &[(f64, usize)]) -> String {
@@ -96,10 +92,9 @@ pub fn device_image(
 
     // Before the lumen, which takes seconds.
     let description = describe::<f32>(rig, &options.solver, link_length_m);
-    description.validate().map_err(|error| match error {
-        DescriptionError::Range(name) => ImageBuildError::Description(name.into()),
-        other => ImageBuildError::Description(format!("{other:?}")),
-    })?;
+    description
+        .validate()
+        .map_err(|error| ImageBuildError::Description(ImageError::Description(error)))?;
 
     let vessel = Vessel::from_bundle(bundle, options.surface)?;
     let radius_m = 0.5 * rig.instrument.outer_diameter_m;
@@ -120,14 +115,8 @@ pub fn device_image(
     let mut settings = options.settings;
     settings.max_insertion_m = settings.max_insertion_m.min(reach_m as f32);
     let head = ImageHead { description, lumen: lumen.header, settings };
-    let mut image = vec![0; encoded_len(&head, &lumen.bytes).map_err(ImageBuildError::Encode)?];
-    encode(&head, &lumen.bytes, &mut image).map_err(|error| match error {
-        EncodeError::Refused(ImageError::Setting(error)) => {
-            let name = error.name().unwrap_or("settings");
-            ImageBuildError::Description(format!("settings.{name}"))
-        }
-        other => ImageBuildError::Encode(other),
-    })?;
+    let mut image = vec![0; encoded_len(&head, &lumen.bytes)?];
+    encode(&head, &lumen.bytes, &mut image)?;
     let report = ImageReport { bytes: image.len(), lumen: report, link_length_m, reach_m };
     Ok((image, report))
 }

@@ -46,7 +46,7 @@ fn range(s: &SettingInfo) -> String {
 fn show(ui: &Ui, arguments: &ConfigShowArguments) -> Result<(), Failure> {
     let bundle = open_bundle(ui, &arguments.bundle)?;
     let (bytes, report) = image(ui, &bundle, &arguments.settings)?;
-    let config = decode(&bytes).map_err(|e| Failure::input(format!("{e:?}")))?;
+    let config = decode(&bytes).map_err(Failure::input)?;
     let settings: BTreeMap<_, _> =
         config.settings.iter().map(|(info, value)| (info.name, value)).collect();
     let json = json!({

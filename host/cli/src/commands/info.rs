@@ -69,7 +69,7 @@ fn file(path: &Path) -> Result<Rows, Failure> {
 fn device_image(path: &Path, bytes: &[u8]) -> Result<Rows, Failure> {
     let refuse = |error| {
         let fix = "make it again with `cathforce config image`";
-        Failure::input(format!("{}: refused as a device image: {error:?}; {fix}", path.display()))
+        Failure::input(format!("{}: refused as a device image: {error}; {fix}", path.display()))
     };
     let header = Header::read(bytes).map_err(refuse)?;
     let config = image::decode(bytes).map_err(refuse)?;

@@ -28,25 +28,12 @@ fn options(changes: &[(String, f32)]) -> Result<ImageOptions, Failure> {
     let mut options = ImageOptions::default();
     for (name, value) in changes {
         options.settings.set(name, *value).map_err(|error| {
-            let message = format!(
-                "--set {name}={value}: {}; `cathforce config` lists names and ranges",
-                explain(error)
-            );
+            let message =
+                format!("--set {name}={value}: {error}; `cathforce config` lists names and ranges");
             Failure::new(Code::Usage, message)
         })?;
     }
     Ok(options)
-}
-
-fn explain(error: cathforce_config::SettingError) -> &'static str {
-    use cathforce_config::SettingError as E;
-    match error {
-        E::Unknown => "there is no setting of that name",
-        E::NotFinite(_) => "not a finite number",
-        E::Range(_) => "out of its range",
-        E::NotWhole(_) => "only whole numbers",
-        E::RampTooSlow(_) => "a ramp to zero would take too long",
-    }
 }
 
 /// The device image of a bundle.

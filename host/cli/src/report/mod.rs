@@ -22,7 +22,7 @@ pub fn page(
     summary: &Summary,
 ) -> Result<String, Failure> {
     let config = image::decode(&recording.image)
-        .map_err(|e| Failure::input(format!("the device image in the recording: {e:?}")))?;
+        .map_err(|e| Failure::input(format!("the device image in the recording: {e}")))?;
     let info = &recording.info;
     let title = format!("{} · trial {}", info.rig, info.trial);
     let data = json!({
