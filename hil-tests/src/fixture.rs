@@ -27,11 +27,17 @@ pub fn image() -> &'static [u8] {
     IMAGE.get_or_init(|| image_with(&ImageOptions::default()))
 }
 
-/// The same with gains that take the output to its limits; made once.
+/// The same with gains and limits that meet: the output is often limited. Made once.
 pub fn strong_image() -> &'static [u8] {
     static IMAGE: OnceLock<Vec<u8>> = OnceLock::new();
     IMAGE.get_or_init(|| {
-        let settings = Settings { force_gain: 20.0, torque_gain: 20.0, ..Settings::default() };
+        let settings = Settings {
+            force_gain: 20.0,
+            torque_gain: 20.0,
+            force_limit_n: 1.0,
+            torque_limit_n_m: 4e-3,
+            ..Settings::default()
+        };
         image_with(&ImageOptions { settings, ..ImageOptions::default() })
     })
 }

@@ -131,11 +131,12 @@ fn step(at: Drive) -> Step {
     Step { encoder: Some(encoder), command: None }
 }
 
-/// Sends a command, then holds the drive still until the device is in `wanted`.
+/// Sends a command, and again every 50 ticks, with the drive at rest, until the device is in
+/// `wanted`.
 fn hold<R: Rig>(client: &mut Client<R>, first: Step, wanted: Mode) {
-    let still = Step { command: None, ..first };
     let (mut reached, mut last) = (false, None);
-    let steps = std::iter::once(first).chain(std::iter::repeat_n(still, 10_000));
+    let steps =
+        (0..10_000).map(|n| Step { command: first.command.filter(|_| n % 50 == 0), ..first });
     let played = client.play(steps, |tick| {
         last = Mode::from_codes(tick.haptic.mode, tick.haptic.fault);
         reached |= last == Some(wanted);

@@ -105,7 +105,7 @@ fn service(chance: &mut Chance) -> (Frame, &'static [Counter]) {
             &[Counter::SegmentBroken]
         }
         1 => {
-            data[0] = 0x40 | data[0];
+            data[0] |= 0x40;
             &[Counter::SegmentBroken]
         }
         2 => {

@@ -96,11 +96,9 @@ fn p18_arming_needs_each_step_on_the_board() {
     assert_eq!(mode(bench.play([vec![Process::Command(Command::SelfTest)]])), Some(Mode::Idle));
     assert_eq!(mode(bench.play([vec![Process::Command(Command::Arm)]])), Some(Mode::Idle));
     assert_eq!(mode(bench.play([command(Command::Arm)])), Some(Mode::Settling));
-    let mut ticks = 0;
-    while mode(bench.play([vec![encoder(START)]])) != Some(Mode::Ready) {
-        ticks += 1;
-        assert!(ticks < 5000, "never ready");
-    }
+    let settling =
+        (0..100).map(|_| mode(bench.play(std::iter::repeat_n(vec![encoder(START)], 50))));
+    assert!({ settling }.any(|mode| mode == Some(Mode::Ready)), "never ready");
     // Ready is not armed, however long it lasts.
     let ready = bench.play(std::iter::repeat_n(vec![encoder(START)], 50));
     assert!(ready.iter().all(|tick| tick.is_silent() && tick.mode() == Some(Mode::Ready)));
