@@ -1,12 +1,13 @@
 //! The whole tick over the real model: self-test to armed and back, twice the same.
 
+#[path = "support/wire.rs"]
+mod wire;
+
 use cathforce_control::{
-    Command, Config, EncoderSample, Inputs, Mode, Outputs, Settings, State, TICK_S, step,
+    Command, Config, EncoderSample, Inputs, Mode, Outputs, Settings, State, step,
 };
-use cathforce_mechanics::{
-    BRICK_NODES, Description, Entry, Instrument, Lumen, LumenHeader, MAX_LINKS, Model, NODE_BYTES,
-    Section, Solver, Wall,
-};
+use cathforce_mechanics::{BRICK_NODES, Lumen, LumenHeader, MAX_LINKS, Model, NODE_BYTES};
+use wire::wire;
 
 const CELL_M: f32 = 1e-3;
 const UNIT_M: f32 = 1e-6;
@@ -36,49 +37,11 @@ fn tube() -> (LumenHeader, Vec<u8>) {
     (header, bytes)
 }
 
-fn description() -> Description<f32> {
-    let section = Section {
-        length_m: 1.0,
-        bending_stiffness_n_m2: 1e-4,
-        torsional_stiffness_n_m2: 8e-5,
-        axial_stiffness_n: 500.0,
-        mass_kg_per_m: 1e-3,
-    };
-    Description {
-        instrument: Instrument {
-            outer_radius_m: 6e-4,
-            sections: [section].into_iter().collect(),
-            precurve: Default::default(),
-        },
-        entry: Entry {
-            position_m: [4e-3, 0.0, 0.0],
-            direction: [1.0, 0.0, 0.0],
-            up: [0.0, 0.0, 1.0],
-        },
-        wall: Wall {
-            line_stiffness_n_per_m2: 1e5,
-            end_stiffness_n_per_m: 500.0,
-            tangential_ratio: 1.0,
-            friction_coefficient: 0.2,
-            onset_m: 5e-5,
-            damping_s: 1e-3,
-        },
-        gravity_m_per_s2: [0.0, 0.0, -9.81],
-        solver: Solver {
-            link_length_m: 2e-3,
-            tick_s: TICK_S,
-            substeps: 1,
-            solves: 2,
-            predictor_gain: 0.5,
-            bending_damping_s: 1e-3,
-            drag_n_s_per_m2: 0.5,
-        },
-    }
-}
-
 fn config(lumen: &(LumenHeader, Vec<u8>)) -> Config<'_> {
+    let mut description = wire();
+    description.entry.position_m = [4e-3, 0.0, 0.0];
     Config {
-        model: Model::new(description()).expect("a valid description"),
+        model: Model::new(description).expect("a valid description"),
         lumen: Lumen::new(lumen.0, &lumen.1).expect("a valid lumen"),
         settings: Settings::default(),
     }

@@ -2,59 +2,33 @@
 
 extern crate std;
 
+#[path = "../../../control/tests/support/wire.rs"]
+mod wire;
+
 use std::string::ToString;
 use std::vec;
 use std::vec::Vec;
 
-use cathforce_mechanics::{Entry, FREE, Instrument, OUTSIDE, PrecurvePiece, Section, Solver, Wall};
+use cathforce_mechanics::{FREE, OUTSIDE, PrecurvePiece, Section};
 use proptest::prelude::*;
+use wire::wire;
 
 use super::*;
 
 fn head() -> ImageHead {
-    let section = Section {
-        length_m: 0.3,
-        bending_stiffness_n_m2: 1e-4,
-        torsional_stiffness_n_m2: 8e-5,
-        axial_stiffness_n: 500.0,
-        mass_kg_per_m: 1e-3,
-    };
-    let piece = PrecurvePiece {
+    let mut description = wire();
+    let section = description.instrument.sections[0];
+    let tip = Section { length_m: 0.3, ..section };
+    description.instrument.sections.insert(0, tip).expect("room for two");
+    description.instrument.precurve = [PrecurvePiece {
         length_m: 0.02,
         curvature_per_m: 125.0,
         lateral_curvature_per_m: 0.0,
         torsion_per_m: 1.0,
-    };
-    let description = Description {
-        instrument: Instrument {
-            outer_radius_m: 6e-4,
-            sections: [section, Section { length_m: 1.0, ..section }].into_iter().collect(),
-            precurve: [piece].into_iter().collect(),
-        },
-        entry: Entry {
-            position_m: [0.01, 0.0, -0.02],
-            direction: [1.0, 0.0, 0.0],
-            up: [0.0, 0.0, 1.0],
-        },
-        wall: Wall {
-            line_stiffness_n_per_m2: 8e5,
-            end_stiffness_n_per_m: 500.0,
-            tangential_ratio: 1.0,
-            friction_coefficient: 0.2,
-            onset_m: 5e-5,
-            damping_s: 1e-3,
-        },
-        gravity_m_per_s2: [0.0, 0.0, -9.81],
-        solver: Solver {
-            link_length_m: 2e-3,
-            tick_s: TICK_S,
-            substeps: 1,
-            solves: 2,
-            predictor_gain: 0.5,
-            bending_damping_s: 1e-3,
-            drag_n_s_per_m2: 0.5,
-        },
-    };
+    }]
+    .into_iter()
+    .collect();
+    description.entry.position_m = [0.01, 0.0, -0.02];
     let lumen = LumenHeader {
         origin_m: [0.0; 3],
         cell_m: 1e-3,

@@ -2,10 +2,12 @@
 
 #![allow(dead_code)]
 
+#[path = "../../../control/tests/support/wire.rs"]
+mod wire;
+
 use cathforce_config::{ImageHead, Settings, image};
-use cathforce_mechanics::{
-    Description, Entry, FREE, Instrument, LumenHeader, Section, Solver, Wall,
-};
+use cathforce_mechanics::{FREE, LumenHeader};
+use wire::wire;
 
 /// An image whose lumen is 64 kB, all of it free space.
 pub fn image() -> Vec<u8> {
@@ -16,45 +18,9 @@ pub fn image() -> Vec<u8> {
         bricks: [32; 3],
         stored: 0,
     };
-    let head = ImageHead { description: description(), lumen, settings: Settings::default() };
+    let head = ImageHead { description: wire(), lumen, settings: Settings::default() };
     let bytes = FREE.to_le_bytes().repeat(32 * 32 * 32);
     let mut image = vec![0; image::encoded_len(&head, &bytes).unwrap()];
     image::encode(&head, &bytes, &mut image).unwrap();
     image
-}
-
-fn description() -> Description<f32> {
-    let section = Section {
-        length_m: 1.0,
-        bending_stiffness_n_m2: 1e-4,
-        torsional_stiffness_n_m2: 8e-5,
-        axial_stiffness_n: 500.0,
-        mass_kg_per_m: 1e-3,
-    };
-    Description {
-        instrument: Instrument {
-            outer_radius_m: 6e-4,
-            sections: [section].into_iter().collect(),
-            precurve: Default::default(),
-        },
-        entry: Entry { position_m: [0.0; 3], direction: [1.0, 0.0, 0.0], up: [0.0, 0.0, 1.0] },
-        wall: Wall {
-            line_stiffness_n_per_m2: 1e5,
-            end_stiffness_n_per_m: 500.0,
-            tangential_ratio: 1.0,
-            friction_coefficient: 0.2,
-            onset_m: 5e-5,
-            damping_s: 1e-3,
-        },
-        gravity_m_per_s2: [0.0, 0.0, -9.81],
-        solver: Solver {
-            link_length_m: 2e-3,
-            tick_s: 1e-3,
-            substeps: 1,
-            solves: 2,
-            predictor_gain: 0.5,
-            bending_damping_s: 1e-3,
-            drag_n_s_per_m2: 0.5,
-        },
-    }
 }
