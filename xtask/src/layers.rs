@@ -5,42 +5,8 @@ use std::collections::BTreeSet;
 use anyhow::bail;
 use serde_json::Value;
 
-/// Each package and the packages of the project that it may use.
-const ALLOWED: [(&str, &[&str]); 13] = [
-    ("cathforce-scalar", &[]),
-    ("cathforce-mechanics", &["cathforce-scalar"]),
-    ("cathforce-control", &["cathforce-scalar", "cathforce-mechanics"]),
-    ("cathforce-bus", &[]),
-    ("cathforce-config", &["cathforce-scalar", "cathforce-mechanics", "cathforce-control"]),
-    ("cathforce-device", SHARED),
-    ("cathforce-firmware", &SHARED_AND_DEVICE),
-    (
-        "cathforce-rig",
-        &["cathforce-scalar", "cathforce-mechanics", "cathforce-control", "cathforce-config"],
-    ),
-    ("cathforce-link", &SHARED_AND_DEVICE),
-    ("cathforce-record", &SHARED_AND_DEVICE),
-    ("cathforce", ALL),
-    ("cathforce-hil-tests", ALL),
-    ("xtask", &["cathforce-link"]),
-];
-
-const SHARED: &[&str] = &[
-    "cathforce-scalar",
-    "cathforce-mechanics",
-    "cathforce-control",
-    "cathforce-bus",
-    "cathforce-config",
-];
-const SHARED_AND_DEVICE: [&str; 6] = [
-    "cathforce-scalar",
-    "cathforce-mechanics",
-    "cathforce-control",
-    "cathforce-bus",
-    "cathforce-config",
-    "cathforce-device",
-];
-const ALL: &[&str] = &[
+/// The packages that others may use, from the bottom up.
+const LIBRARIES: [&str; 9] = [
     "cathforce-scalar",
     "cathforce-mechanics",
     "cathforce-control",
@@ -50,6 +16,29 @@ const ALL: &[&str] = &[
     "cathforce-rig",
     "cathforce-link",
     "cathforce-record",
+];
+
+/// What runs on the device and on the host alike, the bus included.
+const SHARED: &[&str] = LIBRARIES.split_at(6).0;
+
+/// Each package and the packages of the project that it may use.
+const ALLOWED: [(&str, &[&str]); 13] = [
+    ("cathforce-scalar", &[]),
+    ("cathforce-mechanics", &["cathforce-scalar"]),
+    ("cathforce-control", &["cathforce-mechanics"]),
+    ("cathforce-bus", &[]),
+    ("cathforce-config", &["cathforce-mechanics", "cathforce-control"]),
+    (
+        "cathforce-device",
+        &["cathforce-mechanics", "cathforce-control", "cathforce-bus", "cathforce-config"],
+    ),
+    ("cathforce-firmware", SHARED),
+    ("cathforce-rig", &["cathforce-mechanics", "cathforce-config"]),
+    ("cathforce-link", SHARED),
+    ("cathforce-record", SHARED),
+    ("cathforce", &LIBRARIES),
+    ("cathforce-hil-tests", &LIBRARIES),
+    ("xtask", &["cathforce-link"]),
 ];
 
 /// Fails on a dependency that points the wrong way, and on a package without a place.
