@@ -4,7 +4,7 @@
 #![forbid(unsafe_code)]
 
 pub mod image;
-pub mod schema;
+mod schema;
 
 pub use cathforce_control::{SETTINGS, SettingError, SettingInfo, Settings};
 pub use image::{EncodeError, ImageError, ImageHead};

@@ -13,7 +13,7 @@ use serde::de::{self, DeserializeOwned, DeserializeSeed, Visitor};
 ///
 /// Covers structs, tuples, arrays, sequences, options and plain values. An enum or a map
 /// inside `T` gives `None`: an image has neither, and only part of one could be seen here.
-pub fn hash<T: DeserializeOwned>() -> Option<u32> {
+pub(crate) fn hash<T: DeserializeOwned>() -> Option<u32> {
     let mut fnv = Fnv(0x811C_9DC5);
     T::deserialize(Tracer(&mut fnv)).ok()?;
     Some(fnv.0)
