@@ -80,8 +80,12 @@ pub enum LumenBuildError {
     NoCatheter(String),
     #[error(transparent)]
     Bundle(#[from] BundleError),
-    #[error("a grid of {cell_mm} mm needs more than 65 000 bricks\n  fix: choose a coarser one")]
-    TooManyBricks { cell_mm: f64 },
+    #[error(
+        "a grid of {cell_mm} mm around a vessel of {:.0} × {:.0} × {:.0} mm has too many bricks\n  \
+         fix: choose a coarser one, or cut the vessel to the part that the instrument reaches",
+        size_mm[0], size_mm[1], size_mm[2]
+    )]
+    TooManyBricks { cell_mm: f64, size_mm: [f64; 3] },
 }
 
 /// Why a vessel and an entry do not belong together.
@@ -178,8 +182,11 @@ impl Vessel {
         &self,
         options: LumenOptions,
     ) -> Result<(BuiltLumen, LumenReport), LumenBuildError> {
-        let built = build_lumen(self.wall(), options)
-            .ok_or(LumenBuildError::TooManyBricks { cell_mm: options.cell_m * 1e3 })?;
+        let built = build_lumen(self.wall(), options).ok_or_else(|| {
+            let (low, high) = self.wall.bounds_m();
+            let size_mm = ((high - low) * 1e3).into();
+            LumenBuildError::TooManyBricks { cell_mm: options.cell_m * 1e3, size_mm }
+        })?;
         let report = LumenReport {
             source: self.source,
             bytes: built.bytes.len(),

@@ -294,3 +294,15 @@ fn the_examples_mesh_is_its_centreline() {
     assert!(mean(&smooth_errors).abs() < 1e-6, "{}", mean(&smooth_errors));
     assert!(Spread::of(smooth_errors).p99 < 5e-6);
 }
+
+/// A stray station must be refused at once: sampling the way there would take hours.
+#[test]
+fn a_vessel_as_long_as_a_street_has_no_lumen() {
+    let station = |x| Station { s_m: x, position_m: Vector3::new(x, 0.0, 0.0), radius_m: 4e-3 };
+    let options = LumenOptions::for_instrument(0.8e-3, 1e-3);
+    for far_m in [10.0, 1e3, 1e300] {
+        let stations = vec![station(0.0), station(0.1), station(far_m)];
+        let wall = TubeWall::new(&[Branch { name: "stray".into(), stations }]);
+        assert_eq!(build_lumen(&wall, options), None, "{far_m} m");
+    }
+}

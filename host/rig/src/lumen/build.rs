@@ -52,6 +52,12 @@ enum Brick {
     Stored(Box<[[u8; NODE_BYTES]; BRICK_NODES]>),
 }
 
+/// Most bricks along an axis, as the device takes them.
+const MOST_ALONG_AXIS: usize = 1024;
+/// Most bricks that are looked at: a directory of four times the device's room. One stray
+/// corner of a vessel, metres away, must not cost hours.
+const MOST_ENTRIES: usize = 1 << 22;
+
 /// A grid of bricks around a wall.
 struct Grid {
     origin_m: Vector3<f64>,
@@ -60,7 +66,8 @@ struct Grid {
 }
 
 impl Grid {
-    fn around(wall: &dyn Wall, options: LumenOptions) -> Self {
+    /// `None` when it would have too many bricks.
+    fn around(wall: &dyn Wall, options: LumenOptions) -> Option<Self> {
         let (low, high) = wall.bounds_m();
         let margin = Vector3::repeat(options.outside_m + options.cell_m);
         // Nodes at whole multiples of the spacing, so that the field of a vessel does not
@@ -70,7 +77,9 @@ impl Grid {
         let brick_m = options.cell_m * BRICK_CELLS as f64;
         let size = (high + margin - origin_m) / brick_m;
         let bricks = [size.x, size.y, size.z].map(|n| (n.ceil() as usize).max(1));
-        Self { origin_m, bricks, options }
+        let fits = bricks.iter().all(|&n| n <= MOST_ALONG_AXIS)
+            && bricks.iter().product::<usize>() <= MOST_ENTRIES;
+        fits.then_some(Self { origin_m, bricks, options })
     }
 
     fn len(&self) -> usize {
@@ -127,9 +136,9 @@ fn quantise(units: f64) -> i16 {
     units.round().clamp(f64::from(i16::MIN), f64::from(i16::MAX)) as i16
 }
 
-/// Samples `wall` on all processors. `None` when the bricks cannot be counted in 16 bits.
+/// Samples `wall` on all processors. `None` when there are too many bricks, stored or not.
 pub fn build_lumen(wall: &dyn Wall, options: LumenOptions) -> Option<BuiltLumen> {
-    let grid = Grid::around(wall, options);
+    let grid = Grid::around(wall, options)?;
     let workers = thread::available_parallelism().map_or(1, NonZero::get);
     let share = grid.len().div_ceil(16 * workers);
     let next = std::sync::atomic::AtomicUsize::new(0);
