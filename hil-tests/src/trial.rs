@@ -5,17 +5,16 @@ use std::path::Path;
 use std::sync::{Arc, Mutex};
 
 use cathforce_bus::service::Status as Report;
-use cathforce_bus::{Command, Frame, Id, Process};
+use cathforce_bus::{Command, Process};
 use cathforce_control::{Mode, TICK_S};
-use cathforce_link::{Client, Direction, Sim, Step};
+use cathforce_link::{Client, Sim, Step};
 use cathforce_record::{
-    Attachments, BusFrame, Estimate, Measured, Recorder, RunInfo, RunResult, SensorNoise, Trial,
+    Attachments, BusClock, BusFrame, Estimate, Measured, Recorder, RunInfo, RunResult, SensorNoise,
+    Trial,
 };
 use cathforce_rig::Bundle;
 
 use crate::{Bench, Drive, Rig, bench};
-
-const TICK_NS: u64 = 1_000_000;
 
 /// A trial's rows, from time 0 on, and the sensor's stated noise.
 pub fn measured(bundle: &Bundle, trial: &cathforce_rig::Trial) -> Trial {
@@ -94,9 +93,10 @@ pub fn record<R: Rig>(
     let recorder = Recorder::create(out, &info, attachments).unwrap_or_else(|e| fail(&e));
     let recorder = Arc::new(Mutex::new(Some(recorder)));
     let tapped = Arc::clone(&recorder);
-    let mut clock = Clock::default();
+    let mut clock = BusClock::new(true);
     client.set_tap(Some(Box::new(move |direction, frame| {
-        let frame = clock.stamp(direction, frame);
+        let at_ns = clock.stamp(direction, frame);
+        let frame = BusFrame { at_ns, direction, frame: *frame };
         let mut recorder = tapped.lock().expect("no panic");
         recorder.as_mut().expect("recording").frame(&frame).expect("written");
     })));
@@ -144,29 +144,4 @@ fn hold<R: Rig>(client: &mut Client<R>, first: Step, wanted: Mode) {
     });
     played.unwrap_or_else(|error| panic!("{error}"));
     assert_eq!(last, Some(wanted));
-}
-
-/// The time of the bus: that of the tick to which a frame belongs.
-#[derive(Default)]
-struct Clock {
-    granted: u64,
-    answered: u64,
-}
-
-impl Clock {
-    fn stamp(&mut self, direction: Direction, frame: &Frame) -> BusFrame {
-        let id = Id::from_raw(frame.id());
-        let (direction, tick) = match direction {
-            Direction::ToDevice => {
-                let tick = self.granted;
-                self.granted += u64::from(id == Some(Id::Sync));
-                (cathforce_record::Direction::ToDevice, tick)
-            }
-            Direction::ToHost => {
-                self.answered += u64::from(id == Some(Id::Haptic));
-                (cathforce_record::Direction::ToHost, self.answered.saturating_sub(1))
-            }
-        };
-        BusFrame { at_ns: tick * TICK_NS, direction, frame: *frame }
-    }
 }

@@ -12,7 +12,7 @@ const PRACTICE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/data/p
 /// Largest RMS of the force error, as a share of the measured peak.
 const LARGEST_SHARE: f64 = 0.1;
 /// Snaps and the first 3 mm may leave out no more than this share of the rows.
-const MOST_EXCLUDED: f64 = 0.6;
+const MOST_EXCLUDED: f64 = 0.2;
 
 fn assert_reproduced(path: &Path) {
     let bundle = Bundle::open(path).unwrap_or_else(|error| panic!("{error}"));
