@@ -94,7 +94,7 @@ fn configure(ui: &Ui, client: &mut Client, image: &[u8]) -> Result<(), Failure> 
     Ok(client.reset_counters()?)
 }
 
-/// Set by Ctrl-C; the second one ends the program as usual.
+/// Set by Ctrl-C, SIGTERM and SIGHUP; the second one ends the program as usual.
 fn interrupt_flag() -> Result<Arc<AtomicBool>, Failure> {
     let flag = Arc::new(AtomicBool::new(false));
     let set = Arc::clone(&flag);

@@ -77,7 +77,11 @@ impl Summary {
                 [c.snaps.len(), found, c.false_snaps.len()]
             }),
             unresolved_ticks: analysis.track.ticks.iter().filter(|t| t.unresolved).count(),
-            differing_bits: analysis.replay.as_ref().map(|replay| replay.differing_bits),
+            differing_bits: analysis
+                .replay
+                .as_ref()
+                .filter(|replay| replay.frames_compared > 0)
+                .map(|replay| replay.differing_bits),
             wall_s: result.map(|r| f64::from(r.wall_ms) * 1e-3),
         }
     }

@@ -119,6 +119,9 @@ fn wrong_files_are_exit_code_3_with_place_and_cause() {
 
     let output = command().arg("simulate").arg(bundle()).args(["--trial", "77"]).output().unwrap();
     assert_fails(&output, 3, &["no trial 077", "000"]);
+    let output = simulate(&["--out", "/no/such/folder/run.mcap"]);
+    assert_fails(&output, 1, &["/no/such/folder/run.mcap", "No such file"]);
+    assert!(!stderr(&output).contains("recording:"), "{}", stderr(&output));
 
     let mut damaged = fs::read(recording()).unwrap();
     let middle = damaged.len() * 3 / 4;
@@ -182,6 +185,25 @@ fn one_flipped_bit_is_found_and_named() {
     });
     let output = cathforce(["replay", text(&file)]);
     assert_fails(&output, 1, &["1 bits", "tick 400", "Contact byte 2"]);
+}
+
+/// A lost link leaves ticks under way whose answers nobody has heard.
+#[test]
+fn a_run_that_lost_its_link_replays_up_to_there() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("lost.mcap");
+    let lose_the_last_answers = |recording: &mut Recording| {
+        let tail = recording.frames.split_off(recording.frames.len() - 200);
+        recording.frames.extend(tail.into_iter().filter(|f| f.direction == Direction::ToDevice));
+    };
+    altered(&path, lose_the_last_answers);
+    assert_fails(&cathforce(["replay", text(&path)]), 1, &["only on the host"]);
+    altered(&path, |recording| {
+        lose_the_last_answers(recording);
+        recording.result = None;
+    });
+    let output = cathforce(["replay", text(&path)]);
+    assert!(output.status.success(), "{}", stderr(&output));
 }
 
 #[test]

@@ -7,6 +7,7 @@
 
 use std::io::{self, BufRead, BufReader, Read};
 use std::net::TcpListener;
+use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
@@ -126,6 +127,9 @@ fn command(elf: &Path, argument: &str) -> Command {
     command.arg(format!("enable=on,target=native,arg=cathforce,arg={argument}"));
     command.arg("-kernel").arg(elf);
     command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
+    // Ctrl-C in a terminal goes to a whole process group: the board is not to die of it, it is
+    // to be disarmed.
+    command.process_group(0);
     command
 }
 

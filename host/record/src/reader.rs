@@ -41,7 +41,7 @@ pub struct Cut {
 /// A file is no recording that can be used.
 #[derive(Debug, thiserror::Error)]
 pub enum ReadError {
-    #[error("cannot read {}: {source}", path.display())]
+    #[error("cannot read {}: {source}; give a recording made by `cathforce run`", path.display())]
     Io { path: PathBuf, source: io::Error },
     #[error(
         "{}: byte 0: not an MCAP file, it begins with {found}; give a recording made by `cathforce run`",
@@ -58,6 +58,12 @@ pub enum ReadError {
         path.display()
     )]
     NotOurs { path: PathBuf, missing: String },
+    #[error(
+        "{}: breaks off at byte {byte}, before the {missing}: nothing of the run is in it; copy it \
+         again or record anew",
+        path.display()
+    )]
+    CutTooEarly { path: PathBuf, byte: usize, missing: String },
 }
 
 impl Recording {
@@ -69,9 +75,11 @@ impl Recording {
         let bytes = fs::read(path).map_err(|source| ReadError::Io { path: path.into(), source })?;
         let mut parts = Parts::default();
         let cut = scan(path, &bytes, &mut parts)?;
-        let missing = |what: &str| ReadError::NotOurs {
-            path: path.into(),
-            missing: format!("it has no {what}"),
+        let missing = |what: &str| match cut {
+            Some(Cut { byte }) => {
+                ReadError::CutTooEarly { path: path.into(), byte, missing: what.into() }
+            }
+            None => ReadError::NotOurs { path: path.into(), missing: format!("it has no {what}") },
         };
         let info = parts.info.ok_or_else(|| missing("`cathforce` metadata"))?;
         Ok(Self {

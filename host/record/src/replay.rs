@@ -64,12 +64,12 @@ pub struct ReplayReport {
     pub digest: u32,
     /// The same as the device said at the end of the run, if it came to its end.
     pub device_digest: Option<u32>,
-    /// The recording breaks off: frames may be missing from its last tick.
+    /// The recording or its run breaks off: frames may be missing at its end.
     pub cut: bool,
 }
 
 impl ReplayReport {
-    /// No bit differs and no frame is missing, save at the end of a cut recording.
+    /// No bit differs and no frame is missing, save at the end of what breaks off.
     pub fn identical(&self) -> bool {
         self.differing_bits == 0
             && self.device_digest.is_none_or(|digest| digest == self.digest)
@@ -94,8 +94,10 @@ pub fn replay(recording: &Recording) -> Result<(ReplayReport, Track), ReplayErro
     }
     let config = image::decode(&recording.image).map_err(ReplayError::Image)?;
     let mut sent = recording.frames.iter().filter(|f| is_process(f, Direction::ToHost));
+    // When a link is lost, ticks are under way whose answers nobody has heard.
+    let cut = recording.cut.is_some() || recording.result.is_none();
     let mut replay = Replay {
-        report: ReplayReport { cut: recording.cut.is_some(), ..ReplayReport::default() },
+        report: ReplayReport { cut, ..ReplayReport::default() },
         track: Track::default(),
         ticker: Ticker::new(),
         encoder: None,

@@ -28,11 +28,19 @@ pub struct Attachments<'a> {
 
 /// A recording cannot be written.
 #[derive(Debug, thiserror::Error)]
-#[error("cannot write the recording {path}: {cause}; check free space and permissions")]
+#[error("cannot write the recording {path}: {}; check the folder, free space and permissions", said(.cause))]
 pub struct WriteError {
     path: String,
     #[source]
     cause: McapError,
+}
+
+/// The library names an error of the file system without its reason.
+fn said(cause: &McapError) -> String {
+    match cause {
+        McapError::Io(reason) => reason.to_string(),
+        other => other.to_string(),
+    }
 }
 
 /// At most this much is lost when the process is killed.

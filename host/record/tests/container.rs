@@ -203,6 +203,9 @@ fn errors_name_the_file_the_byte_and_the_cause() {
     let text = error(&foreign).to_string();
     assert!(text.contains("no `cathforce` metadata"), "{text}");
 
+    let text = error(&bytes[..mcap::MAGIC.len()]).to_string();
+    assert!(text.contains("breaks off at byte 8, before the `cathforce` metadata"), "{text}");
+
     let missing = Recording::open(&folder.path().join("absent.mcap")).unwrap_err();
     assert!(matches!(missing, ReadError::Io { .. }), "{missing}");
 }

@@ -15,6 +15,8 @@ pub enum TableCause {
     Syntax(String),
     #[error("unknown column `{name}`{}", .nearest.as_ref().map(|n| format!("; did you mean `{n}`?")).unwrap_or_default())]
     UnknownColumn { name: String, nearest: Option<String> },
+    #[error("the header has no commas but semicolons")]
+    Semicolons,
     #[error("column `{0}` stands twice in the header")]
     RepeatedColumn(String),
     #[error("column `{0}` is missing")]
@@ -36,6 +38,9 @@ impl TableCause {
             TableCause::Syntax(_) => "write UTF-8 text, comma separated".into(),
             TableCause::UnknownColumn { .. } => {
                 "rename the column, or take it out; nothing reads it".into()
+            }
+            TableCause::Semicolons => {
+                "separate the columns by commas, and write decimal numbers with a point".into()
             }
             TableCause::RepeatedColumn(_) => "keep one of the two columns".into(),
             TableCause::MissingColumn(name) => format!("add the column `{name}`"),
@@ -78,6 +83,9 @@ impl Table {
         let header = reader.headers().map_err(syntax)?.clone();
         if header.is_empty() || header.iter().all(str::is_empty) {
             return Err((Place::Line(1), TableCause::NoHeader));
+        }
+        if header.len() == 1 && header.iter().any(|name| name.contains(';')) {
+            return Err((Place::Line(1), TableCause::Semicolons));
         }
         for (at, name) in header.iter().enumerate() {
             if header.iter().take(at).any(|earlier| earlier == name) {

@@ -190,6 +190,8 @@ fn malformed_trials_are_refused_with_line_and_field() {
     assert_says(&with("fy_N", "fx_N", line_column(1, 5)), &["twice"]);
     assert_says(&with("rotation_rad", "p00_x_m", Place::Line(1)), &["`rotation_rad` is missing"]);
     assert_says(&refusal(FILE, "", Place::Line(1)), &["empty"]);
+    let semicolons = TRIAL.replace(',', ";");
+    assert_says(&refusal(FILE, semicolons, Place::Line(1)), &["semicolons", "by commas"]);
     assert_says(&refusal(FILE, TRIAL.lines().next().unwrap(), Place::Whole), &["no rows"]);
     let shape = "t_s,insertion_m,rotation_rad,p01_x_m,p01_y_m,p01_z_m\n0,0,0,0,0,0\n";
     assert_says(&refusal(FILE, shape, Place::Line(1)), &["p00"]);

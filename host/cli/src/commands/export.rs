@@ -3,14 +3,14 @@
 use std::fs::File;
 use std::path::Path;
 
-use cathforce_record::{Recording, analyse, write_nodes_csv, write_ticks_csv};
+use cathforce_record::{analyse, write_nodes_csv, write_ticks_csv};
 
 use crate::args::ExportArguments;
 use crate::failure::Failure;
 use crate::ui::Ui;
 
 pub fn run(ui: &Ui, arguments: &ExportArguments) -> Result<(), Failure> {
-    let recording = Recording::open(&arguments.recording)?;
+    let recording = super::open_recording(ui, &arguments.recording)?;
     let track = analyse(&recording)?.track;
     let create = |path: &Path| File::create(path).map_err(|e| Failure::write(path, e));
     let path = &arguments.csv;

@@ -9,6 +9,7 @@ pub mod run;
 
 use std::path::Path;
 
+use cathforce_record::Recording;
 use cathforce_rig::{Bundle, ImageOptions, ImageReport, device_image};
 
 use crate::failure::{Code, Failure};
@@ -21,6 +22,19 @@ fn open_bundle(ui: &Ui, path: &Path) -> Result<Bundle, Failure> {
         ui.warn(warning);
     }
     Ok(bundle)
+}
+
+/// Opens a recording and says where it breaks off, if it does.
+fn open_recording(ui: &Ui, path: &Path) -> Result<Recording, Failure> {
+    let recording = Recording::open(path)?;
+    if let Some(cut) = recording.cut {
+        ui.warn(format_args!(
+            "{}: breaks off at byte {}: the recorder was killed; using what there is",
+            path.display(),
+            cut.byte
+        ));
+    }
+    Ok(recording)
 }
 
 /// Changes settings by name.
@@ -44,5 +58,6 @@ fn image(
 ) -> Result<(Vec<u8>, ImageReport), Failure> {
     let options = options(changes)?;
     ui.say(format_args!("building the device image of {}", bundle.path.display()));
-    device_image(bundle, &options).map_err(Failure::input)
+    device_image(bundle, &options)
+        .map_err(|error| Failure::input(format!("{}: {error}", bundle.path.display())))
 }

@@ -1,20 +1,13 @@
 //! `cathforce replay`.
 
-use cathforce_record::{Recording, ReplayReport, replay};
+use cathforce_record::{ReplayReport, replay};
 
 use crate::args::ReplayArguments;
 use crate::failure::{Code, Failure};
 use crate::ui::{Ui, two_columns};
 
 pub fn run(ui: &Ui, arguments: &ReplayArguments) -> Result<(), Failure> {
-    let recording = Recording::open(&arguments.recording)?;
-    if let Some(cut) = recording.cut {
-        ui.warn(format_args!(
-            "{}: breaks off at byte {}: the recorder was killed; replaying what there is",
-            arguments.recording.display(),
-            cut.byte
-        ));
-    }
+    let recording = super::open_recording(ui, &arguments.recording)?;
     let (report, _) = replay(&recording)?;
     ui.data(&report, text(&report))?;
     if report.identical() { Ok(()) } else { Err(difference(&report)) }

@@ -1,6 +1,6 @@
 //! `cathforce report`.
 
-use cathforce_record::{Recording, analyse};
+use cathforce_record::analyse;
 
 use crate::args::ReportArguments;
 use crate::failure::Failure;
@@ -9,7 +9,7 @@ use crate::summary::Summary;
 use crate::ui::Ui;
 
 pub fn run(ui: &Ui, arguments: &ReportArguments) -> Result<(), Failure> {
-    let recording = Recording::open(&arguments.recording)?;
+    let recording = super::open_recording(ui, &arguments.recording)?;
     let analysis = analyse(&recording)?;
     let summary = Summary::of(&recording, &analysis);
     let html = page(&recording, &analysis, &summary)?;

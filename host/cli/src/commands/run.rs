@@ -40,7 +40,8 @@ pub fn run(ui: &Ui, link: &str, arguments: &PlayArguments) -> Result<(), Failure
     let link = cathforce_link::open(link)?;
     let mut client = Client::connect(link)?;
     let played = run_session(ui, &mut client, plan);
-    if let Some(out) = &arguments.out {
+    // A run that ends before its device is ready records nothing.
+    if let Some(out) = arguments.out.as_ref().filter(|out| out.is_file()) {
         ui.say(format_args!("recording: {}", out.display()));
     }
     played?;
@@ -67,7 +68,7 @@ fn finish(ui: &Ui, recording: &Path, arguments: &PlayArguments) -> Result<(), Fa
     match limit.zip(summary.error_share()) {
         Some((limit, share)) if share > limit => {
             let message = format!(
-                "the force error is {:.1} % of the measured peak, above --max-error {:.1}",
+                "the force error is {:.2} % of the measured peak, above --max-error {}",
                 100.0 * share,
                 100.0 * limit
             );
@@ -84,13 +85,16 @@ fn pick(bundle: &Bundle, wanted: Option<u32>) -> Result<(u32, &cathforce_rig::Tr
     };
     found.map(|trial| (trial.number, trial)).ok_or_else(|| {
         let there = bundle.trials.iter().map(|t| format!("{:03}", t.number)).collect::<Vec<_>>();
-        let there = if there.is_empty() { "none".to_owned() } else { there.join(", ") };
         let path = bundle.path.join("trials");
-        let wanted = wanted.map_or("any".to_owned(), |n| format!("{n:03}"));
-        Failure::input(format!(
-            "{}: there is no trial {wanted}, there are: {there}\n  fix: give one of them with --trial",
-            path.display()
-        ))
+        let path = path.display();
+        Failure::input(match wanted {
+            Some(number) if !there.is_empty() => format!(
+                "{path}: there is no trial {number:03}, there are: {}\n  fix: give one of them with \
+                 --trial",
+                there.join(", ")
+            ),
+            _ => format!("{path}: there are no trials, so nothing to play\n  fix: add trials/000.csv"),
+        })
     })
 }
 
