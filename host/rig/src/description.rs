@@ -43,7 +43,7 @@ impl Default for SolverDefaults {
             solves: 1,
             predictor_gain: 0.1,
             bending_damping_s: 0.0,
-            drag_n_s_per_m2: 0.01,
+            drag_n_s_per_m2: 2.0,
             tangential_ratio: 3.0,
             onset_m: 10e-6,
             wall_damping_s: 5e-3,

@@ -94,7 +94,7 @@ pub struct Solver<T> {
     pub predictor_gain: T,
     /// Viscous time of bending: moment = K (q + time · dq/dt) \[s\].
     pub bending_damping_s: T,
-    /// Drag on every node per length \[N·s/m²\].
+    /// Drag on every node per length, against all motion but the feed's \[N·s/m²\].
     pub drag_n_s_per_m2: T,
 }
 

@@ -42,6 +42,7 @@ impl<T: Real> State<T> {
     pub(crate) fn feed(&mut self, model: &Model<T>, target: Drive<T>) {
         let h = model.description().solver.link_length_m;
         let insertion = minimum(maximum(target.insertion_m, T::zero()), model.reach_m());
+        self.fed_m = insertion - self.drive.insertion_m;
         self.drive = Drive { insertion_m: insertion, rotation_rad: target.rotation_rad };
         self.guide = model.guide_turned(target.rotation_rad);
         let full = T::int(self.count.saturating_sub(1) as i32) * h;

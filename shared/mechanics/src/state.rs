@@ -131,6 +131,8 @@ pub struct State<T: Real> {
     pub(crate) drive: Drive<T>,
     /// Unstretched length of the base link \[m\].
     pub(crate) base_length_m: T,
+    /// Feed of this step \[m\].
+    pub(crate) fed_m: T,
     pub(crate) guide: Rotation<T>,
     /// The same of the guide's joint \[rad/m\].
     pub(crate) guide_curvature: Vector3<T>,
@@ -153,6 +155,7 @@ impl<T: Real> State<T> {
             count: 0,
             drive: Drive::default(),
             base_length_m: T::zero(),
+            fed_m: T::zero(),
             guide: Rotation::identity(),
             guide_curvature: Vector3::zeros(),
             rested: 0,
@@ -168,6 +171,7 @@ impl<T: Real> State<T> {
             count,
             drive,
             base_length_m,
+            fed_m,
             guide,
             guide_curvature,
             rested,
@@ -177,6 +181,7 @@ impl<T: Real> State<T> {
         *count = 0;
         *drive = Drive::default();
         *base_length_m = T::zero();
+        *fed_m = T::zero();
         *guide = Rotation::identity();
         *guide_curvature = Vector3::zeros();
         *rested = 0;

@@ -233,7 +233,8 @@ fn eliminate<T: Real>(
         let inertia = scheme.inertia * node_mass * inverse_dt * inverse_dt;
         let damping = drag * (length + distal_length) * half;
         let lag = link.displacement - link.velocity * scheme.dt_s;
-        let force = model.gravity * node_mass - lag * inertia - link.displacement * damping;
+        let drift = link.displacement - link.tangent * state.fed_m;
+        let force = model.gravity * node_mass - lag * inertia - drift * damping;
         wrench.add_force(&force, inertia + damping);
 
         // Contact at the node, and on the arc above the middle of the link.     docs/model.md (16)
