@@ -235,9 +235,9 @@ impl<T: Real> Rotation<T> {
         }
     }
 
-    /// Rotation by twice the vector whose direction is the axis and whose length is the
-    /// tangent of a quarter of … the half angle: (1, half) normalised.
-    /// For small rotations `half` is half the rotation vector.
+    /// (1, half) normalised, times this rotation: a turn about the axis `half` by
+    /// 2 atan |half|. For a small rotation `half` is half its rotation vector; for a large
+    /// one the turn stays below π, whatever a solve asks for.
     #[inline(always)]
     pub fn turned(&self, half: &Vector3<T>) -> Self {
         let w = self.w - dot(half, &self.v);

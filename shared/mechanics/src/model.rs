@@ -100,7 +100,7 @@ impl<T: Real> Model<T> {
 
 /// Sine and cosine from correctly rounded operations only, so that host and device agree.
 ///
-/// The angle is reduced to a quarter turn, halved three times, and doubled back.
+/// The angle is reduced to half a turn either way, divided by eight, and doubled back.
 fn half_turn<T: Real>(angle: T) -> (T, T) {
     let tau = T::lit(core::f64::consts::TAU);
     let turns = T::int((angle / tau + T::lit(0.5)).floor_int());
