@@ -9,7 +9,7 @@ use serde_json::Value;
 use crate::shell::{command, output, root, target_folder};
 use crate::{build, demo, setup};
 
-/// Where practice bundles lie in this project's workplace; a user's clone has none.
+/// Where the project's developers have more practice bundles; a user's clone has none.
 const PRACTICE: &str = "../shared/data/practice";
 const BEGIN: &str = "<!-- cargo xtask figures: demo -->\n";
 const END: &str = "<!-- end -->";
