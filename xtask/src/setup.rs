@@ -2,6 +2,7 @@
 
 use std::io::{BufRead, IsTerminal, Write};
 use std::path::Path;
+use std::process::Command;
 
 use anyhow::{Context, bail};
 use clap::Args;
@@ -13,6 +14,9 @@ use crate::{build, emulator};
 const BACKPORTS: &str = "bookworm-backports";
 const SOURCE_FILE: &str = "/etc/apt/sources.list.d/cathforce-backports.list";
 const MIRROR: &str = "http://deb.debian.org/debian";
+/// Of `rust-toolchain.toml`.
+const TARGETS: [&str; 2] = [build::TARGET, "x86_64-unknown-linux-musl"];
+const COMPONENTS: [&str; 3] = ["clippy", "rustfmt", "llvm-tools"];
 
 /// Whether things may be installed without asking.
 #[derive(Args, Clone, Copy, Debug, Default)]
@@ -56,19 +60,41 @@ pub fn everything(consent: Consent) -> anyhow::Result<std::path::PathBuf> {
 
 /// What `rust-toolchain.toml` asks for. Where there is no rustup, cargo's own messages tell.
 pub fn rust(consent: Consent) -> anyhow::Result<()> {
-    let Some(targets) = output(command("rustup").args(["target", "list", "--installed"])) else {
-        return Ok(());
-    };
-    let components = output(command("rustup").args(["component", "list", "--installed"]));
-    let components = components.unwrap_or_default();
-    let has = |list: &str, name: &str| list.lines().any(|line| line.starts_with(name));
-    let complete = has(&targets, build::TARGET)
-        && ["clippy", "rustfmt", "llvm-tools"].iter().all(|name| has(&components, name));
-    if complete {
+    let Some(missing) = missing_rust() else { return Ok(()) };
+    if missing.is_empty() {
         return Ok(());
     }
-    consent.to("rustup toolchain install --no-self-update")?;
-    run(command("rustup").args(["toolchain", "install", "--no-self-update"]))
+    consent
+        .to(&format!("rustup toolchain install --no-self-update (for {})", missing.join(", ")))?;
+    run(rustup().args(["toolchain", "install", "--no-self-update"]))?;
+    match missing_rust() {
+        Some(still) if !still.is_empty() => bail!(
+            "rustup ended well, yet {} is not installed; try `rustup toolchain uninstall {}` \
+             and `cargo xtask setup` again",
+            still.join(", "),
+            output(rustup().args(["show", "active-toolchain"])).unwrap_or_default().trim(),
+        ),
+        _ => Ok(()),
+    }
+}
+
+/// Parts of Rust that the project needs and this machine lacks; `None` without a rustup.
+fn missing_rust() -> Option<Vec<&'static str>> {
+    let installed = [["target", "list", "--installed"], ["component", "list", "--installed"]]
+        .map(|words| output(rustup().args(words)));
+    let [targets, components] = installed;
+    let (targets, components) = (targets?, components.unwrap_or_default());
+    let has = |list: &str, name: &str| list.lines().any(|line| line.starts_with(name));
+    let targets = TARGETS.iter().filter(|name| !has(&targets, name));
+    Some(targets.chain(COMPONENTS.iter().filter(|name| !has(&components, name))).copied().collect())
+}
+
+/// rustup as a shell in the workspace would start it. Its cargo tells every child which
+/// toolchain it runs, and rustup then no longer reads `rust-toolchain.toml`.
+fn rustup() -> Command {
+    let mut rustup = command("rustup");
+    rustup.env_remove("RUSTUP_TOOLCHAIN");
+    rustup
 }
 
 /// QEMU from Debian's backports; elsewhere the user is told what is needed.
