@@ -82,7 +82,7 @@ pub struct Wall<T> {
 /// Numerical choices.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Solver<T> {
-    /// Length of a link \[m\]; 64 links must reach from the mouth to the tip.
+    /// Length of a link \[m\]; the model's links must reach from the mouth to the tip.
     pub link_length_m: T,
     /// Time of one tick \[s\].
     pub tick_s: T,

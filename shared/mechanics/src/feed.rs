@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 use crate::algebra::dot;
 use crate::model::{maximum, minimum};
 use crate::state::{LinkState, State};
-use crate::{Drive, MAX_LINKS, Model, Real};
+use crate::{Drive, Model, Real};
 
 /// Turns the predictor by at most this much a solve \[rad\]; beyond, it is no prediction.
 const LARGEST_PREDICTED_TURN: f64 = 0.2;
@@ -15,18 +15,18 @@ const LARGEST_PREDICTED_TURN: f64 = 0.2;
 /// a link enters the vessel rigid and softens as it grows.
 pub(crate) const SHORTEST_BASE: f64 = 0.001;
 
-impl<T: Real> State<T> {
+impl<T: Real, const LINKS: usize> State<T, LINKS> {
     /// Arc that the guide's joint stands for: half of the base link \[m\].
-    pub(crate) fn guide_cell_m(&self, model: &Model<T>) -> T {
+    pub(crate) fn guide_cell_m(&self, model: &Model<T, LINKS>) -> T {
         let shortest = model.description().solver.link_length_m * T::lit(SHORTEST_BASE);
         maximum(self.base_length_m, shortest) * T::lit(0.5)
     }
 
     /// Keeps every joint's curvature at the start of a step, for viscous bending.
-    pub(crate) fn remember_curvature(&mut self, model: &Model<T>) {
+    pub(crate) fn remember_curvature(&mut self, model: &Model<T, LINKS>) {
         let mut far = self.guide;
         let mut distal_length = T::zero();
-        for j in 0..self.count.min(MAX_LINKS) {
+        for j in 0..self.count.min(LINKS) {
             let length = self.length_m(model, j);
             let link = &mut self.links[j];
             if j > 0 {
@@ -39,7 +39,7 @@ impl<T: Real> State<T> {
     }
 
     /// Moves the drive to `target`, within what the links can reach.     docs/model.md (2)
-    pub(crate) fn feed(&mut self, model: &Model<T>, target: Drive<T>) {
+    pub(crate) fn feed(&mut self, model: &Model<T, LINKS>, target: Drive<T>) {
         let h = model.description().solver.link_length_m;
         let insertion = minimum(maximum(target.insertion_m, T::zero()), model.reach_m());
         self.fed_m = insertion - self.drive.insertion_m;
@@ -47,7 +47,7 @@ impl<T: Real> State<T> {
         self.guide = model.guide_turned(target.rotation_rad);
         let full = T::int(self.count.saturating_sub(1) as i32) * h;
         self.base_length_m = insertion - full;
-        while self.count < MAX_LINKS && (self.count == 0 || self.base_length_m > h) {
+        while self.count < LINKS && (self.count == 0 || self.base_length_m > h) {
             if self.count > 0 {
                 self.base_length_m -= h;
             } else if insertion <= T::zero() {
@@ -64,7 +64,7 @@ impl<T: Real> State<T> {
     }
 
     /// A new base link: straight, along the guide, at rest in the material's frame.
-    fn give_birth(&mut self, model: &Model<T>) {
+    fn give_birth(&mut self, model: &Model<T, LINKS>) {
         let strain = self.count.checked_sub(1).map_or(T::zero(), |base| self.links[base].strain);
         if let Some(link) = self.links.get_mut(self.count) {
             *link = LinkState {
@@ -83,11 +83,11 @@ impl<T: Real> State<T> {
     /// Rotations by the filtered rates, positions from the base.     docs/model.md (3)
     ///
     /// Only the initial guess of the solve; `dt_s` = 0 predicts no rotation.
-    pub(crate) fn predict(&mut self, model: &Model<T>, dt_s: T) {
+    pub(crate) fn predict(&mut self, model: &Model<T, LINKS>, dt_s: T) {
         let half_dt = dt_s * T::lit(0.5);
         let largest = T::lit(0.25 * LARGEST_PREDICTED_TURN * LARGEST_PREDICTED_TURN);
         let mut position = model.entry;
-        for j in (0..self.count.min(MAX_LINKS)).rev() {
+        for j in (0..self.count.min(LINKS)).rev() {
             let length = self.length_m(model, j);
             let link = &mut self.links[j];
             let half = link.rate * half_dt;

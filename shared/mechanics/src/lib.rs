@@ -21,8 +21,8 @@ pub use cathforce_scalar::Real;
 pub use description::*;
 pub use lumen::*;
 pub use model::Model;
-pub use state::{Drive, Outputs, State};
-pub use step::{settle, step};
+pub use state::{Drive, Loads, Outputs, State};
+pub use step::{settle, settle_loaded, step, step_loaded};
 
-/// Most links (and nodes) inside the vessel.
+/// Most links (and nodes) inside the vessel, unless a [`Model`] says otherwise.
 pub const MAX_LINKS: usize = 64;

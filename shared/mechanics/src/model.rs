@@ -25,21 +25,21 @@ pub(crate) struct Link<T> {
     pub mass: T,
 }
 
-/// The model's configuration: a validated description and its tables.
+/// The model's configuration: a validated description and its tables, for up to `LINKS` links.
 #[derive(Clone, Debug)]
-pub struct Model<T: Real> {
+pub struct Model<T: Real, const LINKS: usize = MAX_LINKS> {
     description: Description<T>,
-    /// Joint j lies j link lengths from the tip.
-    pub(crate) joints: [Joint<T>; MAX_LINKS + 1],
+    /// By link: the joint at its proximal end, joint j + 1, that many link lengths from the tip.
+    pub(crate) joints: [Joint<T>; LINKS],
     /// Link j reaches from joint j + 1 to joint j.
-    pub(crate) links: [Link<T>; MAX_LINKS + 1],
+    pub(crate) links: [Link<T>; LINKS],
     /// Orientation of the guide's mouth at rotation 0: columns up, side, direction.
     pub(crate) guide: Rotation<T>,
     pub(crate) entry: Vector3<T>,
     pub(crate) gravity: Vector3<T>,
 }
 
-impl<T: Real> Model<T> {
+impl<T: Real, const LINKS: usize> Model<T, LINKS> {
     /// Validates the description and makes the tables.     docs/model.md (1)
     pub fn new(description: Description<T>) -> Result<Self, DescriptionError> {
         description.validate()?;
@@ -47,7 +47,7 @@ impl<T: Real> Model<T> {
         let instrument = &description.instrument;
         let at = |index: usize, offset: f64| h * (T::int(index as i32) + T::lit(offset));
         let joints = core::array::from_fn(|j| {
-            let (low, high) = (at(j, -0.5), at(j, 0.5));
+            let (low, high) = (at(j, 0.5), at(j, 1.5));
             let cell = Compliance::between(instrument, low, high);
             Joint {
                 bending: T::one() / cell.bending,
@@ -80,7 +80,7 @@ impl<T: Real> Model<T> {
 
     /// The longest insertion that the links can reach \[m\].
     pub fn reach_m(&self) -> T {
-        self.description.solver.link_length_m * T::int(MAX_LINKS as i32)
+        self.description.solver.link_length_m * T::int(LINKS as i32)
     }
 
     /// Orientation of the guide's mouth when the drive has turned by `angle` \[rad\].

@@ -15,6 +15,16 @@ pub struct Drive<T> {
     pub rotation_rad: T,
 }
 
+/// Dead loads from outside, constant in the vessel frame: weights in an experiment, the force
+/// of a tool. They are no contact, so no contact force of [`Outputs`] contains them.
+#[derive(Clone, Copy, Debug, PartialEq, Default)]
+pub struct Loads<T> {
+    /// On the tip \[N\].
+    pub tip_force_n: [T; 3],
+    /// On the tip \[N·m\].
+    pub tip_moment_n_m: [T; 3],
+}
+
 /// What one step found. Per-node results are read from [`State`].
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub struct Outputs<T> {
@@ -123,9 +133,9 @@ impl<T: Real> Elimination<T> {
     }
 }
 
-/// Memory of the model. Configuration never lives here.
+/// Memory of a [`Model`] of up to `LINKS` links. Configuration never lives here.
 #[derive(Clone, Debug)]
-pub struct State<T: Real> {
+pub struct State<T: Real, const LINKS: usize = MAX_LINKS> {
     /// Links inside the vessel; link `count − 1` is the base link at the guide.
     pub(crate) count: usize,
     pub(crate) drive: Drive<T>,
@@ -138,17 +148,17 @@ pub struct State<T: Real> {
     pub(crate) guide_curvature: Vector3<T>,
     /// Quasi-static steps since the drive's position was reached.
     pub(crate) rested: u16,
-    pub(crate) links: [LinkState<T>; MAX_LINKS],
-    pub(crate) eliminations: [Elimination<T>; MAX_LINKS],
+    pub(crate) links: [LinkState<T>; LINKS],
+    pub(crate) eliminations: [Elimination<T>; LINKS],
 }
 
-impl<T: Real> Default for State<T> {
+impl<T: Real, const LINKS: usize> Default for State<T, LINKS> {
     fn default() -> Self {
         Self::new()
     }
 }
 
-impl<T: Real> State<T> {
+impl<T: Real, const LINKS: usize> State<T, LINKS> {
     /// The instrument in the guide, nothing inside the vessel.
     pub fn new() -> Self {
         Self {
@@ -159,8 +169,8 @@ impl<T: Real> State<T> {
             guide: Rotation::identity(),
             guide_curvature: Vector3::zeros(),
             rested: 0,
-            links: [LinkState::new(); MAX_LINKS],
-            eliminations: [Elimination::new(); MAX_LINKS],
+            links: [LinkState::new(); LINKS],
+            eliminations: [Elimination::new(); LINKS],
         }
     }
 
@@ -214,7 +224,7 @@ impl<T: Real> State<T> {
     }
 
     /// Unstretched length of a link \[m\].
-    pub(crate) fn length_m(&self, model: &Model<T>, link: usize) -> T {
+    pub(crate) fn length_m(&self, model: &Model<T, LINKS>, link: usize) -> T {
         if link + 1 == self.count {
             self.base_length_m
         } else {

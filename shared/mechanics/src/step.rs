@@ -3,7 +3,7 @@
 use crate::algebra::dot;
 use crate::model::maximum;
 use crate::sweep::{Scheme, Totals, solve};
-use crate::{Drive, Lumen, Model, Outputs, Real, State};
+use crate::{Drive, Loads, Lumen, Model, Outputs, Real, State};
 
 /// A solve whose last correction turned a link by more than this is not resolved \[rad\].
 ///
@@ -25,11 +25,22 @@ const SETTLED_TURN_RAD: f64 = 1e-4;
 const SETTLE_STEPS: core::ops::Range<u16> = 100..500;
 
 /// Advances the model by one tick to the drive's new position.     docs/model.md §2
-pub fn step<T: Real>(
-    model: &Model<T>,
+pub fn step<T: Real, const LINKS: usize>(
+    model: &Model<T, LINKS>,
     lumen: &Lumen<'_>,
-    state: &mut State<T>,
+    state: &mut State<T, LINKS>,
     drive: Drive<T>,
+) -> Outputs<T> {
+    step_loaded(model, lumen, state, drive, &Loads::default())
+}
+
+/// [`step`] with loads from outside.
+pub fn step_loaded<T: Real, const LINKS: usize>(
+    model: &Model<T, LINKS>,
+    lumen: &Lumen<'_>,
+    state: &mut State<T, LINKS>,
+    drive: Drive<T>,
+    loads: &Loads<T>,
 ) -> Outputs<T> {
     let description = model.description();
     let solver = &description.solver;
@@ -58,7 +69,7 @@ pub fn step<T: Real>(
         let mut totals;
         for i in 1.. {
             scheme.last = i >= solver.solves;
-            totals = solve(model, lumen, state, &scheme);
+            totals = solve(model, lumen, state, loads, &scheme);
             if scheme.last {
                 outputs = report(model, state, &totals);
                 break;
@@ -72,11 +83,22 @@ pub fn step<T: Real>(
 ///
 /// Feeds from wherever the model is (at first the empty guide) by a bounded amount a call;
 /// returns `true` once the drive's position is reached and the shape has come to rest.
-pub fn settle<T: Real>(
-    model: &Model<T>,
+pub fn settle<T: Real, const LINKS: usize>(
+    model: &Model<T, LINKS>,
     lumen: &Lumen<'_>,
-    state: &mut State<T>,
+    state: &mut State<T, LINKS>,
     drive: Drive<T>,
+) -> bool {
+    settle_loaded(model, lumen, state, drive, &Loads::default())
+}
+
+/// [`settle`] with loads from outside.
+pub fn settle_loaded<T: Real, const LINKS: usize>(
+    model: &Model<T, LINKS>,
+    lumen: &Lumen<'_>,
+    state: &mut State<T, LINKS>,
+    drive: Drive<T>,
+    loads: &Loads<T>,
 ) -> bool {
     let [first, last] = SETTLE_DRAG;
     let steps_at_rest = T::int(i32::from(state.rested) + 1);
@@ -103,7 +125,7 @@ pub fn settle<T: Real>(
         link.rate = nalgebra::Vector3::zeros();
     }
     state.predict(model, T::zero());
-    let totals = solve(model, lumen, state, &scheme);
+    let totals = solve(model, lumen, state, loads, &scheme);
     for link in &mut state.links {
         link.velocity = nalgebra::Vector3::zeros();
     }
@@ -113,17 +135,21 @@ pub fn settle<T: Real>(
         || (state.rested >= SETTLE_STEPS.start && totals.largest_turn_squared <= still)
 }
 
-fn report<T: Real>(model: &Model<T>, state: &State<T>, totals: &Totals<T>) -> Outputs<T> {
+fn report<T: Real, const LINKS: usize>(
+    model: &Model<T, LINKS>,
+    state: &State<T, LINKS>,
+    totals: &Totals<T>,
+) -> Outputs<T> {
     let direction = model.guide.tangent();
     let h = model.description().solver.link_length_m;
     let half = T::lit(0.5);
     // The configurational force of the guide's mouth.     docs/model.md (18)
-    let joint = &model.joints[state.count.min(crate::MAX_LINKS)];
+    let joint = &model.joints[state.count.saturating_sub(1)];
     let twist = dot(&totals.moment_on_guide, &direction);
     let bend_squared = dot(&totals.moment_on_guide, &totals.moment_on_guide) - twist * twist;
     let mouth = half * (bend_squared / (joint.bending * h) + twist * twist / (joint.torsion * h));
     let (mut peak, mut peak_node) = (T::zero(), 0);
-    for (j, link) in state.links[..state.count.min(crate::MAX_LINKS)].iter().enumerate() {
+    for (j, link) in state.links[..state.count.min(LINKS)].iter().enumerate() {
         let squared = dot(&link.force, &link.force);
         if squared > peak {
             (peak, peak_node) = (squared, j as u16);

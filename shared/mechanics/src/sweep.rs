@@ -12,7 +12,7 @@ use crate::contact::{Contact, Motion, Touch};
 use crate::feed::SHORTEST_BASE;
 use crate::model::{Joint, maximum};
 use crate::state::{Elimination, State};
-use crate::{Lumen, MAX_LINKS, Model, Real};
+use crate::{Loads, Lumen, Model, Real};
 
 /// How one solve treats time.
 pub(crate) struct Scheme<T> {
@@ -51,9 +51,15 @@ struct Wrench<T: Real> {
 }
 
 impl<T: Real> Wrench<T> {
-    fn none() -> Self {
-        let v = Vector3::zeros();
-        Self { force: v, moment: v, a: Sym3::zero(), b: Matrix3::zeros(), c: Sym3::zero() }
+    /// Beyond the tip: what pulls on it from outside, without stiffness.
+    fn beyond_tip(loads: &Loads<T>) -> Self {
+        Self {
+            force: Vector3::from(loads.tip_force_n),
+            moment: Vector3::from(loads.tip_moment_n_m),
+            a: Sym3::zero(),
+            b: Matrix3::zeros(),
+            c: Sym3::zero(),
+        }
     }
 
     /// A force at the node, with isotropic stiffness.
@@ -173,14 +179,15 @@ struct JointLoad<T: Real> {
 
 /// One solve, in place. Contact memories, rotations, positions and rates are brought up to
 /// date; the totals are those of the linear model (forces that balance to the last digit).
-pub(crate) fn solve<T: Real>(
-    model: &Model<T>,
+pub(crate) fn solve<T: Real, const LINKS: usize>(
+    model: &Model<T, LINKS>,
     lumen: &Lumen<'_>,
-    state: &mut State<T>,
+    state: &mut State<T, LINKS>,
+    loads: &Loads<T>,
     scheme: &Scheme<T>,
 ) -> Totals<T> {
-    let count = state.count.min(MAX_LINKS);
-    let mut wrench = Wrench::none();
+    let count = state.count.min(LINKS);
+    let mut wrench = Wrench::beyond_tip(loads);
     eliminate(model, lumen, state, scheme, count, &mut wrench);
     let guide = guide_joint(model, state, scheme, count);
     let before = (wrench.force, wrench.b);
@@ -191,10 +198,10 @@ pub(crate) fn solve<T: Real>(
 }
 
 /// Tip to guide.
-fn eliminate<T: Real>(
-    model: &Model<T>,
+fn eliminate<T: Real, const LINKS: usize>(
+    model: &Model<T, LINKS>,
     lumen: &Lumen<'_>,
-    state: &mut State<T>,
+    state: &mut State<T, LINKS>,
     scheme: &Scheme<T>,
     count: usize,
     wrench: &mut Wrench<T>,
@@ -282,9 +289,9 @@ fn eliminate<T: Real>(
 }
 
 /// Moment of the joint at node j at the predicted state.     docs/model.md (4)
-fn joint_load<T: Real>(
-    model: &Model<T>,
-    state: &State<T>,
+fn joint_load<T: Real, const LINKS: usize>(
+    model: &Model<T, LINKS>,
+    state: &State<T, LINKS>,
     j: usize,
     cell: T,
     scheme: &Scheme<T>,
@@ -292,13 +299,13 @@ fn joint_load<T: Real>(
     let (near, far) = (state.links[j].rotation, state.links[j - 1].rotation);
     let bend = near.to(&far).log();
     let before = state.links[j].curvature * cell;
-    elastic_moment(model, j, cell, scheme, &bend, &before, near.midway(&far))
+    elastic_moment(model, j - 1, cell, scheme, &bend, &before, near.midway(&far))
 }
 
 /// The joint at the guide's mouth: the base link's half against the guide.
-fn guide_joint<T: Real>(
-    model: &Model<T>,
-    state: &State<T>,
+fn guide_joint<T: Real, const LINKS: usize>(
+    model: &Model<T, LINKS>,
+    state: &State<T, LINKS>,
     scheme: &Scheme<T>,
     count: usize,
 ) -> JointLoad<T> {
@@ -307,12 +314,12 @@ fn guide_joint<T: Real>(
     let bend = near.to(&far).log();
     let cell = state.guide_cell_m(model);
     let before = state.guide_curvature * cell;
-    elastic_moment(model, count, cell, scheme, &bend, &before, near.midway(&far))
+    elastic_moment(model, count.saturating_sub(1), cell, scheme, &bend, &before, near.midway(&far))
 }
 
-fn elastic_moment<T: Real>(
-    model: &Model<T>,
-    index: usize,
+fn elastic_moment<T: Real, const LINKS: usize>(
+    model: &Model<T, LINKS>,
+    distal_link: usize,
     cell: T,
     scheme: &Scheme<T>,
     bend: &Vector3<T>,
@@ -320,7 +327,7 @@ fn elastic_moment<T: Real>(
     midway: crate::algebra::Rotation<T>,
 ) -> JointLoad<T> {
     let h = model.description().solver.link_length_m;
-    let Joint { bending, torsion, unloaded } = &model.joints[index.min(MAX_LINKS)];
+    let Joint { bending, torsion, unloaded } = &model.joints[distal_link];
     let scale = h / cell;
     let damping = model.description().solver.bending_damping_s * scheme.inertia / scheme.dt_s;
     let (kb, kt) = (*bending * scale, *torsion * scale);
@@ -333,9 +340,9 @@ fn elastic_moment<T: Real>(
 }
 
 /// Guide to tip.     docs/model.md (17)
-fn resolve<T: Real>(
-    model: &Model<T>,
-    state: &mut State<T>,
+fn resolve<T: Real, const LINKS: usize>(
+    model: &Model<T, LINKS>,
+    state: &mut State<T, LINKS>,
     scheme: &Scheme<T>,
     count: usize,
     base_wrench: &(Vector3<T>, Matrix3<T>),

@@ -61,7 +61,7 @@ fn self_weight_sag_converges_with_second_order() {
         let mut errors = Vec::new();
         for links in [8, 16, 32] {
             let (length, ei) = (0.1, 1e-3);
-            let model =
+            let model: Model<_> =
                 Model::new(cantilever(length, links, ei, load * ei / (length * length * length)))
                     .unwrap();
             let (header, bytes) = free_space();
@@ -82,4 +82,40 @@ fn self_weight_sag_converges_with_second_order() {
         let order = (errors[1] / errors[2]).log2();
         assert!(order > 1.9, "order {order} {errors:?}");
     }
+}
+
+#[test]
+fn end_loads_bend_a_chain_of_any_number_of_links() {
+    let (length, ei) = (0.1, 1e-3);
+    // PL²/EI = 2: w/L and u/L of ../shared/references/elastica_cantilever_tip_load.csv.
+    let weight =
+        Loads { tip_force_n: [0.0, 0.0, -2.0 * ei / (length * length)], ..Loads::default() };
+    // ML/EI = π/2: a quarter of a circle.
+    let quarter = core::f64::consts::FRAC_PI_2;
+    let couple = Loads { tip_moment_n_m: [0.0, quarter * ei / length, 0.0], ..Loads::default() };
+    for (loads, drop, shortening) in
+        [(weight, 0.49345748, 0.160641721), (couple, 1.0 / quarter, 1.0 - 1.0 / quarter)]
+    {
+        let coarse = tip_error::<16>(length, ei, &loads, [1.0 - shortening, 0.0, -drop]);
+        let fine = tip_error::<96>(length, ei, &loads, [1.0 - shortening, 0.0, -drop]);
+        assert!(coarse < 3e-3 && fine < 1e-4, "{loads:?}: {coarse} {fine}");
+    }
+}
+
+/// How far the tip of a chain of `LINKS` links is from where it should be, both over its length.
+fn tip_error<const LINKS: usize>(length: f64, ei: f64, loads: &Loads<f64>, tip: [f64; 3]) -> f64 {
+    let description =
+        Description { gravity_m_per_s2: [0.0; 3], ..cantilever(length, LINKS, ei, 1.0) };
+    let model = Model::<f64, LINKS>::new(description).unwrap();
+    let (header, bytes) = free_space();
+    let lumen = Lumen::new(header, &bytes).unwrap();
+    let mut state = State::new();
+    let drive = Drive { insertion_m: length, rotation_rad: 0.0 };
+    while !settle_loaded(&model, &lumen, &mut state, drive, loads) {}
+    for _ in 0..3000 {
+        step_loaded(&model, &lumen, &mut state, drive, loads);
+    }
+    let reached = state.node_position_m(0).unwrap();
+    let squares = (0..3).map(|i| (reached[i] / length - tip[i]).powi(2));
+    squares.sum::<f64>().sqrt()
 }

@@ -114,7 +114,7 @@ fn catheter<T: Real>(friction: f64, stiffness: f64, precurve: f64) -> Descriptio
 
 /// Axial drive force over an insertion at 13 mm/s, one sample a tick.
 fn insertion<T: Real>(description: Description<T>, lumen: &Lumen<'_>, to_m: f64) -> Vec<f64> {
-    let model = Model::new(description).unwrap();
+    let model: Model<_> = Model::new(description).unwrap();
     let mut state = State::new();
     let start = 0.02;
     let mut drive = Drive { insertion_m: T::lit(start), rotation_rad: T::zero() };
@@ -146,7 +146,7 @@ fn single_precision_costs_less_than_the_sensor_sees() {
 fn friction_resists_and_reverses_with_the_feed() {
     let (header, bytes) = bent_tube(4e-3);
     let lumen = Lumen::new(header, &bytes).unwrap();
-    let model = Model::new(catheter::<f32>(0.3, 1e-5, 0.0)).unwrap();
+    let model: Model<_> = Model::new(catheter::<f32>(0.3, 1e-5, 0.0)).unwrap();
     let mut state = State::new();
     let mut at = 0.02;
     let mut drive = |state: &mut State<f32>, feed_m: f32, ticks: usize| {
@@ -198,7 +198,7 @@ fn random_instruments_and_step_feeds_stay_finite_and_bounded() {
         );
         description.wall.line_stiffness_n_per_m2 = random.scale(1e4, 1e7) as f32;
         description.solver.bending_damping_s = random.between(0.0, 0.01) as f32;
-        let model = Model::new(description).unwrap();
+        let model: Model<_> = Model::new(description).unwrap();
         let mut state = State::new();
         let (mut insertion, mut rotation, mut speed, mut spin) = (0.0f32, 0.0f32, 0.0f32, 0.0f32);
         for tick in 0..4000 {
