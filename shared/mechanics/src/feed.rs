@@ -39,6 +39,9 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
     }
 
     /// Moves the drive to `target`, within what the links can reach.     docs/model.md (2)
+    ///
+    /// A link is born a little late, so that a drive that rests on a whole number of links
+    /// does not bear and drop one in turn with its last bit.
     pub(crate) fn feed(&mut self, model: &Model<T, LINKS>, target: Drive<T>) {
         let h = model.description().solver.link_length_m;
         let insertion = minimum(maximum(target.insertion_m, T::zero()), model.reach_m());
@@ -47,7 +50,8 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
         self.guide = model.guide_turned(target.rotation_rad);
         let full = T::int(self.count.saturating_sub(1) as i32) * h;
         self.base_length_m = insertion - full;
-        while self.count < LINKS && (self.count == 0 || self.base_length_m > h) {
+        let longest = h * T::lit(1.0 + SHORTEST_BASE);
+        while self.count < LINKS && (self.count == 0 || self.base_length_m > longest) {
             if self.count > 0 {
                 self.base_length_m -= h;
             } else if insertion <= T::zero() {

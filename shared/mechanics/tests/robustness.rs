@@ -164,6 +164,28 @@ fn friction_resists_and_reverses_with_the_feed() {
     assert!(forward > backward + 5e-3);
 }
 
+#[test]
+fn a_drive_at_rest_on_a_whole_number_of_links_keeps_them() {
+    let (header, bytes) = bent_tube(4e-3);
+    let lumen = Lumen::new(header, &bytes).unwrap();
+    let model: Model<_> = Model::new(catheter::<f32>(0.3, 1e-5, 0.0)).unwrap();
+    for links in 1..60 {
+        let mut state: State<f32> = State::new();
+        // Whatever the rounding of encoder and link length makes of it.
+        for ulps in [-1i32, 0, 1] {
+            let insertion_m =
+                f32::from_bits((links as f32 * 2e-3).to_bits().wrapping_add_signed(ulps));
+            let drive = Drive { insertion_m, rotation_rad: 0.0 };
+            step(&model, &lumen, &mut state, drive);
+            let nodes = state.nodes();
+            for _ in 0..3 {
+                step(&model, &lumen, &mut state, drive);
+                assert_eq!(state.nodes(), nodes, "{links} links, {ulps} ulp");
+            }
+        }
+    }
+}
+
 /// A small generator, so that a failure names its seed and can be repeated.
 struct Random(u64);
 
