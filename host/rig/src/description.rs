@@ -1,7 +1,8 @@
 //! From the rig to the numbers of the model.
 
 use cathforce_mechanics::{
-    Description, Entry, Instrument, MAX_LINKS, PrecurvePiece, Real, Section, Solver, Wall,
+    Description, Effects, Entry, Instrument, MAX_LINKS, PrecurvePiece, Real, Section, Solver,
+    Tendon, Wall,
 };
 use nalgebra::Vector3;
 
@@ -94,6 +95,7 @@ pub fn describe<T: Real>(
             sections: sections.map(|section| describe_section(&rig.instrument, section)).collect(),
             precurve: precurve.collect(),
         },
+        tendon: Tendon::none(),
         entry: Entry {
             position_m: vector(rig.entry.position_m),
             direction: vector(rig.entry.direction),
@@ -111,6 +113,7 @@ pub fn describe<T: Real>(
             onset_m: lit(defaults.onset_m),
             damping_s: lit(defaults.wall_damping_s),
         },
+        effects: Effects::off(),
         gravity_m_per_s2: vector(effective_gravity(rig).into()),
         solver: Solver {
             link_length_m: lit(link_length_m),

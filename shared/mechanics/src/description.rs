@@ -7,6 +7,8 @@ use cathforce_scalar::Real;
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
+use crate::{Effects, parameters};
+
 /// Most stiffness sections of one instrument.
 pub const MAX_SECTIONS: usize = 8;
 /// Most pieces of one tip's pre-curvature.
@@ -98,12 +100,44 @@ pub struct Solver<T> {
     pub drag_n_s_per_m2: T,
 }
 
+/// The tendon of a steerable instrument, anchored at the tip and held at the handle.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Tendon<T> {
+    /// How far it is pulled from where it is taut in the straight instrument \[m\].
+    pub pull_m: T,
+    /// Stiffness along itself \[N/m\].
+    pub stiffness_n_per_m: T,
+    /// Distance from the centre line \[m\].
+    pub offset_m: T,
+    /// Length that it bends, from the tip backwards \[m\].
+    pub length_m: T,
+    /// Where it lies around the centre line: 0 at `up`, 90° at `direction × up` \[rad\].
+    pub angle_rad: T,
+}
+
+impl<T: Real> Tendon<T> {
+    /// No tendon.
+    pub fn none() -> Self {
+        let zero = T::zero();
+        Self {
+            pull_m: zero,
+            stiffness_n_per_m: zero,
+            offset_m: zero,
+            length_m: zero,
+            angle_rad: zero,
+        }
+    }
+}
+
 /// Everything the model is told, except the lumen.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Description<T> {
     pub instrument: Instrument<T>,
+    pub tendon: Tendon<T>,
     pub entry: Entry<T>,
     pub wall: Wall<T>,
+    /// What the rig has beyond all this; [`Effects::off`] if nothing.
+    pub effects: Effects<T>,
     /// Acceleration that acts on the instrument, buoyancy included \[m/s²\].
     pub gravity_m_per_s2: [T; 3],
     pub solver: Solver<T>,
@@ -154,9 +188,13 @@ impl<T: Real> Description<T> {
         within("wall.line_stiffness_n_per_m2", w.line_stiffness_n_per_m2, 1.0, 1e9)?;
         within("wall.end_stiffness_n_per_m", w.end_stiffness_n_per_m, 0.0, 1e7)?;
         within("wall.tangential_ratio", w.tangential_ratio, 0.0, 100.0)?;
-        within("wall.friction_coefficient", w.friction_coefficient, 0.0, 2.0)?;
         within("wall.onset_m", w.onset_m, 1e-7, 1e-3)?;
         within("wall.damping_s", w.damping_s, 0.0, 1.0)?;
+        for info in parameters() {
+            // Every key has its number.
+            let value = self.parameter(info.key).unwrap_or(T::zero());
+            within(info.key, value, info.min, info.max)?;
+        }
         for g in self.gravity_m_per_s2 {
             within("gravity_m_per_s2", g, -100.0, 100.0)?;
         }

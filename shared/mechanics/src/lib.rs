@@ -10,17 +10,21 @@
 mod algebra;
 mod contact;
 mod description;
+pub mod effects;
 mod feed;
 mod lumen;
 mod model;
+mod parameters;
 mod state;
 mod step;
 mod sweep;
 
 pub use cathforce_scalar::Real;
 pub use description::*;
+pub use effects::{DriveTrain, EFFECTS, EffectInfo, Effects, Measurement, ParameterInfo};
 pub use lumen::*;
 pub use model::Model;
+pub use parameters::*;
 pub use state::{Drive, Loads, Outputs, State};
 pub use step::{settle, settle_loaded, step, step_loaded};
 

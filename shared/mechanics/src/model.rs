@@ -3,7 +3,8 @@
 use nalgebra::Vector3;
 
 use crate::algebra::Rotation;
-use crate::{Description, DescriptionError, Instrument, MAX_LINKS, Real};
+use crate::effects::{StoredCurvature, nominal};
+use crate::{Description, DescriptionError, Instrument, MAX_LINKS, Real, Wall};
 
 /// Elastic properties of one joint, over a full cell of one link length around it.
 #[derive(Clone, Copy, Debug)]
@@ -33,6 +34,10 @@ pub struct Model<T: Real, const LINKS: usize = MAX_LINKS> {
     pub(crate) joints: [Joint<T>; LINKS],
     /// Link j reaches from joint j + 1 to joint j.
     pub(crate) links: [Link<T>; LINKS],
+    /// The wall's law with its effects.
+    pub(crate) wall: Wall<T>,
+    /// Viscous time of bending, with its effect \[s\].
+    pub(crate) bending_damping_s: T,
     /// Orientation of the guide's mouth at rotation 0: columns up, side, direction.
     pub(crate) guide: Rotation<T>,
     pub(crate) entry: Vector3<T>,
@@ -44,7 +49,9 @@ impl<T: Real, const LINKS: usize> Model<T, LINKS> {
     pub fn new(description: Description<T>) -> Result<Self, DescriptionError> {
         description.validate()?;
         let h = description.solver.link_length_m;
-        let instrument = &description.instrument;
+        let effects = &description.effects;
+        let instrument = &nominal::instrument(&description);
+        let stored = &effects.instrument.stored_curvature;
         let at = |index: usize, offset: f64| h * (T::int(index as i32) + T::lit(offset));
         let joints = core::array::from_fn(|j| {
             let (low, high) = (at(j, 0.5), at(j, 1.5));
@@ -52,7 +59,7 @@ impl<T: Real, const LINKS: usize> Model<T, LINKS> {
             Joint {
                 bending: T::one() / cell.bending,
                 torsion: T::one() / cell.torsion,
-                unloaded: unloaded_rotation(instrument, low, high),
+                unloaded: unloaded_rotation(instrument, stored, low, high),
             }
         });
         let links = core::array::from_fn(|j| {
@@ -68,7 +75,10 @@ impl<T: Real, const LINKS: usize> Model<T, LINKS> {
             links,
             guide,
             entry: Vector3::from(entry.position_m),
-            gravity: Vector3::from(description.gravity_m_per_s2),
+            gravity: Vector3::from(description.gravity_m_per_s2) * effects.instrument.weight.factor,
+            wall: nominal::wall(&description),
+            bending_damping_s: description.solver.bending_damping_s
+                + effects.instrument.viscoelastic.time_s,
             description,
         })
     }
@@ -101,7 +111,7 @@ impl<T: Real, const LINKS: usize> Model<T, LINKS> {
 /// Sine and cosine from correctly rounded operations only, so that host and device agree.
 ///
 /// The angle is reduced to half a turn either way, divided by eight, and doubled back.
-fn half_turn<T: Real>(angle: T) -> (T, T) {
+pub(crate) fn half_turn<T: Real>(angle: T) -> (T, T) {
     let tau = T::lit(core::f64::consts::TAU);
     let turns = T::int((angle / tau + T::lit(0.5)).floor_int());
     let a = (angle - turns * tau) * T::lit(0.125);
@@ -152,7 +162,12 @@ impl<T: Real> Compliance<T> {
 
 /// ∫κ₀ ds in material axes. Curvature towards `up` turns about `side`, towards `side`
 /// about −`up`.
-fn unloaded_rotation<T: Real>(instrument: &Instrument<T>, low: T, high: T) -> Vector3<T> {
+fn unloaded_rotation<T: Real>(
+    instrument: &Instrument<T>,
+    stored: &StoredCurvature<T>,
+    low: T,
+    high: T,
+) -> Vector3<T> {
     let mut sum = Vector3::zeros();
     let mut start = T::zero();
     for p in &instrument.precurve {
@@ -162,7 +177,10 @@ fn unloaded_rotation<T: Real>(instrument: &Instrument<T>, low: T, high: T) -> Ve
             Vector3::new(-p.lateral_curvature_per_m, p.curvature_per_m, p.torsion_per_m) * length;
         start = end;
     }
-    sum
+    // Behind the pre-curved tip.     docs/model.md (23)
+    let length = maximum(high - maximum(low, start), T::zero());
+    let (up, side) = (stored.curvature_per_m, stored.lateral_curvature_per_m);
+    sum + Vector3::new(-side, up, T::zero()) * length
 }
 
 /// The larger of two; NaN in `a` stays.

@@ -48,7 +48,7 @@ pub fn step_loaded<T: Real, const LINKS: usize>(
     let mut scheme = Scheme {
         dt_s: solver.tick_s / parts,
         inertia: T::one(),
-        friction: description.wall.friction_coefficient,
+        friction: model.wall.friction_coefficient,
         drag_n_s_per_m2: solver.drag_n_s_per_m2,
         predictor_gain: solver.predictor_gain,
         last: true,
@@ -61,7 +61,7 @@ pub fn step_loaded<T: Real, const LINKS: usize>(
             insertion_m: start.insertion_m + (drive.insertion_m - start.insertion_m) * share,
             rotation_rad: start.rotation_rad + (drive.rotation_rad - start.rotation_rad) * share,
         };
-        if solver.bending_damping_s > T::zero() {
+        if model.bending_damping_s > T::zero() {
             state.remember_curvature(model);
         }
         state.feed(model, target);

@@ -207,7 +207,7 @@ fn eliminate<T: Real, const LINKS: usize>(
     wrench: &mut Wrench<T>,
 ) {
     let description = model.description();
-    let wall = &description.wall;
+    let wall = &model.wall;
     let h = description.solver.link_length_m;
     let (half, quarter) = (T::lit(0.5), T::lit(0.25));
     let inverse_dt = T::one() / scheme.dt_s;
@@ -329,7 +329,7 @@ fn elastic_moment<T: Real, const LINKS: usize>(
     let h = model.description().solver.link_length_m;
     let Joint { bending, torsion, unloaded } = &model.joints[distal_link];
     let scale = h / cell;
-    let damping = model.description().solver.bending_damping_s * scheme.inertia / scheme.dt_s;
+    let damping = model.bending_damping_s * scheme.inertia / scheme.dt_s;
     let (kb, kt) = (*bending * scale, *torsion * scale);
     let stiffen = T::one() + damping;
     // Elastic, and viscous against the curvature at the step's start.     docs/model.md (4)

@@ -86,6 +86,7 @@ fn catheter<T: Real>(friction: f64, stiffness: f64, precurve: f64) -> Descriptio
             sections: [section].into_iter().collect(),
             precurve: [piece].into_iter().collect(),
         },
+        tendon: Tendon::none(),
         entry: Entry {
             position_m: [T::zero(); 3],
             direction: [T::one(), T::zero(), T::zero()],
@@ -99,6 +100,7 @@ fn catheter<T: Real>(friction: f64, stiffness: f64, precurve: f64) -> Descriptio
             onset_m: T::lit(1e-5),
             damping_s: T::lit(5e-3),
         },
+        effects: Effects::off(),
         gravity_m_per_s2: [T::zero(), T::zero(), T::lit(-9.81)],
         solver: Solver {
             link_length_m: T::lit(2e-3),

@@ -1,6 +1,8 @@
 //! A bare wire that enters along x: the description that tests of several crates begin with.
 
-use cathforce_mechanics::{Description, Entry, Instrument, Section, Solver, Wall};
+use cathforce_mechanics::{
+    Description, Effects, Entry, Instrument, Section, Solver, Tendon, Wall,
+};
 
 pub fn wire() -> Description<f32> {
     let section = Section {
@@ -16,6 +18,7 @@ pub fn wire() -> Description<f32> {
             sections: [section].into_iter().collect(),
             precurve: Default::default(),
         },
+        tendon: Tendon::none(),
         entry: Entry { position_m: [0.0; 3], direction: [1.0, 0.0, 0.0], up: [0.0, 0.0, 1.0] },
         wall: Wall {
             line_stiffness_n_per_m2: 1e5,
@@ -25,6 +28,7 @@ pub fn wire() -> Description<f32> {
             onset_m: 5e-5,
             damping_s: 1e-3,
         },
+        effects: Effects::off(),
         gravity_m_per_s2: [0.0, 0.0, -9.81],
         solver: Solver {
             link_length_m: 2e-3,

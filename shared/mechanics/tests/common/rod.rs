@@ -20,6 +20,7 @@ pub fn rod(length_m: f64, links: usize, bending_stiffness_n_m2: f64) -> Descript
             sections: [section].into_iter().collect(),
             precurve: [].into_iter().collect(),
         },
+        tendon: Tendon::none(),
         entry: Entry { position_m: [0.0; 3], direction: [1.0, 0.0, 0.0], up: [0.0, 0.0, 1.0] },
         wall: Wall {
             line_stiffness_n_per_m2: 8e5,
@@ -29,6 +30,7 @@ pub fn rod(length_m: f64, links: usize, bending_stiffness_n_m2: f64) -> Descript
             onset_m: 1e-5,
             damping_s: 0.0,
         },
+        effects: Effects::off(),
         gravity_m_per_s2: [0.0; 3],
         solver: Solver {
             link_length_m: length_m / links as f64,

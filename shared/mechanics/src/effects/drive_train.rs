@@ -1,0 +1,218 @@
+//! From the encoder to the instrument at the entry plane.     docs/model.md (19)–(21)
+
+use super::DriveEffects;
+use crate::model::half_turn;
+use crate::{Drive, Real};
+
+/// Encoder samples that are kept for the latency.
+pub const LONGEST_LATENCY_TICKS: usize = 64;
+
+/// What the drive train remembers.
+#[derive(Clone, Debug)]
+pub struct DriveTrain<T> {
+    /// Newest samples of the encoder, in a ring; `None` before the first one.
+    samples: Option<[Drive<T>; LONGEST_LATENCY_TICKS]>,
+    /// Index of the newest one.
+    newest: usize,
+    /// The delayed sample of the last tick.
+    delayed: Drive<T>,
+    /// What scale, ripple and slip have added since the run began.
+    gained: Drive<T>,
+    /// How far the output leads the gears, 0 to the width of the dead zone.
+    lead: Drive<T>,
+    /// Of the ripple: periods since the run began, modulo 1.
+    turns: T,
+}
+
+impl<T: Real> Default for DriveTrain<T> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl<T: Real> DriveTrain<T> {
+    /// Nothing has moved.
+    pub fn new() -> Self {
+        Self {
+            samples: None,
+            newest: 0,
+            delayed: Drive::default(),
+            gained: Drive::default(),
+            lead: Drive::default(),
+            turns: T::zero(),
+        }
+    }
+
+    /// Where the instrument is at the entry plane when the encoder says `encoder`.
+    ///
+    /// `load_n`: force at the drive in the last tick, positive when pushing. With every effect
+    /// off it is `encoder`, to the bit. The first call begins the run: nothing is lost yet,
+    /// and the gears are taken up in the direction of insertion and of positive rotation.
+    pub fn follow(
+        &mut self,
+        effects: &DriveEffects<T>,
+        tick_s: T,
+        load_n: T,
+        encoder: Drive<T>,
+    ) -> Drive<T> {
+        if effects.is_off() {
+            return encoder;
+        }
+        let last = self.delayed;
+        let first = self.samples.is_none();
+        let delayed = self.delay(effects.latency.time_s / tick_s, encoder);
+        self.delayed = delayed;
+        if first {
+            self.turns = effects.ripple.phase_rad * T::lit(0.5 * core::f64::consts::FRAC_1_PI);
+            return delayed;
+        }
+        // Scale and dead zone.     docs/model.md (19)
+        let scale = &effects.encoder_scale;
+        let dead = &effects.backlash;
+        let fed = (delayed.insertion_m - last.insertion_m) * scale.insertion;
+        let turned = (delayed.rotation_rad - last.rotation_rad) * scale.rotation;
+        let lead = self.lead;
+        self.lead = Drive {
+            insertion_m: clamp(lead.insertion_m - fed, dead.insertion_m),
+            rotation_rad: clamp(lead.rotation_rad - turned, dead.rotation_rad),
+        };
+        // Ripple and slip of what comes through.     docs/model.md (20), (21)
+        let moved = fed + self.lead.insertion_m - lead.insertion_m;
+        let ripple = &effects.ripple;
+        let turns = self.turns + ripple.cycles_per_m * moved + ripple.cycles_per_s * tick_s;
+        self.turns = turns - T::int(turns.floor_int());
+        let (sin, _) = half_turn(self.turns * T::lit(core::f64::consts::TAU));
+        let distance = if moved < T::zero() { -moved } else { moved };
+        let one = T::one();
+        self.gained.insertion_m += (delayed.insertion_m - last.insertion_m)
+            * (scale.insertion - one)
+            + moved * ripple.ratio * sin
+            - distance * effects.slip.per_n * load_n;
+        self.gained.rotation_rad +=
+            (delayed.rotation_rad - last.rotation_rad) * (scale.rotation - one);
+        Drive {
+            insertion_m: delayed.insertion_m + (self.gained.insertion_m + self.lead.insertion_m),
+            rotation_rad: delayed.rotation_rad + (self.gained.rotation_rad + self.lead.rotation_rad),
+        }
+    }
+
+    /// The encoder's sample of `ticks` ago, interpolated; the first one before there is any.
+    fn delay(&mut self, ticks: T, encoder: Drive<T>) -> Drive<T> {
+        let samples = self.samples.get_or_insert([encoder; LONGEST_LATENCY_TICKS]);
+        self.newest = (self.newest + 1) % LONGEST_LATENCY_TICKS;
+        if let Some(newest) = samples.get_mut(self.newest) {
+            *newest = encoder;
+        }
+        let whole = ticks.floor_int().clamp(0, LONGEST_LATENCY_TICKS as i32 - 2);
+        let share = crate::model::minimum(ticks - T::int(whole), T::one());
+        let at = |age: usize| {
+            let index = (self.newest + LONGEST_LATENCY_TICKS - age) % LONGEST_LATENCY_TICKS;
+            samples.get(index).copied().unwrap_or(encoder)
+        };
+        let (newer, older) = (at(whole as usize), at(whole as usize + 1));
+        let blend = |a: T, b: T| a + (b - a) * share;
+        Drive {
+            insertion_m: blend(newer.insertion_m, older.insertion_m),
+            rotation_rad: blend(newer.rotation_rad, older.rotation_rad),
+        }
+    }
+}
+
+/// Into 0 … `width`.
+fn clamp<T: Real>(x: T, width: T) -> T {
+    let x = if x < T::zero() { T::zero() } else { x };
+    if x > width { width } else { x }
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+
+    use super::*;
+    use std::vec::Vec;
+
+    const TICK_S: f64 = 1e-3;
+
+    fn effects(change: impl Fn(&mut DriveEffects<f64>)) -> DriveEffects<f64> {
+        let mut effects = DriveEffects::off();
+        change(&mut effects);
+        effects
+    }
+
+    /// Insertions at the entry plane for insertions of the encoder, under a constant load.
+    fn follow(effects: &DriveEffects<f64>, load_n: f64, encoder_m: &[f64]) -> Vec<f64> {
+        let mut train = DriveTrain::new();
+        let drive = |&insertion_m: &f64| Drive { insertion_m, rotation_rad: -2.0 * insertion_m };
+        let at = |x| train.follow(effects, TICK_S, load_n, drive(x)).insertion_m;
+        encoder_m.iter().map(at).collect()
+    }
+
+    /// 20 mm forward and 10 mm back at 20 mm/s, from 30 mm.
+    fn there_and_back() -> Vec<f64> {
+        let forward = (0..=1000).map(|i| 0.03 + 2e-5 * f64::from(i));
+        let back = (1..=500).map(|i| 0.05 - 2e-5 * f64::from(i));
+        forward.chain(back).collect()
+    }
+
+    fn near(a: f64, b: f64) -> bool {
+        (a - b).abs() < 1e-9
+    }
+
+    #[test]
+    fn off_passes_every_bit() {
+        let encoder = there_and_back();
+        assert_eq!(follow(&DriveEffects::off(), 0.7, &encoder), encoder);
+    }
+
+    #[test]
+    fn latency_delays_by_a_broken_number_of_ticks() {
+        let late = effects(|e| e.latency.time_s = 7.5e-3);
+        let out = follow(&late, 0.0, &there_and_back());
+        assert!(near(out[1000], 0.05 - 7.5 * 2e-5), "{}", out[1000]);
+        assert!(near(out[5], 0.03), "what was before the run is its first sample");
+        let latest = effects(|e| e.latency.time_s = 60e-3);
+        assert!(near(follow(&latest, 0.0, &there_and_back())[1000], 0.05 - 60.0 * 2e-5));
+    }
+
+    #[test]
+    fn scale_acts_on_what_was_fed_since_the_start() {
+        let scaled = effects(|e| e.encoder_scale.insertion = 1.1);
+        let out = follow(&scaled, 0.0, &there_and_back());
+        assert!(near(out[0], 0.03) && near(out[1000], 0.03 + 1.1 * 0.02));
+        assert!(near(out[1500], 0.03 + 1.1 * 0.01));
+    }
+
+    #[test]
+    fn backlash_loses_its_width_at_reversal_only() {
+        let loose = effects(|e| e.backlash.insertion_m = 2e-3);
+        let out = follow(&loose, 0.0, &there_and_back());
+        assert!(near(out[1000], 0.05) && near(out[1050], 0.05), "it stands still after reversal");
+        assert!(near(out[1500], 0.042));
+    }
+
+    #[test]
+    fn ripple_comes_back_after_a_period_and_rests_in_a_dwell() {
+        let rippled = effects(|e| {
+            e.ripple.ratio = 0.1;
+            e.ripple.cycles_per_m = 100.0;
+        });
+        let out = follow(&rippled, 0.0, &there_and_back());
+        // Half a period is 5 mm: gained 0.1 · 2/(2π · 100/m) at its end.
+        let most = 0.1 / (100.0 * core::f64::consts::PI);
+        assert!((out[250] - 0.035 - most).abs() < 1e-6, "{}", out[250] - 0.035);
+        assert!((out[500] - 0.04).abs() < 1e-6);
+        let mut dwell = there_and_back();
+        dwell.truncate(300);
+        dwell.resize(600, dwell[299]);
+        let out = follow(&rippled, 0.0, &dwell);
+        assert_eq!(out[320], out[599]);
+    }
+
+    #[test]
+    fn slip_gives_way_to_the_load() {
+        let slips = effects(|e| e.slip.per_n = 0.2);
+        let out = follow(&slips, 0.5, &there_and_back());
+        assert!(near(out[1000], 0.05 - 0.1 * 0.02), "{}", out[1000]);
+        assert!(near(out[1500], 0.04 - 0.1 * 0.03), "pulling back, the load helps");
+    }
+}

@@ -1,0 +1,20 @@
+//! Effects beyond the nominal model: what a real rig may have and its description does not
+//! say. All are off unless the description switches them on.
+//!
+//! | file | effects |
+//! | --- | --- |
+//! | `table` | every parameter with unit, off value and range |
+//! | `drive_train` | drive: latency, scale, backlash, ripple, slip |
+//! | `nominal` | those that only change what the tables are made from |
+//! | `measurement` | sensor: gain, misalignment, time constant, bias, drift |
+
+mod declare;
+mod drive_train;
+mod measurement;
+pub(crate) mod nominal;
+mod table;
+
+pub use declare::{EffectInfo, ParameterInfo};
+pub use drive_train::{DriveTrain, LONGEST_LATENCY_TICKS};
+pub use measurement::Measurement;
+pub use table::*;

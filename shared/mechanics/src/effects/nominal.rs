@@ -1,0 +1,97 @@
+//! Effects that change what the tables are made from, and nothing in the recursion.
+
+use nalgebra::Vector3;
+
+use crate::algebra::Rotation;
+use crate::{Description, Entry, Instrument, Real, Wall};
+
+/// The instrument with its effects of stiffness and pre-curvature.     docs/model.md (23)
+///
+/// The stored curvature of the shaft goes on for ever and is added where the tables are made.
+pub(crate) fn instrument<T: Real>(description: &Description<T>) -> Instrument<T> {
+    let effects = &description.effects.instrument;
+    let mut instrument = description.instrument.clone();
+    let (tip, shaft) = (effects.stiffness.tip_factor, effects.stiffness.shaft_factor);
+    if tip != shaft {
+        split_single_section(&mut instrument);
+    }
+    let several = instrument.sections.len() > 1;
+    for (i, section) in instrument.sections.iter_mut().enumerate() {
+        let factor = if i == 0 && several { tip } else { shaft };
+        section.bending_stiffness_n_m2 *= factor;
+        section.torsional_stiffness_n_m2 *= factor;
+        section.axial_stiffness_n *= factor;
+    }
+    for piece in &mut instrument.precurve {
+        piece.curvature_per_m *= effects.tip_precurve.factor;
+        piece.lateral_curvature_per_m *= effects.tip_precurve.factor;
+        piece.torsion_per_m *= effects.tip_precurve.factor;
+    }
+    instrument
+}
+
+/// An instrument of one section has its pre-curved length for a tip.
+fn split_single_section<T: Real>(instrument: &mut Instrument<T>) {
+    let curved = instrument.precurve.iter().fold(T::zero(), |sum, piece| sum + piece.length_m);
+    if let ([only], true) = (instrument.sections.as_slice(), curved > T::zero()) {
+        let tip = crate::Section { length_m: curved, ..*only };
+        // One section of eight: there is room.
+        let _ = instrument.sections.insert(0, tip);
+    }
+}
+
+/// The wall's law at its own stiffness.     docs/model.md (24)
+pub(crate) fn wall<T: Real>(description: &Description<T>) -> Wall<T> {
+    let factor = description.effects.wall.stiffness.factor;
+    Wall {
+        line_stiffness_n_per_m2: description.wall.line_stiffness_n_per_m2 * factor,
+        end_stiffness_n_per_m: description.wall.end_stiffness_n_per_m * factor,
+        ..description.wall
+    }
+}
+
+/// Where the vessel stands: from its own frame, in which the model computes, to the rig's.
+///
+/// x_rig = p + R (x − p) + d, with p the entry point of the description.     docs/model.md (25)
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Placement<T: Real> {
+    /// p
+    pub entry: Vector3<T>,
+    /// R
+    pub turned: Rotation<T>,
+    /// d
+    pub offset: Vector3<T>,
+}
+
+impl<T: Real> Placement<T> {
+    /// The registration of a description; the wall's motion comes on top.
+    pub fn of(description: &Description<T>) -> Self {
+        let r = &description.effects.wall.registration;
+        let half = Vector3::new(r.tilt_x_rad, r.tilt_y_rad, r.tilt_z_rad) * T::lit(0.5);
+        Self {
+            entry: Vector3::from(description.entry.position_m),
+            turned: Rotation::identity().turned(&half),
+            offset: Vector3::new(r.x_m, r.y_m, r.z_m),
+        }
+    }
+
+    /// A point of the vessel in the rig's frame.
+    pub fn to_rig(self, point: &Vector3<T>) -> Vector3<T> {
+        self.entry + self.turned.rotate(&(point - self.entry)) + self.offset
+    }
+
+    /// A point of the rig in the vessel's frame.
+    pub fn to_vessel(self, point: &Vector3<T>) -> Vector3<T> {
+        self.entry + self.direction_to_vessel(&(point - self.entry - self.offset))
+    }
+
+    /// A direction of the rig in the vessel's frame.
+    pub fn direction_to_vessel(self, direction: &Vector3<T>) -> Vector3<T> {
+        Rotation { w: self.turned.w, v: -self.turned.v }.rotate(direction)
+    }
+}
+
+/// The mouth of the guide in the rig's frame: past the entry plane by the guide's length.
+pub(crate) fn mouth<T: Real>(entry: &Entry<T>, guide_length_m: T) -> Vector3<T> {
+    Vector3::from(entry.position_m) + Vector3::from(entry.direction) * guide_length_m
+}
