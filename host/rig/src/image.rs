@@ -2,6 +2,7 @@
 
 use cathforce_config::image::{encode, encoded_len};
 use cathforce_config::{EncodeError, ImageError, ImageHead, Settings};
+use cathforce_mechanics::ParameterError;
 use thiserror::Error;
 
 use crate::bundle::Bundle;
@@ -14,7 +15,7 @@ use crate::vessel::{CELL_M, DEVICE_LUMEN_BYTES, LumenBuildError, LumenReport, Ve
 const COARSER_M: [f64; 4] = [1.25e-3, 1.5e-3, 2.0e-3, 3.0e-3];
 
 /// What a bundle leaves open.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct ImageOptions {
     pub solver: SolverDefaults,
     /// Length of a link \[m\]; by the trials' largest insertion when `None`.
@@ -23,6 +24,8 @@ pub struct ImageOptions {
     pub cell_m: f64,
     pub surface: SurfaceModel,
     pub settings: Settings,
+    /// Parameters of the description by key, effects among them, set one after the other.
+    pub parameters: Vec<(String, f32)>,
 }
 
 impl Default for ImageOptions {
@@ -33,6 +36,7 @@ impl Default for ImageOptions {
             cell_m: CELL_M,
             surface: SurfaceModel::default(),
             settings: Settings::default(),
+            parameters: Vec::new(),
         }
     }
 }
@@ -66,6 +70,8 @@ pub enum ImageBuildError {
     LumenTooLarge { bytes: usize, cell_m: f64, fitting: Vec<(f64, usize)> },
     #[error("{0}\n  fix: correct the value in rig.toml from which it comes")]
     Description(ImageError),
+    #[error("{key} = {value}: {error}\n  fix: `cathforce config` lists names and ranges")]
+    Parameter { key: String, value: f32, error: ParameterError },
     #[error("the image cannot be made: {0}\n  fix: correct the setting or number it names")]
     Encode(#[from] EncodeError),
 }
@@ -91,14 +97,22 @@ pub fn device_image(
         options.link_length_m.or_else(by_trials).ok_or(ImageBuildError::NoTrials)?;
 
     // Before the lumen, which takes seconds.
-    let description = describe::<f32>(rig, &options.solver, link_length_m);
+    let mut description = describe::<f32>(rig, &options.solver, link_length_m);
+    for (key, value) in &options.parameters {
+        description.set_parameter(key, *value).map_err(|error| {
+            let (key, value) = (key.clone(), *value);
+            ImageBuildError::Parameter { key, value, error }
+        })?;
+    }
     description
         .validate()
         .map_err(|error| ImageBuildError::Description(ImageError::Description(error)))?;
 
     let vessel = Vessel::from_bundle(bundle, options.surface)?;
     let radius_m = 0.5 * rig.instrument.outer_diameter_m;
-    let grid = |cell_m| LumenOptions::for_instrument(radius_m, cell_m);
+    // A wall that comes nearer must be known from farther away.
+    let nearer_m = f64::from(description.effects.wall.narrowing.depth_m.max(0.0));
+    let grid = |cell_m| LumenOptions::for_instrument(radius_m + nearer_m, cell_m);
     let (lumen, report) = vessel.lumen(grid(options.cell_m))?;
     if lumen.bytes.len() > DEVICE_LUMEN_BYTES {
         let fitting = COARSER_M

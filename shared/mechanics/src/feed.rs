@@ -57,7 +57,7 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
             } else if insertion <= T::zero() {
                 return;
             }
-            self.give_birth(model);
+            self.give_birth();
         }
         while self.count > 0 && self.base_length_m <= T::zero() {
             self.count -= 1;
@@ -68,7 +68,7 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
     }
 
     /// A new base link: straight, along the guide, at rest in the material's frame.
-    fn give_birth(&mut self, model: &Model<T, LINKS>) {
+    fn give_birth(&mut self) {
         let strain = self.count.checked_sub(1).map_or(T::zero(), |base| self.links[base].strain);
         if let Some(link) = self.links.get_mut(self.count) {
             *link = LinkState {
@@ -76,7 +76,7 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
                 tangent: self.guide.tangent(),
                 strain,
                 curvature: self.guide_curvature,
-                position: model.entry,
+                position: self.effects.mouth,
                 ..LinkState::new()
             };
             self.guide_curvature = Vector3::zeros();
@@ -90,7 +90,7 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
     pub(crate) fn predict(&mut self, model: &Model<T, LINKS>, dt_s: T) {
         let half_dt = dt_s * T::lit(0.5);
         let largest = T::lit(0.25 * LARGEST_PREDICTED_TURN * LARGEST_PREDICTED_TURN);
-        let mut position = model.entry;
+        let mut position = self.effects.mouth;
         for j in (0..self.count.min(LINKS)).rev() {
             let length = self.length_m(model, j);
             let link = &mut self.links[j];

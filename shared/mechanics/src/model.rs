@@ -3,7 +3,8 @@
 use nalgebra::Vector3;
 
 use crate::algebra::Rotation;
-use crate::effects::{StoredCurvature, nominal};
+use crate::effects::StoredCurvature;
+use crate::effects::nominal::{self, Placement};
 use crate::{Description, DescriptionError, Instrument, MAX_LINKS, Real, Wall};
 
 /// Elastic properties of one joint, over a full cell of one link length around it.
@@ -40,7 +41,10 @@ pub struct Model<T: Real, const LINKS: usize = MAX_LINKS> {
     pub(crate) bending_damping_s: T,
     /// Orientation of the guide's mouth at rotation 0: columns up, side, direction.
     pub(crate) guide: Rotation<T>,
-    pub(crate) entry: Vector3<T>,
+    /// Mouth of the guide, rig's frame \[m\].
+    pub(crate) mouth: Vector3<T>,
+    /// Where the vessel stands, its motion apart; `None` where the rig says.
+    pub(crate) placement: Option<Placement<T>>,
     pub(crate) gravity: Vector3<T>,
 }
 
@@ -67,15 +71,22 @@ impl<T: Real, const LINKS: usize> Model<T, LINKS> {
             Link { axial: T::one() / piece.axial, mass: piece.mass }
         });
         let entry = &description.entry;
-        let direction = Vector3::from(entry.direction);
-        let up = Vector3::from(entry.up);
+        let placement = Placement::of(&description);
+        // The model computes in the vessel's frame.
+        let axis = |v: [T; 3]| {
+            let v = Vector3::from(v);
+            placement.map_or(v, |placement| placement.direction_to_vessel(&v))
+        };
+        let (direction, up) = (axis(entry.direction), axis(entry.up));
+        let gravity = axis(description.gravity_m_per_s2) * effects.instrument.weight.factor;
         let guide = Rotation::from_axes(&up, &direction.cross(&up), &direction);
         Ok(Self {
             joints,
             links,
             guide,
-            entry: Vector3::from(entry.position_m),
-            gravity: Vector3::from(description.gravity_m_per_s2) * effects.instrument.weight.factor,
+            mouth: nominal::mouth(entry, effects.entry.guide.length_m),
+            placement,
+            gravity,
             wall: nominal::wall(&description),
             bending_damping_s: description.solver.bending_damping_s
                 + effects.instrument.viscoelastic.time_s,

@@ -19,7 +19,13 @@ pub const NOMINAL: &[ParameterInfo] = &[
     tendon("tendon.stiffness_n_per_m", "N/m", 0.0, 1e5, "Stiffness of the tendon along itself."),
     tendon("tendon.offset_m", "m", 0.0, 5e-3, "Distance of the tendon from the centre line."),
     tendon("tendon.length_m", "m", 0.0, 1.0, "Length that it bends, from the tip backwards."),
-    tendon("tendon.angle_rad", "rad", -7.0, 7.0, "Where it lies: 0 at `up`, 90° at `direction × up`."),
+    tendon(
+        "tendon.angle_rad",
+        "rad",
+        -7.0,
+        7.0,
+        "Where it lies: 0 at `up`, 90° at `direction × up`.",
+    ),
 ];
 
 const fn tendon(

@@ -4,6 +4,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::algebra::{Rotation, Sym3};
 use crate::contact::{Memory, Touch};
+use crate::effects::memory::Memory as EffectMemory;
 use crate::{MAX_LINKS, Model, Real};
 
 /// Where the drive is at the end of a tick.
@@ -148,6 +149,7 @@ pub struct State<T: Real, const LINKS: usize = MAX_LINKS> {
     pub(crate) guide_curvature: Vector3<T>,
     /// Quasi-static steps since the drive's position was reached.
     pub(crate) rested: u16,
+    pub(crate) effects: EffectMemory<T>,
     pub(crate) links: [LinkState<T>; LINKS],
     pub(crate) eliminations: [Elimination<T>; LINKS],
 }
@@ -169,6 +171,7 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
             guide: Rotation::identity(),
             guide_curvature: Vector3::zeros(),
             rested: 0,
+            effects: EffectMemory::new(),
             links: [LinkState::new(); LINKS],
             eliminations: [Elimination::new(); LINKS],
         }
@@ -185,6 +188,7 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
             guide,
             guide_curvature,
             rested,
+            effects,
             links,
             eliminations,
         } = self;
@@ -195,6 +199,7 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
         *guide = Rotation::identity();
         *guide_curvature = Vector3::zeros();
         *rested = 0;
+        *effects = EffectMemory::new();
         links.iter_mut().for_each(|link| *link = LinkState::new());
         eliminations.iter_mut().for_each(|elimination| *elimination = Elimination::new());
     }
@@ -208,14 +213,18 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
         self.links.get(..self.count)?.get(node)
     }
 
-    /// Position of a node, vessel frame \[m\]; `None` beyond [`State::nodes`].
+    /// Position of a node, the rig's vessel frame \[m\]; `None` beyond [`State::nodes`].
     pub fn node_position_m(&self, node: usize) -> Option<[T; 3]> {
-        self.link(node).map(|l| l.position.into())
+        let position = self.link(node)?.position;
+        let placement = &self.effects.placement;
+        Some(placement.map_or(position, |placement| placement.to_rig(&position)).into())
     }
 
     /// Contact force of the instrument on the vessel around a node \[N\].
     pub fn node_force_n(&self, node: usize) -> Option<[T; 3]> {
-        self.link(node).map(|l| (-l.force).into())
+        let force = -self.link(node)?.force;
+        let placement = &self.effects.placement;
+        Some(placement.map_or(force, |placement| placement.turned.rotate(&force)).into())
     }
 
     /// Insertion that the model has reached \[m\].

@@ -1,6 +1,7 @@
 //! One step: feed, predict, solve, report.
 
 use crate::algebra::dot;
+use crate::effects::memory::past_mouth;
 use crate::model::maximum;
 use crate::sweep::{Scheme, Totals, solve};
 use crate::{Drive, Loads, Lumen, Model, Outputs, Real, State};
@@ -54,6 +55,8 @@ pub fn step_loaded<T: Real, const LINKS: usize>(
         last: true,
     };
     let start = state.drive;
+    let drive = state.effects.follow(model, drive);
+    state.effects.place(model, solver.tick_s);
     let mut outputs = Outputs::default();
     for part in 1..=solver.substeps.max(1) {
         let share = T::int(i32::from(part)) / parts;
@@ -76,6 +79,7 @@ pub fn step_loaded<T: Real, const LINKS: usize>(
             }
         }
     }
+    state.effects.report(model, state.drive.insertion_m - start.insertion_m, &mut outputs);
     outputs
 }
 
@@ -100,6 +104,8 @@ pub fn settle_loaded<T: Real, const LINKS: usize>(
     drive: Drive<T>,
     loads: &Loads<T>,
 ) -> bool {
+    let drive = past_mouth(model, drive);
+    state.effects.place(model, T::zero());
     let [first, last] = SETTLE_DRAG;
     let steps_at_rest = T::int(i32::from(state.rested) + 1);
     let scheme = Scheme {

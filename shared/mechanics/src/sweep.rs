@@ -360,7 +360,8 @@ fn resolve<T: Real, const LINKS: usize>(
         outside: false,
     };
     let (mut dx, mut turn) = (v, v);
-    let mut position = model.entry;
+    let mouth = state.effects.mouth;
+    let mut position = mouth;
     for j in (0..count).rev() {
         let base = j + 1 == count;
         let length = state.length_m(model, j);
@@ -384,7 +385,7 @@ fn resolve<T: Real, const LINKS: usize>(
             let force = touch.resolve(&dx, &turn, &mut link.memory[i], scheme.last);
             totals.force_on_instrument += force;
             totals.outside |= touch.outside;
-            totals.moment_on_instrument += cross(&(predicted + touch.arm - model.entry), &force);
+            totals.moment_on_instrument += cross(&(predicted + touch.arm - mouth), &force);
             force
         });
         // The middle's force is shared by the two nodes of the link; the guide has none.

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use cathforce_config::{SETTINGS, SettingInfo, image::decode};
+use cathforce_mechanics::{ParameterInfo, parameters};
 use serde_json::json;
 
 use super::{image, open_bundle};
@@ -19,23 +20,38 @@ pub fn run(ui: &Ui, arguments: &ConfigArguments) -> Result<(), Failure> {
 }
 
 fn list(ui: &Ui) -> Result<(), Failure> {
-    let json = SETTINGS
-        .iter()
-        .map(|s| {
-            json!({
-                "name": s.name, "unit": s.unit, "min": s.min, "max": s.max, "default": s.default,
-                "whole": s.whole, "while_armed": s.while_armed, "doc": s.doc,
-            })
+    let settings = SETTINGS.iter().map(|s| {
+        json!({
+            "name": s.name, "unit": s.unit, "min": s.min, "max": s.max, "default": s.default,
+            "whole": s.whole, "while_armed": s.while_armed, "doc": s.doc,
         })
-        .collect::<Vec<_>>();
-    let text: String = SETTINGS
-        .iter()
-        .map(|s| {
-            let armed = if s.while_armed { "" } else { " Not while armed." };
-            format!("{}\n  {}\n  {}{armed}\n", ui.bold(s.name), range(s), s.doc)
+    });
+    // What a rig is told, not its operator: `default` is the value that changes nothing, null
+    // for what rig.toml states.
+    let described = parameters().map(|p| {
+        json!({
+            "name": p.key, "unit": p.unit, "min": p.min, "max": p.max, "default": p.off,
+            "whole": false, "while_armed": false, "doc": p.doc,
         })
-        .collect();
+    });
+    let json = settings.chain(described).collect::<Vec<_>>();
+    let mut text = String::new();
+    for s in SETTINGS {
+        let armed = if s.while_armed { "" } else { " Not while armed." };
+        text += &format!("{}\n  {}\n  {}{armed}\n", ui.bold(s.name), range(s), s.doc);
+    }
+    text +=
+        "\nOf the rig and its effects (`cathforce gap effects` says more); not while armed:\n\n";
+    for p in parameters() {
+        text += &format!("{}\n  {}\n  {}\n", ui.bold(p.key), parameter_range(p), p.doc);
+    }
     ui.data(&json, text)
+}
+
+fn parameter_range(p: &ParameterInfo) -> String {
+    let unit = if p.unit == "1" { String::new() } else { format!(" {}", p.unit) };
+    let off = p.off.map_or("as in rig.toml".to_owned(), |off| format!("{off}{unit}"));
+    format!("{off}, from {} to {}{unit}", p.min, p.max)
 }
 
 fn range(s: &SettingInfo) -> String {

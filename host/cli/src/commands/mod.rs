@@ -9,8 +9,9 @@ pub mod run;
 
 use std::path::Path;
 
+use cathforce_mechanics::parameters;
 use cathforce_record::Recording;
-use cathforce_rig::{Bundle, ImageOptions, ImageReport, device_image};
+use cathforce_rig::{Bundle, ImageBuildError, ImageOptions, ImageReport, device_image};
 
 use crate::failure::{Code, Failure};
 use crate::ui::Ui;
@@ -37,10 +38,14 @@ fn open_recording(ui: &Ui, path: &Path) -> Result<Recording, Failure> {
     Ok(recording)
 }
 
-/// Changes settings by name.
+/// Changes settings by name, and parameters of the description by key.
 fn options(changes: &[(String, f32)]) -> Result<ImageOptions, Failure> {
     let mut options = ImageOptions::default();
     for (name, value) in changes {
+        if parameters().any(|info| info.key == name) {
+            options.parameters.push((name.clone(), *value));
+            continue;
+        }
         options.settings.set(name, *value).map_err(|error| {
             let message =
                 format!("--set {name}={value}: {error}; `cathforce config` lists names and ranges");
@@ -58,6 +63,10 @@ fn image(
 ) -> Result<(Vec<u8>, ImageReport), Failure> {
     let options = options(changes)?;
     ui.say(format_args!("building the device image of {}", bundle.path.display()));
-    device_image(bundle, &options)
-        .map_err(|error| Failure::input(format!("{}: {error}", bundle.path.display())))
+    device_image(bundle, &options).map_err(|error| match error {
+        ImageBuildError::Parameter { key, value, error } => {
+            Failure::new(Code::Usage, format!("--set {key}={value}: {error}"))
+        }
+        error => Failure::input(format!("{}: {error}", bundle.path.display())),
+    })
 }

@@ -1,8 +1,6 @@
 //! A bare wire that enters along x: the description that tests of several crates begin with.
 
-use cathforce_mechanics::{
-    Description, Effects, Entry, Instrument, Section, Solver, Tendon, Wall,
-};
+use cathforce_mechanics::{Description, Effects, Entry, Instrument, Section, Solver, Tendon, Wall};
 
 pub fn wire() -> Description<f32> {
     let section = Section {

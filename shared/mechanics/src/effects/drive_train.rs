@@ -63,7 +63,6 @@ impl<T: Real> DriveTrain<T> {
         let delayed = self.delay(effects.latency.time_s / tick_s, encoder);
         self.delayed = delayed;
         if first {
-            self.turns = effects.ripple.phase_rad * T::lit(0.5 * core::f64::consts::FRAC_1_PI);
             return delayed;
         }
         // Scale and dead zone.     docs/model.md (19)
@@ -81,7 +80,7 @@ impl<T: Real> DriveTrain<T> {
         let ripple = &effects.ripple;
         let turns = self.turns + ripple.cycles_per_m * moved + ripple.cycles_per_s * tick_s;
         self.turns = turns - T::int(turns.floor_int());
-        let (sin, _) = half_turn(self.turns * T::lit(core::f64::consts::TAU));
+        let (sin, _) = half_turn(self.turns * T::lit(core::f64::consts::TAU) + ripple.phase_rad);
         let distance = if moved < T::zero() { -moved } else { moved };
         let one = T::one();
         self.gained.insertion_m += (delayed.insertion_m - last.insertion_m)
@@ -92,7 +91,8 @@ impl<T: Real> DriveTrain<T> {
             (delayed.rotation_rad - last.rotation_rad) * (scale.rotation - one);
         Drive {
             insertion_m: delayed.insertion_m + (self.gained.insertion_m + self.lead.insertion_m),
-            rotation_rad: delayed.rotation_rad + (self.gained.rotation_rad + self.lead.rotation_rad),
+            rotation_rad: delayed.rotation_rad
+                + (self.gained.rotation_rad + self.lead.rotation_rad),
         }
     }
 

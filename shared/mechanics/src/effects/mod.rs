@@ -6,11 +6,13 @@
 //! | `table` | every parameter with unit, off value and range |
 //! | `drive_train` | drive: latency, scale, backlash, ripple, slip |
 //! | `nominal` | those that only change what the tables are made from |
+//! | `memory` | wall: motion; entry: drag and guide; what all remember |
 //! | `measurement` | sensor: gain, misalignment, time constant, bias, drift |
 
 mod declare;
 mod drive_train;
 mod measurement;
+pub(crate) mod memory;
 pub(crate) mod nominal;
 mod table;
 

@@ -64,15 +64,20 @@ pub(crate) struct Placement<T: Real> {
 }
 
 impl<T: Real> Placement<T> {
-    /// The registration of a description; the wall's motion comes on top.
-    pub fn of(description: &Description<T>) -> Self {
-        let r = &description.effects.wall.registration;
+    /// The registration of a description; the wall's motion comes on top. `None` if the vessel
+    /// stands still where the rig says.
+    pub fn of(description: &Description<T>) -> Option<Self> {
+        let wall = &description.effects.wall;
+        let r = &wall.registration;
+        if r.is_off() && wall.motion.is_off() {
+            return None;
+        }
         let half = Vector3::new(r.tilt_x_rad, r.tilt_y_rad, r.tilt_z_rad) * T::lit(0.5);
-        Self {
+        Some(Self {
             entry: Vector3::from(description.entry.position_m),
             turned: Rotation::identity().turned(&half),
             offset: Vector3::new(r.x_m, r.y_m, r.z_m),
-        }
+        })
     }
 
     /// A point of the vessel in the rig's frame.
