@@ -6,13 +6,14 @@ use anyhow::bail;
 use serde_json::Value;
 
 /// The packages that others may use, from the bottom up.
-const LIBRARIES: [&str; 9] = [
+const LIBRARIES: [&str; 10] = [
     "cathforce-scalar",
     "cathforce-mechanics",
     "cathforce-control",
     "cathforce-bus",
     "cathforce-config",
     "cathforce-device",
+    "cathforce-effects",
     "cathforce-rig",
     "cathforce-link",
     "cathforce-record",
@@ -22,7 +23,7 @@ const LIBRARIES: [&str; 9] = [
 const SHARED: &[&str] = LIBRARIES.split_at(6).0;
 
 /// Each package and the packages of the project that it may use.
-const ALLOWED: [(&str, &[&str]); 13] = [
+const ALLOWED: [(&str, &[&str]); 14] = [
     ("cathforce-scalar", &[]),
     ("cathforce-mechanics", &["cathforce-scalar"]),
     ("cathforce-control", &["cathforce-mechanics"]),
@@ -33,6 +34,7 @@ const ALLOWED: [(&str, &[&str]); 13] = [
         &["cathforce-mechanics", "cathforce-control", "cathforce-bus", "cathforce-config"],
     ),
     ("cathforce-firmware", SHARED),
+    ("cathforce-effects", &["cathforce-mechanics"]),
     ("cathforce-rig", &["cathforce-mechanics", "cathforce-config"]),
     ("cathforce-link", SHARED),
     ("cathforce-record", SHARED),

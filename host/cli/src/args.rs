@@ -40,6 +40,8 @@ pub enum Command {
     Info(InfoArguments),
     /// List the settings, show those of a bundle, write its device image.
     Config(ConfigArguments),
+    /// What may lie between model and rig.
+    Gap(GapArguments),
     /// Make a web page of a recording.
     Report(ReportArguments),
     /// Write a recording as CSV: one row a tick, and one a node and shape.
@@ -134,6 +136,18 @@ pub struct ConfigImageArguments {
     /// Change a setting.
     #[arg(long = "set", value_name = "NAME=VALUE", value_parser = setting)]
     pub settings: Vec<(String, f32)>,
+}
+
+#[derive(Debug, Args)]
+pub struct GapArguments {
+    #[command(subcommand)]
+    pub action: GapAction,
+}
+
+#[derive(Debug, Subcommand)]
+pub enum GapAction {
+    /// List the effects that can be switched on and diagnosed.
+    Effects,
 }
 
 #[derive(Debug, Args)]

@@ -2,6 +2,7 @@
 
 pub mod config;
 pub mod export;
+pub mod gap;
 pub mod info;
 pub mod replay;
 pub mod report;

@@ -1,0 +1,146 @@
+//! Between the encoder and the instrument, and the friction of a drive on its own.
+
+use cathforce_mechanics::ParameterInfo;
+
+use crate::Channel::{DriveCommand, DriveForce, Force, Shape, Tip};
+use crate::{Effect, Plant, fitted, held};
+
+pub(crate) const EFFECTS: &[Effect] = &[
+    Effect {
+        id: "drive.ripple",
+        plant: Plant::Catheter,
+        doc: "Insertion speed goes up and down with the drive's rollers.",
+        parameters: &[
+            fitted("ratio", "effects.drive.ripple.ratio", 0.1),
+            fitted("cycles_per_m", "effects.drive.ripple.cycles_per_m", 100.0),
+            held("cycles_per_s", "effects.drive.ripple.cycles_per_s", 1.0),
+            fitted("phase_rad", "effects.drive.ripple.phase_rad", 2.0),
+        ],
+        starts: &[&[0.1, 50.0, 0.0], &[0.1, 100.0, 0.0], &[0.1, 200.0, 0.0], &[0.1, 100.0, 1.57]],
+        channels: &[Tip, Force, DriveForce, Shape],
+        excited_by: "steady feed over many periods, at two speeds",
+        confused_with: &["wall.motion", "drive.slip"],
+    },
+    Effect {
+        id: "drive.slip",
+        plant: Plant::Catheter,
+        doc: "The rollers lose feed in proportion to the axial force.",
+        parameters: &[fitted("per_n", "effects.drive.slip.per_n", 0.1)],
+        starts: &[&[0.03], &[0.1], &[0.4]],
+        channels: &[Tip, Force, DriveForce, Shape],
+        excited_by: "feed against load, then withdrawal to where it began",
+        confused_with: &["drive.encoder_scale", "drive.backlash"],
+    },
+    Effect {
+        id: "drive.backlash",
+        plant: Plant::Catheter,
+        doc: "A dead zone at reversal.",
+        parameters: &[
+            fitted("insertion_m", "effects.drive.backlash.insertion_m", 5e-4),
+            fitted("rotation_rad", "effects.drive.backlash.rotation_rad", 0.05),
+        ],
+        starts: &[&[3e-4, 0.0], &[1e-3, 0.0], &[3e-3, 0.0], &[0.0, 0.1]],
+        channels: &[Force, DriveForce, Tip, Shape],
+        excited_by: "reversals of several strokes, of feed and of rotation",
+        confused_with: &["drive.latency", "contact.friction", "instrument.torsional_windup"],
+    },
+    Effect {
+        id: "drive.encoder_scale",
+        plant: Plant::Catheter,
+        doc: "Motion at the entry plane is not quite what the encoder says.",
+        parameters: &[
+            fitted("insertion", "effects.drive.encoder_scale.insertion", 0.02),
+            fitted("rotation", "effects.drive.encoder_scale.rotation", 0.02),
+        ],
+        starts: &[&[0.97, 1.0], &[1.03, 1.0], &[1.0, 0.95], &[1.0, 1.05]],
+        channels: &[Tip, Force, Shape, DriveForce],
+        excited_by: "long feed, long rotation",
+        confused_with: &["drive.slip", "wall.registration"],
+    },
+    Effect {
+        id: "drive.latency",
+        plant: Plant::Catheter,
+        doc: "The instrument follows the encoder's samples late.",
+        parameters: &[fitted("time_s", "effects.drive.latency.time_s", 0.01)],
+        starts: &[&[5e-3], &[0.015], &[0.04]],
+        channels: &[Force, DriveForce, Tip, Shape],
+        excited_by: "two speeds, starts and stops, reversals",
+        confused_with: &["drive.backlash", "sensor.time_constant"],
+    },
+    Effect {
+        id: "drive.coulomb",
+        plant: Plant::Drive,
+        doc: "Dry friction of the axis.",
+        parameters: &[fitted("force_n", "plant.coulomb.force_n", 10.0)],
+        starts: &[&[3.0], &[10.0], &[30.0]],
+        channels: &[DriveCommand],
+        excited_by: "motion both ways",
+        confused_with: &["drive.stribeck", "drive.viscous"],
+    },
+    Effect {
+        id: "drive.viscous",
+        plant: Plant::Drive,
+        doc: "Friction in proportion to speed.",
+        parameters: &[fitted("n_s_per_m", "plant.viscous.n_s_per_m", 100.0)],
+        starts: &[&[10.0], &[100.0], &[300.0]],
+        channels: &[DriveCommand],
+        excited_by: "several speeds",
+        confused_with: &["drive.coulomb", "drive.stribeck"],
+    },
+    Effect {
+        id: "drive.stribeck",
+        plant: Plant::Drive,
+        doc: "More friction at low speed.",
+        parameters: &[
+            fitted("force_n", "plant.stribeck.force_n", 5.0),
+            fitted("speed_m_per_s", "plant.stribeck.speed_m_per_s", 0.01),
+        ],
+        starts: &[&[5.0, 3e-3], &[5.0, 0.01], &[5.0, 0.05]],
+        channels: &[DriveCommand],
+        excited_by: "slow motion and starts from rest",
+        confused_with: &["drive.coulomb", "drive.viscous"],
+    },
+    Effect {
+        id: "drive.load_friction",
+        plant: Plant::Drive,
+        doc: "Friction that grows with the force in the axis.",
+        parameters: &[fitted("per_force", "plant.load_friction.per_force", 0.05)],
+        starts: &[&[0.02], &[0.1], &[0.3]],
+        channels: &[DriveCommand],
+        excited_by: "strong accelerations both ways",
+        confused_with: &["drive.coulomb"],
+    },
+    Effect {
+        id: "drive.offset",
+        plant: Plant::Drive,
+        doc: "A constant force: friction that depends on the direction, or a tilted axis.",
+        parameters: &[fitted("force_n", "plant.offset.force_n", 5.0)],
+        starts: &[&[-3.0], &[3.0], &[10.0]],
+        channels: &[DriveCommand],
+        excited_by: "motion both ways",
+        confused_with: &["sensor.bias"],
+    },
+];
+
+/// Parameters of the effects of a drive on its own, which `cathforce_mechanics` does not have.
+pub const PLANT_PARAMETERS: &[ParameterInfo] = &[
+    plant("plant.coulomb.force_n", "N", 0.0, 1e4, "Sliding friction."),
+    plant("plant.viscous.n_s_per_m", "N·s/m", 0.0, 1e6, "Friction per speed."),
+    plant("plant.stribeck.force_n", "N", -1e3, 1e4, "Friction at rest above the one in motion."),
+    ParameterInfo {
+        off: Some(0.01),
+        ..plant("plant.stribeck.speed_m_per_s", "m/s", 1e-5, 1.0, "Speed at which it is half gone.")
+    },
+    plant("plant.load_friction.per_force", "1", 0.0, 2.0, "Friction per force in the axis."),
+    plant("plant.offset.force_n", "N", -1e3, 1e3, "Force at rest."),
+];
+
+const fn plant(
+    key: &'static str,
+    unit: &'static str,
+    min: f64,
+    max: f64,
+    doc: &'static str,
+) -> ParameterInfo {
+    ParameterInfo { key, unit, off: Some(0.0), min, max, doc }
+}

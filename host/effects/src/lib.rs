@@ -1,0 +1,170 @@
+//! Catalogue of the effects that a rig may have beyond its nominal model: what a diagnosis
+//! may name, with what it must know to try.
+//!
+//! Units, off values and ranges are those of `cathforce_mechanics` ([`Parameter::info`]); here
+//! stand the names under which they are reported, how large they plausibly are, where a fit
+//! starts, which channels they touch, what excites them and what they are mistaken for.
+
+#![forbid(unsafe_code)]
+
+mod drive;
+mod instrument;
+mod sensor;
+mod vessel;
+
+use cathforce_mechanics::{Description, ParameterError, ParameterInfo, Real, parameters};
+use serde::Serialize;
+
+pub use drive::PLANT_PARAMETERS;
+
+/// The plants that an effect can belong to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Plant {
+    /// An instrument in a vessel.
+    Catheter,
+    /// One axis on its own: mass, force command, position.
+    Drive,
+}
+
+/// A measured channel, by its columns in a trial.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub enum Channel {
+    /// `fx_N` `fy_N` `fz_N`
+    #[serde(rename = "force")]
+    Force,
+    /// `drive_fx_N`
+    #[serde(rename = "drive_force")]
+    DriveForce,
+    /// `tip_x_m` …
+    #[serde(rename = "tip")]
+    Tip,
+    /// `p00_x_m` …
+    #[serde(rename = "shape")]
+    Shape,
+    /// `drive_command_N` of a drive.
+    #[serde(rename = "drive_command")]
+    DriveCommand,
+}
+
+/// What a fit does with a parameter.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Role {
+    /// Is fitted; its starts are values.
+    Value,
+    /// Is fitted; its starts are multiples of the nominal value.
+    TimesNominal,
+    /// A coordinate of a point on the vessel's centre line; starts lie along the tip's way.
+    Place,
+    /// Stays at its default unless somebody knows better.
+    Held,
+}
+
+/// One parameter of an effect.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Parameter {
+    /// As reports name it.
+    pub name: &'static str,
+    /// As settings name it; of [`PLANT_PARAMETERS`] for a drive.
+    pub key: &'static str,
+    /// Plausible size of its deviation from off or nominal (one standard deviation), in its unit.
+    pub prior_scale: f64,
+    pub role: Role,
+}
+
+/// One effect.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Effect {
+    /// `group.effect`.
+    pub id: &'static str,
+    pub plant: Plant,
+    /// What it is, in a sentence.
+    pub doc: &'static str,
+    pub parameters: &'static [Parameter],
+    /// Switched-on values from which a fit starts beside off, one for each parameter whose role
+    /// is [`Role::Value`] or [`Role::TimesNominal`], in their order.
+    pub starts: &'static [&'static [f64]],
+    /// Channels that it changes by itself, the most telling one first.
+    pub channels: &'static [Channel],
+    /// What a trial must contain to show it.
+    pub excited_by: &'static str,
+    /// Effects for which it is easily mistaken.
+    pub confused_with: &'static [&'static str],
+}
+
+impl Parameter {
+    /// Unit, off value and range.
+    pub fn info(&self) -> &'static ParameterInfo {
+        const NONE: ParameterInfo =
+            ParameterInfo { key: "", unit: "1", off: None, min: 0.0, max: 0.0, doc: "" };
+        // A test holds every key to be there.
+        parameters().chain(PLANT_PARAMETERS).find(|info| info.key == self.key).unwrap_or(&NONE)
+    }
+
+    /// Whether a fit may change it.
+    pub fn is_fitted(&self) -> bool {
+        self.role != Role::Held
+    }
+
+    /// Its value in a description in which its effect is off.
+    pub fn off<T: Real>(&self, nominal: &Description<T>) -> Option<T> {
+        nominal.parameter(self.key)
+    }
+}
+
+impl Effect {
+    /// The effect of that identifier.
+    pub fn find(id: &str) -> Option<&'static Self> {
+        all().find(|effect| effect.id == id)
+    }
+
+    /// Parameters with values, in the order of [`Self::parameters`], that a start switches on;
+    /// those of a [`Role::Place`] are left out.
+    pub fn start<T: Real>(
+        &self,
+        nominal: &Description<T>,
+        start: &[f64],
+    ) -> Vec<(&'static Parameter, T)> {
+        let fitted = self
+            .parameters
+            .iter()
+            .filter(|parameter| matches!(parameter.role, Role::Value | Role::TimesNominal));
+        fitted
+            .zip(start)
+            .filter_map(|(parameter, &value)| {
+                let value = match parameter.role {
+                    Role::TimesNominal => parameter.off(nominal)? * T::lit(value),
+                    _ => T::lit(value),
+                };
+                Some((parameter, value))
+            })
+            .collect()
+    }
+
+    /// Sets parameters of a description.
+    pub fn apply<T: Real>(
+        description: &mut Description<T>,
+        values: &[(&'static Parameter, T)],
+    ) -> Result<(), ParameterError> {
+        values
+            .iter()
+            .try_for_each(|(parameter, value)| description.set_parameter(parameter.key, *value))
+    }
+}
+
+/// Every effect, group by group.
+pub fn all() -> impl Iterator<Item = &'static Effect> {
+    [drive::EFFECTS, vessel::EFFECTS, instrument::EFFECTS, sensor::EFFECTS].into_iter().flatten()
+}
+
+const fn fitted(name: &'static str, key: &'static str, prior_scale: f64) -> Parameter {
+    Parameter { name, key, prior_scale, role: Role::Value }
+}
+
+const fn held(name: &'static str, key: &'static str, prior_scale: f64) -> Parameter {
+    Parameter { name, key, prior_scale, role: Role::Held }
+}
+
+#[cfg(test)]
+mod tests;
