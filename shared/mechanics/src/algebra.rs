@@ -3,6 +3,8 @@
 //! General vectors and matrices are nalgebra's. What stands here is what nalgebra has no
 //! type for, written out so that a step compiles to straight-line code.
 
+use core::ops::{Mul, Sub};
+
 use cathforce_scalar::Real;
 use nalgebra::{Matrix3, Vector3};
 
@@ -73,37 +75,6 @@ impl<T: Real> Sym3<T> {
         )
     }
 
-    /// Inverse by cofactors. A determinant below `floor` is raised to it: the result stays
-    /// finite and points downhill, which is all that a Newton step asks of it.
-    #[inline(always)]
-    pub fn inverse(&self, floor: T) -> Self {
-        let xx = self.yy * self.zz - self.yz * self.yz;
-        let xy = self.xz * self.yz - self.xy * self.zz;
-        let xz = self.xy * self.yz - self.xz * self.yy;
-        let yy = self.xx * self.zz - self.xz * self.xz;
-        let yz = self.xy * self.xz - self.xx * self.yz;
-        let zz = self.xx * self.yy - self.xy * self.xy;
-        let determinant = self.xx * xx + self.xy * xy + self.xz * xz;
-        let s = T::one() / if determinant > floor { determinant } else { floor };
-        Self { xx: xx * s, xy: xy * s, xz: xz * s, yy: yy * s, yz: yz * s, zz: zz * s }
-    }
-
-    /// M self
-    #[inline(always)]
-    pub fn left_mul(&self, m: &Matrix3<T>) -> Matrix3<T> {
-        let row = |x: T, y: T, z: T| {
-            (
-                x * self.xx + y * self.xy + z * self.xz,
-                x * self.xy + y * self.yy + z * self.yz,
-                x * self.xz + y * self.yz + z * self.zz,
-            )
-        };
-        let (a, b, c) = row(m.m11, m.m12, m.m13);
-        let (d, e, f) = row(m.m21, m.m22, m.m23);
-        let (g, h, i) = row(m.m31, m.m32, m.m33);
-        Matrix3::new(a, b, c, d, e, f, g, h, i)
-    }
-
     /// self −= X Yᵀ, of which the caller knows that it is symmetric.
     #[inline(always)]
     pub fn sub_product_transposed(&mut self, x: &Matrix3<T>, y: &Matrix3<T>) {
@@ -134,6 +105,77 @@ impl<T: Real> Sym3<T> {
         self.yy += (l.z * x.m12 - l.x * x.m32) + (l.z * y.m12 - l.x * y.m32);
         self.yz += (l.z * x.m13 - l.x * x.m33) + (l.x * y.m22 - l.y * y.m12);
         self.zz += (l.x * x.m23 - l.y * x.m13) + (l.x * y.m23 - l.y * y.m13);
+    }
+}
+
+/// L D Lᵀ of a symmetric matrix, L = \[1; a 1; b c 1\].
+///
+/// Where a stiff wall meets a soft joint, A − B D⁻¹ Bᵀ must be taken through the factors: by
+/// the inverse, the error grows with the square of the condition and the result turns negative.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Factors<T: Real> {
+    a: T,
+    b: T,
+    c: T,
+    inverse_pivots: [T; 3],
+}
+
+impl<T: Real> Factors<T> {
+    /// Of a matrix whose eigenvalues, and so its pivots, are `smallest` or more. A pivot that
+    /// rounding has put below is raised to it: the inverse stays finite and points downhill.
+    #[inline(always)]
+    pub fn new(m: &Sym3<T>, smallest: T) -> Self {
+        let invert = |pivot: T| T::one() / if pivot > smallest { pivot } else { smallest };
+        let p = invert(m.xx);
+        let (a, b) = (m.xy * p, m.xz * p);
+        let rest = m.yz - a * m.xz;
+        let q = invert(m.yy - a * m.xy);
+        let c = rest * q;
+        let r = invert(m.zz - b * m.xz - c * rest);
+        Self { a, b, c, inverse_pivots: [p, q, r] }
+    }
+
+    /// v L⁻ᵀ, of a row of numbers or of columns.
+    #[inline(always)]
+    pub fn forward<V>(&self, [x, y, z]: [V; 3]) -> [V; 3]
+    where
+        V: Copy + Sub<Output = V> + Mul<T, Output = V>,
+    {
+        let y = y - x * self.a;
+        [x, y, z - x * self.b - y * self.c]
+    }
+
+    /// v D⁻¹
+    #[inline(always)]
+    pub fn scale<V: Mul<T, Output = V>>(&self, [x, y, z]: [V; 3]) -> [V; 3] {
+        let [p, q, r] = self.inverse_pivots;
+        [x * p, y * q, z * r]
+    }
+
+    /// v L⁻¹
+    #[inline(always)]
+    pub fn backward<V>(&self, [x, y, z]: [V; 3]) -> [V; 3]
+    where
+        V: Copy + Sub<Output = V> + Mul<T, Output = V>,
+    {
+        let y = y - z * self.c;
+        [x - y * self.a - z * self.b, y, z]
+    }
+
+    /// The inverse matrix.
+    #[inline(always)]
+    pub fn inverse(&self) -> Sym3<T> {
+        let Self { a, b, c, inverse_pivots: [p, q, r] } = *self;
+        let e = a * c - b;
+        let (aq, cr, er) = (a * q, c * r, e * r);
+        Sym3 {
+            xx: p + a * aq + e * er,
+            xy: -aq - e * cr,
+            xz: er,
+            yy: q + c * cr,
+            yz: -cr,
+            zz: r,
+        }
     }
 }
 
@@ -304,5 +346,37 @@ impl<T: Real> Rotation<T> {
                     + s * (c(5.0 / 56.0) + s * (c(35.0 / 576.0) + s * c(63.0 / 1408.0)))));
         // q and −q are the same rotation: the short way is meant.
         self.v * if self.w < T::zero() { -series } else { series }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn elimination_through_the_factors_survives_a_wall_far_stiffer_than_the_joint() {
+        // A point held by `wall`, a lever away from a joint of stiffness 1: seen from beyond
+        // the joint, what is left across the lever is wall / (1 + wall · lever²).
+        for wall in [1.0f32, 1e3, 1e5, 1e6] {
+            let lever = Vector3::new(0.6, -0.48, 0.64);
+            let (mut a, mut c) = (Sym3::zero(), Sym3::zero());
+            a.add_identity(wall);
+            let b = -a.mul_cross(&lever);
+            c.add_identity(wall);
+            c.add_outer(-wall, &lever);
+            c.add_identity(1.0);
+            let factors = Factors::new(&c, 1.0);
+            let z = factors.forward([0, 1, 2].map(|i| b.column(i).into_owned()));
+            let w = factors.scale(z);
+            let (z, w) = (Matrix3::from_columns(&z), Matrix3::from_columns(&w));
+            a.sub_product_transposed(&w, &z);
+            let across = Vector3::new(0.0, 0.8, 0.6);
+            let left = dot(&across, &a.mul_vec(&across));
+            let exact = wall / (1.0 + wall);
+            assert!((left / exact - 1.0).abs() < 0.2, "wall {wall}: {left}, not {exact}");
+
+            let product = factors.inverse().mul_vec(&c.mul_vec(&across));
+            assert!((product - across).norm() < 2e-7 * wall.max(10.0), "{product:?}");
+        }
     }
 }

@@ -11,6 +11,7 @@ mod algebra;
 mod contact;
 mod description;
 pub mod effects;
+mod energy;
 mod feed;
 mod lumen;
 mod model;

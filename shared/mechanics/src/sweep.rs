@@ -7,7 +7,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::algebra::{Sym3, add_cross, add_outer, cross, dot, mul, mul_transposed};
+use crate::algebra::{Factors, Sym3, add_cross, add_outer, cross, dot, mul, mul_transposed};
 use crate::contact::{Contact, Motion, Touch};
 use crate::feed::SHORTEST_BASE;
 use crate::model::{Joint, maximum};
@@ -97,7 +97,7 @@ impl<T: Real> Wrench<T> {
     ) {
         let alpha = self.a.mul_vec(tangent);
         let beta = mul_transposed(&self.b, tangent);
-        let inverse = T::one() / (stiffness + dot(tangent, &alpha));
+        let inverse = T::one() / (stiffness + maximum(dot(tangent, &alpha), T::zero()));
         let gain = (dot(&self.force, tangent) - tension) * inverse;
         self.force -= alpha * gain;
         self.moment -= beta * gain;
@@ -130,8 +130,8 @@ impl<T: Real> Wrench<T> {
         let JointLoad { moment, axis, bending, twisting } = joint;
         let (kb, kt) = (*bending, *twisting);
         let smallest = if kt < T::zero() { kb + kt } else { kb };
-        let floor = smallest * smallest * smallest * T::lit(1e-3);
-        let inverse = self.c.plus_axial(kb, kt, axis).inverse(floor);
+        let factors = Factors::new(&self.c.plus_axial(kb, kt, axis), smallest);
+        let inverse = factors.inverse();
         let residual = self.moment - moment;
         kept.inverse = inverse;
         kept.coupling = self.b;
@@ -140,11 +140,17 @@ impl<T: Real> Wrench<T> {
         kept.twisting = kt;
         kept.axis = *axis;
 
-        let turn = inverse.mul_vec(&residual);
-        let y = inverse.left_mul(&self.b);
-        self.force -= mul(&self.b, &turn);
+        // Z = B L⁻ᵀ, W = Z D⁻¹ of the factors, Y = W L⁻¹.
+        let columns = [self.b.column(0), self.b.column(1), self.b.column(2)];
+        let z = factors.forward(columns.map(|column| column.into_owned()));
+        let w = factors.scale(z);
+        let y = Matrix3::from_columns(&factors.backward(w));
+        let (z, w) = (Matrix3::from_columns(&z), Matrix3::from_columns(&w));
+        let scaled = factors.scale(factors.forward(residual.into()));
+        let turn = Vector3::from(factors.backward(scaled));
+        self.force -= mul(&z, &scaled.into());
         self.moment = moment + turn * kb + axis * (kt * dot(axis, &turn));
-        self.a.sub_product_transposed(&y, &self.b);
+        self.a.sub_product_transposed(&w, &z);
         // B ← Y K
         let ya = mul(&y, axis);
         self.b = y * kb;

@@ -1,0 +1,46 @@
+//! Energies of the instrument: what a test of boundedness looks at.
+
+use crate::feed::SHORTEST_BASE;
+use crate::model::maximum;
+use crate::{Model, Real, State};
+
+impl<T: Real, const LINKS: usize> State<T, LINKS> {
+    /// Kinetic energy of the nodes \[J\].
+    pub fn kinetic_energy_j(&self, model: &Model<T, LINKS>) -> T {
+        let h = model.description().solver.link_length_m;
+        let half = T::lit(0.5);
+        let (mut sum, mut distal_mass) = (T::zero(), T::zero());
+        for (j, (link, table)) in self.links.iter().zip(&model.links).take(self.count).enumerate() {
+            let mass = table.mass * (self.length_m(model, j) / h);
+            sum += half * (half * (mass + distal_mass)) * link.velocity.norm_squared();
+            distal_mass = mass;
+        }
+        sum
+    }
+
+    /// Elastic energy of bending, twist and stretch inside the vessel \[J\]; the wall's is not
+    /// in it.     docs/model.md (4), (6)
+    pub fn elastic_energy_j(&self, model: &Model<T, LINKS>) -> T {
+        let h = model.description().solver.link_length_m;
+        let half = T::lit(0.5);
+        let (mut sum, mut proximal) = (T::zero(), self.guide);
+        for j in (0..self.count.min(LINKS)).rev() {
+            let length = self.length_m(model, j);
+            let (link, joint) = (&self.links[j], &model.joints[j]);
+            let cell = if j + 1 == self.count {
+                self.guide_cell_m(model)
+            } else {
+                half * (length + self.length_m(model, j + 1))
+            };
+            let strain = proximal.to(&link.rotation).log() - joint.unloaded * (cell / h);
+            let bend = strain.x * strain.x + strain.y * strain.y;
+            let turn = joint.bending * bend + joint.torsion * strain.z * strain.z;
+            let elastic_length = maximum(length, h * T::lit(SHORTEST_BASE));
+            let stretch = length * link.strain;
+            let pull = model.links[j].axial * (h / elastic_length) * stretch * stretch;
+            sum += half * (turn * (h / cell) + pull);
+            proximal = link.rotation;
+        }
+        sum
+    }
+}
