@@ -168,14 +168,7 @@ impl<T: Real> Factors<T> {
         let Self { a, b, c, inverse_pivots: [p, q, r] } = *self;
         let e = a * c - b;
         let (aq, cr, er) = (a * q, c * r, e * r);
-        Sym3 {
-            xx: p + a * aq + e * er,
-            xy: -aq - e * cr,
-            xz: er,
-            yy: q + c * cr,
-            yz: -cr,
-            zz: r,
-        }
+        Sym3 { xx: p + a * aq + e * er, xy: -aq - e * cr, xz: er, yy: q + c * cr, yz: -cr, zz: r }
     }
 }
 
