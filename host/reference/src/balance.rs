@@ -1,0 +1,383 @@
+//! Forces out of balance at an iterate, and their derivative.
+
+use nalgebra::Vector3;
+
+use crate::band::Band;
+use crate::contact::{Point, Reaction, Touch};
+use crate::joint::{Bend, Edge, arc_curvature, bend};
+use crate::problem::Problem;
+use crate::rod::Stretch;
+use crate::state::{State, guide};
+
+/// Unknowns of a node: position, and twist of the edge towards the guide.
+pub(crate) const PER_NODE: usize = 4;
+/// Diagonals on either side: a joint couples three nodes and two twists.
+pub(crate) const HALF_BAND: usize = 10;
+
+/// Derivative by time as c₀ x + c₁ x_n + c₂ x_{n−1}.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Derivative {
+    pub now: f64,
+    pub last: f64,
+    pub before: f64,
+}
+
+impl Derivative {
+    pub fn euler(dt: f64) -> Self {
+        Self { now: 1.0 / dt, last: -1.0 / dt, before: 0.0 }
+    }
+
+    /// Of second order for steps of changing length.
+    pub fn bdf2(dt: f64, last_dt: f64) -> Self {
+        let w = dt / last_dt;
+        Self {
+            now: (1.0 + 2.0 * w) / (1.0 + w) / dt,
+            last: -(1.0 + w) / dt,
+            before: w * w / (1.0 + w) / dt,
+        }
+    }
+
+    pub fn of(&self, now: &Vector3<f64>, last: &Vector3<f64>, before: &Vector3<f64>) -> Vector3<f64> {
+        now * self.now + last * self.last + before * self.before
+    }
+}
+
+/// What is held fixed while a step is solved.
+pub(crate) struct Step<'a> {
+    pub problem: &'a Problem,
+    /// The state at the beginning, with the nodes that have entered since.
+    pub start: &'a State,
+    pub derivative: Derivative,
+    /// 1 with inertia, 0 quasi-static.
+    pub inertia: f64,
+    pub drag: f64,
+    pub friction: f64,
+    /// Feed along the rod \[m/s\].
+    pub feed_speed: f64,
+    /// Joint j lies at node j; the last one is the guide's. The first is not used.
+    pub joints: Vec<Stretch>,
+    /// Edge k.
+    pub edges: Vec<Stretch>,
+    /// Unstretched length and mass that node k stands for.
+    pub shares: Vec<(f64, f64)>,
+}
+
+impl<'a> Step<'a> {
+    /// The tables of a state whose drive has moved.
+    pub fn new(problem: &'a Problem, start: &'a State, table: &Table) -> Self {
+        let h = problem.numerics.spacing_m;
+        let count = start.nodes.len();
+        let base = start.base_length(h);
+        let rod = &problem.rod;
+        // Arc length from the tip to joint j, and to the middle of edge k.
+        let joint = |j: usize| if j < count { h * j as f64 } else { h * (count - 1) as f64 + base };
+        let middle = |k: usize| 0.5 * (joint(k) + joint(k + 1));
+        let cell = |j: usize| {
+            let (low, high) = (if j == 0 { 0.0 } else { middle(j - 1) }, middle(j));
+            (high - low, rod.stretch(low, high))
+        };
+        let near_guide = count.saturating_sub(1);
+        let joints = (0..=count).map(|j| {
+            if j == count {
+                rod.stretch(middle(count - 1), joint(count))
+            } else if j < near_guide {
+                table.cells[j].1
+            } else {
+                cell(j).1
+            }
+        });
+        let edges = (0..count).map(|k| {
+            if k < near_guide { table.edges[k] } else { rod.stretch(joint(k), joint(k + 1)) }
+        });
+        let shares = (0..count).map(|k| {
+            let (length, stretch) = if k < near_guide { table.cells[k] } else { cell(k) };
+            (length, stretch.mass)
+        });
+        Self {
+            problem,
+            start,
+            derivative: Derivative::euler(1.0),
+            inertia: 1.0,
+            drag: problem.drag_n_s_per_m2,
+            friction: problem.wall.friction_coefficient,
+            feed_speed: 0.0,
+            joints: joints.collect(),
+            edges: edges.collect(),
+            shares: shares.collect(),
+        }
+    }
+}
+
+/// Cells and edges of the rod away from the guide: they do not change with the feed.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Table {
+    /// Unstretched length and properties of the cell around joint j.
+    cells: Vec<(f64, Stretch)>,
+    edges: Vec<Stretch>,
+}
+
+impl Table {
+    /// Grows to at least `count` nodes.
+    pub fn reach(&mut self, problem: &Problem, count: usize) {
+        let h = problem.numerics.spacing_m;
+        for j in self.cells.len()..count {
+            let at = h * j as f64;
+            let low = if j == 0 { 0.0 } else { at - 0.5 * h };
+            self.cells.push((at + 0.5 * h - low, problem.rod.stretch(low, at + 0.5 * h)));
+            self.edges.push(problem.rod.stretch(at, at + h));
+        }
+    }
+}
+
+/// Positions, edges and accumulated twists of an iterate.
+#[derive(Clone, Debug)]
+pub(crate) struct Iterate {
+    pub positions: Vec<Vector3<f64>>,
+    pub edges: Vec<Edge>,
+    /// Turn of each edge about itself since the step began \[rad\].
+    pub twists: Vec<f64>,
+}
+
+impl Iterate {
+    fn vector(&self, step: &Step, k: usize) -> Vector3<f64> {
+        let proximal =
+            self.positions.get(k + 1).copied().unwrap_or(step.problem.entry.position_m);
+        self.positions[k] - proximal
+    }
+
+    /// Moves by `scale` times a correction.
+    pub fn move_by(&mut self, step: &Step, correction: &[f64], scale: f64) {
+        let parts = correction.as_chunks::<PER_NODE>().0;
+        for (position, part) in self.positions.iter_mut().zip(parts) {
+            *position += Vector3::new(part[0], part[1], part[2]) * scale;
+        }
+        for (k, part) in parts.iter().enumerate() {
+            let vector = self.vector(step, k);
+            self.edges[k] = self.edges[k].carried_to(&vector, part[3] * scale);
+            self.twists[k] += part[3] * scale;
+        }
+    }
+
+    /// Rotation of the cross-section of edge k since the step began.
+    fn turn(&self, step: &Step, k: usize) -> Vector3<f64> {
+        let (before, now) = (&step.start.edges[k].tangent, &self.edges[k].tangent);
+        before.cross(now) + now * self.twists[k]
+    }
+}
+
+/// What the balance of an iterate consists of.
+pub(crate) struct Balance {
+    /// Force and torque out of balance, node by node.
+    pub residual: Vec<f64>,
+    /// Of the wall on the instrument, node by node.
+    pub reactions: Vec<Reaction>,
+    /// Tension of the base edge \[N\].
+    pub base_tension: f64,
+    /// Squared bending moments \[(N·m)²\] and torques \[N·m\] of the guide's joint and the next.
+    pub mouth: [(f64, f64); 2],
+}
+
+/// Fills `matrix` with the derivative of the internal less the external forces.
+pub(crate) fn balance(step: &Step, iterate: &Iterate, matrix: &mut Band) -> Balance {
+    let problem = step.problem;
+    let count = iterate.positions.len();
+    let size = PER_NODE * count;
+    matrix.reset(size);
+    let mut out = Balance {
+        residual: vec![0.0; size],
+        reactions: Vec::with_capacity(count),
+        base_tension: 0.0,
+        mouth: [(0.0, 0.0); 2],
+    };
+    for k in 0..count {
+        add_stretch(step, iterate, k, matrix, &mut out);
+        add_node(step, iterate, k, matrix, &mut out);
+        add_contact(step, iterate, k, matrix, &mut out);
+    }
+    let mouth = guide(&problem.entry, step.start.drive.rotation_rad);
+    for j in 1..=count {
+        let joint = &step.joints[j];
+        let unloaded = joint.unloaded.map(arc_curvature);
+        let e = iterate.edges.get(j).unwrap_or(&mouth);
+        let bent = bend(e, &iterate.edges[j - 1], &unloaded, joint.bending, joint.torsion);
+        add_joint(j, size, &bent, matrix, &mut out.residual);
+        if j + 1 >= count {
+            let moment = joint.bending * bent.strain.up.hypot(bent.strain.side);
+            out.mouth[count - j] = (moment * moment, joint.torsion * bent.strain.twist);
+        }
+    }
+    let load = &problem.tip_load;
+    let edge = &iterate.edges[0];
+    push(&mut out.residual, 0, &load.force_n);
+    let couple = Couple::on(edge, &load.moment_n_m);
+    push(&mut out.residual, 0, &couple.force);
+    if count > 1 {
+        push(&mut out.residual, 1, &-couple.force);
+    }
+    out.residual[3] += couple.torque;
+    out
+}
+
+fn push(residual: &mut [f64], node: usize, force: &Vector3<f64>) {
+    for i in 0..3 {
+        residual[PER_NODE * node + i] += force[i];
+    }
+}
+
+/// A moment on an edge: a pair of forces across it, and a torque about it.
+struct Couple {
+    force: Vector3<f64>,
+    torque: f64,
+}
+
+impl Couple {
+    fn on(edge: &Edge, moment: &Vector3<f64>) -> Self {
+        Self {
+            force: moment.cross(&edge.tangent) / edge.length,
+            torque: moment.dot(&edge.tangent),
+        }
+    }
+}
+
+fn add_stretch(step: &Step, iterate: &Iterate, k: usize, matrix: &mut Band, out: &mut Balance) {
+    let count = iterate.positions.len();
+    let edge = &iterate.edges[k];
+    let h = step.problem.numerics.spacing_m;
+    let rest = if k + 1 == count { step.start.base_length(h) } else { h };
+    let stiffness = step.edges[k].axial;
+    let tension = stiffness * (edge.length - rest);
+    let t = &edge.tangent;
+    push(&mut out.residual, k, &(t * -tension));
+    if k + 1 < count {
+        push(&mut out.residual, k + 1, &(t * tension));
+    } else {
+        out.base_tension = tension;
+    }
+    let across = tension / edge.length;
+    for i in 0..3 {
+        for j in 0..3 {
+            let value = (stiffness - across) * t[i] * t[j] + if i == j { across } else { 0.0 };
+            let (row, column) = (PER_NODE * k + i, PER_NODE * k + j);
+            matrix.add(row, column, value);
+            if k + 1 < count {
+                matrix.add(row, column + PER_NODE, -value);
+                matrix.add(row + PER_NODE, column, -value);
+                matrix.add(row + PER_NODE, column + PER_NODE, value);
+            }
+        }
+    }
+}
+
+/// Weight, inertia and drag.
+fn add_node(step: &Step, iterate: &Iterate, k: usize, matrix: &mut Band, out: &mut Balance) {
+    let node = &step.start.nodes[k];
+    let (length, mass) = step.shares[k];
+    let d = &step.derivative;
+    let velocity = d.of(&iterate.positions[k], &node.position, &node.earlier.0);
+    let acceleration = d.of(&velocity, &node.velocity, &node.earlier.1);
+    let inertia = step.inertia * mass;
+    let drag = step.drag * length;
+    let fed = iterate.edges[k].tangent * step.feed_speed;
+    let force = step.problem.gravity_m_per_s2 * mass - acceleration * inertia - (velocity - fed) * drag;
+    push(&mut out.residual, k, &force);
+    let stiffness = inertia * d.now * d.now + drag * d.now;
+    for i in 0..3 {
+        matrix.add(PER_NODE * k + i, PER_NODE * k + i, stiffness);
+    }
+}
+
+/// The wall's force on the surface at node k, and the moment of its arm on the edges around.
+fn add_contact(step: &Step, iterate: &Iterate, k: usize, matrix: &mut Band, out: &mut Balance) {
+    let problem = step.problem;
+    let count = iterate.positions.len();
+    let wall = problem.lumen.sample(&iterate.positions[k]);
+    if wall.distance_m >= problem.rod.radius_m {
+        out.reactions.push(Reaction::none());
+        return;
+    }
+    let law = &problem.wall;
+    let end = if k == 0 { law.end_stiffness_n_per_m } else { 0.0 };
+    let normal = law.line_stiffness_n_per_m2 * step.shares[k].0 + end;
+    let point = Point {
+        normal,
+        tangential: if step.friction > 0.0 { normal * law.tangential_ratio } else { 0.0 },
+        friction: step.friction,
+        radius: problem.rod.radius_m,
+    };
+    // The cross-section at a node turns with the mean of its edges.
+    let around: &[(usize, f64)] = if k == 0 { &[(0, 1.0)] } else { &[(k - 1, 0.5), (k, 0.5)] };
+    let turn = around.iter().map(|&(edge, share)| iterate.turn(step, edge) * share).sum();
+    let node = &step.start.nodes[k];
+    let displacement = iterate.positions[k] - node.position;
+    let reaction = point.reaction(&wall, &displacement, &turn, &node.slip);
+    push(&mut out.residual, k, &reaction.force);
+    let moment = reaction.arm.cross(&reaction.force);
+
+    // Columns of the surface's motion: d(surface) = dx + Σ share (t × de/|e| + t dθ) × arm.
+    let mut columns: [(usize, Vector3<f64>); 3 * PER_NODE] =
+        [(usize::MAX, Vector3::zeros()); 3 * PER_NODE];
+    let first = PER_NODE * k.saturating_sub(1);
+    let size = PER_NODE * count;
+    // Nothing reaches beyond the position of the next node towards the guide.
+    let end = size.min(PER_NODE * (k + 1) + 3);
+    for (i, column) in columns.iter_mut().enumerate() {
+        if first + i < end {
+            column.0 = first + i;
+        }
+    }
+    for i in 0..3 {
+        columns[PER_NODE * k + i - first].1 += Vector3::ith(i, 1.0);
+    }
+    for &(edge, share) in around {
+        let t = &iterate.edges[edge].tangent;
+        let length = iterate.edges[edge].length;
+        let couple = Couple::on(&iterate.edges[edge], &(moment * share));
+        push(&mut out.residual, edge, &couple.force);
+        out.residual[PER_NODE * edge + 3] += couple.torque;
+        if edge + 1 < count {
+            push(&mut out.residual, edge + 1, &-couple.force);
+        }
+        for i in 0..3 {
+            let swing = t.cross(&Vector3::ith(i, share / length)).cross(&reaction.arm);
+            columns[PER_NODE * edge + i - first].1 += swing;
+            columns[PER_NODE * (edge + 1) + i - first].1 -= swing;
+        }
+        columns[PER_NODE * edge + 3 - first].1 += t.cross(&reaction.arm) * share;
+    }
+    if reaction.touch != Touch::Open {
+        for (row, work) in columns.iter().filter(|(row, _)| *row < size) {
+            for (column, motion) in columns.iter().filter(|(column, _)| *column < size) {
+                let mut value = work.dot(&(reaction.by_surface * motion));
+                if *column / PER_NODE == k && *column % PER_NODE < 3 {
+                    value += work.dot(&reaction.by_position.column(*column % PER_NODE));
+                }
+                matrix.add(*row, *column, value);
+            }
+        }
+    }
+    out.reactions.push(reaction);
+}
+
+/// Scatters a joint's derivatives from (f, θ_f, e, θ_e) to the nodes j − 1, j, j + 1.
+fn add_joint(j: usize, size: usize, bent: &Bend, matrix: &mut Band, residual: &mut [f64]) {
+    // f = x_{j−1} − x_j, e = x_j − x_{j+1}.
+    let first = PER_NODE * (j - 1);
+    let targets = |p: usize| -> [(usize, f64); 2] {
+        match p {
+            0..3 => [(first + p, 1.0), (first + PER_NODE + p, -1.0)],
+            3 => [(first + 3, 1.0), (usize::MAX, 0.0)],
+            4..7 => [(first + p, 1.0), (first + PER_NODE + p, -1.0)],
+            _ => [(first + PER_NODE + 3, 1.0), (usize::MAX, 0.0)],
+        }
+    };
+    for p in 0..8 {
+        for (row, sign) in targets(p).into_iter().filter(|(row, _)| *row < size) {
+            residual[row] -= sign * bent.gradient[p];
+            for q in 0..8 {
+                for (column, other) in targets(q).into_iter().filter(|(column, _)| *column < size) {
+                    matrix.add(row, column, sign * other * bent.hessian[(p, q)]);
+                }
+            }
+        }
+    }
+}

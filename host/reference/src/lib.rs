@@ -1,0 +1,29 @@
+//! Host-only reference solver: what the device's model is measured against.
+//!
+//! A discrete elastic rod in absolute coordinates (node positions and the twist of each edge),
+//! on a fine mesh, implicit in time, solved to convergence in every step, with Signorini's and
+//! Coulomb's laws met exactly by a semi-smooth Newton method. It has no code, coordinates,
+//! integrator or friction treatment in common with the device's model, and depends on no other
+//! package of the project.
+
+#![forbid(unsafe_code)]
+
+mod balance;
+mod band;
+mod contact;
+mod curve;
+mod drive;
+mod joint;
+mod lumen;
+mod problem;
+mod rod;
+mod simulation;
+mod state;
+
+pub use contact::Touch;
+pub use curve::{Station, Tube, TubePath};
+pub use drive::{Drive, Schedule};
+pub use lumen::{Lumen, WallPoint};
+pub use problem::{Entry, Integrator, Numerics, Problem, TipLoad, WallLaw};
+pub use rod::{Curve, Rod, Section};
+pub use simulation::{Effort, Sample, Simulation, SolveError, run};

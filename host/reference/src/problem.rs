@@ -1,0 +1,83 @@
+//! What the solver is told.
+
+use nalgebra::Vector3;
+
+use crate::lumen::Lumen;
+use crate::rod::Rod;
+
+/// Where the instrument leaves its tight straight guide.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Entry {
+    /// Centre of the guide's mouth \[m\].
+    pub position_m: Vector3<f64>,
+    /// Unit vector of insertion.
+    pub direction: Vector3<f64>,
+    /// Unit vector across it: towards which `Curve::up_per_m` bends at rotation 0.
+    pub up: Vector3<f64>,
+}
+
+/// The wall's law: Signorini's condition on an elastic foundation, Coulomb friction at the
+/// instrument's surface with elastic sticking.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WallLaw {
+    /// Normal force per indentation and per length of instrument \[N/m²\].
+    pub line_stiffness_n_per_m2: f64,
+    /// Normal stiffness that the free end has besides \[N/m\].
+    pub end_stiffness_n_per_m: f64,
+    /// Tangential stiffness before slip over the normal one \[1\].
+    pub tangential_ratio: f64,
+    /// Coulomb's coefficient \[1\].
+    pub friction_coefficient: f64,
+}
+
+/// Dead loads at the tip.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct TipLoad {
+    /// Force, fixed in space \[N\].
+    pub force_n: Vector3<f64>,
+    /// Moment that turns the last edge, fixed in space \[N·m\].
+    pub moment_n_m: Vector3<f64>,
+}
+
+/// How time is discretised.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Integrator {
+    /// Implicit Euler, first order.
+    Euler,
+    /// Two-step backward differentiation, second order.
+    Bdf2,
+}
+
+/// Numerical choices.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Numerics {
+    /// Distance between nodes along the unstretched rod \[m\].
+    pub spacing_m: f64,
+    /// Time step \[s\]; halved where Newton's method does not converge.
+    pub step_s: f64,
+    /// How time is discretised.
+    pub integrator: Integrator,
+    /// Largest force out of balance at a node \[N\].
+    pub tolerance_n: f64,
+}
+
+impl Default for Numerics {
+    fn default() -> Self {
+        Self { spacing_m: 1e-3, step_s: 2e-3, integrator: Integrator::Bdf2, tolerance_n: 1e-8 }
+    }
+}
+
+/// A rod, the vessel it is fed into, and how finely that is solved.
+#[derive(Clone, Debug)]
+pub struct Problem {
+    pub rod: Rod,
+    pub entry: Entry,
+    pub lumen: Lumen,
+    pub wall: WallLaw,
+    /// Acceleration that acts on the rod, buoyancy included \[m/s²\].
+    pub gravity_m_per_s2: Vector3<f64>,
+    /// Drag per length against all motion but the feed along the rod \[N·s/m²\].
+    pub drag_n_s_per_m2: f64,
+    pub tip_load: TipLoad,
+    pub numerics: Numerics,
+}

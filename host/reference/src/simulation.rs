@@ -1,0 +1,392 @@
+//! Time stepping: Newton's method for each step, shorter steps where it does not converge.
+
+use nalgebra::Vector3;
+use thiserror::Error;
+
+use crate::balance::{Balance, Derivative, HALF_BAND, Iterate, PER_NODE, Step, Table, balance};
+use crate::band::Band;
+use crate::contact::Touch;
+use crate::drive::{Drive, Schedule};
+use crate::problem::{Integrator, Problem};
+use crate::state::State;
+
+/// What the instrument does at one instant.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sample {
+    pub t_s: f64,
+    pub drive: Drive,
+    /// Total force of the instrument on the vessel \[N\].
+    pub force_on_vessel_n: Vector3<f64>,
+    /// Its moment about the entry \[N·m\].
+    pub moment_on_vessel_n_m: Vector3<f64>,
+    /// Sum of the normal forces \[N\].
+    pub normal_force_n: f64,
+    /// Axial force on the instrument behind the guide, positive when pushing \[N\].
+    pub drive_force_n: f64,
+    /// Torque on the instrument behind the guide about the direction of insertion \[N·m\].
+    pub drive_torque_n_m: f64,
+    /// End of the centre line \[m\].
+    pub tip_m: Vector3<f64>,
+    /// Nodes that slide and that stick.
+    pub sliding: usize,
+    pub sticking: usize,
+}
+
+/// What the solver did so far.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Effort {
+    /// Steps taken, the parts of divided ones counted.
+    pub steps: usize,
+    /// Iterations of Newton's method.
+    pub iterations: usize,
+    /// Steps that had to be divided.
+    pub divided: usize,
+}
+
+/// Why a step has no solution.
+#[derive(Clone, Copy, Debug, PartialEq, Error)]
+pub enum SolveError {
+    #[error(
+        "at insertion {insertion_m:.6} m no balance of forces was found even with steps of {step_s:.1e} s: \
+         {residual_n:.1e} N are left"
+    )]
+    NoBalance { insertion_m: f64, step_s: f64, residual_n: f64 },
+    #[error("the schedule begins {insertion_m} m inside; the instrument must be inside the vessel")]
+    NothingInside { insertion_m: f64 },
+}
+
+/// Newton iterations before a step is divided.
+const MOST_ITERATIONS: usize = 25;
+/// A step is divided by two at most so often in a row.
+const MOST_HALVINGS: u32 = 9;
+/// No iteration turns an edge by more than about this \[rad\].
+const LARGEST_TURN: f64 = 0.3;
+
+/// Quasi-static settling: time of a step, feed of a step, drag that fades over the steps at
+/// rest, and the speed at which the instrument counts as resting.
+const SETTLE_STEP_S: f64 = 0.02;
+const SETTLE_FEED_M: f64 = 2.5e-4;
+const SETTLE_DRAG: f64 = 1000.0;
+const SETTLE_STEPS: usize = 4000;
+const RESTING_M: f64 = 1e-9;
+
+/// A rod in its vessel, ready to be fed.
+#[derive(Clone, Debug)]
+pub struct Simulation<'a> {
+    problem: &'a Problem,
+    state: State,
+    table: Table,
+    matrix: Band,
+    time_s: f64,
+    sample: Sample,
+    forces: Vec<Vector3<f64>>,
+    /// What it took so far.
+    pub effort: Effort,
+}
+
+/// How one step treats time.
+#[derive(Clone, Copy)]
+enum Mode {
+    Dynamic,
+    /// Without inertia and friction.
+    Settling {
+        drag: f64,
+    },
+}
+
+impl<'a> Simulation<'a> {
+    /// Feeds quasi-statically and without friction from the guide's mouth to `start`, until the
+    /// instrument rests.
+    pub fn settled(problem: &'a Problem, start: Drive) -> Result<Self, SolveError> {
+        if start.insertion_m.is_nan() || start.insertion_m <= 0.0 {
+            return Err(SolveError::NothingInside { insertion_m: start.insertion_m });
+        }
+        let sample = Sample {
+            t_s: 0.0,
+            drive: start,
+            force_on_vessel_n: Vector3::zeros(),
+            moment_on_vessel_n_m: Vector3::zeros(),
+            normal_force_n: 0.0,
+            drive_force_n: 0.0,
+            drive_torque_n_m: 0.0,
+            tip_m: problem.entry.position_m,
+            sliding: 0,
+            sticking: 0,
+        };
+        let mut simulation = Self {
+            problem,
+            state: State::new(),
+            table: Table::default(),
+            matrix: Band::new(0, HALF_BAND),
+            time_s: 0.0,
+            sample,
+            forces: Vec::new(),
+            effort: Effort::default(),
+        };
+        simulation.state.drive.rotation_rad = start.rotation_rad;
+        let mut rested = 0;
+        for _ in 0..SETTLE_STEPS + (start.insertion_m / SETTLE_FEED_M) as usize {
+            let missing = start.insertion_m - simulation.state.drive.insertion_m;
+            let insertion_m = if missing > SETTLE_FEED_M {
+                simulation.state.drive.insertion_m + SETTLE_FEED_M
+            } else {
+                rested += 1;
+                start.insertion_m
+            };
+            let drag = SETTLE_DRAG / f64::from(1 + rested * rested);
+            let before: Vec<_> = simulation.state.nodes.iter().map(|n| n.position).collect();
+            let drive = Drive { insertion_m, rotation_rad: start.rotation_rad };
+            simulation.advance(SETTLE_STEP_S, drive, Mode::Settling { drag })?;
+            let moved = before.iter().zip(&simulation.state.nodes).map(|(a, b)| (b.position - a).norm());
+            if rested > 20 && moved.fold(0.0, f64::max) < RESTING_M {
+                break;
+            }
+        }
+        for node in &mut simulation.state.nodes {
+            node.velocity = Vector3::zeros();
+            node.slip = Vector3::zeros();
+        }
+        simulation.state.last_step = 0.0;
+        simulation.time_s = 0.0;
+        simulation.sample.t_s = 0.0;
+        Ok(simulation)
+    }
+
+    /// The same state under another problem, which differs in loads or wall only.
+    pub fn released<'b>(self, problem: &'b Problem) -> Simulation<'b> {
+        let Self { state, table, matrix, time_s, sample, forces, effort, .. } = self;
+        Simulation { problem, state, table, matrix, time_s, sample, forces, effort }
+    }
+
+    /// Advances by `dt_s` to the drive's new position.
+    pub fn step(&mut self, dt_s: f64, drive: Drive) -> Result<&Sample, SolveError> {
+        self.advance(dt_s, drive, Mode::Dynamic)?;
+        Ok(&self.sample)
+    }
+
+    /// What the last step found.
+    pub fn sample(&self) -> &Sample {
+        &self.sample
+    }
+
+    /// Positions of the nodes inside the vessel, tip first \[m\].
+    pub fn nodes_m(&self) -> impl ExactSizeIterator<Item = Vector3<f64>> {
+        self.state.nodes.iter().map(|node| node.position)
+    }
+
+    /// Contact forces on the vessel at the nodes, tip first \[N\].
+    pub fn node_forces_n(&self) -> &[Vector3<f64>] {
+        &self.forces
+    }
+
+    fn advance(&mut self, dt: f64, drive: Drive, mode: Mode) -> Result<(), SolveError> {
+        let start = self.state.drive;
+        let mut parts: u32 = 1;
+        let mut done: u32 = 0;
+        let whole = 1 << MOST_HALVINGS;
+        // `done` and the parts are counted in the smallest parts.
+        let mut size = whole;
+        while done < whole {
+            let share = f64::from(done + size) / f64::from(whole);
+            let target = Drive {
+                insertion_m: start.insertion_m + (drive.insertion_m - start.insertion_m) * share,
+                rotation_rad: start.rotation_rad + (drive.rotation_rad - start.rotation_rad) * share,
+            };
+            let part = dt * f64::from(size) / f64::from(whole);
+            match self.attempt(part, target, mode) {
+                Ok(()) => {
+                    done += size;
+                    // Back to longer parts as soon as they fit.
+                    if size < whole && done.is_multiple_of(2 * size) {
+                        size *= 2;
+                    }
+                }
+                Err(residual_n) => {
+                    parts += 1;
+                    if size == 1 {
+                        let insertion_m = target.insertion_m;
+                        return Err(SolveError::NoBalance { insertion_m, step_s: part, residual_n });
+                    }
+                    size /= 2;
+                }
+            }
+        }
+        self.effort.divided += usize::from(parts > 1);
+        Ok(())
+    }
+
+    /// One step; the state changes only when it converges, else what is out of balance is given.
+    fn attempt(&mut self, dt: f64, drive: Drive, mode: Mode) -> Result<(), f64> {
+        let problem = self.problem;
+        let mut start = self.state.clone();
+        let known = start.nodes.len();
+        start.feed(problem, drive, dt);
+        self.table.reach(problem, start.nodes.len());
+        let fed = drive.insertion_m - self.state.drive.insertion_m;
+        let mut step = Step::new(problem, &start, &self.table);
+        step.feed_speed = fed / dt;
+        step.derivative = match (problem.numerics.integrator, mode) {
+            (Integrator::Bdf2, Mode::Dynamic) if start.last_step > 0.0 => {
+                Derivative::bdf2(dt, start.last_step)
+            }
+            _ => Derivative::euler(dt),
+        };
+        if let Mode::Settling { drag } = mode {
+            step.inertia = 0.0;
+            step.friction = 0.0;
+            step.drag = drag;
+        }
+        let mut iterate = guess(&step, known, fed, dt);
+        let (solution, iterations) = self.iterate(&step, &mut iterate)?;
+        self.effort.steps += 1;
+        self.effort.iterations += iterations;
+        self.time_s += dt;
+        self.sample = report(&step, &iterate, &solution, self.time_s);
+        self.forces.clear();
+        self.forces.extend(solution.reactions.iter().map(|reaction| -reaction.force));
+        let velocities: Vec<_> = (0..start.nodes.len())
+            .map(|k| {
+                let node = &start.nodes[k];
+                step.derivative.of(&iterate.positions[k], &node.position, &node.earlier.0)
+            })
+            .collect();
+        for (k, node) in start.nodes.iter_mut().enumerate() {
+            node.earlier = (node.position, node.velocity);
+            node.position = iterate.positions[k];
+            node.velocity = velocities[k];
+            node.slip = solution.reactions[k].slip;
+        }
+        start.edges = iterate.edges;
+        start.last_step = if matches!(mode, Mode::Dynamic) { dt } else { 0.0 };
+        self.state = start;
+        Ok(())
+    }
+
+    /// Newton's method from `iterate` to balance.
+    fn iterate(&mut self, step: &Step, iterate: &mut Iterate) -> Result<(Balance, usize), f64> {
+        let numerics = &self.problem.numerics;
+        // Rounding of the positions, as the stiffest edge feels it.
+        let stiffest = step.edges[..step.edges.len() - 1].iter().fold(0.0, |s: f64, e| s.max(e.axial));
+        let rounding_n = 30.0 * f64::EPSILON * stiffest * step.start.drive.insertion_m;
+        let tolerance_n = numerics.tolerance_n.max(rounding_n);
+        let mut last = f64::INFINITY;
+        for iteration in 1..=MOST_ITERATIONS {
+            let mut found = balance(step, iterate, &mut self.matrix);
+            let residual = out_of_balance(&found.residual, numerics.spacing_m);
+            if residual < tolerance_n {
+                return Ok((found, iteration));
+            }
+            if !residual.is_finite() || !self.matrix.solve(&mut found.residual) {
+                return Err(residual);
+            }
+            last = residual;
+            let scale = cautious(&found.residual, numerics.spacing_m);
+            iterate.move_by(step, &found.residual, scale);
+        }
+        Err(last)
+    }
+}
+
+/// Largest force out of balance; torques count by the spacing.
+fn out_of_balance(residual: &[f64], spacing: f64) -> f64 {
+    let parts = residual.as_chunks::<PER_NODE>().0;
+    let size = |part: &[f64; PER_NODE]| {
+        part[..3].iter().fold(part[3].abs() / spacing, |worst, x| worst.max(x.abs()))
+    };
+    parts.iter().map(size).fold(0.0, |worst, x| if x > worst || x.is_nan() { x } else { worst })
+}
+
+/// The share of a correction that turns no edge by more than [`LARGEST_TURN`].
+fn cautious(correction: &[f64], spacing: f64) -> f64 {
+    let parts = correction.as_chunks::<PER_NODE>().0;
+    let mut largest: f64 = 0.0;
+    for (k, part) in parts.iter().enumerate() {
+        let next = parts.get(k + 1).copied().unwrap_or_default();
+        let apart = (0..3).map(|i| (part[i] - next[i]).powi(2)).sum::<f64>().sqrt() / spacing;
+        largest = largest.max(apart).max(part[3].abs());
+    }
+    if largest > LARGEST_TURN { LARGEST_TURN / largest } else { 1.0 }
+}
+
+/// Nodes move on as they did; those that enter stand on the axis.
+fn guess(step: &Step, known: usize, fed: f64, dt: f64) -> Iterate {
+    let start = step.start;
+    let entry = &step.problem.entry;
+    let h = step.problem.numerics.spacing_m;
+    let ahead = if step.inertia > 0.0 { dt } else { 0.0 };
+    let positions: Vec<_> = start
+        .nodes
+        .iter()
+        .enumerate()
+        .map(|(k, node)| {
+            if k >= known || start.nodes.len() == 1 {
+                entry.position_m + entry.direction * (start.drive.insertion_m - h * k as f64)
+            } else if ahead > 0.0 {
+                node.position + node.velocity * ahead
+            } else {
+                node.position + start.edges[k].tangent * fed
+            }
+        })
+        .collect();
+    let count = positions.len();
+    let mut iterate = Iterate { positions, edges: start.edges.clone(), twists: vec![0.0; count] };
+    iterate.move_by(step, &vec![0.0; PER_NODE * count], 0.0);
+    iterate
+}
+
+fn report(step: &Step, iterate: &Iterate, solution: &Balance, t_s: f64) -> Sample {
+    let problem = step.problem;
+    let entry = &problem.entry;
+    let mut force = Vector3::zeros();
+    let mut moment = Vector3::zeros();
+    let (mut normal_force_n, mut sliding, mut sticking) = (0.0, 0, 0);
+    for (position, reaction) in iterate.positions.iter().zip(&solution.reactions) {
+        force -= reaction.force;
+        moment -= (position + reaction.arm - entry.position_m).cross(&reaction.force);
+        normal_force_n += reaction.normal_force;
+        sliding += usize::from(reaction.touch == Touch::Slide);
+        sticking += usize::from(reaction.touch == Touch::Stick);
+    }
+    Sample {
+        t_s,
+        drive: step.start.drive,
+        force_on_vessel_n: force,
+        moment_on_vessel_n_m: moment,
+        normal_force_n,
+        drive_force_n: drive_force(step, solution),
+        drive_torque_n_m: -solution.mouth[0].1,
+        tip_m: iterate.positions[0],
+        sliding,
+        sticking,
+    }
+}
+
+/// Derivative of the elastic energy by the length inside, nodes held: the compression of the
+/// base edge, less the energy per length that bending and torsion take into the vessel, half
+/// of it at the guide's joint and half at the next (the cell of each grows by half the feed).
+fn drive_force(step: &Step, solution: &Balance) -> f64 {
+    let count = step.edges.len();
+    let h = step.problem.numerics.spacing_m;
+    let rest = step.start.base_length(h);
+    let tension = solution.base_tension;
+    let strain = tension / (step.edges[count - 1].axial * rest);
+    let here = step.problem.rod.stretch(step.start.drive.insertion_m, step.start.drive.insertion_m + h);
+    let taken = |(moment_squared, torque): (f64, f64)| {
+        0.5 * (moment_squared / (here.bending * h) + torque * torque / (here.torsion * h))
+    };
+    let [guide, next] = solution.mouth.map(taken);
+    -tension * (1.0 + 0.5 * strain) - 0.5 * (guide + next)
+}
+
+/// Settles and plays a schedule, one sample a step of the problem's numerics.
+pub fn run(problem: &Problem, schedule: &Schedule) -> Result<(Vec<Sample>, Effort), SolveError> {
+    let mut simulation = Simulation::settled(problem, schedule.at(0.0))?;
+    let dt_s = problem.numerics.step_s;
+    let steps = (schedule.end_s() / dt_s).round() as usize;
+    let mut samples = Vec::with_capacity(steps);
+    for k in 1..=steps {
+        let drive = schedule.at(k as f64 * dt_s);
+        samples.push(simulation.step(dt_s, drive)?.clone());
+    }
+    Ok((samples, simulation.effort))
+}

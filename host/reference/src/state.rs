@@ -1,0 +1,77 @@
+//! Nodes and edges inside the vessel, and how the drive feeds them.
+
+use nalgebra::Vector3;
+
+use crate::drive::Drive;
+use crate::joint::Edge;
+use crate::problem::{Entry, Problem};
+
+/// One node; node 0 is the tip.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Node {
+    pub position: Vector3<f64>,
+    pub velocity: Vector3<f64>,
+    /// Position and velocity one step earlier.
+    pub earlier: (Vector3<f64>, Vector3<f64>),
+    /// Elastic tangential displacement of its contact with the wall \[m\].
+    pub slip: Vector3<f64>,
+}
+
+/// Edge k runs from node k + 1, or the guide's mouth, to node k.
+#[derive(Clone, Debug)]
+pub(crate) struct State {
+    pub nodes: Vec<Node>,
+    pub edges: Vec<Edge>,
+    pub drive: Drive,
+    /// Length of the last step; 0 where the history does not bind the next step \[s\].
+    pub last_step: f64,
+}
+
+/// A base edge shorter than this share of the spacing is not kept.
+const SHORTEST: f64 = 0.02;
+
+impl State {
+    /// Nothing inside the vessel.
+    pub fn new() -> Self {
+        let drive = Drive::default();
+        Self { nodes: Vec::new(), edges: Vec::new(), drive, last_step: 0.0 }
+    }
+
+    /// Unstretched length of the edge at the guide \[m\].
+    pub fn base_length(&self, spacing: f64) -> f64 {
+        self.drive.insertion_m - spacing * (self.nodes.len().saturating_sub(1)) as f64
+    }
+
+    /// Moves the drive; nodes enter and leave through the guide.
+    pub fn feed(&mut self, problem: &Problem, target: Drive, dt: f64) {
+        let spacing = problem.numerics.spacing_m;
+        let entry = &problem.entry;
+        let (before, at) = (self.drive.insertion_m, target.insertion_m);
+        let velocity = entry.direction * if dt > 0.0 { (at - before) / dt } else { 0.0 };
+        self.drive = target;
+        while self.base_length(spacing) > (1.0 + SHORTEST) * spacing || self.nodes.is_empty() {
+            let passed = spacing * self.nodes.len() as f64;
+            // Where the node was in the guide: the axis goes on backwards.
+            let inside = |insertion: f64| entry.position_m + entry.direction * (insertion - passed);
+            let earlier = inside(before) - velocity * self.last_step;
+            self.nodes.push(Node {
+                position: inside(before),
+                velocity,
+                earlier: (earlier, velocity),
+                slip: Vector3::zeros(),
+            });
+            self.edges.push(guide(entry, target.rotation_rad));
+        }
+        while self.nodes.len() > 1 && self.base_length(spacing) < SHORTEST * spacing {
+            self.nodes.pop();
+            self.edges.pop();
+        }
+    }
+}
+
+/// The edge inside the guide.
+pub(crate) fn guide(entry: &Entry, rotation: f64) -> Edge {
+    let (sin, cos) = rotation.sin_cos();
+    let side = entry.direction.cross(&entry.up);
+    Edge { length: 1.0, tangent: entry.direction, first: entry.up * cos + side * sin }
+}
