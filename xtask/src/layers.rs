@@ -38,6 +38,7 @@ const ALLOWED: [(&str, &[&str]); 14] = [
     ("cathforce-rig", &["cathforce-mechanics", "cathforce-config"]),
     ("cathforce-link", SHARED),
     ("cathforce-record", SHARED),
+    ("cathforce-reference", &[]),
     ("cathforce", &LIBRARIES),
     ("cathforce-hil-tests", &LIBRARIES),
     ("xtask", &["cathforce-link"]),

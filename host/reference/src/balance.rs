@@ -37,7 +37,12 @@ impl Derivative {
         }
     }
 
-    pub fn of(&self, now: &Vector3<f64>, last: &Vector3<f64>, before: &Vector3<f64>) -> Vector3<f64> {
+    pub fn of(
+        &self,
+        now: &Vector3<f64>,
+        last: &Vector3<f64>,
+        before: &Vector3<f64>,
+    ) -> Vector3<f64> {
         now * self.now + last * self.last + before * self.before
     }
 }
@@ -136,12 +141,13 @@ pub(crate) struct Iterate {
     pub edges: Vec<Edge>,
     /// Turn of each edge about itself since the step began \[rad\].
     pub twists: Vec<f64>,
+    /// Direction in which each node slid in the last iteration, or zero.
+    pub slid: Vec<Vector3<f64>>,
 }
 
 impl Iterate {
     fn vector(&self, step: &Step, k: usize) -> Vector3<f64> {
-        let proximal =
-            self.positions.get(k + 1).copied().unwrap_or(step.problem.entry.position_m);
+        let proximal = self.positions.get(k + 1).copied().unwrap_or(step.problem.entry.position_m);
         self.positions[k] - proximal
     }
 
@@ -232,10 +238,7 @@ struct Couple {
 
 impl Couple {
     fn on(edge: &Edge, moment: &Vector3<f64>) -> Self {
-        Self {
-            force: moment.cross(&edge.tangent) / edge.length,
-            torque: moment.dot(&edge.tangent),
-        }
+        Self { force: moment.cross(&edge.tangent) / edge.length, torque: moment.dot(&edge.tangent) }
     }
 }
 
@@ -278,7 +281,8 @@ fn add_node(step: &Step, iterate: &Iterate, k: usize, matrix: &mut Band, out: &m
     let inertia = step.inertia * mass;
     let drag = step.drag * length;
     let fed = iterate.edges[k].tangent * step.feed_speed;
-    let force = step.problem.gravity_m_per_s2 * mass - acceleration * inertia - (velocity - fed) * drag;
+    let force =
+        step.problem.gravity_m_per_s2 * mass - acceleration * inertia - (velocity - fed) * drag;
     push(&mut out.residual, k, &force);
     let stiffness = inertia * d.now * d.now + drag * d.now;
     for i in 0..3 {
@@ -309,7 +313,7 @@ fn add_contact(step: &Step, iterate: &Iterate, k: usize, matrix: &mut Band, out:
     let turn = around.iter().map(|&(edge, share)| iterate.turn(step, edge) * share).sum();
     let node = &step.start.nodes[k];
     let displacement = iterate.positions[k] - node.position;
-    let reaction = point.reaction(&wall, &displacement, &turn, &node.slip);
+    let reaction = point.reaction(&wall, &displacement, &turn, &node.slip, &iterate.slid[k]);
     push(&mut out.residual, k, &reaction.force);
     let moment = reaction.arm.cross(&reaction.force);
 

@@ -2,7 +2,9 @@
 //!
 //! The forces are those of the current iterate, the friction's limit included: whether a point
 //! is open, sticks or slides is found anew in each iteration (the active set of a semi-smooth
-//! Newton method), and at convergence the laws hold exactly.
+//! Newton method), and at convergence the laws hold exactly. A point that slid in the last
+//! iteration and now slides the other way is held instead: between the two lies sticking, in
+//! a range of displacements that may be nanometres wide and that no iteration would hit.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -42,6 +44,11 @@ pub(crate) struct Reaction {
     pub by_position: Matrix3<f64>,
     /// −∂force by the motion of the surface.
     pub by_surface: Matrix3<f64>,
+    /// Held against a change of direction: the force may exceed Coulomb's limit, and the
+    /// iterate is no solution.
+    pub held: bool,
+    /// Direction of the friction it slides against; zero when it does not.
+    pub sliding: Vector3<f64>,
 }
 
 impl Reaction {
@@ -54,13 +61,16 @@ impl Reaction {
             slip: Vector3::zeros(),
             by_position: Matrix3::zeros(),
             by_surface: Matrix3::zeros(),
+            held: false,
+            sliding: Vector3::zeros(),
         }
     }
 }
 
 impl Point {
     /// `displacement` and `turn`: motion of the centre line and rotation of the cross-section
-    /// since the step began; `slip`: elastic displacement at that time.
+    /// since the step began; `slip`: elastic displacement at that time; `slid`: direction in
+    /// which it slid in the last iteration, or zero.
     ///
     /// N = k max(0, r − d),   |q| ≤ μ N with q = k_t s and s = P (slip + displacement of the
     /// surface), where what exceeds the limit has slid.
@@ -70,6 +80,7 @@ impl Point {
         displacement: &Vector3<f64>,
         turn: &Vector3<f64>,
         slip: &Vector3<f64>,
+        slid: &Vector3<f64>,
     ) -> Reaction {
         let indentation = self.radius - wall.distance_m;
         if indentation <= 0.0 {
@@ -85,7 +96,8 @@ impl Point {
         let moved = across * (slip + displacement + turn.cross(&arm));
         let stuck = moved * self.tangential;
         let (size, limit) = (stuck.norm(), self.friction * normal_force);
-        if size <= limit {
+        let held = size > limit && stuck.dot(slid) < 0.0;
+        if size <= limit || held {
             return Reaction {
                 touch: Touch::Stick,
                 normal_force,
@@ -94,6 +106,8 @@ impl Point {
                 slip: moved,
                 by_position,
                 by_surface: across * self.tangential,
+                held,
+                sliding: Vector3::zeros(),
             };
         }
         let along = stuck / size;
@@ -107,6 +121,8 @@ impl Point {
             slip: moved * (limit / size),
             by_position,
             by_surface: (across - along * along.transpose()) * (limit * self.tangential / size),
+            held: false,
+            sliding: along,
         }
     }
 }
@@ -129,7 +145,8 @@ mod tests {
             let slip = Vector3::new(slip, -2.0 * slip, 0.0);
             // The normal turns the friction as well: that part is left out, and small.
             let force = |x: &Vector3<f64>, moved: &Vector3<f64>| {
-                point.reaction(&lumen.sample(x), moved, &Vector3::zeros(), &slip)
+                let none = Vector3::zeros();
+                point.reaction(&lumen.sample(x), moved, &none, &slip, &none)
             };
             let here = force(&start, &Vector3::zeros());
             assert_eq!(here.touch, touch);

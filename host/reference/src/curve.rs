@@ -143,9 +143,7 @@ impl Tube {
     pub(crate) fn depth(&self, p: &Vector3<f64>) -> Depth {
         let depth_at = |station: &Station| station.radius_m - (p - station.position_m).norm();
         let nearest = (0..self.stations.len())
-            .max_by(|&a, &b| {
-                depth_at(&self.stations[a]).total_cmp(&depth_at(&self.stations[b]))
-            })
+            .max_by(|&a, &b| depth_at(&self.stations[a]).total_cmp(&depth_at(&self.stations[b])))
             .unwrap_or(0);
         // Station k lies between pieces k and k + 1.
         let before = self.on_piece(nearest, p);
@@ -164,8 +162,8 @@ impl Tube {
             let out = off / off_axis;
             let along = out.dot(&jet.c1);
             let slope = jet.r1 + along;
-            let bend = jet.r2 - (jet.c1.norm_squared() - along * along) / off_axis
-                + out.dot(&jet.c2);
+            let bend =
+                jet.r2 - (jet.c1.norm_squared() - along * along) / off_axis + out.dot(&jet.c2);
             (slope, bend, jet, out, off_axis)
         };
         let (mut low, mut high) = (0.0, 1.0);
@@ -183,10 +181,17 @@ impl Tube {
                 break;
             }
             let (slope, bend, ..) = slopes(u);
-            if slope > 0.0 { low = u } else { high = u }
+            if slope > 0.0 {
+                low = u
+            } else {
+                high = u
+            }
             let newton = u - slope / bend;
-            let next =
-                if bend < 0.0 && newton > low && newton < high { newton } else { 0.5 * (low + high) };
+            let next = if bend < 0.0 && newton > low && newton < high {
+                newton
+            } else {
+                0.5 * (low + high)
+            };
             let still = (next - u).abs() < 1e-13;
             u = next;
             if still {
@@ -272,8 +277,8 @@ impl TubePath {
         for k in 1..=count {
             let angle = part * k as f64;
             let next = t * angle.cos() + normal * angle.sin();
-            let position_m = start.position_m
-                + (t * angle.sin() + normal * (1.0 - angle.cos())) * bend_m;
+            let position_m =
+                start.position_m + (t * angle.sin() + normal * (1.0 - angle.cos())) * bend_m;
             let share = k as f64 / count as f64;
             let radius_m = start.radius_m + (radius_m - start.radius_m) * share;
             self.push(position_m, radius_m, self.direction * slope, next * slope);
@@ -282,7 +287,13 @@ impl TubePath {
         self
     }
 
-    fn push(&mut self, position_m: Vector3<f64>, radius_m: f64, from: Vector3<f64>, to: Vector3<f64>) {
+    fn push(
+        &mut self,
+        position_m: Vector3<f64>,
+        radius_m: f64,
+        from: Vector3<f64>,
+        to: Vector3<f64>,
+    ) {
         let last = self.stations[self.stations.len() - 1];
         let change = radius_m - last.radius_m;
         self.pieces.push(Piece::hermite(

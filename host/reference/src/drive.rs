@@ -95,7 +95,8 @@ mod tests {
 
     #[test]
     fn speeds_change_over_the_ramp() {
-        let schedule = Schedule::starting_at(0.01, 0.0).then(2.0, 0.0, 0.01, 0.0).then(1.0, 0.5, -0.01, 1.0);
+        let schedule =
+            Schedule::starting_at(0.01, 0.0).then(2.0, 0.0, 0.01, 0.0).then(1.0, 0.5, -0.01, 1.0);
         assert!((schedule.at(2.0).insertion_m - 0.03).abs() < 1e-12);
         // Half of the ramp ahead of the reversal, half behind it: it ends where it began.
         assert!((schedule.at(2.5).insertion_m - 0.03).abs() < 1e-12);

@@ -222,10 +222,10 @@ mod tests {
             for j in 0..8 {
                 let mut other = SVector::<f64, 8>::zeros();
                 other[j] = h;
-                let second = (energy(&(step + other)) - energy(&(step - other))
-                    - energy(&(other - step))
-                    + energy(&(-step - other)))
-                    / (4.0 * h * h);
+                let second =
+                    (energy(&(step + other)) - energy(&(step - other)) - energy(&(other - step))
+                        + energy(&(-step - other)))
+                        / (4.0 * h * h);
                 let found = exact.hessian[(i, j)];
                 assert!((second - found).abs() < 1e-5, "{i} {j}: {second} {found}");
             }

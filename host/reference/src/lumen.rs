@@ -177,7 +177,8 @@ mod tests {
             })
             .collect();
         let lumen = Lumen::tube(Tube::through(&stations).unwrap());
-        let error = lumen.sample(&Vector3::new(0.05 * 0.55f64.sin(), 0.05 - 0.05 * 0.55f64.cos(), 2e-3));
+        let error =
+            lumen.sample(&Vector3::new(0.05 * 0.55f64.sin(), 0.05 - 0.05 * 0.55f64.cos(), 2e-3));
         assert!((error.distance_m - 1e-3).abs() < 2e-7, "{}", error.distance_m);
         assert!(Tube::through(&stations[..1]).is_none());
     }

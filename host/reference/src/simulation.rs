@@ -57,6 +57,15 @@ pub enum SolveError {
 
 /// Newton iterations before a step is divided.
 const MOST_ITERATIONS: usize = 25;
+/// Iterations that are taken whole, whatever they do to the balance: stretch makes the first
+/// ones look bad.
+const FREE_ITERATIONS: usize = 3;
+/// Later a correction is shortened so often, by so much, until what is out of balance is less
+/// than so much of what it was: where friction changes its direction whole corrections go round
+/// in circles.
+const MOST_TRIES: usize = 6;
+const SHORTEN: f64 = 0.4;
+const DECREASE: f64 = 0.9;
 /// A step is divided by two at most so often in a row.
 const MOST_HALVINGS: u32 = 9;
 /// No iteration turns an edge by more than about this \[rad\].
@@ -137,7 +146,8 @@ impl<'a> Simulation<'a> {
             let before: Vec<_> = simulation.state.nodes.iter().map(|n| n.position).collect();
             let drive = Drive { insertion_m, rotation_rad: start.rotation_rad };
             simulation.advance(SETTLE_STEP_S, drive, Mode::Settling { drag })?;
-            let moved = before.iter().zip(&simulation.state.nodes).map(|(a, b)| (b.position - a).norm());
+            let moved =
+                before.iter().zip(&simulation.state.nodes).map(|(a, b)| (b.position - a).norm());
             if rested > 20 && moved.fold(0.0, f64::max) < RESTING_M {
                 break;
             }
@@ -190,7 +200,8 @@ impl<'a> Simulation<'a> {
             let share = f64::from(done + size) / f64::from(whole);
             let target = Drive {
                 insertion_m: start.insertion_m + (drive.insertion_m - start.insertion_m) * share,
-                rotation_rad: start.rotation_rad + (drive.rotation_rad - start.rotation_rad) * share,
+                rotation_rad: start.rotation_rad
+                    + (drive.rotation_rad - start.rotation_rad) * share,
             };
             let part = dt * f64::from(size) / f64::from(whole);
             match self.attempt(part, target, mode) {
@@ -205,7 +216,11 @@ impl<'a> Simulation<'a> {
                     parts += 1;
                     if size == 1 {
                         let insertion_m = target.insertion_m;
-                        return Err(SolveError::NoBalance { insertion_m, step_s: part, residual_n });
+                        return Err(SolveError::NoBalance {
+                            insertion_m,
+                            step_s: part,
+                            residual_n,
+                        });
                     }
                     size /= 2;
                 }
@@ -266,24 +281,41 @@ impl<'a> Simulation<'a> {
     fn iterate(&mut self, step: &Step, iterate: &mut Iterate) -> Result<(Balance, usize), f64> {
         let numerics = &self.problem.numerics;
         // Rounding of the positions, as the stiffest edge feels it.
-        let stiffest = step.edges[..step.edges.len() - 1].iter().fold(0.0, |s: f64, e| s.max(e.axial));
+        let stiffest =
+            step.edges[..step.edges.len() - 1].iter().fold(0.0, |s: f64, e| s.max(e.axial));
         let rounding_n = 30.0 * f64::EPSILON * stiffest * step.start.drive.insertion_m;
         let tolerance_n = numerics.tolerance_n.max(rounding_n);
-        let mut last = f64::INFINITY;
+        let mut found = balance(step, iterate, &mut self.matrix);
         for iteration in 1..=MOST_ITERATIONS {
-            let mut found = balance(step, iterate, &mut self.matrix);
             let residual = out_of_balance(&found.residual, numerics.spacing_m);
-            if residual < tolerance_n {
+            let held = found.reactions.iter().any(|reaction| reaction.held);
+            for (slid, reaction) in iterate.slid.iter_mut().zip(&found.reactions) {
+                *slid = reaction.sliding;
+            }
+            if residual < tolerance_n && !held {
                 return Ok((found, iteration));
             }
             if !residual.is_finite() || !self.matrix.solve(&mut found.residual) {
                 return Err(residual);
             }
-            last = residual;
-            let scale = cautious(&found.residual, numerics.spacing_m);
-            iterate.move_by(step, &found.residual, scale);
+            let correction = std::mem::take(&mut found.residual);
+            let mut scale = cautious(&correction, numerics.spacing_m);
+            let from = iterate.clone();
+            let tries = if iteration > FREE_ITERATIONS && !held { MOST_TRIES } else { 1 };
+            for last_try in (0..tries).rev() {
+                iterate.clone_from(&from);
+                iterate.move_by(step, &correction, scale);
+                found = balance(step, iterate, &mut self.matrix);
+                if last_try == 0
+                    || found.reactions.iter().any(|reaction| reaction.held)
+                    || out_of_balance(&found.residual, numerics.spacing_m) < DECREASE * residual
+                {
+                    break;
+                }
+                scale *= SHORTEN;
+            }
         }
-        Err(last)
+        Err(out_of_balance(&found.residual, numerics.spacing_m))
     }
 }
 
@@ -329,7 +361,12 @@ fn guess(step: &Step, known: usize, fed: f64, dt: f64) -> Iterate {
         })
         .collect();
     let count = positions.len();
-    let mut iterate = Iterate { positions, edges: start.edges.clone(), twists: vec![0.0; count] };
+    let mut iterate = Iterate {
+        positions,
+        edges: start.edges.clone(),
+        twists: vec![0.0; count],
+        slid: vec![Vector3::zeros(); count],
+    };
     iterate.move_by(step, &vec![0.0; PER_NODE * count], 0.0);
     iterate
 }
@@ -370,7 +407,8 @@ fn drive_force(step: &Step, solution: &Balance) -> f64 {
     let rest = step.start.base_length(h);
     let tension = solution.base_tension;
     let strain = tension / (step.edges[count - 1].axial * rest);
-    let here = step.problem.rod.stretch(step.start.drive.insertion_m, step.start.drive.insertion_m + h);
+    let here =
+        step.problem.rod.stretch(step.start.drive.insertion_m, step.start.drive.insertion_m + h);
     let taken = |(moment_squared, torque): (f64, f64)| {
         0.5 * (moment_squared / (here.bending * h) + torque * torque / (here.torsion * h))
     };

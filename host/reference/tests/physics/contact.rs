@@ -1,10 +1,8 @@
 //! Rods in tubes, against closed forms.
 
-mod support;
-
+use crate::support::cantilever;
 use cathforce_reference::*;
 use nalgebra::Vector3;
-use support::cantilever;
 
 const BEND_M: f64 = 0.04;
 const TUBE_M: f64 = 2e-3;
@@ -45,7 +43,8 @@ fn a_limp_rod_pulled_round_a_bend_obeys_the_capstan_equation() {
         // its couple needs a shear force μ n r, whence n R = T − μ r n′. With n ∝ exp(a θ)
         // both are solved by a = μ (1 − ρ)/(1 + μ ρ a), ρ = r/R.
         let ratio = RADIUS_M / riding;
-        let rate = (0..20).fold(friction, |a, _| friction * (1.0 - ratio) / (1.0 + friction * ratio * a));
+        let rate =
+            (0..20).fold(friction, |a, _| friction * (1.0 - ratio) / (1.0 + friction * ratio * a));
         let exact = PULL_N * (rate * wrap).exp();
         let error = pull / exact - 1.0;
         println!("friction {friction}: {:.3} mN, error {error:.1e}", 1e3 * pull);

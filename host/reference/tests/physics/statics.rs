@@ -1,12 +1,10 @@
 //! Rods without a wall, against closed forms and published solutions.
 
-mod support;
-
 use std::f64::consts::{FRAC_PI_4, PI};
 
+use crate::support::{cantilever, resting_tip};
 use cathforce_reference::*;
 use nalgebra::Vector3;
-use support::{cantilever, resting_tip};
 
 const LENGTH_M: f64 = 0.1;
 const BENDING: f64 = 1e-4;
@@ -39,7 +37,9 @@ fn a_tip_load_bends_as_the_elastica() {
 #[test]
 fn weight_bends_as_the_elastica() {
     // qL³/EI, w/L, u/L of ../shared/references/elastica_cantilever_self_weight.json.
-    for (load, drop, shortening) in [(2.0, 0.238506583, 0.033107053), (16.0, 0.797019638, 0.490005080)] {
+    for (load, drop, shortening) in
+        [(2.0, 0.238506583, 0.033107053), (16.0, 0.797019638, 0.490005080)]
+    {
         let (error, order) = convergence(|edges| {
             let mut problem = cantilever(LENGTH_M, edges, BENDING);
             let weight = load * BENDING / LENGTH_M.powi(3);
@@ -76,7 +76,7 @@ fn a_curved_rod_bends_and_twists_in_space() {
         problem.rod.sections[0].axial_n = 1e7;
         problem.rod.curves = vec![Curve { length_m: length, up_per_m: 10.0, side_per_m: 0.0 }];
         problem.tip_load.force_n = Vector3::z() * 600.0;
-            (resting_tip(&problem, length) - exact).norm() / length
+        (resting_tip(&problem, length) - exact).norm() / length
     });
     assert!(error < 2e-4 && order > 1.4, "{error}, order {order}");
 }

@@ -1,0 +1,5 @@
+//! The reference solver against closed forms and published solutions.
+
+mod contact;
+mod statics;
+mod support;
