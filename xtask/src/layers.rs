@@ -23,7 +23,7 @@ const LIBRARIES: [&str; 10] = [
 const SHARED: &[&str] = LIBRARIES.split_at(6).0;
 
 /// Each package and the packages of the project that it may use.
-const ALLOWED: [(&str, &[&str]); 14] = [
+const ALLOWED: [(&str, &[&str]); 15] = [
     ("cathforce-scalar", &[]),
     ("cathforce-mechanics", &["cathforce-scalar"]),
     ("cathforce-control", &["cathforce-mechanics"]),
