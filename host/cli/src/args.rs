@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use cathforce_rig::tips::Tip;
 use clap::{Args, Parser, Subcommand};
 
 const EXIT_CODES: &str = "\
@@ -40,6 +41,8 @@ pub enum Command {
     Info(InfoArguments),
     /// List the settings, show those of a bundle, write its device image.
     Config(ConfigArguments),
+    /// List tips of common catheters.
+    Tips,
     /// What may lie between model and rig.
     Gap(GapArguments),
     /// Make a web page of a recording.
@@ -65,12 +68,23 @@ pub struct PlayArguments {
     /// Write the summary into this file.
     #[arg(long, value_name = "FILE.json")]
     pub summary: Option<PathBuf>,
-    /// Change a setting, e.g. `--set force_gain=2`; `cathforce config` lists them.
-    #[arg(long = "set", value_name = "NAME=VALUE", value_parser = setting)]
-    pub settings: Vec<(String, f32)>,
+    #[command(flatten)]
+    pub changes: Changes,
     /// Fail with exit code 6 when the force error exceeds this share of the peak force.
     #[arg(long, value_name = "PERCENT", value_parser = positive_percent)]
     pub max_error: Option<f64>,
+}
+
+/// What differs from the bundle and the defaults.
+#[derive(Debug, Args)]
+pub struct Changes {
+    /// Change a setting, a parameter of the rig or one of its effects, e.g. `--set force_gain=2`
+    /// or `--set effects.wall.stiffness.factor=0.5`; `cathforce config` lists them.
+    #[arg(long = "set", value_name = "NAME=VALUE", value_parser = setting)]
+    pub settings: Vec<(String, f32)>,
+    /// Take a common tip instead of the rig's own; `cathforce tips` lists them.
+    #[arg(long, value_name = "NAME", value_parser = tip)]
+    pub tip: Option<&'static Tip>,
 }
 
 #[derive(Debug, Args)]
@@ -123,9 +137,8 @@ pub enum ConfigAction {
 #[derive(Debug, Args)]
 pub struct ConfigShowArguments {
     pub bundle: PathBuf,
-    /// Change a setting.
-    #[arg(long = "set", value_name = "NAME=VALUE", value_parser = setting)]
-    pub settings: Vec<(String, f32)>,
+    #[command(flatten)]
+    pub changes: Changes,
 }
 
 #[derive(Debug, Args)]
@@ -133,9 +146,8 @@ pub struct ConfigImageArguments {
     pub bundle: PathBuf,
     #[arg(long, value_name = "FILE.cfim")]
     pub out: PathBuf,
-    /// Change a setting.
-    #[arg(long = "set", value_name = "NAME=VALUE", value_parser = setting)]
-    pub settings: Vec<(String, f32)>,
+    #[command(flatten)]
+    pub changes: Changes,
 }
 
 #[derive(Debug, Args)]
@@ -175,6 +187,11 @@ fn setting(text: &str) -> Result<(String, f32), String> {
     let (name, value) = text.split_once('=').ok_or("write NAME=VALUE")?;
     let value = value.trim().parse().map_err(|_| format!("`{value}` is no number"))?;
     Ok((name.trim().to_owned(), value))
+}
+
+fn tip(name: &str) -> Result<&'static Tip, String> {
+    Tip::find(name)
+        .ok_or_else(|| "there is no tip of that name, `cathforce tips` lists them".into())
 }
 
 fn positive_seconds(text: &str) -> Result<f64, String> {

@@ -23,6 +23,7 @@ fn main() -> ExitCode {
         Command::Replay(arguments) => commands::replay::run(&ui, &arguments),
         Command::Info(arguments) => commands::info::run(&ui, &arguments),
         Command::Config(arguments) => commands::config::run(&ui, &arguments),
+        Command::Tips => commands::tips::list(&ui),
         Command::Gap(arguments) => commands::gap::run(&ui, &arguments),
         Command::Report(arguments) => commands::report::run(&ui, &arguments),
         Command::Export(arguments) => commands::export::run(&ui, &arguments),

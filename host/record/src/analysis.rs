@@ -6,6 +6,7 @@ use serde::Serialize;
 use crate::compare::{Comparison, compare};
 use crate::reader::Recording;
 use crate::replay::{ReplayError, ReplayReport, Track, replay};
+use crate::sensed::as_sensed;
 use crate::series::{estimates, trial_time_s};
 use crate::tick::decode;
 
@@ -49,7 +50,9 @@ pub fn analyse(recording: &Recording) -> Result<Analysis, ReplayError> {
         }
         Err(error) => return Err(error),
     };
-    let comparison = compare(&estimates(recording, &track, entry_m), &recording.trial);
+    let mut estimates = estimates(recording, &track, entry_m);
+    as_sensed(&mut estimates, &description.effects.sensor);
+    let comparison = compare(&estimates, &recording.trial);
     let peak = peak(recording, &track);
     let radius_m = f64::from(description.instrument.outer_radius_m);
     Ok(Analysis { replay: report, track, comparison, peak, entry_m, radius_m })

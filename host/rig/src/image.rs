@@ -9,6 +9,7 @@ use crate::bundle::Bundle;
 use crate::description::{SolverDefaults, describe, reach_m};
 use crate::geometry::SurfaceModel;
 use crate::lumen::LumenOptions;
+use crate::tips::Tip;
 use crate::vessel::{CELL_M, DEVICE_LUMEN_BYTES, LumenBuildError, LumenReport, Vessel};
 
 /// Grid spacings that are tried to say what would fit \[m\].
@@ -24,6 +25,8 @@ pub struct ImageOptions {
     pub cell_m: f64,
     pub surface: SurfaceModel,
     pub settings: Settings,
+    /// In the place of the rig's own tip.
+    pub tip: Option<&'static Tip>,
     /// Parameters of the description by key, effects among them, set one after the other.
     pub parameters: Vec<(String, f32)>,
 }
@@ -36,6 +39,7 @@ impl Default for ImageOptions {
             cell_m: CELL_M,
             surface: SurfaceModel::default(),
             settings: Settings::default(),
+            tip: None,
             parameters: Vec::new(),
         }
     }
@@ -98,6 +102,9 @@ pub fn device_image(
 
     // Before the lumen, which takes seconds.
     let mut description = describe::<f32>(rig, &options.solver, link_length_m);
+    if let Some(tip) = options.tip {
+        description.instrument.precurve = tip.precurve().collect();
+    }
     for (key, value) in &options.parameters {
         description.set_parameter(key, *value).map_err(|error| {
             let (key, value) = (key.clone(), *value);

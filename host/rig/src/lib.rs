@@ -14,6 +14,7 @@ mod image;
 pub mod lumen;
 mod nearest;
 mod table;
+pub mod tips;
 mod vessel;
 
 pub use bundle::{Bundle, Trial};

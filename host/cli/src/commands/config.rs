@@ -61,7 +61,7 @@ fn range(s: &SettingInfo) -> String {
 
 fn show(ui: &Ui, arguments: &ConfigShowArguments) -> Result<(), Failure> {
     let bundle = open_bundle(ui, &arguments.bundle)?;
-    let (bytes, report) = image(ui, &bundle, &arguments.settings)?;
+    let (bytes, report) = image(ui, &bundle, &arguments.changes)?;
     let config = decode(&bytes).map_err(Failure::input)?;
     let settings: BTreeMap<_, _> =
         config.settings.iter().map(|(info, value)| (info.name, value)).collect();
@@ -94,7 +94,7 @@ fn show(ui: &Ui, arguments: &ConfigShowArguments) -> Result<(), Failure> {
 
 fn write_image(ui: &Ui, arguments: &ConfigImageArguments) -> Result<(), Failure> {
     let bundle = open_bundle(ui, &arguments.bundle)?;
-    let (bytes, report) = image(ui, &bundle, &arguments.settings)?;
+    let (bytes, report) = image(ui, &bundle, &arguments.changes)?;
     std::fs::write(&arguments.out, &bytes).map_err(|e| Failure::write(&arguments.out, e))?;
     let path = arguments.out.display().to_string();
     ui.data(

@@ -7,6 +7,7 @@ pub mod info;
 pub mod replay;
 pub mod report;
 pub mod run;
+pub mod tips;
 
 use std::path::Path;
 
@@ -14,6 +15,7 @@ use cathforce_mechanics::parameters;
 use cathforce_record::Recording;
 use cathforce_rig::{Bundle, ImageBuildError, ImageOptions, ImageReport, device_image};
 
+use crate::args::Changes;
 use crate::failure::{Code, Failure};
 use crate::ui::Ui;
 
@@ -40,9 +42,9 @@ fn open_recording(ui: &Ui, path: &Path) -> Result<Recording, Failure> {
 }
 
 /// Changes settings by name, and parameters of the description by key.
-fn options(changes: &[(String, f32)]) -> Result<ImageOptions, Failure> {
-    let mut options = ImageOptions::default();
-    for (name, value) in changes {
+fn options(changes: &Changes) -> Result<ImageOptions, Failure> {
+    let mut options = ImageOptions { tip: changes.tip, ..ImageOptions::default() };
+    for (name, value) in &changes.settings {
         if parameters().any(|info| info.key == name) {
             options.parameters.push((name.clone(), *value));
             continue;
@@ -57,11 +59,7 @@ fn options(changes: &[(String, f32)]) -> Result<ImageOptions, Failure> {
 }
 
 /// The device image of a bundle.
-fn image(
-    ui: &Ui,
-    bundle: &Bundle,
-    changes: &[(String, f32)],
-) -> Result<(Vec<u8>, ImageReport), Failure> {
+fn image(ui: &Ui, bundle: &Bundle, changes: &Changes) -> Result<(Vec<u8>, ImageReport), Failure> {
     let options = options(changes)?;
     ui.say(format_args!("building the device image of {}", bundle.path.display()));
     device_image(bundle, &options).map_err(|error| match error {

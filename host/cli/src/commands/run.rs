@@ -18,7 +18,7 @@ pub fn run(ui: &Ui, link: &str, arguments: &PlayArguments) -> Result<(), Failure
     let (number, trial) = pick(&bundle, arguments.trial)?;
     let rows = measured(&trial.t_s, catheter(trial)?);
     let rig_toml = read_text(&arguments.bundle.join("rig.toml"))?;
-    let (image, _) = image(ui, &bundle, &arguments.settings)?;
+    let (image, _) = image(ui, &bundle, &arguments.changes)?;
 
     let folder = tempfile::tempdir()
         .map_err(|e| Failure::new(Code::Failed, format!("no temporary folder: {e}")))?;
