@@ -4,7 +4,10 @@
 use nalgebra::Vector3;
 
 use crate::algebra::{cross, dot};
+use crate::effects::acting::Law;
+use crate::effects::wall_law::Slid;
 use crate::lumen::NOMINAL_WALL;
+use crate::model::maximum;
 use crate::{Lumen, Real, Wall};
 
 /// What a sample point remembers from tick to tick.
@@ -16,11 +19,13 @@ pub(crate) struct Memory<T: Real> {
     pub reached: T,
     /// Normal force of the last solve \[N\].
     pub normal_n: T,
+    /// Indentation that a relaxing wall has come to rest at \[m\].
+    pub relaxed: T,
 }
 
 impl<T: Real> Memory<T> {
     pub fn new() -> Self {
-        Self { slip: Vector3::zeros(), reached: T::zero(), normal_n: T::zero() }
+        Self { slip: Vector3::zeros(), reached: T::zero(), normal_n: T::zero(), relaxed: T::zero() }
     }
 }
 
@@ -43,6 +48,8 @@ pub(crate) struct Touch<T: Real> {
     pub slip: Vector3<T>,
     /// Tangential displacement at which it slides \[m\].
     pub slip_limit: T,
+    /// What a relaxing wall comes to rest at \[m\].
+    pub relaxed: T,
     /// The point is beyond the stored wall: no force can be given.
     pub outside: bool,
 }
@@ -58,6 +65,7 @@ impl<T: Real> Touch<T> {
             push: o,
             slip: v,
             slip_limit: o,
+            relaxed: o,
             outside: false,
         }
     }
@@ -86,6 +94,7 @@ impl<T: Real> Contact<'_, T> {
     #[inline]
     pub fn touch(
         &self,
+        law: &impl Law<T>,
         position: &Vector3<T>,
         offset: &Vector3<T>,
         stiffness: T,
@@ -94,8 +103,8 @@ impl<T: Real> Contact<'_, T> {
     ) -> Touch<T> {
         let seen = self.lumen.sample(position);
         let (onset, half) = (self.wall.onset_m, T::lit(0.5));
-        let n = seen.normal;
-        let indentation = self.radius_m - seen.distance_m;
+        let (distance, n) = law.wall(position, seen.distance_m, seen.normal);
+        let indentation = self.radius_m - distance;
         let into_onset = indentation + half * onset;
         if seen.distance_m < -half {
             return Touch { outside: true, ..Touch::none() };
@@ -103,6 +112,11 @@ impl<T: Real> Contact<'_, T> {
         if into_onset <= T::zero() {
             return Touch::none();
         }
+        let sliding = || Slid {
+            normal_n: memory.normal_n,
+            slid_m: maximum(memory.reached - dot(&memory.slip, &memory.slip).root(), T::zero()),
+        };
+        let friction = law.friction(self.friction, sliding, stiffness);
         let stiffness = stiffness * stiffness_scale(seen.stiffness);
         // Quadratic over the onset, then linear.     docs/model.md (11)
         let (indented, slope) = if into_onset < onset {
@@ -111,6 +125,7 @@ impl<T: Real> Contact<'_, T> {
         } else {
             (indentation, T::one())
         };
+        let (indented, slope, relaxed) = law.indentation(indented, slope, memory.relaxed);
         let damping = stiffness * slope * self.wall.damping_s * self.inverse_dt;
         let normal_force = stiffness * indented - damping * dot(&n, &motion.displacement);
         let normal_stiffness = stiffness * slope + damping;
@@ -119,9 +134,9 @@ impl<T: Real> Contact<'_, T> {
         let moved = memory.slip + motion.displacement + cross(&motion.turn, &radial);
         let slip = moved - n * dot(&n, &moved);
         let length = dot(&slip, &slip).root();
-        let length = crate::model::maximum(length, memory.reached);
+        let length = maximum(length, memory.reached);
         let elastic = self.wall.tangential_ratio * stiffness * slope;
-        let limit = self.friction * memory.normal_n;
+        let limit = friction * memory.normal_n;
         // Secant of Coulomb's law at the predicted displacement.     docs/model.md (12)
         let stick = if elastic * length > limit { limit / length } else { elastic };
         let slip_limit = if elastic > T::zero() { limit / elastic } else { T::zero() };
@@ -133,6 +148,7 @@ impl<T: Real> Contact<'_, T> {
             push: normal_stiffness - stick,
             slip,
             slip_limit,
+            relaxed,
             outside: false,
         }
     }
@@ -162,6 +178,7 @@ impl<T: Real> Touch<T> {
         let slip = self.slip + moved - n * along;
         let length = dot(&slip, &slip).root();
         memory.reached = length;
+        memory.relaxed = self.relaxed;
         memory.slip =
             if length > self.slip_limit { slip * (self.slip_limit / length) } else { slip };
         force

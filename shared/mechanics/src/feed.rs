@@ -47,7 +47,7 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
         let insertion = minimum(maximum(target.insertion_m, T::zero()), model.reach_m());
         self.fed_m = insertion - self.drive.insertion_m;
         self.drive = Drive { insertion_m: insertion, rotation_rad: target.rotation_rad };
-        self.guide = model.guide_turned(target.rotation_rad);
+        self.guide = model.guide_turned(target.rotation_rad + self.effects.wound_rad);
         let full = T::int(self.count.saturating_sub(1) as i32) * h;
         self.base_length_m = insertion - full;
         let longest = h * T::lit(1.0 + SHORTEST_BASE);

@@ -39,6 +39,10 @@ pub struct Model<T: Real, const LINKS: usize = MAX_LINKS> {
     pub(crate) wall: Wall<T>,
     /// Viscous time of bending, with its effect \[s\].
     pub(crate) bending_damping_s: T,
+    /// An effect acts in the recursion.
+    pub(crate) acts: bool,
+    /// Twist per torque of the shaft behind the entry plane \[rad/(N·m)\].
+    pub(crate) windup_rad_per_n_m: T,
     /// Orientation of the guide's mouth at rotation 0: columns up, side, direction.
     pub(crate) guide: Rotation<T>,
     /// Mouth of the guide, rig's frame \[m\].
@@ -88,6 +92,8 @@ impl<T: Real, const LINKS: usize> Model<T, LINKS> {
             placement,
             gravity,
             wall: nominal::wall(&description),
+            acts: nominal::acts(&description),
+            windup_rad_per_n_m: nominal::windup_rad_per_n_m(&description, instrument),
             bending_damping_s: description.solver.bending_damping_s
                 + effects.instrument.viscoelastic.time_s,
             description,

@@ -1,6 +1,7 @@
 //! One step: feed, predict, solve, report.
 
 use crate::algebra::dot;
+use crate::effects::acting::Nominal;
 use crate::effects::memory::past_mouth;
 use crate::model::maximum;
 use crate::sweep::{Scheme, Totals, solve};
@@ -68,11 +69,12 @@ pub fn step_loaded<T: Real, const LINKS: usize>(
             state.remember_curvature(model);
         }
         state.feed(model, target);
+        state.effects.advance(model, state.fed_m, scheme.dt_s);
         state.predict(model, scheme.dt_s);
         let mut totals;
         for i in 1.. {
             scheme.last = i >= solver.solves;
-            totals = solve(model, lumen, state, loads, &scheme);
+            totals = solve_acting(model, lumen, state, loads, &scheme);
             if scheme.last {
                 outputs = report(model, state, &totals);
                 break;
@@ -131,7 +133,7 @@ pub fn settle_loaded<T: Real, const LINKS: usize>(
         link.rate = nalgebra::Vector3::zeros();
     }
     state.predict(model, T::zero());
-    let totals = solve(model, lumen, state, loads, &scheme);
+    let totals = solve_acting(model, lumen, state, loads, &scheme);
     for link in &mut state.links {
         link.velocity = nalgebra::Vector3::zeros();
     }
@@ -139,6 +141,27 @@ pub fn settle_loaded<T: Real, const LINKS: usize>(
     let still = T::lit(SETTLED_TURN_RAD * SETTLED_TURN_RAD);
     state.rested >= SETTLE_STEPS.end
         || (state.rested >= SETTLE_STEPS.start && totals.largest_turn_squared <= still)
+}
+
+/// A solve with the effects that act in it.
+fn solve_acting<T: Real, const LINKS: usize>(
+    model: &Model<T, LINKS>,
+    lumen: &Lumen<'_>,
+    state: &mut State<T, LINKS>,
+    loads: &Loads<T>,
+    scheme: &Scheme<T>,
+) -> Totals<T> {
+    let (insertion_m, entry) = (state.drive.insertion_m, state.count.saturating_sub(1));
+    let guide_cell_m = state.guide_cell_m(model);
+    match state.effects.acting(model, insertion_m, entry, guide_cell_m, scheme.dt_s) {
+        None => solve(model, lumen, state, loads, scheme, &mut Nominal),
+        Some(mut acting) => {
+            let totals = solve(model, lumen, state, loads, scheme, &mut acting);
+            let torque_n_m = dot(&totals.moment_on_guide, &model.guide.tangent());
+            state.effects.finish(&acting, torque_n_m);
+            totals
+        }
+    }
 }
 
 fn report<T: Real, const LINKS: usize>(
@@ -153,7 +176,8 @@ fn report<T: Real, const LINKS: usize>(
     let joint = &model.joints[state.count.saturating_sub(1)];
     let twist = dot(&totals.moment_on_guide, &direction);
     let bend_squared = dot(&totals.moment_on_guide, &totals.moment_on_guide) - twist * twist;
-    let mouth = half * (bend_squared / (joint.bending * h) + twist * twist / (joint.torsion * h));
+    let per_stiffness = half / (h * state.effects.softness(model));
+    let mouth = per_stiffness * (bend_squared / joint.bending + twist * twist / joint.torsion);
     let (mut peak, mut peak_node) = (T::zero(), 0);
     for (j, link) in state.links[..state.count.min(LINKS)].iter().enumerate() {
         let squared = dot(&link.force, &link.force);

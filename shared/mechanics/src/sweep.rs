@@ -9,6 +9,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::algebra::{Factors, Sym3, add_cross, add_outer, cross, dot, mul, mul_transposed};
 use crate::contact::{Contact, Motion, Touch};
+use crate::effects::acting::Law;
 use crate::feed::SHORTEST_BASE;
 use crate::model::{Joint, maximum};
 use crate::state::{Elimination, State};
@@ -185,17 +186,18 @@ struct JointLoad<T: Real> {
 
 /// One solve, in place. Contact memories, rotations, positions and rates are brought up to
 /// date; the totals are those of the linear model (forces that balance to the last digit).
-pub(crate) fn solve<T: Real, const LINKS: usize>(
+pub(crate) fn solve<T: Real, L: Law<T>, const LINKS: usize>(
     model: &Model<T, LINKS>,
     lumen: &Lumen<'_>,
     state: &mut State<T, LINKS>,
     loads: &Loads<T>,
     scheme: &Scheme<T>,
+    law: &mut L,
 ) -> Totals<T> {
     let count = state.count.min(LINKS);
     let mut wrench = Wrench::beyond_tip(loads);
-    eliminate(model, lumen, state, scheme, count, &mut wrench);
-    let guide = guide_joint(model, state, scheme, count);
+    eliminate(model, lumen, state, scheme, count, law, &mut wrench);
+    let guide = guide_joint(model, state, scheme, count, law);
     let before = (wrench.force, wrench.b);
     if let Some(base) = count.checked_sub(1) {
         wrench.pass_joint(&guide, &mut state.eliminations[base]);
@@ -204,12 +206,13 @@ pub(crate) fn solve<T: Real, const LINKS: usize>(
 }
 
 /// Tip to guide.
-fn eliminate<T: Real, const LINKS: usize>(
+fn eliminate<T: Real, L: Law<T>, const LINKS: usize>(
     model: &Model<T, LINKS>,
     lumen: &Lumen<'_>,
     state: &mut State<T, LINKS>,
     scheme: &Scheme<T>,
     count: usize,
+    law: &mut L,
     wrench: &mut Wrench<T>,
 ) {
     let description = model.description();
@@ -233,7 +236,7 @@ fn eliminate<T: Real, const LINKS: usize>(
         let length = if base { state.base_length_m } else { h };
         if j > 0 {
             let cell = (distal_length + length) * half;
-            let load = joint_load(model, state, j, cell, scheme);
+            let load = joint_load(model, state, j, cell, scheme, law);
             wrench.pass_joint(&load, &mut state.eliminations[j - 1]);
         }
         let link = &state.links[j];
@@ -249,12 +252,17 @@ fn eliminate<T: Real, const LINKS: usize>(
         let drift = link.displacement - link.tangent * state.fed_m;
         let force = model.gravity * node_mass - lag * inertia - drift * damping;
         wrench.add_force(&force, inertia + damping);
+        let to_wall = || lumen.sample(&link.position).distance_m;
+        if let Some(per_length) = law.stream(&link.tangent, to_wall) {
+            wrench.add_force(&(per_length * ((length + distal_length) * half)), T::zero());
+        }
 
         // Contact at the node, and on the arc above the middle of the link.     docs/model.md (16)
         let end = if j == 0 { wall.end_stiffness_n_per_m } else { T::zero() };
         let turn = link.turn;
         let node_motion = Motion { displacement: link.displacement, turn };
         kept.touches[0] = contact.touch(
+            &*law,
             &link.position,
             &Vector3::zeros(),
             wall.line_stiffness_n_per_m2 * (length + distal_length) * quarter + end,
@@ -273,6 +281,7 @@ fn eliminate<T: Real, const LINKS: usize>(
         let middle_motion =
             Motion { displacement: (link.displacement + proximal_displacement) * half, turn };
         kept.touches[1] = contact.touch(
+            &*law,
             &(link.position + offset),
             &offset,
             wall.line_stiffness_n_per_m2 * length * half,
@@ -301,11 +310,13 @@ fn joint_load<T: Real, const LINKS: usize>(
     j: usize,
     cell: T,
     scheme: &Scheme<T>,
+    law: &mut impl Law<T>,
 ) -> JointLoad<T> {
     let (near, far) = (state.links[j].rotation, state.links[j - 1].rotation);
     let bend = near.to(&far).log();
     let before = state.links[j].curvature * cell;
-    elastic_moment(model, j - 1, cell, scheme, &bend, &before, near.midway(&far))
+    let joint = law.joint(j - 1, &model.joints[j - 1], &bend);
+    elastic_moment(model, &joint, cell, scheme, &bend, &before, near.midway(&far))
 }
 
 /// The joint at the guide's mouth: the base link's half against the guide.
@@ -314,18 +325,21 @@ fn guide_joint<T: Real, const LINKS: usize>(
     state: &State<T, LINKS>,
     scheme: &Scheme<T>,
     count: usize,
+    law: &mut impl Law<T>,
 ) -> JointLoad<T> {
     let near = state.guide;
     let far = count.checked_sub(1).map_or(near, |base| state.links[base].rotation);
     let bend = near.to(&far).log();
     let cell = state.guide_cell_m(model);
     let before = state.guide_curvature * cell;
-    elastic_moment(model, count.saturating_sub(1), cell, scheme, &bend, &before, near.midway(&far))
+    let distal_link = count.saturating_sub(1);
+    let joint = law.joint(distal_link, &model.joints[distal_link], &bend);
+    elastic_moment(model, &joint, cell, scheme, &bend, &before, near.midway(&far))
 }
 
 fn elastic_moment<T: Real, const LINKS: usize>(
     model: &Model<T, LINKS>,
-    distal_link: usize,
+    joint: &Joint<T>,
     cell: T,
     scheme: &Scheme<T>,
     bend: &Vector3<T>,
@@ -333,7 +347,7 @@ fn elastic_moment<T: Real, const LINKS: usize>(
     midway: crate::algebra::Rotation<T>,
 ) -> JointLoad<T> {
     let h = model.description().solver.link_length_m;
-    let Joint { bending, torsion, unloaded } = &model.joints[distal_link];
+    let Joint { bending, torsion, unloaded } = joint;
     let scale = h / cell;
     let damping = model.bending_damping_s * scheme.inertia / scheme.dt_s;
     let (kb, kt) = (*bending * scale, *torsion * scale);

@@ -2,7 +2,11 @@
 
 use nalgebra::Vector3;
 
+use super::acting::Acting;
 use super::nominal::Placement;
+use super::pull::{Pull, PullMemory};
+use super::stream::Stream;
+use super::wall_law::WallLaw;
 use super::{DriveTrain, EntryDrag, WallMotion};
 use crate::model::{half_turn, maximum, minimum};
 use crate::{Drive, Model, Outputs, Real};
@@ -17,6 +21,15 @@ pub(crate) struct Memory<T: Real> {
     wall_turns: T,
     /// Elastic share of the introducer's friction: feed since it last slid \[m\].
     dragged_m: T,
+    /// Feed since the run began, either way \[m\].
+    path_m: T,
+    /// Share of the softening that has happened.
+    softened: T,
+    /// Pulses of the fluid since the run began, modulo 1.
+    pulses: T,
+    /// Twist of the shaft behind the entry plane \[rad\].
+    pub wound_rad: T,
+    pull: PullMemory<T>,
     /// Where the vessel stands; `None` where the rig says.
     pub placement: Option<Placement<T>>,
     /// The guide's mouth in the vessel's frame \[m\].
@@ -30,6 +43,11 @@ impl<T: Real> Memory<T> {
             load_n: T::zero(),
             wall_turns: T::zero(),
             dragged_m: T::zero(),
+            path_m: T::zero(),
+            softened: T::zero(),
+            pulses: T::zero(),
+            wound_rad: T::zero(),
+            pull: PullMemory::new(),
             placement: None,
             mouth: Vector3::zeros(),
         }
@@ -59,6 +77,69 @@ impl<T: Real> Memory<T> {
         self.wall_turns = turns - T::int(turns.floor_int());
         placement.offset += displacement(motion, self.wall_turns);
         self.mouth = placement.to_vessel(&model.mouth);
+    }
+
+    /// Lets a step of `dt_s` and `fed_m` pass.
+    pub fn advance<const LINKS: usize>(&mut self, model: &Model<T, LINKS>, fed_m: T, dt_s: T) {
+        if !model.acts {
+            return;
+        }
+        let effects = &model.description().effects;
+        self.path_m += maximum(fed_m, -fed_m);
+        // Implicit Euler of an exponential.     docs/model.md (33)
+        let steps = dt_s / effects.instrument.softening.time_s;
+        self.softened = (self.softened + steps) / (T::one() + steps);
+        let pulses = self.pulses + effects.fluid.drag.frequency_hz * dt_s;
+        self.pulses = pulses - T::int(pulses.floor_int());
+    }
+
+    /// What acts in the recursion in a step of `dt_s`; `None` if nothing does.
+    ///
+    /// `entry`: the joint at the entry plane; `guide_cell_m`: its arc.
+    pub fn acting<const LINKS: usize>(
+        &self,
+        model: &Model<T, LINKS>,
+        insertion_m: T,
+        entry: usize,
+        guide_cell_m: T,
+        dt_s: T,
+    ) -> Option<Acting<T>> {
+        if !model.acts {
+            return None;
+        }
+        let description = model.description();
+        let effects = &description.effects;
+        let per_link = T::one() / description.solver.link_length_m;
+        let straightened_m = effects.entry.guide.straightened_m;
+        let straightened = (straightened_m > T::zero())
+            .then(|| (insertion_m * per_link, description.solver.link_length_m / straightened_m));
+        let line_stiffness = model.wall.line_stiffness_n_per_m2;
+        let drag = &effects.fluid.drag;
+        Some(Acting {
+            wall: WallLaw::new(effects, line_stiffness, self.path_m, dt_s),
+            stream: (!drag.is_off()).then(|| Stream::new(drag, self.pulses)),
+            pull: Pull::new(description, &self.pull),
+            softness: self.softness(model),
+            straightened,
+            windup: (model.windup_rad_per_n_m, self.wound_rad, entry),
+            guide_cell: guide_cell_m * per_link,
+        })
+    }
+
+    /// Stiffness of the instrument that softening has left, over the nominal one.
+    ///                                                                  docs/model.md (33)
+    pub fn softness<const LINKS: usize>(&self, model: &Model<T, LINKS>) -> T {
+        T::one() - model.description().effects.instrument.softening.share * self.softened
+    }
+
+    /// After a solve: what its end says to the effects. `torque_n_m`: of the instrument on the
+    /// guide, about the direction of insertion.
+    pub fn finish(&mut self, acting: &Acting<T>, torque_n_m: T) {
+        if let Some(pull) = &acting.pull {
+            pull.finish(&mut self.pull);
+        }
+        // docs/model.md (37)
+        self.wound_rad = acting.windup.0 * torque_n_m;
     }
 
     /// What the introducer adds to the forces, and the outputs in the rig's frame.

@@ -100,3 +100,27 @@ impl<T: Real> Placement<T> {
 pub(crate) fn mouth<T: Real>(entry: &Entry<T>, guide_length_m: T) -> Vector3<T> {
     Vector3::from(entry.position_m) + Vector3::from(entry.direction) * guide_length_m
 }
+
+/// Whether anything of the description acts in the recursion.
+pub(crate) fn acts<T: Real>(description: &Description<T>) -> bool {
+    let (effects, zero) = (&description.effects, T::zero());
+    let (wall, instrument, tendon) = (&effects.wall, &effects.instrument, &description.tendon);
+    !(effects.contact.is_off()
+        && wall.hyperelastic.is_off()
+        && wall.viscoelastic.is_off()
+        && wall.narrowing.is_off()
+        && instrument.softening.is_off()
+        && instrument.torsional_windup.is_off()
+        && effects.entry.guide.straightened_m == zero
+        && effects.fluid.is_off())
+        || tendon.stiffness_n_per_m * tendon.offset_m * tendon.length_m > zero
+}
+
+/// Twist per torque of the shaft behind the entry plane \[rad/(N·m)\].     docs/model.md (37)
+pub(crate) fn windup_rad_per_n_m<T: Real>(
+    description: &Description<T>,
+    instrument: &Instrument<T>,
+) -> T {
+    let free_m = description.effects.instrument.torsional_windup.free_length_m;
+    instrument.sections.last().map_or(T::zero(), |shaft| free_m / shaft.torsional_stiffness_n_m2)
+}

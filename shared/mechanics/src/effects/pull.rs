@@ -1,0 +1,88 @@
+//! The tendon of a steerable instrument.     docs/model.md (34), (35)
+
+use nalgebra::Vector3;
+
+use crate::algebra::dot;
+use crate::model::{Joint, half_turn, maximum, minimum};
+use crate::{Description, Real, Tendon};
+
+/// What the tendon remembers.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PullMemory<T> {
+    /// Tension at the handle \[N\].
+    tension_n: T,
+    /// Of the tension at the handle, one over the share that reaches the tip.
+    fading: T,
+}
+
+impl<T: Real> PullMemory<T> {
+    pub fn new() -> Self {
+        Self { tension_n: T::zero(), fading: T::one() }
+    }
+}
+
+/// The tendon in one sweep from the tip to the guide.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Pull<T: Real> {
+    tendon: Tendon<T>,
+    friction: T,
+    slack_m: T,
+    /// Axis about which it bends the instrument, material.
+    axis: Vector3<T>,
+    link_length_m: T,
+    /// Tension where the sweep is \[N\], and one over its share at the tip.
+    tension_n: T,
+    fading: T,
+    /// Bend towards the tendon so far \[rad\].
+    bend: T,
+    /// Bend per tension of the free instrument so far \[rad/N\].
+    compliance: T,
+}
+
+impl<T: Real> Pull<T> {
+    /// `None` without a tendon that bends anything.
+    pub fn new(description: &Description<T>, memory: &PullMemory<T>) -> Option<Self> {
+        let (tendon, zero) = (description.tendon, T::zero());
+        let lever = tendon.offset_m * tendon.stiffness_n_per_m * tendon.length_m;
+        (lever > zero).then(|| {
+            let (sin, cos) = half_turn(tendon.angle_rad);
+            Self {
+                tendon,
+                friction: description.effects.tendon.friction.coefficient,
+                slack_m: description.effects.tendon.slack.length_m,
+                axis: Vector3::new(-sin, cos, zero),
+                link_length_m: description.solver.link_length_m,
+                tension_n: memory.tension_n / memory.fading,
+                fading: T::one(),
+                bend: zero,
+                compliance: zero,
+            }
+        })
+    }
+
+    /// Adds to the unloaded bend of joint `index` what the tendon does there; `bend` is the
+    /// joint's rotation \[rad\].     docs/model.md (34)
+    pub fn pass(&mut self, index: usize, bend: &Vector3<T>, joint: &mut Joint<T>) {
+        let turned = dot(bend, bend).root();
+        let step = T::one() + self.friction * turned;
+        self.fading *= step;
+        self.tension_n *= step;
+        let begins = T::int(index as i32) + T::lit(0.5);
+        let cells = self.tendon.length_m / self.link_length_m - begins;
+        let share = minimum(maximum(cells, T::zero()), T::one());
+        let per_tension = self.tendon.offset_m * share / joint.bending;
+        joint.unloaded += self.axis * (self.tension_n * per_tension);
+        self.bend += dot(bend, &self.axis) * share;
+        self.compliance += per_tension;
+    }
+
+    /// After the sweep: the tension of the next one, a Newton step that is exact for the free
+    /// instrument and too short for one that is held.     docs/model.md (35)
+    pub fn finish(&self, memory: &mut PullMemory<T>) {
+        let Tendon { pull_m, stiffness_n_per_m, offset_m, .. } = self.tendon;
+        let stretched = maximum(pull_m - self.slack_m - offset_m * self.bend, T::zero());
+        let gain = stiffness_n_per_m * offset_m * self.compliance;
+        memory.tension_n += (stiffness_n_per_m * stretched - memory.tension_n) / (T::one() + gain);
+        memory.fading = self.fading;
+    }
+}

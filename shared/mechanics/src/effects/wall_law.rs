@@ -1,0 +1,229 @@
+//! Wall and friction laws beyond the nominal ones.     docs/model.md (28)–(32)
+
+use nalgebra::Vector3;
+
+use super::{Effects, Hyperelastic, LoadFriction, Narrowing, Stribeck};
+use crate::Real;
+use crate::algebra::dot;
+use crate::model::maximum;
+
+/// A compressed wall stiffens no further than at this share of its thickness \[1\].
+const LEAST_STRETCH: f64 = 0.2;
+/// A narrowing reaches no wall farther than this from its middle \[m\]: other branches pass by.
+const FARTHEST_WALL_M: f64 = 0.03;
+
+/// The laws with the constants of one step.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct WallLaw<T: Real> {
+    hyperelastic: Hyperelastic<T>,
+    /// Relaxing over lasting stiffness.
+    relaxing: T,
+    /// Share of its way to rest that the relaxing part goes in a step.
+    relaxed_share: T,
+    narrowing: Narrowing<T>,
+    stribeck: Stribeck<T>,
+    load: LoadFriction<T>,
+    /// Coefficient over nominal by wear.
+    wear: T,
+    /// Nominal stiffness per length \[N/m²\].
+    line_stiffness: T,
+    inverse_dt: T,
+}
+
+/// What a sample of the wall remembers of its last tick.
+pub(crate) struct Slid<T> {
+    /// Normal force \[N\].
+    pub normal_n: T,
+    /// How far it slid \[m\].
+    pub slid_m: T,
+}
+
+impl<T: Real> WallLaw<T> {
+    /// `path_m`: feed since the run began, either way.
+    pub fn new(effects: &Effects<T>, line_stiffness: T, path_m: T, dt_s: T) -> Self {
+        let load = effects.contact.load_friction;
+        let steps = dt_s / effects.wall.viscoelastic.time_s;
+        let worn = path_m / (path_m + load.wear_length_m);
+        Self {
+            hyperelastic: effects.wall.hyperelastic,
+            relaxing: effects.wall.viscoelastic.ratio,
+            relaxed_share: steps / (T::one() + steps),
+            narrowing: effects.wall.narrowing,
+            stribeck: effects.contact.stribeck,
+            load,
+            wear: T::one() + (load.worn_ratio - T::one()) * worn,
+            line_stiffness,
+            inverse_dt: T::one() / dt_s,
+        }
+    }
+
+    /// Distance and normal of the wall with its narrowing.     docs/model.md (28)
+    pub fn narrowed(
+        &self,
+        position: &Vector3<T>,
+        distance_m: T,
+        normal: Vector3<T>,
+    ) -> (T, Vector3<T>) {
+        let n = &self.narrowing;
+        let from_middle = position - Vector3::new(n.x_m, n.y_m, n.z_m);
+        let outwards = dot(&normal, &from_middle);
+        // Along the vessel: the wall's normal points at the centre line.
+        let along = from_middle - normal * outwards;
+        let scale = T::one() / (n.half_length_m * n.half_length_m);
+        let rest = T::one() - dot(&along, &along) * scale;
+        let reach = T::lit(FARTHEST_WALL_M);
+        if rest <= T::zero() || outwards > reach || outwards < -reach {
+            return (distance_m, normal);
+        }
+        let slope = T::lit(4.0) * n.depth_m * rest * scale;
+        let tilted = normal + along * slope;
+        let length = maximum(dot(&tilted, &tilted).root(), T::lit(1e-3));
+        (distance_m - n.depth_m * rest * rest, tilted * (T::one() / length))
+    }
+
+    /// Elastic force over stiffness, and its slope, for an indentation \[m\] whose own slope is
+    /// given.     docs/model.md (29)
+    pub fn stiffened(&self, indented: T, slope: T) -> (T, T) {
+        let (one, third) = (T::one(), T::lit(1.0 / 3.0));
+        let Hyperelastic { strain_per_m, mooney_share: r } = self.hyperelastic;
+        let least = T::lit(LEAST_STRETCH);
+        let stretch = maximum(one - strain_per_m * indented, least);
+        let inverse = one / stretch;
+        // (1/λ² − λ)/3 without a difference of near numbers; e is the strain, cut at its most.
+        let strain = one - stretch;
+        let within = if stretch > least { indented } else { strain / strain_per_m };
+        let ratio = (one + stretch + stretch * stretch) * inverse * inverse * third;
+        let mooney = one - r + r * inverse;
+        let growth = (T::lit(2.0) * inverse * inverse * inverse + one) * third * mooney
+            + strain * ratio * r * inverse * inverse;
+        (within * ratio * mooney + (indented - within) * growth, slope * growth)
+    }
+
+    /// Force over lasting stiffness that the relaxing part adds, its slope, and where that part
+    /// has relaxed to \[m\], from where it was.     docs/model.md (30)
+    pub fn relaxing(&self, indented: T, slope: T, relaxed: T) -> (T, T, T) {
+        let relaxed = relaxed + (indented - relaxed) * self.relaxed_share;
+        let slope = slope * self.relaxing * (T::one() - self.relaxed_share);
+        ((indented - relaxed) * self.relaxing, slope, relaxed)
+    }
+
+    /// Friction coefficient over the nominal one; `stiffness` \[N/m\] is the nominal one of the
+    /// sample's share of the arc.     docs/model.md (31), (32)
+    pub fn friction(&self, slid: &Slid<T>, stiffness: T) -> T {
+        let one = T::one();
+        let per_length = slid.normal_n * (self.line_stiffness / stiffness);
+        let x = per_length / self.load.load_n_per_m;
+        let loaded = (one + self.load.high_load_ratio * x) / (one + x);
+        let speed = slid.slid_m * self.inverse_dt;
+        let v = speed / self.stribeck.speed_m_per_s;
+        let sliding = one
+            + (self.stribeck.static_ratio - one) / (one + v * v)
+            + self.stribeck.viscous_s_per_m * speed;
+        self.wear * loaded * sliding
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const LINE: f64 = 8e5;
+
+    fn law(change: impl Fn(&mut Effects<f64>)) -> WallLaw<f64> {
+        let mut effects = Effects::off();
+        change(&mut effects);
+        WallLaw::new(&effects, LINE, 0.2, 1e-3)
+    }
+
+    #[test]
+    fn off_changes_nothing() {
+        let off = law(|_| ());
+        assert_eq!(off.stiffened(1e-4, 0.7), (1e-4, 0.7));
+        assert_eq!(off.relaxing(1e-4, 0.7, 0.0).0, 0.0);
+        assert_eq!(off.friction(&Slid { normal_n: 0.1, slid_m: 1e-5 }, 4e3), 1.0);
+        let n = Vector3::new(0.0, 1.0, 0.0);
+        assert_eq!(off.narrowed(&Vector3::new(0.0, -0.004, 0.001), 1e-3, n), (1e-3, n));
+    }
+
+    #[test]
+    fn stiffening_is_neo_hookean_and_mooney_rivlin() {
+        for (share, c) in [(0.0, 500.0), (0.6, 500.0), (0.3, -400.0)] {
+            let law = law(|e| {
+                e.wall.hyperelastic.strain_per_m = c;
+                e.wall.hyperelastic.mooney_share = share;
+            });
+            for i in [1e-6, 2e-4, 1e-3] {
+                // Uniaxial: σ = 2 (1/λ² − λ)(C10 + C01/λ) in compression, over 6 (C10 + C01).
+                let stretch = 1.0 - c * i;
+                let stress = (1.0 / (stretch * stretch) - stretch) / 3.0
+                    * (1.0 - share + share / stretch)
+                    / c;
+                let (force, _) = law.stiffened(i, 1.0);
+                assert!((force / stress - 1.0).abs() < 1e-9, "{force} {stress}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_slope_is_the_derivative_and_stays_bounded() {
+        let law = law(|e| {
+            e.wall.hyperelastic.strain_per_m = 2e3;
+            e.wall.hyperelastic.mooney_share = 0.5;
+        });
+        let force = |i: f64| law.stiffened(i, 1.0).0;
+        for i in [1e-5, 1e-4, 3.9e-4, 4.1e-4, 2e-3] {
+            let (_, slope) = law.stiffened(i, 1.0);
+            let difference = (force(i + 1e-9) - force(i - 1e-9)) / 2e-9;
+            assert!((slope / difference - 1.0).abs() < 1e-4, "{i}: {slope} {difference}");
+        }
+        assert_eq!(law.stiffened(1e-3, 1.0).1, law.stiffened(1.0, 1.0).1);
+    }
+
+    #[test]
+    fn the_relaxing_part_fades_with_its_time() {
+        let law = law(|e| {
+            e.wall.viscoelastic.ratio = 0.5;
+            e.wall.viscoelastic.time_s = 0.2;
+        });
+        let (mut relaxed, mut force) = (0.0, 0.0);
+        for _ in 0..200 {
+            (force, _, relaxed) = law.relaxing(1e-4, 1.0, relaxed);
+        }
+        assert!((force / 0.5e-4 - (-1.0_f64).exp()).abs() < 5e-3, "{force}");
+    }
+
+    #[test]
+    fn friction_falls_with_speed_and_changes_with_load_and_wear() {
+        let law = law(|e| {
+            e.contact.stribeck.static_ratio = 1.5;
+            e.contact.stribeck.speed_m_per_s = 0.01;
+            e.contact.load_friction.high_load_ratio = 0.5;
+            e.contact.load_friction.load_n_per_m = 20.0;
+            e.contact.load_friction.worn_ratio = 1.4;
+            e.contact.load_friction.wear_length_m = 0.2;
+        });
+        let friction = |normal_n, slid_m| law.friction(&Slid { normal_n, slid_m }, LINE * 5e-3);
+        let near = |a: f64, b: f64| assert!((a - b).abs() < 1e-12, "{a} {b}");
+        near(friction(0.0, 0.0), 1.2 * 1.5);
+        near(friction(0.0, 1e-5), 1.2 * 1.25);
+        near(friction(0.1, 0.0), 1.2 * 1.5 * 0.75);
+    }
+
+    #[test]
+    fn a_narrowing_is_its_depth_in_the_middle_and_slopes_to_nothing() {
+        let law = law(|e| {
+            e.wall.narrowing.depth_m = 1e-3;
+            e.wall.narrowing.half_length_m = 0.01;
+            e.wall.narrowing.x_m = 0.05;
+        });
+        let n = Vector3::new(0.0, -1.0, 0.0);
+        let at = |x: f64| law.narrowed(&Vector3::new(x, 0.004, 0.0), 1e-3, n);
+        assert_eq!(at(0.05), (0.0, n));
+        assert_eq!(at(0.061), (1e-3, n));
+        let (distance, normal) = at(0.045);
+        assert!((distance - (1e-3 - 0.75 * 0.75 * 1e-3)).abs() < 1e-12);
+        // Going in, the wall pushes back.
+        let slope = (at(0.045 + 1e-6).0 - at(0.045 - 1e-6).0) / 2e-6;
+        assert!((normal.x / -normal.y - slope).abs() < 1e-6 && slope < 0.0, "{normal} {slope}");
+    }
+}
