@@ -1,0 +1,427 @@
+//! The whole run: floor, gap, where, which, how far, how certain, what next.
+
+use std::collections::BTreeMap;
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::calibration;
+use crate::confuse::{confusable, win_frequency};
+use crate::experiment;
+use crate::floor::{Floor, FloorSource};
+use crate::locate::locate;
+use crate::metric::Metric;
+use crate::plant::{Plant, Point, Quantity};
+use crate::problem::{Coordinate, Problem, Progress};
+use crate::report::{
+    Details, Diagnosis, Estimate, FORMAT, Figures, Gap, HeldOut, NamedEffect, PathStep, Ranked,
+    Reproduce, Series, Verdict,
+};
+use crate::score::{FoldKind, Folds, Score, root_mean_square};
+use crate::select::{Candidate, NO_GAP, Selection, Selector};
+
+/// Shrink from which on the explanation is the answer, and a part of it.
+const NAMED: f64 = 0.8;
+const PARTIAL: f64 = 0.5;
+/// Share of the nominal RMS from which on an effect is material.
+const MATERIAL: f64 = 0.05;
+/// Half width of a 90 % interval of a normal distribution, in standard deviations.
+const NINETY: f64 = 1.645;
+/// Share of unseen samples from which on held-out figures say too little.
+const MOST_UNSEEN: f64 = 0.5;
+
+/// Diagnoses the trials of a plant.
+///
+/// `bundle`: name for the answer. Deterministic: the same trials give the same answer.
+pub fn diagnose(plant: &dyn Plant, bundle: &str, progress: Progress<'_>) -> Diagnosis {
+    let floor = Floor::of(plant);
+    let problem = Problem::new(plant, &floor, progress);
+    let mut answer = Answer::new(plant, bundle, &floor);
+    let folds = match Folds::of(plant) {
+        Some(folds) if folds.unseen_share <= MOST_UNSEEN => folds,
+        Some(folds) => {
+            answer.remark(format!(
+                "nothing can be held out: {:.0} % of the samples were recorded in regimes that \
+                 only one trial has ({}); repeat the motions in every trial",
+                100.0 * folds.unseen_share,
+                folds.unseen.join("; ")
+            ));
+            return answer.inconclusive();
+        }
+        None => {
+            answer.remark(
+                "one trial without cycles: no part of it can be predicted from the others, so no \
+                 figure would be honest; record at least two trials"
+                    .to_owned(),
+            );
+            return answer.inconclusive();
+        }
+    };
+    answer.remark_on_folds(&folds);
+    let selector = Selector { problem: &problem, folds: &folds };
+    let Some(nominal) = selector.nominal() else {
+        answer.remark("the nominal model breaks down on these inputs".to_owned());
+        return answer.inconclusive();
+    };
+    let diagnosis = answer.finish(&problem, &selector, nominal);
+    Diagnosis {
+        details: Details { simulations: problem.simulations(), ..diagnosis.details.clone() },
+        ..diagnosis
+    }
+}
+
+/// The answer while it grows.
+struct Answer<'a> {
+    plant: &'a dyn Plant,
+    diagnosis: Diagnosis,
+    /// Whether the floor rests on anything.
+    floor_known: bool,
+}
+
+impl<'a> Answer<'a> {
+    fn new(plant: &'a dyn Plant, bundle: &str, floor: &Floor) -> Self {
+        let mut remarks = plant.remarks().to_vec();
+        let mut floor_known = true;
+        for (channel, own) in plant.channels().iter().zip(&floor.channels) {
+            if own.source == FloorSource::Unknown {
+                floor_known = false;
+                remarks.push(format!(
+                    "{}: no noise is stated in rig.toml and no motion was repeated, so the floor \
+                     is not known; every shrink counts from zero",
+                    channel.name
+                ));
+            }
+        }
+        if floor.channels.iter().all(|own| own.source == FloorSource::Stated) {
+            remarks.push(
+                "no motion was repeated: the floor is the sensor's stated noise, and what differs \
+                 from run to run is counted as gap"
+                    .to_owned(),
+            );
+        }
+        let details = Details { compared: plant.compared().to_owned(), ..Details::default() };
+        let diagnosis = Diagnosis {
+            format: FORMAT,
+            bundle: bundle.to_owned(),
+            verdict: Verdict::Unknown,
+            effects: Vec::new(),
+            confusable: Vec::new(),
+            ranking: Vec::new(),
+            gap: Gap::default(),
+            places: Vec::new(),
+            next_experiment: None,
+            reproduce: Reproduce::default(),
+            remarks,
+            details,
+        };
+        Self { plant, diagnosis, floor_known }
+    }
+
+    fn remark(&mut self, remark: String) {
+        self.diagnosis.remarks.push(remark);
+    }
+
+    fn remark_on_folds(&mut self, folds: &Folds) {
+        if folds.kind == FoldKind::Block {
+            self.remark(
+                "one trial only: its cycles are held out in turn, so that nothing is known about \
+                 what changes from trial to trial"
+                    .to_owned(),
+            );
+        }
+        if folds.unseen_share > 0.0 {
+            self.remark(format!(
+                "{:.1} % of the samples are not scored, because no other trial has their regime: {}",
+                100.0 * folds.unseen_share,
+                folds.unseen.join("; ")
+            ));
+        }
+    }
+
+    fn inconclusive(self) -> Diagnosis {
+        self.diagnosis
+    }
+
+    fn finish(
+        mut self,
+        problem: &Problem<'_>,
+        selector: &Selector<'_>,
+        nominal: Candidate,
+    ) -> Diagnosis {
+        self.diagnosis.places = locate(problem, &nominal.score);
+        if nominal.score.energy < NO_GAP && self.floor_known {
+            self.diagnosis.verdict = Verdict::NoGap;
+            self.diagnosis.places.clear();
+            self.figures(problem, &nominal.score, &nominal.score);
+            self.series(problem, &nominal, &nominal);
+            return self.diagnosis;
+        }
+        let before = nominal.clone();
+        let Some(selection) = selector.select(nominal) else {
+            self.remark("a simulation broke down while candidates were fitted".to_owned());
+            return self.diagnosis;
+        };
+        self.rank(&selection);
+        self.figures(problem, &before.score, &selection.best.score);
+        self.held_out(problem, &selection);
+        self.series(problem, &before, &selection.best);
+        let shrink = selection.best.score.shrink(&before.score);
+        self.diagnosis.details.shrink = shrink;
+        self.path(problem, &selection);
+        let named = self.effects(problem, selector, &selection);
+        self.diagnosis.verdict = match shrink {
+            s if s >= NAMED => Verdict::Named,
+            s if s >= PARTIAL => Verdict::Partial,
+            _ => Verdict::Unknown,
+        };
+        self.next_experiment(&selection, &named);
+        if self.diagnosis.verdict == Verdict::Unknown {
+            self.diagnosis.effects.clear();
+            self.diagnosis.confusable.clear();
+        }
+        for (nuisance, name) in self.outside(&selection.best) {
+            self.remark(format!(
+                "{nuisance} lies at the limit of its prior: it may be {name}, not a nuisance"
+            ));
+        }
+        if !self.diagnosis.effects.is_empty() && !calibration::FROM_CASES {
+            self.remark(
+                "confidence is how often an effect wins when the blocks are drawn again; it is not \
+                 yet calibrated on cases whose effect is known"
+                    .to_owned(),
+            );
+        }
+        self.diagnosis
+    }
+
+    fn rank(&mut self, selection: &Selection) {
+        let effects = self.plant.effects();
+        for &effect in &selection.failed {
+            let id = effects[effect].id;
+            self.remark(format!("the fit of {id} failed; it is not ranked"));
+        }
+        let scored = selection.singles.iter().enumerate().filter_map(|(effect, single)| {
+            let shrink = single.as_ref()?.score.shrink(&selection.nominal.score);
+            Some(Ranked { id: effects[effect].id.to_owned(), shrink })
+        });
+        let mut ranking: Vec<Ranked> = scored.collect();
+        ranking.sort_by(|a, b| b.shrink.total_cmp(&a.shrink));
+        self.diagnosis.ranking = ranking;
+    }
+
+    fn figures(&mut self, problem: &Problem<'_>, before: &Score, after: &Score) {
+        let of = |quantity: Quantity| {
+            let floor = root_mean_square(problem, quantity, |trial, i| {
+                Some(1.0 / problem.weights(trial)[i])
+            })?;
+            let (before, after) = (before.rms(problem, quantity)?, after.rms(problem, quantity)?);
+            Some(Figures { before, after, floor })
+        };
+        self.diagnosis.gap = Gap {
+            force_rms_n: of(Quantity::Force),
+            tip_rms_m: of(Quantity::Tip),
+            shape_rms_m: of(Quantity::Shape),
+        };
+    }
+
+    fn held_out(&mut self, problem: &Problem<'_>, selection: &Selection) {
+        for (t, trial) in self.plant.trials().iter().enumerate() {
+            let rms = |score: &Score| {
+                root_mean_square(problem, Quantity::Force, |trial, i| {
+                    (trial == t).then_some(())?;
+                    Some(score.residuals[trial][i]? / problem.weights(trial)[i])
+                })
+            };
+            let (before, after) = (rms(&selection.nominal.score), rms(&selection.best.score));
+            if let (Some(before_n), Some(after_n)) = (before, after) {
+                let held_out = HeldOut { trial: trial.number, before_n, after_n };
+                self.diagnosis.details.held_out.push(held_out);
+            }
+        }
+    }
+
+    fn path(&mut self, problem: &Problem<'_>, selection: &Selection) {
+        let step = |(effects, score): &(Vec<usize>, Score)| PathStep {
+            effects: effects.iter().map(|&e| self.plant.effects()[e].id.to_owned()).collect(),
+            shrink: score.shrink(&selection.nominal.score),
+            force_rms_n: score.rms(problem, Quantity::Force),
+        };
+        self.diagnosis.details.path = selection.path.iter().map(step).collect();
+    }
+
+    /// Fills in the named effects; gives them with what they are confused with.
+    fn effects(
+        &mut self,
+        problem: &Problem<'_>,
+        selector: &Selector<'_>,
+        selection: &Selection,
+    ) -> Vec<(usize, Vec<usize>)> {
+        let Some(nuisances) = selector.nuisances_of_best(selection) else { return Vec::new() };
+        let metric = Metric::new(&nuisances, &selection.best.score);
+        let sets = confusable(problem, selection, &metric);
+        let spread = spread(problem, &selection.best, &metric);
+        let increments = increments(selection);
+        let (best, nominal) = (&selection.best.score, &selection.nominal.score);
+        let id = |effect: usize| self.plant.effects()[effect].id.to_owned();
+        let mut effects = Vec::new();
+        for (effect, near) in &sets {
+            let alone = selection.best.fit.effects.len() == 1;
+            let without = if alone {
+                Some(nominal.clone())
+            } else {
+                let without = selector.without(selection, &nuisances, *effect);
+                without.map(|candidate| candidate.score)
+            };
+            let step = selection.steps.iter().find(|step| step.effect == *effect);
+            let frequency =
+                step.map_or(0.0, |step| win_frequency(step, without.as_ref(), best, near));
+            let open = without.as_ref().map_or(0.0, |w| (w.energy - best.energy).max(0.0));
+            effects.push(NamedEffect {
+                id: id(*effect),
+                parameters: parameters(self.plant, &selection.best, *effect, &spread),
+                confidence: calibration::probability(frequency),
+                shrink: increments.get(effect).copied().unwrap_or_default(),
+                material: open.sqrt() > MATERIAL * nominal.energy.sqrt(),
+            });
+        }
+        effects.sort_by(|a, b| b.shrink.total_cmp(&a.shrink));
+        let set = |(effect, near): &(usize, Vec<usize>)| {
+            let members = std::iter::once(*effect).chain(near.iter().copied());
+            (!near.is_empty()).then(|| members.map(id).collect())
+        };
+        self.diagnosis.confusable = sets.iter().filter_map(set).collect();
+        self.diagnosis.effects = effects;
+        sets
+    }
+
+    /// The motion that separates the first confusable pair, else the best effect from the
+    /// runner-up.
+    fn next_experiment(&mut self, selection: &Selection, named: &[(usize, Vec<usize>)]) {
+        let pairs = named.iter().filter_map(|(effect, near)| Some((*effect, *near.first()?)));
+        let runner_up = selection
+            .steps
+            .first()
+            .and_then(|step| Some((step.effect, step.rivals.first()?.effect)));
+        for (effect, rival) in pairs.chain(runner_up) {
+            let Some(step) = selection.steps.iter().find(|step| step.effect == effect) else {
+                continue;
+            };
+            let known = step.rivals.iter().find(|r| r.effect == rival).map(|r| r.point.clone());
+            let point = known.unwrap_or_else(|| self.swapped(selection, effect, rival));
+            let chosen = (&step.point, effect);
+            if let Some(next) = experiment::next(self.plant, chosen, (&point, rival)) {
+                self.diagnosis.next_experiment = Some(next);
+                return;
+            }
+        }
+    }
+
+    /// The best model with one effect replaced by another at the size that it had alone.
+    fn swapped(&self, selection: &Selection, effect: usize, rival: usize) -> Point {
+        let mut point = selection.best.fit.point.clone();
+        let off = self.plant.effects()[effect].parameters.iter().map(|p| p.off);
+        point.effects[effect] = off.collect();
+        if let Some(single) = &selection.singles[rival] {
+            point.effects[rival].clone_from(&single.fit.point.effects[rival]);
+        }
+        point
+    }
+
+    /// Nuisances that are at the limit of their prior in most trials, with the effect that they
+    /// are.
+    fn outside(&self, best: &Candidate) -> Vec<(&'static str, &'static str)> {
+        let trials = best.fit.trials.len();
+        let limit = 0.99 * crate::NUISANCE_LIMIT;
+        let nuisances = self.plant.nuisances().iter().enumerate().filter_map(|(k, nuisance)| {
+            let at = best.fit.trials.iter().filter(|t| t.refit.estimate[k].abs() >= limit).count();
+            (2 * at > trials).then_some((nuisance.name, nuisance.effect?))
+        });
+        nuisances.collect()
+    }
+
+    /// Measured and predicted forces of the first trial, for the page.
+    fn series(&mut self, problem: &Problem<'_>, nominal: &Candidate, best: &Candidate) {
+        let Some(trial) = self.plant.trials().first() else { return };
+        for range in trial.channel_ranges() {
+            let channel = &self.plant.channels()[trial.samples[range.start].channel];
+            if !matches!(channel.quantity, Quantity::Force | Quantity::DriveForce) {
+                continue;
+            }
+            let predicted = |candidate: &Candidate| {
+                let refit = &candidate.fit.trials[0].refit.residual;
+                let of = |i: usize| trial.samples[i].value - refit[i] / problem.weights(0)[i];
+                range.clone().map(of).collect()
+            };
+            self.diagnosis.details.series.push(Series {
+                channel: channel.name.clone(),
+                trial: trial.number,
+                t_s: trial.samples[range.clone()].iter().map(|s| s.t_s).collect(),
+                measured: trial.samples[range.clone()].iter().map(|s| s.value).collect(),
+                nominal: predicted(nominal),
+                best: predicted(best),
+            });
+        }
+    }
+}
+
+fn parameters(
+    plant: &dyn Plant,
+    best: &Candidate,
+    effect: usize,
+    spread: &DVector<f64>,
+) -> BTreeMap<String, Estimate> {
+    let own = best.fit.coordinates.iter().zip(spread.iter());
+    own.filter_map(|(coordinate, sd)| match *coordinate {
+        Coordinate::Effect { effect: e, parameter } if e == effect => {
+            let p = &plant.effects()[e].parameters[parameter];
+            let value = best.fit.point.effects[e][parameter];
+            let (low, high) = (value - NINETY * sd, value + NINETY * sd);
+            let (low, high) = (low.max(p.low), high.min(p.high));
+            Some((p.name.to_owned(), Estimate { value, low, high, unit: p.unit }))
+        }
+        _ => None,
+    })
+    .collect()
+}
+
+/// Standard deviations of the parameters, from the curvature of the loss.
+fn spread(problem: &Problem<'_>, best: &Candidate, metric: &Metric<'_>) -> DVector<f64> {
+    let k = best.fit.coordinates.len();
+    let mut normal = DMatrix::<f64>::zeros(k, k);
+    for (t, trial) in best.fit.trials.iter().enumerate() {
+        normal += metric.inner(t, &trial.raw_jacobian, &trial.raw_jacobian);
+    }
+    for (i, coordinate) in best.fit.coordinates.iter().enumerate() {
+        if let Coordinate::Effect { effect, parameter } = *coordinate {
+            normal[(i, i)] += problem.parameter(effect, parameter).scale.powi(-2);
+        }
+    }
+    let inverse = normal.cholesky().map(|c| c.inverse());
+    inverse.map_or_else(|| DVector::zeros(k), |inverse| inverse.diagonal().map(f64::sqrt))
+}
+
+/// How much of the gap each effect closed when it was added.
+fn increments(selection: &Selection) -> BTreeMap<usize, f64> {
+    let (best, nominal) = (&selection.best.fit.effects, &selection.nominal.score);
+    let alone = |effect: usize| {
+        selection.singles[effect].as_ref().map_or(0.0, |single| single.score.shrink(nominal))
+    };
+    let (mut covered, mut closed) = (BTreeMap::new(), 0.0);
+    for (effects, score) in &selection.path {
+        let grows = effects.iter().all(|e| best.contains(e))
+            && covered.keys().all(|e| effects.contains(e));
+        let mut added: Vec<usize> =
+            effects.iter().copied().filter(|e| !covered.contains_key(e)).collect();
+        if !grows || added.is_empty() {
+            continue;
+        }
+        // Of two that came together, the one that does more alone came first.
+        added.sort_by(|&a, &b| alone(b).total_cmp(&alone(a)));
+        let shrink = score.shrink(nominal);
+        for (i, &effect) in added.iter().enumerate() {
+            let after = if i + 1 == added.len() { shrink } else { alone(effect).min(shrink) };
+            covered.insert(effect, after - closed);
+            closed = after;
+        }
+    }
+    covered
+}

@@ -1,0 +1,282 @@
+//! The effects of a drive: an axis of known mass, driven by a force, whose position is measured.
+//!
+//! With the measured position q, the force that moves the mass is
+//!
+//! > F = e (M q̈ + f(q, q̇)),   f = F_c s + F_v q̇ + F_s exp(−(q̇/v_s)²) s + μ |M q̈| s + F_0
+//! >     + A cos(2π q/λ) + B sin(2π q/λ),   s = tanh(q̇/v_ε)
+//!
+//! e is 0 while a gap of width b is crossed after a reversal (backlash), else 1. The encoder may
+//! count (1 + c) of what was travelled and report it late; the command's measurement has a gain,
+//! a time constant, a bias and a drift.
+
+use std::f64::consts::TAU;
+
+use super::motion::Motion;
+use crate::plant::{Effect, Parameter, Point};
+
+/// Velocity over which Coulomb friction turns over \[m/s\].
+const TURNOVER_M_PER_S: f64 = 0.5e-3;
+
+/// Order of the library; indices into [`Point::effects`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(usize)]
+enum Is {
+    Coulomb,
+    Viscous,
+    Offset,
+    Stribeck,
+    LoadFriction,
+    Backlash,
+    Ripple,
+    EncoderScale,
+    Latency,
+    Bias,
+    Drift,
+    Gain,
+    TimeConstant,
+}
+
+/// How large things are on this axis, so that priors mean the same on any.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Scale {
+    /// RMS of the command \[N\].
+    pub force_n: f64,
+    /// Largest speed \[m/s\].
+    pub speed_m_per_s: f64,
+    /// Travel \[m\].
+    pub travel_m: f64,
+    /// Length of a trial \[s\].
+    pub duration_s: f64,
+}
+
+/// The library, in the order of [`Is`].
+pub fn library(scale: &Scale) -> Vec<Effect> {
+    let Scale { force_n: f, speed_m_per_s: v, travel_m: q, duration_s: t } = *scale;
+    let positive = |name, unit, high, scale| Parameter { name, unit, low: 0.0, high, off: 0.0, scale };
+    let signed = |name, unit, high: f64, scale| Parameter { name, unit, low: -high, high, off: 0.0, scale };
+    let effect = |id, what, parameters, starts: &[&[f64]], confused_with| Effect {
+        id,
+        what,
+        parameters,
+        starts: starts.iter().map(|values| values.to_vec()).collect(),
+        confused_with,
+    };
+    let lengths = [2.0, 5.0, 12.5, 25.0, 50.0].map(|n| q / n);
+    let ripple: Vec<[f64; 3]> = lengths.iter().map(|&length| [0.05 * f, 0.0, length]).collect();
+    let ripple: Vec<&[f64]> = ripple.iter().map(|values| values.as_slice()).collect();
+    vec![
+        effect(
+            "drive.coulomb",
+            "friction of constant size against the motion",
+            vec![positive("coulomb_force", "N", 10.0 * f, f)],
+            &[&[0.2 * f], &[0.5 * f], &[f]],
+            &["drive.stribeck", "drive.load_friction"],
+        ),
+        effect(
+            "drive.viscous",
+            "friction proportional to the speed",
+            vec![positive("viscous_coefficient", "N·s/m", 10.0 * f / v, f / v)],
+            &[&[0.2 * f / v], &[0.5 * f / v], &[f / v]],
+            &["drive.latency", "drive.stribeck"],
+        ),
+        effect(
+            "drive.offset",
+            "a constant force: friction differs between the two directions",
+            vec![signed("offset_force", "N", 2.0 * f, 0.2 * f)],
+            &[&[0.05 * f], &[-0.05 * f]],
+            &["sensor.bias"],
+        ),
+        effect(
+            "drive.stribeck",
+            "friction that falls as motion sets in",
+            vec![
+                positive("breakaway_excess", "N", 5.0 * f, 0.3 * f),
+                Parameter {
+                    name: "stribeck_velocity",
+                    unit: "m/s",
+                    low: 1e-3 * v,
+                    high: 0.2 * v,
+                    off: 0.05 * v,
+                    scale: 0.05 * v,
+                },
+            ],
+            &[&[0.1 * f, 0.02 * v], &[0.1 * f, 0.05 * v], &[0.1 * f, 0.15 * v]],
+            &["drive.coulomb", "drive.viscous"],
+        ),
+        effect(
+            "drive.load_friction",
+            "friction proportional to the inertial load",
+            vec![positive("load_friction_coefficient", "1", 1.0, 0.1)],
+            &[&[0.02], &[0.05], &[0.2]],
+            &["drive.coulomb", "sensor.gain"],
+        ),
+        effect(
+            "drive.backlash",
+            "a gap that is crossed without load after a reversal",
+            vec![positive("gap", "m", 0.05 * q, 1e-3 * q)],
+            &[&[1e-4 * q], &[1e-3 * q], &[5e-3 * q]],
+            &["drive.latency", "drive.coulomb"],
+        ),
+        effect(
+            "drive.ripple",
+            "a force that repeats with the position",
+            vec![
+                signed("cosine_amplitude", "N", 2.0 * f, 0.1 * f),
+                signed("sine_amplitude", "N", 2.0 * f, 0.1 * f),
+                Parameter {
+                    name: "wavelength",
+                    unit: "m",
+                    low: 2e-3 * q,
+                    high: 2.0 * q,
+                    off: q,
+                    scale: 0.3 * q,
+                },
+            ],
+            &ripple,
+            &["drive.offset"],
+        ),
+        effect(
+            "drive.encoder_scale",
+            "the encoder counts more, or less, than was travelled",
+            vec![signed("scale_error", "1", 0.5, 0.03)],
+            &[&[0.05], &[-0.05]],
+            &["sensor.gain"],
+        ),
+        effect(
+            "drive.latency",
+            "the encoder reports later than the force was applied",
+            vec![signed("latency", "s", 0.05, 0.01)],
+            &[&[0.004], &[-0.004], &[0.012]],
+            &["sensor.time_constant", "drive.backlash"],
+        ),
+        effect(
+            "sensor.bias",
+            "a constant in the command's measurement",
+            vec![signed("bias", "N", 2.0 * f, 0.1 * f)],
+            &[&[0.05 * f], &[-0.05 * f]],
+            &["drive.offset"],
+        ),
+        effect(
+            "sensor.drift",
+            "a bias that grows with time",
+            vec![signed("drift", "N/s", f / t, 0.05 * f / t)],
+            &[&[0.05 * f / t], &[-0.05 * f / t]],
+            &["drive.offset"],
+        ),
+        effect(
+            "sensor.gain",
+            "the command is measured too large, or too small",
+            vec![signed("gain_error", "1", 0.5, 0.03)],
+            &[&[0.05], &[-0.05]],
+            &["drive.encoder_scale", "drive.load_friction"],
+        ),
+        effect(
+            "sensor.time_constant",
+            "the command's measurement follows late, as a low pass",
+            vec![positive("time_constant", "s", 0.1, 0.01)],
+            &[&[0.002], &[0.01]],
+            &["drive.latency"],
+        ),
+    ]
+}
+
+/// The command's measurement at every point of the motion, before it is smoothed \[N\].
+pub fn command(mass_kg: f64, motion: &Motion, point: &Point) -> Vec<f64> {
+    let value = |effect: Is, parameter: usize| point.effects[effect as usize][parameter];
+    let counted = 1.0 + value(Is::EncoderScale, 0);
+    let engaged = engagement(&motion.position_m, counted * value(Is::Backlash, 0));
+    let (coulomb, viscous) = (value(Is::Coulomb, 0), value(Is::Viscous, 0));
+    let (excess, stribeck) = (value(Is::Stribeck, 0), value(Is::Stribeck, 1));
+    let [cosine, sine, length] = [0, 1, 2].map(|i| value(Is::Ripple, i));
+    let rippled = cosine != 0.0 || sine != 0.0;
+    let dt_s = motion.dt_s;
+    let middle_s = 0.5 * dt_s * motion.position_m.len() as f64;
+    let lag = value(Is::TimeConstant, 0);
+    let follow = if lag > 0.0 { 1.0 - (-dt_s / lag).exp() } else { 1.0 };
+    let mut measured = None;
+    let force = |i: usize| {
+        let velocity = motion.velocity_m_per_s[i] / counted;
+        let inertia = mass_kg * motion.acceleration_m_per_s2[i] / counted;
+        let sign = (velocity / TURNOVER_M_PER_S).tanh();
+        let mut friction = coulomb * sign + viscous * velocity + value(Is::Offset, 0);
+        if excess != 0.0 {
+            friction += excess * (-(velocity / stribeck).powi(2)).exp() * sign;
+        }
+        friction += value(Is::LoadFriction, 0) * inertia.abs() * sign;
+        if rippled {
+            let angle = TAU * motion.position_m[i] / (counted * length);
+            friction += cosine * angle.cos() + sine * angle.sin();
+        }
+        let applied = engaged.as_ref().map_or(1.0, |e| e[i]) * (inertia + friction);
+        let last = *measured.get_or_insert(applied);
+        let followed = last + follow * (applied - last);
+        measured = Some(followed);
+        let drift = value(Is::Drift, 0) * (i as f64 * dt_s - middle_s);
+        (1.0 + value(Is::Gain, 0)) * followed + value(Is::Bias, 0) + drift
+    };
+    (0..motion.position_m.len()).map(force).collect()
+}
+
+/// By how much the mass is engaged: 0 inside a gap of this width, 1 at its ends; `None` without
+/// a gap. It engages over a twentieth of the gap.
+fn engagement(position_m: &[f64], gap_m: f64) -> Option<Vec<f64>> {
+    if gap_m <= 0.0 {
+        return None;
+    }
+    let (mut inside, mut last) = (0.0, position_m.first().copied().unwrap_or_default());
+    let half = 0.5 * gap_m;
+    let at = |&position: &f64| {
+        inside = (inside + position - last).clamp(-half, half);
+        last = position;
+        1.0 - ((half - f64::abs(inside)) / (0.05 * gap_m)).min(1.0)
+    };
+    Some(position_m.iter().map(at).collect())
+}
+
+/// Which effect shifts the time axis: it acts where the smoothed command is read.
+pub fn latency_s(point: &Point) -> f64 {
+    point.effects[Is::Latency as usize][0]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SCALE: Scale =
+        Scale { force_n: 40.0, speed_m_per_s: 0.1, travel_m: 0.2, duration_s: 10.0 };
+
+    #[test]
+    fn the_order_of_the_library_is_that_of_its_indices() {
+        let library = library(&SCALE);
+        for (id, index) in [
+            ("drive.coulomb", Is::Coulomb),
+            ("drive.viscous", Is::Viscous),
+            ("drive.offset", Is::Offset),
+            ("drive.stribeck", Is::Stribeck),
+            ("drive.load_friction", Is::LoadFriction),
+            ("drive.backlash", Is::Backlash),
+            ("drive.ripple", Is::Ripple),
+            ("drive.encoder_scale", Is::EncoderScale),
+            ("drive.latency", Is::Latency),
+            ("sensor.bias", Is::Bias),
+            ("sensor.drift", Is::Drift),
+            ("sensor.gain", Is::Gain),
+            ("sensor.time_constant", Is::TimeConstant),
+        ] {
+            assert_eq!(library[index as usize].id, id);
+        }
+        assert_eq!(library.len(), Is::TimeConstant as usize + 1);
+    }
+
+    #[test]
+    fn a_gap_is_crossed_without_load_and_carries_again() {
+        let there: Vec<f64> = (0..100).map(|i| f64::from(i) * 1e-4).collect();
+        let back = there.iter().rev();
+        let path: Vec<f64> = there.iter().chain(back).copied().collect();
+        let engaged = engagement(&path, 2e-3).unwrap();
+        assert_eq!(engaged[50], 1.0, "forwards, long after the start");
+        assert_eq!(engaged[110], 0.0, "1 mm after the reversal");
+        assert_eq!(engaged[180], 1.0, "the gap is behind it");
+        assert!(engagement(&path, 0.0).is_none());
+    }
+}

@@ -1,0 +1,369 @@
+//! `plant = "drive"`: one axis of known mass, a force command and a measured position.
+//!
+//! Compared is the command force. It is predicted from the measured position alone, by inverse
+//! dynamics; the measured command enters nothing but the comparison. Both pass the same filters.
+
+mod effects;
+mod motion;
+mod segments;
+
+use cathforce_rig::bundle::{Bundle, DriveTrial, Plant as RigPlant, TrialData};
+
+use crate::plant::{
+    Channel, Effect, Nuisance, Plant, Point, Quantity, Repeat, Sample, Segment, Trial,
+};
+use effects::{Scale, command, latency_s, library};
+use motion::{Filters, GRID_S, Motion, on_grid};
+
+/// Grid points between two samples, about.
+const STRIDE: usize = 5;
+/// A step of time larger than this many usual ones is a jump of the clock.
+const CLOCK_JUMP: f64 = 5.0;
+/// Slower than this share of the largest speed is standing.
+const STANDING_SHARE: f64 = 0.01;
+/// Faster than this share of the largest speed is fast, slower than the other one is slow.
+const FAST_SHARE: f64 = 2.0 / 3.0;
+const SLOW_SHARE: f64 = 1.0 / 3.0;
+/// An acceleration above this share of the largest one is hard.
+const HARD_SHARE: f64 = 0.3;
+/// Samples within this of a change of direction belong to the reversal \[s\].
+const REVERSAL_S: f64 = 0.05;
+/// Two runs of a set-point that differ by less than this share of its range are one motion.
+const SAME_SETPOINT: f64 = 1e-4;
+/// Shortest period that is looked for \[s\].
+const SHORTEST_PERIOD_S: f64 = 1.0;
+/// Blocks of a trial without a period.
+const BLOCKS: usize = 4;
+
+const PHASES: [&str; 5] = ["standing", "reversal", "speeding up", "slowing down", "steady"];
+
+/// Drive bundles as a [`Plant`].
+pub struct Drive {
+    mass_kg: f64,
+    channels: Vec<Channel>,
+    regimes: Vec<String>,
+    trials: Vec<Trial>,
+    motions: Vec<Prepared>,
+    effects: Vec<Effect>,
+    nuisances: Vec<Nuisance>,
+    repeats: Vec<Repeat>,
+    remarks: Vec<String>,
+    filters: Filters,
+    segments: Vec<Motion>,
+    noise_n: f64,
+}
+
+/// What a trial's predictions need.
+struct Prepared {
+    motion: Motion,
+    /// Grid points of the samples.
+    at: Vec<usize>,
+}
+
+/// Why a bundle is no drive that could be diagnosed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum DriveError {
+    #[error("this is no drive: rig.toml has no plant = \"drive\"")]
+    NotADrive,
+    #[error("there are no trials, so there is nothing to compare\n  fix: add trials/000.csv")]
+    NoTrials,
+    #[error(
+        "trial {trial:03} has only {rows} rows, too few to differentiate a position twice\n  fix: \
+         record at least a second at 100 Hz or more"
+    )]
+    TooShort { trial: u32, rows: usize },
+    #[error("the drive never moves in any trial: no force of motion can be compared")]
+    Still,
+}
+
+/// Fewest rows of a trial.
+const FEWEST_ROWS: usize = 100;
+
+impl Drive {
+    /// Prepares a bundle: derivatives, samples, cycles, repeats.
+    pub fn new(bundle: &Bundle) -> Result<Self, DriveError> {
+        let RigPlant::Drive(rig) = &bundle.rig.plant else { return Err(DriveError::NotADrive) };
+        let mut raw = Vec::new();
+        for trial in &bundle.trials {
+            let TrialData::Drive(data) = &trial.data else { return Err(DriveError::NotADrive) };
+            if trial.len() < FEWEST_ROWS {
+                return Err(DriveError::TooShort { trial: trial.number, rows: trial.len() });
+            }
+            raw.push((trial.number, trial.t_s.as_slice(), data));
+        }
+        if raw.is_empty() {
+            return Err(DriveError::NoTrials);
+        }
+        let motions: Vec<Motion> =
+            raw.iter().map(|(_, t_s, data)| Motion::of(&on_grid(t_s, &data.position_m))).collect();
+        let scale = scale(&raw, &motions);
+        if scale.speed_m_per_s <= 0.0 || scale.force_n <= 0.0 {
+            return Err(DriveError::Still);
+        }
+        let filters = Filters::new();
+        let mut drive = Self {
+            mass_kg: rig.moving_mass_kg,
+            channels: vec![Channel { name: "drive_command_N".into(), quantity: Quantity::Force }],
+            regimes: Regime::names(),
+            trials: Vec::new(),
+            motions: Vec::new(),
+            effects: library(&scale),
+            nuisances: nuisances(&scale),
+            repeats: Vec::new(),
+            remarks: Vec::new(),
+            segments: segments::motions(&scale),
+            noise_n: segments::NOISE_SHARE * scale.force_n,
+            filters,
+        };
+        let limits = Limits::of(&scale, &motions);
+        for ((number, t_s, data), motion) in raw.into_iter().zip(motions) {
+            drive.add(number, t_s, data, motion, &limits);
+        }
+        Ok(drive)
+    }
+
+    fn add(&mut self, number: u32, t_s: &[f64], data: &DriveTrial, motion: Motion, limits: &Limits) {
+        let measured = self.filters.measured(&on_grid(t_s, &data.drive_command_n));
+        let points = measured.len();
+        let period = period(t_s, data);
+        let stride = period.map_or(STRIDE, stride_of);
+        let block_points = period.unwrap_or(points.div_ceil(BLOCKS)).max(1);
+        let blocks = points.div_ceil(block_points);
+        let jumps = self.jumps(number, t_s);
+        let reach = self.filters.reach();
+        let near_jump = |i: usize| jumps.iter().any(|&jump| i.abs_diff(jump) <= reach);
+        let at: Vec<usize> = (reach..points.saturating_sub(reach))
+            .step_by(stride)
+            .filter(|&i| !near_jump(i))
+            .collect();
+        let samples = at.iter().map(|&i| {
+            let (velocity, acceleration) =
+                (motion.velocity_m_per_s[i], motion.acceleration_m_per_s2[i]);
+            Sample {
+                t_s: t_s[0] + i as f64 * GRID_S,
+                channel: 0,
+                value: measured[i],
+                noise: 0.0,
+                model: 0.0,
+                phase: limits.phase(&motion, i),
+                regime: limits.regime(velocity, acceleration),
+                arc_m: motion.position_m[i],
+                speed_m_per_s: velocity,
+                block: i / block_points,
+            }
+        });
+        let samples: Vec<Sample> = samples.collect();
+        if let Some(period) = period.filter(|period| period % stride == 0 && jumps.is_empty()) {
+            self.add_repeats(period / stride, samples.len());
+        }
+        self.trials.push(Trial { number, samples, blocks });
+        self.motions.push(Prepared { motion, at });
+    }
+
+    /// Every cycle of `len` samples with the next one of the trial that is being added.
+    fn add_repeats(&mut self, len: usize, samples: usize) {
+        let trial = self.trials.len();
+        for first in (0..samples).step_by(len) {
+            let second = first + len;
+            let len = len.min(samples.saturating_sub(second));
+            if len > 0 {
+                self.repeats.push(Repeat { first: (trial, first), second: (trial, second), len });
+            }
+        }
+    }
+
+    /// Grid points at which the clock jumps; a remark for each.
+    fn jumps(&mut self, number: u32, t_s: &[f64]) -> Vec<usize> {
+        let steps: Vec<f64> = t_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
+        let mut sorted = steps.clone();
+        sorted.sort_by(f64::total_cmp);
+        let usual = sorted[sorted.len() / 2];
+        let mut jumps = Vec::new();
+        for (i, step) in steps.iter().enumerate().filter(|(_, s)| **s > CLOCK_JUMP * usual) {
+            self.remarks.push(format!(
+                "trial {number:03}: the clock jumps by {step:.3} s after {:.3} s; what lies around \
+                 the jump is not compared",
+                t_s[i]
+            ));
+            let grid = |t: f64| ((t - t_s[0]) / GRID_S) as usize;
+            jumps.extend(grid(t_s[i])..=grid(t_s[i + 1]));
+        }
+        jumps
+    }
+}
+
+impl Plant for Drive {
+    fn channels(&self) -> &[Channel] {
+        &self.channels
+    }
+
+    fn phases(&self) -> &[&'static str] {
+        &PHASES
+    }
+
+    fn regimes(&self) -> &[String] {
+        &self.regimes
+    }
+
+    fn trials(&self) -> &[Trial] {
+        &self.trials
+    }
+
+    fn effects(&self) -> &[Effect] {
+        &self.effects
+    }
+
+    fn nuisances(&self) -> &[Nuisance] {
+        &self.nuisances
+    }
+
+    fn simulate(&self, trial: usize, point: &Point) -> Option<Vec<f64>> {
+        let Prepared { motion, at } = &self.motions[trial];
+        let force_n = command(self.mass_kg, motion, point);
+        let [bias_n, shift_s] = [point.nuisances[0], point.nuisances[1]];
+        let mut predicted = self.filters.predicted(&force_n, at, latency_s(point) + shift_s);
+        predicted.iter_mut().for_each(|f| *f += bias_n);
+        Some(predicted)
+    }
+
+    fn relinearise(&self) -> bool {
+        true
+    }
+
+    fn repeats(&self) -> &[Repeat] {
+        &self.repeats
+    }
+
+    fn segments(&self) -> &[Segment] {
+        &segments::SEGMENTS
+    }
+
+    fn simulate_segment(&self, segment: usize, point: &Point) -> Option<Vec<f64>> {
+        let motion = &self.segments[segment];
+        let force_n = command(self.mass_kg, motion, point);
+        let reach = self.filters.reach();
+        let at: Vec<usize> =
+            (reach..force_n.len().saturating_sub(reach)).step_by(STRIDE).collect();
+        let predicted = self.filters.predicted(&force_n, &at, latency_s(point));
+        Some(predicted.into_iter().map(|f| f / self.noise_n).collect())
+    }
+
+    fn remarks(&self) -> &[String] {
+        &self.remarks
+    }
+
+    fn compared(&self) -> &'static str {
+        "the measured command force with the one that moves the known mass along the measured \
+         position (inverse dynamics, both smoothed to 30 Hz)"
+    }
+}
+
+/// Force bias and a shift in time.
+fn nuisances(scale: &Scale) -> Vec<Nuisance> {
+    vec![
+        Nuisance {
+            name: "force bias",
+            unit: "N",
+            sd: 2.5e-3 * scale.force_n,
+            effect: Some("sensor.bias"),
+        },
+        Nuisance { name: "time shift", unit: "s", sd: 3e-3, effect: Some("drive.latency") },
+    ]
+}
+
+fn scale(raw: &[(u32, &[f64], &DriveTrial)], motions: &[Motion]) -> Scale {
+    let largest = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0, f64::max);
+    let commands = || raw.iter().flat_map(|(_, _, data)| data.drive_command_n.iter());
+    let power: f64 = commands().map(|f| f * f).sum();
+    let positions = || motions.iter().flat_map(|m| m.position_m.iter().copied());
+    let low = positions().fold(f64::INFINITY, f64::min);
+    Scale {
+        force_n: (power / commands().count() as f64).sqrt(),
+        speed_m_per_s: largest(
+            &mut motions.iter().flat_map(|m| m.velocity_m_per_s.iter().map(|v| v.abs())),
+        ),
+        travel_m: positions().fold(f64::NEG_INFINITY, f64::max) - low,
+        duration_s: largest(
+            &mut raw.iter().map(|(_, t_s, _)| t_s[t_s.len() - 1] - t_s[0]),
+        ),
+    }
+}
+
+/// The number of grid points nearest to [`STRIDE`] that divides a period.
+fn stride_of(period: usize) -> usize {
+    let strides = STRIDE - 2..=STRIDE + 3;
+    strides.min_by_key(|&n| (period % n != 0, n.abs_diff(STRIDE))).unwrap_or(STRIDE)
+}
+
+/// Grid points after which the set-point repeats itself; `None` without a set-point or when it
+/// does not repeat at least once.
+fn period(t_s: &[f64], data: &DriveTrial) -> Option<usize> {
+    let setpoint: Option<Vec<f64>> = data.setpoint_m.as_ref()?.iter().copied().collect();
+    let setpoint = on_grid(t_s, &setpoint?);
+    let low = setpoint.iter().copied().fold(f64::INFINITY, f64::min);
+    let range = setpoint.iter().copied().fold(f64::NEG_INFINITY, f64::max) - low;
+    let shortest = (SHORTEST_PERIOD_S / GRID_S) as usize;
+    let tolerance = SAME_SETPOINT * range;
+    let repeats = |lag: &usize| {
+        setpoint.iter().zip(&setpoint[*lag..]).all(|(a, b)| (a - b).abs() <= tolerance)
+    };
+    (shortest..setpoint.len() / 2).find(repeats).filter(|_| range > 0.0)
+}
+
+/// Where regimes and phases of a bundle begin.
+struct Limits {
+    speed_m_per_s: f64,
+    acceleration_m_per_s2: f64,
+}
+
+/// Standing, or direction × speed × acceleration.
+struct Regime;
+
+impl Regime {
+    fn names() -> Vec<String> {
+        let mut names = vec!["standing".to_owned()];
+        for direction in ["forward", "backward"] {
+            for speed in ["slow", "middle", "fast"] {
+                for load in ["", ", hard"] {
+                    names.push(format!("{direction}, {speed}{load}"));
+                }
+            }
+        }
+        names
+    }
+}
+
+impl Limits {
+    fn of(scale: &Scale, motions: &[Motion]) -> Self {
+        let all = motions.iter().flat_map(|m| m.acceleration_m_per_s2.iter().map(|a| a.abs()));
+        let acceleration_m_per_s2 = all.fold(0.0, f64::max);
+        Self { speed_m_per_s: scale.speed_m_per_s, acceleration_m_per_s2 }
+    }
+
+    fn regime(&self, velocity: f64, acceleration: f64) -> usize {
+        let share = velocity.abs() / self.speed_m_per_s;
+        if share < STANDING_SHARE {
+            return 0;
+        }
+        let speed = usize::from(share > SLOW_SHARE) + usize::from(share > FAST_SHARE);
+        let hard = acceleration.abs() > HARD_SHARE * self.acceleration_m_per_s2;
+        1 + usize::from(velocity < 0.0) * 6 + speed * 2 + usize::from(hard)
+    }
+
+    fn phase(&self, motion: &Motion, i: usize) -> usize {
+        let velocity = &motion.velocity_m_per_s;
+        let reach = (REVERSAL_S / motion.dt_s) as usize;
+        let around = &velocity[i.saturating_sub(reach)..(i + reach).min(velocity.len())];
+        let standing = STANDING_SHARE * self.speed_m_per_s;
+        let turns = around.iter().any(|v| *v > standing) && around.iter().any(|v| *v < -standing);
+        let power = velocity[i] * motion.acceleration_m_per_s2[i];
+        let steady = motion.acceleration_m_per_s2[i].abs() < 0.05 * self.acceleration_m_per_s2;
+        match () {
+            () if turns => 1,
+            () if velocity[i].abs() < standing => 0,
+            () if steady => 4,
+            () if power > 0.0 => 2,
+            () => 3,
+        }
+    }
+}

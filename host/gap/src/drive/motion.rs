@@ -1,0 +1,83 @@
+//! Position, velocity and acceleration of a drive from its measured position.
+
+use crate::signal::{Gaussian, interpolate, slope};
+
+/// The grid on which a trial is differentiated \[s\].
+pub const GRID_S: f64 = 1e-3;
+/// Smoothing before differentiation, in grid points. With [`OUTPUT_SD`] the bandwidth is 30 Hz.
+const POSITION_SD: f64 = 2.0;
+/// Smoothing of what is compared.
+const OUTPUT_SD: f64 = 4.0;
+
+/// A motion on a uniform grid.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Motion {
+    pub dt_s: f64,
+    pub position_m: Vec<f64>,
+    pub velocity_m_per_s: Vec<f64>,
+    pub acceleration_m_per_s2: Vec<f64>,
+}
+
+impl Motion {
+    /// From positions every [`GRID_S`], smoothed and differentiated.
+    pub fn of(position_m: &[f64]) -> Self {
+        let position_m = Gaussian::new(POSITION_SD).smooth(position_m);
+        let velocity_m_per_s = slope(&position_m, GRID_S);
+        let acceleration_m_per_s2 = slope(&velocity_m_per_s, GRID_S);
+        Self { dt_s: GRID_S, position_m, velocity_m_per_s, acceleration_m_per_s2 }
+    }
+}
+
+/// A column on the grid, from its rows at times of their own.
+pub fn on_grid(t_s: &[f64], column: &[f64]) -> Vec<f64> {
+    let (Some(&first), Some(&last)) = (t_s.first(), t_s.last()) else { return Vec::new() };
+    let points = ((last - first) / GRID_S).floor() as usize + 1;
+    let mut after = 0;
+    let at = |i: usize| {
+        let t = first + i as f64 * GRID_S;
+        while after + 1 < t_s.len() && t_s[after] < t {
+            after += 1;
+        }
+        let before = after.saturating_sub(1);
+        let span = t_s[after] - t_s[before];
+        let share = if span > 0.0 { ((t - t_s[before]) / span).clamp(0.0, 1.0) } else { 0.0 };
+        column[before] + share * (column[after] - column[before])
+    };
+    (0..points).map(at).collect()
+}
+
+/// The filters that measured and predicted commands both pass.
+#[derive(Clone, Debug)]
+pub struct Filters {
+    position: Gaussian,
+    output: Gaussian,
+}
+
+impl Filters {
+    pub fn new() -> Self {
+        Self { position: Gaussian::new(POSITION_SD), output: Gaussian::new(OUTPUT_SD) }
+    }
+
+    /// A measured command, smoothed as the position was before its derivatives were taken, and
+    /// as predictions are.
+    pub fn measured(&self, command_n: &[f64]) -> Vec<f64> {
+        self.output.smooth(&self.position.smooth(command_n))
+    }
+
+    /// A predicted command at some grid points, read `shift_s` later.
+    pub fn predicted(&self, command_n: &[f64], at: &[usize], shift_s: f64) -> Vec<f64> {
+        let shift = shift_s / GRID_S;
+        let moved: Vec<f64> = if shift == 0.0 {
+            Vec::new()
+        } else {
+            (0..command_n.len()).map(|i| interpolate(command_n, i as f64 + shift)).collect()
+        };
+        let command_n = if shift == 0.0 { command_n } else { &moved };
+        at.iter().map(|&i| self.output.at(command_n, i)).collect()
+    }
+
+    /// Grid points at either end, and around a jump of the clock, that are not compared.
+    pub fn reach(&self) -> usize {
+        self.position.reach() + self.output.reach() + 2
+    }
+}

@@ -1,0 +1,89 @@
+//! The noise floor: what would be left if the model were perfect.
+
+use serde::Serialize;
+
+use crate::plant::{Plant, Point, Sample};
+
+/// Runs count as repeats of each other when the model predicts the same for both, to this
+/// share of what it predicts: the same commanded motion may still have been disturbed.
+const SAME_PREDICTION: f64 = 0.05;
+/// Noise that is stated nowhere, as a share of a channel's RMS: so small that it never
+/// explains anything, and not zero.
+const UNSTATED_SHARE: f64 = 1e-3;
+
+/// Where the floor of a channel comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum FloorSource {
+    /// Half the mean squared difference between repeats.
+    Repeats,
+    /// What the rig states about the sensor.
+    Stated,
+    /// Neither: the floor is only a guess, and "no gap" cannot be concluded.
+    Unknown,
+}
+
+/// The floor of one channel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ChannelFloor {
+    pub source: FloorSource,
+    /// Standard deviation, unit of the channel; `None` where the samples state their own.
+    pub sd: Option<f64>,
+}
+
+/// The floor of every channel.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Floor {
+    pub channels: Vec<ChannelFloor>,
+}
+
+impl Floor {
+    /// σ² = ½⟨(y_a − y_b)²⟩ over repeats where there are any, else the stated noise.
+    pub fn of(plant: &dyn Plant) -> Self {
+        let nominal = Point::nominal(plant);
+        let predicted: Vec<_> =
+            (0..plant.trials().len()).map(|trial| plant.simulate(trial, &nominal)).collect();
+        let channels = (0..plant.channels().len()).map(|channel| {
+            let (mut squares, mut count) = (0.0, 0);
+            for repeat in plant.repeats() {
+                let ((a, i), (b, j)) = (repeat.first, repeat.second);
+                let (first, second) = (&plant.trials()[a].samples, &plant.trials()[b].samples);
+                let (Some(f), Some(g)) = (&predicted[a], &predicted[b]) else { continue };
+                if first[i].channel != channel {
+                    continue;
+                }
+                let (f, g) = (&f[i..i + repeat.len], &g[j..j + repeat.len]);
+                let power: f64 = f.iter().chain(g).map(|x| 0.5 * x * x).sum();
+                let apart: f64 = f.iter().zip(g).map(|(x, y)| (x - y).powi(2)).sum();
+                if apart > SAME_PREDICTION.powi(2) * power {
+                    continue;
+                }
+                let pairs = first[i..i + repeat.len].iter().zip(&second[j..j + repeat.len]);
+                squares += pairs.map(|(x, y)| 0.5 * (x.value - y.value).powi(2)).sum::<f64>();
+                count += repeat.len;
+            }
+            if count > 0 {
+                let sd = Some((squares / count as f64).sqrt());
+                return ChannelFloor { source: FloorSource::Repeats, sd };
+            }
+            let samples = || {
+                let all = plant.trials().iter().flat_map(|trial| &trial.samples);
+                all.filter(move |sample| sample.channel == channel)
+            };
+            if samples().all(|sample| sample.noise > 0.0) {
+                return ChannelFloor { source: FloorSource::Stated, sd: None };
+            }
+            let power: f64 = samples().map(|sample| sample.value * sample.value).sum();
+            let rms = (power / samples().count().max(1) as f64).sqrt();
+            let sd = Some((UNSTATED_SHARE * rms).max(f64::MIN_POSITIVE));
+            ChannelFloor { source: FloorSource::Unknown, sd }
+        });
+        Self { channels: channels.collect() }
+    }
+
+    /// Standard deviation of one sample: noise, and what the model leaves open.
+    pub fn sd_of(&self, sample: &Sample) -> f64 {
+        let noise = self.channels[sample.channel].sd.unwrap_or(sample.noise);
+        noise.hypot(sample.model)
+    }
+}

@@ -1,0 +1,37 @@
+//! Diagnosis of the gap between model and measurement: where it lies, which effect that the
+//! model lacks causes it, and how far it shrinks once that effect is added.
+//!
+//! [`plant::Plant`] is what a plant tells the diagnosis; everything else is independent of it.
+//!
+//! | module | what it answers |
+//! | --- | --- |
+//! | `floor` | what would be left if the model were perfect |
+//! | `problem`, `nuisance`, `fit` | the best parameters of one set of effects |
+//! | `score` | its error on data that the fit has not seen |
+//! | `select` | which effects the data support |
+//! | `metric`, `confuse`, `calibration` | what cannot be told apart, and how certain the rest is |
+//! | `locate` | where the gap lies |
+//! | `experiment` | what to record next |
+
+#![forbid(unsafe_code)]
+
+mod calibration;
+mod confuse;
+mod diagnose;
+pub mod drive;
+mod experiment;
+mod fit;
+mod floor;
+mod locate;
+mod metric;
+mod nuisance;
+pub mod plant;
+mod problem;
+pub mod report;
+mod score;
+mod select;
+mod signal;
+
+pub use diagnose::diagnose;
+pub use nuisance::NUISANCE_LIMIT;
+pub use problem::Progress;

@@ -1,0 +1,194 @@
+//! What the diagnosis is told about a plant: trials as numbers with their noise, effects as
+//! parameters, and one function that simulates.
+//!
+//! Nothing here knows of catheters or drives. An effect acts inside [`Plant::simulate`],
+//! upstream of the measurement; the diagnosis never sees anything but predictions.
+
+use std::ops::Range;
+
+/// What a channel is a part of; errors of the parts add up to a vector's.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Quantity {
+    /// Force on the phantom, or the command force of a drive \[N\].
+    Force,
+    /// Force behind the guide \[N\].
+    DriveForce,
+    /// End of the centre line \[m\].
+    Tip,
+    /// Points on the shape \[m\].
+    Shape,
+}
+
+/// One measured column.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Channel {
+    /// Name of the column in a trial's file.
+    pub name: String,
+    pub quantity: Quantity,
+}
+
+/// One measured number that is compared with a prediction. What is not to be scored (snaps, a
+/// start state that has not rested) is not among them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sample {
+    /// Time of the trial \[s\].
+    pub t_s: f64,
+    /// Index into [`Plant::channels`].
+    pub channel: usize,
+    /// Unit of the channel.
+    pub value: f64,
+    /// Standard deviation that the sensor's stated noise leaves in it.
+    pub noise: f64,
+    /// Standard deviation of what the model leaves open at this very sample (resolution,
+    /// uncertain wall), apart from its effects.
+    pub model: f64,
+    /// Index into [`Plant::phases`].
+    pub phase: usize,
+    /// Index into [`Plant::regimes`].
+    pub regime: usize,
+    /// Arc length inside the vessel, or position of a drive \[m\].
+    pub arc_m: f64,
+    /// Speed of the drive \[m/s\].
+    pub speed_m_per_s: f64,
+    /// Index of the cycle, or of the equal part of the trial, that it belongs to.
+    pub block: usize,
+}
+
+/// One trial: its samples channel by channel, each channel by time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Trial {
+    /// Number in the file's name.
+    pub number: u32,
+    pub samples: Vec<Sample>,
+    /// Number of blocks.
+    pub blocks: usize,
+}
+
+impl Trial {
+    /// The samples of each channel, as ranges of [`Trial::samples`].
+    pub fn channel_ranges(&self) -> Vec<Range<usize>> {
+        let mut ranges: Vec<Range<usize>> = Vec::new();
+        for (i, sample) in self.samples.iter().enumerate() {
+            match ranges.last_mut() {
+                Some(range) if self.samples[range.start].channel == sample.channel => {
+                    range.end = i + 1;
+                }
+                _ => ranges.push(i..i + 1),
+            }
+        }
+        ranges
+    }
+}
+
+/// Samples of a trial that were measured under the same motion as others.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Repeat {
+    /// Trial and first sample of either run.
+    pub first: (usize, usize),
+    pub second: (usize, usize),
+    /// Samples of each, all of one channel.
+    pub len: usize,
+}
+
+/// One number of an effect.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Parameter {
+    pub name: &'static str,
+    pub unit: &'static str,
+    pub low: f64,
+    pub high: f64,
+    /// The value at which the effect is not there.
+    pub off: f64,
+    /// Standard deviation of the prior around `off`; also sets the step of differences.
+    pub scale: f64,
+}
+
+/// One candidate cause, by the identifiers of the diagnosis format.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Effect {
+    pub id: &'static str,
+    /// One sentence.
+    pub what: &'static str,
+    pub parameters: Vec<Parameter>,
+    /// Values to start fits from besides `off`, a list of whole parameter vectors.
+    pub starts: Vec<Vec<f64>>,
+    /// Identifiers that it is easily confused with.
+    pub confused_with: &'static [&'static str],
+}
+
+/// A quantity that is refitted for every candidate within a tight prior around 0, in every
+/// trial on its own.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Nuisance {
+    pub name: &'static str,
+    pub unit: &'static str,
+    /// Standard deviation of the prior. The fit holds it within [`crate::NUISANCE_LIMIT`] of
+    /// these.
+    pub sd: f64,
+    /// The effect that it is when it lies outside its prior.
+    pub effect: Option<&'static str>,
+}
+
+/// Values of all parameters of all effects, and of all nuisances.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Point {
+    /// By effect, by parameter.
+    pub effects: Vec<Vec<f64>>,
+    pub nuisances: Vec<f64>,
+}
+
+impl Point {
+    /// Every effect off, every nuisance 0.
+    pub fn nominal(plant: &dyn Plant) -> Self {
+        let off = |effect: &Effect| effect.parameters.iter().map(|p| p.off).collect();
+        Self {
+            effects: plant.effects().iter().map(off).collect(),
+            nuisances: vec![0.0; plant.nuisances().len()],
+        }
+    }
+}
+
+/// A piece of motion that could be recorded next.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Segment {
+    pub name: &'static str,
+    /// What to do, in a few words.
+    pub what: &'static str,
+}
+
+/// A model with effects, and the trials that were measured on what it models.
+pub trait Plant: Sync {
+    fn channels(&self) -> &[Channel];
+    fn phases(&self) -> &[&'static str];
+    fn regimes(&self) -> &[String];
+    fn trials(&self) -> &[Trial];
+    fn effects(&self) -> &[Effect];
+    fn nuisances(&self) -> &[Nuisance];
+
+    /// Predictions of all samples of a trial, in their order; `None` when the simulation
+    /// breaks down at this point.
+    fn simulate(&self, trial: usize, point: &Point) -> Option<Vec<f64>>;
+
+    /// Whether derivatives with respect to nuisances are cheap enough to be taken again where
+    /// every fit ends, and not only where it begins.
+    fn relinearise(&self) -> bool;
+
+    /// Runs under the same motion, for the noise floor.
+    fn repeats(&self) -> &[Repeat];
+
+    /// Canned motions that the plant can simulate.
+    fn segments(&self) -> &[Segment] {
+        &[]
+    }
+
+    /// Predictions of a canned motion, over its noise; `None` as for [`Plant::simulate`].
+    fn simulate_segment(&self, _segment: usize, _point: &Point) -> Option<Vec<f64>> {
+        None
+    }
+
+    /// What cannot be concluded from these trials, or only with a reserve, and why.
+    fn remarks(&self) -> &[String];
+
+    /// What is compared with what, in a sentence.
+    fn compared(&self) -> &'static str;
+}

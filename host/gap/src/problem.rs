@@ -1,0 +1,136 @@
+//! Trials and model as one least-squares problem: whitened residuals and their derivatives.
+
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+
+use crate::floor::Floor;
+use crate::plant::{Parameter, Plant, Point};
+
+/// One coordinate of a [`Point`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Coordinate {
+    Effect { effect: usize, parameter: usize },
+    Nuisance(usize),
+}
+
+/// The step of a difference, in standard deviations of the prior.
+///
+/// Contact is not smooth: a step must move the model by more than a contact opening or
+/// closing does, and 2 % of a prior is still linear.
+const STEP_SD: f64 = 0.02;
+
+/// Told after every simulation how many there were.
+pub type Progress<'a> = &'a (dyn Fn(usize) + Sync);
+
+/// A plant with the noise of its samples.
+pub struct Problem<'a> {
+    pub plant: &'a dyn Plant,
+    /// One over the standard deviation of every sample, by trial.
+    weights: Vec<DVector<f64>>,
+    simulations: AtomicUsize,
+    progress: Progress<'a>,
+}
+
+impl<'a> Problem<'a> {
+    pub fn new(plant: &'a dyn Plant, floor: &Floor, progress: Progress<'a>) -> Self {
+        let weights = plant.trials().iter().map(|trial| {
+            let sd = |sample| floor.sd_of(sample);
+            DVector::from_iterator(trial.samples.len(), trial.samples.iter().map(sd)).map(|x| 1.0 / x)
+        });
+        Self { plant, weights: weights.collect(), simulations: AtomicUsize::new(0), progress }
+    }
+
+    /// Trials simulated so far.
+    pub fn simulations(&self) -> usize {
+        self.simulations.load(Ordering::Relaxed)
+    }
+
+    /// One over the standard deviation of every sample of a trial.
+    pub fn weights(&self, trial: usize) -> &DVector<f64> {
+        &self.weights[trial]
+    }
+
+    /// (y − f)/σ of one trial; `None` when the simulation breaks down.
+    fn residual(&self, trial: usize, point: &Point) -> Option<DVector<f64>> {
+        let predicted = self.plant.simulate(trial, point)?;
+        let done = self.simulations.fetch_add(1, Ordering::Relaxed) + 1;
+        (self.progress)(done);
+        let samples = &self.plant.trials()[trial].samples;
+        debug_assert_eq!(predicted.len(), samples.len());
+        let whitened = samples.iter().zip(&predicted).zip(self.weights[trial].iter());
+        let residual = whitened.map(|((sample, f), w)| (sample.value - f) * w);
+        let residual = DVector::from_iterator(samples.len(), residual);
+        residual.iter().all(|x| x.is_finite()).then_some(residual)
+    }
+
+    /// (y − f)/σ by trial.
+    pub fn residuals(&self, point: &Point) -> Option<Vec<DVector<f64>>> {
+        let trials = 0..self.plant.trials().len();
+        trials.into_par_iter().map(|trial| self.residual(trial, point)).collect()
+    }
+
+    /// Derivatives of [`Problem::residuals`], which are `base` at this point, by forward or
+    /// backward differences that stay within the bounds. By trial: samples × coordinates.
+    pub fn sensitivities(
+        &self,
+        point: &Point,
+        base: &[DVector<f64>],
+        coordinates: &[Coordinate],
+    ) -> Option<Vec<DMatrix<f64>>> {
+        let trials = self.plant.trials().len();
+        let jobs: Vec<(usize, usize)> =
+            (0..trials).flat_map(|trial| (0..coordinates.len()).map(move |c| (trial, c))).collect();
+        let column = |&(trial, c): &(usize, usize)| {
+            let (moved, step) = self.moved(point, coordinates[c]);
+            Some((self.residual(trial, &moved)? - &base[trial]) / step)
+        };
+        let columns: Option<Vec<DVector<f64>>> = jobs.par_iter().map(column).collect();
+        let mut columns = columns?.into_iter();
+        let matrix = |trial: usize| {
+            let own: Vec<_> = columns.by_ref().take(coordinates.len()).collect();
+            if own.is_empty() {
+                DMatrix::zeros(base[trial].len(), 0)
+            } else {
+                DMatrix::from_columns(&own)
+            }
+        };
+        Some((0..trials).map(matrix).collect())
+    }
+
+    fn moved(&self, point: &Point, coordinate: Coordinate) -> (Point, f64) {
+        let mut moved = point.clone();
+        let step = match coordinate {
+            Coordinate::Effect { effect, parameter } => {
+                let Parameter { high, scale, .. } = self.parameter(effect, parameter);
+                let value = &mut moved.effects[effect][parameter];
+                let step = STEP_SD * scale;
+                let step = if *value + step > high { -step } else { step };
+                *value += step;
+                step
+            }
+            Coordinate::Nuisance(nuisance) => {
+                // Priors of nuisances are tight: a whole one is still a small step.
+                let step = self.plant.nuisances()[nuisance].sd;
+                moved.nuisances[nuisance] += step;
+                step
+            }
+        };
+        (moved, step)
+    }
+
+    /// One parameter of an effect.
+    pub fn parameter(&self, effect: usize, parameter: usize) -> Parameter {
+        self.plant.effects()[effect].parameters[parameter]
+    }
+
+    /// All parameters of some effects.
+    pub fn coordinates(&self, effects: &[usize]) -> Vec<Coordinate> {
+        let of = |&effect: &usize| {
+            let parameters = self.plant.effects()[effect].parameters.len();
+            (0..parameters).map(move |parameter| Coordinate::Effect { effect, parameter })
+        };
+        effects.iter().flat_map(of).collect()
+    }
+}

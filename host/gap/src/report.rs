@@ -1,0 +1,186 @@
+//! The answer, in the layout of the diagnosis format (`gap-diagnosis/1`).
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+
+use crate::experiment::Experiment;
+use crate::locate::Cell;
+
+/// The only format there is.
+pub const FORMAT: &str = "gap-diagnosis/1";
+
+/// What was concluded.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Verdict {
+    /// The nominal model explains the data to the floor.
+    NoGap,
+    /// Effects that close at least 80 % of the gap.
+    Named,
+    /// Effects that close 50 to 80 %.
+    Partial,
+    /// No effect of the library closes half of the gap, or the data cannot carry a verdict.
+    Unknown,
+}
+
+/// A fitted parameter with its 90 % interval.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Estimate {
+    pub value: f64,
+    pub low: f64,
+    pub high: f64,
+    pub unit: &'static str,
+}
+
+/// One effect of the explanation.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct NamedEffect {
+    pub id: String,
+    pub parameters: BTreeMap<String, Estimate>,
+    /// Calibrated probability that it is there.
+    pub confidence: f64,
+    /// Share of the held-out gap above the floor that it closed when it was added; those of all
+    /// effects add up to the shrink of the explanation.
+    pub shrink: f64,
+    pub material: bool,
+}
+
+/// One single effect that was tried.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Ranked {
+    pub id: String,
+    pub shrink: f64,
+}
+
+/// Root mean square before and after, and the floor.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Figures {
+    pub before: f64,
+    pub after: f64,
+    pub floor: f64,
+}
+
+/// On held-out data only; `None` where not measured.
+#[derive(Clone, Copy, Debug, PartialEq, Default, Serialize)]
+pub struct Gap {
+    #[serde(rename = "force_rms_N")]
+    pub force_rms_n: Option<Figures>,
+    pub tip_rms_m: Option<Figures>,
+    pub shape_rms_m: Option<Figures>,
+}
+
+/// How to get the same answer again.
+#[derive(Clone, Debug, PartialEq, Default, Serialize)]
+pub struct Reproduce {
+    pub command: String,
+    pub version: String,
+    pub bundle_sha256: String,
+}
+
+/// The whole answer.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Diagnosis {
+    pub format: &'static str,
+    pub bundle: String,
+    pub verdict: Verdict,
+    pub effects: Vec<NamedEffect>,
+    pub confusable: Vec<Vec<String>>,
+    pub ranking: Vec<Ranked>,
+    pub gap: Gap,
+    #[serde(rename = "where")]
+    pub places: Vec<Cell>,
+    pub next_experiment: Option<Experiment>,
+    pub reproduce: Reproduce,
+    /// What cannot be concluded, or only with a reserve, and why.
+    pub remarks: Vec<String>,
+    #[serde(skip)]
+    pub details: Details,
+}
+
+/// What the page shows beyond the format.
+#[derive(Clone, Debug, PartialEq, Default)]
+pub struct Details {
+    /// What is compared with what.
+    pub compared: String,
+    /// Effects of each step of the selection, shrink and force RMS after it.
+    pub path: Vec<PathStep>,
+    /// Each held-out trial: number, force RMS before and after.
+    pub held_out: Vec<HeldOut>,
+    /// Shrink of the whole explanation.
+    pub shrink: f64,
+    /// Measured, nominal and best prediction of the force channels of one trial.
+    pub series: Vec<Series>,
+    /// Simulated trials.
+    pub simulations: usize,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+pub struct PathStep {
+    pub effects: Vec<String>,
+    pub shrink: f64,
+    pub force_rms_n: Option<f64>,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+pub struct HeldOut {
+    pub trial: u32,
+    pub before_n: f64,
+    pub after_n: f64,
+}
+
+/// One channel of one trial over time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Series {
+    pub channel: String,
+    pub trial: u32,
+    pub t_s: Vec<f64>,
+    pub measured: Vec<f64>,
+    pub nominal: Vec<f64>,
+    pub best: Vec<f64>,
+}
+
+impl Diagnosis {
+    /// The verdict in one sentence.
+    pub fn sentence(&self) -> String {
+        let percent = |share: f64| match share {
+            s if s > 0.99 => format!("{:.1} %", 100.0 * s),
+            s => format!("{:.0} %", 100.0 * s),
+        };
+        let names = |only_material: bool| {
+            let wanted = self.effects.iter().filter(|e| e.material || !only_material);
+            let ids: Vec<&str> = wanted.map(|e| e.id.as_str()).collect();
+            match ids.split_last() {
+                Some((last, [])) => (*last).to_owned(),
+                Some((last, others)) => format!("{} and {last}", others.join(", ")),
+                None => String::new(),
+            }
+        };
+        let figures = self.gap.force_rms_n.map_or(String::new(), |f| {
+            let (unit, scale) = if f.before < 1.0 { ("mN", 1e3) } else { ("N", 1.0) };
+            format!(
+                ": from {:.3} to {:.3} {unit} RMS on data that the fit had not seen",
+                scale * f.before,
+                scale * f.after
+            )
+        });
+        match self.verdict {
+            Verdict::NoGap => "No gap: the nominal model explains the data to the floor.".to_owned(),
+            Verdict::Named => {
+                let share = percent(self.details.shrink);
+                format!("{} closes {share} of the gap{figures}.", names(true))
+                    .replacen(" closes", if self.effects.len() > 1 { " close" } else { " closes" }, 1)
+            }
+            Verdict::Partial => format!(
+                "{} explains only {} of the gap{figures}; the rest is none of the known effects.",
+                names(false),
+                percent(self.details.shrink)
+            ),
+            Verdict::Unknown if self.ranking.is_empty() => {
+                "Nothing can be concluded from this data; the remarks say why.".to_owned()
+            }
+            Verdict::Unknown => "There is a gap, and none of the known effects explains half of it."
+                .to_owned(),
+        }
+    }
+}

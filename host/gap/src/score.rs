@@ -1,0 +1,252 @@
+//! Held-out scores: every sample is predicted from parameters that have not seen its fold.
+//!
+//! A fold's parameters follow from the fit to everything by one Gauss–Newton step that leaves
+//! the fold out, and its prediction by the same derivatives: no further simulation. Nuisances
+//! are a trial's own and are refitted on the trial that is held out, within their priors.
+
+use std::collections::BTreeSet;
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::fit::Fit;
+use crate::plant::{Plant, Quantity, Sample};
+use crate::problem::{Coordinate, Problem};
+
+/// Fewest samples of a regime that count as having been trained on.
+const TRAINED_SAMPLES: usize = 10;
+/// Trials from which on whole trials are held out even where their regimes differ a little.
+const FEWEST_BLOCKS: usize = 3;
+
+/// What is held out together.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FoldKind {
+    /// Whole trials, the others train.
+    Trial,
+    /// Cycles or equal parts of a trial.
+    Block,
+}
+
+/// Which samples are held out together, and which cannot be scored at all.
+#[derive(Clone, Debug)]
+pub struct Folds {
+    pub kind: FoldKind,
+    /// By trial, by sample.
+    pub of_sample: Vec<Vec<usize>>,
+    /// Whether the other folds have the sample's regime too; what they lack is not scored.
+    pub scored: Vec<Vec<bool>>,
+    pub count: usize,
+    /// Share of samples that is not scored.
+    pub unseen_share: f64,
+    /// Their regimes.
+    pub unseen: Vec<String>,
+}
+
+impl Folds {
+    /// Leave one trial out; with a single trial, leave one block out. `None` when there is
+    /// nothing to hold out.
+    pub fn of(plant: &dyn Plant) -> Option<Self> {
+        let trials = plant.trials();
+        let (kind, count) = if trials.len() > 1 {
+            (FoldKind::Trial, trials.len())
+        } else {
+            (FoldKind::Block, trials.first()?.blocks)
+        };
+        if kind == FoldKind::Block && count < FEWEST_BLOCKS {
+            return None;
+        }
+        let fold = |trial: usize, block: usize| match kind {
+            FoldKind::Trial => trial,
+            FoldKind::Block => block,
+        };
+        let regimes = plant.regimes().len();
+        let mut inside = vec![vec![0_usize; regimes]; count];
+        let mut total = vec![0_usize; regimes];
+        for (t, trial) in trials.iter().enumerate() {
+            for sample in &trial.samples {
+                inside[fold(t, sample.block)][sample.regime] += 1;
+                total[sample.regime] += 1;
+            }
+        }
+        let (mut left_out, mut unseen) = (0, BTreeSet::new());
+        let (mut of_sample, mut scored) = (Vec::new(), Vec::new());
+        for (t, trial) in trials.iter().enumerate() {
+            let own: Vec<usize> = trial.samples.iter().map(|s| fold(t, s.block)).collect();
+            let trained = |(sample, &fold): (&Sample, &usize)| {
+                let trained = total[sample.regime] - inside[fold][sample.regime];
+                if trained < TRAINED_SAMPLES {
+                    left_out += 1;
+                    unseen.insert(sample.regime);
+                }
+                trained >= TRAINED_SAMPLES
+            };
+            scored.push(trial.samples.iter().zip(&own).map(trained).collect());
+            of_sample.push(own);
+        }
+        let all: usize = total.iter().sum();
+        Some(Self {
+            kind,
+            of_sample,
+            scored,
+            count,
+            unseen_share: left_out as f64 / all.max(1) as f64,
+            unseen: unseen.into_iter().map(|regime| plant.regimes()[regime].clone()).collect(),
+        })
+    }
+}
+
+/// A model's error on data that its parameters have not seen.
+#[derive(Clone, Debug)]
+pub struct Score {
+    /// Whitened held-out residuals by trial and sample; `None` where not scored.
+    pub residuals: Vec<Vec<Option<f64>>>,
+    /// Energy per sample of every block with scored samples, over all trials.
+    pub blocks: Vec<f64>,
+    /// Samples in each of them.
+    pub weights: Vec<f64>,
+    /// Energy per sample: 1 is the floor.
+    pub energy: f64,
+    /// Samples that are worth an independent one.
+    pub effective: f64,
+}
+
+/// Scores a fit.
+pub fn score(problem: &Problem<'_>, folds: &Folds, fit: &Fit) -> Score {
+    let steps = fold_steps(problem, folds, fit);
+    let mut residuals = Vec::new();
+    let (mut blocks, mut weights) = (Vec::new(), Vec::new());
+    for (t, (trial, fitted)) in problem.plant.trials().iter().zip(&fit.trials).enumerate() {
+        let n = trial.samples.len();
+        let moved: Vec<DVector<f64>> =
+            steps.iter().map(|step| &fitted.refit.residual + &fitted.jacobian * step).collect();
+        let held_out = |i: usize| folds.scored[t][i].then(|| moved[folds.of_sample[t][i]][i]);
+        let own: Vec<Option<f64>> = (0..n).map(held_out).collect();
+        let mut sums = vec![(0.0, 0_usize); trial.blocks];
+        for (sample, residual) in trial.samples.iter().zip(&own) {
+            if let Some(r) = residual {
+                sums[sample.block].0 += r * r;
+                sums[sample.block].1 += 1;
+            }
+        }
+        let scored: usize = sums.iter().map(|(_, count)| count).sum();
+        // What the nuisances cost belongs to all blocks of the trial alike.
+        let penalty = fitted.refit.residual.rows_range(n..).norm_squared();
+        for (energy, count) in sums.into_iter().filter(|(_, count)| *count > 0) {
+            let share = count as f64 / scored as f64;
+            blocks.push((energy + penalty * share) / count as f64);
+            weights.push(count as f64);
+        }
+        residuals.push(own);
+    }
+    let total: f64 = weights.iter().sum();
+    let energy = blocks.iter().zip(&weights).map(|(e, w)| e * w).sum::<f64>() / total.max(1.0);
+    let effective = effective_samples(problem.plant, &residuals);
+    Score { residuals, blocks, weights, energy, effective }
+}
+
+/// How far the parameters of every fold lie from those of the whole fit.
+pub fn fold_steps(problem: &Problem<'_>, folds: &Folds, fit: &Fit) -> Vec<DVector<f64>> {
+    let k = fit.coordinates.len();
+    let mut normal = vec![DMatrix::<f64>::zeros(k, k); folds.count];
+    let mut gradient = vec![DVector::<f64>::zeros(k); folds.count];
+    let (mut all_normal, mut all_gradient) = (DMatrix::zeros(k, k), DVector::zeros(k));
+    for (i, coordinate) in fit.coordinates.iter().enumerate() {
+        if let Coordinate::Effect { effect, parameter } = *coordinate {
+            let p = problem.parameter(effect, parameter);
+            all_normal[(i, i)] += p.scale.powi(-2);
+            all_gradient[i] += (fit.point.effects[effect][parameter] - p.off) / p.scale.powi(2);
+        }
+    }
+    for (trial, own) in fit.trials.iter().zip(&folds.of_sample) {
+        let (j, r) = (&trial.jacobian, &trial.refit.residual);
+        all_normal += j.tr_mul(j);
+        all_gradient += j.tr_mul(r);
+        for i in 0..r.len() {
+            // The penalties at the end go with the trial, and stay when it is cut into blocks.
+            let fold = match (own.get(i), folds.kind) {
+                (Some(&fold), _) => fold,
+                (None, FoldKind::Trial) => own[0],
+                (None, FoldKind::Block) => continue,
+            };
+            let row = j.row(i).transpose();
+            normal[fold] += &row * row.transpose();
+            gradient[fold] += row * r[i];
+        }
+    }
+    let step = |fold: usize| {
+        let training = &all_normal - &normal[fold];
+        let slope = &all_gradient - &gradient[fold];
+        let step = training.cholesky().map(|c| c.solve(&-slope));
+        let mut step = step.unwrap_or_else(|| DVector::zeros(k));
+        for (i, coordinate) in fit.coordinates.iter().enumerate() {
+            if let Coordinate::Effect { effect, parameter } = *coordinate {
+                let p = problem.parameter(effect, parameter);
+                let value = fit.point.effects[effect][parameter];
+                step[i] = (value + step[i]).clamp(p.low, p.high) - value;
+            }
+        }
+        step
+    };
+    (0..folds.count).map(step).collect()
+}
+
+/// N/(1 + 2 Σ ρ_k), summed over trials and channels.
+fn effective_samples(plant: &dyn Plant, residuals: &[Vec<Option<f64>>]) -> f64 {
+    let mut sum = 0.0;
+    for (trial, own) in plant.trials().iter().zip(residuals) {
+        for range in trial.channel_ranges() {
+            let series: Vec<f64> = own[range].iter().flatten().copied().collect();
+            if !series.is_empty() {
+                sum += series.len() as f64 / crate::signal::correlation_length(&series);
+            }
+        }
+    }
+    sum
+}
+
+impl Score {
+    /// Shrink of the gap above the floor against the nominal model's score.
+    pub fn shrink(&self, nominal: &Score) -> f64 {
+        1.0 - (self.energy - 1.0).max(0.0) / (nominal.energy - 1.0).max(f64::MIN_POSITIVE)
+    }
+
+    /// Mean gain over another score's blocks, and its standard error.
+    pub fn gain_over(&self, other: &Score) -> (f64, f64) {
+        let gains: Vec<f64> = other.blocks.iter().zip(&self.blocks).map(|(a, b)| a - b).collect();
+        let n = gains.len() as f64;
+        let mean = gains.iter().sum::<f64>() / n.max(1.0);
+        let variance =
+            gains.iter().map(|g| (g - mean).powi(2)).sum::<f64>() / (n - 1.0).max(1.0);
+        (mean, (variance / n.max(1.0)).sqrt())
+    }
+
+    /// Root mean square of the error of a quantity, of a vector its norm, in its unit.
+    pub fn rms(&self, problem: &Problem<'_>, quantity: Quantity) -> Option<f64> {
+        root_mean_square(problem, quantity, |trial, i| {
+            Some(self.residuals[trial][i]? / problem.weights(trial)[i])
+        })
+    }
+}
+
+/// Root mean square over the samples of a quantity for which `error` has a value.
+pub fn root_mean_square(
+    problem: &Problem<'_>,
+    quantity: Quantity,
+    error: impl Fn(usize, usize) -> Option<f64>,
+) -> Option<f64> {
+    let channels = problem.plant.channels();
+    let mut sums = vec![(0.0, 0_usize); channels.len()];
+    for (t, trial) in problem.plant.trials().iter().enumerate() {
+        for (i, sample) in trial.samples.iter().enumerate() {
+            let wanted = channels[sample.channel].quantity == quantity;
+            if let Some(e) = wanted.then(|| error(t, i)).flatten() {
+                sums[sample.channel].0 += e * e;
+                sums[sample.channel].1 += 1;
+            }
+        }
+    }
+    let means: Vec<f64> =
+        sums.iter().filter(|(_, n)| *n > 0).map(|(sum, n)| sum / *n as f64).collect();
+    // Three channels are one point in space.
+    let points = if means.len() > 3 { means.len() as f64 / 3.0 } else { 1.0 };
+    (!means.is_empty()).then(|| (means.iter().sum::<f64>() / points).sqrt())
+}

@@ -1,0 +1,118 @@
+//! Time series: smoothing, interpolation, autocorrelation.
+
+/// Gaussian smoothing and its first two derivatives on a uniform grid.
+///
+/// The kernels sum to exactly 1, and their moments are exactly those of a derivative, so a
+/// constant has no slope and a straight line no curvature.
+#[derive(Clone, Debug)]
+pub struct Gaussian {
+    /// Index `reach` is the centre.
+    weights: Vec<f64>,
+    reach: usize,
+}
+
+impl Gaussian {
+    /// `sd`: standard deviation in samples. Cut at four of them.
+    pub fn new(sd: f64) -> Self {
+        let reach = (4.0 * sd).ceil().max(1.0) as usize;
+        let offset = |i: usize| i as f64 - reach as f64;
+        let bell = |x: f64| (-0.5 * (x / sd).powi(2)).exp();
+        let mut weights: Vec<f64> = (0..=2 * reach).map(|i| bell(offset(i))).collect();
+        let sum: f64 = weights.iter().sum();
+        weights.iter_mut().for_each(|w| *w /= sum);
+        Self { weights, reach }
+    }
+
+    /// The smoothed value at sample `at`; beyond the ends the series is held.
+    pub fn at(&self, series: &[f64], at: usize) -> f64 {
+        let last = series.len().saturating_sub(1);
+        let index = |i: usize| (at + i).saturating_sub(self.reach).min(last);
+        self.weights.iter().enumerate().map(|(i, w)| w * series[index(i)]).sum()
+    }
+
+    /// The whole series, smoothed.
+    pub fn smooth(&self, series: &[f64]) -> Vec<f64> {
+        (0..series.len()).map(|i| self.at(series, i)).collect()
+    }
+
+    /// Samples at either end that the held ends reach.
+    pub fn reach(&self) -> usize {
+        self.reach
+    }
+}
+
+/// Central differences, one-sided at the ends.
+pub fn slope(series: &[f64], dt_s: f64) -> Vec<f64> {
+    let last = series.len().saturating_sub(1);
+    let at = |i: usize| {
+        let (low, high) = (i.saturating_sub(1), (i + 1).min(last));
+        (series[high] - series[low]) / ((high - low).max(1) as f64 * dt_s)
+    };
+    (0..series.len()).map(at).collect()
+}
+
+/// Linear interpolation on a uniform grid that begins at 0; held beyond its ends.
+pub fn interpolate(series: &[f64], index: f64) -> f64 {
+    let last = series.len().saturating_sub(1);
+    let index = index.clamp(0.0, last as f64);
+    let low = index.floor() as usize;
+    let high = (low + 1).min(last);
+    series[low] + (index - low as f64) * (series[high] - series[low])
+}
+
+/// 1 + 2 Σ ρ_k up to the first autocorrelation that is not positive, at most a tenth of the
+/// series: how many samples one independent one is worth.
+///
+/// Of the raw second moment, not of the variance: a constant residual is one observation.
+pub fn correlation_length(series: &[f64]) -> f64 {
+    let n = series.len();
+    let power: f64 = series.iter().map(|x| x * x).sum::<f64>() / n.max(1) as f64;
+    if n < 2 || power <= 0.0 {
+        return 1.0;
+    }
+    let mut length = 1.0;
+    for lag in 1..=(n / 10).max(1) {
+        let products: f64 = series.iter().zip(&series[lag..]).map(|(a, b)| a * b).sum();
+        let correlation = products / ((n - lag) as f64 * power);
+        if correlation <= 0.0 {
+            break;
+        }
+        length += 2.0 * correlation;
+    }
+    length.min(n as f64)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn smoothing_keeps_lines_and_narrows_noise() {
+        let gaussian = Gaussian::new(3.0);
+        let line: Vec<f64> = (0..200).map(|i| 2.0 + 0.5 * f64::from(i)).collect();
+        let smooth = gaussian.smooth(&line);
+        for i in gaussian.reach()..200 - gaussian.reach() {
+            assert!((smooth[i] - line[i]).abs() < 1e-9);
+        }
+        let slopes = slope(&smooth, 0.5);
+        assert!((slopes[100] - 1.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn interpolation_holds_the_ends() {
+        assert_eq!(interpolate(&[1.0, 3.0], -1.0), 1.0);
+        assert_eq!(interpolate(&[1.0, 3.0], 0.25), 1.5);
+        assert_eq!(interpolate(&[1.0, 3.0], 7.0), 3.0);
+    }
+
+    #[test]
+    fn independent_samples_count_once_and_held_ones_as_one() {
+        // Alternating signs: the first correlation is negative.
+        let alternating: Vec<f64> = (0..100).map(|i| if i % 2 == 0 { 1.0 } else { -1.0 }).collect();
+        assert_eq!(correlation_length(&alternating), 1.0);
+        let held: Vec<f64> = (0..400).map(|i| if (i / 20) % 2 == 0 { 1.0 } else { -1.0 }).collect();
+        let length = correlation_length(&held);
+        assert!((15.0..25.0).contains(&length), "{length}");
+        assert_eq!(correlation_length(&[]), 1.0);
+    }
+}
