@@ -6,7 +6,7 @@ use anyhow::bail;
 use serde_json::Value;
 
 /// The packages that others may use, from the bottom up.
-const LIBRARIES: [&str; 10] = [
+const LIBRARIES: [&str; 11] = [
     "cathforce-scalar",
     "cathforce-mechanics",
     "cathforce-control",
@@ -17,13 +17,14 @@ const LIBRARIES: [&str; 10] = [
     "cathforce-rig",
     "cathforce-link",
     "cathforce-record",
+    "cathforce-gap",
 ];
 
 /// What runs on the device and on the host alike, the bus included.
 const SHARED: &[&str] = LIBRARIES.split_at(6).0;
 
 /// Each package and the packages of the project that it may use.
-const ALLOWED: [(&str, &[&str]); 15] = [
+const ALLOWED: [(&str, &[&str]); 16] = [
     ("cathforce-scalar", &[]),
     ("cathforce-mechanics", &["cathforce-scalar"]),
     ("cathforce-control", &["cathforce-mechanics"]),
@@ -39,6 +40,16 @@ const ALLOWED: [(&str, &[&str]); 15] = [
     ("cathforce-link", SHARED),
     ("cathforce-record", SHARED),
     ("cathforce-reference", &[]),
+    (
+        "cathforce-gap",
+        &[
+            "cathforce-scalar",
+            "cathforce-mechanics",
+            "cathforce-config",
+            "cathforce-rig",
+            "cathforce-record",
+        ],
+    ),
     ("cathforce", &LIBRARIES),
     ("cathforce-hil-tests", &LIBRARIES),
     ("xtask", &["cathforce-link"]),

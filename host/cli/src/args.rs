@@ -20,8 +20,8 @@ Exit codes:
 #[command(name = "cathforce", version, after_help = EXIT_CODES)]
 pub struct Arguments {
     /// Print data as JSON.
-    #[arg(long, global = true)]
-    pub json: bool,
+    #[arg(long, global = true, num_args = 0, default_missing_value = "-")]
+    pub json: Option<String>,
     /// Print nothing on stderr but warnings and errors.
     #[arg(long, global = true)]
     pub quiet: bool,
@@ -158,6 +158,8 @@ pub struct GapArguments {
 
 #[derive(Debug, Subcommand)]
 pub enum GapAction {
+    /// Say where the gap lies, which effect causes it and how far it shrinks.
+    Diagnose(DiagnoseArguments),
     /// List the effects that can be switched on and diagnosed.
     Effects,
 }
@@ -181,6 +183,24 @@ pub struct ExportArguments {
     /// One row a node and shape, 25 shapes a second.
     #[arg(long, value_name = "FILE.csv")]
     pub nodes: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+pub struct DiagnoseArguments {
+    /// Trial bundle.
+    pub bundle: PathBuf,
+    /// Write the answer as JSON into this file, or to stdout (`-`).
+    // The same id as the flag of all commands, which it stands in for.
+    #[arg(long, id = "json", value_name = "FILE|-", num_args = 0..=1, default_missing_value = "-")]
+    pub json: Option<String>,
+    /// Fail with exit code 6 when the force error that is left exceeds this, e.g. `rms_N=0.02`.
+    #[arg(long, value_name = "rms_N=X", value_parser = rms_limit)]
+    pub fail_above: Option<f64>,
+}
+
+fn rms_limit(text: &str) -> Result<f64, String> {
+    let value = text.strip_prefix("rms_N=").ok_or("write rms_N=X")?;
+    positive(value, "a force in newtons above 0")
 }
 
 fn setting(text: &str) -> Result<(String, f32), String> {
@@ -216,6 +236,23 @@ mod tests {
     #[test]
     fn the_command_line_is_consistent() {
         Arguments::command().debug_assert();
+    }
+
+    #[test]
+    fn json_is_a_flag_everywhere_and_may_name_a_file_in_a_diagnosis() {
+        let parse = |line: &[&str]| Arguments::try_parse_from(line).unwrap();
+        let inner = |arguments: &Arguments| match &arguments.command {
+            Command::Gap(GapArguments { action: GapAction::Diagnose(d) }) => d.json.clone(),
+            _ => None,
+        };
+        let before = parse(&["cathforce", "--json", "gap", "diagnose", "b"]);
+        assert_eq!((before.json.as_deref(), inner(&before).as_deref()), (Some("-"), Some("-")));
+        let file = parse(&["cathforce", "gap", "diagnose", "b", "--json", "f.json"]);
+        assert_eq!(inner(&file).as_deref(), Some("f.json"));
+        let stdout = parse(&["cathforce", "gap", "diagnose", "b", "--json", "-"]);
+        assert_eq!(inner(&stdout).as_deref(), Some("-"));
+        let info = parse(&["cathforce", "info", "--json", "path"]);
+        assert_eq!(info.json.as_deref(), Some("-"));
     }
 
     #[test]

@@ -16,7 +16,7 @@ use clap::Parser;
 
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
-    let ui = ui::Ui::new(arguments.json, arguments.quiet);
+    let ui = ui::Ui::new(arguments.json.is_some(), arguments.quiet);
     let result = match arguments.command {
         Command::Run(arguments) => commands::run::run(&ui, &arguments.link, &arguments.play),
         Command::Simulate(arguments) => commands::run::run(&ui, "sim", &arguments.play),

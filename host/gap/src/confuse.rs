@@ -100,7 +100,12 @@ fn span(selection: &Selection, others: &[DMatrix<f64>], rival: &Candidate) -> Ve
 /// How often an effect wins when the blocks are drawn again: it must lower the error of the
 /// model that lacks it, and come before every rival at its step that is not confusable with it.
 /// Within a confusable set the wins are shared.
-pub fn win_frequency(step: &Step, without: Option<&Score>, best: &Score, confusable: &[usize]) -> f64 {
+pub fn win_frequency(
+    step: &Step,
+    without: Option<&Score>,
+    best: &Score,
+    confusable: &[usize],
+) -> f64 {
     let blocks = best.blocks.len();
     if blocks == 0 {
         return 0.0;

@@ -69,6 +69,18 @@ pub fn diagnose(plant: &dyn Plant, bundle: &str, progress: Progress<'_>) -> Diag
     }
 }
 
+/// About how many trials a diagnosis will simulate, for a progress bar.
+pub fn expected_simulations(plant: &dyn Plant) -> u64 {
+    let nuisances = plant.nuisances().len();
+    let again = if plant.relinearise() { nuisances + 4 } else { 0 };
+    let fit = |k: usize, starts: usize| 1 + starts + 4 * (k + 2) + again;
+    let effects = plant.effects().iter();
+    let singles: usize = effects.map(|e| fit(e.parameters.len(), e.starts.len())).sum();
+    // Pairs and further rounds, as on the bundles that it was tried on.
+    let more = 16 * fit(3, 2);
+    ((1 + nuisances + singles + more) * plant.trials().len()) as u64
+}
+
 /// The answer while it grows.
 struct Answer<'a> {
     plant: &'a dyn Plant,
@@ -407,8 +419,8 @@ fn increments(selection: &Selection) -> BTreeMap<usize, f64> {
     };
     let (mut covered, mut closed) = (BTreeMap::new(), 0.0);
     for (effects, score) in &selection.path {
-        let grows = effects.iter().all(|e| best.contains(e))
-            && covered.keys().all(|e| effects.contains(e));
+        let grows =
+            effects.iter().all(|e| best.contains(e)) && covered.keys().all(|e| effects.contains(e));
         let mut added: Vec<usize> =
             effects.iter().copied().filter(|e| !covered.contains_key(e)).collect();
         if !grows || added.is_empty() {

@@ -232,10 +232,10 @@ impl Search<'_> {
         while points < COMPASS_POINTS {
             let from = best.as_ref().unwrap_or(place);
             let mut found = None;
-            for i in 0..self.coordinates.len() {
+            for (i, scale) in scales.iter().enumerate() {
                 for sign in [1.0, -1.0] {
                     let mut point = from.point.clone();
-                    self.add(&mut point, i, sign * size * scales[i]);
+                    self.add(&mut point, i, sign * size * scale);
                     if point == from.point {
                         continue;
                     }

@@ -32,6 +32,6 @@ mod score;
 mod select;
 mod signal;
 
-pub use diagnose::diagnose;
+pub use diagnose::{diagnose, expected_simulations};
 pub use nuisance::NUISANCE_LIMIT;
 pub use problem::Progress;

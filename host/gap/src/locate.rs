@@ -175,10 +175,11 @@ fn describe(samples: &[(Sample, f64)]) -> String {
         (against(&|s| s.t_s, true), "drifts with time"),
     ];
     let strongest = shapes.into_iter().max_by(|a, b| a.0.abs().total_cmp(&b.0.abs()));
-    strongest
-        .filter(|(correlation, _)| correlation.abs() >= TOLD)
-        .map_or_else(String::new, |(correlation, what)| {
+    strongest.filter(|(correlation, _)| correlation.abs() >= TOLD).map_or_else(
+        String::new,
+        |(correlation, what)| {
             let opposed = if correlation < 0.0 { ", negative" } else { "" };
             format!("{what}{opposed} (correlation {:.2})", correlation.abs())
-        })
+        },
+    )
 }

@@ -77,9 +77,10 @@ impl Nuisances {
             for (&k, &value) in free.iter().zip(z.iter()) {
                 estimate[k] = value;
             }
-            let worst = free.iter().copied().max_by(|&a: &usize, &b: &usize| {
-                estimate[a].abs().total_cmp(&estimate[b].abs())
-            });
+            let worst = free
+                .iter()
+                .copied()
+                .max_by(|&a: &usize, &b: &usize| estimate[a].abs().total_cmp(&estimate[b].abs()));
             match worst.filter(|&k| estimate[k].abs() > NUISANCE_LIMIT) {
                 Some(k) => {
                     estimate[k] = NUISANCE_LIMIT.copysign(estimate[k]);
@@ -93,8 +94,7 @@ impl Nuisances {
         for (column, &k) in free.iter().enumerate() {
             augmented[(n + k, column)] = 1.0;
         }
-        let basis =
-            if free.is_empty() { DMatrix::zeros(n + m, 0) } else { augmented.qr().q() };
+        let basis = if free.is_empty() { DMatrix::zeros(n + m, 0) } else { augmented.qr().q() };
         let mut left = DVector::zeros(n + m);
         left.rows_mut(0, n).copy_from(&(residual + s * &estimate));
         left.rows_mut(n, m).copy_from(&estimate);

@@ -37,7 +37,8 @@ impl<'a> Problem<'a> {
     pub fn new(plant: &'a dyn Plant, floor: &Floor, progress: Progress<'a>) -> Self {
         let weights = plant.trials().iter().map(|trial| {
             let sd = |sample| floor.sd_of(sample);
-            DVector::from_iterator(trial.samples.len(), trial.samples.iter().map(sd)).map(|x| 1.0 / x)
+            DVector::from_iterator(trial.samples.len(), trial.samples.iter().map(sd))
+                .map(|x| 1.0 / x)
         });
         Self { plant, weights: weights.collect(), simulations: AtomicUsize::new(0), progress }
     }

@@ -165,11 +165,16 @@ impl Diagnosis {
             )
         });
         match self.verdict {
-            Verdict::NoGap => "No gap: the nominal model explains the data to the floor.".to_owned(),
+            Verdict::NoGap => {
+                "No gap: the nominal model explains the data to the floor.".to_owned()
+            }
             Verdict::Named => {
                 let share = percent(self.details.shrink);
-                format!("{} closes {share} of the gap{figures}.", names(true))
-                    .replacen(" closes", if self.effects.len() > 1 { " close" } else { " closes" }, 1)
+                format!("{} closes {share} of the gap{figures}.", names(true)).replacen(
+                    " closes",
+                    if self.effects.len() > 1 { " close" } else { " closes" },
+                    1,
+                )
             }
             Verdict::Partial => format!(
                 "{} explains only {} of the gap{figures}; the rest is none of the known effects.",
@@ -179,8 +184,9 @@ impl Diagnosis {
             Verdict::Unknown if self.ranking.is_empty() => {
                 "Nothing can be concluded from this data; the remarks say why.".to_owned()
             }
-            Verdict::Unknown => "There is a gap, and none of the known effects explains half of it."
-                .to_owned(),
+            Verdict::Unknown => {
+                "There is a gap, and none of the known effects explains half of it.".to_owned()
+            }
         }
     }
 }

@@ -214,8 +214,7 @@ impl Score {
         let gains: Vec<f64> = other.blocks.iter().zip(&self.blocks).map(|(a, b)| a - b).collect();
         let n = gains.len() as f64;
         let mean = gains.iter().sum::<f64>() / n.max(1.0);
-        let variance =
-            gains.iter().map(|g| (g - mean).powi(2)).sum::<f64>() / (n - 1.0).max(1.0);
+        let variance = gains.iter().map(|g| (g - mean).powi(2)).sum::<f64>() / (n - 1.0).max(1.0);
         (mean, (variance / n.max(1.0)).sqrt())
     }
 

@@ -113,7 +113,12 @@ impl Selector<'_> {
     }
 
     /// A fit from `start`; nuisances are linearised there, and once more where it ends.
-    fn candidate(&self, start: &Point, effects: &[usize], fresh: Option<usize>) -> Option<Candidate> {
+    fn candidate(
+        &self,
+        start: &Point,
+        effects: &[usize],
+        fresh: Option<usize>,
+    ) -> Option<Candidate> {
         let base = self.problem.residuals(start)?;
         let nuisances = Nuisances::at(self.problem, start, &base)?;
         self.candidate_with(&nuisances, start, effects, fresh)
@@ -215,9 +220,10 @@ impl Selector<'_> {
             }
             // From both switched on, or from the better of the two alone.
             let joint = self.candidate_with(nuisances, &start, &pair, None);
-            let better = pair.into_iter().filter_map(|e| selection.singles[e].as_ref()).min_by(|a, b| {
-                a.fit.loss.total_cmp(&b.fit.loss)
-            });
+            let better = pair
+                .into_iter()
+                .filter_map(|e| selection.singles[e].as_ref())
+                .min_by(|a, b| a.fit.loss.total_cmp(&b.fit.loss));
             let Some(better) = better else { continue };
             let candidate = match joint {
                 Some(joint) if joint.fit.loss <= better.fit.loss => Some(joint),
@@ -280,8 +286,7 @@ impl Selector<'_> {
                 let (ar, br) = (dot(first, &residual), dot(second, &residual));
                 let determinant = aa * bb - ab * ab;
                 if determinant > 1e-9 * aa * bb {
-                    let gain =
-                        (bb * ar * ar - 2.0 * ab * ar * br + aa * br * br) / determinant;
+                    let gain = (bb * ar * ar - 2.0 * ab * ar * br + aa * br * br) / determinant;
                     explained.push((gain, [a, b]));
                 }
             }
@@ -359,16 +364,13 @@ impl Selector<'_> {
             let Some(nuisances) = self.nuisances_at(&selection.best.fit) else { return };
             let without = |&effect: &usize| {
                 let candidate = self.without(selection, &nuisances, effect)?;
-                let idle = !pays(
-                    &candidate.score,
-                    &selection.best.score,
-                    self.parameters(effect),
-                );
+                let idle = !pays(&candidate.score, &selection.best.score, self.parameters(effect));
                 idle.then_some((effect, candidate))
             };
-            let idle = effects.iter().filter_map(without).min_by(|a, b| {
-                a.1.score.energy.total_cmp(&b.1.score.energy)
-            });
+            let idle = effects
+                .iter()
+                .filter_map(without)
+                .min_by(|a, b| a.1.score.energy.total_cmp(&b.1.score.energy));
             let Some((effect, candidate)) = idle else { return };
             selection.path.push((candidate.fit.effects.clone(), candidate.score.clone()));
             selection.best = candidate;

@@ -52,8 +52,10 @@ pub struct Scale {
 /// The library, in the order of [`Is`].
 pub fn library(scale: &Scale) -> Vec<Effect> {
     let Scale { force_n: f, speed_m_per_s: v, travel_m: q, duration_s: t } = *scale;
-    let positive = |name, unit, high, scale| Parameter { name, unit, low: 0.0, high, off: 0.0, scale };
-    let signed = |name, unit, high: f64, scale| Parameter { name, unit, low: -high, high, off: 0.0, scale };
+    let positive =
+        |name, unit, high, scale| Parameter { name, unit, low: 0.0, high, off: 0.0, scale };
+    let signed =
+        |name, unit, high: f64, scale| Parameter { name, unit, low: -high, high, off: 0.0, scale };
     let effect = |id, what, parameters, starts: &[&[f64]], confused_with| Effect {
         id,
         what,
@@ -68,21 +70,21 @@ pub fn library(scale: &Scale) -> Vec<Effect> {
         effect(
             "drive.coulomb",
             "friction of constant size against the motion",
-            vec![positive("coulomb_force", "N", 10.0 * f, f)],
+            vec![positive("force_n", "N", 10.0 * f, f)],
             &[&[0.2 * f], &[0.5 * f], &[f]],
             &["drive.stribeck", "drive.load_friction"],
         ),
         effect(
             "drive.viscous",
             "friction proportional to the speed",
-            vec![positive("viscous_coefficient", "N·s/m", 10.0 * f / v, f / v)],
+            vec![positive("n_s_per_m", "N·s/m", 10.0 * f / v, f / v)],
             &[&[0.2 * f / v], &[0.5 * f / v], &[f / v]],
             &["drive.latency", "drive.stribeck"],
         ),
         effect(
             "drive.offset",
             "a constant force: friction differs between the two directions",
-            vec![signed("offset_force", "N", 2.0 * f, 0.2 * f)],
+            vec![signed("force_n", "N", 2.0 * f, 0.2 * f)],
             &[&[0.05 * f], &[-0.05 * f]],
             &["sensor.bias"],
         ),
@@ -90,9 +92,9 @@ pub fn library(scale: &Scale) -> Vec<Effect> {
             "drive.stribeck",
             "friction that falls as motion sets in",
             vec![
-                positive("breakaway_excess", "N", 5.0 * f, 0.3 * f),
+                positive("force_n", "N", 5.0 * f, 0.3 * f),
                 Parameter {
-                    name: "stribeck_velocity",
+                    name: "speed_m_per_s",
                     unit: "m/s",
                     low: 1e-3 * v,
                     high: 0.2 * v,
@@ -106,14 +108,14 @@ pub fn library(scale: &Scale) -> Vec<Effect> {
         effect(
             "drive.load_friction",
             "friction proportional to the inertial load",
-            vec![positive("load_friction_coefficient", "1", 1.0, 0.1)],
+            vec![positive("per_force", "1", 1.0, 0.1)],
             &[&[0.02], &[0.05], &[0.2]],
             &["drive.coulomb", "sensor.gain"],
         ),
         effect(
             "drive.backlash",
             "a gap that is crossed without load after a reversal",
-            vec![positive("gap", "m", 0.05 * q, 1e-3 * q)],
+            vec![positive("position_m", "m", 0.05 * q, 1e-3 * q)],
             &[&[1e-4 * q], &[1e-3 * q], &[5e-3 * q]],
             &["drive.latency", "drive.coulomb"],
         ),
@@ -121,10 +123,10 @@ pub fn library(scale: &Scale) -> Vec<Effect> {
             "drive.ripple",
             "a force that repeats with the position",
             vec![
-                signed("cosine_amplitude", "N", 2.0 * f, 0.1 * f),
-                signed("sine_amplitude", "N", 2.0 * f, 0.1 * f),
+                signed("cosine_n", "N", 2.0 * f, 0.1 * f),
+                signed("sine_n", "N", 2.0 * f, 0.1 * f),
                 Parameter {
-                    name: "wavelength",
+                    name: "wavelength_m",
                     unit: "m",
                     low: 2e-3 * q,
                     high: 2.0 * q,
@@ -138,42 +140,42 @@ pub fn library(scale: &Scale) -> Vec<Effect> {
         effect(
             "drive.encoder_scale",
             "the encoder counts more, or less, than was travelled",
-            vec![signed("scale_error", "1", 0.5, 0.03)],
+            vec![signed("ratio", "1", 0.5, 0.03)],
             &[&[0.05], &[-0.05]],
             &["sensor.gain"],
         ),
         effect(
             "drive.latency",
             "the encoder reports later than the force was applied",
-            vec![signed("latency", "s", 0.05, 0.01)],
+            vec![signed("time_s", "s", 0.05, 0.01)],
             &[&[0.004], &[-0.004], &[0.012]],
             &["sensor.time_constant", "drive.backlash"],
         ),
         effect(
             "sensor.bias",
             "a constant in the command's measurement",
-            vec![signed("bias", "N", 2.0 * f, 0.1 * f)],
+            vec![signed("force_n", "N", 2.0 * f, 0.1 * f)],
             &[&[0.05 * f], &[-0.05 * f]],
             &["drive.offset"],
         ),
         effect(
             "sensor.drift",
             "a bias that grows with time",
-            vec![signed("drift", "N/s", f / t, 0.05 * f / t)],
+            vec![signed("force_n_per_s", "N/s", f / t, 0.05 * f / t)],
             &[&[0.05 * f / t], &[-0.05 * f / t]],
             &["drive.offset"],
         ),
         effect(
             "sensor.gain",
             "the command is measured too large, or too small",
-            vec![signed("gain_error", "1", 0.5, 0.03)],
+            vec![signed("ratio", "1", 0.5, 0.03)],
             &[&[0.05], &[-0.05]],
             &["drive.encoder_scale", "drive.load_friction"],
         ),
         effect(
             "sensor.time_constant",
             "the command's measurement follows late, as a low pass",
-            vec![positive("time_constant", "s", 0.1, 0.01)],
+            vec![positive("time_s", "s", 0.1, 0.01)],
             &[&[0.002], &[0.01]],
             &["drive.latency"],
         ),

@@ -122,7 +122,14 @@ impl Drive {
         Ok(drive)
     }
 
-    fn add(&mut self, number: u32, t_s: &[f64], data: &DriveTrial, motion: Motion, limits: &Limits) {
+    fn add(
+        &mut self,
+        number: u32,
+        t_s: &[f64],
+        data: &DriveTrial,
+        motion: Motion,
+        limits: &Limits,
+    ) {
         let measured = self.filters.measured(&on_grid(t_s, &data.drive_command_n));
         let points = measured.len();
         let period = period(t_s, data);
@@ -153,7 +160,9 @@ impl Drive {
             }
         });
         let samples: Vec<Sample> = samples.collect();
-        if let Some(period) = period.filter(|period| period % stride == 0 && jumps.is_empty()) {
+        if let Some(period) =
+            period.filter(|period| period.is_multiple_of(stride) && jumps.is_empty())
+        {
             self.add_repeats(period / stride, samples.len());
         }
         self.trials.push(Trial { number, samples, blocks });
@@ -242,8 +251,7 @@ impl Plant for Drive {
         let motion = &self.segments[segment];
         let force_n = command(self.mass_kg, motion, point);
         let reach = self.filters.reach();
-        let at: Vec<usize> =
-            (reach..force_n.len().saturating_sub(reach)).step_by(STRIDE).collect();
+        let at: Vec<usize> = (reach..force_n.len().saturating_sub(reach)).step_by(STRIDE).collect();
         let predicted = self.filters.predicted(&force_n, &at, latency_s(point));
         Some(predicted.into_iter().map(|f| f / self.noise_n).collect())
     }
@@ -283,16 +291,14 @@ fn scale(raw: &[(u32, &[f64], &DriveTrial)], motions: &[Motion]) -> Scale {
             &mut motions.iter().flat_map(|m| m.velocity_m_per_s.iter().map(|v| v.abs())),
         ),
         travel_m: positions().fold(f64::NEG_INFINITY, f64::max) - low,
-        duration_s: largest(
-            &mut raw.iter().map(|(_, t_s, _)| t_s[t_s.len() - 1] - t_s[0]),
-        ),
+        duration_s: largest(&mut raw.iter().map(|(_, t_s, _)| t_s[t_s.len() - 1] - t_s[0])),
     }
 }
 
 /// The number of grid points nearest to [`STRIDE`] that divides a period.
 fn stride_of(period: usize) -> usize {
     let strides = STRIDE - 2..=STRIDE + 3;
-    strides.min_by_key(|&n| (period % n != 0, n.abs_diff(STRIDE))).unwrap_or(STRIDE)
+    strides.min_by_key(|&n| (!period.is_multiple_of(n), n.abs_diff(STRIDE))).unwrap_or(STRIDE)
 }
 
 /// Grid points after which the set-point repeats itself; `None` without a set-point or when it

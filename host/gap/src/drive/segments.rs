@@ -12,7 +12,10 @@ pub const NOISE_SHARE: f64 = 5e-3;
 /// The canned motions.
 pub const SEGMENTS: [Segment; 6] = [
     Segment { name: "slow-reversals", what: "back and forth at 2 % of the largest speed" },
-    Segment { name: "three-speeds", what: "there and back at 10, 40 and 100 % of the largest speed" },
+    Segment {
+        name: "three-speeds",
+        what: "there and back at 10, 40 and 100 % of the largest speed",
+    },
     Segment { name: "fast-reversals", what: "short strokes at full acceleration" },
     Segment { name: "small-strokes", what: "strokes of 0.2 % of the travel" },
     Segment { name: "long-slow-travel", what: "once over the whole travel at 20 % of the speed" },
@@ -37,13 +40,13 @@ pub fn motions(scale: &Scale) -> Vec<Motion> {
         }),
     ];
     let points = (SEGMENT_S / GRID_S) as usize;
-    let play = |shape: &Box<dyn Fn(f64) -> f64>| {
+    let play = |shape: &dyn Fn(f64) -> f64| {
         let raw: Vec<f64> = (0..points).map(|i| shape(i as f64 * GRID_S)).collect();
         // No axis changes its speed at once.
         let smooth = crate::signal::Gaussian::new(TURN_S / GRID_S).smooth(&raw);
         Motion::of(&smooth)
     };
-    shapes.iter().map(play).collect()
+    shapes.iter().map(|shape| play(shape.as_ref())).collect()
 }
 
 /// Length of a segment \[s\].

@@ -1,6 +1,13 @@
-//! `cathforce gap`.
+//! `cathforce gap`: what is between the model and the measurement.
 
+mod diagnose;
 mod effects;
+mod hash;
+
+use cathforce_gap::drive::Drive;
+use cathforce_gap::plant::Plant;
+use cathforce_rig::Bundle;
+use cathforce_rig::bundle::Plant as RigPlant;
 
 use crate::args::{GapAction, GapArguments};
 use crate::failure::Failure;
@@ -8,6 +15,22 @@ use crate::ui::Ui;
 
 pub fn run(ui: &Ui, arguments: &GapArguments) -> Result<(), Failure> {
     match &arguments.action {
+        GapAction::Diagnose(arguments) => diagnose::run(ui, arguments),
         GapAction::Effects => effects::list(ui),
+    }
+}
+
+/// The plant of a bundle.
+fn plant(bundle: &Bundle) -> Result<Box<dyn Plant>, Failure> {
+    let refuse = |error: &dyn std::fmt::Display| {
+        Failure::input(format!("{}: {error}", bundle.path.display()))
+    };
+    match &bundle.rig.plant {
+        RigPlant::Drive(_) => Drive::new(bundle)
+            .map(|plant| Box::new(plant) as Box<dyn Plant>)
+            .map_err(|e| refuse(&e)),
+        RigPlant::Catheter(_) => Err(refuse(
+            &"only drives can be diagnosed yet\n  fix: give a bundle with plant = \"drive\"",
+        )),
     }
 }

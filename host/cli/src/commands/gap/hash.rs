@@ -1,0 +1,48 @@
+//! One hash over everything in a bundle that an answer depends on.
+
+use std::path::{Path, PathBuf};
+
+use sha2::{Digest, Sha256};
+
+/// SHA-256 over name, length and bytes of every file that a bundle is read from, by name.
+pub fn of_bundle(bundle: &Path) -> std::io::Result<String> {
+    let mut files: Vec<PathBuf> =
+        ["rig.toml", "vessel.stl", "centreline.csv"].iter().map(|name| bundle.join(name)).collect();
+    if let Ok(trials) = std::fs::read_dir(bundle.join("trials")) {
+        for entry in trials {
+            files.push(entry?.path());
+        }
+    }
+    files.retain(|file| file.is_file());
+    files.sort();
+    let mut hash = Sha256::new();
+    for file in files {
+        let name = file.strip_prefix(bundle).unwrap_or(&file).to_string_lossy().into_owned();
+        let bytes = std::fs::read(&file)?;
+        hash.update(name.as_bytes());
+        hash.update((bytes.len() as u64).to_le_bytes());
+        hash.update(&bytes);
+    }
+    Ok(hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_byte_and_name_counts() {
+        let folder = tempfile::tempdir().unwrap();
+        let write =
+            |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
+        std::fs::create_dir(folder.path().join("trials")).unwrap();
+        write("rig.toml", "a");
+        write("trials/000.csv", "t_s");
+        let first = of_bundle(folder.path()).unwrap();
+        assert_eq!(first.len(), 64);
+        write("notes.txt", "not read");
+        assert_eq!(of_bundle(folder.path()).unwrap(), first);
+        write("trials/000.csv", "t_m");
+        assert_ne!(of_bundle(folder.path()).unwrap(), first);
+    }
+}
