@@ -11,6 +11,10 @@ use super::{DriveTrain, EntryDrag, WallMotion};
 use crate::model::{half_turn, maximum, minimum};
 use crate::{Drive, Model, Outputs, Real};
 
+/// The shaft behind the entry plane winds up or unwinds by no more a solve \[rad\]: the joint at
+/// the entry is linear in it.
+const LARGEST_UNWINDING_RAD: f64 = 0.2;
+
 /// Memory of the effects, those at the samples of the wall apart.
 #[derive(Clone, Debug)]
 pub(crate) struct Memory<T: Real> {
@@ -139,7 +143,9 @@ impl<T: Real> Memory<T> {
             pull.finish(&mut self.pull);
         }
         // docs/model.md (37)
-        self.wound_rad = acting.windup.0 * torque_n_m;
+        let most = T::lit(LARGEST_UNWINDING_RAD);
+        let change = acting.windup.0 * torque_n_m - self.wound_rad;
+        self.wound_rad += minimum(maximum(change, -most), most);
     }
 
     /// What the introducer adds to the forces, and the outputs in the rig's frame.

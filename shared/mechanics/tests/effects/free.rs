@@ -1,0 +1,175 @@
+//! Effects on an instrument in free space.
+
+use cathforce_mechanics::*;
+
+use crate::rod::{FREE_TIP, hang, inserted, rest, rod};
+use crate::wall::StoredWall;
+
+const LENGTH_M: f64 = 0.1;
+const STIFFNESS: f64 = 1e-5;
+
+fn with(mut description: Description<f64>, values: &[(&str, f64)]) -> Description<f64> {
+    for (key, value) in values {
+        description.set_parameter(key, *value).unwrap();
+    }
+    description
+}
+
+/// A rod whose tip is bent towards `up`.
+fn bent() -> Description<f64> {
+    let mut description = rod(LENGTH_M, 40, STIFFNESS);
+    let piece = PrecurvePiece {
+        length_m: 0.02,
+        curvature_per_m: 50.0,
+        lateral_curvature_per_m: 0.0,
+        torsion_per_m: 0.0,
+    };
+    description.instrument.precurve.push(piece).unwrap();
+    description
+}
+
+fn near(a: [f64; 3], b: [f64; 3], tolerance: f64) -> bool {
+    a.iter().zip(b).all(|(a, b)| (a - b).abs() <= tolerance)
+}
+
+#[test]
+fn a_tendon_bends_to_the_arc_at_which_its_tension_balances() {
+    let (pull, slack, stiffness, offset) = (1.5e-3, 0.3e-3, 400.0, 0.5e-3);
+    let description = with(
+        rod(LENGTH_M, 40, STIFFNESS),
+        &[
+            ("tendon.pull_m", pull),
+            ("tendon.stiffness_n_per_m", stiffness),
+            ("tendon.offset_m", offset),
+            ("tendon.length_m", LENGTH_M),
+            ("effects.tendon.slack.length_m", slack),
+        ],
+    );
+    let (tip, _) = hang(description.clone(), &FREE_TIP);
+    // T = k (pull − slack − e φ), φ = T e L/EI.
+    let compliance = offset * LENGTH_M / STIFFNESS;
+    let tension = stiffness * (pull - slack) / (1.0 + stiffness * offset * compliance);
+    let curvature = tension * offset / STIFFNESS;
+    let angle = curvature * LENGTH_M;
+    let expected = [angle.sin() / curvature, 0.0, (1.0 - angle.cos()) / curvature];
+    // Cells at the ends of the chain are halves: one link in forty.
+    assert!(near(tip, expected, 0.03 * expected[2]), "{tip:?} {expected:?}");
+
+    let (rubbing, _) =
+        hang(with(description, &[("effects.tendon.friction.coefficient", 0.5)]), &FREE_TIP);
+    // What does not reach the tip bends it less.
+    assert!(rubbing[2] < tip[2] - 1e-3, "{rubbing:?} {tip:?}");
+}
+
+#[test]
+fn windup_turns_the_tip_back_by_torque_over_stiffness() {
+    let torque = 2e-6;
+    let loads = Loads { tip_moment_n_m: [torque, 0.0, 0.0], ..FREE_TIP };
+    let free_m = 0.5;
+    let wound = with(bent(), &[("effects.instrument.torsional_windup.free_length_m", free_m)]);
+    let (tip, outputs) = hang(wound, &loads);
+    // Drive turned instead by what the shaft behind the entry plane gives way.
+    let rotation_rad = torque * free_m / (0.7 * STIFFNESS);
+    assert!(rotation_rad > 0.1);
+    let model: Model<f64> = Model::new(bent()).unwrap();
+    let (none, mut state) = (StoredWall::none(), State::new());
+    let drive = Drive { insertion_m: LENGTH_M, rotation_rad };
+    rest(&model, &none.lumen(), &mut state, drive, &loads);
+    let turned = state.node_position_m(0).unwrap();
+    assert!(near(tip, turned, 1e-6), "{tip:?} {turned:?}");
+    assert!((outputs.drive_torque_n_m + torque).abs() < 1e-9, "{outputs:?}");
+}
+
+#[test]
+fn a_phantom_that_is_elsewhere_leaves_the_free_instrument_where_it_was() {
+    let (nominal, _) = hang(bent(), &FREE_TIP);
+    let moved = with(
+        bent(),
+        &[
+            ("effects.wall.registration.x_m", 2e-3),
+            ("effects.wall.registration.z_m", -1e-3),
+            ("effects.wall.registration.tilt_y_rad", 0.1),
+        ],
+    );
+    let (tip, _) = hang(moved, &FREE_TIP);
+    assert!(near(tip, nominal, 1e-9), "{tip:?} {nominal:?}");
+}
+
+#[test]
+fn weight_and_stiffness_trade_off() {
+    let heavy = |values: &[(&str, f64)]| {
+        let mut description = rod(LENGTH_M, 40, STIFFNESS);
+        description.gravity_m_per_s2 = [0.0, 0.0, -9.81];
+        hang(with(description, values), &FREE_TIP).0
+    };
+    let nominal = heavy(&[]);
+    let both = heavy(&[
+        ("effects.instrument.weight.factor", 2.0),
+        ("effects.instrument.stiffness.shaft_factor", 2.0),
+        ("effects.instrument.stiffness.tip_factor", 2.0),
+    ]);
+    assert!(near(nominal, both, 1e-7), "{nominal:?} {both:?}");
+    let heavier = heavy(&[("effects.instrument.weight.factor", 2.0)]);
+    assert!(heavier[2] < 1.5 * nominal[2], "{heavier:?}");
+}
+
+#[test]
+fn softening_ends_at_its_share() {
+    let mut description = rod(LENGTH_M, 40, STIFFNESS);
+    description.gravity_m_per_s2 = [0.0, 0.0, -9.81];
+    let soft = with(
+        description.clone(),
+        &[
+            ("effects.instrument.softening.share", 0.5),
+            ("effects.instrument.softening.time_s", 0.1),
+        ],
+    );
+    let (softened, _) = hang(soft, &FREE_TIP);
+    let halved = [
+        ("effects.instrument.stiffness.shaft_factor", 0.5),
+        ("effects.instrument.stiffness.tip_factor", 0.5),
+    ];
+    let (half, _) = hang(with(description, &halved), &FREE_TIP);
+    assert!(near(softened, half, 1e-6), "{softened:?} {half:?}");
+}
+
+#[test]
+fn a_guide_past_the_entry_carries_the_instrument_on() {
+    let guided = with(bent(), &[("effects.entry.guide.length_m", 0.03)]);
+    let model: Model<f64> = Model::new(guided).unwrap();
+    let (none, mut state) = (StoredWall::none(), State::new());
+    rest(&model, &none.lumen(), &mut state, inserted(0.08), &FREE_TIP);
+    let tip = state.node_position_m(0).unwrap();
+    let model: Model<f64> = Model::new(bent()).unwrap();
+    let mut state = State::new();
+    rest(&model, &none.lumen(), &mut state, inserted(0.05), &FREE_TIP);
+    let [x, y, z] = state.node_position_m(0).unwrap();
+    assert!(near(tip, [x + 0.03, y, z], 1e-9), "{tip:?}");
+}
+
+#[test]
+fn the_introducer_asks_for_its_friction_and_lets_go_at_rest() {
+    let dragging = with(
+        rod(LENGTH_M, 40, STIFFNESS),
+        &[
+            ("effects.entry.drag.coulomb_n", 0.2),
+            ("effects.entry.drag.viscous_n_s_per_m", 2.0),
+            ("effects.entry.drag.phantom_share", 0.5),
+        ],
+    );
+    let model: Model<f64> = Model::new(dragging).unwrap();
+    let (none, mut state) = (StoredWall::none(), State::new());
+    rest(&model, &none.lumen(), &mut state, inserted(0.05), &FREE_TIP);
+    // 0.2 mm in a step of 10 ms: 20 mm/s.
+    let mut at = 0.05;
+    let mut feed = |fed_m: f64| {
+        at += fed_m;
+        step(&model, &none.lumen(), &mut state, inserted(at))
+    };
+    let forward = feed(2e-4);
+    assert!((forward.drive_force_n - 0.24).abs() < 5e-3, "{forward:?}");
+    assert!((forward.force_on_vessel_n[0] - 0.12).abs() < 1e-9, "{forward:?}");
+    assert!((feed(0.0).drive_force_n - 0.2).abs() < 5e-3);
+    let back = feed(-2e-4);
+    assert!((back.drive_force_n + 0.24).abs() < 5e-3, "{back:?}");
+}

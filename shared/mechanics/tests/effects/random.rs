@@ -1,0 +1,60 @@
+//! Whatever is switched on, the model stays finite.
+
+use cathforce_mechanics::*;
+
+use crate::rod::rod;
+use crate::wall::StoredWall;
+
+/// A small generator, so that a failure names its seed and can be repeated.
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        (self.0 >> 11) as f64 / (1u64 << 53) as f64
+    }
+}
+
+#[test]
+fn random_effects_stay_finite() {
+    let tube = StoredWall::tube();
+    let keys: Vec<_> = parameters().collect();
+    for seed in 0..60 {
+        let mut random = Random(seed);
+        let mut description = rod(0.12, 60, 2e-5);
+        description.solver.tick_s = 1e-3;
+        description.solver.predictor_gain = 0.1;
+        description.solver.drag_n_s_per_m2 = 2.0;
+        description.wall.friction_coefficient = 0.3;
+        description.wall.damping_s = 5e-3;
+        // A third of all parameters anywhere in their ranges.
+        for info in &keys {
+            if random.next() < 0.33 {
+                let value = info.min + (info.max - info.min) * random.next();
+                description.set_parameter(info.key, value).unwrap();
+            }
+        }
+        assert_eq!(description.validate(), Ok(()));
+        let model: Model<f64> = Model::new(description).unwrap();
+        let mut state = State::new();
+        let mut drive: Drive<f64> = Drive::default();
+        let (mut feed, mut spin) = (0.0, 0.0);
+        for tick in 0..1500 {
+            if tick % 250 == 0 {
+                feed = -50e-6 + 150e-6 * random.next();
+                spin = -3e-3 + 6e-3 * random.next();
+            }
+            drive.insertion_m = (drive.insertion_m + feed).clamp(0.0, 0.1);
+            drive.rotation_rad += spin;
+            let found = step(&model, &tube.lumen(), &mut state, drive);
+            let force = found.force_on_vessel_n;
+            let numbers = force.iter().chain(&found.moment_on_vessel_n_m);
+            assert!(
+                numbers.chain([&found.drive_force_n]).all(|x| x.is_finite()),
+                "seed {seed}, tick {tick}: {found:?}"
+            );
+            let tip = state.node_position_m(0).unwrap_or_default();
+            assert!(tip.iter().all(|x| x.abs() < 0.5), "seed {seed}, tick {tick}: {tip:?}");
+        }
+    }
+}
