@@ -21,7 +21,7 @@ pub fn write(consent: setup::Consent) -> anyhow::Result<()> {
     let out = target_folder().join("demo");
     std::fs::create_dir_all(&out)?;
     let summary = demo::play(&program, &elf, &out)?;
-    insert(&root().join("README.md"), &demo_table(&read(&summary)?)?)?;
+    insert(&root().join("README.md"), BEGIN, &demo_table(&read(&summary)?)?)?;
     let figures = root().join("docs/figures.md");
     std::fs::write(&figures, practice_page(&program)?)?;
     println!("written: README.md, {}", figures.display());
@@ -127,15 +127,15 @@ fn trials(bundle: &Path) -> anyhow::Result<usize> {
     Ok(folder.read_dir().with_context(|| folder.display().to_string())?.count())
 }
 
-/// Replaces what stands between the two marks.
-fn insert(page: &Path, table: &str) -> anyhow::Result<()> {
+/// Replaces what stands between the line `begin` and the next end mark.
+pub fn insert(page: &Path, begin: &str, table: &str) -> anyhow::Result<()> {
     let text = std::fs::read_to_string(page).with_context(|| page.display().to_string())?;
-    let Some((before, rest)) = text.split_once(BEGIN) else {
-        bail!("{}: the line `{}` is missing", page.display(), BEGIN.trim());
+    let Some((before, rest)) = text.split_once(begin) else {
+        bail!("{}: the line `{}` is missing", page.display(), begin.trim());
     };
     let Some((_, after)) = rest.split_once(END) else {
         bail!("{}: the line `{END}` is missing", page.display());
     };
-    std::fs::write(page, format!("{before}{BEGIN}{table}{END}{after}"))?;
+    std::fs::write(page, format!("{before}{begin}{table}{END}{after}"))?;
     Ok(())
 }

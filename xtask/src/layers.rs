@@ -51,6 +51,7 @@ const ALLOWED: [(&str, &[&str]); 16] = [
         ],
     ),
     ("cathforce", &LIBRARIES),
+    ("cathforce-bench", &["cathforce-mechanics", "cathforce-rig", "cathforce-reference"]),
     ("cathforce-hil-tests", &LIBRARIES),
     ("xtask", &["cathforce-link"]),
 ];

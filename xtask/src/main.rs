@@ -2,6 +2,7 @@
 
 #![forbid(unsafe_code)]
 
+mod bench;
 mod build;
 mod demo;
 mod emulator;
@@ -32,6 +33,8 @@ enum Task {
     Firmware,
     /// Measure the figures that README and docs quote, and write them there.
     Figures(setup::Consent),
+    /// Measure cost and accuracy, beside other simulators, and write docs/benchmarks.md.
+    Bench(bench::Arguments),
     /// Install what is missing: Rust components, the emulator.
     Setup(setup::Consent),
 }
@@ -45,6 +48,7 @@ fn main() -> anyhow::Result<()> {
             build::firmware().map(drop)
         }
         Task::Figures(consent) => figures::write(consent),
+        Task::Bench(arguments) => bench::measure(&arguments),
         Task::Setup(consent) => setup::everything(consent).map(drop),
     }
 }

@@ -28,7 +28,7 @@ pub struct Consent {
 
 impl Consent {
     /// Asks for `what`, unless the answer is known: `--yes`, root, or `CI` set.
-    fn to(self, what: &str) -> anyhow::Result<()> {
+    pub fn to(self, what: &str) -> anyhow::Result<()> {
         println!("Missing; I will run: {what}");
         if self.yes || is_root() || std::env::var_os("CI").is_some() {
             return Ok(());

@@ -1,0 +1,40 @@
+//! Processor time of this thread: what other programs do on the machine does not count.
+
+use std::time::Duration;
+
+use rustix::time::{ClockId, clock_gettime};
+
+/// Processor time since some instant.
+#[derive(Clone, Copy, Debug)]
+pub struct Stopwatch(Duration);
+
+impl Stopwatch {
+    pub fn start() -> Self {
+        Self(now())
+    }
+
+    pub fn elapsed(self) -> Duration {
+        now().saturating_sub(self.0)
+    }
+}
+
+fn now() -> Duration {
+    Duration::try_from(clock_gettime(ClockId::ThreadCPUTime)).unwrap_or_default()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sleeping_costs_nothing_and_work_does() {
+        let watch = Stopwatch::start();
+        std::thread::sleep(Duration::from_millis(20));
+        assert!(watch.elapsed() < Duration::from_millis(10), "{:?}", watch.elapsed());
+        let mut sum = 0_u64;
+        while watch.elapsed() < Duration::from_millis(1) {
+            sum = std::hint::black_box(sum + 1);
+        }
+        assert!(sum > 0);
+    }
+}

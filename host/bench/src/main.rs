@@ -1,0 +1,96 @@
+//! Measures what `docs/benchmarks.md` says and prints it as JSON; `cargo xtask bench` runs it
+//! with everything that it needs installed.
+
+#![forbid(unsafe_code)]
+
+mod clock;
+mod insertion;
+mod machine;
+mod throughput;
+
+use std::path::PathBuf;
+
+use anyhow::Context;
+use cathforce_mechanics::Lumen;
+use clap::Parser;
+use serde::Serialize;
+
+use insertion::{INSERTION, Insertion, Peer, Score, Series};
+use machine::Machine;
+use throughput::Throughput;
+
+/// Links of the model in the insertion: as many nodes as every peer has.
+const LINKS: usize = 64;
+/// The fastest of so many runs counts.
+const RUNS: usize = 3;
+
+#[derive(Parser)]
+#[command(about = "Measures cost and accuracy; prints JSON")]
+struct Arguments {
+    /// Python with what `host/bench/peers/requirements.txt` asks for; without it, no peers.
+    #[arg(long, value_name = "FILE")]
+    python: Option<PathBuf>,
+}
+
+#[derive(Serialize)]
+struct Report {
+    machine: Machine,
+    host: Throughput,
+    insertion: Insertion,
+    /// RMS of the reference's force about its own moving mean: what no model can be without.
+    reference_noise: f64,
+    cathforce: Ours,
+    peers: Vec<Peer>,
+}
+
+/// The model of this project in the insertion.
+#[derive(Serialize)]
+struct Ours {
+    us_per_step: f64,
+    real_time_factor: f64,
+    #[serde(flatten)]
+    score: Score,
+}
+
+fn main() -> anyhow::Result<()> {
+    let arguments = Arguments::parse();
+    eprintln!("▶ throughput of the host");
+    let host = throughput::measure()?;
+    eprintln!("▶ insertion: reference");
+    let reference = insertion::reference(&INSERTION)?;
+    let itself = Score::of(&reference, &reference).context("the reference touches nothing")?;
+    eprintln!("▶ insertion: cathforce");
+    let cathforce = ours(&reference)?;
+    let peers = match &arguments.python {
+        Some(python) => insertion::play_in_peers(&INSERTION, &reference, python)?,
+        None => Vec::new(),
+    };
+    let report = Report {
+        machine: Machine::this(),
+        host,
+        insertion: INSERTION,
+        reference_noise: itself.force_noise,
+        cathforce,
+        peers,
+    };
+    println!("{}", serde_json::to_string_pretty(&report)?);
+    Ok(())
+}
+
+/// The insertion in f32 with the links of a device, as coarse as the peers.
+fn ours(reference: &Series) -> anyhow::Result<Ours> {
+    let built = INSERTION.lumen(cathforce_rig::CELL_M)?;
+    let lumen = Lumen::new(built.header, &built.bytes)
+        .map_err(|error| anyhow::anyhow!("the tube's lumen: {error:?}"))?;
+    let run = || insertion::play::<f32, LINKS>(&INSERTION, INSERTION.spacing_m(), &lumen);
+    let (series, mut fastest) = run()?;
+    for _ in 1..RUNS {
+        fastest = fastest.min(run()?.1);
+    }
+    let us_per_step = 1e6 * fastest.as_secs_f64() / series.force_n.len() as f64;
+    Ok(Ours {
+        us_per_step,
+        real_time_factor: 1e6 * INSERTION.sample_s / us_per_step,
+        score: Score::of(&series, reference).context("the model touches nothing")?,
+    })
+}

@@ -1,0 +1,131 @@
+//! What a tick costs on the host: over links, contacts and the size of the lumen.
+
+use cathforce_mechanics::{Drive, Lumen, Model, State, settle, step};
+use serde::Serialize;
+
+use crate::clock::Stopwatch;
+use crate::insertion::{INSERTION, Insertion, Tube};
+
+/// The fastest of so many batches counts: what disturbs a batch only makes it slower.
+const BATCHES: usize = 10;
+/// Ticks of a batch at 64 links; fewer for more links.
+const TICKS: usize = 500;
+/// Spacing of the lumen unless it is varied \[m\].
+const CELL_M: f64 = 1e-3;
+
+#[derive(Debug, Serialize)]
+pub struct Throughput {
+    /// One core, 64 links, 1 ms a tick.
+    pub real_time_factor_64_links: f64,
+    /// The insertion's instrument in its vessel, in more and more links.
+    pub scaling: Vec<Scaling>,
+    /// 64 links in tubes of different widths.
+    pub contacts: Vec<Contacts>,
+    /// 64 links, the same tube stored more and more finely.
+    pub lumen: Vec<LumenSize>,
+}
+
+#[derive(Debug, Serialize)]
+pub struct Scaling {
+    pub links: usize,
+    pub us_per_tick: f64,
+}
+
+#[derive(Debug, Serialize)]
+pub struct Contacts {
+    pub nodes_in_contact: usize,
+    pub us_per_tick: f64,
+}
+
+#[derive(Debug, Serialize)]
+pub struct LumenSize {
+    pub cell_mm: f64,
+    pub bytes: usize,
+    pub us_per_tick: f64,
+}
+
+pub fn measure() -> anyhow::Result<Throughput> {
+    let scaling = vec![
+        scaling::<16>()?,
+        scaling::<32>()?,
+        scaling::<64>()?,
+        scaling::<128>()?,
+        scaling::<256>()?,
+        scaling::<512>()?,
+    ];
+    let at_64 = scaling.iter().find(|row| row.links == 64).map_or(f64::NAN, |row| row.us_per_tick);
+    Ok(Throughput {
+        real_time_factor_64_links: 1e6 * INSERTION.sample_s / at_64,
+        scaling,
+        contacts: [20e-3, 3.5e-3, 1.2e-3, 0.84e-3]
+            .map(contacts)
+            .into_iter()
+            .collect::<Result<_, _>>()?,
+        lumen: [2e-3, 1e-3, 0.5e-3].map(lumen_size).into_iter().collect::<Result<_, _>>()?,
+    })
+}
+
+fn scaling<const LINKS: usize>() -> anyhow::Result<Scaling> {
+    let (us_per_tick, _) = tick::<LINKS>(&INSERTION, CELL_M)?.measure()?;
+    Ok(Scaling { links: LINKS, us_per_tick })
+}
+
+/// In a tube of one width, as wide or narrow as asked for.
+fn contacts(radius_m: f64) -> anyhow::Result<Contacts> {
+    let tube = Tube { first_radius_m: radius_m, last_radius_m: radius_m, ..INSERTION.tube };
+    let (us_per_tick, nodes_in_contact) =
+        tick::<64>(&Insertion { tube, ..INSERTION }, CELL_M)?.measure()?;
+    Ok(Contacts { nodes_in_contact, us_per_tick })
+}
+
+fn lumen_size(cell_m: f64) -> anyhow::Result<LumenSize> {
+    let scene = tick::<64>(&INSERTION, cell_m)?;
+    let (us_per_tick, _) = scene.measure()?;
+    Ok(LumenSize { cell_mm: 1e3 * cell_m, bytes: scene.bytes.len(), us_per_tick })
+}
+
+/// Everything that a tick needs.
+struct Scene<const LINKS: usize> {
+    model: Model<f32, LINKS>,
+    header: cathforce_mechanics::LumenHeader,
+    bytes: Vec<u8>,
+    link_m: f32,
+}
+
+/// The instrument wholly inside, with every link in use.
+fn tick<const LINKS: usize>(insertion: &Insertion, cell_m: f64) -> anyhow::Result<Scene<LINKS>> {
+    let link_m = insertion.length_m / (LINKS as f64 - 0.5);
+    let model = Model::new(insertion.description(link_m))
+        .map_err(|error| anyhow::anyhow!("{LINKS} links: {error:?}"))?;
+    let built = insertion.lumen(cell_m)?;
+    Ok(Scene { model, header: built.header, bytes: built.bytes, link_m: link_m as f32 })
+}
+
+impl<const LINKS: usize> Scene<LINKS> {
+    /// Processor time of a tick \[µs\], and the nodes in contact at the end.
+    fn measure(&self) -> anyhow::Result<(f64, usize)> {
+        let lumen = Lumen::new(self.header, &self.bytes)
+            .map_err(|error| anyhow::anyhow!("the lumen: {error:?}"))?;
+        let mut state = State::new();
+        // To and fro within the base link, so that every tick has all links.
+        let at = |tick: usize| {
+            let phase = (tick % 200) as f32 / 100.0 - 1.0;
+            let insertion_m = self.link_m * (LINKS as f32 - 0.5 + 0.3 * (phase.abs() - 0.5));
+            Drive { insertion_m, rotation_rad: 0.0 }
+        };
+        while !settle(&self.model, &lumen, &mut state, at(0)) {}
+        let ticks = TICKS * 64 / LINKS.max(64);
+        let mut fastest = f64::INFINITY;
+        for batch in 0..BATCHES {
+            let watch = Stopwatch::start();
+            for tick in batch * ticks..(batch + 1) * ticks {
+                std::hint::black_box(step(&self.model, &lumen, &mut state, at(tick)));
+            }
+            fastest = fastest.min(1e6 * watch.elapsed().as_secs_f64() / ticks as f64);
+        }
+        anyhow::ensure!(state.nodes() == LINKS, "{} of {LINKS} links inside", state.nodes());
+        let force_n = |node| state.node_force_n(node).unwrap_or_default();
+        let touching = (0..LINKS).filter(|&node| force_n(node) != [0.0; 3]).count();
+        Ok((fastest, touching))
+    }
+}

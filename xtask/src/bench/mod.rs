@@ -1,0 +1,64 @@
+//! `cargo xtask bench`: what the model costs and how it compares, measured in one run.
+
+mod page;
+mod peers;
+
+use std::path::PathBuf;
+
+use anyhow::Context;
+use serde_json::Value;
+
+use crate::figures::insert;
+use crate::setup;
+use crate::shell::{cargo, command, root, run, target_folder};
+
+/// Where the README quotes the figures.
+const BEGIN: &str = "<!-- cargo xtask bench -->\n";
+
+#[derive(clap::Args)]
+pub struct Arguments {
+    #[command(flatten)]
+    consent: setup::Consent,
+    /// Write the figures into this file too, as JSON.
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+    /// Measure without the other simulators; docs and README stay as they are.
+    #[arg(long)]
+    without_peers: bool,
+}
+
+/// Measures everything, then writes `docs/benchmarks.md` and the README's table: a run that
+/// fails changes neither.
+pub fn measure(arguments: &Arguments) -> anyhow::Result<()> {
+    let here = std::env::current_dir()?;
+    setup::rust(arguments.consent)?;
+    let python = match arguments.without_peers {
+        true => None,
+        false => Some(peers::python(arguments.consent)?),
+    };
+    run(&mut cargo(&["build", "--release", "--package", "cathforce-bench"]))?;
+    let mut bench = command(target_folder().join("release/cathforce-bench"));
+    bench.args(python.iter().flat_map(|python| ["--python".as_ref(), python.as_os_str()]));
+    let report = answer(&mut bench)?;
+    let page = page::benchmarks(&report)?;
+    print!("{page}");
+    if let Some(json) = &arguments.json {
+        let file = here.join(json);
+        std::fs::write(&file, serde_json::to_string_pretty(&report)? + "\n")
+            .with_context(|| file.display().to_string())?;
+    }
+    if python.is_some() {
+        let docs = root().join("docs/benchmarks.md");
+        std::fs::write(&docs, page)?;
+        insert(&root().join("README.md"), BEGIN, &page::summary(&report)?)?;
+        println!("written: README.md, {}", docs.display());
+    }
+    Ok(())
+}
+
+/// What the program prints on its standard output; its progress is seen.
+fn answer(bench: &mut std::process::Command) -> anyhow::Result<Value> {
+    let output = bench.stderr(std::process::Stdio::inherit()).output()?;
+    anyhow::ensure!(output.status.success(), "cathforce-bench failed ({})", output.status);
+    Ok(serde_json::from_slice(&output.stdout)?)
+}
