@@ -24,7 +24,7 @@ const LIBRARIES: [&str; 11] = [
 const SHARED: &[&str] = LIBRARIES.split_at(6).0;
 
 /// Each package and the packages of the project that it may use.
-const ALLOWED: [(&str, &[&str]); 16] = [
+const ALLOWED: &[(&str, &[&str])] = &[
     ("cathforce-scalar", &[]),
     ("cathforce-mechanics", &["cathforce-scalar"]),
     ("cathforce-control", &["cathforce-mechanics"]),
