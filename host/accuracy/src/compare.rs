@@ -1,0 +1,206 @@
+//! Errors of one solution against another.
+
+use nalgebra::Vector3;
+use serde::Serialize;
+
+/// What is compared, at one instant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Record {
+    pub t_s: f64,
+    pub insertion_m: f64,
+    pub rotation_rad: f64,
+    /// Axial force on the instrument behind the guide \[N\].
+    pub drive_force_n: f64,
+    pub force_on_vessel_n: Vector3<f64>,
+    pub tip_m: Vector3<f64>,
+    /// The model flags its forces as not to be trusted; never the reference's.
+    pub unresolved: bool,
+}
+
+/// A snap: the tip moves far faster than the drive.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Snap {
+    /// When the reference's tip is fastest \[s\].
+    pub reference_s: f64,
+    /// When the other solution's tip is; `None` when it has no such snap \[s\].
+    pub other_s: Option<f64>,
+}
+
+/// Root mean square errors.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Errors {
+    /// Of the drive's axial force \[N\], and as a share of the reference's peak.
+    pub drive_force_n: f64,
+    pub drive_force_share: f64,
+    /// Of the force on the vessel \[N\], and as a share of the reference's peak.
+    pub force_n: f64,
+    pub force_share: f64,
+    pub tip_m: f64,
+}
+
+/// How well a solution meets the reference.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Score {
+    /// Largest magnitudes in the reference \[N\].
+    pub peak_drive_force_n: f64,
+    pub peak_force_n: f64,
+    /// Over everything that is scored.
+    pub whole: Errors,
+    /// Of that, outside of the time around snaps.
+    pub outside_snaps: Errors,
+    /// Share of time outside snaps.
+    pub outside_share: f64,
+    pub snaps: Vec<Snap>,
+    /// Snaps that only the other solution has \[s\].
+    pub extra_snaps_s: Vec<f64>,
+    /// Largest force on the vessel that is not flagged as unresolved, over the reference's peak.
+    pub unflagged_peak_share: f64,
+}
+
+/// A tip faster than this snaps \[m/s\].
+const SNAP_M_PER_S: f64 = 0.15;
+/// Fast instants closer than this belong to one snap \[s\].
+const ONE_SNAP_S: f64 = 0.1;
+/// Snaps farther apart than this are not the same \[s\].
+const SAME_SNAP_S: f64 = 0.5;
+/// Around a snap so much time is left out of the errors outside snaps \[s\].
+const AROUND_SNAP_S: f64 = 0.1;
+
+/// Scores `other`, whose records are at the same instants or between, from `from_s` on.
+pub fn compare(reference: &[Record], other: &[Record], from_s: f64) -> Score {
+    let reference: Vec<Record> = reference.iter().copied().filter(|r| r.t_s >= from_s).collect();
+    let fast = snaps(&reference);
+    let mut unmatched = snaps(other);
+    unmatched.retain(|&t| t >= from_s);
+    let snaps: Vec<Snap> = fast
+        .iter()
+        .map(|&reference_s| {
+            let near = (0..unmatched.len())
+                .filter(|&i| (unmatched[i] - reference_s).abs() < SAME_SNAP_S)
+                .min_by(|&a, &b| {
+                    let apart = |i: usize| (unmatched[i] - reference_s).abs();
+                    apart(a).total_cmp(&apart(b))
+                });
+            Snap { reference_s, other_s: near.map(|i| unmatched.remove(i)) }
+        })
+        .collect();
+    let left_out = |t: f64| {
+        let near = |from: f64, to: f64| t > from - AROUND_SNAP_S && t < to + AROUND_SNAP_S;
+        snaps.iter().any(|snap| {
+            let other = snap.other_s.unwrap_or(snap.reference_s);
+            near(snap.reference_s.min(other), snap.reference_s.max(other))
+        }) || unmatched.iter().any(|&t| near(t, t))
+    };
+    let peak = |of: fn(&Record) -> f64| reference.iter().map(of).fold(0.0, f64::max);
+    let peak_drive_force_n = peak(|r| r.drive_force_n.abs());
+    let peak_force_n = peak(|r| r.force_on_vessel_n.norm());
+    let errors = |keep: &dyn Fn(f64) -> bool| {
+        let mut sums = [0.0; 3];
+        let mut count = 0.0;
+        for r in reference.iter().filter(|r| keep(r.t_s)) {
+            let Some(o) = at(other, r.t_s) else { continue };
+            sums[0] += (o.drive_force_n - r.drive_force_n).powi(2);
+            sums[1] += (o.force_on_vessel_n - r.force_on_vessel_n).norm_squared();
+            sums[2] += (o.tip_m - r.tip_m).norm_squared();
+            count += 1.0;
+        }
+        let [drive_force_n, force_n, tip_m] = sums.map(|sum| (sum / f64::max(count, 1.0)).sqrt());
+        let errors = Errors {
+            drive_force_n,
+            drive_force_share: drive_force_n / peak_drive_force_n,
+            force_n,
+            force_share: force_n / peak_force_n,
+            tip_m,
+        };
+        (errors, count)
+    };
+    let (whole, all) = errors(&|_| true);
+    let (outside_snaps, outside) = errors(&|t| !left_out(t));
+    let unflagged = other.iter().filter(|r| r.t_s >= from_s && !r.unresolved);
+    let unflagged_peak = unflagged.map(|r| r.force_on_vessel_n.norm()).fold(0.0, f64::max);
+    Score {
+        peak_drive_force_n,
+        peak_force_n,
+        whole,
+        outside_snaps,
+        outside_share: outside / f64::max(all, 1.0),
+        snaps,
+        extra_snaps_s: unmatched,
+        unflagged_peak_share: unflagged_peak / peak_force_n,
+    }
+}
+
+/// The record at a time, straight between its neighbours.
+fn at(records: &[Record], t_s: f64) -> Option<Record> {
+    let after = records.partition_point(|r| r.t_s < t_s - 1e-9);
+    let b = records.get(after)?;
+    let Some(a) = after.checked_sub(1).map(|i| &records[i]) else { return Some(*b) };
+    let share = (t_s - a.t_s) / (b.t_s - a.t_s);
+    let blend = |x: f64, y: f64| x + (y - x) * share;
+    Some(Record {
+        t_s,
+        insertion_m: blend(a.insertion_m, b.insertion_m),
+        rotation_rad: blend(a.rotation_rad, b.rotation_rad),
+        drive_force_n: blend(a.drive_force_n, b.drive_force_n),
+        force_on_vessel_n: a.force_on_vessel_n.lerp(&b.force_on_vessel_n, share),
+        tip_m: a.tip_m.lerp(&b.tip_m, share),
+        unresolved: a.unresolved || b.unresolved,
+    })
+}
+
+/// When the tip is fastest, once a snap.
+fn snaps(records: &[Record]) -> Vec<f64> {
+    let mut found: Vec<(f64, f64, f64)> = Vec::new();
+    for pair in records.windows(2) {
+        let speed = (pair[1].tip_m - pair[0].tip_m).norm() / (pair[1].t_s - pair[0].t_s);
+        if speed < SNAP_M_PER_S {
+            continue;
+        }
+        let t = pair[1].t_s;
+        match found.last_mut() {
+            Some((_, fastest_s, fastest)) if t - *fastest_s < ONE_SNAP_S => {
+                if speed > *fastest {
+                    (*fastest_s, *fastest) = (t, speed);
+                }
+            }
+            _ => found.push((t, t, speed)),
+        }
+    }
+    found.into_iter().map(|(_, fastest_s, _)| fastest_s).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A tip that creeps, and jumps 5 mm within 10 ms at `jump_s`.
+    fn records(jump_s: f64, error_n: f64) -> Vec<Record> {
+        (0..1000)
+            .map(|k| {
+                let t_s = f64::from(k) * 2e-3;
+                let jumped = ((t_s - jump_s) / 0.01).clamp(0.0, 1.0);
+                Record {
+                    t_s,
+                    insertion_m: 0.01 * t_s,
+                    rotation_rad: 0.0,
+                    drive_force_n: 0.02 + error_n,
+                    force_on_vessel_n: Vector3::x() * (0.03 + 0.1 * jumped),
+                    tip_m: Vector3::x() * (0.01 * t_s + 5e-3 * jumped),
+                    unresolved: false,
+                }
+            })
+            .collect()
+    }
+
+    #[test]
+    fn a_late_snap_is_told_from_an_error() {
+        let score = compare(&records(1.0, 0.0), &records(1.06, 1e-3), 0.1);
+        let [snap] = &score.snaps[..] else { panic!("{:?}", score.snaps) };
+        let late = snap.other_s.unwrap() - snap.reference_s;
+        assert!((late - 0.06).abs() < 0.004, "{late}");
+        assert!(score.whole.force_n > 0.015);
+        assert!(score.outside_snaps.force_n < 1e-12);
+        assert!((score.outside_snaps.drive_force_share - 0.05).abs() < 1e-9);
+        assert!(score.extra_snaps_s.is_empty());
+    }
+}

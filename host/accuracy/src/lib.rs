@@ -1,0 +1,19 @@
+//! The device's model against the reference solver, case by case.
+//!
+//! A [`Case`] is a rod, an analytic vessel and a schedule of the drive. [`solve`] gives the
+//! reference's answer, [`play`] that of the model as the device runs it (single precision,
+//! 64 links, a stored wall), and [`compare`] the errors.
+
+#![forbid(unsafe_code)]
+
+mod cases;
+mod compare;
+mod device;
+mod export;
+mod summary;
+
+pub use cases::{Case, Kind, cases};
+pub use compare::{Errors, Record, Score, Snap, compare};
+pub use device::play;
+pub use export::export;
+pub use summary::{Accuracy, Row, measure, solve, table};

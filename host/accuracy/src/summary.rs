@@ -1,0 +1,125 @@
+//! Every case measured, as a table and as numbers.
+
+use std::fmt::Write as _;
+
+use cathforce_reference::{Effort, Numerics, Problem, SolveError, run};
+use cathforce_rig::SolverDefaults;
+use serde::Serialize;
+
+use crate::{Case, Kind, Record, Score, compare, play};
+
+/// What one case gave.
+#[derive(Clone, Debug, Serialize)]
+pub struct Row {
+    pub case: &'static str,
+    pub kind: Kind,
+    /// The device's model.
+    pub device: Score,
+    /// The reference on half as many nodes with steps twice as long: what its own
+    /// discretisation is worth.
+    pub coarser_reference: Score,
+}
+
+/// The worst of each kind: RMS error of the drive's axial force outside snaps over its peak.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Accuracy {
+    pub feed: f64,
+    pub reversal: f64,
+    pub rotation: f64,
+}
+
+impl Accuracy {
+    /// From the rows of all cases.
+    pub fn of(rows: &[Row]) -> Self {
+        let worst = |kind: Kind| {
+            let rows = rows.iter().filter(|row| row.kind == kind);
+            rows.map(|row| row.device.outside_snaps.drive_force_share).fold(0.0, f64::max)
+        };
+        Self {
+            feed: worst(Kind::Feed),
+            reversal: worst(Kind::Reversal),
+            rotation: worst(Kind::Rotation),
+        }
+    }
+}
+
+/// The reference's solution of a case, one record a step.
+pub fn solve(case: &Case) -> Result<(Vec<Record>, Effort), SolveError> {
+    solve_with(case, case.problem.numerics)
+}
+
+fn solve_with(case: &Case, numerics: Numerics) -> Result<(Vec<Record>, Effort), SolveError> {
+    let problem = Problem { numerics, ..case.problem.clone() };
+    let (samples, effort) = run(&problem, &case.schedule)?;
+    let records = samples.iter().map(|s| Record {
+        t_s: s.t_s,
+        insertion_m: s.drive.insertion_m,
+        rotation_rad: s.drive.rotation_rad,
+        drive_force_n: s.drive_force_n,
+        force_on_vessel_n: s.force_on_vessel_n,
+        tip_m: s.tip_m,
+        unresolved: false,
+    });
+    Ok((records.collect(), effort))
+}
+
+/// Measures one case.
+pub fn measure(case: &Case, defaults: &SolverDefaults) -> anyhow::Result<Row> {
+    let (reference, _) = solve(case)?;
+    let numerics = case.problem.numerics;
+    let coarser = Numerics {
+        spacing_m: 2.0 * numerics.spacing_m,
+        step_s: 2.0 * numerics.step_s,
+        ..numerics
+    };
+    let (coarse, _) = solve_with(case, coarser)?;
+    let device = play::<f32>(case, defaults)?;
+    Ok(Row {
+        case: case.name,
+        kind: case.kind,
+        device: compare(&reference, &device, case.scored_from_s),
+        coarser_reference: compare(&reference, &coarse, case.scored_from_s),
+    })
+}
+
+/// The rows as a Markdown table.
+pub fn table(rows: &[Row]) -> String {
+    let mut text = String::from(
+        "| case | peak drive force | drive force error | of peak | force on vessel error, of peak | \
+         tip error | snaps: late by | reference's own error |\n\
+         | --- | --- | --- | --- | --- | --- | --- | --- |\n",
+    );
+    for row in rows {
+        let (score, outside) = (&row.device, &row.device.outside_snaps);
+        let own = &row.coarser_reference.outside_snaps;
+        // Writing to a string does not fail.
+        let _ = writeln!(
+            text,
+            "| {} | {:.1} mN | {:.2} mN | {:.1} % | {:.1} % | {:.3} mm | {} | {:.2} % |",
+            row.case,
+            1e3 * score.peak_drive_force_n,
+            1e3 * outside.drive_force_n,
+            100.0 * outside.drive_force_share,
+            100.0 * outside.force_share,
+            1e3 * outside.tip_m,
+            lateness(score),
+            100.0 * own.drive_force_share,
+        );
+    }
+    text
+}
+
+fn lateness(score: &Score) -> String {
+    let mut parts: Vec<String> = score
+        .snaps
+        .iter()
+        .map(|snap| match snap.other_s {
+            Some(other_s) => format!("{:.0} ms", 1e3 * (other_s - snap.reference_s)),
+            None => "missed".into(),
+        })
+        .collect();
+    if !score.extra_snaps_s.is_empty() {
+        parts.push(format!("{} more", score.extra_snaps_s.len()));
+    }
+    if parts.is_empty() { "–".into() } else { parts.join(", ") }
+}
