@@ -50,6 +50,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "cathforce-record",
         ],
     ),
+    ("cathforce-accuracy", &["cathforce-mechanics", "cathforce-rig", "cathforce-reference"]),
     ("cathforce", &LIBRARIES),
     ("cathforce-bench", &["cathforce-mechanics", "cathforce-rig", "cathforce-reference"]),
     ("cathforce-hil-tests", &LIBRARIES),

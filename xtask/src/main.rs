@@ -2,6 +2,7 @@
 
 #![forbid(unsafe_code)]
 
+mod accuracy;
 mod bench;
 mod build;
 mod demo;
@@ -35,6 +36,8 @@ enum Task {
     Figures(setup::Consent),
     /// Measure cost and accuracy, beside other simulators, and write docs/benchmarks.md.
     Bench(bench::Arguments),
+    /// Measure the model against the reference solver, and write the table into docs/model.md.
+    Accuracy(accuracy::Arguments),
     /// Install what is missing: Rust components, the emulator.
     Setup(setup::Consent),
 }
@@ -49,6 +52,7 @@ fn main() -> anyhow::Result<()> {
         }
         Task::Figures(consent) => figures::write(consent),
         Task::Bench(arguments) => bench::measure(&arguments),
+        Task::Accuracy(arguments) => accuracy::write(&arguments),
         Task::Setup(consent) => setup::everything(consent).map(drop),
     }
 }

@@ -103,9 +103,10 @@ fn case(
             .then(5.0, 0.2, FEED_M_PER_S, 0.0)
             .then(2.0, 0.4, -FEED_M_PER_S, 0.0)
             .then(2.0, 0.4, FEED_M_PER_S, 0.0),
-        Kind::Rotation => {
-            begin.then(4.0, 0.2, FEED_M_PER_S, 0.0).then(0.5, 0.2, 0.0, 0.0).then(5.0, 0.2, 0.0, 2.0)
-        }
+        Kind::Rotation => begin
+            .then(4.0, 0.2, FEED_M_PER_S, 0.0)
+            .then(0.5, 0.2, 0.0, 0.0)
+            .then(5.0, 0.2, 0.0, 2.0),
         Kind::Snap => begin
             .then(2.4, 0.2, FEED_M_PER_S, 0.0)
             .then(0.5, 0.2, 0.0, 0.0)

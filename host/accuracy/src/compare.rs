@@ -41,7 +41,7 @@ pub struct Errors {
 /// How well a solution meets the reference.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Score {
-    /// Largest magnitudes in the reference \[N\].
+    /// Largest magnitudes in the reference, but for the motion of a snap \[N\].
     pub peak_drive_force_n: f64,
     pub peak_force_n: f64,
     /// Over everything that is scored.
@@ -65,6 +65,8 @@ const ONE_SNAP_S: f64 = 0.1;
 const SAME_SNAP_S: f64 = 0.5;
 /// Around a snap so much time is left out of the errors outside snaps \[s\].
 const AROUND_SNAP_S: f64 = 0.1;
+/// The tip begins to run so long before it is fastest \[s\].
+const BEFORE_SNAP_S: f64 = 0.03;
 
 /// Scores `other`, whose records are at the same instants or between, from `from_s` on.
 pub fn compare(reference: &[Record], other: &[Record], from_s: f64) -> Score {
@@ -91,7 +93,12 @@ pub fn compare(reference: &[Record], other: &[Record], from_s: f64) -> Score {
             near(snap.reference_s.min(other), snap.reference_s.max(other))
         }) || unmatched.iter().any(|&t| near(t, t))
     };
-    let peak = |of: fn(&Record) -> f64| reference.iter().map(of).fold(0.0, f64::max);
+    // The load that a snap releases counts, the spikes of its motion do not: they would make
+    // every share look small.
+    let moving =
+        |t: f64| fast.iter().any(|snap| t > snap - BEFORE_SNAP_S && t < snap + AROUND_SNAP_S);
+    let steady = || reference.iter().filter(|r| !moving(r.t_s));
+    let peak = |of: fn(&Record) -> f64| steady().map(of).fold(0.0, f64::max);
     let peak_drive_force_n = peak(|r| r.drive_force_n.abs());
     let peak_force_n = peak(|r| r.force_on_vessel_n.norm());
     let errors = |keep: &dyn Fn(f64) -> bool| {

@@ -61,9 +61,8 @@ fn description(case: &Case) -> Value {
     });
     let tubes = problem.lumen.tubes().iter().map(|tube| {
         let stations = tube.stations().iter();
-        let stations = stations.map(|s| {
-            json!([s.position_m.x, s.position_m.y, s.position_m.z, s.radius_m])
-        });
+        let stations =
+            stations.map(|s| json!([s.position_m.x, s.position_m.y, s.position_m.z, s.radius_m]));
         json!({ "stations_x_y_z_radius_m": stations.collect::<Vec<_>>() })
     });
     json!({

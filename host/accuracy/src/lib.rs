@@ -16,4 +16,4 @@ pub use cases::{Case, Kind, cases};
 pub use compare::{Errors, Record, Score, Snap, compare};
 pub use device::play;
 pub use export::export;
-pub use summary::{Accuracy, Row, measure, solve, table};
+pub use summary::{Accuracy, Row, measure, measure_all, solve, table};

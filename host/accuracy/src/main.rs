@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use anyhow::Context;
-use cathforce_accuracy::{Accuracy, cases, export, measure, solve, table};
+use cathforce_accuracy::{Accuracy, cases, export, measure_all, solve, table};
 use cathforce_rig::SolverDefaults;
 use clap::Parser;
 
@@ -33,10 +33,7 @@ fn main() -> anyhow::Result<()> {
         println!("written: {} cases in {}", cases.len(), folder.display());
         return Ok(());
     }
-    let mut rows = Vec::new();
-    for case in &cases {
-        rows.push(measure(case, &SolverDefaults::default()).with_context(|| case.name)?);
-    }
+    let rows = measure_all(&cases, &SolverDefaults::default())?;
     print!("{}", table(&rows));
     if let Some(file) = &arguments.json {
         let json = serde_json::json!({ "accuracy": Accuracy::of(&rows), "cases": rows });

@@ -1,7 +1,12 @@
 //! Every case measured, as a table and as numbers.
 
 use std::fmt::Write as _;
+use std::num::NonZero;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, PoisonError};
+use std::thread;
 
+use anyhow::{Context, anyhow};
 use cathforce_reference::{Effort, Numerics, Problem, SolveError, run};
 use cathforce_rig::SolverDefaults;
 use serde::Serialize;
@@ -67,11 +72,8 @@ fn solve_with(case: &Case, numerics: Numerics) -> Result<(Vec<Record>, Effort), 
 pub fn measure(case: &Case, defaults: &SolverDefaults) -> anyhow::Result<Row> {
     let (reference, _) = solve(case)?;
     let numerics = case.problem.numerics;
-    let coarser = Numerics {
-        spacing_m: 2.0 * numerics.spacing_m,
-        step_s: 2.0 * numerics.step_s,
-        ..numerics
-    };
+    let coarser =
+        Numerics { spacing_m: 2.0 * numerics.spacing_m, step_s: 2.0 * numerics.step_s, ..numerics };
     let (coarse, _) = solve_with(case, coarser)?;
     let device = play::<f32>(case, defaults)?;
     Ok(Row {
@@ -80,6 +82,27 @@ pub fn measure(case: &Case, defaults: &SolverDefaults) -> anyhow::Result<Row> {
         device: compare(&reference, &device, case.scored_from_s),
         coarser_reference: compare(&reference, &coarse, case.scored_from_s),
     })
+}
+
+/// Measures cases on all processors; the rows are in the order of the cases.
+pub fn measure_all(cases: &[Case], defaults: &SolverDefaults) -> anyhow::Result<Vec<Row>> {
+    let next = AtomicUsize::new(0);
+    let rows: Vec<Mutex<Option<anyhow::Result<Row>>>> =
+        cases.iter().map(|_| Mutex::new(None)).collect();
+    thread::scope(|scope| {
+        for _ in 0..thread::available_parallelism().map_or(1, NonZero::get) {
+            scope.spawn(|| {
+                loop {
+                    let index = next.fetch_add(1, Ordering::Relaxed);
+                    let Some(case) = cases.get(index) else { return };
+                    let row = measure(case, defaults).context(case.name);
+                    *rows[index].lock().unwrap_or_else(PoisonError::into_inner) = Some(row);
+                }
+            });
+        }
+    });
+    let rows = rows.into_iter().map(|row| row.into_inner().unwrap_or_else(PoisonError::into_inner));
+    rows.map(|row| row.unwrap_or_else(|| Err(anyhow!("a case was not measured")))).collect()
 }
 
 /// The rows as a Markdown table.
