@@ -77,12 +77,17 @@ pub fn rest(
     panic!("no rest at {drive:?}: tip {:?}", state.node_position_m(0));
 }
 
+/// A vessel without a wall.
+pub fn free_space() -> StoredWall {
+    StoredWall::sampled([[-1.0; 3], [1.0; 3]], 1e-2, 1e-3, |_| (1.0, [1.0, 0.0, 0.0]))
+}
+
 /// Where the tip of a rod of the full length comes to rest without a wall, and what the drive
 /// feels then.
 pub fn hang(description: Description<f64>, loads: &Loads<f64>) -> ([f64; 3], Outputs<f64>) {
     let insertion_m = description.instrument.sections[0].length_m;
     let model = Model::new(description).unwrap();
-    let (wall, mut state) = (StoredWall::none(), State::new());
+    let (wall, mut state) = (free_space(), State::new());
     let outputs = rest(&model, &wall.lumen(), &mut state, inserted(insertion_m), loads);
     (state.node_position_m(0).unwrap(), outputs)
 }

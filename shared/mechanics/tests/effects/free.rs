@@ -2,8 +2,7 @@
 
 use cathforce_mechanics::*;
 
-use crate::rod::{FREE_TIP, hang, inserted, rest, rod};
-use crate::wall::StoredWall;
+use crate::rod::{FREE_TIP, free_space, hang, inserted, rest, rod};
 
 const LENGTH_M: f64 = 0.1;
 const STIFFNESS: f64 = 1e-5;
@@ -72,7 +71,7 @@ fn windup_turns_the_tip_back_by_torque_over_stiffness() {
     let rotation_rad = torque * free_m / (0.7 * STIFFNESS);
     assert!(rotation_rad > 0.1);
     let model: Model<f64> = Model::new(bent()).unwrap();
-    let (none, mut state) = (StoredWall::none(), State::new());
+    let (none, mut state) = (free_space(), State::new());
     let drive = Drive { insertion_m: LENGTH_M, rotation_rad };
     rest(&model, &none.lumen(), &mut state, drive, &loads);
     let turned = state.node_position_m(0).unwrap();
@@ -137,7 +136,7 @@ fn softening_ends_at_its_share() {
 fn a_guide_past_the_entry_carries_the_instrument_on() {
     let guided = with(bent(), &[("effects.entry.guide.length_m", 0.03)]);
     let model: Model<f64> = Model::new(guided).unwrap();
-    let (none, mut state) = (StoredWall::none(), State::new());
+    let (none, mut state) = (free_space(), State::new());
     rest(&model, &none.lumen(), &mut state, inserted(0.08), &FREE_TIP);
     let tip = state.node_position_m(0).unwrap();
     let model: Model<f64> = Model::new(bent()).unwrap();
@@ -158,7 +157,7 @@ fn the_introducer_asks_for_its_friction_and_lets_go_at_rest() {
         ],
     );
     let model: Model<f64> = Model::new(dragging).unwrap();
-    let (none, mut state) = (StoredWall::none(), State::new());
+    let (none, mut state) = (free_space(), State::new());
     rest(&model, &none.lumen(), &mut state, inserted(0.05), &FREE_TIP);
     // 0.2 mm in a step of 10 ms: 20 mm/s.
     let mut at = 0.05;

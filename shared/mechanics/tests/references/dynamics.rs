@@ -6,8 +6,7 @@
 
 use cathforce_mechanics::*;
 
-use crate::rod::{FREE_TIP, assert_second_order, inserted, rest, rod};
-use crate::wall::StoredWall;
+use crate::rod::{FREE_TIP, assert_second_order, free_space, inserted, rest, rod};
 
 /// βL of the clamped-free modes: cos βL cosh βL = −1.
 const MODES: [f64; 4] =
@@ -61,7 +60,7 @@ impl Root {
 fn vibration(description: Description<f64>, beta_l: f64) -> (Root, f64) {
     let length = description.instrument.sections[0].length_m;
     let links = (length / description.solver.link_length_m).round() as usize;
-    let wall = StoredWall::none();
+    let wall = free_space();
     let lumen = wall.lumen();
     let released = Model::new(description.clone()).unwrap();
     let mut held = description.clone();

@@ -8,5 +8,10 @@ mod rod;
 mod wall;
 
 mod bend45;
+mod capstan;
 mod dynamics;
 mod elastica;
+mod tube;
+
+/// The model in double precision, of as many links as the device has.
+type Chain = cathforce_mechanics::Model<f64>;

@@ -1,0 +1,237 @@
+//! Random instruments, walls, solvers and drives, each from one seed.
+
+use cathforce_mechanics::*;
+
+/// A small generator, so that a failure names its seed and can be repeated.
+pub struct Random(u64);
+
+impl Random {
+    pub fn new(seed: u64) -> Self {
+        // Neighbouring seeds must not give neighbouring numbers.
+        let mut random = Self(seed.wrapping_add(1).wrapping_mul(0x9E37_79B9_7F4A_7C15));
+        for _ in 0..4 {
+            random.next();
+        }
+        random
+    }
+
+    fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        (self.0 >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    pub fn between(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.next()
+    }
+
+    /// Uniform in the logarithm.
+    pub fn scale(&mut self, low: f64, high: f64) -> f64 {
+        low * (high / low).powf(self.next())
+    }
+
+    /// Zero in one of three, else uniform in the logarithm.
+    pub fn sometimes(&mut self, low: f64, high: f64) -> f64 {
+        if self.next() < 1.0 / 3.0 { 0.0 } else { self.scale(low, high) }
+    }
+
+    pub fn below(&mut self, count: usize) -> usize {
+        ((self.next() * count as f64) as usize).min(count - 1)
+    }
+}
+
+/// Anything that [`Description::validate`] accepts and that can be an instrument in a vessel
+/// of 300 mm: not a bar of iron, not a link longer than the vessel is wide.
+pub fn any_description(random: &mut Random) -> Description<f32> {
+    let f = |x: f64| x as f32;
+    let shaft = random.scale(1e-7, 1e-3);
+    let sections = (0..1 + random.below(3)).map(|_| {
+        let bending = shaft * random.scale(0.1, 1.0);
+        Section {
+            length_m: f(random.scale(5e-3, 0.1)),
+            bending_stiffness_n_m2: f(bending),
+            torsional_stiffness_n_m2: f(bending * random.scale(0.2, 2.0)),
+            axial_stiffness_n: f((bending * random.scale(1e5, 1e8)).max(0.1)),
+            mass_kg_per_m: f(random.scale(1e-4, 3e-2)),
+        }
+    });
+    let sections = sections.collect();
+    let precurve = (0..random.below(4)).map(|_| PrecurvePiece {
+        length_m: f(random.between(0.0, 0.03)),
+        curvature_per_m: f(random.between(-150.0, 150.0)),
+        lateral_curvature_per_m: f(random.between(-100.0, 100.0)),
+        torsion_per_m: f(random.between(-50.0, 50.0)),
+    });
+    let precurve = precurve.collect();
+    Description {
+        instrument: Instrument {
+            outer_radius_m: f(random.between(2e-4, 1.4e-3)),
+            sections,
+            precurve,
+        },
+        entry: Entry { position_m: [0.0; 3], direction: [1.0, 0.0, 0.0], up: [0.0, 1.0, 0.0] },
+        wall: Wall {
+            line_stiffness_n_per_m2: f(random.scale(1e2, 1e8)),
+            end_stiffness_n_per_m: f(random.sometimes(1.0, 1e6)),
+            tangential_ratio: f(random.sometimes(1e-2, 100.0)),
+            friction_coefficient: f(random.sometimes(0.05, 2.0)),
+            onset_m: f(random.scale(1e-6, 1e-3)),
+            damping_s: f(random.sometimes(1e-4, 0.1)),
+        },
+        tendon: Tendon::none(),
+        effects: Effects::off(),
+        gravity_m_per_s2: core::array::from_fn(|_| f(random.between(-10.0, 10.0))),
+        solver: Solver {
+            link_length_m: f(random.between(1.6e-3, 4e-3)),
+            tick_s: 1e-3,
+            substeps: 1 + random.below(2) as u8,
+            solves: 1 + random.below(2) as u8,
+            predictor_gain: f(random.sometimes(0.05, 1.0)),
+            bending_damping_s: f(random.sometimes(1e-4, 0.1)),
+            drag_n_s_per_m2: f(random.sometimes(1e-3, 100.0)),
+        },
+    }
+}
+
+/// A catheter as they are sold, in a vessel as they are: every number within what a rig file
+/// would say.
+pub fn catheter(random: &mut Random) -> Description<f32> {
+    let f = |x: f64| x as f32;
+    let mut description = any_description(random);
+    let bending = random.scale(3e-6, 6e-5);
+    let section = Section {
+        length_m: 1.0,
+        bending_stiffness_n_m2: f(bending),
+        torsional_stiffness_n_m2: f(bending * random.between(0.6, 0.9)),
+        axial_stiffness_n: f(bending * random.scale(2e6, 6e6)),
+        mass_kg_per_m: f(random.scale(1e-3, 4e-3)),
+    };
+    description.instrument.sections = [section].into_iter().collect();
+    for piece in &mut description.instrument.precurve {
+        piece.lateral_curvature_per_m = 0.0;
+        piece.torsion_per_m = 0.0;
+    }
+    description.instrument.outer_radius_m = f(random.between(4e-4, 9e-4));
+    description.wall = Wall {
+        line_stiffness_n_per_m2: f(random.scale(2e5, 4e6)),
+        end_stiffness_n_per_m: f(random.scale(5e2, 5e3)),
+        tangential_ratio: 3.0,
+        friction_coefficient: f(random.between(0.0, 0.7)),
+        onset_m: 1e-5,
+        damping_s: f(random.between(0.0, 5e-3)),
+    };
+    description.gravity_m_per_s2 = [0.0, 0.0, -9.81];
+    description.solver.predictor_gain = 0.1;
+    description.solver.bending_damping_s = 0.0;
+    description.solver.drag_n_s_per_m2 = f(random.between(0.0, 4.0));
+    description
+}
+
+/// What the hand at the drive does for a while.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Phase {
+    Rest,
+    Cruise,
+    /// The feed changes its sign at full speed.
+    Reversal,
+    /// A slipping drive or a lost frame: the encoder jumps.
+    Step,
+    /// Out of the vessel and in again.
+    Withdrawal,
+    /// Turning on the spot.
+    Turn,
+    /// The encoder's last bits flicker.
+    Flicker,
+}
+
+/// A random drive, tick by tick.
+pub struct Hand {
+    random: Random,
+    pub phase: Phase,
+    phases: &'static [Phase],
+    phase_ticks: usize,
+    /// Fastest feed \[m\] and rotation \[rad\] a tick.
+    fastest: [f64; 2],
+    tick: usize,
+    insertion_m: f64,
+    rotation_rad: f64,
+    feed_m: f64,
+    spin_rad: f64,
+    reach_m: f64,
+}
+
+impl Hand {
+    /// Up to 200 mm/s and 15 rad/s, with jumps.
+    pub fn any(seed: u64, reach_m: f64) -> Self {
+        use Phase::*;
+        const PHASES: [Phase; 10] =
+            [Rest, Cruise, Cruise, Cruise, Reversal, Reversal, Step, Withdrawal, Turn, Flicker];
+        Self::new(seed, reach_m, &PHASES, 500, [200e-6, 15e-3])
+    }
+
+    /// What an operator does: up to 30 mm/s and 3 rad/s.
+    pub fn steady(seed: u64, reach_m: f64) -> Self {
+        use Phase::*;
+        const PHASES: [Phase; 5] = [Rest, Cruise, Cruise, Reversal, Turn];
+        Self::new(seed, reach_m, &PHASES, 2000, [30e-6, 3e-3])
+    }
+
+    fn new(
+        seed: u64,
+        reach_m: f64,
+        phases: &'static [Phase],
+        phase_ticks: usize,
+        fastest: [f64; 2],
+    ) -> Self {
+        Self {
+            random: Random::new(!seed),
+            phase: Phase::Cruise,
+            phases,
+            phase_ticks,
+            fastest,
+            tick: 0,
+            insertion_m: 0.0,
+            rotation_rad: 0.0,
+            feed_m: fastest[0],
+            spin_rad: 0.0,
+            reach_m,
+        }
+    }
+
+    fn begin_phase(&mut self) {
+        use Phase::*;
+        let (random, [feed_m, spin_rad]) = (&mut self.random, self.fastest);
+        self.phase = self.phases[random.below(self.phases.len())];
+        (self.feed_m, self.spin_rad) = match self.phase {
+            Rest | Flicker => (0.0, 0.0),
+            Cruise | Step => (
+                random.between(-0.5 * feed_m, feed_m),
+                random.between(-0.2 * spin_rad, 0.2 * spin_rad),
+            ),
+            Reversal => (-self.feed_m, -self.spin_rad),
+            Withdrawal => (-2.0 * feed_m, 0.0),
+            Turn => (0.0, random.between(-spin_rad, spin_rad)),
+        };
+        if self.phase == Step {
+            self.insertion_m += random.between(-3e-3, 3e-3);
+            self.rotation_rad += random.between(-0.5, 0.5);
+        }
+    }
+
+    pub fn next(&mut self) -> Drive<f32> {
+        if self.tick > 0 && self.tick.is_multiple_of(self.phase_ticks) {
+            self.begin_phase();
+        }
+        self.tick += 1;
+        if self.phase == Phase::Withdrawal && self.insertion_m <= 0.0 {
+            self.feed_m = self.fastest[0];
+        }
+        self.insertion_m = (self.insertion_m + self.feed_m).clamp(0.0, self.reach_m);
+        self.rotation_rad += self.spin_rad;
+        let flickering = self.phase == Phase::Flicker;
+        let flicker_m = if flickering { self.random.between(-2e-7, 2e-7) } else { 0.0 };
+        Drive {
+            insertion_m: (self.insertion_m + flicker_m).max(0.0) as f32,
+            rotation_rad: self.rotation_rad as f32,
+        }
+    }
+}

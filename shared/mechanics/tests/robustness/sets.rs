@@ -1,0 +1,158 @@
+//! Random parameter sets, 20 s each: whatever the drive does, no number is lost, the energy
+//! stays bounded, and a force that jumps out is flagged.
+//!
+//! The suite runs a sample. `CATHFORCE_RANDOM_SETS=100000 cargo test --release -p
+//! cathforce-mechanics --test robustness random` is the long run.
+
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use cathforce_mechanics::*;
+
+use crate::bent_path;
+use crate::random::{Hand, Random, any_description, catheter};
+use crate::wall::{Seen, StoredWall, Vector, plane, tube};
+
+/// Ticks of 1 ms.
+const TICKS: usize = 20_000;
+const SAMPLE: u64 = 10;
+
+/// Vessels around one bent path: tight, wide, with a dead end, with a pocket whose rim catches
+/// the tip and lets it go.
+fn vessels() -> Vec<StoredWall> {
+    let path = bent_path();
+    let stored = |radius_m: f64, cell_m: f64, change: &dyn Fn(Vector, Seen) -> Seen| {
+        let reach = radius_m + 8e-3;
+        let bounds = [[-0.02, -reach, -reach], [0.16, 0.12, reach]];
+        let wall = |p| change(p, path.tube(p, radius_m));
+        StoredWall::sampled(bounds, cell_m, 3e-3, wall)
+    };
+    let end = |p| plane(p, [0.09, 0.0, 0.0], [-1.0, 0.0, 0.0]);
+    let pocket = |p, seen: Seen| {
+        let pocket = tube(p, [0.08, -0.001, 0.0], 5e-3);
+        if pocket.0 > seen.0 { pocket } else { seen }
+    };
+    vec![
+        stored(1.5e-3, 5e-4, &|_, seen| seen),
+        stored(4e-3, 1e-3, &|_, seen| seen),
+        stored(10e-3, 1e-3, &|_, seen| seen),
+        stored(4e-3, 1e-3, &|p, seen| nearer(seen, end(p))),
+        stored(4e-3, 5e-4, &|p, seen| pocket(p, seen)),
+    ]
+}
+
+/// The nearer of two walls.
+fn nearer(a: Seen, b: Seen) -> Seen {
+    if a.0 <= b.0 { a } else { b }
+}
+
+/// Runs one check over the seeds on all processors and panics with what the first ones found.
+fn over_seeds(check: impl Fn(u64, &[StoredWall]) -> Result<(), String> + Sync) {
+    let asked = std::env::var("CATHFORCE_RANDOM_SETS").ok();
+    let sets = asked.map_or(SAMPLE, |n| n.parse().expect("CATHFORCE_RANDOM_SETS is a number"));
+    let (vessels, next, failures) = (vessels(), AtomicU64::new(0), Mutex::new(Vec::new()));
+    let work = || {
+        loop {
+            let seed = next.fetch_add(1, Ordering::Relaxed);
+            if seed >= sets {
+                return;
+            }
+            if let Err(found) = check(seed, &vessels) {
+                failures.lock().unwrap().push(format!("seed {seed}: {found}"));
+            }
+        }
+    };
+    let threads = std::thread::available_parallelism().map_or(1, usize::from);
+    std::thread::scope(|scope| {
+        (0..threads).for_each(|_| {
+            scope.spawn(work);
+        });
+    });
+    let failures = failures.into_inner().unwrap();
+    let shown = failures.iter().take(20).cloned().collect::<Vec<_>>().join("\n");
+    assert!(failures.is_empty(), "{} of {sets} sets failed:\n{shown}", failures.len());
+}
+
+/// Energy that no drive gives the instrument: every link stretched to twice its length, every
+/// joint bent by a radian, everything at 5 m/s \[J\].
+fn most_energy_j(description: &Description<f32>, reach_m: f32) -> f32 {
+    let h = description.solver.link_length_m;
+    let largest = |of: fn(&Section<f32>) -> f32| {
+        description.instrument.sections.iter().map(of).fold(0.0, f32::max)
+    };
+    let bending =
+        largest(|s| s.bending_stiffness_n_m2).max(largest(|s| s.torsional_stiffness_n_m2));
+    let per_metre = bending / (h * h) + largest(|s| s.axial_stiffness_n);
+    0.5 * reach_m * (per_metre + largest(|s| s.mass_kg_per_m) * 25.0)
+}
+
+#[test]
+fn random_parameter_sets_lose_no_number_and_keep_their_energy_bounded() {
+    over_seeds(|seed, vessels| {
+        let mut random = Random::new(seed);
+        let description = any_description(&mut random);
+        let lumen = vessels[random.below(vessels.len())].lumen();
+        let model: Model<f32> = Model::new(description.clone()).unwrap();
+        let mut state: State<f32> = State::new();
+        let reach_m = model.reach_m().min(0.13);
+        let most = most_energy_j(&description, reach_m);
+        let mut hand = Hand::any(seed, f64::from(reach_m));
+        for tick in 0..TICKS {
+            let outputs = step(&model, &lumen, &mut state, hand.next());
+            let at = || format!("tick {tick}, {:?}: {outputs:?}", hand.phase);
+            let [fx, fy, fz] = outputs.force_on_vessel_n;
+            let [mx, my, mz] = outputs.moment_on_vessel_n_m;
+            let drive = outputs.drive_force_n + outputs.drive_torque_n_m;
+            if !(fx + fy + fz + mx + my + mz + drive).is_finite() {
+                return Err(at());
+            }
+            let energy = state.kinetic_energy_j(&model) + state.elastic_energy_j(&model);
+            if !energy.is_finite() || energy > most {
+                return Err(format!("{energy:e} J, at most {most:e} J; {}", at()));
+            }
+        }
+        Ok(())
+    });
+}
+
+/// A force is a spike when it is more than this many times all others …
+const SPIKE: f32 = 2.0;
+/// … within this many ticks before and after, but for the nearest.
+const AROUND: core::ops::RangeInclusive<usize> = 5..=50;
+/// Forces below this do not matter \[N\].
+const FLOOR_N: f32 = 5e-3;
+
+#[test]
+fn random_catheters_flag_every_force_that_jumps_out() {
+    let spikes = AtomicU64::new(0);
+    over_seeds(|seed, vessels| {
+        let mut random = Random::new(seed);
+        let description = catheter(&mut random);
+        let lumen = vessels[random.below(vessels.len())].lumen();
+        let model: Model<f32> = Model::new(description).unwrap();
+        let mut state: State<f32> = State::new();
+        let mut hand = Hand::steady(seed, 0.125);
+        let mut forces = Vec::new();
+        for _ in 0..TICKS {
+            let outputs = step(&model, &lumen, &mut state, hand.next());
+            let squares = outputs.force_on_vessel_n.map(|f| f * f);
+            forces.push((squares.iter().sum::<f32>().sqrt(), outputs.unresolved, hand.phase));
+        }
+        let mut flagged = 0;
+        for (tick, (force_n, unresolved, phase)) in forces.iter().enumerate() {
+            let around = AROUND
+                .flat_map(|away| [tick.checked_sub(away), Some(tick + away)].into_iter().flatten());
+            let others = around.filter_map(|t| forces.get(t)).map(|(force_n, ..)| *force_n);
+            let usual_n = others.fold(FLOOR_N, f32::max);
+            if *force_n > SPIKE * usual_n {
+                if !unresolved {
+                    return Err(format!("tick {tick}, {phase:?}: {force_n} N among {usual_n} N"));
+                }
+                flagged += 1;
+            }
+        }
+        spikes.fetch_add(flagged, Ordering::Relaxed);
+        Ok(())
+    });
+    println!("{} ticks jumped out and were flagged", spikes.into_inner());
+}
