@@ -8,6 +8,7 @@ mod rod;
 mod wall;
 
 mod bend45;
+mod buckling;
 mod capstan;
 mod dynamics;
 mod elastica;
