@@ -1,4 +1,4 @@
-//! Capstan: a limp rod drawn around a bollard against friction.
+//! Around a bollard: a limp rod drawn against friction (capstan), an elastic one that conforms.
 
 use cathforce_mechanics::*;
 
@@ -13,17 +13,46 @@ const LEAD_M: f64 = 0.01;
 const TAIL_M: f64 = 0.015;
 const TIP_TENSION_N: f64 = 0.2;
 
-/// A bollard across z that a rod along x touches after the lead; all around it is lumen.
-fn bollard() -> StoredWall {
-    let reach = BOLLARD_RADIUS_M + 3e-3;
-    let centre = [LEAD_M, BOLLARD_RADIUS_M + ROD_RADIUS_M, 0.0];
+/// A bollard across z around which the centre line of a rod along x turns with `radius_m`,
+/// after the lead; all around it is lumen.
+fn bollard(radius_m: f64, rod_radius_m: f64) -> StoredWall {
+    let reach = radius_m + 3e-3;
+    let centre = [LEAD_M, radius_m, 0.0];
     let (low, high) = ([-reach, -reach, -4e-3], [reach, reach, 4e-3]);
     StoredWall::sampled([add(centre, low, 1.0), add(centre, high, 1.0)], 1e-3, 2e-3, |p| {
         let mut out = add(p, centre, -1.0);
         out[2] = 0.0;
         let r = norm(out).max(1e-12);
-        (r - BOLLARD_RADIUS_M, out.map(|x| x / r))
+        (r - (radius_m - rod_radius_m), out.map(|x| x / r))
     })
+}
+
+/// A dead load on the tip, in the plane of the bollard.
+fn pull(force_n: f64, angle_rad: f64) -> Loads<f64> {
+    let along: Vector = [angle_rad.cos(), angle_rad.sin(), 0.0];
+    Loads { tip_force_n: along.map(|x| force_n * x), ..FREE_TIP }
+}
+
+/// Fed out straight under tension, then wound around the bollard without friction.
+fn wound(
+    rod: &Description<f64>,
+    wall: &StoredWall,
+    drive: Drive<f64>,
+    force_n: f64,
+    angle_rad: f64,
+) -> State<f64> {
+    let mut rod = rod.clone();
+    rod.wall.friction_coefficient = 0.0;
+    rod.solver.tick_s = 1e-2;
+    rod.solver.drag_n_s_per_m2 = 1.0;
+    let model = Chain::new(rod).unwrap();
+    let (lumen, mut state) = (wall.lumen(), State::new());
+    while !settle_loaded(&model, &lumen, &mut state, drive, &pull(force_n, 0.0)) {}
+    for turn in 0..=4000 {
+        let share = f64::min(f64::from(turn) / 3000.0, 1.0);
+        step_loaded(&model, &lumen, &mut state, drive, &pull(force_n, angle_rad * share));
+    }
+    state
 }
 
 /// Tension at the guide and sum of normal forces, both over the tension at the tip.
@@ -33,31 +62,23 @@ fn drawn(wall: &StoredWall, angle_rad: f64, friction: f64) -> [f64; 2] {
     rod.instrument.outer_radius_m = ROD_RADIUS_M;
     rod.instrument.sections[0].axial_stiffness_n = 1e3;
     rod.wall = Wall {
-        line_stiffness_n_per_m2: 1e7,
+        line_stiffness_n_per_m2: 2e6,
         end_stiffness_n_per_m: 0.0,
         tangential_ratio: 1.0,
         friction_coefficient: friction,
-        onset_m: 1e-6,
+        onset_m: 3e-5,
         damping_s: 0.0,
     };
-    rod.solver.tick_s = 1e-3;
-    let (model, lumen, mut state) = (Chain::new(rod).unwrap(), wall.lumen(), State::new());
+    (rod.solver.tick_s, rod.solver.solves) = (1e-2, 2);
     let mut drive = Drive { insertion_m: length_m, rotation_rad: 0.0 };
-    let pulled = |angle: f64| {
-        let along: Vector = [angle.cos(), angle.sin(), 0.0];
-        Loads { tip_force_n: along.map(|x| TIP_TENSION_N * x), ..FREE_TIP }
-    };
-    // Fed out straight, then wound around the bollard without friction.
-    while !settle_loaded(&model, &lumen, &mut state, drive, &pulled(0.0)) {}
-    for turn in 0..=2000 {
-        let share = f64::min(f64::from(turn) / 1500.0, 1.0);
-        settle_loaded(&model, &lumen, &mut state, drive, &pulled(angle_rad * share));
-    }
+    let mut state = wound(&rod, wall, drive, TIP_TENSION_N, angle_rad);
+    let model = Chain::new(rod).unwrap();
+    let (lumen, loads) = (wall.lumen(), pull(TIP_TENSION_N, angle_rad));
     let (mut guide_n, mut normal_n, counted) = (0.0, 0.0, 300.0);
-    for tick in 0..900 {
-        drive.insertion_m -= 5e-6;
-        let outputs = step_loaded(&model, &lumen, &mut state, drive, &pulled(angle_rad));
-        if tick >= 600 {
+    for tick in 0..1500 {
+        drive.insertion_m -= 2e-6;
+        let outputs = step_loaded(&model, &lumen, &mut state, drive, &loads);
+        if tick >= 1200 {
             guide_n -= outputs.drive_force_n / counted;
             let contact = |node| norm(state.node_force_n(node).unwrap());
             let sum: f64 = (0..state.nodes()).map(contact).sum();
@@ -69,9 +90,10 @@ fn drawn(wall: &StoredWall, angle_rad: f64, friction: f64) -> [f64; 2] {
 
 #[test]
 fn a_rod_drawn_around_a_bollard_pulls_as_the_capstan_says() {
-    let wall = bollard();
+    let wall = bollard(BOLLARD_RADIUS_M, ROD_RADIUS_M);
     // Angle, μ, ratio of tensions, sum of normal forces over the tip's tension:
-    // ../shared/references/capstan.json (exp μθ).
+    // ../shared/references/capstan.json (exp μθ). The rod does not see itself, so a full turn
+    // is one like any other.
     for (angle_deg, friction, ratio, normal) in [
         (30.0, 0.1, 1.053754897, 0.53754897),
         (30.0, 0.6, 1.369107771, 0.615179618),
@@ -81,11 +103,71 @@ fn a_rod_drawn_around_a_bollard_pulls_as_the_capstan_says() {
         (90.0, 0.45, 2.027611191, 2.283580425),
         (180.0, 0.3, 2.566332395, 5.221107984),
         (180.0, 0.62, 7.013153416, 9.698634542),
+        (360.0, 0.1, 1.874456088, 8.744560876),
+        (360.0, 0.45, 16.902024172, 35.337831493),
+        (360.0, 0.62, 49.184320833, 77.716646505),
     ] {
         let [found, sum] = drawn(&wall, f64::to_radians(angle_deg), friction);
         let what = format!("{angle_deg}°, μ {friction}");
         println!("{what}: ratio {found:.4} ({ratio:.4}), normal forces {sum:.4} ({normal:.4})");
         assert!((found / ratio - 1.0).abs() < 0.01, "{what}: ratio {found}, not {ratio}");
         assert!((sum / normal - 1.0).abs() < 0.01, "{what}: normal forces {sum}, not {normal}");
+    }
+}
+
+#[test]
+fn a_rod_that_conforms_to_a_bend_has_the_moment_ei_over_r_and_presses_with_force_over_radius() {
+    // ../shared/references/rod_in_tube.json, `conform`: moment_to_conform_Nm = EI/R (its
+    // pair_force_over_40mm_N is that over 40 mm). A stored tube has clearance, in which a rod
+    // does not conform; tension around a bollard makes it. `bent_rod_in_circular_arc…`: the
+    // axial force over R on the arc, here the tip's less EI/2R², which bending takes.
+    for (radius_m, ei, moment_n_m) in [
+        (0.02, 9.459736155740662e-6, 0.00047298680778703307),
+        (0.04, 9.459736155740662e-6, 0.00023649340389351653),
+        (0.06, 9.459736155740662e-6, 0.00015766226926234436),
+        (0.02, 1.8191800299501273e-5, 0.0009095900149750637),
+        (0.04, 1.8191800299501273e-5, 0.00045479500748753183),
+        (0.06, 1.8191800299501273e-5, 0.0003031966716583546),
+    ] {
+        let rod_radius_m = 0.825e-3;
+        let wall = bollard(radius_m, rod_radius_m);
+        let angle_rad = 0.75 * core::f64::consts::PI;
+        let length_m = LEAD_M + radius_m * angle_rad + radius_m;
+        let mut rod = rod(length_m, 63, ei);
+        rod.instrument.outer_radius_m = rod_radius_m;
+        rod.wall.line_stiffness_n_per_m2 = 1e7;
+        rod.wall.end_stiffness_n_per_m = 0.0;
+        rod.wall.onset_m = 1e-6;
+        let drive = Drive { insertion_m: length_m, rotation_rad: 0.0 };
+        let force_n = 20.0 * ei / (radius_m * radius_m);
+        let state = wound(&rod, &wall, drive, force_n, angle_rad);
+
+        // Moment of all that is beyond a node in the middle of the arc, about it; and what
+        // presses on the middle third of the arc.
+        let at = |node| state.node_position_m(node).unwrap();
+        let on_rod = |node| state.node_force_n(node).unwrap().map(|f: f64| -f);
+        let about = |x: Vector, f: Vector, o: Vector| (x[0] - o[0]) * f[1] - (x[1] - o[1]) * f[0];
+        let angle = |x: Vector| (x[0] - LEAD_M).atan2(radius_m - x[1]);
+        let middle =
+            (0..state.nodes()).find(|&n| angle(at(n)) < 0.5 * angle_rad && at(n)[0] > LEAD_M);
+        let middle = middle.unwrap();
+        let mut found = about(at(0), pull(force_n, angle_rad).tip_force_n, at(middle));
+        for node in 0..middle {
+            found += about(at(node), on_rod(node), at(middle));
+        }
+        let (mut pressing_n, mut arc_m) = (0.0, 0.0);
+        for node in 0..state.nodes() - 1 {
+            if (0.33..0.67).contains(&(angle(at(node)) / angle_rad)) {
+                pressing_n += norm(on_rod(node));
+                arc_m += norm(add(at(node), at(node + 1), -1.0));
+            }
+        }
+        let line = (force_n - 0.5 * moment_n_m / radius_m) / radius_m;
+        let pressing = pressing_n / arc_m;
+        println!(
+            "R {radius_m} m: {found:.4e} N·m ({moment_n_m:.4e}), {pressing:.4} N/m ({line:.4})"
+        );
+        assert!((found / moment_n_m - 1.0).abs() < 0.01, "{found} N·m, not {moment_n_m}");
+        assert!((pressing / line - 1.0).abs() < 0.01, "{pressing} N/m, not {line}");
     }
 }
