@@ -16,6 +16,7 @@ mod buckling;
 mod capstan;
 mod dynamics;
 mod elastica;
+mod energy;
 mod tube;
 
 /// The model in double precision, of as many links as the device has.
