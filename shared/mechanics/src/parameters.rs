@@ -57,7 +57,8 @@ impl core::fmt::Display for ParameterError {
         match self {
             Self::Unknown => f.write_str("there is no parameter of that name"),
             Self::Range(ParameterInfo { key, unit, min, max, .. }) => {
-                write!(f, "{key} must be between {min} and {max} {unit}")
+                write!(f, "{key} must be between {min} and {max}")?;
+                if *unit == "1" { Ok(()) } else { write!(f, " {unit}") }
             }
         }
     }

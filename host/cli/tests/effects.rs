@@ -1,0 +1,94 @@
+//! Effects and tips on the command line: listed, set, refused, and in the device's image.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use cathforce_config::image::decode;
+use serde_json::Value;
+
+fn bundle() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/tapered-none")
+}
+
+fn cathforce(arguments: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_cathforce"));
+    command.env("NO_COLOR", "1").args(arguments).output().unwrap()
+}
+
+fn json(arguments: &[&str]) -> Value {
+    let output = cathforce(arguments);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+#[track_caller]
+fn assert_usage(arguments: &[&str], words: &str) {
+    let output = cathforce(arguments);
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{stderr}");
+    assert!(stderr.contains(words), "`{words}` in: {stderr}");
+}
+
+#[test]
+fn what_is_set_is_in_the_image() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("rig.cfim");
+    let (bundle, file) = (bundle(), file.to_str().unwrap().to_owned());
+    let output = cathforce(&[
+        "config",
+        "image",
+        bundle.to_str().unwrap(),
+        "--out",
+        &file,
+        "--tip",
+        "hook",
+        "--set",
+        "effects.contact.stribeck.static_ratio=1.5",
+        "--set",
+        "wall.friction_coefficient=0.46",
+        "--set",
+        "force_gain=2",
+    ]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let bytes = std::fs::read(&file).unwrap();
+    let config = decode(&bytes).unwrap();
+    let description = config.model.description();
+    assert_eq!(description.effects.contact.stribeck.static_ratio, 1.5);
+    assert_eq!(description.wall.friction_coefficient, 0.46);
+    assert_eq!(config.settings.force_gain, 2.0);
+    let [arc] = description.instrument.precurve.as_slice() else { panic!("one arc") };
+    assert!((arc.curvature_per_m - 125.0).abs() < 1e-3, "{arc:?}");
+}
+
+#[test]
+fn what_cannot_be_set_is_refused_at_once() {
+    let bundle = bundle();
+    let simulate = ["simulate", bundle.to_str().unwrap()];
+    let with = |extra: [&'static str; 2]| [simulate.as_slice(), &extra].concat();
+    assert_usage(
+        &with(["--set", "effects.wall.viscoelastic.ratio=-1"]),
+        "effects.wall.viscoelastic.ratio must be between 0 and 20",
+    );
+    assert_usage(&with(["--set", "effects.wall.nope=1"]), "there is no setting of that name");
+    assert_usage(&with(["--tip", "crook"]), "cathforce tips");
+}
+
+#[test]
+fn every_listed_effect_is_set_by_what_config_lists() {
+    let effects = json(&["gap", "effects", "--json"]);
+    let settings = json(&["config", "--json"]);
+    let names: Vec<_> =
+        settings.as_array().unwrap().iter().map(|s| s["name"].as_str().unwrap()).collect();
+    let effects = effects.as_array().unwrap();
+    assert_eq!(effects.len(), 36);
+    for effect in effects {
+        for parameter in effect["parameters"].as_array().unwrap() {
+            match parameter["setting"].as_str() {
+                Some(setting) => assert!(names.contains(&setting), "{setting}"),
+                None => assert_eq!(effect["plant"], "drive", "{effect}"),
+            }
+        }
+    }
+    let tips = json(&["tips", "--json"]);
+    assert!(tips.as_array().unwrap().iter().any(|tip| tip["name"] == "cobra-2"));
+}
