@@ -42,13 +42,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("cathforce-reference", &[]),
     (
         "cathforce-gap",
-        &[
-            "cathforce-scalar",
-            "cathforce-mechanics",
-            "cathforce-config",
-            "cathforce-rig",
-            "cathforce-record",
-        ],
+        &["cathforce-mechanics", "cathforce-effects", "cathforce-rig", "cathforce-record"],
     ),
     ("cathforce-accuracy", &["cathforce-mechanics", "cathforce-rig", "cathforce-reference"]),
     ("cathforce", &LIBRARIES),

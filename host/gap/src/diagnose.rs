@@ -72,7 +72,7 @@ pub fn diagnose(plant: &dyn Plant, bundle: &str, progress: Progress<'_>) -> Diag
 /// About how many trials a diagnosis will simulate, for a progress bar.
 pub fn expected_simulations(plant: &dyn Plant) -> u64 {
     let nuisances = plant.nuisances().len();
-    let again = if plant.relinearise() { nuisances + 4 } else { 0 };
+    let again = if plant.cheap() { nuisances + 4 } else { 0 };
     let fit = |k: usize, starts: usize| 1 + starts + 4 * (k + 2) + again;
     let effects = plant.effects().iter();
     let singles: usize = effects.map(|e| fit(e.parameters.len(), e.starts.len())).sum();
@@ -181,6 +181,7 @@ impl<'a> Answer<'a> {
         self.path(problem, &selection);
         let named = self.effects(problem, selector, &selection);
         self.diagnosis.verdict = match shrink {
+            _ if selection.best.fit.effects.is_empty() => Verdict::Unknown,
             s if s >= NAMED => Verdict::Named,
             s if s >= PARTIAL => Verdict::Partial,
             _ => Verdict::Unknown,

@@ -8,19 +8,28 @@
 //! derivatives tries again.
 
 use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
 
 use crate::nuisance::{Nuisances, Refit};
-use crate::plant::Point;
+use crate::plant::{Plant, Point};
 use crate::problem::{Coordinate, Problem};
 
-/// Gauss–Newton steps at most.
-const STEPS: usize = 12;
-/// A step that lowers the loss by less than this share ends the fit.
-const CONVERGED: f64 = 1e-4;
-/// Attempts at one step with ever more damping.
-const ATTEMPTS: usize = 4;
-/// Points of one compass search.
-const COMPASS_POINTS: usize = 12;
+/// How much a fit may cost.
+#[derive(Clone, Copy, Debug)]
+struct Effort {
+    /// Gauss–Newton steps at most.
+    steps: usize,
+    /// A step that lowers the loss by less than this share ends the fit.
+    converged: f64,
+    /// Attempts at one step with ever more damping.
+    attempts: usize,
+    /// Points of one compass search.
+    compass: usize,
+}
+
+/// Where simulations cost nothing, and where they do.
+const THOROUGH: Effort = Effort { steps: 20, converged: 1e-7, attempts: 4, compass: 12 };
+const SPARING: Effort = Effort { steps: 3, converged: 1e-2, attempts: 2, compass: 4 };
 
 /// One trial at the end of a fit.
 #[derive(Clone, Debug)]
@@ -66,19 +75,13 @@ pub fn fit(
     effects: &[usize],
     fresh: Option<usize>,
 ) -> Option<Fit> {
-    let search = Search { problem, nuisances, coordinates: problem.coordinates(effects) };
+    let effort = if problem.plant.cheap() { THOROUGH } else { SPARING };
+    let search = Search { problem, nuisances, effort, coordinates: problem.coordinates(effects) };
     let identity = search.place(start.clone())?;
     let limit = identity.loss;
     let mut best = identity;
-    if let Some(effect) = fresh {
-        for values in &problem.plant.effects()[effect].starts {
-            let mut point = start.clone();
-            point.effects[effect].clone_from(values);
-            match search.place(point) {
-                Some(place) if place.loss < best.loss => best = place,
-                _ => {}
-            }
-        }
+    if let Some(point) = fresh.and_then(|effect| search.switched_on(&best, effect)) {
+        best = search.place(point).filter(|place| place.loss < limit).unwrap_or(best);
     }
     let (best, jacobian) = search.descend(best)?;
     let trials = best.raw.into_iter().zip(best.refits).zip(jacobian);
@@ -96,9 +99,38 @@ pub fn fit(
     })
 }
 
+/// What became of a step.
+enum Step {
+    Better(Box<Place>),
+    /// To first order there is nothing to gain.
+    Flat,
+    /// There should be, but no step got it.
+    Stuck,
+}
+
+impl Fit {
+    /// Whether a parameter ended at a bound where its effect is not off: the effect has turned
+    /// into a limit of itself, which usually is another effect.
+    pub fn at_bound(&self, plant: &dyn Plant) -> bool {
+        self.coordinates.iter().any(|coordinate| match *coordinate {
+            Coordinate::Effect { effect, parameter } => {
+                let p = &plant.effects()[effect].parameters[parameter];
+                let value = self.point.effects[effect][parameter];
+                let margin = AT_BOUND_SD * p.scale;
+                value != p.off && (value <= p.low + margin || value >= p.high - margin)
+            }
+            Coordinate::Nuisance(_) => false,
+        })
+    }
+}
+
+/// Nearer to a bound than this, in standard deviations of the prior, is at it.
+const AT_BOUND_SD: f64 = 0.01;
+
 struct Search<'a> {
     problem: &'a Problem<'a>,
     nuisances: &'a Nuisances,
+    effort: Effort,
     coordinates: Vec<Coordinate>,
 }
 
@@ -109,6 +141,32 @@ impl Search<'_> {
             raw.iter().enumerate().map(|(trial, r)| self.nuisances.refit(trial, r)).collect();
         let loss = refits.iter().map(Refit::energy).sum::<f64>() + self.prior(&point);
         loss.is_finite().then_some(Place { point, raw, refits, loss })
+    }
+
+    /// The best of the effect's switch-on values, if any is better than where the fit is. Where
+    /// simulations cost something, every other trial decides.
+    fn switched_on(&self, off: &Place, effect: usize) -> Option<Point> {
+        let every = if self.problem.plant.cheap() { 1 } else { 2 };
+        let trials: Vec<usize> = (0..off.refits.len()).step_by(every).collect();
+        let loss_off = trials.iter().map(|&t| off.refits[t].energy()).sum::<f64>();
+        let loss = |point: &Point| -> Option<f64> {
+            let one = |&trial: &usize| {
+                let raw = self.problem.residual(trial, point)?;
+                Some(self.nuisances.refit(trial, &raw).energy())
+            };
+            let losses: Option<Vec<f64>> = trials.par_iter().map(one).collect();
+            Some(losses?.into_iter().sum::<f64>() + self.prior(point))
+        };
+        let mut best = (loss_off + self.prior(&off.point), None);
+        for values in &self.problem.plant.effects()[effect].starts {
+            let mut point = off.point.clone();
+            point.effects[effect].clone_from(values);
+            match loss(&point) {
+                Some(loss) if loss < best.0 => best = (loss, Some(point)),
+                _ => {}
+            }
+        }
+        best.1
     }
 
     fn prior(&self, point: &Point) -> f64 {
@@ -136,29 +194,28 @@ impl Search<'_> {
             return Some((place, jacobian));
         }
         let (mut damping, mut searched) = (1e-4, false);
-        for _ in 0..STEPS {
+        for _ in 0..self.effort.steps {
             let before = place.loss;
             match self.step(&place, &jacobian, &mut damping) {
-                Some(better) => place = better,
-                None if !searched => {
+                Step::Better(better) => place = *better,
+                Step::Flat => break,
+                Step::Stuck if searched => break,
+                Step::Stuck => {
                     searched = true;
-                    match self.compass(&place) {
-                        Some(better) => place = better,
-                        None => break,
-                    }
+                    let Some(better) = self.compass(&place) else { break };
+                    place = better;
                 }
-                None => break,
             }
             jacobian = jacobian_at(&place)?;
-            if before - place.loss < CONVERGED * before {
+            if before - place.loss < self.effort.converged * before {
                 break;
             }
         }
         Some((place, jacobian))
     }
 
-    /// One damped Gauss–Newton step that lowers the loss.
-    fn step(&self, place: &Place, jacobian: &[DMatrix<f64>], damping: &mut f64) -> Option<Place> {
+    /// One damped Gauss–Newton step.
+    fn step(&self, place: &Place, jacobian: &[DMatrix<f64>], damping: &mut f64) -> Step {
         let k = self.coordinates.len();
         // In units of the priors, so that damping means the same for every parameter.
         let scales = self.scales();
@@ -172,25 +229,31 @@ impl Search<'_> {
             normal += j.tr_mul(&j);
             gradient += j.tr_mul(&refit.residual);
         }
-        for _ in 0..ATTEMPTS {
-            let free = self.free(&place.point, &gradient);
+        let free = self.free(&place.point, &gradient);
+        let slope = gradient.select_rows(&free);
+        for _ in 0..self.effort.attempts {
             let mut damped = normal.clone();
             for i in 0..k {
                 damped[(i, i)] *= 1.0 + *damping;
             }
             let reduced = damped.select_columns(&free).select_rows(&free);
-            let step = reduced.cholesky()?.solve(&-gradient.select_rows(&free));
+            let Some(step) = reduced.cholesky().map(|c| c.solve(&-&slope)) else {
+                return Step::Stuck;
+            };
+            if -slope.dot(&step) < self.effort.converged * place.loss {
+                return Step::Flat;
+            }
             let mut point = place.point.clone();
             for (&i, step) in free.iter().zip(step.iter()) {
                 self.add(&mut point, i, step * scales[i]);
             }
             if let Some(better) = self.place(point).filter(|p| p.loss < place.loss) {
                 *damping = (*damping * 0.1).max(1e-9);
-                return Some(better);
+                return Step::Better(Box::new(better));
             }
-            *damping = (*damping * 100.0).max(1e-3);
+            *damping = (*damping * 100.0).max(1e-2);
         }
-        None
+        Step::Stuck
     }
 
     fn scales(&self) -> Vec<f64> {
@@ -229,7 +292,7 @@ impl Search<'_> {
         let scales = self.scales();
         let mut best: Option<Place> = None;
         let (mut size, mut points) = (0.5, 0);
-        while points < COMPASS_POINTS {
+        while points < self.effort.compass {
             let from = best.as_ref().unwrap_or(place);
             let mut found = None;
             for (i, scale) in scales.iter().enumerate() {

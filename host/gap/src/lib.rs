@@ -12,10 +12,13 @@
 //! | `metric`, `confuse`, `calibration` | what cannot be told apart, and how certain the rest is |
 //! | `locate` | where the gap lies |
 //! | `experiment` | what to record next |
+//! | `report`, `page` | the answer for programs and for people |
 
 #![forbid(unsafe_code)]
 
+pub mod assumed;
 mod calibration;
+pub mod catheter;
 mod confuse;
 mod diagnose;
 pub mod drive;
@@ -25,6 +28,7 @@ mod floor;
 mod locate;
 mod metric;
 mod nuisance;
+mod page;
 pub mod plant;
 mod problem;
 pub mod report;
@@ -34,4 +38,5 @@ mod signal;
 
 pub use diagnose::{diagnose, expected_simulations};
 pub use nuisance::NUISANCE_LIMIT;
+pub use page::page;
 pub use problem::Progress;

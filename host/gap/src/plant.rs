@@ -169,9 +169,9 @@ pub trait Plant: Sync {
     /// breaks down at this point.
     fn simulate(&self, trial: usize, point: &Point) -> Option<Vec<f64>>;
 
-    /// Whether derivatives with respect to nuisances are cheap enough to be taken again where
-    /// every fit ends, and not only where it begins.
-    fn relinearise(&self) -> bool;
+    /// Whether a simulation costs next to nothing: fits may take many steps then, and nuisances
+    /// are linearised again where every fit ends, and not only where it begins.
+    fn cheap(&self) -> bool;
 
     /// Runs under the same motion, for the noise floor.
     fn repeats(&self) -> &[Repeat];

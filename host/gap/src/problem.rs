@@ -54,7 +54,7 @@ impl<'a> Problem<'a> {
     }
 
     /// (y − f)/σ of one trial; `None` when the simulation breaks down.
-    fn residual(&self, trial: usize, point: &Point) -> Option<DVector<f64>> {
+    pub fn residual(&self, trial: usize, point: &Point) -> Option<DVector<f64>> {
         let predicted = self.plant.simulate(trial, point)?;
         let done = self.simulations.fetch_add(1, Ordering::Relaxed) + 1;
         (self.progress)(done);

@@ -172,11 +172,14 @@ pub fn fold_steps(problem: &Problem<'_>, folds: &Folds, fit: &Fit) -> Vec<DVecto
             gradient[fold] += row * r[i];
         }
     }
+    let solve = |normal: DMatrix<f64>, slope: &DVector<f64>| {
+        normal.cholesky().map_or_else(|| DVector::zeros(k), |c| c.solve(&-slope))
+    };
+    // What the whole fit left undone is no difference between folds.
+    let undone = solve(all_normal.clone(), &all_gradient);
     let step = |fold: usize| {
-        let training = &all_normal - &normal[fold];
         let slope = &all_gradient - &gradient[fold];
-        let step = training.cholesky().map(|c| c.solve(&-slope));
-        let mut step = step.unwrap_or_else(|| DVector::zeros(k));
+        let mut step = solve(&all_normal - &normal[fold], &slope) - &undone;
         for (i, coordinate) in fit.coordinates.iter().enumerate() {
             if let Coordinate::Effect { effect, parameter } = *coordinate {
                 let p = problem.parameter(effect, parameter);

@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::fit::{Fit, fit};
 use crate::nuisance::Nuisances;
-use crate::plant::Point;
+use crate::plant::{Plant, Point};
 use crate::problem::Problem;
 use crate::score::{Folds, Score, score};
 
@@ -89,15 +89,32 @@ fn cost(score: &Score, effective: f64, parameters: usize) -> f64 {
     effective * score.energy.ln() + parameters as f64 * effective.ln()
 }
 
-/// The candidates, the least costly first. N_eff is the smallest of all, so that none is
-/// favoured by what it leaves.
-fn by_cost<T>(candidates: &mut [T], of: impl Fn(&T) -> &Candidate) {
+/// Costs that differ by less say nothing.
+const TIE: f64 = 2.0;
+
+/// The candidates, the least costly first; ties in the order that they had. N_eff is the
+/// smallest of all, so that none is favoured by what it leaves.
+///
+/// Of those within one standard error of the first, which the data do not tell from it, one
+/// with a parameter at a bound stands behind the others.
+fn by_cost<T>(plant: &dyn Plant, candidates: &mut [T], of: impl Fn(&T) -> &Candidate) {
     let effective = candidates.iter().map(|c| of(c).score.effective).fold(f64::INFINITY, f64::min);
     let key = |c: &T| {
         let candidate = of(c);
         cost(&candidate.score, effective.max(2.0), candidate.fit.coordinates.len())
     };
-    candidates.sort_by(|a, b| key(a).total_cmp(&key(b)));
+    let least = candidates.iter().map(key).fold(f64::INFINITY, f64::min);
+    candidates.sort_by_cached_key(|c| ((key(c) - least) / TIE).round() as i64);
+    let Some(first) = candidates.first().map(|c| of(c).score.clone()) else { return };
+    let equal = |c: &T| {
+        let (gain, error) = first.gain_over(&of(c).score);
+        gain <= error
+    };
+    candidates.sort_by_cached_key(|c| match (equal(c), of(c).fit.at_bound(plant)) {
+        (true, false) => 0,
+        (true, true) => 1,
+        (false, _) => 2,
+    });
 }
 
 /// Fits, scores and compares models of one problem.
@@ -132,7 +149,7 @@ impl Selector<'_> {
         fresh: Option<usize>,
     ) -> Option<Candidate> {
         let mut found = fit(self.problem, nuisances, start, effects, fresh)?;
-        if !effects.is_empty() && self.problem.plant.relinearise() {
+        if !effects.is_empty() && self.problem.plant.cheap() {
             let raw: Vec<_> = found.trials.iter().map(|trial| trial.raw.clone()).collect();
             let nuisances = Nuisances::at(self.problem, &found.point, &raw)?;
             let failed = found.failed;
@@ -197,7 +214,7 @@ impl Selector<'_> {
         let scored = selection.singles.iter().enumerate();
         let mut scored: Vec<(usize, &Candidate)> =
             scored.filter_map(|(effect, c)| Some((effect, c.as_ref()?))).collect();
-        by_cost(&mut scored, |(_, candidate)| candidate);
+        by_cost(self.problem.plant, &mut scored, |(_, candidate)| candidate);
         let Some(&(effect, best)) = scored.first() else { return };
         if !pays(&selection.nominal.score, &best.score, self.parameters(effect)) {
             return;
@@ -233,7 +250,8 @@ impl Selector<'_> {
                 found.push((pair, candidate));
             }
         }
-        by_cost(&mut found, |(_, candidate)| candidate);
+        found.sort_by_key(|(pair, _)| *pair);
+        by_cost(self.problem.plant, &mut found, |(_, candidate)| candidate);
         let Some((pair, best)) = found.first() else { return };
         let already = selection.best.fit.effects.clone();
         let added: Vec<usize> = pair.iter().copied().filter(|e| !already.contains(e)).collect();
@@ -314,7 +332,9 @@ impl Selector<'_> {
                 refitted.push((effect, candidate));
             }
         }
-        by_cost(&mut refitted, |(_, candidate)| candidate);
+        // What acts on the plant comes before what acts on its sensors.
+        refitted.sort_by_key(|(effect, _)| *effect);
+        by_cost(self.problem.plant, &mut refitted, |(_, candidate)| candidate);
         let Some((effect, best)) = refitted.first() else { return false };
         if !pays(&base.score, &best.score, self.parameters(*effect)) {
             return false;
@@ -329,18 +349,11 @@ impl Selector<'_> {
     /// How much of the residual an effect explains to first order, on top of the best model.
     fn promise(&self, selection: &Selection, effect: usize) -> Option<f64> {
         let base = &selection.best.fit;
-        let mut point = base.point.clone();
-        let alone = selection.singles[effect].as_ref()?;
-        point.effects[effect].clone_from(&alone.fit.point.effects[effect]);
-        if point == base.point {
-            // It fitted to nothing alone: its first start says what it does.
-            point.effects[effect].clone_from(self.problem.plant.effects()[effect].starts.first()?);
-        }
-        let moved = self.problem.residuals(&point)?;
+        let columns = self.effect_on(selection, effect)?;
         let (mut normal, mut cross) = (base_normal(base), DVector::zeros(base.coordinates.len()));
         let (mut own, mut slope) = (0.0, 0.0);
-        for (trial, moved) in base.trials.iter().zip(&moved) {
-            let column = trial.refit.project_column(&(moved - &trial.raw));
+        for (trial, column) in base.trials.iter().zip(&columns) {
+            let column = trial.refit.project_column(column);
             own += column.norm_squared();
             slope += column.dot(&trial.refit.residual);
             cross += trial.jacobian.tr_mul(&column);
@@ -352,6 +365,30 @@ impl Selector<'_> {
         let explained = normal.cholesky().map_or(0.0, |c| cross.dot(&c.solve(&cross)));
         let left = own - explained;
         (left > 1e-9 * own).then(|| slope * slope / left)
+    }
+
+    /// What an effect does to the residuals of the best model, at the size that it was fitted to
+    /// alone; where simulations cost something, what it did to those of the nominal model.
+    fn effect_on(&self, selection: &Selection, effect: usize) -> Option<Vec<DVector<f64>>> {
+        let alone = selection.singles[effect].as_ref()?;
+        let nominal = &selection.nominal.fit;
+        let difference = |on: &[DVector<f64>], off: &Fit| {
+            on.iter().zip(&off.trials).map(|(on, off)| on - &off.raw).collect()
+        };
+        let idle = alone.fit.point == nominal.point;
+        if !self.problem.plant.cheap() {
+            let on: Vec<_> = alone.fit.trials.iter().map(|trial| trial.raw.clone()).collect();
+            return (!idle).then(|| difference(&on, nominal));
+        }
+        let base = &selection.best.fit;
+        let mut point = base.point.clone();
+        point.effects[effect] = if idle {
+            // It fitted to nothing alone: its first start says what it does.
+            self.problem.plant.effects()[effect].starts.first()?.clone()
+        } else {
+            alone.fit.point.effects[effect].clone()
+        };
+        Some(difference(&self.problem.residuals(&point)?, base))
     }
 
     /// Takes out what does not pay any more, one after the other.

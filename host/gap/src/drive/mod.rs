@@ -235,7 +235,7 @@ impl Plant for Drive {
         Some(predicted)
     }
 
-    fn relinearise(&self) -> bool {
+    fn cheap(&self) -> bool {
         true
     }
 
@@ -313,7 +313,7 @@ fn period(t_s: &[f64], data: &DriveTrial) -> Option<usize> {
     let repeats = |lag: &usize| {
         setpoint.iter().zip(&setpoint[*lag..]).all(|(a, b)| (a - b).abs() <= tolerance)
     };
-    (shortest..setpoint.len() / 2).find(repeats).filter(|_| range > 0.0)
+    (shortest..=setpoint.len() / 2).find(repeats).filter(|_| range > 0.0)
 }
 
 /// Where regimes and phases of a bundle begin.

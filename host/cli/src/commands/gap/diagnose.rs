@@ -5,7 +5,7 @@ use std::path::Path;
 use std::sync::Mutex;
 
 use cathforce_gap::report::{Diagnosis, Estimate, Figures, Reproduce};
-use cathforce_gap::{diagnose, expected_simulations};
+use cathforce_gap::{diagnose, expected_simulations, page};
 
 use crate::args::DiagnoseArguments;
 use crate::failure::{Code, Failure};
@@ -32,6 +32,10 @@ pub fn run(ui: &Ui, arguments: &DiagnoseArguments) -> Result<(), Failure> {
             .map_err(|e| Failure::input(format!("cannot read {}: {e}", path.display())))?,
     };
     write(ui, &answer, arguments)?;
+    if let Some(file) = &arguments.report {
+        std::fs::write(file, page(&answer)).map_err(|e| Failure::write(file, e))?;
+        ui.say(format_args!("page: {}", file.display()));
+    }
     check(&answer, arguments.fail_above)
 }
 

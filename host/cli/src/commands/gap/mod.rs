@@ -4,6 +4,7 @@ mod diagnose;
 mod effects;
 mod hash;
 
+use cathforce_gap::catheter::Catheter;
 use cathforce_gap::drive::Drive;
 use cathforce_gap::plant::Plant;
 use cathforce_rig::Bundle;
@@ -26,11 +27,7 @@ fn plant(bundle: &Bundle) -> Result<Box<dyn Plant>, Failure> {
         Failure::input(format!("{}: {error}", bundle.path.display()))
     };
     match &bundle.rig.plant {
-        RigPlant::Drive(_) => Drive::new(bundle)
-            .map(|plant| Box::new(plant) as Box<dyn Plant>)
-            .map_err(|e| refuse(&e)),
-        RigPlant::Catheter(_) => Err(refuse(
-            &"only drives can be diagnosed yet\n  fix: give a bundle with plant = \"drive\"",
-        )),
+        RigPlant::Drive(_) => Ok(Box::new(Drive::new(bundle).map_err(|e| refuse(&e))?)),
+        RigPlant::Catheter(_) => Ok(Box::new(Catheter::new(bundle).map_err(|e| refuse(&e))?)),
     }
 }

@@ -1,0 +1,97 @@
+//! The catalogue of effects as candidates for one rig.
+
+use cathforce_effects::{Effect as Entry, Plant, Role, all};
+use cathforce_mechanics::Description;
+
+use crate::plant::{Effect, Parameter, Point};
+
+/// Places along the tip's way at which an effect with a place starts.
+const PLACES: usize = 4;
+/// Of its starting values, those that are tried at every place.
+const STARTS_AT_PLACES: usize = 2;
+
+/// Candidates and the settings that their parameters are.
+pub struct Library {
+    pub effects: Vec<Effect>,
+    /// Keys of settings, by effect and parameter.
+    pub keys: Vec<Vec<&'static str>>,
+}
+
+impl Library {
+    /// Every effect of the catalogue that this rig can have. `way_m`: where the tip goes.
+    pub fn of(nominal: &Description<f64>, way_m: &[[f64; 3]]) -> Self {
+        let has_tendon = nominal.tendon.stiffness_n_per_m > 0.0;
+        let possible = |entry: &&Entry| {
+            entry.plant == Plant::Catheter && (has_tendon || !entry.id.starts_with("tendon."))
+        };
+        let mut library = Self { effects: Vec::new(), keys: Vec::new() };
+        for entry in all().filter(possible) {
+            library.effects.push(effect(entry, nominal, way_m));
+            library.keys.push(fitted(entry).map(|p| p.key).collect());
+        }
+        library
+    }
+
+    /// The description with the effects of a point; `None` when a value is refused.
+    pub fn describe(&self, nominal: &Description<f64>, point: &Point) -> Option<Description<f64>> {
+        let mut description = nominal.clone();
+        for ((effect, keys), values) in self.effects.iter().zip(&self.keys).zip(&point.effects) {
+            let parameters = effect.parameters.iter().zip(keys);
+            // What is off stays as the rig states it, to the last bit.
+            let off = effect.parameters.iter().zip(values).all(|(p, value)| p.off == *value);
+            if off {
+                continue;
+            }
+            for ((_, key), value) in parameters.zip(values) {
+                description.set_parameter(key, *value).ok()?;
+            }
+        }
+        Some(description)
+    }
+}
+
+fn fitted(entry: &'static Entry) -> impl Iterator<Item = &'static cathforce_effects::Parameter> {
+    entry.parameters.iter().filter(|parameter| parameter.is_fitted())
+}
+
+fn effect(entry: &'static Entry, nominal: &Description<f64>, way_m: &[[f64; 3]]) -> Effect {
+    let middle = way_m.get(way_m.len() / 2).copied().unwrap_or_default();
+    let mut place = middle.into_iter();
+    let parameter = |p: &'static cathforce_effects::Parameter| {
+        let info = p.info();
+        let off = p.off(nominal).unwrap_or_default();
+        // A place that nothing is at may be anywhere: the middle of the tip's way.
+        let off = if p.role == Role::Place { place.next().unwrap_or(off) } else { off };
+        Parameter {
+            name: p.name,
+            unit: info.unit,
+            low: info.min,
+            high: info.max,
+            off,
+            scale: p.prior_scale,
+        }
+    };
+    let parameters: Vec<Parameter> = fitted(entry).map(parameter).collect();
+    let has_place = fitted(entry).any(|p| p.role == Role::Place);
+    let values = |start: &[f64], at: [f64; 3]| -> Vec<f64> {
+        let (mut start, mut at) = (start.iter(), at.into_iter());
+        let value = |(p, own): (&'static cathforce_effects::Parameter, &Parameter)| match p.role {
+            Role::Place => at.next().unwrap_or(own.off),
+            Role::TimesNominal => own.off * start.next().copied().unwrap_or(1.0),
+            Role::Value => start.next().copied().unwrap_or(own.off),
+            Role::Held => own.off,
+        };
+        fitted(entry).zip(&parameters).map(value).collect()
+    };
+    let starts = if has_place {
+        let at = |k: usize| way_m.get((2 * k + 1) * way_m.len() / (2 * PLACES)).copied();
+        let places = (0..PLACES).filter_map(at);
+        places
+            .flat_map(|at| entry.starts.iter().take(STARTS_AT_PLACES).map(move |s| (s, at)))
+            .map(|(start, at)| values(start, at))
+            .collect()
+    } else {
+        entry.starts.iter().map(|start| values(start, middle)).collect()
+    };
+    Effect { id: entry.id, what: entry.doc, parameters, starts, confused_with: entry.confused_with }
+}

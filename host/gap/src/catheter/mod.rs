@@ -1,0 +1,242 @@
+//! A catheter in a vessel: trials played through the tick that the device runs.
+//!
+//! Compared are the force on the phantom (averaged over 20 ms), the force behind the guide, the
+//! tip and the points on the shape. What the sensors read enters nothing but the comparison; the
+//! model's inputs are the encoders.
+
+mod library;
+mod motion;
+mod prepare;
+mod simulate;
+
+use cathforce_mechanics::Description;
+use cathforce_rig::geometry::SurfaceModel;
+use cathforce_rig::lumen::LumenOptions;
+use cathforce_rig::{Bundle, CELL_M, LumenBuildError, SolverDefaults, Vessel, to_description};
+
+use crate::plant::{Channel, Effect, Nuisance, Plant, Point, Repeat, Trial};
+use library::Library;
+use motion::PHASES;
+use prepare::{Prepared, Source};
+use simulate::{Simulator, readings};
+
+/// Half width of the wall's uncertainty away from junctions \[m\].
+const WALL_UNCERTAINTY_M: f64 = 40e-6;
+
+/// Catheter bundles as a [`Plant`].
+pub struct Catheter {
+    nominal: Description<f64>,
+    simulator: Simulator,
+    library: Library,
+    channels: Vec<Channel>,
+    regimes: Vec<String>,
+    trials: Vec<Trial>,
+    prepared: Vec<Prepared>,
+    nuisances: Vec<Nuisance>,
+    repeats: Vec<Repeat>,
+    remarks: Vec<String>,
+}
+
+/// Why a bundle cannot be diagnosed.
+#[derive(Debug, thiserror::Error)]
+pub enum CatheterError {
+    #[error(transparent)]
+    Vessel(#[from] LumenBuildError),
+    #[error("there are no trials, so there is nothing to compare\n  fix: add trials/000.csv")]
+    NoTrials,
+    #[error(
+        "no trial measures a force, a tip or a shape: there is nothing to compare with\n  fix: add \
+         the columns fx_N, fy_N, fz_N, or tip_x_m, tip_y_m, tip_z_m"
+    )]
+    NothingMeasured,
+    #[error("the nominal model of rig.toml breaks down on trial {0:03}")]
+    Nominal(u32),
+}
+
+impl Catheter {
+    /// Prepares a bundle: the vessel, samples, what the model leaves open at each of them.
+    pub fn new(bundle: &Bundle) -> Result<Self, CatheterError> {
+        let defaults = SolverDefaults::default();
+        let nominal = to_description::<f64>(bundle, &defaults).ok_or(CatheterError::NoTrials)?;
+        let vessel = Vessel::from_bundle(bundle, SurfaceModel::default())?;
+        let options = LumenOptions::for_instrument(nominal.instrument.outer_radius_m, CELL_M);
+        let (lumen, _) = vessel.lumen(options)?;
+        let simulator = Simulator::new(lumen.header, lumen.bytes, bundle.trials.len());
+        let mut prepared = Vec::new();
+        for trial in &bundle.trials {
+            let own = Prepared::of(trial, &bundle.rig.sensor, defaults.tick_s);
+            prepared.push((trial.number, own.ok_or(CatheterError::NoTrials)?));
+        }
+        let mut catheter = Self {
+            library: Library { effects: Vec::new(), keys: Vec::new() },
+            nominal,
+            simulator,
+            channels: prepare::channels(prepared.iter().map(|(_, own)| own)),
+            regimes: motion::regimes(),
+            trials: Vec::new(),
+            prepared: Vec::new(),
+            nuisances: nuisances(),
+            repeats: Vec::new(),
+            remarks: Vec::new(),
+        };
+        if catheter.channels.is_empty() {
+            return Err(CatheterError::NothingMeasured);
+        }
+        let mut way_m = Vec::new();
+        for (trial, (number, mut own)) in prepared.into_iter().enumerate() {
+            let path = catheter.add(trial, number, &mut own)?;
+            if trial == 0 {
+                way_m = path;
+            }
+            catheter.prepared.push(own);
+        }
+        catheter.library = Library::of(&catheter.nominal, &way_m);
+        catheter.repeats = prepare::repeats(&catheter.trials, &catheter.prepared);
+        catheter.remark_on_channels();
+        Ok(catheter)
+    }
+
+    /// Samples of one trial; gives the way of the nominal model's tip.
+    fn add(
+        &mut self,
+        trial: usize,
+        number: u32,
+        own: &mut Prepared,
+    ) -> Result<Vec<[f64; 3]>, CatheterError> {
+        let run = |description: &Description<f64>| {
+            let found = self.simulator.run(trial, description, 0.0, &own.inputs);
+            found.ok_or(CatheterError::Nominal(number))
+        };
+        let nominal = run(&self.nominal)?;
+        // The same physics with half the step and two solves, and with a wall that stands
+        // elsewhere: what the model leaves open without any effect.
+        let mut finer = self.nominal.clone();
+        (finer.solver.substeps, finer.solver.solves) = (2, 2);
+        let mut nearer = self.nominal.clone();
+        nearer.instrument.outer_radius_m += WALL_UNCERTAINTY_M;
+        let (finer, nearer) = (run(&finer)?, run(&nearer)?);
+        own.choose_samples(&nominal);
+        let nominal_at = own.read(&nominal, &nominal.force_n, 0.0);
+        let deviation: Vec<[f64; 2]> = {
+            let finer = own.read(&finer, &finer.force_n, 0.0);
+            let nearer = own.read(&nearer, &nearer.force_n, 0.0);
+            let pairs = nominal_at.iter().zip(finer.iter().zip(&nearer));
+            pairs.map(|(n, (f, w))| [f - n, w - n]).collect()
+        };
+        let samples = own.samples(&self.channels, &deviation);
+        self.remarks.extend(own.remarks(number));
+        self.trials.push(Trial { number, samples, blocks: prepare::BLOCKS });
+        Ok(nominal.tip_m.clone())
+    }
+
+    fn remark_on_channels(&mut self) {
+        for (source, what) in [
+            (
+                Source::Force(0),
+                "no force was measured: effects that show only in it cannot be named",
+            ),
+            (
+                Source::Tip(0),
+                "no tip was measured: stiffness, pre-curve and wall are told apart poorly",
+            ),
+            (
+                Source::DriveForce,
+                "no drive force was measured: what acts outside the vessel (introducer, drive) \
+                 cannot be told from what acts inside",
+            ),
+        ] {
+            if !self.prepared.iter().any(|own| own.has(source)) {
+                self.remarks.push(what.to_owned());
+            }
+        }
+    }
+}
+
+impl Plant for Catheter {
+    fn channels(&self) -> &[Channel] {
+        &self.channels
+    }
+
+    fn phases(&self) -> &[&'static str] {
+        &PHASES
+    }
+
+    fn regimes(&self) -> &[String] {
+        &self.regimes
+    }
+
+    fn trials(&self) -> &[Trial] {
+        &self.trials
+    }
+
+    fn effects(&self) -> &[Effect] {
+        &self.library.effects
+    }
+
+    fn nuisances(&self) -> &[Nuisance] {
+        &self.nuisances
+    }
+
+    fn simulate(&self, trial: usize, point: &Point) -> Option<Vec<f64>> {
+        let own = self.prepared.get(trial)?;
+        let mut description = self.library.describe(&self.nominal, point)?;
+        let [bias @ .., shift_s, offset_m, x, y, z, tilt_x, tilt_y, tilt_z] =
+            point.nuisances.as_slice()
+        else {
+            return None;
+        };
+        let registration = &mut description.effects.wall.registration;
+        registration.x_m += x;
+        registration.y_m += y;
+        registration.z_m += z;
+        registration.tilt_x_rad += tilt_x;
+        registration.tilt_y_rad += tilt_y;
+        registration.tilt_z_rad += tilt_z;
+        // The sensor acts after the mechanics: trajectories are kept without it.
+        let mut mechanics = description.clone();
+        mechanics.effects.sensor = self.nominal.effects.sensor;
+        let found = self.simulator.run(trial, &mechanics, *offset_m, &own.inputs)?;
+        let mut force_n = readings(&description, &own.inputs, &found);
+        for force in &mut force_n {
+            force.iter_mut().zip(bias).for_each(|(f, bias)| *f += bias);
+        }
+        Some(own.read(&found, &force_n, *shift_s))
+    }
+
+    fn cheap(&self) -> bool {
+        false
+    }
+
+    fn repeats(&self) -> &[Repeat] {
+        &self.repeats
+    }
+
+    fn remarks(&self) -> &[String] {
+        &self.remarks
+    }
+
+    fn compared(&self) -> &'static str {
+        "measured forces, tip and shape with those of the device's own model, fed with the \
+         measured insertion and rotation"
+    }
+}
+
+/// Force bias, time shift, insertion offset and rigid registration, in the order that
+/// [`Catheter::simulate`] takes them.
+fn nuisances() -> Vec<Nuisance> {
+    let of = |name, unit, sd, effect| Nuisance { name, unit, sd, effect: Some(effect) };
+    let tilt = 0.3_f64.to_radians();
+    vec![
+        of("force bias x", "N", 3e-3, "sensor.bias"),
+        of("force bias y", "N", 3e-3, "sensor.bias"),
+        of("force bias z", "N", 3e-3, "sensor.bias"),
+        of("time shift", "s", 3e-3, "drive.latency"),
+        of("insertion offset", "m", 3e-4, "wall.registration"),
+        of("registration x", "m", 3e-4, "wall.registration"),
+        of("registration y", "m", 3e-4, "wall.registration"),
+        of("registration z", "m", 3e-4, "wall.registration"),
+        of("tilt x", "rad", tilt, "wall.registration"),
+        of("tilt y", "rad", tilt, "wall.registration"),
+        of("tilt z", "rad", tilt, "wall.registration"),
+    ]
+}

@@ -1,0 +1,377 @@
+//! From the rows of a trial to samples: averaged, without snaps, with their noise.
+
+use cathforce_record::snap::{self, Snap};
+use cathforce_record::{FEED_BEFORE_SCORE_M, SNAP_GUARD_S};
+use cathforce_rig::bundle::{CatheterTrial, RigSensor, VectorColumn};
+
+use super::motion::{Motion, phase, regime};
+use super::simulate::{Inputs, Trajectory};
+use crate::plant::{Channel, Quantity, Repeat, Sample, Trial};
+use crate::signal::interpolate;
+
+/// Force samples are means over this time \[s\].
+const AVERAGE_S: f64 = 0.02;
+/// A step of time larger than this many usual ones is a jump of the clock.
+const CLOCK_JUMP: f64 = 5.0;
+/// Blocks of a trial.
+pub const BLOCKS: usize = 4;
+/// Samples to either side whose largest model deviation counts.
+const NEIGHBOURS: usize = 2;
+/// Two trials are repeats when no encoder position differs by more \[m\], \[rad\].
+const SAME_INSERTION_M: f64 = 5e-5;
+const SAME_ROTATION_RAD: f64 = 2e-3;
+
+/// One measured column.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Source {
+    Force(usize),
+    DriveForce,
+    Tip(usize),
+    Shape(usize, usize),
+}
+
+const AXES: [&str; 3] = ["x", "y", "z"];
+
+impl Source {
+    fn channel(self) -> Channel {
+        let (name, quantity) = match self {
+            Self::Force(axis) => (format!("f{}_N", AXES[axis]), Quantity::Force),
+            Self::DriveForce => ("drive_fx_N".to_owned(), Quantity::DriveForce),
+            Self::Tip(axis) => (format!("tip_{}_m", AXES[axis]), Quantity::Tip),
+            Self::Shape(point, axis) => (format!("p{point:02}_{}_m", AXES[axis]), Quantity::Shape),
+        };
+        Channel { name, quantity }
+    }
+}
+
+/// Rows that make one sample.
+#[derive(Clone, Debug)]
+struct Reading {
+    source: Source,
+    rows: std::ops::Range<usize>,
+    value: f64,
+}
+
+/// One trial, ready to be compared.
+pub struct Prepared {
+    pub inputs: Inputs,
+    t_s: Vec<f64>,
+    columns: Vec<Column>,
+    readings: Vec<Reading>,
+    snaps: Vec<Snap>,
+    jumps: Vec<(f64, f64)>,
+    motion: Motion,
+}
+
+/// A measured column with gaps.
+struct Column {
+    source: Source,
+    rows: Vec<(usize, f64)>,
+    /// Standard deviation of one row.
+    noise: f64,
+    estimated: bool,
+}
+
+impl Prepared {
+    /// `None` for a drive's trial.
+    pub fn of(trial: &cathforce_rig::Trial, sensor: &RigSensor, tick_s: f64) -> Option<Self> {
+        let data = trial.catheter()?;
+        let start = *trial.t_s.first()?;
+        let ticks = (trial.duration_s() / tick_s).floor() as usize + 1;
+        let positions: Vec<_> = (0..ticks)
+            .map(|tick| trial.encoder_at(start + tick as f64 * tick_s))
+            .collect::<Option<_>>()?;
+        let columns = columns(data, sensor);
+        let mut shape_rows: Vec<usize> = columns
+            .iter()
+            .filter(|column| matches!(column.source, Source::Shape(..)))
+            .flat_map(|column| column.rows.iter().map(|(row, _)| *row))
+            .collect();
+        shape_rows.sort_unstable();
+        shape_rows.dedup();
+        let tick_of = |row: usize| ((trial.t_s[row] - start) / tick_s).round() as usize;
+        let inputs = Inputs {
+            tick_s,
+            insertion_m: positions.iter().map(|p| p.insertion_m).collect(),
+            rotation_rad: positions.iter().map(|p| p.rotation_rad).collect(),
+            shape_ticks: shape_rows.iter().map(|&row| tick_of(row).min(ticks - 1)).collect(),
+            shape_points: data.shape_m.len(),
+        };
+        Some(Self {
+            motion: Motion::of(&inputs),
+            inputs,
+            t_s: trial.t_s.clone(),
+            columns,
+            readings: Vec::new(),
+            snaps: Vec::new(),
+            jumps: jumps(&trial.t_s),
+        })
+    }
+
+    /// Whether a column is there.
+    pub fn has(&self, source: Source) -> bool {
+        self.columns.iter().any(|column| column.source == source)
+    }
+
+    fn index(&self, t_s: f64) -> f64 {
+        (t_s - self.t_s[0]) / self.inputs.tick_s
+    }
+
+    /// Decides what is compared, from the measured snaps and those of the nominal model.
+    pub fn choose_samples(&mut self, nominal: &Trajectory) {
+        let force = [0, 1, 2].map(|axis| self.column(Source::Force(axis)));
+        if let [Some(x), Some(y), Some(z)] = force {
+            let noise = x.noise;
+            let rows = x.rows.iter().zip(&y.rows).zip(&z.rows);
+            let measured: Vec<(f64, [f64; 3])> =
+                rows.map(|((x, y), z)| (self.t_s[x.0], [x.1, y.1, z.1])).collect();
+            let peak = measured.iter().map(|(_, f)| norm(*f)).fold(0.0, f64::max);
+            let threshold = snap::threshold_n(noise, peak);
+            let stepped = measured.iter().map(|(t, _)| {
+                let tick = (self.index(*t).round() as usize).min(nominal.force_n.len() - 1);
+                (*t, nominal.force_n[tick])
+            });
+            let mut snaps = snap::find(&self.snap_samples(measured.iter().copied()), threshold);
+            snaps.extend(snap::find(&self.snap_samples(stepped), threshold));
+            self.snaps = snaps;
+        }
+        let first = self.inputs.insertion_m[0];
+        let fed = |tick: usize| (self.inputs.insertion_m[tick] - first).abs();
+        let ready = (0..self.inputs.insertion_m.len()).find(|&t| fed(t) >= FEED_BEFORE_SCORE_M);
+        let ready_s = ready.map_or(f64::INFINITY, |t| self.t_s[0] + t as f64 * self.inputs.tick_s);
+        let near_snap = |t: f64| {
+            let near = |s: &Snap| t > s.span_s[0] - SNAP_GUARD_S && t < s.span_s[1] + SNAP_GUARD_S;
+            self.snaps.iter().any(near)
+        };
+        let kept = |t: f64| t >= ready_s && !near_snap(t);
+        let mut readings = Vec::new();
+        for column in &self.columns {
+            let averaged = matches!(column.source, Source::Force(_) | Source::DriveForce);
+            let mut rest = column.rows.as_slice();
+            while let Some(&(first, _)) = rest.first() {
+                let until = self.t_s[first] + if averaged { AVERAGE_S - 1e-6 } else { 0.0 };
+                let count = rest.iter().take_while(|(row, _)| self.t_s[*row] <= until).count();
+                let (own, others) = rest.split_at(count.max(1));
+                rest = others;
+                let last = own[own.len() - 1].0;
+                if own.iter().all(|(row, _)| kept(self.t_s[*row])) {
+                    let value = own.iter().map(|(_, v)| v).sum::<f64>() / own.len() as f64;
+                    let rows = first..last + 1;
+                    readings.push(Reading { source: column.source, rows, value });
+                }
+            }
+        }
+        self.readings = readings;
+    }
+
+    fn column(&self, source: Source) -> Option<&Column> {
+        self.columns.iter().find(|column| column.source == source)
+    }
+
+    fn snap_samples(&self, forces: impl Iterator<Item = (f64, [f64; 3])>) -> Vec<snap::Sample> {
+        let sample = |(t_s, force_n): (f64, [f64; 3])| {
+            let index = self.index(t_s);
+            snap::Sample {
+                t_s,
+                insertion_m: interpolate(&self.inputs.insertion_m, index),
+                rotation_rad: interpolate(&self.inputs.rotation_rad, index),
+                force_n,
+            }
+        };
+        forces.map(sample).collect()
+    }
+
+    /// Predictions of the samples from a trajectory whose sensor read `force_n`, read later by
+    /// `shift_s`.
+    pub fn read(&self, of: &Trajectory, force_n: &[[f64; 3]], shift_s: f64) -> Vec<f64> {
+        let at = |column: &dyn Fn(usize) -> f64, row: usize| {
+            let index = self.index(self.t_s[row] + shift_s).max(0.0);
+            let low = (index.floor() as usize).min(force_n.len() - 1);
+            let high = (low + 1).min(force_n.len() - 1);
+            let share = (index - low as f64).clamp(0.0, 1.0);
+            column(low) + share * (column(high) - column(low))
+        };
+        let mean = |rows: &std::ops::Range<usize>, column: &dyn Fn(usize) -> f64| {
+            rows.clone().map(|row| at(column, row)).sum::<f64>() / rows.len() as f64
+        };
+        let predict = |reading: &Reading| match reading.source {
+            Source::Force(axis) => mean(&reading.rows, &|tick| force_n[tick][axis]),
+            Source::DriveForce => mean(&reading.rows, &|tick| of.drive_force_n[tick]),
+            Source::Tip(axis) => mean(&reading.rows, &|tick| of.tip_m[tick][axis]),
+            Source::Shape(point, axis) => {
+                // Shapes are slow: their shift in time is below their noise.
+                let tick = self.index(self.t_s[reading.rows.start]).round() as usize;
+                let found = self.inputs.shape_ticks.binary_search(&tick.min(force_n.len() - 1));
+                let shape = found.ok().and_then(|k| of.shapes.get(k));
+                shape.and_then(|shape| shape.get(point)).map_or(f64::NAN, |p| p[axis])
+            }
+        };
+        self.readings.iter().map(predict).collect()
+    }
+
+    /// The samples. `deviation`: what a finer model and a wall that stands elsewhere change at
+    /// each.
+    pub fn samples(&self, channels: &[Channel], deviation: &[[f64; 2]]) -> Vec<Sample> {
+        let deviation: Vec<f64> = deviation.iter().map(|[a, b]| a.hypot(*b)).collect();
+        let force = self.contact();
+        let duration = self.t_s[self.t_s.len() - 1] - self.t_s[0];
+        let sample = |(i, reading): (usize, &Reading)| {
+            let t_s = 0.5 * (self.t_s[reading.rows.start] + self.t_s[reading.rows.end - 1]);
+            let tick = (self.index(t_s).round() as usize).min(self.inputs.insertion_m.len() - 1);
+            let own = |j: &usize| self.readings[*j].source == reading.source;
+            let around = i.saturating_sub(NEIGHBOURS)..(i + NEIGHBOURS + 1).min(deviation.len());
+            let name = reading.source.channel().name;
+            let noise = self.column(reading.source).map_or(0.0, |column| column.noise);
+            let share = (t_s - self.t_s[0]) / duration.max(f64::MIN_POSITIVE);
+            Sample {
+                t_s,
+                channel: channels.iter().position(|c| c.name == name).unwrap_or_default(),
+                value: reading.value,
+                noise: noise / (reading.rows.len() as f64).sqrt(),
+                model: around.filter(own).map(|j| deviation[j]).fold(0.0, f64::max),
+                phase: phase(&self.motion, tick, &force),
+                regime: regime(&self.motion, tick),
+                arc_m: self.inputs.insertion_m[tick],
+                speed_m_per_s: self.motion.feed_m_per_s[tick],
+                block: ((share * BLOCKS as f64) as usize).min(BLOCKS - 1),
+            }
+        };
+        self.readings.iter().enumerate().map(sample).collect()
+    }
+
+    /// First tick with a measured force clearly above its noise, if any.
+    fn contact(&self) -> Option<usize> {
+        const ABOVE_NOISE: f64 = 6.0;
+        let columns = [0, 1, 2].map(|axis| self.column(Source::Force(axis)));
+        let first = columns.into_iter().flatten().filter_map(|column| {
+            let start = column.rows.first()?.1;
+            let above = |(_, f): &&(usize, f64)| (f - start).abs() > ABOVE_NOISE * column.noise;
+            column.rows.iter().find(above).map(|(row, _)| *row)
+        });
+        first.min().map(|row| self.index(self.t_s[row]).round() as usize)
+    }
+
+    /// What must be known about this trial.
+    pub fn remarks(&self, number: u32) -> Vec<String> {
+        let mut remarks = Vec::new();
+        for (at, step) in &self.jumps {
+            remarks.push(format!(
+                "trial {number:03}: the clock jumps by {step:.3} s after {at:.3} s; the encoders \
+                 are interpolated across it, so forces there are not to be trusted"
+            ));
+        }
+        if self.readings.is_empty() {
+            remarks.push(format!(
+                "trial {number:03}: nothing can be compared; the drive never feeds {} mm, or \
+                 nothing was measured",
+                1e3 * FEED_BEFORE_SCORE_M
+            ));
+        }
+        for column in self.columns.iter().filter(|column| column.estimated) {
+            if matches!(column.source, Source::DriveForce | Source::Shape(0, 0)) {
+                remarks.push(format!(
+                    "trial {number:03}: the noise of {} is not stated in rig.toml; estimated from \
+                     its rows as {:.2e}",
+                    column.source.channel().name,
+                    column.noise
+                ));
+            }
+        }
+        remarks
+    }
+}
+
+/// Channels that any trial has, forces first.
+pub fn channels<'a>(trials: impl Iterator<Item = &'a Prepared>) -> Vec<Channel> {
+    let mut sources: Vec<Source> =
+        trials.flat_map(|own| own.columns.iter().map(|column| column.source)).collect();
+    sources.sort_unstable();
+    sources.dedup();
+    sources.into_iter().map(Source::channel).collect()
+}
+
+fn columns(data: &CatheterTrial, sensor: &RigSensor) -> Vec<Column> {
+    let mut columns = Vec::new();
+    let mut add = |source, rows: Vec<(usize, f64)>, stated: Option<f64>| {
+        if !rows.is_empty() {
+            let stated = stated.filter(|noise| *noise > 0.0);
+            let noise = stated.unwrap_or_else(|| white_noise(&rows));
+            columns.push(Column { source, rows, noise, estimated: stated.is_none() });
+        }
+    };
+    let axis = |column: &VectorColumn, axis: usize| -> Vec<(usize, f64)> {
+        let rows = column.iter().enumerate();
+        rows.filter_map(|(row, value)| Some((row, (*value)?[axis]))).collect()
+    };
+    for k in 0..3 {
+        if let Some(force) = &data.force_n {
+            add(Source::Force(k), axis(force, k), sensor.force_noise_sd_n);
+        }
+        if let Some(tip) = &data.tip_m {
+            add(Source::Tip(k), axis(tip, k), sensor.tip_noise_sd_m);
+        }
+        // The last point is the entry, where the instrument is clamped.
+        let points = data.shape_m.len().saturating_sub(1);
+        for (point, column) in data.shape_m.iter().enumerate().take(points) {
+            add(Source::Shape(point, k), axis(column, k), sensor.shape_noise_sd_m);
+        }
+    }
+    if let Some(drive) = &data.drive_force_n {
+        let rows = drive.iter().enumerate().filter_map(|(row, f)| Some((row, (*f)?))).collect();
+        add(Source::DriveForce, rows, sensor.drive_noise_sd_n);
+    }
+    columns.sort_by_key(|column| column.source);
+    columns
+}
+
+/// White noise of a series from its second differences, whose median a few events do not move.
+fn white_noise(rows: &[(usize, f64)]) -> f64 {
+    /// Median of |x| of a normal distribution, in standard deviations.
+    const MEDIAN: f64 = 0.6745;
+    let second = |w: &[(usize, f64)]| (w[0].1 - 2.0 * w[1].1 + w[2].1).abs() / 6.0_f64.sqrt();
+    let mut differences: Vec<f64> = rows.windows(3).map(second).collect();
+    differences.sort_by(f64::total_cmp);
+    differences.get(differences.len() / 2).map_or(0.0, |median| median / MEDIAN)
+}
+
+fn jumps(t_s: &[f64]) -> Vec<(f64, f64)> {
+    let mut steps: Vec<f64> = t_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    steps.sort_by(f64::total_cmp);
+    let Some(usual) = steps.get(steps.len() / 2).copied() else { return Vec::new() };
+    let jump = |pair: &[f64]| (pair[0], pair[1] - pair[0]);
+    t_s.windows(2).map(jump).filter(|(_, step)| *step > CLOCK_JUMP * usual).collect()
+}
+
+/// Trials whose encoders went the same way, channel by channel.
+pub fn repeats(trials: &[Trial], prepared: &[Prepared]) -> Vec<Repeat> {
+    let mut repeats = Vec::new();
+    for a in 0..trials.len() {
+        for b in a + 1..trials.len() {
+            let (first, second) = (&prepared[a].inputs, &prepared[b].inputs);
+            let near = |x: &[f64], y: &[f64], limit: f64| {
+                x.iter().zip(y).all(|(x, y)| (x - y).abs() <= limit)
+            };
+            let same = near(&first.insertion_m, &second.insertion_m, SAME_INSERTION_M)
+                && near(&first.rotation_rad, &second.rotation_rad, SAME_ROTATION_RAD);
+            let (left, right) = (trials[a].channel_ranges(), trials[b].channel_ranges());
+            if !same || left.len() != right.len() {
+                continue;
+            }
+            for (x, y) in left.iter().zip(&right) {
+                let aligned = trials[a].samples[x.clone()]
+                    .iter()
+                    .zip(&trials[b].samples[y.clone()])
+                    .all(|(p, q)| (p.t_s - q.t_s).abs() < AVERAGE_S);
+                if aligned {
+                    let len = x.len().min(y.len());
+                    repeats.push(Repeat { first: (a, x.start), second: (b, y.start), len });
+                }
+            }
+        }
+    }
+    repeats
+}
+
+fn norm(x: [f64; 3]) -> f64 {
+    (x[0] * x[0] + x[1] * x[1] + x[2] * x[2]).sqrt()
+}

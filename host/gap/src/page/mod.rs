@@ -1,0 +1,217 @@
+//! One HTML page of a diagnosis: it needs nothing else, not even a script.
+
+mod charts;
+
+use std::fmt::Write as _;
+
+use crate::report::{Diagnosis, Figures};
+
+const STYLE: &str = include_str!("page.css");
+
+/// The page: the verdict in a sentence, then where, which, how far, and how to get it again.
+pub fn page(answer: &Diagnosis) -> String {
+    let mut body = String::new();
+    // Writing to a string does not fail.
+    let _ = write!(
+        body,
+        "<p class=soft>{}</p><h1>{}</h1>{}",
+        escape(&format!("Gap diagnosis · {}", answer.bundle)),
+        escape(&answer.sentence()),
+        tiles(answer)
+    );
+    let _ = write!(body, "<p class=soft>Compared: {}.</p>", escape(&answer.details.compared));
+    for part in [remarks(answer), places(answer), which(answer), how_far(answer), again(answer)] {
+        body += &part;
+    }
+    format!(
+        "<!doctype html>\n<html lang=en><meta charset=utf-8>\
+         <meta name=viewport content=\"width=device-width,initial-scale=1\">\
+         <title>{}</title><style>{STYLE}</style><body>{body}</body></html>\n",
+        escape(&format!("Gap of {}", answer.bundle))
+    )
+}
+
+/// Text that means nothing to HTML.
+fn escape(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}
+
+/// A figure in the unit that suits it: N or mN, m or mm.
+fn quantity(value: f64, unit: &str) -> String {
+    if value.abs() < 1.0 || unit == "m" {
+        format!("{:.2} m{unit}", 1e3 * value)
+    } else {
+        format!("{value:.2} {unit}")
+    }
+}
+
+fn percent(share: f64) -> String {
+    format!("{:.1} %", 100.0 * share)
+}
+
+fn tiles(answer: &Diagnosis) -> String {
+    let tile = |value: String, label: &str| {
+        format!("<div class=tile><b>{}</b><span>{}</span></div>", escape(&value), escape(label))
+    };
+    let mut tiles = String::new();
+    if let Some(Figures { before, after, floor }) = answer.gap.force_rms_n {
+        tiles += &tile(quantity(before, "N"), "force RMS before, held out");
+        tiles += &tile(quantity(after, "N"), "force RMS after, held out");
+        tiles += &tile(quantity(floor, "N"), "noise floor");
+    }
+    if !answer.ranking.is_empty() {
+        tiles += &tile(percent(answer.details.shrink), "of the gap above the floor closed");
+    }
+    format!("<div class=tiles>{tiles}</div>")
+}
+
+fn remarks(answer: &Diagnosis) -> String {
+    if answer.remarks.is_empty() {
+        return String::new();
+    }
+    let items: String =
+        answer.remarks.iter().map(|remark| format!("<li>{}</li>", escape(remark))).collect();
+    format!("<h2>What to keep in mind</h2><ul>{items}</ul>")
+}
+
+fn places(answer: &Diagnosis) -> String {
+    if answer.places.is_empty() {
+        return String::new();
+    }
+    let row = |place: &crate::locate::Cell| {
+        format!(
+            "<tr><td>{}<td>{}<td>{}<td class=number>{:.0}–{:.0} mm<td class=number>{}\
+             <td class=number>{} ({} to {})<td>{}",
+            escape(&place.channel),
+            escape(&place.phase),
+            escape(&place.regime),
+            1e3 * place.arc_m[0],
+            1e3 * place.arc_m[1],
+            percent(place.time_share),
+            percent(place.gap_share),
+            percent(place.gap_share_low),
+            percent(place.gap_share_high),
+            escape(&place.note),
+        )
+    };
+    let rows: String = answer.places.iter().take(12).map(row).collect();
+    let by_phase = charts::heat(&answer.places, |c| c.channel.clone(), |c| c.phase.clone());
+    let arc =
+        |c: &crate::locate::Cell| format!("{:.0}–{:.0} mm", 1e3 * c.arc_m[0], 1e3 * c.arc_m[1]);
+    let by_arc = charts::heat(&answer.places, arc, |c| c.phase.clone());
+    format!(
+        "<h2>Where</h2><figure>{by_phase}<figcaption>Share of the gap's energy by channel and \
+         phase.</figcaption></figure><figure>{by_arc}<figcaption>The same by length inside (or \
+         position) and phase.</figcaption></figure><div class=wide><table><tr><th>channel<th>phase\
+         <th>regime<th class=number>length<th class=number>of the time<th class=number>of the gap \
+         (90 %)<th>shape{rows}</table></div>"
+    )
+}
+
+fn which(answer: &Diagnosis) -> String {
+    if answer.ranking.is_empty() {
+        return String::new();
+    }
+    let mut html = String::from("<h2>Which</h2>");
+    if !answer.effects.is_empty() {
+        html += "<div class=wide><table><tr><th>effect<th>parameter<th class=number>value (90 %)\
+                 <th class=number>closes<th class=number>confidence<th>";
+        for effect in &answer.effects {
+            for (i, (name, p)) in effect.parameters.iter().enumerate() {
+                let kind = if effect.material { "material" } else { "minor" };
+                let (id, rest) = if i == 0 {
+                    let closes = percent(effect.shrink);
+                    let tail =
+                        format!("{closes}<td class=number>{:.2}<td>{kind}", effect.confidence);
+                    (escape(&effect.id), tail)
+                } else {
+                    (String::new(), "<td><td>".to_owned())
+                };
+                let _ = write!(
+                    html,
+                    "<tr><td>{id}<td>{}<td class=number>{:.4} {} ({:.4} to {:.4})<td class=number>{rest}",
+                    escape(name),
+                    p.value,
+                    escape(p.unit),
+                    p.low,
+                    p.high
+                );
+            }
+        }
+        html += "</table></div>";
+    }
+    for set in &answer.confusable {
+        let _ = write!(
+            html,
+            "<p>Cannot be told apart on this data: <b>{}</b>.</p>",
+            escape(&set.join(", "))
+        );
+    }
+    let _ = write!(
+        html,
+        "<figure>{}<figcaption>Share of the gap that is left after each step.</figcaption></figure>\
+         <figure>{}<figcaption>Share of the gap that each effect closes alone, on data that its fit \
+         had not seen.</figcaption></figure>",
+        charts::waterfall(&answer.details.path),
+        charts::ranking(&answer.ranking)
+    );
+    html
+}
+
+fn how_far(answer: &Diagnosis) -> String {
+    let mut rows = String::new();
+    for (name, figures, unit) in [
+        ("force RMS", answer.gap.force_rms_n, "N"),
+        ("tip RMS", answer.gap.tip_rms_m, "m"),
+        ("shape RMS", answer.gap.shape_rms_m, "m"),
+    ] {
+        if let Some(Figures { before, after, floor }) = figures {
+            let [before, after, floor] = [before, after, floor].map(|x| quantity(x, unit));
+            let _ = write!(
+                rows,
+                "<tr><td>{name}, all trials<td class=number>{before}<td class=number>{after}\
+                 <td class=number>{floor}"
+            );
+        }
+    }
+    for held_out in &answer.details.held_out {
+        let [before, after] = [held_out.before_n, held_out.after_n].map(|x| quantity(x, "N"));
+        let _ = write!(
+            rows,
+            "<tr><td>force RMS, trial {:03}<td class=number>{before}<td class=number>{after}<td>",
+            held_out.trial
+        );
+    }
+    let series: String = answer.details.series.iter().map(charts::series).collect();
+    format!(
+        "<h2>How far</h2><div class=wide><table><tr><th>held out<th class=number>before\
+         <th class=number>after<th class=number>floor{rows}</table></div>\
+         <p class='soft key'><i style='color:var(--measured)'></i>measured\
+         <i style='color:var(--before)'></i>nominal model<i style='color:var(--after)'></i>with \
+         the effects</p>{series}"
+    )
+}
+
+fn again(answer: &Diagnosis) -> String {
+    let mut html = String::new();
+    if let Some(next) = &answer.next_experiment {
+        let _ = write!(
+            html,
+            "<h2>What to record next</h2><p><b>{}</b>: {}. It separates {}.</p>",
+            escape(&next.segment),
+            escape(&next.what),
+            escape(&next.separates.join(" from "))
+        );
+    }
+    let reproduce = &answer.reproduce;
+    let _ = write!(
+        html,
+        "<h2>The same again</h2><p><code>{}</code></p><p class=soft>version {}, bundle SHA-256 \
+         {}; {} simulated trials</p>",
+        escape(&reproduce.command),
+        escape(&reproduce.version),
+        escape(&reproduce.bundle_sha256),
+        answer.details.simulations
+    );
+    html
+}

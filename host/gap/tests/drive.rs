@@ -1,0 +1,273 @@
+//! Drives whose effects are known: made here, and the measured one of `../shared` when it is
+//! there, with effects taken out of the model and put into the data.
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+use cathforce_gap::assumed::Assumed;
+use cathforce_gap::diagnose;
+use cathforce_gap::drive::Drive;
+use cathforce_gap::report::{Diagnosis, NamedEffect, Verdict};
+use cathforce_rig::Bundle;
+use tempfile::TempDir;
+
+const MASS_KG: f64 = 20.0;
+const DT_S: f64 = 1e-3;
+const NOISE_N: f64 = 0.05;
+
+/// One instant of a made drive.
+struct Instant {
+    position_m: f64,
+    velocity_m_per_s: f64,
+    acceleration_m_per_s2: f64,
+}
+
+/// A smooth motion there and back with many speeds; every `period_s` it repeats itself.
+fn motion(t_s: f64, period_s: f64, stroke_m: f64) -> Instant {
+    let rate = std::f64::consts::TAU / period_s;
+    // Two sines of whole-number rates.
+    let wave = |n: f64, share: f64| {
+        let (sin, cos) = (rate * n * t_s).sin_cos();
+        let a = stroke_m * share;
+        (a * sin, a * rate * n * cos, -a * (rate * n).powi(2) * sin)
+    };
+    let (p, q) = (wave(1.0, 1.0), wave(3.0, 0.4));
+    Instant { position_m: p.0 + q.0, velocity_m_per_s: p.1 + q.1, acceleration_m_per_s2: p.2 + q.2 }
+}
+
+/// Noise from a hash, the same in every run: the sum of four uniform numbers.
+fn noise(seed: u64) -> f64 {
+    let uniform = |k: u64| {
+        let mut x = seed.wrapping_mul(4).wrapping_add(k).wrapping_mul(0x9E37_79B9_7F4A_7C15);
+        x ^= x >> 32;
+        x = x.wrapping_mul(0xD6E8_FEB8_6659_FD93);
+        x ^= x >> 32;
+        (x >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
+    };
+    (0..4).map(uniform).sum::<f64>() * 3.0_f64.sqrt()
+}
+
+/// A bundle of trials of two periods of these lengths and strokes, whose command is the mass's
+/// inertia and `force`; `delay_s` after the force the position is reported.
+fn bundle(
+    trials: &[(f64, f64)],
+    delay_s: f64,
+    cycles: f64,
+    force: impl Fn(f64, &Instant) -> f64,
+) -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let rig = format!(
+        "format = \"trial-bundle/1\"\nname = \"made\"\nplant = \"drive\"\n[drive]\nmoving_mass_kg = {MASS_KG:?}\n[sensor]\nposition_noise_sd_m = 1e-9\n"
+    );
+    std::fs::write(folder.path().join("rig.toml"), rig).unwrap();
+    std::fs::create_dir(folder.path().join("trials")).unwrap();
+    for (number, &(period_s, stroke_m)) in trials.iter().enumerate() {
+        let mut text = String::from("t_s,setpoint_m,position_m,drive_command_N\n");
+        for i in 0..(cycles * period_s / DT_S) as u64 {
+            let t_s = i as f64 * DT_S;
+            let now = motion(t_s, period_s, stroke_m);
+            let seen = motion(t_s - delay_s, period_s, stroke_m);
+            let command = MASS_KG * now.acceleration_m_per_s2
+                + force(t_s, &now)
+                + NOISE_N * noise(i + 100_000 * number as u64);
+            writeln!(text, "{t_s},{},{},{command}", now.position_m, seen.position_m).unwrap();
+        }
+        std::fs::write(folder.path().join(format!("trials/{number:03}.csv")), text).unwrap();
+    }
+    folder
+}
+
+fn ask(folder: &Path) -> Diagnosis {
+    let bundle = Bundle::open(folder).unwrap();
+    diagnose(&Drive::new(&bundle).unwrap(), "made", &|_| {})
+}
+
+fn names(answer: &Diagnosis) -> Vec<&str> {
+    answer.effects.iter().map(|effect| effect.id.as_str()).collect()
+}
+
+fn value(effect: &NamedEffect, name: &str) -> f64 {
+    effect.parameters[name].value
+}
+
+const TWO: [(f64, f64); 2] = [(2.5, 0.05), (2.5, 0.05)];
+
+fn coulomb(_: f64, now: &Instant) -> f64 {
+    6.0 * now.velocity_m_per_s.signum()
+}
+
+#[test]
+fn nothing_added_is_no_gap() {
+    let answer = ask(bundle(&TWO, 0.0, 2.0, |_, _| 0.0).path());
+    assert_eq!(answer.verdict, Verdict::NoGap, "{answer:#?}");
+    assert!(answer.effects.is_empty());
+}
+
+#[test]
+fn coulomb_and_viscous_friction_are_named_with_their_size() {
+    let force = |t: f64, now: &Instant| coulomb(t, now) + 30.0 * now.velocity_m_per_s;
+    let folder = bundle(&TWO, 0.0, 2.0, force);
+    let answer = ask(folder.path());
+    assert_eq!(answer.verdict, Verdict::Named, "{}", answer.sentence());
+    let find = |id: &str| answer.effects.iter().find(|effect| effect.id == id).unwrap();
+    let dry = value(find("drive.coulomb"), "force_n");
+    assert!((dry / 6.0 - 1.0).abs() < 0.05, "{dry}");
+    let viscous = value(find("drive.viscous"), "n_s_per_m");
+    assert!((viscous / 30.0 - 1.0).abs() < 0.05, "{viscous}");
+    let again = ask(folder.path());
+    assert_eq!(answer, again, "the same data give the same answer");
+}
+
+/// A latency that the model lacks must not make another effect look right.
+#[test]
+fn a_latency_within_its_prior_is_a_nuisance() {
+    let answer = ask(bundle(&TWO, 1e-3, 2.0, coulomb).path());
+    assert_eq!(names(&answer)[..1], ["drive.coulomb"], "{}", answer.sentence());
+    let dry = value(&answer.effects[0], "force_n");
+    assert!((dry / 6.0 - 1.0).abs() < 0.05, "{dry}");
+    assert!(!names(&answer).contains(&"drive.latency"));
+}
+
+#[test]
+fn a_latency_far_outside_its_prior_is_named() {
+    let answer = ask(bundle(&TWO, 0.02, 2.0, |_, _| 0.0).path());
+    assert_eq!(names(&answer)[..1], ["drive.latency"], "{}", answer.sentence());
+}
+
+/// Every effect may stay off, so none may fit worse than the nominal model.
+#[test]
+fn no_single_effect_is_ranked_below_the_nominal_model() {
+    let answer = ask(bundle(&TWO, 0.0, 2.0, coulomb).path());
+    for ranked in &answer.ranking {
+        assert!(ranked.shrink > -0.01, "{ranked:?}");
+    }
+    assert_eq!(answer.ranking[0].id, "drive.coulomb");
+}
+
+#[test]
+fn a_regime_that_training_lacks_is_not_scored() {
+    // The second trial is four times as fast throughout.
+    let answer = ask(bundle(&[(6.0, 0.05), (1.5, 0.05)], 0.0, 2.0, coulomb).path());
+    assert!(answer.remarks.iter().any(|remark| remark.contains("regime")), "{:?}", answer.remarks);
+    assert!(
+        names(&answer).iter().all(|id| *id != "sensor.drift"),
+        "a split by speed must not look like drift: {}",
+        answer.sentence()
+    );
+}
+
+#[test]
+fn one_trial_without_cycles_carries_no_verdict() {
+    let answer = ask(bundle(&[(2.5, 0.05)], 0.0, 1.5, coulomb).path());
+    // Without a whole repetition the trial is cut into equal parts, which is said.
+    assert!(
+        answer.remarks.iter().any(|remark| remark.contains("one trial")),
+        "{:?}",
+        answer.remarks
+    );
+}
+
+/// With a floor of almost nothing many small terms are significant; they must be called minor.
+#[test]
+fn what_hardly_matters_is_minor() {
+    let force = |t: f64, now: &Instant| coulomb(t, now) + 0.12 * (now.position_m / 0.05);
+    let answer = ask(bundle(&TWO, 0.0, 2.0, force).path());
+    assert_eq!(answer.verdict, Verdict::Named, "{}", answer.sentence());
+    for effect in &answer.effects {
+        assert_eq!(effect.material, effect.id == "drive.coulomb", "{effect:?}");
+    }
+}
+
+#[test]
+fn a_jump_of_the_clock_is_said_and_left_out() {
+    let folder = bundle(&TWO, 0.0, 2.0, coulomb);
+    let file = folder.path().join("trials/001.csv");
+    let text = std::fs::read_to_string(&file).unwrap();
+    let kept: Vec<&str> = text
+        .lines()
+        .enumerate()
+        .filter(|(i, _)| !(1500..1700).contains(i))
+        .map(|(_, l)| l)
+        .collect();
+    std::fs::write(&file, kept.join("\n")).unwrap();
+    let answer = ask(folder.path());
+    assert!(answer.remarks.iter().any(|remark| remark.contains("clock jumps")));
+    assert_eq!(names(&answer)[..1], ["drive.coulomb"], "{}", answer.sentence());
+}
+
+/// The measured axis, when it is there.
+fn measured() -> Option<PathBuf> {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data/emps-drive");
+    let path = if path.exists() { path } else { PathBuf::from("/work/shared/data/emps-drive") };
+    path.exists().then_some(path)
+}
+
+/// What the authors of the data documented, `PROVENANCE.md` beside it.
+const COULOMB_N: f64 = 20.3935;
+const VISCOUS_N_S_PER_M: f64 = 203.5034;
+const OFFSET_N: f64 = -3.1648;
+
+#[test]
+fn documented_friction_is_recovered_from_real_measurements() {
+    let Some(path) = measured() else { return };
+    let answer = ask(&path);
+    assert_eq!(answer.verdict, Verdict::Named);
+    for (id, name, documented) in [
+        ("drive.coulomb", "force_n", COULOMB_N),
+        ("drive.viscous", "n_s_per_m", VISCOUS_N_S_PER_M),
+        ("drive.offset", "force_n", OFFSET_N),
+    ] {
+        let effect = answer.effects.iter().find(|e| e.id == id);
+        let found = value(effect.unwrap_or_else(|| panic!("{id}: {}", answer.sentence())), name);
+        assert!((found / documented - 1.0).abs() < 0.05, "{id}: {found} for {documented}");
+    }
+    // Frozen on the other record.
+    for held_out in &answer.details.held_out {
+        assert!(held_out.before_n > 37.0 && held_out.after_n < 3.4, "{held_out:?}");
+    }
+    assert!(answer.confusable.iter().any(|set| set.contains(&"sensor.bias".to_owned())));
+}
+
+#[test]
+fn an_effect_taken_out_of_the_model_is_found_in_real_data() {
+    let Some(path) = measured() else { return };
+    let bundle = Bundle::open(path).unwrap();
+    let drive = Drive::new(&bundle).unwrap();
+    let offset: (&str, &[f64]) = ("drive.offset", &[OFFSET_N]);
+    let dry: (&str, &[f64]) = ("drive.coulomb", &[COULOMB_N]);
+    let viscous: (&str, &[f64]) = ("drive.viscous", &[VISCOUS_N_S_PER_M]);
+    for (kept, removed) in [([offset, viscous], "drive.coulomb"), ([offset, dry], "drive.viscous")]
+    {
+        let answer = diagnose(&Assumed::new(&drive, &kept), "ablation", &|_| {});
+        assert_eq!(answer.verdict, Verdict::Named, "{removed}: {}", answer.sentence());
+        assert_eq!(names(&answer)[0], removed, "{}", answer.sentence());
+    }
+}
+
+#[test]
+fn an_effect_put_into_real_data_is_found() {
+    let Some(path) = measured() else { return };
+    let mut bundle = Bundle::open(path).unwrap();
+    // More viscous friction, by differences of the recorded position.
+    const ADDED_N_S_PER_M: f64 = 150.0;
+    for trial in &mut bundle.trials {
+        let t_s = trial.t_s.clone();
+        let cathforce_rig::bundle::TrialData::Drive(data) = &mut trial.data else { unreachable!() };
+        let reach = 10;
+        for i in reach..t_s.len() - reach {
+            let speed = (data.position_m[i + reach] - data.position_m[i - reach])
+                / (t_s[i + reach] - t_s[i - reach]);
+            data.drive_command_n[i] += ADDED_N_S_PER_M * speed;
+        }
+    }
+    let drive = Drive::new(&bundle).unwrap();
+    let validated: [(&str, &[f64]); 3] = [
+        ("drive.coulomb", &[COULOMB_N]),
+        ("drive.viscous", &[VISCOUS_N_S_PER_M]),
+        ("drive.offset", &[OFFSET_N]),
+    ];
+    let answer = diagnose(&Assumed::new(&drive, &validated), "spike", &|_| {});
+    assert_eq!(names(&answer)[0], "drive.viscous", "{}", answer.sentence());
+    let found = value(&answer.effects[0], "n_s_per_m") - VISCOUS_N_S_PER_M;
+    assert!((found / ADDED_N_S_PER_M - 1.0).abs() < 0.1, "{found}");
+}
