@@ -1,5 +1,5 @@
 //! `cargo run -p cathforce-hil-tests --example effect_costs`: what each effect costs on the
-//! emulated board, as a table.
+//! emulated board, as a table. With `-- ID …` only of these.
 //!
 //! The example's instrument with all its links inside the vessel, fed and turned for a tenth of
 //! a second: instructions of the worst tick, with the effect off and on. Needs the firmware
@@ -10,8 +10,8 @@ use cathforce_hil_tests::{Bench, Drive, bundle, encoder, image_with};
 use cathforce_link::qemu::Qemu;
 use cathforce_rig::{ImageOptions, SolverDefaults, to_description};
 
-/// As deep as the deepest trial.
-const INSERTION_M: f64 = 0.0935;
+/// Where the tip lies in the first branch.
+const INSERTION_M: f64 = 0.06;
 const LINKS: f64 = 63.5;
 const TICKS: u32 = 100;
 
@@ -45,7 +45,10 @@ fn main() {
     let off = worst_instructions(Vec::new());
     println!("| effect | instructions of the worst tick | more than without |");
     println!("| --- | --- | --- |\n| none | {off} | |");
-    for effect in all().filter(|effect| effect.plant == Plant::Catheter) {
+    let wanted: Vec<String> = std::env::args().skip(1).collect();
+    let is_wanted = |id: &str| wanted.is_empty() || wanted.iter().any(|wanted| wanted == id);
+    let effects = all().filter(|effect| effect.plant == Plant::Catheter && is_wanted(effect.id));
+    for effect in effects {
         // Sensor effects act where readings are compared, on the host.
         if effect.id.starts_with("sensor.") {
             println!("| {} | {off} | none: on the host |", effect.id);
