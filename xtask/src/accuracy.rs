@@ -16,9 +16,12 @@ pub struct Arguments {
     /// Also write rows and summary here.
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
-    /// Only write the cases and their reference solutions into this folder.
+    /// Only write the cases and both solutions into this folder.
     #[arg(long, value_name = "FOLDER", conflicts_with = "json")]
     export: Option<PathBuf>,
+    /// Only print what lifting one limit of the device does to the cases with this in their name.
+    #[arg(long, value_name = "TEXT", conflicts_with_all = ["json", "export"])]
+    causes: Option<String>,
 }
 
 /// Measures every case and writes the table into docs/model.md; or exports the cases.
@@ -27,6 +30,9 @@ pub fn write(arguments: &Arguments) -> anyhow::Result<()> {
     let mut program = command(target_folder().join("release").join(PACKAGE));
     if let Some(folder) = &arguments.export {
         return run(program.arg("--export").arg(std::path::absolute(folder)?));
+    }
+    if let Some(text) = &arguments.causes {
+        return run(program.args(["--causes", "--only", text]));
     }
     if let Some(file) = &arguments.json {
         program.arg("--json").arg(std::path::absolute(file)?);

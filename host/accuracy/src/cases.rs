@@ -15,8 +15,10 @@ pub enum Kind {
     Feed,
     /// Fed, withdrawn and fed again, with ramps.
     Reversal,
-    /// Fed, then a pre-curved tip is rotated.
+    /// Fed, then a pre-curved tip is rotated to and fro, less than it takes to whip round.
     Rotation,
+    /// Fed, then a pre-curved tip is rotated in a bend until it whips round.
+    Whip,
     /// A pre-curved tip is rotated out of a branch and jumps off the dividing wall.
     Snap,
 }
@@ -60,6 +62,9 @@ pub fn cases() -> Vec<Case> {
         case("rotation, friction 0.7", Kind::Rotation, SILICONE, 0.7, curved()),
         case("rotation, soft wall", Kind::Rotation, SOFT, 0.3, curved()),
         case("rotation, near-rigid wall", Kind::Rotation, NEAR_RIGID, 0.3, curved()),
+        case("whip in a bend, no friction", Kind::Whip, SILICONE, 0.0, curved()),
+        case("whip in a bend", Kind::Whip, SILICONE, 0.3, curved()),
+        case("whip in a bend, friction 0.7", Kind::Whip, SILICONE, 0.7, curved()),
         case("snap off a dividing wall", Kind::Snap, SILICONE, 0.3, curved()),
     ]
 }
@@ -106,7 +111,13 @@ fn case(
         Kind::Rotation => begin
             .then(4.0, 0.2, FEED_M_PER_S, 0.0)
             .then(0.5, 0.2, 0.0, 0.0)
-            .then(5.0, 0.2, 0.0, 2.0),
+            .then(1.25, 0.2, 0.0, 2.0)
+            .then(2.5, 0.4, 0.0, -2.0)
+            .then(1.25, 0.4, 0.0, 2.0),
+        Kind::Whip => begin
+            .then(4.0, 0.2, FEED_M_PER_S, 0.0)
+            .then(0.5, 0.2, 0.0, 0.0)
+            .then(3.0, 0.2, 0.0, 2.0),
         Kind::Snap => begin
             .then(2.4, 0.2, FEED_M_PER_S, 0.0)
             .then(0.5, 0.2, 0.0, 0.0)

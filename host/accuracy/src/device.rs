@@ -11,8 +11,20 @@ use nalgebra::Vector3;
 
 use crate::{Case, Record};
 
-/// Grid of the stored wall \[m\].
-const CELL_M: f64 = cathforce_rig::CELL_M;
+/// What the model may choose that a case does not say.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Choices {
+    pub solver: SolverDefaults,
+    /// Grid of the stored wall \[m\].
+    pub cell_m: f64,
+}
+
+impl Default for Choices {
+    /// The device's.
+    fn default() -> Self {
+        Self { solver: SolverDefaults::default(), cell_m: cathforce_rig::CELL_M }
+    }
+}
 
 /// The reference's wall, for sampling.
 struct AnalyticWall<'a>(&'a Lumen);
@@ -30,9 +42,9 @@ impl Wall for AnalyticWall<'_> {
 }
 
 /// The numbers of a problem as the device gets them.
-pub(crate) fn description<T: Real>(
+fn description<T: Real>(
     problem: &Problem,
-    largest_insertion_m: f64,
+    link_length_m: f64,
     defaults: &SolverDefaults,
 ) -> Description<T> {
     let lit = T::lit;
@@ -73,7 +85,7 @@ pub(crate) fn description<T: Real>(
         effects: mechanics::Effects::off(),
         gravity_m_per_s2: vector(&problem.gravity_m_per_s2),
         solver: mechanics::Solver {
-            link_length_m: lit(defaults.link_length_m(largest_insertion_m)),
+            link_length_m: lit(link_length_m),
             tick_s: lit(defaults.tick_s),
             substeps: defaults.substeps,
             solves: defaults.solves,
@@ -84,23 +96,30 @@ pub(crate) fn description<T: Real>(
     }
 }
 
-fn stored(problem: &Problem) -> anyhow::Result<BuiltLumen> {
-    let options = LumenOptions::for_instrument(problem.rod.radius_m, CELL_M);
+fn stored(problem: &Problem, cell_m: f64) -> anyhow::Result<BuiltLumen> {
+    let options = LumenOptions::for_instrument(problem.rod.radius_m, cell_m);
     build_lumen(&AnalyticWall(&problem.lumen), options).context("the vessel has too many bricks")
 }
 
 /// Plays a case tick by tick; one record a tick.
 ///
-/// `T`: `f32` is what the device runs. Fails when the device would refuse the case.
-pub fn play<T: Real>(case: &Case, defaults: &SolverDefaults) -> anyhow::Result<Vec<Record>> {
+/// `T`: `f32` is what the device runs, with [`mechanics::MAX_LINKS`]. Fails when the device would
+/// refuse the case.
+pub fn play<T: Real, const LINKS: usize>(
+    case: &Case,
+    choices: &Choices,
+) -> anyhow::Result<Vec<Record>> {
+    let defaults = &choices.solver;
     let schedule = &case.schedule;
     let ticks = (schedule.end_s() / defaults.tick_s).round() as usize;
     let at = |tick: usize| schedule.at(tick as f64 * defaults.tick_s);
     let largest_insertion_m = (0..=ticks).map(|k| at(k).insertion_m).fold(0.0, f64::max);
-    let description = description::<T>(&case.problem, largest_insertion_m, defaults);
-    let model: Model<T> =
+    let share = (mechanics::MAX_LINKS - 1) as f64 / (LINKS - 1) as f64;
+    let link_length_m = defaults.link_length_m(largest_insertion_m) * share;
+    let description = description::<T>(&case.problem, link_length_m, defaults);
+    let model: Model<T, LINKS> =
         Model::new(description).map_err(|error| anyhow!("{}: {error:?}", case.name))?;
-    let built = stored(&case.problem)?;
+    let built = stored(&case.problem, choices.cell_m)?;
     let lumen = mechanics::Lumen::new(built.header, &built.bytes)
         .map_err(|error| anyhow!("{}: {error:?}", case.name))?;
     let drive = |tick: usize| {
@@ -126,4 +145,9 @@ pub fn play<T: Real>(case: &Case, defaults: &SolverDefaults) -> anyhow::Result<V
         }
     });
     Ok(records.collect())
+}
+
+/// Plays a case as the device does.
+pub fn play_on_device(case: &Case) -> anyhow::Result<Vec<Record>> {
+    play::<f32, { mechanics::MAX_LINKS }>(case, &Choices::default())
 }

@@ -9,9 +9,14 @@ use serde_json::{Value, json};
 
 use crate::{Case, Record};
 
-/// Writes `NAME.json` (rod, vessel, wall, drive) and `NAME.csv` (the reference's solution, one
-/// row a step); SI units throughout.
-pub fn export(folder: &Path, case: &Case, solution: &[Record]) -> anyhow::Result<()> {
+/// Writes `NAME.json` (rod, vessel, wall), `NAME.csv` (the drive and the reference's solution, one
+/// row a step) and `NAME.device.csv` (the model's, one row a tick); SI units throughout.
+pub fn export(
+    folder: &Path,
+    case: &Case,
+    reference: &[Record],
+    device: &[Record],
+) -> anyhow::Result<()> {
     let name: String =
         case.name.chars().filter(|c| *c != ',').map(|c| if c == ' ' { '-' } else { c }).collect();
     fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
@@ -20,7 +25,8 @@ pub fn export(folder: &Path, case: &Case, solution: &[Record]) -> anyhow::Result
         fs::write(&path, text).with_context(|| path.display().to_string())
     };
     write("json", format!("{:#}\n", description(case)))?;
-    write("csv", csv(solution))
+    write("csv", csv(reference))?;
+    write("device.csv", csv(device))
 }
 
 fn csv(solution: &[Record]) -> String {

@@ -7,13 +7,15 @@
 #![forbid(unsafe_code)]
 
 mod cases;
+mod causes;
 mod compare;
 mod device;
 mod export;
 mod summary;
 
 pub use cases::{Case, Kind, cases};
+pub use causes::causes;
 pub use compare::{Errors, Record, Score, Snap, compare};
-pub use device::play;
+pub use device::{Choices, play, play_on_device};
 pub use export::export;
 pub use summary::{Accuracy, Row, measure, measure_all, solve, table};

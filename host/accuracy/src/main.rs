@@ -3,8 +3,9 @@
 use std::path::PathBuf;
 
 use anyhow::Context;
-use cathforce_accuracy::{Accuracy, cases, export, measure_all, solve, table};
-use cathforce_rig::SolverDefaults;
+use cathforce_accuracy::{
+    Accuracy, cases, causes, export, measure_all, play_on_device, solve, table,
+};
 use clap::Parser;
 
 #[derive(Parser)]
@@ -16,7 +17,10 @@ struct Arguments {
     /// Write the rows and their summary here.
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
-    /// Instead of measuring, write cases and their reference solutions into this folder.
+    /// Instead of the device's errors alone, what they become when one of its limits is lifted.
+    #[arg(long)]
+    causes: bool,
+    /// Instead of measuring, write cases and both solutions into this folder.
     #[arg(long, value_name = "FOLDER")]
     export: Option<PathBuf>,
 }
@@ -27,13 +31,20 @@ fn main() -> anyhow::Result<()> {
     let cases: Vec<_> = cases().into_iter().filter(|case| wanted(case.name)).collect();
     if let Some(folder) = &arguments.export {
         for case in &cases {
-            let (solution, _) = solve(case).with_context(|| case.name)?;
-            export(folder, case, &solution)?;
+            let (reference, _) = solve(case).with_context(|| case.name)?;
+            let device = play_on_device(case)?;
+            export(folder, case, &reference, &device)?;
         }
         println!("written: {} cases in {}", cases.len(), folder.display());
         return Ok(());
     }
-    let rows = measure_all(&cases, &SolverDefaults::default())?;
+    if arguments.causes {
+        for case in &cases {
+            println!("{}", causes(case).with_context(|| case.name)?);
+        }
+        return Ok(());
+    }
+    let rows = measure_all(&cases)?;
     print!("{}", table(&rows));
     if let Some(file) = &arguments.json {
         let json = serde_json::json!({ "accuracy": Accuracy::of(&rows), "cases": rows });

@@ -8,10 +8,9 @@ use std::thread;
 
 use anyhow::{Context, anyhow};
 use cathforce_reference::{Effort, Numerics, Problem, SolveError, run};
-use cathforce_rig::SolverDefaults;
 use serde::Serialize;
 
-use crate::{Case, Kind, Record, Score, compare, play};
+use crate::{Case, Kind, Record, Score, compare, play_on_device};
 
 /// What one case gave.
 #[derive(Clone, Debug, Serialize)]
@@ -31,6 +30,8 @@ pub struct Accuracy {
     pub feed: f64,
     pub reversal: f64,
     pub rotation: f64,
+    /// The latest or earliest of all snaps, against the reference's \[s\].
+    pub snap_s: f64,
 }
 
 impl Accuracy {
@@ -44,6 +45,11 @@ impl Accuracy {
             feed: worst(Kind::Feed),
             reversal: worst(Kind::Reversal),
             rotation: worst(Kind::Rotation),
+            snap_s: rows
+                .iter()
+                .flat_map(|row| &row.device.snaps)
+                .filter_map(|snap| Some((snap.other_s? - snap.reference_s).abs()))
+                .fold(0.0, f64::max),
         }
     }
 }
@@ -69,13 +75,13 @@ fn solve_with(case: &Case, numerics: Numerics) -> Result<(Vec<Record>, Effort), 
 }
 
 /// Measures one case.
-pub fn measure(case: &Case, defaults: &SolverDefaults) -> anyhow::Result<Row> {
+pub fn measure(case: &Case) -> anyhow::Result<Row> {
     let (reference, _) = solve(case)?;
     let numerics = case.problem.numerics;
     let coarser =
         Numerics { spacing_m: 2.0 * numerics.spacing_m, step_s: 2.0 * numerics.step_s, ..numerics };
     let (coarse, _) = solve_with(case, coarser)?;
-    let device = play::<f32>(case, defaults)?;
+    let device = play_on_device(case)?;
     Ok(Row {
         case: case.name,
         kind: case.kind,
@@ -85,7 +91,7 @@ pub fn measure(case: &Case, defaults: &SolverDefaults) -> anyhow::Result<Row> {
 }
 
 /// Measures cases on all processors; the rows are in the order of the cases.
-pub fn measure_all(cases: &[Case], defaults: &SolverDefaults) -> anyhow::Result<Vec<Row>> {
+pub fn measure_all(cases: &[Case]) -> anyhow::Result<Vec<Row>> {
     let next = AtomicUsize::new(0);
     let rows: Vec<Mutex<Option<anyhow::Result<Row>>>> =
         cases.iter().map(|_| Mutex::new(None)).collect();
@@ -95,7 +101,7 @@ pub fn measure_all(cases: &[Case], defaults: &SolverDefaults) -> anyhow::Result<
                 loop {
                     let index = next.fetch_add(1, Ordering::Relaxed);
                     let Some(case) = cases.get(index) else { return };
-                    let row = measure(case, defaults).context(case.name);
+                    let row = measure(case).context(case.name);
                     *rows[index].lock().unwrap_or_else(PoisonError::into_inner) = Some(row);
                 }
             });

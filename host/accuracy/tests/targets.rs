@@ -1,8 +1,7 @@
 //! What the device's model must reach against the reference solver.
 
-use cathforce_accuracy::{Case, Kind, cases, compare, export, play, solve};
+use cathforce_accuracy::{Case, Kind, cases, compare, export, play_on_device, solve};
 use cathforce_reference::Numerics;
-use cathforce_rig::SolverDefaults;
 
 /// A case with silicone walls and friction 0.3, the reference on a mesh that is coarse and still
 /// good to a tenth of the targets.
@@ -23,7 +22,7 @@ fn force_errors_meet_their_targets() {
         let case = quick(name);
         assert_eq!(case.kind, kind);
         let (reference, _) = solve(&case).unwrap();
-        let device = play::<f32>(&case, &SolverDefaults::default()).unwrap();
+        let device = play_on_device(&case).unwrap();
         let score = compare(&reference, &device, case.scored_from_s);
         let error = score.outside_snaps.drive_force_share;
         println!("{name}: {:.2} % of {:.1} mN", 100.0 * error, 1e3 * score.peak_drive_force_n);
@@ -41,7 +40,7 @@ fn an_export_is_the_same_every_time() {
     let folder = std::env::temp_dir().join(format!("cathforce-accuracy-{}", std::process::id()));
     let files = || {
         let (solution, _) = solve(&case).unwrap();
-        export(&folder, &case, &solution).unwrap();
+        export(&folder, &case, &solution, &[]).unwrap();
         ["feed.json", "feed.csv"].map(|name| std::fs::read(folder.join(name)).unwrap())
     };
     let (first, second) = (files(), files());
