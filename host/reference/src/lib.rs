@@ -17,6 +17,7 @@ mod joint;
 mod lumen;
 mod problem;
 mod rod;
+mod sample;
 mod simulation;
 mod state;
 
@@ -26,4 +27,5 @@ pub use drive::{Drive, Schedule};
 pub use lumen::{Lumen, WallPoint};
 pub use problem::{Entry, Integrator, Numerics, Problem, TipLoad, WallLaw};
 pub use rod::{Curve, Rod, Section};
-pub use simulation::{Effort, Sample, Simulation, SolveError, run};
+pub use sample::Sample;
+pub use simulation::{Effort, Simulation, SolveError, run};

@@ -5,32 +5,10 @@ use thiserror::Error;
 
 use crate::balance::{Balance, Derivative, HALF_BAND, Iterate, PER_NODE, Step, Table, balance};
 use crate::band::Band;
-use crate::contact::Touch;
 use crate::drive::{Drive, Schedule};
 use crate::problem::{Integrator, Problem};
+use crate::sample::{Sample, report};
 use crate::state::State;
-
-/// What the instrument does at one instant.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Sample {
-    pub t_s: f64,
-    pub drive: Drive,
-    /// Total force of the instrument on the vessel \[N\].
-    pub force_on_vessel_n: Vector3<f64>,
-    /// Its moment about the entry \[N·m\].
-    pub moment_on_vessel_n_m: Vector3<f64>,
-    /// Sum of the normal forces \[N\].
-    pub normal_force_n: f64,
-    /// Axial force on the instrument behind the guide, positive when pushing \[N\].
-    pub drive_force_n: f64,
-    /// Torque on the instrument behind the guide about the direction of insertion \[N·m\].
-    pub drive_torque_n_m: f64,
-    /// End of the centre line \[m\].
-    pub tip_m: Vector3<f64>,
-    /// Nodes that slide and that stick.
-    pub sliding: usize,
-    pub sticking: usize,
-}
 
 /// What the solver did so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -191,17 +169,16 @@ impl<'a> Simulation<'a> {
 
     fn advance(&mut self, dt: f64, drive: Drive, mode: Mode) -> Result<(), SolveError> {
         let start = self.state.drive;
-        let mut parts: u32 = 1;
-        let mut done: u32 = 0;
-        let whole = 1 << MOST_HALVINGS;
-        // `done` and the parts are counted in the smallest parts.
-        let mut size = whole;
+        // What is done, and the next part, in the smallest parts.
+        let whole: u32 = 1 << MOST_HALVINGS;
+        let (mut done, mut size) = (0, whole);
+        let mut is_divided = false;
         while done < whole {
             let share = f64::from(done + size) / f64::from(whole);
+            let blend = |from: f64, to: f64| from + (to - from) * share;
             let target = Drive {
-                insertion_m: start.insertion_m + (drive.insertion_m - start.insertion_m) * share,
-                rotation_rad: start.rotation_rad
-                    + (drive.rotation_rad - start.rotation_rad) * share,
+                insertion_m: blend(start.insertion_m, drive.insertion_m),
+                rotation_rad: blend(start.rotation_rad, drive.rotation_rad),
             };
             let part = dt * f64::from(size) / f64::from(whole);
             match self.attempt(part, target, mode) {
@@ -212,21 +189,17 @@ impl<'a> Simulation<'a> {
                         size *= 2;
                     }
                 }
-                Err(residual_n) => {
-                    parts += 1;
-                    if size == 1 {
-                        let insertion_m = target.insertion_m;
-                        return Err(SolveError::NoBalance {
-                            insertion_m,
-                            step_s: part,
-                            residual_n,
-                        });
-                    }
+                Err(residual_n) if size == 1 => {
+                    let insertion_m = target.insertion_m;
+                    return Err(SolveError::NoBalance { insertion_m, step_s: part, residual_n });
+                }
+                Err(_) => {
+                    is_divided = true;
                     size /= 2;
                 }
             }
         }
-        self.effort.divided += usize::from(parts > 1);
+        self.effort.divided += usize::from(is_divided);
         Ok(())
     }
 
@@ -369,51 +342,6 @@ fn guess(step: &Step, known: usize, fed: f64, dt: f64) -> Iterate {
     };
     iterate.move_by(step, &vec![0.0; PER_NODE * count], 0.0);
     iterate
-}
-
-fn report(step: &Step, iterate: &Iterate, solution: &Balance, t_s: f64) -> Sample {
-    let problem = step.problem;
-    let entry = &problem.entry;
-    let mut force = Vector3::zeros();
-    let mut moment = Vector3::zeros();
-    let (mut normal_force_n, mut sliding, mut sticking) = (0.0, 0, 0);
-    for (position, reaction) in iterate.positions.iter().zip(&solution.reactions) {
-        force -= reaction.force;
-        moment -= (position + reaction.arm - entry.position_m).cross(&reaction.force);
-        normal_force_n += reaction.normal_force;
-        sliding += usize::from(reaction.touch == Touch::Slide);
-        sticking += usize::from(reaction.touch == Touch::Stick);
-    }
-    Sample {
-        t_s,
-        drive: step.start.drive,
-        force_on_vessel_n: force,
-        moment_on_vessel_n_m: moment,
-        normal_force_n,
-        drive_force_n: drive_force(step, solution),
-        drive_torque_n_m: -solution.mouth[0].1,
-        tip_m: iterate.positions[0],
-        sliding,
-        sticking,
-    }
-}
-
-/// Derivative of the elastic energy by the length inside, nodes held: the compression of the
-/// base edge, less the energy per length that bending and torsion take into the vessel, half
-/// of it at the guide's joint and half at the next (the cell of each grows by half the feed).
-fn drive_force(step: &Step, solution: &Balance) -> f64 {
-    let count = step.edges.len();
-    let h = step.problem.numerics.spacing_m;
-    let rest = step.start.base_length(h);
-    let tension = solution.base_tension;
-    let strain = tension / (step.edges[count - 1].axial * rest);
-    let here =
-        step.problem.rod.stretch(step.start.drive.insertion_m, step.start.drive.insertion_m + h);
-    let taken = |(moment_squared, torque): (f64, f64)| {
-        0.5 * (moment_squared / (here.bending * h) + torque * torque / (here.torsion * h))
-    };
-    let [guide, next] = solution.mouth.map(taken);
-    -tension * (1.0 + 0.5 * strain) - 0.5 * (guide + next)
 }
 
 /// Settles and plays a schedule, one sample a step of the problem's numerics.

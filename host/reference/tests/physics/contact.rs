@@ -51,3 +51,39 @@ fn a_limp_rod_pulled_round_a_bend_obeys_the_capstan_equation() {
         assert!(error.abs() < 2e-3, "friction {friction}: {pull} {exact}");
     }
 }
+
+/// A stiffer rod fed 20 mm round the bend.
+fn fed(spacing_m: f64, step_s: f64) -> Vec<Sample> {
+    let mut problem = bent_tube_problem(0.3);
+    problem.rod.sections[0].bending_n_m2 = 1e-5;
+    problem.rod.sections[0].torsion_n_m2 = 7e-6;
+    problem.rod.sections[0].axial_n = 30.0;
+    problem.tip_load = TipLoad::default();
+    problem.drag_n_s_per_m2 = 0.1;
+    problem.numerics = Numerics { spacing_m, step_s, ..problem.numerics };
+    let schedule = Schedule::starting_at(0.04, 0.0).then(1.6, 0.2, 0.0133, 0.0);
+    run(&problem, &schedule).unwrap().0
+}
+
+#[test]
+fn finer_meshes_and_steps_agree_ever_better() {
+    let forces = |spacing_m, step_s: f64| -> Vec<f64> {
+        // Every 4 ms, whatever the step.
+        let every = (4e-3 / step_s).round() as usize;
+        let samples = fed(spacing_m, step_s);
+        samples.iter().skip(every - 1).step_by(every).map(|s| s.drive_force_n).collect()
+    };
+    let finest = forces(0.5e-3, 1e-3);
+    let peak = finest.iter().fold(0.0, |peak: f64, f| peak.max(f.abs()));
+    let [coarse, fine] = [(2e-3, 4e-3), (1e-3, 2e-3)].map(|(spacing_m, step_s)| {
+        let squares = forces(spacing_m, step_s)
+            .iter()
+            .zip(&finest)
+            .map(|(a, b)| (a - b).powi(2))
+            .sum::<f64>();
+        (squares / finest.len() as f64).sqrt() / peak
+    });
+    println!("peak {:.2} mN; off by {coarse:.1e}, {fine:.1e} of it", 1e3 * peak);
+    assert!(peak > 3e-3, "{peak}");
+    assert!(fine < 0.005 && fine < 0.5 * coarse, "{coarse} {fine}");
+}
