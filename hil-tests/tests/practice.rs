@@ -67,3 +67,27 @@ fn the_practice_bundles_measured_forces_are_reproduced_where_they_are_there() {
         }
     }
 }
+
+/// A bundle made with bending 1.4 times as stiff as its `rig.toml` says.
+#[test]
+fn the_stiffer_instrument_s_gap_closes_when_its_effect_is_on() {
+    let path = Path::new(PRACTICE).join("tapered-stiffness");
+    if !path.is_dir() {
+        println!("{} is not on this machine", path.display());
+        return;
+    }
+    let bundle = Bundle::open(&path).unwrap_or_else(|error| panic!("{error}"));
+    let trial = bundle.trial(0).expect("a first trial");
+    let error_n = |factor: f32| {
+        let keys = ["shaft_factor", "tip_factor"];
+        let parameters = keys.map(|key| (format!("effects.instrument.stiffness.{key}"), factor));
+        let options = ImageOptions { parameters: parameters.into(), ..ImageOptions::default() };
+        let (image, _) = device_image(&bundle, &options).unwrap_or_else(|e| panic!("{e}"));
+        let compared = compare(&estimates(&image, trial), &measured(&bundle, trial));
+        compared.expect("measured forces").scored.rms_n
+    };
+    let (nominal, on, noise) = (error_n(1.0), error_n(1.4), 17.3e-3);
+    println!("force error {:.1} mN nominal, {:.1} mN with the effect", 1e3 * nominal, 1e3 * on);
+    // Squares, because the sensor's noise is in both.
+    assert!(on * on - noise * noise < 0.1 * (nominal * nominal - noise * noise));
+}
