@@ -33,37 +33,26 @@ impl<T: Real> Sym3<T> {
         self.zz += s;
     }
 
-    /// self += s v vᵀ
+    /// self += u vᵀ, of which the caller knows that it is symmetric.
     #[inline(always)]
-    pub fn add_outer(&mut self, s: T, v: &Vector3<T>) {
-        let w = v * s;
-        self.xx += w.x * v.x;
-        self.xy += w.x * v.y;
-        self.xz += w.x * v.z;
-        self.yy += w.y * v.y;
-        self.yz += w.y * v.z;
-        self.zz += w.z * v.z;
+    pub fn add_outer(&mut self, u: &Vector3<T>, v: &Vector3<T>) {
+        self.xx += u.x * v.x;
+        self.xy += u.x * v.y;
+        self.xz += u.x * v.z;
+        self.yy += u.y * v.y;
+        self.yz += u.y * v.z;
+        self.zz += u.z * v.z;
     }
 
-    /// self += s (u vᵀ + v uᵀ)
+    /// self −= u vᵀ, of which the caller knows that it is symmetric.
     #[inline(always)]
-    pub fn add_outer_pair(&mut self, s: T, u: &Vector3<T>, v: &Vector3<T>) {
-        let w = u * s;
-        self.xx += (w.x * v.x) + (w.x * v.x);
-        self.xy += (w.x * v.y) + (w.y * v.x);
-        self.xz += (w.x * v.z) + (w.z * v.x);
-        self.yy += (w.y * v.y) + (w.y * v.y);
-        self.yz += (w.y * v.z) + (w.z * v.y);
-        self.zz += (w.z * v.z) + (w.z * v.z);
-    }
-
-    /// self + s I + p v vᵀ
-    #[inline(always)]
-    pub fn plus_axial(&self, s: T, p: T, v: &Vector3<T>) -> Self {
-        let mut sum = *self;
-        sum.add_outer(p, v);
-        sum.add_identity(s);
-        sum
+    pub fn sub_outer(&mut self, u: &Vector3<T>, v: &Vector3<T>) {
+        self.xx -= u.x * v.x;
+        self.xy -= u.x * v.y;
+        self.xz -= u.x * v.z;
+        self.yy -= u.y * v.y;
+        self.yz -= u.y * v.z;
+        self.zz -= u.z * v.z;
     }
 
     #[inline(always)]
@@ -78,33 +67,30 @@ impl<T: Real> Sym3<T> {
     /// self −= X Yᵀ, of which the caller knows that it is symmetric.
     #[inline(always)]
     pub fn sub_product_transposed(&mut self, x: &Matrix3<T>, y: &Matrix3<T>) {
-        self.xx -= x.m11 * y.m11 + x.m12 * y.m12 + x.m13 * y.m13;
-        self.xy -= x.m11 * y.m21 + x.m12 * y.m22 + x.m13 * y.m23;
-        self.xz -= x.m11 * y.m31 + x.m12 * y.m32 + x.m13 * y.m33;
-        self.yy -= x.m21 * y.m21 + x.m22 * y.m22 + x.m23 * y.m23;
-        self.yz -= x.m21 * y.m31 + x.m22 * y.m32 + x.m23 * y.m33;
-        self.zz -= x.m31 * y.m31 + x.m32 * y.m32 + x.m33 * y.m33;
+        self.xx = self.xx - x.m11 * y.m11 - x.m12 * y.m12 - x.m13 * y.m13;
+        self.xy = self.xy - x.m11 * y.m21 - x.m12 * y.m22 - x.m13 * y.m23;
+        self.xz = self.xz - x.m11 * y.m31 - x.m12 * y.m32 - x.m13 * y.m33;
+        self.yy = self.yy - x.m21 * y.m21 - x.m22 * y.m22 - x.m23 * y.m23;
+        self.yz = self.yz - x.m21 * y.m31 - x.m22 * y.m32 - x.m23 * y.m33;
+        self.zz = self.zz - x.m31 * y.m31 - x.m32 * y.m32 - x.m33 * y.m33;
     }
 
-    /// self \[l\]ₓ
+    /// s self
     #[inline(always)]
-    pub fn mul_cross(&self, l: &Vector3<T>) -> Matrix3<T> {
-        let row = |x: T, y: T, z: T| (y * l.z - z * l.y, z * l.x - x * l.z, x * l.y - y * l.x);
-        let (a, b, c) = row(self.xx, self.xy, self.xz);
-        let (d, e, f) = row(self.xy, self.yy, self.yz);
-        let (g, h, i) = row(self.xz, self.yz, self.zz);
-        Matrix3::new(a, b, c, d, e, f, g, h, i)
+    pub fn scaled(&self, s: T) -> Matrix3<T> {
+        let (xy, xz, yz) = (s * self.xy, s * self.xz, s * self.yz);
+        Matrix3::new(s * self.xx, xy, xz, xy, s * self.yy, yz, xz, yz, s * self.zz)
     }
 
     /// self += \[l\]ₓ X + (\[l\]ₓ Y)ᵀ, of which the caller knows that it is symmetric.
     #[inline(always)]
     pub fn add_cross_products(&mut self, l: &Vector3<T>, x: &Matrix3<T>, y: &Matrix3<T>) {
-        self.xx += (l.y * x.m31 - l.z * x.m21) + (l.y * y.m31 - l.z * y.m21);
-        self.xy += (l.y * x.m32 - l.z * x.m22) + (l.z * y.m11 - l.x * y.m31);
-        self.xz += (l.y * x.m33 - l.z * x.m23) + (l.x * y.m21 - l.y * y.m11);
-        self.yy += (l.z * x.m12 - l.x * x.m32) + (l.z * y.m12 - l.x * y.m32);
-        self.yz += (l.z * x.m13 - l.x * x.m33) + (l.x * y.m22 - l.y * y.m12);
-        self.zz += (l.x * x.m23 - l.y * x.m13) + (l.x * y.m23 - l.y * y.m13);
+        self.xx = self.xx + l.y * x.m31 - l.z * x.m21 + l.y * y.m31 - l.z * y.m21;
+        self.xy = self.xy + l.y * x.m32 - l.z * x.m22 + l.z * y.m11 - l.x * y.m31;
+        self.xz = self.xz + l.y * x.m33 - l.z * x.m23 + l.x * y.m21 - l.y * y.m11;
+        self.yy = self.yy + l.z * x.m12 - l.x * x.m32 + l.z * y.m12 - l.x * y.m32;
+        self.yz = self.yz + l.z * x.m13 - l.x * x.m33 + l.x * y.m22 - l.y * y.m12;
+        self.zz = self.zz + l.x * x.m23 - l.y * x.m13 + l.x * y.m23 - l.y * y.m13;
     }
 }
 
@@ -192,31 +178,104 @@ pub(crate) fn mul_transposed<T: Real>(m: &Matrix3<T>, v: &Vector3<T>) -> Vector3
     )
 }
 
-/// M += s u vᵀ
+// Sums that begin with what is added to: each product is one multiply-accumulate, which on
+// the device is one instruction (and rounds twice).
+
+/// u + M v
 #[inline(always)]
-pub(crate) fn add_outer<T: Real>(m: &mut Matrix3<T>, s: T, u: &Vector3<T>, v: &Vector3<T>) {
-    let w = u * s;
-    m.m11 += w.x * v.x;
-    m.m12 += w.x * v.y;
-    m.m13 += w.x * v.z;
-    m.m21 += w.y * v.x;
-    m.m22 += w.y * v.y;
-    m.m23 += w.y * v.z;
-    m.m31 += w.z * v.x;
-    m.m32 += w.z * v.y;
-    m.m33 += w.z * v.z;
+pub(crate) fn plus_mul<T: Real>(u: &Vector3<T>, m: &Matrix3<T>, v: &Vector3<T>) -> Vector3<T> {
+    Vector3::new(
+        u.x + m.m11 * v.x + m.m12 * v.y + m.m13 * v.z,
+        u.y + m.m21 * v.x + m.m22 * v.y + m.m23 * v.z,
+        u.z + m.m31 * v.x + m.m32 * v.y + m.m33 * v.z,
+    )
 }
 
-/// M += s \[v\]ₓ
+/// u − M v
 #[inline(always)]
-pub(crate) fn add_cross<T: Real>(m: &mut Matrix3<T>, s: T, v: &Vector3<T>) {
-    let (x, y, z) = (s * v.x, s * v.y, s * v.z);
-    m.m12 -= z;
-    m.m13 += y;
-    m.m21 += z;
-    m.m23 -= x;
-    m.m31 -= y;
-    m.m32 += x;
+pub(crate) fn minus_mul<T: Real>(u: &Vector3<T>, m: &Matrix3<T>, v: &Vector3<T>) -> Vector3<T> {
+    Vector3::new(
+        u.x - m.m11 * v.x - m.m12 * v.y - m.m13 * v.z,
+        u.y - m.m21 * v.x - m.m22 * v.y - m.m23 * v.z,
+        u.z - m.m31 * v.x - m.m32 * v.y - m.m33 * v.z,
+    )
+}
+
+/// u − Mᵀ v
+#[inline(always)]
+pub(crate) fn minus_mul_transposed<T: Real>(
+    u: &Vector3<T>,
+    m: &Matrix3<T>,
+    v: &Vector3<T>,
+) -> Vector3<T> {
+    Vector3::new(
+        u.x - m.m11 * v.x - m.m21 * v.y - m.m31 * v.z,
+        u.y - m.m12 * v.x - m.m22 * v.y - m.m32 * v.z,
+        u.z - m.m13 * v.x - m.m23 * v.y - m.m33 * v.z,
+    )
+}
+
+/// u + a × b
+#[inline(always)]
+pub(crate) fn plus_cross<T: Real>(u: &Vector3<T>, a: &Vector3<T>, b: &Vector3<T>) -> Vector3<T> {
+    Vector3::new(
+        u.x + a.y * b.z - a.z * b.y,
+        u.y + a.z * b.x - a.x * b.z,
+        u.z + a.x * b.y - a.y * b.x,
+    )
+}
+
+/// M += u vᵀ
+#[inline(always)]
+pub(crate) fn add_outer<T: Real>(m: &mut Matrix3<T>, u: &Vector3<T>, v: &Vector3<T>) {
+    m.m11 += u.x * v.x;
+    m.m12 += u.x * v.y;
+    m.m13 += u.x * v.z;
+    m.m21 += u.y * v.x;
+    m.m22 += u.y * v.y;
+    m.m23 += u.y * v.z;
+    m.m31 += u.z * v.x;
+    m.m32 += u.z * v.y;
+    m.m33 += u.z * v.z;
+}
+
+/// M −= u vᵀ
+#[inline(always)]
+pub(crate) fn sub_outer<T: Real>(m: &mut Matrix3<T>, u: &Vector3<T>, v: &Vector3<T>) {
+    m.m11 -= u.x * v.x;
+    m.m12 -= u.x * v.y;
+    m.m13 -= u.x * v.z;
+    m.m21 -= u.y * v.x;
+    m.m22 -= u.y * v.y;
+    m.m23 -= u.y * v.z;
+    m.m31 -= u.z * v.x;
+    m.m32 -= u.z * v.y;
+    m.m33 -= u.z * v.z;
+}
+
+/// M −= \[v\]ₓ
+#[inline(always)]
+pub(crate) fn sub_cross<T: Real>(m: &mut Matrix3<T>, v: &Vector3<T>) {
+    m.m12 += v.z;
+    m.m13 -= v.y;
+    m.m21 -= v.z;
+    m.m23 += v.x;
+    m.m31 += v.y;
+    m.m32 -= v.x;
+}
+
+/// M −= A \[l\]ₓ
+#[inline(always)]
+pub(crate) fn sub_product_cross<T: Real>(m: &mut Matrix3<T>, a: &Sym3<T>, l: &Vector3<T>) {
+    m.m11 = m.m11 - a.xy * l.z + a.xz * l.y;
+    m.m12 = m.m12 - a.xz * l.x + a.xx * l.z;
+    m.m13 = m.m13 - a.xx * l.y + a.xy * l.x;
+    m.m21 = m.m21 - a.yy * l.z + a.yz * l.y;
+    m.m22 = m.m22 - a.yz * l.x + a.xy * l.z;
+    m.m23 = m.m23 - a.xy * l.y + a.yy * l.x;
+    m.m31 = m.m31 - a.yz * l.z + a.zz * l.y;
+    m.m32 = m.m32 - a.zz * l.x + a.xz * l.z;
+    m.m33 = m.m33 - a.xz * l.y + a.yz * l.x;
 }
 
 #[inline(always)]
@@ -275,8 +334,8 @@ impl<T: Real> Rotation<T> {
     /// one the turn stays below π, whatever a solve asks for.
     #[inline(always)]
     pub fn turned(&self, half: &Vector3<T>) -> Self {
-        let w = self.w - dot(half, &self.v);
-        let v = self.v + half * self.w + cross(half, &self.v);
+        let w = self.w - half.x * self.v.x - half.y * self.v.y - half.z * self.v.z;
+        let v = plus_cross(&(self.v + half * self.w), half, &self.v);
         Self { w, v }.normalised()
     }
 
@@ -284,27 +343,6 @@ impl<T: Real> Rotation<T> {
     pub fn normalised(&self) -> Self {
         let s = T::one() / (self.w * self.w + dot(&self.v, &self.v)).root();
         Self { w: self.w * s, v: self.v * s }
-    }
-
-    /// conj(self) · other
-    #[inline(always)]
-    pub fn to(&self, other: &Self) -> Self {
-        Self {
-            w: self.w * other.w + dot(&self.v, &other.v),
-            v: other.v * self.w - self.v * other.w - cross(&self.v, &other.v),
-        }
-    }
-
-    /// The rotation halfway between two that are less than a turn apart.
-    #[inline(always)]
-    pub fn midway(&self, other: &Self) -> Self {
-        let same = self.w * other.w + dot(&self.v, &other.v) >= T::zero();
-        let sum = if same {
-            Self { w: self.w + other.w, v: self.v + other.v }
-        } else {
-            Self { w: self.w - other.w, v: self.v - other.v }
-        };
-        sum.normalised()
     }
 
     /// R v
@@ -325,20 +363,54 @@ impl<T: Real> Rotation<T> {
             T::one() - two * (self.v.x * self.v.x + self.v.y * self.v.y),
         )
     }
+}
 
-    /// Rotation vector, for angles well below π.     2 asin(|v|)/|v| · v     docs/model.md (4)
+/// The way from one rotation to another, less than half a turn.
+pub(crate) struct Bend<T: Real> {
+    /// Rotation vector, material axes \[rad\].
+    pub angle: Vector3<T>,
+    /// The rotation halfway, as a quaternion of no particular norm.
+    w: T,
+    v: Vector3<T>,
+    /// 2 over that norm's square.
+    scale: T,
+}
+
+impl<T: Real> Bend<T> {
+    /// q = log(nearᵀ far) = 4 atan(|m|)/|m| m, with m = v/(1 + w) of the quaternion between
+    /// them.     docs/model.md (4)
     ///
-    /// The series is exact to f32 up to 0.7 rad, to 1 % at 2 rad, and finite everywhere.
+    /// The series is exact to f32 up to 0.7 rad, to 0.1 % at 2 rad, and bounded by π.
     #[inline(always)]
-    pub fn log(&self) -> Vector3<T> {
-        let s = dot(&self.v, &self.v);
-        let c = |x: f64| T::lit(x);
-        let series = c(2.0)
-            + s * (c(1.0 / 3.0)
-                + s * (c(3.0 / 20.0)
-                    + s * (c(5.0 / 56.0) + s * (c(35.0 / 576.0) + s * c(63.0 / 1408.0)))));
+    pub fn between(near: &Rotation<T>, far: &Rotation<T>) -> Self {
+        let w = near.w * far.w + dot(&near.v, &far.v);
+        let v = plus_cross(&(far.v * near.w - near.v * far.w), &far.v, &near.v);
         // q and −q are the same rotation: the short way is meant.
-        self.v * if self.w < T::zero() { -series } else { series }
+        let sign = if w < T::zero() { -T::one() } else { T::one() };
+        // The sum of two unit quaternions has the norm's square 2 + 2 |w|.
+        let scale = T::one() / (T::one() + sign * w);
+        let m = v * (sign * scale);
+        let s = dot(&m, &m);
+        let c = |x: f64| T::lit(x);
+        let series = c(4.0) - s * (c(4.0 / 3.0) - s * (c(4.0 / 5.0) - s * c(4.0 / 7.0)));
+        Self { angle: m * series, w: near.w + sign * far.w, v: near.v + far.v * sign, scale }
+    }
+
+    /// R_mid x
+    #[inline(always)]
+    pub fn rotate_midway(&self, x: &Vector3<T>) -> Vector3<T> {
+        x + cross(&self.v, &plus_cross(&(x * self.w), &self.v, x)) * self.scale
+    }
+
+    /// R_mid e_z
+    #[inline(always)]
+    pub fn midway_tangent(&self) -> Vector3<T> {
+        let Self { w, v, scale, .. } = self;
+        Vector3::new(
+            *scale * (v.x * v.z + *w * v.y),
+            *scale * (v.y * v.z - *w * v.x),
+            T::one() - *scale * (v.x * v.x + v.y * v.y),
+        )
     }
 }
 
@@ -354,9 +426,10 @@ mod tests {
             let lever = Vector3::new(0.6, -0.48, 0.64);
             let (mut a, mut c) = (Sym3::zero(), Sym3::zero());
             a.add_identity(wall);
-            let b = -a.mul_cross(&lever);
+            let mut b = Matrix3::zeros();
+            sub_product_cross(&mut b, &a, &lever);
             c.add_identity(wall);
-            c.add_outer(-wall, &lever);
+            c.sub_outer(&(lever * wall), &lever);
             c.add_identity(1.0);
             let factors = Factors::new(&c, 1.0);
             let z = factors.forward([0, 1, 2].map(|i| b.column(i).into_owned()));

@@ -1,5 +1,6 @@
 //! Energies of the instrument: what a test of boundedness looks at.
 
+use crate::algebra::Bend;
 use crate::feed::SHORTEST_BASE;
 use crate::model::maximum;
 use crate::{Model, Real, State};
@@ -23,7 +24,7 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
     pub fn elastic_energy_j(&self, model: &Model<T, LINKS>) -> T {
         let h = model.description().solver.link_length_m;
         let half = T::lit(0.5);
-        let (mut sum, mut proximal) = (T::zero(), self.guide);
+        let (mut sum, mut proximal) = (T::zero(), self.guide.rotation);
         for j in (0..self.count.min(LINKS)).rev() {
             let length = self.length_m(model, j);
             let (link, joint) = (&self.links[j], &model.joints[j]);
@@ -32,12 +33,13 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
             } else {
                 half * (length + self.length_m(model, j + 1))
             };
-            let strain = proximal.to(&link.rotation).log() - joint.unloaded * (cell / h);
+            let strain =
+                Bend::between(&proximal, &link.rotation).angle - joint.unloaded * (cell / h);
             let bend = strain.x * strain.x + strain.y * strain.y;
             let turn = joint.bending * bend + joint.torsion * strain.z * strain.z;
             let elastic_length = maximum(length, h * T::lit(SHORTEST_BASE));
             let stretch = length * link.strain;
-            let pull = model.links[j].axial * (h / elastic_length) * stretch * stretch;
+            let pull = model.links[j].axial / elastic_length * stretch * stretch;
             sum += half * (turn * (h / cell) + pull);
             proximal = link.rotation;
         }

@@ -3,7 +3,7 @@
 
 use nalgebra::Vector3;
 
-use crate::algebra::dot;
+use crate::algebra::{Bend, dot};
 use crate::model::{maximum, minimum};
 use crate::state::{LinkState, State};
 use crate::{Drive, Model, Real};
@@ -24,18 +24,15 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
 
     /// Keeps every joint's curvature at the start of a step, for viscous bending.
     pub(crate) fn remember_curvature(&mut self, model: &Model<T, LINKS>) {
-        let mut far = self.guide;
-        let mut distal_length = T::zero();
-        for j in 0..self.count.min(LINKS) {
-            let length = self.length_m(model, j);
+        let mut near = self.guide.rotation;
+        let mut cell = self.guide_cell_m(model);
+        for j in (0..self.count.min(LINKS)).rev() {
             let link = &mut self.links[j];
-            if j > 0 {
-                let per_cell = T::one() / ((length + distal_length) * T::lit(0.5));
-                link.curvature = link.rotation.to(&far).log() * per_cell;
-            }
-            (far, distal_length) = (link.rotation, length);
+            link.curvature = Bend::between(&near, &link.rotation).angle * (T::one() / cell);
+            near = link.rotation;
+            cell =
+                (self.length_m(model, j) + model.description().solver.link_length_m) * T::lit(0.5);
         }
-        self.guide_curvature = self.guide.to(&far).log() * (T::one() / self.guide_cell_m(model));
     }
 
     /// Moves the drive to `target`, within what the links can reach.     docs/model.md (2)
@@ -47,7 +44,8 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
         let insertion = minimum(maximum(target.insertion_m, T::zero()), model.reach_m());
         self.fed_m = insertion - self.drive.insertion_m;
         self.drive = Drive { insertion_m: insertion, rotation_rad: target.rotation_rad };
-        self.guide = model.guide_turned(target.rotation_rad + self.effects.wound_rad);
+        self.guide.rotation = model.guide_turned(target.rotation_rad + self.effects.wound_rad);
+        self.guide.tangent = self.guide.rotation.tangent();
         let full = T::int(self.count.saturating_sub(1) as i32) * h;
         self.base_length_m = insertion - full;
         let longest = h * T::lit(1.0 + SHORTEST_BASE);
@@ -72,14 +70,12 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
         let strain = self.count.checked_sub(1).map_or(T::zero(), |base| self.links[base].strain);
         if let Some(link) = self.links.get_mut(self.count) {
             *link = LinkState {
-                rotation: self.guide,
-                tangent: self.guide.tangent(),
+                rotation: self.guide.rotation,
+                tangent: self.guide.tangent,
                 strain,
-                curvature: self.guide_curvature,
                 position: self.effects.mouth,
                 ..LinkState::new()
             };
-            self.guide_curvature = Vector3::zeros();
             self.count += 1;
         }
     }

@@ -13,12 +13,15 @@ mod description;
 pub mod effects;
 mod energy;
 mod feed;
+mod joint;
 mod lumen;
 mod model;
 mod parameters;
+mod proximity;
 mod state;
 mod step;
 mod sweep;
+mod wrench;
 
 pub use cathforce_scalar::Real;
 pub use description::*;

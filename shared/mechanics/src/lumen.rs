@@ -93,21 +93,28 @@ impl LumenHeader {
 /// The wall as seen from one point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WallSample<T: Real> {
-    /// Signed distance to the wall \[m\], positive inside the lumen.
+    /// Signed distance to the wall \[m\], positive inside the lumen; ± 1 where no wall is stored.
     pub distance_m: T,
-    /// Unit normal into the lumen; zero where the wall is too far away to be stored.
+    /// Unit normal into the lumen; zero where no wall is stored.
     pub normal: Vector3<T>,
-    /// Stiffness code of the wall, see [`NOMINAL_WALL`].
-    pub stiffness: u8,
+    /// The wall's stiffness over the nominal one; 0 where no wall is stored.
+    pub stiffness: T,
 }
 
 /// A lumen read in place from the bytes of a device image.
 #[derive(Clone, Copy, Debug)]
 pub struct Lumen<'a> {
     header: LumenHeader,
-    /// Cells per metre.
-    inverse_cell: f32,
-    /// Half a cell per unit of a stored normal \[m\].
+    /// Length of a [`Place`] \[m\], and one over it.
+    place: f32,
+    places_per_m: f32,
+    /// The last one along x, y, z.
+    last_place: [i32; 3],
+    /// Directory entries from a brick to the next one along y, z.
+    strides: [usize; 2],
+    /// Metres per unit of a blended distance.
+    distance_unit: f32,
+    /// Half a cell per unit of a blended normal \[m\].
     half_cell: f32,
     directory: &'a [[u8; 2]],
     bricks: &'a [[[u8; NODE_BYTES]; BRICK_NODES]],
@@ -132,8 +139,20 @@ impl<'a> Lumen<'a> {
                 return Err(LumenError::Directory { entry, brick });
             }
         }
-        let (inverse_cell, half_cell) = (1.0 / header.cell_m, 0.5 * header.cell_m / 127.0);
-        Ok(Self { header, inverse_cell, half_cell, directory, bricks })
+        let unit = PLACE_UNIT as f32;
+        let [nx, ny, _] = header.bricks.map(usize::from);
+        let places = |bricks: u16| i32::from(bricks) * ((BRICK_CELLS as i32) << PLACE_BITS);
+        Ok(Self {
+            header,
+            place: header.cell_m * unit,
+            places_per_m: 1.0 / (header.cell_m * unit),
+            last_place: header.bricks.map(|bricks| places(bricks) - 1),
+            strides: [nx, nx * ny],
+            distance_unit: header.distance_unit_m * unit,
+            half_cell: 0.5 * header.cell_m / 127.0 * unit,
+            directory,
+            bricks,
+        })
     }
 
     /// What the byte arrays mean.
@@ -146,92 +165,158 @@ impl<'a> Lumen<'a> {
     /// Distance by third-order interpolation: the trilinear interpolant d̂ of the stored
     /// distances is too large, and the blend of their tangent planes too small, by the same
     /// ½ Σ ∂²d/∂xₐ² uₐ(1 − uₐ) h²; their mean cancels it. The normal is the blend of the
-    /// stored ones, normalised. Total on any input; never panics.
-    #[inline]
+    /// stored ones, normalised. Between two
+    /// places, and beyond the grid, the distance follows the normal.
+    ///
+    /// Total on any input, never panics, and does the same work whatever it finds. Stored
+    /// integers are blended as integers, by weights in units of 2⁻¹⁵.
+    #[inline(always)]
     pub fn sample<T: Real>(&self, point: &Vector3<T>) -> WallSample<T> {
-        let h = &self.header;
-        let inverse_cell = T::lit(f64::from(self.inverse_cell));
-        let axis = |x: T, origin: f32, bricks: u16| {
-            let grid = (x - T::lit(f64::from(origin))) * inverse_cell;
-            let cells = i32::from(bricks) * BRICK_CELLS as i32;
-            let cell = grid.floor_int().clamp(0, cells - 1);
-            let inside = grid - T::int(cell);
-            (cell as usize, inside)
-        };
-        let (i, u) = axis(point.x, h.origin_m[0], h.bricks[0]);
-        let (j, v) = axis(point.y, h.origin_m[1], h.bricks[1]);
-        let (k, w) = axis(point.z, h.origin_m[2], h.bricks[2]);
-        let [nx, ny, _] = h.bricks.map(usize::from);
-        let entry = i / BRICK_CELLS + nx * (j / BRICK_CELLS + ny * (k / BRICK_CELLS));
+        let [x, y, z] = [0, 1, 2].map(|i| self.place(point[i], i));
+        let [along_y, along_z] = self.strides;
+        let entry = x.brick + along_y * y.brick + along_z * z.brick;
         let index = self.directory.get(entry).map_or(OUTSIDE, |&b| u16::from_le_bytes(b));
-        let Some(brick) = self.bricks.get(usize::from(index)) else {
-            return if index == FREE { WallSample::free() } else { WallSample::outside() };
+        let first = x.cell + BRICK_EDGE * (y.cell + BRICK_EDGE * z.cell);
+        let brick = self.bricks.get(usize::from(index));
+        let stored = brick.and_then(|b| b.get(first..)).and_then(|b| b.first_chunk());
+        let (cell, presence, away) = match stored {
+            Some(cell) => (cell, T::one(), T::zero()),
+            None if index == FREE => (&NOTHING, T::zero(), T::one()),
+            None => (&NOTHING, T::zero(), -T::one()),
         };
-        let first =
-            i % BRICK_CELLS + BRICK_EDGE * (j % BRICK_CELLS + BRICK_EDGE * (k % BRICK_CELLS));
-        let mut stiffness = NOMINAL_WALL;
-        let mut edge = |offset: usize| {
-            // Two neighbours along x: their blend, and the slope of the normal's x.
-            let node = |n: usize| brick.get(first + n).copied().unwrap_or([0; NODE_BYTES]);
-            let (a, b) = (node(offset), node(offset + 1));
-            stiffness = a[5];
-            let distance =
-                |n: [u8; NODE_BYTES]| T::int(i32::from(i16::from_le_bytes([n[0], n[1]])));
-            let normal = |n: u8| T::int(i32::from(n as i8));
-            let blend = |p: T, q: T| p + u * (q - p);
-            let slope = normal(b[2]) - normal(a[2]);
-            Edge {
-                distance: blend(distance(a), distance(b)),
-                normal: Vector3::new(
-                    normal(a[2]) + u * slope,
-                    blend(normal(a[3]), normal(b[3])),
-                    blend(normal(a[4]), normal(b[4])),
-                ),
-                slope,
-            }
-        };
-        const Y: usize = BRICK_EDGE;
-        const Z: usize = BRICK_EDGE * BRICK_EDGE;
-        let (e00, e10, e01, e11) = (edge(0), edge(Y), edge(Z), edge(Y + Z));
-        let blend = |p: T, q: T, t: T| p + t * (q - p);
-        // Along y, then z; the slope of the normal's component along each axis comes along.
-        let low = e00.normal + (e10.normal - e00.normal) * v;
-        let high = e01.normal + (e11.normal - e01.normal) * v;
-        let normal = low + (high - low) * w;
-        let slope_x = blend(blend(e00.slope, e10.slope, v), blend(e01.slope, e11.slope, v), w);
-        let slope_y = blend(e10.normal.y - e00.normal.y, e11.normal.y - e01.normal.y, w);
-        let slope_z = high.z - low.z;
-        let distance =
-            blend(blend(e00.distance, e10.distance, v), blend(e01.distance, e11.distance, v), w);
+
+        let distance = |node: usize| i32::from(i16::from_le_bytes([cell[node][0], cell[node][1]]));
+        let normal = |node: usize, axis: usize| i32::from(cell[node][2 + axis] as i8);
+        let code = |node: usize| i32::from(cell[node][5]);
+        // Over the faces across x, y and z.
+        let (across_x, across_y, across_z) = (weights(&y, &z), weights(&x, &z), weights(&x, &y));
+        let faces =
+            |low: i32, high: i32| Blend { low: T::int(low), rise: T::int(high) - T::int(low) };
+        let d = faces(across_x.sum(X0, distance), across_x.sum(X1, distance));
+        let n_x = faces(across_x.sum(X0, |i| normal(i, 0)), across_x.sum(X1, |i| normal(i, 0)));
+        let n_y = faces(across_y.sum(Y0, |i| normal(i, 1)), across_y.sum(Y1, |i| normal(i, 1)));
+        let n_z = faces(across_z.sum(Z0, |i| normal(i, 2)), across_z.sum(Z1, |i| normal(i, 2)));
+        let (low, high) = (across_x.sum(X0, code), across_x.sum(X1, code));
+        let code = low + ((((high - low) >> 8) * x.within) >> (PLACE_BITS - 8));
+
+        let [u, v, w] = [&x, &y, &z].map(|at| T::int(at.within) * T::lit(PLACE_UNIT));
         let one = T::one();
-        let bend = u * (one - u) * slope_x + v * (one - v) * slope_y + w * (one - w) * slope_z;
-        let half_cell = T::lit(f64::from(self.half_cell));
+        let bend = u * (one - u) * n_x.rise + v * (one - v) * n_y.rise + w * (one - w) * n_z.rise;
+        let distance = d.at(u) * T::lit(f64::from(self.distance_unit))
+            - bend * T::lit(f64::from(self.half_cell));
+        let normal = Vector3::new(n_x.at(u), n_y.at(v), n_z.at(w));
         let length = (normal.x * normal.x + normal.y * normal.y + normal.z * normal.z).root();
-        let floor = T::lit(1e-3);
-        let scale = one / if length > floor { length } else { floor };
+        let floor = T::lit(1e-3 / PLACE_UNIT);
+        let normal = normal * (one / if length > floor { length } else { floor });
+        let rest = normal.x * x.rest + normal.y * y.rest + normal.z * z.rest;
         WallSample {
-            distance_m: distance * T::lit(f64::from(h.distance_unit_m)) - half_cell * bend,
-            normal: normal * scale,
-            stiffness,
+            distance_m: away + distance + rest * T::lit(f64::from(self.place)),
+            normal,
+            stiffness: presence * stiffness(code),
+        }
+    }
+
+    /// Where a coordinate lies on the grid.
+    #[inline(always)]
+    fn place<T: Real>(&self, coordinate: T, axis: usize) -> Place<T> {
+        let from_origin = coordinate - T::lit(f64::from(self.header.origin_m[axis]));
+        let exact = from_origin * T::lit(f64::from(self.places_per_m));
+        let place = exact.truncated().max(0).min(self.last_place[axis]);
+        let cell = (place >> PLACE_BITS) as usize;
+        Place {
+            brick: cell / BRICK_CELLS,
+            cell: cell % BRICK_CELLS,
+            within: place & ((1 << PLACE_BITS) - 1),
+            rest: exact - T::int(place),
         }
     }
 }
 
-/// Two grid nodes blended along x.
-struct Edge<T: Real> {
-    distance: T,
-    normal: Vector3<T>,
-    slope: T,
+/// Places along a cell, as a power of two: 2⁻¹⁵ of a millimetre is what f32 resolves anyway.
+const PLACE_BITS: u32 = 15;
+const PLACE_UNIT: f64 = 1.0 / (1 << PLACE_BITS) as f64;
+
+/// Where a coordinate lies on the grid, cut off to a place.
+struct Place<T> {
+    brick: usize,
+    /// Within the brick.
+    cell: usize,
+    /// Within the cell \[2⁻¹⁵\].
+    within: i32,
+    /// Beyond it \[places\]; large beyond the grid.
+    rest: T,
 }
 
-impl<T: Real> WallSample<T> {
-    /// Farther from the wall than any instrument can touch.
-    fn free() -> Self {
-        Self { distance_m: T::one(), normal: Vector3::zeros(), stiffness: NOMINAL_WALL }
-    }
+/// From the first to the last node of a cell in the order of a brick's nodes.
+const CELL_SPAN: usize = 2 + BRICK_EDGE + BRICK_EDGE * BRICK_EDGE;
+/// What is read where no brick is stored.
+const NOTHING: [[u8; NODE_BYTES]; CELL_SPAN] = [[0; NODE_BYTES]; CELL_SPAN];
 
-    /// Outside the stored band: no normal is known, so no force can be given.
-    fn outside() -> Self {
-        Self { distance_m: -T::one(), normal: Vector3::zeros(), stiffness: NOMINAL_WALL }
+const X: usize = 1;
+const Y: usize = BRICK_EDGE;
+const Z: usize = BRICK_EDGE * BRICK_EDGE;
+// The four nodes of a cell's face: low and high across x, y, z.
+const X0: [usize; 4] = [0, Y, Z, Y + Z];
+const X1: [usize; 4] = [X, X + Y, X + Z, X + Y + Z];
+const Y0: [usize; 4] = [0, X, Z, X + Z];
+const Y1: [usize; 4] = [Y, X + Y, Y + Z, X + Y + Z];
+const Z0: [usize; 4] = [0, X, Y, X + Y];
+const Z1: [usize; 4] = [Z, X + Z, Y + Z, X + Y + Z];
+
+/// Bilinear weights of a face's nodes \[2⁻¹⁵\]; they sum to one.
+struct Weights([i32; 4]);
+
+#[inline(always)]
+fn weights<T: Real>(p: &Place<T>, q: &Place<T>) -> Weights {
+    let both = (p.within * q.within) >> PLACE_BITS;
+    let (p, q) = (p.within - both, q.within - both);
+    Weights([(1 << PLACE_BITS) - p - q - both, p, q, both])
+}
+
+impl Weights {
+    /// \[2⁻¹⁵\], below 2³¹ for values of 16 bits.
+    #[inline(always)]
+    fn sum(&self, face: [usize; 4], value: impl Fn(usize) -> i32) -> i32 {
+        let Self([a, b, c, d]) = self;
+        a * value(face[0]) + b * value(face[1]) + c * value(face[2]) + d * value(face[3])
     }
 }
+
+/// A value that goes from one face to the opposite one.
+struct Blend<T> {
+    low: T,
+    rise: T,
+}
+
+impl<T: Real> Blend<T> {
+    #[inline(always)]
+    fn at(&self, share: T) -> T {
+        self.low + share * self.rise
+    }
+}
+
+/// Stiffness scale of a code \[2⁻¹⁵\]: sixteen steps to a doubling, linear within a step.
+#[inline(always)]
+fn stiffness<T: Real>(code: i32) -> T {
+    let step = (code >> PLACE_BITS) as usize & 0xFF;
+    let share = T::int(code & ((1 << PLACE_BITS) - 1)) * T::lit(PLACE_UNIT);
+    let scale = T::lit(f64::from(STIFFNESS[step]));
+    scale + share * scale * T::lit(STEP - 1.0)
+}
+
+/// 2^(1/16)
+const STEP: f64 = 1.044_273_782_427_413_8;
+
+/// Stiffness scale by code.
+static STIFFNESS: [f32; 256] = {
+    let mut table = [1.0; 256];
+    let (mut steps, mut scale) = (0, 1.0);
+    while steps < 128 {
+        table[NOMINAL_WALL as usize + steps] = scale as f32;
+        table[NOMINAL_WALL as usize - steps] = (1.0 / scale) as f32;
+        steps += 1;
+        scale = if steps % 16 == 0 { (1 << (steps / 16)) as f64 } else { scale * STEP };
+    }
+    table[0] = 1.0 / 256.0;
+    table
+};

@@ -21,7 +21,7 @@ pub(crate) struct Joint<T: Real> {
 /// Properties of one link.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Link<T> {
-    /// Axial stiffness 1/∫ds/EA \[N/m\].
+    /// Mean axial stiffness h/∫ds/EA \[N\].
     pub axial: T,
     /// Mass \[kg\].
     pub mass: T,
@@ -72,7 +72,7 @@ impl<T: Real, const LINKS: usize> Model<T, LINKS> {
         });
         let links = core::array::from_fn(|j| {
             let piece = Compliance::between(instrument, at(j, 0.0), at(j, 1.0));
-            Link { axial: T::one() / piece.axial, mass: piece.mass }
+            Link { axial: h / piece.axial, mass: piece.mass }
         });
         let entry = &description.entry;
         let placement = Placement::of(&description);

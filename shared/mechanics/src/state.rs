@@ -2,9 +2,10 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::algebra::{Rotation, Sym3};
+use crate::algebra::Rotation;
 use crate::contact::{Memory, Touch};
 use crate::effects::memory::Memory as EffectMemory;
+use crate::proximity::Proximity;
 use crate::{MAX_LINKS, Model, Real};
 
 /// Where the drive is at the end of a tick.
@@ -55,8 +56,8 @@ pub(crate) struct LinkState<T: Real> {
     pub tangent: Vector3<T>,
     /// Filtered angular rate, the predictor's \[rad/s\].
     pub rate: Vector3<T>,
-    /// Curvature and twist of joint j (between this link and the next one towards the tip)
-    /// when the step began, material axes \[rad/m\]; kept for viscous bending only.
+    /// Curvature and twist of joint j + 1 (at the proximal end) when the step began, material
+    /// axes \[rad/m\]; kept for viscous bending only.
     pub curvature: Vector3<T>,
     /// Axial strain \[1\].
     pub strain: T,
@@ -96,22 +97,17 @@ impl<T: Real> LinkState<T> {
 /// What the sweep from tip to base leaves for the way back, link by link.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Elimination<T: Real> {
-    /// D⁻¹ of the joint at node j + 1.
-    pub inverse: Sym3<T>,
-    /// B before that joint.
-    pub coupling: Matrix3<T>,
-    /// r of that joint.
-    pub residual: Vector3<T>,
-    /// Its bending stiffness, and torsional less bending \[N·m/rad\], about `axis`.
-    pub bending: T,
-    pub twisting: T,
-    pub axis: Vector3<T>,
+    /// The link's rotation: δφ = w − Yᵀ δx + P δφ, of the point at joint j + 1 and of the link
+    /// beyond it.     docs/model.md (17)
+    pub turn: Vector3<T>,
+    pub by_displacement: Matrix3<T>,
+    pub by_turn: Matrix3<T>,
     /// The link's stretch: (gain − pull·y − turn·δφ).     docs/model.md (6)
     pub stretch_gain: T,
     pub stretch_pull: Vector3<T>,
     pub stretch_turn: Vector3<T>,
-    /// l, at the predicted state \[m\].
-    pub lever: Vector3<T>,
+    /// The wall at the node and at the middle of the link, and the contact with it.
+    pub seen: [Proximity<T>; 2],
     pub touches: [Touch<T>; 2],
 }
 
@@ -119,16 +115,13 @@ impl<T: Real> Elimination<T> {
     fn new() -> Self {
         let (o, v) = (T::zero(), Vector3::zeros());
         Self {
-            inverse: Sym3::zero(),
-            coupling: Matrix3::zeros(),
-            residual: v,
-            bending: o,
-            twisting: o,
-            axis: v,
+            turn: v,
+            by_displacement: Matrix3::zeros(),
+            by_turn: Matrix3::zeros(),
             stretch_gain: o,
             stretch_pull: v,
             stretch_turn: v,
-            lever: v,
+            seen: [Proximity::none(); 2],
             touches: [Touch::none(); 2],
         }
     }
@@ -144,9 +137,10 @@ pub struct State<T: Real, const LINKS: usize = MAX_LINKS> {
     pub(crate) base_length_m: T,
     /// Feed of this step \[m\].
     pub(crate) fed_m: T,
-    pub(crate) guide: Rotation<T>,
-    /// The same of the guide's joint \[rad/m\].
-    pub(crate) guide_curvature: Vector3<T>,
+    /// The guide, as the link that the base link is joined to: it is turned, but never moves.
+    pub(crate) guide: LinkState<T>,
+    /// A point of the instrument is beyond the stored wall: no force can be given there.
+    pub(crate) outside: bool,
     /// Quasi-static steps since the drive's position was reached.
     pub(crate) rested: u16,
     pub(crate) effects: EffectMemory<T>,
@@ -168,8 +162,8 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
             drive: Drive::default(),
             base_length_m: T::zero(),
             fed_m: T::zero(),
-            guide: Rotation::identity(),
-            guide_curvature: Vector3::zeros(),
+            guide: LinkState::new(),
+            outside: false,
             rested: 0,
             effects: EffectMemory::new(),
             links: [LinkState::new(); LINKS],
@@ -186,7 +180,7 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
             base_length_m,
             fed_m,
             guide,
-            guide_curvature,
+            outside,
             rested,
             effects,
             links,
@@ -196,8 +190,8 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
         *drive = Drive::default();
         *base_length_m = T::zero();
         *fed_m = T::zero();
-        *guide = Rotation::identity();
-        *guide_curvature = Vector3::zeros();
+        *guide = LinkState::new();
+        *outside = false;
         *rested = 0;
         *effects = EffectMemory::new();
         links.iter_mut().for_each(|link| *link = LinkState::new());

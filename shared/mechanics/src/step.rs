@@ -1,7 +1,7 @@
 //! One step: feed, predict, solve, report.
 
 use crate::algebra::dot;
-use crate::effects::acting::Nominal;
+use crate::effects::acting::{Law, Nominal};
 use crate::effects::memory::past_mouth;
 use crate::model::maximum;
 use crate::sweep::{Scheme, Totals, solve};
@@ -53,6 +53,7 @@ pub fn step_loaded<T: Real, const LINKS: usize>(
         friction: model.wall.friction_coefficient,
         drag_n_s_per_m2: solver.drag_n_s_per_m2,
         predictor_gain: solver.predictor_gain,
+        first: true,
         last: true,
     };
     let start = state.drive;
@@ -73,7 +74,7 @@ pub fn step_loaded<T: Real, const LINKS: usize>(
         state.predict(model, scheme.dt_s);
         let mut totals;
         for i in 1.. {
-            scheme.last = i >= solver.solves;
+            (scheme.first, scheme.last) = (i == 1, i >= solver.solves);
             totals = solve_acting(model, lumen, state, loads, &scheme);
             if scheme.last {
                 outputs = report(model, state, &totals);
@@ -116,6 +117,7 @@ pub fn settle_loaded<T: Real, const LINKS: usize>(
         friction: T::zero(),
         drag_n_s_per_m2: maximum(T::lit(first) / (steps_at_rest * steps_at_rest), T::lit(last)),
         predictor_gain: T::zero(),
+        first: true,
         last: true,
     };
     let most = T::lit(SETTLE_FEED_M);
@@ -154,14 +156,28 @@ fn solve_acting<T: Real, const LINKS: usize>(
     let (insertion_m, entry) = (state.drive.insertion_m, state.count.saturating_sub(1));
     let guide_cell_m = state.guide_cell_m(model);
     match state.effects.acting(model, insertion_m, entry, guide_cell_m, scheme.dt_s) {
-        None => solve(model, lumen, state, loads, scheme, &mut Nominal),
+        None => look_and_solve(model, lumen, state, loads, scheme, &mut Nominal),
         Some(mut acting) => {
-            let totals = solve(model, lumen, state, loads, scheme, &mut acting);
+            let totals = look_and_solve(model, lumen, state, loads, scheme, &mut acting);
             let torque_n_m = dot(&totals.moment_on_guide, &model.guide.tangent());
             state.effects.finish(&acting, torque_n_m);
             totals
         }
     }
+}
+
+fn look_and_solve<T: Real, L: Law<T>, const LINKS: usize>(
+    model: &Model<T, LINKS>,
+    lumen: &Lumen<'_>,
+    state: &mut State<T, LINKS>,
+    loads: &Loads<T>,
+    scheme: &Scheme<T>,
+    law: &mut L,
+) -> Totals<T> {
+    if scheme.first {
+        state.look(model, lumen, law);
+    }
+    solve(model, state, loads, scheme, law)
 }
 
 fn report<T: Real, const LINKS: usize>(
@@ -196,6 +212,6 @@ fn report<T: Real, const LINKS: usize>(
         peak_contact_force_n: peak.root(),
         peak_node,
         links: state.count as u16,
-        unresolved: totals.largest_turn_squared > limit || totals.outside || !finite,
+        unresolved: totals.largest_turn_squared > limit || state.outside || !finite,
     }
 }

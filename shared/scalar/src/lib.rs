@@ -18,7 +18,7 @@ pub trait Real: RealField + Copy + Default {
     fn root(self) -> Self;
     /// The nearest number to a constant of the source text.
     fn lit(value: f64) -> Self;
-    /// An integer of the wall's field; exact.
+    /// The nearest number to an integer.
     fn int(value: i32) -> Self;
     /// Nearest `f32`, for reports.
     fn to_f32(self) -> f32;
@@ -26,6 +26,8 @@ pub trait Real: RealField + Copy + Default {
     fn to_f64(self) -> f64;
     /// Largest integer not above `self`, saturating; 0 for NaN.
     fn floor_int(self) -> i32;
+    /// The integer next to `self` towards zero, saturating; 0 for NaN.
+    fn truncated(self) -> i32;
 }
 
 impl Real for f32 {
@@ -53,6 +55,10 @@ impl Real for f32 {
     fn floor_int(self) -> i32 {
         let truncated = self as i32;
         truncated.saturating_sub(i32::from(self < truncated as f32))
+    }
+    #[inline(always)]
+    fn truncated(self) -> i32 {
+        self as i32
     }
 }
 
@@ -82,6 +88,10 @@ impl Real for f64 {
         let truncated = self as i32;
         truncated.saturating_sub(i32::from(self < f64::from(truncated)))
     }
+    #[inline(always)]
+    fn truncated(self) -> i32 {
+        self as i32
+    }
 }
 
 /// `libm`'s square root is some hundred instructions on a Cortex-M; the FPU has one.
@@ -108,7 +118,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_floor_saturates_on_both_sides() {
+    fn integers_saturate_on_both_sides() {
         fn check<T: Real>() {
             for (x, floor) in [(-1.5, -2), (-2.0, -2), (0.0, 0), (1.5, 1)] {
                 assert_eq!(T::lit(x).floor_int(), floor);
@@ -117,6 +127,9 @@ mod tests {
                 assert_eq!(T::lit(x).floor_int(), floor);
             }
             assert_eq!(T::lit(f64::NAN).floor_int(), 0);
+            assert_eq!(T::lit(-1.5).truncated(), -1);
+            assert_eq!(T::lit(1e30).truncated(), i32::MAX);
+            assert_eq!(T::lit(f64::NAN).truncated(), 0);
         }
         check::<f32>();
         check::<f64>();

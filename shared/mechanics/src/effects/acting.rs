@@ -11,6 +11,9 @@ use crate::model::{Joint, maximum, minimum};
 
 /// What a solve asks at each place where an effect may act; by default nothing changes.
 pub(crate) trait Law<T: Real> {
+    /// The wall remembers what it has relaxed to.
+    const RELAXES: bool = false;
+
     /// Distance and normal of the wall seen from a point.
     #[inline(always)]
     fn wall(&self, _position: &Vector3<T>, distance_m: T, normal: Vector3<T>) -> (T, Vector3<T>) {
@@ -66,11 +69,17 @@ pub(crate) struct Acting<T: Real> {
 }
 
 impl<T: Real> Law<T> for Acting<T> {
+    const RELAXES: bool = true;
+
     fn wall(&self, position: &Vector3<T>, distance_m: T, normal: Vector3<T>) -> (T, Vector3<T>) {
         self.wall.narrowed(position, distance_m, normal)
     }
 
     fn indentation(&self, indented: T, slope: T, relaxed: T) -> (T, T, T) {
+        if slope <= T::zero() {
+            // A wall that is not touched is at rest, and does not pull.
+            return (T::zero(), T::zero(), T::zero());
+        }
         let (lasting, lasting_slope) = self.wall.stiffened(indented, slope);
         let (fading, fading_slope, relaxed) = self.wall.relaxing(indented, slope, relaxed);
         (lasting + fading, lasting_slope + fading_slope, relaxed)

@@ -1,0 +1,59 @@
+//! The elastic joints between links.
+
+use nalgebra::Vector3;
+
+use crate::Real;
+use crate::algebra::Bend;
+use crate::model::Joint;
+
+/// Moment and stiffness of a joint at the predicted state, world axes.
+pub(crate) struct JointLoad<T: Real> {
+    pub moment: Vector3<T>,
+    pub axis: Vector3<T>,
+    pub bending: T,
+    /// Torsional less bending stiffness.
+    pub twisting: T,
+}
+
+/// The arc that a joint stands for.
+pub(crate) struct Cell<T> {
+    /// Over the link length.
+    share: T,
+    /// Link length over it.
+    inverse_share: T,
+    /// 1 + τ/dt: damped over elastic stiffness.
+    stiffening: T,
+    /// Viscous bending per curvature at the step's start \[m\].
+    memory: T,
+}
+
+impl<T: Real> Cell<T> {
+    /// `damping` is τ/dt, the viscous time over the time of a step.
+    pub fn new(length: T, link_length: T, damping: T) -> Self {
+        Self {
+            share: length / link_length,
+            inverse_share: link_length / length,
+            stiffening: T::one() + damping,
+            memory: length * damping,
+        }
+    }
+}
+
+impl<T: Real> JointLoad<T> {
+    /// The moment that a joint exerts against its bend; `curvature` is what it was when the
+    /// step began.     docs/model.md (4)
+    #[inline(always)]
+    pub fn new(joint: &Joint<T>, cell: &Cell<T>, bend: &Bend<T>, curvature: &Vector3<T>) -> Self {
+        let kb = joint.bending * cell.inverse_share;
+        let kt = joint.torsion * cell.inverse_share;
+        let strain =
+            bend.angle * cell.stiffening - joint.unloaded * cell.share - curvature * cell.memory;
+        let moment = bend.rotate_midway(&Vector3::new(kb * strain.x, kb * strain.y, kt * strain.z));
+        Self {
+            moment,
+            axis: bend.midway_tangent(),
+            bending: kb * cell.stiffening,
+            twisting: (kt - kb) * cell.stiffening,
+        }
+    }
+}
