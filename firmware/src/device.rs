@@ -89,29 +89,39 @@ fn with<R>(f: impl FnOnce(&mut Core) -> R) -> R {
 /// The tick: called by the board's timer interrupt, the most urgent one there is.
 pub fn tick() {
     with(|core| {
-        let board = core.board;
-        let late = board.lateness();
-        let began = board.time();
-        let notice = (core.overruns >= 2).then_some(Notice::Overrun);
-        let number = core.ticker.ticks();
-        let frames = core.ticker.tick(core.active.as_ref().map(|a| &a.config), notice);
-        let armed = core.ticker.outputs().is_some_and(|outputs| outputs.mode == Mode::Armed);
-        board.enable_outputs(armed || !core.ticker.may_reconfigure());
-        for frame in frames {
-            if !bus::put(frame) {
-                core.carrier.count(Counter::QueueFull);
-            }
+        let late = core.board.lateness();
+        // Once after every reset of the counters: painting the stack takes its time.
+        if core.load.tick_stack_bytes == 0 {
+            core.load.tick_stack_bytes = stack::measure(|| core.tick(late));
+        } else {
+            core.tick(late);
         }
-        board.alive();
-        if core.ticker.lock_step() && core.ticker.granted() == 0 {
-            board.hold_ticks();
-            GRANT_USED.signal(());
-        }
-        core.account(number, late, board.time().wrapping_sub(began));
     });
 }
 
 impl Core {
+    /// One tick of the device, which began so many counts late.
+    fn tick(&mut self, late: u32) {
+        let board = self.board;
+        let began = board.time();
+        let notice = (self.overruns >= 2).then_some(Notice::Overrun);
+        let number = self.ticker.ticks();
+        let frames = self.ticker.tick(self.active.as_ref().map(|a| &a.config), notice);
+        let armed = self.ticker.outputs().is_some_and(|outputs| outputs.mode == Mode::Armed);
+        board.enable_outputs(armed || !self.ticker.may_reconfigure());
+        for frame in frames {
+            if !bus::put(frame) {
+                self.carrier.count(Counter::QueueFull);
+            }
+        }
+        board.alive();
+        if self.ticker.lock_step() && self.ticker.granted() == 0 {
+            board.hold_ticks();
+            GRANT_USED.signal(());
+        }
+        self.account(number, late, board.time().wrapping_sub(began));
+    }
+
     /// What the tick cost, and whether it was on time.
     fn account(&mut self, number: u32, late: u32, counts: u32) {
         let instructions = self.board.instructions(counts);

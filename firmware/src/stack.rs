@@ -7,6 +7,8 @@ const GUARD_BYTES: u32 = 256;
 const PAINT: u32 = 0xC0DE_CAFE;
 /// Left alone above the painter's own frame.
 const MARGIN_BYTES: u32 = 256;
+/// How deep [`measure`] looks: twice what a tick may take.
+const MEASURED_BYTES: u32 = 8192;
 
 unsafe extern "C" {
     /// The linker's: the lowest address of the stack, and the one past its highest.
@@ -24,23 +26,48 @@ fn top() -> u32 {
 
 /// Paints what is not in use yet. First thing in `main`, before interrupts.
 pub fn paint() {
-    let end = cortex_m::register::msp::read() - MARGIN_BYTES;
-    let mut address = bottom();
-    while address < end {
+    paint_between(bottom(), cortex_m::register::msp::read() - MARGIN_BYTES);
+}
+
+fn paint_between(low: u32, high: u32) {
+    let mut address = low;
+    while address < high {
         // SAFETY: inside the stack's region and below everything in use.
         unsafe { (address as *mut u32).write_volatile(PAINT) };
         address += 4;
     }
 }
 
-/// Bytes used at the deepest so far, and bytes there are.
-pub fn use_bytes() -> (u32, u32) {
-    let mut address = bottom();
+/// The lowest address from `low` on that is not painted.
+fn deepest(low: u32) -> u32 {
+    let mut address = low;
     // SAFETY: reads inside the stack's region.
     while address < top() && unsafe { (address as *const u32).read_volatile() } == PAINT {
         address += 4;
     }
-    (top() - address, top() - bottom())
+    address
+}
+
+/// Bytes used at the deepest so far, and bytes there are.
+pub fn use_bytes() -> (u32, u32) {
+    (top() - deepest(bottom()), top() - bottom())
+}
+
+/// Bytes of stack that `work` takes, up to [`MEASURED_BYTES`]. Only so many are painted: the
+/// whole stack would take longer than a tick.
+pub fn measure(work: impl FnOnce()) -> u32 {
+    let in_use = cortex_m::register::msp::read();
+    let low = bottom().max(in_use.saturating_sub(MEASURED_BYTES));
+    let before = deepest(low);
+    paint_between(low, in_use - MARGIN_BYTES);
+    work();
+    let used = in_use - deepest(low);
+    // What was the deepest stays it.
+    if before < in_use - MARGIN_BYTES {
+        // SAFETY: inside the stack's region and below everything in use.
+        unsafe { (before as *mut u32).write_volatile(!PAINT) };
+    }
+    used
 }
 
 /// The stack pointer has left the stack.

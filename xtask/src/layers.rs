@@ -46,7 +46,18 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ),
     ("cathforce-accuracy", &["cathforce-mechanics", "cathforce-rig", "cathforce-reference"]),
     ("cathforce", &LIBRARIES),
-    ("cathforce-bench", &["cathforce-mechanics", "cathforce-rig", "cathforce-reference"]),
+    (
+        "cathforce-bench",
+        &[
+            "cathforce-mechanics",
+            "cathforce-control",
+            "cathforce-bus",
+            "cathforce-rig",
+            "cathforce-link",
+            "cathforce-reference",
+            "cathforce-accuracy",
+        ],
+    ),
     ("cathforce-hil-tests", &LIBRARIES),
     ("xtask", &["cathforce-link"]),
 ];

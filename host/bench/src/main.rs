@@ -4,6 +4,7 @@
 #![forbid(unsafe_code)]
 
 mod clock;
+mod device;
 mod insertion;
 mod machine;
 mod throughput;
@@ -11,10 +12,13 @@ mod throughput;
 use std::path::PathBuf;
 
 use anyhow::Context;
+use cathforce_accuracy::Accuracy;
 use cathforce_mechanics::Lumen;
+use cathforce_rig::SolverDefaults;
 use clap::Parser;
 use serde::Serialize;
 
+use device::Device;
 use insertion::{INSERTION, Insertion, Peer, Score, Series};
 use machine::Machine;
 use throughput::Throughput;
@@ -35,7 +39,9 @@ struct Arguments {
 #[derive(Serialize)]
 struct Report {
     machine: Machine,
+    device: Device,
     host: Throughput,
+    accuracy: Accuracy,
     insertion: Insertion,
     /// RMS of the reference's force about its own moving mean: what no model can be without.
     reference_noise: f64,
@@ -54,8 +60,13 @@ struct Ours {
 
 fn main() -> anyhow::Result<()> {
     let arguments = Arguments::parse();
+    eprintln!("▶ the emulated board: a trial with one solve a tick, and with two");
+    let device = device::measure()?;
     eprintln!("▶ throughput of the host");
     let host = throughput::measure()?;
+    eprintln!("▶ accuracy of feeding, reversal and rotation");
+    let rows =
+        cathforce_accuracy::measure_all(&cathforce_accuracy::cases(), &SolverDefaults::default())?;
     eprintln!("▶ insertion: reference");
     let reference = insertion::reference(&INSERTION)?;
     let itself = Score::of(&reference, &reference).context("the reference touches nothing")?;
@@ -67,7 +78,9 @@ fn main() -> anyhow::Result<()> {
     };
     let report = Report {
         machine: Machine::this(),
+        device,
         host,
+        accuracy: Accuracy::of(&rows),
         insertion: INSERTION,
         reference_noise: itself.force_noise,
         cathforce,

@@ -124,6 +124,8 @@ pub struct Load {
     pub worst_cycles: u32,
     /// Number of the most expensive tick.
     pub worst_tick: u32,
+    /// Stack that the first tick since the counters were reset took \[bytes\].
+    pub tick_stack_bytes: u32,
     /// Deepest use of the stack so far \[bytes\].
     pub stack_used_bytes: u32,
     /// Size of the stack \[bytes\].
@@ -216,6 +218,7 @@ mod tests {
             worst_instructions: u32::MAX,
             worst_cycles: u32::MAX,
             worst_tick: u32::MAX,
+            tick_stack_bytes: u32::MAX,
             stack_used_bytes: u32::MAX,
             stack_size_bytes: u32::MAX,
         };

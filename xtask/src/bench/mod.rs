@@ -6,6 +6,7 @@ mod peers;
 use std::path::PathBuf;
 
 use anyhow::Context;
+use cathforce_link::qemu::FIRMWARE_VARIABLE;
 use serde_json::Value;
 
 use crate::figures::insert;
@@ -31,13 +32,14 @@ pub struct Arguments {
 /// fails changes neither.
 pub fn measure(arguments: &Arguments) -> anyhow::Result<()> {
     let here = std::env::current_dir()?;
-    setup::rust(arguments.consent)?;
+    let elf = setup::everything(arguments.consent)?;
     let python = match arguments.without_peers {
         true => None,
         false => Some(peers::python(arguments.consent)?),
     };
     run(&mut cargo(&["build", "--release", "--package", "cathforce-bench"]))?;
     let mut bench = command(target_folder().join("release/cathforce-bench"));
+    bench.env(FIRMWARE_VARIABLE, elf);
     bench.args(python.iter().flat_map(|python| ["--python".as_ref(), python.as_os_str()]));
     let report = answer(&mut bench)?;
     let page = page::benchmarks(&report)?;
