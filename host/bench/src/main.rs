@@ -14,7 +14,6 @@ use std::path::PathBuf;
 use anyhow::Context;
 use cathforce_accuracy::Accuracy;
 use cathforce_mechanics::Lumen;
-use cathforce_rig::SolverDefaults;
 use clap::Parser;
 use serde::Serialize;
 
@@ -65,8 +64,7 @@ fn main() -> anyhow::Result<()> {
     eprintln!("▶ throughput of the host");
     let host = throughput::measure()?;
     eprintln!("▶ accuracy of feeding, reversal and rotation");
-    let rows =
-        cathforce_accuracy::measure_all(&cathforce_accuracy::cases(), &SolverDefaults::default())?;
+    let rows = cathforce_accuracy::measure_all(&cathforce_accuracy::cases())?;
     eprintln!("▶ insertion: reference");
     let reference = insertion::reference(&INSERTION)?;
     let itself = Score::of(&reference, &reference).context("the reference touches nothing")?;
