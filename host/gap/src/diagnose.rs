@@ -16,6 +16,7 @@ use crate::report::{
     Details, Diagnosis, Estimate, FORMAT, Figures, Gap, HeldOut, NamedEffect, PathStep, Ranked,
     Reproduce, Series, Verdict,
 };
+use crate::sanity;
 use crate::score::{FoldKind, Folds, Score, root_mean_square};
 use crate::select::{Candidate, NO_GAP, Selection, Selector};
 
@@ -62,6 +63,10 @@ pub fn diagnose(plant: &dyn Plant, bundle: &str, progress: Progress<'_>) -> Diag
         answer.remark("the nominal model breaks down on these inputs".to_owned());
         return answer.inconclusive();
     };
+    if let Some(complaint) = sanity::complaint(&problem, &nominal) {
+        answer.remark(complaint);
+        return answer.inconclusive();
+    }
     let diagnosis = answer.finish(&problem, &selector, nominal);
     Diagnosis {
         details: Details { simulations: problem.simulations(), ..diagnosis.details.clone() },

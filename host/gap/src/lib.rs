@@ -7,6 +7,7 @@
 //! | --- | --- |
 //! | `floor` | what would be left if the model were perfect |
 //! | `problem`, `nuisance`, `fit` | the best parameters of one set of effects |
+//! | `sanity` | whether axes and units are the model's |
 //! | `score` | its error on data that the fit has not seen |
 //! | `select` | which effects the data support |
 //! | `metric`, `confuse`, `calibration` | what cannot be told apart, and how certain the rest is |
@@ -32,6 +33,7 @@ mod page;
 pub mod plant;
 mod problem;
 pub mod report;
+mod sanity;
 mod score;
 mod select;
 mod signal;

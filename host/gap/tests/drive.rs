@@ -195,10 +195,29 @@ fn a_jump_of_the_clock_is_said_and_left_out() {
     assert_eq!(names(&answer)[..1], ["drive.coulomb"], "{}", answer.sentence());
 }
 
+#[test]
+fn a_command_in_millinewtons_carries_no_verdict() {
+    let folder = bundle(&TWO, 0.0, 2.0, |_, _| 0.0);
+    for name in ["trials/000.csv", "trials/001.csv"] {
+        let file = folder.path().join(name);
+        let text = std::fs::read_to_string(&file).unwrap();
+        let scaled = text.lines().enumerate().map(|(i, line)| match line.rsplit_once(',') {
+            Some((rest, command)) if i > 0 => {
+                format!("{rest},{}\n", 1e3 * command.parse::<f64>().unwrap())
+            }
+            _ => format!("{line}\n"),
+        });
+        std::fs::write(&file, scaled.collect::<String>()).unwrap();
+    }
+    let answer = ask(folder.path());
+    assert_eq!(answer.verdict, Verdict::Unknown);
+    assert!(answer.effects.is_empty());
+    assert!(answer.remarks.iter().any(|remark| remark.contains("unit")), "{:?}", answer.remarks);
+}
+
 /// The measured axis, when it is there.
 fn measured() -> Option<PathBuf> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data/emps-drive");
-    let path = if path.exists() { path } else { PathBuf::from("/work/shared/data/emps-drive") };
     path.exists().then_some(path)
 }
 
