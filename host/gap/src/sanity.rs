@@ -58,7 +58,7 @@ fn units(forces: &Forces) -> Option<String> {
         return None;
     }
     let factor = (yy / ff).sqrt();
-    (factor > UNIT_FACTOR || factor < 1.0 / UNIT_FACTOR).then(|| {
+    (!(1.0 / UNIT_FACTOR..=UNIT_FACTOR).contains(&factor)).then(|| {
         format!(
             "the measured force is {factor:.3e} times the predicted one and otherwise alike: its \
              unit is not newton; nothing is concluded from it"

@@ -95,9 +95,9 @@ const TIE: f64 = 2.0;
 /// The candidates, the least costly first; ties in the order that they had. N_eff is the
 /// smallest of all, so that none is favoured by what it leaves.
 ///
-/// Of those within one standard error of the first, which the data do not tell from it, one
-/// with a parameter at a bound stands behind the others.
-fn by_cost<T>(plant: &dyn Plant, candidates: &mut [T], of: impl Fn(&T) -> &Candidate) {
+/// Of those within one standard error of the first, or within the smallest share of the gap that
+/// counts, one with a parameter at a bound stands behind the others.
+fn by_cost<T>(plant: &dyn Plant, gap: f64, candidates: &mut [T], of: impl Fn(&T) -> &Candidate) {
     let effective = candidates.iter().map(|c| of(c).score.effective).fold(f64::INFINITY, f64::min);
     let key = |c: &T| {
         let candidate = of(c);
@@ -108,7 +108,7 @@ fn by_cost<T>(plant: &dyn Plant, candidates: &mut [T], of: impl Fn(&T) -> &Candi
     let Some(first) = candidates.first().map(|c| of(c).score.clone()) else { return };
     let equal = |c: &T| {
         let (gain, error) = first.gain_over(&of(c).score);
-        gain <= error
+        gain <= error.max(SMALLEST_SHARE * gap)
     };
     candidates.sort_by_cached_key(|c| match (equal(c), of(c).fit.at_bound(plant)) {
         (true, false) => 0,
@@ -214,7 +214,12 @@ impl Selector<'_> {
         let scored = selection.singles.iter().enumerate();
         let mut scored: Vec<(usize, &Candidate)> =
             scored.filter_map(|(effect, c)| Some((effect, c.as_ref()?))).collect();
-        by_cost(self.problem.plant, &mut scored, |(_, candidate)| candidate);
+        by_cost(
+            self.problem.plant,
+            selection.nominal.score.energy - 1.0,
+            &mut scored,
+            |(_, candidate)| candidate,
+        );
         let Some(&(effect, best)) = scored.first() else { return };
         if !pays(&selection.nominal.score, &best.score, self.parameters(effect)) {
             return;
@@ -251,7 +256,12 @@ impl Selector<'_> {
             }
         }
         found.sort_by_key(|(pair, _)| *pair);
-        by_cost(self.problem.plant, &mut found, |(_, candidate)| candidate);
+        by_cost(
+            self.problem.plant,
+            selection.nominal.score.energy - 1.0,
+            &mut found,
+            |(_, candidate)| candidate,
+        );
         let Some((pair, best)) = found.first() else { return };
         let already = selection.best.fit.effects.clone();
         let added: Vec<usize> = pair.iter().copied().filter(|e| !already.contains(e)).collect();
@@ -334,7 +344,12 @@ impl Selector<'_> {
         }
         // What acts on the plant comes before what acts on its sensors.
         refitted.sort_by_key(|(effect, _)| *effect);
-        by_cost(self.problem.plant, &mut refitted, |(_, candidate)| candidate);
+        by_cost(
+            self.problem.plant,
+            selection.nominal.score.energy - 1.0,
+            &mut refitted,
+            |(_, candidate)| candidate,
+        );
         let Some((effect, best)) = refitted.first() else { return false };
         if !pays(&base.score, &best.score, self.parameters(*effect)) {
             return false;
