@@ -39,7 +39,7 @@ fn main() -> ! {
 
     board.run(options);
     loop {
-        cortex_m::asm::wfi();
+        board.idle();
     }
 }
 

@@ -55,4 +55,7 @@ pub trait Board: Copy {
 
     /// Starts ticking, as the options say.
     fn run(self, options: BootOptions);
+
+    /// Sleeps until the next interrupt has been handled.
+    fn idle(self);
 }

@@ -299,7 +299,8 @@ fn every_setting_is_listed_with_range_and_text() {
     let output = cathforce(["config", "--json"]);
     let list: serde_json::Value = serde_json::from_str(stdout(&output)).unwrap();
     let list = list.as_array().unwrap();
-    assert_eq!(list.len(), cathforce_config::SETTINGS.len());
+    let parameters = cathforce_mechanics::parameters().count();
+    assert_eq!(list.len(), cathforce_config::SETTINGS.len() + parameters);
     assert!(list.iter().all(|s| s["doc"].as_str().is_some_and(|doc| !doc.is_empty())));
     let bundle = bundle();
     let shown = cathforce(["config", "show", text(&bundle), "--set", "force_gain=2", "--json"]);
