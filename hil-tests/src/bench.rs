@@ -1,5 +1,6 @@
 //! A device in lock step and a host that does everything right.
 
+use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
 use cathforce_bus::service::Status as Report;
@@ -103,7 +104,7 @@ impl<R: Rig> Bench<R> {
 
     /// Gives the device an image. If it takes it, it starts over.
     pub fn upload(&mut self, image: &[u8]) -> Result<(), cathforce_link::ClientError> {
-        self.client.upload_image(image, |_| {})?;
+        self.client.upload_image(image, |_| ControlFlow::Continue(()))?;
         self.protection = Protection::default();
         Ok(())
     }

@@ -79,7 +79,7 @@ pub fn record<R: Rig>(
     let fail = |error: &dyn std::fmt::Display| -> ! { panic!("{error}") };
     let mut client = Client::connect(R::boot()).unwrap_or_else(|e| fail(&e));
     client.set_lock_step(true).unwrap_or_else(|e| fail(&e));
-    client.upload_image(image, |_| {}).unwrap_or_else(|e| fail(&e));
+    client.upload_image(image, |_| ControlFlow::Continue(())).unwrap_or_else(|e| fail(&e));
     client.reset_counters().unwrap_or_else(|e| fail(&e));
 
     let info = RunInfo {

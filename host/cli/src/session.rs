@@ -47,7 +47,7 @@ pub struct Plan<'a> {
 pub fn run(ui: &Ui, client: &mut Client, plan: Plan<'_>) -> Result<(), Failure> {
     let started = Instant::now();
     let interrupted = interrupt_flag()?;
-    configure(ui, client, plan.image)?;
+    configure(ui, client, plan.image, &interrupted)?;
     let device = client.device();
     let info = RunInfo {
         board: device.board.clone(),
@@ -73,7 +73,12 @@ pub fn run(ui: &Ui, client: &mut Client, plan: Plan<'_>) -> Result<(), Failure> 
 }
 
 /// Gives the device the image, in lock step where it can.
-fn configure(ui: &Ui, client: &mut Client, image: &[u8]) -> Result<(), Failure> {
+fn configure(
+    ui: &Ui,
+    client: &mut Client,
+    image: &[u8],
+    interrupted: &AtomicBool,
+) -> Result<(), Failure> {
     let device = client.device().clone();
     ui.say(format_args!("device: {device}"));
     if device.image_schema_hash != schema_hash() {
@@ -89,7 +94,13 @@ fn configure(ui: &Ui, client: &mut Client, image: &[u8]) -> Result<(), Failure> 
         client.set_lock_step(true)?;
     }
     let mut progress = ui.progress("upload", image.len() as u64, "bytes");
-    client.upload_image(image, |sent| progress.set(sent as u64))?;
+    client.upload_image(image, |sent| {
+        progress.set(sent as u64);
+        match interrupted.load(Ordering::Relaxed) {
+            true => ControlFlow::Break(()),
+            false => ControlFlow::Continue(()),
+        }
+    })?;
     drop(progress);
     Ok(client.reset_counters()?)
 }
@@ -243,6 +254,7 @@ impl From<ClientError> for Failure {
         let code = match error {
             ClientError::Link(_) => Code::Link,
             ClientError::ImageTooLong { .. } => Code::Input,
+            ClientError::Stopped => Code::Failed,
             _ => Code::Device,
         };
         Self::new(code, error.to_string())

@@ -113,6 +113,8 @@ fn wrong_files_are_exit_code_3_with_place_and_cause() {
     assert_fails(&cathforce(["replay", "absent.mcap"]), 3, &["absent.mcap"]);
     assert_fails(&cathforce(["info", "absent"]), 3, &["absent"]);
     assert_fails(&cathforce(["simulate", text(folder.path())]), 3, &["rig.toml", "fix:"]);
+    let no_folder = ["wrong.mcap", "fix: check the path; a bundle is a folder"];
+    assert_fails(&cathforce(["simulate", text(&file)]), 3, &no_folder);
 
     fs::write(&file, b"CFIM but nothing else, really nothing").unwrap();
     assert_fails(&cathforce(["info", text(&file)]), 3, &["refused as a device image"]);
@@ -122,6 +124,7 @@ fn wrong_files_are_exit_code_3_with_place_and_cause() {
     let output = simulate(&["--out", "/no/such/folder/run.mcap"]);
     assert_fails(&output, 1, &["/no/such/folder/run.mcap", "No such file"]);
     assert!(!stderr(&output).contains("recording:"), "{}", stderr(&output));
+    assert!(!stderr(&output).contains("building"), "said before anything is done");
 
     let mut damaged = fs::read(recording()).unwrap();
     let middle = damaged.len() * 3 / 4;

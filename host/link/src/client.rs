@@ -1,6 +1,7 @@
 //! Talking to one device over a link.
 
 use std::fmt;
+use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
 use cathforce_bus::service::{
@@ -63,6 +64,10 @@ pub enum ClientError {
          the lumen's grid coarser or its part of the vessel smaller"
     )]
     ImageTooLong { len: usize, capacity: u32 },
+
+    /// By whoever watches its progress.
+    #[error("interrupted while the image was sent; the device goes on using what it had")]
+    Stopped,
 
     #[error("the device answered {request} with something else")]
     Answer { request: &'static str },
@@ -150,12 +155,12 @@ impl<L: Link> Client<L> {
         }
     }
 
-    /// Sends an image and puts it to use; `progress` is told the bytes sent so far.
-    /// On an error the device goes on using what it had.
+    /// Sends an image and puts it to use; `progress` is told the bytes sent so far and may
+    /// stop it. On an error the device goes on using what it had.
     pub fn upload_image(
         &mut self,
         image: &[u8],
-        mut progress: impl FnMut(usize),
+        mut progress: impl FnMut(usize) -> ControlFlow<()>,
     ) -> Result<(), ClientError> {
         let capacity = self.device.max_image_len;
         let len = u32::try_from(image.len()).ok().filter(|&len| len <= capacity);
@@ -165,7 +170,9 @@ impl<L: Link> Client<L> {
         for bytes in image.chunks(MAX_CHUNK) {
             self.done(Request::ImageChunk { offset: sent as u32, bytes })?;
             sent += bytes.len();
-            progress(sent);
+            if progress(sent).is_break() {
+                return Err(ClientError::Stopped);
+            }
         }
         self.done(Request::Activate)?;
         self.assembler.restart();

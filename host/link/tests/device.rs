@@ -30,7 +30,7 @@ fn mode(report: &TickReport) -> Option<Mode> {
 /// Uploads, self-test, settles, arms: every tick on the way.
 fn arm<L: Link>(client: &mut Client<L>) -> Vec<TickReport> {
     client.set_lock_step(true).unwrap();
-    client.upload_image(&support::image(), |_| {}).unwrap();
+    client.upload_image(&support::image(), |_| ControlFlow::Continue(())).unwrap();
     let step = |command| Step { encoder: encoder(START_M), command };
     let mut ticks = vec![client.run_tick(step(Some(Command::SelfTest))).unwrap()];
     while mode(ticks.last().unwrap()) != Some(Mode::Ready) {
@@ -97,7 +97,12 @@ fn a_device_is_configured_armed_and_fed_in_process() {
     assert_eq!(client.device().mode, MODE_UNCONFIGURED);
     let mut progress = Vec::new();
     let image = support::image();
-    client.upload_image(&image, |sent| progress.push(sent)).unwrap();
+    client
+        .upload_image(&image, |sent| {
+            progress.push(sent);
+            ControlFlow::Continue(())
+        })
+        .unwrap();
     assert!(progress.is_sorted() && progress.last() == Some(&image.len()));
 
     arm(&mut client);
@@ -117,7 +122,7 @@ fn a_device_is_configured_armed_and_fed_in_process() {
 fn p17_an_armed_device_takes_no_image_and_stays_armed() {
     let mut client = Client::connect(Sim::new()).unwrap();
     arm(&mut client);
-    let error = client.upload_image(&support::image(), |_| {}).unwrap_err();
+    let error = client.upload_image(&support::image(), |_| ControlFlow::Continue(())).unwrap_err();
     assert!(error.to_string().contains("disarm it first"), "{error}");
     assert!(client.set_lock_step(false).is_err());
     assert_eq!(mode(&play(&mut client, 3)[2]), Some(Mode::Armed));
@@ -134,12 +139,16 @@ fn an_image_the_device_refuses_leaves_the_old_one_in_use() {
     let before = client.status().unwrap();
     let mut image = support::image();
     image[40_000] ^= 4;
-    let error = client.upload_image(&image, |_| {}).unwrap_err();
+    let error = client.upload_image(&image, |_| ControlFlow::Continue(())).unwrap_err();
     assert!(matches!(error, ClientError::Refused { .. }));
     assert!(error.to_string().contains("at byte 18"), "{error}");
     let after = client.status().unwrap();
     assert_eq!((after.tick, after.digest, after.mode), (before.tick, before.digest, before.mode));
-    let error = client.upload_image(&vec![0; 3 << 20], |_| {}).unwrap_err();
+    let stop = |sent| if sent < 1000 { ControlFlow::Continue(()) } else { ControlFlow::Break(()) };
+    let error = client.upload_image(&support::image(), stop).unwrap_err();
+    assert!(matches!(error, ClientError::Stopped));
+    assert_eq!(client.status().unwrap().digest, before.digest);
+    let error = client.upload_image(&vec![0; 3 << 20], |_| ControlFlow::Continue(())).unwrap_err();
     assert!(matches!(error, ClientError::ImageTooLong { capacity: 2_097_152, .. }));
     arm(&mut client);
 }
@@ -161,7 +170,7 @@ fn p22_slcan_over_tcp_and_the_call_in_process_give_the_same_ticks() {
 fn p22_a_recording_of_raw_frames_replays_bit_for_bit() {
     let mut client = Client::connect(Sim::new()).unwrap();
     client.set_lock_step(true).unwrap();
-    client.upload_image(&support::image(), |_| {}).unwrap();
+    client.upload_image(&support::image(), |_| ControlFlow::Continue(())).unwrap();
     let seen = Arc::new(Mutex::new((Vec::new(), Vec::new())));
     let log = Arc::clone(&seen);
     client.set_tap(Some(Box::new(move |direction, frame: &Frame| {
@@ -209,7 +218,7 @@ fn play_ends_when_it_is_told_to_and_loses_no_tick() {
 #[test]
 fn a_device_that_runs_free_is_fed_by_the_clock() {
     let mut client = Client::connect(Sim::new()).unwrap();
-    client.upload_image(&support::image(), |_| {}).unwrap();
+    client.upload_image(&support::image(), |_| ControlFlow::Continue(())).unwrap();
     let mut steps: Vec<Step> = feed(50).collect();
     steps[0].command = Some(Command::SelfTest);
     let mut ticks = Vec::new();

@@ -60,7 +60,12 @@ impl Cause {
     /// What to do about it.
     pub fn fix(&self) -> String {
         match self {
-            Cause::Io(error) if error.kind() == std::io::ErrorKind::NotFound => {
+            Cause::Io(error)
+                if matches!(
+                    error.kind(),
+                    std::io::ErrorKind::NotFound | std::io::ErrorKind::NotADirectory
+                ) =>
+            {
                 "check the path; a bundle is a folder with rig.toml, vessel.stl or \
                  centreline.csv, and trials/000.csv …"
                     .into()

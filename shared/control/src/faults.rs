@@ -57,21 +57,27 @@ faults! {
     BadFrames = 2, Ramp,
         "more than 3 of 10 frames were rejected: check the bus for corruption or a second sender";
     EncoderJump = 3, Ramp,
-        "3 of 10 encoder samples jumped farther than the drive can move or left its range";
+        "3 of 10 encoder samples jumped farther than the drive can move or left its range: check the \
+         encoder's wiring and scale, or raise max_insertion_speed_m_per_s or max_rotation_speed_rad_per_s";
     ModelNotFinite = 16, Cut,
-        "the model gave a number that is not finite; its state has been rebuilt";
+        "the model gave a number that is not finite; its state has been rebuilt: replay the recording, \
+         and check the stiffness and the wall of rig.toml";
     ModelUnresolved = 17, Cut,
-        "the model did not converge for too many ticks; its state has been rebuilt";
+        "the model did not converge for too many ticks; its state has been rebuilt: withdraw a little \
+         and arm again, or raise unresolved_limit_ticks";
     SettleTimeout = 18, Cut,
-        "the model could not be fed to the measured insertion in time";
+        "the model could not be fed to the measured insertion in time: begin less deep, or raise \
+         settle_timeout_ticks";
     Overrun = 32, Cut,
-        "the tick ran over its time twice in a row";
+        "the tick ran over its time twice in a row: use fewer links or one solve";
     BusOff = 33, Ramp,
         "the bus controller went bus-off: check termination, bit rate and cable";
     StateNotFinite = 48, Cut,
-        "a number remembered from the last tick is not finite: memory is corrupt";
+        "a number remembered from the last tick is not finite: memory is corrupt; restart the device \
+         and send the image again";
     SelfTest = 49, Cut,
-        "the self-test failed: a setting is out of range, or the image's tick is not 1 ms";
+        "the self-test failed: a setting is out of range, or the image's tick is not 1 ms; make the \
+         image again with this version";
 }
 
 impl Fault {

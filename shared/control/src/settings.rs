@@ -82,7 +82,10 @@ impl fmt::Display for SettingError {
         match self {
             Self::Unknown => Ok(()),
             Self::NotFinite(_) => write!(f, "{name} is not a finite number"),
-            Self::Range(_) => write!(f, "{name} must be between {min} and {max} {unit}"),
+            Self::Range(_) => {
+                write!(f, "{name} must be between {min} and {max}")?;
+                if *unit == "1" { Ok(()) } else { write!(f, " {unit}") }
+            }
             Self::NotWhole(_) => write!(f, "{name} counts {unit}: it must be a whole number"),
             Self::RampTooSlow(_) => write!(
                 f,

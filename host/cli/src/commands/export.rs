@@ -4,6 +4,7 @@ use std::fs::File;
 use std::path::Path;
 
 use cathforce_record::{analyse, write_nodes_csv, write_ticks_csv};
+use serde_json::json;
 
 use crate::args::ExportArguments;
 use crate::failure::Failure;
@@ -16,11 +17,13 @@ pub fn run(ui: &Ui, arguments: &ExportArguments) -> Result<(), Failure> {
     let path = &arguments.csv;
     write_ticks_csv(&recording, &track.ticks, create(path)?)
         .map_err(|e| Failure::write(path, e))?;
-    ui.say(format_args!("{} ticks: {}", track.ticks.len(), path.display()));
+    let mut files = vec![json!({ "path": path, "ticks": track.ticks.len() })];
+    let mut text = format!("{} ticks: {}\n", track.ticks.len(), path.display());
     if let Some(path) = &arguments.nodes {
         write_nodes_csv(&recording, &track.shapes, create(path)?)
             .map_err(|e| Failure::write(path, e))?;
-        ui.say(format_args!("{} shapes: {}", track.shapes.len(), path.display()));
+        files.push(json!({ "path": path, "shapes": track.shapes.len() }));
+        text += &format!("{} shapes: {}\n", track.shapes.len(), path.display());
     }
-    Ok(())
+    ui.data(&files, text)
 }

@@ -90,8 +90,6 @@ fn recording(path: &Path) -> Result<Rows, Failure> {
     let info = &recording.info;
     let (first, last) = (recording.frames.first(), recording.frames.last());
     let seconds = first.zip(last).map(|(a, b)| b.at_ns.saturating_sub(a.at_ns) as f64 * 1e-9);
-    let cut = recording.cut.map(|cut| format!("breaks off at byte {}", cut.byte));
-    let cut = cut.or_else(|| recording.result.is_none().then(|| "the run broke off".into()));
     Ok(vec![
         ("kind", json!("recording")),
         ("rig", json!(info.rig)),
@@ -107,7 +105,7 @@ fn recording(path: &Path) -> Result<Rows, Failure> {
         ("seconds", json!(seconds)),
         ("measured rows", json!(recording.trial.rows.len())),
         ("image bytes", json!(recording.image.len())),
-        ("complete", json!(cut.unwrap_or_else(|| "yes".into()))),
+        ("complete", json!(super::completeness(&recording))),
     ])
 }
 

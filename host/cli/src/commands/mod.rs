@@ -41,6 +41,26 @@ fn open_recording(ui: &Ui, path: &Path) -> Result<Recording, Failure> {
     Ok(recording)
 }
 
+/// Whether a recording has its end, and the run had.
+pub fn completeness(recording: &Recording) -> String {
+    match recording.cut {
+        Some(cut) => format!("breaks off at byte {}", cut.byte),
+        None if recording.result.is_none() => "no: the run broke off".into(),
+        None => "yes".into(),
+    }
+}
+
+/// Says now, rather than after a run, that a file cannot be written; leaves what is there.
+fn check_writable(path: &Path) -> Result<(), Failure> {
+    let is_new = !path.exists();
+    let open = std::fs::OpenOptions::new().append(true).create(true).open(path);
+    open.map_err(|e| Failure::write(path, e))?;
+    if is_new {
+        std::fs::remove_file(path).map_err(|e| Failure::write(path, e))?;
+    }
+    Ok(())
+}
+
 /// Changes settings by name, and parameters of the description by key.
 fn options(changes: &Changes) -> Result<ImageOptions, Failure> {
     let mut options = ImageOptions { tip: changes.tip, ..ImageOptions::default() };

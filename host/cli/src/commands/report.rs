@@ -1,6 +1,7 @@
 //! `cathforce report`.
 
 use cathforce_record::analyse;
+use serde_json::json;
 
 use crate::args::ReportArguments;
 use crate::failure::Failure;
@@ -15,6 +16,5 @@ pub fn run(ui: &Ui, arguments: &ReportArguments) -> Result<(), Failure> {
     let html = page(&recording, &analysis, &summary)?;
     let path = &arguments.html;
     std::fs::write(path, html).map_err(|e| Failure::write(path, e))?;
-    ui.say(format_args!("page: {}", path.display()));
-    Ok(())
+    ui.data(&json!({ "path": path }), format_args!("page: {}\n", path.display()))
 }

@@ -6,7 +6,7 @@ use cathforce_link::Client;
 use cathforce_record::{Measured, Recording, RunInfo, SensorNoise, Trial, analyse};
 use cathforce_rig::{Bundle, bundle::CatheterTrial};
 
-use super::{image, open_bundle};
+use super::{check_writable, image, open_bundle};
 use crate::args::PlayArguments;
 use crate::failure::{Code, Failure};
 use crate::session::{Plan, run as run_session};
@@ -17,6 +17,9 @@ pub fn run(ui: &Ui, link: &str, arguments: &PlayArguments) -> Result<(), Failure
     let bundle = open_bundle(ui, &arguments.bundle)?;
     let (number, trial) = pick(&bundle, arguments.trial)?;
     let rows = measured(&trial.t_s, catheter(trial)?);
+    for path in [&arguments.out, &arguments.summary].into_iter().flatten() {
+        check_writable(path)?;
+    }
     let rig_toml = read_text(&arguments.bundle.join("rig.toml"))?;
     let (image, _) = image(ui, &bundle, &arguments.changes)?;
 

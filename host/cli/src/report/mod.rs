@@ -133,7 +133,7 @@ fn facts(recording: &Recording, analysis: &Analysis, summary: &Summary) -> Value
         }
         sections.push(json!({ "section": "Against the sensor", "rows": rows }));
     }
-    let complete = recording.cut.map_or("yes".to_owned(), |cut| format!("up to byte {}", cut.byte));
+    let complete = crate::commands::completeness(recording);
     sections.push(json!({ "section": "Made with", "rows": [
         ["board", info.board.as_str()],
         ["firmware", info.firmware_version.as_str()],
