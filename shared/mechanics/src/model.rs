@@ -74,6 +74,7 @@ impl<T: Real, const LINKS: usize> Model<T, LINKS> {
             let piece = Compliance::between(instrument, at(j, 0.0), at(j, 1.0));
             Link { axial: h / piece.axial, mass: piece.mass }
         });
+        let wall = representable(nominal::wall(&description), &description, &joints, &links);
         let entry = &description.entry;
         let placement = Placement::of(&description);
         // The model computes in the vessel's frame.
@@ -91,7 +92,7 @@ impl<T: Real, const LINKS: usize> Model<T, LINKS> {
             mouth: nominal::mouth(entry, effects.entry.guide.length_m),
             placement,
             gravity,
-            wall: nominal::wall(&description),
+            wall,
             acts: nominal::acts(&description),
             windup_rad_per_n_m: nominal::windup_rad_per_n_m(&description, instrument),
             bending_damping_s: description.solver.bending_damping_s
@@ -122,6 +123,34 @@ impl<T: Real, const LINKS: usize> Model<T, LINKS> {
             v: turn.v * g.w + g.v * turn.w + g.v.cross(&turn.v),
         }
         .normalised()
+    }
+}
+
+/// Stiffest wall, over the softest link, that single precision can add to it and take away
+/// again.
+const STIFFEST_WALL: f64 = 1e5;
+
+/// A wall no stiffer than that: it gives way by less than a hundred-thousandth of what the
+/// instrument does.     docs/model.md (11)
+fn representable<T: Real>(
+    wall: Wall<T>,
+    description: &Description<T>,
+    joints: &[Joint<T>],
+    links: &[Link<T>],
+) -> Wall<T> {
+    let solver = &description.solver;
+    let h = solver.link_length_m;
+    let bent = joints.iter().map(|joint| joint.bending / (h * h));
+    let stretched = links.iter().map(|link| link.axial / h);
+    let Some(softest) = bent.chain(stretched).reduce(minimum) else { return wall };
+    // What a solve sees of the wall grows by damping, and by friction that sticks.
+    let parts = T::int(i32::from(solver.substeps.max(1)));
+    let seen = maximum(T::one() + wall.damping_s * parts / solver.tick_s, wall.tangential_ratio);
+    let stiffest = softest * T::lit(STIFFEST_WALL) / seen;
+    Wall {
+        line_stiffness_n_per_m2: minimum(stiffest / h, wall.line_stiffness_n_per_m2),
+        end_stiffness_n_per_m: minimum(stiffest, wall.end_stiffness_n_per_m),
+        ..wall
     }
 }
 

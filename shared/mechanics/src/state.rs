@@ -45,7 +45,8 @@ pub struct Outputs<T> {
     /// Links inside the vessel in this tick.
     pub links: u16,
     /// Forces of this tick are not to be trusted: the step's last correction was large (a
-    /// snap), a point of the instrument is beyond the stored wall, or a number is not finite.
+    /// snap), a point of the instrument is beyond the stored wall, a link is stretched to twice
+    /// its length or pressed to half, or the run begins again because a number was lost.
     pub unresolved: bool,
 }
 
@@ -141,6 +142,11 @@ pub struct State<T: Real, const LINKS: usize = MAX_LINKS> {
     pub(crate) guide: LinkState<T>,
     /// A point of the instrument is beyond the stored wall: no force can be given there.
     pub(crate) outside: bool,
+    /// Share of the motion that goes on into the next step: less than 1 after links have turned
+    /// farther than a linear solve can carry momentum.
+    pub(crate) carried: T,
+    /// A number was lost; the run begins again, one quasi-static step a tick.
+    pub(crate) lost: bool,
     /// Quasi-static steps since the drive's position was reached.
     pub(crate) rested: u16,
     pub(crate) effects: EffectMemory<T>,
@@ -164,6 +170,8 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
             fed_m: T::zero(),
             guide: LinkState::new(),
             outside: false,
+            carried: T::one(),
+            lost: false,
             rested: 0,
             effects: EffectMemory::new(),
             links: [LinkState::new(); LINKS],
@@ -181,6 +189,8 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
             fed_m,
             guide,
             outside,
+            carried,
+            lost,
             rested,
             effects,
             links,
@@ -192,6 +202,8 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
         *fed_m = T::zero();
         *guide = LinkState::new();
         *outside = false;
+        *carried = T::one();
+        *lost = false;
         *rested = 0;
         *effects = EffectMemory::new();
         links.iter_mut().for_each(|link| *link = LinkState::new());

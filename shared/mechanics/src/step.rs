@@ -4,7 +4,7 @@ use crate::algebra::dot;
 use crate::effects::acting::{Law, Nominal};
 use crate::effects::memory::past_mouth;
 use crate::model::maximum;
-use crate::sweep::{Scheme, Totals, solve};
+use crate::sweep::{STRAINS, Scheme, Totals, solve};
 use crate::{Drive, Loads, Lumen, Model, Outputs, Real, State};
 
 /// A solve whose last correction turned a link by more than this is not resolved \[rad\].
@@ -13,6 +13,9 @@ use crate::{Drive, Loads, Lumen, Model, Outputs, Real, State};
 /// 90 mm, which a wall of 600 N/m a sample answers with less than 1 mN; snaps turn links by
 /// tenths of a radian.
 const RESOLVED_TURN_RAD: f64 = 5e-3;
+/// A solve that turns a link by more than this makes energy of momentum: what it moves and what
+/// it says that it moves differ by a tenth \[rad\].
+const CARRIED_TURN_RAD: f64 = 0.2;
 /// Time that one quasi-static step of [`settle`] stands for \[s\].
 const SETTLE_DT_S: f64 = 0.02;
 /// Feed of one quasi-static step \[m\].
@@ -37,6 +40,10 @@ pub fn step<T: Real, const LINKS: usize>(
 }
 
 /// [`step`] with loads from outside.
+///
+/// A step that loses a number (to an input that is not one) forgets all and begins the run again:
+/// from there on each tick is one step of [`settle`], flagged as
+/// unresolved, until the shape has come to rest.
 pub fn step_loaded<T: Real, const LINKS: usize>(
     model: &Model<T, LINKS>,
     lumen: &Lumen<'_>,
@@ -44,6 +51,11 @@ pub fn step_loaded<T: Real, const LINKS: usize>(
     drive: Drive<T>,
     loads: &Loads<T>,
 ) -> Outputs<T> {
+    if state.lost {
+        let links = state.count as u16;
+        state.lost = !settle_loaded(model, lumen, state, drive, loads);
+        return Outputs { links, unresolved: true, ..Outputs::default() };
+    }
     let description = model.description();
     let solver = &description.solver;
     let parts = T::int(i32::from(solver.substeps.max(1)));
@@ -71,16 +83,24 @@ pub fn step_loaded<T: Real, const LINKS: usize>(
         }
         state.feed(model, target);
         state.effects.advance(model, state.fed_m, scheme.dt_s);
-        state.predict(model, scheme.dt_s);
+        state.predict(model, scheme.dt_s * state.carried);
         let mut totals;
+        let mut farthest_squared = T::zero();
         for i in 1.. {
             (scheme.first, scheme.last) = (i == 1, i >= solver.solves);
             totals = solve_acting(model, lumen, state, loads, &scheme);
+            farthest_squared = maximum(farthest_squared, totals.largest_turn_squared);
             if scheme.last {
                 outputs = report(model, state, &totals);
+                state.carried = carried(farthest_squared);
                 break;
             }
         }
+    }
+    if !is_finite(&outputs) {
+        state.reset();
+        state.lost = true;
+        return Outputs { unresolved: true, ..Outputs::default() };
     }
     state.effects.report(model, state.drive.insertion_m - start.insertion_m, &mut outputs);
     outputs
@@ -136,6 +156,13 @@ pub fn settle_loaded<T: Real, const LINKS: usize>(
     }
     state.predict(model, T::zero());
     let totals = solve_acting(model, lumen, state, loads, &scheme);
+    let held = totals.force_on_instrument + totals.force_on_guide + totals.moment_on_guide;
+    if !(held.x + held.y + held.z).is_finite() {
+        let lost = state.lost;
+        state.reset();
+        state.lost = lost;
+        return false;
+    }
     for link in &mut state.links {
         link.velocity = nalgebra::Vector3::zeros();
     }
@@ -180,6 +207,12 @@ fn look_and_solve<T: Real, L: Law<T>, const LINKS: usize>(
     solve(model, state, loads, scheme, law)
 }
 
+/// Share of the motion that the next step takes over.     docs/model.md (38)
+fn carried<T: Real>(farthest_squared: T) -> T {
+    let most = T::lit(CARRIED_TURN_RAD);
+    most / maximum(farthest_squared.root(), most)
+}
+
 fn report<T: Real, const LINKS: usize>(
     model: &Model<T, LINKS>,
     state: &State<T, LINKS>,
@@ -195,14 +228,17 @@ fn report<T: Real, const LINKS: usize>(
     let per_stiffness = half / (h * state.effects.softness(model));
     let mouth = per_stiffness * (bend_squared / joint.bending + twist * twist / joint.torsion);
     let (mut peak, mut peak_node) = (T::zero(), 0);
+    let (middle, half_range) = strain_range();
+    let mut stretched_squared = T::zero();
     for (j, link) in state.links[..state.count.min(LINKS)].iter().enumerate() {
         let squared = dot(&link.force, &link.force);
         if squared > peak {
             (peak, peak_node) = (squared, j as u16);
         }
+        let strain = link.strain - middle;
+        stretched_squared = maximum(stretched_squared, strain * strain);
     }
-    let force = &totals.force_on_instrument;
-    let finite = (force.x + force.y + force.z).is_finite();
+    let overstretched = stretched_squared >= half_range * half_range;
     let limit = T::lit(RESOLVED_TURN_RAD * RESOLVED_TURN_RAD);
     Outputs {
         force_on_vessel_n: (-totals.force_on_instrument).into(),
@@ -212,6 +248,19 @@ fn report<T: Real, const LINKS: usize>(
         peak_contact_force_n: peak.root(),
         peak_node,
         links: state.count as u16,
-        unresolved: totals.largest_turn_squared > limit || state.outside || !finite,
+        unresolved: totals.largest_turn_squared > limit || state.outside || overstretched,
     }
+}
+
+/// Middle of [`STRAINS`] and half of its length.
+fn strain_range<T: Real>() -> (T, T) {
+    let half = 0.5 * (STRAINS.end - STRAINS.start);
+    (T::lit(STRAINS.start + half), T::lit(half))
+}
+
+/// Every link has a part in the total force: a number that is lost anywhere is lost in it.
+fn is_finite<T: Real>(outputs: &Outputs<T>) -> bool {
+    let sum = |v: &[T; 3]| v[0] + v[1] + v[2];
+    let wrench = sum(&outputs.force_on_vessel_n) + sum(&outputs.moment_on_vessel_n_m);
+    (wrench + outputs.drive_force_n + outputs.drive_torque_n_m).is_finite()
 }

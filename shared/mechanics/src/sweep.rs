@@ -7,10 +7,14 @@ use crate::contact::{Contact, Motion};
 use crate::effects::acting::Law;
 use crate::feed::SHORTEST_BASE;
 use crate::joint::{Cell, JointLoad};
-use crate::model::maximum;
+use crate::model::{maximum, minimum};
 use crate::state::State;
 use crate::wrench::Wrench;
 use crate::{Loads, Model, Real};
+
+/// Strains that a link can have: half to twice its length. A drive that pulls at an instrument
+/// stuck by friction would stretch it without end.
+pub(crate) const STRAINS: core::ops::Range<f64> = -0.5..1.0;
 
 /// How one solve treats time.
 pub(crate) struct Scheme<T> {
@@ -121,13 +125,14 @@ fn eliminate<T: Real, L: Law<T>, const LINKS: usize>(
     law: &mut L,
     wrench: &mut Wrench<T>,
 ) {
-    let State { links, eliminations, guide, fed_m, .. } = state;
+    let State { links, eliminations, guide, fed_m, carried, .. } = state;
     let proximal_of = |j: usize| links[..chain.count].get(j + 1).unwrap_or(guide);
     let description = model.description();
     let wall = &model.wall;
     let half = T::lit(0.5);
     let inverse_dt = T::one() / scheme.dt_s;
     let inertia_per_mass = scheme.inertia * inverse_dt * inverse_dt;
+    let carried_dt_s = scheme.dt_s * *carried;
     let drag = scheme.drag_n_s_per_m2 * inverse_dt;
     let radius = description.instrument.outer_radius_m;
     let contact = Contact::new(radius, wall, scheme.friction, inverse_dt);
@@ -148,7 +153,7 @@ fn eliminate<T: Real, L: Law<T>, const LINKS: usize>(
         let (node_arc, node_mass) = (arc + distal_arc, mass + distal_mass);
         let (inertia, damping) = (inertia_per_mass * node_mass, drag * node_arc);
         let mut force = model.gravity * node_mass - link.displacement * (inertia + damping)
-            + link.velocity * (inertia * scheme.dt_s)
+            + link.velocity * (inertia * carried_dt_s)
             + link.tangent * (damping * *fed_m);
         let to_wall = || kept.seen[0].gap + radius;
         if let Some(per_length) = law.stream(tangent, to_wall) {
@@ -232,7 +237,8 @@ fn resolve<T: Real, L: Law<T>, const LINKS: usize>(
 
         link.rotation = link.rotation.turned(&(turn * half));
         link.tangent = link.rotation.tangent();
-        link.strain += stretch * inverse_length;
+        let strain = link.strain + stretch * inverse_length;
+        link.strain = minimum(maximum(strain, T::lit(STRAINS.start)), T::lit(STRAINS.end));
         position += link.tangent * (length * (T::one() + link.strain));
         link.displacement += position - predicted;
         link.position = position;

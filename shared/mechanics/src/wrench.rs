@@ -16,6 +16,10 @@ use crate::proximity::Proximity;
 use crate::state::Elimination;
 use crate::{Loads, Real};
 
+/// Share of a wall's stiffness that stands against every motion of a point that touches it:
+/// what rounding takes from A in one direction must not turn it negative across.
+const ROUNDING: f64 = 1e-6;
+
 /// The linear wrench of everything distal to a point.
 pub(crate) struct Wrench<T: Real> {
     pub force: Vector3<T>,
@@ -55,7 +59,8 @@ impl<T: Real> Wrench<T> {
         self.moment = plus_cross(&self.moment, node_arm, &node.force);
         self.moment = plus_cross(&self.moment, middle_arm, &middle.force);
         // A += k_s I + p n nᵀ
-        self.a.add_identity(stiffness + node.stick + middle.stick);
+        let kept_positive = (node.push + middle.push) * T::lit(ROUNDING);
+        self.a.add_identity(stiffness + kept_positive + node.stick + middle.stick);
         let (node_push, middle_push) = (at_node.normal * node.push, at_middle.normal * middle.push);
         self.a.add_outer(&node_push, &at_node.normal);
         self.a.add_outer(&middle_push, &at_middle.normal);

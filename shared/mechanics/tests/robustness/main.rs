@@ -172,3 +172,32 @@ fn an_instrument_that_was_out_enters_as_it_did_at_first() {
         assert_eq!(a, b, "tick {tick}");
     }
 }
+
+#[test]
+fn a_lost_number_is_flagged_and_the_run_begins_again() {
+    let wall = bent_tube(4e-3);
+    let lumen = wall.lumen();
+    let model: Model<_> = Model::new(catheter::<f32>(0.3, 1e-5, 40.0)).unwrap();
+    let drive = Drive { insertion_m: 0.08, rotation_rad: 0.5 };
+    let mut fresh = State::new();
+    while !settle(&model, &lumen, &mut fresh, drive) {}
+    let settled = step(&model, &lumen, &mut fresh, drive);
+
+    for lost in [f32::NAN, f32::INFINITY, f32::MAX] {
+        let mut state = fresh.clone();
+        let loads = Loads { tip_force_n: [0.0, lost, 0.0], ..Loads::default() };
+        let outputs = step_loaded(&model, &lumen, &mut state, drive, &loads);
+        assert_eq!(outputs, Outputs { unresolved: true, ..Outputs::default() }, "{lost}");
+        let mut ticks = 0;
+        let again = loop {
+            let outputs = step(&model, &lumen, &mut state, drive);
+            if !outputs.unresolved {
+                break outputs;
+            }
+            assert_eq!(outputs.force_on_vessel_n, [0.0; 3]);
+            ticks += 1;
+            assert!(ticks < 1000, "{lost}: still {outputs:?}");
+        };
+        assert_eq!(again, settled, "{lost}, after {ticks} ticks");
+    }
+}

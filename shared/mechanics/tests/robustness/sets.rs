@@ -2,8 +2,10 @@
 //! stays bounded, and a force that jumps out is flagged.
 //!
 //! The suite runs a sample. `CATHFORCE_RANDOM_SETS=100000 cargo test --release -p
-//! cathforce-mechanics --test robustness random` is the long run.
+//! cathforce-mechanics --test robustness random -- --nocapture` is the long run, which says how
+//! far it is; `CATHFORCE_RANDOM_SETS=340..341` runs a part of it again.
 
+use std::ops::Range;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -16,6 +18,8 @@ use crate::wall::{Seen, StoredWall, Vector, plane, tube};
 /// Ticks of 1 ms.
 const TICKS: usize = 20_000;
 const SAMPLE: u64 = 10;
+/// Sets from one word of progress to the next.
+const PROGRESS: u64 = 100;
 
 /// Vessels around one bent path: tight, wide, with a dead end, with a pocket whose rim catches
 /// the tip and lets it go.
@@ -46,21 +50,37 @@ fn nearer(a: Seen, b: Seen) -> Seen {
     if a.0 <= b.0 { a } else { b }
 }
 
+/// The seeds that are asked for: a number of them, or from one to before another.
+fn seeds() -> Range<u64> {
+    let Ok(asked) = std::env::var("CATHFORCE_RANDOM_SETS") else { return 0..SAMPLE };
+    let number = |text: &str| {
+        text.parse().unwrap_or_else(|_| panic!("CATHFORCE_RANDOM_SETS={asked}: not N or N..N"))
+    };
+    match asked.split_once("..") {
+        Some((first, end)) => number(first)..number(end),
+        None => 0..number(&asked),
+    }
+}
+
 /// Runs one check over the seeds on all processors and panics with those that failed.
 fn over_seeds(check: impl Fn(u64, &[StoredWall]) -> Result<(), String> + Sync) {
-    let asked = std::env::var("CATHFORCE_RANDOM_SETS").ok();
-    let sets = asked.map_or(SAMPLE, |n| n.parse().expect("CATHFORCE_RANDOM_SETS is a number"));
-    let (vessels, next, failures) = (vessels(), AtomicU64::new(0), Mutex::new(Vec::new()));
+    let seeds = seeds();
+    let (vessels, failures) = (vessels(), Mutex::new(Vec::new()));
+    let (next, done) = (AtomicU64::new(seeds.start), AtomicU64::new(0));
     let work = || {
         loop {
             let seed = next.fetch_add(1, Ordering::Relaxed);
-            if seed >= sets {
+            if seed >= seeds.end {
                 return;
             }
             if let Err(found) = check(seed, &vessels) {
                 // At once: a long run may be broken off.
                 eprintln!("seed {seed}: {found}");
                 failures.lock().unwrap().push(seed);
+            }
+            let done = done.fetch_add(1, Ordering::Relaxed) + 1;
+            if done.is_multiple_of(PROGRESS) {
+                eprintln!("{done} sets, {} failed", failures.lock().unwrap().len());
             }
         }
     };
@@ -71,7 +91,7 @@ fn over_seeds(check: impl Fn(u64, &[StoredWall]) -> Result<(), String> + Sync) {
         });
     });
     let failures = failures.into_inner().unwrap();
-    assert!(failures.is_empty(), "{} of {sets} sets failed: {failures:?}", failures.len());
+    assert!(failures.is_empty(), "{} of seeds {seeds:?} failed: {failures:?}", failures.len());
 }
 
 /// Energy that no drive gives the instrument: every link stretched to twice its length, every
