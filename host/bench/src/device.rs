@@ -69,7 +69,7 @@ fn run(bundle: &Bundle, solves: u8) -> anyhow::Result<Run> {
     let (image, _) = device_image(bundle, &options)?;
     let mut client = Client::connect(Qemu::boot(None)?)?;
     client.set_lock_step(true)?;
-    client.upload_image(&image, |_| {})?;
+    client.upload_image(&image, |_| std::ops::ControlFlow::Continue(()))?;
 
     let at = |tick: usize| {
         let sample = trial.encoder_at(trial.t_s[0] + 1e-3 * tick as f64);
