@@ -6,7 +6,7 @@ use anyhow::bail;
 use serde_json::Value;
 
 /// The packages that others may use, from the bottom up.
-const LIBRARIES: [&str; 11] = [
+const LIBRARIES: [&str; 12] = [
     "cathforce-scalar",
     "cathforce-mechanics",
     "cathforce-control",
@@ -18,6 +18,7 @@ const LIBRARIES: [&str; 11] = [
     "cathforce-link",
     "cathforce-record",
     "cathforce-gap",
+    "cathforce-challenge",
 ];
 
 /// What runs on the device and on the host alike, the bus included.
@@ -45,6 +46,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
         &["cathforce-mechanics", "cathforce-effects", "cathforce-rig", "cathforce-record"],
     ),
     ("cathforce-accuracy", &["cathforce-mechanics", "cathforce-rig", "cathforce-reference"]),
+    ("cathforce-challenge", &["cathforce-reference"]),
     ("cathforce", &LIBRARIES),
     (
         "cathforce-bench",

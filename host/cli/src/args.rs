@@ -162,6 +162,56 @@ pub enum GapAction {
     Diagnose(DiagnoseArguments),
     /// List the effects that can be switched on and diagnosed.
     Effects,
+    /// Check the diagnosis blind: on realities whose effect is sealed until every case is answered.
+    Challenge(ChallengeArguments),
+}
+
+#[derive(Debug, Args)]
+pub struct ChallengeArguments {
+    #[command(subcommand)]
+    pub action: ChallengeAction,
+}
+
+#[derive(Debug, Subcommand)]
+pub enum ChallengeAction {
+    /// Draw cases from a seed and play them on another solver than the device's model.
+    Make(ChallengeMakeArguments),
+    /// Write the SHA-256 of every label, before anything is diagnosed.
+    Seal(ChallengeFolder),
+    /// Diagnose every sealed case that has no answer yet.
+    Run(ChallengeRunArguments),
+    /// Check the labels against their seals and show them beside the answers.
+    Reveal(ChallengeFolder),
+    /// The figures of a blind check, as a table.
+    Score(ChallengeFolder),
+}
+
+#[derive(Debug, Args)]
+pub struct ChallengeFolder {
+    /// Folder of the challenge.
+    pub folder: PathBuf,
+}
+
+#[derive(Debug, Args)]
+pub struct ChallengeMakeArguments {
+    /// Folder to make; must not be there yet.
+    pub folder: PathBuf,
+    /// Cases: a tenth without an effect, a quarter with one that the library does not have, a
+    /// quarter with two.
+    #[arg(long, default_value_t = 40)]
+    pub cases: usize,
+    /// The same seed gives the same cases.
+    #[arg(long)]
+    pub seed: u64,
+}
+
+#[derive(Debug, Args)]
+pub struct ChallengeRunArguments {
+    /// Folder of the challenge.
+    pub folder: PathBuf,
+    /// Stop after so many cases; another run goes on.
+    #[arg(long)]
+    pub most: Option<usize>,
 }
 
 #[derive(Debug, Args)]

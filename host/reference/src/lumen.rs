@@ -22,23 +22,35 @@ pub struct WallPoint {
 pub struct Lumen {
     tubes: Vec<Tube>,
     blend_m: f64,
+    offset_m: Vector3<f64>,
 }
 
 impl Lumen {
     /// One tube.
     pub fn tube(tube: Tube) -> Self {
-        Self { tubes: vec![tube], blend_m: 0.0 }
+        Self::union(vec![tube], 0.0)
     }
 
     /// The union of tubes, whose edges are rounded where two distances differ by less than
     /// `blend_m`.
     pub fn union(tubes: Vec<Tube>, blend_m: f64) -> Self {
-        Self { tubes, blend_m }
+        Self { tubes, blend_m, offset_m: Vector3::zeros() }
     }
 
     /// No wall at all.
     pub fn open() -> Self {
-        Self { tubes: Vec::new(), blend_m: 0.0 }
+        Self::union(Vec::new(), 0.0)
+    }
+
+    /// The same wall, displaced from where its tubes are drawn \[m\].
+    pub fn at(mut self, offset_m: Vector3<f64>) -> Self {
+        self.offset_m = offset_m;
+        self
+    }
+
+    /// Displacement from where the tubes are drawn \[m\].
+    pub fn offset_m(&self) -> Vector3<f64> {
+        self.offset_m
     }
 
     /// The tubes of the union.
@@ -48,7 +60,8 @@ impl Lumen {
 
     /// The wall as seen from `p` \[m\].
     pub fn sample(&self, p: &Vector3<f64>) -> WallPoint {
-        let mut walls = self.tubes.iter().map(|tube| wall_of(tube, p));
+        let p = p - self.offset_m;
+        let mut walls = self.tubes.iter().map(|tube| wall_of(tube, &p));
         let free = WallPoint {
             distance_m: f64::INFINITY,
             gradient: Vector3::zeros(),
@@ -64,8 +77,9 @@ impl Lumen {
         let far = Vector3::repeat(f64::INFINITY);
         let stations = self.tubes.iter().flat_map(Tube::stations);
         stations.fold((far, -far), |(low, high), station| {
-            let reach = Vector3::repeat(station.radius_m);
-            (low.inf(&(station.position_m - reach)), high.sup(&(station.position_m + reach)))
+            let (centre, reach) =
+                (station.position_m + self.offset_m, Vector3::repeat(station.radius_m));
+            (low.inf(&(centre - reach)), high.sup(&(centre + reach)))
         })
     }
 }

@@ -140,9 +140,15 @@ impl<'a> Simulation<'a> {
         Ok(simulation)
     }
 
-    /// The same state under another problem, which differs in loads or wall only.
+    /// The same state under another problem on the same mesh. A wall that has moved between the
+    /// two takes along what touches it in the next step.
     pub fn released<'b>(self, problem: &'b Problem) -> Simulation<'b> {
-        let Self { state, table, matrix, time_s, sample, forces, effort, .. } = self;
+        let moved = problem.lumen.offset_m() - self.problem.lumen.offset_m();
+        let Self { mut state, matrix, time_s, sample, forces, effort, .. } = self;
+        // Friction knows of the wall's motion as of the instrument's: as a displacement between
+        // the two.
+        state.nodes.iter_mut().for_each(|node| node.slip -= moved);
+        let table = Table::default();
         Simulation { problem, state, table, matrix, time_s, sample, forces, effort }
     }
 

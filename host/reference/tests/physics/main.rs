@@ -2,4 +2,5 @@
 
 mod contact;
 mod statics;
+mod moving;
 mod support;

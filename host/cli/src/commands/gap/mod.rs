@@ -1,5 +1,6 @@
 //! `cathforce gap`: what is between the model and the measurement.
 
+mod challenge;
 mod diagnose;
 mod effects;
 mod hash;
@@ -18,6 +19,7 @@ pub fn run(ui: &Ui, arguments: &GapArguments) -> Result<(), Failure> {
     match &arguments.action {
         GapAction::Diagnose(arguments) => diagnose::run(ui, arguments),
         GapAction::Effects => effects::list(ui),
+        GapAction::Challenge(arguments) => challenge::run(ui, arguments),
     }
 }
 

@@ -1,0 +1,262 @@
+//! Cases drawn from a seed: a tenth without any effect, a quarter with one that the library does
+//! not have, a quarter with two, the rest with one.
+
+use nalgebra::Vector3;
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use serde::{Deserialize, Serialize};
+
+use crate::change::Change;
+use crate::rigs::{Rig, rigs};
+
+/// What a case is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Kind {
+    None,
+    Single,
+    Pair,
+    /// An effect that the library does not have.
+    Outside,
+}
+
+/// A reality to be diagnosed.
+#[derive(Clone, Debug)]
+pub struct Case {
+    pub number: usize,
+    pub kind: Kind,
+    pub rig: Rig,
+    pub changes: Vec<Change>,
+    /// From 0 (just to be seen) to 1 (strong).
+    pub severity: f64,
+    /// Of the noise.
+    pub noise_seed: u64,
+}
+
+/// Effects of the library that can be drawn.
+pub const LIBRARY: [&str; 23] = [
+    "contact.friction",
+    "contact.stribeck",
+    "wall.stiffness",
+    "wall.registration",
+    "wall.narrowing",
+    "wall.motion",
+    "instrument.stiffness",
+    "instrument.stored_curvature",
+    "instrument.tip_precurve",
+    "instrument.softening",
+    "instrument.weight",
+    "entry.drag",
+    "entry.guide",
+    "drive.ripple",
+    "drive.slip",
+    "drive.backlash",
+    "drive.encoder_scale",
+    "drive.latency",
+    "sensor.bias",
+    "sensor.drift",
+    "sensor.gain",
+    "sensor.misalignment",
+    "sensor.time_constant",
+];
+
+/// Effects that it does not have.
+pub const OUTSIDE: [&str; 6] = [
+    "outside.directed_friction",
+    "outside.cable",
+    "outside.shaking",
+    "outside.hysteresis",
+    "outside.jump",
+    "outside.rough_piece",
+];
+
+/// Cases 0 to `count` of a seed. The same seed gives the same cases.
+pub fn cases(seed: u64, count: usize) -> Vec<Case> {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let rigs = rigs();
+    let share = |of: usize| (count + of / 2) / of;
+    let mut kinds = vec![Kind::None; share(10)];
+    kinds.extend(vec![Kind::Outside; share(4)]);
+    kinds.extend(vec![Kind::Pair; share(4)]);
+    kinds.resize(count, Kind::Single);
+    shuffle(&mut kinds, &mut rng);
+    // Every effect once before any comes twice.
+    let (mut inside, mut outside) = (Deck::of(&LIBRARY), Deck::of(&OUTSIDE));
+    let mut rig_deck = Deck::of(&[0, 1, 2, 3]);
+    let case = |(number, kind): (usize, Kind)| {
+        let rig = rigs[rig_deck.draw(&mut rng)].clone();
+        let severity = rng.random_range(0.0..1.0);
+        let ids = match kind {
+            Kind::None => Vec::new(),
+            Kind::Single => vec![inside.draw(&mut rng)],
+            Kind::Outside => vec![outside.draw(&mut rng)],
+            Kind::Pair => {
+                let first = inside.draw(&mut rng);
+                let mut second = inside.draw(&mut rng);
+                while second == first {
+                    second = inside.draw(&mut rng);
+                }
+                vec![first, second]
+            }
+        };
+        let changes = ids.iter().filter_map(|id| single(id, severity, &mut rng)).collect();
+        Case { number, kind, rig, changes, severity, noise_seed: rng.random() }
+    };
+    kinds.into_iter().enumerate().map(case).collect()
+}
+
+/// One effect of that identifier at a severity; `None` when there is none of that name.
+pub fn single(id: &str, severity: f64, rng: &mut impl Rng) -> Option<Change> {
+    let strong = |weak: f64, strong: f64| weak + (strong - weak) * severity;
+    let up = rng.random_bool(0.5);
+    let sign = if up { 1.0 } else { -1.0 };
+    // Times or divided by.
+    let factor = |weak: f64, most: f64| strong(weak, most).powf(sign);
+    let towards = |rng: &mut dyn FnMut() -> f64| {
+        let z = 2.0 * rng() - 1.0;
+        let angle = std::f64::consts::TAU * rng();
+        let across = (1.0 - z * z).sqrt();
+        Vector3::new(across * angle.cos(), across * angle.sin(), z)
+    };
+    let mut share = || rng.random_range(0.0..1.0);
+    Some(match id {
+        "contact.friction" => Change::Friction { factor: factor(1.5, 2.5) },
+        "contact.stribeck" => {
+            Change::Stribeck { excess: strong(0.8, 2.0), speed_m_per_s: 0.006 + 0.01 * share() }
+        }
+        "wall.stiffness" => Change::WallStiffness { factor: factor(2.5, 6.0) },
+        "wall.registration" => Change::Registration {
+            offset_m: towards(&mut share) * strong(0.9e-3, 2e-3),
+            tilt_rad: towards(&mut share) * strong(0.01, 0.03),
+        },
+        "wall.narrowing" => Change::Narrowing {
+            arc_m: 0.045 + 0.02 * share(),
+            depth_m: strong(1e-3, 1.8e-3),
+            sd_m: 0.004 + 0.003 * share(),
+        },
+        "wall.motion" => Change::Breathing {
+            amplitude_m: towards(&mut share) * strong(0.7e-3, 1.6e-3),
+            period_s: 1.2 + 1.5 * share(),
+            phase: share(),
+        },
+        "instrument.stiffness" => {
+            let shaft = factor(1.25, 1.7);
+            Change::Stiffness { shaft, tip: shaft * (0.9 + 0.2 * share()) }
+        }
+        "instrument.stored_curvature" => {
+            let (size, angle) = (strong(3.0, 8.0), std::f64::consts::TAU * share());
+            Change::StoredCurvature { up_per_m: size * angle.cos(), side_per_m: size * angle.sin() }
+        }
+        "instrument.tip_precurve" => Change::Precurve { factor: 1.0 + sign * strong(0.2, 0.45) },
+        "instrument.softening" => {
+            Change::Softening { share: strong(0.25, 0.5), time_s: 2.0 + 3.0 * share() }
+        }
+        "instrument.weight" => Change::Weight { factor: strong(3.5, 7.0) },
+        "entry.drag" => Change::EntryDrag {
+            coulomb_n: strong(0.012, 0.06),
+            viscous_n_s_per_m: 0.6 * share(),
+            turn_m: 1e-4 + 2e-4 * share(),
+        },
+        "entry.guide" => Change::Guide { length_m: strong(4e-3, 0.014) },
+        "drive.ripple" => Change::Ripple {
+            ratio: strong(0.15, 0.4),
+            pitch_m: 8e-3 + 8e-3 * share(),
+            phase: share(),
+        },
+        "drive.slip" => Change::Slip { per_n: strong(1.5, 4.0) },
+        "drive.backlash" => Change::Backlash { width_m: strong(0.7e-3, 2.5e-3) },
+        "drive.encoder_scale" => Change::EncoderScale {
+            insertion: 1.0 + sign * strong(0.03, 0.08),
+            rotation: 1.0 + 0.06 * (2.0 * share() - 1.0),
+        },
+        "drive.latency" => Change::Latency { time_s: strong(0.015, 0.05) },
+        "sensor.bias" => Change::Bias { force_n: towards(&mut share) * strong(0.01, 0.03) },
+        "sensor.drift" => {
+            let time_s = 4.0 + 6.0 * share();
+            Change::Drift { end_n: towards(&mut share) * strong(0.015, 0.05), time_s }
+        }
+        "sensor.gain" => Change::Gain { factor: 1.0 + sign * strong(0.15, 0.35) },
+        "sensor.misalignment" => {
+            Change::Misalignment { rotation_rad: towards(&mut share) * strong(0.15, 0.35) }
+        }
+        "sensor.time_constant" => Change::TimeConstant { each_s: strong(0.03, 0.1) },
+        "outside.directed_friction" => Change::DirectedFriction { factor: strong(2.5, 4.0) },
+        "outside.cable" => {
+            // 60 mm of feed.
+            Change::Cable { per_m: towards(&mut share) * (strong(0.015, 0.05) / 0.06) }
+        }
+        "outside.shaking" => Change::Shaking {
+            force_n: towards(&mut share) * strong(6e-3, 0.02),
+            frequency_hz: 2.0 + 9.0 * share(),
+        },
+        "outside.hysteresis" => {
+            Change::Hysteresis { share: strong(0.5, 1.0), width_n: 6e-3 + 6e-3 * share() }
+        }
+        "outside.jump" => {
+            Change::Jump { at_share: 0.35 + 0.3 * share(), length_m: strong(2e-3, 5e-3) }
+        }
+        "outside.rough_piece" => {
+            let from_m = 0.045 + 0.012 * share();
+            Change::RoughPiece { from_m, to_m: from_m + 0.008, factor: strong(3.0, 6.0) }
+        }
+        _ => return None,
+    })
+}
+
+/// Draws without putting back until all are drawn.
+struct Deck<T: Clone> {
+    all: Vec<T>,
+    left: Vec<T>,
+}
+
+impl<T: Clone> Deck<T> {
+    fn of(all: &[T]) -> Self {
+        Self { all: all.to_vec(), left: Vec::new() }
+    }
+
+    fn draw(&mut self, rng: &mut impl Rng) -> T {
+        if self.left.is_empty() {
+            self.left.clone_from(&self.all);
+        }
+        let at = rng.random_range(0..self.left.len());
+        self.left.swap_remove(at)
+    }
+}
+
+fn shuffle<T>(items: &mut [T], rng: &mut impl Rng) {
+    for last in (1..items.len()).rev() {
+        items.swap(last, rng.random_range(0..=last));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_seed_gives_the_stated_shares_and_the_same_cases_again() {
+        let (drawn, again) = (cases(7, 200), cases(7, 200));
+        let count = |kind| drawn.iter().filter(|case| case.kind == kind).count();
+        let shares = [Kind::None, Kind::Outside, Kind::Pair, Kind::Single].map(count);
+        assert_eq!(shares, [20, 50, 50, 80]);
+        assert!(drawn.iter().zip(&again).all(|(a, b)| a.changes == b.changes));
+        assert!(cases(8, 200).iter().zip(&drawn).any(|(a, b)| a.changes != b.changes));
+        for case in &drawn {
+            let wanted = match case.kind {
+                Kind::None => 0,
+                Kind::Pair => 2,
+                Kind::Single | Kind::Outside => 1,
+            };
+            assert_eq!(case.changes.len(), wanted);
+        }
+    }
+
+    #[test]
+    fn every_name_is_drawn_as_itself() {
+        let mut rng = ChaCha8Rng::seed_from_u64(1);
+        for id in LIBRARY.iter().chain(&OUTSIDE) {
+            assert_eq!(single(id, 0.5, &mut rng).unwrap().id(), *id);
+        }
+        assert!(single("contact.nothing", 0.5, &mut rng).is_none());
+    }
+}

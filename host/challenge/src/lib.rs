@@ -1,0 +1,40 @@
+//! Blind checks of the diagnosis: bundles whose effect is known here and withheld there.
+//!
+//! Nothing of the device's model is used. The mechanics are those of `cathforce-reference`
+//! (absolute coordinates, finer mesh, second-order implicit steps, Coulomb's law met exactly);
+//! effects are added around it with shapes that differ from those that the diagnosis fits.
+//!
+//! | module | what it holds |
+//! | --- | --- |
+//! | `rigs` | two vessels, two instruments |
+//! | `motion` | what the drive does in every trial |
+//! | `change` | effects of a reality, in and out of the library |
+//! | `world`, `train`, `sensor` | where they act |
+//! | `play` | one trial of a reality |
+//! | `draw` | cases from a seed |
+//! | `bundle` | a case as a trial bundle |
+//! | `seal` | labels, their hashes, what was answered |
+//! | `score` | answers against labels |
+
+#![forbid(unsafe_code)]
+
+mod bundle;
+mod change;
+mod draw;
+mod motion;
+mod play;
+mod rigs;
+mod score;
+mod seal;
+mod sensor;
+mod train;
+mod world;
+
+pub use bundle::write_bundle;
+pub use change::{Change, Truth};
+pub use draw::{Case, Kind, LIBRARY, OUTSIDE, cases, single};
+pub use motion::TRIALS;
+pub use play::{Row, Trial, play};
+pub use rigs::{Instrument, Rig, rigs};
+pub use score::{SMALLEST_GAP, Score, Tally, score};
+pub use seal::{Challenge, ChallengeError, Label, Seals, gap_over_noise};

@@ -1,0 +1,261 @@
+//! Answers against labels: the figures of a blind check.
+
+use std::collections::BTreeSet;
+use std::fmt::Write as _;
+
+use serde::Serialize;
+use serde_json::Value;
+
+use crate::draw::Kind;
+use crate::seal::Label;
+
+/// A gap counts from so many times the noise on.
+pub const SMALLEST_GAP: f64 = 2.0;
+/// A wrong answer with at least this confidence is confidently wrong.
+pub const CONFIDENT: f64 = 0.8;
+
+/// One figure.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Tally {
+    pub figure: &'static str,
+    pub target: &'static str,
+    /// In percent where `unit` says so.
+    pub value: Option<f64>,
+    pub unit: &'static str,
+    /// Cases, or parameters, that it is taken over.
+    pub of: usize,
+}
+
+/// All figures of a challenge.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Score {
+    pub cases: usize,
+    /// Of them, those with an effect whose gap is too small to be asked for.
+    pub too_small: usize,
+    pub tallies: Vec<Tally>,
+    /// Case, what was there, what was answered.
+    pub answers: Vec<Answer>,
+    /// SHA-256 of the programs that answered.
+    pub binaries: BTreeSet<String>,
+}
+
+/// One case in short.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Answer {
+    pub case: String,
+    pub kind: Kind,
+    pub rig: String,
+    pub gap_over_noise: f64,
+    pub truth: Vec<String>,
+    pub verdict: String,
+    pub named: Vec<String>,
+    /// Named effects and what they cannot be told apart from.
+    pub reported: BTreeSet<String>,
+    pub confidence: Option<f64>,
+}
+
+impl Answer {
+    fn of(label: &Label, answer: &Value) -> Self {
+        let text = |value: &Value| value.as_str().unwrap_or_default().to_owned();
+        let list = |value: &Value| value.as_array().cloned().unwrap_or_default();
+        let named: Vec<String> = list(&answer["effects"]).iter().map(|e| text(&e["id"])).collect();
+        let mut reported: BTreeSet<String> = named.iter().cloned().collect();
+        for set in list(&answer["confusable"]) {
+            let set: Vec<String> = list(&set).iter().map(text).collect();
+            if set.iter().any(|id| named.contains(id)) {
+                reported.extend(set);
+            }
+        }
+        Self {
+            case: label.case.clone(),
+            kind: label.kind,
+            rig: label.rig.clone(),
+            gap_over_noise: label.gap_over_noise,
+            truth: label.effects.iter().map(|effect| effect.id.clone()).collect(),
+            verdict: text(&answer["verdict"]),
+            confidence: answer["effects"][0]["confidence"].as_f64(),
+            named,
+            reported,
+        }
+    }
+
+    fn first_is_true(&self) -> bool {
+        self.named.first().is_some_and(|first| self.truth.contains(first))
+    }
+
+    /// Whether the first effect is wrong, and was said with confidence and without a reserve.
+    fn is_confidently_wrong(&self) -> bool {
+        let wrong = !self.named.is_empty() && !self.truth.iter().any(|t| self.reported.contains(t));
+        wrong && self.verdict == "named" && self.confidence.is_some_and(|c| c >= CONFIDENT)
+    }
+}
+
+/// Scores revealed labels and the answers to them.
+pub fn score(revealed: &[(Label, Value)]) -> Score {
+    let answers: Vec<Answer> = revealed.iter().map(|(l, a)| Answer::of(l, a)).collect();
+    let large = |a: &&Answer| a.kind == Kind::None || a.gap_over_noise >= SMALLEST_GAP;
+    let counted: Vec<&Answer> = answers.iter().filter(large).collect();
+    let of = |kind: Kind| -> Vec<&Answer> {
+        counted.iter().copied().filter(|a| a.kind == kind).collect()
+    };
+    let (single, pair) = (of(Kind::Single), of(Kind::Pair));
+    let (outside, none) = (of(Kind::Outside), of(Kind::None));
+    let share = |figure, target, among: &[&Answer], hit: &dyn Fn(&Answer) -> bool| Tally {
+        figure,
+        target,
+        value: mean(among.iter().map(|a| if hit(a) { 100.0 } else { 0.0 })),
+        unit: "%",
+        of: among.len(),
+    };
+    let all_in = |a: &Answer| a.truth.iter().all(|id| a.reported.contains(id));
+    let sizes: Vec<f64> = single
+        .iter()
+        .filter(|a| !a.reported.is_empty())
+        .map(|a| a.reported.len() as f64)
+        .collect();
+    let inside = intervals(revealed);
+    let seconds: Vec<f64> = revealed.iter().filter_map(|(_, a)| a["seconds"].as_f64()).collect();
+    let tallies = vec![
+        share("the true effect is named first", "≥ 90 %", &single, &Answer::first_is_true),
+        share("the true effect is in the reported set", "≥ 97 %", &single, &all_in),
+        Tally {
+            figure: "mean size of that set",
+            target: "≤ 1.5",
+            value: mean(sizes.iter().copied()),
+            unit: "",
+            of: sizes.len(),
+        },
+        share("confidently wrong", "≤ 2 %", &counted, &Answer::is_confidently_wrong),
+        share("out-of-library effects answered \"none of mine\"", "≥ 90 %", &outside, &|a| {
+            a.verdict == "unknown"
+        }),
+        share("a gap claimed where there is none", "≤ 2 %", &none, &|a| a.verdict != "no_gap"),
+        share("both of two effects found", "≥ 80 %", &pair, &all_in),
+        Tally {
+            figure: "90 % parameter intervals that hold the truth",
+            target: "85–95 %",
+            value: mean(inside.iter().map(|hit| if *hit { 100.0 } else { 0.0 })),
+            unit: "%",
+            of: inside.len(),
+        },
+        Tally {
+            figure: "mean time of a diagnosis",
+            target: "",
+            value: mean(seconds.iter().copied()),
+            unit: "s",
+            of: seconds.len(),
+        },
+    ];
+    let binary = |(_, a): &(Label, Value)| a["binary_sha256"].as_str().map(str::to_owned);
+    Score {
+        cases: answers.len(),
+        too_small: answers.len() - counted.len(),
+        tallies,
+        binaries: revealed.iter().filter_map(binary).collect(),
+        answers,
+    }
+}
+
+/// Of every parameter with a counterpart in a true effect that was named, whether its interval
+/// holds the truth.
+fn intervals(revealed: &[(Label, Value)]) -> Vec<bool> {
+    let mut inside = Vec::new();
+    for (label, answer) in revealed {
+        let named = answer["effects"].as_array();
+        for effect in named.into_iter().flatten() {
+            let truth = label.effects.iter().find(|truth| effect["id"] == truth.id.as_str());
+            for (name, value) in truth.into_iter().flat_map(|truth| &truth.parameters) {
+                let estimate = &effect["parameters"][name];
+                if let (Some(low), Some(high)) =
+                    (estimate["low"].as_f64(), estimate["high"].as_f64())
+                {
+                    inside.push(low <= *value && *value <= high);
+                }
+            }
+        }
+    }
+    inside
+}
+
+fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
+    let (count, sum) = values.fold((0, 0.0), |(count, sum), value| (count + 1, sum + value));
+    (count > 0).then(|| sum / f64::from(count))
+}
+
+impl Score {
+    /// The figures as a table of Markdown.
+    pub fn table(&self) -> String {
+        let mut text = String::from("| figure | target | reached | of |\n| --- | --- | --- | --- |\n");
+        for t in &self.tallies {
+            let value = t.value.map_or("–".to_owned(), |value| match t.unit {
+                "" => format!("{value:.2}"),
+                unit => format!("{value:.0} {unit}"),
+            });
+            // Writing to a string does not fail.
+            let _ = writeln!(text, "| {} | {} | {value} | {} |", t.figure, t.target, t.of);
+        }
+        text
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::change::Truth;
+    use serde_json::json;
+
+    fn label(kind: Kind, ids: &[&str], gap: f64) -> Label {
+        let effect = |id: &&str| Truth {
+            id: (*id).to_owned(),
+            parameters: [("factor".to_owned(), 2.0)].into(),
+        };
+        Label {
+            case: "000".into(),
+            kind,
+            rig: "r".into(),
+            effects: ids.iter().map(effect).collect(),
+            severity: 0.5,
+            gap_over_noise: gap,
+            salt: String::new(),
+        }
+    }
+
+    fn named(id: &str, high: f64, confusable: Value) -> Value {
+        json!({
+            "verdict": "named",
+            "effects": [{ "id": id, "confidence": 0.95,
+                          "parameters": { "factor": { "low": 1.0, "high": high } } }],
+            "confusable": confusable,
+        })
+    }
+
+    fn value(score: &Score, figure: &str) -> Option<f64> {
+        score.tallies.iter().find(|t| t.figure == figure).unwrap().value
+    }
+
+    #[test]
+    fn what_is_right_and_wrong_is_counted_where_it_belongs() {
+        let revealed = [
+            (label(Kind::Single, &["a"], 3.0), named("a", 3.0, json!([]))),
+            // Wrong first, but it said that it cannot tell.
+            (label(Kind::Single, &["a"], 3.0), named("b", 3.0, json!([["b", "a"]]))),
+            (label(Kind::Single, &["a"], 3.0), named("c", 3.0, json!([]))),
+            (label(Kind::Single, &["a"], 3.0), named("a", 1.5, json!([]))),
+            (label(Kind::Single, &["a"], 1.5), named("c", 3.0, json!([]))),
+            (label(Kind::None, &[], 1.0), json!({ "verdict": "no_gap" })),
+            (label(Kind::Outside, &["o"], 9.0), json!({ "verdict": "unknown" })),
+            (label(Kind::Pair, &["a", "b"], 9.0), named("a", 9.0, json!([]))),
+        ];
+        let score = score(&revealed);
+        assert_eq!((score.cases, score.too_small), (8, 1));
+        assert_eq!(value(&score, "the true effect is named first"), Some(50.0));
+        assert_eq!(value(&score, "the true effect is in the reported set"), Some(75.0));
+        assert_eq!(value(&score, "mean size of that set"), Some(1.25));
+        let wrong = value(&score, "confidently wrong").unwrap();
+        assert!((wrong - 100.0 / 7.0).abs() < 1e-9);
+        assert_eq!(value(&score, "a gap claimed where there is none"), Some(0.0));
+        assert_eq!(value(&score, "both of two effects found"), Some(0.0));
+        let held = value(&score, "90 % parameter intervals that hold the truth").unwrap();
+        assert!((held - 200.0 / 3.0).abs() < 1e-9);
+    }
+}

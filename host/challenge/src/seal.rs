@@ -1,0 +1,257 @@
+//! A challenge on disk: cases, sealed labels, answers.
+//!
+//! | file | when |
+//! | --- | --- |
+//! | `cases/NNN/` | made; the bundles to diagnose |
+//! | `labels/NNN.json` | made; not to be opened before the reveal |
+//! | `seals.json` | sealed; SHA-256 of every label file, which holds its salt |
+//! | `answers/NNN.json` | run; only of sealed cases |
+//! | `score.json` | scored; only of labels that match their seals |
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+use sha2::{Digest, Sha256};
+use thiserror::Error;
+
+use crate::bundle::{DRIVE_NOISE_N, FORCE_NOISE_N, TIP_NOISE_M, write_bundle};
+use crate::change::Truth;
+use crate::draw::{Case, Kind, cases};
+use crate::motion::TRIALS;
+use crate::play::{Trial, play};
+use crate::score::Score;
+
+/// What is true of a case.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Label {
+    pub case: String,
+    pub kind: Kind,
+    pub rig: String,
+    pub effects: Vec<Truth>,
+    pub severity: f64,
+    /// RMS of what the effects change, with the noise, over the noise alone, in the channel that
+    /// shows them best: 1 is invisible.
+    pub gap_over_noise: f64,
+    /// Random, so that nobody finds the label by trying.
+    pub salt: String,
+}
+
+/// Published before anything is diagnosed.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Seals {
+    /// SHA-256 of the label file, by case.
+    pub labels: BTreeMap<String, String>,
+}
+
+/// Why a challenge cannot go on.
+#[derive(Debug, Error)]
+pub enum ChallengeError {
+    #[error("{}: {error}", path.display())]
+    File { path: PathBuf, error: std::io::Error },
+    #[error("{}: {error}", path.display())]
+    Content { path: PathBuf, error: serde_json::Error },
+    #[error("case {case} has no solution: {reason}\n  fix: take another seed")]
+    NoSolution { case: usize, reason: String },
+    #[error("{}: a challenge is there already\n  fix: name another folder", .0.display())]
+    AlreadyMade(PathBuf),
+    #[error("{}: not sealed yet\n  fix: `cathforce gap challenge seal` first", .0.display())]
+    NotSealed(PathBuf),
+    #[error("{}: sealed already; a second seal would be worth nothing", .0.display())]
+    AlreadySealed(PathBuf),
+    #[error("case {0} is not answered yet\n  fix: `cathforce gap challenge run` first")]
+    NotAnswered(String),
+    #[error("the label of case {0} is not the one that was sealed")]
+    Broken(String),
+}
+
+/// A challenge in a folder.
+#[derive(Clone, Debug)]
+pub struct Challenge {
+    folder: PathBuf,
+}
+
+impl Challenge {
+    /// A folder, whatever is in it.
+    pub fn at(folder: &Path) -> Self {
+        Self { folder: folder.to_path_buf() }
+    }
+
+    /// Makes `count` cases of a seed. `salt_seed` must not be known to whoever diagnoses.
+    /// `made` is told after every case how many there are.
+    pub fn make(
+        &self,
+        seed: u64,
+        count: usize,
+        salt_seed: u64,
+        made: &(dyn Fn() + Sync),
+    ) -> Result<(), ChallengeError> {
+        if self.folder.join("cases").exists() {
+            return Err(ChallengeError::AlreadyMade(self.folder.clone()));
+        }
+        let mut rng = ChaCha8Rng::seed_from_u64(salt_seed);
+        let drawn: Vec<(Case, u128)> =
+            cases(seed, count).into_iter().map(|case| (case, rng.random())).collect();
+        create(&self.folder.join("labels"))?;
+        create(&self.folder.join("cases"))?;
+        drawn.par_iter().try_for_each(|(case, salt)| {
+            self.make_case(case, *salt)?;
+            made();
+            Ok(())
+        })
+    }
+
+    fn make_case(&self, case: &Case, salt: u128) -> Result<(), ChallengeError> {
+        let name = format!("{:03}", case.number);
+        let all = |changes: &[_]| -> Result<Vec<Trial>, ChallengeError> {
+            let trial = |trial| {
+                play(&case.rig, changes, trial).map_err(|error| ChallengeError::NoSolution {
+                    case: case.number,
+                    reason: error.to_string(),
+                })
+            };
+            (0..TRIALS).map(trial).collect()
+        };
+        let real = all(&case.changes)?;
+        let nominal = all(&[])?;
+        let label = Label {
+            case: name.clone(),
+            kind: case.kind,
+            rig: case.rig.name.clone(),
+            effects: case.changes.iter().map(|c| c.truth(case.rig.friction_coefficient)).collect(),
+            severity: case.severity,
+            gap_over_noise: gap_over_noise(&real, &nominal),
+            salt: format!("{salt:032x}"),
+        };
+        let folder = self.folder.join("cases").join(&name);
+        write_bundle(&folder, &format!("case-{name}"), &case.rig, &real, case.noise_seed)
+            .map_err(|error| ChallengeError::File { path: folder, error })?;
+        write_json(&self.folder.join(format!("labels/{name}.json")), &label)
+    }
+
+    /// Names of all cases, in order.
+    pub fn cases(&self) -> Result<Vec<String>, ChallengeError> {
+        let path = self.folder.join("cases");
+        let entries = fs::read_dir(&path).map_err(file(&path))?;
+        let mut names = Vec::new();
+        for entry in entries {
+            let entry = entry.map_err(file(&path))?;
+            names.push(entry.file_name().to_string_lossy().into_owned());
+        }
+        names.sort();
+        Ok(names)
+    }
+
+    /// Folder of one case's bundle.
+    pub fn bundle(&self, case: &str) -> PathBuf {
+        self.folder.join("cases").join(case)
+    }
+
+    /// Hashes every label and writes `seals.json`.
+    pub fn seal(&self) -> Result<Seals, ChallengeError> {
+        let path = self.folder.join("seals.json");
+        if path.exists() {
+            return Err(ChallengeError::AlreadySealed(self.folder.clone()));
+        }
+        let cases = self.cases()?;
+        let hashes = cases.into_iter().map(|case| Ok((case.clone(), self.hash(&case)?)));
+        let seals = Seals { labels: hashes.collect::<Result<_, ChallengeError>>()? };
+        write_json(&path, &seals)?;
+        Ok(seals)
+    }
+
+    fn hash(&self, case: &str) -> Result<String, ChallengeError> {
+        let path = self.folder.join(format!("labels/{case}.json"));
+        let bytes = fs::read(&path).map_err(file(&path))?;
+        Ok(Sha256::digest(&bytes).iter().map(|byte| format!("{byte:02x}")).collect())
+    }
+
+    /// What was sealed.
+    pub fn seals(&self) -> Result<Seals, ChallengeError> {
+        let path = self.folder.join("seals.json");
+        if !path.exists() {
+            return Err(ChallengeError::NotSealed(self.folder.clone()));
+        }
+        read_json(&path)
+    }
+
+    /// The answer to a case, if it was given.
+    pub fn answer(&self, case: &str) -> Result<Option<Value>, ChallengeError> {
+        let path = self.answer_path(case);
+        if path.exists() { read_json(&path).map(Some) } else { Ok(None) }
+    }
+
+    /// Keeps the answer to a case.
+    pub fn keep_answer(&self, case: &str, answer: &Value) -> Result<(), ChallengeError> {
+        create(&self.folder.join("answers"))?;
+        write_json(&self.answer_path(case), answer)
+    }
+
+    fn answer_path(&self, case: &str) -> PathBuf {
+        self.folder.join(format!("answers/{case}.json"))
+    }
+
+    /// Keeps the score.
+    pub fn keep_score(&self, score: &Score) -> Result<(), ChallengeError> {
+        write_json(&self.folder.join("score.json"), score)
+    }
+
+    /// Opens the labels, which must be those that were sealed, once every case is answered.
+    pub fn reveal(&self) -> Result<Vec<(Label, Value)>, ChallengeError> {
+        let seals = self.seals()?;
+        let open = |(case, seal): (&String, &String)| {
+            let Some(answer) = self.answer(case)? else {
+                return Err(ChallengeError::NotAnswered(case.clone()));
+            };
+            if self.hash(case)? != *seal {
+                return Err(ChallengeError::Broken(case.clone()));
+            }
+            Ok((read_json(&self.folder.join(format!("labels/{case}.json")))?, answer))
+        };
+        seals.labels.iter().map(open).collect()
+    }
+}
+
+/// Noise of a mean of so many rows is smaller by the square root: force samples of 20 ms.
+const AVERAGED_ROWS: f64 = 5.0;
+
+/// √(1 + mean square of the difference over the noise), of the best channel.
+pub fn gap_over_noise(real: &[Trial], nominal: &[Trial]) -> f64 {
+    let mut sums = [0.0; 3];
+    let mut rows = 0.0;
+    for (a, b) in real.iter().zip(nominal).flat_map(|(a, b)| a.iter().zip(b)) {
+        let noise = FORCE_NOISE_N / AVERAGED_ROWS.sqrt();
+        sums[0] += ((a.force_n - b.force_n) / noise).norm_squared() / 3.0;
+        let noise = DRIVE_NOISE_N / AVERAGED_ROWS.sqrt();
+        sums[1] += ((a.drive_force_n - b.drive_force_n) / noise).powi(2);
+        sums[2] += ((a.tip_m - b.tip_m) / TIP_NOISE_M).norm_squared() / 3.0;
+        rows += 1.0;
+    }
+    sums.iter().map(|sum| (1.0 + sum / rows).sqrt()).fold(1.0, f64::max)
+}
+
+fn file(path: &Path) -> impl Fn(std::io::Error) -> ChallengeError {
+    let path = path.to_path_buf();
+    move |error| ChallengeError::File { path: path.clone(), error }
+}
+
+fn create(folder: &Path) -> Result<(), ChallengeError> {
+    fs::create_dir_all(folder).map_err(file(folder))
+}
+
+fn write_json(path: &Path, value: &impl Serialize) -> Result<(), ChallengeError> {
+    let content = |error| ChallengeError::Content { path: path.to_path_buf(), error };
+    let text = serde_json::to_string_pretty(value).map_err(content)?;
+    fs::write(path, text + "\n").map_err(file(path))
+}
+
+fn read_json<T: for<'a> Deserialize<'a>>(path: &Path) -> Result<T, ChallengeError> {
+    let content = |error| ChallengeError::Content { path: path.to_path_buf(), error };
+    let text = fs::read_to_string(path).map_err(file(path))?;
+    serde_json::from_str(&text).map_err(content)
+}

@@ -1,0 +1,54 @@
+//! Realities behave as their names say, and sealing holds.
+
+use cathforce_challenge::{Challenge, ChallengeError, Change, play, rigs};
+use serde_json::json;
+
+fn rms(a: &[f64]) -> f64 {
+    (a.iter().map(|x| x * x).sum::<f64>() / a.len() as f64).sqrt()
+}
+
+#[test]
+fn a_sensor_effect_changes_the_reading_alone() {
+    let rig = &rigs()[0];
+    let nominal = play(rig, &[], 1).unwrap();
+    let gained = play(rig, &[Change::Gain { factor: 1.2 }], 1).unwrap();
+    let norms = |trial: &[cathforce_challenge::Row]| -> Vec<f64> {
+        trial.iter().map(|row| row.force_n.norm()).collect()
+    };
+    let ratio = rms(&norms(&gained)) / rms(&norms(&nominal));
+    assert!((ratio - 1.2).abs() < 0.01, "{ratio}");
+    assert!(nominal.iter().zip(&gained).all(|(a, b)| a.tip_m == b.tip_m));
+    assert!(rms(&norms(&nominal)) > 5e-3, "the instrument touches the wall");
+}
+
+#[test]
+fn friction_is_pushed_against_and_late_motion_is_late() {
+    let rig = &rigs()[0];
+    let pushed = |changes: &[Change]| {
+        let trial = play(rig, changes, 1).unwrap();
+        // The end of the first feed.
+        trial.iter().filter(|r| r.t_s > 2.0 && r.t_s < 2.7).map(|r| r.drive_force_n).sum::<f64>()
+    };
+    assert!(pushed(&[Change::Friction { factor: 2.0 }]) > 1.1 * pushed(&[]));
+    let nominal = play(rig, &[], 1).unwrap();
+    let late = play(rig, &[Change::Latency { time_s: 0.04 }], 1).unwrap();
+    let worst = nominal.iter().zip(&late[10..]).map(|(a, b)| (a.tip_m - b.tip_m).norm());
+    assert!(worst.fold(0.0, f64::max) < 2e-4, "40 ms are ten rows");
+}
+
+#[test]
+fn a_label_that_was_changed_after_the_seal_is_found() {
+    let folder = tempfile::tempdir().unwrap();
+    let challenge = Challenge::at(folder.path());
+    challenge.make(3, 1, 5, &|| {}).unwrap();
+    assert!(matches!(challenge.reveal(), Err(ChallengeError::NotSealed(_))));
+    challenge.seal().unwrap();
+    assert!(matches!(challenge.seal(), Err(ChallengeError::AlreadySealed(_))));
+    assert!(matches!(challenge.reveal(), Err(ChallengeError::NotAnswered(_))));
+    challenge.keep_answer("000", &json!({ "verdict": "unknown" })).unwrap();
+    assert_eq!(challenge.reveal().unwrap().len(), 1);
+    let label = folder.path().join("labels/000.json");
+    let text = std::fs::read_to_string(&label).unwrap();
+    std::fs::write(&label, text.replace("severity", "Severity")).unwrap();
+    assert!(matches!(challenge.reveal(), Err(ChallengeError::Broken(_))));
+}
