@@ -2,7 +2,9 @@
 //!
 //!     cargo run --release -p cathforce-challenge --example severities
 
-use cathforce_challenge::{Change, LIBRARY, OUTSIDE, Rig, TRIALS, gap_over_noise, play, rigs, single};
+use cathforce_challenge::{
+    Change, LIBRARY, OUTSIDE, Rig, TRIALS, gap_over_noise, play, rigs, single,
+};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 

@@ -94,11 +94,8 @@ fn centreline(rig: &Rig) -> String {
         let p = station.position_m;
         arc += (p - before).norm();
         before = p;
-        let _ = writeln!(
-            text,
-            "0,{arc:.7},{:.8},{:.8},{:.8},{:.8}",
-            p.x, p.y, p.z, station.radius_m
-        );
+        let _ =
+            writeln!(text, "0,{arc:.7},{:.8},{:.8},{:.8},{:.8}", p.x, p.y, p.z, station.radius_m);
     }
     text
 }

@@ -13,63 +13,141 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq)]
 pub enum Change {
     /// Friction coefficient, times nominal.
-    Friction { factor: f64 },
+    Friction {
+        factor: f64,
+    },
     /// Coefficient at rest above the one in motion by `excess`; gone like exp(−v/speed).
-    Stribeck { excess: f64, speed_m_per_s: f64 },
+    Stribeck {
+        excess: f64,
+        speed_m_per_s: f64,
+    },
     /// Wall stiffness, times nominal.
-    WallStiffness { factor: f64 },
+    WallStiffness {
+        factor: f64,
+    },
     /// Phantom turned by `tilt_rad` (a rotation vector) about the entry, then displaced.
-    Registration { offset_m: Vector3<f64>, tilt_rad: Vector3<f64> },
+    Registration {
+        offset_m: Vector3<f64>,
+        tilt_rad: Vector3<f64>,
+    },
     /// Gaussian loss of radius around a place of the vessel's arc.
-    Narrowing { arc_m: f64, depth_m: f64, sd_m: f64 },
+    Narrowing {
+        arc_m: f64,
+        depth_m: f64,
+        sd_m: f64,
+    },
     /// Phantom that breathes: quickly out, slowly back, a pause.
-    Breathing { amplitude_m: Vector3<f64>, period_s: f64, phase: f64 },
+    Breathing {
+        amplitude_m: Vector3<f64>,
+        period_s: f64,
+        phase: f64,
+    },
     /// Elastic moduli of shaft and tip, times nominal.
-    Stiffness { shaft: f64, tip: f64 },
+    Stiffness {
+        shaft: f64,
+        tip: f64,
+    },
     /// Curvature that the shaft keeps, fading over its arc behind the tip.
-    StoredCurvature { up_per_m: f64, side_per_m: f64 },
+    StoredCurvature {
+        up_per_m: f64,
+        side_per_m: f64,
+    },
     /// Pre-curvature, times nominal; more so towards the shaft.
-    Precurve { factor: f64 },
+    Precurve {
+        factor: f64,
+    },
     /// Stiffness that is lost over time, half of it quickly and half slowly.
-    Softening { share: f64, time_s: f64 },
+    Softening {
+        share: f64,
+        time_s: f64,
+    },
     /// Weight, times nominal.
-    Weight { factor: f64 },
+    Weight {
+        factor: f64,
+    },
     /// Friction of the introducer, outside the vessel; turns round like tanh.
-    EntryDrag { coulomb_n: f64, viscous_n_s_per_m: f64, turn_m: f64 },
+    EntryDrag {
+        coulomb_n: f64,
+        viscous_n_s_per_m: f64,
+        turn_m: f64,
+    },
     /// A guide that reaches past the entry plane.
-    Guide { length_m: f64 },
+    Guide {
+        length_m: f64,
+    },
     /// Feed whose speed goes up and down in triangles.
-    Ripple { ratio: f64, pitch_m: f64, phase: f64 },
+    Ripple {
+        ratio: f64,
+        pitch_m: f64,
+        phase: f64,
+    },
     /// Feed lost under load, quadratically at small loads.
-    Slip { per_n: f64 },
+    Slip {
+        per_n: f64,
+    },
     /// Dead zone at reversal whose ends are taken up softly.
-    Backlash { width_m: f64 },
+    Backlash {
+        width_m: f64,
+    },
     /// Feed and rotation, times what the encoder says.
-    EncoderScale { insertion: f64, rotation: f64 },
+    EncoderScale {
+        insertion: f64,
+        rotation: f64,
+    },
     /// Motion that follows the encoder late.
-    Latency { time_s: f64 },
-    Bias { force_n: Vector3<f64> },
+    Latency {
+        time_s: f64,
+    },
+    Bias {
+        force_n: Vector3<f64>,
+    },
     /// Warming up: rises towards its end value.
-    Drift { end_n: Vector3<f64>, time_s: f64 },
+    Drift {
+        end_n: Vector3<f64>,
+        time_s: f64,
+    },
     /// Reading over force, falling off a little towards large forces.
-    Gain { factor: f64 },
-    Misalignment { rotation_rad: Vector3<f64> },
+    Gain {
+        factor: f64,
+    },
+    Misalignment {
+        rotation_rad: Vector3<f64>,
+    },
     /// Two equal first-order lags in a row.
-    TimeConstant { each_s: f64 },
+    TimeConstant {
+        each_s: f64,
+    },
 
     // Not in the library.
     /// Coefficient in withdrawal, times the one in feed.
-    DirectedFriction { factor: f64 },
+    DirectedFriction {
+        factor: f64,
+    },
     /// A cable that pulls at the phantom in proportion to what has been fed.
-    Cable { per_m: Vector3<f64> },
+    Cable {
+        per_m: Vector3<f64>,
+    },
     /// A table that shakes.
-    Shaking { force_n: Vector3<f64>, frequency_hz: f64 },
+    Shaking {
+        force_n: Vector3<f64>,
+        frequency_hz: f64,
+    },
     /// Sensor whose reading depends on where the force came from (Bouc–Wen).
-    Hysteresis { share: f64, width_n: f64 },
+    Hysteresis {
+        share: f64,
+        width_n: f64,
+    },
     /// Feed that is lost all at once.
-    Jump { at_share: f64, length_m: f64 },
+    Jump {
+        at_share: f64,
+        length_m: f64,
+    },
     /// A rough piece of the instrument: more friction while it passes.
-    RoughPiece { from_m: f64, to_m: f64, factor: f64 },
+    RoughPiece {
+        from_m: f64,
+        to_m: f64,
+        factor: f64,
+    },
 }
 
 /// What a label says of one effect.

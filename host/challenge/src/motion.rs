@@ -11,7 +11,8 @@ const RAMP_S: f64 = 0.1;
 
 /// Encoder positions of one trial from `start_m` on.
 pub fn schedule(trial: usize, start_m: f64) -> Schedule {
-    let begin = |rotation_rad| Schedule::starting_at(start_m, rotation_rad).then(0.3, 0.0, 0.0, 0.0);
+    let begin =
+        |rotation_rad| Schedule::starting_at(start_m, rotation_rad).then(0.3, 0.0, 0.0, 0.0);
     let feed = |s: Schedule, speed: f64, time_s: f64| s.then(time_s, RAMP_S, speed, 0.0);
     let spin = |s: Schedule, speed: f64, time_s: f64| s.then(time_s, RAMP_S, 0.0, speed);
     let rest = |s: Schedule, time_s: f64| s.then(time_s, RAMP_S, 0.0, 0.0);

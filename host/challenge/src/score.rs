@@ -108,11 +108,8 @@ pub fn score(revealed: &[(Label, Value)]) -> Score {
         of: among.len(),
     };
     let all_in = |a: &Answer| a.truth.iter().all(|id| a.reported.contains(id));
-    let sizes: Vec<f64> = single
-        .iter()
-        .filter(|a| !a.reported.is_empty())
-        .map(|a| a.reported.len() as f64)
-        .collect();
+    let sizes: Vec<f64> =
+        single.iter().filter(|a| !a.reported.is_empty()).map(|a| a.reported.len() as f64).collect();
     let inside = intervals(revealed);
     let seconds: Vec<f64> = revealed.iter().filter_map(|(_, a)| a["seconds"].as_f64()).collect();
     let tallies = vec![
@@ -185,7 +182,8 @@ fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
 impl Score {
     /// The figures as a table of Markdown.
     pub fn table(&self) -> String {
-        let mut text = String::from("| figure | target | reached | of |\n| --- | --- | --- | --- |\n");
+        let mut text =
+            String::from("| figure | target | reached | of |\n| --- | --- | --- | --- |\n");
         for t in &self.tallies {
             let value = t.value.map_or("–".to_owned(), |value| match t.unit {
                 "" => format!("{value:.2}"),

@@ -58,7 +58,8 @@ impl<'a> Sensor<'a> {
                 Change::Shaking { force_n, frequency_hz } => {
                     let share = (frequency_hz * t_s).rem_euclid(1.0);
                     // A sawtooth with rounded ends.
-                    reading += force_n * (2.5 * (2.0 * share - 1.0) * (1.0 - (2.0 * share - 1.0).powi(2)));
+                    reading +=
+                        force_n * (2.5 * (2.0 * share - 1.0) * (1.0 - (2.0 * share - 1.0).powi(2)));
                 }
                 _ => {}
             }

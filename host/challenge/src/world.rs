@@ -116,8 +116,7 @@ pub fn at(standing: &Problem, changes: &[Change], moment: &Moment) -> Problem {
     for change in changes {
         match *change {
             Change::Stribeck { excess, speed_m_per_s } => {
-                problem.wall.friction_coefficient *=
-                    1.0 + excess * (-slide / speed_m_per_s).exp();
+                problem.wall.friction_coefficient *= 1.0 + excess * (-slide / speed_m_per_s).exp();
             }
             Change::Breathing { .. } => {
                 problem.lumen = problem.lumen.at(phantom_m(changes, moment.t_s));

@@ -1,6 +1,6 @@
 //! The reference solver against closed forms and published solutions.
 
 mod contact;
-mod statics;
 mod moving;
+mod statics;
 mod support;
