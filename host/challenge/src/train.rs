@@ -64,11 +64,11 @@ impl<'a> Train<'a> {
                     let counted = load_n * (load_n.abs() / FULL_N).tanh();
                     feed -= feed.abs() * (per_n * counted).clamp(-0.9, 0.9);
                 }
-                Change::Jump { at_share, length_m } => {
-                    if !self.jumped && t_s > at_share * schedule.end_s() {
-                        self.jumped = true;
-                        feed -= length_m;
-                    }
+                Change::Jump { at_share, length_m }
+                    if !self.jumped && t_s > at_share * schedule.end_s() =>
+                {
+                    self.jumped = true;
+                    feed -= length_m;
                 }
                 _ => {}
             }

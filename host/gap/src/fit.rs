@@ -31,6 +31,15 @@ struct Effort {
 const THOROUGH: Effort = Effort { steps: 20, converged: 1e-7, attempts: 4, compass: 12 };
 const SPARING: Effort = Effort { steps: 3, converged: 1e-2, attempts: 2, compass: 4 };
 
+/// How far a fit goes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Depth {
+    /// As far as it pays.
+    Whole,
+    /// One step, where simulations cost something: enough to see who may win.
+    Glance,
+}
+
 /// One trial at the end of a fit.
 #[derive(Clone, Debug)]
 pub struct FitTrial {
@@ -74,8 +83,13 @@ pub fn fit(
     start: &Point,
     effects: &[usize],
     fresh: Option<usize>,
+    depth: Depth,
 ) -> Option<Fit> {
-    let effort = if problem.plant.cheap() { THOROUGH } else { SPARING };
+    let effort = match (problem.plant.cheap(), depth) {
+        (true, _) => THOROUGH,
+        (false, Depth::Whole) => SPARING,
+        (false, Depth::Glance) => Effort { steps: 1, compass: 0, ..SPARING },
+    };
     let search = Search { problem, nuisances, effort, coordinates: problem.coordinates(effects) };
     let identity = search.place(start.clone())?;
     let limit = identity.loss;

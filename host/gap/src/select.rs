@@ -1,8 +1,9 @@
 //! Which effects the data support: singles, pairs, more while they pay, fewer where they do not.
 
 use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
 
-use crate::fit::{Fit, fit};
+use crate::fit::{Depth, Fit, fit};
 use crate::nuisance::Nuisances;
 use crate::plant::{Plant, Point};
 use crate::problem::Problem;
@@ -18,6 +19,8 @@ const SMALLEST_SHARE: f64 = 0.02;
 const EVIDENCE: f64 = 6.0;
 /// Pairs that are refitted, and candidates in every later round.
 const REFITTED_PAIRS: usize = 8;
+/// Single effects that are fitted to the end; where simulations cost nothing, all are.
+const FITTED_SINGLES: usize = 10;
 const REFITTED_MORE: usize = 5;
 /// Effects that one explanation may have.
 const MOST_EFFECTS: usize = 6;
@@ -148,12 +151,23 @@ impl Selector<'_> {
         effects: &[usize],
         fresh: Option<usize>,
     ) -> Option<Candidate> {
-        let mut found = fit(self.problem, nuisances, start, effects, fresh)?;
+        self.candidate_to(Depth::Whole, nuisances, start, effects, fresh)
+    }
+
+    fn candidate_to(
+        &self,
+        depth: Depth,
+        nuisances: &Nuisances,
+        start: &Point,
+        effects: &[usize],
+        fresh: Option<usize>,
+    ) -> Option<Candidate> {
+        let mut found = fit(self.problem, nuisances, start, effects, fresh, depth)?;
         if !effects.is_empty() && self.problem.plant.cheap() {
             let raw: Vec<_> = found.trials.iter().map(|trial| trial.raw.clone()).collect();
             let nuisances = Nuisances::at(self.problem, &found.point, &raw)?;
             let failed = found.failed;
-            found = fit(self.problem, &nuisances, &found.point, effects, None)?;
+            found = fit(self.problem, &nuisances, &found.point, effects, None, depth)?;
             found.failed |= failed;
         }
         let score = score(self.problem, self.folds, &found);
@@ -169,10 +183,7 @@ impl Selector<'_> {
     pub fn select(&self, nominal: Candidate) -> Option<Selection> {
         let effects = self.problem.plant.effects().len();
         let nuisances = self.nuisances_at(&nominal.fit)?;
-        let single = |effect: usize| {
-            self.candidate_with(&nuisances, &nominal.fit.point, &[effect], Some(effect))
-        };
-        let tried: Vec<Option<Candidate>> = (0..effects).map(single).collect();
+        let tried = self.singles(&nominal, &nuisances, effects);
         let broken = |(effect, c): (usize, &Option<Candidate>)| {
             c.as_ref().is_none_or(|c| c.fit.failed).then_some(effect)
         };
@@ -197,6 +208,45 @@ impl Selector<'_> {
         {}
         self.prune(&mut selection);
         Some(selection)
+    }
+
+    /// Every single effect: a glance at all, then the whole fit of those that may win.
+    fn singles(
+        &self,
+        nominal: &Candidate,
+        nuisances: &Nuisances,
+        effects: usize,
+    ) -> Vec<Option<Candidate>> {
+        let glance = |effect: usize| {
+            let start = &nominal.fit.point;
+            self.candidate_to(Depth::Glance, nuisances, start, &[effect], Some(effect))
+        };
+        let mut tried: Vec<Option<Candidate>> = (0..effects).into_par_iter().map(glance).collect();
+        if self.problem.plant.cheap() {
+            // A glance was the whole fit.
+            return tried;
+        }
+        let mut losses: Vec<(f64, usize)> = tried
+            .iter()
+            .enumerate()
+            .filter_map(|(effect, c)| Some((c.as_ref()?.fit.loss, effect)))
+            .collect();
+        losses.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let first: Vec<usize> = losses.iter().take(FITTED_SINGLES).map(|(_, e)| *e).collect();
+        let refined: Vec<(usize, Option<Candidate>)> = first
+            .into_par_iter()
+            .map(|effect| {
+                let from = tried[effect].as_ref().map(|c| &c.fit.point)?;
+                Some((effect, self.candidate_with(nuisances, from, &[effect], None)))
+            })
+            .flatten()
+            .collect();
+        for (effect, candidate) in refined {
+            if candidate.is_some() {
+                tried[effect] = candidate;
+            }
+        }
+        tried
     }
 
     fn parameters(&self, effect: usize) -> usize {
@@ -232,8 +282,7 @@ impl Selector<'_> {
 
     /// The best pair, if it pays more than the best single effect.
     fn pairs(&self, selection: &mut Selection, nuisances: &Nuisances) {
-        let mut found: Vec<([usize; 2], Candidate)> = Vec::new();
-        for pair in self.screen_pairs(selection) {
+        let fitted = |pair: [usize; 2]| -> Option<([usize; 2], Candidate)> {
             let mut start = selection.nominal.fit.point.clone();
             for effect in pair {
                 if let Some(single) = &selection.singles[effect] {
@@ -246,15 +295,15 @@ impl Selector<'_> {
                 .into_iter()
                 .filter_map(|e| selection.singles[e].as_ref())
                 .min_by(|a, b| a.fit.loss.total_cmp(&b.fit.loss));
-            let Some(better) = better else { continue };
+            let better = better?;
             let candidate = match joint {
                 Some(joint) if joint.fit.loss <= better.fit.loss => Some(joint),
                 _ => self.candidate_with(nuisances, &better.fit.point, &pair, None),
             };
-            if let Some(candidate) = candidate.filter(|c| !c.fit.failed) {
-                found.push((pair, candidate));
-            }
-        }
+            Some((pair, candidate.filter(|c| !c.fit.failed)?))
+        };
+        let pairs = self.screen_pairs(selection);
+        let mut found: Vec<_> = pairs.into_par_iter().filter_map(fitted).collect();
         found.sort_by_key(|(pair, _)| *pair);
         by_cost(
             self.problem.plant,
@@ -332,16 +381,15 @@ impl Selector<'_> {
             .filter_map(|effect| Some((self.promise(selection, effect)?, effect)))
             .collect();
         screened.sort_by(|a, b| b.0.total_cmp(&a.0));
-        let mut refitted = Vec::new();
-        for &(_, effect) in screened.iter().take(REFITTED_MORE) {
+        screened.truncate(REFITTED_MORE);
+        let fitted = |(_, effect): (f64, usize)| {
             let mut effects = base.fit.effects.clone();
             effects.push(effect);
             let candidate =
                 self.candidate_with(&nuisances, &base.fit.point, &effects, Some(effect));
-            if let Some(candidate) = candidate.filter(|c| !c.fit.failed) {
-                refitted.push((effect, candidate));
-            }
-        }
+            Some((effect, candidate.filter(|c| !c.fit.failed)?))
+        };
+        let mut refitted: Vec<_> = screened.into_par_iter().filter_map(fitted).collect();
         // What acts on the plant comes before what acts on its sensors.
         refitted.sort_by_key(|(effect, _)| *effect);
         by_cost(

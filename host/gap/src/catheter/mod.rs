@@ -1,4 +1,4 @@
-//! A catheter in a vessel: trials played through the tick that the device runs.
+//! A catheter in a vessel: trials played through the mechanics that the device runs.
 //!
 //! Compared are the force on the phantom (averaged over 20 ms), the force behind the guide, the
 //! tip and the points on the shape. What the sensors read enters nothing but the comparison; the
@@ -20,6 +20,10 @@ use motion::PHASES;
 use prepare::{Prepared, Source};
 use simulate::{Simulator, readings};
 
+/// A diagnosis plays every trial hundreds of times: with half the links and half the ticks of the
+/// device. What that changes is part of what the model leaves open, and so of the floor.
+const COARSER: f64 = 2.0;
+const TICK_S: f64 = 2e-3;
 /// Half width of the wall's uncertainty away from junctions \[m\].
 const WALL_UNCERTAINTY_M: f64 = 40e-6;
 
@@ -56,8 +60,10 @@ pub enum CatheterError {
 impl Catheter {
     /// Prepares a bundle: the vessel, samples, what the model leaves open at each of them.
     pub fn new(bundle: &Bundle) -> Result<Self, CatheterError> {
-        let defaults = SolverDefaults::default();
-        let nominal = to_description::<f64>(bundle, &defaults).ok_or(CatheterError::NoTrials)?;
+        let defaults = SolverDefaults { tick_s: TICK_S, ..SolverDefaults::default() };
+        let mut nominal =
+            to_description::<f64>(bundle, &defaults).ok_or(CatheterError::NoTrials)?;
+        nominal.solver.link_length_m *= COARSER;
         let vessel = Vessel::from_bundle(bundle, SurfaceModel::default())?;
         let options = LumenOptions::for_instrument(nominal.instrument.outer_radius_m, CELL_M);
         let (lumen, _) = vessel.lumen(options)?;
@@ -108,9 +114,10 @@ impl Catheter {
             found.ok_or(CatheterError::Nominal(number))
         };
         let nominal = run(&self.nominal)?;
-        // The same physics with half the step and two solves, and with a wall that stands
-        // elsewhere: what the model leaves open without any effect.
+        // The same physics with the device's links, half the step and two solves, and with a wall
+        // that stands elsewhere: what the model leaves open without any effect.
         let mut finer = self.nominal.clone();
+        finer.solver.link_length_m /= COARSER;
         (finer.solver.substeps, finer.solver.solves) = (2, 2);
         let mut nearer = self.nominal.clone();
         nearer.instrument.outer_radius_m += WALL_UNCERTAINTY_M;
