@@ -22,8 +22,9 @@ const REFITTED_PAIRS: usize = 8;
 /// Single effects that are fitted to the end; where simulations cost nothing, all are.
 const FITTED_SINGLES: usize = 10;
 const REFITTED_MORE: usize = 5;
-/// Effects that one explanation may have.
+/// Effects that one explanation may have, where simulations cost nothing and where they do.
 const MOST_EFFECTS: usize = 6;
+const MOST_EFFECTS_COSTLY: usize = 3;
 
 /// A fitted model with its held-out score.
 #[derive(Clone, Debug)]
@@ -202,8 +203,9 @@ impl Selector<'_> {
         if selection.best.score.energy > NO_GAP {
             self.pairs(&mut selection, &nuisances);
         }
+        let most = if self.problem.plant.cheap() { MOST_EFFECTS } else { MOST_EFFECTS_COSTLY };
         while selection.best.score.energy > NO_GAP
-            && selection.best.fit.effects.len() < MOST_EFFECTS
+            && selection.best.fit.effects.len() < most
             && self.extend(&mut selection)
         {}
         self.prune(&mut selection);
