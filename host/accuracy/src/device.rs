@@ -68,6 +68,7 @@ fn description<T: Real>(
             sections: sections.collect(),
             precurve: precurve.collect(),
         },
+        guidewire: None,
         tendon: mechanics::Tendon::none(),
         entry: mechanics::Entry {
             position_m: vector(&problem.entry.position_m),

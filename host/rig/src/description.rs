@@ -95,6 +95,7 @@ pub fn describe<T: Real>(
             sections: sections.map(|section| describe_section(&rig.instrument, section)).collect(),
             precurve: precurve.collect(),
         },
+        guidewire: None,
         tendon: Tendon::none(),
         entry: Entry {
             position_m: vector(rig.entry.position_m),

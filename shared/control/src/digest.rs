@@ -10,7 +10,7 @@ use crate::words::{Word, Words};
 use crate::{Fault, Outputs};
 
 /// Words of [`Outputs::words`].
-const OUTPUT_WORDS: usize = 18;
+const OUTPUT_WORDS: usize = 20;
 
 impl Outputs {
     /// The bits of every output except the digest, which follows from them.
@@ -31,6 +31,8 @@ impl Outputs {
             moment_on_vessel_n_m: [mx, my, mz],
             drive_force_n,
             drive_torque_n_m,
+            guidewire_force_n,
+            guidewire_torque_n_m,
             peak_contact_force_n,
             peak_node,
             links,
@@ -50,6 +52,8 @@ impl Outputs {
             mz.to_bits(),
             drive_force_n.to_bits(),
             drive_torque_n_m.to_bits(),
+            guidewire_force_n.to_bits(),
+            guidewire_torque_n_m.to_bits(),
             peak_contact_force_n.to_bits(),
             u32::from(peak_node),
             u32::from(links),

@@ -301,6 +301,8 @@ fn outputs_finite(contact: &mechanics::Outputs<f32>) -> bool {
         && contact.moment_on_vessel_n_m.iter().all(|x| x.is_finite())
         && contact.drive_force_n.is_finite()
         && contact.drive_torque_n_m.is_finite()
+        && contact.guidewire_force_n.is_finite()
+        && contact.guidewire_torque_n_m.is_finite()
         && contact.peak_contact_force_n.is_finite()
 }
 

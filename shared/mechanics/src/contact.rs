@@ -6,6 +6,7 @@
 use nalgebra::Vector3;
 
 use crate::algebra::{dot, plus_cross};
+use crate::coaxial::Slide;
 use crate::effects::acting::Law;
 use crate::effects::wall_law::Slid;
 use crate::model::{maximum, minimum};
@@ -65,16 +66,20 @@ impl<T: Real> Touch<T> {
 }
 
 /// How a sample point has moved since the step began.
-pub(crate) struct Motion<T: Real> {
+pub(crate) struct Motion<'a, T: Real> {
     /// Of the centre line \[m\].
     pub displacement: Vector3<T>,
     /// Of the link \[rad\].
     pub turn: Vector3<T>,
+    /// From the centre line to the surface \[m\].
+    pub radius: T,
+    /// Of the link, and how the surface slides along and about it.
+    pub tangent: &'a Vector3<T>,
+    pub slide: Slide<T>,
 }
 
 /// The wall's law with the constants of one solve.
 pub(crate) struct Contact<T: Real> {
-    radius: T,
     onset: T,
     inverse_onset: T,
     /// Damping over stiffness, both per displacement of a step.
@@ -84,9 +89,8 @@ pub(crate) struct Contact<T: Real> {
 }
 
 impl<T: Real> Contact<T> {
-    pub fn new(radius: T, wall: &Wall<T>, friction: T, inverse_dt: T) -> Self {
+    pub fn new(wall: &Wall<T>, friction: T, inverse_dt: T) -> Self {
         Self {
-            radius,
             onset: wall.onset_m,
             inverse_onset: T::one() / wall.onset_m,
             damping: wall.damping_s * inverse_dt,
@@ -97,12 +101,12 @@ impl<T: Real> Contact<T> {
 
     /// `stiffness` \[N/m\] is the nominal one of the sample's share of the arc.
     #[inline(always)]
-    pub fn touch(
+    pub fn touch<L: Law<T>>(
         &self,
-        law: &impl Law<T>,
+        law: &L,
         seen: &Proximity<T>,
         stiffness: T,
-        motion: &Motion<T>,
+        motion: &Motion<'_, T>,
         memory: &Memory<T>,
     ) -> Touch<T> {
         let (zero, half) = (T::zero(), T::lit(0.5));
@@ -124,8 +128,12 @@ impl<T: Real> Contact<T> {
         let normal_force = stiffness * indented - damping * dot(n, &motion.displacement);
 
         // What the surface, at −r n from the centre line, has slid.
-        let moved =
-            plus_cross(&(memory.slip + motion.displacement), n, &(motion.turn * self.radius));
+        let (mut displacement, mut turn) = (motion.displacement, motion.turn);
+        if L::COAXIAL {
+            displacement += motion.tangent * motion.slide.along_m;
+            turn += motion.tangent * motion.slide.turn_rad;
+        }
+        let moved = plus_cross(&(memory.slip + displacement), n, &(turn * motion.radius));
         let slip = moved - n * dot(n, &moved);
         let length = maximum(dot(&slip, &slip).root(), memory.reached);
         // Secant of Coulomb's law at the predicted displacement.     docs/model.md (12)

@@ -132,7 +132,10 @@ impl<T: Real> Tendon<T> {
 /// Everything the model is told, except the lumen.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Description<T> {
+    /// The catheter, or a guidewire on its own.
     pub instrument: Instrument<T>,
+    /// Inside the catheter, with its own drive; `None` if there is none.
+    pub guidewire: Option<Instrument<T>>,
     pub tendon: Tendon<T>,
     pub entry: Entry<T>,
     pub wall: Wall<T>,
@@ -154,26 +157,38 @@ pub enum DescriptionError {
     EntryFrame,
 }
 
-impl<T: Real> Description<T> {
-    /// Checks every number; the first fault found is returned.
-    pub fn validate(&self) -> Result<(), DescriptionError> {
-        use DescriptionError::{EntryFrame, NoSections};
-        if self.instrument.sections.is_empty() {
-            return Err(NoSections);
+impl<T: Real> Instrument<T> {
+    fn validate(&self) -> Result<(), DescriptionError> {
+        if self.sections.is_empty() {
+            return Err(DescriptionError::NoSections);
         }
-        within("instrument.outer_radius_m", self.instrument.outer_radius_m, 1e-5, 1e-2)?;
-        for s in &self.instrument.sections {
+        within("instrument.outer_radius_m", self.outer_radius_m, 1e-5, 1e-2)?;
+        for s in &self.sections {
             within("section.length_m", s.length_m, 1e-4, 10.0)?;
             within("section.bending_stiffness_n_m2", s.bending_stiffness_n_m2, 1e-9, 1.0)?;
             within("section.torsional_stiffness_n_m2", s.torsional_stiffness_n_m2, 1e-9, 1.0)?;
             within("section.axial_stiffness_n", s.axial_stiffness_n, 0.1, 1e8)?;
             within("section.mass_kg_per_m", s.mass_kg_per_m, 1e-6, 1.0)?;
         }
-        for p in &self.instrument.precurve {
+        for p in &self.precurve {
             within("precurve.length_m", p.length_m, 0.0, 1.0)?;
             within("precurve.curvature_per_m", p.curvature_per_m, -1000.0, 1000.0)?;
             within("precurve.lateral_curvature_per_m", p.lateral_curvature_per_m, -1000.0, 1000.0)?;
             within("precurve.torsion_per_m", p.torsion_per_m, -1000.0, 1000.0)?;
+        }
+        Ok(())
+    }
+}
+
+impl<T: Real> Description<T> {
+    /// Checks every number; the first fault found is returned.
+    pub fn validate(&self) -> Result<(), DescriptionError> {
+        use DescriptionError::EntryFrame;
+        self.instrument.validate()?;
+        if let Some(wire) = &self.guidewire {
+            wire.validate()?;
+            let bore = self.instrument.outer_radius_m.to_f64();
+            within("guidewire.outer_radius_m", wire.outer_radius_m, 1e-5, bore)?;
         }
         for x in self.entry.position_m {
             within("entry.position_m", x, -10.0, 10.0)?;

@@ -10,8 +10,10 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
     pub fn kinetic_energy_j(&self, model: &Model<T, LINKS>) -> T {
         let h = model.description().solver.link_length_m;
         let half = T::lit(0.5);
+        let tables = self.tables(model);
         let (mut sum, mut distal_mass) = (T::zero(), T::zero());
-        for (j, (link, table)) in self.links.iter().zip(&model.links).take(self.count).enumerate() {
+        for (j, (link, table)) in self.links.iter().zip(&tables.links).take(self.count).enumerate()
+        {
             let mass = table.mass * (self.length_m(model, j) / h);
             sum += half * (half * (mass + distal_mass)) * link.velocity.norm_squared();
             distal_mass = mass;
@@ -24,10 +26,11 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
     pub fn elastic_energy_j(&self, model: &Model<T, LINKS>) -> T {
         let h = model.description().solver.link_length_m;
         let half = T::lit(0.5);
+        let tables = self.tables(model);
         let (mut sum, mut proximal) = (T::zero(), self.guide.rotation);
         for j in (0..self.count.min(LINKS)).rev() {
             let length = self.length_m(model, j);
-            let (link, joint) = (&self.links[j], &model.joints[j]);
+            let (link, joint) = (&self.links[j], &tables.joints[j]);
             let cell = if j + 1 == self.count {
                 self.guide_cell_m(model)
             } else {
@@ -39,7 +42,7 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
             let turn = joint.bending * bend + joint.torsion * strain.z * strain.z;
             let elastic_length = maximum(length, h * T::lit(SHORTEST_BASE));
             let stretch = length * link.strain;
-            let pull = model.links[j].axial / elastic_length * stretch * stretch;
+            let pull = tables.links[j].axial / elastic_length * stretch * stretch;
             sum += half * (turn * (h / cell) + pull);
             proximal = link.rotation;
         }

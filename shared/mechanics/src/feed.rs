@@ -4,9 +4,11 @@
 use nalgebra::Vector3;
 
 use crate::algebra::{Bend, dot};
-use crate::model::{maximum, minimum};
+use crate::coaxial::Overlap;
+use crate::model::{half_turn, maximum, minimum};
+use crate::pieces::Placed;
 use crate::state::{LinkState, State};
-use crate::{Drive, Model, Real};
+use crate::{Drive, Drives, Model, Real};
 
 /// Turns the predictor by at most this much a solve \[rad\]; beyond, it is no prediction.
 const LARGEST_PREDICTED_TURN: f64 = 0.2;
@@ -14,6 +16,17 @@ const LARGEST_PREDICTED_TURN: f64 = 0.2;
 /// Shortest base link, over the link length, that the guide's joint and the stretch see:
 /// a link enters the vessel rigid and softens as it grows.
 pub(crate) const SHORTEST_BASE: f64 = 0.001;
+
+/// From the tip of a chain of `chain_m` inside the vessel back to that of an instrument of
+/// which `inside_m` are.     docs/model.md (38)
+///
+/// The guide's joint stands for a full cell, up to one and a half links behind the mouth: from
+/// there, and not from the mouth, an instrument enters that is not the first.
+fn behind_m<T: Real>(link_length_m: T, chain_m: T, inside_m: T) -> T {
+    let behind_m = chain_m - inside_m;
+    let outside_m = maximum(link_length_m * T::lit(1.5) - inside_m, T::zero());
+    behind_m + outside_m * minimum(behind_m / link_length_m, T::one())
+}
 
 impl<T: Real, const LINKS: usize> State<T, LINKS> {
     /// Arc that the guide's joint stands for: half of the base link \[m\].
@@ -35,16 +48,28 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
         }
     }
 
-    /// Moves the drive to `target`, within what the links can reach.     docs/model.md (2)
+    /// Moves the drives to `target`, within what the links can reach.     docs/model.md (2)
     ///
     /// A link is born a little late, so that a drive that rests on a whole number of links
     /// does not bear and drop one in turn with its last bit.
-    pub(crate) fn feed(&mut self, model: &Model<T, LINKS>, target: Drive<T>) {
+    pub(crate) fn feed(&mut self, model: &Model<T, LINKS>, target: Drives<T>) {
         let h = model.description().solver.link_length_m;
-        let insertion = minimum(maximum(target.insertion_m, T::zero()), model.reach_m());
-        self.fed_m = insertion - self.drive.insertion_m;
-        self.drive = Drive { insertion_m: insertion, rotation_rad: target.rotation_rad };
-        self.guide.rotation = model.guide_turned(target.rotation_rad + self.effects.wound_rad);
+        let reached = |drive: Drive<T>| Drive {
+            insertion_m: minimum(maximum(drive.insertion_m, T::zero()), model.reach_m()),
+            ..drive
+        };
+        let catheter = reached(target.catheter);
+        let mut insertion = catheter.insertion_m;
+        if model.guidewire.is_some() {
+            let guidewire = reached(target.guidewire);
+            insertion = maximum(guidewire.insertion_m, insertion);
+            self.slide(Drives { catheter, guidewire }, insertion, h);
+        } else {
+            self.drives.catheter = catheter;
+        }
+        self.fed_m = insertion - self.insertion_m;
+        self.insertion_m = insertion;
+        self.guide.rotation = model.guide_turned(catheter.rotation_rad + self.effects.wound_rad);
         self.guide.tangent = self.guide.rotation.tangent();
         let full = T::int(self.count.saturating_sub(1) as i32) * h;
         self.base_length_m = insertion - full;
@@ -63,6 +88,24 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
                 self.base_length_m += h;
             }
         }
+        self.overlay(model);
+    }
+
+    /// Both drives go to where they are now, the chain's tip to the foremost of them.
+    fn slide(&mut self, drives: Drives<T>, insertion_m: T, link_length_m: T) {
+        let before = core::mem::replace(&mut self.drives, drives);
+        let fed_m = insertion_m - self.insertion_m;
+        let slid_m = |now: Drive<T>, was: Drive<T>| now.insertion_m - was.insertion_m - fed_m;
+        let rolled =
+            |drives: &Drives<T>| drives.guidewire.rotation_rad - drives.catheter.rotation_rad;
+        let behind_m = |drive: Drive<T>| behind_m(link_length_m, insertion_m, drive.insertion_m);
+        self.overlap = Overlap {
+            catheter: Placed { behind_m: behind_m(drives.catheter), ..Placed::leading() },
+            wire: Placed { behind_m: behind_m(drives.guidewire), roll: half_turn(rolled(&drives)) },
+            catheter_slid_m: slid_m(drives.catheter, before.catheter),
+            wire_slid_m: slid_m(drives.guidewire, before.guidewire),
+            wire_rolled_rad: rolled(&drives) - rolled(&before),
+        };
     }
 
     /// A new base link: straight, along the guide, at rest in the material's frame.

@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use crate::Real;
 use crate::algebra::Bend;
-use crate::model::Joint;
+use crate::tables::Joint;
 
 /// Moment and stiffness of a joint at the predicted state, world axes.
 pub(crate) struct JointLoad<T: Real> {

@@ -8,6 +8,7 @@
 #![forbid(unsafe_code)]
 
 mod algebra;
+mod coaxial;
 mod contact;
 mod description;
 pub mod effects;
@@ -17,10 +18,13 @@ mod joint;
 mod lumen;
 mod model;
 mod parameters;
+mod pieces;
 mod proximity;
+mod sharing;
 mod state;
 mod step;
 mod sweep;
+mod tables;
 mod wrench;
 
 pub use cathforce_scalar::Real;
@@ -29,7 +33,7 @@ pub use effects::{DriveTrain, EFFECTS, EffectInfo, Effects, Measurement, Paramet
 pub use lumen::*;
 pub use model::Model;
 pub use parameters::*;
-pub use state::{Drive, Loads, Outputs, State};
+pub use state::{Drive, Drives, Loads, Outputs, State};
 pub use step::{settle, settle_loaded, step, step_loaded};
 
 /// Most links (and nodes) inside the vessel, unless a [`Model`] says otherwise.

@@ -5,36 +5,18 @@ use nalgebra::Vector3;
 use crate::algebra::Rotation;
 use crate::effects::StoredCurvature;
 use crate::effects::nominal::{self, Placement};
+use crate::pieces::{Pieces, Placed, Walk};
+use crate::tables::Tables;
 use crate::{Description, DescriptionError, Instrument, MAX_LINKS, Real, Wall};
-
-/// Elastic properties of one joint, over a full cell of one link length around it.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Joint<T: Real> {
-    /// Bending stiffness 1/∫ds/EI \[N·m/rad\].
-    pub bending: T,
-    /// Torsional stiffness 1/∫ds/GJ \[N·m/rad\].
-    pub torsion: T,
-    /// Rotation of the unloaded cell ∫κ₀ ds, material axes (up, side, tangent) \[rad\].
-    pub unloaded: Vector3<T>,
-}
-
-/// Properties of one link.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Link<T> {
-    /// Mean axial stiffness h/∫ds/EA \[N\].
-    pub axial: T,
-    /// Mass \[kg\].
-    pub mass: T,
-}
 
 /// The model's configuration: a validated description and its tables, for up to `LINKS` links.
 #[derive(Clone, Debug)]
 pub struct Model<T: Real, const LINKS: usize = MAX_LINKS> {
     description: Description<T>,
-    /// By link: the joint at its proximal end, joint j + 1, that many link lengths from the tip.
-    pub(crate) joints: [Joint<T>; LINKS],
-    /// Link j reaches from joint j + 1 to joint j.
-    pub(crate) links: [Link<T>; LINKS],
+    /// Of the catheter alone.
+    pub(crate) tables: Tables<T, LINKS>,
+    pub(crate) catheter: Pieces<T>,
+    pub(crate) guidewire: Option<Pieces<T>>,
     /// The wall's law with its effects.
     pub(crate) wall: Wall<T>,
     /// Viscous time of bending, with its effect \[s\].
@@ -56,25 +38,15 @@ impl<T: Real, const LINKS: usize> Model<T, LINKS> {
     /// Validates the description and makes the tables.     docs/model.md (1)
     pub fn new(description: Description<T>) -> Result<Self, DescriptionError> {
         description.validate()?;
-        let h = description.solver.link_length_m;
         let effects = &description.effects;
         let instrument = &nominal::instrument(&description);
-        let stored = &effects.instrument.stored_curvature;
-        let at = |index: usize, offset: f64| h * (T::int(index as i32) + T::lit(offset));
-        let joints = core::array::from_fn(|j| {
-            let (low, high) = (at(j, 0.5), at(j, 1.5));
-            let cell = Compliance::between(instrument, low, high);
-            Joint {
-                bending: T::one() / cell.bending,
-                torsion: T::one() / cell.torsion,
-                unloaded: unloaded_rotation(instrument, stored, low, high),
-            }
-        });
-        let links = core::array::from_fn(|j| {
-            let piece = Compliance::between(instrument, at(j, 0.0), at(j, 1.0));
-            Link { axial: h / piece.axial, mass: piece.mass }
-        });
-        let wall = representable(nominal::wall(&description), &description, &joints, &links);
+        let catheter = Pieces::of(instrument, &effects.instrument.stored_curvature);
+        let straight = StoredCurvature::off();
+        let guidewire = description.guidewire.as_ref().map(|wire| Pieces::of(wire, &straight));
+        let mut tables = Tables::new();
+        let alone = Walk::new((&catheter, Placed::leading()), None);
+        tables.fill(LINKS, description.solver.link_length_m, alone);
+        let wall = representable(nominal::wall(&description), &description, instrument);
         let entry = &description.entry;
         let placement = Placement::of(&description);
         // The model computes in the vessel's frame.
@@ -86,15 +58,17 @@ impl<T: Real, const LINKS: usize> Model<T, LINKS> {
         let gravity = axis(description.gravity_m_per_s2) * effects.instrument.weight.factor;
         let guide = Rotation::from_axes(&up, &direction.cross(&up), &direction);
         Ok(Self {
-            joints,
-            links,
+            tables,
             guide,
             mouth: nominal::mouth(entry, effects.entry.guide.length_m),
             placement,
             gravity,
             wall,
             acts: nominal::acts(&description),
-            windup_rad_per_n_m: nominal::windup_rad_per_n_m(&description, instrument),
+            windup_rad_per_n_m: effects.instrument.torsional_windup.free_length_m
+                / catheter.shaft_torsion(),
+            catheter,
+            guidewire,
             bending_damping_s: description.solver.bending_damping_s
                 + effects.instrument.viscoelastic.time_s,
             description,
@@ -135,13 +109,14 @@ const STIFFEST_WALL: f64 = 1e5;
 fn representable<T: Real>(
     wall: Wall<T>,
     description: &Description<T>,
-    joints: &[Joint<T>],
-    links: &[Link<T>],
+    instrument: &Instrument<T>,
 ) -> Wall<T> {
     let solver = &description.solver;
     let h = solver.link_length_m;
-    let bent = joints.iter().map(|joint| joint.bending / (h * h));
-    let stretched = links.iter().map(|link| link.axial / h);
+    let sections =
+        || instrument.sections.iter().chain(description.guidewire.iter().flat_map(|w| &w.sections));
+    let bent = sections().map(|section| section.bending_stiffness_n_m2 / (h * h * h));
+    let stretched = sections().map(|section| section.axial_stiffness_n / h);
     let Some(softest) = bent.chain(stretched).reduce(minimum) else { return wall };
     // What a solve sees of the wall grows by damping, and by friction that sticks.
     let parts = T::int(i32::from(solver.substeps.max(1)));
@@ -173,60 +148,6 @@ pub(crate) fn half_turn<T: Real>(angle: T) -> (T, T) {
         sin = doubled;
     }
     (sin, T::one() - versine)
-}
-
-/// Compliance and mass of a stretch of the instrument.
-struct Compliance<T> {
-    bending: T,
-    torsion: T,
-    axial: T,
-    mass: T,
-}
-
-impl<T: Real> Compliance<T> {
-    /// Integrals over the arc from `low` to `high`, measured from the tip; what lies
-    /// beyond the tip counts as the first section.
-    fn between(instrument: &Instrument<T>, low: T, high: T) -> Self {
-        let zero = T::zero();
-        let mut sum = Self { bending: zero, torsion: zero, axial: zero, mass: zero };
-        let mut start = zero;
-        let last = instrument.sections.len() - 1;
-        for (i, s) in instrument.sections.iter().enumerate() {
-            let end = start + s.length_m;
-            let from = if i == 0 { low } else { maximum(low, start) };
-            let to = if i == last { high } else { minimum(high, end) };
-            let length = maximum(to - from, zero);
-            sum.bending += length / s.bending_stiffness_n_m2;
-            sum.torsion += length / s.torsional_stiffness_n_m2;
-            sum.axial += length / s.axial_stiffness_n;
-            sum.mass += length * s.mass_kg_per_m;
-            start = end;
-        }
-        sum
-    }
-}
-
-/// ∫κ₀ ds in material axes. Curvature towards `up` turns about `side`, towards `side`
-/// about −`up`.
-fn unloaded_rotation<T: Real>(
-    instrument: &Instrument<T>,
-    stored: &StoredCurvature<T>,
-    low: T,
-    high: T,
-) -> Vector3<T> {
-    let mut sum = Vector3::zeros();
-    let mut start = T::zero();
-    for p in &instrument.precurve {
-        let end = start + p.length_m;
-        let length = maximum(minimum(high, end) - maximum(low, start), T::zero());
-        sum +=
-            Vector3::new(-p.lateral_curvature_per_m, p.curvature_per_m, p.torsion_per_m) * length;
-        start = end;
-    }
-    // Behind the pre-curved tip.     docs/model.md (23)
-    let length = maximum(high - maximum(low, start), T::zero());
-    let (up, side) = (stored.curvature_per_m, stored.lateral_curvature_per_m);
-    sum + Vector3::new(-side, up, T::zero()) * length
 }
 
 /// The larger of two; NaN in `a` stays.

@@ -48,7 +48,9 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
             let half_chord = length * (T::one() + link.strain) * T::lit(0.5);
             let middle = sagitta - link.tangent * half_chord;
             distal_tangent = link.tangent;
-            for (seen, offset) in kept.seen.iter_mut().zip([Vector3::zeros(), middle]) {
+            let offsets = [Vector3::zeros(), middle];
+            for (i, (seen, offset)) in kept.seen.iter_mut().zip(offsets).enumerate() {
+                let radius = law.radius(2 * j + i, radius);
                 let position = link.position + offset;
                 let wall = lumen.sample(&position);
                 lowest = minimum(lowest, wall.distance_m);

@@ -3,9 +3,11 @@
 use nalgebra::{Matrix3, Vector3};
 
 use crate::algebra::Rotation;
+use crate::coaxial::Overlap;
 use crate::contact::{Memory, Touch};
 use crate::effects::memory::Memory as EffectMemory;
 use crate::proximity::Proximity;
+use crate::tables::Tables;
 use crate::{MAX_LINKS, Model, Real};
 
 /// Where the drive is at the end of a tick.
@@ -15,6 +17,21 @@ pub struct Drive<T> {
     pub insertion_m: T,
     /// Rotation imposed at the entry plane, right-handed about `direction` \[rad\].
     pub rotation_rad: T,
+}
+
+/// Where the drives of both instruments are. A [`Drive`] alone is the catheter's, with the
+/// guidewire outside.
+#[derive(Clone, Copy, Debug, PartialEq, Default)]
+pub struct Drives<T> {
+    pub catheter: Drive<T>,
+    /// Of no effect where the description has no guidewire.
+    pub guidewire: Drive<T>,
+}
+
+impl<T: Default> From<Drive<T>> for Drives<T> {
+    fn from(catheter: Drive<T>) -> Self {
+        Self { catheter, guidewire: Drive::default() }
+    }
 }
 
 /// Dead loads from outside, constant in the vessel frame: weights in an experiment, the force
@@ -34,10 +51,15 @@ pub struct Outputs<T> {
     pub force_on_vessel_n: [T; 3],
     /// Its total moment about the entry point, vessel frame \[N·m\].
     pub moment_on_vessel_n_m: [T; 3],
-    /// Axial force on the instrument behind the guide, positive when pushing \[N\].
+    /// Axial force on the instrument behind the guide, positive when pushing \[N\]; with a
+    /// guidewire, on the catheter alone.
     pub drive_force_n: T,
-    /// Torque on the instrument behind the guide, about `direction` \[N·m\].
+    /// Torque on the instrument behind the guide, about `direction` \[N·m\]; likewise.
     pub drive_torque_n_m: T,
+    /// Axial force on the guidewire behind the guide, positive when pushing \[N\].
+    pub guidewire_force_n: T,
+    /// Torque on the guidewire behind the guide, about `direction` \[N·m\].
+    pub guidewire_torque_n_m: T,
     /// Largest contact force at a node \[N\].
     pub peak_contact_force_n: T,
     /// The node that carries it (0 is the tip).
@@ -133,10 +155,12 @@ impl<T: Real> Elimination<T> {
 pub struct State<T: Real, const LINKS: usize = MAX_LINKS> {
     /// Links inside the vessel; link `count − 1` is the base link at the guide.
     pub(crate) count: usize,
-    pub(crate) drive: Drive<T>,
+    pub(crate) drives: Drives<T>,
+    /// Of the instrument that is farther inside \[m\].
+    pub(crate) insertion_m: T,
     /// Unstretched length of the base link \[m\].
     pub(crate) base_length_m: T,
-    /// Feed of this step \[m\].
+    /// Feed of the chain in this step \[m\].
     pub(crate) fed_m: T,
     /// The guide, as the link that the base link is joined to: it is turned, but never moves.
     pub(crate) guide: LinkState<T>,
@@ -150,6 +174,10 @@ pub struct State<T: Real, const LINKS: usize = MAX_LINKS> {
     /// Quasi-static steps since the drive's position was reached.
     pub(crate) rested: u16,
     pub(crate) effects: EffectMemory<T>,
+    /// Where two instruments lie in the chain, and its joints and links then; of no meaning for
+    /// one.
+    pub(crate) overlap: Overlap<T>,
+    pub(crate) overlaid: Tables<T, LINKS>,
     pub(crate) links: [LinkState<T>; LINKS],
     pub(crate) eliminations: [Elimination<T>; LINKS],
 }
@@ -165,7 +193,8 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
     pub fn new() -> Self {
         Self {
             count: 0,
-            drive: Drive::default(),
+            drives: Drives::default(),
+            insertion_m: T::zero(),
             base_length_m: T::zero(),
             fed_m: T::zero(),
             guide: LinkState::new(),
@@ -174,6 +203,8 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
             lost: false,
             rested: 0,
             effects: EffectMemory::new(),
+            overlap: Overlap::new(),
+            overlaid: Tables::new(),
             links: [LinkState::new(); LINKS],
             eliminations: [Elimination::new(); LINKS],
         }
@@ -184,7 +215,8 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
         // No `..`: what is added to the state must be reset here.
         let Self {
             count,
-            drive,
+            drives,
+            insertion_m,
             base_length_m,
             fed_m,
             guide,
@@ -193,11 +225,14 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
             lost,
             rested,
             effects,
+            overlap,
+            overlaid,
             links,
             eliminations,
         } = self;
         *count = 0;
-        *drive = Drive::default();
+        *drives = Drives::default();
+        *insertion_m = T::zero();
         *base_length_m = T::zero();
         *fed_m = T::zero();
         *guide = LinkState::new();
@@ -206,6 +241,8 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
         *lost = false;
         *rested = 0;
         *effects = EffectMemory::new();
+        *overlap = Overlap::new();
+        overlaid.reset();
         links.iter_mut().for_each(|link| *link = LinkState::new());
         eliminations.iter_mut().for_each(|elimination| *elimination = Elimination::new());
     }
@@ -233,9 +270,9 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
         Some(placement.map_or(force, |placement| placement.turned.rotate(&force)).into())
     }
 
-    /// Insertion that the model has reached \[m\].
+    /// Insertion that the model has reached, of the instrument that is farther inside \[m\].
     pub fn insertion_m(&self) -> T {
-        self.drive.insertion_m
+        self.insertion_m
     }
 
     /// Unstretched length of a link \[m\].

@@ -1,11 +1,13 @@
 //! One step: feed, predict, solve, report.
 
 use crate::algebra::dot;
+use crate::coaxial::Coaxial;
 use crate::effects::acting::{Law, Nominal};
 use crate::effects::memory::past_mouth;
 use crate::model::maximum;
+use crate::sharing::Held;
 use crate::sweep::{STRAINS, Scheme, Totals, solve};
-use crate::{Drive, Loads, Lumen, Model, Outputs, Real, State};
+use crate::{Drive, Drives, Loads, Lumen, Model, Outputs, Real, State};
 
 /// A solve whose last correction turned a link by more than this is not resolved \[rad\].
 ///
@@ -29,14 +31,16 @@ const SETTLED_TURN_RAD: f64 = 1e-4;
 /// (an instrument balanced on an edge).
 const SETTLE_STEPS: core::ops::Range<u16> = 100..500;
 
-/// Advances the model by one tick to the drive's new position.     docs/model.md §2
+/// Advances the model by one tick to the drives' new positions.     docs/model.md §2
+///
+/// A [`Drive`] alone is the catheter's; with a guidewire, [`Drives`] has both.
 pub fn step<T: Real, const LINKS: usize>(
     model: &Model<T, LINKS>,
     lumen: &Lumen<'_>,
     state: &mut State<T, LINKS>,
-    drive: Drive<T>,
+    drives: impl Into<Drives<T>>,
 ) -> Outputs<T> {
-    step_loaded(model, lumen, state, drive, &Loads::default())
+    step_loaded(model, lumen, state, drives, &Loads::default())
 }
 
 /// [`step`] with loads from outside.
@@ -48,12 +52,12 @@ pub fn step_loaded<T: Real, const LINKS: usize>(
     model: &Model<T, LINKS>,
     lumen: &Lumen<'_>,
     state: &mut State<T, LINKS>,
-    drive: Drive<T>,
+    drives: impl Into<Drives<T>>,
     loads: &Loads<T>,
 ) -> Outputs<T> {
     if state.lost {
         let links = state.count as u16;
-        state.lost = !settle_loaded(model, lumen, state, drive, loads);
+        state.lost = !settle_loaded(model, lumen, state, drives, loads);
         return Outputs { links, unresolved: true, ..Outputs::default() };
     }
     let description = model.description();
@@ -68,15 +72,22 @@ pub fn step_loaded<T: Real, const LINKS: usize>(
         first: true,
         last: true,
     };
-    let start = state.drive;
-    let drive = state.effects.follow(model, drive);
+    let (start, drives) = (state.drives, drives.into());
+    let drives = Drives {
+        catheter: state.effects.follow(model, drives.catheter),
+        guidewire: past_mouth(model, drives.guidewire),
+    };
     state.effects.place(model, solver.tick_s);
     let mut outputs = Outputs::default();
     for part in 1..=solver.substeps.max(1) {
         let share = T::int(i32::from(part)) / parts;
-        let target = Drive {
-            insertion_m: start.insertion_m + (drive.insertion_m - start.insertion_m) * share,
-            rotation_rad: start.rotation_rad + (drive.rotation_rad - start.rotation_rad) * share,
+        let between = |start: Drive<T>, end: Drive<T>| Drive {
+            insertion_m: start.insertion_m + (end.insertion_m - start.insertion_m) * share,
+            rotation_rad: start.rotation_rad + (end.rotation_rad - start.rotation_rad) * share,
+        };
+        let target = Drives {
+            catheter: between(start.catheter, drives.catheter),
+            guidewire: between(start.guidewire, drives.guidewire),
         };
         if model.bending_damping_s > T::zero() {
             state.remember_curvature(model);
@@ -102,21 +113,22 @@ pub fn step_loaded<T: Real, const LINKS: usize>(
         state.lost = true;
         return Outputs { unresolved: true, ..Outputs::default() };
     }
-    state.effects.report(model, state.drive.insertion_m - start.insertion_m, &mut outputs);
+    let fed_m = state.drives.catheter.insertion_m - start.catheter.insertion_m;
+    state.effects.report(model, fed_m, &mut outputs);
     outputs
 }
 
-/// One quasi-static step towards the drive's position, frictionless: how a run begins.
+/// One quasi-static step towards the drives' positions, frictionless: how a run begins.
 ///
 /// Feeds from wherever the model is (at first the empty guide) by a bounded amount a call;
-/// returns `true` once the drive's position is reached and the shape has come to rest.
+/// returns `true` once the drives' positions are reached and the shape has come to rest.
 pub fn settle<T: Real, const LINKS: usize>(
     model: &Model<T, LINKS>,
     lumen: &Lumen<'_>,
     state: &mut State<T, LINKS>,
-    drive: Drive<T>,
+    drives: impl Into<Drives<T>>,
 ) -> bool {
-    settle_loaded(model, lumen, state, drive, &Loads::default())
+    settle_loaded(model, lumen, state, drives, &Loads::default())
 }
 
 /// [`settle`] with loads from outside.
@@ -124,10 +136,10 @@ pub fn settle_loaded<T: Real, const LINKS: usize>(
     model: &Model<T, LINKS>,
     lumen: &Lumen<'_>,
     state: &mut State<T, LINKS>,
-    drive: Drive<T>,
+    drives: impl Into<Drives<T>>,
     loads: &Loads<T>,
 ) -> bool {
-    let drive = past_mouth(model, drive);
+    let drives = drives.into();
     state.effects.place(model, T::zero());
     let [first, last] = SETTLE_DRAG;
     let steps_at_rest = T::int(i32::from(state.rested) + 1);
@@ -140,17 +152,12 @@ pub fn settle_loaded<T: Real, const LINKS: usize>(
         first: true,
         last: true,
     };
-    let most = T::lit(SETTLE_FEED_M);
-    let missing = drive.insertion_m - state.drive.insertion_m;
-    let arrived = missing >= -most && missing <= most;
-    let insertion_m = if arrived {
-        drive.insertion_m
-    } else if missing > T::zero() {
-        state.drive.insertion_m + most
-    } else {
-        state.drive.insertion_m - most
-    };
-    state.feed(model, Drive { insertion_m, rotation_rad: drive.rotation_rad });
+    let (catheter, catheter_arrived) =
+        approach(state.drives.catheter, past_mouth(model, drives.catheter));
+    let (guidewire, guidewire_arrived) =
+        approach(state.drives.guidewire, past_mouth(model, drives.guidewire));
+    let arrived = catheter_arrived && (guidewire_arrived || model.guidewire.is_none());
+    state.feed(model, Drives { catheter, guidewire });
     for link in &mut state.links {
         link.rate = nalgebra::Vector3::zeros();
     }
@@ -172,7 +179,22 @@ pub fn settle_loaded<T: Real, const LINKS: usize>(
         || (state.rested >= SETTLE_STEPS.start && totals.largest_turn_squared <= still)
 }
 
-/// A solve with the effects that act in it.
+/// The next position of a drive on its way to `goal`, and whether that is it.
+fn approach<T: Real>(now: Drive<T>, goal: Drive<T>) -> (Drive<T>, bool) {
+    let most = T::lit(SETTLE_FEED_M);
+    let missing = goal.insertion_m - now.insertion_m;
+    let arrived = missing >= -most && missing <= most;
+    let insertion_m = if arrived {
+        goal.insertion_m
+    } else if missing > T::zero() {
+        now.insertion_m + most
+    } else {
+        now.insertion_m - most
+    };
+    (Drive { insertion_m, ..goal }, arrived)
+}
+
+/// A solve with the effects and the guidewire that act in it.
 fn solve_acting<T: Real, const LINKS: usize>(
     model: &Model<T, LINKS>,
     lumen: &Lumen<'_>,
@@ -180,16 +202,38 @@ fn solve_acting<T: Real, const LINKS: usize>(
     loads: &Loads<T>,
     scheme: &Scheme<T>,
 ) -> Totals<T> {
-    let (insertion_m, entry) = (state.drive.insertion_m, state.count.saturating_sub(1));
+    let entry = state.count.saturating_sub(1);
     let guide_cell_m = state.guide_cell_m(model);
-    match state.effects.acting(model, insertion_m, entry, guide_cell_m, scheme.dt_s) {
-        None => look_and_solve(model, lumen, state, loads, scheme, &mut Nominal),
+    match state.effects.acting(
+        model,
+        state.insertion_m,
+        &state.overlap,
+        entry,
+        guide_cell_m,
+        scheme.dt_s,
+    ) {
+        None => solve_coaxial(model, lumen, state, loads, scheme, &mut Nominal),
         Some(mut acting) => {
-            let totals = look_and_solve(model, lumen, state, loads, scheme, &mut acting);
+            let totals = solve_coaxial(model, lumen, state, loads, scheme, &mut acting);
             let torque_n_m = dot(&totals.moment_on_guide, &model.guide.tangent());
             state.effects.finish(&acting, torque_n_m);
             totals
         }
+    }
+}
+
+fn solve_coaxial<T: Real, L: Law<T>, const LINKS: usize>(
+    model: &Model<T, LINKS>,
+    lumen: &Lumen<'_>,
+    state: &mut State<T, LINKS>,
+    loads: &Loads<T>,
+    scheme: &Scheme<T>,
+    effects: &mut L,
+) -> Totals<T> {
+    let overlap = state.overlap;
+    match Coaxial::new(model, &overlap, effects) {
+        Some(mut both) => look_and_solve(model, lumen, state, loads, scheme, &mut both),
+        None => look_and_solve(model, lumen, state, loads, scheme, effects),
     }
 }
 
@@ -222,11 +266,20 @@ fn report<T: Real, const LINKS: usize>(
     let h = model.description().solver.link_length_m;
     let half = T::lit(0.5);
     // The configurational force of the guide's mouth.     docs/model.md (18)
-    let joint = &model.joints[state.count.saturating_sub(1)];
-    let twist = dot(&totals.moment_on_guide, &direction);
-    let bend_squared = dot(&totals.moment_on_guide, &totals.moment_on_guide) - twist * twist;
-    let per_stiffness = half / (h * state.effects.softness(model));
-    let mouth = per_stiffness * (bend_squared / joint.bending + twist * twist / joint.torsion);
+    let joint = &state.tables(model).joints[state.count.saturating_sub(1)];
+    let moment = &totals.moment_on_guide;
+    let twist = dot(moment, &direction);
+    let softness = state.effects.softness(model);
+    let bend_squared = dot(moment, moment) - twist * twist;
+    let per_stiffness = half / (h * softness);
+    // Curvature that has not come back yet is not spent at the mouth.
+    let straightened = model.description().effects.entry.guide.straightened_m > T::zero();
+    let straight = if straightened { T::zero() } else { T::one() / h };
+    let unloaded = joint.unloaded * straight;
+    let spent = dot(moment, &state.guide.rotation.rotate(&unloaded))
+        + half * h * softness * joint.energy(&unloaded);
+    let mouth =
+        per_stiffness * (bend_squared / joint.bending + twist * twist / joint.torsion) + spent;
     let (mut peak, mut peak_node) = (T::zero(), 0);
     let (middle, half_range) = strain_range();
     let mut stretched_squared = T::zero();
@@ -240,11 +293,17 @@ fn report<T: Real, const LINKS: usize>(
     }
     let overstretched = stretched_squared >= half_range * half_range;
     let limit = T::lit(RESOLVED_TURN_RAD * RESOLVED_TURN_RAD);
+    let whole =
+        Held { force_n: -dot(&totals.force_on_guide, &direction) - mouth, torque_n_m: -twist };
+    let none = Held { force_n: T::zero(), torque_n_m: T::zero() };
+    let guidewire = state.guidewire_share(model, whole).unwrap_or(none);
     Outputs {
         force_on_vessel_n: (-totals.force_on_instrument).into(),
         moment_on_vessel_n_m: (-totals.moment_on_instrument).into(),
-        drive_force_n: -dot(&totals.force_on_guide, &direction) - mouth,
-        drive_torque_n_m: -twist,
+        drive_force_n: whole.force_n - guidewire.force_n,
+        drive_torque_n_m: whole.torque_n_m - guidewire.torque_n_m,
+        guidewire_force_n: guidewire.force_n,
+        guidewire_torque_n_m: guidewire.torque_n_m,
         peak_contact_force_n: peak.root(),
         peak_node,
         links: state.count as u16,
@@ -262,5 +321,7 @@ fn strain_range<T: Real>() -> (T, T) {
 fn is_finite<T: Real>(outputs: &Outputs<T>) -> bool {
     let sum = |v: &[T; 3]| v[0] + v[1] + v[2];
     let wrench = sum(&outputs.force_on_vessel_n) + sum(&outputs.moment_on_vessel_n_m);
-    (wrench + outputs.drive_force_n + outputs.drive_torque_n_m).is_finite()
+    let catheter = outputs.drive_force_n + outputs.drive_torque_n_m;
+    let guidewire = outputs.guidewire_force_n + outputs.guidewire_torque_n_m;
+    (wrench + catheter + guidewire).is_finite()
 }

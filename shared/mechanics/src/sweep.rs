@@ -125,7 +125,8 @@ fn eliminate<T: Real, L: Law<T>, const LINKS: usize>(
     law: &mut L,
     wrench: &mut Wrench<T>,
 ) {
-    let State { links, eliminations, guide, fed_m, carried, .. } = state;
+    let State { links, eliminations, guide, fed_m, carried, overlaid, .. } = state;
+    let tables = if L::COAXIAL { &*overlaid } else { &model.tables };
     let proximal_of = |j: usize| links[..chain.count].get(j + 1).unwrap_or(guide);
     let description = model.description();
     let wall = &model.wall;
@@ -135,7 +136,7 @@ fn eliminate<T: Real, L: Law<T>, const LINKS: usize>(
     let carried_dt_s = scheme.dt_s * *carried;
     let drag = scheme.drag_n_s_per_m2 * inverse_dt;
     let radius = description.instrument.outer_radius_m;
-    let contact = Contact::new(radius, wall, scheme.friction, inverse_dt);
+    let contact = Contact::new(wall, scheme.friction, inverse_dt);
 
     // Beyond the tip there is nothing but the end of its contact.
     let mut distal_arc = T::zero();
@@ -149,20 +150,27 @@ fn eliminate<T: Real, L: Law<T>, const LINKS: usize>(
         let stretched = length * (T::one() + link.strain);
 
         // The node: weight, inertia, drag against all motion but the feed's.     docs/model.md (15)
-        let (arc, mass) = (length * half, model.links[j].mass * share * half);
+        let (arc, mass) = (length * half, tables.links[j].mass * share * half);
         let (node_arc, node_mass) = (arc + distal_arc, mass + distal_mass);
         let (inertia, damping) = (inertia_per_mass * node_mass, drag * node_arc);
         let mut force = model.gravity * node_mass - link.displacement * (inertia + damping)
             + link.velocity * (inertia * carried_dt_s)
             + link.tangent * (damping * *fed_m);
-        let to_wall = || kept.seen[0].gap + radius;
+        let [node_radius, middle_radius] = [2 * j, 2 * j + 1].map(|i| law.radius(i, radius));
+        let to_wall = || kept.seen[0].gap + node_radius;
         if let Some(per_length) = law.stream(tangent, to_wall) {
             force += per_length * node_arc;
         }
-        let turn = link.turn;
-        let at_node = Motion { displacement: link.displacement, turn };
-        let at_middle =
-            Motion { displacement: (link.displacement + proximal.displacement) * half, turn };
+        let motion = |displacement, radius, halves| Motion {
+            displacement,
+            turn: link.turn,
+            radius,
+            tangent,
+            slide: law.slide(halves),
+        };
+        let at_node = motion(link.displacement, node_radius, 2 * j);
+        let displacement = (link.displacement + proximal.displacement) * half;
+        let at_middle = motion(displacement, middle_radius, 2 * j + 1);
         let line = wall.line_stiffness_n_per_m2;
         let stiffness = line * node_arc * half + end_stiffness;
         kept.touches[0] = contact.touch(&*law, &kept.seen[0], stiffness, &at_node, &link.memory[0]);
@@ -170,11 +178,11 @@ fn eliminate<T: Real, L: Law<T>, const LINKS: usize>(
             contact.touch(&*law, &kept.seen[1], line * arc, &at_middle, &link.memory[1]);
         wrench.add_node(&force, inertia + damping, &kept.seen, &kept.touches);
 
-        let stiffness = model.links[j].axial * inverse_length;
+        let stiffness = tables.links[j].axial * inverse_length;
         wrench.add_stretch(tangent, stiffness, stiffness * length * link.strain, kept);
         wrench.shift(tangent, stretched);
         let bend = Bend::between(&proximal.rotation, &link.rotation);
-        let joint = law.joint(j, &model.joints[j], &bend.angle);
+        let joint = law.joint(j, &tables.joints[j], &bend.angle);
         let joint = JointLoad::new(&joint, chain.cell(j), &bend, &link.curvature);
         wrench.pass_joint(&joint, kept);
 

@@ -153,6 +153,7 @@ impl Insertion {
                 sections: [section].into_iter().collect(),
                 precurve: [].into_iter().collect(),
             },
+            guidewire: None,
             tendon: Tendon::none(),
             entry: Entry {
                 position_m: [0.0; 3].map(lit),

@@ -16,6 +16,7 @@ pub fn wire() -> Description<f32> {
             sections: [section].into_iter().collect(),
             precurve: Default::default(),
         },
+        guidewire: None,
         tendon: Tendon::none(),
         entry: Entry { position_m: [0.0; 3], direction: [1.0, 0.0, 0.0], up: [0.0, 0.0, 1.0] },
         wall: Wall {

@@ -7,12 +7,28 @@ use super::pull::Pull;
 use super::stream::Stream;
 use super::wall_law::{Slid, WallLaw};
 use crate::Real;
-use crate::model::{Joint, maximum, minimum};
+use crate::coaxial::Slide;
+use crate::model::{maximum, minimum};
+use crate::tables::Joint;
 
 /// What a solve asks at each place where an effect may act; by default nothing changes.
 pub(crate) trait Law<T: Real> {
     /// The wall remembers what it has relaxed to.
     const RELAXES: bool = false;
+    /// Two instruments share the chain: radius and slide differ from sample to sample.
+    const COAXIAL: bool = false;
+
+    /// Outer radius at the sample `halves` half link lengths from the tip \[m\].
+    #[inline(always)]
+    fn radius(&self, _halves: usize, catheter_m: T) -> T {
+        catheter_m
+    }
+
+    /// How the surface at that sample moves against the chain in this step.
+    #[inline(always)]
+    fn slide(&self, _halves: usize) -> Slide<T> {
+        Slide { along_m: T::zero(), turn_rad: T::zero() }
+    }
 
     /// Distance and normal of the wall seen from a point.
     #[inline(always)]

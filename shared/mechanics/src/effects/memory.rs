@@ -8,6 +8,7 @@ use super::pull::{Pull, PullMemory};
 use super::stream::Stream;
 use super::wall_law::WallLaw;
 use super::{DriveTrain, EntryDrag, WallMotion};
+use crate::coaxial::Overlap;
 use crate::model::{half_turn, maximum, minimum};
 use crate::{Drive, Model, Outputs, Real};
 
@@ -104,6 +105,7 @@ impl<T: Real> Memory<T> {
         &self,
         model: &Model<T, LINKS>,
         insertion_m: T,
+        overlap: &Overlap<T>,
         entry: usize,
         guide_cell_m: T,
         dt_s: T,
@@ -122,7 +124,7 @@ impl<T: Real> Memory<T> {
         Some(Acting {
             wall: WallLaw::new(effects, line_stiffness, self.path_m, dt_s),
             stream: (!drag.is_off()).then(|| Stream::new(drag, self.pulses)),
-            pull: Pull::new(description, &self.pull),
+            pull: Pull::new(description, overlap, &self.pull),
             softness: self.softness(model),
             straightened,
             windup: (model.windup_rad_per_n_m, self.wound_rad, entry),

@@ -115,12 +115,3 @@ pub(crate) fn acts<T: Real>(description: &Description<T>) -> bool {
         && effects.fluid.is_off())
         || tendon.stiffness_n_per_m * tendon.offset_m * tendon.length_m > zero
 }
-
-/// Twist per torque of the shaft behind the entry plane \[rad/(N·m)\].     docs/model.md (37)
-pub(crate) fn windup_rad_per_n_m<T: Real>(
-    description: &Description<T>,
-    instrument: &Instrument<T>,
-) -> T {
-    let free_m = description.effects.instrument.torsional_windup.free_length_m;
-    instrument.sections.last().map_or(T::zero(), |shaft| free_m / shaft.torsional_stiffness_n_m2)
-}

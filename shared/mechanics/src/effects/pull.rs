@@ -3,7 +3,9 @@
 use nalgebra::Vector3;
 
 use crate::algebra::dot;
-use crate::model::{Joint, half_turn, maximum, minimum};
+use crate::coaxial::Overlap;
+use crate::model::{half_turn, maximum, minimum};
+use crate::tables::Joint;
 use crate::{Description, Real, Tendon};
 
 /// What the tendon remembers.
@@ -30,6 +32,8 @@ pub(crate) struct Pull<T: Real> {
     /// Axis about which it bends the instrument, material.
     axis: Vector3<T>,
     link_length_m: T,
+    /// From the chain's tip back to the anchor, over the link length.
+    behind: T,
     /// Tension where the sweep is \[N\], and one over its share at the tip.
     tension_n: T,
     fading: T,
@@ -41,7 +45,11 @@ pub(crate) struct Pull<T: Real> {
 
 impl<T: Real> Pull<T> {
     /// `None` without a tendon that bends anything.
-    pub fn new(description: &Description<T>, memory: &PullMemory<T>) -> Option<Self> {
+    pub fn new(
+        description: &Description<T>,
+        overlap: &Overlap<T>,
+        memory: &PullMemory<T>,
+    ) -> Option<Self> {
         let (tendon, zero) = (description.tendon, T::zero());
         let lever = tendon.offset_m * tendon.stiffness_n_per_m * tendon.length_m;
         (lever > zero).then(|| {
@@ -51,6 +59,7 @@ impl<T: Real> Pull<T> {
                 friction: description.effects.tendon.friction.coefficient,
                 slack_m: description.effects.tendon.slack.length_m,
                 axis: Vector3::new(-sin, cos, zero),
+                behind: overlap.catheter.behind_m / description.solver.link_length_m,
                 link_length_m: description.solver.link_length_m,
                 tension_n: memory.tension_n / memory.fading,
                 fading: T::one(),
@@ -63,13 +72,17 @@ impl<T: Real> Pull<T> {
     /// Adds to the unloaded bend of joint `index` what the tendon does there; `bend` is the
     /// joint's rotation \[rad\].     docs/model.md (34)
     pub fn pass(&mut self, index: usize, bend: &Vector3<T>, joint: &mut Joint<T>) {
-        let turned = dot(bend, bend).root();
+        let (zero, one) = (T::zero(), T::one());
+        // The joint's cell in link lengths from the anchor; the tendon ends within the one, and
+        // stops bending within the other.
+        let begins = T::int(index as i32) + T::lit(0.5) - self.behind;
+        let within = |length: T| minimum(maximum(length, zero), one);
+        let inside = within(begins + one);
+        let share = minimum(within(self.tendon.length_m / self.link_length_m - begins), inside);
+        let turned = dot(bend, bend).root() * inside;
         let step = T::one() + self.friction * turned;
         self.fading *= step;
         self.tension_n *= step;
-        let begins = T::int(index as i32) + T::lit(0.5);
-        let cells = self.tendon.length_m / self.link_length_m - begins;
-        let share = minimum(maximum(cells, T::zero()), T::one());
         let per_tension = self.tendon.offset_m * share / joint.bending;
         joint.unloaded += self.axis * (self.tension_n * per_tension);
         self.bend += dot(bend, &self.axis) * share;

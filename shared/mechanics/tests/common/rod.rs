@@ -20,6 +20,7 @@ pub fn rod(length_m: f64, links: usize, bending_stiffness_n_m2: f64) -> Descript
             sections: [section].into_iter().collect(),
             precurve: [].into_iter().collect(),
         },
+        guidewire: None,
         tendon: Tendon::none(),
         entry: Entry { position_m: [0.0; 3], direction: [1.0, 0.0, 0.0], up: [0.0, 0.0, 1.0] },
         wall: Wall {
@@ -58,23 +59,25 @@ pub fn rest(
     model: &Model<f64>,
     lumen: &Lumen<'_>,
     state: &mut State<f64>,
-    drive: Drive<f64>,
+    drives: impl Into<Drives<f64>>,
     loads: &Loads<f64>,
 ) -> Outputs<f64> {
+    let drives = drives.into();
+    let insertion_m = drives.catheter.insertion_m.max(drives.guidewire.insertion_m);
     let mut quiet = 0;
     for _ in 0..100_000 {
         let before = state.node_position_m(0);
-        let outputs = step_loaded(model, lumen, state, drive, loads);
+        let outputs = step_loaded(model, lumen, state, drives, loads);
         let after = state.node_position_m(0);
         let moved = before
             .zip(after)
             .map_or(f64::MAX, |(a, b)| (0..3).map(|i| (a[i] - b[i]).abs()).fold(0.0, f64::max));
-        quiet = if moved < 1e-9 * drive.insertion_m { quiet + 1 } else { 0 };
+        quiet = if moved < 1e-9 * insertion_m { quiet + 1 } else { 0 };
         if quiet == 50 {
             return outputs;
         }
     }
-    panic!("no rest at {drive:?}: tip {:?}", state.node_position_m(0));
+    panic!("no rest at {drives:?}: tip {:?}", state.node_position_m(0));
 }
 
 /// A vessel without a wall.
@@ -82,6 +85,7 @@ pub fn free_space() -> StoredWall {
     StoredWall::sampled([[-1.0; 3], [1.0; 3]], 1e-2, 1e-3, |_| (1.0, [1.0, 0.0, 0.0]))
 }
 
+#[allow(dead_code)] // not every test that shares this file has one instrument
 /// Where the tip of a rod of the full length comes to rest without a wall, and what the drive
 /// feels then.
 pub fn hang(description: Description<f64>, loads: &Loads<f64>) -> ([f64; 3], Outputs<f64>) {

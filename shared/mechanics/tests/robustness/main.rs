@@ -47,6 +47,7 @@ fn catheter<T: Real>(friction: f64, stiffness: f64, precurve: f64) -> Descriptio
             sections: [section].into_iter().collect(),
             precurve: [piece].into_iter().collect(),
         },
+        guidewire: None,
         tendon: Tendon::none(),
         entry: Entry {
             position_m: [T::zero(); 3],

@@ -77,6 +77,7 @@ pub fn any_description(random: &mut Random) -> Description<f32> {
             onset_m: f(random.scale(1e-6, 1e-3)),
             damping_s: f(random.sometimes(1e-4, 0.1)),
         },
+        guidewire: None,
         tendon: Tendon::none(),
         effects: Effects::off(),
         gravity_m_per_s2: core::array::from_fn(|_| f(random.between(-10.0, 10.0))),

@@ -1,0 +1,161 @@
+//! A guidewire inside the catheter: where the two lie in the one chain, which of them the wall
+//! touches, and how that one slides.     docs/model.md §7
+
+use nalgebra::Vector3;
+
+use crate::effects::acting::Law;
+use crate::effects::wall_law::Slid;
+use crate::model::{maximum, minimum};
+use crate::pieces::{Pieces, Placed, Walk, Which};
+use crate::state::State;
+use crate::tables::{Joint, Tables};
+use crate::{Model, Real};
+
+/// How the two instruments lie in the chain, and how they slide along it in one step.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Overlap<T> {
+    pub catheter: Placed<T>,
+    pub wire: Placed<T>,
+    /// Feed of each less the chain's \[m\].
+    pub catheter_slid_m: T,
+    pub wire_slid_m: T,
+    /// Turn of the wire against the catheter \[rad\].
+    pub wire_rolled_rad: T,
+}
+
+impl<T: Real> Overlap<T> {
+    pub fn new() -> Self {
+        let o = T::zero();
+        Self {
+            catheter: Placed::leading(),
+            wire: Placed::leading(),
+            catheter_slid_m: o,
+            wire_slid_m: o,
+            wire_rolled_rad: o,
+        }
+    }
+
+    /// The one that does not lead: it slides in or on the chain. Where the tips meet, it is the
+    /// wire.
+    pub fn follower(&self) -> Which {
+        if self.catheter.behind_m > T::zero() { Which::Catheter } else { Which::Guidewire }
+    }
+
+    /// Share of the sample at `halves` half link lengths of `half_m` from the chain's tip that
+    /// the catheter covers.     docs/model.md (39)
+    ///
+    /// Its end stands for a cone of that length, so that no sample jumps as it passes.
+    pub fn covered(&self, halves: usize, half_m: T) -> T {
+        let behind = self.catheter.behind_m / half_m;
+        let covered = T::int(halves as i32 + 1) - behind;
+        minimum(maximum(covered, T::zero()), T::one())
+    }
+}
+
+impl<T: Real, const LINKS: usize> State<T, LINKS> {
+    /// Joints and links as they are in this step.
+    pub(crate) fn tables<'a>(&'a self, model: &'a Model<T, LINKS>) -> &'a Tables<T, LINKS> {
+        if model.guidewire.is_some() { &self.overlaid } else { &model.tables }
+    }
+
+    /// Both instruments from the chain's tip on; `wire` is the model's.
+    pub(crate) fn walk<'a>(&self, model: &'a Model<T, LINKS>, wire: &'a Pieces<T>) -> Walk<'a, T> {
+        let Overlap { catheter, wire: placed, .. } = self.overlap;
+        Walk::new((&model.catheter, catheter), Some((wire, placed)))
+    }
+
+    /// Makes the tables of the chain as the instruments lie in it now.     docs/model.md (38)
+    pub(crate) fn overlay(&mut self, model: &Model<T, LINKS>) {
+        if let Some(wire) = &model.guidewire {
+            let walk = self.walk(model, wire);
+            let h = model.description().solver.link_length_m;
+            self.overlaid.fill(self.count.min(LINKS), h, walk);
+        }
+    }
+}
+
+/// How the surface at a sample moves against the chain in a step.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Slide<T> {
+    /// Along the chain, towards its tip \[m\].
+    pub along_m: T,
+    /// About its tangent \[rad\].
+    pub turn_rad: T,
+}
+
+/// The law of a chain of two instruments, over that of its effects.
+pub(crate) struct Coaxial<'a, T, L> {
+    effects: &'a mut L,
+    overlap: Overlap<T>,
+    half_m: T,
+    /// Radius of the catheter less the wire's \[m\].
+    step_m: T,
+}
+
+impl<'a, T: Real, L: Law<T>> Coaxial<'a, T, L> {
+    /// `None` without a guidewire.
+    pub fn new<const LINKS: usize>(
+        model: &Model<T, LINKS>,
+        overlap: &Overlap<T>,
+        effects: &'a mut L,
+    ) -> Option<Self> {
+        let description = model.description();
+        let wire = description.guidewire.as_ref()?;
+        Some(Self {
+            effects,
+            overlap: *overlap,
+            half_m: description.solver.link_length_m * T::lit(0.5),
+            step_m: description.instrument.outer_radius_m - wire.outer_radius_m,
+        })
+    }
+
+    fn covered(&self, halves: usize) -> T {
+        self.overlap.covered(halves, self.half_m)
+    }
+}
+
+impl<T: Real, L: Law<T>> Law<T> for Coaxial<'_, T, L> {
+    const RELAXES: bool = L::RELAXES;
+    const COAXIAL: bool = true;
+
+    #[inline(always)]
+    fn radius(&self, halves: usize, catheter_m: T) -> T {
+        catheter_m - self.step_m * (T::one() - self.covered(halves))
+    }
+
+    #[inline(always)]
+    fn slide(&self, halves: usize) -> Slide<T> {
+        let covered = self.covered(halves);
+        let bare = T::one() - covered;
+        let Overlap { catheter_slid_m, wire_slid_m, wire_rolled_rad, .. } = self.overlap;
+        Slide {
+            along_m: catheter_slid_m * covered + wire_slid_m * bare,
+            turn_rad: wire_rolled_rad * bare,
+        }
+    }
+
+    #[inline(always)]
+    fn wall(&self, position: &Vector3<T>, distance_m: T, normal: Vector3<T>) -> (T, Vector3<T>) {
+        self.effects.wall(position, distance_m, normal)
+    }
+
+    #[inline(always)]
+    fn indentation(&self, indented: T, slope: T, relaxed: T) -> (T, T, T) {
+        self.effects.indentation(indented, slope, relaxed)
+    }
+
+    #[inline(always)]
+    fn friction(&self, nominal: T, slid: impl FnOnce() -> Slid<T>, stiffness: T) -> T {
+        self.effects.friction(nominal, slid, stiffness)
+    }
+
+    #[inline(always)]
+    fn stream(&self, tangent: &Vector3<T>, distance: impl FnOnce() -> T) -> Option<Vector3<T>> {
+        self.effects.stream(tangent, distance)
+    }
+
+    #[inline(always)]
+    fn joint(&mut self, index: usize, nominal: &Joint<T>, bend: &Vector3<T>) -> Joint<T> {
+        self.effects.joint(index, nominal, bend)
+    }
+}

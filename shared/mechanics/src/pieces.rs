@@ -1,0 +1,273 @@
+//! Instruments as stretches of constant properties, and two of them on one centre line.
+
+use core::ops::{Add, Mul};
+
+use heapless::Vec;
+use nalgebra::Vector3;
+
+use crate::effects::StoredCurvature;
+use crate::model::minimum;
+use crate::{Instrument, MAX_PRECURVE, MAX_SECTIONS, Real};
+
+/// Every section and every piece of pre-curvature ends once.
+const MAX_PIECES: usize = MAX_SECTIONS + MAX_PRECURVE + 1;
+/// Where the last piece ends \[m\]: farther than any guide is long.
+const FOR_EVER_M: f64 = 1e6;
+
+/// A stretch of one instrument with constant properties.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Piece<T: Real> {
+    /// Arc from the instrument's tip at which it ends \[m\].
+    pub end_m: T,
+    /// E I \[N·m²\].
+    pub bending: T,
+    /// G J \[N·m²\].
+    pub torsion: T,
+    /// E A \[N\].
+    pub axial: T,
+    /// Mass per length \[kg/m\].
+    pub mass: T,
+    /// Unloaded curvature and twist κ₀ as a rotation per length, material axes (up, side,
+    /// tangent) \[rad/m\].
+    pub unloaded: Vector3<T>,
+}
+
+impl<T: Real> Piece<T> {
+    fn nothing() -> Self {
+        let o = T::zero();
+        Self { end_m: o, bending: o, torsion: o, axial: o, mass: o, unloaded: Vector3::zeros() }
+    }
+}
+
+/// One instrument from its tip backwards; the last piece goes on for ever.
+#[derive(Clone, Debug)]
+pub(crate) struct Pieces<T: Real>(Vec<Piece<T>, MAX_PIECES>);
+
+impl<T: Real> Pieces<T> {
+    /// `stored`: the curvature of the shaft behind the pre-curved tip.     docs/model.md (23)
+    pub fn of(instrument: &Instrument<T>, stored: &StoredCurvature<T>) -> Self {
+        let for_ever = T::lit(FOR_EVER_M);
+        let mut pieces = Vec::new();
+        let (mut sections, mut curves) = (&instrument.sections[..], &instrument.precurve[..]);
+        let (mut section_end, mut curve_end) = (T::zero(), T::zero());
+        while let [section, later @ ..] = sections {
+            let section_ends =
+                if later.is_empty() { for_ever } else { section_end + section.length_m };
+            let curve_ends = curves.first().map_or(for_ever, |curve| curve_end + curve.length_m);
+            // Curvature towards `up` turns about `side`, towards `side` about −`up`.
+            let (up, side, torsion) = curves
+                .first()
+                .map_or((stored.curvature_per_m, stored.lateral_curvature_per_m, T::zero()), |c| {
+                    (c.curvature_per_m, c.lateral_curvature_per_m, c.torsion_per_m)
+                });
+            let end_m = minimum(section_ends, curve_ends);
+            // Each piece ends a section or a curve: there is room.
+            let _ = pieces.push(Piece {
+                end_m,
+                bending: section.bending_stiffness_n_m2,
+                torsion: section.torsional_stiffness_n_m2,
+                axial: section.axial_stiffness_n,
+                mass: section.mass_kg_per_m,
+                unloaded: Vector3::new(-side, up, torsion),
+            });
+            if section_ends <= end_m {
+                (sections, section_end) = (later, section_ends);
+            }
+            if let ([_, later @ ..], true) = (curves, curve_ends <= end_m) {
+                (curves, curve_end) = (later, curve_ends);
+            }
+        }
+        Self(pieces)
+    }
+
+    /// Torsional stiffness G J of the shaft \[N·m²\].
+    pub fn shaft_torsion(&self) -> T {
+        self.0.last().map_or(T::one(), |piece| piece.torsion)
+    }
+}
+
+/// How an instrument lies in the chain.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Placed<T> {
+    /// From the chain's tip back to its own, along the arc \[m\].
+    pub behind_m: T,
+    /// Sine and cosine of its roll in the chain's material axes.
+    pub roll: (T, T),
+}
+
+impl<T: Real> Placed<T> {
+    /// At the chain's tip, unrolled.
+    pub fn leading() -> Self {
+        Self { behind_m: T::zero(), roll: (T::zero(), T::one()) }
+    }
+}
+
+/// One instrument, piece by piece from the chain's tip to the guide.
+#[derive(Clone)]
+struct Cursor<'a, T: Real> {
+    rest: core::slice::Iter<'a, Piece<T>>,
+    placed: Placed<T>,
+    /// The piece here, nothing before the tip; in the chain's axes.
+    piece: Piece<T>,
+    /// Where it ends, from the chain's tip \[m\].
+    end_m: T,
+}
+
+impl<'a, T: Real> Cursor<'a, T> {
+    fn new(pieces: &'a [Piece<T>], placed: Placed<T>) -> Self {
+        let end_m = if pieces.is_empty() { T::lit(FOR_EVER_M) } else { placed.behind_m };
+        let mut cursor = Self { rest: pieces.iter(), placed, piece: Piece::nothing(), end_m };
+        if end_m <= T::zero() {
+            cursor.advance();
+        }
+        cursor
+    }
+
+    fn advance(&mut self) {
+        let Some(piece) = self.rest.next() else {
+            self.end_m = T::lit(FOR_EVER_M);
+            return;
+        };
+        let ((sin, cos), u) = (self.placed.roll, &piece.unloaded);
+        self.piece = Piece {
+            unloaded: Vector3::new(cos * u.x - sin * u.y, sin * u.x + cos * u.y, u.z),
+            ..*piece
+        };
+        self.end_m = self.placed.behind_m + piece.end_m;
+    }
+}
+
+/// Both instruments at one place as one: stiffnesses add.     docs/model.md (38)
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Density<T: Real> {
+    /// 1/EI, 1/GJ, 1/EA \[1/(N·m²), 1/(N·m²), 1/N\].
+    pub bending: T,
+    pub torsion: T,
+    pub axial: T,
+    /// Mass per length \[kg/m\].
+    pub mass: T,
+    /// Unloaded curvature and twist \[rad/m\].
+    pub unloaded: Vector3<T>,
+}
+
+impl<T: Real> Density<T> {
+    fn of(catheter: &Piece<T>, wire: &Piece<T>) -> Self {
+        let bending = T::one() / (catheter.bending + wire.bending);
+        let torsion = T::one() / (catheter.torsion + wire.torsion);
+        // So that a wire without stiffness changes no bit.
+        let (bent, twisted) = (wire.bending * bending, wire.torsion * torsion);
+        let between = wire.unloaded - catheter.unloaded;
+        Self {
+            bending,
+            torsion,
+            axial: T::one() / (catheter.axial + wire.axial),
+            mass: catheter.mass + wire.mass,
+            unloaded: catheter.unloaded
+                + Vector3::new(between.x * bent, between.y * bent, between.z * twisted),
+        }
+    }
+}
+
+impl<T: Real> Mul<T> for Density<T> {
+    type Output = Self;
+    fn mul(self, length: T) -> Self {
+        Self {
+            bending: self.bending * length,
+            torsion: self.torsion * length,
+            axial: self.axial * length,
+            mass: self.mass * length,
+            unloaded: self.unloaded * length,
+        }
+    }
+}
+
+impl<T: Real> Add for Density<T> {
+    type Output = Self;
+    fn add(self, other: Self) -> Self {
+        Self {
+            bending: self.bending + other.bending,
+            torsion: self.torsion + other.torsion,
+            axial: self.axial + other.axial,
+            mass: self.mass + other.mass,
+            unloaded: self.unloaded + other.unloaded,
+        }
+    }
+}
+
+/// One of the two instruments.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Which {
+    Catheter,
+    Guidewire,
+}
+
+/// Both instruments from the chain's tip to the guide, stretch by stretch of constant
+/// properties.
+#[derive(Clone)]
+pub(crate) struct Walk<'a, T: Real> {
+    catheter: Cursor<'a, T>,
+    wire: Cursor<'a, T>,
+    pub density: Density<T>,
+    /// Where the walk is, and where something changes next \[m\].
+    pub at_m: T,
+    pub end_m: T,
+}
+
+impl<'a, T: Real> Walk<'a, T> {
+    pub fn new(
+        catheter: (&'a Pieces<T>, Placed<T>),
+        wire: Option<(&'a Pieces<T>, Placed<T>)>,
+    ) -> Self {
+        let catheter = Cursor::new(&catheter.0.0, catheter.1);
+        let wire = wire.map_or(Cursor::new(&[], Placed::leading()), |(pieces, placed)| {
+            Cursor::new(&pieces.0, placed)
+        });
+        Self {
+            density: Density::of(&catheter.piece, &wire.piece),
+            at_m: T::zero(),
+            end_m: minimum(catheter.end_m, wire.end_m),
+            catheter,
+            wire,
+        }
+    }
+
+    /// What is here of one instrument.
+    pub fn piece(&self, which: Which) -> &Piece<T> {
+        match which {
+            Which::Catheter => &self.catheter.piece,
+            Which::Guidewire => &self.wire.piece,
+        }
+    }
+
+    /// Past the end of the stretch, into the next piece of the instrument that changes there.
+    pub fn advance(&mut self) -> Which {
+        let which = if self.catheter.end_m <= self.wire.end_m {
+            self.catheter.advance();
+            Which::Catheter
+        } else {
+            self.wire.advance();
+            Which::Guidewire
+        };
+        self.density = Density::of(&self.catheter.piece, &self.wire.piece);
+        self.end_m = minimum(self.catheter.end_m, self.wire.end_m);
+        which
+    }
+
+    /// The integral of the densities from where the walk is to `high_m`, where it then is.
+    pub fn integral_to(&mut self, high_m: T) -> Density<T> {
+        let mut before = None;
+        while self.end_m < high_m {
+            let (end_m, density) = (self.end_m, self.density);
+            self.advance();
+            // Where nothing really changes, the stretch goes on.
+            if self.density != density {
+                let stretch = density * (end_m - self.at_m);
+                before = Some(before.map_or(stretch, |sum| sum + stretch));
+                self.at_m = end_m;
+            }
+        }
+        let stretch = self.density * (high_m - self.at_m);
+        self.at_m = high_m;
+        before.map_or(stretch, |sum| sum + stretch)
+    }
+}

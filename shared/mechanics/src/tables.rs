@@ -1,0 +1,85 @@
+//! What joints and links are made of.     docs/model.md (1), (38)
+
+use nalgebra::Vector3;
+
+use crate::Real;
+use crate::pieces::Walk;
+
+/// Elastic properties of one joint, over a full cell of one link length around it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Joint<T: Real> {
+    /// Bending stiffness 1/∫ds/EI \[N·m/rad\].
+    pub bending: T,
+    /// Torsional stiffness 1/∫ds/GJ \[N·m/rad\].
+    pub torsion: T,
+    /// Rotation of the unloaded cell ∫κ₀ ds, material axes (up, side, tangent) \[rad\].
+    pub unloaded: Vector3<T>,
+}
+
+impl<T: Real> Joint<T> {
+    /// Bending and torsional stiffness times the squares of a rotation.
+    pub fn energy(&self, turn: &Vector3<T>) -> T {
+        self.bending * (turn.x * turn.x + turn.y * turn.y) + self.torsion * turn.z * turn.z
+    }
+
+    fn nothing() -> Self {
+        Self { bending: T::zero(), torsion: T::zero(), unloaded: Vector3::zeros() }
+    }
+}
+
+/// Properties of one link.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Link<T> {
+    /// Mean axial stiffness h/∫ds/EA \[N\].
+    pub axial: T,
+    /// Mass \[kg\].
+    pub mass: T,
+}
+
+impl<T: Real> Link<T> {
+    fn nothing() -> Self {
+        Self { axial: T::zero(), mass: T::zero() }
+    }
+}
+
+/// Joints and links of a chain, from its tip on.
+#[derive(Clone, Debug)]
+pub(crate) struct Tables<T: Real, const LINKS: usize> {
+    /// By link: the joint at its proximal end, joint j + 1, that many link lengths from the tip.
+    pub joints: [Joint<T>; LINKS],
+    /// Link j reaches from joint j + 1 to joint j.
+    pub links: [Link<T>; LINKS],
+}
+
+impl<T: Real, const LINKS: usize> Tables<T, LINKS> {
+    /// Of nothing.
+    pub fn new() -> Self {
+        Self { joints: [Joint::nothing(); LINKS], links: [Link::nothing(); LINKS] }
+    }
+
+    /// Back to [`Tables::new`] in place.
+    pub fn reset(&mut self) {
+        self.joints.iter_mut().for_each(|joint| *joint = Joint::nothing());
+        self.links.iter_mut().for_each(|link| *link = Link::nothing());
+    }
+
+    /// The first `count` links of length `h` and their joints.
+    pub fn fill(&mut self, count: usize, h: T, mut walk: Walk<'_, T>) {
+        let at = |index: usize, offset: f64| h * (T::int(index as i32) + T::lit(offset));
+        let mut distal_half = walk.integral_to(at(0, 0.5));
+        for (j, (link, joint)) in
+            self.links.iter_mut().zip(&mut self.joints).take(count).enumerate()
+        {
+            let proximal_half = walk.integral_to(at(j, 1.0));
+            let piece = distal_half + proximal_half;
+            *link = Link { axial: h / piece.axial, mass: piece.mass };
+            distal_half = walk.integral_to(at(j, 1.5));
+            let cell = proximal_half + distal_half;
+            *joint = Joint {
+                bending: T::one() / cell.bending,
+                torsion: T::one() / cell.torsion,
+                unloaded: cell.unloaded,
+            };
+        }
+    }
+}
