@@ -1,5 +1,5 @@
 //! A guidewire inside the catheter: where the two lie in the one chain, which of them the wall
-//! touches, and how that one slides.     docs/model.md §7
+//! touches, and how that one slides.     docs/model.md §6
 
 use nalgebra::Vector3;
 

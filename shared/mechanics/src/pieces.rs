@@ -271,3 +271,79 @@ impl<'a, T: Real> Walk<'a, T> {
         before.map_or(stretch, |sum| sum + stretch)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use super::*;
+    use crate::tables::Tables;
+    use crate::{PrecurvePiece, Section};
+
+    fn curve(length_m: f32, curvature_per_m: f32) -> PrecurvePiece<f32> {
+        PrecurvePiece {
+            length_m,
+            curvature_per_m,
+            lateral_curvature_per_m: -0.5 * curvature_per_m,
+            torsion_per_m: 0.1 * curvature_per_m,
+        }
+    }
+
+    fn instrument(sections: &[(f32, f32)], curves: &[PrecurvePiece<f32>]) -> Instrument<f32> {
+        let section = |&(length_m, stiffness): &(f32, f32)| Section {
+            length_m,
+            bending_stiffness_n_m2: stiffness,
+            torsional_stiffness_n_m2: 0.7 * stiffness,
+            axial_stiffness_n: 3e6 * stiffness,
+            mass_kg_per_m: 100.0 * stiffness,
+        };
+        Instrument {
+            outer_radius_m: 0.8e-3,
+            sections: sections.iter().map(section).collect(),
+            precurve: curves.iter().copied().collect(),
+        }
+    }
+
+    fn pieces(sections: &[(f32, f32)], curves: &[PrecurvePiece<f32>]) -> Pieces<f32> {
+        Pieces::of(&instrument(sections, curves), &StoredCurvature::off())
+    }
+
+    fn bits(walk: Walk<'_, f32>) -> std::vec::Vec<u32> {
+        let mut tables = Tables::<f32, 32>::new();
+        tables.fill(32, 1.7e-3, walk);
+        let joints = tables
+            .joints
+            .iter()
+            .flat_map(|j| [j.bending, j.torsion, j.unloaded.x, j.unloaded.y, j.unloaded.z]);
+        let links = tables.links.iter().flat_map(|link| [link.axial, link.mass]);
+        joints.chain(links).map(|x| (x + 0.0).to_bits()).collect()
+    }
+
+    #[test]
+    fn a_wire_without_stiffness_changes_no_bit() {
+        let catheter =
+            pieces(&[(0.0113, 3e-5), (0.2, 1e-5)], &[curve(0.007, 83.0), curve(0.02, -31.0)]);
+        let wire = pieces(&[(0.0101, 0.0), (0.01, 0.0)], &[curve(0.0033, 120.0)]);
+        let alone = bits(Walk::new((&catheter, Placed::leading()), None));
+        for behind_m in [0.0, 0.0004, 0.0171, 0.05, 1.0] {
+            let placed = Placed { behind_m, roll: (0.6, 0.8) };
+            let both = Walk::new((&catheter, Placed::leading()), Some((&wire, placed)));
+            assert_eq!(bits(both), alone, "{behind_m} m behind");
+        }
+    }
+
+    #[test]
+    fn integrals_over_cells_are_those_over_pieces() {
+        // By hand: stretches of the overlap, from the tip.
+        let catheter = pieces(&[(0.004, 2e-5), (0.1, 1e-5)], &[curve(0.006, 50.0)]);
+        let wire = pieces(&[(0.1, 3e-5)], &[]);
+        let placed = Placed { behind_m: 0.003, roll: (0.0, 1.0) };
+        let mut walk = Walk::new((&catheter, Placed::leading()), Some((&wire, placed)));
+        let whole = walk.integral_to(0.01);
+        let bending = 0.003 / 2e-5 + 0.001 / 5e-5 + 0.006 / 4e-5;
+        assert!((whole.bending / bending - 1.0).abs() < 1e-5, "{}", whole.bending);
+        let turn = 50.0 * (0.003 + 0.001 * 2.0 / 5.0 + 0.002 / 4.0);
+        assert!((whole.unloaded.y / turn - 1.0).abs() < 1e-5, "{}", whole.unloaded.y);
+        let mass = 2e-3 * 0.004 + 1e-3 * 0.006 + 3e-3 * 0.007;
+        assert!((whole.mass / mass - 1.0).abs() < 1e-5, "{}", whole.mass);
+    }
+}
