@@ -206,7 +206,7 @@ impl DeviceBoard<Buffer> for Desk {
         })
     }
 
-    fn next_counters(&mut self) -> [u8; 3] {
+    fn next_counters(&mut self) -> [u8; 4] {
         with(|core| core.ticker.next_counters())
     }
 

@@ -128,7 +128,7 @@ pub fn record<R: Rig>(
 
 fn step(at: Drive) -> Step {
     let Process::Encoder(encoder) = bench::encoder(at) else { unreachable!("it is one") };
-    Step { encoder: Some(encoder), command: None }
+    Step { encoder: Some(encoder), ..Step::default() }
 }
 
 /// Sends a command, and again every 50 ticks, with the drive at rest, until the device is in

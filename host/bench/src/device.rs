@@ -125,5 +125,5 @@ fn reach(client: &mut Client<Qemu>, wanted: Mode, step: Step) -> anyhow::Result<
 fn encoder(insertion_m: f64, rotation_rad: f64) -> Step {
     let insertion = Insertion::from_m(insertion_m);
     let rotation = Rotation::from_rad(rotation_rad);
-    Step { encoder: Some(Encoder { insertion, rotation }), command: None }
+    Step { encoder: Some(Encoder { insertion, rotation }), ..Step::default() }
 }

@@ -212,7 +212,7 @@ impl Session<'_> {
         let (insertion_m, rotation_rad) = (self.plan.drive_at)(t_s);
         let insertion = Insertion::from_m(insertion_m);
         let rotation = Rotation::from_rad(rotation_rad);
-        Step { encoder: Some(Encoder { insertion, rotation }), command: None }
+        Step { encoder: Some(Encoder { insertion, rotation }), ..Step::default() }
     }
 
     /// What ends a run early, if anything. Ctrl-C does not keep a device from being disarmed.

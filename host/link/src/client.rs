@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use cathforce_bus::service::{
     self, HostEndpoint, MAX_CHUNK, MAX_REQUEST, PROTOCOL_HASH, Refusal, Request, Response, Status,
 };
-use cathforce_bus::{Command, Counters, Direction, Frame, Id, Process, Sealer};
+use cathforce_bus::{Command, Counters, Direction, FROM_HOST, Frame, Id, Process, Sealer};
 
 use crate::ticks::Assembler;
 use crate::{Link, LinkError, TickReport};
@@ -90,7 +90,7 @@ pub struct Client<L = Box<dyn Link>> {
 
 /// A response that does not borrow.
 enum Reply {
-    Device(Device, [u8; 3]),
+    Device(Device, [u8; 4]),
     Status(Box<Status>),
     Done,
 }
@@ -135,7 +135,7 @@ impl<L: Link> Client<L> {
             let found = device.protocol_hash;
             return Err(ClientError::Protocol { device, expected: PROTOCOL_HASH, found });
         }
-        for (id, next) in [Id::Sync, Id::Encoder, Id::Command].into_iter().zip(next_counters) {
+        for (id, next) in FROM_HOST.into_iter().zip(next_counters) {
             self.sealer.continue_at(id, next);
         }
         self.device = device;

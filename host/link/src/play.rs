@@ -24,6 +24,8 @@ const LAST_TICKS: Duration = Duration::from_millis(20);
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Step {
     pub encoder: Option<Encoder>,
+    /// Of the guidewire's drive, where there is one.
+    pub guidewire: Option<Encoder>,
     pub command: Option<Command>,
 }
 
@@ -129,6 +131,9 @@ impl<L: Link> Client<L> {
     fn send_step(&mut self, step: Step) -> Result<(), LinkError> {
         if let Some(encoder) = step.encoder {
             self.send_process(Process::Encoder(encoder))?;
+        }
+        if let Some(guidewire) = step.guidewire {
+            self.send_process(Process::Guidewire(guidewire))?;
         }
         if let Some(command) = step.command {
             self.send_process(Process::Command(command))?;

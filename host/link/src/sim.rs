@@ -159,7 +159,7 @@ impl Board<Vec<u8>> for VirtualBoard {
         status
     }
 
-    fn next_counters(&mut self) -> [u8; 3] {
+    fn next_counters(&mut self) -> [u8; 4] {
         self.ticker.next_counters()
     }
 

@@ -31,7 +31,7 @@ fn mode(report: &TickReport) -> Option<Mode> {
 fn arm<L: Link>(client: &mut Client<L>) -> Vec<TickReport> {
     client.set_lock_step(true).unwrap();
     client.upload_image(&support::image(), |_| ControlFlow::Continue(())).unwrap();
-    let step = |command| Step { encoder: encoder(START_M), command };
+    let step = |command| Step { encoder: encoder(START_M), command, ..Step::default() };
     let mut ticks = vec![client.run_tick(step(Some(Command::SelfTest))).unwrap()];
     while mode(ticks.last().unwrap()) != Some(Mode::Ready) {
         assert!(ticks.len() < 10_000, "never ready");
@@ -43,7 +43,7 @@ fn arm<L: Link>(client: &mut Client<L>) -> Vec<TickReport> {
 }
 
 fn feed(ticks: usize) -> impl Iterator<Item = Step> {
-    (1..=ticks).map(|i| Step { encoder: encoder(START_M + 1e-5 * i as f64), command: None })
+    (1..=ticks).map(|i| Step { encoder: encoder(START_M + 1e-5 * i as f64), ..Step::default() })
 }
 
 fn play<L: Link>(client: &mut Client<L>, ticks: usize) -> Vec<TickReport> {
@@ -133,7 +133,7 @@ fn an_image_the_device_refuses_leaves_the_old_one_in_use() {
     let mut client = Client::connect(Sim::new()).unwrap();
     arm(&mut client);
     client.command(Command::Disarm).unwrap();
-    while mode(&client.run_tick(Step { encoder: encoder(START_M), command: None }).unwrap())
+    while mode(&client.run_tick(Step { encoder: encoder(START_M), ..Step::default() }).unwrap())
         != Some(Mode::Ready)
     {}
     let before = client.status().unwrap();
@@ -243,7 +243,11 @@ fn p01_a_host_that_stops_feeding_sees_the_ramp_and_clears_the_fault() {
     let cause = Fault::EncoderLost;
     assert_eq!(mode(&reports[39]), Some(Mode::Fault { cause }));
     let token = cause.clear_token();
-    let clear = Step { encoder: encoder(START_M), command: Some(Command::ClearFault { token }) };
+    let clear = Step {
+        encoder: encoder(START_M),
+        command: Some(Command::ClearFault { token }),
+        ..Step::default()
+    };
     assert_eq!(mode(&client.run_tick(clear).unwrap()), Some(Mode::Boot));
 }
 

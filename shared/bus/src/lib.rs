@@ -30,7 +30,7 @@ pub use codes::{
 pub use counters::{Counter, Counters};
 pub use frame::{Direction, Frame, MAX_ID};
 pub use process::{
-    Command, Contact, Drive, Encoder, Haptic, Id, MAX_NODES, MODE_UNCONFIGURED, NodeForce, Process,
-    Shape, Sync, Tick, TotalMoment,
+    Command, Contact, Drive, Encoder, FROM_HOST, GuidewireDrive, Haptic, Id, MAX_NODES,
+    MODE_UNCONFIGURED, NodeForce, Process, Shape, Sync, Tick, TotalMoment,
 };
 pub use protection::{Accepted, Protection, Rejection, Sealer, Status, crc8};

@@ -10,17 +10,22 @@ pub const MAX_NODES: u8 = 64;
 const SHAPE: u16 = 0x200;
 const FORCE: u16 = 0x280;
 
+/// Process frames that the host sends.
+pub const FROM_HOST: [Id; 4] = [Id::Sync, Id::Encoder, Id::Guidewire, Id::Command];
+
 /// What an identifier means.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Id {
     Sync,
     Encoder,
+    Guidewire,
     Command,
     Haptic,
     Contact,
     Tick,
     Drive,
     Moment,
+    GuidewireDrive,
     /// Position of this node, below [`MAX_NODES`].
     Shape(u8),
     /// Contact force at this node, below [`MAX_NODES`].
@@ -38,12 +43,14 @@ impl Id {
         Some(match raw {
             0x080 => Self::Sync,
             0x100 => Self::Encoder,
+            0x108 => Self::Guidewire,
             0x110 => Self::Command,
             0x180 => Self::Haptic,
             0x190 => Self::Contact,
             0x1A0 => Self::Tick,
             0x1A8 => Self::Drive,
             0x1B0 => Self::Moment,
+            0x1B8 => Self::GuidewireDrive,
             0x580 => Self::ServiceResponse,
             0x600 => Self::ServiceRequest,
             _ if node < MAX_NODES && raw & !0x7F == SHAPE => Self::Shape(node),
@@ -57,12 +64,14 @@ impl Id {
         match self {
             Self::Sync => 0x080,
             Self::Encoder => 0x100,
+            Self::Guidewire => 0x108,
             Self::Command => 0x110,
             Self::Haptic => 0x180,
             Self::Contact => 0x190,
             Self::Tick => 0x1A0,
             Self::Drive => 0x1A8,
             Self::Moment => 0x1B0,
+            Self::GuidewireDrive => 0x1B8,
             Self::Shape(node) => SHAPE + node as u16,
             Self::Force(node) => FORCE + node as u16,
             Self::ServiceResponse => 0x580,
@@ -72,7 +81,10 @@ impl Id {
 
     /// Sent by the host; everything else is sent by the device.
     pub fn is_from_host(self) -> bool {
-        matches!(self, Self::Sync | Self::Encoder | Self::Command | Self::ServiceRequest)
+        matches!(
+            self,
+            Self::Sync | Self::Encoder | Self::Guidewire | Self::Command | Self::ServiceRequest
+        )
     }
 }
 
@@ -85,7 +97,7 @@ pub struct Sync {
     pub host_tick: u32,
 }
 
-/// Position of the drive.
+/// Position of a drive: the catheter's (ENCODER) or the guidewire's (GUIDEWIRE).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Encoder {
     pub insertion: Insertion,
@@ -150,6 +162,15 @@ pub struct TotalMoment {
     pub moment: [Moment; 3],
 }
 
+/// Load on the guidewire's drive; sent only where there is one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct GuidewireDrive {
+    pub force: Force,
+    pub torque: DriveTorque,
+    /// Ticks since the last valid frame of its encoder, saturating.
+    pub encoder_age_ticks: u8,
+}
+
 /// Where a node is, relative to the entry: x, y, z, vessel frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Shape {
@@ -171,12 +192,14 @@ pub struct NodeForce {
 pub enum Process {
     Sync(Sync),
     Encoder(Encoder),
+    Guidewire(Encoder),
     Command(Command),
     Haptic(Haptic),
     Contact(Contact),
     Tick(Tick),
     Drive(Drive),
     Moment(TotalMoment),
+    GuidewireDrive(GuidewireDrive),
     Shape(Shape),
     Force(NodeForce),
 }
@@ -187,12 +210,14 @@ impl Process {
         match *self {
             Self::Sync(_) => Id::Sync,
             Self::Encoder(_) => Id::Encoder,
+            Self::Guidewire(_) => Id::Guidewire,
             Self::Command(_) => Id::Command,
             Self::Haptic(_) => Id::Haptic,
             Self::Contact(_) => Id::Contact,
             Self::Tick(_) => Id::Tick,
             Self::Drive(_) => Id::Drive,
             Self::Moment(_) => Id::Moment,
+            Self::GuidewireDrive(_) => Id::GuidewireDrive,
             Self::Shape(Shape { node, .. }) => Id::Shape(node % MAX_NODES),
             Self::Force(NodeForce { node, .. }) => Id::Force(node % MAX_NODES),
         }
@@ -202,7 +227,8 @@ impl Process {
     pub fn payload(&self) -> [u8; 6] {
         match *self {
             Self::Sync(Sync { grant, host_tick }) => join2(grant.to_le_bytes(), host_tick),
-            Self::Encoder(Encoder { insertion, rotation }) => {
+            Self::Encoder(Encoder { insertion, rotation })
+            | Self::Guidewire(Encoder { insertion, rotation }) => {
                 let ([a, b, c], [d, e, f]) = (insertion.to_bytes(), rotation.to_bytes());
                 [a, b, c, d, e, f]
             }
@@ -226,6 +252,10 @@ impl Process {
                 [a, b, c, d, limits, encoder_age_ticks]
             }
             Self::Moment(TotalMoment { moment }) => vector(moment.map(|x| x.0)),
+            Self::GuidewireDrive(GuidewireDrive { force, torque, encoder_age_ticks }) => {
+                let ([a, b], [c, d]) = (force.0.to_le_bytes(), torque.0.to_le_bytes());
+                [a, b, c, d, encoder_age_ticks, 0]
+            }
             Self::Shape(Shape { position, .. }) => vector(position.map(|x| x.0)),
             Self::Force(NodeForce { force, .. }) => vector(force.map(|x| x.0)),
         }
@@ -237,6 +267,10 @@ impl Process {
         let tail = u32::from_le_bytes([c, d, e, f]);
         let xyz = [[a, b], [c, d], [e, f]].map(i16::from_le_bytes);
         let [first, second, _] = xyz;
+        let position = Encoder {
+            insertion: Insertion::from_bytes([a, b, c]),
+            rotation: Rotation::from_bytes([d, e, f]),
+        };
         Some(match id {
             Id::Sync => {
                 let grant = u16::from_le_bytes([a, b]);
@@ -245,10 +279,8 @@ impl Process {
                 }
                 Self::Sync(Sync { grant, host_tick: tail })
             }
-            Id::Encoder => Self::Encoder(Encoder {
-                insertion: Insertion::from_bytes([a, b, c]),
-                rotation: Rotation::from_bytes([d, e, f]),
-            }),
+            Id::Encoder => Self::Encoder(position),
+            Id::Guidewire => Self::Guidewire(position),
             Id::Command => Self::Command(match (a, b, tail) {
                 (1, 0, 0) => Command::SelfTest,
                 (2, 0, 0) => Command::Arm,
@@ -271,9 +303,14 @@ impl Process {
                 encoder_age_ticks: f,
             }),
             Id::Moment => Self::Moment(TotalMoment { moment: xyz.map(Moment) }),
+            Id::GuidewireDrive if f == 0 => Self::GuidewireDrive(GuidewireDrive {
+                force: Force(first),
+                torque: DriveTorque(second),
+                encoder_age_ticks: e,
+            }),
             Id::Shape(node) => Self::Shape(Shape { node, position: xyz.map(Position) }),
             Id::Force(node) => Self::Force(NodeForce { node, force: xyz.map(Force) }),
-            Id::ServiceRequest | Id::ServiceResponse => return None,
+            Id::GuidewireDrive | Id::ServiceRequest | Id::ServiceResponse => return None,
         })
     }
 }
@@ -296,7 +333,7 @@ mod tests {
     #[test]
     fn identifiers_map_both_ways() {
         let known = (0..=0x7FF).filter_map(|raw| Id::from_raw(raw).map(|id| (raw, id)));
-        assert_eq!(known.clone().count(), 10 + 2 * usize::from(MAX_NODES));
+        assert_eq!(known.clone().count(), 12 + 2 * usize::from(MAX_NODES));
         assert!(known.into_iter().all(|(raw, id)| id.raw() == raw));
     }
 

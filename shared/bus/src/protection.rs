@@ -40,7 +40,7 @@ impl Status {
 }
 
 /// Ids that carry counter and CRC, each with its own counter.
-const SLOTS: usize = 8 + 2 * MAX_NODES as usize;
+const SLOTS: usize = 10 + 2 * MAX_NODES as usize;
 
 fn slot(id: Id) -> Option<usize> {
     let node = |node: u8| usize::from(node % MAX_NODES);
@@ -53,8 +53,10 @@ fn slot(id: Id) -> Option<usize> {
         Id::Tick => 5,
         Id::Drive => 6,
         Id::Moment => 7,
-        Id::Shape(k) => 8 + node(k),
-        Id::Force(k) => 8 + usize::from(MAX_NODES) + node(k),
+        Id::Guidewire => 8,
+        Id::GuidewireDrive => 9,
+        Id::Shape(k) => 10 + node(k),
+        Id::Force(k) => 10 + usize::from(MAX_NODES) + node(k),
         Id::ServiceRequest | Id::ServiceResponse => return None,
     })
 }
@@ -137,8 +139,18 @@ impl Rejection {
 /// Ids that a wrong CRC is tried against, to tell a masquerade from corruption.
 ///
 /// Not the 128 ids of nodes: with 8 bits of CRC nearly every broken frame would fit one.
-const MASQUERADES: [Id; 8] =
-    [Id::Sync, Id::Encoder, Id::Command, Id::Haptic, Id::Contact, Id::Tick, Id::Drive, Id::Moment];
+const MASQUERADES: [Id; 10] = [
+    Id::Sync,
+    Id::Encoder,
+    Id::Guidewire,
+    Id::Command,
+    Id::Haptic,
+    Id::Contact,
+    Id::Tick,
+    Id::Drive,
+    Id::Moment,
+    Id::GuidewireDrive,
+];
 
 /// The receiving side: the last counter of each id.
 #[derive(Clone, Debug)]

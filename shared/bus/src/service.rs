@@ -93,8 +93,8 @@ pub struct Hello<'a> {
     pub max_image_len: u32,
     /// Code of the mode, as in the HAPTIC frame.
     pub mode: u8,
-    /// Counters that the host's next SYNC, ENCODER and COMMAND frames must carry.
-    pub next_counters: [u8; 3],
+    /// Counters that the host's next frames of [`crate::FROM_HOST`] must carry.
+    pub next_counters: [u8; 4],
 }
 
 /// How the device is.

@@ -34,7 +34,7 @@ fn meant(process: &Process) -> Vec<(&'static str, f64)> {
     let xyz = |[x, y, z]: [f32; 3]| vec![("X", x.into()), ("Y", y.into()), ("Z", z.into())];
     match *process {
         Process::Sync(p) => vec![("Grant", p.grant.into()), ("HostTick", p.host_tick.into())],
-        Process::Encoder(p) => {
+        Process::Encoder(p) | Process::Guidewire(p) => {
             vec![("Insertion", p.insertion.m().into()), ("Rotation", p.rotation.rad().into())]
         }
         Process::Command(p) => {
@@ -58,6 +58,11 @@ fn meant(process: &Process) -> Vec<(&'static str, f64)> {
             ("Force", p.force.n().into()),
             ("Torque", p.torque.n_m().into()),
             ("Limits", p.limits.into()),
+            ("EncoderAge", p.encoder_age_ticks.into()),
+        ],
+        Process::GuidewireDrive(p) => vec![
+            ("Force", p.force.n().into()),
+            ("Torque", p.torque.n_m().into()),
             ("EncoderAge", p.encoder_age_ticks.into()),
         ],
         Process::Moment(p) => xyz(p.moment.map(|m| m.n_m())),

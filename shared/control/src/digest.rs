@@ -10,7 +10,7 @@ use crate::words::{Word, Words};
 use crate::{Fault, Outputs};
 
 /// Words of [`Outputs::words`].
-const OUTPUT_WORDS: usize = 20;
+const OUTPUT_WORDS: usize = 21;
 
 impl Outputs {
     /// The bits of every output except the digest, which follows from them.
@@ -24,6 +24,7 @@ impl Outputs {
             torque_n_m,
             contact,
             encoder_age_ticks,
+            guidewire_age_ticks,
             digest: _,
         } = *self;
         let mechanics::Outputs {
@@ -59,6 +60,7 @@ impl Outputs {
             u32::from(links),
             u32::from(unresolved),
             u32::from(encoder_age_ticks),
+            u32::from(guidewire_age_ticks),
         ]
     }
 }

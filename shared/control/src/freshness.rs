@@ -7,7 +7,7 @@
 use crate::limits::{positive, smaller};
 use crate::settings::ENCODER_TIMEOUT_HARD_TICKS;
 use crate::words::{Word, Words};
-use crate::{EncoderSample, Fault, Inputs, Settings, TICK_S};
+use crate::{EncoderSample, Fault, Settings, TICK_S};
 
 /// Frames and samples that are remembered.
 const WINDOW: u32 = 10;
@@ -92,8 +92,14 @@ impl Freshness {
         Self { last: None, age_ticks: u8::MAX, frames: 0, samples: 0 }
     }
 
-    pub fn update(&mut self, bounds: &Bounds, inputs: &Inputs) -> Fresh {
-        for _ in 0..u32::from(inputs.rejected_frames).min(WINDOW) {
+    /// Takes in a tick's sample of the drive, and the frames that were rejected meanwhile.
+    pub fn update(
+        &mut self,
+        bounds: &Bounds,
+        sample: Option<EncoderSample>,
+        rejected_frames: u8,
+    ) -> Fresh {
+        for _ in 0..u32::from(rejected_frames).min(WINDOW) {
             shift(&mut self.frames, true);
         }
         let corrupt = self.last.is_some_and(|s| !bounds.in_range(s));
@@ -103,7 +109,7 @@ impl Freshness {
         self.age_ticks = self.age_ticks.saturating_add(1);
 
         let mut motion = Motion::Unknown;
-        if let Some(sample) = inputs.encoder {
+        if let Some(sample) = sample {
             shift(&mut self.frames, false);
             let moved = match self.last {
                 _ if !bounds.in_range(sample) => None,
@@ -174,9 +180,8 @@ impl Words for Freshness {
 mod tests {
     use super::*;
 
-    fn sample(insertion_m: f32, rotation_rad: f32) -> Inputs {
-        let encoder = Some(EncoderSample { insertion_m, rotation_rad });
-        Inputs { encoder, ..Inputs::default() }
+    fn sample(insertion_m: f32, rotation_rad: f32) -> Option<EncoderSample> {
+        Some(EncoderSample { insertion_m, rotation_rad })
     }
 
     #[test]
@@ -193,9 +198,9 @@ mod tests {
             (0.1, nan, false),
             (f32::INFINITY, 0.0, false),
         ] {
-            let inputs = sample(insertion_m, rotation_rad);
-            let fresh = Freshness::new().update(&bounds, &inputs);
-            assert_eq!(fresh.position, inputs.encoder.filter(|_| believed));
+            let sample = sample(insertion_m, rotation_rad);
+            let fresh = Freshness::new().update(&bounds, sample, 0);
+            assert_eq!(fresh.position, sample.filter(|_| believed));
             assert_eq!(fresh.fault, (!believed).then_some(Fault::EncoderLost));
         }
     }
@@ -205,21 +210,21 @@ mod tests {
         let mut settings = Settings::default();
         settings.corrupt(|_, _| f32::NAN);
         let bounds = Bounds::new(&settings, f32::NAN);
-        assert_eq!(Freshness::new().update(&bounds, &sample(0.1, 0.0)).position, None);
+        assert_eq!(Freshness::new().update(&bounds, sample(0.1, 0.0), 0).position, None);
     }
 
     #[test]
     fn after_a_fault_of_jumps_the_drive_may_be_elsewhere() {
         let bounds = Bounds::new(&Settings::default(), 0.5);
         let mut freshness = Freshness::new();
-        freshness.update(&bounds, &sample(0.1, 0.0));
+        freshness.update(&bounds, sample(0.1, 0.0), 0);
         for _ in 0..2 {
-            let fresh = freshness.update(&bounds, &sample(0.2, 0.0));
+            let fresh = freshness.update(&bounds, sample(0.2, 0.0), 0);
             assert_eq!(fresh.position.map(|p| p.insertion_m), Some(0.1));
         }
-        let fresh = freshness.update(&bounds, &sample(0.2, 0.0));
+        let fresh = freshness.update(&bounds, sample(0.2, 0.0), 0);
         assert_eq!((fresh.position, fresh.fault), (None, Some(Fault::EncoderJump)));
-        let fresh = freshness.update(&bounds, &sample(0.2, 0.0));
+        let fresh = freshness.update(&bounds, sample(0.2, 0.0), 0);
         assert_eq!((fresh.age_ticks, fresh.fault), (0, None));
     }
 }

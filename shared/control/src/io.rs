@@ -9,6 +9,8 @@ use crate::{Fault, Mode};
 pub struct Inputs {
     /// The newest encoder sample whose frame was valid; `None` if there was none.
     pub encoder: Option<EncoderSample>,
+    /// Likewise of the guidewire's drive; of no effect where there is none.
+    pub guidewire: Option<EncoderSample>,
     /// Frames rejected since the last tick (CRC, counter, length); saturates.
     pub rejected_frames: u8,
     /// At most one command a tick.
@@ -64,6 +66,8 @@ pub struct Outputs {
     pub contact: mechanics::Outputs<f32>,
     /// Ticks since the newest accepted encoder sample, saturating; 0 if it came in this tick.
     pub encoder_age_ticks: u8,
+    /// Likewise of the guidewire's; 0 where there is none.
+    pub guidewire_age_ticks: u8,
     /// Rolling hash over the bits of every output of every tick since configuration.
     pub digest: u32,
 }

@@ -69,12 +69,16 @@ impl Estimator for Tracked<'_, '_> {
         self.config.model.reach_m()
     }
 
-    fn step(&mut self, drive: mechanics::Drive<f32>) -> mechanics::Outputs<f32> {
-        mechanics::step(&self.config.model, &self.config.lumen, self.mechanics, drive)
+    fn has_guidewire(&self) -> bool {
+        self.config.model.description().guidewire.is_some()
     }
 
-    fn settle(&mut self, drive: mechanics::Drive<f32>) -> bool {
-        mechanics::settle(&self.config.model, &self.config.lumen, self.mechanics, drive)
+    fn step(&mut self, drives: mechanics::Drives<f32>) -> mechanics::Outputs<f32> {
+        mechanics::step(&self.config.model, &self.config.lumen, self.mechanics, drives)
+    }
+
+    fn settle(&mut self, drives: mechanics::Drives<f32>) -> bool {
+        mechanics::settle(&self.config.model, &self.config.lumen, self.mechanics, drives)
     }
 
     #[cold]

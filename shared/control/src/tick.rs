@@ -20,8 +20,10 @@ pub(crate) trait Estimator {
     fn tick_s(&self) -> f32;
     /// The longest insertion it can represent \[m\].
     fn reach_m(&self) -> f32;
-    fn step(&mut self, drive: mechanics::Drive<f32>) -> mechanics::Outputs<f32>;
-    fn settle(&mut self, drive: mechanics::Drive<f32>) -> bool;
+    /// There is a second drive, the guidewire's.
+    fn has_guidewire(&self) -> bool;
+    fn step(&mut self, drives: mechanics::Drives<f32>) -> mechanics::Outputs<f32>;
+    fn settle(&mut self, drives: mechanics::Drives<f32>) -> bool;
     /// Back to the empty guide.
     fn rebuild(&mut self);
     /// Position and force of every node, from the tip on.
@@ -35,6 +37,7 @@ pub(crate) struct Memory {
     mode: Mode,
     settling_ticks: u16,
     freshness: Freshness,
+    guidewire: Freshness,
     haptics: Haptics,
     force: Axis,
     torque: Axis,
@@ -85,6 +88,7 @@ impl Memory {
             mode: Mode::Boot,
             settling_ticks: 0,
             freshness: Freshness::new(),
+            guidewire: Freshness::new(),
             haptics: Haptics::new(),
             force: Axis::new(),
             torque: Axis::new(),
@@ -102,7 +106,10 @@ impl Memory {
         self.tick = self.tick.wrapping_add(1);
         let before = self.mode;
         let bounds = Bounds::new(settings, model.reach_m());
-        let fresh = self.freshness.update(&bounds, inputs);
+        let fresh = self.freshness.update(&bounds, inputs.encoder, inputs.rejected_frames);
+        // Rejected frames are the bus's fault, not a drive's: they are counted once.
+        let guidewire =
+            model.has_guidewire().then(|| self.guidewire.update(&bounds, inputs.guidewire, 0));
         self.account(&bounds, &fresh);
 
         if let Some(notice) = inputs.notice {
@@ -111,9 +118,11 @@ impl Memory {
                 Notice::BusOff => Fault::BusOff,
             }));
         }
-        match fresh.fault {
+        let both_fresh =
+            fresh.age_ticks == 0 && guidewire.as_ref().is_none_or(|wire| wire.age_ticks == 0);
+        match fresh.fault.or(guidewire.as_ref().and_then(|wire| wire.fault)) {
             Some(fault) => self.happens(Event::Fault(fault)),
-            None if fresh.age_ticks == 0 => self.happens(Event::EncoderFresh),
+            None if both_fresh => self.happens(Event::EncoderFresh),
             None => (),
         }
         // A command answers the mode that its sender could see, not one that began in this
@@ -123,7 +132,13 @@ impl Memory {
             self.happens(event);
         }
 
-        let contact = self.estimate(settings, model, fresh.position);
+        let drives = match &guidewire {
+            Some(wire) => fresh.position.zip(wire.position).map(|(catheter, wire)| {
+                mechanics::Drives { catheter: drive(catheter), guidewire: drive(wire) }
+            }),
+            None => fresh.position.map(|catheter| drive(catheter).into()),
+        };
+        let contact = self.estimate(settings, model, drives);
         let applied = self.apply(settings, &bounds);
         if matches!(self.mode, Mode::Ramp { .. }) && applied.is_zero() {
             self.happens(Event::RampDone);
@@ -133,7 +148,8 @@ impl Memory {
             self.haptics = Haptics::new();
             model.rebuild();
         }
-        self.report(&fresh, contact, applied, model)
+        let guidewire_age_ticks = guidewire.map_or(0, |wire| wire.age_ticks);
+        self.report([fresh.age_ticks, guidewire_age_ticks], contact, applied, model)
     }
 
     fn happens(&mut self, event: Event) {
@@ -177,19 +193,18 @@ impl Memory {
         self.torque.observe(fresh.motion, rotation_rad, bounds.rotation_step_rad);
     }
 
-    /// Lets the model follow the drive, in modes that do.
+    /// Lets the model follow the drives, in modes that do.
     fn estimate(
         &mut self,
         settings: &Settings,
         model: &mut impl Estimator,
-        position: Option<EncoderSample>,
+        drives: Option<mechanics::Drives<f32>>,
     ) -> mechanics::Outputs<f32> {
         let nothing = mechanics::Outputs::default();
-        let Some(EncoderSample { insertion_m, rotation_rad }) = position else { return nothing };
-        let drive = mechanics::Drive { insertion_m, rotation_rad };
+        let Some(drives) = drives else { return nothing };
         match self.mode {
             Mode::Settling => {
-                let settled = model.settle(drive);
+                let settled = model.settle(drives);
                 self.settling_ticks = self.settling_ticks.saturating_add(1);
                 if !nodes_finite(model) {
                     self.happens(Event::Fault(Fault::ModelNotFinite));
@@ -201,7 +216,7 @@ impl Memory {
                 nothing
             }
             Mode::Ready | Mode::Armed | Mode::Ramp { cause: RampCause::Disarm } => {
-                let contact = model.step(drive);
+                let contact = model.step(drives);
                 if !(outputs_finite(&contact) && nodes_finite(model)) {
                     self.happens(Event::Fault(Fault::ModelNotFinite));
                     return nothing;
@@ -262,7 +277,7 @@ impl Memory {
 
     fn report(
         &mut self,
-        fresh: &Fresh,
+        [encoder_age_ticks, guidewire_age_ticks]: [u8; 2],
         contact: mechanics::Outputs<f32>,
         applied: Applied,
         model: &impl Estimator,
@@ -274,7 +289,8 @@ impl Memory {
             force_n: applied.force_n,
             torque_n_m: applied.torque_n_m,
             contact,
-            encoder_age_ticks: fresh.age_ticks,
+            encoder_age_ticks,
+            guidewire_age_ticks,
             digest: 0,
         };
         for word in outputs.words() {
@@ -294,6 +310,10 @@ impl Applied {
     fn is_zero(&self) -> bool {
         self.force_n == 0.0 && self.torque_n_m == 0.0
     }
+}
+
+fn drive(at: EncoderSample) -> mechanics::Drive<f32> {
+    mechanics::Drive { insertion_m: at.insertion_m, rotation_rad: at.rotation_rad }
 }
 
 fn outputs_finite(contact: &mechanics::Outputs<f32>) -> bool {
@@ -317,6 +337,7 @@ impl Words for Memory {
         visit(Word::U32(&mut self.tick));
         visit(Word::U16(&mut self.settling_ticks));
         self.freshness.words(visit);
+        self.guidewire.words(visit);
         self.haptics.words(visit);
         for axis in [&mut self.force, &mut self.torque] {
             axis.passivity.words(visit);

@@ -20,7 +20,7 @@ pub trait Board<B> {
     fn status(&mut self) -> Status;
 
     /// [`crate::Ticker::next_counters`].
-    fn next_counters(&mut self) -> [u8; 3];
+    fn next_counters(&mut self) -> [u8; 4];
 
     /// Puts an image to use: between two ticks, exchange the configuration and restart the
     /// ticker, unless it has been armed in the meantime. The image has been checked whole.

@@ -9,7 +9,8 @@ use cathforce_control::{self as control, Config, EncoderSample, Inputs, Mode, No
 /// Frames that every tick sends: HAPTIC, CONTACT, and one of those that take turns.
 pub const FRAMES_A_TICK: usize = 3;
 
-/// Turns of the third frame: TICK, DRIVE, MOMENT, SHAPE of a node, FORCE of the same node.
+/// Turns of the third frame: TICK, DRIVE, MOMENT, SHAPE of a node, FORCE of the same node; with
+/// a guidewire one more, GUIDEWIREDRIVE.
 const TURNS: u32 = 5;
 
 /// Decoded frames since the last tick, the state of control, counters of frames.
@@ -102,7 +103,9 @@ impl Ticker {
     pub fn on_frame(&mut self, frame: &Frame) {
         match Id::from_raw(frame.id()) {
             Some(Id::ServiceRequest) => {}
-            Some(id @ (Id::Sync | Id::Encoder | Id::Command)) => self.on_process(id, frame),
+            Some(id @ (Id::Sync | Id::Encoder | Id::Guidewire | Id::Command)) => {
+                self.on_process(id, frame);
+            }
             _ => self.on_foreign(),
         }
     }
@@ -118,7 +121,12 @@ impl Ticker {
                 Process::Sync(sync) if self.lock_step => {
                     self.granted = self.granted.saturating_add(u32::from(sync.grant));
                 }
-                Process::Encoder(encoder) => self.on_encoder(encoder),
+                Process::Encoder(encoder) => {
+                    on_encoder(&mut self.inputs.encoder, encoder, &mut self.counters);
+                }
+                Process::Guidewire(encoder) => {
+                    on_encoder(&mut self.inputs.guidewire, encoder, &mut self.counters);
+                }
                 Process::Command(command) => self.on_command(command),
                 _ => {}
             },
@@ -127,17 +135,6 @@ impl Ticker {
             Err(_) => {
                 self.inputs.rejected_frames = self.inputs.rejected_frames.saturating_add(1);
             }
-        }
-    }
-
-    /// The newest sample counts.
-    fn on_encoder(&mut self, encoder: bus::Encoder) {
-        let sample = EncoderSample {
-            insertion_m: encoder.insertion.m(),
-            rotation_rad: encoder.rotation.rad(),
-        };
-        if self.inputs.encoder.replace(sample).is_some() {
-            self.counters.count(Counter::Superseded);
         }
     }
 
@@ -199,7 +196,8 @@ impl Ticker {
     /// SHAPE and FORCE.
     fn third(&mut self, config: &Config<'_>, outputs: &Outputs) -> Process {
         let model = self.state.mechanics();
-        let turn = self.tick % TURNS;
+        let guidewire = config.model.description().guidewire.is_some();
+        let turn = self.tick % if guidewire { TURNS + 1 } else { TURNS };
         // The node stays for SHAPE and FORCE; before them it is brought into range.
         if turn == 0 && usize::from(self.node) >= model.nodes().min(usize::from(bus::MAX_NODES)) {
             self.node = 0;
@@ -227,6 +225,11 @@ impl Ticker {
                     Process::Force(bus::NodeForce { node, force: force.map(bus::Force::from_n) })
                 })
             }
+            TURNS => Process::GuidewireDrive(bus::GuidewireDrive {
+                force: bus::Force::from_n(outputs.contact.guidewire_force_n),
+                torque: bus::DriveTorque::from_n_m(outputs.contact.guidewire_torque_n_m),
+                encoder_age_ticks: outputs.guidewire_age_ticks,
+            }),
             _ => tick,
         }
     }
@@ -268,9 +271,9 @@ impl Ticker {
         self.counters = Counters::default();
     }
 
-    /// Counters that the next SYNC, ENCODER and COMMAND frames should carry.
-    pub fn next_counters(&self) -> [u8; 3] {
-        [Id::Sync, Id::Encoder, Id::Command].map(|id| self.protection.expected(id))
+    /// Counters that the next process frames of [`bus::FROM_HOST`] should carry.
+    pub fn next_counters(&self) -> [u8; 4] {
+        bus::FROM_HOST.map(|id| self.protection.expected(id))
     }
 
     /// Code of the mode, as in the HAPTIC frame.
@@ -289,5 +292,14 @@ impl Ticker {
             load,
             counters: self.counters,
         }
+    }
+}
+
+/// The newest sample counts.
+fn on_encoder(newest: &mut Option<EncoderSample>, encoder: bus::Encoder, counters: &mut Counters) {
+    let sample =
+        EncoderSample { insertion_m: encoder.insertion.m(), rotation_rad: encoder.rotation.rad() };
+    if newest.replace(sample).is_some() {
+        counters.count(Counter::Superseded);
     }
 }

@@ -28,8 +28,8 @@ impl Board<Vec<u8>> for FakeBoard {
     fn status(&mut self) -> Status {
         Status { mode: 3, tick: 77, lock_step: self.lock_step, ..Status::default() }
     }
-    fn next_counters(&mut self) -> [u8; 3] {
-        [1, 2, 3]
+    fn next_counters(&mut self) -> [u8; 4] {
+        [1, 2, 3, 4]
     }
     fn activate(
         &mut self,
@@ -141,7 +141,7 @@ fn a_device_says_who_and_how_it_is() {
         can_lock_step: true,
         max_image_len: CAPACITY as u32,
         mode: 3,
-        next_counters: [1, 2, 3],
+        next_counters: [1, 2, 3, 4],
     };
     assert_eq!(hello, expected);
     let reply = bench.ask(Request::GetStatus);

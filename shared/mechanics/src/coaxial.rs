@@ -42,7 +42,7 @@ impl<T: Real> Overlap<T> {
     }
 
     /// Share of the sample at `halves` half link lengths of `half_m` from the chain's tip that
-    /// the catheter covers.     docs/model.md (39)
+    /// the catheter covers.     docs/model.md (40)
     ///
     /// Its end stands for a cone of that length, so that no sample jumps as it passes.
     pub fn covered(&self, halves: usize, half_m: T) -> T {
@@ -64,7 +64,7 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
         Walk::new((&model.catheter, catheter), Some((wire, placed)))
     }
 
-    /// Makes the tables of the chain as the instruments lie in it now.     docs/model.md (38)
+    /// Makes the tables of the chain as the instruments lie in it now.     docs/model.md (39)
     pub(crate) fn overlay(&mut self, model: &Model<T, LINKS>) {
         if let Some(wire) = &model.guidewire {
             let walk = self.walk(model, wire);

@@ -18,7 +18,7 @@ const LARGEST_PREDICTED_TURN: f64 = 0.2;
 pub(crate) const SHORTEST_BASE: f64 = 0.001;
 
 /// From the tip of a chain of `chain_m` inside the vessel back to that of an instrument of
-/// which `inside_m` are.     docs/model.md (38)
+/// which `inside_m` are.     docs/model.md (39)
 ///
 /// The guide's joint stands for a full cell, up to one and a half links behind the mouth: from
 /// there, and not from the mouth, an instrument enters that is not the first.

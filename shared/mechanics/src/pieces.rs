@@ -137,7 +137,7 @@ impl<'a, T: Real> Cursor<'a, T> {
     }
 }
 
-/// Both instruments at one place as one: stiffnesses add.     docs/model.md (38)
+/// Both instruments at one place as one: stiffnesses add.     docs/model.md (39)
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Density<T: Real> {
     /// 1/EI, 1/GJ, 1/EA \[1/(N·m²), 1/(N·m²), 1/N\].

@@ -2,7 +2,7 @@
 //!
 //! The drive of one feels the virtual work of its own motion, the centre line held: what the
 //! chain's energy gains as the instrument slides or turns in it, and what friction takes. The
-//! other drive carries the rest of the whole.     docs/model.md (40)–(42)
+//! other drive carries the rest of the whole.     docs/model.md (41)–(43)
 
 use nalgebra::Vector3;
 
@@ -39,7 +39,7 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
     }
 
     /// Energy that the chain gains per feed of the follower \[N\], and per turn of the
-    /// guidewire \[N·m\].     docs/model.md (40), (42)
+    /// guidewire \[N·m\].     docs/model.md (41), (43)
     fn stored(&self, model: &Model<T, LINKS>, mut walk: Walk<'_, T>, follower: Which) -> (T, T) {
         let softness = self.effects.softness(model);
         let (mut force, mut torque) = (T::zero(), T::zero());
@@ -80,7 +80,7 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
     }
 
     /// What friction and its own end take from the catheter's drive if it follows \[N\], and
-    /// friction from the guidewire's \[N·m\].     docs/model.md (41), (42)
+    /// friction from the guidewire's \[N·m\].     docs/model.md (42), (43)
     fn rubbed(&self, model: &Model<T, LINKS>) -> (T, T) {
         let (one, zero) = (T::one(), T::zero());
         let description = model.description();

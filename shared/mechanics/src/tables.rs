@@ -1,4 +1,4 @@
-//! What joints and links are made of.     docs/model.md (1), (38)
+//! What joints and links are made of.     docs/model.md (1), (39)
 
 use nalgebra::Vector3;
 

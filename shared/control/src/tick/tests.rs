@@ -13,13 +13,27 @@ struct Fake {
     settle_after: u32,
     rebuilt: u32,
     node: [f32; 6],
+    guidewire: bool,
+}
+
+fn assert_finite(drives: &mechanics::Drives<f32>) {
+    for drive in [drives.catheter, drives.guidewire] {
+        assert!(drive.insertion_m.is_finite() && drive.rotation_rad.is_finite());
+    }
 }
 
 impl Fake {
     fn new() -> Self {
         let answer =
             mechanics::Outputs { drive_force_n: 1.0, drive_torque_n_m: 0.01, ..Default::default() };
-        Self { answer, settle_calls: 0, settle_after: 3, rebuilt: 0, node: [0.0; 6] }
+        Self {
+            answer,
+            settle_calls: 0,
+            settle_after: 3,
+            rebuilt: 0,
+            node: [0.0; 6],
+            guidewire: false,
+        }
     }
 }
 
@@ -30,12 +44,15 @@ impl Estimator for Fake {
     fn reach_m(&self) -> f32 {
         0.5
     }
-    fn step(&mut self, drive: mechanics::Drive<f32>) -> mechanics::Outputs<f32> {
-        assert!(drive.insertion_m.is_finite() && drive.rotation_rad.is_finite());
+    fn has_guidewire(&self) -> bool {
+        self.guidewire
+    }
+    fn step(&mut self, drives: mechanics::Drives<f32>) -> mechanics::Outputs<f32> {
+        assert_finite(&drives);
         self.answer
     }
-    fn settle(&mut self, drive: mechanics::Drive<f32>) -> bool {
-        assert!(drive.insertion_m.is_finite() && drive.rotation_rad.is_finite());
+    fn settle(&mut self, drives: mechanics::Drives<f32>) -> bool {
+        assert_finite(&drives);
         self.settle_calls += 1;
         self.settle_calls >= self.settle_after
     }
@@ -109,6 +126,34 @@ impl Bench {
             ..Inputs::default()
         })
     }
+}
+
+#[test]
+fn with_a_guidewire_both_drives_must_be_heard() {
+    let mut bench = Bench::new();
+    bench.fake.guidewire = true;
+    bench.command(Command::SelfTest);
+    for _ in 0..10 {
+        assert_eq!(bench.sample().mode, Mode::Idle, "settling without the guidewire");
+    }
+    let both = Inputs { encoder: Some(bench.at), guidewire: Some(bench.at), ..Inputs::default() };
+    for _ in 0..4 {
+        bench.tick(both);
+    }
+    assert_eq!(bench.memory.mode, Mode::Ready);
+    bench.tick(Inputs { command: Some(Command::Arm), ..both });
+    for _ in 0..30 {
+        bench.tick(both);
+    }
+    assert_eq!(bench.tick(both).mode, Mode::Armed);
+    let timeout = bench.settings.encoder_timeout_ticks;
+    for age in 1..timeout {
+        let outputs = bench.sample();
+        assert_eq!((outputs.mode, outputs.encoder_age_ticks), (Mode::Armed, 0));
+        assert_eq!(u16::from(outputs.guidewire_age_ticks), age);
+    }
+    let lost = bench.sample();
+    assert_eq!(lost.mode, Mode::Ramp { cause: RampCause::Fault(Fault::EncoderLost) });
 }
 
 #[test]

@@ -6,11 +6,28 @@
 mod wire;
 
 use cathforce_config::{ImageHead, Settings, image};
-use cathforce_mechanics::{FREE, LumenHeader};
+use cathforce_mechanics::{Description, FREE, LumenHeader};
 use wire::wire;
+
+/// An image with a second, thinner wire inside the first.
+pub fn image_with_guidewire() -> Vec<u8> {
+    let mut description = wire();
+    let mut guidewire = description.instrument.clone();
+    guidewire.outer_radius_m *= 0.5;
+    for section in &mut guidewire.sections {
+        section.bending_stiffness_n_m2 *= 0.2;
+        section.torsional_stiffness_n_m2 *= 0.2;
+    }
+    description.guidewire = Some(guidewire);
+    image_of(description)
+}
 
 /// An image whose lumen is 64 kB, all of it free space.
 pub fn image() -> Vec<u8> {
+    image_of(wire())
+}
+
+fn image_of(description: Description<f32>) -> Vec<u8> {
     let lumen = LumenHeader {
         origin_m: [-1e-3, -64e-3, -64e-3],
         cell_m: 1e-3,
@@ -18,7 +35,7 @@ pub fn image() -> Vec<u8> {
         bricks: [32; 3],
         stored: 0,
     };
-    let head = ImageHead { description: wire(), lumen, settings: Settings::default() };
+    let head = ImageHead { description, lumen, settings: Settings::default() };
     let bytes = FREE.to_le_bytes().repeat(32 * 32 * 32);
     let mut image = vec![0; image::encoded_len(&head, &bytes).unwrap()];
     image::encode(&head, &bytes, &mut image).unwrap();

@@ -52,6 +52,7 @@ fn happening() -> impl Strategy<Value = Happening> {
     ];
     let inputs = (encoder(), rejected, command(), notice).prop_map(
         |(encoder, rejected_frames, command, notice)| Inputs {
+            guidewire: None,
             encoder,
             rejected_frames,
             command,
