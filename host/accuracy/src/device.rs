@@ -88,7 +88,7 @@ fn description<T: Real>(
         solver: mechanics::Solver {
             link_length_m: lit(link_length_m),
             tick_s: lit(defaults.tick_s),
-            substeps: defaults.substeps,
+            substeps: defaults.substeps_for(problem.wall.line_stiffness_n_per_m2),
             solves: defaults.solves,
             predictor_gain: lit(defaults.predictor_gain),
             bending_damping_s: lit(defaults.bending_damping_s),

@@ -13,8 +13,11 @@ use crate::bundle::{Bundle, CatheterRig, RigInstrument, RigSection};
 pub struct SolverDefaults {
     /// Time of one tick \[s\].
     pub tick_s: f64,
-    /// Equal parts of a tick.
+    /// Equal parts of a tick, at least.
     pub substeps: u8,
+    /// A wall stiffer than this, of glass or metal, makes them two: contact that opens and
+    /// closes within a tick chatters otherwise \[N/m²\].
+    pub near_rigid_n_per_m2: f64,
     /// Solves of each part.
     pub solves: u8,
     /// Share of a new rate that enters the predictor \[1\].
@@ -41,6 +44,7 @@ impl Default for SolverDefaults {
         Self {
             tick_s: 1e-3,
             substeps: 1,
+            near_rigid_n_per_m2: 1e7,
             solves: 1,
             predictor_gain: 0.1,
             bending_damping_s: 0.0,
@@ -61,6 +65,12 @@ impl SolverDefaults {
     /// The link length with which the chain reaches `insertion_m` and the margin \[m\].
     pub fn link_length_m(&self, insertion_m: f64) -> f64 {
         ((insertion_m + self.reach_margin_m) / FULL_LINKS as f64).max(self.shortest_link_m)
+    }
+
+    /// Parts of a tick for a wall of this line stiffness \[N/m²\].
+    pub fn substeps_for(&self, line_stiffness_n_per_m2: f64) -> u8 {
+        let least = if line_stiffness_n_per_m2 > self.near_rigid_n_per_m2 { 2 } else { 1 };
+        self.substeps.max(least)
     }
 }
 
@@ -88,6 +98,7 @@ pub fn describe<T: Real>(
         torsion_per_m: lit(0.0),
     });
     let sections = rig.instrument.sections.iter().rev();
+    let line_n_per_m2 = vessel.wall_stiffness_n_per_m / vessel.wall_contact_spacing_m;
     Description {
         instrument: Instrument {
             outer_radius_m: lit(0.5 * rig.instrument.outer_diameter_m),
@@ -103,9 +114,7 @@ pub fn describe<T: Real>(
             up: vector(rig.entry.up),
         },
         wall: Wall {
-            line_stiffness_n_per_m2: lit(
-                vessel.wall_stiffness_n_per_m / vessel.wall_contact_spacing_m
-            ),
+            line_stiffness_n_per_m2: lit(line_n_per_m2),
             end_stiffness_n_per_m: lit(0.5 * vessel.wall_stiffness_n_per_m),
             tangential_ratio: lit(vessel
                 .wall_tangential_ratio
@@ -119,7 +128,7 @@ pub fn describe<T: Real>(
         solver: Solver {
             link_length_m: lit(link_length_m),
             tick_s: lit(defaults.tick_s),
-            substeps: defaults.substeps,
+            substeps: defaults.substeps_for(line_n_per_m2),
             solves: defaults.solves,
             predictor_gain: lit(defaults.predictor_gain),
             bending_damping_s: lit(defaults.bending_damping_s),
