@@ -58,6 +58,10 @@ static CORE: Mutex<RefCell<Option<&'static mut Core>>> = Mutex::new(RefCell::new
 pub static GRANT_USED: Signal<CriticalSectionRawMutex, ()> = Signal::new();
 
 /// Puts the device together; called once, before ticks run.
+///
+/// Not a part of `main`, whose frame stays on the stack below every interrupt: what passes
+/// through here on its way to its place is larger than everything else.
+#[inline(never)]
 pub fn start(board: board::This) {
     static PLACE: StaticCell<Core> = StaticCell::new();
     let core = PLACE.init_with(|| Core {
