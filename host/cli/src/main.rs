@@ -6,6 +6,7 @@ mod failure;
 mod log;
 mod report;
 mod session;
+mod settings;
 mod summary;
 mod ui;
 

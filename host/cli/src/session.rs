@@ -2,10 +2,11 @@
 
 use std::ops::ControlFlow;
 use std::path::Path;
-use std::sync::Arc;
+use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
+use cathforce_bus::service::crc32;
 use cathforce_bus::{Command, Counter, Encoder, Insertion, Rotation};
 use cathforce_config::image::schema_hash;
 use cathforce_control::{Mode, TICK_S};
@@ -46,8 +47,7 @@ pub struct Plan<'a> {
 /// Whatever ends the run, the recording is finished before the cause is returned.
 pub fn run(ui: &Ui, client: &mut Client, plan: Plan<'_>) -> Result<(), Failure> {
     let started = Instant::now();
-    let interrupted = interrupt_flag()?;
-    configure(ui, client, plan.image, &interrupted)?;
+    configure(ui, client, plan.image)?;
     let device = client.device();
     let info = RunInfo {
         board: device.board.clone(),
@@ -60,7 +60,7 @@ pub fn run(ui: &Ui, client: &mut Client, plan: Plan<'_>) -> Result<(), Failure> 
     let attachments = Attachments { image: plan.image, rig_toml: plan.rig_toml, dbc: DBC };
     let recorder = Recorder::create(plan.out, &info, attachments)?;
     let log = Log::attach(client, recorder);
-    let session = Session { ui, log: &log, interrupted: &interrupted, plan: &plan };
+    let session = Session { ui, log: &log, interrupted: interrupt_flag()?, plan: &plan };
     let played = session.play(client);
     let ended = played.and_then(|()| session.result(client, started.elapsed()));
     client.set_tap(None);
@@ -72,13 +72,9 @@ pub fn run(ui: &Ui, client: &mut Client, plan: Plan<'_>) -> Result<(), Failure> 
     cause.map_or(Ok(()), Err)
 }
 
-/// Gives the device the image, in lock step where it can.
-fn configure(
-    ui: &Ui,
-    client: &mut Client,
-    image: &[u8],
-    interrupted: &AtomicBool,
-) -> Result<(), Failure> {
+/// Gives the device the image, in lock step where it can, and asks it which one it uses.
+pub fn configure(ui: &Ui, client: &mut Client, image: &[u8]) -> Result<(), Failure> {
+    let interrupted = interrupt_flag()?;
     let device = client.device().clone();
     ui.say(format_args!("device: {device}"));
     if device.image_schema_hash != schema_hash() {
@@ -102,20 +98,32 @@ fn configure(
         }
     })?;
     drop(progress);
+    let (sent, used) = (crc32(image), client.status()?.image_crc32);
+    if used != sent {
+        let message = format!(
+            "the device ({device}) uses an image of CRC {used:08x}, not the one of {sent:08x} that \
+             it was sent: does another program configure it too? Send it again"
+        );
+        return Err(Failure::new(Code::Device, message));
+    }
     Ok(client.reset_counters()?)
 }
 
 /// Set by Ctrl-C, SIGTERM and SIGHUP; the second one ends the program as usual.
-fn interrupt_flag() -> Result<Arc<AtomicBool>, Failure> {
-    let flag = Arc::new(AtomicBool::new(false));
-    let set = Arc::clone(&flag);
-    ctrlc::set_handler(move || {
-        if set.swap(true, Ordering::Relaxed) {
-            std::process::exit(Code::Failed as i32);
-        }
-    })
-    .map_err(|e| Failure::new(Code::Failed, format!("cannot listen for Ctrl-C: {e}")))?;
-    Ok(flag)
+fn interrupt_flag() -> Result<&'static AtomicBool, Failure> {
+    static FLAG: AtomicBool = AtomicBool::new(false);
+    // One handler serves every session of this program.
+    static LISTENING: OnceLock<Result<(), String>> = OnceLock::new();
+    let listening = LISTENING.get_or_init(|| {
+        ctrlc::set_handler(|| {
+            if FLAG.swap(true, Ordering::Relaxed) {
+                std::process::exit(Code::Failed as i32);
+            }
+        })
+        .map_err(|e| format!("cannot listen for Ctrl-C: {e}"))
+    });
+    listening.clone().map_err(|message| Failure::new(Code::Failed, message))?;
+    Ok(&FLAG)
 }
 
 struct Session<'a> {

@@ -34,6 +34,26 @@ const MOST_UNSEEN: f64 = 0.5;
 ///
 /// `bundle`: name for the answer. Deterministic: the same trials give the same answer.
 pub fn diagnose(plant: &dyn Plant, bundle: &str, progress: Progress<'_>) -> Diagnosis {
+    run(plant, bundle, None, progress)
+}
+
+/// Fits these effects, indices into [`Plant::effects`], and no others: what they close is
+/// answered in the same terms, but nothing is compared with rivals.
+pub fn diagnose_given(
+    plant: &dyn Plant,
+    bundle: &str,
+    effects: &[usize],
+    progress: Progress<'_>,
+) -> Diagnosis {
+    run(plant, bundle, Some(effects), progress)
+}
+
+fn run(
+    plant: &dyn Plant,
+    bundle: &str,
+    given: Option<&[usize]>,
+    progress: Progress<'_>,
+) -> Diagnosis {
     let floor = Floor::of(plant);
     let problem = Problem::new(plant, &floor, progress);
     let mut answer = Answer::new(plant, bundle, &floor);
@@ -67,7 +87,7 @@ pub fn diagnose(plant: &dyn Plant, bundle: &str, progress: Progress<'_>) -> Diag
         answer.remark(complaint);
         return answer.inconclusive();
     }
-    let diagnosis = answer.finish(&problem, &selector, nominal);
+    let diagnosis = answer.finish(&problem, &selector, nominal, given);
     Diagnosis {
         details: Details { simulations: problem.simulations(), ..diagnosis.details.clone() },
         ..diagnosis
@@ -163,6 +183,7 @@ impl<'a> Answer<'a> {
         problem: &Problem<'_>,
         selector: &Selector<'_>,
         nominal: Candidate,
+        given: Option<&[usize]>,
     ) -> Diagnosis {
         self.diagnosis.places = locate(problem, &nominal.score);
         if nominal.score.energy < NO_GAP && self.floor_known {
@@ -173,7 +194,11 @@ impl<'a> Answer<'a> {
             return self.diagnosis;
         }
         let before = nominal.clone();
-        let Some(selection) = selector.select(nominal) else {
+        let selected = match given {
+            None => selector.select(nominal),
+            Some(effects) => selector.take(nominal, effects),
+        };
+        let Some(selection) = selected else {
             self.remark("a simulation broke down while candidates were fitted".to_owned());
             return self.diagnosis;
         };
@@ -200,6 +225,12 @@ impl<'a> Answer<'a> {
             self.remark(format!(
                 "{nuisance} lies at the limit of its prior: it may be {name}, not a nuisance"
             ));
+        }
+        if given.is_some() {
+            self.remark(
+                "these effects were asked for: whether others explain the gap as well was not tried"
+                    .to_owned(),
+            );
         }
         if !self.diagnosis.effects.is_empty() && !calibration::FROM_CASES {
             self.remark(

@@ -1,9 +1,11 @@
 //! What to record next: the canned motion that best separates two rivals.
 //!
-//! T-optimality: the rival's parameters are refitted to the other's prediction, and what it
-//! still cannot follow is its distance, in standard deviations of the sensor.
+//! T-optimality: the rival's parameters, the sensor's bias and a shift in time are refitted to
+//! the other's prediction, and what it still cannot follow is its distance, in standard
+//! deviations of what is measured.
 
 use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::metric::Projection;
@@ -11,6 +13,8 @@ use crate::plant::{Plant, Point};
 
 /// Distances below this separate nothing.
 const SEPARATED: f64 = 5.0;
+/// Nuisances that cost no simulation of the mechanics.
+const SLIGHT: [&str; 2] = ["sensor.bias", "drive.latency"];
 /// Step of a difference in standard deviations of the prior.
 const STEP_SD: f64 = 0.02;
 
@@ -37,8 +41,9 @@ pub fn next(
     rival: (&Point, usize),
 ) -> Option<Experiment> {
     let distance = |segment: usize| separation(plant, segment, chosen.0, rival);
-    let distances = (0..plant.segments().len()).filter_map(|s| Some((distance(s)?, s)));
-    let (distance, segment) = distances.max_by(|a, b| a.0.total_cmp(&b.0))?;
+    let segments = (0..plant.segments().len()).into_par_iter();
+    let distances: Vec<_> = segments.filter_map(|s| Some((distance(s)?, s))).collect();
+    let (distance, segment) = distances.into_iter().max_by(|a, b| a.0.total_cmp(&b.0))?;
     let id = |effect: usize| plant.effects()[effect].id.to_owned();
     (distance >= SEPARATED).then(|| Experiment {
         segment: plant.segments()[segment].name.to_owned(),
@@ -65,6 +70,13 @@ fn separation(
         let mut moved = rival.clone();
         moved.effects[effect][i] += STEP_SD * p.scale;
         columns.push(simulate(&moved)? - &base);
+    }
+    for (k, nuisance) in plant.nuisances().iter().enumerate() {
+        if SLIGHT.iter().any(|slight| nuisance.effect == Some(slight)) {
+            let mut moved = rival.clone();
+            moved.nuisances[k] += nuisance.sd;
+            columns.push(simulate(&moved)? - &base);
+        }
     }
     let apart = simulate(chosen)? - base;
     let (apart, span) = (DMatrix::from_columns(&[apart]), DMatrix::from_columns(&columns));

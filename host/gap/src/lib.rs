@@ -9,10 +9,11 @@
 //! | `problem`, `nuisance`, `fit` | the best parameters of one set of effects |
 //! | `sanity` | whether axes and units are the model's |
 //! | `score` | its error on data that the fit has not seen |
-//! | `select` | which effects the data support |
+//! | `select`, `given` | which effects the data support; those that somebody asks for |
 //! | `metric`, `confuse`, `calibration` | what cannot be told apart, and how certain the rest is |
 //! | `locate` | where the gap lies |
 //! | `experiment` | what to record next |
+//! | `isolability`, `protocol` | what a recording can tell before it is made; what it should hold |
 //! | `report`, `page` | the answer for programs and for people |
 
 #![forbid(unsafe_code)]
@@ -26,19 +27,22 @@ pub mod drive;
 mod experiment;
 mod fit;
 mod floor;
+mod given;
+pub mod isolability;
 mod locate;
 mod metric;
 mod nuisance;
 mod page;
 pub mod plant;
 mod problem;
+pub mod protocol;
 pub mod report;
 mod sanity;
 mod score;
 mod select;
 mod signal;
 
-pub use diagnose::{diagnose, expected_simulations};
+pub use diagnose::{diagnose, diagnose_given, expected_simulations};
 pub use nuisance::NUISANCE_LIMIT;
 pub use page::page;
 pub use problem::Progress;

@@ -24,7 +24,11 @@ impl<'a> Metric<'a> {
     pub fn new(nuisances: &'a Nuisances, best: &Score) -> Self {
         let samples: f64 = best.weights.iter().sum();
         let repeated = (samples / best.effective.max(1.0)).max(1.0);
-        let variance = best.energy.max(1.0) * repeated;
+        Self::with(nuisances, best.energy.max(1.0) * repeated)
+    }
+
+    /// `variance`: σ_eff².
+    pub fn with(nuisances: &'a Nuisances, variance: f64) -> Self {
         let inverse = (0..nuisances.trials()).map(|trial| {
             let s = nuisances.scaled(trial);
             let inner = s.tr_mul(s) + DMatrix::identity(s.ncols(), s.ncols()) * variance;

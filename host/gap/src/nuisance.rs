@@ -51,6 +51,11 @@ impl Nuisances {
         Some(Self { scaled })
     }
 
+    /// From S of every trial, which somebody else has computed.
+    pub fn of(scaled: Vec<DMatrix<f64>>) -> Self {
+        Self { scaled }
+    }
+
     /// Number of trials.
     pub fn trials(&self) -> usize {
         self.scaled.len()

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::experiment::Experiment;
 use crate::locate::Cell;
@@ -11,7 +11,7 @@ use crate::locate::Cell;
 pub const FORMAT: &str = "gap-diagnosis/1";
 
 /// What was concluded.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
     /// The nominal model explains the data to the floor.
@@ -76,6 +76,9 @@ pub struct Reproduce {
     pub command: String,
     pub version: String,
     pub bundle_sha256: String,
+    /// Trials of the bundle that were left out.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub held_back: Vec<u32>,
 }
 
 /// The whole answer.

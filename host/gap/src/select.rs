@@ -155,7 +155,7 @@ impl Selector<'_> {
         self.candidate_to(Depth::Whole, nuisances, start, effects, fresh)
     }
 
-    fn candidate_to(
+    pub fn candidate_to(
         &self,
         depth: Depth,
         nuisances: &Nuisances,
@@ -175,7 +175,7 @@ impl Selector<'_> {
         Some(Candidate { fit: found, score })
     }
 
-    fn nuisances_at(&self, fit: &Fit) -> Option<Nuisances> {
+    pub fn nuisances_at(&self, fit: &Fit) -> Option<Nuisances> {
         let raw: Vec<_> = fit.trials.iter().map(|trial| trial.raw.clone()).collect();
         Nuisances::at(self.problem, &fit.point, &raw)
     }

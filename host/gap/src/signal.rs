@@ -53,11 +53,16 @@ pub fn slope(series: &[f64], dt_s: f64) -> Vec<f64> {
 
 /// Linear interpolation on a uniform grid that begins at 0; held beyond its ends.
 pub fn interpolate(series: &[f64], index: f64) -> f64 {
-    let last = series.len().saturating_sub(1);
+    interpolate_by(&|i| series[i], series.len(), index)
+}
+
+/// The same of a series of so many values that `at` gives one by one.
+pub fn interpolate_by(at: &dyn Fn(usize) -> f64, len: usize, index: f64) -> f64 {
+    let last = len.saturating_sub(1);
     let index = index.clamp(0.0, last as f64);
     let low = index.floor() as usize;
     let high = (low + 1).min(last);
-    series[low] + (index - low as f64) * (series[high] - series[low])
+    at(low) + (index - low as f64) * (at(high) - at(low))
 }
 
 /// 1 + 2 Σ ρ_k up to the first autocorrelation that is not positive, at most a tenth of the

@@ -109,6 +109,8 @@ pub struct Status {
     pub tick: u32,
     /// Hash over every output of every tick since configuration.
     pub digest: u32,
+    /// CRC-32 of the image in use, as the device computed it; 0 without one.
+    pub image_crc32: u32,
     pub load: Load,
     pub counters: Counters,
 }
@@ -222,8 +224,17 @@ mod tests {
             stack_used_bytes: u32::MAX,
             stack_size_bytes: u32::MAX,
         };
-        let (tick, digest) = (u32::MAX, u32::MAX);
-        let status = Status { mode: 7, fault: 255, lock_step: true, tick, digest, load, counters };
+        let [tick, digest, image_crc32] = [u32::MAX; 3];
+        let status = Status {
+            mode: 7,
+            fault: 255,
+            lock_step: true,
+            tick,
+            digest,
+            image_crc32,
+            load,
+            counters,
+        };
         assert!(seal::<_, MAX_RESPONSE>(255, &Response::Status(status)).is_some());
 
         let reason = core::str::from_utf8(&[b'x'; 256]).unwrap();

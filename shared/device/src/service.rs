@@ -84,6 +84,8 @@ struct Desk<B> {
     identity: Identity,
     spare: Option<B>,
     upload: Option<Upload>,
+    /// CRC-32 of the image in use; 0 without one.
+    image_crc32: u32,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -101,7 +103,7 @@ impl<B: AsRef<[u8]> + AsMut<[u8]>> Service<B> {
             endpoint: DeviceEndpoint::new(Id::ServiceResponse.raw(), service::BLOCK_SIZE),
             answered: None,
             counters: Counters::default(),
-            desk: Desk { identity, spare: Some(spare), upload: None },
+            desk: Desk { identity, spare: Some(spare), upload: None, image_crc32: 0 },
         }
     }
 
@@ -185,7 +187,10 @@ impl<B: AsRef<[u8]> + AsMut<[u8]>> Desk<B> {
     ) -> Result<Answer, Refusal<'static>> {
         match request {
             Request::Hello => return Ok(Answer::Hello(self.hello(board))),
-            Request::GetStatus => return Ok(Answer::Status(board.status())),
+            Request::GetStatus => {
+                let image_crc32 = self.image_crc32;
+                return Ok(Answer::Status(Status { image_crc32, ..board.status() }));
+            }
             Request::ResetCounters => {
                 board.reset_counters();
                 return Ok(Answer::Reset);
@@ -256,6 +261,7 @@ impl<B: AsRef<[u8]> + AsMut<[u8]>> Desk<B> {
         match result {
             Ok(spare) => {
                 self.spare = spare;
+                self.image_crc32 = computed;
                 Ok(())
             }
             Err((buffer, refusal)) => {

@@ -291,6 +291,8 @@ impl Ticker {
             digest: self.outputs.map_or(0, |outputs| outputs.digest),
             load,
             counters: self.counters,
+            // The service knows which image it handed over.
+            image_crc32: 0,
         }
     }
 }

@@ -111,6 +111,14 @@ impl Bench {
         self.ask(Request::Activate)
     }
 
+    /// CRC-32 of the image that the device says it uses.
+    fn image_in_use(&mut self) -> u32 {
+        match self.ask(Request::GetStatus).response() {
+            Response::Status(status) => status.image_crc32,
+            other => panic!("{other:?}"),
+        }
+    }
+
     fn upload_whole(&mut self, image: &[u8]) -> Reply {
         self.upload(image, image.len() as u32, crc32(image))
     }
@@ -170,7 +178,9 @@ fn a_wrong_upload_is_refused_whole_and_the_next_one_is_taken() {
     let image = support::image();
     let (len, crc) = (image.len() as u32, crc32(&image));
     let mut bench = Bench::new();
+    assert_eq!(bench.image_in_use(), 0);
     assert_eq!(bench.upload_whole(&image).response(), Response::Done);
+    assert_eq!(bench.image_in_use(), crc);
 
     let none = refused(Refusal::NoUpload);
     assert_eq!(bench.ask(Request::Activate).response(), none);
@@ -194,7 +204,7 @@ fn a_wrong_upload_is_refused_whole_and_the_next_one_is_taken() {
     let incomplete = Refusal::Incomplete { expected: 100, received: 99 };
     assert_eq!(bench.ask(Request::Activate).response(), refused(incomplete));
 
-    assert_eq!(bench.board.activations, 1);
+    assert_eq!((bench.board.activations, bench.image_in_use()), (1, crc));
     assert_eq!(bench.upload_whole(&image).response(), Response::Done);
     assert_eq!(bench.board.activations, 2);
 }

@@ -11,12 +11,13 @@ pub mod tips;
 
 use std::path::Path;
 
-use cathforce_mechanics::parameters;
+use cathforce_mechanics::{ParameterError, parameters};
 use cathforce_record::Recording;
 use cathforce_rig::{Bundle, ImageBuildError, ImageOptions, ImageReport, device_image};
 
 use crate::args::Changes;
 use crate::failure::{Code, Failure};
+use crate::settings::SettingsFile;
 use crate::ui::Ui;
 
 /// Opens a bundle and says what looks wrong with it.
@@ -61,28 +62,53 @@ fn check_writable(path: &Path) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Changes settings by name, and parameters of the description by key.
-fn options(changes: &Changes) -> Result<ImageOptions, Failure> {
+/// Changes settings by name, and parameters of the description by key: first those of the file.
+fn options(bundle: &Bundle, changes: &Changes) -> Result<ImageOptions, Failure> {
     let mut options = ImageOptions { tip: changes.tip, ..ImageOptions::default() };
+    if let Some(path) = &changes.file {
+        let file = SettingsFile::read(path)?;
+        file.check_rig(path, &bundle.rig.name)?;
+        set_all(&mut options, &file)
+            .map_err(|message| Failure::input(format!("{}: {message}", path.display())))?;
+    }
     for (name, value) in &changes.settings {
-        if parameters().any(|info| info.key == name) {
-            options.parameters.push((name.clone(), *value));
-            continue;
-        }
-        options.settings.set(name, *value).map_err(|error| {
-            let message =
-                format!("--set {name}={value}: {error}; `cathforce config` lists names and ranges");
-            Failure::new(Code::Usage, message)
-        })?;
+        set(&mut options, name, *value)
+            .map_err(|message| Failure::new(Code::Usage, format!("--set {message}")))?;
     }
     Ok(options)
 }
 
+/// Changes everything that a settings file names; `Err` says which line is wrong and why.
+fn set_all(options: &mut ImageOptions, file: &SettingsFile) -> Result<(), String> {
+    file.set.iter().try_for_each(|(name, setting)| set(options, name, setting.value()))
+}
+
+fn set(options: &mut ImageOptions, name: &str, value: f32) -> Result<(), String> {
+    if let Some(info) = parameters().find(|info| info.key == name) {
+        // Written so that NaN fails.
+        if !(value >= info.min as f32 && value <= info.max as f32) {
+            return Err(format!("{name}={value}: {}", ParameterError::Range(info)));
+        }
+        options.parameters.push((name.to_owned(), value));
+        return Ok(());
+    }
+    options.settings.set(name, value).map_err(|error| {
+        format!("{name}={value}: {error}; `cathforce config` lists names and ranges")
+    })
+}
+
 /// The device image of a bundle.
 fn image(ui: &Ui, bundle: &Bundle, changes: &Changes) -> Result<(Vec<u8>, ImageReport), Failure> {
-    let options = options(changes)?;
+    image_with(ui, bundle, &options(bundle, changes)?)
+}
+
+fn image_with(
+    ui: &Ui,
+    bundle: &Bundle,
+    options: &ImageOptions,
+) -> Result<(Vec<u8>, ImageReport), Failure> {
     ui.say(format_args!("building the device image of {}", bundle.path.display()));
-    device_image(bundle, &options).map_err(|error| match error {
+    device_image(bundle, options).map_err(|error| match error {
         ImageBuildError::Parameter { key, value, error } => {
             Failure::new(Code::Usage, format!("--set {key}={value}: {error}"))
         }

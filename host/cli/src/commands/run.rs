@@ -16,39 +16,68 @@ use crate::ui::Ui;
 pub fn run(ui: &Ui, link: &str, arguments: &PlayArguments) -> Result<(), Failure> {
     let bundle = open_bundle(ui, &arguments.bundle)?;
     let (number, trial) = pick(&bundle, arguments.trial)?;
-    let rows = measured(&trial.t_s, catheter(trial)?);
+    catheter(trial)?;
     for path in [&arguments.out, &arguments.summary].into_iter().flatten() {
         check_writable(path)?;
     }
-    let rig_toml = read_text(&arguments.bundle.join("rig.toml"))?;
     let (image, _) = image(ui, &bundle, &arguments.changes)?;
 
-    let folder = tempfile::tempdir()
-        .map_err(|e| Failure::new(Code::Failed, format!("no temporary folder: {e}")))?;
+    let folder = temporary_folder()?;
     let out = arguments.out.clone().unwrap_or_else(|| folder.path().join("run.mcap"));
-    let start_s = rows.first().map_or(0.0, |row| row.t_s);
-    let rows = rows.into_iter().map(|row| Measured { t_s: row.t_s - start_s, ..row }).collect();
-    let plan = Plan {
-        image: &image,
-        rig_toml: &rig_toml,
-        info: info(link, &bundle, number),
-        trial: &Trial { rows, noise: noise(&bundle) },
-        drive_at: &|t_s| {
-            let at = trial.encoder_at(start_s + t_s);
-            at.map_or((0.0, 0.0), |at| (at.insertion_m, at.rotation_rad))
-        },
-        duration_s: arguments.duration.unwrap_or(f64::INFINITY).min(trial.duration_s()),
-        out: &out,
-    };
-    let link = cathforce_link::open(link)?;
-    let mut client = Client::connect(link)?;
-    let played = run_session(ui, &mut client, plan);
+    let mut client = Client::connect(cathforce_link::open(link)?)?;
+    let run = TrialRun { bundle: &bundle, number, trial, link, duration_s: arguments.duration };
+    let played = play(ui, &mut client, run, &image, &out);
     // A run that ends before its device is ready records nothing.
     if let Some(out) = arguments.out.as_ref().filter(|out| out.is_file()) {
         ui.say(format_args!("recording: {}", out.display()));
     }
     played?;
     finish(ui, &out, arguments)
+}
+
+/// A trial that a device is to play.
+#[derive(Clone, Copy)]
+pub struct TrialRun<'a> {
+    pub bundle: &'a Bundle,
+    pub number: u32,
+    pub trial: &'a cathforce_rig::Trial,
+    /// Address of the link, for the recording.
+    pub link: &'a str,
+    /// Plays only so much of it \[s\].
+    pub duration_s: Option<f64>,
+}
+
+/// Configures a device with an image, plays a trial on it and records that.
+pub fn play(
+    ui: &Ui,
+    client: &mut Client,
+    run: TrialRun<'_>,
+    image: &[u8],
+    out: &Path,
+) -> Result<(), Failure> {
+    let TrialRun { bundle, number, trial, link, duration_s } = run;
+    let rows = measured(&trial.t_s, catheter(trial)?);
+    let rig_toml = read_text(&bundle.path.join("rig.toml"))?;
+    let start_s = rows.first().map_or(0.0, |row| row.t_s);
+    let rows = rows.into_iter().map(|row| Measured { t_s: row.t_s - start_s, ..row }).collect();
+    let plan = Plan {
+        image,
+        rig_toml: &rig_toml,
+        info: info(link, bundle, &format!("{number:03}")),
+        trial: &Trial { rows, noise: noise(bundle) },
+        drive_at: &|t_s| {
+            let at = trial.encoder_at(start_s + t_s);
+            at.map_or((0.0, 0.0), |at| (at.insertion_m, at.rotation_rad))
+        },
+        duration_s: duration_s.unwrap_or(f64::INFINITY).min(trial.duration_s()),
+        out,
+    };
+    run_session(ui, client, plan)
+}
+
+/// A folder that goes when it is dropped.
+pub fn temporary_folder() -> Result<tempfile::TempDir, Failure> {
+    tempfile::tempdir().map_err(|e| Failure::new(Code::Failed, format!("no temporary folder: {e}")))
 }
 
 /// Replays what was recorded, compares it with the sensor, and says what came out.
@@ -81,7 +110,8 @@ fn finish(ui: &Ui, recording: &Path, arguments: &PlayArguments) -> Result<(), Fa
     }
 }
 
-fn pick(bundle: &Bundle, wanted: Option<u32>) -> Result<(u32, &cathforce_rig::Trial), Failure> {
+/// The trial of this number, or the first one.
+pub fn pick(bundle: &Bundle, wanted: Option<u32>) -> Result<(u32, &cathforce_rig::Trial), Failure> {
     let found = match wanted {
         Some(number) => bundle.trial(number),
         None => bundle.trials.first(),
@@ -130,12 +160,13 @@ fn noise(bundle: &Bundle) -> SensorNoise {
     }
 }
 
-fn info(link: &str, bundle: &Bundle, trial: u32) -> RunInfo {
+/// What is known of a run before it begins.
+pub fn info(link: &str, bundle: &Bundle, trial: &str) -> RunInfo {
     RunInfo {
         host_version: env!("CARGO_PKG_VERSION").into(),
         link: link.into(),
         rig: bundle.rig.name.clone(),
-        trial: format!("{trial:03}"),
+        trial: trial.into(),
         provenance: provenance(&bundle.path),
         ..RunInfo::default()
     }
@@ -170,7 +201,7 @@ fn provenance(bundle: &Path) -> String {
     plain[..end].to_owned()
 }
 
-fn read_text(path: &Path) -> Result<String, Failure> {
+pub fn read_text(path: &Path) -> Result<String, Failure> {
     std::fs::read_to_string(path)
         .map_err(|e| Failure::input(format!("cannot read {}: {e}", path.display())))
 }

@@ -4,21 +4,30 @@
 //! tip and the points on the shape. What the sensors read enters nothing but the comparison; the
 //! model's inputs are the encoders.
 
+mod achieved;
 mod library;
 mod motion;
+mod planned;
 mod prepare;
+mod segments;
 mod simulate;
+
+use std::sync::Arc;
 
 use cathforce_mechanics::Description;
 use cathforce_rig::geometry::SurfaceModel;
 use cathforce_rig::lumen::LumenOptions;
 use cathforce_rig::{Bundle, CELL_M, LumenBuildError, SolverDefaults, Vessel, to_description};
 
-use crate::plant::{Channel, Effect, Nuisance, Plant, Point, Repeat, Trial};
+pub use achieved::{Achieved, AchievedError, Left, Runs, Shrink};
+pub use planned::{PlannedError, planned};
+
+use crate::plant::{Channel, Effect, Nuisance, Plant, Point, Repeat, Segment, Trial};
 use library::Library;
 use motion::PHASES;
 use prepare::{Prepared, Source};
-use simulate::{Simulator, readings};
+use segments::Segments;
+use simulate::{Inputs, Simulator, Trajectory, readings};
 
 /// A diagnosis plays every trial hundreds of times: with half the links and half the ticks of the
 /// device. What that changes is part of what the model leaves open, and so of the floor.
@@ -38,6 +47,7 @@ pub struct Catheter {
     prepared: Vec<Prepared>,
     nuisances: Vec<Nuisance>,
     repeats: Vec<Repeat>,
+    segments: Segments,
     remarks: Vec<String>,
 }
 
@@ -67,7 +77,8 @@ impl Catheter {
         let vessel = Vessel::from_bundle(bundle, SurfaceModel::default())?;
         let options = LumenOptions::for_instrument(nominal.instrument.outer_radius_m, CELL_M);
         let (lumen, _) = vessel.lumen(options)?;
-        let simulator = Simulator::new(lumen.header, lumen.bytes, bundle.trials.len());
+        let simulator =
+            Simulator::new(lumen.header, lumen.bytes, bundle.trials.len() + Segments::MOST);
         let mut prepared = Vec::new();
         for trial in &bundle.trials {
             let own = Prepared::of(trial, &bundle.rig.sensor, defaults.tick_s);
@@ -83,6 +94,7 @@ impl Catheter {
             prepared: Vec::new(),
             nuisances: nuisances(),
             repeats: Vec::new(),
+            segments: Segments::default(),
             remarks: Vec::new(),
         };
         if catheter.channels.is_empty() {
@@ -98,6 +110,8 @@ impl Catheter {
         }
         catheter.library = Library::of(&catheter.nominal, &way_m);
         catheter.repeats = prepare::repeats(&catheter.trials, &catheter.prepared);
+        catheter.segments =
+            Segments::of(&catheter.prepared, &catheter.channels, &catheter.trials, TICK_S);
         catheter.remark_on_channels();
         Ok(catheter)
     }
@@ -136,6 +150,48 @@ impl Catheter {
         Ok(nominal.tip_m.clone())
     }
 
+    /// Predictions of all samples of a trial; `None` when the simulation breaks down.
+    fn predict(
+        &self,
+        trial: usize,
+        description: Description<f64>,
+        nuisances: &[f64],
+    ) -> Option<Vec<f64>> {
+        let own = self.prepared.get(trial)?;
+        let Played { found, force_n, shift_s } =
+            self.play(trial, &own.inputs, description, nuisances)?;
+        Some(own.read(&found, &force_n, shift_s))
+    }
+
+    /// `slot`: where the simulator keeps what it found.
+    fn play(
+        &self,
+        slot: usize,
+        inputs: &Inputs,
+        mut description: Description<f64>,
+        nuisances: &[f64],
+    ) -> Option<Played> {
+        let [bias @ .., shift_s, offset_m, x, y, z, tilt_x, tilt_y, tilt_z] = nuisances else {
+            return None;
+        };
+        let registration = &mut description.effects.wall.registration;
+        registration.x_m += x;
+        registration.y_m += y;
+        registration.z_m += z;
+        registration.tilt_x_rad += tilt_x;
+        registration.tilt_y_rad += tilt_y;
+        registration.tilt_z_rad += tilt_z;
+        // The sensor acts after the mechanics: trajectories are kept without it.
+        let mut mechanics = description.clone();
+        mechanics.effects.sensor = self.nominal.effects.sensor;
+        let found = self.simulator.run(slot, &mechanics, *offset_m, inputs)?;
+        let mut force_n = readings(&description, inputs, &found);
+        for force in &mut force_n {
+            force.iter_mut().zip(bias).for_each(|(f, bias)| *f += bias);
+        }
+        Some(Played { found, force_n, shift_s: *shift_s })
+    }
+
     fn remark_on_channels(&mut self) {
         for (source, what) in [
             (
@@ -157,6 +213,15 @@ impl Catheter {
             }
         }
     }
+}
+
+/// One motion played by the model.
+struct Played {
+    found: Arc<Trajectory>,
+    /// What the sensor reads, one a tick.
+    force_n: Vec<[f64; 3]>,
+    /// It is read later by this.
+    shift_s: f64,
 }
 
 impl Plant for Catheter {
@@ -185,29 +250,8 @@ impl Plant for Catheter {
     }
 
     fn simulate(&self, trial: usize, point: &Point) -> Option<Vec<f64>> {
-        let own = self.prepared.get(trial)?;
-        let mut description = self.library.describe(&self.nominal, point)?;
-        let [bias @ .., shift_s, offset_m, x, y, z, tilt_x, tilt_y, tilt_z] =
-            point.nuisances.as_slice()
-        else {
-            return None;
-        };
-        let registration = &mut description.effects.wall.registration;
-        registration.x_m += x;
-        registration.y_m += y;
-        registration.z_m += z;
-        registration.tilt_x_rad += tilt_x;
-        registration.tilt_y_rad += tilt_y;
-        registration.tilt_z_rad += tilt_z;
-        // The sensor acts after the mechanics: trajectories are kept without it.
-        let mut mechanics = description.clone();
-        mechanics.effects.sensor = self.nominal.effects.sensor;
-        let found = self.simulator.run(trial, &mechanics, *offset_m, &own.inputs)?;
-        let mut force_n = readings(&description, &own.inputs, &found);
-        for force in &mut force_n {
-            force.iter_mut().zip(bias).for_each(|(f, bias)| *f += bias);
-        }
-        Some(own.read(&found, &force_n, *shift_s))
+        let description = self.library.describe(&self.nominal, point)?;
+        self.predict(trial, description, &point.nuisances)
     }
 
     fn cheap(&self) -> bool {
@@ -216,6 +260,19 @@ impl Plant for Catheter {
 
     fn repeats(&self) -> &[Repeat] {
         &self.repeats
+    }
+
+    fn segments(&self) -> &[Segment] {
+        &self.segments.list
+    }
+
+    fn simulate_segment(&self, segment: usize, point: &Point) -> Option<Vec<f64>> {
+        let description = self.library.describe(&self.nominal, point)?;
+        let inputs = self.segments.inputs(segment)?;
+        let slot = self.trials.len() + segment;
+        let Played { found, force_n, shift_s } =
+            self.play(slot, inputs, description, &point.nuisances)?;
+        self.segments.read(segment, &found, &force_n, shift_s)
     }
 
     fn remarks(&self) -> &[String] {

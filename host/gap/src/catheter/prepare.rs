@@ -113,6 +113,11 @@ impl Prepared {
         self.columns.iter().any(|column| column.source == source)
     }
 
+    /// Time of the first row \[s\].
+    pub fn start_s(&self) -> f64 {
+        self.t_s[0]
+    }
+
     fn index(&self, t_s: f64) -> f64 {
         (t_s - self.t_s[0]) / self.inputs.tick_s
     }

@@ -4,39 +4,93 @@ use std::fmt::Write as _;
 use std::path::Path;
 use std::sync::Mutex;
 
+use cathforce_effects::Effect;
+use cathforce_gap::plant::Plant;
 use cathforce_gap::report::{Diagnosis, Estimate, Figures, Reproduce};
-use cathforce_gap::{diagnose, expected_simulations, page};
+use cathforce_gap::{diagnose, diagnose_given, expected_simulations, page};
+use cathforce_rig::Bundle;
 
 use crate::args::DiagnoseArguments;
 use crate::failure::{Code, Failure};
 use crate::ui::Ui;
 
 pub fn run(ui: &Ui, arguments: &DiagnoseArguments) -> Result<(), Failure> {
-    let path = &arguments.bundle;
-    let bundle = super::super::open_bundle(ui, path)?;
-    let plant = super::plant(&bundle)?;
-    ui.say(format_args!("compared: {}", plant.compared()));
-    let progress = ui.progress("diagnosing", expected_simulations(plant.as_ref()), "simulations");
-    let progress = Mutex::new(progress);
-    let mut answer = diagnose(plant.as_ref(), &bundle.rig.name, &|done| {
-        if let Ok(mut progress) = progress.lock() {
-            progress.set(done as u64);
-        }
-    });
-    drop(progress);
-    answer.remarks.extend(bundle.warnings.iter().map(|warning| warning.to_string()));
-    answer.reproduce = Reproduce {
-        command: format!("cathforce gap diagnose {}", path.display()),
-        version: env!("CARGO_PKG_VERSION").to_owned(),
-        bundle_sha256: super::hash::of_bundle(path)
-            .map_err(|e| Failure::input(format!("cannot read {}: {e}", path.display())))?,
-    };
+    let bundle = super::super::open_bundle(ui, &arguments.bundle)?;
+    let answer = answer(ui, bundle, &arguments.hold_back, &arguments.effects)?;
     write(ui, &answer, arguments)?;
     if let Some(file) = &arguments.report {
         std::fs::write(file, page(&answer)).map_err(|e| Failure::write(file, e))?;
         ui.say(format_args!("page: {}", file.display()));
     }
     check(&answer, arguments.fail_above)
+}
+
+/// Diagnoses a bundle without some of its trials; with `effects`, fits those and no others.
+pub fn answer(
+    ui: &Ui,
+    mut bundle: Bundle,
+    hold_back: &[u32],
+    effects: &[&Effect],
+) -> Result<Diagnosis, Failure> {
+    let path = bundle.path.clone();
+    hold_trials_back(&mut bundle, hold_back)?;
+    let plant = super::plant(&bundle)?;
+    let given = effects.iter().map(|effect| index(plant.as_ref(), effect));
+    let given = given.collect::<Result<Vec<usize>, Failure>>()?;
+    ui.say(format_args!("compared: {}", plant.compared()));
+    let progress = ui.progress("diagnosing", expected_simulations(plant.as_ref()), "simulations");
+    let progress = Mutex::new(progress);
+    let tell = |done| {
+        if let Ok(mut progress) = progress.lock() {
+            progress.set(done as u64);
+        }
+    };
+    let name = &bundle.rig.name;
+    let mut answer = match given.as_slice() {
+        [] => diagnose(plant.as_ref(), name, &tell),
+        given => diagnose_given(plant.as_ref(), name, given, &tell),
+    };
+    drop(progress);
+    answer.remarks.extend(bundle.warnings.iter().map(|warning| warning.to_string()));
+    let mut command = format!("cathforce gap diagnose {}", path.display());
+    // Writing to a string does not fail.
+    for trial in hold_back {
+        let _ = write!(command, " --hold-back {trial}");
+    }
+    for effect in effects {
+        let _ = write!(command, " --effect {}", effect.id);
+    }
+    answer.reproduce = Reproduce {
+        command,
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+        bundle_sha256: super::hash::of_bundle(&path)
+            .map_err(|e| Failure::input(format!("cannot read {}: {e}", path.display())))?,
+        held_back: hold_back.to_vec(),
+    };
+    Ok(answer)
+}
+
+fn hold_trials_back(bundle: &mut Bundle, hold_back: &[u32]) -> Result<(), Failure> {
+    if let Some(absent) = hold_back.iter().find(|&&number| bundle.trial(number).is_none()) {
+        let there: Vec<_> = bundle.trials.iter().map(|t| format!("{:03}", t.number)).collect();
+        let message = format!(
+            "{}: there is no trial {absent:03} to hold back, there are: {}",
+            bundle.path.display(),
+            there.join(", ")
+        );
+        return Err(Failure::input(message));
+    }
+    bundle.trials.retain(|trial| !hold_back.contains(&trial.number));
+    Ok(())
+}
+
+/// Where a plant has an effect.
+fn index(plant: &dyn Plant, effect: &Effect) -> Result<usize, Failure> {
+    plant.effects().iter().position(|own| own.id == effect.id).ok_or_else(|| {
+        let own: Vec<&str> = plant.effects().iter().map(|own| own.id).collect();
+        let message = format!("this rig cannot have {}; it can have {}", effect.id, own.join(", "));
+        Failure::new(Code::Usage, message)
+    })
 }
 
 fn write(ui: &Ui, answer: &Diagnosis, arguments: &DiagnoseArguments) -> Result<(), Failure> {

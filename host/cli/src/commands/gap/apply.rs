@@ -1,0 +1,230 @@
+//! `cathforce gap apply`: diagnosed effects become settings, in a file, on a device, or both.
+//!
+//! Nothing is half applied: the device takes an image whole or not at all and is asked which one
+//! it uses; the file takes its place in one step, after the device has answered.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use cathforce_bus::service::crc32;
+use cathforce_config::ImageError;
+use cathforce_effects::Effect;
+use cathforce_gap::report::Verdict;
+use cathforce_link::Client;
+use cathforce_mechanics::{Description, ParameterInfo, parameters};
+use cathforce_rig::{Bundle, ImageOptions, SolverDefaults, to_description};
+use serde::Serialize;
+
+use super::explanation::{Explanation, Fitted, is_measurement};
+use crate::args::ApplyArguments;
+use crate::failure::{Code, Failure};
+use crate::settings::{Setting, SettingsFile};
+use crate::ui::Ui;
+
+/// What was done, or would be.
+#[derive(Serialize)]
+struct Applied {
+    rig: String,
+    dry_run: bool,
+    changes: Vec<Change>,
+    /// Path of the settings file.
+    settings: Option<String>,
+    device: Option<DeviceUse>,
+    notes: Vec<String>,
+}
+
+/// One setting.
+#[derive(Serialize)]
+struct Change {
+    key: &'static str,
+    old: f32,
+    new: f32,
+    unit: &'static str,
+    origin: String,
+}
+
+/// What the device says that it uses.
+#[derive(Serialize)]
+struct DeviceUse {
+    link: String,
+    board: String,
+    firmware: String,
+    image_crc32: String,
+}
+
+pub fn run(ui: &Ui, arguments: &ApplyArguments) -> Result<(), Failure> {
+    if arguments.settings.is_none() && arguments.link.is_none() && !arguments.dry_run {
+        let message = "nothing would come of it: give --settings FILE.toml, --link or --dry-run";
+        return Err(Failure::new(Code::Usage, message));
+    }
+    let bundle = super::super::open_bundle(ui, &arguments.bundle)?;
+    let old = known(arguments, &bundle)?;
+    let explanation = match &arguments.source.diagnosis {
+        Some(file) => {
+            let explanation = Explanation::read(file)?;
+            explanation.check_bundle(&bundle)?;
+            explanation
+        }
+        None => {
+            let effects = &arguments.source.effects;
+            Explanation::of(&super::diagnose::answer(ui, bundle.clone(), &[], effects)?)?
+        }
+    };
+    let fitted = explanation.fitted()?;
+    let new = with(&old, &fitted);
+    let options = image_options(&new)?;
+    let changes = differences(&bundle, &old, &new, &fitted)?;
+    let mut applied = Applied {
+        rig: bundle.rig.name.clone(),
+        dry_run: arguments.dry_run,
+        changes,
+        settings: None,
+        device: None,
+        notes: notes(&explanation, &fitted),
+    };
+    if !arguments.dry_run {
+        let staged = arguments.settings.as_ref().map(|path| new.write(path)).transpose()?;
+        if let Some(link) = &arguments.link {
+            applied.device = Some(push(ui, link, &bundle, &options)?);
+        }
+        if let Some(staged) = staged {
+            staged.commit()?;
+        }
+        applied.settings = arguments.settings.as_ref().map(|path| path.display().to_string());
+    }
+    ui.data(&applied, applied.text(ui))
+}
+
+/// The settings that are there already.
+fn known(arguments: &ApplyArguments, bundle: &Bundle) -> Result<SettingsFile, Failure> {
+    match arguments.settings.as_ref().filter(|path| path.exists()) {
+        Some(path) => {
+            let file = SettingsFile::read(path)?;
+            file.check_rig(path, &bundle.rig.name)?;
+            Ok(file)
+        }
+        None => Ok(SettingsFile { rig: bundle.rig.name.clone(), set: BTreeMap::new() }),
+    }
+}
+
+/// The settings with these effects. A diagnosis starts from rig.toml alone, so effects that an
+/// earlier one had switched on are not added to.
+fn with(old: &SettingsFile, fitted: &[Fitted]) -> SettingsFile {
+    let mut new = old.clone();
+    new.set.retain(|_, setting| matches!(setting, Setting::ByHand(_)));
+    for own in fitted {
+        let effect = own.effect.id.to_owned();
+        new.set.insert(own.key.to_owned(), Setting::Diagnosed { value: own.value, effect });
+    }
+    new
+}
+
+fn image_options(settings: &SettingsFile) -> Result<ImageOptions, Failure> {
+    let mut options = ImageOptions::default();
+    super::super::set_all(&mut options, settings).map_err(Failure::input)?;
+    Ok(options)
+}
+
+/// The description that a device gets; `None` where there is no catheter's trial.
+fn described(bundle: &Bundle, settings: &SettingsFile) -> Result<Description<f32>, Failure> {
+    let missing = || {
+        let message = "no catheter's trial is in the bundle, so there is nothing to configure";
+        Failure::input(format!("{}: {message}", bundle.path.display()))
+    };
+    let mut description =
+        to_description::<f32>(bundle, &SolverDefaults::default()).ok_or_else(missing)?;
+    for (key, value) in &image_options(settings)?.parameters {
+        description.set_parameter(key, *value).map_err(Failure::input)?;
+    }
+    description.validate().map_err(|e| Failure::input(ImageError::Description(e)))?;
+    Ok(description)
+}
+
+fn differences(
+    bundle: &Bundle,
+    old: &SettingsFile,
+    new: &SettingsFile,
+    fitted: &[Fitted],
+) -> Result<Vec<Change>, Failure> {
+    let (before, after) = (described(bundle, old)?, described(bundle, new)?);
+    let change = |info: &'static ParameterInfo| {
+        let (old, new) = (before.parameter(info.key)?, after.parameter(info.key)?);
+        let origin = match fitted.iter().find(|own| own.key == info.key) {
+            Some(Fitted { effect, low, high, .. }) => {
+                let what = if is_measurement(effect) { "; expected reading only" } else { "" };
+                format!("{}, 90 %: {low:.4} to {high:.4}{what}", effect.id)
+            }
+            None => "rig.toml; an earlier diagnosis had switched it on".to_owned(),
+        };
+        (old != new).then_some(Change { key: info.key, old, new, unit: info.unit, origin })
+    };
+    Ok(parameters().filter_map(change).collect())
+}
+
+/// What must be known before it is relied on.
+fn notes(explanation: &Explanation, fitted: &[Fitted]) -> Vec<String> {
+    let mut notes = Vec::new();
+    if explanation.verdict == Verdict::Partial {
+        notes.push("the verdict is `partial`: what is left of the gap is none of these".to_owned());
+    }
+    for set in &explanation.confusable {
+        notes.push(format!("cannot be told apart on the diagnosed data: {}", set.join(", ")));
+    }
+    let read: BTreeSet<&str> =
+        fitted.iter().map(|own| own.effect).filter(|e| is_measurement(e)).map(id).collect();
+    for id in read {
+        notes.push(format!(
+            "{id} changes what the sensor is expected to read, not what the device renders; mend \
+             the sensor"
+        ));
+    }
+    notes
+}
+
+fn id(effect: &Effect) -> &str {
+    effect.id
+}
+
+/// Gives the device the image and asks it which one it uses.
+fn push(
+    ui: &Ui,
+    link: &str,
+    bundle: &Bundle,
+    options: &ImageOptions,
+) -> Result<DeviceUse, Failure> {
+    let (image, _) = super::super::image_with(ui, bundle, options)?;
+    let mut client = Client::connect(cathforce_link::open(link)?)?;
+    crate::session::configure(ui, &mut client, &image)?;
+    let device = client.device();
+    Ok(DeviceUse {
+        link: link.to_owned(),
+        board: device.board.clone(),
+        firmware: device.firmware.clone(),
+        image_crc32: format!("{:08x}", crc32(&image)),
+    })
+}
+
+impl Applied {
+    fn text(&self, ui: &Ui) -> String {
+        let mut text = format!("{}\n", ui.bold(&self.rig));
+        if self.changes.is_empty() {
+            text += "nothing changes: it is configured like that already\n";
+        }
+        for Change { key, old, new, unit, origin } in &self.changes {
+            let unit = if *unit == "1" { String::new() } else { format!(" {unit}") };
+            text += &format!("  {key}: {old} -> {new}{unit}  ({origin})\n");
+        }
+        for note in &self.notes {
+            text += &format!("  note: {note}\n");
+        }
+        if self.dry_run {
+            text += "dry run: nothing was changed\n";
+        }
+        if let Some(DeviceUse { link, board, image_crc32, .. }) = &self.device {
+            text += &format!("device {board} ({link}): uses the image of CRC {image_crc32}\n");
+        }
+        if let Some(settings) = &self.settings {
+            text += &format!("settings: {settings}\n");
+        }
+        text
+    }
+}

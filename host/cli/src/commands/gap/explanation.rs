@@ -1,0 +1,205 @@
+//! A diagnosis as something to be acted on: read from its JSON, checked, turned into settings.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use cathforce_effects::{Channel, Effect, Plant};
+use cathforce_gap::report::{Diagnosis, FORMAT, Verdict};
+use cathforce_rig::Bundle;
+use serde::Deserialize;
+
+use crate::failure::{Code, Failure};
+
+/// What of a diagnosis is needed to act on it.
+#[derive(Debug, Deserialize)]
+pub struct Explanation {
+    format: String,
+    bundle: String,
+    pub verdict: Verdict,
+    pub effects: Vec<Named>,
+    #[serde(default)]
+    pub confusable: Vec<Vec<String>>,
+    #[serde(default)]
+    pub gap: Promised,
+    reproduce: Origin,
+}
+
+#[derive(Debug, Deserialize)]
+pub struct Named {
+    pub id: String,
+    parameters: BTreeMap<String, Estimate>,
+}
+
+#[derive(Clone, Copy, Debug, Deserialize)]
+struct Estimate {
+    value: f64,
+    low: f64,
+    high: f64,
+}
+
+/// Figures over all held-out trials of the diagnosis.
+#[derive(Debug, Default, Deserialize)]
+pub struct Promised {
+    #[serde(rename = "force_rms_N")]
+    pub force_rms_n: Option<Figures>,
+}
+
+#[derive(Clone, Copy, Debug, Deserialize)]
+pub struct Figures {
+    pub before: f64,
+    pub after: f64,
+    pub floor: f64,
+}
+
+#[derive(Debug, Deserialize)]
+struct Origin {
+    bundle_sha256: String,
+    #[serde(default)]
+    held_back: Vec<u32>,
+}
+
+/// One fitted parameter as a setting.
+#[derive(Clone, Debug)]
+pub struct Fitted {
+    pub key: &'static str,
+    pub value: f32,
+    /// 90 % interval.
+    pub low: f64,
+    pub high: f64,
+    pub effect: &'static Effect,
+}
+
+impl Explanation {
+    /// From the JSON that `cathforce gap diagnose --json` writes.
+    pub fn read(path: &Path) -> Result<Self, Failure> {
+        let refuse = |error: &dyn std::fmt::Display| {
+            Failure::input(format!(
+                "{}: no answer of a diagnosis: {error}\n  fix: make it with `cathforce gap \
+                 diagnose BUNDLE --json FILE`",
+                path.display()
+            ))
+        };
+        let text = std::fs::read_to_string(path)
+            .map_err(|e| Failure::input(format!("cannot read {}: {e}", path.display())))?;
+        let read: Self = serde_json::from_str(&text).map_err(|e| refuse(&e))?;
+        if read.format != FORMAT {
+            return Err(refuse(&format!("its format is `{}`, not `{FORMAT}`", read.format)));
+        }
+        Ok(read)
+    }
+
+    /// From an answer of this program.
+    pub fn of(diagnosis: &Diagnosis) -> Result<Self, Failure> {
+        serde_json::to_value(diagnosis)
+            .and_then(serde_json::from_value)
+            .map_err(|e| Failure::new(Code::Failed, format!("cannot read the diagnosis: {e}")))
+    }
+
+    /// Refuses a diagnosis of another rig.
+    pub fn check_rig(&self, bundle: &Bundle) -> Result<(), Failure> {
+        if self.bundle == bundle.rig.name {
+            return Ok(());
+        }
+        Err(Failure::input(format!(
+            "the diagnosis is of the rig `{}`, {} holds `{}`\n  fix: give the bundle that was \
+             diagnosed, or diagnose this one",
+            self.bundle,
+            bundle.path.display(),
+            bundle.rig.name
+        )))
+    }
+
+    /// Whether it was made from exactly these files.
+    pub fn is_of(&self, bundle: &Bundle) -> Result<bool, Failure> {
+        let path = &bundle.path;
+        let hash = super::hash::of_bundle(path)
+            .map_err(|e| Failure::input(format!("cannot read {}: {e}", path.display())))?;
+        Ok(hash == self.reproduce.bundle_sha256)
+    }
+
+    /// Refuses a diagnosis of other files.
+    pub fn check_bundle(&self, bundle: &Bundle) -> Result<(), Failure> {
+        self.check_rig(bundle)?;
+        if self.is_of(bundle)? {
+            return Ok(());
+        }
+        Err(Failure::input(format!(
+            "{}: its files are not those that were diagnosed (SHA-256 {})\n  fix: give the bundle \
+             that was diagnosed, or diagnose it again",
+            bundle.path.display(),
+            self.reproduce.bundle_sha256
+        )))
+    }
+
+    /// Whether the diagnosis was made without this trial of its bundle.
+    pub fn held_back(&self, trial: u32) -> bool {
+        self.reproduce.held_back.contains(&trial)
+    }
+
+    /// Every fitted parameter as a setting; refuses what no device can be told.
+    pub fn fitted(&self) -> Result<Vec<Fitted>, Failure> {
+        self.check_verdict()?;
+        let mut all = Vec::new();
+        for Named { id, parameters } in &self.effects {
+            let broken = |what: String| Failure::input(format!("the diagnosis names {what}"));
+            let effect = Effect::find(id).ok_or_else(|| {
+                broken(format!("`{id}`, which `cathforce gap effects` does not list"))
+            })?;
+            if effect.plant != Plant::Catheter {
+                let message = format!(
+                    "{id} is friction of an axis without an instrument: the catheter's model has \
+                     no such setting\n  fix: compensate it in the drive's own controller"
+                );
+                return Err(Failure::new(Code::Failed, message));
+            }
+            for (name, estimate) in parameters {
+                let parameter = effect.parameters.iter().find(|p| p.name == name);
+                let parameter = parameter.ok_or_else(|| {
+                    broken(format!("`{name}` of {id}, which `cathforce gap effects` does not list"))
+                })?;
+                let Estimate { value, low, high } = *estimate;
+                all.push(Fitted { key: parameter.key, value: value as f32, low, high, effect });
+            }
+        }
+        if !all.is_empty() && all.iter().all(|own| is_measurement(own.effect)) {
+            return Err(Failure::new(Code::Failed, only_measurement(&all)));
+        }
+        Ok(all)
+    }
+
+    fn check_verdict(&self) -> Result<(), Failure> {
+        let message = match self.verdict {
+            Verdict::Named | Verdict::Partial => return Ok(()),
+            Verdict::NoGap => {
+                "the verdict is `no_gap`: the model as rig.toml states it already explains the \
+                 data to the floor, so nothing is switched on"
+            }
+            Verdict::Unknown => {
+                "the verdict is `unknown`: no effect explains half of the gap, or the data carry \
+                 no verdict, so nothing is switched on\n  fix: see the diagnosis' remarks and \
+                 where the gap lies, record what they ask for; `--effect ID` fits an effect that \
+                 you know to be there"
+            }
+        };
+        Err(Failure::new(Code::Failed, message))
+    }
+}
+
+/// Whether an effect changes only what the force sensor is expected to read.
+pub fn is_measurement(effect: &Effect) -> bool {
+    effect.id.starts_with("sensor.") && effect.channels == [Channel::Force]
+}
+
+fn only_measurement(all: &[Fitted]) -> String {
+    let ids: std::collections::BTreeSet<&str> = all.iter().map(|own| own.effect.id).collect();
+    let ids: Vec<&str> = ids.into_iter().collect();
+    let sets: Vec<String> =
+        all.iter().map(|own| format!("--set {}={}", own.key, own.value)).collect();
+    format!(
+        "{} lies in the force sensor, not in what the device computes: no setting of the device \
+         makes its forces better\n  fix: zero, calibrate or align the sensor and record again; to \
+         compare with this sensor as it is: {}",
+        ids.join(" and "),
+        sets.join(" ")
+    )
+}

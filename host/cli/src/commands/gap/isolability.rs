@@ -1,0 +1,101 @@
+//! `cathforce gap isolability`: what trials can tell, before anything is measured.
+
+use std::sync::Mutex;
+
+use cathforce_gap::catheter::planned;
+use cathforce_gap::isolability::{
+    Isolability, Pair, SEEN, Size, Visibility, expected_simulations, isolability,
+};
+use serde::Serialize;
+
+use crate::args::IsolabilityArguments;
+use crate::failure::{Code, Failure};
+use crate::ui::Ui;
+
+#[derive(Serialize)]
+struct Answer {
+    rig: String,
+    /// "trials" or "protocol".
+    motion: &'static str,
+    #[serde(flatten)]
+    found: Isolability,
+    remarks: Vec<String>,
+}
+
+pub fn run(ui: &Ui, arguments: &IsolabilityArguments) -> Result<(), Failure> {
+    let bundle = super::super::open_bundle(ui, &arguments.bundle)?;
+    let canned = arguments.protocol || bundle.trials.is_empty();
+    let played = if canned {
+        let protocol = super::protocol::of(&bundle, &arguments.way)?;
+        planned(&bundle, &protocol)
+            .map_err(|e| Failure::input(format!("{}: {e}", bundle.path.display())))?
+    } else {
+        bundle.clone()
+    };
+    let plant = super::plant(&played)?;
+    let progress = ui.progress("playing", expected_simulations(plant.as_ref()), "simulations");
+    let progress = Mutex::new(progress);
+    let found = isolability(plant.as_ref(), &|done| {
+        if let Ok(mut progress) = progress.lock() {
+            progress.set(done as u64);
+        }
+    });
+    drop(progress);
+    let found = found.ok_or_else(|| {
+        Failure::new(Code::Failed, "the nominal model of rig.toml breaks down on this motion")
+    })?;
+    let motion = if canned { "protocol" } else { "trials" };
+    let mut remarks = plant.remarks().to_vec();
+    remarks.extend(found.failed.iter().map(|id| format!("{id} could not be simulated")));
+    let answer = Answer { rig: bundle.rig.name.clone(), motion, found, remarks };
+    ui.data(&answer, answer.text(ui))
+}
+
+impl Answer {
+    fn text(&self, ui: &Ui) -> String {
+        let Self { rig, motion, found, remarks } = self;
+        let title = format!("{rig}, its {motion}");
+        let mut text = format!(
+            "{}\n{:.0} % of the ordered pairs of effects of typical size are told apart\n\n  \
+             {:<28}{:>9}  seen from\n",
+            ui.bold(&title),
+            100.0 * found.told_apart,
+            "effect",
+            "distance"
+        );
+        for Visibility { id, distance, smallest } in &found.effects {
+            let seen = match smallest {
+                Some(sizes) => sizes.iter().map(size).collect::<Vec<_>>().join(", "),
+                None => "not at any size within its bounds".to_owned(),
+            };
+            text += &format!("  {id:<28}{distance:>9.1}  {seen}\n");
+        }
+        text += &format!(
+            "\n  distance: of one standard deviation of its prior, in standard deviations of the \
+             data; seen from {SEEN} on\n"
+        );
+        let mut near: Vec<&Pair> =
+            found.pairs.iter().filter(|pair| pair.distance < SEEN && self.is_seen(pair)).collect();
+        near.sort_by(|a, b| a.distance.total_cmp(&b.distance));
+        if !near.is_empty() {
+            text += "\n  seen, but not told from another\n";
+        }
+        for Pair { effect, rival, distance } in near {
+            text += &format!("  {effect:<28}{distance:>9.1}  {rival}\n");
+        }
+        for remark in remarks {
+            text += &format!("  note: {remark}\n");
+        }
+        text
+    }
+
+    /// Whether the pair's effect is seen at all at its typical size.
+    fn is_seen(&self, pair: &Pair) -> bool {
+        self.found.effects.iter().any(|own| own.id == pair.effect && own.distance >= SEEN)
+    }
+}
+
+fn size(Size { name, value, unit }: &Size) -> String {
+    let unit = if *unit == "1" { String::new() } else { format!(" {unit}") };
+    format!("{name} {value:.4}{unit}")
+}

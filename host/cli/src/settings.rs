@@ -1,0 +1,163 @@
+//! Settings of one rig, kept in a file: what `--set` takes, with where each comes from.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::io::Write as _;
+use std::path::Path;
+
+use serde::Deserialize;
+
+use crate::failure::{Code, Failure};
+
+/// The file, in TOML.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SettingsFile {
+    /// Name of the rig that they are for.
+    pub rig: String,
+    /// By name, as `--set` takes them.
+    #[serde(default)]
+    pub set: BTreeMap<String, Setting>,
+}
+
+/// One setting: a number, or a number with where it comes from.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(untagged)]
+pub enum Setting {
+    ByHand(f32),
+    #[serde(rename_all = "snake_case")]
+    Diagnosed {
+        value: f32,
+        /// The effect.
+        effect: String,
+    },
+}
+
+impl Setting {
+    pub fn value(&self) -> f32 {
+        match self {
+            Self::ByHand(value) | Self::Diagnosed { value, .. } => *value,
+        }
+    }
+}
+
+impl SettingsFile {
+    /// Reads a file; whether names and values are any is seen when they are used.
+    pub fn read(path: &Path) -> Result<Self, Failure> {
+        let text = std::fs::read_to_string(path)
+            .map_err(|e| Failure::input(format!("cannot read {}: {e}", path.display())))?;
+        toml::from_str(&text).map_err(|error| {
+            let line = error.span().map_or(String::new(), |span| {
+                format!(":{}", 1 + text[..span.start.min(text.len())].matches('\n').count())
+            });
+            Failure::input(format!(
+                "{}{line}: {}\n  fix: write `rig = \"name\"` and, under `[set]`, `\"name\" = number`",
+                path.display(),
+                error.message()
+            ))
+        })
+    }
+
+    /// Refuses the settings of another rig.
+    pub fn check_rig(&self, path: &Path, rig: &str) -> Result<(), Failure> {
+        if self.rig == rig {
+            return Ok(());
+        }
+        Err(Failure::input(format!(
+            "{}: these are settings of the rig `{}`, not of `{rig}`\n  fix: give the file of this \
+             rig",
+            path.display(),
+            self.rig
+        )))
+    }
+
+    /// As TOML. Numbers are written so that they read back to the bit.
+    pub fn text(&self) -> String {
+        let mut text = format!(
+            "# Settings of cathforce for one rig: `--settings` takes this file, `cathforce config` \
+             explains names.\nrig = {}\n\n[set]\n",
+            toml::Value::from(self.rig.as_str())
+        );
+        for (name, setting) in &self.set {
+            // Writing to a string does not fail.
+            let _ = match setting {
+                Setting::ByHand(value) => writeln!(text, "\"{name}\" = {value:?}"),
+                Setting::Diagnosed { value, effect } => {
+                    writeln!(text, "\"{name}\" = {{ value = {value:?}, effect = \"{effect}\" }}")
+                }
+            };
+        }
+        text
+    }
+
+    /// Writes the file whole or not at all: a new one takes the place of the old one only after
+    /// it has been read back and found the same.
+    pub fn write(&self, path: &Path) -> Result<Staged, Failure> {
+        let folder = path.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        let failed = |e: &dyn std::fmt::Display| Failure::write(path, e);
+        let mut file = tempfile::NamedTempFile::new_in(folder).map_err(|e| failed(&e))?;
+        file.write_all(self.text().as_bytes()).map_err(|e| failed(&e))?;
+        file.as_file().sync_all().map_err(|e| failed(&e))?;
+        if Self::read(file.path())? != *self {
+            let message = format!("{}: what was written reads back differently", path.display());
+            return Err(Failure::new(Code::Failed, message));
+        }
+        Ok(Staged { file, path: path.to_path_buf() })
+    }
+}
+
+/// A file that is complete, beside the one whose place it will take.
+pub struct Staged {
+    file: tempfile::NamedTempFile,
+    path: std::path::PathBuf,
+}
+
+impl Staged {
+    /// Puts it in its place, in one step.
+    pub fn commit(self) -> Result<(), Failure> {
+        let Self { file, path } = self;
+        file.persist(&path).map_err(|e| Failure::write(&path, e.error))?;
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn example() -> SettingsFile {
+        let diagnosed = |value, effect: &str| Setting::Diagnosed { value, effect: effect.into() };
+        let set = [
+            ("force_gain", Setting::ByHand(2.0)),
+            ("wall.friction_coefficient", diagnosed(0.460_000_13, "contact.friction")),
+            ("effects.wall.narrowing.depth_m", diagnosed(1.234_567_9e-7, "wall.narrowing")),
+        ];
+        let set = set.map(|(name, setting)| (name.to_owned(), setting)).into();
+        SettingsFile { rig: "a \"rig\"".into(), set }
+    }
+
+    #[test]
+    fn a_file_reads_back_to_the_bit_and_replaces_the_old_one_whole() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("rig.toml");
+        std::fs::write(&path, "old").unwrap();
+        let staged = example().write(&path).unwrap();
+        assert_eq!(std::fs::read_to_string(&path).unwrap(), "old");
+        staged.commit().unwrap();
+        assert_eq!(SettingsFile::read(&path).unwrap(), example());
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+        drop(example().write(&path).unwrap());
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1, "nothing is left");
+    }
+
+    #[test]
+    fn another_rig_and_another_layout_are_refused_with_their_place() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("s.toml");
+        let error = example().check_rig(&path, "b").unwrap_err();
+        assert!(error.message.contains("not of `b`"), "{}", error.message);
+        std::fs::write(&path, "rig = \"a\"\n\n[set]\nforce_gain = \"two\"\n").unwrap();
+        let error = SettingsFile::read(&path).unwrap_err();
+        assert!(error.message.contains("s.toml:4: "), "{}", error.message);
+    }
+}

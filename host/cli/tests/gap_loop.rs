@@ -1,0 +1,200 @@
+//! The loop: diagnose, apply, verify, on a rig whose wall has another friction than its rig.toml
+//! says, made by the solver that shares nothing with the device's model.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use std::sync::OnceLock;
+
+use cathforce_challenge::{Change, play, rigs, write_bundle};
+use cathforce_config::image::decode;
+use serde_json::Value;
+
+const FACTOR: f64 = 2.0;
+/// Rows of a trial that are kept: 2.6 s, enough to slide along the wall.
+const ROWS: usize = 650;
+
+fn cathforce(arguments: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_cathforce"));
+    command.env("NO_COLOR", "1").args(arguments).output().unwrap()
+}
+
+fn json(arguments: &[&str]) -> Value {
+    let output = cathforce(&[arguments, &["--json", "--quiet"]].concat());
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+#[track_caller]
+fn assert_fails(arguments: &[&str], code: i32, words: &[&str]) {
+    let output = cathforce(arguments);
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(code), "{stderr}");
+    for word in words {
+        assert!(stderr.contains(word), "`{word}` in: {stderr}");
+    }
+}
+
+fn text(path: &Path) -> &str {
+    path.to_str().unwrap()
+}
+
+/// A bundle of three trials with more friction than it states, and the diagnosis of two of them.
+fn diagnosed() -> (&'static Path, &'static Path) {
+    static MADE: OnceLock<(tempfile::TempDir, PathBuf, PathBuf)> = OnceLock::new();
+    let (_, bundle, diagnosis) = MADE.get_or_init(|| {
+        let folder = tempfile::tempdir().unwrap();
+        let bundle = folder.path().join("bundle");
+        let rig = &rigs()[0];
+        let friction = [Change::Friction { factor: FACTOR }];
+        let trial = |trial| {
+            let mut rows = play(rig, &friction, trial).unwrap();
+            rows.truncate(ROWS);
+            rows
+        };
+        write_bundle(&bundle, "sticky", rig, &[trial(0), trial(2), trial(0)], 1).unwrap();
+        let diagnosis = folder.path().join("diagnosis.json");
+        let output = cathforce(&[
+            "gap",
+            "diagnose",
+            text(&bundle),
+            "--hold-back",
+            "2",
+            "--effect",
+            "contact.friction",
+            "--quiet",
+            "--json",
+            text(&diagnosis),
+        ]);
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        (folder, bundle, diagnosis)
+    });
+    (bundle, diagnosis)
+}
+
+/// The diagnosis with something else in it.
+fn changed(folder: &Path, change: impl FnOnce(&mut Value)) -> PathBuf {
+    let (_, diagnosis) = diagnosed();
+    let mut value = serde_json::from_slice(&std::fs::read(diagnosis).unwrap()).unwrap();
+    change(&mut value);
+    let path = folder.join("changed.json");
+    std::fs::write(&path, value.to_string()).unwrap();
+    path
+}
+
+#[test]
+fn what_was_diagnosed_is_applied_and_the_gap_is_smaller_on_the_device() {
+    let (bundle, diagnosis) = diagnosed();
+    let (bundle, diagnosis) = (text(bundle), text(diagnosis));
+    let folder = tempfile::tempdir().unwrap();
+    let settings = folder.path().join("sticky.toml");
+    std::fs::write(&settings, "rig = \"sticky\"\n[set]\nforce_gain = 2\n").unwrap();
+    let apply = ["gap", "apply", bundle, "--diagnosis", diagnosis, "--settings", text(&settings)];
+
+    let before = std::fs::read(&settings).unwrap();
+    let shown = json(&[&apply[..], &["--dry-run", "--link", "qemu:/no/such.elf"]].concat());
+    assert_eq!(std::fs::read(&settings).unwrap(), before, "a dry run changes nothing");
+    let done = json(&[&apply[..], &["--link", "sim"]].concat());
+    assert_eq!(shown["changes"], done["changes"]);
+    let [change] = done["changes"].as_array().unwrap().as_slice() else { panic!("{done}") };
+    assert_eq!(change["key"], "wall.friction_coefficient");
+    let (old, new) = (change["old"].as_f64().unwrap(), change["new"].as_f64().unwrap());
+    assert!((new / old / FACTOR - 1.0).abs() < 0.15, "{old} to {new}");
+    assert!(change["origin"].as_str().unwrap().starts_with("contact.friction, 90 %"), "{change}");
+    assert_eq!(done["device"]["image_crc32"].as_str().unwrap().len(), 8);
+
+    // The same settings reach a device image, beside what was set by hand.
+    let image = folder.path().join("sticky.cfim");
+    let arguments =
+        ["config", "image", bundle, "--settings", text(&settings), "--out", text(&image)];
+    assert!(cathforce(&arguments).status.success());
+    let bytes = std::fs::read(&image).unwrap();
+    let config = decode(&bytes).unwrap();
+    assert_eq!(config.model.description().wall.friction_coefficient, new as f32);
+    assert_eq!(config.settings.force_gain, 2.0);
+
+    // Once more: nothing changes.
+    assert_eq!(json(&apply)["changes"], Value::Array(Vec::new()));
+
+    let verify = ["gap", "verify", bundle, "--link", "sim", "--settings", text(&settings)];
+    let verified = json(&[&verify[..], &["--diagnosis", diagnosis]].concat());
+    assert_eq!((&verified["trial"], &verified["fresh"]), (&2.into(), &true.into()), "{verified}");
+    assert_eq!(verified["differing_bits"], 0);
+    let force = |name: &str| verified["force_rms_N"][name].as_f64().unwrap();
+    assert!(force("before") > 1.5 * force("floor"), "{verified}");
+    assert!(force("achieved") < 0.8 * force("before"), "{verified}");
+    let shrink = |name: &str| verified["shrink"][name].as_f64().unwrap();
+    assert!((shrink("predicted") - shrink("achieved")).abs() < 0.1, "{verified}");
+    assert!(verified["promised_force_rms_N"]["before"].is_number());
+
+    let limit = ["--duration", "1.5", "--fail-above", "rms_N=1e-4"];
+    assert_fails(&[&verify[..], &limit].concat(), 6, &["on the device", "rms_N=0.0001"]);
+}
+
+#[test]
+fn an_earlier_diagnosis_is_replaced_and_what_was_set_by_hand_stays() {
+    let (bundle, diagnosis) = diagnosed();
+    let folder = tempfile::tempdir().unwrap();
+    let settings = folder.path().join("s.toml");
+    let earlier = "rig = \"sticky\"\n[set]\nforce_gain = 2\n\
+        \"effects.wall.stiffness.factor\" = { value = 0.5, effect = \"wall.stiffness\" }\n";
+    std::fs::write(&settings, earlier).unwrap();
+    let (bundle, diagnosis) = (text(bundle), text(diagnosis));
+    let apply = ["gap", "apply", bundle, "--diagnosis", diagnosis, "--settings", text(&settings)];
+    let changes = json(&apply)["changes"].clone();
+    let stiffness = changes.as_array().unwrap().iter().find(|c| c["new"] == 1.0).unwrap();
+    assert_eq!(stiffness["key"], "effects.wall.stiffness.factor");
+    let written = std::fs::read_to_string(&settings).unwrap();
+    assert!(written.contains("force_gain") && !written.contains("wall.stiffness"), "{written}");
+}
+
+#[test]
+fn what_cannot_be_applied_is_refused_and_changes_nothing() {
+    let (bundle, diagnosis) = diagnosed();
+    let bundle = text(bundle);
+    let folder = tempfile::tempdir().unwrap();
+    let settings = folder.path().join("s.toml");
+    let refused = |file: &Path, code: i32, words: &[&str]| {
+        let apply = ["gap", "apply", bundle, "--settings", text(&settings), "--link", "sim"];
+        assert_fails(&[&apply[..], &["--diagnosis", text(file)]].concat(), code, words);
+        assert!(!settings.exists());
+    };
+    let with = |change: &dyn Fn(&mut Value)| changed(folder.path(), change);
+    refused(&with(&|d| d["verdict"] = "unknown".into()), 1, &["`unknown`", "fix:", "--effect"]);
+    refused(&with(&|d| d["verdict"] = "no_gap".into()), 1, &["`no_gap`", "to the floor"]);
+    refused(&with(&|d| d["bundle"] = "other".into()), 3, &["`other`", "`sticky`", "fix:"]);
+    let sha = "0".repeat(64);
+    let other_files = with(&|d| d["reproduce"]["bundle_sha256"] = sha.clone().into());
+    refused(&other_files, 3, &["not those that were diagnosed", "fix:"]);
+    refused(&with(&|d| d["format"] = "gap-diagnosis/9".into()), 3, &["gap-diagnosis/9", "fix:"]);
+    let other = |id: &str, name: &str, value: f64| {
+        let parameters = format!(
+            r#"{{"{name}": {{"value": {value}, "low": {value}, "high": {value}, "unit": "1"}}}}"#
+        );
+        let (id, parameters): (String, Value) =
+            (id.into(), serde_json::from_str(&parameters).unwrap());
+        changed(folder.path(), move |d| {
+            d["effects"][0]["id"] = id.into();
+            d["effects"][0]["parameters"] = parameters;
+        })
+    };
+    refused(
+        &other("sensor.gain", "factor", 1.2),
+        1,
+        &["force sensor", "--set effects.sensor.gain"],
+    );
+    refused(&other("drive.coulomb", "force_n", 3.0), 1, &["axis without an instrument", "fix:"]);
+    refused(&other("wall.nope", "factor", 1.2), 3, &["wall.nope"]);
+    refused(&other("wall.stiffness", "nope", 1.2), 3, &["nope"]);
+    refused(&other("wall.stiffness", "factor", 1e9), 3, &["between 0.01 and 100"]);
+
+    let nothing = ["gap", "apply", bundle, "--diagnosis", text(diagnosis)];
+    assert_fails(&nothing, 2, &["--settings", "--dry-run"]);
+    // A device that does not answer: the file stays as it was.
+    let away = ["--settings", text(&settings), "--link", "qemu:/no/such.elf"];
+    assert_fails(&[&nothing[..], &away].concat(), 4, &["/no/such.elf"]);
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1, "only changed.json");
+    assert_fails(&["gap", "verify", bundle, "--link", "sim"], 2, &["nothing to verify", "--set"]);
+    std::fs::write(&settings, "rig = \"other\"\n").unwrap();
+    let other = ["simulate", bundle, "--settings", text(&settings)];
+    assert_fails(&other, 3, &["settings of the rig `other`", "fix:"]);
+}

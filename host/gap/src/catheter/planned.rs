@@ -1,0 +1,55 @@
+//! A recording that has not been made: the protocol as a trial of which only the encoders count.
+
+use cathforce_rig::Bundle;
+use cathforce_rig::bundle::{CatheterTrial, Trial, TrialData, VectorColumn};
+
+use crate::protocol::Protocol;
+
+/// Rows a second where the rig states no rate, and of the tip.
+const ROWS_HZ: f64 = 250.0;
+const TIP_HZ: f64 = 25.0;
+
+/// Why a rig cannot be planned for.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum PlannedError {
+    #[error("a drive without an instrument has no protocol")]
+    NoCatheter,
+    #[error(
+        "neither the noise of the force nor that of the tip is stated, so that nothing can be said \
+         about what is seen\n  fix: give force_noise_sd_N or tip_noise_sd_m under [sensor] in \
+         rig.toml"
+    )]
+    NoNoise,
+}
+
+/// The bundle with the protocol in the place of its trials. A channel is there when rig.toml
+/// states its noise; what it reads is 0 and means nothing.
+pub fn planned(bundle: &Bundle, protocol: &Protocol) -> Result<Bundle, PlannedError> {
+    if bundle.catheter().is_none() {
+        return Err(PlannedError::NoCatheter);
+    }
+    let sensor = &bundle.rig.sensor;
+    let known = |noise: Option<f64>| noise.is_some_and(|sd| sd > 0.0);
+    if !known(sensor.force_noise_sd_n) && !known(sensor.tip_noise_sd_m) {
+        return Err(PlannedError::NoNoise);
+    }
+    let rate_hz = sensor.force_rate_hz.filter(|&hz| hz > 0.0).unwrap_or(ROWS_HZ);
+    let rows = (protocol.duration_s() * rate_hz) as usize + 1;
+    let tip_every = (rate_hz / TIP_HZ).round().max(1.0) as usize;
+    let t_s: Vec<f64> = (0..rows).map(|row| row as f64 / rate_hz).collect();
+    let at: Vec<_> = t_s.iter().map(|&t| protocol.at(t)).collect();
+    let column = |is_there: bool, every: usize| -> Option<VectorColumn> {
+        let row = |row: usize| row.is_multiple_of(every).then_some([0.0; 3]);
+        is_there.then(|| (0..rows).map(row).collect())
+    };
+    let data = CatheterTrial {
+        insertion_m: at.iter().map(|p| p.insertion_m).collect(),
+        rotation_rad: at.iter().map(|p| p.rotation_rad).collect(),
+        force_n: column(known(sensor.force_noise_sd_n), 1),
+        drive_force_n: known(sensor.drive_noise_sd_n).then(|| vec![Some(0.0); rows]),
+        tip_m: column(known(sensor.tip_noise_sd_m), tip_every),
+        shape_m: Vec::new(),
+    };
+    let trial = Trial { number: 0, t_s, data: TrialData::Catheter(data) };
+    Ok(Bundle { trials: vec![trial], ..bundle.clone() })
+}

@@ -1,0 +1,249 @@
+//! What trials of a rig can tell, before anything is measured on it.
+//!
+//! Every effect is switched on in the model, one at a time, on the motion of the trials. With s_i
+//! what effect i does to the predictions at a typical size (one standard deviation of its prior
+//! away from off), over the noise,
+//!
+//! > d_i = ‖(I − P_ν) s_i‖,   D_ij = ‖(I − P_[s_j, ν]) s_i‖
+//!
+//! say how far effect i stands out from what the nuisances ν can do, and from what they and
+//! effect j can. Sizes scale linearly: an effect is seen from [`SEEN`]/d_i of its typical size on.
+
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+use serde::Serialize;
+
+use crate::floor::Floor;
+use crate::metric::Metric;
+use crate::nuisance::Nuisances;
+use crate::plant::{Effect, Plant, Point, Sample};
+use crate::problem::Progress;
+
+/// Distance from which on an effect is seen, or told from another.
+pub const SEEN: f64 = 5.0;
+/// What the model leaves open stays the same for about so long \[s\].
+const MODEL_CORRELATION_S: f64 = 0.5;
+
+/// A value of a parameter.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Size {
+    pub name: &'static str,
+    pub value: f64,
+    pub unit: &'static str,
+}
+
+/// How visible one effect is.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Visibility {
+    pub id: &'static str,
+    /// Of its typical size.
+    pub distance: f64,
+    /// Its parameters where it is just seen; `None` where these trials do not show it at all, or
+    /// only beyond its bounds.
+    pub smallest: Option<Vec<Size>>,
+}
+
+/// Two effects, the first at its typical size.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Pair {
+    pub effect: &'static str,
+    pub rival: &'static str,
+    pub distance: f64,
+}
+
+/// What trials can tell.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Isolability {
+    pub effects: Vec<Visibility>,
+    /// Every ordered pair, in the order of the effects.
+    pub pairs: Vec<Pair>,
+    /// Share of the ordered pairs at or above [`SEEN`].
+    pub told_apart: f64,
+    /// Effects whose simulation broke down.
+    pub failed: Vec<&'static str>,
+}
+
+/// About how many trials [`isolability`] simulates.
+pub fn expected_simulations(plant: &dyn Plant) -> u64 {
+    let starts: usize = plant.effects().iter().map(|effect| effect.starts.len()).sum();
+    (plant.trials().len() * (1 + plant.nuisances().len() + starts)) as u64
+}
+
+/// What the trials of a plant can tell; what was measured in them plays no part.
+///
+/// `None` when the nominal model breaks down on them.
+pub fn isolability(plant: &dyn Plant, progress: Progress<'_>) -> Option<Isolability> {
+    let played = Played::new(plant, progress);
+    let nominal = Point::nominal(plant);
+    let base = played.all(&nominal)?;
+    let moved = |k: usize| {
+        let mut point = nominal.clone();
+        point.nuisances[k] = plant.nuisances()[k].sd;
+        Some(difference(&played.all(&point)?, &base))
+    };
+    let columns: Option<Vec<_>> = (0..plant.nuisances().len()).map(moved).collect();
+    let columns = columns?;
+    let of_trial = |trial: usize| {
+        let own: Vec<DVector<f64>> = columns.iter().map(|c: &Vec<_>| c[trial].clone()).collect();
+        matrix(&own, base[trial].len())
+    };
+    let nuisances = Nuisances::of((0..base.len()).map(of_trial).collect());
+    let metric = Metric::with(&nuisances, 1.0);
+    let signatures: Vec<Option<Signature>> =
+        (0..plant.effects().len()).map(|e| Signature::of(&played, &nominal, &base, e)).collect();
+    let none: Vec<DMatrix<f64>> = base.iter().map(|b| DMatrix::zeros(b.len(), 0)).collect();
+    let mut found =
+        Isolability { effects: Vec::new(), pairs: Vec::new(), told_apart: 0.0, failed: Vec::new() };
+    let mut own = Vec::new();
+    for (effect, signature) in plant.effects().iter().zip(&signatures) {
+        let Some(signature) = signature else {
+            found.failed.push(effect.id);
+            own.push(None);
+            continue;
+        };
+        let (start, typical, distance) = signature.most_visible(&metric, &none);
+        let smallest = smallest(effect, &effect.starts[start], signature.sizes[start], distance);
+        found.effects.push(Visibility { id: effect.id, distance, smallest });
+        own.push(Some(typical));
+    }
+    let ordered: Vec<(usize, usize)> = (0..own.len())
+        .flat_map(|i| (0..own.len()).map(move |j| (i, j)))
+        .filter(|&(i, j)| i != j && own[i].is_some() && own[j].is_some())
+        .collect();
+    let pair = |&(i, j): &(usize, usize)| {
+        let (effect, rival) = (plant.effects()[i].id, plant.effects()[j].id);
+        let distance = metric.distance(own[i].as_ref()?, &signatures[j].as_ref()?.span());
+        Some(Pair { effect, rival, distance })
+    };
+    found.pairs = ordered.par_iter().filter_map(pair).collect();
+    let apart = found.pairs.iter().filter(|pair| pair.distance >= SEEN).count();
+    found.told_apart = apart as f64 / found.pairs.len().max(1) as f64;
+    Some(found)
+}
+
+/// Trials of a plant, whitened.
+struct Played<'a> {
+    plant: &'a dyn Plant,
+    /// One over the standard deviation of every sample.
+    weights: Vec<Vec<f64>>,
+    done: std::sync::atomic::AtomicUsize,
+    progress: Progress<'a>,
+}
+
+impl<'a> Played<'a> {
+    fn new(plant: &'a dyn Plant, progress: Progress<'a>) -> Self {
+        let floor = Floor::of(plant);
+        let weights = plant.trials().iter().map(|trial| {
+            let mut weights = vec![0.0; trial.samples.len()];
+            for range in trial.channel_ranges() {
+                let samples = &trial.samples[range.clone()];
+                let repeated = (MODEL_CORRELATION_S / interval_s(samples)).max(1.0);
+                for (weight, sample) in weights[range].iter_mut().zip(samples) {
+                    let noise = floor.sd_of(&Sample { model: 0.0, ..*sample });
+                    *weight = 1.0 / noise.hypot(repeated.sqrt() * sample.model);
+                }
+            }
+            weights
+        });
+        Self { plant, weights: weights.collect(), done: Default::default(), progress }
+    }
+
+    /// Predictions over their noise, by trial.
+    fn all(&self, point: &Point) -> Option<Vec<DVector<f64>>> {
+        let one = |trial: usize| {
+            let predicted = self.plant.simulate(trial, point)?;
+            let done = 1 + self.done.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
+            (self.progress)(done);
+            let whitened = predicted.iter().zip(&self.weights[trial]).map(|(f, w)| f * w);
+            let whitened = DVector::from_iterator(predicted.len(), whitened);
+            whitened.iter().all(|x| x.is_finite()).then_some(whitened)
+        };
+        (0..self.plant.trials().len()).into_par_iter().map(one).collect()
+    }
+}
+
+/// Mean time between samples of a channel \[s\].
+fn interval_s(samples: &[Sample]) -> f64 {
+    match samples {
+        [first, .., last] => (last.t_s - first.t_s) / (samples.len() - 1) as f64,
+        _ => f64::INFINITY,
+    }
+}
+
+/// What an effect does at each of its switch-on values, by trial.
+struct Signature {
+    starts: Vec<Vec<DVector<f64>>>,
+    /// Size of each, in standard deviations of the prior.
+    sizes: Vec<f64>,
+}
+
+impl Signature {
+    fn of(
+        played: &Played<'_>,
+        nominal: &Point,
+        base: &[DVector<f64>],
+        effect: usize,
+    ) -> Option<Self> {
+        let own = &played.plant.effects()[effect];
+        let mut starts = Vec::new();
+        for values in &own.starts {
+            let mut point = nominal.clone();
+            point.effects[effect].clone_from(values);
+            starts.push(difference(&played.all(&point)?, base));
+        }
+        let size = |values: &Vec<f64>| {
+            let deviations = own.parameters.iter().zip(values);
+            deviations.map(|(p, v)| ((v - p.off) / p.scale).powi(2)).sum::<f64>().sqrt()
+        };
+        let sizes = own.starts.iter().map(size).collect();
+        (!starts.is_empty()).then_some(Self { starts, sizes })
+    }
+
+    /// The switch-on value that stands out most for its size, what it does at the typical size,
+    /// and how far that stands out from `span`.
+    fn most_visible(
+        &self,
+        metric: &Metric<'_>,
+        span: &[DMatrix<f64>],
+    ) -> (usize, Vec<DVector<f64>>, f64) {
+        let mut best = (0, Vec::new(), f64::NEG_INFINITY);
+        for (start, (does, size)) in self.starts.iter().zip(&self.sizes).enumerate() {
+            let typical: Vec<DVector<f64>> = does.iter().map(|own| own / size.max(1e-12)).collect();
+            let distance = metric.distance(&typical, span);
+            if distance > best.2 {
+                best = (start, typical, distance);
+            }
+        }
+        best
+    }
+
+    /// Everything that it can do, by trial.
+    fn span(&self) -> Vec<DMatrix<f64>> {
+        let trials = self.starts.first().map_or(0, Vec::len);
+        let of = |trial: usize| {
+            let own: Vec<DVector<f64>> = self.starts.iter().map(|s| s[trial].clone()).collect();
+            let samples = own.first().map_or(0, |column| column.len());
+            matrix(&own, samples)
+        };
+        (0..trials).map(of).collect()
+    }
+}
+
+/// Where an effect is just seen.
+fn smallest(effect: &Effect, start: &[f64], size: f64, distance: f64) -> Option<Vec<Size>> {
+    let share = SEEN / distance / size;
+    let values = effect.parameters.iter().zip(start).map(|(p, value)| {
+        let value = p.off + share * (value - p.off);
+        let within = value.is_finite() && value >= p.low && value <= p.high;
+        (within).then_some(Size { name: p.name, value, unit: p.unit })
+    });
+    values.collect()
+}
+
+fn difference(a: &[DVector<f64>], b: &[DVector<f64>]) -> Vec<DVector<f64>> {
+    a.iter().zip(b).map(|(a, b)| a - b).collect()
+}
+
+fn matrix(columns: &[DVector<f64>], rows: usize) -> DMatrix<f64> {
+    if columns.is_empty() { DMatrix::zeros(rows, 0) } else { DMatrix::from_columns(columns) }
+}
