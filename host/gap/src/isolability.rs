@@ -199,15 +199,21 @@ impl Signature {
         (!starts.is_empty()).then_some(Self { starts, sizes })
     }
 
-    /// The switch-on value that stands out most for its size, what it does at the typical size,
-    /// and how far that stands out from `span`.
+    /// Of the switch-on values near the typical size, the one that stands out most for its size;
+    /// what it does at the typical size, and how far that stands out from `span`. Larger ones are
+    /// left alone: friction that jams, or a snap at another place, is not linear.
     fn most_visible(
         &self,
         metric: &Metric<'_>,
         span: &[DMatrix<f64>],
     ) -> (usize, Vec<DVector<f64>>, f64) {
+        let far = |size: f64| size.max(1e-12).ln().abs();
+        let nearest = self.sizes.iter().map(|&size| far(size)).fold(f64::INFINITY, f64::min);
         let mut best = (0, Vec::new(), f64::NEG_INFINITY);
-        for (start, (does, size)) in self.starts.iter().zip(&self.sizes).enumerate() {
+        for (start, (does, &size)) in self.starts.iter().zip(&self.sizes).enumerate() {
+            if far(size) > nearest + 2_f64.ln() {
+                continue;
+            }
             let typical: Vec<DVector<f64>> = does.iter().map(|own| own / size.max(1e-12)).collect();
             let distance = metric.distance(&typical, span);
             if distance > best.2 {
@@ -229,13 +235,14 @@ impl Signature {
     }
 }
 
-/// Where an effect is just seen.
+/// Where an effect is just seen, parameters that are not at their off value.
 fn smallest(effect: &Effect, start: &[f64], size: f64, distance: f64) -> Option<Vec<Size>> {
     let share = SEEN / distance / size;
-    let values = effect.parameters.iter().zip(start).map(|(p, value)| {
+    let moved = effect.parameters.iter().zip(start).filter(|(p, value)| p.off != **value);
+    let values = moved.map(|(p, value)| {
         let value = p.off + share * (value - p.off);
         let within = value.is_finite() && value >= p.low && value <= p.high;
-        (within).then_some(Size { name: p.name, value, unit: p.unit })
+        within.then_some(Size { name: p.name, value, unit: p.unit })
     });
     values.collect()
 }

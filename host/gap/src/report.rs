@@ -144,6 +144,15 @@ pub struct Series {
 }
 
 impl Diagnosis {
+    /// An effect with those that this data cannot tell it from.
+    fn or_its_like(&self, id: &str) -> String {
+        let set = self.confusable.iter().find(|set| set.first().is_some_and(|first| first == id));
+        match set.and_then(|set| set.get(1..)).filter(|others| !others.is_empty()) {
+            Some(others) => format!("{id} (or {})", others.join(", ")),
+            None => id.to_owned(),
+        }
+    }
+
     /// The verdict in one sentence.
     pub fn sentence(&self) -> String {
         let percent = |share: f64| match share {
@@ -152,9 +161,9 @@ impl Diagnosis {
         };
         let names = |only_material: bool| {
             let wanted = self.effects.iter().filter(|e| e.material || !only_material);
-            let ids: Vec<&str> = wanted.map(|e| e.id.as_str()).collect();
+            let ids: Vec<String> = wanted.map(|e| self.or_its_like(&e.id)).collect();
             match ids.split_last() {
-                Some((last, [])) => (*last).to_owned(),
+                Some((last, [])) => last.clone(),
                 Some((last, others)) => format!("{} and {last}", others.join(", ")),
                 None => String::new(),
             }

@@ -97,5 +97,14 @@ impl Answer {
 
 fn size(Size { name, value, unit }: &Size) -> String {
     let unit = if *unit == "1" { String::new() } else { format!(" {unit}") };
-    format!("{name} {value:.4}{unit}")
+    format!("{name} {}{unit}", significant(*value))
+}
+
+/// Three significant digits.
+fn significant(value: f64) -> String {
+    if value == 0.0 {
+        return "0".to_owned();
+    }
+    let digits = 2.0 - value.abs().log10().floor();
+    format!("{value:.*}", digits.clamp(0.0, 12.0) as usize)
 }
