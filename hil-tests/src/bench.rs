@@ -179,6 +179,11 @@ impl<R: Rig> Bench<R> {
         self.client.status().unwrap_or_else(|error| panic!("{error}"))
     }
 
+    /// From here on the device counts anew.
+    pub fn reset_counters(&mut self) {
+        self.client.reset_counters().unwrap_or_else(|error| panic!("{error}"));
+    }
+
     /// The link, to send what is no frame.
     pub fn link_mut(&mut self) -> &mut R {
         self.client.link_mut()

@@ -4,9 +4,19 @@
 //! type for, written out so that a step compiles to straight-line code.
 
 use core::ops::{Mul, Sub};
+use core::sync::atomic::{Ordering, compiler_fence};
 
 use cathforce_scalar::Real;
 use nalgebra::{Matrix3, Vector3};
+
+/// Nothing is read from memory ahead of here, and what was stored is read again after it.
+///
+/// A sweep has more numbers under way than the 32 registers of a Cortex-M7's FPU: left to
+/// itself the compiler reads early and then parks what does not fit. A value is not changed.
+#[inline(always)]
+pub(crate) fn read_here() {
+    compiler_fence(Ordering::SeqCst);
+}
 
 /// A symmetric 3 × 3 matrix.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,6 +33,28 @@ impl<T: Real> Sym3<T> {
     pub fn zero() -> Self {
         let o = T::zero();
         Self { xx: o, xy: o, xz: o, yy: o, yz: o, zz: o }
+    }
+
+    /// self + other
+    #[inline(always)]
+    pub fn plus(&self, other: &Self) -> Self {
+        Self {
+            xx: self.xx + other.xx,
+            xy: self.xy + other.xy,
+            xz: self.xz + other.xz,
+            yy: self.yy + other.yy,
+            yz: self.yz + other.yz,
+            zz: self.zz + other.zz,
+        }
+    }
+
+    #[inline(always)]
+    pub fn columns(&self) -> [Vector3<T>; 3] {
+        [
+            Vector3::new(self.xx, self.xy, self.xz),
+            Vector3::new(self.xy, self.yy, self.yz),
+            Vector3::new(self.xz, self.yz, self.zz),
+        ]
     }
 
     /// self += s I
@@ -55,6 +87,12 @@ impl<T: Real> Sym3<T> {
         self.zz -= u.z * v.z;
     }
 
+    /// self −= u uᵀ
+    #[inline(always)]
+    pub fn sub_square(&mut self, u: &Vector3<T>) {
+        self.sub_outer(u, u);
+    }
+
     #[inline(always)]
     pub fn mul_vec(&self, v: &Vector3<T>) -> Vector3<T> {
         Vector3::new(
@@ -64,108 +102,81 @@ impl<T: Real> Sym3<T> {
         )
     }
 
-    /// self −= X Yᵀ, of which the caller knows that it is symmetric.
+    /// self += \[l\]ₓ M; what this makes of the lower triangle, the caller makes good.
     #[inline(always)]
-    pub fn sub_product_transposed(&mut self, x: &Matrix3<T>, y: &Matrix3<T>) {
-        self.xx = self.xx - x.m11 * y.m11 - x.m12 * y.m12 - x.m13 * y.m13;
-        self.xy = self.xy - x.m11 * y.m21 - x.m12 * y.m22 - x.m13 * y.m23;
-        self.xz = self.xz - x.m11 * y.m31 - x.m12 * y.m32 - x.m13 * y.m33;
-        self.yy = self.yy - x.m21 * y.m21 - x.m22 * y.m22 - x.m23 * y.m23;
-        self.yz = self.yz - x.m21 * y.m31 - x.m22 * y.m32 - x.m23 * y.m33;
-        self.zz = self.zz - x.m31 * y.m31 - x.m32 * y.m32 - x.m33 * y.m33;
+    pub fn add_cross_product(&mut self, l: &Vector3<T>, m: &Matrix3<T>) {
+        self.xx = self.xx + l.y * m.m31 - l.z * m.m21;
+        self.xy = self.xy + l.y * m.m32 - l.z * m.m22;
+        self.xz = self.xz + l.y * m.m33 - l.z * m.m23;
+        self.yy = self.yy + l.z * m.m12 - l.x * m.m32;
+        self.yz = self.yz + l.z * m.m13 - l.x * m.m33;
+        self.zz = self.zz + l.x * m.m23 - l.y * m.m13;
     }
 
-    /// s self
+    /// self += (\[l\]ₓ M)ᵀ, likewise.
     #[inline(always)]
-    pub fn scaled(&self, s: T) -> Matrix3<T> {
-        let (xy, xz, yz) = (s * self.xy, s * self.xz, s * self.yz);
-        Matrix3::new(s * self.xx, xy, xz, xy, s * self.yy, yz, xz, yz, s * self.zz)
-    }
-
-    /// self += \[l\]ₓ X + (\[l\]ₓ Y)ᵀ, of which the caller knows that it is symmetric.
-    #[inline(always)]
-    pub fn add_cross_products(&mut self, l: &Vector3<T>, x: &Matrix3<T>, y: &Matrix3<T>) {
-        self.xx = self.xx + l.y * x.m31 - l.z * x.m21 + l.y * y.m31 - l.z * y.m21;
-        self.xy = self.xy + l.y * x.m32 - l.z * x.m22 + l.z * y.m11 - l.x * y.m31;
-        self.xz = self.xz + l.y * x.m33 - l.z * x.m23 + l.x * y.m21 - l.y * y.m11;
-        self.yy = self.yy + l.z * x.m12 - l.x * x.m32 + l.z * y.m12 - l.x * y.m32;
-        self.yz = self.yz + l.z * x.m13 - l.x * x.m33 + l.x * y.m22 - l.y * y.m12;
-        self.zz = self.zz + l.x * x.m23 - l.y * x.m13 + l.x * y.m23 - l.y * y.m13;
+    pub fn add_cross_product_transposed(&mut self, l: &Vector3<T>, m: &Matrix3<T>) {
+        self.xx = self.xx + l.y * m.m31 - l.z * m.m21;
+        self.xy = self.xy + l.z * m.m11 - l.x * m.m31;
+        self.xz = self.xz + l.x * m.m21 - l.y * m.m11;
+        self.yy = self.yy + l.z * m.m12 - l.x * m.m32;
+        self.yz = self.yz + l.x * m.m22 - l.y * m.m12;
+        self.zz = self.zz + l.x * m.m23 - l.y * m.m13;
     }
 }
 
-/// L D Lᵀ of a symmetric matrix, L = \[1; a 1; b c 1\].
+/// Cholesky's factor G of a symmetric matrix G Gᵀ.
 ///
-/// Where a stiff wall meets a soft joint, A − B D⁻¹ Bᵀ must be taken through the factors: by
+/// Where a stiff wall meets a soft joint, A − B D⁻¹ Bᵀ must be taken through the factor: by
 /// the inverse, the error grows with the square of the condition and the result turns negative.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Factors<T: Real> {
-    a: T,
-    b: T,
-    c: T,
-    inverse_pivots: [T; 3],
+pub(crate) struct Factor<T> {
+    yx: T,
+    zx: T,
+    zy: T,
+    /// One over the diagonal.
+    inverse: [T; 3],
 }
 
-impl<T: Real> Factors<T> {
+impl<T: Real> Factor<T> {
+    pub fn identity() -> Self {
+        let (o, one) = (T::zero(), T::one());
+        Self { yx: o, zx: o, zy: o, inverse: [one; 3] }
+    }
+
     /// Of a matrix whose eigenvalues, and so its pivots, are `smallest` or more. A pivot that
     /// rounding has put below is raised to it: the inverse stays finite and points downhill.
     #[inline(always)]
     pub fn new(m: &Sym3<T>, smallest: T) -> Self {
-        let invert = |pivot: T| T::one() / if pivot > smallest { pivot } else { smallest };
-        let p = invert(m.xx);
-        let (a, b) = (m.xy * p, m.xz * p);
-        let rest = m.yz - a * m.xz;
-        let q = invert(m.yy - a * m.xy);
-        let c = rest * q;
-        let r = invert(m.zz - b * m.xz - c * rest);
-        Self { a, b, c, inverse_pivots: [p, q, r] }
+        let invert = |pivot: T| T::one() / pivot.larger(smallest).root();
+        let x = invert(m.xx);
+        let (yx, zx) = (m.xy * x, m.xz * x);
+        let y = invert(m.yy - yx * yx);
+        let zy = (m.yz - yx * zx) * y;
+        let z = invert(m.zz - zx * zx - zy * zy);
+        Self { yx, zx, zy, inverse: [x, y, z] }
     }
 
-    /// v L⁻ᵀ, of a row of numbers or of columns.
+    /// v G⁻ᵀ, of a row of numbers or of columns.
     #[inline(always)]
     pub fn forward<V>(&self, [x, y, z]: [V; 3]) -> [V; 3]
     where
         V: Copy + Sub<Output = V> + Mul<T, Output = V>,
     {
-        let y = y - x * self.a;
-        [x, y, z - x * self.b - y * self.c]
+        let x = x * self.inverse[0];
+        let y = (y - x * self.yx) * self.inverse[1];
+        let z = (z - x * self.zx - y * self.zy) * self.inverse[2];
+        [x, y, z]
     }
 
-    /// v D⁻¹
+    /// G⁻ᵀ v
     #[inline(always)]
-    pub fn scale<V: Mul<T, Output = V>>(&self, [x, y, z]: [V; 3]) -> [V; 3] {
-        let [p, q, r] = self.inverse_pivots;
-        [x * p, y * q, z * r]
+    pub fn backward(&self, v: &Vector3<T>) -> Vector3<T> {
+        let z = v.z * self.inverse[2];
+        let y = (v.y - self.zy * z) * self.inverse[1];
+        let x = (v.x - self.yx * y - self.zx * z) * self.inverse[0];
+        Vector3::new(x, y, z)
     }
-
-    /// v L⁻¹
-    #[inline(always)]
-    pub fn backward<V>(&self, [x, y, z]: [V; 3]) -> [V; 3]
-    where
-        V: Copy + Sub<Output = V> + Mul<T, Output = V>,
-    {
-        let y = y - z * self.c;
-        [x - y * self.a - z * self.b, y, z]
-    }
-
-    /// The inverse matrix.
-    #[inline(always)]
-    pub fn inverse(&self) -> Sym3<T> {
-        let Self { a, b, c, inverse_pivots: [p, q, r] } = *self;
-        let e = a * c - b;
-        let (aq, cr, er) = (a * q, c * r, e * r);
-        Sym3 { xx: p + a * aq + e * er, xy: -aq - e * cr, xz: er, yy: q + c * cr, yz: -cr, zz: r }
-    }
-}
-
-/// M v for a general matrix, written out.
-#[inline(always)]
-pub(crate) fn mul<T: Real>(m: &Matrix3<T>, v: &Vector3<T>) -> Vector3<T> {
-    Vector3::new(
-        m.m11 * v.x + m.m12 * v.y + m.m13 * v.z,
-        m.m21 * v.x + m.m22 * v.y + m.m23 * v.z,
-        m.m31 * v.x + m.m32 * v.y + m.m33 * v.z,
-    )
 }
 
 /// Mᵀ v
@@ -181,40 +192,6 @@ pub(crate) fn mul_transposed<T: Real>(m: &Matrix3<T>, v: &Vector3<T>) -> Vector3
 // Sums that begin with what is added to: each product is one multiply-accumulate, which on
 // the device is one instruction (and rounds twice).
 
-/// u + M v
-#[inline(always)]
-pub(crate) fn plus_mul<T: Real>(u: &Vector3<T>, m: &Matrix3<T>, v: &Vector3<T>) -> Vector3<T> {
-    Vector3::new(
-        u.x + m.m11 * v.x + m.m12 * v.y + m.m13 * v.z,
-        u.y + m.m21 * v.x + m.m22 * v.y + m.m23 * v.z,
-        u.z + m.m31 * v.x + m.m32 * v.y + m.m33 * v.z,
-    )
-}
-
-/// u − M v
-#[inline(always)]
-pub(crate) fn minus_mul<T: Real>(u: &Vector3<T>, m: &Matrix3<T>, v: &Vector3<T>) -> Vector3<T> {
-    Vector3::new(
-        u.x - m.m11 * v.x - m.m12 * v.y - m.m13 * v.z,
-        u.y - m.m21 * v.x - m.m22 * v.y - m.m23 * v.z,
-        u.z - m.m31 * v.x - m.m32 * v.y - m.m33 * v.z,
-    )
-}
-
-/// u − Mᵀ v
-#[inline(always)]
-pub(crate) fn minus_mul_transposed<T: Real>(
-    u: &Vector3<T>,
-    m: &Matrix3<T>,
-    v: &Vector3<T>,
-) -> Vector3<T> {
-    Vector3::new(
-        u.x - m.m11 * v.x - m.m21 * v.y - m.m31 * v.z,
-        u.y - m.m12 * v.x - m.m22 * v.y - m.m32 * v.z,
-        u.z - m.m13 * v.x - m.m23 * v.y - m.m33 * v.z,
-    )
-}
-
 /// u + a × b
 #[inline(always)]
 pub(crate) fn plus_cross<T: Real>(u: &Vector3<T>, a: &Vector3<T>, b: &Vector3<T>) -> Vector3<T> {
@@ -223,6 +200,12 @@ pub(crate) fn plus_cross<T: Real>(u: &Vector3<T>, a: &Vector3<T>, b: &Vector3<T>
         u.y + a.z * b.x - a.x * b.z,
         u.z + a.x * b.y - a.y * b.x,
     )
+}
+
+/// u vᵀ
+#[inline(always)]
+pub(crate) fn outer<T: Real>(u: &Vector3<T>, v: &Vector3<T>) -> Matrix3<T> {
+    Matrix3::from_columns(&[u * v.x, u * v.y, u * v.z])
 }
 
 /// M += u vᵀ
@@ -431,17 +414,17 @@ mod tests {
             c.add_identity(wall);
             c.sub_outer(&(lever * wall), &lever);
             c.add_identity(1.0);
-            let factors = Factors::new(&c, 1.0);
-            let z = factors.forward([0, 1, 2].map(|i| b.column(i).into_owned()));
-            let w = factors.scale(z);
-            let (z, w) = (Matrix3::from_columns(&z), Matrix3::from_columns(&w));
-            a.sub_product_transposed(&w, &z);
+            let factor = Factor::new(&c, 1.0);
+            for z in factor.forward([0, 1, 2].map(|i| b.column(i).into_owned())) {
+                a.sub_square(&z);
+            }
             let across = Vector3::new(0.0, 0.8, 0.6);
             let left = dot(&across, &a.mul_vec(&across));
             let exact = wall / (1.0 + wall);
             assert!((left / exact - 1.0).abs() < 0.2, "wall {wall}: {left}, not {exact}");
 
-            let product = factors.inverse().mul_vec(&c.mul_vec(&across));
+            let forward = factor.forward(c.mul_vec(&across).into());
+            let product = factor.backward(&forward.into());
             assert!((product - across).norm() < 2e-7 * wall.max(10.0), "{product:?}");
         }
     }

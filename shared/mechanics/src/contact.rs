@@ -9,7 +9,6 @@ use crate::algebra::{dot, plus_cross};
 use crate::coaxial::Slide;
 use crate::effects::acting::Law;
 use crate::effects::wall_law::Slid;
-use crate::model::{maximum, minimum};
 use crate::proximity::Proximity;
 use crate::{Real, Wall};
 
@@ -112,14 +111,14 @@ impl<T: Real> Contact<T> {
         let (zero, half) = (T::zero(), T::lit(0.5));
         let n = &seen.normal;
         // Quadratic over the onset, then linear.     docs/model.md (11)
-        let indented = maximum(half * self.onset - seen.gap, zero);
-        let within = minimum(indented, self.onset);
+        let indented = (half * self.onset - seen.gap).larger(zero);
+        let within = indented.smaller(self.onset);
         let slope = within * self.inverse_onset;
         let indented = indented - within + half * slope * within;
         let (indented, slope, relaxed) = law.indentation(indented, slope, memory.relaxed);
         let sliding = || Slid {
             normal_n: memory.normal_n,
-            slid_m: maximum(memory.reached - dot(&memory.slip, &memory.slip).root(), zero),
+            slid_m: (memory.reached - dot(&memory.slip, &memory.slip).root()).larger(zero),
         };
         let friction = law.friction(self.friction, sliding, stiffness);
         let stiffness = stiffness * seen.stiffness;
@@ -135,11 +134,11 @@ impl<T: Real> Contact<T> {
         }
         let moved = plus_cross(&(memory.slip + displacement), n, &(turn * motion.radius));
         let slip = moved - n * dot(n, &moved);
-        let length = maximum(dot(&slip, &slip).root(), memory.reached);
+        let length = dot(&slip, &slip).root().larger(memory.reached);
         // Secant of Coulomb's law at the predicted displacement.     docs/model.md (12)
         let elastic = normal_stiffness * self.tangential_ratio;
         let limit = friction * memory.normal_n;
-        let stick = minimum(elastic, limit / length);
+        let stick = elastic.smaller(limit / length);
         Touch {
             force: n * normal_force - slip * stick,
             stick,
@@ -161,26 +160,25 @@ impl<T: Real> Touch<T> {
     /// Force on the instrument after the node moved by `dx` and the link turned by `turn`;
     /// brings the memory up to date.
     #[inline(always)]
-    pub fn resolve(
+    pub fn resolve<const LAST: bool>(
         &self,
         seen: &mut Proximity<T>,
         dx: &Vector3<T>,
         turn: &Vector3<T>,
         memory: &mut Memory<T>,
-        last: bool,
         relaxes: bool,
     ) -> Vector3<T> {
         let n = &seen.normal;
         let moved = plus_cross(dx, turn, &seen.arm);
         let along = dot(n, &moved);
         let force = self.force - moved * self.stick - n * (self.push * along);
-        memory.normal_n = maximum(dot(n, &force), T::zero());
-        if last {
+        memory.normal_n = dot(n, &force).larger(T::zero());
+        if LAST {
             // Return map: what exceeds the limit has slid.     docs/model.md (13)
             let slip = self.slip + moved - n * along;
-            memory.reached = maximum(dot(&slip, &slip).root(), T::lit(SHORTEST_SLIP_M));
+            memory.reached = dot(&slip, &slip).root().larger(T::lit(SHORTEST_SLIP_M));
             let held = self.elastic * memory.reached;
-            let share = minimum(held, self.limit) / maximum(held, T::lit(SMALLEST_FORCE_N));
+            let share = held.smaller(self.limit) / held.larger(T::lit(SMALLEST_FORCE_N));
             memory.slip = slip * share;
             if relaxes {
                 memory.relaxed = self.relaxed;

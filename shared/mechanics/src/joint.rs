@@ -3,10 +3,11 @@
 use nalgebra::Vector3;
 
 use crate::Real;
-use crate::algebra::Bend;
+use crate::algebra::{Bend, Sym3};
 use crate::tables::Joint;
 
 /// Moment and stiffness of a joint at the predicted state, world axes.
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct JointLoad<T: Real> {
     pub moment: Vector3<T>,
     pub axis: Vector3<T>,
@@ -55,5 +56,31 @@ impl<T: Real> JointLoad<T> {
             bending: kb * cell.stiffening,
             twisting: (kt - kb) * cell.stiffening,
         }
+    }
+
+    pub fn none() -> Self {
+        let (o, v) = (T::zero(), Vector3::zeros());
+        Self { moment: v, axis: v, bending: o, twisting: o }
+    }
+
+    /// K
+    #[inline(always)]
+    pub fn stiffness(&self) -> Sym3<T> {
+        let Self { axis: t, bending, twisting, .. } = self;
+        let twist = t * *twisting;
+        Sym3 {
+            xx: *bending + twist.x * t.x,
+            xy: twist.x * t.y,
+            xz: twist.x * t.z,
+            yy: *bending + twist.y * t.y,
+            yz: twist.y * t.z,
+            zz: *bending + twist.z * t.z,
+        }
+    }
+
+    /// The smallest eigenvalue of K.
+    #[inline(always)]
+    pub fn smallest(&self) -> T {
+        self.bending.smaller(self.bending + self.twisting)
     }
 }

@@ -3,7 +3,6 @@
 use nalgebra::Vector3;
 
 use crate::effects::acting::Law;
-use crate::model::minimum;
 use crate::state::{LinkState, State};
 use crate::{Lumen, Model, Real};
 
@@ -53,7 +52,7 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
                 let radius = law.radius(2 * j + i, radius);
                 let position = link.position + offset;
                 let wall = lumen.sample(&position);
-                lowest = minimum(lowest, wall.distance_m);
+                lowest = lowest.smaller(wall.distance_m);
                 let (distance, normal) = law.wall(&position, wall.distance_m, wall.normal);
                 seen.arm = offset - normal * radius;
                 seen.normal = normal;

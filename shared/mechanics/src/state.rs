@@ -1,11 +1,12 @@
 //! What a step remembers and what it reports.
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
 
-use crate::algebra::Rotation;
+use crate::algebra::{Factor, Rotation, dot};
 use crate::coaxial::Overlap;
 use crate::contact::{Memory, Touch};
 use crate::effects::memory::Memory as EffectMemory;
+use crate::joint::JointLoad;
 use crate::proximity::Proximity;
 use crate::tables::Tables;
 use crate::{MAX_LINKS, Model, Real};
@@ -117,18 +118,45 @@ impl<T: Real> LinkState<T> {
     }
 }
 
+/// Forces on a link at the predicted state, and about its node.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct LinkLoads<T: Real> {
+    pub force: Vector3<T>,
+    pub moment: Vector3<T>,
+    /// Against any displacement of the node \[N/m\]; the contacts' normal stiffness comes on top.
+    pub stiffness: T,
+}
+
+/// A link's stretch: δe = inverse (gain − pull·y − turn·δφ).     docs/model.md (6)
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Stretch<T: Real> {
+    pub gain: T,
+    pub pull: Vector3<T>,
+    pub turn: Vector3<T>,
+    pub inverse: T,
+}
+
+impl<T: Real> Stretch<T> {
+    /// Of a link whose node has swung by `y` and that has turned by `turn` \[m\].
+    #[inline(always)]
+    pub fn resolve(&self, y: &Vector3<T>, turn: &Vector3<T>) -> T {
+        (self.gain - dot(&self.pull, y) - dot(&self.turn, turn)) * self.inverse
+    }
+}
+
 /// What the sweep from tip to base leaves for the way back, link by link.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Elimination<T: Real> {
-    /// The link's rotation: δφ = w − Yᵀ δx + P δφ, of the point at joint j + 1 and of the link
-    /// beyond it.     docs/model.md (17)
+    /// What acts on the link, and the joint at its proximal end.
+    pub loads: LinkLoads<T>,
+    pub joint: JointLoad<T>,
+    /// The link's rotation: δφ = G⁻ᵀ (s − Zᵀ δx + Xᵀ δφ), of the point at joint j + 1 and of the
+    /// link beyond it; Z and X by columns.     docs/model.md (17)
     pub turn: Vector3<T>,
-    pub by_displacement: Matrix3<T>,
-    pub by_turn: Matrix3<T>,
-    /// The link's stretch: (gain − pull·y − turn·δφ).     docs/model.md (6)
-    pub stretch_gain: T,
-    pub stretch_pull: Vector3<T>,
-    pub stretch_turn: Vector3<T>,
+    pub by_displacement: [Vector3<T>; 3],
+    pub by_turn: [Vector3<T>; 3],
+    pub factor: Factor<T>,
+    pub stretch: Stretch<T>,
     /// The wall at the node and at the middle of the link, and the contact with it.
     pub seen: [Proximity<T>; 2],
     pub touches: [Touch<T>; 2],
@@ -138,12 +166,13 @@ impl<T: Real> Elimination<T> {
     fn new() -> Self {
         let (o, v) = (T::zero(), Vector3::zeros());
         Self {
+            loads: LinkLoads { force: v, moment: v, stiffness: o },
+            joint: JointLoad::none(),
             turn: v,
-            by_displacement: Matrix3::zeros(),
-            by_turn: Matrix3::zeros(),
-            stretch_gain: o,
-            stretch_pull: v,
-            stretch_turn: v,
+            by_displacement: [v; 3],
+            by_turn: [v; 3],
+            factor: Factor::identity(),
+            stretch: Stretch { gain: o, pull: v, turn: v, inverse: o },
             seen: [Proximity::none(); 2],
             touches: [Touch::none(); 2],
         }
@@ -153,6 +182,7 @@ impl<T: Real> Elimination<T> {
 /// Memory of a [`Model`] of up to `LINKS` links. Configuration never lives here.
 #[derive(Clone, Debug)]
 pub struct State<T: Real, const LINKS: usize = MAX_LINKS> {
+    pub(crate) eliminations: [Elimination<T>; LINKS],
     /// Links inside the vessel; link `count − 1` is the base link at the guide.
     pub(crate) count: usize,
     pub(crate) drives: Drives<T>,
@@ -179,7 +209,6 @@ pub struct State<T: Real, const LINKS: usize = MAX_LINKS> {
     pub(crate) overlap: Overlap<T>,
     pub(crate) overlaid: Tables<T, LINKS>,
     pub(crate) links: [LinkState<T>; LINKS],
-    pub(crate) eliminations: [Elimination<T>; LINKS],
 }
 
 impl<T: Real, const LINKS: usize> Default for State<T, LINKS> {

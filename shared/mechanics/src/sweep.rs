@@ -2,19 +2,22 @@
 
 use nalgebra::Vector3;
 
-use crate::algebra::{Bend, dot, minus_mul_transposed, plus_cross, plus_mul};
+use crate::algebra::{Bend, cross, dot, plus_cross, read_here};
 use crate::contact::{Contact, Motion};
 use crate::effects::acting::Law;
 use crate::feed::SHORTEST_BASE;
 use crate::joint::{Cell, JointLoad};
-use crate::model::{maximum, minimum};
-use crate::state::State;
+use crate::state::{LinkLoads, State};
 use crate::wrench::Wrench;
 use crate::{Loads, Model, Real};
 
 /// Strains that a link can have: half to twice its length. A drive that pulls at an instrument
 /// stuck by friction would stretch it without end.
 pub(crate) const STRAINS: core::ops::Range<f64> = -0.5..1.0;
+
+/// Share of a wall's stiffness that stands against every motion of a point that touches it:
+/// what rounding takes from A in one direction must not turn it negative across.
+const ROUNDING: f64 = 1e-6;
 
 /// How one solve treats time.
 pub(crate) struct Scheme<T> {
@@ -31,7 +34,7 @@ pub(crate) struct Scheme<T> {
     pub last: bool,
 }
 
-/// Totals of one solve.
+/// Totals of one solve; those on the instrument are found by the last one of a step alone.
 pub(crate) struct Totals<T: Real> {
     pub force_on_instrument: Vector3<T>,
     /// About the entry point.
@@ -53,9 +56,13 @@ pub(crate) fn solve<T: Real, L: Law<T>, const LINKS: usize>(
     law: &mut L,
 ) -> Totals<T> {
     let chain = Chain::new(model, state, scheme);
-    let mut wrench = Wrench::beyond_tip(loads);
-    eliminate(model, state, scheme, &chain, law, &mut wrench);
-    resolve::<T, L, LINKS>(state, scheme, &chain, &wrench)
+    load(model, state, scheme, &chain, law);
+    let wrench = eliminate::<T, L, LINKS>(model, state, &chain, Wrench::beyond_tip(loads));
+    if scheme.last {
+        resolve::<T, L, LINKS, true>(state, scheme, &chain, &wrench)
+    } else {
+        resolve::<T, L, LINKS, false>(state, scheme, &chain, &wrench)
+    }
 }
 
 /// Lengths along the chain: all links are equal but the base link, and all joints but the two
@@ -87,7 +94,7 @@ impl<T: Real> Chain<T> {
         let solver = &model.description().solver;
         let (h, base) = (solver.link_length_m, state.base_length_m);
         let span = |length: T| {
-            let stretched = maximum(length, h * T::lit(SHORTEST_BASE));
+            let stretched = length.larger(h * T::lit(SHORTEST_BASE));
             Span { length, share: length / h, inverse_length: T::one() / stretched }
         };
         let damping = model.bending_damping_s * scheme.inertia / scheme.dt_s;
@@ -116,26 +123,24 @@ impl<T: Real> Chain<T> {
     }
 }
 
-/// Tip to guide.
-fn eliminate<T: Real, L: Law<T>, const LINKS: usize>(
+/// What acts on every link at the predicted state.
+fn load<T: Real, L: Law<T>, const LINKS: usize>(
     model: &Model<T, LINKS>,
     state: &mut State<T, LINKS>,
     scheme: &Scheme<T>,
     chain: &Chain<T>,
     law: &mut L,
-    wrench: &mut Wrench<T>,
 ) {
     let State { links, eliminations, guide, fed_m, carried, overlaid, .. } = state;
     let tables = if L::COAXIAL { &*overlaid } else { &model.tables };
     let proximal_of = |j: usize| links[..chain.count].get(j + 1).unwrap_or(guide);
-    let description = model.description();
     let wall = &model.wall;
     let half = T::lit(0.5);
     let inverse_dt = T::one() / scheme.dt_s;
     let inertia_per_mass = scheme.inertia * inverse_dt * inverse_dt;
     let carried_dt_s = scheme.dt_s * *carried;
     let drag = scheme.drag_n_s_per_m2 * inverse_dt;
-    let radius = description.instrument.outer_radius_m;
+    let radius = model.description().instrument.outer_radius_m;
     let contact = Contact::new(wall, scheme.friction, inverse_dt);
 
     // Beyond the tip there is nothing but the end of its contact.
@@ -143,24 +148,15 @@ fn eliminate<T: Real, L: Law<T>, const LINKS: usize>(
     let mut distal_mass = T::zero();
     let mut end_stiffness = wall.end_stiffness_n_per_m;
 
-    for j in 0..chain.count {
-        let (link, proximal, kept) = (&links[j], proximal_of(j), &mut eliminations[j]);
-        let Span { length, share, inverse_length } = *chain.span(j);
-        let tangent = &link.tangent;
-        let stretched = length * (T::one() + link.strain);
-
-        // The node: weight, inertia, drag against all motion but the feed's.     docs/model.md (15)
+    for (j, (link, kept)) in links[..chain.count].iter().zip(eliminations).enumerate() {
+        let proximal = proximal_of(j);
+        let Span { length, share, .. } = *chain.span(j);
         let (arc, mass) = (length * half, tables.links[j].mass * share * half);
         let (node_arc, node_mass) = (arc + distal_arc, mass + distal_mass);
-        let (inertia, damping) = (inertia_per_mass * node_mass, drag * node_arc);
-        let mut force = model.gravity * node_mass - link.displacement * (inertia + damping)
-            + link.velocity * (inertia * carried_dt_s)
-            + link.tangent * (damping * *fed_m);
+        (distal_arc, distal_mass) = (arc, mass);
+
+        let tangent = &link.tangent;
         let [node_radius, middle_radius] = [2 * j, 2 * j + 1].map(|i| law.radius(i, radius));
-        let to_wall = || kept.seen[0].gap + node_radius;
-        if let Some(per_length) = law.stream(tangent, to_wall) {
-            force += per_length * node_arc;
-        }
         let motion = |displacement, radius, halves| Motion {
             displacement,
             turn: link.turn,
@@ -173,26 +169,69 @@ fn eliminate<T: Real, L: Law<T>, const LINKS: usize>(
         let at_middle = motion(displacement, middle_radius, 2 * j + 1);
         let line = wall.line_stiffness_n_per_m2;
         let stiffness = line * node_arc * half + end_stiffness;
-        kept.touches[0] = contact.touch(&*law, &kept.seen[0], stiffness, &at_node, &link.memory[0]);
-        kept.touches[1] =
-            contact.touch(&*law, &kept.seen[1], line * arc, &at_middle, &link.memory[1]);
-        wrench.add_node(&force, inertia + damping, &kept.seen, &kept.touches);
+        end_stiffness = T::zero();
+        let [node_seen, middle_seen] = &kept.seen;
+        let node = contact.touch(&*law, node_seen, stiffness, &at_node, &link.memory[0]);
+        read_here();
+        let middle = contact.touch(&*law, middle_seen, line * arc, &at_middle, &link.memory[1]);
 
-        let stiffness = tables.links[j].axial * inverse_length;
-        wrench.add_stretch(tangent, stiffness, stiffness * length * link.strain, kept);
-        wrench.shift(tangent, stretched);
+        // The node: weight, inertia, drag against all motion but the feed's.     docs/model.md (15)
+        let (inertia, damping) = (inertia_per_mass * node_mass, drag * node_arc);
+        let mut force = model.gravity * node_mass - link.displacement * (inertia + damping)
+            + link.velocity * (inertia * carried_dt_s)
+            + link.tangent * (damping * *fed_m);
+        let to_wall = || node_seen.gap + node_radius;
+        if let Some(per_length) = law.stream(tangent, to_wall) {
+            force += per_length * node_arc;
+        }
+        read_here();
+        let kept_positive = (node.push + middle.push) * T::lit(ROUNDING);
+        kept.loads = LinkLoads {
+            force: force + node.force + middle.force,
+            moment: plus_cross(
+                &cross(&node_seen.arm, &node.force),
+                &middle_seen.arm,
+                &middle.force,
+            ),
+            stiffness: inertia + damping + kept_positive + node.stick + middle.stick,
+        };
+        kept.touches = [node, middle];
+
+        read_here();
         let bend = Bend::between(&proximal.rotation, &link.rotation);
         let joint = law.joint(j, &tables.joints[j], &bend.angle);
-        let joint = JointLoad::new(&joint, chain.cell(j), &bend, &link.curvature);
-        wrench.pass_joint(&joint, kept);
-
-        (distal_arc, distal_mass) = (arc, mass);
-        end_stiffness = T::zero();
+        kept.joint = JointLoad::new(&joint, chain.cell(j), &bend, &link.curvature);
     }
 }
 
+/// Tip to guide.
+#[inline(never)]
+fn eliminate<T: Real, L: Law<T>, const LINKS: usize>(
+    model: &Model<T, LINKS>,
+    state: &mut State<T, LINKS>,
+    chain: &Chain<T>,
+    beyond_tip: Wrench<T>,
+) -> Wrench<T> {
+    let State { links, eliminations, overlaid, .. } = state;
+    let tables = if L::COAXIAL { &*overlaid } else { &model.tables };
+    let mut wrench = beyond_tip;
+    for (j, (link, kept)) in links[..chain.count].iter().zip(eliminations).enumerate() {
+        let Span { length, inverse_length, .. } = *chain.span(j);
+        wrench.add_loads(&kept.loads, &kept.seen, &kept.touches);
+        let stiffness = tables.links[j].axial * inverse_length;
+        wrench.add_stretch(&link.tangent, stiffness, stiffness * length * link.strain, kept);
+        wrench.shift(&link.tangent, length * (T::one() + link.strain));
+        wrench.pass_joint(kept);
+    }
+    wrench
+}
+
 /// Guide to tip.     docs/model.md (17)
-fn resolve<T: Real, L: Law<T>, const LINKS: usize>(
+///
+/// What only the `LAST` solve of a step has to find is found in it alone: totals, the forces
+/// at the nodes, rates, and what the contacts remember.
+#[inline(never)]
+fn resolve<T: Real, L: Law<T>, const LINKS: usize, const LAST: bool>(
     state: &mut State<T, LINKS>,
     scheme: &Scheme<T>,
     chain: &Chain<T>,
@@ -216,23 +255,38 @@ fn resolve<T: Real, L: Law<T>, const LINKS: usize>(
     let mut position = *mouth;
     for j in (0..chain.count).rev() {
         let Span { length, inverse_length, .. } = *chain.span(j);
-        let kept = &mut eliminations[j];
-        let link = &mut links[j];
-        let proximal_turn = turn;
-        turn = minus_mul_transposed(&kept.turn, &kept.by_displacement, &dx);
-        turn = plus_mul(&turn, &kept.by_turn, &proximal_turn);
+        let (link, kept) = (&mut links[j], &mut eliminations[j]);
+        let in_factor = |i: usize| {
+            kept.turn[i] - dot(&kept.by_displacement[i], &dx) + dot(&kept.by_turn[i], &turn)
+        };
+        turn = kept.factor.backward(&Vector3::new(in_factor(0), in_factor(1), in_factor(2)));
         let swung = plus_cross(&dx, &turn, &(link.tangent * (length * (T::one() + link.strain))));
-        let stretch =
-            kept.stretch_gain - dot(&kept.stretch_pull, &swung) - dot(&kept.stretch_turn, &turn);
+        let stretch = kept.stretch.resolve(&swung, &turn);
         dx = swung + link.tangent * stretch;
 
         let predicted = link.position;
         let [node, middle] = &kept.touches;
         let [node_seen, middle_seen] = &mut kept.seen;
         let [node_memory, middle_memory] = &mut link.memory;
-        let at_node = node.resolve(node_seen, &dx, &turn, node_memory, scheme.last, L::RELAXES);
-        let at_middle =
-            middle.resolve(middle_seen, &dx, &turn, middle_memory, scheme.last, L::RELAXES);
+        let relaxes = L::RELAXES;
+        let at_node = node.resolve::<LAST>(node_seen, &dx, &turn, node_memory, relaxes);
+        let at_middle = middle.resolve::<LAST>(middle_seen, &dx, &turn, middle_memory, relaxes);
+
+        link.rotation = link.rotation.turned(&(turn * half));
+        link.tangent = link.rotation.tangent();
+        let strain = link.strain + stretch * inverse_length;
+        link.strain = strain.larger(T::lit(STRAINS.start)).smaller(T::lit(STRAINS.end));
+        position += link.tangent * (length * (T::one() + link.strain));
+        link.displacement += position - predicted;
+        link.position = position;
+        link.turn += turn;
+        totals.largest_turn_squared = dot(&turn, &turn).larger(totals.largest_turn_squared);
+        if !LAST {
+            continue;
+        }
+
+        link.velocity = link.displacement * inverse_dt;
+        link.rate = link.rate * kept_rate + link.turn * new_rate;
         let force = at_node + at_middle;
         totals.force_on_instrument += force;
         let moment = &mut totals.moment_on_instrument;
@@ -242,20 +296,6 @@ fn resolve<T: Real, L: Law<T>, const LINKS: usize>(
         // The middle's force is shared by the two nodes of the link; the guide has none.
         let shared = if j + 1 == chain.count { v } else { at_middle * half };
         link.force = force - shared;
-
-        link.rotation = link.rotation.turned(&(turn * half));
-        link.tangent = link.rotation.tangent();
-        let strain = link.strain + stretch * inverse_length;
-        link.strain = minimum(maximum(strain, T::lit(STRAINS.start)), T::lit(STRAINS.end));
-        position += link.tangent * (length * (T::one() + link.strain));
-        link.displacement += position - predicted;
-        link.position = position;
-        link.turn += turn;
-        if scheme.last {
-            link.velocity = link.displacement * inverse_dt;
-            link.rate = link.rate * kept_rate + link.turn * new_rate;
-        }
-        totals.largest_turn_squared = maximum(dot(&turn, &turn), totals.largest_turn_squared);
         if let Some(proximal) = links.get_mut(j + 1) {
             proximal.force += shared;
         }

@@ -6,19 +6,13 @@
 use nalgebra::{Matrix3, Vector3};
 
 use crate::algebra::{
-    Factors, Sym3, add_outer, cross, dot, minus_mul, minus_mul_transposed, mul, mul_transposed,
-    plus_cross, sub_cross, sub_outer, sub_product_cross,
+    Factor, Sym3, add_outer, cross, dot, mul_transposed, outer, plus_cross, read_here, sub_cross,
+    sub_outer, sub_product_cross,
 };
 use crate::contact::Touch;
-use crate::joint::JointLoad;
-use crate::model::{maximum, minimum};
 use crate::proximity::Proximity;
-use crate::state::Elimination;
+use crate::state::{Elimination, LinkLoads, Stretch};
 use crate::{Loads, Real};
-
-/// Share of a wall's stiffness that stands against every motion of a point that touches it:
-/// what rounding takes from A in one direction must not turn it negative across.
-const ROUNDING: f64 = 1e-6;
 
 /// The linear wrench of everything distal to a point.
 pub(crate) struct Wrench<T: Real> {
@@ -41,39 +35,37 @@ impl<T: Real> Wrench<T> {
         }
     }
 
-    /// A force at the node with isotropic stiffness, and the contacts of a link at its node and
-    /// at its middle.     docs/model.md (14), (15)
+    /// The loads of a link, and the stiffness of its contacts at its node and at its
+    /// middle.     docs/model.md (14), (15)
     ///
     /// The arm of a contact at the node is along its normal: c = a × n = 0.
     #[inline(always)]
-    pub fn add_node(
+    pub fn add_loads(
         &mut self,
-        force: &Vector3<T>,
-        stiffness: T,
+        loads: &LinkLoads<T>,
         seen: &[Proximity<T>; 2],
         touches: &[Touch<T>; 2],
     ) {
+        read_here();
         let ([at_node, at_middle], [node, middle]) = (seen, touches);
         let (node_arm, middle_arm) = (&at_node.arm, &at_middle.arm);
-        self.force += force + node.force + middle.force;
-        self.moment = plus_cross(&self.moment, node_arm, &node.force);
-        self.moment = plus_cross(&self.moment, middle_arm, &middle.force);
+        self.force += loads.force;
+        self.moment += loads.moment;
         // A += k_s I + p n nᵀ
-        let kept_positive = (node.push + middle.push) * T::lit(ROUNDING);
-        self.a.add_identity(stiffness + kept_positive + node.stick + middle.stick);
-        let (node_push, middle_push) = (at_node.normal * node.push, at_middle.normal * middle.push);
-        self.a.add_outer(&node_push, &at_node.normal);
+        self.a.add_identity(loads.stiffness);
+        self.a.add_outer(&(at_node.normal * node.push), &at_node.normal);
+        let middle_push = at_middle.normal * middle.push;
         self.a.add_outer(&middle_push, &at_middle.normal);
         // B += −k_s [a] + p n cᵀ
-        let (node_held, middle_held) = (node_arm * node.stick, middle_arm * middle.stick);
         let turned = cross(middle_arm, &at_middle.normal);
-        sub_cross(&mut self.b, &(node_held + middle_held));
         add_outer(&mut self.b, &middle_push, &turned);
+        self.c.add_outer(&(turned * middle.push), &turned);
+        let (node_held, middle_held) = (node_arm * node.stick, middle_arm * middle.stick);
+        sub_cross(&mut self.b, &(node_held + middle_held));
         // C += k_s (|a|² I − a aᵀ) + p c cᵀ
         self.c.add_identity(dot(&node_held, node_arm) + dot(&middle_held, middle_arm));
         self.c.sub_outer(&node_held, node_arm);
         self.c.sub_outer(&middle_held, middle_arm);
-        self.c.add_outer(&(turned * middle.push), &turned);
     }
 
     /// Eliminates the link's stretch along `tangent`.     docs/model.md (6)
@@ -85,75 +77,65 @@ impl<T: Real> Wrench<T> {
         tension: T,
         kept: &mut Elimination<T>,
     ) {
+        read_here();
         let alpha = self.a.mul_vec(tangent);
         let beta = mul_transposed(&self.b, tangent);
-        let inverse = T::one() / (stiffness + maximum(dot(tangent, &alpha), T::zero()));
-        let gain = (dot(&self.force, tangent) - tension) * inverse;
-        self.force -= alpha * gain;
-        self.moment -= beta * gain;
+        let inverse = T::one() / (stiffness + dot(tangent, &alpha).larger(T::zero())).root();
         let (pull, turn) = (alpha * inverse, beta * inverse);
-        self.a.sub_outer(&pull, &alpha);
-        sub_outer(&mut self.b, &pull, &beta);
-        self.c.sub_outer(&turn, &beta);
-        kept.stretch_gain = gain;
-        kept.stretch_pull = pull;
-        kept.stretch_turn = turn;
+        let gain = (dot(&self.force, tangent) - tension) * inverse;
+        self.force -= pull * gain;
+        self.moment -= turn * gain;
+        self.a.sub_square(&pull);
+        sub_outer(&mut self.b, &pull, &turn);
+        self.c.sub_square(&turn);
+        kept.stretch = Stretch { gain, pull, turn, inverse };
     }
 
     /// From the distal to the proximal end of a link.     docs/model.md (7)
     #[inline(always)]
     pub fn shift(&mut self, tangent: &Vector3<T>, length: T) {
+        read_here();
         let lever = tangent * length;
-        let at_node = self.b;
+        self.moment = plus_cross(&self.moment, &lever, &self.force);
+        self.c.add_cross_product_transposed(&lever, &self.b);
         sub_product_cross(&mut self.b, &self.a, &lever);
-        self.c.add_cross_products(&lever, &self.b, &at_node);
-        let pull = maximum(dot(&lever, &self.force), T::zero());
+        self.c.add_cross_product(&lever, &self.b);
+        let pull = dot(&lever, &self.force).larger(T::zero());
         self.c.add_identity(pull);
         self.c.sub_outer(&(tangent * pull), tangent);
-        self.moment = plus_cross(&self.moment, &lever, &self.force);
     }
 
     /// Eliminates the rotation of the link distal to a joint.     docs/model.md (8)
+    ///
+    /// With D = C + K = G Gᵀ, Z = B G⁻ᵀ and X = K G⁻ᵀ, column by column.
     #[inline(always)]
-    pub fn pass_joint(&mut self, joint: &JointLoad<T>, kept: &mut Elimination<T>) {
-        let JointLoad { moment, axis, bending: kb, twisting: kt } = joint;
-        let smallest = minimum(*kb, *kb + *kt);
-        let twist = axis * *kt;
-        let mut d = self.c;
-        d.add_identity(*kb);
-        d.add_outer(&twist, axis);
-        let factors = Factors::new(&d, smallest);
-        let inverse = factors.inverse();
-        // Z = B L⁻ᵀ, W = Z Δ⁻¹ of D = L Δ Lᵀ, Y = W L⁻¹
-        let columns = [0, 1, 2].map(|i| self.b.column(i).into_owned());
-        let z = factors.forward(columns);
-        let w = factors.scale(z);
-        let y = Matrix3::from_columns(&factors.backward(w));
-        let (z, w) = (Matrix3::from_columns(&z), Matrix3::from_columns(&w));
-        let scaled = factors.scale(factors.forward((self.moment - moment).into()));
-        let turn = Vector3::from(factors.backward(scaled));
-        // P = D⁻¹ K
-        let mut p = inverse.scaled(*kb);
-        add_outer(&mut p, &inverse.mul_vec(&twist), axis);
-
-        self.force = minus_mul(&self.force, &z, &scaled.into());
-        self.moment = moment + turn * *kb + twist * dot(axis, &turn);
-        self.a.sub_product_transposed(&w, &z);
-        // B ← Y K
-        self.b = y * *kb;
-        add_outer(&mut self.b, &mul(&y, &twist), axis);
-        // C ← K (I − P)
-        let rest = minus_mul_transposed(axis, &p, axis);
-        self.c = Sym3 {
-            xx: *kb * (T::one() - p.m11) + twist.x * rest.x,
-            xy: twist.x * rest.y - *kb * p.m12,
-            xz: twist.x * rest.z - *kb * p.m13,
-            yy: *kb * (T::one() - p.m22) + twist.y * rest.y,
-            yz: twist.y * rest.z - *kb * p.m23,
-            zz: *kb * (T::one() - p.m33) + twist.z * rest.z,
-        };
-        kept.turn = turn;
-        kept.by_displacement = y;
-        kept.by_turn = p;
+    pub fn pass_joint(&mut self, kept: &mut Elimination<T>) {
+        read_here();
+        let k = kept.joint.stiffness();
+        let factor = Factor::new(&self.c.plus(&k), kept.joint.smallest());
+        // f −= Z s, A −= Z Zᵀ
+        let s = factor.forward((self.moment - kept.joint.moment).into());
+        let z = factor.forward([0, 1, 2].map(|i| self.b.column(i).into_owned()));
+        for (z, s) in z.iter().zip(s) {
+            self.force -= z * s;
+            self.a.sub_square(z);
+        }
+        kept.turn = s.into();
+        kept.by_displacement = z;
+        kept.factor = factor;
+        read_here();
+        // m = μ + X s, B = Z Xᵀ, C = K − X Xᵀ
+        let k = kept.joint.stiffness();
+        let x = kept.factor.forward(k.columns());
+        (self.moment, self.c) = (kept.joint.moment, k);
+        for (x, &s) in x.iter().zip(&kept.turn) {
+            self.moment += x * s;
+            self.c.sub_square(x);
+        }
+        kept.by_turn = x;
+        let z = &kept.by_displacement;
+        self.b = outer(&z[0], &x[0]);
+        add_outer(&mut self.b, &z[1], &x[1]);
+        add_outer(&mut self.b, &z[2], &x[2]);
     }
 }

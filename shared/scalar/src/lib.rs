@@ -16,6 +16,10 @@ use nalgebra::RealField;
 pub trait Real: RealField + Copy + Default {
     /// Square root, correctly rounded, hence the same bits on host and device.
     fn root(self) -> Self;
+    /// The larger of two, 0 above −0; of a number and NaN the number.
+    fn larger(self, other: Self) -> Self;
+    /// The smaller of two, −0 below 0; of a number and NaN the number.
+    fn smaller(self, other: Self) -> Self;
     /// The nearest number to a constant of the source text.
     fn lit(value: f64) -> Self;
     /// The nearest number to an integer.
@@ -34,6 +38,14 @@ impl Real for f32 {
     #[inline(always)]
     fn root(self) -> Self {
         sqrt_f32(self)
+    }
+    #[inline(always)]
+    fn larger(self, other: Self) -> Self {
+        larger_f32(self, other)
+    }
+    #[inline(always)]
+    fn smaller(self, other: Self) -> Self {
+        smaller_f32(self, other)
     }
     #[inline(always)]
     fn lit(value: f64) -> Self {
@@ -68,6 +80,14 @@ impl Real for f64 {
         libm::sqrt(self)
     }
     #[inline(always)]
+    fn larger(self, other: Self) -> Self {
+        if self > other || other.is_nan() { self } else { other }
+    }
+    #[inline(always)]
+    fn smaller(self, other: Self) -> Self {
+        if self < other || other.is_nan() { self } else { other }
+    }
+    #[inline(always)]
     fn lit(value: f64) -> Self {
         value
     }
@@ -94,7 +114,8 @@ impl Real for f64 {
     }
 }
 
-/// `libm`'s square root is some hundred instructions on a Cortex-M; the FPU has one.
+/// `libm`'s square root is some hundred instructions on a Cortex-M, a comparison and a choice
+/// three; the FPU has one for each.
 #[cfg(all(target_arch = "arm", target_abi = "eabihf"))]
 #[inline(always)]
 fn sqrt_f32(value: f32) -> f32 {
@@ -113,9 +134,64 @@ fn sqrt_f32(value: f32) -> f32 {
     libm::sqrtf(value)
 }
 
+#[cfg(all(target_arch = "arm", target_abi = "eabihf"))]
+#[inline(always)]
+fn larger_f32(a: f32, b: f32) -> f32 {
+    let larger: f32;
+    // SAFETY: two registers in, one register out; no memory, no flags.
+    unsafe {
+        core::arch::asm!("vmaxnm.f32 {0}, {1}, {2}", out(sreg) larger, in(sreg) a, in(sreg) b,
+            options(pure, nomem, nostack, preserves_flags));
+    }
+    larger
+}
+
+#[cfg(all(target_arch = "arm", target_abi = "eabihf"))]
+#[inline(always)]
+fn smaller_f32(a: f32, b: f32) -> f32 {
+    let smaller: f32;
+    // SAFETY: two registers in, one register out; no memory, no flags.
+    unsafe {
+        core::arch::asm!("vminnm.f32 {0}, {1}, {2}", out(sreg) smaller, in(sreg) a, in(sreg) b,
+            options(pure, nomem, nostack, preserves_flags));
+    }
+    smaller
+}
+
+/// What the instructions above give: bits of equals differ in the sign of 0 at most.
+#[cfg(not(all(target_arch = "arm", target_abi = "eabihf")))]
+#[inline(always)]
+fn larger_f32(a: f32, b: f32) -> f32 {
+    let equal = f32::from_bits(a.to_bits() & b.to_bits());
+    let larger = if a > b || b.is_nan() { a } else { b };
+    if a == b { equal } else { larger }
+}
+
+#[cfg(not(all(target_arch = "arm", target_abi = "eabihf")))]
+#[inline(always)]
+fn smaller_f32(a: f32, b: f32) -> f32 {
+    let equal = f32::from_bits(a.to_bits() | b.to_bits());
+    let smaller = if a < b || b.is_nan() { a } else { b };
+    if a == b { equal } else { smaller }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_larger_and_the_smaller_of_zeros_and_of_no_number_are_defined() {
+        for (a, b) in [(0.0, -0.0), (-0.0, 0.0)] {
+            assert_eq!((larger_f32(a, b).to_bits(), smaller_f32(a, b).to_bits()), (0, 1 << 31));
+        }
+        for (a, b) in [(1.5, f32::NAN), (f32::NAN, 1.5), (1.5, 1.5)] {
+            assert_eq!((larger_f32(a, b), smaller_f32(a, b)), (1.5, 1.5));
+            let (a, b) = (a.to_f64(), b.to_f64());
+            assert_eq!((a.larger(b), a.smaller(b)), (1.5, 1.5));
+        }
+        assert_eq!((larger_f32(-1.0, 2.0), smaller_f32(-1.0, 2.0)), (2.0, -1.0));
+        assert_eq!((larger_f32(2.0, -1.0), smaller_f32(2.0, -1.0)), (2.0, -1.0));
+    }
 
     #[test]
     fn integers_saturate_on_both_sides() {
