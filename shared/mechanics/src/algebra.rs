@@ -35,6 +35,19 @@ impl<T: Real> Sym3<T> {
         Self { xx: o, xy: o, xz: o, yy: o, yz: o, zz: o }
     }
 
+    /// u vᵀ, of which the caller knows that it is symmetric.
+    #[inline(always)]
+    pub fn outer(u: &Vector3<T>, v: &Vector3<T>) -> Self {
+        Self {
+            xx: u.x * v.x,
+            xy: u.x * v.y,
+            xz: u.x * v.z,
+            yy: u.y * v.y,
+            yz: u.y * v.z,
+            zz: u.z * v.z,
+        }
+    }
+
     /// self + other
     #[inline(always)]
     pub fn plus(&self, other: &Self) -> Self {

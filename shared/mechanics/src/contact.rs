@@ -41,8 +41,9 @@ impl<T: Real> Memory<T> {
 /// Force on the instrument: f − (stick I + push n nᵀ)(δx + δφ × arm).     docs/model.md (10)
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Touch<T: Real> {
-    /// Force on the instrument at the predicted state \[N\].
+    /// Force on the instrument at the predicted state, and its part along the normal \[N\].
     pub force: Vector3<T>,
+    pub normal_n: T,
     /// Tangential stiffness, secant of Coulomb's law \[N/m\].
     pub stick: T,
     /// Normal stiffness less the tangential one \[N/m\].
@@ -60,7 +61,7 @@ pub(crate) struct Touch<T: Real> {
 impl<T: Real> Touch<T> {
     pub fn none() -> Self {
         let (o, v) = (T::zero(), Vector3::zeros());
-        Self { force: v, stick: o, push: o, slip: v, elastic: o, limit: o, relaxed: o }
+        Self { force: v, normal_n: o, stick: o, push: o, slip: v, elastic: o, limit: o, relaxed: o }
     }
 }
 
@@ -141,6 +142,7 @@ impl<T: Real> Contact<T> {
         let stick = elastic.smaller(limit / length);
         Touch {
             force: n * normal_force - slip * stick,
+            normal_n: normal_force,
             stick,
             push: normal_stiffness + damping - stick,
             slip,
@@ -172,7 +174,8 @@ impl<T: Real> Touch<T> {
         let moved = plus_cross(dx, turn, &seen.arm);
         let along = dot(n, &moved);
         let force = self.force - moved * self.stick - n * (self.push * along);
-        memory.normal_n = dot(n, &force).larger(T::zero());
+        // The slip is across the normal.
+        memory.normal_n = (self.normal_n - (self.stick + self.push) * along).larger(T::zero());
         if LAST {
             // Return map: what exceeds the limit has slid.     docs/model.md (13)
             let slip = self.slip + moved - n * along;

@@ -1,20 +1,16 @@
 //! Energies of the instrument: what a test of boundedness looks at.
 
 use crate::algebra::Bend;
-use crate::feed::SHORTEST_BASE;
-use crate::model::maximum;
 use crate::{Model, Real, State};
 
 impl<T: Real, const LINKS: usize> State<T, LINKS> {
     /// Kinetic energy of the nodes \[J\].
     pub fn kinetic_energy_j(&self, model: &Model<T, LINKS>) -> T {
-        let h = model.description().solver.link_length_m;
         let half = T::lit(0.5);
         let tables = self.tables(model);
         let (mut sum, mut distal_mass) = (T::zero(), T::zero());
-        for (j, (link, table)) in self.links.iter().zip(&tables.links).take(self.count).enumerate()
-        {
-            let mass = table.mass * (self.length_m(model, j) / h);
+        for (link, table) in self.links.iter().zip(&tables.links).take(self.count) {
+            let mass = table.mass * link.span.share;
             sum += half * (half * (mass + distal_mass)) * link.velocity.norm_squared();
             distal_mass = mass;
         }
@@ -29,20 +25,19 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
         let tables = self.tables(model);
         let (mut sum, mut proximal) = (T::zero(), self.guide.rotation);
         for j in (0..self.count.min(LINKS)).rev() {
-            let length = self.length_m(model, j);
             let (link, joint) = (&self.links[j], &tables.joints[j]);
+            let length = link.span.length;
             let cell = if j + 1 == self.count {
                 self.guide_cell_m(model)
             } else {
-                half * (length + self.length_m(model, j + 1))
+                half * (length + self.links[j + 1].span.length)
             };
             let strain =
                 Bend::between(&proximal, &link.rotation).angle - joint.unloaded * (cell / h);
             let bend = strain.x * strain.x + strain.y * strain.y;
             let turn = joint.bending * bend + joint.torsion * strain.z * strain.z;
-            let elastic_length = maximum(length, h * T::lit(SHORTEST_BASE));
             let stretch = length * link.strain;
-            let pull = tables.links[j].axial / elastic_length * stretch * stretch;
+            let pull = tables.links[j].axial * link.span.inverse_length * stretch * stretch;
             sum += half * (turn * (h / cell) + pull);
             proximal = link.rotation;
         }

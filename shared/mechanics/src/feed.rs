@@ -7,7 +7,8 @@ use crate::algebra::{Bend, dot};
 use crate::coaxial::Overlap;
 use crate::model::{half_turn, maximum, minimum};
 use crate::pieces::Placed;
-use crate::state::{LinkState, State};
+use crate::proximity::Proximity;
+use crate::state::{LinkState, Span, State};
 use crate::{Drive, Drives, Model, Real};
 
 /// Turns the predictor by at most this much a solve \[rad\]; beyond, it is no prediction.
@@ -43,8 +44,7 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
             let link = &mut self.links[j];
             link.curvature = Bend::between(&near, &link.rotation).angle * (T::one() / cell);
             near = link.rotation;
-            cell =
-                (self.length_m(model, j) + model.description().solver.link_length_m) * T::lit(0.5);
+            cell = (link.span.length + model.description().solver.link_length_m) * T::lit(0.5);
         }
     }
 
@@ -80,13 +80,16 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
             } else if insertion <= T::zero() {
                 return;
             }
-            self.give_birth();
+            self.give_birth(h);
         }
         while self.count > 0 && self.base_length_m <= T::zero() {
             self.count -= 1;
             if self.count > 0 {
                 self.base_length_m += h;
             }
+        }
+        if let Some(base) = self.count.checked_sub(1).and_then(|base| self.links.get_mut(base)) {
+            base.span = Span::new(self.base_length_m, h);
         }
         self.overlay(model);
     }
@@ -109,9 +112,16 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
     }
 
     /// A new base link: straight, along the guide, at rest in the material's frame.
-    fn give_birth(&mut self) {
-        let strain = self.count.checked_sub(1).map_or(T::zero(), |base| self.links[base].strain);
-        if let Some(link) = self.links.get_mut(self.count) {
+    fn give_birth(&mut self, link_length: T) {
+        let mut strain = T::zero();
+        if let Some(base) = self.count.checked_sub(1).and_then(|base| self.links.get_mut(base)) {
+            base.span = Span::new(link_length, link_length);
+            strain = base.strain;
+        }
+        if let Some((link, kept)) =
+            self.links.get_mut(self.count).zip(self.eliminations.get_mut(self.count))
+        {
+            kept.seen = [Proximity::none(); 2];
             *link = LinkState {
                 rotation: self.guide.rotation,
                 tangent: self.guide.tangent,
@@ -126,12 +136,11 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
     /// Rotations by the filtered rates, positions from the base.     docs/model.md (3)
     ///
     /// Only the initial guess of the solve; `dt_s` = 0 predicts no rotation.
-    pub(crate) fn predict(&mut self, model: &Model<T, LINKS>, dt_s: T) {
+    pub(crate) fn predict(&mut self, dt_s: T) {
         let half_dt = dt_s * T::lit(0.5);
         let largest = T::lit(0.25 * LARGEST_PREDICTED_TURN * LARGEST_PREDICTED_TURN);
         let mut position = self.effects.mouth;
         for j in (0..self.count.min(LINKS)).rev() {
-            let length = self.length_m(model, j);
             let link = &mut self.links[j];
             let half = link.rate * half_dt;
             if dot(&half, &half) < largest {
@@ -142,7 +151,7 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
                 link.turn = Vector3::zeros();
             }
             link.tangent = link.rotation.tangent();
-            position += link.tangent * (length * (T::one() + link.strain));
+            position += link.tangent * (link.span.length * (T::one() + link.strain));
             link.displacement = position - link.position;
             link.position = position;
         }

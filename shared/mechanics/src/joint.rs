@@ -9,11 +9,12 @@ use crate::tables::Joint;
 /// Moment and stiffness of a joint at the predicted state, world axes.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct JointLoad<T: Real> {
+    /// μ
     pub moment: Vector3<T>,
-    pub axis: Vector3<T>,
-    pub bending: T,
-    /// Torsional less bending stiffness.
-    pub twisting: T,
+    /// K
+    pub stiffness: Sym3<T>,
+    /// Its smallest eigenvalue.
+    pub smallest: T,
 }
 
 /// The arc that a joint stands for.
@@ -50,37 +51,14 @@ impl<T: Real> JointLoad<T> {
         let strain =
             bend.angle * cell.stiffening - joint.unloaded * cell.share - curvature * cell.memory;
         let moment = bend.rotate_midway(&Vector3::new(kb * strain.x, kb * strain.y, kt * strain.z));
-        Self {
-            moment,
-            axis: bend.midway_tangent(),
-            bending: kb * cell.stiffening,
-            twisting: (kt - kb) * cell.stiffening,
-        }
+        let t = bend.midway_tangent();
+        let bending = kb * cell.stiffening;
+        let mut stiffness = Sym3::outer(&(t * ((kt - kb) * cell.stiffening)), &t);
+        stiffness.add_identity(bending);
+        Self { moment, stiffness, smallest: bending.smaller(kt * cell.stiffening) }
     }
 
     pub fn none() -> Self {
-        let (o, v) = (T::zero(), Vector3::zeros());
-        Self { moment: v, axis: v, bending: o, twisting: o }
-    }
-
-    /// K
-    #[inline(always)]
-    pub fn stiffness(&self) -> Sym3<T> {
-        let Self { axis: t, bending, twisting, .. } = self;
-        let twist = t * *twisting;
-        Sym3 {
-            xx: *bending + twist.x * t.x,
-            xy: twist.x * t.y,
-            xz: twist.x * t.z,
-            yy: *bending + twist.y * t.y,
-            yz: twist.y * t.z,
-            zz: *bending + twist.z * t.z,
-        }
-    }
-
-    /// The smallest eigenvalue of K.
-    #[inline(always)]
-    pub fn smallest(&self) -> T {
-        self.bending.smaller(self.bending + self.twisting)
+        Self { moment: Vector3::zeros(), stiffness: Sym3::zero(), smallest: T::zero() }
     }
 }

@@ -1,7 +1,9 @@
-//! The wall near the instrument: looked up once a step, for all of its solves.
+//! The wall near the instrument: looked up for half of the samples in turn, once a step for all
+//! of its solves.
 
 use nalgebra::Vector3;
 
+use crate::algebra::dot;
 use crate::effects::acting::Law;
 use crate::state::{LinkState, State};
 use crate::{Lumen, Model, Real};
@@ -17,20 +19,33 @@ pub(crate) struct Proximity<T: Real> {
     pub gap: T,
     /// The wall's stiffness over the nominal one.
     pub stiffness: T,
+    /// Where the wall was last looked up, and how far it was from there \[m\].
+    looked_from: Vector3<T>,
+    distance: T,
 }
 
 impl<T: Real> Proximity<T> {
     pub fn none() -> Self {
         let v = Vector3::zeros();
-        Self { arm: v, normal: v, gap: T::one(), stiffness: T::zero() }
+        let far = T::one();
+        Self { arm: v, normal: v, gap: far, stiffness: T::zero(), looked_from: v, distance: far }
     }
 }
 
 impl<T: Real, const LINKS: usize> State<T, LINKS> {
-    /// Looks up the wall at the two sample points of each link: its node, and the arc above its
-    /// middle.
-    pub(crate) fn look(&mut self, model: &Model<T, LINKS>, lumen: &Lumen<'_>, law: &impl Law<T>) {
-        let solver = &model.description().solver;
+    /// The wall at the two sample points of each link: its node, and the arc above its middle.
+    ///
+    /// A sample is looked up every second step, the nodes in one and the middles in the next, or
+    /// `both` in each; in between it moves before the plane that it saw.     docs/model.md (10)
+    pub(crate) fn look(
+        &mut self,
+        model: &Model<T, LINKS>,
+        lumen: &Lumen<'_>,
+        law: &impl Law<T>,
+        both: bool,
+    ) {
+        self.nodes_look = !self.nodes_look;
+        let looks = [both || self.nodes_look, both || !self.nodes_look];
         let radius = model.description().instrument.outer_radius_m;
         let count = self.count.min(LINKS);
         let (links, eliminations) = (&self.links[..count], &mut self.eliminations[..count]);
@@ -40,9 +55,8 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
         let beyond = |tip: &LinkState<T>| tip.tangent * T::lit(2.0) - proximal_of(0).tangent;
         let mut distal_tangent = links.first().map_or(Vector3::zeros(), beyond);
         for (j, (link, kept)) in links.iter().zip(eliminations).enumerate() {
-            let base = j + 1 == count;
-            let length = if base { self.base_length_m } else { solver.link_length_m };
             // docs/model.md (16)
+            let length = link.span.length;
             let sagitta = (proximal_of(j).tangent - distal_tangent) * (length * T::lit(0.0625));
             let half_chord = length * (T::one() + link.strain) * T::lit(0.5);
             let middle = sagitta - link.tangent * half_chord;
@@ -51,13 +65,18 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
             for (i, (seen, offset)) in kept.seen.iter_mut().zip(offsets).enumerate() {
                 let radius = law.radius(2 * j + i, radius);
                 let position = link.position + offset;
-                let wall = lumen.sample(&position);
-                lowest = lowest.smaller(wall.distance_m);
-                let (distance, normal) = law.wall(&position, wall.distance_m, wall.normal);
-                seen.arm = offset - normal * radius;
-                seen.normal = normal;
+                if looks[i] {
+                    let wall = lumen.sample(&position);
+                    (seen.distance, seen.normal) =
+                        law.wall(&position, wall.distance_m, wall.normal);
+                    seen.stiffness = wall.stiffness;
+                    seen.looked_from = position;
+                }
+                let moved = position - seen.looked_from;
+                let distance = seen.distance + dot(&seen.normal, &moved);
+                lowest = lowest.smaller(distance);
+                seen.arm = offset - seen.normal * radius;
                 seen.gap = distance - radius;
-                seen.stiffness = wall.stiffness;
             }
         }
         self.outside = lowest < T::lit(-0.5);

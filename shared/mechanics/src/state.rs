@@ -6,10 +6,11 @@ use crate::algebra::{Factor, Rotation, dot};
 use crate::coaxial::Overlap;
 use crate::contact::{Memory, Touch};
 use crate::effects::memory::Memory as EffectMemory;
+use crate::feed::SHORTEST_BASE;
 use crate::joint::JointLoad;
 use crate::proximity::Proximity;
 use crate::tables::Tables;
-use crate::{MAX_LINKS, Model, Real};
+use crate::{MAX_LINKS, Real};
 
 /// Where the drive is at the end of a tick.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
@@ -73,6 +74,28 @@ pub struct Outputs<T> {
     pub unresolved: bool,
 }
 
+/// The unstretched length of a link.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Span<T> {
+    /// \[m\]
+    pub length: T,
+    /// Over the link length.
+    pub share: T,
+    /// One over the length that the stretch sees \[1/m\].
+    pub inverse_length: T,
+}
+
+impl<T: Real> Span<T> {
+    pub fn new(length: T, link_length: T) -> Self {
+        let stretched = length.larger(link_length * T::lit(SHORTEST_BASE));
+        Self { length, share: length / link_length, inverse_length: T::one() / stretched }
+    }
+
+    fn none() -> Self {
+        Self { length: T::zero(), share: T::zero(), inverse_length: T::zero() }
+    }
+}
+
 /// One link: from node j + 1 (towards the guide) to node j, whose motion it carries.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LinkState<T: Real> {
@@ -83,6 +106,7 @@ pub(crate) struct LinkState<T: Real> {
     /// Curvature and twist of joint j + 1 (at the proximal end) when the step began, material
     /// axes \[rad/m\]; kept for viscous bending only.
     pub curvature: Vector3<T>,
+    pub span: Span<T>,
     /// Axial strain \[1\].
     pub strain: T,
     /// Position of node j \[m\].
@@ -107,6 +131,7 @@ impl<T: Real> LinkState<T> {
             tangent: v,
             rate: v,
             curvature: v,
+            span: Span::none(),
             strain: T::zero(),
             position: v,
             velocity: v,
@@ -194,6 +219,8 @@ pub struct State<T: Real, const LINKS: usize = MAX_LINKS> {
     pub(crate) fed_m: T,
     /// The guide, as the link that the base link is joined to: it is turned, but never moves.
     pub(crate) guide: LinkState<T>,
+    /// The nodes, and not the middles of the links, were looked up in the last step.
+    pub(crate) nodes_look: bool,
     /// A point of the instrument is beyond the stored wall: no force can be given there.
     pub(crate) outside: bool,
     /// Share of the motion that goes on into the next step: less than 1 after links have turned
@@ -227,6 +254,7 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
             base_length_m: T::zero(),
             fed_m: T::zero(),
             guide: LinkState::new(),
+            nodes_look: false,
             outside: false,
             carried: T::one(),
             lost: false,
@@ -249,6 +277,7 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
             base_length_m,
             fed_m,
             guide,
+            nodes_look,
             outside,
             carried,
             lost,
@@ -265,6 +294,7 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
         *base_length_m = T::zero();
         *fed_m = T::zero();
         *guide = LinkState::new();
+        *nodes_look = false;
         *outside = false;
         *carried = T::one();
         *lost = false;
@@ -302,14 +332,5 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
     /// Insertion that the model has reached, of the instrument that is farther inside \[m\].
     pub fn insertion_m(&self) -> T {
         self.insertion_m
-    }
-
-    /// Unstretched length of a link \[m\].
-    pub(crate) fn length_m(&self, model: &Model<T, LINKS>, link: usize) -> T {
-        if link + 1 == self.count {
-            self.base_length_m
-        } else {
-            model.description().solver.link_length_m
-        }
     }
 }

@@ -94,7 +94,7 @@ pub fn step_loaded<T: Real, const LINKS: usize>(
         }
         state.feed(model, target);
         state.effects.advance(model, state.fed_m, scheme.dt_s);
-        state.predict(model, scheme.dt_s * state.carried);
+        state.predict(scheme.dt_s * state.carried);
         let mut totals;
         let mut farthest_squared = T::zero();
         for i in 1.. {
@@ -161,7 +161,7 @@ pub fn settle_loaded<T: Real, const LINKS: usize>(
     for link in &mut state.links {
         link.rate = nalgebra::Vector3::zeros();
     }
-    state.predict(model, T::zero());
+    state.predict(T::zero());
     let totals = solve_acting(model, lumen, state, loads, &scheme);
     let held = totals.force_on_instrument + totals.force_on_guide + totals.moment_on_guide;
     if !(held.x + held.y + held.z).is_finite() {
@@ -246,7 +246,8 @@ fn look_and_solve<T: Real, L: Law<T>, const LINKS: usize>(
     law: &mut L,
 ) -> Totals<T> {
     if scheme.first {
-        state.look(model, lumen, law);
+        // A quasi-static step may move a sample far.
+        state.look(model, lumen, law, scheme.inertia == T::zero());
     }
     solve(model, state, loads, scheme, law)
 }

@@ -5,9 +5,8 @@ use nalgebra::Vector3;
 use crate::algebra::{Bend, cross, dot, plus_cross, read_here};
 use crate::contact::{Contact, Motion};
 use crate::effects::acting::Law;
-use crate::feed::SHORTEST_BASE;
 use crate::joint::{Cell, JointLoad};
-use crate::state::{LinkLoads, State};
+use crate::state::{LinkLoads, Span, State};
 use crate::wrench::Wrench;
 use crate::{Loads, Model, Real};
 
@@ -65,24 +64,13 @@ pub(crate) fn solve<T: Real, L: Law<T>, const LINKS: usize>(
     }
 }
 
-/// Lengths along the chain: all links are equal but the base link, and all joints but the two
-/// that it reaches.
+/// Links inside the vessel, and the cells of their joints: all are equal but the two that the base
+/// link reaches.
 struct Chain<T> {
     count: usize,
-    full: Span<T>,
-    base: Span<T>,
     between: Cell<T>,
     at_base: Cell<T>,
     at_guide: Cell<T>,
-}
-
-/// The length of a link.
-struct Span<T> {
-    length: T,
-    /// Over the link length.
-    share: T,
-    /// One over the length that the stretch sees.
-    inverse_length: T,
 }
 
 impl<T: Real> Chain<T> {
@@ -93,24 +81,14 @@ impl<T: Real> Chain<T> {
     ) -> Self {
         let solver = &model.description().solver;
         let (h, base) = (solver.link_length_m, state.base_length_m);
-        let span = |length: T| {
-            let stretched = length.larger(h * T::lit(SHORTEST_BASE));
-            Span { length, share: length / h, inverse_length: T::one() / stretched }
-        };
         let damping = model.bending_damping_s * scheme.inertia / scheme.dt_s;
         let cell = |length: T| Cell::new(length, h, damping);
         Self {
             count: state.count.min(LINKS),
-            full: span(h),
-            base: span(base),
             between: cell(h),
             at_base: cell((h + base) * T::lit(0.5)),
             at_guide: cell(state.guide_cell_m(model)),
         }
-    }
-
-    fn span(&self, link: usize) -> &Span<T> {
-        if link + 1 == self.count { &self.base } else { &self.full }
     }
 
     /// Of the joint at the proximal end of a link.
@@ -150,7 +128,7 @@ fn load<T: Real, L: Law<T>, const LINKS: usize>(
 
     for (j, (link, kept)) in links[..chain.count].iter().zip(eliminations).enumerate() {
         let proximal = proximal_of(j);
-        let Span { length, share, .. } = *chain.span(j);
+        let Span { length, share, .. } = link.span;
         let (arc, mass) = (length * half, tables.links[j].mass * share * half);
         let (node_arc, node_mass) = (arc + distal_arc, mass + distal_mass);
         (distal_arc, distal_mass) = (arc, mass);
@@ -216,7 +194,7 @@ fn eliminate<T: Real, L: Law<T>, const LINKS: usize>(
     let tables = if L::COAXIAL { &*overlaid } else { &model.tables };
     let mut wrench = beyond_tip;
     for (j, (link, kept)) in links[..chain.count].iter().zip(eliminations).enumerate() {
-        let Span { length, inverse_length, .. } = *chain.span(j);
+        let Span { length, inverse_length, .. } = link.span;
         wrench.add_loads(&kept.loads, &kept.seen, &kept.touches);
         let stiffness = tables.links[j].axial * inverse_length;
         wrench.add_stretch(&link.tangent, stiffness, stiffness * length * link.strain, kept);
@@ -254,8 +232,8 @@ fn resolve<T: Real, L: Law<T>, const LINKS: usize, const LAST: bool>(
     let (mut dx, mut turn) = (v, v);
     let mut position = *mouth;
     for j in (0..chain.count).rev() {
-        let Span { length, inverse_length, .. } = *chain.span(j);
         let (link, kept) = (&mut links[j], &mut eliminations[j]);
+        let Span { length, inverse_length, .. } = link.span;
         let in_factor = |i: usize| {
             kept.turn[i] - dot(&kept.by_displacement[i], &dx) + dot(&kept.by_turn[i], &turn)
         };

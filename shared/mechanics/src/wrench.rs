@@ -111,8 +111,8 @@ impl<T: Real> Wrench<T> {
     #[inline(always)]
     pub fn pass_joint(&mut self, kept: &mut Elimination<T>) {
         read_here();
-        let k = kept.joint.stiffness();
-        let factor = Factor::new(&self.c.plus(&k), kept.joint.smallest());
+        let d = self.c.plus(&kept.joint.stiffness);
+        let factor = Factor::new(&d, kept.joint.smallest);
         // f −= Z s, A −= Z Zᵀ
         let s = factor.forward((self.moment - kept.joint.moment).into());
         let z = factor.forward([0, 1, 2].map(|i| self.b.column(i).into_owned()));
@@ -125,7 +125,7 @@ impl<T: Real> Wrench<T> {
         kept.factor = factor;
         read_here();
         // m = μ + X s, B = Z Xᵀ, C = K − X Xᵀ
-        let k = kept.joint.stiffness();
+        let k = kept.joint.stiffness;
         let x = kept.factor.forward(k.columns());
         (self.moment, self.c) = (kept.joint.moment, k);
         for (x, &s) in x.iter().zip(&kept.turn) {
