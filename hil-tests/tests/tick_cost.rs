@@ -1,5 +1,5 @@
 //! P09, P14: what a tick of the model costs on the board, counted; `docs/model.md` "Schedule"
-//! says what is aimed at. Run with `--nocapture`, this prints the figures.
+//! says what makes it up. Run with `--nocapture`, this prints the figures.
 
 use cathforce_hil_tests::{Bench, Drive, bundle, encoder, image_with};
 use cathforce_link::qemu::Qemu;
@@ -16,9 +16,9 @@ const TICKS: u16 = 60;
 const FEED_M: f64 = 1e-5;
 const TURN_RAD: f64 = 2e-3;
 
-/// Instructions of the worst tick: 2 % above what was reached; the aim is 150 000 and 220 000.
-const MOST_INSTRUCTIONS_ONE_SOLVE: u32 = 163_300;
-const MOST_INSTRUCTIONS_TWO_SOLVES: u32 = 252_400;
+/// Instructions of the worst tick: 2 % above what was reached, and what was aimed at.
+const MOST_INSTRUCTIONS_ONE_SOLVE: u32 = 139_000;
+const MOST_INSTRUCTIONS_TWO_SOLVES: u32 = 220_000;
 /// A tick with that many links cannot be cheaper: a counter that stands still is no pass.
 const LEAST_INSTRUCTIONS: u32 = 50_000;
 /// Largest deviation from the mean, over it.

@@ -87,10 +87,6 @@ impl Estimator for Tracked<'_, '_> {
     }
 
     fn nodes(&self) -> impl Iterator<Item = [f32; 6]> {
-        (0..self.mechanics.nodes()).map_while(|node| {
-            let [x, y, z] = self.mechanics.node_position_m(node)?;
-            let [fx, fy, fz] = self.mechanics.node_force_n(node)?;
-            Some([x, y, z, fx, fy, fz])
-        })
+        self.mechanics.node_results()
     }
 }

@@ -38,11 +38,10 @@ impl<T: Real> Memory<T> {
 
 /// The linearised contact of one sample point in one solve.
 ///
-/// Force on the instrument: f − (stick I + push n nᵀ)(δx + δφ × arm).     docs/model.md (10)
+/// Force on the instrument: f_c − (stick I + push n nᵀ)(δx + δφ × arm).     docs/model.md (10)
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Touch<T: Real> {
-    /// Force on the instrument at the predicted state, and its part along the normal \[N\].
-    pub force: Vector3<T>,
+    /// Normal force at the predicted state \[N\].
     pub normal_n: T,
     /// Tangential stiffness, secant of Coulomb's law \[N/m\].
     pub stick: T,
@@ -61,7 +60,7 @@ pub(crate) struct Touch<T: Real> {
 impl<T: Real> Touch<T> {
     pub fn none() -> Self {
         let (o, v) = (T::zero(), Vector3::zeros());
-        Self { force: v, normal_n: o, stick: o, push: o, slip: v, elastic: o, limit: o, relaxed: o }
+        Self { normal_n: o, stick: o, push: o, slip: v, elastic: o, limit: o, relaxed: o }
     }
 }
 
@@ -141,7 +140,6 @@ impl<T: Real> Contact<T> {
         let limit = friction * memory.normal_n;
         let stick = elastic.smaller(limit / length);
         Touch {
-            force: n * normal_force - slip * stick,
             normal_n: normal_force,
             stick,
             push: normal_stiffness + damping - stick,
@@ -159,8 +157,14 @@ const SHORTEST_SLIP_M: f64 = 1e-12;
 const SMALLEST_FORCE_N: f64 = 1e-18;
 
 impl<T: Real> Touch<T> {
-    /// Force on the instrument after the node moved by `dx` and the link turned by `turn`;
-    /// brings the memory up to date.
+    /// f_c, the force on the instrument at the predicted state.
+    #[inline(always)]
+    pub fn force(&self, seen: &Proximity<T>) -> Vector3<T> {
+        seen.normal * self.normal_n - self.slip * self.stick
+    }
+
+    /// Force on the instrument after the node moved by `dx` and the link turned by `turn`, found
+    /// by the `LAST` solve of a step alone; brings the memory up to date.
     #[inline(always)]
     pub fn resolve<const LAST: bool>(
         &self,
@@ -173,22 +177,21 @@ impl<T: Real> Touch<T> {
         let n = &seen.normal;
         let moved = plus_cross(dx, turn, &seen.arm);
         let along = dot(n, &moved);
-        let force = self.force - moved * self.stick - n * (self.push * along);
-        // The slip is across the normal.
-        memory.normal_n = (self.normal_n - (self.stick + self.push) * along).larger(T::zero());
-        if LAST {
-            // Return map: what exceeds the limit has slid.     docs/model.md (13)
-            let slip = self.slip + moved - n * along;
-            memory.reached = dot(&slip, &slip).root().larger(T::lit(SHORTEST_SLIP_M));
-            let held = self.elastic * memory.reached;
-            let share = held.smaller(self.limit) / held.larger(T::lit(SMALLEST_FORCE_N));
-            memory.slip = slip * share;
-            if relaxes {
-                memory.relaxed = self.relaxed;
-            }
-        } else {
+        let normal_n = self.normal_n - (self.stick + self.push) * along;
+        memory.normal_n = normal_n.larger(T::zero());
+        if !LAST {
             seen.gap += along;
+            return Vector3::zeros();
         }
-        force
+        let slip = self.slip + moved - n * along;
+        // Return map: what exceeds the limit has slid.     docs/model.md (13)
+        memory.reached = dot(&slip, &slip).root().larger(T::lit(SHORTEST_SLIP_M));
+        let held = self.elastic * memory.reached;
+        let share = held.smaller(self.limit) / held.larger(T::lit(SMALLEST_FORCE_N));
+        memory.slip = slip * share;
+        if relaxes {
+            memory.relaxed = self.relaxed;
+        }
+        n * normal_n - slip * self.stick
     }
 }

@@ -43,13 +43,20 @@ impl<T: Real> Cell<T> {
 
 impl<T: Real> JointLoad<T> {
     /// The moment that a joint exerts against its bend; `curvature` is what it was when the
-    /// step began.     docs/model.md (4)
+    /// step began, if bending is viscous.     docs/model.md (4)
     #[inline(always)]
-    pub fn new(joint: &Joint<T>, cell: &Cell<T>, bend: &Bend<T>, curvature: &Vector3<T>) -> Self {
+    pub fn new(
+        joint: &Joint<T>,
+        cell: &Cell<T>,
+        bend: &Bend<T>,
+        curvature: Option<&Vector3<T>>,
+    ) -> Self {
         let kb = joint.bending * cell.inverse_share;
         let kt = joint.torsion * cell.inverse_share;
-        let strain =
-            bend.angle * cell.stiffening - joint.unloaded * cell.share - curvature * cell.memory;
+        let mut strain = bend.angle * cell.stiffening - joint.unloaded * cell.share;
+        if let Some(curvature) = curvature {
+            strain -= curvature * cell.memory;
+        }
         let moment = bend.rotate_midway(&Vector3::new(kb * strain.x, kb * strain.y, kt * strain.z));
         let t = bend.midway_tangent();
         let bending = kb * cell.stiffening;

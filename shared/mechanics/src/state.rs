@@ -317,16 +317,33 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
 
     /// Position of a node, the rig's vessel frame \[m\]; `None` beyond [`State::nodes`].
     pub fn node_position_m(&self, node: usize) -> Option<[T; 3]> {
-        let position = self.link(node)?.position;
-        let placement = &self.effects.placement;
-        Some(placement.map_or(position, |placement| placement.to_rig(&position)).into())
+        self.link(node).map(|link| self.position_m(link))
     }
 
     /// Contact force of the instrument on the vessel around a node \[N\].
     pub fn node_force_n(&self, node: usize) -> Option<[T; 3]> {
-        let force = -self.link(node)?.force;
+        self.link(node).map(|link| self.force_n(link))
+    }
+
+    /// Both of every node, from the tip: x, y, z \[m\] and the force's x, y, z \[N\].
+    pub fn node_results(&self) -> impl Iterator<Item = [T; 6]> {
+        self.links.iter().take(self.count).map(|link| {
+            let ([x, y, z], [fx, fy, fz]) = (self.position_m(link), self.force_n(link));
+            [x, y, z, fx, fy, fz]
+        })
+    }
+
+    #[inline(always)]
+    fn position_m(&self, link: &LinkState<T>) -> [T; 3] {
         let placement = &self.effects.placement;
-        Some(placement.map_or(force, |placement| placement.turned.rotate(&force)).into())
+        placement.map_or(link.position, |placement| placement.to_rig(&link.position)).into()
+    }
+
+    #[inline(always)]
+    fn force_n(&self, link: &LinkState<T>) -> [T; 3] {
+        let force = -link.force;
+        let placement = &self.effects.placement;
+        placement.map_or(force, |placement| placement.turned.rotate(&force)).into()
     }
 
     /// Insertion that the model has reached, of the instrument that is farther inside \[m\].

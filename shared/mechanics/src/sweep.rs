@@ -120,6 +120,7 @@ fn load<T: Real, L: Law<T>, const LINKS: usize>(
     let drag = scheme.drag_n_s_per_m2 * inverse_dt;
     let radius = model.description().instrument.outer_radius_m;
     let contact = Contact::new(wall, scheme.friction, inverse_dt);
+    let viscous = model.bending_damping_s > T::zero();
 
     // Beyond the tip there is nothing but the end of its contact.
     let mut distal_arc = T::zero();
@@ -164,13 +165,10 @@ fn load<T: Real, L: Law<T>, const LINKS: usize>(
         }
         read_here();
         let kept_positive = (node.push + middle.push) * T::lit(ROUNDING);
+        let (at_node, at_middle) = (node.force(node_seen), middle.force(middle_seen));
         kept.loads = LinkLoads {
-            force: force + node.force + middle.force,
-            moment: plus_cross(
-                &cross(&node_seen.arm, &node.force),
-                &middle_seen.arm,
-                &middle.force,
-            ),
+            force: force + at_node + at_middle,
+            moment: plus_cross(&cross(&node_seen.arm, &at_node), &middle_seen.arm, &at_middle),
             stiffness: inertia + damping + kept_positive + node.stick + middle.stick,
         };
         kept.touches = [node, middle];
@@ -178,7 +176,8 @@ fn load<T: Real, L: Law<T>, const LINKS: usize>(
         read_here();
         let bend = Bend::between(&proximal.rotation, &link.rotation);
         let joint = law.joint(j, &tables.joints[j], &bend.angle);
-        kept.joint = JointLoad::new(&joint, chain.cell(j), &bend, &link.curvature);
+        let curvature = if viscous { Some(&link.curvature) } else { None };
+        kept.joint = JointLoad::new(&joint, chain.cell(j), &bend, curvature);
     }
 }
 

@@ -39,8 +39,8 @@ pub(crate) trait Law<T: Real> {
     /// Elastic force over the stiffness, its slope, and what the wall has relaxed to, for an
     /// indentation \[m\] with its slope and what it had relaxed to.
     #[inline(always)]
-    fn indentation(&self, indented: T, slope: T, relaxed: T) -> (T, T, T) {
-        (indented, slope, relaxed)
+    fn indentation(&self, indented: T, slope: T, _relaxed: T) -> (T, T, T) {
+        (indented, slope, T::zero())
     }
 
     /// Friction coefficient of a sample with this nominal stiffness \[N/m\].
