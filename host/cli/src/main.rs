@@ -24,6 +24,7 @@ fn main() -> ExitCode {
         Command::Replay(arguments) => commands::replay::run(&ui, &arguments),
         Command::Info(arguments) => commands::info::run(&ui, &arguments),
         Command::Config(arguments) => commands::config::run(&ui, &arguments),
+        Command::Lumen(arguments) => commands::lumen::run(&ui, &arguments),
         Command::Tips => commands::tips::list(&ui),
         Command::Gap(arguments) => commands::gap::run(&ui, &arguments),
         Command::Report(arguments) => commands::report::run(&ui, &arguments),

@@ -333,3 +333,47 @@ fn ctrl_c_disarms_and_finishes_the_recording() {
     assert!(recording.trial.rows.len() < 2000, "it was not played to its end");
     assert!(cathforce(["replay", text(&file)]).status.success());
 }
+
+#[test]
+fn a_lumen_says_what_it_costs_and_coarsens_only_by_choice() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("lumen.bin");
+    let mesh = bundle().join("vessel.stl");
+    let lumen = |extra: &[&str]| {
+        let output = command().arg("lumen").arg(&mesh).args(extra).arg("--json").output().unwrap();
+        let value: serde_json::Value = serde_json::from_str(stdout(&output)).unwrap();
+        (output.status.code(), value)
+    };
+    let (code, value) = lumen(&["--cell", "2", "--out", text(&file)]);
+    assert_eq!((code, value["fits"].as_bool()), (Some(0), Some(true)));
+    assert_eq!(
+        (value["openings"].as_array().unwrap().len(), value["gaps_closed"].as_u64()),
+        (3, Some(0))
+    );
+    assert_eq!(fs::metadata(&file).unwrap().len(), value["bytes"].as_u64().unwrap());
+    assert!(value["error_to_surface"]["max_m"].as_f64() > Some(0.0));
+    assert!(value["error_to_facets"]["max_m"].as_f64() > Some(0.0));
+}
+
+#[test]
+fn a_broken_mesh_is_exit_code_3_with_file_place_and_fix() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("broken.stl");
+    let whole = fs::read(bundle().join("vessel.stl")).unwrap();
+    let mut nan = whole.clone();
+    nan[84 + 12..][..4].copy_from_slice(&f32::NAN.to_le_bytes());
+    let ascii = "solid a\nfacet normal 0 0 1\nouter loop\nvertex 1 2 x\n";
+    let cases: [(&[u8], &str); 5] = [
+        (b"", "84"),
+        (&whole[..1000], "at byte 1000"),
+        (&nan, "at byte 96"),
+        (ascii.as_bytes(), "broken.stl:4: `x` is not a number"),
+        (b"solid a\nendsolid a\n", "no triangles"),
+    ];
+    for (bytes, says) in cases {
+        fs::write(&file, bytes).unwrap();
+        assert_fails(&cathforce(["lumen", text(&file)]), 3, &["broken.stl", says, "fix:"]);
+    }
+    assert_fails(&cathforce(["lumen", "absent.stl"]), 3, &["absent.stl"]);
+    assert_fails(&cathforce(["lumen", "absent.stl", "--cell", "0"]), 2, &["--cell"]);
+}

@@ -11,6 +11,7 @@ mod description;
 mod error;
 pub mod geometry;
 mod image;
+mod job;
 pub mod lumen;
 mod nearest;
 mod table;
@@ -21,6 +22,7 @@ pub use bundle::{Bundle, Trial};
 pub use description::{SolverDefaults, describe, to_description};
 pub use error::{BundleError, Cause, Place, Warning};
 pub use image::{ImageBuildError, ImageOptions, ImageReport, device_image};
+pub use job::LumenJob;
 pub use vessel::{
     CELL_M, DEVICE_LUMEN_BYTES, LumenBuildError, LumenReport, Vessel, VesselCause, WallSource,
     lumen_from_bundle,

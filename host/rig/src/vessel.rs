@@ -1,14 +1,12 @@
 //! A bundle's vessel as a wall, and as the lumen that the device reads.
 
-use std::fmt;
-
 use cathforce_mechanics::LumenHeader;
 use nalgebra::Vector3;
 use thiserror::Error;
 
 use crate::bundle::{Bundle, CatheterRig};
 use crate::error::{BundleError, Place};
-use crate::geometry::{MeshWall, SurfaceModel, TubeWall, Wall};
+use crate::geometry::{Mesh, MeshWall, Opening, SurfaceModel, TubeWall, Wall};
 use crate::lumen::{BuiltLumen, LumenOptions, LumenQuality, Spread, build_lumen, measure};
 
 /// Grid spacing unless another is asked for \[m\].
@@ -16,7 +14,7 @@ pub const CELL_M: f64 = 1e-3;
 /// Bytes of lumen that the device has room for.
 pub const DEVICE_LUMEN_BYTES: usize = 2 << 20;
 /// Points at which a lumen is compared with the exact wall.
-const QUALITY_POINTS: usize = 20_000;
+pub(crate) const QUALITY_POINTS: usize = 20_000;
 
 /// What a lumen became.
 #[derive(Clone, Debug, PartialEq)]
@@ -29,44 +27,32 @@ pub struct LumenReport {
     pub bricks: usize,
     /// Grid spacing \[m\].
     pub cell_m: f64,
+    /// Where the surface of a mesh ends; empty for a centreline.
+    pub openings: Vec<Opening>,
+    /// Gaps in a mesh that were closed.
+    pub gaps: usize,
+    /// Against the surface that is stored.
     pub quality: LumenQuality,
+    /// Against the flat facets of the mesh \[m\], when that was asked for.
+    pub facets_m: Option<Spread>,
+    /// From the surface to the flat facets of its mesh \[m\], when that was asked for.
+    pub surface_to_facets_m: Option<Spread>,
 }
 
 /// Where a wall came from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum WallSource {
-    /// `vessel.stl`, with so many triangles after this many rounds of refinement.
-    Mesh { triangles: usize, rounds: usize },
+    /// A mesh of so many triangles in the file; openings extended and refined in so many
+    /// rounds it has `triangles`.
+    Mesh { read: usize, triangles: usize, rounds: usize },
     /// `centreline.csv`.
     Centreline { branches: usize },
 }
 
-impl fmt::Display for LumenReport {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self.source {
-            WallSource::Mesh { triangles, rounds } => {
-                writeln!(f, "wall      vessel.stl, {triangles} triangles after {rounds} rounds")?;
-            }
-            WallSource::Centreline { branches } => {
-                writeln!(f, "wall      centreline.csv, {branches} branches")?;
-            }
-        }
-        let percent = 100.0 * self.bytes as f64 / DEVICE_LUMEN_BYTES as f64;
-        let (cell_mm, bricks) = (1e3 * self.cell_m, self.bricks);
-        writeln!(f, "grid      {cell_mm:.2} mm, {bricks} bricks")?;
-        writeln!(f, "size      {} bytes, {percent:.0} % of the device's room", self.bytes)?;
-        let micrometres = |f: &mut fmt::Formatter<'_>, name, spread: &Spread| {
-            let [p50, p99, max] = [spread.p50, spread.p99, spread.max].map(|x| 1e6 * x);
-            writeln!(f, "{name} {p50:.2} / {p99:.2} / {max:.1} µm (median / 99 % / largest)")
-        };
-        let quality = &self.quality;
-        micrometres(f, "distance ", &quality.distance_m)?;
-        micrometres(f, "trilinear", &quality.trilinear_m)?;
-        let Spread { p50, p99, max } = quality.normal_rad;
-        let [p50, p99, max] = [p50, p99, max].map(f64::to_degrees);
-        writeln!(f, "normal    {p50:.2} / {p99:.2} / {max:.1}°")?;
-        let [x, y, z] = quality.worst_at_m.map(|x| 1e3 * x);
-        write!(f, "          {} points; worst at ({x:.2}, {y:.2}, {z:.2}) mm", quality.points)
+impl LumenReport {
+    /// Whether the device has room for it.
+    pub fn fits(&self) -> bool {
+        self.bytes <= DEVICE_LUMEN_BYTES
     }
 }
 
@@ -133,6 +119,8 @@ const FARTHEST_RIM_M: f64 = 0.01;
 pub struct Vessel {
     wall: Box<dyn Wall>,
     source: WallSource,
+    openings: Vec<Opening>,
+    gaps: usize,
 }
 
 impl Vessel {
@@ -143,19 +131,19 @@ impl Vessel {
         let position = Vector3::from(rig.entry.position_m);
         // Just past the entry plane, where the mesh is sure to be beside and not behind.
         let inside = position + Vector3::from(rig.entry.direction) * 1e-3;
-        let (wall, source, file, rim_m): (Box<dyn Wall>, _, _, _) = match &bundle.mesh {
+        let (vessel, file, rim_m) = match &bundle.mesh {
             Some(mesh) => {
-                let wall = MeshWall::new(mesh.mesh.clone(), model, &inside);
-                let source = WallSource::Mesh { triangles: wall.triangles(), rounds: wall.rounds };
+                let wall = MeshWall::new(mesh.mesh.clone(), model, Some(&inside));
                 let rim_m = wall.rim_distance_m(&position);
-                (Box::new(wall), source, "vessel.stl", rim_m)
+                (Self::from_wall(wall, mesh.mesh.len()), "vessel.stl", rim_m)
             }
             None => {
                 let source = WallSource::Centreline { branches: bundle.centreline.len() };
-                (Box::new(TubeWall::new(&bundle.centreline)), source, "centreline.csv", 0.0)
+                let wall = Box::new(TubeWall::new(&bundle.centreline));
+                (Self { wall, source, openings: Vec::new(), gaps: 0 }, "centreline.csv", 0.0)
             }
         };
-        let nearest = wall.sample(&inside);
+        let nearest = vessel.wall.sample(&inside);
         let distance_m = nearest.distance_m.hypot(nearest.beyond_m);
         let radius_m = 0.5 * rig.instrument.outer_diameter_m;
         let cause = if distance_m > FARTHEST_WALL_M {
@@ -167,9 +155,20 @@ impl Vessel {
             let distance_mm = nearest.distance_m * 1e3;
             VesselCause::EntryTooNarrow { distance_mm, radius_mm: radius_m * 1e3 }
         } else {
-            return Ok(Self { wall, source });
+            return Ok(vessel);
         };
         Err(BundleError::new(&bundle.path.join(file), Place::Whole, cause).into())
+    }
+
+    /// The wall of a mesh on its own; the volume that it encloses tells its inner side.
+    pub fn from_mesh(mesh: &Mesh, model: SurfaceModel) -> Self {
+        Self::from_wall(MeshWall::new(mesh.clone(), model, None), mesh.len())
+    }
+
+    fn from_wall(mut wall: MeshWall, read: usize) -> Self {
+        let source = WallSource::Mesh { read, triangles: wall.triangles(), rounds: wall.rounds };
+        let (openings, gaps) = (std::mem::take(&mut wall.openings), wall.gaps);
+        Self { wall: Box::new(wall), source, openings, gaps }
     }
 
     /// The wall itself.
@@ -192,7 +191,11 @@ impl Vessel {
             bytes: built.bytes.len(),
             bricks: usize::from(built.header.stored),
             cell_m: options.cell_m,
+            openings: self.openings.clone(),
+            gaps: self.gaps,
             quality: measure(&built, self.wall(), &options, QUALITY_POINTS),
+            facets_m: None,
+            surface_to_facets_m: None,
         };
         Ok((built, report))
     }

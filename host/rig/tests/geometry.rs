@@ -18,7 +18,7 @@ const BEND_M: f64 = 25e-3;
 const BORE_M: f64 = 4e-3;
 
 fn wall(triangles: &[Triangle], model: SurfaceModel, inside: Point) -> MeshWall {
-    MeshWall::new(Mesh::from_triangles(triangles).unwrap().0, model, &inside)
+    MeshWall::new(Mesh::from_triangles(triangles).unwrap().0, model, Some(&inside))
 }
 
 fn torus_distance(p: &Point) -> f64 {
@@ -304,5 +304,39 @@ fn a_vessel_as_long_as_a_street_has_no_lumen() {
         let stations = vec![station(0.0), station(0.1), station(far_m)];
         let wall = TubeWall::new(&[Branch { name: "stray".into(), stations }]);
         assert_eq!(build_lumen(&wall, options), None, "{far_m} m");
+    }
+}
+
+/// The largest error of the stored distance near the wall is below 50 µm, at the crest between
+/// the branches too.
+#[test]
+fn the_examples_lumen_errs_by_less_than_50_micrometres() {
+    let bundle = Bundle::open(example()).unwrap();
+    let vessel = Vessel::from_bundle(&bundle, SurfaceModel::Smooth).unwrap();
+    let radius_m = 0.5 * bundle.catheter().unwrap().instrument.outer_diameter_m;
+    let (_, report) = vessel.lumen(LumenOptions::for_instrument(radius_m, 1e-3)).unwrap();
+    assert_eq!((report.quality.points, report.openings.len()), (20_000, 3));
+    assert!(report.quality.distance_m.max < 50e-6, "{report:?}");
+    assert!(report.quality.distance_m.p99 < 12e-6, "{report:?}");
+}
+
+/// A tube whose ends are cut askew, with no point known inside.
+#[test]
+fn openings_are_found_and_an_oblique_cut_is_no_wall() {
+    let along = Vector3::new(0.8, 0.6, 0.0);
+    let low = Point::new(0.0, -4.13e-3, -4.29e-3);
+    let mesh = triangulate(low, 1e-3, [20, 24, 9], |p| 3e-3 - (p - along * p.dot(&along)).norm());
+    let mesh = Mesh::from_triangles(&mesh).unwrap().0;
+    let wall = MeshWall::new(mesh, SurfaceModel::Smooth, None);
+    assert_eq!((wall.openings.len(), wall.gaps), (2, 0));
+    for opening in &wall.openings {
+        assert!((opening.radius_m - 3e-3).abs() < 0.1e-3, "{opening:?}");
+        let outwards = if opening.centre_m.x < 10e-3 { -along } else { along };
+        assert!((opening.axis - outwards).norm() < 0.05, "{opening:?}");
+    }
+    // Into the tube, through both cuts and out of it.
+    for k in -4..=28 {
+        let on_axis = wall.sample(&(along * (1e-3 * f64::from(k))));
+        assert!((on_axis.distance_m - 3e-3).abs() < 0.1e-3, "{k} mm along: {on_axis:?}");
     }
 }

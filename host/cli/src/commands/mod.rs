@@ -4,6 +4,7 @@ pub mod config;
 pub mod export;
 pub mod gap;
 pub mod info;
+pub mod lumen;
 pub mod replay;
 pub mod report;
 pub mod run;

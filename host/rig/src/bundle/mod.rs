@@ -107,7 +107,11 @@ impl Bundle {
     }
 }
 
-fn read_mesh(file: &Path, warnings: &mut Vec<Warning>) -> Result<VesselMesh, BundleError> {
+/// Reads an STL file as the surface of a lumen; what looks wrong is added to `warnings`.
+pub(crate) fn read_mesh(
+    file: &Path,
+    warnings: &mut Vec<Warning>,
+) -> Result<VesselMesh, BundleError> {
     let triangles = read_stl(&read_bytes(file)?)
         .map_err(|(place, cause)| BundleError::new(file, place, cause))?;
     let corners = triangles.iter().flatten();

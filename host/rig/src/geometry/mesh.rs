@@ -56,6 +56,8 @@ pub struct MeshRepairs {
 #[derive(Clone, Debug)]
 pub struct Mesh {
     pub(crate) positions: Vec<Vector3<f64>>,
+    /// How far past an opening each vertex lies \[m\]; 0 on the surface itself.
+    pub(crate) beyond_m: Vec<f64>,
     /// Vertex where each half-edge begins.
     pub(crate) vertex: Vec<u32>,
     /// Opposite half-edge, or [`RIM`].
@@ -79,8 +81,14 @@ impl Mesh {
         }
         let mut twin = twins(&positions, &vertex)?;
         let (flipped, pieces) = face_one_way(&positions, &mut vertex, &mut twin)?;
-        let mut mesh =
-            Self { positions, vertex, twin, corner_normal: Vec::new(), normals: Vec::new() };
+        let mut mesh = Self {
+            beyond_m: vec![0.0; positions.len()],
+            positions,
+            vertex,
+            twin,
+            corner_normal: Vec::new(),
+            normals: Vec::new(),
+        };
         mesh.smooth_normals();
         Ok((mesh, MeshRepairs { degenerate, flipped, pieces }))
     }
@@ -138,7 +146,7 @@ impl Mesh {
     }
 
     /// Normals averaged by angle over the facets around a vertex, those beyond a crease apart.
-    fn smooth_normals(&mut self) {
+    pub(crate) fn smooth_normals(&mut self) {
         let facets: Vec<_> = (0..self.len())
             .map(|t| self.area_normal(t).try_normalize(0.0).unwrap_or_default())
             .collect();

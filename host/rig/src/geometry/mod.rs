@@ -3,6 +3,7 @@
 mod bvh;
 mod centreline;
 mod mesh;
+mod openings;
 mod refine;
 mod stl;
 mod surface;
@@ -11,6 +12,7 @@ use nalgebra::Vector3;
 
 pub use centreline::{Branch, CentrelineCause, Station, TubeWall, read_centreline};
 pub use mesh::{Mesh, MeshCause, MeshRepairs};
+pub use openings::Opening;
 pub use stl::{StlCause, Triangle, read_stl};
 pub use surface::{MeshWall, SurfaceModel};
 

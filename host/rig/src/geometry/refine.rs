@@ -73,6 +73,7 @@ impl Mesh {
     fn split(&self) -> Mesh {
         let half_edges = self.vertex.len();
         let mut positions = self.positions.clone();
+        let mut beyond_m = self.beyond_m.clone();
         let mut normals = self.normals.clone();
         let mut middle_vertex = vec![0_u32; half_edges];
         let mut middle_normal = vec![0_u32; half_edges];
@@ -105,6 +106,8 @@ impl Mesh {
                 }
             }
             positions.push(chord_middle + here.offset);
+            let [a, b] = ends.map(|h| self.beyond_m[self.vertex[h] as usize]);
+            beyond_m.push(0.5 * (a + b));
         }
 
         let corners = |own: &[u32], middle: &[u32]| -> Vec<u32> {
@@ -132,6 +135,6 @@ impl Mesh {
             twin[3 * (4 * t + k) + k] = (3 * (4 * u + (l + 1) % 3) + l) as u32;
             twin[3 * (4 * t + (k + 1) % 3) + k] = (3 * (4 * u + l) + l) as u32;
         }
-        Mesh { positions, vertex, twin, corner_normal, normals }
+        Mesh { positions, beyond_m, vertex, twin, corner_normal, normals }
     }
 }

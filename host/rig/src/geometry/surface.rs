@@ -4,6 +4,7 @@ use nalgebra::Vector3;
 
 use super::bvh::{Bvh, Closest};
 use super::mesh::{Mesh, RIM, next};
+use super::openings::Opening;
 use super::{Wall, WallPoint};
 
 /// How the wall between the vertices of a mesh is understood.
@@ -26,6 +27,10 @@ pub struct MeshWall {
     vertex_side: Vec<Vector3<f64>>,
     /// Rounds of refinement.
     pub rounds: usize,
+    /// Where the surface ends; the wall goes on straight from there.
+    pub openings: Vec<Opening>,
+    /// Gaps in the surface that were closed.
+    pub gaps: usize,
 }
 
 /// What the closest point lies on.
@@ -37,21 +42,24 @@ enum Feature {
 
 impl MeshWall {
     /// `mesh`: facets facing either way; `inside`: a point of the lumen, which tells which
-    /// way they should.
-    pub fn new(mut mesh: Mesh, model: SurfaceModel, inside: &Vector3<f64>) -> Self {
+    /// way they should. Without one the volume that they enclose tells.
+    pub fn new(mut mesh: Mesh, model: SurfaceModel, inside: Option<&Vector3<f64>>) -> Self {
+        let faces_lumen = match inside {
+            Some(inside) => Self::index(mesh.clone()).sample(inside).distance_m > 0.0,
+            None => mesh.faces_lumen(),
+        };
+        if !faces_lumen {
+            mesh.turn_inside_out();
+        }
+        let (openings, gaps) = mesh.extend();
         let rounds = match model {
             SurfaceModel::Faceted => 0,
             SurfaceModel::Smooth => mesh.refine(),
         };
-        let mut wall = Self::index(mesh, rounds);
-        if wall.sample(inside).distance_m < 0.0 {
-            wall.mesh.turn_inside_out();
-            wall = Self::index(wall.mesh, rounds);
-        }
-        wall
+        Self { rounds, openings, gaps, ..Self::index(mesh) }
     }
 
-    fn index(mesh: Mesh, rounds: usize) -> Self {
+    fn index(mesh: Mesh) -> Self {
         let bvh = Bvh::new((0..mesh.len()).map(|t| mesh.triangle(t)).collect());
         let mut vertex_side = vec![Vector3::zeros(); mesh.positions.len()];
         for half_edge in 0..mesh.vertex.len() {
@@ -61,7 +69,7 @@ impl MeshWall {
             }
         }
         let rim = mesh.rim_vertices();
-        Self { mesh, bvh, rim, vertex_side, rounds }
+        Self { mesh, bvh, rim, vertex_side, rounds: 0, openings: Vec::new(), gaps: 0 }
     }
 
     /// Triangles after refinement.
@@ -69,10 +77,10 @@ impl MeshWall {
         self.mesh.len()
     }
 
-    /// Distance to the nearest vertex on the rim of an opening \[m\]; infinite without one.
+    /// Distance to the nearest corner of a rim \[m\]; infinite without an opening.
     pub fn rim_distance_m(&self, p: &Vector3<f64>) -> f64 {
-        let vertices = self.mesh.positions.iter().zip(&self.rim);
-        vertices.filter(|(_, rim)| **rim).map(|(x, _)| (x - p).norm()).fold(f64::INFINITY, f64::min)
+        let corners = self.openings.iter().flat_map(|opening| &opening.rim_m);
+        corners.map(|x| (x - p).norm()).fold(f64::INFINITY, f64::min)
     }
 
     fn feature(&self, closest: &Closest) -> Feature {
@@ -147,10 +155,16 @@ impl Wall for MeshWall {
         let side = self.side(&feature, closest.triangle);
         let normal = smooth.try_normalize(1e-9).or_else(|| side.try_normalize(0.0));
         let normal = normal.unwrap_or_default();
+        let beyond_m: f64 = (0..3)
+            .map(|k| {
+                let vertex = self.mesh.vertex[3 * closest.triangle + k] as usize;
+                self.mesh.beyond_m[vertex] * closest.barycentric[k]
+            })
+            .sum();
         if self.on_rim(&feature) {
-            // Past an opening the wall goes on straight, so that nothing closes it.
+            // Past the end of a sleeve nothing closes it either.
             let distance_m = from_wall.dot(&normal);
-            let beyond_m = (from_wall - normal * distance_m).norm();
+            let beyond_m = beyond_m + (from_wall - normal * distance_m).norm();
             return WallPoint { distance_m, normal, beyond_m };
         }
         let sign = if from_wall.dot(&side) < 0.0 { -1.0 } else { 1.0 };
@@ -160,11 +174,14 @@ impl Wall for MeshWall {
         } else {
             normal
         };
-        WallPoint { distance_m: sign * length, normal, beyond_m: 0.0 }
+        WallPoint { distance_m: sign * length, normal, beyond_m }
     }
 
     fn bounds_m(&self) -> (Vector3<f64>, Vector3<f64>) {
-        let start = (self.mesh.positions[0], self.mesh.positions[0]);
-        self.mesh.positions.iter().fold(start, |(low, high), p| (low.inf(p), high.sup(p)))
+        let infinite = Vector3::repeat(f64::INFINITY);
+        let surface = self.mesh.positions.iter().zip(&self.mesh.beyond_m);
+        surface
+            .filter(|(_, beyond_m)| **beyond_m == 0.0)
+            .fold((infinite, -infinite), |(low, high), (p, _)| (low.inf(p), high.sup(p)))
     }
 }

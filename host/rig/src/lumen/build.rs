@@ -1,13 +1,13 @@
 //! Sampling a wall on the bricks near it. Byte layout: `cathforce_mechanics::Lumen`.
 
-use std::num::NonZero;
-use std::thread;
+use std::collections::HashMap;
 
-use cathforce_mechanics::{
-    BRICK_CELLS, BRICK_EDGE, BRICK_NODES, FREE, LumenHeader, NODE_BYTES, NOMINAL_WALL, OUTSIDE,
-};
+use cathforce_mechanics::{BRICK_CELLS, BRICK_NODES, FREE, LumenHeader, NOMINAL_WALL, OUTSIDE};
 use nalgebra::Vector3;
+use rayon::prelude::*;
 
+use super::fit::fit;
+use super::grid::{Grid, Place, steps};
 use crate::geometry::Wall;
 
 /// How finely and how widely a lumen is stored.
@@ -45,90 +45,147 @@ pub struct BuiltLumen {
     pub bytes: Vec<u8>,
 }
 
+/// What a node holds before it is packed.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Node {
+    pub distance_m: f64,
+    /// × 127, as it is stored.
+    normal: [i8; 3],
+    /// How far past an opening \[m\].
+    beyond_m: f64,
+}
+
+impl Node {
+    fn sample(wall: &dyn Wall, at: &Vector3<f64>) -> Self {
+        let here = wall.sample(at);
+        let normal = here.normal.map(|x| (x * 127.0).round() as i8).into();
+        Self { distance_m: here.distance_m, normal, beyond_m: here.beyond_m }
+    }
+
+    pub fn normal(&self) -> Vector3<f64> {
+        Vector3::from(self.normal.map(f64::from)) / 127.0
+    }
+}
+
 /// What a brick of the directory holds.
-enum Brick {
+pub(super) enum Brick {
     Free,
     Outside,
-    Stored(Box<[[u8; NODE_BYTES]; BRICK_NODES]>),
+    /// Its nodes, as indices into [`Field::nodes`].
+    Stored(Box<[u32; BRICK_NODES]>),
 }
 
-/// Most bricks along an axis, as the device takes them.
-const MOST_ALONG_AXIS: usize = 1024;
-/// Most bricks that are looked at: a directory of four times the device's room. One stray
-/// corner of a vessel, metres away, must not cost hours.
-const MOST_ENTRIES: usize = 1 << 22;
-
-/// A grid of bricks around a wall.
-struct Grid {
-    origin_m: Vector3<f64>,
-    bricks: [usize; 3],
-    options: LumenOptions,
+impl Brick {
+    fn away(distance_m: f64) -> Self {
+        if distance_m > 0.0 { Self::Free } else { Self::Outside }
+    }
 }
 
-impl Grid {
-    /// `None` when it would have too many bricks.
-    fn around(wall: &dyn Wall, options: LumenOptions) -> Option<Self> {
-        let (low, high) = wall.bounds_m();
-        let margin = Vector3::repeat(options.outside_m + options.cell_m);
-        // Nodes at whole multiples of the spacing, so that the field of a vessel does not
-        // change with the extent of its far branches. f32 holds the origin.
-        let first = ((low - margin) / options.cell_m).map(f64::floor);
-        let origin_m = (first * options.cell_m).map(|x| f64::from(x as f32));
-        let brick_m = options.cell_m * BRICK_CELLS as f64;
-        let size = (high + margin - origin_m) / brick_m;
-        let bricks = [size.x, size.y, size.z].map(|n| (n.ceil() as usize).max(1));
-        let fits = bricks.iter().all(|&n| n <= MOST_ALONG_AXIS)
-            && bricks.iter().product::<usize>() <= MOST_ENTRIES;
-        fits.then_some(Self { origin_m, bricks, options })
-    }
+/// A sampled field: nodes that bricks share are there once.
+pub(super) struct Field {
+    pub grid: Grid,
+    pub options: LumenOptions,
+    pub nodes: Vec<Node>,
+    /// By directory entry.
+    pub bricks: Vec<Brick>,
+}
 
-    fn len(&self) -> usize {
-        self.bricks.iter().product()
-    }
+impl Field {
+    fn sample(wall: &dyn Wall, options: LumenOptions) -> Option<Self> {
+        let grid = Grid::around(wall, &options)?;
+        let near: Vec<_> = (0..grid.len())
+            .into_par_iter()
+            .map(|entry| near(&grid, &options, wall, entry))
+            .collect();
 
-    fn corner_m(&self, entry: usize) -> Vector3<f64> {
-        let [nx, ny, _] = self.bricks;
-        let at = [entry % nx, entry / nx % ny, entry / (nx * ny)];
-        let brick_m = f64::from(self.options.cell_m as f32) * BRICK_CELLS as f64;
-        self.origin_m + Vector3::from_fn(|axis, _| at[axis] as f64 * brick_m)
-    }
+        let mut index_of: HashMap<Place, u32> = HashMap::new();
+        let mut places = Vec::new();
+        let mut bricks: Vec<_> = near
+            .into_iter()
+            .enumerate()
+            .map(|(entry, near)| {
+                if let Err(away) = near {
+                    return away;
+                }
+                let mut nodes = Box::new([0; BRICK_NODES]);
+                for (node, place) in nodes.iter_mut().zip(grid.nodes(entry)) {
+                    *node = *index_of.entry(place).or_insert_with(|| {
+                        places.push(place);
+                        places.len() as u32 - 1
+                    });
+                }
+                Brick::Stored(nodes)
+            })
+            .collect();
+        let nodes: Vec<_> = places
+            .into_par_iter()
+            .map(|place| Node::sample(wall, &grid.position_m(steps(place))))
+            .collect();
 
-    fn brick(&self, wall: &dyn Wall, entry: usize) -> Brick {
-        let options = &self.options;
-        // As the device reads it back.
-        let cell_m = f64::from(options.cell_m as f32);
-        let corner = self.corner_m(entry);
-        let half_m = 0.5 * cell_m * BRICK_CELLS as f64;
-        let centre = wall.sample(&(corner + Vector3::repeat(half_m)));
-        let away = |inside: bool| if inside { Brick::Free } else { Brick::Outside };
-        // Distances change by no more than the way; past an opening by a little more.
-        let reach_m = 1.1 * half_m * 3.0_f64.sqrt();
-        let beside = centre.distance_m > options.inside_m + reach_m
-            || centre.distance_m < -options.outside_m - reach_m
-            || centre.beyond_m > options.past_opening_m + reach_m;
-        if beside {
-            return away(centre.distance_m > 0.0);
+        let in_band = |&node: &u32| {
+            let Node { distance_m, beyond_m, .. } = nodes[node as usize];
+            distance_m < options.inside_m
+                && distance_m > -options.outside_m
+                && beyond_m < options.past_opening_m
+        };
+        for brick in &mut bricks {
+            if let Brick::Stored(indices) = brick
+                && !indices.iter().any(in_band)
+            {
+                *brick = Brick::away(nodes[indices[BRICK_NODES / 2] as usize].distance_m);
+            }
         }
-        let mut nodes = Box::new([[0; NODE_BYTES]; BRICK_NODES]);
-        let mut in_band = false;
-        for (index, node) in nodes.iter_mut().enumerate() {
-            let at = [
-                index % BRICK_EDGE,
-                index / BRICK_EDGE % BRICK_EDGE,
-                index / (BRICK_EDGE * BRICK_EDGE),
-            ];
-            let offset = Vector3::from_fn(|axis, _| at[axis] as f64 * cell_m);
-            let here = wall.sample(&(corner + offset));
-            in_band |= here.distance_m < options.inside_m
-                && here.distance_m > -options.outside_m
-                && here.beyond_m < options.past_opening_m;
-            let [low, high] =
-                quantise(here.distance_m / f64::from(options.distance_unit_m as f32)).to_le_bytes();
-            let normal = here.normal.map(|x| ((x * 127.0).round() as i8).to_le_bytes()[0]);
-            *node = [low, high, normal.x, normal.y, normal.z, NOMINAL_WALL];
-        }
-        if in_band { Brick::Stored(nodes) } else { away(centre.distance_m > 0.0) }
+        Some(Self { grid, options, nodes, bricks })
     }
+
+    /// `None` when there are too many bricks for the directory's numbers.
+    fn pack(&self) -> Option<BuiltLumen> {
+        let unit_m = f64::from(self.options.distance_unit_m as f32);
+        let mut bytes = Vec::with_capacity(2 * self.grid.len());
+        let mut stored: u16 = 0;
+        for brick in &self.bricks {
+            let entry = match brick {
+                Brick::Free => FREE,
+                Brick::Outside => OUTSIDE,
+                Brick::Stored(_) => {
+                    stored = stored.checked_add(1).filter(|&count| count < OUTSIDE)?;
+                    stored - 1
+                }
+            };
+            bytes.extend(entry.to_le_bytes());
+        }
+        for brick in &self.bricks {
+            let Brick::Stored(indices) = brick else { continue };
+            for &index in indices.iter() {
+                let node = &self.nodes[index as usize];
+                bytes.extend(quantise(node.distance_m / unit_m).to_le_bytes());
+                bytes.extend(node.normal.map(i8::cast_unsigned));
+                bytes.push(NOMINAL_WALL);
+            }
+        }
+        let [nx, ny, nz] = self.grid.bricks;
+        let header = LumenHeader {
+            origin_m: self.grid.origin_m.map(|x| x as f32).into(),
+            cell_m: self.options.cell_m as f32,
+            distance_unit_m: self.options.distance_unit_m as f32,
+            bricks: [u16::try_from(nx).ok()?, u16::try_from(ny).ok()?, u16::try_from(nz).ok()?],
+            stored,
+        };
+        Some(BuiltLumen { header, bytes })
+    }
+}
+
+/// Whether a brick can reach into the stored band; what it is when it cannot.
+fn near(grid: &Grid, options: &LumenOptions, wall: &dyn Wall, entry: usize) -> Result<(), Brick> {
+    let half = 0.5 * BRICK_CELLS as f64;
+    let middle = steps(grid.first_node(entry)) + Vector3::repeat(half);
+    let centre = wall.sample(&grid.position_m(middle));
+    // Distances change by no more than the way; past an opening by a little more.
+    let reach_m = 1.1 * half * grid.cell_m * 3.0_f64.sqrt();
+    let beside = centre.distance_m > options.inside_m + reach_m
+        || centre.distance_m < -options.outside_m - reach_m
+        || centre.beyond_m > options.past_opening_m + reach_m;
+    if beside { Err(Brick::away(centre.distance_m)) } else { Ok(()) }
 }
 
 /// Nearest i16, saturating.
@@ -138,57 +195,7 @@ fn quantise(units: f64) -> i16 {
 
 /// Samples `wall` on all processors. `None` when there are too many bricks, stored or not.
 pub fn build_lumen(wall: &dyn Wall, options: LumenOptions) -> Option<BuiltLumen> {
-    let grid = Grid::around(wall, options)?;
-    let workers = thread::available_parallelism().map_or(1, NonZero::get);
-    let share = grid.len().div_ceil(16 * workers);
-    let next = std::sync::atomic::AtomicUsize::new(0);
-    let mut parts: Vec<(usize, Vec<Brick>)> = thread::scope(|scope| {
-        let work = || {
-            let mut done = Vec::new();
-            loop {
-                let first = next.fetch_add(share, std::sync::atomic::Ordering::Relaxed);
-                if first >= grid.len() {
-                    return done;
-                }
-                let entries = first..(first + share).min(grid.len());
-                done.push((first, entries.map(|entry| grid.brick(wall, entry)).collect()));
-            }
-        };
-        let threads: Vec<_> = (0..workers).map(|_| scope.spawn(work)).collect();
-        threads
-            .into_iter()
-            .flat_map(|thread| match thread.join() {
-                Ok(done) => done,
-                Err(panic) => std::panic::resume_unwind(panic),
-            })
-            .collect()
-    });
-    parts.sort_unstable_by_key(|(first, _)| *first);
-
-    let mut directory = Vec::with_capacity(2 * grid.len());
-    let mut bricks: Vec<u8> = Vec::new();
-    let mut stored: u16 = 0;
-    for brick in parts.into_iter().flat_map(|(_, bricks)| bricks) {
-        let entry = match brick {
-            Brick::Free => FREE,
-            Brick::Outside => OUTSIDE,
-            Brick::Stored(nodes) => {
-                bricks.extend(nodes.as_flattened());
-                stored = stored.checked_add(1).filter(|&count| count < OUTSIDE)?;
-                stored - 1
-            }
-        };
-        directory.extend(entry.to_le_bytes());
-    }
-    let mut bytes = directory;
-    bytes.append(&mut bricks);
-    let [nx, ny, nz] = grid.bricks;
-    let header = LumenHeader {
-        origin_m: grid.origin_m.map(|x| x as f32).into(),
-        cell_m: options.cell_m as f32,
-        distance_unit_m: options.distance_unit_m as f32,
-        bricks: [u16::try_from(nx).ok()?, u16::try_from(ny).ok()?, u16::try_from(nz).ok()?],
-        stored,
-    };
-    Some(BuiltLumen { header, bytes })
+    let mut field = Field::sample(wall, options)?;
+    fit(&mut field, wall);
+    field.pack()
 }

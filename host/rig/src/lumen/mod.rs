@@ -1,7 +1,9 @@
 //! From a wall to the lumen that the device reads: bricks of stored distances and normals.
 
 mod build;
+mod fit;
+mod grid;
 mod quality;
 
 pub use build::{BuiltLumen, LumenOptions, build_lumen};
-pub use quality::{LumenQuality, Spread, interpolate, measure};
+pub use quality::{LumenQuality, Spread, interpolate, measure, measure_against};

@@ -4,6 +4,7 @@ use cathforce_mechanics::{BRICK_CELLS, BRICK_EDGE, BRICK_NODES, NODE_BYTES, OUTS
 use nalgebra::Vector3;
 
 use super::build::{BuiltLumen, LumenOptions};
+use super::fit::DEEPEST_INDENTATION_M;
 use crate::geometry::{Wall, WallPoint};
 
 /// Median, 99th percentile and largest of a set of errors.
@@ -32,6 +33,8 @@ impl Spread {
 pub struct LumenQuality {
     /// Points compared.
     pub points: usize,
+    /// They lie between these distances from the wall, positive inside \[m\].
+    pub band_m: [f64; 2],
     /// Distance with the normals' second-order term, as the device interpolates \[m\].
     pub distance_m: Spread,
     /// Distance by plain trilinear interpolation \[m\].
@@ -101,47 +104,89 @@ impl Random {
     }
 }
 
-/// Compares at up to `points` random points where an instrument's centre line can be: from
-/// 0.5 mm outside the wall to the deepest stored distance inside.
+/// A point of the comparison.
+struct Compared {
+    at: Vector3<f64>,
+    stored: WallPoint,
+    trilinear_m: f64,
+    exact: WallPoint,
+}
+
+/// Up to `points` random points where an instrument's centre line can be: from 0.5 mm outside
+/// the wall to the deepest stored distance inside, beside the wall and not past an opening.
+fn compare(
+    lumen: &BuiltLumen,
+    wall: &dyn Wall,
+    options: &LumenOptions,
+    points: usize,
+) -> Vec<Compared> {
+    let (low, high) = wall.bounds_m();
+    let [low_m, high_m] = band_m(options);
+    let mut random = Random(0x9E37_79B9_7F4A_7C15);
+    let mut compared = Vec::with_capacity(points);
+    for _ in 0..400 * points {
+        let at = Vector3::from_fn(|axis, _| low[axis] + (high - low)[axis] * random.next());
+        let Some((stored, trilinear_m)) = interpolate(lumen, &at) else { continue };
+        if stored.distance_m < low_m - 0.5e-3 || stored.distance_m > high_m + 0.5e-3 {
+            continue;
+        }
+        let exact = wall.sample(&at);
+        let touched = exact.distance_m > low_m && exact.distance_m < high_m;
+        if !touched || exact.beyond_m > 0.0 {
+            continue;
+        }
+        compared.push(Compared { at, stored, trilinear_m, exact });
+        if compared.len() == points {
+            break;
+        }
+    }
+    compared
+}
+
+fn band_m(options: &LumenOptions) -> [f64; 2] {
+    [-DEEPEST_INDENTATION_M, options.inside_m]
+}
+
+/// Compares at up to `points` random points where an instrument's centre line can be.
 pub fn measure(
     lumen: &BuiltLumen,
     wall: &dyn Wall,
     options: &LumenOptions,
     points: usize,
 ) -> LumenQuality {
-    let (low, high) = wall.bounds_m();
-    let mut random = Random(0x9E37_79B9_7F4A_7C15);
-    let (mut errors, mut plain, mut angles) = (Vec::new(), Vec::new(), Vec::new());
-    let mut worst = (0.0, [0.0; 3]);
-    for _ in 0..400 * points {
-        let p = Vector3::from_fn(|axis, _| low[axis] + (high - low)[axis] * random.next());
-        let Some((stored, trilinear_m)) = interpolate(lumen, &p) else { continue };
-        if stored.distance_m < -1e-3 || stored.distance_m > options.inside_m + 0.5e-3 {
-            continue;
-        }
-        let exact = wall.sample(&p);
-        let touched = exact.distance_m > -0.5e-3 && exact.distance_m < options.inside_m;
-        if !touched || exact.beyond_m > 0.0 {
-            continue;
-        }
-        let error = stored.distance_m - exact.distance_m;
-        if error.abs() > worst.0 {
-            worst = (error.abs(), p.into());
-        }
-        errors.push(error);
-        plain.push(trilinear_m - exact.distance_m);
-        angles.push(
-            stored.normal.cross(&exact.normal).norm().atan2(stored.normal.dot(&exact.normal)),
-        );
-        if errors.len() == points {
-            break;
-        }
-    }
+    let compared = compare(lumen, wall, options, points);
+    let error = |c: &Compared| c.stored.distance_m - c.exact.distance_m;
+    let worst = compared.iter().max_by(|a, b| error(a).abs().total_cmp(&error(b).abs()));
+    let angle = |c: &Compared| {
+        let (stored, exact) = (&c.stored.normal, &c.exact.normal);
+        stored.cross(exact).norm().atan2(stored.dot(exact))
+    };
     LumenQuality {
-        points: errors.len(),
-        distance_m: Spread::of(errors),
-        trilinear_m: Spread::of(plain),
-        normal_rad: Spread::of(angles),
-        worst_at_m: worst.1,
+        points: compared.len(),
+        band_m: band_m(options),
+        distance_m: Spread::of(compared.iter().map(error)),
+        trilinear_m: Spread::of(compared.iter().map(|c| c.trilinear_m - c.exact.distance_m)),
+        normal_rad: Spread::of(compared.iter().map(angle)),
+        worst_at_m: worst.map(|c| c.at.into()).unwrap_or_default(),
     }
+}
+
+/// Errors against another wall, at the points of [`measure`] that lie beside it: of the stored
+/// distance, and of `wall` itself \[m\].
+pub fn measure_against(
+    lumen: &BuiltLumen,
+    wall: &dyn Wall,
+    other: &dyn Wall,
+    options: &LumenOptions,
+    points: usize,
+) -> (Spread, Spread) {
+    let pairs: Vec<_> = compare(lumen, wall, options, points)
+        .into_iter()
+        .map(|compared| (other.sample(&compared.at), compared))
+        .filter(|(other, _)| other.beyond_m == 0.0)
+        .collect();
+    let error = |distance_m: &dyn Fn(&Compared) -> f64| {
+        Spread::of(pairs.iter().map(|(other, c)| distance_m(c) - other.distance_m))
+    };
+    (error(&|c| c.stored.distance_m), error(&|c| c.exact.distance_m))
 }

@@ -1,0 +1,140 @@
+//! `cathforce lumen`: a vessel as the device will see it, and what that costs.
+
+use std::path::Path;
+use std::time::Instant;
+
+use cathforce_rig::{
+    CELL_M, DEVICE_LUMEN_BYTES, LumenBuildError, LumenJob, LumenReport, WallSource, lumen::Spread,
+};
+use serde_json::{Value, json};
+
+use crate::args::LumenArguments;
+use crate::failure::{Code, Failure};
+use crate::ui::{Ui, two_columns};
+
+pub fn run(ui: &Ui, arguments: &LumenArguments) -> Result<(), Failure> {
+    let start = Instant::now();
+    let path = &arguments.path;
+    let job = LumenJob {
+        cell_m: arguments.cell.map_or(CELL_M, |mm| 1e-3 * mm),
+        outer_diameter_m: arguments.diameter.map(|mm| 1e-3 * mm),
+        surface: arguments.surface.into(),
+    };
+    let (built, report, warnings) = job.run(path).map_err(|error| refuse(path, &error))?;
+    for warning in &warnings {
+        ui.warn(warning);
+    }
+    let seconds = start.elapsed().as_secs_f64();
+    if let Some(out) = &arguments.out {
+        std::fs::write(out, &built.bytes).map_err(|e| Failure::write(out, e))?;
+        ui.say(format_args!("{} bytes: {}", built.bytes.len(), out.display()));
+    }
+    ui.data(&to_json(&report, seconds), two_columns(&to_rows(&report, seconds)))?;
+    if report.fits() {
+        Ok(())
+    } else {
+        let message = format!(
+            "{}: the lumen takes {} bytes on a grid of {:.2} mm; the device has room for \
+             {DEVICE_LUMEN_BYTES}\n  fix: choose a coarser one by --cell, or cut the vessel to \
+             the part that the instrument reaches",
+            path.display(),
+            report.bytes,
+            1e3 * report.cell_m
+        );
+        Err(Failure::new(Code::Threshold, message))
+    }
+}
+
+fn refuse(path: &Path, error: &LumenBuildError) -> Failure {
+    match error {
+        // Names its file itself.
+        LumenBuildError::Bundle(error) => Failure::input(error),
+        error => Failure::input(format!("{}: {error}", path.display())),
+    }
+}
+
+fn source(report: &LumenReport) -> String {
+    match report.source {
+        WallSource::Mesh { read, triangles, rounds: 0 } => {
+            format!("mesh of {read} triangles, {triangles} with the sleeves")
+        }
+        WallSource::Mesh { read, triangles, rounds } => {
+            format!("mesh of {read} triangles, {triangles} after {rounds} rounds of smoothing")
+        }
+        WallSource::Centreline { branches } => format!("centreline of {branches} branches"),
+    }
+}
+
+fn micrometres(spread: &Spread) -> String {
+    let [p50, p99, max] = [spread.p50, spread.p99, spread.max].map(|x| 1e6 * x);
+    format!("median {p50:.1}, 99 % {p99:.1}, largest {max:.1} µm")
+}
+
+fn to_rows(report: &LumenReport, seconds: f64) -> Vec<(String, String)> {
+    let percent = 100.0 * report.bytes as f64 / DEVICE_LUMEN_BYTES as f64;
+    let fits = if report.fits() { "fits" } else { "does not fit" };
+    let openings: Vec<_> = report
+        .openings
+        .iter()
+        .map(|o| {
+            let [x, y, z]: [f64; 3] = (1e3 * o.centre_m).into();
+            format!("({x:.1}, {y:.1}, {z:.1}) mm, radius {:.2} mm", 1e3 * o.radius_m)
+        })
+        .collect();
+    let [low, high] = report.quality.band_m.map(|x| 1e3 * x);
+    let mut rows = vec![
+        ("wall", source(report)),
+        ("openings", if openings.is_empty() { "none".into() } else { openings.join("\n") }),
+        ("cell", format!("{:.2} mm", 1e3 * report.cell_m)),
+        ("bricks", report.bricks.to_string()),
+        ("bytes", format!("{}, {percent:.0} % of the device's room: {fits}", report.bytes)),
+        ("error", format!("{} to the surface", micrometres(&report.quality.distance_m))),
+    ];
+    if let Some(facets) = &report.facets_m {
+        rows.push(("", format!("{} to the flat facets", micrometres(facets))));
+    }
+    if let Some(facets) = &report.surface_to_facets_m {
+        rows.push(("", format!("{} from the surface to the flat facets", micrometres(facets))));
+    }
+    rows.push((
+        "",
+        format!("{} points, {low:.1} to {high:.1} mm from the wall", report.quality.points),
+    ));
+    if report.gaps > 0 {
+        rows.push(("gaps closed", report.gaps.to_string()));
+    }
+    rows.push(("time", format!("{seconds:.1} s")));
+    rows.into_iter().map(|(label, value)| (label.to_owned(), value)).collect()
+}
+
+fn to_json(report: &LumenReport, seconds: f64) -> Value {
+    let spread = |s: &Spread| json!({ "median_m": s.p50, "p99_m": s.p99, "max_m": s.max });
+    let (read, used) = match report.source {
+        WallSource::Mesh { read, triangles, .. } => (Some(read), Some(triangles)),
+        WallSource::Centreline { .. } => (None, None),
+    };
+    let openings: Vec<_> = report
+        .openings
+        .iter()
+        .map(|o| json!({ "position_m": o.centre_m.as_slice(), "radius_m": o.radius_m, "axis": o.axis.as_slice() }))
+        .collect();
+    json!({
+        "triangles": read,
+        "triangles_after_smoothing": used,
+        "openings": openings,
+        "gaps_closed": report.gaps,
+        "cell_m": report.cell_m,
+        "bricks": report.bricks,
+        "bytes": report.bytes,
+        "device_bytes": DEVICE_LUMEN_BYTES,
+        "fits": report.fits(),
+        "error_to_surface": spread(&report.quality.distance_m),
+        "error_of_trilinear": spread(&report.quality.trilinear_m),
+        "error_to_facets": report.facets_m.as_ref().map(spread),
+        "surface_to_facets": report.surface_to_facets_m.as_ref().map(spread),
+        "normal_max_rad": report.quality.normal_rad.max,
+        "points": report.quality.points,
+        "band_m": report.quality.band_m,
+        "seconds": seconds,
+    })
+}

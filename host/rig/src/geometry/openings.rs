@@ -1,0 +1,190 @@
+//! The openings of a mesh: where they are, and the wall that goes on past them.
+//!
+//! A vessel's surface ends where it was cut, the instrument does not. Every opening gets a
+//! straight sleeve, so that the distance past it, and beside its rim, is that of a wall which
+//! goes on. Gaps too small for any instrument are closed instead.
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::mesh::{Mesh, RIM, next};
+
+/// Length of a sleeve \[m\].
+const SLEEVE_M: f64 = 8e-3;
+/// Gaps of a smaller mean radius are closed \[m\].
+const GAP_M: f64 = 0.3e-3;
+/// A sleeve follows the taper of its vessel no steeper than this.
+const STEEPEST: f64 = 0.3;
+/// Above this mean cosine between wall and cut the opening is a hole in a wall, and no cut
+/// through a tube.
+const FLUSH: f64 = 0.7;
+
+/// Where a surface ends.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Opening {
+    /// Mean of the rim, by length \[m\].
+    pub centre_m: Vector3<f64>,
+    /// Mean distance of the rim from the axis \[m\].
+    pub radius_m: f64,
+    /// Unit vector along the vessel, out of it.
+    pub axis: Vector3<f64>,
+    /// Corners of the rim, in order \[m\].
+    pub rim_m: Vec<Vector3<f64>>,
+}
+
+impl Mesh {
+    /// Puts a sleeve on every opening, and closes gaps. Facets must face the lumen.
+    /// Returns the openings, and the number of gaps.
+    pub(crate) fn extend(&mut self) -> (Vec<Opening>, usize) {
+        let (mut openings, mut gaps) = (Vec::new(), 0);
+        for rim in self.rims() {
+            let opening = self.opening(&rim);
+            if opening.radius_m < GAP_M {
+                self.close(&rim, opening.centre_m);
+                gaps += 1;
+            } else {
+                let ways = self.ways_on(&rim, &opening.axis);
+                self.put_sleeve(&rim, &ways);
+                openings.push(opening);
+            }
+        }
+        self.smooth_normals();
+        (openings, gaps)
+    }
+
+    /// The half-edges of every rim, in order.
+    fn rims(&self) -> Vec<Vec<usize>> {
+        let mut seen = vec![false; self.twin.len()];
+        let mut rims = Vec::new();
+        for start in (0..self.twin.len()).filter(|&half_edge| self.twin[half_edge] == RIM) {
+            let mut rim = Vec::new();
+            let mut at = start;
+            while !seen[at] {
+                seen[at] = true;
+                rim.push(at);
+                // Around the vertex at its end, to the next half-edge without a twin.
+                at = next(at);
+                while self.twin[at] != RIM {
+                    at = next(self.twin[at] as usize);
+                }
+            }
+            if !rim.is_empty() {
+                rims.push(rim);
+            }
+        }
+        rims
+    }
+
+    fn start(&self, half_edge: usize) -> Vector3<f64> {
+        self.positions[self.vertex[half_edge] as usize]
+    }
+
+    fn opening(&self, rim: &[usize]) -> Opening {
+        let rim_m: Vec<_> = rim.iter().map(|&half_edge| self.start(half_edge)).collect();
+        let edge = |k: usize| (rim_m[k], rim_m[(k + 1) % rim_m.len()]);
+        let lengths: Vec<_> = (0..rim_m.len()).map(|k| (edge(k).1 - edge(k).0).norm()).collect();
+        let around_m: f64 = lengths.iter().sum();
+        let mean = |of: &dyn Fn(usize) -> Vector3<f64>| -> Vector3<f64> {
+            (0..rim_m.len()).map(|k| of(k) * lengths[k]).sum::<Vector3<f64>>() / around_m
+        };
+        let centre_m = mean(&|k| 0.5 * (edge(k).0 + edge(k).1));
+
+        let facet = |k: usize| self.area_normal(rim[k] / 3).try_normalize(0.0).unwrap_or_default();
+        // Across the rim in the plane of the last facet, out of the vessel.
+        let onwards: Vector3<f64> =
+            (0..rim.len()).map(|k| (edge(k).1 - edge(k).0).cross(&facet(k))).sum();
+        let wall = mean(&facet);
+        let axis = if wall.norm() > FLUSH {
+            -wall.normalize()
+        } else {
+            // The direction that lies in all walls around the rim, whatever the cut.
+            let spread: Matrix3<f64> =
+                (0..rim.len()).map(|k| facet(k) * facet(k).transpose() * lengths[k]).sum();
+            let eigen = spread.symmetric_eigen();
+            let along = eigen.eigenvectors.column(eigen.eigenvalues.imin()).into_owned();
+            if along.dot(&onwards) < 0.0 { -along } else { along }
+        };
+        let from_axis = |k: usize| {
+            let from_centre = 0.5 * (edge(k).0 + edge(k).1) - centre_m;
+            (from_centre - axis * axis.dot(&from_centre)).norm()
+        };
+        let radius_m = (0..rim.len()).map(|k| from_axis(k) * lengths[k]).sum::<f64>() / around_m;
+        Opening { centre_m, radius_m, axis, rim_m }
+    }
+
+    /// Unit vectors in which the wall goes on from each corner of a rim: the axis, leant by
+    /// the taper of the wall, which is averaged over an eighth of the rim.
+    fn ways_on(&self, rim: &[usize], axis: &Vector3<f64>) -> Vec<Vector3<f64>> {
+        let normals: Vec<_> = rim
+            .iter()
+            .map(|&half_edge| self.normals[self.corner_normal[half_edge] as usize])
+            .collect();
+        let reach = rim.len() / 16;
+        (0..rim.len())
+            .map(|k| {
+                let window = (0..=2 * reach).map(|i| (k + rim.len() + i - reach) % rim.len());
+                let taper =
+                    window.map(|i| normals[i].dot(axis)).sum::<f64>() / (2 * reach + 1) as f64;
+                let flush = taper.abs() > FLUSH;
+                let lean = if flush { 0.0 } else { taper.clamp(-STEEPEST, STEEPEST) };
+                (axis - normals[k] * lean).normalize()
+            })
+            .collect()
+    }
+
+    fn put_sleeve(&mut self, rim: &[usize], ways: &[Vector3<f64>]) {
+        let count = rim.len();
+        let first_vertex = self.positions.len();
+        for (&half_edge, way) in rim.iter().zip(ways) {
+            self.positions.push(self.start(half_edge) + way * SLEEVE_M);
+            self.beyond_m.push(SLEEVE_M);
+        }
+        // Two triangles on the edge from a to b: b, a, far a; b, far a, far b.
+        let first = self.vertex.len();
+        for (k, &half_edge) in rim.iter().enumerate() {
+            let far = |k: usize| (first_vertex + k % count) as u32;
+            let (a, b) = (self.vertex[half_edge], self.vertex[next(half_edge)]);
+            let own = first + 6 * k;
+            let (before, after) =
+                (first + 6 * ((k + count - 1) % count), first + 6 * ((k + 1) % count));
+            self.vertex.extend([b, a, far(k), b, far(k), far(k + 1)]);
+            self.twin.extend(
+                [half_edge, before + 5, own + 3, own + 2].map(|half_edge| half_edge as u32),
+            );
+            self.twin.extend([RIM, (after + 1) as u32]);
+            self.twin[half_edge] = own as u32;
+        }
+    }
+
+    /// Closes a rim by triangles around a point in its middle.
+    fn close(&mut self, rim: &[usize], middle_m: Vector3<f64>) {
+        let middle = self.positions.len() as u32;
+        self.positions.push(middle_m);
+        self.beyond_m.push(0.0);
+        let (first, count) = (self.vertex.len(), rim.len());
+        for (k, &half_edge) in rim.iter().enumerate() {
+            let (a, b) = (self.vertex[half_edge], self.vertex[next(half_edge)]);
+            let beside = |k: usize| first + 3 * (k % count);
+            self.vertex.extend([b, a, middle]);
+            let twins = [half_edge, beside(k + count - 1) + 2, beside(k + 1) + 1];
+            self.twin.extend(twins.map(|half_edge| half_edge as u32));
+            self.twin[half_edge] = beside(k) as u32;
+        }
+    }
+
+    /// Whether the facets face the lumen, by the volume that they and lids over the rims
+    /// enclose.
+    pub(crate) fn faces_lumen(&self) -> bool {
+        let cone = |[a, b, c]: [Vector3<f64>; 3]| a.dot(&b.cross(&c));
+        let facets: f64 = (0..self.len()).map(|t| cone(self.triangle(t))).sum();
+        let lids: f64 = self
+            .rims()
+            .iter()
+            .map(|rim| {
+                let middle = self.opening(rim).centre_m;
+                let lid = |&h: &usize| cone([self.start(next(h)), self.start(h), middle]);
+                rim.iter().map(lid).sum::<f64>()
+            })
+            .sum();
+        facets + lids < 0.0
+    }
+}

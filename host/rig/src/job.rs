@@ -1,0 +1,64 @@
+//! A lumen from an STL file or a bundle, measured against its surface and its facets.
+
+use std::path::Path;
+
+use crate::bundle::{Bundle, read_mesh};
+use crate::error::Warning;
+use crate::geometry::{Mesh, MeshWall, SurfaceModel};
+use crate::lumen::{BuiltLumen, LumenOptions, measure_against};
+use crate::vessel::{LumenBuildError, LumenReport, QUALITY_POINTS, Vessel};
+
+/// Outer diameter of the instrument that a mesh on its own is meant for \[m\].
+const DIAMETER_M: f64 = 3e-3;
+
+/// What to build.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LumenJob {
+    /// Grid spacing \[m\].
+    pub cell_m: f64,
+    /// Outer diameter of the instrument \[m\]; that of the bundle, or 3 mm, when `None`.
+    pub outer_diameter_m: Option<f64>,
+    pub surface: SurfaceModel,
+}
+
+impl LumenJob {
+    /// Builds the lumen of an STL file, or of a bundle when `path` is a folder.
+    pub fn run(
+        &self,
+        path: &Path,
+    ) -> Result<(BuiltLumen, LumenReport, Vec<Warning>), LumenBuildError> {
+        let mut warnings = Vec::new();
+        let (vessel, mesh, bundles_own_m) = if path.is_dir() {
+            let bundle = Bundle::open(path)?;
+            let vessel = Vessel::from_bundle(&bundle, self.surface)?;
+            let diameter_m = bundle.catheter().map(|rig| rig.instrument.outer_diameter_m);
+            warnings = bundle.warnings;
+            (vessel, bundle.mesh.map(|mesh| mesh.mesh), diameter_m)
+        } else {
+            let mesh = read_mesh(path, &mut warnings)?.mesh;
+            (Vessel::from_mesh(&mesh, self.surface), Some(mesh), None)
+        };
+        let diameter_m = self.outer_diameter_m.or(bundles_own_m).unwrap_or(DIAMETER_M);
+        let options = LumenOptions::for_instrument(0.5 * diameter_m, self.cell_m);
+        let (built, mut report) = vessel.lumen(options)?;
+        if let Some(mesh) = mesh {
+            compare_with_facets(&built, &vessel, mesh, &options, &mut report);
+        }
+        Ok((built, report, warnings))
+    }
+}
+
+/// Against the mesh as it is in the file, beside what is stored: a smooth surface.
+fn compare_with_facets(
+    built: &BuiltLumen,
+    vessel: &Vessel,
+    mesh: Mesh,
+    options: &LumenOptions,
+    report: &mut LumenReport,
+) {
+    let facets = MeshWall::new(mesh, SurfaceModel::Faceted, None);
+    let (stored_m, surface_m) =
+        measure_against(built, vessel.wall(), &facets, options, QUALITY_POINTS);
+    report.facets_m = Some(stored_m);
+    report.surface_to_facets_m = Some(surface_m);
+}

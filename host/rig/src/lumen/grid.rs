@@ -1,0 +1,74 @@
+//! The grid of bricks around a wall.
+
+use cathforce_mechanics::{BRICK_CELLS, BRICK_EDGE, BRICK_NODES};
+use nalgebra::Vector3;
+
+use super::LumenOptions;
+use crate::geometry::Wall;
+
+/// Most bricks along an axis, as the device takes them.
+const MOST_ALONG_AXIS: usize = 1024;
+/// Most bricks that are looked at: a directory of four times the device's room. One stray
+/// corner of a vessel, metres away, must not cost hours.
+const MOST_ENTRIES: usize = 1 << 22;
+
+/// Steps from the first node along x, y, z.
+pub(super) type Place = [usize; 3];
+
+/// A grid of bricks around a wall.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Grid {
+    pub origin_m: Vector3<f64>,
+    pub bricks: [usize; 3],
+    /// As the device reads it back.
+    pub cell_m: f64,
+}
+
+impl Grid {
+    /// `None` when it would have too many bricks.
+    pub fn around(wall: &dyn Wall, options: &LumenOptions) -> Option<Self> {
+        let (low, high) = wall.bounds_m();
+        let margin = Vector3::repeat(options.outside_m + options.cell_m);
+        // Nodes at whole multiples of the spacing, so that the field of a vessel does not
+        // change with the extent of its far branches. f32 holds the origin.
+        let first = ((low - margin) / options.cell_m).map(f64::floor);
+        let origin_m = (first * options.cell_m).map(|x| f64::from(x as f32));
+        let brick_m = options.cell_m * BRICK_CELLS as f64;
+        let size = (high + margin - origin_m) / brick_m;
+        let bricks = [size.x, size.y, size.z].map(|n| (n.ceil() as usize).max(1));
+        let fits = bricks.iter().all(|&n| n <= MOST_ALONG_AXIS)
+            && bricks.iter().product::<usize>() <= MOST_ENTRIES;
+        fits.then_some(Self { origin_m, bricks, cell_m: f64::from(options.cell_m as f32) })
+    }
+
+    /// Bricks, stored or not.
+    pub fn len(&self) -> usize {
+        self.bricks.iter().product()
+    }
+
+    /// The first node of a brick.
+    pub fn first_node(&self, entry: usize) -> Place {
+        let [nx, ny, _] = self.bricks;
+        [entry % nx, entry / nx % ny, entry / (nx * ny)].map(|brick| brick * BRICK_CELLS)
+    }
+
+    /// The nodes of a brick in the order in which they are stored.
+    pub fn nodes(&self, entry: usize) -> impl Iterator<Item = Place> {
+        let [x, y, z] = self.first_node(entry);
+        (0..BRICK_NODES).map(move |index| {
+            let (i, j, k) =
+                (index % BRICK_EDGE, index / BRICK_EDGE % BRICK_EDGE, index / BRICK_EDGE.pow(2));
+            [x + i, y + j, z + k]
+        })
+    }
+
+    /// Where a node is, or a point between nodes \[m\].
+    pub fn position_m(&self, steps: Vector3<f64>) -> Vector3<f64> {
+        self.origin_m + steps * self.cell_m
+    }
+}
+
+/// A place as numbers.
+pub(super) fn steps(place: Place) -> Vector3<f64> {
+    Vector3::from(place.map(|n| n as f64))
+}
