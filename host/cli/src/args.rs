@@ -427,7 +427,7 @@ fn rms_limit(text: &str) -> Result<f64, String> {
 }
 
 fn cell_mm(text: &str) -> Result<f64, String> {
-    between(text, 0.1, 10.0)
+    between(text, 0.1, 3.0)
 }
 
 fn diameter_mm(text: &str) -> Result<f64, String> {

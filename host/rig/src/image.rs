@@ -10,10 +10,7 @@ use crate::description::{SolverDefaults, describe, reach_m};
 use crate::geometry::SurfaceModel;
 use crate::lumen::LumenOptions;
 use crate::tips::Tip;
-use crate::vessel::{CELL_M, DEVICE_LUMEN_BYTES, LumenBuildError, LumenReport, Vessel};
-
-/// Grid spacings that are tried to say what would fit \[m\].
-const COARSER_M: [f64; 4] = [1.25e-3, 1.5e-3, 2.0e-3, 3.0e-3];
+use crate::vessel::{CELL_M, LumenBuildError, LumenReport, LumenTooLarge, Vessel};
 
 /// What a bundle leaves open.
 #[derive(Clone, Debug, PartialEq)]
@@ -67,25 +64,14 @@ pub enum ImageBuildError {
          length, or add the trials"
     )]
     NoTrials,
-    #[error(
-        "the lumen takes {bytes} bytes on a grid of {:.2} mm; the device has room for \
-         {DEVICE_LUMEN_BYTES}\n  fix: {}", 1e3 * .cell_m, coarser(.fitting)
-    )]
-    LumenTooLarge { bytes: usize, cell_m: f64, fitting: Vec<(f64, usize)> },
+    #[error(transparent)]
+    LumenTooLarge(#[from] LumenTooLarge),
     #[error("{0}\n  fix: correct the value in rig.toml from which it comes")]
     Description(ImageError),
     #[error("{key} = {value}: {error}\n  fix: `cathforce config` lists names and ranges")]
     Parameter { key: String, value: f32, error: ParameterError },
     #[error("the image cannot be made: {0}\n  fix: correct the setting or number it names")]
     Encode(#[from] EncodeError),
-}
-
-fn coarser(fitting: &[(f64, usize)]) -> String {
-    if fitting.is_empty() {
-        return "cut the vessel to the part that the instrument reaches".into();
-    }
-    let sizes = fitting.iter().map(|(cell, bytes)| format!("{:.2} mm: {bytes} bytes", 1e3 * cell));
-    format!("use a coarser grid ({})", sizes.collect::<Vec<_>>().join(", "))
 }
 
 /// Builds the device image of a bundle's rig: the description in f32, the lumen, and the
@@ -119,17 +105,10 @@ pub fn device_image(
     let radius_m = 0.5 * rig.instrument.outer_diameter_m;
     // A wall that comes nearer must be known from farther away.
     let nearer_m = f64::from(description.effects.wall.narrowing.depth_m.max(0.0));
-    let grid = |cell_m| LumenOptions::for_instrument(radius_m + nearer_m, cell_m);
-    let (lumen, report) = vessel.lumen(grid(options.cell_m))?;
-    if lumen.bytes.len() > DEVICE_LUMEN_BYTES {
-        let fitting = COARSER_M
-            .into_iter()
-            .filter(|&cell_m| cell_m > options.cell_m)
-            .filter_map(|cell_m| Some((cell_m, vessel.lumen_bytes(grid(cell_m))?)))
-            .filter(|&(_, bytes)| bytes <= DEVICE_LUMEN_BYTES)
-            .collect();
-        let (bytes, cell_m) = (lumen.bytes.len(), options.cell_m);
-        return Err(ImageBuildError::LumenTooLarge { bytes, cell_m, fitting });
+    let grid = LumenOptions::for_instrument(radius_m + nearer_m, options.cell_m);
+    let (lumen, report) = vessel.lumen(grid)?;
+    if let Some(too_large) = report.too_large {
+        return Err(too_large.into());
     }
 
     let reach_m = reach_m(link_length_m);

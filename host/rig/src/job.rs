@@ -3,13 +3,15 @@
 use std::path::Path;
 
 use crate::bundle::{Bundle, read_mesh};
-use crate::error::Warning;
-use crate::geometry::{Mesh, MeshWall, SurfaceModel};
+use crate::error::{Place, Warning};
+use crate::geometry::{Mesh, MeshWall, SLEEVE_M, SurfaceModel};
 use crate::lumen::{BuiltLumen, LumenOptions, measure_against};
-use crate::vessel::{LumenBuildError, LumenReport, QUALITY_POINTS, Vessel};
+use crate::vessel::{LumenBuildError, LumenReport, QUALITY_POINTS, Vessel, WallSource};
 
 /// Outer diameter of the instrument that a mesh on its own is meant for \[m\].
 const DIAMETER_M: f64 = 3e-3;
+/// A stored distance that errs by more is worth a finer grid \[m\].
+const LARGEST_ERROR_M: f64 = 50e-6;
 
 /// What to build.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,20 +24,21 @@ pub struct LumenJob {
 }
 
 impl LumenJob {
-    /// Builds the lumen of an STL file, or of a bundle when `path` is a folder.
+    /// Builds the lumen of an STL file, or of a bundle when `path` is a folder. What looks
+    /// wrong is added to `warnings`, whether there is a lumen or not.
     pub fn run(
         &self,
         path: &Path,
-    ) -> Result<(BuiltLumen, LumenReport, Vec<Warning>), LumenBuildError> {
-        let mut warnings = Vec::new();
+        warnings: &mut Vec<Warning>,
+    ) -> Result<(BuiltLumen, LumenReport), LumenBuildError> {
         let (vessel, mesh, bundles_own_m) = if path.is_dir() {
             let bundle = Bundle::open(path)?;
+            warnings.extend_from_slice(&bundle.warnings);
             let vessel = Vessel::from_bundle(&bundle, self.surface)?;
             let diameter_m = bundle.catheter().map(|rig| rig.instrument.outer_diameter_m);
-            warnings = bundle.warnings;
             (vessel, bundle.mesh.map(|mesh| mesh.mesh), diameter_m)
         } else {
-            let mesh = read_mesh(path, &mut warnings)?.mesh;
+            let mesh = read_mesh(path, warnings)?.mesh;
             (Vessel::from_mesh(&mesh, self.surface), Some(mesh), None)
         };
         let diameter_m = self.outer_diameter_m.or(bundles_own_m).unwrap_or(DIAMETER_M);
@@ -44,8 +47,47 @@ impl LumenJob {
         if let Some(mesh) = mesh {
             compare_with_facets(&built, &vessel, mesh, &options, &mut report);
         }
-        Ok((built, report, warnings))
+        let doubts = doubts(&report, &options);
+        warnings.extend(doubts.into_iter().map(|message| Warning {
+            file: path.to_path_buf(),
+            place: Place::Whole,
+            message,
+        }));
+        Ok((built, report))
     }
+}
+
+/// What is wrong with a lumen that could be built.
+fn doubts(report: &LumenReport, options: &LumenOptions) -> Vec<String> {
+    let mut doubts = Vec::new();
+    let quality = &report.quality;
+    let worst_m = quality.distance_m.max;
+    if quality.points == 0 {
+        doubts.push(
+            "nowhere in the vessel is room for the instrument: STL is read in millimetres".into(),
+        );
+    } else if worst_m > LARGEST_ERROR_M {
+        let [x, y, z] = quality.worst_at_m.map(|x| 1e3 * x);
+        let finer_mm = 1e3 * options.cell_m * LARGEST_ERROR_M / worst_m;
+        doubts.push(format!(
+            "the stored distance errs by {:.0} µm at ({x:.1}, {y:.1}, {z:.1}) mm; for less than \
+             {:.0} µm take a grid of about {finer_mm:.2} mm (--cell)",
+            1e6 * worst_m,
+            1e6 * LARGEST_ERROR_M
+        ));
+    }
+    if matches!(report.source, WallSource::Mesh { .. }) && report.openings.is_empty() {
+        doubts.push("the surface has no opening: an instrument cannot enter it".into());
+    }
+    for opening in report.openings.iter().filter(|opening| opening.sleeve_m < SLEEVE_M) {
+        let [x, y, z]: [f64; 3] = (1e3 * opening.centre_m).into();
+        doubts.push(format!(
+            "past the opening at ({x:.1}, {y:.1}, {z:.1}) mm the wall goes on for {:.1} mm only: \
+             another part of the vessel lies there; cut the vessel farther from it",
+            1e3 * opening.sleeve_m
+        ));
+    }
+    doubts
 }
 
 /// Against the mesh as it is in the file, beside what is stored: a smooth surface.

@@ -24,6 +24,6 @@ pub use error::{BundleError, Cause, Place, Warning};
 pub use image::{ImageBuildError, ImageOptions, ImageReport, device_image};
 pub use job::LumenJob;
 pub use vessel::{
-    CELL_M, DEVICE_LUMEN_BYTES, LumenBuildError, LumenReport, Vessel, VesselCause, WallSource,
-    lumen_from_bundle,
+    CELL_M, DEVICE_LUMEN_BYTES, LumenBuildError, LumenReport, LumenTooLarge, Vessel, VesselCause,
+    WallSource, lumen_from_bundle,
 };

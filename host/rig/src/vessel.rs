@@ -16,6 +16,10 @@ pub const DEVICE_LUMEN_BYTES: usize = 2 << 20;
 /// Points at which a lumen is compared with the exact wall.
 pub(crate) const QUALITY_POINTS: usize = 20_000;
 
+/// Grid spacings that are tried to say which would fit \[m\].
+const COARSER_M: [f64; 9] =
+    [0.3e-3, 0.4e-3, 0.5e-3, 0.6e-3, 0.8e-3, 1.0e-3, 1.25e-3, 1.5e-3, 2.0e-3];
+
 /// What a lumen became.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LumenReport {
@@ -37,6 +41,32 @@ pub struct LumenReport {
     pub facets_m: Option<Spread>,
     /// From the surface to the flat facets of its mesh \[m\], when that was asked for.
     pub surface_to_facets_m: Option<Spread>,
+    /// When the device has no room for it.
+    pub too_large: Option<LumenTooLarge>,
+}
+
+/// A lumen that the device has no room for.
+#[derive(Clone, Copy, Debug, PartialEq, Error)]
+#[error(
+    "the lumen takes {bytes} bytes on a grid of {:.2} mm; the device has room for \
+     {DEVICE_LUMEN_BYTES}\n  fix: {}", 1e3 * .cell_m, coarser(.fitting)
+)]
+pub struct LumenTooLarge {
+    pub bytes: usize,
+    /// Grid spacing \[m\].
+    pub cell_m: f64,
+    /// The finest of a few coarser grids that fits \[m\], with its bytes.
+    pub fitting: Option<(f64, usize)>,
+}
+
+fn coarser(fitting: &Option<(f64, usize)>) -> String {
+    let cut = "cut the vessel to the part that the instrument reaches";
+    match fitting {
+        Some((cell_m, bytes)) => {
+            format!("choose a grid of {:.2} mm ({bytes} bytes), or {cut}", 1e3 * cell_m)
+        }
+        None => cut.into(),
+    }
 }
 
 /// Where a wall came from.
@@ -47,13 +77,6 @@ pub enum WallSource {
     Mesh { read: usize, triangles: usize, rounds: usize },
     /// `centreline.csv`.
     Centreline { branches: usize },
-}
-
-impl LumenReport {
-    /// Whether the device has room for it.
-    pub fn fits(&self) -> bool {
-        self.bytes <= DEVICE_LUMEN_BYTES
-    }
 }
 
 /// Why there is no lumen.
@@ -67,11 +90,10 @@ pub enum LumenBuildError {
     #[error(transparent)]
     Bundle(#[from] BundleError),
     #[error(
-        "a grid of {cell_mm} mm around a vessel of {:.0} × {:.0} × {:.0} mm has too many bricks\n  \
-         fix: choose a coarser one, or cut the vessel to the part that the instrument reaches",
-        size_mm[0], size_mm[1], size_mm[2]
+        "a grid of {:.2} mm around a vessel of {:.0} × {:.0} × {:.0} mm has too many bricks\n  \
+         fix: {}", 1e3 * .cell_m, size_mm[0], size_mm[1], size_mm[2], coarser(.fitting)
     )]
-    TooManyBricks { cell_mm: f64, size_mm: [f64; 3] },
+    TooManyBricks { cell_m: f64, size_mm: [f64; 3], fitting: Option<(f64, usize)> },
 }
 
 /// Why a vessel and an entry do not belong together.
@@ -184,11 +206,18 @@ impl Vessel {
         let built = build_lumen(self.wall(), options).ok_or_else(|| {
             let (low, high) = self.wall.bounds_m();
             let size_mm = ((high - low) * 1e3).into();
-            LumenBuildError::TooManyBricks { cell_mm: options.cell_m * 1e3, size_mm }
+            let fitting = self.fitting(options, usize::MAX);
+            LumenBuildError::TooManyBricks { cell_m: options.cell_m, size_mm, fitting }
         })?;
+        let (bytes, cell_m) = (built.bytes.len(), options.cell_m);
+        let too_large = (bytes > DEVICE_LUMEN_BYTES).then(|| LumenTooLarge {
+            bytes,
+            cell_m,
+            fitting: self.fitting(options, bytes),
+        });
         let report = LumenReport {
             source: self.source,
-            bytes: built.bytes.len(),
+            bytes,
             bricks: usize::from(built.header.stored),
             cell_m: options.cell_m,
             openings: self.openings.clone(),
@@ -196,13 +225,27 @@ impl Vessel {
             quality: measure(&built, self.wall(), &options, QUALITY_POINTS),
             facets_m: None,
             surface_to_facets_m: None,
+            too_large,
         };
         Ok((built, report))
     }
 
-    /// Bytes of the lumen on another grid; `None` when it has too many bricks.
-    pub(crate) fn lumen_bytes(&self, options: LumenOptions) -> Option<usize> {
-        build_lumen(self.wall(), options).map(|lumen| lumen.bytes.len())
+    /// The finest coarser grid that fits the device, with its bytes. `bytes`: on the grid of
+    /// `options`.
+    fn fitting(&self, options: LumenOptions, bytes: usize) -> Option<(f64, usize)> {
+        // Bricks lie along a surface: their number falls by the square. The directory, which
+        // falls faster, is what makes this too high a guess.
+        let hopeful = |cell_m: f64| {
+            bytes == usize::MAX
+                || bytes as f64 * (options.cell_m / cell_m).powi(3) < DEVICE_LUMEN_BYTES as f64
+        };
+        let coarser = COARSER_M.into_iter().filter(|&cell_m| cell_m > options.cell_m);
+        coarser
+            .filter(|&cell_m| hopeful(cell_m))
+            .map(|cell_m| (cell_m, LumenOptions { cell_m, ..options }))
+            .filter_map(|(cell_m, options)| Some((cell_m, build_lumen(self.wall(), options)?)))
+            .map(|(cell_m, lumen)| (cell_m, lumen.bytes.len()))
+            .find(|&(_, bytes)| bytes <= DEVICE_LUMEN_BYTES)
     }
 }
 

@@ -307,8 +307,8 @@ fn a_vessel_as_long_as_a_street_has_no_lumen() {
     }
 }
 
-/// The largest error of the stored distance near the wall is below 50 µm, at the crest between
-/// the branches too.
+/// Where the instrument touches, the stored distance errs by less than 50 µm everywhere, at
+/// the crest between the branches too.
 #[test]
 fn the_examples_lumen_errs_by_less_than_50_micrometres() {
     let bundle = Bundle::open(example()).unwrap();

@@ -71,9 +71,12 @@ fn an_image_that_does_not_fit_says_which_grid_would() {
     let bundle = Bundle::open(example()).unwrap();
     let options = ImageOptions { cell_m: 0.5e-3, ..ImageOptions::default() };
     let error = device_image(&bundle, &options).unwrap_err();
-    let ImageBuildError::LumenTooLarge { bytes, fitting, .. } = &error else { panic!("{error}") };
-    assert!(*bytes > 2 << 20 && !fitting.is_empty());
-    assert!(error.to_string().contains("fix: use a coarser grid (1.25 mm"), "{error}");
+    let ImageBuildError::LumenTooLarge(too_large) = &error else { panic!("{error}") };
+    let (cell_m, bytes) = too_large.fitting.unwrap();
+    assert!(too_large.bytes > 2 << 20 && bytes <= 2 << 20, "{error}");
+    assert!(error.to_string().contains("fix: choose a grid of"), "{error}");
+    let (_, report) = device_image(&bundle, &ImageOptions { cell_m, ..options }).unwrap();
+    assert_eq!(report.lumen.bytes, bytes);
 }
 
 #[test]

@@ -3,6 +3,7 @@
 use std::path::Path;
 use std::time::Instant;
 
+use cathforce_mechanics::LumenHeader;
 use cathforce_rig::{
     CELL_M, DEVICE_LUMEN_BYTES, LumenBuildError, LumenJob, LumenReport, WallSource, lumen::Spread,
 };
@@ -20,28 +21,24 @@ pub fn run(ui: &Ui, arguments: &LumenArguments) -> Result<(), Failure> {
         outer_diameter_m: arguments.diameter.map(|mm| 1e-3 * mm),
         surface: arguments.surface.into(),
     };
-    let (built, report, warnings) = job.run(path).map_err(|error| refuse(path, &error))?;
+    let mut warnings = Vec::new();
+    let built = job.run(path, &mut warnings);
     for warning in &warnings {
         ui.warn(warning);
     }
+    let (built, report) = built.map_err(|error| refuse(path, &error))?;
     let seconds = start.elapsed().as_secs_f64();
     if let Some(out) = &arguments.out {
         std::fs::write(out, &built.bytes).map_err(|e| Failure::write(out, e))?;
         ui.say(format_args!("{} bytes: {}", built.bytes.len(), out.display()));
     }
-    ui.data(&to_json(&report, seconds), two_columns(&to_rows(&report, seconds)))?;
-    if report.fits() {
-        Ok(())
-    } else {
-        let message = format!(
-            "{}: the lumen takes {} bytes on a grid of {:.2} mm; the device has room for \
-             {DEVICE_LUMEN_BYTES}\n  fix: choose a coarser one by --cell, or cut the vessel to \
-             the part that the instrument reaches",
-            path.display(),
-            report.bytes,
-            1e3 * report.cell_m
-        );
-        Err(Failure::new(Code::Threshold, message))
+    ui.data(&to_json(&report, &built.header, seconds), two_columns(&to_rows(&report, seconds)))?;
+    match report.too_large {
+        None => Ok(()),
+        Some(error) => {
+            let message = format!("{}: {error}; --cell chooses the grid", path.display());
+            Err(Failure::new(Code::Threshold, message))
+        }
     }
 }
 
@@ -72,7 +69,7 @@ fn micrometres(spread: &Spread) -> String {
 
 fn to_rows(report: &LumenReport, seconds: f64) -> Vec<(String, String)> {
     let percent = 100.0 * report.bytes as f64 / DEVICE_LUMEN_BYTES as f64;
-    let fits = if report.fits() { "fits" } else { "does not fit" };
+    let fits = if report.too_large.is_none() { "fits" } else { "does not fit" };
     let openings: Vec<_> = report
         .openings
         .iter()
@@ -81,14 +78,15 @@ fn to_rows(report: &LumenReport, seconds: f64) -> Vec<(String, String)> {
             format!("({x:.1}, {y:.1}, {z:.1}) mm, radius {:.2} mm", 1e3 * o.radius_m)
         })
         .collect();
-    let [low, high] = report.quality.band_m.map(|x| 1e3 * x);
+    let quality = &report.quality;
+    let [low, high] = quality.touching_m.map(|x| 1e3 * x);
     let mut rows = vec![
         ("wall", source(report)),
         ("openings", if openings.is_empty() { "none".into() } else { openings.join("\n") }),
         ("cell", format!("{:.2} mm", 1e3 * report.cell_m)),
         ("bricks", report.bricks.to_string()),
         ("bytes", format!("{}, {percent:.0} % of the device's room: {fits}", report.bytes)),
-        ("error", format!("{} to the surface", micrometres(&report.quality.distance_m))),
+        ("error", format!("{} to the surface", micrometres(&quality.distance_m))),
     ];
     if let Some(facets) = &report.facets_m {
         rows.push(("", format!("{} to the flat facets", micrometres(facets))));
@@ -98,8 +96,12 @@ fn to_rows(report: &LumenReport, seconds: f64) -> Vec<(String, String)> {
     }
     rows.push((
         "",
-        format!("{} points, {low:.1} to {high:.1} mm from the wall", report.quality.points),
+        format!(
+            "at {} points where the instrument touches, {low:.1} to {high:.1} mm from the wall",
+            quality.points
+        ),
     ));
+    rows.push(("deeper", format!("{} to the surface", micrometres(&quality.deeper_m))));
     if report.gaps > 0 {
         rows.push(("gaps closed", report.gaps.to_string()));
     }
@@ -107,7 +109,7 @@ fn to_rows(report: &LumenReport, seconds: f64) -> Vec<(String, String)> {
     rows.into_iter().map(|(label, value)| (label.to_owned(), value)).collect()
 }
 
-fn to_json(report: &LumenReport, seconds: f64) -> Value {
+fn to_json(report: &LumenReport, header: &LumenHeader, seconds: f64) -> Value {
     let spread = |s: &Spread| json!({ "median_m": s.p50, "p99_m": s.p99, "max_m": s.max });
     let (read, used) = match report.source {
         WallSource::Mesh { read, triangles, .. } => (Some(read), Some(triangles)),
@@ -116,25 +118,36 @@ fn to_json(report: &LumenReport, seconds: f64) -> Value {
     let openings: Vec<_> = report
         .openings
         .iter()
-        .map(|o| json!({ "position_m": o.centre_m.as_slice(), "radius_m": o.radius_m, "axis": o.axis.as_slice() }))
+        .map(|o| {
+            json!({
+                "position_m": o.centre_m.as_slice(),
+                "radius_m": o.radius_m,
+                "axis": o.axis.as_slice(),
+                "sleeve_m": o.sleeve_m,
+            })
+        })
         .collect();
     json!({
         "triangles": read,
         "triangles_after_smoothing": used,
         "openings": openings,
         "gaps_closed": report.gaps,
-        "cell_m": report.cell_m,
+        "origin_m": header.origin_m,
+        "grid_bricks": header.bricks,
+        "cell_m": header.cell_m,
+        "distance_unit_m": header.distance_unit_m,
         "bricks": report.bricks,
         "bytes": report.bytes,
         "device_bytes": DEVICE_LUMEN_BYTES,
-        "fits": report.fits(),
+        "fits": report.too_large.is_none(),
         "error_to_surface": spread(&report.quality.distance_m),
+        "error_deeper": spread(&report.quality.deeper_m),
         "error_of_trilinear": spread(&report.quality.trilinear_m),
         "error_to_facets": report.facets_m.as_ref().map(spread),
         "surface_to_facets": report.surface_to_facets_m.as_ref().map(spread),
         "normal_max_rad": report.quality.normal_rad.max,
         "points": report.quality.points,
-        "band_m": report.quality.band_m,
+        "touching_m": report.quality.touching_m,
         "seconds": seconds,
     })
 }

@@ -9,7 +9,12 @@ use nalgebra::{Matrix3, Vector3};
 use super::mesh::{Mesh, RIM, next};
 
 /// Length of a sleeve \[m\].
-const SLEEVE_M: f64 = 8e-3;
+pub(crate) const SLEEVE_M: f64 = 8e-3;
+/// A sleeve is cut by whole steps to where it is clear of the rest of the vessel, to one step
+/// at least \[m\].
+const SLEEVE_STEP_M: f64 = 0.5e-3;
+/// A sleeve may graze the wall that it leaves by so much \[m\].
+const GRAZE_M: f64 = 50e-6;
 /// Gaps of a smaller mean radius are closed \[m\].
 const GAP_M: f64 = 0.3e-3;
 /// A sleeve follows the taper of its vessel no steeper than this.
@@ -29,21 +34,29 @@ pub struct Opening {
     pub axis: Vector3<f64>,
     /// Corners of the rim, in order \[m\].
     pub rim_m: Vec<Vector3<f64>>,
+    /// For how long the wall goes on past it \[m\]: less than the usual where another branch
+    /// lies in front.
+    pub sleeve_m: f64,
 }
 
 impl Mesh {
     /// Puts a sleeve on every opening, and closes gaps. Facets must face the lumen.
+    /// `depth_m`: how deep in the lumen a point lies beside the wall \[m\], before any sleeve.
     /// Returns the openings, and the number of gaps.
-    pub(crate) fn extend(&mut self) -> (Vec<Opening>, usize) {
+    pub(crate) fn extend(
+        &mut self,
+        depth_m: impl Fn(&Vector3<f64>) -> f64,
+    ) -> (Vec<Opening>, usize) {
         let (mut openings, mut gaps) = (Vec::new(), 0);
         for rim in self.rims() {
-            let opening = self.opening(&rim);
+            let mut opening = self.opening(&rim);
             if opening.radius_m < GAP_M {
                 self.close(&rim, opening.centre_m);
                 gaps += 1;
             } else {
                 let ways = self.ways_on(&rim, &opening.axis);
-                self.put_sleeve(&rim, &ways);
+                opening.sleeve_m = clear_m(&opening.rim_m, &ways, &depth_m);
+                self.put_sleeve(&rim, &ways, opening.sleeve_m);
                 openings.push(opening);
             }
         }
@@ -108,7 +121,7 @@ impl Mesh {
             (from_centre - axis * axis.dot(&from_centre)).norm()
         };
         let radius_m = (0..rim.len()).map(|k| from_axis(k) * lengths[k]).sum::<f64>() / around_m;
-        Opening { centre_m, radius_m, axis, rim_m }
+        Opening { centre_m, radius_m, axis, rim_m, sleeve_m: 0.0 }
     }
 
     /// Unit vectors in which the wall goes on from each corner of a rim: the axis, leant by
@@ -131,12 +144,12 @@ impl Mesh {
             .collect()
     }
 
-    fn put_sleeve(&mut self, rim: &[usize], ways: &[Vector3<f64>]) {
+    fn put_sleeve(&mut self, rim: &[usize], ways: &[Vector3<f64>], length_m: f64) {
         let count = rim.len();
         let first_vertex = self.positions.len();
         for (&half_edge, way) in rim.iter().zip(ways) {
-            self.positions.push(self.start(half_edge) + way * SLEEVE_M);
-            self.beyond_m.push(SLEEVE_M);
+            self.positions.push(self.start(half_edge) + way * length_m);
+            self.beyond_m.push(length_m);
         }
         // Two triangles on the edge from a to b: b, a, far a; b, far a, far b.
         let first = self.vertex.len();
@@ -187,4 +200,19 @@ impl Mesh {
             .sum();
         facets + lids < 0.0
     }
+}
+
+/// How far a sleeve goes before it would stand as a wall in the lumen of another branch \[m\].
+fn clear_m(
+    rim_m: &[Vector3<f64>],
+    ways: &[Vector3<f64>],
+    depth_m: impl Fn(&Vector3<f64>) -> f64,
+) -> f64 {
+    let steps = (SLEEVE_M / SLEEVE_STEP_M).round() as usize;
+    let blocked = |step: &usize| {
+        let along_m = SLEEVE_STEP_M * *step as f64;
+        rim_m.iter().zip(ways).any(|(corner, way)| depth_m(&(corner + way * along_m)) > GRAZE_M)
+    };
+    let first = (1..=steps).find(blocked).unwrap_or(steps + 1);
+    SLEEVE_STEP_M * (first - 1).max(1) as f64
 }

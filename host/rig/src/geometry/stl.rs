@@ -26,6 +26,8 @@ pub enum StlCause {
     Truncated { promised: usize, expected: usize, found: usize, triangle: usize },
     #[error("{extra} bytes follow the last of the {promised} triangles that the header promises")]
     TrailingBytes { promised: usize, extra: usize },
+    #[error("this is no STL file; it begins with `{starts}`")]
+    NotStl { starts: String },
     #[error("the surface has no triangles")]
     Empty,
     #[error("triangle {triangle} has a coordinate that is not a finite number")]
@@ -47,6 +49,7 @@ impl StlCause {
             StlCause::TrailingBytes { .. } => {
                 "the triangle count in bytes 80 to 83 and the file disagree: export it again".into()
             }
+            StlCause::NotStl { .. } => "export the surface as STL, binary if possible".into(),
             StlCause::Empty => "export the lumen surface again; nothing was selected".into(),
             StlCause::NotFinite { .. } => {
                 "repair the mesh in the program that made it, and export it again".into()
@@ -92,6 +95,13 @@ fn read_binary(bytes: &[u8]) -> Result<Vec<Triangle>, (Place, StlCause)> {
         return Err((Place::Byte(found), StlCause::NoHeader { found }));
     };
     if found < expected {
+        // The header of a binary STL may be text, a count of less than 16 million is not.
+        let head = &bytes[..HEADER_BYTES];
+        if head.iter().all(|byte| byte.is_ascii_graphic() || byte.is_ascii_whitespace()) {
+            let first = head.split(|&byte| byte == b'\n').next().unwrap_or_default();
+            let starts = String::from_utf8_lossy(first).trim_end().to_owned();
+            return Err((Place::Whole, StlCause::NotStl { starts }));
+        }
         let triangle = (found - HEADER_BYTES) / TRIANGLE_BYTES;
         let cause = StlCause::Truncated { promised, expected, found, triangle };
         return Err((Place::Byte(found), cause));
@@ -157,12 +167,13 @@ impl<'a> Words<'a> {
         let mut point = Vector3::zeros();
         for axis in 0..3 {
             let (line, word) = self.next("a number")?;
-            let number: f64 =
+            // In the precision of a binary file, so that both forms give the same lumen.
+            let number: f32 =
                 word.parse().map_err(|_| (Place::Line(line), StlCause::NotANumber(word.into())))?;
             if !number.is_finite() {
                 return Err((Place::Line(line), StlCause::NotFinite { triangle: self.facet }));
             }
-            point[axis] = number * METRES_PER_UNIT;
+            point[axis] = f64::from(number) * METRES_PER_UNIT;
         }
         Ok(point)
     }

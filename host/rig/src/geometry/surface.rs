@@ -44,14 +44,19 @@ impl MeshWall {
     /// `mesh`: facets facing either way; `inside`: a point of the lumen, which tells which
     /// way they should. Without one the volume that they enclose tells.
     pub fn new(mut mesh: Mesh, model: SurfaceModel, inside: Option<&Vector3<f64>>) -> Self {
+        let bare = Self::index(mesh.clone());
         let faces_lumen = match inside {
-            Some(inside) => Self::index(mesh.clone()).sample(inside).distance_m > 0.0,
+            Some(inside) => bare.sample(inside).distance_m > 0.0,
             None => mesh.faces_lumen(),
         };
         if !faces_lumen {
             mesh.turn_inside_out();
         }
-        let (openings, gaps) = mesh.extend();
+        let (openings, gaps) = mesh.extend(|p| {
+            let here = bare.sample(p);
+            let depth_m = if faces_lumen { here.distance_m } else { -here.distance_m };
+            if here.beyond_m > 0.0 { 0.0 } else { depth_m }
+        });
         let rounds = match model {
             SurfaceModel::Faceted => 0,
             SurfaceModel::Smooth => mesh.refine(),

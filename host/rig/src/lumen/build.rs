@@ -6,7 +6,6 @@ use cathforce_mechanics::{BRICK_CELLS, BRICK_NODES, FREE, LumenHeader, NOMINAL_W
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
-use super::fit::fit;
 use super::grid::{Grid, Place, steps};
 use crate::geometry::Wall;
 
@@ -17,8 +16,8 @@ pub struct LumenOptions {
     pub cell_m: f64,
     /// Metres per unit of a stored distance; ± 32 767 of them must span the band and a brick.
     pub distance_unit_m: f64,
-    /// Bricks that lie deeper than this inside the lumen are not stored \[m\].
-    pub inside_m: f64,
+    /// Of the instrument \[m\].
+    pub outer_radius_m: f64,
     /// Bricks that lie farther than this outside are not stored \[m\].
     pub outside_m: f64,
     /// The wall goes on straight past an opening, for so long \[m\].
@@ -31,10 +30,15 @@ impl LumenOptions {
         Self {
             cell_m,
             distance_unit_m: 0.25e-6,
-            inside_m: outer_radius_m + 1e-3,
+            outer_radius_m,
             outside_m: 2.5e-3,
             past_opening_m: 4e-3,
         }
+    }
+
+    /// Bricks that lie deeper than this inside the lumen are not stored \[m\].
+    pub fn inside_m(&self) -> f64 {
+        self.outer_radius_m + 1e-3
     }
 }
 
@@ -47,8 +51,8 @@ pub struct BuiltLumen {
 
 /// What a node holds before it is packed.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Node {
-    pub distance_m: f64,
+struct Node {
+    distance_m: f64,
     /// × 127, as it is stored.
     normal: [i8; 3],
     /// How far past an opening \[m\].
@@ -61,14 +65,10 @@ impl Node {
         let normal = here.normal.map(|x| (x * 127.0).round() as i8).into();
         Self { distance_m: here.distance_m, normal, beyond_m: here.beyond_m }
     }
-
-    pub fn normal(&self) -> Vector3<f64> {
-        Vector3::from(self.normal.map(f64::from)) / 127.0
-    }
 }
 
 /// What a brick of the directory holds.
-pub(super) enum Brick {
+enum Brick {
     Free,
     Outside,
     /// Its nodes, as indices into [`Field::nodes`].
@@ -82,12 +82,12 @@ impl Brick {
 }
 
 /// A sampled field: nodes that bricks share are there once.
-pub(super) struct Field {
-    pub grid: Grid,
-    pub options: LumenOptions,
-    pub nodes: Vec<Node>,
+struct Field {
+    grid: Grid,
+    options: LumenOptions,
+    nodes: Vec<Node>,
     /// By directory entry.
-    pub bricks: Vec<Brick>,
+    bricks: Vec<Brick>,
 }
 
 impl Field {
@@ -124,7 +124,7 @@ impl Field {
 
         let in_band = |&node: &u32| {
             let Node { distance_m, beyond_m, .. } = nodes[node as usize];
-            distance_m < options.inside_m
+            distance_m < options.inside_m()
                 && distance_m > -options.outside_m
                 && beyond_m < options.past_opening_m
         };
@@ -182,7 +182,7 @@ fn near(grid: &Grid, options: &LumenOptions, wall: &dyn Wall, entry: usize) -> R
     let centre = wall.sample(&grid.position_m(middle));
     // Distances change by no more than the way; past an opening by a little more.
     let reach_m = 1.1 * half * grid.cell_m * 3.0_f64.sqrt();
-    let beside = centre.distance_m > options.inside_m + reach_m
+    let beside = centre.distance_m > options.inside_m() + reach_m
         || centre.distance_m < -options.outside_m - reach_m
         || centre.beyond_m > options.past_opening_m + reach_m;
     if beside { Err(Brick::away(centre.distance_m)) } else { Ok(()) }
@@ -195,7 +195,5 @@ fn quantise(units: f64) -> i16 {
 
 /// Samples `wall` on all processors. `None` when there are too many bricks, stored or not.
 pub fn build_lumen(wall: &dyn Wall, options: LumenOptions) -> Option<BuiltLumen> {
-    let mut field = Field::sample(wall, options)?;
-    fit(&mut field, wall);
-    field.pack()
+    Field::sample(wall, options)?.pack()
 }

@@ -1,7 +1,6 @@
 //! From a wall to the lumen that the device reads: bricks of stored distances and normals.
 
 mod build;
-mod fit;
 mod grid;
 mod quality;
 

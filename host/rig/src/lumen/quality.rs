@@ -4,8 +4,12 @@ use cathforce_mechanics::{BRICK_CELLS, BRICK_EDGE, BRICK_NODES, NODE_BYTES, OUTS
 use nalgebra::Vector3;
 
 use super::build::{BuiltLumen, LumenOptions};
-use super::fit::DEEPEST_INDENTATION_M;
 use crate::geometry::{Wall, WallPoint};
+
+/// No wall is indented deeper \[m\].
+const DEEPEST_INDENTATION_M: f64 = 1e-3;
+/// A surface that is farther from the wall cannot touch it within a step of 1 ms \[m\].
+const AHEAD_M: f64 = 0.25e-3;
 
 /// Median, 99th percentile and largest of a set of errors.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -33,8 +37,9 @@ impl Spread {
 pub struct LumenQuality {
     /// Points compared.
     pub points: usize,
-    /// They lie between these distances from the wall, positive inside \[m\].
-    pub band_m: [f64; 2],
+    /// An instrument's centre line lies between these distances from the wall, positive
+    /// inside, when it touches it \[m\].
+    pub touching_m: [f64; 2],
     /// Distance with the normals' second-order term, as the device interpolates \[m\].
     pub distance_m: Spread,
     /// Distance by plain trilinear interpolation \[m\].
@@ -43,6 +48,8 @@ pub struct LumenQuality {
     pub normal_rad: Spread,
     /// Where the largest error of the distance is \[m\].
     pub worst_at_m: [f64; 3],
+    /// Distance deeper inside, as far as it is stored, where nothing touches \[m\].
+    pub deeper_m: Spread,
 }
 
 /// Reference evaluation of a stored lumen in f64:
@@ -112,49 +119,52 @@ struct Compared {
     exact: WallPoint,
 }
 
-/// Up to `points` random points where an instrument's centre line can be: from 0.5 mm outside
-/// the wall to the deepest stored distance inside, beside the wall and not past an opening.
+/// Random points beside the wall and not past an opening, until up to `points` of them are
+/// where an instrument touches it; those, and the ones deeper inside.
 fn compare(
     lumen: &BuiltLumen,
     wall: &dyn Wall,
     options: &LumenOptions,
     points: usize,
-) -> Vec<Compared> {
+) -> (Vec<Compared>, Vec<Compared>) {
     let (low, high) = wall.bounds_m();
-    let [low_m, high_m] = band_m(options);
+    let [low_m, high_m] = touching_m(options);
+    let deepest_m = options.inside_m();
     let mut random = Random(0x9E37_79B9_7F4A_7C15);
-    let mut compared = Vec::with_capacity(points);
+    let (mut touching, mut deeper) = (Vec::with_capacity(points), Vec::new());
     for _ in 0..400 * points {
         let at = Vector3::from_fn(|axis, _| low[axis] + (high - low)[axis] * random.next());
         let Some((stored, trilinear_m)) = interpolate(lumen, &at) else { continue };
-        if stored.distance_m < low_m - 0.5e-3 || stored.distance_m > high_m + 0.5e-3 {
+        if stored.distance_m < low_m - 0.5e-3 || stored.distance_m > deepest_m + 0.5e-3 {
             continue;
         }
         let exact = wall.sample(&at);
-        let touched = exact.distance_m > low_m && exact.distance_m < high_m;
-        if !touched || exact.beyond_m > 0.0 {
+        let stored_there = exact.distance_m > low_m && exact.distance_m < deepest_m;
+        if !stored_there || exact.beyond_m > 0.0 {
             continue;
         }
-        compared.push(Compared { at, stored, trilinear_m, exact });
-        if compared.len() == points {
+        let of = if exact.distance_m < high_m { &mut touching } else { &mut deeper };
+        of.push(Compared { at, stored, trilinear_m, exact });
+        if touching.len() == points {
             break;
         }
     }
-    compared
+    (touching, deeper)
 }
 
-fn band_m(options: &LumenOptions) -> [f64; 2] {
-    [-DEEPEST_INDENTATION_M, options.inside_m]
+fn touching_m(options: &LumenOptions) -> [f64; 2] {
+    let radius_m = options.outer_radius_m;
+    [radius_m - DEEPEST_INDENTATION_M, radius_m + AHEAD_M]
 }
 
-/// Compares at up to `points` random points where an instrument's centre line can be.
+/// Compares at up to `points` random points where an instrument touches the wall.
 pub fn measure(
     lumen: &BuiltLumen,
     wall: &dyn Wall,
     options: &LumenOptions,
     points: usize,
 ) -> LumenQuality {
-    let compared = compare(lumen, wall, options, points);
+    let (compared, deeper) = compare(lumen, wall, options, points);
     let error = |c: &Compared| c.stored.distance_m - c.exact.distance_m;
     let worst = compared.iter().max_by(|a, b| error(a).abs().total_cmp(&error(b).abs()));
     let angle = |c: &Compared| {
@@ -163,11 +173,12 @@ pub fn measure(
     };
     LumenQuality {
         points: compared.len(),
-        band_m: band_m(options),
+        touching_m: touching_m(options),
         distance_m: Spread::of(compared.iter().map(error)),
         trilinear_m: Spread::of(compared.iter().map(|c| c.trilinear_m - c.exact.distance_m)),
         normal_rad: Spread::of(compared.iter().map(angle)),
         worst_at_m: worst.map(|c| c.at.into()).unwrap_or_default(),
+        deeper_m: Spread::of(deeper.iter().map(error)),
     }
 }
 
@@ -180,7 +191,8 @@ pub fn measure_against(
     options: &LumenOptions,
     points: usize,
 ) -> (Spread, Spread) {
-    let pairs: Vec<_> = compare(lumen, wall, options, points)
+    let (compared, _) = compare(lumen, wall, options, points);
+    let pairs: Vec<_> = compared
         .into_iter()
         .map(|compared| (other.sample(&compared.at), compared))
         .filter(|(other, _)| other.beyond_m == 0.0)
