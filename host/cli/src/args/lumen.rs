@@ -1,0 +1,57 @@
+//! Arguments of `cathforce lumen`.
+
+use std::path::PathBuf;
+
+use cathforce_rig::geometry::SurfaceModel;
+use clap::{Args, ValueEnum};
+
+#[derive(Debug, Args)]
+pub struct LumenArguments {
+    /// STL file in millimetres, or trial bundle.
+    #[arg(value_name = "MESH|BUNDLE")]
+    pub path: PathBuf,
+    /// Grid spacing; 1 mm if not given. Nothing but this makes it coarser.
+    #[arg(long, value_name = "MM", value_parser = cell_mm)]
+    pub cell: Option<f64>,
+    /// Outer diameter of the instrument; the bundle's own if not given, 3 mm for a mesh.
+    #[arg(long, value_name = "MM", value_parser = diameter_mm)]
+    pub diameter: Option<f64>,
+    /// The wall between the vertices of a mesh.
+    #[arg(long, value_enum, default_value_t)]
+    pub surface: Surface,
+    /// Write directory and bricks into this file, as the device reads them.
+    #[arg(long, value_name = "FILE")]
+    pub out: Option<PathBuf>,
+}
+
+/// The wall between the vertices of a mesh.
+#[derive(Clone, Copy, Debug, Default, ValueEnum)]
+pub enum Surface {
+    /// Curved through the vertices: the edges of a decimated mesh are not felt.
+    #[default]
+    Smooth,
+    /// Flat facets, as the file says.
+    Flat,
+}
+
+impl From<Surface> for SurfaceModel {
+    fn from(surface: Surface) -> Self {
+        match surface {
+            Surface::Smooth => Self::Smooth,
+            Surface::Flat => Self::Faceted,
+        }
+    }
+}
+
+fn cell_mm(text: &str) -> Result<f64, String> {
+    between(text, 0.1, 3.0)
+}
+
+fn diameter_mm(text: &str) -> Result<f64, String> {
+    between(text, 0.1, 12.0)
+}
+
+fn between(text: &str, low_mm: f64, high_mm: f64) -> Result<f64, String> {
+    let value = text.parse::<f64>().ok().filter(|x| (low_mm..=high_mm).contains(x));
+    value.ok_or_else(|| format!("give millimetres from {low_mm} to {high_mm}"))
+}
