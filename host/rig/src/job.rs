@@ -4,7 +4,7 @@ use std::path::Path;
 
 use crate::bundle::{Bundle, read_mesh};
 use crate::error::{Place, Warning};
-use crate::geometry::{Mesh, MeshWall, SLEEVE_M, SurfaceModel};
+use crate::geometry::{GAP_M, Mesh, MeshWall, SLEEVE_M, SurfaceModel};
 use crate::lumen::{BuiltLumen, LumenOptions, measure_against};
 use crate::vessel::{LumenBuildError, LumenReport, QUALITY_POINTS, Vessel, WallSource};
 
@@ -62,10 +62,9 @@ fn doubts(report: &LumenReport, options: &LumenOptions) -> Vec<String> {
     let mut doubts = Vec::new();
     let quality = &report.quality;
     let worst_m = quality.distance_m.max;
+    let diameter_mm = 2e3 * options.outer_radius_m;
     if quality.points == 0 {
-        doubts.push(
-            "nowhere in the vessel is room for the instrument: STL is read in millimetres".into(),
-        );
+        doubts.push(format!("nowhere is room for an instrument of {diameter_mm:.2} mm"));
     } else if worst_m > LARGEST_ERROR_M {
         let [x, y, z] = quality.worst_at_m.map(|x| 1e3 * x);
         let finer_mm = 1e3 * options.cell_m * LARGEST_ERROR_M / worst_m;
@@ -76,8 +75,21 @@ fn doubts(report: &LumenReport, options: &LumenOptions) -> Vec<String> {
             1e6 * LARGEST_ERROR_M
         ));
     }
-    if matches!(report.source, WallSource::Mesh { .. }) && report.openings.is_empty() {
-        doubts.push("the surface has no opening: an instrument cannot enter it".into());
+    let of_mesh = matches!(report.source, WallSource::Mesh { .. });
+    let narrow = report.openings.iter().filter(|o| o.radius_m < options.outer_radius_m).count();
+    if of_mesh && report.openings.is_empty() {
+        doubts.push(format!(
+            "the surface has no opening of more than {:.1} mm: an instrument cannot enter it",
+            2e3 * GAP_M
+        ));
+    } else if of_mesh && narrow == report.openings.len() {
+        doubts.push(format!("no opening is as wide as the instrument of {diameter_mm:.2} mm"));
+    } else if narrow > 0 {
+        doubts.push(format!(
+            "{narrow} of {} openings are narrower than the instrument of {diameter_mm:.2} mm: \
+             holes in the surface?",
+            report.openings.len()
+        ));
     }
     for opening in report.openings.iter().filter(|opening| opening.sleeve_m < SLEEVE_M) {
         let [x, y, z]: [f64; 3] = (1e3 * opening.centre_m).into();

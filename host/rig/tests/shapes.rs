@@ -4,13 +4,12 @@
 mod support;
 
 use std::f64::consts::{PI, TAU};
-use std::fs;
 
+use cathforce_rig::Vessel;
 use cathforce_rig::geometry::{Mesh, MeshWall, SurfaceModel, Triangle, Wall};
 use cathforce_rig::lumen::{BuiltLumen, LumenOptions, Spread, build_lumen, interpolate};
-use cathforce_rig::{LumenJob, Vessel};
 use nalgebra::Vector3;
-use support::{Point, Random, ascii_stl, binary_stl, triangulate, tube};
+use support::{Point, Random, triangulate};
 
 /// Edge of the cubes that the shapes are cut into triangles by \[m\].
 const CUBE_M: f64 = 0.4e-3;
@@ -229,27 +228,4 @@ fn a_sleeve_ends_before_a_branch_that_lies_in_front_of_it() {
         let here = wall.sample(&Point::new(x, 0.0, 0.0));
         assert!((here.distance_m - 3e-3).abs() < 20e-6, "a wall stands at x = {x}: {here:?}");
     }
-}
-
-#[test]
-fn ascii_and_binary_give_the_same_lumen() {
-    let folder = tempfile::tempdir().unwrap();
-    let surface = tube();
-    let job = LumenJob {
-        cell_m: 1e-3,
-        outer_diameter_m: Some(2.0 * RADIUS_M),
-        surface: SurfaceModel::Smooth,
-    };
-    let built = |name: &str, bytes: &[u8]| {
-        let file = folder.path().join(name);
-        fs::write(&file, bytes).unwrap();
-        let mut warnings = Vec::new();
-        let (built, report) = job.run(&file, &mut warnings).unwrap();
-        assert_eq!((warnings, report.openings.len()), (Vec::new(), 2), "{name}");
-        built
-    };
-    let binary = built("binary.stl", &binary_stl(&surface));
-    let ascii = ascii_stl(&surface);
-    assert!(built("ascii.stl", ascii.as_bytes()) == binary);
-    assert!(built("crlf.stl", ascii.replace('\n', "\r\n").as_bytes()) == binary);
 }

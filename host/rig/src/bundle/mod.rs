@@ -124,9 +124,15 @@ pub(crate) fn read_mesh(
         |message| warnings.push(Warning { file: file.to_path_buf(), place: Place::Whole, message });
     let size_mm = (high - low).norm() * 1e3;
     if size_mm > 2000.0 {
-        warn(format!("the surface spans {size_mm:.0} mm, larger than a body: micrometres?"));
+        warn(format!(
+            "the surface spans {size_mm:.0} mm, larger than a body; STL is read in millimetres: \
+             was it exported in micrometres? Then scale it by 0.001"
+        ));
     } else if size_mm < 10.0 {
-        warn(format!("the surface spans {size_mm:.3} mm; STL is read in millimetres: metres?"));
+        warn(format!(
+            "the surface spans {size_mm:.3} mm; STL is read in millimetres: was it exported in \
+             metres? Then scale it by 1000"
+        ));
     }
     if repairs.degenerate > 0 {
         warn(format!("{} triangles without area were left out", repairs.degenerate));

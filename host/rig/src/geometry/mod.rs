@@ -13,7 +13,7 @@ use nalgebra::Vector3;
 pub use centreline::{Branch, CentrelineCause, Station, TubeWall, read_centreline};
 pub use mesh::{Mesh, MeshCause, MeshRepairs};
 pub use openings::Opening;
-pub(crate) use openings::SLEEVE_M;
+pub(crate) use openings::{GAP_M, SLEEVE_M};
 pub use stl::{StlCause, Triangle, read_stl};
 pub use surface::{MeshWall, SurfaceModel};
 

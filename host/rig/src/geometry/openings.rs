@@ -16,7 +16,7 @@ const SLEEVE_STEP_M: f64 = 0.5e-3;
 /// A sleeve may graze the wall that it leaves by so much \[m\].
 const GRAZE_M: f64 = 50e-6;
 /// Gaps of a smaller mean radius are closed \[m\].
-const GAP_M: f64 = 0.3e-3;
+pub(crate) const GAP_M: f64 = 0.3e-3;
 /// A sleeve follows the taper of its vessel no steeper than this.
 const STEEPEST: f64 = 0.3;
 /// Above this mean cosine between wall and cut the opening is a hole in a wall, and no cut

@@ -44,7 +44,7 @@ impl StlCause {
     pub(crate) fn fix(&self) -> String {
         match self {
             StlCause::NoHeader { .. } | StlCause::Truncated { .. } => {
-                "the file was cut short: export or copy it again".into()
+                "the file was cut short, or is no STL: export or copy it again".into()
             }
             StlCause::TrailingBytes { .. } => {
                 "the triangle count in bytes 80 to 83 and the file disagree: export it again".into()
