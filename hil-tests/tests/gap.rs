@@ -5,20 +5,26 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use cathforce_hil_tests::{EXAMPLE, bundle, estimates, image_with, program};
-use cathforce_rig::ImageOptions;
+use cathforce_hil_tests::{EXAMPLE, bundle, estimates, program};
+use cathforce_rig::bundle::TrialData;
+use cathforce_rig::{Bundle, ImageOptions, device_image};
 
-const FRICTION: (&str, f32) = ("wall.friction_coefficient", 0.6);
+const FRICTION: (&str, f32) = ("wall.friction_coefficient", 0.45);
 /// Time of the trial that is played: into contact and along the wall \[s\].
 const PLAYED_S: f64 = 3.0;
 
 /// The example's rig with the forces of a device whose wall has another friction.
 fn sticky(folder: &Path) {
-    let parameters = vec![(FRICTION.0.to_owned(), FRICTION.1)];
-    let image = image_with(&ImageOptions { parameters, ..ImageOptions::default() });
     let mut trial = bundle().trial(0).expect("a first trial").clone();
     let rows = trial.t_s.partition_point(|&t| t - trial.t_s[0] <= PLAYED_S);
     trial.t_s.truncate(rows);
+    let TrialData::Catheter(data) = &mut trial.data else { unreachable!("a catheter") };
+    // Links are as long as the deepest insertion asks for.
+    data.insertion_m.truncate(rows);
+    let rig = Bundle { trials: vec![trial.clone()], ..bundle().clone() };
+    let parameters = vec![(FRICTION.0.to_owned(), FRICTION.1)];
+    let options = ImageOptions { parameters, ..ImageOptions::default() };
+    let (image, _) = device_image(&rig, &options).unwrap_or_else(|error| panic!("{error}"));
     let felt = estimates(&image, &trial);
     let mut csv = String::from("t_s,insertion_m,rotation_rad,fx_N,fy_N,fz_N\n");
     for &t_s in &trial.t_s {

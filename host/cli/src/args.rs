@@ -255,7 +255,7 @@ pub struct ExportArguments {
 
 #[derive(Debug, Args)]
 pub struct ApplyArguments {
-    /// Trial bundle that was diagnosed.
+    /// Trial bundle that was diagnosed, or recording of a run.
     pub bundle: PathBuf,
     #[command(flatten)]
     pub source: ApplySource,
@@ -321,7 +321,7 @@ pub struct Way {
 
 #[derive(Debug, Args)]
 pub struct IsolabilityArguments {
-    /// Trial bundle, or one without trials: its rig and vessel.
+    /// Trial bundle, one without trials (its rig and vessel), or recording of a run.
     pub bundle: PathBuf,
     /// Take the motion of `cathforce gap protocol`, not that of the bundle's trials.
     #[arg(long)]
@@ -361,7 +361,7 @@ fn rate(text: &str) -> Result<f64, String> {
 
 #[derive(Debug, Args)]
 pub struct DiagnoseArguments {
-    /// Trial bundle.
+    /// Trial bundle, or recording of a run (MCAP).
     pub bundle: PathBuf,
     /// Write the answer as JSON into this file, or to stdout (`-`).
     // The same id as the flag of all commands, which it stands in for.

@@ -198,3 +198,28 @@ fn what_cannot_be_applied_is_refused_and_changes_nothing() {
     let other = ["simulate", bundle, "--settings", text(&settings)];
     assert_fails(&other, 3, &["settings of the rig `other`", "fix:"]);
 }
+
+/// A recording holds the rig, what was measured, and the vessel in its device image.
+#[test]
+fn a_recording_is_diagnosed_and_applied_like_a_bundle() {
+    let (bundle, _) = diagnosed();
+    let folder = tempfile::tempdir().unwrap();
+    let file = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let (run, diagnosis, settings) = (file("run.mcap"), file("d.json"), file("s.toml"));
+    let bundle = text(bundle);
+    let simulate =
+        ["simulate", bundle, "--trial", "1", "--out", &run, "--set", "force_gain=3", "--quiet"];
+    assert!(cathforce(&simulate).status.success());
+    let effect = ["--effect", "contact.friction"];
+    let fitted = json(&[&["gap", "apply", &run, "--settings", &settings], &effect[..]].concat());
+    let [change] = fitted["changes"].as_array().unwrap().as_slice() else { panic!("{fitted}") };
+    let (old, new) = (change["old"].as_f64().unwrap(), change["new"].as_f64().unwrap());
+    assert!((new / old / FACTOR - 1.0).abs() < 0.25, "{old} to {new}");
+
+    let diagnose = ["gap", "diagnose", &run, "--quiet", "--json", &diagnosis];
+    assert!(cathforce(&[&diagnose[..], &effect].concat()).status.success());
+    let again = ["gap", "apply", &run, "--diagnosis", &diagnosis, "--settings", &settings];
+    let again = json(&[&again[..], &["--link", "sim"]].concat());
+    assert_eq!(again["changes"], Value::Array(Vec::new()), "the same fit");
+    assert_eq!(again["device"]["link"], "sim");
+}

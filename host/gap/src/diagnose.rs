@@ -130,7 +130,7 @@ impl<'a> Answer<'a> {
         }
         if floor.channels.iter().all(|own| own.source == FloorSource::Stated) {
             remarks.push(
-                "no motion was repeated: the floor is the sensor's stated noise, and what differs \
+                "no motion was repeated: the floor is the sensor's own noise, and what differs \
                  from run to run is counted as gap"
                     .to_owned(),
             );
@@ -221,9 +221,15 @@ impl<'a> Answer<'a> {
             self.diagnosis.effects.clear();
             self.diagnosis.confusable.clear();
         }
-        for (nuisance, name) in self.outside(&selection.best) {
+        for (name, nuisances) in self.outside(&selection.best) {
+            let verb = if nuisances.len() > 1 {
+                "lie at the limits of their priors"
+            } else {
+                "lies at the limit of its prior"
+            };
             self.remark(format!(
-                "{nuisance} lies at the limit of its prior: it may be {name}, not a nuisance"
+                "{} {verb}: it may be {name}, not a nuisance",
+                nuisances.join(", ")
             ));
         }
         if given.is_some() {
@@ -375,16 +381,18 @@ impl<'a> Answer<'a> {
         point
     }
 
-    /// Nuisances that are at the limit of their prior in most trials, with the effect that they
-    /// are.
-    fn outside(&self, best: &Candidate) -> Vec<(&'static str, &'static str)> {
+    /// Nuisances that are at the limit of their prior in most trials, by the effect that they are.
+    fn outside(&self, best: &Candidate) -> BTreeMap<&'static str, Vec<&'static str>> {
         let trials = best.fit.trials.len();
         let limit = 0.99 * crate::NUISANCE_LIMIT;
-        let nuisances = self.plant.nuisances().iter().enumerate().filter_map(|(k, nuisance)| {
+        let mut outside: BTreeMap<&'static str, Vec<&'static str>> = BTreeMap::new();
+        for (k, nuisance) in self.plant.nuisances().iter().enumerate() {
             let at = best.fit.trials.iter().filter(|t| t.refit.estimate[k].abs() >= limit).count();
-            (2 * at > trials).then_some((nuisance.name, nuisance.effect?))
-        });
-        nuisances.collect()
+            if let (true, Some(effect)) = (2 * at > trials, nuisance.effect) {
+                outside.entry(effect).or_default().push(nuisance.name);
+            }
+        }
+        outside
     }
 
     /// Measured and predicted forces of the first trial, for the page.

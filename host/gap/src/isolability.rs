@@ -254,3 +254,137 @@ fn difference(a: &[DVector<f64>], b: &[DVector<f64>]) -> Vec<DVector<f64>> {
 fn matrix(columns: &[DVector<f64>], rows: usize) -> DMatrix<f64> {
     if columns.is_empty() { DMatrix::zeros(rows, 0) } else { DMatrix::from_columns(columns) }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plant::{Channel, Nuisance, Parameter, Quantity, Repeat, Trial};
+
+    const SAMPLES: usize = 200;
+
+    /// Unit noise; three effects, of which two do the same, one that is constant, one that does
+    /// nothing, and a constant nuisance.
+    struct Toy {
+        channels: Vec<Channel>,
+        regimes: Vec<String>,
+        trials: Vec<Trial>,
+        effects: Vec<Effect>,
+        nuisances: Vec<Nuisance>,
+    }
+
+    /// Over whole periods: orthogonal to each other and to a constant, of length 10.
+    fn wave(effect: usize, i: usize) -> f64 {
+        let angle = std::f64::consts::TAU * i as f64 / SAMPLES as f64;
+        match effect {
+            0 | 1 => (5.0 * angle).sin(),
+            2 => (9.0 * angle).sin(),
+            3 => 1.0,
+            _ => 0.0,
+        }
+    }
+
+    fn toy() -> Toy {
+        let sample = |i: usize| Sample {
+            t_s: 0.02 * i as f64,
+            channel: 0,
+            value: 1e6,
+            noise: 1.0,
+            model: 0.0,
+            phase: 0,
+            regime: 0,
+            arc_m: 0.0,
+            speed_m_per_s: 0.0,
+            block: 0,
+        };
+        let parameter =
+            Parameter { name: "size", unit: "1", low: 0.0, high: 2.0, off: 0.0, scale: 0.5 };
+        let effect = |id| Effect {
+            id,
+            what: "",
+            parameters: vec![parameter],
+            starts: vec![vec![0.5], vec![50.0]],
+            confused_with: &[],
+        };
+        Toy {
+            channels: vec![Channel { name: "fx_N".into(), quantity: Quantity::Force }],
+            regimes: vec!["standing".into()],
+            trials: vec![Trial {
+                number: 0,
+                samples: (0..SAMPLES).map(sample).collect(),
+                blocks: 1,
+            }],
+            effects: ["a", "like a", "other", "constant", "nothing"].map(effect).into(),
+            nuisances: vec![Nuisance { name: "bias", unit: "N", sd: 0.1, effect: None }],
+        }
+    }
+
+    impl Plant for Toy {
+        fn channels(&self) -> &[Channel] {
+            &self.channels
+        }
+        fn phases(&self) -> &[&'static str] {
+            &["free"]
+        }
+        fn regimes(&self) -> &[String] {
+            &self.regimes
+        }
+        fn trials(&self) -> &[Trial] {
+            &self.trials
+        }
+        fn effects(&self) -> &[Effect] {
+            &self.effects
+        }
+        fn nuisances(&self) -> &[Nuisance] {
+            &self.nuisances
+        }
+        fn simulate(&self, _: usize, point: &Point) -> Option<Vec<f64>> {
+            let at = |i: usize| {
+                let effects = point.effects.iter().enumerate();
+                // Beyond its typical size an effect does something else altogether.
+                let does = |(e, p): (usize, &Vec<f64>)| {
+                    if p[0] > 1.0 { 1e3 * wave(2, i + 7) } else { p[0] * wave(e, i) }
+                };
+                effects.map(does).sum::<f64>() + point.nuisances[0]
+            };
+            Some((0..SAMPLES).map(at).collect())
+        }
+        fn cheap(&self) -> bool {
+            true
+        }
+        fn repeats(&self) -> &[Repeat] {
+            &[]
+        }
+        fn remarks(&self) -> &[String] {
+            &[]
+        }
+        fn compared(&self) -> &'static str {
+            ""
+        }
+    }
+
+    #[test]
+    fn distances_are_those_of_the_formula_whatever_was_measured() {
+        let found = isolability(&toy(), &|_| {}).unwrap();
+        let own = |id: &str| found.effects.iter().find(|e| e.id == id).unwrap();
+        // A wave of length 10 at half its size.
+        assert!((own("a").distance - 5.0).abs() < 1e-6, "{found:?}");
+        let size = &own("a").smallest.as_ref().unwrap()[0];
+        assert!((size.value - 0.5).abs() < 1e-6, "{size:?}");
+        // ½ √200 against a bias of 0.1 on 200 samples: 50/(1 + 0.01 · 200).
+        assert!((own("constant").distance - (50.0_f64 / 3.0).sqrt()).abs() < 1e-6, "{found:?}");
+        assert_eq!((own("nothing").distance, &own("nothing").smallest), (0.0, &None));
+    }
+
+    #[test]
+    fn effects_that_do_the_same_are_not_told_apart() {
+        let found = isolability(&toy(), &|_| {}).unwrap();
+        let pair = |a: &str, b: &str| {
+            let own = found.pairs.iter().find(|p| p.effect == a && p.rival == b).unwrap();
+            own.distance
+        };
+        assert!(pair("a", "like a") < 1e-3 && pair("like a", "a") < 1e-3);
+        assert!((pair("a", "other") - pair("a", "nothing")).abs() < 1.0);
+        assert_eq!(found.pairs.len(), 20);
+        assert!(found.failed.is_empty());
+    }
+}

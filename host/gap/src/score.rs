@@ -162,10 +162,9 @@ pub fn fold_steps(problem: &Problem<'_>, folds: &Folds, fit: &Fit) -> Vec<DVecto
         all_gradient += j.tr_mul(r);
         for i in 0..r.len() {
             // The penalties at the end go with the trial, and stay when it is cut into blocks.
-            let fold = match (own.get(i), folds.kind) {
-                (Some(&fold), _) => fold,
-                (None, FoldKind::Trial) => own[0],
-                (None, FoldKind::Block) => continue,
+            let fold = match (own.get(i), own.first(), folds.kind) {
+                (Some(&fold), ..) | (None, Some(&fold), FoldKind::Trial) => fold,
+                _ => continue,
             };
             let row = j.row(i).transpose();
             normal[fold] += &row * row.transpose();

@@ -5,6 +5,7 @@
 //! model's inputs are the encoders.
 
 mod achieved;
+mod check;
 mod library;
 mod motion;
 mod planned;
@@ -14,12 +15,13 @@ mod simulate;
 
 use std::sync::Arc;
 
-use cathforce_mechanics::Description;
+use cathforce_mechanics::{Description, LumenHeader};
 use cathforce_rig::geometry::SurfaceModel;
 use cathforce_rig::lumen::LumenOptions;
-use cathforce_rig::{Bundle, CELL_M, LumenBuildError, SolverDefaults, Vessel, to_description};
+use cathforce_rig::{Bundle, CELL_M, SolverDefaults, Vessel, to_description};
 
 pub use achieved::{Achieved, AchievedError, Left, Runs, Shrink};
+pub use check::CatheterError;
 pub use planned::{PlannedError, planned};
 
 use crate::plant::{Channel, Effect, Nuisance, Plant, Point, Repeat, Segment, Trial};
@@ -51,37 +53,28 @@ pub struct Catheter {
     remarks: Vec<String>,
 }
 
-/// Why a bundle cannot be diagnosed.
-#[derive(Debug, thiserror::Error)]
-pub enum CatheterError {
-    #[error(transparent)]
-    Vessel(#[from] LumenBuildError),
-    #[error("there are no trials, so there is nothing to compare\n  fix: add trials/000.csv")]
-    NoTrials,
-    #[error(
-        "no trial measures a force, a tip or a shape: there is nothing to compare with\n  fix: add \
-         the columns fx_N, fy_N, fz_N, or tip_x_m, tip_y_m, tip_z_m"
-    )]
-    NothingMeasured,
-    #[error("the nominal model of rig.toml breaks down on trial {0:03}")]
-    Nominal(u32),
-}
-
 impl Catheter {
     /// Prepares a bundle: the vessel, samples, what the model leaves open at each of them.
     pub fn new(bundle: &Bundle) -> Result<Self, CatheterError> {
-        let defaults = SolverDefaults { tick_s: TICK_S, ..SolverDefaults::default() };
-        let mut nominal =
-            to_description::<f64>(bundle, &defaults).ok_or(CatheterError::NoTrials)?;
-        nominal.solver.link_length_m *= COARSER;
+        check::check(bundle)?;
+        let radius_m = nominal(bundle)?.instrument.outer_radius_m;
         let vessel = Vessel::from_bundle(bundle, SurfaceModel::default())?;
-        let options = LumenOptions::for_instrument(nominal.instrument.outer_radius_m, CELL_M);
-        let (lumen, _) = vessel.lumen(options)?;
-        let simulator =
-            Simulator::new(lumen.header, lumen.bytes, bundle.trials.len() + Segments::MOST);
+        let (lumen, _) = vessel.lumen(LumenOptions::for_instrument(radius_m, CELL_M))?;
+        Self::in_lumen(bundle, lumen.header, lumen.bytes)
+    }
+
+    /// The same in a lumen that is known already, as a device image holds it.
+    pub fn in_lumen(
+        bundle: &Bundle,
+        header: LumenHeader,
+        bytes: Vec<u8>,
+    ) -> Result<Self, CatheterError> {
+        check::check(bundle)?;
+        let nominal = nominal(bundle)?;
+        let simulator = Simulator::new(header, bytes, bundle.trials.len() + Segments::MOST);
         let mut prepared = Vec::new();
         for trial in &bundle.trials {
-            let own = Prepared::of(trial, &bundle.rig.sensor, defaults.tick_s);
+            let own = Prepared::of(trial, &bundle.rig.sensor, TICK_S);
             prepared.push((trial.number, own.ok_or(CatheterError::NoTrials)?));
         }
         let mut catheter = Self {
@@ -101,12 +94,21 @@ impl Catheter {
             return Err(CatheterError::NothingMeasured);
         }
         let mut way_m = Vec::new();
-        for (trial, (number, mut own)) in prepared.into_iter().enumerate() {
-            let path = catheter.add(trial, number, &mut own)?;
-            if trial == 0 {
+        for (number, mut own) in prepared {
+            let path = catheter.add(number, &mut own)?;
+            // A trial of which nothing can be compared says nothing; a remark says so.
+            if catheter.trials.last().is_some_and(|trial| trial.samples.is_empty()) {
+                catheter.trials.pop();
+                catheter.simulator.forget(catheter.trials.len());
+                continue;
+            }
+            if catheter.prepared.is_empty() {
                 way_m = path;
             }
             catheter.prepared.push(own);
+        }
+        if catheter.trials.is_empty() {
+            return Err(CatheterError::NothingCompared);
         }
         catheter.library = Library::of(&catheter.nominal, &way_m);
         catheter.repeats = prepare::repeats(&catheter.trials, &catheter.prepared);
@@ -117,12 +119,8 @@ impl Catheter {
     }
 
     /// Samples of one trial; gives the way of the nominal model's tip.
-    fn add(
-        &mut self,
-        trial: usize,
-        number: u32,
-        own: &mut Prepared,
-    ) -> Result<Vec<[f64; 3]>, CatheterError> {
+    fn add(&mut self, number: u32, own: &mut Prepared) -> Result<Vec<[f64; 3]>, CatheterError> {
+        let trial = self.trials.len();
         let run = |description: &Description<f64>| {
             let found = self.simulator.run(trial, description, 0.0, &own.inputs);
             found.ok_or(CatheterError::Nominal(number))
@@ -283,6 +281,14 @@ impl Plant for Catheter {
         "measured forces, tip and shape with those of the device's own model, fed with the \
          measured insertion and rotation"
     }
+}
+
+/// What rig.toml states, with the diagnosis' links and ticks.
+fn nominal(bundle: &Bundle) -> Result<Description<f64>, CatheterError> {
+    let defaults = SolverDefaults { tick_s: TICK_S, ..SolverDefaults::default() };
+    let mut nominal = to_description::<f64>(bundle, &defaults).ok_or(CatheterError::NoTrials)?;
+    nominal.solver.link_length_m *= COARSER;
+    Ok(nominal)
 }
 
 /// Force bias, time shift, insertion offset and rigid registration, in the order that

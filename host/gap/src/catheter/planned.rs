@@ -9,6 +9,10 @@ use crate::protocol::Protocol;
 const ROWS_HZ: f64 = 250.0;
 const TIP_HZ: f64 = 25.0;
 
+fn reading(row: usize) -> f64 {
+    1e-9 * row as f64
+}
+
 /// Why a rig cannot be planned for.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum PlannedError {
@@ -23,7 +27,7 @@ pub enum PlannedError {
 }
 
 /// The bundle with the protocol in the place of its trials. A channel is there when rig.toml
-/// states its noise; what it reads is 0 and means nothing.
+/// states its noise; what it reads means nothing, but changes, as no dead sensor's reading does.
 pub fn planned(bundle: &Bundle, protocol: &Protocol) -> Result<Bundle, PlannedError> {
     if bundle.catheter().is_none() {
         return Err(PlannedError::NoCatheter);
@@ -39,14 +43,15 @@ pub fn planned(bundle: &Bundle, protocol: &Protocol) -> Result<Bundle, PlannedEr
     let t_s: Vec<f64> = (0..rows).map(|row| row as f64 / rate_hz).collect();
     let at: Vec<_> = t_s.iter().map(|&t| protocol.at(t)).collect();
     let column = |is_there: bool, every: usize| -> Option<VectorColumn> {
-        let row = |row: usize| row.is_multiple_of(every).then_some([0.0; 3]);
+        let row = |row: usize| row.is_multiple_of(every).then_some([reading(row); 3]);
         is_there.then(|| (0..rows).map(row).collect())
     };
     let data = CatheterTrial {
         insertion_m: at.iter().map(|p| p.insertion_m).collect(),
         rotation_rad: at.iter().map(|p| p.rotation_rad).collect(),
         force_n: column(known(sensor.force_noise_sd_n), 1),
-        drive_force_n: known(sensor.drive_noise_sd_n).then(|| vec![Some(0.0); rows]),
+        drive_force_n: known(sensor.drive_noise_sd_n)
+            .then(|| (0..rows).map(|row| Some(reading(row))).collect()),
         tip_m: column(known(sensor.tip_noise_sd_m), tip_every),
         shape_m: Vec::new(),
     };

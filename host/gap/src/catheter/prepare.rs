@@ -60,6 +60,8 @@ pub struct Prepared {
     readings: Vec<Reading>,
     snaps: Vec<Snap>,
     jumps: Vec<(f64, f64)>,
+    /// Quantities that were left out because they never change.
+    dead: Vec<&'static str>,
     motion: Motion,
 }
 
@@ -81,7 +83,8 @@ impl Prepared {
         let positions: Vec<_> = (0..ticks)
             .map(|tick| trial.encoder_at(start + tick as f64 * tick_s))
             .collect::<Option<_>>()?;
-        let columns = columns(data, sensor);
+        let mut columns = columns(data, sensor);
+        let dead = take_dead(&mut columns);
         let mut shape_rows: Vec<usize> = columns
             .iter()
             .filter(|column| matches!(column.source, Source::Shape(..)))
@@ -105,6 +108,7 @@ impl Prepared {
             readings: Vec::new(),
             snaps: Vec::new(),
             jumps: jumps(&trial.t_s),
+            dead,
         })
     }
 
@@ -265,6 +269,12 @@ impl Prepared {
                  are interpolated across it, so forces there are not to be trusted"
             ));
         }
+        for what in &self.dead {
+            remarks.push(format!(
+                "trial {number:03}: {what} reads the same from beginning to end: its sensor was \
+                 off or not connected, and is left out"
+            ));
+        }
         if self.readings.is_empty() {
             remarks.push(format!(
                 "trial {number:03}: nothing can be compared; the drive never feeds {} mm, or \
@@ -273,7 +283,8 @@ impl Prepared {
             ));
         }
         for column in self.columns.iter().filter(|column| column.estimated) {
-            if matches!(column.source, Source::DriveForce | Source::Shape(0, 0)) {
+            let first = [Source::Force(0), Source::DriveForce, Source::Tip(0), Source::Shape(0, 0)];
+            if first.contains(&column.source) {
                 remarks.push(format!(
                     "trial {number:03}: the noise of {} is not stated in rig.toml; estimated from \
                      its rows as {:.2e}",
@@ -327,6 +338,30 @@ fn columns(data: &CatheterTrial, sensor: &RigSensor) -> Vec<Column> {
     }
     columns.sort_by_key(|column| column.source);
     columns
+}
+
+/// Fewest rows of which it means something that they are all the same.
+const DEAD_ROWS: usize = 20;
+
+/// Takes out what never changes, which no sensor with noise does.
+fn take_dead(columns: &mut Vec<Column>) -> Vec<&'static str> {
+    let mut dead = Vec::new();
+    for (quantity, what) in [
+        (Quantity::Force, "the force"),
+        (Quantity::DriveForce, "the drive force"),
+        (Quantity::Tip, "the tip"),
+    ] {
+        let own = |column: &Column| column.source.channel().quantity == quantity;
+        let still = |column: &Column| {
+            column.rows.len() >= DEAD_ROWS
+                && column.rows.iter().all(|(_, value)| *value == column.rows[0].1)
+        };
+        if columns.iter().any(own) && columns.iter().filter(|c| own(c)).all(still) {
+            columns.retain(|column| !own(column));
+            dead.push(what);
+        }
+    }
+    dead
 }
 
 /// White noise of a series from its second differences, whose median a few events do not move.

@@ -128,3 +128,69 @@ fn noise(quantity: Quantity, channels: &[Channel], trials: &[Trial]) -> Option<f
     });
     (count > 0 && sum > 0.0).then(|| (sum / count as f64).sqrt())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plant::Sample;
+
+    const TICK_S: f64 = 2e-3;
+
+    fn segments() -> Segments {
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/tapered-none");
+        let bundle = cathforce_rig::Bundle::open(path).unwrap();
+        let prepared = Prepared::of(&bundle.trials[0], &bundle.rig.sensor, TICK_S).unwrap();
+        let channel = |name: &str, quantity| Channel { name: name.into(), quantity };
+        let channels = [channel("fx_N", Quantity::Force), channel("tip_x_m", Quantity::Tip)];
+        let sample = |channel: usize, noise: f64, model: f64| Sample {
+            t_s: 0.0,
+            channel,
+            value: 0.0,
+            noise,
+            model,
+            phase: 0,
+            regime: 0,
+            arc_m: 0.0,
+            speed_m_per_s: 0.0,
+            block: 0,
+        };
+        let samples = vec![sample(0, 3e-3, 4e-3), sample(1, 1e-4, 0.0)];
+        let trials = [Trial { number: 0, samples, blocks: 1 }];
+        Segments::of(&[prepared], &channels, &trials, TICK_S)
+    }
+
+    #[test]
+    fn every_part_is_there_once_and_begins_where_the_protocol_has_it() {
+        let segments = segments();
+        assert!((13..=Segments::MOST).contains(&segments.list.len()), "{:?}", segments.list);
+        for (i, segment) in segments.list.iter().enumerate() {
+            assert!(segments.list[..i].iter().all(|other| other.name != segment.name));
+            let Played { inputs, first } = &segments.motions[i];
+            // The lead-in ends where the part begins: no step is larger than the fastest feed.
+            let fastest = inputs.insertion_m.windows(2).map(|w| (w[1] - w[0]).abs() / TICK_S);
+            assert!(fastest.fold(0.0, f64::max) < LEAD_IN_M_PER_S + 1e-9, "{}", segment.name);
+            assert!(*first < inputs.insertion_m.len(), "{}", segment.name);
+        }
+    }
+
+    #[test]
+    fn readings_are_over_the_noise_of_their_channel_and_shifted() {
+        let segments = segments();
+        let Played { inputs, first } = &segments.motions[0];
+        let ticks = inputs.insertion_m.len();
+        let ramp = |tick: usize| tick as f64 * TICK_S;
+        let of = Trajectory {
+            tip_m: (0..ticks).map(|tick| [ramp(tick), 0.0, 0.0]).collect(),
+            ..Trajectory::default()
+        };
+        let force_n = vec![[1.0, 2.0, 3.0]; ticks];
+        let read = |shift_s| segments.read(0, &of, &force_n, shift_s).unwrap();
+        let forces = (ticks - first).div_ceil(FORCE_EVERY);
+        let tips = (ticks - first).div_ceil(TIP_EVERY);
+        assert_eq!(read(0.0).len(), 3 * (forces + tips));
+        // 3 and 4 mN.
+        assert!((read(0.0)[forces] - 2.0 / 5e-3).abs() < 1e-9);
+        let late = read(5e-3)[3 * forces + 1] - read(0.0)[3 * forces + 1];
+        assert!((late - 5e-3 / 1e-4).abs() < 1e-6, "{late}");
+    }
+}

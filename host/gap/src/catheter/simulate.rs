@@ -49,6 +49,13 @@ impl Simulator {
         Self { header, bytes, kept: (0..trials).map(|_| Mutex::default()).collect() }
     }
 
+    /// Forgets what it found for a trial.
+    pub fn forget(&self, trial: usize) {
+        if let Some(kept) = self.kept.get(trial) {
+            kept.lock().unwrap_or_else(|e| e.into_inner()).clear();
+        }
+    }
+
     /// The trajectory of a trial; the sensor's effects play no part in it. `None` when the
     /// description is refused or a number is not finite.
     pub fn run(

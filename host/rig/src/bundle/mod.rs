@@ -87,6 +87,27 @@ impl Bundle {
         Ok(Self { path: path.to_path_buf(), rig, mesh, centreline, trials, warnings })
     }
 
+    /// A rig and trials that come from elsewhere than a folder, without its vessel.
+    ///
+    /// `file`: where they come from, for messages and as the bundle's path.
+    pub fn without_vessel(
+        file: &Path,
+        rig_toml: &str,
+        trials: Vec<Trial>,
+    ) -> Result<Self, BundleError> {
+        let (rig, rig_warnings) =
+            Rig::parse(rig_toml).map_err(|(place, cause)| BundleError::new(file, place, cause))?;
+        let warning = |(place, message)| Warning { file: file.to_path_buf(), place, message };
+        Ok(Self {
+            path: file.to_path_buf(),
+            rig,
+            mesh: None,
+            centreline: Vec::new(),
+            trials,
+            warnings: rig_warnings.into_iter().map(warning).collect(),
+        })
+    }
+
     /// The rig of a catheter; `None` for a drive.
     pub fn catheter(&self) -> Option<&CatheterRig> {
         match &self.rig.plant {

@@ -15,6 +15,7 @@ use cathforce_rig::{Bundle, ImageOptions, SolverDefaults, to_description};
 use serde::Serialize;
 
 use super::explanation::{Explanation, Fitted, is_measurement};
+use super::source::Source;
 use crate::args::ApplyArguments;
 use crate::failure::{Code, Failure};
 use crate::settings::{Setting, SettingsFile};
@@ -56,23 +57,25 @@ pub fn run(ui: &Ui, arguments: &ApplyArguments) -> Result<(), Failure> {
         let message = "nothing would come of it: give --settings FILE.toml, --link or --dry-run";
         return Err(Failure::new(Code::Usage, message));
     }
-    let bundle = super::super::open_bundle(ui, &arguments.bundle)?;
-    let old = known(arguments, &bundle)?;
+    let source = Source::open(ui, &arguments.bundle)?;
+    let bundle = &source.bundle;
+    let old = known(arguments, bundle)?;
     let explanation = match &arguments.source.diagnosis {
         Some(file) => {
             let explanation = Explanation::read(file)?;
-            explanation.check_bundle(&bundle)?;
+            explanation.check_bundle(bundle)?;
             explanation
         }
         None => {
             let effects = &arguments.source.effects;
-            Explanation::of(&super::diagnose::answer(ui, bundle.clone(), &[], effects)?)?
+            let again = Source::open(ui, &arguments.bundle)?;
+            Explanation::of(&super::diagnose::answer(ui, again, &[], effects)?)?
         }
     };
     let fitted = explanation.fitted()?;
     let new = with(&old, &fitted);
     let options = image_options(&new)?;
-    let changes = differences(&bundle, &old, &new, &fitted)?;
+    let changes = differences(bundle, &old, &new, &fitted)?;
     let mut applied = Applied {
         rig: bundle.rig.name.clone(),
         dry_run: arguments.dry_run,
@@ -84,7 +87,8 @@ pub fn run(ui: &Ui, arguments: &ApplyArguments) -> Result<(), Failure> {
     if !arguments.dry_run {
         let staged = arguments.settings.as_ref().map(|path| new.write(path)).transpose()?;
         if let Some(link) = &arguments.link {
-            applied.device = Some(push(ui, link, &bundle, &options)?);
+            let image = source.image(ui, &options, &described(bundle, &new)?)?;
+            applied.device = Some(push(ui, link, &image)?);
         }
         if let Some(staged) = staged {
             staged.commit()?;
@@ -185,21 +189,15 @@ fn id(effect: &Effect) -> &str {
 }
 
 /// Gives the device the image and asks it which one it uses.
-fn push(
-    ui: &Ui,
-    link: &str,
-    bundle: &Bundle,
-    options: &ImageOptions,
-) -> Result<DeviceUse, Failure> {
-    let (image, _) = super::super::image_with(ui, bundle, options)?;
+fn push(ui: &Ui, link: &str, image: &[u8]) -> Result<DeviceUse, Failure> {
     let mut client = Client::connect(cathforce_link::open(link)?)?;
-    crate::session::configure(ui, &mut client, &image)?;
+    crate::session::configure(ui, &mut client, image)?;
     let device = client.device();
     Ok(DeviceUse {
         link: link.to_owned(),
         board: device.board.clone(),
         firmware: device.firmware.clone(),
-        image_crc32: format!("{:08x}", crc32(&image)),
+        image_crc32: format!("{:08x}", crc32(image)),
     })
 }
 

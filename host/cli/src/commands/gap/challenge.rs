@@ -12,6 +12,7 @@ use serde::Serialize;
 use serde_json::Value;
 use sha2::{Digest, Sha256};
 
+use super::source::Source;
 use crate::args::{
     ChallengeAction, ChallengeArguments, ChallengeFolder, ChallengeMakeArguments,
     ChallengeRunArguments,
@@ -69,9 +70,9 @@ fn answer(ui: &Ui, arguments: &ChallengeRunArguments) -> Result<(), Failure> {
         left -= 1;
         let begun = Instant::now();
         let path = challenge.bundle(case);
-        let bundle = super::super::open_bundle(ui, &path)?;
-        let plant = super::plant(&bundle)?;
-        let found = diagnose(plant.as_ref(), &bundle.rig.name, &|_| {});
+        let source = Source::open(ui, &path)?;
+        let plant = source.plant()?;
+        let found = diagnose(plant.as_ref(), &source.bundle.rig.name, &|_| {});
         let seconds = begun.elapsed().as_secs_f64();
         ui.say(format_args!("case {case}: {} ({seconds:.0} s)", found.sentence()));
         let mut answer = serde_json::to_value(&found)

@@ -10,13 +10,14 @@ use cathforce_gap::report::{Diagnosis, Estimate, Figures, Reproduce};
 use cathforce_gap::{diagnose, diagnose_given, expected_simulations, page};
 use cathforce_rig::Bundle;
 
+use super::source::Source;
 use crate::args::DiagnoseArguments;
 use crate::failure::{Code, Failure};
 use crate::ui::Ui;
 
 pub fn run(ui: &Ui, arguments: &DiagnoseArguments) -> Result<(), Failure> {
-    let bundle = super::super::open_bundle(ui, &arguments.bundle)?;
-    let answer = answer(ui, bundle, &arguments.hold_back, &arguments.effects)?;
+    let source = Source::open(ui, &arguments.bundle)?;
+    let answer = answer(ui, source, &arguments.hold_back, &arguments.effects)?;
     write(ui, &answer, arguments)?;
     if let Some(file) = &arguments.report {
         std::fs::write(file, page(&answer)).map_err(|e| Failure::write(file, e))?;
@@ -25,16 +26,17 @@ pub fn run(ui: &Ui, arguments: &DiagnoseArguments) -> Result<(), Failure> {
     check(&answer, arguments.fail_above)
 }
 
-/// Diagnoses a bundle without some of its trials; with `effects`, fits those and no others.
+/// Diagnoses a rig's trials without some of its trials; with `effects`, fits those and no others.
 pub fn answer(
     ui: &Ui,
-    mut bundle: Bundle,
+    mut source: Source,
     hold_back: &[u32],
     effects: &[&Effect],
 ) -> Result<Diagnosis, Failure> {
-    let path = bundle.path.clone();
-    hold_trials_back(&mut bundle, hold_back)?;
-    let plant = super::plant(&bundle)?;
+    hold_trials_back(&mut source.bundle, hold_back)?;
+    let plant = source.plant()?;
+    let bundle = &source.bundle;
+    let path = &bundle.path;
     let given = effects.iter().map(|effect| index(plant.as_ref(), effect));
     let given = given.collect::<Result<Vec<usize>, Failure>>()?;
     ui.say(format_args!("compared: {}", plant.compared()));
@@ -63,7 +65,7 @@ pub fn answer(
     answer.reproduce = Reproduce {
         command,
         version: env!("CARGO_PKG_VERSION").to_owned(),
-        bundle_sha256: super::hash::of_bundle(&path)
+        bundle_sha256: super::hash::of_bundle(path)
             .map_err(|e| Failure::input(format!("cannot read {}: {e}", path.display())))?,
         held_back: hold_back.to_vec(),
     };

@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 
 use sha2::{Digest, Sha256};
 
-/// SHA-256 over name, length and bytes of every file that a bundle is read from, by name.
+/// SHA-256 over name, length and bytes of every file that a bundle is read from, by name; of a
+/// recording, over its own.
 pub fn of_bundle(bundle: &Path) -> std::io::Result<String> {
     let mut files: Vec<PathBuf> =
         ["rig.toml", "vessel.stl", "centreline.csv"].iter().map(|name| bundle.join(name)).collect();
@@ -13,6 +14,7 @@ pub fn of_bundle(bundle: &Path) -> std::io::Result<String> {
             files.push(entry?.path());
         }
     }
+    files.push(bundle.to_path_buf());
     files.retain(|file| file.is_file());
     files.sort();
     let mut hash = Sha256::new();

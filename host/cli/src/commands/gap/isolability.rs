@@ -8,6 +8,7 @@ use cathforce_gap::isolability::{
 };
 use serde::Serialize;
 
+use super::source::Source;
 use crate::args::IsolabilityArguments;
 use crate::failure::{Code, Failure};
 use crate::ui::Ui;
@@ -23,16 +24,15 @@ struct Answer {
 }
 
 pub fn run(ui: &Ui, arguments: &IsolabilityArguments) -> Result<(), Failure> {
-    let bundle = super::super::open_bundle(ui, &arguments.bundle)?;
-    let canned = arguments.protocol || bundle.trials.is_empty();
-    let played = if canned {
-        let protocol = super::protocol::of(&bundle, &arguments.way)?;
-        planned(&bundle, &protocol)
-            .map_err(|e| Failure::input(format!("{}: {e}", bundle.path.display())))?
-    } else {
-        bundle.clone()
-    };
-    let plant = super::plant(&played)?;
+    let mut source = Source::open(ui, &arguments.bundle)?;
+    let canned = arguments.protocol || source.bundle.trials.is_empty();
+    if canned {
+        let bundle = &source.bundle;
+        let protocol = super::protocol::of(bundle, &arguments.way)?;
+        source.bundle = planned(bundle, &protocol)
+            .map_err(|e| Failure::input(format!("{}: {e}", bundle.path.display())))?;
+    }
+    let plant = source.plant()?;
     let progress = ui.progress("playing", expected_simulations(plant.as_ref()), "simulations");
     let progress = Mutex::new(progress);
     let found = isolability(plant.as_ref(), &|done| {
@@ -47,7 +47,7 @@ pub fn run(ui: &Ui, arguments: &IsolabilityArguments) -> Result<(), Failure> {
     let motion = if canned { "protocol" } else { "trials" };
     let mut remarks = plant.remarks().to_vec();
     remarks.extend(found.failed.iter().map(|id| format!("{id} could not be simulated")));
-    let answer = Answer { rig: bundle.rig.name.clone(), motion, found, remarks };
+    let answer = Answer { rig: source.bundle.rig.name.clone(), motion, found, remarks };
     ui.data(&answer, answer.text(ui))
 }
 

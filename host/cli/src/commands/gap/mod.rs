@@ -8,13 +8,8 @@ mod explanation;
 mod hash;
 mod isolability;
 mod protocol;
+mod source;
 mod verify;
-
-use cathforce_gap::catheter::Catheter;
-use cathforce_gap::drive::Drive;
-use cathforce_gap::plant::Plant;
-use cathforce_rig::Bundle;
-use cathforce_rig::bundle::Plant as RigPlant;
 
 use crate::args::{GapAction, GapArguments};
 use crate::failure::Failure;
@@ -30,20 +25,4 @@ pub fn run(ui: &Ui, arguments: &GapArguments) -> Result<(), Failure> {
         GapAction::Effects => effects::list(ui),
         GapAction::Challenge(arguments) => challenge::run(ui, arguments),
     }
-}
-
-/// The plant of a bundle.
-fn plant(bundle: &Bundle) -> Result<Box<dyn Plant>, Failure> {
-    let refuse = |error: &dyn std::fmt::Display| {
-        Failure::input(format!("{}: {error}", bundle.path.display()))
-    };
-    match &bundle.rig.plant {
-        RigPlant::Drive(_) => Ok(Box::new(Drive::new(bundle).map_err(|e| refuse(&e))?)),
-        RigPlant::Catheter(_) => Ok(Box::new(catheter(bundle)?)),
-    }
-}
-
-fn catheter(bundle: &Bundle) -> Result<Catheter, Failure> {
-    let refuse = |e| Failure::input(format!("{}: {e}", bundle.path.display()));
-    Catheter::new(bundle).map_err(refuse)
 }

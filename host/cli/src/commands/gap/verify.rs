@@ -64,7 +64,7 @@ pub fn run(ui: &Ui, arguments: &VerifyArguments) -> Result<(), Failure> {
     if let Some(out) = &arguments.out {
         super::super::check_writable(out)?;
     }
-    let catheter = super::catheter(&bundle)?;
+    let catheter = super::source::catheter(&bundle)?;
     let nominal = ImageOptions { parameters: Vec::new(), ..options.clone() };
     let (before, _) = super::super::image_with(ui, &bundle, &nominal)?;
     let (after, _) = super::super::image_with(ui, &bundle, &options)?;

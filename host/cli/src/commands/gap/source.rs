@@ -1,0 +1,127 @@
+//! What is diagnosed: a trial bundle, or the recording of a run.
+//!
+//! A recording holds the rig, one trial, and the image of the device that played it, whose lumen
+//! is the vessel.
+
+use std::path::Path;
+
+use cathforce_config::image::{decode, encode, encoded_len};
+use cathforce_config::{ImageHead, Settings};
+use cathforce_gap::catheter::Catheter;
+use cathforce_gap::drive::Drive;
+use cathforce_gap::plant::Plant;
+use cathforce_mechanics::{Description, parameters};
+use cathforce_record::Recording;
+use cathforce_rig::bundle::{CatheterTrial, Plant as RigPlant, Trial, TrialData};
+use cathforce_rig::{Bundle, ImageOptions};
+
+use crate::failure::Failure;
+use crate::ui::Ui;
+
+/// A rig with trials.
+pub struct Source {
+    /// Of a recording without the vessel.
+    pub bundle: Bundle,
+    /// Of a recording.
+    image: Option<Vec<u8>>,
+}
+
+impl Source {
+    /// A folder is a bundle, a file a recording.
+    pub fn open(ui: &Ui, path: &Path) -> Result<Self, Failure> {
+        if !path.is_file() {
+            let bundle = super::super::open_bundle(ui, path)?;
+            return Ok(Self { bundle, image: None });
+        }
+        let recording = super::super::open_recording(ui, path)?;
+        let bundle = Bundle::without_vessel(path, &recording.rig_toml, vec![trial(&recording)])?;
+        for warning in &bundle.warnings {
+            ui.warn(warning);
+        }
+        Ok(Self { bundle, image: Some(recording.image) })
+    }
+
+    pub fn plant(&self) -> Result<Box<dyn Plant>, Failure> {
+        let bundle = &self.bundle;
+        match (&bundle.rig.plant, &self.image) {
+            (RigPlant::Drive(_), _) => {
+                Ok(Box::new(Drive::new(bundle).map_err(|e| refuse(bundle, &e))?))
+            }
+            (RigPlant::Catheter(_), None) => Ok(Box::new(catheter(bundle)?)),
+            (RigPlant::Catheter(_), Some(image)) => {
+                let (head, lumen) = split(image).map_err(|e| refuse(bundle, &e))?;
+                let found = Catheter::in_lumen(bundle, head.lumen, lumen.to_vec());
+                Ok(Box::new(found.map_err(|e| refuse(bundle, &e))?))
+            }
+        }
+    }
+
+    /// A device image with these options. `described`: the rig with them; of a recording, its
+    /// parameters are put into the image that was recorded.
+    pub fn image(
+        &self,
+        ui: &Ui,
+        options: &ImageOptions,
+        described: &Description<f32>,
+    ) -> Result<Vec<u8>, Failure> {
+        let Some(image) = &self.image else {
+            return Ok(super::super::image_with(ui, &self.bundle, options)?.0);
+        };
+        let failed = |e: &dyn std::fmt::Display| refuse(&self.bundle, e);
+        let (mut head, lumen) = split(image).map_err(|e| failed(&e))?;
+        for info in parameters() {
+            if let Some(value) = described.parameter(info.key) {
+                head.description.set_parameter(info.key, value).map_err(|e| failed(&e))?;
+            }
+        }
+        // What is not set anew stays as it was recorded.
+        if options.settings != Settings::default() {
+            head.settings = options.settings;
+        }
+        let mut bytes = vec![0; encoded_len(&head, lumen).map_err(|e| failed(&e))?];
+        encode(&head, lumen, &mut bytes).map_err(|e| failed(&e))?;
+        Ok(bytes)
+    }
+}
+
+/// The model of a catheter's bundle.
+pub fn catheter(bundle: &Bundle) -> Result<Catheter, Failure> {
+    Catheter::new(bundle).map_err(|e| refuse(bundle, &e))
+}
+
+fn refuse(bundle: &Bundle, error: &dyn std::fmt::Display) -> Failure {
+    Failure::input(format!("{}: {error}", bundle.path.display()))
+}
+
+/// Head and lumen of an image; the lumen stands at its end.
+fn split(image: &[u8]) -> Result<(ImageHead, &[u8]), cathforce_config::ImageError> {
+    let config = decode(image)?;
+    let head = ImageHead {
+        description: config.model.description().clone(),
+        lumen: *config.lumen.header(),
+        settings: config.settings,
+    };
+    let lumen = &image[image.len() - head.lumen.byte_len()..];
+    Ok((head, lumen))
+}
+
+/// What was played and measured.
+fn trial(recording: &Recording) -> Trial {
+    let rows = &recording.trial.rows;
+    let force = rows.iter().map(|row| row.force_n);
+    let drive = rows.iter().map(|row| row.drive_force_n);
+    let tip = rows.iter().map(|row| row.tip_m);
+    let data = CatheterTrial {
+        insertion_m: rows.iter().map(|row| row.insertion_m).collect(),
+        rotation_rad: rows.iter().map(|row| row.rotation_rad).collect(),
+        force_n: rows.iter().any(|row| row.force_n.is_some()).then(|| force.collect()),
+        drive_force_n: rows.iter().any(|row| row.drive_force_n.is_some()).then(|| drive.collect()),
+        tip_m: rows.iter().any(|row| row.tip_m.is_some()).then(|| tip.collect()),
+        shape_m: Vec::new(),
+    };
+    Trial {
+        number: recording.info.trial.parse().unwrap_or_default(),
+        t_s: rows.iter().map(|row| row.t_s).collect(),
+        data: TrialData::Catheter(data),
+    }
+}

@@ -1,0 +1,103 @@
+//! Trials that cannot carry a verdict are refused, each with its cause and what to do.
+
+use std::path::Path;
+
+use cathforce_gap::catheter::Catheter;
+use cathforce_gap::plant::Plant;
+use cathforce_rig::Bundle;
+use cathforce_rig::bundle::{CatheterTrial, Trial, TrialData};
+
+/// The example's first seconds.
+fn example() -> Bundle {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/tapered-none");
+    let mut bundle = Bundle::open(Path::new(path)).unwrap();
+    bundle.trials.truncate(1);
+    change(&mut bundle.trials[0], |t_s, data| {
+        let rows = t_s.partition_point(|&t| t < 1.0);
+        t_s.truncate(rows);
+        data.insertion_m.truncate(rows);
+        data.rotation_rad.truncate(rows);
+        data.force_n.as_mut().unwrap().truncate(rows);
+        data.drive_force_n = None;
+        data.tip_m.as_mut().unwrap().truncate(rows);
+        data.shape_m.clear();
+    });
+    bundle
+}
+
+fn change(trial: &mut Trial, change: impl FnOnce(&mut Vec<f64>, &mut CatheterTrial)) {
+    let TrialData::Catheter(data) = &mut trial.data else { panic!("a catheter") };
+    change(&mut trial.t_s, data);
+}
+
+#[track_caller]
+fn assert_refused(words: &[&str], damage: impl FnOnce(&mut Vec<f64>, &mut CatheterTrial)) {
+    let mut bundle = example();
+    change(&mut bundle.trials[0], damage);
+    let error = Catheter::new(&bundle).err().expect("refused").to_string();
+    for word in words {
+        assert!(error.contains(word), "`{word}` in: {error}");
+    }
+}
+
+#[test]
+fn millimetres_of_insertion_are_more_than_the_instrument_has() {
+    assert_refused(&["trial 000 inserts", "of an instrument of 0.65 m", "fix:"], |_, data| {
+        data.insertion_m.iter_mut().for_each(|x| *x *= 1e3);
+    });
+}
+
+#[test]
+fn milliseconds_leave_the_motion_open() {
+    assert_refused(&["a row every 4 s", "fix: give t_s in seconds"], |t_s, _| {
+        t_s.iter_mut().for_each(|t| *t = (*t * 1e3).round());
+    });
+}
+
+#[test]
+fn a_tip_beyond_the_instrument_is_in_another_frame_or_the_insertion_from_elsewhere() {
+    assert_refused(&["trial 000", "farther from the entry", "fix:"], |_, data| {
+        let first = data.insertion_m[0];
+        data.insertion_m.iter_mut().for_each(|x| *x -= first);
+    });
+    assert_refused(&["farther from the entry", "in metres"], |_, data| {
+        for tip in data.tip_m.as_mut().unwrap().iter_mut().flatten() {
+            *tip = tip.map(|x| 1e3 * x);
+        }
+    });
+}
+
+#[test]
+fn a_drive_that_stands_still_tells_nothing() {
+    let still = |_: &mut Vec<f64>, data: &mut CatheterTrial| data.insertion_m.fill(0.028);
+    assert_refused(&["never feeds 3 mm", "fix:"], still);
+    // Beside a trial that tells something it is left out, and that is said.
+    let mut bundle = example();
+    let mut second = Trial { number: 1, ..bundle.trials[0].clone() };
+    change(&mut second, still);
+    bundle.trials.insert(0, second);
+    let catheter = Catheter::new(&bundle).unwrap();
+    assert_eq!(catheter.trials().iter().map(|t| t.number).collect::<Vec<_>>(), [0]);
+    let said = catheter.remarks().join("\n");
+    assert!(said.contains("trial 001: nothing can be compared"), "{said}");
+}
+
+#[test]
+fn nothing_measured_is_refused() {
+    assert_refused(&["no trial measures", "fix:"], |_, data| {
+        (data.force_n, data.tip_m) = (None, None);
+    });
+}
+
+#[test]
+fn a_sensor_that_never_changes_is_left_out_and_said_to_be_dead() {
+    let mut bundle = example();
+    change(&mut bundle.trials[0], |_, data| {
+        data.force_n.as_mut().unwrap().iter_mut().for_each(|force| *force = Some([0.01, 0.0, 0.0]));
+    });
+    let catheter = Catheter::new(&bundle).unwrap();
+    assert!(catheter.channels().iter().all(|channel| channel.name.starts_with("tip_")));
+    let said = catheter.remarks().join("\n");
+    assert!(said.contains("trial 000: the force reads the same"), "{said}");
+    assert!(said.contains("no force was measured"), "{said}");
+}
