@@ -1,11 +1,15 @@
 //! Trials that cannot carry a verdict are refused, each with its cause and what to do.
 
 use std::path::Path;
+use std::sync::OnceLock;
 
-use cathforce_gap::catheter::Catheter;
+use cathforce_gap::catheter::{Catheter, CatheterError};
 use cathforce_gap::plant::Plant;
-use cathforce_rig::Bundle;
+use cathforce_mechanics::LumenHeader;
 use cathforce_rig::bundle::{CatheterTrial, Trial, TrialData};
+use cathforce_rig::geometry::SurfaceModel;
+use cathforce_rig::lumen::LumenOptions;
+use cathforce_rig::{Bundle, CELL_M, Vessel};
 
 /// The example's first seconds.
 fn example() -> Bundle {
@@ -30,11 +34,25 @@ fn change(trial: &mut Trial, change: impl FnOnce(&mut Vec<f64>, &mut CatheterTri
     change(&mut trial.t_s, data);
 }
 
+/// In the example's vessel, which is looked at once.
+fn catheter(bundle: &Bundle) -> Result<Catheter, CatheterError> {
+    static LUMEN: OnceLock<(LumenHeader, Vec<u8>)> = OnceLock::new();
+    let (header, bytes) = LUMEN.get_or_init(|| {
+        let bundle = example();
+        let vessel = Vessel::from_bundle(&bundle, SurfaceModel::default()).unwrap();
+        let radius_m = 0.5 * bundle.catheter().unwrap().instrument.outer_diameter_m;
+        let options = LumenOptions::for_instrument(radius_m, CELL_M);
+        let (lumen, _) = vessel.lumen(options).unwrap();
+        (lumen.header, lumen.bytes)
+    });
+    Catheter::in_lumen(bundle, *header, bytes.clone())
+}
+
 #[track_caller]
 fn assert_refused(words: &[&str], damage: impl FnOnce(&mut Vec<f64>, &mut CatheterTrial)) {
     let mut bundle = example();
     change(&mut bundle.trials[0], damage);
-    let error = Catheter::new(&bundle).err().expect("refused").to_string();
+    let error = catheter(&bundle).err().expect("refused").to_string();
     for word in words {
         assert!(error.contains(word), "`{word}` in: {error}");
     }
@@ -76,7 +94,7 @@ fn a_drive_that_stands_still_tells_nothing() {
     let mut second = Trial { number: 1, ..bundle.trials[0].clone() };
     change(&mut second, still);
     bundle.trials.insert(0, second);
-    let catheter = Catheter::new(&bundle).unwrap();
+    let catheter = catheter(&bundle).unwrap();
     assert_eq!(catheter.trials().iter().map(|t| t.number).collect::<Vec<_>>(), [0]);
     let said = catheter.remarks().join("\n");
     assert!(said.contains("trial 001: nothing can be compared"), "{said}");
@@ -95,7 +113,7 @@ fn a_sensor_that_never_changes_is_left_out_and_said_to_be_dead() {
     change(&mut bundle.trials[0], |_, data| {
         data.force_n.as_mut().unwrap().iter_mut().for_each(|force| *force = Some([0.01, 0.0, 0.0]));
     });
-    let catheter = Catheter::new(&bundle).unwrap();
+    let catheter = catheter(&bundle).unwrap();
     assert!(catheter.channels().iter().all(|channel| channel.name.starts_with("tip_")));
     let said = catheter.remarks().join("\n");
     assert!(said.contains("trial 000: the force reads the same"), "{said}");

@@ -11,6 +11,7 @@ mod motion;
 mod planned;
 mod prepare;
 mod segments;
+mod sensors;
 mod simulate;
 
 use std::sync::Arc;

@@ -5,6 +5,7 @@ use cathforce_record::{FEED_BEFORE_SCORE_M, SNAP_GUARD_S};
 use cathforce_rig::bundle::{CatheterTrial, RigSensor, VectorColumn};
 
 use super::motion::{Motion, phase, regime};
+use super::sensors::{self, Limit};
 use super::simulate::{Inputs, Trajectory};
 use crate::plant::{Channel, Quantity, Repeat, Sample, Trial};
 use crate::signal::interpolate;
@@ -13,6 +14,8 @@ use crate::signal::interpolate;
 const AVERAGE_S: f64 = 0.02;
 /// A step of time larger than this many usual ones is a jump of the clock.
 const CLOCK_JUMP: f64 = 5.0;
+/// Samples so long after it are left out \[s\].
+const JUMP_GUARD_S: f64 = 0.5;
 /// Blocks of a trial.
 pub const BLOCKS: usize = 4;
 /// Samples to either side whose largest model deviation counts.
@@ -33,7 +36,7 @@ pub enum Source {
 const AXES: [&str; 3] = ["x", "y", "z"];
 
 impl Source {
-    fn channel(self) -> Channel {
+    pub fn channel(self) -> Channel {
         let (name, quantity) = match self {
             Self::Force(axis) => (format!("f{}_N", AXES[axis]), Quantity::Force),
             Self::DriveForce => ("drive_fx_N".to_owned(), Quantity::DriveForce),
@@ -62,16 +65,18 @@ pub struct Prepared {
     jumps: Vec<(f64, f64)>,
     /// Quantities that were left out because they never change.
     dead: Vec<&'static str>,
+    limits: Vec<Limit>,
     motion: Motion,
 }
 
 /// A measured column with gaps.
-struct Column {
-    source: Source,
-    rows: Vec<(usize, f64)>,
+pub struct Column {
+    pub source: Source,
+    pub rows: Vec<(usize, f64)>,
     /// Standard deviation of one row.
-    noise: f64,
-    estimated: bool,
+    pub noise: f64,
+    /// Whether it was estimated from the rows.
+    pub estimated: bool,
 }
 
 impl Prepared {
@@ -84,7 +89,8 @@ impl Prepared {
             .map(|tick| trial.encoder_at(start + tick as f64 * tick_s))
             .collect::<Option<_>>()?;
         let mut columns = columns(data, sensor);
-        let dead = take_dead(&mut columns);
+        let dead = sensors::take_dead(&mut columns);
+        let limits = columns.iter().flat_map(sensors::limits).collect();
         let mut shape_rows: Vec<usize> = columns
             .iter()
             .filter(|column| matches!(column.source, Source::Shape(..)))
@@ -109,6 +115,7 @@ impl Prepared {
             snaps: Vec::new(),
             jumps: jumps(&trial.t_s),
             dead,
+            limits,
         })
     }
 
@@ -152,7 +159,11 @@ impl Prepared {
             let near = |s: &Snap| t > s.span_s[0] - SNAP_GUARD_S && t < s.span_s[1] + SNAP_GUARD_S;
             self.snaps.iter().any(near)
         };
-        let kept = |t: f64| t >= ready_s && !near_snap(t);
+        let after_jump = |t: f64| {
+            let spoilt = |(at, step): &(f64, f64)| t > *at && t < at + step + JUMP_GUARD_S;
+            self.jumps.iter().any(spoilt)
+        };
+        let kept = |t: f64| t >= ready_s && !near_snap(t) && !after_jump(t);
         let mut readings = Vec::new();
         for column in &self.columns {
             let averaged = matches!(column.source, Source::Force(_) | Source::DriveForce);
@@ -163,7 +174,9 @@ impl Prepared {
                 let (own, others) = rest.split_at(count.max(1));
                 rest = others;
                 let last = own[own.len() - 1].0;
-                if own.iter().all(|(row, _)| kept(self.t_s[*row])) {
+                let limits = self.limits.iter().filter(|l| l.source == column.source);
+                let at_limit = |value: f64| limits.clone().any(|limit| limit.value == value);
+                if own.iter().all(|(row, value)| kept(self.t_s[*row]) && !at_limit(*value)) {
                     let value = own.iter().map(|(_, v)| v).sum::<f64>() / own.len() as f64;
                     let rows = first..last + 1;
                     readings.push(Reading { source: column.source, rows, value });
@@ -265,14 +278,22 @@ impl Prepared {
         let mut remarks = Vec::new();
         for (at, step) in &self.jumps {
             remarks.push(format!(
-                "trial {number:03}: the clock jumps by {step:.3} s after {at:.3} s; the encoders \
-                 are interpolated across it, so forces there are not to be trusted"
+                "trial {number:03}: the clock jumps by {step:.3} s after {at:.3} s; what the \
+                 drive did meanwhile is not known, so {JUMP_GUARD_S} s after it are left out"
             ));
         }
         for what in &self.dead {
             remarks.push(format!(
                 "trial {number:03}: {what} reads the same from beginning to end: its sensor was \
                  off or not connected, and is left out"
+            ));
+        }
+        for Limit { source, value, share } in &self.limits {
+            remarks.push(format!(
+                "trial {number:03}: {} stays at {value} in {:.0} % of its rows: the sensor was at \
+                 its limit, and these are left out",
+                source.channel().name,
+                100.0 * share
             ));
         }
         if self.readings.is_empty() {
@@ -311,7 +332,7 @@ fn columns(data: &CatheterTrial, sensor: &RigSensor) -> Vec<Column> {
     let mut add = |source, rows: Vec<(usize, f64)>, stated: Option<f64>| {
         if !rows.is_empty() {
             let stated = stated.filter(|noise| *noise > 0.0);
-            let noise = stated.unwrap_or_else(|| white_noise(&rows));
+            let noise = stated.unwrap_or_else(|| sensors::white_noise(&rows));
             columns.push(Column { source, rows, noise, estimated: stated.is_none() });
         }
     };
@@ -338,40 +359,6 @@ fn columns(data: &CatheterTrial, sensor: &RigSensor) -> Vec<Column> {
     }
     columns.sort_by_key(|column| column.source);
     columns
-}
-
-/// Fewest rows of which it means something that they are all the same.
-const DEAD_ROWS: usize = 20;
-
-/// Takes out what never changes, which no sensor with noise does.
-fn take_dead(columns: &mut Vec<Column>) -> Vec<&'static str> {
-    let mut dead = Vec::new();
-    for (quantity, what) in [
-        (Quantity::Force, "the force"),
-        (Quantity::DriveForce, "the drive force"),
-        (Quantity::Tip, "the tip"),
-    ] {
-        let own = |column: &Column| column.source.channel().quantity == quantity;
-        let still = |column: &Column| {
-            column.rows.len() >= DEAD_ROWS
-                && column.rows.iter().all(|(_, value)| *value == column.rows[0].1)
-        };
-        if columns.iter().any(own) && columns.iter().filter(|c| own(c)).all(still) {
-            columns.retain(|column| !own(column));
-            dead.push(what);
-        }
-    }
-    dead
-}
-
-/// White noise of a series from its second differences, whose median a few events do not move.
-fn white_noise(rows: &[(usize, f64)]) -> f64 {
-    /// Median of |x| of a normal distribution, in standard deviations.
-    const MEDIAN: f64 = 0.6745;
-    let second = |w: &[(usize, f64)]| (w[0].1 - 2.0 * w[1].1 + w[2].1).abs() / 6.0_f64.sqrt();
-    let mut differences: Vec<f64> = rows.windows(3).map(second).collect();
-    differences.sort_by(f64::total_cmp);
-    differences.get(differences.len() / 2).map_or(0.0, |median| median / MEDIAN)
 }
 
 fn jumps(t_s: &[f64]) -> Vec<(f64, f64)> {

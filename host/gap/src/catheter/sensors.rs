@@ -1,0 +1,127 @@
+//! What columns tell of their sensors: noise, whether they are connected, whether they are at
+//! their limit.
+
+use super::prepare::{Column, Source};
+use crate::plant::Quantity;
+
+/// Fewest rows of which it means something that they are all the same.
+const DEAD_ROWS: usize = 20;
+/// Rows in a row with the same reading that no sensor with noise has.
+const HELD_ROWS: usize = 10;
+/// Shares of the rows that are held: at the largest or smallest reading from which on it is a
+/// limit, and elsewhere from which on the sensor is only coarse.
+const AT_LIMIT: f64 = 0.02;
+const COARSE: f64 = 0.002;
+
+/// A reading at which a sensor has stuck.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Limit {
+    pub source: Source,
+    pub value: f64,
+    /// Share of the rows.
+    pub share: f64,
+}
+
+/// Takes out what never changes, which no sensor with noise does.
+pub fn take_dead(columns: &mut Vec<Column>) -> Vec<&'static str> {
+    let mut dead = Vec::new();
+    for (quantity, what) in [
+        (Quantity::Force, "the force"),
+        (Quantity::DriveForce, "the drive force"),
+        (Quantity::Tip, "the tip"),
+    ] {
+        let own = |column: &Column| column.source.channel().quantity == quantity;
+        let still = |column: &Column| {
+            column.rows.len() >= DEAD_ROWS
+                && column.rows.iter().all(|(_, value)| *value == column.rows[0].1)
+        };
+        if columns.iter().any(own) && columns.iter().filter(|c| own(c)).all(still) {
+            columns.retain(|column| !own(column));
+            dead.push(what);
+        }
+    }
+    dead
+}
+
+/// The largest and the smallest reading, where a column stays at them and nowhere else.
+pub fn limits(column: &Column) -> Vec<Limit> {
+    let values: Vec<f64> = column.rows.iter().map(|(_, value)| *value).collect();
+    let rows = values.len() as f64;
+    let largest = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let smallest = values.iter().copied().fold(f64::INFINITY, f64::min);
+    let (mut at, mut elsewhere) = ([0_usize; 2], 0);
+    for run in values.chunk_by(|a, b| a == b).filter(|run| run.len() >= HELD_ROWS) {
+        match run[0] {
+            value if value == largest => at[0] += run.len(),
+            value if value == smallest => at[1] += run.len(),
+            _ => elsewhere += run.len(),
+        }
+    }
+    if largest == smallest || elsewhere as f64 > COARSE * rows {
+        return Vec::new();
+    }
+    let limit = |(value, held): (f64, usize)| {
+        let share = held as f64 / rows;
+        (share >= AT_LIMIT).then_some(Limit { source: column.source, value, share })
+    };
+    [(largest, at[0]), (smallest, at[1])].into_iter().filter_map(limit).collect()
+}
+
+/// White noise of a series from its second differences, whose median a few events do not move.
+pub fn white_noise(rows: &[(usize, f64)]) -> f64 {
+    /// Median of |x| of a normal distribution, in standard deviations.
+    const MEDIAN: f64 = 0.6745;
+    let second = |w: &[(usize, f64)]| (w[0].1 - 2.0 * w[1].1 + w[2].1).abs() / 6.0_f64.sqrt();
+    let mut differences: Vec<f64> = rows.windows(3).map(second).collect();
+    differences.sort_by(f64::total_cmp);
+    differences.get(differences.len() / 2).map_or(0.0, |median| median / MEDIAN)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn column(value: impl Fn(usize) -> f64) -> Column {
+        let rows = (0..400).map(|row| (row, value(row))).collect();
+        Column { source: Source::Force(0), rows, noise: 0.01, estimated: false }
+    }
+
+    fn noisy(row: usize) -> f64 {
+        (row as f64 * 0.02).sin() + 1e-3 * ((row * 7919) % 101) as f64
+    }
+
+    #[test]
+    fn a_reading_cut_off_at_both_ends_has_two_limits() {
+        let limits = limits(&column(|row| noisy(row).clamp(-0.5, 0.7)));
+        let values: Vec<f64> = limits.iter().map(|limit| limit.value).collect();
+        assert_eq!(values, [0.7, -0.5]);
+        assert!(limits.iter().all(|limit| limit.share > 0.1 && limit.share < 0.5));
+    }
+
+    #[test]
+    fn noise_and_coarse_steps_have_no_limit() {
+        assert_eq!(limits(&column(noisy)), []);
+        assert_eq!(limits(&column(|row| (4.0 * noisy(row)).round())), []);
+    }
+
+    #[test]
+    fn only_a_quantity_that_never_changes_on_any_axis_is_dead() {
+        let axis =
+            |axis, value: fn(usize) -> f64| Column { source: Source::Force(axis), ..column(value) };
+        let mut columns = vec![axis(0, noisy), axis(1, |_| 0.0), axis(2, |_| 0.0)];
+        assert_eq!(take_dead(&mut columns), Vec::<&str>::new());
+        columns[0] = axis(0, |_| 0.1);
+        assert_eq!(take_dead(&mut columns), ["the force"]);
+        assert!(columns.is_empty());
+    }
+
+    #[test]
+    fn white_noise_is_found_under_a_slow_signal() {
+        // Deterministic, uniform from −1 to 1: standard deviation 1/√3.
+        let noise = |row: usize| 2.0 * ((row * 7919 % 1009) as f64 / 1009.0) - 1.0;
+        let rows: Vec<(usize, f64)> =
+            (0..1000).map(|row| (row, (row as f64 * 0.01).sin() + 0.1 * noise(row))).collect();
+        let found = white_noise(&rows);
+        assert!((found / (0.1 / 3.0_f64.sqrt()) - 1.0).abs() < 0.35, "{found}");
+    }
+}
