@@ -113,7 +113,7 @@ impl Core {
         let frames = self.ticker.tick(self.active.as_ref().map(|a| &a.config), notice);
         let armed = self.ticker.outputs().is_some_and(|outputs| outputs.mode == Mode::Armed);
         board.enable_outputs(armed || !self.ticker.may_reconfigure());
-        for frame in frames {
+        for frame in frames.into_iter().flatten() {
             if !bus::put(frame) {
                 self.carrier.count(Counter::QueueFull);
             }

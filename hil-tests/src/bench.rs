@@ -9,7 +9,7 @@ use cathforce_bus::{
     Process, Protection, Rotation, Sealer, Status, Sync,
 };
 use cathforce_control::{Fault, Mode};
-use cathforce_device::{FRAMES_A_TICK, Ticker};
+use cathforce_device::{Sent, Ticker};
 use cathforce_link::{Client, Sim};
 
 use crate::{Drive, Rig};
@@ -26,22 +26,25 @@ const SETTLE_TICKS: usize = 10_000;
 pub struct Tick {
     pub haptic: Haptic,
     pub contact: Contact,
-    pub third: Process,
+    /// What had its turn, in ticks that have one.
+    pub third: Option<Process>,
     /// The same, bit by bit.
-    pub frames: [Frame; FRAMES_A_TICK],
+    pub frames: Sent,
 }
 
 impl Tick {
     /// What a tick's frames say.
-    pub fn decode(frames: [Frame; FRAMES_A_TICK]) -> Self {
-        let decoded = frames.map(|frame| {
+    pub fn decode(frames: Sent) -> Self {
+        let decode = |frame: Frame| {
             let id = Id::from_raw(frame.id());
             let payload = frame.data().first_chunk::<6>();
-            id.zip(payload).and_then(|(id, payload)| Process::decode(id, *payload))
-        });
-        let [Some(Process::Haptic(haptic)), Some(Process::Contact(contact)), Some(third)] = decoded
+            let process = id.zip(payload).and_then(|(id, payload)| Process::decode(id, *payload));
+            process.unwrap_or_else(|| panic!("{frame} means nothing"))
+        };
+        let [Some(Process::Haptic(haptic)), Some(Process::Contact(contact)), third] =
+            frames.map(|frame| frame.map(decode))
         else {
-            panic!("a tick is HAPTIC, CONTACT and a third frame, not {frames:?}")
+            panic!("a tick is HAPTIC, CONTACT and perhaps a third frame, not {frames:?}")
         };
         Self { haptic, contact, third, frames }
     }
@@ -201,11 +204,20 @@ impl<R: Rig> Bench<R> {
     }
 
     fn receive(&mut self) -> Tick {
-        Tick::decode(std::array::from_fn(|_| self.receive_frame()))
+        let mut ended = false;
+        let frames = std::array::from_fn(|_| {
+            (!ended).then(|| {
+                let (frame, status) = self.receive_frame();
+                ended = status.last;
+                frame
+            })
+        });
+        assert!(ended, "no frame is the last of its tick: {frames:?}");
+        Tick::decode(frames)
     }
 
     /// The device's next frame; one that is lost, repeated or broken fails the test.
-    fn receive_frame(&mut self) -> Frame {
+    fn receive_frame(&mut self) -> (Frame, Status) {
         let deadline = Instant::now() + PATIENCE;
         loop {
             let left = deadline.saturating_duration_since(Instant::now());
@@ -222,9 +234,9 @@ impl<R: Rig> Bench<R> {
                 _ => panic!("not of a device: {frame}"),
             };
             let accepted = self.protection.receive(id, &frame, &mut self.received);
-            accepted.unwrap_or_else(|why| panic!("{frame}: {why:?}"));
+            let accepted = accepted.unwrap_or_else(|why| panic!("{frame}: {why:?}"));
             assert_eq!(self.received.get(Counter::Lost), 0, "before {frame}");
-            return frame;
+            return (frame, accepted.status);
         }
     }
 }

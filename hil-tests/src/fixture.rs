@@ -15,7 +15,14 @@ pub fn bundle() -> &'static Bundle {
     BUNDLE.get_or_init(|| Bundle::open(EXAMPLE).unwrap_or_else(|error| panic!("{error}")))
 }
 
-/// Its device image with other options.
+/// The bundle with a guidewire that comes with the project, read once.
+pub fn guidewire_bundle() -> &'static Bundle {
+    static BUNDLE: OnceLock<Bundle> = OnceLock::new();
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../examples/bend-guidewire");
+    BUNDLE.get_or_init(|| Bundle::open(path).unwrap_or_else(|error| panic!("{error}")))
+}
+
+/// The example's device image with other options.
 pub fn image_with(options: &ImageOptions) -> Vec<u8> {
     let image = device_image(bundle(), options);
     image.unwrap_or_else(|error| panic!("{error}")).0

@@ -20,7 +20,9 @@ mod watch;
 
 pub use bench::{Bench, Tick, encoder};
 pub use chance::Chance;
-pub use fixture::{EXAMPLE, bundle, image, image_with, program, small_image, strong_image};
+pub use fixture::{
+    EXAMPLE, bundle, guidewire_bundle, image, image_with, program, small_image, strong_image,
+};
 pub use rig::Rig;
 pub use trial::{estimates, measured, record};
 pub use watch::{LimitWatch, OutputReader};

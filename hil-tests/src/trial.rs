@@ -9,10 +9,11 @@ use cathforce_bus::{Command, Process};
 use cathforce_control::{Mode, TICK_S};
 use cathforce_link::{Client, Sim, Step};
 use cathforce_record::{
-    Attachments, BusClock, BusFrame, Estimate, Measured, Recorder, RunInfo, RunResult, SensorNoise,
-    Trial,
+    Attachments, BusClock, BusFrame, Estimate, Measured, MeasuredDrive, Recorder, RunInfo,
+    RunResult, SensorNoise, Trial,
 };
 use cathforce_rig::Bundle;
+use cathforce_rig::bundle::EncoderReading;
 
 use crate::{Bench, Drive, Rig, bench};
 
@@ -27,6 +28,11 @@ pub fn measured(bundle: &Bundle, trial: &cathforce_rig::Trial) -> Trial {
         force_n: columns.force_n.as_ref().and_then(|column| column[i]),
         drive_force_n: columns.drive_force_n.as_ref().and_then(|column| column[i]),
         tip_m: columns.tip_m.as_ref().and_then(|column| column[i]),
+        guidewire: columns.guidewire.as_ref().map(|wire| MeasuredDrive {
+            insertion_m: wire.insertion_m[i],
+            rotation_rad: wire.rotation_rad[i],
+            drive_force_n: wire.drive_force_n.as_ref().and_then(|column| column[i]),
+        }),
     };
     let sensor = &bundle.rig.sensor;
     let noise = SensorNoise {
@@ -37,13 +43,35 @@ pub fn measured(bundle: &Bundle, trial: &cathforce_rig::Trial) -> Trial {
     Trial { rows: (0..trial.len()).map(row).collect(), noise }
 }
 
-/// Where the drive is in each tick of a trial.
+/// Where the catheter's drive is in each tick of a trial.
 fn drives(trial: &cathforce_rig::Trial) -> impl Iterator<Item = Drive> {
-    let ticks = (trial.duration_s() / f64::from(TICK_S)).round() as u32;
-    (0..=ticks).map(|tick| {
-        let at = trial.encoder_at(trial.t_s[0] + f64::from(tick) * 1e-3).expect("a catheter");
-        Drive { insertion_m: at.insertion_m, rotation_rad: at.rotation_rad }
+    times_s(trial).map(|t_s| drive(trial.encoder_at(t_s).expect("a catheter")))
+}
+
+/// What the host sends in each tick of a trial; the operator holds one button after the other,
+/// a second each.
+fn steps(trial: &cathforce_rig::Trial) -> impl Iterator<Item = Step> {
+    let sample = |at| match bench::encoder(drive(at)) {
+        Process::Encoder(sample) => sample,
+        other => unreachable!("{other:?} is no sample"),
+    };
+    times_s(trial).map(move |t_s| Step {
+        encoder: trial.encoder_at(t_s).map(sample),
+        guidewire: trial.guidewire_at(t_s).map(sample),
+        guidewire_held: t_s as u32 % 2 == 1,
+        ..Step::default()
     })
+}
+
+/// The trial's time in each tick.
+fn times_s(trial: &cathforce_rig::Trial) -> impl Iterator<Item = f64> {
+    let ticks = (trial.duration_s() / f64::from(TICK_S)).round() as u32;
+    let start_s = trial.t_s[0];
+    (0..=ticks).map(move |tick| start_s + f64::from(tick) * 1e-3)
+}
+
+fn drive(at: EncoderReading) -> Drive {
+    Drive { insertion_m: at.insertion_m, rotation_rad: at.rotation_rad }
 }
 
 /// What the device in this process estimates in every tick of a trial.
@@ -61,6 +89,7 @@ pub fn estimates(image: &[u8], trial: &cathforce_rig::Trial) -> Vec<Estimate> {
             t_s: tick as f64 * 1e-3,
             force_n: contact.force_on_vessel_n.map(f64::from),
             drive_force_n: Some(f64::from(contact.drive_force_n)),
+            guidewire_force_n: None,
             tip_m: tip_m.map(|tip| tip.map(f64::from)),
             unresolved: contact.unresolved,
         });
@@ -101,11 +130,11 @@ pub fn record<R: Rig>(
         recorder.as_mut().expect("recording").frame(&frame).expect("written");
     })));
 
-    let mut drives = drives(trial).map(step).peekable();
-    let still = *drives.peek().expect("a trial has rows");
+    let mut steps = steps(trial).peekable();
+    let still = *steps.peek().expect("a trial has rows");
     hold(&mut client, Step { command: Some(Command::SelfTest), ..still }, Mode::Ready);
     hold(&mut client, Step { command: Some(Command::Arm), ..still }, Mode::Armed);
-    let played = client.play(drives, |tick| {
+    let played = client.play(steps, |tick| {
         let mode = Mode::from_codes(tick.haptic.mode, tick.haptic.fault);
         assert_eq!(mode, Some(Mode::Armed), "tick {}", tick.tick);
         ControlFlow::Continue(())
@@ -124,11 +153,6 @@ pub fn record<R: Rig>(
     let recorder = recorder.lock().expect("no panic").take().expect("recording");
     recorder.finish(Some(&result)).unwrap_or_else(|e| fail(&e));
     report
-}
-
-fn step(at: Drive) -> Step {
-    let Process::Encoder(encoder) = bench::encoder(at) else { unreachable!("it is one") };
-    Step { encoder: Some(encoder), ..Step::default() }
 }
 
 /// Sends a command, and again every 50 ticks, with the drive at rest, until the device is in

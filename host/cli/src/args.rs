@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 use cathforce_effects::Effect;
 use cathforce_rig::tips::Tip;
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, Parser, Subcommand, ValueEnum};
 
 pub use lumen::LumenArguments;
 
@@ -69,6 +69,9 @@ pub struct PlayArguments {
     /// Record into this MCAP file.
     #[arg(long, value_name = "FILE.mcap")]
     pub out: Option<PathBuf>,
+    /// Whose button the operator holds: the load on this instrument's drive is felt.
+    #[arg(long, value_enum, default_value_t = Feel::Catheter)]
+    pub feel: Feel,
     /// Play only so many seconds of the trial.
     #[arg(long, value_name = "SECONDS", value_parser = positive_seconds)]
     pub duration: Option<f64>,
@@ -82,6 +85,13 @@ pub struct PlayArguments {
     pub max_error: Option<f64>,
 }
 
+/// An instrument with a button of its own.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Feel {
+    Catheter,
+    Guidewire,
+}
+
 /// What differs from the bundle and the defaults.
 #[derive(Debug, Args)]
 pub struct Changes {
@@ -92,9 +102,12 @@ pub struct Changes {
     /// or `--set effects.wall.stiffness.factor=0.5`; `cathforce config` lists them.
     #[arg(long = "set", value_name = "NAME=VALUE", value_parser = setting)]
     pub settings: Vec<(String, f32)>,
-    /// Take a common tip instead of the rig's own; `cathforce tips` lists them.
+    /// Take a common tip instead of the catheter's own; `cathforce tips` lists them.
     #[arg(long, value_name = "NAME", value_parser = tip)]
     pub tip: Option<&'static Tip>,
+    /// The same for the guidewire in the catheter.
+    #[arg(long, value_name = "NAME", value_parser = tip)]
+    pub guidewire_tip: Option<&'static Tip>,
 }
 
 #[derive(Debug, Args)]

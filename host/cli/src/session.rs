@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use cathforce_bus::service::crc32;
-use cathforce_bus::{Command, Counter, Encoder, Insertion, Rotation};
+use cathforce_bus::{Command, Counter};
 use cathforce_config::image::schema_hash;
 use cathforce_control::{Mode, TICK_S};
 use cathforce_link::{Client, ClientError, Step, TickReport};
@@ -35,8 +35,8 @@ pub struct Plan<'a> {
     /// Information that does not come from the device.
     pub info: RunInfo,
     pub trial: &'a Trial,
-    /// Drive position at a time of the trial: insertion \[m\], rotation \[rad\].
-    pub drive_at: &'a dyn Fn(f64) -> (f64, f64),
+    /// Where the drives are at a time of the trial \[s\].
+    pub step_at: &'a dyn Fn(f64) -> Step,
     /// Time of the trial to play \[s\].
     pub duration_s: f64,
     pub out: &'a Path,
@@ -135,7 +135,7 @@ struct Session<'a> {
 
 impl Session<'_> {
     fn play(&self, client: &mut Client) -> Result<(), Failure> {
-        let start = self.step(0.0);
+        let start = (self.plan.step_at)(0.0);
         self.ui.say("settling to the measured insertion");
         self.hold(client, start, Command::SelfTest, Mode::Ready, SETTLE_TICKS)?;
         self.hold(client, start, Command::Arm, Mode::Armed, PATIENCE_TICKS)?;
@@ -203,7 +203,7 @@ impl Session<'_> {
                 while let Some(row) = rows.next_if(|row| row.t_s <= t_s + 1e-9) {
                     self.log.measured(row);
                 }
-                *last = self.step(t_s);
+                *last = (self.plan.step_at)(t_s);
                 *last
             }),
             |tick| {
@@ -214,13 +214,6 @@ impl Session<'_> {
             },
         )?;
         broken.map_or(Ok(()), Err)
-    }
-
-    fn step(&self, t_s: f64) -> Step {
-        let (insertion_m, rotation_rad) = (self.plan.drive_at)(t_s);
-        let insertion = Insertion::from_m(insertion_m);
-        let rotation = Rotation::from_rad(rotation_rad);
-        Step { encoder: Some(Encoder { insertion, rotation }), ..Step::default() }
     }
 
     /// What ends a run early, if anything. Ctrl-C does not keep a device from being disarmed.

@@ -1,6 +1,6 @@
 //! The figures of a run, as a table and as JSON.
 
-use cathforce_record::{Analysis, Recording};
+use cathforce_record::{Analysis, GuidewireEstimate, Recording, trial_time_s};
 use serde::Serialize;
 
 use crate::ui::two_columns;
@@ -38,6 +38,13 @@ pub struct Summary {
     pub force_rms_error_whole_n: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub drive_force_rms_error_n: Option<f64>,
+    /// Largest magnitudes of the guidewire's load during the trial.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub guidewire_peak_drive_force_n: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub guidewire_peak_drive_torque_n_m: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub guidewire_force_rms_error_n: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tip_rms_error_m: Option<f64>,
     /// Measured, found by the model, and found by the model alone.
@@ -58,6 +65,15 @@ impl Summary {
         let worst = result.and_then(|r| counted(r.worst_instructions));
         let comparison = analysis.comparison.as_ref();
         let scored = comparison.map(|c| c.scored).filter(|scored| scored.rows > 0);
+        let wire_peak = |load: fn(&GuidewireEstimate) -> Option<f32>| {
+            let played = analysis.track.ticks.iter();
+            let played = played.filter(|tick| trial_time_s(recording, tick.at_ns) >= 0.0);
+            let loads = played.filter(|tick| !tick.unresolved).filter_map(|tick| {
+                let load = load(tick.guidewire.as_ref()?)?;
+                Some(f64::from(load.abs()))
+            });
+            loads.max_by(f64::total_cmp)
+        };
         Self {
             ticks: analysis.track.ticks.len() as u64,
             missed_ticks: result.map(|r| r.missed_ticks),
@@ -71,6 +87,9 @@ impl Summary {
             force_noise_rms_n: comparison.and_then(|c| c.noise_rms_n),
             force_rms_error_whole_n: comparison.map(|c| c.whole.rms_n),
             drive_force_rms_error_n: comparison.and_then(|c| Some(c.drive_force?.rms)),
+            guidewire_peak_drive_force_n: wire_peak(|wire| wire.drive_force_n),
+            guidewire_peak_drive_torque_n_m: wire_peak(|wire| wire.drive_torque_n_m),
+            guidewire_force_rms_error_n: comparison.and_then(|c| Some(c.guidewire_force?.rms)),
             tip_rms_error_m: comparison.and_then(|c| Some(c.tip?.rms)),
             snaps: comparison.map(|c| {
                 let found = c.snaps.iter().filter(|pair| pair.estimated.is_some()).count();
@@ -128,6 +147,14 @@ impl Summary {
             "drive force error",
             self.drive_force_rms_error_n.map(|rms| format!("{} RMS", mn(rms))),
         );
+        if let Some((force, torque)) =
+            self.guidewire_peak_drive_force_n.zip(self.guidewire_peak_drive_torque_n_m)
+        {
+            let load = format!("{} and {:.1} µN·m at most", mn(force), 1e6 * torque);
+            row("guidewire's drive", Some(load));
+            let error = self.guidewire_force_rms_error_n;
+            row("  its force error", error.map(|rms| format!("{} RMS", mn(rms))));
+        }
         row("tip error", self.tip_rms_error_m.map(|rms| format!("{:.2} mm RMS", 1e3 * rms)));
         row(
             "snaps",

@@ -225,7 +225,15 @@ impl<L: Link> Client<L> {
     }
 
     pub(crate) fn send_process(&mut self, process: Process) -> Result<(), LinkError> {
-        let frame = self.sealer.seal(process, Default::default());
+        self.send_sealed(process, cathforce_bus::Status::default())
+    }
+
+    pub(crate) fn send_sealed(
+        &mut self,
+        process: Process,
+        status: cathforce_bus::Status,
+    ) -> Result<(), LinkError> {
+        let frame = self.sealer.seal(process, status);
         self.send(&frame)
     }
 

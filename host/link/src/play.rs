@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
-use cathforce_bus::{Command, Encoder, Process, Sync};
+use cathforce_bus::{Command, Encoder, Process, Status, Sync};
 
 use crate::{Client, ClientError, Link, LinkError, TickReport};
 
@@ -26,6 +26,8 @@ pub struct Step {
     pub encoder: Option<Encoder>,
     /// Of the guidewire's drive, where there is one.
     pub guidewire: Option<Encoder>,
+    /// The operator holds the guidewire's button: its load is felt, not the catheter's.
+    pub guidewire_held: bool,
     pub command: Option<Command>,
 }
 
@@ -133,7 +135,8 @@ impl<L: Link> Client<L> {
             self.send_process(Process::Encoder(encoder))?;
         }
         if let Some(guidewire) = step.guidewire {
-            self.send_process(Process::Guidewire(guidewire))?;
+            let status = Status { held: step.guidewire_held, ..Status::default() };
+            self.send_sealed(Process::Guidewire(guidewire), status)?;
         }
         if let Some(command) = step.command {
             self.send_process(Process::Command(command))?;

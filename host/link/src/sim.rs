@@ -82,8 +82,8 @@ impl Sim {
 
     fn tick(&mut self) {
         let config = self.board.configured.as_ref().map(Configured::borrow_dependent);
-        let frames = self.board.ticker.tick(config, None);
-        self.put(frames);
+        let sent = self.board.ticker.tick(config, None);
+        self.put(sent.into_iter().flatten());
     }
 
     fn put(&mut self, frames: impl IntoIterator<Item = Frame>) {

@@ -1,7 +1,7 @@
 //! From frames back to ticks.
 
 use cathforce_bus::{Contact, Counters, Frame, Haptic, Id, Process, Protection, Status};
-use cathforce_device::FRAMES_A_TICK;
+use cathforce_device::Sent;
 
 /// What a device sent in one tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -11,13 +11,14 @@ pub struct TickReport {
     pub status: Status,
     pub haptic: Haptic,
     pub contact: Contact,
-    /// TICK, DRIVE, MOMENT, SHAPE or FORCE.
-    pub third: Process,
+    /// TICK, DRIVE, MOMENT, SHAPE, FORCE or GUIDEWIREDRIVE, in ticks that have one.
+    pub third: Option<Process>,
     /// The same as frames, in the order in which they arrived.
-    pub frames: [Frame; FRAMES_A_TICK],
+    pub frames: Sent,
 }
 
-/// Collects the frames of each tick: HAPTIC begins one, the third frame ends it.
+/// Collects the frames of each tick: HAPTIC begins one, the frame whose status says so
+/// ends it.
 #[derive(Debug, Default)]
 pub(crate) struct Assembler {
     protection: Protection,
@@ -55,20 +56,26 @@ impl Assembler {
             }
             Process::Contact(contact) => {
                 self.contact = Some((contact, frame));
-                None
+                if accepted.status.last { self.complete(accepted.status, None) } else { None }
             }
             third => {
                 if let Process::Tick(sent) = third {
                     self.adopt(sent.tick);
                 }
-                let (haptic, contact) = (self.haptic.take(), self.contact.take());
-                let ((haptic, first), (contact, second)) = haptic.zip(contact)?;
-                let tick = self.next_tick;
-                self.next_tick = tick.wrapping_add(1);
-                let frames = [first, second, frame];
-                Some(TickReport { tick, status: accepted.status, haptic, contact, third, frames })
+                self.complete(accepted.status, Some((third, frame)))
             }
         }
+    }
+
+    /// The tick that ends; `None` if one of its frames got lost.
+    fn complete(&mut self, status: Status, third: Option<(Process, Frame)>) -> Option<TickReport> {
+        let tick = self.next_tick;
+        self.next_tick = tick.wrapping_add(1);
+        let (haptic, contact) = (self.haptic.take(), self.contact.take());
+        let ((haptic, first), (contact, second)) = haptic.zip(contact)?;
+        let frames = [Some(first), Some(second), third.map(|(_, frame)| frame)];
+        let third = third.map(|(process, _)| process);
+        Some(TickReport { tick, status, haptic, contact, third, frames })
     }
 
     /// The device's own number, of which 16 bits are sent, corrects ours after a loss.
@@ -85,7 +92,7 @@ mod tests {
 
     fn ticks(n: usize) -> Vec<Frame> {
         let mut ticker = Ticker::new();
-        (0..n).flat_map(|_| ticker.tick(None, None)).collect()
+        (0..n).flat_map(|_| ticker.tick(None, None)).flatten().collect()
     }
 
     fn assemble(frames: &[Frame]) -> Vec<u32> {
@@ -102,6 +109,32 @@ mod tests {
     fn a_lost_frame_loses_its_tick_and_no_other() {
         for lost in 3..6 {
             let mut frames = ticks(4);
+            frames.remove(lost);
+            assert_eq!(assemble(&frames), [0, 2, 3], "frame {lost}");
+        }
+    }
+
+    /// Of ticks without a third frame nothing but their own frames tells the number.
+    #[test]
+    fn a_tick_of_two_frames_ends_with_the_second() {
+        let whole = || {
+            let mut sealer = cathforce_bus::Sealer::default();
+            let frames = (0..4).flat_map(move |_| {
+                let haptic = Process::Haptic(Haptic {
+                    force: Default::default(),
+                    torque: Default::default(),
+                    mode: 4,
+                    fault: 0,
+                });
+                let contact = Process::Contact(Contact { force: Default::default() });
+                let last = Status { last: true, ..Status::default() };
+                [sealer.seal(haptic, Status::default()), sealer.seal(contact, last)]
+            });
+            frames.collect::<Vec<_>>()
+        };
+        assert_eq!(assemble(&whole()), [0, 1, 2, 3]);
+        for lost in 2..4 {
+            let mut frames = whole();
             frames.remove(lost);
             assert_eq!(assemble(&frames), [0, 2, 3], "frame {lost}");
         }

@@ -193,7 +193,7 @@ fn p22_a_recording_of_raw_frames_replays_bit_for_bit() {
     for frame in sent {
         ticker.on_frame(frame);
         while ticker.granted() > 0 {
-            replayed.extend(ticker.tick(Some(&config), None));
+            replayed.extend(ticker.tick(Some(&config), None).into_iter().flatten());
         }
     }
     assert_eq!(&replayed, received);

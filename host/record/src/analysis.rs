@@ -35,6 +35,10 @@ pub struct Analysis {
     pub entry_m: [f64; 3],
     /// Outer radius of the instrument \[m\].
     pub radius_m: f64,
+    /// The same of the guidewire in it, where there is one \[m\].
+    pub guidewire_radius_m: Option<f64>,
+    /// Arc from one node to the next \[m\].
+    pub link_length_m: f64,
 }
 
 /// Replays a recording where that is possible and compares it with its trial.
@@ -54,8 +58,16 @@ pub fn analyse(recording: &Recording) -> Result<Analysis, ReplayError> {
     as_sensed(&mut estimates, &description.effects.sensor);
     let comparison = compare(&estimates, &recording.trial);
     let peak = peak(recording, &track);
-    let radius_m = f64::from(description.instrument.outer_radius_m);
-    Ok(Analysis { replay: report, track, comparison, peak, entry_m, radius_m })
+    Ok(Analysis {
+        replay: report,
+        track,
+        comparison,
+        peak,
+        entry_m,
+        radius_m: f64::from(description.instrument.outer_radius_m),
+        guidewire_radius_m: description.guidewire.as_ref().map(|w| f64::from(w.outer_radius_m)),
+        link_length_m: f64::from(description.solver.link_length_m),
+    })
 }
 
 fn peak(recording: &Recording, track: &Track) -> Option<PeakContact> {

@@ -19,8 +19,9 @@ pub const FEED_BEFORE_SCORE_M: f64 = 3e-3;
 pub const SNAP_GUARD_S: f64 = 0.1;
 /// A model snap farther than this from a measured one is another snap \[s\].
 pub const SNAP_MATCH_S: f64 = 0.2;
-/// Widest gap between ticks that is interpolated \[s\].
-const MAX_GAP_S: f64 = 0.0105;
+/// Widest gap between ticks that is interpolated \[s\]: with a guidewire a drive's load comes in
+/// one tick of 18.
+const MAX_GAP_S: f64 = 0.0185;
 
 /// How far the estimated force is from the sensor's, over some rows.
 #[derive(Clone, Copy, Debug, PartialEq, Default, Serialize)]
@@ -85,6 +86,9 @@ pub struct Comparison {
     /// What the sensor's stated noise alone would give as `rms_n` \[N\]: √3 × one axis.
     pub noise_rms_n: Option<f64>,
     pub drive_force: Option<ChannelError>,
+    /// Of the guidewire's drive.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub guidewire_force: Option<ChannelError>,
     pub tip: Option<ChannelError>,
     pub snaps: Vec<SnapPair>,
     /// Snaps of the model that the sensor did not see.
@@ -129,6 +133,7 @@ pub fn compare(estimates: &[Estimate], trial: &Trial) -> Option<Comparison> {
         scored_from_s: first_scored_time_s(&trial.rows),
         noise_rms_n: trial.noise.force_n.map(|sd| 3.0_f64.sqrt() * sd),
         drive_force: None,
+        guidewire_force: None,
         tip: None,
         snaps,
         false_snaps: estimated_snaps,
@@ -142,6 +147,13 @@ pub fn compare(estimates: &[Estimate], trial: &Trial) -> Option<Comparison> {
         scored.iter().filter_map(|r| {
             let measured = r.measured.drive_force_n?;
             Some(((r.drive_force_n? - measured).abs(), measured.abs()))
+        }),
+        trial.noise.drive_force_n,
+    );
+    result.guidewire_force = channel_error(
+        scored.iter().filter_map(|r| {
+            let measured = r.measured.guidewire?.drive_force_n?;
+            Some(((r.guidewire_force_n? - measured).abs(), measured.abs()))
         }),
         trial.noise.drive_force_n,
     );
@@ -160,18 +172,21 @@ struct PairedRow<'a> {
     measured: &'a Measured,
     force_n: Option<[f64; 3]>,
     drive_force_n: Option<f64>,
+    guidewire_force_n: Option<f64>,
     tip_m: Option<[f64; 3]>,
 }
 
 fn pair<'a>(estimates: &[Estimate], rows: &'a [Measured]) -> Vec<PairedRow<'a>> {
     let forces = series(estimates, |e| Some(e.force_n));
     let drive = series(estimates, |e| e.drive_force_n.map(|x| [x]));
+    let wire = series(estimates, |e| e.guidewire_force_n.map(|x| [x]));
     let tips = series(estimates, |e| e.tip_m);
     rows.iter()
         .map(|measured| PairedRow {
             measured,
             force_n: at(&forces, measured.t_s),
             drive_force_n: at(&drive, measured.t_s).map(|[x]| x),
+            guidewire_force_n: at(&wire, measured.t_s).map(|[x]| x),
             tip_m: at(&tips, measured.t_s),
         })
         .collect()
@@ -288,7 +303,7 @@ fn median(values: &mut [f64]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::trial::SensorNoise;
+    use crate::trial::{MeasuredDrive, SensorNoise};
 
     const SNAP_AT_S: f64 = 2.0;
 
@@ -309,6 +324,11 @@ mod tests {
                     force_n: Some(truth(t_s)),
                     drive_force_n: Some(0.2 * t_s),
                     tip_m: (i % 10 == 0).then_some([t_s, 0.0, 0.0]),
+                    guidewire: Some(MeasuredDrive {
+                        insertion_m: 0.05,
+                        rotation_rad: 0.0,
+                        drive_force_n: (i % 2 == 0).then_some(-0.1 * t_s),
+                    }),
                 }
             })
             .collect();
@@ -324,6 +344,7 @@ mod tests {
                     t_s,
                     force_n: std::array::from_fn(|k| force[k] + error[k]),
                     drive_force_n: (i % 5 == 1).then_some(0.2 * t_s),
+                    guidewire_force_n: (i % 6 == 5).then_some(0.02 - 0.1 * t_s),
                     tip_m: Some([t_s, 1e-3, 0.0]),
                     unresolved: false,
                 }
@@ -352,6 +373,7 @@ mod tests {
         assert!(near(c.scored.axis_rms_n[2], 0.04));
         assert!(near(c.scored.axis_bias_n[2], -0.04));
         assert!(near(c.tip.unwrap().rms, 1e-3));
+        assert!(near(c.guidewire_force.unwrap().rms, 0.02), "{:?}", c.guidewire_force);
         assert!(near(c.scored.measured_peak_n, norm(truth(3.996))));
         assert!(near(c.noise_rms_n.unwrap(), 0.01 * 3.0_f64.sqrt()));
     }

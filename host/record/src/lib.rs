@@ -35,6 +35,8 @@ pub use reader::{Cut, ReadError, Recording};
 pub use replay::{Difference, ReplayError, ReplayReport, Track, replay};
 pub use sensed::as_sensed;
 pub use series::{estimates, trial_time_s, write_nodes_csv, write_ticks_csv};
-pub use tick::{Completed, Decoder, NodeEstimate, NodePass, TickEstimate, decode};
-pub use trial::{Estimate, Measured, SensorNoise, Trial};
+pub use tick::{
+    Completed, Decoder, GuidewireEstimate, NodeEstimate, NodePass, TickEstimate, decode,
+};
+pub use trial::{Estimate, Measured, MeasuredDrive, SensorNoise, Trial};
 pub use writer::{Attachments, Recorder, WriteError};

@@ -6,15 +6,15 @@
 //! digest over the bits of every output of every tick, nodes included: where they agree,
 //! so did everything that the bus is too narrow to carry.
 
-use cathforce_bus::{Direction, Frame, Id, Process};
+use cathforce_bus::{Direction, Encoder, Frame, Id, Process};
 use cathforce_config::image::{self, ImageError};
-use cathforce_control::{Config, Outputs};
+use cathforce_control::{Config, Felt, Outputs};
 use cathforce_device::Ticker;
 use serde::Serialize;
 
 use crate::frame::BusFrame;
 use crate::reader::Recording;
-use crate::tick::{NodeEstimate, NodePass, TickEstimate};
+use crate::tick::{GuidewireEstimate, NodeEstimate, NodePass, TickEstimate};
 
 /// Ticks between two shapes of a [`Track`].
 const SHAPE_EVERY: u64 = 40;
@@ -101,12 +101,13 @@ pub fn replay(recording: &Recording) -> Result<(ReplayReport, Track), ReplayErro
         track: Track::default(),
         ticker: Ticker::new(),
         encoder: None,
+        guidewire: None,
     };
     // A ticker that has just been made is not armed.
     let _ = replay.ticker.set_lock_step(true);
     for frame in recording.frames.iter().filter(|f| is_process(f, Direction::ToDevice)) {
         replay.ticker.on_frame(&frame.frame);
-        replay.note_encoder(&frame.frame);
+        replay.note_encoders(&frame.frame);
         while replay.ticker.granted() > 0 {
             replay.tick(&config, &mut sent);
         }
@@ -126,16 +127,20 @@ struct Replay {
     report: ReplayReport,
     track: Track,
     ticker: Ticker,
-    encoder: Option<(f32, f32)>,
+    encoder: Option<Encoder>,
+    guidewire: Option<Encoder>,
 }
 
 impl Replay {
-    fn note_encoder(&mut self, frame: &Frame) {
-        let id = Id::from_raw(frame.id());
-        if let (Some(Id::Encoder), Some(&payload)) = (id, frame.data().first_chunk())
-            && let Some(Process::Encoder(encoder)) = Process::decode(Id::Encoder, payload)
-        {
-            self.encoder = Some((encoder.insertion.m(), encoder.rotation.rad()));
+    fn note_encoders(&mut self, frame: &Frame) {
+        let (Some(id), Some(&payload)) = (Id::from_raw(frame.id()), frame.data().first_chunk())
+        else {
+            return;
+        };
+        match Process::decode(id, payload) {
+            Some(Process::Encoder(encoder)) => self.encoder = Some(encoder),
+            Some(Process::Guidewire(encoder)) => self.guidewire = Some(encoder),
+            _ => {}
         }
     }
 
@@ -144,7 +149,7 @@ impl Replay {
         let tick = self.report.ticks;
         self.report.ticks += 1;
         let mut at_ns = None;
-        for frame in frames {
+        for frame in frames.into_iter().flatten() {
             match sent.next() {
                 Some(recorded) => {
                     at_ns.get_or_insert(recorded.at_ns);
@@ -167,8 +172,8 @@ impl Replay {
         self.track.ticks.push(TickEstimate {
             at_ns,
             tick,
-            insertion_m: self.encoder.map(|(insertion_m, _)| insertion_m),
-            rotation_rad: self.encoder.map(|(_, rotation_rad)| rotation_rad),
+            insertion_m: self.encoder.map(|at| at.insertion.m()),
+            rotation_rad: self.encoder.map(|at| at.rotation.rad()),
             mode: outputs.mode.code(),
             fault: outputs.fault.map_or(0, |fault| fault.code()),
             unresolved: contact.unresolved,
@@ -180,6 +185,13 @@ impl Replay {
             drive_torque_n_m: Some(contact.drive_torque_n_m),
             encoder_age_ticks: Some(outputs.encoder_age_ticks),
             moment_n_m: Some(contact.moment_on_vessel_n_m),
+            guidewire: self.guidewire.map(|at| GuidewireEstimate {
+                drive_force_n: Some(contact.guidewire_force_n),
+                drive_torque_n_m: Some(contact.guidewire_torque_n_m),
+                encoder_age_ticks: Some(outputs.guidewire_age_ticks),
+                felt: Some(outputs.felt == Felt::Guidewire),
+                ..GuidewireEstimate::at(at)
+            }),
             digest: Some(outputs.digest),
             peak_contact_force_n: Some(contact.peak_contact_force_n),
             peak_node: Some(contact.peak_node),

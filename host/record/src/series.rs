@@ -29,6 +29,9 @@ pub fn estimates(recording: &Recording, track: &Track, entry_m: [f64; 3]) -> Vec
                 t_s,
                 force_n: wide(tick.force_n?),
                 drive_force_n: tick.drive_force_n.map(f64::from),
+                guidewire_force_n: tick
+                    .guidewire
+                    .and_then(|wire| wire.drive_force_n.map(f64::from)),
                 tip_m: tick.tip_from_entry_m.map(|tip| {
                     let tip = wide(tip);
                     std::array::from_fn(|k| entry_m[k] + tip[k])
@@ -39,37 +42,49 @@ pub fn estimates(recording: &Recording, track: &Track, entry_m: [f64; 3]) -> Vec
         .collect()
 }
 
-/// One row a tick. A value that is not known is an empty field.
+const TICK_COLUMNS: [&str; 17] = [
+    "tick",
+    "t_s",
+    "mode",
+    "fault",
+    "unresolved",
+    "limited",
+    "insertion_m",
+    "rotation_rad",
+    "haptic_force_n",
+    "haptic_torque_n_m",
+    "fx_n",
+    "fy_n",
+    "fz_n",
+    "drive_force_n",
+    "drive_torque_n_m",
+    "peak_contact_force_n",
+    "peak_node",
+];
+const GUIDEWIRE_COLUMNS: [&str; 5] = [
+    "guidewire_insertion_m",
+    "guidewire_rotation_rad",
+    "guidewire_force_n",
+    "guidewire_torque_n_m",
+    "guidewire_felt",
+];
+
+/// One row a tick. A value that is not known is an empty field; the guidewire's columns are
+/// there if it is.
 pub fn write_ticks_csv(
     recording: &Recording,
     ticks: &[TickEstimate],
     out: impl io::Write,
 ) -> csv::Result<()> {
     let mut csv = csv::Writer::from_writer(out);
-    csv.write_record([
-        "tick",
-        "t_s",
-        "mode",
-        "fault",
-        "unresolved",
-        "limited",
-        "insertion_m",
-        "rotation_rad",
-        "haptic_force_n",
-        "haptic_torque_n_m",
-        "fx_n",
-        "fy_n",
-        "fz_n",
-        "drive_force_n",
-        "drive_torque_n_m",
-        "peak_contact_force_n",
-        "peak_node",
-    ])?;
+    let has_guidewire = ticks.iter().any(|tick| tick.guidewire.is_some());
+    let header = TICK_COLUMNS.iter().chain(GUIDEWIRE_COLUMNS.iter().filter(|_| has_guidewire));
+    csv.write_record(header)?;
     for tick in ticks {
         let number = |x: Option<f32>| x.map_or(String::new(), |x| x.to_string());
         let force = |k: usize| number(tick.force_n.map(|force_n| force_n[k]));
         let mode = Mode::from_codes(tick.mode, tick.fault);
-        csv.write_record([
+        let row: [String; TICK_COLUMNS.len()] = [
             tick.tick.to_string(),
             format!("{:.6}", trial_time_s(recording, tick.at_ns)),
             mode.map_or(tick.mode.to_string(), |mode| mode.name().to_owned()),
@@ -87,7 +102,17 @@ pub fn write_ticks_csv(
             number(tick.drive_torque_n_m),
             number(tick.peak_contact_force_n),
             tick.peak_node.map_or(String::new(), |node| node.to_string()),
-        ])?;
+        ];
+        let wire = tick.guidewire;
+        let wire: [String; GUIDEWIRE_COLUMNS.len()] = [
+            number(wire.map(|wire| wire.insertion_m)),
+            number(wire.map(|wire| wire.rotation_rad)),
+            number(wire.and_then(|wire| wire.drive_force_n)),
+            number(wire.and_then(|wire| wire.drive_torque_n_m)),
+            wire.and_then(|wire| wire.felt)
+                .map_or(String::new(), |felt| u8::from(felt).to_string()),
+        ];
+        csv.write_record(row.iter().chain(wire.iter().filter(|_| has_guidewire)))?;
     }
     Ok(csv.flush()?)
 }

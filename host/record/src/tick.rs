@@ -45,6 +45,9 @@ pub struct TickEstimate {
     /// Moment on the vessel about the entry, vessel frame \[N·m\].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub moment_n_m: Option<[f32; 3]>,
+    /// The guidewire's drive, where there is one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub guidewire: Option<GuidewireEstimate>,
     /// Rolling hash over every output of every tick so far.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub digest: Option<u32>,
@@ -57,6 +60,37 @@ pub struct TickEstimate {
     /// Tip, from the entry, vessel frame \[m\].
     #[serde(skip)]
     pub tip_from_entry_m: Option<[f32; 3]>,
+}
+
+/// What crossed the bus of the guidewire's drive in one tick.
+#[derive(Clone, Copy, Debug, PartialEq, Default, Serialize)]
+pub struct GuidewireEstimate {
+    /// Last insertion sent to the device \[m\].
+    pub insertion_m: f32,
+    /// Last rotation sent to the device \[rad\].
+    pub rotation_rad: f32,
+    /// Axial force behind the guide \[N\].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub drive_force_n: Option<f32>,
+    /// Torque behind the guide \[N·m\].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub drive_torque_n_m: Option<f32>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub encoder_age_ticks: Option<u8>,
+    /// The operator feels this load, not the catheter's.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub felt: Option<bool>,
+}
+
+impl GuidewireEstimate {
+    /// What the host says of it.
+    pub(crate) fn at(encoder: Encoder) -> Self {
+        Self {
+            insertion_m: encoder.insertion.m(),
+            rotation_rad: encoder.rotation.rad(),
+            ..Self::default()
+        }
+    }
 }
 
 /// What the device last said of one node.
@@ -93,7 +127,8 @@ pub struct Decoder {
     counters: Counters,
     ticks: u64,
     open: Option<TickEstimate>,
-    encoder: Option<(f32, f32)>,
+    encoder: Option<Encoder>,
+    guidewire: Option<Encoder>,
     pass: Vec<NodeEstimate>,
     pass_at_ns: u64,
 }
@@ -124,15 +159,15 @@ impl Decoder {
             self.protection.receive(id, &frame.frame, &mut self.counters).ok()?;
         let mut completed = Completed::default();
         match (process, &mut self.open) {
-            (Process::Encoder(Encoder { insertion, rotation }), _) => {
-                self.encoder = Some((insertion.m(), rotation.rad()));
-            }
+            (Process::Encoder(encoder), _) => self.encoder = Some(encoder),
+            (Process::Guidewire(encoder), _) => self.guidewire = Some(encoder),
             (Process::Haptic(haptic), _) => {
                 completed.tick = self.open.replace(TickEstimate {
                     at_ns: frame.at_ns,
                     tick: self.ticks,
-                    insertion_m: self.encoder.map(|(insertion_m, _)| insertion_m),
-                    rotation_rad: self.encoder.map(|(_, rotation_rad)| rotation_rad),
+                    insertion_m: self.encoder.map(|at| at.insertion.m()),
+                    rotation_rad: self.encoder.map(|at| at.rotation.rad()),
+                    guidewire: self.guidewire.map(GuidewireEstimate::at),
                     mode: haptic.mode,
                     fault: haptic.fault,
                     unresolved: status.unresolved,
@@ -151,6 +186,13 @@ impl Decoder {
                 tick.drive_force_n = Some(drive.force.n());
                 tick.drive_torque_n_m = Some(drive.torque.n_m());
                 tick.encoder_age_ticks = Some(drive.encoder_age_ticks);
+            }
+            (Process::GuidewireDrive(drive), Some(tick)) => {
+                let wire = tick.guidewire.get_or_insert_default();
+                wire.drive_force_n = Some(drive.force.n());
+                wire.drive_torque_n_m = Some(drive.torque.n_m());
+                wire.encoder_age_ticks = Some(drive.encoder_age_ticks);
+                wire.felt = Some(drive.felt);
             }
             (Process::Moment(total), Some(tick)) => {
                 tick.moment_n_m = Some(total.moment.map(|x| x.n_m()));
@@ -197,14 +239,14 @@ pub fn decode(frames: &[BusFrame]) -> (Vec<TickEstimate>, Vec<NodePass>) {
 #[cfg(test)]
 mod tests {
     use cathforce_bus::{
-        Contact, Drive, DriveTorque, Force, Haptic, HapticForce, HapticTorque, Insertion,
-        NodeForce, Position, Rotation, Sealer, Shape, Status,
+        Contact, Drive, DriveTorque, Force, GuidewireDrive, Haptic, HapticForce, HapticTorque,
+        Insertion, NodeForce, Position, Rotation, Sealer, Shape, Status,
     };
 
     use super::*;
 
     fn to_host(sealer: &mut Sealer, at_ns: u64, process: Process) -> BusFrame {
-        let frame = sealer.seal(process, Status { unresolved: true, limited: false });
+        let frame = sealer.seal(process, Status { unresolved: true, ..Status::default() });
         BusFrame { at_ns, direction: Direction::ToHost, frame }
     }
 
@@ -245,6 +287,45 @@ mod tests {
         assert!(ticks[0].unresolved);
         assert_eq!(ticks[1].force_n, None);
         assert_eq!(ticks[1].drive_force_n, Some(Force(-7).n()));
+    }
+
+    #[test]
+    fn a_guidewire_is_told_apart_from_its_catheter() {
+        let (mut host, mut device) = (Sealer::default(), Sealer::default());
+        let at = |mm: f64| Encoder {
+            insertion: Insertion::from_m(1e-3 * mm),
+            rotation: Rotation::from_rad(0.01 * mm),
+        };
+        let mut to_device = |process| {
+            let frame = host.seal(process, Status::default());
+            BusFrame { at_ns: 0, direction: Direction::ToDevice, frame }
+        };
+        let load = Process::GuidewireDrive(GuidewireDrive {
+            force: Force(-7),
+            torque: DriveTorque(3),
+            encoder_age_ticks: 2,
+            felt: true,
+        });
+        let frames = [
+            to_device(Process::Encoder(at(50.0))),
+            to_host(&mut device, 1, haptic(4)),
+            to_device(Process::Guidewire(at(80.0))),
+            to_host(&mut device, 2, haptic(4)),
+            to_host(&mut device, 3, load),
+        ];
+        let (ticks, _) = decode(&frames);
+        assert_eq!(ticks[0].guidewire, None);
+        assert_eq!(ticks[1].insertion_m, Some(0.05));
+        let expected = GuidewireEstimate {
+            drive_force_n: Some(Force(-7).n()),
+            drive_torque_n_m: Some(DriveTorque(3).n_m()),
+            encoder_age_ticks: Some(2),
+            felt: Some(true),
+            ..GuidewireEstimate::at(at(80.0))
+        };
+        assert_eq!(ticks[1].guidewire, Some(expected));
+        assert_eq!(expected.insertion_m, 0.08);
+        assert_eq!(ticks[1].drive_force_n, None, "the catheter's");
     }
 
     #[test]

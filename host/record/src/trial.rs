@@ -20,6 +20,21 @@ pub struct Measured {
     /// End of the centre line, vessel frame \[m\].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tip_m: Option<[f64; 3]>,
+    /// The guidewire's drive, where there is one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub guidewire: Option<MeasuredDrive>,
+}
+
+/// What was measured of one drive.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MeasuredDrive {
+    /// Drive-side insertion \[m\].
+    pub insertion_m: f64,
+    /// Drive-side rotation \[rad\].
+    pub rotation_rad: f64,
+    /// Axial force behind the guide, positive when pushing \[N\].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub drive_force_n: Option<f64>,
 }
 
 /// Standard deviations of the sensor's white noise, where the rig states them.
@@ -50,6 +65,9 @@ pub struct Estimate {
     pub force_n: [f64; 3],
     /// Axial force behind the guide \[N\], in ticks that carry it.
     pub drive_force_n: Option<f64>,
+    /// The same of the guidewire's drive \[N\].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub guidewire_force_n: Option<f64>,
     /// End of the centre line \[m\], in ticks that carry it.
     pub tip_m: Option<[f64; 3]>,
     /// The model's own warning that forces of this tick are not to be trusted.

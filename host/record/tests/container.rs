@@ -8,8 +8,8 @@ use cathforce_bus::{
     Rotation, Sealer, Status,
 };
 use cathforce_record::{
-    Attachments, BusFrame, Direction, Measured, ReadError, Recorder, Recording, RunInfo, RunResult,
-    SensorNoise,
+    Attachments, BusFrame, Direction, Measured, MeasuredDrive, ReadError, Recorder, Recording,
+    RunInfo, RunResult, SensorNoise,
 };
 
 const TICKS: u64 = 40;
@@ -65,6 +65,11 @@ fn rows() -> Vec<Measured> {
             force_n: Some([0.1, -0.2, 0.3]),
             drive_force_n: None,
             tip_m: (i == 0).then_some([0.03, 0.0, 0.0]),
+            guidewire: (i > 4).then_some(MeasuredDrive {
+                insertion_m: 0.05,
+                rotation_rad: -0.1,
+                drive_force_n: (i > 6).then_some(0.2),
+            }),
         })
         .collect()
 }

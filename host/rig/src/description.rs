@@ -91,22 +91,10 @@ pub fn describe<T: Real>(
     let lit = T::lit;
     let vector = |v: [f64; 3]| v.map(lit);
     let vessel = &rig.vessel;
-    let precurve = rig.instrument.tip_precurve.iter().map(|piece| PrecurvePiece {
-        length_m: lit(piece.length_m),
-        curvature_per_m: lit(piece.curvature_per_m),
-        lateral_curvature_per_m: lit(0.0),
-        torsion_per_m: lit(0.0),
-    });
-    let sections = rig.instrument.sections.iter().rev();
     let line_n_per_m2 = vessel.wall_stiffness_n_per_m / vessel.wall_contact_spacing_m;
     Description {
-        instrument: Instrument {
-            outer_radius_m: lit(0.5 * rig.instrument.outer_diameter_m),
-            // Reading the bundle has checked that they are not too many.
-            sections: sections.map(|section| describe_section(&rig.instrument, section)).collect(),
-            precurve: precurve.collect(),
-        },
-        guidewire: None,
+        instrument: describe_instrument(&rig.instrument),
+        guidewire: rig.guidewire.as_ref().map(describe_instrument),
         tendon: Tendon::none(),
         entry: Entry {
             position_m: vector(rig.entry.position_m),
@@ -164,6 +152,22 @@ impl CrossSection {
     }
 }
 
+fn describe_instrument<T: Real>(instrument: &RigInstrument) -> Instrument<T> {
+    let precurve = instrument.tip_precurve.iter().map(|piece| PrecurvePiece {
+        length_m: T::lit(piece.length_m),
+        curvature_per_m: T::lit(piece.curvature_per_m),
+        lateral_curvature_per_m: T::zero(),
+        torsion_per_m: T::zero(),
+    });
+    let sections = instrument.sections.iter().rev();
+    Instrument {
+        outer_radius_m: T::lit(0.5 * instrument.outer_diameter_m),
+        // Reading the bundle has checked that they are not too many.
+        sections: sections.map(|section| describe_section(instrument, section)).collect(),
+        precurve: precurve.collect(),
+    }
+}
+
 fn describe_section<T: Real>(instrument: &RigInstrument, section: &RigSection) -> Section<T> {
     let tube = CrossSection::of(instrument);
     let youngs = section.youngs_modulus_pa;
@@ -179,11 +183,15 @@ fn describe_section<T: Real>(instrument: &RigInstrument, section: &RigSection) -
 
 /// Gravity less buoyancy, as an acceleration of the instrument's own mass \[m/s²\]. The
 /// instrument displaces its outer area: its ends are closed and its bore holds no fluid.
+///
+/// With a guidewire it is that of the two where one lies in the other, which is nearly
+/// everywhere: the model has one acceleration.
 fn effective_gravity(rig: &CatheterRig) -> Vector3<f64> {
     let gravity = Vector3::from(rig.environment.gravity_m_per_s2);
     let Some(fluid) = rig.environment.fluid else { return gravity };
     let radius_m = 0.5 * rig.instrument.outer_diameter_m;
     let displaced = fluid.density_kg_per_m3 * std::f64::consts::PI * radius_m * radius_m;
-    let mass = rig.instrument.density_kg_per_m3 * CrossSection::of(&rig.instrument).area_m2;
-    gravity * (1.0 - displaced / mass)
+    let mass = |i: &RigInstrument| i.density_kg_per_m3 * CrossSection::of(i).area_m2;
+    let both = mass(&rig.instrument) + rig.guidewire.as_ref().map_or(0.0, mass);
+    gravity * (1.0 - displaced / both)
 }

@@ -22,8 +22,10 @@ pub struct ImageOptions {
     pub cell_m: f64,
     pub surface: SurfaceModel,
     pub settings: Settings,
-    /// In the place of the rig's own tip.
+    /// In the place of the catheter's own tip.
     pub tip: Option<&'static Tip>,
+    /// The same of the guidewire.
+    pub guidewire_tip: Option<&'static Tip>,
     /// Parameters of the description by key, effects among them, set one after the other.
     pub parameters: Vec<(String, f32)>,
 }
@@ -37,6 +39,7 @@ impl Default for ImageOptions {
             surface: SurfaceModel::default(),
             settings: Settings::default(),
             tip: None,
+            guidewire_tip: None,
             parameters: Vec::new(),
         }
     }
@@ -68,6 +71,11 @@ pub enum ImageBuildError {
     LumenTooLarge(#[from] LumenTooLarge),
     #[error("{0}\n  fix: correct the value in rig.toml from which it comes")]
     Description(ImageError),
+    #[error(
+        "a tip is given for a guidewire, but the rig has none\n  fix: describe the wire in the \
+         table [guidewire] of rig.toml, with the keys of [instrument]"
+    )]
+    NoGuidewire,
     #[error("{key} = {value}: {error}\n  fix: `cathforce config` lists names and ranges")]
     Parameter { key: String, value: f32, error: ParameterError },
     #[error("the image cannot be made: {0}\n  fix: correct the setting or number it names")]
@@ -90,6 +98,10 @@ pub fn device_image(
     let mut description = describe::<f32>(rig, &options.solver, link_length_m);
     if let Some(tip) = options.tip {
         description.instrument.precurve = tip.precurve().collect();
+    }
+    if let Some(tip) = options.guidewire_tip {
+        let wire = description.guidewire.as_mut().ok_or(ImageBuildError::NoGuidewire)?;
+        wire.precurve = tip.precurve().collect();
     }
     for (key, value) in &options.parameters {
         description.set_parameter(key, *value).map_err(|error| {

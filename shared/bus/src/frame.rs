@@ -37,6 +37,15 @@ impl Frame {
         self.id
     }
 
+    /// Bits that it takes on the bus at most, from start bit to the pause after it.
+    ///
+    /// 44 + 3 bits beside the data; of those before the CRC's delimiter every fifth may be
+    /// followed by a stuff bit, the first of which needs five and each further one four.
+    pub const fn most_bits(&self) -> u32 {
+        let data = 8 * self.len as u32;
+        data + 47 + (34 + data - 1) / 4
+    }
+
     /// The data, 0 to 8 bytes.
     pub fn data(&self) -> &[u8] {
         // `len` is at most 8 by construction; the fallback only keeps the panic out.
@@ -71,5 +80,8 @@ mod tests {
         let frame = Frame::new(0x7FF, &[1, 0xAB]).unwrap();
         assert_eq!((frame.id(), frame.data()), (0x7FF, &[1, 0xAB][..]));
         assert_eq!(format!("{frame}"), "7FF#01AB");
+        // What the literature gives for 0 and for 8 bytes.
+        assert_eq!(Frame::new(0, &[]).unwrap().most_bits(), 55);
+        assert_eq!(Frame::new(0, &[0; 8]).unwrap().most_bits(), 135);
     }
 }

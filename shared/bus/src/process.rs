@@ -169,6 +169,8 @@ pub struct GuidewireDrive {
     pub torque: DriveTorque,
     /// Ticks since the last valid frame of its encoder, saturating.
     pub encoder_age_ticks: u8,
+    /// The operator feels this load, not the catheter's.
+    pub felt: bool,
 }
 
 /// Where a node is, relative to the entry: x, y, z, vessel frame.
@@ -252,9 +254,9 @@ impl Process {
                 [a, b, c, d, limits, encoder_age_ticks]
             }
             Self::Moment(TotalMoment { moment }) => vector(moment.map(|x| x.0)),
-            Self::GuidewireDrive(GuidewireDrive { force, torque, encoder_age_ticks }) => {
+            Self::GuidewireDrive(GuidewireDrive { force, torque, encoder_age_ticks, felt }) => {
                 let ([a, b], [c, d]) = (force.0.to_le_bytes(), torque.0.to_le_bytes());
-                [a, b, c, d, encoder_age_ticks, 0]
+                [a, b, c, d, encoder_age_ticks, u8::from(felt)]
             }
             Self::Shape(Shape { position, .. }) => vector(position.map(|x| x.0)),
             Self::Force(NodeForce { force, .. }) => vector(force.map(|x| x.0)),
@@ -303,10 +305,11 @@ impl Process {
                 encoder_age_ticks: f,
             }),
             Id::Moment => Self::Moment(TotalMoment { moment: xyz.map(Moment) }),
-            Id::GuidewireDrive if f == 0 => Self::GuidewireDrive(GuidewireDrive {
+            Id::GuidewireDrive if f <= 1 => Self::GuidewireDrive(GuidewireDrive {
                 force: Force(first),
                 torque: DriveTorque(second),
                 encoder_age_ticks: e,
+                felt: f == 1,
             }),
             Id::Shape(node) => Self::Shape(Shape { node, position: xyz.map(Position) }),
             Id::Force(node) => Self::Force(NodeForce { node, force: xyz.map(Force) }),

@@ -20,22 +20,29 @@ pub fn crc8(id: u16, body: [u8; 7]) -> u8 {
     digest.finalize()
 }
 
-/// The status nibble of frames that the device sends.
+/// The status nibble. Each frame uses those that are its own, the others are `false`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub struct Status {
-    /// The model's step of this tick was not resolved; its forces are not to be trusted.
+    /// Of the device: the model's step of this tick was not resolved; its forces are not to be
+    /// trusted.
     pub unresolved: bool,
-    /// The output was limited in this tick.
+    /// Of the device: the output was limited in this tick.
     pub limited: bool,
+    /// Of the device: no further frame of this tick follows.
+    pub last: bool,
+    /// Of GUIDEWIRE: the operator holds the guidewire's button.
+    pub held: bool,
 }
 
 impl Status {
     fn bits(self) -> u8 {
-        u8::from(self.unresolved) | u8::from(self.limited) << 1
+        let bits = [self.unresolved, self.limited, self.last, self.held];
+        bits.into_iter().rev().fold(0, |nibble, bit| nibble << 1 | u8::from(bit))
     }
 
     fn from_bits(bits: u8) -> Self {
-        Self { unresolved: bits & 1 != 0, limited: bits & 2 != 0 }
+        let bit = |k: u8| bits >> k & 1 != 0;
+        Self { unresolved: bit(0), limited: bit(1), last: bit(2), held: bit(3) }
     }
 }
 
@@ -399,7 +406,7 @@ mod tests {
         fn what_is_sealed_is_received(raw in 0u16..=0x7FF, payload: [u8; 6], unresolved: bool, limited: bool) {
             let decoded = Id::from_raw(raw).and_then(|id| Some((id, Process::decode(id, payload)?)));
             if let Some((id, process)) = decoded {
-                let status = Status { unresolved, limited };
+                let status = Status { unresolved, limited, last: unresolved, held: limited };
                 let frame = Sealer::default().seal(process, status);
                 let accepted = Protection::default().receive(id, &frame, &mut Counters::default());
                 prop_assert_eq!(accepted, Ok(Accepted { process, status, lost: 0 }));

@@ -64,6 +64,7 @@ fn meant(process: &Process) -> Vec<(&'static str, f64)> {
             ("Force", p.force.n().into()),
             ("Torque", p.torque.n_m().into()),
             ("EncoderAge", p.encoder_age_ticks.into()),
+            ("Felt", u8::from(p.felt).into()),
         ],
         Process::Moment(p) => xyz(p.moment.map(|m| m.n_m())),
         Process::Shape(p) => xyz(p.position.map(|x| x.m())),
@@ -125,25 +126,32 @@ fn codes_have_names() {
 
 proptest! {
     #[test]
-    fn other_tools_read_what_we_mean(payload: [u8; 6], unresolved: bool, limited: bool, n in 0u8..40) {
+    fn other_tools_read_what_we_mean(payload: [u8; 6], [a, b, c]: [bool; 3], n in 0u8..40) {
         static DBC: LazyLock<Dbc> = LazyLock::new(dbc);
         let mut sealer = Sealer::default();
         for id in process_ids() {
             // Commands are few: most payloads are none.
             let payload = match id {
                 Id::Command => [4, 0, payload[2], payload[3], payload[4], payload[5]],
+                Id::GuidewireDrive => [payload[0], payload[1], 0, 0, payload[4], payload[5] & 1],
                 _ => payload,
             };
             let Some(process) = Process::decode(id, payload) else { continue };
             for _ in 0..n {
                 sealer.seal(process, Status::default());
             }
-            let frame = sealer.seal(process, Status { unresolved, limited });
             let mut meant = meant(&process);
-            if !id.is_from_host() {
-                meant.push(("Unresolved", f64::from(u8::from(unresolved))));
-                meant.push(("Limited", f64::from(u8::from(limited))));
-            }
+            let status = if !id.is_from_host() {
+                let bits = [("Unresolved", a), ("Limited", b), ("Last", c)];
+                meant.extend(bits.map(|(name, bit)| (name, f64::from(u8::from(bit)))));
+                Status { unresolved: a, limited: b, last: c, held: false }
+            } else if id == Id::Guidewire {
+                meant.push(("Held", f64::from(u8::from(a))));
+                Status { held: a, ..Status::default() }
+            } else {
+                Status::default()
+            };
+            let frame = sealer.seal(process, status);
             meant.push(("Counter", f64::from(n % 16)));
             let body = frame.data()[..7].try_into().unwrap();
             meant.push(("Crc", f64::from(crc8(id.raw(), body))));

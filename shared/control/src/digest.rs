@@ -7,10 +7,10 @@
 use cathforce_mechanics as mechanics;
 
 use crate::words::{Word, Words};
-use crate::{Fault, Outputs};
+use crate::{Fault, Felt, Outputs};
 
 /// Words of [`Outputs::words`].
-const OUTPUT_WORDS: usize = 21;
+const OUTPUT_WORDS: usize = 22;
 
 impl Outputs {
     /// The bits of every output except the digest, which follows from them.
@@ -20,6 +20,7 @@ impl Outputs {
             mode,
             fault,
             limited,
+            felt,
             force_n,
             torque_n_m,
             contact,
@@ -43,6 +44,7 @@ impl Outputs {
             u32::from(mode.code()),
             u32::from(fault.map_or(0, Fault::code)),
             u32::from(limited.bits()),
+            u32::from(felt == Felt::Guidewire),
             force_n.to_bits(),
             torque_n_m.to_bits(),
             fx.to_bits(),

@@ -1,7 +1,8 @@
 //! From the forces at the drive to what the operator feels.
 //!
 //! The operator's axes resist what the drive resists: force against insertion is the gain
-//! times the axial force at the drive (positive when pushing), torque likewise. In a tick
+//! times the axial force at the drive (positive when pushing), torque likewise. With a guidewire
+//! there are two drives, and the operator feels the one that is held. In a tick
 //! that the model did not resolve (a snap), its forces are not to be trusted: the last
 //! trusted ones are held, and that is reported.
 
@@ -9,7 +10,7 @@ use cathforce_mechanics as mechanics;
 
 use crate::limits::finite;
 use crate::words::{Word, Words};
-use crate::{Fault, Settings};
+use crate::{Fault, Felt, Settings};
 
 /// What the operator's axes are asked for.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,17 +21,25 @@ pub(crate) struct Rendered {
     pub held: bool,
 }
 
-/// Memory of the last trusted forces at the drive.
+/// Load on one drive.
+#[derive(Clone, Debug)]
+struct Load {
+    force_n: f32,
+    torque_n_m: f32,
+}
+
+/// Memory of the last trusted forces at the drives.
 #[derive(Clone, Debug)]
 pub(crate) struct Haptics {
-    drive_force_n: f32,
-    drive_torque_n_m: f32,
+    catheter: Load,
+    guidewire: Load,
     unresolved_ticks: u16,
 }
 
 impl Haptics {
     pub fn new() -> Self {
-        Self { drive_force_n: 0.0, drive_torque_n_m: 0.0, unresolved_ticks: 0 }
+        let nothing = Load { force_n: 0.0, torque_n_m: 0.0 };
+        Self { catheter: nothing.clone(), guidewire: nothing, unresolved_ticks: 0 }
     }
 
     /// Takes in what the model found; a fault if it has not converged for too long.
@@ -43,8 +52,12 @@ impl Haptics {
             self.unresolved_ticks = self.unresolved_ticks.saturating_add(1);
         } else {
             self.unresolved_ticks = 0;
-            self.drive_force_n = contact.drive_force_n;
-            self.drive_torque_n_m = contact.drive_torque_n_m;
+            self.catheter =
+                Load { force_n: contact.drive_force_n, torque_n_m: contact.drive_torque_n_m };
+            self.guidewire = Load {
+                force_n: contact.guidewire_force_n,
+                torque_n_m: contact.guidewire_torque_n_m,
+            };
         }
         let lasted = self.unresolved_ticks > settings.unresolved_limit_ticks;
         lasted.then_some(Fault::ModelUnresolved)
@@ -56,15 +69,15 @@ impl Haptics {
     }
 
     /// The haptic law. May be infinite (a large gain); the limiter deals with that.
-    pub fn render(&self, settings: &Settings) -> Rendered {
+    pub fn render(&self, settings: &Settings, felt: Felt) -> Rendered {
+        let load = match felt {
+            Felt::Catheter => &self.catheter,
+            Felt::Guidewire => &self.guidewire,
+        };
         let law = |gain: f32, deadband: f32, drive: f32| gain * beyond(deadband, finite(drive));
         Rendered {
-            force_n: law(settings.force_gain, settings.force_deadband_n, self.drive_force_n),
-            torque_n_m: law(
-                settings.torque_gain,
-                settings.torque_deadband_n_m,
-                self.drive_torque_n_m,
-            ),
+            force_n: law(settings.force_gain, settings.force_deadband_n, load.force_n),
+            torque_n_m: law(settings.torque_gain, settings.torque_deadband_n_m, load.torque_n_m),
             held: !self.trusted(),
         }
     }
@@ -83,8 +96,10 @@ fn beyond(deadband: f32, x: f32) -> f32 {
 
 impl Words for Haptics {
     fn words(&mut self, visit: &mut dyn FnMut(Word<'_>)) {
-        visit(Word::F32(&mut self.drive_force_n));
-        visit(Word::F32(&mut self.drive_torque_n_m));
+        for load in [&mut self.catheter, &mut self.guidewire] {
+            visit(Word::F32(&mut load.force_n));
+            visit(Word::F32(&mut load.torque_n_m));
+        }
         visit(Word::U16(&mut self.unresolved_ticks));
     }
 }
@@ -102,10 +117,10 @@ mod tests {
         let (settings, mut haptics) = (Settings::default(), Haptics::new());
         haptics.observe(&settings, &found(0.4, false));
         haptics.observe(&settings, &found(-70.0, true));
-        let rendered = haptics.render(&settings);
+        let rendered = haptics.render(&settings, Felt::Catheter);
         assert_eq!((rendered.force_n, rendered.held), (0.4, true));
         haptics.observe(&settings, &found(0.3, false));
-        let rendered = haptics.render(&settings);
+        let rendered = haptics.render(&settings, Felt::Catheter);
         assert_eq!((rendered.force_n, rendered.held), (0.3, false));
     }
 
@@ -125,7 +140,7 @@ mod tests {
         let mut haptics = Haptics::new();
         for (drive, rendered) in [(1.0, 1.5), (-1.0, -1.5), (0.25, 0.0), (-0.2, 0.0)] {
             haptics.observe(&settings, &found(drive, false));
-            assert_eq!(haptics.render(&settings).force_n, rendered);
+            assert_eq!(haptics.render(&settings, Felt::Catheter).force_n, rendered);
         }
     }
 }

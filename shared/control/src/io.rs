@@ -10,7 +10,7 @@ pub struct Inputs {
     /// The newest encoder sample whose frame was valid; `None` if there was none.
     pub encoder: Option<EncoderSample>,
     /// Likewise of the guidewire's drive; of no effect where there is none.
-    pub guidewire: Option<EncoderSample>,
+    pub guidewire: Option<GuidewireSample>,
     /// Frames rejected since the last tick (CRC, counter, length); saturates.
     pub rejected_frames: u8,
     /// At most one command a tick.
@@ -26,6 +26,22 @@ pub struct EncoderSample {
     pub insertion_m: f32,
     /// Rotation at the entry plane, right-handed about the direction of insertion \[rad\].
     pub rotation_rad: f32,
+}
+
+/// Where the guidewire's drive says it is, and whether the operator holds on to it.
+#[derive(Clone, Copy, Debug, PartialEq, Default)]
+pub struct GuidewireSample {
+    pub at: EncoderSample,
+    /// The operator holds the guidewire's button: its load is felt.
+    pub held: bool,
+}
+
+/// The instrument whose load the operator feels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Felt {
+    #[default]
+    Catheter,
+    Guidewire,
 }
 
 /// What the host asks for.
@@ -58,6 +74,8 @@ pub struct Outputs {
     pub fault: Option<Fault>,
     /// What changed the output in this tick.
     pub limited: LimitFlags,
+    /// Whose load the output renders.
+    pub felt: Felt,
     /// On the operator's linear axis, positive against insertion \[N\].
     pub force_n: f32,
     /// On the operator's rotary axis, positive against positive rotation \[N·m\].

@@ -37,7 +37,7 @@ mod words;
 use cathforce_mechanics as mechanics;
 
 pub use faults::{Fault, Reaction};
-pub use io::{Command, EncoderSample, Inputs, LimitFlags, Notice, Outputs};
+pub use io::{Command, EncoderSample, Felt, GuidewireSample, Inputs, LimitFlags, Notice, Outputs};
 pub use settings::{
     ENCODER_TIMEOUT_HARD_TICKS, FORCE_HARD_N, RAMP_HARD_TICKS, SETTINGS, SettingError, SettingInfo,
     Settings, TICK_S, TORQUE_HARD_N_M,

@@ -57,6 +57,14 @@ impl Passivity {
         }
     }
 
+    /// The operator's axis moves with another drive from here on, whose samples say nothing of
+    /// the ticks in doubt: their worst case stays.
+    pub fn hand_over(&mut self) {
+        self.received_j -= self.doubt_j;
+        self.doubt_j = 0.0;
+        self.doubt_output = 0.0;
+    }
+
     /// Largest output that keeps the promise; 0 if the memory is corrupt.
     pub fn bound(&self, budget_j: f32, slew: f32, step: f32) -> f32 {
         let left_j = positive(budget_j + self.received_j - self.doubt_j);

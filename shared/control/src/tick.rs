@@ -11,7 +11,8 @@ use crate::selftest;
 use crate::supervisor::{Event, next};
 use crate::words::{Word, Words};
 use crate::{
-    Command, EncoderSample, Fault, Inputs, LimitFlags, Mode, Notice, Outputs, RampCause, Settings,
+    Command, EncoderSample, Fault, Felt, Inputs, LimitFlags, Mode, Notice, Outputs, RampCause,
+    Settings,
 };
 
 /// The model as the tick sees it.
@@ -38,6 +39,7 @@ pub(crate) struct Memory {
     settling_ticks: u16,
     freshness: Freshness,
     guidewire: Freshness,
+    felt: Felt,
     haptics: Haptics,
     force: Axis,
     torque: Axis,
@@ -89,6 +91,7 @@ impl Memory {
             settling_ticks: 0,
             freshness: Freshness::new(),
             guidewire: Freshness::new(),
+            felt: Felt::Catheter,
             haptics: Haptics::new(),
             force: Axis::new(),
             torque: Axis::new(),
@@ -108,9 +111,16 @@ impl Memory {
         let bounds = Bounds::new(settings, model.reach_m());
         let fresh = self.freshness.update(&bounds, inputs.encoder, inputs.rejected_frames);
         // Rejected frames are the bus's fault, not a drive's: they are counted once.
-        let guidewire =
-            model.has_guidewire().then(|| self.guidewire.update(&bounds, inputs.guidewire, 0));
-        self.account(&bounds, &fresh);
+        let sample = inputs.guidewire.map(|sample| sample.at);
+        let guidewire = model.has_guidewire().then(|| self.guidewire.update(&bounds, sample, 0));
+        let held = match self.felt {
+            Felt::Catheter => &fresh,
+            Felt::Guidewire => guidewire.as_ref().unwrap_or(&fresh),
+        };
+        self.account(&bounds, held);
+        if let (Some(sample), true) = (inputs.guidewire, model.has_guidewire()) {
+            self.feel(if sample.held { Felt::Guidewire } else { Felt::Catheter });
+        }
 
         if let Some(notice) = inputs.notice {
             self.happens(Event::Fault(match notice {
@@ -193,6 +203,15 @@ impl Memory {
         self.torque.observe(fresh.motion, rotation_rad, bounds.rotation_step_rad);
     }
 
+    /// From here on the operator's axes are those of this drive.
+    fn feel(&mut self, felt: Felt) {
+        if self.felt != felt {
+            self.felt = felt;
+            self.force.passivity.hand_over();
+            self.torque.passivity.hand_over();
+        }
+    }
+
     /// Lets the model follow the drives, in modes that do.
     fn estimate(
         &mut self,
@@ -236,7 +255,7 @@ impl Memory {
     /// The last stage: what may be output in this mode.
     fn apply(&mut self, settings: &Settings, bounds: &Bounds) -> Applied {
         let rendered = match self.mode {
-            Mode::Armed => self.haptics.render(settings),
+            Mode::Armed => self.haptics.render(settings, self.felt),
             Mode::Ramp { .. } => Rendered { force_n: 0.0, torque_n_m: 0.0, held: false },
             Mode::Boot | Mode::Idle | Mode::Settling | Mode::Ready | Mode::Fault { .. } => {
                 self.force.limiter.cut();
@@ -286,6 +305,7 @@ impl Memory {
             mode: self.mode,
             fault: self.mode.fault(),
             limited: applied.limited,
+            felt: self.felt,
             force_n: applied.force_n,
             torque_n_m: applied.torque_n_m,
             contact,

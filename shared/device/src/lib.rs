@@ -16,4 +16,4 @@ mod service;
 mod ticker;
 
 pub use service::{Board, Identity, Image, Service};
-pub use ticker::{FRAMES_A_TICK, Ticker};
+pub use ticker::{MOST_FRAMES_A_TICK, Sent, Ticker};

@@ -4,14 +4,23 @@ use cathforce_bus::service::{Load, Status as Report};
 use cathforce_bus::{
     self as bus, Counter, Counters, Frame, Id, MODE_UNCONFIGURED, Process, Protection, Sealer,
 };
-use cathforce_control::{self as control, Config, EncoderSample, Inputs, Mode, Notice, Outputs};
+use cathforce_control::{
+    self as control, Config, EncoderSample, Felt, GuidewireSample, Inputs, Mode, Notice, Outputs,
+};
 
-/// Frames that every tick sends: HAPTIC, CONTACT, and one of those that take turns.
-pub const FRAMES_A_TICK: usize = 3;
+/// Frames that a tick sends at most: HAPTIC, CONTACT, and one of those that take turns.
+pub const MOST_FRAMES_A_TICK: usize = 3;
+
+/// What a tick sends, in this order. HAPTIC and CONTACT are always there; the last one says so
+/// in its status.
+pub type Sent = [Option<Frame>; MOST_FRAMES_A_TICK];
 
 /// Turns of the third frame: TICK, DRIVE, MOMENT, SHAPE of a node, FORCE of the same node; with
 /// a guidewire one more, GUIDEWIREDRIVE.
 const TURNS: u32 = 5;
+/// With a guidewire, whose encoder takes its share of the bus, a third frame comes in one tick
+/// of as many.
+const GUIDEWIRE_TICKS_A_TURN: u32 = 3;
 
 /// Decoded frames since the last tick, the state of control, counters of frames.
 ///
@@ -122,10 +131,12 @@ impl Ticker {
                     self.granted = self.granted.saturating_add(u32::from(sync.grant));
                 }
                 Process::Encoder(encoder) => {
-                    on_encoder(&mut self.inputs.encoder, encoder, &mut self.counters);
+                    newest(&mut self.inputs.encoder, sample(encoder), &mut self.counters);
                 }
                 Process::Guidewire(encoder) => {
-                    on_encoder(&mut self.inputs.guidewire, encoder, &mut self.counters);
+                    let held = accepted.status.held;
+                    let sample = GuidewireSample { at: sample(encoder), held };
+                    newest(&mut self.inputs.guidewire, sample, &mut self.counters);
                 }
                 Process::Command(command) => self.on_command(command),
                 _ => {}
@@ -158,26 +169,23 @@ impl Ticker {
     ///
     /// Without configuration nothing is computed and the output is zero. `notice` is what
     /// the board noticed about itself.
-    pub fn tick(
-        &mut self,
-        config: Option<&Config<'_>>,
-        notice: Option<Notice>,
-    ) -> [Frame; FRAMES_A_TICK] {
+    pub fn tick(&mut self, config: Option<&Config<'_>>, notice: Option<Notice>) -> Sent {
         let inputs = Inputs { notice, ..core::mem::take(&mut self.inputs) };
         self.granted = self.granted.saturating_sub(1);
         self.outputs = config.map(|config| control::step(config, &mut self.state, &inputs));
-        let frames = match (config, self.outputs) {
+        let sent = match (config, self.outputs) {
             (Some(config), Some(outputs)) => self.configured(config, &outputs),
             _ => self.unconfigured(),
         };
         self.tick = self.tick.wrapping_add(1);
-        frames
+        sent
     }
 
-    fn configured(&mut self, config: &Config<'_>, outputs: &Outputs) -> [Frame; FRAMES_A_TICK] {
+    fn configured(&mut self, config: &Config<'_>, outputs: &Outputs) -> Sent {
         let status = bus::Status {
             unresolved: outputs.contact.unresolved,
             limited: !outputs.limited.is_empty(),
+            ..bus::Status::default()
         };
         let haptic = Process::Haptic(bus::Haptic {
             force: bus::HapticForce::from_n(outputs.force_n),
@@ -188,16 +196,28 @@ impl Ticker {
         let contact = Process::Contact(bus::Contact {
             force: outputs.contact.force_on_vessel_n.map(bus::Force::from_n),
         });
-        let third = self.third(config, outputs);
-        [haptic, contact, third].map(|process| self.sealer.seal(process, status))
+        let guidewire = config.model.description().guidewire.is_some();
+        let (ticks, turns) =
+            if guidewire { (GUIDEWIRE_TICKS_A_TURN, TURNS + 1) } else { (1, TURNS) };
+        let turn = self.tick.is_multiple_of(ticks).then_some(self.tick / ticks % turns);
+        let third = turn.map(|turn| self.third(turn, config, outputs));
+        self.seal([haptic, contact], third, status)
+    }
+
+    fn seal(&mut self, always: [Process; 2], third: Option<Process>, status: bus::Status) -> Sent {
+        let [haptic, contact] = always;
+        let mut seal = |process, last| self.sealer.seal(process, bus::Status { last, ..status });
+        [
+            Some(seal(haptic, false)),
+            Some(seal(contact, third.is_none())),
+            third.map(|third| seal(third, true)),
+        ]
     }
 
     /// The frame whose turn it is. With no node inside the vessel, TICK takes the turns of
     /// SHAPE and FORCE.
-    fn third(&mut self, config: &Config<'_>, outputs: &Outputs) -> Process {
+    fn third(&mut self, turn: u32, config: &Config<'_>, outputs: &Outputs) -> Process {
         let model = self.state.mechanics();
-        let guidewire = config.model.description().guidewire.is_some();
-        let turn = self.tick % if guidewire { TURNS + 1 } else { TURNS };
         // The node stays for SHAPE and FORCE; before them it is brought into range.
         if turn == 0 && usize::from(self.node) >= model.nodes().min(usize::from(bus::MAX_NODES)) {
             self.node = 0;
@@ -229,12 +249,13 @@ impl Ticker {
                 force: bus::Force::from_n(outputs.contact.guidewire_force_n),
                 torque: bus::DriveTorque::from_n_m(outputs.contact.guidewire_torque_n_m),
                 encoder_age_ticks: outputs.guidewire_age_ticks,
+                felt: outputs.felt == Felt::Guidewire,
             }),
             _ => tick,
         }
     }
 
-    fn unconfigured(&mut self) -> [Frame; FRAMES_A_TICK] {
+    fn unconfigured(&mut self) -> Sent {
         let haptic = Process::Haptic(bus::Haptic {
             force: bus::HapticForce::default(),
             torque: bus::HapticTorque::default(),
@@ -243,7 +264,7 @@ impl Ticker {
         });
         let contact = Process::Contact(bus::Contact { force: Default::default() });
         let tick = Process::Tick(bus::Tick { tick: self.tick as u16, digest: 0 });
-        [haptic, contact, tick].map(|process| self.sealer.seal(process, bus::Status::default()))
+        self.seal([haptic, contact], Some(tick), bus::Status::default())
     }
 
     /// What the last tick gave; `None` before the first one and without configuration.
@@ -297,10 +318,12 @@ impl Ticker {
     }
 }
 
-/// The newest sample counts.
-fn on_encoder(newest: &mut Option<EncoderSample>, encoder: bus::Encoder, counters: &mut Counters) {
-    let sample =
-        EncoderSample { insertion_m: encoder.insertion.m(), rotation_rad: encoder.rotation.rad() };
+fn sample(encoder: bus::Encoder) -> EncoderSample {
+    EncoderSample { insertion_m: encoder.insertion.m(), rotation_rad: encoder.rotation.rad() }
+}
+
+/// Of two samples in a tick the newest counts.
+fn newest<S>(newest: &mut Option<S>, sample: S, counters: &mut Counters) {
     if newest.replace(sample).is_some() {
         counters.count(Counter::Superseded);
     }

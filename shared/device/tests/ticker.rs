@@ -8,7 +8,7 @@ use cathforce_bus::{
 };
 use cathforce_config::image;
 use cathforce_control::{Config, Fault, Mode};
-use cathforce_device::{FRAMES_A_TICK, Ticker};
+use cathforce_device::{Sent, Ticker};
 use proptest::prelude::*;
 
 const START_M: f64 = 0.012;
@@ -19,8 +19,6 @@ struct Bench<'a> {
     ticker: Ticker,
     sealer: Sealer,
     insertion_m: f64,
-    /// Of the guidewire, where there is one.
-    guidewire_m: Option<f64>,
     /// Everything sent by the ticker.
     sent: Vec<Frame>,
 }
@@ -28,8 +26,7 @@ struct Bench<'a> {
 impl<'a> Bench<'a> {
     fn new(config: &'a Config<'a>) -> Self {
         let (ticker, sealer) = (Ticker::new(), Sealer::default());
-        let guidewire_m = config.model.description().guidewire.as_ref().map(|_| START_M);
-        Self { config, ticker, sealer, insertion_m: START_M, guidewire_m, sent: Vec::new() }
+        Self { config, ticker, sealer, insertion_m: START_M, sent: Vec::new() }
     }
 
     fn seal(&mut self, process: Process) -> Frame {
@@ -42,21 +39,15 @@ impl<'a> Bench<'a> {
     }
 
     /// A tick with an encoder frame and perhaps a command.
-    fn tick(&mut self, command: Option<Command>) -> [Frame; FRAMES_A_TICK] {
+    fn tick(&mut self, command: Option<Command>) -> Sent {
         let encoder = self.encoder();
         self.ticker.on_frame(&encoder);
-        if let Some(insertion_m) = self.guidewire_m {
-            let insertion = Insertion::from_m(insertion_m);
-            let at = Encoder { insertion, rotation: Rotation::from_rad(0.1) };
-            let guidewire = self.seal(Process::Guidewire(at));
-            self.ticker.on_frame(&guidewire);
-        }
         if let Some(command) = command {
             let command = self.seal(Process::Command(command));
             self.ticker.on_frame(&command);
         }
         let frames = self.ticker.tick(Some(self.config), None);
-        self.sent.extend(frames);
+        self.sent.extend(frames.into_iter().flatten());
         frames
     }
 
@@ -88,7 +79,7 @@ fn decode(frame: &Frame) -> Process {
 fn p18_without_configuration_the_output_is_zero_and_says_why() {
     let mut ticker = Ticker::new();
     for tick in 0..7 {
-        let [haptic, contact, third] = ticker.tick(None, None).map(|frame| decode(&frame));
+        let [haptic, contact, third] = ticker.tick(None, None).map(|f| decode(&f.unwrap()));
         let Process::Haptic(haptic) = haptic else { panic!("{haptic:?}") };
         assert_eq!((haptic.force.0, haptic.torque.0), (0, 0));
         assert_eq!((haptic.mode, haptic.fault), (MODE_UNCONFIGURED, 0));
@@ -109,7 +100,7 @@ fn the_third_frame_takes_turns_and_every_node_has_its_own() {
     assert!(nodes > 3);
     let mut shown = Vec::new();
     for _ in 0..=nodes {
-        let turns = [0; 5].map(|_| bench.tick(None).map(|frame| frame.id())[2]);
+        let turns = [0; 5].map(|_| bench.tick(None)[2].unwrap().id());
         let [tick, drive, moment, shape, force] = turns;
         assert_eq!([tick, drive, moment], [0x1A0, 0x1A8, 0x1B0]);
         assert_eq!(force, shape + 0x80);
@@ -118,34 +109,6 @@ fn the_third_frame_takes_turns_and_every_node_has_its_own() {
     let first = shown[0];
     let expected: Vec<u16> = (0..=nodes).map(|i| (first + i) % nodes).collect();
     assert_eq!(shown, expected);
-}
-
-#[test]
-fn a_guidewire_has_frames_of_its_own() {
-    let image = support::image_with_guidewire();
-    let config = image::decode(&image).unwrap();
-    let mut bench = Bench::armed(&config);
-    while !bench.ticker.ticks().is_multiple_of(6) {
-        bench.tick(None);
-    }
-    let alone_m = 0.02;
-    for _ in 0..1000 {
-        bench.guidewire_m = bench.guidewire_m.map(|at| at + alone_m / 1000.0);
-        bench.tick(None);
-    }
-    let reached_m = f64::from(bench.ticker.state().mechanics().insertion_m());
-    assert!((reached_m - START_M - alone_m).abs() < 1e-6, "{reached_m} m");
-    while !bench.ticker.ticks().is_multiple_of(6) {
-        bench.tick(None);
-    }
-    let turns = [0; 6].map(|_| decode(&bench.tick(None)[2]));
-    let [.., Process::GuidewireDrive(sent)] = turns else { panic!("{turns:?}") };
-    let contact = bench.ticker.outputs().unwrap().contact;
-    // The weight of what hangs from the mouth bends both: the whole is shared, not doubled.
-    assert!((sent.force.n() - contact.guidewire_force_n).abs() <= 5.1e-5);
-    assert!((sent.torque.n_m() - contact.guidewire_torque_n_m).abs() <= 2.6e-7);
-    assert!(contact.guidewire_force_n != 0.0 && contact.drive_force_n != 0.0, "{contact:?}");
-    assert_eq!(sent.encoder_age_ticks, 0);
 }
 
 #[test]
@@ -158,7 +121,7 @@ fn what_is_sent_is_what_was_computed() {
         let tick = bench.ticker.ticks();
         let frames = bench.tick(None);
         let outputs = *bench.ticker.outputs().unwrap();
-        for process in frames.iter().map(decode) {
+        for process in frames.iter().flatten().map(decode) {
             let model = bench.ticker.state().mechanics();
             match process {
                 Process::Haptic(sent) => {

@@ -2,11 +2,12 @@
 
 use std::path::Path;
 
+use cathforce_bus::Id;
 use cathforce_bus::service::Status;
 use cathforce_config::image::{self, Header, MAGIC};
-use cathforce_control::Mode;
+use cathforce_control::{Mode, TICK_S};
 use cathforce_link::Client;
-use cathforce_record::Recording;
+use cathforce_record::{BusFrame, Recording};
 use serde_json::{Value, json};
 
 use super::open_bundle;
@@ -46,8 +47,9 @@ fn bundle(ui: &Ui, path: &Path) -> Result<Rows, Failure> {
         .iter()
         .map(|t| format!("{:03}: {:.3} s, {} rows", t.number, t.duration_s(), t.len()))
         .collect::<Vec<_>>();
+    let wire = bundle.catheter().and_then(|rig| rig.guidewire.as_ref());
     let mesh = bundle.mesh.as_ref().map(|m| format!("{} triangles", m.mesh.len()));
-    Ok(vec![
+    let mut rows = vec![
         ("kind", json!("trial bundle")),
         ("name", json!(bundle.rig.name)),
         ("note", json!(bundle.rig.note)),
@@ -56,7 +58,9 @@ fn bundle(ui: &Ui, path: &Path) -> Result<Rows, Failure> {
         ("trials", json!(trials.join("\n"))),
         ("largest insertion m", json!(bundle.largest_insertion_m())),
         ("warnings", json!(bundle.warnings.len())),
-    ])
+    ];
+    rows.extend(wire.map(|wire| ("guidewire diameter m", json!(wire.outer_diameter_m))));
+    Ok(rows)
 }
 
 fn file(path: &Path) -> Result<Rows, Failure> {
@@ -73,16 +77,19 @@ fn device_image(path: &Path, bytes: &[u8]) -> Result<Rows, Failure> {
     };
     let header = Header::read(bytes).map_err(refuse)?;
     let config = image::decode(bytes).map_err(refuse)?;
-    let lumen = config.lumen.header();
-    Ok(vec![
+    let (description, lumen) = (config.model.description(), config.lumen.header());
+    let mut rows = vec![
         ("kind", json!("device image")),
         ("bytes", json!(bytes.len())),
         ("schema", json!(format!("{:08x}", header.schema))),
         ("crc", json!(format!("{:08x}", header.crc))),
-        ("link length m", json!(config.model.description().solver.link_length_m)),
+        ("link length m", json!(description.solver.link_length_m)),
         ("lumen cell m", json!(lumen.cell_m)),
         ("lumen bricks", json!(lumen.stored)),
-    ])
+    ];
+    let wire = description.guidewire.as_ref();
+    rows.extend(wire.map(|wire| ("guidewire radius m", json!(wire.outer_radius_m))));
+    Ok(rows)
 }
 
 fn recording(path: &Path) -> Result<Rows, Failure> {
@@ -102,11 +109,24 @@ fn recording(path: &Path) -> Result<Rows, Failure> {
         ("host version", json!(info.host_version)),
         ("lock step", json!(info.lock_step)),
         ("frames", json!(recording.frames.len())),
+        ("bus load of 1 Mbit/s", json!(bus_load(&recording.frames))),
         ("seconds", json!(seconds)),
         ("measured rows", json!(recording.trial.rows.len())),
         ("image bytes", json!(recording.image.len())),
         ("complete", json!(super::completeness(&recording))),
     ])
+}
+
+/// Share of the bus that the process frames of the ticks take, each as long as it can be; SYNC,
+/// which a real device does without, left out. `None` without a tick.
+fn bus_load(frames: &[BusFrame]) -> Option<f64> {
+    const BITS_A_TICK: f64 = 1e6 * TICK_S as f64;
+    let of_process = |id: &Id| !matches!(id, Id::Sync | Id::ServiceRequest | Id::ServiceResponse);
+    let id = |frame: &BusFrame| Id::from_raw(frame.frame.id()).filter(of_process);
+    let counted = frames.iter().filter(|frame| id(frame).is_some());
+    let bits: f64 = counted.map(|frame| f64::from(frame.frame.most_bits())).sum();
+    let ticks = frames.iter().filter(|f| id(f) == Some(Id::Haptic)).count();
+    (ticks > 0).then(|| bits / (ticks as f64 * BITS_A_TICK))
 }
 
 fn device(link: &str) -> Result<Rows, Failure> {

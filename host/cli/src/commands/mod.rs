@@ -65,7 +65,11 @@ fn check_writable(path: &Path) -> Result<(), Failure> {
 
 /// Changes settings by name, and parameters of the description by key: first those of the file.
 fn options(bundle: &Bundle, changes: &Changes) -> Result<ImageOptions, Failure> {
-    let mut options = ImageOptions { tip: changes.tip, ..ImageOptions::default() };
+    let mut options = ImageOptions {
+        tip: changes.tip,
+        guidewire_tip: changes.guidewire_tip,
+        ..ImageOptions::default()
+    };
     if let Some(path) = &changes.file {
         let file = SettingsFile::read(path)?;
         file.check_rig(path, &bundle.rig.name)?;

@@ -2,12 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
-use cathforce_link::Client;
-use cathforce_record::{Measured, Recording, RunInfo, SensorNoise, Trial, analyse};
-use cathforce_rig::{Bundle, bundle::CatheterTrial};
+use cathforce_bus::{Encoder, Insertion, Rotation};
+use cathforce_link::{Client, Step};
+use cathforce_record::{Measured, MeasuredDrive, Recording, RunInfo, SensorNoise, Trial, analyse};
+use cathforce_rig::Bundle;
+use cathforce_rig::bundle::{CatheterTrial, EncoderReading};
 
 use super::{check_writable, image, open_bundle};
-use crate::args::PlayArguments;
+use crate::args::{Feel, PlayArguments};
 use crate::failure::{Code, Failure};
 use crate::session::{Plan, run as run_session};
 use crate::summary::Summary;
@@ -16,7 +18,12 @@ use crate::ui::Ui;
 pub fn run(ui: &Ui, link: &str, arguments: &PlayArguments) -> Result<(), Failure> {
     let bundle = open_bundle(ui, &arguments.bundle)?;
     let (number, trial) = pick(&bundle, arguments.trial)?;
-    catheter(trial)?;
+    let columns = catheter(trial)?;
+    if arguments.feel == Feel::Guidewire && columns.guidewire.is_none() {
+        let message = "--feel guidewire: the rig has no guidewire; describe it in the table \
+                       [guidewire] of rig.toml";
+        return Err(Failure::new(Code::Usage, message));
+    }
     for path in [&arguments.out, &arguments.summary].into_iter().flatten() {
         check_writable(path)?;
     }
@@ -25,7 +32,14 @@ pub fn run(ui: &Ui, link: &str, arguments: &PlayArguments) -> Result<(), Failure
     let folder = temporary_folder()?;
     let out = arguments.out.clone().unwrap_or_else(|| folder.path().join("run.mcap"));
     let mut client = Client::connect(cathforce_link::open(link)?)?;
-    let run = TrialRun { bundle: &bundle, number, trial, link, duration_s: arguments.duration };
+    let run = TrialRun {
+        bundle: &bundle,
+        number,
+        trial,
+        link,
+        duration_s: arguments.duration,
+        feel: arguments.feel,
+    };
     let played = play(ui, &mut client, run, &image, &out);
     // A run that ends before its device is ready records nothing.
     if let Some(out) = arguments.out.as_ref().filter(|out| out.is_file()) {
@@ -45,6 +59,8 @@ pub struct TrialRun<'a> {
     pub link: &'a str,
     /// Plays only so much of it \[s\].
     pub duration_s: Option<f64>,
+    /// Whose load the operator feels.
+    pub feel: Feel,
 }
 
 /// Configures a device with an image, plays a trial on it and records that.
@@ -55,7 +71,7 @@ pub fn play(
     image: &[u8],
     out: &Path,
 ) -> Result<(), Failure> {
-    let TrialRun { bundle, number, trial, link, duration_s } = run;
+    let TrialRun { bundle, number, trial, link, duration_s, feel } = run;
     let rows = measured(&trial.t_s, catheter(trial)?);
     let rig_toml = read_text(&bundle.path.join("rig.toml"))?;
     let start_s = rows.first().map_or(0.0, |row| row.t_s);
@@ -65,9 +81,11 @@ pub fn play(
         rig_toml: &rig_toml,
         info: info(link, bundle, &format!("{number:03}")),
         trial: &Trial { rows, noise: noise(bundle) },
-        drive_at: &|t_s| {
-            let at = trial.encoder_at(start_s + t_s);
-            at.map_or((0.0, 0.0), |at| (at.insertion_m, at.rotation_rad))
+        step_at: &|t_s| Step {
+            encoder: trial.encoder_at(start_s + t_s).map(encoder),
+            guidewire: trial.guidewire_at(start_s + t_s).map(encoder),
+            guidewire_held: feel == Feel::Guidewire,
+            ..Step::default()
         },
         duration_s: duration_s.unwrap_or(f64::INFINITY).min(trial.duration_s()),
         out,
@@ -147,8 +165,21 @@ fn measured(t_s: &[f64], trial: &CatheterTrial) -> Vec<Measured> {
             force_n: trial.force_n.as_ref().and_then(|column| column[i]),
             drive_force_n: trial.drive_force_n.as_ref().and_then(|column| column[i]),
             tip_m: trial.tip_m.as_ref().and_then(|column| column[i]),
+            guidewire: trial.guidewire.as_ref().map(|wire| MeasuredDrive {
+                insertion_m: wire.insertion_m[i],
+                rotation_rad: wire.rotation_rad[i],
+                drive_force_n: wire.drive_force_n.as_ref().and_then(|column| column[i]),
+            }),
         })
         .collect()
+}
+
+/// A drive's position as it crosses the bus.
+pub fn encoder(at: EncoderReading) -> Encoder {
+    Encoder {
+        insertion: Insertion::from_m(at.insertion_m),
+        rotation: Rotation::from_rad(at.rotation_rad),
+    }
 }
 
 fn noise(bundle: &Bundle) -> SensorNoise {

@@ -170,14 +170,19 @@ fn charts(recording: &Recording, analysis: &Analysis) -> Value {
         chart("Force on the vessel, z", "force", 2),
         chart("Drive force behind the guide", "force", 3),
     ];
+    if analysis.guidewire_radius_m.is_some() {
+        charts.push(chart("Drive force of the guidewire", "force", 6));
+    }
     if analysis.comparison.is_some() {
         let mut error = chart("Norm of the force error", "error", 0);
         error["error"] = numbers::error(recording, analysis);
         charts.push(error);
     }
-    charts.push(json!({
-        "title": "Insertion", "axis": "insertion", "unit": "mm", "digits": 1, "channel": 4,
-    }));
+    let insertion = |title: &str, channel: usize| json!({ "title": title, "axis": "insertion", "unit": "mm", "digits": 1, "channel": channel });
+    charts.push(insertion("Insertion", 4));
+    if analysis.guidewire_radius_m.is_some() {
+        charts.push(insertion("Insertion of the guidewire", 7));
+    }
     json!(charts)
 }
 

@@ -1,7 +1,7 @@
 //! Arrays of the page: packed, little endian, in base64.
 
 use base64::{Engine, engine::general_purpose::STANDARD};
-use cathforce_record::{Analysis, Recording, Trial, estimates, trial_time_s};
+use cathforce_record::{Analysis, GuidewireEstimate, Recording, Trial, estimates, trial_time_s};
 use serde_json::{Value, json};
 
 use super::surface::Surface;
@@ -17,7 +17,8 @@ fn floats(values: impl Iterator<Item = f64>) -> Value {
     pack(values.map(|x| (x as f32).to_le_bytes()))
 }
 
-/// Time \[s\]; fx, fy, fz, drive \[mN\], insertion \[mm\], rotation \[°\]. NaN where unknown.
+/// Time \[s\]; fx, fy, fz, drive \[mN\], insertion \[mm\], rotation \[°\]; with a guidewire its
+/// drive \[mN\], insertion \[mm\], rotation \[°\]. NaN where unknown.
 pub fn estimated(recording: &Recording, analysis: &Analysis) -> Value {
     let ticks = &analysis.track.ticks;
     let shown = ticks.iter().filter(|tick| trial_time_s(recording, tick.at_ns) >= 0.0);
@@ -29,20 +30,27 @@ pub fn estimated(recording: &Recording, analysis: &Analysis) -> Value {
     };
     let scaled = |x: Option<f32>, scale: f64| x.map_or(f64::NAN, |x| scale * f64::from(x));
     let degrees = 180.0 / std::f64::consts::PI;
-    json!({
-        "t": floats(shown().map(|tick| trial_time_s(recording, tick.at_ns))),
-        "y": [
-            force(0),
-            force(1),
-            force(2),
-            floats(shown().map(|tick| scaled(tick.drive_force_n, 1e3))),
-            floats(shown().map(|tick| scaled(tick.insertion_m, 1e3))),
-            floats(shown().map(|tick| scaled(tick.rotation_rad, degrees))),
-        ],
-    })
+    let mut y = vec![
+        force(0),
+        force(1),
+        force(2),
+        floats(shown().map(|tick| scaled(tick.drive_force_n, 1e3))),
+        floats(shown().map(|tick| scaled(tick.insertion_m, 1e3))),
+        floats(shown().map(|tick| scaled(tick.rotation_rad, degrees))),
+    ];
+    if analysis.guidewire_radius_m.is_some() {
+        let wire = |value: fn(GuidewireEstimate) -> Option<f32>, scale| {
+            floats(shown().map(move |tick| scaled(tick.guidewire.and_then(value), scale)))
+        };
+        y.push(wire(|wire| wire.drive_force_n, 1e3));
+        y.push(wire(|wire| Some(wire.insertion_m), 1e3));
+        y.push(wire(|wire| Some(wire.rotation_rad), degrees));
+    }
+    json!({ "t": floats(shown().map(|tick| trial_time_s(recording, tick.at_ns))), "y": y })
 }
 
-/// Time \[s\]; fx, fy, fz, drive \[mN\]. NaN where there is none; null without rows.
+/// Time \[s\]; channels as of [`estimated`], null where nothing measures them; drive forces are
+/// NaN where there is none. Null without rows.
 pub fn measured(trial: &Trial) -> Value {
     if trial.rows.is_empty() {
         return Value::Null;
@@ -50,9 +58,11 @@ pub fn measured(trial: &Trial) -> Value {
     let rows = || trial.rows.iter().step_by(trial.rows.len().div_ceil(MOST_POINTS));
     let force = |k: usize| floats(rows().map(move |r| r.force_n.map_or(f64::NAN, |f| 1e3 * f[k])));
     let drive = floats(rows().map(|r| r.drive_force_n.map_or(f64::NAN, |f| 1e3 * f)));
+    let wire = rows().map(|r| r.guidewire.and_then(|wire| wire.drive_force_n));
+    let wire = floats(wire.map(|f| f.map_or(f64::NAN, |f| 1e3 * f)));
     json!({
         "t": floats(rows().map(|r| r.t_s)),
-        "y": [force(0), force(1), force(2), drive],
+        "y": [force(0), force(1), force(2), drive, null, null, wire],
     })
 }
 
@@ -86,7 +96,8 @@ pub fn unscored(analysis: &Analysis) -> Value {
     json!(bands)
 }
 
-/// All shapes of the trial: time, nodes, positions from the entry in 20 µm, forces in 0.1 mN.
+/// All shapes of the trial: time, nodes, positions from the entry in 20 µm, forces in 0.1 mN;
+/// with a guidewire how far it is ahead of the catheter, in nodes.
 pub fn shapes(recording: &Recording, analysis: &Analysis) -> Value {
     let shapes = analysis.track.shapes.iter();
     let shapes = shapes.filter(|shape| trial_time_s(recording, shape.at_ns) >= 0.0);
@@ -107,7 +118,19 @@ pub fn shapes(recording: &Recording, analysis: &Analysis) -> Value {
         "full_scale_mn": f64::from(full).max(5.0),
         "entry_mm": analysis.entry_m.map(|x| 1e3 * x),
         "radius_mm": 1e3 * analysis.radius_m,
+        "guidewire_radius_mm": analysis.guidewire_radius_m.map(|radius_m| 1e3 * radius_m),
+        "bare": analysis.guidewire_radius_m.map(|_| {
+            floats(shapes.iter().map(|shape| ahead_m(analysis, shape.at_ns) / analysis.link_length_m))
+        }),
     })
+}
+
+/// Length of guidewire ahead of the catheter's tip at a time of the bus \[m\].
+fn ahead_m(analysis: &Analysis, at_ns: u64) -> f64 {
+    let ticks = &analysis.track.ticks;
+    let tick = ticks.get(ticks.partition_point(|tick| tick.at_ns < at_ns));
+    let drives = tick.and_then(|tick| tick.guidewire.zip(tick.insertion_m));
+    drives.map_or(0.0, |(wire, catheter_m)| f64::from(wire.insertion_m - catheter_m)).max(0.0)
 }
 
 /// Vertices in 10 µm, normals × 127, triangles.

@@ -35,7 +35,7 @@ for (const line of data.footnotes) make(element("footer"), "p", line);
 // Charts.
 const GREY = "#9aa5b1", BLUE = "#0b63c5", ORANGE = "#c2410c";
 const estimated = { t: floats(data.estimated.t), y: data.estimated.y.map(floats) };
-const measured = data.measured && { t: floats(data.measured.t), y: data.measured.y.map(floats) };
+const measured = data.measured && { t: floats(data.measured.t), y: data.measured.y.map((y) => y && floats(y)) };
 const finite = (t, y) => {
   const keep = [...t.keys()].filter((i) => Number.isFinite(y[i]));
   return { t: Float32Array.from(keep, (i) => t[i]), y: Float32Array.from(keep, (i) => y[i]) };
@@ -64,6 +64,7 @@ function unpackError({ t, y }) { return { t: floats(t), y: floats(y) }; }
 const shape = {
   t: floats(data.shape.t), count: unpack(data.shape.count, Uint16Array),
   position: unpack(data.shape.position, Int16Array), force: unpack(data.shape.force, Uint16Array),
+  bare: data.shape.bare && floats(data.shape.bare),
 };
 const first = [0];
 for (const n of shape.count) first.push(first[first.length - 1] + n);
@@ -75,7 +76,7 @@ try {
     vertices: Float32Array.from(unpack(v.vertices, Int16Array), (x) => x * 0.01),
     normals: Float32Array.from(unpack(v.normals, Int8Array), (x) => x / 127),
     indices: unpack(v.indices, Uint32Array),
-  }, data.shape.radius_mm);
+  }, data.shape.radius_mm, data.shape.guidewire_radius_mm);
   scene.onDraw = scaleBar;
 } catch (error) {
   make(element("vessel").parentElement, "p", `No 3-D view: ${error.message}.`, "scale");
@@ -95,12 +96,13 @@ function showShape(t) {
     const gap = Math.hypot(...[0, 1, 2].map((k) => points[points.length - 1][k] - data.shape.entry_mm[k]));
     if (gap < 1 && points.length > 1) { points.pop(); shares.pop(); }
     points.push(data.shape.entry_mm); shares.push(0);
-    scene.setCatheter(points, shares);
+    scene.setCatheter(points, shares, shape.bare ? shape.bare[i] : 0);
   }
   const at = indexAt(estimated.t, t), y = (k) => estimated.y[k][at];
   element("readout").replaceChildren();
   const rows = [
     ["insertion", `${y(4).toFixed(1)} mm`], ["rotation", `${y(5).toFixed(0)}°`],
+    ...(shape.bare ? [["guidewire", `${y(7).toFixed(1)} mm, ${y(8).toFixed(0)}°`]] : []),
     ["force on the vessel", `${Math.hypot(y(0), y(1), y(2)).toFixed(0)} mN`],
     ["largest at a node", `${peak.toFixed(0)} mN, node ${node}`],
   ];

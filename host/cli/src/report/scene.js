@@ -47,9 +47,9 @@ void main() {
 }`;
 
 class Scene {
-  /** vessel: { vertices: Float32Array, normals, indices: Uint32Array } in mm; radius in mm. */
-  constructor(canvas, vessel, radius) {
-    this.canvas = canvas; this.radius = radius;
+  /** vessel: { vertices: Float32Array, normals, indices: Uint32Array } in mm; radii in mm. */
+  constructor(canvas, vessel, radius, wireRadius) {
+    this.canvas = canvas; this.radius = radius; this.wireRadius = wireRadius;
     const gl = canvas.getContext("webgl", { antialias: true, alpha: true, preserveDrawingBuffer: true });
     if (!gl || !gl.getExtension("OES_element_index_uint")) throw new Error("this browser has no WebGL");
     this.gl = gl;
@@ -116,8 +116,9 @@ class Scene {
     c.addEventListener("dblclick", () => this.reset());
   }
 
-  /** points: centre line, tip first [mm]; shares: force over the scale, a point each. */
-  setCatheter(points, shares) {
+  /** points: centre line, tip first [mm]; shares: force over the scale, a point each; bare: points
+   *  of guidewire ahead of the catheter. */
+  setCatheter(points, shares, bare) {
     const { path, values } = smooth(points, shares), sides = 14, rings = path.length;
     const position = new Float32Array(rings * sides * 3), normal = position.slice(), colour = position.slice();
     const indices = new Uint32Array((rings - 1) * sides * 6);
@@ -128,7 +129,8 @@ class Scene {
       side = unit(add(side, along, -dot(side, along)));
       const other = cross(along, side), rgb = colourOf(values[i]);
       // The tip is rounded off.
-      const radius = this.radius * (i === 0 ? 0.25 : i === 1 ? 0.8 : 1);
+      const thick = i < bare * PARTS ? this.wireRadius : this.radius;
+      const radius = thick * (i === 0 ? 0.25 : i === 1 ? 0.8 : 1);
       for (let j = 0; j < sides; j++) {
         const a = 2 * Math.PI * j / sides, at = (i * sides + j) * 3;
         const n = add(side.map((x) => x * Math.cos(a)), other, Math.sin(a));
@@ -198,13 +200,16 @@ class Scene {
   }
 }
 
-/** Four points a link on a Catmull–Rom spline; values in between are linear. */
+/** Points of the drawn line a link. */
+const PARTS = 4;
+
+/** PARTS points a link on a Catmull–Rom spline; values in between are linear. */
 function smooth(points, shares) {
-  const path = [], values = [], last = points.length - 1, parts = 4;
+  const path = [], values = [], last = points.length - 1;
   for (let i = 0; i < last; i++) {
     const [a, b, c, d] = [points[Math.max(i - 1, 0)], points[i], points[i + 1], points[Math.min(i + 2, last)]];
-    for (let j = 0; j < parts; j++) {
-      const u = j / parts;
+    for (let j = 0; j < PARTS; j++) {
+      const u = j / PARTS;
       path.push(b.map((x, k) => x + 0.5 * u * (c[k] - a[k] + u * (2 * a[k] - 5 * x + 4 * c[k] - d[k] + u * (3 * (x - c[k]) + d[k] - a[k])))));
       values.push(shares[i] + u * (shares[i + 1] - shares[i]));
     }

@@ -1,7 +1,7 @@
 //! A recording that has not been made: the protocol as a trial of which only the encoders count.
 
 use cathforce_rig::Bundle;
-use cathforce_rig::bundle::{CatheterTrial, Trial, TrialData, VectorColumn};
+use cathforce_rig::bundle::{CatheterTrial, GuidewireTrial, Trial, TrialData, VectorColumn};
 
 use crate::protocol::Protocol;
 
@@ -46,6 +46,8 @@ pub fn planned(bundle: &Bundle, protocol: &Protocol) -> Result<Bundle, PlannedEr
         let row = |row: usize| row.is_multiple_of(every).then_some([reading(row); 3]);
         is_there.then(|| (0..rows).map(row).collect())
     };
+    // A guidewire stays at the entry: the protocol is the catheter's.
+    let wire = bundle.catheter().and_then(|rig| rig.guidewire.as_ref());
     let data = CatheterTrial {
         insertion_m: at.iter().map(|p| p.insertion_m).collect(),
         rotation_rad: at.iter().map(|p| p.rotation_rad).collect(),
@@ -54,6 +56,11 @@ pub fn planned(bundle: &Bundle, protocol: &Protocol) -> Result<Bundle, PlannedEr
             .then(|| (0..rows).map(|row| Some(reading(row))).collect()),
         tip_m: column(known(sensor.tip_noise_sd_m), tip_every),
         shape_m: Vec::new(),
+        guidewire: wire.map(|_| GuidewireTrial {
+            insertion_m: vec![0.0; rows],
+            rotation_rad: vec![0.0; rows],
+            drive_force_n: None,
+        }),
     };
     let trial = Trial { number: 0, t_s, data: TrialData::Catheter(data) };
     Ok(Bundle { trials: vec![trial], ..bundle.clone() })

@@ -1,8 +1,9 @@
 //! From the rows of a trial to samples: averaged, without snaps, with their noise.
 
+use cathforce_mechanics::Drive;
 use cathforce_record::snap::{self, Snap};
 use cathforce_record::{FEED_BEFORE_SCORE_M, SNAP_GUARD_S};
-use cathforce_rig::bundle::{CatheterTrial, RigSensor, VectorColumn};
+use cathforce_rig::bundle::{CatheterTrial, EncoderReading, RigSensor, VectorColumn};
 
 use super::motion::{Motion, phase, regime};
 use super::sensors::{self, Limit};
@@ -85,9 +86,12 @@ impl Prepared {
         let data = trial.catheter()?;
         let start = *trial.t_s.first()?;
         let ticks = (trial.duration_s() / tick_s).floor() as usize + 1;
-        let positions: Vec<_> = (0..ticks)
-            .map(|tick| trial.encoder_at(start + tick as f64 * tick_s))
-            .collect::<Option<_>>()?;
+        let times = || (0..ticks).map(|tick| start + tick as f64 * tick_s);
+        let positions: Vec<_> = times().map(|t_s| trial.encoder_at(t_s)).collect::<Option<_>>()?;
+        let guidewire = times().map(|t_s| {
+            let EncoderReading { insertion_m, rotation_rad } = trial.guidewire_at(t_s)?;
+            Some(Drive { insertion_m, rotation_rad })
+        });
         let mut columns = columns(data, sensor);
         let dead = sensors::take_dead(&mut columns);
         let limits = columns.iter().flat_map(sensors::limits).collect();
@@ -103,6 +107,7 @@ impl Prepared {
             tick_s,
             insertion_m: positions.iter().map(|p| p.insertion_m).collect(),
             rotation_rad: positions.iter().map(|p| p.rotation_rad).collect(),
+            guidewire: guidewire.collect(),
             shape_ticks: shape_rows.iter().map(|&row| tick_of(row).min(ticks - 1)).collect(),
             shape_points: data.shape_m.len(),
         };

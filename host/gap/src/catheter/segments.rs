@@ -112,6 +112,7 @@ impl Played {
             tick_s,
             insertion_m: (0..ticks).map(|tick| at(tick).insertion_m).collect(),
             rotation_rad: (0..ticks).map(|tick| at(tick).rotation_rad).collect(),
+            guidewire: None,
             shape_ticks: Vec::new(),
             shape_points: 0,
         };

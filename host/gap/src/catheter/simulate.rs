@@ -3,7 +3,7 @@
 use std::sync::{Arc, Mutex};
 
 use cathforce_mechanics::{
-    Description, Drive, Lumen, LumenHeader, Measurement, Model, State, settle, step,
+    Description, Drive, Drives, Lumen, LumenHeader, Measurement, Model, State, settle, step,
 };
 
 /// Quasi-static steps after which a start that never rests is taken as it is.
@@ -18,6 +18,8 @@ pub struct Inputs {
     pub tick_s: f64,
     pub insertion_m: Vec<f64>,
     pub rotation_rad: Vec<f64>,
+    /// Of the guidewire's drive; without it a guidewire stays at the entry.
+    pub guidewire: Option<Vec<Drive<f64>>>,
     /// Ticks at which the shape is wanted.
     pub shape_ticks: Vec<usize>,
     /// Points on the shape, tip first and entry last; 0 for none.
@@ -91,20 +93,23 @@ impl Simulator {
         let lumen = Lumen::new(self.header, &self.bytes).ok()?;
         let entry_m = description.entry.position_m;
         let model = Model::<f64>::new(description.clone()).ok()?;
-        let drive = |tick: usize| Drive {
-            insertion_m: (inputs.insertion_m[tick] + insertion_offset_m).max(0.0),
-            rotation_rad: inputs.rotation_rad[tick],
+        let drives = |tick: usize| Drives {
+            catheter: Drive {
+                insertion_m: (inputs.insertion_m[tick] + insertion_offset_m).max(0.0),
+                rotation_rad: inputs.rotation_rad[tick],
+            },
+            guidewire: inputs.guidewire.as_ref().map_or(Drive::default(), |wire| wire[tick]),
         };
         let mut state = Box::new(State::<f64>::new());
         for _ in 0..SETTLE_STEPS {
-            if settle(&model, &lumen, &mut state, drive(0)) {
+            if settle(&model, &lumen, &mut state, drives(0)) {
                 break;
             }
         }
         let mut found = Trajectory::default();
         let mut shapes = inputs.shape_ticks.iter().peekable();
         for tick in 0..inputs.insertion_m.len() {
-            let outputs = step(&model, &lumen, &mut state, drive(tick));
+            let outputs = step(&model, &lumen, &mut state, drives(tick));
             if !outputs.force_on_vessel_n.iter().all(|f| f.is_finite()) {
                 return None;
             }

@@ -9,10 +9,12 @@
 //!
 //! Columns of a catheter's trial: `t_s`, `insertion_m`, `rotation_rad`; optionally `fx_N`,
 //! `fy_N`, `fz_N`, `drive_fx_N`, `tip_x_m`, `tip_y_m`, `tip_z_m` and `p00_x_m`, `p00_y_m`,
-//! `p00_z_m`, `p01_x_m` … from the tip. Of a drive's: `t_s`, `position_m`, `drive_command_N`;
+//! `p00_z_m`, `p01_x_m` … from the tip; with a guidewire `guidewire_insertion_m` and
+//! `guidewire_rotation_rad`, optionally `guidewire_drive_fx_N`. Of a drive's: `t_s`, `position_m`, `drive_command_N`;
 //! optionally `setpoint_m`. Units are SI unless a name ends in another; positions, directions
 //! and forces are given in the right-handed frame of the vessel.
 
+mod instrument;
 mod plausible;
 mod rig;
 mod rig_cause;
@@ -23,13 +25,15 @@ use std::path::{Path, PathBuf};
 
 use nalgebra::Vector3;
 
+pub use instrument::{RigInstrument, RigSection, TipPiece};
 pub use rig::{
-    CatheterRig, DriveRig, FORMAT, Fluid, Plant, Rig, RigEntry, RigEnvironment, RigInstrument,
-    RigSection, RigSensor, RigVessel, TipPiece,
+    CatheterRig, DriveRig, FORMAT, Fluid, Plant, Rig, RigEntry, RigEnvironment, RigSensor,
+    RigVessel,
 };
 pub use rig_cause::RigCause;
 pub use trial::{
-    CatheterTrial, DriveTrial, EncoderReading, Trial, TrialCause, TrialData, VectorColumn,
+    CatheterTrial, DriveTrial, EncoderReading, GuidewireTrial, Trial, TrialCause, TrialData,
+    VectorColumn,
 };
 
 use crate::error::{BundleError, Cause, Place, Warning, read_bytes, read_text};
@@ -121,10 +125,15 @@ impl Bundle {
         self.trials.iter().find(|trial| trial.number == number)
     }
 
-    /// The largest insertion of any trial \[m\]; `None` without a catheter's trial.
+    /// The largest insertion of any trial, the guidewire's included \[m\]; `None` without a
+    /// catheter's trial.
     pub fn largest_insertion_m(&self) -> Option<f64> {
         let trials = self.trials.iter().filter_map(Trial::catheter);
-        trials.flat_map(|trial| trial.insertion_m.iter().copied()).max_by(f64::total_cmp)
+        let columns = trials.flat_map(|trial| {
+            let wire = trial.guidewire.iter().flat_map(|wire| &wire.insertion_m);
+            trial.insertion_m.iter().chain(wire)
+        });
+        columns.copied().max_by(f64::total_cmp)
     }
 }
 
@@ -210,7 +219,7 @@ fn read_trials(
             number.ok_or_else(|| BundleError::new(&file, Place::Whole, Cause::TrialName))?;
         let text = read_text(&file)?;
         let trial = match plant {
-            Plant::Catheter(_) => Trial::parse_catheter(number, &text),
+            Plant::Catheter(rig) => Trial::parse_catheter(number, &text, rig.guidewire.is_some()),
             Plant::Drive(_) => Trial::parse_drive(number, &text),
         };
         let trial = trial.map_err(|(place, cause)| BundleError::new(&file, place, cause))?;
@@ -226,21 +235,33 @@ fn check_trial(file: &Path, trial: &Trial, plant: &Plant, warnings: &mut Vec<War
     let (Plant::Catheter(rig), Some(data)) = (plant, trial.catheter()) else { return };
     let mut warn =
         |message| warnings.push(Warning { file: file.to_path_buf(), place: Place::Whole, message });
-    let length_m = rig.instrument.length_m;
-    let longest = data.insertion_m.iter().copied().fold(0.0, f64::max);
-    if longest > 20.0 * length_m {
-        warn(format!(
-            "insertion_m reaches {longest}, the instrument is {length_m} m long: millimetres?"
-        ));
-    } else if longest > length_m {
-        warn(format!("insertion_m reaches {longest}, the instrument is only {length_m} m long"));
-    }
-    let turn = data.rotation_rad.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
-    if turn > 200.0 {
-        warn(format!(
-            "rotation_rad reaches {turn}, some {:.0} turns: degrees?",
-            turn / std::f64::consts::TAU
-        ));
+    let catheter = (&rig.instrument, &data.insertion_m, &data.rotation_rad, "");
+    let wire = rig.guidewire.as_ref().zip(data.guidewire.as_ref());
+    let wire = wire.map(|(instrument, columns)| {
+        (instrument, &columns.insertion_m, &columns.rotation_rad, "guidewire_")
+    });
+    for (instrument, insertion_m, rotation_rad, prefix) in
+        [Some(catheter), wire].into_iter().flatten()
+    {
+        let length_m = instrument.length_m;
+        let longest = insertion_m.iter().copied().fold(0.0, f64::max);
+        if longest > 20.0 * length_m {
+            warn(format!(
+                "{prefix}insertion_m reaches {longest}, the instrument is {length_m} m long: \
+                 millimetres?"
+            ));
+        } else if longest > length_m {
+            warn(format!(
+                "{prefix}insertion_m reaches {longest}, the instrument is only {length_m} m long"
+            ));
+        }
+        let turn = rotation_rad.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+        if turn > 200.0 {
+            warn(format!(
+                "{prefix}rotation_rad reaches {turn}, some {:.0} turns: degrees?",
+                turn / std::f64::consts::TAU
+            ));
+        }
     }
     let largest = |column: &VectorColumn| {
         column.iter().flatten().flatten().fold(0.0, |most: f64, x| most.max(x.abs()))

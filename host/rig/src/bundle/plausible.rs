@@ -2,10 +2,10 @@
 
 use std::ops::RangeInclusive;
 
-use super::rig::{
-    ENTRY_KEYS, ENVIRONMENT_KEYS, INSTRUMENT_KEYS, PRECURVE_KEYS, Plant, Rig, RigWarning,
-    SECTION_KEYS, SENSOR_KEYS, VESSEL_KEYS,
+use super::instrument::{
+    GUIDEWIRE, INSTRUMENT, INSTRUMENT_KEYS, PRECURVE_KEYS, RigInstrument, SECTION_KEYS,
 };
+use super::rig::{ENTRY_KEYS, ENVIRONMENT_KEYS, Plant, Rig, RigWarning, SENSOR_KEYS, VESSEL_KEYS};
 use super::toml_reader::{Fault, TableReader};
 
 /// Heavier than this is metal.
@@ -19,11 +19,11 @@ struct Usual {
     says: [&'static str; 2],
 }
 
-const INSTRUMENT: [Usual; 3] = [
+const DIMENSIONS: [Usual; 3] = [
     Usual {
         key: "length_m",
         range: 0.05..=5.0,
-        says: ["shorter than any catheter", "longer than any catheter: millimetres?"],
+        says: ["shorter than any instrument", "longer than any instrument: millimetres?"],
     },
     Usual {
         key: "outer_diameter_m",
@@ -107,10 +107,39 @@ pub(crate) fn check(
     }
     let Plant::Catheter(catheter) = &rig.plant else { return Ok(()) };
 
-    let instrument = root.table("instrument", &INSTRUMENT_KEYS)?;
-    usual(&instrument, &INSTRUMENT, warnings)?;
-    let density = catheter.instrument.density_kg_per_m3;
-    for section in instrument.tables("sections", &SECTION_KEYS)? {
+    for (name, instrument) in
+        [(INSTRUMENT, Some(&catheter.instrument)), (GUIDEWIRE, catheter.guidewire.as_ref())]
+    {
+        if let Some(instrument) = instrument {
+            let table = root.table(name, &INSTRUMENT_KEYS)?;
+            check_instrument(&table, instrument, warnings)?;
+        }
+    }
+
+    let (position, place) = root.table("entry", &ENTRY_KEYS)?.vector("position_m")?;
+    if position.iter().any(|x| x.abs() > 2.0) {
+        let message = format!("position_m = {position:?} is metres away: millimetres?");
+        warnings.push((place, message));
+    }
+    usual(&root.table("vessel", &VESSEL_KEYS)?, &VESSEL, warnings)?;
+    let environment = root.table("environment", &ENVIRONMENT_KEYS)?;
+    let (gravity, place) = environment.vector("gravity_m_per_s2")?;
+    let size = gravity.iter().map(|x| x * x).sum::<f64>().sqrt();
+    if size > 15.0 || (size > 0.0 && size < 1.0) {
+        let message = format!("gravity of {size} m/s² is not that of the Earth: wrong unit?");
+        warnings.push((place, message));
+    }
+    Ok(())
+}
+
+fn check_instrument(
+    table: &TableReader<'_>,
+    instrument: &RigInstrument,
+    warnings: &mut Vec<RigWarning>,
+) -> Result<(), Fault> {
+    usual(table, &DIMENSIONS, warnings)?;
+    let density = instrument.density_kg_per_m3;
+    for section in table.tables("sections", &SECTION_KEYS)? {
         let modulus = section.number("youngs_modulus_Pa")?;
         let (value, place) = (modulus.value, modulus.place);
         let says = if density < METAL_KG_PER_M3 && value > 2e11 {
@@ -128,11 +157,11 @@ pub(crate) fn check(
     }
     let mut curved = false;
     let mut bent = false;
-    for piece in instrument.tables("tip_precurve", &PRECURVE_KEYS)? {
+    for piece in table.tables("tip_precurve", &PRECURVE_KEYS)? {
         let (curvature, length) = (piece.number("curvature_per_m")?, piece.number("length_m")?);
         curved |= curvature.value != 0.0;
         bent |= curvature.value.abs() > 0.5;
-        if curvature.value.abs() * catheter.instrument.outer_diameter_m > 2.0 {
+        if curvature.value.abs() * instrument.outer_diameter_m > 2.0 {
             let message = format!(
                 "curvature_per_m = {} bends tighter than the instrument is thick",
                 curvature.value
@@ -148,21 +177,7 @@ pub(crate) fn check(
     if curved && !bent {
         let message = "every curvature of tip_precurve is below 0.5 /m, as good as straight: \
                        given per millimetre?";
-        warnings.push((instrument.place_of("tip_precurve"), message.into()));
-    }
-
-    let (position, place) = root.table("entry", &ENTRY_KEYS)?.vector("position_m")?;
-    if position.iter().any(|x| x.abs() > 2.0) {
-        let message = format!("position_m = {position:?} is metres away: millimetres?");
-        warnings.push((place, message));
-    }
-    usual(&root.table("vessel", &VESSEL_KEYS)?, &VESSEL, warnings)?;
-    let environment = root.table("environment", &ENVIRONMENT_KEYS)?;
-    let (gravity, place) = environment.vector("gravity_m_per_s2")?;
-    let size = gravity.iter().map(|x| x * x).sum::<f64>().sqrt();
-    if size > 15.0 || (size > 0.0 && size < 1.0) {
-        let message = format!("gravity of {size} m/s² is not that of the Earth: wrong unit?");
-        warnings.push((place, message));
+        warnings.push((table.place_of("tip_precurve"), message.into()));
     }
     Ok(())
 }

@@ -2,6 +2,7 @@
 
 use toml::de::DeTable;
 
+use super::instrument::{RigInstrument, read_guidewire, read_instrument};
 use super::rig_cause::RigCause;
 use super::toml_reader::{Fault, Source, TableReader};
 use crate::error::Place;
@@ -12,34 +13,6 @@ pub const FORMAT: &str = "trial-bundle/1";
 /// Density and viscosity of the fluids that a rig may name, at room and body temperature.
 const WATER: (f64, f64) = (998.0, 1.0e-3);
 const BLOOD: (f64, f64) = (1060.0, 3.5e-3);
-
-/// A piece of the instrument of one stiffness, in the bundle's order: base to tip.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RigSection {
-    pub length_m: f64,
-    pub youngs_modulus_pa: f64,
-}
-
-/// A piece of the unloaded tip, from the tip backwards.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TipPiece {
-    pub length_m: f64,
-    pub curvature_per_m: f64,
-}
-
-/// Table `[instrument]`.
-#[derive(Clone, Debug, PartialEq)]
-pub struct RigInstrument {
-    pub length_m: f64,
-    pub outer_diameter_m: f64,
-    pub inner_diameter_m: f64,
-    pub density_kg_per_m3: f64,
-    pub poissons_ratio: f64,
-    /// From the base to the tip.
-    pub sections: Vec<RigSection>,
-    /// From the tip backwards.
-    pub tip_precurve: Vec<TipPiece>,
-}
 
 /// Table `[entry]`; `direction` and `up` are orthonormal.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -87,10 +60,12 @@ pub struct RigSensor {
     pub position_noise_sd_m: Option<f64>,
 }
 
-/// A catheter or guidewire in a vessel.
+/// A catheter, or a guidewire on its own, in a vessel.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CatheterRig {
     pub instrument: RigInstrument,
+    /// Inside the catheter, with its own drive.
+    pub guidewire: Option<RigInstrument>,
     pub entry: RigEntry,
     pub vessel: RigVessel,
     pub environment: RigEnvironment,
@@ -122,13 +97,14 @@ pub struct Rig {
 /// Something that looks wrong in `rig.toml`.
 pub(crate) type RigWarning = (Place, String);
 
-const POSITIVE: std::ops::RangeInclusive<f64> = f64::MIN_POSITIVE..=f64::MAX;
-const NOT_NEGATIVE: std::ops::RangeInclusive<f64> = 0.0..=f64::MAX;
-const CATHETER_KEYS: [&str; 9] = [
+pub(super) const POSITIVE: std::ops::RangeInclusive<f64> = f64::MIN_POSITIVE..=f64::MAX;
+pub(super) const NOT_NEGATIVE: std::ops::RangeInclusive<f64> = 0.0..=f64::MAX;
+const CATHETER_KEYS: [&str; 10] = [
     "format",
     "name",
     "plant",
     "instrument",
+    "guidewire",
     "entry",
     "vessel",
     "environment",
@@ -167,8 +143,10 @@ impl Rig {
             let moving_mass_kg = drive.number_in("moving_mass_kg", POSITIVE, "above 0")?;
             Plant::Drive(DriveRig { moving_mass_kg })
         } else {
+            let instrument = read_instrument(&root)?;
             Plant::Catheter(Box::new(CatheterRig {
-                instrument: instrument(&root)?,
+                guidewire: read_guidewire(&root, &instrument)?,
+                instrument,
                 entry: entry(&root, &mut warnings)?,
                 vessel: vessel(&root)?,
                 environment: environment(&root)?,
@@ -189,76 +167,6 @@ impl Rig {
 
 fn choice(key: &'static str, found: &str, known: &'static str) -> RigCause {
     RigCause::Choice { key, found: found.to_owned(), known }
-}
-
-pub(crate) const INSTRUMENT_KEYS: [&str; 7] = [
-    "length_m",
-    "outer_diameter_m",
-    "inner_diameter_m",
-    "density_kg_per_m3",
-    "poissons_ratio",
-    "sections",
-    "tip_precurve",
-];
-pub(crate) const SECTION_KEYS: [&str; 2] = ["length_m", "youngs_modulus_Pa"];
-pub(crate) const PRECURVE_KEYS: [&str; 2] = ["length_m", "curvature_per_m"];
-
-fn instrument(root: &TableReader<'_>) -> Result<RigInstrument, Fault> {
-    use cathforce_mechanics::{MAX_PRECURVE, MAX_SECTIONS};
-
-    let table = root.table("instrument", &INSTRUMENT_KEYS)?;
-    let length_m = table.number_in("length_m", POSITIVE, "above 0")?;
-    let outer_diameter_m = table.number_in("outer_diameter_m", POSITIVE, "above 0")?;
-    let inner_diameter_m = table.number_in(
-        "inner_diameter_m",
-        0.0..=0.999 * outer_diameter_m,
-        "at least 0 (a solid wire) and below the outer diameter",
-    )?;
-    let sections = table.tables("sections", &SECTION_KEYS)?;
-    let sections = sections
-        .iter()
-        .map(|section| {
-            Ok(RigSection {
-                length_m: section.number_in("length_m", POSITIVE, "above 0")?,
-                youngs_modulus_pa: section.number_in("youngs_modulus_Pa", POSITIVE, "above 0")?,
-            })
-        })
-        .collect::<Result<Vec<_>, Fault>>()?;
-    if sections.is_empty() {
-        return Err((table.place_of("sections"), RigCause::NoSections));
-    }
-    let sum_m: f64 = sections.iter().map(|section| section.length_m).sum();
-    if (sum_m - length_m).abs() > 1e-4 {
-        return Err((table.place_of("sections"), RigCause::SectionLengths { sum_m, length_m }));
-    }
-    let tip_precurve = table
-        .tables("tip_precurve", &PRECURVE_KEYS)?
-        .iter()
-        .map(|piece| {
-            Ok(TipPiece {
-                length_m: piece.number_in("length_m", NOT_NEGATIVE, "at least 0")?,
-                curvature_per_m: piece.number("curvature_per_m")?.value,
-            })
-        })
-        .collect::<Result<Vec<_>, Fault>>()?;
-    for (key, found, most) in [
-        ("instrument.sections", sections.len(), MAX_SECTIONS),
-        ("instrument.tip_precurve", tip_precurve.len(), MAX_PRECURVE),
-    ] {
-        if found > most {
-            let place = table.place_of(key.rsplit('.').next().unwrap_or(key));
-            return Err((place, RigCause::TooMany { key, found, most }));
-        }
-    }
-    Ok(RigInstrument {
-        length_m,
-        outer_diameter_m,
-        inner_diameter_m,
-        density_kg_per_m3: table.number_in("density_kg_per_m3", POSITIVE, "above 0")?,
-        poissons_ratio: table.number_in("poissons_ratio", -0.99..=0.5, "between -1 and 0.5")?,
-        sections,
-        tip_precurve,
-    })
 }
 
 pub(crate) const ENTRY_KEYS: [&str; 4] = ["position_m", "direction", "up", "guide_length_m"];

@@ -25,12 +25,12 @@ pub enum RigCause {
     Range { key: String, value: f64, meaning: &'static str },
     #[error("`{key}` is \"{found}\"; known are {known}")]
     Choice { key: &'static str, found: String, known: &'static str },
-    #[error("`instrument.sections` is empty or missing; an instrument has at least one section")]
-    NoSections,
+    #[error("`{key}` is empty or missing; an instrument has at least one section")]
+    NoSections { key: String },
     #[error("the sections are {sum_m} m long together, but length_m is {length_m} m")]
     SectionLengths { sum_m: f64, length_m: f64 },
     #[error("`{key}` has {found} entries; the model takes at most {most}")]
-    TooMany { key: &'static str, found: usize, most: usize },
+    TooMany { key: String, found: usize, most: usize },
     #[error("`entry.{0}` has no length")]
     ZeroVector(&'static str),
     #[error("`entry.up` is parallel to `entry.direction`, so the plane of the tip is not known")]
@@ -56,7 +56,7 @@ impl RigCause {
                 "correct the value; units are SI, as the key's name ends".into()
             }
             RigCause::Choice { .. } => "use one of the known values".into(),
-            RigCause::NoSections => {
+            RigCause::NoSections { .. } => {
                 "add `sections = [ { length_m = …, youngs_modulus_Pa = … } ]`".into()
             }
             RigCause::SectionLengths { .. } => {

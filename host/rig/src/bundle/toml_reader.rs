@@ -65,7 +65,8 @@ impl<'a> TableReader<'a> {
         Ok(Self { source, name, span, table })
     }
 
-    fn path(&self, key: &str) -> String {
+    /// The key with the name of its table before it.
+    pub(crate) fn path(&self, key: &str) -> String {
         if self.name.is_empty() { key.to_owned() } else { format!("{}.{key}", self.name) }
     }
 

@@ -14,8 +14,12 @@ pub enum TrialCause {
     Empty,
     #[error("t_s goes back: {now} s after {before} s")]
     TimeNotRising { before: f64, now: f64 },
-    #[error("insertion_m is {0}; the length inside the vessel cannot be negative")]
-    NegativeInsertion(f64),
+    #[error("{column} is {value}; the length inside the vessel cannot be negative")]
+    NegativeInsertion { column: &'static str, value: f64 },
+    #[error("column `{0}` is missing; rig.toml has a [guidewire], whose drive it is")]
+    GuidewireMissing(&'static str),
+    #[error("column `{0}` is of a guidewire's drive, but rig.toml has no [guidewire]")]
+    NoGuidewire(&'static str),
     #[error("the shape points leave out p{0:02}")]
     ShapeGap(usize),
 }
@@ -28,8 +32,16 @@ impl TrialCause {
             TrialCause::TimeNotRising { .. } => {
                 "sort the rows by t_s and drop repeated ones".into()
             }
-            TrialCause::NegativeInsertion(_) => {
+            TrialCause::NegativeInsertion { .. } => {
                 "give the unstretched length past the entry plane, not the feed since the start"
+                    .into()
+            }
+            TrialCause::GuidewireMissing(_) => {
+                "add the column; a wire that is withdrawn to the entry plane is at 0".into()
+            }
+            TrialCause::NoGuidewire(_) => {
+                "describe the wire in the table [guidewire], with the keys of [instrument], or take \
+                 the column out"
                     .into()
             }
             TrialCause::ShapeGap(_) => {
@@ -63,6 +75,16 @@ pub struct CatheterTrial {
     pub tip_m: Option<VectorColumn>,
     /// Points on the shape, tip first; empty without them.
     pub shape_m: Vec<VectorColumn>,
+    /// With a guidewire, and only then.
+    pub guidewire: Option<GuidewireTrial>,
+}
+
+/// Columns of the guidewire's drive, one entry a row; meant as the catheter's.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GuidewireTrial {
+    pub insertion_m: Vec<f64>,
+    pub rotation_rad: Vec<f64>,
+    pub drive_force_n: Option<Vec<Option<f64>>>,
 }
 
 /// Columns of a drive's trial, one entry a row.
@@ -121,18 +143,35 @@ impl Trial {
     /// after the last: how rows of any rate become samples at 1 kHz. `None` for a drive.
     pub fn encoder_at(&self, t_s: f64) -> Option<EncoderReading> {
         let catheter = self.catheter()?;
+        self.reading_at(t_s, &catheter.insertion_m, &catheter.rotation_rad)
+    }
+
+    /// The same of the guidewire's drive; `None` without one.
+    pub fn guidewire_at(&self, t_s: f64) -> Option<EncoderReading> {
+        let wire = self.catheter()?.guidewire.as_ref()?;
+        self.reading_at(t_s, &wire.insertion_m, &wire.rotation_rad)
+    }
+
+    fn reading_at(
+        &self,
+        t_s: f64,
+        insertion_m: &[f64],
+        rotation_rad: &[f64],
+    ) -> Option<EncoderReading> {
         let after = self.t_s.partition_point(|&t| t <= t_s);
         let (low, high) = (after.saturating_sub(1), after.min(self.len().saturating_sub(1)));
         let (start, end) = (self.t_s.get(low)?, self.t_s.get(high)?);
         let share = if high > low { ((t_s - start) / (end - start)).clamp(0.0, 1.0) } else { 0.0 };
         let at = |column: &[f64]| column[low] + (column[high] - column[low]) * share;
-        Some(EncoderReading {
-            insertion_m: at(&catheter.insertion_m),
-            rotation_rad: at(&catheter.rotation_rad),
-        })
+        Some(EncoderReading { insertion_m: at(insertion_m), rotation_rad: at(rotation_rad) })
     }
 
-    pub(crate) fn parse_catheter(number: u32, text: &str) -> Result<Self, Fault> {
+    /// `has_guidewire`: there is one in `rig.toml`.
+    pub(crate) fn parse_catheter(
+        number: u32,
+        text: &str,
+        has_guidewire: bool,
+    ) -> Result<Self, Fault> {
         let table = Table::parse(text).map_err(table_fault)?;
         table
             .check_columns(&CATHETER_REQUIRED, &CATHETER_COLUMNS, |name| {
@@ -140,14 +179,6 @@ impl Trial {
             })
             .map_err(table_fault)?;
         let t_s = times(&table)?;
-        let full = |name| table.full_column(name).map_err(table_fault);
-        let (insertion_m, rotation_rad) = (full("insertion_m")?, full("rotation_rad")?);
-        if let Some(row) = insertion_m.iter().position(|&x| x < 0.0) {
-            return Err((
-                at(&table, row, "insertion_m"),
-                TrialCause::NegativeInsertion(insertion_m[row]),
-            ));
-        }
         let points = table.names().filter_map(shape_point).max().map_or(0, |last| last + 1);
         let shape_m = (0..points)
             .map(|k| {
@@ -157,12 +188,13 @@ impl Trial {
             })
             .collect::<Result<_, Fault>>()?;
         let data = TrialData::Catheter(CatheterTrial {
-            insertion_m,
-            rotation_rad,
+            insertion_m: insertions(&table, "insertion_m")?,
+            rotation_rad: table.full_column("rotation_rad").map_err(table_fault)?,
             force_n: vectors(&table, ["fx_N", "fy_N", "fz_N"])?,
             drive_force_n: table.sparse_column("drive_fx_N").map_err(table_fault)?,
             tip_m: vectors(&table, ["tip_x_m", "tip_y_m", "tip_z_m"])?,
             shape_m,
+            guidewire: guidewire(&table, has_guidewire)?,
         });
         Ok(Self { number, t_s, data })
     }
@@ -181,7 +213,10 @@ impl Trial {
 }
 
 const CATHETER_REQUIRED: [&str; 3] = ["t_s", "insertion_m", "rotation_rad"];
-const CATHETER_COLUMNS: [&str; 10] = [
+const WIRE_INSERTION: &str = "guidewire_insertion_m";
+const WIRE_ROTATION: &str = "guidewire_rotation_rad";
+const WIRE_FORCE: &str = "guidewire_drive_fx_N";
+const CATHETER_COLUMNS: [&str; 13] = [
     "t_s",
     "insertion_m",
     "rotation_rad",
@@ -192,6 +227,9 @@ const CATHETER_COLUMNS: [&str; 10] = [
     "tip_x_m",
     "tip_y_m",
     "tip_z_m",
+    WIRE_INSERTION,
+    WIRE_ROTATION,
+    WIRE_FORCE,
 ];
 
 /// The k of a column `pNN_x_m`.
@@ -249,4 +287,40 @@ fn vectors(table: &Table, names: [&str; 3]) -> Result<Option<VectorColumn>, Faul
         }
     };
     (0..table.len()).map(row).collect::<Result<_, _>>().map(Some)
+}
+
+/// A full column of lengths past the entry plane.
+fn insertions(table: &Table, column: &'static str) -> Result<Vec<f64>, Fault> {
+    let insertion_m = table.full_column(column).map_err(table_fault)?;
+    match insertion_m.iter().position(|&x| x < 0.0) {
+        Some(row) => {
+            let cause = TrialCause::NegativeInsertion { column, value: insertion_m[row] };
+            Err((at(table, row, column), cause))
+        }
+        None => Ok(insertion_m),
+    }
+}
+
+/// The columns of the guidewire's drive, which are there if and only if the wire is.
+fn guidewire(table: &Table, has_guidewire: bool) -> Result<Option<GuidewireTrial>, Fault> {
+    if !has_guidewire {
+        let columns = [WIRE_INSERTION, WIRE_ROTATION, WIRE_FORCE];
+        let stray = columns.into_iter().find_map(|name| table.column(name).map(|at| (name, at)));
+        return match stray {
+            Some((name, column)) => {
+                Err((Place::LineColumn(1, column + 1), TrialCause::NoGuidewire(name)))
+            }
+            None => Ok(None),
+        };
+    }
+    for name in [WIRE_INSERTION, WIRE_ROTATION] {
+        if table.column(name).is_none() {
+            return Err((Place::Line(1), TrialCause::GuidewireMissing(name)));
+        }
+    }
+    Ok(Some(GuidewireTrial {
+        insertion_m: insertions(table, WIRE_INSERTION)?,
+        rotation_rad: table.full_column(WIRE_ROTATION).map_err(table_fault)?,
+        drive_force_n: table.sparse_column(WIRE_FORCE).map_err(table_fault)?,
+    }))
 }

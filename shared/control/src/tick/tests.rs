@@ -3,6 +3,7 @@
 use super::*;
 use crate::TICK_S;
 
+mod felt;
 mod scenarios;
 
 /// An estimator that answers as it is told.
@@ -136,7 +137,8 @@ fn with_a_guidewire_both_drives_must_be_heard() {
     for _ in 0..10 {
         assert_eq!(bench.sample().mode, Mode::Idle, "settling without the guidewire");
     }
-    let both = Inputs { encoder: Some(bench.at), guidewire: Some(bench.at), ..Inputs::default() };
+    let guidewire = Some(crate::GuidewireSample { at: bench.at, held: false });
+    let both = Inputs { encoder: Some(bench.at), guidewire, ..Inputs::default() };
     for _ in 0..4 {
         bench.tick(both);
     }

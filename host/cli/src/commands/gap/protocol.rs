@@ -2,14 +2,15 @@
 
 use std::fmt::Write as _;
 
-use cathforce_gap::protocol::{Piece, Protocol};
-use cathforce_link::Client;
+use cathforce_gap::protocol::{Piece, Position, Protocol};
+use cathforce_link::{Client, Step};
 use cathforce_record::Trial;
+use cathforce_rig::bundle::EncoderReading;
 use cathforce_rig::{Bundle, SolverDefaults};
 use serde::Serialize;
 
 use crate::args::{ProtocolArguments, Way};
-use crate::commands::run::{info, read_text, temporary_folder};
+use crate::commands::run::{encoder, info, read_text, temporary_folder};
 use crate::failure::{Code, Failure};
 use crate::session::{Plan, run as run_session};
 use crate::ui::Ui;
@@ -102,14 +103,21 @@ fn play(
     let (image, _) = super::super::image_with(ui, bundle, &options)?;
     let folder = temporary_folder()?;
     let out = arguments.out.clone().unwrap_or_else(|| folder.path().join("protocol.mcap"));
+    // A guidewire stays at the entry: the protocol is the catheter's.
+    let at_entry = EncoderReading { insertion_m: 0.0, rotation_rad: 0.0 };
+    let wire = bundle.catheter().and_then(|rig| rig.guidewire.as_ref()).map(|_| at_entry);
     let plan = Plan {
         image: &image,
         rig_toml: &read_text(&bundle.path.join("rig.toml"))?,
         info: info(link, bundle, "protocol"),
         trial: &Trial::default(),
-        drive_at: &|t_s| {
-            let at = protocol.at(t_s);
-            (at.insertion_m, at.rotation_rad)
+        step_at: &|t_s| {
+            let Position { insertion_m, rotation_rad } = protocol.at(t_s);
+            Step {
+                encoder: Some(encoder(EncoderReading { insertion_m, rotation_rad })),
+                guidewire: wire.map(encoder),
+                ..Step::default()
+            }
         },
         duration_s: protocol.duration_s(),
         out: &out,

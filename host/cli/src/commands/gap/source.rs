@@ -11,8 +11,8 @@ use cathforce_gap::catheter::Catheter;
 use cathforce_gap::drive::Drive;
 use cathforce_gap::plant::Plant;
 use cathforce_mechanics::{Description, parameters};
-use cathforce_record::Recording;
-use cathforce_rig::bundle::{CatheterTrial, Plant as RigPlant, Trial, TrialData};
+use cathforce_record::{Measured, Recording};
+use cathforce_rig::bundle::{CatheterTrial, GuidewireTrial, Plant as RigPlant, Trial, TrialData};
 use cathforce_rig::{Bundle, ImageOptions};
 
 use crate::failure::Failure;
@@ -118,10 +118,25 @@ fn trial(recording: &Recording) -> Trial {
         drive_force_n: rows.iter().any(|row| row.drive_force_n.is_some()).then(|| drive.collect()),
         tip_m: rows.iter().any(|row| row.tip_m.is_some()).then(|| tip.collect()),
         shape_m: Vec::new(),
+        guidewire: guidewire(rows),
     };
     Trial {
         number: recording.info.trial.parse().unwrap_or_default(),
         t_s: rows.iter().map(|row| row.t_s).collect(),
         data: TrialData::Catheter(data),
     }
+}
+
+/// The columns of the guidewire's drive, if the trial had one.
+fn guidewire(rows: &[Measured]) -> Option<GuidewireTrial> {
+    let wire = rows.iter().map(|row| row.guidewire).collect::<Option<Vec<_>>>()?;
+    let force = wire.iter().map(|wire| wire.drive_force_n);
+    (!wire.is_empty()).then(|| GuidewireTrial {
+        insertion_m: wire.iter().map(|wire| wire.insertion_m).collect(),
+        rotation_rad: wire.iter().map(|wire| wire.rotation_rad).collect(),
+        drive_force_n: wire
+            .iter()
+            .any(|wire| wire.drive_force_n.is_some())
+            .then(|| force.collect()),
+    })
 }

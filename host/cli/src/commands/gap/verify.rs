@@ -14,7 +14,7 @@ use cathforce_rig::{Bundle, ImageOptions};
 use serde::Serialize;
 
 use super::explanation::{Explanation, Figures};
-use crate::args::VerifyArguments;
+use crate::args::{Feel, VerifyArguments};
 use crate::commands::run::{TrialRun, pick, play, temporary_folder};
 use crate::failure::{Code, Failure};
 use crate::ui::{Ui, two_columns};
@@ -73,7 +73,8 @@ pub fn run(ui: &Ui, arguments: &VerifyArguments) -> Result<(), Failure> {
     let mut client = Client::connect(cathforce_link::open(link)?)?;
     let board = client.device().board.clone();
     let folder = temporary_folder()?;
-    let run = TrialRun { bundle: &bundle, number, trial, link, duration_s: arguments.duration };
+    let (duration_s, feel) = (arguments.duration, Feel::Catheter);
+    let run = TrialRun { bundle: &bundle, number, trial, link, duration_s, feel };
     ui.say("as rig.toml states the rig:");
     let file = folder.path().join("before.mcap");
     let (before, bits) = estimated(ui, &mut client, run, &before, &file)?;

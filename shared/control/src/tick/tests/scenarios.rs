@@ -8,7 +8,7 @@ use std::vec::Vec;
 use proptest::prelude::*;
 
 use super::*;
-use crate::{FORCE_HARD_N, Reaction, TORQUE_HARD_N_M};
+use crate::{FORCE_HARD_N, GuidewireSample, Reaction, TORQUE_HARD_N_M};
 
 /// One tick of a scenario.
 #[derive(Clone, Debug)]
@@ -50,10 +50,13 @@ fn happening() -> impl Strategy<Value = Happening> {
         1 => Just(Some(Notice::Overrun)),
         1 => Just(Some(Notice::BusOff)),
     ];
-    let inputs = (encoder(), rejected, command(), notice).prop_map(
-        |(encoder, rejected_frames, command, notice)| Inputs {
-            guidewire: None,
+    // Of no effect but in the scenarios with a guidewire.
+    let guidewire =
+        (encoder(), any::<bool>()).prop_map(|(at, held)| at.map(|at| GuidewireSample { at, held }));
+    let inputs = (encoder(), guidewire, rejected, command(), notice).prop_map(
+        |(encoder, guidewire, rejected_frames, command, notice)| Inputs {
             encoder,
+            guidewire,
             rejected_frames,
             command,
             notice,
@@ -79,6 +82,8 @@ impl Bench {
     fn happens(&mut self, happening: &Happening) -> Outputs {
         self.fake.answer.drive_force_n = happening.drive_force_n;
         self.fake.answer.drive_torque_n_m = happening.drive_torque_n_m;
+        self.fake.answer.guidewire_force_n = -happening.drive_force_n;
+        self.fake.answer.guidewire_torque_n_m = -happening.drive_torque_n_m;
         self.fake.answer.unresolved = happening.unresolved;
         self.tick(happening.inputs)
     }
@@ -101,8 +106,10 @@ proptest! {
     fn p02_no_input_gives_more_than_the_limit_or_the_slew(
         scenario in scenario(),
         from_armed: bool,
+        guidewire: bool,
     ) {
         let mut bench = if from_armed { Bench::armed() } else { Bench::new() };
+        bench.fake.guidewire = guidewire;
         let s = bench.settings;
         let (mut force_n, mut torque_n_m) = (if from_armed { 1.0 } else { 0.0 }, 0.0);
         if from_armed {
@@ -184,8 +191,10 @@ proptest! {
             Just(f32::NEG_INFINITY.to_bits()),
             any::<u32>(),
         ],
+        guidewire: bool,
     ) {
         let mut bench = Bench::armed();
+        bench.fake.guidewire = guidewire;
         let at = at.index(scenario.len());
         for (tick, happening) in scenario.iter().enumerate() {
             if tick == at {
@@ -212,9 +221,11 @@ proptest! {
         scenario in scenario(),
         values in prop::collection::vec(any_f32(), SETTING_COUNT),
         kept in any::<u32>(),
+        guidewire: bool,
     ) {
         // Some settings corrupt, the others as they are, while armed.
         let mut bench = Bench::armed();
+        bench.fake.guidewire = guidewire;
         bench.settings.corrupt(|index, value| {
             if kept >> index & 1 == 1 { value } else { values[index] }
         });
