@@ -316,8 +316,16 @@ fn every_setting_is_listed_with_range_and_text() {
 fn ctrl_c_disarms_and_finishes_the_recording() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("interrupted.mcap");
+    // A trial of an hour, so that the signal comes in time on any computer.
+    let hour = folder.path().join("hour");
+    fs::create_dir_all(hour.join("trials")).unwrap();
+    for name in ["rig.toml", "vessel.stl"] {
+        fs::copy(bundle().join(name), hour.join(name)).unwrap();
+    }
+    let rows = "t_s,insertion_m,rotation_rad\n0,0.028,0\n3600,0.038,0\n";
+    fs::write(hour.join("trials/000.csv"), rows).unwrap();
     let mut run = command();
-    run.arg("simulate").arg(bundle()).args(["--trial", "0", "--out", text(&file)]);
+    run.arg("simulate").arg(&hour).args(["--out", text(&file)]);
     let mut run = run.stderr(std::process::Stdio::piped()).spawn().unwrap();
     let deadline = Instant::now() + Duration::from_secs(60);
     while !file.exists() {
@@ -330,7 +338,7 @@ fn ctrl_c_disarms_and_finishes_the_recording() {
     assert_eq!(status.code(), Some(1));
     let recording = Recording::open(&file).unwrap();
     assert_eq!(recording.cut, None, "the file is finished");
-    assert!(recording.trial.rows.len() < 2000, "it was not played to its end");
+    assert!(recording.trial.rows.len() < 2, "it was not played to its end");
     assert!(cathforce(["replay", text(&file)]).status.success());
 }
 
