@@ -7,7 +7,8 @@
 //! > d_i = ‖(I − P_ν) s_i‖,   D_ij = ‖(I − P_[s_j, ν]) s_i‖
 //!
 //! say how far effect i stands out from what the nuisances ν can do, and from what they and
-//! effect j can. Sizes scale linearly: an effect is seen from [`SEEN`]/d_i of its typical size on.
+//! effect j can. The size from which on an effect is seen is looked for by simulation, starting
+//! from [`SEEN`]/d_i of the typical one: where contact takes another path, sizes do not scale.
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -16,7 +17,7 @@ use serde::Serialize;
 use crate::floor::Floor;
 use crate::metric::Metric;
 use crate::nuisance::Nuisances;
-use crate::plant::{Effect, Plant, Point, Sample};
+use crate::plant::{Parameter, Plant, Point, Sample};
 use crate::problem::Progress;
 
 /// Distance from which on an effect is seen, or told from another.
@@ -24,10 +25,16 @@ pub const SEEN: f64 = 5.0;
 /// What the model leaves open stays the same for about so long \[s\].
 const MODEL_CORRELATION_S: f64 = 0.5;
 
+/// Simulations in which the size that is just seen is looked for, and how near to [`SEEN`] ends it.
+const LOOKS: usize = 4;
+const NEAR: f64 = 0.8;
+
 /// A value of a parameter.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Size {
     pub name: &'static str,
+    /// Where the effect is not there.
+    pub off: f64,
     pub value: f64,
     pub unit: &'static str,
 }
@@ -66,7 +73,8 @@ pub struct Isolability {
 /// About how many trials [`isolability`] simulates.
 pub fn expected_simulations(plant: &dyn Plant) -> u64 {
     let starts: usize = plant.effects().iter().map(|effect| effect.starts.len()).sum();
-    (plant.trials().len() * (1 + plant.nuisances().len() + starts)) as u64
+    let looks = 2 * plant.effects().len();
+    (plant.trials().len() * (1 + plant.nuisances().len() + starts + looks)) as u64
 }
 
 /// What the trials of a plant can tell; what was measured in them plays no part.
@@ -91,18 +99,20 @@ pub fn isolability(plant: &dyn Plant, progress: Progress<'_>) -> Option<Isolabil
     let metric = Metric::with(&nuisances, 1.0);
     let signatures: Vec<Option<Signature>> =
         (0..plant.effects().len()).map(|e| Signature::of(&played, &nominal, &base, e)).collect();
-    let none: Vec<DMatrix<f64>> = base.iter().map(|b| DMatrix::zeros(b.len(), 0)).collect();
+    let none = nothing(&base);
     let mut found =
         Isolability { effects: Vec::new(), pairs: Vec::new(), told_apart: 0.0, failed: Vec::new() };
     let mut own = Vec::new();
-    for (effect, signature) in plant.effects().iter().zip(&signatures) {
+    for (index, (effect, signature)) in plant.effects().iter().zip(&signatures).enumerate() {
         let Some(signature) = signature else {
             found.failed.push(effect.id);
             own.push(None);
             continue;
         };
         let (start, typical, distance) = signature.most_visible(&metric, &none);
-        let smallest = smallest(effect, &effect.starts[start], signature.sizes[start], distance);
+        let near = Near { played: &played, nominal: &nominal, base: &base, metric: &metric };
+        let share = SEEN / distance / signature.sizes[start];
+        let smallest = near.just_seen(index, &effect.starts[start], share);
         found.effects.push(Visibility { id: effect.id, distance, smallest });
         own.push(Some(typical));
     }
@@ -235,16 +245,51 @@ impl Signature {
     }
 }
 
-/// Where an effect is just seen, parameters that are not at their off value.
-fn smallest(effect: &Effect, start: &[f64], size: f64, distance: f64) -> Option<Vec<Size>> {
-    let share = SEEN / distance / size;
-    let moved = effect.parameters.iter().zip(start).filter(|(p, value)| p.off != **value);
-    let values = moved.map(|(p, value)| {
-        let value = p.off + share * (value - p.off);
-        let within = value.is_finite() && value >= p.low && value <= p.high;
-        within.then_some(Size { name: p.name, value, unit: p.unit })
-    });
-    values.collect()
+/// Nothing to stand out from but the nuisances.
+fn nothing(base: &[DVector<f64>]) -> Vec<DMatrix<f64>> {
+    base.iter().map(|own| DMatrix::zeros(own.len(), 0)).collect()
+}
+
+/// The nominal model, and effects of any size beside it.
+struct Near<'a> {
+    played: &'a Played<'a>,
+    nominal: &'a Point,
+    base: &'a [DVector<f64>],
+    metric: &'a Metric<'a>,
+}
+
+impl Near<'_> {
+    /// Where an effect is just seen, parameters that are not at their off value. `share`: of the
+    /// way from off to `start`, where to look first. `None` beyond its bounds.
+    fn just_seen(&self, effect: usize, start: &[f64], mut share: f64) -> Option<Vec<Size>> {
+        let own = &self.played.plant.effects()[effect];
+        let at = |share: f64| {
+            let values = own.parameters.iter().zip(start);
+            values.map(|(p, v)| p.off + share * (v - p.off)).collect::<Vec<f64>>()
+        };
+        let within = |values: &[f64]| {
+            let mut values = own.parameters.iter().zip(values);
+            values.all(|(p, v)| v.is_finite() && *v >= p.low && *v <= p.high)
+        };
+        for _ in 0..LOOKS {
+            if !within(&at(share)) {
+                return None;
+            }
+            let mut point = self.nominal.clone();
+            point.effects[effect] = at(share);
+            let does = difference(&self.played.all(&point)?, self.base);
+            let ratio = SEEN / self.metric.distance(&does, &nothing(self.base));
+            if (NEAR..=1.0 / NEAR).contains(&ratio) {
+                break;
+            }
+            share *= ratio.clamp(0.1, 10.0);
+        }
+        let values = at(share);
+        let size = |(p, value): (&Parameter, f64)| {
+            (value != p.off).then_some(Size { name: p.name, off: p.off, value, unit: p.unit })
+        };
+        within(&values).then(|| own.parameters.iter().zip(values).filter_map(size).collect())
+    }
 }
 
 fn difference(a: &[DVector<f64>], b: &[DVector<f64>]) -> Vec<DVector<f64>> {
@@ -258,7 +303,7 @@ fn matrix(columns: &[DVector<f64>], rows: usize) -> DMatrix<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::plant::{Channel, Nuisance, Parameter, Quantity, Repeat, Trial};
+    use crate::plant::{Channel, Effect, Nuisance, Quantity, Repeat, Trial};
 
     const SAMPLES: usize = 200;
 

@@ -95,16 +95,18 @@ impl Answer {
     }
 }
 
-fn size(Size { name, value, unit }: &Size) -> String {
+fn size(Size { name, off, value, unit }: &Size) -> String {
     let unit = if *unit == "1" { String::new() } else { format!(" {unit}") };
-    format!("{name} {}{unit}", significant(*value))
+    let (less, change) = (value < off, significant(value - off));
+    if *off == 0.0 {
+        return format!("{name} {}{change}{unit}", if less { "−" } else { "" });
+    }
+    let off = (1e4 * off).round() / 1e4;
+    format!("{name} {off} {} {change}{unit}", if less { "−" } else { "+" })
 }
 
-/// Three significant digits.
+/// The size of a number with two significant digits.
 fn significant(value: f64) -> String {
-    if value == 0.0 {
-        return "0".to_owned();
-    }
-    let digits = 2.0 - value.abs().log10().floor();
-    format!("{value:.*}", digits.clamp(0.0, 12.0) as usize)
+    let digits = 1.0 - value.abs().log10().floor();
+    format!("{:.*}", digits.clamp(0.0, 12.0) as usize, value.abs())
 }
