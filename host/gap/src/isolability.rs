@@ -9,6 +9,7 @@
 //! say how far effect i stands out from what the nuisances ν can do, and from what they and
 //! effect j can. The size from which on an effect is seen is looked for by simulation, starting
 //! from [`SEEN`]/d_i of the typical one: where contact takes another path, sizes do not scale.
+//! Samples that a slight change of a nuisance moves out of proportion count less for it.
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -25,6 +26,8 @@ pub const SEEN: f64 = 5.0;
 /// What the model leaves open stays the same for about so long \[s\].
 const MODEL_CORRELATION_S: f64 = 0.5;
 
+/// Share of its prior by which a nuisance moves to see where contact takes another path.
+const SLIGHT: f64 = 0.02;
 /// Simulations in which the size that is just seen is looked for, and how near to [`SEEN`] ends it.
 const LOOKS: usize = 4;
 const NEAR: f64 = 0.8;
@@ -74,23 +77,31 @@ pub struct Isolability {
 pub fn expected_simulations(plant: &dyn Plant) -> u64 {
     let starts: usize = plant.effects().iter().map(|effect| effect.starts.len()).sum();
     let looks = 2 * plant.effects().len();
-    (plant.trials().len() * (1 + plant.nuisances().len() + starts + looks)) as u64
+    (plant.trials().len() * (1 + 2 * plant.nuisances().len() + starts + looks)) as u64
 }
 
 /// What the trials of a plant can tell; what was measured in them plays no part.
 ///
 /// `None` when the nominal model breaks down on them.
 pub fn isolability(plant: &dyn Plant, progress: Progress<'_>) -> Option<Isolability> {
-    let played = Played::new(plant, progress);
+    let mut played = Played::new(plant, progress);
     let nominal = Point::nominal(plant);
-    let base = played.all(&nominal)?;
-    let moved = |k: usize| {
+    let mut base = played.all(&nominal)?;
+    let moved = |share: f64, k: usize| {
         let mut point = nominal.clone();
-        point.nuisances[k] = plant.nuisances()[k].sd;
+        point.nuisances[k] = share * plant.nuisances()[k].sd;
         Some(difference(&played.all(&point)?, &base))
     };
-    let columns: Option<Vec<_>> = (0..plant.nuisances().len()).map(moved).collect();
-    let columns = columns?;
+    let all = |share: f64| -> Option<Vec<Vec<DVector<f64>>>> {
+        (0..plant.nuisances().len()).map(|k| moved(share, k)).collect()
+    };
+    let (mut columns, slight) = (all(1.0)?, all(SLIGHT)?);
+    for trial in 0..base.len() {
+        let factors = played.doubt(trial, &columns, &slight);
+        for whitened in columns.iter_mut().map(|c| &mut c[trial]).chain([&mut base[trial]]) {
+            whitened.component_mul_assign(&factors);
+        }
+    }
     let of_trial = |trial: usize| {
         let own: Vec<DVector<f64>> = columns.iter().map(|c: &Vec<_>| c[trial].clone()).collect();
         matrix(&own, base[trial].len())
@@ -136,6 +147,8 @@ struct Played<'a> {
     plant: &'a dyn Plant,
     /// One over the standard deviation of every sample.
     weights: Vec<Vec<f64>>,
+    /// Samples over which what the model leaves open stays the same.
+    repeated: Vec<Vec<f64>>,
     done: std::sync::atomic::AtomicUsize,
     progress: Progress<'a>,
 }
@@ -143,19 +156,45 @@ struct Played<'a> {
 impl<'a> Played<'a> {
     fn new(plant: &'a dyn Plant, progress: Progress<'a>) -> Self {
         let floor = Floor::of(plant);
-        let weights = plant.trials().iter().map(|trial| {
-            let mut weights = vec![0.0; trial.samples.len()];
+        let (mut weights, mut repeated) = (Vec::new(), Vec::new());
+        for trial in plant.trials() {
+            let mut own = vec![1.0; trial.samples.len()];
             for range in trial.channel_ranges() {
                 let samples = &trial.samples[range.clone()];
-                let repeated = (MODEL_CORRELATION_S / interval_s(samples)).max(1.0);
-                for (weight, sample) in weights[range].iter_mut().zip(samples) {
-                    let noise = floor.sd_of(&Sample { model: 0.0, ..*sample });
-                    *weight = 1.0 / noise.hypot(repeated.sqrt() * sample.model);
-                }
+                own[range].fill((MODEL_CORRELATION_S / interval_s(samples)).max(1.0));
             }
-            weights
-        });
-        Self { plant, weights: weights.collect(), done: Default::default(), progress }
+            let weight = |(sample, repeated): (&Sample, &f64)| {
+                let noise = floor.sd_of(&Sample { model: 0.0, ..*sample });
+                1.0 / noise.hypot(repeated.sqrt() * sample.model)
+            };
+            weights.push(trial.samples.iter().zip(&own).map(weight).collect());
+            repeated.push(own);
+        }
+        Self { plant, weights, repeated, done: Default::default(), progress }
+    }
+
+    /// Doubts the samples of a trial that a slight change of a nuisance moves out of proportion:
+    /// contact takes another path there, which says nothing about an effect. Gives the factors by
+    /// which their weights fall.
+    fn doubt(
+        &mut self,
+        trial: usize,
+        columns: &[Vec<DVector<f64>>],
+        slight: &[Vec<DVector<f64>>],
+    ) -> DVector<f64> {
+        let factor = |i: usize| {
+            let pairs = columns.iter().zip(slight);
+            let beyond =
+                pairs.map(|(whole, part)| (part[trial][i] - SLIGHT * whole[trial][i]).abs());
+            let doubt = beyond.fold(0.0, f64::max);
+            1.0 / (1.0 + self.repeated[trial][i] * doubt * doubt).sqrt()
+        };
+        let samples = self.weights[trial].len();
+        let factors = DVector::from_iterator(samples, (0..samples).map(factor));
+        for (weight, factor) in self.weights[trial].iter_mut().zip(factors.iter()) {
+            *weight *= factor;
+        }
+        factors
     }
 
     /// Predictions over their noise, by trial.
@@ -267,14 +306,17 @@ impl Near<'_> {
             let values = own.parameters.iter().zip(start);
             values.map(|(p, v)| p.off + share * (v - p.off)).collect::<Vec<f64>>()
         };
-        let within = |values: &[f64]| {
-            let mut values = own.parameters.iter().zip(values);
-            values.all(|(p, v)| v.is_finite() && *v >= p.low && *v <= p.high)
-        };
+        let room = own.parameters.iter().zip(start).map(|(p, v)| match v - p.off {
+            way if way > 0.0 => (p.high - p.off) / way,
+            way if way < 0.0 => (p.low - p.off) / way,
+            _ => f64::INFINITY,
+        });
+        let most = room.fold(f64::INFINITY, f64::min);
+        if !share.is_finite() {
+            return None;
+        }
         for _ in 0..LOOKS {
-            if !within(&at(share)) {
-                return None;
-            }
+            share = share.min(most);
             let mut point = self.nominal.clone();
             point.effects[effect] = at(share);
             let does = difference(&self.played.all(&point)?, self.base);
@@ -282,13 +324,17 @@ impl Near<'_> {
             if (NEAR..=1.0 / NEAR).contains(&ratio) {
                 break;
             }
+            if share >= most && ratio > 1.0 {
+                return None;
+            }
             share *= ratio.clamp(0.1, 10.0);
         }
+        share = share.min(most);
         let values = at(share);
         let size = |(p, value): (&Parameter, f64)| {
             (value != p.off).then_some(Size { name: p.name, off: p.off, value, unit: p.unit })
         };
-        within(&values).then(|| own.parameters.iter().zip(values).filter_map(size).collect())
+        Some(own.parameters.iter().zip(values).filter_map(size).collect())
     }
 }
 
