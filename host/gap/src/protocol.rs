@@ -11,7 +11,7 @@ const RAMP_S: f64 = 0.1;
 const SLOW_M_PER_S: f64 = 0.013;
 const FAST_M_PER_S: f64 = 0.023;
 const WITHDRAWAL_M_PER_S: f64 = 0.018;
-const TURN_RAD_PER_S: f64 = TAU / 2.0;
+const TURN_RAD_PER_S: f64 = TAU / 4.0;
 /// Shorter ways than this hold no protocol \[m\].
 const SHORTEST_WAY_M: f64 = 0.01;
 
@@ -74,16 +74,16 @@ impl Protocol {
         let mut remarks = Vec::new();
         let b = &mut builder;
         b.piece("static-zero", "stand still for 3 s, the tip free", |b| b.rest(3.0));
-        b.piece("rotation-free", "turn by ±360° at 180°/s, the tip free", Builder::turn_around);
+        b.piece("rotation-free", "turn by ±360° at 90°/s, the tip free", Builder::turn_around);
         b.piece("dwell-free", "stand for 1 s", |b| b.rest(1.0));
         b.piece("forward-13mm", "feed at 13 mm/s to the middle", |b| {
             b.feed(middle_m, SLOW_M_PER_S)
         });
         b.piece("dwell-bend", "stand for 5 s in the bend", |b| b.rest(5.0));
-        b.piece("rotation-bend", "turn by ±360° at 180°/s there", Builder::turn_around);
+        b.piece("rotation-bend", "turn by ±360° at 90°/s there", Builder::turn_around);
         b.piece("forward-23mm", "feed at 23 mm/s to the end", |b| b.feed(to_m, FAST_M_PER_S));
         b.piece("dwell-tip", "stand for 5 s with the tip in contact", |b| b.rest(5.0));
-        b.piece("rotation-tip", "turn by ±360° at 180°/s there", Builder::turn_around);
+        b.piece("rotation-tip", "turn by ±360° at 90°/s there", Builder::turn_around);
         for (name, what, stroke_m, speed_m_per_s) in [
             ("reversal-3mm", "3 mm back and forth at 13 mm/s", 3e-3, SLOW_M_PER_S),
             ("reversal-20mm", "20 mm back and forth at 13 mm/s", 0.02, SLOW_M_PER_S),
@@ -100,7 +100,7 @@ impl Protocol {
         }
         let back = "withdraw at 18 mm/s";
         b.piece("withdrawal-18mm", back, |b| b.feed(third_m, WITHDRAWAL_M_PER_S));
-        b.piece("rotation-shallow", "turn by ±360° at 180°/s", Builder::turn_around);
+        b.piece("rotation-shallow", "turn by ±360° at 90°/s", Builder::turn_around);
         b.piece("withdrawal-18mm", back, |b| b.feed(from_m, WITHDRAWAL_M_PER_S));
         b.piece("static-zero", "stand still for 3 s again", |b| b.rest(3.0));
         Ok(Self { moves: builder.moves, pieces: builder.pieces, remarks })
