@@ -223,3 +223,38 @@ fn a_recording_is_diagnosed_and_applied_like_a_bundle() {
     assert_eq!(again["changes"], Value::Array(Vec::new()), "the same fit");
     assert_eq!(again["device"]["link"], "sim");
 }
+
+#[test]
+fn the_protocol_is_printed_row_by_row_with_its_segments() {
+    let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/tapered-none");
+    let listed = json(&["gap", "protocol", text(&example)]);
+    let segments = listed["segments"].as_array().unwrap();
+    let end_s = listed["duration_s"].as_f64().unwrap();
+    assert_eq!(segments.last().unwrap()["end_s"], end_s);
+    let output = cathforce(&["gap", "protocol", text(&example), "--rate", "20", "--to-m", "0.07"]);
+    let csv = String::from_utf8(output.stdout).unwrap();
+    let mut lines = csv.lines();
+    assert_eq!(lines.next(), Some("t_s,insertion_m,rotation_rad,segment"));
+    let rows: Vec<Vec<&str>> = lines.map(|line| line.split(',').collect()).collect();
+    let insertion = |row: &Vec<&str>| row[1].parse::<f64>().unwrap();
+    let deepest = rows.iter().map(insertion).fold(0.0, f64::max);
+    assert_eq!((deepest, rows[0][1]), (0.07, "0.0280000"));
+    // Every segment of the list is there; the way is too short for one.
+    let named = |name: &str| rows.iter().any(|row| row[3] == name);
+    for segment in segments {
+        let name = segment["name"].as_str().unwrap();
+        assert_eq!(named(name), name != "reversal-60mm", "{name}");
+    }
+    assert!(String::from_utf8_lossy(&output.stderr).contains("reversal-60mm is left out"));
+    assert_fails(&["gap", "protocol", text(&example), "--to-m", "0.02"], 2, &["no way", "fix:"]);
+
+    // A rig without trials does not say how deep it goes.
+    let folder = tempfile::tempdir().unwrap();
+    for name in ["rig.toml", "centreline.csv", "vessel.stl"] {
+        std::fs::copy(example.join(name), folder.path().join(name)).unwrap();
+    }
+    let bare = text(folder.path());
+    assert_fails(&["gap", "protocol", bare], 3, &["no trials", "--from-m"]);
+    let way = ["gap", "protocol", bare, "--from-m", "0.03", "--to-m", "0.06"];
+    assert_eq!(json(&way)["segments"][0]["name"], "static-zero");
+}
