@@ -62,17 +62,6 @@ pub fn rest(
     drives: impl Into<Drives<f64>>,
     loads: &Loads<f64>,
 ) -> Outputs<f64> {
-    rest_of(model, lumen, state, drives, loads)
-}
-
-/// [`rest`] of any number of links.
-pub fn rest_of<const LINKS: usize>(
-    model: &Model<f64, LINKS>,
-    lumen: &Lumen<'_>,
-    state: &mut State<f64, LINKS>,
-    drives: impl Into<Drives<f64>>,
-    loads: &Loads<f64>,
-) -> Outputs<f64> {
     let drives = drives.into();
     let insertion_m = drives.catheter.insertion_m.max(drives.guidewire.insertion_m);
     let mut quiet = 0;

@@ -6,7 +6,7 @@ use cathforce_mechanics::*;
 
 use crate::Chain;
 use crate::rod::{FREE_TIP, free_space, inserted, rest, rod};
-use crate::wall::{StoredWall, norm, plane, tube};
+use crate::wall::{StoredWall, Vector, add, dot, norm, plane, tube};
 
 /// EI of the solid catheter (radius 0.825 mm), 26 and 50 MPa.
 const EI_N_M2: [f64; 2] = [9.459736155740662e-6, 1.8191800299501273e-5];
@@ -160,4 +160,87 @@ fn a_column_in_a_tube_buckles_into_a_helix() {
     println!("small angle: {:.3} rad/m, {:.4} N/m", 2.0 * PI / pitch_m, line_n_per_m * cos * cos);
     assert!((turned / turn_per_m - 1.0).abs() < 0.01, "{turned} rad/m, not {turn_per_m}");
     assert!((pressing / line_n_per_m - 1.0).abs() < 0.01, "{pressing} N/m, not {line_n_per_m}");
+}
+
+/// Links of a rod that is many waves long.
+const LONG: usize = 256;
+
+#[test]
+fn a_rod_on_the_floor_of_a_tube_buckles_into_waves() {
+    // ../shared/references/buckling.json, `tube_numbers`: clearance and F_sinusoidal, 2 √(EI w/r)
+    // with waves of (w/EI r)^¼ rad/m. That is for a rod without ends: held ends add 2π²/(kL)²,
+    // 0.5 % at kL = 60.
+    let (ei, weight_n_per_m, radius_m) = (EI_N_M2[0], 0.02289, 0.825e-3);
+    for (clearance_m, critical_n) in [(0.004175, 0.014403), (0.002175, 0.019956)] {
+        let wave_per_m = (weight_n_per_m / (ei * clearance_m)).powf(0.25);
+        let length_m = 60.0 / wave_per_m;
+        // Along no axis of the grid, so that what the stored normals are rounded by averages out.
+        let along = unit([1.0, 0.04, 0.025]);
+        let side = unit([-along[1], along[0], 0.0]);
+        let down = cross(side, along);
+        let bounds = [[-0.02; 3], add([0.02; 3], along, length_m)];
+        let tube_m = clearance_m + radius_m;
+        let nearest = |p| add([0.0; 3], along, dot(p, along));
+        let wall = StoredWall::sampled(bounds, 1e-3, 3e-3, |p| tube(p, nearest(p), tube_m));
+
+        let mut rod = rod(length_m, LONG, ei);
+        rod.instrument.outer_radius_m = radius_m;
+        let section = rod.instrument.sections[0];
+        let (gravity, mass_kg_per_m) = (10.0, 0.1 * weight_n_per_m);
+        // Its ends are held, by the guide and by a heavy tip.
+        rod.instrument.sections = [
+            Section { length_m: 1.0 / wave_per_m, mass_kg_per_m: 20.0 * mass_kg_per_m, ..section },
+            Section { mass_kg_per_m, ..section },
+        ]
+        .into_iter()
+        .collect();
+        rod.gravity_m_per_s2 = down.map(|x| gravity * x);
+        // A breath of the waves to come.
+        let half_wave = |lateral_curvature_per_m| PrecurvePiece {
+            length_m: PI / wave_per_m,
+            curvature_per_m: 0.0,
+            lateral_curvature_per_m,
+            torsion_per_m: 0.0,
+        };
+        rod.instrument.precurve =
+            (0..16).map(|i| half_wave(if i % 2 == 0 { 0.01 } else { -0.01 })).collect();
+        rod.entry = Entry {
+            position_m: down.map(|x| clearance_m * x),
+            direction: along,
+            up: down.map(|x| -x),
+        };
+        rod.wall.end_stiffness_n_per_m = 0.0;
+        // In longer ticks with less drag the contacts never come to rest.
+        (rod.solver.tick_s, rod.solver.drag_n_s_per_m2) = (3e-3, 0.2);
+        let model = Model::<f64, LONG>::new(rod).unwrap();
+        let (lumen, mut state) = (wall.lumen(), State::<f64, LONG>::new());
+        let mut amplitude_at = |share: f64| {
+            let tip_force_n = along.map(|x| -share * critical_n * x);
+            let loads = Loads { tip_force_n, ..FREE_TIP };
+            for _ in 0..2000 {
+                step_loaded(&model, &lumen, &mut state, inserted(length_m), &loads);
+            }
+            let aside = (0..LONG).map(|j| dot(state.node_position_m(j).unwrap(), side));
+            let (low, high) =
+                aside.fold((0.0, 0.0), |(low, high), x: f64| (x.min(low), x.max(high)));
+            high - low
+        };
+        // Southwell's line: amplitudes grow as 1/(critical − force).
+        let shares = [0.93, 0.96];
+        let [low, high] = shares.map(&mut amplitude_at);
+        let found = critical_n * (shares[1] * high - shares[0] * low) / (high - low);
+        println!("clearance {clearance_m} m: {found:.6} N ({critical_n:.6} N)");
+        assert!((found / critical_n - 1.0).abs() < 0.01, "{found} N, not {critical_n} N");
+    }
+}
+
+fn unit(v: Vector) -> Vector {
+    v.map(|x| x / norm(v))
+}
+
+fn cross(a: Vector, b: Vector) -> Vector {
+    core::array::from_fn(|i| {
+        let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+        a[j] * b[k] - a[k] * b[j]
+    })
 }
