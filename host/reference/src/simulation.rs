@@ -66,7 +66,6 @@ pub struct Simulation<'a> {
     matrix: Band,
     time_s: f64,
     sample: Sample,
-    forces: Vec<Vector3<f64>>,
     /// What it took so far.
     pub effort: Effort,
 }
@@ -107,7 +106,6 @@ impl<'a> Simulation<'a> {
             matrix: Band::new(0, HALF_BAND),
             time_s: 0.0,
             sample,
-            forces: Vec::new(),
             effort: Effort::default(),
         };
         simulation.state.drive.rotation_rad = start.rotation_rad;
@@ -144,12 +142,12 @@ impl<'a> Simulation<'a> {
     /// two takes along what touches it in the next step.
     pub fn released<'b>(self, problem: &'b Problem) -> Simulation<'b> {
         let moved = problem.lumen.offset_m() - self.problem.lumen.offset_m();
-        let Self { mut state, matrix, time_s, sample, forces, effort, .. } = self;
+        let Self { mut state, matrix, time_s, sample, effort, .. } = self;
         // Friction knows of the wall's motion as of the instrument's: as a displacement between
         // the two.
         state.nodes.iter_mut().for_each(|node| node.slip -= moved);
         let table = Table::default();
-        Simulation { problem, state, table, matrix, time_s, sample, forces, effort }
+        Simulation { problem, state, table, matrix, time_s, sample, effort }
     }
 
     /// Advances by `dt_s` to the drive's new position.
@@ -161,16 +159,6 @@ impl<'a> Simulation<'a> {
     /// What the last step found.
     pub fn sample(&self) -> &Sample {
         &self.sample
-    }
-
-    /// Positions of the nodes inside the vessel, tip first \[m\].
-    pub fn nodes_m(&self) -> impl ExactSizeIterator<Item = Vector3<f64>> {
-        self.state.nodes.iter().map(|node| node.position)
-    }
-
-    /// Contact forces on the vessel at the nodes, tip first \[N\].
-    pub fn node_forces_n(&self) -> &[Vector3<f64>] {
-        &self.forces
     }
 
     fn advance(&mut self, dt: f64, drive: Drive, mode: Mode) -> Result<(), SolveError> {
@@ -236,8 +224,6 @@ impl<'a> Simulation<'a> {
         self.effort.iterations += iterations;
         self.time_s += dt;
         self.sample = report(&step, &iterate, &solution, self.time_s);
-        self.forces.clear();
-        self.forces.extend(solution.reactions.iter().map(|reaction| -reaction.force));
         let velocities: Vec<_> = (0..start.nodes.len())
             .map(|k| {
                 let node = &start.nodes[k];
