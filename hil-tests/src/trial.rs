@@ -40,7 +40,7 @@ pub fn measured(bundle: &Bundle, trial: &cathforce_rig::Trial) -> Trial {
         drive_force_n: sensor.drive_noise_sd_n,
         tip_m: sensor.tip_noise_sd_m,
     };
-    Trial { rows: (0..trial.len()).map(row).collect(), noise }
+    Trial { rows: (0..trial.len()).map(row).collect(), noise, ..Trial::default() }
 }
 
 /// Where the catheter's drive is in each tick of a trial.
@@ -118,7 +118,7 @@ pub fn record<R: Rig>(
         tick_s: f64::from(TICK_S),
         ..RunInfo::default()
     };
-    let attachments = Attachments { image, rig_toml: "", dbc: "" };
+    let attachments = Attachments { image, rig_toml: "", dbc: "", vessel: &[] };
     let recorder = Recorder::create(out, &info, attachments).unwrap_or_else(|e| fail(&e));
     let recorder = Arc::new(Mutex::new(Some(recorder)));
     let tapped = Arc::clone(&recorder);
@@ -127,7 +127,7 @@ pub fn record<R: Rig>(
         let at_ns = clock.stamp(direction, frame);
         let frame = BusFrame { at_ns, direction, frame: *frame };
         let mut recorder = tapped.lock().expect("no panic");
-        recorder.as_mut().expect("recording").frame(&frame).expect("written");
+        recorder.as_mut().expect("recording").frame(&frame, at_ns).expect("written");
     })));
 
     let mut steps = steps(trial).peekable();

@@ -4,14 +4,15 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use cathforce_bus::{Direction, Frame};
 use cathforce_link::Client;
-use cathforce_record::{BusClock, BusFrame, Measured, Recorder, RunResult, WriteError};
+use cathforce_record::{
+    BackgroundRecorder, BusClock, BusFrame, Measured, Recorder, RunResult, WriteError,
+};
 
 /// A recording that sees every frame of a client.
 pub struct Log(Arc<Mutex<Logging>>);
 
 struct Logging {
-    recorder: Option<Recorder>,
-    error: Option<WriteError>,
+    recorder: Option<BackgroundRecorder>,
     clock: BusClock,
     trial_start_ns: u64,
 }
@@ -20,8 +21,8 @@ impl Log {
     /// Records every frame that `client` sends and receives from now on.
     pub fn attach(client: &mut Client, recorder: Recorder) -> Self {
         let clock = BusClock::new(client.lock_step());
-        let logging = Logging { recorder: Some(recorder), error: None, clock, trial_start_ns: 0 };
-        let shared = Arc::new(Mutex::new(logging));
+        let recorder = Some(BackgroundRecorder::spawn(recorder, clock.clone()));
+        let shared = Arc::new(Mutex::new(Logging { recorder, clock, trial_start_ns: 0 }));
         let tapped = Arc::clone(&shared);
         client.set_tap(Some(Box::new(move |direction, frame| {
             lock(&tapped).frame(direction, frame);
@@ -35,23 +36,24 @@ impl Log {
         logging.trial_start_ns = logging.clock.now_ns();
     }
 
-    /// Records a row of the trial, at its time on the bus.
-    pub fn measured(&self, row: &Measured) {
+    /// Records a row of the trial, at its time on the bus, and the points of its shape.
+    pub fn measured(&self, row: &Measured, shape_m: &[[f64; 3]]) {
         let mut logging = lock(&self.0);
         let at_ns = logging.trial_start_ns + (row.t_s * 1e9).round() as u64;
-        logging.write(|recorder| recorder.measured(at_ns, row));
+        if let Some(recorder) = &mut logging.recorder {
+            recorder.measured(at_ns, row, shape_m);
+        }
     }
 
-    /// What went wrong first, once.
+    /// Why recording ended, once.
     pub fn take_error(&self) -> Option<WriteError> {
-        lock(&self.0).error.take()
+        lock(&self.0).recorder.as_ref()?.take_error()
     }
 
     /// Finishes the recording, with `result` if the run came to its end.
     pub fn finish(&self, result: Option<&RunResult>) -> Result<(), WriteError> {
-        let mut logging = lock(&self.0);
-        let finished = logging.recorder.take().map_or(Ok(()), |r| r.finish(result));
-        logging.error.take().map_or(finished, Err)
+        let recorder = lock(&self.0).recorder.take();
+        recorder.map_or(Ok(()), |recorder| recorder.finish(result))
     }
 }
 
@@ -63,14 +65,8 @@ fn lock(logging: &Mutex<Logging>) -> MutexGuard<'_, Logging> {
 impl Logging {
     fn frame(&mut self, direction: Direction, frame: &Frame) {
         let at_ns = self.clock.stamp(direction, frame);
-        let frame = BusFrame { at_ns, direction, frame: *frame };
-        self.write(|recorder| recorder.frame(&frame));
-    }
-
-    /// The first error is kept and ends the run.
-    fn write(&mut self, write: impl FnOnce(&mut Recorder) -> Result<(), WriteError>) {
-        if let (Some(recorder), None) = (&mut self.recorder, &self.error) {
-            self.error = write(recorder).err();
+        if let Some(recorder) = &mut self.recorder {
+            recorder.frame(BusFrame { at_ns, direction, frame: *frame });
         }
     }
 }

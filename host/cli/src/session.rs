@@ -32,6 +32,8 @@ const SETTLE_TICKS: usize = 70_000;
 pub struct Plan<'a> {
     pub image: &'a [u8],
     pub rig_toml: &'a str,
+    /// What the vessel is made from, by their names in the bundle.
+    pub vessel: &'a [(&'a str, Vec<u8>)],
     /// Information that does not come from the device.
     pub info: RunInfo,
     pub trial: &'a Trial,
@@ -57,7 +59,9 @@ pub fn run(ui: &Ui, client: &mut Client, plan: Plan<'_>) -> Result<(), Failure> 
         tick_s: f64::from(TICK_S),
         ..plan.info.clone()
     };
-    let attachments = Attachments { image: plan.image, rig_toml: plan.rig_toml, dbc: DBC };
+    let vessel = plan.vessel.iter().map(|(name, bytes)| (*name, &bytes[..])).collect::<Vec<_>>();
+    let attachments =
+        Attachments { image: plan.image, rig_toml: plan.rig_toml, dbc: DBC, vessel: &vessel };
     let recorder = Recorder::create(plan.out, &info, attachments)?;
     let log = Log::attach(client, recorder);
     let session = Session { ui, log: &log, interrupted: interrupt_flag()?, plan: &plan };
@@ -195,13 +199,14 @@ impl Session<'_> {
         let mut progress = self.ui.progress("playing", ticks, "ticks");
         let (mut done, mut broken) = (0, None);
         self.log.trial_begins();
-        let mut rows = self.plan.trial.rows.iter().peekable();
+        let mut rows = self.plan.trial.rows.iter().enumerate().peekable();
         client.play(
             (0..ticks).map(|tick| {
                 let t_s = tick as f64 / TICKS_PER_S;
                 // A row is recorded with the step in which its time has come.
-                while let Some(row) = rows.next_if(|row| row.t_s <= t_s + 1e-9) {
-                    self.log.measured(row);
+                while let Some((i, row)) = rows.next_if(|(_, row)| row.t_s <= t_s + 1e-9) {
+                    let shape_m = self.plan.trial.shapes_m.get(i);
+                    self.log.measured(row, shape_m.map_or(&[], Vec::as_slice));
                 }
                 *last = (self.plan.step_at)(t_s);
                 *last

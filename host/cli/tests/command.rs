@@ -69,11 +69,15 @@ fn text(path: &Path) -> &str {
 fn altered(path: &Path, alter: impl FnOnce(&mut Recording)) {
     let mut recording = Recording::open(recording()).unwrap();
     alter(&mut recording);
-    let attachments =
-        Attachments { image: &recording.image, rig_toml: &recording.rig_toml, dbc: "" };
+    let attachments = Attachments {
+        image: &recording.image,
+        rig_toml: &recording.rig_toml,
+        dbc: &recording.dbc,
+        vessel: &[],
+    };
     let mut recorder = Recorder::create(path, &recording.info, attachments).unwrap();
     for frame in &recording.frames {
-        recorder.frame(frame).unwrap();
+        recorder.frame(frame, frame.at_ns).unwrap();
     }
     recorder.finish(recording.result.as_ref()).unwrap();
 }

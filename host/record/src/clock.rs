@@ -51,6 +51,16 @@ impl BusClock {
         if self.lock_step { self.granted * TICK_NS } else { self.elapsed_ns() }
     }
 
+    /// Ticks run only when granted.
+    pub fn lock_step(&self) -> bool {
+        self.lock_step
+    }
+
+    /// Time of a frame that the recorder gets now \[ns\]; in lock step the frame's own.
+    pub(crate) fn logged_ns(&self, frame: &crate::BusFrame) -> u64 {
+        if self.lock_step { frame.at_ns } else { self.elapsed_ns() }
+    }
+
     fn elapsed_ns(&self) -> u64 {
         u64::try_from(self.started.elapsed().as_nanos()).unwrap_or(u64::MAX)
     }

@@ -332,7 +332,8 @@ mod tests {
                 }
             })
             .collect();
-        Trial { rows, noise: SensorNoise { force_n: Some(0.01), ..SensorNoise::default() } }
+        let noise = SensorNoise { force_n: Some(0.01), ..SensorNoise::default() };
+        Trial { rows, noise, ..Trial::default() }
     }
 
     fn estimates(error: impl Fn(f64) -> [f64; 3]) -> Vec<Estimate> {

@@ -1,6 +1,8 @@
-//! A frame as it crossed the bus, and its bytes in a recording.
+//! A frame as it crossed the bus, and its message in a recording.
 
 use cathforce_bus::{Direction, Frame};
+
+use crate::messages::{CanFrame, Header};
 
 /// A frame, when and which way it crossed the bus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -11,53 +13,38 @@ pub struct BusFrame {
     pub frame: Frame,
 }
 
-/// Bytes that a frame takes in a recording.
-pub(crate) const FRAME_BYTES: usize = 12;
-
-/// What is wrong with the bytes of a recorded frame.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum FrameError {
-    #[error("a frame takes {FRAME_BYTES} bytes, this one has {0}")]
-    Size(usize),
-    #[error("the direction of a frame is 0 or 1, not {0}")]
-    Direction(u8),
-    #[error("a frame has at most 8 bytes, not {0}")]
-    Length(u8),
-    #[error("an identifier has at most 11 bits, not {0:#x}")]
-    Id(u16),
-}
-
 impl BusFrame {
-    /// direction u8 (0 to the device, 1 to the host) · length u8 · id u16 · 8 data bytes,
-    /// little endian.
-    pub(crate) fn to_bytes(self) -> [u8; FRAME_BYTES] {
-        let mut bytes = [0; FRAME_BYTES];
-        let data = self.frame.data();
-        bytes[0] = match self.direction {
-            Direction::ToDevice => 0,
-            Direction::ToHost => 1,
-        };
-        bytes[1] = data.len() as u8;
-        bytes[2..4].copy_from_slice(&self.frame.id().to_le_bytes());
-        bytes[4..4 + data.len()].copy_from_slice(data);
-        bytes
+    pub(crate) fn to_message(self) -> CanFrame {
+        let bytes = self.frame.data();
+        let mut data = [0; 8];
+        data[..bytes.len()].copy_from_slice(bytes);
+        CanFrame {
+            header: Header::new(self.at_ns, ""),
+            id: u32::from(self.frame.id()),
+            is_rtr: false,
+            is_extended: false,
+            is_error: false,
+            dlc: bytes.len() as u8,
+            data,
+        }
     }
 
-    pub(crate) fn from_bytes(at_ns: u64, bytes: &[u8]) -> Result<Self, FrameError> {
-        let &[direction, length, id_low, id_high, ref data @ ..] = bytes else {
-            return Err(FrameError::Size(bytes.len()));
-        };
-        if bytes.len() != FRAME_BYTES {
-            return Err(FrameError::Size(bytes.len()));
+    /// `Err` says what is wrong with the message.
+    pub(crate) fn from_message(
+        at_ns: u64,
+        direction: Direction,
+        message: &CanFrame,
+    ) -> Result<Self, String> {
+        let CanFrame { id, dlc, data, .. } = message;
+        if message.is_rtr || message.is_extended || message.is_error {
+            return Err("only data frames with an 11-bit identifier are recorded".into());
         }
-        let direction = match direction {
-            0 => Direction::ToDevice,
-            1 => Direction::ToHost,
-            other => return Err(FrameError::Direction(other)),
-        };
-        let id = u16::from_le_bytes([id_low, id_high]);
-        let data = data.get(..usize::from(length)).ok_or(FrameError::Length(length))?;
-        let frame = Frame::new(id, data).ok_or(FrameError::Id(id))?;
+        let data = data
+            .get(..usize::from(*dlc))
+            .ok_or_else(|| format!("a frame has at most 8 bytes, not {dlc}"))?;
+        let frame = u16::try_from(*id).ok().and_then(|id| Frame::new(id, data));
+        let frame =
+            frame.ok_or_else(|| format!("an identifier has at most 11 bits, not {id:#x}"))?;
         Ok(Self { at_ns, direction, frame })
     }
 }
@@ -67,26 +54,26 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_frame_survives_its_bytes() {
+    fn a_frame_survives_its_message() {
         for direction in [Direction::ToDevice, Direction::ToHost] {
             let frame = Frame::new(0x580, &[1, 2, 3]).unwrap();
             let frame = BusFrame { at_ns: 7, direction, frame };
-            assert_eq!(BusFrame::from_bytes(7, &frame.to_bytes()), Ok(frame));
+            assert_eq!(BusFrame::from_message(7, direction, &frame.to_message()), Ok(frame));
         }
     }
 
     #[test]
-    fn each_wrong_byte_has_its_own_error() {
-        let mut bytes = [0; FRAME_BYTES];
-        assert_eq!(BusFrame::from_bytes(0, &bytes[..11]), Err(FrameError::Size(11)));
-        assert_eq!(BusFrame::from_bytes(0, &[0; 13]), Err(FrameError::Size(13)));
-        assert_eq!(BusFrame::from_bytes(0, &[]), Err(FrameError::Size(0)));
-        bytes[1] = 9;
-        assert_eq!(BusFrame::from_bytes(0, &bytes), Err(FrameError::Length(9)));
-        bytes[1] = 8;
-        bytes[3] = 8;
-        assert_eq!(BusFrame::from_bytes(0, &bytes), Err(FrameError::Id(0x800)));
-        bytes[0] = 2;
-        assert_eq!(BusFrame::from_bytes(0, &bytes), Err(FrameError::Direction(2)));
+    fn what_is_no_frame_of_this_bus_is_refused() {
+        let frame = Frame::new(0x580, &[1, 2, 3]).unwrap();
+        let good = BusFrame { at_ns: 7, direction: Direction::ToHost, frame }.to_message();
+        let refused = |change: fn(&mut CanFrame)| {
+            let mut message = good.clone();
+            change(&mut message);
+            BusFrame::from_message(7, Direction::ToHost, &message).unwrap_err()
+        };
+        assert!(refused(|m| m.dlc = 9).contains("at most 8 bytes, not 9"));
+        assert!(refused(|m| m.id = 0x800).contains("0x800"));
+        assert!(refused(|m| m.id = 0x1_0100).contains("0x10100"));
+        assert!(refused(|m| m.is_extended = true).contains("11-bit"));
     }
 }

@@ -7,7 +7,7 @@ use serde::Serialize;
 use crate::trial::SensorNoise;
 
 /// Version of what recordings hold; another one is refused.
-pub const FORMAT: &str = "cathforce-recording/1";
+pub const FORMAT: &str = "cathforce-recording/2";
 
 /// Where a recording comes from: everything that is known before the first frame.
 #[derive(Clone, Debug, PartialEq, Default)]
@@ -20,6 +20,10 @@ pub struct RunInfo {
     pub board: String,
     /// Version of the firmware.
     pub firmware_version: String,
+    /// SHA-256 of the program that ran as the device, where the host has it; else empty.
+    pub firmware_sha256: String,
+    /// When the recording began, UTC, since 1970 \[ns\]; 0 when it is not known.
+    pub started_unix_ns: u64,
     /// Hash of messages and frames that host and device agreed on.
     pub protocol: String,
     /// Whether SYNC frames granted every tick, which makes virtual time exact.
@@ -49,6 +53,8 @@ impl RunInfo {
             ("link".to_owned(), self.link.clone()),
             ("board".to_owned(), self.board.clone()),
             ("firmware_version".to_owned(), self.firmware_version.clone()),
+            ("firmware_sha256".to_owned(), self.firmware_sha256.clone()),
+            ("started_unix_ns".to_owned(), self.started_unix_ns.to_string()),
             ("protocol".to_owned(), self.protocol.clone()),
             ("lock_step".to_owned(), self.lock_step.to_string()),
             ("rig".to_owned(), self.rig.clone()),
@@ -80,6 +86,8 @@ impl RunInfo {
             link: text("link")?,
             board: text("board")?,
             firmware_version: text("firmware_version")?,
+            firmware_sha256: text("firmware_sha256")?,
+            started_unix_ns: started(&text("started_unix_ns")?)?,
             protocol: text("protocol")?,
             lock_step: text("lock_step")? == "true",
             rig: text("rig")?,
@@ -93,6 +101,10 @@ impl RunInfo {
             tick_s: number(TICK)?,
         })
     }
+}
+
+fn started(text: &str) -> Result<u64, String> {
+    text.parse().map_err(|_| format!("`started_unix_ns` is no number: {text}"))
 }
 
 /// What the device said of itself when the run was over.

@@ -1,27 +1,32 @@
-//! Names and schemas inside a recording, shared by writer and reader.
+//! Names inside a recording, shared by writer and reader.
 
-/// Raw frames in bus order; the message's sequence number is the frame's.
-pub(crate) const FRAMES_TOPIC: &str = "/can/frames";
-/// Encoding of the messages on [`FRAMES_TOPIC`].
-pub(crate) const FRAMES_ENCODING: &str = "cathforce.can-frame/1";
-/// What that encoding is, for whoever opens the file without this crate.
-pub(crate) const FRAMES_LAYOUT: &str = "u8 direction (0 to the device, 1 to the host), \
-     u8 length, u16 identifier, 8 data bytes; little endian; identifiers: cathforce.dbc";
+/// Convention that the file follows: topics carry messages of ROS 2.
+pub(crate) const PROFILE: &str = "ros2";
+pub(crate) const SCHEMA_ENCODING: &str = "ros2msg";
+pub(crate) const MESSAGE_ENCODING: &str = "cdr";
 
+/// Frames to the device. The sequence number of a message is that of the frame on the bus,
+/// counted over both directions.
+pub(crate) const TO_DEVICE: &str = "/cathforce/to_can_bus";
+/// Frames from the device.
+pub(crate) const TO_HOST: &str = "/cathforce/from_can_bus";
 /// Rows of the trial that was played.
-pub(crate) const MEASURED_TOPIC: &str = "/measured";
-pub(crate) const MEASURED_SCHEMA: (&str, &str) =
-    ("cathforce.Measured", include_str!("measured.schema.json"));
+pub(crate) const MEASURED: &str = "/cathforce/measured";
+/// What should be here and is not.
+pub(crate) const DROPOUTS: &str = "/cathforce/dropouts";
 
-/// One message a tick, decoded from the device's frames.
-pub(crate) const ESTIMATE_TOPIC: &str = "/estimate";
-pub(crate) const ESTIMATE_SCHEMA: (&str, &str) =
-    ("cathforce.Estimate", include_str!("estimate.schema.json"));
-
-/// One message for every pass of the device over its nodes.
-pub(crate) const NODES_TOPIC: &str = "/nodes";
-pub(crate) const NODES_SCHEMA: (&str, &str) =
-    ("cathforce.Nodes", include_str!("nodes.schema.json"));
+// For other tools, never read back.
+pub(crate) const STATUS: &str = "/cathforce/status";
+pub(crate) const DRIVE: &str = "/catheter/measured_js";
+pub(crate) const DRIVE_LOAD: &str = "/catheter/estimated/measured_js";
+pub(crate) const FORCE: &str = "/catheter/estimated/spatial/measured_cf";
+pub(crate) const SHAPE: &str = "/catheter/estimated/shape";
+pub(crate) const STATE: &str = "/catheter/operating_state";
+pub(crate) const WIRE: &str = "/guidewire/measured_js";
+pub(crate) const WIRE_LOAD: &str = "/guidewire/estimated/measured_js";
+pub(crate) const OPERATOR: &str = "/operator/servo_cf";
+pub(crate) const SENSOR: &str = "/phantom/spatial/measured_cf";
+pub(crate) const TRANSFORMS: &str = "/tf_static";
 
 /// Metadata record with [`crate::RunInfo`].
 pub(crate) const INFO: &str = "cathforce";
@@ -31,5 +36,8 @@ pub(crate) const RESULT: &str = "cathforce.result";
 
 /// Attachments.
 pub(crate) const IMAGE: &str = "device.cfim";
+pub(crate) const LUMEN: &str = "lumen.bin";
 pub(crate) const RIG: &str = "rig.toml";
 pub(crate) const DBC: &str = "cathforce.dbc";
+/// Attachments that say what the vessel is, named as in a trial bundle.
+pub const VESSEL_FILES: [&str; 2] = ["vessel.stl", "centreline.csv"];

@@ -8,29 +8,36 @@
 #![forbid(unsafe_code)]
 
 mod analysis;
+mod background;
 mod clock;
 mod compare;
+mod dropout;
 mod frame;
 mod info;
 mod layout;
+mod messages;
 mod reader;
 mod replay;
 mod sensed;
 mod series;
 pub mod snap;
 mod tick;
+mod topics;
 mod trial;
 mod writer;
 
 pub use cathforce_bus::Direction;
 
 pub use analysis::{Analysis, PeakContact, analyse};
+pub use background::BackgroundRecorder;
 pub use clock::BusClock;
 pub use compare::{
     ChannelError, Comparison, FEED_BEFORE_SCORE_M, ForceError, SNAP_GUARD_S, SnapPair, compare,
 };
+pub use dropout::{Dropout, DropoutCause};
 pub use frame::BusFrame;
 pub use info::{FORMAT, RunInfo, RunResult};
+pub use layout::VESSEL_FILES;
 pub use reader::{Cut, ReadError, Recording};
 pub use replay::{Difference, ReplayError, ReplayReport, Track, replay};
 pub use sensed::as_sensed;

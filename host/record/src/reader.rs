@@ -1,16 +1,20 @@
 //! Reading a recording.
 
+use std::collections::BTreeMap;
 use std::fs;
 use std::io;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
+use cathforce_bus::Direction;
 use mcap::records::{MessageHeader, Record};
 
+use crate::dropout::{Dropout, DropoutCause};
 use crate::frame::BusFrame;
 use crate::info::{FORMAT, RunInfo, RunResult};
 use crate::layout;
-use crate::trial::{Measured, Trial};
+use crate::messages::{CanFrame, DropoutMessage, MeasuredRow, from_cdr};
+use crate::trial::{Measured, MeasuredDrive, Trial};
 
 /// Everything that a recording holds and nothing that follows from it.
 #[derive(Clone, Debug)]
@@ -19,8 +23,16 @@ pub struct Recording {
     /// The device image that was in use.
     pub image: Vec<u8>,
     pub rig_toml: String,
+    /// Meaning of every frame.
+    pub dbc: String,
+    /// What the vessel was made from, by their names in a trial bundle.
+    pub vessel: Vec<(String, Vec<u8>)>,
     /// Every frame, in the order in which it crossed the bus.
     pub frames: Vec<BusFrame>,
+    /// When the recorder got each of them, on the same clock \[ns\].
+    pub logged_ns: Vec<u64>,
+    /// What should be in it and is not, in the order in which it was noticed.
+    pub dropouts: Vec<Dropout>,
     /// What was played, with what the sensors said.
     pub trial: Trial,
     /// Time on the bus at which the trial's time is zero \[ns\].
@@ -85,8 +97,12 @@ impl Recording {
         Ok(Self {
             image: parts.image.ok_or_else(|| missing("attached device image"))?,
             rig_toml: parts.rig_toml.ok_or_else(|| missing("attached rig.toml"))?,
+            dbc: parts.dbc,
+            vessel: parts.vessel,
             frames: parts.frames,
-            trial: Trial { rows: parts.rows, noise: info.noise },
+            logged_ns: parts.logged_ns,
+            dropouts: parts.dropouts,
+            trial: Trial { rows: parts.rows, shapes_m: parts.shapes_m, noise: info.noise },
             trial_start_ns: parts.trial_start_ns,
             result: parts.result,
             cut,
@@ -102,11 +118,23 @@ struct Parts {
     result: Option<RunResult>,
     image: Option<Vec<u8>>,
     rig_toml: Option<String>,
+    dbc: String,
+    vessel: Vec<(String, Vec<u8>)>,
     frames: Vec<BusFrame>,
+    logged_ns: Vec<u64>,
+    dropouts: Vec<Dropout>,
     rows: Vec<Measured>,
+    shapes_m: Vec<Vec<[f64; 3]>>,
     trial_start_ns: Option<u64>,
-    frames_channel: Option<u16>,
-    measured_channel: Option<u16>,
+    channels: BTreeMap<u16, Content>,
+}
+
+/// What a channel carries, of what is read back.
+#[derive(Clone, Copy)]
+enum Content {
+    Frames(Direction),
+    Measured,
+    Dropouts,
 }
 
 const OPCODE_ATTACHMENT: u8 = 0x09;
@@ -194,19 +222,23 @@ impl Parts {
             }
             Record::Attachment { header, data, .. } => match header.name.as_str() {
                 layout::IMAGE => self.image = Some(data.into_owned()),
-                layout::RIG => {
-                    let text = String::from_utf8(data.into_owned());
-                    self.rig_toml = Some(text.map_err(|e| format!("rig.toml: {e}"))?);
+                layout::RIG => self.rig_toml = Some(text(layout::RIG, data.into_owned())?),
+                layout::DBC => self.dbc = text(layout::DBC, data.into_owned())?,
+                name if layout::VESSEL_FILES.contains(&name) => {
+                    self.vessel.push((name.to_owned(), data.into_owned()));
                 }
                 _ => {}
             },
-            Record::Channel(channel) => match channel.topic.as_str() {
-                layout::FRAMES_TOPIC if channel.message_encoding == layout::FRAMES_ENCODING => {
-                    self.frames_channel = Some(channel.id);
-                }
-                layout::MEASURED_TOPIC => self.measured_channel = Some(channel.id),
-                _ => {}
-            },
+            Record::Channel(channel) => {
+                let content = match channel.topic.as_str() {
+                    layout::TO_DEVICE => Content::Frames(Direction::ToDevice),
+                    layout::TO_HOST => Content::Frames(Direction::ToHost),
+                    layout::MEASURED => Content::Measured,
+                    layout::DROPOUTS => Content::Dropouts,
+                    _ => return Ok(()),
+                };
+                self.channels.insert(channel.id, content);
+            }
             Record::Message { header, data } => self.message(&header, &data)?,
             _ => {}
         }
@@ -214,21 +246,95 @@ impl Parts {
     }
 
     fn message(&mut self, header: &MessageHeader, data: &[u8]) -> Result<(), String> {
-        if Some(header.channel_id) == self.frames_channel {
-            let expected = self.frames.len() as u32;
-            if header.sequence != expected {
-                return Err(format!("frame {expected} is missing, {} follows", header.sequence));
-            }
-            let frame = BusFrame::from_bytes(header.log_time, data)
-                .map_err(|e| format!("frame {expected}: {e}"))?;
-            self.frames.push(frame);
-        } else if Some(header.channel_id) == self.measured_channel {
-            let row: Measured = serde_json::from_slice(data)
-                .map_err(|e| format!("measured row {}: {e}", self.rows.len()))?;
-            let t_ns = (row.t_s * 1e9).round() as u64;
-            self.trial_start_ns.get_or_insert(header.log_time.saturating_sub(t_ns));
-            self.rows.push(row);
+        match self.channels.get(&header.channel_id) {
+            Some(&Content::Frames(direction)) => self.frame(header, direction, data),
+            Some(Content::Measured) => self.measured(header, data),
+            Some(Content::Dropouts) => self.dropout(data),
+            None => Ok(()),
         }
+    }
+
+    fn frame(
+        &mut self,
+        header: &MessageHeader,
+        direction: Direction,
+        data: &[u8],
+    ) -> Result<(), String> {
+        let expected = self.frames.len() as u32;
+        if header.sequence != expected {
+            return Err(format!("frame {expected} is missing, {} follows", header.sequence));
+        }
+        let frame = from_cdr::<CanFrame>(data)
+            .and_then(|message| BusFrame::from_message(header.publish_time, direction, &message))
+            .map_err(|e| format!("frame {expected}: {e}"))?;
+        self.frames.push(frame);
+        self.logged_ns.push(header.log_time);
         Ok(())
+    }
+
+    fn measured(&mut self, header: &MessageHeader, data: &[u8]) -> Result<(), String> {
+        let (row, shape_m) = from_cdr::<MeasuredRow>(data)
+            .and_then(|message| measured_row(&message))
+            .map_err(|e| format!("measured row {}: {e}", self.rows.len()))?;
+        let t_ns = (row.t_s * 1e9).round() as u64;
+        self.trial_start_ns.get_or_insert(header.log_time.saturating_sub(t_ns));
+        self.rows.push(row);
+        self.shapes_m.push(shape_m);
+        Ok(())
+    }
+
+    fn dropout(&mut self, data: &[u8]) -> Result<(), String> {
+        let message = from_cdr::<DropoutMessage>(data)
+            .map_err(|e| format!("dropout {}: {e}", self.dropouts.len()))?;
+        let cause = DropoutCause::from_name(&message.cause)
+            .ok_or_else(|| format!("a dropout has no known cause: {}", message.cause))?;
+        let id = u16::try_from(message.id).ok().filter(|&id| id != 0);
+        let (from_ns, frames) = (message.from_ns, message.frames);
+        self.dropouts.push(Dropout { from_ns, to_ns: message.header.ns(), cause, id, frames });
+        Ok(())
+    }
+}
+
+fn text(name: &str, bytes: Vec<u8>) -> Result<String, String> {
+    String::from_utf8(bytes).map_err(|e| format!("{name}: {e}"))
+}
+
+fn measured_row(message: &MeasuredRow) -> Result<(Measured, Vec<[f64; 3]>), String> {
+    let force_n = values("force_n", &message.force_n)?;
+    let tip_m = values("tip_m", &message.tip_m)?;
+    let [drive_force_n, wire_force_n] = [
+        ("drive_force_n", &message.drive_force_n),
+        ("guidewire_force_n", &message.guidewire_force_n),
+    ]
+    .map(|(name, column)| values(name, column));
+    let wire_force_n = wire_force_n?.map(|[force_n]: [f64; 1]| force_n);
+    let wire: Option<[f64; 2]> = values("guidewire", &message.guidewire)?;
+    let (points, []) = message.shape_m.as_chunks() else {
+        return Err("shape_m is not three numbers a point".into());
+    };
+    let row = Measured {
+        t_s: message.t_s,
+        insertion_m: message.insertion_m,
+        rotation_rad: message.rotation_rad,
+        force_n,
+        drive_force_n: drive_force_n?.map(|[force_n]: [f64; 1]| force_n),
+        tip_m,
+        guidewire: wire.map(|[insertion_m, rotation_rad]| MeasuredDrive {
+            insertion_m,
+            rotation_rad,
+            drive_force_n: wire_force_n,
+        }),
+    };
+    Ok((row, points.to_vec()))
+}
+
+/// A channel of `N` numbers; `None` where it was not measured.
+fn values<const N: usize>(name: &str, found: &[f64]) -> Result<Option<[f64; N]>, String> {
+    match found {
+        [] => Ok(None),
+        found => found
+            .try_into()
+            .map(Some)
+            .map_err(|_| format!("{name} has {} numbers, not {N} or none", found.len())),
     }
 }

@@ -3,6 +3,7 @@
 use cathforce_bus::{Accepted, Counters, Direction, Encoder, Id, Process, Protection};
 use serde::Serialize;
 
+use crate::dropout::{Dropout, DropoutCause};
 use crate::frame::BusFrame;
 
 /// What crossed the bus in one tick. A field that no frame of this tick carried is `None`.
@@ -118,6 +119,8 @@ pub struct NodePass {
 pub struct Completed {
     pub tick: Option<TickEstimate>,
     pub nodes: Option<NodePass>,
+    /// It could not be used, or frames before it are missing.
+    pub missed: Option<Dropout>,
 }
 
 /// Collects frames into ticks. A tick begins with its HAPTIC frame.
@@ -155,9 +158,22 @@ impl Decoder {
         if service || id.is_from_host() != (frame.direction == Direction::ToDevice) {
             return None;
         }
-        let Accepted { process, status, .. } =
-            self.protection.receive(id, &frame.frame, &mut self.counters).ok()?;
+        let missed = |cause, frames| {
+            let id = Some(frame.frame.id());
+            Some(Dropout { from_ns: frame.at_ns, to_ns: frame.at_ns, cause, id, frames })
+        };
+        let received = self.protection.receive(id, &frame.frame, &mut self.counters);
+        let Accepted { process, status, lost } = match received {
+            Ok(accepted) => accepted,
+            Err(rejection) => {
+                let missed = missed(DropoutCause::from(rejection), 1);
+                return Some(Completed { missed, ..Completed::default() });
+            }
+        };
         let mut completed = Completed::default();
+        if lost > 0 {
+            completed.missed = missed(DropoutCause::Lost, u32::from(lost));
+        }
         match (process, &mut self.open) {
             (Process::Encoder(encoder), _) => self.encoder = Some(encoder),
             (Process::Guidewire(encoder), _) => self.guidewire = Some(encoder),
@@ -207,8 +223,9 @@ impl Decoder {
                 self.pass_at_ns = frame.at_ns;
             }
             (Process::Force(force), _) => {
-                let node = self.pass.last_mut().filter(|n| n.node == force.node)?;
-                node.force_n = force.force.map(|x| x.n());
+                if let Some(node) = self.pass.last_mut().filter(|n| n.node == force.node) {
+                    node.force_n = force.force.map(|x| x.n());
+                }
             }
             _ => {}
         }
@@ -228,7 +245,7 @@ pub fn decode(frames: &[BusFrame]) -> (Vec<TickEstimate>, Vec<NodePass>) {
     let mut decoder = Decoder::default();
     let (mut ticks, mut passes) = (Vec::new(), Vec::new());
     for frame in frames {
-        let Completed { tick, nodes } = decoder.push(frame);
+        let Completed { tick, nodes, .. } = decoder.push(frame);
         ticks.extend(tick);
         passes.extend(nodes);
     }

@@ -53,6 +53,9 @@ pub struct SensorNoise {
 pub struct Trial {
     /// Rows, sorted by time.
     pub rows: Vec<Measured>,
+    /// The points on the shape of each row \[m\], tip first, vessel frame; empty where it was
+    /// not measured, shorter than `rows` where no more follow.
+    pub shapes_m: Vec<Vec<[f64; 3]>>,
     pub noise: SensorNoise,
 }
 

@@ -5,25 +5,32 @@ use std::io::{self, BufWriter, Write};
 use std::path::Path;
 use std::time::{Duration, Instant};
 
+use cathforce_bus::Direction;
+use cathforce_config::image;
 use mcap::records::{MessageHeader, Metadata};
 use mcap::write::NoSeek;
 use mcap::{Attachment, McapError, WriteOptions};
-use serde::Serialize;
 
+use crate::dropout::Dropout;
 use crate::frame::BusFrame;
 use crate::info::{RunInfo, RunResult};
 use crate::layout;
+use crate::messages::{DropoutMessage, Header, Message, TfMessage, to_cdr};
 use crate::tick::{Completed, Decoder};
+use crate::topics::{Channels, Published, Publisher};
 use crate::trial::Measured;
 
 /// What is kept beside the frames so that a recording stands alone.
 #[derive(Clone, Copy, Debug)]
 pub struct Attachments<'a> {
-    /// The device image that was in use.
+    /// The device image that was in use; its lumen is attached on its own too.
     pub image: &'a [u8],
     pub rig_toml: &'a str,
     /// Meaning of every frame.
     pub dbc: &'a str,
+    /// What the vessel was made from, by their names in a trial bundle
+    /// ([`crate::VESSEL_FILES`]).
+    pub vessel: &'a [(&'a str, &'a [u8])],
 }
 
 /// A recording cannot be written.
@@ -43,7 +50,7 @@ fn said(cause: &McapError) -> String {
     }
 }
 
-/// At most this much is lost when the process is killed.
+/// Half of what may be lost when the process is killed.
 const FLUSH_EVERY: Duration = Duration::from_millis(500);
 /// A chunk ends with the flush; this only bounds memory.
 const CHUNK_BYTES: u64 = 4 << 20;
@@ -59,17 +66,10 @@ pub struct Recorder {
     path: String,
     writer: mcap::Writer<Sink>,
     channels: Channels,
+    publisher: Publisher,
     decoder: Decoder,
     frames: u32,
     flushed: Instant,
-}
-
-/// Numbers of the channels in the file.
-struct Channels {
-    frames: u16,
-    measured: u16,
-    estimate: u16,
-    nodes: u16,
 }
 
 impl Recorder {
@@ -85,6 +85,7 @@ impl Recorder {
             path: path.display().to_string(),
             writer,
             channels,
+            publisher: Publisher::default(),
             decoder: Decoder::default(),
             frames: 0,
             flushed: Instant::now(),
@@ -92,22 +93,32 @@ impl Recorder {
     }
 
     /// Takes the next frame of the bus, either direction.
-    pub fn frame(&mut self, frame: &BusFrame) -> Result<(), WriteError> {
+    ///
+    /// `logged_ns`: when the recorder got it, on the clock of `frame.at_ns`.
+    pub fn frame(&mut self, frame: &BusFrame, logged_ns: u64) -> Result<(), WriteError> {
+        let channel_id = match frame.direction {
+            Direction::ToDevice => self.channels.to_device,
+            Direction::ToHost => self.channels.to_host,
+        };
         let header = MessageHeader {
-            channel_id: self.channels.frames,
+            channel_id,
             sequence: self.frames,
-            log_time: frame.at_ns,
+            log_time: logged_ns,
             publish_time: frame.at_ns,
         };
         self.frames = self.frames.wrapping_add(1);
-        let result = self.writer.write_to_known_channel(&header, &frame.to_bytes());
-        self.check(result)?;
-        let Completed { tick, nodes } = self.decoder.push(frame);
+        self.put(&header, &frame.to_message())?;
+        let Completed { tick, nodes, missed } = self.decoder.push(frame);
         if let Some(tick) = tick {
-            self.json(self.channels.estimate, tick.at_ns, &tick)?;
+            let published = self.publisher.tick(&tick, &self.channels);
+            self.publish(published)?;
         }
         if let Some(pass) = nodes {
-            self.json(self.channels.nodes, pass.at_ns, &pass)?;
+            let published = self.publisher.shape(&pass, &self.channels);
+            self.publish(published)?;
+        }
+        if let Some(dropout) = missed {
+            self.dropout(&dropout)?;
         }
         if self.flushed.elapsed() >= FLUSH_EVERY {
             self.flush()?;
@@ -116,8 +127,28 @@ impl Recorder {
     }
 
     /// Takes the row of the trial that holds at this time of the bus.
-    pub fn measured(&mut self, at_ns: u64, row: &Measured) -> Result<(), WriteError> {
-        self.json(self.channels.measured, at_ns, row)
+    ///
+    /// `shape_m`: the points of the shape, tip first; empty where it was not measured.
+    pub fn measured(
+        &mut self,
+        at_ns: u64,
+        row: &Measured,
+        shape_m: &[[f64; 3]],
+    ) -> Result<(), WriteError> {
+        let published = self.publisher.measured(at_ns, row, shape_m, &self.channels);
+        self.publish(published)
+    }
+
+    /// Notes frames that the recorder never got.
+    pub fn dropout(&mut self, dropout: &Dropout) -> Result<(), WriteError> {
+        let message = DropoutMessage {
+            header: Header::new(dropout.to_ns, ""),
+            from_ns: dropout.from_ns,
+            cause: dropout.cause.name().into(),
+            id: dropout.id.unwrap_or_default().into(),
+            frames: dropout.frames,
+        };
+        self.put(&header(self.channels.dropouts, dropout.to_ns), &message)
     }
 
     /// Hands everything taken so far to the operating system.
@@ -130,7 +161,8 @@ impl Recorder {
     /// Writes the last tick, the result if the run came to its end, and the index.
     pub fn finish(mut self, result: Option<&RunResult>) -> Result<(), WriteError> {
         if let Some(tick) = self.decoder.finish() {
-            self.json(self.channels.estimate, tick.at_ns, &tick)?;
+            let published = self.publisher.tick(&tick, &self.channels);
+            self.publish(published)?;
         }
         if let Some(result) = result {
             let metadata = Metadata { name: layout::RESULT.into(), metadata: result.to_map() };
@@ -144,23 +176,33 @@ impl Recorder {
         flushed.map_err(|cause| WriteError { path: self.path, cause: McapError::Io(cause) })
     }
 
-    fn json(
-        &mut self,
-        channel_id: u16,
-        at_ns: u64,
-        value: &impl Serialize,
-    ) -> Result<(), WriteError> {
-        let header =
-            MessageHeader { channel_id, sequence: 0, log_time: at_ns, publish_time: at_ns };
-        let result = serde_json::to_vec(value)
-            .map_err(|e| McapError::Io(io::Error::other(e)))
-            .and_then(|bytes| self.writer.write_to_known_channel(&header, &bytes));
+    fn publish(&mut self, published: Published) -> Result<(), WriteError> {
+        let result = published.map_err(encoding).and_then(|messages| {
+            messages.into_iter().try_for_each(|(channel_id, at_ns, bytes)| {
+                self.writer.write_to_known_channel(&header(channel_id, at_ns), &bytes)
+            })
+        });
+        self.check(result)
+    }
+
+    fn put(&mut self, header: &MessageHeader, message: &impl Message) -> Result<(), WriteError> {
+        let result = to_cdr(message)
+            .map_err(encoding)
+            .and_then(|bytes| self.writer.write_to_known_channel(header, &bytes));
         self.check(result)
     }
 
     fn check<T>(&self, result: Result<T, McapError>) -> Result<T, WriteError> {
         result.map_err(|cause| WriteError { path: self.path.clone(), cause })
     }
+}
+
+fn encoding(error: cdr_encoding::Error) -> McapError {
+    McapError::Io(io::Error::other(error))
+}
+
+fn header(channel_id: u16, at_ns: u64) -> MessageHeader {
+    MessageHeader { channel_id, sequence: 0, log_time: at_ns, publish_time: at_ns }
 }
 
 fn open(
@@ -173,32 +215,45 @@ fn open(
         .compression(None)
         .chunk_size(Some(CHUNK_BYTES))
         .disable_seeking(true)
+        .profile(layout::PROFILE)
         .library(concat!("cathforce ", env!("CARGO_PKG_VERSION")))
         .create(NoSeek::new(BufWriter::new(File::create(path)?)))?;
     writer.write_metadata(&Metadata { name: layout::INFO.into(), metadata: info.to_map() })?;
+    // A device has taken it, so it can be read; what cannot has neither lumen nor entry.
+    let config = image::decode(attachments.image).ok();
+    let lumen_bytes = config.as_ref().map_or(0, |config| config.lumen.header().byte_len());
+    let lumen_at = attachments.image.len().saturating_sub(lumen_bytes);
     let files = [
-        (layout::IMAGE, "application/octet-stream", attachments.image),
-        (layout::RIG, "application/toml", attachments.rig_toml.as_bytes()),
-        (layout::DBC, "text/plain", attachments.dbc.as_bytes()),
+        (layout::IMAGE, attachments.image),
+        (layout::RIG, attachments.rig_toml.as_bytes()),
+        (layout::DBC, attachments.dbc.as_bytes()),
+        (layout::LUMEN, attachments.image.get(lumen_at..).unwrap_or_default()),
     ];
-    for (name, media_type, data) in files {
+    for &(name, data) in files.iter().chain(attachments.vessel) {
         writer.attach(&Attachment {
             log_time: 0,
             create_time: 0,
             name: name.into(),
-            media_type: media_type.into(),
+            media_type: media_type(name).into(),
             data: data.into(),
         })?;
     }
-    let meaning = [("layout".to_owned(), layout::FRAMES_LAYOUT.to_owned())].into();
-    let frames = writer.add_channel(0, layout::FRAMES_TOPIC, layout::FRAMES_ENCODING, &meaning)?;
-    let mut json = |topic, (name, schema): (&str, &str)| {
-        let schema = writer.add_schema(name, "jsonschema", schema.as_bytes())?;
-        writer.add_channel(schema, topic, "json", &Default::default())
-    };
-    let measured = json(layout::MEASURED_TOPIC, layout::MEASURED_SCHEMA)?;
-    let estimate = json(layout::ESTIMATE_TOPIC, layout::ESTIMATE_SCHEMA)?;
-    let nodes = json(layout::NODES_TOPIC, layout::NODES_SCHEMA)?;
+    let channels = Channels::add(&mut writer)?;
+    if let Some(config) = config {
+        let entry_m = config.model.description().entry.position_m.map(f64::from);
+        let bytes = to_cdr(&TfMessage::entry(entry_m)).map_err(encoding)?;
+        writer.write_to_known_channel(&header(channels.transforms, 0), &bytes)?;
+    }
     writer.flush()?;
-    Ok((writer, Channels { frames, measured, estimate, nodes }))
+    Ok((writer, channels))
+}
+
+fn media_type(name: &str) -> &'static str {
+    match name.rsplit_once('.').map(|(_, ending)| ending) {
+        Some("toml") => "application/toml",
+        Some("csv") => "text/csv",
+        Some("dbc") => "text/plain",
+        Some("stl") => "model/stl",
+        _ => "application/octet-stream",
+    }
 }

@@ -4,12 +4,12 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use cathforce_bus::{
-    Contact, Encoder, Force, Frame, Haptic, HapticForce, HapticTorque, Insertion, Process,
+    Contact, Encoder, Force, Frame, Haptic, HapticForce, HapticTorque, Id, Insertion, Process,
     Rotation, Sealer, Status,
 };
 use cathforce_record::{
-    Attachments, BusFrame, Direction, Measured, MeasuredDrive, ReadError, Recorder, Recording,
-    RunInfo, RunResult, SensorNoise,
+    Attachments, BusFrame, Direction, Dropout, DropoutCause, Measured, MeasuredDrive, ReadError,
+    Recorder, Recording, RunInfo, RunResult, SensorNoise,
 };
 
 const TICKS: u64 = 40;
@@ -33,7 +33,12 @@ fn result() -> RunResult {
 }
 
 fn attachments() -> Attachments<'static> {
-    Attachments { image: b"CFIM\x01image", rig_toml: "format = 1\n", dbc: "VERSION \"\"" }
+    Attachments {
+        image: b"CFIM\x01image",
+        rig_toml: "format = 1\n",
+        dbc: "VERSION \"\"",
+        vessel: &[("centreline.csv", b"branch,s_m\n")],
+    }
 }
 
 fn frames() -> Vec<BusFrame> {
@@ -74,15 +79,18 @@ fn rows() -> Vec<Measured> {
         .collect()
 }
 
+const SHAPE_M: [[f64; 3]; 2] = [[0.03, 0.0, 1e-3], [0.0, 0.0, 0.0]];
+
 /// A finished recording; the trial begins at 3 ms of bus time.
 fn record(folder: &Path) -> PathBuf {
     let path = folder.join("run.mcap");
     let mut recorder = Recorder::create(&path, &info(), attachments()).unwrap();
     for frame in frames() {
-        recorder.frame(&frame).unwrap();
+        recorder.frame(&frame, frame.at_ns + 9).unwrap();
     }
     for row in rows() {
-        recorder.measured(3_000_000 + (row.t_s * 1e9) as u64, &row).unwrap();
+        let shape_m: &[_] = if row.tip_m.is_some() { &SHAPE_M } else { &[] };
+        recorder.measured(3_000_000 + (row.t_s * 1e9) as u64, &row, shape_m).unwrap();
     }
     recorder.finish(Some(&result())).unwrap();
     path
@@ -95,7 +103,15 @@ fn what_was_recorded_is_read_back() {
     assert_eq!(recording.info, info());
     assert_eq!(recording.image, attachments().image);
     assert_eq!(recording.rig_toml, attachments().rig_toml);
+    assert_eq!(recording.dbc, attachments().dbc);
+    let [(name, bytes)] = &recording.vessel[..] else { panic!("one file") };
+    assert_eq!((name.as_str(), bytes.as_slice()), attachments().vessel[0]);
     assert_eq!(recording.frames, frames());
+    let logged = frames().iter().map(|f| f.at_ns + 9).collect::<Vec<_>>();
+    assert_eq!(recording.logged_ns, logged);
+    assert_eq!(recording.dropouts, []);
+    assert_eq!(recording.trial.shapes_m[0], SHAPE_M);
+    assert_eq!(recording.trial.shapes_m[1..], vec![Vec::<[f64; 3]>::new(); 9]);
     assert_eq!(recording.trial.rows, rows());
     assert_eq!(recording.trial.noise, info().noise);
     assert_eq!(recording.trial_start_ns, Some(3_000_000));
@@ -108,16 +124,65 @@ fn the_library_and_its_index_read_it_too() {
     let folder = tempfile::tempdir().unwrap();
     let bytes = fs::read(record(folder.path())).unwrap();
     let summary = mcap::Summary::read(&bytes).unwrap().expect("a finished file has a summary");
-    assert_eq!(summary.attachment_indexes.len(), 3);
+    assert_eq!(summary.attachment_indexes.len(), 5);
     let topics = |topic: &str| {
         mcap::MessageStream::new(&bytes)
             .unwrap()
             .filter(|m| m.as_ref().unwrap().channel.topic == topic)
             .count()
     };
-    assert_eq!(topics("/can/frames"), 3 * TICKS as usize);
-    assert_eq!(topics("/estimate"), TICKS as usize);
-    assert_eq!(topics("/measured"), rows().len());
+    let ticks = TICKS as usize;
+    assert_eq!(topics("/cathforce/to_can_bus"), ticks);
+    assert_eq!(topics("/cathforce/from_can_bus"), 2 * ticks);
+    assert_eq!(topics("/catheter/measured_js"), ticks);
+    assert_eq!(topics("/catheter/estimated/spatial/measured_cf"), ticks);
+    assert_eq!(topics("/catheter/operating_state"), 1, "one change");
+    assert_eq!(topics("/cathforce/measured"), rows().len());
+}
+
+/// P24: what could not be used or never came is in the recording, with its cause.
+#[test]
+fn p24_lost_and_broken_frames_are_listed_with_their_cause() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("gaps.mcap");
+    let mut recorder = Recorder::create(&path, &info(), attachments()).unwrap();
+    let mut sent = frames();
+    // Of every tick: ENCODER, HAPTIC, CONTACT.
+    let corrupt = &mut sent[3 * 10 + 1];
+    let mut data = corrupt.frame.data().to_vec();
+    data[0] ^= 1;
+    corrupt.frame = Frame::new(corrupt.frame.id(), &data).unwrap();
+    let at = |tick: u64| tick * 1_000_000;
+    sent.retain(|f| !(f.at_ns >= at(20) && f.at_ns < at(23)));
+    for frame in &sent {
+        recorder.frame(frame, frame.at_ns).unwrap();
+    }
+    let overload = Dropout {
+        from_ns: at(30),
+        to_ns: at(31),
+        cause: DropoutCause::HostOverload,
+        id: None,
+        frames: 6,
+    };
+    recorder.dropout(&overload).unwrap();
+    recorder.finish(None).unwrap();
+    let recording = Recording::open(&path).unwrap();
+    assert_eq!(recording.frames, sent, "broken ones too");
+    let seen = |cause, tick, id: Id, frames| {
+        let at_ns = at(tick);
+        Dropout { from_ns: at_ns, to_ns: at_ns, cause, id: Some(id.raw()), frames }
+    };
+    let lost = |id, frames| seen(DropoutCause::Lost, 23, id, frames);
+    let expected = [
+        seen(DropoutCause::Corrupt, 10, Id::Haptic, 1),
+        // The next intact one tells that one was missing.
+        seen(DropoutCause::Lost, 11, Id::Haptic, 1),
+        lost(Id::Encoder, 3),
+        lost(Id::Haptic, 3),
+        lost(Id::Contact, 3),
+        overload,
+    ];
+    assert_eq!(recording.dropouts, expected);
 }
 
 /// P23: what a killed recorder leaves behind is read up to its last flush.
@@ -129,11 +194,11 @@ fn p23_a_killed_recorder_leaves_a_readable_file() {
     let frames = frames();
     let (flushed, lost) = frames.split_at(60);
     for frame in flushed {
-        recorder.frame(frame).unwrap();
+        recorder.frame(frame, frame.at_ns).unwrap();
     }
     recorder.flush().unwrap();
     for frame in lost {
-        recorder.frame(frame).unwrap();
+        recorder.frame(frame, frame.at_ns).unwrap();
     }
     // A killed process runs no destructor.
     std::mem::forget(recorder);
@@ -149,7 +214,7 @@ fn a_file_cut_at_any_byte_is_refused_or_read_up_to_there() {
     let bytes = fs::read(record(folder.path())).unwrap();
     let path = folder.path().join("cut.mcap");
     let mut read = 0;
-    for length in (0..bytes.len()).step_by(7) {
+    for length in (0..bytes.len()).step_by(61) {
         fs::write(&path, &bytes[..length]).unwrap();
         if let Ok(recording) = Recording::open(&path) {
             assert!(recording.cut.is_some_and(|cut| cut.byte <= length), "{length}");
@@ -167,7 +232,7 @@ fn a_damaged_byte_is_never_taken_for_a_frame() {
     let bytes = fs::read(record(folder.path())).unwrap();
     let path = folder.path().join("damaged.mcap");
     let mut refused = 0;
-    for at in (0..bytes.len()).step_by(11) {
+    for at in (0..bytes.len()).step_by(53) {
         let mut damaged = bytes.clone();
         damaged[at] ^= 0x20;
         fs::write(&path, &damaged).unwrap();

@@ -1,12 +1,17 @@
 //! `cathforce run` and `cathforce simulate`.
 
 use std::path::{Path, PathBuf};
+use std::time::{SystemTime, UNIX_EPOCH};
 
 use cathforce_bus::{Encoder, Insertion, Rotation};
+use cathforce_link::qemu::find_firmware;
 use cathforce_link::{Client, Step};
-use cathforce_record::{Measured, MeasuredDrive, Recording, RunInfo, SensorNoise, Trial, analyse};
+use cathforce_record::{
+    Measured, MeasuredDrive, Recording, RunInfo, SensorNoise, Trial, VESSEL_FILES, analyse,
+};
 use cathforce_rig::Bundle;
 use cathforce_rig::bundle::{CatheterTrial, EncoderReading};
+use sha2::{Digest, Sha256};
 
 use super::{check_writable, image, open_bundle};
 use crate::args::{Feel, PlayArguments};
@@ -76,11 +81,14 @@ pub fn play(
     let rig_toml = read_text(&bundle.path.join("rig.toml"))?;
     let start_s = rows.first().map_or(0.0, |row| row.t_s);
     let rows = rows.into_iter().map(|row| Measured { t_s: row.t_s - start_s, ..row }).collect();
+    let vessel = vessel_files(bundle)?;
+    let shapes_m = shapes(catheter(trial)?);
     let plan = Plan {
         image,
         rig_toml: &rig_toml,
+        vessel: &vessel,
         info: info(link, bundle, &format!("{number:03}")),
-        trial: &Trial { rows, noise: noise(bundle) },
+        trial: &Trial { rows, shapes_m, noise: noise(bundle) },
         step_at: &|t_s| Step {
             encoder: trial.encoder_at(start_s + t_s).map(encoder),
             guidewire: trial.guidewire_at(start_s + t_s).map(encoder),
@@ -174,6 +182,29 @@ fn measured(t_s: &[f64], trial: &CatheterTrial) -> Vec<Measured> {
         .collect()
 }
 
+/// The points of each row's shape; a row without all of them has none.
+fn shapes(trial: &CatheterTrial) -> Vec<Vec<[f64; 3]>> {
+    let row = |i: usize| trial.shape_m.iter().map(|point| point[i]).collect::<Option<_>>();
+    match trial.shape_m.is_empty() {
+        true => Vec::new(),
+        false => (0..trial.insertion_m.len()).map(|i| row(i).unwrap_or_default()).collect(),
+    }
+}
+
+/// The bundle's files that say what the vessel is.
+pub fn vessel_files(bundle: &Bundle) -> Result<Vec<(&'static str, Vec<u8>)>, Failure> {
+    let there = VESSEL_FILES.into_iter().filter(|name| bundle.path.join(name).is_file());
+    there
+        .map(|name| {
+            let path = bundle.path.join(name);
+            let bytes = std::fs::read(&path);
+            let bytes = bytes
+                .map_err(|e| Failure::input(format!("cannot read {}: {e}", path.display())))?;
+            Ok((name, bytes))
+        })
+        .collect()
+}
+
 /// A drive's position as it crosses the bus.
 pub fn encoder(at: EncoderReading) -> Encoder {
     Encoder {
@@ -199,8 +230,26 @@ pub fn info(link: &str, bundle: &Bundle, trial: &str) -> RunInfo {
         rig: bundle.rig.name.clone(),
         trial: trial.into(),
         provenance: provenance(&bundle.path),
+        firmware_sha256: firmware_sha256(link),
+        started_unix_ns: started_unix_ns(),
         ..RunInfo::default()
     }
+}
+
+/// SHA-256 of the program that runs as the device, where this host starts it; else empty.
+fn firmware_sha256(link: &str) -> String {
+    let program = match link.split_once(':').map_or(link, |(kind, _)| kind) {
+        "sim" => std::env::current_exe().ok(),
+        "qemu" => find_firmware(link.split_once(':').map(|(_, elf)| Path::new(elf))).ok(),
+        _ => None,
+    };
+    let bytes = program.and_then(|path| std::fs::read(path).ok());
+    bytes.map_or(String::new(), |bytes| format!("{:x}", Sha256::digest(bytes)))
+}
+
+fn started_unix_ns() -> u64 {
+    let since = SystemTime::now().duration_since(UNIX_EPOCH);
+    since.ok().and_then(|since| u64::try_from(since.as_nanos()).ok()).unwrap_or(0)
 }
 
 /// Longest text about a bundle's origin.

@@ -10,7 +10,7 @@ use cathforce_rig::{Bundle, SolverDefaults};
 use serde::Serialize;
 
 use crate::args::{ProtocolArguments, Way};
-use crate::commands::run::{encoder, info, read_text, temporary_folder};
+use crate::commands::run::{encoder, info, read_text, temporary_folder, vessel_files};
 use crate::failure::{Code, Failure};
 use crate::session::{Plan, run as run_session};
 use crate::ui::Ui;
@@ -109,6 +109,7 @@ fn play(
     let plan = Plan {
         image: &image,
         rig_toml: &read_text(&bundle.path.join("rig.toml"))?,
+        vessel: &vessel_files(bundle)?,
         info: info(link, bundle, "protocol"),
         trial: &Trial::default(),
         step_at: &|t_s| {

@@ -12,7 +12,9 @@ use cathforce_gap::drive::Drive;
 use cathforce_gap::plant::Plant;
 use cathforce_mechanics::{Description, parameters};
 use cathforce_record::{Measured, Recording};
-use cathforce_rig::bundle::{CatheterTrial, GuidewireTrial, Plant as RigPlant, Trial, TrialData};
+use cathforce_rig::bundle::{
+    CatheterTrial, GuidewireTrial, Plant as RigPlant, Trial, TrialData, VectorColumn,
+};
 use cathforce_rig::{Bundle, ImageOptions};
 
 use crate::failure::Failure;
@@ -117,7 +119,7 @@ fn trial(recording: &Recording) -> Trial {
         force_n: rows.iter().any(|row| row.force_n.is_some()).then(|| force.collect()),
         drive_force_n: rows.iter().any(|row| row.drive_force_n.is_some()).then(|| drive.collect()),
         tip_m: rows.iter().any(|row| row.tip_m.is_some()).then(|| tip.collect()),
-        shape_m: Vec::new(),
+        shape_m: shape(recording),
         guidewire: guidewire(rows),
     };
     Trial {
@@ -125,6 +127,14 @@ fn trial(recording: &Recording) -> Trial {
         t_s: rows.iter().map(|row| row.t_s).collect(),
         data: TrialData::Catheter(data),
     }
+}
+
+/// A column for each point, with gaps where a row has another number of them or none.
+fn shape(recording: &Recording) -> Vec<VectorColumn> {
+    let shapes_m = &recording.trial.shapes_m;
+    let points = shapes_m.iter().map(Vec::len).max().unwrap_or(0);
+    let of = |k: usize| move |i: usize| shapes_m.get(i)?.get(k).copied();
+    (0..points).map(|k| (0..recording.trial.rows.len()).map(of(k)).collect()).collect()
 }
 
 /// The columns of the guidewire's drive, if the trial had one.
