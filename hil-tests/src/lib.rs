@@ -5,6 +5,8 @@
 //! executions runs in process only. A [`Bench`] is one such device in lock step, and a host
 //! that seals every frame rightly unless the test does it otherwise.
 //!
+//! A [`guest::Guest`] is a Linux machine with CAN, for what this computer's kernel may not have.
+//!
 //! `docs/promises.md` says which test stands for which promise. Tests on the emulated board
 //! need QEMU and the firmware: without them they fail and name the command that provides
 //! them (`cargo xtask test` runs it first).
@@ -14,6 +16,7 @@
 mod bench;
 mod chance;
 mod fixture;
+pub mod guest;
 mod rig;
 mod trial;
 mod watch;

@@ -9,6 +9,7 @@ mod demo;
 mod emulator;
 mod figures;
 mod gates;
+mod guest;
 mod layers;
 mod promises;
 mod setup;
@@ -38,7 +39,7 @@ enum Task {
     Bench(bench::Arguments),
     /// Measure the model against the reference solver, and write the table into docs/model.md.
     Accuracy(accuracy::Arguments),
-    /// Install what is missing: Rust components, the emulator.
+    /// Install what is missing: Rust components, the emulators, a Linux guest.
     Setup(setup::Consent),
 }
 
@@ -53,6 +54,9 @@ fn main() -> anyhow::Result<()> {
         Task::Figures(consent) => figures::write(consent),
         Task::Bench(arguments) => bench::measure(&arguments),
         Task::Accuracy(arguments) => accuracy::write(&arguments),
-        Task::Setup(consent) => setup::everything(consent).map(drop),
+        Task::Setup(consent) => {
+            setup::everything(consent)?;
+            guest::ensure(consent)
+        }
     }
 }

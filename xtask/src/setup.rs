@@ -11,7 +11,7 @@ use crate::shell::{command, output, run};
 use crate::{build, emulator};
 
 /// Debian's suite with an emulator whose clocks are right.
-const BACKPORTS: &str = "bookworm-backports";
+pub const BACKPORTS: &str = "bookworm-backports";
 const SOURCE_FILE: &str = "/etc/apt/sources.list.d/cathforce-backports.list";
 const MIRROR: &str = "http://deb.debian.org/debian";
 /// Of `rust-toolchain.toml`.
@@ -107,16 +107,29 @@ fn install_emulator(consent: Consent) -> anyhow::Result<()> {
              `sudo dnf install qemu-system-arm-core`; macOS: `brew install qemu`), then try again"
         );
     }
-    let add = format!("echo 'deb {MIRROR} {BACKPORTS} main' > {SOURCE_FILE}");
-    let packages = format!(
-        "apt-get update && apt-get install -y --no-install-recommends -t {BACKPORTS} \
-         qemu-system-arm"
-    );
-    let script =
-        if Path::new(SOURCE_FILE).exists() { packages } else { format!("{add} && {packages}") };
+    as_root(
+        consent,
+        &format!(
+            "{}apt-get update && apt-get install -y --no-install-recommends -t {BACKPORTS} \
+             qemu-system-arm",
+            add_backports()
+        ),
+    )
+}
+
+/// The beginning of a script that needs Debian's backports.
+pub fn add_backports() -> String {
+    match Path::new(SOURCE_FILE).exists() {
+        true => String::new(),
+        false => format!("echo 'deb {MIRROR} {BACKPORTS} main' > {SOURCE_FILE} && "),
+    }
+}
+
+/// Runs a shell script as root, if that is allowed.
+pub fn as_root(consent: Consent, script: &str) -> anyhow::Result<()> {
     let words = match is_root() {
-        true => vec!["sh", "-c", &script],
-        false => vec!["sudo", "sh", "-c", &script],
+        true => vec!["sh", "-c", script],
+        false => vec!["sudo", "sh", "-c", script],
     };
     consent.to(&format!("{} \"{script}\"", words[..words.len() - 1].join(" ")))?;
     let (program, arguments) = words.split_first().context("a program")?;

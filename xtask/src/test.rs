@@ -3,7 +3,7 @@
 use cathforce_link::qemu::FIRMWARE_VARIABLE;
 
 use crate::shell::{cargo, command, output, root, run, target_folder};
-use crate::{build, demo, gates, layers, promises, setup};
+use crate::{build, demo, gates, guest, layers, promises, setup};
 
 pub fn run_all(consent: setup::Consent) -> anyhow::Result<()> {
     setup::rust(consent)?;
@@ -12,6 +12,7 @@ pub fn run_all(consent: setup::Consent) -> anyhow::Result<()> {
     promises::check(root())?;
     run(&mut cargo(&["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"]))?;
     let elf = setup::everything(consent)?;
+    guest::ensure(consent)?;
     run(cargo(&["clippy"])
         .args(build::FIRMWARE)
         .args(["--", "-D", "warnings"])

@@ -1,5 +1,6 @@
 //! The command line.
 
+mod link;
 mod lumen;
 
 use std::path::PathBuf;
@@ -8,6 +9,10 @@ use cathforce_effects::Effect;
 use cathforce_rig::tips::Tip;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
+pub use link::{
+    DoctorArguments, FaultAction, FaultArguments, FaultClearArguments, LinkAction, LinkArguments,
+    LinkServeArguments, LinkUpArguments,
+};
 pub use lumen::LumenArguments;
 
 const EXIT_CODES: &str = "\
@@ -46,6 +51,12 @@ pub enum Command {
     Info(InfoArguments),
     /// List the settings, show those of a bundle, write its device image.
     Config(ConfigArguments),
+    /// List the CAN interfaces of this computer, bring one up or down, be a device on one.
+    Link(LinkArguments),
+    /// Check what lies between here and a device, and say what mends it.
+    Doctor(DoctorArguments),
+    /// What faults mean, which one a device has, and clearing it.
+    Fault(FaultArguments),
     /// Build the field of a vessel's wall and say what it costs and how exact it is.
     Lumen(LumenArguments),
     /// List tips of common catheters.
@@ -108,6 +119,9 @@ pub struct Changes {
     /// The same for the guidewire in the catheter.
     #[arg(long, value_name = "NAME", value_parser = tip)]
     pub guidewire_tip: Option<&'static Tip>,
+    /// Grid spacing of the vessel's wall; 1 mm if not given. Coarser makes a shorter image.
+    #[arg(long, value_name = "MM", value_parser = lumen::cell_mm)]
+    pub cell: Option<f64>,
 }
 
 #[derive(Debug, Args)]

@@ -114,7 +114,7 @@ pub fn configure(ui: &Ui, client: &mut Client, image: &[u8]) -> Result<(), Failu
 }
 
 /// Set by Ctrl-C, SIGTERM and SIGHUP; the second one ends the program as usual.
-fn interrupt_flag() -> Result<&'static AtomicBool, Failure> {
+pub fn interrupt_flag() -> Result<&'static AtomicBool, Failure> {
     static FLAG: AtomicBool = AtomicBool::new(false);
     // One handler serves every session of this program.
     static LISTENING: OnceLock<Result<(), String>> = OnceLock::new();

@@ -61,7 +61,7 @@ pub enum ClientError {
 
     #[error(
         "the image of {len} bytes is longer than the {capacity} that this device can take: make \
-         the lumen's grid coarser or its part of the vessel smaller"
+         the lumen's grid coarser (--cell) or its part of the vessel smaller"
     )]
     ImageTooLong { len: usize, capacity: u32 },
 

@@ -17,18 +17,25 @@ pub enum LinkError {
 
     #[error(
         "{link}: there is no interface `{interface}`. `ip link` lists those there are; a CAN \
-         interface is brought up with `ip link set {interface} up type can bitrate 1000000`"
+         interface is brought up with `cathforce link up {interface}`"
     )]
     NoInterface { link: String, interface: String },
 
     #[error(
-        "{link}: the interface is down. Bring it up: \
+        "{link}: the interface is down. Bring it up: `cathforce link up {interface}`, or \
          `ip link set {interface} up type can bitrate 1000000`"
     )]
     InterfaceDown { link: String, interface: String },
 
     #[error("{link}: no permission ({source}). {fix}")]
     Permission { link: String, source: io::Error, fix: &'static str },
+
+    /// A CAN interface cannot be asked or set.
+    #[error(
+        "{interface}: cannot be {action}: {source}. Interfaces are set by root: `sudo cathforce \
+         link …`, or by hand: {by_hand}"
+    )]
+    Interface { interface: String, action: &'static str, source: io::Error, by_hand: String },
 
     #[error("{link}: cannot be opened: {source}. Check {check}")]
     Open { link: String, source: io::Error, check: &'static str },

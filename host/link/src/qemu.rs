@@ -153,6 +153,69 @@ impl Drop for Emulator {
     }
 }
 
+/// The firmware, on an emulator whose clocks are right.
+fn trusted_firmware(elf: Option<&Path>) -> Result<PathBuf, LinkError> {
+    let elf = find_firmware(elf)?;
+    let measured = self_test(&elf)?;
+    if measured.passed() {
+        return Ok(elf);
+    }
+    Err(wrong(
+        format!(
+            "this QEMU's clocks are wrong: after {} instructions the counter stood at {} and \
+             the timer at {} instead of {}",
+            measured.instructions,
+            measured.counter,
+            measured.timer,
+            measured.expected_counts()
+        ),
+        INSTALL,
+    ))
+}
+
+/// Starts the board, in lock step, with its UART joined to a socket that is open already.
+/// `socket` is `host=…,port=…` or `path=…`, as QEMU takes it.
+fn spawn_board(elf: &Path, socket: &str) -> Result<Emulator, LinkError> {
+    let mut command = command(elf, "lock-step");
+    // Byte 0x100 cannot occur: nothing on the bus reaches the multiplexer's own commands.
+    command.args(["-chardev", &format!("socket,id=bus,{socket},mux=on")]);
+    command.args(["-serial", "chardev:bus", "-echr", "0x100"]);
+    command.args(["-chardev", "stdio,id=log,signal=off", "-serial", "chardev:log"]);
+    Emulator::spawn(command.stdout(Stdio::piped()).stderr(Stdio::piped()))
+}
+
+/// Warnings of a board that runs are about idling; nobody reads them.
+fn drain(emulator: &mut Emulator) {
+    if let Some(stderr) = emulator.0.stderr.take() {
+        std::thread::spawn(move || io::copy(&mut { stderr }, &mut io::sink()));
+    }
+}
+
+/// A booted board whose UART belongs to somebody else: another emulator's serial port.
+pub struct JoinedBoard {
+    emulator: Emulator,
+    log: FirmwareLog,
+}
+
+impl JoinedBoard {
+    /// Boots the firmware and joins its UART to the Unix socket at `path`. Without `elf` the
+    /// firmware is the one of [`find_firmware`].
+    pub fn boot(elf: Option<&Path>, path: &Path) -> Result<Self, LinkError> {
+        let elf = trusted_firmware(elf)?;
+        let mut emulator = spawn_board(&elf, &format!("path={}", path.display()))?;
+        let log = FirmwareLog::follow(&elf, emulator.0.stdout.take());
+        drain(&mut emulator);
+        Ok(Self { emulator, log })
+    }
+
+    /// What the firmware said last, for whoever wonders why it is silent.
+    pub fn last_words(&mut self) -> Vec<String> {
+        let ended = self.emulator.0.try_wait().ok().flatten();
+        let ended = ended.map(|status| format!("QEMU has ended ({status})"));
+        ended.into_iter().chain(self.log.last_words()).collect()
+    }
+}
+
 /// The link to a booted board.
 pub struct Qemu {
     slcan: Slcan,
@@ -164,22 +227,7 @@ impl Qemu {
     /// Boots the firmware in QEMU, in lock step, and links to its UART. Without `elf` the
     /// firmware is the one of [`find_firmware`].
     pub fn boot(elf: Option<&Path>) -> Result<Self, LinkError> {
-        let elf = find_firmware(elf)?;
-        let measured = self_test(&elf)?;
-        if !measured.passed() {
-            return Err(wrong(
-                format!(
-                    "this QEMU's clocks are wrong: after {} instructions the counter stood at {} and \
-                     the timer at {} instead of {}",
-                    measured.instructions,
-                    measured.counter,
-                    measured.timer,
-                    measured.expected_counts()
-                ),
-                INSTALL,
-            ));
-        }
-        Self::start(&elf)
+        Self::start(&trusted_firmware(elf)?)
     }
 
     /// Sends bytes in place of a line, among the frames: what a broken host might send.
@@ -191,13 +239,7 @@ impl Qemu {
         let lost = |e| LinkError::lost(LINK, e);
         let listener = TcpListener::bind(("127.0.0.1", 0)).map_err(lost)?;
         let port = listener.local_addr().map_err(lost)?.port();
-        let mut command = command(elf, "lock-step");
-        command.args(["-chardev"]);
-        // Byte 0x100 cannot occur: nothing on the bus reaches the multiplexer's own commands.
-        command.arg(format!("socket,id=bus,host=127.0.0.1,port={port},nodelay=on,mux=on"));
-        command.args(["-serial", "chardev:bus", "-echr", "0x100"]);
-        command.args(["-chardev", "stdio,id=log,signal=off", "-serial", "chardev:log"]);
-        let mut emulator = Emulator::spawn(command.stdout(Stdio::piped()).stderr(Stdio::piped()))?;
+        let mut emulator = spawn_board(elf, &format!("host=127.0.0.1,port={port},nodelay=on"))?;
         let log = FirmwareLog::follow(elf, emulator.0.stdout.take());
         listener.set_nonblocking(true).map_err(lost)?;
         let deadline = Instant::now() + CONNECT_TIMEOUT;
@@ -230,10 +272,7 @@ impl Qemu {
                 ));
             }
         }
-        // Warnings from here on are about idling; nobody reads them.
-        if let Some(stderr) = emulator.0.stderr.take() {
-            std::thread::spawn(move || io::copy(&mut { stderr }, &mut io::sink()));
-        }
+        drain(&mut emulator);
         let slcan = Slcan::new(LINK, stream.try_clone().map_err(lost)?, stream)?;
         Ok(Self { slcan, emulator, log })
     }

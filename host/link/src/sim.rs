@@ -70,6 +70,14 @@ impl Sim {
         }
     }
 
+    /// The same in lock step, as the emulated board starts.
+    pub fn in_lock_step() -> Self {
+        let mut sim = Self::new();
+        // Nothing is armed yet, so nothing refuses it.
+        let _ = sim.board.ticker.set_lock_step(true);
+        sim
+    }
+
     /// The half of the device that ticks, to look at.
     pub fn ticker(&self) -> &Ticker {
         &self.board.ticker

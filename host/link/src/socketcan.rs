@@ -18,9 +18,13 @@ const SEND_TIMEOUT: Duration = Duration::from_millis(500);
 // Numbers of Linux (`errno.h`), the same on every architecture that Rust runs on but MIPS
 // and SPARC.
 const ENODEV: i32 = 19;
-const EAFNOSUPPORT: i32 = 97;
+pub(crate) const EAFNOSUPPORT: i32 = 97;
 const ENETDOWN: i32 = 100;
 const ENOBUFS: i32 = 105;
+
+/// What helps where sockets are not permitted.
+pub(crate) const SHARE_NETWORK: &str =
+    "Inside a container, share the host's network (`--network host`)";
 
 /// A raw CAN socket.
 pub(crate) struct SocketCan {
@@ -38,11 +42,9 @@ impl SocketCan {
                 Some(EAFNOSUPPORT) => LinkError::NoCanInKernel { link },
                 Some(ENODEV) => LinkError::NoInterface { link, interface },
                 Some(ENETDOWN) => LinkError::InterfaceDown { link, interface },
-                _ if source.kind() == io::ErrorKind::PermissionDenied => LinkError::Permission {
-                    link,
-                    source,
-                    fix: "Inside a container, share the host's network (`--network host`)",
-                },
+                _ if source.kind() == io::ErrorKind::PermissionDenied => {
+                    LinkError::Permission { link, source, fix: SHARE_NETWORK }
+                }
                 _ => {
                     LinkError::Open { link, source, check: "the interface with `ip -details link`" }
                 }
@@ -133,7 +135,7 @@ mod tests {
         let text = error.to_string();
         match error {
             LinkError::NoInterface { .. } => {
-                assert!(text.contains("ip link set nope7 up type can bitrate 1000000"), "{text}");
+                assert!(text.contains("cathforce link up nope7"), "{text}");
             }
             LinkError::NoCanInKernel { .. } => {
                 assert!(text.contains("modprobe can can_raw"), "{text}");

@@ -23,6 +23,7 @@ pub use description::{SolverDefaults, describe, to_description};
 pub use error::{BundleError, Cause, Place, Warning};
 pub use image::{ImageBuildError, ImageOptions, ImageReport, device_image};
 pub use job::LumenJob;
+pub use nearest::nearest;
 pub use vessel::{
     CELL_M, DEVICE_LUMEN_BYTES, LumenBuildError, LumenReport, LumenTooLarge, Vessel, VesselCause,
     WallSource, lumen_from_bundle,

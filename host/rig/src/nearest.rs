@@ -1,7 +1,7 @@
 //! The known name that a misspelt one probably means.
 
 /// The nearest of `known` to `name`, unless none is near.
-pub(crate) fn nearest<'a>(name: &str, known: &[&'a str]) -> Option<&'a str> {
+pub fn nearest<'a>(name: &str, known: &[&'a str]) -> Option<&'a str> {
     let likeness = |candidate: &str| {
         let (a, b) = (name.to_lowercase(), candidate.to_lowercase());
         strsim::normalized_damerau_levenshtein(&a, &b).max(0.9 * strsim::jaro_winkler(&a, &b))

@@ -14,12 +14,12 @@ pub enum Reaction {
 }
 
 macro_rules! faults {
-    ($( $name:ident = $code:literal, $reaction:ident, $text:literal; )+) => {
+    ($( $name:ident = $code:literal, $reaction:ident, $cause:literal, $next:literal; )+) => {
         /// A fault. Latched until cleared by name ([`Fault::clear_token`]).
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
         #[repr(u8)]
         pub enum Fault {
-            $( #[doc = $text] $name = $code, )+
+            $( #[doc = concat!($cause, ": ", $next, ".")] $name = $code, )+
         }
 
         impl Fault {
@@ -34,10 +34,31 @@ macro_rules! faults {
                 }
             }
 
-            /// What happened and what to look at.
+            /// Its name, as it is written here.
+            pub const fn name(self) -> &'static str {
+                match self {
+                    $( Self::$name => stringify!($name), )+
+                }
+            }
+
+            /// What happened.
+            pub const fn cause(self) -> &'static str {
+                match self {
+                    $( Self::$name => $cause, )+
+                }
+            }
+
+            /// What to look at and to do.
+            pub const fn next_step(self) -> &'static str {
+                match self {
+                    $( Self::$name => $next, )+
+                }
+            }
+
+            /// Both.
             pub const fn text(self) -> &'static str {
                 match self {
-                    $( Self::$name => $text, )+
+                    $( Self::$name => concat!($cause, ": ", $next), )+
                 }
             }
 
@@ -53,31 +74,36 @@ macro_rules! faults {
 
 faults! {
     EncoderLost = 1, Ramp,
-        "no valid encoder sample within the time-out: check the drive, its cable and the bus";
+        "no valid encoder sample within the time-out",
+        "check the drive, its cable and the bus";
     BadFrames = 2, Ramp,
-        "more than 3 of 10 frames were rejected: check the bus for corruption or a second sender";
+        "more than 3 of 10 frames were rejected",
+        "check the bus for corruption or a second sender";
     EncoderJump = 3, Ramp,
-        "3 of 10 encoder samples jumped farther than the drive can move or left its range: check the \
-         encoder's wiring and scale, or raise max_insertion_speed_m_per_s or max_rotation_speed_rad_per_s";
+        "3 of 10 encoder samples jumped farther than the drive can move or left its range",
+        "check the encoder's wiring and scale, or raise max_insertion_speed_m_per_s or \
+         max_rotation_speed_rad_per_s";
     ModelNotFinite = 16, Cut,
-        "the model gave a number that is not finite; its state has been rebuilt: replay the recording, \
-         and check the stiffness and the wall of rig.toml";
+        "the model gave a number that is not finite; its state has been rebuilt",
+        "replay the recording, and check the stiffness and the wall of rig.toml";
     ModelUnresolved = 17, Cut,
-        "the model did not converge for too many ticks; its state has been rebuilt: withdraw a little \
-         and arm again, or raise unresolved_limit_ticks";
+        "the model did not converge for too many ticks; its state has been rebuilt",
+        "withdraw a little and arm again, or raise unresolved_limit_ticks";
     SettleTimeout = 18, Cut,
-        "the model could not be fed to the measured insertion in time: begin less deep, or raise \
-         settle_timeout_ticks";
+        "the model could not be fed to the measured insertion in time",
+        "begin less deep, or raise settle_timeout_ticks";
     Overrun = 32, Cut,
-        "the tick ran over its time twice in a row: use fewer links or one solve";
+        "the tick ran over its time twice in a row",
+        "use fewer links or one solve";
     BusOff = 33, Ramp,
-        "the bus controller went bus-off: check termination, bit rate and cable";
+        "the bus controller went bus-off",
+        "check termination, bit rate and cable";
     StateNotFinite = 48, Cut,
-        "a number remembered from the last tick is not finite: memory is corrupt; restart the device \
-         and send the image again";
+        "a number remembered from the last tick is not finite: memory is corrupt",
+        "restart the device and send the image again";
     SelfTest = 49, Cut,
-        "the self-test failed: a setting is out of range, or the image's tick is not 1 ms; make the \
-         image again with this version";
+        "the self-test failed: a setting is out of range, or the image's tick is not 1 ms",
+        "make the image again with this version";
 }
 
 impl Fault {

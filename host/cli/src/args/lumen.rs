@@ -43,7 +43,7 @@ impl From<Surface> for SurfaceModel {
     }
 }
 
-fn cell_mm(text: &str) -> Result<f64, String> {
+pub(super) fn cell_mm(text: &str) -> Result<f64, String> {
     between(text, 0.1, 3.0)
 }
 

@@ -1,9 +1,12 @@
 //! One file a command.
 
 pub mod config;
+pub mod doctor;
 pub mod export;
+pub mod fault;
 pub mod gap;
 pub mod info;
+pub mod link;
 pub mod lumen;
 pub mod replay;
 pub mod report;
@@ -70,6 +73,9 @@ fn options(bundle: &Bundle, changes: &Changes) -> Result<ImageOptions, Failure> 
         guidewire_tip: changes.guidewire_tip,
         ..ImageOptions::default()
     };
+    if let Some(cell_mm) = changes.cell {
+        options.cell_m = 1e-3 * cell_mm;
+    }
     if let Some(path) = &changes.file {
         let file = SettingsFile::read(path)?;
         file.check_rig(path, &bundle.rig.name)?;

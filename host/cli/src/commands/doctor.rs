@@ -1,0 +1,146 @@
+//! `cathforce doctor`: what stands between here and a device, and the line that mends it.
+
+mod device;
+mod interface;
+
+use std::fmt::Display;
+
+use cathforce_link::interface as net;
+use cathforce_link::{LinkError, qemu};
+use serde::Serialize;
+
+use crate::args::DoctorArguments;
+use crate::failure::{Code, Failure};
+use crate::ui::Ui;
+
+/// One thing that was looked at.
+#[derive(Debug, Serialize)]
+struct Check {
+    /// What was looked at.
+    name: String,
+    verdict: Verdict,
+    /// What was found.
+    found: String,
+    /// What to do about it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    fix: Option<String>,
+    /// Exit code if this is the first thing that is wrong.
+    #[serde(skip)]
+    code: Code,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+enum Verdict {
+    Good,
+    /// Works, with less margin than it should have.
+    Doubtful,
+    Wrong,
+}
+
+impl Check {
+    fn good(name: impl Into<String>, found: impl Display) -> Self {
+        let (name, found) = (name.into(), found.to_string());
+        Self { name, verdict: Verdict::Good, found, fix: None, code: Code::Failed }
+    }
+
+    fn doubtful(name: impl Into<String>, found: impl Display, fix: impl Into<String>) -> Self {
+        Self { verdict: Verdict::Doubtful, fix: Some(fix.into()), ..Self::good(name, found) }
+    }
+
+    fn wrong(
+        name: impl Into<String>,
+        found: impl Display,
+        fix: impl Into<String>,
+        code: Code,
+    ) -> Self {
+        Self { verdict: Verdict::Wrong, code, ..Self::doubtful(name, found, fix) }
+    }
+
+    /// The link's own words already say what to do.
+    fn of(name: impl Into<String>, error: &LinkError) -> Self {
+        let code = match error {
+            LinkError::Address { .. } => Code::Usage,
+            _ => Code::Link,
+        };
+        Self { verdict: Verdict::Wrong, code, ..Self::good(name, error) }
+    }
+}
+
+pub fn run(ui: &Ui, arguments: &DoctorArguments) -> Result<(), Failure> {
+    let checks = match &arguments.link {
+        Some(link) => link_checks(link),
+        None => computer_checks(),
+    };
+    ui.data(&checks, text(ui, &checks))?;
+    let wrong = checks.iter().filter(|check| check.verdict == Verdict::Wrong);
+    match wrong.clone().next() {
+        Some(first) => {
+            let message = format!("{} wrong; what mends each stands beside it", wrong.count());
+            Err(Failure::new(first.code, message))
+        }
+        None => Ok(()),
+    }
+}
+
+/// What this computer has to reach a device with. None of it is needed by all.
+fn computer_checks() -> Vec<Check> {
+    let mut checks = Vec::new();
+    match net::check_sockets() {
+        Err(error) => {
+            let found = error.to_string();
+            let fix = "needed for socketcan: links only";
+            checks.push(Check::doubtful("CAN sockets", found, fix));
+        }
+        Ok(()) => {
+            checks.push(Check::good("CAN sockets", "this kernel has them"));
+            let interfaces = net::list();
+            if interfaces.is_empty() {
+                let fix = "plug in an adapter, or make a virtual one: cathforce link up vcan0";
+                checks.push(Check::doubtful("CAN interfaces", "there is none", fix));
+            }
+            checks.extend(interfaces.iter().flat_map(interface::checks));
+        }
+    }
+    checks.push(match qemu::find_firmware(None) {
+        Ok(elf) => Check::good("firmware for the emulated board", elf.display()),
+        Err(error) => Check::doubtful("firmware for the emulated board", error, "needed for qemu"),
+    });
+    checks
+}
+
+/// Everything between here and the device behind a link.
+fn link_checks(link: &str) -> Vec<Check> {
+    let mut checks = Vec::new();
+    if let Some(name) = link.strip_prefix("socketcan:") {
+        match net::check_sockets().and_then(|()| net::find(name)) {
+            Ok(found) => checks.extend(interface::checks(&found)),
+            Err(error) => return vec![Check::of("interface", &error)],
+        }
+        if checks.iter().any(|check| check.verdict == Verdict::Wrong) {
+            // Whatever the device does not answer then is no fault of its own.
+            return checks;
+        }
+    }
+    match cathforce_link::open(link) {
+        Ok(opened) => {
+            checks.push(Check::good("link", format_args!("{link} can be opened")));
+            checks.extend(device::checks(opened));
+        }
+        Err(error) => checks.push(Check::of("link", &error)),
+    }
+    checks
+}
+
+fn text(ui: &Ui, checks: &[Check]) -> String {
+    let line = |check: &Check| {
+        let mark = match check.verdict {
+            Verdict::Good => "ok   ",
+            Verdict::Doubtful => "note ",
+            Verdict::Wrong => "WRONG",
+        };
+        let fix = check.fix.as_ref().map(|fix| format!("        fix: {fix}\n"));
+        format!("{mark}  {}: {}\n{}", ui.bold(&check.name), check.found, fix.unwrap_or_default())
+    };
+    checks.iter().map(line).collect()
+}

@@ -1,0 +1,106 @@
+//! Does the device behind a link fit this program, and does it keep time?
+
+use std::time::{Duration, Instant};
+
+use cathforce_bus::service::Status;
+use cathforce_config::image::schema_hash;
+use cathforce_control::{Mode, TICK_S};
+use cathforce_link::{Client, ClientError, Link};
+
+use super::Check;
+use crate::failure::{Code, Failure};
+
+const VERSION: &str = env!("CARGO_PKG_VERSION");
+/// How long the device's clock is watched.
+const WATCH: Duration = Duration::from_secs(1);
+/// A crystal is right to 100 ppm; beyond, and with what asking for the time may take, the two
+/// sides do not mean the same second.
+const CLOCK_TOLERANCE: f64 = 1e-3;
+
+pub fn checks(link: Box<dyn Link>) -> Vec<Check> {
+    let mut client = match Client::connect(link) {
+        Ok(client) => client,
+        Err(error) => return vec![failed("device", error)],
+    };
+    let device = client.device().clone();
+    let mut checks = vec![Check::good("device", device.board.as_str())];
+    let of_same_version = format!("use firmware of version {VERSION}, as this program is");
+    checks.push(if device.image_schema_hash != schema_hash() {
+        let found = format!("{} reads images of another layout", device.firmware);
+        Check::wrong("firmware", found, of_same_version, Code::Device)
+    } else if device.firmware != VERSION {
+        Check::doubtful("firmware", &device.firmware, of_same_version)
+    } else {
+        Check::good("firmware", VERSION)
+    });
+    let clock = client.status().and_then(|status| {
+        checks.push(mode(&status));
+        clock(&mut client, &status)
+    });
+    checks.push(clock.unwrap_or_else(|error| failed("clock", error)));
+    checks
+}
+
+fn failed(name: &str, error: ClientError) -> Check {
+    let Failure { code, message } = error.into();
+    Check::wrong(name, message, "see above", code)
+}
+
+fn mode(status: &Status) -> Check {
+    match Mode::from_codes(status.mode, status.fault) {
+        None => Check::good("state", "not configured"),
+        Some(mode) => match mode.fault() {
+            None => Check::good("state", mode.name()),
+            Some(fault) => Check::wrong(
+                "state",
+                format!("fault {}: {}", fault.name(), fault.cause()),
+                format!("{}; cathforce fault clear {} --link …", fault.next_step(), fault.name()),
+                Code::Device,
+            ),
+        },
+    }
+}
+
+/// Ticks that the device counts in a second of this computer. Asking takes as long before as
+/// after, so that it falls out but for its jitter.
+fn clock(client: &mut Client, first: &Status) -> Result<Check, ClientError> {
+    if first.lock_step {
+        return Ok(Check::good("clock", "stands still between grants: lock step"));
+    }
+    let before = (Instant::now(), client.status()?.tick);
+    std::thread::sleep(WATCH);
+    let after = (Instant::now(), client.status()?.tick);
+    let ticks = after.1.wrapping_sub(before.1);
+    Ok(rate(ticks, after.0 - before.0))
+}
+
+fn rate(ticks: u32, elapsed: Duration) -> Check {
+    let per_tick_s = elapsed.as_secs_f64() / f64::from(ticks.max(1));
+    let slow = per_tick_s / f64::from(TICK_S) - 1.0;
+    let found = format!("{ticks} ticks in {:.4} s", elapsed.as_secs_f64());
+    if ticks == 0 {
+        let fix = "restart the device: its tick does not run";
+        Check::wrong("clock", found, fix, Code::Device)
+    } else if slow.abs() > CLOCK_TOLERANCE {
+        let fix = "a busy computer asks late, so ask again; if it stays, the device's oscillator \
+                   is not the one that its firmware was built for";
+        Check::doubtful("clock", format!("{found}, {:+.2} % off", -100.0 * slow), fix)
+    } else {
+        Check::good("clock", found)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Verdict;
+    use super::*;
+
+    #[test]
+    fn a_clock_that_is_off_by_a_percent_is_seen_and_one_that_stands_is_wrong() {
+        assert_eq!(rate(1000, Duration::from_secs(1)).verdict, Verdict::Good);
+        let check = rate(990, Duration::from_secs(1));
+        assert_eq!(check.verdict, Verdict::Doubtful);
+        assert!(check.found.contains("-1.01 %"), "{}", check.found);
+        assert_eq!(rate(0, Duration::from_secs(1)).verdict, Verdict::Wrong);
+    }
+}

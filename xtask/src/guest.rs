@@ -1,0 +1,138 @@
+//! The Linux guest in which SocketCAN is tested: its kernel, its tools, our program.
+
+use std::path::Path;
+
+use anyhow::{Context, bail};
+
+use crate::setup::{BACKPORTS, Consent, add_backports, as_root};
+use crate::shell::{cargo, command, output, run, target_folder};
+
+/// The emulator.
+const EMULATOR: &str = "qemu-system-x86_64";
+const TARGET: &str = "x86_64-unknown-linux-musl";
+/// Of Debian's kernel, in the order in which they are loaded.
+const MODULES: [&str; 7] = [
+    "net/can/can",
+    "net/can/can-raw",
+    "drivers/net/can/dev/can-dev",
+    "drivers/net/can/vcan",
+    "drivers/net/can/slcan/slcan",
+    "drivers/net/can/sja1000/sja1000",
+    "drivers/net/can/sja1000/kvaser_pci",
+];
+/// Of can-utils: witnesses and attackers that share nothing with this project.
+const TOOLS: [&str; 4] = ["candump", "cansend", "cangen", "slcand"];
+/// The guest computes what the board would: without optimising, for longer than its test may take.
+const OPTIMISED: [&str; 9] =
+    ["scalar", "mechanics", "control", "bus", "config", "device", "rig", "record", "link"];
+
+/// Installs the emulator, fetches kernel and tools, builds the static program, all into
+/// `target/guest`, unless it is there. The program is always brought up to date.
+pub fn ensure(consent: Consent) -> anyhow::Result<()> {
+    let folder = target_folder().join("guest");
+    install(consent)?;
+    if !folder.join("vmlinuz").is_file() {
+        fetch(consent, &folder)?;
+    }
+    let program = program()?;
+    std::fs::copy(&program, folder.join("root/bin/cathforce"))
+        .with_context(|| format!("{} cannot be copied into the guest", program.display()))?;
+    Ok(())
+}
+
+/// The `cathforce` program without shared libraries.
+fn program() -> anyhow::Result<std::path::PathBuf> {
+    let mut build = cargo(&["rustc", "--package", "cathforce", "--bin", "cathforce"]);
+    build.args(["--target", TARGET]);
+    for package in OPTIMISED {
+        build.args(["--config", &format!("profile.dev.package.cathforce-{package}.opt-level=3")]);
+    }
+    // It goes into the guest's memory.
+    run(build.args(["--", "-C", "strip=symbols"]))?;
+    Ok(target_folder().join(TARGET).join("debug/cathforce"))
+}
+
+/// The emulator, a shell without libraries, and what packs them.
+fn install(consent: Consent) -> anyhow::Result<()> {
+    let is_there = |program: &str| output(command(program).arg("--version")).is_some();
+    // A busybox that is not static has no interpreter in the guest.
+    let has_shell = output(command("dpkg-query").args(["-W", "busybox-static"])).is_some();
+    if is_there(EMULATOR) && is_there("cpio") && has_shell {
+        return Ok(());
+    }
+    if output(command("apt-get").arg("--version")).is_none() {
+        bail!(
+            "SocketCAN is tested in a Linux guest made of Debian's packages. Run this on Debian \
+             (or in its container), where I can fetch them: {EMULATOR}, busybox-static, cpio, \
+             linux-image-amd64, can-utils"
+        );
+    }
+    let script = format!(
+        "{}apt-get update && apt-get install -y --no-install-recommends -t {BACKPORTS} \
+         qemu-system-x86 && apt-get install -y --no-install-recommends busybox-static cpio",
+        add_backports()
+    );
+    as_root(consent, &script)
+}
+
+/// Kernel, modules, tools and their library, out of Debian's packages, which are not installed.
+fn fetch(consent: Consent, folder: &Path) -> anyhow::Result<()> {
+    let kernel = match kernel_package() {
+        Some(name) => name,
+        None => {
+            as_root(consent, "apt-get update")?;
+            kernel_package().context("apt knows no linux-image-amd64: is this an amd64 Debian?")?
+        }
+    };
+    let packages = folder.join("packages");
+    let root = folder.join("root");
+    for sub in ["bin", "modules", "dev", "proc", "sys", "tmp", "lib", "lib64"] {
+        std::fs::create_dir_all(root.join(sub))?;
+    }
+    std::fs::create_dir_all(&packages)?;
+    run(command("apt-get")
+        .args(["download", &kernel, "can-utils", "libc6"])
+        .current_dir(&packages))?;
+    let unpack = |package: &str, wanted: &str| {
+        let script = format!("dpkg-deb --fsys-tarfile {package}_*.deb | tar -x {wanted}");
+        run(command("sh").args(["-c", &script]).current_dir(&packages))
+    };
+    unpack(&kernel, "--wildcards './boot/vmlinuz*' './lib/modules/*/kernel/*/can'")?;
+    unpack("can-utils", "./usr/bin")?;
+    unpack("libc6", "./lib/x86_64-linux-gnu/libc.so.6 --wildcards './lib*/*ld-linux*'")?;
+
+    let modules = packages.join("lib/modules").join(kernel.trim_start_matches("linux-image-"));
+    for module in MODULES {
+        let file = format!("{module}.ko");
+        let name = Path::new(&file).file_name().context("a module has a name")?;
+        copy(&modules.join("kernel").join(&file), &root.join("modules").join(name))?;
+    }
+    for tool in TOOLS {
+        copy(&packages.join("usr/bin").join(tool), &root.join("bin").join(tool))?;
+    }
+    let library = "lib/x86_64-linux-gnu";
+    std::fs::create_dir_all(root.join(library))?;
+    for file in ["libc.so.6", "ld-linux-x86-64.so.2"] {
+        copy(&packages.join(library).join(file), &root.join(library).join(file))?;
+    }
+    let loader = "ld-linux-x86-64.so.2";
+    copy(&packages.join(library).join(loader), &root.join("lib64").join(loader))?;
+    copy(Path::new("/bin/busybox"), &root.join("bin/busybox"))?;
+    // Last: that it is there says that all is.
+    let version = kernel.trim_start_matches("linux-image-");
+    copy(&packages.join(format!("boot/vmlinuz-{version}")), &folder.join("vmlinuz"))?;
+    Ok(std::fs::remove_dir_all(packages)?)
+}
+
+fn copy(from: &Path, to: &Path) -> anyhow::Result<()> {
+    std::fs::copy(from, to)
+        .with_context(|| format!("{} cannot be copied to {}", from.display(), to.display()))?;
+    Ok(())
+}
+
+/// The package that the name of all kernels leads to.
+fn kernel_package() -> Option<String> {
+    let text = output(command("apt-cache").args(["depends", "linux-image-amd64"]))?;
+    let names = text.split_whitespace().filter(|word| word.starts_with("linux-image-"));
+    names.last().filter(|name| *name != "linux-image-amd64").map(str::to_owned)
+}
