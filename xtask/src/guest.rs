@@ -133,6 +133,6 @@ fn copy(from: &Path, to: &Path) -> anyhow::Result<()> {
 /// The package that the name of all kernels leads to.
 fn kernel_package() -> Option<String> {
     let text = output(command("apt-cache").args(["depends", "linux-image-amd64"]))?;
-    let names = text.split_whitespace().filter(|word| word.starts_with("linux-image-"));
-    names.last().filter(|name| *name != "linux-image-amd64").map(str::to_owned)
+    let mut names = text.split_whitespace().filter(|word| word.starts_with("linux-image-"));
+    names.next_back().filter(|name| *name != "linux-image-amd64").map(str::to_owned)
 }
