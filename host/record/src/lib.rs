@@ -8,19 +8,26 @@
 #![forbid(unsafe_code)]
 
 mod analysis;
+mod atomic;
 mod background;
+mod bundle;
+mod candump;
 mod clock;
 mod compare;
 mod dropout;
 mod frame;
+pub mod import;
 mod info;
+pub mod latency;
 mod layout;
 mod messages;
+mod parquet_file;
 mod reader;
 mod replay;
 mod sensed;
 mod series;
 pub mod snap;
+mod survey;
 mod tick;
 mod topics;
 mod trial;
@@ -29,7 +36,10 @@ mod writer;
 pub use cathforce_bus::Direction;
 
 pub use analysis::{Analysis, PeakContact, analyse};
+pub use atomic::write_whole;
 pub use background::BackgroundRecorder;
+pub use bundle::{write_bundle, write_trial_csv};
+pub use candump::{CandumpError, CandumpLog, read_candump, write_candump};
 pub use clock::BusClock;
 pub use compare::{
     ChannelError, Comparison, FEED_BEFORE_SCORE_M, ForceError, SNAP_GUARD_S, SnapPair, compare,
@@ -38,10 +48,12 @@ pub use dropout::{Dropout, DropoutCause};
 pub use frame::BusFrame;
 pub use info::{FORMAT, RunInfo, RunResult};
 pub use layout::VESSEL_FILES;
+pub use parquet_file::write_ticks_parquet;
 pub use reader::{Cut, ReadError, Recording};
 pub use replay::{Difference, ReplayError, ReplayReport, Track, replay};
 pub use sensed::as_sensed;
 pub use series::{estimates, trial_time_s, write_nodes_csv, write_ticks_csv};
+pub use survey::{DropoutCount, IdCount, Survey, bus_load, name as frame_name, survey};
 pub use tick::{
     Completed, Decoder, GuidewireEstimate, NodeEstimate, NodePass, TickEstimate, decode,
 };

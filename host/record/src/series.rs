@@ -83,11 +83,10 @@ pub fn write_ticks_csv(
     for tick in ticks {
         let number = |x: Option<f32>| x.map_or(String::new(), |x| x.to_string());
         let force = |k: usize| number(tick.force_n.map(|force_n| force_n[k]));
-        let mode = Mode::from_codes(tick.mode, tick.fault);
         let row: [String; TICK_COLUMNS.len()] = [
             tick.tick.to_string(),
             format!("{:.6}", trial_time_s(recording, tick.at_ns)),
-            mode.map_or(tick.mode.to_string(), |mode| mode.name().to_owned()),
+            mode_name(tick),
             tick.fault.to_string(),
             u8::from(tick.unresolved).to_string(),
             u8::from(tick.limited).to_string(),
@@ -115,6 +114,12 @@ pub fn write_ticks_csv(
         csv.write_record(row.iter().chain(wire.iter().filter(|_| has_guidewire)))?;
     }
     Ok(csv.flush()?)
+}
+
+/// The mode's name, or its code if it has none.
+pub(crate) fn mode_name(tick: &TickEstimate) -> String {
+    let mode = Mode::from_codes(tick.mode, tick.fault);
+    mode.map_or_else(|| tick.mode.to_string(), |mode| mode.name().to_owned())
 }
 
 /// One row a node and shape; positions from the entry, vessel frame.

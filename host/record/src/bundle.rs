@@ -1,0 +1,75 @@
+//! A recording as a trial bundle: rig, vessel, and the trial with what was measured.
+
+use std::fs;
+use std::io;
+use std::path::Path;
+
+use crate::atomic::make_folder;
+use crate::reader::Recording;
+
+/// Makes the folder of a bundle, which must not be there yet; its trial is the one that was
+/// played, as far as it was.
+///
+/// Numbers are written so that they read back as they were.
+pub fn write_bundle(recording: &Recording, folder: &Path) -> io::Result<()> {
+    make_folder(folder, |folder| {
+        fs::write(folder.join("rig.toml"), &recording.rig_toml)?;
+        for (name, bytes) in &recording.vessel {
+            fs::write(folder.join(name), bytes)?;
+        }
+        fs::create_dir(folder.join("trials"))?;
+        let number: u32 = recording.info.trial.parse().unwrap_or(0);
+        let file = fs::File::create(folder.join(format!("trials/{number:03}.csv")))?;
+        write_trial_csv(recording, io::BufWriter::new(file)).map_err(io::Error::other)
+    })
+}
+
+/// The rows of the trial in the columns of a bundle; a channel that was never measured has none.
+pub fn write_trial_csv(recording: &Recording, out: impl io::Write) -> csv::Result<()> {
+    let trial = &recording.trial;
+    let any = |there: fn(&crate::Measured) -> bool| trial.rows.iter().any(there);
+    let force = any(|row| row.force_n.is_some());
+    let drive = any(|row| row.drive_force_n.is_some());
+    let tip = any(|row| row.tip_m.is_some());
+    let wire = any(|row| row.guidewire.is_some());
+    let wire_force = any(|row| row.guidewire.is_some_and(|wire| wire.drive_force_n.is_some()));
+    let points = trial.shapes_m.iter().map(Vec::len).max().unwrap_or(0);
+
+    let mut names = vec!["t_s".to_owned()];
+    let mut add = |there: bool, more: &[&str]| {
+        names.extend(more.iter().filter(|_| there).map(|name| (*name).to_owned()));
+    };
+    add(true, &["insertion_m", "rotation_rad"]);
+    add(force, &["fx_N", "fy_N", "fz_N"]);
+    add(drive, &["drive_fx_N"]);
+    add(tip, &["tip_x_m", "tip_y_m", "tip_z_m"]);
+    add(wire, &["guidewire_insertion_m", "guidewire_rotation_rad"]);
+    add(wire_force, &["guidewire_drive_fx_N"]);
+    for k in 0..points {
+        names.extend(["x", "y", "z"].map(|axis| format!("p{k:02}_{axis}_m")));
+    }
+
+    let mut csv = csv::Writer::from_writer(out);
+    csv.write_record(&names)?;
+    for (i, row) in trial.rows.iter().enumerate() {
+        let mut fields = Vec::with_capacity(names.len());
+        let mut put = |there: bool, values: &[Option<f64>]| {
+            let text = |x: &Option<f64>| x.map_or(String::new(), |x| x.to_string());
+            fields.extend(values.iter().filter(|_| there).map(text));
+        };
+        let three = |x: Option<[f64; 3]>| x.map_or([None; 3], |x| x.map(Some));
+        put(true, &[row.t_s, row.insertion_m, row.rotation_rad].map(Some));
+        put(force, &three(row.force_n));
+        put(drive, &[row.drive_force_n]);
+        put(tip, &three(row.tip_m));
+        let at = row.guidewire;
+        put(wire, &[at.map(|at| at.insertion_m), at.map(|at| at.rotation_rad)]);
+        put(wire_force, &[at.and_then(|at| at.drive_force_n)]);
+        let shape = trial.shapes_m.get(i).map_or(&[][..], Vec::as_slice);
+        for k in 0..points {
+            put(true, &three(shape.get(k).copied()));
+        }
+        csv.write_record(&fields)?;
+    }
+    Ok(csv.flush()?)
+}

@@ -1,0 +1,192 @@
+//! Logs of `candump -l`: written for other tools, read from them.
+//!
+//! A line is `(seconds.microseconds) interface id#data`, and newer versions add a `T` or `R` for
+//! the direction. Ours follows from the identifier.
+
+use std::io::{self, BufRead, Write};
+
+use cathforce_bus::{Direction, Frame, Id};
+
+use crate::frame::BusFrame;
+
+/// What a log held beside the frames that were taken.
+#[derive(Clone, Debug, PartialEq, Eq, Default)]
+pub struct CandumpLog {
+    /// In the order of the log; the first one is at 0.
+    pub frames: Vec<BusFrame>,
+    /// Time of the first one, as the log states it \[ns\].
+    pub started_ns: u64,
+    /// Frames of other senders: extended, remote, CAN FD, or of no identifier of ours.
+    pub foreign: usize,
+}
+
+/// A line is no frame.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("line {line}: {problem}; fix: {fix}")]
+pub struct CandumpError {
+    pub line: usize,
+    pub problem: String,
+    pub fix: &'static str,
+}
+
+const FORM: &str = "a line is `(1700000000.000000) can0 100#0102030405060708`, as `candump -l` \
+                    writes it";
+
+/// Writes frames as `candump -l` does.
+///
+/// `started_ns`: time of day at time 0 of the frames.
+pub fn write_candump(
+    frames: &[BusFrame],
+    started_ns: u64,
+    interface: &str,
+    mut out: impl Write,
+) -> io::Result<()> {
+    for frame in frames {
+        let us = started_ns.saturating_add(frame.at_ns) / 1000;
+        let (s, us) = (us / 1_000_000, us % 1_000_000);
+        writeln!(out, "({s:010}.{us:06}) {interface} {}", frame.frame)?;
+    }
+    out.flush()
+}
+
+/// Reads a log. Empty lines are passed over; anything else that is no frame is an error.
+pub fn read_candump(log: impl BufRead) -> Result<CandumpLog, CandumpError> {
+    let mut found = CandumpLog::default();
+    let mut before_ns = None;
+    for (i, line) in log.lines().enumerate() {
+        let wrong = |problem: String, fix| CandumpError { line: i + 1, problem, fix };
+        let line =
+            line.map_err(|e| wrong(format!("cannot be read: {e}"), "give a text file of candump"))?;
+        if line.trim().is_empty() {
+            continue;
+        }
+        let (at_ns, frame) = parse(line.trim()).map_err(|problem| wrong(problem, FORM))?;
+        if before_ns.is_some_and(|before_ns| at_ns < before_ns) {
+            let fix = "take the lines in the order in which they were logged";
+            return Err(wrong("time goes back".into(), fix));
+        }
+        if before_ns.replace(at_ns).is_none() {
+            found.started_ns = at_ns;
+        }
+        let known = frame.and_then(|frame| Some((frame, Id::from_raw(frame.id())?)));
+        let Some((frame, id)) = known else {
+            found.foreign += 1;
+            continue;
+        };
+        let direction = match id.is_from_host() {
+            true => Direction::ToDevice,
+            false => Direction::ToHost,
+        };
+        let at_ns = at_ns - found.started_ns;
+        found.frames.push(BusFrame { at_ns, direction, frame });
+    }
+    Ok(found)
+}
+
+/// Time \[ns\] and frame of a line; no frame if it is one that this bus does not have.
+fn parse(line: &str) -> Result<(u64, Option<Frame>), String> {
+    let mut words = line.split_ascii_whitespace();
+    let time = words.next().unwrap_or_default();
+    let at_ns = parse_time(time).ok_or_else(|| format!("`{time}` is no time in brackets"))?;
+    let (Some(_interface), Some(frame)) = (words.next(), words.next()) else {
+        return Err("interface or frame is missing".into());
+    };
+    match (words.next(), words.next()) {
+        (None | Some("T" | "R"), None) => {}
+        (Some(more), _) | (None, Some(more)) => return Err(format!("`{more}` follows the frame")),
+    }
+    Ok((at_ns, parse_frame(frame).ok_or_else(|| format!("`{frame}` is no frame"))?))
+}
+
+fn parse_time(text: &str) -> Option<u64> {
+    let (seconds, part) = text.strip_prefix('(')?.strip_suffix(')')?.split_once('.')?;
+    let digits = |text: &str| text.bytes().all(|b| b.is_ascii_digit()) && !text.is_empty();
+    if !digits(seconds) || !digits(part) || part.len() > 9 {
+        return None;
+    }
+    let unit = 10_u64.pow(9 - part.len() as u32);
+    let part_ns = part.parse::<u64>().ok()?.checked_mul(unit)?;
+    seconds.parse::<u64>().ok()?.checked_mul(1_000_000_000)?.checked_add(part_ns)
+}
+
+fn parse_frame(text: &str) -> Option<Option<Frame>> {
+    let (id, data) = text.split_once('#')?;
+    let raw = u32::from_str_radix(id, 16).ok().filter(|_| matches!(id.len(), 3 | 8))?;
+    let short = (id.len() == 3).then(|| u16::try_from(raw).ok()).flatten();
+    if data.starts_with('#') || data.starts_with('R') {
+        return Some(None);
+    }
+    let pairs = data.as_bytes().chunks(2);
+    let bytes = pairs
+        .map(|pair| match std::str::from_utf8(pair) {
+            Ok(pair) if pair.len() == 2 && !pair.starts_with('+') => {
+                u8::from_str_radix(pair, 16).ok()
+            }
+            _ => None,
+        })
+        .collect::<Option<Vec<_>>>()
+        .filter(|bytes| bytes.len() <= 8)?;
+    Some(short.and_then(|id| Frame::new(id, &bytes)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn frames() -> Vec<BusFrame> {
+        let frame = |at_ns, id, data: &[u8], direction| BusFrame {
+            at_ns,
+            direction,
+            frame: Frame::new(id, data).unwrap(),
+        };
+        vec![
+            frame(0, 0x100, &[1, 2, 3, 4, 5, 6, 7, 8], Direction::ToDevice),
+            frame(1_000_000, 0x180, &[0xFF; 8], Direction::ToHost),
+            frame(1_500_000, 0x580, &[], Direction::ToHost),
+        ]
+    }
+
+    #[test]
+    fn a_log_survives_its_text() {
+        let started_ns = 1_700_000_000_123_456_000;
+        let mut text = Vec::new();
+        write_candump(&frames(), started_ns, "can0", &mut text).unwrap();
+        let first = "(1700000000.123456) can0 100#0102030405060708";
+        assert_eq!(String::from_utf8_lossy(&text).lines().next(), Some(first));
+        let log = read_candump(&text[..]).unwrap();
+        assert_eq!(log, CandumpLog { frames: frames(), started_ns, foreign: 0 });
+    }
+
+    #[test]
+    fn frames_of_others_are_counted_and_left_out() {
+        let text = "(1.5) can0 7F3#00 T\n\n(1.5) can0 18FF50E5#0011\n(1.6) can0 100##300\n\
+                    (1.7) vcan1 100#R8\n(1.8) can0 100#0102030405060708 R\n";
+        let log = read_candump(text.as_bytes()).unwrap();
+        assert_eq!((log.foreign, log.frames.len()), (4, 1));
+        assert_eq!(log.frames[0].at_ns, 300_000_000, "from the first line on");
+    }
+
+    #[test]
+    fn a_line_that_is_no_frame_is_named() {
+        let wrong = |line: &str| {
+            let text = format!("(1.0) can0 100#00\n{line}\n");
+            read_candump(text.as_bytes()).unwrap_err().to_string()
+        };
+        for (line, says) in [
+            ("1.0 can0 100#00", "`1.0` is no time"),
+            ("(1) can0 100#00", "`(1)` is no time"),
+            ("(1.0) can0", "missing"),
+            ("(1.0) can0 100", "`100` is no frame"),
+            ("(1.0) can0 100#0", "`100#0` is no frame"),
+            ("(1.0) can0 100#+1", "`100#+1` is no frame"),
+            ("(1.0) can0 1#00", "`1#00` is no frame"),
+            ("(1.0) can0 100#000000000000000000", "is no frame"),
+            ("(1.0) can0 100#00 x", "`x` follows"),
+            ("(0.9) can0 100#00", "time goes back"),
+        ] {
+            let text = wrong(line);
+            assert!(text.starts_with("line 2: ") && text.contains(says), "{line}: {text}");
+            assert!(text.contains("fix:"), "{text}");
+        }
+    }
+}

@@ -1,0 +1,184 @@
+//! How long everything takes between encoder and record, stage by stage.
+
+use cathforce_bus::{Direction, Id, Process};
+use cathforce_control::TICK_S;
+use serde::Serialize;
+
+use crate::frame::BusFrame;
+
+/// Times of one stage \[s\].
+#[derive(Clone, Copy, Debug, PartialEq, Default, Serialize)]
+pub struct Spread {
+    pub count: usize,
+    pub p50_s: f64,
+    pub p99_s: f64,
+    pub p999_s: f64,
+    pub max_s: f64,
+}
+
+impl Spread {
+    /// `None` without a time.
+    pub fn of(mut times_s: Vec<f64>) -> Option<Self> {
+        times_s.sort_by(f64::total_cmp);
+        let at = |share: f64| {
+            let rank = (share * times_s.len() as f64).ceil() as usize;
+            times_s.get(rank.saturating_sub(1)).copied()
+        };
+        Some(Self {
+            count: times_s.len(),
+            p50_s: at(0.5)?,
+            p99_s: at(0.99)?,
+            p999_s: at(0.999)?,
+            max_s: at(1.0)?,
+        })
+    }
+}
+
+/// One stage of the way.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Stage {
+    pub name: &'static str,
+    /// From where to where.
+    pub what: &'static str,
+    pub times: Spread,
+}
+
+/// Name of the stage that spans the others.
+pub const END_TO_END: &str = "end to end";
+
+/// The stages of what crossed the bus while ticks had an encoder, in their order.
+///
+/// In lock step time is virtual and a tick takes none: only ages are left. Running free, times
+/// are this host's, of frames as it sent and got them. `logged_ns`: of each frame, see
+/// [`crate::Recording::logged_ns`]; empty while nothing is recorded.
+pub fn stages(frames: &[BusFrame], logged_ns: &[u64], lock_step: bool) -> Vec<Stage> {
+    let mut samples = Samples::default();
+    for frame in frames {
+        samples.take(frame);
+    }
+    let recorded = frames.iter().zip(logged_ns);
+    let recorded = recorded.map(|(frame, logged_ns)| span_s(frame.at_ns, *logged_ns)).collect();
+    let free = |times: Vec<f64>| if lock_step { Vec::new() } else { times };
+    let stages = [
+        ("encoder period", "from one encoder frame to the next", free(samples.period_s)),
+        (
+            "answer",
+            "from the newest encoder frame to the tick's first frame",
+            free(samples.answer_s),
+        ),
+        ("age in the device", "of the encoder sample that a tick used", samples.age_s),
+        (
+            END_TO_END,
+            "from the encoder frame that a tick used to its first frame",
+            free(samples.whole_s),
+        ),
+        ("tick period", "from one tick's first frame to the next", free(samples.tick_s)),
+        ("tick's frames", "from a tick's first frame to its last", free(samples.frames_s)),
+        ("record", "from this host's sight of a frame to its record", free(recorded)),
+    ];
+    let stage = |(name, what, times)| Some(Stage { name, what, times: Spread::of(times)? });
+    stages.into_iter().filter_map(stage).collect()
+}
+
+fn span_s(from_ns: u64, to_ns: u64) -> f64 {
+    to_ns.saturating_sub(from_ns) as f64 * 1e-9
+}
+
+#[derive(Default)]
+struct Samples {
+    encoder_ns: Option<u64>,
+    haptic_ns: Option<u64>,
+    last_frame_ns: u64,
+    answer_now_s: Option<f64>,
+    period_s: Vec<f64>,
+    answer_s: Vec<f64>,
+    age_s: Vec<f64>,
+    whole_s: Vec<f64>,
+    tick_s: Vec<f64>,
+    frames_s: Vec<f64>,
+}
+
+impl Samples {
+    fn take(&mut self, frame: &BusFrame) {
+        let at_ns = frame.at_ns;
+        let payload = frame.frame.data().first_chunk();
+        let Some((id, &payload)) = Id::from_raw(frame.frame.id()).zip(payload) else { return };
+        let from_host = frame.direction == Direction::ToDevice;
+        match Process::decode(id, payload) {
+            Some(Process::Encoder(_)) if from_host => {
+                let before = self.encoder_ns.replace(at_ns);
+                self.period_s.extend(before.map(|before| span_s(before, at_ns)));
+            }
+            Some(Process::Haptic(_)) if !from_host => {
+                if let Some(before) = self.haptic_ns.replace(at_ns) {
+                    self.tick_s.push(span_s(before, at_ns));
+                    self.frames_s.push(span_s(before, self.last_frame_ns));
+                }
+                self.answer_now_s = self.encoder_ns.map(|encoder| span_s(encoder, at_ns));
+                self.answer_s.extend(self.answer_now_s);
+            }
+            Some(Process::Drive(drive)) if !from_host && self.encoder_ns.is_some() => {
+                let age_s = f64::from(drive.encoder_age_ticks) * f64::from(TICK_S);
+                self.age_s.push(age_s);
+                self.whole_s.extend(self.answer_now_s.map(|answer| answer + age_s));
+            }
+            _ => {}
+        }
+        if !from_host {
+            self.last_frame_ns = at_ns;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use cathforce_bus::{
+        Drive, DriveTorque, Encoder, Force, Haptic, HapticForce, HapticTorque, Insertion, Rotation,
+        Sealer, Status,
+    };
+
+    use super::*;
+
+    #[test]
+    fn a_spread_is_of_times_that_were_there() {
+        assert_eq!(Spread::of(Vec::new()), None);
+        let spread = Spread::of((1..=1000).rev().map(f64::from).collect()).unwrap();
+        let found = [spread.p50_s, spread.p99_s, spread.p999_s, spread.max_s];
+        assert_eq!(found, [500.0, 990.0, 999.0, 1000.0]);
+        let one = Spread::of(vec![2.0]).unwrap();
+        assert_eq!((one.p50_s, one.max_s), (2.0, 2.0));
+    }
+
+    #[test]
+    fn each_stage_is_measured_where_it_begins_and_ends() {
+        let (mut host, mut device) = (Sealer::default(), Sealer::default());
+        let mut frames = Vec::new();
+        for tick in 0..10 {
+            let us = |us: u64| 1000 * (1000 * tick + us);
+            let encoder =
+                Encoder { insertion: Insertion::from_m(0.1), rotation: Rotation::from_rad(0.0) };
+            let frame = host.seal(Process::Encoder(encoder), Status::default());
+            frames.push(BusFrame { at_ns: us(0), direction: Direction::ToDevice, frame });
+            let haptic =
+                Haptic { force: HapticForce(0), torque: HapticTorque(0), mode: 4, fault: 0 };
+            let drive =
+                Drive { force: Force(0), torque: DriveTorque(0), limits: 0, encoder_age_ticks: 2 };
+            for (at, process) in [(600, Process::Haptic(haptic)), (850, Process::Drive(drive))] {
+                let frame = device.seal(process, Status::default());
+                frames.push(BusFrame { at_ns: us(at), direction: Direction::ToHost, frame });
+            }
+        }
+        let logged_ns = frames.iter().map(|f| f.at_ns + 40_000).collect::<Vec<_>>();
+        let found = stages(&frames, &logged_ns, false);
+        let expected_us = [1000.0, 600.0, 2000.0, 2600.0, 1000.0, 250.0, 40.0];
+        assert_eq!(found.len(), expected_us.len());
+        for (stage, us) in found.iter().zip(expected_us) {
+            let times = stage.times;
+            for s in [times.p50_s, times.max_s] {
+                assert!((1e6 * s - us).abs() < 0.01, "{}: {s}", stage.name);
+            }
+        }
+        let virtual_time = stages(&frames, &logged_ns, true);
+        assert_eq!(virtual_time.iter().map(|s| s.name).collect::<Vec<_>>(), ["age in the device"]);
+    }
+}
