@@ -2,6 +2,7 @@
 
 mod link;
 mod lumen;
+mod recording;
 
 use std::path::PathBuf;
 
@@ -14,6 +15,11 @@ pub use link::{
     LinkServeArguments, LinkUpArguments,
 };
 pub use lumen::LumenArguments;
+pub use recording::{
+    CheckArguments, CompletionsArguments, ExportArguments, ImportArguments, ImportAtiArguments,
+    ImportCandumpArguments, ImportCsvArguments, ImportSource, LatencyArguments, ManArguments,
+    SendArguments,
+};
 
 const EXIT_CODES: &str = "\
 Exit codes:
@@ -65,8 +71,20 @@ pub enum Command {
     Gap(GapArguments),
     /// Make a web page of a recording.
     Report(ReportArguments),
-    /// Write a recording as CSV: one row a tick, and one a node and shape.
+    /// Say what is in a recording, what is missing and why, and whether it replays.
+    Check(CheckArguments),
+    /// Write a recording as CSV, Parquet, candump log or trial bundle.
     Export(ExportArguments),
+    /// Make a recording or a trial of what other tools measured.
+    Import(ImportArguments),
+    /// Play a recording's frames on a bus, at their time.
+    Play(SendArguments),
+    /// Say how long it takes from encoder to record, stage by stage.
+    Latency(LatencyArguments),
+    /// Print the completions of a shell.
+    Completions(CompletionsArguments),
+    /// Write manual pages.
+    Man(ManArguments),
 }
 
 /// What to play, and what to keep of it.
@@ -266,18 +284,6 @@ pub struct ReportArguments {
     /// The page, one file that needs nothing else.
     #[arg(long, value_name = "FILE.html")]
     pub html: PathBuf,
-}
-
-#[derive(Debug, Args)]
-pub struct ExportArguments {
-    #[arg(value_name = "FILE.mcap")]
-    pub recording: PathBuf,
-    /// One row a tick.
-    #[arg(long, value_name = "FILE.csv")]
-    pub csv: PathBuf,
-    /// One row a node and shape, 25 shapes a second.
-    #[arg(long, value_name = "FILE.csv")]
-    pub nodes: Option<PathBuf>,
 }
 
 #[derive(Debug, Args)]

@@ -31,7 +31,13 @@ fn main() -> ExitCode {
         Command::Tips => commands::tips::list(&ui),
         Command::Gap(arguments) => commands::gap::run(&ui, &arguments),
         Command::Report(arguments) => commands::report::run(&ui, &arguments),
+        Command::Check(arguments) => commands::check::run(&ui, &arguments),
         Command::Export(arguments) => commands::export::run(&ui, &arguments),
+        Command::Import(arguments) => commands::import::run(&ui, &arguments.from),
+        Command::Play(arguments) => commands::play::run(&ui, &arguments),
+        Command::Latency(arguments) => commands::latency::run(&ui, &arguments),
+        Command::Completions(arguments) => commands::shell::completions(&ui, &arguments),
+        Command::Man(arguments) => commands::shell::man(&ui, &arguments),
     };
     result.map_or_else(
         |failure| {

@@ -18,7 +18,7 @@ use crate::log::Log;
 use crate::ui::Ui;
 
 /// What every frame means, for whoever opens a recording elsewhere.
-const DBC: &str = include_str!("../../../docs/cathforce.dbc");
+pub const DBC: &str = include_str!("../../../docs/cathforce.dbc");
 /// Ticks of a device's second.
 const TICKS_PER_S: f64 = 1000.0;
 /// Ticks that a device may take to arm and to ramp down.

@@ -6,6 +6,7 @@ use std::path::Path;
 
 use crate::atomic::make_folder;
 use crate::reader::Recording;
+use crate::trial::Trial;
 
 /// Makes the folder of a bundle, which must not be there yet; its trial is the one that was
 /// played, as far as it was.
@@ -20,13 +21,12 @@ pub fn write_bundle(recording: &Recording, folder: &Path) -> io::Result<()> {
         fs::create_dir(folder.join("trials"))?;
         let number: u32 = recording.info.trial.parse().unwrap_or(0);
         let file = fs::File::create(folder.join(format!("trials/{number:03}.csv")))?;
-        write_trial_csv(recording, io::BufWriter::new(file)).map_err(io::Error::other)
+        write_trial(&recording.trial, io::BufWriter::new(file)).map_err(io::Error::other)
     })
 }
 
 /// The rows of the trial in the columns of a bundle; a channel that was never measured has none.
-pub fn write_trial_csv(recording: &Recording, out: impl io::Write) -> csv::Result<()> {
-    let trial = &recording.trial;
+pub fn write_trial(trial: &Trial, out: impl io::Write) -> csv::Result<()> {
     let any = |there: fn(&crate::Measured) -> bool| trial.rows.iter().any(there);
     let force = any(|row| row.force_n.is_some());
     let drive = any(|row| row.drive_force_n.is_some());

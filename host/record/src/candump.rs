@@ -32,7 +32,8 @@ pub struct CandumpError {
 const FORM: &str = "a line is `(1700000000.000000) can0 100#0102030405060708`, as `candump -l` \
                     writes it";
 
-/// Writes frames as `candump -l` does.
+/// Writes frames as `candump -l` does, sorted by time: in lock step frames to the device are on
+/// their way before the answers to earlier ticks.
 ///
 /// `started_ns`: time of day at time 0 of the frames.
 pub fn write_candump(
@@ -41,6 +42,8 @@ pub fn write_candump(
     interface: &str,
     mut out: impl Write,
 ) -> io::Result<()> {
+    let mut frames = frames.iter().collect::<Vec<_>>();
+    frames.sort_by_key(|frame| frame.at_ns);
     for frame in frames {
         let us = started_ns.saturating_add(frame.at_ns) / 1000;
         let (s, us) = (us / 1_000_000, us % 1_000_000);

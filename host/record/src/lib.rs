@@ -38,7 +38,7 @@ pub use cathforce_bus::Direction;
 pub use analysis::{Analysis, PeakContact, analyse};
 pub use atomic::write_whole;
 pub use background::BackgroundRecorder;
-pub use bundle::{write_bundle, write_trial_csv};
+pub use bundle::{write_bundle, write_trial};
 pub use candump::{CandumpError, CandumpLog, read_candump, write_candump};
 pub use clock::BusClock;
 pub use compare::{

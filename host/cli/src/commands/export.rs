@@ -1,29 +1,72 @@
 //! `cathforce export`.
 
-use std::fs::File;
+use std::fmt::Display;
+use std::io;
 use std::path::Path;
 
-use cathforce_record::{analyse, write_nodes_csv, write_ticks_csv};
-use serde_json::json;
+use cathforce_record::{
+    Track, analyse, write_bundle, write_candump, write_nodes_csv, write_ticks_csv,
+    write_ticks_parquet, write_whole,
+};
+use serde_json::{Value, json};
 
 use crate::args::ExportArguments;
 use crate::failure::Failure;
 use crate::ui::Ui;
 
+/// Interface that a log names.
+const INTERFACE: &str = "can0";
+
 pub fn run(ui: &Ui, arguments: &ExportArguments) -> Result<(), Failure> {
     let recording = super::open_recording(ui, &arguments.recording)?;
-    let track = analyse(&recording)?.track;
-    let create = |path: &Path| File::create(path).map_err(|e| Failure::write(path, e));
-    let path = &arguments.csv;
-    write_ticks_csv(&recording, &track.ticks, create(path)?)
-        .map_err(|e| Failure::write(path, e))?;
-    let mut files = vec![json!({ "path": path, "ticks": track.ticks.len() })];
-    let mut text = format!("{} ticks: {}\n", track.ticks.len(), path.display());
-    if let Some(path) = &arguments.nodes {
-        write_nodes_csv(&recording, &track.shapes, create(path)?)
-            .map_err(|e| Failure::write(path, e))?;
-        files.push(json!({ "path": path, "shapes": track.shapes.len() }));
-        text += &format!("{} shapes: {}\n", track.shapes.len(), path.display());
+    let decoded = [&arguments.csv, &arguments.nodes, &arguments.parquet];
+    let track = match decoded.iter().any(|path| path.is_some()) {
+        true => analyse(&recording)?.track,
+        false => Track::default(),
+    };
+    let ticks = &track.ticks;
+    let mut written = Written::default();
+    if let Some(path) = &arguments.csv {
+        whole(path, |out| write_ticks_csv(&recording, ticks, out).map_err(io::Error::other))?;
+        written.add(path, "ticks", ticks.len());
     }
-    ui.data(&files, text)
+    if let Some(path) = &arguments.nodes {
+        let shapes = &track.shapes;
+        whole(path, |out| write_nodes_csv(&recording, shapes, out).map_err(io::Error::other))?;
+        written.add(path, "shapes", shapes.len());
+    }
+    if let Some(path) = &arguments.parquet {
+        whole(path, |out| write_ticks_parquet(&recording, ticks, out).map_err(io::Error::other))?;
+        written.add(path, "ticks", ticks.len());
+    }
+    if let Some(path) = &arguments.candump {
+        let (frames, started_ns) = (&recording.frames, recording.info.started_unix_ns);
+        whole(path, |out| write_candump(frames, started_ns, INTERFACE, out))?;
+        written.add(path, "frames", frames.len());
+    }
+    if let Some(path) = &arguments.bundle {
+        write_bundle(&recording, path).map_err(|e| Failure::write(path, e))?;
+        written.add(path, "rows", recording.trial.rows.len());
+    }
+    ui.data(&written.json, written.text)
+}
+
+fn whole(
+    path: &Path,
+    write: impl FnOnce(&mut io::BufWriter<std::fs::File>) -> io::Result<()>,
+) -> Result<(), Failure> {
+    write_whole(path, write).map_err(|e| Failure::write(path, e))
+}
+
+#[derive(Default)]
+struct Written {
+    json: Vec<Value>,
+    text: String,
+}
+
+impl Written {
+    fn add(&mut self, path: &Path, what: &'static str, count: impl Display + Into<Value>) {
+        self.text += &format!("{count} {what}: {}\n", path.display());
+        self.json.push(json!({ "path": path, what: count.into() }));
+    }
 }

@@ -2,12 +2,11 @@
 
 use std::path::Path;
 
-use cathforce_bus::Id;
 use cathforce_bus::service::Status;
 use cathforce_config::image::{self, Header, MAGIC};
-use cathforce_control::{Mode, TICK_S};
+use cathforce_control::Mode;
 use cathforce_link::Client;
-use cathforce_record::{BusFrame, Recording};
+use cathforce_record::{Recording, bus_load};
 use serde_json::{Value, json};
 
 use super::open_bundle;
@@ -115,18 +114,6 @@ fn recording(path: &Path) -> Result<Rows, Failure> {
         ("image bytes", json!(recording.image.len())),
         ("complete", json!(super::completeness(&recording))),
     ])
-}
-
-/// Share of the bus that the process frames of the ticks take, each as long as it can be; SYNC,
-/// which a real device does without, left out. `None` without a tick.
-fn bus_load(frames: &[BusFrame]) -> Option<f64> {
-    const BITS_A_TICK: f64 = 1e6 * TICK_S as f64;
-    let of_process = |id: &Id| !matches!(id, Id::Sync | Id::ServiceRequest | Id::ServiceResponse);
-    let id = |frame: &BusFrame| Id::from_raw(frame.frame.id()).filter(of_process);
-    let counted = frames.iter().filter(|frame| id(frame).is_some());
-    let bits: f64 = counted.map(|frame| f64::from(frame.frame.most_bits())).sum();
-    let ticks = frames.iter().filter(|f| id(f) == Some(Id::Haptic)).count();
-    (ticks > 0).then(|| bits / (ticks as f64 * BITS_A_TICK))
 }
 
 fn device(link: &str) -> Result<Rows, Failure> {

@@ -1,16 +1,21 @@
 //! One file a command.
 
+pub mod check;
 pub mod config;
 pub mod doctor;
 pub mod export;
 pub mod fault;
 pub mod gap;
+pub mod import;
 pub mod info;
+pub mod latency;
 pub mod link;
 pub mod lumen;
+pub mod play;
 pub mod replay;
 pub mod report;
 pub mod run;
+pub mod shell;
 pub mod tips;
 
 use std::path::Path;

@@ -1,0 +1,174 @@
+//! `cathforce import`.
+
+use std::fs::File;
+use std::io::{self, BufReader};
+use std::path::Path;
+
+use cathforce_bus::Id;
+use cathforce_control::TICK_S;
+use cathforce_record::import::{AtiOptions, ImportError, join, read_ati, read_csv};
+use cathforce_record::{
+    Attachments, Measured, Recorder, Recording, Trial, WriteError, read_candump, write_trial,
+    write_whole,
+};
+use serde_json::json;
+
+use super::run::{info, read_text, vessel_files};
+use super::{image, open_bundle, open_recording};
+use crate::args::{ImportAtiArguments, ImportCandumpArguments, ImportCsvArguments, ImportSource};
+use crate::failure::Failure;
+use crate::session::DBC;
+use crate::ui::Ui;
+
+pub fn run(ui: &Ui, from: &ImportSource) -> Result<(), Failure> {
+    match from {
+        ImportSource::Candump(arguments) => candump(ui, arguments),
+        ImportSource::Ati(arguments) => ati(ui, arguments),
+        ImportSource::Csv(arguments) => csv(ui, arguments),
+    }
+}
+
+fn candump(ui: &Ui, arguments: &ImportCandumpArguments) -> Result<(), Failure> {
+    let (path, out) = (&arguments.log, &arguments.out);
+    must_be_new(out)?;
+    let log = read_candump(BufReader::new(open(path)?)).map_err(|e| at(path, &e))?;
+    if log.frames.is_empty() {
+        let message = format!(
+            "{}: {} frames, none of them with an identifier of cathforce.dbc\n  fix: log the bus \
+             of the device, `candump -l can0`",
+            path.display(),
+            log.foreign
+        );
+        return Err(Failure::input(message));
+    }
+    let bundle = open_bundle(ui, &arguments.bundle)?;
+    let (image, _) = image(ui, &bundle, &arguments.changes)?;
+    let sync = |id| Id::from_raw(id) == Some(Id::Sync);
+    let lock_step = log.frames.iter().any(|frame| sync(frame.frame.id()));
+    let mut info = info("candump", &bundle, "");
+    info.started_unix_ns = log.started_ns;
+    info.tick_s = f64::from(TICK_S);
+    if lock_step {
+        // Its times are those of a logger, and where it began nobody knows.
+        ui.warn("the log is of a device in lock step; it is taken as running free");
+    }
+    let rig_toml = read_text(&bundle.path.join("rig.toml"))?;
+    let files = vessel_files(&bundle)?;
+    let vessel = files.iter().map(|(name, bytes)| (*name, &bytes[..])).collect::<Vec<_>>();
+    let attachments = Attachments { image: &image, rig_toml: &rig_toml, dbc: DBC, vessel: &vessel };
+    let part = out.with_extension("mcap.part");
+    let record = || -> Result<(), WriteError> {
+        let mut recorder = Recorder::create(&part, &info, attachments)?;
+        for frame in &log.frames {
+            recorder.frame(frame, frame.at_ns)?;
+        }
+        recorder.finish(None)
+    };
+    let recorded = record().map_err(Failure::from);
+    let moved =
+        recorded.and_then(|()| std::fs::rename(&part, out).map_err(|e| Failure::write(out, e)));
+    if moved.is_err() {
+        // What is half written is of no use; the cause is what is reported.
+        let _ = std::fs::remove_file(&part);
+    }
+    moved?;
+    let (frames, foreign) = (log.frames.len(), log.foreign);
+    ui.data(
+        &json!({ "path": out, "frames": frames, "foreign": foreign }),
+        format_args!("{frames} frames, {foreign} of others left out: {}\n", out.display()),
+    )
+}
+
+fn ati(ui: &Ui, arguments: &ImportAtiArguments) -> Result<(), Failure> {
+    let (path, out) = (&arguments.log, &arguments.out);
+    must_be_new(out)?;
+    let options = AtiOptions {
+        counts_per_n: arguments.counts_per_n,
+        axes: arguments.axes,
+        tare_s: arguments.tare.unwrap_or(0.0),
+        rate_hz: arguments.rate,
+    };
+    if !options.axes.is_rotation() {
+        ui.warn("--axes mirrors: that is right only for a sensor that reports the reaction");
+    }
+    let forces = read_ati(open(path)?, &options).map_err(|e| at(path, &e))?;
+    let motion = motion(ui, &arguments.motion)?;
+    let (rows, left_out) = join(&motion, &forces, arguments.offset);
+    if rows.is_empty() {
+        let message = format!(
+            "{}: none of its {} rows is within the time of {}\n  fix: say with --offset at which \
+             time of the motion the log begins",
+            path.display(),
+            forces.len(),
+            arguments.motion.display()
+        );
+        return Err(Failure::input(message));
+    }
+    write_rows(ui, out, rows, left_out)
+}
+
+fn csv(ui: &Ui, arguments: &ImportCsvArguments) -> Result<(), Failure> {
+    must_be_new(&arguments.out)?;
+    let rows = table(&arguments.table, |file| read_csv(file, &arguments.columns))?;
+    write_rows(ui, &arguments.out, rows, 0)
+}
+
+/// Where the drive was.
+fn motion(ui: &Ui, path: &Path) -> Result<Vec<Measured>, Failure> {
+    if path.extension().is_some_and(|ending| ending == "mcap") {
+        let recording: Recording = open_recording(ui, path)?;
+        if recording.trial.rows.is_empty() {
+            let message = format!(
+                "{}: no trial was played in it\n  fix: give a recording of `cathforce run`",
+                path.display()
+            );
+            return Err(Failure::input(message));
+        }
+        return Ok(recording.trial.rows);
+    }
+    table(path, |file| read_csv(file, &[]))
+}
+
+fn table<T>(
+    path: &Path,
+    read: impl FnOnce(BufReader<File>) -> Result<T, ImportError>,
+) -> Result<T, Failure> {
+    read(BufReader::new(open(path)?)).map_err(|e| at(path, &e))
+}
+
+fn write_rows(ui: &Ui, out: &Path, rows: Vec<Measured>, left_out: usize) -> Result<(), Failure> {
+    let count = rows.len();
+    let trial = Trial { rows, ..Trial::default() };
+    write_whole(out, |file| write_trial(&trial, file).map_err(io::Error::other))
+        .map_err(|e| Failure::write(out, e))?;
+    let outside = match left_out {
+        0 => String::new(),
+        n => format!(", {n} outside the motion left out"),
+    };
+    ui.data(
+        &json!({ "path": out, "rows": count, "left_out": left_out }),
+        format_args!("{count} rows{outside}: {}\n", out.display()),
+    )
+}
+
+/// What was measured is never written over.
+fn must_be_new(out: &Path) -> Result<(), Failure> {
+    match out.exists() {
+        true => Err(Failure::write(out, "it is there already; give another name or remove it")),
+        false => Ok(()),
+    }
+}
+
+fn open(path: &Path) -> Result<File, Failure> {
+    File::open(path).map_err(|e| Failure::input(format!("cannot read {}: {e}", path.display())))
+}
+
+fn at(path: &Path, error: &dyn std::fmt::Display) -> Failure {
+    let text = error.to_string();
+    // As compilers write it, so that editors find the place.
+    let text = match text.strip_prefix("line ") {
+        Some(rest) => format!("{}:{rest}", path.display()),
+        None => format!("{}: {text}", path.display()),
+    };
+    Failure::input(text.replacen("; fix: ", "\n  fix: ", 1))
+}

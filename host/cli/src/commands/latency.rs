@@ -1,0 +1,93 @@
+//! `cathforce latency`: stage by stage, from a recording or a bus.
+
+use std::sync::atomic::Ordering;
+use std::time::{Duration, Instant};
+
+use cathforce_bus::{Direction, Id};
+use cathforce_record::latency::{END_TO_END, Stage, stages};
+use cathforce_record::{BusClock, BusFrame};
+
+use crate::args::LatencyArguments;
+use crate::failure::{Code, Failure};
+use crate::session::interrupt_flag;
+use crate::ui::Ui;
+
+/// Longest wait for a frame before the interruption is looked for.
+const WAIT: Duration = Duration::from_millis(50);
+
+pub fn run(ui: &Ui, arguments: &LatencyArguments) -> Result<(), Failure> {
+    let stages = match (&arguments.recording, &arguments.link) {
+        (Some(path), _) => {
+            let recording = super::open_recording(ui, path)?;
+            let lock_step = recording.info.lock_step;
+            if lock_step {
+                ui.warn(
+                    "recorded in lock step: time was virtual, only ages in the device are left",
+                );
+            }
+            stages(&recording.frames, &recording.logged_ns, lock_step)
+        }
+        (None, Some(link)) => {
+            stages(&listen(link, Duration::from_secs_f64(arguments.duration))?, &[], false)
+        }
+        // The argument parser asks for one of the two.
+        (None, None) => Vec::new(),
+    };
+    ui.data(&stages, text(&stages))?;
+    let Some(budget_ms) = arguments.budget else { return Ok(()) };
+    let whole = stages.iter().find(|stage| stage.name == END_TO_END);
+    let Some(whole) = whole else {
+        let message = "there is no time end to end to hold against --budget: it needs ENCODER and \
+                       DRIVE frames of a device that runs free";
+        return Err(Failure::input(message));
+    };
+    let p99_ms = 1e3 * whole.times.p99_s;
+    if p99_ms > budget_ms {
+        let message = format!("99 % end to end take up to {p99_ms:.3} ms, --budget is {budget_ms}");
+        return Err(Failure::new(Code::Threshold, message));
+    }
+    Ok(())
+}
+
+/// Everything that is on a bus for some time.
+fn listen(address: &str, duration: Duration) -> Result<Vec<BusFrame>, Failure> {
+    let interrupted = interrupt_flag()?;
+    let mut link = cathforce_link::open(address)?;
+    let mut clock = BusClock::new(false);
+    let (started, mut frames) = (Instant::now(), Vec::new());
+    while started.elapsed() < duration && !interrupted.load(Ordering::Relaxed) {
+        let Some(frame) = link.receive(WAIT)? else { continue };
+        let from_host = Id::from_raw(frame.id()).is_some_and(Id::is_from_host);
+        let direction = if from_host { Direction::ToDevice } else { Direction::ToHost };
+        let at_ns = clock.stamp(direction, &frame);
+        frames.push(BusFrame { at_ns, direction, frame });
+    }
+    match frames.is_empty() {
+        false => Ok(frames),
+        true => {
+            let message = format!(
+                "{address}: nothing heard for {:.1} s; check that a device runs on this bus \
+                 (`cathforce doctor`)",
+                duration.as_secs_f64()
+            );
+            Err(Failure::new(Code::Link, message))
+        }
+    }
+}
+
+fn text(stages: &[Stage]) -> String {
+    let mut text =
+        "ms                      p50        p99      p99.9        max      count\n".to_owned();
+    for Stage { name, times, .. } in stages {
+        let [p50, p99, p999, max] =
+            [times.p50_s, times.p99_s, times.p999_s, times.max_s].map(|s| 1e3 * s);
+        text += &format!(
+            "{name:<17}{p50:>10.3} {p99:>10.3} {p999:>10.3} {max:>10.3} {:>10}\n",
+            times.count
+        );
+    }
+    for stage in stages {
+        text += &format!("\n{}: {}", stage.name, stage.what);
+    }
+    text + "\n"
+}

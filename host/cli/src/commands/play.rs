@@ -1,0 +1,89 @@
+//! `cathforce play`: the frames of a recording on a bus, at their time.
+
+use std::fs::File;
+use std::io::BufReader;
+use std::path::Path;
+use std::sync::atomic::Ordering;
+use std::time::{Duration, Instant};
+
+use cathforce_bus::{Direction, Id};
+use cathforce_record::{BusFrame, read_candump};
+use serde_json::json;
+
+use crate::args::SendArguments;
+use crate::failure::{Code, Failure};
+use crate::session::interrupt_flag;
+use crate::ui::{Ui, two_columns};
+
+/// How long before its time a frame is waited for without sleeping: a sleep takes that long.
+const SPIN: Duration = Duration::from_micros(200);
+
+pub fn run(ui: &Ui, arguments: &SendArguments) -> Result<(), Failure> {
+    let path = &arguments.file;
+    let frames = frames(ui, path)?;
+    let played = frames.iter().filter(|frame| wanted(frame, arguments)).collect::<Vec<_>>();
+    let Some(first) = played.first() else {
+        let message = format!(
+            "{}: none of its {} frames is to be played\n  fix: --all plays the device's frames too",
+            path.display(),
+            frames.len()
+        );
+        return Err(Failure::input(message));
+    };
+    let interrupted = interrupt_flag()?;
+    let mut link = cathforce_link::open(&arguments.link)?;
+    let mut progress = ui.progress("playing", played.len() as u64, "frames");
+    let (started, mut latest) = (Instant::now(), Duration::ZERO);
+    let mut sent = 0_u64;
+    for frame in &played {
+        if interrupted.load(Ordering::Relaxed) {
+            break;
+        }
+        let seconds = (frame.at_ns - first.at_ns) as f64 * 1e-9 / arguments.speed;
+        let due = started + Duration::from_secs_f64(seconds);
+        // Nobody reads what the bus answers, but a carrier that nobody reads may stand still.
+        while let Some(left) = due.checked_duration_since(Instant::now()) {
+            match left.checked_sub(SPIN) {
+                Some(wait) => drop(link.receive(wait)?),
+                None => std::hint::spin_loop(),
+            }
+        }
+        latest = latest.max(due.elapsed());
+        link.send(&frame.frame)?;
+        link.flush()?;
+        sent += 1;
+        progress.set(sent);
+    }
+    drop(progress);
+    let seconds = started.elapsed().as_secs_f64();
+    let rows = [
+        ("frames", sent.to_string()),
+        ("seconds", format!("{seconds:.3}")),
+        ("latest frame", format!("{:.3} ms after its time", 1e3 * latest.as_secs_f64())),
+    ];
+    let json = json!({ "frames": sent, "seconds": seconds, "latest_s": latest.as_secs_f64() });
+    ui.data(&json, two_columns(&rows.map(|(label, value)| (label.to_owned(), value))))?;
+    match sent == played.len() as u64 {
+        true => Ok(()),
+        false => Err(Failure::new(Code::Failed, "interrupted before the last frame")),
+    }
+}
+
+fn frames(ui: &Ui, path: &Path) -> Result<Vec<BusFrame>, Failure> {
+    if path.extension().is_some_and(|ending| ending == "log") {
+        let file = File::open(path)
+            .map_err(|e| Failure::input(format!("cannot read {}: {e}", path.display())))?;
+        let log = read_candump(BufReader::new(file));
+        return Ok(log.map_err(|e| Failure::input(format!("{}: {e}", path.display())))?.frames);
+    }
+    Ok(super::open_recording(ui, path)?.frames)
+}
+
+/// Transfers of one device mean nothing to another, and SYNC would let its ticks run.
+fn wanted(frame: &BusFrame, arguments: &SendArguments) -> bool {
+    match Id::from_raw(frame.frame.id()) {
+        Some(Id::Sync | Id::ServiceRequest | Id::ServiceResponse) | None => false,
+        Some(Id::Command) => arguments.commands,
+        Some(_) => arguments.all || frame.direction == Direction::ToDevice,
+    }
+}
