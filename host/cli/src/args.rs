@@ -18,7 +18,7 @@ pub use lumen::LumenArguments;
 pub use recording::{
     CheckArguments, CompletionsArguments, ExportArguments, ImportArguments, ImportAtiArguments,
     ImportCandumpArguments, ImportCsvArguments, ImportSource, LatencyArguments, ManArguments,
-    SendArguments,
+    MonitorArguments, SendArguments,
 };
 
 const EXIT_CODES: &str = "\
@@ -79,6 +79,8 @@ pub enum Command {
     Import(ImportArguments),
     /// Play a recording's frames on a bus, at their time.
     Play(SendArguments),
+    /// Watch a bus: state, age, rates, load, forces, faults.
+    Monitor(MonitorArguments),
     /// Say how long it takes from encoder to record, stage by stage.
     Latency(LatencyArguments),
     /// Print the completions of a shell.
@@ -147,6 +149,10 @@ pub struct RunArguments {
     /// Where the device is: socketcan:can0, slcan:tcp:HOST:PORT, slcan:/dev/ttyACM0, qemu, sim.
     #[arg(long)]
     pub link: String,
+    /// Let the device's own clock run its ticks, even where it knows lock step: times are then
+    /// real, and the recording cannot be replayed.
+    #[arg(long)]
+    pub free: bool,
     #[command(flatten)]
     pub play: PlayArguments,
 }

@@ -4,6 +4,7 @@ mod args;
 mod commands;
 mod failure;
 mod log;
+mod monitor;
 mod report;
 mod session;
 mod settings;
@@ -14,13 +15,19 @@ use std::process::ExitCode;
 
 use args::{Arguments, Command};
 use clap::Parser;
+use session::Pace;
 
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
     let ui = ui::Ui::new(arguments.json.is_some(), arguments.quiet);
     let result = match arguments.command {
-        Command::Run(arguments) => commands::run::run(&ui, &arguments.link, &arguments.play),
-        Command::Simulate(arguments) => commands::run::run(&ui, "sim", &arguments.play),
+        Command::Run(arguments) => {
+            let pace = if arguments.free { Pace::Free } else { Pace::LockStep };
+            commands::run::run(&ui, &arguments.link, pace, &arguments.play)
+        }
+        Command::Simulate(arguments) => {
+            commands::run::run(&ui, "sim", Pace::LockStep, &arguments.play)
+        }
         Command::Replay(arguments) => commands::replay::run(&ui, &arguments),
         Command::Info(arguments) => commands::info::run(&ui, &arguments),
         Command::Config(arguments) => commands::config::run(&ui, &arguments),
@@ -35,6 +42,7 @@ fn main() -> ExitCode {
         Command::Export(arguments) => commands::export::run(&ui, &arguments),
         Command::Import(arguments) => commands::import::run(&ui, &arguments.from),
         Command::Play(arguments) => commands::play::run(&ui, &arguments),
+        Command::Monitor(arguments) => commands::monitor::run(&ui, &arguments),
         Command::Latency(arguments) => commands::latency::run(&ui, &arguments),
         Command::Completions(arguments) => commands::shell::completions(&ui, &arguments),
         Command::Man(arguments) => commands::shell::man(&ui, &arguments),

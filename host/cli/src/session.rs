@@ -28,9 +28,19 @@ const COMMAND_EVERY_TICKS: usize = 50;
 /// The same for settling: longer than any setting allows, so that the device decides.
 const SETTLE_TICKS: usize = 70_000;
 
+/// Whose clock runs the ticks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Pace {
+    /// The host grants them, where the device can.
+    LockStep,
+    /// The device's own.
+    Free,
+}
+
 /// What is to be done.
 pub struct Plan<'a> {
     pub image: &'a [u8],
+    pub pace: Pace,
     pub rig_toml: &'a str,
     /// What the vessel is made from, by their names in the bundle.
     pub vessel: &'a [(&'a str, Vec<u8>)],
@@ -49,7 +59,7 @@ pub struct Plan<'a> {
 /// Whatever ends the run, the recording is finished before the cause is returned.
 pub fn run(ui: &Ui, client: &mut Client, plan: Plan<'_>) -> Result<(), Failure> {
     let started = Instant::now();
-    configure(ui, client, plan.image)?;
+    configure(ui, client, plan.image, plan.pace)?;
     let device = client.device();
     let info = RunInfo {
         board: device.board.clone(),
@@ -77,7 +87,7 @@ pub fn run(ui: &Ui, client: &mut Client, plan: Plan<'_>) -> Result<(), Failure> 
 }
 
 /// Gives the device the image, in lock step where it can, and asks it which one it uses.
-pub fn configure(ui: &Ui, client: &mut Client, image: &[u8]) -> Result<(), Failure> {
+pub fn configure(ui: &Ui, client: &mut Client, image: &[u8], pace: Pace) -> Result<(), Failure> {
     let interrupted = interrupt_flag()?;
     let device = client.device().clone();
     ui.say(format_args!("device: {device}"));
@@ -91,7 +101,7 @@ pub fn configure(ui: &Ui, client: &mut Client, image: &[u8]) -> Result<(), Failu
         return Err(Failure::new(Code::Device, message));
     }
     if device.can_lock_step {
-        client.set_lock_step(true)?;
+        client.set_lock_step(pace == Pace::LockStep)?;
     }
     let mut progress = ui.progress("upload", image.len() as u64, "bytes");
     client.upload_image(image, |sent| {

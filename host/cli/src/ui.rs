@@ -15,7 +15,8 @@ pub struct Ui {
     pub json: bool,
     /// Errors only on stderr.
     pub quiet: bool,
-    colour: bool,
+    /// Colours, where there is a terminal.
+    pub colour: bool,
 }
 
 impl Ui {

@@ -148,6 +148,20 @@ pub struct LatencyArguments {
 }
 
 #[derive(Debug, Args)]
+#[group(id = "source", required = true, multiple = false, args = ["recording", "link"])]
+pub struct MonitorArguments {
+    /// Show a recording as if it happened now.
+    #[arg(value_name = "FILE.mcap")]
+    pub recording: Option<PathBuf>,
+    /// Bus to listen on; nothing is sent.
+    #[arg(long)]
+    pub link: Option<String>,
+    /// End after so long.
+    #[arg(long, value_name = "SECONDS", value_parser = positive_seconds)]
+    pub duration: Option<f64>,
+}
+
+#[derive(Debug, Args)]
 pub struct CompletionsArguments {
     pub shell: clap_complete::Shell,
 }

@@ -11,6 +11,7 @@ pub mod info;
 pub mod latency;
 pub mod link;
 pub mod lumen;
+pub mod monitor;
 pub mod play;
 pub mod replay;
 pub mod report;

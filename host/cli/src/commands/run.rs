@@ -16,11 +16,11 @@ use sha2::{Digest, Sha256};
 use super::{check_writable, image, open_bundle};
 use crate::args::{Feel, PlayArguments};
 use crate::failure::{Code, Failure};
-use crate::session::{Plan, run as run_session};
+use crate::session::{Pace, Plan, run as run_session};
 use crate::summary::Summary;
 use crate::ui::Ui;
 
-pub fn run(ui: &Ui, link: &str, arguments: &PlayArguments) -> Result<(), Failure> {
+pub fn run(ui: &Ui, link: &str, pace: Pace, arguments: &PlayArguments) -> Result<(), Failure> {
     let bundle = open_bundle(ui, &arguments.bundle)?;
     let (number, trial) = pick(&bundle, arguments.trial)?;
     let columns = catheter(trial)?;
@@ -42,6 +42,7 @@ pub fn run(ui: &Ui, link: &str, arguments: &PlayArguments) -> Result<(), Failure
         number,
         trial,
         link,
+        pace,
         duration_s: arguments.duration,
         feel: arguments.feel,
     };
@@ -62,6 +63,7 @@ pub struct TrialRun<'a> {
     pub trial: &'a cathforce_rig::Trial,
     /// Address of the link, for the recording.
     pub link: &'a str,
+    pub pace: Pace,
     /// Plays only so much of it \[s\].
     pub duration_s: Option<f64>,
     /// Whose load the operator feels.
@@ -76,7 +78,7 @@ pub fn play(
     image: &[u8],
     out: &Path,
 ) -> Result<(), Failure> {
-    let TrialRun { bundle, number, trial, link, duration_s, feel } = run;
+    let TrialRun { bundle, number, trial, link, pace, duration_s, feel } = run;
     let rows = measured(&trial.t_s, catheter(trial)?);
     let rig_toml = read_text(&bundle.path.join("rig.toml"))?;
     let start_s = rows.first().map_or(0.0, |row| row.t_s);
@@ -85,6 +87,7 @@ pub fn play(
     let shapes_m = shapes(catheter(trial)?);
     let plan = Plan {
         image,
+        pace,
         rig_toml: &rig_toml,
         vessel: &vessel,
         info: info(link, bundle, &format!("{number:03}")),

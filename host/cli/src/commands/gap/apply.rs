@@ -18,6 +18,7 @@ use super::explanation::{Explanation, Fitted, is_measurement};
 use super::source::Source;
 use crate::args::ApplyArguments;
 use crate::failure::{Code, Failure};
+use crate::session::{Pace, configure};
 use crate::settings::{Setting, SettingsFile};
 use crate::ui::Ui;
 
@@ -191,7 +192,7 @@ fn id(effect: &Effect) -> &str {
 /// Gives the device the image and asks it which one it uses.
 fn push(ui: &Ui, link: &str, image: &[u8]) -> Result<DeviceUse, Failure> {
     let mut client = Client::connect(cathforce_link::open(link)?)?;
-    crate::session::configure(ui, &mut client, image)?;
+    configure(ui, &mut client, image, Pace::LockStep)?;
     let device = client.device();
     Ok(DeviceUse {
         link: link.to_owned(),

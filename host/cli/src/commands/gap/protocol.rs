@@ -12,7 +12,7 @@ use serde::Serialize;
 use crate::args::{ProtocolArguments, Way};
 use crate::commands::run::{encoder, info, read_text, temporary_folder, vessel_files};
 use crate::failure::{Code, Failure};
-use crate::session::{Plan, run as run_session};
+use crate::session::{Pace, Plan, run as run_session};
 use crate::ui::Ui;
 
 #[derive(Serialize)]
@@ -108,6 +108,7 @@ fn play(
     let wire = bundle.catheter().and_then(|rig| rig.guidewire.as_ref()).map(|_| at_entry);
     let plan = Plan {
         image: &image,
+        pace: Pace::LockStep,
         rig_toml: &read_text(&bundle.path.join("rig.toml"))?,
         vessel: &vessel_files(bundle)?,
         info: info(link, bundle, "protocol"),

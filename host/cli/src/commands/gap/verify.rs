@@ -17,6 +17,7 @@ use super::explanation::{Explanation, Figures};
 use crate::args::{Feel, VerifyArguments};
 use crate::commands::run::{TrialRun, pick, play, temporary_folder};
 use crate::failure::{Code, Failure};
+use crate::session::Pace;
 use crate::ui::{Ui, two_columns};
 
 /// What came out.
@@ -74,7 +75,8 @@ pub fn run(ui: &Ui, arguments: &VerifyArguments) -> Result<(), Failure> {
     let board = client.device().board.clone();
     let folder = temporary_folder()?;
     let (duration_s, feel) = (arguments.duration, Feel::Catheter);
-    let run = TrialRun { bundle: &bundle, number, trial, link, duration_s, feel };
+    let pace = Pace::LockStep;
+    let run = TrialRun { bundle: &bundle, number, trial, link, pace, duration_s, feel };
     ui.say("as rig.toml states the rig:");
     let file = folder.path().join("before.mcap");
     let (before, bits) = estimated(ui, &mut client, run, &before, &file)?;

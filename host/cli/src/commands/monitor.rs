@@ -1,0 +1,150 @@
+//! `cathforce monitor`: a bus, or a recording as it was, on a terminal.
+
+use std::io::{IsTerminal, Write, stdout};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use cathforce_bus::{Direction, Id};
+use cathforce_link::Link;
+use cathforce_record::{BusClock, BusFrame};
+use ratatui::crossterm::event::{self, Event, KeyCode, KeyEventKind, KeyModifiers};
+
+use crate::args::MonitorArguments;
+use crate::failure::{Code, Failure};
+use crate::monitor::{Monitor, draw};
+use crate::session::interrupt_flag;
+use crate::ui::Ui;
+
+/// From one picture to the next; little enough for a slow SSH connection.
+const PICTURE: Duration = Duration::from_millis(100);
+/// From one line to the next where there is no terminal.
+const LINE: Duration = Duration::from_secs(1);
+
+pub fn run(ui: &Ui, arguments: &MonitorArguments) -> Result<(), Failure> {
+    let interrupted = interrupt_flag()?;
+    let (name, mut source) = match (&arguments.link, &arguments.recording) {
+        (Some(link), _) => (link.clone(), Source::of_link(link)?),
+        (None, Some(path)) => {
+            let recording = super::open_recording(ui, path)?;
+            (path.display().to_string(), Source::of_frames(recording.frames))
+        }
+        // The argument parser asks for one of the two.
+        (None, None) => return Ok(()),
+    };
+    match ui.json || !stdout().is_terminal() {
+        true => print(&mut source, interrupted, arguments.duration),
+        false => show(ui, &name, &mut source, interrupted, arguments.duration),
+    }
+}
+
+/// Where frames come from.
+enum Source {
+    Link { link: Box<dyn Link>, clock: BusClock },
+    Frames { frames: std::iter::Peekable<std::vec::IntoIter<BusFrame>>, started: Instant },
+}
+
+impl Source {
+    fn of_link(address: &str) -> Result<Self, Failure> {
+        let link = cathforce_link::open(address)?;
+        Ok(Self::Link { link, clock: BusClock::new(false) })
+    }
+
+    fn of_frames(mut frames: Vec<BusFrame>) -> Self {
+        // In lock step frames to the device run ahead of the answers.
+        frames.sort_by_key(|frame| frame.at_ns);
+        Self::Frames { frames: frames.into_iter().peekable(), started: Instant::now() }
+    }
+
+    /// Hands everything to `monitor` that comes within `time`; `false` when no more will.
+    fn feed(&mut self, monitor: &mut Monitor, time: Duration) -> Result<bool, Failure> {
+        let until = Instant::now() + time;
+        match self {
+            Self::Link { link, clock } => {
+                while let Some(left) = until.checked_duration_since(Instant::now()) {
+                    let Some(frame) = link.receive(left)? else { continue };
+                    let from_host = Id::from_raw(frame.id()).is_some_and(Id::is_from_host);
+                    let direction = if from_host { Direction::ToDevice } else { Direction::ToHost };
+                    let at_ns = clock.stamp(direction, &frame);
+                    monitor.frame(&BusFrame { at_ns, direction, frame });
+                }
+                monitor.advance(clock.now_ns());
+                Ok(true)
+            }
+            Self::Frames { frames, started } => {
+                std::thread::sleep(time);
+                let now_ns = u64::try_from(started.elapsed().as_nanos()).unwrap_or(u64::MAX);
+                while let Some(frame) = frames.next_if(|frame| frame.at_ns <= now_ns) {
+                    monitor.frame(&frame);
+                }
+                Ok(frames.peek().is_some())
+            }
+        }
+    }
+}
+
+/// One line of JSON a second.
+fn print(
+    source: &mut Source,
+    interrupted: &AtomicBool,
+    duration_s: Option<f64>,
+) -> Result<(), Failure> {
+    let (mut monitor, started) = (Monitor::default(), Instant::now());
+    loop {
+        let more = source.feed(&mut monitor, LINE)?;
+        let failed = |e: &dyn std::fmt::Display| {
+            Failure::new(Code::Failed, format!("cannot write to stdout: {e}"))
+        };
+        let line = serde_json::to_string(&monitor.shown()).map_err(|e| failed(&e))?;
+        match writeln!(stdout(), "{line}") {
+            // Whoever closed the pipe has seen enough.
+            Err(e) if e.kind() == std::io::ErrorKind::BrokenPipe => return Ok(()),
+            written => written.map_err(|e| failed(&e))?,
+        }
+        if !more || over(started, duration_s) || interrupted.load(Ordering::Relaxed) {
+            return Ok(());
+        }
+    }
+}
+
+fn show(
+    ui: &Ui,
+    name: &str,
+    source: &mut Source,
+    interrupted: &AtomicBool,
+    duration_s: Option<f64>,
+) -> Result<(), Failure> {
+    let failed = |e: std::io::Error| {
+        Failure::new(Code::Failed, format!("cannot draw on this terminal: {e}"))
+    };
+    let (mut monitor, started) = (Monitor::default(), Instant::now());
+    let mut terminal = ratatui::try_init().map_err(failed)?;
+    let shown = loop {
+        let fed = source.feed(&mut monitor, PICTURE);
+        let drawn = terminal.draw(|frame| draw(frame, name, &monitor, ui.colour)).map(drop);
+        let end = fed.is_err() || over(started, duration_s) || interrupted.load(Ordering::Relaxed);
+        match drawn.and_then(|()| asked_to_quit()).map_err(failed) {
+            Ok(false) if !end => {}
+            result => break fed.and(result),
+        }
+    };
+    ratatui::restore();
+    shown.map(drop)
+}
+
+fn over(started: Instant, duration_s: Option<f64>) -> bool {
+    duration_s.is_some_and(|seconds| started.elapsed().as_secs_f64() >= seconds)
+}
+
+/// In raw mode Ctrl-C is a key like another.
+fn asked_to_quit() -> std::io::Result<bool> {
+    while event::poll(Duration::ZERO)? {
+        let Event::Key(key) = event::read()? else { continue };
+        let control_c =
+            key.code == KeyCode::Char('c') && key.modifiers.contains(KeyModifiers::CONTROL);
+        let quit = matches!(key.code, KeyCode::Char('q') | KeyCode::Esc) || control_c;
+        if key.kind == KeyEventKind::Press && quit {
+            return Ok(true);
+        }
+    }
+    Ok(false)
+}

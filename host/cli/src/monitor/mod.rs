@@ -1,0 +1,255 @@
+//! What a bus carries at the moment, gathered frame by frame and drawn for a terminal.
+
+mod view;
+
+use std::collections::{BTreeMap, VecDeque};
+
+use cathforce_bus::{Direction, Id, Process};
+use cathforce_control::{Mode, TICK_S};
+use cathforce_record::{BusFrame, Decoder, DropoutCause, GuidewireEstimate, TickEstimate};
+use serde::Serialize;
+
+pub use view::draw;
+
+/// Over which rates and load are counted \[ns\].
+const WINDOW_NS: u64 = 1_000_000_000;
+/// From one point of the force's history to the next \[ns\].
+const HISTORY_EVERY_NS: u64 = 100_000_000;
+/// Points of the history: a minute.
+const HISTORY: usize = 600;
+
+/// The state of a bus.
+#[derive(Default)]
+pub struct Monitor {
+    decoder: Decoder,
+    now_ns: u64,
+    /// Time, bits and kind of each frame in the window.
+    recent: VecDeque<(u64, u32, Option<Id>)>,
+    encoder_ns: Option<u64>,
+    shown: Shown,
+    history: VecDeque<f32>,
+    history_peak_n: f32,
+    history_from_ns: u64,
+}
+
+/// What is shown, and printed as JSON. What has not been heard is absent.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Shown {
+    /// Since the first frame \[s\].
+    pub seconds: f64,
+    pub mode: Option<&'static str>,
+    pub fault: Option<&'static str>,
+    pub ticks: u64,
+    pub unresolved_ticks: u64,
+    pub limited: bool,
+    pub encoder_hz: usize,
+    pub tick_hz: usize,
+    /// Of 1 Mbit/s, every frame at its longest, SYNC and service frames included.
+    pub bus_load: f64,
+    /// From the newest encoder frame to the tick, and what the device adds to it \[s\].
+    pub answer_s: Option<f64>,
+    pub age_in_device_s: Option<f64>,
+    pub insertion_m: Option<f32>,
+    pub rotation_rad: Option<f32>,
+    pub force_n: Option<[f32; 3]>,
+    pub drive_force_n: Option<f32>,
+    pub drive_torque_n_m: Option<f32>,
+    pub haptic_force_n: f32,
+    pub haptic_torque_n_m: f32,
+    pub guidewire: Option<GuidewireEstimate>,
+    /// Frames that are missing or could not be used.
+    pub dropouts: BTreeMap<DropoutCause, u64>,
+}
+
+impl Shown {
+    /// From the encoder frame to the first frame of the tick that used it \[s\].
+    pub fn end_to_end_s(&self) -> Option<f64> {
+        Some(self.answer_s? + self.age_in_device_s.unwrap_or(0.0))
+    }
+}
+
+impl Monitor {
+    /// Takes the next frame of the bus.
+    pub fn frame(&mut self, frame: &BusFrame) {
+        let id = Id::from_raw(frame.frame.id());
+        self.advance(frame.at_ns);
+        self.recent.push_back((frame.at_ns, frame.frame.most_bits(), id));
+        if id == Some(Id::Encoder) && frame.direction == Direction::ToDevice {
+            self.encoder_ns = Some(frame.at_ns);
+        }
+        if id == Some(Id::Haptic) {
+            self.haptic(frame);
+        }
+        let completed = self.decoder.push(frame);
+        if let Some(tick) = completed.tick {
+            self.tick(&tick);
+        }
+        if let Some(missed) = completed.missed {
+            *self.shown.dropouts.entry(missed.cause).or_default() += u64::from(missed.frames);
+        }
+    }
+
+    /// Time goes on whether frames come or not.
+    pub fn advance(&mut self, now_ns: u64) {
+        self.now_ns = self.now_ns.max(now_ns);
+        let from_ns = self.now_ns.saturating_sub(WINDOW_NS);
+        while self.recent.front().is_some_and(|(at_ns, ..)| *at_ns < from_ns) {
+            self.recent.pop_front();
+        }
+    }
+
+    /// How it is now.
+    pub fn shown(&self) -> Shown {
+        let count = |wanted: Id| self.recent.iter().filter(|(.., id)| *id == Some(wanted)).count();
+        let bits: u64 = self.recent.iter().map(|(_, bits, _)| u64::from(*bits)).sum();
+        Shown {
+            seconds: self.now_ns as f64 * 1e-9,
+            encoder_hz: count(Id::Encoder),
+            tick_hz: count(Id::Haptic),
+            bus_load: bits as f64 / 1e6,
+            ..self.shown.clone()
+        }
+    }
+
+    /// The largest force in each tenth of a second, oldest first \[mN\].
+    pub fn history_mn(&self) -> impl DoubleEndedIterator<Item = u64> {
+        self.history.iter().map(|force_n| (1e3 * force_n) as u64)
+    }
+
+    /// The device's word on its state must not wait for the tick's last frame.
+    fn haptic(&mut self, frame: &BusFrame) {
+        let Some(&payload) = frame.frame.data().first_chunk() else { return };
+        if let Some(Process::Haptic(haptic)) = Process::decode(Id::Haptic, payload) {
+            let mode = Mode::from_codes(haptic.mode, haptic.fault);
+            self.shown.mode = Some(mode.map_or("not configured", Mode::name));
+            self.shown.fault = mode.and_then(Mode::fault).map(|fault| fault.text());
+        }
+        let answer = self.encoder_ns.map(|at_ns| frame.at_ns.saturating_sub(at_ns) as f64 * 1e-9);
+        self.shown.answer_s = answer;
+    }
+
+    fn tick(&mut self, tick: &TickEstimate) {
+        let shown = &mut self.shown;
+        shown.ticks += 1;
+        shown.unresolved_ticks += u64::from(tick.unresolved);
+        shown.limited = tick.limited;
+        shown.haptic_force_n = tick.haptic_force_n;
+        shown.haptic_torque_n_m = tick.haptic_torque_n_m;
+        // What comes in one tick of several stays until it comes again.
+        shown.insertion_m = tick.insertion_m.or(shown.insertion_m);
+        shown.rotation_rad = tick.rotation_rad.or(shown.rotation_rad);
+        shown.force_n = tick.force_n.or(shown.force_n);
+        shown.drive_force_n = tick.drive_force_n.or(shown.drive_force_n);
+        shown.drive_torque_n_m = tick.drive_torque_n_m.or(shown.drive_torque_n_m);
+        let age_s = tick.encoder_age_ticks.map(|age| f64::from(age) * f64::from(TICK_S));
+        shown.age_in_device_s = age_s.or(shown.age_in_device_s);
+        if let Some(wire) = tick.guidewire {
+            let before = shown.guidewire.unwrap_or_default();
+            shown.guidewire = Some(GuidewireEstimate {
+                drive_force_n: wire.drive_force_n.or(before.drive_force_n),
+                drive_torque_n_m: wire.drive_torque_n_m.or(before.drive_torque_n_m),
+                encoder_age_ticks: wire.encoder_age_ticks.or(before.encoder_age_ticks),
+                felt: wire.felt.or(before.felt),
+                ..wire
+            });
+        }
+        if let Some(force_n) = tick.force_n {
+            self.history_peak_n = self.history_peak_n.max(size(force_n));
+        }
+        if tick.at_ns.saturating_sub(self.history_from_ns) >= HISTORY_EVERY_NS {
+            self.history_from_ns = tick.at_ns;
+            self.history.push_back(std::mem::take(&mut self.history_peak_n));
+            if self.history.len() > HISTORY {
+                self.history.pop_front();
+            }
+        }
+    }
+}
+
+/// Euclidean norm.
+fn size(vector: [f32; 3]) -> f32 {
+    vector.iter().map(|x| x * x).sum::<f32>().sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::ops::ControlFlow;
+
+    use cathforce_bus::{Encoder, Insertion, Rotation, Sealer, Status};
+    use cathforce_link::{Client, Sim, Step};
+    use cathforce_record::BusClock;
+    use std::sync::{Arc, Mutex};
+
+    use super::*;
+
+    /// A device in this process, without a configuration, for two seconds of virtual time.
+    fn of_sim() -> Monitor {
+        let mut client = Client::connect(Sim::new()).unwrap();
+        client.set_lock_step(true).unwrap();
+        let monitor = Arc::new(Mutex::new(Monitor::default()));
+        let (tapped, mut clock) = (Arc::clone(&monitor), BusClock::new(true));
+        client.set_tap(Some(Box::new(move |direction, frame| {
+            let at_ns = clock.stamp(direction, frame);
+            tapped.lock().unwrap().frame(&BusFrame { at_ns, direction, frame: *frame });
+        })));
+        let encoder =
+            Encoder { insertion: Insertion::from_m(0.05), rotation: Rotation::from_rad(0.5) };
+        let step = Step { encoder: Some(encoder), ..Step::default() };
+        client.play((0..2000).map(|_| step), |_| ControlFlow::Continue(())).unwrap();
+        client.set_tap(None);
+        drop(client);
+        Arc::into_inner(monitor).unwrap().into_inner().unwrap()
+    }
+
+    #[test]
+    fn a_bus_is_summed_up() {
+        let monitor = of_sim();
+        let shown = monitor.shown();
+        assert_eq!(shown.mode, Some("not configured"));
+        assert!((1.99..=2.0).contains(&shown.seconds), "{}", shown.seconds);
+        assert!((999..=1001).contains(&shown.tick_hz), "{}", shown.tick_hz);
+        assert!((999..=1001).contains(&shown.encoder_hz), "{}", shown.encoder_hz);
+        assert_eq!(shown.insertion_m, Some(0.05));
+        assert!((0.4..0.9).contains(&shown.bus_load), "{}", shown.bus_load);
+        assert!(shown.dropouts.is_empty());
+        assert_eq!(monitor.history_mn().count(), 19);
+    }
+
+    #[test]
+    fn silence_empties_the_window() {
+        let mut monitor = of_sim();
+        monitor.advance(4_000_000_000);
+        let shown = monitor.shown();
+        assert_eq!((shown.tick_hz, shown.bus_load), (0, 0.0));
+    }
+
+    #[test]
+    fn a_lost_frame_is_shown() {
+        let mut sealer = Sealer::default();
+        let mut monitor = Monitor::default();
+        for i in 0..4 {
+            let contact = cathforce_bus::Contact { force: Default::default() };
+            let frame = sealer.seal(Process::Contact(contact), Status::default());
+            if i != 2 {
+                monitor.frame(&BusFrame { at_ns: i, direction: Direction::ToHost, frame });
+            }
+        }
+        assert_eq!(monitor.shown().dropouts, [(DropoutCause::Lost, 1)].into());
+    }
+
+    #[test]
+    fn everything_fits_into_a_terminal_of_80_by_24() {
+        use ratatui::{Terminal, backend::TestBackend};
+        let monitor = of_sim();
+        for (width, height) in [(80, 24), (30, 5), (1, 1)] {
+            let mut terminal = Terminal::new(TestBackend::new(width, height)).unwrap();
+            terminal.draw(|frame| draw(frame, "sim", &monitor, false)).unwrap();
+            let text = terminal.backend().to_string();
+            if width == 80 {
+                for word in ["sim", "not configured", "1000 Hz", "50.00 mm", "bus", "q quits"] {
+                    assert!(text.contains(word), "{word} in\n{text}");
+                }
+            }
+        }
+    }
+}

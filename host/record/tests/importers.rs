@@ -1,0 +1,131 @@
+//! Whatever a text holds, an importer takes it or names a line; it never panics.
+
+use cathforce_bus::{Encoder, Insertion, Process, Rotation, Sealer, Status};
+use cathforce_record::import::{AtiOptions, AxisMap, ColumnMap, join, read_ati, read_csv};
+use cathforce_record::{BusFrame, Direction, read_candump, write_candump};
+use rand::{Rng, SeedableRng, rngs::StdRng};
+
+const TRIES: usize = 4000;
+
+fn candump() -> Vec<u8> {
+    let mut sealer = Sealer::default();
+    let frames = (0..40).map(|i| {
+        let encoder = Encoder {
+            insertion: Insertion::from_m(0.03 + 1e-5 * f64::from(i)),
+            rotation: Rotation::from_rad(0.0),
+        };
+        let frame = sealer.seal(Process::Encoder(encoder), Status::default());
+        BusFrame { at_ns: 1_000_000 * i as u64, direction: Direction::ToDevice, frame }
+    });
+    let mut text = Vec::new();
+    write_candump(&frames.collect::<Vec<_>>(), 1_700_000_000_000_000_000, "can0", &mut text)
+        .unwrap();
+    text
+}
+
+fn table(heading: &str) -> Vec<u8> {
+    let mut text = format!("{heading}\n");
+    for i in 0..40 {
+        let x = f64::from(i);
+        text += &format!("{:.3},{:.5},{:.4},{x},{:.1},{:.2}\n", 0.004 * x, 0.03, 0.1, -x, 2.0 * x);
+    }
+    text.into_bytes()
+}
+
+/// Cut, flipped, doubled, swapped, other separators, wrong numbers.
+fn damage(text: &[u8], random: &mut StdRng) -> Vec<u8> {
+    let mut bytes = text.to_vec();
+    for _ in 0..random.random_range(1..4) {
+        if bytes.is_empty() {
+            break;
+        }
+        let at = random.random_range(0..bytes.len());
+        let line = |n: usize| bytes.split(|b| *b == b'\n').nth(n).map(<[u8]>::to_vec);
+        match random.random_range(0..9) {
+            0 => bytes.truncate(at),
+            1 => bytes[at] ^= 1 << random.random_range(0..8),
+            2 => bytes[at] = random.random(),
+            3 => drop(bytes.remove(at)),
+            4 => bytes.insert(at, *b",;\t()#\n\"".get(random.random_range(0..8)).unwrap()),
+            5 => {
+                let doubled = line(random.random_range(0..40)).unwrap_or_default();
+                bytes.extend_from_slice(&doubled);
+            }
+            6 => {
+                let word: &[u8] =
+                    [&b"NaN"[..], b"inf", b"1e999", b"-", b"", b"99999999999999999999"]
+                        [random.random_range(0..6)];
+                bytes.splice(at..at, word.iter().copied());
+            }
+            7 => bytes.splice(at..at, [0xFF, 0x00]).for_each(drop),
+            _ => {
+                let end = (at + random.random_range(1..60)).min(bytes.len());
+                bytes.drain(at..end);
+            }
+        }
+    }
+    bytes
+}
+
+/// Tries an importer on damaged texts; gives how many it refused.
+fn refused<E: std::fmt::Display>(
+    seed: u64,
+    text: &[u8],
+    import: impl Fn(&[u8]) -> Result<usize, E>,
+) -> usize {
+    assert!(import(text).is_ok(), "whole, it is taken");
+    let mut random = StdRng::seed_from_u64(seed);
+    let lines = 2 + text.iter().filter(|b| **b == b'\n').count();
+    let mut refused = 0;
+    for _ in 0..TRIES {
+        let damaged = damage(text, &mut random);
+        let most = damaged.iter().filter(|b| matches!(b, b'\n' | b'\r')).count() + lines;
+        match import(&damaged) {
+            Ok(rows) => assert!(rows <= most, "more rows than lines"),
+            Err(error) => {
+                let error = error.to_string();
+                let number = error.strip_prefix("line ").and_then(|rest| rest.split(':').next());
+                let number: usize = number.and_then(|n| n.parse().ok()).expect(&error);
+                assert!((1..=most).contains(&number), "{error}");
+                assert!(error.contains("fix: "), "{error}");
+                refused += 1;
+            }
+        }
+    }
+    refused
+}
+
+#[test]
+fn damaged_candump_logs_are_taken_or_refused_with_a_line() {
+    let refused = refused(1, &candump(), |text| read_candump(text).map(|log| log.frames.len()));
+    assert!((TRIES / 3..TRIES).contains(&refused), "{refused}");
+}
+
+#[test]
+fn damaged_sensor_logs_are_taken_or_refused_with_a_line() {
+    let axes = AxisMap::SAME;
+    let options = AtiOptions { counts_per_n: 1e6, axes, tare_s: 0.02, rate_hz: None };
+    let refused = refused(2, &table("Time,Fx,Fy,Fz,Tx,Ty"), |text| {
+        let samples = read_ati(text, &options)?;
+        assert!(samples.iter().flat_map(|s| s.force_n).all(f64::is_finite));
+        Ok::<_, cathforce_record::import::ImportError>(samples.len())
+    });
+    assert!((TRIES / 3..TRIES).contains(&refused), "{refused}");
+}
+
+#[test]
+fn damaged_tables_are_taken_or_refused_with_a_line() {
+    let maps = [ColumnMap::parse("rotation_rad=angle*0.0174").unwrap()];
+    let motion = read_csv(&table("t_s,insertion_m,angle,fx_N,fy_N,fz_N")[..], &maps).unwrap();
+    let refused = refused(3, &table("t_s,insertion_m,angle,fx_N,fy_N,fz_N"), |text| {
+        let rows = read_csv(text, &maps)?;
+        let forces = rows.iter().filter_map(|row| {
+            let force_n = row.force_n?;
+            Some(cathforce_record::import::ForceSample { t_s: row.t_s, force_n })
+        });
+        let (joined, left_out) = join(&motion, &forces.collect::<Vec<_>>(), 0.01);
+        assert!(joined.len() + left_out <= rows.len());
+        Ok::<_, cathforce_record::import::ImportError>(rows.len())
+    });
+    assert!((TRIES / 3..TRIES).contains(&refused), "{refused}");
+}
