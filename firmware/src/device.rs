@@ -47,6 +47,8 @@ struct Core {
 struct Active {
     config: Config<'static>,
     buffer: NonNull<[u8]>,
+    /// Of the image in the buffer.
+    len: usize,
 }
 
 // SAFETY: the pointer stands for a `&'static mut [u8]`, which may go anywhere.
@@ -233,8 +235,8 @@ impl DeviceBoard<Buffer> for Desk {
             core.ticker.restart();
             core.load = Load::default();
             core.overruns = 0;
-            let old = core.active.replace(Active { config, buffer });
-            Ok(old.map(|Active { config, buffer }| {
+            let old = core.active.replace(Active { config, buffer, len });
+            Ok(old.map(|Active { config, buffer, .. }| {
                 drop(config);
                 give_back(buffer)
             }))
@@ -255,6 +257,17 @@ impl DeviceBoard<Buffer> for Desk {
                 core.board.start_ticks()
             }
             Ok(())
+        })
+    }
+
+    fn read_image(&mut self, offset: usize, into: &mut [u8]) -> Option<usize> {
+        with(|core| {
+            let active = core.active.as_ref()?;
+            // SAFETY: nobody writes to the buffer of the configuration in use.
+            let buffer: &[u8] = unsafe { active.buffer.as_ref() };
+            let rest = buffer.get(..active.len).and_then(|image| image.get(offset..));
+            let pairs = rest.unwrap_or_default().iter().zip(into);
+            Some(pairs.map(|(byte, place)| *place = *byte).count())
         })
     }
 

@@ -1,5 +1,6 @@
 //! The command line.
 
+mod config;
 mod link;
 mod lumen;
 mod recording;
@@ -10,6 +11,11 @@ use cathforce_effects::Effect;
 use cathforce_rig::tips::Tip;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
+pub use config::{
+    ConfigAction, ConfigApplyArguments, ConfigArguments, ConfigDiffArguments, ConfigGetArguments,
+    ConfigImageArguments, ConfigInitArguments, ConfigSaveArguments, ConfigSetArguments,
+    ConfigShowArguments, ConfigSource, ConfigValidateArguments,
+};
 pub use link::{
     DoctorArguments, FaultAction, FaultArguments, FaultClearArguments, LinkAction, LinkArguments,
     LinkServeArguments, LinkUpArguments,
@@ -55,7 +61,7 @@ pub enum Command {
     Replay(ReplayArguments),
     /// Say what a recording, a bundle, a device image or a device is.
     Info(InfoArguments),
-    /// List the settings, show those of a bundle, write its device image.
+    /// Settings: list, show, change, compare and check them, give them to a device and back.
     Config(ConfigArguments),
     /// List the CAN interfaces of this computer, bring one up or down, be a device on one.
     Link(LinkArguments),
@@ -178,37 +184,6 @@ pub struct InfoArguments {
     /// Device behind this link.
     #[arg(long)]
     pub link: Option<String>,
-}
-
-#[derive(Debug, Args)]
-#[command(args_conflicts_with_subcommands = true)]
-pub struct ConfigArguments {
-    #[command(subcommand)]
-    pub action: Option<ConfigAction>,
-}
-
-#[derive(Debug, Subcommand)]
-pub enum ConfigAction {
-    /// Show what a device would be told about a bundle.
-    Show(ConfigShowArguments),
-    /// Write the device image of a bundle.
-    Image(ConfigImageArguments),
-}
-
-#[derive(Debug, Args)]
-pub struct ConfigShowArguments {
-    pub bundle: PathBuf,
-    #[command(flatten)]
-    pub changes: Changes,
-}
-
-#[derive(Debug, Args)]
-pub struct ConfigImageArguments {
-    pub bundle: PathBuf,
-    #[arg(long, value_name = "FILE.cfim")]
-    pub out: PathBuf,
-    #[command(flatten)]
-    pub changes: Changes,
 }
 
 #[derive(Debug, Args)]

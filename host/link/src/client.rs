@@ -19,6 +19,9 @@ const RESPONSE_TIMEOUT: Duration = Duration::from_secs(2);
 /// The same for checking a whole image.
 const ACTIVATE_TIMEOUT: Duration = Duration::from_secs(20);
 
+/// How often an upload goes on where the device says, before it counts as hopeless.
+const MOST_RESTARTS: u32 = 8;
+
 /// Called with every frame, in the order in which it was sent or received.
 pub type Tap = Box<dyn FnMut(Direction, &Frame) + Send>;
 
@@ -92,6 +95,11 @@ pub struct Client<L = Box<dyn Link>> {
 enum Reply {
     Device(Device, [u8; 4]),
     Status(Box<Status>),
+    Bytes(Vec<u8>),
+    /// The chunk of an image was not the next one.
+    WantsOffset(u32),
+    /// No upload is under way.
+    WantsBeginning,
     Done,
 }
 
@@ -157,6 +165,9 @@ impl<L: Link> Client<L> {
 
     /// Sends an image and puts it to use; `progress` is told the bytes sent so far and may
     /// stop it. On an error the device goes on using what it had.
+    ///
+    /// Goes on where an upload of the same image was cut, by whatever end of the bus; a device
+    /// that was reset meanwhile gets it from the beginning.
     pub fn upload_image(
         &mut self,
         image: &[u8],
@@ -165,11 +176,30 @@ impl<L: Link> Client<L> {
         let capacity = self.device.max_image_len;
         let len = u32::try_from(image.len()).ok().filter(|&len| len <= capacity);
         let len = len.ok_or(ClientError::ImageTooLong { len: image.len(), capacity })?;
-        self.done(Request::BeginImage { len, crc32: service::crc32(image) })?;
-        let mut sent = 0;
-        for bytes in image.chunks(MAX_CHUNK) {
-            self.done(Request::ImageChunk { offset: sent as u32, bytes })?;
-            sent += bytes.len();
+        let begin = Request::BeginImage { len, crc32: service::crc32(image) };
+        self.done(begin)?;
+        let (mut sent, mut restarts) = (0, 0);
+        while let Some(rest) = image.get(sent..).filter(|rest| !rest.is_empty()) {
+            let bytes = rest.get(..MAX_CHUNK).unwrap_or(rest);
+            match self.request(Request::ImageChunk { offset: sent as u32, bytes })? {
+                Reply::Done => sent += bytes.len(),
+                Reply::WantsOffset(expected) if restarts < MOST_RESTARTS => {
+                    restarts += 1;
+                    sent = expected as usize;
+                }
+                Reply::WantsBeginning if restarts < MOST_RESTARTS => {
+                    restarts += 1;
+                    sent = 0;
+                    self.hello()?;
+                    self.done(begin)?;
+                }
+                _ => {
+                    let reason = "it loses what it was sent, again and again: does another \
+                                  program upload too, or is its supply weak?";
+                    let request = "a part of the image";
+                    return Err(ClientError::Refused { request, reason: reason.into() });
+                }
+            }
             if progress(sent).is_break() {
                 return Err(ClientError::Stopped);
             }
@@ -178,6 +208,24 @@ impl<L: Link> Client<L> {
         self.assembler.restart();
         self.host_tick = 0;
         Ok(())
+    }
+
+    /// The first bytes of the image in use, as many as `wanted` says when it is shown those read
+    /// so far; the whole image if it asks for more than there is.
+    pub fn read_image(&mut self, wanted: impl Fn(&[u8]) -> usize) -> Result<Vec<u8>, ClientError> {
+        let mut image = Vec::new();
+        while image.len() < wanted(&image) {
+            let Reply::Bytes(bytes) =
+                self.request(Request::ReadImage { offset: image.len() as u32 })?
+            else {
+                return Err(ClientError::Answer { request: "for its image" });
+            };
+            if bytes.is_empty() {
+                break;
+            }
+            image.extend(bytes);
+        }
+        Ok(image)
     }
 
     /// Lets ticks run only when granted, or by the device's clock.
@@ -217,6 +265,11 @@ impl<L: Link> Client<L> {
     /// The link.
     pub fn link(&self) -> &L {
         &self.link
+    }
+
+    /// The link, when the client is done with.
+    pub fn into_link(self) -> L {
+        self.link
     }
 
     /// The link, to send past the client what no client would: the tap does not see it.
@@ -366,6 +419,11 @@ fn reply(request: &Request<'_>, response: Response<'_>) -> Result<Reply, ClientE
         ),
         Response::Status(status) => Reply::Status(Box::new(status)),
         Response::Done => Reply::Done,
+        Response::ImageBytes(bytes) => Reply::Bytes(bytes.to_vec()),
+        Response::Refused(Refusal::Offset { expected }) => Reply::WantsOffset(expected),
+        Response::Refused(Refusal::NoUpload) if matches!(request, Request::ImageChunk { .. }) => {
+            Reply::WantsBeginning
+        }
         Response::Refused(refusal) => {
             return Err(ClientError::Refused { request: name(request), reason: explain(refusal) });
         }
@@ -381,6 +439,7 @@ fn name(request: &Request<'_>) -> &'static str {
         Request::Activate => "to use the image",
         Request::SetLockStep { .. } => "to change between lock step and its own clock",
         Request::ResetCounters => "to reset its counters",
+        Request::ReadImage { .. } => "for its image",
     }
 }
 
@@ -392,6 +451,7 @@ fn explain(refusal: Refusal<'_>) -> String {
         }
         Refusal::Armed => "its output is armed: disarm it first".into(),
         Refusal::Unsupported => "this board cannot do that".into(),
+        Refusal::NoImage => "it is not configured".into(),
         Refusal::NoUpload => {
             "no upload is under way: has the device been restarted? Upload again".into()
         }

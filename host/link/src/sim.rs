@@ -201,4 +201,16 @@ impl Board<Vec<u8>> for VirtualBoard {
         self.ticker.reset_counters();
         self.carrier = Counters::default();
     }
+
+    fn read_image(&mut self, offset: usize, into: &mut [u8]) -> Option<usize> {
+        let image = self.configured.as_ref()?.borrow_owner();
+        Some(image.get(offset..).map_or(0, |rest| copy(rest, into)))
+    }
+}
+
+/// As many bytes as fit.
+fn copy(from: &[u8], into: &mut [u8]) -> usize {
+    let len = from.len().min(into.len());
+    into[..len].copy_from_slice(&from[..len]);
+    len
 }

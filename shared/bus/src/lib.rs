@@ -3,6 +3,7 @@
 //! * [`Frame`]: one classic CAN data frame with an 11-bit identifier.
 //! * [`Process`]: the fixed-layout process frames, in raw codes with their units beside them.
 //! * [`Sealer`], [`Protection`]: counter and CRC of process frames, on sending and receiving.
+//! * [`master`]: where a master's own frames have what ENCODER and GUIDEWIRE would say.
 //! * [`slcan`]: frames as text over a UART or a socket.
 //! * [`transfer`]: messages of more than one frame (ISO 15765-2).
 //! * [`service`]: the messages that configure and question a device.
@@ -18,6 +19,7 @@
 mod codes;
 mod counters;
 mod frame;
+pub mod master;
 mod process;
 mod protection;
 pub mod service;

@@ -18,6 +18,8 @@ use crate::transfer::Endpoint;
 pub const BLOCK_SIZE: u8 = 64;
 /// Longest part of an image in one request.
 pub const MAX_CHUNK: usize = 1024;
+/// Longest part of the image in use in one response.
+pub const MAX_READ: usize = 256;
 /// Longest request in its envelope.
 pub const MAX_REQUEST: usize = MAX_CHUNK + 16;
 /// Longest response in its envelope.
@@ -52,7 +54,8 @@ pub enum Request<'a> {
     Hello,
     /// Answered with [`Response::Status`].
     GetStatus,
-    /// An upload begins; one that was not finished is forgotten.
+    /// An upload begins. One of another image that was not finished is forgotten; one of the
+    /// same, by length and check, goes on: the next chunk is refused with the offset wanted.
     BeginImage { len: u32, crc32: u32 },
     /// The next bytes of the image, at most [`MAX_CHUNK`].
     ImageChunk { offset: u32, bytes: &'a [u8] },
@@ -62,6 +65,9 @@ pub enum Request<'a> {
     SetLockStep { on: bool },
     /// Zeroes counters and worst cases.
     ResetCounters,
+    /// Answered with [`Response::ImageBytes`]: the image in use from this byte on, at most
+    /// [`MAX_READ`] bytes.
+    ReadImage { offset: u32 },
 }
 
 /// Device to host. `Hello` stays first and as it is.
@@ -74,6 +80,9 @@ pub enum Response<'a> {
     Done,
     #[serde(borrow)]
     Refused(Refusal<'a>),
+    /// Of the image in use; empty past its end.
+    #[serde(borrow)]
+    ImageBytes(&'a [u8]),
 }
 
 /// Who the device is.
@@ -145,6 +154,8 @@ pub enum Refusal<'a> {
     Unsupported,
     /// No upload was begun.
     NoUpload,
+    /// There is no image in use.
+    NoImage,
     /// The image is longer than the device can take.
     TooLong { capacity: u32 },
     /// A chunk leaves a gap, overlaps or goes past the end; this offset is wanted next.
@@ -236,6 +247,9 @@ mod tests {
             counters,
         };
         assert!(seal::<_, MAX_RESPONSE>(255, &Response::Status(status)).is_some());
+
+        let read = Response::ImageBytes(&[0xFF; MAX_READ]);
+        assert!(seal::<_, MAX_RESPONSE>(255, &read).is_some());
 
         let reason = core::str::from_utf8(&[b'x'; 256]).unwrap();
         let refused = Response::Refused(Refusal::Image { offset: u32::MAX, reason, field: "" });

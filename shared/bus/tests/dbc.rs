@@ -1,18 +1,16 @@
 //! `docs/cathforce.dbc` says what the encoders do, read by an independent parser.
 
+mod support;
+
 use std::sync::LazyLock;
 
 use can_dbc::{ByteOrder, Dbc, Message, MessageId, MultiplexIndicator, Signal, ValueType};
-use cathforce_bus::{Command, Frame, Id, MAX_ID, MODE_UNCONFIGURED, Process, Sealer, Status, crc8};
+use cathforce_bus::{Frame, Id, MODE_UNCONFIGURED, Process, Sealer, Status, crc8};
 use proptest::prelude::*;
+use support::{meant, process_ids};
 
 fn dbc() -> Dbc {
     Dbc::try_from(include_str!("../../../docs/cathforce.dbc")).unwrap()
-}
-
-fn process_ids() -> impl Iterator<Item = Id> {
-    let service = |id: &Id| matches!(id, Id::ServiceRequest | Id::ServiceResponse);
-    (0..=MAX_ID).filter_map(Id::from_raw).filter(move |id| !service(id))
 }
 
 /// What another tool reads in a frame: raw value × factor + offset.
@@ -27,49 +25,6 @@ fn read(signal: &Signal, frame: &Frame) -> f64 {
         ValueType::Signed => ((raw << (64 - size)) as i64 >> (64 - size)) as f64,
     };
     raw * signal.factor + signal.offset
-}
-
-/// What we mean by a frame, name by name.
-fn meant(process: &Process) -> Vec<(&'static str, f64)> {
-    let xyz = |[x, y, z]: [f32; 3]| vec![("X", x.into()), ("Y", y.into()), ("Z", z.into())];
-    match *process {
-        Process::Sync(p) => vec![("Grant", p.grant.into()), ("HostTick", p.host_tick.into())],
-        Process::Encoder(p) | Process::Guidewire(p) => {
-            vec![("Insertion", p.insertion.m().into()), ("Rotation", p.rotation.rad().into())]
-        }
-        Process::Command(p) => {
-            let (code, token) = match p {
-                Command::SelfTest => (1, 0),
-                Command::Arm => (2, 0),
-                Command::Disarm => (3, 0),
-                Command::ClearFault { token } => (4, token),
-            };
-            vec![("Code", code.into()), ("Token", token.into())]
-        }
-        Process::Haptic(p) => vec![
-            ("Force", p.force.n().into()),
-            ("Torque", p.torque.n_m().into()),
-            ("Mode", p.mode.into()),
-            ("Fault", p.fault.into()),
-        ],
-        Process::Contact(p) => xyz(p.force.map(|f| f.n())),
-        Process::Tick(p) => vec![("Tick", p.tick.into()), ("Digest", p.digest.into())],
-        Process::Drive(p) => vec![
-            ("Force", p.force.n().into()),
-            ("Torque", p.torque.n_m().into()),
-            ("Limits", p.limits.into()),
-            ("EncoderAge", p.encoder_age_ticks.into()),
-        ],
-        Process::GuidewireDrive(p) => vec![
-            ("Force", p.force.n().into()),
-            ("Torque", p.torque.n_m().into()),
-            ("EncoderAge", p.encoder_age_ticks.into()),
-            ("Felt", u8::from(p.felt).into()),
-        ],
-        Process::Moment(p) => xyz(p.moment.map(|m| m.n_m())),
-        Process::Shape(p) => xyz(p.position.map(|x| x.m())),
-        Process::Force(p) => xyz(p.force.map(|f| f.n())),
-    }
 }
 
 fn message(dbc: &Dbc, id: Id) -> &Message {

@@ -269,6 +269,29 @@ pub fn decode(image: &[u8]) -> Result<Config<'_>, ImageError> {
     configure(head, lumen, offset)
 }
 
+/// Bytes from the beginning of an image that [`decode_head`] needs; `None` before its header is
+/// there.
+pub fn head_end(image: &[u8]) -> Option<usize> {
+    let header = Header::read(image).ok()?;
+    HEADER_BYTES.checked_add(usize::try_from(header.head_bytes).ok()?)
+}
+
+/// Reads the head of an image whose lumen is not at hand. Without it the check of the bytes cannot
+/// be computed: this is for what comes from a device that has checked the image itself.
+pub fn decode_head(front: &[u8]) -> Result<ImageHead, ImageError> {
+    let header = Header::read(front)?;
+    let expected = schema_hash();
+    if (header.version, header.schema) != (VERSION, expected) {
+        return Err(ImageError::Schema { expected, found: header.schema });
+    }
+    let end = head_end(front).ok_or(ImageError::HeadLength { stated: header.head_bytes })?;
+    let head = front.get(HEADER_BYTES..end).ok_or(ImageError::TooShort { found: front.len() })?;
+    match postcard::take_from_bytes::<ImageHead>(head) {
+        Ok((head, [])) => Ok(head),
+        _ => Err(ImageError::Postcard),
+    }
+}
+
 /// Checks everything up to the meaning of the numbers: the head, the lumen's bytes and
 /// where they begin.
 fn split(image: &[u8]) -> Result<(ImageHead, &[u8], usize), ImageError> {

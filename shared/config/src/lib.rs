@@ -4,7 +4,9 @@
 #![forbid(unsafe_code)]
 
 pub mod image;
+mod key;
 mod schema;
 
 pub use cathforce_control::{SETTINGS, SettingError, SettingInfo, Settings};
 pub use image::{EncodeError, ImageError, ImageHead};
+pub use key::{Key, KeyError, keys};

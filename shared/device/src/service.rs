@@ -34,6 +34,10 @@ pub trait Board<B> {
 
     /// Zeroes counters and worst cases.
     fn reset_counters(&mut self);
+
+    /// Copies the image in use from `offset` on; the bytes copied, 0 past its end. `None`
+    /// without an image.
+    fn read_image(&mut self, offset: usize, into: &mut [u8]) -> Option<usize>;
 }
 
 /// What a device says of itself.
@@ -86,6 +90,8 @@ struct Desk<B> {
     upload: Option<Upload>,
     /// CRC-32 of the image in use; 0 without one.
     image_crc32: u32,
+    /// The part of it that was asked for.
+    read: [u8; service::MAX_READ],
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -103,7 +109,13 @@ impl<B: AsRef<[u8]> + AsMut<[u8]>> Service<B> {
             endpoint: DeviceEndpoint::new(Id::ServiceResponse.raw(), service::BLOCK_SIZE),
             answered: None,
             counters: Counters::default(),
-            desk: Desk { identity, spare: Some(spare), upload: None, image_crc32: 0 },
+            desk: Desk {
+                identity,
+                spare: Some(spare),
+                upload: None,
+                image_crc32: 0,
+                read: [0; service::MAX_READ],
+            },
         }
     }
 
@@ -121,7 +133,10 @@ impl<B: AsRef<[u8]> + AsMut<[u8]>> Service<B> {
         let (sequence, result) = match service::open::<Request>(message) {
             Ok((sequence, request)) => {
                 // A question may be asked twice; its answer must not be an old one.
-                let asks = matches!(request, Request::Hello | Request::GetStatus);
+                let asks = matches!(
+                    request,
+                    Request::Hello | Request::GetStatus | Request::ReadImage { .. }
+                );
                 let this = (!asks).then(|| (sequence, service::crc32(message)));
                 if this.is_some() && self.answered == this {
                     self.counters.count(Counter::MessageRepeat);
@@ -153,6 +168,9 @@ impl<B: AsRef<[u8]> + AsMut<[u8]>> Service<B> {
             }
             Ok(Answer::Hello(hello)) => Response::Hello(hello),
             Ok(Answer::Done) => Response::Done,
+            Ok(Answer::Bytes(len)) => {
+                Response::ImageBytes(self.desk.read.get(..len).unwrap_or_default())
+            }
             Err(refusal) => Response::Refused(refusal),
         };
         if let Some(bytes) = service::seal::<_, MAX_RESPONSE>(sequence, &response) {
@@ -175,6 +193,8 @@ impl<B: AsRef<[u8]> + AsMut<[u8]>> Service<B> {
 enum Answer {
     Hello(Hello<'static>),
     Status(Status),
+    /// So many bytes of [`Desk::read`].
+    Bytes(usize),
     Reset,
     Done,
 }
@@ -194,6 +214,10 @@ impl<B: AsRef<[u8]> + AsMut<[u8]>> Desk<B> {
             Request::ResetCounters => {
                 board.reset_counters();
                 return Ok(Answer::Reset);
+            }
+            Request::ReadImage { offset } => {
+                let read = board.read_image(offset as usize, &mut self.read);
+                return read.map(Answer::Bytes).ok_or(Refusal::NoImage);
             }
             _ if board.is_armed() => return Err(Refusal::Armed),
             Request::BeginImage { len, crc32 } => self.begin(len, crc32)?,
@@ -217,14 +241,17 @@ impl<B: AsRef<[u8]> + AsMut<[u8]>> Desk<B> {
         }
     }
 
+    /// An upload of the same image that broke off goes on where it was: the chunk that comes next
+    /// is refused with the offset that is wanted.
     fn begin(&mut self, len: u32, crc32: u32) -> Result<(), Refusal<'static>> {
-        self.upload = None;
+        let unfinished = self.upload.take();
         let spare = self.spare.as_ref().ok_or(Refusal::Unsupported)?;
         let capacity = u32::try_from(spare.as_ref().len()).unwrap_or(u32::MAX);
         if len > capacity {
             return Err(Refusal::TooLong { capacity });
         }
-        self.upload = Some(Upload { len, crc32, received: 0 });
+        let same = unfinished.filter(|upload| (upload.len, upload.crc32) == (len, crc32));
+        self.upload = Some(same.unwrap_or(Upload { len, crc32, received: 0 }));
         Ok(())
     }
 

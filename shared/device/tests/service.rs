@@ -44,6 +44,13 @@ impl Board<Vec<u8>> for FakeBoard {
         Ok(())
     }
     fn reset_counters(&mut self) {}
+    fn read_image(&mut self, offset: usize, into: &mut [u8]) -> Option<usize> {
+        let image = self.image.as_ref()?;
+        let rest = image.get(offset..).unwrap_or_default();
+        let len = rest.len().min(into.len());
+        into[..len].copy_from_slice(&rest[..len]);
+        Some(len)
+    }
 }
 
 struct Bench {
@@ -304,4 +311,26 @@ proptest! {
         while bench.service.next_frame(0).is_some() {}
         prop_assert!(matches!(bench.ask(Request::Hello).response(), Response::Hello(_)));
     }
+}
+
+#[test]
+fn the_image_in_use_is_read_back_part_by_part() {
+    let mut bench = Bench::new();
+    assert_eq!(bench.ask(Request::ReadImage { offset: 0 }).response(), refused(Refusal::NoImage));
+    let image = support::image();
+    assert_eq!(bench.upload_whole(&image).response(), Response::Done);
+    let mut read = Vec::new();
+    loop {
+        let reply = bench.ask(Request::ReadImage { offset: read.len() as u32 });
+        match reply.response() {
+            Response::ImageBytes([]) => break,
+            Response::ImageBytes(bytes) => read.extend_from_slice(bytes),
+            other => panic!("{other:?}"),
+        }
+    }
+    assert_eq!(read, image);
+    // Also while armed: nothing changes by it.
+    bench.board.armed = true;
+    let reply = bench.ask(Request::ReadImage { offset: u32::MAX });
+    assert_eq!(reply.response(), Response::ImageBytes(&[]));
 }

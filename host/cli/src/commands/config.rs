@@ -1,95 +1,198 @@
 //! `cathforce config`.
 
-use std::collections::BTreeMap;
+mod device;
+mod file;
+mod schema;
+mod values;
 
-use cathforce_config::{SETTINGS, SettingInfo, image::decode};
-use cathforce_mechanics::{ParameterInfo, parameters};
-use serde_json::json;
+use std::path::Path;
+
+use cathforce_config::{ImageHead, Key, keys};
+use cathforce_link::Client;
+use cathforce_rig::ImageReport;
+use serde_json::{Value, json};
 
 use super::{image, open_bundle};
-use crate::args::{ConfigAction, ConfigArguments, ConfigImageArguments, ConfigShowArguments};
-use crate::failure::Failure;
+use crate::args::{
+    Changes, ConfigAction, ConfigArguments, ConfigGetArguments, ConfigImageArguments,
+    ConfigShowArguments, ConfigSource,
+};
+use crate::failure::{Code, Failure};
+use crate::settings::parse::unit;
+use crate::settings::{Setting, parse_file};
 use crate::ui::{Ui, two_columns};
+use values::{head_of, head_on, values};
 
 pub fn run(ui: &Ui, arguments: &ConfigArguments) -> Result<(), Failure> {
     match &arguments.action {
         None => list(ui),
+        Some(ConfigAction::Init(arguments)) => file::init(ui, arguments),
         Some(ConfigAction::Show(arguments)) => show(ui, arguments),
+        Some(ConfigAction::Get(arguments)) => get(ui, arguments),
+        Some(ConfigAction::Set(arguments)) => file::set(ui, arguments),
+        Some(ConfigAction::Diff(arguments)) => file::diff(ui, arguments),
+        Some(ConfigAction::Validate(arguments)) => file::validate(ui, arguments),
+        Some(ConfigAction::Apply(arguments)) => device::apply(ui, arguments, false),
+        Some(ConfigAction::Save(arguments)) => device::save(ui, arguments),
+        Some(ConfigAction::Restore(arguments)) => device::apply(ui, arguments, true),
+        Some(ConfigAction::Schema(arguments)) => match arguments.markdown {
+            true => ui.data(&schema::markdown(), schema::markdown()),
+            false => {
+                let schema = schema::json();
+                ui.data(&schema, format_args!("{schema:#}\n"))
+            }
+        },
         Some(ConfigAction::Image(arguments)) => write_image(ui, arguments),
     }
 }
 
 fn list(ui: &Ui) -> Result<(), Failure> {
-    let settings = SETTINGS.iter().map(|s| {
+    let described = keys().map(|key| {
+        let [min, max] = key.range();
         json!({
-            "name": s.name, "unit": s.unit, "min": s.min, "max": s.max, "default": s.default,
-            "whole": s.whole, "while_armed": s.while_armed, "doc": s.doc,
+            "name": key.name(), "unit": key.unit(), "min": min, "max": max,
+            // Null for what rig.toml states.
+            "default": key.default(), "whole": key.is_whole(),
+            "while_armed": key.while_armed(), "doc": key.doc(),
         })
     });
-    // What a rig is told, not its operator: `default` is the value that changes nothing, null
-    // for what rig.toml states.
-    let described = parameters().map(|p| {
-        json!({
-            "name": p.key, "unit": p.unit, "min": p.min, "max": p.max, "default": p.off,
-            "whole": false, "while_armed": false, "doc": p.doc,
-        })
-    });
-    let json = settings.chain(described).collect::<Vec<_>>();
+    let json = described.collect::<Vec<_>>();
     let mut text = String::new();
-    for s in SETTINGS {
-        let armed = if s.while_armed { "" } else { " Not while armed." };
-        text += &format!("{}\n  {}\n  {}{armed}\n", ui.bold(s.name), range(s), s.doc);
-    }
-    text +=
-        "\nOf the rig and its effects (`cathforce gap effects` says more); not while armed:\n\n";
-    for p in parameters() {
-        text += &format!("{}\n  {}\n  {}\n", ui.bold(p.key), parameter_range(p), p.doc);
+    let mut of_rig = false;
+    for key in keys() {
+        if matches!(key, Key::Parameter(_)) && !of_rig {
+            of_rig = true;
+            text += "\nOf the rig and its effects (`cathforce gap effects` says more); not while \
+                     armed:\n\n";
+        }
+        let [min, max] = key.range();
+        let unit = unit(key);
+        let default = match key.default() {
+            Some(default) => format!("{default}{unit}"),
+            None => "as in rig.toml".to_owned(),
+        };
+        let armed = if key.while_armed() || of_rig { "" } else { " Not while armed." };
+        let name = ui.bold(key.name());
+        text +=
+            &format!("{name}\n  {default}, from {min} to {max}{unit}\n  {}{armed}\n", key.doc());
     }
     ui.data(&json, text)
 }
 
-fn parameter_range(p: &ParameterInfo) -> String {
-    let unit = if p.unit == "1" { String::new() } else { format!(" {}", p.unit) };
-    let off = p.off.map_or("as in rig.toml".to_owned(), |off| format!("{off}{unit}"));
-    format!("{off}, from {} to {}{unit}", p.min, p.max)
-}
-
-fn range(s: &SettingInfo) -> String {
-    let unit = if s.unit == "1" { String::new() } else { format!(" {}", s.unit) };
-    format!("{}{unit}, from {} to {}", s.default, s.min, s.max)
+/// The head of the image that a bundle gives or a device uses.
+fn head(
+    ui: &Ui,
+    source: &ConfigSource,
+    changes: &Changes,
+) -> Result<(ImageHead, Option<(String, ImageReport)>), Failure> {
+    if let Some(link) = &source.link {
+        let mut client = Client::connect(cathforce_link::open(link)?)?;
+        let missing = "the device has no configuration; `cathforce config apply` gives it one";
+        let head = head_on(&mut client)?;
+        return Ok((head.ok_or_else(|| Failure::new(Code::Device, missing))?, None));
+    }
+    // The argument parser asks for one of the two.
+    let path = source.bundle.as_deref().unwrap_or(Path::new("."));
+    let bundle = open_bundle(ui, path)?;
+    let (bytes, report) = image(ui, &bundle, changes)?;
+    Ok((head_of(&bytes)?, Some((bundle.rig.name, report))))
 }
 
 fn show(ui: &Ui, arguments: &ConfigShowArguments) -> Result<(), Failure> {
-    let bundle = open_bundle(ui, &arguments.bundle)?;
-    let (bytes, report) = image(ui, &bundle, &arguments.changes)?;
-    let config = decode(&bytes).map_err(Failure::input)?;
-    let settings: BTreeMap<_, _> =
-        config.settings.iter().map(|(info, value)| (info.name, value)).collect();
-    let json = json!({
-        "rig": bundle.rig.name,
-        "image_bytes": report.bytes,
-        "link_length_m": report.link_length_m,
-        "reach_m": report.reach_m,
-        "lumen_bytes": report.lumen.bytes,
-        "lumen_cell_m": report.lumen.cell_m,
-        "description": serde_json::to_value(config.model.description()).unwrap_or_default(),
-        "settings": settings,
+    let (head, built) = head(ui, &arguments.source, &arguments.changes)?;
+    let values = values(&head);
+    let origins = match arguments.origin {
+        true => Some(origins(arguments)?),
+        false => None,
+    };
+    let mut json = json!({
+        "description": serde_json::to_value(&head.description).unwrap_or_default(),
+        "settings": keys()
+            .filter(|key| matches!(key, Key::Setting(_)))
+            .filter_map(|key| Some((key.name().to_owned(), json!(values.get(key.name())?))))
+            .collect::<serde_json::Map<String, Value>>(),
     });
-    let mut rows = vec![
-        ("rig".to_owned(), bundle.rig.name.clone()),
-        ("image".to_owned(), format!("{} bytes", report.bytes)),
-        ("link length".to_owned(), format!("{:.3} mm", 1e3 * report.link_length_m)),
-        ("reach".to_owned(), format!("{:.1} mm", 1e3 * report.reach_m)),
-        (
-            "lumen".to_owned(),
-            format!("{} bytes, grid of {:.2} mm", report.lumen.bytes, 1e3 * report.lumen.cell_m),
-        ),
-    ];
-    for (info, value) in config.settings.iter() {
-        let unit = if info.unit == "1" { "" } else { info.unit };
-        rows.push((info.name.to_owned(), format!("{value} {unit}").trim_end().to_owned()));
+    let mut rows = Vec::new();
+    if let Some((rig, report)) = built {
+        json["rig"] = json!(rig);
+        json["image_bytes"] = json!(report.bytes);
+        json["link_length_m"] = json!(report.link_length_m);
+        json["reach_m"] = json!(report.reach_m);
+        json["lumen_bytes"] = json!(report.lumen.bytes);
+        json["lumen_cell_m"] = json!(report.lumen.cell_m);
+        let (bytes, cell_mm) = (report.lumen.bytes, 1e3 * report.lumen.cell_m);
+        rows.extend([
+            ("rig".to_owned(), rig),
+            ("image".to_owned(), format!("{} bytes", report.bytes)),
+            ("link length".to_owned(), format!("{:.3} mm", 1e3 * report.link_length_m)),
+            ("reach".to_owned(), format!("{:.1} mm", 1e3 * report.reach_m)),
+            ("lumen".to_owned(), format!("{bytes} bytes, grid of {cell_mm:.2} mm")),
+        ]);
+    }
+    let mut said = serde_json::Map::new();
+    for key in keys() {
+        let Some(value) = values.get(key.name()) else { continue };
+        let mut text = format!("{value}{}", unit(key));
+        if let Some(origins) = &origins {
+            let origin = origin(origins, key, *value);
+            text += &format!("  ({origin})");
+            said.insert(key.name().into(), json!(origin));
+        }
+        // What is off says nothing.
+        let is_off = matches!(key, Key::Parameter(_)) && key.default() == Some(*value);
+        if !is_off || origins.is_some() {
+            rows.push((key.name().to_owned(), text));
+        }
+    }
+    if origins.is_some() {
+        json["origin"] = Value::Object(said);
     }
     ui.data(&json, two_columns(&rows))
+}
+
+/// Who has set what, in the order in which they did.
+fn origins(arguments: &ConfigShowArguments) -> Result<Vec<(String, String)>, Failure> {
+    let mut origins = Vec::new();
+    if let Some(link) = &arguments.source.link {
+        origins.extend(keys().map(|key| (key.name().to_owned(), format!("device {link}"))));
+    }
+    if let Some(path) = &arguments.changes.file {
+        for entry in parse_file(path)?.entries {
+            let effect = match &entry.setting {
+                Setting::Diagnosed { effect, .. } => format!(", {effect}"),
+                Setting::ByHand(_) => String::new(),
+            };
+            origins.push((entry.name, format!("{}:{}{effect}", path.display(), entry.line)));
+        }
+    }
+    let given = arguments.changes.settings.iter();
+    origins.extend(given.map(|(name, _)| (name.clone(), "--set".to_owned())));
+    Ok(origins)
+}
+
+/// Who says so last; a value that nobody has set comes from the bundle or is the default.
+fn origin(origins: &[(String, String)], key: Key, value: f32) -> String {
+    let last = origins.iter().rev().find(|(name, _)| name == key.name());
+    match (last, key.default()) {
+        (Some((_, origin)), _) => origin.clone(),
+        (None, Some(default)) if default == value => "default".into(),
+        (None, _) => "bundle".into(),
+    }
+}
+
+fn get(ui: &Ui, arguments: &ConfigGetArguments) -> Result<(), Failure> {
+    let Some(key) = Key::find(&arguments.name) else {
+        let names = keys().map(Key::name).collect::<Vec<_>>();
+        let nearest = cathforce_rig::nearest(&arguments.name, &names);
+        let hint = nearest.map_or(String::new(), |name| format!(", the nearest is `{name}`"));
+        let message = format!("there is no setting `{}`{hint}", arguments.name);
+        return Err(Failure::new(Code::Usage, message));
+    };
+    let (head, _) = head(ui, &arguments.source, &arguments.changes)?;
+    let value = key.value(&head.description, &head.settings);
+    let text = value.map_or("-".to_owned(), |value| value.to_string());
+    let json = json!({ "name": key.name(), "value": value, "unit": key.unit() });
+    ui.data(&json, format_args!("{text}\n"))
 }
 
 fn write_image(ui: &Ui, arguments: &ConfigImageArguments) -> Result<(), Failure> {

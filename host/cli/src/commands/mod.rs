@@ -21,13 +21,14 @@ pub mod tips;
 
 use std::path::Path;
 
-use cathforce_mechanics::{ParameterError, parameters};
+use cathforce_config::Key;
 use cathforce_record::Recording;
 use cathforce_rig::{Bundle, ImageBuildError, ImageOptions, ImageReport, device_image};
 
 use crate::args::Changes;
 use crate::failure::{Code, Failure};
-use crate::settings::SettingsFile;
+use crate::settings::parse::{Entry, Problem, problem};
+use crate::settings::{Setting, SettingsFile};
 use crate::ui::Ui;
 
 /// Opens a bundle and says what looks wrong with it.
@@ -101,17 +102,17 @@ fn set_all(options: &mut ImageOptions, file: &SettingsFile) -> Result<(), String
 }
 
 fn set(options: &mut ImageOptions, name: &str, value: f32) -> Result<(), String> {
-    if let Some(info) = parameters().find(|info| info.key == name) {
-        // Written so that NaN fails.
-        if !(value >= info.min as f32 && value <= info.max as f32) {
-            return Err(format!("{name}={value}: {}", ParameterError::Range(info)));
-        }
-        options.parameters.push((name.to_owned(), value));
-        return Ok(());
+    let entry = Entry { name: name.into(), line: 0, setting: Setting::ByHand(value) };
+    if let Some(Problem { message, fix, .. }) = problem(&entry) {
+        return Err(format!("{message}: {fix}; `cathforce config` lists names and ranges"));
     }
-    options.settings.set(name, value).map_err(|error| {
-        format!("{name}={value}: {error}; `cathforce config` lists names and ranges")
-    })
+    match Key::find(name) {
+        Some(Key::Parameter(_)) => options.parameters.push((name.to_owned(), value)),
+        _ => {
+            options.settings.set(name, value).map_err(|error| format!("{name}={value}: {error}"))?
+        }
+    }
+    Ok(())
 }
 
 /// The device image of a bundle.

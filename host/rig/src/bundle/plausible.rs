@@ -153,7 +153,14 @@ fn check_instrument(
         } else {
             continue;
         };
-        warnings.push((place, format!("youngs_modulus_Pa = {value:e} is {says}")));
+        let message = match value > 1e9 {
+            true => {
+                let giga = 1e-9 * value;
+                format!("youngs_modulus_Pa = {value:e}, {giga} GPa, is {says} {giga} MPa?")
+            }
+            false => format!("youngs_modulus_Pa = {value:e} is {says}"),
+        };
+        warnings.push((place, message));
     }
     let mut curved = false;
     let mut bent = false;

@@ -1,31 +1,32 @@
 //! Settings of one rig, kept in a file: what `--set` takes, with where each comes from.
 
+pub mod parse;
+pub mod slip;
+
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::Path;
 
-use serde::Deserialize;
-
 use crate::failure::{Code, Failure};
+use parse::{Parsed, Problem};
+
+/// Version of the file's layout and names that this program writes.
+pub const SCHEMA_VERSION: u32 = 1;
 
 /// The file, in TOML.
-#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct SettingsFile {
     /// Name of the rig that they are for.
     pub rig: String,
     /// By name, as `--set` takes them.
-    #[serde(default)]
     pub set: BTreeMap<String, Setting>,
 }
 
 /// One setting: a number, or a number with where it comes from.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(untagged)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Setting {
     ByHand(f32),
-    #[serde(rename_all = "snake_case")]
     Diagnosed {
         value: f32,
         /// The effect.
@@ -42,20 +43,11 @@ impl Setting {
 }
 
 impl SettingsFile {
-    /// Reads a file; whether names and values are any is seen when they are used.
+    /// Reads a file in which every name and value must be one.
     pub fn read(path: &Path) -> Result<Self, Failure> {
-        let text = std::fs::read_to_string(path)
-            .map_err(|e| Failure::input(format!("cannot read {}: {e}", path.display())))?;
-        toml::from_str(&text).map_err(|error| {
-            let line = error.span().map_or(String::new(), |span| {
-                format!(":{}", 1 + text[..span.start.min(text.len())].matches('\n').count())
-            });
-            Failure::input(format!(
-                "{}{line}: {}\n  fix: write `rig = \"name\"` and, under `[set]`, `\"name\" = number`",
-                path.display(),
-                error.message()
-            ))
-        })
+        let parsed = parse_file(path)?;
+        let problems = parsed.entries.iter().filter_map(parse::problem).collect::<Vec<_>>();
+        if problems.is_empty() { Ok(parsed.into()) } else { Err(refused(path, &problems)) }
     }
 
     /// Refuses the settings of another rig.
@@ -75,7 +67,7 @@ impl SettingsFile {
     pub fn text(&self) -> String {
         let mut text = format!(
             "# Settings of cathforce for one rig: `--settings` takes this file, `cathforce config` \
-             explains names.\nrig = {}\n\n[set]\n",
+             explains names.\nschema_version = {SCHEMA_VERSION}\nrig = {}\n\n[set]\n",
             toml::Value::from(self.rig.as_str())
         );
         for (name, setting) in &self.set {
@@ -93,17 +85,35 @@ impl SettingsFile {
     /// Writes the file whole or not at all: a new one takes the place of the old one only after
     /// it has been read back and found the same.
     pub fn write(&self, path: &Path) -> Result<Staged, Failure> {
-        let folder = path.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        let failed = |e: &dyn std::fmt::Display| Failure::write(path, e);
-        let mut file = tempfile::NamedTempFile::new_in(folder).map_err(|e| failed(&e))?;
-        file.write_all(self.text().as_bytes()).map_err(|e| failed(&e))?;
-        file.as_file().sync_all().map_err(|e| failed(&e))?;
-        if Self::read(file.path())? != *self {
+        let staged = Staged::new(path, &self.text())?;
+        if Self::read(staged.file.path())? != *self {
             let message = format!("{}: what was written reads back differently", path.display());
             return Err(Failure::new(Code::Failed, message));
         }
-        Ok(Staged { file, path: path.to_path_buf() })
+        Ok(staged)
     }
+}
+
+/// What a file says, whether its names and values are any or not.
+pub fn parse_file(path: &Path) -> Result<Parsed, Failure> {
+    let text = std::fs::read_to_string(path)
+        .map_err(|e| Failure::input(format!("cannot read {}: {e}", path.display())))?;
+    parse::parse(&text).map_err(|problem| refused(path, &[problem]))
+}
+
+impl From<Parsed> for SettingsFile {
+    fn from(parsed: Parsed) -> Self {
+        let set = parsed.entries.into_iter().map(|entry| (entry.name, entry.setting)).collect();
+        Self { rig: parsed.rig, set }
+    }
+}
+
+/// What is wrong with a file, line by line.
+pub fn refused(path: &Path, problems: &[Problem]) -> Failure {
+    let line = |Problem { line, message, fix }: &Problem| {
+        format!("{}:{line}: {message}\n  fix: {fix}", path.display())
+    };
+    Failure::input(problems.iter().map(line).collect::<Vec<_>>().join("\n"))
 }
 
 /// A file that is complete, beside the one whose place it will take.
@@ -113,6 +123,16 @@ pub struct Staged {
 }
 
 impl Staged {
+    /// Writes a text beside the file whose place it will take.
+    pub fn new(path: &Path, text: &str) -> Result<Self, Failure> {
+        let folder = path.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        let failed = |e: &dyn std::fmt::Display| Failure::write(path, e);
+        let mut file = tempfile::NamedTempFile::new_in(folder).map_err(|e| failed(&e))?;
+        file.write_all(text.as_bytes()).map_err(|e| failed(&e))?;
+        file.as_file().sync_all().map_err(|e| failed(&e))?;
+        Ok(Self { file, path: path.to_path_buf() })
+    }
+
     /// Puts it in its place, in one step.
     pub fn commit(self) -> Result<(), Failure> {
         let Self { file, path } = self;

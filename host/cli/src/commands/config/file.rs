@@ -1,0 +1,212 @@
+//! Settings files: made, changed, compared, checked.
+
+use std::path::Path;
+
+use cathforce_config::{Key, keys};
+use cathforce_link::Client;
+use serde_json::json;
+use toml_edit::{DocumentMut, Item, Table, value};
+
+use super::super::open_bundle;
+use super::values::{Values, changes, defaults, head_on, values};
+use crate::args::{
+    ConfigDiffArguments, ConfigInitArguments, ConfigSetArguments, ConfigValidateArguments,
+};
+use crate::failure::{Code, Failure};
+use crate::settings::parse::{Entry, problem, unit};
+use crate::settings::{SCHEMA_VERSION, Setting, SettingsFile, Staged, parse_file, refused, slip};
+use crate::ui::Ui;
+
+pub fn init(ui: &Ui, arguments: &ConfigInitArguments) -> Result<(), Failure> {
+    let bundle = open_bundle(ui, &arguments.bundle)?;
+    let path = &arguments.file;
+    if path.exists() {
+        let message = format!(
+            "{} is there already and stays as it is; `cathforce config set` changes values in it",
+            path.display()
+        );
+        return Err(Failure::new(Code::Usage, message));
+    }
+    let staged = Staged::new(path, &template(&bundle.rig.name))?;
+    staged.commit()?;
+    let shown = path.display().to_string();
+    ui.data(&json!({ "path": shown }), format_args!("{shown}\n"))
+}
+
+/// A file in which everything is a comment that would change nothing.
+fn template(rig: &str) -> String {
+    let mut text = format!(
+        "# Settings of cathforce for one rig. A line without `#` before it is set; the values here \
+         are\n# the defaults. `cathforce config apply` gives them to a device, `--settings` to a \
+         run.\nschema_version = {SCHEMA_VERSION}\nrig = {}\n\n[set]\n",
+        toml::Value::from(rig)
+    );
+    for key in keys() {
+        let [min, max] = key.range();
+        let armed = if key.while_armed() { "" } else { " Not while armed." };
+        let default = key.default().map_or("…".to_owned(), |value| format!("{value:?}"));
+        text += &format!(
+            "\n# {} From {min} to {max}{}.{armed}\n# \"{}\" = {default}\n",
+            key.doc(),
+            unit(key),
+            key.name()
+        );
+    }
+    text
+}
+
+pub fn set(ui: &Ui, arguments: &ConfigSetArguments) -> Result<(), Failure> {
+    let path = &arguments.file;
+    // What is wrong already is said with its line, before it is made worse.
+    let old = SettingsFile::read(path)?;
+    for (name, value) in &arguments.values {
+        let (name, setting) = (name.clone(), Setting::ByHand(*value));
+        if let Some(problem) = problem(&Entry { name, line: 0, setting }) {
+            let message = format!("{}: {}", problem.message, problem.fix);
+            return Err(Failure::new(Code::Usage, message));
+        }
+    }
+    let text = std::fs::read_to_string(path).map_err(Failure::input)?;
+    let text = edited(&text, &arguments.values).map_err(Failure::input)?;
+    let staged = Staged::new(path, &text)?;
+    staged.commit()?;
+    let new = SettingsFile::read(path)?;
+    let changed = changes(&of_file(&old), &of_file(&new));
+    for (name, value) in &arguments.values {
+        warn_of_slip(ui, name, *value);
+    }
+    let lines = changed.iter().map(|change| change.text() + "\n").collect::<String>();
+    ui.data(&changed, if lines.is_empty() { "nothing changed\n".to_owned() } else { lines })
+}
+
+/// The text with these values; comments and everything else stay.
+fn edited(text: &str, values: &[(String, f32)]) -> Result<String, toml_edit::TomlError> {
+    let mut document = text.parse::<DocumentMut>()?;
+    let set = document.entry("set").or_insert(Item::Table(Table::new()));
+    for (name, number) in values {
+        if let Some(table) = set.as_table_like_mut() {
+            // Written dotted or in a table of its own, it would be there twice.
+            remove_dotted(table, name);
+            // The shortest decimal that reads back to the same bits.
+            let number = number.to_string().parse::<f64>().unwrap_or(f64::from(*number));
+            match table.get_mut(name) {
+                Some(old) => {
+                    let decor = old.as_value().map(|old| old.decor().clone());
+                    let mut new = toml_edit::Value::from(number);
+                    *new.decor_mut() = decor.unwrap_or_default();
+                    *old = Item::Value(new);
+                }
+                None => {
+                    table.insert(name, value(number));
+                }
+            }
+        }
+    }
+    Ok(document.to_string())
+}
+
+fn remove_dotted(table: &mut dyn toml_edit::TableLike, name: &str) {
+    if let Some((first, rest)) = name.split_once('.')
+        && let Some(inner) = table.get_mut(first).and_then(Item::as_table_like_mut)
+    {
+        inner.remove(rest);
+        remove_dotted(inner, rest);
+    }
+}
+
+fn of_file(file: &SettingsFile) -> Values {
+    let value = |key: Key| Some((key.name(), file.set.get(key.name())?.value()));
+    keys().filter_map(value).collect()
+}
+
+pub fn diff(ui: &Ui, arguments: &ConfigDiffArguments) -> Result<(), Failure> {
+    let first = source(&arguments.first)?;
+    let second = match &arguments.second {
+        Some(second) => source(second)?,
+        // Only what the first one names: it says nothing of the rest.
+        None => defaults().into_iter().filter(|(name, _)| first.contains_key(name)).collect(),
+    };
+    let (old, new) = if arguments.second.is_some() { (first, second) } else { (second, first) };
+    let changed = changes(&old, &new);
+    let lines = changed.iter().map(|change| change.text() + "\n").collect::<String>();
+    ui.data(&changed, if lines.is_empty() { "no difference\n".to_owned() } else { lines })
+}
+
+/// A file if there is one of that name, else a link.
+fn source(text: &str) -> Result<Values, Failure> {
+    let path = Path::new(text);
+    if path.exists() || path.extension().is_some_and(|extension| extension == "toml") {
+        return Ok(of_file(&SettingsFile::read(path)?));
+    }
+    let mut client = Client::connect(cathforce_link::open(text)?)?;
+    Ok(head_on(&mut client)?.as_ref().map(values).unwrap_or_default())
+}
+
+pub fn validate(ui: &Ui, arguments: &ConfigValidateArguments) -> Result<(), Failure> {
+    let path = &arguments.path;
+    let shown = path.display().to_string();
+    if path.is_dir() {
+        let bundle = open_bundle(ui, path)?;
+        let warnings = bundle.warnings.len();
+        let json = json!({ "path": shown, "rig": bundle.rig.name, "warnings": warnings });
+        return ui.data(&json, format_args!("{shown}: right, {warnings} warnings\n"));
+    }
+    let parsed = parse_file(path)?;
+    let problems = parsed.entries.iter().filter_map(problem).collect::<Vec<_>>();
+    if !problems.is_empty() {
+        return Err(refused(path, &problems));
+    }
+    let mut warnings = 0;
+    for entry in &parsed.entries {
+        let slip =
+            Key::find(&entry.name).and_then(|key| slip::in_range(key, entry.setting.value()));
+        if let Some(slip) = slip {
+            warnings += 1;
+            ui.warn(format_args!("{shown}:{}: {slip}", entry.line));
+        }
+    }
+    let settings = parsed.entries.len();
+    let json = json!({
+        "path": shown, "rig": parsed.rig, "schema_version": parsed.version,
+        "settings": settings, "warnings": warnings,
+    });
+    ui.data(&json, format_args!("{shown}: right, {settings} settings, {warnings} warnings\n"))
+}
+
+/// Says of a value that its unit may have slipped.
+pub fn warn_of_slip(ui: &Ui, name: &str, value: f32) {
+    if let Some(slip) = Key::find(name).and_then(|key| slip::in_range(key, value)) {
+        ui.warn(slip);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_new_file_sets_nothing_and_names_everything() {
+        let text = template("a \"rig\"");
+        let parsed = crate::settings::parse::parse(&text).unwrap();
+        assert_eq!((parsed.version, parsed.rig.as_str()), (SCHEMA_VERSION, "a \"rig\""));
+        assert_eq!(parsed.entries, []);
+        for key in keys() {
+            assert!(text.contains(&format!("\n# \"{}\" = ", key.name())), "{}", key.name());
+        }
+    }
+
+    #[test]
+    fn a_change_keeps_comments_and_leaves_one_value_however_it_was_written() {
+        let text =
+            "rig = \"a\"\n[set]\n# why\nforce_gain = 2 # so\nwall.friction_coefficient = 0.3\n";
+        let values =
+            [("wall.friction_coefficient".to_owned(), 0.1), ("force_gain".to_owned(), 3.0)];
+        let text = edited(text, &values).unwrap();
+        assert!(text.contains("# why\nforce_gain = 3.0 # so"), "{text}");
+        let parsed = crate::settings::parse::parse(&text).unwrap();
+        let found = parsed.entries.iter().map(|e| (e.name.as_str(), e.setting.value()));
+        let mut found = found.collect::<Vec<_>>();
+        found.sort_by(|a, b| a.0.cmp(b.0));
+        assert_eq!(found, [("force_gain", 3.0), ("wall.friction_coefficient", 0.1)]);
+    }
+}

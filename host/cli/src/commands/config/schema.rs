@@ -1,0 +1,136 @@
+//! What a settings file may hold, for editors and for people.
+
+use cathforce_config::{Key, keys};
+use serde_json::{Map, Value, json};
+
+use crate::settings::SCHEMA_VERSION;
+use crate::settings::parse::unit;
+
+/// JSON schema of a settings file.
+pub fn json() -> Value {
+    let property = |key: Key| {
+        let [min, max] = key.range().map(number);
+        let kind = if key.is_whole() { "integer" } else { "number" };
+        let mut value = json!({ "type": kind, "minimum": min, "maximum": max });
+        if let (Some(default), Value::Object(fields)) = (key.default(), &mut value) {
+            fields.insert("default".into(), number(default));
+        }
+        let diagnosed = json!({
+            "type": "object",
+            "properties": { "value": value, "effect": { "type": "string" } },
+            "required": ["value", "effect"],
+            "additionalProperties": false,
+        });
+        let fields = json!({
+            "description": format!("{} Unit: {}.", key.doc(), key.unit()),
+            "anyOf": [value, diagnosed],
+        });
+        (key.name().to_owned(), fields)
+    };
+    let properties = keys().map(property).collect::<Map<_, _>>();
+    json!({
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": "Settings of cathforce for one rig",
+        "type": "object",
+        "properties": {
+            "schema_version": { "const": SCHEMA_VERSION },
+            "rig": { "type": "string", "description": "Name in the bundle's rig.toml." },
+            "set": {
+                "type": "object", "properties": properties, "additionalProperties": false,
+            },
+        },
+        "required": ["schema_version", "rig"],
+        "additionalProperties": false,
+    })
+}
+
+/// As it is written in the declaration: 0.1, not what single precision makes of it.
+fn number(value: f32) -> Value {
+    serde_json::from_str(&value.to_string()).unwrap_or(Value::Null)
+}
+
+/// `docs/config.md`.
+pub fn markdown() -> String {
+    let mut text = format!(
+        "# Configuration\n\n<!-- Written by `cathforce config schema --markdown`. -->\n\n{INTRODUCTION}\n\
+         Names and layout are version {SCHEMA_VERSION} (`schema_version`).\n"
+    );
+    for (title, is_here) in [
+        ("Settings of the operator", (|key| matches!(key, Key::Setting(_))) as fn(&Key) -> bool),
+        ("Numbers of the rig and its effects", |key| matches!(key, Key::Parameter(_))),
+    ] {
+        text += &format!(
+            "\n## {title}\n\n| name | default | range | while armed | what it does |\n\
+             | --- | --- | --- | --- | --- |\n"
+        );
+        for key in keys().filter(is_here) {
+            let [min, max] = key.range();
+            let default = key.default().map_or("rig.toml".to_owned(), |value| value.to_string());
+            let armed = if key.while_armed() { "yes" } else { "no" };
+            text += &format!(
+                "| `{}` | {default} | {min} to {max}{} | {armed} | {} |\n",
+                key.name(),
+                unit(key),
+                key.doc()
+            );
+        }
+    }
+    text
+}
+
+const INTRODUCTION: &str = "\
+A bundle says what the rig is; a settings file says what its operator wants, and what a diagnosis
+found. One file, TOML, for one rig:
+
+```toml
+schema_version = 1
+rig = \"tapered-bifurcation\"
+
+[set]
+force_gain = 2.0
+wall.friction_coefficient = 0.25
+\"effects.wall.stiffness.factor\" = { value = 0.8, effect = \"wall.stiffness\" }
+```
+
+    cathforce config init BUNDLE S.toml              # a file with everything in it, as comments
+    cathforce config set S.toml force_gain=2         # change it; comments stay
+    cathforce config validate S.toml                 # names, ranges, slips of the unit
+    cathforce config diff S.toml [OTHER|LINK]        # against the defaults, a file, a device
+    cathforce config apply S.toml BUNDLE --link …    # show what changes, send it, read it back
+    cathforce config save BUNDLE S.toml --link …     # from the device into a file
+    cathforce config restore OLD.toml BUNDLE --link … # what carries over, and a list of the rest
+    cathforce config show BUNDLE --origin            # every value, and who says so
+    cathforce config schema                          # JSON schema, for editors
+
+`run`, `simulate` and the others take the file with `--settings S.toml`; `gap apply` writes the
+same format, with the effect that each value comes from. Errors name file and line, and an unknown
+name its nearest neighbour. A value that is a thousand times its default, or a thousandth, is
+allowed and warned of.
+
+A device takes a configuration whole, and only while it is disarmed (P17). The column *while armed*
+says which numbers would harm nobody if they changed then; the others limit what the operator's
+hand can feel, or are the model itself.
+";
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_page_in_docs_is_the_one_that_is_declared() {
+        let page = include_str!("../../../../../docs/config.md");
+        assert_eq!(page, markdown(), "write it again: cathforce config schema --markdown");
+    }
+
+    #[test]
+    fn every_key_is_in_the_schema_with_its_default_in_its_range() {
+        let schema = json();
+        let properties = &schema["properties"]["set"]["properties"];
+        for key in keys() {
+            let value = &properties[key.name()]["anyOf"][0];
+            let of = |name: &str| value[name].as_f64();
+            let (min, max) = (of("minimum").unwrap(), of("maximum").unwrap());
+            assert!(of("default").is_none_or(|x| (min..=max).contains(&x)), "{}", key.name());
+        }
+    }
+}

@@ -1,0 +1,222 @@
+//! Settings from a file to a device and back, and what is said of those that are none.
+
+use std::fs;
+use std::net::TcpListener;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use std::sync::atomic::AtomicBool;
+use std::time::Duration;
+
+use cathforce_link::{Sim, Slcan, serve};
+use serde_json::Value;
+
+fn bundle() -> String {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/bend-guidewire");
+    path.to_str().unwrap().into()
+}
+
+fn run(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_cathforce"))
+        .env("NO_COLOR", "1")
+        .args(arguments)
+        .output()
+        .unwrap()
+}
+
+#[track_caller]
+fn json(arguments: &[&str]) -> Value {
+    let output = run(&[arguments, &["--json"]].concat());
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{arguments:?}: {stderr}");
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+/// Exit code and what was said on stderr.
+fn fails(arguments: &[&str]) -> (Option<i32>, String) {
+    let output = run(arguments);
+    (output.status.code(), String::from_utf8(output.stderr).unwrap())
+}
+
+/// A device without hardware, which lives on between connections. Its address.
+fn device() -> String {
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let address = format!("slcan:tcp:{}", listener.local_addr().unwrap());
+    std::thread::spawn(move || {
+        let mut device = Sim::in_lock_step();
+        for stream in listener.incoming() {
+            let stream = stream.unwrap();
+            stream.set_read_timeout(Some(Duration::from_millis(50))).unwrap();
+            let mut link = Slcan::new("test", stream.try_clone().unwrap(), stream).unwrap();
+            // Ends when the other side goes.
+            let _ = serve(&mut link, &mut device, &AtomicBool::new(false));
+        }
+    });
+    address
+}
+
+struct Folder(tempfile::TempDir);
+
+impl Folder {
+    fn new() -> Self {
+        Self(tempfile::tempdir().unwrap())
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    fn file(&self, name: &str, text: &str) -> String {
+        let path = self.path(name);
+        fs::write(&path, text).unwrap();
+        path.to_str().unwrap().into()
+    }
+}
+
+const RIG: &str = "schema_version = 1\nrig = \"bend-guidewire\"\n\n[set]\n";
+
+#[test]
+fn a_file_goes_to_the_device_and_comes_back_the_same() {
+    let (folder, device, bundle) = (Folder::new(), device(), bundle());
+    let file = folder.path("s.toml");
+    let file = file.to_str().unwrap();
+    json(&["config", "init", &bundle, file]);
+    assert_eq!(json(&["config", "diff", file]), Value::Array(Vec::new()), "it sets nothing yet");
+    let changed = json(&["config", "set", file, "force_gain=2.5", "wall.friction_coefficient=0.2"]);
+    assert_eq!(changed.as_array().unwrap().len(), 2);
+    assert!(fs::read_to_string(file).unwrap().contains("# Force on the operator's"));
+
+    let to_device = |arguments: &[&str]| {
+        json(&[&["config"], arguments, &["--link", &device, "--cell", "2"]].concat())
+    };
+    let dry = to_device(&["apply", file, &bundle, "--dry-run"]);
+    assert_eq!((&dry["dry_run"], &dry["verified"]), (&true.into(), &false.into()));
+    let (code, said) = fails(&["config", "get", "force_gain", "--link", &device]);
+    assert_eq!(code, Some(5), "still not configured: {said}");
+
+    let applied = to_device(&["apply", file, &bundle]);
+    assert_eq!(applied["verified"], true);
+    let get = |name| json(&["config", "get", name, "--link", &device])["value"].as_f64().unwrap();
+    assert_eq!(get("force_gain"), 2.5);
+    assert_eq!(get("wall.friction_coefficient") as f32, 0.2);
+
+    json(&["config", "set", file, "force_gain=3"]);
+    let diff = json(&["config", "diff", &device, file]);
+    let gain = diff.as_array().unwrap().iter().find(|c| c["name"] == "force_gain").unwrap();
+    assert_eq!((&gain["old"], &gain["new"]), (&2.5.into(), &3.0.into()));
+    let applied = to_device(&["apply", file, &bundle]);
+    assert_eq!(applied["changes"].as_array().unwrap().len(), 1);
+    assert_eq!(applied["counts"]["changed"], 1);
+    let all = json(&["config"]).as_array().unwrap().len() as u64;
+    assert_eq!(applied["counts"]["unchanged"], all - 1);
+
+    let saved = folder.path("saved.toml");
+    let saved = saved.to_str().unwrap();
+    assert_eq!(to_device(&["save", &bundle, saved])["verified"], true);
+    assert_eq!(json(&["config", "diff", file, saved]), Value::Array(Vec::new()));
+    let again = to_device(&["apply", saved, &bundle]);
+    assert_eq!(again["counts"]["changed"], 0);
+}
+
+#[test]
+fn a_device_of_another_rig_is_not_saved_over_a_file() {
+    let (folder, device, bundle) = (Folder::new(), device(), bundle());
+    let file = folder.file("s.toml", RIG);
+    json(&["config", "apply", &file, &bundle, "--link", &device, "--cell", "2"]);
+    let (code, said) = fails(&["config", "save", &bundle, &file, "--link", &device, "--cell", "3"]);
+    assert_eq!(code, Some(3), "{said}");
+    assert!(said.contains("lumen.cell_m is 0.002") && said.contains("fix:"), "{said}");
+    assert_eq!(fs::read_to_string(&file).unwrap(), RIG);
+}
+
+#[test]
+fn an_older_file_is_restored_and_what_does_not_carry_over_is_listed() {
+    let (folder, device, bundle) = (Folder::new(), device(), bundle());
+    // No version, a name that is gone, one that the rig states, a value beyond today's range.
+    let file = folder.file(
+        "old.toml",
+        "rig = \"bend-guidewire\"\n[set]\nforce_gain = 2\nforce_gian = 3\nsolver.tick_s = 0.002\n\
+         force_limit_n = 3000\n",
+    );
+    let (code, said) =
+        fails(&["config", "apply", &file, &bundle, "--link", &device, "--cell", "2"]);
+    assert_eq!(code, Some(3), "{said}");
+    assert!(said.contains("old.toml:4: ") && said.contains("old.toml:6: "), "{said}");
+    let restored = json(&["config", "restore", &file, &bundle, "--link", &device, "--cell", "2"]);
+    assert_eq!(restored["read_only"], Value::from(vec!["solver.tick_s"]));
+    let lost = restored["not_carried_over"].as_array().unwrap();
+    assert_eq!(lost.iter().map(|l| l["line"].as_u64().unwrap()).collect::<Vec<_>>(), [4, 6]);
+    assert!(lost[0]["why"].as_str().unwrap().contains("`force_gain`"), "{lost:?}");
+    assert!(lost[1]["why"].as_str().unwrap().contains("than 3 N"), "{lost:?}");
+    assert_eq!(json(&["config", "get", "force_gain", "--link", &device])["value"], 2.0);
+}
+
+#[test]
+fn slips_are_said_with_their_line() {
+    let folder = Folder::new();
+    let file =
+        folder.file("s.toml", &format!("{RIG}force_limit_n = 0.003\nforce_slew_n_per_s = 180\n"));
+    let output = run(&["config", "validate", &file]);
+    assert!(output.status.success());
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert!(said.contains("s.toml:5: ") && said.contains("a thousandth of its default"), "{said}");
+    assert!(!said.contains("force_slew"), "{said}");
+    let (code, said) = fails(&["config", "validate", &folder.file("t.toml", "rig = 3\n")]);
+    assert_eq!(code, Some(3));
+    assert!(said.contains("t.toml:1: ") && said.contains("fix:"), "{said}");
+}
+
+/// The literature has a catheter of "600 GPa": 600 MPa was meant.
+#[test]
+fn a_catheter_of_600_gpa_is_a_warning_that_says_so() {
+    let folder = Folder::new();
+    let copy = folder.path("rig");
+    fs::create_dir_all(copy.join("trials")).unwrap();
+    for name in ["centreline.csv", "trials/000.csv"] {
+        fs::copy(Path::new(&bundle()).join(name), copy.join(name)).unwrap();
+    }
+    let rig = fs::read_to_string(Path::new(&bundle()).join("rig.toml")).unwrap();
+    let rig = rig.replacen("youngs_modulus_Pa = 80.0e6", "youngs_modulus_Pa = 600e9", 1);
+    fs::write(copy.join("rig.toml"), rig).unwrap();
+    let output = run(&["config", "validate", copy.to_str().unwrap()]);
+    assert!(output.status.success(), "a warning, no error");
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert!(said.contains("600 GPa") && said.contains("600 MPa"), "{said}");
+    assert!(said.contains("rig.toml:"), "{said}");
+}
+
+#[test]
+fn every_value_says_where_it_comes_from() {
+    let folder = Folder::new();
+    let file = folder.file(
+        "s.toml",
+        &format!("{RIG}force_gain = 2\n\"wall.friction_coefficient\" = {{ value = 0.3, effect = \"contact.friction\" }}\n"),
+    );
+    let bundle = bundle();
+    let shown = json(&[
+        "config",
+        "show",
+        &bundle,
+        "--settings",
+        &file,
+        "--set",
+        "torque_gain=3",
+        "--origin",
+        "--cell",
+        "3",
+    ]);
+    let origin = |name: &str| shown["origin"][name].as_str().unwrap().to_owned();
+    assert!(origin("force_gain").ends_with("s.toml:5"));
+    assert!(origin("wall.friction_coefficient").ends_with("s.toml:6, contact.friction"));
+    assert_eq!(origin("torque_gain"), "--set");
+    assert_eq!(origin("force_limit_n"), "default");
+    assert_eq!(origin("max_insertion_m"), "bundle", "lowered to the reach of the links");
+}
+
+#[test]
+fn the_schema_accepts_what_is_written_by_its_names() {
+    let schema = json(&["config", "schema"]);
+    let names = schema["properties"]["set"]["properties"].as_object().unwrap();
+    assert_eq!(names.len(), json(&["config"]).as_array().unwrap().len());
+    assert_eq!(names["ramp_time_ticks"]["anyOf"][0]["type"], "integer");
+    assert_eq!(names["force_limit_n"]["anyOf"][0]["maximum"], 10.0);
+}

@@ -1,0 +1,52 @@
+//! What every process frame means, name by name, for comparison with what others read in it.
+
+use cathforce_bus::{Command, Id, MAX_ID, Process};
+
+/// Every identifier that the DBC describes.
+pub fn process_ids() -> impl Iterator<Item = Id> {
+    let service = |id: &Id| matches!(id, Id::ServiceRequest | Id::ServiceResponse);
+    (0..=MAX_ID).filter_map(Id::from_raw).filter(move |id| !service(id))
+}
+
+/// What we mean by a frame, name by name.
+pub fn meant(process: &Process) -> Vec<(&'static str, f64)> {
+    let xyz = |[x, y, z]: [f32; 3]| vec![("X", x.into()), ("Y", y.into()), ("Z", z.into())];
+    match *process {
+        Process::Sync(p) => vec![("Grant", p.grant.into()), ("HostTick", p.host_tick.into())],
+        Process::Encoder(p) | Process::Guidewire(p) => {
+            vec![("Insertion", p.insertion.m().into()), ("Rotation", p.rotation.rad().into())]
+        }
+        Process::Command(p) => {
+            let (code, token) = match p {
+                Command::SelfTest => (1, 0),
+                Command::Arm => (2, 0),
+                Command::Disarm => (3, 0),
+                Command::ClearFault { token } => (4, token),
+            };
+            vec![("Code", code.into()), ("Token", token.into())]
+        }
+        Process::Haptic(p) => vec![
+            ("Force", p.force.n().into()),
+            ("Torque", p.torque.n_m().into()),
+            ("Mode", p.mode.into()),
+            ("Fault", p.fault.into()),
+        ],
+        Process::Contact(p) => xyz(p.force.map(|f| f.n())),
+        Process::Tick(p) => vec![("Tick", p.tick.into()), ("Digest", p.digest.into())],
+        Process::Drive(p) => vec![
+            ("Force", p.force.n().into()),
+            ("Torque", p.torque.n_m().into()),
+            ("Limits", p.limits.into()),
+            ("EncoderAge", p.encoder_age_ticks.into()),
+        ],
+        Process::GuidewireDrive(p) => vec![
+            ("Force", p.force.n().into()),
+            ("Torque", p.torque.n_m().into()),
+            ("EncoderAge", p.encoder_age_ticks.into()),
+            ("Felt", u8::from(p.felt).into()),
+        ],
+        Process::Moment(p) => xyz(p.moment.map(|m| m.n_m())),
+        Process::Shape(p) => xyz(p.position.map(|x| x.m())),
+        Process::Force(p) => xyz(p.force.map(|f| f.n())),
+    }
+}
