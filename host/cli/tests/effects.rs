@@ -69,7 +69,10 @@ fn what_cannot_be_set_is_refused_at_once() {
         &with(["--set", "effects.wall.viscoelastic.ratio=-1"]),
         "effects.wall.viscoelastic.ratio must be between 0 and 20",
     );
-    assert_usage(&with(["--set", "effects.wall.nope=1"]), "there is no setting `effects.wall.nope`");
+    assert_usage(
+        &with(["--set", "effects.wall.nope=1"]),
+        "there is no setting `effects.wall.nope`",
+    );
     assert_usage(&with(["--tip", "crook"]), "cathforce tips");
 }
 
