@@ -12,10 +12,13 @@ use nalgebra::{Matrix3, Vector3};
 /// Nothing is read from memory ahead of here, and what was stored is read again after it.
 ///
 /// A sweep has more numbers under way than the 32 registers of a Cortex-M7's FPU: left to
-/// itself the compiler reads early and then parks what does not fit. A value is not changed.
+/// itself the compiler reads early and then parks what does not fit. A host is better left to
+/// itself. A value is not changed.
 #[inline(always)]
 pub(crate) fn read_here() {
-    compiler_fence(Ordering::SeqCst);
+    if cfg!(target_arch = "arm") {
+        compiler_fence(Ordering::SeqCst);
+    }
 }
 
 /// A symmetric 3 × 3 matrix.
@@ -138,57 +141,55 @@ impl<T: Real> Sym3<T> {
     }
 }
 
-/// Cholesky's factor G of a symmetric matrix G Gᵀ.
+/// Factors L and Δ of a symmetric matrix L Δ Lᵀ: L with ones on its diagonal, Δ diagonal.
 ///
-/// Where a stiff wall meets a soft joint, A − B D⁻¹ Bᵀ must be taken through the factor: by
+/// Where a stiff wall meets a soft joint, A − B D⁻¹ Bᵀ must be taken through the factors: by
 /// the inverse, the error grows with the square of the condition and the result turns negative.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Factor<T> {
     yx: T,
     zx: T,
     zy: T,
-    /// One over the diagonal.
-    inverse: [T; 3],
 }
 
 impl<T: Real> Factor<T> {
     pub fn identity() -> Self {
-        let (o, one) = (T::zero(), T::one());
-        Self { yx: o, zx: o, zy: o, inverse: [one; 3] }
+        let o = T::zero();
+        Self { yx: o, zx: o, zy: o }
     }
 
-    /// Of a matrix whose eigenvalues, and so its pivots, are `smallest` or more. A pivot that
-    /// rounding has put below is raised to it: the inverse stays finite and points downhill.
+    /// L and the diagonal of Δ⁻¹, of a matrix whose eigenvalues, and so its pivots, are `smallest`
+    /// or more. A pivot that rounding has put below is raised to it: the inverse stays finite and
+    /// points downhill.
     #[inline(always)]
-    pub fn new(m: &Sym3<T>, smallest: T) -> Self {
-        let invert = |pivot: T| T::one() / pivot.larger(smallest).root();
+    pub fn new(m: &Sym3<T>, smallest: T) -> (Self, [T; 3]) {
+        let invert = |pivot: T| T::one() / pivot.larger(smallest);
         let x = invert(m.xx);
         let (yx, zx) = (m.xy * x, m.xz * x);
-        let y = invert(m.yy - yx * yx);
-        let zy = (m.yz - yx * zx) * y;
-        let z = invert(m.zz - zx * zx - zy * zy);
-        Self { yx, zx, zy, inverse: [x, y, z] }
+        let y = invert(m.yy - yx * m.xy);
+        let rest = m.yz - yx * m.xz;
+        let zy = rest * y;
+        let z = invert(m.zz - zx * m.xz - zy * rest);
+        (Self { yx, zx, zy }, [x, y, z])
     }
 
-    /// v G⁻ᵀ, of a row of numbers or of columns.
+    /// v L⁻ᵀ, of a row of numbers or of columns.
     #[inline(always)]
     pub fn forward<V>(&self, [x, y, z]: [V; 3]) -> [V; 3]
     where
         V: Copy + Sub<Output = V> + Mul<T, Output = V>,
     {
-        let x = x * self.inverse[0];
-        let y = (y - x * self.yx) * self.inverse[1];
-        let z = (z - x * self.zx - y * self.zy) * self.inverse[2];
+        let y = y - x * self.yx;
+        let z = z - x * self.zx - y * self.zy;
         [x, y, z]
     }
 
-    /// G⁻ᵀ v
+    /// L⁻ᵀ v
     #[inline(always)]
     pub fn backward(&self, v: &Vector3<T>) -> Vector3<T> {
-        let z = v.z * self.inverse[2];
-        let y = (v.y - self.zy * z) * self.inverse[1];
-        let x = (v.x - self.yx * y - self.zx * z) * self.inverse[0];
-        Vector3::new(x, y, z)
+        let y = v.y - self.zy * v.z;
+        let x = v.x - self.yx * y - self.zx * v.z;
+        Vector3::new(x, y, v.z)
     }
 }
 
@@ -427,17 +428,19 @@ mod tests {
             c.add_identity(wall);
             c.sub_outer(&(lever * wall), &lever);
             c.add_identity(1.0);
-            let factor = Factor::new(&c, 1.0);
-            for z in factor.forward([0, 1, 2].map(|i| b.column(i).into_owned())) {
-                a.sub_square(&z);
+            let (factor, inverse) = Factor::new(&c, 1.0);
+            let z = factor.forward([0, 1, 2].map(|i| b.column(i).into_owned()));
+            for (z, inverse) in z.iter().zip(inverse) {
+                a.sub_outer(&(z * inverse), z);
             }
             let across = Vector3::new(0.0, 0.8, 0.6);
             let left = dot(&across, &a.mul_vec(&across));
             let exact = wall / (1.0 + wall);
             assert!((left / exact - 1.0).abs() < 0.2, "wall {wall}: {left}, not {exact}");
 
-            let forward = factor.forward(c.mul_vec(&across).into());
-            let product = factor.backward(&forward.into());
+            let [x, y, z] = factor.forward(c.mul_vec(&across).into());
+            let scaled = Vector3::new(x * inverse[0], y * inverse[1], z * inverse[2]);
+            let product = factor.backward(&scaled);
             assert!((product - across).norm() < 2e-7 * wall.max(10.0), "{product:?}");
         }
     }

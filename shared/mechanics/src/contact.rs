@@ -108,17 +108,17 @@ impl<T: Real> Contact<T> {
         motion: &Motion<'_, T>,
         memory: &Memory<T>,
     ) -> Touch<T> {
-        let (zero, half) = (T::zero(), T::lit(0.5));
+        let half = T::lit(0.5);
         let n = &seen.normal;
         // Quadratic over the onset, then linear.     docs/model.md (11)
-        let indented = (half * self.onset - seen.gap).larger(zero);
+        let indented = (half * self.onset - seen.gap).positive();
         let within = indented.smaller(self.onset);
         let slope = within * self.inverse_onset;
         let indented = indented - within + half * slope * within;
         let (indented, slope, relaxed) = law.indentation(indented, slope, memory.relaxed);
         let sliding = || Slid {
             normal_n: memory.normal_n,
-            slid_m: (memory.reached - dot(&memory.slip, &memory.slip).root()).larger(zero),
+            slid_m: (memory.reached - dot(&memory.slip, &memory.slip).root()).positive(),
         };
         let friction = law.friction(self.friction, sliding, stiffness);
         let stiffness = stiffness * seen.stiffness;
@@ -178,7 +178,7 @@ impl<T: Real> Touch<T> {
         let moved = plus_cross(dx, turn, &seen.arm);
         let along = dot(n, &moved);
         let normal_n = self.normal_n - (self.stick + self.push) * along;
-        memory.normal_n = normal_n.larger(T::zero());
+        memory.normal_n = normal_n.positive();
         if !LAST {
             seen.gap += along;
             return Vector3::zeros();

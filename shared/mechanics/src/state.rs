@@ -175,8 +175,8 @@ pub(crate) struct Elimination<T: Real> {
     /// What acts on the link, and the joint at its proximal end.
     pub loads: LinkLoads<T>,
     pub joint: JointLoad<T>,
-    /// The link's rotation: δφ = G⁻ᵀ (s − Zᵀ δx + Xᵀ δφ), of the point at joint j + 1 and of the
-    /// link beyond it; Z and X by columns.     docs/model.md (17)
+    /// The link's rotation: δφ = L⁻ᵀ Δ⁻¹ (s − Zᵀ δx + Xᵀ δφ), of the point at joint j + 1 and of
+    /// the link beyond it; s, Z and X are kept times Δ⁻¹, by columns.     docs/model.md (17)
     pub turn: Vector3<T>,
     pub by_displacement: [Vector3<T>; 3],
     pub by_turn: [Vector3<T>; 3],

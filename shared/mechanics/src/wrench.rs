@@ -80,7 +80,7 @@ impl<T: Real> Wrench<T> {
         read_here();
         let alpha = self.a.mul_vec(tangent);
         let beta = mul_transposed(&self.b, tangent);
-        let inverse = T::one() / (stiffness + dot(tangent, &alpha).larger(T::zero())).root();
+        let inverse = T::one() / (stiffness + dot(tangent, &alpha).positive()).root();
         let (pull, turn) = (alpha * inverse, beta * inverse);
         let gain = (dot(&self.force, tangent) - tension) * inverse;
         self.force -= pull * gain;
@@ -100,39 +100,39 @@ impl<T: Real> Wrench<T> {
         self.c.add_cross_product_transposed(&lever, &self.b);
         sub_product_cross(&mut self.b, &self.a, &lever);
         self.c.add_cross_product(&lever, &self.b);
-        let pull = dot(&lever, &self.force).larger(T::zero());
+        let pull = dot(&lever, &self.force).positive();
         self.c.add_identity(pull);
         self.c.sub_outer(&(tangent * pull), tangent);
     }
 
     /// Eliminates the rotation of the link distal to a joint.     docs/model.md (8)
     ///
-    /// With D = C + K = G Gᵀ, Z = B G⁻ᵀ and X = K G⁻ᵀ, column by column.
+    /// With D = C + K = L Δ Lᵀ, Z = B L⁻ᵀ and X = K L⁻ᵀ, column by column.
     #[inline(always)]
     pub fn pass_joint(&mut self, kept: &mut Elimination<T>) {
         read_here();
         let d = self.c.plus(&kept.joint.stiffness);
-        let factor = Factor::new(&d, kept.joint.smallest);
-        // f −= Z s, A −= Z Zᵀ
+        let (factor, inverse) = Factor::new(&d, kept.joint.smallest);
+        // f −= Z Δ⁻¹ s, A −= Z Δ⁻¹ Zᵀ
         let s = factor.forward((self.moment - kept.joint.moment).into());
         let z = factor.forward([0, 1, 2].map(|i| self.b.column(i).into_owned()));
-        for (z, s) in z.iter().zip(s) {
-            self.force -= z * s;
-            self.a.sub_square(z);
+        for (i, z) in z.iter().enumerate() {
+            kept.turn[i] = s[i] * inverse[i];
+            kept.by_displacement[i] = z * inverse[i];
+            self.force -= z * kept.turn[i];
+            self.a.sub_outer(&kept.by_displacement[i], z);
         }
-        kept.turn = s.into();
-        kept.by_displacement = z;
         kept.factor = factor;
         read_here();
-        // m = μ + X s, B = Z Xᵀ, C = K − X Xᵀ
+        // m = μ + X Δ⁻¹ s, B = Z Δ⁻¹ Xᵀ, C = K − X Δ⁻¹ Xᵀ
         let k = kept.joint.stiffness;
         let x = kept.factor.forward(k.columns());
         (self.moment, self.c) = (kept.joint.moment, k);
-        for (x, &s) in x.iter().zip(&kept.turn) {
-            self.moment += x * s;
-            self.c.sub_square(x);
+        for (i, x) in x.iter().enumerate() {
+            kept.by_turn[i] = x * inverse[i];
+            self.moment += x * kept.turn[i];
+            self.c.sub_outer(&kept.by_turn[i], x);
         }
-        kept.by_turn = x;
         let z = &kept.by_displacement;
         self.b = outer(&z[0], &x[0]);
         add_outer(&mut self.b, &z[1], &x[1]);

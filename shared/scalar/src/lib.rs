@@ -20,6 +20,11 @@ pub trait Real: RealField + Copy + Default {
     fn larger(self, other: Self) -> Self;
     /// The smaller of two, −0 below 0; of a number and NaN the number.
     fn smaller(self, other: Self) -> Self;
+    /// The number if it is above 0, else 0; 0 for NaN.
+    #[inline(always)]
+    fn positive(self) -> Self {
+        if self > Self::zero() { self } else { Self::zero() }
+    }
     /// The nearest number to a constant of the source text.
     fn lit(value: f64) -> Self;
     /// The nearest number to an integer.
@@ -46,6 +51,11 @@ impl Real for f32 {
     #[inline(always)]
     fn smaller(self, other: Self) -> Self {
         smaller_f32(self, other)
+    }
+    #[cfg(all(target_arch = "arm", target_abi = "eabihf"))]
+    #[inline(always)]
+    fn positive(self) -> Self {
+        larger_f32(self, 0.0)
     }
     #[inline(always)]
     fn lit(value: f64) -> Self {
@@ -191,6 +201,16 @@ mod tests {
         }
         assert_eq!((larger_f32(-1.0, 2.0), smaller_f32(-1.0, 2.0)), (2.0, -1.0));
         assert_eq!((larger_f32(2.0, -1.0), smaller_f32(2.0, -1.0)), (2.0, -1.0));
+    }
+
+    #[test]
+    fn what_is_not_above_0_is_0() {
+        for (x, positive) in [(1.5f32, 1.5f32), (0.0, 0.0), (-0.0, 0.0), (-1.5, 0.0)] {
+            assert_eq!(x.positive().to_bits(), positive.to_bits());
+            assert_eq!(x.positive().to_bits(), larger_f32(x, 0.0).to_bits());
+        }
+        assert_eq!(f32::NAN.positive().to_bits(), 0);
+        assert_eq!(f64::NAN.positive().to_bits(), 0);
     }
 
     #[test]
