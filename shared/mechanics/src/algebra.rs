@@ -150,19 +150,20 @@ pub(crate) struct Factor<T> {
     yx: T,
     zx: T,
     zy: T,
+    /// The diagonal of Δ⁻¹.
+    pub inverse: [T; 3],
 }
 
 impl<T: Real> Factor<T> {
     pub fn identity() -> Self {
-        let o = T::zero();
-        Self { yx: o, zx: o, zy: o }
+        let (o, one) = (T::zero(), T::one());
+        Self { yx: o, zx: o, zy: o, inverse: [one; 3] }
     }
 
-    /// L and the diagonal of Δ⁻¹, of a matrix whose eigenvalues, and so its pivots, are `smallest`
-    /// or more. A pivot that rounding has put below is raised to it: the inverse stays finite and
-    /// points downhill.
+    /// Of a matrix whose eigenvalues, and so its pivots, are `smallest` or more. A pivot that
+    /// rounding has put below is raised to it: the inverse stays finite and points downhill.
     #[inline(always)]
-    pub fn new(m: &Sym3<T>, smallest: T) -> (Self, [T; 3]) {
+    pub fn new(m: &Sym3<T>, smallest: T) -> Self {
         let invert = |pivot: T| T::one() / pivot.larger(smallest);
         let x = invert(m.xx);
         let (yx, zx) = (m.xy * x, m.xz * x);
@@ -170,7 +171,7 @@ impl<T: Real> Factor<T> {
         let rest = m.yz - yx * m.xz;
         let zy = rest * y;
         let z = invert(m.zz - zx * m.xz - zy * rest);
-        (Self { yx, zx, zy }, [x, y, z])
+        Self { yx, zx, zy, inverse: [x, y, z] }
     }
 
     /// v L⁻ᵀ, of a row of numbers or of columns.
@@ -428,9 +429,9 @@ mod tests {
             c.add_identity(wall);
             c.sub_outer(&(lever * wall), &lever);
             c.add_identity(1.0);
-            let (factor, inverse) = Factor::new(&c, 1.0);
+            let factor = Factor::new(&c, 1.0);
             let z = factor.forward([0, 1, 2].map(|i| b.column(i).into_owned()));
-            for (z, inverse) in z.iter().zip(inverse) {
+            for (z, inverse) in z.iter().zip(factor.inverse) {
                 a.sub_outer(&(z * inverse), z);
             }
             let across = Vector3::new(0.0, 0.8, 0.6);
@@ -439,8 +440,8 @@ mod tests {
             assert!((left / exact - 1.0).abs() < 0.2, "wall {wall}: {left}, not {exact}");
 
             let [x, y, z] = factor.forward(c.mul_vec(&across).into());
-            let scaled = Vector3::new(x * inverse[0], y * inverse[1], z * inverse[2]);
-            let product = factor.backward(&scaled);
+            let [i, j, k] = factor.inverse;
+            let product = factor.backward(&Vector3::new(x * i, y * j, z * k));
             assert!((product - across).norm() < 2e-7 * wall.max(10.0), "{product:?}");
         }
     }

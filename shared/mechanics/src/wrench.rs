@@ -112,24 +112,24 @@ impl<T: Real> Wrench<T> {
     pub fn pass_joint(&mut self, kept: &mut Elimination<T>) {
         read_here();
         let d = self.c.plus(&kept.joint.stiffness);
-        let (factor, inverse) = Factor::new(&d, kept.joint.smallest);
+        let factor = Factor::new(&d, kept.joint.smallest);
+        kept.factor = factor;
         // f −= Z Δ⁻¹ s, A −= Z Δ⁻¹ Zᵀ
         let s = factor.forward((self.moment - kept.joint.moment).into());
         let z = factor.forward([0, 1, 2].map(|i| self.b.column(i).into_owned()));
         for (i, z) in z.iter().enumerate() {
-            kept.turn[i] = s[i] * inverse[i];
-            kept.by_displacement[i] = z * inverse[i];
+            kept.turn[i] = s[i] * factor.inverse[i];
+            kept.by_displacement[i] = z * factor.inverse[i];
             self.force -= z * kept.turn[i];
             self.a.sub_outer(&kept.by_displacement[i], z);
         }
-        kept.factor = factor;
         read_here();
         // m = μ + X Δ⁻¹ s, B = Z Δ⁻¹ Xᵀ, C = K − X Δ⁻¹ Xᵀ
         let k = kept.joint.stiffness;
         let x = kept.factor.forward(k.columns());
         (self.moment, self.c) = (kept.joint.moment, k);
         for (i, x) in x.iter().enumerate() {
-            kept.by_turn[i] = x * inverse[i];
+            kept.by_turn[i] = x * kept.factor.inverse[i];
             self.moment += x * kept.turn[i];
             self.c.sub_outer(&kept.by_turn[i], x);
         }
