@@ -16,10 +16,19 @@ use nalgebra::RealField;
 pub trait Real: RealField + Copy + Default {
     /// Square root, correctly rounded, hence the same bits on host and device.
     fn root(self) -> Self;
-    /// The larger of two, 0 above −0; of a number and NaN the number.
-    fn larger(self, other: Self) -> Self;
-    /// The smaller of two, −0 below 0; of a number and NaN the number.
-    fn smaller(self, other: Self) -> Self;
+    /// The larger of this and a bound; the bound for NaN.
+    ///
+    /// One instruction on every machine, and the same bits, as long as the bound is a number and
+    /// the two are not zeros of different signs.
+    #[inline(always)]
+    fn larger(self, bound: Self) -> Self {
+        if self > bound { self } else { bound }
+    }
+    /// The smaller of this and a bound; likewise.
+    #[inline(always)]
+    fn smaller(self, bound: Self) -> Self {
+        if self < bound { self } else { bound }
+    }
     /// The number if it is above 0, else 0; 0 for NaN.
     #[inline(always)]
     fn positive(self) -> Self {
@@ -44,13 +53,15 @@ impl Real for f32 {
     fn root(self) -> Self {
         sqrt_f32(self)
     }
+    #[cfg(all(target_arch = "arm", target_abi = "eabihf"))]
     #[inline(always)]
-    fn larger(self, other: Self) -> Self {
-        larger_f32(self, other)
+    fn larger(self, bound: Self) -> Self {
+        larger_f32(self, bound)
     }
+    #[cfg(all(target_arch = "arm", target_abi = "eabihf"))]
     #[inline(always)]
-    fn smaller(self, other: Self) -> Self {
-        smaller_f32(self, other)
+    fn smaller(self, bound: Self) -> Self {
+        smaller_f32(self, bound)
     }
     #[cfg(all(target_arch = "arm", target_abi = "eabihf"))]
     #[inline(always)]
@@ -88,14 +99,6 @@ impl Real for f64 {
     #[inline(always)]
     fn root(self) -> Self {
         libm::sqrt(self)
-    }
-    #[inline(always)]
-    fn larger(self, other: Self) -> Self {
-        if self > other || other.is_nan() { self } else { other }
-    }
-    #[inline(always)]
-    fn smaller(self, other: Self) -> Self {
-        if self < other || other.is_nan() { self } else { other }
     }
     #[inline(always)]
     fn lit(value: f64) -> Self {
@@ -168,46 +171,27 @@ fn smaller_f32(a: f32, b: f32) -> f32 {
     smaller
 }
 
-/// What the instructions above give: bits of equals differ in the sign of 0 at most.
-#[cfg(not(all(target_arch = "arm", target_abi = "eabihf")))]
-#[inline(always)]
-fn larger_f32(a: f32, b: f32) -> f32 {
-    let equal = f32::from_bits(a.to_bits() & b.to_bits());
-    let larger = if a > b || b.is_nan() { a } else { b };
-    if a == b { equal } else { larger }
-}
-
-#[cfg(not(all(target_arch = "arm", target_abi = "eabihf")))]
-#[inline(always)]
-fn smaller_f32(a: f32, b: f32) -> f32 {
-    let equal = f32::from_bits(a.to_bits() | b.to_bits());
-    let smaller = if a < b || b.is_nan() { a } else { b };
-    if a == b { equal } else { smaller }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
-    fn the_larger_and_the_smaller_of_zeros_and_of_no_number_are_defined() {
-        for (a, b) in [(0.0, -0.0), (-0.0, 0.0)] {
-            assert_eq!((larger_f32(a, b).to_bits(), smaller_f32(a, b).to_bits()), (0, 1 << 31));
+    fn of_no_number_and_a_bound_the_bound_is_left() {
+        fn check<T: Real>() {
+            let [low, high] = [-1.0, 2.0].map(T::lit);
+            assert_eq!((low.larger(high), low.smaller(high)), (high, low));
+            assert_eq!((high.larger(low), high.smaller(low)), (high, low));
+            let nan = T::zero() / T::zero();
+            assert_eq!((nan.larger(high), nan.smaller(low)), (high, low));
         }
-        for (a, b) in [(1.5, f32::NAN), (f32::NAN, 1.5), (1.5, 1.5)] {
-            assert_eq!((larger_f32(a, b), smaller_f32(a, b)), (1.5, 1.5));
-            let (a, b) = (a.to_f64(), b.to_f64());
-            assert_eq!((a.larger(b), a.smaller(b)), (1.5, 1.5));
-        }
-        assert_eq!((larger_f32(-1.0, 2.0), smaller_f32(-1.0, 2.0)), (2.0, -1.0));
-        assert_eq!((larger_f32(2.0, -1.0), smaller_f32(2.0, -1.0)), (2.0, -1.0));
+        check::<f32>();
+        check::<f64>();
     }
 
     #[test]
     fn what_is_not_above_0_is_0() {
         for (x, positive) in [(1.5f32, 1.5f32), (0.0, 0.0), (-0.0, 0.0), (-1.5, 0.0)] {
             assert_eq!(x.positive().to_bits(), positive.to_bits());
-            assert_eq!(x.positive().to_bits(), larger_f32(x, 0.0).to_bits());
         }
         assert_eq!(f32::NAN.positive().to_bits(), 0);
         assert_eq!(f64::NAN.positive().to_bits(), 0);
