@@ -1,10 +1,12 @@
 //! What the drive does: four trials that excite feed at three speeds, dwells, reversals and
-//! rotation.
+//! rotation, and a fifth that mixes them otherwise, which no diagnosis sees.
 
 use cathforce_reference::Schedule;
 
 /// Trials of every case.
-pub const TRIALS: usize = 4;
+pub const TRIALS: usize = 5;
+/// Of them, those that are diagnosed; what is left is what an answer must predict.
+pub const DIAGNOSED: usize = 4;
 
 /// Changes of speed take so long \[s\].
 const RAMP_S: f64 = 0.1;
@@ -27,10 +29,15 @@ pub fn schedule(trial: usize, start_m: f64) -> Schedule {
             let s = spin(spin(s, 2.0, 0.7), -2.0, 0.7);
             feed(rest(s, 0.2), -0.012, 0.8)
         }
-        _ => {
+        3 => {
             let s = rest(feed(begin(0.6), 0.03, 1.4), 0.4);
             let s = spin(spin(s, -2.0, 0.6), 2.0, 0.6);
             feed(feed(rest(s, 0.2), -0.012, 0.8), 0.012, 0.8)
+        }
+        _ => {
+            let s = spin(feed(begin(0.3), 0.025, 1.2), 2.0, 0.5);
+            let s = feed(feed(rest(s, 0.4), 0.015, 0.8), -0.025, 0.7);
+            rest(feed(s, 0.02, 0.9), 0.3)
         }
     }
 }

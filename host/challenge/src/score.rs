@@ -13,6 +13,8 @@ use crate::seal::Label;
 pub const SMALLEST_GAP: f64 = 2.0;
 /// A wrong answer with at least this confidence is confidently wrong.
 pub const CONFIDENT: f64 = 0.8;
+/// Predicted and achieved shrink may differ by so much.
+const WITHIN: f64 = 0.1;
 
 /// One figure.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -35,6 +37,9 @@ pub struct Score {
     pub tallies: Vec<Tally>,
     /// Case, what was there, what was answered.
     pub answers: Vec<Answer>,
+    pub seeds: BTreeSet<u64>,
+    /// By rig and kind.
+    pub rigs: Vec<Right>,
     /// SHA-256 of the programs that answered.
     pub binaries: BTreeSet<String>,
 }
@@ -52,6 +57,20 @@ pub struct Answer {
     /// Named effects and what they cannot be told apart from.
     pub reported: BTreeSet<String>,
     pub confidence: Option<f64>,
+    /// On the diagnosed trials, held out one by one; on the one that was not diagnosed.
+    pub predicted_shrink: Option<f64>,
+    pub achieved_shrink: Option<f64>,
+    /// Whether the answer is what it should be: no gap, unknown, or every true effect.
+    pub right: bool,
+}
+
+/// Cases of one kind on one rig, and how many were answered right.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Right {
+    pub rig: String,
+    pub kind: Kind,
+    pub right: usize,
+    pub of: usize,
 }
 
 impl Answer {
@@ -66,7 +85,7 @@ impl Answer {
                 reported.extend(set);
             }
         }
-        Self {
+        let mut own = Self {
             case: label.case.clone(),
             kind: label.kind,
             rig: label.rig.clone(),
@@ -74,9 +93,26 @@ impl Answer {
             truth: label.effects.iter().map(|effect| effect.id.clone()).collect(),
             verdict: text(&answer["verdict"]),
             confidence: answer["effects"][0]["confidence"].as_f64(),
+            predicted_shrink: answer["predicted_shrink"].as_f64(),
+            achieved_shrink: answer["achieved_shrink"].as_f64(),
             named,
             reported,
-        }
+            right: false,
+        };
+        own.right = match own.kind {
+            Kind::None => own.verdict == "no_gap",
+            Kind::Outside => own.verdict == "unknown",
+            Kind::Single => own.first_is_true(),
+            Kind::Pair => own.truth.iter().all(|id| own.reported.contains(id)),
+        };
+        own
+    }
+
+    /// Of what was named.
+    fn shrink_missed(&self) -> Option<f64> {
+        let named = (self.verdict == "named").then_some(())?;
+        let ((), predicted) = (named, self.predicted_shrink?);
+        Some((predicted - self.achieved_shrink?).abs())
     }
 
     fn first_is_true(&self) -> bool {
@@ -111,46 +147,60 @@ pub fn score(revealed: &[(Label, Value)]) -> Score {
     let sizes: Vec<f64> =
         single.iter().filter(|a| !a.reported.is_empty()).map(|a| a.reported.len() as f64).collect();
     let inside = intervals(revealed);
-    let seconds: Vec<f64> = revealed.iter().filter_map(|(_, a)| a["seconds"].as_f64()).collect();
+    let numbers = |figure, target, unit, values: Vec<f64>| Tally {
+        figure,
+        target,
+        value: mean(values.iter().copied()),
+        unit,
+        of: values.len(),
+    };
+    let found = |key: &str| revealed.iter().filter_map(|(_, a)| a[key].as_f64()).collect();
+    let misses: Vec<f64> = counted.iter().filter_map(|a| a.shrink_missed()).collect();
+    let within: Vec<f64> =
+        misses.iter().map(|miss| if *miss <= WITHIN { 100.0 } else { 0.0 }).collect();
+    let held = inside.iter().map(|hit| if *hit { 100.0 } else { 0.0 }).collect();
     let tallies = vec![
         share("the true effect is named first", "≥ 90 %", &single, &Answer::first_is_true),
         share("the true effect is in the reported set", "≥ 97 %", &single, &all_in),
-        Tally {
-            figure: "mean size of that set",
-            target: "≤ 1.5",
-            value: mean(sizes.iter().copied()),
-            unit: "",
-            of: sizes.len(),
-        },
+        numbers("mean size of that set", "≤ 1.5", "", sizes),
         share("confidently wrong", "≤ 2 %", &counted, &Answer::is_confidently_wrong),
         share("out-of-library effects answered \"none of mine\"", "≥ 90 %", &outside, &|a| {
             a.verdict == "unknown"
         }),
         share("a gap claimed where there is none", "≤ 2 %", &none, &|a| a.verdict != "no_gap"),
         share("both of two effects found", "≥ 80 %", &pair, &all_in),
-        Tally {
-            figure: "90 % parameter intervals that hold the truth",
-            target: "85–95 %",
-            value: mean(inside.iter().map(|hit| if *hit { 100.0 } else { 0.0 })),
-            unit: "%",
-            of: inside.len(),
-        },
-        Tally {
-            figure: "mean time of a diagnosis",
-            target: "",
-            value: mean(seconds.iter().copied()),
-            unit: "s",
-            of: seconds.len(),
-        },
+        numbers(
+            "mean difference of predicted and achieved shrink on a trial that was not diagnosed",
+            "≤ 10 points",
+            "points",
+            misses.iter().map(|miss| 100.0 * miss).collect(),
+        ),
+        numbers("the same, cases within 10 points", "", "%", within),
+        numbers("90 % parameter intervals that hold the truth", "85–95 %", "%", held),
+        numbers("mean processor time of a diagnosis", "", "s", found("cpu_seconds")),
     ];
     let binary = |(_, a): &(Label, Value)| a["binary_sha256"].as_str().map(str::to_owned);
     Score {
         cases: answers.len(),
         too_small: answers.len() - counted.len(),
         tallies,
+        seeds: revealed.iter().map(|(label, _)| label.seed).collect(),
+        rigs: by_rig(&counted),
         binaries: revealed.iter().filter_map(binary).collect(),
         answers,
     }
+}
+
+fn by_rig(counted: &[&Answer]) -> Vec<Right> {
+    let rigs: BTreeSet<&str> = counted.iter().map(|a| a.rig.as_str()).collect();
+    let kinds = [Kind::Single, Kind::Pair, Kind::Outside, Kind::None];
+    let cells = rigs.into_iter().flat_map(|rig| kinds.map(|kind| (rig, kind)));
+    let cell = |(rig, kind): (&str, Kind)| {
+        let own: Vec<_> = counted.iter().filter(|a| a.rig == rig && a.kind == kind).collect();
+        let right = own.iter().filter(|a| a.right).count();
+        Right { rig: rig.to_owned(), kind, right, of: own.len() }
+    };
+    cells.map(cell).collect()
 }
 
 /// Of every parameter with a counterpart in a true effect that was named, whether its interval
@@ -180,6 +230,30 @@ fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
 }
 
 impl Score {
+    /// All figures in Markdown.
+    pub fn markdown(&self) -> String {
+        let list = |items: Vec<String>| items.join(", ");
+        let mut text = format!(
+            "{} cases of seed {}, {} of them with a gap below {SMALLEST_GAP} times the noise, which \
+             count for nothing. Answered by the program with SHA-256 {}.\n\n",
+            self.cases,
+            list(self.seeds.iter().map(u64::to_string).collect()),
+            self.too_small,
+            list(self.binaries.iter().map(|hash| format!("`{hash}`")).collect()),
+        );
+        text += &self.table();
+        text += "\nRight answers (no gap; unknown; the one effect first; both effects in the \
+                 reported sets):\n\n| vessel and instrument | one effect | two effects | outside \
+                 the library | none |\n| --- | --- | --- | --- | --- |\n";
+        // Writing to a string does not fail.
+        for row in self.rigs.chunks(4) {
+            let cells: Vec<String> =
+                row.iter().map(|c| format!("{} of {}", c.right, c.of)).collect();
+            let _ = writeln!(text, "| {} | {} |", row[0].rig, cells.join(" | "));
+        }
+        text
+    }
+
     /// The figures as a table of Markdown.
     pub fn table(&self) -> String {
         let mut text =
@@ -187,9 +261,9 @@ impl Score {
         for t in &self.tallies {
             let value = t.value.map_or("–".to_owned(), |value| match t.unit {
                 "" => format!("{value:.2}"),
-                unit => format!("{value:.0} {unit}"),
+                "%" => format!("{value:.0} %"),
+                unit => format!("{value:.1} {unit}"),
             });
-            // Writing to a string does not fail.
             let _ = writeln!(text, "| {} | {} | {value} | {} |", t.figure, t.target, t.of);
         }
         text
@@ -209,6 +283,7 @@ mod tests {
         };
         Label {
             case: "000".into(),
+            seed: 1,
             kind,
             rig: "r".into(),
             effects: ids.iter().map(effect).collect(),

@@ -31,6 +31,9 @@ use crate::score::Score;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Label {
     pub case: String,
+    /// Of the challenge.
+    #[serde(default)]
+    pub seed: u64,
     pub kind: Kind,
     pub rig: String,
     pub effects: Vec<Truth>,
@@ -100,13 +103,13 @@ impl Challenge {
         create(&self.folder.join("labels"))?;
         create(&self.folder.join("cases"))?;
         drawn.par_iter().try_for_each(|(case, salt)| {
-            self.make_case(case, *salt)?;
+            self.make_case(seed, case, *salt)?;
             made();
             Ok(())
         })
     }
 
-    fn make_case(&self, case: &Case, salt: u128) -> Result<(), ChallengeError> {
+    fn make_case(&self, seed: u64, case: &Case, salt: u128) -> Result<(), ChallengeError> {
         let name = format!("{:03}", case.number);
         let all = |changes: &[_]| -> Result<Vec<Trial>, ChallengeError> {
             let trial = |trial| {
@@ -121,6 +124,7 @@ impl Challenge {
         let nominal = all(&[])?;
         let label = Label {
             case: name.clone(),
+            seed,
             kind: case.kind,
             rig: case.rig.name.clone(),
             effects: case.changes.iter().map(|c| c.truth(case.rig.friction_coefficient)).collect(),
@@ -247,7 +251,10 @@ fn create(folder: &Path) -> Result<(), ChallengeError> {
 fn write_json(path: &Path, value: &impl Serialize) -> Result<(), ChallengeError> {
     let content = |error| ChallengeError::Content { path: path.to_path_buf(), error };
     let text = serde_json::to_string_pretty(value).map_err(content)?;
-    fs::write(path, text + "\n").map_err(file(path))
+    // Whoever is interrupted leaves a whole file or none.
+    let beside = path.with_extension("json.part");
+    fs::write(&beside, text + "\n").map_err(file(&beside))?;
+    fs::rename(&beside, path).map_err(file(path))
 }
 
 fn read_json<T: for<'a> Deserialize<'a>>(path: &Path) -> Result<T, ChallengeError> {

@@ -222,18 +222,25 @@ pub enum ChallengeAction {
     Make(ChallengeMakeArguments),
     /// Write the SHA-256 of every label, before anything is diagnosed.
     Seal(ChallengeFolder),
-    /// Diagnose every sealed case that has no answer yet.
+    /// Diagnose every sealed case that has no answer yet, one a core; goes on where it was stopped.
     Run(ChallengeRunArguments),
     /// Check the labels against their seals and show them beside the answers.
     Reveal(ChallengeFolder),
-    /// The figures of a blind check, as a table.
-    Score(ChallengeFolder),
+    /// The figures of blind checks, as tables of Markdown.
+    Score(ChallengeFolders),
 }
 
 #[derive(Debug, Args)]
 pub struct ChallengeFolder {
     /// Folder of the challenge.
     pub folder: PathBuf,
+}
+
+#[derive(Debug, Args)]
+pub struct ChallengeFolders {
+    /// Folders of challenges, each scored on its own.
+    #[arg(required = true)]
+    pub folders: Vec<PathBuf>,
 }
 
 #[derive(Debug, Args)]

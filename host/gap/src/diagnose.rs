@@ -6,6 +6,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::calibration;
 use crate::confuse::{confusable, win_frequency};
+use crate::criteria::NO_GAP;
 use crate::experiment;
 use crate::floor::{Floor, FloorSource};
 use crate::locate::locate;
@@ -13,12 +14,12 @@ use crate::metric::Metric;
 use crate::plant::{Plant, Point, Quantity};
 use crate::problem::{Coordinate, Problem, Progress};
 use crate::report::{
-    Details, Diagnosis, Estimate, FORMAT, Figures, Gap, HeldOut, NamedEffect, PathStep, Ranked,
-    Reproduce, Series, Verdict,
+    Details, Diagnosis, Estimate, FORMAT, Figures, Gap, HeldOut, NamedEffect, PathStep,
+    QuantityEnergy, Ranked, Reproduce, Series, Verdict,
 };
 use crate::sanity;
 use crate::score::{FoldKind, Folds, Score, root_mean_square};
-use crate::select::{Candidate, NO_GAP, Selection, Selector};
+use crate::select::{Candidate, Selection, Selector};
 
 /// Shrink from which on the explanation is the answer, and a part of it.
 const NAMED: f64 = 0.8;
@@ -186,7 +187,7 @@ impl<'a> Answer<'a> {
         given: Option<&[usize]>,
     ) -> Diagnosis {
         self.diagnosis.places = locate(problem, &nominal.score);
-        if nominal.score.energy < NO_GAP && self.floor_known {
+        if nominal.score.worst() < NO_GAP && self.floor_known {
             self.diagnosis.verdict = Verdict::NoGap;
             self.diagnosis.places.clear();
             self.figures(problem, &nominal.score, &nominal.score);
@@ -209,7 +210,7 @@ impl<'a> Answer<'a> {
         let shrink = selection.best.score.shrink(&before.score);
         self.diagnosis.details.shrink = shrink;
         self.path(problem, &selection);
-        let named = self.effects(problem, selector, &selection);
+        let named = self.effects(problem, &selection);
         self.diagnosis.verdict = match shrink {
             _ if selection.best.fit.effects.is_empty() => Verdict::Unknown,
             s if s >= NAMED => Verdict::Named,
@@ -271,6 +272,13 @@ impl<'a> Answer<'a> {
             let (before, after) = (before.rms(problem, quantity)?, after.rms(problem, quantity)?);
             Some(Figures { before, after, floor })
         };
+        let pairs = before.quantities.iter().zip(&after.quantities);
+        let energy = pairs.map(|(&(quantity, before, _), &(_, after, _))| QuantityEnergy {
+            quantity,
+            before,
+            after,
+        });
+        self.diagnosis.details.energy = energy.collect();
         self.diagnosis.gap = Gap {
             force_rms_n: of(Quantity::Force),
             tip_rms_m: of(Quantity::Tip),
@@ -307,11 +315,10 @@ impl<'a> Answer<'a> {
     fn effects(
         &mut self,
         problem: &Problem<'_>,
-        selector: &Selector<'_>,
         selection: &Selection,
     ) -> Vec<(usize, Vec<usize>)> {
-        let Some(nuisances) = selector.nuisances_of_best(selection) else { return Vec::new() };
-        let metric = Metric::new(&nuisances, &selection.best.score);
+        let Some(nuisances) = &selection.nuisances else { return Vec::new() };
+        let metric = Metric::new(nuisances, &selection.best.score);
         let sets = confusable(problem, selection, &metric);
         let spread = spread(problem, &selection.best, &metric);
         let increments = increments(selection);
@@ -323,8 +330,8 @@ impl<'a> Answer<'a> {
             let without = if alone {
                 Some(nominal.clone())
             } else {
-                let without = selector.without(selection, &nuisances, *effect);
-                without.map(|candidate| candidate.score)
+                let own = selection.without.iter().find(|(e, _)| e == effect);
+                own.map(|(_, candidate)| candidate.score.clone())
             };
             let step = selection.steps.iter().find(|step| step.effect == *effect);
             let frequency =

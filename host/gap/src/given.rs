@@ -1,6 +1,6 @@
 //! Effects that somebody asks for, fitted without choosing.
 
-use crate::fit::Depth;
+use crate::fit::{Depth, Start};
 use crate::select::{Candidate, Selection, Selector, Step};
 
 impl Selector<'_> {
@@ -11,8 +11,11 @@ impl Selector<'_> {
             best: nominal.clone(),
             path: vec![(Vec::new(), nominal.score.clone())],
             singles: vec![None; self.problem.plant.effects().len()],
+            shown: vec![None; self.problem.plant.effects().len()],
             steps: Vec::new(),
             failed: Vec::new(),
+            nuisances: None,
+            without: Vec::new(),
             nominal,
         };
         let mut on: Vec<usize> = Vec::new();
@@ -22,10 +25,10 @@ impl Selector<'_> {
             }
             on.push(effect);
             let nuisances = self.nuisances_at(&selection.best.fit)?;
-            let from = &selection.best.fit.point;
-            let glance = self.candidate_to(Depth::Glance, &nuisances, from, &on, Some(effect))?;
-            let from = &glance.fit.point;
-            let whole = self.candidate_to(Depth::Whole, &nuisances, from, &on, None)?;
+            let from = Start::Fit(&selection.best.fit);
+            let glance = self.candidate(Depth::Glance, &nuisances, from, &on, Some(effect))?;
+            let from = Start::Fit(&glance.fit);
+            let whole = self.candidate(Depth::Whole, &nuisances, from, &on, None)?;
             if whole.fit.failed {
                 selection.failed.push(effect);
             }
@@ -35,6 +38,7 @@ impl Selector<'_> {
             selection.path.push((on.clone(), whole.score.clone()));
             selection.best = whole;
         }
+        self.complete(&mut selection)?;
         let best = &selection.best;
         let step = |&effect: &usize| Step {
             effect,

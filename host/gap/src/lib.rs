@@ -6,11 +6,13 @@
 //! | module | what it answers |
 //! | --- | --- |
 //! | `floor` | what would be left if the model were perfect |
-//! | `problem`, `nuisance`, `fit` | the best parameters of one set of effects |
+//! | `problem`, `nuisance`, `fit`, `search` | the best parameters of one set of effects |
 //! | `sanity` | whether axes and units are the model's |
 //! | `score` | its error on data that the fit has not seen |
-//! | `select`, `given` | which effects the data support; those that somebody asks for |
+//! | `select`, `pairs`, `extend`, `prune`, `given` | which effects the data support; those that somebody asks for |
+//! | `criteria` | when a model is better than another |
 //! | `metric`, `confuse`, `calibration` | what cannot be told apart, and how certain the rest is |
+//! | `fresh` | what the answer closes on a trial that it has not seen |
 //! | `locate` | where the gap lies |
 //! | `experiment` | what to record next |
 //! | `isolability`, `protocol` | what a recording can tell before it is made; what it should hold |
@@ -22,27 +24,34 @@ pub mod assumed;
 mod calibration;
 pub mod catheter;
 mod confuse;
+mod criteria;
 mod diagnose;
 pub mod drive;
 mod experiment;
+mod extend;
 mod fit;
 mod floor;
+mod fresh;
 mod given;
 pub mod isolability;
 mod locate;
 mod metric;
 mod nuisance;
 mod page;
+mod pairs;
 pub mod plant;
 mod problem;
 pub mod protocol;
+mod prune;
 pub mod report;
 mod sanity;
 mod score;
+mod search;
 mod select;
 mod signal;
 
 pub use diagnose::{diagnose, diagnose_given, expected_simulations};
+pub use fresh::{Withheld, achieved};
 pub use nuisance::NUISANCE_LIMIT;
 pub use page::page;
 pub use problem::Progress;

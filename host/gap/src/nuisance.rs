@@ -40,9 +40,19 @@ impl Nuisances {
     /// Derivatives at a point where the residuals are `base`; `None` when a simulation breaks
     /// down.
     pub fn at(problem: &Problem<'_>, point: &Point, base: &[DVector<f64>]) -> Option<Self> {
+        Self::of_trials(problem, &problem.trials(), point, base)
+    }
+
+    /// The same of some trials, which are counted from 0 on afterwards.
+    pub fn of_trials(
+        problem: &Problem<'_>,
+        trials: &[usize],
+        point: &Point,
+        base: &[DVector<f64>],
+    ) -> Option<Self> {
         let nuisances = problem.plant.nuisances();
         let coordinates: Vec<_> = (0..nuisances.len()).map(Coordinate::Nuisance).collect();
-        let mut scaled = problem.sensitivities(point, base, &coordinates)?;
+        let mut scaled = problem.sensitivities(trials, point, base, &coordinates)?;
         for matrix in &mut scaled {
             for (mut column, nuisance) in matrix.column_iter_mut().zip(nuisances) {
                 column *= nuisance.sd;

@@ -68,24 +68,35 @@ impl<'a> Problem<'a> {
 
     /// (y − f)/σ by trial.
     pub fn residuals(&self, point: &Point) -> Option<Vec<DVector<f64>>> {
-        let trials = 0..self.plant.trials().len();
-        trials.into_par_iter().map(|trial| self.residual(trial, point)).collect()
+        self.residuals_of(&self.trials(), point)
     }
 
-    /// Derivatives of [`Problem::residuals`], which are `base` at this point, by forward or
-    /// backward differences that stay within the bounds. By trial: samples × coordinates.
+    /// (y − f)/σ of some trials.
+    pub fn residuals_of(&self, trials: &[usize], point: &Point) -> Option<Vec<DVector<f64>>> {
+        trials.par_iter().map(|&trial| self.residual(trial, point)).collect()
+    }
+
+    /// All trials.
+    pub fn trials(&self) -> Vec<usize> {
+        (0..self.plant.trials().len()).collect()
+    }
+
+    /// Derivatives of [`Problem::residuals_of`] these trials, which are `base` at this point, by
+    /// forward or backward differences that stay within the bounds. By trial: samples ×
+    /// coordinates.
     pub fn sensitivities(
         &self,
+        trials: &[usize],
         point: &Point,
         base: &[DVector<f64>],
         coordinates: &[Coordinate],
     ) -> Option<Vec<DMatrix<f64>>> {
-        let trials = self.plant.trials().len();
+        let columns = 0..coordinates.len();
         let jobs: Vec<(usize, usize)> =
-            (0..trials).flat_map(|trial| (0..coordinates.len()).map(move |c| (trial, c))).collect();
-        let column = |&(trial, c): &(usize, usize)| {
+            (0..trials.len()).flat_map(|t| columns.clone().map(move |c| (t, c))).collect();
+        let column = |&(t, c): &(usize, usize)| {
             let (moved, step) = self.moved(point, coordinates[c]);
-            Some((self.residual(trial, &moved)? - &base[trial]) / step)
+            Some((self.residual(trials[t], &moved)? - &base[t]) / step)
         };
         let columns: Option<Vec<DVector<f64>>> = jobs.par_iter().map(column).collect();
         let mut columns = columns?.into_iter();
@@ -97,7 +108,7 @@ impl<'a> Problem<'a> {
                 DMatrix::from_columns(&own)
             }
         };
-        Some((0..trials).map(matrix).collect())
+        Some((0..trials.len()).map(matrix).collect())
     }
 
     fn moved(&self, point: &Point, coordinate: Coordinate) -> (Point, f64) {

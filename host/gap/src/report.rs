@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::experiment::Experiment;
 use crate::locate::Cell;
+use crate::plant::Quantity;
 
 /// The only format there is.
 pub const FORMAT: &str = "gap-diagnosis/1";
@@ -108,6 +109,8 @@ pub struct Details {
     pub compared: String,
     /// Effects of each step of the selection, shrink and force RMS after it.
     pub path: Vec<PathStep>,
+    /// How far each quantity is above its floor.
+    pub energy: Vec<QuantityEnergy>,
     /// Each held-out trial: number, force RMS before and after.
     pub held_out: Vec<HeldOut>,
     /// Shrink of the whole explanation.
@@ -116,6 +119,14 @@ pub struct Details {
     pub series: Vec<Series>,
     /// Simulated trials.
     pub simulations: usize,
+}
+
+/// Mean squares over the floor's variance, held out: 1 is the floor.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct QuantityEnergy {
+    pub quantity: Quantity,
+    pub before: f64,
+    pub after: f64,
 }
 
 #[derive(Clone, Debug, PartialEq)]

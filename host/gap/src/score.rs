@@ -4,7 +4,7 @@
 //! the fold out, and its prediction by the same derivatives: no further simulation. Nuisances
 //! are a trial's own and are refitted on the trial that is held out, within their priors.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::{DMatrix, DVector};
 
@@ -105,6 +105,8 @@ pub struct Score {
     pub weights: Vec<f64>,
     /// Energy per sample: 1 is the floor.
     pub energy: f64,
+    /// The same of every quantity, and how many samples it has.
+    pub quantities: Vec<(Quantity, f64, usize)>,
     /// Samples that are worth an independent one.
     pub effective: f64,
 }
@@ -129,7 +131,7 @@ pub fn score(problem: &Problem<'_>, folds: &Folds, fit: &Fit) -> Score {
         }
         let scored: usize = sums.iter().map(|(_, count)| count).sum();
         // What the nuisances cost belongs to all blocks of the trial alike.
-        let penalty = fitted.refit.residual.rows_range(n..).norm_squared();
+        let penalty = fitted.penalty();
         for (energy, count) in sums.into_iter().filter(|(_, count)| *count > 0) {
             let share = count as f64 / scored as f64;
             blocks.push((energy + penalty * share) / count as f64);
@@ -140,7 +142,44 @@ pub fn score(problem: &Problem<'_>, folds: &Folds, fit: &Fit) -> Score {
     let total: f64 = weights.iter().sum();
     let energy = blocks.iter().zip(&weights).map(|(e, w)| e * w).sum::<f64>() / total.max(1.0);
     let effective = effective_samples(problem.plant, &residuals);
-    Score { residuals, blocks, weights, energy, effective }
+    let mut energies = Energies::default();
+    for (trial, own) in problem.plant.trials().iter().zip(&residuals) {
+        for (sample, residual) in trial.samples.iter().zip(own) {
+            if let Some(r) = residual {
+                energies.add(problem.plant.channels()[sample.channel].quantity, *r);
+            }
+        }
+    }
+    let quantities = energies.per_sample(fit.trials.iter().map(|trial| trial.penalty()).sum());
+    Score { residuals, blocks, weights, energy, quantities, effective }
+}
+
+/// Squares of whitened residuals by quantity.
+#[derive(Clone, Debug, Default)]
+pub struct Energies(BTreeMap<Quantity, (f64, usize)>);
+
+impl Energies {
+    pub fn add(&mut self, quantity: Quantity, residual: f64) {
+        let sum = self.0.entry(quantity).or_default();
+        *sum = (sum.0 + residual * residual, sum.1 + 1);
+    }
+
+    /// Energy per sample and number of samples. `penalty`: what the nuisances cost, which belongs
+    /// to all samples alike.
+    pub fn per_sample(&self, penalty: f64) -> Vec<(Quantity, f64, usize)> {
+        let all: usize = self.0.values().map(|(_, count)| count).sum();
+        let share = penalty / all.max(1) as f64;
+        self.0.iter().map(|(q, (sum, n))| (*q, sum / *n as f64 + share, *n)).collect()
+    }
+}
+
+/// Energy above the floor per sample. A quantity below its floor makes up for no other.
+pub fn excess(quantities: &[(Quantity, f64, usize)]) -> f64 {
+    let all: usize = quantities.iter().map(|(.., count)| count).sum();
+    let above = |(_, energy, count): &(Quantity, f64, usize)| {
+        (energy - 1.0).max(0.0) * *count as f64 / all as f64
+    };
+    quantities.iter().map(above).sum()
 }
 
 /// How far the parameters of every fold lie from those of the whole fit.
@@ -206,9 +245,19 @@ fn effective_samples(plant: &dyn Plant, residuals: &[Vec<Option<f64>>]) -> f64 {
 }
 
 impl Score {
+    /// Energy above the floor per sample; see [`excess`].
+    pub fn excess(&self) -> f64 {
+        excess(&self.quantities)
+    }
+
+    /// Energy of the quantity that is farthest above its floor.
+    pub fn worst(&self) -> f64 {
+        self.quantities.iter().map(|(_, energy, _)| *energy).fold(0.0, f64::max)
+    }
+
     /// Shrink of the gap above the floor against the nominal model's score.
     pub fn shrink(&self, nominal: &Score) -> f64 {
-        1.0 - (self.energy - 1.0).max(0.0) / (nominal.energy - 1.0).max(f64::MIN_POSITIVE)
+        1.0 - self.excess() / nominal.excess().max(f64::MIN_POSITIVE)
     }
 
     /// Mean gain over another score's blocks, and its standard error.
@@ -218,6 +267,14 @@ impl Score {
         let mean = gains.iter().sum::<f64>() / n.max(1.0);
         let variance = gains.iter().map(|g| (g - mean).powi(2)).sum::<f64>() / (n - 1.0).max(1.0);
         (mean, (variance / n.max(1.0)).sqrt())
+    }
+
+    /// What the blocks that are worse than another score's lose, over what the others gain.
+    pub fn share_lost_to(&self, other: &Score) -> f64 {
+        let gains = other.blocks.iter().zip(&self.blocks).map(|(a, b)| a - b);
+        let (gained, lost) =
+            gains.fold((0.0, 0.0), |(up, down), g| (up + g.max(0.0), down - g.min(0.0)));
+        lost / f64::max(gained, f64::MIN_POSITIVE)
     }
 
     /// Root mean square of the error of a quantity, of a vector its norm, in its unit.

@@ -6,9 +6,9 @@ use cathforce_mechanics::Description;
 use crate::plant::{Effect, Parameter, Point};
 
 /// Places along the tip's way at which an effect with a place starts.
-const PLACES: usize = 4;
+const PLACES: usize = 7;
 /// Of its starting values, those that are tried at every place.
-const STARTS_AT_PLACES: usize = 2;
+const STARTS_AT_PLACES: usize = 1;
 
 /// Candidates and the settings that their parameters are.
 pub struct Library {

@@ -1,12 +1,13 @@
 //! `cathforce gap challenge`: blind checks of the diagnosis.
 
 use std::fmt::Write as _;
+use std::path::Path;
 use std::sync::Mutex;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use std::time::Instant;
 
-use cathforce_challenge::{Challenge, ChallengeError, Label, score};
-use cathforce_gap::diagnose;
+use cathforce_challenge::{Challenge, ChallengeError, DIAGNOSED, Label, Score, score};
+use cathforce_gap::{Withheld, achieved, diagnose};
 use rand::Rng;
 use serde::Serialize;
 use serde_json::Value;
@@ -14,7 +15,7 @@ use sha2::{Digest, Sha256};
 
 use super::source::Source;
 use crate::args::{
-    ChallengeAction, ChallengeArguments, ChallengeFolder, ChallengeMakeArguments,
+    ChallengeAction, ChallengeArguments, ChallengeFolder, ChallengeFolders, ChallengeMakeArguments,
     ChallengeRunArguments,
 };
 use crate::failure::{Code, Failure};
@@ -55,34 +56,78 @@ fn seal(ui: &Ui, arguments: &ChallengeFolder) -> Result<(), Failure> {
     ui.data(&seals, text)
 }
 
+/// One case a core: each is diagnosed by one thread, whose processor time is the case's.
 fn answer(ui: &Ui, arguments: &ChallengeRunArguments) -> Result<(), Failure> {
     let challenge = Challenge::at(&arguments.folder);
     let seals = challenge.seals().map_err(refuse)?;
     let binary = own_hash()?;
-    let mut left = arguments.most.unwrap_or(usize::MAX);
+    let mut open = Vec::new();
     for case in seals.labels.keys() {
-        if left == 0 {
-            break;
+        if challenge.answer(case).map_err(refuse)?.is_none() {
+            open.push(case.as_str());
         }
-        if challenge.answer(case).map_err(refuse)?.is_some() {
-            continue;
-        }
-        left -= 1;
-        let begun = Instant::now();
-        let path = challenge.bundle(case);
-        let source = Source::open(ui, &path)?;
-        let plant = source.plant()?;
-        let found = diagnose(plant.as_ref(), &source.bundle.rig.name, &|_| {});
-        let seconds = begun.elapsed().as_secs_f64();
-        ui.say(format_args!("case {case}: {} ({seconds:.0} s)", found.sentence()));
-        let mut answer = serde_json::to_value(&found)
-            .map_err(|e| Failure::new(Code::Failed, format!("cannot write JSON: {e}")))?;
-        answer["binary_sha256"] = Value::from(binary.clone());
-        answer["seconds"] = Value::from(seconds);
-        answer["simulations"] = Value::from(found.details.simulations);
-        challenge.keep_answer(case, &answer).map_err(refuse)?;
     }
-    Ok(())
+    let answered = seals.labels.len() - open.len();
+    open.truncate(arguments.most.unwrap_or(usize::MAX));
+    if answered > 0 {
+        ui.say(format_args!("{answered} cases are answered already"));
+    }
+    let begun = Instant::now();
+    let (next, done) = (AtomicUsize::new(0), AtomicUsize::new(0));
+    let work = || -> Result<(), Failure> {
+        let alone = rayon::ThreadPoolBuilder::new().num_threads(1).use_current_thread().build();
+        let alone =
+            alone.map_err(|e| Failure::new(Code::Failed, format!("cannot start a thread: {e}")))?;
+        while let Some(case) = open.get(next.fetch_add(1, Ordering::Relaxed)) {
+            let mut found = alone.install(|| answer_case(ui, &challenge.bundle(case)))?;
+            found.json["binary_sha256"] = Value::from(binary.clone());
+            challenge.keep_answer(case, &found.json).map_err(refuse)?;
+            let done = done.fetch_add(1, Ordering::Relaxed) + 1;
+            let each_s = begun.elapsed().as_secs_f64() / done as f64;
+            let left_min = each_s * (open.len() - done) as f64 / 60.0;
+            ui.say(format_args!(
+                "{done}/{}, {left_min:.0} min left: case {case}: {}",
+                open.len(),
+                found.sentence
+            ));
+        }
+        Ok(())
+    };
+    let workers = std::thread::available_parallelism().map_or(1, usize::from).min(open.len());
+    std::thread::scope(|scope| {
+        let workers: Vec<_> = (0..workers).map(|_| scope.spawn(work)).collect();
+        let panicked = || Err(Failure::new(Code::Failed, "a diagnosis panicked".to_owned()));
+        workers.into_iter().try_for_each(|own| own.join().unwrap_or_else(|_| panicked()))
+    })
+}
+
+/// One answer.
+struct Found {
+    json: Value,
+    sentence: String,
+}
+
+fn answer_case(ui: &Ui, path: &Path) -> Result<Found, Failure> {
+    let cpu_before_s = thread_cpu_s();
+    let source = Source::open(ui, path)?;
+    let all = source.plant()?;
+    let own = diagnose(&Withheld::new(all.as_ref(), DIAGNOSED), &source.bundle.rig.name, &|_| {});
+    let cpu_s = thread_cpu_s() - cpu_before_s;
+    let mut json = serde_json::to_value(&own)
+        .map_err(|e| Failure::new(Code::Failed, format!("cannot write JSON: {e}")))?;
+    json["cpu_seconds"] = Value::from(cpu_s);
+    json["simulations"] = Value::from(own.details.simulations);
+    json["predicted_shrink"] = Value::from(own.details.shrink);
+    if !own.effects.is_empty() {
+        json["achieved_shrink"] = Value::from(achieved(all.as_ref(), DIAGNOSED, &own));
+    }
+    Ok(Found { json, sentence: format!("{} ({cpu_s:.0} s)", own.sentence()) })
+}
+
+/// Processor time of this thread \[s\].
+fn thread_cpu_s() -> f64 {
+    let now = rustix::time::clock_gettime(rustix::time::ClockId::ThreadCPUTime);
+    now.tv_sec as f64 + 1e-9 * now.tv_nsec as f64
 }
 
 /// SHA-256 of the program that answers.
@@ -121,16 +166,14 @@ fn reveal(ui: &Ui, arguments: &ChallengeFolder) -> Result<(), Failure> {
     ui.data(&revealed, text)
 }
 
-fn show_score(ui: &Ui, arguments: &ChallengeFolder) -> Result<(), Failure> {
-    let challenge = Challenge::at(&arguments.folder);
-    let score = score(&challenge.reveal().map_err(refuse)?);
-    challenge.keep_score(&score).map_err(refuse)?;
-    let text = format!(
-        "{} cases, {} of them with a gap below {} times the noise, which count for nothing.\n\n{}",
-        score.cases,
-        score.too_small,
-        cathforce_challenge::SMALLEST_GAP,
-        score.table()
-    );
-    ui.data(&score, text)
+fn show_score(ui: &Ui, arguments: &ChallengeFolders) -> Result<(), Failure> {
+    let mut scores = Vec::new();
+    for folder in &arguments.folders {
+        let challenge = Challenge::at(folder);
+        let score = score(&challenge.reveal().map_err(refuse)?);
+        challenge.keep_score(&score).map_err(refuse)?;
+        scores.push(score);
+    }
+    let text: Vec<String> = scores.iter().map(Score::markdown).collect();
+    ui.data(&scores, text.join("\n"))
 }

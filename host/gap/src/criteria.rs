@@ -1,0 +1,85 @@
+//! When a model is better than another: the rules of parsimony.
+
+use crate::plant::{Plant, Quantity};
+use crate::score::Score;
+use crate::select::Candidate;
+
+/// Energy per sample of every quantity below which there is no gap, in floors.
+pub const NO_GAP: f64 = 1.3;
+/// A gain must exceed so many of its standard errors over the blocks.
+const GAIN_STANDARD_ERRORS: f64 = 2.0;
+/// Or else losing blocks must lose less than this share of what the others gain: an effect that
+/// shows in few blocks scatters over all.
+const MOST_LOST: f64 = 0.25;
+/// Smallest share of the gap above the floor that an effect must remove: of the one that is left,
+/// in all or in one quantity, or of the whole. In between lie terms that mend the shape of another
+/// effect.
+const SHARE_OF_LEFT: f64 = 0.5;
+const SHARE_OF_ALL: f64 = 0.1;
+/// Models whose errors differ by less than this share of the gap are equally good.
+const EQUAL_SHARE: f64 = 0.02;
+/// Smallest N_eff ln(E_old/E_new) − k ln N_eff.
+const EVIDENCE: f64 = 6.0;
+
+/// Whether a model is enough better than the one that it extends. `gap`: the nominal model's
+/// excess.
+pub fn pays(gap: f64, old: &Score, new: &Score, parameters: usize) -> bool {
+    let (gain, error) = new.gain_over(old);
+    (gain > GAIN_STANDARD_ERRORS * error || new.share_lost_to(old) < MOST_LOST)
+        && is_needed(gap, old, new, parameters)
+}
+
+/// Whether what a model has more than another is worth its parameters, however its gain is
+/// spread over the blocks.
+pub fn is_needed(gap: f64, old: &Score, new: &Score, parameters: usize) -> bool {
+    let n = new.effective.max(2.0);
+    let evidence = n * (old.energy / new.energy).ln() - parameters as f64 * n.ln();
+    let removed = old.excess() - new.excess();
+    type Own = (Quantity, f64, usize);
+    let halved = |((_, old, _), (_, new, _)): (&Own, &Own)| {
+        *old > NO_GAP && old - new >= SHARE_OF_LEFT * (old - 1.0)
+    };
+    let halves_one = old.quantities.iter().zip(&new.quantities).any(halved);
+    let enough = removed >= SHARE_OF_LEFT * old.excess()
+        || removed >= SHARE_OF_ALL * gap
+        || (removed > 0.0 && halves_one);
+    enough && evidence > EVIDENCE
+}
+
+/// What a model costs in the same terms: N_eff ln E + k ln N_eff, for models side by side.
+fn cost(score: &Score, effective: f64, parameters: usize) -> f64 {
+    effective * score.energy.ln() + parameters as f64 * effective.ln()
+}
+
+/// Costs that differ by less say nothing.
+const TIE: f64 = 2.0;
+
+/// The candidates, the least costly first; ties in the order that they had. N_eff is the
+/// smallest of all, so that none is favoured by what it leaves.
+///
+/// Of those within one standard error of the first, or within the smallest share of the gap that
+/// counts, one with a parameter at a bound stands behind the others.
+pub fn by_cost<T>(
+    plant: &dyn Plant,
+    gap: f64,
+    candidates: &mut [T],
+    of: impl Fn(&T) -> &Candidate,
+) {
+    let effective = candidates.iter().map(|c| of(c).score.effective).fold(f64::INFINITY, f64::min);
+    let key = |c: &T| {
+        let candidate = of(c);
+        cost(&candidate.score, effective.max(2.0), candidate.fit.coordinates.len())
+    };
+    let least = candidates.iter().map(key).fold(f64::INFINITY, f64::min);
+    candidates.sort_by_cached_key(|c| ((key(c) - least) / TIE).round() as i64);
+    let Some(first) = candidates.first().map(|c| of(c).score.clone()) else { return };
+    let equal = |c: &T| {
+        let (gain, error) = first.gain_over(&of(c).score);
+        gain <= error.max(EQUAL_SHARE * gap)
+    };
+    candidates.sort_by_cached_key(|c| match (equal(c), of(c).fit.at_bound(plant)) {
+        (true, false) => 0,
+        (true, true) => 1,
+        (false, _) => 2,
+    });
+}

@@ -1,0 +1,108 @@
+//! Two effects at once: screened linearly, the best refitted.
+
+use nalgebra::DVector;
+use rayon::prelude::*;
+
+use crate::criteria::{by_cost, pays};
+use crate::fit::{Depth, Start};
+use crate::nuisance::Nuisances;
+use crate::select::{Candidate, Rival, Selection, Selector, Shown, Step};
+
+/// Pairs that are refitted.
+const REFITTED_PAIRS: usize = 6;
+
+impl Selector<'_> {
+    /// The best pair, if it pays more than the best single effect.
+    pub fn pairs(&self, selection: &mut Selection, nuisances: &Nuisances) {
+        let fitted = |pair: [usize; 2]| -> Option<([usize; 2], Candidate)> {
+            let mut start = selection.nominal.fit.point.clone();
+            for effect in pair {
+                if let Some(shown) = &selection.shown[effect] {
+                    start.effects[effect].clone_from(&shown.point.effects[effect]);
+                }
+            }
+            // From both switched on, or from the better of the two alone.
+            let joint = self.candidate(Depth::Whole, nuisances, Start::Point(&start), &pair, None);
+            let better = pair
+                .into_iter()
+                .filter_map(|e| selection.singles[e].as_ref())
+                .min_by(|a, b| a.fit.loss.total_cmp(&b.fit.loss));
+            let better = better?;
+            let candidate = match joint {
+                Some(joint) if joint.fit.loss <= better.fit.loss => Some(joint),
+                _ => {
+                    let start = Start::Fit(&better.fit);
+                    self.candidate(Depth::Whole, nuisances, start, &pair, None)
+                }
+            };
+            Some((pair, candidate.filter(|c| !c.fit.failed)?))
+        };
+        let pairs = self.screen_pairs(selection);
+        let mut found: Vec<_> = pairs.into_par_iter().filter_map(fitted).collect();
+        found.sort_by_key(|(pair, _)| *pair);
+        by_cost(
+            self.problem.plant,
+            selection.nominal.score.excess(),
+            &mut found,
+            |(_, candidate)| candidate,
+        );
+        let Some((pair, best)) = found.first() else { return };
+        let already = selection.best.fit.effects.clone();
+        let added: Vec<usize> = pair.iter().copied().filter(|e| !already.contains(e)).collect();
+        let parameters = added.iter().map(|&e| self.parameters(e)).sum();
+        if !pays(selection.nominal.score.excess(), &selection.best.score, &best.score, parameters) {
+            return;
+        }
+        let rivals = |effect: usize| {
+            let with = found.iter().filter(move |(p, _)| !p.contains(&effect));
+            let partner = pair.iter().copied().find(|&e| e != effect);
+            with.filter_map(|(p, c)| {
+                let shared = p.iter().any(|e| Some(*e) == partner);
+                let other = p.iter().copied().find(|e| Some(*e) != partner)?;
+                shared.then(|| Rival::of(other, c))
+            })
+            .collect()
+        };
+        let steps: Vec<Step> =
+            pair.iter().map(|&effect| Step::of(effect, best, rivals(effect))).collect();
+        selection.steps.retain(|step| pair.contains(&step.effect));
+        for step in steps {
+            if !selection.steps.iter().any(|known| known.effect == step.effect) {
+                selection.steps.push(step);
+            }
+        }
+        selection.path.push((pair.to_vec(), best.score.clone()));
+        selection.best = best.clone();
+    }
+
+    /// Pairs whose linear combination explains most of the nominal residual.
+    fn screen_pairs(&self, selection: &Selection) -> Vec<[usize; 2]> {
+        let nominal = &selection.nominal.fit;
+        let column = |shown: &Shown| -> Vec<DVector<f64>> {
+            let pairs = nominal.trials.iter().zip(&shown.does);
+            pairs.map(|(off, does)| off.refit.project_column(does)).collect()
+        };
+        let columns: Vec<Option<Vec<DVector<f64>>>> =
+            selection.shown.iter().map(|shown| shown.as_ref().map(column)).collect();
+        let dot = |a: &[DVector<f64>], b: &[DVector<f64>]| -> f64 {
+            a.iter().zip(b).map(|(x, y)| x.dot(y)).sum()
+        };
+        let residual: Vec<DVector<f64>> =
+            nominal.trials.iter().map(|trial| trial.refit.residual.clone()).collect();
+        let mut explained = Vec::new();
+        for (a, first) in columns.iter().enumerate() {
+            for (b, second) in columns.iter().enumerate().skip(a + 1) {
+                let (Some(first), Some(second)) = (first, second) else { continue };
+                let (aa, ab, bb) = (dot(first, first), dot(first, second), dot(second, second));
+                let (ar, br) = (dot(first, &residual), dot(second, &residual));
+                let determinant = aa * bb - ab * ab;
+                if determinant > 1e-9 * aa * bb {
+                    let gain = (bb * ar * ar - 2.0 * ab * ar * br + aa * br * br) / determinant;
+                    explained.push((gain, [a, b]));
+                }
+            }
+        }
+        explained.sort_by(|a, b| b.0.total_cmp(&a.0));
+        explained.into_iter().take(REFITTED_PAIRS).map(|(_, pair)| pair).collect()
+    }
+}

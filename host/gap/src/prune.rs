@@ -1,0 +1,84 @@
+//! Effects that do not pay any more, and the best model without each of those that do.
+
+use crate::criteria::is_needed;
+use crate::fit::{Depth, Start};
+use crate::nuisance::Nuisances;
+use crate::select::{Candidate, Selection, Selector};
+
+impl Selector<'_> {
+    /// Fits the best model to the end, with its nuisances linearised there, and takes out what
+    /// does not pay any more, one after the other. `None` when a simulation breaks down.
+    pub fn finish(&self, selection: &mut Selection) -> Option<()> {
+        loop {
+            let nuisances = self.polish(selection)?;
+            let effects = selection.best.fit.effects.clone();
+            selection.without.clear();
+            if effects.len() < 2 {
+                selection.nuisances = Some(nuisances);
+                return Some(());
+            }
+            let mut idle: Option<(usize, Candidate)> = None;
+            for effect in effects {
+                let Some(without) = self.without(selection, &nuisances, effect) else { continue };
+                let (gap, parameters) = (selection.nominal.score.excess(), self.parameters(effect));
+                let needed = is_needed(gap, &without.score, &selection.best.score, parameters);
+                let energy = |c: &Candidate| c.score.energy;
+                if !needed && idle.as_ref().is_none_or(|(_, i)| energy(&without) < energy(i)) {
+                    idle = Some((effect, without));
+                } else if needed {
+                    selection.without.push((effect, without));
+                }
+            }
+            let Some((effect, candidate)) = idle else {
+                selection.nuisances = Some(nuisances);
+                return Some(());
+            };
+            selection.path.push((candidate.fit.effects.clone(), candidate.score.clone()));
+            selection.best = candidate;
+            selection.steps.retain(|step| step.effect != effect);
+        }
+    }
+
+    /// The same without taking anything out.
+    pub fn complete(&self, selection: &mut Selection) -> Option<()> {
+        let nuisances = self.polish(selection)?;
+        let effects =
+            selection.best.fit.effects.iter().filter(|_| selection.best.fit.effects.len() > 1);
+        let without = |&effect| Some((effect, self.without(selection, &nuisances, effect)?));
+        let without: Vec<_> = effects.filter_map(without).collect();
+        (selection.without, selection.nuisances) = (without, Some(nuisances));
+        Some(())
+    }
+
+    /// Gives the nuisances at the best model, which it fits to the end.
+    fn polish(&self, selection: &mut Selection) -> Option<Nuisances> {
+        let best = &selection.best.fit;
+        let nuisances = self.nuisances_at(best)?;
+        if !best.effects.is_empty() && !self.problem.plant.cheap() {
+            let start = Start::Fit(best);
+            selection.best =
+                self.candidate(Depth::Polished, &nuisances, start, &best.effects, None)?;
+        }
+        Some(nuisances)
+    }
+
+    /// The best model with one effect taken out, the others refitted.
+    fn without(
+        &self,
+        selection: &Selection,
+        nuisances: &Nuisances,
+        effect: usize,
+    ) -> Option<Candidate> {
+        let best = &selection.best.fit;
+        let left: Vec<usize> = best.effects.iter().copied().filter(|&e| e != effect).collect();
+        let mut start = best.point.clone();
+        let off = self.problem.plant.effects()[effect].parameters.iter().map(|p| p.off);
+        start.effects[effect] = off.collect();
+        if let ([other], Some(Some(alone))) =
+            (left.as_slice(), left.first().map(|&other| &selection.singles[other]))
+        {
+            start.effects[*other].clone_from(&alone.fit.point.effects[*other]);
+        }
+        self.candidate(Depth::Whole, nuisances, Start::Point(&start), &left, None)
+    }
+}

@@ -1,0 +1,310 @@
+//! The way down of one fit: damped Gauss–Newton steps, derivatives by differences where a fit
+//! begins and by Broyden's update after its steps.
+//!
+//! > J ← J + (Δr − J Δθ) Δθᵀ/(Δθᵀ Δθ),   Δθ in standard deviations of the priors
+//!
+//! (Broyden 1965) makes the derivatives agree with the step that was just taken, for no
+//! simulation.
+
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+
+use crate::nuisance::{Nuisances, Refit};
+use crate::plant::Point;
+use crate::problem::{Coordinate, Problem};
+
+/// How much a fit may cost.
+#[derive(Clone, Copy, Debug)]
+pub struct Effort {
+    /// Gauss–Newton steps at most.
+    pub steps: usize,
+    /// A step that lowers the loss by less than this share ends the fit.
+    pub converged: f64,
+    /// Attempts at one step with ever more damping.
+    pub attempts: usize,
+    /// Points of one compass search.
+    pub compass: usize,
+    /// Whether derivatives are taken anew after every step, and updated otherwise.
+    pub exact: bool,
+    /// How often updated derivatives are taken anew where they lead no further.
+    pub renewals: usize,
+}
+
+/// A point and what it costs.
+pub struct Place {
+    pub point: Point,
+    pub raw: Vec<DVector<f64>>,
+    pub refits: Vec<Refit>,
+    pub loss: f64,
+}
+
+/// Where a search ended.
+pub struct Found {
+    pub place: Place,
+    /// Raw derivatives there.
+    pub jacobian: Vec<DMatrix<f64>>,
+    /// The switch-on value that promised most, whether or not it led there.
+    pub tried: Option<Point>,
+}
+
+/// What became of a step.
+enum Step {
+    Better(Box<Place>),
+    /// To first order there is nothing to gain.
+    Flat,
+    /// There should be, but no step got it.
+    Stuck,
+}
+
+/// One fit on some trials; what it holds by trial is in the order of these.
+pub struct Search<'a> {
+    pub problem: &'a Problem<'a>,
+    pub nuisances: &'a Nuisances,
+    pub effort: Effort,
+    pub coordinates: Vec<Coordinate>,
+    pub trials: Vec<usize>,
+}
+
+impl Search<'_> {
+    /// A point, simulated; `None` when the simulation breaks down.
+    pub fn place(&self, point: Point) -> Option<Place> {
+        let raw = self.problem.residuals_of(&self.trials, &point)?;
+        self.known(point, raw)
+    }
+
+    /// A point whose residuals are known.
+    pub fn known(&self, point: Point, raw: Vec<DVector<f64>>) -> Option<Place> {
+        let pairs = self.trials.iter().zip(&raw);
+        let refits: Vec<Refit> = pairs.map(|(&trial, r)| self.nuisances.refit(trial, r)).collect();
+        let loss = refits.iter().map(Refit::energy).sum::<f64>() + self.prior(&point);
+        loss.is_finite().then_some(Place { point, raw, refits, loss })
+    }
+
+    /// The way down from where `off` is, or from the switch-on value of `fresh` that promises
+    /// most, whichever ends lower.
+    pub fn begin(&self, off: Place, fresh: Option<usize>) -> Option<Found> {
+        let limit = off.loss;
+        let tried = fresh.and_then(|effect| self.switched_on(&off, effect));
+        let on = tried.clone().and_then(|point| self.descend(self.place(point)?));
+        let (place, jacobian) = match on.filter(|(place, _)| place.loss < limit) {
+            Some(found) => found,
+            None => self.descend(off)?,
+        };
+        Some(Found { place, jacobian, tried })
+    }
+
+    /// The switch-on value of an effect from which the loss falls lowest: by what it is there, or
+    /// would be to first order if what the value does came in any size and sign. Where simulations
+    /// cost something, the half of the trials decides that has most of the gap.
+    fn switched_on(&self, off: &Place, effect: usize) -> Option<Point> {
+        let mut deciding: Vec<usize> = (0..self.trials.len()).collect();
+        if !self.problem.plant.cheap() {
+            deciding.sort_by(|&a, &b| off.refits[b].energy().total_cmp(&off.refits[a].energy()));
+            deciding.truncate(self.trials.len().div_ceil(2));
+        }
+        let loss_off = deciding.iter().map(|&at| off.refits[at].energy()).sum::<f64>();
+        let promised = |point: &Point| -> Option<f64> {
+            let one = |&at: &usize| {
+                let raw = self.problem.residual(self.trials[at], point)?;
+                let on = self.nuisances.refit(self.trials[at], &raw).energy();
+                let does = off.refits[at].project_column(&(&raw - &off.raw[at]));
+                Some([on, does.dot(&off.refits[at].residual), does.norm_squared()])
+            };
+            let found: Option<Vec<[f64; 3]>> = deciding.par_iter().map(one).collect();
+            let add = |a: [f64; 3], b: &[f64; 3]| [a[0] + b[0], a[1] + b[1], a[2] + b[2]];
+            let [on, slope, size] = found?.iter().fold([0.0; 3], add);
+            let linear = loss_off - slope * slope / size.max(f64::MIN_POSITIVE);
+            Some((on + self.prior(point)).min(linear))
+        };
+        let mut best = (loss_off + self.prior(&off.point), None);
+        for values in &self.problem.plant.effects()[effect].starts {
+            let mut point = off.point.clone();
+            point.effects[effect].clone_from(values);
+            match promised(&point) {
+                Some(loss) if loss < best.0 => best = (loss, Some(point)),
+                _ => {}
+            }
+        }
+        best.1
+    }
+
+    fn prior(&self, point: &Point) -> f64 {
+        self.deviations(point).norm_squared()
+    }
+
+    /// (θ − off)/scale of every coordinate.
+    fn deviations(&self, point: &Point) -> DVector<f64> {
+        let of = |&coordinate: &Coordinate| match coordinate {
+            Coordinate::Effect { effect, parameter } => {
+                let p = self.problem.parameter(effect, parameter);
+                (point.effects[effect][parameter] - p.off) / p.scale
+            }
+            Coordinate::Nuisance(_) => 0.0,
+        };
+        DVector::from_iterator(self.coordinates.len(), self.coordinates.iter().map(of))
+    }
+
+    fn derivatives(&self, place: &Place) -> Option<Vec<DMatrix<f64>>> {
+        self.problem.sensitivities(&self.trials, &place.point, &place.raw, &self.coordinates)
+    }
+
+    /// Steps down from `place`; gives the end and the raw derivatives there.
+    pub fn descend(&self, mut place: Place) -> Option<(Place, Vec<DMatrix<f64>>)> {
+        let mut jacobian = self.derivatives(&place)?;
+        if self.coordinates.is_empty() {
+            return Some((place, jacobian));
+        }
+        let (mut damping, mut searched, mut fresh) = (1e-4, false, true);
+        let mut renewals = self.effort.renewals;
+        for _ in 0..self.effort.steps {
+            let before = place.loss;
+            let better = match self.step(&place, &jacobian, &mut damping) {
+                Step::Better(better) => Some(*better),
+                Step::Stuck if fresh && !searched => {
+                    searched = true;
+                    self.compass(&place)
+                }
+                Step::Flat | Step::Stuck => None,
+            };
+            let gained = better.as_ref().map_or(0.0, |better| before - better.loss);
+            if let Some(better) = better {
+                if self.effort.exact {
+                    jacobian = self.derivatives(&better)?;
+                } else {
+                    self.update(&mut jacobian, &place, &better);
+                }
+                (place, fresh) = (better, self.effort.exact);
+            }
+            if gained < self.effort.converged * before {
+                if fresh || renewals == 0 {
+                    break;
+                }
+                renewals -= 1;
+                jacobian = self.derivatives(&place)?;
+                (fresh, damping) = (true, 1e-4);
+            }
+        }
+        Some((place, jacobian))
+    }
+
+    /// Broyden's update of the derivatives by one step.
+    fn update(&self, jacobian: &mut [DMatrix<f64>], from: &Place, to: &Place) {
+        let step = self.deviations(&to.point) - self.deviations(&from.point);
+        let squared = step.norm_squared();
+        if squared <= 0.0 {
+            return;
+        }
+        let scales = self.scales();
+        for (trial, jacobian) in jacobian.iter_mut().enumerate() {
+            let mut missed = &to.raw[trial] - &from.raw[trial];
+            for (i, column) in jacobian.column_iter().enumerate() {
+                missed -= column * (step[i] * scales[i]);
+            }
+            for (i, mut column) in jacobian.column_iter_mut().enumerate() {
+                column += &missed * (step[i] / (squared * scales[i]));
+            }
+        }
+    }
+
+    /// One damped Gauss–Newton step.
+    fn step(&self, place: &Place, jacobian: &[DMatrix<f64>], damping: &mut f64) -> Step {
+        let k = self.coordinates.len();
+        // In units of the priors, so that damping means the same for every parameter.
+        let scales = self.scales();
+        let mut normal = DMatrix::identity(k, k);
+        let mut gradient = self.deviations(&place.point);
+        for (refit, jacobian) in place.refits.iter().zip(jacobian) {
+            let mut j = refit.project(jacobian);
+            for (mut column, scale) in j.column_iter_mut().zip(scales.iter()) {
+                column *= *scale;
+            }
+            normal += j.tr_mul(&j);
+            gradient += j.tr_mul(&refit.residual);
+        }
+        let free = self.free(&place.point, &gradient);
+        let slope = gradient.select_rows(&free);
+        for _ in 0..self.effort.attempts {
+            let mut damped = normal.clone();
+            for i in 0..k {
+                damped[(i, i)] *= 1.0 + *damping;
+            }
+            let reduced = damped.select_columns(&free).select_rows(&free);
+            let Some(step) = reduced.cholesky().map(|c| c.solve(&-&slope)) else {
+                return Step::Stuck;
+            };
+            if -slope.dot(&step) < self.effort.converged * place.loss {
+                return Step::Flat;
+            }
+            let mut point = place.point.clone();
+            for (&i, step) in free.iter().zip(step.iter()) {
+                self.add(&mut point, i, step * scales[i]);
+            }
+            if let Some(better) = self.place(point).filter(|p| p.loss < place.loss) {
+                *damping = (*damping * 0.1).max(1e-9);
+                return Step::Better(Box::new(better));
+            }
+            *damping = (*damping * 100.0).max(1e-2);
+        }
+        Step::Stuck
+    }
+
+    fn scales(&self) -> Vec<f64> {
+        let of = |&coordinate: &Coordinate| match coordinate {
+            Coordinate::Effect { effect, parameter } => {
+                self.problem.parameter(effect, parameter).scale
+            }
+            Coordinate::Nuisance(nuisance) => self.problem.plant.nuisances()[nuisance].sd,
+        };
+        self.coordinates.iter().map(of).collect()
+    }
+
+    /// Coordinates that are not held by a bound against the descent.
+    fn free(&self, point: &Point, gradient: &DVector<f64>) -> Vec<usize> {
+        let held = |&i: &usize| match self.coordinates[i] {
+            Coordinate::Effect { effect, parameter } => {
+                let p = self.problem.parameter(effect, parameter);
+                let value = point.effects[effect][parameter];
+                (value <= p.low && gradient[i] > 0.0) || (value >= p.high && gradient[i] < 0.0)
+            }
+            Coordinate::Nuisance(_) => false,
+        };
+        (0..self.coordinates.len()).filter(|i| !held(i)).collect()
+    }
+
+    fn add(&self, point: &mut Point, coordinate: usize, step: f64) {
+        if let Coordinate::Effect { effect, parameter } = self.coordinates[coordinate] {
+            let p = self.problem.parameter(effect, parameter);
+            let value = &mut point.effects[effect][parameter];
+            *value = (*value + step).clamp(p.low, p.high);
+        }
+    }
+
+    /// Steps along the axes, halved when none helps.
+    fn compass(&self, place: &Place) -> Option<Place> {
+        let scales = self.scales();
+        let mut best: Option<Place> = None;
+        let (mut size, mut points) = (0.5, 0);
+        while points < self.effort.compass {
+            let from = best.as_ref().unwrap_or(place);
+            let mut found = None;
+            for (i, scale) in scales.iter().enumerate() {
+                for sign in [1.0, -1.0] {
+                    let mut point = from.point.clone();
+                    self.add(&mut point, i, sign * size * scale);
+                    if point == from.point {
+                        continue;
+                    }
+                    points += 1;
+                    let limit = found.as_ref().map_or(from.loss, |p: &Place| p.loss);
+                    found = self.place(point).filter(|p| p.loss < limit).or(found);
+                }
+            }
+            match found {
+                Some(better) => best = Some(better),
+                None if size > 0.02 => size *= 0.4,
+                None => break,
+            }
+        }
+        best
+    }
+}
