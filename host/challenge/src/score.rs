@@ -110,9 +110,9 @@ impl Answer {
 
     /// Of what was named.
     fn shrink_missed(&self) -> Option<f64> {
-        let named = (self.verdict == "named").then_some(())?;
-        let ((), predicted) = (named, self.predicted_shrink?);
-        Some((predicted - self.achieved_shrink?).abs())
+        let both = self.predicted_shrink.zip(self.achieved_shrink);
+        let missed = |(predicted, achieved): (f64, f64)| (predicted - achieved).abs();
+        both.filter(|_| self.verdict == "named").map(missed)
     }
 
     fn first_is_true(&self) -> bool {

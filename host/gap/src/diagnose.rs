@@ -24,6 +24,8 @@ use crate::select::{Candidate, Selection, Selector};
 /// Shrink from which on the explanation is the answer, and a part of it.
 const NAMED: f64 = 0.8;
 const PARTIAL: f64 = 0.5;
+/// Shrink by which a part of the answer must be ahead of its rivals.
+const LEAD: f64 = 0.2;
 /// Share of the nominal RMS from which on an effect is material.
 const MATERIAL: f64 = 0.05;
 /// Half width of a 90 % interval of a normal distribution, in standard deviations.
@@ -214,7 +216,7 @@ impl<'a> Answer<'a> {
         self.diagnosis.verdict = match shrink {
             _ if selection.best.fit.effects.is_empty() => Verdict::Unknown,
             s if s >= NAMED => Verdict::Named,
-            s if s >= PARTIAL => Verdict::Partial,
+            s if s >= PARTIAL && self.leads(&named) => Verdict::Partial,
             _ => Verdict::Unknown,
         };
         self.next_experiment(&selection, &named);
@@ -262,6 +264,23 @@ impl<'a> Answer<'a> {
         let mut ranking: Vec<Ranked> = scored.collect();
         ranking.sort_by(|a, b| b.shrink.total_cmp(&a.shrink));
         self.diagnosis.ranking = ranking;
+    }
+
+    /// Whether the first effect alone closes clearly more than any that it can be told apart from:
+    /// what several explain equally badly, none explains.
+    fn leads(&self, named: &[(usize, Vec<usize>)]) -> bool {
+        let Some(first) = self.diagnosis.effects.first() else { return false };
+        let id = |effect: usize| self.plant.effects()[effect].id;
+        let own = named.iter().find(|(effect, _)| id(*effect) == first.id);
+        let near = |ranked: &Ranked| {
+            own.is_some_and(|(e, set)| {
+                id(*e) == ranked.id || set.iter().any(|&e| id(e) == ranked.id)
+            })
+        };
+        let alone = self.diagnosis.ranking.iter().find(|ranked| ranked.id == first.id);
+        let rival = self.diagnosis.ranking.iter().find(|ranked| !near(ranked));
+        let shrink = |ranked: Option<&Ranked>| ranked.map_or(0.0, |ranked| ranked.shrink);
+        shrink(alone) >= shrink(rival) + LEAD
     }
 
     fn figures(&mut self, problem: &Problem<'_>, before: &Score, after: &Score) {

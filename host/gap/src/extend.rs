@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use crate::criteria::{by_cost, pays};
-use crate::fit::{Depth, Fit, Start};
+use crate::fit::{Depth, Start};
 use crate::select::{Rival, Selection, Selector, Step};
 
 /// Candidates that are refitted in every round.
@@ -54,41 +54,58 @@ impl Selector<'_> {
         true
     }
 
-    /// How much of the residual an effect explains to first order, on top of the best model.
+    /// What an effect on top of the best model promises to first order, in the terms of evidence:
+    /// by its derivatives there, and by what it does at the size that it shows alone. Where
+    /// simulations cost something, the half of the trials decides that has most of the gap left.
     fn promise(&self, selection: &Selection, effect: usize) -> Option<f64> {
         let base = &selection.best.fit;
-        let columns = self.effect_on(selection, effect)?;
-        let (mut normal, mut cross) = (base_normal(base), DVector::zeros(base.coordinates.len()));
-        let (mut own, mut slope) = (0.0, 0.0);
-        for (trial, column) in base.trials.iter().zip(&columns) {
-            let column = trial.refit.project_column(column);
-            own += column.norm_squared();
-            slope += column.dot(&trial.refit.residual);
-            cross += trial.jacobian.tr_mul(&column);
+        let mut watched: Vec<usize> = (0..base.trials.len()).collect();
+        if !self.problem.plant.cheap() {
+            let energy = |trial: usize| base.trials[trial].refit.energy();
+            watched.sort_by(|&a, &b| energy(b).total_cmp(&energy(a)));
+            watched.truncate(base.trials.len().div_ceil(2));
         }
-        // What the parameters that are on already cannot do themselves.
-        for i in 0..normal.nrows() {
-            normal[(i, i)] *= 1.0 + 1e-9;
+        let raw: Vec<_> = watched.iter().map(|&trial| base.trials[trial].raw.clone()).collect();
+        let own = self.problem.coordinates(&[effect]);
+        let derivatives = self.problem.sensitivities(&watched, &base.point, &raw, &own)?;
+        let shown = selection.shown[effect].as_ref().and_then(|shown| {
+            let mut point = base.point.clone();
+            point.effects[effect].clone_from(&shown.point.effects[effect]);
+            self.problem.residuals_of(&watched, &point)
+        });
+        let known = base.coordinates.len();
+        let k = known + own.len() + usize::from(shown.is_some());
+        let (mut normal, mut slope) = (DMatrix::zeros(k, k), DVector::zeros(k));
+        let mut loss = 0.0;
+        for (i, &trial) in watched.iter().enumerate() {
+            let trial = &base.trials[trial];
+            let does = shown.as_ref().map(|on| trial.refit.project_column(&(&on[i] - &raw[i])));
+            let derived = trial.refit.project(&derivatives[i]);
+            let columns = trial.jacobian.column_iter().chain(derived.column_iter());
+            let mut columns: Vec<DVector<f64>> = columns.map(|c| c.into_owned()).collect();
+            columns.extend(does);
+            let columns = DMatrix::from_columns(&columns);
+            normal += columns.tr_mul(&columns);
+            slope += columns.tr_mul(&trial.refit.residual);
+            loss += trial.refit.energy();
         }
-        let explained = normal.cholesky().map_or(0.0, |c| cross.dot(&c.solve(&cross)));
-        let left = own - explained;
-        (left > 1e-9 * own).then(|| slope * slope / left)
-    }
-
-    /// What an effect does to the residuals of the best model, at the size that it shows alone.
-    fn effect_on(&self, selection: &Selection, effect: usize) -> Option<Vec<DVector<f64>>> {
-        let shown = selection.shown[effect].as_ref()?;
-        let base = &selection.best.fit;
-        let mut point = base.point.clone();
-        point.effects[effect].clone_from(&shown.point.effects[effect]);
-        let on = self.problem.residuals(&point)?;
-        Some(on.iter().zip(&base.trials).map(|(on, off)| on - &off.raw).collect())
+        let gain = explained(&normal, &slope, k) - explained(&normal, &slope, known);
+        let share = (gain / loss.max(f64::MIN_POSITIVE)).clamp(0.0, 0.999_999);
+        let effective = selection.best.score.effective.max(2.0);
+        Some(-effective * (1.0 - share).ln() - own.len() as f64 * effective.ln())
     }
 }
 
-fn base_normal(base: &Fit) -> DMatrix<f64> {
-    let k = base.coordinates.len();
-    base.trials
-        .iter()
-        .fold(DMatrix::zeros(k, k), |sum, trial| sum + trial.jacobian.tr_mul(&trial.jacobian))
+/// What the first `k` of some columns explain of a residual, from their inner products with each
+/// other and with it. Columns of any size, and some of them zero or alike.
+fn explained(normal: &DMatrix<f64>, slope: &DVector<f64>, k: usize) -> f64 {
+    /// Columns that differ by less than the square root of this count as equal.
+    const EQUAL: f64 = 1e-6;
+    let size: Vec<f64> =
+        (0..k).map(|i| normal[(i, i)].sqrt().max(f64::MIN_POSITIVE.sqrt())).collect();
+    let scaled = DMatrix::from_fn(k, k, |i, j| {
+        normal[(i, j)] / (size[i] * size[j]) + if i == j { EQUAL } else { 0.0 }
+    });
+    let slope = DVector::from_fn(k, |i, _| slope[i] / size[i]);
+    scaled.cholesky().map_or(0.0, |c| slope.dot(&c.solve(&slope)))
 }

@@ -25,6 +25,8 @@ const SPARING: Effort =
 pub enum Depth {
     /// One step on the half of the trials that has most of the gap: enough to see who may win.
     Glance,
+    /// A few steps on all trials: enough to see which of many are worth more.
+    Brief,
     /// As far as it pays to compare models.
     Whole,
     /// Until parameters and derivatives are those of the minimum.
@@ -36,6 +38,7 @@ impl Depth {
         match self {
             _ if cheap => THOROUGH,
             Self::Glance => Effort { steps: 2, compass: 0, renewals: 0, ..SPARING },
+            Self::Brief => Effort { steps: 3, compass: 0, renewals: 0, ..SPARING },
             Self::Whole => SPARING,
             Self::Polished => Effort { steps: 4, converged: 2e-4, exact: true, ..SPARING },
         }

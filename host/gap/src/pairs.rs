@@ -8,8 +8,10 @@ use crate::fit::{Depth, Start};
 use crate::nuisance::Nuisances;
 use crate::select::{Candidate, Rival, Selection, Selector, Shown, Step};
 
-/// Pairs that are refitted.
-const REFITTED_PAIRS: usize = 6;
+/// Pairs that are tried, and of them those that are fitted to the end where simulations cost
+/// something.
+const REFITTED_PAIRS: usize = 8;
+const FITTED_PAIRS: usize = 3;
 
 impl Selector<'_> {
     /// The best pair, if it pays more than the best single effect.
@@ -22,7 +24,7 @@ impl Selector<'_> {
                 }
             }
             // From both switched on, or from the better of the two alone.
-            let joint = self.candidate(Depth::Whole, nuisances, Start::Point(&start), &pair, None);
+            let joint = self.candidate(Depth::Brief, nuisances, Start::Point(&start), &pair, None);
             let better = pair
                 .into_iter()
                 .filter_map(|e| selection.singles[e].as_ref())
@@ -32,13 +34,23 @@ impl Selector<'_> {
                 Some(joint) if joint.fit.loss <= better.fit.loss => Some(joint),
                 _ => {
                     let start = Start::Fit(&better.fit);
-                    self.candidate(Depth::Whole, nuisances, start, &pair, None)
+                    self.candidate(Depth::Brief, nuisances, start, &pair, None)
                 }
             };
             Some((pair, candidate.filter(|c| !c.fit.failed)?))
         };
         let pairs = self.screen_pairs(selection);
         let mut found: Vec<_> = pairs.into_par_iter().filter_map(fitted).collect();
+        found.sort_by(|(_, a), (_, b)| a.fit.loss.total_cmp(&b.fit.loss));
+        if !self.problem.plant.cheap() {
+            let ended = |(pair, brief): &mut ([usize; 2], Candidate)| {
+                let start = Start::Fit(&brief.fit);
+                if let Some(whole) = self.candidate(Depth::Whole, nuisances, start, pair, None) {
+                    *brief = whole;
+                }
+            };
+            found.par_iter_mut().take(FITTED_PAIRS).for_each(ended);
+        }
         found.sort_by_key(|(pair, _)| *pair);
         by_cost(
             self.problem.plant,
