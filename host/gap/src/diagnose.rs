@@ -23,7 +23,7 @@ use crate::select::{Candidate, Selection, Selector};
 
 /// Shrink from which on the explanation is the answer, and a part of it.
 const NAMED: f64 = 0.8;
-const PARTIAL: f64 = 0.5;
+const PARTIAL: f64 = 0.7;
 /// Shrink by which a part of the answer must be ahead of its rivals.
 const LEAD: f64 = 0.2;
 /// Share of the nominal RMS from which on an effect is material.

@@ -9,6 +9,8 @@ use crate::select::{Rival, Selection, Selector, Step};
 
 /// Candidates that are refitted in every round.
 const REFITTED_MORE: usize = 3;
+/// Of the evidence that the first one promises, what another must promise to be refitted.
+const WORTH_A_FIT: f64 = 0.4;
 
 impl Selector<'_> {
     /// Adds the effect that helps most, if it pays.
@@ -21,6 +23,8 @@ impl Selector<'_> {
             .filter_map(|effect| Some((self.promise(selection, effect)?, effect)))
             .collect();
         screened.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let enough = screened.first().map_or(0.0, |(best, _)| best.max(0.0) * WORTH_A_FIT);
+        screened.retain(|(promise, _)| *promise > enough);
         screened.truncate(REFITTED_MORE);
         let fitted = |(_, effect): (f64, usize)| {
             let mut effects = base.fit.effects.clone();

@@ -20,6 +20,9 @@ const THOROUGH: Effort =
 const SPARING: Effort =
     Effort { steps: 8, converged: 2e-3, attempts: 2, compass: 4, exact: false, renewals: 1 };
 
+/// Parameters from which on updated derivatives may lead astray.
+const UPDATED_LONG: usize = 3;
+
 /// How far a fit goes, where simulations cost something; where they do not, it goes to the end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Depth {
@@ -99,11 +102,16 @@ pub fn fit(
     fresh: Option<usize>,
     depth: Depth,
 ) -> Option<Fit> {
+    let coordinates = problem.coordinates(effects);
+    let mut effort = depth.effort(problem.plant.cheap());
+    if coordinates.len() < UPDATED_LONG {
+        effort.renewals = 0;
+    }
     let search = Search {
         problem,
         nuisances,
-        effort: depth.effort(problem.plant.cheap()),
-        coordinates: problem.coordinates(effects),
+        effort,
+        coordinates,
         trials: (0..problem.plant.trials().len()).collect(),
     };
     let identity = match start {

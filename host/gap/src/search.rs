@@ -95,12 +95,12 @@ impl Search<'_> {
 
     /// The switch-on value of an effect from which the loss falls lowest: by what it is there, or
     /// would be to first order if what the value does came in any size and sign. Where simulations
-    /// cost something, the half of the trials decides that has most of the gap.
+    /// cost something, the trial decides that has most of the gap.
     fn switched_on(&self, off: &Place, effect: usize) -> Option<Point> {
         let mut deciding: Vec<usize> = (0..self.trials.len()).collect();
         if !self.problem.plant.cheap() {
             deciding.sort_by(|&a, &b| off.refits[b].energy().total_cmp(&off.refits[a].energy()));
-            deciding.truncate(self.trials.len().div_ceil(2));
+            deciding.truncate(1);
         }
         let loss_off = deciding.iter().map(|&at| off.refits[at].energy()).sum::<f64>();
         let promised = |point: &Point| -> Option<f64> {

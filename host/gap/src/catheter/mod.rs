@@ -35,7 +35,7 @@ use simulate::{Inputs, Simulator, Trajectory, readings};
 /// A diagnosis plays every trial hundreds of times: with half the links and half the ticks of the
 /// device. What that changes is part of what the model leaves open, and so of the floor.
 const COARSER: f64 = 2.0;
-const TICK_S: f64 = 2e-3;
+const TICK_S: f64 = 4e-3;
 /// Half width of the wall's uncertainty away from junctions \[m\].
 const WALL_UNCERTAINTY_M: f64 = 40e-6;
 
