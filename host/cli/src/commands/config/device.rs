@@ -13,7 +13,7 @@ use super::file::warn_of_slip;
 use super::values::{Change, Values, changes, head_of, head_on, paths, values};
 use crate::args::{ConfigApplyArguments, ConfigSaveArguments};
 use crate::failure::{Code, Failure};
-use crate::session::configure;
+use crate::session::{Pace, configure};
 use crate::settings::parse::{Entry, Problem, problem};
 use crate::settings::{Setting, SettingsFile, parse_file, refused};
 use crate::ui::Ui;
@@ -94,7 +94,7 @@ pub fn apply(ui: &Ui, arguments: &ConfigApplyArguments, lenient: bool) -> Result
     // Shown before it is done: a device that refuses leaves the diff on the screen.
     ui.say(applied.changes_text());
     if !arguments.dry_run {
-        configure(ui, &mut client, &image)?;
+        configure(ui, &mut client, &image, Pace::LockStep)?;
         applied.verified = head_on(&mut client)?.as_ref() == Some(&head);
         if !applied.verified {
             let message = "the device does not read back what it was sent: apply it again, and if \
