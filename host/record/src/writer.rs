@@ -50,8 +50,9 @@ fn said(cause: &McapError) -> String {
     }
 }
 
-/// Half of what may be lost when the process is killed.
-const FLUSH_EVERY: Duration = Duration::from_millis(500);
+/// Killed, a process on a busy computer has not run for some time either: well below the second
+/// that may be lost.
+const FLUSH_EVERY: Duration = Duration::from_millis(200);
 /// A chunk ends with the flush; this only bounds memory.
 const CHUNK_BYTES: u64 = 4 << 20;
 
@@ -59,8 +60,8 @@ type Sink = NoSeek<BufWriter<File>>;
 
 /// Writes one recording.
 ///
-/// Attachments and information come first. Frames go out in whole chunks at least every half
-/// second: what a killed process leaves behind can be read up to its last chunk. Dropping
+/// Attachments and information come first. Frames go out in whole chunks every
+/// [`FLUSH_EVERY`]: what a killed process leaves behind can be read up to its last chunk. Dropping
 /// without [`Recorder::finish`] finishes too, but cannot report an error.
 pub struct Recorder {
     path: String,

@@ -8,12 +8,15 @@ use clap::{Args, Subcommand};
 use super::{Changes, positive, positive_seconds};
 
 #[derive(Debug, Args)]
-#[group(id = "outputs", required = true, multiple = true, args = ["csv", "nodes", "parquet", "candump", "bundle"])]
 pub struct ExportArguments {
     #[arg(value_name = "FILE.mcap")]
     pub recording: PathBuf,
     /// One row a tick.
-    #[arg(long, value_name = "FILE.csv")]
+    #[arg(
+        long,
+        value_name = "FILE.csv",
+        required_unless_present_any = ["nodes", "parquet", "candump", "bundle"]
+    )]
     pub csv: Option<PathBuf>,
     /// One row a node and shape, 25 shapes a second.
     #[arg(long, value_name = "FILE.csv")]
@@ -131,10 +134,9 @@ pub struct CheckArguments {
 }
 
 #[derive(Debug, Args)]
-#[group(id = "source", required = true, multiple = false, args = ["recording", "link"])]
 pub struct LatencyArguments {
     /// Recording of a run that ran free.
-    #[arg(value_name = "FILE.mcap")]
+    #[arg(value_name = "FILE.mcap", required_unless_present = "link", conflicts_with = "link")]
     pub recording: Option<PathBuf>,
     /// Listen on this bus instead.
     #[arg(long)]
@@ -148,10 +150,9 @@ pub struct LatencyArguments {
 }
 
 #[derive(Debug, Args)]
-#[group(id = "source", required = true, multiple = false, args = ["recording", "link"])]
 pub struct MonitorArguments {
     /// Show a recording as if it happened now.
-    #[arg(value_name = "FILE.mcap")]
+    #[arg(value_name = "FILE.mcap", required_unless_present = "link", conflicts_with = "link")]
     pub recording: Option<PathBuf>,
     /// Bus to listen on; nothing is sent.
     #[arg(long)]

@@ -1,0 +1,127 @@
+//! Out of a recording and into one.
+
+use std::fs;
+use std::path::Path;
+
+use cathforce_record::Recording;
+use cathforce_rig::Bundle;
+
+use crate::{assert_fails, cathforce, command, data, example, recording, text};
+
+#[test]
+fn a_bundle_comes_back_as_it_was() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("bundle");
+    data(["export", text(recording()), "--bundle", text(&out)]);
+    let (before, after) = (Bundle::open(example()).unwrap(), Bundle::open(&out).unwrap());
+    for name in ["rig.toml", "vessel.stl", "centreline.csv"] {
+        let [a, b] = [example().join(name), out.join(name)].map(|path| fs::read(path).unwrap());
+        assert!(a == b, "{name}");
+    }
+    let [trial] = &after.trials[..] else { panic!("one trial") };
+    assert!(Some(trial) == before.trial(0), "every number and every gap");
+    let again = cathforce(["export", text(recording()), "--bundle", text(&out)]);
+    assert_fails(&again, 1, &["bundle", "it is there already"]);
+}
+
+#[test]
+fn frames_survive_a_candump_log() {
+    let folder = tempfile::tempdir().unwrap();
+    let [log, out] = ["run.log", "run.mcap"].map(|name| folder.path().join(name));
+    data(["export", text(recording()), "--candump", text(&log)]);
+    let example = example();
+    let import = ["import", "candump", text(&log), "--bundle", text(&example), "--out", text(&out)];
+    let imported = data(import);
+    let sort = |path: &Path| {
+        let mut recording = Recording::open(path).unwrap();
+        recording.frames.sort_by_key(|frame| frame.at_ns);
+        recording.frames
+    };
+    let [before, after] = [recording(), &out].map(sort);
+    assert_eq!(imported["frames"], before.len());
+    assert!(before == after);
+    assert_fails(&cathforce(import), 1, &["run.mcap", "it is there already"]);
+}
+
+#[test]
+fn an_output_that_cannot_be_written_leaves_nothing_behind() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("no/such/folder.csv");
+    let output = cathforce(["export", text(recording()), "--parquet", text(&out)]);
+    assert_fails(&output, 1, &["folder.csv", "No such file", "check the folder"]);
+    let damaged = folder.path().join("damaged.mcap");
+    fs::write(&damaged, &fs::read(recording()).unwrap()[..5000]).unwrap();
+    let table = folder.path().join("ticks.parquet");
+    let output = cathforce(["export", text(&damaged), "--parquet", text(&table)]);
+    assert_fails(&output, 3, &["damaged.mcap: breaks off at byte"]);
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1, "the damaged file only");
+    assert_fails(&cathforce(["export", text(recording())]), 2, &["--csv"]);
+}
+
+#[test]
+fn a_sensors_log_and_a_recordings_motion_make_a_trial() {
+    let folder = tempfile::tempdir().unwrap();
+    let [log, out] = ["netft.csv", "004.csv"].map(|name| folder.path().join(name));
+    let rows = (0..1000)
+        .map(|i| format!("0,{i},{},0,-2000000,0,0,0,{}", 1000 * i, 5.0 + 0.002 * f64::from(i)));
+    let heading = "Status (hex),RDT Sequence,Fx,Fy,Fz,Tx,Ty,Tz,Time".to_owned();
+    let lines = std::iter::once(heading).chain(rows).collect::<Vec<_>>();
+    fs::write(&log, lines.join("\n")).unwrap();
+    let end = *Recording::open(recording()).unwrap().trial.rows.last().unwrap();
+    // A row falls on each side of the motion's end.
+    let offset = (end.t_s - 1.501).to_string();
+    let import = |axes: &str, log: &Path| {
+        let mut command = command();
+        command.args(["import", "ati", text(log), "--motion", text(recording())]);
+        command.args(["--counts-per-n", "1e6", "--axes", axes, "--offset", &offset]);
+        command.args(["--out", text(&out)]).output().unwrap()
+    };
+    let output = import("-y,+x,+z", &log);
+    assert!(output.status.success(), "{}", crate::stderr(&output));
+    let said = String::from_utf8(output.stdout).unwrap();
+    assert!(said.contains("751 rows, 249 outside the motion left out"), "{said}");
+    let written = fs::read_to_string(&out).unwrap();
+    let mut lines = written.lines();
+    assert_eq!(lines.next(), Some("t_s,insertion_m,rotation_rad,fx_N,fy_N,fz_N"));
+    let last = lines.last().unwrap().split(',').map(|x| x.parse().unwrap()).collect::<Vec<f64>>();
+    assert!((last[1] - end.insertion_m).abs() < 1e-4, "{last:?}");
+    assert!((last[4] - 0.75).abs() < 1e-12 && last[5] == -2.0, "{last:?}");
+
+    fs::remove_file(&out).unwrap();
+    fs::write(&log, lines_with_fault(&fs::read_to_string(&log).unwrap())).unwrap();
+    assert_fails(&import("+x,+y,+z", &log), 3, &["netft.csv:8: `12O` is no number", "\n  fix: "]);
+    assert!(!out.exists(), "nothing half written");
+    assert_fails(&import("+x,+y", &log), 2, &["--axes", "+y,-x,+z"]);
+    assert_fails(&import("x,y,z", Path::new("absent.txt")), 3, &["absent.txt"]);
+}
+
+fn lines_with_fault(log: &str) -> String {
+    let fault = |(i, line): (usize, &str)| match i {
+        7 => line.replacen(",6000,", ",12O,", 1),
+        _ => line.to_owned(),
+    };
+    log.lines().enumerate().map(fault).collect::<Vec<_>>().join("\n")
+}
+
+#[test]
+fn a_table_of_other_columns_becomes_a_trial_of_a_bundle() {
+    let folder = tempfile::tempdir().unwrap();
+    let bundle = folder.path().join("bundle");
+    data(["export", text(recording()), "--bundle", text(&bundle)]);
+    let table = folder.path().join("theirs.csv");
+    fs::write(&table, "ms,feed,turn,fx_N,fy_N,fz_N\n0,28,0,0.1,0,0\n10,29,90,,,\n").unwrap();
+    let out = bundle.join("trials/001.csv");
+    let mut import = command();
+    import.args(["import", "csv", text(&table), "--out", text(&out)]);
+    for column in ["t_s=ms*1e-3", "insertion_m=feed*1e-3", "rotation_rad=turn*0.017453292519943295"]
+    {
+        import.args(["--column", column]);
+    }
+    assert!(import.output().unwrap().status.success());
+    let bundle = Bundle::open(&bundle).unwrap();
+    let trial = bundle.trial(1).unwrap().catheter().unwrap();
+    assert_eq!(trial.insertion_m, [0.028, 0.029]);
+    assert_eq!(trial.force_n.as_ref().unwrap()[1], None);
+    let output = cathforce(["import", "csv", text(&table), "--out", "absent.csv"]);
+    assert_fails(&output, 3, &["theirs.csv:1: there is no column `t_s`", "--column t_s=THEIRS"]);
+}

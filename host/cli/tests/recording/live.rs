@@ -1,0 +1,104 @@
+//! What happens in real time: `run --free`, `latency`, `monitor`, `play`.
+
+use std::io::Read;
+use std::process::Stdio;
+
+use cathforce_record::Recording;
+
+use crate::{assert_fails, cathforce, command, data, example, recording, stderr, text};
+
+#[test]
+fn a_free_run_is_recorded_and_its_latency_known() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("free.mcap");
+    let example = example();
+    let run = ["run", "--link", "sim", "--free", text(&example), "--duration", "0.5"];
+    let output = command().args(run).args(["--out", text(&file)]).output().unwrap();
+    // A busy computer may miss the 5 ms after which the device ramps down; it is recorded as well.
+    assert!(matches!(output.status.code(), Some(0 | 5)), "{}", stderr(&output));
+    let free = Recording::open(&file).unwrap();
+    assert!(!free.info.lock_step && free.frames.len() > 500);
+    let later = free.frames.iter().zip(&free.logged_ns).all(|(f, logged)| *logged >= f.at_ns);
+    assert!(later, "nothing is recorded before it was seen");
+
+    let stages = data(["latency", text(&file)]);
+    let names = stages.as_array().unwrap().iter().map(|s| s["name"].as_str().unwrap());
+    let names = names.collect::<Vec<_>>();
+    for name in ["encoder period", "end to end", "tick period", "record"] {
+        assert!(names.contains(&name), "{name}: {names:?}");
+    }
+    let within = cathforce(["latency", text(&file), "--budget", "60000"]);
+    assert!(within.status.success(), "{}", stderr(&within));
+    let above = cathforce(["latency", text(&file), "--budget", "1e-9"]);
+    assert_fails(&above, 6, &["end to end", "--budget is"]);
+    let check = cathforce(["check", text(&file)]);
+    assert!(String::from_utf8_lossy(&check.stdout).contains("recorded without lock step"));
+}
+
+#[test]
+fn latency_without_real_time_says_so() {
+    let output = cathforce(["latency", text(recording()), "--budget", "1"]);
+    assert_fails(&output, 3, &["lock step", "runs free"]);
+    assert_fails(&cathforce(["latency"]), 2, &["--link"]);
+    // A device on its own ticks without encoders.
+    let stages = data(["latency", "--link", "sim", "--duration", "0.2"]);
+    assert_eq!(stages[0]["name"], "tick period");
+}
+
+#[test]
+fn a_monitor_without_a_terminal_prints_a_line_a_second() {
+    let output = cathforce(["monitor", text(recording()), "--duration", "1"]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    let first = output.stdout.split(|b| *b == b'\n').next().unwrap();
+    let shown: serde_json::Value = serde_json::from_slice(first).unwrap();
+    assert!(shown["ticks"].as_u64().unwrap() >= 900, "{shown}");
+    assert!(shown["force_n"].is_array() && shown["mode"].is_string(), "{shown}");
+    assert_fails(&cathforce(["monitor"]), 2, &["--link"]);
+    assert_fails(&cathforce(["monitor", "absent.mcap"]), 3, &["absent.mcap"]);
+}
+
+#[test]
+fn frames_are_played_at_their_time() {
+    let played = data(["play", text(recording()), "--link", "sim", "--speed", "8"]);
+    let seconds = played["seconds"].as_f64().unwrap();
+    assert!(played["frames"].as_u64().unwrap() > 3000 && seconds >= 3.0 / 8.0, "{played}");
+    let log = tempfile::Builder::new().suffix(".log").tempfile().unwrap();
+    std::fs::write(log.path(), "(1.0) can0 7F0#00\n").unwrap();
+    let nothing = cathforce(["play", text(log.path()), "--link", "sim"]);
+    assert_fails(&nothing, 3, &["none of its 0 frames", "--all"]);
+    std::fs::write(log.path(), "(1.0) can0 ENCODER\n").unwrap();
+    let broken = cathforce(["play", text(log.path()), "--link", "sim"]);
+    assert_fails(&broken, 3, &["line 1", "is no frame"]);
+    let nowhere = cathforce(["play", text(recording()), "--link", "pigeon"]);
+    assert_fails(&nowhere, 2, &["socketcan:can0"]);
+}
+
+/// `cathforce … | head -1`: whoever closed the pipe has seen enough.
+#[test]
+fn a_closed_pipe_is_no_error() {
+    for arguments in [&["completions", "bash"][..], &["config"], &["--help"]] {
+        let mut child = command()
+            .args(arguments)
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let mut byte = [0];
+        child.stdout.take().unwrap().read_exact(&mut byte).unwrap();
+        let output = child.wait_with_output().unwrap();
+        assert_eq!((output.status.code(), stderr(&output)), (Some(0), ""), "{arguments:?}");
+    }
+}
+
+#[test]
+fn shells_complete_and_every_command_has_a_page() {
+    for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
+        let script = cathforce(["completions", shell]);
+        let script = String::from_utf8(script.stdout).unwrap();
+        assert!(script.contains("cathforce") && script.contains("latency"), "{shell}");
+    }
+    let folder = tempfile::tempdir().unwrap();
+    data(["man", text(folder.path())]);
+    let page = std::fs::read_to_string(folder.path().join("cathforce-import-ati.1")).unwrap();
+    assert!(page.contains("counts"), "{page}");
+}
