@@ -50,7 +50,7 @@ fn said(cause: &McapError) -> String {
     }
 }
 
-/// Killed, a process on a busy computer has not run for some time either: well below the second
+/// A killed process on a busy computer has not run for some time either: well below the second
 /// that may be lost.
 const FLUSH_EVERY: Duration = Duration::from_millis(200);
 /// A chunk ends with the flush; this only bounds memory.

@@ -279,3 +279,27 @@ fn errors_name_the_file_the_byte_and_the_cause() {
     let missing = Recording::open(&folder.path().join("absent.mcap")).unwrap_err();
     assert!(matches!(missing, ReadError::Io { .. }), "{missing}");
 }
+
+/// The layouts that are shipped show topics that a recording has.
+#[test]
+fn every_topic_of_the_layouts_is_recorded() {
+    let folder = tempfile::tempdir().unwrap();
+    let bytes = fs::read(record(folder.path())).unwrap();
+    let summary = mcap::Summary::read(&bytes).unwrap().unwrap();
+    let topics = summary.channels.values().map(|channel| channel.topic.as_str());
+    let topics = topics.collect::<Vec<_>>();
+    let layouts = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/layouts");
+    for (name, after_topic) in [("foxglove.json", ['.', '"']), ("plotjuggler.xml", ['/', '"'])] {
+        let text = fs::read_to_string(layouts.join(name)).unwrap();
+        let paths = text.match_indices("\"/").map(|(at, _)| &text[at + 1..]);
+        let mut found = 0;
+        for path in paths {
+            let known = topics.iter().any(|topic| {
+                path.strip_prefix(topic).is_some_and(|rest| rest.starts_with(after_topic))
+            });
+            assert!(known, "{name}: {}", path.lines().next().unwrap());
+            found += 1;
+        }
+        assert!(found >= 10, "{name}: {found}");
+    }
+}
