@@ -133,15 +133,23 @@ pub struct CheckArguments {
     pub no_replay: bool,
 }
 
+/// A recording or a bus.
 #[derive(Debug, Args)]
-pub struct LatencyArguments {
-    /// Recording of a run that ran free.
-    #[arg(value_name = "FILE.mcap", required_unless_present = "link", conflicts_with = "link")]
+#[group(required = true, multiple = false)]
+pub struct Source {
+    /// Recording; latency needs one that ran free.
+    #[arg(value_name = "FILE.mcap")]
     pub recording: Option<PathBuf>,
-    /// Listen on this bus instead.
+    /// Listen on this bus; nothing is sent.
     #[arg(long)]
     pub link: Option<String>,
-    /// How long to listen.
+}
+
+#[derive(Debug, Args)]
+pub struct LatencyArguments {
+    #[command(flatten)]
+    pub source: Source,
+    /// How long to listen on a bus.
     #[arg(long, value_name = "SECONDS", default_value_t = 5.0, value_parser = positive_seconds)]
     pub duration: f64,
     /// Fail with exit code 6 when 99 % end to end take longer than this.
@@ -151,12 +159,8 @@ pub struct LatencyArguments {
 
 #[derive(Debug, Args)]
 pub struct MonitorArguments {
-    /// Show a recording as if it happened now.
-    #[arg(value_name = "FILE.mcap", required_unless_present = "link", conflicts_with = "link")]
-    pub recording: Option<PathBuf>,
-    /// Bus to listen on; nothing is sent.
-    #[arg(long)]
-    pub link: Option<String>,
+    #[command(flatten)]
+    pub source: Source,
     /// End after so long.
     #[arg(long, value_name = "SECONDS", value_parser = positive_seconds)]
     pub duration: Option<f64>,

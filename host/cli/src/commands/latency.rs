@@ -16,7 +16,7 @@ use crate::ui::Ui;
 const WAIT: Duration = Duration::from_millis(50);
 
 pub fn run(ui: &Ui, arguments: &LatencyArguments) -> Result<(), Failure> {
-    let stages = match (&arguments.recording, &arguments.link) {
+    let stages = match (&arguments.source.recording, &arguments.source.link) {
         (Some(path), _) => {
             let recording = super::open_recording(ui, path)?;
             let lock_step = recording.info.lock_step;

@@ -22,7 +22,7 @@ const LINE: Duration = Duration::from_secs(1);
 
 pub fn run(ui: &Ui, arguments: &MonitorArguments) -> Result<(), Failure> {
     let interrupted = interrupt_flag()?;
-    let (name, mut source) = match (&arguments.link, &arguments.recording) {
+    let (name, mut source) = match (&arguments.source.link, &arguments.source.recording) {
         (Some(link), _) => (link.clone(), Source::of_link(link)?),
         (None, Some(path)) => {
             let recording = super::open_recording(ui, path)?;
