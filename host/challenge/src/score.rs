@@ -158,6 +158,9 @@ pub fn score(revealed: &[(Label, Value)]) -> Score {
     let misses: Vec<f64> = counted.iter().filter_map(|a| a.shrink_missed()).collect();
     let within: Vec<f64> =
         misses.iter().map(|miss| if *miss <= WITHIN { 100.0 } else { 0.0 }).collect();
+    let named: Vec<(f64, bool)> = revealed.iter().flat_map(|(l, a)| named(l, a)).collect();
+    let confidences = named.iter().map(|(confidence, _)| 100.0 * confidence).collect();
+    let there = named.iter().map(|(_, there)| if *there { 100.0 } else { 0.0 }).collect();
     let held = inside.iter().map(|hit| if *hit { 100.0 } else { 0.0 }).collect();
     let tallies = vec![
         share("the true effect is named first", "≥ 90 %", &single, &Answer::first_is_true),
@@ -177,6 +180,8 @@ pub fn score(revealed: &[(Label, Value)]) -> Score {
         ),
         numbers("the same, cases within 10 points", "", "%", within),
         numbers("90 % parameter intervals that hold the truth", "85–95 %", "%", held),
+        numbers("mean confidence of named effects", "as often as there", "%", confidences),
+        numbers("named effects that are there", "", "%", there),
         numbers("mean processor time of a diagnosis", "", "s", found("cpu_seconds")),
     ];
     let binary = |(_, a): &(Label, Value)| a["binary_sha256"].as_str().map(str::to_owned);
@@ -189,6 +194,16 @@ pub fn score(revealed: &[(Label, Value)]) -> Score {
         binaries: revealed.iter().filter_map(binary).collect(),
         answers,
     }
+}
+
+/// Confidence of every named effect, and whether it is there.
+fn named(label: &Label, answer: &Value) -> Vec<(f64, bool)> {
+    let effects = answer["effects"].as_array();
+    let own = effects.into_iter().flatten().filter_map(|effect| {
+        let there = label.effects.iter().any(|truth| effect["id"] == truth.id.as_str());
+        Some((effect["confidence"].as_f64()?, there))
+    });
+    own.collect()
 }
 
 fn by_rig(counted: &[&Answer]) -> Vec<Right> {

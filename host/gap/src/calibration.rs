@@ -2,12 +2,14 @@
 
 /// A monotone table, linear in between: how often an effect that won so often was there.
 ///
-/// Made from training cases only. The table that is built in is the identity: no sealed cases
-/// have been scored with it yet, and the diagnosis says so.
-const TABLE: [(f64, f64); 2] = [(0.0, 0.0), (1.0, 1.0)];
+/// Made from tune cases only (`cathforce gap challenge make --seed 600 --cases 24`): of 17 effects
+/// that won as often as the blocks allow, 15 were there; of 5 that won less often, 3, as often as
+/// they won.
+const TABLE: [(f64, f64); 4] = [(0.0, 0.0), (0.6, 0.6), (0.94, 0.85), (1.0, 0.9)];
 
-/// Whether [`TABLE`] was made from cases.
-pub const FROM_CASES: bool = false;
+/// Effects and cases that [`TABLE`] was made from.
+pub const NAMED: usize = 22;
+pub const CASES: usize = 15;
 
 /// The probability that an effect is there which won with this frequency.
 pub fn probability(frequency: f64) -> f64 {
@@ -18,7 +20,7 @@ pub fn probability(frequency: f64) -> f64 {
             return y0 + (y1 - y0) * (frequency - x0) / (x1 - x0);
         }
     }
-    frequency
+    TABLE[TABLE.len() - 1].1
 }
 
 #[cfg(test)]

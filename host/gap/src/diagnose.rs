@@ -28,8 +28,9 @@ const PARTIAL: f64 = 0.7;
 const LEAD: f64 = 0.2;
 /// Share of the nominal RMS from which on an effect is material.
 const MATERIAL: f64 = 0.05;
-/// Half width of a 90 % interval of a normal distribution, in standard deviations.
-const NINETY: f64 = 1.645;
+/// Half width of a 90 % interval, in standard deviations: 1.645 of a normal distribution, times 2
+/// for what the model's shapes leave open. Of 19 parameters of tune cases (seed 600) 17 lay within.
+const NINETY: f64 = 2.0 * 1.645;
 /// Share of unseen samples from which on held-out figures say too little.
 const MOST_UNSEEN: f64 = 0.5;
 
@@ -241,12 +242,13 @@ impl<'a> Answer<'a> {
                     .to_owned(),
             );
         }
-        if !self.diagnosis.effects.is_empty() && !calibration::FROM_CASES {
-            self.remark(
-                "confidence is how often an effect wins when the blocks are drawn again; it is not \
-                 yet calibrated on cases whose effect is known"
-                    .to_owned(),
-            );
+        if !self.diagnosis.effects.is_empty() {
+            self.remark(format!(
+                "confidence is how often an effect wins when the blocks are drawn again, \
+                 calibrated on {} effects that were named in {} cases whose effects are known",
+                calibration::NAMED,
+                calibration::CASES
+            ));
         }
         self.diagnosis
     }
