@@ -84,6 +84,12 @@ fn span_s(from_ns: u64, to_ns: u64) -> f64 {
     to_ns.saturating_sub(from_ns) as f64 * 1e-9
 }
 
+/// Age of an encoder sample \[s\] as the device states it; `None` before the first one, and
+/// where the count ends.
+pub fn age_s(ticks: u8) -> Option<f64> {
+    (ticks < u8::MAX).then(|| f64::from(ticks) * f64::from(TICK_S))
+}
+
 #[derive(Default)]
 struct Samples {
     encoder_ns: Option<u64>,
@@ -117,10 +123,11 @@ impl Samples {
                 self.answer_now_s = self.encoder_ns.map(|encoder| span_s(encoder, at_ns));
                 self.answer_s.extend(self.answer_now_s);
             }
-            Some(Process::Drive(drive)) if !from_host && self.encoder_ns.is_some() => {
-                let age_s = f64::from(drive.encoder_age_ticks) * f64::from(TICK_S);
-                self.age_s.push(age_s);
-                self.whole_s.extend(self.answer_now_s.map(|answer| answer + age_s));
+            Some(Process::Drive(drive)) if !from_host => {
+                if let Some(age_s) = age_s(drive.encoder_age_ticks) {
+                    self.age_s.push(age_s);
+                    self.whole_s.extend(self.answer_now_s.map(|answer| answer + age_s));
+                }
             }
             _ => {}
         }
@@ -154,6 +161,8 @@ mod tests {
         let (mut host, mut device) = (Sealer::default(), Sealer::default());
         let mut frames = Vec::new();
         for tick in 0..10 {
+            // Before the first sample there is no age.
+            let encoder_age_ticks = if tick == 0 { u8::MAX } else { 2 };
             let us = |us: u64| 1000 * (1000 * tick + us);
             let encoder =
                 Encoder { insertion: Insertion::from_m(0.1), rotation: Rotation::from_rad(0.0) };
@@ -162,7 +171,7 @@ mod tests {
             let haptic =
                 Haptic { force: HapticForce(0), torque: HapticTorque(0), mode: 4, fault: 0 };
             let drive =
-                Drive { force: Force(0), torque: DriveTorque(0), limits: 0, encoder_age_ticks: 2 };
+                Drive { force: Force(0), torque: DriveTorque(0), limits: 0, encoder_age_ticks };
             for (at, process) in [(600, Process::Haptic(haptic)), (850, Process::Drive(drive))] {
                 let frame = device.seal(process, Status::default());
                 frames.push(BusFrame { at_ns: us(at), direction: Direction::ToHost, frame });

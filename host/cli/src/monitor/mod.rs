@@ -5,7 +5,8 @@ mod view;
 use std::collections::{BTreeMap, VecDeque};
 
 use cathforce_bus::{Direction, Id, Process};
-use cathforce_control::{Mode, TICK_S};
+use cathforce_control::Mode;
+use cathforce_record::latency::age_s;
 use cathforce_record::{BusFrame, Decoder, DropoutCause, GuidewireEstimate, TickEstimate};
 use serde::Serialize;
 
@@ -64,7 +65,7 @@ pub struct Shown {
 impl Shown {
     /// From the encoder frame to the first frame of the tick that used it \[s\].
     pub fn end_to_end_s(&self) -> Option<f64> {
-        Some(self.answer_s? + self.age_in_device_s.unwrap_or(0.0))
+        Some(self.answer_s? + self.age_in_device_s?)
     }
 }
 
@@ -141,8 +142,9 @@ impl Monitor {
         shown.force_n = tick.force_n.or(shown.force_n);
         shown.drive_force_n = tick.drive_force_n.or(shown.drive_force_n);
         shown.drive_torque_n_m = tick.drive_torque_n_m.or(shown.drive_torque_n_m);
-        let age_s = tick.encoder_age_ticks.map(|age| f64::from(age) * f64::from(TICK_S));
-        shown.age_in_device_s = age_s.or(shown.age_in_device_s);
+        if let Some(age_ticks) = tick.encoder_age_ticks {
+            shown.age_in_device_s = age_s(age_ticks);
+        }
         if let Some(wire) = tick.guidewire {
             let before = shown.guidewire.unwrap_or_default();
             shown.guidewire = Some(GuidewireEstimate {

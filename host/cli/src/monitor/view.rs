@@ -55,9 +55,9 @@ fn lines(shown: &Shown, colour: bool) -> Vec<Line<'static>> {
     let known = |value: Option<String>| value.unwrap_or_else(|| "–".into());
     let ms = |s: f64| format!("{:.2} ms", 1e3 * s);
     let mn = |n: f32| format!("{:8.1} mN", 1e3 * n);
-    let age = shown.end_to_end_s().map(|s| {
-        let device = shown.age_in_device_s.map_or("–".into(), ms);
-        format!("{} end to end, of which in the device {device}", ms(s))
+    let age = shown.end_to_end_s().zip(shown.age_in_device_s);
+    let age = age.map(|(whole_s, device_s)| {
+        format!("{} end to end, of which in the device {}", ms(whole_s), ms(device_s))
     });
     let drive = shown.insertion_m.zip(shown.rotation_rad).map(|(insertion_m, rotation_rad)| {
         format!("{:.2} mm  {:.1}°", 1e3 * insertion_m, rotation_rad.to_degrees())
