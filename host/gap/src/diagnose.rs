@@ -2,20 +2,19 @@
 
 use std::collections::BTreeMap;
 
-use nalgebra::{DMatrix, DVector};
-
 use crate::calibration;
 use crate::confuse::{confusable, win_frequency};
 use crate::criteria::NO_GAP;
+use crate::estimate::{increments, parameters, spread};
 use crate::experiment;
 use crate::floor::{Floor, FloorSource};
 use crate::locate::locate;
 use crate::metric::Metric;
 use crate::plant::{Plant, Point, Quantity};
-use crate::problem::{Coordinate, Problem, Progress};
+use crate::problem::{Problem, Progress};
 use crate::report::{
-    Details, Diagnosis, Estimate, FORMAT, Figures, Gap, HeldOut, NamedEffect, PathStep,
-    QuantityEnergy, Ranked, Reproduce, Series, Verdict,
+    Details, Diagnosis, FORMAT, Figures, Gap, HeldOut, NamedEffect, PathStep, QuantityEnergy,
+    Ranked, Reproduce, Series, Verdict,
 };
 use crate::sanity;
 use crate::score::{FoldKind, Folds, Score, root_mean_square};
@@ -28,9 +27,6 @@ const PARTIAL: f64 = 0.7;
 const LEAD: f64 = 0.2;
 /// Share of the nominal RMS from which on an effect is material.
 const MATERIAL: f64 = 0.05;
-/// Half width of a 90 % interval, in standard deviations: 1.645 of a normal distribution, times 2
-/// for what the model's shapes leave open. Of 19 parameters of tune cases (seed 600) 17 lay within.
-const NINETY: f64 = 2.0 * 1.645;
 /// Share of unseen samples from which on held-out figures say too little.
 const MOST_UNSEEN: f64 = 0.5;
 
@@ -446,67 +442,4 @@ impl<'a> Answer<'a> {
             });
         }
     }
-}
-
-fn parameters(
-    plant: &dyn Plant,
-    best: &Candidate,
-    effect: usize,
-    spread: &DVector<f64>,
-) -> BTreeMap<String, Estimate> {
-    let own = best.fit.coordinates.iter().zip(spread.iter());
-    own.filter_map(|(coordinate, sd)| match *coordinate {
-        Coordinate::Effect { effect: e, parameter } if e == effect => {
-            let p = &plant.effects()[e].parameters[parameter];
-            let value = best.fit.point.effects[e][parameter];
-            let (low, high) = (value - NINETY * sd, value + NINETY * sd);
-            let (low, high) = (low.max(p.low), high.min(p.high));
-            Some((p.name.to_owned(), Estimate { value, low, high, unit: p.unit }))
-        }
-        _ => None,
-    })
-    .collect()
-}
-
-/// Standard deviations of the parameters, from the curvature of the loss.
-fn spread(problem: &Problem<'_>, best: &Candidate, metric: &Metric<'_>) -> DVector<f64> {
-    let k = best.fit.coordinates.len();
-    let mut normal = DMatrix::<f64>::zeros(k, k);
-    for (t, trial) in best.fit.trials.iter().enumerate() {
-        normal += metric.inner(t, &trial.raw_jacobian, &trial.raw_jacobian);
-    }
-    for (i, coordinate) in best.fit.coordinates.iter().enumerate() {
-        if let Coordinate::Effect { effect, parameter } = *coordinate {
-            normal[(i, i)] += problem.parameter(effect, parameter).scale.powi(-2);
-        }
-    }
-    let inverse = normal.cholesky().map(|c| c.inverse());
-    inverse.map_or_else(|| DVector::zeros(k), |inverse| inverse.diagonal().map(f64::sqrt))
-}
-
-/// How much of the gap each effect closed when it was added.
-fn increments(selection: &Selection) -> BTreeMap<usize, f64> {
-    let (best, nominal) = (&selection.best.fit.effects, &selection.nominal.score);
-    let alone = |effect: usize| {
-        selection.singles[effect].as_ref().map_or(0.0, |single| single.score.shrink(nominal))
-    };
-    let (mut covered, mut closed) = (BTreeMap::new(), 0.0);
-    for (effects, score) in &selection.path {
-        let grows =
-            effects.iter().all(|e| best.contains(e)) && covered.keys().all(|e| effects.contains(e));
-        let mut added: Vec<usize> =
-            effects.iter().copied().filter(|e| !covered.contains_key(e)).collect();
-        if !grows || added.is_empty() {
-            continue;
-        }
-        // Of two that came together, the one that does more alone came first.
-        added.sort_by(|&a, &b| alone(b).total_cmp(&alone(a)));
-        let shrink = score.shrink(nominal);
-        for (i, &effect) in added.iter().enumerate() {
-            let after = if i + 1 == added.len() { shrink } else { alone(effect).min(shrink) };
-            covered.insert(effect, after - closed);
-            closed = after;
-        }
-    }
-    covered
 }

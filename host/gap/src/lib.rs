@@ -13,6 +13,7 @@
 //! | `criteria` | when a model is better than another |
 //! | `metric`, `confuse`, `calibration` | what cannot be told apart, and how certain the rest is |
 //! | `fresh` | what the answer closes on a trial that it has not seen |
+//! | `estimate` | parameters with intervals, what each effect closed |
 //! | `locate` | where the gap lies |
 //! | `experiment` | what to record next |
 //! | `isolability`, `protocol` | what a recording can tell before it is made; what it should hold |
@@ -27,6 +28,7 @@ mod confuse;
 mod criteria;
 mod diagnose;
 pub mod drive;
+mod estimate;
 mod experiment;
 mod extend;
 mod fit;
