@@ -227,12 +227,15 @@ impl DeviceBoard<Buffer> for Desk {
         let changed =
             Refusal::Image { offset: 0, reason: "changed since it was checked", field: "" };
         let decoded = bytes.get(..len).and_then(|bytes| image::decode(bytes).ok());
-        let Some(config) = decoded else { return Err((give_back(buffer), changed)) };
+        let master = bytes.get(..len).and_then(|bytes| image::master(bytes).ok());
+        let Some((config, master)) = decoded.zip(master) else {
+            return Err((give_back(buffer), changed));
+        };
         with(|core| {
             if !core.ticker.may_reconfigure() {
                 return Err((give_back(buffer), Refusal::Armed));
             }
-            core.ticker.restart();
+            core.ticker.restart(master);
             core.load = Load::default();
             core.overruns = 0;
             let old = core.active.replace(Active { config, buffer, len });

@@ -30,7 +30,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("cathforce-mechanics", &["cathforce-scalar"]),
     ("cathforce-control", &["cathforce-mechanics"]),
     ("cathforce-bus", &[]),
-    ("cathforce-config", &["cathforce-mechanics", "cathforce-control"]),
+    ("cathforce-config", &["cathforce-mechanics", "cathforce-control", "cathforce-bus"]),
     (
         "cathforce-device",
         &["cathforce-mechanics", "cathforce-control", "cathforce-bus", "cathforce-config"],

@@ -13,8 +13,8 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 
 pub use config::{
     ConfigAction, ConfigApplyArguments, ConfigArguments, ConfigDiffArguments, ConfigGetArguments,
-    ConfigImageArguments, ConfigInitArguments, ConfigSaveArguments, ConfigSetArguments,
-    ConfigShowArguments, ConfigSource, ConfigValidateArguments,
+    ConfigImageArguments, ConfigImportDbcArguments, ConfigInitArguments, ConfigSaveArguments,
+    ConfigSetArguments, ConfigShowArguments, ConfigSource, ConfigValidateArguments,
 };
 pub use link::{
     DoctorArguments, FaultAction, FaultArguments, FaultClearArguments, LinkAction, LinkArguments,

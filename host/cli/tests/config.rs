@@ -220,3 +220,64 @@ fn the_schema_accepts_what_is_written_by_its_names() {
     assert_eq!(names["ramp_time_ticks"]["anyOf"][0]["type"], "integer");
     assert_eq!(names["force_limit_n"]["anyOf"][0]["maximum"], 10.0);
 }
+
+/// A master of its own, in Motorola order and millimetres and degrees, as a lab's DBC has it.
+#[test]
+fn a_labs_own_frames_come_from_its_dbc_and_play_and_replay_bit_by_bit() {
+    let folder = Folder::new();
+    let dbc = folder.file(
+        "lab.dbc",
+        "VERSION \"\"\n\nNS_ :\n\nBS_:\n\nBU_: Master Slave\n\n\
+         BO_ 673 Handle: 8 Master\n \
+         SG_ Feed : 7|16@0+ (0.01,0) [0|600] \"mm\" Slave\n \
+         SG_ Turn : 23|16@0- (0.1,0) [-3000|3000] \"deg\" Slave\n\n\
+         BO_ 674 Wire: 8 Master\n \
+         SG_ WireFeed : 0|16@1+ (0.01,0) [0|600] \"mm\" Slave\n \
+         SG_ WireTurn : 16|16@1- (0.1,0) [-3000|3000] \"deg\" Slave\n \
+         SG_ Button : 32|1@1+ (1,0) [0|1] \"\" Slave\n \
+         SG_ Grip : 40|8@1+ (1,0) [0|100] \"%\" Slave\n\n",
+    );
+    let listed = json(&["config", "import-dbc", &dbc, "--list"]);
+    assert_eq!(listed.as_array().unwrap().len(), 6);
+    let file = folder.file("s.toml", &format!("{RIG}# why\nforce_gain = 2\n"));
+    let import = |feed| {
+        let signals = ["--insertion", feed, "--rotation", "Handle.Turn"];
+        let wire =
+            ["--guidewire-insertion", "Wire.WireFeed", "--guidewire-rotation", "Wire.WireTurn"];
+        let button = ["--guidewire-button", "Wire.Button"];
+        let to = ["config", "import-dbc", &dbc, "--settings", &file];
+        run(&[&to[..], &signals, &wire, &button].concat())
+    };
+    for (feed, says) in [
+        ("Handle.Fed", "the nearest is Handle.Feed"),
+        ("Wire.WireFeed", "two frames"),
+        ("Wire.Grip", "fix:"),
+    ] {
+        let output = import(feed);
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(3), "{said}");
+        assert!(said.contains(says), "{said}");
+    }
+    assert!(!fs::read_to_string(&file).unwrap().contains("master"), "nothing half done");
+    assert!(import("Handle.Feed").status.success());
+    let text = fs::read_to_string(&file).unwrap();
+    assert!(text.contains("# why") && text.contains("id = 0x2a1"), "{text}");
+
+    let recording = folder.path("run.mcap");
+    let played = json(&[
+        "simulate",
+        &bundle(),
+        "--settings",
+        &file,
+        "--cell",
+        "3",
+        "--duration",
+        "0.3",
+        "--out",
+        recording.to_str().unwrap(),
+    ]);
+    assert_eq!(played["differing_bits"], 0, "{played}");
+    let bytes = fs::read(&recording).unwrap();
+    assert!(!bytes.is_empty());
+    assert!(run(&["replay", recording.to_str().unwrap()]).status.success());
+}

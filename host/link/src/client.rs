@@ -4,10 +4,12 @@ use std::fmt;
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
+use cathforce_bus::master::Master;
 use cathforce_bus::service::{
     self, HostEndpoint, MAX_CHUNK, MAX_REQUEST, PROTOCOL_HASH, Refusal, Request, Response, Status,
 };
 use cathforce_bus::{Command, Counters, Direction, FROM_HOST, Frame, Id, Process, Sealer};
+use cathforce_config::image;
 
 use crate::ticks::Assembler;
 use crate::{Link, LinkError, TickReport};
@@ -88,6 +90,8 @@ pub struct Client<L = Box<dyn Link>> {
     device: Device,
     pub(crate) lock_step: bool,
     pub(crate) host_tick: u32,
+    /// How the drives' positions go to the device, as its image says.
+    pub(crate) master: Master,
     started: Instant,
 }
 
@@ -127,6 +131,7 @@ impl<L: Link> Client<L> {
             device: nobody,
             lock_step: false,
             host_tick: 0,
+            master: Master::default(),
             started: Instant::now(),
         };
         client.hello()?;
@@ -207,6 +212,8 @@ impl<L: Link> Client<L> {
         self.done(Request::Activate)?;
         self.assembler.restart();
         self.host_tick = 0;
+        // The device has accepted the image.
+        self.master = image::master(image).unwrap_or_default();
         Ok(())
     }
 
@@ -290,7 +297,7 @@ impl<L: Link> Client<L> {
         self.send(&frame)
     }
 
-    fn send(&mut self, frame: &Frame) -> Result<(), LinkError> {
+    pub(crate) fn send(&mut self, frame: &Frame) -> Result<(), LinkError> {
         self.link.send(frame)?;
         if let Some(tap) = &mut self.tap {
             tap(Direction::ToDevice, frame);

@@ -3,7 +3,8 @@
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
-use cathforce_bus::{Command, Encoder, Process, Status, Sync};
+use cathforce_bus::master::Master;
+use cathforce_bus::{Command, Encoder, Frame, Process, Status, Sync};
 
 use crate::{Client, ClientError, Link, LinkError, TickReport};
 
@@ -131,10 +132,13 @@ impl<L: Link> Client<L> {
     }
 
     fn send_step(&mut self, step: Step) -> Result<(), LinkError> {
-        if let Some(encoder) = step.encoder {
+        for frame in foreign(&self.master, step) {
+            self.send(&frame)?;
+        }
+        if let Some(encoder) = step.encoder.filter(|_| self.master.catheter.is_none()) {
             self.send_process(Process::Encoder(encoder))?;
         }
-        if let Some(guidewire) = step.guidewire {
+        if let Some(guidewire) = step.guidewire.filter(|_| self.master.guidewire.is_none()) {
             let status = Status { held: step.guidewire_held, ..Status::default() };
             self.send_sealed(Process::Guidewire(guidewire), status)?;
         }
@@ -152,4 +156,24 @@ impl<L: Link> Client<L> {
             check: "that the device still runs (`cathforce info`) and has not been reset",
         }
     }
+}
+
+/// The frames of a master of its own: one a drive, or one for both.
+fn foreign(master: &Master, step: Step) -> Vec<Frame> {
+    let drives = [
+        (master.catheter, step.encoder, false),
+        (master.guidewire, step.guidewire, step.guidewire_held),
+    ];
+    let mut frames = Vec::<(u16, [u8; 8])>::new();
+    for (drive, at, held) in drives {
+        let Some((drive, at)) = drive.zip(at) else { continue };
+        let place = frames.iter().position(|(id, _)| *id == drive.id);
+        let place = place.unwrap_or_else(|| {
+            frames.push((drive.id, [0; 8]));
+            frames.len() - 1
+        });
+        let (insertion_m, rotation_rad) = (at.insertion.m().into(), at.rotation.rad().into());
+        drive.write(insertion_m, rotation_rad, held, &mut frames[place].1);
+    }
+    frames.into_iter().filter_map(|(id, data)| Frame::new(id, &data)).collect()
 }

@@ -184,7 +184,8 @@ impl Board<Vec<u8>> for VirtualBoard {
                 buffer.resize(IMAGE_BUFFER_LEN, 0);
                 (buffer, refused)
             })?;
-        self.ticker.restart();
+        // Decoded a moment ago, so it can be read.
+        self.ticker.restart(image::master(configured.borrow_owner()).unwrap_or_default());
         let mut spare = match self.configured.replace(configured) {
             Some(old) => old.into_owner(),
             None => Vec::new(),

@@ -1,6 +1,7 @@
 //! From a bundle to the bytes that configure a device.
 
 use cathforce_config::image::{encode, encoded_len};
+use cathforce_config::master::Master;
 use cathforce_config::{EncodeError, ImageError, ImageHead, Settings};
 use cathforce_mechanics::ParameterError;
 use thiserror::Error;
@@ -28,6 +29,8 @@ pub struct ImageOptions {
     pub guidewire_tip: Option<&'static Tip>,
     /// Parameters of the description by key, effects among them, set one after the other.
     pub parameters: Vec<(String, f32)>,
+    /// Where the drives' positions stand in the master's frames.
+    pub master: Master,
 }
 
 impl Default for ImageOptions {
@@ -41,6 +44,7 @@ impl Default for ImageOptions {
             tip: None,
             guidewire_tip: None,
             parameters: Vec::new(),
+            master: Master::default(),
         }
     }
 }
@@ -126,7 +130,7 @@ pub fn device_image(
     let reach_m = reach_m(link_length_m);
     let mut settings = options.settings;
     settings.max_insertion_m = settings.max_insertion_m.min(reach_m as f32);
-    let head = ImageHead { description, lumen: lumen.header, settings };
+    let head = ImageHead { description, lumen: lumen.header, settings, master: options.master };
     let mut image = vec![0; encoded_len(&head, &lumen.bytes)?];
     encode(&head, &lumen.bytes, &mut image)?;
     let report = ImageReport { bytes: image.len(), lumen: report, link_length_m, reach_m };

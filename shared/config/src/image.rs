@@ -16,6 +16,7 @@
 
 use core::fmt;
 
+use cathforce_bus::master::{Master, MasterError};
 use cathforce_control::{Config, SettingError, Settings, TICK_S};
 use cathforce_mechanics::{Description, DescriptionError, Lumen, LumenError, LumenHeader, Model};
 use crc::{CRC_32_ISO_HDLC, Crc, Table};
@@ -39,6 +40,7 @@ pub struct ImageHead {
     pub description: Description<f32>,
     pub lumen: LumenHeader,
     pub settings: Settings,
+    pub master: Master,
 }
 
 /// Why bytes are refused as an image.
@@ -72,6 +74,8 @@ pub enum ImageError {
     Lumen { offset: usize, error: LumenError },
     /// A setting.
     Setting(SettingError),
+    /// A frame of the master.
+    Master(MasterError),
 }
 
 /// Why an image cannot be written.
@@ -146,6 +150,7 @@ impl fmt::Display for ImageError {
                 offset + 2 * entry
             ),
             Self::Setting(error) => write!(f, "settings: {error}"),
+            Self::Master(error) => write!(f, "master: {}", error.text()),
         }
     }
 }
@@ -292,6 +297,12 @@ pub fn decode_head(front: &[u8]) -> Result<ImageHead, ImageError> {
     }
 }
 
+/// The frames of the master that an image tells of; [`decode`] has accepted the image.
+#[inline(never)]
+pub fn master(image: &[u8]) -> Result<Master, ImageError> {
+    Ok(decode_head(image)?.master)
+}
+
 /// Checks everything up to the meaning of the numbers: the head, the lumen's bytes and
 /// where they begin.
 fn split(image: &[u8]) -> Result<(ImageHead, &[u8], usize), ImageError> {
@@ -335,7 +346,8 @@ fn configure(
     lumen_bytes: &[u8],
     lumen_offset: usize,
 ) -> Result<Config<'_>, ImageError> {
-    let ImageHead { description, lumen, settings } = head;
+    let ImageHead { description, lumen, settings, master } = head;
+    master.validate().map_err(ImageError::Master)?;
     settings.validate().map_err(ImageError::Setting)?;
     if description.solver.tick_s != TICK_S {
         return Err(ImageError::Tick);

@@ -7,6 +7,7 @@ pub mod image;
 mod key;
 mod schema;
 
+pub use cathforce_bus::master;
 pub use cathforce_control::{SETTINGS, SettingError, SettingInfo, Settings};
 pub use image::{EncodeError, ImageError, ImageHead};
 pub use key::{Key, KeyError, keys};

@@ -32,6 +32,7 @@ pub(crate) fn refusal(error: ImageError) -> Refusal<'static> {
                 (offset.saturating_add(2 * entry), "lumen names a brick that is not stored", "")
             }
         },
+        ImageError::Master(error) => (HEADER_BYTES, error.text(), "master"),
         ImageError::Setting(error) => {
             let reason = match error {
                 SettingError::Unknown => "unknown setting",

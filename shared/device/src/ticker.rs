@@ -1,5 +1,6 @@
 //! The half in the tick interrupt.
 
+use cathforce_bus::master::{Master, Reading};
 use cathforce_bus::service::{Load, Status as Report};
 use cathforce_bus::{
     self as bus, Counter, Counters, Frame, Id, MODE_UNCONFIGURED, Process, Protection, Sealer,
@@ -44,6 +45,7 @@ pub struct Ticker {
     node: u8,
     lock_step: bool,
     granted: u32,
+    master: Master,
 }
 
 impl Default for Ticker {
@@ -66,11 +68,14 @@ impl Ticker {
             node: 0,
             lock_step: false,
             granted: 0,
+            master: Master::default(),
         }
     }
 
-    /// Starts over at tick 0 for another configuration. Counters and lock step stay.
-    pub fn restart(&mut self) {
+    /// Starts over at tick 0 for another configuration, whose drives' positions come in these
+    /// frames. Counters and lock step stay.
+    pub fn restart(&mut self, master: Master) {
+        self.master = master;
         self.protection = Protection::default();
         self.sealer = Sealer::default();
         self.inputs = Inputs::default();
@@ -112,10 +117,35 @@ impl Ticker {
     pub fn on_frame(&mut self, frame: &Frame) {
         match Id::from_raw(frame.id()) {
             Some(Id::ServiceRequest) => {}
-            Some(id @ (Id::Sync | Id::Encoder | Id::Guidewire | Id::Command)) => {
+            Some(id @ (Id::Sync | Id::Command)) => self.on_process(id, frame),
+            Some(id @ Id::Encoder) if self.master.catheter.is_none() => self.on_process(id, frame),
+            Some(id @ Id::Guidewire) if self.master.guidewire.is_none() => {
                 self.on_process(id, frame);
             }
-            _ => self.on_foreign(),
+            _ => self.on_master(frame),
+        }
+    }
+
+    /// A frame under an identifier that is not ours: the master's, if it is described.
+    fn on_master(&mut self, frame: &Frame) {
+        let Master { catheter, guidewire } = self.master;
+        let read = [catheter, guidewire].map(|drive| drive.and_then(|drive| drive.read(frame)));
+        if read.iter().all(Option::is_none) {
+            return self.on_foreign();
+        }
+        let failed = read.iter().flatten().find_map(|reading| reading.err());
+        self.counters.count(failed.unwrap_or(Counter::Accepted));
+        if failed.is_some() {
+            self.inputs.rejected_frames = self.inputs.rejected_frames.saturating_add(1);
+            return;
+        }
+        let [catheter, guidewire] = read.map(|reading| reading.and_then(Result::ok));
+        if let Some(reading) = catheter {
+            newest(&mut self.inputs.encoder, position(reading), &mut self.counters);
+        }
+        if let Some(reading) = guidewire {
+            let sample = GuidewireSample { at: position(reading), held: reading.held };
+            newest(&mut self.inputs.guidewire, sample, &mut self.counters);
         }
     }
 
@@ -320,6 +350,10 @@ impl Ticker {
 
 fn sample(encoder: bus::Encoder) -> EncoderSample {
     EncoderSample { insertion_m: encoder.insertion.m(), rotation_rad: encoder.rotation.rad() }
+}
+
+fn position(reading: Reading) -> EncoderSample {
+    EncoderSample { insertion_m: reading.insertion_m, rotation_rad: reading.rotation_rad }
 }
 
 /// Of two samples in a tick the newest counts.

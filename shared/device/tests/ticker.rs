@@ -165,7 +165,7 @@ fn p22_the_same_frames_give_the_same_frames() {
     };
     let mut used = Bench::armed(&config);
     used.tick(Some(Command::Disarm));
-    used.ticker.restart();
+    used.ticker.restart(Default::default());
     assert_eq!(run(Ticker::new()), run(used.ticker));
 }
 
@@ -182,7 +182,7 @@ fn ticks_are_granted_only_in_lock_step() {
     assert_eq!(ticker.granted(), 2);
     ticker.tick(None, None);
     assert_eq!(ticker.granted(), 1);
-    ticker.restart();
+    ticker.restart(Default::default());
     assert_eq!((ticker.granted(), ticker.lock_step()), (0, true));
 }
 

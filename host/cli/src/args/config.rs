@@ -33,6 +33,8 @@ pub enum ConfigAction {
     Save(ConfigSaveArguments),
     /// As apply, from a file of an older version: what does not carry over is listed.
     Restore(ConfigApplyArguments),
+    /// Take where the drives' positions stand in a master's frames from its DBC.
+    ImportDbc(ConfigImportDbcArguments),
     /// Print the JSON schema of settings files.
     Schema(ConfigSchemaArguments),
     /// Write the device image of a bundle.
@@ -135,6 +137,39 @@ pub struct ConfigSaveArguments {
     /// Grid spacing that it was configured with; 1 mm if not given.
     #[arg(long, value_name = "MM", value_parser = super::lumen::cell_mm)]
     pub cell: Option<f64>,
+}
+
+/// Signals are named MESSAGE.SIGNAL; without any, those that there are are listed.
+#[derive(Debug, Args)]
+pub struct ConfigImportDbcArguments {
+    #[arg(value_name = "FILE.dbc")]
+    pub dbc: PathBuf,
+    /// Settings file to write them into.
+    #[arg(
+        long,
+        value_name = "FILE.toml",
+        required_unless_present = "list",
+        requires = "insertion"
+    )]
+    pub settings: Option<PathBuf>,
+    /// List messages and signals.
+    #[arg(long)]
+    pub list: bool,
+    /// Feed of the catheter's drive.
+    #[arg(long, value_name = "SIGNAL", requires = "rotation")]
+    pub insertion: Option<String>,
+    /// Rotation of the catheter's drive, in the same frame.
+    #[arg(long, value_name = "SIGNAL", requires = "insertion")]
+    pub rotation: Option<String>,
+    /// Feed of the guidewire's drive.
+    #[arg(long, value_name = "SIGNAL", requires = "guidewire_rotation")]
+    pub guidewire_insertion: Option<String>,
+    /// Rotation of the guidewire's drive, in the same frame.
+    #[arg(long, value_name = "SIGNAL", requires = "guidewire_insertion")]
+    pub guidewire_rotation: Option<String>,
+    /// The guidewire's button, in the same frame; not 0 while it is held.
+    #[arg(long, value_name = "SIGNAL", requires = "guidewire_insertion")]
+    pub guidewire_button: Option<String>,
 }
 
 #[derive(Debug, Args)]

@@ -2,6 +2,7 @@
 
 mod device;
 mod file;
+mod import_dbc;
 mod schema;
 mod values;
 
@@ -35,6 +36,7 @@ pub fn run(ui: &Ui, arguments: &ConfigArguments) -> Result<(), Failure> {
         Some(ConfigAction::Apply(arguments)) => device::apply(ui, arguments, false),
         Some(ConfigAction::Save(arguments)) => device::save(ui, arguments),
         Some(ConfigAction::Restore(arguments)) => device::apply(ui, arguments, true),
+        Some(ConfigAction::ImportDbc(arguments)) => import_dbc::run(ui, arguments),
         Some(ConfigAction::Schema(arguments)) => match arguments.markdown {
             true => ui.data(&schema::markdown(), schema::markdown()),
             false => {

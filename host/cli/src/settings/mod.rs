@@ -1,5 +1,6 @@
 //! Settings of one rig, kept in a file: what `--set` takes, with where each comes from.
 
+pub mod master;
 pub mod parse;
 pub mod slip;
 
@@ -7,6 +8,8 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::Path;
+
+use cathforce_config::master::Master;
 
 use crate::failure::{Code, Failure};
 use parse::{Parsed, Problem};
@@ -21,6 +24,8 @@ pub struct SettingsFile {
     pub rig: String,
     /// By name, as `--set` takes them.
     pub set: BTreeMap<String, Setting>,
+    /// Where the drives' positions stand in the master's frames.
+    pub master: Master,
 }
 
 /// One setting: a number, or a number with where it comes from.
@@ -79,6 +84,7 @@ impl SettingsFile {
                 }
             };
         }
+        text += &master::text(&self.master);
         text
     }
 
@@ -104,7 +110,7 @@ pub fn parse_file(path: &Path) -> Result<Parsed, Failure> {
 impl From<Parsed> for SettingsFile {
     fn from(parsed: Parsed) -> Self {
         let set = parsed.entries.into_iter().map(|entry| (entry.name, entry.setting)).collect();
-        Self { rig: parsed.rig, set }
+        Self { rig: parsed.rig, set, master: parsed.master }
     }
 }
 
@@ -153,7 +159,7 @@ mod tests {
             ("effects.wall.narrowing.depth_m", diagnosed(1.234_567_9e-7, "wall.narrowing")),
         ];
         let set = set.map(|(name, setting)| (name.to_owned(), setting)).into();
-        SettingsFile { rig: "a \"rig\"".into(), set }
+        SettingsFile { rig: "a \"rig\"".into(), set, ..SettingsFile::default() }
     }
 
     #[test]

@@ -2,11 +2,12 @@
 
 use std::ops::Range;
 
+use cathforce_config::master::Master;
 use cathforce_config::{Key, KeyError, keys};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use super::{SCHEMA_VERSION, Setting, slip};
+use super::{SCHEMA_VERSION, Setting, master, slip};
 
 /// A key of a file.
 #[derive(Clone, Debug, PartialEq)]
@@ -23,6 +24,7 @@ pub struct Parsed {
     pub version: u32,
     pub rig: String,
     pub entries: Vec<Entry>,
+    pub master: Master,
 }
 
 /// What is wrong with a file, and what mends it.
@@ -83,7 +85,12 @@ pub fn parse(text: &str) -> Result<Parsed, Problem> {
             "write `rig = \"name\"` and, under `[set]`, `name = number`",
         )
     })?;
-    let mut parsed = Parsed { version: 0, rig: String::new(), entries: Vec::new() };
+    let mut parsed = Parsed {
+        version: 0,
+        rig: String::new(),
+        entries: Vec::new(),
+        master: master::parse(text)?,
+    };
     for (key, value) in table.get_ref() {
         match (key.get_ref().as_ref(), value.get_ref()) {
             ("schema_version", DeValue::Integer(_)) => {
@@ -97,13 +104,14 @@ pub fn parse(text: &str) -> Result<Parsed, Problem> {
                 })?;
             }
             ("rig", DeValue::String(name)) => parsed.rig = name.to_string(),
+            ("master", DeValue::Table(_)) => {}
             ("set", DeValue::Table(set)) => reader.entries("", set, &mut parsed.entries)?,
             (name, found) => {
-                let message = match ["schema_version", "rig", "set"].contains(&name) {
+                let message = match ["schema_version", "rig", "set", "master"].contains(&name) {
                     true => format!("`{name}` is {}", found.type_str()),
                     false => format!("there is no key `{name}` here"),
                 };
-                let fix = "beside `schema_version = 1`, `rig = \"name\"` and `[set]` nothing is";
+                let fix = "beside `schema_version = 1`, `rig = \"name\"`, `[set]` and `[master]` nothing is";
                 return Err(reader.problem(&key.span(), message, fix));
             }
         }

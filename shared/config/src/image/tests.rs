@@ -36,7 +36,7 @@ fn head() -> ImageHead {
         bricks: [3, 1, 1],
         stored: 0,
     };
-    ImageHead { description, lumen, settings: Settings::default() }
+    ImageHead { description, lumen, settings: Settings::default(), master: Master::default() }
 }
 
 fn lumen_bytes() -> Vec<u8> {

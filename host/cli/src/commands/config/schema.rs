@@ -38,8 +38,39 @@ pub fn json() -> Value {
             "set": {
                 "type": "object", "properties": properties, "additionalProperties": false,
             },
+            "master": {
+                "type": "object",
+                "properties": { "catheter": drive(), "guidewire": drive() },
+                "additionalProperties": false,
+            },
         },
         "required": ["schema_version", "rig"],
+        "additionalProperties": false,
+    })
+}
+
+/// A drive's frame, as the master sends it.
+fn drive() -> Value {
+    let signal = json!({
+        "type": "object",
+        "properties": {
+            "start_bit": { "type": "integer", "minimum": 0, "maximum": 63 },
+            "bits": { "type": "integer", "minimum": 1, "maximum": 32 },
+            "byte_order": { "enum": ["little", "big"], "default": "little" },
+            "signed": { "type": "boolean", "default": false },
+            "scale": { "type": "number", "default": 1.0 },
+            "offset": { "type": "number", "default": 0.0 },
+        },
+        "required": ["start_bit", "bits"],
+        "additionalProperties": false,
+    });
+    json!({
+        "type": "object",
+        "properties": {
+            "id": { "type": "integer", "minimum": 0, "maximum": 0x7FF },
+            "insertion": signal, "rotation": signal, "held": signal,
+        },
+        "required": ["id", "insertion", "rotation"],
         "additionalProperties": false,
     })
 }
@@ -101,6 +132,23 @@ wall.friction_coefficient = 0.25
     cathforce config restore OLD.toml BUNDLE --link … # what carries over, and a list of the rest
     cathforce config show BUNDLE --origin            # every value, and who says so
     cathforce config schema                          # JSON schema, for editors
+
+A robot whose master does not send ENCODER and GUIDEWIRE says where its frames have a drive's
+position; bits are counted as in a DBC. Nothing of it is compiled in: the device reads it from its
+image. Such frames carry neither our counter nor our CRC, so repeated and damaged ones are left to
+the checks of freshness, range and speed.
+
+```toml
+[master.catheter]
+id = 0x2a1
+insertion = { start_bit = 7, bits = 16, byte_order = \"big\", signed = false, scale = 1e-5, offset = 0.0 }
+rotation = { start_bit = 23, bits = 16, byte_order = \"big\", signed = true, scale = 1e-3, offset = 0.0 }
+```
+
+    cathforce config import-dbc LAB.dbc --list        # its signals
+    cathforce config import-dbc LAB.dbc --settings S.toml --insertion MSG.FEED --rotation MSG.TURN
+
+`[master.guidewire]` is the same, with `held` for its button; both drives may share a frame.
 
 `run`, `simulate` and the others take the file with `--settings S.toml`; `gap apply` writes the
 same format, with the effect that each value comes from. Errors name file and line, and an unknown

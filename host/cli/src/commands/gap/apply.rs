@@ -3,7 +3,7 @@
 //! Nothing is half applied: the device takes an image whole or not at all and is asked which one
 //! it uses; the file takes its place in one step, after the device has answered.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 
 use cathforce_bus::service::crc32;
 use cathforce_config::ImageError;
@@ -107,7 +107,7 @@ fn known(arguments: &ApplyArguments, bundle: &Bundle) -> Result<SettingsFile, Fa
             file.check_rig(path, &bundle.rig.name)?;
             Ok(file)
         }
-        None => Ok(SettingsFile { rig: bundle.rig.name.clone(), set: BTreeMap::new() }),
+        None => Ok(SettingsFile { rig: bundle.rig.name.clone(), ..SettingsFile::default() }),
     }
 }
 

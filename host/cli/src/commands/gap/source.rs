@@ -5,7 +5,7 @@
 
 use std::path::Path;
 
-use cathforce_config::image::{decode, encode, encoded_len};
+use cathforce_config::image::{decode, decode_head, encode, encoded_len};
 use cathforce_config::{ImageHead, Settings};
 use cathforce_gap::catheter::Catheter;
 use cathforce_gap::drive::Drive;
@@ -97,12 +97,8 @@ fn refuse(bundle: &Bundle, error: &dyn std::fmt::Display) -> Failure {
 
 /// Head and lumen of an image; the lumen stands at its end.
 fn split(image: &[u8]) -> Result<(ImageHead, &[u8]), cathforce_config::ImageError> {
-    let config = decode(image)?;
-    let head = ImageHead {
-        description: config.model.description().clone(),
-        lumen: *config.lumen.header(),
-        settings: config.settings,
-    };
+    decode(image)?;
+    let head = decode_head(image)?;
     let lumen = &image[image.len() - head.lumen.byte_len()..];
     Ok((head, lumen))
 }
