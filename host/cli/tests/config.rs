@@ -228,10 +228,10 @@ fn a_labs_own_frames_come_from_its_dbc_and_play_and_replay_bit_by_bit() {
     let dbc = folder.file(
         "lab.dbc",
         "VERSION \"\"\n\nNS_ :\n\nBS_:\n\nBU_: Master Slave\n\n\
-         BO_ 673 Handle: 8 Master\n \
+         BO_ 929 Handle: 8 Master\n \
          SG_ Feed : 7|16@0+ (0.01,0) [0|600] \"mm\" Slave\n \
          SG_ Turn : 23|16@0- (0.1,0) [-3000|3000] \"deg\" Slave\n\n\
-         BO_ 674 Wire: 8 Master\n \
+         BO_ 930 Wire: 8 Master\n \
          SG_ WireFeed : 0|16@1+ (0.01,0) [0|600] \"mm\" Slave\n \
          SG_ WireTurn : 16|16@1- (0.1,0) [-3000|3000] \"deg\" Slave\n \
          SG_ Button : 32|1@1+ (1,0) [0|1] \"\" Slave\n \
@@ -261,7 +261,7 @@ fn a_labs_own_frames_come_from_its_dbc_and_play_and_replay_bit_by_bit() {
     assert!(!fs::read_to_string(&file).unwrap().contains("master"), "nothing half done");
     assert!(import("Handle.Feed").status.success());
     let text = fs::read_to_string(&file).unwrap();
-    assert!(text.contains("# why") && text.contains("id = 0x2a1"), "{text}");
+    assert!(text.contains("# why") && text.contains("id = 0x3a1"), "{text}");
 
     let recording = folder.path("run.mcap");
     let played = json(&[

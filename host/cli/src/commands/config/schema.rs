@@ -140,7 +140,7 @@ the checks of freshness, range and speed.
 
 ```toml
 [master.catheter]
-id = 0x2a1
+id = 0x3a1
 insertion = { start_bit = 7, bits = 16, byte_order = \"big\", signed = false, scale = 1e-5, offset = 0.0 }
 rotation = { start_bit = 23, bits = 16, byte_order = \"big\", signed = true, scale = 1e-3, offset = 0.0 }
 ```
