@@ -9,11 +9,11 @@ session() {
     candump -L -n 20 $if,180:7ff > /tmp/$if.log &
     step $if-run cathforce --json --quiet run --link socketcan:$if /bundle --cell 2 --out /tmp/$if.mcap
     step $if-witness cat /tmp/$if.log
-    # ENCODER's identifier, whatever bytes.
-    cangen $if -I 100 -L 8 -D r -g 1 &
-    attacker=$!
+    # ENCODER's identifier, whatever bytes, once HAPTIC says that the device is armed: before, it
+    # would only refuse to arm.
+    (candump -L $if,180:7ff | grep -q '#........04' && exec cangen $if -I 100 -L 8 -D r -g 1) &
     step $if-attacked cathforce --json --quiet run --link socketcan:$if /bundle --cell 2
-    kill $attacker
+    killall cangen
     step $if-fault cathforce --json fault list --link socketcan:$if
     step $if-clear cathforce fault clear BadFrames --link socketcan:$if
     step $if-after cathforce --json fault list --link socketcan:$if

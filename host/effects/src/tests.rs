@@ -62,7 +62,7 @@ fn starts_and_priors_lie_within_what_is_accepted() {
     for effect in all() {
         let free = |p: &&Parameter| matches!(p.role, Role::Value | Role::TimesNominal);
         let fitted = effect.parameters.iter().filter(free).count();
-        assert!((3..=4).contains(&effect.starts.len()), "{}", effect.id);
+        assert!(effect.starts.len() >= 3, "{}", effect.id);
         for start in effect.starts {
             assert_eq!(start.len(), fitted, "{}: one value a fitted parameter", effect.id);
             if effect.plant == Plant::Catheter {
