@@ -54,7 +54,7 @@ fn main() {
             println!("| {} | {off} | none: on the host |", effect.id);
             continue;
         }
-        let values = effect.start(&nominal, effect.starts[0]);
+        let values = effect.start(&nominal, &effect.starts()[0]);
         let mut parameters: Vec<_> =
             values.iter().map(|(p, value)| (p.key.to_owned(), *value as f32)).collect();
         if effect.id.starts_with("tendon.") {

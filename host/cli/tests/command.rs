@@ -1,5 +1,7 @@
 //! The command as people and scripts meet it: exit codes, messages, files.
 
+mod support;
+
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -8,44 +10,23 @@ use std::time::{Duration, Instant};
 
 use cathforce_bus::{Frame, Id};
 use cathforce_record::{Attachments, Direction, Recorder, Recording};
+use support::{assert_fails, cathforce, command, example, stderr, text};
 
 /// Long enough for contact and for 3 mm of feed, short enough for a test.
 const SECONDS: &str = "0.8";
 
-fn bundle() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/tapered-none")
-}
-
-fn command() -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_cathforce"));
-    command.env("NO_COLOR", "1");
-    command
-}
-
-fn cathforce<const N: usize>(arguments: [&str; N]) -> Output {
-    command().args(arguments).output().unwrap()
-}
-
 fn simulate(extra: &[&str]) -> Output {
     let mut command = command();
-    command.arg("simulate").arg(bundle()).args(["--trial", "0", "--duration", SECONDS]).args(extra);
+    command
+        .arg("simulate")
+        .arg(example())
+        .args(["--trial", "0", "--duration", SECONDS])
+        .args(extra);
     command.output().unwrap()
 }
 
 fn stdout(output: &Output) -> &str {
     std::str::from_utf8(&output.stdout).unwrap()
-}
-
-fn stderr(output: &Output) -> &str {
-    std::str::from_utf8(&output.stderr).unwrap()
-}
-
-#[track_caller]
-fn assert_fails(output: &Output, code: i32, words: &[&str]) {
-    assert_eq!(output.status.code(), Some(code), "{}", stderr(output));
-    for word in words {
-        assert!(stderr(output).contains(word), "`{word}` in: {}", stderr(output));
-    }
 }
 
 /// A recording of the beginning of the example, made once.
@@ -59,10 +40,6 @@ fn recording() -> &'static Path {
         (folder, path)
     });
     path
-}
-
-fn text(path: &Path) -> &str {
-    path.to_str().unwrap()
 }
 
 /// Writes the recording again with its frames changed.
@@ -123,7 +100,7 @@ fn wrong_files_are_exit_code_3_with_place_and_cause() {
     fs::write(&file, b"CFIM but nothing else, really nothing").unwrap();
     assert_fails(&cathforce(["info", text(&file)]), 3, &["refused as a device image"]);
 
-    let output = command().arg("simulate").arg(bundle()).args(["--trial", "77"]).output().unwrap();
+    let output = command().arg("simulate").arg(example()).args(["--trial", "77"]).output().unwrap();
     assert_fails(&output, 3, &["no trial 077", "000"]);
     let output = simulate(&["--out", "/no/such/folder/run.mcap"]);
     assert_fails(&output, 1, &["/no/such/folder/run.mcap", "No such file"]);
@@ -142,7 +119,7 @@ fn a_link_that_does_not_answer_is_exit_code_4() {
     // Nobody listens on the port that was free a moment ago.
     let port = std::net::TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
     let link = format!("slcan:tcp:127.0.0.1:{port}");
-    let bundle = bundle();
+    let bundle = example();
     let output = cathforce(["run", "--link", &link, text(&bundle)]);
     assert_fails(&output, 4, &[&link, "Check"]);
 }
@@ -287,7 +264,7 @@ fn a_recording_becomes_a_page_and_tables() {
 fn info_tells_bundle_recording_image_and_device_apart() {
     let folder = tempfile::tempdir().unwrap();
     let image = folder.path().join("rig.cfim");
-    let bundle = bundle();
+    let bundle = example();
     let config = cathforce(["config", "image", text(&bundle), "--out", text(&image)]);
     assert!(config.status.success(), "{}", stderr(&config));
     let kind = |output: Output| {
@@ -309,7 +286,7 @@ fn every_setting_is_listed_with_range_and_text() {
     let parameters = cathforce_mechanics::parameters().count();
     assert_eq!(list.len(), cathforce_config::SETTINGS.len() + parameters);
     assert!(list.iter().all(|s| s["doc"].as_str().is_some_and(|doc| !doc.is_empty())));
-    let bundle = bundle();
+    let bundle = example();
     let shown = cathforce(["config", "show", text(&bundle), "--set", "force_gain=2", "--json"]);
     let shown: serde_json::Value = serde_json::from_str(stdout(&shown)).unwrap();
     assert_eq!(shown["settings"]["force_gain"], 2.0);
@@ -324,7 +301,7 @@ fn ctrl_c_disarms_and_finishes_the_recording() {
     let hour = folder.path().join("hour");
     fs::create_dir_all(hour.join("trials")).unwrap();
     for name in ["rig.toml", "vessel.stl"] {
-        fs::copy(bundle().join(name), hour.join(name)).unwrap();
+        fs::copy(example().join(name), hour.join(name)).unwrap();
     }
     let rows = "t_s,insertion_m,rotation_rad\n0,0.028,0\n3600,0.038,0\n";
     fs::write(hour.join("trials/000.csv"), rows).unwrap();
@@ -350,7 +327,7 @@ fn ctrl_c_disarms_and_finishes_the_recording() {
 fn a_lumen_says_what_it_costs_and_coarsens_only_by_choice() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("lumen.bin");
-    let mesh = bundle().join("vessel.stl");
+    let mesh = example().join("vessel.stl");
     let lumen = |extra: &[&str]| {
         let output = command().arg("lumen").arg(&mesh).args(extra).arg("--json").output().unwrap();
         let value: serde_json::Value = serde_json::from_str(stdout(&output)).unwrap();
@@ -371,7 +348,7 @@ fn a_lumen_says_what_it_costs_and_coarsens_only_by_choice() {
 fn a_broken_mesh_is_exit_code_3_with_file_place_and_fix() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("broken.stl");
-    let whole = fs::read(bundle().join("vessel.stl")).unwrap();
+    let whole = fs::read(example().join("vessel.stl")).unwrap();
     let mut nan = whole.clone();
     nan[84 + 12..][..4].copy_from_slice(&f32::NAN.to_le_bytes());
     let ascii = "solid a\nfacet normal 0 0 1\nouter loop\nvertex 1 2 x\n";

@@ -3,7 +3,10 @@
 use cathforce_mechanics::ParameterInfo;
 
 use crate::Channel::{DriveCommand, DriveForce, Force, Shape, Tip};
-use crate::{Effect, Plant, fitted, held};
+use crate::{Effect, PHASES_RAD, Plant, fitted, held, scanned};
+
+/// Periods of 5 to 22 mm: turns and half turns of rollers.
+const CYCLES_PER_M: [f64; 6] = [45.0, 65.0, 85.0, 105.0, 130.0, 200.0];
 
 pub(crate) const EFFECTS: &[Effect] = &[
     Effect {
@@ -12,24 +15,11 @@ pub(crate) const EFFECTS: &[Effect] = &[
         doc: "Insertion speed goes up and down with the drive's rollers.",
         parameters: &[
             fitted("ratio", "effects.drive.ripple.ratio", 0.2),
-            fitted("cycles_per_m", "effects.drive.ripple.cycles_per_m", 100.0),
+            scanned("cycles_per_m", "effects.drive.ripple.cycles_per_m", 100.0, &CYCLES_PER_M),
             held("cycles_per_s", "effects.drive.ripple.cycles_per_s", 1.0),
-            fitted("phase_rad", "effects.drive.ripple.phase_rad", 2.0),
+            scanned("phase_rad", "effects.drive.ripple.phase_rad", 2.0, &PHASES_RAD),
         ],
-        starts: &[
-            &[0.1, 45.0, 0.0],
-            &[0.1, 45.0, 1.57],
-            &[0.1, 65.0, 0.0],
-            &[0.1, 65.0, 1.57],
-            &[0.1, 85.0, 0.0],
-            &[0.1, 85.0, 1.57],
-            &[0.1, 105.0, 0.0],
-            &[0.1, 105.0, 1.57],
-            &[0.1, 130.0, 0.0],
-            &[0.1, 130.0, 1.57],
-            &[0.1, 200.0, 0.0],
-            &[0.1, 200.0, 1.57],
-        ],
+        start_values: &[&[0.1]],
         channels: &[Tip, Force, DriveForce, Shape],
         excited_by: "steady feed over many periods, at two speeds",
         confused_with: &["wall.motion", "drive.slip"],
@@ -39,7 +29,7 @@ pub(crate) const EFFECTS: &[Effect] = &[
         plant: Plant::Catheter,
         doc: "The rollers lose feed in proportion to the axial force.",
         parameters: &[fitted("per_n", "effects.drive.slip.per_n", 1.0)],
-        starts: &[&[0.1], &[0.5], &[2.0]],
+        start_values: &[&[0.1], &[0.5], &[2.0]],
         channels: &[Tip, Force, DriveForce, Shape],
         excited_by: "feed against load, then withdrawal to where it began",
         confused_with: &["drive.encoder_scale", "drive.backlash"],
@@ -52,7 +42,7 @@ pub(crate) const EFFECTS: &[Effect] = &[
             fitted("insertion_m", "effects.drive.backlash.insertion_m", 1e-3),
             fitted("rotation_rad", "effects.drive.backlash.rotation_rad", 0.05),
         ],
-        starts: &[&[3e-4, 0.0], &[1e-3, 0.0], &[3e-3, 0.0], &[0.0, 0.1]],
+        start_values: &[&[3e-4, 0.0], &[1e-3, 0.0], &[3e-3, 0.0], &[0.0, 0.1]],
         channels: &[Force, DriveForce, Tip, Shape],
         excited_by: "reversals of several strokes, of feed and of rotation",
         confused_with: &["drive.latency", "contact.friction", "instrument.torsional_windup"],
@@ -65,7 +55,7 @@ pub(crate) const EFFECTS: &[Effect] = &[
             fitted("insertion", "effects.drive.encoder_scale.insertion", 0.03),
             fitted("rotation", "effects.drive.encoder_scale.rotation", 0.03),
         ],
-        starts: &[&[0.97, 1.0], &[1.03, 1.0], &[1.0, 0.95], &[1.0, 1.05]],
+        start_values: &[&[0.97, 1.0], &[1.03, 1.0], &[1.0, 0.95], &[1.0, 1.05]],
         channels: &[Tip, Force, Shape, DriveForce],
         excited_by: "long feed, long rotation",
         confused_with: &["drive.slip", "wall.registration"],
@@ -75,7 +65,7 @@ pub(crate) const EFFECTS: &[Effect] = &[
         plant: Plant::Catheter,
         doc: "The instrument follows the encoder's samples late.",
         parameters: &[fitted("time_s", "effects.drive.latency.time_s", 0.02)],
-        starts: &[&[5e-3], &[0.015], &[0.04]],
+        start_values: &[&[5e-3], &[0.015], &[0.04]],
         channels: &[Force, DriveForce, Tip, Shape],
         excited_by: "two speeds, starts and stops, reversals",
         confused_with: &["drive.backlash", "sensor.time_constant"],
@@ -85,7 +75,7 @@ pub(crate) const EFFECTS: &[Effect] = &[
         plant: Plant::Drive,
         doc: "Dry friction of the axis.",
         parameters: &[fitted("force_n", "plant.coulomb.force_n", 10.0)],
-        starts: &[&[3.0], &[10.0], &[30.0]],
+        start_values: &[&[3.0], &[10.0], &[30.0]],
         channels: &[DriveCommand],
         excited_by: "motion both ways",
         confused_with: &["drive.stribeck", "drive.viscous"],
@@ -95,7 +85,7 @@ pub(crate) const EFFECTS: &[Effect] = &[
         plant: Plant::Drive,
         doc: "Friction in proportion to speed.",
         parameters: &[fitted("n_s_per_m", "plant.viscous.n_s_per_m", 100.0)],
-        starts: &[&[10.0], &[100.0], &[300.0]],
+        start_values: &[&[10.0], &[100.0], &[300.0]],
         channels: &[DriveCommand],
         excited_by: "several speeds",
         confused_with: &["drive.coulomb", "drive.stribeck"],
@@ -108,7 +98,7 @@ pub(crate) const EFFECTS: &[Effect] = &[
             fitted("force_n", "plant.stribeck.force_n", 5.0),
             fitted("speed_m_per_s", "plant.stribeck.speed_m_per_s", 0.01),
         ],
-        starts: &[&[5.0, 3e-3], &[5.0, 0.01], &[5.0, 0.05]],
+        start_values: &[&[5.0, 3e-3], &[5.0, 0.01], &[5.0, 0.05]],
         channels: &[DriveCommand],
         excited_by: "slow motion and starts from rest",
         confused_with: &["drive.coulomb", "drive.viscous"],
@@ -118,7 +108,7 @@ pub(crate) const EFFECTS: &[Effect] = &[
         plant: Plant::Drive,
         doc: "Friction that grows with the force in the axis.",
         parameters: &[fitted("per_force", "plant.load_friction.per_force", 0.05)],
-        starts: &[&[0.02], &[0.1], &[0.3]],
+        start_values: &[&[0.02], &[0.1], &[0.3]],
         channels: &[DriveCommand],
         excited_by: "strong accelerations both ways",
         confused_with: &["drive.coulomb"],
@@ -128,7 +118,7 @@ pub(crate) const EFFECTS: &[Effect] = &[
         plant: Plant::Drive,
         doc: "A constant force: friction that depends on the direction, or a tilted axis.",
         parameters: &[fitted("force_n", "plant.offset.force_n", 5.0)],
-        starts: &[&[-3.0], &[3.0], &[10.0]],
+        start_values: &[&[-3.0], &[3.0], &[10.0]],
         channels: &[DriveCommand],
         excited_by: "motion both ways",
         confused_with: &["sensor.bias"],

@@ -71,6 +71,9 @@ pub struct Parameter {
     /// Plausible size of its deviation from off or nominal (one standard deviation), in its unit.
     pub prior_scale: f64,
     pub role: Role,
+    /// Values with which every start is tried: frequencies and phases, where a fit finds only the
+    /// one that it begins near. Empty for all others, whose values stand in the starts.
+    pub scan: &'static [f64],
 }
 
 /// One effect.
@@ -82,9 +85,9 @@ pub struct Effect {
     /// What it is, in a sentence.
     pub doc: &'static str,
     pub parameters: &'static [Parameter],
-    /// Switched-on values from which a fit starts beside off, one for each parameter whose role
-    /// is [`Role::Value`] or [`Role::TimesNominal`], in their order.
-    pub starts: &'static [&'static [f64]],
+    /// Switched-on values, one for each parameter whose role is [`Role::Value`] or
+    /// [`Role::TimesNominal`], in their order; those with a scan come last and are left out.
+    pub start_values: &'static [&'static [f64]],
     /// Channels that it changes by itself, the most telling one first.
     pub channels: &'static [Channel],
     /// What a trial must contain to show it.
@@ -117,6 +120,17 @@ impl Effect {
     /// The effect of that identifier.
     pub fn find(id: &str) -> Option<&'static Self> {
         all().find(|effect| effect.id == id)
+    }
+
+    /// Switched-on values from which a fit starts beside off: [`Self::start_values`] with every
+    /// combination of what is scanned.
+    pub fn starts(&self) -> Vec<Vec<f64>> {
+        let starts = self.start_values.iter().map(|values| values.to_vec()).collect();
+        let scans = self.parameters.iter().map(|p| p.scan).filter(|scan| !scan.is_empty());
+        scans.fold(starts, |starts: Vec<Vec<f64>>, scan| {
+            let with = |start: &Vec<f64>, value: f64| [start.as_slice(), &[value]].concat();
+            starts.iter().flat_map(|start| scan.iter().map(|&v| with(start, v))).collect()
+        })
     }
 
     /// Parameters with values, in the order of [`Self::parameters`], that a start switches on;
@@ -159,11 +173,23 @@ pub fn all() -> impl Iterator<Item = &'static Effect> {
 }
 
 const fn fitted(name: &'static str, key: &'static str, prior_scale: f64) -> Parameter {
-    Parameter { name, key, prior_scale, role: Role::Value }
+    Parameter { name, key, prior_scale, role: Role::Value, scan: &[] }
+}
+
+/// From two phases a quarter apart, every other one is a combination.
+const PHASES_RAD: [f64; 2] = [0.0, 1.57];
+
+const fn scanned(
+    name: &'static str,
+    key: &'static str,
+    prior_scale: f64,
+    scan: &'static [f64],
+) -> Parameter {
+    Parameter { name, key, prior_scale, role: Role::Value, scan }
 }
 
 const fn held(name: &'static str, key: &'static str, prior_scale: f64) -> Parameter {
-    Parameter { name, key, prior_scale, role: Role::Held }
+    Parameter { name, key, prior_scale, role: Role::Held, scan: &[] }
 }
 
 #[cfg(test)]

@@ -62,8 +62,13 @@ fn starts_and_priors_lie_within_what_is_accepted() {
     for effect in all() {
         let free = |p: &&Parameter| matches!(p.role, Role::Value | Role::TimesNominal);
         let fitted = effect.parameters.iter().filter(free).count();
-        assert!(effect.starts.len() >= 3, "{}", effect.id);
-        for start in effect.starts {
+        let scans = || effect.parameters.iter().filter(|p| !p.scan.is_empty());
+        let fewest = if scans().count() == 0 { 3 } else { 1 };
+        assert!((fewest..=4).contains(&effect.start_values.len()), "{}", effect.id);
+        let tried: usize = scans().map(|p| p.scan.len()).product();
+        let starts = effect.starts();
+        assert_eq!(starts.len(), effect.start_values.len() * tried, "{}", effect.id);
+        for start in &starts {
             assert_eq!(start.len(), fitted, "{}: one value a fitted parameter", effect.id);
             if effect.plant == Plant::Catheter {
                 let off = nominal.clone();
@@ -73,7 +78,7 @@ fn starts_and_priors_lie_within_what_is_accepted() {
                 assert_eq!(nominal.validate(), Ok(()));
                 nominal = off;
             } else {
-                for (parameter, value) in effect.parameters.iter().zip(*start) {
+                for (parameter, value) in effect.parameters.iter().zip(start) {
                     let info = parameter.info();
                     assert!((info.min..=info.max).contains(value), "{}", parameter.key);
                 }

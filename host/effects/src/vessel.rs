@@ -1,15 +1,18 @@
 //! Entry, contact, wall and fluid.
 
 use crate::Channel::{DriveForce, Force, Shape, Tip};
-use crate::{Effect, Parameter, Plant, Role, fitted, held};
+use crate::{Effect, PHASES_RAD, Parameter, Plant, Role, fitted, held, scanned};
 
 /// What touches the wall shows in the force first.
 const BY_FORCE: &[crate::Channel] = &[Force, DriveForce, Tip, Shape];
 /// What moves the instrument shows in where it is first.
 const BY_PLACE: &[crate::Channel] = &[Tip, Force, Shape, DriveForce];
 
+/// Of breath and pulse, at rest and not.
+const FREQUENCIES_HZ: [f64; 5] = [0.25, 0.4, 0.55, 0.75, 1.2];
+
 const fn place(name: &'static str, key: &'static str) -> Parameter {
-    Parameter { name, key, prior_scale: 0.05, role: Role::Place }
+    Parameter { name, key, prior_scale: 0.05, role: Role::Place, scan: &[] }
 }
 
 pub(crate) const EFFECTS: &[Effect] = &[
@@ -23,7 +26,7 @@ pub(crate) const EFFECTS: &[Effect] = &[
             fitted("phantom_share", "effects.entry.drag.phantom_share", 0.5),
             held("presliding_m", "effects.entry.drag.presliding_m", 1e-4),
         ],
-        starts: &[&[0.03, 0.0, 0.0], &[0.1, 0.0, 0.0], &[0.0, 3.0, 0.0], &[0.05, 0.0, 1.0]],
+        start_values: &[&[0.03, 0.0, 0.0], &[0.1, 0.0, 0.0], &[0.0, 3.0, 0.0], &[0.05, 0.0, 1.0]],
         channels: &[DriveForce, Force],
         excited_by: "reversals in free space, two speeds",
         confused_with: &["contact.friction", "sensor.bias"],
@@ -36,7 +39,7 @@ pub(crate) const EFFECTS: &[Effect] = &[
             fitted("length_m", "effects.entry.guide.length_m", 5e-3),
             fitted("straightened_m", "effects.entry.guide.straightened_m", 5e-3),
         ],
-        starts: &[&[5e-3, 0.0], &[0.015, 0.0], &[0.0, 5e-3], &[0.0, 0.02]],
+        start_values: &[&[5e-3, 0.0], &[0.015, 0.0], &[0.0, 5e-3], &[0.0, 0.02]],
         channels: BY_PLACE,
         excited_by: "the first centimetres of feed, full withdrawal",
         confused_with: &["instrument.tip_precurve", "wall.registration"],
@@ -50,8 +53,9 @@ pub(crate) const EFFECTS: &[Effect] = &[
             key: "wall.friction_coefficient",
             prior_scale: 0.15,
             role: Role::TimesNominal,
+            scan: &[],
         }],
-        starts: &[&[0.5], &[1.5], &[2.5]],
+        start_values: &[&[0.5], &[1.5], &[2.5]],
         channels: BY_FORCE,
         excited_by: "sliding along the wall, reversals, two speeds",
         confused_with: &["contact.stribeck", "contact.load_friction", "entry.drag"],
@@ -65,7 +69,7 @@ pub(crate) const EFFECTS: &[Effect] = &[
             fitted("speed_m_per_s", "effects.contact.stribeck.speed_m_per_s", 5e-3),
             held("viscous_s_per_m", "effects.contact.stribeck.viscous_s_per_m", 5.0),
         ],
-        starts: &[&[1.5, 2e-3], &[1.5, 0.01], &[2.5, 5e-3]],
+        start_values: &[&[1.5, 2e-3], &[1.5, 0.01], &[2.5, 5e-3]],
         channels: BY_FORCE,
         excited_by: "two speeds, dwells and starts from rest at the wall",
         confused_with: &["contact.friction", "wall.viscoelastic"],
@@ -80,7 +84,7 @@ pub(crate) const EFFECTS: &[Effect] = &[
             fitted("worn_ratio", "effects.contact.load_friction.worn_ratio", 0.3),
             held("wear_length_m", "effects.contact.load_friction.wear_length_m", 0.5),
         ],
-        starts: &[&[0.5, 10.0, 1.0], &[2.0, 10.0, 1.0], &[1.0, 10.0, 0.6], &[1.0, 10.0, 1.6]],
+        start_values: &[&[0.5, 10.0, 1.0], &[2.0, 10.0, 1.0], &[1.0, 10.0, 0.6], &[1.0, 10.0, 1.6]],
         channels: BY_FORCE,
         excited_by: "light and firm contact; the same path at the start and at the end",
         confused_with: &["contact.friction", "wall.hyperelastic"],
@@ -90,7 +94,7 @@ pub(crate) const EFFECTS: &[Effect] = &[
         plant: Plant::Catheter,
         doc: "Another stiffness of the wall.",
         parameters: &[fitted("factor", "effects.wall.stiffness.factor", 1.5)],
-        starts: &[&[0.2], &[0.5], &[2.0]],
+        start_values: &[&[0.2], &[0.5], &[2.0]],
         channels: BY_FORCE,
         excited_by: "firm contact of tip and shaft, shape points",
         confused_with: &["wall.hyperelastic", "instrument.stiffness", "wall.narrowing"],
@@ -103,7 +107,7 @@ pub(crate) const EFFECTS: &[Effect] = &[
             fitted("strain_per_m", "effects.wall.hyperelastic.strain_per_m", 2e3),
             held("mooney_share", "effects.wall.hyperelastic.mooney_share", 0.5),
         ],
-        starts: &[&[-500.0], &[500.0], &[5e3], &[3e4]],
+        start_values: &[&[-500.0], &[500.0], &[5e3], &[3e4]],
         channels: BY_FORCE,
         excited_by: "light and firm contact at one place",
         confused_with: &["wall.stiffness", "contact.load_friction"],
@@ -116,7 +120,7 @@ pub(crate) const EFFECTS: &[Effect] = &[
             fitted("ratio", "effects.wall.viscoelastic.ratio", 0.5),
             fitted("time_s", "effects.wall.viscoelastic.time_s", 0.5),
         ],
-        starts: &[&[0.5, 0.1], &[0.5, 0.5], &[0.5, 2.0], &[2.0, 0.5]],
+        start_values: &[&[0.5, 0.1], &[0.5, 0.5], &[0.5, 2.0], &[2.0, 0.5]],
         channels: BY_FORCE,
         excited_by: "dwells of seconds in contact, two speeds",
         confused_with: &["instrument.viscoelastic", "contact.stribeck", "sensor.time_constant"],
@@ -129,41 +133,10 @@ pub(crate) const EFFECTS: &[Effect] = &[
             fitted("x_m", "effects.wall.motion.x_m", 1e-3),
             fitted("y_m", "effects.wall.motion.y_m", 1e-3),
             fitted("z_m", "effects.wall.motion.z_m", 1e-3),
-            fitted("frequency_hz", "effects.wall.motion.frequency_hz", 0.5),
-            fitted("phase_rad", "effects.wall.motion.phase_rad", 2.0),
+            scanned("frequency_hz", "effects.wall.motion.frequency_hz", 0.5, &FREQUENCIES_HZ),
+            scanned("phase_rad", "effects.wall.motion.phase_rad", 2.0, &PHASES_RAD),
         ],
-        starts: &[
-            &[1e-3, 0.0, 0.0, 0.25, 0.0],
-            &[1e-3, 0.0, 0.0, 0.25, 1.57],
-            &[0.0, 1e-3, 0.0, 0.25, 0.0],
-            &[0.0, 1e-3, 0.0, 0.25, 1.57],
-            &[0.0, 0.0, 1e-3, 0.25, 0.0],
-            &[0.0, 0.0, 1e-3, 0.25, 1.57],
-            &[1e-3, 0.0, 0.0, 0.4, 0.0],
-            &[1e-3, 0.0, 0.0, 0.4, 1.57],
-            &[0.0, 1e-3, 0.0, 0.4, 0.0],
-            &[0.0, 1e-3, 0.0, 0.4, 1.57],
-            &[0.0, 0.0, 1e-3, 0.4, 0.0],
-            &[0.0, 0.0, 1e-3, 0.4, 1.57],
-            &[1e-3, 0.0, 0.0, 0.55, 0.0],
-            &[1e-3, 0.0, 0.0, 0.55, 1.57],
-            &[0.0, 1e-3, 0.0, 0.55, 0.0],
-            &[0.0, 1e-3, 0.0, 0.55, 1.57],
-            &[0.0, 0.0, 1e-3, 0.55, 0.0],
-            &[0.0, 0.0, 1e-3, 0.55, 1.57],
-            &[1e-3, 0.0, 0.0, 0.75, 0.0],
-            &[1e-3, 0.0, 0.0, 0.75, 1.57],
-            &[0.0, 1e-3, 0.0, 0.75, 0.0],
-            &[0.0, 1e-3, 0.0, 0.75, 1.57],
-            &[0.0, 0.0, 1e-3, 0.75, 0.0],
-            &[0.0, 0.0, 1e-3, 0.75, 1.57],
-            &[1e-3, 0.0, 0.0, 1.2, 0.0],
-            &[1e-3, 0.0, 0.0, 1.2, 1.57],
-            &[0.0, 1e-3, 0.0, 1.2, 0.0],
-            &[0.0, 1e-3, 0.0, 1.2, 1.57],
-            &[0.0, 0.0, 1e-3, 1.2, 0.0],
-            &[0.0, 0.0, 1e-3, 1.2, 1.57],
-        ],
+        start_values: &[&[1e-3, 0.0, 0.0], &[0.0, 1e-3, 0.0], &[0.0, 0.0, 1e-3]],
         channels: BY_FORCE,
         excited_by: "dwells of several periods in contact",
         confused_with: &["drive.ripple", "fluid.drag"],
@@ -180,7 +153,7 @@ pub(crate) const EFFECTS: &[Effect] = &[
             fitted("tilt_y_rad", "effects.wall.registration.tilt_y_rad", 0.02),
             fitted("tilt_z_rad", "effects.wall.registration.tilt_z_rad", 0.02),
         ],
-        starts: &[
+        start_values: &[
             &[1e-3, 0.0, 0.0, 0.0, 0.0, 0.0],
             &[0.0, 1e-3, 0.0, 0.0, 0.0, 0.01],
             &[0.0, 0.0, 1e-3, 0.0, 0.01, 0.0],
@@ -201,7 +174,7 @@ pub(crate) const EFFECTS: &[Effect] = &[
             place("y_m", "effects.wall.narrowing.y_m"),
             place("z_m", "effects.wall.narrowing.z_m"),
         ],
-        starts: &[&[1e-3, 8e-3], &[3e-4, 8e-3], &[-5e-4, 8e-3]],
+        start_values: &[&[1e-3, 8e-3], &[3e-4, 8e-3], &[-5e-4, 8e-3]],
         channels: BY_FORCE,
         excited_by: "passing the place forward and back, rotation there",
         confused_with: &["wall.registration", "wall.stiffness"],
@@ -220,7 +193,7 @@ pub(crate) const EFFECTS: &[Effect] = &[
             fitted("phase_rad", "effects.fluid.drag.phase_rad", 2.0),
             held("lumen_radius_m", "effects.fluid.drag.lumen_radius_m", 5e-3),
         ],
-        starts: &[
+        start_values: &[
             &[0.05, 0.0, 0.0, 0.0, 0.0, 0.0],
             &[-0.05, 0.0, 0.0, 0.0, 0.0, 0.0],
             &[0.05, 0.0, 0.0, 0.0, 1.0, 0.0],

@@ -86,7 +86,8 @@ fn each_effect_changes_what_it_says_and_off_changes_no_bit() {
         let off: Vec<_> =
             effect.parameters.iter().map(|p| (p, p.off(&nominal).expect("a key"))).collect();
 
-        let start_from = effect.starts[effect.starts.len() / 2];
+        let starts = effect.starts();
+        let start_from = &starts[starts.len() / 2];
         let mut values = effect.start(&nominal, start_from);
         values.extend(places(effect, &base));
         Effect::apply(&mut nominal, &values).expect("within the range");

@@ -2,80 +2,10 @@
 
 use crate::floor::Floor;
 use crate::nuisance::Nuisances;
-use crate::plant::{Channel, Effect, Nuisance, Plant, Point, Quantity, Repeat, Segment, Trial};
+use crate::plant::{Plant, Point, Quantity};
 use crate::problem::Problem;
 use crate::report::Diagnosis;
 use crate::score::{Energies, excess};
-
-/// Another plant without its last trials.
-pub struct Withheld<'a> {
-    inner: &'a dyn Plant,
-    trials: usize,
-    repeats: Vec<Repeat>,
-}
-
-impl<'a> Withheld<'a> {
-    /// `trials`: how many are left, from the first one on.
-    pub fn new(inner: &'a dyn Plant, trials: usize) -> Self {
-        let left = |repeat: &&Repeat| repeat.first.0 < trials && repeat.second.0 < trials;
-        let repeats = inner.repeats().iter().filter(left).cloned().collect();
-        Self { inner, trials: trials.min(inner.trials().len()), repeats }
-    }
-}
-
-impl Plant for Withheld<'_> {
-    fn channels(&self) -> &[Channel] {
-        self.inner.channels()
-    }
-
-    fn phases(&self) -> &[&'static str] {
-        self.inner.phases()
-    }
-
-    fn regimes(&self) -> &[String] {
-        self.inner.regimes()
-    }
-
-    fn trials(&self) -> &[Trial] {
-        &self.inner.trials()[..self.trials]
-    }
-
-    fn effects(&self) -> &[Effect] {
-        self.inner.effects()
-    }
-
-    fn nuisances(&self) -> &[Nuisance] {
-        self.inner.nuisances()
-    }
-
-    fn simulate(&self, trial: usize, point: &Point) -> Option<Vec<f64>> {
-        self.inner.simulate(trial, point)
-    }
-
-    fn cheap(&self) -> bool {
-        self.inner.cheap()
-    }
-
-    fn repeats(&self) -> &[Repeat] {
-        &self.repeats
-    }
-
-    fn segments(&self) -> &[Segment] {
-        self.inner.segments()
-    }
-
-    fn simulate_segment(&self, segment: usize, point: &Point) -> Option<Vec<f64>> {
-        self.inner.simulate_segment(segment, point)
-    }
-
-    fn remarks(&self) -> &[String] {
-        self.inner.remarks()
-    }
-
-    fn compared(&self) -> &'static str {
-        self.inner.compared()
-    }
-}
 
 /// Share of a trial's gap above the floor that a diagnosis' effects close, with their parameters
 /// as they were fitted and the trial's own nuisances. `None` when a simulation breaks down, or

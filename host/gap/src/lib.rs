@@ -21,7 +21,7 @@
 
 #![forbid(unsafe_code)]
 
-pub mod assumed;
+mod altered;
 mod calibration;
 pub mod catheter;
 mod confuse;
@@ -52,8 +52,9 @@ mod search;
 mod select;
 mod signal;
 
+pub use altered::Altered;
 pub use diagnose::{diagnose, diagnose_given, expected_simulations};
-pub use fresh::{Withheld, achieved};
+pub use fresh::achieved;
 pub use nuisance::NUISANCE_LIMIT;
 pub use page::page;
 pub use problem::Progress;

@@ -4,7 +4,7 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use cathforce_gap::assumed::Assumed;
+use cathforce_gap::Altered;
 use cathforce_gap::diagnose;
 use cathforce_gap::drive::Drive;
 use cathforce_gap::report::{Diagnosis, NamedEffect, Verdict};
@@ -257,7 +257,7 @@ fn an_effect_taken_out_of_the_model_is_found_in_real_data() {
     let viscous: (&str, &[f64]) = ("drive.viscous", &[VISCOUS_N_S_PER_M]);
     for (kept, removed) in [([offset, viscous], "drive.coulomb"), ([offset, dry], "drive.viscous")]
     {
-        let answer = diagnose(&Assumed::new(&drive, &kept), "ablation", &|_| {});
+        let answer = diagnose(&Altered::assuming(&drive, &kept), "ablation", &|_| {});
         assert_eq!(answer.verdict, Verdict::Named, "{removed}: {}", answer.sentence());
         assert_eq!(names(&answer)[0], removed, "{}", answer.sentence());
     }
@@ -285,7 +285,7 @@ fn an_effect_put_into_real_data_is_found() {
         ("drive.viscous", &[VISCOUS_N_S_PER_M]),
         ("drive.offset", &[OFFSET_N]),
     ];
-    let answer = diagnose(&Assumed::new(&drive, &validated), "spike", &|_| {});
+    let answer = diagnose(&Altered::assuming(&drive, &validated), "spike", &|_| {});
     assert_eq!(names(&answer)[0], "drive.viscous", "{}", answer.sentence());
     let found = value(&answer.effects[0], "n_s_per_m") - VISCOUS_N_S_PER_M;
     assert!((found / ADDED_N_S_PER_M - 1.0).abs() < 0.1, "{found}");

@@ -83,15 +83,16 @@ fn effect(entry: &'static Entry, nominal: &Description<f64>, way_m: &[[f64; 3]])
         };
         fitted(entry).zip(&parameters).map(value).collect()
     };
+    let starts = entry.starts();
     let starts = if has_place {
         let at = |k: usize| way_m.get((2 * k + 1) * way_m.len() / (2 * PLACES)).copied();
         let places = (0..PLACES).filter_map(at);
         places
-            .flat_map(|at| entry.starts.iter().take(STARTS_AT_PLACES).map(move |s| (s, at)))
+            .flat_map(|at| starts.iter().take(STARTS_AT_PLACES).map(move |s| (s, at)))
             .map(|(start, at)| values(start, at))
             .collect()
     } else {
-        entry.starts.iter().map(|start| values(start, middle)).collect()
+        starts.iter().map(|start| values(start, middle)).collect()
     };
     Effect { id: entry.id, what: entry.doc, parameters, starts, confused_with: entry.confused_with }
 }

@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use std::time::Instant;
 
 use cathforce_challenge::{Challenge, ChallengeError, DIAGNOSED, Label, Score, score};
-use cathforce_gap::{Withheld, achieved, diagnose};
+use cathforce_gap::{Altered, achieved, diagnose};
 use rand::Rng;
 use serde::Serialize;
 use serde_json::Value;
@@ -111,7 +111,8 @@ fn answer_case(ui: &Ui, path: &Path) -> Result<Found, Failure> {
     let cpu_before_s = thread_cpu_s();
     let source = Source::open(ui, path)?;
     let all = source.plant()?;
-    let own = diagnose(&Withheld::new(all.as_ref(), DIAGNOSED), &source.bundle.rig.name, &|_| {});
+    let own =
+        diagnose(&Altered::first_trials(all.as_ref(), DIAGNOSED), &source.bundle.rig.name, &|_| {});
     let cpu_s = thread_cpu_s() - cpu_before_s;
     let mut json = serde_json::to_value(&own)
         .map_err(|e| Failure::new(Code::Failed, format!("cannot write JSON: {e}")))?;

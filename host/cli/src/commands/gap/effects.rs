@@ -17,7 +17,7 @@ struct Row {
     channels: &'static [Channel],
     excited_by: &'static str,
     confused_with: &'static [&'static str],
-    starts: &'static [&'static [f64]],
+    starts: Vec<Vec<f64>>,
 }
 
 #[derive(Serialize)]
@@ -43,8 +43,8 @@ pub fn list(ui: &Ui) -> Result<(), Failure> {
 }
 
 fn row(effect: &'static Effect) -> Row {
-    let Effect { id, plant, doc, parameters, starts, channels, excited_by, confused_with } =
-        *effect;
+    let Effect { id, plant, doc, parameters, channels, excited_by, confused_with, .. } = *effect;
+    let starts = effect.starts();
     let parameters = parameters.iter().map(|parameter| parameter_row(plant, parameter)).collect();
     Row { id, plant, doc, parameters, channels, excited_by, confused_with, starts }
 }

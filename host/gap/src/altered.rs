@@ -1,30 +1,43 @@
-//! A plant whose model already has some effects: what was diagnosed before, or validated
-//! otherwise. What is left to diagnose is everything else, and any change of those.
+//! A plant that differs from another in what is known of it: effects that its model already has,
+//! or trials that nobody has seen.
 
 use crate::plant::{Channel, Effect, Nuisance, Plant, Point, Repeat, Segment, Trial};
 
-/// Another plant with effects that are there from the start.
-pub struct Assumed<'a> {
+/// Another plant with other effects or fewer trials; everything else is the other's.
+pub struct Altered<'a> {
     inner: &'a dyn Plant,
     effects: Vec<Effect>,
+    trials: usize,
+    repeats: Vec<Repeat>,
 }
 
-impl<'a> Assumed<'a> {
+impl<'a> Altered<'a> {
+    /// With effects that are there from the start: what was diagnosed before, or validated
+    /// otherwise. What is left to diagnose is everything else, and any change of those.
+    ///
     /// `present`: identifiers with the values of all their parameters; others stay off.
-    pub fn new(inner: &'a dyn Plant, present: &[(&str, &[f64])]) -> Self {
-        let mut effects = inner.effects().to_vec();
-        for effect in &mut effects {
+    pub fn assuming(inner: &'a dyn Plant, present: &[(&str, &[f64])]) -> Self {
+        let mut altered = Self::first_trials(inner, inner.trials().len());
+        for effect in &mut altered.effects {
             if let Some((_, values)) = present.iter().find(|(id, _)| *id == effect.id) {
                 for (parameter, value) in effect.parameters.iter_mut().zip(*values) {
                     parameter.off = *value;
                 }
             }
         }
-        Self { inner, effects }
+        altered
+    }
+
+    /// Without its last trials. `trials`: how many are left, from the first one on.
+    pub fn first_trials(inner: &'a dyn Plant, trials: usize) -> Self {
+        let left = |repeat: &&Repeat| repeat.first.0 < trials && repeat.second.0 < trials;
+        let repeats = inner.repeats().iter().filter(left).cloned().collect();
+        let effects = inner.effects().to_vec();
+        Self { inner, effects, trials: trials.min(inner.trials().len()), repeats }
     }
 }
 
-impl Plant for Assumed<'_> {
+impl Plant for Altered<'_> {
     fn channels(&self) -> &[Channel] {
         self.inner.channels()
     }
@@ -38,7 +51,7 @@ impl Plant for Assumed<'_> {
     }
 
     fn trials(&self) -> &[Trial] {
-        self.inner.trials()
+        &self.inner.trials()[..self.trials]
     }
 
     fn effects(&self) -> &[Effect] {
@@ -58,7 +71,7 @@ impl Plant for Assumed<'_> {
     }
 
     fn repeats(&self) -> &[Repeat] {
-        self.inner.repeats()
+        &self.repeats
     }
 
     fn segments(&self) -> &[Segment] {
