@@ -10,7 +10,7 @@ use cathforce_bus::service::crc32;
 use cathforce_bus::{Command, Counter};
 use cathforce_config::image::schema_hash;
 use cathforce_control::{Mode, TICK_S};
-use cathforce_link::{Client, ClientError, Step, TickReport};
+use cathforce_link::{Client, ClientError, Link as _, Step, TickReport};
 use cathforce_record::{Attachments, Recorder, RunInfo, RunResult, Trial};
 
 use crate::failure::{Code, Failure};
@@ -100,6 +100,9 @@ pub fn configure(ui: &Ui, client: &mut Client, image: &[u8], pace: Pace) -> Resu
         );
         return Err(Failure::new(Code::Device, message));
     }
+    if let Some(mode) = output_is_on(client) {
+        return Err(Failure::new(Code::Device, still_on(mode, client.link().name())));
+    }
     if device.can_lock_step {
         client.set_lock_step(pace == Pace::LockStep)?;
     }
@@ -121,6 +124,24 @@ pub fn configure(ui: &Ui, client: &mut Client, image: &[u8], pace: Pace) -> Resu
         return Err(Failure::new(Code::Device, message));
     }
     Ok(client.reset_counters()?)
+}
+
+/// The mode of a device that answers to somebody's hand and takes no configuration (P17), as it
+/// was when it was asked who it is.
+pub fn output_is_on(client: &Client) -> Option<Mode> {
+    // The fault of a ramp does not matter here, and was not asked for.
+    let mode = Mode::from_codes(client.device().mode, 0);
+    mode.filter(|mode| matches!(mode, Mode::Armed | Mode::Ramp { .. }))
+}
+
+/// Why nothing is sent to such a device, and what to do.
+pub fn still_on(mode: Mode, link: &str) -> String {
+    let state = if mode == Mode::Armed { "armed" } else { "on its way to zero" };
+    format!(
+        "the output of the device on {link} is {state}, and nothing of it changes then. Nothing was \
+         sent\n  fix: disarm it with the program that armed it, or end that program: without its \
+         frames output goes to zero by itself; `cathforce monitor --link {link}` shows when"
+    )
 }
 
 /// Set by Ctrl-C, SIGTERM and SIGHUP; the second one ends the program as usual.

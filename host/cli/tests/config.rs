@@ -234,24 +234,28 @@ fn a_labs_own_frames_come_from_its_dbc_and_play_and_replay_bit_by_bit() {
          BO_ 930 Wire: 8 Master\n \
          SG_ WireFeed : 0|16@1+ (0.01,0) [0|600] \"mm\" Slave\n \
          SG_ WireTurn : 16|16@1- (0.1,0) [-3000|3000] \"deg\" Slave\n \
-         SG_ Button : 32|1@1+ (1,0) [0|1] \"\" Slave\n \
+         SG_ Button : 32|1@1+ (1,0) [0|1] \"\" Slave\n\n\
+         BO_ 931 Hand: 8 Master\n \
+         SG_ WireSpin : 0|16@1- (0.1,0) [-3000|3000] \"deg\" Slave\n \
+         SG_ CatheterButton : 32|1@1+ (1,0) [0|1] \"\" Slave\n \
          SG_ Grip : 40|8@1+ (1,0) [0|100] \"%\" Slave\n\n",
     );
     let listed = json(&["config", "import-dbc", &dbc, "--list"]);
-    assert_eq!(listed.as_array().unwrap().len(), 6);
+    assert_eq!(listed.as_array().unwrap().len(), 8);
     let file = folder.file("s.toml", &format!("{RIG}# why\nforce_gain = 2\n"));
     let import = |feed| {
         let signals = ["--insertion", feed, "--rotation", "Handle.Turn"];
         let wire =
-            ["--guidewire-insertion", "Wire.WireFeed", "--guidewire-rotation", "Wire.WireTurn"];
-        let button = ["--guidewire-button", "Wire.Button"];
+            ["--guidewire-insertion", "Wire.WireFeed", "--guidewire-rotation", "Hand.WireSpin"];
+        let buttons = ["--guidewire-button", "Wire.Button", "--button", "Hand.CatheterButton"];
+        let grip = ["--grip", "Hand.Grip"];
         let to = ["config", "import-dbc", &dbc, "--settings", &file];
-        run(&[&to[..], &signals, &wire, &button].concat())
+        run(&[&to[..], &signals, &wire, &buttons, &grip].concat())
     };
     for (feed, says) in [
         ("Handle.Fed", "the nearest is Handle.Feed"),
-        ("Wire.WireFeed", "two frames"),
-        ("Wire.Grip", "fix:"),
+        ("Hand.Grip", "has the unit \"%\""),
+        ("Handle.Turn", "has the unit \"deg\""),
     ] {
         let output = import(feed);
         let said = String::from_utf8(output.stderr).unwrap();
@@ -262,6 +266,12 @@ fn a_labs_own_frames_come_from_its_dbc_and_play_and_replay_bit_by_bit() {
     assert!(import("Handle.Feed").status.success());
     let text = fs::read_to_string(&file).unwrap();
     assert!(text.contains("# why") && text.contains("id = 0x3a1"), "{text}");
+    // In a frame of their own, beside the drive's.
+    for line in ["rotation = { id = 0x3a3, start_bit = 0,", "held = { id = 0x3a3, start_bit = 32,"]
+    {
+        assert!(text.contains(line), "{line} in {text}");
+    }
+    assert!(text.contains("[master]\ngrip = { id = 0x3a3, start_bit = 40"), "{text}");
 
     let recording = folder.path("run.mcap");
     let played = json(&[
@@ -277,7 +287,27 @@ fn a_labs_own_frames_come_from_its_dbc_and_play_and_replay_bit_by_bit() {
         recording.to_str().unwrap(),
     ]);
     assert_eq!(played["differing_bits"], 0, "{played}");
-    let bytes = fs::read(&recording).unwrap();
-    assert!(!bytes.is_empty());
-    assert!(run(&["replay", recording.to_str().unwrap()]).status.success());
+    let recording = recording.to_str().unwrap();
+    assert!(run(&["replay", recording]).status.success());
+    // What the drives were told is known to other tools too, and counted on the bus: three frames
+    // of the master's, HAPTIC and CONTACT each tick, and a third frame in one of three.
+    let checked = json(&["check", recording]);
+    let load = checked["survey"]["bus_load"].as_f64().unwrap();
+    assert!((load - 0.135 * (5.0 + 1.0 / 3.0)).abs() < 0.01, "{load}");
+    let table = folder.path("ticks.csv");
+    assert!(run(&["export", recording, "--csv", table.to_str().unwrap()]).status.success());
+    let table = fs::read_to_string(&table).unwrap();
+    let last = table.lines().last().unwrap().split(',').collect::<Vec<_>>();
+    let column = table.lines().next().unwrap().split(',').position(|c| c == "insertion_m").unwrap();
+    assert!(last[column].parse::<f64>().unwrap() > 0.0, "{last:?}");
+    // As does a log of it that came from elsewhere.
+    let [log, back] = ["bus.log", "back.mcap"].map(|name| folder.path(name));
+    let [log, back] = [&log, &back].map(|path| path.to_str().unwrap());
+    assert!(run(&["export", recording, "--candump", log]).status.success());
+    let settings = ["--settings", &file, "--cell", "3", "--out", back];
+    let bundle = bundle();
+    let imported =
+        json(&[&["import", "candump", log, "--bundle", &bundle][..], &settings].concat());
+    assert_eq!((&imported["foreign"], &imported["lock_step"]), (&0.into(), &true.into()));
+    assert!(run(&["replay", back]).status.success());
 }

@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
-use cathforce_bus::master::Master;
+use cathforce_bus::master::{Master, Place};
 use cathforce_bus::{Command, Encoder, Frame, Process, Status, Sync};
 
 use crate::{Client, ClientError, Link, LinkError, TickReport};
@@ -139,7 +139,7 @@ impl<L: Link> Client<L> {
             self.send_process(Process::Encoder(encoder))?;
         }
         if let Some(guidewire) = step.guidewire.filter(|_| self.master.guidewire.is_none()) {
-            let status = Status { held: step.guidewire_held, ..Status::default() };
+            let status = Status { hand: step.guidewire_held, ..Status::default() };
             self.send_sealed(Process::Guidewire(guidewire), status)?;
         }
         if let Some(command) = step.command {
@@ -158,22 +158,29 @@ impl<L: Link> Client<L> {
     }
 }
 
-/// The frames of a master of its own: one a drive, or one for both.
+/// The frames of a master of its own, whose operator grips the handle and holds one button.
 fn foreign(master: &Master, step: Step) -> Vec<Frame> {
     let drives = [
-        (master.catheter, step.encoder, false),
+        (master.catheter, step.encoder, !step.guidewire_held),
         (master.guidewire, step.guidewire, step.guidewire_held),
     ];
     let mut frames = Vec::<(u16, [u8; 8])>::new();
-    for (drive, at, held) in drives {
-        let Some((drive, at)) = drive.zip(at) else { continue };
-        let place = frames.iter().position(|(id, _)| *id == drive.id);
-        let place = place.unwrap_or_else(|| {
-            frames.push((drive.id, [0; 8]));
+    let mut put = |place: Option<Place>, value: f64| {
+        let Some(Place { id, signal }) = place else { return };
+        let at = frames.iter().position(|(known, _)| *known == id).unwrap_or_else(|| {
+            frames.push((id, [0; 8]));
             frames.len() - 1
         });
-        let (insertion_m, rotation_rad) = (at.insertion.m().into(), at.rotation.rad().into());
-        drive.write(insertion_m, rotation_rad, held, &mut frames[place].1);
+        signal.write(value, &mut frames[at].1);
+    };
+    let mut moves = false;
+    for (drive, at, held) in drives {
+        let Some((drive, at)) = drive.zip(at) else { continue };
+        moves = true;
+        put(Some(drive.insertion), at.insertion.m().into());
+        put(Some(drive.rotation), at.rotation.rad().into());
+        put(drive.held, f64::from(u8::from(held)));
     }
+    put(master.grip.filter(|_| moves), 1.0);
     frames.into_iter().filter_map(|(id, data)| Frame::new(id, &data)).collect()
 }

@@ -49,7 +49,7 @@ pub fn analyse(recording: &Recording) -> Result<Analysis, ReplayError> {
     let (report, track) = match replay(recording) {
         Ok((report, track)) => (Some(report), track),
         Err(ReplayError::FreeRunning) => {
-            let (ticks, shapes) = decode(&recording.frames);
+            let (ticks, shapes) = decode(&recording.frames, recording.master());
             (None, Track { ticks, shapes })
         }
         Err(error) => return Err(error),

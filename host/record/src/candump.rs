@@ -5,8 +5,10 @@
 
 use std::io::{self, BufRead, Write};
 
-use cathforce_bus::{Direction, Frame, Id};
+use cathforce_bus::master::Master;
+use cathforce_bus::{Direction, Frame, Id, Process};
 
+use crate::clock::BusClock;
 use crate::frame::BusFrame;
 
 /// What a log held beside the frames that were taken.
@@ -52,8 +54,9 @@ pub fn write_candump(
     out.flush()
 }
 
-/// Reads a log. Empty lines are passed over; anything else that is no frame is an error.
-pub fn read_candump(log: impl BufRead) -> Result<CandumpLog, CandumpError> {
+/// Reads a log. Empty lines are passed over; anything else that is no frame is an error. Of frames
+/// whose identifiers are none of ours those are taken that `master` describes.
+pub fn read_candump(log: impl BufRead, master: &Master) -> Result<CandumpLog, CandumpError> {
     let mut found = CandumpLog::default();
     let mut before_ns = None;
     for (i, line) in log.lines().enumerate() {
@@ -71,19 +74,58 @@ pub fn read_candump(log: impl BufRead) -> Result<CandumpLog, CandumpError> {
         if before_ns.replace(at_ns).is_none() {
             found.started_ns = at_ns;
         }
-        let known = frame.and_then(|frame| Some((frame, Id::from_raw(frame.id())?)));
-        let Some((frame, id)) = known else {
+        let known = frame.and_then(|frame| Some((frame, direction(&frame, master)?)));
+        let Some((frame, direction)) = known else {
             found.foreign += 1;
             continue;
-        };
-        let direction = match id.is_from_host() {
-            true => Direction::ToDevice,
-            false => Direction::ToHost,
         };
         let at_ns = at_ns - found.started_ns;
         found.frames.push(BusFrame { at_ns, direction, frame });
     }
     Ok(found)
+}
+
+/// Where a frame goes, as its identifier says; `None` if it is none of ours.
+pub fn direction(frame: &Frame, master: &Master) -> Option<Direction> {
+    match Id::from_raw(frame.id()) {
+        Some(id) if !id.is_from_host() => Some(Direction::ToHost),
+        Some(_) => Some(Direction::ToDevice),
+        None => master.has(frame.id()).then_some(Direction::ToDevice),
+    }
+}
+
+impl CandumpLog {
+    /// Puts a log of a device in lock step on the device's own time, if it is one from the first
+    /// tick of a configuration on, so that it can be replayed. Frames before that are dropped.
+    ///
+    /// `Err` with the number of the first tick that it tells of, `None` where it tells of none.
+    pub fn into_lock_step(self) -> Result<Self, (Self, Option<u16>)> {
+        let number = |frame: &BusFrame| match Id::from_raw(frame.frame.id()).zip(payload(frame)) {
+            Some((id, bytes)) => match Process::decode(id, bytes) {
+                Some(Process::Tick(tick)) if tick.digest != 0 => Some(tick.tick),
+                _ => None,
+            },
+            None => None,
+        };
+        let first = self.frames.iter().enumerate().find_map(|(at, f)| Some((at, number(f)?)));
+        let Some((at, 0)) = first else { return Err((self, first.map(|(_, number)| number))) };
+        // Its tick's HAPTIC frame comes before it, and its SYNC before that; nothing else of a
+        // tick can be between the configuration and them.
+        let is = |frame: &BusFrame, id| Id::from_raw(frame.frame.id()) == Some(id);
+        let configured = self.frames[..at]
+            .iter()
+            .rposition(|f| is(f, Id::ServiceResponse))
+            .map_or(0, |service| service + 1);
+        let mut clock = BusClock::new(true);
+        let frames = self.frames[configured..]
+            .iter()
+            .map(|frame| BusFrame { at_ns: clock.stamp(frame.direction, &frame.frame), ..*frame });
+        Ok(Self { frames: frames.collect(), ..self })
+    }
+}
+
+fn payload(frame: &BusFrame) -> Option<[u8; 6]> {
+    frame.frame.data().first_chunk().copied()
 }
 
 /// Time \[ns\] and frame of a line; no frame if it is one that this bus does not have.
@@ -156,7 +198,7 @@ mod tests {
         write_candump(&frames(), started_ns, "can0", &mut text).unwrap();
         let first = "(1700000000.123456) can0 100#0102030405060708";
         assert_eq!(String::from_utf8_lossy(&text).lines().next(), Some(first));
-        let log = read_candump(&text[..]).unwrap();
+        let log = read_candump(&text[..], &Master::default()).unwrap();
         assert_eq!(log, CandumpLog { frames: frames(), started_ns, foreign: 0 });
     }
 
@@ -164,7 +206,7 @@ mod tests {
     fn frames_of_others_are_counted_and_left_out() {
         let text = "(1.5) can0 7F3#00 T\n\n(1.5) can0 18FF50E5#0011\n(1.6) can0 100##300\n\
                     (1.7) vcan1 100#R8\n(1.8) can0 100#0102030405060708 R\n";
-        let log = read_candump(text.as_bytes()).unwrap();
+        let log = read_candump(text.as_bytes(), &Master::default()).unwrap();
         assert_eq!((log.foreign, log.frames.len()), (4, 1));
         assert_eq!(log.frames[0].at_ns, 300_000_000, "from the first line on");
     }
@@ -173,7 +215,7 @@ mod tests {
     fn a_line_that_is_no_frame_is_named() {
         let wrong = |line: &str| {
             let text = format!("(1.0) can0 100#00\n{line}\n");
-            read_candump(text.as_bytes()).unwrap_err().to_string()
+            read_candump(text.as_bytes(), &Master::default()).unwrap_err().to_string()
         };
         for (line, says) in [
             ("1.0 can0 100#00", "`1.0` is no time"),

@@ -1,5 +1,6 @@
 //! How long everything takes between encoder and record, stage by stage.
 
+use cathforce_bus::master::{Collector, Master};
 use cathforce_bus::{Direction, Id, Process};
 use cathforce_control::TICK_S;
 use serde::Serialize;
@@ -50,9 +51,15 @@ pub const END_TO_END: &str = "end to end";
 ///
 /// In lock step time is virtual and a tick takes none: only ages are left. Running free, times
 /// are this host's, of frames as it sent and got them. `logged_ns`: of each frame, see
-/// [`crate::Recording::logged_ns`]; empty while nothing is recorded.
-pub fn stages(frames: &[BusFrame], logged_ns: &[u64], lock_step: bool) -> Vec<Stage> {
-    let mut samples = Samples::default();
+/// [`crate::Recording::logged_ns`]; empty while nothing is recorded. `master`: where a position
+/// stands in its own frames.
+pub fn stages(
+    frames: &[BusFrame],
+    logged_ns: &[u64],
+    lock_step: bool,
+    master: Master,
+) -> Vec<Stage> {
+    let mut samples = Samples { master: Collector::new(master), ..Samples::default() };
     for frame in frames {
         samples.take(frame);
     }
@@ -92,6 +99,7 @@ pub fn age_s(ticks: u8) -> Option<f64> {
 
 #[derive(Default)]
 struct Samples {
+    master: Collector,
     encoder_ns: Option<u64>,
     haptic_ns: Option<u64>,
     last_frame_ns: u64,
@@ -105,15 +113,26 @@ struct Samples {
 }
 
 impl Samples {
+    /// A position of the catheter's drive is whole.
+    fn encoder(&mut self, at_ns: u64) {
+        let before = self.encoder_ns.replace(at_ns);
+        self.period_s.extend(before.map(|before| span_s(before, at_ns)));
+    }
+
     fn take(&mut self, frame: &BusFrame) {
         let at_ns = frame.at_ns;
+        let from_host = frame.direction == Direction::ToDevice;
+        if from_host && self.master.master().catheter.is_some() {
+            self.master.take(&frame.frame);
+            if self.master.catheter().is_some() {
+                self.encoder(at_ns);
+            }
+        }
         let payload = frame.frame.data().first_chunk();
         let Some((id, &payload)) = Id::from_raw(frame.frame.id()).zip(payload) else { return };
-        let from_host = frame.direction == Direction::ToDevice;
         match Process::decode(id, payload) {
-            Some(Process::Encoder(_)) if from_host => {
-                let before = self.encoder_ns.replace(at_ns);
-                self.period_s.extend(before.map(|before| span_s(before, at_ns)));
+            Some(Process::Encoder(_)) if from_host && self.master.master().catheter.is_none() => {
+                self.encoder(at_ns);
             }
             Some(Process::Haptic(_)) if !from_host => {
                 if let Some(before) = self.haptic_ns.replace(at_ns) {
@@ -178,7 +197,7 @@ mod tests {
             }
         }
         let logged_ns = frames.iter().map(|f| f.at_ns + 40_000).collect::<Vec<_>>();
-        let found = stages(&frames, &logged_ns, false);
+        let found = stages(&frames, &logged_ns, false, Master::default());
         let expected_us = [1000.0, 600.0, 2000.0, 2600.0, 1000.0, 250.0, 40.0];
         assert_eq!(found.len(), expected_us.len());
         for (stage, us) in found.iter().zip(expected_us) {
@@ -187,7 +206,7 @@ mod tests {
                 assert!((1e6 * s - us).abs() < 0.01, "{}: {s}", stage.name);
             }
         }
-        let virtual_time = stages(&frames, &logged_ns, true);
+        let virtual_time = stages(&frames, &logged_ns, true, Master::default());
         assert_eq!(virtual_time.iter().map(|s| s.name).collect::<Vec<_>>(), ["age in the device"]);
     }
 }

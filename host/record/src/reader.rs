@@ -7,6 +7,8 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use cathforce_bus::Direction;
+use cathforce_bus::master::Master;
+use cathforce_config::image;
 use mcap::records::{MessageHeader, Record};
 
 use crate::dropout::{Dropout, DropoutCause};
@@ -79,6 +81,12 @@ pub enum ReadError {
 }
 
 impl Recording {
+    /// Where the drives' positions stand in the frames to the device.
+    pub fn master(&self) -> Master {
+        // An image that cannot be read has nothing to say of it, and is refused where it matters.
+        image::master(&self.image).unwrap_or_default()
+    }
+
     /// Reads the file whole.
     ///
     /// A file that breaks off, because its recorder was killed, is read up to there and says

@@ -6,8 +6,8 @@
 //! digest over the bits of every output of every tick, nodes included: where they agree,
 //! so did everything that the bus is too narrow to carry.
 
-use cathforce_bus::master::{DriveFrame, Master, Reading};
-use cathforce_bus::{Direction, Encoder, Frame, Id, Insertion, Process, Rotation};
+use cathforce_bus::master::Collector;
+use cathforce_bus::{Direction, Encoder, Frame, Id, Process};
 use cathforce_config::image::{self, ImageError};
 use cathforce_control::{Config, Felt, Outputs};
 use cathforce_device::Ticker;
@@ -15,7 +15,7 @@ use serde::Serialize;
 
 use crate::frame::BusFrame;
 use crate::reader::Recording;
-use crate::tick::{GuidewireEstimate, NodeEstimate, NodePass, TickEstimate};
+use crate::tick::{GuidewireEstimate, NodeEstimate, NodePass, TickEstimate, coded};
 
 /// Ticks between two shapes of a [`Track`].
 const SHAPE_EVERY: u64 = 40;
@@ -97,17 +97,18 @@ pub fn replay(recording: &Recording) -> Result<(ReplayReport, Track), ReplayErro
     let mut sent = recording.frames.iter().filter(|f| is_process(f, Direction::ToHost));
     // When a link is lost, ticks are under way whose answers nobody has heard.
     let cut = recording.cut.is_some() || recording.result.is_none();
+    let master = image::master(&recording.image).map_err(ReplayError::Image)?;
     let mut replay = Replay {
         report: ReplayReport { cut, ..ReplayReport::default() },
         track: Track::default(),
         ticker: Ticker::new(),
-        master: image::master(&recording.image).map_err(ReplayError::Image)?,
+        master: Collector::new(master),
         encoder: None,
         guidewire: None,
     };
     // A ticker that has just been made is not armed.
     let _ = replay.ticker.set_lock_step(true);
-    replay.ticker.restart(replay.master);
+    replay.ticker.restart(master);
     for frame in recording.frames.iter().filter(|f| is_process(f, Direction::ToDevice)) {
         replay.ticker.on_frame(&frame.frame);
         replay.note_encoders(&frame.frame);
@@ -126,37 +127,29 @@ fn is_process(frame: &BusFrame, direction: Direction) -> bool {
     frame.direction == direction && !service.contains(&frame.frame.id())
 }
 
-/// A position of the master's own frames, in the codes of ours.
-fn encoder(reading: Reading) -> Encoder {
-    Encoder {
-        insertion: Insertion::from_m(reading.insertion_m.into()),
-        rotation: Rotation::from_rad(reading.rotation_rad.into()),
-    }
-}
-
 struct Replay {
     report: ReplayReport,
     track: Track,
     ticker: Ticker,
-    master: Master,
+    master: Collector,
     encoder: Option<Encoder>,
     guidewire: Option<Encoder>,
 }
 
 impl Replay {
     fn note_encoders(&mut self, frame: &Frame) {
-        let read = |drive: Option<DriveFrame>| drive?.read(frame)?.ok().map(encoder);
-        self.encoder = read(self.master.catheter).or(self.encoder);
-        self.guidewire = read(self.master.guidewire).or(self.guidewire);
+        self.master.take(frame);
+        self.encoder = self.master.catheter().map(coded).or(self.encoder);
+        self.guidewire = self.master.guidewire().map(coded).or(self.guidewire);
         let (Some(id), Some(&payload)) = (Id::from_raw(frame.id()), frame.data().first_chunk())
         else {
             return;
         };
         match Process::decode(id, payload) {
-            Some(Process::Encoder(at)) if self.master.catheter.is_none() => {
+            Some(Process::Encoder(at)) if self.master.master().catheter.is_none() => {
                 self.encoder = Some(at);
             }
-            Some(Process::Guidewire(at)) if self.master.guidewire.is_none() => {
+            Some(Process::Guidewire(at)) if self.master.master().guidewire.is_none() => {
                 self.guidewire = Some(at);
             }
             _ => {}

@@ -149,13 +149,16 @@ fn by_cause(dropouts: &[Dropout]) -> Vec<DropoutCount> {
     counts.into_values().collect()
 }
 
-/// Share of the bus that the process frames of the ticks take, each as long as it can be; SYNC,
-/// which a real device does without, left out. `None` without a tick.
+/// Share of the bus that the frames of the ticks take, a master's own and a stranger's too, each as
+/// long as it can be; SYNC, which a real device does without, and service frames left out. `None`
+/// without a tick.
 pub fn bus_load(frames: &[BusFrame]) -> Option<f64> {
     const BITS_A_TICK: f64 = 1e6 * TICK_S as f64;
-    let of_process = |id: &Id| !matches!(id, Id::Sync | Id::ServiceRequest | Id::ServiceResponse);
-    let id = |frame: &BusFrame| Id::from_raw(frame.frame.id()).filter(of_process);
-    let counted = frames.iter().filter(|frame| id(frame).is_some());
+    let is_left_out = |frame: &&BusFrame| {
+        let id = Id::from_raw(frame.frame.id());
+        matches!(id, Some(Id::Sync | Id::ServiceRequest | Id::ServiceResponse))
+    };
+    let counted = frames.iter().filter(|frame| !is_left_out(frame));
     let bits: f64 = counted.map(|frame| f64::from(frame.frame.most_bits())).sum();
     let ticks = frames.iter().filter(|frame| haptic(frame)).count();
     (ticks > 0).then(|| bits / (ticks as f64 * BITS_A_TICK))

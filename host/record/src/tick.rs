@@ -1,6 +1,9 @@
 //! From frames back to quantities: what the device said, tick by tick.
 
-use cathforce_bus::{Accepted, Counters, Direction, Encoder, Id, Process, Protection};
+use cathforce_bus::master::{Collector, Master, Reading, Taken};
+use cathforce_bus::{
+    Accepted, Counter, Counters, Direction, Encoder, Id, Insertion, Process, Protection, Rotation,
+};
 use serde::Serialize;
 
 use crate::dropout::{Dropout, DropoutCause};
@@ -130,13 +133,27 @@ pub struct Decoder {
     counters: Counters,
     ticks: u64,
     open: Option<TickEstimate>,
+    master: Collector,
     encoder: Option<Encoder>,
     guidewire: Option<Encoder>,
     pass: Vec<NodeEstimate>,
     pass_at_ns: u64,
 }
 
+/// A position of the master's own frames, in the codes of ours.
+pub(crate) fn coded(reading: Reading) -> Encoder {
+    Encoder {
+        insertion: Insertion::from_m(reading.insertion_m.into()),
+        rotation: Rotation::from_rad(reading.rotation_rad.into()),
+    }
+}
+
 impl Decoder {
+    /// Of a bus on which a master may have frames of its own.
+    pub fn new(master: Master) -> Self {
+        Self { master: Collector::new(master), ..Self::default() }
+    }
+
     /// What became of the process frames so far.
     pub fn counters(&self) -> &Counters {
         &self.counters
@@ -153,6 +170,9 @@ impl Decoder {
     }
 
     fn take(&mut self, frame: &BusFrame) -> Option<Completed> {
+        if frame.direction == Direction::ToDevice && self.master.master().has(frame.frame.id()) {
+            return self.take_foreign(frame);
+        }
         let id = Id::from_raw(frame.frame.id())?;
         let service = matches!(id, Id::ServiceRequest | Id::ServiceResponse);
         if service || id.is_from_host() != (frame.direction == Direction::ToDevice) {
@@ -232,6 +252,21 @@ impl Decoder {
         Some(completed)
     }
 
+    /// A frame of the master's own.
+    fn take_foreign(&mut self, frame: &BusFrame) -> Option<Completed> {
+        if let Taken::Rejected(counter) = self.master.take(&frame.frame) {
+            self.counters.count(counter);
+            let (at_ns, id) = (frame.at_ns, Some(frame.frame.id()));
+            let cause = DropoutCause::WrongLength;
+            let missed = Some(Dropout { from_ns: at_ns, to_ns: at_ns, cause, id, frames: 1 });
+            return Some(Completed { missed, ..Completed::default() });
+        }
+        self.counters.count(Counter::Accepted);
+        self.encoder = self.master.catheter().map(coded).or(self.encoder);
+        self.guidewire = self.master.guidewire().map(coded).or(self.guidewire);
+        None
+    }
+
     /// Gives the pass that ends here, if it saw every node from the tip on.
     fn start_pass(&mut self) -> Option<NodePass> {
         let nodes = std::mem::take(&mut self.pass);
@@ -241,8 +276,8 @@ impl Decoder {
 }
 
 /// Every tick and every pass over the nodes of a list of frames.
-pub fn decode(frames: &[BusFrame]) -> (Vec<TickEstimate>, Vec<NodePass>) {
-    let mut decoder = Decoder::default();
+pub fn decode(frames: &[BusFrame], master: Master) -> (Vec<TickEstimate>, Vec<NodePass>) {
+    let mut decoder = Decoder::new(master);
     let (mut ticks, mut passes) = (Vec::new(), Vec::new());
     for frame in frames {
         let Completed { tick, nodes, .. } = decoder.push(frame);
@@ -257,7 +292,7 @@ pub fn decode(frames: &[BusFrame]) -> (Vec<TickEstimate>, Vec<NodePass>) {
 mod tests {
     use cathforce_bus::{
         Contact, Drive, DriveTorque, Force, GuidewireDrive, Haptic, HapticForce, HapticTorque,
-        Insertion, NodeForce, Position, Rotation, Sealer, Shape, Status,
+        NodeForce, Position, Sealer, Shape, Status,
     };
 
     use super::*;
@@ -295,7 +330,7 @@ mod tests {
                 }),
             ),
         ];
-        let (ticks, _) = decode(&frames);
+        let (ticks, _) = decode(&frames, Master::default());
         assert_eq!(ticks.len(), 2);
         assert_eq!((ticks[0].tick, ticks[0].at_ns, ticks[0].mode), (0, 1, 4));
         assert_eq!(ticks[0].insertion_m, Some(0.05));
@@ -330,7 +365,7 @@ mod tests {
             to_host(&mut device, 2, haptic(4)),
             to_host(&mut device, 3, load),
         ];
-        let (ticks, _) = decode(&frames);
+        let (ticks, _) = decode(&frames, Master::default());
         assert_eq!(ticks[0].guidewire, None);
         assert_eq!(ticks[1].insertion_m, Some(0.05));
         let expected = GuidewireEstimate {
@@ -356,7 +391,7 @@ mod tests {
             frames.push(to_host(&mut device, 1, shape));
             frames.push(to_host(&mut device, 1, force));
         }
-        let (_, passes) = decode(&frames);
+        let (_, passes) = decode(&frames, Master::default());
         assert_eq!(passes.len(), 1, "the first one began in the middle");
         assert_eq!(passes[0].nodes.len(), 3);
         assert_eq!(passes[0].nodes[2].position_m, [Position(2).m(); 3]);
@@ -372,7 +407,7 @@ mod tests {
         let mut bytes = good.frame.data().to_vec();
         bytes[0] ^= 1;
         let frame = cathforce_bus::Frame::new(good.frame.id(), &bytes).unwrap();
-        let (ticks, _) = decode(&[wrong_way, BusFrame { frame, ..good }]);
+        let (ticks, _) = decode(&[wrong_way, BusFrame { frame, ..good }], Master::default());
         assert!(ticks.is_empty());
     }
 }

@@ -87,7 +87,7 @@ impl Recorder {
             writer,
             channels,
             publisher: Publisher::default(),
-            decoder: Decoder::default(),
+            decoder: Decoder::new(image::master(attachments.image).unwrap_or_default()),
             frames: 0,
             flushed: Instant::now(),
         })

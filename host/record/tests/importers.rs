@@ -1,5 +1,6 @@
 //! Whatever a text holds, an importer takes it or names a line; it never panics.
 
+use cathforce_bus::master::Master;
 use cathforce_bus::{Encoder, Insertion, Process, Rotation, Sealer, Status};
 use cathforce_record::import::{AtiOptions, AxisMap, ColumnMap, join, read_ati, read_csv};
 use cathforce_record::{BusFrame, Direction, read_candump, write_candump};
@@ -97,7 +98,9 @@ fn refused<E: std::fmt::Display>(
 
 #[test]
 fn damaged_candump_logs_are_taken_or_refused_with_a_line() {
-    let refused = refused(1, &candump(), |text| read_candump(text).map(|log| log.frames.len()));
+    let refused = refused(1, &candump(), |text| {
+        read_candump(text, &Master::default()).map(|log| log.frames.len())
+    });
     assert!((TRIES / 3..TRIES).contains(&refused), "{refused}");
 }
 

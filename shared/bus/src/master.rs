@@ -26,24 +26,36 @@ pub struct Signal {
     pub offset: f32,
 }
 
-/// A drive's frame.
+/// A quantity and the frame that it is in.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct DriveFrame {
-    /// 11-bit identifier; both drives may share one.
+pub struct Place {
+    /// 11-bit identifier; any number of quantities may share one.
     pub id: u16,
+    pub signal: Signal,
+}
+
+/// What a master says of one drive. Each quantity may come in a frame of its own.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Drive {
     /// \[m\]
-    pub insertion: Signal,
+    pub insertion: Place,
     /// \[rad\]
-    pub rotation: Signal,
-    /// Not 0 while the operator holds this drive's button; only the guidewire's is asked.
-    pub held: Option<Signal>,
+    pub rotation: Place,
+    /// One half or more while the operator holds this drive's button.
+    pub held: Option<Place>,
 }
 
 /// The frames of a master. `None`: the drive's position comes in our own frame.
+///
+/// A drive has a new position when every frame that says something of it has come since its last
+/// one: so the oldest of them decides how fresh the whole is, and one that stops coming is a drive
+/// that is lost.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Master {
-    pub catheter: Option<DriveFrame>,
-    pub guidewire: Option<DriveFrame>,
+    pub catheter: Option<Drive>,
+    pub guidewire: Option<Drive>,
+    /// One half or more while the operator grips the handle; said of each drive described here.
+    pub grip: Option<Place>,
 }
 
 /// Why a master's frames are refused.
@@ -55,6 +67,8 @@ pub enum MasterError {
     Bits,
     /// A scale of 0, or a number that is not finite.
     Scale,
+    /// A grip, but no drive that it belongs to.
+    Grip,
 }
 
 impl MasterError {
@@ -63,16 +77,20 @@ impl MasterError {
             Self::Id => "the identifier has more than 11 bits or is one of cathforce's own",
             Self::Bits => "a signal must have 1 to 32 bits within 8 bytes",
             Self::Scale => "a scale must be finite and not 0, an offset finite",
+            Self::Grip => "a grip is said of drives described beside it, and there is none",
         }
     }
 }
 
-/// What a frame says of a drive.
+/// What a master has said of a drive.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reading {
     pub insertion_m: f32,
     pub rotation_rad: f32,
-    pub held: bool,
+    /// The operator holds the drive's button; `None` where it has none.
+    pub held: Option<bool>,
+    /// The operator grips the handle; `true` where nobody says so.
+    pub gripped: bool,
 }
 
 impl Signal {
@@ -140,49 +158,154 @@ impl Signal {
     }
 }
 
-impl DriveFrame {
-    /// Checks identifier and signals.
-    pub fn validate(&self) -> Result<(), MasterError> {
+impl Place {
+    fn validate(self) -> Result<(), MasterError> {
         // What a drive's own frame would have been called is free.
         let is_taken =
             Id::from_raw(self.id).is_some_and(|id| !matches!(id, Id::Encoder | Id::Guidewire));
         if self.id > MAX_ID || is_taken {
             return Err(MasterError::Id);
         }
-        let signals = [Some(self.insertion), Some(self.rotation), self.held];
-        signals.into_iter().flatten().try_for_each(Signal::validate)
+        self.signal.validate()
     }
+}
 
-    /// What a frame says, if it has this identifier; else what it counts as.
-    pub fn read(&self, frame: &Frame) -> Option<Result<Reading, Counter>> {
-        if frame.id() != self.id {
-            return None;
-        }
-        let read = |signal: Signal| signal.read(frame.data()).ok_or(Counter::WrongLength);
-        let reading = || {
-            Ok(Reading {
-                insertion_m: read(self.insertion)?,
-                rotation_rad: read(self.rotation)?,
-                held: self.held.map(read).transpose()?.is_some_and(|held| held != 0.0),
-            })
-        };
-        Some(reading())
-    }
-
-    /// Adds this drive's position to a frame of 8 bytes.
-    pub fn write(&self, insertion_m: f64, rotation_rad: f64, held: bool, data: &mut [u8; 8]) {
-        self.insertion.write(insertion_m, data);
-        self.rotation.write(rotation_rad, data);
-        if let Some(signal) = self.held {
-            signal.write(f64::from(u8::from(held)), data);
-        }
+impl Drive {
+    fn places(self) -> impl Iterator<Item = Place> {
+        [Some(self.insertion), Some(self.rotation), self.held].into_iter().flatten()
     }
 }
 
 impl Master {
-    /// Checks both drives' frames.
+    fn places(&self) -> impl Iterator<Item = Place> {
+        let drives = [self.catheter, self.guidewire].into_iter().flatten();
+        drives.flat_map(Drive::places).chain(self.grip)
+    }
+
+    /// Checks where everything stands.
     pub fn validate(&self) -> Result<(), MasterError> {
-        [self.catheter, self.guidewire].iter().flatten().try_for_each(DriveFrame::validate)
+        if self.grip.is_some() && self.catheter.is_none() && self.guidewire.is_none() {
+            return Err(MasterError::Grip);
+        }
+        self.places().try_for_each(Place::validate)
+    }
+
+    /// Something described here is in the frames of this identifier.
+    pub fn has(&self, id: u16) -> bool {
+        self.places().any(|place| place.id == id)
+    }
+
+    /// Longest frames that carry all of it once.
+    pub fn frames(&self) -> usize {
+        let first = |at: usize, id| self.places().position(|place| place.id == id) == Some(at);
+        self.places().enumerate().filter(|&(at, place)| first(at, place.id)).count()
+    }
+}
+
+/// Takes a master's frames until each drive's position is whole.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Collector {
+    master: Master,
+    catheter: Partial,
+    guidewire: Partial,
+}
+
+/// What is known of a drive since its last position.
+#[derive(Clone, Copy, Debug, Default)]
+struct Partial {
+    insertion_m: Option<f32>,
+    rotation_rad: Option<f32>,
+    held: Option<bool>,
+    gripped: Option<bool>,
+}
+
+/// What became of a frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Taken {
+    /// Nothing described is in it.
+    Foreign,
+    /// As the counter says: it is too short for what should be in it.
+    Rejected(Counter),
+    /// Something is new; `superseded`: in the place of what no position has used yet.
+    Used { superseded: bool },
+}
+
+impl Collector {
+    pub fn new(master: Master) -> Self {
+        Self { master, ..Self::default() }
+    }
+
+    /// Whose frames they are.
+    pub fn master(&self) -> &Master {
+        &self.master
+    }
+
+    /// Takes a frame whole or not at all.
+    pub fn take(&mut self, frame: &Frame) -> Taken {
+        if !self.master.has(frame.id()) {
+            return Taken::Foreign;
+        }
+        let mut after = *self;
+        match after.read(frame) {
+            Ok(superseded) => {
+                *self = after;
+                Taken::Used { superseded }
+            }
+            Err(counter) => Taken::Rejected(counter),
+        }
+    }
+
+    fn read(&mut self, frame: &Frame) -> Result<bool, Counter> {
+        let Master { catheter, guidewire, grip } = self.master;
+        let read = |place: Option<Place>| {
+            let place = place.filter(|place| place.id == frame.id());
+            let read = place.map(|place| place.signal.read(frame.data()));
+            read.map(|read| read.ok_or(Counter::WrongLength)).transpose()
+        };
+        let pressed = |place| Ok(read(place)?.map(|value| value >= PRESSED));
+        let mut superseded = false;
+        for (drive, partial) in [(catheter, &mut self.catheter), (guidewire, &mut self.guidewire)] {
+            let Some(drive) = drive else { continue };
+            superseded |= put(&mut partial.insertion_m, read(Some(drive.insertion))?);
+            superseded |= put(&mut partial.rotation_rad, read(Some(drive.rotation))?);
+            superseded |= put(&mut partial.held, pressed(drive.held)?);
+            superseded |= put(&mut partial.gripped, pressed(grip)?);
+        }
+        Ok(superseded)
+    }
+
+    /// The catheter's drive, once every frame of it has come since it was asked for the last time.
+    pub fn catheter(&mut self) -> Option<Reading> {
+        self.catheter.whole(self.master.catheter?, self.master.grip.is_some())
+    }
+
+    /// The same for the guidewire's.
+    pub fn guidewire(&mut self) -> Option<Reading> {
+        self.guidewire.whole(self.master.guidewire?, self.master.grip.is_some())
+    }
+}
+
+/// A button reads 1 while it is held; half-way there it counts as held.
+const PRESSED: f32 = 0.5;
+
+fn put<T>(place: &mut Option<T>, value: Option<T>) -> bool {
+    value.is_some_and(|value| place.replace(value).is_some())
+}
+
+impl Partial {
+    fn whole(&mut self, drive: Drive, has_grip: bool) -> Option<Reading> {
+        let is_missing = |wanted: bool, known: Option<bool>| wanted && known.is_none();
+        if is_missing(drive.held.is_some(), self.held) || is_missing(has_grip, self.gripped) {
+            return None;
+        }
+        let reading = Reading {
+            insertion_m: self.insertion_m?,
+            rotation_rad: self.rotation_rad?,
+            held: self.held,
+            gripped: self.gripped.unwrap_or(true),
+        };
+        *self = Self::default();
+        Some(reading)
     }
 }
 
@@ -231,11 +354,52 @@ mod tests {
         );
         assert_eq!(wrong(Signal { scale: 0.0, ..SIGNAL }), MasterError::Scale);
         assert_eq!(wrong(Signal { offset: f32::NAN, ..SIGNAL }), MasterError::Scale);
-        let drive = DriveFrame { id: 0x321, insertion: SIGNAL, rotation: SIGNAL, held: None };
-        assert_eq!(drive.validate(), Ok(()));
+        let place = |id| Place { id, signal: SIGNAL };
+        let drive = Drive { insertion: place(0x321), rotation: place(0x322), held: None };
+        let master = Master { catheter: Some(drive), ..Master::default() };
+        assert_eq!(master.validate(), Ok(()));
         for id in [0x800, 0x080, 0x110, 0x180, 0x200, 0x600] {
-            assert_eq!(DriveFrame { id, ..drive }.validate(), Err(MasterError::Id));
+            let drive = Some(Drive { rotation: place(id), ..drive });
+            assert_eq!(Master { catheter: drive, ..master }.validate(), Err(MasterError::Id));
         }
+        let grip = Master { grip: Some(place(0x321)), ..Master::default() };
+        assert_eq!(grip.validate(), Err(MasterError::Grip));
+    }
+
+    /// Feed and turn in frames of their own, the button with the feed, the grip in a third.
+    #[test]
+    fn a_position_is_whole_when_the_last_of_its_frames_has_come() {
+        let place =
+            |id, start_bit, bits| Place { id, signal: Signal { start_bit, bits, ..SIGNAL } };
+        let drive = Drive {
+            insertion: place(0x301, 0, 16),
+            rotation: place(0x302, 0, 16),
+            held: Some(place(0x301, 16, 1)),
+        };
+        let grip = Some(place(0x303, 0, 8));
+        let master = Master { catheter: Some(drive), guidewire: None, grip };
+        assert_eq!((master.validate(), master.frames()), (Ok(()), 3));
+        let mut collector = Collector::new(master);
+        let mut take = |id: u16, data: &[u8]| {
+            let taken = collector.take(&Frame::new(id, data).unwrap());
+            (taken, collector.catheter())
+        };
+        let (new, newer) = (Taken::Used { superseded: false }, Taken::Used { superseded: true });
+        assert_eq!(take(0x301, &[7, 0, 1]), (new, None));
+        assert_eq!(take(0x302, &[9, 0]), (new, None));
+        assert_eq!(take(0x304, &[0; 8]), (Taken::Foreign, None));
+        assert_eq!(take(0x301, &[8, 0, 0]), (newer, None), "of two the newest counts");
+        let whole =
+            Reading { insertion_m: 8.0, rotation_rad: 9.0, held: Some(false), gripped: true };
+        assert_eq!(take(0x303, &[1]), (new, Some(whole)));
+        assert_eq!(take(0x303, &[0]), (new, None), "every one of them again");
+        // Too short for the button: nothing of it is taken, the feed neither.
+        let short = Taken::Rejected(Counter::WrongLength);
+        assert_eq!(take(0x301, &[5, 0]), (short, None));
+        assert_eq!(take(0x302, &[1, 0]), (new, None));
+        let open =
+            Reading { insertion_m: 6.0, rotation_rad: 1.0, held: Some(true), gripped: false };
+        assert_eq!(take(0x301, &[6, 0, 1]), (new, Some(open)));
     }
 
     proptest! {

@@ -30,19 +30,20 @@ pub struct Status {
     pub limited: bool,
     /// Of the device: no further frame of this tick follows.
     pub last: bool,
-    /// Of GUIDEWIRE: the operator holds the guidewire's button.
-    pub held: bool,
+    /// Of the operator's hand. In GUIDEWIRE: it holds the guidewire's button. In ENCODER: it has
+    /// let go of the handle.
+    pub hand: bool,
 }
 
 impl Status {
     fn bits(self) -> u8 {
-        let bits = [self.unresolved, self.limited, self.last, self.held];
+        let bits = [self.unresolved, self.limited, self.last, self.hand];
         bits.into_iter().rev().fold(0, |nibble, bit| nibble << 1 | u8::from(bit))
     }
 
     fn from_bits(bits: u8) -> Self {
         let bit = |k: u8| bits >> k & 1 != 0;
-        Self { unresolved: bit(0), limited: bit(1), last: bit(2), held: bit(3) }
+        Self { unresolved: bit(0), limited: bit(1), last: bit(2), hand: bit(3) }
     }
 }
 
@@ -406,7 +407,7 @@ mod tests {
         fn what_is_sealed_is_received(raw in 0u16..=0x7FF, payload: [u8; 6], unresolved: bool, limited: bool) {
             let decoded = Id::from_raw(raw).and_then(|id| Some((id, Process::decode(id, payload)?)));
             if let Some((id, process)) = decoded {
-                let status = Status { unresolved, limited, last: unresolved, held: limited };
+                let status = Status { unresolved, limited, last: unresolved, hand: limited };
                 let frame = Sealer::default().seal(process, status);
                 let accepted = Protection::default().receive(id, &frame, &mut Counters::default());
                 prop_assert_eq!(accepted, Ok(Accepted { process, status, lost: 0 }));

@@ -57,7 +57,7 @@ fn line(process: Process, sealer: &mut Sealer) -> String {
     let id = process.id();
     let status = match id.is_from_host() {
         false => Status { unresolved: true, last: true, ..Status::default() },
-        true => Status { held: id == Id::Guidewire, ..Status::default() },
+        true => Status { hand: matches!(id, Id::Encoder | Id::Guidewire), ..Status::default() },
     };
     let frame: Frame = sealer.seal(process, status);
     let [.., tail, crc] = *frame.data() else { panic!("{frame} is short") };
@@ -67,6 +67,8 @@ fn line(process: Process, sealer: &mut Sealer) -> String {
         signals.extend([("Unresolved", 1.0), ("Limited", 0.0), ("Last", 1.0)]);
     } else if id == Id::Guidewire {
         signals.push(("Held", 1.0));
+    } else if id == Id::Encoder {
+        signals.push(("Released", 1.0));
     }
     signals.extend([("Counter", f64::from(tail & 0xF)), ("Crc", f64::from(crc))]);
     let signals = signals.iter().map(|(name, value)| format!("\"{name}\":{value}"));

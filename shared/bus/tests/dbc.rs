@@ -99,10 +99,13 @@ proptest! {
             let status = if !id.is_from_host() {
                 let bits = [("Unresolved", a), ("Limited", b), ("Last", c)];
                 meant.extend(bits.map(|(name, bit)| (name, f64::from(u8::from(bit)))));
-                Status { unresolved: a, limited: b, last: c, held: false }
+                Status { unresolved: a, limited: b, last: c, hand: false }
             } else if id == Id::Guidewire {
                 meant.push(("Held", f64::from(u8::from(a))));
-                Status { held: a, ..Status::default() }
+                Status { hand: a, ..Status::default() }
+            } else if id == Id::Encoder {
+                meant.push(("Released", f64::from(u8::from(a))));
+                Status { hand: a, ..Status::default() }
             } else {
                 Status::default()
             };

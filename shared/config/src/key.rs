@@ -69,11 +69,6 @@ impl Key {
         matches!(self, Self::Setting(SettingInfo { whole: true, .. }))
     }
 
-    /// Changing it while output is armed harms nobody.
-    pub const fn while_armed(self) -> bool {
-        matches!(self, Self::Setting(SettingInfo { while_armed: true, .. }))
-    }
-
     /// What it does.
     pub const fn doc(self) -> &'static str {
         match self {

@@ -11,6 +11,9 @@ pub struct Inputs {
     pub encoder: Option<EncoderSample>,
     /// Likewise of the guidewire's drive; of no effect where there is none.
     pub guidewire: Option<GuidewireSample>,
+    /// The operator has let go of the handle, or holds the button of neither instrument: nothing
+    /// is felt then. `None`: as it was; held before anybody says so.
+    pub released: Option<bool>,
     /// Frames rejected since the last tick (CRC, counter, length); saturates.
     pub rejected_frames: u8,
     /// At most one command a tick.
@@ -109,6 +112,8 @@ impl LimitFlags {
     pub const HELD: Self = Self(1 << 5);
     /// A number that is not finite was replaced by zero.
     pub const NOT_FINITE: Self = Self(1 << 6);
+    /// Nobody holds the handle: force and torque slew to zero and stay there.
+    pub const RELEASED: Self = Self(1 << 7);
 
     /// No reason: the output is what was asked for.
     pub const fn none() -> Self {

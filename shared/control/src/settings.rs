@@ -40,8 +40,6 @@ pub struct SettingInfo {
     pub whole: bool,
     /// What it does.
     pub doc: &'static str,
-    /// May be changed while output is armed.
-    pub while_armed: bool,
 }
 
 /// Why a setting, or [`Settings`] as a whole, is refused.
@@ -144,8 +142,7 @@ macro_rules! settings {
         $name:ident: $kind:ident {
             unit: $unit:literal,
             default: $default:expr,
-            range: $min:expr, $max:expr,
-            while_armed: $while_armed:literal $(,)?
+            range: $min:expr, $max:expr $(,)?
         }
     )+) => {
         /// What an operator may set. Plain numbers: the limits hold even if they are corrupt.
@@ -169,7 +166,6 @@ macro_rules! settings {
             default: $default as f32,
             whole: <$kind as Number>::WHOLE,
             doc: concat!($($doc),+).trim_ascii(),
-            while_armed: $while_armed,
         }, )+ ];
 
         impl Settings {
@@ -226,49 +222,49 @@ impl Settings {
 
 settings! {
     /// Force on the operator's linear axis over the axial force at the drive.
-    force_gain: f32 { unit: "1", default: 1.0, range: 0.0, 20.0, while_armed: true }
+    force_gain: f32 { unit: "1", default: 1.0, range: 0.0, 20.0 }
     /// Torque on the operator's rotary axis over the torque at the drive.
-    torque_gain: f32 { unit: "1", default: 1.0, range: 0.0, 20.0, while_armed: true }
+    torque_gain: f32 { unit: "1", default: 1.0, range: 0.0, 20.0 }
     /// Rendered force below which nothing is felt; subtracted above it.
-    force_deadband_n: f32 { unit: "N", default: 0.0, range: 0.0, 1.0, while_armed: true }
+    force_deadband_n: f32 { unit: "N", default: 0.0, range: 0.0, 1.0 }
     /// Rendered torque below which nothing is felt; subtracted above it.
-    torque_deadband_n_m: f32 { unit: "N·m", default: 0.0, range: 0.0, 0.01, while_armed: true }
+    torque_deadband_n_m: f32 { unit: "N·m", default: 0.0, range: 0.0, 0.01 }
     /// Largest force on the operator's linear axis.
-    force_limit_n: f32 { unit: "N", default: 3.0, range: 0.0, FORCE_HARD_N, while_armed: false }
+    force_limit_n: f32 { unit: "N", default: 3.0, range: 0.0, FORCE_HARD_N }
     /// Largest torque on the operator's rotary axis.
     torque_limit_n_m: f32 {
-        unit: "N·m", default: 0.03, range: 0.0, TORQUE_HARD_N_M, while_armed: false
+        unit: "N·m", default: 0.03, range: 0.0, TORQUE_HARD_N_M
     }
     /// Fastest change of the force on the operator's linear axis.
-    force_slew_n_per_s: f32 { unit: "N/s", default: 200.0, range: 1.0, 2000.0, while_armed: false }
+    force_slew_n_per_s: f32 { unit: "N/s", default: 200.0, range: 1.0, 2000.0 }
     /// Fastest change of the torque on the operator's rotary axis.
     torque_slew_n_m_per_s: f32 {
-        unit: "N·m/s", default: 2.0, range: 0.01, 20.0, while_armed: false
+        unit: "N·m/s", default: 2.0, range: 0.01, 20.0
     }
     /// Energy that may come out of the operator's axes, net, since arming; half from each.
-    energy_limit_j: f32 { unit: "J", default: 0.1, range: 0.0, 1.0, while_armed: false }
+    energy_limit_j: f32 { unit: "J", default: 0.1, range: 0.0, 1.0 }
     /// A feed faster than this between two samples is an encoder fault, not a motion.
     max_insertion_speed_m_per_s: f32 {
-        unit: "m/s", default: 0.2, range: 0.001, 1.0, while_armed: false
+        unit: "m/s", default: 0.2, range: 0.001, 1.0
     }
     /// A rotation faster than this between two samples is an encoder fault, not a motion.
     max_rotation_speed_rad_per_s: f32 {
-        unit: "rad/s", default: 20.0, range: 0.1, 200.0, while_armed: false
+        unit: "rad/s", default: 20.0, range: 0.1, 200.0
     }
     /// Largest insertion that an encoder sample may claim.
-    max_insertion_m: f32 { unit: "m", default: 1.0, range: 0.001, 1.6, while_armed: false }
+    max_insertion_m: f32 { unit: "m", default: 1.0, range: 0.001, 1.6 }
     /// Largest rotation, either way, that an encoder sample may claim.
-    max_rotation_rad: f32 { unit: "rad", default: 80.0, range: 0.1, 83.0, while_armed: false }
+    max_rotation_rad: f32 { unit: "rad", default: 80.0, range: 0.1, 83.0 }
     /// Ticks without a valid encoder sample after which output ramps to zero.
     encoder_timeout_ticks: u16 {
-        unit: "ticks", default: 5, range: 1, ENCODER_TIMEOUT_HARD_TICKS, while_armed: false
+        unit: "ticks", default: 5, range: 1, ENCODER_TIMEOUT_HARD_TICKS
     }
     /// Ticks in which a ramp reaches zero.
-    ramp_time_ticks: u16 { unit: "ticks", default: 20, range: 1, RAMP_HARD_TICKS, while_armed: false }
+    ramp_time_ticks: u16 { unit: "ticks", default: 20, range: 1, RAMP_HARD_TICKS }
     /// Ticks that the model may take to reach the measured insertion before output can be armed.
-    settle_timeout_ticks: u16 { unit: "ticks", default: 10000, range: 100, 60000, while_armed: false }
+    settle_timeout_ticks: u16 { unit: "ticks", default: 10000, range: 100, 60000 }
     /// Successive ticks for which a force may be held because the model did not converge.
-    unresolved_limit_ticks: u16 { unit: "ticks", default: 250, range: 1, 500, while_armed: false }
+    unresolved_limit_ticks: u16 { unit: "ticks", default: 250, range: 1, 500 }
 }
 
 #[cfg(test)]

@@ -40,6 +40,8 @@ pub(crate) struct Memory {
     freshness: Freshness,
     guidewire: Freshness,
     felt: Felt,
+    /// Nobody holds the handle: nothing is rendered.
+    released: bool,
     haptics: Haptics,
     force: Axis,
     torque: Axis,
@@ -92,6 +94,7 @@ impl Memory {
             freshness: Freshness::new(),
             guidewire: Freshness::new(),
             felt: Felt::Catheter,
+            released: false,
             haptics: Haptics::new(),
             force: Axis::new(),
             torque: Axis::new(),
@@ -121,6 +124,8 @@ impl Memory {
         if let (Some(sample), true) = (inputs.guidewire, model.has_guidewire()) {
             self.feel(if sample.held { Felt::Guidewire } else { Felt::Catheter });
         }
+
+        self.released = inputs.released.unwrap_or(self.released);
 
         if let Some(notice) = inputs.notice {
             self.happens(Event::Fault(match notice {
@@ -255,8 +260,10 @@ impl Memory {
     /// The last stage: what may be output in this mode.
     fn apply(&mut self, settings: &Settings, bounds: &Bounds) -> Applied {
         let rendered = match self.mode {
-            Mode::Armed => self.haptics.render(settings, self.felt),
-            Mode::Ramp { .. } => Rendered { force_n: 0.0, torque_n_m: 0.0, held: false },
+            Mode::Armed if !self.released => self.haptics.render(settings, self.felt),
+            Mode::Armed | Mode::Ramp { .. } => {
+                Rendered { force_n: 0.0, torque_n_m: 0.0, held: false }
+            }
             Mode::Boot | Mode::Idle | Mode::Settling | Mode::Ready | Mode::Fault { .. } => {
                 self.force.limiter.cut();
                 self.torque.limiter.cut();
@@ -286,6 +293,7 @@ impl Memory {
             (force.energy || torque.energy, LimitFlags::ENERGY),
             (rendered.held, LimitFlags::HELD),
             (force.not_finite || torque.not_finite, LimitFlags::NOT_FINITE),
+            (self.released && self.mode == Mode::Armed, LimitFlags::RELEASED),
         ] {
             if is_set {
                 limited |= flag;

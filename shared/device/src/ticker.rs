@@ -1,6 +1,6 @@
 //! The half in the tick interrupt.
 
-use cathforce_bus::master::{Master, Reading};
+use cathforce_bus::master::{Collector, Master, Reading, Taken};
 use cathforce_bus::service::{Load, Status as Report};
 use cathforce_bus::{
     self as bus, Counter, Counters, Frame, Id, MODE_UNCONFIGURED, Process, Protection, Sealer,
@@ -45,7 +45,29 @@ pub struct Ticker {
     node: u8,
     lock_step: bool,
     granted: u32,
-    master: Master,
+    master: Collector,
+    hand: Hand,
+}
+
+/// What the operator's hand does, as far as anybody has said so.
+#[derive(Clone, Copy, Debug, Default)]
+struct Hand {
+    /// The handle is let go, as ENCODER says.
+    released: bool,
+    /// The handle is gripped, as the master's own frames say.
+    gripped: Option<bool>,
+    /// The catheter's button, where it has one.
+    catheter: Option<bool>,
+    guidewire: bool,
+}
+
+impl Hand {
+    /// Nothing is felt: nobody holds on, or it is not clear to which instrument. A catheter
+    /// without a button is held whenever the guidewire is not.
+    fn is_off(self) -> bool {
+        let on_neither_or_both = self.catheter.is_some_and(|held| held == self.guidewire);
+        self.released || self.gripped == Some(false) || on_neither_or_both
+    }
 }
 
 impl Default for Ticker {
@@ -68,14 +90,16 @@ impl Ticker {
             node: 0,
             lock_step: false,
             granted: 0,
-            master: Master::default(),
+            master: Collector::default(),
+            hand: Hand::default(),
         }
     }
 
     /// Starts over at tick 0 for another configuration, whose drives' positions come in these
     /// frames. Counters and lock step stay.
     pub fn restart(&mut self, master: Master) {
-        self.master = master;
+        self.master = Collector::new(master);
+        self.hand = Hand::default();
         self.protection = Protection::default();
         self.sealer = Sealer::default();
         self.inputs = Inputs::default();
@@ -118,8 +142,10 @@ impl Ticker {
         match Id::from_raw(frame.id()) {
             Some(Id::ServiceRequest) => {}
             Some(id @ (Id::Sync | Id::Command)) => self.on_process(id, frame),
-            Some(id @ Id::Encoder) if self.master.catheter.is_none() => self.on_process(id, frame),
-            Some(id @ Id::Guidewire) if self.master.guidewire.is_none() => {
+            Some(id @ Id::Encoder) if self.master.master().catheter.is_none() => {
+                self.on_process(id, frame)
+            }
+            Some(id @ Id::Guidewire) if self.master.master().guidewire.is_none() => {
                 self.on_process(id, frame);
             }
             _ => self.on_master(frame),
@@ -128,23 +154,29 @@ impl Ticker {
 
     /// A frame under an identifier that is not ours: the master's, if it is described.
     fn on_master(&mut self, frame: &Frame) {
-        let Master { catheter, guidewire } = self.master;
-        let read = [catheter, guidewire].map(|drive| drive.and_then(|drive| drive.read(frame)));
-        if read.iter().all(Option::is_none) {
-            return self.on_foreign();
+        match self.master.take(frame) {
+            Taken::Foreign => return self.on_foreign(),
+            Taken::Rejected(counter) => {
+                self.counters.count(counter);
+                self.inputs.rejected_frames = self.inputs.rejected_frames.saturating_add(1);
+                return;
+            }
+            Taken::Used { superseded } => {
+                self.counters.count(Counter::Accepted);
+                if superseded {
+                    self.counters.count(Counter::Superseded);
+                }
+            }
         }
-        let failed = read.iter().flatten().find_map(|reading| reading.err());
-        self.counters.count(failed.unwrap_or(Counter::Accepted));
-        if failed.is_some() {
-            self.inputs.rejected_frames = self.inputs.rejected_frames.saturating_add(1);
-            return;
-        }
-        let [catheter, guidewire] = read.map(|reading| reading.and_then(Result::ok));
-        if let Some(reading) = catheter {
+        if let Some(reading) = self.master.catheter() {
+            self.hand.catheter = reading.held;
+            self.hand.gripped = Some(reading.gripped);
             newest(&mut self.inputs.encoder, position(reading), &mut self.counters);
         }
-        if let Some(reading) = guidewire {
-            let sample = GuidewireSample { at: position(reading), held: reading.held };
+        if let Some(reading) = self.master.guidewire() {
+            self.hand.guidewire = reading.held == Some(true);
+            self.hand.gripped = Some(reading.gripped);
+            let sample = GuidewireSample { at: position(reading), held: self.hand.guidewire };
             newest(&mut self.inputs.guidewire, sample, &mut self.counters);
         }
     }
@@ -161,10 +193,12 @@ impl Ticker {
                     self.granted = self.granted.saturating_add(u32::from(sync.grant));
                 }
                 Process::Encoder(encoder) => {
+                    self.hand.released = accepted.status.hand;
                     newest(&mut self.inputs.encoder, sample(encoder), &mut self.counters);
                 }
                 Process::Guidewire(encoder) => {
-                    let held = accepted.status.held;
+                    let held = accepted.status.hand;
+                    self.hand.guidewire = held;
                     let sample = GuidewireSample { at: sample(encoder), held };
                     newest(&mut self.inputs.guidewire, sample, &mut self.counters);
                 }
@@ -200,7 +234,8 @@ impl Ticker {
     /// Without configuration nothing is computed and the output is zero. `notice` is what
     /// the board noticed about itself.
     pub fn tick(&mut self, config: Option<&Config<'_>>, notice: Option<Notice>) -> Sent {
-        let inputs = Inputs { notice, ..core::mem::take(&mut self.inputs) };
+        let released = Some(self.hand.is_off());
+        let inputs = Inputs { notice, released, ..core::mem::take(&mut self.inputs) };
         self.granted = self.granted.saturating_sub(1);
         self.outputs = config.map(|config| control::step(config, &mut self.state, &inputs));
         let sent = match (config, self.outputs) {

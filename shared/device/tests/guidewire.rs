@@ -59,7 +59,7 @@ impl<'a> Bench<'a> {
         };
         self.send(Process::Encoder(at(self.catheter_m)), Status::default());
         if let Some(wire_m) = self.wire_m {
-            let status = Status { held: self.held, ..Status::default() };
+            let status = Status { hand: self.held, ..Status::default() };
             self.send(Process::Guidewire(at(wire_m)), status);
         }
         if let Some(command) = command {

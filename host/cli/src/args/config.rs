@@ -158,16 +158,22 @@ pub struct ConfigImportDbcArguments {
     /// Feed of the catheter's drive.
     #[arg(long, value_name = "SIGNAL", requires = "rotation")]
     pub insertion: Option<String>,
-    /// Rotation of the catheter's drive, in the same frame.
+    /// Rotation of the catheter's drive.
     #[arg(long, value_name = "SIGNAL", requires = "insertion")]
     pub rotation: Option<String>,
+    /// The catheter's button, if it has one; 1 while it is held.
+    #[arg(long, value_name = "SIGNAL", requires = "insertion")]
+    pub button: Option<String>,
+    /// Whether the handle is gripped; from one half on it is.
+    #[arg(long, value_name = "SIGNAL")]
+    pub grip: Option<String>,
     /// Feed of the guidewire's drive.
     #[arg(long, value_name = "SIGNAL", requires = "guidewire_rotation")]
     pub guidewire_insertion: Option<String>,
-    /// Rotation of the guidewire's drive, in the same frame.
+    /// Rotation of the guidewire's drive.
     #[arg(long, value_name = "SIGNAL", requires = "guidewire_insertion")]
     pub guidewire_rotation: Option<String>,
-    /// The guidewire's button, in the same frame; not 0 while it is held.
+    /// The guidewire's button; 1 while it is held.
     #[arg(long, value_name = "SIGNAL", requires = "guidewire_insertion")]
     pub guidewire_button: Option<String>,
 }

@@ -135,14 +135,17 @@ pub struct CheckArguments {
 
 /// A recording or a bus.
 #[derive(Debug, Args)]
-#[group(required = true, multiple = false)]
+#[group(id = "source", required = true, multiple = true, args = ["recording", "link"])]
 pub struct Source {
     /// Recording; latency needs one that ran free.
-    #[arg(value_name = "FILE.mcap")]
+    #[arg(value_name = "FILE.mcap", conflicts_with = "link")]
     pub recording: Option<PathBuf>,
     /// Listen on this bus; nothing is sent.
     #[arg(long)]
     pub link: Option<String>,
+    /// The master on this bus has frames of its own, as these settings say.
+    #[arg(long, value_name = "FILE.toml", requires = "link", conflicts_with = "recording")]
+    pub settings: Option<PathBuf>,
 }
 
 #[derive(Debug, Args)]

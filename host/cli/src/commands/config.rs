@@ -24,6 +24,10 @@ use crate::settings::{Setting, parse_file};
 use crate::ui::{Ui, two_columns};
 use values::{head_of, head_on, values};
 
+/// No setting changes while output is armed (P17): the device refuses it. So a recording has one
+/// configuration from its first tick to its last, and replays bit by bit.
+const WHILE_ARMED: bool = false;
+
 pub fn run(ui: &Ui, arguments: &ConfigArguments) -> Result<(), Failure> {
     match &arguments.action {
         None => list(ui),
@@ -55,7 +59,7 @@ fn list(ui: &Ui) -> Result<(), Failure> {
             "name": key.name(), "unit": key.unit(), "min": min, "max": max,
             // Null for what rig.toml states.
             "default": key.default(), "whole": key.is_whole(),
-            "while_armed": key.while_armed(), "doc": key.doc(),
+            "while_armed": WHILE_ARMED, "doc": key.doc(),
         })
     });
     let json = described.collect::<Vec<_>>();
@@ -64,8 +68,7 @@ fn list(ui: &Ui) -> Result<(), Failure> {
     for key in keys() {
         if matches!(key, Key::Parameter(_)) && !of_rig {
             of_rig = true;
-            text += "\nOf the rig and its effects (`cathforce gap effects` says more); not while \
-                     armed:\n\n";
+            text += "\nOf the rig and its effects (`cathforce gap effects` says more):\n\n";
         }
         let [min, max] = key.range();
         let unit = unit(key);
@@ -73,11 +76,10 @@ fn list(ui: &Ui) -> Result<(), Failure> {
             Some(default) => format!("{default}{unit}"),
             None => "as in rig.toml".to_owned(),
         };
-        let armed = if key.while_armed() || of_rig { "" } else { " Not while armed." };
         let name = ui.bold(key.name());
-        text +=
-            &format!("{name}\n  {default}, from {min} to {max}{unit}\n  {}{armed}\n", key.doc());
+        text += &format!("{name}\n  {default}, from {min} to {max}{unit}\n  {}\n", key.doc());
     }
+    text += "\nNone of them changes while output is armed: disarm, apply, arm again.\n";
     ui.data(&json, text)
 }
 

@@ -5,6 +5,7 @@ use std::io::{self, BufReader};
 use std::path::Path;
 
 use cathforce_bus::Id;
+use cathforce_config::image;
 use cathforce_control::TICK_S;
 use cathforce_record::import::{AtiOptions, ImportError, join, read_ati, read_csv};
 use cathforce_record::{
@@ -14,7 +15,7 @@ use cathforce_record::{
 use serde_json::json;
 
 use super::run::{info, read_text, vessel_files};
-use super::{image, open_bundle, open_recording};
+use super::{image as build_image, open_bundle, open_recording};
 use crate::args::{ImportAtiArguments, ImportCandumpArguments, ImportCsvArguments, ImportSource};
 use crate::failure::Failure;
 use crate::session::DBC;
@@ -31,7 +32,10 @@ pub fn run(ui: &Ui, from: &ImportSource) -> Result<(), Failure> {
 fn candump(ui: &Ui, arguments: &ImportCandumpArguments) -> Result<(), Failure> {
     let (path, out) = (&arguments.log, &arguments.out);
     must_be_new(out)?;
-    let log = read_candump(BufReader::new(open(path)?)).map_err(|e| at(path, &e))?;
+    let bundle = open_bundle(ui, &arguments.bundle)?;
+    let (image, _) = build_image(ui, &bundle, &arguments.changes)?;
+    let master = image::master(&image).map_err(Failure::input)?;
+    let log = read_candump(BufReader::new(open(path)?), &master).map_err(|e| at(path, &e))?;
     if log.frames.is_empty() {
         let message = format!(
             "{}: {} frames, none of them with an identifier of cathforce.dbc\n  fix: log the bus \
@@ -41,17 +45,22 @@ fn candump(ui: &Ui, arguments: &ImportCandumpArguments) -> Result<(), Failure> {
         );
         return Err(Failure::input(message));
     }
-    let bundle = open_bundle(ui, &arguments.bundle)?;
-    let (image, _) = image(ui, &bundle, &arguments.changes)?;
     let sync = |id| Id::from_raw(id) == Some(Id::Sync);
-    let lock_step = log.frames.iter().any(|frame| sync(frame.frame.id()));
+    let has_sync = log.frames.iter().any(|frame| sync(frame.frame.id()));
+    let (log, lock_step) = match has_sync {
+        false => (log, false),
+        true => match log.into_lock_step() {
+            Ok(log) => (log, true),
+            Err((log, first)) => {
+                ui.warn(not_from_the_beginning(path, first));
+                (log, false)
+            }
+        },
+    };
     let mut info = info("candump", &bundle, "");
     info.started_unix_ns = log.started_ns;
     info.tick_s = f64::from(TICK_S);
-    if lock_step {
-        // Its times are those of a logger, and where it began nobody knows.
-        ui.warn("the log is of a device in lock step; it is taken as running free");
-    }
+    info.lock_step = lock_step;
     let rig_toml = read_text(&bundle.path.join("rig.toml"))?;
     let files = vessel_files(&bundle)?;
     let vessel = files.iter().map(|(name, bytes)| (*name, &bytes[..])).collect::<Vec<_>>();
@@ -74,8 +83,21 @@ fn candump(ui: &Ui, arguments: &ImportCandumpArguments) -> Result<(), Failure> {
     moved?;
     let (frames, foreign) = (log.frames.len(), log.foreign);
     ui.data(
-        &json!({ "path": out, "frames": frames, "foreign": foreign }),
+        &json!({ "path": out, "frames": frames, "foreign": foreign, "lock_step": lock_step }),
         format_args!("{frames} frames, {foreign} of others left out: {}\n", out.display()),
+    )
+}
+
+/// A replay needs every frame from the first tick on.
+fn not_from_the_beginning(log: &Path, first: Option<u16>) -> String {
+    let begins = match first {
+        Some(tick) => format!("the first tick that it names is {tick}"),
+        None => "it names no tick of a configured device".into(),
+    };
+    format!(
+        "{}: of a device in lock step, but not from its configuration on, {begins}: taken as \
+         running free, it cannot be replayed\n  fix: start `candump -l` before `cathforce run`",
+        log.display()
     )
 }
 

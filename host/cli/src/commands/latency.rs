@@ -3,13 +3,15 @@
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
-use cathforce_bus::{Direction, Id};
+use cathforce_bus::Direction;
+use cathforce_bus::master::Master;
 use cathforce_record::latency::{END_TO_END, Stage, stages};
-use cathforce_record::{BusClock, BusFrame};
+use cathforce_record::{BusClock, BusFrame, direction};
 
 use crate::args::LatencyArguments;
 use crate::failure::{Code, Failure};
 use crate::session::interrupt_flag;
+use crate::settings::master_of;
 use crate::ui::Ui;
 
 /// Longest wait for a frame before the interruption is looked for.
@@ -25,10 +27,12 @@ pub fn run(ui: &Ui, arguments: &LatencyArguments) -> Result<(), Failure> {
                     "recorded in lock step: time was virtual, only ages in the device are left",
                 );
             }
-            stages(&recording.frames, &recording.logged_ns, lock_step)
+            stages(&recording.frames, &recording.logged_ns, lock_step, recording.master())
         }
         (None, Some(link)) => {
-            stages(&listen(link, Duration::from_secs_f64(arguments.duration))?, &[], false)
+            let master = master_of(arguments.source.settings.as_deref())?;
+            let heard = listen(link, Duration::from_secs_f64(arguments.duration), &master)?;
+            stages(&heard, &[], false, master)
         }
         // The argument parser asks for one of the two.
         (None, None) => Vec::new(),
@@ -50,15 +54,14 @@ pub fn run(ui: &Ui, arguments: &LatencyArguments) -> Result<(), Failure> {
 }
 
 /// Everything that is on a bus for some time.
-fn listen(address: &str, duration: Duration) -> Result<Vec<BusFrame>, Failure> {
+fn listen(address: &str, duration: Duration, master: &Master) -> Result<Vec<BusFrame>, Failure> {
     let interrupted = interrupt_flag()?;
     let mut link = cathforce_link::open(address)?;
     let mut clock = BusClock::new(false);
     let (started, mut frames) = (Instant::now(), Vec::new());
     while started.elapsed() < duration && !interrupted.load(Ordering::Relaxed) {
         let Some(frame) = link.receive(WAIT)? else { continue };
-        let from_host = Id::from_raw(frame.id()).is_some_and(Id::is_from_host);
-        let direction = if from_host { Direction::ToDevice } else { Direction::ToHost };
+        let direction = direction(&frame, master).unwrap_or(Direction::ToHost);
         let at_ns = clock.stamp(direction, &frame);
         frames.push(BusFrame { at_ns, direction, frame });
     }

@@ -4,15 +4,17 @@ use std::io::{IsTerminal, Write, stdout};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use cathforce_bus::{Direction, Id};
+use cathforce_bus::Direction;
+use cathforce_bus::master::Master;
 use cathforce_link::Link;
-use cathforce_record::{BusClock, BusFrame};
+use cathforce_record::{BusClock, BusFrame, direction};
 use ratatui::crossterm::event::{self, Event, KeyCode, KeyEventKind, KeyModifiers};
 
 use crate::args::MonitorArguments;
 use crate::failure::{Code, Failure};
 use crate::monitor::{Monitor, draw};
 use crate::session::interrupt_flag;
+use crate::settings::master_of;
 use crate::ui::Ui;
 
 /// From one picture to the next; little enough for a slow SSH connection.
@@ -23,10 +25,14 @@ const LINE: Duration = Duration::from_secs(1);
 pub fn run(ui: &Ui, arguments: &MonitorArguments) -> Result<(), Failure> {
     let interrupted = interrupt_flag()?;
     let (name, mut source) = match (&arguments.source.link, &arguments.source.recording) {
-        (Some(link), _) => (link.clone(), Source::of_link(link)?),
+        (Some(link), _) => {
+            let master = master_of(arguments.source.settings.as_deref())?;
+            (link.clone(), Source::of_link(link, master)?)
+        }
         (None, Some(path)) => {
             let recording = super::open_recording(ui, path)?;
-            (path.display().to_string(), Source::of_frames(recording.frames))
+            let master = recording.master();
+            (path.display().to_string(), Source::of_frames(recording.frames, master))
         }
         // The argument parser asks for one of the two.
         (None, None) => return Ok(()),
@@ -38,39 +44,45 @@ pub fn run(ui: &Ui, arguments: &MonitorArguments) -> Result<(), Failure> {
 }
 
 /// Where frames come from.
-enum Source {
+struct Source {
+    kind: Kind,
+    /// Where the drives' positions stand in the master's own frames.
+    master: Master,
+}
+
+enum Kind {
     Link { link: Box<dyn Link>, clock: BusClock },
     Frames { frames: std::iter::Peekable<std::vec::IntoIter<BusFrame>>, started: Instant },
 }
 
 impl Source {
-    fn of_link(address: &str) -> Result<Self, Failure> {
+    fn of_link(address: &str, master: Master) -> Result<Self, Failure> {
         let link = cathforce_link::open(address)?;
-        Ok(Self::Link { link, clock: BusClock::new(false) })
+        Ok(Self { kind: Kind::Link { link, clock: BusClock::new(false) }, master })
     }
 
-    fn of_frames(mut frames: Vec<BusFrame>) -> Self {
+    fn of_frames(mut frames: Vec<BusFrame>, master: Master) -> Self {
         // In lock step frames to the device run ahead of the answers.
         frames.sort_by_key(|frame| frame.at_ns);
-        Self::Frames { frames: frames.into_iter().peekable(), started: Instant::now() }
+        let frames = frames.into_iter().peekable();
+        Self { kind: Kind::Frames { frames, started: Instant::now() }, master }
     }
 
     /// Hands everything to `monitor` that comes within `time`; `false` when no more will.
     fn feed(&mut self, monitor: &mut Monitor, time: Duration) -> Result<bool, Failure> {
         let until = Instant::now() + time;
-        match self {
-            Self::Link { link, clock } => {
+        match &mut self.kind {
+            Kind::Link { link, clock } => {
                 while let Some(left) = until.checked_duration_since(Instant::now()) {
                     let Some(frame) = link.receive(left)? else { continue };
-                    let from_host = Id::from_raw(frame.id()).is_some_and(Id::is_from_host);
-                    let direction = if from_host { Direction::ToDevice } else { Direction::ToHost };
+                    let direction = direction(&frame, &self.master).unwrap_or(Direction::ToHost);
                     let at_ns = clock.stamp(direction, &frame);
                     monitor.frame(&BusFrame { at_ns, direction, frame });
                 }
                 monitor.advance(clock.now_ns());
                 Ok(true)
             }
-            Self::Frames { frames, started } => {
+            Kind::Frames { frames, started } => {
                 std::thread::sleep(time);
                 let now_ns = u64::try_from(started.elapsed().as_nanos()).unwrap_or(u64::MAX);
                 while let Some(frame) = frames.next_if(|frame| frame.at_ns <= now_ns) {
@@ -88,7 +100,7 @@ fn print(
     interrupted: &AtomicBool,
     duration_s: Option<f64>,
 ) -> Result<(), Failure> {
-    let (mut monitor, started) = (Monitor::default(), Instant::now());
+    let (mut monitor, started) = (Monitor::new(source.master), Instant::now());
     loop {
         let more = source.feed(&mut monitor, LINE)?;
         let failed = |e: &dyn std::fmt::Display| {
@@ -116,7 +128,7 @@ fn show(
     let failed = |e: std::io::Error| {
         Failure::new(Code::Failed, format!("cannot draw on this terminal: {e}"))
     };
-    let (mut monitor, started) = (Monitor::default(), Instant::now());
+    let (mut monitor, started) = (Monitor::new(source.master), Instant::now());
     let mut terminal = ratatui::try_init().map_err(failed)?;
     let shown = loop {
         let fed = source.feed(&mut monitor, PICTURE);

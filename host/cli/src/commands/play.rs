@@ -6,6 +6,7 @@ use std::path::Path;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
+use cathforce_bus::master::Master;
 use cathforce_bus::{Direction, Id};
 use cathforce_record::{BusFrame, read_candump};
 use serde_json::json;
@@ -73,7 +74,7 @@ fn frames(ui: &Ui, path: &Path) -> Result<Vec<BusFrame>, Failure> {
     if path.extension().is_some_and(|ending| ending == "log") {
         let file = File::open(path)
             .map_err(|e| Failure::input(format!("cannot read {}: {e}", path.display())))?;
-        let log = read_candump(BufReader::new(file));
+        let log = read_candump(BufReader::new(file), &Master::default());
         return Ok(log.map_err(|e| Failure::input(format!("{}: {e}", path.display())))?.frames);
     }
     Ok(super::open_recording(ui, path)?.frames)

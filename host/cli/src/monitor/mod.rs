@@ -4,6 +4,7 @@ mod view;
 
 use std::collections::{BTreeMap, VecDeque};
 
+use cathforce_bus::master::{Collector, Master};
 use cathforce_bus::{Direction, Id, Process};
 use cathforce_control::Mode;
 use cathforce_record::latency::age_s;
@@ -23,6 +24,9 @@ const HISTORY: usize = 600;
 #[derive(Default)]
 pub struct Monitor {
     decoder: Decoder,
+    master: Collector,
+    /// Times of whole positions of the catheter's drive in the window.
+    positions_ns: VecDeque<u64>,
     now_ns: u64,
     /// Time, bits and kind of each frame in the window.
     recent: VecDeque<(u64, u32, Option<Id>)>,
@@ -70,13 +74,20 @@ impl Shown {
 }
 
 impl Monitor {
+    /// Of a bus on which a master may have frames of its own.
+    pub fn new(master: Master) -> Self {
+        let (decoder, master) = (Decoder::new(master), Collector::new(master));
+        Self { decoder, master, ..Self::default() }
+    }
+
     /// Takes the next frame of the bus.
     pub fn frame(&mut self, frame: &BusFrame) {
         let id = Id::from_raw(frame.frame.id());
         self.advance(frame.at_ns);
         self.recent.push_back((frame.at_ns, frame.frame.most_bits(), id));
-        if id == Some(Id::Encoder) && frame.direction == Direction::ToDevice {
+        if frame.direction == Direction::ToDevice && self.is_position(frame, id) {
             self.encoder_ns = Some(frame.at_ns);
+            self.positions_ns.push_back(frame.at_ns);
         }
         if id == Some(Id::Haptic) {
             self.haptic(frame);
@@ -90,11 +101,25 @@ impl Monitor {
         }
     }
 
+    /// With this frame the position of the catheter's drive is whole.
+    fn is_position(&mut self, frame: &BusFrame, id: Option<Id>) -> bool {
+        match self.master.master().catheter {
+            None => id == Some(Id::Encoder),
+            Some(_) => {
+                self.master.take(&frame.frame);
+                self.master.catheter().is_some()
+            }
+        }
+    }
+
     /// Time goes on whether frames come or not.
     pub fn advance(&mut self, now_ns: u64) {
         self.now_ns = self.now_ns.max(now_ns);
         while self.recent.front().is_some_and(|(at_ns, ..)| at_ns + WINDOW_NS <= self.now_ns) {
             self.recent.pop_front();
+        }
+        while self.positions_ns.front().is_some_and(|at_ns| at_ns + WINDOW_NS <= self.now_ns) {
+            self.positions_ns.pop_front();
         }
     }
 
@@ -104,7 +129,7 @@ impl Monitor {
         let bits: u64 = self.recent.iter().map(|(_, bits, _)| u64::from(*bits)).sum();
         Shown {
             seconds: self.now_ns as f64 * 1e-9,
-            encoder_hz: count(Id::Encoder),
+            encoder_hz: self.positions_ns.len(),
             tick_hz: count(Id::Haptic),
             bus_load: bits as f64 / 1e6,
             ..self.shown.clone()

@@ -1,8 +1,6 @@
 //! The master's own frames, in a settings file: `[master.catheter]`, `[master.guidewire]`.
 
-use std::fmt::Write as _;
-
-use cathforce_config::master::{DriveFrame, Master, Signal};
+use cathforce_config::master::{Drive, Master, Place, Signal};
 use serde::Deserialize;
 
 use super::parse::Problem;
@@ -19,20 +17,23 @@ struct Whole {
 struct MasterTable {
     catheter: Option<DriveTable>,
     guidewire: Option<DriveTable>,
+    grip: Option<PlaceTable>,
 }
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct DriveTable {
-    id: u16,
-    insertion: SignalTable,
-    rotation: SignalTable,
-    held: Option<SignalTable>,
+    /// Of the quantities that say nothing else.
+    id: Option<u16>,
+    insertion: PlaceTable,
+    rotation: PlaceTable,
+    held: Option<PlaceTable>,
 }
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct SignalTable {
+struct PlaceTable {
+    id: Option<u16>,
     start_bit: u8,
     bits: u8,
     #[serde(default)]
@@ -57,21 +58,35 @@ fn one() -> f32 {
     1.0
 }
 
-impl From<SignalTable> for Signal {
-    fn from(table: SignalTable) -> Self {
-        let SignalTable { start_bit, bits, byte_order, signed, scale, offset } = table;
-        Self { start_bit, bits, big_endian: byte_order == ByteOrder::Big, signed, scale, offset }
+/// A quantity whose frame is not named.
+struct NoId(&'static str);
+
+impl PlaceTable {
+    fn place(self, name: &'static str, of_drive: Option<u16>) -> Result<Place, NoId> {
+        let Self { id, start_bit, bits, byte_order, signed, scale, offset } = self;
+        let id = id.or(of_drive).ok_or(NoId(name))?;
+        let big_endian = byte_order == ByteOrder::Big;
+        Ok(Place { id, signal: Signal { start_bit, bits, big_endian, signed, scale, offset } })
     }
 }
 
-impl From<DriveTable> for DriveFrame {
-    fn from(table: DriveTable) -> Self {
-        Self {
-            id: table.id,
-            insertion: table.insertion.into(),
-            rotation: table.rotation.into(),
-            held: table.held.map(Signal::from),
-        }
+impl DriveTable {
+    fn drive(self) -> Result<Drive, NoId> {
+        Ok(Drive {
+            insertion: self.insertion.place("insertion", self.id)?,
+            rotation: self.rotation.place("rotation", self.id)?,
+            held: self.held.map(|held| held.place("held", self.id)).transpose()?,
+        })
+    }
+}
+
+impl MasterTable {
+    fn master(self) -> Result<Master, NoId> {
+        Ok(Master {
+            catheter: self.catheter.map(DriveTable::drive).transpose()?,
+            guidewire: self.guidewire.map(DriveTable::drive).transpose()?,
+            grip: self.grip.map(|grip| grip.place("grip", None)).transpose()?,
+        })
     }
 }
 
@@ -85,16 +100,23 @@ pub fn parse(text: &str) -> Result<Master, Problem> {
               false, scale = 1e-7, offset = 0 }` and the like; docs/config.md has an example"
             .into(),
     })?;
-    let MasterTable { catheter, guidewire } = whole.master;
-    let master = Master {
-        catheter: catheter.map(DriveFrame::from),
-        guidewire: guidewire.map(DriveFrame::from),
-    };
-    for (name, drive) in [("catheter", master.catheter), ("guidewire", master.guidewire)] {
-        let Some(Err(error)) = drive.map(|drive| drive.validate()) else { continue };
-        let name = format!("master.{name}");
+    let at = |name: &str| line(text.find(name).unwrap_or(0));
+    let master = whole.master.master().map_err(|NoId(name)| Problem {
+        line: at(name),
+        message: format!("`{name}` does not say in which frame it is"),
+        fix: "give it an `id`, or its drive one for all that have none".into(),
+    })?;
+    // One by one, so that what is wrong has a name.
+    let Master { catheter, guidewire, grip } = master;
+    let parts = [
+        ("master.catheter", Master { catheter, ..Master::default() }),
+        ("master.guidewire", Master { guidewire, ..Master::default() }),
+        ("grip", Master { grip, ..master }),
+    ];
+    for (name, part) in parts {
+        let Err(error) = part.validate() else { continue };
         return Err(Problem {
-            line: line(text.find(&name).unwrap_or(0)),
+            line: at(name),
             message: format!("{name}: {}", error.text()),
             fix: "bits are counted as in a DBC; `cathforce config import-dbc` writes them".into(),
         });
@@ -105,24 +127,30 @@ pub fn parse(text: &str) -> Result<Master, Problem> {
 /// As it is written in a file.
 pub fn text(master: &Master) -> String {
     let mut text = String::new();
+    if let Some(grip) = master.grip {
+        text += &format!("\n[master]\n{}", place("grip", grip, None));
+    }
     for (name, drive) in [("catheter", master.catheter), ("guidewire", master.guidewire)] {
-        let Some(DriveFrame { id, insertion, rotation, held }) = drive else { continue };
-        // Writing to a string does not fail.
-        let _ = writeln!(text, "\n[master.{name}]\nid = {id:#05x}");
-        let named = [("insertion", Some(insertion)), ("rotation", Some(rotation)), ("held", held)];
-        for (name, signal) in named {
-            let Some(Signal { start_bit, bits, big_endian, signed, scale, offset }) = signal else {
-                continue;
-            };
-            let order = if big_endian { "big" } else { "little" };
-            let _ = writeln!(
-                text,
-                "{name} = {{ start_bit = {start_bit}, bits = {bits}, byte_order = \"{order}\", \
-                 signed = {signed}, scale = {scale:?}, offset = {offset:?} }}"
-            );
-        }
+        let Some(Drive { insertion, rotation, held }) = drive else { continue };
+        let id = insertion.id;
+        text += &format!("\n[master.{name}]\nid = {id:#05x}\n");
+        text += &place("insertion", insertion, Some(id));
+        text += &place("rotation", rotation, Some(id));
+        text += &held.map_or(String::new(), |held| place("held", held, Some(id)));
     }
     text
+}
+
+/// A quantity with its frame, if that is not its drive's.
+fn place(name: &str, place: Place, of_drive: Option<u16>) -> String {
+    let Place { id, signal } = place;
+    let Signal { start_bit, bits, big_endian, signed, scale, offset } = signal;
+    let id = if of_drive == Some(id) { String::new() } else { format!("id = {id:#05x}, ") };
+    let order = if big_endian { "big" } else { "little" };
+    format!(
+        "{name} = {{ {id}start_bit = {start_bit}, bits = {bits}, byte_order = \"{order}\", signed \
+         = {signed}, scale = {scale:?}, offset = {offset:?} }}\n"
+    )
 }
 
 #[cfg(test)]
@@ -139,16 +167,18 @@ mod tests {
             scale: 1.234_567_9e-5,
             offset: -0.1,
         };
-        let drive = DriveFrame {
-            id: 0x2A,
-            insertion: signal(0, false),
-            rotation: signal(23, true),
-            held: None,
+        let place = |id, signal| Place { id, signal };
+        let button = Signal { bits: 1, scale: 1.0, ..signal(63, false) };
+        let drive = Drive {
+            insertion: place(0x2A, signal(0, false)),
+            rotation: place(0x2C, signal(23, true)),
+            held: Some(place(0x2A, button)),
         };
-        let held = Some(Signal { bits: 1, scale: 1.0, ..signal(63, false) });
+        let rotation = place(0x2B, signal(23, true));
         let master = Master {
             catheter: Some(drive),
-            guidewire: Some(DriveFrame { id: 0x2B, held, ..drive }),
+            guidewire: Some(Drive { rotation, held: None, ..drive }),
+            grip: Some(place(0x2D, button)),
         };
         assert_eq!(parse(&text(&master)), Ok(master));
         assert_eq!(parse(&text(&Master::default())), Ok(Master::default()));
@@ -166,6 +196,13 @@ mod tests {
             ),
             ("[master.catheter]\nid = 1\ninsertion = { start_bit = 300, bits = 8 }".into(), 3, ""),
             ("\n[master.handle]\nid = 1\n".into(), 2, "handle"),
+            (
+                format!("[master.catheter]\ninsertion = {signal}\nrotation = {signal}"),
+                2,
+                "in which frame",
+            ),
+            (format!("[master]\ngrip = {signal}"), 2, "in which frame"),
+            ("[master]\n\ngrip = { id = 5, start_bit = 0, bits = 1 }".into(), 3, "none"),
         ] {
             let problem = parse(&text).unwrap_err();
             assert_eq!(problem.line, line, "{text}: {problem:?}");

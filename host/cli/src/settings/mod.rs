@@ -100,6 +100,11 @@ impl SettingsFile {
     }
 }
 
+/// Where a master's own frames have the drives' positions, as a file says; ours without a file.
+pub fn master_of(path: Option<&Path>) -> Result<Master, Failure> {
+    Ok(path.map(SettingsFile::read).transpose()?.map_or_else(Master::default, |file| file.master))
+}
+
 /// What a file says, whether its names and values are any or not.
 pub fn parse_file(path: &Path) -> Result<Parsed, Failure> {
     let text = std::fs::read_to_string(path)

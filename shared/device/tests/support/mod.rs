@@ -22,6 +22,13 @@ pub fn image_with_guidewire() -> Vec<u8> {
     image_of(description)
 }
 
+/// An image of a wire that is dragged at where it enters: what is fed is felt.
+pub fn image_with_drag() -> Vec<u8> {
+    let mut description = wire();
+    description.set_parameter("effects.entry.drag.coulomb_n", 1.0).unwrap();
+    image_of(description)
+}
+
 /// An image whose lumen is 64 kB, all of it free space.
 pub fn image() -> Vec<u8> {
     image_of(wire())

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use cathforce_bus::service::crc32;
 use cathforce_config::{ImageHead, keys};
+use cathforce_control::Mode;
 use cathforce_link::Client;
 use cathforce_rig::{Bundle, ImageOptions};
 use serde::Serialize;
@@ -13,7 +14,7 @@ use super::file::warn_of_slip;
 use super::values::{Change, Values, changes, head_of, head_on, paths, values};
 use crate::args::{ConfigApplyArguments, ConfigSaveArguments};
 use crate::failure::{Code, Failure};
-use crate::session::{Pace, configure};
+use crate::session::{Pace, configure, output_is_on, still_on};
 use crate::settings::parse::{Entry, Problem, problem};
 use crate::settings::{Setting, SettingsFile, parse_file, refused};
 use crate::ui::Ui;
@@ -94,6 +95,9 @@ pub fn apply(ui: &Ui, arguments: &ConfigApplyArguments, lenient: bool) -> Result
     // Shown before it is done: a device that refuses leaves the diff on the screen.
     ui.say(applied.changes_text());
     if !arguments.dry_run {
+        if let Some(mode) = output_is_on(&client) {
+            return Err(armed(mode, &arguments.link, &applied.changes));
+        }
         configure(ui, &mut client, &image, Pace::LockStep)?;
         applied.verified = head_on(&mut client)?.as_ref() == Some(&head);
         if !applied.verified {
@@ -103,6 +107,19 @@ pub fn apply(ui: &Ui, arguments: &ConfigApplyArguments, lenient: bool) -> Result
         }
     }
     ui.data(&applied, applied.text(&arguments.file))
+}
+
+/// What cannot change now, and how it can.
+fn armed(mode: Mode, link: &str, changes: &[Change]) -> Failure {
+    let names = changes.iter().map(|change| change.name).take(MOST_DIFFERENCES);
+    let mut names = names.collect::<Vec<_>>().join(", ");
+    match changes.len() {
+        0 => names = "the configuration".into(),
+        n if n > MOST_DIFFERENCES => names += &format!(" and {} others", n - MOST_DIFFERENCES),
+        _ => {}
+    }
+    let message = format!("{names} cannot change: {}", still_on(mode, link));
+    Failure::new(Code::Device, message)
 }
 
 fn build(

@@ -38,15 +38,14 @@ fn template(rig: &str) -> String {
     let mut text = format!(
         "# Settings of cathforce for one rig. A line without `#` before it is set; the values here \
          are\n# the defaults. `cathforce config apply` gives them to a device, `--settings` to a \
-         run.\nschema_version = {SCHEMA_VERSION}\nrig = {}\n\n[set]\n",
+         run;\n# none changes while output is armed.\nschema_version = {SCHEMA_VERSION}\nrig = {}\n\n[set]\n",
         toml::Value::from(rig)
     );
     for key in keys() {
         let [min, max] = key.range();
-        let armed = if key.while_armed() { "" } else { " Not while armed." };
         let default = key.default().map_or("…".to_owned(), |value| format!("{value:?}"));
         text += &format!(
-            "\n# {} From {min} to {max}{}.{armed}\n# \"{}\" = {default}\n",
+            "\n# {} From {min} to {max}{}.\n# \"{}\" = {default}\n",
             key.doc(),
             unit(key),
             key.name()

@@ -5,7 +5,7 @@ use std::path::Path;
 use can_dbc::{
     ByteOrder, Dbc, Message, MessageId, MultiplexIndicator, Signal as DbcSignal, ValueType,
 };
-use cathforce_config::master::{DriveFrame, Master, Signal};
+use cathforce_config::master::{Drive, Master, Place, Signal};
 use serde_json::json;
 use toml_edit::DocumentMut;
 
@@ -27,6 +27,9 @@ const ANGLES: &[(&str, f64)] = &[
     ("rev", 2.0 * std::f64::consts::PI),
 ];
 
+/// A button is held from one half on.
+const BUTTONS: &[(&str, f64)] = &[("", 1.0), ("1", 1.0), ("%", 0.01)];
+
 pub fn run(ui: &Ui, arguments: &ConfigImportDbcArguments) -> Result<(), Failure> {
     let path = &arguments.dbc;
     let bytes = std::fs::read(path)
@@ -41,14 +44,21 @@ pub fn run(ui: &Ui, arguments: &ConfigImportDbcArguments) -> Result<(), Failure>
     };
     let find =
         |name: &Option<String>| name.as_deref().map(|name| find(&dbc, path, name)).transpose();
+    let place = |name: &Option<String>, units| {
+        find(name)?.map(|found| place(path, found, units)).transpose()
+    };
+    let drive = |[insertion, rotation, button]: [&Option<String>; 3]| {
+        let [insertion, rotation] = [place(insertion, LENGTHS)?, place(rotation, ANGLES)?];
+        let held = place(button, BUTTONS)?;
+        let drive = |(insertion, rotation)| Drive { insertion, rotation, held };
+        Ok::<_, Failure>(insertion.zip(rotation).map(drive))
+    };
+    let ConfigImportDbcArguments { insertion, rotation, button, grip, .. } = arguments;
+    let ConfigImportDbcArguments { guidewire_insertion, guidewire_rotation, .. } = arguments;
     let master = Master {
-        catheter: drive(path, find(&arguments.insertion)?, find(&arguments.rotation)?, None)?,
-        guidewire: drive(
-            path,
-            find(&arguments.guidewire_insertion)?,
-            find(&arguments.guidewire_rotation)?,
-            find(&arguments.guidewire_button)?,
-        )?,
+        catheter: drive([insertion, rotation, button])?,
+        guidewire: drive([guidewire_insertion, guidewire_rotation, &arguments.guidewire_button])?,
+        grip: place(grip, BUTTONS)?,
     };
     master.validate().map_err(|e| Failure::input(format!("{}: {}", path.display(), e.text())))?;
     write(settings, &master)?;
@@ -75,55 +85,39 @@ fn find<'a>(dbc: &'a Dbc, path: &Path, name: &str) -> Result<Found<'a>, Failure>
     })
 }
 
-fn drive(
+fn place(
     path: &Path,
-    insertion: Option<Found<'_>>,
-    rotation: Option<Found<'_>>,
-    button: Option<Found<'_>>,
-) -> Result<Option<DriveFrame>, Failure> {
-    let Some(((message, insertion), (other, rotation))) = insertion.zip(rotation) else {
-        return Ok(None);
+    (message, signal): Found<'_>,
+    units: &[(&str, f64)],
+) -> Result<Place, Failure> {
+    let name = format!("{}.{}", message.name, signal.name);
+    let refuse = |what: &str, fix: &str| {
+        Failure::input(format!("{}: {name} {what}\n  fix: {fix}", path.display()))
     };
-    let refuse = |what: String, fix: &str| {
-        Failure::input(format!("{}: {what}\n  fix: {fix}", path.display()))
-    };
-    let others = [Some(other), button.map(|(message, _)| message)];
-    if let Some(other) = others.into_iter().flatten().find(|other| other.id != message.id) {
-        let what = format!("{} and {} are two frames", message.name, other.name);
-        let fix = "a drive's feed, rotation and button must come in one frame, so that they are of \
-                   one moment; ask the master for that, or send ENCODER from a gateway";
-        return Err(refuse(what, fix));
-    }
     let MessageId::Standard(id) = message.id else {
-        let what = format!("{} has a 29-bit identifier", message.name);
-        return Err(refuse(what, "the bus of this device has 11-bit identifiers only"));
+        let fix = "the bus of this device has 11-bit identifiers only";
+        return Err(refuse("is in a frame with a 29-bit identifier", fix));
     };
-    let signal = |signal: &DbcSignal, units: &[(&str, f64)]| {
-        let in_units = units.iter().find(|(unit, _)| *unit == signal.unit.trim());
-        let Some((_, one)) = in_units.or((units.is_empty()).then_some(&("", 1.0))) else {
-            let known = units.iter().map(|(unit, _)| *unit).collect::<Vec<_>>().join(", ");
-            let what = format!("{}.{} has the unit \"{}\"", message.name, signal.name, signal.unit);
-            return Err(refuse(what, &format!("write one of {known} into the DBC")));
-        };
-        if signal.multiplexer_indicator != MultiplexIndicator::Plain {
-            let what = format!("{}.{} is multiplexed", message.name, signal.name);
-            return Err(refuse(what, "only a signal that is in every frame is fresh every tick"));
-        }
-        Ok(Signal {
-            start_bit: u8::try_from(signal.start_bit).unwrap_or(u8::MAX),
-            bits: u8::try_from(signal.size).unwrap_or(u8::MAX),
-            big_endian: signal.byte_order == ByteOrder::BigEndian,
-            signed: signal.value_type == ValueType::Signed,
-            scale: (signal.factor * one) as f32,
-            offset: (signal.offset * one) as f32,
-        })
+    let Some((_, one)) = units.iter().find(|(unit, _)| *unit == signal.unit.trim()) else {
+        let known = units.iter().map(|(unit, _)| format!("\"{unit}\"")).collect::<Vec<_>>();
+        let what = format!("has the unit \"{}\"", signal.unit);
+        return Err(refuse(&what, &format!("write one of {} into the DBC", known.join(", "))));
     };
-    Ok(Some(DriveFrame {
-        id,
-        insertion: signal(insertion, LENGTHS)?,
-        rotation: signal(rotation, ANGLES)?,
-        held: button.map(|(_, button)| signal(button, &[])).transpose()?,
-    }))
+    if signal.multiplexer_indicator != MultiplexIndicator::Plain {
+        return Err(refuse(
+            "is multiplexed",
+            "only a signal that is in every frame is fresh every tick",
+        ));
+    }
+    let signal = Signal {
+        start_bit: u8::try_from(signal.start_bit).unwrap_or(u8::MAX),
+        bits: u8::try_from(signal.size).unwrap_or(u8::MAX),
+        big_endian: signal.byte_order == ByteOrder::BigEndian,
+        signed: signal.value_type == ValueType::Signed,
+        scale: (signal.factor * one) as f32,
+        offset: (signal.offset * one) as f32,
+    };
+    Ok(Place { id, signal })
 }
 
 /// Puts the frames into the file in the place of those that it has; everything else stays.

@@ -22,7 +22,7 @@ pub fn json() -> Value {
             "additionalProperties": false,
         });
         let fields = json!({
-            "description": format!("{} Unit: {}.", key.doc(), key.unit()),
+            "description": format!("{} Unit: {}. Not while armed.", key.doc(), key.unit()),
             "anyOf": [value, diagnosed],
         });
         (key.name().to_owned(), fields)
@@ -31,6 +31,7 @@ pub fn json() -> Value {
     json!({
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "Settings of cathforce for one rig",
+        "description": "A device takes them whole, and none while its output is armed.",
         "type": "object",
         "properties": {
             "schema_version": { "const": SCHEMA_VERSION },
@@ -40,7 +41,7 @@ pub fn json() -> Value {
             },
             "master": {
                 "type": "object",
-                "properties": { "catheter": drive(), "guidewire": drive() },
+                "properties": { "catheter": drive(), "guidewire": drive(), "grip": place(true) },
                 "additionalProperties": false,
             },
         },
@@ -49,11 +50,14 @@ pub fn json() -> Value {
     })
 }
 
-/// A drive's frame, as the master sends it.
-fn drive() -> Value {
-    let signal = json!({
+/// A quantity of the master's, and its frame.
+fn place(needs_id: bool) -> Value {
+    let mut required = vec!["start_bit", "bits"];
+    required.extend(needs_id.then_some("id"));
+    json!({
         "type": "object",
         "properties": {
+            "id": identifier(),
             "start_bit": { "type": "integer", "minimum": 0, "maximum": 63 },
             "bits": { "type": "integer", "minimum": 1, "maximum": 32 },
             "byte_order": { "enum": ["little", "big"], "default": "little" },
@@ -61,16 +65,24 @@ fn drive() -> Value {
             "scale": { "type": "number", "default": 1.0 },
             "offset": { "type": "number", "default": 0.0 },
         },
-        "required": ["start_bit", "bits"],
+        "required": required,
         "additionalProperties": false,
-    });
+    })
+}
+
+fn identifier() -> Value {
+    json!({ "type": "integer", "minimum": 0, "maximum": 0x7FF })
+}
+
+/// A drive, as the master tells of it; `id` is of the quantities that have none.
+fn drive() -> Value {
     json!({
         "type": "object",
         "properties": {
-            "id": { "type": "integer", "minimum": 0, "maximum": 0x7FF },
-            "insertion": signal, "rotation": signal, "held": signal,
+            "id": identifier(),
+            "insertion": place(false), "rotation": place(false), "held": place(false),
         },
-        "required": ["id", "insertion", "rotation"],
+        "required": ["insertion", "rotation"],
         "additionalProperties": false,
     })
 }
@@ -91,15 +103,14 @@ pub fn markdown() -> String {
         ("Numbers of the rig and its effects", |key| matches!(key, Key::Parameter(_))),
     ] {
         text += &format!(
-            "\n## {title}\n\n| name | default | range | while armed | what it does |\n\
-             | --- | --- | --- | --- | --- |\n"
+            "\n## {title}\n\n| name | default | range | what it does |\n\
+             | --- | --- | --- | --- |\n"
         );
         for key in keys().filter(is_here) {
             let [min, max] = key.range();
             let default = key.default().map_or("rig.toml".to_owned(), |value| value.to_string());
-            let armed = if key.while_armed() { "yes" } else { "no" };
             text += &format!(
-                "| `{}` | {default} | {min} to {max}{} | {armed} | {} |\n",
+                "| `{}` | {default} | {min} to {max}{} | {} |\n",
                 key.name(),
                 unit(key),
                 key.doc()
@@ -146,18 +157,28 @@ rotation = { start_bit = 23, bits = 16, byte_order = \"big\", signed = true, sca
 ```
 
     cathforce config import-dbc LAB.dbc --list        # its signals
-    cathforce config import-dbc LAB.dbc --settings S.toml --insertion MSG.FEED --rotation MSG.TURN
+    cathforce config import-dbc LAB.dbc --settings S.toml --insertion MSG.FEED --rotation MSG.TURN \\
+        --button MSG.CATHETER --grip MSG.GRIP --guidewire-insertion …
 
-`[master.guidewire]` is the same, with `held` for its button; both drives may share a frame.
+`[master.guidewire]` is the same. `held` is a drive's button, `grip` under `[master]` the handle's:
+from one half on they are held. The load on the drive whose button is held is felt; with neither or
+both held, or the handle let go, force and torque slew to zero and the limit flag RELEASED says so.
+Without `held` the catheter counts as held whenever the guidewire is not. ENCODER has a bit
+`Released` for the same, GUIDEWIRE its `Held`.
+
+Any of them may come in a frame of its own, with an `id` of its own, and frames may be shared. A
+drive has a new position when each of its frames, button and grip included, has come since the last
+one: the oldest counts, and one frame that stops coming is a drive that is lost.
 
 `run`, `simulate` and the others take the file with `--settings S.toml`; `gap apply` writes the
 same format, with the effect that each value comes from. Errors name file and line, and an unknown
 name its nearest neighbour. A value that is a thousand times its default, or a thousandth, is
 allowed and warned of.
 
-A device takes a configuration whole, and only while it is disarmed (P17). The column *while armed*
-says which numbers would harm nobody if they changed then; the others limit what the operator's
-hand can feel, or are the model itself.
+A device takes a configuration whole, and **no setting changes while output is armed** or ramps to
+zero (P17): it refuses, `apply` and `run` say so before they send anything, and what was in use
+stays. Disarming takes 20 ms. So nothing changes under the operator's hand, and every tick of a
+recording is explained by the one configuration that it carries.
 ";
 
 #[cfg(test)]

@@ -62,6 +62,25 @@ fn the_button_stays_as_it_was_while_its_frame_is_missing() {
 }
 
 #[test]
+fn p02_p26_a_handle_that_is_let_go_slews_to_zero_and_says_so_and_back() {
+    let mut bench = armed();
+    let step_n = bench.settings.force_slew_n_per_s * TICK_S;
+    let mut last_n = 1.0;
+    for (released, end_n) in [(true, 0.0), (false, 1.0)] {
+        for tick in 0..30 {
+            // Said once; afterwards it is as it was.
+            let said = (tick == 0).then_some(released);
+            let outputs = bench.tick(Inputs { released: said, ..inputs(&bench, false) });
+            assert_eq!(outputs.mode, Mode::Armed);
+            assert_eq!(outputs.limited.contains(LimitFlags::RELEASED), released);
+            assert!((outputs.force_n - last_n).abs() <= step_n, "tick {tick}: {outputs:?}");
+            last_n = outputs.force_n;
+        }
+        assert_eq!(last_n, end_n);
+    }
+}
+
+#[test]
 fn without_a_guidewire_there_is_nothing_to_choose() {
     let mut bench = Bench::armed();
     bench.fake.answer.guidewire_force_n = -0.5;

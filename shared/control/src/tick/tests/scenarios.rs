@@ -53,10 +53,12 @@ fn happening() -> impl Strategy<Value = Happening> {
     // Of no effect but in the scenarios with a guidewire.
     let guidewire =
         (encoder(), any::<bool>()).prop_map(|(at, held)| at.map(|at| GuidewireSample { at, held }));
-    let inputs = (encoder(), guidewire, rejected, command(), notice).prop_map(
-        |(encoder, guidewire, rejected_frames, command, notice)| Inputs {
+    let released = prop_oneof![20 => Just(None), 1 => any::<bool>().prop_map(Some)];
+    let inputs = (encoder(), guidewire, released, rejected, command(), notice).prop_map(
+        |(encoder, guidewire, released, rejected_frames, command, notice)| Inputs {
             encoder,
             guidewire,
+            released,
             rejected_frames,
             command,
             notice,
