@@ -52,7 +52,7 @@ pub fn measure() -> anyhow::Result<Device> {
         worst_instructions_one_solve: one.worst_instructions,
         worst_instructions_two_solves: two.worst_instructions,
         jitter: deviations.fold(0.0, f64::max),
-        state_bytes: size_of::<State<f32>>(),
+        state_bytes: size_of::<State<f64>>() / 2,
         tick_stack_bytes: one.tick_stack_bytes.max(two.tick_stack_bytes),
     })
 }

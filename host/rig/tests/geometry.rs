@@ -221,9 +221,12 @@ fn storing_a_lumen_costs_micrometres() {
             let (around, depth) = (random.within(0.2, 1.3), random.within(0.0, 1.5e-3));
             let p = Vector3::new(around.cos(), around.sin(), 0.0) * (BEND_M + BORE_M - depth);
             let (ours, _) = interpolate(&lumen, &p).unwrap();
-            let theirs = device.sample::<f64>(&p);
+            let theirs = device.sample::<f64>(<[f64; 3]>::from(p));
             assert!((ours.distance_m - theirs.distance_m).abs() < 0.1e-6, "{ours:?} {theirs:?}");
-            assert!((ours.normal - theirs.normal).norm() < 1e-3, "{ours:?} {theirs:?}");
+            assert!(
+                (ours.normal - Point::from(<[f64; 3]>::from(theirs.normal))).norm() < 1e-3,
+                "{ours:?} {theirs:?}"
+            );
         }
         measure(&lumen, &wall, &options, 3000)
     };

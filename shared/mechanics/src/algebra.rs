@@ -1,13 +1,11 @@
-//! Small dense algebra of the recursion: symmetric 3 × 3 matrices and rotations.
+//! Small dense algebra of the recursion: 3 × 3 matrices and rotations.
 //!
-//! General vectors and matrices are nalgebra's. What stands here is what nalgebra has no
-//! type for, written out so that a step compiles to straight-line code.
+//! Written out so that a step compiles to straight-line code.
 
 use core::ops::{Mul, Sub};
 use core::sync::atomic::{Ordering, compiler_fence};
 
-use cathforce_scalar::Real;
-use nalgebra::{Matrix3, Vector3};
+use cathforce_scalar::{Real, Vector3};
 
 /// Nothing is read from memory ahead of here, and what was stored is read again after it.
 ///
@@ -21,123 +19,166 @@ pub(crate) fn read_here() {
     }
 }
 
+/// A 3 × 3 matrix.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Matrix3<T: Real> {
+    pub rows: [Vector3<T>; 3],
+}
+
+impl<T: Real> Matrix3<T> {
+    pub fn zeros() -> Self {
+        Self { rows: [Vector3::zeros(); 3] }
+    }
+
+    /// u vᵀ
+    #[inline(always)]
+    pub fn outer(u: &Vector3<T>, v: &Vector3<T>) -> Self {
+        Self { rows: [v * u.x(), v * u.y(), v * u.z()] }
+    }
+
+    #[inline(always)]
+    pub fn columns(&self) -> [Vector3<T>; 3] {
+        let [x, y, z] = &self.rows;
+        [
+            Vector3::new(x.x(), y.x(), z.x()),
+            Vector3::new(x.y(), y.y(), z.y()),
+            Vector3::new(x.z(), y.z(), z.z()),
+        ]
+    }
+
+    #[inline(always)]
+    pub fn from_columns(columns: &[Vector3<T>; 3]) -> Self {
+        Self { rows: Self { rows: *columns }.columns() }
+    }
+
+    /// Mᵀ v
+    #[inline(always)]
+    pub fn mul_transposed(&self, v: &Vector3<T>) -> Vector3<T> {
+        let [x, y, z] = &self.rows;
+        x * v.x() + y * v.y() + z * v.z()
+    }
+
+    /// self += u vᵀ
+    #[inline(always)]
+    pub fn add_outer(&mut self, u: &Vector3<T>, v: &Vector3<T>) {
+        let [x, y, z] = &mut self.rows;
+        *x += v * u.x();
+        *y += v * u.y();
+        *z += v * u.z();
+    }
+
+    /// self −= u vᵀ
+    #[inline(always)]
+    pub fn sub_outer(&mut self, u: &Vector3<T>, v: &Vector3<T>) {
+        let [x, y, z] = &mut self.rows;
+        *x -= v * u.x();
+        *y -= v * u.y();
+        *z -= v * u.z();
+    }
+
+    /// self −= \[v\]ₓ
+    #[inline(always)]
+    pub fn sub_cross(&mut self, v: &Vector3<T>) {
+        let [x, y, z] = &mut self.rows;
+        let o = T::zero();
+        *x -= Vector3::new(o, -v.z(), v.y());
+        *y -= Vector3::new(v.z(), o, -v.x());
+        *z -= Vector3::new(-v.y(), v.x(), o);
+    }
+
+    /// self −= A \[l\]ₓ
+    #[inline(always)]
+    pub fn sub_product_cross(&mut self, a: &Sym3<T>, l: &Vector3<T>) {
+        for (row, a) in self.rows.iter_mut().zip(a.columns()) {
+            *row = row.minus_cross(&a, l);
+        }
+    }
+}
+
 /// A symmetric 3 × 3 matrix.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Sym3<T> {
-    pub xx: T,
-    pub xy: T,
-    pub xz: T,
-    pub yy: T,
-    pub yz: T,
-    pub zz: T,
+pub(crate) struct Sym3<T: Real> {
+    /// xx, xy, xz
+    first: Vector3<T>,
+    /// yy, yz, zz
+    rest: Vector3<T>,
 }
 
 impl<T: Real> Sym3<T> {
     pub fn zero() -> Self {
-        let o = T::zero();
-        Self { xx: o, xy: o, xz: o, yy: o, yz: o, zz: o }
+        Self { first: Vector3::zeros(), rest: Vector3::zeros() }
     }
 
     /// u vᵀ, of which the caller knows that it is symmetric.
     #[inline(always)]
     pub fn outer(u: &Vector3<T>, v: &Vector3<T>) -> Self {
-        Self {
-            xx: u.x * v.x,
-            xy: u.x * v.y,
-            xz: u.x * v.z,
-            yy: u.y * v.y,
-            yz: u.y * v.z,
-            zz: u.z * v.z,
-        }
+        let rest = Vector3::new(u.y(), u.y(), u.z());
+        Self { first: v * u.x(), rest: rest.times(&Vector3::new(v.y(), v.z(), v.z())) }
     }
 
     /// self + other
     #[inline(always)]
     pub fn plus(&self, other: &Self) -> Self {
-        Self {
-            xx: self.xx + other.xx,
-            xy: self.xy + other.xy,
-            xz: self.xz + other.xz,
-            yy: self.yy + other.yy,
-            yz: self.yz + other.yz,
-            zz: self.zz + other.zz,
-        }
+        Self { first: self.first + other.first, rest: self.rest + other.rest }
     }
 
     #[inline(always)]
     pub fn columns(&self) -> [Vector3<T>; 3] {
+        let Self { first, rest } = self;
         [
-            Vector3::new(self.xx, self.xy, self.xz),
-            Vector3::new(self.xy, self.yy, self.yz),
-            Vector3::new(self.xz, self.yz, self.zz),
+            *first,
+            Vector3::new(first.y(), rest.x(), rest.y()),
+            Vector3::new(first.z(), rest.y(), rest.z()),
         ]
     }
 
     /// self += s I
     #[inline(always)]
     pub fn add_identity(&mut self, s: T) {
-        self.xx += s;
-        self.yy += s;
-        self.zz += s;
+        // Taking away −0 changes nothing, adding 0 would.
+        let (o, minus) = (T::zero(), -s);
+        self.first -= Vector3::new(minus, o, o);
+        self.rest -= Vector3::new(minus, o, minus);
     }
 
     /// self += u vᵀ, of which the caller knows that it is symmetric.
     #[inline(always)]
     pub fn add_outer(&mut self, u: &Vector3<T>, v: &Vector3<T>) {
-        self.xx += u.x * v.x;
-        self.xy += u.x * v.y;
-        self.xz += u.x * v.z;
-        self.yy += u.y * v.y;
-        self.yz += u.y * v.z;
-        self.zz += u.z * v.z;
+        *self = self.plus(&Self::outer(u, v));
     }
 
     /// self −= u vᵀ, of which the caller knows that it is symmetric.
     #[inline(always)]
     pub fn sub_outer(&mut self, u: &Vector3<T>, v: &Vector3<T>) {
-        self.xx -= u.x * v.x;
-        self.xy -= u.x * v.y;
-        self.xz -= u.x * v.z;
-        self.yy -= u.y * v.y;
-        self.yz -= u.y * v.z;
-        self.zz -= u.z * v.z;
-    }
-
-    /// self −= u uᵀ
-    #[inline(always)]
-    pub fn sub_square(&mut self, u: &Vector3<T>) {
-        self.sub_outer(u, u);
+        let product = Self::outer(u, v);
+        self.first -= product.first;
+        self.rest -= product.rest;
     }
 
     #[inline(always)]
     pub fn mul_vec(&self, v: &Vector3<T>) -> Vector3<T> {
-        Vector3::new(
-            self.xx * v.x + self.xy * v.y + self.xz * v.z,
-            self.xy * v.x + self.yy * v.y + self.yz * v.z,
-            self.xz * v.x + self.yz * v.y + self.zz * v.z,
-        )
+        let [x, y, z] = self.columns();
+        x * v.x() + y * v.y() + z * v.z()
     }
 
     /// self += \[l\]ₓ M; what this makes of the lower triangle, the caller makes good.
     #[inline(always)]
     pub fn add_cross_product(&mut self, l: &Vector3<T>, m: &Matrix3<T>) {
-        self.xx = self.xx + l.y * m.m31 - l.z * m.m21;
-        self.xy = self.xy + l.y * m.m32 - l.z * m.m22;
-        self.xz = self.xz + l.y * m.m33 - l.z * m.m23;
-        self.yy = self.yy + l.z * m.m12 - l.x * m.m32;
-        self.yz = self.yz + l.z * m.m13 - l.x * m.m33;
-        self.zz = self.zz + l.x * m.m23 - l.y * m.m13;
+        let [x, y, z] = &m.rows;
+        self.first = self.first + z * l.y() - y * l.z();
+        let added = Vector3::new(x.y(), x.z(), y.z()).times(&Vector3::new(l.z(), l.z(), l.x()));
+        let taken = Vector3::new(z.y(), z.z(), x.z()).times(&Vector3::new(l.x(), l.x(), l.y()));
+        self.rest = self.rest + added - taken;
     }
 
     /// self += (\[l\]ₓ M)ᵀ, likewise.
     #[inline(always)]
     pub fn add_cross_product_transposed(&mut self, l: &Vector3<T>, m: &Matrix3<T>) {
-        self.xx = self.xx + l.y * m.m31 - l.z * m.m21;
-        self.xy = self.xy + l.z * m.m11 - l.x * m.m31;
-        self.xz = self.xz + l.x * m.m21 - l.y * m.m11;
-        self.yy = self.yy + l.z * m.m12 - l.x * m.m32;
-        self.yz = self.yz + l.x * m.m22 - l.y * m.m12;
-        self.zz = self.zz + l.x * m.m23 - l.y * m.m13;
+        let [x, y, z] = m.columns();
+        self.first = self.first.plus_cross(l, &x);
+        let added = Vector3::new(y.x(), y.y(), z.y()).times(&Vector3::new(l.z(), l.x(), l.x()));
+        let taken = Vector3::new(y.z(), y.x(), z.x()).times(&Vector3::new(l.x(), l.y(), l.y()));
+        self.rest = self.rest + added - taken;
     }
 }
 
@@ -165,12 +206,15 @@ impl<T: Real> Factor<T> {
     #[inline(always)]
     pub fn new(m: &Sym3<T>, smallest: T) -> Self {
         let invert = |pivot: T| T::one() / pivot.larger(smallest);
-        let x = invert(m.xx);
-        let (yx, zx) = (m.xy * x, m.xz * x);
-        let y = invert(m.yy - yx * m.xy);
-        let rest = m.yz - yx * m.xz;
+        let [xx, xy, xz] = m.first.into();
+        let [yy, yz, zz] = m.rest.into();
+        let x = invert(xx);
+        let (yx, zx) = (xy * x, xz * x);
+        // A square, not a quotient times a number: a pivot waits for less after a division.
+        let y = invert(yy - xy * xy * x);
+        let rest = yz - yx * xz;
         let zy = rest * y;
-        let z = invert(m.zz - zx * m.xz - zy * rest);
+        let z = invert(zz - zx * xz - rest * rest * y);
         Self { yx, zx, zy, inverse: [x, y, z] }
     }
 
@@ -188,102 +232,11 @@ impl<T: Real> Factor<T> {
     /// L⁻ᵀ v
     #[inline(always)]
     pub fn backward(&self, v: &Vector3<T>) -> Vector3<T> {
-        let y = v.y - self.zy * v.z;
-        let x = v.x - self.yx * y - self.zx * v.z;
-        Vector3::new(x, y, v.z)
+        let [x, y, z] = (*v).into();
+        let y = y - self.zy * z;
+        let x = x - self.yx * y - self.zx * z;
+        Vector3::new(x, y, z)
     }
-}
-
-/// Mᵀ v
-#[inline(always)]
-pub(crate) fn mul_transposed<T: Real>(m: &Matrix3<T>, v: &Vector3<T>) -> Vector3<T> {
-    Vector3::new(
-        m.m11 * v.x + m.m21 * v.y + m.m31 * v.z,
-        m.m12 * v.x + m.m22 * v.y + m.m32 * v.z,
-        m.m13 * v.x + m.m23 * v.y + m.m33 * v.z,
-    )
-}
-
-// Sums that begin with what is added to: each product is one multiply-accumulate, which on
-// the device is one instruction (and rounds twice).
-
-/// u + a × b
-#[inline(always)]
-pub(crate) fn plus_cross<T: Real>(u: &Vector3<T>, a: &Vector3<T>, b: &Vector3<T>) -> Vector3<T> {
-    Vector3::new(
-        u.x + a.y * b.z - a.z * b.y,
-        u.y + a.z * b.x - a.x * b.z,
-        u.z + a.x * b.y - a.y * b.x,
-    )
-}
-
-/// u vᵀ
-#[inline(always)]
-pub(crate) fn outer<T: Real>(u: &Vector3<T>, v: &Vector3<T>) -> Matrix3<T> {
-    Matrix3::from_columns(&[u * v.x, u * v.y, u * v.z])
-}
-
-/// M += u vᵀ
-#[inline(always)]
-pub(crate) fn add_outer<T: Real>(m: &mut Matrix3<T>, u: &Vector3<T>, v: &Vector3<T>) {
-    m.m11 += u.x * v.x;
-    m.m12 += u.x * v.y;
-    m.m13 += u.x * v.z;
-    m.m21 += u.y * v.x;
-    m.m22 += u.y * v.y;
-    m.m23 += u.y * v.z;
-    m.m31 += u.z * v.x;
-    m.m32 += u.z * v.y;
-    m.m33 += u.z * v.z;
-}
-
-/// M −= u vᵀ
-#[inline(always)]
-pub(crate) fn sub_outer<T: Real>(m: &mut Matrix3<T>, u: &Vector3<T>, v: &Vector3<T>) {
-    m.m11 -= u.x * v.x;
-    m.m12 -= u.x * v.y;
-    m.m13 -= u.x * v.z;
-    m.m21 -= u.y * v.x;
-    m.m22 -= u.y * v.y;
-    m.m23 -= u.y * v.z;
-    m.m31 -= u.z * v.x;
-    m.m32 -= u.z * v.y;
-    m.m33 -= u.z * v.z;
-}
-
-/// M −= \[v\]ₓ
-#[inline(always)]
-pub(crate) fn sub_cross<T: Real>(m: &mut Matrix3<T>, v: &Vector3<T>) {
-    m.m12 += v.z;
-    m.m13 -= v.y;
-    m.m21 -= v.z;
-    m.m23 += v.x;
-    m.m31 += v.y;
-    m.m32 -= v.x;
-}
-
-/// M −= A \[l\]ₓ
-#[inline(always)]
-pub(crate) fn sub_product_cross<T: Real>(m: &mut Matrix3<T>, a: &Sym3<T>, l: &Vector3<T>) {
-    m.m11 = m.m11 - a.xy * l.z + a.xz * l.y;
-    m.m12 = m.m12 - a.xz * l.x + a.xx * l.z;
-    m.m13 = m.m13 - a.xx * l.y + a.xy * l.x;
-    m.m21 = m.m21 - a.yy * l.z + a.yz * l.y;
-    m.m22 = m.m22 - a.yz * l.x + a.xy * l.z;
-    m.m23 = m.m23 - a.xy * l.y + a.yy * l.x;
-    m.m31 = m.m31 - a.yz * l.z + a.zz * l.y;
-    m.m32 = m.m32 - a.zz * l.x + a.xz * l.z;
-    m.m33 = m.m33 - a.xz * l.y + a.yz * l.x;
-}
-
-#[inline(always)]
-pub(crate) fn dot<T: Real>(a: &Vector3<T>, b: &Vector3<T>) -> T {
-    a.x * b.x + a.y * b.y + a.z * b.z
-}
-
-#[inline(always)]
-pub(crate) fn cross<T: Real>(a: &Vector3<T>, b: &Vector3<T>) -> Vector3<T> {
-    Vector3::new(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x)
 }
 
 /// A rotation as a quaternion w + v, of unit norm up to rounding.
@@ -303,10 +256,10 @@ impl<T: Real> Rotation<T> {
         // The branch with the largest component keeps the square root well away from 0.
         let (one, half) = (T::one(), T::lit(0.5));
         let squares = [
-            one + x.x + y.y + z.z,
-            one + x.x - y.y - z.z,
-            one - x.x + y.y - z.z,
-            one - x.x - y.y + z.z,
+            one + x.x() + y.y() + z.z(),
+            one + x.x() - y.y() - z.z(),
+            one - x.x() + y.y() - z.z(),
+            one - x.x() - y.y() + z.z(),
         ];
         let mut largest = 0;
         for (i, s) in squares.iter().enumerate() {
@@ -316,8 +269,8 @@ impl<T: Real> Rotation<T> {
         }
         let root = squares[largest].root();
         let s = half / root;
-        let (wx, wy, wz) = ((y.z - z.y) * s, (z.x - x.z) * s, (x.y - y.x) * s);
-        let (xy, xz, yz) = ((x.y + y.x) * s, (x.z + z.x) * s, (y.z + z.y) * s);
+        let (wx, wy, wz) = ((y.z() - z.y()) * s, (z.x() - x.z()) * s, (x.y() - y.x()) * s);
+        let (xy, xz, yz) = ((x.y() + y.x()) * s, (x.z() + z.x()) * s, (y.z() + z.y()) * s);
         let main = half * root;
         match largest {
             0 => Self { w: main, v: Vector3::new(wx, wy, wz) },
@@ -332,23 +285,23 @@ impl<T: Real> Rotation<T> {
     /// one the turn stays below π, whatever a solve asks for.
     #[inline(always)]
     pub fn turned(&self, half: &Vector3<T>) -> Self {
-        let w = self.w - half.x * self.v.x - half.y * self.v.y - half.z * self.v.z;
-        let v = plus_cross(&(self.v + half * self.w), half, &self.v);
+        let w = self.w - half.x() * self.v.x() - half.y() * self.v.y() - half.z() * self.v.z();
+        let v = (self.v + half * self.w).plus_cross(half, &self.v);
         Self { w, v }.normalised()
     }
 
     #[inline(always)]
     pub fn normalised(&self) -> Self {
-        let s = T::one() / (self.w * self.w + dot(&self.v, &self.v)).root();
+        let s = T::one() / (self.w * self.w + self.v.dot(&self.v)).root();
         Self { w: self.w * s, v: self.v * s }
     }
 
     /// R v
     #[inline(always)]
     pub fn rotate(&self, v: &Vector3<T>) -> Vector3<T> {
-        let c = cross(&self.v, v);
+        let c = self.v.cross(v);
         let c = c + c;
-        v + c * self.w + cross(&self.v, &c)
+        *v + c * self.w + self.v.cross(&c)
     }
 
     /// R e_z, the tangent of a link.
@@ -356,9 +309,9 @@ impl<T: Real> Rotation<T> {
     pub fn tangent(&self) -> Vector3<T> {
         let two = T::lit(2.0);
         Vector3::new(
-            two * (self.v.x * self.v.z + self.w * self.v.y),
-            two * (self.v.y * self.v.z - self.w * self.v.x),
-            T::one() - two * (self.v.x * self.v.x + self.v.y * self.v.y),
+            two * (self.v.x() * self.v.z() + self.w * self.v.y()),
+            two * (self.v.y() * self.v.z() - self.w * self.v.x()),
+            T::one() - two * (self.v.x() * self.v.x() + self.v.y() * self.v.y()),
         )
     }
 }
@@ -381,14 +334,14 @@ impl<T: Real> Bend<T> {
     /// The series is exact to f32 up to 0.7 rad, to 0.1 % at 2 rad, and bounded by π.
     #[inline(always)]
     pub fn between(near: &Rotation<T>, far: &Rotation<T>) -> Self {
-        let w = near.w * far.w + dot(&near.v, &far.v);
-        let v = plus_cross(&(far.v * near.w - near.v * far.w), &far.v, &near.v);
+        let w = near.w * far.w + near.v.dot(&far.v);
+        let v = (far.v * near.w - near.v * far.w).plus_cross(&far.v, &near.v);
         // q and −q are the same rotation: the short way is meant.
         let sign = if w < T::zero() { -T::one() } else { T::one() };
         // The sum of two unit quaternions has the norm's square 2 + 2 |w|.
         let scale = T::one() / (T::one() + sign * w);
         let m = v * (sign * scale);
-        let s = dot(&m, &m);
+        let s = m.dot(&m);
         let c = |x: f64| T::lit(x);
         let series = c(4.0) - s * (c(4.0 / 3.0) - s * (c(4.0 / 5.0) - s * c(4.0 / 7.0)));
         Self { angle: m * series, w: near.w + sign * far.w, v: near.v + far.v * sign, scale }
@@ -397,7 +350,7 @@ impl<T: Real> Bend<T> {
     /// R_mid x
     #[inline(always)]
     pub fn rotate_midway(&self, x: &Vector3<T>) -> Vector3<T> {
-        x + cross(&self.v, &plus_cross(&(x * self.w), &self.v, x)) * self.scale
+        *x + self.v.cross(&(x * self.w).plus_cross(&self.v, x)) * self.scale
     }
 
     /// R_mid e_z
@@ -405,9 +358,9 @@ impl<T: Real> Bend<T> {
     pub fn midway_tangent(&self) -> Vector3<T> {
         let Self { w, v, scale, .. } = self;
         Vector3::new(
-            *scale * (v.x * v.z + *w * v.y),
-            *scale * (v.y * v.z - *w * v.x),
-            T::one() - *scale * (v.x * v.x + v.y * v.y),
+            *scale * (v.x() * v.z() + *w * v.y()),
+            *scale * (v.y() * v.z() - *w * v.x()),
+            T::one() - *scale * (v.x() * v.x() + v.y() * v.y()),
         )
     }
 }
@@ -425,17 +378,17 @@ mod tests {
             let (mut a, mut c) = (Sym3::zero(), Sym3::zero());
             a.add_identity(wall);
             let mut b = Matrix3::zeros();
-            sub_product_cross(&mut b, &a, &lever);
+            b.sub_product_cross(&a, &lever);
             c.add_identity(wall);
             c.sub_outer(&(lever * wall), &lever);
             c.add_identity(1.0);
             let factor = Factor::new(&c, 1.0);
-            let z = factor.forward([0, 1, 2].map(|i| b.column(i).into_owned()));
+            let z = factor.forward(b.columns());
             for (z, inverse) in z.iter().zip(factor.inverse) {
                 a.sub_outer(&(z * inverse), z);
             }
             let across = Vector3::new(0.0, 0.8, 0.6);
-            let left = dot(&across, &a.mul_vec(&across));
+            let left = across.dot(&a.mul_vec(&across));
             let exact = wall / (1.0 + wall);
             assert!((left / exact - 1.0).abs() < 0.2, "wall {wall}: {left}, not {exact}");
 

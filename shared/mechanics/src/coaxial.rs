@@ -1,7 +1,7 @@
 //! A guidewire inside the catheter: where the two lie in the one chain, which of them the wall
 //! touches, and how that one slides.     docs/model.md §6
 
-use nalgebra::Vector3;
+use cathforce_scalar::Vector3;
 
 use crate::effects::acting::Law;
 use crate::effects::wall_law::Slid;

@@ -3,9 +3,8 @@
 //!
 //! A sample does the same work whether it touches or not: what it finds scales its stiffness.
 
-use nalgebra::Vector3;
+use cathforce_scalar::Vector3;
 
-use crate::algebra::{dot, plus_cross};
 use crate::coaxial::Slide;
 use crate::effects::acting::Law;
 use crate::effects::wall_law::Slid;
@@ -118,13 +117,13 @@ impl<T: Real> Contact<T> {
         let (indented, slope, relaxed) = law.indentation(indented, slope, memory.relaxed);
         let sliding = || Slid {
             normal_n: memory.normal_n,
-            slid_m: (memory.reached - dot(&memory.slip, &memory.slip).root()).positive(),
+            slid_m: (memory.reached - memory.slip.dot(&memory.slip).root()).positive(),
         };
         let friction = law.friction(self.friction, sliding, stiffness);
         let stiffness = stiffness * seen.stiffness;
         let normal_stiffness = stiffness * slope;
         let damping = normal_stiffness * self.damping;
-        let normal_force = stiffness * indented - damping * dot(n, &motion.displacement);
+        let normal_force = stiffness * indented - damping * n.dot(&motion.displacement);
 
         // What the surface, at −r n from the centre line, has slid.
         let (mut displacement, mut turn) = (motion.displacement, motion.turn);
@@ -132,9 +131,9 @@ impl<T: Real> Contact<T> {
             displacement += motion.tangent * motion.slide.along_m;
             turn += motion.tangent * motion.slide.turn_rad;
         }
-        let moved = plus_cross(&(memory.slip + displacement), n, &(turn * motion.radius));
-        let slip = moved - n * dot(n, &moved);
-        let length = dot(&slip, &slip).root().larger(memory.reached);
+        let moved = (memory.slip + displacement).plus_cross(n, &(turn * motion.radius));
+        let slip = moved - n * n.dot(&moved);
+        let length = slip.dot(&slip).root().larger(memory.reached);
         // Secant of Coulomb's law at the predicted displacement.     docs/model.md (12)
         let elastic = normal_stiffness * self.tangential_ratio;
         let limit = friction * memory.normal_n;
@@ -175,8 +174,8 @@ impl<T: Real> Touch<T> {
         relaxes: bool,
     ) -> Vector3<T> {
         let n = &seen.normal;
-        let moved = plus_cross(dx, turn, &seen.arm);
-        let along = dot(n, &moved);
+        let moved = dx.plus_cross(turn, &seen.arm);
+        let along = n.dot(&moved);
         let normal_n = self.normal_n - (self.stick + self.push) * along;
         memory.normal_n = normal_n.positive();
         if !LAST {
@@ -185,7 +184,7 @@ impl<T: Real> Touch<T> {
         }
         let slip = self.slip + moved - n * along;
         // Return map: what exceeds the limit has slid.     docs/model.md (13)
-        memory.reached = dot(&slip, &slip).root().larger(T::lit(SHORTEST_SLIP_M));
+        memory.reached = slip.dot(&slip).root().larger(T::lit(SHORTEST_SLIP_M));
         let held = self.elastic * memory.reached;
         let share = held.smaller(self.limit) / held.larger(T::lit(SMALLEST_FORCE_N));
         memory.slip = slip * share;

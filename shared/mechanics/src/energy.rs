@@ -34,8 +34,8 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
             };
             let strain =
                 Bend::between(&proximal, &link.rotation).angle - joint.unloaded * (cell / h);
-            let bend = strain.x * strain.x + strain.y * strain.y;
-            let turn = joint.bending * bend + joint.torsion * strain.z * strain.z;
+            let bend = strain.x() * strain.x() + strain.y() * strain.y();
+            let turn = joint.bending * bend + joint.torsion * strain.z() * strain.z();
             let stretch = length * link.strain;
             let pull = tables.links[j].axial * link.span.inverse_length * stretch * stretch;
             sum += half * (turn * (h / cell) + pull);

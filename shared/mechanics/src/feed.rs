@@ -1,9 +1,9 @@
 //! Feed and rotation at the drive: links are born at the guide and dropped there, and the
 //! state is carried to the predictor of the next solve.
 
-use nalgebra::Vector3;
+use cathforce_scalar::Vector3;
 
-use crate::algebra::{Bend, dot};
+use crate::algebra::Bend;
 use crate::coaxial::Overlap;
 use crate::model::{half_turn, maximum, minimum};
 use crate::pieces::Placed;
@@ -143,7 +143,7 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
         for j in (0..self.count.min(LINKS)).rev() {
             let link = &mut self.links[j];
             let half = link.rate * half_dt;
-            if dot(&half, &half) < largest {
+            if half.dot(&half) < largest {
                 link.rotation = link.rotation.turned(&half);
                 link.turn = link.rate * dt_s;
             } else {

@@ -1,6 +1,6 @@
 //! The elastic joints between links.
 
-use nalgebra::Vector3;
+use cathforce_scalar::Vector3;
 
 use crate::Real;
 use crate::algebra::{Bend, Sym3};
@@ -57,7 +57,8 @@ impl<T: Real> JointLoad<T> {
         if let Some(curvature) = curvature {
             strain -= curvature * cell.memory;
         }
-        let moment = bend.rotate_midway(&Vector3::new(kb * strain.x, kb * strain.y, kt * strain.z));
+        let moment =
+            bend.rotate_midway(&Vector3::new(kb * strain.x(), kb * strain.y(), kt * strain.z()));
         let t = bend.midway_tangent();
         let bending = kb * cell.stiffening;
         let mut stiffness = Sym3::outer(&(t * ((kt - kb) * cell.stiffening)), &t);

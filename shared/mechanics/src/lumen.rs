@@ -18,7 +18,7 @@
 //! * wall: stiffness scale, `2^((wall − 128)/16)`; 128 is the nominal stiffness.
 
 use cathforce_scalar::Real;
-use nalgebra::Vector3;
+use cathforce_scalar::Vector3;
 use serde::{Deserialize, Serialize};
 
 /// Cells along an edge of a brick.
@@ -171,8 +171,9 @@ impl<'a> Lumen<'a> {
     /// Total on any input, never panics, and does the same work whatever it finds. Stored
     /// integers are blended as integers, by weights in units of 2⁻¹⁵.
     #[inline(always)]
-    pub fn sample<T: Real>(&self, point: &Vector3<T>) -> WallSample<T> {
-        let [x, y, z] = [0, 1, 2].map(|i| self.place(point[i], i));
+    pub fn sample<T: Real>(&self, point: impl Into<Vector3<T>>) -> WallSample<T> {
+        let [x, y, z]: [T; 3] = point.into().into();
+        let (x, y, z) = (self.place(x, 0), self.place(y, 1), self.place(z, 2));
         let [along_y, along_z] = self.strides;
         let entry = x.brick + along_y * y.brick + along_z * z.brick;
         let index = self.directory.get(entry).map_or(OUTSIDE, |&b| u16::from_le_bytes(b));
@@ -205,10 +206,10 @@ impl<'a> Lumen<'a> {
         let distance = d.at(u) * T::lit(f64::from(self.distance_unit))
             - bend * T::lit(f64::from(self.half_cell));
         let normal = Vector3::new(n_x.at(u), n_y.at(v), n_z.at(w));
-        let length = (normal.x * normal.x + normal.y * normal.y + normal.z * normal.z).root();
+        let length = normal.norm();
         let floor = T::lit(1e-3 / PLACE_UNIT);
         let normal = normal * (one / if length > floor { length } else { floor });
-        let rest = normal.x * x.rest + normal.y * y.rest + normal.z * z.rest;
+        let rest = normal.x() * x.rest + normal.y() * y.rest + normal.z() * z.rest;
         WallSample {
             distance_m: away + distance + rest * T::lit(f64::from(self.place)),
             normal,

@@ -1,6 +1,6 @@
 //! Tables made once from a [`Description`].
 
-use nalgebra::Vector3;
+use cathforce_scalar::Vector3;
 
 use crate::algebra::Rotation;
 use crate::effects::StoredCurvature;

@@ -2,8 +2,8 @@
 
 use core::ops::{Add, Mul};
 
+use cathforce_scalar::Vector3;
 use heapless::Vec;
-use nalgebra::Vector3;
 
 use crate::effects::StoredCurvature;
 use crate::model::minimum;
@@ -130,7 +130,7 @@ impl<'a, T: Real> Cursor<'a, T> {
         };
         let ((sin, cos), u) = (self.placed.roll, &piece.unloaded);
         self.piece = Piece {
-            unloaded: Vector3::new(cos * u.x - sin * u.y, sin * u.x + cos * u.y, u.z),
+            unloaded: Vector3::new(cos * u.x() - sin * u.y(), sin * u.x() + cos * u.y(), u.z()),
             ..*piece
         };
         self.end_m = self.placed.behind_m + piece.end_m;
@@ -163,7 +163,7 @@ impl<T: Real> Density<T> {
             axial: T::one() / (catheter.axial + wire.axial),
             mass: catheter.mass + wire.mass,
             unloaded: catheter.unloaded
-                + Vector3::new(between.x * bent, between.y * bent, between.z * twisted),
+                + Vector3::new(between.x() * bent, between.y() * bent, between.z() * twisted),
         }
     }
 }
@@ -313,7 +313,7 @@ mod tests {
         let joints = tables
             .joints
             .iter()
-            .flat_map(|j| [j.bending, j.torsion, j.unloaded.x, j.unloaded.y, j.unloaded.z]);
+            .flat_map(|j| [j.bending, j.torsion, j.unloaded.x(), j.unloaded.y(), j.unloaded.z()]);
         let links = tables.links.iter().flat_map(|link| [link.axial, link.mass]);
         joints.chain(links).map(|x| (x + 0.0).to_bits()).collect()
     }
@@ -342,7 +342,7 @@ mod tests {
         let bending = 0.003 / 2e-5 + 0.001 / 5e-5 + 0.006 / 4e-5;
         assert!((whole.bending / bending - 1.0).abs() < 1e-5, "{}", whole.bending);
         let turn = 50.0 * (0.003 + 0.001 * 2.0 / 5.0 + 0.002 / 4.0);
-        assert!((whole.unloaded.y / turn - 1.0).abs() < 1e-5, "{}", whole.unloaded.y);
+        assert!((whole.unloaded.y() / turn - 1.0).abs() < 1e-5, "{}", whole.unloaded.y());
         let mass = 2e-3 * 0.004 + 1e-3 * 0.006 + 3e-3 * 0.007;
         assert!((whole.mass / mass - 1.0).abs() < 1e-5, "{}", whole.mass);
     }

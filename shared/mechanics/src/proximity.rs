@@ -1,9 +1,8 @@
 //! The wall near the instrument: looked up for half of the samples in turn, once a step for all
 //! of its solves.
 
-use nalgebra::Vector3;
+use cathforce_scalar::Vector3;
 
-use crate::algebra::dot;
 use crate::effects::acting::Law;
 use crate::state::{LinkState, State};
 use crate::{Lumen, Model, Real};
@@ -66,14 +65,14 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
                 let radius = law.radius(2 * j + i, radius);
                 let position = link.position + offset;
                 if looks[i] {
-                    let wall = lumen.sample(&position);
+                    let wall = lumen.sample(position);
                     (seen.distance, seen.normal) =
                         law.wall(&position, wall.distance_m, wall.normal);
                     seen.stiffness = wall.stiffness;
                     seen.looked_from = position;
                 }
                 let moved = position - seen.looked_from;
-                let distance = seen.distance + dot(&seen.normal, &moved);
+                let distance = seen.distance + seen.normal.dot(&moved);
                 lowest = lowest.smaller(distance);
                 seen.arm = offset - seen.normal * radius;
                 seen.gap = distance - radius;

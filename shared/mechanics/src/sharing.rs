@@ -4,9 +4,9 @@
 //! chain's energy gains as the instrument slides or turns in it, and what friction takes. The
 //! other drive carries the rest of the whole.     docs/model.md (41)–(43)
 
-use nalgebra::Vector3;
+use cathforce_scalar::Vector3;
 
-use crate::algebra::{Bend, cross, dot};
+use crate::algebra::Bend;
 use crate::model::{maximum, minimum};
 use crate::pieces::{Density, Walk, Which};
 use crate::{Model, Real, State};
@@ -50,10 +50,11 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
             loop {
                 let to_m = minimum(walk.end_m, high_m);
                 let own = walk.piece(Which::Guidewire);
-                if own.unloaded.x != T::zero() || own.unloaded.y != T::zero() {
+                if own.unloaded.x() != T::zero() || own.unloaded.y() != T::zero() {
                     let moment = moment.get_or_insert_with(|| self.joint_moment(model, cell));
                     let curvature = walk.density.curvature(&(*moment * (T::one() / softness)));
-                    let turning = own.unloaded.x * curvature.y - own.unloaded.y * curvature.x;
+                    let turning =
+                        own.unloaded.x() * curvature.y() - own.unloaded.y() * curvature.x();
                     torque -= own.bending * softness * turning * (to_m - walk.at_m);
                 }
                 walk.at_m = to_m;
@@ -64,7 +65,7 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
                 if walk.advance() == follower {
                     let moment = moment.get_or_insert_with(|| self.joint_moment(model, cell));
                     let x = self.point_at(model, to_m) - self.effects.mouth;
-                    let lifted = dot(&model.gravity, &x);
+                    let lifted = model.gravity.dot(&x);
                     let level = |walk: &Walk<'_, T>| {
                         walk.free_energy(moment, softness) - walk.density.mass * lifted
                     };
@@ -75,7 +76,8 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
         // What the guide keeps straight is spent behind the mouth.
         let behind = walk.piece(follower);
         let (u, half) = (&behind.unloaded, T::lit(0.5));
-        let bent = behind.bending * (u.x * u.x + u.y * u.y) + behind.torsion * u.z * u.z;
+        let bent =
+            behind.bending * (u.x() * u.x() + u.y() * u.y()) + behind.torsion * u.z() * u.z();
         (force - half * softness * bent, torque)
     }
 
@@ -94,13 +96,13 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
                 let (seen, touch) = (&kept.seen[i], &kept.touches[i]);
                 let covered = self.overlap.covered(2 * j + i, half_m);
                 let friction = memory.slip * -touch.elastic;
-                dragged -= covered * dot(&friction, &link.tangent);
+                dragged -= covered * friction.dot(&link.tangent);
                 // The cone at its end climbs what the guidewire lies on.
                 if covered > zero && covered < one {
                     dragged += memory.normal_n * ((catheter_m - wire_m) / half_m);
                 }
-                let about = cross(&(seen.normal * -wire_m), &friction);
-                twisted -= (one - covered) * dot(&about, &link.tangent);
+                let about = (seen.normal * -wire_m).cross(&friction);
+                twisted -= (one - covered) * about.dot(&link.tangent);
             }
         }
         (dragged, twisted)
@@ -138,7 +140,7 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
             Bend::between(&proximal.rotation, &link.rotation).angle * (h / cell_m) - joint.unloaded;
         let softness = self.effects.softness(model);
         let (bending, torsion) = (joint.bending * softness, joint.torsion * softness);
-        Vector3::new(bent.x * bending, bent.y * bending, bent.z * torsion)
+        Vector3::new(bent.x() * bending, bent.y() * bending, bent.z() * torsion)
     }
 
     /// The point of the chain at an arc from its tip \[m\].
@@ -156,9 +158,9 @@ impl<T: Real> Density<T> {
     fn curvature(&self, moment: &Vector3<T>) -> Vector3<T> {
         self.unloaded
             + Vector3::new(
-                moment.x * self.bending,
-                moment.y * self.bending,
-                moment.z * self.torsion,
+                moment.x() * self.bending,
+                moment.y() * self.bending,
+                moment.z() * self.torsion,
             )
     }
 }
@@ -171,9 +173,10 @@ impl<T: Real> Walk<'_, T> {
         let stored = |which| {
             let piece = self.piece(which);
             let bent = curvature - piece.unloaded;
-            piece.bending * (bent.x * bent.x + bent.y * bent.y) + piece.torsion * bent.z * bent.z
+            piece.bending * (bent.x() * bent.x() + bent.y() * bent.y())
+                + piece.torsion * bent.z() * bent.z()
         };
         let both = stored(Which::Catheter) + stored(Which::Guidewire);
-        T::lit(0.5) * softness * both - dot(moment, &curvature)
+        T::lit(0.5) * softness * both - moment.dot(&curvature)
     }
 }

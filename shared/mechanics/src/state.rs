@@ -1,8 +1,8 @@
 //! What a step remembers and what it reports.
 
-use nalgebra::Vector3;
+use cathforce_scalar::Vector3;
 
-use crate::algebra::{Factor, Rotation, dot};
+use crate::algebra::{Factor, Matrix3, Rotation};
 use crate::coaxial::Overlap;
 use crate::contact::{Memory, Touch};
 use crate::effects::memory::Memory as EffectMemory;
@@ -152,20 +152,19 @@ pub(crate) struct LinkLoads<T: Real> {
     pub stiffness: T,
 }
 
-/// A link's stretch: δe = inverse (gain − pull·y − turn·δφ).     docs/model.md (6)
+/// A link's stretch: δe = free − pull·y − turn·δφ.     docs/model.md (6)
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Stretch<T: Real> {
-    pub gain: T,
+    pub free: T,
     pub pull: Vector3<T>,
     pub turn: Vector3<T>,
-    pub inverse: T,
 }
 
 impl<T: Real> Stretch<T> {
     /// Of a link whose node has swung by `y` and that has turned by `turn` \[m\].
     #[inline(always)]
     pub fn resolve(&self, y: &Vector3<T>, turn: &Vector3<T>) -> T {
-        (self.gain - dot(&self.pull, y) - dot(&self.turn, turn)) * self.inverse
+        self.free - self.pull.dot(y) - self.turn.dot(turn)
     }
 }
 
@@ -176,10 +175,10 @@ pub(crate) struct Elimination<T: Real> {
     pub loads: LinkLoads<T>,
     pub joint: JointLoad<T>,
     /// The link's rotation: δφ = L⁻ᵀ Δ⁻¹ (s − Zᵀ δx + Xᵀ δφ), of the point at joint j + 1 and of
-    /// the link beyond it; s, Z and X are kept times Δ⁻¹, by columns.     docs/model.md (17)
+    /// the link beyond it; s, Z and X are kept times Δ⁻¹.     docs/model.md (17)
     pub turn: Vector3<T>,
-    pub by_displacement: [Vector3<T>; 3],
-    pub by_turn: [Vector3<T>; 3],
+    pub by_displacement: Matrix3<T>,
+    pub by_turn: Matrix3<T>,
     pub factor: Factor<T>,
     pub stretch: Stretch<T>,
     /// The wall at the node and at the middle of the link, and the contact with it.
@@ -194,10 +193,10 @@ impl<T: Real> Elimination<T> {
             loads: LinkLoads { force: v, moment: v, stiffness: o },
             joint: JointLoad::none(),
             turn: v,
-            by_displacement: [v; 3],
-            by_turn: [v; 3],
+            by_displacement: Matrix3::zeros(),
+            by_turn: Matrix3::zeros(),
             factor: Factor::identity(),
-            stretch: Stretch { gain: o, pull: v, turn: v, inverse: o },
+            stretch: Stretch { free: o, pull: v, turn: v },
             seen: [Proximity::none(); 2],
             touches: [Touch::none(); 2],
         }

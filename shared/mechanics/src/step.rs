@@ -1,6 +1,7 @@
 //! One step: feed, predict, solve, report.
 
-use crate::algebra::dot;
+use cathforce_scalar::Vector3;
+
 use crate::coaxial::Coaxial;
 use crate::effects::acting::{Law, Nominal};
 use crate::effects::memory::past_mouth;
@@ -159,19 +160,19 @@ pub fn settle_loaded<T: Real, const LINKS: usize>(
     let arrived = catheter_arrived && (guidewire_arrived || model.guidewire.is_none());
     state.feed(model, Drives { catheter, guidewire });
     for link in &mut state.links {
-        link.rate = nalgebra::Vector3::zeros();
+        link.rate = Vector3::zeros();
     }
     state.predict(T::zero());
     let totals = solve_acting(model, lumen, state, loads, &scheme);
     let held = totals.force_on_instrument + totals.force_on_guide + totals.moment_on_guide;
-    if !(held.x + held.y + held.z).is_finite() {
+    if !(held.x() + held.y() + held.z()).is_finite() {
         let lost = state.lost;
         state.reset();
         state.lost = lost;
         return false;
     }
     for link in &mut state.links {
-        link.velocity = nalgebra::Vector3::zeros();
+        link.velocity = Vector3::zeros();
     }
     state.rested = if arrived { state.rested.saturating_add(1) } else { 0 };
     let still = T::lit(SETTLED_TURN_RAD * SETTLED_TURN_RAD);
@@ -215,7 +216,7 @@ fn solve_acting<T: Real, const LINKS: usize>(
         None => solve_coaxial(model, lumen, state, loads, scheme, &mut Nominal),
         Some(mut acting) => {
             let totals = solve_coaxial(model, lumen, state, loads, scheme, &mut acting);
-            let torque_n_m = dot(&totals.moment_on_guide, &model.guide.tangent());
+            let torque_n_m = totals.moment_on_guide.dot(&model.guide.tangent());
             state.effects.finish(&acting, torque_n_m);
             totals
         }
@@ -269,15 +270,15 @@ fn report<T: Real, const LINKS: usize>(
     // The configurational force of the guide's mouth.     docs/model.md (18)
     let joint = &state.tables(model).joints[state.count.saturating_sub(1)];
     let moment = &totals.moment_on_guide;
-    let twist = dot(moment, &direction);
+    let twist = moment.dot(&direction);
     let softness = state.effects.softness(model);
-    let bend_squared = dot(moment, moment) - twist * twist;
+    let bend_squared = moment.dot(moment) - twist * twist;
     let per_stiffness = half / (h * softness);
     // Curvature that has not come back yet is not spent at the mouth.
     let straightened = model.description().effects.entry.guide.straightened_m > T::zero();
     let straight = if straightened { T::zero() } else { T::one() / h };
     let unloaded = joint.unloaded * straight;
-    let spent = dot(moment, &state.guide.rotation.rotate(&unloaded))
+    let spent = moment.dot(&state.guide.rotation.rotate(&unloaded))
         + half * h * softness * joint.energy(&unloaded);
     let mouth =
         per_stiffness * (bend_squared / joint.bending + twist * twist / joint.torsion) + spent;
@@ -285,7 +286,7 @@ fn report<T: Real, const LINKS: usize>(
     let (middle, half_range) = strain_range();
     let mut stretched_squared = T::zero();
     for (j, link) in state.links[..state.count.min(LINKS)].iter().enumerate() {
-        let squared = dot(&link.force, &link.force);
+        let squared = link.force.dot(&link.force);
         if squared > peak {
             (peak, peak_node) = (squared, j as u16);
         }
@@ -295,7 +296,7 @@ fn report<T: Real, const LINKS: usize>(
     let overstretched = stretched_squared >= half_range * half_range;
     let limit = T::lit(RESOLVED_TURN_RAD * RESOLVED_TURN_RAD);
     let whole =
-        Held { force_n: -dot(&totals.force_on_guide, &direction) - mouth, torque_n_m: -twist };
+        Held { force_n: -totals.force_on_guide.dot(&direction) - mouth, torque_n_m: -twist };
     let none = Held { force_n: T::zero(), torque_n_m: T::zero() };
     let guidewire = state.guidewire_share(model, whole).unwrap_or(none);
     Outputs {

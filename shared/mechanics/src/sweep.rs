@@ -1,8 +1,8 @@
 //! One linearised solve: eliminated from the tip to the guide, resolved on the way back.
 
-use nalgebra::Vector3;
+use cathforce_scalar::Vector3;
 
-use crate::algebra::{Bend, cross, dot, plus_cross, read_here};
+use crate::algebra::{Bend, read_here};
 use crate::contact::{Contact, Motion};
 use crate::effects::acting::Law;
 use crate::joint::{Cell, JointLoad};
@@ -168,7 +168,7 @@ fn load<T: Real, L: Law<T>, const LINKS: usize>(
         let (at_node, at_middle) = (node.force(node_seen), middle.force(middle_seen));
         kept.loads = LinkLoads {
             force: force + at_node + at_middle,
-            moment: plus_cross(&cross(&node_seen.arm, &at_node), &middle_seen.arm, &at_middle),
+            moment: node_seen.arm.cross(&at_node).plus_cross(&middle_seen.arm, &at_middle),
             stiffness: inertia + damping + kept_positive + node.stick + middle.stick,
         };
         kept.touches = [node, middle];
@@ -233,11 +233,10 @@ fn resolve<T: Real, L: Law<T>, const LINKS: usize, const LAST: bool>(
     for j in (0..chain.count).rev() {
         let (link, kept) = (&mut links[j], &mut eliminations[j]);
         let Span { length, inverse_length, .. } = link.span;
-        let in_factor = |i: usize| {
-            kept.turn[i] - dot(&kept.by_displacement[i], &dx) + dot(&kept.by_turn[i], &turn)
-        };
-        turn = kept.factor.backward(&Vector3::new(in_factor(0), in_factor(1), in_factor(2)));
-        let swung = plus_cross(&dx, &turn, &(link.tangent * (length * (T::one() + link.strain))));
+        let in_factor = kept.turn - kept.by_displacement.mul_transposed(&dx)
+            + kept.by_turn.mul_transposed(&turn);
+        turn = kept.factor.backward(&in_factor);
+        let swung = dx.plus_cross(&turn, &(link.tangent * (length * (T::one() + link.strain))));
         let stretch = kept.stretch.resolve(&swung, &turn);
         dx = swung + link.tangent * stretch;
 
@@ -257,7 +256,7 @@ fn resolve<T: Real, L: Law<T>, const LINKS: usize, const LAST: bool>(
         link.displacement += position - predicted;
         link.position = position;
         link.turn += turn;
-        totals.largest_turn_squared = dot(&turn, &turn).larger(totals.largest_turn_squared);
+        totals.largest_turn_squared = turn.dot(&turn).larger(totals.largest_turn_squared);
         if !LAST {
             continue;
         }
@@ -267,9 +266,9 @@ fn resolve<T: Real, L: Law<T>, const LINKS: usize, const LAST: bool>(
         let force = at_node + at_middle;
         totals.force_on_instrument += force;
         let moment = &mut totals.moment_on_instrument;
-        *moment = plus_cross(moment, &(predicted - mouth), &force);
-        *moment = plus_cross(moment, &node_seen.arm, &at_node);
-        *moment = plus_cross(moment, &middle_seen.arm, &at_middle);
+        *moment = moment.plus_cross(&(predicted - *mouth), &force);
+        *moment = moment.plus_cross(&node_seen.arm, &at_node);
+        *moment = moment.plus_cross(&middle_seen.arm, &at_middle);
         // The middle's force is shared by the two nodes of the link; the guide has none.
         let shared = if j + 1 == chain.count { v } else { at_middle * half };
         link.force = force - shared;

@@ -1,6 +1,6 @@
 //! What joints and links are made of.     docs/model.md (1), (39)
 
-use nalgebra::Vector3;
+use cathforce_scalar::Vector3;
 
 use crate::Real;
 use crate::pieces::Walk;
@@ -19,7 +19,8 @@ pub(crate) struct Joint<T: Real> {
 impl<T: Real> Joint<T> {
     /// Bending and torsional stiffness times the squares of a rotation.
     pub fn energy(&self, turn: &Vector3<T>) -> T {
-        self.bending * (turn.x * turn.x + turn.y * turn.y) + self.torsion * turn.z * turn.z
+        self.bending * (turn.x() * turn.x() + turn.y() * turn.y())
+            + self.torsion * turn.z() * turn.z()
     }
 
     fn nothing() -> Self {

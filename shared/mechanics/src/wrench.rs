@@ -3,12 +3,9 @@
 //!
 //! F = f − A δx − B δφ,  M = m − Bᵀ δx − C δφ.     docs/model.md (5)
 
-use nalgebra::{Matrix3, Vector3};
+use cathforce_scalar::Vector3;
 
-use crate::algebra::{
-    Factor, Sym3, add_outer, cross, dot, mul_transposed, outer, plus_cross, read_here, sub_cross,
-    sub_outer, sub_product_cross,
-};
+use crate::algebra::{Factor, Matrix3, Sym3, read_here};
 use crate::contact::Touch;
 use crate::proximity::Proximity;
 use crate::state::{Elimination, LinkLoads, Stretch};
@@ -57,13 +54,13 @@ impl<T: Real> Wrench<T> {
         let middle_push = at_middle.normal * middle.push;
         self.a.add_outer(&middle_push, &at_middle.normal);
         // B += −k_s [a] + p n cᵀ
-        let turned = cross(middle_arm, &at_middle.normal);
-        add_outer(&mut self.b, &middle_push, &turned);
+        let turned = middle_arm.cross(&at_middle.normal);
+        self.b.add_outer(&middle_push, &turned);
         self.c.add_outer(&(turned * middle.push), &turned);
         let (node_held, middle_held) = (node_arm * node.stick, middle_arm * middle.stick);
-        sub_cross(&mut self.b, &(node_held + middle_held));
+        self.b.sub_cross(&(node_held + middle_held));
         // C += k_s (|a|² I − a aᵀ) + p c cᵀ
-        self.c.add_identity(dot(&node_held, node_arm) + dot(&middle_held, middle_arm));
+        self.c.add_identity(node_held.dot(node_arm) + middle_held.dot(middle_arm));
         self.c.sub_outer(&node_held, node_arm);
         self.c.sub_outer(&middle_held, middle_arm);
     }
@@ -79,16 +76,16 @@ impl<T: Real> Wrench<T> {
     ) {
         read_here();
         let alpha = self.a.mul_vec(tangent);
-        let beta = mul_transposed(&self.b, tangent);
-        let inverse = T::one() / (stiffness + dot(tangent, &alpha).positive()).root();
+        let beta = self.b.mul_transposed(tangent);
+        let inverse = T::one() / (stiffness + tangent.dot(&alpha).positive());
         let (pull, turn) = (alpha * inverse, beta * inverse);
-        let gain = (dot(&self.force, tangent) - tension) * inverse;
+        let gain = self.force.dot(tangent) - tension;
         self.force -= pull * gain;
         self.moment -= turn * gain;
-        self.a.sub_square(&pull);
-        sub_outer(&mut self.b, &pull, &turn);
-        self.c.sub_square(&turn);
-        kept.stretch = Stretch { gain, pull, turn, inverse };
+        self.a.sub_outer(&pull, &alpha);
+        self.b.sub_outer(&pull, &beta);
+        self.c.sub_outer(&turn, &beta);
+        kept.stretch = Stretch { free: gain * inverse, pull, turn };
     }
 
     /// From the distal to the proximal end of a link.     docs/model.md (7)
@@ -96,13 +93,13 @@ impl<T: Real> Wrench<T> {
     pub fn shift(&mut self, tangent: &Vector3<T>, length: T) {
         read_here();
         let lever = tangent * length;
-        self.moment = plus_cross(&self.moment, &lever, &self.force);
-        self.c.add_cross_product_transposed(&lever, &self.b);
-        sub_product_cross(&mut self.b, &self.a, &lever);
-        self.c.add_cross_product(&lever, &self.b);
-        let pull = dot(&lever, &self.force).positive();
+        self.moment = self.moment.plus_cross(&lever, &self.force);
+        let pull = lever.dot(&self.force).positive();
         self.c.add_identity(pull);
         self.c.sub_outer(&(tangent * pull), tangent);
+        self.c.add_cross_product_transposed(&lever, &self.b);
+        self.b.sub_product_cross(&self.a, &lever);
+        self.c.add_cross_product(&lever, &self.b);
     }
 
     /// Eliminates the rotation of the link distal to a joint.     docs/model.md (8)
@@ -116,26 +113,32 @@ impl<T: Real> Wrench<T> {
         kept.factor = factor;
         // f −= Z Δ⁻¹ s, A −= Z Δ⁻¹ Zᵀ
         let s = factor.forward((self.moment - kept.joint.moment).into());
-        let z = factor.forward([0, 1, 2].map(|i| self.b.column(i).into_owned()));
-        for (i, z) in z.iter().enumerate() {
-            kept.turn[i] = s[i] * factor.inverse[i];
-            kept.by_displacement[i] = z * factor.inverse[i];
-            self.force -= z * kept.turn[i];
-            self.a.sub_outer(&kept.by_displacement[i], z);
+        let z = factor.forward(self.b.columns());
+        let mut by_displacement = z;
+        let mut turn = s;
+        for i in 0..3 {
+            turn[i] *= factor.inverse[i];
+            by_displacement[i] *= factor.inverse[i];
+            self.force -= z[i] * turn[i];
+            self.a.sub_outer(&by_displacement[i], &z[i]);
         }
+        kept.turn = turn.into();
+        kept.by_displacement = Matrix3::from_columns(&by_displacement);
         read_here();
         // m = μ + X Δ⁻¹ s, B = Z Δ⁻¹ Xᵀ, C = K − X Δ⁻¹ Xᵀ
         let k = kept.joint.stiffness;
         let x = kept.factor.forward(k.columns());
         (self.moment, self.c) = (kept.joint.moment, k);
-        for (i, x) in x.iter().enumerate() {
-            kept.by_turn[i] = x * kept.factor.inverse[i];
-            self.moment += x * kept.turn[i];
-            self.c.sub_outer(&kept.by_turn[i], x);
+        let mut by_turn = x;
+        for i in 0..3 {
+            by_turn[i] *= kept.factor.inverse[i];
+            self.moment += x[i] * turn[i];
+            self.c.sub_outer(&by_turn[i], &x[i]);
         }
-        let z = &kept.by_displacement;
-        self.b = outer(&z[0], &x[0]);
-        add_outer(&mut self.b, &z[1], &x[1]);
-        add_outer(&mut self.b, &z[2], &x[2]);
+        kept.by_turn = Matrix3::from_columns(&by_turn);
+        let z = &by_displacement;
+        self.b = Matrix3::outer(&z[0], &x[0]);
+        self.b.add_outer(&z[1], &x[1]);
+        self.b.add_outer(&z[2], &x[2]);
     }
 }

@@ -10,10 +10,18 @@
 
 #![no_std]
 
+mod triple;
+mod vector;
+
 use nalgebra::RealField;
+
+pub use triple::{Plain, Triple};
+pub use vector::Vector3;
 
 /// A number of the model: `f32` or `f64`.
 pub trait Real: RealField + Copy + Default {
+    /// Three of them, as the target computes with them best.
+    type Triple: Triple<Self>;
     /// Square root, correctly rounded, hence the same bits on host and device.
     fn root(self) -> Self;
     /// The larger of this and a bound; the bound for NaN.
@@ -49,6 +57,7 @@ pub trait Real: RealField + Copy + Default {
 }
 
 impl Real for f32 {
+    type Triple = triple::Single;
     #[inline(always)]
     fn root(self) -> Self {
         sqrt_f32(self)
@@ -96,6 +105,7 @@ impl Real for f32 {
 }
 
 impl Real for f64 {
+    type Triple = Plain<f64>;
     #[inline(always)]
     fn root(self) -> Self {
         libm::sqrt(self)

@@ -33,7 +33,7 @@ pub fn extract(lumen: &Lumen<'_>) -> Surface {
         let mut samples = Vec::with_capacity((cells[0] + 1) * (cells[1] + 1));
         for y in 0..=cells[1] {
             for x in 0..=cells[0] {
-                samples.push(lumen.sample(&place([x, y, z])).distance_m);
+                samples.push(lumen.sample(<[f32; 3]>::from(place([x, y, z]))).distance_m);
             }
         }
         samples
@@ -101,7 +101,7 @@ impl Nets {
         let point = first + sum * (size_m / crossings);
         self.vertex_of.insert(cell, self.surface.vertices.len() as u32);
         self.surface.vertices.push(point.into());
-        self.surface.normals.push(lumen.sample(&point).normal.into());
+        self.surface.normals.push(lumen.sample(<[f32; 3]>::from(point)).normal.into());
     }
 
     fn finish(mut self) -> Surface {

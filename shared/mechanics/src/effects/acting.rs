@@ -1,7 +1,7 @@
 //! Where effects enter the recursion. The nominal model pays nothing for them: a solve is
 //! made for each of [`Nominal`] and [`Acting`], and one is chosen once a step.
 
-use nalgebra::Vector3;
+use cathforce_scalar::Vector3;
 
 use super::pull::Pull;
 use super::stream::Stream;
@@ -126,7 +126,7 @@ impl<T: Real> Law<T> for Acting<T> {
             // In series with the shaft behind the entry plane.     docs/model.md (37)
             let cell_torsion = joint.torsion / self.guide_cell;
             joint.torsion /= T::one() + cell_torsion * compliance;
-            joint.unloaded.z -= wound_rad / self.guide_cell;
+            joint.unloaded.take_z(wound_rad / self.guide_cell);
         }
         joint
     }

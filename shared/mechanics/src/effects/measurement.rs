@@ -1,6 +1,6 @@
 //! From the force on the vessel to what its sensor reads.     docs/model.md (22)
 
-use nalgebra::Vector3;
+use cathforce_scalar::Vector3;
 
 use super::SensorEffects;
 use crate::Real;

@@ -1,6 +1,6 @@
 //! What the effects remember from tick to tick, and what they do once a tick.
 
-use nalgebra::Vector3;
+use cathforce_scalar::Vector3;
 
 use super::acting::Acting;
 use super::nominal::Placement;

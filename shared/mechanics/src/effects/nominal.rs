@@ -1,6 +1,6 @@
 //! Effects that change what the tables are made from, and nothing in the recursion.
 
-use nalgebra::Vector3;
+use cathforce_scalar::Vector3;
 
 use crate::algebra::Rotation;
 use crate::{Description, Entry, Instrument, Real, Wall};
@@ -82,12 +82,12 @@ impl<T: Real> Placement<T> {
 
     /// A point of the vessel in the rig's frame.
     pub fn to_rig(self, point: &Vector3<T>) -> Vector3<T> {
-        self.entry + self.turned.rotate(&(point - self.entry)) + self.offset
+        self.entry + self.turned.rotate(&(*point - self.entry)) + self.offset
     }
 
     /// A point of the rig in the vessel's frame.
     pub fn to_vessel(self, point: &Vector3<T>) -> Vector3<T> {
-        self.entry + self.direction_to_vessel(&(point - self.entry - self.offset))
+        self.entry + self.direction_to_vessel(&(*point - self.entry - self.offset))
     }
 
     /// A direction of the rig in the vessel's frame.

@@ -1,8 +1,7 @@
 //! The tendon of a steerable instrument.     docs/model.md (34), (35)
 
-use nalgebra::Vector3;
+use cathforce_scalar::Vector3;
 
-use crate::algebra::dot;
 use crate::coaxial::Overlap;
 use crate::model::{half_turn, maximum, minimum};
 use crate::tables::Joint;
@@ -79,13 +78,13 @@ impl<T: Real> Pull<T> {
         let within = |length: T| minimum(maximum(length, zero), one);
         let inside = within(begins + one);
         let share = minimum(within(self.tendon.length_m / self.link_length_m - begins), inside);
-        let turned = dot(bend, bend).root() * inside;
+        let turned = bend.dot(bend).root() * inside;
         let step = T::one() + self.friction * turned;
         self.fading *= step;
         self.tension_n *= step;
         let per_tension = self.tendon.offset_m * share / joint.bending;
         joint.unloaded += self.axis * (self.tension_n * per_tension);
-        self.bend += dot(bend, &self.axis) * share;
+        self.bend += bend.dot(&self.axis) * share;
         self.compliance += per_tension;
     }
 

@@ -1,10 +1,9 @@
 //! Drag of the fluid.     docs/model.md (36)
 
-use nalgebra::Vector3;
+use cathforce_scalar::Vector3;
 
 use super::FluidDrag;
 use crate::Real;
-use crate::algebra::dot;
 use crate::model::{half_turn, maximum, minimum};
 
 /// The stream in one step.
@@ -33,7 +32,7 @@ impl<T: Real> Stream<T> {
     pub fn force(&self, tangent: &Vector3<T>, distance_m: T) -> Vector3<T> {
         let x = minimum(maximum(distance_m * self.inverse_radius, T::zero()), T::one());
         let profile = x * (T::lit(2.0) - x);
-        let across = self.across - tangent * dot(tangent, &self.across);
+        let across = self.across - tangent * tangent.dot(&self.across);
         (across + tangent * self.along) * profile
     }
 }

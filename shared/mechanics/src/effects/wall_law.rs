@@ -1,10 +1,9 @@
 //! Wall and friction laws beyond the nominal ones.     docs/model.md (28)–(32)
 
-use nalgebra::Vector3;
+use cathforce_scalar::Vector3;
 
 use super::{Effects, Hyperelastic, LoadFriction, Narrowing, Stribeck};
 use crate::Real;
-use crate::algebra::dot;
 use crate::model::maximum;
 
 /// A compressed wall stiffens no further than at this share of its thickness \[1\].
@@ -65,19 +64,19 @@ impl<T: Real> WallLaw<T> {
         normal: Vector3<T>,
     ) -> (T, Vector3<T>) {
         let n = &self.narrowing;
-        let from_middle = position - Vector3::new(n.x_m, n.y_m, n.z_m);
-        let outwards = dot(&normal, &from_middle);
+        let from_middle = *position - Vector3::new(n.x_m, n.y_m, n.z_m);
+        let outwards = normal.dot(&from_middle);
         // Along the vessel: the wall's normal points at the centre line.
         let along = from_middle - normal * outwards;
         let scale = T::one() / (n.half_length_m * n.half_length_m);
-        let rest = T::one() - dot(&along, &along) * scale;
+        let rest = T::one() - along.dot(&along) * scale;
         let reach = T::lit(FARTHEST_WALL_M);
         if rest <= T::zero() || outwards > reach || outwards < -reach {
             return (distance_m, normal);
         }
         let slope = T::lit(4.0) * n.depth_m * rest * scale;
         let tilted = normal + along * slope;
-        let length = maximum(dot(&tilted, &tilted).root(), T::lit(1e-3));
+        let length = maximum(tilted.dot(&tilted).root(), T::lit(1e-3));
         (distance_m - n.depth_m * rest * rest, tilted * (T::one() / length))
     }
 
@@ -224,6 +223,9 @@ mod tests {
         assert!((distance - (1e-3 - 0.75 * 0.75 * 1e-3)).abs() < 1e-12);
         // Going in, the wall pushes back.
         let slope = (at(0.045 + 1e-6).0 - at(0.045 - 1e-6).0) / 2e-6;
-        assert!((normal.x / -normal.y - slope).abs() < 1e-6 && slope < 0.0, "{normal} {slope}");
+        assert!(
+            (normal.x() / -normal.y() - slope).abs() < 1e-6 && slope < 0.0,
+            "{normal:?} {slope}"
+        );
     }
 }

@@ -1,0 +1,180 @@
+//! A vector of three numbers.
+
+use core::ops::{Add, AddAssign, Mul, MulAssign, Neg, Sub, SubAssign};
+
+use crate::Real;
+use crate::triple::Triple;
+
+/// A vector in space.
+#[derive(Clone, Copy, Debug)]
+pub struct Vector3<T: Real>(T::Triple);
+
+impl<T: Real> Vector3<T> {
+    #[inline(always)]
+    pub fn new(x: T, y: T, z: T) -> Self {
+        Self(T::Triple::new(x, y, z))
+    }
+
+    #[inline(always)]
+    pub fn zeros() -> Self {
+        Self::new(T::zero(), T::zero(), T::zero())
+    }
+
+    #[inline(always)]
+    pub fn x(&self) -> T {
+        self.0.x()
+    }
+
+    #[inline(always)]
+    pub fn y(&self) -> T {
+        self.0.y()
+    }
+
+    #[inline(always)]
+    pub fn z(&self) -> T {
+        self.0.z()
+    }
+
+    /// Takes something away from z.
+    #[inline(always)]
+    pub fn take_z(&mut self, less: T) {
+        *self = Self::new(self.x(), self.y(), self.z() - less);
+    }
+
+    /// (x a, y b, z c) of (x, y, z) and (a, b, c)
+    #[inline(always)]
+    pub fn times(&self, other: &Self) -> Self {
+        Self(self.0.times(other.0))
+    }
+
+    /// (y, z, x)
+    #[inline(always)]
+    pub fn yzx(&self) -> Self {
+        Self::new(self.y(), self.z(), self.x())
+    }
+
+    /// (z, x, y)
+    #[inline(always)]
+    pub fn zxy(&self) -> Self {
+        Self::new(self.z(), self.x(), self.y())
+    }
+
+    /// Scalar product.
+    #[inline(always)]
+    pub fn dot(&self, other: &Self) -> T {
+        let products = self.times(other);
+        products.x() + products.y() + products.z()
+    }
+
+    /// self × other
+    #[inline(always)]
+    pub fn cross(&self, other: &Self) -> Self {
+        self.yzx().times(&other.zxy()) - self.zxy().times(&other.yzx())
+    }
+
+    /// self + a × b, as a sum that begins with self: each product is one multiply-accumulate,
+    /// which on the device is one instruction (and rounds twice).
+    #[inline(always)]
+    pub fn plus_cross(&self, a: &Self, b: &Self) -> Self {
+        *self + a.yzx().times(&b.zxy()) - a.zxy().times(&b.yzx())
+    }
+
+    /// self − a × b, likewise.
+    #[inline(always)]
+    pub fn minus_cross(&self, a: &Self, b: &Self) -> Self {
+        *self - a.yzx().times(&b.zxy()) + a.zxy().times(&b.yzx())
+    }
+
+    /// The square of its length.
+    #[inline(always)]
+    pub fn norm_squared(&self) -> T {
+        self.dot(self)
+    }
+
+    /// Its length.
+    #[inline(always)]
+    pub fn norm(&self) -> T {
+        self.norm_squared().root()
+    }
+}
+
+impl<T: Real> From<[T; 3]> for Vector3<T> {
+    #[inline(always)]
+    fn from([x, y, z]: [T; 3]) -> Self {
+        Self::new(x, y, z)
+    }
+}
+
+impl<T: Real> From<Vector3<T>> for [T; 3] {
+    #[inline(always)]
+    fn from(v: Vector3<T>) -> Self {
+        [v.x(), v.y(), v.z()]
+    }
+}
+
+impl<T: Real> PartialEq for Vector3<T> {
+    fn eq(&self, other: &Self) -> bool {
+        <[T; 3]>::from(*self) == <[T; 3]>::from(*other)
+    }
+}
+
+impl<T: Real> Add for Vector3<T> {
+    type Output = Self;
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        Self(self.0.plus(other.0))
+    }
+}
+
+impl<T: Real> Sub for Vector3<T> {
+    type Output = Self;
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        Self(self.0.minus(other.0))
+    }
+}
+
+impl<T: Real> Mul<T> for Vector3<T> {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, factor: T) -> Self {
+        Self(self.0.scaled(factor))
+    }
+}
+
+impl<T: Real> Mul<T> for &Vector3<T> {
+    type Output = Vector3<T>;
+    #[inline(always)]
+    fn mul(self, factor: T) -> Vector3<T> {
+        *self * factor
+    }
+}
+
+impl<T: Real> Neg for Vector3<T> {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        Self(self.0.negated())
+    }
+}
+
+impl<T: Real> AddAssign for Vector3<T> {
+    #[inline(always)]
+    fn add_assign(&mut self, other: Self) {
+        *self = *self + other;
+    }
+}
+
+impl<T: Real> SubAssign for Vector3<T> {
+    #[inline(always)]
+    fn sub_assign(&mut self, other: Self) {
+        *self = *self - other;
+    }
+}
+
+impl<T: Real> MulAssign<T> for Vector3<T> {
+    #[inline(always)]
+    fn mul_assign(&mut self, factor: T) {
+        *self = *self * factor;
+    }
+}
