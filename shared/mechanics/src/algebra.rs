@@ -210,11 +210,10 @@ impl<T: Real> Factor<T> {
         let [yy, yz, zz] = m.rest.into();
         let x = invert(xx);
         let (yx, zx) = (xy * x, xz * x);
-        // A square, not a quotient times a number: a pivot waits for less after a division.
-        let y = invert(yy - xy * xy * x);
+        let y = invert(yy - yx * xy);
         let rest = yz - yx * xz;
         let zy = rest * y;
-        let z = invert(zz - zx * xz - rest * rest * y);
+        let z = invert(zz - zx * xz - zy * rest);
         Self { yx, zx, zy, inverse: [x, y, z] }
     }
 
