@@ -125,9 +125,10 @@ pub fn single(id: &str, severity: f64, rng: &mut impl Rng) -> Option<Change> {
             Change::Stribeck { excess: strong(0.8, 2.0), speed_m_per_s: 0.006 + 0.01 * share() }
         }
         "wall.stiffness" => Change::WallStiffness { factor: factor(2.5, 6.0) },
+        // A diagnosis takes a registration within 0.6 mm and 0.6° an axis for a nuisance.
         "wall.registration" => Change::Registration {
-            offset_m: towards(&mut share) * strong(0.9e-3, 2e-3),
-            tilt_rad: towards(&mut share) * strong(0.01, 0.03),
+            offset_m: towards(&mut share) * strong(1.5e-3, 3e-3),
+            tilt_rad: towards(&mut share) * strong(0.02, 0.04),
         },
         "wall.narrowing" => Change::Narrowing {
             arc_m: 0.045 + 0.02 * share(),

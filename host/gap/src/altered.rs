@@ -1,7 +1,7 @@
 //! A plant that differs from another in what is known of it: effects that its model already has,
 //! or trials that nobody has seen.
 
-use crate::plant::{Channel, Effect, Nuisance, Plant, Point, Repeat, Segment, Trial};
+use crate::plant::{Channel, Effect, Nuisance, Plant, Point, Repeat, Segment, Swing, Trial};
 
 /// Another plant with other effects or fewer trials; everything else is the other's.
 pub struct Altered<'a> {
@@ -68,6 +68,10 @@ impl Plant for Altered<'_> {
 
     fn cheap(&self) -> bool {
         self.inner.cheap()
+    }
+
+    fn swing(&self, effect: usize) -> Option<Swing> {
+        self.inner.swing(effect)
     }
 
     fn repeats(&self) -> &[Repeat] {

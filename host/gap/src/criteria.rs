@@ -16,34 +16,52 @@ const MOST_LOST: f64 = 0.25;
 /// effect.
 const SHARE_OF_LEFT: f64 = 0.5;
 const SHARE_OF_ALL: f64 = 0.1;
+/// Of a catheter, smallest share of the whole in any case: no reality has quite the shape that the
+/// library gives to its largest effect.
+const LEAST_OF_ALL: f64 = 0.02;
 /// Models whose errors differ by less than this share of the gap are equally good.
 const EQUAL_SHARE: f64 = 0.02;
 /// Smallest N_eff ln(E_old/E_new) − k ln N_eff.
 const EVIDENCE: f64 = 6.0;
 
-/// Whether a model is enough better than the one that it extends. `gap`: the nominal model's
-/// excess.
-pub fn pays(gap: f64, old: &Score, new: &Score, parameters: usize) -> bool {
-    let (gain, error) = new.gain_over(old);
-    (gain > GAIN_STANDARD_ERRORS * error || new.share_lost_to(old) < MOST_LOST)
-        && is_needed(gap, old, new, parameters)
+/// What a model must remove to be worth its parameters.
+#[derive(Clone, Copy, Debug)]
+pub struct Parsimony {
+    /// The nominal model's excess.
+    gap: f64,
+    /// Smallest share of it.
+    least: f64,
 }
 
-/// Whether what a model has more than another is worth its parameters, however its gain is
-/// spread over the blocks.
-pub fn is_needed(gap: f64, old: &Score, new: &Score, parameters: usize) -> bool {
-    let n = new.effective.max(2.0);
-    let evidence = n * (old.energy / new.energy).ln() - parameters as f64 * n.ln();
-    let removed = old.excess() - new.excess();
-    type Own = (Quantity, f64, usize);
-    let halved = |((_, old, _), (_, new, _)): (&Own, &Own)| {
-        *old > NO_GAP && old - new >= SHARE_OF_LEFT * (old - 1.0)
-    };
-    let halves_one = old.quantities.iter().zip(&new.quantities).any(halved);
-    let enough = removed >= SHARE_OF_LEFT * old.excess()
-        || removed >= SHARE_OF_ALL * gap
-        || (removed > 0.0 && halves_one);
-    enough && evidence > EVIDENCE
+impl Parsimony {
+    pub fn of(plant: &dyn Plant, nominal: &Score) -> Self {
+        let least = if plant.cheap() { 0.0 } else { LEAST_OF_ALL };
+        Self { gap: nominal.excess(), least }
+    }
+
+    /// Whether a model is enough better than the one that it extends.
+    pub fn pays(&self, old: &Score, new: &Score, parameters: usize) -> bool {
+        let (gain, error) = new.gain_over(old);
+        (gain > GAIN_STANDARD_ERRORS * error || new.share_lost_to(old) < MOST_LOST)
+            && self.is_needed(old, new, parameters)
+    }
+
+    /// Whether what a model has more than another is worth its parameters, however its gain is
+    /// spread over the blocks.
+    pub fn is_needed(&self, old: &Score, new: &Score, parameters: usize) -> bool {
+        let n = new.effective.max(2.0);
+        let evidence = n * (old.energy / new.energy).ln() - parameters as f64 * n.ln();
+        let removed = old.excess() - new.excess();
+        type Own = (Quantity, f64, usize);
+        let halved = |((_, old, _), (_, new, _)): (&Own, &Own)| {
+            *old > NO_GAP && old - new >= SHARE_OF_LEFT * (old - 1.0)
+        };
+        let halves_one = old.quantities.iter().zip(&new.quantities).any(halved);
+        let much = removed >= SHARE_OF_LEFT * old.excess()
+            || removed >= SHARE_OF_ALL * self.gap
+            || (removed > 0.0 && halves_one);
+        much && removed >= self.least * self.gap && evidence > EVIDENCE
+    }
 }
 
 /// What a model costs in the same terms: N_eff ln E + k ln N_eff, for models side by side.

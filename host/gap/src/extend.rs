@@ -3,9 +3,11 @@
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-use crate::criteria::{by_cost, pays};
+use crate::criteria::{Parsimony, by_cost};
 use crate::fit::{Depth, Start};
+use crate::nuisance::Nuisances;
 use crate::select::{Rival, Selection, Selector, Step};
+use crate::swing::guess;
 
 /// Candidates that are refitted in every round.
 const REFITTED_MORE: usize = 3;
@@ -20,7 +22,7 @@ impl Selector<'_> {
         let mut screened: Vec<(f64, usize)> = (0..self.problem.plant.effects().len())
             .into_par_iter()
             .filter(|effect| !base.fit.effects.contains(effect))
-            .filter_map(|effect| Some((self.promise(selection, effect)?, effect)))
+            .filter_map(|effect| Some((self.promise(selection, &nuisances, effect)?, effect)))
             .collect();
         screened.sort_by(|a, b| b.0.total_cmp(&a.0));
         let enough = screened.first().map_or(0.0, |(best, _)| best.max(0.0) * WORTH_A_FIT);
@@ -43,12 +45,8 @@ impl Selector<'_> {
             |(_, candidate)| candidate,
         );
         let Some((effect, best)) = refitted.first() else { return false };
-        if !pays(
-            selection.nominal.score.excess(),
-            &base.score,
-            &best.score,
-            self.parameters(*effect),
-        ) {
+        let parsimony = Parsimony::of(self.problem.plant, &selection.nominal.score);
+        if !parsimony.pays(&base.score, &best.score, self.parameters(*effect)) {
             return false;
         }
         let rivals = refitted[1..].iter().map(|(e, c)| Rival::of(*e, c)).collect();
@@ -59,9 +57,9 @@ impl Selector<'_> {
     }
 
     /// What an effect on top of the best model promises to first order, in the terms of evidence:
-    /// by its derivatives there, and by what it does at the size that it shows alone. Where
+    /// by its derivatives there, and by what it does as it shows alone, or swings. Where
     /// simulations cost something, the half of the trials decides that has most of the gap left.
-    fn promise(&self, selection: &Selection, effect: usize) -> Option<f64> {
+    fn promise(&self, selection: &Selection, nuisances: &Nuisances, effect: usize) -> Option<f64> {
         let base = &selection.best.fit;
         let mut watched: Vec<usize> = (0..base.trials.len()).collect();
         if !self.problem.plant.cheap() {
@@ -72,9 +70,12 @@ impl Selector<'_> {
         let raw: Vec<_> = watched.iter().map(|&trial| base.trials[trial].raw.clone()).collect();
         let own = self.problem.coordinates(&[effect]);
         let derivatives = self.problem.sensitivities(&watched, &base.point, &raw, &own)?;
-        let shown = selection.shown[effect].as_ref().and_then(|shown| {
+        let refits: Vec<_> = base.trials.iter().map(|trial| &trial.refit).enumerate().collect();
+        let guessed = guess(self.problem, effect, nuisances, &refits);
+        let alone = || Some(selection.shown[effect].as_ref()?.point.effects[effect].clone());
+        let shown = guessed.or_else(alone).and_then(|values| {
             let mut point = base.point.clone();
-            point.effects[effect].clone_from(&shown.point.effects[effect]);
+            point.effects[effect] = values;
             self.problem.residuals_of(&watched, &point)
         });
         let known = base.coordinates.len();

@@ -6,7 +6,7 @@
 //! | module | what it answers |
 //! | --- | --- |
 //! | `floor` | what would be left if the model were perfect |
-//! | `problem`, `nuisance`, `fit`, `search` | the best parameters of one set of effects |
+//! | `problem`, `nuisance`, `fit`, `search`, `swing` | the best parameters of one set of effects |
 //! | `sanity` | whether axes and units are the model's |
 //! | `score` | its error on data that the fit has not seen |
 //! | `select`, `pairs`, `extend`, `prune`, `given` | which effects the data support; those that somebody asks for |
@@ -51,6 +51,7 @@ mod score;
 mod search;
 mod select;
 mod signal;
+mod swing;
 
 pub use altered::Altered;
 pub use diagnose::{diagnose, diagnose_given, expected_simulations};

@@ -3,7 +3,7 @@
 use nalgebra::DVector;
 use rayon::prelude::*;
 
-use crate::criteria::{by_cost, pays};
+use crate::criteria::{Parsimony, by_cost};
 use crate::fit::{Depth, Start};
 use crate::nuisance::Nuisances;
 use crate::select::{Candidate, Rival, Selection, Selector, Shown, Step};
@@ -62,7 +62,8 @@ impl Selector<'_> {
         let already = selection.best.fit.effects.clone();
         let added: Vec<usize> = pair.iter().copied().filter(|e| !already.contains(e)).collect();
         let parameters = added.iter().map(|&e| self.parameters(e)).sum();
-        if !pays(selection.nominal.score.excess(), &selection.best.score, &best.score, parameters) {
+        let parsimony = Parsimony::of(self.problem.plant, &selection.nominal.score);
+        if !parsimony.pays(&selection.best.score, &best.score, parameters) {
             return;
         }
         let rivals = |effect: usize| {

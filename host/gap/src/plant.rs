@@ -129,6 +129,27 @@ pub struct Nuisance {
     pub effect: Option<&'static str>,
 }
 
+/// What an effect swings along.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Along {
+    /// Time of the trial \[s\].
+    Time,
+    /// Length fed since the trial began \[m\].
+    Feed,
+}
+
+/// An effect that does, to first order, what some nuisances do that swing.
+#[derive(Clone, Debug)]
+pub struct Swing {
+    /// Indices of the nuisances.
+    pub nuisances: Vec<usize>,
+    pub along: Along,
+    /// Lowest and highest frequency \[cycles/s or cycles/m\].
+    pub cycles: [f64; 2],
+    /// The effect's parameters for nuisances A sin(2πfu + φ): A in the nuisances' units, f, φ.
+    pub parameters: fn(&[f64], f64, f64) -> Vec<f64>,
+}
+
 /// Values of all parameters of all effects, and of all nuisances.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Point {
@@ -172,6 +193,11 @@ pub trait Plant: Sync {
     /// Whether a simulation costs next to nothing: fits may take many steps then, and nuisances
     /// are linearised again where every fit ends, and not only where it begins.
     fn cheap(&self) -> bool;
+
+    /// How an effect swings; `None` of one that does not.
+    fn swing(&self, _effect: usize) -> Option<Swing> {
+        None
+    }
 
     /// Runs under the same motion, for the noise floor.
     fn repeats(&self) -> &[Repeat];

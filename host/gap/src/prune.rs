@@ -1,6 +1,6 @@
 //! Effects that do not pay any more, and the best model without each of those that do.
 
-use crate::criteria::is_needed;
+use crate::criteria::Parsimony;
 use crate::fit::{Depth, Start};
 use crate::nuisance::Nuisances;
 use crate::select::{Candidate, Selection, Selector};
@@ -9,6 +9,7 @@ impl Selector<'_> {
     /// Fits the best model to the end, with its nuisances linearised there, and takes out what
     /// does not pay any more, one after the other. `None` when a simulation breaks down.
     pub fn finish(&self, selection: &mut Selection) -> Option<()> {
+        let parsimony = Parsimony::of(self.problem.plant, &selection.nominal.score);
         loop {
             let nuisances = self.polish(selection)?;
             let effects = selection.best.fit.effects.clone();
@@ -20,8 +21,9 @@ impl Selector<'_> {
             let mut idle: Option<(usize, Candidate)> = None;
             for effect in effects {
                 let Some(without) = self.without(selection, &nuisances, effect) else { continue };
-                let (gap, parameters) = (selection.nominal.score.excess(), self.parameters(effect));
-                let needed = is_needed(gap, &without.score, &selection.best.score, parameters);
+                alone_after_all(selection, &without);
+                let parameters = self.parameters(effect);
+                let needed = parsimony.is_needed(&without.score, &selection.best.score, parameters);
                 let energy = |c: &Candidate| c.score.energy;
                 if !needed && idle.as_ref().is_none_or(|(_, i)| energy(&without) < energy(i)) {
                     idle = Some((effect, without));
@@ -74,11 +76,24 @@ impl Selector<'_> {
         let mut start = best.point.clone();
         let off = self.problem.plant.effects()[effect].parameters.iter().map(|p| p.off);
         start.effects[effect] = off.collect();
-        if let ([other], Some(Some(alone))) =
-            (left.as_slice(), left.first().map(|&other| &selection.singles[other]))
-        {
-            start.effects[*other].clone_from(&alone.fit.point.effects[*other]);
-        }
-        self.candidate(Depth::Whole, nuisances, Start::Point(&start), &left, None)
+        let own = self.candidate(Depth::Whole, nuisances, Start::Point(&start), &left, None)?;
+        // One that is left alone may have found another way down by itself.
+        let alone = match left.as_slice() {
+            [other] => selection.singles[*other].as_ref(),
+            _ => None,
+        };
+        let again = alone.filter(|alone| alone.fit.loss < own.fit.loss).and_then(|alone| {
+            self.candidate(Depth::Whole, nuisances, Start::Fit(&alone.fit), &left, None)
+        });
+        Some(again.filter(|again| again.fit.loss < own.fit.loss).unwrap_or(own))
+    }
+}
+
+/// Takes note of a single effect that lies lower than where its own fit had ended.
+fn alone_after_all(selection: &mut Selection, found: &Candidate) {
+    let [effect] = found.fit.effects[..] else { return };
+    let known = selection.singles[effect].as_ref();
+    if known.is_none_or(|known| found.score.energy < known.score.energy) {
+        selection.singles[effect] = Some(found.clone());
     }
 }

@@ -12,6 +12,7 @@ use rayon::prelude::*;
 use crate::nuisance::{Nuisances, Refit};
 use crate::plant::Point;
 use crate::problem::{Coordinate, Problem};
+use crate::swing::guess;
 
 /// How much a fit may cost.
 #[derive(Clone, Copy, Debug)]
@@ -117,7 +118,8 @@ impl Search<'_> {
             Some((on + self.prior(point)).min(linear))
         };
         let mut best = (loss_off + self.prior(&off.point), None);
-        for values in &self.problem.plant.effects()[effect].starts {
+        let guessed = self.guessed(off, effect);
+        for values in self.problem.plant.effects()[effect].starts.iter().chain(&guessed) {
             let mut point = off.point.clone();
             point.effects[effect].clone_from(values);
             match promised(&point) {
@@ -126,6 +128,12 @@ impl Search<'_> {
             }
         }
         best.1
+    }
+
+    /// Where an effect that swings should begin, by all trials.
+    fn guessed(&self, off: &Place, effect: usize) -> Option<Vec<f64>> {
+        let trials = self.trials.iter().zip(&off.refits).map(|(&trial, refit)| (trial, refit));
+        guess(self.problem, effect, self.nuisances, &trials.collect::<Vec<_>>())
     }
 
     fn prior(&self, point: &Point) -> f64 {

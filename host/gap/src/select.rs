@@ -3,7 +3,7 @@
 use nalgebra::DVector;
 use rayon::prelude::*;
 
-use crate::criteria::{NO_GAP, by_cost, pays};
+use crate::criteria::{NO_GAP, Parsimony, by_cost};
 use crate::fit::{Depth, Fit, Start, fit};
 use crate::nuisance::Nuisances;
 use crate::plant::Point;
@@ -269,12 +269,9 @@ impl Selector<'_> {
             |(_, candidate)| candidate,
         );
         let Some(&(effect, best)) = scored.first() else { return };
-        if !pays(
-            selection.nominal.score.excess(),
-            &selection.nominal.score,
-            &best.score,
-            self.parameters(effect),
-        ) {
+        let nominal = &selection.nominal.score;
+        let parsimony = Parsimony::of(self.problem.plant, nominal);
+        if !parsimony.pays(nominal, &best.score, self.parameters(effect)) {
             return;
         }
         let rivals = scored[1..].iter().map(|(e, c)| Rival::of(*e, c)).collect();

@@ -1,14 +1,21 @@
 //! The catalogue of effects as candidates for one rig.
 
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+
 use cathforce_effects::{Effect as Entry, Plant, Role, all};
 use cathforce_mechanics::Description;
 
-use crate::plant::{Effect, Parameter, Point};
+use crate::plant::{Along, Effect, Nuisance, Parameter, Point, Swing};
 
 /// Places along the tip's way at which an effect with a place starts.
 const PLACES: usize = 7;
 /// Of its starting values, those that are tried at every place.
 const STARTS_AT_PLACES: usize = 1;
+
+/// Slow breath to the overtones of a fast pulse \[Hz\].
+const BREATHING_AND_PULSE_HZ: [f64; 2] = [0.15, 4.0];
+/// Turns of large rollers to teeth of small ones, 30 to 2.5 mm apart \[1/m\].
+const ROLLERS_PER_M: [f64; 2] = [33.0, 400.0];
 
 /// Candidates and the settings that their parameters are.
 pub struct Library {
@@ -48,6 +55,42 @@ impl Library {
         }
         Some(description)
     }
+
+    /// How an effect swings: a breathing wall is a registration that does, a rippling feed an
+    /// insertion offset.
+    pub fn swing(&self, effect: usize, nuisances: &[Nuisance]) -> Option<Swing> {
+        let at = |name: &str| nuisances.iter().position(|nuisance| nuisance.name == name);
+        match self.effects.get(effect)?.id {
+            "wall.motion" => Some(Swing {
+                nuisances: ["x", "y", "z"]
+                    .iter()
+                    .map(|axis| at(&format!("registration {axis}")))
+                    .collect::<Option<_>>()?,
+                along: Along::Time,
+                cycles: BREATHING_AND_PULSE_HZ,
+                parameters: |amplitudes, cycles, phase| {
+                    amplitudes.iter().copied().chain([cycles, phase]).collect()
+                },
+            }),
+            // docs/model.md (20): δ = ∫ a sin(2πns + φ) ds = −(a/2πn) cos(2πns + φ).
+            "drive.ripple" => Some(Swing {
+                nuisances: vec![at("insertion offset")?],
+                along: Along::Feed,
+                cycles: ROLLERS_PER_M,
+                parameters: |amplitudes, cycles, phase| {
+                    let ratio = amplitudes[0] * TAU * cycles;
+                    let sign = ratio.signum();
+                    vec![ratio.abs(), cycles, wrapped(phase + sign * FRAC_PI_2)]
+                },
+            }),
+            _ => None,
+        }
+    }
+}
+
+/// The same angle from −π to π.
+fn wrapped(angle: f64) -> f64 {
+    (angle + PI).rem_euclid(TAU) - PI
 }
 
 fn fitted(entry: &'static Entry) -> impl Iterator<Item = &'static cathforce_effects::Parameter> {

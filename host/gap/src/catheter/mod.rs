@@ -25,7 +25,7 @@ pub use achieved::{Achieved, AchievedError, Left, Runs, Shrink};
 pub use check::CatheterError;
 pub use planned::{PlannedError, planned};
 
-use crate::plant::{Channel, Effect, Nuisance, Plant, Point, Repeat, Segment, Trial};
+use crate::plant::{Channel, Effect, Nuisance, Plant, Point, Repeat, Segment, Swing, Trial};
 use library::Library;
 use motion::PHASES;
 use prepare::{Prepared, Source};
@@ -255,6 +255,10 @@ impl Plant for Catheter {
 
     fn cheap(&self) -> bool {
         false
+    }
+
+    fn swing(&self, effect: usize) -> Option<Swing> {
+        self.library.swing(effect, &self.nuisances)
     }
 
     fn repeats(&self) -> &[Repeat] {
