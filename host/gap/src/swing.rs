@@ -112,3 +112,169 @@ fn range(values: &[f64]) -> f64 {
     let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     (high - low).max(0.0)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::floor::Floor;
+    use crate::plant::{
+        Channel, Effect, Nuisance, Parameter, Plant, Point, Quantity, Repeat, Sample, Trial,
+    };
+
+    const SAMPLES: usize = 500;
+    const FREQUENCY_HZ: f64 = 0.83;
+    const PHASE_RAD: f64 = 2.1;
+    const AMPLITUDE_M: [f64; 2] = [1.2e-3, -0.4e-3];
+
+    /// Two nuisances whose weight changes along the trial; one effect that swings both.
+    struct Toy {
+        channels: Vec<Channel>,
+        regimes: Vec<String>,
+        trials: Vec<Trial>,
+        effects: Vec<Effect>,
+        nuisances: Vec<Nuisance>,
+    }
+
+    fn weight(nuisance: usize, i: usize) -> f64 {
+        let depth = i as f64 / SAMPLES as f64;
+        if nuisance == 0 { 5.0 * depth } else { 8.0 * (1.0 - depth) * (7.0 * depth).cos() }
+    }
+
+    fn time_s(i: usize) -> f64 {
+        0.01 * i as f64
+    }
+
+    fn toy(measured: impl Fn(usize) -> f64) -> Toy {
+        let sample = |i: usize| Sample {
+            t_s: time_s(i),
+            channel: 0,
+            value: measured(i),
+            noise: 1e-4,
+            model: 0.0,
+            phase: 0,
+            regime: 0,
+            arc_m: 0.0,
+            speed_m_per_s: 0.0,
+            block: 0,
+        };
+        let parameter = |name, most: f64, scale| Parameter {
+            name,
+            unit: "1",
+            low: -most,
+            high: most,
+            off: 0.0,
+            scale,
+        };
+        let nuisance = |name| Nuisance { name, unit: "m", sd: 3e-4, effect: None };
+        Toy {
+            channels: vec![Channel { name: "fx_N".into(), quantity: Quantity::Force }],
+            regimes: vec!["standing".into()],
+            trials: vec![Trial {
+                number: 0,
+                samples: (0..SAMPLES).map(sample).collect(),
+                blocks: 1,
+            }],
+            effects: vec![Effect {
+                id: "motion",
+                what: "",
+                parameters: vec![
+                    parameter("x_m", 5e-3, 1e-3),
+                    parameter("y_m", 5e-3, 1e-3),
+                    parameter("frequency_hz", 5.0, 0.5),
+                    parameter("phase_rad", 7.0, 2.0),
+                ],
+                starts: Vec::new(),
+                confused_with: &[],
+            }],
+            nuisances: vec![nuisance("x"), nuisance("y")],
+        }
+    }
+
+    impl Plant for Toy {
+        fn channels(&self) -> &[Channel] {
+            &self.channels
+        }
+        fn phases(&self) -> &[&'static str] {
+            &["free"]
+        }
+        fn regimes(&self) -> &[String] {
+            &self.regimes
+        }
+        fn trials(&self) -> &[Trial] {
+            &self.trials
+        }
+        fn effects(&self) -> &[Effect] {
+            &self.effects
+        }
+        fn nuisances(&self) -> &[Nuisance] {
+            &self.nuisances
+        }
+        fn simulate(&self, _: usize, point: &Point) -> Option<Vec<f64>> {
+            let [x, y, cycles, phase] = point.effects[0][..] else { return None };
+            let at = |i: usize| {
+                let swing = (TAU * cycles * time_s(i) + phase).sin();
+                let moved = [point.nuisances[0] + x * swing, point.nuisances[1] + y * swing];
+                moved[0] * weight(0, i) + moved[1] * weight(1, i)
+            };
+            Some((0..SAMPLES).map(at).collect())
+        }
+        fn cheap(&self) -> bool {
+            true
+        }
+        fn swing(&self, _: usize) -> Option<Swing> {
+            Some(Swing {
+                nuisances: vec![0, 1],
+                along: Along::Time,
+                cycles: [0.15, 4.0],
+                parameters: |amplitudes, cycles, phase| {
+                    amplitudes.iter().copied().chain([cycles, phase]).collect()
+                },
+            })
+        }
+        fn repeats(&self) -> &[Repeat] {
+            &[]
+        }
+        fn remarks(&self) -> &[String] {
+            &[]
+        }
+        fn compared(&self) -> &'static str {
+            ""
+        }
+    }
+
+    fn guessed(toy: &Toy) -> Option<Vec<f64>> {
+        let floor = Floor::of(toy);
+        let problem = Problem::new(toy, &floor, &|_| {});
+        let point = Point::nominal(toy);
+        let base = problem.residuals(&point).unwrap();
+        let nuisances = Nuisances::at(&problem, &point, &base).unwrap();
+        let refit = nuisances.refit(0, &base[0]);
+        guess(&problem, 0, &nuisances, &[(0, &refit)])
+    }
+
+    #[test]
+    fn a_motion_is_found_with_its_frequency_amplitudes_and_phase() {
+        // Not a sinusoid: with an overtone, which no frequency explains as well.
+        let measured = |i: usize| {
+            let turn = TAU * FREQUENCY_HZ * time_s(i) + PHASE_RAD;
+            let swing = turn.sin() + 0.2 * (2.0 * turn).sin();
+            (0..2).map(|k| AMPLITUDE_M[k] * swing * weight(k, i)).sum()
+        };
+        let found = guessed(&toy(measured)).unwrap();
+        // Frequencies are tried every 0.05 Hz.
+        assert!((found[2] - FREQUENCY_HZ).abs() < 0.03, "{found:?}");
+        // Half way through the trial the phase is that of the motion, whatever the sign.
+        let half = |cycles: f64, phase: f64| TAU * cycles * time_s(SAMPLES / 2) + phase;
+        let turned = half(found[2], found[3]) - half(FREQUENCY_HZ, PHASE_RAD);
+        let sign = turned.cos().signum();
+        assert!(turned.sin().abs() < 0.3, "{found:?}");
+        for (found, there) in found.iter().zip(AMPLITUDE_M) {
+            assert!((sign * found - there).abs() < 0.25 * there.abs(), "{found}, {there}");
+        }
+    }
+
+    #[test]
+    fn where_nothing_moves_nothing_is_guessed() {
+        assert_eq!(guessed(&toy(|_| 0.0)), None);
+    }
+}
