@@ -23,8 +23,9 @@ use crate::select::{Candidate, Selection, Selector};
 /// Shrink from which on the explanation is the answer, and a part of it.
 const NAMED: f64 = 0.8;
 const PARTIAL: f64 = 0.7;
-/// Shrink from which on what is left may be of any size; below, an explanation must come as near
-/// to the floor as this, in energy and in every quantity.
+/// Shrink from which on what is left may be of any size; below, a catheter's explanation must come
+/// as near to the floor as this, in energy and in every quantity. The floor of a drive, whose repeats
+/// agree better than any model, says little of what is left.
 const NEARLY_ALL: f64 = 0.9;
 const NEAR_FLOOR: f64 = 2.5;
 /// Shrink by which a part of the answer must be ahead of its rivals.
@@ -214,7 +215,9 @@ impl<'a> Answer<'a> {
         self.diagnosis.details.shrink = shrink;
         self.path(problem, &selection);
         let named = self.effects(problem, &selection);
-        let explains = shrink >= NEARLY_ALL || selection.best.score.worst() <= NEAR_FLOOR;
+        let explains = self.plant.cheap()
+            || shrink >= NEARLY_ALL
+            || selection.best.score.worst() <= NEAR_FLOOR;
         self.diagnosis.verdict = match shrink {
             _ if selection.best.fit.effects.is_empty() || !explains => Verdict::Unknown,
             s if s >= NAMED => Verdict::Named,
