@@ -4,6 +4,7 @@
 #[path = "../common/wall.rs"]
 mod wall;
 
+mod passed;
 mod path;
 mod random;
 mod sets;
