@@ -9,6 +9,7 @@ use embassy_sync::channel::Channel;
 
 use crate::board::{self, Board, BusIn, BusOut};
 use crate::device::{self, Desk, GRANT_USED, IMAGE_BUFFER_LEN, Taken};
+use crate::identity;
 
 /// What can wait to be sent: a block of service frames and more ticks than a host lets pile up.
 const QUEUE: usize = 4 * BLOCK_SIZE as usize;
@@ -44,7 +45,7 @@ pub async fn send(mut port: BusOut) {
 #[embassy_executor::task]
 pub async fn receive(mut port: BusIn, board: board::This) {
     let identity = Identity {
-        firmware: env!("CARGO_PKG_VERSION"),
+        firmware: identity::firmware(),
         board: board.name(),
         can_lock_step: board.can_lock_step(),
         max_image_len: IMAGE_BUFFER_LEN as u32,

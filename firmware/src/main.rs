@@ -14,6 +14,8 @@ mod device;
 #[cfg(target_os = "none")]
 mod fault;
 #[cfg(target_os = "none")]
+mod identity;
+#[cfg(target_os = "none")]
 mod log;
 #[cfg(target_os = "none")]
 mod stack;

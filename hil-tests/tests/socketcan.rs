@@ -31,9 +31,12 @@ fn a_session_over_a_virtual_bus() {
         "cathforce link up vcan0 > /dev/null
          cathforce --quiet link serve --lock-step socketcan:vcan0 &
          session vcan0
-         step no-such-interface cathforce info --link socketcan:can7",
+         step no-such-interface cathforce info --link socketcan:can7
+         free vcan1",
     );
     check_session(&transcript, "vcan0");
+    let record = times_to_the_record(&transcript, "vcan1");
+    println!("ms from the kernel's stamp of a frame: {record}");
     let missing = transcript.step("no-such-interface");
     assert_eq!(missing.status, 4);
     assert!(missing.stderr.contains("cathforce link up can7"), "{missing:?}");
@@ -78,6 +81,44 @@ fn a_session_with_the_emulated_board_behind_a_serial_line() {
     let transcript = guest.transcript();
     println!("the board's last words: {:?}", board.last_words());
     check_session(&transcript, "can9");
+}
+
+/// How long frames of a device that runs free take from the kernel's stamp, as candump logs it, to
+/// the host's sight of them, and from there to the record. How fast an emulated computer is proves
+/// nothing, so the times are printed; that every frame is in the record is tested.
+fn times_to_the_record(transcript: &Transcript, interface: &str) -> String {
+    let ok = |name: &str| transcript.ok(&format!("{interface}-{name}"));
+    // A slow guest may miss the 5 ms after which the device ramps down; that is recorded as well.
+    let run = transcript.step(&format!("{interface}-free"));
+    assert!(matches!(run.status, 0 | DEVICE_FAULT), "{run:?}");
+    let frames = |name| ok(name).lines().map(stamped).collect::<Vec<_>>();
+    let (heard, recorded) = (frames("heard"), frames("recorded"));
+    assert!(recorded.len() > 500, "{} ticks", recorded.len());
+    // The witness has listened longer: counters and forces say where the recording begins.
+    let alike = |at: usize| heard[at..].iter().zip(&recorded).take_while(|(a, b)| a.1 == b.1);
+    let at = (0..heard.len()).max_by_key(|&at| alike(at).take(200).count()).expect("heard");
+    assert_eq!(alike(at).count(), recorded.len(), "a frame is missing in the record");
+    let mut waits = alike(at).map(|(heard, seen)| 1e3 * (seen.0 - heard.0)).collect::<Vec<_>>();
+    waits.sort_by(f64::total_cmp);
+    let share = |share: f64| waits[((waits.len() - 1) as f64 * share) as usize];
+    let stages = json(ok("latency"));
+    let record = stages.as_array().expect("stages").iter().find(|s| s["name"] == "record");
+    let record = &record.expect("it runs free")["times"];
+    let ms = |name: &str| 1e3 * record[name].as_f64().expect("a number");
+    format!(
+        "to the host p50 {:.3}, p99 {:.3}; on to the record p50 {:.3}, p99 {:.3} ({} ticks)",
+        share(0.5),
+        share(0.99),
+        ms("p50_s"),
+        ms("p99_s"),
+        recorded.len()
+    )
+}
+
+/// Time \[s\] and frame of a line of candump.
+fn stamped(line: &str) -> (f64, &str) {
+    let (time, rest) = line.strip_prefix('(').and_then(|l| l.split_once(") ")).expect("a stamp");
+    (time.parse().expect("seconds"), rest.split_once(' ').expect("an interface").1)
 }
 
 fn check_session(transcript: &Transcript, interface: &str) {

@@ -1,10 +1,12 @@
 //! P21: versions that do not match → the host refuses to arm and names both.
 
+use std::path::Path;
 use std::time::Duration;
 
 use cathforce_bus::service::{self, DeviceEndpoint, Hello, PROTOCOL_HASH, Request, Response};
 use cathforce_bus::{Counters, Frame, Id, MODE_UNCONFIGURED};
-use cathforce_link::{Client, ClientError, Link, LinkError, Sim};
+use cathforce_link::qemu::{Qemu, find_firmware};
+use cathforce_link::{Client, ClientError, Link, LinkError, Sim, build_of, version_and_build};
 
 /// A device of another version, which answers `Hello` and nothing else.
 struct OtherVersion {
@@ -63,4 +65,24 @@ fn p21_a_device_of_another_protocol_is_refused_and_both_are_named() {
         }
     }
     assert!(Client::connect(Sim::new()).is_ok());
+}
+
+/// A build is what lies in flash: the board says the same of it as the host of the ELF.
+#[test]
+fn the_board_says_which_build_it_runs() {
+    let client =
+        Client::connect(Qemu::boot(None).unwrap_or_else(|e| panic!("{e}"))).expect("boots");
+    let firmware = client.device().firmware.clone();
+    let elf = find_firmware(None).expect("it was booted");
+    let build = build_of(&elf).expect("firmware");
+    assert_eq!(version_and_build(&firmware), (env!("CARGO_PKG_VERSION"), Some(&*build)));
+    // Another byte is another build: the last one that is loaded.
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let other = folder.path().join("other.elf");
+    let mut bytes = std::fs::read(&elf).expect("an ELF");
+    // Inside the code, whose segment comes first.
+    bytes[0x10_000 + 0x2000] ^= 1;
+    std::fs::write(&other, bytes).expect("written");
+    assert_ne!(build_of(&other).expect("still firmware"), build);
+    assert_eq!(build_of(Path::new("/no/such.elf")), None);
 }

@@ -18,3 +18,20 @@ session() {
     step $if-clear cathforce fault clear BadFrames --link socketcan:$if
     step $if-after cathforce --json fault list --link socketcan:$if
 }
+
+# A device that runs free on the virtual bus $1: what is recorded of it, and what a witness hears.
+free() {
+    if=$1
+    ip link add dev $if type vcan 2> /dev/null
+    cathforce link up $if > /dev/null
+    cathforce --quiet link serve socketcan:$if &
+    device=$!
+    candump -L $if,180:7ff > /tmp/$if.log &
+    witness=$!
+    step $if-free cathforce --json --quiet run --free --link socketcan:$if /bundle --cell 2 --duration 1 --out /tmp/$if.mcap
+    kill $witness $device
+    cathforce export /tmp/$if.mcap --candump /tmp/$if-recorded.log > /dev/null
+    step $if-latency cathforce --json latency /tmp/$if.mcap
+    step $if-heard cat /tmp/$if.log
+    step $if-recorded grep ' 180#' /tmp/$if-recorded.log
+}

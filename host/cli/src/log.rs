@@ -19,8 +19,9 @@ struct Logging {
 
 impl Log {
     /// Records every frame that `client` sends and receives from now on.
-    pub fn attach(client: &mut Client, recorder: Recorder) -> Self {
-        let clock = BusClock::new(client.lock_step());
+    ///
+    /// `clock`: began when the recording says that it did.
+    pub fn attach(client: &mut Client, recorder: Recorder, clock: BusClock) -> Self {
         let recorder = Some(BackgroundRecorder::spawn(recorder, clock.clone()));
         let shared = Arc::new(Mutex::new(Logging { recorder, clock, trial_start_ns: 0 }));
         let tapped = Arc::clone(&shared);

@@ -4,14 +4,14 @@ use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Duration, Instant};
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use cathforce_bus::service::crc32;
 use cathforce_bus::{Command, Counter};
 use cathforce_config::image::schema_hash;
 use cathforce_control::{Mode, TICK_S};
 use cathforce_link::{Client, ClientError, Link as _, Step, TickReport};
-use cathforce_record::{Attachments, Recorder, RunInfo, RunResult, Trial};
+use cathforce_record::{Attachments, BusClock, Recorder, RunInfo, RunResult, Trial};
 
 use crate::failure::{Code, Failure};
 use crate::log::Log;
@@ -61,7 +61,10 @@ pub fn run(ui: &Ui, client: &mut Client, plan: Plan<'_>) -> Result<(), Failure> 
     let started = Instant::now();
     configure(ui, client, plan.image, plan.pace)?;
     let device = client.device();
+    // Together, so that times of the recording can be compared with those of other logs.
+    let (clock, started_unix_ns) = (BusClock::new(client.lock_step()), unix_ns());
     let info = RunInfo {
+        started_unix_ns,
         board: device.board.clone(),
         firmware_version: device.firmware.clone(),
         protocol: format!("{:016x}", device.protocol_hash),
@@ -73,7 +76,7 @@ pub fn run(ui: &Ui, client: &mut Client, plan: Plan<'_>) -> Result<(), Failure> 
     let attachments =
         Attachments { image: plan.image, rig_toml: plan.rig_toml, dbc: DBC, vessel: &vessel };
     let recorder = Recorder::create(plan.out, &info, attachments)?;
-    let log = Log::attach(client, recorder);
+    let log = Log::attach(client, recorder, clock);
     let session = Session { ui, log: &log, interrupted: interrupt_flag()?, plan: &plan };
     let played = session.play(client);
     let ended = played.and_then(|()| session.result(client, started.elapsed()));
@@ -84,6 +87,12 @@ pub fn run(ui: &Ui, client: &mut Client, plan: Plan<'_>) -> Result<(), Failure> 
     };
     log.finish(result.as_ref())?;
     cause.map_or(Ok(()), Err)
+}
+
+/// Time of day, since 1970 \[ns\].
+fn unix_ns() -> u64 {
+    let since = SystemTime::now().duration_since(UNIX_EPOCH);
+    since.ok().and_then(|since| u64::try_from(since.as_nanos()).ok()).unwrap_or(0)
 }
 
 /// Gives the device the image, in lock step where it can, and asks it which one it uses.

@@ -2,12 +2,15 @@
 
 use std::fs;
 use std::net::TcpListener;
+use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::{Command as Program, Output};
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
-use cathforce_link::{Sim, Slcan, serve};
+use cathforce_bus::{Command, Encoder, Insertion, Rotation};
+use cathforce_control::Mode;
+use cathforce_link::{Client, Sim, Slcan, Step, serve};
 use serde_json::Value;
 
 fn bundle() -> String {
@@ -16,7 +19,7 @@ fn bundle() -> String {
 }
 
 fn run(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_cathforce"))
+    Program::new(env!("CARGO_BIN_EXE_cathforce"))
         .env("NO_COLOR", "1")
         .args(arguments)
         .output()
@@ -115,6 +118,45 @@ fn a_file_goes_to_the_device_and_comes_back_the_same() {
     assert_eq!(json(&["config", "diff", file, saved]), Value::Array(Vec::new()));
     let again = to_device(&["apply", saved, &bundle]);
     assert_eq!(again["counts"]["changed"], 0);
+}
+
+/// P17: the host says which key cannot change before it sends anything, and what to do.
+#[test]
+fn p17_an_armed_device_is_left_as_it_is_and_the_host_says_why() {
+    let (folder, device, bundle) = (Folder::new(), device(), bundle());
+    let file = folder.file("s.toml", &format!("{RIG}force_gain = 2\n"));
+    let to_device = ["--link", &device, "--cell", "3"];
+    let apply = [&["config", "apply", &file, &bundle][..], &to_device].concat();
+    json(&apply);
+    {
+        let mut client = Client::connect(cathforce_link::open(&device).unwrap()).unwrap();
+        let at = |m| Encoder { insertion: Insertion::from_m(m), rotation: Rotation::from_rad(0.0) };
+        let still = Step { encoder: Some(at(0.02)), guidewire: Some(at(0.03)), ..Step::default() };
+        for (command, wanted) in [(Command::SelfTest, Mode::Ready), (Command::Arm, Mode::Armed)] {
+            let steps =
+                (0..20_000).map(|i| Step { command: (i % 100 == 0).then_some(command), ..still });
+            let mut reached = false;
+            client
+                .play(steps, |tick| {
+                    reached |= Mode::from_codes(tick.haptic.mode, 0) == Some(wanted);
+                    if reached { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+                })
+                .unwrap();
+            assert!(reached, "{wanted:?}");
+        }
+    }
+    json(&["config", "set", &file, "force_gain=3"]);
+    let (code, said) = fails(&apply);
+    assert_eq!(code, Some(5), "{said}");
+    for word in ["force_gain cannot change", "armed", "Nothing was sent", "fix: disarm"] {
+        assert!(said.contains(word), "`{word}` in: {said}");
+    }
+    let (code, said) = fails(&[&["run", &bundle, "--trial", "0"][..], &to_device].concat());
+    assert!(code == Some(5) && said.contains("armed"), "{code:?}: {said}");
+    // Nothing has changed, and asking is allowed.
+    assert_eq!(json(&["config", "get", "force_gain", "--link", &device])["value"], 2.0);
+    let dry = json(&[&apply[..], &["--dry-run"]].concat());
+    assert_eq!(dry["counts"]["changed"], 1);
 }
 
 #[test]

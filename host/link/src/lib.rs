@@ -14,6 +14,7 @@
 //! A [`Client`] talks over a link to one device: who it is, its configuration, ticks.
 
 mod address;
+mod build;
 mod client;
 mod error;
 mod firmware_log;
@@ -35,6 +36,7 @@ use cathforce_bus::Frame;
 pub use cathforce_bus::Direction;
 
 pub use address::{ADDRESSES, open};
+pub use build::{build_of, version_and_build};
 pub use client::{Client, ClientError, Device, Tap};
 pub use error::LinkError;
 pub use play::Step;

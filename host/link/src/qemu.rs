@@ -130,8 +130,29 @@ fn command(elf: &Path, argument: &str) -> Command {
     // Ctrl-C in a terminal goes to a whole process group: the board is not to die of it, it is
     // to be disarmed.
     command.process_group(0);
+    end_with_this_process(&mut command);
     command
 }
+
+/// Whatever ends this process, `kill -9` too, ends the emulator: there is nobody else to end it.
+#[cfg(target_os = "linux")]
+fn end_with_this_process(command: &mut Command) {
+    use rustix::process::{Signal, getppid, set_parent_process_death_signal};
+    let host = rustix::process::getpid();
+    let before_it_starts = move || {
+        set_parent_process_death_signal(Some(Signal::KILL))?;
+        // If the host has ended meanwhile, nobody sends the signal.
+        match getppid() == Some(host) {
+            true => Ok(()),
+            false => Err(io::ErrorKind::BrokenPipe.into()),
+        }
+    };
+    // SAFETY: two system calls, which a process may make between fork and exec.
+    unsafe { command.pre_exec(before_it_starts) };
+}
+
+#[cfg(not(target_os = "linux"))]
+fn end_with_this_process(_: &mut Command) {}
 
 /// A running emulator; dropping it ends it.
 struct Emulator(Child);

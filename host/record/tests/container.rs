@@ -280,13 +280,47 @@ fn errors_name_the_file_the_byte_and_the_cause() {
     assert!(matches!(missing, ReadError::Io { .. }), "{missing}");
 }
 
-/// The layouts that are shipped show topics that a recording has.
+/// The type of a field of a ROS 2 type, by the text of its schema: the type's own fields, then those
+/// of the types in it, each after a line `MSG: package/Type`.
+fn field_type<'s>(schema: &'s str, of: Option<&str>, field: &str) -> Option<&'s str> {
+    let mut parts = schema.split("MSG: ");
+    let part = match of {
+        None => parts.next(),
+        Some(of) => parts.skip(1).find(|part| part.lines().next() == Some(of)),
+    };
+    let mut words = part?.lines().map(|line| line.split_whitespace());
+    words.find_map(|mut words| {
+        let (kind, name) = (words.next()?, words.next()?);
+        (name == field).then(|| kind.split('[').next().unwrap_or(kind))
+    })
+}
+
+/// Whether a field of a field … is in messages of this schema.
+fn has_fields(schema: &str, fields: &[&str]) -> bool {
+    // A joint's values are shown by its name; the schema has them as sequences.
+    let fields = match fields {
+        ["insertion" | "rotation", rest @ ..] => rest,
+        fields => fields,
+    };
+    let mut of = None;
+    fields.iter().all(|field| {
+        let field = field.split('[').next().unwrap_or(field);
+        let kind = field_type(schema, of, field);
+        of = kind;
+        kind.is_some()
+    })
+}
+
+/// The layouts that are shipped show topics that a recording has, and fields of their messages.
 #[test]
-fn every_topic_of_the_layouts_is_recorded() {
+fn every_topic_and_field_of_the_layouts_is_recorded() {
     let folder = tempfile::tempdir().unwrap();
     let bytes = fs::read(record(folder.path())).unwrap();
     let summary = mcap::Summary::read(&bytes).unwrap().unwrap();
-    let topics = summary.channels.values().map(|channel| channel.topic.as_str());
+    let topics = summary.channels.values().map(|channel| {
+        let schema = channel.schema.as_ref().unwrap();
+        (channel.topic.as_str(), std::str::from_utf8(&schema.data).unwrap())
+    });
     let topics = topics.collect::<Vec<_>>();
     let layouts = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/layouts");
     for (name, after_topic) in [("foxglove.json", ['.', '"']), ("plotjuggler.xml", ['/', '"'])] {
@@ -296,12 +330,27 @@ fn every_topic_of_the_layouts_is_recorded() {
         let paths = paths.filter(|path| !path.starts_with("/>"));
         let mut found = 0;
         for path in paths {
-            let known = topics.iter().any(|topic| {
-                path.strip_prefix(topic).is_some_and(|rest| rest.starts_with(after_topic))
+            let path = path.split('"').next().unwrap();
+            let known = topics.iter().any(|(topic, schema)| {
+                let fields = path.strip_prefix(topic).map(|rest| {
+                    rest.split(after_topic).filter(|field| !field.is_empty()).collect::<Vec<_>>()
+                });
+                fields.is_some_and(|fields| has_fields(schema, &fields))
             });
-            assert!(known, "{name}: {}", path.lines().next().unwrap());
+            assert!(known, "{name}: {path}");
             found += 1;
         }
         assert!(found >= 10, "{name}: {found}");
+    }
+}
+
+#[test]
+fn a_field_that_is_none_is_told_from_one() {
+    let schema = "std_msgs/Header header\nWrench wrench\nfloat64[] effort\n===\nMSG: Wrench\n\
+                  Vector3 force\n===\nMSG: Vector3\nfloat64 x\n";
+    assert!(has_fields(schema, &["wrench", "force", "x"]));
+    assert!(has_fields(schema, &["insertion", "effort[0]"]));
+    for wrong in [&["wrench", "force", "w"][..], &["wrench", "torque"], &["x"], &["wrench", "x"]] {
+        assert!(!has_fields(schema, wrong), "{wrong:?}");
     }
 }

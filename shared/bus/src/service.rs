@@ -92,7 +92,7 @@ pub struct Hello<'a> {
     pub protocol_hash: u64,
     /// Hash of the device image's schema.
     pub image_schema_hash: u32,
-    /// Version of the firmware.
+    /// Version of the firmware; after a `+` its build, where it knows it.
     pub firmware: &'a str,
     /// Name of the board.
     pub board: &'a str,

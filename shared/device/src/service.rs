@@ -43,7 +43,7 @@ pub trait Board<B> {
 /// What a device says of itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Identity {
-    /// Version of the firmware.
+    /// Version of the firmware; after a `+` its build, where it knows it.
     pub firmware: &'static str,
     /// Name of the board.
     pub board: &'static str,

@@ -7,7 +7,7 @@ use cathforce_bus::{
     Rotation, Sealer, Sync,
 };
 use cathforce_config::image;
-use cathforce_control::{Config, Fault, Mode};
+use cathforce_control::{Config, Fault, Mode, Notice};
 use cathforce_device::{Sent, Ticker};
 use proptest::prelude::*;
 
@@ -265,4 +265,63 @@ proptest! {
             prop_assert_eq!(noisy.mode(), Mode::Armed);
         }
     }
+}
+
+/// P19: bus-off ramps down and latches; arming again is asked for step by step.
+#[test]
+fn p19_bus_off_ramps_to_zero_and_only_clearing_and_arming_bring_output_back() {
+    let image = support::image_with_drag();
+    let config = image::decode(&image).unwrap();
+    let mut bench = Bench::armed(&config);
+    for _ in 0..50 {
+        bench.insertion_m += 2e-5;
+        bench.tick(None);
+    }
+    let force_n = |bench: &Bench| bench.ticker.outputs().unwrap().force_n;
+    assert!(force_n(&bench) > 0.1, "something to ramp down");
+    // While the controller is off the bus nothing is heard either.
+    bench.ticker.tick(Some(&config), Some(Notice::BusOff));
+    assert!(matches!(bench.mode(), Mode::Ramp { .. }));
+    let mut last_n = force_n(&bench);
+    for _ in 0..20 {
+        bench.ticker.tick(Some(&config), Some(Notice::BusOff));
+        assert!(force_n(&bench).abs() <= last_n.abs());
+        last_n = force_n(&bench);
+    }
+    assert_eq!((last_n, bench.mode()), (0.0, Mode::Fault { cause: Fault::BusOff }));
+    // The bus is back: that alone, and arming alone, do nothing.
+    for command in [None, Some(Command::Arm), Some(Command::SelfTest), Some(Command::Disarm)] {
+        bench.tick(command);
+        assert_eq!(bench.mode(), Mode::Fault { cause: Fault::BusOff });
+    }
+    bench.tick(Some(Command::ClearFault { token: Fault::BusOff.clear_token() }));
+    assert_eq!(bench.mode(), Mode::Boot);
+    bench.tick(Some(Command::Arm));
+    assert_eq!(bench.mode(), Mode::Boot);
+}
+
+/// P20: as many foreign frames as 1 Mbit/s can carry beside ours change no bit; each is counted.
+#[test]
+fn p20_a_bus_full_of_foreign_frames_changes_no_bit() {
+    /// Frames of no data, 47 bits at least, in a millisecond.
+    const FRAMES_A_TICK: u32 = 1000 / 47;
+    let image = support::image();
+    let config = image::decode(&image).unwrap();
+    let (mut alone, mut flooded) = (Bench::armed(&config), Bench::armed(&config));
+    let mut id = 0;
+    for _ in 0..200 {
+        for _ in 0..FRAMES_A_TICK {
+            id = (id + 1) % 0x800;
+            if Id::from_raw(id).is_none() {
+                flooded.ticker.on_frame(&Frame::new(id, &[]).unwrap());
+            } else {
+                // Remote frames and those with 29 bits are told apart by the carrier.
+                flooded.ticker.on_foreign();
+            }
+        }
+        alone.insertion_m += 1e-5;
+        flooded.insertion_m += 1e-5;
+        assert_eq!(alone.tick(None), flooded.tick(None));
+    }
+    assert_eq!(flooded.ticker.counters().get(Counter::Foreign), 200 * FRAMES_A_TICK);
 }

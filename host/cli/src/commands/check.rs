@@ -22,11 +22,15 @@ pub fn run(ui: &Ui, arguments: &CheckArguments) -> Result<(), Failure> {
     let json = json!({
         "path": arguments.recording,
         "complete": complete,
+        "firmware": recording.info.firmware_version,
         "survey": survey,
         "replay": replayed,
         "replays": replayed.as_ref().map(ReplayReport::identical),
     });
-    let mut rows = vec![("complete".to_owned(), complete)];
+    let mut rows = vec![
+        ("complete".to_owned(), complete),
+        ("firmware".to_owned(), recording.info.firmware_version.clone()),
+    ];
     rows.extend(survey_rows(&survey));
     let verdict = match (&replayed, arguments.no_replay) {
         (_, true) => "not asked for".to_owned(),
@@ -39,7 +43,7 @@ pub fn run(ui: &Ui, arguments: &CheckArguments) -> Result<(), Failure> {
     rows.push(("replays".to_owned(), verdict));
     ui.data(&json, two_columns(&rows))?;
     if let Some(report) = replayed.filter(|report| !report.identical()) {
-        return Err(super::replay::difference(&report));
+        return Err(super::replay::difference(&report, &recording.info));
     }
     let missing = survey.frames_missing().max(survey.ticks_missing);
     if missing > arguments.allow_missing {

@@ -1,6 +1,8 @@
 //! `cathforce replay`.
 
-use cathforce_record::{ReplayReport, replay};
+use cathforce_link::qemu::find_firmware;
+use cathforce_link::{build_of, version_and_build};
+use cathforce_record::{ReplayReport, RunInfo, replay};
 
 use crate::args::ReplayArguments;
 use crate::failure::{Code, Failure};
@@ -10,7 +12,7 @@ pub fn run(ui: &Ui, arguments: &ReplayArguments) -> Result<(), Failure> {
     let recording = super::open_recording(ui, &arguments.recording)?;
     let (report, _) = replay(&recording)?;
     ui.data(&report, text(&report))?;
-    if report.identical() { Ok(()) } else { Err(difference(&report)) }
+    if report.identical() { Ok(()) } else { Err(difference(&report, &recording.info)) }
 }
 
 fn text(report: &ReplayReport) -> String {
@@ -31,7 +33,7 @@ fn text(report: &ReplayReport) -> String {
 }
 
 /// Device and host do not agree.
-pub fn difference(report: &ReplayReport) -> Failure {
+pub fn difference(report: &ReplayReport, info: &RunInfo) -> Failure {
     let message = match &report.first_difference {
         Some(first) => format!(
             "device and host differ in {} bits, first in tick {}: {}: recorded {}, replayed {}",
@@ -51,5 +53,24 @@ pub fn difference(report: &ReplayReport) -> Failure {
             report.digest
         ),
     };
-    Failure::new(Code::Failed, message)
+    Failure::new(Code::Failed, message + &firmware(info))
+}
+
+/// Whose fault a difference may be: of a firmware that is not built from what replays it.
+fn firmware(info: &RunInfo) -> String {
+    let recorded = &info.firmware_version;
+    let (version, build) = version_and_build(recorded);
+    let host = env!("CARGO_PKG_VERSION");
+    let here = find_firmware(None).ok().and_then(|elf| build_of(&elf));
+    match (build, here) {
+        _ if version != host => format!(
+            "\n  fix: the device ran firmware {recorded}, this program is {host}: replay with the \
+             program of the same version"
+        ),
+        (Some(build), Some(here)) if build != here => format!(
+            "\n  fix: the device ran {recorded}, the firmware built here is +{here}: replay with \
+             the program that was built beside it"
+        ),
+        _ => String::new(),
+    }
 }

@@ -1,7 +1,6 @@
 //! `cathforce run` and `cathforce simulate`.
 
 use std::path::{Path, PathBuf};
-use std::time::{SystemTime, UNIX_EPOCH};
 
 use cathforce_bus::{Encoder, Insertion, Rotation};
 use cathforce_link::qemu::find_firmware;
@@ -123,7 +122,7 @@ fn finish(ui: &Ui, recording: &Path, arguments: &PlayArguments) -> Result<(), Fa
     let text = format!("{title}\n{}{}\n", summary.text(), recording.info.provenance);
     ui.data(&summary, text)?;
     if let Some(replay) = analysis.replay.as_ref().filter(|replay| !replay.identical()) {
-        return Err(super::replay::difference(replay));
+        return Err(super::replay::difference(replay, &recording.info));
     }
     let limit = arguments.max_error.map(|percent| percent / 100.0);
     match limit.zip(summary.error_share()) {
@@ -234,7 +233,6 @@ pub fn info(link: &str, bundle: &Bundle, trial: &str) -> RunInfo {
         trial: trial.into(),
         provenance: provenance(&bundle.path),
         firmware_sha256: firmware_sha256(link),
-        started_unix_ns: started_unix_ns(),
         ..RunInfo::default()
     }
 }
@@ -248,11 +246,6 @@ fn firmware_sha256(link: &str) -> String {
     };
     let bytes = program.and_then(|path| std::fs::read(path).ok());
     bytes.map_or(String::new(), |bytes| format!("{:x}", Sha256::digest(bytes)))
-}
-
-fn started_unix_ns() -> u64 {
-    let since = SystemTime::now().duration_since(UNIX_EPOCH);
-    since.ok().and_then(|since| u64::try_from(since.as_nanos()).ok()).unwrap_or(0)
 }
 
 /// Longest text about a bundle's origin.

@@ -6,6 +6,8 @@ mod convert;
 mod live;
 #[path = "../support/mod.rs"]
 mod support;
+#[cfg(target_os = "linux")]
+mod terminal;
 
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;

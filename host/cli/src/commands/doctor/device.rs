@@ -5,7 +5,8 @@ use std::time::{Duration, Instant};
 use cathforce_bus::service::Status;
 use cathforce_config::image::schema_hash;
 use cathforce_control::{Mode, TICK_S};
-use cathforce_link::{Client, ClientError, Link};
+use cathforce_link::qemu::find_firmware;
+use cathforce_link::{Client, ClientError, Link, build_of, version_and_build};
 
 use super::Check;
 use crate::failure::{Code, Failure};
@@ -28,10 +29,8 @@ pub fn checks(link: Box<dyn Link>) -> Vec<Check> {
     checks.push(if device.image_schema_hash != schema_hash() {
         let found = format!("{} reads images of another layout", device.firmware);
         Check::wrong("firmware", found, of_same_version, Code::Device)
-    } else if device.firmware != VERSION {
-        Check::doubtful("firmware", &device.firmware, of_same_version)
     } else {
-        Check::good("firmware", VERSION)
+        firmware(&device.firmware, here().as_deref(), of_same_version)
     });
     let clock = client.status().and_then(|status| {
         checks.push(mode(&status));
@@ -39,6 +38,25 @@ pub fn checks(link: Box<dyn Link>) -> Vec<Check> {
     });
     checks.push(clock.unwrap_or_else(|error| failed("clock", error)));
     checks
+}
+
+/// The build of the firmware that was built here last, if one was.
+fn here() -> Option<String> {
+    build_of(&find_firmware(None).ok()?)
+}
+
+fn firmware(device: &str, here: Option<&str>, of_same_version: String) -> Check {
+    let (version, build) = version_and_build(device);
+    match build.zip(here) {
+        _ if version != VERSION => Check::doubtful("firmware", device, of_same_version),
+        Some((build, here)) if build != here => Check::doubtful(
+            "firmware",
+            format!("{device}; the one that was built here is +{here}"),
+            "load the one that was built here, or look for the source of the device's: its figures \
+             and its log belong to that",
+        ),
+        _ => Check::good("firmware", device),
+    }
 }
 
 fn failed(name: &str, error: ClientError) -> Check {
@@ -94,6 +112,20 @@ fn rate(ticks: u32, elapsed: Duration) -> Check {
 mod tests {
     use super::super::Verdict;
     use super::*;
+
+    #[test]
+    fn another_version_and_another_build_are_told_apart() {
+        let fix = || "use the same".to_owned();
+        let check = |device: &str, here| firmware(device, here, fix());
+        let same = format!("{VERSION}+0000000a");
+        assert_eq!(check(VERSION, Some("0000000a")).verdict, Verdict::Good, "it does not know");
+        assert_eq!(check(&same, None).verdict, Verdict::Good, "nothing to compare with");
+        assert_eq!(check(&same, Some("0000000a")).verdict, Verdict::Good);
+        let other = check(&same, Some("0000000b"));
+        assert_eq!(other.verdict, Verdict::Doubtful);
+        assert!(other.found.contains("+0000000a") && other.found.contains("+0000000b"));
+        assert_eq!(check("9.9.9+0000000a", Some("0000000a")).verdict, Verdict::Doubtful);
+    }
 
     #[test]
     fn a_clock_that_is_off_by_a_percent_is_seen_and_one_that_stands_is_wrong() {

@@ -153,7 +153,7 @@ fn estimated(
     let recording = Recording::open(out)?;
     let analysis = analyse(&recording)?;
     if let Some(replay) = analysis.replay.as_ref().filter(|replay| !replay.identical()) {
-        return Err(crate::commands::replay::difference(replay));
+        return Err(crate::commands::replay::difference(replay, &recording.info));
     }
     let config = image::decode(&recording.image).map_err(Failure::input)?;
     let entry_m = config.model.description().entry.position_m.map(f64::from);
