@@ -51,8 +51,6 @@ impl Guest {
         initramfs::write(&initramfs, &provided, script, machine.files);
         let mut command = Command::new(PROGRAM);
         command.args(["-accel", "tcg", "-cpu", "max", "-m", "384", "-nic", "none"]);
-        // One for the device that is tried and one for the host that tries it.
-        command.args(["-smp", "2"]);
         command.args(["-display", "none", "-monitor", "none", "-no-reboot"]);
         command.arg("-kernel").arg(provided.join("vmlinuz"));
         command.arg("-initrd").arg(&initramfs);
