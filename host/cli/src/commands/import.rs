@@ -5,7 +5,6 @@ use std::io::{self, BufReader};
 use std::path::Path;
 
 use cathforce_bus::Id;
-use cathforce_config::image;
 use cathforce_control::TICK_S;
 use cathforce_record::import::{AtiOptions, ImportError, join, read_ati, read_csv};
 use cathforce_record::{
@@ -15,10 +14,11 @@ use cathforce_record::{
 use serde_json::json;
 
 use super::run::{info, read_text, vessel_files};
-use super::{image as build_image, open_bundle, open_recording};
+use super::{image, open_bundle, open_recording};
 use crate::args::{ImportAtiArguments, ImportCandumpArguments, ImportCsvArguments, ImportSource};
 use crate::failure::Failure;
 use crate::session::DBC;
+use crate::settings::master_of;
 use crate::ui::Ui;
 
 pub fn run(ui: &Ui, from: &ImportSource) -> Result<(), Failure> {
@@ -32,9 +32,7 @@ pub fn run(ui: &Ui, from: &ImportSource) -> Result<(), Failure> {
 fn candump(ui: &Ui, arguments: &ImportCandumpArguments) -> Result<(), Failure> {
     let (path, out) = (&arguments.log, &arguments.out);
     must_be_new(out)?;
-    let bundle = open_bundle(ui, &arguments.bundle)?;
-    let (image, _) = build_image(ui, &bundle, &arguments.changes)?;
-    let master = image::master(&image).map_err(Failure::input)?;
+    let master = master_of(arguments.changes.file.as_deref())?;
     let log = read_candump(BufReader::new(open(path)?), &master).map_err(|e| at(path, &e))?;
     if log.frames.is_empty() {
         let message = format!(
@@ -45,6 +43,8 @@ fn candump(ui: &Ui, arguments: &ImportCandumpArguments) -> Result<(), Failure> {
         );
         return Err(Failure::input(message));
     }
+    let bundle = open_bundle(ui, &arguments.bundle)?;
+    let (image, _) = image(ui, &bundle, &arguments.changes)?;
     let sync = |id| Id::from_raw(id) == Some(Id::Sync);
     let has_sync = log.frames.iter().any(|frame| sync(frame.frame.id()));
     let (log, lock_step) = match has_sync {

@@ -37,8 +37,11 @@ pub fn run(ui: &Ui, arguments: &ConfigImportDbcArguments) -> Result<(), Failure>
     // Tools write Latin-1 as often as UTF-8; only comments and a unit's `µ` or `°` differ.
     let text = String::from_utf8(bytes)
         .unwrap_or_else(|e| e.into_bytes().iter().map(|&byte| char::from(byte)).collect());
-    let dbc = Dbc::try_from(text.as_str())
-        .map_err(|e| Failure::input(format!("{}: is no DBC: {e:?}", path.display())))?;
+    let dbc = Dbc::try_from(text.as_str()).map_err(|e| {
+        // With the line and what stands there.
+        let path = path.display();
+        Failure::input(format!("{path}: is no DBC: {e}\n  fix: give the DBC of the master's bus"))
+    })?;
     let (Some(settings), false) = (&arguments.settings, arguments.list) else {
         return list(ui, &dbc);
     };
