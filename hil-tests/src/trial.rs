@@ -92,6 +92,7 @@ pub fn estimates(image: &[u8], trial: &cathforce_rig::Trial) -> Vec<Estimate> {
             guidewire_force_n: None,
             tip_m: tip_m.map(|tip| tip.map(f64::from)),
             unresolved: contact.unresolved,
+            ..Estimate::default()
         });
     }
     estimates

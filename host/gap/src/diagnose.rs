@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use crate::band;
 use crate::calibration;
 use crate::confuse::{confusable, win_frequency};
 use crate::criteria::NO_GAP;
@@ -151,6 +152,7 @@ impl<'a> Answer<'a> {
             gap: Gap::default(),
             places: Vec::new(),
             next_experiment: None,
+            band: None,
             reproduce: Reproduce::default(),
             remarks,
             details,
@@ -196,6 +198,7 @@ impl<'a> Answer<'a> {
             self.diagnosis.places.clear();
             self.figures(problem, &nominal.score, &nominal.score);
             self.series(problem, &nominal, &nominal);
+            self.band(problem, selector.folds, &nominal);
             return self.diagnosis;
         }
         let before = nominal.clone();
@@ -228,6 +231,9 @@ impl<'a> Answer<'a> {
         if self.diagnosis.verdict == Verdict::Unknown {
             self.diagnosis.effects.clear();
             self.diagnosis.confusable.clear();
+            self.band(problem, selector.folds, &before);
+        } else {
+            self.band(problem, selector.folds, &selection.best);
         }
         for (name, nuisances) in self.outside(&selection.best) {
             let verb = if nuisances.len() > 1 {
@@ -309,6 +315,11 @@ impl<'a> Answer<'a> {
             tip_rms_m: of(Quantity::Tip),
             shape_rms_m: of(Quantity::Shape),
         };
+    }
+
+    /// How far the forces of a model may be off, and how many of those that were held out it holds.
+    fn band(&mut self, problem: &Problem<'_>, folds: &Folds, of: &Candidate) {
+        self.diagnosis.band = band::of(problem, folds, of);
     }
 
     fn held_out(&mut self, problem: &Problem<'_>, selection: &Selection) {

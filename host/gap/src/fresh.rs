@@ -1,5 +1,7 @@
-//! What an explanation closes on a trial that its diagnosis has not seen.
+//! What an explanation closes on a trial that its diagnosis has not seen, and whether the forces
+//! there lie where it says.
 
+use crate::band::{Coverage, columns, places};
 use crate::floor::Floor;
 use crate::nuisance::Nuisances;
 use crate::plant::{Plant, Point, Quantity};
@@ -15,18 +17,42 @@ use crate::score::{Energies, excess};
 pub fn achieved(plant: &dyn Plant, trial: usize, diagnosis: &Diagnosis) -> Option<f64> {
     let floor = Floor::of(plant);
     let problem = Problem::new(plant, &floor, &|_| {});
-    let nominal = Point::nominal(plant);
-    let mut explained = nominal.clone();
+    let before = above_floor(&problem, trial, &Point::nominal(plant))?;
+    let after = above_floor(&problem, trial, &explained(plant, diagnosis)?)?;
+    (before > 0.0).then(|| 1.0 - after / before)
+}
+
+/// How many forces of a trial lie within the band that a diagnosis states, about the model with its
+/// effects, as a device has it: nothing is refitted. `None` when the simulation breaks down, or
+/// without a band.
+///
+/// `trial`: index into [`Plant::trials`].
+pub fn covered(plant: &dyn Plant, trial: usize, diagnosis: &Diagnosis) -> Option<Coverage> {
+    let band = diagnosis.band.as_ref()?;
+    let columns = columns(plant)?;
+    let predicted = plant.simulate(trial, &explained(plant, diagnosis)?)?;
+    let trial = &plant.trials()[trial];
+    let mut coverage = Coverage::default();
+    for ((sample, at), predicted) in trial.samples.iter().zip(places(trial)).zip(predicted) {
+        if let Some(column) = columns[sample.channel] {
+            let width = band.half_width_n(at, column);
+            coverage.channels[column].count(width, sample.value - predicted, sample.noise);
+        }
+    }
+    Some(coverage)
+}
+
+/// The model with the effects of a diagnosis.
+fn explained(plant: &dyn Plant, diagnosis: &Diagnosis) -> Option<Point> {
+    let mut point = Point::nominal(plant);
     for named in &diagnosis.effects {
         let effect = plant.effects().iter().position(|own| own.id == named.id)?;
         let parameters = &plant.effects()[effect].parameters;
-        for (value, parameter) in explained.effects[effect].iter_mut().zip(parameters) {
+        for (value, parameter) in point.effects[effect].iter_mut().zip(parameters) {
             *value = named.parameters.get(parameter.name).map_or(*value, |own| own.value);
         }
     }
-    let before = above_floor(&problem, trial, &nominal)?;
-    let after = above_floor(&problem, trial, &explained)?;
-    (before > 0.0).then(|| 1.0 - after / before)
+    Some(point)
 }
 
 /// Energy of one trial above its floor, nuisances refitted.

@@ -13,6 +13,7 @@
 //! | `criteria` | when a model is better than another |
 //! | `metric`, `confuse`, `calibration` | what cannot be told apart, and how certain the rest is |
 //! | `fresh` | what the answer closes on a trial that it has not seen |
+//! | `band` | how far the forces of a device may be off that is set like the answer |
 //! | `estimate` | parameters with intervals, what each effect closed |
 //! | `locate` | where the gap lies |
 //! | `experiment` | what to record next |
@@ -22,6 +23,7 @@
 #![forbid(unsafe_code)]
 
 mod altered;
+mod band;
 mod calibration;
 pub mod catheter;
 mod confuse;
@@ -54,8 +56,9 @@ mod signal;
 mod swing;
 
 pub use altered::Altered;
+pub use band::{Band, COLUMNS, Coverage, Covered, ROWS, Row};
 pub use diagnose::{diagnose, diagnose_given, expected_simulations};
-pub use fresh::achieved;
+pub use fresh::{achieved, covered};
 pub use nuisance::NUISANCE_LIMIT;
 pub use page::page;
 pub use problem::Progress;

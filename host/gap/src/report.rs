@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+use crate::band::Band;
 use crate::experiment::Experiment;
 use crate::locate::Cell;
 use crate::plant::Quantity;
@@ -95,6 +96,9 @@ pub struct Diagnosis {
     #[serde(rename = "where")]
     pub places: Vec<Cell>,
     pub next_experiment: Option<Experiment>,
+    /// How far the forces of the model may be off that is the answer: the nominal one without
+    /// effects. `None` where forces were not measured.
+    pub band: Option<Band>,
     pub reproduce: Reproduce,
     /// What cannot be concluded, or only with a reserve, and why.
     pub remarks: Vec<String>,

@@ -145,7 +145,13 @@ fn large_image() -> Vec<u8> {
         stored: 0,
     };
     let settings = Settings::default();
-    let head = ImageHead { description: wire::wire(), lumen, settings, master: Default::default() };
+    let head = ImageHead {
+        description: wire::wire(),
+        lumen,
+        settings,
+        master: Default::default(),
+        band: None,
+    };
     let bytes = FREE.to_le_bytes().repeat(80 * 80 * 80);
     let mut made = vec![0; image::encoded_len(&head, &bytes).unwrap()];
     image::encode(&head, &bytes, &mut made).unwrap();

@@ -348,6 +348,7 @@ mod tests {
                     guidewire_force_n: (i % 6 == 5).then_some(0.02 - 0.1 * t_s),
                     tip_m: Some([t_s, 1e-3, 0.0]),
                     unresolved: false,
+                    ..Estimate::default()
                 }
             })
             .collect()

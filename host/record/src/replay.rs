@@ -172,12 +172,12 @@ impl Replay {
         }
         if let (Some(at_ns), Some(outputs)) = (at_ns, self.ticker.outputs().copied()) {
             self.report.digest = outputs.digest;
-            let entry_m = config.model.description().entry.position_m;
-            self.record(at_ns, tick, &outputs, entry_m);
+            self.record(at_ns, tick, &outputs, config);
         }
     }
 
-    fn record(&mut self, at_ns: u64, tick: u64, outputs: &Outputs, entry_m: [f32; 3]) {
+    fn record(&mut self, at_ns: u64, tick: u64, outputs: &Outputs, config: &Config<'_>) {
+        let entry_m = config.model.description().entry.position_m;
         let model = self.ticker.state().mechanics();
         let from_entry = |x: [f32; 3]| std::array::from_fn(|k| x[k] - entry_m[k]);
         let contact = &outputs.contact;
@@ -195,6 +195,9 @@ impl Replay {
             force_n: Some(contact.force_on_vessel_n),
             drive_force_n: Some(contact.drive_force_n),
             drive_torque_n_m: Some(contact.drive_torque_n_m),
+            has_band: config.band.is_some(),
+            force_half_width_n: outputs.band.force_n,
+            drive_force_half_width_n: outputs.band.drive_force_n,
             encoder_age_ticks: Some(outputs.encoder_age_ticks),
             moment_n_m: Some(contact.moment_on_vessel_n_m),
             guidewire: self.guidewire.map(|at| GuidewireEstimate {

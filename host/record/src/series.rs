@@ -36,6 +36,8 @@ pub fn estimates(recording: &Recording, track: &Track, entry_m: [f64; 3]) -> Vec
                     let tip = wide(tip);
                     std::array::from_fn(|k| entry_m[k] + tip[k])
                 }),
+                force_half_width_n: tick.force_half_width_n.map(wide),
+                drive_force_half_width_n: tick.drive_force_half_width_n.map(f64::from),
                 unresolved: tick.unresolved,
             })
         })

@@ -44,6 +44,15 @@ pub struct TickEstimate {
     /// Torque behind the guide \[N·m\].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub drive_torque_n_m: Option<f32>,
+    /// A frame of this tick told of the band, if only that it is not known.
+    #[serde(skip)]
+    pub has_band: bool,
+    /// Half width of the band in which nine of ten true forces lie, x, y, z \[N\].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub force_half_width_n: Option<[f32; 3]>,
+    /// The same of the force behind the guide \[N\].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub drive_force_half_width_n: Option<f32>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub encoder_age_ticks: Option<u8>,
     /// Moment on the vessel about the entry, vessel frame \[N·m\].
@@ -229,6 +238,11 @@ impl Decoder {
                 wire.drive_torque_n_m = Some(drive.torque.n_m());
                 wire.encoder_age_ticks = Some(drive.encoder_age_ticks);
                 wire.felt = Some(drive.felt);
+            }
+            (Process::Band(band), Some(tick)) => {
+                tick.has_band = true;
+                tick.force_half_width_n = band.force.map(|xyz| xyz.map(|n| n.n()));
+                tick.drive_force_half_width_n = band.drive_force.map(|n| n.n());
             }
             (Process::Moment(total), Some(tick)) => {
                 tick.moment_n_m = Some(total.moment.map(|x| x.n_m()));

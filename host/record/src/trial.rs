@@ -71,6 +71,12 @@ pub struct Estimate {
     /// The same of the guidewire's drive \[N\].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub guidewire_force_n: Option<f64>,
+    /// Half width of the band in which nine of ten true forces lie, x, y, z \[N\].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub force_half_width_n: Option<[f64; 3]>,
+    /// The same of the axial force behind the guide \[N\].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub drive_force_half_width_n: Option<f64>,
     /// End of the centre line \[m\], in ticks that carry it.
     pub tip_m: Option<[f64; 3]>,
     /// The model's own warning that forces of this tick are not to be trusted.

@@ -2,7 +2,7 @@
 
 use cathforce_config::image::{encode, encoded_len};
 use cathforce_config::master::Master;
-use cathforce_config::{EncodeError, ImageError, ImageHead, Settings};
+use cathforce_config::{Band, EncodeError, ImageError, ImageHead, Settings};
 use cathforce_mechanics::ParameterError;
 use thiserror::Error;
 
@@ -31,6 +31,8 @@ pub struct ImageOptions {
     pub parameters: Vec<(String, f32)>,
     /// Where the drives' positions stand in the master's frames.
     pub master: Master,
+    /// How far the estimated forces may be off, where a diagnosis has said so.
+    pub band: Option<Band>,
 }
 
 impl Default for ImageOptions {
@@ -45,6 +47,7 @@ impl Default for ImageOptions {
             guidewire_tip: None,
             parameters: Vec::new(),
             master: Master::default(),
+            band: None,
         }
     }
 }
@@ -130,7 +133,8 @@ pub fn device_image(
     let reach_m = reach_m(link_length_m);
     let mut settings = options.settings;
     settings.max_insertion_m = settings.max_insertion_m.min(reach_m as f32);
-    let head = ImageHead { description, lumen: lumen.header, settings, master: options.master };
+    let ImageOptions { master, band, .. } = *options;
+    let head = ImageHead { description, lumen: lumen.header, settings, master, band };
     let mut image = vec![0; encoded_len(&head, &lumen.bytes)?];
     encode(&head, &lumen.bytes, &mut image)?;
     let report = ImageReport { bytes: image.len(), lumen: report, link_length_m, reach_m };

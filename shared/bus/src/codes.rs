@@ -58,6 +58,31 @@ code_i16!(
     Position, 2e-5, from_m, m
 );
 
+/// Half width of a band, 0.5 mN a count (0 to 2.047 N).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct BandWidth(pub(crate) u16);
+
+impl BandWidth {
+    /// The quantity that one count stands for \[N\].
+    pub const UNIT_N: f32 = 5e-4;
+    /// Of 12 bits the highest is no width.
+    pub(crate) const UNKNOWN: u16 = 0xFFF;
+
+    /// Nearest code, saturating.
+    pub fn from_n(value: f32) -> Self {
+        Self((nearest(value, Self::UNIT_N) as u16).min(Self::UNKNOWN - 1))
+    }
+
+    /// The quantity \[N\].
+    pub fn n(self) -> f32 {
+        f32::from(self.0) * Self::UNIT_N
+    }
+
+    pub(crate) fn known(code: u16) -> Option<Self> {
+        (code < Self::UNKNOWN).then_some(Self(code))
+    }
+}
+
 /// Insertion of the drive: 24 bits without sign, 100 nm a count (0 to 1.678 m).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub struct Insertion(u32);

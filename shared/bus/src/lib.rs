@@ -27,12 +27,12 @@ pub mod slcan;
 pub mod transfer;
 
 pub use codes::{
-    DriveTorque, Force, HapticForce, HapticTorque, Insertion, Moment, Position, Rotation,
+    BandWidth, DriveTorque, Force, HapticForce, HapticTorque, Insertion, Moment, Position, Rotation,
 };
 pub use counters::{Counter, Counters};
 pub use frame::{Direction, Frame, MAX_ID};
 pub use process::{
-    Command, Contact, Drive, Encoder, FROM_HOST, GuidewireDrive, Haptic, Id, MAX_NODES,
+    Band, Command, Contact, Drive, Encoder, FROM_HOST, GuidewireDrive, Haptic, Id, MAX_NODES,
     MODE_UNCONFIGURED, NodeForce, Process, Shape, Sync, Tick, TotalMoment,
 };
 pub use protection::{Accepted, Protection, Rejection, Sealer, Status, crc8};

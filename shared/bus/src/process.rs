@@ -1,7 +1,7 @@
 //! The process frames: identifiers and payloads of 6 bytes, little endian.
 
 use crate::codes::{
-    DriveTorque, Force, HapticForce, HapticTorque, Insertion, Moment, Position, Rotation,
+    BandWidth, DriveTorque, Force, HapticForce, HapticTorque, Insertion, Moment, Position, Rotation,
 };
 
 /// Nodes that SHAPE and FORCE frames can name.
@@ -26,6 +26,7 @@ pub enum Id {
     Drive,
     Moment,
     GuidewireDrive,
+    Band,
     /// Position of this node, below [`MAX_NODES`].
     Shape(u8),
     /// Contact force at this node, below [`MAX_NODES`].
@@ -51,6 +52,7 @@ impl Id {
             0x1A8 => Self::Drive,
             0x1B0 => Self::Moment,
             0x1B8 => Self::GuidewireDrive,
+            0x1C0 => Self::Band,
             0x580 => Self::ServiceResponse,
             0x600 => Self::ServiceRequest,
             _ if node < MAX_NODES && raw & !0x7F == SHAPE => Self::Shape(node),
@@ -72,6 +74,7 @@ impl Id {
             Self::Drive => 0x1A8,
             Self::Moment => 0x1B0,
             Self::GuidewireDrive => 0x1B8,
+            Self::Band => 0x1C0,
             Self::Shape(node) => SHAPE + node as u16,
             Self::Force(node) => FORCE + node as u16,
             Self::ServiceResponse => 0x580,
@@ -173,6 +176,16 @@ pub struct GuidewireDrive {
     pub felt: bool,
 }
 
+/// How far the forces may be off: half widths of the band in which nine of ten true forces lie.
+/// Sent only where a diagnosis has said so.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Band {
+    /// Of CONTACT's x, y, z; `None` where it is not known.
+    pub force: Option<[BandWidth; 3]>,
+    /// Of DRIVE's force.
+    pub drive_force: Option<BandWidth>,
+}
+
 /// Where a node is, relative to the entry: x, y, z, vessel frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Shape {
@@ -202,6 +215,7 @@ pub enum Process {
     Drive(Drive),
     Moment(TotalMoment),
     GuidewireDrive(GuidewireDrive),
+    Band(Band),
     Shape(Shape),
     Force(NodeForce),
 }
@@ -220,6 +234,7 @@ impl Process {
             Self::Drive(_) => Id::Drive,
             Self::Moment(_) => Id::Moment,
             Self::GuidewireDrive(_) => Id::GuidewireDrive,
+            Self::Band(_) => Id::Band,
             Self::Shape(Shape { node, .. }) => Id::Shape(node % MAX_NODES),
             Self::Force(NodeForce { node, .. }) => Id::Force(node % MAX_NODES),
         }
@@ -257,6 +272,13 @@ impl Process {
             Self::GuidewireDrive(GuidewireDrive { force, torque, encoder_age_ticks, felt }) => {
                 let ([a, b], [c, d]) = (force.0.to_le_bytes(), torque.0.to_le_bytes());
                 [a, b, c, d, encoder_age_ticks, u8::from(felt)]
+            }
+            Self::Band(Band { force, drive_force }) => {
+                // Twelve bits each.
+                let [x, y, z] = force.map_or([BandWidth::UNKNOWN; 3], |xyz| xyz.map(|n| n.0));
+                let drive = drive_force.map_or(BandWidth::UNKNOWN, |n| n.0);
+                let ([a, b, c], [d, e, f]) = (twice(x, y), twice(z, drive));
+                [a, b, c, d, e, f]
             }
             Self::Shape(Shape { position, .. }) => vector(position.map(|x| x.0)),
             Self::Force(NodeForce { force, .. }) => vector(force.map(|x| x.0)),
@@ -311,6 +333,15 @@ impl Process {
                 encoder_age_ticks: e,
                 felt: f == 1,
             }),
+            Id::Band => {
+                let ([x, y], [z, drive]) = (halves([a, b, c]), halves([d, e, f]));
+                let force = match [x, y, z].map(BandWidth::known) {
+                    [Some(x), Some(y), Some(z)] => Some([x, y, z]),
+                    [None, None, None] => None,
+                    _ => return None,
+                };
+                Self::Band(Band { force, drive_force: BandWidth::known(drive) })
+            }
             Id::Shape(node) => Self::Shape(Shape { node, position: xyz.map(Position) }),
             Id::Force(node) => Self::Force(NodeForce { node, force: xyz.map(Force) }),
             Id::GuidewireDrive | Id::ServiceRequest | Id::ServiceResponse => return None,
@@ -321,6 +352,17 @@ impl Process {
 fn join2([a, b]: [u8; 2], tail: u32) -> [u8; 6] {
     let [c, d, e, f] = tail.to_le_bytes();
     [a, b, c, d, e, f]
+}
+
+/// Two numbers of 12 bits, the first one below.
+fn twice(low: u16, high: u16) -> [u8; 3] {
+    let [low_0, low_1] = low.to_le_bytes();
+    let [high_0, high_1] = (high << 4).to_le_bytes();
+    [low_0, low_1 & 0xF | high_0, high_1]
+}
+
+fn halves([a, b, c]: [u8; 3]) -> [u16; 2] {
+    [u16::from_le_bytes([a, b & 0xF]), u16::from_le_bytes([b, c]) >> 4]
 }
 
 fn vector(xyz: [i16; 3]) -> [u8; 6] {
@@ -336,7 +378,7 @@ mod tests {
     #[test]
     fn identifiers_map_both_ways() {
         let known = (0..=0x7FF).filter_map(|raw| Id::from_raw(raw).map(|id| (raw, id)));
-        assert_eq!(known.clone().count(), 12 + 2 * usize::from(MAX_NODES));
+        assert_eq!(known.clone().count(), 13 + 2 * usize::from(MAX_NODES));
         assert!(known.into_iter().all(|(raw, id)| id.raw() == raw));
     }
 

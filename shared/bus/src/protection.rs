@@ -48,7 +48,7 @@ impl Status {
 }
 
 /// Ids that carry counter and CRC, each with its own counter.
-const SLOTS: usize = 10 + 2 * MAX_NODES as usize;
+const SLOTS: usize = 11 + 2 * MAX_NODES as usize;
 
 fn slot(id: Id) -> Option<usize> {
     let node = |node: u8| usize::from(node % MAX_NODES);
@@ -63,8 +63,9 @@ fn slot(id: Id) -> Option<usize> {
         Id::Moment => 7,
         Id::Guidewire => 8,
         Id::GuidewireDrive => 9,
-        Id::Shape(k) => 10 + node(k),
-        Id::Force(k) => 10 + usize::from(MAX_NODES) + node(k),
+        Id::Band => 10,
+        Id::Shape(k) => 11 + node(k),
+        Id::Force(k) => 11 + usize::from(MAX_NODES) + node(k),
         Id::ServiceRequest | Id::ServiceResponse => return None,
     })
 }
@@ -147,7 +148,7 @@ impl Rejection {
 /// Ids that a wrong CRC is tried against, to tell a masquerade from corruption.
 ///
 /// Not the 128 ids of nodes: with 8 bits of CRC nearly every broken frame would fit one.
-const MASQUERADES: [Id; 10] = [
+const MASQUERADES: [Id; 11] = [
     Id::Sync,
     Id::Encoder,
     Id::Guidewire,
@@ -158,6 +159,7 @@ const MASQUERADES: [Id; 10] = [
     Id::Drive,
     Id::Moment,
     Id::GuidewireDrive,
+    Id::Band,
 ];
 
 /// The receiving side: the last counter of each id.

@@ -17,7 +17,7 @@
 use core::fmt;
 
 use cathforce_bus::master::{Master, MasterError};
-use cathforce_control::{Config, SettingError, Settings, TICK_S};
+use cathforce_control::{Band, Config, SettingError, Settings, TICK_S};
 use cathforce_mechanics::{Description, DescriptionError, Lumen, LumenError, LumenHeader, Model};
 use crc::{CRC_32_ISO_HDLC, Crc, Table};
 use serde::{Deserialize, Serialize};
@@ -41,6 +41,8 @@ pub struct ImageHead {
     pub lumen: LumenHeader,
     pub settings: Settings,
     pub master: Master,
+    /// How far the estimated forces may be off, where a diagnosis has said so.
+    pub band: Option<Band>,
 }
 
 /// Why bytes are refused as an image.
@@ -76,6 +78,8 @@ pub enum ImageError {
     Setting(SettingError),
     /// A frame of the master.
     Master(MasterError),
+    /// A number of the band.
+    Band(&'static str),
 }
 
 /// Why an image cannot be written.
@@ -151,6 +155,7 @@ impl fmt::Display for ImageError {
             ),
             Self::Setting(error) => write!(f, "settings: {error}"),
             Self::Master(error) => write!(f, "master: {}", error.text()),
+            Self::Band(name) => write!(f, "band: {name} is not finite or out of range"),
         }
     }
 }
@@ -346,7 +351,8 @@ fn configure(
     lumen_bytes: &[u8],
     lumen_offset: usize,
 ) -> Result<Config<'_>, ImageError> {
-    let ImageHead { description, lumen, settings, master } = head;
+    let ImageHead { description, lumen, settings, master, band } = head;
+    band.map_or(Ok(()), |band| band.validate()).map_err(ImageError::Band)?;
     master.validate().map_err(ImageError::Master)?;
     settings.validate().map_err(ImageError::Setting)?;
     if description.solver.tick_s != TICK_S {
@@ -355,7 +361,7 @@ fn configure(
     let lumen = Lumen::new(lumen, lumen_bytes)
         .map_err(|error| ImageError::Lumen { offset: lumen_offset, error })?;
     let model = Model::new(description).map_err(ImageError::Description)?;
-    Ok(Config { model, lumen, settings })
+    Ok(Config { model, lumen, settings, band })
 }
 
 #[cfg(test)]

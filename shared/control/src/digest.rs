@@ -10,7 +10,7 @@ use crate::words::{Word, Words};
 use crate::{Fault, Felt, Outputs};
 
 /// Words of [`Outputs::words`].
-const OUTPUT_WORDS: usize = 22;
+const OUTPUT_WORDS: usize = 26;
 
 impl Outputs {
     /// The bits of every output except the digest, which follows from them.
@@ -24,6 +24,7 @@ impl Outputs {
             force_n,
             torque_n_m,
             contact,
+            band,
             encoder_age_ticks,
             guidewire_age_ticks,
             digest: _,
@@ -40,6 +41,9 @@ impl Outputs {
             links,
             unresolved,
         } = contact;
+        // The bits of no width are those of no number.
+        let [bx, by, bz] = band.force_n.map_or([u32::MAX; 3], |xyz| xyz.map(f32::to_bits));
+        let band_drive = band.drive_force_n.map_or(u32::MAX, f32::to_bits);
         [
             u32::from(mode.code()),
             u32::from(fault.map_or(0, Fault::code)),
@@ -61,6 +65,10 @@ impl Outputs {
             u32::from(peak_node),
             u32::from(links),
             u32::from(unresolved),
+            bx,
+            by,
+            bz,
+            band_drive,
             u32::from(encoder_age_ticks),
             u32::from(guidewire_age_ticks),
         ]

@@ -2,7 +2,7 @@
 
 use cathforce_mechanics as mechanics;
 
-use crate::{Fault, Mode};
+use crate::{Fault, HalfWidths, Mode};
 
 /// Everything that reached the device since the last tick, decoded.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
@@ -85,6 +85,8 @@ pub struct Outputs {
     pub torque_n_m: f32,
     /// What the model found; all zero in modes that do not track.
     pub contact: mechanics::Outputs<f32>,
+    /// How far these forces may be off.
+    pub band: HalfWidths,
     /// Ticks since the newest accepted encoder sample, saturating; 0 if it came in this tick.
     pub encoder_age_ticks: u8,
     /// Likewise of the guidewire's; 0 where there is none.

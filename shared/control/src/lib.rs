@@ -11,6 +11,7 @@
 //! | `haptics` | forces at the drive → what the operator's axes are asked for |
 //! | `passivity` | how large an output may be before an axis gives out too much energy |
 //! | `limits` | the last stage: magnitude and slew, whatever came before |
+//! | `band` | how far the estimated forces may be off |
 //! | `digest` | one number for every bit of every output so far |
 //!
 //! Output ends in one of two ways. **Ramp**: to zero within `ramp_time_ticks`, no faster
@@ -20,6 +21,7 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
+mod band;
 mod digest;
 mod faults;
 mod freshness;
@@ -36,6 +38,7 @@ mod words;
 
 use cathforce_mechanics as mechanics;
 
+pub use band::{BAND_ROWS, BAND_UNIT_N, BAND_UNKNOWN, Band, BandRow, HalfWidths};
 pub use faults::{Fault, Reaction};
 pub use io::{Command, EncoderSample, Felt, GuidewireSample, Inputs, LimitFlags, Notice, Outputs};
 pub use settings::{
@@ -55,4 +58,6 @@ pub struct Config<'a> {
     /// Read in place from the device image.
     pub lumen: mechanics::Lumen<'a>,
     pub settings: Settings,
+    /// How far the forces may be off, where a diagnosis has said so.
+    pub band: Option<Band>,
 }

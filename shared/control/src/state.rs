@@ -4,7 +4,7 @@ use cathforce_mechanics as mechanics;
 
 use crate::tick::{Estimator, Memory};
 use crate::words::{Word, Words};
-use crate::{Config, Inputs, Outputs};
+use crate::{Band, Config, Inputs, Outputs};
 
 /// Memory of the tick. Configuration never lives here.
 #[derive(Clone, Debug)]
@@ -71,6 +71,10 @@ impl Estimator for Tracked<'_, '_> {
 
     fn has_guidewire(&self) -> bool {
         self.config.model.description().guidewire.is_some()
+    }
+
+    fn band(&self) -> Option<&Band> {
+        self.config.band.as_ref()
     }
 
     fn step(&mut self, drives: mechanics::Drives<f32>) -> mechanics::Outputs<f32> {

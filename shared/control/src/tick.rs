@@ -2,6 +2,7 @@
 
 use cathforce_mechanics as mechanics;
 
+use crate::band::{Band, HalfWidths, Way};
 use crate::digest::Digest;
 use crate::freshness::{Bounds, Fresh, Freshness, Motion};
 use crate::haptics::{Haptics, Rendered};
@@ -23,6 +24,10 @@ pub(crate) trait Estimator {
     fn reach_m(&self) -> f32;
     /// There is a second drive, the guidewire's.
     fn has_guidewire(&self) -> bool;
+    /// How far what it finds may be off.
+    fn band(&self) -> Option<&Band> {
+        None
+    }
     fn step(&mut self, drives: mechanics::Drives<f32>) -> mechanics::Outputs<f32>;
     fn settle(&mut self, drives: mechanics::Drives<f32>) -> bool;
     /// Back to the empty guide.
@@ -43,6 +48,7 @@ pub(crate) struct Memory {
     /// Nobody holds the handle: nothing is rendered.
     released: bool,
     haptics: Haptics,
+    way: Way,
     force: Axis,
     torque: Axis,
     digest: Digest,
@@ -96,6 +102,7 @@ impl Memory {
             felt: Felt::Catheter,
             released: false,
             haptics: Haptics::new(),
+            way: Way::new(),
             force: Axis::new(),
             torque: Axis::new(),
             digest: Digest::new(),
@@ -154,6 +161,7 @@ impl Memory {
             None => fresh.position.map(|catheter| drive(catheter).into()),
         };
         let contact = self.estimate(settings, model, drives);
+        let band = self.band(model, drives, &contact);
         let applied = self.apply(settings, &bounds);
         if matches!(self.mode, Mode::Ramp { .. }) && applied.is_zero() {
             self.happens(Event::RampDone);
@@ -164,7 +172,8 @@ impl Memory {
             model.rebuild();
         }
         let guidewire_age_ticks = guidewire.map_or(0, |wire| wire.age_ticks);
-        self.report([fresh.age_ticks, guidewire_age_ticks], contact, applied, model)
+        let found = (contact, band);
+        self.report([fresh.age_ticks, guidewire_age_ticks], found, applied, model)
     }
 
     fn happens(&mut self, event: Event) {
@@ -257,6 +266,25 @@ impl Memory {
         }
     }
 
+    /// How far the forces of this tick may be off, in modes that have any.
+    fn band(
+        &mut self,
+        model: &impl Estimator,
+        drives: Option<mechanics::Drives<f32>>,
+        contact: &mechanics::Outputs<f32>,
+    ) -> HalfWidths {
+        match (self.mode, drives) {
+            (
+                Mode::Ready | Mode::Armed | Mode::Ramp { cause: RampCause::Disarm },
+                Some(mechanics::Drives { catheter, .. }),
+            ) => self.way.follow(model.band(), catheter.insertion_m, contact.unresolved),
+            _ => {
+                self.way = Way::new();
+                HalfWidths::default()
+            }
+        }
+    }
+
     /// The last stage: what may be output in this mode.
     fn apply(&mut self, settings: &Settings, bounds: &Bounds) -> Applied {
         let rendered = match self.mode {
@@ -305,7 +333,7 @@ impl Memory {
     fn report(
         &mut self,
         [encoder_age_ticks, guidewire_age_ticks]: [u8; 2],
-        contact: mechanics::Outputs<f32>,
+        (contact, band): (mechanics::Outputs<f32>, HalfWidths),
         applied: Applied,
         model: &impl Estimator,
     ) -> Outputs {
@@ -317,6 +345,7 @@ impl Memory {
             force_n: applied.force_n,
             torque_n_m: applied.torque_n_m,
             contact,
+            band,
             encoder_age_ticks,
             guidewire_age_ticks,
             digest: 0,
@@ -367,6 +396,7 @@ impl Words for Memory {
         self.freshness.words(visit);
         self.guidewire.words(visit);
         self.haptics.words(visit);
+        self.way.words(visit);
         for axis in [&mut self.force, &mut self.torque] {
             axis.passivity.words(visit);
             axis.limiter.words(visit);

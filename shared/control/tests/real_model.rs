@@ -43,6 +43,7 @@ fn config(lumen: &(LumenHeader, Vec<u8>)) -> Config<'_> {
     Config {
         model: Model::new(description).expect("a valid description"),
         lumen: Lumen::new(lumen.0, &lumen.1).expect("a valid lumen"),
+        band: None,
         settings: Settings::default(),
     }
 }

@@ -33,6 +33,7 @@ pub(crate) fn refusal(error: ImageError) -> Refusal<'static> {
             }
         },
         ImageError::Master(error) => (HEADER_BYTES, error.text(), "master"),
+        ImageError::Band(field) => (HEADER_BYTES, "band out of range", field),
         ImageError::Setting(error) => {
             let reason = match error {
                 SettingError::Unknown => "unknown setting",

@@ -6,7 +6,8 @@ use cathforce_bus::{
     self as bus, Counter, Counters, Frame, Id, MODE_UNCONFIGURED, Process, Protection, Sealer,
 };
 use cathforce_control::{
-    self as control, Config, EncoderSample, Felt, GuidewireSample, Inputs, Mode, Notice, Outputs,
+    self as control, Config, EncoderSample, Felt, GuidewireSample, HalfWidths, Inputs, Mode,
+    Notice, Outputs,
 };
 
 /// Frames that a tick sends at most: HAPTIC, CONTACT, and one of those that take turns.
@@ -19,6 +20,8 @@ pub type Sent = [Option<Frame>; MOST_FRAMES_A_TICK];
 /// Turns of the third frame: TICK, DRIVE, MOMENT, SHAPE of a node, FORCE of the same node; with
 /// a guidewire one more, GUIDEWIREDRIVE.
 const TURNS: u32 = 5;
+/// The turn of MOMENT; with a band, every other time that of BAND.
+const MOMENT_TURN: u32 = 2;
 /// With a guidewire, whose encoder takes its share of the bus, a third frame comes in one tick
 /// of as many.
 const GUIDEWIRE_TICKS_A_TURN: u32 = 3;
@@ -43,6 +46,8 @@ pub struct Ticker {
     tick: u32,
     /// The node whose turn it is.
     node: u8,
+    /// With a band: after BAND comes MOMENT.
+    moment_next: bool,
     lock_step: bool,
     granted: u32,
     master: Collector,
@@ -88,6 +93,7 @@ impl Ticker {
             outputs: None,
             tick: 0,
             node: 0,
+            moment_next: false,
             lock_step: false,
             granted: 0,
             master: Collector::default(),
@@ -107,6 +113,7 @@ impl Ticker {
         self.outputs = None;
         self.tick = 0;
         self.node = 0;
+        self.moment_next = false;
         self.granted = 0;
     }
 
@@ -282,6 +289,7 @@ impl Ticker {
     /// The frame whose turn it is. With no node inside the vessel, TICK takes the turns of
     /// SHAPE and FORCE.
     fn third(&mut self, turn: u32, config: &Config<'_>, outputs: &Outputs) -> Process {
+        let band = turn == MOMENT_TURN && config.band.is_some() && self.band_is_next();
         let model = self.state.mechanics();
         // The node stays for SHAPE and FORCE; before them it is brought into range.
         if turn == 0 && usize::from(self.node) >= model.nodes().min(usize::from(bus::MAX_NODES)) {
@@ -296,7 +304,14 @@ impl Ticker {
                 limits: outputs.limited.bits(),
                 encoder_age_ticks: outputs.encoder_age_ticks,
             }),
-            2 => Process::Moment(bus::TotalMoment {
+            MOMENT_TURN if band => {
+                let HalfWidths { force_n, drive_force_n } = outputs.band;
+                Process::Band(bus::Band {
+                    force: force_n.map(|n| n.map(bus::BandWidth::from_n)),
+                    drive_force: drive_force_n.map(bus::BandWidth::from_n),
+                })
+            }
+            MOMENT_TURN => Process::Moment(bus::TotalMoment {
                 moment: outputs.contact.moment_on_vessel_n_m.map(bus::Moment::from_n_m),
             }),
             3 => model.node_position_m(index).map_or(tick, |[x, y, z]| {
@@ -318,6 +333,12 @@ impl Ticker {
             }),
             _ => tick,
         }
+    }
+
+    /// Whether it is BAND's turn and not MOMENT's.
+    fn band_is_next(&mut self) -> bool {
+        self.moment_next = !self.moment_next;
+        self.moment_next
     }
 
     fn unconfigured(&mut self) -> Sent {

@@ -7,7 +7,7 @@ use cathforce_bus::{
     Rotation, Sealer, Sync,
 };
 use cathforce_config::image;
-use cathforce_control::{Config, Fault, Mode, Notice};
+use cathforce_control::{BAND_ROWS, BAND_UNKNOWN, Band, Config, Fault, Mode, Notice};
 use cathforce_device::{Sent, Ticker};
 use proptest::prelude::*;
 
@@ -109,6 +109,27 @@ fn the_third_frame_takes_turns_and_every_node_has_its_own() {
     let first = shown[0];
     let expected: Vec<u16> = (0..=nodes).map(|i| (first + i) % nodes).collect();
     assert_eq!(shown, expected);
+}
+
+#[test]
+fn a_band_takes_every_other_turn_of_the_moment() {
+    let image = support::image();
+    let row = [100, 200, 300, BAND_UNKNOWN];
+    let (feed, withdrawal) = ([row; BAND_ROWS], [row; BAND_ROWS]);
+    let band = Some(Band { from_m: 0.0, step_m: 0.1, feed, withdrawal });
+    let config = Config { band, ..image::decode(&image).unwrap() };
+    let mut bench = Bench::armed(&config);
+    while !bench.ticker.ticks().is_multiple_of(5) || bench.ticker.ticks() < 300 {
+        bench.tick(None);
+    }
+    let mut turns = [0; 8].map(|_| [0; 5].map(|_| bench.tick(None)[2].unwrap())[2]);
+    if turns[0].id() == 0x1B0 {
+        turns.rotate_left(1);
+    }
+    assert_eq!(turns.map(|f| f.id()), [0x1C0, 0x1B0, 0x1C0, 0x1B0, 0x1C0, 0x1B0, 0x1C0, 0x1B0]);
+    let Process::Band(band) = decode(&turns[0]) else { panic!("{:?}", turns[0]) };
+    assert_eq!(band.force.map(|xyz| xyz.map(|n| n.n())), Some([0.01, 0.02, 0.03]));
+    assert_eq!(band.drive_force, None);
 }
 
 #[test]

@@ -98,7 +98,7 @@ fn options(bundle: &Bundle, changes: &Changes) -> Result<ImageOptions, Failure> 
 
 /// Changes everything that a settings file names; `Err` says which line is wrong and why.
 fn set_all(options: &mut ImageOptions, file: &SettingsFile) -> Result<(), String> {
-    options.master = file.master;
+    (options.master, options.band) = (file.master, file.band);
     file.set.iter().try_for_each(|(name, setting)| set(options, name, setting.value()))
 }
 

@@ -59,6 +59,9 @@ pub struct Shown {
     pub force_n: Option<[f32; 3]>,
     pub drive_force_n: Option<f32>,
     pub drive_torque_n_m: Option<f32>,
+    /// Nine of ten true forces lie so near to these.
+    pub force_half_width_n: Option<[f32; 3]>,
+    pub drive_force_half_width_n: Option<f32>,
     pub haptic_force_n: f32,
     pub haptic_torque_n_m: f32,
     pub guidewire: Option<GuidewireEstimate>,
@@ -166,6 +169,10 @@ impl Monitor {
         shown.force_n = tick.force_n.or(shown.force_n);
         shown.drive_force_n = tick.drive_force_n.or(shown.drive_force_n);
         shown.drive_torque_n_m = tick.drive_torque_n_m.or(shown.drive_torque_n_m);
+        if tick.has_band {
+            shown.force_half_width_n = tick.force_half_width_n;
+            shown.drive_force_half_width_n = tick.drive_force_half_width_n;
+        }
         if let Some(age_ticks) = tick.encoder_age_ticks {
             shown.age_in_device_s = age_s(age_ticks);
         }

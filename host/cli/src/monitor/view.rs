@@ -66,6 +66,11 @@ fn lines(shown: &Shown, colour: bool) -> Vec<Line<'static>> {
         let [x, y, z] = force_n.map(mn);
         format!("{}   x {x}  y {y}  z {z}", mn(size(force_n)))
     });
+    let band = shown.force_half_width_n.map(|widths_n| {
+        let [x, y, z] = widths_n.map(|n| format!("±{:7.1} mN", 1e3 * n));
+        let drive = shown.drive_force_half_width_n.map(|n| format!("  drive ±{:.1} mN", 1e3 * n));
+        format!("9 of 10 within   x {x}  y {y}  z {z}{}", drive.unwrap_or_default())
+    });
     let load = |force_n: Option<f32>, torque_n_m: Option<f32>| {
         let (force_n, torque_n_m) = force_n.zip(torque_n_m)?;
         Some(format!("{}  {:8.1} µN·m", mn(force_n), 1e6 * torque_n_m))
@@ -80,6 +85,7 @@ fn lines(shown: &Shown, colour: bool) -> Vec<Line<'static>> {
         row("ticks", format!("{}, {} unresolved", shown.ticks, shown.unresolved_ticks), plain),
         row("drive", known(drive), plain),
         row("vessel", known(force), bold),
+        row("band", band.unwrap_or_else(|| "not known".into()), plain),
         row("drive load", known(load(shown.drive_force_n, shown.drive_torque_n_m)), plain),
     ];
     if let Some(wire) = shown.guidewire {

@@ -1,5 +1,6 @@
 //! Settings of one rig, kept in a file: what `--set` takes, with where each comes from.
 
+pub mod band;
 pub mod master;
 pub mod parse;
 pub mod slip;
@@ -9,6 +10,7 @@ use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::Path;
 
+use cathforce_config::Band;
 use cathforce_config::master::Master;
 
 use crate::failure::{Code, Failure};
@@ -26,6 +28,8 @@ pub struct SettingsFile {
     pub set: BTreeMap<String, Setting>,
     /// Where the drives' positions stand in the master's frames.
     pub master: Master,
+    /// How far the forces may be off, as a diagnosis has found.
+    pub band: Option<Band>,
 }
 
 /// One setting: a number, or a number with where it comes from.
@@ -85,6 +89,7 @@ impl SettingsFile {
             };
         }
         text += &master::text(&self.master);
+        text += &self.band.as_ref().map(band::text).unwrap_or_default();
         text
     }
 
@@ -115,7 +120,7 @@ pub fn parse_file(path: &Path) -> Result<Parsed, Failure> {
 impl From<Parsed> for SettingsFile {
     fn from(parsed: Parsed) -> Self {
         let set = parsed.entries.into_iter().map(|entry| (entry.name, entry.setting)).collect();
-        Self { rig: parsed.rig, set, master: parsed.master }
+        Self { rig: parsed.rig, set, master: parsed.master, band: parsed.band }
     }
 }
 

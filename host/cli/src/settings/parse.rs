@@ -3,11 +3,11 @@
 use std::ops::Range;
 
 use cathforce_config::master::Master;
-use cathforce_config::{Key, KeyError, keys};
+use cathforce_config::{Band, Key, KeyError, keys};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use super::{SCHEMA_VERSION, Setting, master, slip};
+use super::{SCHEMA_VERSION, Setting, band, master, slip};
 
 /// A key of a file.
 #[derive(Clone, Debug, PartialEq)]
@@ -25,6 +25,7 @@ pub struct Parsed {
     pub rig: String,
     pub entries: Vec<Entry>,
     pub master: Master,
+    pub band: Option<Band>,
 }
 
 /// What is wrong with a file, and what mends it.
@@ -90,6 +91,7 @@ pub fn parse(text: &str) -> Result<Parsed, Problem> {
         rig: String::new(),
         entries: Vec::new(),
         master: master::parse(text)?,
+        band: band::parse(text)?,
     };
     for (key, value) in table.get_ref() {
         match (key.get_ref().as_ref(), value.get_ref()) {
@@ -104,14 +106,16 @@ pub fn parse(text: &str) -> Result<Parsed, Problem> {
                 })?;
             }
             ("rig", DeValue::String(name)) => parsed.rig = name.to_string(),
-            ("master", DeValue::Table(_)) => {}
+            ("master" | "band", DeValue::Table(_)) => {}
             ("set", DeValue::Table(set)) => reader.entries("", set, &mut parsed.entries)?,
             (name, found) => {
-                let message = match ["schema_version", "rig", "set", "master"].contains(&name) {
-                    true => format!("`{name}` is {}", found.type_str()),
-                    false => format!("there is no key `{name}` here"),
-                };
-                let fix = "beside `schema_version = 1`, `rig = \"name\"`, `[set]` and `[master]` nothing is";
+                let message =
+                    match ["schema_version", "rig", "set", "master", "band"].contains(&name) {
+                        true => format!("`{name}` is {}", found.type_str()),
+                        false => format!("there is no key `{name}` here"),
+                    };
+                let fix = "beside `schema_version = 1`, `rig = \"name\"`, `[set]`, `[master]` and \
+                           `[band]` nothing is";
                 return Err(reader.problem(&key.span(), message, fix));
             }
         }

@@ -9,6 +9,7 @@ use serde::Serialize;
 
 use super::simulate::{Trajectory, readings};
 use super::{Catheter, Prepared};
+use crate::band::{COLUMNS, Coverage, columns};
 use crate::floor::Floor;
 use crate::nuisance::{Nuisances, Refit};
 use crate::plant::Quantity;
@@ -47,6 +48,9 @@ pub struct Achieved {
     pub tip_rms_m: Option<Left>,
     /// `None` where the device as rig.toml states it has no gap above the floor.
     pub shrink: Option<Shrink>,
+    /// How many of them lie within the band that the device stated with the settings; `None` where
+    /// it stated none. Nothing is refitted for that.
+    pub coverage: Option<Coverage>,
     /// Samples that are compared.
     pub samples: usize,
 }
@@ -129,6 +133,7 @@ impl Catheter {
             shrink: predicted
                 .zip(achieved)
                 .map(|(predicted, achieved)| Shrink { predicted, achieved }),
+            coverage: compared.coverage(runs.after, &device[1]),
             samples: compared.samples(),
         })
     }
@@ -192,6 +197,20 @@ impl Compared<'_> {
         Some(Pair { model: nuisances.refit(0, &model), device: nuisances.refit(0, &device) })
     }
 
+    /// The forces that a device predicted, and those that lie within its band.
+    fn coverage(&self, estimates: &[Estimate], predicted: &[f64]) -> Option<Coverage> {
+        let own = &self.catheter.prepared[self.trial];
+        let columns = columns(self.catheter)?;
+        let mut coverage = Coverage::default();
+        for (i, sample) in self.catheter.trials[self.trial].samples.iter().enumerate() {
+            let Some(column) = columns[sample.channel].filter(|_| self.counts(i)) else { continue };
+            let after = estimates.partition_point(|e| own.start_s() + e.t_s < sample.t_s);
+            let width = estimates.get(after).and_then(|estimate| half_width_n(estimate, column));
+            coverage.channels[column].count(width, sample.value - predicted[i], sample.noise);
+        }
+        coverage.channels.iter().any(|own| own.stated > 0).then_some(coverage)
+    }
+
     /// Energy per sample, what the nuisances cost included.
     fn energy(&self, of: &Refit) -> f64 {
         of.energy() / self.samples() as f64
@@ -218,6 +237,15 @@ impl Compared<'_> {
         let measured = sums.iter().filter(|(_, n)| *n > 0);
         let sum: f64 = measured.clone().map(|(sum, n)| sum / *n as f64).sum();
         (measured.count() > 0).then(|| sum.sqrt())
+    }
+}
+
+/// The half width that a device stated in a tick \[N\].
+fn half_width_n(estimate: &Estimate, column: usize) -> Option<f64> {
+    match estimate.force_half_width_n {
+        _ if column + 1 == COLUMNS => estimate.drive_force_half_width_n,
+        Some(xyz) => xyz.get(column).copied(),
+        None => None,
     }
 }
 

@@ -1,6 +1,6 @@
 //! What every process frame means, name by name, for comparison with what others read in it.
 
-use cathforce_bus::{Command, Id, MAX_ID, Process};
+use cathforce_bus::{BandWidth, Command, Id, MAX_ID, Process};
 
 /// Every identifier that the DBC describes.
 pub fn process_ids() -> impl Iterator<Item = Id> {
@@ -46,6 +46,13 @@ pub fn meant(process: &Process) -> Vec<(&'static str, f64)> {
             ("Felt", u8::from(p.felt).into()),
         ],
         Process::Moment(p) => xyz(p.moment.map(|m| m.n_m())),
+        Process::Band(p) => {
+            // What is not known is the highest code.
+            let unknown = 4095.0 * f64::from(BandWidth::UNIT_N);
+            let [x, y, z] = p.force.map_or([unknown; 3], |xyz| xyz.map(|n| n.n().into()));
+            let drive = p.drive_force.map_or(unknown, |n| n.n().into());
+            vec![("X", x), ("Y", y), ("Z", z), ("Drive", drive)]
+        }
         Process::Shape(p) => xyz(p.position.map(|x| x.m())),
         Process::Force(p) => xyz(p.force.map(|f| f.n())),
     }

@@ -36,7 +36,13 @@ fn head() -> ImageHead {
         bricks: [3, 1, 1],
         stored: 0,
     };
-    ImageHead { description, lumen, settings: Settings::default(), master: Master::default() }
+    ImageHead {
+        description,
+        lumen,
+        settings: Settings::default(),
+        master: Master::default(),
+        band: None,
+    }
 }
 
 fn lumen_bytes() -> Vec<u8> {

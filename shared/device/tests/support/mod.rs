@@ -42,8 +42,13 @@ fn image_of(description: Description<f32>) -> Vec<u8> {
         bricks: [32; 3],
         stored: 0,
     };
-    let head =
-        ImageHead { description, lumen, settings: Settings::default(), master: Default::default() };
+    let head = ImageHead {
+        description,
+        lumen,
+        settings: Settings::default(),
+        master: Default::default(),
+        band: None,
+    };
     let bytes = FREE.to_le_bytes().repeat(32 * 32 * 32);
     let mut image = vec![0; image::encoded_len(&head, &bytes).unwrap()];
     image::encode(&head, &bytes, &mut image).unwrap();

@@ -58,7 +58,7 @@ pub fn apply(ui: &Ui, arguments: &ConfigApplyArguments, lenient: bool) -> Result
         parsed.entries.into_iter().partition(|entry| problem(entry).is_some());
     let rig = parsed.rig;
     let set = right.into_iter().map(|entry| (entry.name, entry.setting)).collect();
-    let file = SettingsFile { rig, set, master: parsed.master };
+    let file = SettingsFile { rig, set, master: parsed.master, band: parsed.band };
     file.check_rig(&arguments.file, &bundle.rig.name)?;
     for (name, setting) in &file.set {
         warn_of_slip(ui, name, setting.value());
@@ -193,7 +193,7 @@ pub fn save(ui: &Ui, arguments: &ConfigSaveArguments) -> Result<(), Failure> {
     let nothing = SettingsFile { rig: bundle.rig.name.clone(), ..SettingsFile::default() };
     let base = values(&head_of(&build(ui, &bundle, &nothing, arguments.cell)?)?);
     let set = differing(&base, &values(&head), &arguments.file);
-    let file = SettingsFile { set, master: head.master, ..nothing };
+    let file = SettingsFile { set, master: head.master, band: head.band, ..nothing };
 
     let image = build(ui, &bundle, &file, arguments.cell)?;
     let (again, used) = (crc32(&image), client.status()?.image_crc32);

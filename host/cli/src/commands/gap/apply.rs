@@ -8,12 +8,14 @@ use std::collections::BTreeSet;
 use cathforce_bus::service::crc32;
 use cathforce_config::ImageError;
 use cathforce_effects::Effect;
+use cathforce_gap::COLUMNS;
 use cathforce_gap::report::Verdict;
 use cathforce_link::Client;
 use cathforce_mechanics::{Description, ParameterInfo, parameters};
 use cathforce_rig::{Bundle, ImageOptions, SolverDefaults, to_description};
 use serde::Serialize;
 
+use super::coverage::CHANNELS;
 use super::explanation::{Explanation, Fitted, is_measurement};
 use super::source::Source;
 use crate::args::ApplyArguments;
@@ -28,6 +30,8 @@ struct Applied {
     rig: String,
     dry_run: bool,
     changes: Vec<Change>,
+    /// How far the device will say that its forces may be off.
+    band: Option<Told>,
     /// Path of the settings file.
     settings: Option<String>,
     device: Option<DeviceUse>,
@@ -44,6 +48,24 @@ struct Change {
     origin: String,
 }
 
+/// Whether nine of ten held-out samples lie within the band, by channel; null where not measured.
+#[derive(Serialize)]
+struct Told {
+    coverage: [Option<f64>; COLUMNS],
+    #[serde(rename = "half_width_rms_N")]
+    half_width_rms_n: [Option<f64>; COLUMNS],
+}
+
+impl Told {
+    fn of(settings: &SettingsFile, explanation: &Explanation) -> Option<Self> {
+        let channels = explanation.coverage().filter(|_| settings.band.is_some())?.channels;
+        Some(Self {
+            coverage: channels.map(|own| own.share()),
+            half_width_rms_n: channels.map(|own| own.half_width_n()),
+        })
+    }
+}
+
 /// What the device says that it uses.
 #[derive(Serialize)]
 struct DeviceUse {
@@ -58,29 +80,31 @@ pub fn run(ui: &Ui, arguments: &ApplyArguments) -> Result<(), Failure> {
         let message = "nothing would come of it: give --settings FILE.toml, --link or --dry-run";
         return Err(Failure::new(Code::Usage, message));
     }
-    let source = Source::open(ui, &arguments.bundle)?;
+    let source = Source::open_all(ui, &arguments.bundle)?;
     let bundle = &source.bundle;
     let old = known(arguments, bundle)?;
     let explanation = match &arguments.source.diagnosis {
         Some(file) => {
             let explanation = Explanation::read(file)?;
-            explanation.check_bundle(bundle)?;
+            explanation.check_source(&source)?;
             explanation
         }
         None => {
             let effects = &arguments.source.effects;
-            let again = Source::open(ui, &arguments.bundle)?;
+            let again = Source::open_all(ui, &arguments.bundle)?;
             Explanation::of(&super::diagnose::answer(ui, again, &[], effects)?)?
         }
     };
-    let fitted = explanation.fitted()?;
-    let new = with(&old, &fitted);
+    let fitted =
+        if arguments.band_only { only_band(&explanation)? } else { explanation.fitted()? };
+    let new = SettingsFile { band: explanation.band()?, ..with(&old, &fitted) };
     let options = image_options(&new)?;
     let changes = differences(bundle, &old, &new, &fitted)?;
     let mut applied = Applied {
         rig: bundle.rig.name.clone(),
         dry_run: arguments.dry_run,
         changes,
+        band: Told::of(&new, &explanation),
         settings: None,
         device: None,
         notes: notes(&explanation, &fitted),
@@ -97,6 +121,21 @@ pub fn run(ui: &Ui, arguments: &ApplyArguments) -> Result<(), Failure> {
         applied.settings = arguments.settings.as_ref().map(|path| path.display().to_string());
     }
     ui.data(&applied, applied.text(ui))
+}
+
+/// No effect, where the verdict names none: else the band would be that of a model with effects.
+fn only_band(explanation: &Explanation) -> Result<Vec<Fitted>, Failure> {
+    if !explanation.is_nominal() {
+        let message = "the band is that of the model with the effects that the diagnosis names: \
+                       apply them too, without --band-only";
+        return Err(Failure::new(Code::Usage, message));
+    }
+    if explanation.coverage().is_none() {
+        let message = "the diagnosis says nothing about how far the forces may be off: it had no \
+                       measured forces to hold out";
+        return Err(Failure::new(Code::Failed, message));
+    }
+    Ok(Vec::new())
 }
 
 /// The settings that are there already.
@@ -211,6 +250,18 @@ impl Applied {
         for Change { key, old, new, unit, origin } in &self.changes {
             let unit = if *unit == "1" { String::new() } else { format!(" {unit}") };
             text += &format!("  {key}: {old} -> {new}{unit}  ({origin})\n");
+        }
+        if let Some(Told { coverage, half_width_rms_n }) = &self.band {
+            let own = CHANNELS.iter().zip(coverage).zip(half_width_rms_n);
+            let shown = own.filter_map(|((name, share), width)| {
+                let (share, width) = share.zip(*width)?;
+                Some(format!("{name} ±{:.1} mN ({:.0} %)", 1e3 * width, 100.0 * share))
+            });
+            let shown: Vec<String> = shown.collect();
+            text += &format!(
+                "  band: {} (of the forces that were held out, this share lies within it)\n",
+                shown.join(", ")
+            );
         }
         for note in &self.notes {
             text += &format!("  note: {note}\n");

@@ -16,7 +16,7 @@ use crate::failure::{Code, Failure};
 use crate::ui::Ui;
 
 pub fn run(ui: &Ui, arguments: &DiagnoseArguments) -> Result<(), Failure> {
-    let source = Source::open(ui, &arguments.bundle)?;
+    let source = Source::open_all(ui, &arguments.bundle)?;
     let answer = answer(ui, source, &arguments.hold_back, &arguments.effects)?;
     write(ui, &answer, arguments)?;
     if let Some(file) = &arguments.report {
@@ -33,10 +33,10 @@ pub fn answer(
     hold_back: &[u32],
     effects: &[&Effect],
 ) -> Result<Diagnosis, Failure> {
+    let bundle_sha256 = source.hash()?;
     hold_trials_back(&mut source.bundle, hold_back)?;
     let plant = source.plant()?;
     let bundle = &source.bundle;
-    let path = &bundle.path;
     let given = effects.iter().map(|effect| index(plant.as_ref(), effect));
     let given = given.collect::<Result<Vec<usize>, Failure>>()?;
     ui.say(format_args!("compared: {}", plant.compared()));
@@ -54,8 +54,11 @@ pub fn answer(
     };
     drop(progress);
     answer.remarks.extend(bundle.warnings.iter().map(|warning| warning.to_string()));
-    let mut command = format!("cathforce gap diagnose {}", path.display());
+    let mut command = "cathforce gap diagnose".to_owned();
     // Writing to a string does not fail.
+    for path in &source.paths {
+        let _ = write!(command, " {}", path.display());
+    }
     for trial in hold_back {
         let _ = write!(command, " --hold-back {trial}");
     }
@@ -65,8 +68,7 @@ pub fn answer(
     answer.reproduce = Reproduce {
         command,
         version: env!("CARGO_PKG_VERSION").to_owned(),
-        bundle_sha256: super::hash::of_bundle(path)
-            .map_err(|e| Failure::input(format!("cannot read {}: {e}", path.display())))?,
+        bundle_sha256,
         held_back: hold_back.to_vec(),
     };
     Ok(answer)
@@ -156,6 +158,9 @@ fn text(answer: &Diagnosis) -> String {
     }
     if let Some(f) = answer.gap.force_rms_n {
         line(format!("  floor: {:.4} N RMS", f.floor));
+    }
+    if let Some(band) = &answer.band {
+        line(format!("  nine of ten forces within: {}", super::coverage::text(&band.coverage)));
     }
     for place in answer.places.iter().take(5) {
         line(format!(

@@ -3,12 +3,15 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use cathforce_config::{BAND_ROWS, Band, BandRow};
 use cathforce_effects::{Channel, Effect, Plant};
 use cathforce_gap::report::{Diagnosis, FORMAT, Verdict};
 use cathforce_rig::Bundle;
 use serde::Deserialize;
 
+use super::source::Source;
 use crate::failure::{Code, Failure};
+use crate::settings::band::count;
 
 /// What of a diagnosis is needed to act on it.
 #[derive(Debug, Deserialize)]
@@ -21,6 +24,8 @@ pub struct Explanation {
     pub confusable: Vec<Vec<String>>,
     #[serde(default)]
     pub gap: Promised,
+    #[serde(default)]
+    band: Option<cathforce_gap::Band>,
     reproduce: Origin,
 }
 
@@ -110,17 +115,15 @@ impl Explanation {
     }
 
     /// Whether it was made from exactly these files.
-    pub fn is_of(&self, bundle: &Bundle) -> Result<bool, Failure> {
-        let path = &bundle.path;
-        let hash = super::hash::of_bundle(path)
-            .map_err(|e| Failure::input(format!("cannot read {}: {e}", path.display())))?;
-        Ok(hash == self.reproduce.bundle_sha256)
+    pub fn is_of(&self, hash: &str) -> bool {
+        hash == self.reproduce.bundle_sha256
     }
 
     /// Refuses a diagnosis of other files.
-    pub fn check_bundle(&self, bundle: &Bundle) -> Result<(), Failure> {
+    pub fn check_source(&self, source: &Source) -> Result<(), Failure> {
+        let bundle = &source.bundle;
         self.check_rig(bundle)?;
-        if self.is_of(bundle)? {
+        if self.is_of(&source.hash()?) {
             return Ok(());
         }
         Err(Failure::input(format!(
@@ -134,6 +137,30 @@ impl Explanation {
     /// Whether the diagnosis was made without this trial of its bundle.
     pub fn held_back(&self, trial: u32) -> bool {
         self.reproduce.held_back.contains(&trial)
+    }
+
+    /// How far the forces may be off, as a device takes it; `None` where the diagnosis does not say.
+    pub fn band(&self) -> Result<Option<Band>, Failure> {
+        let Some(band) = &self.band else { return Ok(None) };
+        let wrong = || Failure::input(format!("the diagnosis' band has not {BAND_ROWS} rows"));
+        let rows = |rows: &[cathforce_gap::Row]| -> Result<[BandRow; BAND_ROWS], Failure> {
+            let counts: Vec<BandRow> =
+                rows.iter().map(|row| row.map(|n| count(n.unwrap_or(f64::NAN)))).collect();
+            counts.try_into().map_err(|_| wrong())
+        };
+        let (feed, withdrawal) = (rows(&band.feed)?, rows(&band.withdrawal)?);
+        let (from_m, step_m) = (band.from_m as f32, band.step_m as f32);
+        Ok(Some(Band { from_m, step_m, feed, withdrawal }))
+    }
+
+    /// What the diagnosis counted of its band, on samples whose trial was held out.
+    pub fn coverage(&self) -> Option<cathforce_gap::Coverage> {
+        self.band.as_ref().map(|band| band.coverage)
+    }
+
+    /// Whether it names no effect, so that its band is that of the rig as rig.toml states it.
+    pub fn is_nominal(&self) -> bool {
+        matches!(self.verdict, Verdict::NoGap | Verdict::Unknown)
     }
 
     /// Every fitted parameter as a setting; refuses what no device can be told.
@@ -172,13 +199,14 @@ impl Explanation {
             Verdict::Named | Verdict::Partial => return Ok(()),
             Verdict::NoGap => {
                 "the verdict is `no_gap`: the model as rig.toml states it already explains the \
-                 data to the floor, so nothing is switched on"
+                 data to the floor, so nothing is switched on\n  fix: `--band-only` still tells the \
+                 device how far its forces may be off"
             }
             Verdict::Unknown => {
                 "the verdict is `unknown`: no effect explains half of the gap, or the data carry \
                  no verdict, so nothing is switched on\n  fix: see the diagnosis' remarks and \
                  where the gap lies, record what they ask for; `--effect ID` fits an effect that \
-                 you know to be there"
+                 you know to be there, `--band-only` tells the device how far its forces may be off"
             }
         };
         Err(Failure::new(Code::Failed, message))

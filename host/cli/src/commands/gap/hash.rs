@@ -28,6 +28,17 @@ pub fn of_bundle(bundle: &Path) -> std::io::Result<String> {
     Ok(hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect())
 }
 
+/// The same of several, in any order; of one it is its own.
+pub fn of_all(paths: &[PathBuf]) -> std::io::Result<String> {
+    let mut hashes = paths.iter().map(|path| of_bundle(path)).collect::<Result<Vec<_>, _>>()?;
+    if hashes.len() == 1 {
+        return Ok(hashes.remove(0));
+    }
+    hashes.sort();
+    let hash = Sha256::digest(hashes.concat());
+    Ok(hash.iter().map(|byte| format!("{byte:02x}")).collect())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -44,6 +55,9 @@ mod tests {
         assert_eq!(first.len(), 64);
         write("notes.txt", "not read");
         assert_eq!(of_bundle(folder.path()).unwrap(), first);
+        let path = folder.path().to_path_buf();
+        assert_eq!(of_all(std::slice::from_ref(&path)).unwrap(), first);
+        assert_ne!(of_all(&[path.clone(), path]).unwrap(), first);
         write("trials/000.csv", "t_m");
         assert_ne!(of_bundle(folder.path()).unwrap(), first);
     }

@@ -2,6 +2,7 @@
 
 mod apply;
 mod challenge;
+mod coverage;
 mod diagnose;
 mod effects;
 mod explanation;
@@ -20,6 +21,7 @@ pub fn run(ui: &Ui, arguments: &GapArguments) -> Result<(), Failure> {
         GapAction::Diagnose(arguments) => diagnose::run(ui, arguments),
         GapAction::Apply(arguments) => apply::run(ui, arguments),
         GapAction::Verify(arguments) => verify::run(ui, arguments),
+        GapAction::Coverage(arguments) => coverage::run(ui, arguments),
         GapAction::Isolability(arguments) => isolability::run(ui, arguments),
         GapAction::Protocol(arguments) => protocol::run(ui, arguments),
         GapAction::Effects => effects::list(ui),

@@ -1,9 +1,10 @@
-//! What is diagnosed: a trial bundle, or the recording of a run.
+//! What is diagnosed: a trial bundle, or the recordings of runs of one rig, each a trial.
 //!
 //! A recording holds the rig, one trial, and the image of the device that played it, whose lumen
 //! is the vessel.
 
-use std::path::Path;
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
 
 use cathforce_config::image::{decode, decode_head, encode, encoded_len};
 use cathforce_config::{ImageHead, Settings};
@@ -17,13 +18,17 @@ use cathforce_rig::bundle::{
 };
 use cathforce_rig::{Bundle, ImageOptions};
 
-use crate::failure::Failure;
+use sha2::{Digest, Sha256};
+
+use crate::failure::{Code, Failure};
 use crate::ui::Ui;
 
 /// A rig with trials.
 pub struct Source {
     /// Of a recording without the vessel.
     pub bundle: Bundle,
+    /// Where it comes from.
+    pub paths: Vec<PathBuf>,
     /// Of a recording.
     image: Option<Vec<u8>>,
 }
@@ -33,14 +38,60 @@ impl Source {
     pub fn open(ui: &Ui, path: &Path) -> Result<Self, Failure> {
         if !path.is_file() {
             let bundle = super::super::open_bundle(ui, path)?;
-            return Ok(Self { bundle, image: None });
+            return Ok(Self { bundle, paths: vec![path.to_path_buf()], image: None });
         }
         let recording = super::super::open_recording(ui, path)?;
         let bundle = Bundle::without_vessel(path, &recording.rig_toml, vec![trial(&recording)])?;
         for warning in &bundle.warnings {
             ui.warn(warning);
         }
-        Ok(Self { bundle, image: Some(recording.image) })
+        let paths = vec![path.to_path_buf()];
+        Ok(Self { bundle, paths, image: Some(recording.image) })
+    }
+
+    /// One bundle, or several recordings of one rig.
+    pub fn open_all(ui: &Ui, paths: &[PathBuf]) -> Result<Self, Failure> {
+        let (first, others) = match paths {
+            [] => return Err(Failure::new(Code::Usage, "give a bundle or recordings")),
+            [only] => return Self::open(ui, only),
+            [first, others @ ..] => (first, others),
+        };
+        if let Some(folder) = paths.iter().find(|path| !path.is_file()) {
+            let message = format!(
+                "{} is no recording: several trials together are recordings (MCAP), or one bundle \
+                 that holds them all\n  fix: give recordings only, or diagnose the bundle on its own",
+                folder.display()
+            );
+            return Err(Failure::new(Code::Usage, message));
+        }
+        let read = |path: &PathBuf| super::super::open_recording(ui, path);
+        let head = read(first)?;
+        let mut trials = vec![trial(&head)];
+        for path in others {
+            let recording = read(path)?;
+            same_rig(ui, (first, &head), (path, &recording))?;
+            trials.push(trial(&recording));
+        }
+        // A trial that was played twice is two.
+        let numbers: BTreeSet<u32> = trials.iter().map(|trial| trial.number).collect();
+        if numbers.len() < trials.len() {
+            for (number, (path, trial)) in paths.iter().zip(&mut trials).enumerate() {
+                trial.number = number as u32;
+                ui.say(format_args!("trial {number:03}: {}", path.display()));
+            }
+        }
+        trials.sort_by_key(|trial| trial.number);
+        let bundle = Bundle::without_vessel(first, &head.rig_toml, trials)?;
+        for warning in &bundle.warnings {
+            ui.warn(warning);
+        }
+        Ok(Self { bundle, paths: paths.to_vec(), image: Some(head.image) })
+    }
+
+    /// Hash over everything that an answer depends on.
+    pub fn hash(&self) -> Result<String, Failure> {
+        let unread = |e| refuse(&self.bundle, &format_args!("cannot read it: {e}"));
+        super::hash::of_all(&self.paths).map_err(unread)
     }
 
     pub fn plant(&self) -> Result<Box<dyn Plant>, Failure> {
@@ -76,6 +127,7 @@ impl Source {
                 head.description.set_parameter(info.key, value).map_err(|e| failed(&e))?;
             }
         }
+        head.band = options.band;
         // What is not set anew stays as it was recorded.
         if options.settings != Settings::default() {
             head.settings = options.settings;
@@ -93,6 +145,50 @@ pub fn catheter(bundle: &Bundle) -> Result<Catheter, Failure> {
 
 fn refuse(bundle: &Bundle, error: &dyn std::fmt::Display) -> Failure {
     Failure::input(format!("{}: {error}", bundle.path.display()))
+}
+
+/// Refuses a recording of another rig; says where only the device was set otherwise.
+fn same_rig(
+    ui: &Ui,
+    (first, own): (&Path, &Recording),
+    (path, other): (&Path, &Recording),
+) -> Result<(), Failure> {
+    let hash = |bytes: &[u8]| format!("{:.16}", format!("{:x}", Sha256::digest(bytes)));
+    let differ = |what: &str, a: &[u8], b: &[u8]| {
+        Failure::input(format!(
+            "{} and {} differ in their {what} (SHA-256 {}… and {}…): they are trials of two rigs\n  \
+             fix: diagnose them apart",
+            first.display(),
+            path.display(),
+            hash(a),
+            hash(b)
+        ))
+    };
+    if own.rig_toml != other.rig_toml {
+        return Err(differ("rig.toml", own.rig_toml.as_bytes(), other.rig_toml.as_bytes()));
+    }
+    let parts = |path: &Path, recording: &Recording| {
+        let (head, lumen) = split(&recording.image)
+            .map_err(|e| Failure::input(format!("{}: {e}", path.display())))?;
+        Ok::<_, Failure>((head, lumen.to_vec()))
+    };
+    let ((a, a_lumen), (b, b_lumen)) = (parts(first, own)?, parts(path, other)?);
+    if (a.lumen, &a_lumen) != (b.lumen, &b_lumen) {
+        return Err(differ("lumen", &a_lumen, &b_lumen));
+    }
+    let keys = parameters()
+        .filter(|info| a.description.parameter(info.key) != b.description.parameter(info.key));
+    let keys: Vec<&str> = keys.map(|info| info.key).collect();
+    if !keys.is_empty() {
+        ui.warn(format_args!(
+            "{} and {}: the device was configured differently ({}); what was measured is compared \
+             with what rig.toml states, so this changes nothing",
+            first.display(),
+            path.display(),
+            keys.join(", ")
+        ));
+    }
+    Ok(())
 }
 
 /// Head and lumen of an image; the lumen stands at its end.

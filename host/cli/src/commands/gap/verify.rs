@@ -66,7 +66,7 @@ pub fn run(ui: &Ui, arguments: &VerifyArguments) -> Result<(), Failure> {
         super::super::check_writable(out)?;
     }
     let catheter = super::source::catheter(&bundle)?;
-    let nominal = ImageOptions { parameters: Vec::new(), ..options.clone() };
+    let nominal = ImageOptions { parameters: Vec::new(), band: None, ..options.clone() };
     let (before, _) = super::super::image_with(ui, &bundle, &nominal)?;
     let (after, _) = super::super::image_with(ui, &bundle, &options)?;
 
@@ -116,6 +116,7 @@ fn options(
     if let (true, Some(explanation)) = (options.parameters.is_empty(), explanation) {
         let fitted = explanation.fitted()?;
         options.parameters = fitted.iter().map(|own| (own.key.to_owned(), own.value)).collect();
+        options.band = explanation.band()?;
     }
     if options.parameters.is_empty() {
         let message = "no effect is switched on, so there is nothing to verify: give --settings \
@@ -131,7 +132,12 @@ fn choose<'a>(
     arguments: &VerifyArguments,
     explanation: Option<&Explanation>,
 ) -> Result<(u32, &'a cathforce_rig::Trial, Option<bool>), Failure> {
-    let same = explanation.map(|own| own.is_of(bundle)).transpose()?;
+    let hash = || {
+        let path = std::slice::from_ref(&bundle.path);
+        super::hash::of_all(path)
+            .map_err(|e| Failure::input(format!("cannot read {}: {e}", bundle.path.display())))
+    };
+    let same = explanation.map(|own| Ok::<_, Failure>(own.is_of(&hash()?))).transpose()?;
     let fresh = |number: u32| {
         let explanation = explanation?;
         Some(!same? || explanation.held_back(number))
@@ -207,6 +213,10 @@ impl Verified {
             }
         }
         let mut rows = Vec::new();
+        if let Some(coverage) = &a.coverage {
+            let text = super::coverage::text(coverage);
+            rows.push(("within the band".to_owned(), text));
+        }
         rows.push((
             "gap closed".to_owned(),
             match a.shrink {

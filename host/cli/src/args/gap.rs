@@ -1,0 +1,243 @@
+//! Arguments of the commands about the gap between model and measurement.
+
+use std::path::PathBuf;
+
+use cathforce_effects::Effect;
+use clap::{Args, Subcommand};
+
+use super::{Changes, positive, positive_seconds};
+
+#[derive(Debug, Args)]
+pub struct GapArguments {
+    #[command(subcommand)]
+    pub action: GapAction,
+}
+
+#[derive(Debug, Subcommand)]
+pub enum GapAction {
+    /// Say where the gap lies, which effect causes it and how far it shrinks.
+    Diagnose(DiagnoseArguments),
+    /// Switch diagnosed effects on: in a settings file, on a device, or both.
+    Apply(ApplyArguments),
+    /// Play a fresh trial on the device with its settings, and say what is left of the gap there.
+    Verify(VerifyArguments),
+    /// Say how many of the forces that were held out lie within the band that is stated for them.
+    Coverage(CoverageArguments),
+    /// Say which effects trials can tell apart, and how large each must be to be seen.
+    Isolability(IsolabilityArguments),
+    /// Print the motion that a recording should hold, or play it.
+    Protocol(ProtocolArguments),
+    /// List the effects that can be switched on and diagnosed.
+    Effects,
+    /// Check the diagnosis blind: on realities whose effect is sealed until every case is answered.
+    Challenge(ChallengeArguments),
+}
+
+#[derive(Debug, Args)]
+pub struct ChallengeArguments {
+    #[command(subcommand)]
+    pub action: ChallengeAction,
+}
+
+#[derive(Debug, Subcommand)]
+pub enum ChallengeAction {
+    /// Draw cases from a seed and play them on another solver than the device's model.
+    Make(ChallengeMakeArguments),
+    /// Write the SHA-256 of every label, before anything is diagnosed.
+    Seal(ChallengeFolder),
+    /// Diagnose every sealed case that has no answer yet, one a core; goes on where it was stopped.
+    Run(ChallengeRunArguments),
+    /// Check the labels against their seals and show them beside the answers.
+    Reveal(ChallengeFolder),
+    /// The figures of blind checks, as tables of Markdown.
+    Score(ChallengeFolders),
+}
+
+#[derive(Debug, Args)]
+pub struct ChallengeFolder {
+    /// Folder of the challenge.
+    pub folder: PathBuf,
+}
+
+#[derive(Debug, Args)]
+pub struct ChallengeFolders {
+    /// Folders of challenges, each scored on its own.
+    #[arg(required = true)]
+    pub folders: Vec<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+pub struct ChallengeMakeArguments {
+    /// Folder to make; must not be there yet.
+    pub folder: PathBuf,
+    /// Cases: a tenth without an effect, a quarter with one that the library does not have, a
+    /// quarter with two.
+    #[arg(long, default_value_t = 40)]
+    pub cases: usize,
+    /// The same seed gives the same cases.
+    #[arg(long)]
+    pub seed: u64,
+}
+
+#[derive(Debug, Args)]
+pub struct ChallengeRunArguments {
+    /// Folder of the challenge.
+    pub folder: PathBuf,
+    /// Stop after so many cases; another run goes on.
+    #[arg(long)]
+    pub most: Option<usize>,
+}
+
+#[derive(Debug, Args)]
+pub struct ApplyArguments {
+    /// Trial bundle that was diagnosed, or recordings of runs of one rig.
+    #[arg(required = true, value_name = "BUNDLE|FILE.mcap")]
+    pub bundle: Vec<PathBuf>,
+    #[command(flatten)]
+    pub source: ApplySource,
+    /// Where the verdict names no effect: tell the device only how far its forces may be off.
+    #[arg(long)]
+    pub band_only: bool,
+    /// Settings file to change; it is made if it is not there.
+    #[arg(long, value_name = "FILE.toml")]
+    pub settings: Option<PathBuf>,
+    /// Configure this device with the result, and ask it what it uses.
+    #[arg(long)]
+    pub link: Option<String>,
+    /// Show what would change, and change nothing.
+    #[arg(long)]
+    pub dry_run: bool,
+}
+
+/// Where effects and their sizes come from.
+#[derive(Debug, Args)]
+#[group(required = true, multiple = false)]
+pub struct ApplySource {
+    /// Answer of `cathforce gap diagnose BUNDLE --json FILE`.
+    #[arg(long, value_name = "FILE.json")]
+    pub diagnosis: Option<PathBuf>,
+    /// Fit this effect to the bundle instead, and no other; may be given more than once.
+    #[arg(long = "effect", value_name = "ID", value_parser = effect)]
+    pub effects: Vec<&'static Effect>,
+}
+
+#[derive(Debug, Args)]
+pub struct VerifyArguments {
+    /// Trial bundle: the one that was diagnosed, or a fresh one of the same rig.
+    pub bundle: PathBuf,
+    /// Where the device is, as for `cathforce run`.
+    #[arg(long, default_value = "qemu")]
+    pub link: String,
+    /// Trial to play; one that the diagnosis has not seen, if there is one.
+    #[arg(long)]
+    pub trial: Option<u32>,
+    /// Answer of the diagnosis: what it promised, and which trials it has seen.
+    #[arg(long, value_name = "FILE.json")]
+    pub diagnosis: Option<PathBuf>,
+    #[command(flatten)]
+    pub changes: Changes,
+    /// Play only so many seconds of the trial.
+    #[arg(long, value_name = "SECONDS", value_parser = positive_seconds)]
+    pub duration: Option<f64>,
+    /// Record the run with the settings into this MCAP file.
+    #[arg(long, value_name = "FILE.mcap")]
+    pub out: Option<PathBuf>,
+    /// Fail with exit code 6 when the force error that is left exceeds this, e.g. `rms_N=0.02`.
+    #[arg(long, value_name = "rms_N=X", value_parser = rms_limit)]
+    pub fail_above: Option<f64>,
+}
+
+#[derive(Debug, Args)]
+pub struct CoverageArguments {
+    /// Trial bundles: each is diagnosed.
+    #[arg(required = true)]
+    pub bundles: Vec<PathBuf>,
+    /// Keep this trial from the diagnosis, and count on it alone; may be given more than once.
+    /// Without it, every trial is held out in turn.
+    #[arg(long, value_name = "TRIAL")]
+    pub hold_back: Vec<u32>,
+}
+
+/// Between which insertions a protocol goes.
+#[derive(Debug, Args)]
+pub struct Way {
+    /// Insertion at which the tip is free; where the bundle's trials begin if not given.
+    #[arg(long, value_name = "METRES")]
+    pub from_m: Option<f64>,
+    /// Insertion at which the tip touches; the deepest of the bundle's trials if not given.
+    #[arg(long, value_name = "METRES")]
+    pub to_m: Option<f64>,
+}
+
+#[derive(Debug, Args)]
+pub struct IsolabilityArguments {
+    /// Trial bundle, one without trials (its rig and vessel), or recording of a run.
+    pub bundle: PathBuf,
+    /// Take the motion of `cathforce gap protocol`, not that of the bundle's trials.
+    #[arg(long)]
+    pub protocol: bool,
+    #[command(flatten)]
+    pub way: Way,
+}
+
+#[derive(Debug, Args)]
+pub struct ProtocolArguments {
+    /// Trial bundle, or one without trials: its rig and vessel.
+    pub bundle: PathBuf,
+    #[command(flatten)]
+    pub way: Way,
+    /// Rows a second.
+    #[arg(long, value_name = "HZ", default_value_t = 250.0, value_parser = rate)]
+    pub rate: f64,
+    /// Write the rows into this file, not to stdout.
+    #[arg(long, value_name = "FILE.csv")]
+    pub csv: Option<PathBuf>,
+    /// Play it on this device, as `cathforce run` plays a trial.
+    #[arg(long)]
+    pub link: Option<String>,
+    /// Record that into this MCAP file.
+    #[arg(long, value_name = "FILE.mcap", requires = "link")]
+    pub out: Option<PathBuf>,
+    #[command(flatten)]
+    pub changes: Changes,
+}
+
+fn rate(text: &str) -> Result<f64, String> {
+    let wanted = "a rate from 1 to 1000 Hz";
+    positive(text, wanted).and_then(|hz| {
+        if (1.0..=1000.0).contains(&hz) { Ok(hz) } else { Err(format!("give {wanted}")) }
+    })
+}
+
+#[derive(Debug, Args)]
+pub struct DiagnoseArguments {
+    /// Trial bundle, or recordings of runs of one rig (MCAP), each a trial.
+    #[arg(required = true, value_name = "BUNDLE|FILE.mcap")]
+    pub bundle: Vec<PathBuf>,
+    /// Write the answer as JSON into this file, or to stdout (`-`).
+    // The same id as the flag of all commands, which it stands in for.
+    #[arg(long, id = "json", value_name = "FILE|-", num_args = 0..=1, default_missing_value = "-")]
+    pub json: Option<String>,
+    /// Make a web page of the answer, one file that needs nothing else.
+    #[arg(long, value_name = "FILE.html")]
+    pub report: Option<PathBuf>,
+    /// Fail with exit code 6 when the force error that is left exceeds this, e.g. `rms_N=0.02`.
+    #[arg(long, value_name = "rms_N=X", value_parser = rms_limit)]
+    pub fail_above: Option<f64>,
+    /// Leave this trial out, for `cathforce gap verify` to be fresh; may be given more than once.
+    #[arg(long, value_name = "TRIAL")]
+    pub hold_back: Vec<u32>,
+    /// Fit this effect and no other; may be given more than once.
+    #[arg(long = "effect", value_name = "ID", value_parser = effect)]
+    pub effects: Vec<&'static Effect>,
+}
+
+fn effect(id: &str) -> Result<&'static Effect, String> {
+    Effect::find(id)
+        .ok_or_else(|| "there is no effect of that name, `cathforce gap effects` lists them".into())
+}
+
+fn rms_limit(text: &str) -> Result<f64, String> {
+    let value = text.strip_prefix("rms_N=").ok_or("write rms_N=X")?;
+    positive(value, "a force in newtons above 0")
+}

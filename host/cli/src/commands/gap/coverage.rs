@@ -1,0 +1,115 @@
+//! `cathforce gap coverage`: how many of the forces that were held out lie within the band that is
+//! stated for them.
+
+use cathforce_gap::report::Verdict;
+use cathforce_gap::{Coverage, Covered, covered};
+use serde::Serialize;
+
+use super::source::Source;
+use crate::args::CoverageArguments;
+use crate::failure::{Code, Failure};
+use crate::ui::Ui;
+
+/// Channels of a band, in its order.
+pub const CHANNELS: [&str; 4] = ["fx", "fy", "fz", "drive"];
+
+/// One bundle, or all of them.
+#[derive(Serialize)]
+struct Row {
+    rig: String,
+    verdict: Option<Verdict>,
+    channels: Vec<Shares>,
+}
+
+#[derive(Serialize)]
+struct Shares {
+    channel: &'static str,
+    /// Of the samples with a band, those within it and the noise of the sensor.
+    within: Option<f64>,
+    #[serde(rename = "half_width_rms_N")]
+    half_width_rms_n: Option<f64>,
+    samples: usize,
+    /// Samples for which no band is stated.
+    unknown: usize,
+}
+
+pub fn run(ui: &Ui, arguments: &CoverageArguments) -> Result<(), Failure> {
+    let (mut rows, mut all) = (Vec::new(), Coverage::default());
+    for path in &arguments.bundles {
+        let hold_back = &arguments.hold_back;
+        let source = Source::open(ui, path)?;
+        let name = source.bundle.rig.name.clone();
+        let answer = super::diagnose::answer(ui, source, hold_back, &[])?;
+        let Some(band) = &answer.band else {
+            ui.warn(format_args!("{}: no band: {}", path.display(), answer.remarks.join("; ")));
+            continue;
+        };
+        let coverage = if hold_back.is_empty() {
+            band.coverage
+        } else {
+            let plant = Source::open(ui, path)?.plant()?;
+            let trials = plant.trials().iter().enumerate();
+            let mut sum = Coverage::default();
+            for (trial, _) in trials.filter(|(_, own)| hold_back.contains(&own.number)) {
+                let own = covered(plant.as_ref(), trial, &answer).ok_or_else(|| {
+                    let message = format!("{}: a simulation broke down", path.display());
+                    Failure::new(Code::Failed, message)
+                })?;
+                sum.add(&own);
+            }
+            sum
+        };
+        all.add(&coverage);
+        rows.push(Row::of(name, Some(answer.verdict), &coverage));
+        ui.say(format_args!("{}: {}", path.display(), text(&coverage)));
+    }
+    rows.push(Row::of("all".to_owned(), None, &all));
+    let lines: String = rows.iter().map(Row::text).collect();
+    ui.data(&rows, format!("{}{lines}", Row::head()))
+}
+
+/// Shares and half widths in a line.
+pub fn text(coverage: &Coverage) -> String {
+    let own = CHANNELS.iter().zip(&coverage.channels).filter_map(|(name, own)| {
+        let (share, width) = own.share().zip(own.half_width_n())?;
+        Some(format!("{name} {:.0} % (±{:.1} mN)", 100.0 * share, 1e3 * width))
+    });
+    own.collect::<Vec<_>>().join(", ")
+}
+
+impl Row {
+    fn of(rig: String, verdict: Option<Verdict>, coverage: &Coverage) -> Self {
+        let own = |(channel, own): (&&'static str, &Covered)| Shares {
+            channel,
+            within: own.share(),
+            half_width_rms_n: own.half_width_n(),
+            samples: own.stated + own.unknown,
+            unknown: own.unknown,
+        };
+        Self { rig, verdict, channels: CHANNELS.iter().zip(&coverage.channels).map(own).collect() }
+    }
+
+    /// As a table of Markdown.
+    fn head() -> String {
+        let names = CHANNELS.map(|name| format!(" {name} |")).concat();
+        format!(
+            "| bundle | verdict |{names} no band |\n| --- | --- |{} --- |\n",
+            " --- |".repeat(4)
+        )
+    }
+
+    fn text(&self) -> String {
+        let verdict = self.verdict.map_or("–".to_owned(), |verdict| format!("{verdict:?}"));
+        let cell = |own: &Shares| match own.within.zip(own.half_width_rms_n) {
+            Some((share, width)) => format!(" {:.1} % (±{:.1} mN) |", 100.0 * share, 1e3 * width),
+            None => " – |".to_owned(),
+        };
+        let cells: String = self.channels.iter().map(cell).collect();
+        let (unknown, samples) = self
+            .channels
+            .iter()
+            .fold((0, 0), |(unknown, samples), own| (unknown + own.unknown, samples + own.samples));
+        let none = 100.0 * unknown as f64 / samples.max(1) as f64;
+        format!("| {} | {verdict} |{cells} {none:.1} % |\n", self.rig)
+    }
+}

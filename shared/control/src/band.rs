@@ -1,0 +1,195 @@
+//! How far the estimated forces may be from the true ones.
+//!
+//! A diagnosis has measured it and tabulates it over insertion and direction of motion
+//! (docs/gap.md, "How far the forces may be off"); a tick only looks it up. Nothing else in a tick
+//! depends on it.
+
+use serde::{Deserialize, Serialize};
+
+use crate::words::{Word, Words};
+
+/// Insertions at which a band is stated.
+pub const BAND_ROWS: usize = 24;
+/// A half width that nobody knows.
+pub const BAND_UNKNOWN: u16 = u16::MAX;
+/// The half width that one count of a table stands for \[N\].
+pub const BAND_UNIT_N: f32 = 1e-4;
+
+/// Ticks after one that the model did not resolve (a snap) for which no band is stated: it was
+/// measured outside of them.
+const SNAP_TICKS: u8 = 100;
+/// Feed that is a change of direction: encoders tremble by less \[m\].
+const TURN_M: f32 = 1e-4;
+
+/// Half widths at one insertion, in counts of [`BAND_UNIT_N`]: force on the vessel x, y, z, force
+/// behind the guide. [`BAND_UNKNOWN`]: not known there.
+pub type BandRow = [u16; 4];
+
+/// Half widths of the band in which nine of ten true forces lie.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Band {
+    /// Insertion of the first row, and between two \[m\].
+    pub from_m: f32,
+    pub step_m: f32,
+    /// While the instrument was last fed, and while it was last withdrawn.
+    pub feed: [BandRow; BAND_ROWS],
+    pub withdrawal: [BandRow; BAND_ROWS],
+}
+
+/// Half widths in one tick; `None` where nobody knows.
+#[derive(Clone, Copy, Debug, PartialEq, Default)]
+pub struct HalfWidths {
+    /// Of the force on the vessel, x, y, z \[N\].
+    pub force_n: Option<[f32; 3]>,
+    /// Of the force behind the guide \[N\].
+    pub drive_force_n: Option<f32>,
+}
+
+impl Band {
+    /// The first number that is not one of a table, by name.
+    pub fn validate(&self) -> Result<(), &'static str> {
+        let Self { from_m, step_m, .. } = *self;
+        match () {
+            () if !(0.0..=2.0).contains(&from_m) => Err("from_m"),
+            () if !(1e-4..=0.1).contains(&step_m) => Err("step_m"),
+            () => Ok(()),
+        }
+    }
+
+    /// Between two rows; nothing is known outside of them.
+    fn at(&self, insertion_m: f32, withdrawn: bool) -> Option<HalfWidths> {
+        let rows = if withdrawn { &self.withdrawal } else { &self.feed };
+        let place = (insertion_m - self.from_m) / self.step_m;
+        // What is not a number is outside, too.
+        if !(place >= 0.0 && place <= (BAND_ROWS - 1) as f32) {
+            return None;
+        }
+        let row = place as usize;
+        let low = rows.get(row)?;
+        let high = rows.get(row + 1).unwrap_or(low);
+        let share = place - row as f32;
+        let between = |low: u16, high: u16| {
+            let known = low != BAND_UNKNOWN && high != BAND_UNKNOWN;
+            let (low, high) = (f32::from(low), f32::from(high));
+            known.then_some((low + share * (high - low)) * BAND_UNIT_N)
+        };
+        let ([x, y, z, drive], [to_x, to_y, to_z, to_drive]) = (*low, *high);
+        let force_n = match [between(x, to_x), between(y, to_y), between(z, to_z)] {
+            [Some(x), Some(y), Some(z)] => Some([x, y, z]),
+            _ => None,
+        };
+        Some(HalfWidths { force_n, drive_force_n: between(drive, to_drive) })
+    }
+}
+
+/// Memory of how the instrument got where it is.
+#[derive(Clone, Debug)]
+pub(crate) struct Way {
+    /// The farthest that it got in its direction \[m\].
+    farthest_m: f32,
+    withdrawn: bool,
+    since_snap_ticks: u8,
+}
+
+impl Way {
+    pub fn new() -> Self {
+        Self { farthest_m: 0.0, withdrawn: false, since_snap_ticks: 0 }
+    }
+
+    /// The band of a tick whose forces are the model's. `unresolved`: they are not to be trusted.
+    pub fn follow(
+        &mut self,
+        band: Option<&Band>,
+        insertion_m: f32,
+        unresolved: bool,
+    ) -> HalfWidths {
+        let ahead_m = if self.withdrawn {
+            self.farthest_m - insertion_m
+        } else {
+            insertion_m - self.farthest_m
+        };
+        if ahead_m < -TURN_M {
+            self.withdrawn = !self.withdrawn;
+        }
+        if ahead_m > 0.0 || ahead_m < -TURN_M {
+            self.farthest_m = insertion_m;
+        }
+        self.since_snap_ticks =
+            if unresolved { 0 } else { self.since_snap_ticks.saturating_add(1).min(SNAP_TICKS) };
+        let resolved = self.since_snap_ticks >= SNAP_TICKS;
+        let band = band.filter(|_| resolved);
+        band.and_then(|band| band.at(insertion_m, self.withdrawn)).unwrap_or_default()
+    }
+}
+
+impl Words for Way {
+    fn words(&mut self, visit: &mut dyn FnMut(Word<'_>)) {
+        visit(Word::F32(&mut self.farthest_m));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn band() -> Band {
+        let mut feed = [[BAND_UNKNOWN; 4]; BAND_ROWS];
+        for (row, widths) in feed.iter_mut().enumerate().take(10) {
+            *widths = [100 * row as u16, 10, 20, 30];
+        }
+        Band { from_m: 0.02, step_m: 0.01, feed, withdrawal: [[500; 4]; BAND_ROWS] }
+    }
+
+    /// The band after ticks at these insertions, each held until no snap is near.
+    fn after(insertions_m: &[f32]) -> HalfWidths {
+        let (mut way, mut last) = (Way::new(), HalfWidths::default());
+        for &at in insertions_m {
+            for _ in 0..SNAP_TICKS {
+                last = way.follow(Some(&band()), at, false);
+            }
+        }
+        last
+    }
+
+    #[test]
+    fn a_band_is_interpolated_and_unknown_outside_its_rows() {
+        let x_n = |insertions_m: &[f32]| after(insertions_m).force_n.map(|[x, ..]| x);
+        let near = |found: Option<f32>, wanted_n: f32| {
+            found.is_some_and(|found| (found - wanted_n).abs() < 1e-6)
+        };
+        assert!(near(x_n(&[0.02]), 0.0) && near(x_n(&[0.045]), 0.025), "{:?}", x_n(&[0.045]));
+        assert_eq!(x_n(&[0.019]), None, "before the first row");
+        assert_eq!(x_n(&[0.113]), None, "next to a row that is not known");
+        assert_eq!(x_n(&[0.26]), None, "behind the last row");
+        assert_eq!(x_n(&[f32::NAN]), None);
+        assert!(near(after(&[0.045]).drive_force_n, 3e-3));
+    }
+
+    #[test]
+    fn a_withdrawal_has_rows_of_its_own_and_trembling_is_none() {
+        let withdrawn = |insertions_m: &[f32]| {
+            let [x, ..] = after(insertions_m).force_n.expect("known there");
+            (x - 0.05).abs() < 1e-6
+        };
+        assert!(withdrawn(&[0.05, 0.0495]));
+        assert!(!withdrawn(&[0.05, 0.049_95]), "less than a turn");
+        assert!(!withdrawn(&[0.05, 0.0495, 0.0499]), "fed again");
+    }
+
+    #[test]
+    fn there_is_no_band_in_a_snap_and_shortly_after_it() {
+        let mut way = Way::new();
+        let mut follow = |unresolved| way.follow(Some(&band()), 0.05, unresolved);
+        assert_eq!(follow(true), HalfWidths::default());
+        let stated = (0..SNAP_TICKS).filter(|_| follow(false).force_n.is_some()).count();
+        assert_eq!(stated, 1, "in the last of them");
+        assert_eq!(follow(true), HalfWidths::default());
+    }
+
+    #[test]
+    fn a_table_that_is_none_is_refused() {
+        assert_eq!(band().validate(), Ok(()));
+        assert_eq!(Band { from_m: -1.0, ..band() }.validate(), Err("from_m"));
+        assert_eq!(Band { step_m: f32::NAN, ..band() }.validate(), Err("step_m"));
+    }
+}
