@@ -111,6 +111,7 @@ fn what_was_diagnosed_is_applied_and_the_gap_is_smaller_on_the_device() {
     let config = decode(&bytes).unwrap();
     assert_eq!(config.model.description().wall.friction_coefficient, new as f32);
     assert_eq!(config.settings.force_gain, 2.0);
+    assert!(config.band.is_some(), "the device is told how far its forces may be off");
 
     // Once more: nothing changes.
     assert_eq!(json(&apply)["changes"], Value::Array(Vec::new()));
@@ -125,6 +126,11 @@ fn what_was_diagnosed_is_applied_and_the_gap_is_smaller_on_the_device() {
     let shrink = |name: &str| verified["shrink"][name].as_f64().unwrap();
     assert!((shrink("predicted") - shrink("achieved")).abs() < 0.1, "{verified}");
     assert!(verified["promised_force_rms_N"]["before"].is_number());
+    // What the device said of itself while it played the trial.
+    let drive = &verified["coverage"]["channels"][3];
+    let count = |name: &str| drive[name].as_f64().unwrap();
+    assert!(count("stated") > 4.0 * count("unknown"), "{drive}");
+    assert!(count("within") > 0.7 * count("stated"), "{drive}");
 
     let limit = ["--duration", "1.5", "--fail-above", "rms_N=1e-4"];
     assert_fails(&[&verify[..], &limit].concat(), 6, &["on the device", "rms_N=0.0001"]);
@@ -197,6 +203,58 @@ fn what_cannot_be_applied_is_refused_and_changes_nothing() {
     std::fs::write(&settings, "rig = \"other\"\n").unwrap();
     let other = ["simulate", bundle, "--settings", text(&settings)];
     assert_fails(&other, 3, &["settings of the rig `other`", "fix:"]);
+}
+
+/// Where no effect is named, the band is that of the rig as it is described.
+#[test]
+fn a_band_alone_is_applied_only_where_no_effect_is_named() {
+    let (bundle, diagnosis) = diagnosed();
+    let folder = tempfile::tempdir().unwrap();
+    let settings = folder.path().join("s.toml");
+    let apply = ["gap", "apply", text(bundle), "--settings", text(&settings), "--band-only"];
+    let named = [&apply[..], &["--diagnosis", text(diagnosis)]].concat();
+    assert_fails(&named, 2, &["apply them too"]);
+    let unknown = changed(folder.path(), |d| d["verdict"] = "unknown".into());
+    let told = json(&[&apply[..], &["--diagnosis", text(&unknown)]].concat());
+    assert_eq!(told["changes"], Value::Array(Vec::new()));
+    assert!(told["band"]["channels"][0]["within"].as_u64() > Some(50), "{told}");
+    let written = std::fs::read_to_string(&settings).unwrap();
+    assert!(written.contains("[band]") && !written.contains("effect ="), "{written}");
+    let again = json(&["simulate", text(bundle), "--settings", text(&settings)]);
+    assert!(again["ticks"].is_number(), "a device takes it: {again}");
+}
+
+#[test]
+fn recordings_of_one_rig_are_trials_of_one_diagnosis() {
+    let (bundle, _) = diagnosed();
+    let folder = tempfile::tempdir().unwrap();
+    let file = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let (a, b, c) = (file("a.mcap"), file("b.mcap"), file("c.mcap"));
+    let record = |bundle: &str, trial: &str, out: &str| {
+        let arguments = ["simulate", bundle, "--trial", trial, "--out", out, "--quiet"];
+        assert!(cathforce(&arguments).status.success());
+    };
+    record(text(bundle), "0", &a);
+    record(text(bundle), "1", &b);
+    let diagnose = ["gap", "diagnose", &a, &b, "--effect", "contact.friction"];
+    let found = json(&diagnose);
+    let value = &found["effects"][0]["parameters"]["friction_coefficient"]["value"];
+    assert!(value.as_f64() > Some(0.45), "{found}");
+    let command = found["reproduce"]["command"].as_str().unwrap();
+    assert!(command.contains("a.mcap") && command.contains("b.mcap"), "{command}");
+    assert!(!found["remarks"].to_string().contains("one trial only"), "{found}");
+
+    assert_fails(&["gap", "diagnose", text(bundle), &a], 2, &["no recording", "fix:"]);
+    let other = folder.path().join("other");
+    std::fs::create_dir_all(other.join("trials")).unwrap();
+    for name in ["rig.toml", "centreline.csv", "trials/000.csv"] {
+        std::fs::copy(bundle.join(name), other.join(name)).unwrap();
+    }
+    let rig = std::fs::read_to_string(other.join("rig.toml")).unwrap();
+    std::fs::write(other.join("rig.toml"), rig.replace("0.3\n", "0.25\n")).unwrap();
+    record(text(&other), "0", &c);
+    let words = ["a.mcap", "c.mcap", "differ in their rig.toml", "SHA-256", "fix:"];
+    assert_fails(&["gap", "diagnose", &a, &c], 3, &words);
 }
 
 /// A recording holds the rig, what was measured, and the vessel in its device image.

@@ -8,14 +8,13 @@ use std::collections::BTreeSet;
 use cathforce_bus::service::crc32;
 use cathforce_config::ImageError;
 use cathforce_effects::Effect;
-use cathforce_gap::COLUMNS;
+use cathforce_gap::Coverage;
 use cathforce_gap::report::Verdict;
 use cathforce_link::Client;
 use cathforce_mechanics::{Description, ParameterInfo, parameters};
 use cathforce_rig::{Bundle, ImageOptions, SolverDefaults, to_description};
 use serde::Serialize;
 
-use super::coverage::CHANNELS;
 use super::explanation::{Explanation, Fitted, is_measurement};
 use super::source::Source;
 use crate::args::ApplyArguments;
@@ -30,8 +29,9 @@ struct Applied {
     rig: String,
     dry_run: bool,
     changes: Vec<Change>,
-    /// How far the device will say that its forces may be off.
-    band: Option<Told>,
+    /// How far the device will say that its forces may be off, and how many of those that were held
+    /// out lie within.
+    band: Option<Coverage>,
     /// Path of the settings file.
     settings: Option<String>,
     device: Option<DeviceUse>,
@@ -46,24 +46,6 @@ struct Change {
     new: f32,
     unit: &'static str,
     origin: String,
-}
-
-/// Whether nine of ten held-out samples lie within the band, by channel; null where not measured.
-#[derive(Serialize)]
-struct Told {
-    coverage: [Option<f64>; COLUMNS],
-    #[serde(rename = "half_width_rms_N")]
-    half_width_rms_n: [Option<f64>; COLUMNS],
-}
-
-impl Told {
-    fn of(settings: &SettingsFile, explanation: &Explanation) -> Option<Self> {
-        let channels = explanation.coverage().filter(|_| settings.band.is_some())?.channels;
-        Some(Self {
-            coverage: channels.map(|own| own.share()),
-            half_width_rms_n: channels.map(|own| own.half_width_n()),
-        })
-    }
 }
 
 /// What the device says that it uses.
@@ -104,7 +86,7 @@ pub fn run(ui: &Ui, arguments: &ApplyArguments) -> Result<(), Failure> {
         rig: bundle.rig.name.clone(),
         dry_run: arguments.dry_run,
         changes,
-        band: Told::of(&new, &explanation),
+        band: explanation.coverage().filter(|_| new.band.is_some()),
         settings: None,
         device: None,
         notes: notes(&explanation, &fitted),
@@ -251,17 +233,9 @@ impl Applied {
             let unit = if *unit == "1" { String::new() } else { format!(" {unit}") };
             text += &format!("  {key}: {old} -> {new}{unit}  ({origin})\n");
         }
-        if let Some(Told { coverage, half_width_rms_n }) = &self.band {
-            let own = CHANNELS.iter().zip(coverage).zip(half_width_rms_n);
-            let shown = own.filter_map(|((name, share), width)| {
-                let (share, width) = share.zip(*width)?;
-                Some(format!("{name} ±{:.1} mN ({:.0} %)", 1e3 * width, 100.0 * share))
-            });
-            let shown: Vec<String> = shown.collect();
-            text += &format!(
-                "  band: {} (of the forces that were held out, this share lies within it)\n",
-                shown.join(", ")
-            );
+        if let Some(coverage) = &self.band {
+            let within = super::coverage::text(coverage);
+            text += &format!("  the device says how far its forces may be off: {within}\n");
         }
         for note in &self.notes {
             text += &format!("  note: {note}\n");
