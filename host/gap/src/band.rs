@@ -256,10 +256,13 @@ impl Table {
         }
         let mean = |direction: usize, row: usize, column: usize| {
             let (mut sum, mut count) = (0.0, 0.0);
-            for near in row.saturating_sub(AROUND)..(row + AROUND + 1).min(ROWS) {
-                let weight = (-0.5 * (near as f64 - row as f64).powi(2)).exp();
-                let own: (f64, f64) = sums[direction][near][column];
-                (sum, count) = (sum + weight * own.0, count + weight * own.1);
+            for (near, own) in sums[direction].iter().enumerate() {
+                let away = near.abs_diff(row);
+                if away <= AROUND {
+                    let weight = (-0.5 * (away as f64).powi(2)).exp();
+                    let own: (f64, f64) = own[column];
+                    (sum, count) = (sum + weight * own.0, count + weight * own.1);
+                }
             }
             (count > 0.0).then(|| sum / count)
         };

@@ -108,10 +108,9 @@ impl Way {
         } else {
             insertion_m - self.farthest_m
         };
-        if ahead_m < -TURN_M {
-            self.withdrawn = !self.withdrawn;
-        }
-        if ahead_m > 0.0 || ahead_m < -TURN_M {
+        let turned = ahead_m < -TURN_M;
+        self.withdrawn ^= turned;
+        if turned || ahead_m > 0.0 {
             self.farthest_m = insertion_m;
         }
         self.since_snap_ticks =
