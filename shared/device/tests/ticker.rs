@@ -3,8 +3,8 @@
 mod support;
 
 use cathforce_bus::{
-    Command, Counter, Encoder, Frame, Id, Insertion, MODE_UNCONFIGURED, Process, Protection,
-    Rotation, Sealer, Sync,
+    BandWidth, Command, Counter, Encoder, Frame, Id, Insertion, MODE_UNCONFIGURED, Process,
+    Protection, Rotation, Sealer, Sync,
 };
 use cathforce_config::image;
 use cathforce_control::{BAND_ROWS, BAND_UNKNOWN, Band, Config, Fault, Mode, Notice};
@@ -128,7 +128,7 @@ fn a_band_takes_every_other_turn_of_the_moment() {
     }
     assert_eq!(turns.map(|f| f.id()), [0x1C0, 0x1B0, 0x1C0, 0x1B0, 0x1C0, 0x1B0, 0x1C0, 0x1B0]);
     let Process::Band(band) = decode(&turns[0]) else { panic!("{:?}", turns[0]) };
-    assert_eq!(band.force.map(|xyz| xyz.map(|n| n.n())), Some([0.01, 0.02, 0.03]));
+    assert_eq!(band.force, Some([0.01, 0.02, 0.03].map(BandWidth::from_n)));
     assert_eq!(band.drive_force, None);
 }
 
