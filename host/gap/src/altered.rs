@@ -86,6 +86,10 @@ impl Plant for Altered<'_> {
         self.inner.simulate_segment(segment, point)
     }
 
+    fn complaint(&self) -> Option<&str> {
+        self.inner.complaint()
+    }
+
     fn remarks(&self) -> &[String] {
         self.inner.remarks()
     }

@@ -89,7 +89,8 @@ fn run(
         answer.remark("the nominal model breaks down on these inputs".to_owned());
         return answer.inconclusive();
     };
-    if let Some(complaint) = sanity::complaint(&problem, &nominal) {
+    let own = plant.complaint().map(str::to_owned);
+    if let Some(complaint) = own.or_else(|| sanity::complaint(&problem, &nominal)) {
         answer.remark(complaint);
         return answer.inconclusive();
     }

@@ -212,6 +212,11 @@ pub trait Plant: Sync {
         None
     }
 
+    /// Why axes or units cannot be those of the model, where the plant itself can tell.
+    fn complaint(&self) -> Option<&str> {
+        None
+    }
+
     /// What cannot be concluded from these trials, or only with a reserve, and why.
     fn remarks(&self) -> &[String];
 

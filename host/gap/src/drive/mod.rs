@@ -4,7 +4,9 @@
 //! dynamics; the measured command enters nothing but the comparison. Both pass the same filters.
 
 mod effects;
+mod inertia;
 mod motion;
+mod noise;
 mod segments;
 
 use cathforce_rig::bundle::{Bundle, DriveTrial, Plant as RigPlant, TrialData};
@@ -51,6 +53,8 @@ pub struct Drive {
     filters: Filters,
     segments: Vec<Motion>,
     noise_n: f64,
+    /// Why axes or units cannot be those of the model, if so.
+    complaint: Option<String>,
 }
 
 /// What a trial's predictions need.
@@ -61,7 +65,7 @@ struct Prepared {
 }
 
 /// Why a bundle is no drive that could be diagnosed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum DriveError {
     #[error("this is no drive: rig.toml has no plant = \"drive\"")]
     NotADrive,
@@ -72,10 +76,17 @@ pub enum DriveError {
          record at least a second at 100 Hz or more"
     )]
     TooShort { trial: u32, rows: usize },
+    #[error(
+        "trial {trial:03} has a row every {step_s} s, which is too seldom for the force of a motion\n  \
+         fix: t_s is in seconds; record at 100 Hz or more"
+    )]
+    TooSeldom { trial: u32, step_s: f64 },
     #[error("the drive never moves in any trial: no force of motion can be compared")]
     Still,
 }
 
+/// Rows farther apart than this say nothing about accelerations \[s\].
+const LONGEST_STEP_S: f64 = 0.05;
 /// Fewest rows of a trial.
 const FEWEST_ROWS: usize = 100;
 
@@ -88,6 +99,10 @@ impl Drive {
             let TrialData::Drive(data) = &trial.data else { return Err(DriveError::NotADrive) };
             if trial.len() < FEWEST_ROWS {
                 return Err(DriveError::TooShort { trial: trial.number, rows: trial.len() });
+            }
+            let step_s = trial.duration_s() / (trial.len() - 1) as f64;
+            if step_s > LONGEST_STEP_S {
+                return Err(DriveError::TooSeldom { trial: trial.number, step_s });
             }
             raw.push((trial.number, trial.t_s.as_slice(), data));
         }
@@ -114,11 +129,13 @@ impl Drive {
             segments: segments::motions(&scale),
             noise_n: segments::NOISE_SHARE * scale.force_n,
             filters,
+            complaint: None,
         };
         let limits = Limits::of(&scale, &motions);
         for ((number, t_s, data), motion) in raw.into_iter().zip(motions) {
             drive.add(number, t_s, data, motion, &limits);
         }
+        drive.complaint = drive.complain();
         Ok(drive)
     }
 
@@ -130,6 +147,7 @@ impl Drive {
         motion: Motion,
         limits: &Limits,
     ) {
+        let open_n = self.mass_kg * noise::acceleration_m_per_s2(t_s, &data.position_m);
         let measured = self.filters.measured(&on_grid(t_s, &data.drive_command_n));
         let points = measured.len();
         let period = period(t_s, data);
@@ -151,7 +169,7 @@ impl Drive {
                 channel: 0,
                 value: measured[i],
                 noise: 0.0,
-                model: 0.0,
+                model: open_n,
                 phase: limits.phase(&motion, i),
                 regime: limits.regime(velocity, acceleration),
                 arc_m: motion.position_m[i],
@@ -167,6 +185,17 @@ impl Drive {
         }
         self.trials.push(Trial { number, samples, blocks });
         self.motions.push(Prepared { motion, at });
+    }
+
+    /// Axes or units that are not the model's, by the inertia that the data show.
+    fn complain(&self) -> Option<String> {
+        let off = Point::nominal(self);
+        let rows = self.trials.iter().enumerate().flat_map(|(t, trial)| {
+            let inertial = self.simulate(t, &off).unwrap_or_default();
+            let pairs = trial.samples.iter().zip(inertial);
+            pairs.map(|(s, f)| (s.value, f, s.speed_m_per_s)).collect::<Vec<_>>()
+        });
+        inertia::complaint(rows, self.mass_kg)
     }
 
     /// Every cycle of `len` samples with the next one of the trial that is being added.
@@ -254,6 +283,10 @@ impl Plant for Drive {
         let at: Vec<usize> = (reach..force_n.len().saturating_sub(reach)).step_by(STRIDE).collect();
         let predicted = self.filters.predicted(&force_n, &at, latency_s(point));
         Some(predicted.into_iter().map(|f| f / self.noise_n).collect())
+    }
+
+    fn complaint(&self) -> Option<&str> {
+        self.complaint.as_deref()
     }
 
     fn remarks(&self) -> &[String] {

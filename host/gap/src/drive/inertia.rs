@@ -1,0 +1,89 @@
+//! The inertia that the data show: where it is not nearly that of rig.toml, a column has another
+//! sign or unit, and every effect would be fitted to that.
+
+use nalgebra::{Matrix4, Vector4};
+
+/// Ratios of the inertia seen to the one stated that no effect makes.
+const LEAST: f64 = 0.4;
+const MOST: f64 = 2.5;
+/// Share of the variance that inertia must explain beside friction before it is believed.
+const BELIEVED: f64 = 0.05;
+
+const OPPOSITE: &str =
+    "the command and the position point in opposite directions: turn the sign of one of them";
+const UNITS: &str =
+    "drive_command_N is in newtons, position_m in metres, moving_mass_kg in kilograms";
+const NO_FORCE: &str = "drive_command_N is the force on the moving mass, not a torque, a current \
+                        or a voltage; or moving_mass_kg is another";
+
+/// What is wrong, if anything: of rows of the command \[N\], the inertial force of the mass that is
+/// stated \[N\] and the speed \[m/s\].
+///
+/// command = ratio · inertial + coulomb · sign(v) + viscous · v + offset
+pub fn complaint(rows: impl Iterator<Item = (f64, f64, f64)>, mass_kg: f64) -> Option<String> {
+    let rows: Vec<(f64, f64, f64)> = rows.collect();
+    let fastest = rows.iter().map(|(.., v)| v.abs()).fold(0.0, f64::max);
+    let size = rows.iter().map(|(_, f, _)| f * f).sum::<f64>().sqrt();
+    if rows.is_empty() || fastest <= 0.0 || size <= 0.0 {
+        return None;
+    }
+    let regressors = |&(_, inertial, v): &(f64, f64, f64)| {
+        let sign = if v.abs() < 0.01 * fastest { 0.0 } else { v.signum() };
+        Vector4::new(inertial / size, sign, v / fastest, 1.0)
+    };
+    let (mut normal, mut right) = (Matrix4::zeros(), Vector4::zeros());
+    for row in &rows {
+        let x = regressors(row);
+        normal += x * x.transpose();
+        right += x * row.0;
+    }
+    let solved = normal.cholesky()?.solve(&right);
+    // What inertia explains that friction does not.
+    let inverse = normal.try_inverse()?;
+    let explained = solved[0] * solved[0] / inverse[(0, 0)];
+    let mean = rows.iter().map(|(y, ..)| y).sum::<f64>() / rows.len() as f64;
+    let power = rows.iter().map(|(y, ..)| (y - mean).powi(2)).sum::<f64>();
+    let ratio = solved[0] / size;
+    if explained < BELIEVED * power || (LEAST..=MOST).contains(&ratio) {
+        return None;
+    }
+    let seen_kg = ratio * mass_kg;
+    let mut slips = [1e-6, 1e-3, 1e3, 1e6].into_iter();
+    let slip = slips.find(|k| (0.5..2.0).contains(&(ratio.abs() / k)));
+    let why = match slip {
+        _ if (-MOST..=-LEAST).contains(&ratio) => OPPOSITE.to_owned(),
+        Some(k) => format!("that is about {k:e} times as much, a slip of units: {UNITS}"),
+        None => NO_FORCE.to_owned(),
+    };
+    Some(format!(
+        "the command accelerates {seen_kg:.4} kg where rig.toml states {mass_kg:.4} kg, so no effect is \
+         named; {why}"
+    ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A drive of 20 kg with friction, whose command is `scale` times as large.
+    fn rows(scale: f64) -> impl Iterator<Item = (f64, f64, f64)> {
+        (0..2000).map(move |i| {
+            let t = f64::from(i) * 1e-3;
+            let (v, a) = (0.3 * (5.0 * t).sin(), 1.5 * (5.0 * t).cos());
+            (scale * (20.0 * a + 9.0 * v.signum() + 30.0 * v - 2.0), 20.0 * a, v)
+        })
+    }
+
+    #[test]
+    fn signs_and_units_are_told_by_the_inertia() {
+        for good in [1.0, 0.8, 1.3] {
+            assert_eq!(complaint(rows(good), 20.0), None, "{good}");
+        }
+        for (scale, word) in
+            [(-1.0, "opposite"), (1e3, "newtons"), (1e-3, "newtons"), (0.02, "torque")]
+        {
+            let said = complaint(rows(scale), 20.0).expect("a complaint");
+            assert!(said.contains(word), "{scale}: {said}");
+        }
+    }
+}

@@ -1,0 +1,65 @@
+//! What a position that is not read exactly leaves open in the acceleration.
+//!
+//! White noise, steps of the encoder and a trembling clock look alike in fourth differences, which
+//! a motion hardly has: those of white noise of 1 have a standard deviation of √70.
+
+use super::motion::{Filters, GRID_S, Motion};
+
+/// Share of the differences that are looked at: the largest ones are jerks and jumps of the clock.
+const LOOKED_AT: f64 = 0.9;
+/// That quantile of the size of normally distributed numbers.
+const NORMAL: f64 = 1.645;
+
+/// Standard deviation of the acceleration as it is compared \[m/s²\]. `position_m`: one a row.
+pub fn acceleration_m_per_s2(t_s: &[f64], position_m: &[f64]) -> f64 {
+    let step_s = (t_s[t_s.len() - 1] - t_s[0]) / (t_s.len() - 1) as f64;
+    // Rows farther apart than the grid have their noise in a narrower band.
+    white_m(position_m) * gain_per_s2() * (step_s / GRID_S).max(1.0).sqrt()
+}
+
+/// White noise of a series \[m\].
+fn white_m(position_m: &[f64]) -> f64 {
+    let fourth = |w: &[f64]| (w[0] - 4.0 * w[1] + 6.0 * w[2] - 4.0 * w[3] + w[4]).abs();
+    let mut sizes: Vec<f64> = position_m.windows(5).map(fourth).collect();
+    sizes.sort_by(f64::total_cmp);
+    let at = (LOOKED_AT * sizes.len() as f64) as usize;
+    sizes.get(at).copied().unwrap_or_default() / (NORMAL * 70.0_f64.sqrt())
+}
+
+/// Standard deviation of the filtered second derivative of white noise of 1 on the grid \[1/s²\].
+fn gain_per_s2() -> f64 {
+    let filters = Filters::new();
+    let reach = filters.reach();
+    let mut impulse = vec![0.0; 4 * reach + 1];
+    impulse[2 * reach] = 1.0;
+    let motion = Motion::of(&impulse);
+    let at: Vec<usize> = (0..impulse.len()).collect();
+    let response = filters.predicted(&motion.acceleration_m_per_s2, &at, 0.0);
+    response.iter().map(|x| x * x).sum::<f64>().sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn steps_of_an_encoder_are_noise_and_a_smooth_motion_is_none() {
+        let t_s: Vec<f64> = (0..4000).map(|i| f64::from(i) * 1e-3).collect();
+        let smooth: Vec<f64> = t_s.iter().map(|t| 0.1 * (3.0 * t).sin()).collect();
+        let q = 1e-5;
+        let steps: Vec<f64> = smooth.iter().map(|x| (x / q).round() * q).collect();
+        let found = white_m(&steps) / (q / 12.0_f64.sqrt());
+        assert!((found - 1.0).abs() < 0.2, "{found}");
+        assert!(white_m(&smooth) < 1e-3 * white_m(&steps));
+        // As it is played through the pipeline.
+        let filters = Filters::new();
+        let read = |x: &[f64]| {
+            let at: Vec<usize> = (100..x.len() - 100).collect();
+            filters.predicted(&Motion::of(x).acceleration_m_per_s2, &at, 0.0)
+        };
+        let errors: Vec<f64> = read(&steps).iter().zip(read(&smooth)).map(|(a, b)| a - b).collect();
+        let sd = (errors.iter().map(|e| e * e).sum::<f64>() / errors.len() as f64).sqrt();
+        let ratio = acceleration_m_per_s2(&t_s, &steps) / sd;
+        assert!((0.6..1.7).contains(&ratio), "{ratio}");
+    }
+}
