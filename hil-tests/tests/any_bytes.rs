@@ -16,7 +16,8 @@ const START: Drive = Drive { insertion_m: 0.03, rotation_rad: 0.0 };
 const FEED_M: f64 = 20e-6;
 
 /// Ids whose CRC a frame could have been made for, as `docs/architecture.md` lists them.
-const PROTECTED: [u16; 10] = [0x080, 0x100, 0x108, 0x110, 0x180, 0x190, 0x1A0, 0x1A8, 0x1B0, 0x1B8];
+const PROTECTED: [u16; 11] =
+    [0x080, 0x100, 0x108, 0x110, 0x180, 0x190, 0x1A0, 0x1A8, 0x1B0, 0x1B8, 0x1C0];
 /// Ids that the device listens to.
 const OWN: [u16; 4] = [0x080, 0x100, 0x108, 0x110];
 const SERVICE: u16 = 0x600;

@@ -11,6 +11,8 @@ const SESSION: &str = include_str!("guest/session.sh");
 const BUNDLE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/guest/short-bend");
 /// Exit code of a command whose device reported a fault.
 const DEVICE_FAULT: i32 = 5;
+/// Exit code of a command whose device did not answer.
+const NO_LINK: i32 = 4;
 /// Force of the tip on the outer wall of the bend: less is none.
 const LEAST_PEAK_N: f64 = 0.005;
 
@@ -88,8 +90,12 @@ fn a_session_with_the_emulated_board_behind_a_serial_line() {
 /// nothing, so the times are printed; that every frame is in the record is tested.
 fn times_to_the_record(transcript: &Transcript, interface: &str) -> String {
     let ok = |name: &str| transcript.ok(&format!("{interface}-{name}"));
-    // A slow guest may miss the 5 ms after which the device ramps down; that is recorded as well.
+    // A slow guest may miss the 5 ms after which the device ramps down; that is recorded as well. On
+    // a slower one still the device has no time to answer while it keeps its pace.
     let run = transcript.step(&format!("{interface}-free"));
+    if run.status == NO_LINK && run.stderr.contains("nothing heard") {
+        return "not measured: the emulated computer cannot keep the pace".to_owned();
+    }
     assert!(matches!(run.status, 0 | DEVICE_FAULT), "{run:?}");
     let frames = |name| ok(name).lines().map(stamped).collect::<Vec<_>>();
     let (heard, recorded) = (frames("heard"), frames("recorded"));

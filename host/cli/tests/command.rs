@@ -309,7 +309,8 @@ fn ctrl_c_disarms_and_finishes_the_recording() {
     run.arg("simulate").arg(&hour).args(["--out", text(&file)]);
     let mut run = run.stderr(std::process::Stdio::piped()).spawn().unwrap();
     let deadline = Instant::now() + Duration::from_secs(60);
-    while !file.exists() {
+    // An empty one is there for a moment, to see whether it can be written.
+    while fs::metadata(&file).map_or(0, |file| file.len()) == 0 {
         assert!(Instant::now() < deadline, "no recording was begun");
         std::thread::sleep(Duration::from_millis(2));
     }
