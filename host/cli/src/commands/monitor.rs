@@ -8,7 +8,7 @@ use cathforce_bus::Direction;
 use cathforce_bus::master::Master;
 use cathforce_link::Link;
 use cathforce_record::{BusClock, BusFrame, direction};
-use ratatui::crossterm::event::{self, Event, KeyCode, KeyEventKind, KeyModifiers};
+use crossterm::event::{self, Event, KeyCode, KeyEventKind, KeyModifiers};
 
 use crate::args::MonitorArguments;
 use crate::failure::{Code, Failure};
@@ -19,6 +19,8 @@ use crate::ui::Ui;
 
 /// From one picture to the next; little enough for a slow SSH connection.
 const PICTURE: Duration = Duration::from_millis(100);
+/// For a key that has been pressed: no time at all is not enough for the library to look.
+const KEY: Duration = Duration::from_millis(1);
 /// From one line to the next where there is no terminal.
 const LINE: Duration = Duration::from_secs(1);
 
@@ -149,7 +151,7 @@ fn over(started: Instant, duration_s: Option<f64>) -> bool {
 
 /// In raw mode Ctrl-C is a key like another.
 fn asked_to_quit() -> std::io::Result<bool> {
-    while event::poll(Duration::ZERO)? {
+    while event::poll(KEY)? {
         let Event::Key(key) = event::read()? else { continue };
         let control_c =
             key.code == KeyCode::Char('c') && key.modifiers.contains(KeyModifiers::CONTROL);

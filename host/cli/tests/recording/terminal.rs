@@ -102,6 +102,8 @@ fn a_monitor_follows_its_terminal_and_leaves_it_as_it_was() {
         terminal.resize(80, 24);
         // The title: what changes is drawn letter by letter.
         terminal.wait_for(|shown| shown.contains("cathforce"));
+        // A key that comes with a change of size is seen too.
+        terminal.resize(100, 30);
         terminal.keys.write_all(quit).unwrap();
         terminal.wait_for(|shown| shown.contains(LEAVES) && shown.ends_with(SHOWS_CURSOR));
         assert!(monitor.wait().unwrap().success());
