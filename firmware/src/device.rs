@@ -7,7 +7,7 @@ use cathforce_bus::service::{Load, Refusal, Status};
 use cathforce_bus::{Counter, Counters, Frame};
 use cathforce_config::image;
 use cathforce_control::{Config, Mode, Notice};
-use cathforce_device::{Board as DeviceBoard, Image, Ticker};
+use cathforce_device::{Board as DeviceBoard, Image, Ticker, copy_from};
 use critical_section::Mutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
@@ -268,9 +268,7 @@ impl DeviceBoard<Buffer> for Desk {
             let active = core.active.as_ref()?;
             // SAFETY: nobody writes to the buffer of the configuration in use.
             let buffer: &[u8] = unsafe { active.buffer.as_ref() };
-            let rest = buffer.get(..active.len).and_then(|image| image.get(offset..));
-            let pairs = rest.unwrap_or_default().iter().zip(into);
-            Some(pairs.map(|(byte, place)| *place = *byte).count())
+            Some(copy_from(buffer.get(..active.len).unwrap_or_default(), offset, into))
         })
     }
 

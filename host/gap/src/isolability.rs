@@ -349,19 +349,10 @@ fn matrix(columns: &[DVector<f64>], rows: usize) -> DMatrix<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::plant::{Channel, Effect, Nuisance, Quantity, Repeat, Trial};
+    use crate::plant::Nuisance;
+    use crate::toy::{Toy, effect};
 
     const SAMPLES: usize = 200;
-
-    /// Unit noise; three effects, of which two do the same, one that is constant, one that does
-    /// nothing, and a constant nuisance.
-    struct Toy {
-        channels: Vec<Channel>,
-        regimes: Vec<String>,
-        trials: Vec<Trial>,
-        effects: Vec<Effect>,
-        nuisances: Vec<Nuisance>,
-    }
 
     /// Over whole periods: orthogonal to each other and to a constant, of length 10.
     fn wave(effect: usize, i: usize) -> f64 {
@@ -374,83 +365,25 @@ mod tests {
         }
     }
 
-    fn toy() -> Toy {
-        let sample = |i: usize| Sample {
-            t_s: 0.02 * i as f64,
-            channel: 0,
-            value: 1e6,
-            noise: 1.0,
-            model: 0.0,
-            phase: 0,
-            regime: 0,
-            arc_m: 0.0,
-            speed_m_per_s: 0.0,
-            block: 0,
+    /// Unit noise; three effects, of which two do the same, one that is constant, one that does
+    /// nothing, and a constant nuisance.
+    fn toy() -> impl Plant {
+        let predict = |i: usize, point: &Point| {
+            // Beyond its typical size an effect does something else altogether.
+            let does = |(e, p): (usize, &Vec<f64>)| {
+                if p[0] > 1.0 { 1e3 * wave(2, i + 7) } else { p[0] * wave(e, i) }
+            };
+            point.effects.iter().enumerate().map(does).sum::<f64>() + point.nuisances[0]
         };
         let parameter =
             Parameter { name: "size", unit: "1", low: 0.0, high: 2.0, off: 0.0, scale: 0.5 };
-        let effect = |id| Effect {
-            id,
-            what: "",
-            parameters: vec![parameter],
-            starts: vec![vec![0.5], vec![50.0]],
-            confused_with: &[],
-        };
-        Toy {
-            channels: vec![Channel { name: "fx_N".into(), quantity: Quantity::Force }],
-            regimes: vec!["standing".into()],
-            trials: vec![Trial {
-                number: 0,
-                samples: (0..SAMPLES).map(sample).collect(),
-                blocks: 1,
-            }],
-            effects: ["a", "like a", "other", "constant", "nothing"].map(effect).into(),
-            nuisances: vec![Nuisance { name: "bias", unit: "N", sd: 0.1, effect: None }],
-        }
-    }
-
-    impl Plant for Toy {
-        fn channels(&self) -> &[Channel] {
-            &self.channels
-        }
-        fn phases(&self) -> &[&'static str] {
-            &["free"]
-        }
-        fn regimes(&self) -> &[String] {
-            &self.regimes
-        }
-        fn trials(&self) -> &[Trial] {
-            &self.trials
-        }
-        fn effects(&self) -> &[Effect] {
-            &self.effects
-        }
-        fn nuisances(&self) -> &[Nuisance] {
-            &self.nuisances
-        }
-        fn simulate(&self, _: usize, point: &Point) -> Option<Vec<f64>> {
-            let at = |i: usize| {
-                let effects = point.effects.iter().enumerate();
-                // Beyond its typical size an effect does something else altogether.
-                let does = |(e, p): (usize, &Vec<f64>)| {
-                    if p[0] > 1.0 { 1e3 * wave(2, i + 7) } else { p[0] * wave(e, i) }
-                };
-                effects.map(does).sum::<f64>() + point.nuisances[0]
-            };
-            Some((0..SAMPLES).map(at).collect())
-        }
-        fn cheap(&self) -> bool {
-            true
-        }
-        fn repeats(&self) -> &[Repeat] {
-            &[]
-        }
-        fn remarks(&self) -> &[String] {
-            &[]
-        }
-        fn compared(&self) -> &'static str {
-            ""
-        }
+        let starts = vec![vec![0.5], vec![50.0]];
+        let mut toy = Toy::new(0.02, 1.0, [1e6; SAMPLES], predict);
+        toy.effects = ["a", "like a", "other", "constant", "nothing"]
+            .map(|id| effect(id, vec![parameter], starts.clone()))
+            .into();
+        toy.nuisances = vec![Nuisance { name: "bias", unit: "N", sd: 0.1, effect: None }];
+        toy
     }
 
     #[test]

@@ -54,6 +54,8 @@ mod search;
 mod select;
 mod signal;
 mod swing;
+#[cfg(test)]
+mod toy;
 
 pub use altered::Altered;
 pub use band::{Band, COLUMNS, Coverage, Covered, ROWS, Row};

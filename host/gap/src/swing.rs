@@ -117,23 +117,14 @@ fn range(values: &[f64]) -> f64 {
 mod tests {
     use super::*;
     use crate::floor::Floor;
-    use crate::plant::{
-        Channel, Effect, Nuisance, Parameter, Plant, Point, Quantity, Repeat, Sample, Trial,
-    };
+    use crate::plant::{Nuisance, Parameter, Plant, Point};
+    use crate::toy::{Toy, effect};
 
     const SAMPLES: usize = 500;
+    const STEP_S: f64 = 0.01;
     const FREQUENCY_HZ: f64 = 0.83;
     const PHASE_RAD: f64 = 2.1;
     const AMPLITUDE_M: [f64; 2] = [1.2e-3, -0.4e-3];
-
-    /// Two nuisances whose weight changes along the trial; one effect that swings both.
-    struct Toy {
-        channels: Vec<Channel>,
-        regimes: Vec<String>,
-        trials: Vec<Trial>,
-        effects: Vec<Effect>,
-        nuisances: Vec<Nuisance>,
-    }
 
     fn weight(nuisance: usize, i: usize) -> f64 {
         let depth = i as f64 / SAMPLES as f64;
@@ -141,21 +132,16 @@ mod tests {
     }
 
     fn time_s(i: usize) -> f64 {
-        0.01 * i as f64
+        STEP_S * i as f64
     }
 
-    fn toy(measured: impl Fn(usize) -> f64) -> Toy {
-        let sample = |i: usize| Sample {
-            t_s: time_s(i),
-            channel: 0,
-            value: measured(i),
-            noise: 1e-4,
-            model: 0.0,
-            phase: 0,
-            regime: 0,
-            arc_m: 0.0,
-            speed_m_per_s: 0.0,
-            block: 0,
+    /// Two nuisances whose weight changes along the trial; one effect that swings both.
+    fn toy(measured: impl Fn(usize) -> f64) -> impl Plant {
+        let predict = |i: usize, point: &Point| {
+            let [x, y, cycles, phase] = point.effects[0][..] else { return f64::NAN };
+            let swing = (TAU * cycles * time_s(i) + phase).sin();
+            let moved = [point.nuisances[0] + x * swing, point.nuisances[1] + y * swing];
+            moved[0] * weight(0, i) + moved[1] * weight(1, i)
         };
         let parameter = |name, most: f64, scale| Parameter {
             name,
@@ -165,84 +151,28 @@ mod tests {
             off: 0.0,
             scale,
         };
+        let parameters = vec![
+            parameter("x_m", 5e-3, 1e-3),
+            parameter("y_m", 5e-3, 1e-3),
+            parameter("frequency_hz", 5.0, 0.5),
+            parameter("phase_rad", 7.0, 2.0),
+        ];
         let nuisance = |name| Nuisance { name, unit: "m", sd: 3e-4, effect: None };
-        Toy {
-            channels: vec![Channel { name: "fx_N".into(), quantity: Quantity::Force }],
-            regimes: vec!["standing".into()],
-            trials: vec![Trial {
-                number: 0,
-                samples: (0..SAMPLES).map(sample).collect(),
-                blocks: 1,
-            }],
-            effects: vec![Effect {
-                id: "motion",
-                what: "",
-                parameters: vec![
-                    parameter("x_m", 5e-3, 1e-3),
-                    parameter("y_m", 5e-3, 1e-3),
-                    parameter("frequency_hz", 5.0, 0.5),
-                    parameter("phase_rad", 7.0, 2.0),
-                ],
-                starts: Vec::new(),
-                confused_with: &[],
-            }],
-            nuisances: vec![nuisance("x"), nuisance("y")],
-        }
+        let mut toy = Toy::new(STEP_S, 1e-4, (0..SAMPLES).map(measured), predict);
+        toy.effects = vec![effect("motion", parameters, Vec::new())];
+        toy.nuisances = vec![nuisance("x"), nuisance("y")];
+        toy.swing = Some(Swing {
+            nuisances: vec![0, 1],
+            along: Along::Time,
+            cycles: [0.15, 4.0],
+            parameters: |amplitudes, cycles, phase| {
+                amplitudes.iter().copied().chain([cycles, phase]).collect()
+            },
+        });
+        toy
     }
 
-    impl Plant for Toy {
-        fn channels(&self) -> &[Channel] {
-            &self.channels
-        }
-        fn phases(&self) -> &[&'static str] {
-            &["free"]
-        }
-        fn regimes(&self) -> &[String] {
-            &self.regimes
-        }
-        fn trials(&self) -> &[Trial] {
-            &self.trials
-        }
-        fn effects(&self) -> &[Effect] {
-            &self.effects
-        }
-        fn nuisances(&self) -> &[Nuisance] {
-            &self.nuisances
-        }
-        fn simulate(&self, _: usize, point: &Point) -> Option<Vec<f64>> {
-            let [x, y, cycles, phase] = point.effects[0][..] else { return None };
-            let at = |i: usize| {
-                let swing = (TAU * cycles * time_s(i) + phase).sin();
-                let moved = [point.nuisances[0] + x * swing, point.nuisances[1] + y * swing];
-                moved[0] * weight(0, i) + moved[1] * weight(1, i)
-            };
-            Some((0..SAMPLES).map(at).collect())
-        }
-        fn cheap(&self) -> bool {
-            true
-        }
-        fn swing(&self, _: usize) -> Option<Swing> {
-            Some(Swing {
-                nuisances: vec![0, 1],
-                along: Along::Time,
-                cycles: [0.15, 4.0],
-                parameters: |amplitudes, cycles, phase| {
-                    amplitudes.iter().copied().chain([cycles, phase]).collect()
-                },
-            })
-        }
-        fn repeats(&self) -> &[Repeat] {
-            &[]
-        }
-        fn remarks(&self) -> &[String] {
-            &[]
-        }
-        fn compared(&self) -> &'static str {
-            ""
-        }
-    }
-
-    fn guessed(toy: &Toy) -> Option<Vec<f64>> {
+    fn guessed(toy: &dyn Plant) -> Option<Vec<f64>> {
         let floor = Floor::of(toy);
         let problem = Problem::new(toy, &floor, &|_| {});
         let point = Point::nominal(toy);

@@ -10,7 +10,7 @@ use cathforce_bus::service::{Load, Refusal, Status};
 use cathforce_bus::{Counter, Counters, Frame, Id};
 use cathforce_config::{Settings, image};
 use cathforce_control::Config;
-use cathforce_device::{Board, Identity, Image, Service, Ticker};
+use cathforce_device::{Board, Identity, Image, Service, Ticker, copy_from};
 
 use crate::{Link, LinkError};
 
@@ -205,13 +205,6 @@ impl Board<Vec<u8>> for VirtualBoard {
 
     fn read_image(&mut self, offset: usize, into: &mut [u8]) -> Option<usize> {
         let image = self.configured.as_ref()?.borrow_owner();
-        Some(image.get(offset..).map_or(0, |rest| copy(rest, into)))
+        Some(copy_from(image, offset, into))
     }
-}
-
-/// As many bytes as fit.
-fn copy(from: &[u8], into: &mut [u8]) -> usize {
-    let len = from.len().min(into.len());
-    into[..len].copy_from_slice(&from[..len]);
-    len
 }

@@ -162,19 +162,24 @@ fn go_on(_: usize) -> ControlFlow<()> {
     ControlFlow::Continue(())
 }
 
+/// Uploads and returns how many bytes were there at each report.
+fn uploaded(client: &mut Client<TimedBus>, image: &[u8]) -> Vec<usize> {
+    let mut reported = Vec::new();
+    let report = |sent| {
+        reported.push(sent);
+        ControlFlow::Continue(())
+    };
+    client.upload_image(image, report).unwrap();
+    reported
+}
+
 #[test]
 fn an_image_of_1_mb_takes_at_least_70_percent_of_the_bus_that_ticks_leave() {
     let image = large_image();
     assert!(image.len() > 1_000_000);
     for pace in [Pace::LockStep, Pace::Free] {
         let mut client = Client::connect(TimedBus::new(pace, None)).unwrap();
-        let mut reported = Vec::new();
-        client
-            .upload_image(&image, |sent| {
-                reported.push(sent);
-                ControlFlow::Continue(())
-            })
-            .unwrap();
+        let reported = uploaded(&mut client, &image);
         assert!(reported.is_sorted() && reported.last() == Some(&image.len()), "progress");
         let bus = client.link();
         let left_us = bus.now_us() - bus.ticks_us;
@@ -209,13 +214,7 @@ fn goes_on_after_a_cut(pace: Pace) {
     assert!(matches!(error, ClientError::Link(LinkError::Lost { .. })), "{error}");
 
     let mut client = Client::connect(client.into_link().mended()).unwrap();
-    let mut reported = Vec::new();
-    client
-        .upload_image(&image, |sent| {
-            reported.push(sent);
-            ControlFlow::Continue(())
-        })
-        .unwrap();
+    let reported = uploaded(&mut client, &image);
     assert!(reported[0] > 300_000, "it began again at {}", reported[0]);
     assert_eq!(client.status().unwrap().image_crc32, cathforce_bus::service::crc32(&image));
     // Of another image nothing is left over.

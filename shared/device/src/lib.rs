@@ -15,5 +15,5 @@ mod reason;
 mod service;
 mod ticker;
 
-pub use service::{Board, Identity, Image, Service};
+pub use service::{Board, Identity, Image, Service, copy_from};
 pub use ticker::{MOST_FRAMES_A_TICK, Sent, Ticker};

@@ -35,9 +35,14 @@ pub trait Board<B> {
     /// Zeroes counters and worst cases.
     fn reset_counters(&mut self);
 
-    /// Copies the image in use from `offset` on; the bytes copied, 0 past its end. `None`
-    /// without an image.
+    /// [`copy_from`] of the image in use; `None` without one.
     fn read_image(&mut self, offset: usize, into: &mut [u8]) -> Option<usize>;
+}
+
+/// Copies what fits of an image from `offset` on; the bytes copied, 0 past its end.
+pub fn copy_from(image: &[u8], offset: usize, into: &mut [u8]) -> usize {
+    let rest = image.get(offset..).unwrap_or_default();
+    rest.iter().zip(into).map(|(byte, place)| *place = *byte).count()
 }
 
 /// What a device says of itself.

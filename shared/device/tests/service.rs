@@ -7,7 +7,7 @@ use cathforce_bus::service::{
     Status, crc32,
 };
 use cathforce_bus::{Counter, Counters, Frame, Id};
-use cathforce_device::{Board, Identity, Image, Service};
+use cathforce_device::{Board, Identity, Image, Service, copy_from};
 use proptest::prelude::*;
 
 const CAPACITY: usize = 70_000;
@@ -45,11 +45,7 @@ impl Board<Vec<u8>> for FakeBoard {
     }
     fn reset_counters(&mut self) {}
     fn read_image(&mut self, offset: usize, into: &mut [u8]) -> Option<usize> {
-        let image = self.image.as_ref()?;
-        let rest = image.get(offset..).unwrap_or_default();
-        let len = rest.len().min(into.len());
-        into[..len].copy_from_slice(&rest[..len]);
-        Some(len)
+        Some(copy_from(self.image.as_ref()?, offset, into))
     }
 }
 

@@ -8,7 +8,7 @@ use cathforce_bus::service::{
 use cathforce_bus::{Command, Counters, Encoder, Frame, Id, Insertion, Process, Rotation, Sealer};
 use cathforce_config::image;
 use cathforce_control::{Config, Fault};
-use cathforce_device::{Board, Identity, Image, Service, Ticker};
+use cathforce_device::{Board, Identity, Image, Service, Ticker, copy_from};
 
 const START_M: f64 = 0.012;
 /// Fed while it is tried: the drag at the entry gives an output that has a way to zero \[m\].
@@ -51,10 +51,7 @@ impl Board<Vec<u8>> for FakeBoard {
     }
     fn read_image(&mut self, offset: usize, into: &mut [u8]) -> Option<usize> {
         self.config?;
-        let rest = self.image.get(offset..).unwrap_or_default();
-        let len = rest.len().min(into.len());
-        into[..len].copy_from_slice(&rest[..len]);
-        Some(len)
+        Some(copy_from(&self.image, offset, into))
     }
 }
 

@@ -51,6 +51,14 @@ impl<'a> Bench<'a> {
         frames
     }
 
+    /// Ticks in which so much is fed \[m\].
+    fn feed(&mut self, ticks: usize, step_m: f64) {
+        for _ in 0..ticks {
+            self.insertion_m += step_m;
+            self.tick(None);
+        }
+    }
+
     fn mode(&self) -> Mode {
         self.ticker.outputs().unwrap().mode
     }
@@ -294,10 +302,7 @@ fn p19_bus_off_ramps_to_zero_and_only_clearing_and_arming_bring_output_back() {
     let image = support::image_with_drag();
     let config = image::decode(&image).unwrap();
     let mut bench = Bench::armed(&config);
-    for _ in 0..50 {
-        bench.insertion_m += 2e-5;
-        bench.tick(None);
-    }
+    bench.feed(50, 2e-5);
     let force_n = |bench: &Bench| bench.ticker.outputs().unwrap().force_n;
     assert!(force_n(&bench) > 0.1, "something to ramp down");
     // While the controller is off the bus nothing is heard either.
