@@ -40,7 +40,10 @@ pub fn confusable(
                 let free = |_: &&Candidate| !best.effects.contains(&rival);
                 let Some(single) = single.as_ref().filter(free) else { continue };
                 let distance = metric.distance(&own, &span(selection, &others, single));
-                if distance < ISOLATED || step.is_some_and(|step| within_one_error(step, rival)) {
+                if distance < ISOLATED
+                    || step.is_some_and(|step| within_one_error(step, rival))
+                    || as_good_in_its_place(selection, effect, rival)
+                {
                     near.push((distance, rival));
                 }
             }
@@ -56,6 +59,15 @@ fn within_one_error(step: &Step, rival: usize) -> bool {
     let rival = step.rivals.iter().find(|r| r.effect == rival);
     rival.is_some_and(|rival| {
         let (gain, error) = step.score.gain_over(&rival.score);
+        gain <= error
+    })
+}
+
+/// The same of the whole explanation with the one effect exchanged for the other.
+fn as_good_in_its_place(selection: &Selection, effect: usize, rival: usize) -> bool {
+    let own = selection.exchanged.iter().find(|(e, r)| *e == effect && r.effect == rival);
+    own.is_some_and(|(_, rival)| {
+        let (gain, error) = selection.best.score.gain_over(&rival.score);
         gain <= error
     })
 }

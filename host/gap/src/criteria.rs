@@ -16,9 +16,11 @@ const MOST_LOST: f64 = 0.25;
 /// effect.
 const SHARE_OF_LEFT: f64 = 0.5;
 const SHARE_OF_ALL: f64 = 0.1;
-/// Of a catheter, smallest share of the whole in any case: no reality has quite the shape that the
-/// library gives to its largest effect.
+/// Of a catheter, smallest share of the whole, unless it halves a quantity that was far from its
+/// floor: no reality has quite the shape that the library gives to its largest effect.
 const LEAST_OF_ALL: f64 = 0.02;
+/// Energy per sample up to which a quantity of a catheter counts as near its floor.
+pub const NEAR_FLOOR: f64 = 2.5;
 /// Models whose errors differ by less than this share of the gap are equally good.
 const EQUAL_SHARE: f64 = 0.02;
 /// Smallest N_eff ln(E_old/E_new) − k ln N_eff.
@@ -52,15 +54,18 @@ impl Parsimony {
         let n = new.effective.max(2.0);
         let evidence = n * (old.energy / new.energy).ln() - parameters as f64 * n.ln();
         let removed = old.excess() - new.excess();
-        type Own = (Quantity, f64, usize);
-        let halved = |((_, old, _), (_, new, _)): (&Own, &Own)| {
-            *old > NO_GAP && old - new >= SHARE_OF_LEFT * (old - 1.0)
+        let halves_one_above = |floor: f64| {
+            type Own = (Quantity, f64, usize);
+            let halved = |((_, old, _), (_, new, _)): (&Own, &Own)| {
+                *old > floor && old - new >= SHARE_OF_LEFT * (old - 1.0)
+            };
+            removed > 0.0 && old.quantities.iter().zip(&new.quantities).any(halved)
         };
-        let halves_one = old.quantities.iter().zip(&new.quantities).any(halved);
         let much = removed >= SHARE_OF_LEFT * old.excess()
             || removed >= SHARE_OF_ALL * self.gap
-            || (removed > 0.0 && halves_one);
-        much && removed >= self.least * self.gap && evidence > EVIDENCE
+            || halves_one_above(NO_GAP);
+        let counts = removed >= self.least * self.gap || halves_one_above(NEAR_FLOOR);
+        much && counts && evidence > EVIDENCE
     }
 }
 

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use crate::band;
 use crate::calibration;
 use crate::confuse::{confusable, win_frequency};
-use crate::criteria::NO_GAP;
+use crate::criteria::{NEAR_FLOOR, NO_GAP};
 use crate::estimate::{increments, parameters, spread};
 use crate::experiment;
 use crate::floor::{Floor, FloorSource};
@@ -28,7 +28,6 @@ const PARTIAL: f64 = 0.7;
 /// as near to the floor as this, in energy and in every quantity. The floor of a drive, whose repeats
 /// agree better than any model, says little of what is left.
 const NEARLY_ALL: f64 = 0.9;
-const NEAR_FLOOR: f64 = 2.5;
 /// Shrink by which a part of the answer must be ahead of its rivals.
 const LEAD: f64 = 0.2;
 /// Share of the nominal RMS from which on an effect is material.

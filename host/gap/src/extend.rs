@@ -4,9 +4,9 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use crate::criteria::{Parsimony, by_cost};
-use crate::fit::{Depth, Start};
+use crate::fit::{Depth, Fit, Start};
 use crate::nuisance::Nuisances;
-use crate::select::{Rival, Selection, Selector, Step};
+use crate::select::{Candidate, Rival, Selection, Selector, Step};
 use crate::swing::guess;
 
 /// Candidates that are refitted in every round.
@@ -22,7 +22,7 @@ impl Selector<'_> {
         let mut screened: Vec<(f64, usize)> = (0..self.problem.plant.effects().len())
             .into_par_iter()
             .filter(|effect| !base.fit.effects.contains(effect))
-            .filter_map(|effect| Some((self.promise(selection, &nuisances, effect)?, effect)))
+            .filter_map(|effect| Some((self.promise(selection, base, &nuisances, effect)?, effect)))
             .collect();
         screened.sort_by(|a, b| b.0.total_cmp(&a.0));
         let enough = screened.first().map_or(0.0, |(best, _)| best.max(0.0) * WORTH_A_FIT);
@@ -56,11 +56,17 @@ impl Selector<'_> {
         true
     }
 
-    /// What an effect on top of the best model promises to first order, in the terms of evidence:
-    /// by its derivatives there, and by what it does as it shows alone, or swings. Where
-    /// simulations cost something, the half of the trials decides that has most of the gap left.
-    fn promise(&self, selection: &Selection, nuisances: &Nuisances, effect: usize) -> Option<f64> {
-        let base = &selection.best.fit;
+    /// What an effect on top of a model promises to first order, in the terms of evidence: by its
+    /// derivatives there, and by what it does where it would begin. Where simulations cost
+    /// something, the half of the trials decides that has most of the gap left.
+    pub fn promise(
+        &self,
+        selection: &Selection,
+        base: &Candidate,
+        nuisances: &Nuisances,
+        effect: usize,
+    ) -> Option<f64> {
+        let base = &base.fit;
         let mut watched: Vec<usize> = (0..base.trials.len()).collect();
         if !self.problem.plant.cheap() {
             let energy = |trial: usize| base.trials[trial].refit.energy();
@@ -70,10 +76,8 @@ impl Selector<'_> {
         let raw: Vec<_> = watched.iter().map(|&trial| base.trials[trial].raw.clone()).collect();
         let own = self.problem.coordinates(&[effect]);
         let derivatives = self.problem.sensitivities(&watched, &base.point, &raw, &own)?;
-        let refits: Vec<_> = base.trials.iter().map(|trial| &trial.refit).enumerate().collect();
-        let guessed = guess(self.problem, effect, nuisances, &refits);
-        let alone = || Some(selection.shown[effect].as_ref()?.point.effects[effect].clone());
-        let shown = guessed.or_else(alone).and_then(|values| {
+        let begins = self.beginning(selection, base, nuisances, effect);
+        let shown = begins.and_then(|values| {
             let mut point = base.point.clone();
             point.effects[effect] = values;
             self.problem.residuals_of(&watched, &point)
@@ -98,6 +102,38 @@ impl Selector<'_> {
         let share = (gain / loss.max(f64::MIN_POSITIVE)).clamp(0.0, 0.999_999);
         let effective = selection.best.score.effective.max(2.0);
         Some(-effective * (1.0 - share).ln() - own.len() as f64 * effective.ln())
+    }
+
+    /// Where an effect would begin on top of a model: as it swings there; else as it shows alone,
+    /// or at the switch-on value whose doing explains most of the trial with most of the gap left.
+    /// What is at a place shows alone at another place than beside the effect that hides it.
+    fn beginning(
+        &self,
+        selection: &Selection,
+        base: &Fit,
+        nuisances: &Nuisances,
+        effect: usize,
+    ) -> Option<Vec<f64>> {
+        let refits: Vec<_> = base.trials.iter().map(|trial| &trial.refit).enumerate().collect();
+        if let Some(values) = guess(self.problem, effect, nuisances, &refits) {
+            return Some(values);
+        }
+        let energy = |&trial: &usize| base.trials[trial].refit.energy();
+        let deciding = (0..base.trials.len()).max_by(|a, b| energy(a).total_cmp(&energy(b)))?;
+        let off = &base.trials[deciding];
+        let explains = |values: &Vec<f64>| -> Option<f64> {
+            let mut point = base.point.clone();
+            point.effects[effect].clone_from(values);
+            let raw = self.problem.residual(deciding, &point)?;
+            let does = off.refit.project_column(&(&raw - &off.raw));
+            let slope = does.dot(&off.refit.residual);
+            Some(slope * slope / does.norm_squared().max(f64::MIN_POSITIVE))
+        };
+        let alone = selection.shown[effect].as_ref().map(|shown| &shown.point.effects[effect]);
+        let starts = self.problem.plant.effects()[effect].starts.iter().chain(alone);
+        let scored = starts.filter_map(|values| Some((explains(values)?, values)));
+        let (_, best) = scored.max_by(|a, b| a.0.total_cmp(&b.0))?;
+        Some(best.clone())
     }
 }
 

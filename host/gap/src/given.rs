@@ -16,6 +16,7 @@ impl Selector<'_> {
             failed: Vec::new(),
             nuisances: None,
             without: Vec::new(),
+            exchanged: Vec::new(),
             nominal,
         };
         let mut on: Vec<usize> = Vec::new();

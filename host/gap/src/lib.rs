@@ -9,7 +9,7 @@
 //! | `problem`, `nuisance`, `fit`, `search`, `swing` | the best parameters of one set of effects |
 //! | `sanity` | whether axes and units are the model's |
 //! | `score` | its error on data that the fit has not seen |
-//! | `select`, `pairs`, `extend`, `prune`, `given` | which effects the data support; those that somebody asks for |
+//! | `select`, `pairs`, `extend`, `prune`, `exchange`, `given` | which effects the data support; those that somebody asks for |
 //! | `criteria` | when a model is better than another |
 //! | `metric`, `confuse`, `calibration` | what cannot be told apart, and how certain the rest is |
 //! | `fresh` | what the answer closes on a trial that it has not seen |
@@ -31,6 +31,7 @@ mod criteria;
 mod diagnose;
 pub mod drive;
 mod estimate;
+mod exchange;
 mod experiment;
 mod extend;
 mod fit;

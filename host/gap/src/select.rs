@@ -89,6 +89,8 @@ pub struct Selection {
     pub nuisances: Option<Nuisances>,
     /// The best model without each of its effects, where it has several.
     pub without: Vec<(usize, Candidate)>,
+    /// The best model with one effect exchanged for another, and no better for it.
+    pub exchanged: Vec<(usize, Rival)>,
 }
 
 /// Fits, scores and compares models of one problem.
@@ -154,6 +156,7 @@ impl Selector<'_> {
             failed,
             nuisances: None,
             without: Vec::new(),
+            exchanged: Vec::new(),
         };
         self.first(&mut selection);
         let dominant = selection.best.score.shrink(&selection.nominal.score) >= DOMINANT;
@@ -166,6 +169,14 @@ impl Selector<'_> {
             && self.extend(&mut selection)
         {}
         self.finish(&mut selection)?;
+        if !self.problem.plant.cheap() {
+            for _ in 0..selection.best.fit.effects.len() {
+                if !self.exchange(&mut selection) {
+                    break;
+                }
+                self.finish(&mut selection)?;
+            }
+        }
         let best = &selection.best;
         let open = best.score.shrink(&selection.nominal.score) < EXPLAINED;
         if open && best.fit.effects.len() > 1 && !self.problem.plant.cheap() {
@@ -242,6 +253,7 @@ impl Selector<'_> {
     fn single_again(&self, selection: &mut Selection) -> Option<()> {
         selection.best = selection.nominal.clone();
         selection.steps.clear();
+        selection.exchanged.clear();
         selection.path.push((Vec::new(), selection.nominal.score.clone()));
         self.first(selection);
         self.finish(selection)

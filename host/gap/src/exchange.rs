@@ -1,0 +1,89 @@
+//! Effects of an explanation exchanged for what they are easily confused with.
+//!
+//! Effects are added one after the other, and where simulations cost something their fits are cut
+//! short: one may have been chosen only because the others were not there yet.
+
+use rayon::prelude::*;
+
+use crate::criteria::by_cost;
+use crate::fit::{Depth, Start};
+use crate::select::{Candidate, Rival, Selection, Selector, Step};
+
+/// Of what an effect is confused with, how many take its place in a fit.
+const EXCHANGED: usize = 2;
+
+impl Selector<'_> {
+    /// Exchanges the effect of several whose exchange lowers the error most; gives whether there
+    /// was one. What was tried and is no better is kept.
+    pub fn exchange(&self, selection: &mut Selection) -> bool {
+        selection.exchanged.clear();
+        let mut tried: Vec<(usize, usize, Candidate)> = Vec::new();
+        for (effect, without) in &selection.without {
+            tried.extend(self.in_place_of(selection, *effect, without));
+        }
+        let least = |a: &&(usize, usize, Candidate), b: &&(usize, usize, Candidate)| {
+            a.2.fit.loss.total_cmp(&b.2.fit.loss)
+        };
+        let Some((effect, rival, best)) = tried.iter().min_by(least).cloned() else {
+            return false;
+        };
+        let gap = selection.nominal.score.excess();
+        let mut sides =
+            vec![(None, selection.best.clone()), (Some((effect, rival)), self.to_the_end(best))];
+        by_cost(self.problem.plant, gap, &mut sides, |(_, candidate)| candidate);
+        if let (Some((effect, rival)), candidate) = sides.swap_remove(0) {
+            put(selection, effect, rival, candidate);
+            return true;
+        }
+        let kept = tried.iter().map(|(effect, rival, c)| (*effect, Rival::of(*rival, c)));
+        selection.exchanged = kept.collect();
+        false
+    }
+
+    /// Fits of what may stand in the place of an effect, from the model without it.
+    fn in_place_of(
+        &self,
+        selection: &Selection,
+        effect: usize,
+        without: &Candidate,
+    ) -> Vec<(usize, usize, Candidate)> {
+        let Some(nuisances) = self.nuisances_at(&without.fit) else { return Vec::new() };
+        let effects = self.problem.plant.effects();
+        let alike = |rival: usize| {
+            let says = |a: usize, b: usize| effects[a].confused_with.contains(&effects[b].id);
+            says(effect, rival) || says(rival, effect)
+        };
+        let mut promised: Vec<(f64, usize)> = (0..effects.len())
+            .into_par_iter()
+            .filter(|rival| alike(*rival) && !selection.best.fit.effects.contains(rival))
+            .filter_map(|rival| Some((self.promise(selection, without, &nuisances, rival)?, rival)))
+            .filter(|(promise, _)| *promise > 0.0)
+            .collect();
+        promised.sort_by(|a, b| b.0.total_cmp(&a.0));
+        promised.truncate(EXCHANGED);
+        let fitted = |(_, rival): (f64, usize)| {
+            let mut on = without.fit.effects.clone();
+            on.push(rival);
+            let start = Start::Fit(&without.fit);
+            let found = self.candidate(Depth::Whole, &nuisances, start, &on, Some(rival))?;
+            (!found.fit.failed).then_some((effect, rival, found))
+        };
+        promised.into_par_iter().filter_map(fitted).collect()
+    }
+
+    fn to_the_end(&self, candidate: Candidate) -> Candidate {
+        let polished = self.nuisances_at(&candidate.fit).and_then(|nuisances| {
+            let (start, on) = (Start::Fit(&candidate.fit), &candidate.fit.effects);
+            self.candidate(Depth::Polished, &nuisances, start, on, None)
+        });
+        polished.unwrap_or(candidate)
+    }
+}
+
+fn put(selection: &mut Selection, effect: usize, rival: usize, found: Candidate) {
+    let displaced = Rival::of(effect, &selection.best);
+    selection.path.push((found.fit.effects.clone(), found.score.clone()));
+    selection.steps.retain(|step| step.effect != effect);
+    selection.steps.push(Step::of(rival, &found, vec![displaced]));
+    selection.best = found;
+}
