@@ -106,3 +106,43 @@ pub fn by_cost<T>(
         (false, _) => 2,
     });
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SAMPLES: usize = 100;
+
+    /// Energies per sample of the force at the drive and of the tip.
+    fn score(drive: f64, tip: f64) -> Score {
+        Score {
+            residuals: Vec::new(),
+            blocks: vec![0.5 * (drive + tip); 4],
+            weights: vec![0.5 * SAMPLES as f64; 4],
+            energy: 0.5 * (drive + tip),
+            quantities: vec![(Quantity::DriveForce, drive, SAMPLES), (Quantity::Tip, tip, SAMPLES)],
+            effective: SAMPLES as f64,
+        }
+    }
+
+    /// The excess of a gap of a thousand floors.
+    const PARSIMONY: Parsimony = Parsimony { gap: 1000.0, least: LEAST_OF_ALL };
+
+    #[test]
+    fn a_small_term_pays_where_it_halves_a_quantity_far_from_its_floor() {
+        assert!(PARSIMONY.pays(&score(2.0, 6.0), &score(2.0, 1.5), 2));
+        // Near the floor it mends the shape of the largest effect.
+        assert!(!PARSIMONY.pays(&score(2.0, 2.2), &score(2.0, 1.1), 2));
+        // Not halved.
+        assert!(!PARSIMONY.pays(&score(2.0, 6.0), &score(2.0, 4.0), 2));
+        // The tip is nearer, the whole is not.
+        assert!(!PARSIMONY.pays(&score(2.0, 6.0), &score(8.0, 1.5), 2));
+    }
+
+    #[test]
+    fn a_term_that_removes_much_of_the_whole_pays_wherever_it_does() {
+        assert!(PARSIMONY.pays(&score(300.0, 2.0), &score(20.0, 2.0), 2));
+        // Of parameters that many cost more than that.
+        assert!(!PARSIMONY.pays(&score(300.0, 2.0), &score(20.0, 2.0), 60));
+    }
+}

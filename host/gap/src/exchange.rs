@@ -87,3 +87,77 @@ fn put(selection: &mut Selection, effect: usize, rival: usize, found: Candidate)
     selection.steps.push(Step::of(rival, &found, vec![displaced]));
     selection.best = found;
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::plant::{Plant, Point};
+    use crate::toy::{Toy, effect, explained_by, noise, parameter};
+
+    const SAMPLES: usize = 400;
+    const NOISE: f64 = 0.01;
+    /// The effects by index.
+    const ALIKE: usize = 0;
+    const TRUE: usize = 1;
+    const OTHER: usize = 2;
+
+    /// What an effect of size 1 does. The first does almost the same as the second.
+    fn does(effect: usize, i: usize) -> f64 {
+        let along = i as f64 / SAMPLES as f64;
+        match effect {
+            ALIKE => along,
+            TRUE => along + 0.3 * along * along,
+            _ => (9.0 * along).sin(),
+        }
+    }
+
+    /// Measured: the second effect and the third. `says`: what the catalogue says that the first is
+    /// confused with.
+    fn toy(says: &'static [&'static str]) -> impl Plant {
+        let measured = |i: usize| 2.0 * does(TRUE, i) + does(OTHER, i) + NOISE * noise(i);
+        let predict = |i: usize, point: &Point| {
+            (0..3).map(|effect| point.effects[effect][0] * does(effect, i)).sum::<f64>()
+        };
+        let mut toy = Toy::new(0.01, NOISE, (0..SAMPLES).map(measured), predict);
+        let own = |id| effect(id, vec![parameter("size")], vec![vec![1.0]]);
+        toy.effects = vec![own("alike"), own("true"), own("other")];
+        toy.effects[ALIKE].confused_with = says;
+        toy
+    }
+
+    #[test]
+    fn an_effect_gives_way_to_one_that_it_is_confused_with_and_that_explains_more() {
+        explained_by(&toy(&["true"]), &[ALIKE, OTHER], |selector, mut selection| {
+            assert!(selector.exchange(&mut selection));
+            let mut effects = selection.best.fit.effects.clone();
+            effects.sort_unstable();
+            assert_eq!(effects, [TRUE, OTHER]);
+            assert!(selection.best.score.energy < 1.2, "{}", selection.best.score.energy);
+            let displaced: Vec<usize> = selection
+                .steps
+                .iter()
+                .filter(|step| step.effect == TRUE)
+                .flat_map(|step| step.rivals.iter().map(|rival| rival.effect))
+                .collect();
+            assert_eq!(displaced, [ALIKE]);
+        });
+    }
+
+    #[test]
+    fn what_explains_less_stays_a_rival() {
+        explained_by(&toy(&["true"]), &[TRUE, OTHER], |selector, mut selection| {
+            assert!(!selector.exchange(&mut selection));
+            assert_eq!(selection.best.fit.effects, [TRUE, OTHER]);
+            let tried: Vec<(usize, usize)> =
+                selection.exchanged.iter().map(|(effect, rival)| (*effect, rival.effect)).collect();
+            assert_eq!(tried, [(TRUE, ALIKE)]);
+        });
+    }
+
+    #[test]
+    fn what_nobody_confuses_is_not_exchanged() {
+        explained_by(&toy(&[]), &[ALIKE, OTHER], |selector, mut selection| {
+            assert!(!selector.exchange(&mut selection));
+            assert!(selection.exchanged.is_empty());
+        });
+    }
+}

@@ -150,3 +150,55 @@ fn explained(normal: &DMatrix<f64>, slope: &DVector<f64>, k: usize) -> f64 {
     let slope = DVector::from_fn(k, |i, _| slope[i] / size[i]);
     scaled.cholesky().map_or(0.0, |c| slope.dot(&c.solve(&slope)))
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::plant::{Parameter, Point};
+    use crate::toy::{Toy, effect, explained_by, noise, parameter};
+
+    const SAMPLES: usize = 400;
+    const NOISE: f64 = 0.01;
+    const WIDTH: f64 = 0.04;
+    /// Where there is a bump.
+    const PLACE: f64 = 0.78;
+
+    fn along(i: usize) -> f64 {
+        i as f64 / SAMPLES as f64
+    }
+
+    fn bump(i: usize, place: f64) -> f64 {
+        let off = (along(i) - place) / WIDTH;
+        (-0.5 * off * off).exp()
+    }
+
+    /// What a bump promises beside an inclination. `places`: where its fit begins.
+    fn promised(bump_in_data: f64, places: &[f64]) -> f64 {
+        let measured = |i: usize| 3.0 * along(i) + bump_in_data * bump(i, PLACE) + NOISE * noise(i);
+        let predict = |i: usize, point: &Point| {
+            let (slope, own) = (point.effects[0][0], &point.effects[1]);
+            slope * along(i) + own[0] * bump(i, own[1])
+        };
+        let mut toy = Toy::new(0.01, NOISE, (0..SAMPLES).map(measured), predict);
+        let place = Parameter { low: 0.0, high: 1.0, off: 0.5, scale: 0.05, ..parameter("place") };
+        let starts = places.iter().map(|place| vec![1.0, *place]).collect();
+        toy.effects = vec![
+            effect("slope", vec![parameter("slope")], vec![vec![1.0]]),
+            effect("bump", vec![parameter("size"), place], starts),
+        ];
+        explained_by(&toy, &[0], |selector, selection| {
+            let nuisances = selection.nuisances.as_ref().unwrap();
+            selector.promise(&selection, &selection.best, nuisances, 1).unwrap()
+        })
+    }
+
+    #[test]
+    fn what_is_at_a_place_promises_by_the_place_that_explains_most_beside_the_others() {
+        // No single effect was fitted, and where the bump is off it has no derivative there.
+        let near = promised(0.3, &[0.2, 0.5, 0.8]);
+        assert!(near > 6.0, "{near}");
+        let far = promised(0.3, &[0.2, 0.5]);
+        assert!(far < 0.0, "{far}");
+        let absent = promised(0.0, &[0.2, 0.5, 0.8]);
+        assert!(absent < 0.0, "{absent}");
+    }
+}

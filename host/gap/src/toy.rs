@@ -1,8 +1,12 @@
 //! A plant for tests: one trial, one channel, and a prediction that is a formula.
 
+use crate::floor::Floor;
 use crate::plant::{
     Channel, Effect, Nuisance, Parameter, Plant, Point, Quantity, Repeat, Sample, Swing, Trial,
 };
+use crate::problem::Problem;
+use crate::score::{FoldKind, Folds};
+use crate::select::{Selection, Selector};
 
 /// Built with [`Toy::new`] and filled in by the test.
 pub struct Toy<F> {
@@ -46,6 +50,45 @@ impl<F: Fn(usize, &Point) -> f64> Toy<F> {
             predict,
         }
     }
+}
+
+/// Does something with an explanation of a plant by these effects, every fourth sample held out
+/// in turn.
+pub fn explained_by<T>(
+    plant: &dyn Plant,
+    effects: &[usize],
+    then: impl FnOnce(&Selector<'_>, Selection) -> T,
+) -> T {
+    let samples = plant.trials()[0].samples.len();
+    let folds = Folds {
+        kind: FoldKind::Block,
+        of_sample: vec![(0..samples).map(|i| i % 4).collect()],
+        scored: vec![vec![true; samples]],
+        count: 4,
+        unseen_share: 0.0,
+        unseen: Vec::new(),
+    };
+    let problem = Problem::new(plant, &Floor::of(plant), &|_| {});
+    let selector = Selector { problem: &problem, folds: &folds };
+    let nominal = selector.nominal().expect("a formula does not break down");
+    let selection = selector.take(nominal, effects).expect("a formula does not break down");
+    then(&selector, selection)
+}
+
+/// A parameter from −10 to 10 with a prior of 1 around 0.
+pub fn parameter(name: &'static str) -> Parameter {
+    Parameter { name, unit: "1", low: -10.0, high: 10.0, off: 0.0, scale: 1.0 }
+}
+
+/// Noise of standard deviation 1, the same every time.
+pub fn noise(i: usize) -> f64 {
+    // Twelve draws from a linear congruential generator, less their mean.
+    let mut state = (i as u32 + 1).wrapping_mul(2_654_435_761);
+    let draws = (0..12).map(|_| {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        f64::from(state) / f64::from(u32::MAX)
+    });
+    draws.sum::<f64>() - 6.0
 }
 
 /// An effect by its parameters and the values that fits start from.
