@@ -29,13 +29,17 @@ pub type Trial = Vec<Row>;
 
 /// Plays one of [`crate::TRIALS`] motions on a rig with changes.
 pub fn play(rig: &Rig, changes: &[Change], trial: usize) -> Result<Trial, SolveError> {
-    let schedule = schedule(trial, rig.start_m);
+    play_along(rig, changes, &schedule(trial, rig.start_m))
+}
+
+/// Plays any motion on a rig with changes.
+pub fn play_along(rig: &Rig, changes: &[Change], schedule: &Schedule) -> Result<Trial, SolveError> {
     let steps = (schedule.end_s() / STEP_S).round() as usize;
     let standing = world::standing(rig, changes);
     let moments = if world::is_changing(changes) { steps + 1 } else { 1 };
     let problems: Vec<Problem> =
-        (0..moments).map(|k| world::at(&standing, changes, &moment(&schedule, k))).collect();
-    let mut train = Train::new(changes, &schedule);
+        (0..moments).map(|k| world::at(&standing, changes, &moment(schedule, k))).collect();
+    let mut train = Train::new(changes, schedule);
     let mut sensor = Sensor::new(changes);
     let mut simulation = Simulation::settled(&problems[0], train.drive())?;
     let mut rows = Vec::with_capacity(steps);
@@ -47,7 +51,7 @@ pub fn play(rig: &Rig, changes: &[Change], trial: usize) -> Result<Trial, SolveE
         let t_s = STEP_S * k as f64;
         let before = train.drive();
         let load_n = simulation.sample().drive_force_n;
-        let drive = train.advance(&schedule, t_s, load_n);
+        let drive = train.advance(schedule, t_s, load_n);
         let sample = simulation.step(STEP_S, drive)?;
         let fed_m = drive.insertion_m - start.insertion_m;
         let feed_m = drive.insertion_m - before.insertion_m;

@@ -132,6 +132,18 @@ fn what_was_diagnosed_is_applied_and_the_gap_is_smaller_on_the_device() {
     assert!(count("stated") > 4.0 * count("unknown"), "{drive}");
     assert!(count("within") > 0.7 * count("stated"), "{drive}");
 
+    // And in a recording's table.
+    let [recording, table] = ["run.mcap", "ticks.csv"].map(|name| folder.path().join(name));
+    let play = ["simulate", bundle, "--settings", text(&settings), "--duration", "1.5", "--out"];
+    assert!(cathforce(&[&play[..], &[text(&recording)]].concat()).status.success());
+    assert!(cathforce(&["export", text(&recording), "--csv", text(&table)]).status.success());
+    let table = std::fs::read_to_string(table).unwrap();
+    let header = table.lines().next().unwrap();
+    let column = header.split(',').position(|name| name == "drive_force_half_width_n").unwrap();
+    let widths = table.lines().skip(1).map(|line| line.split(',').nth(column).unwrap());
+    let widths: Vec<f64> = widths.filter_map(|n| n.parse().ok()).collect();
+    assert!(widths.len() > 50 && widths.iter().all(|n| (0.0..2.0).contains(n)), "{widths:?}");
+
     let limit = ["--duration", "1.5", "--fail-above", "rms_N=1e-4"];
     assert_fails(&[&verify[..], &limit].concat(), 6, &["on the device", "rms_N=0.0001"]);
 }

@@ -62,6 +62,7 @@ fn columns(recording: &Recording, ticks: &[TickEstimate]) -> Vec<(&'static str, 
         |of: &dyn Fn(&TickEstimate) -> Option<bool>| Column::Flag(ticks.iter().map(of).collect());
     let wire = |of: fn(GuidewireEstimate) -> Option<f32>| single(&|t| of(t.guidewire?));
     let force = |k: usize| single(&move |t| Some(t.force_n?[k]));
+    let half_width = |k: usize| single(&move |t| Some(t.force_half_width_n?[k]));
     let tip = |k: usize| single(&move |t| Some(t.tip_from_entry_m?[k]));
     let mode = |t: &TickEstimate| ByteArray::from(crate::series::mode_name(t).as_str());
     vec![
@@ -90,6 +91,10 @@ fn columns(recording: &Recording, ticks: &[TickEstimate]) -> Vec<(&'static str, 
         ("guidewire_force_n", wire(|w| w.drive_force_n)),
         ("guidewire_torque_n_m", wire(|w| w.drive_torque_n_m)),
         ("guidewire_felt", flag(&|t| t.guidewire?.felt)),
+        ("fx_half_width_n", half_width(0)),
+        ("fy_half_width_n", half_width(1)),
+        ("fz_half_width_n", half_width(2)),
+        ("drive_force_half_width_n", single(&|t| t.drive_force_half_width_n)),
     ]
 }
 

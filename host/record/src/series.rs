@@ -71,8 +71,12 @@ const GUIDEWIRE_COLUMNS: [&str; 5] = [
     "guidewire_felt",
 ];
 
-/// One row a tick. A value that is not known is an empty field; the guidewire's columns are
-/// there if it is.
+/// Half widths of the band in which nine of ten true forces lie.
+const BAND_COLUMNS: [&str; 4] =
+    ["fx_half_width_n", "fy_half_width_n", "fz_half_width_n", "drive_force_half_width_n"];
+
+/// One row a tick. A value that is not known is an empty field; the columns of the guidewire and
+/// of the band are there if these are.
 pub fn write_ticks_csv(
     recording: &Recording,
     ticks: &[TickEstimate],
@@ -80,8 +84,10 @@ pub fn write_ticks_csv(
 ) -> csv::Result<()> {
     let mut csv = csv::Writer::from_writer(out);
     let has_guidewire = ticks.iter().any(|tick| tick.guidewire.is_some());
-    let header = TICK_COLUMNS.iter().chain(GUIDEWIRE_COLUMNS.iter().filter(|_| has_guidewire));
-    csv.write_record(header)?;
+    let has_band = ticks.iter().any(|tick| tick.has_band);
+    let wire_header = GUIDEWIRE_COLUMNS.iter().filter(|_| has_guidewire);
+    let band_header = BAND_COLUMNS.iter().filter(|_| has_band);
+    csv.write_record(TICK_COLUMNS.iter().chain(wire_header).chain(band_header))?;
     for tick in ticks {
         let number = |x: Option<f32>| x.map_or(String::new(), |x| x.to_string());
         let force = |k: usize| number(tick.force_n.map(|force_n| force_n[k]));
@@ -113,7 +119,11 @@ pub fn write_ticks_csv(
             wire.and_then(|wire| wire.felt)
                 .map_or(String::new(), |felt| u8::from(felt).to_string()),
         ];
-        csv.write_record(row.iter().chain(wire.iter().filter(|_| has_guidewire)))?;
+        let half_width = |k: usize| number(tick.force_half_width_n.map(|widths_n| widths_n[k]));
+        let band: [String; BAND_COLUMNS.len()] =
+            [half_width(0), half_width(1), half_width(2), number(tick.drive_force_half_width_n)];
+        let wire = wire.iter().filter(|_| has_guidewire);
+        csv.write_record(row.iter().chain(wire).chain(band.iter().filter(|_| has_band)))?;
     }
     Ok(csv.flush()?)
 }

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use super::{escape, percent};
+use crate::band::{Band, Row};
 use crate::locate::Cell;
 use crate::report::{PathStep, Ranked, Series};
 
@@ -149,7 +150,73 @@ pub fn series(series: &Series) -> String {
     )
 }
 
+/// Half widths of one force over insertion; what is not stated is left out.
+pub fn band(band: &Band, column: usize, name: &str) -> String {
+    const HEIGHT: f64 = 130.0;
+    let directions = [("after", &band.feed), ("before", &band.withdrawal)];
+    let widths = || directions.iter().flat_map(|(_, rows)| rows.iter().filter_map(|r| r[column]));
+    let Some(high) = widths().reduce(f64::max) else { return String::new() };
+    let last = directions.iter().map(|(_, rows)| rows.len()).max().unwrap_or(0).saturating_sub(1);
+    let x = |k: usize| 50.0 + (WIDTH - 60.0) * k as f64 / last.max(1) as f64;
+    let y = |n: f64| 10.0 + (HEIGHT - 40.0) * (1.0 - n / high.max(f64::MIN_POSITIVE));
+    let mut inside = format!(
+        "<line class=axis x1=50 x2={WIDTH} y1={0:.1} y2={0:.1} /><text class=soft x=0 y=18>{1}\
+         </text><text class=soft x=50 y={2:.0}>{3:.0} mm</text><text class=soft x={WIDTH} y={2:.0} \
+         text-anchor=end>{4:.0} mm</text>",
+        y(0.0),
+        label(high),
+        HEIGHT - 8.0,
+        1e3 * band.from_m,
+        1e3 * (band.from_m + last as f64 * band.step_m),
+    );
+    for (class, rows) in directions {
+        // One line for each stretch of insertion at which it is stated.
+        for stretch in
+            rows.iter().enumerate().collect::<Vec<_>>().split(|(_, r)| r[column].is_none())
+        {
+            let point = |&(k, row): &(usize, &Row)| {
+                row[column].map(|n| format!("{:.1},{:.1}", x(k), y(n))).unwrap_or_default()
+            };
+            let points: Vec<String> = stretch.iter().map(point).collect();
+            if points.len() > 1 {
+                let _ =
+                    write!(inside, "<polyline class={class} points=\"{}\" />", points.join(" "));
+            }
+        }
+    }
+    format!("<figure>{}<figcaption>{name}</figcaption></figure>", svg(HEIGHT, &inside))
+}
+
 /// A force at an axis.
 fn label(value: f64) -> String {
     if value.abs() < 1.0 { format!("{:.0} mN", 1e3 * value) } else { format!("{value:.0} N") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::band::{COLUMNS, Coverage};
+
+    #[test]
+    fn a_band_is_drawn_where_it_is_stated_and_nowhere_else() {
+        let row = |n: Option<f64>| [n; COLUMNS];
+        let known = row(Some(0.002));
+        let band_of = |withdrawal: Vec<Row>| Band {
+            from_m: 0.01,
+            step_m: 0.02,
+            feed: vec![known, row(Some(0.004)), row(None), known, known],
+            withdrawal,
+            coverage: Coverage::default(),
+        };
+        let chart = band(&band_of(vec![row(None); 5]), 3, "force behind the guide");
+        // Two stretches of feed, the higher end at the top.
+        assert_eq!(chart.matches("polyline class=after").count(), 2, "{chart}");
+        assert!(chart.contains("points=\"50.0,55.0 225.0,10.0\""), "{chart}");
+        assert!(!chart.contains("polyline class=before"), "{chart}");
+        for label in ["10 mm", "90 mm", "4 mN", "force behind the guide"] {
+            assert!(chart.contains(label), "{label} in {chart}");
+        }
+        let both = band(&band_of(vec![known; 5]), 0, "x");
+        assert_eq!(both.matches("polyline class=before").count(), 1, "{both}");
+    }
 }

@@ -20,9 +20,8 @@ pub fn page(answer: &Diagnosis) -> String {
         tiles(answer)
     );
     let _ = write!(body, "<p class=soft>Compared: {}.</p>", escape(&answer.details.compared));
-    for part in [remarks(answer), places(answer), which(answer), how_far(answer), again(answer)] {
-        body += &part;
-    }
+    let parts = [remarks, places, which, how_far, band, again];
+    body.extend(parts.map(|part| part(answer)));
     format!(
         "<!doctype html>\n<html lang=en><meta charset=utf-8>\
          <meta name=viewport content=\"width=device-width,initial-scale=1\">\
@@ -189,6 +188,32 @@ fn how_far(answer: &Diagnosis) -> String {
          <p class='soft key'><i style='color:var(--measured)'></i>measured\
          <i style='color:var(--before)'></i>nominal model<i style='color:var(--after)'></i>with \
          the effects</p>{series}"
+    )
+}
+
+fn band(answer: &Diagnosis) -> String {
+    let Some(band) = &answer.band else { return String::new() };
+    let mut rows = String::new();
+    let names = ["force on the vessel x", "y", "z", "force behind the guide"];
+    for (name, covered) in names.iter().zip(&band.coverage.channels) {
+        if let (Some(share), Some(half_width_n)) = (covered.share(), covered.half_width_n()) {
+            let _ = write!(
+                rows,
+                "<tr><td>{name}<td class=number>±{}<td class=number>{}<td class=number>{}",
+                quantity(half_width_n, "N"),
+                percent(share),
+                covered.stated
+            );
+        }
+    }
+    let charts: String =
+        names.iter().enumerate().map(|(column, name)| charts::band(band, column, name)).collect();
+    format!(
+        "<h2>How far the forces may be off</h2><p class=soft>Half width of the band in which nine          of ten true forces lie with the model that this answer leaves behind.</p>\
+         <div class=wide><table><tr><th>force<th class=number>half width, RMS<th class=number>held \
+         out and within<th class=number>of samples{rows}</table></div>\
+         <p class='soft key'><i style='color:var(--after)'></i>fed\
+         <i style='color:var(--before)'></i>withdrawn</p>{charts}"
     )
 }
 
