@@ -50,13 +50,14 @@ impl Drop for Host {
 fn p23_a_host_that_is_killed_leaves_no_emulator_behind() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let mut command = Command::new(program());
-    command.args(["--quiet", "run", "--link", "qemu", EXAMPLE, "--out"]);
-    command.arg(folder.path().join("run.mcap"));
+    let recording = folder.path().join("run.mcap");
+    command.args(["--quiet", "run", "--link", "qemu", EXAMPLE, "--out"]).arg(&recording);
     command.stdout(Stdio::null()).stderr(Stdio::null());
     let mut host = Host(command.spawn().expect("the program starts"));
     // The first emulator measures its clocks and ends by itself; the second is the board. When the
-    // recording is there, it is the board that runs.
-    wait("no recording was begun", || folder.path().join("run.mcap").exists().then_some(()));
+    // recording has begun, it is the board that runs. An empty file is there for a moment before,
+    // to see whether it can be written.
+    wait("no recording was begun", || fs::metadata(&recording).ok().filter(|file| file.len() > 0));
     let (emulator, _) = wait("no emulator was started", || {
         children(host.0.id()).into_iter().find(|(_, name)| name.starts_with("qemu"))
     });

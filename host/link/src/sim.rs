@@ -1,7 +1,8 @@
 //! A device in this process: the code that runs on a board, without the board.
 //!
 //! In lock step its time is what SYNC frames grant and nothing else. Running free, its
-//! ticks follow this computer's clock, made up for whenever the link is used.
+//! ticks follow this computer's clock, made up for whenever the link is used; where there are
+//! too many to make up for, or they take longer than their time, some are missed and counted.
 
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
@@ -15,6 +16,11 @@ use cathforce_device::{Board, Identity, Image, Service, Ticker, copy_from};
 use crate::{Link, LinkError};
 
 const TICK: Duration = Duration::from_millis(1);
+
+/// Ticks that are made up for at once, fewer than an encoder may be silent for. Between them no
+/// frame is taken: a computer on which a tick takes longer than its time would else have more to
+/// make up for each time, and never answer.
+const MOST_AT_ONCE: u32 = 4;
 
 /// Frames that nobody has read yet; when there are more, the oldest go.
 const MAX_UNREAD: usize = 65_536;
@@ -44,6 +50,7 @@ struct VirtualBoard {
     configured: Option<Configured>,
     /// Frames dropped because nobody read them.
     carrier: Counters,
+    missed_ticks: u32,
 }
 
 impl Default for Sim {
@@ -64,7 +71,7 @@ impl Sim {
         let (ticker, carrier) = (Ticker::new(), Counters::default());
         Self {
             service: Service::new(identity, vec![0; IMAGE_BUFFER_LEN]),
-            board: VirtualBoard { ticker, configured: None, carrier },
+            board: VirtualBoard { ticker, configured: None, carrier, missed_ticks: 0 },
             unread: VecDeque::new(),
             next_tick: Instant::now() + TICK,
         }
@@ -109,11 +116,16 @@ impl Sim {
         let now = Instant::now();
         if self.board.ticker.lock_step() {
             self.next_tick = now + TICK;
+            return;
         }
-        while self.next_tick <= now {
-            self.next_tick += TICK;
+        let Some(late) = now.checked_duration_since(self.next_tick) else { return };
+        let due = u32::try_from(late.as_nanos() / TICK.as_nanos() + 1).unwrap_or(u32::MAX);
+        for _ in 0..due.min(MOST_AT_ONCE) {
             self.tick();
         }
+        let missed = due.saturating_sub(MOST_AT_ONCE);
+        self.board.missed_ticks = self.board.missed_ticks.saturating_add(missed);
+        self.next_tick += TICK * due;
     }
 }
 
@@ -162,7 +174,8 @@ impl Board<Vec<u8>> for VirtualBoard {
     }
 
     fn status(&mut self) -> Status {
-        let mut status = self.ticker.report(Load::default());
+        let load = Load { missed_ticks: self.missed_ticks, ..Load::default() };
+        let mut status = self.ticker.report(load);
         status.counters = status.counters.merged(&self.carrier);
         status
     }
@@ -201,6 +214,7 @@ impl Board<Vec<u8>> for VirtualBoard {
     fn reset_counters(&mut self) {
         self.ticker.reset_counters();
         self.carrier = Counters::default();
+        self.missed_ticks = 0;
     }
 
     fn read_image(&mut self, offset: usize, into: &mut [u8]) -> Option<usize> {

@@ -219,6 +219,7 @@ fn play_ends_when_it_is_told_to_and_loses_no_tick() {
 fn a_device_that_runs_free_is_fed_by_the_clock() {
     let mut client = Client::connect(Sim::new()).unwrap();
     client.upload_image(&support::image(), |_| ControlFlow::Continue(())).unwrap();
+    client.reset_counters().unwrap();
     let mut steps: Vec<Step> = feed(50).collect();
     steps[0].command = Some(Command::SelfTest);
     let mut ticks = Vec::new();
@@ -227,11 +228,25 @@ fn a_device_that_runs_free_is_fed_by_the_clock() {
         ControlFlow::Continue(())
     });
     assert_eq!(sent.unwrap(), 50);
-    assert!(ticks.len() >= 45, "{}", ticks.len());
     assert!(ticks.windows(2).all(|w| w[1] == w[0] + 1), "{ticks:?}");
     let status = client.status().unwrap();
+    let missed = status.load.missed_ticks;
+    assert!(ticks.len() + missed as usize >= 45, "{} and {missed} missed", ticks.len());
     assert!(!status.lock_step);
     assert_eq!(status.counters.get(Counter::Accepted), 51);
+}
+
+/// On a computer that had no time for it, or whose ticks take longer than theirs, a device still
+/// answers: what it cannot make up for, it counts.
+#[test]
+fn a_device_that_is_late_misses_ticks_and_says_so() {
+    let mut sim = Sim::new();
+    std::thread::sleep(Duration::from_millis(200));
+    assert!(sim.receive(Duration::ZERO).unwrap().is_some());
+    assert!(sim.ticker().ticks() <= 8, "made up for {} ticks at once", sim.ticker().ticks());
+    let status = Client::connect(sim).unwrap().status().unwrap();
+    assert!(status.load.missed_ticks >= 190, "{status:?}");
+    assert!(status.load.missed_ticks + status.tick >= 199, "{status:?}");
 }
 
 #[test]

@@ -6,7 +6,7 @@
 use std::io::{self, BufRead, Write};
 
 use cathforce_bus::master::Master;
-use cathforce_bus::{Direction, Frame, Id, Process};
+use cathforce_bus::{Direction, Frame, Id, Process, Tick};
 
 use crate::clock::BusClock;
 use crate::frame::BusFrame;
@@ -20,6 +20,20 @@ pub struct CandumpLog {
     pub started_ns: u64,
     /// Frames of other senders: extended, remote, CAN FD, or of no identifier of ours.
     pub foreign: usize,
+    /// Where the device began its ticks over.
+    pub second_run: Option<SecondRun>,
+}
+
+/// A device that was configured or switched on again: with it its ticks, counters and maybe its
+/// image are others.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SecondRun {
+    /// Line of the first frame that tells, from 1.
+    pub line: usize,
+    /// Last line of the run before.
+    pub last_before: usize,
+    /// Ticks that the device had counted, and the number with which it goes on.
+    pub ticks: (u16, u16),
 }
 
 /// A line is no frame.
@@ -59,6 +73,7 @@ pub fn write_candump(
 pub fn read_candump(log: impl BufRead, master: &Master) -> Result<CandumpLog, CandumpError> {
     let mut found = CandumpLog::default();
     let mut before_ns = None;
+    let mut runs = Runs::default();
     for (i, line) in log.lines().enumerate() {
         let wrong = |problem: String, fix| CandumpError { line: i + 1, problem, fix };
         let line =
@@ -68,7 +83,8 @@ pub fn read_candump(log: impl BufRead, master: &Master) -> Result<CandumpLog, Ca
         }
         let (at_ns, frame) = parse(line.trim()).map_err(|problem| wrong(problem, FORM))?;
         if before_ns.is_some_and(|before_ns| at_ns < before_ns) {
-            let fix = "take the lines in the order in which they were logged";
+            let fix = "take the lines in the order in which they were logged, and logs of different \
+                       times one by one";
             return Err(wrong("time goes back".into(), fix));
         }
         if before_ns.replace(at_ns).is_none() {
@@ -80,9 +96,59 @@ pub fn read_candump(log: impl BufRead, master: &Master) -> Result<CandumpLog, Ca
             continue;
         };
         let at_ns = at_ns - found.started_ns;
-        found.frames.push(BusFrame { at_ns, direction, frame });
+        let frame = BusFrame { at_ns, direction, frame };
+        found.second_run = found.second_run.or(runs.take(i + 1, &frame));
+        found.frames.push(frame);
     }
     Ok(found)
+}
+
+/// Looks for the tick at which a device begins over.
+#[derive(Default)]
+struct Runs {
+    /// Number and digest of the last TICK frame.
+    last: Option<Tick>,
+    /// Ticks since then.
+    seen: u16,
+    /// The last line since then before anybody asked the device for something.
+    quiet_until: Option<usize>,
+}
+
+impl Runs {
+    fn take(&mut self, line: usize, frame: &BusFrame) -> Option<SecondRun> {
+        let id = Id::from_raw(frame.frame.id())?;
+        match id {
+            Id::ServiceRequest => {
+                self.quiet_until.get_or_insert(line - 1);
+            }
+            Id::Haptic => self.seen = self.seen.wrapping_add(1),
+            Id::Tick => {
+                let Some(Process::Tick(tick)) = Process::decode(id, payload(frame)?) else {
+                    return None;
+                };
+                let last_before = self.quiet_until.take().unwrap_or(line - 1);
+                let seen = std::mem::take(&mut self.seen);
+                let last = self.last.replace(tick)?;
+                let begun = begins_over(last, tick, seen);
+                return begun.then_some(SecondRun {
+                    line,
+                    last_before,
+                    ticks: (last.tick, tick.tick),
+                });
+            }
+            _ => {}
+        }
+        None
+    }
+}
+
+/// Whether no ticks of one run, of which `seen` are there, lead from one TICK frame to the next.
+/// A device that is not configured yet has the digest 0, and counts up to its configuration.
+fn begins_over(last: Tick, next: Tick, seen: u16) -> bool {
+    const HALF: u16 = u16::MAX / 2;
+    let is_back = next.tick.wrapping_sub(last.tick) > HALF;
+    let is_first = next.tick == 0 && last.tick.wrapping_add(seen) != 0;
+    last.digest != 0 && (next.digest == 0 || is_back || is_first)
 }
 
 /// Where a frame goes, as its identifier says; `None` if it is none of ours.
@@ -176,6 +242,8 @@ fn parse_frame(text: &str) -> Option<Option<Frame>> {
 
 #[cfg(test)]
 mod tests {
+    use cathforce_bus::Sealer;
+
     use super::*;
 
     fn frames() -> Vec<BusFrame> {
@@ -199,7 +267,8 @@ mod tests {
         let first = "(1700000000.123456) can0 100#0102030405060708";
         assert_eq!(String::from_utf8_lossy(&text).lines().next(), Some(first));
         let log = read_candump(&text[..], &Master::default()).unwrap();
-        assert_eq!(log, CandumpLog { frames: frames(), started_ns, foreign: 0 });
+        let whole = CandumpLog { frames: frames(), started_ns, ..CandumpLog::default() };
+        assert_eq!(log, whole);
     }
 
     #[test]
@@ -209,6 +278,47 @@ mod tests {
         let log = read_candump(text.as_bytes(), &Master::default()).unwrap();
         assert_eq!((log.foreign, log.frames.len()), (4, 1));
         assert_eq!(log.frames[0].at_ns, 300_000_000, "from the first line on");
+    }
+
+    /// Lines of a device's HAPTIC and TICK frames, five ticks a TICK, as of `first`.
+    fn run(sealer: &mut Sealer, first: u16, ticks: u16, digest: u32) -> String {
+        let ticks = (0..ticks).map(|k| first.wrapping_add(k)).flat_map(|tick| {
+            let haptic = Process::Haptic(cathforce_bus::Haptic {
+                force: Default::default(),
+                torque: Default::default(),
+                mode: 4,
+                fault: 0,
+            });
+            let number = tick.is_multiple_of(5).then_some(Process::Tick(Tick { tick, digest }));
+            [Some(haptic), number].into_iter().flatten()
+        });
+        let line = |process| {
+            format!("(1.5) can0 {}\n", sealer.seal(process, cathforce_bus::Status::default()))
+        };
+        ticks.map(line).collect()
+    }
+
+    #[test]
+    fn a_device_that_begins_over_is_seen_at_its_line() {
+        let second = |text: &str| read_candump(text.as_bytes(), &Master::default()).unwrap().second_run;
+        let mut sealer = Sealer::default();
+        let whole = run(&mut sealer, 0, 21, 7);
+        assert_eq!(second(&whole), None);
+        // Up to its configuration, and from it on.
+        let before = run(&mut sealer, 40, 5, 0) + "(1.5) can0 600#00\n";
+        assert_eq!(second(&(before.clone() + &whole)), None);
+        let again = whole.clone() + "(1.5) can0 600#00\n(1.5) can0 580#00\n" + &whole;
+        let expected = SecondRun { line: 30, last_before: 26, ticks: (20, 0) };
+        assert_eq!(second(&again), Some(expected));
+        // Switched off and on; without its first ticks; more than half of all numbers later.
+        assert_eq!(second(&(whole.clone() + &before)).map(|run| run.line), Some(28));
+        let late = run(&mut sealer, 10, 5, 9);
+        assert_eq!(second(&(whole.clone() + &late)).map(|run| run.ticks), Some((20, 10)));
+        let long = run(&mut sealer, 40_000, 5, 7) + &whole;
+        assert_eq!(second(&long).map(|run| run.ticks), Some((40_000, 0)));
+        // Lost frames and numbers that wrap are no beginning.
+        assert_eq!(second(&(whole.clone() + &run(&mut sealer, 3000, 5, 9))), None);
+        assert_eq!(second(&run(&mut sealer, u16::MAX - 5, 12, 7)), None);
     }
 
     #[test]

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use cathforce_record::import::{AxisMap, ColumnMap};
-use clap::{Args, Subcommand};
+use clap::{ArgGroup, Args, Subcommand};
 
 use super::{Changes, positive, positive_seconds};
 
@@ -113,6 +113,9 @@ pub struct SendArguments {
     /// Times as fast as it was recorded.
     #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = factor)]
     pub speed: f64,
+    /// The master of this log has frames of its own, as these settings say.
+    #[arg(long, value_name = "FILE.toml")]
+    pub settings: Option<PathBuf>,
     /// Play the device's frames too, for tools that listen, on a bus without a device.
     #[arg(long)]
     pub all: bool,
@@ -135,10 +138,11 @@ pub struct CheckArguments {
 
 /// A recording or a bus.
 #[derive(Debug, Args)]
-#[group(id = "source", required = true, multiple = true, args = ["recording", "link"])]
+#[group(skip)]
+#[command(group(ArgGroup::new("source").required(true).args(["recording", "link"])))]
 pub struct Source {
     /// Recording; latency needs one that ran free.
-    #[arg(value_name = "FILE.mcap", conflicts_with = "link")]
+    #[arg(value_name = "FILE.mcap")]
     pub recording: Option<PathBuf>,
     /// Listen on this bus; nothing is sent.
     #[arg(long)]

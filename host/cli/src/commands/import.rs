@@ -8,7 +8,7 @@ use cathforce_bus::Id;
 use cathforce_control::TICK_S;
 use cathforce_record::import::{AtiOptions, ImportError, join, read_ati, read_csv};
 use cathforce_record::{
-    Attachments, Measured, Recorder, Recording, Trial, WriteError, read_candump, write_trial,
+    Attachments, Measured, Recorder, Recording, SecondRun, Trial, WriteError, read_candump, write_trial,
     write_whole,
 };
 use serde_json::json;
@@ -42,6 +42,9 @@ fn candump(ui: &Ui, arguments: &ImportCandumpArguments) -> Result<(), Failure> {
             log.foreign
         );
         return Err(Failure::input(message));
+    }
+    if let Some(second) = &log.second_run {
+        return Err(two_runs(path, second));
     }
     let bundle = open_bundle(ui, &arguments.bundle)?;
     let (image, _) = image(ui, &bundle, &arguments.changes)?;
@@ -86,6 +89,18 @@ fn candump(ui: &Ui, arguments: &ImportCandumpArguments) -> Result<(), Failure> {
         &json!({ "path": out, "frames": frames, "foreign": foreign, "lock_step": lock_step }),
         format_args!("{frames} frames, {foreign} of others left out: {}\n", out.display()),
     )
+}
+
+/// A recording has one image, and ticks that are counted from one beginning.
+fn two_runs(log: &Path, second: &SecondRun) -> Failure {
+    let &SecondRun { line, last_before, ticks: (before, after) } = second;
+    let log = log.display();
+    Failure::input(format!(
+        "{log}:{line}: the device begins over: after tick {before} comes tick {after}, of another \
+         run\n  fix: take the runs apart: `head -n {last_before} {log} > first.log`, \
+         `tail -n +{} {log} > second.log`",
+        last_before + 1
+    ))
 }
 
 /// A replay needs every frame from the first tick on.

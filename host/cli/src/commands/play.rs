@@ -6,7 +6,6 @@ use std::path::Path;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
-use cathforce_bus::master::Master;
 use cathforce_bus::{Direction, Id};
 use cathforce_record::{BusFrame, read_candump};
 use serde_json::json;
@@ -14,6 +13,7 @@ use serde_json::json;
 use crate::args::SendArguments;
 use crate::failure::{Code, Failure};
 use crate::session::interrupt_flag;
+use crate::settings::master_of;
 use crate::ui::{Ui, two_columns};
 
 /// How long before its time a frame is waited for without sleeping: a sleep takes that long.
@@ -21,7 +21,7 @@ const SPIN: Duration = Duration::from_micros(200);
 
 pub fn run(ui: &Ui, arguments: &SendArguments) -> Result<(), Failure> {
     let path = &arguments.file;
-    let frames = frames(ui, path)?;
+    let frames = frames(ui, path, arguments.settings.as_deref())?;
     let played = frames.iter().filter(|frame| wanted(frame, arguments)).collect::<Vec<_>>();
     let Some(first) = played.first() else {
         let message = format!(
@@ -70,21 +70,26 @@ pub fn run(ui: &Ui, arguments: &SendArguments) -> Result<(), Failure> {
     }
 }
 
-fn frames(ui: &Ui, path: &Path) -> Result<Vec<BusFrame>, Failure> {
+/// `settings`: what a log, unlike a recording, does not say of its master.
+fn frames(ui: &Ui, path: &Path, settings: Option<&Path>) -> Result<Vec<BusFrame>, Failure> {
     if path.extension().is_some_and(|ending| ending == "log") {
         let file = File::open(path)
             .map_err(|e| Failure::input(format!("cannot read {}: {e}", path.display())))?;
-        let log = read_candump(BufReader::new(file), &Master::default());
+        let log = read_candump(BufReader::new(file), &master_of(settings)?);
         return Ok(log.map_err(|e| Failure::input(format!("{}: {e}", path.display())))?.frames);
+    }
+    if settings.is_some() {
+        ui.warn("a recording knows its master's frames: --settings is for logs");
     }
     Ok(super::open_recording(ui, path)?.frames)
 }
 
-/// Transfers of one device mean nothing to another, and SYNC would let its ticks run.
+/// Transfers of one device mean nothing to another, and SYNC would let its ticks run. Identifiers
+/// that are none of ours are those of the master, and of whoever else was on the bus.
 fn wanted(frame: &BusFrame, arguments: &SendArguments) -> bool {
     match Id::from_raw(frame.frame.id()) {
-        Some(Id::Sync | Id::ServiceRequest | Id::ServiceResponse) | None => false,
+        Some(Id::Sync | Id::ServiceRequest | Id::ServiceResponse) => false,
         Some(Id::Command) => arguments.commands,
-        Some(_) => arguments.all || frame.direction == Direction::ToDevice,
+        Some(_) | None => arguments.all || frame.direction == Direction::ToDevice,
     }
 }
