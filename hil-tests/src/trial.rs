@@ -124,7 +124,7 @@ pub fn record<R: Rig>(
     let recorder = Arc::new(Mutex::new(Some(recorder)));
     let tapped = Arc::clone(&recorder);
     let mut clock = BusClock::new(true);
-    client.set_tap(Some(Box::new(move |direction, frame| {
+    client.set_tap(Some(Box::new(move |direction, frame, _| {
         let at_ns = clock.stamp(direction, frame);
         let frame = BusFrame { at_ns, direction, frame: *frame };
         let mut recorder = tapped.lock().expect("no panic");

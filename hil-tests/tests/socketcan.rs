@@ -11,8 +11,8 @@ const SESSION: &str = include_str!("guest/session.sh");
 const BUNDLE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/guest/short-bend");
 /// Exit code of a command whose device reported a fault.
 const DEVICE_FAULT: i32 = 5;
-/// Exit code of a command whose device did not answer.
-const NO_LINK: i32 = 4;
+/// What 99 % of the frames may take from the kernel's stamp to the record.
+const MOST_TO_RECORD_MS: f64 = 1.0;
 /// Force of the tip on the outer wall of the bend: less is none.
 const LEAST_PEAK_N: f64 = 0.005;
 
@@ -33,12 +33,9 @@ fn a_session_over_a_virtual_bus() {
         "cathforce link up vcan0 > /dev/null
          cathforce --quiet link serve --lock-step socketcan:vcan0 &
          session vcan0
-         step no-such-interface cathforce info --link socketcan:can7
-         free vcan1",
+         step no-such-interface cathforce info --link socketcan:can7",
     );
     check_session(&transcript, "vcan0");
-    let record = times_to_the_record(&transcript, "vcan1");
-    println!("ms from the kernel's stamp of a frame: {record}");
     let missing = transcript.step("no-such-interface");
     assert_eq!(missing.status, 4);
     assert!(missing.stderr.contains("cathforce link up can7"), "{missing:?}");
@@ -85,46 +82,54 @@ fn a_session_with_the_emulated_board_behind_a_serial_line() {
     check_session(&transcript, "can9");
 }
 
-/// How long frames of a device that runs free take from the kernel's stamp, as candump logs it, to
-/// the host's sight of them, and from there to the record. How fast an emulated computer is proves
-/// nothing, so the times are printed; that every frame is in the record is tested.
-fn times_to_the_record(transcript: &Transcript, interface: &str) -> String {
-    let ok = |name: &str| transcript.ok(&format!("{interface}-{name}"));
-    // A slow guest may miss the 5 ms after which the device ramps down; that is recorded as well. On
-    // a slower one still the device has no time to answer while it keeps its pace.
-    let run = transcript.step(&format!("{interface}-free"));
-    if run.status == NO_LINK && run.stderr.contains("nothing heard") {
-        return "not measured: the emulated computer cannot keep the pace".to_owned();
+/// A device that runs free, in a guest of which each instruction takes a nanosecond: how fast this
+/// computer emulates it, and what else it does, changes nothing.
+#[test]
+fn every_frame_of_a_free_device_is_recorded_within_a_millisecond() {
+    let transcript = run(Machine { virtual_time: true, ..Machine::default() }, "free vcan0");
+    let ok = |name: &str| transcript.ok(&format!("vcan0-{name}"));
+    println!("{}{}", ok("free"), transcript.timeline());
+    // Nothing is missing, by the device's own counters and by what somebody else heard.
+    assert_eq!(json(ok("check"))["survey"]["dropouts"], Value::Array(Vec::new()));
+    let of_host = |frame: &&str| {
+        ["080#", "100#", "108#", "110#", "600#"].into_iter().any(|id| frame.starts_with(id))
+    };
+    let part = |name, host| -> Vec<&str> {
+        ok(name).lines().filter(|frame| of_host(frame) == host).collect()
+    };
+    for host in [true, false] {
+        let (heard, recorded) = (part("heard", host), part("recorded", host));
+        assert!(recorded.len() > 1000, "{} frames", recorded.len());
+        assert_eq!(first_difference(&heard, &recorded), None, "frames of {}", recorded.len());
     }
-    assert!(matches!(run.status, 0 | DEVICE_FAULT), "{run:?}");
-    let frames = |name| ok(name).lines().map(stamped).collect::<Vec<_>>();
-    let (heard, recorded) = (frames("heard"), frames("recorded"));
-    assert!(recorded.len() > 500, "{} ticks", recorded.len());
-    // The witness has listened longer: counters and forces say where the recording begins.
-    let alike = |at: usize| heard[at..].iter().zip(&recorded).take_while(|(a, b)| a.1 == b.1);
-    let at = (0..heard.len()).max_by_key(|&at| alike(at).take(200).count()).expect("heard");
-    assert_eq!(alike(at).count(), recorded.len(), "a frame is missing in the record");
-    let mut waits = alike(at).map(|(heard, seen)| 1e3 * (seen.0 - heard.0)).collect::<Vec<_>>();
-    waits.sort_by(f64::total_cmp);
-    let share = |share: f64| waits[((waits.len() - 1) as f64 * share) as usize];
     let stages = json(ok("latency"));
-    let record = stages.as_array().expect("stages").iter().find(|s| s["name"] == "record");
-    let record = &record.expect("it runs free")["times"];
-    let ms = |name: &str| 1e3 * record[name].as_f64().expect("a number");
-    format!(
-        "to the host p50 {:.3}, p99 {:.3}; on to the record p50 {:.3}, p99 {:.3} ({} ticks)",
-        share(0.5),
-        share(0.99),
-        ms("p50_s"),
-        ms("p99_s"),
-        recorded.len()
-    )
+    let time = |stage: &str, name: &str| {
+        let found = stages.as_array().expect("stages").iter().find(|s| s["name"] == stage);
+        found.expect("a stage")["times"][name].as_f64().expect("a number")
+    };
+    for stage in ["reception", "record", "frame to record"] {
+        let [p50, p99, p999, max] =
+            ["p50_s", "p99_s", "p999_s", "max_s"].map(|name| 1e3 * time(stage, name));
+        println!("{stage}: p50 {p50:.3} ms, p99 {p99:.3}, p99.9 {p999:.3}, max {max:.3}");
+    }
+    let frames = part("recorded", false).len() as f64;
+    assert_eq!(time("frame to record", "count"), frames, "percentiles of all frames");
+    assert!(1e3 * time("frame to record", "p99_s") <= MOST_TO_RECORD_MS);
 }
 
-/// Time \[s\] and frame of a line of candump.
-fn stamped(line: &str) -> (f64, &str) {
-    let (time, rest) = line.strip_prefix('(').and_then(|l| l.split_once(") ")).expect("a stamp");
-    (time.parse().expect("seconds"), rest.split_once(' ').expect("an interface").1)
+/// Where frames that were recorded are not those that somebody heard who listened for longer: the
+/// number of the first, what was recorded there and what was heard.
+fn first_difference(heard: &[&str], recorded: &[&str]) -> Option<(usize, String, String)> {
+    let alike = |at: &usize| {
+        let pairs = recorded.iter().zip(&heard[*at..]);
+        pairs.take_while(|(recorded, heard)| recorded == heard).count()
+    };
+    let at = (0..heard.len()).max_by_key(alike)?;
+    let number = alike(&at);
+    let near = |frames: &[&str], at: usize| {
+        frames.iter().skip(at.saturating_sub(2)).take(6).copied().collect::<Vec<_>>().join(" ")
+    };
+    (number < recorded.len()).then(|| (number, near(recorded, number), near(heard, at + number)))
 }
 
 fn check_session(transcript: &Transcript, interface: &str) {

@@ -43,6 +43,10 @@ enum Task {
     Setup(setup::Consent),
 }
 
+#[cfg(test)]
+#[path = "../../host/cli/tests/support/documented.rs"]
+mod documented;
+
 fn main() -> anyhow::Result<()> {
     match Arguments::parse().task {
         Task::Demo(arguments) => demo::run(&arguments),
@@ -58,5 +62,54 @@ fn main() -> anyhow::Result<()> {
             setup::everything(consent)?;
             guest::ensure(consent)
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_steps_that_the_pages_print_exist() {
+        let all = documented::documented(&["cargo", "xtask"]);
+        assert!(all.len() >= 8, "{} commands", all.len());
+        for printed in all {
+            let words =
+                std::iter::once("xtask").chain(printed.words[2..].iter().map(String::as_str));
+            let parsed = Arguments::try_parse_from(words);
+            assert!(parsed.is_ok(), "{}: {:?}", printed.place, printed.words);
+        }
+    }
+
+    /// `cargo test -p PACKAGE --test FILE`, `cargo run -p PACKAGE --example FILE`.
+    #[test]
+    fn the_tests_and_examples_that_the_pages_print_exist() {
+        let all = documented::documented(&["cargo"]);
+        let mut seen = 0;
+        for printed in all.iter().filter(|printed| printed.words[1] != "xtask") {
+            let after = |option: &str| {
+                let at = printed.words.iter().position(|word| word == option)?;
+                printed.words.get(at + 1)
+            };
+            let Some(package) = after("-p") else { continue };
+            let name = package.trim_start_matches("cathforce-");
+            let folders =
+                ["shared", "host", "."].map(|folder| shell::root().join(folder).join(name));
+            let cli = shell::root().join("host/cli");
+            let folder = match name {
+                "cathforce" => Some(&cli),
+                _ => folders.iter().find(|folder| folder.join("Cargo.toml").is_file()),
+            };
+            let folder =
+                folder.unwrap_or_else(|| panic!("{}: no package {package}", printed.place));
+            for (option, place) in [("--test", "tests"), ("--example", "examples")] {
+                let Some(file) = after(option) else { continue };
+                let there = [format!("{file}.rs"), format!("{file}/main.rs")];
+                let is_there = there.iter().any(|file| folder.join(place).join(file).is_file());
+                assert!(is_there, "{}: {place}/{file} of {package}", printed.place);
+                seen += 1;
+            }
+        }
+        assert!(seen >= 5, "{seen} tests and examples");
     }
 }

@@ -31,6 +31,9 @@ pub struct Machine<'a> {
     pub controllers: bool,
     /// A second serial port, `/dev/ttyS1`, that another emulator can be joined to by this path.
     pub serial_port: Option<&'a Path>,
+    /// Its clock counts instructions, a billion a second, and jumps while there is nothing to do:
+    /// what it measures is its own time, whatever else this computer has to do.
+    pub virtual_time: bool,
     /// Files and folders of this computer, and where the guest finds them.
     pub files: &'a [(&'a Path, &'a str)],
 }
@@ -62,6 +65,9 @@ impl Guest {
             command.arg("-chardev");
             command.arg(format!("socket,id=uart,path={path},server=on,wait=off"));
             command.args(["-serial", "chardev:uart"]);
+        }
+        if machine.virtual_time {
+            command.args(["-icount", "shift=0,sleep=off"]);
         }
         if machine.controllers {
             command.args(["-object", "can-bus,id=bus"]);

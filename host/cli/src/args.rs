@@ -225,14 +225,43 @@ fn positive(text: &str, wanted: &str) -> Result<f64, String> {
 }
 
 #[cfg(test)]
+#[path = "../tests/support/documented.rs"]
+mod documented;
+
+#[cfg(test)]
 mod tests {
     use clap::CommandFactory;
+    use clap::error::ErrorKind;
 
     use super::*;
 
     #[test]
     fn the_command_line_is_consistent() {
         Arguments::command().debug_assert();
+    }
+
+    /// Every subcommand, option and number of arguments that a page prints exists.
+    #[test]
+    fn what_the_pages_print_is_understood() {
+        let all = documented::documented(&["cathforce"]);
+        assert!(all.len() > 60, "{} commands", all.len());
+        for printed in all {
+            // A number that is left to the reader.
+            let words = printed.words.iter().map(|word| match &word[..] {
+                "N" | "M" => "1",
+                "rms_N=X" => "rms_N=1",
+                word => word,
+            });
+            let Err(error) = Arguments::try_parse_from(words) else { continue };
+            let missing = [
+                ErrorKind::MissingRequiredArgument,
+                ErrorKind::MissingSubcommand,
+                ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand,
+            ];
+            let is_part = printed.abridged || !printed.in_block;
+            let is_fine = is_part && missing.contains(&error.kind());
+            assert!(is_fine, "{}: {}\n{error}", printed.place, printed.words.join(" "));
+        }
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! The recording of a run, shared between the session and the client's tap.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
 
 use cathforce_bus::{Direction, Frame};
 use cathforce_link::Client;
@@ -25,8 +26,8 @@ impl Log {
         let recorder = Some(BackgroundRecorder::spawn(recorder, clock.clone()));
         let shared = Arc::new(Mutex::new(Logging { recorder, clock, trial_start_ns: 0 }));
         let tapped = Arc::clone(&shared);
-        client.set_tap(Some(Box::new(move |direction, frame| {
-            lock(&tapped).frame(direction, frame);
+        client.set_tap(Some(Box::new(move |direction, frame, waited| {
+            lock(&tapped).frame(direction, frame, waited);
         })));
         Self(shared)
     }
@@ -64,10 +65,11 @@ fn lock(logging: &Mutex<Logging>) -> MutexGuard<'_, Logging> {
 }
 
 impl Logging {
-    fn frame(&mut self, direction: Direction, frame: &Frame) {
+    fn frame(&mut self, direction: Direction, frame: &Frame, waited: Option<Duration>) {
         let at_ns = self.clock.stamp(direction, frame);
         if let Some(recorder) = &mut self.recorder {
-            recorder.frame(BusFrame { at_ns, direction, frame: *frame });
+            let arrived_ns = self.clock.arrived_ns(at_ns, waited);
+            recorder.frame(BusFrame { at_ns, direction, frame: *frame }, arrived_ns);
         }
     }
 }

@@ -24,8 +24,9 @@ const ACTIVATE_TIMEOUT: Duration = Duration::from_secs(20);
 /// How often an upload goes on where the device says, before it counts as hopeless.
 const MOST_RESTARTS: u32 = 8;
 
-/// Called with every frame, in the order in which it was sent or received.
-pub type Tap = Box<dyn FnMut(Direction, &Frame) + Send>;
+/// Called with every frame, in the order in which it was sent or received, and with how long one
+/// that was received had been on this computer ([`Link::waited`]).
+pub type Tap = Box<dyn FnMut(Direction, &Frame, Option<Duration>) + Send>;
 
 /// What a device says of itself.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -300,7 +301,7 @@ impl<L: Link> Client<L> {
     pub(crate) fn send(&mut self, frame: &Frame) -> Result<(), LinkError> {
         self.link.send(frame)?;
         if let Some(tap) = &mut self.tap {
-            tap(Direction::ToDevice, frame);
+            tap(Direction::ToDevice, frame, None);
         }
         Ok(())
     }
@@ -308,7 +309,7 @@ impl<L: Link> Client<L> {
     fn receive(&mut self, timeout: Duration) -> Result<Option<Frame>, LinkError> {
         let frame = self.link.receive(timeout)?;
         if let (Some(frame), Some(tap)) = (&frame, &mut self.tap) {
-            tap(Direction::ToHost, frame);
+            tap(Direction::ToHost, frame, self.link.waited());
         }
         Ok(frame)
     }

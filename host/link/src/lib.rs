@@ -59,6 +59,12 @@ pub trait Link: Send {
     /// Flushes, then waits for the next frame of the other side; `None` after `timeout`.
     fn receive(&mut self, timeout: Duration) -> Result<Option<Frame>, LinkError>;
 
+    /// How long the frame that was received last had been on this computer by then, as the
+    /// carrier's own stamp of it says; `None` where it has none.
+    fn waited(&self) -> Option<Duration> {
+        None
+    }
+
     /// Its address, for messages.
     fn name(&self) -> &str;
 }
@@ -74,6 +80,10 @@ impl Link for Box<dyn Link> {
 
     fn receive(&mut self, timeout: Duration) -> Result<Option<Frame>, LinkError> {
         (**self).receive(timeout)
+    }
+
+    fn waited(&self) -> Option<Duration> {
+        (**self).waited()
     }
 
     fn name(&self) -> &str {

@@ -18,8 +18,8 @@ const TICK_TIMEOUT: Duration = Duration::from_secs(5);
 
 const TICK: Duration = Duration::from_millis(1);
 
-/// How long to wait for the last ticks when running free.
-const LAST_TICKS: Duration = Duration::from_millis(20);
+/// How long to wait for the tick after the last step when running free.
+const LAST_TICK: Duration = Duration::from_millis(20);
 
 /// What the host sends for one tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -40,7 +40,7 @@ impl<L: Link> Client<L> {
             last = Some(*report);
             ControlFlow::Continue(())
         })?;
-        last.ok_or_else(|| self.silent(LAST_TICKS).into())
+        last.ok_or_else(|| self.silent(LAST_TICK).into())
     }
 
     /// Sends one step a tick and hands every tick of the device to `on_tick`, in order.
@@ -99,18 +99,18 @@ impl<L: Link> Client<L> {
         steps: impl Iterator<Item = Step>,
         mut on_tick: impl FnMut(&TickReport) -> ControlFlow<()>,
     ) -> Result<usize, ClientError> {
-        let mut sent = 0;
+        let (mut sent, mut answered) = (0, true);
         let (mut due, mut heard) = (Instant::now(), Instant::now());
         for step in steps {
             self.send_step(step)?;
             self.link.flush()?;
-            sent += 1;
+            (sent, answered) = (sent + 1, false);
             due += TICK;
             while let Some(left) =
                 due.checked_duration_since(Instant::now()).filter(|d| !d.is_zero())
             {
                 let Some(report) = self.receive_tick(left)? else { continue };
-                heard = Instant::now();
+                (heard, answered) = (Instant::now(), true);
                 if on_tick(&report).is_break() {
                     return Ok(sent);
                 }
@@ -119,14 +119,9 @@ impl<L: Link> Client<L> {
                 return Err(self.silent(TICK_TIMEOUT).into());
             }
         }
-        let until = Instant::now() + LAST_TICKS;
-        while let Some(left) = until.checked_duration_since(Instant::now()).filter(|d| !d.is_zero())
-        {
-            if let Some(report) = self.receive_tick(left)?
-                && on_tick(&report).is_break()
-            {
-                break;
-            }
+        // No longer than for one tick: the device goes on, and ramps down if nothing is sent.
+        if !answered && let Some(report) = self.receive_tick(LAST_TICK)? {
+            let _ = on_tick(&report);
         }
         Ok(sent)
     }

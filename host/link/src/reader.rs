@@ -8,23 +8,21 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
 use std::time::Duration;
 
-use cathforce_bus::Frame;
-
 /// The longest that a carrier's own read may block, and so the longest that the thread
 /// outlives its link.
 pub(crate) const READ_TIMEOUT: Duration = Duration::from_millis(100);
 
-/// Frames read by a thread.
-pub(crate) struct Reader {
-    batches: Receiver<io::Result<Vec<Frame>>>,
-    ready: VecDeque<Frame>,
+/// What a thread has read: frames, with what the carrier says of them.
+pub(crate) struct Reader<F> {
+    batches: Receiver<io::Result<Vec<F>>>,
+    ready: VecDeque<F>,
     stop: Arc<AtomicBool>,
 }
 
-impl Reader {
+impl<F: Send + 'static> Reader<F> {
     /// `read` gives what has arrived within [`READ_TIMEOUT`], perhaps nothing; it is called
     /// until it fails or the reader is dropped.
-    pub(crate) fn spawn(mut read: impl FnMut() -> io::Result<Vec<Frame>> + Send + 'static) -> Self {
+    pub(crate) fn spawn(mut read: impl FnMut() -> io::Result<Vec<F>> + Send + 'static) -> Self {
         let (sender, batches) = mpsc::channel();
         let stop = Arc::new(AtomicBool::new(false));
         let stopped = Arc::clone(&stop);
@@ -42,7 +40,7 @@ impl Reader {
     }
 
     /// The next frame, `None` after `timeout`. An error is final.
-    pub(crate) fn receive(&mut self, timeout: Duration) -> io::Result<Option<Frame>> {
+    pub(crate) fn receive(&mut self, timeout: Duration) -> io::Result<Option<F>> {
         if let Some(frame) = self.ready.pop_front() {
             return Ok(Some(frame));
         }
@@ -55,7 +53,7 @@ impl Reader {
     }
 }
 
-impl Drop for Reader {
+impl<F> Drop for Reader<F> {
     fn drop(&mut self) {
         self.stop.store(true, Ordering::Relaxed);
     }

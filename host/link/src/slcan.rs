@@ -18,7 +18,7 @@ const OPEN_CHANNEL: &[u8] = b"\rC\rS8\rO\r";
 /// A link over a stream of SLCAN lines.
 pub struct Slcan {
     name: String,
-    reader: Reader,
+    reader: Reader<Frame>,
     writer: Box<dyn Write + Send>,
     unsent: Vec<u8>,
 }

@@ -2,7 +2,7 @@
 
 use std::io;
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::{Duration, Instant, SystemTime};
 
 use cathforce_bus::Frame;
 use socketcan::{
@@ -31,7 +31,9 @@ pub(crate) struct SocketCan {
     name: String,
     interface: String,
     socket: Arc<CanSocket>,
-    reader: Reader,
+    /// Frames, and when the kernel got them.
+    reader: Reader<(Frame, SystemTime)>,
+    waited: Option<Duration>,
 }
 
 impl SocketCan {
@@ -57,14 +59,16 @@ impl SocketCan {
         socket.set_read_timeout(READ_TIMEOUT).map_err(failed)?;
         // Bus errors and loss of arbitration are for `ip -statistics link`, not for us.
         socket.set_error_filter_drop_all().map_err(failed)?;
+        socket.set_recv_timestamp(true).map_err(failed)?;
         let socket = Arc::new(socket);
         let source = Arc::clone(&socket);
-        let reader = Reader::spawn(move || match source.read_frame() {
-            Ok(frame) => Ok(ours(&frame).into_iter().collect()),
+        let reader = Reader::spawn(move || match source.read_frame_with_timestamp() {
+            Ok((frame, at)) => Ok(ours(&frame).map(|frame| (frame, at)).into_iter().collect()),
             Err(e) if is_timeout(&e) => Ok(Vec::new()),
             Err(e) => Err(e),
         });
-        Ok(Self { name: name.into(), interface: interface.into(), socket, reader })
+        let (name, interface) = (name.into(), interface.into());
+        Ok(Self { name, interface, socket, reader, waited: None })
     }
 
     fn error(&self, source: io::Error) -> LinkError {
@@ -115,7 +119,14 @@ impl Link for SocketCan {
     }
 
     fn receive(&mut self, timeout: Duration) -> Result<Option<Frame>, LinkError> {
-        self.reader.receive(timeout).map_err(|e| self.error(e))
+        let received = self.reader.receive(timeout).map_err(|e| self.error(e))?;
+        // The kernel's clock is the time of day, which somebody may have set back meanwhile.
+        self.waited = received.and_then(|(_, at)| SystemTime::now().duration_since(at).ok());
+        Ok(received.map(|(frame, _)| frame))
+    }
+
+    fn waited(&self) -> Option<Duration> {
+        self.waited
     }
 
     fn name(&self) -> &str {

@@ -173,7 +173,7 @@ fn p22_a_recording_of_raw_frames_replays_bit_for_bit() {
     client.upload_image(&support::image(), |_| ControlFlow::Continue(())).unwrap();
     let seen = Arc::new(Mutex::new((Vec::new(), Vec::new())));
     let log = Arc::clone(&seen);
-    client.set_tap(Some(Box::new(move |direction, frame: &Frame| {
+    client.set_tap(Some(Box::new(move |direction, frame: &Frame, _| {
         let mut log = log.lock().unwrap();
         match direction {
             Direction::ToDevice => log.0.push(*frame),

@@ -19,7 +19,8 @@ use crate::writer::{Recorder, WriteError};
 const QUEUE: usize = 65_536;
 
 enum Job {
-    Frame(BusFrame),
+    /// A frame, and when it arrived \[ns\].
+    Frame(BusFrame, u64),
     /// Time on the bus \[ns\], row, shape.
     Measured(u64, Box<Measured>, Vec<[f64; 3]>),
     Dropout(Dropout),
@@ -59,9 +60,11 @@ impl BackgroundRecorder {
     }
 
     /// Takes the next frame of the bus, either direction.
-    pub fn frame(&mut self, frame: BusFrame) {
+    ///
+    /// `arrived_ns`: see [`Recorder::frame_that_arrived`].
+    pub fn frame(&mut self, frame: BusFrame, arrived_ns: u64) {
         if self.waits {
-            let _ = self.jobs.send(Job::Frame(frame));
+            let _ = self.jobs.send(Job::Frame(frame, arrived_ns));
             return;
         }
         if let Some(lost) = self.lost {
@@ -70,7 +73,7 @@ impl BackgroundRecorder {
                 _ => self.lost = None,
             }
         }
-        if let Err(TrySendError::Full(_)) = self.jobs.try_send(Job::Frame(frame)) {
+        if let Err(TrySendError::Full(_)) = self.jobs.try_send(Job::Frame(frame, arrived_ns)) {
             self.lose(&frame);
         }
         // A worker that is gone has left its error behind.
@@ -118,7 +121,9 @@ impl BackgroundRecorder {
 fn write(mut recorder: Recorder, clock: &BusClock, jobs: &Receiver<Job>) -> Result<(), WriteError> {
     for job in jobs {
         match job {
-            Job::Frame(frame) => recorder.frame(&frame, clock.logged_ns(&frame))?,
+            Job::Frame(frame, arrived_ns) => {
+                recorder.frame_that_arrived(&frame, arrived_ns, clock.logged_ns(&frame))?;
+            }
             Job::Measured(at_ns, row, shape_m) => recorder.measured(at_ns, &row, &shape_m)?,
             Job::Dropout(dropout) => recorder.dropout(&dropout)?,
             Job::Finish(result) => return recorder.finish(result.as_ref()),
@@ -157,7 +162,7 @@ mod tests {
             BusFrame { at_ns, direction: Direction::ToHost, frame }
         };
         for at_ns in 0..SENT {
-            background.frame(frame(at_ns));
+            background.frame(frame(at_ns), at_ns);
         }
         go.send(()).unwrap();
         background.finish(None).unwrap();

@@ -300,7 +300,8 @@ mod tests {
 
     #[test]
     fn a_device_that_begins_over_is_seen_at_its_line() {
-        let second = |text: &str| read_candump(text.as_bytes(), &Master::default()).unwrap().second_run;
+        let second =
+            |text: &str| read_candump(text.as_bytes(), &Master::default()).unwrap().second_run;
         let mut sealer = Sealer::default();
         let whole = run(&mut sealer, 0, 21, 7);
         assert_eq!(second(&whole), None);

@@ -1,6 +1,6 @@
 //! The time of the bus, as recordings state it.
 
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use cathforce_bus::{Direction, Frame, Id};
 use cathforce_control::TICK_S;
@@ -46,6 +46,14 @@ impl BusClock {
         tick * TICK_NS
     }
 
+    /// When a frame that the host saw at `at_ns` reached this computer, if it had `waited` there
+    /// \[ns\]; in lock step, and where nobody says, when it was seen.
+    pub fn arrived_ns(&self, at_ns: u64, waited: Option<Duration>) -> u64 {
+        let waited = waited.filter(|_| !self.lock_step);
+        let waited_ns = waited.map_or(0, |waited| waited.as_nanos());
+        at_ns.saturating_sub(u64::try_from(waited_ns).unwrap_or(0))
+    }
+
     /// Time of the next frame to the device \[ns\].
     pub fn now_ns(&self) -> u64 {
         if self.lock_step { self.granted * TICK_NS } else { self.elapsed_ns() }
@@ -69,6 +77,15 @@ impl BusClock {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_frame_arrived_before_it_was_seen() {
+        let waited = Some(Duration::from_micros(3));
+        let free = BusClock::new(false);
+        assert_eq!(free.arrived_ns(10_000, waited), 7000);
+        assert_eq!((free.arrived_ns(10_000, None), free.arrived_ns(1000, waited)), (10_000, 0));
+        assert_eq!(BusClock::new(true).arrived_ns(10_000, waited), 10_000);
+    }
 
     #[test]
     fn in_lock_step_a_frame_has_the_time_of_its_tick() {

@@ -14,12 +14,13 @@ pub struct BusFrame {
 }
 
 impl BusFrame {
-    pub(crate) fn to_message(self) -> CanFrame {
+    /// `arrived_ns`: when it reached the host's computer.
+    pub(crate) fn to_message(self, arrived_ns: u64) -> CanFrame {
         let bytes = self.frame.data();
         let mut data = [0; 8];
         data[..bytes.len()].copy_from_slice(bytes);
         CanFrame {
-            header: Header::new(self.at_ns, ""),
+            header: Header::new(arrived_ns, ""),
             id: u32::from(self.frame.id()),
             is_rtr: false,
             is_extended: false,
@@ -58,14 +59,14 @@ mod tests {
         for direction in [Direction::ToDevice, Direction::ToHost] {
             let frame = Frame::new(0x580, &[1, 2, 3]).unwrap();
             let frame = BusFrame { at_ns: 7, direction, frame };
-            assert_eq!(BusFrame::from_message(7, direction, &frame.to_message()), Ok(frame));
+            assert_eq!(BusFrame::from_message(7, direction, &frame.to_message(5)), Ok(frame));
         }
     }
 
     #[test]
     fn what_is_no_frame_of_this_bus_is_refused() {
         let frame = Frame::new(0x580, &[1, 2, 3]).unwrap();
-        let good = BusFrame { at_ns: 7, direction: Direction::ToHost, frame }.to_message();
+        let good = BusFrame { at_ns: 7, direction: Direction::ToHost, frame }.to_message(7);
         let refused = |change: fn(&mut CanFrame)| {
             let mut message = good.clone();
             change(&mut message);

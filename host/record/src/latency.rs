@@ -50,11 +50,12 @@ pub const END_TO_END: &str = "end to end";
 /// The stages of what crossed the bus while ticks had an encoder, in their order.
 ///
 /// In lock step time is virtual and a tick takes none: only ages are left. Running free, times
-/// are this host's, of frames as it sent and got them. `logged_ns`: of each frame, see
-/// [`crate::Recording::logged_ns`]; empty while nothing is recorded. `master`: where a position
-/// stands in its own frames.
+/// are this host's, of frames as it sent and got them. `arrived_ns`, `logged_ns`: of each frame, see
+/// [`crate::Recording::arrived_ns`] and [`crate::Recording::logged_ns`]; the latter is empty while
+/// nothing is recorded. `master`: where a position stands in its own frames.
 pub fn stages(
     frames: &[BusFrame],
+    arrived_ns: &[u64],
     logged_ns: &[u64],
     lock_step: bool,
     master: Master,
@@ -63,6 +64,13 @@ pub fn stages(
     for frame in frames {
         samples.take(frame);
     }
+    // A stamp of the carrier's own is never that of the host's sight, to the nanosecond.
+    let is_stamped = |(frame, arrived_ns): &(&BusFrame, &u64)| frame.at_ns != **arrived_ns;
+    let stamped = frames.iter().zip(arrived_ns).filter(is_stamped);
+    let received = stamped.map(|(frame, arrived_ns)| span_s(*arrived_ns, frame.at_ns)).collect();
+    let whole = frames.iter().zip(arrived_ns).zip(logged_ns);
+    let whole = whole.filter(|(stamped, _)| is_stamped(stamped));
+    let whole = whole.map(|((_, arrived_ns), logged_ns)| span_s(*arrived_ns, *logged_ns)).collect();
     let recorded = frames.iter().zip(logged_ns);
     let recorded = recorded.map(|(frame, logged_ns)| span_s(frame.at_ns, *logged_ns)).collect();
     let free = |times: Vec<f64>| if lock_step { Vec::new() } else { times };
@@ -81,7 +89,13 @@ pub fn stages(
         ),
         ("tick period", "from one tick's first frame to the next", free(samples.tick_s)),
         ("tick's frames", "from a tick's first frame to its last", free(samples.frames_s)),
+        (
+            "reception",
+            "from the kernel's stamp of a frame to this host's sight of it",
+            free(received),
+        ),
         ("record", "from this host's sight of a frame to its record", free(recorded)),
+        ("frame to record", "from the kernel's stamp of a frame to its record", free(whole)),
     ];
     let stage = |(name, what, times)| Some(Stage { name, what, times: Spread::of(times)? });
     stages.into_iter().filter_map(stage).collect()
@@ -182,7 +196,7 @@ mod tests {
         for tick in 0..10 {
             // Before the first sample there is no age.
             let encoder_age_ticks = if tick == 0 { u8::MAX } else { 2 };
-            let us = |us: u64| 1000 * (1000 * tick + us);
+            let us = |us: u64| 1000 * (1000 * (tick + 1) + us);
             let encoder =
                 Encoder { insertion: Insertion::from_m(0.1), rotation: Rotation::from_rad(0.0) };
             let frame = host.seal(Process::Encoder(encoder), Status::default());
@@ -196,17 +210,19 @@ mod tests {
                 frames.push(BusFrame { at_ns: us(at), direction: Direction::ToHost, frame });
             }
         }
+        let arrived_ns = frames.iter().map(|f| f.at_ns - 20_000).collect::<Vec<_>>();
         let logged_ns = frames.iter().map(|f| f.at_ns + 40_000).collect::<Vec<_>>();
-        let found = stages(&frames, &logged_ns, false, Master::default());
-        let expected_us = [1000.0, 600.0, 2000.0, 2600.0, 1000.0, 250.0, 40.0];
+        let found = stages(&frames, &arrived_ns, &logged_ns, false, Master::default());
+        let expected_us = [1000.0, 600.0, 2000.0, 2600.0, 1000.0, 250.0, 20.0, 40.0, 60.0];
         assert_eq!(found.len(), expected_us.len());
         for (stage, us) in found.iter().zip(expected_us) {
             let times = stage.times;
+            assert!(times.count >= 9, "{}: of {}", stage.name, times.count);
             for s in [times.p50_s, times.max_s] {
                 assert!((1e6 * s - us).abs() < 0.01, "{}: {s}", stage.name);
             }
         }
-        let virtual_time = stages(&frames, &logged_ns, true, Master::default());
+        let virtual_time = stages(&frames, &arrived_ns, &logged_ns, true, Master::default());
         assert_eq!(virtual_time.iter().map(|s| s.name).collect::<Vec<_>>(), ["age in the device"]);
     }
 }

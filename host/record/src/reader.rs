@@ -31,6 +31,9 @@ pub struct Recording {
     pub vessel: Vec<(String, Vec<u8>)>,
     /// Every frame, in the order in which it crossed the bus.
     pub frames: Vec<BusFrame>,
+    /// When each of them reached the host's computer, on the same clock \[ns\]; where its carrier
+    /// has no stamp, the time of the frame.
+    pub arrived_ns: Vec<u64>,
     /// When the recorder got each of them, on the same clock \[ns\].
     pub logged_ns: Vec<u64>,
     /// What should be in it and is not, in the order in which it was noticed.
@@ -108,6 +111,7 @@ impl Recording {
             dbc: parts.dbc,
             vessel: parts.vessel,
             frames: parts.frames,
+            arrived_ns: parts.arrived_ns,
             logged_ns: parts.logged_ns,
             dropouts: parts.dropouts,
             trial: Trial { rows: parts.rows, shapes_m: parts.shapes_m, noise: info.noise },
@@ -129,6 +133,7 @@ struct Parts {
     dbc: String,
     vessel: Vec<(String, Vec<u8>)>,
     frames: Vec<BusFrame>,
+    arrived_ns: Vec<u64>,
     logged_ns: Vec<u64>,
     dropouts: Vec<Dropout>,
     rows: Vec<Measured>,
@@ -272,10 +277,15 @@ impl Parts {
         if header.sequence != expected {
             return Err(format!("frame {expected} is missing, {} follows", header.sequence));
         }
-        let frame = from_cdr::<CanFrame>(data)
-            .and_then(|message| BusFrame::from_message(header.publish_time, direction, &message))
+        let message = from_cdr::<CanFrame>(data);
+        let (frame, arrived_ns) = message
+            .and_then(|message| {
+                let at_ns = header.publish_time;
+                Ok((BusFrame::from_message(at_ns, direction, &message)?, message.header.ns()))
+            })
             .map_err(|e| format!("frame {expected}: {e}"))?;
         self.frames.push(frame);
+        self.arrived_ns.push(arrived_ns);
         self.logged_ns.push(header.log_time);
         Ok(())
     }

@@ -93,10 +93,20 @@ impl Recorder {
         })
     }
 
-    /// Takes the next frame of the bus, either direction.
+    /// Takes the next frame of the bus, either direction, of which nobody knows when it arrived.
     ///
     /// `logged_ns`: when the recorder got it, on the clock of `frame.at_ns`.
     pub fn frame(&mut self, frame: &BusFrame, logged_ns: u64) -> Result<(), WriteError> {
+        self.frame_that_arrived(frame, frame.at_ns, logged_ns)
+    }
+
+    /// The same of a frame that reached this computer at `arrived_ns`, on the same clock.
+    pub fn frame_that_arrived(
+        &mut self,
+        frame: &BusFrame,
+        arrived_ns: u64,
+        logged_ns: u64,
+    ) -> Result<(), WriteError> {
         let channel_id = match frame.direction {
             Direction::ToDevice => self.channels.to_device,
             Direction::ToHost => self.channels.to_host,
@@ -108,7 +118,7 @@ impl Recorder {
             publish_time: frame.at_ns,
         };
         self.frames = self.frames.wrapping_add(1);
-        self.put(&header, &frame.to_message())?;
+        self.put(&header, &frame.to_message(arrived_ns))?;
         let Completed { tick, nodes, missed } = self.decoder.push(frame);
         if let Some(tick) = tick {
             let published = self.publisher.tick(&tick, &self.channels);

@@ -8,8 +8,8 @@ use cathforce_bus::Id;
 use cathforce_control::TICK_S;
 use cathforce_record::import::{AtiOptions, ImportError, join, read_ati, read_csv};
 use cathforce_record::{
-    Attachments, Measured, Recorder, Recording, SecondRun, Trial, WriteError, read_candump, write_trial,
-    write_whole,
+    Attachments, Measured, Recorder, Recording, SecondRun, Trial, WriteError, read_candump,
+    write_trial, write_whole,
 };
 use serde_json::json;
 

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use cathforce_bus::Direction;
 use cathforce_bus::master::Master;
 use cathforce_record::latency::{END_TO_END, Stage, stages};
-use cathforce_record::{BusClock, BusFrame, direction};
+use cathforce_record::{BusClock, BusFrame, Recording, direction};
 
 use crate::args::LatencyArguments;
 use crate::failure::{Code, Failure};
@@ -27,12 +27,14 @@ pub fn run(ui: &Ui, arguments: &LatencyArguments) -> Result<(), Failure> {
                     "recorded in lock step: time was virtual, only ages in the device are left",
                 );
             }
-            stages(&recording.frames, &recording.logged_ns, lock_step, recording.master())
+            let Recording { frames, arrived_ns, logged_ns, .. } = &recording;
+            stages(frames, arrived_ns, logged_ns, lock_step, recording.master())
         }
         (None, Some(link)) => {
             let master = master_of(arguments.source.settings.as_deref())?;
-            let heard = listen(link, Duration::from_secs_f64(arguments.duration), &master)?;
-            stages(&heard, &[], false, master)
+            let duration = Duration::from_secs_f64(arguments.duration);
+            let (heard, arrived_ns) = listen(link, duration, &master)?;
+            stages(&heard, &arrived_ns, &[], false, master)
         }
         // The argument parser asks for one of the two.
         (None, None) => Vec::new(),
@@ -53,20 +55,25 @@ pub fn run(ui: &Ui, arguments: &LatencyArguments) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Everything that is on a bus for some time.
-fn listen(address: &str, duration: Duration, master: &Master) -> Result<Vec<BusFrame>, Failure> {
+/// Everything that is on a bus for some time, and when each of it arrived \[ns\].
+fn listen(
+    address: &str,
+    duration: Duration,
+    master: &Master,
+) -> Result<(Vec<BusFrame>, Vec<u64>), Failure> {
     let interrupted = interrupt_flag()?;
     let mut link = cathforce_link::open(address)?;
     let mut clock = BusClock::new(false);
-    let (started, mut frames) = (Instant::now(), Vec::new());
+    let (started, mut frames, mut arrived_ns) = (Instant::now(), Vec::new(), Vec::new());
     while started.elapsed() < duration && !interrupted.load(Ordering::Relaxed) {
         let Some(frame) = link.receive(WAIT)? else { continue };
         let direction = direction(&frame, master).unwrap_or(Direction::ToHost);
         let at_ns = clock.stamp(direction, &frame);
+        arrived_ns.push(clock.arrived_ns(at_ns, link.waited()));
         frames.push(BusFrame { at_ns, direction, frame });
     }
     match frames.is_empty() {
-        false => Ok(frames),
+        false => Ok((frames, arrived_ns)),
         true => {
             let message = format!(
                 "{address}: nothing heard for {:.1} s; check that a device runs on this bus \

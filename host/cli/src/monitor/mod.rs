@@ -221,7 +221,7 @@ mod tests {
         client.set_lock_step(true).unwrap();
         let frames = Arc::new(Mutex::new(Vec::new()));
         let (tapped, mut clock) = (Arc::clone(&frames), BusClock::new(true));
-        client.set_tap(Some(Box::new(move |direction, frame| {
+        client.set_tap(Some(Box::new(move |direction, frame, _| {
             let at_ns = clock.stamp(direction, frame);
             tapped.lock().unwrap().push(BusFrame { at_ns, direction, frame: *frame });
         })));

@@ -43,6 +43,50 @@ fn frames_survive_a_candump_log() {
     assert_fails(&cathforce(import), 1, &["run.mcap", "it is there already"]);
 }
 
+/// Two sessions in one log: the command that takes them apart is the one that is named.
+#[test]
+fn two_runs_in_a_log_are_refused_with_their_line_and_taken_apart() {
+    let folder = tempfile::tempdir().unwrap();
+    let [one, log, first, second, out] =
+        ["one.log", "two.log", "first.log", "second.log", "run.mcap"]
+            .map(|name| folder.path().join(name));
+    data(["export", text(recording()), "--candump", text(&one)]);
+    let once = fs::read_to_string(&one).unwrap();
+    // The same again, ten seconds later.
+    let later = once.lines().map(|line| {
+        let (seconds, rest) = line.split_once('.').unwrap();
+        format!("({}.{rest}\n", seconds[1..].parse::<u64>().unwrap() + 10)
+    });
+    fs::write(&log, once.clone() + &later.collect::<String>()).unwrap();
+    let example = example();
+    let import = |log: &Path| {
+        let from = ["import", "candump", text(log), "--bundle", text(&example)];
+        command().args(from).args(["--out", text(&out)]).output().unwrap()
+    };
+    let refused = import(&log);
+    assert_fails(&refused, 3, &["two.log:", "the device begins over", "comes tick 0"]);
+    assert!(!out.exists(), "nothing half written");
+    let said = crate::stderr(&refused);
+    let fix = said.split_once("fix: take the runs apart: `").unwrap().1;
+    let (head, tail) = fix.trim_end().trim_end_matches('`').split_once("`, `").unwrap();
+    for part in [head, tail] {
+        let mut shell = std::process::Command::new("sh");
+        let status = shell.args(["-c", part]).current_dir(folder.path()).status().unwrap();
+        assert!(status.success(), "{part}");
+    }
+    // What the host asked at the end is where the next run may begin.
+    let first_run = fs::read_to_string(&first).unwrap();
+    let rest = once.strip_prefix(&first_run).expect("its beginning");
+    let is_service = |line: &str| line.contains(" 600#") || line.contains(" 580#");
+    assert!(rest.lines().all(is_service), "{rest}");
+    for part in [&first, &second] {
+        let output = import(part);
+        assert!(output.status.success(), "{}", crate::stderr(&output));
+        assert!(cathforce(["replay", text(&out)]).status.success());
+        fs::remove_file(&out).unwrap();
+    }
+}
+
 #[test]
 fn an_output_that_cannot_be_written_leaves_nothing_behind() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,9 +1,12 @@
 //! What happens in real time: `run --free`, `latency`, `monitor`, `play`.
 
 use std::io::Read;
+use std::net::TcpListener;
 use std::process::Stdio;
 
-use cathforce_record::Recording;
+use cathforce_bus::slcan::{Decoder, Line};
+use cathforce_bus::{Frame, Id};
+use cathforce_record::{Direction, Recording};
 
 use crate::{assert_fails, cathforce, command, data, example, recording, stderr, text};
 
@@ -39,7 +42,9 @@ fn a_free_run_is_recorded_and_its_latency_known() {
 fn latency_without_real_time_says_so() {
     let output = cathforce(["latency", text(recording()), "--budget", "1"]);
     assert_fails(&output, 3, &["lock step", "runs free"]);
-    assert_fails(&cathforce(["latency"]), 2, &["--link"]);
+    let nothing = cathforce(["latency"]);
+    assert_fails(&nothing, 2, &["<FILE.mcap|--link <LINK>>"]);
+    assert!(!stderr(&nothing).contains("--settings"), "{}", stderr(&nothing));
     // A device on its own ticks without encoders.
     let stages = data(["latency", "--link", "sim", "--duration", "0.2"]);
     assert_eq!(stages[0]["name"], "tick period");
@@ -71,6 +76,72 @@ fn frames_are_played_at_their_time() {
     assert_fails(&broken, 3, &["line 1", "is no frame"]);
     let nowhere = cathforce(["play", text(recording()), "--link", "pigeon"]);
     assert_fails(&nowhere, 2, &["socketcan:can0"]);
+}
+
+/// A master of its own: its frames are none of ours, and the bus sees them as they were.
+#[test]
+fn what_is_played_is_what_was_recorded() {
+    let folder = tempfile::tempdir().unwrap();
+    let [file, settings, log] =
+        ["run.mcap", "s.toml", "run.log"].map(|name| folder.path().join(name));
+    let signal = |bit: u8| {
+        format!("{{ start_bit = {bit}, bits = 16, signed = true, scale = 1e-5, offset = 0.0 }}")
+    };
+    let master = format!(
+        "schema_version = 1\nrig = \"tapered-bifurcation\"\n[master.catheter]\nid = 0x3a1\ninsertion = {}\n\
+         rotation = {}\n",
+        signal(0),
+        signal(16)
+    );
+    std::fs::write(&settings, master).unwrap();
+    let example = example();
+    let simulate = ["simulate", text(&example), "--duration", "0.1", "--cell", "3", "--quiet"];
+    let to = ["--settings", text(&settings), "--out", text(&file)];
+    let output = command().args(simulate).args(to).output().unwrap();
+    assert!(output.status.success(), "{}", stderr(&output));
+    data(["export", text(&file), "--candump", text(&log)]);
+
+    let recording = Recording::open(&file).unwrap();
+    let ours = recording.frames.iter().filter(|f| f.direction == Direction::ToDevice);
+    let sent = ours.filter(|f| f.frame.id() == 0x3a1).collect::<Vec<_>>();
+    assert!(sent.len() > 100, "{} frames of the master", sent.len());
+    let frames = sent.iter().map(|f| f.frame).collect::<Vec<_>>();
+    let span_s = (sent.last().unwrap().at_ns - sent[0].at_ns) as f64 * 1e-9;
+    for (source, more) in [(&file, &[][..]), (&log, &["--settings", text(&settings)])] {
+        let (played, heard) = play(source, more);
+        assert!(heard == frames, "{} frames, {} heard", frames.len(), heard.len());
+        assert!(played["seconds"].as_f64().unwrap() >= span_s, "{played} of {span_s} s");
+    }
+    // With the device's frames; transfers and grants of ticks are for no other device.
+    let (_, heard) = play(&file, &["--all"]);
+    let is_played = |frame: &&Frame| {
+        let id = Id::from_raw(frame.id());
+        !matches!(id, Some(Id::Sync | Id::Command | Id::ServiceRequest | Id::ServiceResponse))
+    };
+    let all = recording.frames.iter().map(|f| f.frame);
+    assert!(heard == all.filter(|frame| is_played(&frame)).collect::<Vec<_>>());
+}
+
+/// Plays a file into an SLCAN server: what the command says of it, and what arrived.
+fn play(file: &std::path::Path, more: &[&str]) -> (serde_json::Value, Vec<Frame>) {
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let link = format!("slcan:tcp:{}", listener.local_addr().unwrap());
+    let server = std::thread::spawn(move || {
+        let mut bytes = Vec::new();
+        listener.accept().unwrap().0.read_to_end(&mut bytes).unwrap();
+        let mut decoder = Decoder::default();
+        let lines = bytes.into_iter().filter_map(|byte| decoder.push(byte));
+        let frames = lines.filter_map(|line| match line {
+            Line::Frame(frame) => Some(frame),
+            _ => None,
+        });
+        frames.collect()
+    });
+    let mut command = command();
+    command.args(["play", text(file), "--link", &link, "--json"]);
+    let output = command.args(more).output().unwrap();
+    assert!(output.status.success(), "{}", stderr(&output));
+    (serde_json::from_slice(&output.stdout).unwrap(), server.join().unwrap())
 }
 
 /// `cathforce … | head -1`: whoever closed the pipe has seen enough.
