@@ -3,7 +3,10 @@
 mod check;
 mod clients;
 mod convert;
+mod documented;
 mod live;
+#[path = "../support/documented.rs"]
+mod pages;
 #[path = "../support/mod.rs"]
 mod support;
 #[cfg(target_os = "linux")]

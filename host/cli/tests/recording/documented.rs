@@ -1,14 +1,10 @@
 //! What README and docs print can be typed.
 
-#[path = "support/documented.rs"]
-mod pages;
-mod support;
-
 use std::fs;
 use std::path::Path;
 
-use pages::documented;
-use support::{command, example, stderr};
+use crate::pages::documented;
+use crate::{command, example, stderr};
 
 /// What a reader puts where the pages leave it to him.
 const MEANT: [(&str, &str); 6] = [
