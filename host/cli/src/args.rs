@@ -17,9 +17,10 @@ pub use config::{
     ConfigSetArguments, ConfigShowArguments, ConfigSource, ConfigValidateArguments,
 };
 pub use gap::{
-    ApplyArguments, ChallengeAction, ChallengeArguments, ChallengeFolder, ChallengeFolders,
-    ChallengeMakeArguments, ChallengeRunArguments, CoverageArguments, DiagnoseArguments, GapAction,
-    GapArguments, IsolabilityArguments, ProtocolArguments, VerifyArguments, Way,
+    AblationArguments, ApplyArguments, ChallengeAction, ChallengeArguments, ChallengeFolder,
+    ChallengeFolders, ChallengeMakeArguments, ChallengeRunArguments, CoverageArguments,
+    DiagnoseArguments, GapAction, GapArguments, IsolabilityArguments, ProtocolArguments,
+    VerifyArguments, Way,
 };
 pub use link::{
     DoctorArguments, FaultAction, FaultArguments, FaultClearArguments, LinkAction, LinkArguments,

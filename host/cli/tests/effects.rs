@@ -95,3 +95,47 @@ fn every_listed_effect_is_set_by_what_config_lists() {
     let tips = json(&["tips", "--json"]);
     assert!(tips.as_array().unwrap().iter().any(|tip| tip["name"] == "cobra-2"));
 }
+
+/// A drive of 20 kg, twice the same motion with whole periods in it; its command is the inertia and
+/// `force` of the speed \[m/s\].
+fn drive(force: impl Fn(f64) -> f64) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let rig = "format = \"trial-bundle/1\"\nname = \"made\"\nplant = \"drive\"\n[drive]\n\
+        moving_mass_kg = 20.0\n[sensor]\nposition_noise_sd_m = 1e-9\n";
+    std::fs::write(folder.path().join("rig.toml"), rig).unwrap();
+    std::fs::create_dir(folder.path().join("trials")).unwrap();
+    for number in 0..2 {
+        let mut text = String::from("t_s,setpoint_m,position_m,drive_command_N\n");
+        for i in 0..5000_u32 {
+            let (t_s, rate) = (1e-3 * f64::from(i), std::f64::consts::TAU / 2.5);
+            let (slow, fast) = ((rate * t_s).sin_cos(), (3.0 * rate * t_s).sin_cos());
+            let position_m = 0.05 * slow.0 + 0.02 * fast.0;
+            let speed_m_per_s = rate * (0.05 * slow.1 + 0.06 * fast.1);
+            let inertia_n = -20.0 * rate * rate * (0.05 * slow.0 + 0.18 * fast.0);
+            // Noise of a motor's current, another one in every trial.
+            let noise_n = 0.05 * f64::from((i + 5000 * number).wrapping_mul(2_654_435_761) >> 8)
+                / f64::from(1 << 24);
+            let command_n = inertia_n + force(speed_m_per_s) + noise_n;
+            text += &format!("{t_s},{position_m},{position_m},{command_n}\n");
+        }
+        std::fs::write(folder.path().join(format!("trials/{number:03}.csv")), text).unwrap();
+    }
+    folder
+}
+
+#[test]
+fn an_effect_that_is_taken_out_of_the_model_is_found_again() {
+    let folder = drive(|speed_m_per_s| 6.0 * speed_m_per_s.signum() + 30.0 * speed_m_per_s);
+    let found = json(&["gap", "ablation", folder.path().to_str().unwrap(), "--json"]);
+    for missing in ["drive.coulomb", "drive.viscous"] {
+        let rows = found.as_array().unwrap();
+        let row = rows.iter().find(|row| row["missing"] == missing).unwrap();
+        assert_eq!((&row["found"], &row["named"][0]), (&true.into(), &missing.into()), "{found}");
+        assert!(row["shrink"].as_f64().unwrap() > 0.8, "{found}");
+    }
+    // Where nothing is named, nothing can be taken out.
+    let output = cathforce(&["gap", "ablation", drive(|_| 0.0).path().to_str().unwrap()]);
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    assert!(said.contains("no effect is named") && said.contains("fix:"), "{said}");
+}

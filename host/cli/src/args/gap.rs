@@ -23,6 +23,8 @@ pub enum GapAction {
     Verify(VerifyArguments),
     /// Say how many of the forces that were held out lie within the band that is stated for them.
     Coverage(CoverageArguments),
+    /// Take each named effect out of a model that has the others, and say whether it is found again.
+    Ablation(AblationArguments),
     /// Say which effects trials can tell apart, and how large each must be to be seen.
     Isolability(IsolabilityArguments),
     /// Print the motion that a recording should hold, or play it.
@@ -156,6 +158,12 @@ pub struct CoverageArguments {
     /// Without it, every trial is held out in turn.
     #[arg(long, value_name = "TRIAL")]
     pub hold_back: Vec<u32>,
+}
+
+#[derive(Debug, Args)]
+pub struct AblationArguments {
+    /// Trial bundle, or recording.
+    pub bundle: PathBuf,
 }
 
 /// Between which insertions a protocol goes.

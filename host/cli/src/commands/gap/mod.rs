@@ -1,5 +1,6 @@
 //! `cathforce gap`: what is between the model and the measurement.
 
+mod ablation;
 mod apply;
 mod challenge;
 mod coverage;
@@ -22,6 +23,7 @@ pub fn run(ui: &Ui, arguments: &GapArguments) -> Result<(), Failure> {
         GapAction::Apply(arguments) => apply::run(ui, arguments),
         GapAction::Verify(arguments) => verify::run(ui, arguments),
         GapAction::Coverage(arguments) => coverage::run(ui, arguments),
+        GapAction::Ablation(arguments) => ablation::run(ui, arguments),
         GapAction::Isolability(arguments) => isolability::run(ui, arguments),
         GapAction::Protocol(arguments) => protocol::run(ui, arguments),
         GapAction::Effects => effects::list(ui),
