@@ -209,7 +209,8 @@ fn band(answer: &Diagnosis) -> String {
     let charts: String =
         names.iter().enumerate().map(|(column, name)| charts::band(band, column, name)).collect();
     format!(
-        "<h2>How far the forces may be off</h2><p class=soft>Half width of the band in which nine          of ten true forces lie with the model that this answer leaves behind.</p>\
+        "<h2>How far the forces may be off</h2><p class=soft>Half width of the band in which nine of \
+         ten true forces lie with the model that this answer leaves behind.</p>\
          <div class=wide><table><tr><th>force<th class=number>half width, RMS<th class=number>held \
          out and within<th class=number>of samples{rows}</table></div>\
          <p class='soft key'><i style='color:var(--after)'></i>fed\
