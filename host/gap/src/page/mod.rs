@@ -194,7 +194,12 @@ fn how_far(answer: &Diagnosis) -> String {
 fn band(answer: &Diagnosis) -> String {
     let Some(band) = &answer.band else { return String::new() };
     let mut rows = String::new();
-    let names = ["force on the vessel x", "y", "z", "force behind the guide"];
+    let names = [
+        "force on the vessel x",
+        "force on the vessel y",
+        "force on the vessel z",
+        "force behind the guide",
+    ];
     for (name, covered) in names.iter().zip(&band.coverage.channels) {
         if let (Some(share), Some(half_width_n)) = (covered.share(), covered.half_width_n()) {
             let _ = write!(
