@@ -43,6 +43,7 @@ enum Task {
     Setup(setup::Consent),
 }
 
+// One reader of the pages for the tests of both programs.
 #[cfg(test)]
 #[path = "../../host/cli/tests/support/documented.rs"]
 mod documented;

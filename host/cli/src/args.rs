@@ -225,6 +225,7 @@ fn positive(text: &str, wanted: &str) -> Result<f64, String> {
     value.ok_or_else(|| format!("give {wanted}"))
 }
 
+// One reader of the pages for all tests of what they print.
 #[cfg(test)]
 #[path = "../tests/support/documented.rs"]
 mod documented;

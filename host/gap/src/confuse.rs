@@ -41,7 +41,7 @@ pub fn confusable(
                 let Some(single) = single.as_ref().filter(free) else { continue };
                 let distance = metric.distance(&own, &span(selection, &others, single));
                 if distance < ISOLATED
-                    || step.is_some_and(|step| within_one_error(step, rival))
+                    || step.is_some_and(|step| as_good_at_its_step(step, rival))
                     || as_good_in_its_place(selection, effect, rival)
                 {
                     near.push((distance, rival));
@@ -54,22 +54,22 @@ pub fn confusable(
     best.effects.iter().map(of).collect()
 }
 
-/// Whether a rival's score is within one standard error of the chosen one's.
-fn within_one_error(step: &Step, rival: usize) -> bool {
+/// Whether a rival was as good at the step at which an effect was chosen.
+fn as_good_at_its_step(step: &Step, rival: usize) -> bool {
     let rival = step.rivals.iter().find(|r| r.effect == rival);
-    rival.is_some_and(|rival| {
-        let (gain, error) = step.score.gain_over(&rival.score);
-        gain <= error
-    })
+    rival.is_some_and(|rival| within_one_error(&step.score, &rival.score))
 }
 
-/// The same of the whole explanation with the one effect exchanged for the other.
+/// Whether the whole explanation is as good with the one effect exchanged for the other.
 fn as_good_in_its_place(selection: &Selection, effect: usize, rival: usize) -> bool {
     let own = selection.exchanged.iter().find(|(e, r)| *e == effect && r.effect == rival);
-    own.is_some_and(|(_, rival)| {
-        let (gain, error) = selection.best.score.gain_over(&rival.score);
-        gain <= error
-    })
+    own.is_some_and(|(_, rival)| within_one_error(&selection.best.score, &rival.score))
+}
+
+/// Whether a rival's score is within one standard error of the chosen one's.
+fn within_one_error(chosen: &Score, rival: &Score) -> bool {
+    let (gain, error) = chosen.gain_over(rival);
+    gain <= error
 }
 
 /// s_i by trial.
