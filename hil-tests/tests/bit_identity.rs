@@ -11,6 +11,8 @@ use cathforce_rig::ImageOptions;
 const TRIAL: u32 = 2;
 /// Nodes in the vessel at its end: all that there are.
 const NODES: usize = 64;
+/// How much of it is played with two solves \[s\].
+const TWO_SOLVES_S: f64 = 2.0;
 /// Links that the deepest insertion takes, so that the last one has come in well before.
 const LINKS: f64 = 63.5;
 
@@ -51,6 +53,28 @@ fn p22_p09_p14_an_insertion_on_the_board_replays_without_a_differing_bit() {
     let nodes = track.shapes.iter().map(|shape| shape.nodes.len()).max();
     assert_eq!(nodes, Some(NODES));
     println!("{} ticks, worst {worst} instructions, {used} of {size} bytes", report.tick);
+}
+
+/// So it does with two solves a tick, which a setting asks for.
+#[test]
+fn p22_two_solves_a_tick_replay_without_a_differing_bit() {
+    let mut short = bundle().trial(TRIAL).expect("in the example").clone();
+    short.t_s.retain(|&t_s| t_s < TWO_SOLVES_S);
+    let image = |solves| {
+        let parameters = vec![("solver.solves".to_owned(), solves)];
+        image_with(&ImageOptions { cell_m: 2e-3, parameters, ..ImageOptions::default() })
+    };
+    let folder = tempfile::tempdir().expect("a folder");
+    let digests = [1.0, 2.0].map(|solves| {
+        let file = folder.path().join(format!("{solves}.mcap"));
+        let report = record::<Qemu>(bundle(), &short, &image(solves), &file);
+        let (replayed, _) =
+            replay(&Recording::open(&file).expect("written")).expect("in lock step");
+        assert!(replayed.identical(), "{} bits differ", replayed.differing_bits);
+        assert_eq!(replayed.device_digest, Some(report.digest));
+        report.digest
+    });
+    assert_ne!(digests[0], digests[1]);
 }
 
 /// The comparison above would find one bit.

@@ -21,7 +21,7 @@ const FEED_M: f64 = 1e-5;
 const TURN_RAD: f64 = 2e-3;
 
 /// Instructions of the worst tick: 2 % above what was reached, and what was aimed at.
-const MOST_INSTRUCTIONS_ONE_SOLVE: u32 = 139_000;
+const MOST_INSTRUCTIONS_ONE_SOLVE: u32 = 137_000;
 const MOST_INSTRUCTIONS_TWO_SOLVES: u32 = 220_000;
 /// What a band of the forces may add to the worst tick: it is looked up, not computed.
 const MOST_INSTRUCTIONS_BAND: u32 = 200;
@@ -96,14 +96,15 @@ fn single_ticks(solves: u8, band: Option<Band>) -> Cost {
 }
 
 /// Worst count, checked against `most`; jitter and stack are checked too.
-fn assert_cost(solves: u8, most: u32) {
-    let cost = single_ticks(solves, None);
+fn assert_cost(solves: u8, band: Option<Band>, most: u32) {
+    let with = if band.is_some() { " and a band" } else { "" };
+    let cost = single_ticks(solves, band);
     let (worst, mean) = (cost.worst_instructions(), cost.mean_instructions());
     let Cost { instructions: counts, stack_bytes, .. } = cost;
     let deviation = counts.iter().map(|&count| (f64::from(count) / mean - 1.0).abs());
     let jitter = deviation.fold(0.0, f64::max);
     println!(
-        "{solves} solves: worst tick {worst} instructions, jitter {:.2} %, tick stack \
+        "{solves} solves{with}: worst tick {worst} instructions, jitter {:.2} %, tick stack \
          {stack_bytes} bytes, state {} bytes",
         100.0 * jitter,
         device_state_bytes()
@@ -115,12 +116,12 @@ fn assert_cost(solves: u8, most: u32) {
 
 #[test]
 fn p09_p14_a_tick_with_one_solve_costs_what_is_stated_on_the_board() {
-    assert_cost(1, MOST_INSTRUCTIONS_ONE_SOLVE);
+    assert_cost(1, None, MOST_INSTRUCTIONS_ONE_SOLVE);
 }
 
 #[test]
 fn p09_p14_a_tick_with_two_solves_costs_what_is_stated_on_the_board() {
-    assert_cost(2, MOST_INSTRUCTIONS_TWO_SOLVES);
+    assert_cost(2, Some(band()), MOST_INSTRUCTIONS_TWO_SOLVES);
 }
 
 #[test]

@@ -13,8 +13,8 @@ const LIBRARIES: [&str; 12] = [
     "cathforce-bus",
     "cathforce-config",
     "cathforce-device",
-    "cathforce-effects",
     "cathforce-rig",
+    "cathforce-effects",
     "cathforce-link",
     "cathforce-record",
     "cathforce-gap",
@@ -23,6 +23,9 @@ const LIBRARIES: [&str; 12] = [
 
 /// What runs on the device and on the host alike, the bus included.
 const SHARED: &[&str] = LIBRARIES.split_at(6).0;
+
+/// That and the bundles.
+const SHARED_AND_RIG: &[&str] = LIBRARIES.split_at(7).0;
 
 /// Each package and the packages of the project that it may use.
 const ALLOWED: &[(&str, &[&str])] = &[
@@ -39,7 +42,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("cathforce-effects", &["cathforce-mechanics"]),
     ("cathforce-rig", &["cathforce-mechanics", "cathforce-config"]),
     ("cathforce-link", SHARED),
-    ("cathforce-record", SHARED),
+    ("cathforce-record", SHARED_AND_RIG),
     ("cathforce-reference", &[]),
     (
         "cathforce-gap",

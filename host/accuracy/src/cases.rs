@@ -84,6 +84,7 @@ fn case(
         rod: Rod { radius_m: 0.825e-3, sections: vec![tube(50e6, 0.05), tube(26e6, 0.6)], curves },
         entry: Entry { position_m: Vector3::zeros(), direction: Vector3::x(), up: Vector3::y() },
         lumen: if kind == Kind::Snap { bifurcation() } else { tapering_bend() },
+        beyond: Default::default(),
         wall: WallLaw {
             line_stiffness_n_per_m2,
             // Half a contact point of 5 mm.

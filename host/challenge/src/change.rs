@@ -118,6 +118,35 @@ pub enum Change {
         each_s: f64,
     },
 
+    /// Wall whose stiffness grows exponentially with indentation.
+    Stiffening {
+        per_m: f64,
+    },
+    /// Wall that relaxes in two times, half of the ratio each.
+    Relaxing {
+        ratio: f64,
+        times_s: [f64; 2],
+    },
+    /// Coefficient that is larger at small loads, falling exponentially.
+    LightFriction {
+        excess: f64,
+        load_n_per_m: f64,
+    },
+    /// Bending moment per rate of bend, over the stiffness.
+    Viscous {
+        time_s: f64,
+    },
+    /// Shaft before the entry that twists, and follows a little late.
+    Windup {
+        free_length_m: f64,
+    },
+    /// Stream along the instrument, pulsating like a heartbeat: a hump and a pause.
+    Stream {
+        along_n_per_m: f64,
+        pulse: f64,
+        period_s: f64,
+    },
+
     // Not in the library.
     /// Coefficient in withdrawal, times the one in feed.
     DirectedFriction {
@@ -186,6 +215,12 @@ impl Change {
             Self::Gain { .. } => "sensor.gain",
             Self::Misalignment { .. } => "sensor.misalignment",
             Self::TimeConstant { .. } => "sensor.time_constant",
+            Self::Stiffening { .. } => "wall.hyperelastic",
+            Self::Relaxing { .. } => "wall.viscoelastic",
+            Self::LightFriction { .. } => "contact.load_friction",
+            Self::Viscous { .. } => "instrument.viscoelastic",
+            Self::Windup { .. } => "instrument.torsional_windup",
+            Self::Stream { .. } => "fluid.drag",
             Self::DirectedFriction { .. } => "outside.directed_friction",
             Self::Cable { .. } => "outside.cable",
             Self::Shaking { .. } => "outside.shaking",
@@ -212,6 +247,7 @@ impl Change {
                 vec![("insertion", insertion), ("rotation", rotation)]
             }
             Self::Latency { time_s } => vec![("time_s", time_s)],
+            Self::Windup { free_length_m } => vec![("free_length_m", free_length_m)],
             Self::Bias { force_n } => {
                 vec![("x_n", force_n.x), ("y_n", force_n.y), ("z_n", force_n.z)]
             }

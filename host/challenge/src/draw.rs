@@ -34,7 +34,7 @@ pub struct Case {
 }
 
 /// Effects of the library that can be drawn.
-pub const LIBRARY: [&str; 23] = [
+pub const LIBRARY: [&str; 29] = [
     "contact.friction",
     "contact.stribeck",
     "wall.stiffness",
@@ -58,6 +58,12 @@ pub const LIBRARY: [&str; 23] = [
     "sensor.gain",
     "sensor.misalignment",
     "sensor.time_constant",
+    "wall.hyperelastic",
+    "wall.viscoelastic",
+    "contact.load_friction",
+    "instrument.viscoelastic",
+    "instrument.torsional_windup",
+    "fluid.drag",
 ];
 
 /// Effects that it does not have.
@@ -181,6 +187,21 @@ pub fn single(id: &str, severity: f64, rng: &mut impl Rng) -> Option<Change> {
             Change::Misalignment { rotation_rad: towards(&mut share) * strong(0.15, 0.35) }
         }
         "sensor.time_constant" => Change::TimeConstant { each_s: strong(0.03, 0.1) },
+        "wall.hyperelastic" => Change::Stiffening { per_m: strong(4e3, 2e4) },
+        "wall.viscoelastic" => {
+            let time_s = 0.3 + 0.4 * share();
+            Change::Relaxing { ratio: strong(2.0, 6.0), times_s: [time_s, 5.0 * time_s] }
+        }
+        "contact.load_friction" => {
+            Change::LightFriction { excess: strong(1.5, 4.0), load_n_per_m: 2.0 + 4.0 * share() }
+        }
+        "instrument.viscoelastic" => Change::Viscous { time_s: strong(0.1, 0.4) },
+        "instrument.torsional_windup" => Change::Windup { free_length_m: strong(0.2, 0.8) },
+        "fluid.drag" => Change::Stream {
+            along_n_per_m: sign * strong(0.03, 0.12),
+            pulse: 0.5 + share(),
+            period_s: 0.7 + 0.5 * share(),
+        },
         "outside.directed_friction" => Change::DirectedFriction { factor: strong(2.5, 4.0) },
         "outside.cable" => {
             // 60 mm of feed.

@@ -7,7 +7,7 @@ use crate::change::Change;
 use crate::motion::schedule;
 use crate::rigs::Rig;
 use crate::sensor::Sensor;
-use crate::train::Train;
+use crate::train::{Load, Train};
 use crate::world::{self, Moment};
 
 /// Time between rows, and of a step of the solver \[s\].
@@ -50,8 +50,11 @@ pub fn play_along(rig: &Rig, changes: &[Change], schedule: &Schedule) -> Result<
         }
         let t_s = STEP_S * k as f64;
         let before = train.drive();
-        let load_n = simulation.sample().drive_force_n;
-        let drive = train.advance(schedule, t_s, load_n);
+        let felt = simulation.sample();
+        let torsion_n_m2 = standing.rod.sections.last().map_or(1.0, |shaft| shaft.torsion_n_m2);
+        let twist_rad_per_m = felt.drive_torque_n_m / torsion_n_m2;
+        let load = Load { force_n: felt.drive_force_n, twist_rad_per_m };
+        let drive = train.advance(schedule, t_s, load);
         let sample = simulation.step(STEP_S, drive)?;
         let fed_m = drive.insertion_m - start.insertion_m;
         let feed_m = drive.insertion_m - before.insertion_m;

@@ -136,6 +136,7 @@ impl Rig {
                 up: Vector3::y(),
             },
             lumen: lumen(&self.stations),
+            beyond: Default::default(),
             wall: WallLaw {
                 line_stiffness_n_per_m2: line_stiffness,
                 end_stiffness_n_per_m: 0.5 * i.wall_stiffness_n_per_m,

@@ -12,6 +12,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use cathforce_reference::SolveError;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
@@ -59,9 +60,11 @@ pub enum ChallengeError {
     File { path: PathBuf, error: std::io::Error },
     #[error("{}: {error}", path.display())]
     Content { path: PathBuf, error: serde_json::Error },
-    #[error("case {case} has no solution: {reason}\n  fix: take another seed")]
-    NoSolution { case: usize, reason: String },
-    #[error("{}: a challenge is there already\n  fix: name another folder", .0.display())]
+    #[error(
+        "{}: a challenge that is sealed, or of another seed, is there already\n  \
+         fix: name another folder",
+        .0.display()
+    )]
     AlreadyMade(PathBuf),
     #[error("{}: not sealed yet\n  fix: `cathforce gap challenge seal` first", .0.display())]
     NotSealed(PathBuf),
@@ -85,16 +88,18 @@ impl Challenge {
         Self { folder: folder.to_path_buf() }
     }
 
-    /// Makes `count` cases of a seed. `salt_seed` must not be known to whoever diagnoses.
-    /// `made` is told after every case how many there are.
+    /// Makes `count` cases of a seed, or those of them that are not there yet. `salt_seed` must not
+    /// be known to whoever diagnoses. `made` is told after every case.
+    ///
+    /// Gives the cases that are left out because the solver finds no balance, and why.
     pub fn make(
         &self,
         seed: u64,
         count: usize,
         salt_seed: u64,
         made: &(dyn Fn() + Sync),
-    ) -> Result<(), ChallengeError> {
-        if self.folder.join("cases").exists() {
+    ) -> Result<Vec<(usize, SolveError)>, ChallengeError> {
+        if self.folder.join("seals.json").exists() || self.is_of_another(seed)? {
             return Err(ChallengeError::AlreadyMade(self.folder.clone()));
         }
         let mut rng = ChaCha8Rng::seed_from_u64(salt_seed);
@@ -102,26 +107,44 @@ impl Challenge {
             cases(seed, count).into_iter().map(|case| (case, rng.random())).collect();
         create(&self.folder.join("labels"))?;
         create(&self.folder.join("cases"))?;
-        drawn.par_iter().try_for_each(|(case, salt)| {
-            self.make_case(seed, case, *salt)?;
+        let make = |(case, salt): &(Case, u128)| -> Result<_, ChallengeError> {
+            let played = match self.label_path(&name(case.number)).exists() {
+                true => Ok(()),
+                false => self.make_case(seed, case, *salt)?,
+            };
             made();
-            Ok(())
-        })
+            Ok(played.err().map(|error| (case.number, error)))
+        };
+        let left_out: Vec<_> = drawn.par_iter().map(make).collect::<Result<_, _>>()?;
+        Ok(left_out.into_iter().flatten().collect())
     }
 
-    fn make_case(&self, seed: u64, case: &Case, salt: u128) -> Result<(), ChallengeError> {
-        let name = format!("{:03}", case.number);
-        let all = |changes: &[_]| -> Result<Vec<Trial>, ChallengeError> {
-            let trial = |trial| {
-                play(&case.rig, changes, trial).map_err(|error| ChallengeError::NoSolution {
-                    case: case.number,
-                    reason: error.to_string(),
-                })
-            };
-            (0..TRIALS).map(trial).collect()
+    /// Whether there are cases of another seed.
+    fn is_of_another(&self, seed: u64) -> Result<bool, ChallengeError> {
+        if !self.folder.join("labels").exists() {
+            return Ok(self.folder.join("cases").exists());
+        }
+        let first =
+            self.cases()?.into_iter().map(|case| self.label_path(&case)).find(|p| p.exists());
+        let label: Option<Label> = first.map(|path| read_json(&path)).transpose()?;
+        Ok(label.is_some_and(|label| label.seed != seed))
+    }
+
+    /// Plays and writes one case, or says why it cannot be played.
+    fn make_case(
+        &self,
+        seed: u64,
+        case: &Case,
+        salt: u128,
+    ) -> Result<Result<(), SolveError>, ChallengeError> {
+        let name = name(case.number);
+        let all = |changes: &[_]| -> Result<Vec<Trial>, SolveError> {
+            (0..TRIALS).map(|trial| play(&case.rig, changes, trial)).collect()
         };
-        let real = all(&case.changes)?;
-        let nominal = all(&[])?;
+        let (real, nominal) = match (all(&case.changes), all(&[])) {
+            (Ok(real), Ok(nominal)) => (real, nominal),
+            (Err(error), _) | (_, Err(error)) => return Ok(Err(error)),
+        };
         let label = Label {
             case: name.clone(),
             seed,
@@ -135,7 +158,13 @@ impl Challenge {
         let folder = self.folder.join("cases").join(&name);
         write_bundle(&folder, &format!("case-{name}"), &case.rig, &real, case.noise_seed)
             .map_err(|error| ChallengeError::File { path: folder, error })?;
-        write_json(&self.folder.join(format!("labels/{name}.json")), &label)
+        // The label comes last: what has one is whole.
+        write_json(&self.label_path(&name), &label)?;
+        Ok(Ok(()))
+    }
+
+    fn label_path(&self, case: &str) -> PathBuf {
+        self.folder.join(format!("labels/{case}.json"))
     }
 
     /// Names of all cases, in order.
@@ -170,7 +199,7 @@ impl Challenge {
     }
 
     fn hash(&self, case: &str) -> Result<String, ChallengeError> {
-        let path = self.folder.join(format!("labels/{case}.json"));
+        let path = self.label_path(case);
         let bytes = fs::read(&path).map_err(file(&path))?;
         Ok(Sha256::digest(&bytes).iter().map(|byte| format!("{byte:02x}")).collect())
     }
@@ -215,7 +244,7 @@ impl Challenge {
             if self.hash(case)? != *seal {
                 return Err(ChallengeError::Broken(case.clone()));
             }
-            Ok((read_json(&self.folder.join(format!("labels/{case}.json")))?, answer))
+            Ok((read_json(&self.label_path(case))?, answer))
         };
         seals.labels.iter().map(open).collect()
     }
@@ -242,6 +271,10 @@ pub fn gap_over_noise(real: &[Trial], nominal: &[Trial]) -> f64 {
 fn file(path: &Path) -> impl Fn(std::io::Error) -> ChallengeError {
     let path = path.to_path_buf();
     move |error| ChallengeError::File { path: path.clone(), error }
+}
+
+fn name(case: usize) -> String {
+    format!("{case:03}")
 }
 
 fn create(folder: &Path) -> Result<(), ChallengeError> {

@@ -85,6 +85,15 @@ fn apply_standing(change: &Change, problem: &mut Problem, stations: &mut [Statio
         Change::Guide { length_m } => {
             problem.entry.position_m += problem.entry.direction * length_m;
         }
+        Change::Stiffening { per_m } => problem.beyond.stiffening_per_m = per_m,
+        Change::Relaxing { ratio, times_s } => {
+            (problem.beyond.relaxing_ratio, problem.beyond.relaxation_s) = (ratio, times_s);
+        }
+        Change::LightFriction { excess, load_n_per_m } => {
+            problem.beyond.light_friction = excess;
+            problem.beyond.light_load_n_per_m = load_n_per_m;
+        }
+        Change::Viscous { time_s } => problem.beyond.bending_viscosity_s = time_s,
         _ => {}
     }
 }
@@ -105,6 +114,7 @@ pub fn is_changing(changes: &[Change]) -> bool {
                 | Change::Softening { .. }
                 | Change::DirectedFriction { .. }
                 | Change::RoughPiece { .. }
+                | Change::Stream { .. }
         )
     })
 }
@@ -125,6 +135,10 @@ pub fn at(standing: &Problem, changes: &[Change], moment: &Moment) -> Problem {
                 let lost = |time: f64| 1.0 - (-moment.t_s / time).exp();
                 let factor = 1.0 - share * 0.5 * (lost(0.4 * time_s) + lost(2.5 * time_s));
                 problem.rod.sections.iter_mut().for_each(|section| scale(section, factor));
+            }
+            Change::Stream { along_n_per_m, pulse, period_s } => {
+                let beat = 0.5 * (1.0 + breath((moment.t_s / period_s).rem_euclid(1.0)));
+                problem.beyond.stream_n_per_m = along_n_per_m * (1.0 + pulse * beat);
             }
             Change::DirectedFriction { factor } if moment.feed_m_per_s < 0.0 => {
                 problem.wall.friction_coefficient *= factor;

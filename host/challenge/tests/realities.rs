@@ -1,5 +1,7 @@
 //! Realities behave as their names say, and sealing holds.
 
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use cathforce_challenge::{Challenge, ChallengeError, Change, play, rigs};
 use serde_json::json;
 
@@ -34,6 +36,33 @@ fn friction_is_pushed_against_and_late_motion_is_late() {
     let late = play(rig, &[Change::Latency { time_s: 0.04 }], 1).unwrap();
     let worst = nominal.iter().zip(&late[10..]).map(|(a, b)| (a.tip_m - b.tip_m).norm());
     assert!(worst.fold(0.0, f64::max) < 2e-4, "40 ms are ten rows");
+}
+
+#[test]
+fn a_challenge_is_made_to_its_end_by_a_second_call_that_leaves_what_is_there() {
+    let folder = tempfile::tempdir().unwrap();
+    let challenge = Challenge::at(folder.path());
+    let made = AtomicUsize::new(0);
+    let tell = || {
+        made.fetch_add(1, Ordering::Relaxed);
+    };
+    assert!(challenge.make(3, 2, 5, &tell).unwrap().is_empty());
+    let label = |case: &str| std::fs::read(folder.path().join(format!("labels/{case}.json")));
+    let first = label("000").unwrap();
+    let trial = folder.path().join("cases/001/trials/000.csv");
+    let played = std::fs::read(&trial).unwrap();
+    std::fs::remove_file(folder.path().join("labels/001.json")).unwrap();
+    std::fs::write(&trial, "half").unwrap();
+    assert!(challenge.make(3, 2, 6, &tell).unwrap().is_empty());
+    assert_eq!(label("000").unwrap(), first, "its salt was drawn before");
+    assert_eq!(std::fs::read(&trial).unwrap(), played);
+    assert!(label("001").is_ok());
+    assert_eq!(made.into_inner(), 4);
+    let other_seed = challenge.make(4, 2, 6, &|| {});
+    assert!(matches!(other_seed, Err(ChallengeError::AlreadyMade(_))));
+    challenge.seal().unwrap();
+    let sealed = challenge.make(3, 2, 6, &|| {});
+    assert!(matches!(sealed, Err(ChallengeError::AlreadyMade(_))));
 }
 
 #[test]

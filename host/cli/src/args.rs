@@ -20,7 +20,7 @@ pub use gap::{
     AblationArguments, ApplyArguments, ChallengeAction, ChallengeArguments, ChallengeFolder,
     ChallengeFolders, ChallengeMakeArguments, ChallengeRunArguments, CoverageArguments,
     DiagnoseArguments, GapAction, GapArguments, IsolabilityArguments, ProtocolArguments,
-    VerifyArguments, Way,
+    SpikeInArguments, VerifyArguments, Way,
 };
 pub use link::{
     DoctorArguments, FaultAction, FaultArguments, FaultClearArguments, LinkAction, LinkArguments,

@@ -85,6 +85,8 @@ fn a_file_goes_to_the_device_and_comes_back_the_same() {
     json(&["config", "init", &bundle, file]);
     assert_eq!(json(&["config", "diff", file]), Value::Array(Vec::new()), "it sets nothing yet");
     let changed = json(&["config", "set", file, "force_gain=2.5", "wall.friction_coefficient=0.2"]);
+    let of_file = |name| json(&["config", "get", name, file])["value"].clone();
+    assert_eq!((of_file("force_gain"), of_file("torque_gain")), (2.5.into(), 1.0.into()));
     assert_eq!(changed.as_array().unwrap().len(), 2);
     assert!(fs::read_to_string(file).unwrap().contains("# Force on the operator's"));
 

@@ -145,5 +145,5 @@ const fn plant(
     max: f64,
     doc: &'static str,
 ) -> ParameterInfo {
-    ParameterInfo { key, unit, off: Some(0.0), min, max, doc }
+    ParameterInfo { key, unit, off: Some(0.0), min, max, whole: false, doc }
 }

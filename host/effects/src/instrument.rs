@@ -18,7 +18,12 @@ pub(crate) const EFFECTS: &[Effect] = &[
         start_values: &[&[0.7, 0.7], &[1.4, 1.4], &[1.4, 1.0], &[1.0, 1.4]],
         channels: BY_FORCE,
         excited_by: "bends of the shaft and of the tip, shape points",
-        confused_with: &["sensor.gain", "wall.stiffness", "instrument.softening"],
+        confused_with: &[
+            "sensor.gain",
+            "wall.stiffness",
+            "instrument.softening",
+            "contact.friction",
+        ],
     },
     Effect {
         id: "instrument.stored_curvature",

@@ -99,8 +99,15 @@ pub struct Effect {
 impl Parameter {
     /// Unit, off value and range.
     pub fn info(&self) -> &'static ParameterInfo {
-        const NONE: ParameterInfo =
-            ParameterInfo { key: "", unit: "1", off: None, min: 0.0, max: 0.0, doc: "" };
+        const NONE: ParameterInfo = ParameterInfo {
+            key: "",
+            unit: "1",
+            off: None,
+            min: 0.0,
+            max: 0.0,
+            whole: false,
+            doc: "",
+        };
         // A test holds every key to be there.
         parameters().chain(PLANT_PARAMETERS).find(|info| info.key == self.key).unwrap_or(&NONE)
     }

@@ -1,6 +1,6 @@
 use std::collections::BTreeSet;
 
-use cathforce_mechanics::{EFFECTS, NOMINAL};
+use cathforce_mechanics::{EFFECTS, NOMINAL, SOLVER};
 use cathforce_rig::{Bundle, SolverDefaults, to_description};
 
 use super::*;
@@ -35,7 +35,8 @@ fn every_identifier_is_there_once() {
 #[test]
 fn every_parameter_of_the_model_has_its_place_and_no_other_is_named() {
     let named: BTreeSet<_> = all().flat_map(|e| e.parameters).map(|p| p.key).collect();
-    let declared: BTreeSet<_> = parameters().chain(PLANT_PARAMETERS).map(|info| info.key).collect();
+    let physical = parameters().filter(|info| !SOLVER.contains(info));
+    let declared: BTreeSet<_> = physical.chain(PLANT_PARAMETERS).map(|info| info.key).collect();
     assert_eq!(named, declared);
     for info in EFFECTS {
         let effect = Effect::find(info.id).expect("in the catalogue");

@@ -15,10 +15,12 @@ use crate::fit::FitTrial;
 use crate::metric::Metric;
 use crate::problem::{Coordinate, Problem};
 use crate::score::Score;
-use crate::select::{Candidate, Selection, Step};
+use crate::select::{Candidate, Selection, Selector, Step};
 
 /// Effects nearer than this cannot be told apart.
 const ISOLATED: f64 = 5.0;
+/// One of several effects that so many others could stand in for names nothing.
+const ANYTHING: usize = 8;
 /// Resamples of the blocks.
 const RESAMPLES: usize = 1000;
 /// The same data give the same answer.
@@ -52,6 +54,26 @@ pub fn confusable(
         (effect, near.into_iter().map(|(_, rival)| rival).collect())
     };
     best.effects.iter().map(of).collect()
+}
+
+/// Takes out of an explanation of several effects those that almost anything could stand in for:
+/// they mend what the others leave, and say of what is there only that something is. `None` when
+/// a simulation breaks down.
+pub fn identified(selector: &Selector<'_>, mut selection: Selection) -> Option<Selection> {
+    while selection.best.fit.effects.len() > 1 {
+        let nuisances = selection.nuisances.as_ref()?;
+        let metric = Metric::new(nuisances, &selection.best.score);
+        let sets = confusable(selector.problem, &selection, &metric);
+        let widest = sets.iter().max_by_key(|(_, near)| near.len());
+        let Some(&(effect, _)) = widest.filter(|(_, near)| near.len() >= ANYTHING) else { break };
+        let own = selection.without.iter().find(|(e, _)| *e == effect);
+        let Some(without) = own.map(|(_, candidate)| candidate.clone()) else { break };
+        selection.path.push((without.fit.effects.clone(), without.score.clone()));
+        selection.best = without;
+        selection.steps.retain(|step| step.effect != effect);
+        selector.complete(&mut selection)?;
+    }
+    Some(selection)
 }
 
 /// Whether a rival was as good at the step at which an effect was chosen.

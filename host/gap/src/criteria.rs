@@ -69,6 +69,11 @@ impl Parsimony {
     }
 }
 
+/// Whether a model says clearly less about what was held out than another.
+pub fn predicts_less(other: &Score, model: &Score, gap: f64) -> bool {
+    model.excess() - other.excess() > EQUAL_SHARE * gap
+}
+
 /// What a model costs in the same terms: N_eff ln E + k ln N_eff, for models side by side.
 fn cost(score: &Score, effective: f64, parameters: usize) -> f64 {
     effective * score.energy.ln() + parameters as f64 * effective.ln()

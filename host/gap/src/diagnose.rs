@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use crate::band;
 use crate::calibration;
-use crate::confuse::{confusable, win_frequency};
+use crate::confuse::{confusable, identified, win_frequency};
 use crate::criteria::{NEAR_FLOOR, NO_GAP};
 use crate::estimate::{increments, parameters, spread};
 use crate::experiment;
@@ -28,6 +28,9 @@ const PARTIAL: f64 = 0.7;
 /// as near to the floor as this, in energy and in every quantity. The floor of a drive, whose repeats
 /// agree better than any model, says little of what is left.
 const NEARLY_ALL: f64 = 0.9;
+/// Energy of a quantity that may be left by what closes less, if nothing else comes near to it: a
+/// shape that differs from the library's leaves something where the effect acts most.
+const LED_FLOOR: f64 = 5.0;
 /// Shrink by which a part of the answer must be ahead of its rivals.
 const LEAD: f64 = 0.2;
 /// Share of the nominal RMS from which on an effect is material.
@@ -203,7 +206,7 @@ impl<'a> Answer<'a> {
         }
         let before = nominal.clone();
         let selected = match given {
-            None => selector.select(nominal),
+            None => selector.select(nominal).and_then(|found| identified(selector, found)),
             Some(effects) => selector.take(nominal, effects),
         };
         let Some(selection) = selected else {
@@ -218,13 +221,13 @@ impl<'a> Answer<'a> {
         self.diagnosis.details.shrink = shrink;
         self.path(problem, &selection);
         let named = self.effects(problem, &selection);
-        let explains = self.plant.cheap()
-            || shrink >= NEARLY_ALL
-            || selection.best.score.worst() <= NEAR_FLOOR;
+        let near = |limit: f64| self.plant.cheap() || selection.best.score.worst() <= limit;
         self.diagnosis.verdict = match shrink {
-            _ if selection.best.fit.effects.is_empty() || !explains => Verdict::Unknown,
-            s if s >= NAMED => Verdict::Named,
-            s if s >= PARTIAL && self.leads(&named) => Verdict::Partial,
+            _ if selection.best.fit.effects.is_empty() => Verdict::Unknown,
+            s if s >= NEARLY_ALL => Verdict::Named,
+            s if s >= NAMED && near(NEAR_FLOOR) => Verdict::Named,
+            s if s >= NAMED && near(LED_FLOOR) && self.leads(&named) => Verdict::Named,
+            s if s >= PARTIAL && near(NEAR_FLOOR) && self.leads(&named) => Verdict::Partial,
             _ => Verdict::Unknown,
         };
         self.next_experiment(&selection, &named);

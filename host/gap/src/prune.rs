@@ -1,6 +1,6 @@
 //! Effects that do not pay any more, and the best model without each of those that do.
 
-use crate::criteria::Parsimony;
+use crate::criteria::{Parsimony, predicts_less};
 use crate::fit::{Depth, Start};
 use crate::nuisance::Nuisances;
 use crate::select::{Candidate, Selection, Selector};
@@ -58,8 +58,13 @@ impl Selector<'_> {
         let nuisances = self.nuisances_at(best)?;
         if !best.effects.is_empty() && !self.problem.plant.cheap() {
             let start = Start::Fit(best);
-            selection.best =
+            let polished =
                 self.candidate(Depth::Polished, &nuisances, start, &best.effects, None)?;
+            // Near a threshold, the last of the way down may be the noise of one trial.
+            let gap = selection.nominal.score.excess();
+            if !predicts_less(&selection.best.score, &polished.score, gap) {
+                selection.best = polished;
+            }
         }
         Some(nuisances)
     }

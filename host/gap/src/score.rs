@@ -210,24 +210,61 @@ pub fn fold_steps(problem: &Problem<'_>, folds: &Folds, fit: &Fit) -> Vec<DVecto
             gradient[fold] += row * r[i];
         }
     }
+    let room: Vec<(f64, f64)> = fit.coordinates.iter().map(|c| room(problem, fit, *c)).collect();
     let solve = |normal: DMatrix<f64>, slope: &DVector<f64>| {
-        normal.cholesky().map_or_else(|| DVector::zeros(k), |c| c.solve(&-slope))
+        bounded_minimum(&normal, slope, &room).unwrap_or_else(|| DVector::zeros(k))
     };
     // What the whole fit left undone is no difference between folds.
     let undone = solve(all_normal.clone(), &all_gradient);
     let step = |fold: usize| {
         let slope = &all_gradient - &gradient[fold];
-        let mut step = solve(&all_normal - &normal[fold], &slope) - &undone;
-        for (i, coordinate) in fit.coordinates.iter().enumerate() {
-            if let Coordinate::Effect { effect, parameter } = *coordinate {
-                let p = problem.parameter(effect, parameter);
-                let value = fit.point.effects[effect][parameter];
-                step[i] = (value + step[i]).clamp(p.low, p.high) - value;
-            }
-        }
-        step
+        let step = solve(&all_normal - &normal[fold], &slope) - &undone;
+        DVector::from_fn(k, |i, _| step[i].clamp(room[i].0, room[i].1))
     };
     (0..folds.count).map(step).collect()
+}
+
+/// How far a coordinate may go down and up from where it is fitted.
+fn room(problem: &Problem<'_>, fit: &Fit, coordinate: Coordinate) -> (f64, f64) {
+    match coordinate {
+        Coordinate::Effect { effect, parameter } => {
+            let p = problem.parameter(effect, parameter);
+            let value = fit.point.effects[effect][parameter];
+            // Where a value was rounded to its bound, there is none beyond it.
+            ((p.low - value).min(0.0), (p.high - value).max(0.0))
+        }
+        Coordinate::Nuisance(_) => (f64::NEG_INFINITY, f64::INFINITY),
+    }
+}
+
+/// The x that minimises ½ xᵀ N x + gᵀ x, with what would leave its room held at the end of it and
+/// the others solved again. `None` when N has no such minimum.
+fn bounded_minimum(
+    normal: &DMatrix<f64>,
+    gradient: &DVector<f64>,
+    room: &[(f64, f64)],
+) -> Option<DVector<f64>> {
+    let mut x = DVector::zeros(gradient.len());
+    let mut free: Vec<usize> = (0..gradient.len()).collect();
+    while !free.is_empty() {
+        let mut held = x.clone();
+        free.iter().for_each(|&i| held[i] = 0.0);
+        let slope = (gradient + normal * &held).select_rows(&free);
+        let own = normal.select_columns(&free).select_rows(&free);
+        let solved = own.cholesky()?.solve(&-slope);
+        for (&i, value) in free.iter().zip(solved.iter()) {
+            x[i] = value.clamp(room[i].0, room[i].1);
+        }
+        let before = free.len();
+        let inside: Vec<bool> =
+            free.iter().zip(solved.iter()).map(|(&i, value)| x[i] == *value).collect();
+        let mut inside = inside.into_iter();
+        free.retain(|_| inside.next().unwrap_or(false));
+        if free.len() == before {
+            break;
+        }
+    }
+    Some(x)
 }
 
 /// N/(1 + 2 Σ ρ_k), summed over trials and channels.
@@ -307,4 +344,22 @@ pub fn root_mean_square(
     // Three channels are one point in space.
     let points = if means.len() > 3 { means.len() as f64 / 3.0 } else { 1.0 };
     (!means.is_empty()).then(|| (means.iter().sum::<f64>() / points).sqrt())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_held_at_its_bound_moves_nothing_else() {
+        let normal = DMatrix::from_row_slice(2, 2, &[2.0, 1.0, 1.0, 2.0]);
+        let gradient = DVector::from_vec(vec![1.0, -1.0]);
+        let wide = [(-9.0, 9.0); 2];
+        let free = bounded_minimum(&normal, &gradient, &wide).unwrap();
+        assert!((free - DVector::from_vec(vec![-1.0, 1.0])).norm() < 1e-12);
+        // The first may not go down: the second is solved for with it at 0, not cut off from above.
+        let held = bounded_minimum(&normal, &gradient, &[(0.0, 9.0), (-9.0, 9.0)]).unwrap();
+        assert!((held - DVector::from_vec(vec![0.0, 0.5])).norm() < 1e-12);
+        assert!(bounded_minimum(&-normal, &gradient, &wide).is_none());
+    }
 }

@@ -18,6 +18,8 @@ const FITTED_WITHIN: f64 = 0.5;
 /// Shrink of a single effect from which on it is in every pair that is worth a fit, so that one
 /// more effect is looked for in its place.
 const DOMINANT: f64 = 0.9;
+/// Single effects that are fitted once more with the nuisances linearised where they ended.
+const OWN_NUISANCES: usize = 2;
 /// Shrink below which several effects together are no explanation: with enough of them, anything
 /// is fitted a little.
 const EXPLAINED: f64 = 0.8;
@@ -138,7 +140,10 @@ impl Selector<'_> {
     pub fn select(&self, nominal: Candidate) -> Option<Selection> {
         let effects = self.problem.plant.effects().len();
         let nuisances = self.nuisances_at(&nominal.fit)?;
-        let tried = self.singles(&nominal, &nuisances, effects);
+        let mut tried = self.singles(&nominal, &nuisances, effects);
+        if !self.problem.plant.cheap() {
+            self.with_own_nuisances(&nominal, &mut tried);
+        }
         let broken = |(effect, c): (usize, &Option<Candidate>)| {
             c.as_ref().is_none_or(|c| c.fit.failed).then_some(effect)
         };
@@ -228,6 +233,36 @@ impl Selector<'_> {
             }
         }
         tried
+    }
+
+    /// Fits the best single effects once more, with the nuisances linearised where they ended: what
+    /// a bias or a time shift does beside a strong effect is not what it does beside none, and what
+    /// is left by that asks for a second effect. Not where one effect is dominant as it is.
+    fn with_own_nuisances(&self, nominal: &Candidate, tried: &mut [Option<Candidate>]) {
+        let shrink = |c: &Candidate| c.score.shrink(&nominal.score);
+        let mut found: Vec<(f64, usize)> = tried
+            .iter()
+            .enumerate()
+            .filter_map(|(effect, c)| Some((c.as_ref().filter(|c| !c.fit.failed)?, effect)))
+            .map(|(c, effect)| (shrink(c), effect))
+            .collect();
+        found.sort_by(|a, b| b.0.total_cmp(&a.0));
+        if found.first().is_none_or(|(shrink, _)| *shrink >= DOMINANT) {
+            return;
+        }
+        found.truncate(OWN_NUISANCES);
+        let again = |(_, effect): (f64, usize)| {
+            let before = tried[effect].as_ref()?;
+            let nuisances = self.nuisances_at(&before.fit)?;
+            let start = Start::Fit(&before.fit);
+            let mut own = self.candidate(Depth::Whole, &nuisances, start, &[effect], None)?;
+            own.fit.tried.clone_from(&before.fit.tried);
+            (own.score.excess() < before.score.excess()).then_some((effect, own))
+        };
+        let better: Vec<_> = found.into_par_iter().filter_map(again).collect();
+        for (effect, own) in better {
+            tried[effect] = Some(own);
+        }
     }
 
     /// Where each single effect shows what it does: where it was fitted to alone, or, of one that

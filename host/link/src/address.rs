@@ -22,11 +22,18 @@ enum Address<'a> {
     Sim,
 }
 
+/// Checks the form of an address, and opens nothing.
+pub fn check(address: &str) -> Result<(), LinkError> {
+    understood(address).map(drop)
+}
+
+fn understood(address: &str) -> Result<Address<'_>, LinkError> {
+    parse(address).map_err(|problem| LinkError::Address { address: address.into(), problem })
+}
+
 /// Opens a link by its address; [`ADDRESSES`] lists the forms.
 pub fn open(address: &str) -> Result<Box<dyn Link>, LinkError> {
-    let parsed = parse(address)
-        .map_err(|problem| LinkError::Address { address: address.into(), problem })?;
-    Ok(match parsed {
+    Ok(match understood(address)? {
         Address::SocketCan { interface } => open_socketcan(address, interface)?,
         Address::Tcp { host_and_port } => Box::new(Slcan::connect(address, host_and_port)?),
         Address::Serial { path, baud } => Box::new(Slcan::open_serial(address, path, baud)?),

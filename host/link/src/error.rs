@@ -1,64 +1,139 @@
 //! What can be wrong with a link, and what to check.
 
+use std::fmt;
 use std::io;
 use std::time::Duration;
 
 /// The link cannot be opened, or is lost, or silent. The command ends with exit code 4.
-#[derive(Debug, thiserror::Error)]
+#[derive(Debug)]
 pub enum LinkError {
-    #[error("`{address}` is no link: {problem}. A link is one of {}", crate::ADDRESSES.join(", "))]
-    Address { address: String, problem: &'static str },
-
-    #[error(
-        "{link}: this kernel has no CAN sockets. Load them (`modprobe can can_raw`), or reach the \
-         device in another way: slcan:/dev/ttyACM0, slcan:tcp:HOST:PORT, qemu"
-    )]
-    NoCanInKernel { link: String },
-
-    #[error(
-        "{link}: there is no interface `{interface}`. `ip link` lists those there are; a CAN \
-         interface is brought up with `cathforce link up {interface}`"
-    )]
-    NoInterface { link: String, interface: String },
-
-    #[error(
-        "{link}: the interface is down. Bring it up: `cathforce link up {interface}`, or \
-         `ip link set {interface} up type can bitrate 1000000`"
-    )]
-    InterfaceDown { link: String, interface: String },
-
-    #[error("{link}: no permission ({source}). {fix}")]
-    Permission { link: String, source: io::Error, fix: &'static str },
-
+    Address {
+        address: String,
+        problem: &'static str,
+    },
+    NoCanInKernel {
+        link: String,
+    },
+    NoInterface {
+        link: String,
+        interface: String,
+    },
+    InterfaceDown {
+        link: String,
+        interface: String,
+    },
+    Permission {
+        link: String,
+        source: io::Error,
+        fix: &'static str,
+    },
     /// A CAN interface cannot be asked or set.
-    #[error(
-        "{interface}: cannot be {action}: {source}. Interfaces are set by root: `sudo cathforce \
-         link …`, or by hand: {by_hand}"
-    )]
-    Interface { interface: String, action: &'static str, source: io::Error, by_hand: String },
-
-    #[error("{link}: cannot be opened: {source}. Check {check}")]
-    Open { link: String, source: io::Error, check: &'static str },
-
-    #[error(
-        "{link}: the bus takes no more frames: nobody acknowledges them. Check that the device is \
-         powered, that both ends are terminated with 120 Ω and that both run at 1 Mbit/s"
-    )]
-    Stuck { link: String },
-
-    #[error("{link}: lost: {source}. Check the cable and that the device is still running")]
-    Lost { link: String, source: io::Error },
-
-    #[error("{link}: nothing heard for {} s while waiting for {awaited}. Check {check}", waited.as_secs_f32())]
-    Silent { link: String, waited: Duration, awaited: &'static str, check: &'static str },
-
+    Interface {
+        interface: String,
+        action: &'static str,
+        source: io::Error,
+        by_hand: String,
+    },
+    Open {
+        link: String,
+        source: io::Error,
+        check: &'static str,
+    },
+    /// Nobody acknowledges what is sent.
+    Stuck {
+        link: String,
+    },
+    Lost {
+        link: String,
+        source: io::Error,
+    },
+    Silent {
+        link: String,
+        waited: Duration,
+        awaited: &'static str,
+        check: &'static str,
+    },
     /// The emulator cannot be started or does not behave.
-    #[error("{link}: {problem}. {fix}")]
-    Emulator { link: String, problem: String, fix: String },
+    Emulator {
+        link: String,
+        problem: String,
+        fix: String,
+    },
 }
 
 impl LinkError {
     pub(crate) fn lost(link: &str, source: io::Error) -> Self {
         Self::Lost { link: link.into(), source }
     }
+
+    /// What is wrong, and where.
+    pub fn problem(&self) -> String {
+        match self {
+            Self::Address { address, problem } => format!("`{address}` is no link: {problem}"),
+            Self::NoCanInKernel { link } => format!("{link}: this kernel has no CAN sockets"),
+            Self::NoInterface { link, interface } => {
+                format!("{link}: there is no CAN interface `{interface}`")
+            }
+            Self::InterfaceDown { link, .. } => format!("{link}: the interface is down"),
+            Self::Permission { link, source, .. } => format!("{link}: no permission ({source})"),
+            Self::Interface { interface, action, source, .. } => {
+                format!("{interface}: cannot be {action}: {source}")
+            }
+            Self::Open { link, source, .. } => format!("{link}: cannot be opened: {source}"),
+            Self::Stuck { link } => {
+                format!("{link}: the bus takes no more frames: nobody acknowledges them")
+            }
+            Self::Lost { link, source } => format!("{link}: lost: {source}"),
+            Self::Silent { link, waited, awaited, .. } => {
+                let waited_s = waited.as_secs_f32();
+                format!("{link}: nothing heard for {waited_s} s while waiting for {awaited}")
+            }
+            Self::Emulator { link, problem, .. } => format!("{link}: {problem}"),
+        }
+    }
+
+    /// What to do about it.
+    pub fn fix(&self) -> String {
+        match self {
+            Self::Address { .. } => format!("A link is one of {}", crate::ADDRESSES.join(", ")),
+            Self::NoCanInKernel { .. } => {
+                "Load them (`modprobe can can_raw`), or reach the device \
+                in another way: slcan:/dev/ttyACM0, slcan:tcp:HOST:PORT, qemu"
+                    .into()
+            }
+            Self::NoInterface { interface, .. } => {
+                let is_virtual = interface.starts_with("vcan");
+                let first = if is_virtual { "" } else { "Plug in the adapter; " };
+                format!(
+                    "{first}`cathforce link list` says which there are, `cathforce link up \
+                     {interface}` {} it",
+                    if is_virtual { "makes" } else { "then brings up" }
+                )
+            }
+            Self::InterfaceDown { interface, .. } => format!(
+                "Bring it up: `cathforce link up {interface}`, or `ip link set {interface} up type \
+                 can bitrate 1000000`"
+            ),
+            Self::Permission { fix, .. } => (*fix).into(),
+            Self::Interface { by_hand, .. } => format!(
+                "Interfaces are set by root: `sudo cathforce link …`, or by hand: {by_hand}"
+            ),
+            Self::Open { check, .. } | Self::Silent { check, .. } => format!("Check {check}"),
+            Self::Stuck { .. } => {
+                "Check that the device is powered, that both ends are terminated \
+                with 120 Ω and that both run at 1 Mbit/s"
+                    .into()
+            }
+            Self::Lost { .. } => "Check the cable and that the device is still running".into(),
+            Self::Emulator { fix, .. } => fix.clone(),
+        }
+    }
 }
+
+impl fmt::Display for LinkError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}. {}", self.problem(), self.fix())
+    }
+}
+
+impl std::error::Error for LinkError {}

@@ -35,7 +35,7 @@ use cathforce_bus::Frame;
 
 pub use cathforce_bus::Direction;
 
-pub use address::{ADDRESSES, open};
+pub use address::{ADDRESSES, check as check_address, open};
 pub use build::{build_of, version_and_build};
 pub use client::{Client, ClientError, Device, Tap};
 pub use error::LinkError;

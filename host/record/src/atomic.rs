@@ -27,7 +27,7 @@ pub fn write_whole<E: From<io::Error>>(
 
 /// Makes a folder beside its place and moves it there when `fill` has succeeded; `path` must
 /// not be there yet.
-pub(crate) fn make_folder<E: From<io::Error>>(
+pub fn make_folder<E: From<io::Error>>(
     path: &Path,
     fill: impl FnOnce(&Path) -> Result<(), E>,
 ) -> Result<(), E> {

@@ -4,8 +4,11 @@ use std::fs;
 use std::io;
 use std::path::Path;
 
+use cathforce_rig::bundle::columns;
+
 use crate::atomic::make_folder;
 use crate::reader::Recording;
+use crate::series::io_error;
 use crate::trial::Trial;
 
 /// Makes the folder of a bundle, which must not be there yet; its trial is the one that was
@@ -21,12 +24,16 @@ pub fn write_bundle(recording: &Recording, folder: &Path) -> io::Result<()> {
         fs::create_dir(folder.join("trials"))?;
         let number: u32 = recording.info.trial.parse().unwrap_or(0);
         let file = fs::File::create(folder.join(format!("trials/{number:03}.csv")))?;
-        write_trial(&recording.trial, io::BufWriter::new(file)).map_err(io::Error::other)
+        write_trial(&recording.trial, io::BufWriter::new(file))
     })
 }
 
 /// The rows of the trial in the columns of a bundle; a channel that was never measured has none.
-pub fn write_trial(trial: &Trial, out: impl io::Write) -> csv::Result<()> {
+pub fn write_trial(trial: &Trial, out: impl io::Write) -> io::Result<()> {
+    trial_csv(trial, out).map_err(io_error)
+}
+
+fn trial_csv(trial: &Trial, out: impl io::Write) -> csv::Result<()> {
     let any = |there: fn(&crate::Measured) -> bool| trial.rows.iter().any(there);
     let force = any(|row| row.force_n.is_some());
     let drive = any(|row| row.drive_force_n.is_some());
@@ -35,19 +42,17 @@ pub fn write_trial(trial: &Trial, out: impl io::Write) -> csv::Result<()> {
     let wire_force = any(|row| row.guidewire.is_some_and(|wire| wire.drive_force_n.is_some()));
     let points = trial.shapes_m.iter().map(Vec::len).max().unwrap_or(0);
 
-    let mut names = vec!["t_s".to_owned()];
+    let mut names = vec![columns::TIME.to_owned()];
     let mut add = |there: bool, more: &[&str]| {
         names.extend(more.iter().filter(|_| there).map(|name| (*name).to_owned()));
     };
-    add(true, &["insertion_m", "rotation_rad"]);
-    add(force, &["fx_N", "fy_N", "fz_N"]);
-    add(drive, &["drive_fx_N"]);
-    add(tip, &["tip_x_m", "tip_y_m", "tip_z_m"]);
-    add(wire, &["guidewire_insertion_m", "guidewire_rotation_rad"]);
-    add(wire_force, &["guidewire_drive_fx_N"]);
-    for k in 0..points {
-        names.extend(["x", "y", "z"].map(|axis| format!("p{k:02}_{axis}_m")));
-    }
+    add(true, &[columns::INSERTION, columns::ROTATION]);
+    add(force, &columns::FORCE);
+    add(drive, &[columns::DRIVE_FORCE]);
+    add(tip, &columns::TIP);
+    add(wire, &[columns::GUIDEWIRE_INSERTION, columns::GUIDEWIRE_ROTATION]);
+    add(wire_force, &[columns::GUIDEWIRE_DRIVE_FORCE]);
+    names.extend((0..points).flat_map(columns::shape_point));
 
     let mut csv = csv::Writer::from_writer(out);
     csv.write_record(&names)?;

@@ -108,8 +108,12 @@ pub fn read_candump(log: impl BufRead, master: &Master) -> Result<CandumpLog, Ca
 struct Runs {
     /// Number and digest of the last TICK frame.
     last: Option<Tick>,
+    /// When that was \[ns\].
+    last_ns: u64,
     /// Ticks since then.
     seen: u16,
+    /// Somebody grants the ticks: they say nothing of time.
+    in_lock_step: bool,
     /// The last line since then before anybody asked the device for something.
     quiet_until: Option<usize>,
 }
@@ -121,6 +125,7 @@ impl Runs {
             Id::ServiceRequest => {
                 self.quiet_until.get_or_insert(line - 1);
             }
+            Id::Sync => self.in_lock_step = true,
             Id::Haptic => self.seen = self.seen.wrapping_add(1),
             Id::Tick => {
                 let Some(Process::Tick(tick)) = Process::decode(id, payload(frame)?) else {
@@ -128,8 +133,10 @@ impl Runs {
                 };
                 let last_before = self.quiet_until.take().unwrap_or(line - 1);
                 let seen = std::mem::take(&mut self.seen);
+                let waited_ns = frame.at_ns - std::mem::replace(&mut self.last_ns, frame.at_ns);
                 let last = self.last.replace(tick)?;
-                let begun = begins_over(last, tick, seen);
+                let begun = begins_over(last, tick, seen)
+                    || !self.in_lock_step && is_of_another_time(last, tick, seen, waited_ns);
                 return begun.then_some(SecondRun {
                     line,
                     last_before,
@@ -149,6 +156,18 @@ fn begins_over(last: Tick, next: Tick, seen: u16) -> bool {
     let is_back = next.tick.wrapping_sub(last.tick) > HALF;
     let is_first = next.tick == 0 && last.tick.wrapping_add(seen) != 0;
     last.digest != 0 && (next.digest == 0 || is_back || is_first)
+}
+
+/// Whether ticks are missing, and not those of the time that has passed: two logs that were joined,
+/// the later one without its beginning.
+fn is_of_another_time(last: Tick, next: Tick, seen: u16, waited_ns: u64) -> bool {
+    /// What a busy computer may stamp late.
+    const LATE_MS: u64 = 200;
+    let ticks = next.tick.wrapping_sub(last.tick);
+    // The number has 16 bits.
+    let passed_ms = waited_ns / 1_000_000;
+    let apart = (passed_ms as u16).wrapping_sub(ticks).cast_signed().unsigned_abs();
+    last.digest != 0 && ticks > seen && u64::from(apart) > LATE_MS + passed_ms / 100
 }
 
 /// Where a frame goes, as its identifier says; `None` if it is none of ours.
@@ -280,8 +299,12 @@ mod tests {
         assert_eq!(log.frames[0].at_ns, 300_000_000, "from the first line on");
     }
 
-    /// Lines of a device's HAPTIC and TICK frames, five ticks a TICK, as of `first`.
+    /// Lines of a device's HAPTIC and TICK frames, five ticks a TICK, as of `first`, at 1.5 s.
     fn run(sealer: &mut Sealer, first: u16, ticks: u16, digest: u32) -> String {
+        run_at("(1.5)", sealer, first, ticks, digest)
+    }
+
+    fn run_at(time: &str, sealer: &mut Sealer, first: u16, ticks: u16, digest: u32) -> String {
         let ticks = (0..ticks).map(|k| first.wrapping_add(k)).flat_map(|tick| {
             let haptic = Process::Haptic(cathforce_bus::Haptic {
                 force: Default::default(),
@@ -293,7 +316,7 @@ mod tests {
             [Some(haptic), number].into_iter().flatten()
         });
         let line = |process| {
-            format!("(1.5) can0 {}\n", sealer.seal(process, cathforce_bus::Status::default()))
+            format!("{time} can0 {}\n", sealer.seal(process, cathforce_bus::Status::default()))
         };
         ticks.map(line).collect()
     }
@@ -318,7 +341,16 @@ mod tests {
         let long = run(&mut sealer, 40_000, 5, 7) + &whole;
         assert_eq!(second(&long).map(|run| run.ticks), Some((40_000, 0)));
         // Lost frames and numbers that wrap are no beginning.
-        assert_eq!(second(&(whole.clone() + &run(&mut sealer, 3000, 5, 9))), None);
+        let mut after = |time| whole.clone() + &run_at(time, &mut sealer, 3000, 5, 9);
+        assert_eq!(second(&after("(4.48)")), None);
+        assert_eq!(second(&after("(70.1)")), None, "as many ticks and all numbers once");
+        // A log of another run that was joined, whose beginning is not there.
+        for joined in ["(1.5)", "(4.0)", "(60.0)"] {
+            assert_eq!(second(&after(joined)).map(|run| run.ticks), Some((20, 3000)), "{joined}");
+        }
+        let granted =
+            after("(60.0)").replacen("(1.5)", "(1.5) can0 080#0000000000000000\n(1.5)", 1);
+        assert_eq!(second(&granted), None, "in lock step time says nothing");
         assert_eq!(second(&run(&mut sealer, u16::MAX - 5, 12, 7)), None);
     }
 

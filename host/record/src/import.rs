@@ -3,9 +3,13 @@
 //! Two kinds of text: the log of an ATI force/torque sensor, whose counts become a force in the
 //! vessel frame, and any CSV, whose columns are named one by one.
 
+mod table;
+
 use std::io::{self, Read};
 
-use crate::trial::Measured;
+pub use table::{ColumnMap, read_csv};
+
+use crate::trial::{Measured, MeasuredDrive};
 
 /// What is wrong with a text, and where.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -202,12 +206,10 @@ pub fn join(motion: &[Measured], forces: &[ForceSample], offset_s: f64) -> (Vec<
                 force_n: Some(sample.force_n),
                 drive_force_n: None,
                 tip_m: None,
-                guidewire: before.guidewire.zip(after.guidewire).map(|(a, b)| {
-                    crate::MeasuredDrive {
-                        insertion_m: between(a.insertion_m, b.insertion_m),
-                        rotation_rad: between(a.rotation_rad, b.rotation_rad),
-                        drive_force_n: None,
-                    }
+                guidewire: before.guidewire.zip(after.guidewire).map(|(a, b)| MeasuredDrive {
+                    insertion_m: between(a.insertion_m, b.insertion_m),
+                    rotation_rad: between(a.rotation_rad, b.rotation_rad),
+                    drive_force_n: None,
                 }),
             })
         })
@@ -216,125 +218,12 @@ pub fn join(motion: &[Measured], forces: &[ForceSample], offset_s: f64) -> (Vec<
     (rows, left_out)
 }
 
-/// A column of a trial, and the one of another table that it comes from.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ColumnMap {
-    pub to: String,
-    pub from: String,
-    pub factor: f64,
-}
-
-impl ColumnMap {
-    /// From `insertion_m=feed [mm]*0.001`; without a factor it is 1.
-    pub fn parse(text: &str) -> Result<Self, String> {
-        let wrong = || format!("`{text}`: write COLUMN=THEIRS or COLUMN=THEIRS*FACTOR");
-        let (to, from) = text.split_once('=').ok_or_else(wrong)?;
-        let (from, factor) = match from.rsplit_once('*') {
-            Some((from, factor)) => (from, factor.trim().parse().map_err(|_| wrong())?),
-            None => (from, 1.0_f64),
-        };
-        let (to, from) = (to.trim(), from.trim());
-        let known = COLUMNS.contains(&to);
-        if !known {
-            return Err(format!("a trial has no column `{to}`; it has {}", COLUMNS.join(", ")));
-        }
-        if from.is_empty() || !factor.is_finite() || factor == 0.0 {
-            return Err(wrong());
-        }
-        Ok(Self { to: to.into(), from: from.into(), factor })
-    }
-}
-
-/// Columns that a CSV can be mapped to; the first three must be there.
-pub const COLUMNS: [&str; 10] = [
-    "t_s",
-    "insertion_m",
-    "rotation_rad",
-    "fx_N",
-    "fy_N",
-    "fz_N",
-    "drive_fx_N",
-    "tip_x_m",
-    "tip_y_m",
-    "tip_z_m",
-];
-
-/// Reads a CSV with a heading. Columns that `maps` does not name are taken by their own name if
-/// a trial has it; all others are left out. An empty field is a value that was not measured.
-pub fn read_csv(table: impl Read, maps: &[ColumnMap]) -> Result<Vec<Measured>, ImportError> {
-    let mut csv = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(table);
-    let headings = csv.headers().map_err(|e| of_csv(&e))?.clone();
-    let mut places = [None; COLUMNS.len()];
-    for (place, name) in places.iter_mut().zip(COLUMNS) {
-        let map = maps.iter().find(|map| map.to == name);
-        let from = map.map_or(name, |map| &map.from);
-        let index = headings.iter().position(|heading| heading == from);
-        if let (Some(_), None) = (map, index) {
-            let problem = format!("there is no column `{from}`");
-            let there = headings.iter().collect::<Vec<_>>().join("`, `");
-            return Err(ImportError::new(1, problem, format!("name one of `{there}`")));
-        }
-        *place = index.map(|index| (index, map.map_or(1.0, |map| map.factor)));
-    }
-    for (place, name) in places.iter().zip(COLUMNS).take(3) {
-        if place.is_none() {
-            let problem = format!("there is no column `{name}`");
-            let fix = format!("say which one it is: --column {name}=THEIRS*FACTOR");
-            return Err(ImportError::new(1, problem, fix));
-        }
-    }
-    let mut rows: Vec<Measured> = Vec::new();
-    for record in csv.records() {
-        let record = record.map_err(|e| of_csv(&e))?;
-        let line = record.position().map_or(0, csv::Position::line);
-        let mut values = [None; COLUMNS.len()];
-        for (value, place) in values.iter_mut().zip(places) {
-            let Some((index, factor)) = place else { continue };
-            let field = record.get(index).unwrap_or("");
-            *value = match field {
-                "" => None,
-                field => Some(factor * number(line, field)?),
-            };
-        }
-        let [t_s, insertion_m, rotation_rad, fx, fy, fz, drive_force_n, x, y, z] = values;
-        let (Some(t_s), Some(insertion_m), Some(rotation_rad)) = (t_s, insertion_m, rotation_rad)
-        else {
-            let problem = "time, insertion or rotation is missing";
-            return Err(ImportError::new(line, problem, "fill it in, or take the row out"));
-        };
-        if let Some(before) = rows.last().filter(|before| before.t_s >= t_s) {
-            let problem = format!("time goes from {} s to {t_s} s", before.t_s);
-            return Err(ImportError::new(line, problem, "sort the rows, drop repeated ones"));
-        }
-        let three = |[a, b, c]: [Option<f64>; 3]| Some([a?, b?, c?]);
-        rows.push(Measured {
-            t_s,
-            insertion_m,
-            rotation_rad,
-            force_n: three([fx, fy, fz]),
-            drive_force_n,
-            tip_m: three([x, y, z]),
-            guidewire: None,
-        });
-    }
-    if rows.is_empty() {
-        return Err(ImportError::new(1, "no row follows the heading", "record the trial again"));
-    }
-    Ok(rows)
-}
-
 fn number(line: u64, field: &str) -> Result<f64, ImportError> {
     let found = field.parse::<f64>().ok().filter(|x| x.is_finite());
     found.ok_or_else(|| {
         let fix = "write a number with a point, e.g. 0.25";
         ImportError::new(line, format!("`{field}` is no number"), fix)
     })
-}
-
-fn of_csv(error: &csv::Error) -> ImportError {
-    let line = error.position().map_or(1, csv::Position::line);
-    let fix = "give every row as many fields as the heading has, as UTF-8";
-    ImportError::new(line, error.to_string(), fix)
 }
 
 fn read_text(log: &mut impl Read) -> Result<String, ImportError> {
@@ -440,33 +329,5 @@ mod tests {
         let (rows, left_out) = join(&motion, &[force(0.0)], 2.0);
         assert_eq!((rows.len(), left_out), (0, 1));
         assert_eq!(join(&[], &[force(0.0)], 0.0), (vec![], 1));
-    }
-
-    #[test]
-    fn columns_are_named_scaled_and_may_have_gaps() {
-        let maps = ["t_s=ms*0.001", "insertion_m=feed [mm]*0.001"];
-        let maps = maps.map(|text| ColumnMap::parse(text).unwrap());
-        let table = "ms, feed [mm], rotation_rad, fx_N, fy_N, fz_N, note\n\
-                     0, 50, 0.5, 1, 2, 3, a\n4, 51, 0.5, , , , b\n";
-        let rows = read_csv(table.as_bytes(), &maps).unwrap();
-        assert_eq!((rows[0].insertion_m, rows[0].force_n), (0.05, Some([1.0, 2.0, 3.0])));
-        assert_eq!((rows[1].t_s, rows[1].force_n), (0.004, None));
-
-        let wrong = |from: &str, to: &str| {
-            let text = table.replace(from, to);
-            let error = read_csv(text.as_bytes(), &maps).unwrap_err().to_string();
-            assert!(error.contains("fix:"), "{error}");
-            error
-        };
-        let missing = wrong("feed [mm]", "feed");
-        assert!(missing.contains("line 1: there is no column `feed [mm]`"), "{missing}");
-        assert!(missing.contains("`ms`, `feed`, `rotation_rad`"), "{missing}");
-        assert!(wrong("rotation_rad", "angle").contains("--column rotation_rad=THEIRS"));
-        assert!(wrong("4, 51", "4, ").contains("line 3: time, insertion or rotation"));
-        assert!(wrong("4, 51", "0, 51").contains("line 3: time goes"));
-        assert!(wrong("4, 51", "4 51").contains("line 3"), "a field is missing");
-        assert!(wrong("0, 50", "0, 5O").contains("line 2: `5O` is no number"));
-        assert!(ColumnMap::parse("force=x").unwrap_err().contains("insertion_m"));
-        assert!(ColumnMap::parse("t_s=x*0").is_err() && ColumnMap::parse("t_s").is_err());
     }
 }

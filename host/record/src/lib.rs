@@ -36,7 +36,7 @@ mod writer;
 pub use cathforce_bus::Direction;
 
 pub use analysis::{Analysis, PeakContact, analyse};
-pub use atomic::write_whole;
+pub use atomic::{make_folder, write_whole};
 pub use background::BackgroundRecorder;
 pub use bundle::{write_bundle, write_trial};
 pub use candump::{CandumpError, CandumpLog, SecondRun, direction, read_candump, write_candump};

@@ -81,6 +81,23 @@ pub fn write_ticks_csv(
     recording: &Recording,
     ticks: &[TickEstimate],
     out: impl io::Write,
+) -> io::Result<()> {
+    ticks_csv(recording, ticks, out).map_err(io_error)
+}
+
+/// A pipe that was closed stays one.
+pub(crate) fn io_error(error: csv::Error) -> io::Error {
+    let text = error.to_string();
+    match error.into_kind() {
+        csv::ErrorKind::Io(error) => error,
+        _ => io::Error::other(text),
+    }
+}
+
+fn ticks_csv(
+    recording: &Recording,
+    ticks: &[TickEstimate],
+    out: impl io::Write,
 ) -> csv::Result<()> {
     let mut csv = csv::Writer::from_writer(out);
     let has_guidewire = ticks.iter().any(|tick| tick.guidewire.is_some());
@@ -139,7 +156,11 @@ pub fn write_nodes_csv(
     recording: &Recording,
     shapes: &[NodePass],
     out: impl io::Write,
-) -> csv::Result<()> {
+) -> io::Result<()> {
+    nodes_csv(recording, shapes, out).map_err(io_error)
+}
+
+fn nodes_csv(recording: &Recording, shapes: &[NodePass], out: impl io::Write) -> csv::Result<()> {
     let mut csv = csv::Writer::from_writer(out);
     csv.write_record(["t_s", "node", "x_m", "y_m", "z_m", "fx_n", "fy_n", "fz_n"])?;
     for shape in shapes {

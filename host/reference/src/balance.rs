@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use crate::band::Band;
 use crate::contact::{Point, Reaction, Touch};
-use crate::joint::{Bend, Edge, arc_curvature, bend};
+use crate::joint::{Bend, Edge, arc_curvature, bend, strain};
 use crate::problem::Problem;
 use crate::rod::Stretch;
 use crate::state::{State, guide};
@@ -59,6 +59,8 @@ pub(crate) struct Step<'a> {
     pub friction: f64,
     /// Feed along the rod \[m/s\].
     pub feed_speed: f64,
+    /// Viscosity of bending over the step's length \[1\].
+    pub viscosity: f64,
     /// Joint j lies at node j; the last one is the guide's. The first is not used.
     pub joints: Vec<Stretch>,
     /// Edge k.
@@ -106,6 +108,7 @@ impl<'a> Step<'a> {
             drag: problem.drag_n_s_per_m2,
             friction: problem.wall.friction_coefficient,
             feed_speed: 0.0,
+            viscosity: 0.0,
             joints: joints.collect(),
             edges: edges.collect(),
             shares: shares.collect(),
@@ -205,10 +208,21 @@ pub(crate) fn balance(step: &Step, iterate: &Iterate, matrix: &mut Band) -> Bala
         let joint = &step.joints[j];
         let unloaded = joint.unloaded.map(arc_curvature);
         let e = iterate.edges.get(j).unwrap_or(&mouth);
-        let bent = bend(e, &iterate.edges[j - 1], &unloaded, joint.bending, joint.torsion);
+        // EI ((κ − κ₀) + v (κ − κ_n)) = EI (1 + v) (κ − (κ₀ + v κ_n)/(1 + v)), v = viscosity/dt.
+        let v = step.viscosity;
+        let (stiffness, unloaded) = if v == 0.0 {
+            (joint.bending, unloaded)
+        } else {
+            let before = &step.start.edges;
+            let bend = strain(before.get(j).unwrap_or(&mouth), &before[j - 1], &[0.0; 2]);
+            let between = |own: f64, last: f64| (own + v * last) / (1.0 + v);
+            let [up, side] = unloaded;
+            (joint.bending * (1.0 + v), [between(up, bend.up), between(side, bend.side)])
+        };
+        let bent = bend(e, &iterate.edges[j - 1], &unloaded, stiffness, joint.torsion);
         add_joint(j, size, &bent, matrix, &mut out.residual);
         if j + 1 >= count {
-            let moment = joint.bending * bent.strain.up.hypot(bent.strain.side);
+            let moment = stiffness * bent.strain.up.hypot(bent.strain.side);
             out.mouth[count - j] = (moment * moment, joint.torsion * bent.strain.twist);
         }
     }
@@ -281,8 +295,10 @@ fn add_node(step: &Step, iterate: &Iterate, k: usize, matrix: &mut Band, out: &m
     let inertia = step.inertia * mass;
     let drag = step.drag * length;
     let fed = iterate.edges[k].tangent * step.feed_speed;
-    let force =
-        step.problem.gravity_m_per_s2 * mass - acceleration * inertia - (velocity - fed) * drag;
+    let stream = iterate.edges[k].tangent * (step.problem.beyond.stream_n_per_m * length);
+    let force = step.problem.gravity_m_per_s2 * mass + stream
+        - acceleration * inertia
+        - (velocity - fed) * drag;
     push(&mut out.residual, k, &force);
     let stiffness = inertia * d.now * d.now + drag * d.now;
     for i in 0..3 {
@@ -307,6 +323,14 @@ fn add_contact(step: &Step, iterate: &Iterate, k: usize, matrix: &mut Band, out:
         tangential: if step.friction > 0.0 { normal * law.tangential_ratio } else { 0.0 },
         friction: step.friction,
         radius: problem.rod.radius_m,
+        stiffening_per_m: problem.beyond.stiffening_per_m,
+        light: (
+            problem.beyond.light_friction,
+            problem.beyond.light_load_n_per_m * step.shares[k].0,
+        ),
+        relaxing: step.start.nodes[k]
+            .relaxed
+            .map(|relaxed| (0.5 * problem.beyond.relaxing_ratio * normal, relaxed)),
     };
     // The cross-section at a node turns with the mean of its edges.
     let around: &[(usize, f64)] = if k == 0 { &[(0, 1.0)] } else { &[(k - 1, 0.5), (k, 0.5)] };

@@ -28,6 +28,40 @@ pub(crate) struct Point {
     pub friction: f64,
     /// Of the instrument \[m\].
     pub radius: f64,
+    /// 1/e-folds of the normal stiffness per indentation \[1/m\].
+    pub stiffening_per_m: f64,
+    /// The coefficient grows by this share as the normal force goes to zero, over this force.
+    pub light: (f64, f64),
+    /// Further normal stiffness of branches that relax \[N/m\], and the indentation to which they
+    /// have \[m\].
+    pub relaxing: [(f64, f64); 2],
+}
+
+impl Point {
+    /// Normal force at an indentation, and its derivative.
+    fn pressed(&self, indentation: f64) -> (f64, f64) {
+        let grown = (self.stiffening_per_m * indentation).exp();
+        let force = match self.stiffening_per_m {
+            0.0 => self.normal * indentation,
+            per_m => self.normal * (grown - 1.0) / per_m,
+        };
+        let relaxing = self.relaxing.iter().map(|(k, relaxed)| k * (indentation - relaxed));
+        let slope = self.normal * grown + self.relaxing.iter().map(|(k, _)| k).sum::<f64>();
+        let force = force + relaxing.sum::<f64>();
+        // A wall does not pull.
+        if force > 0.0 { (force, slope) } else { (0.0, 0.0) }
+    }
+
+    /// Coulomb's limit at a normal force, and its derivative.
+    fn limit(&self, normal_force: f64) -> (f64, f64) {
+        let (share, force) = self.light;
+        if share == 0.0 {
+            return (self.friction * normal_force, self.friction);
+        }
+        let light = share * (-normal_force / force).exp();
+        let slope = 1.0 + light * (1.0 - normal_force / force);
+        (self.friction * normal_force * (1.0 + light), self.friction * slope)
+    }
 }
 
 /// The force of the wall on the instrument's surface.
@@ -35,6 +69,8 @@ pub(crate) struct Point {
 pub(crate) struct Reaction {
     pub touch: Touch,
     pub normal_force: f64,
+    /// Indentation \[m\].
+    pub indentation: f64,
     pub force: Vector3<f64>,
     /// From the centre line to the surface that touches.
     pub arm: Vector3<f64>,
@@ -56,6 +92,7 @@ impl Reaction {
         Self {
             touch: Touch::Open,
             normal_force: 0.0,
+            indentation: 0.0,
             force: Vector3::zeros(),
             arm: Vector3::zeros(),
             slip: Vector3::zeros(),
@@ -89,18 +126,20 @@ impl Point {
         let steepness = wall.gradient.norm();
         let n = wall.gradient / steepness;
         let across = Matrix3::identity() - n * n.transpose();
-        let normal_force = self.normal * indentation;
+        let (normal_force, stiffness) = self.pressed(indentation);
+        let (limit, limit_slope) = self.limit(normal_force);
         let arm = -n * self.radius;
-        let mut by_position = n * wall.gradient.transpose() * self.normal
+        let mut by_position = n * wall.gradient.transpose() * stiffness
             - across * wall.hessian * (normal_force / steepness);
         let moved = across * (slip + displacement + turn.cross(&arm));
         let stuck = moved * self.tangential;
-        let (size, limit) = (stuck.norm(), self.friction * normal_force);
+        let size = stuck.norm();
         let held = size > limit && stuck.dot(slid) < 0.0;
         if size <= limit || held {
             return Reaction {
                 touch: Touch::Stick,
                 normal_force,
+                indentation,
                 force: n * normal_force - stuck,
                 arm,
                 slip: moved,
@@ -112,10 +151,11 @@ impl Point {
         }
         let along = stuck / size;
         // The limit grows with the indentation.
-        by_position -= along * wall.gradient.transpose() * (self.friction * self.normal);
+        by_position -= along * wall.gradient.transpose() * (limit_slope * stiffness);
         Reaction {
             touch: Touch::Slide,
             normal_force,
+            indentation,
             force: n * normal_force - along * limit,
             arm,
             slip: moved * (limit / size),
@@ -133,13 +173,48 @@ mod tests {
     use crate::curve::TubePath;
     use crate::lumen::Lumen;
 
+    const POINT: Point = Point {
+        normal: 700.0,
+        tangential: 2000.0,
+        friction: 0.4,
+        radius: 0.8e-3,
+        stiffening_per_m: 4e3,
+        light: (0.6, 0.05),
+        relaxing: [(300.0, 0.5e-5), (200.0, 0.0)],
+    };
+
+    #[test]
+    fn a_stiffening_wall_begins_as_stiff_as_stated_and_gains_e_fold() {
+        let stiffening = Point { relaxing: [(0.0, 0.0); 2], ..POINT };
+        let (force_n, slope) = stiffening.pressed(1e-9);
+        assert!((force_n / 700e-9 - 1.0).abs() < 1e-4 && (slope / 700.0 - 1.0).abs() < 1e-4);
+        let (_, slope) = stiffening.pressed(1.0 / 4e3);
+        assert!((slope / 700.0 - std::f64::consts::E).abs() < 1e-9, "{slope}");
+    }
+
+    #[test]
+    fn a_wall_does_not_pull_while_it_has_not_relaxed_back() {
+        let left = Point { relaxing: [(900.0, 1e-4); 2], ..POINT };
+        assert_eq!(left.pressed(1e-6), (0.0, 0.0));
+    }
+
+    #[test]
+    fn friction_is_higher_at_small_loads_alone() {
+        let coefficient = |normal_n: f64| POINT.limit(normal_n).0 / normal_n;
+        assert!((coefficient(1e-6) / (0.4 * 1.6) - 1.0).abs() < 1e-3);
+        assert!((coefficient(1.0) / 0.4 - 1.0).abs() < 1e-6);
+        let h = 1e-6;
+        let by_difference = (POINT.limit(0.03 + h).0 - POINT.limit(0.03 - h).0) / (2.0 * h);
+        assert!((POINT.limit(0.03).1 / by_difference - 1.0).abs() < 1e-6);
+    }
+
     #[test]
     fn the_derivatives_are_those_of_the_force() {
         let tube = TubePath::from(Vector3::zeros(), Vector3::x(), 4e-3)
             .arc(0.03, 1.0, Vector3::y(), 3e-3)
             .tube();
         let lumen = Lumen::tube(tube);
-        let point = Point { normal: 700.0, tangential: 2000.0, friction: 0.4, radius: 0.8e-3 };
+        let point = POINT;
         let start = Vector3::new(5e-3, 0.3e-3, 3.2e-3);
         for (slip, touch) in [(0.2e-6, Touch::Stick), (60e-6, Touch::Slide)] {
             let slip = Vector3::new(slip, -2.0 * slip, 0.0);
@@ -159,7 +234,8 @@ mod tests {
                 let by_surface =
                     (force(&start, &-step).force - force(&start, &step).force) / (2.0 * h);
                 let error = (by_position - here.by_position.column(axis)).norm();
-                assert!(error < 0.03 * point.normal, "{touch:?} {axis}: {error}");
+                let (_, stiffness) = point.pressed(here.indentation);
+                assert!(error < 0.03 * stiffness, "{touch:?} {axis}: {error}");
                 let error = (by_surface - here.by_surface.column(axis)).norm();
                 assert!(error < 1e-4 * point.tangential, "{touch:?} {axis}: {error}");
             }

@@ -30,6 +30,24 @@ pub struct WallLaw {
     pub friction_coefficient: f64,
 }
 
+/// What a wall and its surroundings may do beyond that law; by default nothing.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Beyond {
+    /// One over the indentation in which the wall's stiffness grows e-fold \[1/m\].
+    pub stiffening_per_m: f64,
+    /// The coefficient is larger by this share at small loads \[1\].
+    pub light_friction: f64,
+    /// Normal force per length by which that share has fallen to 1/e \[N/m\].
+    pub light_load_n_per_m: f64,
+    /// Stiffness that relaxes over the one that stays, half of it in each of these times.
+    pub relaxing_ratio: f64,
+    pub relaxation_s: [f64; 2],
+    /// Moment of bending per rate of bend, over the stiffness \[s\].
+    pub bending_viscosity_s: f64,
+    /// Force of a stream along the instrument towards its tip, per length \[N/m\].
+    pub stream_n_per_m: f64,
+}
+
 /// Dead loads at the tip.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct TipLoad {
@@ -74,6 +92,7 @@ pub struct Problem {
     pub entry: Entry,
     pub lumen: Lumen,
     pub wall: WallLaw,
+    pub beyond: Beyond,
     /// Acceleration that acts on the rod, buoyancy included \[m/s²\].
     pub gravity_m_per_s2: Vector3<f64>,
     /// Drag per length against all motion but the feed along the rod \[N·s/m²\].

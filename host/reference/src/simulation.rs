@@ -217,6 +217,8 @@ impl<'a> Simulation<'a> {
             step.inertia = 0.0;
             step.friction = 0.0;
             step.drag = drag;
+        } else {
+            step.viscosity = problem.beyond.bending_viscosity_s / dt;
         }
         let mut iterate = guess(&step, known, fed, dt);
         let (solution, iterations) = self.iterate(&step, &mut iterate)?;
@@ -235,6 +237,11 @@ impl<'a> Simulation<'a> {
             node.position = iterate.positions[k];
             node.velocity = velocities[k];
             node.slip = solution.reactions[k].slip;
+            let pressed = solution.reactions[k].indentation;
+            let branches = node.relaxed.iter_mut().zip(problem.beyond.relaxation_s);
+            branches.for_each(|(relaxed, time_s)| {
+                *relaxed += (pressed - *relaxed) * towards(dt, time_s)
+            });
         }
         start.edges = iterate.edges;
         start.last_step = if matches!(mode, Mode::Dynamic) { dt } else { 0.0 };
@@ -282,6 +289,11 @@ impl<'a> Simulation<'a> {
         }
         Err(out_of_balance(&found.residual, numerics.spacing_m))
     }
+}
+
+/// Share of the way to its end that a relaxation takes in `dt_s`; all of it without a time.
+fn towards(dt_s: f64, time_s: f64) -> f64 {
+    if time_s > 0.0 { 1.0 - (-dt_s / time_s).exp() } else { 1.0 }
 }
 
 /// Largest force out of balance; torques count by the spacing.

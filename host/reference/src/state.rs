@@ -15,6 +15,8 @@ pub(crate) struct Node {
     pub earlier: (Vector3<f64>, Vector3<f64>),
     /// Elastic tangential displacement of its contact with the wall \[m\].
     pub slip: Vector3<f64>,
+    /// Indentations to which the relaxing branches of the wall have \[m\].
+    pub relaxed: [f64; 2],
 }
 
 /// Edge k runs from node k + 1, or the guide's mouth, to node k.
@@ -59,6 +61,7 @@ impl State {
                 velocity,
                 earlier: (earlier, velocity),
                 slip: Vector3::zeros(),
+                relaxed: [0.0; 2],
             });
             self.edges.push(guide(entry, target.rotation_rad));
         }

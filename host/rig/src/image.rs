@@ -83,6 +83,11 @@ pub enum ImageBuildError {
          table [guidewire] of rig.toml, with the keys of [instrument]"
     )]
     NoGuidewire,
+    #[error(
+        "solver.solves = 2 with {0}: a tick would take more than half of its millisecond\n  fix: \
+         leave solver.solves at 1"
+    )]
+    TwoSolves(&'static str),
     #[error("{key} = {value}: {error}\n  fix: `cathforce config` lists names and ranges")]
     Parameter { key: String, value: f32, error: ParameterError },
     #[error("the image cannot be made: {0}\n  fix: correct the setting or number it names")]
@@ -119,6 +124,14 @@ pub fn device_image(
     description
         .validate()
         .map_err(|error| ImageBuildError::Description(ImageError::Description(error)))?;
+    if description.solver.solves > 1 {
+        if description.guidewire.is_some() {
+            return Err(ImageBuildError::TwoSolves("a guidewire"));
+        }
+        if description.solver.substeps > 1 {
+            return Err(ImageBuildError::TwoSolves("half ticks, which a near-rigid wall asks for"));
+        }
+    }
 
     let vessel = Vessel::from_bundle(bundle, options.surface)?;
     let radius_m = 0.5 * rig.instrument.outer_diameter_m;

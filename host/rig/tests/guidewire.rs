@@ -219,6 +219,15 @@ fn a_tip_of_the_wire_needs_a_wire() {
     assert!(error.to_string().contains("fix: "), "{error}");
 }
 
+#[test]
+fn two_solves_are_too_much_for_a_tick_with_a_wire() {
+    let parameters = vec![("solver.solves".to_owned(), 2.0)];
+    let options = ImageOptions { parameters, ..ImageOptions::default() };
+    let error = device_image(&open_with(&rig(), &trial()).unwrap(), &options).unwrap_err();
+    assert!(matches!(error, ImageBuildError::TwoSolves(_)), "{error}");
+    assert!(error.to_string().contains("guidewire"), "{error}");
+}
+
 /// Where they overlap, the two weigh together what they weigh less the water that the catheter
 /// displaces.
 #[test]

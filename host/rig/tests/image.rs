@@ -90,6 +90,29 @@ fn values_beyond_the_model_are_named() {
     assert!(error.to_string().contains("wall.line_stiffness_n_per_m2"), "{error}");
 }
 
+/// A setting asks for a second solve; it is refused where a tick has no time for it.
+#[test]
+fn two_solves_are_asked_for_by_name() {
+    let folder = tempfile::tempdir().unwrap();
+    write_bundle(folder.path());
+    let parameters = vec![("solver.solves".to_owned(), 2.0)];
+    let options = ImageOptions { parameters, ..ImageOptions::default() };
+    let bundle = Bundle::open(folder.path()).unwrap();
+    let solves = |options| {
+        let (image, _) = device_image(&bundle, options).unwrap();
+        decode(&image).unwrap().model.description().solver.solves
+    };
+    assert_eq!((solves(&ImageOptions::default()), solves(&options)), (1, 2));
+
+    let rigid = RIG.replace("wall_stiffness_N_per_m = 4000.0", "wall_stiffness_N_per_m = 4e5");
+    fs::write(folder.path().join("rig.toml"), rigid).unwrap();
+    let bundle = Bundle::open(folder.path()).unwrap();
+    let error = device_image(&bundle, &options).unwrap_err();
+    assert!(matches!(error, ImageBuildError::TwoSolves(_)), "{error}");
+    assert!(error.to_string().contains("near-rigid"), "{error}");
+    assert!(device_image(&bundle, &ImageOptions::default()).is_ok());
+}
+
 #[test]
 fn without_trials_the_link_length_has_to_be_given() {
     let folder = tempfile::tempdir().unwrap();

@@ -159,7 +159,8 @@ impl Signal {
 }
 
 impl Place {
-    fn validate(self) -> Result<(), MasterError> {
+    /// Checks identifier and layout.
+    pub fn validate(self) -> Result<(), MasterError> {
         // What a drive's own frame would have been called is free.
         let is_taken =
             Id::from_raw(self.id).is_some_and(|id| !matches!(id, Id::Encoder | Id::Guidewire));

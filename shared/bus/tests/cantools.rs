@@ -22,8 +22,9 @@ const PAYLOADS: [[u8; 6]; 4] = [
 #[test]
 fn cantools_reads_and_writes_every_frame_as_we_do() {
     let Some(python) = python() else {
-        eprintln!("not compared: there is no Python with venv here, or pip reaches no packages");
-        return;
+        // Past the test runner, which shows what a test prints only when it fails.
+        let why = b"\nNOT RUN: cantools: no Python with venv here, or pip reaches no packages\n";
+        return std::io::stderr().write_all(why).unwrap();
     };
     let mut sealer = Sealer::default();
     let mut lines = String::new();

@@ -365,4 +365,4 @@ fn configure(
 }
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;

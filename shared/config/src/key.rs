@@ -66,7 +66,10 @@ impl Key {
 
     /// Only whole numbers are accepted.
     pub const fn is_whole(self) -> bool {
-        matches!(self, Self::Setting(SettingInfo { whole: true, .. }))
+        match self {
+            Self::Setting(info) => info.whole,
+            Self::Parameter(info) => info.whole,
+        }
     }
 
     /// What it does.
@@ -119,14 +122,20 @@ mod tests {
 
     /// The check here and the check of whoever owns the number say the same.
     #[test]
-    fn a_setting_is_refused_here_exactly_when_it_cannot_be_set() {
+    fn a_value_is_refused_here_exactly_when_it_cannot_be_set() {
+        let mut description = crate::image::tests::wire::wire();
         for key in keys() {
-            let Key::Setting(info) = key else { continue };
             let [min, max] = key.range();
             let beyond = 1e-3 * (max - min);
             for value in [min - beyond, min, 0.5 * (min + max) + 0.3, max, max + beyond, f32::NAN] {
-                let set = Settings::default().set(info.name, value);
-                assert_eq!(key.check(value).is_ok(), set.is_ok(), "{} {value}", info.name);
+                let set = match key {
+                    Key::Setting(info) => Settings::default().set(info.name, value).is_ok(),
+                    Key::Parameter(info) => description.set_parameter(info.key, value).is_ok(),
+                };
+                assert_eq!(key.check(value).is_ok(), set, "{} {value}", key.name());
+                let found = key.value(&description, &Settings::default());
+                let taken = matches!(key, Key::Setting(_)) || !set || found == Some(value);
+                assert!(taken, "{} {value}", key.name());
             }
         }
     }

@@ -353,11 +353,7 @@ impl Memory {
         for word in outputs.words() {
             self.digest.add(word);
         }
-        for node in model.nodes() {
-            for x in node {
-                self.digest.add(x.to_bits());
-            }
-        }
+        model.nodes().flatten().for_each(|x| self.digest.add(x.to_bits()));
         outputs.digest = self.digest.value();
         outputs
     }

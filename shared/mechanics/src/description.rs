@@ -217,7 +217,6 @@ impl<T: Real> Description<T> {
         within("solver.link_length_m", s.link_length_m, 2e-4, 2e-2)?;
         within("solver.tick_s", s.tick_s, 1e-4, 1e-2)?;
         within("solver.substeps", T::int(i32::from(s.substeps)), 1.0, 4.0)?;
-        within("solver.solves", T::int(i32::from(s.solves)), 1.0, 4.0)?;
         within("solver.predictor_gain", s.predictor_gain, 0.0, 1.0)?;
         within("solver.bending_damping_s", s.bending_damping_s, 0.0, 1.0)?;
         within("solver.drag_n_s_per_m2", s.drag_n_s_per_m2, 0.0, 1e3)

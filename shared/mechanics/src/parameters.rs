@@ -13,6 +13,7 @@ pub const NOMINAL: &[ParameterInfo] = &[
         off: None,
         min: 0.0,
         max: 2.0,
+        whole: false,
         doc: "Coulomb friction coefficient of instrument and wall.",
     },
     tendon("tendon.pull_m", "m", 0.0, 0.05, "How far the tendon is pulled from taut and straight."),
@@ -35,12 +36,25 @@ const fn tendon(
     max: f64,
     doc: &'static str,
 ) -> ParameterInfo {
-    ParameterInfo { key, unit, off: Some(0.0), min, max, doc }
+    ParameterInfo { key, unit, off: Some(0.0), min, max, whole: false, doc }
 }
 
-/// Every number that has a key, [`NOMINAL`] first.
+/// How the model computes: of no rig, and no reason for a gap.
+pub const SOLVER: &[ParameterInfo] = &[SOLVES];
+
+const SOLVES: ParameterInfo = ParameterInfo {
+    key: "solver.solves",
+    unit: "solves",
+    off: Some(1.0),
+    min: 1.0,
+    max: 2.0,
+    whole: true,
+    doc: "Of every tick: with two, a pressed tip that is turned comes to rest. Not with a guidewire, nor at a near-rigid wall.",
+};
+
+/// Every number that has a key: [`NOMINAL`], those of [`EFFECTS`], [`SOLVER`].
 pub fn parameters() -> impl Iterator<Item = &'static ParameterInfo> {
-    NOMINAL.iter().chain(EFFECTS.iter().flat_map(|effect| effect.parameters))
+    NOMINAL.iter().chain(EFFECTS.iter().flat_map(|effect| effect.parameters)).chain(SOLVER)
 }
 
 /// Why a parameter is not set.
@@ -50,6 +64,8 @@ pub enum ParameterError {
     Unknown,
     /// Not finite, or outside the range of its [`ParameterInfo`].
     Range(&'static ParameterInfo),
+    /// This parameter counts something: only whole numbers.
+    NotWhole(&'static ParameterInfo),
 }
 
 impl core::fmt::Display for ParameterError {
@@ -60,6 +76,9 @@ impl core::fmt::Display for ParameterError {
                 write!(f, "{key} must be between {min} and {max}")?;
                 if *unit == "1" { Ok(()) } else { write!(f, " {unit}") }
             }
+            Self::NotWhole(ParameterInfo { key, .. }) => {
+                write!(f, "{key} must be a whole number")
+            }
         }
     }
 }
@@ -69,6 +88,9 @@ impl core::error::Error for ParameterError {}
 impl<T: Real> Description<T> {
     /// The parameter with this key; `None` if there is none.
     pub fn parameter(&self, key: &str) -> Option<T> {
+        if key == SOLVES.key {
+            return Some(T::int(i32::from(self.solver.solves)));
+        }
         // A copy, so that one table serves reading and writing.
         let mut copy = (self.effects, self.wall, self.tendon);
         let (effects, wall, tendon) = &mut copy;
@@ -81,6 +103,15 @@ impl<T: Real> Description<T> {
         // Written so that NaN fails.
         if !(value >= T::lit(info.min) && value <= T::lit(info.max)) {
             return Err(ParameterError::Range(info));
+        }
+        let whole = value.truncated();
+        if info.whole && T::int(whole) != value {
+            return Err(ParameterError::NotWhole(info));
+        }
+        if key == SOLVES.key {
+            // In range, hence small.
+            self.solver.solves = whole as u8;
+            return Ok(());
         }
         let place = find(&mut self.effects, &mut self.wall, &mut self.tendon, key);
         *place.ok_or(ParameterError::Unknown)? = value;

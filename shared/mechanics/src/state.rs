@@ -326,23 +326,30 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
 
     /// Both of every node, from the tip: x, y, z \[m\] and the force's x, y, z \[N\].
     pub fn node_results(&self) -> impl Iterator<Item = [T; 6]> {
-        self.links.iter().take(self.count).map(|link| {
-            let ([x, y, z], [fx, fy, fz]) = (self.position_m(link), self.force_n(link));
-            [x, y, z, fx, fy, fz]
-        })
+        let links = self.links.get(..self.count).unwrap_or_default();
+        // Two loops, of which one is empty: most rigs have no placement to ask for at every node.
+        let (as_computed, placed) = match self.effects.placement {
+            None => (links, &[][..]),
+            Some(_) => (&[][..], links),
+        };
+        let join = |[x, y, z]: [T; 3], [fx, fy, fz]: [T; 3]| [x, y, z, fx, fy, fz];
+        let as_computed =
+            as_computed.iter().map(move |link| join(link.position.into(), (-link.force).into()));
+        let placed = placed.iter().map(move |link| join(self.position_m(link), self.force_n(link)));
+        as_computed.chain(placed)
     }
 
     #[inline(always)]
     fn position_m(&self, link: &LinkState<T>) -> [T; 3] {
-        let placement = &self.effects.placement;
+        let placement = self.effects.placement.as_ref();
         placement.map_or(link.position, |placement| placement.to_rig(&link.position)).into()
     }
 
     #[inline(always)]
     fn force_n(&self, link: &LinkState<T>) -> [T; 3] {
         let force = -link.force;
-        let placement = &self.effects.placement;
-        placement.map_or(force, |placement| placement.turned.rotate(&force)).into()
+        let placement = self.effects.placement.as_ref();
+        placement.map_or(force, |placement| placement.direction_to_rig(&force)).into()
     }
 
     /// Insertion that the model has reached, of the instrument that is farther inside \[m\].

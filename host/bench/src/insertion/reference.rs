@@ -57,6 +57,7 @@ fn problem(insertion: &Insertion) -> Problem {
         },
         entry: Entry { position_m: Vector3::zeros(), direction: Vector3::x(), up: Vector3::y() },
         lumen: Lumen::tube(path.tube()),
+        beyond: Default::default(),
         wall: WallLaw {
             line_stiffness_n_per_m2: wall.line_stiffness_n_per_m2,
             end_stiffness_n_per_m: wall.end_stiffness_n_per_m,

@@ -75,8 +75,13 @@ pub struct ConfigShowArguments {
 pub struct ConfigGetArguments {
     /// Name, as `cathforce config` lists it.
     pub name: String,
-    #[command(flatten)]
-    pub source: ConfigSource,
+    // As of `ConfigSource`, whose group would come before the name in the usage.
+    /// Trial bundle, or settings file.
+    #[arg(value_name = "BUNDLE|FILE.toml", required_unless_present = "link")]
+    pub bundle: Option<PathBuf>,
+    /// Device behind this link.
+    #[arg(long, conflicts_with = "bundle")]
+    pub link: Option<String>,
     #[command(flatten)]
     pub changes: Changes,
 }
@@ -145,18 +150,13 @@ pub struct ConfigImportDbcArguments {
     #[arg(value_name = "FILE.dbc")]
     pub dbc: PathBuf,
     /// Settings file to write them into.
-    #[arg(
-        long,
-        value_name = "FILE.toml",
-        required_unless_present = "list",
-        requires = "insertion"
-    )]
+    #[arg(long, value_name = "FILE.toml", requires = "insertion")]
     pub settings: Option<PathBuf>,
     /// List messages and signals.
     #[arg(long)]
     pub list: bool,
     /// Feed of the catheter's drive.
-    #[arg(long, value_name = "SIGNAL", requires = "rotation")]
+    #[arg(long, value_name = "SIGNAL", requires = "rotation", requires = "settings")]
     pub insertion: Option<String>,
     /// Rotation of the catheter's drive.
     #[arg(long, value_name = "SIGNAL", requires = "insertion")]
@@ -165,7 +165,7 @@ pub struct ConfigImportDbcArguments {
     #[arg(long, value_name = "SIGNAL", requires = "insertion")]
     pub button: Option<String>,
     /// Whether the handle is gripped; from one half on it is.
-    #[arg(long, value_name = "SIGNAL")]
+    #[arg(long, value_name = "SIGNAL", requires = "insertion")]
     pub grip: Option<String>,
     /// Feed of the guidewire's drive.
     #[arg(long, value_name = "SIGNAL", requires = "guidewire_rotation")]

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use cathforce_effects::Effect;
+use cathforce_gap::catheter::Spike;
 use clap::{Args, Subcommand};
 
 use super::{Changes, positive, positive_seconds};
@@ -25,6 +26,8 @@ pub enum GapAction {
     Coverage(CoverageArguments),
     /// Take each named effect out of a model that has the others, and say whether it is found again.
     Ablation(AblationArguments),
+    /// Put known effects into the data of trials, and say whether they are found.
+    SpikeIn(SpikeInArguments),
     /// Say which effects trials can tell apart, and how large each must be to be seen.
     Isolability(IsolabilityArguments),
     /// Print the motion that a recording should hold, or play it.
@@ -164,6 +167,46 @@ pub struct CoverageArguments {
 pub struct AblationArguments {
     /// Trial bundle, or recording.
     pub bundle: PathBuf,
+}
+
+#[derive(Debug, Args)]
+pub struct SpikeInArguments {
+    /// Trial bundle of a catheter.
+    pub bundle: PathBuf,
+    /// Effects to put in at once, each with the parameters whose switch-on values are not wanted;
+    /// may be given more than once, for a bundle each. Without it every effect, one by one.
+    #[arg(
+        long = "effect",
+        value_name = "ID[:PARAMETER=VALUE,...][+ID...]",
+        value_parser = spikes
+    )]
+    pub effects: Vec<Spikes>,
+    /// Leave this trial out; may be given more than once.
+    #[arg(long, value_name = "TRIAL")]
+    pub hold_back: Vec<u32>,
+    /// Write the bundle with the effects into this folder, and diagnose nothing.
+    #[arg(long, value_name = "FOLDER")]
+    pub out: Option<PathBuf>,
+}
+
+/// Effects of one bundle.
+#[derive(Clone, Debug)]
+pub struct Spikes(pub Vec<Spike>);
+
+fn spikes(text: &str) -> Result<Spikes, String> {
+    text.split('+').map(spike).collect::<Result<_, _>>().map(Spikes)
+}
+
+fn spike(text: &str) -> Result<Spike, String> {
+    let (id, parameters) = text.split_once(':').unwrap_or((text, ""));
+    let id = effect(id)?.id.to_owned();
+    let parameter = |text: &str| {
+        let (name, value) = text.split_once('=').ok_or("write ID:parameter=value")?;
+        let value: f64 = value.parse().map_err(|_| format!("{name}: `{value}` is no number"))?;
+        Ok::<_, String>((name.to_owned(), value))
+    };
+    let parameters = parameters.split(',').filter(|text| !text.is_empty());
+    Ok(Spike { id, parameters: parameters.map(parameter).collect::<Result<_, _>>()? })
 }
 
 /// Between which insertions a protocol goes.

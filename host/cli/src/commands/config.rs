@@ -19,8 +19,8 @@ use crate::args::{
     ConfigShowArguments, ConfigSource,
 };
 use crate::failure::{Code, Failure};
-use crate::settings::parse::unit;
-use crate::settings::{Setting, parse_file};
+use crate::settings::parse::{misspelt, unit};
+use crate::settings::{Setting, SettingsFile, parse_file};
 use crate::ui::{Ui, two_columns};
 use values::{head_of, head_on, values};
 
@@ -187,14 +187,25 @@ fn origin(origins: &[(String, String)], key: Key, value: f32) -> String {
 fn get(ui: &Ui, arguments: &ConfigGetArguments) -> Result<(), Failure> {
     let Some(key) = Key::find(&arguments.name) else {
         let names = keys().map(Key::name).collect::<Vec<_>>();
-        let nearest = cathforce_rig::nearest(&arguments.name, &names);
-        let hint = nearest.map_or(String::new(), |name| format!(", the nearest is `{name}`"));
-        let message = format!("there is no setting `{}`{hint}", arguments.name);
+        let fix = match Path::new(&arguments.name).exists() {
+            true => "the name of a setting comes first, then where to look".to_owned(),
+            false => misspelt(&arguments.name, &names, "`cathforce config` lists the names"),
+        };
+        let message = format!("there is no setting `{}`: {fix}", arguments.name);
         return Err(Failure::new(Code::Usage, message));
     };
-    let (head, _) = head(ui, &arguments.source, &arguments.changes)?;
-    let value = key.value(&head.description, &head.settings);
-    let text = value.map_or("-".to_owned(), |value| value.to_string());
+    let (bundle, link) = (arguments.bundle.clone(), arguments.link.clone());
+    let value = match bundle {
+        Some(file) if file.is_file() => {
+            let file = SettingsFile::read(&file)?;
+            file.set.get(key.name()).map(Setting::value).or(key.default())
+        }
+        bundle => {
+            let (head, _) = head(ui, &ConfigSource { bundle, link }, &arguments.changes)?;
+            key.value(&head.description, &head.settings)
+        }
+    };
+    let text = value.map_or("as in rig.toml".to_owned(), |value| value.to_string());
     let json = json!({ "name": key.name(), "value": value, "unit": key.unit() });
     ui.data(&json, format_args!("{text}\n"))
 }

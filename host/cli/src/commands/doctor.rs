@@ -57,13 +57,12 @@ impl Check {
         Self { verdict: Verdict::Wrong, code, ..Self::doubtful(name, found, fix) }
     }
 
-    /// The link's own words already say what to do.
     fn of(name: impl Into<String>, error: &LinkError) -> Self {
         let code = match error {
             LinkError::Address { .. } => Code::Usage,
             _ => Code::Link,
         };
-        Self { verdict: Verdict::Wrong, code, ..Self::good(name, error) }
+        Self::wrong(name, error.problem(), error.fix(), code)
     }
 }
 
@@ -88,9 +87,8 @@ fn computer_checks() -> Vec<Check> {
     let mut checks = Vec::new();
     match net::check_sockets() {
         Err(error) => {
-            let found = error.to_string();
-            let fix = "needed for socketcan: links only";
-            checks.push(Check::doubtful("CAN sockets", found, fix));
+            let fix = format!("needed for socketcan: links only. {}", error.fix());
+            checks.push(Check::doubtful("CAN sockets", error.problem(), fix));
         }
         Ok(()) => {
             checks.push(Check::good("CAN sockets", "this kernel has them"));
@@ -104,7 +102,10 @@ fn computer_checks() -> Vec<Check> {
     }
     checks.push(match qemu::find_firmware(None) {
         Ok(elf) => Check::good("firmware for the emulated board", elf.display()),
-        Err(error) => Check::doubtful("firmware for the emulated board", error, "needed for qemu"),
+        Err(error) => {
+            let fix = format!("needed for qemu only. {}", error.fix());
+            Check::doubtful("firmware for the emulated board", error.problem(), fix)
+        }
     });
     checks
 }

@@ -14,6 +14,8 @@ use crate::args::ExportArguments;
 use crate::failure::Failure;
 use crate::ui::Ui;
 
+/// A file of this name is standard output.
+const STDOUT: &str = "-";
 /// Interface that a log names.
 const INTERFACE: &str = "can0";
 
@@ -27,16 +29,19 @@ pub fn run(ui: &Ui, arguments: &ExportArguments) -> Result<(), Failure> {
     let ticks = &track.ticks;
     let mut written = Written::default();
     if let Some(path) = &arguments.csv {
-        whole(path, |out| write_ticks_csv(&recording, ticks, out).map_err(io::Error::other))?;
+        whole(path, |out| write_ticks_csv(&recording, ticks, out))?;
         written.add(path, "ticks", ticks.len());
     }
     if let Some(path) = &arguments.nodes {
         let shapes = &track.shapes;
-        whole(path, |out| write_nodes_csv(&recording, shapes, out).map_err(io::Error::other))?;
+        whole(path, |out| write_nodes_csv(&recording, shapes, out))?;
         written.add(path, "shapes", shapes.len());
     }
     if let Some(path) = &arguments.parquet {
-        whole(path, |out| write_ticks_parquet(&recording, ticks, out).map_err(io::Error::other))?;
+        write_whole(path, |out| {
+            write_ticks_parquet(&recording, ticks, out).map_err(io::Error::other)
+        })
+        .map_err(|e| Failure::write(path, e))?;
         written.add(path, "ticks", ticks.len());
     }
     if let Some(path) = &arguments.candump {
@@ -48,14 +53,30 @@ pub fn run(ui: &Ui, arguments: &ExportArguments) -> Result<(), Failure> {
         write_bundle(&recording, path).map_err(|e| Failure::write(path, e))?;
         written.add(path, "rows", recording.trial.rows.len());
     }
-    ui.data(&written.json, written.text)
+    let to_stdout = [&arguments.csv, &arguments.nodes, &arguments.candump].into_iter().flatten();
+    match to_stdout.into_iter().any(|path| path == Path::new(STDOUT)) {
+        // That is the data then.
+        true => {
+            ui.say(written.text.trim_end());
+            Ok(())
+        }
+        false => ui.data(&written.json, written.text),
+    }
 }
 
+/// Text into a file, whole or not at all, or onto standard output.
 fn whole(
     path: &Path,
-    write: impl FnOnce(&mut io::BufWriter<std::fs::File>) -> io::Result<()>,
+    write: impl FnOnce(&mut dyn io::Write) -> io::Result<()>,
 ) -> Result<(), Failure> {
-    write_whole(path, write).map_err(|e| Failure::write(path, e))
+    if path != Path::new(STDOUT) {
+        return write_whole(path, |out| write(out)).map_err(|e| Failure::write(path, e));
+    }
+    match write(&mut io::BufWriter::new(io::stdout().lock())) {
+        // Whoever closed the pipe has seen enough.
+        Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
+        written => written.map_err(|e| Failure::write(path, e)),
+    }
 }
 
 #[derive(Default)]

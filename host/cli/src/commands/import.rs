@@ -176,8 +176,7 @@ fn table<T>(
 fn write_rows(ui: &Ui, out: &Path, rows: Vec<Measured>, left_out: usize) -> Result<(), Failure> {
     let count = rows.len();
     let trial = Trial { rows, ..Trial::default() };
-    write_whole(out, |file| write_trial(&trial, file).map_err(io::Error::other))
-        .map_err(|e| Failure::write(out, e))?;
+    write_whole(out, |file| write_trial(&trial, file)).map_err(|e| Failure::write(out, e))?;
     let outside = match left_out {
         0 => String::new(),
         n => format!(", {n} outside the motion left out"),
@@ -197,7 +196,12 @@ fn must_be_new(out: &Path) -> Result<(), Failure> {
 }
 
 fn open(path: &Path) -> Result<File, Failure> {
-    File::open(path).map_err(|e| Failure::input(format!("cannot read {}: {e}", path.display())))
+    // A folder can be opened, and would be a wrong first line.
+    let opened = match path.is_dir() {
+        true => Err(io::ErrorKind::IsADirectory.into()),
+        false => File::open(path),
+    };
+    opened.map_err(|e| Failure::input(format!("cannot read {}: {e}; give a file", path.display())))
 }
 
 fn at(path: &Path, error: &dyn std::fmt::Display) -> Failure {

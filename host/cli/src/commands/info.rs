@@ -27,11 +27,16 @@ pub fn run(ui: &Ui, arguments: &InfoArguments) -> Result<(), Failure> {
     let text = rows
         .into_iter()
         .map(|(key, value)| {
-            let value = match value {
+            let text = match value {
                 Value::String(text) => text,
+                // Where nobody has to read it back, six decimals are enough.
+                Value::Number(number) if number.is_f64() => {
+                    let six = format!("{:.6}", number.as_f64().unwrap_or_default());
+                    six.trim_end_matches('0').trim_end_matches('.').to_owned()
+                }
                 other => other.to_string(),
             };
-            (key.to_owned(), value)
+            (key.to_owned(), text)
         })
         .collect::<Vec<_>>();
     ui.data(&json, two_columns(&text))

@@ -20,6 +20,8 @@ use crate::summary::Summary;
 use crate::ui::Ui;
 
 pub fn run(ui: &Ui, link: &str, pace: Pace, arguments: &PlayArguments) -> Result<(), Failure> {
+    // Building the image takes a while, after which nobody wants to hear of a misprint.
+    cathforce_link::check_address(link)?;
     let bundle = open_bundle(ui, &arguments.bundle)?;
     let (number, trial) = pick(&bundle, arguments.trial)?;
     let columns = catheter(trial)?;
@@ -78,19 +80,18 @@ pub fn play(
     out: &Path,
 ) -> Result<(), Failure> {
     let TrialRun { bundle, number, trial, link, pace, duration_s, feel } = run;
-    let rows = measured(&trial.t_s, catheter(trial)?);
+    let mut measured = recorded(bundle, trial)?;
     let rig_toml = read_text(&bundle.path.join("rig.toml"))?;
-    let start_s = rows.first().map_or(0.0, |row| row.t_s);
-    let rows = rows.into_iter().map(|row| Measured { t_s: row.t_s - start_s, ..row }).collect();
+    let start_s = measured.rows.first().map_or(0.0, |row| row.t_s);
+    measured.rows.iter_mut().for_each(|row| row.t_s -= start_s);
     let vessel = vessel_files(bundle)?;
-    let shapes_m = shapes(catheter(trial)?);
     let plan = Plan {
         image,
         pace,
         rig_toml: &rig_toml,
         vessel: &vessel,
         info: info(link, bundle, &format!("{number:03}")),
-        trial: &Trial { rows, shapes_m, noise: noise(bundle) },
+        trial: &measured,
         step_at: &|t_s| Step {
             encoder: trial.encoder_at(start_s + t_s).map(encoder),
             guidewire: trial.guidewire_at(start_s + t_s).map(encoder),
@@ -101,6 +102,13 @@ pub fn play(
         out,
     };
     run_session(ui, client, plan)
+}
+
+/// A catheter's trial as a recording holds it; times stay as they are.
+pub fn recorded(bundle: &Bundle, trial: &cathforce_rig::Trial) -> Result<Trial, Failure> {
+    let data = catheter(trial)?;
+    let rows = measured(&trial.t_s, data);
+    Ok(Trial { rows, shapes_m: shapes(data), noise: noise(bundle) })
 }
 
 /// A folder that goes when it is dropped.

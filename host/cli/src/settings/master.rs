@@ -3,7 +3,7 @@
 use cathforce_config::master::{Drive, Master, Place, Signal};
 use serde::Deserialize;
 
-use super::parse::Problem;
+use super::parse::{Problem, misspelt};
 
 /// The part of a file that is read here; the rest is read key by key.
 #[derive(Deserialize)]
@@ -24,7 +24,7 @@ struct MasterTable {
 #[serde(deny_unknown_fields)]
 struct DriveTable {
     /// Of the quantities that say nothing else.
-    id: Option<u16>,
+    id: Option<u32>,
     insertion: PlaceTable,
     rotation: PlaceTable,
     held: Option<PlaceTable>,
@@ -33,7 +33,7 @@ struct DriveTable {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct PlaceTable {
-    id: Option<u16>,
+    id: Option<u32>,
     start_bit: u8,
     bits: u8,
     #[serde(default)]
@@ -62,9 +62,11 @@ fn one() -> f32 {
 struct NoId(&'static str);
 
 impl PlaceTable {
-    fn place(self, name: &'static str, of_drive: Option<u16>) -> Result<Place, NoId> {
+    fn place(self, name: &'static str, of_drive: Option<u32>) -> Result<Place, NoId> {
         let Self { id, start_bit, bits, byte_order, signed, scale, offset } = self;
         let id = id.or(of_drive).ok_or(NoId(name))?;
+        // One that is too large is refused with those of 29 bits.
+        let id = u16::try_from(id).unwrap_or(u16::MAX);
         let big_endian = byte_order == ByteOrder::Big;
         Ok(Place { id, signal: Signal { start_bit, bits, big_endian, signed, scale, offset } })
     }
@@ -90,15 +92,35 @@ impl MasterTable {
     }
 }
 
+const FORM: &str = "write `insertion = { start_bit = 0, bits = 24, byte_order = \"little\", signed = \
+                    false, scale = 1e-7, offset = 0 }` and the like; docs/config.md has an example";
+/// Every name that the tables have.
+const FIELDS: [&str; 13] = [
+    "catheter",
+    "guidewire",
+    "grip",
+    "id",
+    "insertion",
+    "rotation",
+    "held",
+    "start_bit",
+    "bits",
+    "byte_order",
+    "signed",
+    "scale",
+    "offset",
+];
+
 /// The frames that a file describes; without a description the drives use ours.
 pub fn parse(text: &str) -> Result<Master, Problem> {
     let line = |at: usize| 1 + text.get(..at).unwrap_or(text).matches('\n').count();
     let whole = toml::from_str::<Whole>(text).map_err(|error| Problem {
         line: line(error.span().map_or(0, |span| span.start)),
         message: error.message().into(),
-        fix: "write `insertion = { start_bit = 0, bits = 24, byte_order = \"little\", signed = \
-              false, scale = 1e-7, offset = 0 }` and the like; docs/config.md has an example"
-            .into(),
+        fix: match error.message().strip_prefix("unknown field `").and_then(|m| m.split_once('`')) {
+            Some((name, _)) => misspelt(name, &FIELDS, FORM),
+            None => FORM.into(),
+        },
     })?;
     let at = |name: &str| line(text.find(name).unwrap_or(0));
     let master = whole.master.master().map_err(|NoId(name)| Problem {
@@ -203,10 +225,20 @@ mod tests {
             ),
             (format!("[master]\ngrip = {signal}"), 2, "in which frame"),
             ("[master]\n\ngrip = { id = 5, start_bit = 0, bits = 1 }".into(), 3, "none"),
+            (
+                format!(
+                    "[master.catheter]\nid = 0x12345678\ninsertion = {signal}\nrotation = {signal}"
+                ),
+                1,
+                "more than 11 bits",
+            ),
         ] {
             let problem = parse(&text).unwrap_err();
             assert_eq!(problem.line, line, "{text}: {problem:?}");
             assert!(problem.message.contains(word), "{text}: {problem:?}");
+            assert!(!problem.fix.is_empty());
         }
+        let slip = "[master.catheter]\nid = 1\ninsertoin = { start_bit = 0, bits = 8 }\n";
+        assert_eq!(parse(slip).unwrap_err().fix, "write `insertion`, if that is meant");
     }
 }

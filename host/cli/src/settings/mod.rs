@@ -112,8 +112,13 @@ pub fn master_of(path: Option<&Path>) -> Result<Master, Failure> {
 
 /// What a file says, whether its names and values are any or not.
 pub fn parse_file(path: &Path) -> Result<Parsed, Failure> {
-    let text = std::fs::read_to_string(path)
-        .map_err(|e| Failure::input(format!("cannot read {}: {e}", path.display())))?;
+    let text = std::fs::read_to_string(path).map_err(|e| {
+        let path = path.display();
+        Failure::input(format!(
+            "cannot read {path}: {e}\n  fix: check the path, or make a file of settings: \
+             `cathforce config init BUNDLE {path}`"
+        ))
+    })?;
     parse::parse(&text).map_err(|problem| refused(path, &[problem]))
 }
 

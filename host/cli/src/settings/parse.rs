@@ -36,16 +36,24 @@ pub struct Problem {
     pub fix: String,
 }
 
+/// What a file may say at its top.
+const TOP: [&str; 5] = ["schema_version", "rig", "set", "master", "band"];
+
+/// The nearest name to one that is not known, or else `otherwise`.
+pub fn misspelt(name: &str, known: &[&str], otherwise: &str) -> String {
+    match cathforce_rig::nearest(name, known) {
+        Some(nearest) => format!("write `{nearest}`, if that is meant"),
+        None => otherwise.to_owned(),
+    }
+}
+
 /// Why an entry cannot be used, if it cannot.
 pub fn problem(entry: &Entry) -> Option<Problem> {
     let (name, value) = (entry.name.as_str(), entry.setting.value());
     let problem = |message, fix| Some(Problem { line: entry.line, message, fix });
     let Some(key) = Key::find(name) else {
         let names = keys().map(Key::name).collect::<Vec<_>>();
-        let fix = match cathforce_rig::nearest(name, &names) {
-            Some(nearest) => format!("write `{nearest}`, if that is meant"),
-            None => "`cathforce config` lists the names".to_owned(),
-        };
+        let fix = misspelt(name, &names, "`cathforce config` lists the names");
         return problem(format!("there is no setting `{name}`"), fix);
     };
     let [min, max] = key.range();
@@ -83,7 +91,8 @@ pub fn parse(text: &str) -> Result<Parsed, Problem> {
         reader.problem(
             &span,
             error.message(),
-            "write `rig = \"name\"` and, under `[set]`, `name = number`",
+            "correct this line; a file has `rig = \"name\"` and, under `[set]`, a line `name = \
+             number` for each setting",
         )
     })?;
     let mut parsed = Parsed {
@@ -109,13 +118,12 @@ pub fn parse(text: &str) -> Result<Parsed, Problem> {
             ("master" | "band", DeValue::Table(_)) => {}
             ("set", DeValue::Table(set)) => reader.entries("", set, &mut parsed.entries)?,
             (name, found) => {
-                let message =
-                    match ["schema_version", "rig", "set", "master", "band"].contains(&name) {
-                        true => format!("`{name}` is {}", found.type_str()),
-                        false => format!("there is no key `{name}` here"),
-                    };
-                let fix = "beside `schema_version = 1`, `rig = \"name\"`, `[set]`, `[master]` and \
-                           `[band]` nothing is";
+                let form = "a file has `schema_version = 1`, `rig = \"name\"`, `[set]`, `[master]` \
+                            and `[band]`";
+                let (message, fix) = match TOP.contains(&name) {
+                    true => (format!("`{name}` is {}", found.type_str()), form.to_owned()),
+                    false => (format!("there is no key `{name}` here"), misspelt(name, &TOP, form)),
+                };
                 return Err(reader.problem(&key.span(), message, fix));
             }
         }
@@ -264,5 +272,7 @@ mod tests {
             assert_eq!(problem.line, line, "{text}: {problem:?}");
             assert!(problem.message.contains(word), "{text}: {problem:?}");
         }
+        let problem = parse("rgi = \"a\"").unwrap_err();
+        assert!(problem.fix.contains("`rig`"), "{problem:?}");
     }
 }

@@ -1,8 +1,12 @@
 //! Independent tools read what is written: mcap with its ROS 2 decoder, cantools, python-can,
-//! pandas over pyarrow, the packages that Foxglove reads recordings with, tshark.
+//! pandas over pyarrow, rerun's converter, the packages that Foxglove reads recordings and layouts
+//! with, tshark.
 
+use std::fmt::Display;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::sync::OnceLock;
 
 use crate::{data, recording, text};
 
@@ -10,11 +14,24 @@ fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/recording/clients")
 }
 
-/// A Python that has them, made once; `Err` says why there is none.
-fn python() -> Result<PathBuf, String> {
+/// Says that a client is not there to be asked, past the test runner, which shows what a test
+/// prints only when it fails.
+fn not_run(client: &str, why: impl Display) {
+    let line = format!("\nNOT RUN: {client}: {why}\n");
+    std::io::stderr().write_all(line.as_bytes()).unwrap();
+}
+
+/// A Python that has them, made once for all tests; `Err` says why there is none.
+fn python() -> Result<&'static Path, &'static str> {
+    static PYTHON: OnceLock<Result<PathBuf, String>> = OnceLock::new();
+    PYTHON.get_or_init(install).as_deref().map_err(String::as_str)
+}
+
+fn install() -> Result<PathBuf, String> {
     let venv = Path::new(env!("CARGO_TARGET_TMPDIR")).join("clients");
     let python = venv.join("bin/python");
-    let has_all = "import can, cantools, mcap_ros2, pandas, pyarrow";
+    let has_all = "import can, cantools, foxglove.layouts, mcap_ros2, pandas, pyarrow, rerun_cli, \
+                   ros_parser";
     let run = |program: &Path, arguments: &[&str]| {
         let output = Command::new(program).args(arguments).output();
         let output = output.map_err(|e| format!("{}: {e}", program.display()))?;
@@ -36,7 +53,7 @@ fn independent_clients_read_what_is_written() {
     let python = match python() {
         Ok(python) => python,
         // Without Python or a package index there is no independent client to ask.
-        Err(why) => return eprintln!("not run, the clients cannot be installed: {why}"),
+        Err(why) => return not_run("Python's readers", why),
     };
     let out = tempfile::tempdir().unwrap();
     let [log, table] = ["run.log", "run.parquet"].map(|name| out.path().join(name));
@@ -81,6 +98,73 @@ fn independent_clients_read_what_is_written() {
     assert!(read["table"]["peak_n"].as_f64().unwrap() > 0.05);
 }
 
+fn succeeded(command: &mut Command) -> String {
+    let output = command.env("PYTHONDONTWRITEBYTECODE", "1").output().unwrap();
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(output.status.success(), "{said}{}", String::from_utf8_lossy(&output.stderr));
+    said
+}
+
+#[test]
+fn rerun_converts_every_topic() {
+    let rerun = match python() {
+        Ok(python) => python.with_file_name("rerun"),
+        Err(why) => return not_run("rerun", why),
+    };
+    let out = tempfile::tempdir().unwrap();
+    let converted = out.path().join("run.rrd");
+    let convert = ["mcap", "convert", text(recording()), "-o", text(&converted)];
+    succeeded(Command::new(&rerun).args(convert));
+    succeeded(Command::new(&rerun).args(["rrd", "verify", text(&converted)]));
+    let printed = succeeded(Command::new(&rerun).args(["rrd", "print", text(&converted)]));
+    for topic in [
+        "/cathforce/from_can_bus",
+        "/cathforce/measured",
+        "/cathforce/status",
+        "/cathforce/to_can_bus",
+        "/catheter/estimated/measured_js",
+        "/catheter/estimated/shape",
+        "/catheter/estimated/spatial/measured_cf",
+        "/catheter/measured_js",
+        "/catheter/operating_state",
+        "/operator/servo_cf",
+        "/phantom/spatial/measured_cf",
+        "/tf_static",
+    ] {
+        assert!(printed.contains(topic), "{topic} in {printed}");
+    }
+}
+
+/// Its panels' settings are those that Foxglove's own SDK knows, its paths lead to numbers.
+#[test]
+fn foxgloves_own_sdk_knows_the_layout() {
+    let python = match python() {
+        Ok(python) => python,
+        Err(why) => return not_run("Foxglove's SDK", why),
+    };
+    let layouts = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/layouts");
+    let layout = std::fs::read_to_string(layouts.join("foxglove.json")).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let check = |layout: &str| {
+        let path = folder.path().join("layout.json");
+        std::fs::write(&path, layout).unwrap();
+        let mut check = Command::new(python);
+        check.arg(self::folder().join("layout.py")).args([&path, recording()]);
+        check.env("PYTHONDONTWRITEBYTECODE", "1").output().unwrap()
+    };
+    let checked = check(&layout);
+    assert!(checked.status.success(), "{}", String::from_utf8_lossy(&checked.stderr));
+    let checked: serde_json::Value = serde_json::from_slice(&checked.stdout).unwrap();
+    assert!(checked["paths"].as_u64().unwrap() >= 10, "{checked}");
+    // It would have seen a slip.
+    for (right, wrong) in
+        [("\"showLegend\"", "\"legend\""), ("\"floating\"", "\"flying\""), ("force.x", "force.w")]
+    {
+        assert!(layout.contains(right), "{right}");
+        assert!(!check(&layout.replace(right, wrong)).status.success(), "{wrong}");
+    }
+}
+
 /// A folder with what Foxglove reads recordings with, made once; `Err` says why there is none.
 fn node() -> Result<PathBuf, String> {
     let place = Path::new(env!("CARGO_TARGET_TMPDIR")).join("node");
@@ -105,7 +189,7 @@ fn foxgloves_own_reader_reads_every_message() {
     let place = match node() {
         Ok(place) => place,
         // Without Node or a package index there is no independent client to ask.
-        Err(why) => return eprintln!("not run, the client cannot be installed: {why}"),
+        Err(why) => return not_run("Foxglove's reader", why),
     };
     let mut read = Command::new("node");
     let read = read.arg("read.js").arg(recording()).current_dir(place).output().unwrap();
@@ -128,7 +212,10 @@ fn tshark_reads_every_frame_of_a_log() {
     data(["export", text(recording()), "--candump", text(&log)]);
     let mut tshark = Command::new("tshark");
     tshark.arg("-r").arg(&log).args(["-T", "fields", "-e", "can.id", "-e", "data.len"]);
-    let Ok(read) = tshark.output() else { return eprintln!("not run, there is no tshark") };
+    let read = match tshark.output() {
+        Ok(read) => read,
+        Err(why) => return not_run("tshark", why),
+    };
     assert!(read.status.success(), "{}", String::from_utf8_lossy(&read.stderr));
     let read = String::from_utf8(read.stdout).unwrap();
     let survey = &data(["check", text(recording()), "--no-replay"])["survey"];

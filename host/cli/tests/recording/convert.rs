@@ -102,6 +102,24 @@ fn an_output_that_cannot_be_written_leaves_nothing_behind() {
     assert_fails(&cathforce(["export", text(recording())]), 2, &["--csv"]);
 }
 
+/// Into a pipe goes the table and nothing else, and a reader who has seen enough is no error.
+#[test]
+fn a_table_goes_to_standard_output_as_into_a_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("ticks.csv");
+    data(["export", text(recording()), "--csv", text(&path)]);
+    let mut export = command();
+    let export = export.args(["export", text(recording()), "--csv", "-"]).current_dir(&folder);
+    let piped = export.output().unwrap();
+    assert!(piped.status.success());
+    assert!(piped.stdout == fs::read(&path).unwrap());
+    assert!(crate::stderr(&piped).contains("ticks: -"));
+    assert_eq!(fs::read_dir(&folder).unwrap().count(), 1, "no file of that name");
+    let mut child = export.stdout(std::process::Stdio::piped()).spawn().unwrap();
+    drop(child.stdout.take());
+    assert!(child.wait().unwrap().success());
+}
+
 #[test]
 fn a_sensors_log_and_a_recordings_motion_make_a_trial() {
     let folder = tempfile::tempdir().unwrap();

@@ -13,6 +13,7 @@ mod prepare;
 mod segments;
 mod sensors;
 mod simulate;
+mod spike;
 
 use std::sync::Arc;
 
@@ -24,6 +25,7 @@ use cathforce_rig::{Bundle, CELL_M, SolverDefaults, Vessel, to_description};
 pub use achieved::{Achieved, AchievedError, Left, Runs, Shrink};
 pub use check::CatheterError;
 pub use planned::{PlannedError, planned};
+pub use spike::{Changes, Spike, SpikeError, Spiked, Spiking};
 
 use crate::plant::{Channel, Effect, Nuisance, Plant, Point, Repeat, Segment, Swing, Trial};
 use library::Library;
@@ -58,10 +60,8 @@ impl Catheter {
     /// Prepares a bundle: the vessel, samples, what the model leaves open at each of them.
     pub fn new(bundle: &Bundle) -> Result<Self, CatheterError> {
         check::check(bundle)?;
-        let radius_m = nominal(bundle)?.instrument.outer_radius_m;
-        let vessel = Vessel::from_bundle(bundle, SurfaceModel::default())?;
-        let (lumen, _) = vessel.lumen(LumenOptions::for_instrument(radius_m, CELL_M))?;
-        Self::in_lumen(bundle, lumen.header, lumen.bytes)
+        let (header, bytes) = lumen(bundle, nominal(bundle)?.instrument.outer_radius_m)?;
+        Self::in_lumen(bundle, header, bytes)
     }
 
     /// The same in a lumen that is known already, as a device image holds it.
@@ -286,6 +286,13 @@ impl Plant for Catheter {
         "measured forces, tip and shape with those of the device's own model, fed with the \
          measured insertion and rotation"
     }
+}
+
+/// The vessel of a bundle as a device with that instrument sees it.
+fn lumen(bundle: &Bundle, radius_m: f64) -> Result<(LumenHeader, Vec<u8>), CatheterError> {
+    let vessel = Vessel::from_bundle(bundle, SurfaceModel::default())?;
+    let (lumen, _) = vessel.lumen(LumenOptions::for_instrument(radius_m, CELL_M))?;
+    Ok((lumen.header, lumen.bytes))
 }
 
 /// What rig.toml states, with the diagnosis' links and ticks.

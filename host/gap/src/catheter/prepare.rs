@@ -334,10 +334,12 @@ pub fn channels<'a>(trials: impl Iterator<Item = &'a Prepared>) -> Vec<Channel> 
 
 fn columns(data: &CatheterTrial, sensor: &RigSensor) -> Vec<Column> {
     let mut columns = Vec::new();
+    let shape_noise_m = sensors::shape_noise_m(&data.shape_m);
     let mut add = |source, rows: Vec<(usize, f64)>, stated: Option<f64>| {
         if !rows.is_empty() {
             let stated = stated.filter(|noise| *noise > 0.0);
-            let noise = stated.unwrap_or_else(|| sensors::white_noise(&rows));
+            let found = shape_noise_m.filter(|_| matches!(source, Source::Shape(..)));
+            let noise = stated.or(found).unwrap_or_else(|| sensors::white_noise(&rows));
             columns.push(Column { source, rows, noise, estimated: stated.is_none() });
         }
     };

@@ -1,6 +1,8 @@
 //! What columns tell of their sensors: noise, whether they are connected, whether they are at
 //! their limit.
 
+use cathforce_rig::bundle::VectorColumn;
+
 use super::prepare::{Column, Source};
 use crate::plant::Quantity;
 
@@ -67,6 +69,27 @@ pub fn limits(column: &Column) -> Vec<Limit> {
     [(largest, at[0]), (smallest, at[1])].into_iter().filter_map(limit).collect()
 }
 
+/// White noise of the points on a shape \[m\], from the last of them: it is the entry, where the
+/// instrument is clamped, so that all of its spread is noise. The other points move between two
+/// shapes by more than their noise.
+///
+/// `None`: too few shapes, or an entry that was put there and not measured.
+pub fn shape_noise_m(shape_m: &[VectorColumn]) -> Option<f64> {
+    /// Fewest shapes; three axes of so many give the noise to a fifth.
+    const SHAPES: usize = 6;
+    let entry: Vec<[f64; 3]> = shape_m.last()?.iter().copied().flatten().collect();
+    if entry.len() < SHAPES {
+        return None;
+    }
+    let count = entry.len() as f64;
+    let squares = |axis: usize| {
+        let mean = entry.iter().map(|p| p[axis]).sum::<f64>() / count;
+        entry.iter().map(|p| (p[axis] - mean).powi(2)).sum::<f64>()
+    };
+    let variance = (0..3).map(squares).sum::<f64>() / (3.0 * (count - 1.0));
+    Some(variance.sqrt()).filter(|noise| *noise > 0.0)
+}
+
 /// White noise of a series from its second differences, whose median a few events do not move.
 pub fn white_noise(rows: &[(usize, f64)]) -> f64 {
     /// Median of |x| of a normal distribution, in standard deviations.
@@ -116,6 +139,20 @@ mod tests {
         columns[0] = axis(0, |_| 0.1);
         assert_eq!(take_dead(&mut columns), ["the force"]);
         assert!(columns.is_empty());
+    }
+
+    #[test]
+    fn the_noise_of_a_shape_is_that_of_its_entry_however_the_tip_moves() {
+        let mut rng = ChaCha8Rng::seed_from_u64(2);
+        let mut noise = || [(); 3].map(|()| 5e-4 * 12.0_f64.sqrt() * rng.random_range(-0.5..0.5));
+        let entry: VectorColumn = (0..80).map(|_| Some(noise())).collect();
+        let tip: VectorColumn =
+            (0..80).map(|k| Some([0.02 + 6e-3 * f64::from(k), 0.0, 0.0])).collect();
+        let found = shape_noise_m(&[tip.clone(), entry.clone()]).unwrap();
+        assert!((found / 5e-4 - 1.0).abs() < 0.15, "{found}");
+        assert_eq!(shape_noise_m(&[tip.clone(), entry[..5].to_vec()]), None);
+        assert_eq!(shape_noise_m(&[tip, vec![Some([0.0; 3]); 80]]), None);
+        assert_eq!(shape_noise_m(&[]), None);
     }
 
     #[test]

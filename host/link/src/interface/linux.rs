@@ -17,7 +17,7 @@ const EOPNOTSUPP: i32 = 95;
 
 /// Whether this kernel has CAN sockets and this process may open one.
 pub fn check_sockets() -> Result<(), LinkError> {
-    let link = "socketcan:".to_owned();
+    let link = "socketcan".to_owned();
     match CanSocket::open_iface(0) {
         Ok(_) => Ok(()),
         Err(e) if e.raw_os_error() == Some(crate::socketcan::EAFNOSUPPORT) => {
@@ -55,6 +55,7 @@ pub fn find(interface: &str) -> Result<Interface, LinkError> {
 ///
 /// Left alone when it is up with the same setup already: nobody on the bus notices.
 pub fn bring_up(interface: &str, setup: Setup) -> Result<Interface, LinkError> {
+    check_sockets()?;
     if interface.starts_with("vcan") && !folder(interface).exists() {
         CanInterface::create_vcan(interface, None).map_err(|e| {
             let by_hand = format!("modprobe vcan && ip link add {interface} type vcan");
@@ -90,6 +91,7 @@ pub fn bring_up(interface: &str, setup: Setup) -> Result<Interface, LinkError> {
 
 /// Takes an interface down.
 pub fn bring_down(interface: &str) -> Result<(), LinkError> {
+    check_sockets()?;
     find(interface)?;
     open(interface)
         .and_then(|netlink| netlink.bring_down().map_err(into_io))

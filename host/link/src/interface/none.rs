@@ -3,13 +3,13 @@
 use super::{Interface, Setup};
 use crate::LinkError;
 
-fn no_can(interface: &str) -> LinkError {
-    LinkError::NoCanInKernel { link: format!("socketcan:{interface}") }
+fn no_can() -> LinkError {
+    LinkError::NoCanInKernel { link: "socketcan".into() }
 }
 
 /// As on Linux, where a raw socket can be opened.
 pub fn check_sockets() -> Result<(), LinkError> {
-    Err(no_can(""))
+    Err(no_can())
 }
 
 /// As on Linux: here there are none.
@@ -18,16 +18,16 @@ pub fn list() -> Vec<Interface> {
 }
 
 /// As on Linux: here there is none.
-pub fn find(interface: &str) -> Result<Interface, LinkError> {
-    Err(no_can(interface))
+pub fn find(_: &str) -> Result<Interface, LinkError> {
+    Err(no_can())
 }
 
 /// As on Linux, where it works.
-pub fn bring_up(interface: &str, _: Setup) -> Result<Interface, LinkError> {
-    Err(no_can(interface))
+pub fn bring_up(_: &str, _: Setup) -> Result<Interface, LinkError> {
+    Err(no_can())
 }
 
 /// As on Linux, where it works.
-pub fn bring_down(interface: &str) -> Result<(), LinkError> {
-    Err(no_can(interface))
+pub fn bring_down(_: &str) -> Result<(), LinkError> {
+    Err(no_can())
 }

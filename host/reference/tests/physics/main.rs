@@ -1,5 +1,6 @@
 //! The reference solver against closed forms and published solutions.
 
+mod beyond;
 mod contact;
 mod moving;
 mod statics;

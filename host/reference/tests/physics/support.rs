@@ -16,6 +16,7 @@ pub fn cantilever(length_m: f64, edges: usize, bending_n_m2: f64) -> Problem {
         rod: Rod { radius_m: 0.8e-3, sections: vec![section], curves: Vec::new() },
         entry: Entry { position_m: Vector3::zeros(), direction: Vector3::x(), up: Vector3::y() },
         lumen: Lumen::open(),
+        beyond: Default::default(),
         wall: WallLaw {
             line_stiffness_n_per_m2: 8e5,
             end_stiffness_n_per_m: 2e3,

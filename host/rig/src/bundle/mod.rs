@@ -14,6 +14,7 @@
 //! optionally `setpoint_m`. Units are SI unless a name ends in another; positions, directions
 //! and forces are given in the right-handed frame of the vessel.
 
+pub mod columns;
 mod instrument;
 mod plausible;
 mod rig;

@@ -2,6 +2,7 @@
 
 use thiserror::Error;
 
+use super::columns;
 use crate::error::Place;
 use crate::table::{Table, TableCause};
 
@@ -174,25 +175,23 @@ impl Trial {
     ) -> Result<Self, Fault> {
         let table = Table::parse(text).map_err(table_fault)?;
         table
-            .check_columns(&CATHETER_REQUIRED, &CATHETER_COLUMNS, |name| {
-                shape_point(name).is_some()
-            })
+            .check_columns(&columns::REQUIRED, &columns::ALL, |name| shape_point(name).is_some())
             .map_err(table_fault)?;
         let t_s = times(&table)?;
         let points = table.names().filter_map(shape_point).max().map_or(0, |last| last + 1);
         let shape_m = (0..points)
             .map(|k| {
-                let names = ["x", "y", "z"].map(|axis| format!("p{k:02}_{axis}_m"));
+                let names = columns::shape_point(k);
                 vectors(&table, names.each_ref().map(String::as_str))?
                     .ok_or((Place::Line(1), TrialCause::ShapeGap(k)))
             })
             .collect::<Result<_, Fault>>()?;
         let data = TrialData::Catheter(CatheterTrial {
-            insertion_m: insertions(&table, "insertion_m")?,
-            rotation_rad: table.full_column("rotation_rad").map_err(table_fault)?,
-            force_n: vectors(&table, ["fx_N", "fy_N", "fz_N"])?,
-            drive_force_n: table.sparse_column("drive_fx_N").map_err(table_fault)?,
-            tip_m: vectors(&table, ["tip_x_m", "tip_y_m", "tip_z_m"])?,
+            insertion_m: insertions(&table, columns::INSERTION)?,
+            rotation_rad: table.full_column(columns::ROTATION).map_err(table_fault)?,
+            force_n: vectors(&table, columns::FORCE)?,
+            drive_force_n: table.sparse_column(columns::DRIVE_FORCE).map_err(table_fault)?,
+            tip_m: vectors(&table, columns::TIP)?,
             shape_m,
             guidewire: guidewire(&table, has_guidewire)?,
         });
@@ -211,26 +210,6 @@ impl Trial {
         Ok(Self { number, t_s: times(&table)?, data })
     }
 }
-
-const CATHETER_REQUIRED: [&str; 3] = ["t_s", "insertion_m", "rotation_rad"];
-const WIRE_INSERTION: &str = "guidewire_insertion_m";
-const WIRE_ROTATION: &str = "guidewire_rotation_rad";
-const WIRE_FORCE: &str = "guidewire_drive_fx_N";
-const CATHETER_COLUMNS: [&str; 13] = [
-    "t_s",
-    "insertion_m",
-    "rotation_rad",
-    "fx_N",
-    "fy_N",
-    "fz_N",
-    "drive_fx_N",
-    "tip_x_m",
-    "tip_y_m",
-    "tip_z_m",
-    WIRE_INSERTION,
-    WIRE_ROTATION,
-    WIRE_FORCE,
-];
 
 /// The k of a column `pNN_x_m`.
 fn shape_point(name: &str) -> Option<usize> {
@@ -304,8 +283,12 @@ fn insertions(table: &Table, column: &'static str) -> Result<Vec<f64>, Fault> {
 /// The columns of the guidewire's drive, which are there if and only if the wire is.
 fn guidewire(table: &Table, has_guidewire: bool) -> Result<Option<GuidewireTrial>, Fault> {
     if !has_guidewire {
-        let columns = [WIRE_INSERTION, WIRE_ROTATION, WIRE_FORCE];
-        let stray = columns.into_iter().find_map(|name| table.column(name).map(|at| (name, at)));
+        let of_wire = [
+            columns::GUIDEWIRE_INSERTION,
+            columns::GUIDEWIRE_ROTATION,
+            columns::GUIDEWIRE_DRIVE_FORCE,
+        ];
+        let stray = of_wire.into_iter().find_map(|name| table.column(name).map(|at| (name, at)));
         return match stray {
             Some((name, column)) => {
                 Err((Place::LineColumn(1, column + 1), TrialCause::NoGuidewire(name)))
@@ -313,14 +296,14 @@ fn guidewire(table: &Table, has_guidewire: bool) -> Result<Option<GuidewireTrial
             None => Ok(None),
         };
     }
-    for name in [WIRE_INSERTION, WIRE_ROTATION] {
+    for name in [columns::GUIDEWIRE_INSERTION, columns::GUIDEWIRE_ROTATION] {
         if table.column(name).is_none() {
             return Err((Place::Line(1), TrialCause::GuidewireMissing(name)));
         }
     }
     Ok(Some(GuidewireTrial {
-        insertion_m: insertions(table, WIRE_INSERTION)?,
-        rotation_rad: table.full_column(WIRE_ROTATION).map_err(table_fault)?,
-        drive_force_n: table.sparse_column(WIRE_FORCE).map_err(table_fault)?,
+        insertion_m: insertions(table, columns::GUIDEWIRE_INSERTION)?,
+        rotation_rad: table.full_column(columns::GUIDEWIRE_ROTATION).map_err(table_fault)?,
+        drive_force_n: table.sparse_column(columns::GUIDEWIRE_DRIVE_FORCE).map_err(table_fault)?,
     }))
 }

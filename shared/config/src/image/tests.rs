@@ -3,7 +3,7 @@
 extern crate std;
 
 #[path = "../../../control/tests/support/wire.rs"]
-mod wire;
+pub(crate) mod wire;
 
 use std::string::ToString;
 use std::vec;

@@ -13,6 +13,8 @@ pub struct ParameterInfo {
     pub min: f64,
     /// Largest value accepted.
     pub max: f64,
+    /// Only whole numbers are accepted.
+    pub whole: bool,
     /// What it is.
     pub doc: &'static str,
 }
@@ -119,6 +121,7 @@ macro_rules! effects {
                 off: Some($off),
                 min: $min,
                 max: $max,
+                whole: false,
                 doc: concat!($($doc),+).trim_ascii(),
             }, )+ ],
         }, )+ )+ ];

@@ -163,7 +163,7 @@ impl<T: Real> Memory<T> {
         let entry = &description.effects.entry;
         let direction = Vector3::from(description.entry.direction);
         if let Some(placement) = &self.placement {
-            let rig = |v: [T; 3]| placement.turned.rotate(&Vector3::from(v)).into();
+            let rig = |v: [T; 3]| placement.direction_to_rig(&Vector3::from(v)).into();
             outputs.force_on_vessel_n = rig(outputs.force_on_vessel_n);
             outputs.moment_on_vessel_n_m = rig(outputs.moment_on_vessel_n_m);
         }

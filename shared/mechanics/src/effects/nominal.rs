@@ -85,6 +85,11 @@ impl<T: Real> Placement<T> {
         self.entry + self.turned.rotate(&(*point - self.entry)) + self.offset
     }
 
+    /// A direction of the vessel in the rig's frame.
+    pub fn direction_to_rig(self, direction: &Vector3<T>) -> Vector3<T> {
+        self.turned.rotate(direction)
+    }
+
     /// A point of the rig in the vessel's frame.
     pub fn to_vessel(self, point: &Vector3<T>) -> Vector3<T> {
         self.entry + self.direction_to_vessel(&(*point - self.entry - self.offset))

@@ -33,6 +33,7 @@ fn random_effects_stay_finite() {
         for info in &keys {
             if random.next() < 0.33 {
                 let value = info.min + (info.max - info.min) * random.next();
+                let value = if info.whole { value.round() } else { value };
                 description.set_parameter(info.key, value).unwrap();
             }
         }
@@ -57,6 +58,13 @@ fn random_effects_stay_finite() {
             );
             let tip = state.node_position_m(0).unwrap_or_default();
             assert!(tip.iter().all(|x| x.abs() < 0.5), "seed {seed}, tick {tick}: {tip:?}");
+        }
+        // All nodes at once, or one by one: with a vessel that stands elsewhere, and without.
+        let all: Vec<_> = state.node_results().collect();
+        assert_eq!(all.len(), state.nodes(), "seed {seed}");
+        for (node, [x, y, z, fx, fy, fz]) in all.into_iter().enumerate() {
+            assert_eq!(state.node_position_m(node), Some([x, y, z]), "seed {seed}, {node}");
+            assert_eq!(state.node_force_n(node), Some([fx, fy, fz]), "seed {seed}, {node}");
         }
     }
 }

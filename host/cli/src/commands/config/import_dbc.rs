@@ -3,9 +3,10 @@
 use std::path::Path;
 
 use can_dbc::{
-    ByteOrder, Dbc, Message, MessageId, MultiplexIndicator, Signal as DbcSignal, ValueType,
+    ByteOrder, Dbc, Message, MessageId, MultiplexIndicator, Signal as DbcSignal,
+    SignalExtendedValueType, ValueType,
 };
-use cathforce_config::master::{Drive, Master, Place, Signal};
+use cathforce_config::master::{Drive, Master, MasterError, Place, Signal};
 use serde_json::json;
 use toml_edit::DocumentMut;
 
@@ -34,21 +35,42 @@ pub fn run(ui: &Ui, arguments: &ConfigImportDbcArguments) -> Result<(), Failure>
     let path = &arguments.dbc;
     let bytes = std::fs::read(path)
         .map_err(|e| Failure::input(format!("cannot read {}: {e}", path.display())))?;
-    // Tools write Latin-1 as often as UTF-8; only comments and a unit's `µ` or `°` differ.
-    let text = String::from_utf8(bytes)
-        .unwrap_or_else(|e| e.into_bytes().iter().map(|&byte| char::from(byte)).collect());
-    let dbc = Dbc::try_from(text.as_str()).map_err(|e| {
-        // With the line and what stands there.
-        let path = path.display();
-        Failure::input(format!("{path}: is no DBC: {e}\n  fix: give the DBC of the master's bus"))
+    let dbc = read(&bytes).map_err(|problem| {
+        let fix = "give the DBC of the master's bus";
+        Failure::input(format!("{}: {problem}\n  fix: {fix}", path.display()))
     })?;
     let (Some(settings), false) = (&arguments.settings, arguments.list) else {
         return list(ui, &dbc);
     };
-    let find =
-        |name: &Option<String>| name.as_deref().map(|name| find(&dbc, path, name)).transpose();
+    let master = frames(&dbc, path, arguments)?;
+    write(settings, &master)?;
+    let text = master::text(&master);
+    ui.data(&json!({ "path": settings.display().to_string(), "master": text }), text)
+}
+
+/// What a DBC describes, which is at least one signal.
+fn read(bytes: &[u8]) -> Result<Dbc, String> {
+    // Tools write Latin-1 as often as UTF-8; only comments and a unit's `µ` or `°` differ.
+    let text = match std::str::from_utf8(bytes) {
+        Ok(text) => text.to_owned(),
+        Err(_) => bytes.iter().map(|&byte| char::from(byte)).collect(),
+    };
+    // With the line and what stands there.
+    let dbc = Dbc::try_from(text.as_str()).map_err(|e| format!("is no DBC: {e}"))?;
+    match dbc.messages.iter().any(|message| !message.signals.is_empty()) {
+        true => Ok(dbc),
+        false => Err("has no signal".into()),
+    }
+}
+
+/// The frames that have the signals that were named.
+fn frames(dbc: &Dbc, path: &Path, arguments: &ConfigImportDbcArguments) -> Result<Master, Failure> {
     let place = |name: &Option<String>, units| {
-        find(name)?.map(|found| place(path, found, units)).transpose()
+        let Some(name) = name else { return Ok(None) };
+        let found = find(dbc, path, name)?;
+        place(dbc, found, units).map(Some).map_err(|Unfit { what, fix }| {
+            Failure::input(format!("{}: {name} {what}\n  fix: {fix}", path.display()))
+        })
     };
     let drive = |[insertion, rotation, button]: [&Option<String>; 3]| {
         let [insertion, rotation] = [place(insertion, LENGTHS)?, place(rotation, ANGLES)?];
@@ -63,10 +85,9 @@ pub fn run(ui: &Ui, arguments: &ConfigImportDbcArguments) -> Result<(), Failure>
         guidewire: drive([guidewire_insertion, guidewire_rotation, &arguments.guidewire_button])?,
         grip: place(grip, BUTTONS)?,
     };
+    // Of a signal alone all is said; what is left is how they go together.
     master.validate().map_err(|e| Failure::input(format!("{}: {}", path.display(), e.text())))?;
-    write(settings, &master)?;
-    let text = master::text(&master);
-    ui.data(&json!({ "path": settings.display().to_string(), "master": text }), text)
+    Ok(master)
 }
 
 /// A signal and the message that it is in.
@@ -88,28 +109,44 @@ fn find<'a>(dbc: &'a Dbc, path: &Path, name: &str) -> Result<Found<'a>, Failure>
     })
 }
 
-fn place(
-    path: &Path,
-    (message, signal): Found<'_>,
-    units: &[(&str, f64)],
-) -> Result<Place, Failure> {
-    let name = format!("{}.{}", message.name, signal.name);
-    let refuse = |what: &str, fix: &str| {
-        Failure::input(format!("{}: {name} {what}\n  fix: {fix}", path.display()))
-    };
+/// Why a signal cannot be read by the device, and what helps.
+#[derive(Debug, PartialEq)]
+struct Unfit {
+    what: String,
+    fix: String,
+}
+
+impl Unfit {
+    fn new(what: impl Into<String>, fix: impl Into<String>) -> Self {
+        Self { what: what.into(), fix: fix.into() }
+    }
+}
+
+/// Where a signal is, in metres, radians or 1; `units` says which of them it may have.
+fn place(dbc: &Dbc, (message, signal): Found<'_>, units: &[(&str, f64)]) -> Result<Place, Unfit> {
     let MessageId::Standard(id) = message.id else {
-        let fix = "the bus of this device has 11-bit identifiers only";
-        return Err(refuse("is in a frame with a 29-bit identifier", fix));
+        return Err(Unfit::new(
+            "is in a frame with a 29-bit identifier",
+            "let the master send it in a frame with 11 bits, the device listens to no other",
+        ));
     };
     let Some((_, one)) = units.iter().find(|(unit, _)| *unit == signal.unit.trim()) else {
         let known = units.iter().map(|(unit, _)| format!("\"{unit}\"")).collect::<Vec<_>>();
         let what = format!("has the unit \"{}\"", signal.unit);
-        return Err(refuse(&what, &format!("write one of {} into the DBC", known.join(", "))));
+        return Err(Unfit::new(what, format!("write one of {} into the DBC", known.join(", "))));
     };
     if signal.multiplexer_indicator != MultiplexIndicator::Plain {
-        return Err(refuse(
+        return Err(Unfit::new(
             "is multiplexed",
-            "only a signal that is in every frame is fresh every tick",
+            "take a signal that is in every frame: no other is fresh every tick",
+        ));
+    }
+    // Its bits are no count: read as one they would be a position far off.
+    let extended = dbc.extended_value_type_for_signal(message.id, &signal.name);
+    if !matches!(extended, None | Some(SignalExtendedValueType::SignedOrUnsignedInteger)) {
+        return Err(Unfit::new(
+            "is a floating-point number",
+            "let the master send it as an integer with a factor, the device reads no other",
         ));
     }
     let signal = Signal {
@@ -120,7 +157,15 @@ fn place(
         scale: (signal.factor * one) as f32,
         offset: (signal.offset * one) as f32,
     };
-    Ok(Place { id, signal })
+    let place = Place { id, signal };
+    place.validate().map_err(|error| {
+        let fix = match error {
+            MasterError::Id => "let the master send it under an identifier that is free",
+            _ => "correct the signal in the DBC, or take another one",
+        };
+        Unfit::new(format!("cannot be read: {}", error.text()), fix)
+    })?;
+    Ok(place)
 }
 
 /// Puts the frames into the file in the place of those that it has; everything else stays.
@@ -142,9 +187,99 @@ fn list(ui: &Ui, dbc: &Dbc) -> Result<(), Failure> {
     for message in &dbc.messages {
         for signal in &message.signals {
             let name = format!("{}.{}", message.name, signal.name);
-            text += &format!("{name}  {}\n", signal.unit);
-            names.push(json!({ "signal": name, "unit": signal.unit }));
+            let unit = signal.unit.trim();
+            let (id, bits) = (id_text(message.id), signal.size);
+            text += format!("{name}  {id}, {bits} bits  {unit}").trim_end();
+            text.push('\n');
+            names.push(json!({ "signal": name, "id": id, "bits": bits, "unit": unit }));
         }
     }
     ui.data(&names, text)
+}
+
+fn id_text(id: MessageId) -> String {
+    match id {
+        MessageId::Standard(id) => format!("{id:#05x}"),
+        MessageId::Extended(id) => format!("{id:#010x} (29 bits)"),
+    }
+}
+
+#[cfg(test)]
+#[path = "../../../../record/tests/support/damage.rs"]
+mod damage;
+
+#[cfg(test)]
+mod tests {
+    use rand::{SeedableRng, rngs::StdRng};
+
+    use super::*;
+
+    const LAB: &[u8] = b"VERSION \"\"\n\nNS_ :\n\nBS_:\n\nBU_: Master Slave\n\n\
+        BO_ 929 Handle: 8 Master\n \
+        SG_ Feed : 7|16@0+ (0.01,0) [0|600] \"mm\" Slave\n \
+        SG_ Turn : 23|16@0- (0.1,0) [-3000|3000] \"deg\" Slave\n\n\
+        BO_ 930 Mode: 8 Master\n \
+        SG_ Which M : 0|8@1+ (1,0) [0|255] \"\" Slave\n \
+        SG_ Sometimes m0 : 8|16@1+ (0.01,0) [0|600] \"mm\" Slave\n\n\
+        BO_ 2566844926 Far: 8 Master\n \
+        SG_ Feed : 0|16@1+ (0.01,0) [0|600] \"mm\" Slave\n\n\
+        BO_ 931 Real: 8 Master\n \
+        SG_ Feed : 0|32@1- (1,0) [0|1] \"m\" Slave\n \
+        SG_ Double : 0|64@1- (1,0) [0|1] \"m\" Slave\n\n\
+        BO_ 932 Wide: 8 Master\n \
+        SG_ Feed : 0|40@1- (1E-9,0) [0|1] \"m\" Slave\n \
+        SG_ Over : 56|16@1- (1E-9,0) [0|1] \"m\" Slave\n \
+        SG_ Still : 0|16@1- (0,0) [0|1] \"m\" Slave\n \
+        SG_ Yards : 0|16@1- (1,0) [0|1] \"yd\" Slave\n\n\
+        BO_ 384 Taken: 8 Master\n \
+        SG_ Feed : 0|16@1- (1,0) [0|1] \"m\" Slave\n\n\
+        SIG_VALTYPE_ 931 Feed : 1;\nSIG_VALTYPE_ 931 Double : 2;\n";
+
+    fn placed(dbc: &Dbc, name: &str) -> Result<Place, Unfit> {
+        let found = find(dbc, Path::new("lab.dbc"), name).unwrap();
+        place(dbc, found, LENGTHS)
+    }
+
+    /// What the device would read as another number than the master meant is never taken.
+    #[test]
+    fn a_signal_that_the_device_cannot_read_is_refused_with_its_reason() {
+        let dbc = read(LAB).unwrap();
+        assert_eq!(placed(&dbc, "Handle.Feed").unwrap().signal.scale, 1e-5);
+        for (name, why) in [
+            ("Mode.Which", "the unit \"\""),
+            ("Mode.Sometimes", "is multiplexed"),
+            ("Far.Feed", "29-bit identifier"),
+            ("Real.Feed", "floating-point"),
+            ("Real.Double", "floating-point"),
+            ("Wide.Feed", "1 to 32 bits"),
+            ("Wide.Over", "within 8 bytes"),
+            ("Wide.Still", "must be finite and not 0"),
+            ("Wide.Yards", "the unit \"yd\""),
+            ("Taken.Feed", "one of cathforce's own"),
+        ] {
+            let Unfit { what, fix } = placed(&dbc, name).unwrap_err();
+            assert!(what.contains(why) && !fix.is_empty(), "{name} {what}: {fix}");
+        }
+    }
+
+    #[test]
+    fn a_damaged_dbc_is_taken_or_refused_and_never_panics() {
+        let mut random = StdRng::seed_from_u64(4);
+        let mut refused = 0;
+        for _ in 0..2000 {
+            let Ok(dbc) = read(&damage::damage(LAB, &mut random)) else {
+                refused += 1;
+                continue;
+            };
+            let all = dbc.messages.iter().flat_map(|m| m.signals.iter().map(move |s| (m, s)));
+            for found in all {
+                // Whatever is taken, the device takes too.
+                let taken = place(&dbc, found, LENGTHS);
+                assert!(taken.is_err() || taken.is_ok_and(|place| place.validate().is_ok()));
+            }
+        }
+        assert!((200..2000).contains(&refused), "{refused}");
+        let empty = read(b"").unwrap_err();
+        assert!(empty.contains("no signal"), "{empty}");
+    }
 }

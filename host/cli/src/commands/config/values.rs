@@ -56,7 +56,8 @@ pub struct Change {
 impl Change {
     pub fn text(&self) -> String {
         let key = Key::find(self.name);
-        let number = |value: Option<f32>| value.map_or("-".to_owned(), |value| value.to_string());
+        let number =
+            |value: Option<f32>| value.map_or("none".to_owned(), |value| value.to_string());
         let unit = key.map_or(String::new(), unit);
         format!("{}: {} -> {}{unit}", self.name, number(self.old), number(self.new))
     }

@@ -46,7 +46,10 @@ fn make(ui: &Ui, arguments: &ChallengeMakeArguments) -> Result<(), Failure> {
             progress.set(made);
         }
     });
-    done.map_err(refuse)
+    for (case, error) in done.map_err(refuse)? {
+        ui.say(format_args!("case {case:03} is left out: {error}"));
+    }
+    Ok(())
 }
 
 fn seal(ui: &Ui, arguments: &ChallengeFolder) -> Result<(), Failure> {

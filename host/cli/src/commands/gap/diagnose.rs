@@ -74,7 +74,7 @@ pub fn answer(
     Ok(answer)
 }
 
-fn hold_trials_back(bundle: &mut Bundle, hold_back: &[u32]) -> Result<(), Failure> {
+pub fn hold_trials_back(bundle: &mut Bundle, hold_back: &[u32]) -> Result<(), Failure> {
     if let Some(absent) = hold_back.iter().find(|&&number| bundle.trial(number).is_none()) {
         let there: Vec<_> = bundle.trials.iter().map(|t| format!("{:03}", t.number)).collect();
         let message = format!(

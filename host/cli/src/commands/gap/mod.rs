@@ -11,6 +11,7 @@ mod hash;
 mod isolability;
 mod protocol;
 mod source;
+mod spike_in;
 mod verify;
 
 use crate::args::{GapAction, GapArguments};
@@ -24,6 +25,7 @@ pub fn run(ui: &Ui, arguments: &GapArguments) -> Result<(), Failure> {
         GapAction::Verify(arguments) => verify::run(ui, arguments),
         GapAction::Coverage(arguments) => coverage::run(ui, arguments),
         GapAction::Ablation(arguments) => ablation::run(ui, arguments),
+        GapAction::SpikeIn(arguments) => spike_in::run(ui, arguments),
         GapAction::Isolability(arguments) => isolability::run(ui, arguments),
         GapAction::Protocol(arguments) => protocol::run(ui, arguments),
         GapAction::Effects => effects::list(ui),

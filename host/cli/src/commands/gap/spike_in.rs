@@ -1,0 +1,234 @@
+//! `cathforce gap spike-in`: known effects put into the data of trials. Are they found?
+
+use std::fs;
+use std::io;
+use std::path::Path;
+
+use cathforce_gap::catheter::{Changes, Spike, Spiked, Spiking};
+use cathforce_gap::diagnose;
+use cathforce_gap::report::{Diagnosis, Estimate, Verdict};
+use cathforce_record::{make_folder, write_trial};
+use cathforce_rig::Bundle;
+use serde::Serialize;
+
+use super::diagnose::hold_trials_back;
+use crate::args::SpikeInArguments;
+use crate::failure::{Code, Failure};
+use crate::ui::Ui;
+
+/// One bundle with effects in it, and what was named.
+#[derive(Serialize)]
+struct Row {
+    put_in: Vec<Put>,
+    changes: Changed,
+    /// `None` where the bundle was only written.
+    answer: Option<Answer>,
+}
+
+/// One parameter that was put in.
+#[derive(Serialize)]
+struct Put {
+    effect: &'static str,
+    parameter: &'static str,
+    value: f64,
+    unit: &'static str,
+    /// What was estimated of it; `None` where its effect is not named.
+    estimate: Option<Estimate>,
+}
+
+/// Root mean square over all rows of a vector; `None` where not measured.
+#[derive(Serialize)]
+struct Changed {
+    #[serde(rename = "force_N")]
+    force_n: Option<f64>,
+    #[serde(rename = "drive_force_N")]
+    drive_force_n: Option<f64>,
+    tip_m: Option<f64>,
+    shape_m: Option<f64>,
+}
+
+#[derive(Serialize)]
+struct Answer {
+    verdict: Verdict,
+    /// The largest first.
+    named: Vec<String>,
+    /// Effects that cannot be told from what is named.
+    alike: Vec<String>,
+    shrink: f64,
+    /// Whether every effect that was put in is named, or not told apart from what is.
+    found: bool,
+}
+
+pub fn run(ui: &Ui, arguments: &SpikeInArguments) -> Result<(), Failure> {
+    let mut bundle = super::super::open_bundle(ui, &arguments.bundle)?;
+    if bundle.catheter().is_none() {
+        return Err(refused(
+            &bundle,
+            &"this is a drive without an instrument; `cathforce gap ablation` takes \
+                            effects out of its model",
+        ));
+    }
+    if arguments.out.is_some() && arguments.effects.len() != 1 {
+        let message = "--out writes one bundle\n  fix: give one --effect; several effects at once \
+                       are joined by `+`";
+        return Err(Failure::new(Code::Usage, message));
+    }
+    hold_trials_back(&mut bundle, &arguments.hold_back)?;
+    let spiking = Spiking::new(&bundle).map_err(|e| refused(&bundle, &e))?;
+    let each = |effect: &cathforce_gap::plant::Effect| {
+        vec![Spike { id: effect.id.to_owned(), parameters: Vec::new() }]
+    };
+    let cases: Vec<Vec<Spike>> = match arguments.effects.as_slice() {
+        [] => spiking.effects().iter().map(each).collect(),
+        given => given.iter().map(|spikes| spikes.0.clone()).collect(),
+    };
+    let mut rows = Vec::new();
+    for spikes in &cases {
+        let spiked = spiking.put_in(spikes);
+        let spiked = spiked.map_err(|e| Failure::new(Code::Usage, e.to_string()))?;
+        let answer = match &arguments.out {
+            Some(folder) => {
+                write(&spiked.bundle, folder)?;
+                None
+            }
+            None => {
+                let plant = spiking.plant(&spiked.bundle).map_err(|e| refused(&bundle, &e))?;
+                let answer = diagnose(&plant, &bundle.rig.name, &|_| {});
+                ui.say(format_args!("{}: {}", ids(spikes), answer.sentence()));
+                Some(answer)
+            }
+        };
+        rows.push(Row::of(spikes, &spiked, answer.as_ref()));
+    }
+    let lines: String = rows.iter().map(Row::text).collect();
+    ui.data(&rows, format!("{HEAD}{lines}"))
+}
+
+fn refused(bundle: &Bundle, error: &dyn std::fmt::Display) -> Failure {
+    Failure::input(format!("{}: {error}", bundle.path.display()))
+}
+
+fn ids(spikes: &[Spike]) -> String {
+    spikes.iter().map(|spike| spike.id.as_str()).collect::<Vec<_>>().join(" + ")
+}
+
+/// The bundle's own files with other trials; `folder` must not be there yet.
+fn write(bundle: &Bundle, folder: &Path) -> Result<(), Failure> {
+    let trials = bundle
+        .trials
+        .iter()
+        .map(|trial| Ok((trial.number, super::super::run::recorded(bundle, trial)?)));
+    let trials = trials.collect::<Result<Vec<_>, Failure>>()?;
+    let fill = |new: &Path| -> io::Result<()> {
+        for file in fs::read_dir(&bundle.path)? {
+            let file = file?;
+            if file.file_type()?.is_file() {
+                fs::copy(file.path(), new.join(file.file_name()))?;
+            }
+        }
+        fs::create_dir(new.join("trials"))?;
+        for (number, trial) in &trials {
+            let file = fs::File::create(new.join(format!("trials/{number:03}.csv")))?;
+            write_trial(trial, io::BufWriter::new(file)).map_err(io::Error::other)?;
+        }
+        Ok(())
+    };
+    make_folder(folder, fill).map_err(|e| Failure::write(folder, e))
+}
+
+impl Answer {
+    fn of(spikes: &[Spike], answer: &Diagnosis) -> Self {
+        let named: Vec<String> = answer.effects.iter().map(|effect| effect.id.clone()).collect();
+        let mut alike: Vec<String> = answer.confusable.iter().flatten().cloned().collect();
+        alike.retain(|id| !named.contains(id));
+        alike.sort_unstable();
+        alike.dedup();
+        let is_there = |id: &String| {
+            let set_of = |set: &Vec<String>| set.contains(id) && named.contains(&set[0]);
+            named.contains(id) || answer.confusable.iter().any(set_of)
+        };
+        // One effect is found where it comes first.
+        let found = match (spikes, named.first()) {
+            (_, None) => false,
+            ([only], Some(first)) => {
+                let set_of = |set: &Vec<String>| set.contains(first) && set.contains(&only.id);
+                *first == only.id || answer.confusable.iter().any(set_of)
+            }
+            (several, _) => several.iter().all(|spike| is_there(&spike.id)),
+        };
+        Self { verdict: answer.verdict, shrink: answer.details.shrink, named, alike, found }
+    }
+}
+
+const HEAD: &str = "| put in | changes force, drive force, tip, shape by | named | closes | not told \
+                    apart | found | within 90 % |\n| --- | --- | --- | --- | --- | --- | --- |\n";
+
+impl Row {
+    fn of(spikes: &[Spike], spiked: &Spiked, answer: Option<&Diagnosis>) -> Self {
+        let estimate = |id: &str, name: &str| {
+            let effect = answer?.effects.iter().find(|effect| effect.id == id)?;
+            effect.parameters.get(name).cloned()
+        };
+        let put = |&(effect, parameter, value, unit): &_| Put {
+            effect,
+            parameter,
+            value,
+            unit,
+            estimate: estimate(effect, parameter),
+        };
+        let Changes { force_n, drive_force_n, tip_m, shape_m } = spiked.changes;
+        Self {
+            put_in: spiked.parameters.iter().map(put).collect(),
+            changes: Changed { force_n, drive_force_n, tip_m, shape_m },
+            answer: answer.map(|answer| Answer::of(spikes, answer)),
+        }
+    }
+
+    /// A row of Markdown.
+    fn text(&self) -> String {
+        let mut put_in = String::new();
+        for of_one in self.put_in.chunk_by(|a, b| a.effect == b.effect) {
+            let values: Vec<String> =
+                of_one.iter().map(|put| format!("{} {:.4}", put.parameter, put.value)).collect();
+            let joint = if put_in.is_empty() { "" } else { " + " };
+            put_in += &format!("{joint}{} ({})", of_one[0].effect, values.join(", "));
+        }
+        let scaled = |value: Option<f64>, unit: &str| {
+            value.map_or("–".to_owned(), |value| format!("{:.1} {unit}", 1e3 * value))
+        };
+        let Changed { force_n, drive_force_n, tip_m, shape_m } = self.changes;
+        let changes = [
+            scaled(force_n, "mN"),
+            scaled(drive_force_n, "mN"),
+            scaled(tip_m, "mm"),
+            scaled(shape_m, "mm"),
+        ];
+        let answer = self.answer.as_ref().map_or(" – | – | – | – |".to_owned(), Answer::cells);
+        let estimates =
+            self.put_in.iter().filter_map(|put| Some((put.value, put.estimate.as_ref()?)));
+        let within = |(value, own): &(f64, &Estimate)| (own.low..=own.high).contains(value);
+        let (all, within) = (estimates.clone().count(), estimates.filter(within).count());
+        format!("| {put_in} | {} |{answer} {within} of {all} |\n", changes.join(", "))
+    }
+}
+
+/// Effects that a table's cell lists; of more it says how many.
+const MOST_LISTED: usize = 4;
+
+impl Answer {
+    fn cells(&self) -> String {
+        let named = match (self.verdict, self.named.as_slice()) {
+            (Verdict::NoGap, _) => "no gap".to_owned(),
+            (Verdict::Unknown, _) => "unknown".to_owned(),
+            (Verdict::Partial, named) => format!("partly {}", named.join(", ")),
+            (Verdict::Named, named) => named.join(", "),
+        };
+        let alike = match self.alike.len() {
+            0 => "–".to_owned(),
+            1..=MOST_LISTED => self.alike.join(", "),
+            many => format!("{many} effects"),
+        };
+        let found = if self.found { "yes" } else { "no" };
+        format!(" {named} | {:.0} % | {alike} | {found} |", 100.0 * self.shrink)
+    }
+}

@@ -1,0 +1,296 @@
+//! Effects put into measured data: y' = y + f(θ) − f(0), f being the device's model.
+//!
+//! What the model leaves open of the measurement stays in it, so that a diagnosis has to find the
+//! effect beside that. f has the device's links and ticks, twice as fine as the diagnosis' own.
+
+use cathforce_mechanics::{Description, LumenHeader};
+use cathforce_rig::bundle::{CatheterTrial, Trial, TrialData, VectorColumn};
+use cathforce_rig::{Bundle, SolverDefaults, to_description};
+use rayon::prelude::*;
+
+use super::library::Library;
+use super::prepare::Prepared;
+use super::simulate::{Inputs, Simulator, Trajectory, readings};
+use super::{Catheter, CatheterError};
+use crate::plant::{Effect, Point};
+use crate::signal::interpolate;
+
+/// An effect and the parameters that are wanted of it; the others have the values of its first
+/// switch-on start.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Spike {
+    /// Of `cathforce gap effects`.
+    pub id: String,
+    /// Names as reports have them, values in their units.
+    pub parameters: Vec<(String, f64)>,
+}
+
+/// Why an effect cannot be put in.
+#[derive(Debug, thiserror::Error)]
+pub enum SpikeError {
+    #[error("this rig cannot have {id}; it can have {known}")]
+    Effect { id: String, known: String },
+    #[error("{id} has no parameter `{name}`; it has {known}")]
+    Parameter { id: String, name: String, known: String },
+    #[error(
+        "{name} of {id} is {value} {unit}, and must be from {low} to {high}",
+        unit = if *unit == "1" { "" } else { unit }
+    )]
+    Range { id: String, name: String, value: f64, unit: &'static str, low: f64, high: f64 },
+    #[error("the device's model breaks down on trial {0:03} with this effect; make it smaller")]
+    BreaksDown(u32),
+}
+
+/// A bundle into which effects can be put.
+pub struct Spiking<'a> {
+    bundle: &'a Bundle,
+    lumen: (LumenHeader, Vec<u8>),
+    model: Description<f64>,
+    simulator: Simulator,
+    inputs: Vec<Inputs>,
+    library: Library,
+}
+
+/// A bundle with effects in its data.
+#[derive(Clone, Debug)]
+pub struct Spiked {
+    pub bundle: Bundle,
+    /// Every parameter that was put in: effect, name, value, unit.
+    pub parameters: Vec<(&'static str, &'static str, f64, &'static str)>,
+    pub changes: Changes,
+}
+
+/// Root mean square of what changed over all rows, as a vector; `None` where not measured.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Changes {
+    pub force_n: Option<f64>,
+    pub drive_force_n: Option<f64>,
+    pub tip_m: Option<f64>,
+    pub shape_m: Option<f64>,
+}
+
+impl<'a> Spiking<'a> {
+    /// Plays every trial as rig.toml states the rig.
+    pub fn new(bundle: &'a Bundle) -> Result<Self, CatheterError> {
+        super::check::check(bundle)?;
+        let defaults = SolverDefaults::default();
+        let model = to_description::<f64>(bundle, &defaults).ok_or(CatheterError::NoTrials)?;
+        let lumen = super::lumen(bundle, model.instrument.outer_radius_m)?;
+        let prepared =
+            bundle.trials.iter().map(|t| Prepared::of(t, &bundle.rig.sensor, defaults.tick_s));
+        let inputs: Option<Vec<Inputs>> = prepared.map(|own| Some(own?.inputs)).collect();
+        let mut spiking = Self {
+            simulator: Simulator::new(lumen.0, lumen.1.clone(), bundle.trials.len()),
+            inputs: inputs.ok_or(CatheterError::NoTrials)?,
+            library: Library { effects: Vec::new(), keys: Vec::new() },
+            bundle,
+            lumen,
+            model,
+        };
+        let nominal = spiking.play(&spiking.model).map_err(CatheterError::Nominal)?;
+        let way_m = nominal.first().map_or(&[][..], |found| &found.trajectory.tip_m);
+        spiking.library = Library::of(&spiking.model, way_m);
+        Ok(spiking)
+    }
+
+    /// Effects that this rig can have.
+    pub fn effects(&self) -> &[Effect] {
+        &self.library.effects
+    }
+
+    /// Puts effects into the data of every trial.
+    pub fn put_in(&self, spikes: &[Spike]) -> Result<Spiked, SpikeError> {
+        let effects = &self.library.effects;
+        let mut point = Point {
+            effects: effects.iter().map(|e| e.parameters.iter().map(|p| p.off).collect()).collect(),
+            nuisances: Vec::new(),
+        };
+        let mut parameters = Vec::new();
+        for spike in spikes {
+            let at = effects.iter().position(|effect| effect.id == spike.id);
+            let at = at.ok_or_else(|| SpikeError::Effect {
+                id: spike.id.clone(),
+                known: effects.iter().map(|effect| effect.id).collect::<Vec<_>>().join(", "),
+            })?;
+            let values = values(&effects[at], spike)?;
+            let named = effects[at].parameters.iter().zip(&values);
+            parameters.extend(named.map(|(p, &value)| (effects[at].id, p.name, value, p.unit)));
+            point.effects[at] = values;
+        }
+        let number = |trial: usize| self.bundle.trials[trial].number;
+        // Ranges are checked, so that only a combination of values can be refused.
+        let altered =
+            self.library.describe(&self.model, &point).ok_or(SpikeError::BreaksDown(number(0)))?;
+        let before = self.play(&self.model).map_err(SpikeError::BreaksDown)?;
+        let after = self.play(&altered).map_err(SpikeError::BreaksDown)?;
+        let mut bundle = self.bundle.clone();
+        let mut sums = Sums::default();
+        for (trial, (before, after)) in bundle.trials.iter_mut().zip(before.iter().zip(&after)) {
+            sums.add(trial, before, after);
+        }
+        Ok(Spiked { bundle, parameters, changes: sums.changes() })
+    }
+
+    /// A bundle of [`Spiking::put_in`] as something to diagnose, in the vessel that is known.
+    pub fn plant(&self, spiked: &Bundle) -> Result<Catheter, CatheterError> {
+        Catheter::in_lumen(spiked, self.lumen.0, self.lumen.1.clone())
+    }
+
+    /// What the sensors read without noise, trial by trial; else the number of the trial on which
+    /// the model breaks down.
+    fn play(&self, description: &Description<f64>) -> Result<Vec<Played<'_>>, u32> {
+        let mut mechanics = description.clone();
+        mechanics.effects.sensor = self.model.effects.sensor;
+        let one = |trial: usize| {
+            let inputs = &self.inputs[trial];
+            let trajectory = self.simulator.run(trial, &mechanics, 0.0, inputs);
+            let trajectory = trajectory.ok_or(self.bundle.trials[trial].number)?;
+            let force_n = readings(description, inputs, &trajectory);
+            Ok(Played { inputs, trajectory, force_n })
+        };
+        // Indexed: which trial is told of does not depend on which one is played first.
+        let played: Vec<Result<_, u32>> = (0..self.inputs.len()).into_par_iter().map(one).collect();
+        played.into_iter().collect()
+    }
+}
+
+/// The values of all parameters of an effect.
+fn values(effect: &Effect, spike: &Spike) -> Result<Vec<f64>, SpikeError> {
+    let off = || effect.parameters.iter().map(|p| p.off).collect();
+    let mut values: Vec<f64> = effect.starts.first().cloned().unwrap_or_else(off);
+    for (name, value) in &spike.parameters {
+        let at = effect.parameters.iter().position(|p| p.name == name);
+        let at = at.ok_or_else(|| SpikeError::Parameter {
+            id: spike.id.clone(),
+            name: name.clone(),
+            known: effect.parameters.iter().map(|p| p.name).collect::<Vec<_>>().join(", "),
+        })?;
+        let p = &effect.parameters[at];
+        if !(p.low..=p.high).contains(value) {
+            return Err(SpikeError::Range {
+                id: spike.id.clone(),
+                name: name.clone(),
+                value: *value,
+                unit: p.unit,
+                low: p.low,
+                high: p.high,
+            });
+        }
+        values[at] = *value;
+    }
+    Ok(values)
+}
+
+/// One trial played by the model.
+struct Played<'a> {
+    inputs: &'a Inputs,
+    trajectory: std::sync::Arc<Trajectory>,
+    /// What the sensor reads, one a tick.
+    force_n: Vec<[f64; 3]>,
+}
+
+impl Played<'_> {
+    /// A vector of every tick, between ticks in a straight line.
+    fn vector(&self, series: &[[f64; 3]], seconds: f64) -> [f64; 3] {
+        let index = seconds / self.inputs.tick_s;
+        let last = series.len().saturating_sub(1);
+        let low = (index.max(0.0) as usize).min(last);
+        let high = (low + 1).min(last);
+        let share = (index - low as f64).clamp(0.0, 1.0);
+        [0, 1, 2].map(|k| series[low][k] + share * (series[high][k] - series[low][k]))
+    }
+
+    /// Points on the shape at a row that has some.
+    fn shape(&self, seconds: f64) -> Option<&[[f64; 3]]> {
+        let last = self.inputs.insertion_m.len() - 1;
+        let tick = ((seconds / self.inputs.tick_s).round() as usize).min(last);
+        let at = self.inputs.shape_ticks.binary_search(&tick).ok()?;
+        self.trajectory.shapes.get(at).map(Vec::as_slice)
+    }
+}
+
+/// Sum of squares and how many rows.
+#[derive(Default)]
+struct Sum(f64, usize);
+
+impl Sum {
+    fn add(&mut self, vector: &[f64]) {
+        self.0 += vector.iter().map(|x| x * x).sum::<f64>();
+        self.1 += 1;
+    }
+
+    fn rms(&self) -> Option<f64> {
+        (self.1 > 0).then(|| (self.0 / self.1 as f64).sqrt())
+    }
+}
+
+#[derive(Default)]
+struct Sums {
+    force: Sum,
+    drive: Sum,
+    tip: Sum,
+    shape: Sum,
+}
+
+impl Sums {
+    /// Adds the difference to every number that the trial measured, and counts it.
+    fn add(&mut self, trial: &mut Trial, before: &Played<'_>, after: &Played<'_>) {
+        let Trial { t_s, data: TrialData::Catheter(data), .. } = trial else { return };
+        let start_s = t_s.first().copied().unwrap_or_default();
+        let seconds: Vec<f64> = t_s.iter().map(|t| t - start_s).collect();
+        let CatheterTrial { force_n, drive_force_n, tip_m, shape_m, .. } = data;
+        let between = |a: &[[f64; 3]], b: &[[f64; 3]], s: f64| {
+            let (a, b) = (before.vector(a, s), after.vector(b, s));
+            Some([0, 1, 2].map(|k| b[k] - a[k]))
+        };
+        if let Some(column) = force_n {
+            self.force.shift(column, &seconds, |s| between(&before.force_n, &after.force_n, s));
+        }
+        if let Some(column) = tip_m {
+            let (a, b) = (&before.trajectory.tip_m, &after.trajectory.tip_m);
+            self.tip.shift(column, &seconds, |s| between(a, b, s));
+        }
+        for (point, column) in shape_m.iter_mut().enumerate() {
+            self.shape.shift(column, &seconds, |s| {
+                let (a, b) = (before.shape(s)?.get(point)?, after.shape(s)?.get(point)?);
+                Some([0, 1, 2].map(|k| b[k] - a[k]))
+            });
+        }
+        for (value, s) in drive_force_n.iter_mut().flatten().zip(&seconds) {
+            let at = |played: &Played<'_>| {
+                interpolate(&played.trajectory.drive_force_n, s / played.inputs.tick_s)
+            };
+            if let Some(value) = value {
+                let change = at(after) - at(before);
+                *value += change;
+                self.drive.add(&[change]);
+            }
+        }
+    }
+
+    fn changes(&self) -> Changes {
+        Changes {
+            force_n: self.force.rms(),
+            drive_force_n: self.drive.rms(),
+            tip_m: self.tip.rms(),
+            shape_m: self.shape.rms(),
+        }
+    }
+}
+
+impl Sum {
+    /// Adds to every row of a column what `change` says of its time since the first row.
+    fn shift(
+        &mut self,
+        column: &mut VectorColumn,
+        seconds: &[f64],
+        change: impl Fn(f64) -> Option<[f64; 3]>,
+    ) {
+        for (value, s) in column.iter_mut().zip(seconds) {
+            if let Some((value, change)) = value.as_mut().zip(change(*s)) {
+                value.iter_mut().zip(change).for_each(|(x, d)| *x += d);
+                self.add(&change);
+            }
+        }
+    }
+}
