@@ -6,6 +6,7 @@ mod accuracy;
 mod bench;
 mod build;
 mod demo;
+mod disk;
 mod emulator;
 mod figures;
 mod gates;

@@ -3,9 +3,10 @@
 use cathforce_link::qemu::FIRMWARE_VARIABLE;
 
 use crate::shell::{cargo, command, output, root, run, target_folder};
-use crate::{build, demo, gates, guest, layers, promises, setup};
+use crate::{build, demo, disk, gates, guest, layers, promises, setup};
 
 pub fn run_all(consent: setup::Consent) -> anyhow::Result<()> {
+    disk::warn();
     setup::rust(consent)?;
     run(&mut cargo(&["fmt", "--all", "--check"]))?;
     layers::check(&build::metadata()?)?;
