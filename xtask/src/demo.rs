@@ -38,6 +38,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
             .arg(out.join("ticks.csv"))
             .arg("--nodes")
             .arg(out.join("nodes.csv"))
+            .arg("--overwrite")
     })?;
     run_host(&program, &elf, |c| c.arg("report").arg(&recording).arg("--html").arg(&page))?;
     if let Some(json) = &arguments.json {
@@ -58,7 +59,7 @@ pub fn play(program: &Path, elf: &Path, out: &Path) -> anyhow::Result<PathBuf> {
             .args(TEN_SECONDS)
             .arg("--out")
             .arg(out.join("run.mcap"))
-            .arg("--summary")
+            .args(["--overwrite", "--summary"])
             .arg(&summary)
     })?;
     Ok(summary)

@@ -109,9 +109,12 @@ pub struct PlayArguments {
     /// Trial to play; the bundle's first one if not given.
     #[arg(long)]
     pub trial: Option<u32>,
-    /// Record into this MCAP file.
+    /// Record into this MCAP file, which must not be there yet.
     #[arg(long, value_name = "FILE.mcap")]
     pub out: Option<PathBuf>,
+    /// Replace the recording that is there, once the device has its configuration.
+    #[arg(long, requires = "out")]
+    pub overwrite: bool,
     /// Whose button the operator holds: the load on this instrument's drive is felt.
     #[arg(long, value_enum, default_value_t = Feel::Catheter)]
     pub feel: Feel,

@@ -5,6 +5,7 @@ mod commands;
 mod failure;
 mod log;
 mod monitor;
+mod output;
 mod report;
 mod session;
 mod settings;

@@ -15,6 +15,7 @@ use cathforce_record::{Attachments, BusClock, Recorder, RunInfo, RunResult, Tria
 
 use crate::failure::{Code, Failure};
 use crate::log::Log;
+use crate::output::make_room;
 use crate::ui::Ui;
 
 /// What every frame means, for whoever opens a recording elsewhere.
@@ -52,6 +53,8 @@ pub struct Plan<'a> {
     /// Time of the trial to play \[s\].
     pub duration_s: f64,
     pub out: &'a Path,
+    /// Whether a recording that is there is replaced, once this one begins.
+    pub overwrite: bool,
 }
 
 /// Runs the plan on the device behind `client`.
@@ -75,6 +78,9 @@ pub fn run(ui: &Ui, client: &mut Client, plan: Plan<'_>) -> Result<(), Failure> 
     let vessel = plan.vessel.iter().map(|(name, bytes)| (*name, &bytes[..])).collect::<Vec<_>>();
     let attachments =
         Attachments { image: plan.image, rig_toml: plan.rig_toml, dbc: DBC, vessel: &vessel };
+    if plan.overwrite {
+        make_room(plan.out)?;
+    }
     let recorder = Recorder::create(plan.out, &info, attachments)?;
     let log = Log::attach(client, recorder, clock);
     let session = Session { ui, log: &log, interrupted: interrupt_flag()?, plan: &plan };

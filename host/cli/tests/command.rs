@@ -125,6 +125,53 @@ fn a_link_that_does_not_answer_is_exit_code_4() {
 }
 
 #[test]
+fn a_recording_that_is_there_is_replaced_only_when_asked_and_never_before_the_new_one_begins() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("kept.mcap");
+    fs::copy(recording(), &file).unwrap();
+    let kept = fs::read(&file).unwrap();
+    let out = text(&file);
+    let is_kept = || fs::read(&file).unwrap() == kept;
+    let there = ["kept.mcap", "is there already", "fix:", "--overwrite"];
+    // Nobody listens: whoever opens the link first ends with 4.
+    let port = std::net::TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
+    let link = format!("slcan:tcp:127.0.0.1:{port}");
+    let bundle = example();
+    let run = ["run", "--link", &link, text(&bundle), "--cell", "3", "--out", out];
+    let refused = cathforce(run);
+    assert_fails(&refused, 2, &there);
+    assert!(!stderr(&refused).contains("building"), "said before anything is done");
+    let wall = "effects.wall.stiffness.factor=0.5";
+    let verify = ["gap", "verify", text(&bundle), "--link", &link, "--set", wall, "--out", out];
+    assert_fails(&cathforce(verify), 2, &there);
+    let protocol = ["gap", "protocol", text(&bundle), "--link", &link, "--out", out];
+    assert_fails(&cathforce(protocol), 2, &there);
+    assert!(is_kept());
+    // What is replaced stays until there is a device to record.
+    let overwrite = [&run[..], &["--overwrite"]].concat();
+    assert_fails(&command().args(&overwrite).output().unwrap(), 4, &[&link]);
+    assert!(is_kept());
+    // Nothing else takes a recording's place.
+    let stays = ["kept.mcap is a recording", "fix: give another name"];
+    assert_fails(&simulate(&["--summary", out]), 2, &stays);
+    assert_fails(&cathforce(["report", out, "--html", out]), 2, &stays);
+    assert_fails(&cathforce(["export", out, "--csv", out, "--overwrite"]), 2, &stays);
+    assert_fails(&cathforce(["config", "image", text(&bundle), "--out", out]), 2, &stays);
+    assert!(is_kept());
+    // Named for both: the summary would come last.
+    let both = folder.path().join("both");
+    let both = text(&both);
+    assert_fails(&simulate(&["--out", both, "--summary", both]), 2, &["both is a recording"]);
+    assert_eq!(Recording::open(Path::new(both)).unwrap().cut, None);
+
+    let output = simulate(&["--out", out, "--overwrite", "--set", "force_gain=3"]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    assert!(!is_kept());
+    assert!(cathforce(["replay", out]).status.success());
+    assert_fails(&simulate(&["--overwrite"]), 2, &["--out"]);
+}
+
+#[test]
 fn a_fault_of_the_device_is_exit_code_5_and_the_recording_is_whole() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("fault.mcap");
@@ -175,18 +222,18 @@ fn one_flipped_bit_is_found_and_named() {
 #[test]
 fn a_run_that_lost_its_link_replays_up_to_there() {
     let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("lost.mcap");
+    let [path, broken_off] = ["lost.mcap", "off.mcap"].map(|name| folder.path().join(name));
     let lose_the_last_answers = |recording: &mut Recording| {
         let tail = recording.frames.split_off(recording.frames.len() - 200);
         recording.frames.extend(tail.into_iter().filter(|f| f.direction == Direction::ToDevice));
     };
     altered(&path, lose_the_last_answers);
     assert_fails(&cathforce(["replay", text(&path)]), 1, &["only on the host"]);
-    altered(&path, |recording| {
+    altered(&broken_off, |recording| {
         lose_the_last_answers(recording);
         recording.result = None;
     });
-    let output = cathforce(["replay", text(&path)]);
+    let output = cathforce(["replay", text(&broken_off)]);
     assert!(output.status.success(), "{}", stderr(&output));
 }
 

@@ -17,11 +17,20 @@ pub fn write_whole<E: From<io::Error>>(
         write(&mut out)?;
         return Ok(out.flush()?);
     }
+    put_whole(path, |unfinished| {
+        let mut out = BufWriter::new(File::create(unfinished)?);
+        write(&mut out)?;
+        Ok(out.flush()?)
+    })
+}
+
+/// The same where `make` creates the file, which is not there yet, by the path that it is given.
+pub fn put_whole<E: From<io::Error>>(
+    path: &Path,
+    make: impl FnOnce(&Path) -> Result<(), E>,
+) -> Result<(), E> {
     let unfinished = Unfinished(beside(path));
-    let mut out = BufWriter::new(File::create(&unfinished.0)?);
-    write(&mut out)?;
-    out.flush()?;
-    drop(out);
+    make(&unfinished.0)?;
     Ok(fs::rename(&unfinished.0, path)?)
 }
 

@@ -36,7 +36,7 @@ mod writer;
 pub use cathforce_bus::Direction;
 
 pub use analysis::{Analysis, PeakContact, analyse};
-pub use atomic::{make_folder, write_whole};
+pub use atomic::{make_folder, put_whole, write_whole};
 pub use background::BackgroundRecorder;
 pub use bundle::{write_bundle, write_trial};
 pub use candump::{CandumpError, CandumpLog, SecondRun, direction, read_candump, write_candump};
@@ -49,7 +49,7 @@ pub use frame::BusFrame;
 pub use info::{FORMAT, RunInfo, RunResult};
 pub use layout::VESSEL_FILES;
 pub use parquet_file::write_ticks_parquet;
-pub use reader::{Cut, ReadError, Recording};
+pub use reader::{Cut, ReadError, Recording, is_recording};
 pub use replay::{Difference, ReplayError, ReplayReport, Track, replay};
 pub use sensed::as_sensed;
 pub use series::{estimates, trial_time_s, write_nodes_csv, write_ticks_csv};

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::fs;
-use std::io;
+use std::io::{self, Read as _};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
@@ -17,6 +17,13 @@ use crate::info::{FORMAT, RunInfo, RunResult};
 use crate::layout;
 use crate::messages::{CanFrame, DropoutMessage, MeasuredRow, from_cdr};
 use crate::trial::{Measured, MeasuredDrive, Trial};
+
+/// Whether a file begins like a recording, whole or not. One that cannot be read does not.
+pub fn is_recording(path: &Path) -> bool {
+    let mut head = [0; mcap::MAGIC.len()];
+    let read = fs::File::open(path).and_then(|mut file| file.read_exact(&mut head));
+    read.is_ok() && head == mcap::MAGIC
+}
 
 /// Everything that a recording holds and nothing that follows from it.
 #[derive(Clone, Debug)]

@@ -42,6 +42,13 @@ pub struct WriteError {
     cause: McapError,
 }
 
+/// The reason alone, for whoever names the file.
+impl From<WriteError> for io::Error {
+    fn from(error: WriteError) -> Self {
+        Self::other(said(&error.cause))
+    }
+}
+
 /// The library names an error of the file system without its reason.
 fn said(cause: &McapError) -> String {
     match cause {
@@ -74,7 +81,8 @@ pub struct Recorder {
 }
 
 impl Recorder {
-    /// Creates the file, replacing an old one, and writes everything that is known already.
+    /// Creates the file and writes everything that is known already. A file that is there stays, and
+    /// is an error: a recording cannot be made again.
     pub fn create(
         path: &Path,
         info: &RunInfo,
@@ -228,7 +236,7 @@ fn open(
         .disable_seeking(true)
         .profile(layout::PROFILE)
         .library(concat!("cathforce ", env!("CARGO_PKG_VERSION")))
-        .create(NoSeek::new(BufWriter::new(File::create(path)?)))?;
+        .create(NoSeek::new(BufWriter::new(File::create_new(path)?)))?;
     writer.write_metadata(&Metadata { name: layout::INFO.into(), metadata: info.to_map() })?;
     // A device has taken it, so it can be read; what cannot has neither lumen nor entry.
     let config = image::decode(attachments.image).ok();

@@ -96,6 +96,17 @@ fn record(folder: &Path) -> PathBuf {
     path
 }
 
+/// Whoever checked a moment ago that the name is free may be one of two.
+#[test]
+fn a_recorder_never_takes_the_place_of_a_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = record(folder.path());
+    let before = std::fs::read(&path).unwrap();
+    let error = Recorder::create(&path, &info(), attachments()).err().unwrap().to_string();
+    assert!(error.contains("run.mcap: File exists"), "{error}");
+    assert!(std::fs::read(&path).unwrap() == before);
+}
+
 #[test]
 fn what_was_recorded_is_read_back() {
     let folder = tempfile::tempdir().unwrap();

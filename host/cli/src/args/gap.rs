@@ -144,9 +144,12 @@ pub struct VerifyArguments {
     /// Play only so many seconds of the trial.
     #[arg(long, value_name = "SECONDS", value_parser = positive_seconds)]
     pub duration: Option<f64>,
-    /// Record the run with the settings into this MCAP file.
+    /// Record the run with the settings into this MCAP file, which must not be there yet.
     #[arg(long, value_name = "FILE.mcap")]
     pub out: Option<PathBuf>,
+    /// Replace the recording that is there, once the device has its configuration.
+    #[arg(long, requires = "out")]
+    pub overwrite: bool,
     /// Fail with exit code 6 when the force error that is left exceeds this, e.g. `rms_N=0.02`.
     #[arg(long, value_name = "rms_N=X", value_parser = rms_limit)]
     pub fail_above: Option<f64>,
@@ -246,9 +249,12 @@ pub struct ProtocolArguments {
     /// Play it on this device, as `cathforce run` plays a trial.
     #[arg(long)]
     pub link: Option<String>,
-    /// Record that into this MCAP file.
+    /// Record that into this MCAP file, which must not be there yet.
     #[arg(long, value_name = "FILE.mcap", requires = "link")]
     pub out: Option<PathBuf>,
+    /// Replace the recording that is there, once the device has its configuration.
+    #[arg(long, requires = "out")]
+    pub overwrite: bool,
     #[command(flatten)]
     pub changes: Changes,
 }

@@ -30,6 +30,9 @@ pub struct ExportArguments {
     /// Rig, vessel and the trial with what was measured: a trial bundle, in a new folder.
     #[arg(long, value_name = "FOLDER")]
     pub bundle: Option<PathBuf>,
+    /// Replace files that are there; a recording and a folder stay.
+    #[arg(long)]
+    pub overwrite: bool,
 }
 
 #[derive(Debug, Args)]

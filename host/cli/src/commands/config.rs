@@ -19,6 +19,7 @@ use crate::args::{
     ConfigShowArguments, ConfigSource,
 };
 use crate::failure::{Code, Failure};
+use crate::output::write_again;
 use crate::settings::parse::{misspelt, unit};
 use crate::settings::{Setting, SettingsFile, parse_file};
 use crate::ui::{Ui, two_columns};
@@ -213,7 +214,7 @@ fn get(ui: &Ui, arguments: &ConfigGetArguments) -> Result<(), Failure> {
 fn write_image(ui: &Ui, arguments: &ConfigImageArguments) -> Result<(), Failure> {
     let bundle = open_bundle(ui, &arguments.bundle)?;
     let (bytes, report) = image(ui, &bundle, &arguments.changes)?;
-    std::fs::write(&arguments.out, &bytes).map_err(|e| Failure::write(&arguments.out, e))?;
+    write_again(&arguments.out, &bytes)?;
     let path = arguments.out.display().to_string();
     ui.data(
         &json!({ "path": path, "bytes": report.bytes }),

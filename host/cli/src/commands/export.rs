@@ -11,7 +11,8 @@ use cathforce_record::{
 use serde_json::{Value, json};
 
 use crate::args::ExportArguments;
-use crate::failure::Failure;
+use crate::failure::{Code, Failure};
+use crate::output::{check_export, check_new};
 use crate::ui::Ui;
 
 /// A file of this name is standard output.
@@ -20,6 +21,7 @@ const STDOUT: &str = "-";
 const INTERFACE: &str = "can0";
 
 pub fn run(ui: &Ui, arguments: &ExportArguments) -> Result<(), Failure> {
+    check(arguments)?;
     let recording = super::open_recording(ui, &arguments.recording)?;
     let decoded = [&arguments.csv, &arguments.nodes, &arguments.parquet];
     let track = match decoded.iter().any(|path| path.is_some()) {
@@ -62,6 +64,21 @@ pub fn run(ui: &Ui, arguments: &ExportArguments) -> Result<(), Failure> {
         }
         false => ui.data(&written.json, written.text),
     }
+}
+
+/// Says before the work what it would be in vain for.
+fn check(arguments: &ExportArguments) -> Result<(), Failure> {
+    let ExportArguments { csv, nodes, parquet, candump, bundle, overwrite, .. } = arguments;
+    let mut files = [csv, nodes, parquet, candump].into_iter().flatten().collect::<Vec<_>>();
+    files.retain(|path| **path != Path::new(STDOUT));
+    for (i, path) in files.iter().enumerate() {
+        check_export(path, *overwrite)?;
+        if files[..i].contains(path) {
+            let message = format!("{} is named twice\n  fix: a file each", path.display());
+            return Err(Failure::new(Code::Usage, message));
+        }
+    }
+    bundle.as_deref().map_or(Ok(()), check_new)
 }
 
 /// Text into a file, whole or not at all, or onto standard output.

@@ -8,8 +8,8 @@ use cathforce_bus::Id;
 use cathforce_control::TICK_S;
 use cathforce_record::import::{AtiOptions, ImportError, join, read_ati, read_csv};
 use cathforce_record::{
-    Attachments, Measured, Recorder, Recording, SecondRun, Trial, WriteError, read_candump,
-    write_trial, write_whole,
+    Attachments, Measured, Recorder, Recording, SecondRun, Trial, WriteError, put_whole,
+    read_candump, write_trial, write_whole,
 };
 use serde_json::json;
 
@@ -17,6 +17,7 @@ use super::run::{info, read_text, vessel_files};
 use super::{image, open_bundle, open_recording};
 use crate::args::{ImportAtiArguments, ImportCandumpArguments, ImportCsvArguments, ImportSource};
 use crate::failure::Failure;
+use crate::output::check_new;
 use crate::session::DBC;
 use crate::settings::master_of;
 use crate::ui::Ui;
@@ -31,7 +32,7 @@ pub fn run(ui: &Ui, from: &ImportSource) -> Result<(), Failure> {
 
 fn candump(ui: &Ui, arguments: &ImportCandumpArguments) -> Result<(), Failure> {
     let (path, out) = (&arguments.log, &arguments.out);
-    must_be_new(out)?;
+    check_new(out)?;
     let master = master_of(arguments.changes.file.as_deref())?;
     let log = read_candump(BufReader::new(open(path)?), &master).map_err(|e| at(path, &e))?;
     if log.frames.is_empty() {
@@ -68,22 +69,15 @@ fn candump(ui: &Ui, arguments: &ImportCandumpArguments) -> Result<(), Failure> {
     let files = vessel_files(&bundle)?;
     let vessel = files.iter().map(|(name, bytes)| (*name, &bytes[..])).collect::<Vec<_>>();
     let attachments = Attachments { image: &image, rig_toml: &rig_toml, dbc: DBC, vessel: &vessel };
-    let part = out.with_extension("mcap.part");
-    let record = || -> Result<(), WriteError> {
-        let mut recorder = Recorder::create(&part, &info, attachments)?;
+    let record = |unfinished: &Path| -> Result<(), WriteError> {
+        let mut recorder = Recorder::create(unfinished, &info, attachments)?;
         for frame in &log.frames {
             recorder.frame(frame, frame.at_ns)?;
         }
         recorder.finish(None)
     };
-    let recorded = record().map_err(Failure::from);
-    let moved =
-        recorded.and_then(|()| std::fs::rename(&part, out).map_err(|e| Failure::write(out, e)));
-    if moved.is_err() {
-        // What is half written is of no use; the cause is what is reported.
-        let _ = std::fs::remove_file(&part);
-    }
-    moved?;
+    let put = put_whole(out, |unfinished| Ok::<_, io::Error>(record(unfinished)?));
+    put.map_err(|e| Failure::write(out, e))?;
     let (frames, foreign) = (log.frames.len(), log.foreign);
     ui.data(
         &json!({ "path": out, "frames": frames, "foreign": foreign, "lock_step": lock_step }),
@@ -118,7 +112,7 @@ fn not_from_the_beginning(log: &Path, first: Option<u16>) -> String {
 
 fn ati(ui: &Ui, arguments: &ImportAtiArguments) -> Result<(), Failure> {
     let (path, out) = (&arguments.log, &arguments.out);
-    must_be_new(out)?;
+    check_new(out)?;
     let options = AtiOptions {
         counts_per_n: arguments.counts_per_n,
         axes: arguments.axes,
@@ -145,7 +139,7 @@ fn ati(ui: &Ui, arguments: &ImportAtiArguments) -> Result<(), Failure> {
 }
 
 fn csv(ui: &Ui, arguments: &ImportCsvArguments) -> Result<(), Failure> {
-    must_be_new(&arguments.out)?;
+    check_new(&arguments.out)?;
     let rows = table(&arguments.table, |file| read_csv(file, &arguments.columns))?;
     write_rows(ui, &arguments.out, rows, 0)
 }
@@ -185,14 +179,6 @@ fn write_rows(ui: &Ui, out: &Path, rows: Vec<Measured>, left_out: usize) -> Resu
         &json!({ "path": out, "rows": count, "left_out": left_out }),
         format_args!("{count} rows{outside}: {}\n", out.display()),
     )
-}
-
-/// What was measured is never written over.
-fn must_be_new(out: &Path) -> Result<(), Failure> {
-    match out.exists() {
-        true => Err(Failure::write(out, "it is there already; give another name or remove it")),
-        false => Ok(()),
-    }
 }
 
 fn open(path: &Path) -> Result<File, Failure> {

@@ -11,6 +11,7 @@ use serde_json::{Value, json};
 
 use crate::args::LumenArguments;
 use crate::failure::{Code, Failure};
+use crate::output::write_again;
 use crate::ui::{Ui, two_columns};
 
 pub fn run(ui: &Ui, arguments: &LumenArguments) -> Result<(), Failure> {
@@ -29,7 +30,7 @@ pub fn run(ui: &Ui, arguments: &LumenArguments) -> Result<(), Failure> {
     let (built, report) = built.map_err(|error| refuse(path, &error))?;
     let seconds = start.elapsed().as_secs_f64();
     if let Some(out) = &arguments.out {
-        std::fs::write(out, &built.bytes).map_err(|e| Failure::write(out, e))?;
+        write_again(out, &built.bytes)?;
         ui.say(format_args!("{} bytes: {}", built.bytes.len(), out.display()));
     }
     ui.data(&to_json(&report, &built.header, seconds), two_columns(&to_rows(&report, seconds)))?;

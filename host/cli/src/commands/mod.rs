@@ -62,17 +62,6 @@ pub fn completeness(recording: &Recording) -> String {
     }
 }
 
-/// Says now, rather than after a run, that a file cannot be written; leaves what is there.
-fn check_writable(path: &Path) -> Result<(), Failure> {
-    let is_new = !path.exists();
-    let open = std::fs::OpenOptions::new().append(true).create(true).open(path);
-    open.map_err(|e| Failure::write(path, e))?;
-    if is_new {
-        std::fs::remove_file(path).map_err(|e| Failure::write(path, e))?;
-    }
-    Ok(())
-}
-
 /// Changes settings by name, and parameters of the description by key: first those of the file.
 fn options(bundle: &Bundle, changes: &Changes) -> Result<ImageOptions, Failure> {
     let mut options = ImageOptions {

@@ -5,16 +5,18 @@ use serde_json::json;
 
 use crate::args::ReportArguments;
 use crate::failure::Failure;
+use crate::output::{check_again, write_again};
 use crate::report::page;
 use crate::summary::Summary;
 use crate::ui::Ui;
 
 pub fn run(ui: &Ui, arguments: &ReportArguments) -> Result<(), Failure> {
+    check_again(&arguments.html)?;
     let recording = super::open_recording(ui, &arguments.recording)?;
     let analysis = analyse(&recording)?;
     let summary = Summary::of(&recording, &analysis);
     let html = page(&recording, &analysis, &summary)?;
     let path = &arguments.html;
-    std::fs::write(path, html).map_err(|e| Failure::write(path, e))?;
+    write_again(path, html)?;
     ui.data(&json!({ "path": path }), format_args!("page: {}\n", path.display()))
 }

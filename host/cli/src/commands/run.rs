@@ -12,9 +12,10 @@ use cathforce_rig::Bundle;
 use cathforce_rig::bundle::{CatheterTrial, EncoderReading};
 use sha2::{Digest, Sha256};
 
-use super::{check_writable, image, open_bundle};
+use super::{image, open_bundle};
 use crate::args::{Feel, PlayArguments};
 use crate::failure::{Code, Failure};
+use crate::output::{check_again, check_recording, write_again};
 use crate::session::{Pace, Plan, run as run_session};
 use crate::summary::Summary;
 use crate::ui::Ui;
@@ -30,8 +31,11 @@ pub fn run(ui: &Ui, link: &str, pace: Pace, arguments: &PlayArguments) -> Result
                        [guidewire] of rig.toml";
         return Err(Failure::new(Code::Usage, message));
     }
-    for path in [&arguments.out, &arguments.summary].into_iter().flatten() {
-        check_writable(path)?;
+    if let Some(out) = &arguments.out {
+        check_recording(out, arguments.overwrite)?;
+    }
+    if let Some(summary) = &arguments.summary {
+        check_again(summary)?;
     }
     let (image, _) = image(ui, &bundle, &arguments.changes)?;
 
@@ -46,6 +50,7 @@ pub fn run(ui: &Ui, link: &str, pace: Pace, arguments: &PlayArguments) -> Result
         pace,
         duration_s: arguments.duration,
         feel: arguments.feel,
+        overwrite: arguments.overwrite,
     };
     let played = play(ui, &mut client, run, &image, &out);
     // A run that ends before its device is ready records nothing.
@@ -69,6 +74,8 @@ pub struct TrialRun<'a> {
     pub duration_s: Option<f64>,
     /// Whose load the operator feels.
     pub feel: Feel,
+    /// Whether a recording that is there is replaced.
+    pub overwrite: bool,
 }
 
 /// Configures a device with an image, plays a trial on it and records that.
@@ -79,7 +86,7 @@ pub fn play(
     image: &[u8],
     out: &Path,
 ) -> Result<(), Failure> {
-    let TrialRun { bundle, number, trial, link, pace, duration_s, feel } = run;
+    let TrialRun { bundle, number, trial, link, pace, duration_s, feel, overwrite } = run;
     let mut measured = recorded(bundle, trial)?;
     let rig_toml = read_text(&bundle.path.join("rig.toml"))?;
     let start_s = measured.rows.first().map_or(0.0, |row| row.t_s);
@@ -100,6 +107,7 @@ pub fn play(
         },
         duration_s: duration_s.unwrap_or(f64::INFINITY).min(trial.duration_s()),
         out,
+        overwrite,
     };
     run_session(ui, client, plan)
 }
@@ -124,7 +132,7 @@ fn finish(ui: &Ui, recording: &Path, arguments: &PlayArguments) -> Result<(), Fa
     let summary = Summary::of(&recording, &analysis);
     if let Some(path) = &arguments.summary {
         let json = serde_json::to_string_pretty(&summary).map_err(|e| Failure::write(path, e))?;
-        std::fs::write(path, json + "\n").map_err(|e| Failure::write(path, e))?;
+        write_again(path, json + "\n")?;
     }
     let title = ui.bold(&format!("{} trial {}", recording.info.rig, recording.info.trial));
     let text = format!("{title}\n{}{}\n", summary.text(), recording.info.provenance);

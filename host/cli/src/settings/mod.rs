@@ -14,6 +14,7 @@ use cathforce_config::Band;
 use cathforce_config::master::Master;
 
 use crate::failure::{Code, Failure};
+use crate::output::check_no_recording;
 use parse::{Parsed, Problem};
 
 /// Version of the file's layout and names that this program writes.
@@ -146,6 +147,7 @@ pub struct Staged {
 impl Staged {
     /// Writes a text beside the file whose place it will take.
     pub fn new(path: &Path, text: &str) -> Result<Self, Failure> {
+        check_no_recording(path)?;
         let folder = path.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
         let failed = |e: &dyn std::fmt::Display| Failure::write(path, e);
         let mut file = tempfile::NamedTempFile::new_in(folder).map_err(|e| failed(&e))?;

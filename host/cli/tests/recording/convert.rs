@@ -21,7 +21,7 @@ fn a_bundle_comes_back_as_it_was() {
     let [trial] = &after.trials[..] else { panic!("one trial") };
     assert!(Some(trial) == before.trial(0), "every number and every gap");
     let again = cathforce(["export", text(recording()), "--bundle", text(&out)]);
-    assert_fails(&again, 1, &["bundle", "it is there already"]);
+    assert_fails(&again, 2, &["bundle is there already", "fix:"]);
 }
 
 #[test]
@@ -40,7 +40,7 @@ fn frames_survive_a_candump_log() {
     let [before, after] = [recording(), &out].map(sort);
     assert_eq!(imported["frames"], before.len());
     assert!(before == after);
-    assert_fails(&cathforce(import), 1, &["run.mcap", "it is there already"]);
+    assert_fails(&cathforce(import), 2, &["run.mcap is there already", "fix:"]);
 }
 
 /// Two sessions in one log: the command that takes them apart is the one that is named.
@@ -100,6 +100,23 @@ fn an_output_that_cannot_be_written_leaves_nothing_behind() {
     assert_fails(&output, 3, &["damaged.mcap: breaks off at byte"]);
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1, "the damaged file only");
     assert_fails(&cathforce(["export", text(recording())]), 2, &["--csv"]);
+}
+
+#[test]
+fn an_export_replaces_what_is_there_only_when_asked() {
+    let folder = tempfile::tempdir().unwrap();
+    let [csv, log] = ["ticks.csv", "run.log"].map(|name| folder.path().join(name));
+    fs::write(&csv, "mine").unwrap();
+    let export = ["export", text(recording()), "--candump", text(&log), "--csv", text(&csv)];
+    let there = ["ticks.csv is there already", "fix:", "--overwrite"];
+    assert_fails(&cathforce(export), 2, &there);
+    assert_eq!(fs::read_to_string(&csv).unwrap(), "mine");
+    assert!(!log.exists(), "nothing is done by halves");
+    let overwrite = [&export[..], &["--overwrite"]].concat();
+    assert!(command().args(overwrite).output().unwrap().status.success());
+    assert!(log.exists() && fs::read_to_string(&csv).unwrap().contains("insertion_m"));
+    let twice = ["export", text(recording()), "--csv", "a.csv", "--nodes", "a.csv"];
+    assert_fails(&cathforce(twice), 2, &["a.csv is named twice", "fix:"]);
 }
 
 /// Into a pipe goes the table and nothing else, and a reader who has seen enough is no error.

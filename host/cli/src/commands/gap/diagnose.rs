@@ -13,6 +13,7 @@ use cathforce_rig::Bundle;
 use super::source::Source;
 use crate::args::DiagnoseArguments;
 use crate::failure::{Code, Failure};
+use crate::output::write_again;
 use crate::ui::Ui;
 
 pub fn run(ui: &Ui, arguments: &DiagnoseArguments) -> Result<(), Failure> {
@@ -20,7 +21,7 @@ pub fn run(ui: &Ui, arguments: &DiagnoseArguments) -> Result<(), Failure> {
     let answer = answer(ui, source, &arguments.hold_back, &arguments.effects)?;
     write(ui, &answer, arguments)?;
     if let Some(file) = &arguments.report {
-        std::fs::write(file, page(&answer)).map_err(|e| Failure::write(file, e))?;
+        write_again(file, page(&answer))?;
         ui.say(format_args!("page: {}", file.display()));
     }
     check(&answer, arguments.fail_above)
@@ -104,7 +105,7 @@ fn write(ui: &Ui, answer: &Diagnosis, arguments: &DiagnoseArguments) -> Result<(
             let file = Path::new(file);
             let json = serde_json::to_string_pretty(answer)
                 .map_err(|e| Failure::new(Code::Failed, format!("cannot write JSON: {e}")))?;
-            std::fs::write(file, json + "\n").map_err(|e| Failure::write(file, e))?;
+            write_again(file, json + "\n")?;
             ui.say(text(answer));
         }
     }

@@ -12,6 +12,7 @@ use serde::Serialize;
 use crate::args::{ProtocolArguments, Way};
 use crate::commands::run::{encoder, info, read_text, temporary_folder, vessel_files};
 use crate::failure::{Code, Failure};
+use crate::output::{check_recording, write_again};
 use crate::session::{Pace, Plan, run as run_session};
 use crate::ui::Ui;
 
@@ -38,7 +39,7 @@ pub fn run(ui: &Ui, arguments: &ProtocolArguments) -> Result<(), Failure> {
     let protocol = of(&bundle, &arguments.way)?;
     let rows = rows(&protocol, arguments.rate);
     if let Some(file) = &arguments.csv {
-        std::fs::write(file, &rows).map_err(|e| Failure::write(file, e))?;
+        write_again(file, &rows)?;
     }
     let answer = Answer::of(&bundle, &protocol, arguments);
     // Rows are data, and so is the list; whoever wants both writes the rows into a file.
@@ -94,7 +95,7 @@ fn play(
     arguments: &ProtocolArguments,
 ) -> Result<(), Failure> {
     if let Some(out) = &arguments.out {
-        super::super::check_writable(out)?;
+        check_recording(out, arguments.overwrite)?;
     }
     let mut options = super::super::options(bundle, &arguments.changes)?;
     let pieces = protocol.pieces().iter();
@@ -123,6 +124,7 @@ fn play(
         },
         duration_s: protocol.duration_s(),
         out: &out,
+        overwrite: arguments.overwrite,
     };
     let mut client = Client::connect(cathforce_link::open(link)?)?;
     run_session(ui, &mut client, plan)?;

@@ -17,6 +17,7 @@ use super::explanation::{Explanation, Figures};
 use crate::args::{Feel, VerifyArguments};
 use crate::commands::run::{TrialRun, pick, play, temporary_folder};
 use crate::failure::{Code, Failure};
+use crate::output::check_recording;
 use crate::session::Pace;
 use crate::ui::{Ui, two_columns};
 
@@ -63,7 +64,7 @@ pub fn run(ui: &Ui, arguments: &VerifyArguments) -> Result<(), Failure> {
     let options = options(&bundle, arguments, explanation.as_ref())?;
     let (number, trial, fresh) = choose(&bundle, arguments, explanation.as_ref())?;
     if let Some(out) = &arguments.out {
-        super::super::check_writable(out)?;
+        check_recording(out, arguments.overwrite)?;
     }
     let catheter = super::source::catheter(&bundle)?;
     let nominal = ImageOptions { parameters: Vec::new(), band: None, ..options.clone() };
@@ -76,12 +77,14 @@ pub fn run(ui: &Ui, arguments: &VerifyArguments) -> Result<(), Failure> {
     let folder = temporary_folder()?;
     let (duration_s, feel) = (arguments.duration, Feel::Catheter);
     let pace = Pace::LockStep;
-    let run = TrialRun { bundle: &bundle, number, trial, link, pace, duration_s, feel };
+    let overwrite = false;
+    let run = TrialRun { bundle: &bundle, number, trial, link, pace, duration_s, feel, overwrite };
     ui.say("as rig.toml states the rig:");
     let file = folder.path().join("before.mcap");
     let (before, bits) = estimated(ui, &mut client, run, &before, &file)?;
     ui.say("with the settings:");
     let file = arguments.out.clone().unwrap_or_else(|| folder.path().join("after.mcap"));
+    let run = TrialRun { overwrite: arguments.overwrite, ..run };
     let (after, more_bits) = estimated(ui, &mut client, run, &after, &file)?;
 
     let wide: Vec<(String, f64)> =
