@@ -142,27 +142,59 @@ fn foxgloves_own_sdk_knows_the_layout() {
         Ok(python) => python,
         Err(why) => return not_run("Foxglove's SDK", why),
     };
+    let slips =
+        [("\"showLegend\"", "\"legend\""), ("\"floating\"", "\"flying\""), ("force.x", "force.w")];
+    let found = checked_layout(python, "layout.py", "foxglove.json", &slips);
+    assert!(found["paths"].as_u64().unwrap() >= 10, "{found}");
+}
+
+/// Its elements are those that PlotJuggler's loader takes, and every curve is a series of the
+/// recording under the name that PlotJuggler's ROS parser gives it.
+#[test]
+fn plotjugglers_layout_is_one_that_its_loader_takes() {
+    let python = match python() {
+        Ok(python) => python,
+        Err(why) => return not_run("PlotJuggler's layout", why),
+    };
+    let slips = [
+        ("</plot>", ""),
+        ("sizes=\"0.1667;", "sizes=\""),
+        ("style=\"Lines\"", "style=\"Line\""),
+        ("<DockArea", "<Dock"),
+        ("index=\"0\"", "index=\"1\""),
+        ("insertion/effort", "insertion/velocity"),
+        ("force/x", "force/w"),
+    ];
+    let found = checked_layout(python, "plotjuggler.py", "plotjuggler.xml", &slips);
+    assert_eq!(found, serde_json::json!({ "plots": 6, "curves": 11 }));
+}
+
+/// What `script` finds in a layout that is shipped and the recording; `slips` are words of the
+/// layout with others that it must refuse.
+fn checked_layout(
+    python: &Path,
+    script: &str,
+    layout: &str,
+    slips: &[(&str, &str)],
+) -> serde_json::Value {
     let layouts = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/layouts");
-    let layout = std::fs::read_to_string(layouts.join("foxglove.json")).unwrap();
-    let folder = tempfile::tempdir().unwrap();
-    let check = |layout: &str| {
-        let path = folder.path().join("layout.json");
-        std::fs::write(&path, layout).unwrap();
+    let text = std::fs::read_to_string(layouts.join(layout)).unwrap();
+    let place = tempfile::tempdir().unwrap();
+    let check = |text: &str| {
+        let path = place.path().join(layout);
+        std::fs::write(&path, text).unwrap();
         let mut check = Command::new(python);
-        check.arg(self::folder().join("layout.py")).args([&path, recording()]);
+        check.arg(folder().join(script)).args([&path, recording()]);
         check.env("PYTHONDONTWRITEBYTECODE", "1").output().unwrap()
     };
-    let checked = check(&layout);
+    let checked = check(&text);
     assert!(checked.status.success(), "{}", String::from_utf8_lossy(&checked.stderr));
-    let checked: serde_json::Value = serde_json::from_slice(&checked.stdout).unwrap();
-    assert!(checked["paths"].as_u64().unwrap() >= 10, "{checked}");
     // It would have seen a slip.
-    for (right, wrong) in
-        [("\"showLegend\"", "\"legend\""), ("\"floating\"", "\"flying\""), ("force.x", "force.w")]
-    {
-        assert!(layout.contains(right), "{right}");
-        assert!(!check(&layout.replace(right, wrong)).status.success(), "{wrong}");
+    for (right, wrong) in slips {
+        assert!(text.contains(right), "{right}");
+        assert!(!check(&text.replacen(right, wrong, 1)).status.success(), "{wrong}");
     }
+    serde_json::from_slice(&checked.stdout).unwrap()
 }
 
 /// A folder with what Foxglove reads recordings with, made once; `Err` says why there is none.
