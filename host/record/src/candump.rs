@@ -6,7 +6,7 @@
 use std::io::{self, BufRead, Write};
 
 use cathforce_bus::master::Master;
-use cathforce_bus::{Direction, Frame, Id, Process, Tick};
+use cathforce_bus::{Direction, Frame, Id, Process, Sync, Tick};
 
 use crate::clock::BusClock;
 use crate::frame::BusFrame;
@@ -22,6 +22,8 @@ pub struct CandumpLog {
     pub foreign: usize,
     /// Where the device began its ticks over.
     pub second_run: Option<SecondRun>,
+    /// Where ticks of a device in lock step are first missing.
+    pub gap: Option<Gap>,
 }
 
 /// A device that was configured or switched on again: with it its ticks, counters and maybe its
@@ -34,6 +36,29 @@ pub struct SecondRun {
     pub last_before: usize,
     /// Ticks that the device had counted, and the number with which it goes on.
     pub ticks: (u16, u16),
+}
+
+/// Ticks that are not in the log of a device in lock step. Whoever logged has lost them, or another
+/// run goes on here whose beginning was cut off: hosts that count alike leave nothing in the frames
+/// that would tell which, and there nobody knows from the time how many ticks it took.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Gap {
+    /// Line of the TICK frame that tells, from 1, and of the one before.
+    pub line: usize,
+    pub line_before: usize,
+    /// Numbers of that TICK frame and the one before.
+    pub ticks: (u16, u16),
+    /// Ticks of which there are frames since the one before.
+    pub seen: u16,
+}
+
+/// Why a log cannot be put on the device's own time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NoLockStep {
+    /// The first tick that it tells of is not the first of a configuration; it may tell of none.
+    Begins(Option<u16>),
+    /// Ticks are missing, so that a replay would lack their frames.
+    Lacks(Gap),
 }
 
 /// A line is no frame.
@@ -100,6 +125,7 @@ pub fn read_candump(log: impl BufRead, master: &Master) -> Result<CandumpLog, Ca
         found.second_run = found.second_run.or(runs.take(i + 1, &frame));
         found.frames.push(frame);
     }
+    found.gap = runs.gap;
     Ok(found)
 }
 
@@ -108,12 +134,15 @@ pub fn read_candump(log: impl BufRead, master: &Master) -> Result<CandumpLog, Ca
 struct Runs {
     /// Number and digest of the last TICK frame.
     last: Option<Tick>,
-    /// When that was \[ns\].
+    /// When that was \[ns\], and in which line.
     last_ns: u64,
+    last_line: usize,
     /// Ticks since then.
     seen: u16,
     /// Somebody grants the ticks: they say nothing of time.
     in_lock_step: bool,
+    grants: Grants,
+    gap: Option<Gap>,
     /// The last line since then before anybody asked the device for something.
     quiet_until: Option<usize>,
 }
@@ -125,7 +154,12 @@ impl Runs {
             Id::ServiceRequest => {
                 self.quiet_until.get_or_insert(line - 1);
             }
-            Id::Sync => self.in_lock_step = true,
+            Id::Sync => {
+                self.in_lock_step = true;
+                if let Some(Process::Sync(sync)) = Process::decode(id, payload(frame)?) {
+                    self.grants.take(sync);
+                }
+            }
             Id::Haptic => self.seen = self.seen.wrapping_add(1),
             Id::Tick => {
                 let Some(Process::Tick(tick)) = Process::decode(id, payload(frame)?) else {
@@ -134,18 +168,65 @@ impl Runs {
                 let last_before = self.quiet_until.take().unwrap_or(line - 1);
                 let seen = std::mem::take(&mut self.seen);
                 let waited_ns = frame.at_ns - std::mem::replace(&mut self.last_ns, frame.at_ns);
+                let line_before = std::mem::replace(&mut self.last_line, line);
                 let last = self.last.replace(tick)?;
-                let begun = begins_over(last, tick, seen)
-                    || !self.in_lock_step && is_of_another_time(last, tick, seen, waited_ns);
-                return begun.then_some(SecondRun {
-                    line,
-                    last_before,
-                    ticks: (last.tick, tick.tick),
-                });
+                let ticks = (last.tick, tick.tick);
+                let here = SecondRun { line, last_before, ticks };
+                if begins_over(last, tick, seen) {
+                    return Some(here);
+                }
+                if !self.in_lock_step {
+                    return is_of_another_time(last, tick, seen, waited_ns).then_some(here);
+                }
+                if last.digest != 0 && tick.tick.wrapping_sub(last.tick) != seen {
+                    self.gap.get_or_insert(Gap { line, line_before, ticks, seen });
+                }
+                return self.grants.other_host(tick.tick, here);
             }
             _ => {}
         }
         None
+    }
+}
+
+/// How far a host's count of ticks is ahead of the device's.
+///
+/// Who grants every tick alone and counts them has one distance to the device's numbers, but for
+/// the ticks that are under way, whatever the log has lost: both counts go on in what it has not.
+#[derive(Default)]
+struct Grants {
+    /// The host's number in the last SYNC.
+    host_tick: Option<u32>,
+    /// The same, if it is the one after that of the SYNC before, and newer than the last TICK.
+    counted: Option<u16>,
+    ahead: Option<u16>,
+    /// A distance that is another, and where that began.
+    doubt: Option<(u16, SecondRun)>,
+}
+
+impl Grants {
+    fn take(&mut self, sync: Sync) {
+        let before = self.host_tick.replace(sync.host_tick);
+        let follows = before.is_some_and(|before| before.wrapping_add(1) == sync.host_tick);
+        self.counted = (sync.grant == 1 && follows).then_some(sync.host_tick as u16);
+    }
+
+    /// The place from which on the device answers to a host that counts otherwise: `here` or the
+    /// doubt's beginning. One TICK frame is no proof, between it and the last SYNC much may be lost.
+    fn other_host(&mut self, tick: u16, here: SecondRun) -> Option<SecondRun> {
+        /// A device's queue holds as many frames, so no more ticks are under way.
+        const UNDER_WAY: u16 = 64;
+        let ahead = self.counted.take()?.wrapping_sub(tick);
+        let is_near =
+            |other: u16| ahead.wrapping_sub(other).cast_signed().unsigned_abs() <= UNDER_WAY;
+        if is_near(*self.ahead.get_or_insert(ahead)) {
+            self.doubt = None;
+            return None;
+        }
+        let (before, since) = *self.doubt.get_or_insert((ahead, here));
+        let is_sure = since != here && is_near(before);
+        self.doubt = Some((ahead, since));
+        is_sure.then_some(since)
     }
 }
 
@@ -180,11 +261,12 @@ pub fn direction(frame: &Frame, master: &Master) -> Option<Direction> {
 }
 
 impl CandumpLog {
-    /// Puts a log of a device in lock step on the device's own time, if it is one from the first
-    /// tick of a configuration on, so that it can be replayed. Frames before that are dropped.
-    ///
-    /// `Err` with the number of the first tick that it tells of, `None` where it tells of none.
-    pub fn into_lock_step(self) -> Result<Self, (Self, Option<u16>)> {
+    /// The frames of a device in lock step on its own time, from the first tick of a configuration
+    /// on, so that they can be replayed. `Err` says what is in the way.
+    pub fn in_lock_step(&self) -> Result<Vec<BusFrame>, NoLockStep> {
+        if let Some(gap) = self.gap {
+            return Err(NoLockStep::Lacks(gap));
+        }
         let number = |frame: &BusFrame| match Id::from_raw(frame.frame.id()).zip(payload(frame)) {
             Some((id, bytes)) => match Process::decode(id, bytes) {
                 Some(Process::Tick(tick)) if tick.digest != 0 => Some(tick.tick),
@@ -193,7 +275,9 @@ impl CandumpLog {
             None => None,
         };
         let first = self.frames.iter().enumerate().find_map(|(at, f)| Some((at, number(f)?)));
-        let Some((at, 0)) = first else { return Err((self, first.map(|(_, number)| number))) };
+        let Some((at, 0)) = first else {
+            return Err(NoLockStep::Begins(first.map(|(_, number)| number)));
+        };
         // Its tick's HAPTIC frame comes before it, and its SYNC before that; nothing else of a
         // tick can be between the configuration and them.
         let is = |frame: &BusFrame, id| Id::from_raw(frame.frame.id()) == Some(id);
@@ -202,10 +286,10 @@ impl CandumpLog {
             .rposition(|f| is(f, Id::ServiceResponse))
             .map_or(0, |service| service + 1);
         let mut clock = BusClock::new(true);
-        let frames = self.frames[configured..]
-            .iter()
-            .map(|frame| BusFrame { at_ns: clock.stamp(frame.direction, &frame.frame), ..*frame });
-        Ok(Self { frames: frames.collect(), ..self })
+        let frames = self.frames[configured..].iter();
+        let on_its_time =
+            |f: &BusFrame| BusFrame { at_ns: clock.stamp(f.direction, &f.frame), ..*f };
+        Ok(frames.map(on_its_time).collect())
     }
 }
 
@@ -351,7 +435,75 @@ mod tests {
         let granted =
             after("(60.0)").replacen("(1.5)", "(1.5) can0 080#0000000000000000\n(1.5)", 1);
         assert_eq!(second(&granted), None, "in lock step time says nothing");
+        let gap = read_candump(granted.as_bytes(), &Master::default()).unwrap().gap;
+        assert_eq!(gap.map(|gap| (gap.ticks, gap.seen)), Some(((20, 3000), 1)));
         assert_eq!(second(&run(&mut sealer, u16::MAX - 5, 12, 7)), None);
+    }
+
+    /// Lines of a host that grants each tick of a run, `ahead` of the device in its count and 16
+    /// ticks in time, and of the device.
+    fn granted(ticks: std::ops::Range<u16>, ahead: u32) -> String {
+        let mut sealer = Sealer::default();
+        let mut sync = Sealer::default();
+        let first = u32::from(ticks.start) + ahead;
+        let ticks = ticks.map(|tick| {
+            let grants = match u32::from(tick) + ahead {
+                at if at == first => at..at + 16,
+                at => at + 15..at + 16,
+            };
+            let grants = grants.map(|host_tick| {
+                let granted = Process::Sync(Sync { grant: 1, host_tick });
+                format!("(1.5) can0 {}\n", sync.seal(granted, cathforce_bus::Status::default()))
+            });
+            grants.collect::<String>() + &run(&mut sealer, tick, 1, 7)
+        });
+        ticks.collect()
+    }
+
+    #[test]
+    fn a_log_in_lock_step_that_lacks_ticks_is_not_put_on_their_time() {
+        let read = |text: &str| read_candump(text.as_bytes(), &Master::default()).unwrap();
+        let whole = granted(0..500, 0);
+        let log = read(&whole);
+        assert_eq!((log.second_run, log.gap), (None, None));
+        assert!(log.in_lock_step().is_ok());
+        // A tail of a run of the same program, or frames that were lost: nothing tells which.
+        let joined = whole.clone() + &granted(3000..3200, 0);
+        let log = read(&joined);
+        assert_eq!(log.second_run, None);
+        let (found, of_whole) = (log.gap.unwrap(), whole.lines().count());
+        assert_eq!((found.ticks, found.seen), ((495, 3000), 5));
+        assert!(found.line_before <= of_whole && of_whole < found.line, "{found:?}");
+        let shows = |line: usize, number| joined.lines().nth(line - 1).unwrap().contains(number);
+        assert!(shows(found.line, " 1A0#B80B") && shows(found.line_before, " 1A0#EF01"));
+        assert_eq!(log.in_lock_step().unwrap_err(), NoLockStep::Lacks(found));
+        for begin in [20, 30, 31, 200] {
+            let lossy = whole.lines().enumerate();
+            let lossy = lossy.filter(|(i, _)| !(begin..begin + 300).contains(i));
+            let lossy = lossy.map(|(_, line)| line.to_owned() + "\n").collect::<String>();
+            let log = read(&lossy);
+            assert_eq!(log.second_run, None, "{begin}");
+            assert!(log.gap.is_some_and(|gap| gap.ticks.1 < 500), "{begin}");
+        }
+        // A tail of a run whose host had counted on from another one.
+        for (begin, ahead) in [(3000, 700), (500, 65), (501, 40_000)] {
+            let joined = whole.clone() + &granted(begin..begin + 200, ahead);
+            let second = read(&joined).second_run.unwrap_or_else(|| panic!("{begin} {ahead}"));
+            assert_eq!(second.ticks.0, 495);
+            let (first, rest) = joined.split_at(whole.len());
+            let line = first.lines().count();
+            assert!((line..line + 40).contains(&second.line), "{second:?} of {line}");
+            assert!(!rest.is_empty());
+        }
+        // Whoever grants several ticks at once, or does not count, says nothing by his numbers.
+        for word in [" 080#0100", " 080#0200"] {
+            let other = (whole.clone() + &granted(500..700, 900)).replace(" 080#0100", word);
+            let uncounted = other.lines().map(|line| match line.find(" 080#") {
+                Some(at) if word == " 080#0100" => format!("{}00000000\n", &line[..at + 9]),
+                _ => line.to_owned() + "\n",
+            });
+            assert_eq!(read(&uncounted.collect::<String>()).second_run, None, "{word}");
+        }
     }
 
     #[test]

@@ -39,7 +39,9 @@ pub use analysis::{Analysis, PeakContact, analyse};
 pub use atomic::{make_folder, put_whole, write_whole};
 pub use background::BackgroundRecorder;
 pub use bundle::{write_bundle, write_trial};
-pub use candump::{CandumpError, CandumpLog, SecondRun, direction, read_candump, write_candump};
+pub use candump::{
+    CandumpError, CandumpLog, Gap, NoLockStep, SecondRun, direction, read_candump, write_candump,
+};
 pub use clock::BusClock;
 pub use compare::{
     ChannelError, Comparison, FEED_BEFORE_SCORE_M, ForceError, SNAP_GUARD_S, SnapPair, compare,

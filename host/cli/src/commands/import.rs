@@ -8,8 +8,8 @@ use cathforce_bus::Id;
 use cathforce_control::TICK_S;
 use cathforce_record::import::{AtiOptions, ImportError, join, read_ati, read_csv};
 use cathforce_record::{
-    Attachments, Measured, Recorder, Recording, SecondRun, Trial, WriteError, put_whole,
-    read_candump, write_trial, write_whole,
+    Attachments, Gap, Measured, NoLockStep, Recorder, Recording, SecondRun, Trial, WriteError,
+    put_whole, read_candump, write_trial, write_whole,
 };
 use serde_json::json;
 
@@ -34,7 +34,7 @@ fn candump(ui: &Ui, arguments: &ImportCandumpArguments) -> Result<(), Failure> {
     let (path, out) = (&arguments.log, &arguments.out);
     check_new(out)?;
     let master = master_of(arguments.changes.file.as_deref())?;
-    let log = read_candump(BufReader::new(open(path)?), &master).map_err(|e| at(path, &e))?;
+    let mut log = read_candump(BufReader::new(open(path)?), &master).map_err(|e| at(path, &e))?;
     if log.frames.is_empty() {
         let message = format!(
             "{}: {} frames, none of them with an identifier of cathforce.dbc\n  fix: log the bus \
@@ -51,15 +51,16 @@ fn candump(ui: &Ui, arguments: &ImportCandumpArguments) -> Result<(), Failure> {
     let (image, _) = image(ui, &bundle, &arguments.changes)?;
     let sync = |id| Id::from_raw(id) == Some(Id::Sync);
     let has_sync = log.frames.iter().any(|frame| sync(frame.frame.id()));
-    let (log, lock_step) = match has_sync {
-        false => (log, false),
-        true => match log.into_lock_step() {
-            Ok(log) => (log, true),
-            Err((log, first)) => {
-                ui.warn(not_from_the_beginning(path, first));
-                (log, false)
-            }
-        },
+    let lock_step = match has_sync.then(|| log.in_lock_step()) {
+        None => false,
+        Some(Ok(frames)) => {
+            log.frames = frames;
+            true
+        }
+        Some(Err(why)) => {
+            ui.warn(no_lock_step(path, why));
+            false
+        }
     };
     let mut info = info("candump", &bundle, "");
     info.started_unix_ns = log.started_ns;
@@ -98,16 +99,33 @@ fn two_runs(log: &Path, second: &SecondRun) -> Failure {
 }
 
 /// A replay needs every frame from the first tick on.
-fn not_from_the_beginning(log: &Path, first: Option<u16>) -> String {
-    let begins = match first {
-        Some(tick) => format!("the first tick that it names is {tick}"),
-        None => "it names no tick of a configured device".into(),
+fn no_lock_step(log: &Path, why: NoLockStep) -> String {
+    let log = log.display();
+    let (what, fix) = match why {
+        NoLockStep::Begins(first) => {
+            let begins = match first {
+                Some(tick) => format!("the first tick that it names is {tick}"),
+                None => "it names no tick of a configured device".into(),
+            };
+            let what = format!(
+                "{log}: of a device in lock step, but not from its configuration on, {begins}"
+            );
+            (what, "start `candump -l` before `cathforce run`".to_owned())
+        }
+        NoLockStep::Lacks(Gap { line, line_before, ticks: (before, after), seen }) => {
+            let what = format!(
+                "{log}:{line}: of a device in lock step, but after tick {before} comes tick {after} \
+                 with frames of {seen} ticks: others were lost, or the log of another run was joined \
+                 here without its beginning, which frames in lock step do not tell apart"
+            );
+            let fix = format!(
+                "if two logs were joined, take them apart: `head -n {line_before} {log} > first.log`; \
+                 if frames were lost, log with a larger buffer, `candump -r 1000000 -l can0`"
+            );
+            (what, fix)
+        }
     };
-    format!(
-        "{}: of a device in lock step, but not from its configuration on, {begins}: taken as \
-         running free, it cannot be replayed\n  fix: start `candump -l` before `cathforce run`",
-        log.display()
-    )
+    format!("{what}: taken as running free, it cannot be replayed\n  fix: {fix}")
 }
 
 fn ati(ui: &Ui, arguments: &ImportAtiArguments) -> Result<(), Failure> {

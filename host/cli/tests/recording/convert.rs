@@ -87,6 +87,36 @@ fn two_runs_in_a_log_are_refused_with_their_line_and_taken_apart() {
     }
 }
 
+/// Hosts in lock step count alike: a part of another run, or frames that were lost.
+#[test]
+fn a_log_in_lock_step_with_a_hole_is_named_and_not_replayed() {
+    let folder = tempfile::tempdir().unwrap();
+    let [whole, log, out] =
+        ["whole.log", "hole.log", "run.mcap"].map(|name| folder.path().join(name));
+    data(["export", text(recording()), "--candump", text(&whole)]);
+    let whole = fs::read_to_string(&whole).unwrap();
+    let lines = whole.lines().collect::<Vec<_>>();
+    let third = lines.len() / 3;
+    let kept = [&lines[..third], &lines[2 * third..]].concat();
+    fs::write(&log, kept.join("\n")).unwrap();
+    let example = example();
+    let import = ["import", "candump", text(&log), "--bundle", text(&example), "--out", text(&out)];
+    let output = cathforce(import);
+    let said = crate::stderr(&output);
+    assert!(output.status.success(), "{said}");
+    let (_, line) = said.split_once("hole.log:").unwrap();
+    let line = line.split(':').next().unwrap().parse::<usize>().unwrap();
+    assert!((third..third + 50).contains(&line), "{line}, joined at {third}");
+    for words in ["others were lost", "another run", "cannot be replayed", "fix:", "head -n"] {
+        assert!(said.contains(words), "{words}: {said}");
+    }
+    assert_fails(&cathforce(["replay", text(&out)]), 3, &["without lock step"]);
+    let checked = cathforce(["check", text(&out), "--json"]);
+    assert_fails(&checked, 6, &["ticks are missing"]);
+    let found: serde_json::Value = serde_json::from_slice(&checked.stdout).unwrap();
+    assert!(found["survey"]["ticks_missing"].as_u64() > Some(1000), "{found}");
+}
+
 #[test]
 fn an_output_that_cannot_be_written_leaves_nothing_behind() {
     let folder = tempfile::tempdir().unwrap();
