@@ -9,7 +9,7 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 use cathforce_bus::service::crc32;
 use cathforce_bus::{Command, Counter};
 use cathforce_config::image::schema_hash;
-use cathforce_control::{Mode, TICK_S};
+use cathforce_control::{ENCODER_TIMEOUT_HARD_TICKS, Mode, TICK_S};
 use cathforce_link::{Client, ClientError, Link as _, Step, TickReport};
 use cathforce_record::{Attachments, BusClock, Recorder, RunInfo, RunResult, Trial};
 
@@ -84,7 +84,7 @@ pub fn run(ui: &Ui, client: &mut Client, plan: Plan<'_>) -> Result<(), Failure> 
     let recorder = Recorder::create(plan.out, &info, attachments)?;
     let log = Log::attach(client, recorder, clock);
     let session = Session { ui, log: &log, interrupted: interrupt_flag()?, plan: &plan };
-    let played = session.play(client);
+    let played = session.play(client).map_err(|failure| not_in_time(failure, client));
     let ended = played.and_then(|()| session.result(client, started.elapsed()));
     client.set_tap(None);
     let (result, cause) = match ended {
@@ -93,6 +93,25 @@ pub fn run(ui: &Ui, client: &mut Client, plan: Plan<'_>) -> Result<(), Failure> 
     };
     log.finish(result.as_ref())?;
     cause.map_or(Ok(()), Err)
+}
+
+/// What gives a program on a shared computer the processor when its time has come.
+pub const REAL_TIME: &str = "`chrt -r 10 cathforce run …` gives it a real-time priority: as root, or \
+                             with a line `USER - rtprio 10` in /etc/security/limits.conf";
+
+/// Says so where a device stopped to which this computer sent frames too late.
+fn not_in_time(failure: Failure, client: &Client) -> Failure {
+    let latest_ms = 1e3 * client.latest_step().as_secs_f64();
+    let silence_ms = f64::from(ENCODER_TIMEOUT_HARD_TICKS) * 1e3 * f64::from(TICK_S);
+    if failure.code != Code::Device || latest_ms < silence_ms {
+        return failure;
+    }
+    let message = format!(
+        "{}\n  this computer sent a frame {latest_ms:.1} ms after its time: other programs had its \
+         processors\n  fix: {REAL_TIME}",
+        failure.message
+    );
+    Failure { message, ..failure }
 }
 
 /// Time of day, since 1970 \[ns\].

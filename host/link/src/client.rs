@@ -91,6 +91,7 @@ pub struct Client<L = Box<dyn Link>> {
     device: Device,
     pub(crate) lock_step: bool,
     pub(crate) host_tick: u32,
+    pub(crate) latest_step: Duration,
     /// How the drives' positions go to the device, as its image says.
     pub(crate) master: Master,
     started: Instant,
@@ -132,6 +133,7 @@ impl<L: Link> Client<L> {
             device: nobody,
             lock_step: false,
             host_tick: 0,
+            latest_step: Duration::ZERO,
             master: Master::default(),
             started: Instant::now(),
         };
@@ -246,6 +248,11 @@ impl<L: Link> Client<L> {
     /// Ticks run only when granted.
     pub fn lock_step(&self) -> bool {
         self.lock_step
+    }
+
+    /// How long after its time a step was sent at most; in lock step none has a time.
+    pub fn latest_step(&self) -> Duration {
+        self.latest_step
     }
 
     /// Zeroes the device's counters and worst cases.

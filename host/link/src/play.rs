@@ -102,6 +102,7 @@ impl<L: Link> Client<L> {
         let (mut sent, mut answered) = (0, true);
         let (mut due, mut heard) = (Instant::now(), Instant::now());
         for step in steps {
+            self.latest_step = self.latest_step.max(due.elapsed());
             self.send_step(step)?;
             self.link.flush()?;
             (sent, answered) = (sent + 1, false);

@@ -4,13 +4,16 @@ mod device;
 mod interface;
 
 use std::fmt::Display;
+use std::time::{Duration, Instant};
 
+use cathforce_control::{ENCODER_TIMEOUT_HARD_TICKS, TICK_S};
 use cathforce_link::interface as net;
 use cathforce_link::{LinkError, qemu};
 use serde::Serialize;
 
 use crate::args::DoctorArguments;
 use crate::failure::{Code, Failure};
+use crate::session::REAL_TIME;
 use crate::ui::Ui;
 
 /// One thing that was looked at.
@@ -100,6 +103,7 @@ fn computer_checks() -> Vec<Check> {
             checks.extend(interfaces.iter().flat_map(interface::checks));
         }
     }
+    checks.push(timers(latest_wake()));
     checks.push(match qemu::find_firmware(None) {
         Ok(elf) => Check::good("firmware for the emulated board", elf.display()),
         Err(error) => {
@@ -108,6 +112,28 @@ fn computer_checks() -> Vec<Check> {
         }
     });
     checks
+}
+
+/// How long after its time this program was woken at most, of half a second of sleeps.
+fn latest_wake() -> Duration {
+    const SLEEP: Duration = Duration::from_millis(1);
+    let woken = (0..500).map(|_| {
+        let due = Instant::now() + SLEEP;
+        std::thread::sleep(SLEEP);
+        due.elapsed()
+    });
+    woken.max().unwrap_or_default()
+}
+
+/// Whether a device that runs free would get its frames in time.
+fn timers(latest: Duration) -> Check {
+    let found = format!("woken at most {:.1} ms late", 1e3 * latest.as_secs_f64());
+    let silence_s = f64::from(ENCODER_TIMEOUT_HARD_TICKS) * f64::from(TICK_S);
+    if latest.as_secs_f64() < silence_s {
+        return Check::good("timers", found);
+    }
+    let fix = format!("for a device that runs free and waits no longer than that: {REAL_TIME}");
+    Check::doubtful("timers", found, fix)
 }
 
 /// Everything between here and the device behind a link.
@@ -144,4 +170,18 @@ fn text(ui: &Ui, checks: &[Check]) -> String {
         format!("{mark}  {}: {}\n{}", ui.bold(&check.name), check.found, fix.unwrap_or_default())
     };
     checks.iter().map(line).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_computer_that_wakes_too_late_is_told_what_to_do() {
+        let check = timers(Duration::from_micros(400));
+        assert_eq!((check.verdict, &check.found[..]), (Verdict::Good, "woken at most 0.4 ms late"));
+        let check = timers(Duration::from_millis(7));
+        assert_eq!(check.verdict, Verdict::Doubtful);
+        assert!(check.fix.unwrap().contains("chrt -r 10"));
+    }
 }

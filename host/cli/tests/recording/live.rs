@@ -2,7 +2,8 @@
 
 use std::io::Read;
 use std::net::TcpListener;
-use std::process::Stdio;
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
 
 use cathforce_bus::slcan::{Decoder, Line};
 use cathforce_bus::{Frame, Id};
@@ -36,6 +37,32 @@ fn a_free_run_is_recorded_and_its_latency_known() {
     assert_fails(&above, 6, &["end to end", "--budget is"]);
     let check = cathforce(["check", text(&file)]);
     assert!(String::from_utf8_lossy(&check.stdout).contains("recorded without lock step"));
+}
+
+/// A computer that is too busy is no fault of the drive's cable.
+#[cfg(unix)]
+#[test]
+fn a_computer_that_was_late_is_named_with_what_helps() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("late.mcap");
+    let mut run = command();
+    run.args(["run", "--free", "--link", "sim", text(&example()), "--cell", "3", "--quiet"]);
+    let run = run.args(["--out", text(&file)]).stderr(Stdio::piped()).stdout(Stdio::null());
+    let child = run.spawn().unwrap();
+    let deadline = Instant::now() + Duration::from_secs(60);
+    while std::fs::metadata(&file).map_or(0, |file| file.len()) == 0 {
+        assert!(Instant::now() < deadline, "no recording was begun");
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    std::thread::sleep(Duration::from_millis(800));
+    for (signal, then_ms) in [("-STOP", 200), ("-CONT", 0)] {
+        let id = child.id().to_string();
+        assert!(Command::new("kill").args([signal, &id]).status().unwrap().success());
+        std::thread::sleep(Duration::from_millis(then_ms));
+    }
+    let output = child.wait_with_output().unwrap();
+    let words = ["no valid encoder sample", "ms after its time", "fix:", "chrt -r 10"];
+    assert_fails(&output, 5, &words);
 }
 
 #[test]
