@@ -27,7 +27,7 @@ pub use fixture::{
     EXAMPLE, bundle, guidewire_bundle, image, image_with, program, small_image, strong_image,
 };
 pub use rig::Rig;
-pub use trial::{estimates, measured, record};
+pub use trial::{drives, estimates, measured, record};
 pub use watch::{LimitWatch, OutputReader};
 
 /// Where a drive is: insertion \[m\], rotation \[rad\].

@@ -44,7 +44,7 @@ pub fn measured(bundle: &Bundle, trial: &cathforce_rig::Trial) -> Trial {
 }
 
 /// Where the catheter's drive is in each tick of a trial.
-fn drives(trial: &cathforce_rig::Trial) -> impl Iterator<Item = Drive> {
+pub fn drives(trial: &cathforce_rig::Trial) -> impl Iterator<Item = Drive> {
     times_s(trial).map(|t_s| drive(trial.encoder_at(t_s).expect("a catheter")))
 }
 
