@@ -66,6 +66,10 @@ impl Plant for Altered<'_> {
         self.inner.simulate(trial, point)
     }
 
+    fn ways(&self) -> usize {
+        self.inner.ways()
+    }
+
     fn cheap(&self) -> bool {
         self.inner.cheap()
     }

@@ -43,7 +43,7 @@ impl Depth {
             Self::Glance => Effort { steps: 2, compass: 0, renewals: 0, ..SPARING },
             Self::Brief => Effort { steps: 3, compass: 0, renewals: 0, ..SPARING },
             Self::Whole => SPARING,
-            Self::Polished => Effort { steps: 4, converged: 2e-4, exact: true, ..SPARING },
+            Self::Polished => Effort { steps: 4, converged: 2e-4, ..SPARING },
         }
     }
 }
@@ -90,6 +90,21 @@ pub enum Start<'a> {
     Point(&'a Point),
     /// Where another fit ended, which need not be simulated again.
     Fit(&'a Fit),
+    /// Where another fit of the same parameters ended, with simulations that are corrected there:
+    /// derivatives are those that it ended with.
+    Corrected {
+        fit: &'a Fit,
+        point: &'a Point,
+    },
+}
+
+impl Start<'_> {
+    pub fn point(&self) -> &Point {
+        match self {
+            Self::Point(point) | Self::Corrected { point, .. } => point,
+            Self::Fit(fit) => &fit.point,
+        }
+    }
 }
 
 /// Fits the parameters of `effects`, beginning at `start` and at the switch-on values of
@@ -115,18 +130,21 @@ pub fn fit(
         trials: (0..problem.plant.trials().len()).collect(),
     };
     let identity = match start {
-        Start::Point(point) => search.place(point.clone())?,
+        Start::Point(point) | Start::Corrected { point, .. } => search.place(point.clone())?,
         Start::Fit(fit) => {
             let raw = fit.trials.iter().map(|trial| trial.raw.clone()).collect();
             search.known(fit.point.clone(), raw)?
         }
     };
     let limit = identity.loss;
-    let Found { place: best, jacobian, tried } = if depth == Depth::Glance && !problem.plant.cheap()
-    {
-        glance(&search, identity, fresh)?
-    } else {
-        search.begin(identity, fresh)?
+    let Found { place: best, jacobian, tried } = match start {
+        Start::Corrected { fit, .. } => {
+            let known = fit.trials.iter().map(|trial| trial.raw_jacobian.clone()).collect();
+            let (place, jacobian) = search.descend_with(identity, known, false)?;
+            Found { place, jacobian, tried: None }
+        }
+        _ if depth == Depth::Glance && !problem.plant.cheap() => glance(&search, identity, fresh)?,
+        _ => search.begin(identity, fresh)?,
     };
     let trials = best.raw.into_iter().zip(best.refits).zip(jacobian);
     let trials = trials.map(|((raw, refit), raw_jacobian)| {

@@ -52,7 +52,7 @@ fn explained(plant: &dyn Plant, diagnosis: &Diagnosis) -> Option<Point> {
             *value = named.parameters.get(parameter.name).map_or(*value, |own| own.value);
         }
     }
-    Some(point)
+    Some(point.anchored())
 }
 
 /// Energy of one trial above its floor, nuisances refitted.

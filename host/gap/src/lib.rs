@@ -27,6 +27,7 @@ mod band;
 mod calibration;
 pub mod catheter;
 mod confuse;
+mod correct;
 mod criteria;
 mod diagnose;
 pub mod drive;

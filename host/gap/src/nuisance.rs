@@ -52,7 +52,14 @@ impl Nuisances {
     ) -> Option<Self> {
         let nuisances = problem.plant.nuisances();
         let coordinates: Vec<_> = (0..nuisances.len()).map(Coordinate::Nuisance).collect();
-        let mut scaled = problem.sensitivities(trials, point, base, &coordinates)?;
+        let mut scaled = if point.anchor.is_everywhere {
+            // What they do is the same by the model that costs less.
+            let point = point.clone().anchored();
+            let base = problem.residuals_of(trials, &point)?;
+            problem.sensitivities(trials, &point, &base, &coordinates)?
+        } else {
+            problem.sensitivities(trials, point, base, &coordinates)?
+        };
         for matrix in &mut scaled {
             for (mut column, nuisance) in matrix.column_iter_mut().zip(nuisances) {
                 column *= nuisance.sd;

@@ -17,7 +17,13 @@ impl Selector<'_> {
     /// The best pair, if it pays more than the best single effect.
     pub fn pairs(&self, selection: &mut Selection, nuisances: &Nuisances) {
         let fitted = |pair: [usize; 2]| -> Option<([usize; 2], Candidate)> {
+            let better = pair
+                .into_iter()
+                .filter_map(|e| selection.singles[e].as_ref())
+                .min_by(|a, b| a.fit.loss.total_cmp(&b.fit.loss));
+            let better = better?;
             let mut start = selection.nominal.fit.point.clone();
+            start.anchor.clone_from(&better.fit.point.anchor);
             for effect in pair {
                 if let Some(shown) = &selection.shown[effect] {
                     start.effects[effect].clone_from(&shown.point.effects[effect]);
@@ -25,11 +31,6 @@ impl Selector<'_> {
             }
             // From both switched on, or from the better of the two alone.
             let joint = self.candidate(Depth::Brief, nuisances, Start::Point(&start), &pair, None);
-            let better = pair
-                .into_iter()
-                .filter_map(|e| selection.singles[e].as_ref())
-                .min_by(|a, b| a.fit.loss.total_cmp(&b.fit.loss));
-            let better = better?;
             let candidate = match joint {
                 Some(joint) if joint.fit.loss <= better.fit.loss => Some(joint),
                 _ => {

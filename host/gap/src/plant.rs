@@ -5,6 +5,7 @@
 //! upstream of the measurement; the diagnosis never sees anything but predictions.
 
 use std::ops::Range;
+use std::sync::Arc;
 
 /// What a channel is a part of; errors of the parts add up to a vector's.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -156,19 +157,62 @@ pub struct Point {
     /// By effect, by parameter.
     pub effects: Vec<Vec<f64>>,
     pub nuisances: Vec<f64>,
+    pub anchor: Anchor,
+}
+
+/// Where a plant takes how far its simulations are from those of a finer model; by so much it
+/// corrects them, there and around. Plants without finer models take no notice.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Anchor {
+    /// By effect, by parameter.
+    pub effects: Arc<Vec<Vec<f64>>>,
+    /// By trial, which of the [`Plant::ways`].
+    pub ways: Arc<Vec<usize>>,
+    /// Whether the finer model itself is asked, wherever the point is.
+    pub is_everywhere: bool,
 }
 
 impl Point {
     /// Every effect off, every nuisance 0.
     pub fn nominal(plant: &dyn Plant) -> Self {
+        Self::off(plant.effects(), plant.nuisances().len())
+    }
+
+    /// The same of some effects and so many nuisances.
+    pub fn off(effects: &[Effect], nuisances: usize) -> Self {
         let off = |effect: &Effect| effect.parameters.iter().map(|p| p.off).collect();
-        Self {
-            effects: plant.effects().iter().map(off).collect(),
-            nuisances: vec![0.0; plant.nuisances().len()],
+        let effects: Vec<Vec<f64>> = effects.iter().map(off).collect();
+        let anchor = Anchor {
+            effects: Arc::new(effects.clone()),
+            ways: Arc::default(),
+            is_everywhere: false,
+        };
+        Self { effects, nuisances: vec![0.0; nuisances], anchor }
+    }
+
+    /// The same effects, corrected where they are.
+    pub fn anchored(mut self) -> Self {
+        if *self.anchor.effects != self.effects {
+            self.anchor.effects = Arc::new(self.effects.clone());
         }
+        self.anchor.is_everywhere = false;
+        self
+    }
+
+    /// The same by the finer model itself.
+    pub fn finer(mut self) -> Self {
+        self.anchor.is_everywhere = true;
+        self
+    }
+
+    /// The same with another finer model for one trial.
+    pub fn on_way(mut self, trial: usize, way: usize) -> Self {
+        let ways = Arc::make_mut(&mut self.anchor.ways);
+        ways.resize(ways.len().max(trial + 1), 0);
+        ways[trial] = way;
+        self
     }
 }
-
 /// A piece of motion that could be recorded next.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Segment {
@@ -189,6 +233,12 @@ pub trait Plant: Sync {
     /// Predictions of all samples of a trial, in their order; `None` when the simulation
     /// breaks down at this point.
     fn simulate(&self, trial: usize, point: &Point) -> Option<Vec<f64>>;
+
+    /// How many finer models there are that simulations can be corrected by, all as good: at a fork
+    /// the tip turns on less than any model knows, and they go different ways.
+    fn ways(&self) -> usize {
+        1
+    }
 
     /// Whether a simulation costs next to nothing: fits may take many steps then, and nuisances
     /// are linearised again where every fit ends, and not only where it begins.

@@ -58,11 +58,11 @@ impl Selector<'_> {
         let nuisances = self.nuisances_at(best)?;
         if !best.effects.is_empty() && !self.problem.plant.cheap() {
             let start = Start::Fit(best);
-            let polished =
-                self.candidate(Depth::Polished, &nuisances, start, &best.effects, None)?;
+            let polished = self.candidate(Depth::Polished, &nuisances, start, &best.effects, None);
             // Near a threshold, the last of the way down may be the noise of one trial.
             let gap = selection.nominal.score.excess();
-            if !predicts_less(&selection.best.score, &polished.score, gap) {
+            let keeps = |p: &Candidate| !predicts_less(&selection.best.score, &p.score, gap);
+            if let Some(polished) = polished.filter(keeps) {
                 selection.best = polished;
             }
         }
@@ -81,6 +81,7 @@ impl Selector<'_> {
         let mut start = best.point.clone();
         let off = self.problem.plant.effects()[effect].parameters.iter().map(|p| p.off);
         start.effects[effect] = off.collect();
+        let start = start.anchored();
         let own = self.candidate(Depth::Whole, nuisances, Start::Point(&start), &left, None)?;
         // One that is left alone may have found another way down by itself.
         let alone = match left.as_slice() {

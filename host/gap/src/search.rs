@@ -157,12 +157,22 @@ impl Search<'_> {
     }
 
     /// Steps down from `place`; gives the end and the raw derivatives there.
-    pub fn descend(&self, mut place: Place) -> Option<(Place, Vec<DMatrix<f64>>)> {
-        let mut jacobian = self.derivatives(&place)?;
+    pub fn descend(&self, place: Place) -> Option<(Place, Vec<DMatrix<f64>>)> {
+        let jacobian = self.derivatives(&place)?;
+        self.descend_with(place, jacobian, true)
+    }
+
+    /// The same with derivatives that are known there; `fresh`: exactly, and not about.
+    pub fn descend_with(
+        &self,
+        mut place: Place,
+        mut jacobian: Vec<DMatrix<f64>>,
+        mut fresh: bool,
+    ) -> Option<(Place, Vec<DMatrix<f64>>)> {
         if self.coordinates.is_empty() {
             return Some((place, jacobian));
         }
-        let (mut damping, mut searched, mut fresh) = (1e-4, false, true);
+        let (mut damping, mut searched) = (1e-4, false);
         let mut renewals = self.effort.renewals;
         for _ in 0..self.effort.steps {
             let before = place.loss;

@@ -110,8 +110,9 @@ impl Selector<'_> {
         self.candidate(Depth::Whole, &nuisances, Start::Point(&point), &[], None)
     }
 
-    /// A fit and its score; where simulations cost nothing, nuisances are linearised once more
-    /// where it ends.
+    /// A fit and its score. Where simulations cost nothing, nuisances are linearised once more
+    /// where it ends; where they do, a whole fit goes on from there with simulations corrected
+    /// there, and a polished one asks the finer model itself.
     pub fn candidate(
         &self,
         depth: Depth,
@@ -120,12 +121,18 @@ impl Selector<'_> {
         effects: &[usize],
         fresh: Option<usize>,
     ) -> Option<Candidate> {
+        let cheap = self.problem.plant.cheap();
+        let finer = start.point().clone().finer();
+        let is_last = depth == Depth::Polished && !cheap;
+        let start = if is_last { Start::Point(&finer) } else { start };
         let mut found = fit(self.problem, nuisances, start, effects, fresh, depth)?;
-        if !effects.is_empty() && self.problem.plant.cheap() {
+        if !effects.is_empty() && cheap {
             let nuisances = self.nuisances_at(&found)?;
             let failed = found.failed;
             found = fit(self.problem, &nuisances, Start::Fit(&found), effects, None, depth)?;
             found.failed |= failed;
+        } else if depth == Depth::Whole && !cheap && !found.failed {
+            found = self.corrected(nuisances, &found, depth).unwrap_or(found);
         }
         let score = score(self.problem, self.folds, &found);
         Some(Candidate { fit: found, score })

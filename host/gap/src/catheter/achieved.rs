@@ -183,7 +183,7 @@ impl Compared<'_> {
             if let Some(k) = moved {
                 nuisances[k] = priors[k].sd;
             }
-            self.catheter.predict(self.trial, description.clone(), &nuisances)
+            self.catheter.predict(self.trial, description.clone(), &nuisances, (description, 0))
         };
         let model = self.residual(&predict(None)?);
         let column = |k: usize| Some(self.residual(&predict(Some(k))?) - &model);

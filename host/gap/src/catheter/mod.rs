@@ -6,6 +6,7 @@
 
 mod achieved;
 mod check;
+mod defects;
 mod library;
 mod motion;
 mod planned;
@@ -28,23 +29,35 @@ pub use planned::{PlannedError, planned};
 pub use spike::{Changes, Spike, SpikeError, Spiked, Spiking};
 
 use crate::plant::{Channel, Effect, Nuisance, Plant, Point, Repeat, Segment, Swing, Trial};
+use defects::Defects;
 use library::Library;
 use motion::PHASES;
 use prepare::{Prepared, Source};
 use segments::Segments;
 use simulate::{Inputs, Simulator, Trajectory, readings};
 
-/// A diagnosis plays every trial hundreds of times: with half the links and half the ticks of the
-/// device. What that changes is part of what the model leaves open, and so of the floor.
+/// A diagnosis plays every trial hundreds of times: with half the links and a quarter of the ticks
+/// of the device. Predictions are corrected by what a finer model changes where a fit ends.
 const COARSER: f64 = 2.0;
 const TICK_S: f64 = 4e-3;
 /// Half width of the wall's uncertainty away from junctions \[m\].
 const WALL_UNCERTAINTY_M: f64 = 40e-6;
+/// Models with the device's links and a quarter of the diagnosis' step: their solves, and how much nearer
+/// the wall stands \[m\].
+const WAYS: [(u8, f64); 4] =
+    [(1, 0.0), (2, 0.0), (1, WALL_UNCERTAINTY_M), (1, -WALL_UNCERTAINTY_M)];
+const SUBSTEPS: u8 = 4;
+/// Share of what the first of them changes that it leaves open itself: on realities without an
+/// effect the force behind the guide misses by 3.1 times its noise before the correction, and by 0.7
+/// times after it.
+const FINER_LEFT: f64 = 0.3;
 
 /// Catheter bundles as a [`Plant`].
 pub struct Catheter {
     nominal: Description<f64>,
     simulator: Simulator,
+    /// By trial.
+    defects: Vec<Defects>,
     library: Library,
     channels: Vec<Channel>,
     regimes: Vec<String>,
@@ -82,6 +95,7 @@ impl Catheter {
             library: Library { effects: Vec::new(), keys: Vec::new() },
             nominal,
             simulator,
+            defects: Vec::new(),
             channels: prepare::channels(prepared.iter().map(|(_, own)| own)),
             regimes: motion::regimes(),
             trials: Vec::new(),
@@ -111,6 +125,7 @@ impl Catheter {
         if catheter.trials.is_empty() {
             return Err(CatheterError::NothingCompared);
         }
+        catheter.defects = catheter.trials.iter().map(|_| Defects::default()).collect();
         catheter.library = Library::of(&catheter.nominal, &way_m);
         catheter.repeats = prepare::repeats(&catheter.trials, &catheter.prepared);
         catheter.segments =
@@ -127,11 +142,9 @@ impl Catheter {
             found.ok_or(CatheterError::Nominal(number))
         };
         let nominal = run(&self.nominal)?;
-        // The same physics with the device's links, half the step and two solves, and with a wall
-        // that stands elsewhere: what the model leaves open without any effect.
-        let mut finer = self.nominal.clone();
-        finer.solver.link_length_m /= COARSER;
-        (finer.solver.substeps, finer.solver.solves) = (2, 2);
+        // What the model leaves open without any effect: it is corrected by a finer one, which is
+        // finite too, and the wall may stand elsewhere.
+        let finer = finer(&self.nominal, WAYS[0]);
         let mut nearer = self.nominal.clone();
         nearer.instrument.outer_radius_m += WALL_UNCERTAINTY_M;
         let (finer, nearer) = (run(&finer)?, run(&nearer)?);
@@ -141,7 +154,7 @@ impl Catheter {
             let finer = own.read(&finer, &finer.force_n, 0.0);
             let nearer = own.read(&nearer, &nearer.force_n, 0.0);
             let pairs = nominal_at.iter().zip(finer.iter().zip(&nearer));
-            pairs.map(|(n, (f, w))| [f - n, w - n]).collect()
+            pairs.map(|(n, (f, w))| [FINER_LEFT * (f - n), w - n]).collect()
         };
         let samples = own.samples(&self.channels, &deviation);
         self.remarks.extend(own.remarks(number));
@@ -149,8 +162,29 @@ impl Catheter {
         Ok(nominal.tip_m.clone())
     }
 
-    /// Predictions of all samples of a trial; `None` when the simulation breaks down.
+    /// Predictions of all samples of a trial, corrected by what a finer model changes at `anchor`;
+    /// `None` when a simulation breaks down.
     fn predict(
+        &self,
+        trial: usize,
+        description: Description<f64>,
+        nuisances: &[f64],
+        (anchor, way): (&Description<f64>, usize),
+    ) -> Option<Vec<f64>> {
+        let coarse = self.uncorrected(trial, description, nuisances)?;
+        let none = vec![0.0; self.nuisances.len()];
+        let finer = finer(anchor, *WAYS.get(way)?);
+        let defect = || {
+            let coarse = self.uncorrected(trial, anchor.clone(), &none)?;
+            let finer = self.uncorrected(trial, finer.clone(), &none)?;
+            Some(finer.iter().zip(&coarse).map(|(finer, coarse)| finer - coarse).collect())
+        };
+        let defect = self.defects.get(trial)?.of(&finer, defect)?;
+        Some(coarse.iter().zip(defect.iter()).map(|(f, d)| f + d).collect())
+    }
+
+    /// The same without correction.
+    fn uncorrected(
         &self,
         trial: usize,
         description: Description<f64>,
@@ -250,7 +284,17 @@ impl Plant for Catheter {
 
     fn simulate(&self, trial: usize, point: &Point) -> Option<Vec<f64>> {
         let description = self.library.describe(&self.nominal, point)?;
-        self.predict(trial, description, &point.nuisances)
+        let way = point.anchor.ways.get(trial).copied().unwrap_or_default();
+        if point.anchor.is_everywhere {
+            return self.uncorrected(trial, finer(&description, *WAYS.get(way)?), &point.nuisances);
+        }
+        let anchor = Point { effects: point.anchor.effects.to_vec(), ..point.clone() };
+        let anchor = self.library.describe(&self.nominal, &anchor)?;
+        self.predict(trial, description, &point.nuisances, (&anchor, way))
+    }
+
+    fn ways(&self) -> usize {
+        WAYS.len()
     }
 
     fn cheap(&self) -> bool {
@@ -301,6 +345,15 @@ fn nominal(bundle: &Bundle) -> Result<Description<f64>, CatheterError> {
     let mut nominal = to_description::<f64>(bundle, &defaults).ok_or(CatheterError::NoTrials)?;
     nominal.solver.link_length_m *= COARSER;
     Ok(nominal)
+}
+
+/// The same physics with the device's links, one of the [`WAYS`].
+fn finer(description: &Description<f64>, (solves, nearer_m): (u8, f64)) -> Description<f64> {
+    let mut finer = description.clone();
+    finer.solver.link_length_m /= COARSER;
+    (finer.solver.substeps, finer.solver.solves) = (SUBSTEPS, solves);
+    finer.instrument.outer_radius_m += nearer_m;
+    finer
 }
 
 /// Force bias, time shift, insertion offset and rigid registration, in the order that

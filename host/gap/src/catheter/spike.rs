@@ -101,10 +101,7 @@ impl<'a> Spiking<'a> {
     /// Puts effects into the data of every trial.
     pub fn put_in(&self, spikes: &[Spike]) -> Result<Spiked, SpikeError> {
         let effects = &self.library.effects;
-        let mut point = Point {
-            effects: effects.iter().map(|e| e.parameters.iter().map(|p| p.off).collect()).collect(),
-            nuisances: Vec::new(),
-        };
+        let mut point = Point::off(effects, 0);
         let mut parameters = Vec::new();
         for spike in spikes {
             let at = effects.iter().position(|effect| effect.id == spike.id);
