@@ -68,3 +68,70 @@ impl Selector<'_> {
         Some(chosen)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::fit::{Depth, Start, fit};
+    use crate::plant::{Plant, Point};
+    use crate::toy::{Toy, effect, explained_by, noise, parameter};
+
+    const SAMPLES: usize = 400;
+    const NOISE: f64 = 0.01;
+    const TRUE: f64 = 2.0;
+
+    fn along(i: usize) -> f64 {
+        i as f64 / SAMPLES as f64
+    }
+
+    /// Coarse simulations are a tenth too steep.
+    fn predict(i: usize, point: &Point) -> f64 {
+        let (finer, coarse) = (|slope: f64| slope, |slope: f64| 1.1 * slope);
+        let (here, anchor) = (point.effects[0][0], point.anchor.effects[0][0]);
+        let slope = match point.anchor.is_everywhere {
+            true => finer(here),
+            false => coarse(here) + finer(anchor) - coarse(anchor),
+        };
+        slope * along(i)
+    }
+
+    fn toy(trials: usize, forks: Vec<f64>) -> impl Plant {
+        let measured = (0..SAMPLES).map(|i| TRUE * along(i) + NOISE * noise(i));
+        let mut toy = Toy::new(0.01, NOISE, measured, predict).times(trials);
+        toy.effects = vec![effect("slope", vec![parameter("slope")], vec![vec![1.0]])];
+        (toy.cheap, toy.forks) = (false, forks);
+        toy
+    }
+
+    #[test]
+    fn a_fit_goes_on_from_where_it_ended_and_is_polished_by_the_finer_model() {
+        let plant = toy(1, vec![0.0]);
+        explained_by(&plant, &[], |selector, selection| {
+            let (nominal, nuisances) = (&selection.nominal.fit, selection.nuisances.as_ref());
+            let (start, nuisances) = (Start::Fit(nominal), nuisances.unwrap());
+            let once = fit(selector.problem, nuisances, start, &[0], Some(0), Depth::Whole);
+            let off = (once.unwrap().point.effects[0][0] - TRUE).abs();
+            assert!(off > 0.15, "{off}");
+            let whole = selector.candidate(Depth::Whole, nuisances, start, &[0], Some(0)).unwrap();
+            let off = (whole.fit.point.effects[0][0] - TRUE).abs();
+            assert!(off < 0.03, "{off}");
+            let start = Start::Fit(&whole.fit);
+            let last = selector.candidate(Depth::Polished, nuisances, start, &[0], None).unwrap();
+            let off = (last.fit.point.effects[0][0] - TRUE).abs();
+            assert!(off < 0.005, "{off}");
+        });
+    }
+
+    #[test]
+    fn a_trial_that_is_far_behind_takes_the_way_that_explains_it() {
+        let ways = |forks: Vec<f64>| {
+            explained_by(&toy(6, forks), &[0], |_, selection| {
+                selection.best.fit.point.anchor.ways.to_vec()
+            })
+        };
+        assert_eq!(ways(vec![0.3, 0.4, 0.0]), [0, 0, 0, 0, 0, 2]);
+        // No way is much better.
+        assert!(ways(vec![0.3, 0.29]).iter().all(|way| *way == 0));
+        // None is far behind.
+        assert!(ways(vec![0.0, 0.001]).iter().all(|way| *way == 0));
+    }
+}

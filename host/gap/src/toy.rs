@@ -1,4 +1,5 @@
-//! A plant for tests: one trial, one channel, and a prediction that is a formula.
+//! A plant for tests: one channel, one trial or some that are the same, and a prediction that is a
+//! formula.
 
 use crate::floor::Floor;
 use crate::plant::{
@@ -13,6 +14,9 @@ pub struct Toy<F> {
     pub effects: Vec<Effect>,
     pub nuisances: Vec<Nuisance>,
     pub swing: Option<Swing>,
+    pub cheap: bool,
+    /// Added to the predictions of the last trial, by the way that its finer model goes.
+    pub forks: Vec<f64>,
     channels: Vec<Channel>,
     regimes: Vec<String>,
     trials: Vec<Trial>,
@@ -44,11 +48,19 @@ impl<F: Fn(usize, &Point) -> f64> Toy<F> {
             effects: Vec::new(),
             nuisances: Vec::new(),
             swing: None,
+            cheap: true,
+            forks: vec![0.0],
             channels: vec![Channel { name: "fx_N".into(), quantity: Quantity::Force }],
             regimes: vec!["standing".into()],
             trials: vec![Trial { number: 0, samples, blocks: 1 }],
             predict,
         }
+    }
+
+    /// The same trial so many times.
+    pub fn times(mut self, trials: usize) -> Self {
+        self.trials = vec![self.trials[0].clone(); trials];
+        self
     }
 }
 
@@ -62,8 +74,8 @@ pub fn explained_by<T>(
     let samples = plant.trials()[0].samples.len();
     let folds = Folds {
         kind: FoldKind::Block,
-        of_sample: vec![(0..samples).map(|i| i % 4).collect()],
-        scored: vec![vec![true; samples]],
+        of_sample: vec![(0..samples).map(|i| i % 4).collect(); plant.trials().len()],
+        scored: vec![vec![true; samples]; plant.trials().len()],
         count: 4,
         unseen_share: 0.0,
         unseen: Vec::new(),
@@ -123,11 +135,18 @@ impl<F: Fn(usize, &Point) -> f64 + Sync> Plant for Toy<F> {
 
     fn simulate(&self, trial: usize, point: &Point) -> Option<Vec<f64>> {
         let samples = 0..self.trials[trial].samples.len();
-        Some(samples.map(|i| (self.predict)(i, point)).collect())
+        let way = point.anchor.ways.get(trial).copied().unwrap_or_default();
+        let is_last = trial + 1 == self.trials.len();
+        let fork = if is_last { *self.forks.get(way)? } else { 0.0 };
+        Some(samples.map(|i| (self.predict)(i, point) + fork).collect())
+    }
+
+    fn ways(&self) -> usize {
+        self.forks.len()
     }
 
     fn cheap(&self) -> bool {
-        true
+        self.cheap
     }
 
     fn swing(&self, _effect: usize) -> Option<Swing> {

@@ -10,8 +10,10 @@ const KEPT: usize = 64;
 /// Corrections of one trial.
 #[derive(Default)]
 pub struct Defects {
-    kept: Mutex<Vec<(Description<f64>, Arc<Vec<f64>>)>>,
+    kept: Mutex<Vec<Kept>>,
 }
+
+type Kept = (Description<f64>, Arc<Vec<f64>>);
 
 impl Defects {
     /// The correction by a model, computed when it is not known. `None` when that fails.
