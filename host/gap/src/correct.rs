@@ -128,9 +128,9 @@ mod tests {
                 selection.best.fit.point.anchor.ways.to_vec()
             })
         };
-        assert_eq!(ways(vec![0.3, 0.4, 0.0]), [0, 0, 0, 0, 0, 2]);
+        assert_eq!(ways(vec![-0.3, -0.4, 0.0]), [0, 0, 0, 0, 0, 2]);
         // No way is much better.
-        assert!(ways(vec![0.3, 0.29]).iter().all(|way| *way == 0));
+        assert!(ways(vec![-0.3, -0.29]).iter().all(|way| *way == 0));
         // None is far behind.
         assert!(ways(vec![0.0, 0.001]).iter().all(|way| *way == 0));
     }
