@@ -6,8 +6,10 @@
 //! > f(θ) = c(θ) + d(θ₀),   d(θ₀) = F(θ₀) − c(θ₀)
 //!
 //! A fit that ends at θ takes θ as its anchor and goes on; where it rests, its residual is that of
-//! the finer model. The best model is fitted to the end with the finer model itself. At a fork of the vessel the tip turns on less than any model knows: a trial that
-//! is left far behind the others is tried with other models that are as fine.
+//! the finer model. The best model is fitted to the end with the finer model itself.
+//!
+//! At a fork of the vessel the tip turns on less than any model knows: a trial that is left far
+//! behind the others is tried with other models that are as fine.
 
 use rayon::prelude::*;
 
