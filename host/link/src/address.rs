@@ -22,9 +22,15 @@ enum Address<'a> {
     Sim,
 }
 
-/// Checks the form of an address, and opens nothing.
+/// Checks the form of an address, and that its CAN interface is there; sends nothing and starts
+/// nothing.
 pub fn check(address: &str) -> Result<(), LinkError> {
-    understood(address).map(drop)
+    match understood(address)? {
+        Address::SocketCan { interface } => open_socketcan(address, interface).map(drop),
+        Address::Tcp { .. } | Address::Serial { .. } | Address::Qemu { .. } | Address::Sim => {
+            Ok(())
+        }
+    }
 }
 
 fn understood(address: &str) -> Result<Address<'_>, LinkError> {
@@ -105,6 +111,14 @@ mod tests {
         assert_eq!(parse("qemu"), Ok(Address::Qemu { elf: None }));
         assert_eq!(parse("qemu:a/b.elf"), Ok(Address::Qemu { elf: Some("a/b.elf") }));
         assert_eq!(parse("sim"), Ok(Address::Sim));
+    }
+
+    #[test]
+    fn a_can_interface_that_is_not_there_is_missed_before_anything_is_done() {
+        // Whatever CAN this kernel has, it has no interface of a name that is too long for one.
+        assert!(check("socketcan:no-such-interface").is_err());
+        // A port may be opened by nobody but who speaks to it.
+        assert!(check("slcan:/dev/no-such-port").is_ok());
     }
 
     #[test]

@@ -21,7 +21,8 @@ use crate::summary::Summary;
 use crate::ui::Ui;
 
 pub fn run(ui: &Ui, link: &str, pace: Pace, arguments: &PlayArguments) -> Result<(), Failure> {
-    // Building the image takes a while, after which nobody wants to hear of a misprint.
+    // Building the image takes a while, after which nobody wants to hear of a misprint or of an
+    // interface that is down.
     cathforce_link::check_address(link)?;
     let bundle = open_bundle(ui, &arguments.bundle)?;
     let (number, trial) = pick(&bundle, arguments.trial)?;
