@@ -33,6 +33,9 @@ const NEARLY_ALL: f64 = 0.9;
 const LED_FLOOR: f64 = 5.0;
 /// Shrink by which a part of the answer must be ahead of its rivals.
 const LEAD: f64 = 0.2;
+/// The same, from which on what is left may be of any size: what no other effect comes near to
+/// explaining by half is not explained by chance.
+const CLEAR_LEAD: f64 = 0.35;
 /// Share of the nominal RMS from which on an effect is material.
 const MATERIAL: f64 = 0.05;
 /// Share of unseen samples from which on held-out figures say too little.
@@ -226,8 +229,9 @@ impl<'a> Answer<'a> {
             _ if selection.best.fit.effects.is_empty() => Verdict::Unknown,
             s if s >= NEARLY_ALL => Verdict::Named,
             s if s >= NAMED && near(NEAR_FLOOR) => Verdict::Named,
-            s if s >= NAMED && near(LED_FLOOR) && self.leads(&named) => Verdict::Named,
-            s if s >= PARTIAL && near(NEAR_FLOOR) && self.leads(&named) => Verdict::Partial,
+            s if s >= NAMED && self.lead(&named) >= CLEAR_LEAD => Verdict::Named,
+            s if s >= NAMED && near(LED_FLOOR) && self.lead(&named) >= LEAD => Verdict::Named,
+            s if s >= PARTIAL && near(NEAR_FLOOR) && self.lead(&named) >= LEAD => Verdict::Partial,
             _ => Verdict::Unknown,
         };
         self.next_experiment(&selection, &named);
@@ -281,10 +285,10 @@ impl<'a> Answer<'a> {
         self.diagnosis.ranking = ranking;
     }
 
-    /// Whether the first effect alone closes clearly more than any that it can be told apart from:
-    /// what several explain equally badly, none explains.
-    fn leads(&self, named: &[(usize, Vec<usize>)]) -> bool {
-        let Some(first) = self.diagnosis.effects.first() else { return false };
+    /// How much more the first effect closes alone than any that it can be told apart from: what
+    /// several explain equally badly, none explains.
+    fn lead(&self, named: &[(usize, Vec<usize>)]) -> f64 {
+        let Some(first) = self.diagnosis.effects.first() else { return 0.0 };
         let id = |effect: usize| self.plant.effects()[effect].id;
         let own = named.iter().find(|(effect, _)| id(*effect) == first.id);
         let near = |ranked: &Ranked| {
@@ -295,7 +299,7 @@ impl<'a> Answer<'a> {
         let alone = self.diagnosis.ranking.iter().find(|ranked| ranked.id == first.id);
         let rival = self.diagnosis.ranking.iter().find(|ranked| !near(ranked));
         let shrink = |ranked: Option<&Ranked>| ranked.map_or(0.0, |ranked| ranked.shrink);
-        shrink(alone) >= shrink(rival) + LEAD
+        shrink(alone) - shrink(rival)
     }
 
     fn figures(&mut self, problem: &Problem<'_>, before: &Score, after: &Score) {

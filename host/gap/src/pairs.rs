@@ -1,5 +1,7 @@
 //! Two effects at once: screened linearly, the best refitted.
 
+use std::collections::BTreeMap;
+
 use nalgebra::DVector;
 use rayon::prelude::*;
 
@@ -16,12 +18,14 @@ const FITTED_PAIRS: usize = 3;
 impl Selector<'_> {
     /// The best pair, if it pays more than the best single effect.
     pub fn pairs(&self, selection: &mut Selection, nuisances: &Nuisances) {
+        let pairs = self.screen_pairs(selection);
+        // What a nuisance does beside a strong effect is not what it does beside none.
+        let own = self.nuisances_of_better(selection, &pairs);
+        let at = |pair: [usize; 2]| {
+            better_of(selection, pair).and_then(|(effect, _)| own.get(&effect)).unwrap_or(nuisances)
+        };
         let fitted = |pair: [usize; 2]| -> Option<([usize; 2], Candidate)> {
-            let better = pair
-                .into_iter()
-                .filter_map(|e| selection.singles[e].as_ref())
-                .min_by(|a, b| a.fit.loss.total_cmp(&b.fit.loss));
-            let better = better?;
+            let ((_, better), nuisances) = (better_of(selection, pair)?, at(pair));
             let mut start = selection.nominal.fit.point.clone();
             start.anchor.clone_from(&better.fit.point.anchor);
             for effect in pair {
@@ -40,13 +44,12 @@ impl Selector<'_> {
             };
             Some((pair, candidate.filter(|c| !c.fit.failed)?))
         };
-        let pairs = self.screen_pairs(selection);
         let mut found: Vec<_> = pairs.into_par_iter().filter_map(fitted).collect();
         found.sort_by(|(_, a), (_, b)| a.fit.loss.total_cmp(&b.fit.loss));
         if !self.problem.plant.cheap() {
             let ended = |(pair, brief): &mut ([usize; 2], Candidate)| {
                 let start = Start::Fit(&brief.fit);
-                if let Some(whole) = self.candidate(Depth::Whole, nuisances, start, pair, None) {
+                if let Some(whole) = self.candidate(Depth::Whole, at(*pair), start, pair, None) {
                     *brief = whole;
                 }
             };
@@ -89,6 +92,27 @@ impl Selector<'_> {
         selection.best = best.clone();
     }
 
+    /// Nuisances linearised at the better single effect of every pair, by that effect. Where
+    /// simulations cost nothing, every fit linearises them where it ends.
+    fn nuisances_of_better(
+        &self,
+        selection: &Selection,
+        pairs: &[[usize; 2]],
+    ) -> BTreeMap<usize, Nuisances> {
+        let mut own = BTreeMap::new();
+        if self.problem.plant.cheap() {
+            return own;
+        }
+        for (effect, single) in pairs.iter().filter_map(|pair| better_of(selection, *pair)) {
+            if !own.contains_key(&effect)
+                && let Some(nuisances) = self.nuisances_at(&single.fit)
+            {
+                own.insert(effect, nuisances);
+            }
+        }
+        own
+    }
+
     /// Pairs whose linear combination explains most of the nominal residual.
     fn screen_pairs(&self, selection: &Selection) -> Vec<[usize; 2]> {
         let nominal = &selection.nominal.fit;
@@ -119,4 +143,11 @@ impl Selector<'_> {
         explained.sort_by(|a, b| b.0.total_cmp(&a.0));
         explained.into_iter().take(REFITTED_PAIRS).map(|(_, pair)| pair).collect()
     }
+}
+
+/// The one of two effects that explains more alone, with its fit.
+fn better_of(selection: &Selection, pair: [usize; 2]) -> Option<(usize, &Candidate)> {
+    let fitted = |effect: usize| Some((effect, selection.singles[effect].as_ref()?));
+    let found = pair.into_iter().filter_map(fitted);
+    found.min_by(|(_, a), (_, b)| a.fit.loss.total_cmp(&b.fit.loss))
 }

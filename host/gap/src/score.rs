@@ -118,8 +118,8 @@ pub fn score(problem: &Problem<'_>, folds: &Folds, fit: &Fit) -> Score {
     let (mut blocks, mut weights) = (Vec::new(), Vec::new());
     for (t, (trial, fitted)) in problem.plant.trials().iter().zip(&fit.trials).enumerate() {
         let n = trial.samples.len();
-        let moved: Vec<DVector<f64>> =
-            steps.iter().map(|step| &fitted.refit.residual + &fitted.jacobian * step).collect();
+        let moved = |step| shortened(&fitted.refit.residual, &fitted.jacobian * step);
+        let moved: Vec<DVector<f64>> = steps.iter().map(moved).collect();
         let held_out = |i: usize| folds.scored[t][i].then(|| moved[folds.of_sample[t][i]][i]);
         let own: Vec<Option<f64>> = (0..n).map(held_out).collect();
         let mut sums = vec![(0.0, 0_usize); trial.blocks];
@@ -152,6 +152,13 @@ pub fn score(problem: &Problem<'_>, folds: &Folds, fit: &Fit) -> Score {
     }
     let quantities = energies.per_sample(fit.trials.iter().map(|trial| trial.penalty()).sum());
     Score { residuals, blocks, weights, energy, quantities, effective }
+}
+
+/// Residuals after a change. One that is larger than they are leads beyond where derivatives hold,
+/// as they do not far from a threshold: it is shortened to their size.
+fn shortened(residual: &DVector<f64>, change: DVector<f64>) -> DVector<f64> {
+    let most = residual.norm() / change.norm().max(f64::MIN_POSITIVE);
+    residual + change * most.min(1.0)
 }
 
 /// Squares of whitened residuals by quantity.
@@ -361,5 +368,14 @@ mod tests {
         let held = bounded_minimum(&normal, &gradient, &[(0.0, 9.0), (-9.0, 9.0)]).unwrap();
         assert!((held - DVector::from_vec(vec![0.0, 0.5])).norm() < 1e-12);
         assert!(bounded_minimum(&-normal, &gradient, &wide).is_none());
+    }
+
+    #[test]
+    fn what_is_held_out_changes_by_no_more_than_it_is() {
+        let residual = DVector::from_vec(vec![3.0, 4.0]);
+        let after = |change: [f64; 2]| shortened(&residual, DVector::from_vec(change.to_vec()));
+        assert_eq!(after([0.0, 1.0]).as_slice(), [3.0, 5.0]);
+        assert!((after([0.0, 1e9]) - DVector::from_vec(vec![3.0, 9.0])).norm() < 1e-6);
+        assert_eq!(after([0.0; 2]), residual);
     }
 }

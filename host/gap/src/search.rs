@@ -104,7 +104,9 @@ impl Search<'_> {
             deciding.truncate(1);
         }
         let loss_off = deciding.iter().map(|&at| off.refits[at].energy()).sum::<f64>();
-        let promised = |point: &Point| -> Option<f64> {
+        // The loss at a point, the least that it would be if what the point does came in any size,
+        // and that size.
+        let promised = |point: &Point| -> Option<[f64; 3]> {
             let one = |&at: &usize| {
                 let raw = self.problem.residual(self.trials[at], point)?;
                 let on = self.nuisances.refit(self.trials[at], &raw).energy();
@@ -114,20 +116,37 @@ impl Search<'_> {
             let found: Option<Vec<[f64; 3]>> = deciding.par_iter().map(one).collect();
             let add = |a: [f64; 3], b: &[f64; 3]| [a[0] + b[0], a[1] + b[1], a[2] + b[2]];
             let [on, slope, size] = found?.iter().fold([0.0; 3], add);
-            let linear = loss_off - slope * slope / size.max(f64::MIN_POSITIVE);
-            Some((on + self.prior(point)).min(linear))
+            let size = size.max(f64::MIN_POSITIVE);
+            Some([on + self.prior(point), loss_off - slope * slope / size, -slope / size])
         };
-        let mut best = (loss_off + self.prior(&off.point), None);
         let guessed = self.guessed(off, effect);
-        for values in self.problem.plant.effects()[effect].starts.iter().chain(&guessed) {
+        let starts = self.problem.plant.effects()[effect].starts.iter().chain(&guessed);
+        let mut best = (loss_off + self.prior(&off.point), None);
+        for values in starts {
             let mut point = off.point.clone();
             point.effects[effect].clone_from(values);
             match promised(&point) {
-                Some(loss) if loss < best.0 => best = (loss, Some(point)),
+                Some([on, linear, size]) if on.min(linear) < best.0 => {
+                    best = (on.min(linear), Some((point, on, size)));
+                }
                 _ => {}
             }
         }
-        best.1
+        let (point, on, size) = best.1?;
+        let resized = self.resized(&off.point, &point, effect, size);
+        let nearer = resized.filter(|resized| promised(resized).is_some_and(|[own, ..]| own < on));
+        Some(nearer.unwrap_or(point))
+    }
+
+    /// A point with an effect so many times as far from off, within its bounds.
+    fn resized(&self, off: &Point, on: &Point, effect: usize, size: f64) -> Option<Point> {
+        let mut point = on.clone();
+        let parameters = &self.problem.plant.effects()[effect].parameters;
+        for (i, p) in parameters.iter().enumerate() {
+            let (from, to) = (off.effects[effect][i], on.effects[effect][i]);
+            point.effects[effect][i] = (from + size * (to - from)).clamp(p.low, p.high);
+        }
+        (size.is_finite() && point != *on).then_some(point)
     }
 
     /// Where an effect that swings should begin, by all trials.
@@ -178,7 +197,7 @@ impl Search<'_> {
             let before = place.loss;
             let better = match self.step(&place, &jacobian, &mut damping) {
                 Step::Better(better) => Some(*better),
-                Step::Stuck if fresh && !searched => {
+                Step::Stuck if (fresh || renewals == 0) && !searched => {
                     searched = true;
                     self.compass(&place)
                 }
@@ -324,5 +343,44 @@ impl Search<'_> {
             }
         }
         best
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::toy::{Toy, effect, explained_by, noise, parameter};
+
+    const SAMPLES: usize = 400;
+    const NOISE: f64 = 0.01;
+    const TRUE: f64 = 1.2;
+    const EFFORT: Effort =
+        Effort { steps: 1, converged: 1e-3, attempts: 1, compass: 0, exact: true, renewals: 0 };
+
+    /// Where the fit of a slope begins, of which a value is to be tried.
+    fn begins(value: f64) -> f64 {
+        let along = |i: usize| i as f64 / SAMPLES as f64;
+        let measured = (0..SAMPLES).map(|i| TRUE * along(i) + NOISE * noise(i));
+        let mut toy = Toy::new(0.01, NOISE, measured, |i, point| point.effects[0][0] * along(i));
+        toy.effects = vec![effect("slope", vec![parameter("slope")], vec![vec![value]])];
+        explained_by(&toy, &[], |selector, selection| {
+            let search = Search {
+                problem: selector.problem,
+                nuisances: selection.nuisances.as_ref().unwrap(),
+                effort: EFFORT,
+                coordinates: selector.problem.coordinates(&[0]),
+                trials: vec![0],
+            };
+            let off = search.place(selection.nominal.fit.point.clone()).unwrap();
+            search.switched_on(&off, 0).unwrap().effects[0][0]
+        })
+    }
+
+    #[test]
+    fn an_effect_begins_in_the_size_that_the_residual_asks_for() {
+        for value in [0.1, 3.0, -3.0] {
+            let slope = begins(value);
+            assert!((slope - TRUE).abs() < 0.02, "{slope} from {value}");
+        }
     }
 }

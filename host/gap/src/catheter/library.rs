@@ -14,6 +14,8 @@ const STARTS_AT_PLACES: usize = 1;
 
 /// Slow breath to the overtones of a fast pulse \[Hz\].
 const BREATHING_AND_PULSE_HZ: [f64; 2] = [0.15, 4.0];
+/// A wall that moves more slowly than any breath stands elsewhere: that is its registration \[Hz\].
+const SLOWEST_BREATH_HZ: f64 = 0.1;
 /// Turns of large rollers to teeth of small ones, 30 to 2.5 mm apart \[1/m\].
 const ROLLERS_PER_M: [f64; 2] = [33.0, 400.0];
 
@@ -105,10 +107,11 @@ fn effect(entry: &'static Entry, nominal: &Description<f64>, way_m: &[[f64; 3]])
         let off = p.off(nominal).unwrap_or_default();
         // A place that nothing is at may be anywhere: the middle of the tip's way.
         let off = if p.role == Role::Place { place.next().unwrap_or(off) } else { off };
+        let slowest = p.key == "effects.wall.motion.frequency_hz";
         Parameter {
             name: p.name,
             unit: info.unit,
-            low: info.min,
+            low: if slowest { SLOWEST_BREATH_HZ } else { info.min },
             high: info.max,
             off,
             scale: p.prior_scale,
