@@ -57,6 +57,16 @@ enum Step {
     Stuck,
 }
 
+/// What a switch-on value promises.
+struct Promise {
+    /// There.
+    loss: f64,
+    /// What the loss would fall by to first order, if what the value does came in any size and sign.
+    gain: f64,
+    /// That size, in times the value.
+    size: f64,
+}
+
 /// One fit on some trials; what it holds by trial is in the order of these.
 pub struct Search<'a> {
     pub problem: &'a Problem<'a>,
@@ -95,8 +105,9 @@ impl Search<'_> {
     }
 
     /// The switch-on value of an effect from which the loss falls lowest: by what it is there, or
-    /// would be to first order if what the value does came in any size and sign. Where simulations
-    /// cost something, the trial decides that has most of the gap.
+    /// would be to first order if what the value does came in any size and sign; in that size, where
+    /// the loss is lower there. Where simulations cost something, the trial decides that has most of
+    /// the gap.
     fn switched_on(&self, off: &Place, effect: usize) -> Option<Point> {
         let mut deciding: Vec<usize> = (0..self.trials.len()).collect();
         if !self.problem.plant.cheap() {
@@ -104,38 +115,44 @@ impl Search<'_> {
             deciding.truncate(1);
         }
         let loss_off = deciding.iter().map(|&at| off.refits[at].energy()).sum::<f64>();
-        // The loss at a point, the least that it would be if what the point does came in any size,
-        // and that size.
-        let promised = |point: &Point| -> Option<[f64; 3]> {
-            let one = |&at: &usize| {
-                let raw = self.problem.residual(self.trials[at], point)?;
-                let on = self.nuisances.refit(self.trials[at], &raw).energy();
-                let does = off.refits[at].project_column(&(&raw - &off.raw[at]));
-                Some([on, does.dot(&off.refits[at].residual), does.norm_squared()])
-            };
-            let found: Option<Vec<[f64; 3]>> = deciding.par_iter().map(one).collect();
-            let add = |a: [f64; 3], b: &[f64; 3]| [a[0] + b[0], a[1] + b[1], a[2] + b[2]];
-            let [on, slope, size] = found?.iter().fold([0.0; 3], add);
-            let size = size.max(f64::MIN_POSITIVE);
-            Some([on + self.prior(point), loss_off - slope * slope / size, -slope / size])
-        };
         let guessed = self.guessed(off, effect);
         let starts = self.problem.plant.effects()[effect].starts.iter().chain(&guessed);
-        let mut best = (loss_off + self.prior(&off.point), None);
+        let mut least = loss_off + self.prior(&off.point);
+        let mut best = None;
         for values in starts {
             let mut point = off.point.clone();
             point.effects[effect].clone_from(values);
-            match promised(&point) {
-                Some([on, linear, size]) if on.min(linear) < best.0 => {
-                    best = (on.min(linear), Some((point, on, size)));
-                }
-                _ => {}
+            let Some(promise) = self.promise(off, &deciding, &point) else { continue };
+            let lowest = promise.loss.min(loss_off - promise.gain);
+            if lowest < least {
+                (least, best) = (lowest, Some((point, promise)));
             }
         }
-        let (point, on, size) = best.1?;
-        let resized = self.resized(&off.point, &point, effect, size);
-        let nearer = resized.filter(|resized| promised(resized).is_some_and(|[own, ..]| own < on));
-        Some(nearer.unwrap_or(point))
+        let (point, promise) = best?;
+        let resized = self.resized(&off.point, &point, effect, promise.size).filter(|resized| {
+            let own = self.promise(off, &deciding, resized);
+            own.is_some_and(|own| own.loss < promise.loss)
+        });
+        Some(resized.unwrap_or(point))
+    }
+
+    /// What a point promises against another, on some of the trials.
+    fn promise(&self, off: &Place, deciding: &[usize], point: &Point) -> Option<Promise> {
+        let one = |&at: &usize| {
+            let raw = self.problem.residual(self.trials[at], point)?;
+            let on = self.nuisances.refit(self.trials[at], &raw).energy();
+            let does = off.refits[at].project_column(&(&raw - &off.raw[at]));
+            Some([on, does.dot(&off.refits[at].residual), does.norm_squared()])
+        };
+        let found: Option<Vec<[f64; 3]>> = deciding.par_iter().map(one).collect();
+        let add = |a: [f64; 3], b: &[f64; 3]| [a[0] + b[0], a[1] + b[1], a[2] + b[2]];
+        let [on, slope, squared] = found?.iter().fold([0.0; 3], add);
+        let squared = squared.max(f64::MIN_POSITIVE);
+        Some(Promise {
+            loss: on + self.prior(point),
+            gain: slope * slope / squared,
+            size: -slope / squared,
+        })
     }
 
     /// A point with an effect so many times as far from off, within its bounds.
