@@ -107,11 +107,11 @@ fn effect(entry: &'static Entry, nominal: &Description<f64>, way_m: &[[f64; 3]])
         let off = p.off(nominal).unwrap_or_default();
         // A place that nothing is at may be anywhere: the middle of the tip's way.
         let off = if p.role == Role::Place { place.next().unwrap_or(off) } else { off };
-        let slowest = p.key == "effects.wall.motion.frequency_hz";
+        let is_breath = p.key == "effects.wall.motion.frequency_hz";
         Parameter {
             name: p.name,
             unit: info.unit,
-            low: if slowest { SLOWEST_BREATH_HZ } else { info.min },
+            low: if is_breath { SLOWEST_BREATH_HZ } else { info.min },
             high: info.max,
             off,
             scale: p.prior_scale,
@@ -141,4 +141,23 @@ fn effect(entry: &'static Entry, nominal: &Description<f64>, way_m: &[[f64; 3]])
         starts.iter().map(|start| values(start, middle)).collect()
     };
     Effect { id: entry.id, what: entry.doc, parameters, starts, confused_with: entry.confused_with }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::catheter::nominal;
+
+    #[test]
+    fn a_wall_that_moves_more_slowly_than_any_breath_is_no_candidate() {
+        let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/tapered-none");
+        let bundle = cathforce_rig::Bundle::open(&example).unwrap();
+        let library = Library::of(&nominal(&bundle).unwrap(), &[]);
+        let motion = library.effects.iter().find(|effect| effect.id == "wall.motion").unwrap();
+        let frequency = motion.parameters.iter().find(|p| p.name == "frequency_hz").unwrap();
+        assert_eq!(frequency.low, SLOWEST_BREATH_HZ);
+        assert!(motion.starts.iter().all(|start| start[3] >= SLOWEST_BREATH_HZ));
+    }
 }
