@@ -18,7 +18,7 @@ use crate::search::{Effort, Found, Place, Search};
 const THOROUGH: Effort =
     Effort { steps: 20, converged: 1e-7, attempts: 4, compass: 12, exact: true, renewals: 0 };
 const SPARING: Effort =
-    Effort { steps: 8, converged: 2e-3, attempts: 3, compass: 4, exact: false, renewals: 1 };
+    Effort { steps: 8, converged: 2e-3, attempts: 2, compass: 4, exact: false, renewals: 1 };
 
 /// Parameters from which on updated derivatives may lead astray.
 const UPDATED_LONG: usize = 3;

@@ -105,8 +105,9 @@ impl Search<'_> {
     }
 
     /// The switch-on value of an effect from which the loss falls lowest: by what it is there, or
-    /// would be to first order if what the value does came in any size and sign; in that size, where
-    /// the loss is lower there. Where simulations cost something, the trial decides that has most of
+    /// would be to first order if what the value does came in any size and sign. Beside other effects
+    /// in that size, where the loss is lower there: what is alone to explain a whole gap has it from
+    /// much else too, and is led astray by one trial. Where simulations cost something, the trial decides that has most of
     /// the gap.
     fn switched_on(&self, off: &Place, effect: usize) -> Option<Point> {
         let mut deciding: Vec<usize> = (0..self.trials.len()).collect();
@@ -129,6 +130,9 @@ impl Search<'_> {
             }
         }
         let (point, promise) = best?;
+        if self.coordinates.len() == self.problem.plant.effects()[effect].parameters.len() {
+            return Some(point);
+        }
         let resized = self.resized(&off.point, &point, effect, promise.size).filter(|resized| {
             let own = self.promise(off, &deciding, resized);
             own.is_some_and(|own| own.loss < promise.loss)
@@ -214,7 +218,7 @@ impl Search<'_> {
             let before = place.loss;
             let better = match self.step(&place, &jacobian, &mut damping) {
                 Step::Better(better) => Some(*better),
-                Step::Stuck if (fresh || renewals == 0) && !searched => {
+                Step::Stuck if fresh && !searched => {
                     searched = true;
                     self.compass(&place)
                 }
@@ -374,18 +378,19 @@ mod tests {
     const EFFORT: Effort =
         Effort { steps: 1, converged: 1e-3, attempts: 1, compass: 0, exact: true, renewals: 0 };
 
-    /// Where the fit of a slope begins, of which a value is to be tried.
-    fn begins(value: f64) -> f64 {
+    /// Where the fit of a slope begins, of which a value is to be tried, among these effects.
+    fn begins(value: f64, effects: &[usize]) -> f64 {
         let along = |i: usize| i as f64 / SAMPLES as f64;
         let measured = (0..SAMPLES).map(|i| TRUE * along(i) + NOISE * noise(i));
         let mut toy = Toy::new(0.01, NOISE, measured, |i, point| point.effects[0][0] * along(i));
-        toy.effects = vec![effect("slope", vec![parameter("slope")], vec![vec![value]])];
+        let own = |id, starts| effect(id, vec![parameter("size")], starts);
+        toy.effects = vec![own("slope", vec![vec![value]]), own("other", vec![vec![1.0]])];
         explained_by(&toy, &[], |selector, selection| {
             let search = Search {
                 problem: selector.problem,
                 nuisances: selection.nuisances.as_ref().unwrap(),
                 effort: EFFORT,
-                coordinates: selector.problem.coordinates(&[0]),
+                coordinates: selector.problem.coordinates(effects),
                 trials: vec![0],
             };
             let off = search.place(selection.nominal.fit.point.clone()).unwrap();
@@ -394,10 +399,11 @@ mod tests {
     }
 
     #[test]
-    fn an_effect_begins_in_the_size_that_the_residual_asks_for() {
+    fn beside_others_an_effect_begins_in_the_size_that_the_residual_asks_for() {
         for value in [0.1, 3.0, -3.0] {
-            let slope = begins(value);
+            let slope = begins(value, &[0, 1]);
             assert!((slope - TRUE).abs() < 0.02, "{slope} from {value}");
+            assert_eq!(begins(value, &[0]), value);
         }
     }
 }
