@@ -118,6 +118,19 @@ pub fn expected_simulations(plant: &dyn Plant) -> u64 {
     ((1 + nuisances + singles + more) * plant.trials().len()) as u64
 }
 
+/// What an explanation is worth. `shrink`: what it closes; `worst`: energy that it leaves in a
+/// quantity; `lead`: how much more its first effect closes alone than any other.
+fn verdict(shrink: f64, worst: f64, lead: f64) -> Verdict {
+    match shrink {
+        s if s >= NEARLY_ALL => Verdict::Named,
+        s if s >= NAMED && worst <= NEAR_FLOOR => Verdict::Named,
+        s if s >= NAMED && lead >= CLEAR_LEAD => Verdict::Named,
+        s if s >= NAMED && worst <= LED_FLOOR && lead >= LEAD => Verdict::Named,
+        s if s >= PARTIAL && worst <= NEAR_FLOOR && lead >= LEAD => Verdict::Partial,
+        _ => Verdict::Unknown,
+    }
+}
+
 /// The answer while it grows.
 struct Answer<'a> {
     plant: &'a dyn Plant,
@@ -224,15 +237,11 @@ impl<'a> Answer<'a> {
         self.diagnosis.details.shrink = shrink;
         self.path(problem, &selection);
         let named = self.effects(problem, &selection);
-        let near = |limit: f64| self.plant.cheap() || selection.best.score.worst() <= limit;
-        self.diagnosis.verdict = match shrink {
-            _ if selection.best.fit.effects.is_empty() => Verdict::Unknown,
-            s if s >= NEARLY_ALL => Verdict::Named,
-            s if s >= NAMED && near(NEAR_FLOOR) => Verdict::Named,
-            s if s >= NAMED && self.lead(&named) >= CLEAR_LEAD => Verdict::Named,
-            s if s >= NAMED && near(LED_FLOOR) && self.lead(&named) >= LEAD => Verdict::Named,
-            s if s >= PARTIAL && near(NEAR_FLOOR) && self.lead(&named) >= LEAD => Verdict::Partial,
-            _ => Verdict::Unknown,
+        let worst = if self.plant.cheap() { 0.0 } else { selection.best.score.worst() };
+        self.diagnosis.verdict = if selection.best.fit.effects.is_empty() {
+            Verdict::Unknown
+        } else {
+            verdict(shrink, worst, self.lead(&named))
         };
         self.next_experiment(&selection, &named);
         if self.diagnosis.verdict == Verdict::Unknown {
@@ -467,5 +476,27 @@ impl<'a> Answer<'a> {
                 best: predicted(best),
             });
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_left_must_be_less_the_less_an_effect_leads() {
+        // Nearly everything.
+        assert_eq!(verdict(0.91, 90.0, 0.0), Verdict::Named);
+        // Most of it, near the floor, led by some or by much.
+        assert_eq!(verdict(0.85, 2.4, 0.0), Verdict::Named);
+        assert_eq!(verdict(0.85, 4.9, 0.21), Verdict::Named);
+        assert_eq!(verdict(0.85, 90.0, 0.36), Verdict::Named);
+        assert_eq!(verdict(0.85, 4.9, 0.19), Verdict::Unknown);
+        assert_eq!(verdict(0.85, 5.1, 0.34), Verdict::Unknown);
+        // A part of it.
+        assert_eq!(verdict(0.75, 2.4, 0.21), Verdict::Partial);
+        assert_eq!(verdict(0.75, 2.6, 0.36), Verdict::Unknown);
+        assert_eq!(verdict(0.75, 2.4, 0.19), Verdict::Unknown);
+        assert_eq!(verdict(0.69, 1.0, 0.9), Verdict::Unknown);
     }
 }
