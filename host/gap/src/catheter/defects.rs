@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex};
 use cathforce_mechanics::Description;
 
 /// Corrections that are kept: of the nominal model, and of the last ones.
-const KEPT: usize = 64;
+const KEPT: usize = 256;
 
 /// Corrections of one trial.
 #[derive(Default)]

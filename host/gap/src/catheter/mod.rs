@@ -15,6 +15,7 @@ mod segments;
 mod sensors;
 mod simulate;
 mod spike;
+mod ways;
 
 use std::sync::Arc;
 
@@ -35,6 +36,7 @@ use motion::PHASES;
 use prepare::{Prepared, Source};
 use segments::Segments;
 use simulate::{Inputs, Simulator, Trajectory, readings};
+use ways::{WAYS, WITHIN_PRIORS};
 
 /// A diagnosis plays every trial hundreds of times: with half the links and a quarter of the ticks
 /// of the device. Predictions are corrected by what a finer model changes where a fit ends.
@@ -42,12 +44,10 @@ const COARSER: f64 = 2.0;
 const TICK_S: f64 = 4e-3;
 /// Half width of the wall's uncertainty away from junctions \[m\].
 const WALL_UNCERTAINTY_M: f64 = 40e-6;
-/// Models with the device's links and a quarter of the diagnosis' step: their solves, and how much
-/// nearer the wall stands \[m\].
-const WAYS: [(u8, f64); 4] =
-    [(1, 0.0), (2, 0.0), (1, WALL_UNCERTAINTY_M), (1, -WALL_UNCERTAINTY_M)];
-const SUBSTEPS: u8 = 4;
-/// Share of what the first of them changes that it leaves open itself: with a quarter of the step,
+/// Share of it that varies along the vessel; the rest is a wall that is nearer everywhere, a
+/// nuisance.
+const WALL_LOCAL: f64 = 0.5;
+/// Share of what a finer model changes that it leaves open itself: with a quarter of the step,
 /// about a quarter of an error of first order is left.
 const FINER_LEFT: f64 = 0.3;
 
@@ -143,7 +143,7 @@ impl Catheter {
         let nominal = run(&self.nominal)?;
         // What the model leaves open without any effect: it is corrected by a finer one, which is
         // finite too, and the wall may stand elsewhere.
-        let finer = finer(&self.nominal, WAYS[0]);
+        let finer = WAYS[0].finer(&self.nominal);
         let mut nearer = self.nominal.clone();
         nearer.instrument.outer_radius_m += WALL_UNCERTAINTY_M;
         let (finer, nearer) = (run(&finer)?, run(&nearer)?);
@@ -153,7 +153,7 @@ impl Catheter {
             let finer = own.read(&finer, &finer.force_n, 0.0);
             let nearer = own.read(&nearer, &nearer.force_n, 0.0);
             let pairs = nominal_at.iter().zip(finer.iter().zip(&nearer));
-            pairs.map(|(n, (f, w))| [FINER_LEFT * (f - n), w - n]).collect()
+            pairs.map(|(n, (f, w))| [FINER_LEFT * (f - n), WALL_LOCAL * (w - n)]).collect()
         };
         let samples = own.samples(&self.channels, &deviation);
         self.remarks.extend(own.remarks(number));
@@ -170,11 +170,12 @@ impl Catheter {
         nuisances: &[f64],
         (anchor, way): (&Description<f64>, usize),
     ) -> Option<Vec<f64>> {
-        let coarse = self.uncorrected(trial, description, nuisances)?;
+        let way = WAYS.get(way)?;
+        let coarse = self.uncorrected(trial, way.apply(&description), nuisances)?;
         let none = vec![0.0; self.nuisances.len()];
-        let finer = finer(anchor, *WAYS.get(way)?);
+        let finer = way.finer(anchor);
         let defect = || {
-            let coarse = self.uncorrected(trial, anchor.clone(), &none)?;
+            let coarse = self.uncorrected(trial, way.apply(anchor), &none)?;
             let finer = self.uncorrected(trial, finer.clone(), &none)?;
             Some(finer.iter().zip(&coarse).map(|(finer, coarse)| finer - coarse).collect())
         };
@@ -203,7 +204,8 @@ impl Catheter {
         mut description: Description<f64>,
         nuisances: &[f64],
     ) -> Option<Played> {
-        let [bias @ .., shift_s, offset_m, x, y, z, tilt_x, tilt_y, tilt_z] = nuisances else {
+        let [bias @ .., shift_s, offset_m, x, y, z, tilt_x, tilt_y, tilt_z, nearer_m] = nuisances
+        else {
             return None;
         };
         let registration = &mut description.effects.wall.registration;
@@ -213,6 +215,7 @@ impl Catheter {
         registration.tilt_x_rad += tilt_x;
         registration.tilt_y_rad += tilt_y;
         registration.tilt_z_rad += tilt_z;
+        description.instrument.outer_radius_m += nearer_m;
         // The sensor acts after the mechanics: trajectories are kept without it.
         let mut mechanics = description.clone();
         mechanics.effects.sensor = self.nominal.effects.sensor;
@@ -285,7 +288,7 @@ impl Plant for Catheter {
         let description = self.library.describe(&self.nominal, point)?;
         let way = point.anchor.ways.get(trial).copied().unwrap_or_default();
         if point.anchor.is_everywhere {
-            return self.uncorrected(trial, finer(&description, *WAYS.get(way)?), &point.nuisances);
+            return self.uncorrected(trial, WAYS.get(way)?.finer(&description), &point.nuisances);
         }
         let anchor = Point { effects: point.anchor.effects.to_vec(), ..point.clone() };
         let anchor = self.library.describe(&self.nominal, &anchor)?;
@@ -294,6 +297,10 @@ impl Plant for Catheter {
 
     fn ways(&self) -> usize {
         WAYS.len()
+    }
+
+    fn ways_within_priors(&self) -> usize {
+        WITHIN_PRIORS
     }
 
     fn cheap(&self) -> bool {
@@ -346,15 +353,6 @@ fn nominal(bundle: &Bundle) -> Result<Description<f64>, CatheterError> {
     Ok(nominal)
 }
 
-/// The same physics with the device's links, one of the [`WAYS`].
-fn finer(description: &Description<f64>, (solves, nearer_m): (u8, f64)) -> Description<f64> {
-    let mut finer = description.clone();
-    finer.solver.link_length_m /= COARSER;
-    (finer.solver.substeps, finer.solver.solves) = (SUBSTEPS, solves);
-    finer.instrument.outer_radius_m += nearer_m;
-    finer
-}
-
 /// Force bias, time shift, insertion offset and rigid registration, in the order that
 /// [`Catheter::simulate`] takes them.
 fn nuisances() -> Vec<Nuisance> {
@@ -372,5 +370,6 @@ fn nuisances() -> Vec<Nuisance> {
         of("tilt x", "rad", tilt, "wall.registration"),
         of("tilt y", "rad", tilt, "wall.registration"),
         of("tilt z", "rad", tilt, "wall.registration"),
+        Nuisance { name: "nearer wall", unit: "m", sd: WALL_UNCERTAINTY_M, effect: None },
     ]
 }

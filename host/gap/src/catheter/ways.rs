@@ -1,0 +1,77 @@
+//! Models that are as good as each other, and go different ways where a vessel forks.
+//!
+//! Whether a tip is caught at a dividing wall or slides past it turns on less than any model, or
+//! any measurement of the rig, knows. Ways differ from the first by that little.
+
+use cathforce_mechanics::Description;
+
+use super::{COARSER, WALL_UNCERTAINTY_M};
+
+/// Steps of the finer model for one of the diagnosis.
+const SUBSTEPS: u8 = 4;
+/// One standard deviation of the priors of insertion offset and registration \[m\].
+const OFFSET_M: f64 = 3e-4;
+/// A coefficient of friction is stated no better than this.
+const FRICTION: f64 = 0.05;
+
+/// What one way differs by.
+#[derive(Clone, Copy, Debug)]
+pub struct Way {
+    /// Solves of a step of the finer model.
+    solves: u8,
+    nearer_wall_m: f64,
+    fed_m: f64,
+    /// Of the phantom.
+    y_m: f64,
+    z_m: f64,
+    /// Share of the coefficient that it has more.
+    friction: f64,
+}
+
+const NOMINAL: Way =
+    Way { solves: 1, nearer_wall_m: 0.0, fed_m: 0.0, y_m: 0.0, z_m: 0.0, friction: 0.0 };
+
+/// The first is the model itself.
+pub const WAYS: [Way; 16] = [
+    NOMINAL,
+    Way { solves: 2, ..NOMINAL },
+    Way { nearer_wall_m: WALL_UNCERTAINTY_M, ..NOMINAL },
+    Way { nearer_wall_m: -WALL_UNCERTAINTY_M, ..NOMINAL },
+    Way { fed_m: OFFSET_M, ..NOMINAL },
+    Way { fed_m: -OFFSET_M, ..NOMINAL },
+    Way { y_m: OFFSET_M, ..NOMINAL },
+    Way { y_m: -OFFSET_M, ..NOMINAL },
+    Way { z_m: OFFSET_M, ..NOMINAL },
+    Way { z_m: -OFFSET_M, ..NOMINAL },
+    Way { friction: -FRICTION, ..NOMINAL },
+    Way { friction: FRICTION, ..NOMINAL },
+    Way { friction: -FRICTION, fed_m: OFFSET_M, ..NOMINAL },
+    Way { friction: -FRICTION, fed_m: -OFFSET_M, ..NOMINAL },
+    Way { friction: FRICTION, fed_m: OFFSET_M, ..NOMINAL },
+    Way { friction: FRICTION, fed_m: -OFFSET_M, ..NOMINAL },
+];
+/// Of them, the first so many differ by no more than nuisances may.
+pub const WITHIN_PRIORS: usize = 10;
+
+impl Way {
+    /// The model on this way, with the links and steps that it has.
+    pub fn apply(&self, description: &Description<f64>) -> Description<f64> {
+        let mut on_way = description.clone();
+        on_way.instrument.outer_radius_m += self.nearer_wall_m;
+        on_way.wall.friction_coefficient *= 1.0 + self.friction;
+        // A phantom that is nearer is entered farther.
+        let registration = &mut on_way.effects.wall.registration;
+        registration.x_m -= self.fed_m;
+        registration.y_m += self.y_m;
+        registration.z_m += self.z_m;
+        on_way
+    }
+
+    /// The same with the device's links and a quarter of the diagnosis' step.
+    pub fn finer(&self, description: &Description<f64>) -> Description<f64> {
+        let mut finer = self.apply(description);
+        finer.solver.link_length_m /= COARSER;
+        (finer.solver.substeps, finer.solver.solves) = (SUBSTEPS, self.solves);
+        finer
+    }
+}
