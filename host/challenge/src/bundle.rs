@@ -88,14 +88,16 @@ fn csv(trial: &Trial, noise: &mut Noise) -> String {
 
 fn centreline(rig: &Rig) -> String {
     let mut text = String::from("branch,s_m,x_m,y_m,z_m,radius_m\n");
-    let mut arc = 0.0;
-    let mut before = rig.stations.first().map(|s| s.position_m).unwrap_or_default();
-    for station in &rig.stations {
-        let p = station.position_m;
-        arc += (p - before).norm();
-        before = p;
-        let _ =
-            writeln!(text, "0,{arc:.7},{:.8},{:.8},{:.8},{:.8}", p.x, p.y, p.z, station.radius_m);
+    for (branch, stations) in rig.branches.iter().enumerate() {
+        let mut arc = 0.0;
+        let mut before = stations.first().map(|s| s.position_m).unwrap_or_default();
+        for station in stations {
+            let (p, radius) = (station.position_m, station.radius_m);
+            arc += (p - before).norm();
+            before = p;
+            let _ =
+                writeln!(text, "{branch},{arc:.7},{:.8},{:.8},{:.8},{radius:.8}", p.x, p.y, p.z);
+        }
     }
     text
 }

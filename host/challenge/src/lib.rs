@@ -35,6 +35,6 @@ pub use change::{Change, Truth};
 pub use draw::{Case, Kind, LIBRARY, OUTSIDE, cases, single};
 pub use motion::{DIAGNOSED, TRIALS, schedule};
 pub use play::{Row, Trial, play, play_along};
-pub use rigs::{Instrument, Rig, rigs};
+pub use rigs::{CONTACT_SPACING_M, Instrument, Rig, rigs};
 pub use score::{Right, SMALLEST_GAP, Score, Tally, score};
 pub use seal::{Challenge, ChallengeError, Label, Seals, gap_over_noise};

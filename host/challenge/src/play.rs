@@ -14,7 +14,7 @@ use crate::world::{self, Moment};
 pub const STEP_S: f64 = 4e-3;
 
 /// One row of a trial.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Row {
     pub t_s: f64,
     /// What the encoders tell.
@@ -22,6 +22,8 @@ pub struct Row {
     pub force_n: Vector3<f64>,
     pub drive_force_n: f64,
     pub tip_m: Vector3<f64>,
+    /// Points of the centre line, the tip first, twice a second; else none \[m\].
+    pub shape_m: Vec<Vector3<f64>>,
 }
 
 /// One trial, without noise.
@@ -55,7 +57,8 @@ pub fn play_along(rig: &Rig, changes: &[Change], schedule: &Schedule) -> Result<
         let twist_rad_per_m = felt.drive_torque_n_m / torsion_n_m2;
         let load = Load { force_n: felt.drive_force_n, twist_rad_per_m };
         let drive = train.advance(schedule, t_s, load);
-        let sample = simulation.step(STEP_S, drive)?;
+        let sample = simulation.step(STEP_S, drive)?.clone();
+        let tip_m = sample.tip_m;
         let fed_m = drive.insertion_m - start.insertion_m;
         let feed_m = drive.insertion_m - before.insertion_m;
         rows.push(Row {
@@ -63,7 +66,8 @@ pub fn play_along(rig: &Rig, changes: &[Change], schedule: &Schedule) -> Result<
             encoder: schedule.at(t_s),
             force_n: sensor.read(t_s, STEP_S, fed_m, sample.force_on_vessel_n),
             drive_force_n: sensor.behind(sample.drive_force_n, feed_m, STEP_S),
-            tip_m: sample.tip_m,
+            tip_m,
+            shape_m: if k % 125 == 0 { simulation.centre_line_m() } else { Vec::new() },
         });
     }
     Ok(rows)

@@ -17,7 +17,7 @@ pub struct Instrument {
     /// Base, then tip: length \[m\] and Young's modulus \[Pa\].
     pub sections: [(f64, f64); 2],
     /// From the tip backwards: length \[m\] and curvature \[1/m\].
-    pub precurve: [(f64, f64); 2],
+    pub precurve: Vec<(f64, f64)>,
     /// Wall of the phantom it is tried in, for a piece of [`CONTACT_SPACING_M`] \[N/m\].
     pub wall_stiffness_n_per_m: f64,
 }
@@ -27,8 +27,12 @@ pub struct Instrument {
 pub struct Rig {
     pub name: String,
     pub instrument: Instrument,
-    /// Centre line and radius of the vessel.
-    pub stations: Vec<Station>,
+    /// Centre line and radius of each branch of the vessel, the trunk first.
+    pub branches: Vec<Vec<Station>>,
+    /// Edges where branches meet are rounded over this \[m\].
+    pub blend_m: f64,
+    /// Of the instrument's pre-curve, seen along the direction of insertion.
+    pub up: Vector3<f64>,
     pub friction_coefficient: f64,
     /// Length inside where every trial begins \[m\].
     pub start_m: f64,
@@ -51,7 +55,9 @@ pub fn rigs() -> Vec<Rig> {
             rigs.push(Rig {
                 name: format!("{name}-{}", instrument.name),
                 instrument,
-                stations: stations.clone(),
+                branches: vec![stations.clone()],
+                blend_m: 0.0,
+                up: Vector3::y(),
                 friction_coefficient: 0.3,
                 start_m: 0.03,
             });
@@ -69,7 +75,7 @@ fn catheter() -> Instrument {
         density_kg_per_m3: 1100.0,
         poissons_ratio: 0.4,
         sections: [(0.60, 120e6), (0.05, 160e6)],
-        precurve: [(4e-3, 10.0), (16e-3, 50.0)],
+        precurve: vec![(4e-3, 10.0), (16e-3, 50.0)],
         wall_stiffness_n_per_m: 800.0,
     }
 }
@@ -83,7 +89,7 @@ fn wire() -> Instrument {
         density_kg_per_m3: 2200.0,
         poissons_ratio: 0.35,
         sections: [(0.62, 2.4e9), (0.03, 1.2e9)],
-        precurve: [(3e-3, 5.0), (10e-3, 35.0)],
+        precurve: vec![(3e-3, 5.0), (10e-3, 35.0)],
         wall_stiffness_n_per_m: 120.0,
     }
 }
@@ -128,14 +134,10 @@ impl Rig {
             rod: Rod {
                 radius_m: 0.5 * i.outer_diameter_m,
                 sections: vec![section(i.sections[1]), section(i.sections[0])],
-                curves: i.precurve.map(curve).to_vec(),
+                curves: i.precurve.iter().copied().map(curve).collect(),
             },
-            entry: Entry {
-                position_m: Vector3::zeros(),
-                direction: Vector3::x(),
-                up: Vector3::y(),
-            },
-            lumen: lumen(&self.stations),
+            entry: Entry { position_m: Vector3::zeros(), direction: Vector3::x(), up: self.up },
+            lumen: lumen(&self.branches, self.blend_m),
             beyond: Default::default(),
             wall: WallLaw {
                 line_stiffness_n_per_m2: line_stiffness,
@@ -156,7 +158,12 @@ impl Rig {
     }
 }
 
-/// The inside of a vessel; without stations, no wall.
-pub fn lumen(stations: &[Station]) -> Lumen {
-    Tube::through(stations).map_or_else(Lumen::open, Lumen::tube)
+/// The inside of a vessel; without branches, no wall.
+pub fn lumen(branches: &[Vec<Station>], blend_m: f64) -> Lumen {
+    let tube = |(k, stations): (usize, &Vec<Station>)| {
+        let (is_trunk, is_alone) = (k == 0, branches.len() == 1);
+        Some(Tube::through(stations)?.with_open_ends([is_trunk, !is_trunk || is_alone]))
+    };
+    let tubes = branches.iter().enumerate().filter_map(tube).collect();
+    Lumen::union(tubes, blend_m)
 }

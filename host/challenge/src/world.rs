@@ -23,15 +23,15 @@ const STORED_PIECE_M: f64 = 0.01;
 /// The problem of a reality, without what changes over a trial.
 pub fn standing(rig: &Rig, changes: &[Change]) -> Problem {
     let mut problem = rig.problem();
-    let mut stations = rig.stations.clone();
+    let mut branches = rig.branches.clone();
     for change in changes {
-        apply_standing(change, &mut problem, &mut stations);
+        apply_standing(change, &mut problem, &mut branches);
     }
-    problem.lumen = lumen(&stations);
+    problem.lumen = lumen(&branches, rig.blend_m);
     problem
 }
 
-fn apply_standing(change: &Change, problem: &mut Problem, stations: &mut [Station]) {
+fn apply_standing(change: &Change, problem: &mut Problem, branches: &mut [Vec<Station>]) {
     let entry_m = problem.entry.position_m;
     match *change {
         Change::Friction { factor } => problem.wall.friction_coefficient *= factor,
@@ -41,12 +41,13 @@ fn apply_standing(change: &Change, problem: &mut Problem, stations: &mut [Statio
         }
         Change::Registration { offset_m, tilt_rad } => {
             let turn = Rotation3::new(tilt_rad);
-            for station in stations {
+            for station in branches.iter_mut().flatten() {
                 station.position_m = entry_m + turn * (station.position_m - entry_m) + offset_m;
             }
         }
         Change::Narrowing { arc_m, depth_m, sd_m } => {
             let mut arc = 0.0;
+            let Some(stations) = branches.first_mut() else { return };
             let mut before = stations.first().map(|s| s.position_m).unwrap_or_default();
             for station in stations {
                 arc += (station.position_m - before).norm();

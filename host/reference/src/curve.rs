@@ -70,6 +70,7 @@ impl Piece {
 pub struct Tube {
     pieces: Vec<Piece>,
     stations: Vec<Station>,
+    is_open: [bool; 2],
 }
 
 /// What a tube's wall is from a point.
@@ -131,7 +132,13 @@ impl Tube {
         };
         pieces.insert(0, straight(first.c, -first.c1.normalize(), first.r));
         pieces.push(straight(last.c, last.c1.normalize(), last.r));
-        Self { pieces, stations }
+        Self { pieces, stations, is_open: [true; 2] }
+    }
+
+    /// Which of the two ends are open; the others end in a half sphere. Both are, unless told.
+    pub fn with_open_ends(mut self, is_open: [bool; 2]) -> Self {
+        self.is_open = is_open;
+        self
     }
 
     /// The stations between which the pieces run.
@@ -167,7 +174,9 @@ impl Tube {
             (slope, bend, jet, out, off_axis)
         };
         let (mut low, mut high) = (0.0, 1.0);
-        let mut u: f64 = if slopes(0.0).0 <= 0.0 {
+        let is_end = [index == 0, index + 1 == self.pieces.len()];
+        let is_closed = (0..2).any(|end| is_end[end] && !self.is_open[end]);
+        let mut u: f64 = if is_closed || slopes(0.0).0 <= 0.0 {
             high = 0.0;
             0.0
         } else if slopes(1.0).0 >= 0.0 {
@@ -200,14 +209,13 @@ impl Tube {
         }
         let (_, bend, jet, outwards, off_axis) = slopes(u);
         let at_end = u == 0.0 || u == 1.0;
-        let extension = index == 0 || index + 1 == self.pieces.len();
         Depth {
             distance: jet.r - off_axis,
             outwards,
             off_axis,
             drift: (jet.c1 - outwards * outwards.dot(&jet.c1)) / off_axis,
             sharpness: if at_end { f64::NEG_INFINITY } else { bend },
-            beyond: if extension { u * EXTENSION_M } else { 0.0 },
+            beyond: if is_end.contains(&true) { u * EXTENSION_M } else { 0.0 },
         }
     }
 }

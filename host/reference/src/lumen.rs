@@ -196,4 +196,14 @@ mod tests {
         assert!((error.distance_m - 1e-3).abs() < 2e-7, "{}", error.distance_m);
         assert!(Tube::through(&stations[..1]).is_none());
     }
+
+    #[test]
+    fn a_closed_end_is_a_half_sphere_and_an_open_one_goes_on() {
+        let tube = TubePath::from(Vector3::zeros(), Vector3::x(), 3e-3).straight(0.04, 3e-3).tube();
+        let lumen = Lumen::tube(tube.with_open_ends([true, false]));
+        let at = |x: f64| lumen.sample(&Vector3::new(x, 1e-3, 0.0)).distance_m;
+        for (x, distance_m) in [(-0.1, 2e-3), (0.02, 2e-3), (0.042, 3e-3 - 5f64.sqrt() * 1e-3)] {
+            assert!((at(x) - distance_m).abs() < 1e-12, "{x}: {}", at(x));
+        }
+    }
 }

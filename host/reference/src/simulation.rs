@@ -156,6 +156,11 @@ impl<'a> Simulation<'a> {
         Ok(&self.sample)
     }
 
+    /// Points of the centre line, the tip first \[m\].
+    pub fn centre_line_m(&self) -> Vec<Vector3<f64>> {
+        self.state.nodes.iter().map(|node| node.position).collect()
+    }
+
     /// What the last step found.
     pub fn sample(&self) -> &Sample {
         &self.sample
