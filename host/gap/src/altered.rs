@@ -70,10 +70,6 @@ impl Plant for Altered<'_> {
         self.inner.ways()
     }
 
-    fn ways_within_priors(&self) -> usize {
-        self.inner.ways_within_priors()
-    }
-
     fn cheap(&self) -> bool {
         self.inner.cheap()
     }

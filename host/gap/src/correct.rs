@@ -22,11 +22,6 @@ use crate::select::Selector;
 /// it that may be left on another way.
 const BEHIND: f64 = 1.8;
 const OTHER_WAY: f64 = 0.5;
-/// Energy of the nominal model from which on a trial is tried on the ways within the priors of the
-/// nuisances, and the share of it that may be left. Where nothing forks, the nuisances have done
-/// already what such a way does.
-const OPEN: f64 = 1.5;
-const OTHER_WAY_WITHIN_PRIORS: f64 = 0.75;
 /// Times the energy of another way that the first may have, to be taken again.
 const FIRST_WAY: f64 = 1.1;
 
@@ -34,8 +29,7 @@ impl Selector<'_> {
     /// The fit, gone on from where it ended with simulations corrected there; `None` where that
     /// changes nothing or a simulation breaks down.
     pub fn corrected(&self, nuisances: &Nuisances, found: &Fit, depth: Depth) -> Option<Fit> {
-        let point =
-            self.on_best_ways(nuisances, found.point.clone().anchored(), found.effects.is_empty())?;
+        let point = self.on_best_ways(nuisances, found.point.clone().anchored())?;
         if point.anchor == found.point.anchor {
             return None;
         }
@@ -45,7 +39,7 @@ impl Selector<'_> {
     }
 
     /// The point with every trial on the way that explains it, of those that may be taken.
-    fn on_best_ways(&self, nuisances: &Nuisances, point: Point, nominal: bool) -> Option<Point> {
+    fn on_best_ways(&self, nuisances: &Nuisances, point: Point) -> Option<Point> {
         let plant = self.problem.plant;
         if plant.ways() < 2 {
             return Some(point);
@@ -74,19 +68,12 @@ impl Selector<'_> {
             if is_first {
                 chosen = chosen.on_way(trial, 0);
             }
-            let (behind, open) = (own > BEHIND * median, nominal && own > OPEN);
-            let ways = match (behind, open) {
-                (true, _) => plant.ways(),
-                (false, true) => plant.ways_within_priors(),
-                (false, false) => continue,
-            };
-            let may_leave = |way: usize| match way < plant.ways_within_priors() && open {
-                true => OTHER_WAY_WITHIN_PRIORS,
-                false => OTHER_WAY,
-            };
-            let tried = (0..ways).into_par_iter().filter_map(|way| {
+            if own <= BEHIND * median {
+                continue;
+            }
+            let tried = (0..plant.ways()).into_par_iter().filter_map(|way| {
                 let left = energy(trial, &point.clone().on_way(trial, way))?;
-                (left < may_leave(way) * own).then_some((left, way))
+                (left < OTHER_WAY * own).then_some((left, way))
             });
             let tried: Vec<(f64, usize)> = tried.collect();
             let best = tried.into_iter().min_by(|a, b| a.0.total_cmp(&b.0));
@@ -101,7 +88,7 @@ impl Selector<'_> {
 #[cfg(test)]
 mod tests {
     use crate::fit::{Depth, Start, fit};
-    use crate::plant::Point;
+    use crate::plant::{Plant, Point};
     use crate::toy::{Toy, effect, explained_by, noise, parameter};
 
     const SAMPLES: usize = 400;
@@ -123,9 +110,8 @@ mod tests {
         slope * along(i)
     }
 
-    fn toy(trials: usize, forks: Vec<f64>) -> Toy<fn(usize, &Point) -> f64> {
+    fn toy(trials: usize, forks: Vec<f64>) -> impl Plant {
         let measured = (0..SAMPLES).map(|i| TRUE * along(i) + NOISE * noise(i));
-        let predict: fn(usize, &Point) -> f64 = predict;
         let mut toy = Toy::new(0.01, NOISE, measured, predict).times(trials);
         toy.effects = vec![effect("slope", vec![parameter("slope")], vec![vec![1.0]])];
         (toy.cheap, toy.forks) = (false, forks);
@@ -165,26 +151,16 @@ mod tests {
         assert!(ways(vec![0.0, 0.001]).iter().all(|way| *way == 0));
     }
 
-    /// The way of the last of six trials, explained by some effects.
-    fn way(forks: Vec<f64>, within_priors: usize, effects: &[usize]) -> usize {
-        let mut toy = toy(6, forks);
-        toy.within_priors = within_priors;
-        explained_by(&toy, effects, |_, selection| {
-            *selection.best.fit.point.anchor.ways.get(5).unwrap_or(&0)
-        })
-    }
-
     #[test]
-    fn a_trial_of_the_nominal_model_goes_where_nuisances_may_lead_it() {
-        assert_eq!(way(vec![0.0, 1.0], 2, &[]), 1);
-        // No nuisance leads there, and the trial is not behind the others.
-        assert_eq!(way(vec![0.0, 1.0], 1, &[]), 0);
-        // What it leaves is nearly as much.
-        assert_eq!(way(vec![0.0, 0.1], 2, &[]), 0);
-    }
-
-    #[test]
-    fn with_the_effect_that_it_stood_for_a_trial_goes_its_first_way_again() {
-        assert_eq!(way(vec![0.0, 1.0], 2, &[0]), 0);
+    fn a_trial_goes_its_first_way_again_where_that_explains_as_much() {
+        let again = |forks: Vec<f64>| {
+            explained_by(&toy(6, forks), &[0], |selector, selection| {
+                let point = selection.best.fit.point.clone().anchored().on_way(5, 1);
+                let nuisances = selection.nuisances.as_ref().unwrap();
+                selector.on_best_ways(nuisances, point).unwrap().anchor.ways[5]
+            })
+        };
+        assert_eq!(again(vec![0.0, 1e-4]), 0);
+        assert_eq!(again(vec![-0.3, 0.0]), 1);
     }
 }

@@ -49,13 +49,10 @@ impl Selector<'_> {
     ) -> Vec<(usize, usize, Candidate)> {
         let Some(nuisances) = self.nuisances_at(&without.fit) else { return Vec::new() };
         let effects = self.problem.plant.effects();
-        let alike = |rival: usize| {
-            let says = |a: usize, b: usize| effects[a].confused_with.contains(&effects[b].id);
-            says(effect, rival) || says(rival, effect)
-        };
         let mut promised: Vec<(f64, usize)> = (0..effects.len())
             .into_par_iter()
-            .filter(|rival| alike(*rival) && !selection.best.fit.effects.contains(rival))
+            .filter(|rival| self.are_confused(effect, *rival))
+            .filter(|rival| !selection.best.fit.effects.contains(rival))
             .filter_map(|rival| Some((self.promise(selection, without, &nuisances, rival)?, rival)))
             .filter(|(promise, _)| *promise > 0.0)
             .collect();
@@ -69,6 +66,49 @@ impl Selector<'_> {
             (!found.fit.failed).then_some((effect, rival, found))
         };
         promised.into_par_iter().filter_map(fitted).collect()
+    }
+
+    /// Whether the answer is one effect of a catheter that has turned into a limit of itself.
+    pub fn is_limit_of_another(&self, selection: &Selection) -> bool {
+        let best = &selection.best.fit;
+        let plant = self.problem.plant;
+        !plant.cheap() && best.effects.len() == 1 && best.at_bound(plant)
+    }
+
+    /// Fits what the only effect is confused with to the end, by the finer model: where trials go
+    /// other ways at a fork, a fit with corrected simulations is stuck before it. The better one is
+    /// the answer. `None` when a simulation breaks down.
+    pub fn give_way(&self, selection: &mut Selection) -> Option<()> {
+        let effect = *selection.best.fit.effects.first()?;
+        let nominal = &selection.nominal.fit;
+        let nuisances = self.nuisances_at(nominal)?;
+        let rivals = (0..selection.singles.len()).filter(|rival| self.are_confused(effect, *rival));
+        let rivals: Vec<usize> = rivals.collect();
+        let ended = |rival: usize| {
+            let (off, on) = (Start::Fit(nominal), [rival]);
+            let glance = self.candidate(Depth::Glance, &nuisances, off, &on, Some(rival))?;
+            let start = Start::Fit(&glance.fit);
+            let found = self.candidate(Depth::Whole, &nuisances, start, &on, None)?;
+            (!found.fit.failed).then(|| (Some(rival), self.to_the_end(found)))
+        };
+        let mut sides: Vec<(Option<usize>, Candidate)> =
+            rivals.into_par_iter().filter_map(ended).collect();
+        sides.push((None, selection.best.clone()));
+        let gap = selection.nominal.score.excess();
+        by_cost(self.problem.plant, gap, &mut sides, |(_, candidate)| candidate);
+        if let (Some(rival), candidate) = sides.swap_remove(0) {
+            selection.singles[rival] = Some(candidate.clone());
+            put(selection, effect, rival, candidate);
+            self.finish(selection)?;
+        }
+        Some(())
+    }
+
+    /// Whether the catalogue says of one of two effects that it is confused with the other.
+    pub fn are_confused(&self, a: usize, b: usize) -> bool {
+        let effects = self.problem.plant.effects();
+        let says = |a: usize, b: usize| effects[a].confused_with.contains(&effects[b].id);
+        says(a, b) || says(b, a)
     }
 
     fn to_the_end(&self, candidate: Candidate) -> Candidate {
@@ -90,7 +130,7 @@ fn put(selection: &mut Selection, effect: usize, rival: usize, found: Candidate)
 
 #[cfg(test)]
 mod tests {
-    use crate::plant::{Plant, Point};
+    use crate::plant::{Parameter, Plant, Point};
     use crate::toy::{Toy, effect, explained_by, noise, parameter};
 
     const SAMPLES: usize = 400;
@@ -158,6 +198,34 @@ mod tests {
         explained_by(&toy(&[]), &[ALIKE, OTHER], |selector, mut selection| {
             assert!(!selector.exchange(&mut selection));
             assert!(selection.exchanged.is_empty());
+        });
+    }
+
+    #[test]
+    fn a_limit_of_itself_gives_way_to_the_effect_that_it_is() {
+        let along = |i: usize| (i as f64 + 0.5) / SAMPLES as f64;
+        let measured = move |i: usize| 2.0 * along(i) + NOISE * noise(i);
+        // The second does not show in coarse simulations.
+        let predict = move |i: usize, point: &Point| {
+            let (power, line) = (&point.effects[0], point.effects[1][0]);
+            let shown = if point.anchor.is_everywhere { line } else { point.anchor.effects[1][0] };
+            power[0] * along(i).powf(power[1]) + shown * along(i)
+        };
+        let mut toy = Toy::new(0.01, NOISE, (0..SAMPLES).map(measured), predict);
+        toy.cheap = false;
+        let exponent = Parameter { low: 1.0, high: 3.0, off: 2.0, ..parameter("exponent") };
+        toy.effects = vec![
+            effect("power", vec![parameter("size"), exponent], vec![vec![1.0, 2.0]]),
+            effect("line", vec![parameter("size")], vec![vec![1.0]]),
+        ];
+        toy.effects[0].confused_with = &["line"];
+        explained_by(&toy, &[0], |selector, mut selection| {
+            assert!(selector.is_limit_of_another(&selection));
+            selector.give_way(&mut selection).unwrap();
+            assert_eq!(selection.best.fit.effects, [1]);
+            let size = selection.best.fit.point.effects[1][0];
+            assert!((size - 2.0).abs() < 0.01, "{size}");
+            assert!(!selector.is_limit_of_another(&selection));
         });
     }
 }

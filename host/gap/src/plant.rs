@@ -240,11 +240,6 @@ pub trait Plant: Sync {
         1
     }
 
-    /// How many of them, the first ones, differ by no more than nuisances may.
-    fn ways_within_priors(&self) -> usize {
-        1
-    }
-
     /// Whether a simulation costs next to nothing: fits may take many steps then, and nuisances
     /// are linearised again where every fit ends, and not only where it begins.
     fn cheap(&self) -> bool;

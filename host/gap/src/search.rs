@@ -59,7 +59,7 @@ enum Step {
 
 /// What a switch-on value promises.
 struct Promise {
-    /// The loss there.
+    /// There.
     loss: f64,
     /// What the loss would fall by to first order, if what the value does came in any size and sign.
     gain: f64,
@@ -105,15 +105,15 @@ impl Search<'_> {
     }
 
     /// The switch-on value of an effect from which the loss falls lowest: by what it is there, or
-    /// would be to first order if what the value does came in any size and sign. Where simulations
-    /// cost something, the trial decides that has most of the gap.
-    ///
-    /// Beside other effects in that size, if the loss is lower there. Not alone: the size that one
-    /// trial's whole gap asks for leads a single effect astray.
+    /// would be to first order if what the value does came in any size and sign. Beside other effects
+    /// in that size, where the loss is lower there: what is alone to explain a whole gap has it from
+    /// much else too, and is led astray by one trial. Where simulations cost something, the trial decides that has most of
+    /// the gap.
     fn switched_on(&self, off: &Place, effect: usize) -> Option<Point> {
         let mut deciding: Vec<usize> = (0..self.trials.len()).collect();
         if !self.problem.plant.cheap() {
-            deciding = most_open(&off.refits.iter().collect::<Vec<_>>(), 1);
+            deciding.sort_by(|&a, &b| off.refits[b].energy().total_cmp(&off.refits[a].energy()));
+            deciding.truncate(1);
         }
         let loss_off = deciding.iter().map(|&at| off.refits[at].energy()).sum::<f64>();
         let guessed = self.guessed(off, effect);
@@ -367,27 +367,6 @@ impl Search<'_> {
     }
 }
 
-/// So many of the trials that have most left, by their energies; not the one that stands alone with
-/// more than the others, which may have gone another way at a fork.
-pub fn most_open(refits: &[&Refit], count: usize) -> Vec<usize> {
-    /// Times the second from which on the first stands alone, and energy per sample from which on
-    /// the second has something left too.
-    const ALONE: f64 = 1.4;
-    const OPEN: f64 = 2.0;
-    let energies: Vec<f64> =
-        refits.iter().map(|refit| refit.energy() / refit.residual.len().max(1) as f64).collect();
-    let mut trials: Vec<usize> = (0..energies.len()).collect();
-    trials.sort_by(|&a, &b| energies[b].total_cmp(&energies[a]));
-    if let [first, second, ..] = trials[..]
-        && energies[first] > ALONE * energies[second]
-        && energies[second] > OPEN
-    {
-        trials.rotate_left(1);
-    }
-    trials.truncate(count);
-    trials
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -426,20 +405,5 @@ mod tests {
             assert!((slope - TRUE).abs() < 0.02, "{slope} from {value}");
             assert_eq!(begins(value, &[0]), value);
         }
-    }
-
-    #[test]
-    fn the_trial_that_stands_alone_with_most_left_decides_last() {
-        let watched = |energies: &[f64]| {
-            let nuisances = Nuisances::of(vec![DMatrix::zeros(1, 0)]);
-            let refit = |energy: &f64| nuisances.refit(0, &DVector::from_element(1, energy.sqrt()));
-            let refits: Vec<Refit> = energies.iter().map(refit).collect();
-            most_open(&refits.iter().collect::<Vec<_>>(), 2)
-        };
-        assert_eq!(watched(&[8.0, 9.9, 5.4, 15.4]), [1, 0]);
-        assert_eq!(watched(&[8.0, 9.9, 5.4, 11.0]), [3, 1]);
-        // An effect that only one trial shows.
-        assert_eq!(watched(&[1.0, 1.1, 1.0, 30.0]), [3, 1]);
-        assert_eq!(watched(&[5.0]), [0]);
     }
 }

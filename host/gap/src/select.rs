@@ -189,6 +189,9 @@ impl Selector<'_> {
                 self.finish(&mut selection)?;
             }
         }
+        if self.is_limit_of_another(&selection) {
+            self.give_way(&mut selection)?;
+        }
         let best = &selection.best;
         let open = best.score.shrink(&selection.nominal.score) < EXPLAINED;
         if open && best.fit.effects.len() > 1 && !self.problem.plant.cheap() {

@@ -17,8 +17,6 @@ pub struct Toy<F> {
     pub cheap: bool,
     /// Added to the predictions of the last trial, by the way that its finer model goes.
     pub forks: Vec<f64>,
-    /// Of these ways, the first so many lie within the priors of nuisances.
-    pub within_priors: usize,
     channels: Vec<Channel>,
     regimes: Vec<String>,
     trials: Vec<Trial>,
@@ -52,7 +50,6 @@ impl<F: Fn(usize, &Point) -> f64> Toy<F> {
             swing: None,
             cheap: true,
             forks: vec![0.0],
-            within_priors: 1,
             channels: vec![Channel { name: "fx_N".into(), quantity: Quantity::Force }],
             regimes: vec!["standing".into()],
             trials: vec![Trial { number: 0, samples, blocks: 1 }],
@@ -146,10 +143,6 @@ impl<F: Fn(usize, &Point) -> f64 + Sync> Plant for Toy<F> {
 
     fn ways(&self) -> usize {
         self.forks.len()
-    }
-
-    fn ways_within_priors(&self) -> usize {
-        self.within_priors
     }
 
     fn cheap(&self) -> bool {

@@ -36,7 +36,7 @@ use motion::PHASES;
 use prepare::{Prepared, Source};
 use segments::Segments;
 use simulate::{Inputs, Simulator, Trajectory, readings};
-use ways::{WAYS, WITHIN_PRIORS};
+use ways::WAYS;
 
 /// A diagnosis plays every trial hundreds of times: with half the links and a quarter of the ticks
 /// of the device. Predictions are corrected by what a finer model changes where a fit ends.
@@ -297,10 +297,6 @@ impl Plant for Catheter {
 
     fn ways(&self) -> usize {
         WAYS.len()
-    }
-
-    fn ways_within_priors(&self) -> usize {
-        WITHIN_PRIORS
     }
 
     fn cheap(&self) -> bool {

@@ -50,8 +50,6 @@ pub const WAYS: [Way; 16] = [
     Way { friction: FRICTION, fed_m: OFFSET_M, ..NOMINAL },
     Way { friction: FRICTION, fed_m: -OFFSET_M, ..NOMINAL },
 ];
-/// Of them, the first so many differ by no more than nuisances may.
-pub const WITHIN_PRIORS: usize = 10;
 
 impl Way {
     /// The model on this way, with the links and steps that it has.
