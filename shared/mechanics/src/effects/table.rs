@@ -82,9 +82,7 @@ effects! {
         }
         /// Friction that depends on load or wear.
         load_friction: LoadFriction {
-            /// Coefficient at light load over the nominal one.
-            light_load_ratio: "1", 1.0, 0.05, 10.0;
-            /// Coefficient at high load over the nominal one.
+            /// Coefficient at high load over the one at low load.
             high_load_ratio: "1", 1.0, 0.05, 10.0;
             /// Normal force per length half-way between the two.
             load_n_per_m: "N/m", 10.0, 0.01, 1e4;
