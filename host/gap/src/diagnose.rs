@@ -24,6 +24,9 @@ use crate::select::{Candidate, Selection, Selector};
 /// Shrink from which on the explanation is the answer, and a part of it.
 const NAMED: f64 = 0.8;
 const PARTIAL: f64 = 0.7;
+/// Effects of a catheter that may close less than nearly all of the gap and be named: with more of
+/// them, anything is fitted a little.
+const FEW: usize = 2;
 /// Shrink from which on what is left may be of any size; below, a catheter's explanation must come
 /// as near to the floor as this, in energy and in every quantity. The floor of a drive, whose repeats
 /// agree better than any model, says little of what is left.
@@ -119,10 +122,12 @@ pub fn expected_simulations(plant: &dyn Plant) -> u64 {
 }
 
 /// What an explanation is worth. `shrink`: what it closes; `worst`: energy that it leaves in a
-/// quantity; `lead`: how much more its first effect closes alone than any other.
-fn verdict(shrink: f64, worst: f64, lead: f64) -> Verdict {
+/// quantity; `lead`: how much more its first effect closes alone than any other; `effects`: how many
+/// it has of a catheter.
+fn verdict(shrink: f64, worst: f64, lead: f64, effects: usize) -> Verdict {
     match shrink {
         s if s >= NEARLY_ALL => Verdict::Named,
+        _ if effects > FEW => Verdict::Unknown,
         s if s >= NAMED && worst <= NEAR_FLOOR => Verdict::Named,
         s if s >= NAMED && lead >= CLEAR_LEAD => Verdict::Named,
         s if s >= NAMED && worst <= LED_FLOOR && lead >= LEAD => Verdict::Named,
@@ -241,7 +246,8 @@ impl<'a> Answer<'a> {
         self.diagnosis.verdict = if selection.best.fit.effects.is_empty() {
             Verdict::Unknown
         } else {
-            verdict(shrink, worst, self.lead(&named))
+            let count = if self.plant.cheap() { 1 } else { named.len() };
+            verdict(shrink, worst, self.lead(&named), count)
         };
         self.next_experiment(&selection, &named);
         if self.diagnosis.verdict == Verdict::Unknown {
@@ -486,17 +492,20 @@ mod tests {
     #[test]
     fn what_is_left_must_be_less_the_less_an_effect_leads() {
         // Nearly everything.
-        assert_eq!(verdict(0.91, 90.0, 0.0), Verdict::Named);
+        assert_eq!(verdict(0.91, 90.0, 0.0, 1), Verdict::Named);
         // Most of it, near the floor, led by some or by much.
-        assert_eq!(verdict(0.85, 2.4, 0.0), Verdict::Named);
-        assert_eq!(verdict(0.85, 4.9, 0.21), Verdict::Named);
-        assert_eq!(verdict(0.85, 90.0, 0.36), Verdict::Named);
-        assert_eq!(verdict(0.85, 4.9, 0.19), Verdict::Unknown);
-        assert_eq!(verdict(0.85, 5.1, 0.34), Verdict::Unknown);
+        assert_eq!(verdict(0.85, 2.4, 0.0, 1), Verdict::Named);
+        assert_eq!(verdict(0.85, 4.9, 0.21, 1), Verdict::Named);
+        assert_eq!(verdict(0.85, 90.0, 0.36, 1), Verdict::Named);
+        assert_eq!(verdict(0.85, 4.9, 0.19, 1), Verdict::Unknown);
+        assert_eq!(verdict(0.85, 5.1, 0.34, 1), Verdict::Unknown);
+        // Three effects fit a little of anything.
+        assert_eq!(verdict(0.85, 2.4, 0.36, 3), Verdict::Unknown);
+        assert_eq!(verdict(0.91, 90.0, 0.0, 3), Verdict::Named);
         // A part of it.
-        assert_eq!(verdict(0.75, 2.4, 0.21), Verdict::Partial);
-        assert_eq!(verdict(0.75, 2.6, 0.36), Verdict::Unknown);
-        assert_eq!(verdict(0.75, 2.4, 0.19), Verdict::Unknown);
-        assert_eq!(verdict(0.69, 1.0, 0.9), Verdict::Unknown);
+        assert_eq!(verdict(0.75, 2.4, 0.21, 1), Verdict::Partial);
+        assert_eq!(verdict(0.75, 2.6, 0.36, 1), Verdict::Unknown);
+        assert_eq!(verdict(0.75, 2.4, 0.19, 1), Verdict::Unknown);
+        assert_eq!(verdict(0.69, 1.0, 0.9, 1), Verdict::Unknown);
     }
 }
