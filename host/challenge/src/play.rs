@@ -13,6 +13,9 @@ use crate::world::{self, Moment};
 /// Time between rows, and of a step of the solver \[s\].
 pub const STEP_S: f64 = 4e-3;
 
+/// Rows between two with a shape: two a second.
+const SHAPE_EVERY: usize = 125;
+
 /// One row of a trial.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Row {
@@ -67,7 +70,7 @@ pub fn play_along(rig: &Rig, changes: &[Change], schedule: &Schedule) -> Result<
             force_n: sensor.read(t_s, STEP_S, fed_m, sample.force_on_vessel_n),
             drive_force_n: sensor.behind(sample.drive_force_n, feed_m, STEP_S),
             tip_m,
-            shape_m: if k % 125 == 0 { simulation.centre_line_m() } else { Vec::new() },
+            shape_m: if k % SHAPE_EVERY == 0 { simulation.centre_line_m() } else { Vec::new() },
         });
     }
     Ok(rows)

@@ -59,7 +59,7 @@ enum Step {
 
 /// What a switch-on value promises.
 struct Promise {
-    /// There.
+    /// The loss there.
     loss: f64,
     /// What the loss would fall by to first order, if what the value does came in any size and sign.
     gain: f64,
@@ -105,10 +105,11 @@ impl Search<'_> {
     }
 
     /// The switch-on value of an effect from which the loss falls lowest: by what it is there, or
-    /// would be to first order if what the value does came in any size and sign. Beside other effects
-    /// in that size, where the loss is lower there: what is alone to explain a whole gap has it from
-    /// much else too, and is led astray by one trial. Where simulations cost something, the trial decides that has most of
-    /// the gap.
+    /// would be to first order if what the value does came in any size and sign. Where simulations
+    /// cost something, the trial decides that has most of the gap.
+    ///
+    /// Beside other effects in that size, if the loss is lower there. Not alone: the size that one
+    /// trial's whole gap asks for leads a single effect astray.
     fn switched_on(&self, off: &Place, effect: usize) -> Option<Point> {
         let mut deciding: Vec<usize> = (0..self.trials.len()).collect();
         if !self.problem.plant.cheap() {
