@@ -13,7 +13,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use cathforce_challenge::{
-    CONTACT_SPACING_M, Change, Instrument, LIBRARY, Rig, Trial, play_along, single,
+    CONTACT_SPACING_M, Change, Instrument, LIBRARY, Noise, Rig, Trial, play_along, single,
 };
 use cathforce_reference::{Drive, Schedule, Station};
 use nalgebra::Vector3;
@@ -23,7 +23,7 @@ use rayon::prelude::*;
 use serde::Deserialize;
 
 /// Noise of the practice bundles: force, drive force \[N\], tip, shape \[m\].
-const NOISE: [f64; 4] = [0.01, 0.02, 3e-4, 5e-4];
+const NOISE_SD: [f64; 4] = [0.01, 0.02, 3e-4, 5e-4];
 /// Rows between two of the tip.
 const TIP_EVERY: usize = 8;
 const SHAPE_POINTS: usize = 8;
@@ -157,21 +157,6 @@ fn motions(bundle: &Path) -> Result<Vec<Schedule>, Box<dyn Error>> {
     files.iter().map(motion).collect()
 }
 
-struct Noise(ChaCha8Rng);
-
-impl Noise {
-    /// By Box and Muller.
-    fn normal(&mut self) -> f64 {
-        let u: f64 = self.0.random_range(f64::MIN_POSITIVE..1.0);
-        let angle = std::f64::consts::TAU * self.0.random::<f64>();
-        (-2.0 * u.ln()).sqrt() * angle.cos()
-    }
-
-    fn vector(&mut self, sd: f64) -> Vector3<f64> {
-        Vector3::new(self.normal(), self.normal(), self.normal()) * sd
-    }
-}
-
 /// Points of a centre line that are as far from each other along it.
 fn evenly(line: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
     let mut arc = vec![0.0];
@@ -197,8 +182,8 @@ fn table(trial: &Trial, noise: &mut Noise) -> String {
     text.push('\n');
     // Writing to a string does not fail.
     for (k, row) in trial.iter().enumerate() {
-        let f = row.force_n + noise.vector(NOISE[0]);
-        let drive_n = row.drive_force_n + noise.normal() * NOISE[1];
+        let f = row.force_n + noise.vector(NOISE_SD[0]);
+        let drive_n = row.drive_force_n + noise.normal() * NOISE_SD[1];
         let Drive { insertion_m, rotation_rad } = row.encoder;
         let _ = write!(text, "{:.4},{insertion_m:.6},{rotation_rad:.4}", row.t_s);
         let _ = write!(text, ",{:.5},{:.5},{:.5},{drive_n:.5}", f.x, f.y, f.z);
@@ -206,11 +191,11 @@ fn table(trial: &Trial, noise: &mut Noise) -> String {
             Some(p) => text += &format!(",{:.6},{:.6},{:.6}", p.x, p.y, p.z),
             None => text += ",,,",
         };
-        point((k % TIP_EVERY == 0).then(|| row.tip_m + noise.vector(NOISE[2])));
+        point((k % TIP_EVERY == 0).then(|| row.tip_m + noise.vector(NOISE_SD[2])));
         if row.shape_m.is_empty() {
             (0..SHAPE_POINTS).for_each(|_| point(None));
         } else {
-            evenly(&row.shape_m).iter().for_each(|p| point(Some(p + noise.vector(NOISE[3]))));
+            evenly(&row.shape_m).iter().for_each(|p| point(Some(p + noise.vector(NOISE_SD[3]))));
         }
         text.push('\n');
     }
@@ -263,7 +248,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             fs::copy(bundle.join(file), folder.join(file))?;
         }
         for (k, trial) in real.iter().enumerate() {
-            let mut noise = Noise(ChaCha8Rng::seed_from_u64(rng.random()));
+            let mut noise = Noise::of_seed(rng.random());
             fs::write(folder.join(format!("trials/{k:03}.csv")), table(trial, &mut noise))?;
         }
         let [force_n, drive_n, tip_m] = changed(&real, &nominal);

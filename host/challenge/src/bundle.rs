@@ -5,10 +5,7 @@ use std::fs;
 use std::io;
 use std::path::Path;
 
-use nalgebra::Vector3;
-use rand::{Rng, SeedableRng};
-use rand_chacha::ChaCha8Rng;
-
+use crate::noise::Noise;
 use crate::play::Trial;
 use crate::rigs::{CONTACT_SPACING_M, GRAVITY_M_PER_S2, Rig, TANGENTIAL_RATIO};
 
@@ -32,28 +29,12 @@ pub fn write_bundle(
     fs::create_dir_all(folder.join("trials"))?;
     fs::write(folder.join("rig.toml"), rig_toml(name, rig))?;
     fs::write(folder.join("centreline.csv"), centreline(rig))?;
-    let mut noise = Noise(ChaCha8Rng::seed_from_u64(noise_seed));
+    let mut noise = Noise::of_seed(noise_seed);
     for (number, trial) in trials.iter().enumerate() {
         let path = folder.join(format!("trials/{number:03}.csv"));
         fs::write(path, csv(trial, &mut noise))?;
     }
     Ok(())
-}
-
-/// Normally distributed numbers.
-struct Noise(ChaCha8Rng);
-
-impl Noise {
-    /// By Box and Muller.
-    fn normal(&mut self) -> f64 {
-        let u: f64 = self.0.random_range(f64::MIN_POSITIVE..1.0);
-        let angle = std::f64::consts::TAU * self.0.random::<f64>();
-        (-2.0 * u.ln()).sqrt() * angle.cos()
-    }
-
-    fn vector(&mut self, sd: f64) -> Vector3<f64> {
-        Vector3::new(self.normal(), self.normal(), self.normal()) * sd
-    }
 }
 
 fn csv(trial: &Trial, noise: &mut Noise) -> String {

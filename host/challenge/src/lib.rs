@@ -12,7 +12,7 @@
 //! | `world`, `train`, `sensor` | where they act |
 //! | `play` | one trial of a reality |
 //! | `draw` | cases from a seed |
-//! | `bundle` | a case as a trial bundle |
+//! | `bundle`, `noise` | a case as a trial bundle |
 //! | `seal` | labels, their hashes, what was answered |
 //! | `score` | answers against labels |
 
@@ -22,6 +22,7 @@ mod bundle;
 mod change;
 mod draw;
 mod motion;
+mod noise;
 mod play;
 mod rigs;
 mod score;
@@ -34,6 +35,7 @@ pub use bundle::write_bundle;
 pub use change::{Change, Truth};
 pub use draw::{Case, Kind, LIBRARY, OUTSIDE, cases, single};
 pub use motion::{DIAGNOSED, TRIALS, schedule};
+pub use noise::Noise;
 pub use play::{Row, Trial, play, play_along};
 pub use rigs::{CONTACT_SPACING_M, Instrument, Rig, rigs};
 pub use score::{Right, SMALLEST_GAP, Score, Tally, score};

@@ -9,7 +9,7 @@
 //! the finer model. The best model is fitted to the end with the finer model itself.
 //!
 //! At a fork of the vessel the tip turns on less than any model knows: a trial that is left far
-//! behind the others is tried with other models that are as fine.
+//! behind the others is tried on other ways, by models that are as good.
 
 use rayon::prelude::*;
 

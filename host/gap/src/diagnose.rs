@@ -491,21 +491,28 @@ mod tests {
 
     #[test]
     fn what_is_left_must_be_less_the_less_an_effect_leads() {
-        // Nearly everything.
-        assert_eq!(verdict(0.91, 90.0, 0.0, 1), Verdict::Named);
-        // Most of it, near the floor, led by some or by much.
-        assert_eq!(verdict(0.85, 2.4, 0.0, 1), Verdict::Named);
-        assert_eq!(verdict(0.85, 4.9, 0.21, 1), Verdict::Named);
-        assert_eq!(verdict(0.85, 90.0, 0.36, 1), Verdict::Named);
-        assert_eq!(verdict(0.85, 4.9, 0.19, 1), Verdict::Unknown);
-        assert_eq!(verdict(0.85, 5.1, 0.34, 1), Verdict::Unknown);
-        // Three effects fit a little of anything.
-        assert_eq!(verdict(0.85, 2.4, 0.36, 3), Verdict::Unknown);
-        assert_eq!(verdict(0.91, 90.0, 0.0, 3), Verdict::Named);
-        // A part of it.
-        assert_eq!(verdict(0.75, 2.4, 0.21, 1), Verdict::Partial);
-        assert_eq!(verdict(0.75, 2.6, 0.36, 1), Verdict::Unknown);
-        assert_eq!(verdict(0.75, 2.4, 0.19, 1), Verdict::Unknown);
-        assert_eq!(verdict(0.69, 1.0, 0.9, 1), Verdict::Unknown);
+        use Verdict::{Named, Partial, Unknown};
+        for (shrink, worst, lead, effects, expected) in [
+            // Nearly everything.
+            (0.91, 90.0, 0.0, 1, Named),
+            // Most of it, near the floor, led by some or by much.
+            (0.85, 2.4, 0.0, 1, Named),
+            (0.85, 4.9, 0.21, 1, Named),
+            (0.85, 90.0, 0.36, 1, Named),
+            (0.85, 4.9, 0.19, 1, Unknown),
+            (0.85, 5.1, 0.34, 1, Unknown),
+            // Three effects fit a little of anything.
+            (0.85, 2.4, 0.36, 2, Named),
+            (0.85, 2.4, 0.36, 3, Unknown),
+            (0.91, 90.0, 0.0, 3, Named),
+            // A part of it.
+            (0.75, 2.4, 0.21, 1, Partial),
+            (0.75, 2.6, 0.36, 1, Unknown),
+            (0.75, 2.4, 0.19, 1, Unknown),
+            (0.69, 1.0, 0.9, 1, Unknown),
+        ] {
+            let found = verdict(shrink, worst, lead, effects);
+            assert_eq!(found, expected, "{shrink} {worst} {lead} {effects}");
+        }
     }
 }

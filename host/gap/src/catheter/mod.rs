@@ -349,7 +349,7 @@ fn nominal(bundle: &Bundle) -> Result<Description<f64>, CatheterError> {
     Ok(nominal)
 }
 
-/// Force bias, time shift, insertion offset and rigid registration, in the order that
+/// Force bias, time shift, insertion offset, rigid registration and a nearer wall, in the order that
 /// [`Catheter::simulate`] takes them.
 fn nuisances() -> Vec<Nuisance> {
     let of = |name, unit, sd, effect| Nuisance { name, unit, sd, effect: Some(effect) };

@@ -73,3 +73,26 @@ impl Way {
         finer
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::catheter::nominal;
+
+    #[test]
+    fn ways_are_the_model_itself_and_others() {
+        let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/tapered-none");
+        let bundle = cathforce_rig::Bundle::open(&example).unwrap();
+        let nominal = nominal(&bundle).unwrap();
+        assert_eq!(WAYS[0].apply(&nominal), nominal);
+        let finer: Vec<_> = WAYS.iter().map(|way| way.finer(&nominal)).collect();
+        for (k, own) in finer.iter().enumerate() {
+            assert_eq!(own.solver.link_length_m, nominal.solver.link_length_m / COARSER);
+            assert!(finer[..k].iter().all(|other| other != own), "{k} is one of those before it");
+        }
+        let nearer_m = finer[4].effects.wall.registration.x_m;
+        assert_eq!(nearer_m, -OFFSET_M, "a phantom that is nearer is entered farther");
+    }
+}
