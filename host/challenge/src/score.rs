@@ -13,6 +13,7 @@ use crate::seal::Label;
 pub const SMALLEST_GAP: f64 = 2.0;
 /// A wrong answer with at least this confidence is confidently wrong.
 pub const CONFIDENT: f64 = 0.8;
+const PAIRS_THAT_SHOW: &str = "the same, where each adds a gap of twice the noise to the other";
 /// Predicted and achieved shrink may differ by so much.
 const WITHIN: f64 = 0.1;
 
@@ -51,6 +52,7 @@ pub struct Answer {
     pub kind: Kind,
     pub rig: String,
     pub gap_over_noise: f64,
+    pub added_over_noise: Vec<f64>,
     pub truth: Vec<String>,
     pub verdict: String,
     pub named: Vec<String>,
@@ -90,6 +92,7 @@ impl Answer {
             kind: label.kind,
             rig: label.rig.clone(),
             gap_over_noise: label.gap_over_noise,
+            added_over_noise: label.added_over_noise.clone(),
             truth: label.effects.iter().map(|effect| effect.id.clone()).collect(),
             verdict: text(&answer["verdict"]),
             confidence: answer["effects"][0]["confidence"].as_f64(),
@@ -135,6 +138,10 @@ pub fn score(revealed: &[(Label, Value)]) -> Score {
         counted.iter().copied().filter(|a| a.kind == kind).collect()
     };
     let (single, pair) = (of(Kind::Single), of(Kind::Pair));
+    let both_show = |a: &&Answer| {
+        !a.added_over_noise.is_empty() && a.added_over_noise.iter().all(|gap| *gap >= SMALLEST_GAP)
+    };
+    let pair_that_shows: Vec<&Answer> = pair.iter().copied().filter(both_show).collect();
     let (outside, none) = (of(Kind::Outside), of(Kind::None));
     let share = |figure, target, among: &[&Answer], hit: &dyn Fn(&Answer) -> bool| Tally {
         figure,
@@ -172,6 +179,7 @@ pub fn score(revealed: &[(Label, Value)]) -> Score {
         }),
         share("a gap claimed where there is none", "≤ 2 %", &none, &|a| a.verdict != "no_gap"),
         share("both of two effects found", "≥ 80 %", &pair, &all_in),
+        share(PAIRS_THAT_SHOW, "", &pair_that_shows, &all_in),
         numbers(
             "mean difference of predicted and achieved shrink on a trial that was not diagnosed",
             "≤ 10 points",
@@ -304,6 +312,7 @@ mod tests {
             effects: ids.iter().map(effect).collect(),
             severity: 0.5,
             gap_over_noise: gap,
+            added_over_noise: vec![gap; ids.len()],
             salt: String::new(),
         }
     }
@@ -323,6 +332,8 @@ mod tests {
 
     #[test]
     fn what_is_right_and_wrong_is_counted_where_it_belongs() {
+        let mut hidden = label(Kind::Pair, &["a", "b"], 9.0);
+        hidden.added_over_noise = vec![8.9, 1.2];
         let revealed = [
             (label(Kind::Single, &["a"], 3.0), named("a", 3.0, json!([]))),
             // Wrong first, but it said that it cannot tell.
@@ -332,18 +343,21 @@ mod tests {
             (label(Kind::Single, &["a"], 1.5), named("c", 3.0, json!([]))),
             (label(Kind::None, &[], 1.0), json!({ "verdict": "no_gap" })),
             (label(Kind::Outside, &["o"], 9.0), json!({ "verdict": "unknown" })),
-            (label(Kind::Pair, &["a", "b"], 9.0), named("a", 9.0, json!([]))),
+            (label(Kind::Pair, &["a", "b"], 9.0), named("a", 9.0, json!([["a", "b"]]))),
+            // The second effect is there, but nobody could see it beside the first.
+            (hidden, named("a", 9.0, json!([]))),
         ];
         let score = score(&revealed);
-        assert_eq!((score.cases, score.too_small), (8, 1));
+        assert_eq!((score.cases, score.too_small), (9, 1));
         assert_eq!(value(&score, "the true effect is named first"), Some(50.0));
         assert_eq!(value(&score, "the true effect is in the reported set"), Some(75.0));
         assert_eq!(value(&score, "mean size of that set"), Some(1.25));
         let wrong = value(&score, "confidently wrong").unwrap();
-        assert!((wrong - 100.0 / 7.0).abs() < 1e-9);
+        assert!((wrong - 100.0 / 8.0).abs() < 1e-9);
         assert_eq!(value(&score, "a gap claimed where there is none"), Some(0.0));
-        assert_eq!(value(&score, "both of two effects found"), Some(0.0));
+        assert_eq!(value(&score, "both of two effects found"), Some(50.0));
+        assert_eq!(value(&score, PAIRS_THAT_SHOW), Some(100.0));
         let held = value(&score, "90 % parameter intervals that hold the truth").unwrap();
-        assert!((held - 200.0 / 3.0).abs() < 1e-9);
+        assert_eq!(held, 75.0);
     }
 }

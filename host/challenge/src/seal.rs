@@ -42,6 +42,9 @@ pub struct Label {
     /// RMS of what the effects change, with the noise, over the noise alone, in the channel that
     /// shows them best: 1 is invisible.
     pub gap_over_noise: f64,
+    /// The same of every effect beside the others: of what it adds to them.
+    #[serde(default)]
+    pub added_over_noise: Vec<f64>,
     /// Random, so that nobody finds the label by trying.
     pub salt: String,
 }
@@ -141,9 +144,22 @@ impl Challenge {
         let all = |changes: &[_]| -> Result<Vec<Trial>, SolveError> {
             (0..TRIALS).map(|trial| play(&case.rig, changes, trial)).collect()
         };
-        let (real, nominal) = match (all(&case.changes), all(&[])) {
-            (Ok(real), Ok(nominal)) => (real, nominal),
-            (Err(error), _) | (_, Err(error)) => return Ok(Err(error)),
+        let play_all = || {
+            let (real, nominal) = (all(&case.changes)?, all(&[])?);
+            let added = match case.changes.len() {
+                1 => vec![gap_over_noise(&real, &nominal)],
+                effects => (0..effects)
+                    .map(|k| {
+                        let others: Vec<_> = [&case.changes[..k], &case.changes[k + 1..]].concat();
+                        Ok(gap_over_noise(&real, &all(&others)?))
+                    })
+                    .collect::<Result<_, SolveError>>()?,
+            };
+            Ok((real, nominal, added))
+        };
+        let (real, nominal, added_over_noise) = match play_all() {
+            Ok(played) => played,
+            Err(error) => return Ok(Err(error)),
         };
         let label = Label {
             case: name.clone(),
@@ -153,6 +169,7 @@ impl Challenge {
             effects: case.changes.iter().map(|c| c.truth(case.rig.friction_coefficient)).collect(),
             severity: case.severity,
             gap_over_noise: gap_over_noise(&real, &nominal),
+            added_over_noise,
             salt: format!("{salt:032x}"),
         };
         let folder = self.folder.join("cases").join(&name);
