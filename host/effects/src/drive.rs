@@ -37,12 +37,13 @@ pub(crate) const EFFECTS: &[Effect] = &[
     Effect {
         id: "drive.backlash",
         plant: Plant::Catheter,
-        doc: "A dead zone at reversal.",
+        doc: "A dead zone at reversal, crossed at once or taken up gradually.",
         parameters: &[
             fitted("insertion_m", "effects.drive.backlash.insertion_m", 1e-3),
             fitted("rotation_rad", "effects.drive.backlash.rotation_rad", 0.05),
+            fitted("gradual", "effects.drive.backlash.gradual", 0.5),
         ],
-        start_values: &[&[3e-4, 0.0], &[1e-3, 0.0], &[3e-3, 0.0], &[0.0, 0.1]],
+        start_values: &[&[3e-4, 0.0, 0.0], &[1e-3, 0.0, 0.0], &[3e-3, 0.0, 0.0], &[0.0, 0.1, 0.0]],
         channels: &[Force, DriveForce, Tip, Shape],
         excited_by: "reversals of several strokes, of feed and of rotation",
         confused_with: &["drive.latency", "contact.friction", "instrument.torsional_windup"],

@@ -72,8 +72,8 @@ impl<T: Real> DriveTrain<T> {
         let turned = (delayed.rotation_rad - last.rotation_rad) * scale.rotation;
         let lead = self.lead;
         self.lead = Drive {
-            insertion_m: clamp(lead.insertion_m - fed, dead.insertion_m),
-            rotation_rad: clamp(lead.rotation_rad - turned, dead.rotation_rad),
+            insertion_m: taken_up(lead.insertion_m, fed, dead.insertion_m, dead.gradual),
+            rotation_rad: taken_up(lead.rotation_rad, turned, dead.rotation_rad, dead.gradual),
         };
         // Ripple and slip of what comes through.     docs/model.md (20), (21)
         let moved = fed + self.lead.insertion_m - lead.insertion_m;
@@ -116,6 +116,16 @@ impl<T: Real> DriveTrain<T> {
             rotation_rad: blend(newer.rotation_rad, older.rotation_rad),
         }
     }
+}
+
+/// What is left of a lead when the gears move.     docs/model.md (19)
+fn taken_up<T: Real>(lead: T, moved: T, width: T, gradual: T) -> T {
+    if gradual <= T::zero() || width <= T::zero() {
+        return clamp(lead - moved, width);
+    }
+    let across = clamp(lead / width, T::one());
+    let done = if moved > T::zero() { T::one() - across } else { across };
+    clamp(lead - moved * (T::one() - gradual * done), width)
 }
 
 /// Into 0 … `width`.
@@ -180,6 +190,31 @@ mod tests {
         let out = follow(&scaled, 0.0, &there_and_back());
         assert!(near(out[0], 0.03) && near(out[1000], 0.03 + 1.1 * 0.02));
         assert!(near(out[1500], 0.03 + 1.1 * 0.01));
+    }
+
+    #[test]
+    fn a_gradual_backlash_comes_through_ever_more() {
+        const WIDTH_M: f64 = 2e-3;
+        let gradual = effects(|e| {
+            (e.backlash.insertion_m, e.backlash.gradual) = (WIDTH_M, 0.8);
+        });
+        let mut train = DriveTrain::new();
+        let mut at = |insertion_m: f64| {
+            let encoder = Drive { insertion_m, rotation_rad: 0.0 };
+            train.follow(&gradual, TICK_S, 0.0, encoder).insertion_m
+        };
+        // Taken up where the run begins; then withdrawn in steps of 1 µm.
+        const STEP_M: f64 = 1e-6;
+        let there = at(0.05);
+        let back: Vec<f64> = (1..=5000).map(|k| there - at(0.05 - STEP_M * f64::from(k))).collect();
+        // x′ = 1 − g x, x of the dead zone: what is lost of a way u is x B, x = (1 − e^(−g u/B))/g.
+        for (k, moved) in back.iter().enumerate() {
+            let way_m = STEP_M * (k + 1) as f64;
+            let across = ((1.0 - (-0.8 * way_m / WIDTH_M).exp()) / 0.8).min(1.0);
+            assert!((way_m - moved - across * WIDTH_M).abs() < 2e-6, "{k}: {moved}");
+        }
+        // All of it is lost in the end.
+        assert!((back[4999] - (5e-3 - WIDTH_M)).abs() < 1e-9);
     }
 
     #[test]

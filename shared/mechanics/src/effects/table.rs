@@ -34,6 +34,9 @@ effects! {
             insertion_m: "m", 0.0, 0.0, 0.02;
             /// Rotation that is lost when its direction changes.
             rotation_rad: "rad", 0.0, 0.0, 3.0;
+            /// Share of the motion that comes through at the end of the dead zone, and evenly less
+            /// before it: 0 is a gap, 1 is taken up without a knock.
+            gradual: "1", 0.0, 0.0, 1.0;
         }
         /// Motion at the entry plane over what the encoder says.
         encoder_scale: EncoderScale {
