@@ -12,6 +12,11 @@ use crate::select::{Candidate, Rival, Selection, Selector, Step};
 /// Of what an effect is confused with, how many take its place in a fit.
 const EXCHANGED: usize = 2;
 
+/// Fits by the finer model, one after the other, and the share of the loss that one must leave for
+/// another to follow.
+const POLISHED_AGAIN: usize = 3;
+const LED_FAR: f64 = 0.8;
+
 impl Selector<'_> {
     /// Exchanges the effect of several whose exchange lowers the error most; gives whether there
     /// was one. What was tried and is no better is kept.
@@ -68,22 +73,30 @@ impl Selector<'_> {
         promised.into_par_iter().filter_map(fitted).collect()
     }
 
-    /// Whether the answer is one effect of a catheter that has turned into a limit of itself.
-    pub fn is_limit_of_another(&self, selection: &Selection) -> bool {
-        let best = &selection.best.fit;
+    /// What may take the place of the only effect of a catheter, fitted by the finer model: all that
+    /// it is confused with where it has turned into a limit of itself, else what of that has fewer
+    /// parameters. Where trials go other ways at a fork, a fit with corrected simulations is stuck
+    /// before it, and one with more parameters gets round.
+    pub fn heirs(&self, selection: &Selection) -> Vec<usize> {
         let plant = self.problem.plant;
-        !plant.cheap() && best.effects.len() == 1 && best.at_bound(plant)
+        let best = &selection.best.fit;
+        let [effect] = best.effects[..] else { return Vec::new() };
+        if plant.cheap() {
+            return Vec::new();
+        }
+        let at_bound = best.at_bound(plant);
+        let simpler = |rival: usize| self.parameters(rival) < self.parameters(effect);
+        (0..selection.singles.len())
+            .filter(|&rival| self.are_confused(effect, rival) && (at_bound || simpler(rival)))
+            .collect()
     }
 
-    /// Fits what the only effect is confused with to the end, by the finer model: where trials go
-    /// other ways at a fork, a fit with corrected simulations is stuck before it. The better one is
-    /// the answer. `None` when a simulation breaks down.
-    pub fn give_way(&self, selection: &mut Selection) -> Option<()> {
+    /// Fits heirs of the only effect to the end, by the finer model; the better one is the answer.
+    /// `None` when a simulation breaks down.
+    pub fn give_way(&self, selection: &mut Selection, heirs: Vec<usize>) -> Option<()> {
         let effect = *selection.best.fit.effects.first()?;
         let nominal = &selection.nominal.fit;
         let nuisances = self.nuisances_at(nominal)?;
-        let rivals = (0..selection.singles.len()).filter(|rival| self.are_confused(effect, *rival));
-        let rivals: Vec<usize> = rivals.collect();
         let ended = |rival: usize| {
             let (off, on) = (Start::Fit(nominal), [rival]);
             let glance = self.candidate(Depth::Glance, &nuisances, off, &on, Some(rival))?;
@@ -92,7 +105,7 @@ impl Selector<'_> {
             (!found.fit.failed).then(|| (Some(rival), self.to_the_end(found)))
         };
         let mut sides: Vec<(Option<usize>, Candidate)> =
-            rivals.into_par_iter().filter_map(ended).collect();
+            heirs.into_par_iter().filter_map(ended).collect();
         sides.push((None, selection.best.clone()));
         let gap = selection.nominal.score.excess();
         by_cost(self.problem.plant, gap, &mut sides, |(_, candidate)| candidate);
@@ -111,12 +124,22 @@ impl Selector<'_> {
         says(a, b) || says(b, a)
     }
 
+    /// Fitted by the finer model, once more where that led far.
     fn to_the_end(&self, candidate: Candidate) -> Candidate {
-        let polished = self.nuisances_at(&candidate.fit).and_then(|nuisances| {
-            let (start, on) = (Start::Fit(&candidate.fit), &candidate.fit.effects);
-            self.candidate(Depth::Polished, &nuisances, start, on, None)
-        });
-        polished.unwrap_or(candidate)
+        let mut best = candidate;
+        for _ in 0..POLISHED_AGAIN {
+            let polished = self.nuisances_at(&best.fit).and_then(|nuisances| {
+                let (start, on) = (Start::Fit(&best.fit), &best.fit.effects);
+                self.candidate(Depth::Polished, &nuisances, start, on, None)
+            });
+            let Some(polished) = polished else { break };
+            let far = polished.fit.loss < LED_FAR * best.fit.loss;
+            best = polished;
+            if !far {
+                break;
+            }
+        }
+        best
     }
 }
 

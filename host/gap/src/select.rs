@@ -189,8 +189,9 @@ impl Selector<'_> {
                 self.finish(&mut selection)?;
             }
         }
-        if self.is_limit_of_another(&selection) {
-            self.give_way(&mut selection)?;
+        let heirs = self.heirs(&selection);
+        if !heirs.is_empty() {
+            self.give_way(&mut selection, heirs)?;
         }
         let best = &selection.best;
         let open = best.score.shrink(&selection.nominal.score) < EXPLAINED;

@@ -112,7 +112,8 @@ impl<T: Real> WallLaw<T> {
         let one = T::one();
         let per_length = slid.normal_n * (self.line_stiffness / stiffness);
         let x = per_length / self.load.load_n_per_m;
-        let loaded = (one + self.load.high_load_ratio * x) / (one + x);
+        let high = self.load.high_load_ratio;
+        let loaded = (one + high * x) / (high + x);
         let speed = slid.slid_m * self.inverse_dt;
         let v = speed / self.stribeck.speed_m_per_s;
         let sliding = one
@@ -203,9 +204,10 @@ mod tests {
         });
         let friction = |normal_n, slid_m| law.friction(&Slid { normal_n, slid_m }, LINE * 5e-3);
         let near = |a: f64, b: f64| assert!((a - b).abs() < 1e-12, "{a} {b}");
-        near(friction(0.0, 0.0), 1.2 * 1.5);
-        near(friction(0.0, 1e-5), 1.2 * 1.25);
-        near(friction(0.1, 0.0), 1.2 * 1.5 * 0.75);
+        near(friction(0.0, 0.0), 1.2 * 1.5 * 2.0);
+        near(friction(0.0, 1e-5), 1.2 * 1.25 * 2.0);
+        near(friction(0.1, 0.0), 1.2 * 1.5);
+        near(friction(0.4, 0.0), 1.2 * 1.5 * (1.0 + 0.5 * 4.0) / (0.5 + 4.0));
     }
 
     #[test]
