@@ -115,7 +115,7 @@ pub(crate) const EFFECTS: &[Effect] = &[
         start_values: &[&[-500.0], &[500.0], &[5e3], &[3e4]],
         channels: BY_FORCE,
         excited_by: "light and firm contact at one place",
-        confused_with: &["wall.stiffness", "contact.load_friction"],
+        confused_with: &["wall.stiffness", "wall.viscoelastic", "contact.load_friction"],
     },
     Effect {
         id: "wall.viscoelastic",

@@ -11,8 +11,9 @@ use nalgebra::{DMatrix, DVector};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use crate::fit::FitTrial;
+use crate::fit::{FitTrial, at_bound};
 use crate::metric::Metric;
+use crate::plant::Plant;
 use crate::problem::{Coordinate, Problem};
 use crate::score::Score;
 use crate::select::{Candidate, Selection, Selector, Step};
@@ -21,6 +22,8 @@ use crate::select::{Candidate, Selection, Selector, Step};
 const ISOLATED: f64 = 5.0;
 /// One of several effects that so many others could stand in for names nothing.
 const ANYTHING: usize = 8;
+/// How well the energy of the floor is known, in floors.
+const FLOOR_KNOWN: f64 = 0.05;
 /// Resamples of the blocks.
 const RESAMPLES: usize = 1000;
 /// The same data give the same answer.
@@ -44,6 +47,7 @@ pub fn confusable(
                 let distance = metric.distance(&own, &span(selection, &others, single));
                 if distance < ISOLATED
                     || step.is_some_and(|step| as_good_at_its_step(step, rival))
+                    || step.is_some_and(|step| leaves_as_little(problem.plant, step, rival))
                     || as_good_in_its_place(selection, effect, rival)
                 {
                     near.push((distance, rival));
@@ -80,6 +84,26 @@ pub fn identified(selector: &Selector<'_>, mut selection: Selection) -> Option<S
 fn as_good_at_its_step(step: &Step, rival: usize) -> bool {
     let rival = step.rivals.iter().find(|r| r.effect == rival);
     rival.is_some_and(|rival| within_one_error(&step.score, &rival.score))
+}
+
+/// Whether what is easily mistaken for the chosen effect left as little at its step, without having
+/// turned into a limit of itself: where a gap is hardly above the floor, resamples tell two effects
+/// apart by less than the floor is known.
+fn leaves_as_little(plant: &dyn Plant, step: &Step, rival: usize) -> bool {
+    let tried = step.rivals.iter().find(|r| r.effect == rival);
+    !plant.cheap()
+        && are_confused(plant, step.effect, rival)
+        && tried.is_some_and(|tried| {
+            tried.score.excess() - step.score.excess() < FLOOR_KNOWN
+                && !at_bound(plant, rival, &tried.point)
+        })
+}
+
+/// Whether the catalogue says of one of two effects that it is confused with the other.
+pub fn are_confused(plant: &dyn Plant, a: usize, b: usize) -> bool {
+    let effects = plant.effects();
+    let says = |a: usize, b: usize| effects[a].confused_with.contains(&effects[b].id);
+    says(a, b) || says(b, a)
 }
 
 /// Whether the whole explanation is as good with the one effect exchanged for the other.
@@ -163,4 +187,42 @@ pub fn win_frequency(
     let frequency = (wins as f64 + 1.0) / (RESAMPLES as f64 + 2.0);
     let few = (blocks as f64 + 1.0) / (blocks as f64 + 2.0);
     frequency.min(few) / (confusable.len() as f64 + 1.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fit::{Depth, Start};
+    use crate::plant::Point;
+    use crate::select::Rival;
+    use crate::toy::{Toy, effect, explained_by, noise, parameter};
+
+    const SAMPLES: usize = 400;
+
+    /// Whether a step is taken for one with a ramp on it, which ends `times` as high as it begins.
+    fn is_as_good(times: f64) -> bool {
+        let along = |i: usize| i as f64 / SAMPLES as f64;
+        let measured = (0..SAMPLES).map(|i| 0.02 + 0.01 * noise(i));
+        let predict = |i: usize, point: &Point| {
+            point.effects[0][0] + point.effects[1][0] * (1.0 + (times - 1.0) * along(i))
+        };
+        let mut toy = Toy::new(0.01, 0.01, measured, predict);
+        let one = |name| effect(name, vec![parameter("size")], vec![vec![0.01]]);
+        (toy.effects, toy.cheap) = (vec![one("step"), one("ramp")], false);
+        toy.effects[0].confused_with = &["ramp"];
+        explained_by(&toy, &[0], |selector, selection| {
+            let nominal = &selection.nominal.fit;
+            let nuisances = selector.nuisances_at(nominal).unwrap();
+            let start = Start::Fit(nominal);
+            let ramp = selector.candidate(Depth::Whole, &nuisances, start, &[1], Some(1)).unwrap();
+            let step = Step::of(0, &selection.best, vec![Rival::of(1, &ramp)]);
+            leaves_as_little(&toy, &step, 1)
+        })
+    }
+
+    #[test]
+    fn what_leaves_more_by_less_than_the_floor_is_known_is_not_told_apart() {
+        assert!(is_as_good(1.2));
+        assert!(!is_as_good(3.0));
+    }
 }

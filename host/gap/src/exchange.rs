@@ -5,6 +5,7 @@
 
 use rayon::prelude::*;
 
+use crate::confuse::are_confused;
 use crate::criteria::by_cost;
 use crate::fit::{Depth, Start};
 use crate::select::{Candidate, Rival, Selection, Selector, Step};
@@ -56,7 +57,7 @@ impl Selector<'_> {
         let effects = self.problem.plant.effects();
         let mut promised: Vec<(f64, usize)> = (0..effects.len())
             .into_par_iter()
-            .filter(|rival| self.are_confused(effect, *rival))
+            .filter(|rival| are_confused(self.problem.plant, effect, *rival))
             .filter(|rival| !selection.best.fit.effects.contains(rival))
             .filter_map(|rival| Some((self.promise(selection, without, &nuisances, rival)?, rival)))
             .filter(|(promise, _)| *promise > 0.0)
@@ -87,7 +88,7 @@ impl Selector<'_> {
         let at_bound = best.at_bound(plant);
         let simpler = |rival: usize| self.parameters(rival) < self.parameters(effect);
         (0..selection.singles.len())
-            .filter(|&rival| self.are_confused(effect, rival) && (at_bound || simpler(rival)))
+            .filter(|&rival| are_confused(plant, effect, rival) && (at_bound || simpler(rival)))
             .collect()
     }
 
@@ -115,13 +116,6 @@ impl Selector<'_> {
             self.finish(selection)?;
         }
         Some(())
-    }
-
-    /// Whether the catalogue says of one of two effects that it is confused with the other.
-    pub fn are_confused(&self, a: usize, b: usize) -> bool {
-        let effects = self.problem.plant.effects();
-        let says = |a: usize, b: usize| effects[a].confused_with.contains(&effects[b].id);
-        says(a, b) || says(b, a)
     }
 
     /// Fitted by the finer model, once more where that led far.
@@ -224,11 +218,11 @@ mod tests {
         });
     }
 
-    #[test]
-    fn a_limit_of_itself_gives_way_to_the_effect_that_it_is() {
+    /// A power of the way along, of an exponent from `low`, that is a line to be found; the line
+    /// itself does not show in coarse simulations.
+    fn powers(low: f64) -> impl Plant {
         let along = |i: usize| (i as f64 + 0.5) / SAMPLES as f64;
         let measured = move |i: usize| 2.0 * along(i) + NOISE * noise(i);
-        // The second does not show in coarse simulations.
         let predict = move |i: usize, point: &Point| {
             let (power, line) = (&point.effects[0], point.effects[1][0]);
             let shown = if point.anchor.is_everywhere { line } else { point.anchor.effects[1][0] };
@@ -236,19 +230,29 @@ mod tests {
         };
         let mut toy = Toy::new(0.01, NOISE, (0..SAMPLES).map(measured), predict);
         toy.cheap = false;
-        let exponent = Parameter { low: 1.0, high: 3.0, off: 2.0, ..parameter("exponent") };
+        let exponent = Parameter { low, high: 3.0, off: 2.0, ..parameter("exponent") };
         toy.effects = vec![
             effect("power", vec![parameter("size"), exponent], vec![vec![1.0, 2.0]]),
             effect("line", vec![parameter("size")], vec![vec![1.0]]),
         ];
         toy.effects[0].confused_with = &["line"];
-        explained_by(&toy, &[0], |selector, mut selection| {
-            assert!(selector.is_limit_of_another(&selection));
-            selector.give_way(&mut selection).unwrap();
-            assert_eq!(selection.best.fit.effects, [1]);
-            let size = selection.best.fit.point.effects[1][0];
-            assert!((size - 2.0).abs() < 0.01, "{size}");
-            assert!(!selector.is_limit_of_another(&selection));
-        });
+        toy
+    }
+
+    #[test]
+    fn a_limit_of_itself_and_what_has_more_parameters_give_way_to_the_effect_that_it_is() {
+        for low in [1.0, 0.2] {
+            explained_by(&powers(low), &[0], |selector, mut selection| {
+                let is_limit = selection.best.fit.at_bound(selector.problem.plant);
+                assert_eq!(is_limit, low == 1.0);
+                let heirs = selector.heirs(&selection);
+                assert_eq!(heirs, [1]);
+                selector.give_way(&mut selection, heirs).unwrap();
+                assert_eq!(selection.best.fit.effects, [1]);
+                let size = selection.best.fit.point.effects[1][0];
+                assert!((size - 2.0).abs() < 0.01, "{size}");
+                assert!(selector.heirs(&selection).is_empty());
+            });
+        }
     }
 }

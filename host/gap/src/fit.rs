@@ -191,16 +191,16 @@ impl Fit {
     /// Whether a parameter ended at a bound where its effect is not off: the effect has turned
     /// into a limit of itself, which usually is another effect.
     pub fn at_bound(&self, plant: &dyn Plant) -> bool {
-        self.coordinates.iter().any(|coordinate| match *coordinate {
-            Coordinate::Effect { effect, parameter } => {
-                let p = &plant.effects()[effect].parameters[parameter];
-                let value = self.point.effects[effect][parameter];
-                let margin = AT_BOUND_SD * p.scale;
-                value != p.off && (value <= p.low + margin || value >= p.high - margin)
-            }
-            Coordinate::Nuisance(_) => false,
-        })
+        self.effects.iter().any(|&effect| at_bound(plant, effect, &self.point))
     }
+}
+
+/// The same of one effect at a point.
+pub fn at_bound(plant: &dyn Plant, effect: usize, point: &Point) -> bool {
+    plant.effects()[effect].parameters.iter().zip(&point.effects[effect]).any(|(p, &value)| {
+        let margin = AT_BOUND_SD * p.scale;
+        value != p.off && (value <= p.low + margin || value >= p.high - margin)
+    })
 }
 
 /// Nearer to a bound than this, in standard deviations of the prior, is at it.
