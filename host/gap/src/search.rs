@@ -108,6 +108,9 @@ impl Search<'_> {
     /// would be to first order if what the value does came in any size and sign. Where simulations
     /// cost something, the trial decides that has most of the gap.
     ///
+    /// Where an effect swings, a guess by all trials goes before all values if the loss is lower there
+    /// than where the best of them is: they have few frequencies.
+    ///
     /// Beside other effects in that size, if the loss is lower there. Not alone: the size that one
     /// trial's whole gap asks for leads a single effect astray.
     fn switched_on(&self, off: &Place, effect: usize) -> Option<Point> {
@@ -117,17 +120,25 @@ impl Search<'_> {
             deciding.truncate(1);
         }
         let loss_off = deciding.iter().map(|&at| off.refits[at].energy()).sum::<f64>();
-        let guessed = self.guessed(off, effect);
-        let starts = self.problem.plant.effects()[effect].starts.iter().chain(&guessed);
         let mut least = loss_off + self.prior(&off.point);
-        let mut best = None;
-        for values in starts {
+        let mut best: Option<(Point, Promise)> = None;
+        let promised = |values: &Vec<f64>| {
             let mut point = off.point.clone();
             point.effects[effect].clone_from(values);
-            let Some(promise) = self.promise(off, &deciding, &point) else { continue };
+            let promise = self.promise(off, &deciding, &point)?;
+            Some((point, promise))
+        };
+        for values in &self.problem.plant.effects()[effect].starts {
+            let Some((point, promise)) = promised(values) else { continue };
             let lowest = promise.loss.min(loss_off - promise.gain);
             if lowest < least {
                 (least, best) = (lowest, Some((point, promise)));
+            }
+        }
+        if let Some((point, promise)) = self.guessed(off, effect).as_ref().and_then(promised) {
+            let limit = best.as_ref().map_or(least, |(_, best)| best.loss);
+            if promise.loss < limit || loss_off - promise.gain < least {
+                best = Some((point, promise));
             }
         }
         let (point, promise) = best?;
