@@ -13,6 +13,7 @@ use crate::seal::Label;
 pub const SMALLEST_GAP: f64 = 2.0;
 /// A wrong answer with at least this confidence is confidently wrong.
 pub const CONFIDENT: f64 = 0.8;
+/// Of the figure of pairs that anybody could see both effects of.
 const PAIRS_THAT_SHOW: &str = "the same, where each adds a gap of twice the noise to the other";
 /// Predicted and achieved shrink may differ by so much.
 const WITHIN: f64 = 0.1;

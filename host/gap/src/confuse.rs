@@ -22,7 +22,7 @@ use crate::select::{Candidate, Selection, Selector, Step};
 const ISOLATED: f64 = 5.0;
 /// One of several effects that so many others could stand in for names nothing.
 const ANYTHING: usize = 8;
-/// How well the energy of the floor is known, in floors.
+/// How well the energy of the floor is taken to be known, in floors.
 const FLOOR_KNOWN: f64 = 0.05;
 /// Resamples of the blocks.
 const RESAMPLES: usize = 1000;

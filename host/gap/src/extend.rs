@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use crate::criteria::{Parsimony, by_cost};
 use crate::fit::{Depth, Fit, Start};
-use crate::nuisance::Nuisances;
+use crate::nuisance::{Nuisances, most_left};
 use crate::select::{Candidate, Rival, Selection, Selector, Step};
 use crate::swing::guess;
 
@@ -69,9 +69,8 @@ impl Selector<'_> {
         let base = &base.fit;
         let mut watched: Vec<usize> = (0..base.trials.len()).collect();
         if !self.problem.plant.cheap() {
-            let energy = |trial: usize| base.trials[trial].refit.energy();
-            watched.sort_by(|&a, &b| energy(b).total_cmp(&energy(a)));
-            watched.truncate(base.trials.len().div_ceil(2));
+            let refits = base.trials.iter().map(|trial| &trial.refit);
+            watched = most_left(refits, base.trials.len().div_ceil(2));
         }
         let raw: Vec<_> = watched.iter().map(|&trial| base.trials[trial].raw.clone()).collect();
         let own = self.problem.coordinates(&[effect]);
@@ -118,8 +117,8 @@ impl Selector<'_> {
         if let Some(values) = guess(self.problem, effect, nuisances, &refits) {
             return Some(values);
         }
-        let energy = |&trial: &usize| base.trials[trial].refit.energy();
-        let deciding = (0..base.trials.len()).max_by(|a, b| energy(a).total_cmp(&energy(b)))?;
+        let refits = base.trials.iter().map(|trial| &trial.refit);
+        let deciding = *most_left(refits, 1).first()?;
         let off = &base.trials[deciding];
         let explains = |values: &Vec<f64>| -> Option<f64> {
             let mut point = base.point.clone();

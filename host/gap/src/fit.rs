@@ -9,7 +9,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::nuisance::{Nuisances, Refit};
+use crate::nuisance::{Nuisances, Refit, most_left};
 use crate::plant::{Plant, Point};
 use crate::problem::{Coordinate, Problem};
 use crate::search::{Effort, Found, Place, Search};
@@ -165,10 +165,7 @@ pub fn fit(
 /// One step on half of the trials, and where it leads on all. Derivatives of the other half are
 /// left at 0: a parameter that is only glanced at counts as known there.
 fn glance(search: &Search<'_>, identity: Place, fresh: Option<usize>) -> Option<Found> {
-    let mut watched: Vec<usize> = (0..search.trials.len()).collect();
-    let energy = |trial: usize| identity.refits[trial].energy();
-    watched.sort_by(|&a, &b| energy(b).total_cmp(&energy(a)));
-    watched.truncate(search.trials.len().div_ceil(2));
+    let watched = most_left(&identity.refits, search.trials.len().div_ceil(2));
     let part =
         Search { trials: watched.clone(), coordinates: search.coordinates.clone(), ..*search };
     let raw = watched.iter().map(|&trial| identity.raw[trial].clone()).collect();

@@ -155,3 +155,12 @@ impl Refit {
         self.residual.norm_squared()
     }
 }
+
+/// Indices of so many of the refits, what leaves most first.
+pub fn most_left<'a>(refits: impl IntoIterator<Item = &'a Refit>, count: usize) -> Vec<usize> {
+    let energies: Vec<f64> = refits.into_iter().map(Refit::energy).collect();
+    let mut order: Vec<usize> = (0..energies.len()).collect();
+    order.sort_by(|&a, &b| energies[b].total_cmp(&energies[a]));
+    order.truncate(count);
+    order
+}

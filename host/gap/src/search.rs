@@ -9,7 +9,7 @@
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-use crate::nuisance::{Nuisances, Refit};
+use crate::nuisance::{Nuisances, Refit, most_left};
 use crate::plant::Point;
 use crate::problem::{Coordinate, Problem};
 use crate::swing::guess;
@@ -108,16 +108,15 @@ impl Search<'_> {
     /// would be to first order if what the value does came in any size and sign. Where simulations
     /// cost something, the trial decides that has most of the gap.
     ///
-    /// Where an effect swings, a guess by all trials goes before all values if the loss is lower there
-    /// than where the best of them is: they have few frequencies.
+    /// Where an effect swings, the guess by all trials goes before the best of the values if it
+    /// promises more, or the loss itself is lower there: values are of few frequencies.
     ///
     /// Beside other effects in that size, if the loss is lower there. Not alone: the size that one
     /// trial's whole gap asks for leads a single effect astray.
     fn switched_on(&self, off: &Place, effect: usize) -> Option<Point> {
         let mut deciding: Vec<usize> = (0..self.trials.len()).collect();
         if !self.problem.plant.cheap() {
-            deciding.sort_by(|&a, &b| off.refits[b].energy().total_cmp(&off.refits[a].energy()));
-            deciding.truncate(1);
+            deciding = most_left(&off.refits, 1);
         }
         let loss_off = deciding.iter().map(|&at| off.refits[at].energy()).sum::<f64>();
         let mut least = loss_off + self.prior(&off.point);
@@ -381,7 +380,10 @@ impl Search<'_> {
 
 #[cfg(test)]
 mod tests {
+    use std::f64::consts::TAU;
+
     use super::*;
+    use crate::plant::{Along, Nuisance, Swing};
     use crate::toy::{Toy, effect, explained_by, noise, parameter};
 
     const SAMPLES: usize = 400;
@@ -408,6 +410,48 @@ mod tests {
             let off = search.place(selection.nominal.fit.point.clone()).unwrap();
             search.switched_on(&off, 0).unwrap().effects[0][0]
         })
+    }
+
+    #[test]
+    fn a_swing_begins_as_guessed_where_a_scanned_value_promises_more_and_leaves_more() {
+        const SIZE: f64 = 1.0;
+        let time_s = |i: usize| 0.0125 * i as f64;
+        let swing = move |i: usize, hz: f64, rad: f64| (TAU * hz * time_s(i) + rad).sin();
+        let measured = (0..SAMPLES).map(|i| SIZE * swing(i, 0.8, 0.0) + NOISE * noise(i));
+        // What it does in its whole size has more to it than what it does in a small one.
+        let predict = move |i: usize, point: &Point| {
+            let [size, hz, rad] = point.effects[0][..] else { return f64::NAN };
+            point.nuisances[0] + size * swing(i, hz, rad) + 0.7 * size * size * swing(i, 3.1, 0.0)
+        };
+        let mut toy = Toy::new(0.0125, NOISE, measured, predict);
+        let parameters = vec![parameter("size"), parameter("hz"), parameter("rad")];
+        toy.effects = vec![effect("motion", parameters, vec![vec![0.1 * SIZE, 0.83, 0.0]])];
+        toy.nuisances = vec![Nuisance { name: "x", unit: "m", sd: 0.3, effect: None }];
+        toy.swing = Some(Swing {
+            nuisances: vec![0],
+            along: Along::Time,
+            cycles: [0.15, 4.0],
+            parameters: |sizes, hz, rad| vec![sizes[0], hz, rad],
+        });
+        explained_by(&toy, &[], |selector, selection| {
+            let search = Search {
+                problem: selector.problem,
+                nuisances: selection.nuisances.as_ref().unwrap(),
+                effort: EFFORT,
+                coordinates: selector.problem.coordinates(&[0]),
+                trials: vec![0],
+            };
+            let off = search.place(selection.nominal.fit.point.clone()).unwrap();
+            let begins = |values: &Vec<f64>| {
+                let mut point = off.point.clone();
+                point.effects[0].clone_from(values);
+                search.promise(&off, &[0], &point).unwrap()
+            };
+            let guess = search.guessed(&off, 0).unwrap();
+            let (guessed, scanned) = (begins(&guess), begins(&toy.effects[0].starts[0]));
+            assert!(scanned.gain > guessed.gain && scanned.loss > guessed.loss);
+            assert_eq!(search.switched_on(&off, 0).unwrap().effects[0], guess);
+        });
     }
 
     #[test]
