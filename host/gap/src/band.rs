@@ -19,7 +19,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::estimate::{NORMAL_NINETY, WIDER, covariance};
+use crate::estimate::{NORMAL_NINETY, posterior};
 use crate::metric::Metric;
 use crate::nuisance::Nuisances;
 use crate::plant::{Plant, Quantity, Trial};
@@ -189,7 +189,7 @@ fn errors(
 ) -> Option<Vec<Error>> {
     let columns = columns(problem.plant)?;
     let metric = Metric::new(nuisances, &model.score);
-    let posterior = covariance(problem, model, &metric) * WIDER.powi(2);
+    let posterior = posterior(problem, model, &metric);
     let steps = fold_steps(problem, folds, &model.fit);
     let mut errors = Vec::new();
     for (t, (trial, fitted)) in problem.plant.trials().iter().zip(&model.fit.trials).enumerate() {

@@ -119,7 +119,7 @@ impl Selector<'_> {
     }
 
     /// Fitted by the finer model, once more where that led far.
-    fn to_the_end(&self, candidate: Candidate) -> Candidate {
+    pub fn to_the_end(&self, candidate: Candidate) -> Candidate {
         let mut best = candidate;
         for _ in 0..POLISHED_AGAIN {
             let polished = self.nuisances_at(&best.fit).and_then(|nuisances| {

@@ -5,6 +5,10 @@ use crate::fit::{Depth, Start};
 use crate::nuisance::Nuisances;
 use crate::select::{Candidate, Selection, Selector};
 
+/// Share of the gap from which on one of two effects may be all there is: it is fitted by the finer
+/// model before the other is said to be needed, which may stand for what its fit had left.
+const MAYBE_ALL: f64 = 0.6;
+
 impl Selector<'_> {
     /// Fits the best model to the end, with its nuisances linearised there, and takes out what
     /// does not pay any more, one after the other. `None` when a simulation breaks down.
@@ -91,7 +95,12 @@ impl Selector<'_> {
         let again = alone.filter(|alone| alone.fit.loss < own.fit.loss).and_then(|alone| {
             self.candidate(Depth::Whole, nuisances, Start::Fit(&alone.fit), &left, None)
         });
-        Some(again.filter(|again| again.fit.loss < own.fit.loss).unwrap_or(own))
+        let best = again.filter(|again| again.fit.loss < own.fit.loss).unwrap_or(own);
+        let closes = best.score.shrink(&selection.nominal.score);
+        if left.len() != 1 || closes < MAYBE_ALL || self.problem.plant.cheap() {
+            return Some(best);
+        }
+        Some(self.to_the_end(best))
     }
 }
 

@@ -50,7 +50,6 @@ const WALL_LOCAL: f64 = 0.5;
 /// Share of what a finer model changes that it leaves open itself: with a quarter of the step,
 /// about a quarter of an error of first order is left.
 const FINER_LEFT: f64 = 0.3;
-
 /// Catheter bundles as a [`Plant`].
 pub struct Catheter {
     nominal: Description<f64>,
@@ -161,29 +160,7 @@ impl Catheter {
         Ok(nominal.tip_m.clone())
     }
 
-    /// Predictions of all samples of a trial, corrected by what a finer model changes at `anchor`;
-    /// `None` when a simulation breaks down.
-    fn predict(
-        &self,
-        trial: usize,
-        description: Description<f64>,
-        nuisances: &[f64],
-        (anchor, way): (&Description<f64>, usize),
-    ) -> Option<Vec<f64>> {
-        let way = WAYS.get(way)?;
-        let coarse = self.uncorrected(trial, way.apply(&description), nuisances)?;
-        let none = vec![0.0; self.nuisances.len()];
-        let finer = way.finer(anchor);
-        let defect = || {
-            let coarse = self.uncorrected(trial, way.apply(anchor), &none)?;
-            let finer = self.uncorrected(trial, finer.clone(), &none)?;
-            Some(finer.iter().zip(&coarse).map(|(finer, coarse)| finer - coarse).collect())
-        };
-        let defect = self.defects.get(trial)?.of(&finer, defect)?;
-        Some(coarse.iter().zip(defect.iter()).map(|(f, d)| f + d).collect())
-    }
-
-    /// The same without correction.
+    /// Predictions of all samples of a trial, not corrected; `None` when a simulation breaks down.
     fn uncorrected(
         &self,
         trial: usize,
