@@ -16,7 +16,7 @@
 //! A tick without a sample is charged with the worst case; the next sample tells how far
 //! the drive moved meanwhile, and the charge becomes what it was at even speed.
 
-use cathforce_mechanics::Real;
+use cathforce_mechanics::Number;
 
 use crate::freshness::Motion;
 use crate::limits::positive;

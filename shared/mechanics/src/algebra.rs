@@ -5,7 +5,7 @@
 use core::ops::{Mul, Sub};
 use core::sync::atomic::{Ordering, compiler_fence};
 
-use cathforce_scalar::{Real, Vector3};
+use cathforce_scalar::{Number, Pack, Real, Vector3};
 
 /// Nothing is read from memory ahead of here, and what was stored is read again after it.
 ///
@@ -21,11 +21,11 @@ pub(crate) fn read_here() {
 
 /// A 3 × 3 matrix.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Matrix3<T: Real> {
+pub(crate) struct Matrix3<T: Number> {
     pub rows: [Vector3<T>; 3],
 }
 
-impl<T: Real> Matrix3<T> {
+impl<T: Number> Matrix3<T> {
     pub fn zeros() -> Self {
         Self { rows: [Vector3::zeros(); 3] }
     }
@@ -80,7 +80,7 @@ impl<T: Real> Matrix3<T> {
     #[inline(always)]
     pub fn sub_cross(&mut self, v: &Vector3<T>) {
         let [x, y, z] = &mut self.rows;
-        let o = T::zero();
+        let o = T::lit(0.0);
         *x -= Vector3::new(o, -v.z(), v.y());
         *y -= Vector3::new(v.z(), o, -v.x());
         *z -= Vector3::new(-v.y(), v.x(), o);
@@ -97,14 +97,14 @@ impl<T: Real> Matrix3<T> {
 
 /// A symmetric 3 × 3 matrix.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Sym3<T: Real> {
+pub(crate) struct Sym3<T: Number> {
     /// xx, xy, xz
     first: Vector3<T>,
     /// yy, yz, zz
     rest: Vector3<T>,
 }
 
-impl<T: Real> Sym3<T> {
+impl<T: Number> Sym3<T> {
     pub fn zero() -> Self {
         Self { first: Vector3::zeros(), rest: Vector3::zeros() }
     }
@@ -136,7 +136,7 @@ impl<T: Real> Sym3<T> {
     #[inline(always)]
     pub fn add_identity(&mut self, s: T) {
         // Taking away −0 changes nothing, adding 0 would.
-        let (o, minus) = (T::zero(), -s);
+        let (o, minus) = (T::lit(0.0), -s);
         self.first -= Vector3::new(minus, o, o);
         self.rest -= Vector3::new(minus, o, minus);
     }
@@ -179,6 +179,21 @@ impl<T: Real> Sym3<T> {
         let added = Vector3::new(y.x(), y.y(), z.y()).times(&Vector3::new(l.z(), l.x(), l.x()));
         let taken = Vector3::new(y.z(), y.x(), z.x()).times(&Vector3::new(l.x(), l.y(), l.y()));
         self.rest = self.rest + added - taken;
+    }
+}
+
+impl<N> Sym3<N>
+where
+    N: Number,
+{
+    /// The matrix of each lane.
+    #[inline(always)]
+    pub fn apart<T: Real>(self) -> N::Lanes<Sym3<T>>
+    where
+        N: Pack<T>,
+    {
+        let (first, rest) = (N::apart(self.first), N::apart(self.rest));
+        N::lanes(|lane| Sym3 { first: first[lane], rest: rest[lane] })
     }
 }
 
@@ -240,7 +255,7 @@ impl<T: Real> Factor<T> {
 
 /// A rotation as a quaternion w + v, of unit norm up to rounding.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Rotation<T: Real> {
+pub(crate) struct Rotation<T: Number> {
     pub w: T,
     pub v: Vector3<T>,
 }
@@ -278,7 +293,30 @@ impl<T: Real> Rotation<T> {
             _ => Self { w: wz, v: Vector3::new(xz, yz, main) },
         }
     }
+}
 
+impl<N: Number> Rotation<N> {
+    /// Those of some lanes side by side.
+    #[inline(always)]
+    pub fn side_by_side<'a, T: Real>(of: impl Fn(usize) -> &'a Rotation<T>) -> Self
+    where
+        N: Pack<T>,
+    {
+        Self { w: N::each(|lane| of(lane).w), v: N::vectors(|lane| of(lane).v) }
+    }
+
+    /// The rotation of each lane.
+    #[inline(always)]
+    pub fn apart<T: Real>(self) -> N::Lanes<Rotation<T>>
+    where
+        N: Pack<T>,
+    {
+        let v = N::apart(self.v);
+        N::lanes(|lane| Rotation { w: self.w.lane(lane), v: v[lane] })
+    }
+}
+
+impl<T: Number> Rotation<T> {
     /// (1, half) normalised, times this rotation: a turn about the axis `half` by
     /// 2 atan |half|. For a small rotation `half` is half its rotation vector; for a large
     /// one the turn stays below π, whatever a solve asks for.
@@ -291,7 +329,7 @@ impl<T: Real> Rotation<T> {
 
     #[inline(always)]
     pub fn normalised(&self) -> Self {
-        let s = T::one() / (self.w * self.w + self.v.dot(&self.v)).root();
+        let s = T::lit(1.0) / (self.w * self.w + self.v.dot(&self.v)).root();
         Self { w: self.w * s, v: self.v * s }
     }
 
@@ -310,13 +348,13 @@ impl<T: Real> Rotation<T> {
         Vector3::new(
             two * (self.v.x() * self.v.z() + self.w * self.v.y()),
             two * (self.v.y() * self.v.z() - self.w * self.v.x()),
-            T::one() - two * (self.v.x() * self.v.x() + self.v.y() * self.v.y()),
+            T::lit(1.0) - two * (self.v.x() * self.v.x() + self.v.y() * self.v.y()),
         )
     }
 }
 
 /// The way from one rotation to another, less than half a turn.
-pub(crate) struct Bend<T: Real> {
+pub(crate) struct Bend<T: Number> {
     /// Rotation vector, material axes \[rad\].
     pub angle: Vector3<T>,
     /// The rotation halfway, as a quaternion of no particular norm.
@@ -326,7 +364,7 @@ pub(crate) struct Bend<T: Real> {
     scale: T,
 }
 
-impl<T: Real> Bend<T> {
+impl<T: Number> Bend<T> {
     /// q = log(nearᵀ far) = 4 atan(|m|)/|m| m, with m = v/(1 + w) of the quaternion between
     /// them.     docs/model.md (4)
     ///
@@ -336,9 +374,9 @@ impl<T: Real> Bend<T> {
         let w = near.w * far.w + near.v.dot(&far.v);
         let v = (far.v * near.w - near.v * far.w).plus_cross(&far.v, &near.v);
         // q and −q are the same rotation: the short way is meant.
-        let sign = if w < T::zero() { -T::one() } else { T::one() };
+        let sign = w.sign();
         // The sum of two unit quaternions has the norm's square 2 + 2 |w|.
-        let scale = T::one() / (T::one() + sign * w);
+        let scale = T::lit(1.0) / (T::lit(1.0) + sign * w);
         let m = v * (sign * scale);
         let s = m.dot(&m);
         let c = |x: f64| T::lit(x);
@@ -359,7 +397,7 @@ impl<T: Real> Bend<T> {
         Vector3::new(
             *scale * (v.x() * v.z() + *w * v.y()),
             *scale * (v.y() * v.z() - *w * v.x()),
-            T::one() - *scale * (v.x() * v.x() + v.y() * v.y()),
+            T::lit(1.0) - *scale * (v.x() * v.x() + v.y() * v.y()),
         )
     }
 }

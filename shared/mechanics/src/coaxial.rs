@@ -1,7 +1,7 @@
 //! A guidewire inside the catheter: where the two lie in the one chain, which of them the wall
 //! touches, and how that one slides.     docs/model.md §6
 
-use cathforce_scalar::Vector3;
+use cathforce_scalar::{Pack, Vector3};
 
 use crate::effects::acting::Law;
 use crate::effects::wall_law::Slid;
@@ -135,22 +135,31 @@ impl<T: Real, L: Law<T>> Law<T> for Coaxial<'_, T, L> {
     }
 
     #[inline(always)]
-    fn wall(&self, position: &Vector3<T>, distance_m: T, normal: Vector3<T>) -> (T, Vector3<T>) {
+    fn wall<N: Pack<T>>(
+        &self,
+        position: &Vector3<N>,
+        distance_m: N,
+        normal: Vector3<N>,
+    ) -> (N, Vector3<N>) {
         self.effects.wall(position, distance_m, normal)
     }
 
     #[inline(always)]
-    fn indentation(&self, indented: T, slope: T, relaxed: T) -> (T, T, T) {
+    fn indentation<N: Pack<T>>(&self, indented: N, slope: N, relaxed: N) -> (N, N, N) {
         self.effects.indentation(indented, slope, relaxed)
     }
 
     #[inline(always)]
-    fn friction(&self, nominal: T, slid: impl FnOnce() -> Slid<T>, stiffness: T) -> T {
+    fn friction<N: Pack<T>>(&self, nominal: N, slid: impl FnOnce() -> Slid<N>, stiffness: N) -> N {
         self.effects.friction(nominal, slid, stiffness)
     }
 
     #[inline(always)]
-    fn stream(&self, tangent: &Vector3<T>, distance: impl FnOnce() -> T) -> Option<Vector3<T>> {
+    fn stream<N: Pack<T>>(
+        &self,
+        tangent: &Vector3<N>,
+        distance: impl FnOnce() -> N,
+    ) -> Option<Vector3<N>> {
         self.effects.stream(tangent, distance)
     }
 

@@ -3,7 +3,7 @@
 //!
 //! A sample does the same work whether it touches or not: what it finds scales its stiffness.
 
-use cathforce_scalar::Vector3;
+use cathforce_scalar::{Number, Pack, Vector3};
 
 use crate::coaxial::Slide;
 use crate::effects::acting::Law;
@@ -13,7 +13,7 @@ use crate::{Real, Wall};
 
 /// What a sample point remembers from tick to tick.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Memory<T: Real> {
+pub(crate) struct Memory<T: Number> {
     /// Elastic tangential displacement of the surface against the wall \[m\].
     pub slip: Vector3<T>,
     /// Length of the displacement at the end of the last tick, before the return map \[m\].
@@ -35,11 +35,27 @@ impl<T: Real> Memory<T> {
     }
 }
 
+impl<N: Number> Memory<N> {
+    /// The memories of some lanes side by side.
+    #[inline(always)]
+    pub fn side_by_side<'a, T: Real>(of: impl Fn(usize) -> &'a Memory<T>) -> Self
+    where
+        N: Pack<T>,
+    {
+        Self {
+            slip: N::vectors(|lane| of(lane).slip),
+            reached: N::each(|lane| of(lane).reached),
+            normal_n: N::each(|lane| of(lane).normal_n),
+            relaxed: N::each(|lane| of(lane).relaxed),
+        }
+    }
+}
+
 /// The linearised contact of one sample point in one solve.
 ///
 /// Force on the instrument: f_c − (stick I + push n nᵀ)(δx + δφ × arm).     docs/model.md (10)
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Touch<T: Real> {
+pub(crate) struct Touch<T: Number> {
     /// Normal force at the predicted state \[N\].
     pub normal_n: T,
     /// Tangential stiffness, secant of Coulomb's law \[N/m\].
@@ -63,8 +79,33 @@ impl<T: Real> Touch<T> {
     }
 }
 
+/// The wall that a sample point faces.
+pub(crate) struct Facing<T: Number> {
+    /// Normal into the lumen.
+    pub normal: Vector3<T>,
+    /// From the surface to the wall, negative if it is indented \[m\].
+    pub gap: T,
+    /// The wall's stiffness over the nominal one.
+    pub stiffness: T,
+}
+
+impl<N: Number> Facing<N> {
+    /// Those of some lanes side by side.
+    #[inline(always)]
+    pub fn side_by_side<'a, T: Real>(of: impl Fn(usize) -> &'a Proximity<T>) -> Self
+    where
+        N: Pack<T>,
+    {
+        Self {
+            normal: N::vectors(|lane| of(lane).normal),
+            gap: N::each(|lane| of(lane).gap),
+            stiffness: N::each(|lane| of(lane).stiffness),
+        }
+    }
+}
+
 /// How a sample point has moved since the step began.
-pub(crate) struct Motion<'a, T: Real> {
+pub(crate) struct Motion<T: Number> {
     /// Of the centre line \[m\].
     pub displacement: Vector3<T>,
     /// Of the link \[rad\].
@@ -72,12 +113,12 @@ pub(crate) struct Motion<'a, T: Real> {
     /// From the centre line to the surface \[m\].
     pub radius: T,
     /// Of the link, and how the surface slides along and about it.
-    pub tangent: &'a Vector3<T>,
+    pub tangent: Vector3<T>,
     pub slide: Slide<T>,
 }
 
 /// The wall's law with the constants of one solve.
-pub(crate) struct Contact<T: Real> {
+pub(crate) struct Contact<T> {
     onset: T,
     inverse_onset: T,
     /// Damping over stiffness, both per displacement of a step.
@@ -86,28 +127,34 @@ pub(crate) struct Contact<T: Real> {
     friction: T,
 }
 
-impl<T: Real> Contact<T> {
-    pub fn new(wall: &Wall<T>, friction: T, inverse_dt: T) -> Self {
+impl<N: Number> Contact<N> {
+    pub fn new<T: Real>(wall: &Wall<T>, friction: T, inverse_dt: T) -> Self
+    where
+        N: Pack<T>,
+    {
         Self {
-            onset: wall.onset_m,
-            inverse_onset: T::one() / wall.onset_m,
-            damping: wall.damping_s * inverse_dt,
-            tangential_ratio: wall.tangential_ratio,
-            friction,
+            onset: N::all(wall.onset_m),
+            inverse_onset: N::all(T::one() / wall.onset_m),
+            damping: N::all(wall.damping_s * inverse_dt),
+            tangential_ratio: N::all(wall.tangential_ratio),
+            friction: N::all(friction),
         }
     }
 
     /// `stiffness` \[N/m\] is the nominal one of the sample's share of the arc.
     #[inline(always)]
-    pub fn touch<L: Law<T>>(
+    pub fn touch<T: Real, L: Law<T>>(
         &self,
         law: &L,
-        seen: &Proximity<T>,
-        stiffness: T,
-        motion: &Motion<'_, T>,
-        memory: &Memory<T>,
-    ) -> Touch<T> {
-        let half = T::lit(0.5);
+        seen: &Facing<N>,
+        stiffness: N,
+        motion: &Motion<N>,
+        memory: &Memory<N>,
+    ) -> Touch<N>
+    where
+        N: Pack<T>,
+    {
+        let half = N::lit(0.5);
         let n = &seen.normal;
         // Quadratic over the onset, then linear.     docs/model.md (11)
         let indented = (half * self.onset - seen.gap).positive();
@@ -155,42 +202,84 @@ const SHORTEST_SLIP_M: f64 = 1e-12;
 /// Likewise of forces.
 const SMALLEST_FORCE_N: f64 = 1e-18;
 
-impl<T: Real> Touch<T> {
+impl<N: Number> Touch<N> {
     /// f_c, the force on the instrument at the predicted state.
     #[inline(always)]
-    pub fn force(&self, seen: &Proximity<T>) -> Vector3<T> {
-        seen.normal * self.normal_n - self.slip * self.stick
+    pub fn force(&self, normal: &Vector3<N>) -> Vector3<N> {
+        normal * self.normal_n - self.slip * self.stick
     }
 
-    /// Force on the instrument after the node moved by `dx` and the link turned by `turn`, found
-    /// by the `LAST` solve of a step alone; brings the memory up to date.
+    /// The contact of each lane.
+    #[inline(always)]
+    pub fn apart<T: Real>(self) -> N::Lanes<Touch<T>>
+    where
+        N: Pack<T>,
+    {
+        let slip = N::apart(self.slip);
+        N::lanes(|lane| Touch {
+            normal_n: self.normal_n.lane(lane),
+            stick: self.stick.lane(lane),
+            push: self.push.lane(lane),
+            slip: slip[lane],
+            elastic: self.elastic.lane(lane),
+            limit: self.limit.lane(lane),
+            relaxed: self.relaxed.lane(lane),
+        })
+    }
+
+    /// After the node moved by `dx` and the link turned by `turn`; all but the normal part is
+    /// found by the `LAST` solve of a step alone.
     #[inline(always)]
     pub fn resolve<const LAST: bool>(
         &self,
-        seen: &mut Proximity<T>,
-        dx: &Vector3<T>,
-        turn: &Vector3<T>,
-        memory: &mut Memory<T>,
-        relaxes: bool,
-    ) -> Vector3<T> {
-        let n = &seen.normal;
-        let moved = dx.plus_cross(turn, &seen.arm);
-        let along = n.dot(&moved);
-        let normal_n = self.normal_n - (self.stick + self.push) * along;
-        memory.normal_n = normal_n.positive();
+        normal: &Vector3<N>,
+        arm: &Vector3<N>,
+        dx: &Vector3<N>,
+        turn: &Vector3<N>,
+    ) -> Resolved<N> {
+        let moved = dx.plus_cross(turn, arm);
+        let along = normal.dot(&moved);
+        let pressed_n = self.normal_n - (self.stick + self.push) * along;
+        let normal_n = pressed_n.positive();
         if !LAST {
-            seen.gap += along;
-            return Vector3::zeros();
+            let (zero, v) = (N::lit(0.0), Vector3::zeros());
+            return Resolved { along, normal_n, reached: zero, slip: v, force: v };
         }
-        let slip = self.slip + moved - n * along;
+        let slip = self.slip + moved - normal * along;
         // Return map: what exceeds the limit has slid.     docs/model.md (13)
-        memory.reached = slip.dot(&slip).root().larger(T::lit(SHORTEST_SLIP_M));
-        let held = self.elastic * memory.reached;
-        let share = held.smaller(self.limit) / held.larger(T::lit(SMALLEST_FORCE_N));
-        memory.slip = slip * share;
-        if relaxes {
-            memory.relaxed = self.relaxed;
-        }
-        n * normal_n - slip * self.stick
+        let reached = slip.dot(&slip).root().larger(N::lit(SHORTEST_SLIP_M));
+        let held = self.elastic * reached;
+        let share = held.smaller(self.limit) / held.larger(N::lit(SMALLEST_FORCE_N));
+        let force = normal * pressed_n - slip * self.stick;
+        Resolved { along, normal_n, reached, slip: slip * share, force }
     }
+
+    /// Those of some lanes side by side.
+    #[inline(always)]
+    pub fn side_by_side<'a, T: Real>(of: impl Fn(usize) -> &'a Touch<T>) -> Self
+    where
+        N: Pack<T>,
+    {
+        Self {
+            normal_n: N::each(|lane| of(lane).normal_n),
+            stick: N::each(|lane| of(lane).stick),
+            push: N::each(|lane| of(lane).push),
+            slip: N::vectors(|lane| of(lane).slip),
+            elastic: N::each(|lane| of(lane).elastic),
+            limit: N::each(|lane| of(lane).limit),
+            relaxed: N::each(|lane| of(lane).relaxed),
+        }
+    }
+}
+
+/// What a solve has found at a sample point.
+pub(crate) struct Resolved<T: Number> {
+    /// Motion along the normal \[m\].
+    pub along: T,
+    /// What [`Memory`] keeps of it.
+    pub normal_n: T,
+    pub reached: T,
+    pub slip: Vector3<T>,
+    /// On the instrument \[N\].
+    pub force: Vector3<T>,
 }

@@ -1,10 +1,11 @@
 //! Feed and rotation at the drive: links are born at the guide and dropped there, and the
 //! state is carried to the predictor of the next solve.
 
-use cathforce_scalar::Vector3;
+use cathforce_scalar::{Pack, Vector3};
 
-use crate::algebra::Bend;
+use crate::algebra::{Bend, Rotation};
 use crate::coaxial::Overlap;
+use crate::lanes::Group;
 use crate::model::{half_turn, maximum, minimum};
 use crate::pieces::Placed;
 use crate::proximity::Proximity;
@@ -136,24 +137,39 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
     /// Rotations by the filtered rates, positions from the base.     docs/model.md (3)
     ///
     /// Only the initial guess of the solve; `dt_s` = 0 predicts no rotation.
+    #[inline(never)]
     pub(crate) fn predict(&mut self, dt_s: T) {
-        let half_dt = dt_s * T::lit(0.5);
+        self.predict_lanes::<T::Pack>(dt_s);
+    }
+
+    #[inline(always)]
+    fn predict_lanes<N: Pack<T>>(&mut self, dt_s: T) {
+        let half_dt = N::all(dt_s * T::lit(0.5));
         let largest = T::lit(0.25 * LARGEST_PREDICTED_TURN * LARGEST_PREDICTED_TURN);
         let mut position = self.effects.mouth;
-        for j in (0..self.count.min(LINKS)).rev() {
-            let link = &mut self.links[j];
-            let half = link.rate * half_dt;
-            if half.dot(&half) < largest {
-                link.rotation = link.rotation.turned(&half);
-                link.turn = link.rate * dt_s;
-            } else {
-                link.rate = Vector3::zeros();
-                link.turn = Vector3::zeros();
+        let count = self.count.min(LINKS);
+        let links = &mut self.links[..count];
+        for group in Group::<N>::all(count).rev() {
+            let link = |lane: usize| &links[group.at(lane)];
+            let half = N::vectors(|lane| link(lane).rate) * half_dt;
+            let squared = half.dot(&half);
+            let rotation = Rotation::<N>::side_by_side(|lane| &link(lane).rotation).turned(&half);
+            let tangent = N::apart(rotation.tangent());
+            let rotation = rotation.apart::<T>();
+            for lane in group.guide_to_tip() {
+                let link = &mut links[group.at(lane)];
+                if squared.lane(lane) < largest {
+                    link.rotation = rotation[lane];
+                    link.tangent = tangent[lane];
+                    link.turn = link.rate * dt_s;
+                } else {
+                    link.rate = Vector3::zeros();
+                    link.turn = Vector3::zeros();
+                }
+                position += link.tangent * (link.span.length * (T::one() + link.strain));
+                link.displacement = position - link.position;
+                link.position = position;
             }
-            link.tangent = link.rotation.tangent();
-            position += link.tangent * (link.span.length * (T::one() + link.strain));
-            link.displacement = position - link.position;
-            link.position = position;
         }
     }
 }

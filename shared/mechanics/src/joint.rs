@@ -1,14 +1,13 @@
 //! The elastic joints between links.
 
-use cathforce_scalar::Vector3;
+use cathforce_scalar::{Number, Pack, Real, Vector3};
 
-use crate::Real;
 use crate::algebra::{Bend, Sym3};
 use crate::tables::Joint;
 
 /// Moment and stiffness of a joint at the predicted state, world axes.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct JointLoad<T: Real> {
+pub(crate) struct JointLoad<T: Number> {
     /// μ
     pub moment: Vector3<T>,
     /// K
@@ -29,19 +28,36 @@ pub(crate) struct Cell<T> {
     memory: T,
 }
 
-impl<T: Real> Cell<T> {
+impl<T: Number> Cell<T> {
     /// `damping` is τ/dt, the viscous time over the time of a step.
     pub fn new(length: T, link_length: T, damping: T) -> Self {
         Self {
             share: length / link_length,
             inverse_share: link_length / length,
-            stiffening: T::one() + damping,
+            stiffening: T::lit(1.0) + damping,
             memory: length * damping,
         }
     }
 }
 
-impl<T: Real> JointLoad<T> {
+impl<N: Number> Cell<N> {
+    /// Those of some lanes side by side.
+    #[inline(always)]
+    pub fn side_by_side<'a, T: Real>(of: impl Fn(usize) -> &'a Cell<T>) -> Self
+    where
+        N: Pack<T>,
+    {
+        let cells = N::lanes(of);
+        Self {
+            share: N::each(|lane| cells[lane].share),
+            inverse_share: N::each(|lane| cells[lane].inverse_share),
+            stiffening: N::each(|lane| cells[lane].stiffening),
+            memory: N::each(|lane| cells[lane].memory),
+        }
+    }
+}
+
+impl<T: Number> JointLoad<T> {
     /// The moment that a joint exerts against its bend; `curvature` is what it was when the
     /// step began, if bending is viscous.     docs/model.md (4)
     #[inline(always)]
@@ -67,6 +83,6 @@ impl<T: Real> JointLoad<T> {
     }
 
     pub fn none() -> Self {
-        Self { moment: Vector3::zeros(), stiffness: Sym3::zero(), smallest: T::zero() }
+        Self { moment: Vector3::zeros(), stiffness: Sym3::zero(), smallest: T::lit(0.0) }
     }
 }

@@ -15,6 +15,7 @@ pub mod effects;
 mod energy;
 mod feed;
 mod joint;
+mod lanes;
 mod lumen;
 mod model;
 mod parameters;
@@ -27,7 +28,7 @@ mod sweep;
 mod tables;
 mod wrench;
 
-pub use cathforce_scalar::Real;
+pub use cathforce_scalar::{Number, Real};
 pub use description::*;
 pub use effects::{DriveTrain, EFFECTS, EffectInfo, Effects, Measurement, ParameterInfo};
 pub use lumen::*;

@@ -17,8 +17,7 @@
 //! * normal: unit gradient of the distance (into the lumen) × 127.
 //! * wall: stiffness scale, `2^((wall − 128)/16)`; 128 is the nominal stiffness.
 
-use cathforce_scalar::Real;
-use cathforce_scalar::Vector3;
+use cathforce_scalar::{Number, Pack, Real, Vector3};
 use serde::{Deserialize, Serialize};
 
 /// Cells along an edge of a brick.
@@ -92,7 +91,7 @@ impl LumenHeader {
 
 /// The wall as seen from one point.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct WallSample<T: Real> {
+pub struct WallSample<T: Number> {
     /// Signed distance to the wall \[m\], positive inside the lumen; ± 1 where no wall is stored.
     pub distance_m: T,
     /// Unit normal into the lumen; zero where no wall is stored.
@@ -117,7 +116,7 @@ pub struct Lumen<'a> {
     /// Half a cell per unit of a blended normal \[m\].
     half_cell: f32,
     directory: &'a [[u8; 2]],
-    bricks: &'a [[[u8; NODE_BYTES]; BRICK_NODES]],
+    bricks: &'a [[Node; BRICK_NODES]],
 }
 
 impl<'a> Lumen<'a> {
@@ -172,64 +171,85 @@ impl<'a> Lumen<'a> {
     /// integers are blended as integers, by weights in units of 2⁻¹⁵.
     #[inline(always)]
     pub fn sample<T: Real>(&self, point: impl Into<Vector3<T>>) -> WallSample<T> {
-        let [x, y, z]: [T; 3] = point.into().into();
-        let (x, y, z) = (self.place(x, 0), self.place(y, 1), self.place(z, 2));
-        let [along_y, along_z] = self.strides;
-        let entry = x.brick + along_y * y.brick + along_z * z.brick;
-        let index = self.directory.get(entry).map_or(OUTSIDE, |&b| u16::from_le_bytes(b));
-        let first = x.cell + BRICK_EDGE * (y.cell + BRICK_EDGE * z.cell);
-        let brick = self.bricks.get(usize::from(index));
-        let stored = brick.and_then(|b| b.get(first..)).and_then(|b| b.first_chunk());
-        let (cell, presence, away) = match stored {
-            Some(cell) => (cell, T::one(), T::zero()),
-            None if index == FREE => (&NOTHING, T::zero(), T::one()),
-            None => (&NOTHING, T::zero(), -T::one()),
-        };
+        self.sample_lanes::<T, T>(point.into())
+    }
 
-        let distance = |node: usize| i32::from(i16::from_le_bytes([cell[node][0], cell[node][1]]));
-        let normal = |node: usize, axis: usize| i32::from(cell[node][2 + axis] as i8);
-        let code = |node: usize| i32::from(cell[node][5]);
+    /// [`Lumen::sample`] of points side by side.
+    #[inline(always)]
+    pub(crate) fn sample_lanes<T: Real, N: Pack<T>>(&self, point: Vector3<N>) -> WallSample<N> {
+        let x = self.place::<T, N>(point.x(), 0);
+        let y = self.place::<T, N>(point.y(), 1);
+        let z = self.place::<T, N>(point.z(), 2);
+        let found = N::lanes(|lane| self.find([&x, &y, &z].map(|at| at.whole[lane])));
+
         // Over the faces across x, y and z.
-        let (across_x, across_y, across_z) = (weights(&y, &z), weights(&x, &z), weights(&x, &y));
-        let faces =
-            |low: i32, high: i32| Blend { low: T::int(low), rise: T::int(high) - T::int(low) };
-        let d = faces(across_x.sum(X0, distance), across_x.sum(X1, distance));
-        let n_x = faces(across_x.sum(X0, |i| normal(i, 0)), across_x.sum(X1, |i| normal(i, 0)));
-        let n_y = faces(across_y.sum(Y0, |i| normal(i, 1)), across_y.sum(Y1, |i| normal(i, 1)));
-        let n_z = faces(across_z.sum(Z0, |i| normal(i, 2)), across_z.sum(Z1, |i| normal(i, 2)));
-        let (low, high) = (across_x.sum(X0, code), across_x.sum(X1, code));
-        let code = low + ((((high - low) >> 8) * x.within) >> (PLACE_BITS - 8));
+        let across = |p: &Place<N>, q: &Place<N>| {
+            N::lanes(|lane| weights(within(p.whole[lane]), within(q.whole[lane])))
+        };
+        let faces = |across: &N::Lanes<Weights>, ends: [[usize; 4]; 2], value: fn(&Node) -> i32| {
+            let sum = |end: usize| {
+                N::ints(|lane| across[lane].sum(ends[end], |node| value(&found[lane].cell[node])))
+            };
+            let low = sum(0);
+            Blend { low, rise: sum(1) - low }
+        };
+        let (across_x, across_y, across_z) = (across(&y, &z), across(&x, &z), across(&x, &y));
+        let d =
+            faces(&across_x, [X0, X1], |node| i32::from(i16::from_le_bytes([node[0], node[1]])));
+        let n_x = faces(&across_x, [X0, X1], |node| i32::from(node[2] as i8));
+        let n_y = faces(&across_y, [Y0, Y1], |node| i32::from(node[3] as i8));
+        let n_z = faces(&across_z, [Z0, Z1], |node| i32::from(node[4] as i8));
+        let codes = N::lanes(|lane| {
+            let sum = |face| across_x[lane].sum(face, |node| i32::from(found[lane].cell[node][5]));
+            let (low, high) = (sum(X0), sum(X1));
+            low + ((((high - low) >> 8) * within(x.whole[lane])) >> (PLACE_BITS - 8))
+        });
 
-        let [u, v, w] = [&x, &y, &z].map(|at| T::int(at.within) * T::lit(PLACE_UNIT));
-        let one = T::one();
+        let [u, v, w] =
+            [&x, &y, &z].map(|at| N::ints(|lane| within(at.whole[lane])) * N::lit(PLACE_UNIT));
+        let one = N::lit(1.0);
         let bend = u * (one - u) * n_x.rise + v * (one - v) * n_y.rise + w * (one - w) * n_z.rise;
-        let distance = d.at(u) * T::lit(f64::from(self.distance_unit))
-            - bend * T::lit(f64::from(self.half_cell));
+        let distance = d.at(u) * N::lit(f64::from(self.distance_unit))
+            - bend * N::lit(f64::from(self.half_cell));
         let normal = Vector3::new(n_x.at(u), n_y.at(v), n_z.at(w));
         let length = normal.norm();
-        let floor = T::lit(1e-3 / PLACE_UNIT);
-        let normal = normal * (one / if length > floor { length } else { floor });
+        let normal = normal * (one / length.larger(N::lit(1e-3 / PLACE_UNIT)));
         let rest = normal.x() * x.rest + normal.y() * y.rest + normal.z() * z.rest;
+        let presence = N::each(|lane| T::lit(f64::from(found[lane].presence)));
+        let away = N::each(|lane| T::lit(f64::from(found[lane].away)));
         WallSample {
-            distance_m: away + distance + rest * T::lit(f64::from(self.place)),
+            distance_m: away + distance + rest * N::lit(f64::from(self.place)),
             normal,
-            stiffness: presence * stiffness(code),
+            stiffness: presence * stiffness::<T, N>(|lane| codes[lane]),
+        }
+    }
+
+    /// The cell that a place lies in.
+    #[inline(always)]
+    fn find(&self, place: [i32; 3]) -> Found<'_> {
+        let [x, y, z] = place.map(|place| (place >> PLACE_BITS) as usize);
+        let [along_y, along_z] = self.strides;
+        let entry = x / BRICK_CELLS + along_y * (y / BRICK_CELLS) + along_z * (z / BRICK_CELLS);
+        let index = self.directory.get(entry).map_or(OUTSIDE, |&b| u16::from_le_bytes(b));
+        let first =
+            x % BRICK_CELLS + BRICK_EDGE * (y % BRICK_CELLS + BRICK_EDGE * (z % BRICK_CELLS));
+        let brick = self.bricks.get(usize::from(index));
+        let stored = brick.and_then(|b| b.get(first..)).and_then(|b| b.first_chunk());
+        match stored {
+            Some(cell) => Found { cell, presence: 1.0, away: 0.0 },
+            None if index == FREE => Found { cell: &NOTHING, presence: 0.0, away: 1.0 },
+            None => Found { cell: &NOTHING, presence: 0.0, away: -1.0 },
         }
     }
 
     /// Where a coordinate lies on the grid.
     #[inline(always)]
-    fn place<T: Real>(&self, coordinate: T, axis: usize) -> Place<T> {
-        let from_origin = coordinate - T::lit(f64::from(self.header.origin_m[axis]));
-        let exact = from_origin * T::lit(f64::from(self.places_per_m));
-        let place = exact.truncated().max(0).min(self.last_place[axis]);
-        let cell = (place >> PLACE_BITS) as usize;
-        Place {
-            brick: cell / BRICK_CELLS,
-            cell: cell % BRICK_CELLS,
-            within: place & ((1 << PLACE_BITS) - 1),
-            rest: exact - T::int(place),
-        }
+    fn place<T: Real, N: Pack<T>>(&self, coordinate: N, axis: usize) -> Place<N> {
+        let from_origin = coordinate - N::lit(f64::from(self.header.origin_m[axis]));
+        let exact = from_origin * N::lit(f64::from(self.places_per_m));
+        let whole = exact.clipped(self.last_place[axis]);
+        let rest = exact - N::ints(|lane| whole[lane]);
+        Place { whole, rest }
     }
 }
 
@@ -237,21 +257,36 @@ impl<'a> Lumen<'a> {
 const PLACE_BITS: u32 = 15;
 const PLACE_UNIT: f64 = 1.0 / (1 << PLACE_BITS) as f64;
 
-/// Where a coordinate lies on the grid, cut off to a place.
-struct Place<T> {
-    brick: usize,
-    /// Within the brick.
-    cell: usize,
-    /// Within the cell \[2⁻¹⁵\].
-    within: i32,
+/// Where coordinates lie on the grid.
+struct Place<N: Number> {
+    /// Cut off to a place \[2⁻¹⁵ cells\].
+    whole: N::Lanes<i32>,
     /// Beyond it \[places\]; large beyond the grid.
-    rest: T,
+    rest: N,
 }
+
+/// Within the cell \[2⁻¹⁵\].
+#[inline(always)]
+fn within(place: i32) -> i32 {
+    place & ((1 << PLACE_BITS) - 1)
+}
+
+/// What is stored around a place.
+struct Found<'a> {
+    cell: &'a [Node; CELL_SPAN],
+    /// 1 where a wall is stored, else 0.
+    presence: f32,
+    /// Where none is: 1 inside, −1 outside.
+    away: f32,
+}
+
+/// Distance, normal and wall as they are stored.
+type Node = [u8; NODE_BYTES];
 
 /// From the first to the last node of a cell in the order of a brick's nodes.
 const CELL_SPAN: usize = 2 + BRICK_EDGE + BRICK_EDGE * BRICK_EDGE;
 /// What is read where no brick is stored.
-const NOTHING: [[u8; NODE_BYTES]; CELL_SPAN] = [[0; NODE_BYTES]; CELL_SPAN];
+const NOTHING: [Node; CELL_SPAN] = [[0; NODE_BYTES]; CELL_SPAN];
 
 const X: usize = 1;
 const Y: usize = BRICK_EDGE;
@@ -268,9 +303,9 @@ const Z1: [usize; 4] = [Z, X + Z, Y + Z, X + Y + Z];
 struct Weights([i32; 4]);
 
 #[inline(always)]
-fn weights<T: Real>(p: &Place<T>, q: &Place<T>) -> Weights {
-    let both = (p.within * q.within) >> PLACE_BITS;
-    let (p, q) = (p.within - both, q.within - both);
+fn weights(p: i32, q: i32) -> Weights {
+    let both = (p * q) >> PLACE_BITS;
+    let (p, q) = (p - both, q - both);
     Weights([(1 << PLACE_BITS) - p - q - both, p, q, both])
 }
 
@@ -289,7 +324,7 @@ struct Blend<T> {
     rise: T,
 }
 
-impl<T: Real> Blend<T> {
+impl<T: Number> Blend<T> {
     #[inline(always)]
     fn at(&self, share: T) -> T {
         self.low + share * self.rise
@@ -298,11 +333,11 @@ impl<T: Real> Blend<T> {
 
 /// Stiffness scale of a code \[2⁻¹⁵\]: sixteen steps to a doubling, linear within a step.
 #[inline(always)]
-fn stiffness<T: Real>(code: i32) -> T {
-    let step = (code >> PLACE_BITS) as usize & 0xFF;
-    let share = T::int(code & ((1 << PLACE_BITS) - 1)) * T::lit(PLACE_UNIT);
-    let scale = T::lit(f64::from(STIFFNESS[step]));
-    scale + share * scale * T::lit(STEP - 1.0)
+fn stiffness<T: Real, N: Pack<T>>(code: impl Fn(usize) -> i32) -> N {
+    let step = |lane| (code(lane) >> PLACE_BITS) as usize & 0xFF;
+    let share = N::ints(|lane| within(code(lane))) * N::lit(PLACE_UNIT);
+    let scale = N::each(|lane| T::lit(f64::from(STIFFNESS[step(lane)])));
+    scale + share * scale * N::lit(STEP - 1.0)
 }
 
 /// 2^(1/16)

@@ -1,12 +1,15 @@
 //! One linearised solve: eliminated from the tip to the guide, resolved on the way back.
 
-use cathforce_scalar::Vector3;
+use cathforce_scalar::{Pack, Vector3};
 
-use crate::algebra::{Bend, read_here};
-use crate::contact::{Contact, Motion};
+use crate::algebra::{Bend, Rotation, read_here};
+use crate::coaxial::Slide;
+use crate::contact::{Contact, Facing, Memory, Motion, Touch};
 use crate::effects::acting::Law;
 use crate::joint::{Cell, JointLoad};
-use crate::state::{LinkLoads, Span, State};
+use crate::lanes::Group;
+use crate::state::{Elimination, LinkLoads, LinkState, Span, State};
+use crate::tables::Joint;
 use crate::wrench::Wrench;
 use crate::{Loads, Model, Real};
 
@@ -101,8 +104,33 @@ impl<T: Real> Chain<T> {
     }
 }
 
+/// Shares of the arc at one link, and what goes with them.
+#[derive(Clone, Copy)]
+struct Shares<T> {
+    /// Of a link's half \[m\].
+    arc: T,
+    /// Of its node.
+    node_arc: T,
+    node_mass: T,
+    /// Of the contact at the node \[N/m\].
+    node_stiffness: T,
+}
+
 /// What acts on every link at the predicted state.
+///
+/// No link waits for another: they are computed for side by side, as many as the target has lanes.
 fn load<T: Real, L: Law<T>, const LINKS: usize>(
+    model: &Model<T, LINKS>,
+    state: &mut State<T, LINKS>,
+    scheme: &Scheme<T>,
+    chain: &Chain<T>,
+    law: &mut L,
+) {
+    load_lanes::<T, T::Pack, L, LINKS>(model, state, scheme, chain, law);
+}
+
+#[inline(always)]
+fn load_lanes<T: Real, N: Pack<T>, L: Law<T>, const LINKS: usize>(
     model: &Model<T, LINKS>,
     state: &mut State<T, LINKS>,
     scheme: &Scheme<T>,
@@ -111,15 +139,17 @@ fn load<T: Real, L: Law<T>, const LINKS: usize>(
 ) {
     let State { links, eliminations, guide, fed_m, carried, overlaid, .. } = state;
     let tables = if L::COAXIAL { &*overlaid } else { &model.tables };
-    let proximal_of = |j: usize| links[..chain.count].get(j + 1).unwrap_or(guide);
+    let count = chain.count;
+    let (links, eliminations) = (&links[..count], &mut eliminations[..count]);
     let wall = &model.wall;
     let half = T::lit(0.5);
     let inverse_dt = T::one() / scheme.dt_s;
-    let inertia_per_mass = scheme.inertia * inverse_dt * inverse_dt;
-    let carried_dt_s = scheme.dt_s * *carried;
-    let drag = scheme.drag_n_s_per_m2 * inverse_dt;
+    let inertia_per_mass = N::all(scheme.inertia * inverse_dt * inverse_dt);
+    let carried_dt_s = N::all(scheme.dt_s * *carried);
+    let drag = N::all(scheme.drag_n_s_per_m2 * inverse_dt);
     let radius = model.description().instrument.outer_radius_m;
-    let contact = Contact::new(wall, scheme.friction, inverse_dt);
+    let contact = Contact::<N>::new(wall, scheme.friction, inverse_dt);
+    let line = wall.line_stiffness_n_per_m2;
     let viscous = model.bending_damping_s > T::zero();
 
     // Beyond the tip there is nothing but the end of its contact.
@@ -127,57 +157,102 @@ fn load<T: Real, L: Law<T>, const LINKS: usize>(
     let mut distal_mass = T::zero();
     let mut end_stiffness = wall.end_stiffness_n_per_m;
 
-    for (j, (link, kept)) in links[..chain.count].iter().zip(eliminations).enumerate() {
-        let proximal = proximal_of(j);
-        let Span { length, share, .. } = link.span;
-        let (arc, mass) = (length * half, tables.links[j].mass * share * half);
-        let (node_arc, node_mass) = (arc + distal_arc, mass + distal_mass);
-        (distal_arc, distal_mass) = (arc, mass);
+    for group in Group::<N>::all(count) {
+        let at = |lane: usize| group.at(lane);
+        let link = |lane: usize| &links[at(lane)];
+        let proximal = |lane: usize| links.get(at(lane) + 1).unwrap_or(guide);
 
-        let tangent = &link.tangent;
-        let [node_radius, middle_radius] = [2 * j, 2 * j + 1].map(|i| law.radius(i, radius));
-        let motion = |displacement, radius, halves| Motion {
-            displacement,
-            turn: link.turn,
-            radius,
-            tangent,
-            slide: law.slide(halves),
+        let shares = group.in_turn(|j, _| {
+            let Span { length, share, .. } = links[j].span;
+            let (arc, mass) = (length * half, tables.links[j].mass * share * half);
+            let (node_arc, node_mass) = (arc + distal_arc, mass + distal_mass);
+            (distal_arc, distal_mass) = (arc, mass);
+            let node_stiffness = line * node_arc * half + end_stiffness;
+            end_stiffness = T::zero();
+            Shares { arc, node_arc, node_mass, node_stiffness }
+        });
+        let each = |of: fn(&Shares<T>) -> T| N::each(|lane| of(&shares[lane]));
+
+        let tangent = || N::vectors(|lane| link(lane).tangent);
+        let turn = N::vectors(|lane| link(lane).turn);
+        let node_displacement = || N::vectors(|lane| link(lane).displacement);
+        let [node_radius, middle_radius] =
+            [0, 1].map(|i| N::each(|lane| law.radius(2 * at(lane) + i, radius)));
+        let motion = |displacement, radius, i| {
+            let slides = N::lanes(|lane| law.slide(2 * at(lane) + i));
+            Motion {
+                displacement,
+                turn,
+                radius,
+                tangent: tangent(),
+                slide: Slide {
+                    along_m: N::each(|lane| slides[lane].along_m),
+                    turn_rad: N::each(|lane| slides[lane].turn_rad),
+                },
+            }
         };
-        let at_node = motion(link.displacement, node_radius, 2 * j);
-        let displacement = (link.displacement + proximal.displacement) * half;
-        let at_middle = motion(displacement, middle_radius, 2 * j + 1);
-        let line = wall.line_stiffness_n_per_m2;
-        let stiffness = line * node_arc * half + end_stiffness;
-        end_stiffness = T::zero();
-        let [node_seen, middle_seen] = &kept.seen;
-        let node = contact.touch(&*law, node_seen, stiffness, &at_node, &link.memory[0]);
+        let at_node = motion(node_displacement(), node_radius, 0);
+        let displacement =
+            (node_displacement() + N::vectors(|lane| proximal(lane).displacement)) * N::lit(0.5);
+        let at_middle = motion(displacement, middle_radius, 1);
+        let facing = |i: usize| Facing::<N>::side_by_side(|lane| &eliminations[at(lane)].seen[i]);
+        let remembered = |i: usize| Memory::<N>::side_by_side(|lane| &link(lane).memory[i]);
+        let node_stiffness = each(|shares| shares.node_stiffness);
+        let node = contact.touch(&*law, &facing(0), node_stiffness, &at_node, &remembered(0));
         read_here();
-        let middle = contact.touch(&*law, middle_seen, line * arc, &at_middle, &link.memory[1]);
+        let middle_stiffness = N::all(line) * each(|shares| shares.arc);
+        let middle = contact.touch(&*law, &facing(1), middle_stiffness, &at_middle, &remembered(1));
 
         // The node: weight, inertia, drag against all motion but the feed's.     docs/model.md (15)
+        let node_mass = each(|shares| shares.node_mass);
+        let node_arc = each(|shares| shares.node_arc);
         let (inertia, damping) = (inertia_per_mass * node_mass, drag * node_arc);
-        let mut force = model.gravity * node_mass - link.displacement * (inertia + damping)
-            + link.velocity * (inertia * carried_dt_s)
-            + link.tangent * (damping * *fed_m);
-        let to_wall = || node_seen.gap + node_radius;
-        if let Some(per_length) = law.stream(tangent, to_wall) {
+        let mut force = N::vectors(|_| model.gravity) * node_mass
+            - node_displacement() * (inertia + damping)
+            + N::vectors(|lane| link(lane).velocity) * (inertia * carried_dt_s)
+            + tangent() * (damping * N::all(*fed_m));
+        let to_wall = || facing(0).gap + node_radius;
+        if let Some(per_length) = law.stream(&tangent(), to_wall) {
             force += per_length * node_arc;
         }
         read_here();
-        let kept_positive = (node.push + middle.push) * T::lit(ROUNDING);
-        let (at_node, at_middle) = (node.force(node_seen), middle.force(middle_seen));
-        kept.loads = LinkLoads {
-            force: force + at_node + at_middle,
-            moment: node_seen.arm.cross(&at_node).plus_cross(&middle_seen.arm, &at_middle),
-            stiffness: inertia + damping + kept_positive + node.stick + middle.stick,
-        };
-        kept.touches = [node, middle];
+        let kept_positive = (node.push + middle.push) * N::lit(ROUNDING);
+        let at_node = node.force(&facing(0).normal);
+        let at_middle = middle.force(&facing(1).normal);
+        let force = N::apart(force + at_node + at_middle);
+        let arm = |i: usize| N::vectors(|lane| eliminations[at(lane)].seen[i].arm);
+        let moment = N::apart(arm(0).cross(&at_node).plus_cross(&arm(1), &at_middle));
+        let stiffness = inertia + damping + kept_positive + node.stick + middle.stick;
+        let (node, middle) = (node.apart(), middle.apart());
+        for lane in 0..N::LANES {
+            let kept = &mut eliminations[at(lane)];
+            kept.loads = LinkLoads {
+                force: force[lane],
+                moment: moment[lane],
+                stiffness: stiffness.lane(lane),
+            };
+            kept.touches = [node[lane], middle[lane]];
+        }
 
         read_here();
-        let bend = Bend::between(&proximal.rotation, &link.rotation);
-        let joint = law.joint(j, &tables.joints[j], &bend.angle);
-        let curvature = if viscous { Some(&link.curvature) } else { None };
-        kept.joint = JointLoad::new(&joint, chain.cell(j), &bend, curvature);
+        let bend = Bend::between(
+            &Rotation::side_by_side(|lane| &proximal(lane).rotation),
+            &Rotation::side_by_side(|lane| &link(lane).rotation),
+        );
+        let angles = N::apart(bend.angle);
+        let joints = group.in_turn(|j, lane| law.joint(j, &tables.joints[j], &angles[lane]));
+        let joint = Joint::side_by_side(|lane| &joints[lane]);
+        let cell = Cell::side_by_side(|lane| chain.cell(at(lane)));
+        let curvature = viscous.then(|| N::vectors(|lane| link(lane).curvature));
+        let joint = JointLoad::<N>::new(&joint, &cell, &bend, curvature.as_ref());
+        let (moment, stiffness) = (N::apart(joint.moment), joint.stiffness.apart::<T>());
+        for lane in 0..N::LANES {
+            eliminations[at(lane)].joint = JointLoad {
+                moment: moment[lane],
+                stiffness: stiffness[lane],
+                smallest: joint.smallest.lane(lane),
+            };
+        }
     }
 }
 
@@ -214,7 +289,63 @@ fn resolve<T: Real, L: Law<T>, const LINKS: usize, const LAST: bool>(
     chain: &Chain<T>,
     at_guide: &Wrench<T>,
 ) -> Totals<T> {
+    resolve_lanes::<T, T::Pack, L, LINKS, LAST>(state, scheme, chain, at_guide)
+}
+
+/// How a link has moved in a solve.
+#[derive(Clone, Copy)]
+struct Move<T: Real> {
+    /// Of its node \[m\].
+    dx: Vector3<T>,
+    /// \[rad\]
+    turn: Vector3<T>,
+    /// \[m\]
+    stretch: T,
+}
+
+/// Brings what the contacts at the nodes or the middles of links remember up to date; gives their
+/// forces on the instrument.
+#[inline(always)]
+fn resolve_contact<T: Real, N: Pack<T>, L: Law<T>, const LAST: bool>(
+    group: &Group<N>,
+    links: &mut [LinkState<T>],
+    eliminations: &mut [Elimination<T>],
+    which: usize,
+    dx: &Vector3<N>,
+    turn: &Vector3<N>,
+) -> N::Lanes<Vector3<T>> {
+    let kept = |lane: usize| &eliminations[group.at(lane)];
+    let touch = Touch::<N>::side_by_side(|lane| &kept(lane).touches[which]);
+    let normal = N::vectors(|lane| kept(lane).seen[which].normal);
+    let arm = N::vectors(|lane| kept(lane).seen[which].arm);
+    let resolved = touch.resolve::<LAST>(&normal, &arm, dx, turn);
+    let slip = N::apart(resolved.slip);
+    for lane in group.guide_to_tip() {
+        let (link, kept) = (&mut links[group.at(lane)], &mut eliminations[group.at(lane)]);
+        let memory = &mut link.memory[which];
+        memory.normal_n = resolved.normal_n.lane(lane);
+        if LAST {
+            memory.reached = resolved.reached.lane(lane);
+            memory.slip = slip[lane];
+            if L::RELAXES {
+                memory.relaxed = kept.touches[which].relaxed;
+            }
+        } else {
+            kept.seen[which].gap += resolved.along.lane(lane);
+        }
+    }
+    N::apart(resolved.force)
+}
+
+#[inline(always)]
+fn resolve_lanes<T: Real, N: Pack<T>, L: Law<T>, const LINKS: usize, const LAST: bool>(
+    state: &mut State<T, LINKS>,
+    scheme: &Scheme<T>,
+    chain: &Chain<T>,
+    at_guide: &Wrench<T>,
+) -> Totals<T> {
     let State { links, eliminations, effects, .. } = state;
+    let (links, eliminations) = (&mut links[..chain.count], &mut eliminations[..chain.count]);
     let mouth = &effects.mouth;
     let half = T::lit(0.5);
     let inverse_dt = T::one() / scheme.dt_s;
@@ -226,55 +357,77 @@ fn resolve<T: Real, L: Law<T>, const LINKS: usize, const LAST: bool>(
         moment_on_guide: at_guide.moment,
         largest_turn_squared: T::zero(),
     };
+    let mut largest_turn_squared = N::lit(0.0);
     let kept_rate = T::one() - scheme.predictor_gain;
     let new_rate = scheme.predictor_gain * inverse_dt;
-    let (mut dx, mut turn) = (v, v);
+    let mut before = Move { dx: v, turn: v, stretch: T::zero() };
     let mut position = *mouth;
-    for j in (0..chain.count).rev() {
-        let (link, kept) = (&mut links[j], &mut eliminations[j]);
-        let Span { length, inverse_length, .. } = link.span;
-        let in_factor = kept.turn - kept.by_displacement.mul_transposed(&dx)
-            + kept.by_turn.mul_transposed(&turn);
-        turn = kept.factor.backward(&in_factor);
-        let swung = dx.plus_cross(&turn, &(link.tangent * (length * (T::one() + link.strain))));
-        let stretch = kept.stretch.resolve(&swung, &turn);
-        dx = swung + link.tangent * stretch;
-
-        let predicted = link.position;
-        let [node, middle] = &kept.touches;
-        let [node_seen, middle_seen] = &mut kept.seen;
-        let [node_memory, middle_memory] = &mut link.memory;
-        let relaxes = L::RELAXES;
-        let at_node = node.resolve::<LAST>(node_seen, &dx, &turn, node_memory, relaxes);
-        let at_middle = middle.resolve::<LAST>(middle_seen, &dx, &turn, middle_memory, relaxes);
-
-        link.rotation = link.rotation.turned(&(turn * half));
-        link.tangent = link.rotation.tangent();
-        let strain = link.strain + stretch * inverse_length;
-        link.strain = strain.larger(T::lit(STRAINS.start)).smaller(T::lit(STRAINS.end));
-        position += link.tangent * (length * (T::one() + link.strain));
-        link.displacement += position - predicted;
-        link.position = position;
-        link.turn += turn;
-        totals.largest_turn_squared = turn.dot(&turn).larger(totals.largest_turn_squared);
-        if !LAST {
-            continue;
+    for group in Group::<N>::all(chain.count).rev() {
+        // Each link waits for the one before it,
+        let mut moves = N::lanes(|_| before);
+        for lane in group.guide_to_tip() {
+            let (link, kept) = (&links[group.at(lane)], &eliminations[group.at(lane)]);
+            let in_factor = kept.turn - kept.by_displacement.mul_transposed(&before.dx)
+                + kept.by_turn.mul_transposed(&before.turn);
+            let turn = kept.factor.backward(&in_factor);
+            let lever = link.tangent * (link.span.length * (T::one() + link.strain));
+            let swung = before.dx.plus_cross(&turn, &lever);
+            let stretch = kept.stretch.resolve(&swung, &turn);
+            before = Move { dx: swung + link.tangent * stretch, turn, stretch };
+            moves[lane] = before;
         }
 
-        link.velocity = link.displacement * inverse_dt;
-        link.rate = link.rate * kept_rate + link.turn * new_rate;
-        let force = at_node + at_middle;
-        totals.force_on_instrument += force;
-        let moment = &mut totals.moment_on_instrument;
-        *moment = moment.plus_cross(&(predicted - *mouth), &force);
-        *moment = moment.plus_cross(&node_seen.arm, &at_node);
-        *moment = moment.plus_cross(&middle_seen.arm, &at_middle);
-        // The middle's force is shared by the two nodes of the link; the guide has none.
-        let shared = if j + 1 == chain.count { v } else { at_middle * half };
-        link.force = force - shared;
-        if let Some(proximal) = links.get_mut(j + 1) {
-            proximal.force += shared;
+        // but nothing of what follows from its motion does.
+        let dx = N::vectors(|lane| moves[lane].dx);
+        let turn = N::vectors(|lane| moves[lane].turn);
+        largest_turn_squared = turn.dot(&turn).larger(largest_turn_squared);
+        let at_node = resolve_contact::<T, N, L, LAST>(&group, links, eliminations, 0, &dx, &turn);
+        let at_middle =
+            resolve_contact::<T, N, L, LAST>(&group, links, eliminations, 1, &dx, &turn);
+        let link = |lane: usize| &links[group.at(lane)];
+        let rotation =
+            Rotation::<N>::side_by_side(|lane| &link(lane).rotation).turned(&(turn * N::lit(0.5)));
+        let tangent = rotation.tangent();
+        let strain = N::each(|lane| link(lane).strain)
+            + N::each(|lane| moves[lane].stretch) * N::each(|lane| link(lane).span.inverse_length);
+        let strain = strain.larger(N::lit(STRAINS.start)).smaller(N::lit(STRAINS.end));
+        let length = N::each(|lane| link(lane).span.length) * (N::lit(1.0) + strain);
+        let (lever, tangent) = (N::apart(tangent * length), N::apart(tangent));
+        let rotation = rotation.apart::<T>();
+        for lane in group.guide_to_tip() {
+            let j = group.at(lane);
+            let (link, kept) = (&mut links[j], &eliminations[j]);
+            let predicted = link.position;
+            link.rotation = rotation[lane];
+            link.tangent = tangent[lane];
+            link.strain = strain.lane(lane);
+            position += lever[lane];
+            link.displacement += position - predicted;
+            link.position = position;
+            link.turn += moves[lane].turn;
+            if !LAST {
+                continue;
+            }
+
+            link.velocity = link.displacement * inverse_dt;
+            link.rate = link.rate * kept_rate + link.turn * new_rate;
+            let (at_node, at_middle) = (at_node[lane], at_middle[lane]);
+            let [node_seen, middle_seen] = &kept.seen;
+            let force = at_node + at_middle;
+            totals.force_on_instrument += force;
+            let moment = &mut totals.moment_on_instrument;
+            *moment = moment.plus_cross(&(predicted - *mouth), &force);
+            *moment = moment.plus_cross(&node_seen.arm, &at_node);
+            *moment = moment.plus_cross(&middle_seen.arm, &at_middle);
+            // The middle's force is shared by the two nodes of the link; the guide has none.
+            let shared = if j + 1 == chain.count { v } else { at_middle * half };
+            link.force = force - shared;
+            if let Some(proximal) = links.get_mut(j + 1) {
+                proximal.force += shared;
+            }
         }
     }
+    totals.largest_turn_squared = (0..N::LANES)
+        .fold(T::zero(), |largest, lane| largest_turn_squared.lane(lane).larger(largest));
     totals
 }

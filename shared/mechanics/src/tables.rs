@@ -1,19 +1,34 @@
 //! What joints and links are made of.     docs/model.md (1), (39)
 
-use cathforce_scalar::Vector3;
+use cathforce_scalar::{Number, Pack, Vector3};
 
 use crate::Real;
 use crate::pieces::Walk;
 
 /// Elastic properties of one joint, over a full cell of one link length around it.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Joint<T: Real> {
+pub(crate) struct Joint<T: Number> {
     /// Bending stiffness 1/∫ds/EI \[N·m/rad\].
     pub bending: T,
     /// Torsional stiffness 1/∫ds/GJ \[N·m/rad\].
     pub torsion: T,
     /// Rotation of the unloaded cell ∫κ₀ ds, material axes (up, side, tangent) \[rad\].
     pub unloaded: Vector3<T>,
+}
+
+impl<N: Number> Joint<N> {
+    /// Those of some lanes side by side.
+    #[inline(always)]
+    pub fn side_by_side<'a, T: Real>(of: impl Fn(usize) -> &'a Joint<T>) -> Self
+    where
+        N: Pack<T>,
+    {
+        Self {
+            bending: N::each(|lane| of(lane).bending),
+            torsion: N::each(|lane| of(lane).torsion),
+            unloaded: N::vectors(|lane| of(lane).unloaded),
+        }
+    }
 }
 
 impl<T: Real> Joint<T> {

@@ -10,40 +10,59 @@
 
 #![no_std]
 
+mod pack;
 mod triple;
 mod vector;
 
+use core::fmt::Debug;
+use core::ops::{Add, Div, IndexMut, Mul, Neg, Sub};
+
 use nalgebra::RealField;
 
+pub use pack::Pack;
 pub use triple::{Plain, Triple};
 pub use vector::Vector3;
 
-/// A number of the model: `f32` or `f64`.
-pub trait Real: RealField + Copy + Default {
+/// What laws are written in: one number, or several at a time that are computed with lane by
+/// lane ([`Pack`]).
+pub trait Number:
+    Copy
+    + Debug
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+{
     /// Three of them, as the target computes with them best.
     type Triple: Triple<Self>;
+    /// How many they are.
+    const LANES: usize;
+    /// Anything else that goes by lanes.
+    type Lanes<U>: IndexMut<usize, Output = U>;
+    /// What `of` says of each lane, asked in turn.
+    fn lanes<U>(of: impl FnMut(usize) -> U) -> Self::Lanes<U>;
+    /// The nearest number to a constant of the source text.
+    fn lit(value: f64) -> Self;
     /// Square root, correctly rounded, hence the same bits on host and device.
     fn root(self) -> Self;
     /// The larger of this and a bound; the bound for NaN.
     ///
     /// One instruction on every machine, and the same bits, as long as the bound is a number and
     /// the two are not zeros of different signs.
-    #[inline(always)]
-    fn larger(self, bound: Self) -> Self {
-        if self > bound { self } else { bound }
-    }
+    fn larger(self, bound: Self) -> Self;
     /// The smaller of this and a bound; likewise.
-    #[inline(always)]
-    fn smaller(self, bound: Self) -> Self {
-        if self < bound { self } else { bound }
-    }
+    fn smaller(self, bound: Self) -> Self;
     /// The number if it is above 0, else 0; 0 for NaN.
-    #[inline(always)]
-    fn positive(self) -> Self {
-        if self > Self::zero() { self } else { Self::zero() }
-    }
-    /// The nearest number to a constant of the source text.
-    fn lit(value: f64) -> Self;
+    fn positive(self) -> Self;
+    /// −1 below 0, else 1.
+    fn sign(self) -> Self;
+}
+
+/// A number of the model: `f32` or `f64`.
+pub trait Real: RealField + Default + Pack<Self> {
+    /// As many of them as the target computes with at a time.
+    type Pack: Pack<Self>;
     /// The nearest number to an integer.
     fn int(value: i32) -> Self;
     /// Nearest `f32`, for reports.
@@ -56,31 +75,42 @@ pub trait Real: RealField + Copy + Default {
     fn truncated(self) -> i32;
 }
 
-impl Real for f32 {
+impl Number for f32 {
     type Triple = triple::Single;
+    const LANES: usize = 1;
+    type Lanes<U> = [U; 1];
     #[inline(always)]
-    fn root(self) -> Self {
-        sqrt_f32(self)
-    }
-    #[cfg(all(target_arch = "arm", target_abi = "eabihf"))]
-    #[inline(always)]
-    fn larger(self, bound: Self) -> Self {
-        larger_f32(self, bound)
-    }
-    #[cfg(all(target_arch = "arm", target_abi = "eabihf"))]
-    #[inline(always)]
-    fn smaller(self, bound: Self) -> Self {
-        smaller_f32(self, bound)
-    }
-    #[cfg(all(target_arch = "arm", target_abi = "eabihf"))]
-    #[inline(always)]
-    fn positive(self) -> Self {
-        larger_f32(self, 0.0)
+    fn lanes<U>(mut of: impl FnMut(usize) -> U) -> [U; 1] {
+        [of(0)]
     }
     #[inline(always)]
     fn lit(value: f64) -> Self {
         value as f32
     }
+    #[inline(always)]
+    fn root(self) -> Self {
+        sqrt_f32(self)
+    }
+    #[inline(always)]
+    fn larger(self, bound: Self) -> Self {
+        larger_f32(self, bound)
+    }
+    #[inline(always)]
+    fn smaller(self, bound: Self) -> Self {
+        smaller_f32(self, bound)
+    }
+    #[inline(always)]
+    fn positive(self) -> Self {
+        larger_f32(self, 0.0)
+    }
+    #[inline(always)]
+    fn sign(self) -> Self {
+        if self < 0.0 { -1.0 } else { 1.0 }
+    }
+}
+
+impl Real for f32 {
+    type Pack = pack::Pack32;
     #[inline(always)]
     fn int(value: i32) -> Self {
         value as f32
@@ -104,16 +134,42 @@ impl Real for f32 {
     }
 }
 
-impl Real for f64 {
+impl Number for f64 {
     type Triple = Plain<f64>;
+    const LANES: usize = 1;
+    type Lanes<U> = [U; 1];
     #[inline(always)]
-    fn root(self) -> Self {
-        libm::sqrt(self)
+    fn lanes<U>(mut of: impl FnMut(usize) -> U) -> [U; 1] {
+        [of(0)]
     }
     #[inline(always)]
     fn lit(value: f64) -> Self {
         value
     }
+    #[inline(always)]
+    fn root(self) -> Self {
+        libm::sqrt(self)
+    }
+    #[inline(always)]
+    fn larger(self, bound: Self) -> Self {
+        if self > bound { self } else { bound }
+    }
+    #[inline(always)]
+    fn smaller(self, bound: Self) -> Self {
+        if self < bound { self } else { bound }
+    }
+    #[inline(always)]
+    fn positive(self) -> Self {
+        if self > 0.0 { self } else { 0.0 }
+    }
+    #[inline(always)]
+    fn sign(self) -> Self {
+        if self < 0.0 { -1.0 } else { 1.0 }
+    }
+}
+
+impl Real for f64 {
+    type Pack = f64;
     #[inline(always)]
     fn int(value: i32) -> Self {
         f64::from(value)
@@ -179,6 +235,18 @@ fn smaller_f32(a: f32, b: f32) -> f32 {
             options(pure, nomem, nostack, preserves_flags));
     }
     smaller
+}
+
+#[cfg(not(all(target_arch = "arm", target_abi = "eabihf")))]
+#[inline(always)]
+fn larger_f32(a: f32, b: f32) -> f32 {
+    if a > b { a } else { b }
+}
+
+#[cfg(not(all(target_arch = "arm", target_abi = "eabihf")))]
+#[inline(always)]
+fn smaller_f32(a: f32, b: f32) -> f32 {
+    if a < b { a } else { b }
 }
 
 #[cfg(test)]

@@ -78,14 +78,14 @@ pub type Single = packed::Packed;
 pub type Single = Plain<f32>;
 
 #[cfg(target_arch = "x86_64")]
-mod packed {
+pub(crate) mod packed {
     use core::arch::x86_64::*;
 
     use super::Triple;
 
     /// In the first three lanes of a register; nothing ever depends on the fourth.
     #[derive(Clone, Copy, Debug)]
-    pub struct Packed(__m128);
+    pub struct Packed(pub(crate) __m128);
 
     // SAFETY of all below: every x86-64 has SSE, and none of these touches memory.
     impl Triple<f32> for Packed {
@@ -131,7 +131,7 @@ mod packed {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Real;
+    use crate::Number;
 
     /// Every operation, number by number.
     fn bits<V: Triple<f32>>([a, b]: [[f32; 3]; 2]) -> [[u32; 3]; 5] {
@@ -148,7 +148,7 @@ mod tests {
         for k in 0..n * n * n {
             let a = [values[k % n], values[k / n % n], values[k / n / n]];
             for b in [[0.3, -7.1e5, 1.7e-20], [a[2], a[0], 0.25]] {
-                let together = bits::<<f32 as Real>::Triple>([a, b]);
+                let together = bits::<<f32 as Number>::Triple>([a, b]);
                 let apart = bits::<Plain<f32>>([a, b]);
                 for (t, p) in together.iter().flatten().zip(apart.iter().flatten()) {
                     let lost = f32::from_bits(*t).is_nan() && f32::from_bits(*p).is_nan();

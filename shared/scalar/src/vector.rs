@@ -2,14 +2,14 @@
 
 use core::ops::{Add, AddAssign, Mul, MulAssign, Neg, Sub, SubAssign};
 
-use crate::Real;
+use crate::Number;
 use crate::triple::Triple;
 
 /// A vector in space.
 #[derive(Clone, Copy, Debug)]
-pub struct Vector3<T: Real>(T::Triple);
+pub struct Vector3<T: Number>(pub(crate) T::Triple);
 
-impl<T: Real> Vector3<T> {
+impl<T: Number> Vector3<T> {
     #[inline(always)]
     pub fn new(x: T, y: T, z: T) -> Self {
         Self(T::Triple::new(x, y, z))
@@ -17,7 +17,8 @@ impl<T: Real> Vector3<T> {
 
     #[inline(always)]
     pub fn zeros() -> Self {
-        Self::new(T::zero(), T::zero(), T::zero())
+        let o = T::lit(0.0);
+        Self::new(o, o, o)
     }
 
     #[inline(always)]
@@ -98,27 +99,27 @@ impl<T: Real> Vector3<T> {
     }
 }
 
-impl<T: Real> From<[T; 3]> for Vector3<T> {
+impl<T: Number> From<[T; 3]> for Vector3<T> {
     #[inline(always)]
     fn from([x, y, z]: [T; 3]) -> Self {
         Self::new(x, y, z)
     }
 }
 
-impl<T: Real> From<Vector3<T>> for [T; 3] {
+impl<T: Number> From<Vector3<T>> for [T; 3] {
     #[inline(always)]
     fn from(v: Vector3<T>) -> Self {
         [v.x(), v.y(), v.z()]
     }
 }
 
-impl<T: Real> PartialEq for Vector3<T> {
+impl<T: Number + PartialEq> PartialEq for Vector3<T> {
     fn eq(&self, other: &Self) -> bool {
         <[T; 3]>::from(*self) == <[T; 3]>::from(*other)
     }
 }
 
-impl<T: Real> Add for Vector3<T> {
+impl<T: Number> Add for Vector3<T> {
     type Output = Self;
     #[inline(always)]
     fn add(self, other: Self) -> Self {
@@ -126,7 +127,7 @@ impl<T: Real> Add for Vector3<T> {
     }
 }
 
-impl<T: Real> Sub for Vector3<T> {
+impl<T: Number> Sub for Vector3<T> {
     type Output = Self;
     #[inline(always)]
     fn sub(self, other: Self) -> Self {
@@ -134,7 +135,7 @@ impl<T: Real> Sub for Vector3<T> {
     }
 }
 
-impl<T: Real> Mul<T> for Vector3<T> {
+impl<T: Number> Mul<T> for Vector3<T> {
     type Output = Self;
     #[inline(always)]
     fn mul(self, factor: T) -> Self {
@@ -142,7 +143,7 @@ impl<T: Real> Mul<T> for Vector3<T> {
     }
 }
 
-impl<T: Real> Mul<T> for &Vector3<T> {
+impl<T: Number> Mul<T> for &Vector3<T> {
     type Output = Vector3<T>;
     #[inline(always)]
     fn mul(self, factor: T) -> Vector3<T> {
@@ -150,7 +151,7 @@ impl<T: Real> Mul<T> for &Vector3<T> {
     }
 }
 
-impl<T: Real> Neg for Vector3<T> {
+impl<T: Number> Neg for Vector3<T> {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {
@@ -158,21 +159,21 @@ impl<T: Real> Neg for Vector3<T> {
     }
 }
 
-impl<T: Real> AddAssign for Vector3<T> {
+impl<T: Number> AddAssign for Vector3<T> {
     #[inline(always)]
     fn add_assign(&mut self, other: Self) {
         *self = *self + other;
     }
 }
 
-impl<T: Real> SubAssign for Vector3<T> {
+impl<T: Number> SubAssign for Vector3<T> {
     #[inline(always)]
     fn sub_assign(&mut self, other: Self) {
         *self = *self - other;
     }
 }
 
-impl<T: Real> MulAssign<T> for Vector3<T> {
+impl<T: Number> MulAssign<T> for Vector3<T> {
     #[inline(always)]
     fn mul_assign(&mut self, factor: T) {
         *self = *self * factor;

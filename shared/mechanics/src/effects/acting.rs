@@ -1,7 +1,7 @@
 //! Where effects enter the recursion. The nominal model pays nothing for them: a solve is
 //! made for each of [`Nominal`] and [`Acting`], and one is chosen once a step.
 
-use cathforce_scalar::Vector3;
+use cathforce_scalar::{Pack, Vector3};
 
 use super::pull::Pull;
 use super::stream::Stream;
@@ -32,26 +32,40 @@ pub(crate) trait Law<T: Real> {
 
     /// Distance and normal of the wall seen from a point.
     #[inline(always)]
-    fn wall(&self, _position: &Vector3<T>, distance_m: T, normal: Vector3<T>) -> (T, Vector3<T>) {
+    fn wall<N: Pack<T>>(
+        &self,
+        _position: &Vector3<N>,
+        distance_m: N,
+        normal: Vector3<N>,
+    ) -> (N, Vector3<N>) {
         (distance_m, normal)
     }
 
     /// Elastic force over the stiffness, its slope, and what the wall has relaxed to, for an
     /// indentation \[m\] with its slope and what it had relaxed to.
     #[inline(always)]
-    fn indentation(&self, indented: T, slope: T, _relaxed: T) -> (T, T, T) {
-        (indented, slope, T::zero())
+    fn indentation<N: Pack<T>>(&self, indented: N, slope: N, _relaxed: N) -> (N, N, N) {
+        (indented, slope, N::lit(0.0))
     }
 
     /// Friction coefficient of a sample with this nominal stiffness \[N/m\].
     #[inline(always)]
-    fn friction(&self, nominal: T, _slid: impl FnOnce() -> Slid<T>, _stiffness: T) -> T {
+    fn friction<N: Pack<T>>(
+        &self,
+        nominal: N,
+        _slid: impl FnOnce() -> Slid<N>,
+        _stiffness: N,
+    ) -> N {
         nominal
     }
 
     /// Force of the fluid per length at a node; `None` where there is no stream.
     #[inline(always)]
-    fn stream(&self, _tangent: &Vector3<T>, _distance: impl FnOnce() -> T) -> Option<Vector3<T>> {
+    fn stream<N: Pack<T>>(
+        &self,
+        _tangent: &Vector3<N>,
+        _distance: impl FnOnce() -> N,
+    ) -> Option<Vector3<N>> {
         None
     }
 
@@ -87,26 +101,43 @@ pub(crate) struct Acting<T: Real> {
 impl<T: Real> Law<T> for Acting<T> {
     const RELAXES: bool = true;
 
-    fn wall(&self, position: &Vector3<T>, distance_m: T, normal: Vector3<T>) -> (T, Vector3<T>) {
-        self.wall.narrowed(position, distance_m, normal)
+    fn wall<N: Pack<T>>(
+        &self,
+        position: &Vector3<N>,
+        distance_m: N,
+        normal: Vector3<N>,
+    ) -> (N, Vector3<N>) {
+        let (positions, normals) = (N::apart(*position), N::apart(normal));
+        let walls = N::lanes(|lane| {
+            self.wall.narrowed(&positions[lane], distance_m.lane(lane), normals[lane])
+        });
+        (N::each(|lane| walls[lane].0), N::vectors(|lane| walls[lane].1))
     }
 
-    fn indentation(&self, indented: T, slope: T, relaxed: T) -> (T, T, T) {
-        if slope <= T::zero() {
-            // A wall that is not touched is at rest, and does not pull.
-            return (T::zero(), T::zero(), T::zero());
-        }
-        let (lasting, lasting_slope) = self.wall.stiffened(indented, slope);
-        let (fading, fading_slope, relaxed) = self.wall.relaxing(indented, slope, relaxed);
-        (lasting + fading, lasting_slope + fading_slope, relaxed)
+    fn indentation<N: Pack<T>>(&self, indented: N, slope: N, relaxed: N) -> (N, N, N) {
+        let walls = N::lanes(|lane| {
+            self.indentation_of_one(indented.lane(lane), slope.lane(lane), relaxed.lane(lane))
+        });
+        let each = |of: fn(&(T, T, T)) -> T| N::each(|lane| of(&walls[lane]));
+        (each(|wall| wall.0), each(|wall| wall.1), each(|wall| wall.2))
     }
 
-    fn friction(&self, nominal: T, slid: impl FnOnce() -> Slid<T>, stiffness: T) -> T {
-        nominal * self.wall.friction(&slid(), stiffness)
+    fn friction<N: Pack<T>>(&self, nominal: N, slid: impl FnOnce() -> Slid<N>, stiffness: N) -> N {
+        let slid = slid();
+        N::each(|lane| {
+            let slid = Slid { normal_n: slid.normal_n.lane(lane), slid_m: slid.slid_m.lane(lane) };
+            nominal.lane(lane) * self.wall.friction(&slid, stiffness.lane(lane))
+        })
     }
 
-    fn stream(&self, tangent: &Vector3<T>, distance: impl FnOnce() -> T) -> Option<Vector3<T>> {
-        self.stream.as_ref().map(|stream| stream.force(tangent, distance()))
+    fn stream<N: Pack<T>>(
+        &self,
+        tangent: &Vector3<N>,
+        distance: impl FnOnce() -> N,
+    ) -> Option<Vector3<N>> {
+        let stream = self.stream.as_ref()?;
+        let (tangents, distance) = (N::apart(*tangent), distance());
+        Some(N::vectors(|lane| stream.force(&tangents[lane], distance.lane(lane))))
     }
 
     fn joint(&mut self, index: usize, nominal: &Joint<T>, bend: &Vector3<T>) -> Joint<T> {
@@ -129,5 +160,18 @@ impl<T: Real> Law<T> for Acting<T> {
             joint.unloaded.take_z(wound_rad / self.guide_cell);
         }
         joint
+    }
+}
+
+impl<T: Real> Acting<T> {
+    #[inline(always)]
+    fn indentation_of_one(&self, indented: T, slope: T, relaxed: T) -> (T, T, T) {
+        if slope <= T::zero() {
+            // A wall that is not touched is at rest, and does not pull.
+            return (T::zero(), T::zero(), T::zero());
+        }
+        let (lasting, lasting_slope) = self.wall.stiffened(indented, slope);
+        let (fading, fading_slope, relaxed) = self.wall.relaxing(indented, slope, relaxed);
+        (lasting + fading, lasting_slope + fading_slope, relaxed)
     }
 }
