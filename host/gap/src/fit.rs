@@ -200,5 +200,12 @@ pub fn at_bound(plant: &dyn Plant, effect: usize, point: &Point) -> bool {
     })
 }
 
+/// Whether no parameter of an effect is farther from where it is off than `sds` standard deviations
+/// of its prior.
+pub fn is_slight(plant: &dyn Plant, effect: usize, point: &Point, sds: f64) -> bool {
+    let own = plant.effects()[effect].parameters.iter().zip(&point.effects[effect]);
+    own.into_iter().all(|(p, &value)| (value - p.off).abs() <= sds * p.scale)
+}
+
 /// Nearer to a bound than this, in standard deviations of the prior, is at it.
 const AT_BOUND_SD: f64 = 0.01;
