@@ -3,11 +3,14 @@
 use crate::criteria::{Parsimony, predicts_less};
 use crate::fit::{Depth, Start, is_slight};
 use crate::nuisance::Nuisances;
+use crate::score::Score;
 use crate::select::{Candidate, Selection, Selector};
 
 /// Share of the gap from which on one of two effects may be all there is: it is fitted by the finer
 /// model before the other is said to be needed, which may stand for what its fit had left.
 const MAYBE_ALL: f64 = 0.6;
+/// And the most that the other may close then: more is not what a fit leaves.
+const MAYBE_LEFT: f64 = 0.15;
 
 /// Standard deviations of its prior within which one of several effects of a catheter is no effect
 /// but what the others' shapes leave. The five named effects of seeds 6000 and 7000 that were as
@@ -107,8 +110,10 @@ impl Selector<'_> {
             self.candidate(Depth::Whole, nuisances, Start::Fit(&alone.fit), &left, None)
         });
         let best = again.filter(|again| again.fit.loss < own.fit.loss).unwrap_or(own);
-        let closes = best.score.shrink(&selection.nominal.score);
-        if left.len() != 1 || closes < MAYBE_ALL || self.problem.plant.cheap() {
+        let shrink = |score: &Score| score.shrink(&selection.nominal.score);
+        let (alone, both) = (shrink(&best.score), shrink(&selection.best.score));
+        let maybe_all = alone >= MAYBE_ALL && both - alone <= MAYBE_LEFT;
+        if left.len() != 1 || !maybe_all || self.problem.plant.cheap() {
             return Some(best);
         }
         Some(self.to_the_end(best))
