@@ -39,8 +39,8 @@ const LEAD: f64 = 0.2;
 /// The same, from which on what is left may be of any size: what no other effect comes near to
 /// explaining by half is not explained by chance.
 const CLEAR_LEAD: f64 = 0.35;
-/// The same for what explains a part. Of the tune cases of seeds 6000, 7000 and 8000 whose effect is
-/// outside the library, none has one that leads by more than 0.38.
+/// The same for what explains a part: no effect leads by as much in the tune cases of seeds 6000,
+/// 7000 and 8000 whose effect is outside the library.
 const FAR_LEAD: f64 = 0.5;
 /// Share of the nominal RMS from which on an effect is material.
 const MATERIAL: f64 = 0.05;

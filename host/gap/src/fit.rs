@@ -10,7 +10,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::nuisance::{Nuisances, Refit, most_left};
-use crate::plant::{Plant, Point};
+use crate::plant::{Parameter, Plant, Point};
 use crate::problem::{Coordinate, Problem};
 use crate::search::{Effort, Found, Place, Search};
 
@@ -200,12 +200,17 @@ pub fn at_bound(plant: &dyn Plant, effect: usize, point: &Point) -> bool {
     })
 }
 
-/// Whether no parameter of an effect is farther from where it is off than `sds` standard deviations
-/// of its prior.
-pub fn is_slight(plant: &dyn Plant, effect: usize, point: &Point, sds: f64) -> bool {
-    let own = plant.effects()[effect].parameters.iter().zip(&point.effects[effect]);
-    own.into_iter().all(|(p, &value)| (value - p.off).abs() <= sds * p.scale)
+/// Whether all parameters of an effect are nearly where it is off.
+pub fn is_slight(plant: &dyn Plant, effect: usize, point: &Point) -> bool {
+    let parameters = &plant.effects()[effect].parameters;
+    let near = |(p, &value): (&Parameter, &f64)| (value - p.off).abs() <= SLIGHT_SD * p.scale;
+    parameters.iter().zip(&point.effects[effect]).all(near)
 }
+
+/// Standard deviations of its prior within which one of several effects of a catheter is what the
+/// others' shapes leave: named ones that were as slight had not been put in (cases 054, 092, 152 and
+/// 182 of seed 6000, 143 of seed 7000).
+const SLIGHT_SD: f64 = 0.15;
 
 /// Nearer to a bound than this, in standard deviations of the prior, is at it.
 const AT_BOUND_SD: f64 = 0.01;

@@ -12,16 +12,12 @@ const MAYBE_ALL: f64 = 0.6;
 /// And the most that the other may close then: more is not what a fit leaves.
 const MAYBE_LEFT: f64 = 0.15;
 
-/// Standard deviations of its prior within which one of several effects of a catheter is no effect
-/// but what the others' shapes leave. The five named effects of seeds 6000 and 7000 that were as
-/// slight had not been put in.
-const SLIGHT_SD: f64 = 0.15;
-
 impl Selector<'_> {
     /// Fits the best model to the end, with its nuisances linearised there, and takes out what
     /// does not pay any more, one after the other. `None` when a simulation breaks down.
     pub fn finish(&self, selection: &mut Selection) -> Option<()> {
-        let parsimony = Parsimony::of(self.problem.plant, &selection.nominal.score);
+        let plant = self.problem.plant;
+        let parsimony = Parsimony::of(plant, &selection.nominal.score);
         loop {
             let nuisances = self.polish(selection)?;
             let effects = selection.best.fit.effects.clone();
@@ -35,7 +31,9 @@ impl Selector<'_> {
                 let Some(without) = self.without(selection, &nuisances, effect) else { continue };
                 alone_after_all(selection, &without);
                 let parameters = self.parameters(effect);
-                let needed = !self.is_slight(selection, effect)
+                let point = &selection.best.fit.point;
+                let slight = !plant.cheap() && is_slight(plant, effect, point);
+                let needed = !slight
                     && parsimony.is_needed(&without.score, &selection.best.score, parameters);
                 let energy = |c: &Candidate| c.score.energy;
                 if !needed && idle.as_ref().is_none_or(|(_, i)| energy(&without) < energy(i)) {
@@ -52,11 +50,6 @@ impl Selector<'_> {
             selection.best = candidate;
             selection.steps.retain(|step| step.effect != effect);
         }
-    }
-
-    fn is_slight(&self, selection: &Selection, effect: usize) -> bool {
-        let (plant, point) = (self.problem.plant, &selection.best.fit.point);
-        !plant.cheap() && is_slight(plant, effect, point, SLIGHT_SD)
     }
 
     /// The same without taking anything out.

@@ -182,10 +182,7 @@ impl<T: Number> Sym3<T> {
     }
 }
 
-impl<N> Sym3<N>
-where
-    N: Number,
-{
+impl<N: Number> Sym3<N> {
     /// The matrix of each lane.
     #[inline(always)]
     pub fn apart<T: Real>(self) -> N::Lanes<Sym3<T>>

@@ -52,7 +52,7 @@ pub const WAYS: [Way; 16] = [
 ];
 
 /// Of them, those on which the diagnosis' model is tried where it goes another way than the finer one:
-/// four of five times that any of the sixteen goes with it, one of these does.
+/// mostly one of these goes with it where any of the sixteen does.
 pub const ASIDE: [usize; 4] = [2, 12, 14, 15];
 
 impl Way {
