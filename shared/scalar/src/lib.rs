@@ -169,7 +169,7 @@ impl Number for f64 {
 }
 
 impl Real for f64 {
-    type Pack = f64;
+    type Pack = pack::Pack64;
     #[inline(always)]
     fn int(value: i32) -> Self {
         f64::from(value)

@@ -1,7 +1,7 @@
 //! Several numbers that are computed with at a time.
 //!
 //! What no link has to wait for another for is computed for as many links at a time as the target
-//! has lanes: one on the device, four `f32` on a host of the x86-64 kind. Every lane does the same
+//! has lanes: one on the device, four `f32` or two `f64` on a host of the x86-64 kind. Every lane does the same
 //! operations in the same order as one number would, so the bits are the same.
 
 use crate::{Number, Real, Vector3};
@@ -28,9 +28,15 @@ pub trait Pack<T: Number>: Number {
 
 /// As many `f32` as the target has lanes.
 #[cfg(target_arch = "x86_64")]
-pub type Pack32 = four::Four;
+pub type Pack32 = lanes::Four;
 #[cfg(not(target_arch = "x86_64"))]
 pub type Pack32 = f32;
+
+/// As many `f64` as the target has lanes.
+#[cfg(target_arch = "x86_64")]
+pub type Pack64 = lanes::Two;
+#[cfg(not(target_arch = "x86_64"))]
+pub type Pack64 = f64;
 
 /// One lane.
 macro_rules! alone {
@@ -67,7 +73,7 @@ alone!(f32);
 alone!(f64);
 
 #[cfg(target_arch = "x86_64")]
-mod four {
+mod lanes {
     use core::arch::x86_64::*;
     use core::ops::{Add, Div, Mul, Neg, Sub};
 
@@ -75,88 +81,99 @@ mod four {
     use crate::triple::packed::Packed;
     use crate::{Number, Plain, Vector3};
 
-    /// In the four lanes of a register.
-    #[derive(Clone, Copy, Debug)]
-    pub struct Four(__m128);
+    /// An operator that one instruction has.
+    macro_rules! operator {
+        ($name:ident: $operator:ident $method:ident $instruction:ident) => {
+            impl $operator for $name {
+                type Output = Self;
+                #[inline(always)]
+                fn $method(self, other: Self) -> Self {
+                    Self(unsafe { $instruction(self.0, other.0) })
+                }
+            }
+        };
+    }
 
     // SAFETY of all below: every x86-64 has SSE2, and none of these touches memory.
-    impl Add for Four {
-        type Output = Self;
-        #[inline(always)]
-        fn add(self, other: Self) -> Self {
-            Self(unsafe { _mm_add_ps(self.0, other.0) })
-        }
+    macro_rules! number {
+        (
+            $(#[$doc:meta])* $name:ident $register:ident: $number:ident, $lanes:literal, [$($lane:literal),*];
+            $add:ident $sub:ident $mul:ident $div:ident $all:ident $zero:ident;
+            $root:ident $max:ident $min:ident $less:ident $and:ident $or:ident $xor:ident
+        ) => {
+            $(#[$doc])*
+            #[derive(Clone, Copy, Debug)]
+            pub struct $name($register);
+
+            operator!($name: Add add $add);
+            operator!($name: Sub sub $sub);
+            operator!($name: Mul mul $mul);
+            operator!($name: Div div $div);
+
+            impl Neg for $name {
+                type Output = Self;
+                #[inline(always)]
+                fn neg(self) -> Self {
+                    Self(unsafe { $xor(self.0, $all(-0.0)) })
+                }
+            }
+
+            impl Number for $name {
+                type Triple = Plain<Self>;
+                const LANES: usize = $lanes;
+                type Lanes<U> = [U; $lanes];
+
+                #[inline(always)]
+                fn lanes<U>(mut of: impl FnMut(usize) -> U) -> [U; $lanes] {
+                    [$(of($lane)),*]
+                }
+                #[inline(always)]
+                fn lit(value: f64) -> Self {
+                    Self(unsafe { $all(value as $number) })
+                }
+                #[inline(always)]
+                fn root(self) -> Self {
+                    Self(unsafe { $root(self.0) })
+                }
+                #[inline(always)]
+                fn larger(self, bound: Self) -> Self {
+                    Self(unsafe { $max(self.0, bound.0) })
+                }
+                #[inline(always)]
+                fn smaller(self, bound: Self) -> Self {
+                    Self(unsafe { $min(self.0, bound.0) })
+                }
+                #[inline(always)]
+                fn positive(self) -> Self {
+                    Self(unsafe { $max(self.0, $zero()) })
+                }
+                #[inline(always)]
+                fn sign(self) -> Self {
+                    Self(unsafe {
+                        let below = $less(self.0, $zero());
+                        $or($and(below, $all(-0.0)), $all(1.0))
+                    })
+                }
+            }
+        };
     }
 
-    impl Sub for Four {
-        type Output = Self;
-        #[inline(always)]
-        fn sub(self, other: Self) -> Self {
-            Self(unsafe { _mm_sub_ps(self.0, other.0) })
-        }
+    number! {
+        /// In the four lanes of a register.
+        Four __m128: f32, 4, [0, 1, 2, 3];
+        _mm_add_ps _mm_sub_ps _mm_mul_ps _mm_div_ps _mm_set1_ps _mm_setzero_ps;
+        _mm_sqrt_ps _mm_max_ps _mm_min_ps _mm_cmplt_ps _mm_and_ps _mm_or_ps _mm_xor_ps
     }
 
-    impl Mul for Four {
-        type Output = Self;
-        #[inline(always)]
-        fn mul(self, other: Self) -> Self {
-            Self(unsafe { _mm_mul_ps(self.0, other.0) })
-        }
+    number! {
+        /// In the two lanes of a register.
+        Two __m128d: f64, 2, [0, 1];
+        _mm_add_pd _mm_sub_pd _mm_mul_pd _mm_div_pd _mm_set1_pd _mm_setzero_pd;
+        _mm_sqrt_pd _mm_max_pd _mm_min_pd _mm_cmplt_pd _mm_and_pd _mm_or_pd _mm_xor_pd
     }
 
-    impl Div for Four {
-        type Output = Self;
-        #[inline(always)]
-        fn div(self, other: Self) -> Self {
-            Self(unsafe { _mm_div_ps(self.0, other.0) })
-        }
-    }
-
-    impl Neg for Four {
-        type Output = Self;
-        #[inline(always)]
-        fn neg(self) -> Self {
-            Self(unsafe { _mm_xor_ps(self.0, _mm_set1_ps(-0.0)) })
-        }
-    }
-
-    impl Number for Four {
-        type Triple = Plain<Self>;
-        const LANES: usize = 4;
-        type Lanes<U> = [U; 4];
-
-        #[inline(always)]
-        fn lanes<U>(mut of: impl FnMut(usize) -> U) -> [U; 4] {
-            [of(0), of(1), of(2), of(3)]
-        }
-        #[inline(always)]
-        fn lit(value: f64) -> Self {
-            Self(unsafe { _mm_set1_ps(value as f32) })
-        }
-        #[inline(always)]
-        fn root(self) -> Self {
-            Self(unsafe { _mm_sqrt_ps(self.0) })
-        }
-        #[inline(always)]
-        fn larger(self, bound: Self) -> Self {
-            Self(unsafe { _mm_max_ps(self.0, bound.0) })
-        }
-        #[inline(always)]
-        fn smaller(self, bound: Self) -> Self {
-            Self(unsafe { _mm_min_ps(self.0, bound.0) })
-        }
-        #[inline(always)]
-        fn positive(self) -> Self {
-            Self(unsafe { _mm_max_ps(self.0, _mm_setzero_ps()) })
-        }
-        #[inline(always)]
-        fn sign(self) -> Self {
-            Self(unsafe {
-                let below = _mm_cmplt_ps(self.0, _mm_setzero_ps());
-                _mm_or_ps(_mm_and_ps(below, _mm_set1_ps(-0.0)), _mm_set1_ps(1.0))
-            })
-        }
-    }
+    /// Above every integer that is asked for, below what does not fit.
+    const HIGH: i32 = 1 << 30;
 
     impl Pack<f32> for Four {
         #[inline(always)]
@@ -207,11 +224,10 @@ mod four {
         }
         #[inline(always)]
         fn clipped(self, most: i32) -> [i32; 4] {
-            /// Above every integer that is asked for, below what does not fit.
-            const HIGH: f32 = (1 << 30) as f32;
-            debug_assert!(most <= 1 << 30);
+            debug_assert!(most <= HIGH);
             let ints = unsafe {
-                let within = _mm_min_ps(_mm_max_ps(self.0, _mm_setzero_ps()), _mm_set1_ps(HIGH));
+                let high = _mm_set1_ps(HIGH as f32);
+                let within = _mm_min_ps(_mm_max_ps(self.0, _mm_setzero_ps()), high);
                 let ints = _mm_cvttps_epi32(within);
                 [
                     _mm_cvtsi128_si32(ints),
@@ -223,13 +239,53 @@ mod four {
             ints.map(|int| int.min(most))
         }
     }
+
+    impl Pack<f64> for Two {
+        #[inline(always)]
+        fn each(of: impl FnMut(usize) -> f64) -> Self {
+            let [a, b] = Self::lanes(of);
+            Self(unsafe { _mm_setr_pd(a, b) })
+        }
+        #[inline(always)]
+        fn lane(self, lane: usize) -> f64 {
+            unsafe {
+                _mm_cvtsd_f64(if lane == 0 { self.0 } else { _mm_unpackhi_pd(self.0, self.0) })
+            }
+        }
+        #[inline(always)]
+        fn vectors(of: impl FnMut(usize) -> Vector3<f64>) -> Vector3<Self> {
+            let [a, b] = Self::lanes(of);
+            let side = |of: fn(&Vector3<f64>) -> f64| Self(unsafe { _mm_setr_pd(of(&a), of(&b)) });
+            Vector3::new(side(Vector3::x), side(Vector3::y), side(Vector3::z))
+        }
+        #[inline(always)]
+        fn apart(vectors: Vector3<Self>) -> [Vector3<f64>; 2] {
+            let (x, y, z) = (vectors.x(), vectors.y(), vectors.z());
+            Self::lanes(|lane| Vector3::new(x.lane(lane), y.lane(lane), z.lane(lane)))
+        }
+        #[inline(always)]
+        fn ints(mut of: impl FnMut(usize) -> i32) -> Self {
+            Self::each(|lane| f64::from(of(lane)))
+        }
+        #[inline(always)]
+        fn clipped(self, most: i32) -> [i32; 2] {
+            debug_assert!(most <= HIGH);
+            let ints = unsafe {
+                let high = _mm_set1_pd(f64::from(HIGH));
+                let within = _mm_min_pd(_mm_max_pd(self.0, _mm_setzero_pd()), high);
+                let ints = _mm_cvttpd_epi32(within);
+                [_mm_cvtsi128_si32(ints), _mm_cvtsi128_si32(_mm_shuffle_epi32::<0b01>(ints))]
+            };
+            ints.map(|int| int.min(most))
+        }
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    const VALUES: [f32; 12] = [
+    const VALUES: [f64; 12] = [
         0.0,
         -0.0,
         1.0,
@@ -239,16 +295,15 @@ mod tests {
         -2.5e9,
         1.0e-40,
         7.0e-23,
-        f32::INFINITY,
-        f32::NEG_INFINITY,
-        f32::NAN,
+        f64::INFINITY,
+        f64::NEG_INFINITY,
+        f64::NAN,
     ];
 
-    type Side = <f32 as Real>::Pack;
-
     /// The same bits, or no number both.
-    fn same(a: f32, b: f32) -> bool {
-        a.to_bits() == b.to_bits() || (a.is_nan() && b.is_nan())
+    fn same<T: Real>(a: T, b: T) -> bool {
+        let bits = |x: T| x.to_f64().to_bits();
+        bits(a) == bits(b) || (a.to_f64().is_nan() && b.to_f64().is_nan())
     }
 
     /// Every operation; the bound of the last two is a number other than 0.
@@ -258,16 +313,15 @@ mod tests {
         [sum[0], sum[1], sum[2], sum[3], sum[4], rest[0], rest[1], rest[2], rest[3], rest[4]]
     }
 
-    #[test]
-    fn side_by_side_has_the_bits_of_one_alone() {
+    fn has_the_bits_of_one_alone<T: Real>() {
         let n = VALUES.len();
         for k in 0..n * n {
-            let a = |lane: usize| VALUES[(k + lane) % n];
-            let b = |lane: usize| VALUES[(k / n + 5 * lane) % n];
-            let bound = |lane: usize| [0.3, -7.1e5, 1.7e-20, 4.0][lane % 4];
-            let each = |of: &dyn Fn(usize) -> f32| Side::each(of);
+            let a = |lane: usize| T::lit(VALUES[(k + lane) % n]);
+            let b = |lane: usize| T::lit(VALUES[(k / n + 5 * lane) % n]);
+            let bound = |lane: usize| T::lit([0.3, -7.1e5, 1.7e-20, 4.0][lane % 4]);
+            let each = |of: &dyn Fn(usize) -> T| T::Pack::each(of);
             let found = all(each(&a), each(&b), each(&bound));
-            for lane in 0..Side::LANES {
+            for lane in 0..T::Pack::LANES {
                 let alone = all(a(lane), b(lane), bound(lane));
                 for (found, alone) in found.iter().zip(alone) {
                     let found = found.lane(lane);
@@ -278,31 +332,50 @@ mod tests {
     }
 
     #[test]
-    fn integers_are_cut_off_and_clipped_alike() {
+    fn side_by_side_has_the_bits_of_one_alone() {
+        has_the_bits_of_one_alone::<f32>();
+        has_the_bits_of_one_alone::<f64>();
+    }
+
+    fn integers_are_cut_off<T: Real>() {
         for most in [0, 7, 1 << 27] {
             for k in 0..VALUES.len() {
-                let value = |lane: usize| VALUES[(k + lane) % VALUES.len()] * 1.7;
-                let found = Side::each(value).clipped(most);
-                for (lane, found) in found.into_iter().enumerate() {
-                    assert_eq!(found, value(lane).clipped(most)[0], "{}", value(lane));
+                let value = |lane: usize| T::lit(VALUES[(k + lane) % VALUES.len()] * 1.7);
+                let found = T::Pack::each(value).clipped(most);
+                for lane in 0..T::Pack::LANES {
+                    let alone = value(lane).truncated().max(0).min(most);
+                    assert_eq!(found[lane], alone, "{}", value(lane));
                 }
             }
         }
-        let int = |lane: usize| [i32::MIN, -3, 16_777_217, i32::MAX][lane];
-        for lane in 0..Side::LANES {
-            assert_eq!(Side::ints(int).lane(lane), int(lane) as f32);
+        let int = |lane: usize| [i32::MIN, 16_777_217, -3, i32::MAX][lane];
+        for lane in 0..T::Pack::LANES {
+            assert_eq!(T::Pack::ints(int).lane(lane), T::int(int(lane)));
+        }
+    }
+
+    #[test]
+    fn integers_are_cut_off_and_clipped_alike() {
+        integers_are_cut_off::<f32>();
+        integers_are_cut_off::<f64>();
+    }
+
+    fn vectors_come_apart<T: Real>() {
+        let vector = |lane: usize| {
+            Vector3::new(T::lit(1.0), T::lit(2.0), T::lit(3.0)) * T::int(lane as i32 + 1)
+        };
+        let side_by_side = T::Pack::vectors(vector);
+        let apart = T::Pack::apart(side_by_side);
+        for lane in 0..T::Pack::LANES {
+            assert_eq!(apart[lane], vector(lane));
+            assert_eq!(side_by_side.y().lane(lane), vector(lane).y());
+            assert_eq!(T::Pack::all(T::lit(0.7)).lane(lane), T::lit(0.7));
         }
     }
 
     #[test]
     fn vectors_come_apart_as_they_were() {
-        let vector = |lane: usize| Vector3::new(1.0, 2.0, 3.0) * (1.0 + lane as f32);
-        let side_by_side = Side::vectors(vector);
-        let apart = Side::apart(side_by_side);
-        for (lane, apart) in apart.into_iter().enumerate() {
-            assert_eq!(apart, vector(lane));
-            assert_eq!(side_by_side.y().lane(lane), vector(lane).y());
-            assert_eq!(Side::all(0.7).lane(lane), 0.7);
-        }
+        vectors_come_apart::<f32>();
+        vectors_come_apart::<f64>();
     }
 }
