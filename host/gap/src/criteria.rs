@@ -19,6 +19,8 @@ const SHARE_OF_ALL: f64 = 0.1;
 /// Of a catheter, smallest share of the whole, unless it halves a quantity that was far from its
 /// floor: no reality has quite the shape that the library gives to its largest effect.
 const LEAST_OF_ALL: f64 = 0.02;
+/// Or this share of what is left above the floor: no other effect mends a shape so well.
+const MOST_OF_LEFT: f64 = 0.6;
 /// Energy per sample up to which a quantity of a catheter counts as near its floor.
 pub const NEAR_FLOOR: f64 = 2.5;
 /// Models whose errors differ by less than this share of the gap are equally good.
@@ -64,7 +66,9 @@ impl Parsimony {
         let much = removed >= SHARE_OF_LEFT * old.excess()
             || removed >= SHARE_OF_ALL * self.gap
             || halves_one_above(NO_GAP);
-        let counts = removed >= self.least * self.gap || halves_one_above(NEAR_FLOOR);
+        let counts = removed >= self.least * self.gap
+            || halves_one_above(NEAR_FLOOR)
+            || (old.worst() > NO_GAP && removed >= MOST_OF_LEFT * old.excess());
         much && counts && evidence > EVIDENCE
     }
 }
@@ -109,6 +113,17 @@ pub fn by_cost<T>(
         (true, false) => 0,
         (true, true) => 1,
         (false, _) => 2,
+    });
+}
+
+/// Puts the one with the fewest parameters first, of candidates that are within one standard error
+/// of the first and have no parameter at a bound; else leaves them in their order.
+pub fn simplest_first<T>(plant: &dyn Plant, candidates: &mut [T], of: impl Fn(&T) -> &Candidate) {
+    let Some(first) = candidates.first().map(|c| of(c).score.clone()) else { return };
+    candidates.sort_by_cached_key(|c| {
+        let (gain, error) = first.gain_over(&of(c).score);
+        let fit = &of(c).fit;
+        if gain <= error && !fit.at_bound(plant) { fit.coordinates.len() } else { usize::MAX }
     });
 }
 

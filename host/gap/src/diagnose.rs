@@ -305,18 +305,18 @@ impl<'a> Answer<'a> {
     }
 
     /// How much more the first effect closes alone than any that it can be told apart from: what
-    /// several explain equally badly, none explains.
+    /// several explain equally badly, none explains. What is named beside it is no rival.
     fn lead(&self, named: &[(usize, Vec<usize>)]) -> f64 {
         let Some(first) = self.diagnosis.effects.first() else { return 0.0 };
         let id = |effect: usize| self.plant.effects()[effect].id;
-        let own = named.iter().find(|(effect, _)| id(*effect) == first.id);
-        let near = |ranked: &Ranked| {
-            own.is_some_and(|(e, set)| {
-                id(*e) == ranked.id || set.iter().any(|&e| id(e) == ranked.id)
+        let is_own = |ranked: &Ranked| {
+            named.iter().any(|(effect, set)| {
+                id(*effect) == ranked.id
+                    || (id(*effect) == first.id && set.iter().any(|&e| id(e) == ranked.id))
             })
         };
         let alone = self.diagnosis.ranking.iter().find(|ranked| ranked.id == first.id);
-        let rival = self.diagnosis.ranking.iter().find(|ranked| !near(ranked));
+        let rival = self.diagnosis.ranking.iter().find(|ranked| !is_own(ranked));
         let shrink = |ranked: Option<&Ranked>| ranked.map_or(0.0, |ranked| ranked.shrink);
         shrink(alone) - shrink(rival)
     }

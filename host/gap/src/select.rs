@@ -3,7 +3,7 @@
 use nalgebra::DVector;
 use rayon::prelude::*;
 
-use crate::criteria::{NO_GAP, Parsimony, by_cost};
+use crate::criteria::{NO_GAP, Parsimony, by_cost, simplest_first};
 use crate::fit::{Depth, Fit, Start, fit};
 use crate::nuisance::Nuisances;
 use crate::plant::Point;
@@ -326,6 +326,7 @@ impl Selector<'_> {
             &mut scored,
             |(_, candidate)| candidate,
         );
+        simplest_first(self.problem.plant, &mut scored, |(_, candidate)| candidate);
         let Some(&(effect, best)) = scored.first() else { return };
         let nominal = &selection.nominal.score;
         let parsimony = Parsimony::of(self.problem.plant, nominal);

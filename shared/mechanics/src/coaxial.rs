@@ -4,7 +4,6 @@
 use cathforce_scalar::{Pack, Vector3};
 
 use crate::effects::acting::Law;
-use crate::effects::wall_law::Slid;
 use crate::model::{maximum, minimum};
 use crate::pieces::{Pieces, Placed, Walk, Which};
 use crate::state::State;
@@ -150,8 +149,8 @@ impl<T: Real, L: Law<T>> Law<T> for Coaxial<'_, T, L> {
     }
 
     #[inline(always)]
-    fn friction<N: Pack<T>>(&self, nominal: N, slid: impl FnOnce() -> Slid<N>, stiffness: N) -> N {
-        self.effects.friction(nominal, slid, stiffness)
+    fn friction<N: Pack<T>>(&self, nominal: N, normal_n: N, stiffness: N) -> N {
+        self.effects.friction(nominal, normal_n, stiffness)
     }
 
     #[inline(always)]

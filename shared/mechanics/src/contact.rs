@@ -7,7 +7,6 @@ use cathforce_scalar::{Number, Pack, Vector3};
 
 use crate::coaxial::Slide;
 use crate::effects::acting::Law;
-use crate::effects::wall_law::Slid;
 use crate::proximity::Proximity;
 use crate::{Real, Wall};
 
@@ -162,11 +161,7 @@ impl<N: Number> Contact<N> {
         let slope = within * self.inverse_onset;
         let indented = indented - within + half * slope * within;
         let (indented, slope, relaxed) = law.indentation(indented, slope, memory.relaxed);
-        let sliding = || Slid {
-            normal_n: memory.normal_n,
-            slid_m: (memory.reached - memory.slip.dot(&memory.slip).root()).positive(),
-        };
-        let friction = law.friction(self.friction, sliding, stiffness);
+        let friction = law.friction(self.friction, memory.normal_n, stiffness);
         let stiffness = stiffness * seen.stiffness;
         let normal_stiffness = stiffness * slope;
         let damping = normal_stiffness * self.damping;

@@ -93,8 +93,9 @@ pub fn step_loaded<T: Real, const LINKS: usize>(
         if model.bending_damping_s > T::zero() {
             state.remember_curvature(model);
         }
+        let before = state.drives;
         state.feed(model, target);
-        state.effects.advance(model, state.fed_m, scheme.dt_s);
+        state.effects.advance(model, &before, &state.drives, state.fed_m, scheme.dt_s);
         state.predict(scheme.dt_s * state.carried);
         let mut totals;
         let mut farthest_squared = T::zero();

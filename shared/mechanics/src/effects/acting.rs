@@ -5,7 +5,7 @@ use cathforce_scalar::{Pack, Vector3};
 
 use super::pull::Pull;
 use super::stream::Stream;
-use super::wall_law::{Slid, WallLaw};
+use super::wall_law::WallLaw;
 use crate::Real;
 use crate::coaxial::Slide;
 use crate::model::{maximum, minimum};
@@ -48,14 +48,10 @@ pub(crate) trait Law<T: Real> {
         (indented, slope, N::lit(0.0))
     }
 
-    /// Friction coefficient of a sample with this nominal stiffness \[N/m\].
+    /// Friction coefficient of a sample with this normal force in the last tick \[N\] and nominal
+    /// stiffness \[N/m\].
     #[inline(always)]
-    fn friction<N: Pack<T>>(
-        &self,
-        nominal: N,
-        _slid: impl FnOnce() -> Slid<N>,
-        _stiffness: N,
-    ) -> N {
+    fn friction<N: Pack<T>>(&self, nominal: N, _normal_n: N, _stiffness: N) -> N {
         nominal
     }
 
@@ -122,11 +118,9 @@ impl<T: Real> Law<T> for Acting<T> {
         (each(|wall| wall.0), each(|wall| wall.1), each(|wall| wall.2))
     }
 
-    fn friction<N: Pack<T>>(&self, nominal: N, slid: impl FnOnce() -> Slid<N>, stiffness: N) -> N {
-        let slid = slid();
+    fn friction<N: Pack<T>>(&self, nominal: N, normal_n: N, stiffness: N) -> N {
         N::each(|lane| {
-            let slid = Slid { normal_n: slid.normal_n.lane(lane), slid_m: slid.slid_m.lane(lane) };
-            nominal.lane(lane) * self.wall.friction(&slid, stiffness.lane(lane))
+            nominal.lane(lane) * self.wall.friction(normal_n.lane(lane), stiffness.lane(lane))
         })
     }
 

@@ -10,11 +10,13 @@ use super::wall_law::WallLaw;
 use super::{DriveTrain, EntryDrag, WallMotion};
 use crate::coaxial::Overlap;
 use crate::model::{half_turn, maximum, minimum};
-use crate::{Drive, Model, Outputs, Real};
+use crate::{Drive, Drives, Model, Outputs, Real};
 
 /// The shaft behind the entry plane winds up or unwinds by no more a solve \[rad\]: the joint at
 /// the entry is linear in it.
 const LARGEST_UNWINDING_RAD: f64 = 0.2;
+/// Time over which the drive's speed is smoothed \[s\]: an encoder moves by whole steps.
+const SPEED_TIME_S: f64 = 0.01;
 
 /// Memory of the effects, those at the samples of the wall apart.
 #[derive(Clone, Debug)]
@@ -28,6 +30,8 @@ pub(crate) struct Memory<T: Real> {
     dragged_m: T,
     /// Feed since the run began, either way \[m\].
     path_m: T,
+    /// Of the faster instrument's surface where it enters, smoothed \[m/s\].
+    speed_m_per_s: T,
     /// Share of the softening that has happened.
     softened: T,
     /// Pulses of the fluid since the run began, modulo 1.
@@ -49,6 +53,7 @@ impl<T: Real> Memory<T> {
             wall_turns: T::zero(),
             dragged_m: T::zero(),
             path_m: T::zero(),
+            speed_m_per_s: T::zero(),
             softened: T::zero(),
             pulses: T::zero(),
             wound_rad: T::zero(),
@@ -84,13 +89,23 @@ impl<T: Real> Memory<T> {
         self.mouth = placement.to_vessel(&model.mouth);
     }
 
-    /// Lets a step of `dt_s` and `fed_m` pass.
-    pub fn advance<const LINKS: usize>(&mut self, model: &Model<T, LINKS>, fed_m: T, dt_s: T) {
+    /// Lets a step of `dt_s` pass, in which the drives moved and the chain was fed by `fed_m`.
+    pub fn advance<const LINKS: usize>(
+        &mut self,
+        model: &Model<T, LINKS>,
+        before: &Drives<T>,
+        now: &Drives<T>,
+        fed_m: T,
+        dt_s: T,
+    ) {
         if !model.acts {
             return;
         }
         let effects = &model.description().effects;
         self.path_m += maximum(fed_m, -fed_m);
+        let time_s = T::lit(SPEED_TIME_S);
+        self.speed_m_per_s =
+            (self.speed_m_per_s * time_s + moved_m(model, before, now)) / (time_s + dt_s);
         // Implicit Euler of an exponential.     docs/model.md (33)
         let steps = dt_s / effects.instrument.softening.time_s;
         self.softened = (self.softened + steps) / (T::one() + steps);
@@ -122,7 +137,7 @@ impl<T: Real> Memory<T> {
         let line_stiffness = model.wall.line_stiffness_n_per_m2;
         let drag = &effects.fluid.drag;
         Some(Acting {
-            wall: WallLaw::new(effects, line_stiffness, self.path_m, dt_s),
+            wall: WallLaw::new(effects, line_stiffness, self.path_m, self.speed_m_per_s, dt_s),
             stream: (!drag.is_off()).then(|| Stream::new(drag, self.pulses)),
             pull: Pull::new(description, overlap, &self.pull),
             softness: self.softness(model),
@@ -188,6 +203,22 @@ impl<T: Real> Memory<T> {
         self.dragged_m = minimum(maximum(self.dragged_m + fed_m, -most), most);
         drag.coulomb_n * (self.dragged_m / most) + drag.viscous_n_s_per_m * (fed_m / tick_s)
     }
+}
+
+/// How far the surface of the faster instrument went past the mouth, along and about it.
+fn moved_m<T: Real, const LINKS: usize>(
+    model: &Model<T, LINKS>,
+    before: &Drives<T>,
+    now: &Drives<T>,
+) -> T {
+    let radius_m = model.description().instrument.outer_radius_m;
+    let squared = |before: &Drive<T>, now: &Drive<T>| {
+        let along = now.insertion_m - before.insertion_m;
+        let about = (now.rotation_rad - before.rotation_rad) * radius_m;
+        along * along + about * about
+    };
+    let catheter = squared(&before.catheter, &now.catheter);
+    maximum(catheter, squared(&before.guidewire, &now.guidewire)).root()
 }
 
 /// Insertion past the mouth of a guide that reaches into the vessel.

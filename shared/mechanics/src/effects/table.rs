@@ -78,9 +78,9 @@ effects! {
         stribeck: Stribeck {
             /// Coefficient at rest over the one in fast sliding.
             static_ratio: "1", 1.0, 0.2, 5.0;
-            /// Sliding speed at which half of the difference is gone.
+            /// Speed of the drive, feed and turn together, at which half of the difference is gone.
             speed_m_per_s: "m/s", 5e-3, 1e-5, 0.2;
-            /// Relative growth of the coefficient per sliding speed.
+            /// Relative growth of the coefficient per speed of the drive.
             viscous_s_per_m: "s/m", 0.0, 0.0, 50.0;
         }
         /// Friction that depends on load or wear.

@@ -20,26 +20,22 @@ pub(crate) struct WallLaw<T: Real> {
     /// Share of its way to rest that the relaxing part goes in a step.
     relaxed_share: T,
     narrowing: Narrowing<T>,
-    stribeck: Stribeck<T>,
     load: LoadFriction<T>,
-    /// Coefficient over nominal by wear.
-    wear: T,
+    /// Coefficient over nominal by wear and speed.
+    friction: T,
     /// Nominal stiffness per length \[N/m²\].
     line_stiffness: T,
-    inverse_dt: T,
-}
-
-/// What a sample of the wall remembers of its last tick.
-pub(crate) struct Slid<T> {
-    /// Normal force \[N\].
-    pub normal_n: T,
-    /// How far it slid \[m\].
-    pub slid_m: T,
 }
 
 impl<T: Real> WallLaw<T> {
-    /// `path_m`: feed since the run began, either way.
-    pub fn new(effects: &Effects<T>, line_stiffness: T, path_m: T, dt_s: T) -> Self {
+    /// `path_m`: feed since the run began, either way; `speed_m_per_s`: of the drive.
+    pub fn new(
+        effects: &Effects<T>,
+        line_stiffness: T,
+        path_m: T,
+        speed_m_per_s: T,
+        dt_s: T,
+    ) -> Self {
         let load = effects.contact.load_friction;
         let steps = dt_s / effects.wall.viscoelastic.time_s;
         let worn = path_m / (path_m + load.wear_length_m);
@@ -48,11 +44,10 @@ impl<T: Real> WallLaw<T> {
             relaxing: effects.wall.viscoelastic.ratio,
             relaxed_share: steps / (T::one() + steps),
             narrowing: effects.wall.narrowing,
-            stribeck: effects.contact.stribeck,
             load,
-            wear: T::one() + (load.worn_ratio - T::one()) * worn,
+            friction: (T::one() + (load.worn_ratio - T::one()) * worn)
+                * sliding(&effects.contact.stribeck, speed_m_per_s),
             line_stiffness,
-            inverse_dt: T::one() / dt_s,
         }
     }
 
@@ -106,21 +101,22 @@ impl<T: Real> WallLaw<T> {
         ((indented - relaxed) * self.relaxing, slope, relaxed)
     }
 
-    /// Friction coefficient over the nominal one; `stiffness` \[N/m\] is the nominal one of the
-    /// sample's share of the arc.     docs/model.md (31), (32)
-    pub fn friction(&self, slid: &Slid<T>, stiffness: T) -> T {
-        let one = T::one();
-        let per_length = slid.normal_n * (self.line_stiffness / stiffness);
+    /// Friction coefficient over the nominal one, of a sample with a normal force in the last tick;
+    /// `stiffness` \[N/m\] is the nominal one of its share of the arc.     docs/model.md (32)
+    pub fn friction(&self, normal_n: T, stiffness: T) -> T {
+        let per_length = normal_n * (self.line_stiffness / stiffness);
         let x = per_length / self.load.load_n_per_m;
         let high = self.load.high_load_ratio;
-        let loaded = (one + high * x) / (high + x);
-        let speed = slid.slid_m * self.inverse_dt;
-        let v = speed / self.stribeck.speed_m_per_s;
-        let sliding = one
-            + (self.stribeck.static_ratio - one) / (one + v * v)
-            + self.stribeck.viscous_s_per_m * speed;
-        self.wear * loaded * sliding
+        self.friction * ((T::one() + high * x) / (high + x))
     }
+}
+
+/// Friction coefficient over the nominal one by the speed of the drive.     docs/model.md (31)
+fn sliding<T: Real>(stribeck: &Stribeck<T>, speed_m_per_s: T) -> T {
+    let v = speed_m_per_s / stribeck.speed_m_per_s;
+    T::one()
+        + (stribeck.static_ratio - T::one()) / (T::one() + v * v)
+        + stribeck.viscous_s_per_m * speed_m_per_s
 }
 
 #[cfg(test)]
@@ -130,9 +126,13 @@ mod tests {
     const LINE: f64 = 8e5;
 
     fn law(change: impl Fn(&mut Effects<f64>)) -> WallLaw<f64> {
+        law_at(0.0, change)
+    }
+
+    fn law_at(speed_m_per_s: f64, change: impl Fn(&mut Effects<f64>)) -> WallLaw<f64> {
         let mut effects = Effects::off();
         change(&mut effects);
-        WallLaw::new(&effects, LINE, 0.2, 1e-3)
+        WallLaw::new(&effects, LINE, 0.2, speed_m_per_s, 1e-3)
     }
 
     #[test]
@@ -140,7 +140,7 @@ mod tests {
         let off = law(|_| ());
         assert_eq!(off.stiffened(1e-4, 0.7), (1e-4, 0.7));
         assert_eq!(off.relaxing(1e-4, 0.7, 0.0).0, 0.0);
-        assert_eq!(off.friction(&Slid { normal_n: 0.1, slid_m: 1e-5 }, 4e3), 1.0);
+        assert_eq!(off.friction(0.1, 4e3), 1.0);
         let n = Vector3::new(0.0, 1.0, 0.0);
         assert_eq!(off.narrowed(&Vector3::new(0.0, -0.004, 0.001), 1e-3, n), (1e-3, n));
     }
@@ -194,18 +194,20 @@ mod tests {
 
     #[test]
     fn friction_falls_with_speed_and_changes_with_load_and_wear() {
-        let law = law(|e| {
-            e.contact.stribeck.static_ratio = 1.5;
-            e.contact.stribeck.speed_m_per_s = 0.01;
-            e.contact.load_friction.high_load_ratio = 0.5;
-            e.contact.load_friction.load_n_per_m = 20.0;
-            e.contact.load_friction.worn_ratio = 1.4;
-            e.contact.load_friction.wear_length_m = 0.2;
-        });
-        let friction = |normal_n, slid_m| law.friction(&Slid { normal_n, slid_m }, LINE * 5e-3);
+        let friction = |normal_n, speed_m_per_s| {
+            let law = law_at(speed_m_per_s, |e| {
+                e.contact.stribeck.static_ratio = 1.5;
+                e.contact.stribeck.speed_m_per_s = 0.01;
+                e.contact.load_friction.high_load_ratio = 0.5;
+                e.contact.load_friction.load_n_per_m = 20.0;
+                e.contact.load_friction.worn_ratio = 1.4;
+                e.contact.load_friction.wear_length_m = 0.2;
+            });
+            law.friction(normal_n, LINE * 5e-3)
+        };
         let near = |a: f64, b: f64| assert!((a - b).abs() < 1e-12, "{a} {b}");
         near(friction(0.0, 0.0), 1.2 * 1.5 * 2.0);
-        near(friction(0.0, 1e-5), 1.2 * 1.25 * 2.0);
+        near(friction(0.0, 0.01), 1.2 * 1.25 * 2.0);
         near(friction(0.1, 0.0), 1.2 * 1.5);
         near(friction(0.4, 0.0), 1.2 * 1.5 * (1.0 + 0.5 * 4.0) / (0.5 + 4.0));
     }

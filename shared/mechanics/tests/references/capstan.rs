@@ -1,5 +1,7 @@
 //! Around a bollard: a limp rod drawn against friction (capstan), an elastic one that conforms.
 
+use std::f64::consts::FRAC_PI_2;
+
 use cathforce_mechanics::*;
 
 use crate::Chain;
@@ -12,6 +14,9 @@ const ROD_RADIUS_M: f64 = 2e-5;
 const LEAD_M: f64 = 0.01;
 const TAIL_M: f64 = 0.015;
 const TIP_TENSION_N: f64 = 0.2;
+const TICK_S: f64 = 1e-2;
+const DRAWN_M_PER_S: f64 = 2e-4;
+const NO_STRIBECK: [f64; 2] = [1.0, 5e-3];
 
 /// A bollard across z around which the centre line of a rod along x turns with `radius_m`,
 /// after the lead; all around it is lumen.
@@ -55,8 +60,10 @@ fn wound(
     state
 }
 
-/// Tension at the guide and sum of normal forces, both over the tension at the tip.
-fn drawn(wall: &StoredWall, angle_rad: f64, friction: f64) -> [f64; 2] {
+/// Tension at the guide and sum of normal forces, both over the tension at the tip, of a rod that is
+/// drawn at [`DRAWN_M_PER_S`] with static over kinetic friction and the speed at which half of that
+/// is gone.
+fn drawn(wall: &StoredWall, angle_rad: f64, friction: f64, stribeck: [f64; 2]) -> [f64; 2] {
     let length_m = LEAD_M + BOLLARD_RADIUS_M * angle_rad + TAIL_M;
     let mut rod = rod(length_m, 63, 1e-8);
     rod.instrument.outer_radius_m = ROD_RADIUS_M;
@@ -69,14 +76,16 @@ fn drawn(wall: &StoredWall, angle_rad: f64, friction: f64) -> [f64; 2] {
         onset_m: 3e-5,
         damping_s: 0.0,
     };
-    (rod.solver.tick_s, rod.solver.solves) = (1e-2, 2);
+    (rod.solver.tick_s, rod.solver.solves) = (TICK_S, 2);
+    let law = &mut rod.effects.contact.stribeck;
+    (law.static_ratio, law.speed_m_per_s) = stribeck.into();
     let mut drive = Drive { insertion_m: length_m, rotation_rad: 0.0 };
     let mut state = wound(&rod, wall, drive, TIP_TENSION_N, angle_rad);
     let model = Chain::new(rod).unwrap();
     let (lumen, loads) = (wall.lumen(), pull(TIP_TENSION_N, angle_rad));
     let (mut guide_n, mut normal_n, counted) = (0.0, 0.0, 300.0);
     for tick in 0..1500 {
-        drive.insertion_m -= 2e-6;
+        drive.insertion_m -= DRAWN_M_PER_S * TICK_S;
         let outputs = step_loaded(&model, &lumen, &mut state, drive, &loads);
         if tick >= 1200 {
             guide_n -= outputs.drive_force_n / counted;
@@ -107,11 +116,24 @@ fn a_rod_drawn_around_a_bollard_pulls_as_the_capstan_says() {
         (360.0, 0.45, 16.902024172, 35.337831493),
         (360.0, 0.62, 49.184320833, 77.716646505),
     ] {
-        let [found, sum] = drawn(&wall, f64::to_radians(angle_deg), friction);
+        let [found, sum] = drawn(&wall, f64::to_radians(angle_deg), friction, NO_STRIBECK);
         let what = format!("{angle_deg}°, μ {friction}");
         println!("{what}: ratio {found:.4} ({ratio:.4}), normal forces {sum:.4} ({normal:.4})");
         assert!((found / ratio - 1.0).abs() < 0.01, "{what}: ratio {found}, not {ratio}");
         assert!((sum / normal - 1.0).abs() < 0.01, "{what}: normal forces {sum}, not {normal}");
+    }
+}
+
+#[test]
+fn a_rod_drawn_slowly_pulls_by_more_than_its_kinetic_friction() {
+    let wall = bollard(BOLLARD_RADIUS_M, ROD_RADIUS_M);
+    let friction = 0.36;
+    // At rest half as much again; half of that is left at the speed of the rod, or nothing.
+    for (half_gone_m_per_s, factor) in [(DRAWN_M_PER_S, 1.25), (1e-5, 1.0)] {
+        let [found, _] = drawn(&wall, FRAC_PI_2, friction, [1.5, half_gone_m_per_s]);
+        let ratio = (factor * friction * FRAC_PI_2).exp();
+        println!("half gone at {half_gone_m_per_s}: ratio {found:.4} ({ratio:.4})");
+        assert!((found / ratio - 1.0).abs() < 0.01, "ratio {found}, not {ratio}");
     }
 }
 
