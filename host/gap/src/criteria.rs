@@ -130,6 +130,9 @@ pub fn simplest_first<T>(plant: &dyn Plant, candidates: &mut [T], of: impl Fn(&T
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::fit::{Depth, Start};
+    use crate::plant::Point;
+    use crate::toy::{Toy, effect, explained_by, noise, parameter};
 
     const SAMPLES: usize = 100;
 
@@ -153,6 +156,8 @@ mod tests {
         assert!(PARSIMONY.pays(&score(2.0, 6.0), &score(2.0, 1.5), 2));
         // Near the floor it mends the shape of the largest effect.
         assert!(!PARSIMONY.pays(&score(2.0, 2.2), &score(2.0, 1.1), 2));
+        // But not where it explains most of what is left.
+        assert!(PARSIMONY.pays(&score(2.0, 2.2), &score(1.2, 1.1), 2));
         // Not halved.
         assert!(!PARSIMONY.pays(&score(2.0, 6.0), &score(2.0, 4.0), 2));
         // The tip is nearer, the whole is not.
@@ -164,5 +169,40 @@ mod tests {
         assert!(PARSIMONY.pays(&score(300.0, 2.0), &score(20.0, 2.0), 2));
         // Of parameters that many cost more than that.
         assert!(!PARSIMONY.pays(&score(300.0, 2.0), &score(20.0, 2.0), 60));
+    }
+
+    /// Parameters of what is put first of a line and of one that may bend, where the data bend by
+    /// so much.
+    fn first_has(bend: f64) -> usize {
+        let along = |i: usize| i as f64 / SAMPLES as f64;
+        let measured = |i: usize| 2.0 * along(i) + bend * along(i).powi(2) + 0.01 * noise(i);
+        let predict = move |i: usize, point: &Point| {
+            let (line, own) = (point.effects[0][0], &point.effects[1]);
+            (line + own[0]) * along(i) + own[1] * along(i).powi(2)
+        };
+        let mut toy = Toy::new(0.01, 0.01, (0..SAMPLES).map(measured), predict);
+        let [slope, curve] = ["slope", "curve"].map(parameter);
+        toy.effects = vec![
+            effect("line", vec![slope.clone()], vec![vec![1.0]]),
+            effect("bent", vec![slope, curve], vec![vec![1.0, 0.1]]),
+        ];
+        explained_by(&toy, &[1], |selector, selection| {
+            let nominal = &selection.nominal.fit;
+            let nuisances = selector.nuisances_at(nominal).unwrap();
+            let fitted = |effect: usize| {
+                let start = Start::Fit(nominal);
+                let fit = selector.candidate(Depth::Whole, &nuisances, start, &[effect], None);
+                fit.unwrap()
+            };
+            let mut candidates = [fitted(1), fitted(0)];
+            simplest_first(&toy, &mut candidates, |candidate| candidate);
+            candidates[0].fit.coordinates.len()
+        })
+    }
+
+    #[test]
+    fn of_what_explains_as_much_the_simpler_comes_first() {
+        assert_eq!(first_has(0.0), 1);
+        assert_eq!(first_has(0.5), 2);
     }
 }

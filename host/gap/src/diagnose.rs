@@ -140,6 +140,15 @@ fn verdict(shrink: f64, worst: f64, lead: f64, effects: usize) -> Verdict {
     }
 }
 
+/// How much more an effect closes alone than any but `own`, which are named beside it or are not told
+/// apart from it: what several explain equally badly, none explains.
+fn lead(ranking: &[Ranked], first: &str, own: &[&str]) -> f64 {
+    let alone = ranking.iter().find(|ranked| ranked.id == first);
+    let rival = ranking.iter().find(|ranked| ranked.id != first && !own.contains(&&*ranked.id));
+    let shrink = |ranked: Option<&Ranked>| ranked.map_or(0.0, |ranked| ranked.shrink);
+    shrink(alone) - shrink(rival)
+}
+
 /// The answer while it grows.
 struct Answer<'a> {
     plant: &'a dyn Plant,
@@ -304,21 +313,14 @@ impl<'a> Answer<'a> {
         self.diagnosis.ranking = ranking;
     }
 
-    /// How much more the first effect closes alone than any that it can be told apart from: what
-    /// several explain equally badly, none explains. What is named beside it is no rival.
+    /// How much more the first effect closes alone than any that it can be told apart from.
     fn lead(&self, named: &[(usize, Vec<usize>)]) -> f64 {
         let Some(first) = self.diagnosis.effects.first() else { return 0.0 };
         let id = |effect: usize| self.plant.effects()[effect].id;
-        let is_own = |ranked: &Ranked| {
-            named.iter().any(|(effect, set)| {
-                id(*effect) == ranked.id
-                    || (id(*effect) == first.id && set.iter().any(|&e| id(e) == ranked.id))
-            })
-        };
-        let alone = self.diagnosis.ranking.iter().find(|ranked| ranked.id == first.id);
-        let rival = self.diagnosis.ranking.iter().find(|ranked| !is_own(ranked));
-        let shrink = |ranked: Option<&Ranked>| ranked.map_or(0.0, |ranked| ranked.shrink);
-        shrink(alone) - shrink(rival)
+        let alike = named.iter().filter(|(effect, _)| id(*effect) == first.id);
+        let alike = alike.flat_map(|(_, set)| set.iter().copied());
+        let own: Vec<&str> = named.iter().map(|(effect, _)| *effect).chain(alike).map(id).collect();
+        lead(&self.diagnosis.ranking, &first.id, &own)
     }
 
     fn figures(&mut self, problem: &Problem<'_>, before: &Score, after: &Score) {
@@ -520,5 +522,16 @@ mod tests {
             let found = verdict(shrink, worst, lead, effects);
             assert_eq!(found, expected, "{shrink} {worst} {lead} {effects}");
         }
+    }
+
+    #[test]
+    fn what_is_named_beside_an_effect_is_no_rival() {
+        let ranking = [("motion", 0.7), ("scale", 0.5), ("ripple", 0.2)];
+        let ranking = ranking.map(|(id, shrink)| Ranked { id: id.to_owned(), shrink });
+        let is = |found: f64, expected: f64| assert!((found - expected).abs() < 1e-12, "{found}");
+        is(lead(&ranking, "motion", &["motion"]), 0.2);
+        is(lead(&ranking, "motion", &["motion", "scale"]), 0.5);
+        is(lead(&ranking, "scale", &["scale"]), -0.2);
+        is(lead(&[], "motion", &[]), 0.0);
     }
 }
