@@ -1,7 +1,7 @@
 //! Feed and rotation at the drive: links are born at the guide and dropped there, and the
 //! state is carried to the predictor of the next solve.
 
-use cathforce_scalar::{Pack, Vector3};
+use cathforce_scalar::{Pack, Vector3, Work};
 
 use crate::algebra::{Bend, Rotation};
 use crate::coaxial::Overlap;
@@ -139,16 +139,27 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
     /// Only the initial guess of the solve; `dt_s` = 0 predicts no rotation.
     #[inline(never)]
     pub(crate) fn predict(&mut self, dt_s: T) {
-        self.predict_lanes::<T::Pack>(dt_s);
+        T::side_by_side(Predict { state: self, dt_s });
     }
+}
+
+/// [`State::predict`], for as many links at a time as there are lanes.
+struct Predict<'a, T: Real, const LINKS: usize> {
+    state: &'a mut State<T, LINKS>,
+    dt_s: T,
+}
+
+impl<T: Real, const LINKS: usize> Work<T> for Predict<'_, T, LINKS> {
+    type Output = ();
 
     #[inline(always)]
-    fn predict_lanes<N: Pack<T>>(&mut self, dt_s: T) {
+    fn with<N: Pack<T>>(self) {
+        let Self { state, dt_s } = self;
         let half_dt = N::all(dt_s * T::lit(0.5));
         let largest = T::lit(0.25 * LARGEST_PREDICTED_TURN * LARGEST_PREDICTED_TURN);
-        let mut position = self.effects.mouth;
-        let count = self.count.min(LINKS);
-        let links = &mut self.links[..count];
+        let mut position = state.effects.mouth;
+        let count = state.count.min(LINKS);
+        let links = &mut state.links[..count];
         for group in Group::<N>::all(count).rev() {
             let link = |lane: usize| &links[group.at(lane)];
             let half = N::vectors(|lane| link(lane).rate) * half_dt;

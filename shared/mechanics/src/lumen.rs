@@ -182,31 +182,20 @@ impl<'a> Lumen<'a> {
         let z = self.place::<T, N>(point.z(), 2);
         let found = N::lanes(|lane| self.find([&x, &y, &z].map(|at| at.whole[lane])));
 
-        // Over the faces across x, y and z.
-        let across = |p: &Place<N>, q: &Place<N>| {
-            N::lanes(|lane| weights(within(p.whole[lane]), within(q.whole[lane])))
-        };
-        let faces = |across: &N::Lanes<Weights>, ends: [[usize; 4]; 2], value: fn(&Node) -> i32| {
-            let sum = |end: usize| {
-                N::ints(|lane| across[lane].sum(ends[end], |node| value(&found[lane].cell[node])))
-            };
-            let low = sum(0);
-            Blend { low, rise: sum(1) - low }
-        };
         let (across_x, across_y, across_z) = (across(&y, &z), across(&x, &z), across(&x, &y));
-        let d =
-            faces(&across_x, [X0, X1], |node| i32::from(i16::from_le_bytes([node[0], node[1]])));
-        let n_x = faces(&across_x, [X0, X1], |node| i32::from(node[2] as i8));
-        let n_y = faces(&across_y, [Y0, Y1], |node| i32::from(node[3] as i8));
-        let n_z = faces(&across_z, [Z0, Z1], |node| i32::from(node[4] as i8));
+        let d = Blend::<N>::between::<T>(&found, &across_x, [X0, X1], |node| {
+            i32::from(i16::from_le_bytes([node[0], node[1]]))
+        });
+        let n_x = Blend::<N>::between::<T>(&found, &across_x, [X0, X1], |n| i32::from(n[2] as i8));
+        let n_y = Blend::<N>::between::<T>(&found, &across_y, [Y0, Y1], |n| i32::from(n[3] as i8));
+        let n_z = Blend::<N>::between::<T>(&found, &across_z, [Z0, Z1], |n| i32::from(n[4] as i8));
         let codes = N::lanes(|lane| {
             let sum = |face| across_x[lane].sum(face, |node| i32::from(found[lane].cell[node][5]));
             let (low, high) = (sum(X0), sum(X1));
             low + ((((high - low) >> 8) * within(x.whole[lane])) >> (PLACE_BITS - 8))
         });
 
-        let [u, v, w] =
-            [&x, &y, &z].map(|at| N::ints(|lane| within(at.whole[lane])) * N::lit(PLACE_UNIT));
+        let (u, v, w) = (x.share::<T>(), y.share::<T>(), z.share::<T>());
         let one = N::lit(1.0);
         let bend = u * (one - u) * n_x.rise + v * (one - v) * n_y.rise + w * (one - w) * n_z.rise;
         let distance = d.at(u) * N::lit(f64::from(self.distance_unit))
@@ -265,6 +254,17 @@ struct Place<N: Number> {
     rest: N,
 }
 
+impl<N: Number> Place<N> {
+    /// Of the cell, from its first face on.
+    #[inline(always)]
+    fn share<T: Real>(&self) -> N
+    where
+        N: Pack<T>,
+    {
+        N::ints(|lane| within(self.whole[lane])) * N::lit(PLACE_UNIT)
+    }
+}
+
 /// Within the cell \[2⁻¹⁵\].
 #[inline(always)]
 fn within(place: i32) -> i32 {
@@ -309,6 +309,12 @@ fn weights(p: i32, q: i32) -> Weights {
     Weights([(1 << PLACE_BITS) - p - q - both, p, q, both])
 }
 
+/// Of the faces that lie along both axes.
+#[inline(always)]
+fn across<N: Number>(p: &Place<N>, q: &Place<N>) -> N::Lanes<Weights> {
+    N::lanes(|lane| weights(within(p.whole[lane]), within(q.whole[lane])))
+}
+
 impl Weights {
     /// \[2⁻¹⁵\], below 2³¹ for values of 16 bits.
     #[inline(always)]
@@ -322,6 +328,24 @@ impl Weights {
 struct Blend<T> {
     low: T,
     rise: T,
+}
+
+impl<N: Number> Blend<N> {
+    /// Between two opposite faces, of what nodes have as `value`.
+    #[inline(always)]
+    fn between<T: Real>(
+        found: &N::Lanes<Found<'_>>,
+        across: &N::Lanes<Weights>,
+        [low, high]: [[usize; 4]; 2],
+        value: impl Fn(&Node) -> i32,
+    ) -> Self
+    where
+        N: Pack<T>,
+    {
+        let sum = |lane: usize, face| across[lane].sum(face, |node| value(&found[lane].cell[node]));
+        let low = N::ints(|lane| sum(lane, low));
+        Self { low, rise: N::ints(|lane| sum(lane, high)) - low }
+    }
 }
 
 impl<T: Number> Blend<T> {

@@ -39,7 +39,8 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
     ///
     /// A sample is looked up every second step, the nodes in one and the middles in the next, or
     /// `both` in each; in between it moves before the plane that it saw.     docs/model.md (10)
-    pub(crate) fn look(
+    #[inline(always)]
+    pub(crate) fn look<N: Pack<T>>(
         &mut self,
         model: &Model<T, LINKS>,
         lumen: &Lumen<'_>,
@@ -48,17 +49,6 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
     ) {
         self.nodes_look = !self.nodes_look;
         let looks = [both || self.nodes_look, both || !self.nodes_look];
-        self.look_lanes::<T::Pack>(model, lumen, law, looks);
-    }
-
-    #[inline(always)]
-    fn look_lanes<N: Pack<T>>(
-        &mut self,
-        model: &Model<T, LINKS>,
-        lumen: &Lumen<'_>,
-        law: &impl Law<T>,
-        looks: [bool; 2],
-    ) {
         let radius = model.description().instrument.outer_radius_m;
         let count = self.count.min(LINKS);
         let (links, eliminations) = (&self.links[..count], &mut self.eliminations[..count]);

@@ -1,6 +1,6 @@
 //! One step: feed, predict, solve, report.
 
-use cathforce_scalar::Vector3;
+use cathforce_scalar::{Pack, Vector3, Work};
 
 use crate::coaxial::Coaxial;
 use crate::effects::acting::{Law, Nominal};
@@ -234,24 +234,36 @@ fn solve_coaxial<T: Real, L: Law<T>, const LINKS: usize>(
 ) -> Totals<T> {
     let overlap = state.overlap;
     match Coaxial::new(model, &overlap, effects) {
-        Some(mut both) => look_and_solve(model, lumen, state, loads, scheme, &mut both),
-        None => look_and_solve(model, lumen, state, loads, scheme, effects),
+        Some(mut both) => {
+            T::side_by_side(LookAndSolve { model, lumen, state, loads, scheme, law: &mut both })
+        }
+        None => T::side_by_side(LookAndSolve { model, lumen, state, loads, scheme, law: effects }),
     }
 }
 
-fn look_and_solve<T: Real, L: Law<T>, const LINKS: usize>(
-    model: &Model<T, LINKS>,
-    lumen: &Lumen<'_>,
-    state: &mut State<T, LINKS>,
-    loads: &Loads<T>,
-    scheme: &Scheme<T>,
-    law: &mut L,
-) -> Totals<T> {
-    if scheme.first {
-        // A quasi-static step may move a sample far.
-        state.look(model, lumen, law, scheme.inertia == T::zero());
+/// A solve, before the first one of a step a look at the wall: all that is done for as many links
+/// at a time as there are lanes.
+struct LookAndSolve<'a, 'l, T: Real, L, const LINKS: usize> {
+    model: &'a Model<T, LINKS>,
+    lumen: &'a Lumen<'l>,
+    state: &'a mut State<T, LINKS>,
+    loads: &'a Loads<T>,
+    scheme: &'a Scheme<T>,
+    law: &'a mut L,
+}
+
+impl<T: Real, L: Law<T>, const LINKS: usize> Work<T> for LookAndSolve<'_, '_, T, L, LINKS> {
+    type Output = Totals<T>;
+
+    #[inline(always)]
+    fn with<N: Pack<T>>(self) -> Totals<T> {
+        let Self { model, lumen, state, loads, scheme, law } = self;
+        if scheme.first {
+            // A quasi-static step may move a sample far.
+            state.look::<N>(model, lumen, law, scheme.inertia == T::zero());
+        }
+        solve::<T, N, L, LINKS>(model, state, loads, scheme, law)
     }
-    solve(model, state, loads, scheme, law)
 }
 
 /// Share of the motion that the next step takes over.     docs/model.md (38)

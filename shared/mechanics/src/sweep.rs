@@ -50,7 +50,8 @@ pub(crate) struct Totals<T: Real> {
 
 /// One solve, in place. Contact memories, rotations, positions and rates are brought up to
 /// date; the totals are those of the linear model (forces that balance to the last digit).
-pub(crate) fn solve<T: Real, L: Law<T>, const LINKS: usize>(
+#[inline(always)]
+pub(crate) fn solve<T: Real, N: Pack<T>, L: Law<T>, const LINKS: usize>(
     model: &Model<T, LINKS>,
     state: &mut State<T, LINKS>,
     loads: &Loads<T>,
@@ -58,12 +59,12 @@ pub(crate) fn solve<T: Real, L: Law<T>, const LINKS: usize>(
     law: &mut L,
 ) -> Totals<T> {
     let chain = Chain::new(model, state, scheme);
-    load(model, state, scheme, &chain, law);
+    load::<T, N, L, LINKS>(model, state, scheme, &chain, law);
     let wrench = eliminate::<T, L, LINKS>(model, state, &chain, Wrench::beyond_tip(loads));
     if scheme.last {
-        resolve::<T, L, LINKS, true>(state, scheme, &chain, &wrench)
+        resolve::<T, N, L, LINKS, true>(state, scheme, &chain, &wrench)
     } else {
-        resolve::<T, L, LINKS, false>(state, scheme, &chain, &wrench)
+        resolve::<T, N, L, LINKS, false>(state, scheme, &chain, &wrench)
     }
 }
 
@@ -116,21 +117,41 @@ struct Shares<T> {
     node_stiffness: T,
 }
 
-/// What acts on every link at the predicted state.
-///
-/// No link waits for another: they are computed for side by side, as many as the target has lanes.
-fn load<T: Real, L: Law<T>, const LINKS: usize>(
-    model: &Model<T, LINKS>,
-    state: &mut State<T, LINKS>,
-    scheme: &Scheme<T>,
-    chain: &Chain<T>,
-    law: &mut L,
-) {
-    load_lanes::<T, T::Pack, L, LINKS>(model, state, scheme, chain, law);
+/// The wall that the samples at the nodes or the middles of links face.
+#[inline(always)]
+fn facing<T: Real, N: Pack<T>>(
+    group: &Group<N>,
+    eliminations: &[Elimination<T>],
+    which: usize,
+) -> Facing<N> {
+    Facing::side_by_side(|lane| &eliminations[group.at(lane)].seen[which])
 }
 
+/// What they remember.
 #[inline(always)]
-fn load_lanes<T: Real, N: Pack<T>, L: Law<T>, const LINKS: usize>(
+fn remembered<T: Real, N: Pack<T>>(
+    group: &Group<N>,
+    links: &[LinkState<T>],
+    which: usize,
+) -> Memory<N> {
+    Memory::side_by_side(|lane| &links[group.at(lane)].memory[which])
+}
+
+/// How they slide.
+#[inline(always)]
+fn slide<T: Real, N: Pack<T>, L: Law<T>>(group: &Group<N>, law: &L, which: usize) -> Slide<N> {
+    let slides = N::lanes(|lane| law.slide(2 * group.at(lane) + which));
+    Slide {
+        along_m: N::each(|lane| slides[lane].along_m),
+        turn_rad: N::each(|lane| slides[lane].turn_rad),
+    }
+}
+
+/// What acts on every link at the predicted state.
+///
+/// No link waits for another: they are computed for side by side, as many as there are lanes.
+#[inline(always)]
+fn load<T: Real, N: Pack<T>, L: Law<T>, const LINKS: usize>(
     model: &Model<T, LINKS>,
     state: &mut State<T, LINKS>,
     scheme: &Scheme<T>,
@@ -176,32 +197,41 @@ fn load_lanes<T: Real, N: Pack<T>, L: Law<T>, const LINKS: usize>(
         let tangent = || N::vectors(|lane| link(lane).tangent);
         let turn = N::vectors(|lane| link(lane).turn);
         let node_displacement = || N::vectors(|lane| link(lane).displacement);
-        let [node_radius, middle_radius] =
-            [0, 1].map(|i| N::each(|lane| law.radius(2 * at(lane) + i, radius)));
-        let motion = |displacement, radius, i| {
-            let slides = N::lanes(|lane| law.slide(2 * at(lane) + i));
-            Motion {
-                displacement,
-                turn,
-                radius,
-                tangent: tangent(),
-                slide: Slide {
-                    along_m: N::each(|lane| slides[lane].along_m),
-                    turn_rad: N::each(|lane| slides[lane].turn_rad),
-                },
-            }
+        let node_radius = N::each(|lane| law.radius(2 * at(lane), radius));
+        let middle_radius = N::each(|lane| law.radius(2 * at(lane) + 1, radius));
+        let at_node = Motion {
+            displacement: node_displacement(),
+            turn,
+            radius: node_radius,
+            tangent: tangent(),
+            slide: slide(&group, law, 0),
         };
-        let at_node = motion(node_displacement(), node_radius, 0);
         let displacement =
             (node_displacement() + N::vectors(|lane| proximal(lane).displacement)) * N::lit(0.5);
-        let at_middle = motion(displacement, middle_radius, 1);
-        let facing = |i: usize| Facing::<N>::side_by_side(|lane| &eliminations[at(lane)].seen[i]);
-        let remembered = |i: usize| Memory::<N>::side_by_side(|lane| &link(lane).memory[i]);
+        let at_middle = Motion {
+            displacement,
+            turn,
+            radius: middle_radius,
+            tangent: tangent(),
+            slide: slide(&group, law, 1),
+        };
         let node_stiffness = each(|shares| shares.node_stiffness);
-        let node = contact.touch(&*law, &facing(0), node_stiffness, &at_node, &remembered(0));
+        let node = contact.touch(
+            &*law,
+            &facing(&group, eliminations, 0),
+            node_stiffness,
+            &at_node,
+            &remembered(&group, links, 0),
+        );
         read_here();
         let middle_stiffness = N::all(line) * each(|shares| shares.arc);
-        let middle = contact.touch(&*law, &facing(1), middle_stiffness, &at_middle, &remembered(1));
+        let middle = contact.touch(
+            &*law,
+            &facing(&group, eliminations, 1),
+            middle_stiffness,
+            &at_middle,
+            &remembered(&group, links, 1),
+        );
 
         // The node: weight, inertia, drag against all motion but the feed's.     docs/model.md (15)
         let node_mass = each(|shares| shares.node_mass);
@@ -211,14 +241,14 @@ fn load_lanes<T: Real, N: Pack<T>, L: Law<T>, const LINKS: usize>(
             - node_displacement() * (inertia + damping)
             + N::vectors(|lane| link(lane).velocity) * (inertia * carried_dt_s)
             + tangent() * (damping * N::all(*fed_m));
-        let to_wall = || facing(0).gap + node_radius;
+        let to_wall = || facing(&group, eliminations, 0).gap + node_radius;
         if let Some(per_length) = law.stream(&tangent(), to_wall) {
             force += per_length * node_arc;
         }
         read_here();
         let kept_positive = (node.push + middle.push) * N::lit(ROUNDING);
-        let at_node = node.force(&facing(0).normal);
-        let at_middle = middle.force(&facing(1).normal);
+        let at_node = node.force(&facing(&group, eliminations, 0).normal);
+        let at_middle = middle.force(&facing(&group, eliminations, 1).normal);
         let force = N::apart(force + at_node + at_middle);
         let arm = |i: usize| N::vectors(|lane| eliminations[at(lane)].seen[i].arm);
         let moment = N::apart(arm(0).cross(&at_node).plus_cross(&arm(1), &at_middle));
@@ -257,7 +287,11 @@ fn load_lanes<T: Real, N: Pack<T>, L: Law<T>, const LINKS: usize>(
 }
 
 /// Tip to guide.
-#[inline(never)]
+///
+/// A function of its own on the device, where it has the registers to itself; on a host it must be
+/// compiled for the processor that the whole solve is compiled for.
+#[cfg_attr(target_arch = "arm", inline(never))]
+#[cfg_attr(not(target_arch = "arm"), inline(always))]
 fn eliminate<T: Real, L: Law<T>, const LINKS: usize>(
     model: &Model<T, LINKS>,
     state: &mut State<T, LINKS>,
@@ -276,20 +310,6 @@ fn eliminate<T: Real, L: Law<T>, const LINKS: usize>(
         wrench.pass_joint(kept);
     }
     wrench
-}
-
-/// Guide to tip.     docs/model.md (17)
-///
-/// What only the `LAST` solve of a step has to find is found in it alone: totals, the forces
-/// at the nodes, rates, and what the contacts remember.
-#[inline(never)]
-fn resolve<T: Real, L: Law<T>, const LINKS: usize, const LAST: bool>(
-    state: &mut State<T, LINKS>,
-    scheme: &Scheme<T>,
-    chain: &Chain<T>,
-    at_guide: &Wrench<T>,
-) -> Totals<T> {
-    resolve_lanes::<T, T::Pack, L, LINKS, LAST>(state, scheme, chain, at_guide)
 }
 
 /// How a link has moved in a solve.
@@ -337,8 +357,13 @@ fn resolve_contact<T: Real, N: Pack<T>, L: Law<T>, const LAST: bool>(
     N::apart(resolved.force)
 }
 
-#[inline(always)]
-fn resolve_lanes<T: Real, N: Pack<T>, L: Law<T>, const LINKS: usize, const LAST: bool>(
+/// Guide to tip.     docs/model.md (17)
+///
+/// What only the `LAST` solve of a step has to find is found in it alone: totals, the forces
+/// at the nodes, rates, and what the contacts remember. A function of its own as [`eliminate`] is.
+#[cfg_attr(target_arch = "arm", inline(never))]
+#[cfg_attr(not(target_arch = "arm"), inline(always))]
+fn resolve<T: Real, N: Pack<T>, L: Law<T>, const LINKS: usize, const LAST: bool>(
     state: &mut State<T, LINKS>,
     scheme: &Scheme<T>,
     chain: &Chain<T>,

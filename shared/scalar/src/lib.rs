@@ -10,6 +10,12 @@
 
 #![no_std]
 
+// On a host it knows what the processor can do.
+#[cfg(target_arch = "x86_64")]
+extern crate std;
+
+#[cfg(target_arch = "x86_64")]
+mod lanes;
 mod pack;
 mod triple;
 mod vector;
@@ -19,7 +25,7 @@ use core::ops::{Add, Div, IndexMut, Mul, Neg, Sub};
 
 use nalgebra::RealField;
 
-pub use pack::Pack;
+pub use pack::{Pack, Work};
 pub use triple::{Plain, Triple};
 pub use vector::Vector3;
 
@@ -61,8 +67,8 @@ pub trait Number:
 
 /// A number of the model: `f32` or `f64`.
 pub trait Real: RealField + Default + Pack<Self> {
-    /// As many of them as the target computes with at a time.
-    type Pack: Pack<Self>;
+    /// Does something with as many numbers at a time as the processor computes with.
+    fn side_by_side<W: Work<Self>>(work: W) -> W::Output;
     /// The nearest number to an integer.
     fn int(value: i32) -> Self;
     /// Nearest `f32`, for reports.
@@ -110,7 +116,17 @@ impl Number for f32 {
 }
 
 impl Real for f32 {
-    type Pack = pack::Pack32;
+    #[inline(always)]
+    fn side_by_side<W: Work<Self>>(work: W) -> W::Output {
+        #[cfg(target_arch = "x86_64")]
+        {
+            lanes::side_by_side::<Self, lanes::Four, lanes::Eight, W>(work)
+        }
+        #[cfg(not(target_arch = "x86_64"))]
+        {
+            work.with::<Self>()
+        }
+    }
     #[inline(always)]
     fn int(value: i32) -> Self {
         value as f32
@@ -169,7 +185,17 @@ impl Number for f64 {
 }
 
 impl Real for f64 {
-    type Pack = pack::Pack64;
+    #[inline(always)]
+    fn side_by_side<W: Work<Self>>(work: W) -> W::Output {
+        #[cfg(target_arch = "x86_64")]
+        {
+            lanes::side_by_side::<Self, lanes::Two, lanes::FourDoubles, W>(work)
+        }
+        #[cfg(not(target_arch = "x86_64"))]
+        {
+            work.with::<Self>()
+        }
+    }
     #[inline(always)]
     fn int(value: i32) -> Self {
         f64::from(value)

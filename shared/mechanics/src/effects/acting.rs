@@ -97,6 +97,7 @@ pub(crate) struct Acting<T: Real> {
 impl<T: Real> Law<T> for Acting<T> {
     const RELAXES: bool = true;
 
+    #[inline(always)]
     fn wall<N: Pack<T>>(
         &self,
         position: &Vector3<N>,
@@ -110,6 +111,7 @@ impl<T: Real> Law<T> for Acting<T> {
         (N::each(|lane| walls[lane].0), N::vectors(|lane| walls[lane].1))
     }
 
+    #[inline(always)]
     fn indentation<N: Pack<T>>(&self, indented: N, slope: N, relaxed: N) -> (N, N, N) {
         let walls = N::lanes(|lane| {
             self.indentation_of_one(indented.lane(lane), slope.lane(lane), relaxed.lane(lane))
@@ -118,12 +120,14 @@ impl<T: Real> Law<T> for Acting<T> {
         (each(|wall| wall.0), each(|wall| wall.1), each(|wall| wall.2))
     }
 
+    #[inline(always)]
     fn friction<N: Pack<T>>(&self, nominal: N, normal_n: N, stiffness: N) -> N {
         N::each(|lane| {
             nominal.lane(lane) * self.wall.friction(normal_n.lane(lane), stiffness.lane(lane))
         })
     }
 
+    #[inline(always)]
     fn stream<N: Pack<T>>(
         &self,
         tangent: &Vector3<N>,
