@@ -183,7 +183,7 @@ mod tests {
         let mut toy = Toy::new(0.01, 0.01, (0..SAMPLES).map(measured), predict);
         let [slope, curve] = ["slope", "curve"].map(parameter);
         toy.effects = vec![
-            effect("line", vec![slope.clone()], vec![vec![1.0]]),
+            effect("line", vec![slope], vec![vec![1.0]]),
             effect("bent", vec![slope, curve], vec![vec![1.0, 0.1]]),
         ];
         explained_by(&toy, &[1], |selector, selection| {
