@@ -31,8 +31,7 @@ const FEW: usize = 2;
 /// as near to the floor as this, in energy and in every quantity. The floor of a drive, whose repeats
 /// agree better than any model, says little of what is left.
 const NEARLY_ALL: f64 = 0.9;
-/// The same of several effects: what closes less and leaves much is in no library (6 of 6 tune cases of
-/// seeds 7000 to 9000).
+/// The same of several effects: in tune cases, what closes less and leaves much was in no library.
 const NEARLY_ALL_TOGETHER: f64 = 0.95;
 /// Energy of a quantity that may be left by what closes less, if nothing else comes near to it: a
 /// shape that differs from the library's leaves something where the effect acts most.
@@ -146,8 +145,8 @@ fn verdict(shrink: f64, worst: f64, lead: f64, effects: usize) -> Verdict {
 }
 
 /// How much more an effect closes alone than any but those that are not told apart from it: what
-/// several explain equally badly, none explains. What is named beside it is a rival too: two effects
-/// that each explain a part of a gap explain what is in no library together (seed 9000).
+/// several explain equally badly, none explains. What is named beside it is a rival too: two that
+/// explain about as much alone may stand together for what is in no library.
 fn lead(ranking: &[Ranked], first: &str, alike: &[&str]) -> f64 {
     let alone = ranking.iter().find(|ranked| ranked.id == first);
     let rival = ranking.iter().find(|ranked| ranked.id != first && !alike.contains(&&*ranked.id));
@@ -324,8 +323,8 @@ impl<'a> Answer<'a> {
         let Some(first) = self.diagnosis.effects.first() else { return 0.0 };
         let id = |effect: usize| self.plant.effects()[effect].id;
         let alike = named.iter().filter(|(effect, _)| id(*effect) == first.id);
-        let own: Vec<&str> = alike.flat_map(|(_, set)| set).map(|&effect| id(effect)).collect();
-        lead(&self.diagnosis.ranking, &first.id, &own)
+        let alike: Vec<&str> = alike.flat_map(|(_, set)| set).map(|&effect| id(effect)).collect();
+        lead(&self.diagnosis.ranking, &first.id, &alike)
     }
 
     fn figures(&mut self, problem: &Problem<'_>, before: &Score, after: &Score) {
