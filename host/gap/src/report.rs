@@ -212,7 +212,18 @@ impl Diagnosis {
                 "Nothing can be concluded from this data; the remarks say why.".to_owned()
             }
             Verdict::Unknown => {
-                "There is a gap, and none of the known effects explains half of it.".to_owned()
+                let nearest = self.ranking.first().filter(|nearest| nearest.shrink > 0.0);
+                let nearest = nearest.map_or_else(String::new, |nearest| {
+                    format!(
+                        ": {}, the nearest alone, closes {}",
+                        nearest.id,
+                        percent(nearest.shrink)
+                    )
+                });
+                format!(
+                    "There is a gap, and none of the known effects explains it well enough to be \
+                     named{nearest}."
+                )
             }
         }
     }

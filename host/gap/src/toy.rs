@@ -17,6 +17,8 @@ pub struct Toy<F> {
     pub cheap: bool,
     /// Added to the predictions of the last trial, by the way that its finer model goes.
     pub forks: Vec<f64>,
+    /// Value of the first parameter of the first effect above which they are.
+    pub forks_above: f64,
     channels: Vec<Channel>,
     regimes: Vec<String>,
     trials: Vec<Trial>,
@@ -50,6 +52,7 @@ impl<F: Fn(usize, &Point) -> f64> Toy<F> {
             swing: None,
             cheap: true,
             forks: vec![0.0],
+            forks_above: f64::NEG_INFINITY,
             channels: vec![Channel { name: "fx_N".into(), quantity: Quantity::Force }],
             regimes: vec!["standing".into()],
             trials: vec![Trial { number: 0, samples, blocks: 1 }],
@@ -136,8 +139,9 @@ impl<F: Fn(usize, &Point) -> f64 + Sync> Plant for Toy<F> {
     fn simulate(&self, trial: usize, point: &Point) -> Option<Vec<f64>> {
         let samples = 0..self.trials[trial].samples.len();
         let way = point.anchor.ways.get(trial).copied().unwrap_or_default();
-        let is_last = trial + 1 == self.trials.len();
-        let fork = if is_last { *self.forks.get(way)? } else { 0.0 };
+        let first = point.effects.first().and_then(|own| own.first()).copied();
+        let is_forked = trial + 1 == self.trials.len() && first.unwrap_or(0.0) > self.forks_above;
+        let fork = if is_forked { *self.forks.get(way)? } else { 0.0 };
         Some(samples.map(|i| (self.predict)(i, point) + fork).collect())
     }
 

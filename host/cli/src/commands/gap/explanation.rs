@@ -203,8 +203,8 @@ impl Explanation {
                  device how far its forces may be off"
             }
             Verdict::Unknown => {
-                "the verdict is `unknown`: no effect explains half of the gap, or the data carry \
-                 no verdict, so nothing is switched on\n  fix: see the diagnosis' remarks and \
+                "the verdict is `unknown`: no effect explains the gap well enough, or the data \
+                 carry no verdict, so nothing is switched on\n  fix: see the diagnosis' remarks and \
                  where the gap lies, record what they ask for; `--effect ID` fits an effect that \
                  you know to be there, `--band-only` tells the device how far its forces may be off"
             }
