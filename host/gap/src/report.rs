@@ -20,9 +20,9 @@ pub enum Verdict {
     NoGap,
     /// Effects that close at least 80 % of the gap.
     Named,
-    /// Effects that close 50 to 80 %.
+    /// Effects that close a part of it and come before all others (`diagnose.rs`).
     Partial,
-    /// No effect of the library closes half of the gap, or the data cannot carry a verdict.
+    /// No effect of the library explains enough of the gap, or the data cannot carry a verdict.
     Unknown,
 }
 
@@ -226,5 +226,42 @@ impl Diagnosis {
                 )
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_gap_that_nothing_explains_is_answered_with_what_is_nearest() {
+        let sentence = |ranking: &[(&str, f64)]| {
+            let of = |(id, shrink): &(&str, f64)| Ranked { id: (*id).to_owned(), shrink: *shrink };
+            let answer = Diagnosis {
+                format: FORMAT,
+                bundle: "trials".to_owned(),
+                verdict: Verdict::Unknown,
+                effects: Vec::new(),
+                confusable: Vec::new(),
+                ranking: ranking.iter().map(of).collect(),
+                gap: Gap::default(),
+                places: Vec::new(),
+                next_experiment: None,
+                band: None,
+                reproduce: Reproduce::default(),
+                remarks: Vec::new(),
+                details: Details::default(),
+            };
+            answer.sentence()
+        };
+        let near = sentence(&[("wall.motion", 0.71), ("drive.slip", 0.1)]);
+        assert!(
+            near.ends_with("to be named: wall.motion, the nearest alone, closes 71 %."),
+            "{near}"
+        );
+        // What closes nothing is not near.
+        let none = sentence(&[("wall.motion", -0.2)]);
+        assert!(none.ends_with("well enough to be named."), "{none}");
+        assert!(sentence(&[]).contains("Nothing can be concluded"));
     }
 }

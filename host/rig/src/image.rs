@@ -1,6 +1,6 @@
 //! From a bundle to the bytes that configure a device.
 
-use cathforce_config::image::{encode, encoded_len};
+use cathforce_config::image::{encode, encoded_len, overlong};
 use cathforce_config::master::Master;
 use cathforce_config::{Band, EncodeError, ImageError, ImageHead, Settings};
 use cathforce_mechanics::ParameterError;
@@ -83,11 +83,8 @@ pub enum ImageBuildError {
          table [guidewire] of rig.toml, with the keys of [instrument]"
     )]
     NoGuidewire,
-    #[error(
-        "solver.solves = 2 with {0}: a tick would take more than half of its millisecond\n  fix: \
-         leave solver.solves at 1"
-    )]
-    TwoSolves(&'static str),
+    #[error("{0}\n  fix: leave solver.solves at 1")]
+    Overlong(ImageError),
     #[error("{key} = {value}: {error}\n  fix: `cathforce config` lists names and ranges")]
     Parameter { key: String, value: f32, error: ParameterError },
     #[error("the image cannot be made: {0}\n  fix: correct the setting or number it names")]
@@ -124,13 +121,8 @@ pub fn device_image(
     description
         .validate()
         .map_err(|error| ImageBuildError::Description(ImageError::Description(error)))?;
-    if description.solver.solves > 1 {
-        if description.guidewire.is_some() {
-            return Err(ImageBuildError::TwoSolves("a guidewire"));
-        }
-        if description.solver.substeps > 1 {
-            return Err(ImageBuildError::TwoSolves("half ticks, which a near-rigid wall asks for"));
-        }
+    if let Some(what) = overlong(&description) {
+        return Err(ImageBuildError::Overlong(ImageError::Overlong(what)));
     }
 
     let vessel = Vessel::from_bundle(bundle, options.surface)?;

@@ -224,7 +224,7 @@ fn two_solves_are_too_much_for_a_tick_with_a_wire() {
     let parameters = vec![("solver.solves".to_owned(), 2.0)];
     let options = ImageOptions { parameters, ..ImageOptions::default() };
     let error = device_image(&open_with(&rig(), &trial()).unwrap(), &options).unwrap_err();
-    assert!(matches!(error, ImageBuildError::TwoSolves(_)), "{error}");
+    assert!(matches!(error, ImageBuildError::Overlong(_)), "{error}");
     assert!(error.to_string().contains("guidewire"), "{error}");
 }
 

@@ -108,7 +108,7 @@ fn two_solves_are_asked_for_by_name() {
     fs::write(folder.path().join("rig.toml"), rigid).unwrap();
     let bundle = Bundle::open(folder.path()).unwrap();
     let error = device_image(&bundle, &options).unwrap_err();
-    assert!(matches!(error, ImageBuildError::TwoSolves(_)), "{error}");
+    assert!(matches!(error, ImageBuildError::Overlong(_)), "{error}");
     assert!(error.to_string().contains("near-rigid"), "{error}");
     assert!(device_image(&bundle, &ImageOptions::default()).is_ok());
 }

@@ -72,6 +72,8 @@ pub enum ImageError {
     Description(DescriptionError),
     /// `solver.tick_s` is not the tick of the device.
     Tick,
+    /// More than a tick has time for (see [`overlong`]).
+    Overlong(&'static str),
     /// The lumen, whose bytes begin at this offset.
     Lumen { offset: usize, error: LumenError },
     /// A setting.
@@ -141,6 +143,10 @@ impl fmt::Display for ImageError {
             Self::Tick => {
                 write!(f, "description: solver.tick_s must be {TICK_S} s, the tick of the device")
             }
+            Self::Overlong(what) => write!(
+                f,
+                "description: {what}: a tick would take more than half of its millisecond"
+            ),
             Self::Lumen { error: LumenError::Header(name), .. } => {
                 write!(f, "lumen: {name} of its header is not finite or out of range")
             }
@@ -345,6 +351,19 @@ fn split(image: &[u8]) -> Result<(ImageHead, &[u8], usize), ImageError> {
     Ok((head, lumen, offset))
 }
 
+/// What of a description leaves a tick of the device too little time; `None` where there is enough.
+pub fn overlong(description: &Description<f32>) -> Option<&'static str> {
+    let solver = &description.solver;
+    match (solver.solves, solver.substeps, &description.guidewire) {
+        (_, 3.., _) => Some("solver.substeps above 2"),
+        (2.., _, Some(_)) => Some("solver.solves = 2 with a guidewire"),
+        (2.., 2, None) => {
+            Some("solver.solves = 2 with half ticks, which a near-rigid wall asks for")
+        }
+        _ => None,
+    }
+}
+
 /// Checks what the numbers mean and makes the configuration.
 fn configure(
     head: ImageHead,
@@ -357,6 +376,9 @@ fn configure(
     settings.validate().map_err(ImageError::Setting)?;
     if description.solver.tick_s != TICK_S {
         return Err(ImageError::Tick);
+    }
+    if let Some(what) = overlong(&description) {
+        return Err(ImageError::Overlong(what));
     }
     let lumen = Lumen::new(lumen, lumen_bytes)
         .map_err(|error| ImageError::Lumen { offset: lumen_offset, error })?;

@@ -199,6 +199,20 @@ fn p16_numbers_out_of_range_are_refused_by_name() {
     );
     refused(|h| h.description.solver.tick_s = 2e-3, ImageError::Tick);
     refused(|h| h.description.solver.tick_s = f32::NAN, ImageError::Tick);
+    let overlong = ImageError::Overlong;
+    refused(|h| h.description.solver.substeps = 3, overlong("solver.substeps above 2"));
+    refused(
+        |h| {
+            let (wire, solver) = (&mut h.description.guidewire, &mut h.description.solver);
+            *wire = Some(h.description.instrument.clone());
+            solver.solves = 2;
+        },
+        overlong("solver.solves = 2 with a guidewire"),
+    );
+    refused(
+        |h| (h.description.solver.solves, h.description.solver.substeps) = (2, 2),
+        overlong("solver.solves = 2 with half ticks, which a near-rigid wall asks for"),
+    );
     refused(
         |h| h.description.wall.friction_coefficient = f32::INFINITY,
         ImageError::Description(DescriptionError::Range("wall.friction_coefficient")),
