@@ -25,6 +25,9 @@ pub(crate) fn refusal(error: ImageError) -> Refusal<'static> {
             (HEADER_BYTES, reason, field)
         }
         ImageError::Tick => (HEADER_BYTES, "not the tick of the device", "solver.tick_s"),
+        ImageError::Overlong(_) => {
+            (HEADER_BYTES, "a tick would take too long", "solver.solves, solver.substeps")
+        }
         ImageError::Lumen { offset, error } => match error {
             LumenError::Header(field) => (HEADER_BYTES, "lumen out of range", field),
             LumenError::Length { .. } => (offset, "lumen not as long as its header says", ""),
