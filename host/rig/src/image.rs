@@ -83,7 +83,7 @@ pub enum ImageBuildError {
          table [guidewire] of rig.toml, with the keys of [instrument]"
     )]
     NoGuidewire,
-    #[error("{0}\n  fix: leave solver.solves at 1")]
+    #[error("{0}\n  fix: leave solver.solves at 1, and parts of a tick at 2 or less")]
     Overlong(ImageError),
     #[error("{key} = {value}: {error}\n  fix: `cathforce config` lists names and ranges")]
     Parameter { key: String, value: f32, error: ParameterError },
