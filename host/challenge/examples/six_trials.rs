@@ -6,7 +6,7 @@
 use std::error::Error;
 use std::path::PathBuf;
 
-use cathforce_challenge::{Trial, play_along, rigs, schedule, single, write_bundle};
+use cathforce_challenge::{Stand, Trial, play_along, rigs, schedule, single};
 use cathforce_reference::Schedule;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -38,7 +38,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let changes: Vec<_> = EFFECTS.iter().filter_map(|id| single(id, SEVERITY, &mut rng)).collect();
     let trial = |trial| play_along(&rig, &changes, &motion(trial, rig.start_m));
     let trials: Vec<Trial> = (0..TRIALS).map(trial).collect::<Result<_, _>>()?;
-    write_bundle(&folder, "six-trials", &rig, &trials, SEED)?;
+    Stand::own(&rig).write(&folder, "six-trials", &trials, SEED)?;
     for (number, trial) in trials.iter().enumerate() {
         let end_s = trial.last().map_or(0.0, |row| row.t_s);
         println!("{number:03}: {} rows, {end_s:.1} s", trial.len());

@@ -5,47 +5,63 @@ use std::fs;
 use std::io;
 use std::path::Path;
 
-use crate::noise::Noise;
-use crate::play::Trial;
-use crate::rigs::{CONTACT_SPACING_M, GRAVITY_M_PER_S2, Rig, TANGENTIAL_RATIO};
+use nalgebra::Vector3;
 
-/// White noise of a row: force and drive force \[N\], tip \[m\].
-pub const FORCE_NOISE_N: f64 = 2e-3;
-pub const DRIVE_NOISE_N: f64 = 2e-3;
-pub const TIP_NOISE_M: f64 = 1.5e-4;
-/// Rows between two of the tip: 25 a second.
-const TIP_EVERY: usize = 10;
+use crate::noise::Noise;
+use crate::play::{Row, Trial};
+use crate::rigs::{CONTACT_SPACING_M, GRAVITY_M_PER_S2, Rig, TANGENTIAL_RATIO};
+use crate::stand::{Accuracy, Stand};
+
 /// Zero of the force sensor from trial to trial, which is no effect \[N\].
 const ZERO_SD_N: f64 = 1e-3;
+/// On the shape, the tip and the entry among them.
+const SHAPE_POINTS: usize = 8;
 
-/// Writes a bundle; `name` is all that its files say about the case.
-pub fn write_bundle(
-    folder: &Path,
-    name: &str,
-    rig: &Rig,
-    trials: &[Trial],
-    noise_seed: u64,
-) -> io::Result<()> {
-    fs::create_dir_all(folder.join("trials"))?;
-    fs::write(folder.join("rig.toml"), rig_toml(name, rig))?;
-    fs::write(folder.join("centreline.csv"), centreline(rig))?;
-    let mut noise = Noise::of_seed(noise_seed);
-    for (number, trial) in trials.iter().enumerate() {
-        let path = folder.join(format!("trials/{number:03}.csv"));
-        fs::write(path, csv(trial, &mut noise))?;
+impl Stand {
+    /// Writes a bundle; `name` is all that the files of an own rig say about the case. Files of a
+    /// given rig are copied.
+    pub fn write(
+        &self,
+        folder: &Path,
+        name: &str,
+        trials: &[Trial],
+        noise_seed: u64,
+    ) -> io::Result<()> {
+        fs::create_dir_all(folder.join("trials"))?;
+        match &self.given {
+            None => {
+                fs::write(folder.join("rig.toml"), rig_toml(name, &self.rig, &self.accuracy))?;
+                fs::write(folder.join("centreline.csv"), centreline(&self.rig))?;
+            }
+            Some(given) => {
+                let files = ["rig.toml", "centreline.csv", "vessel.stl"];
+                for file in files.iter().filter(|file| given.join(file).exists()) {
+                    fs::copy(given.join(file), folder.join(file))?;
+                }
+            }
+        }
+        let mut noise = Noise::of_seed(noise_seed);
+        for (number, trial) in trials.iter().enumerate() {
+            let path = folder.join(format!("trials/{number:03}.csv"));
+            fs::write(path, csv(trial, &self.accuracy, &mut noise))?;
+        }
+        Ok(())
     }
-    Ok(())
 }
 
-fn csv(trial: &Trial, noise: &mut Noise) -> String {
-    let mut text = String::from(
-        "t_s,insertion_m,rotation_rad,fx_N,fy_N,fz_N,drive_fx_N,tip_x_m,tip_y_m,tip_z_m\n",
-    );
+fn csv(trial: &Trial, accuracy: &Accuracy, noise: &mut Noise) -> String {
+    let mut text = String::from("t_s,insertion_m,rotation_rad,fx_N,fy_N,fz_N,drive_fx_N");
+    let shape =
+        (0..if accuracy.shape_m.is_some() { SHAPE_POINTS } else { 0 }).map(|k| format!("p{k:02}"));
+    for point in std::iter::once("tip".to_owned()).chain(shape) {
+        text += &format!(",{point}_x_m,{point}_y_m,{point}_z_m");
+    }
+    text.push('\n');
     let zero = noise.vector(ZERO_SD_N);
     // Writing to a string does not fail.
     for (k, row) in trial.iter().enumerate() {
-        let force = row.force_n + zero + noise.vector(FORCE_NOISE_N);
-        let drive = row.drive_force_n + noise.normal() * DRIVE_NOISE_N;
+        let force = row.force_n + zero + noise.vector(accuracy.force_n);
+        let drive = row.drive_force_n + noise.normal() * accuracy.drive_n;
         let _ = write!(
             text,
             "{:.4},{:.7},{:.6},{:.6},{:.6},{:.6},{:.6}",
@@ -57,14 +73,44 @@ fn csv(trial: &Trial, noise: &mut Noise) -> String {
             force.z,
             drive
         );
-        let _ = if k % TIP_EVERY == 0 {
-            let tip = row.tip_m + noise.vector(TIP_NOISE_M);
-            writeln!(text, ",{:.6},{:.6},{:.6}", tip.x, tip.y, tip.z)
-        } else {
-            writeln!(text, ",,,")
-        };
+        let tip = (k % accuracy.tip_every == 0).then(|| row.tip_m + noise.vector(accuracy.tip_m));
+        point(&mut text, tip);
+        if let Some(sd_m) = accuracy.shape_m {
+            let seen = evenly(row);
+            for k in 0..SHAPE_POINTS {
+                point(&mut text, seen.get(k).map(|p| p + noise.vector(sd_m)));
+            }
+        }
+        text.push('\n');
     }
     text
+}
+
+fn point(text: &mut String, at: Option<Vector3<f64>>) {
+    let _ = match at {
+        Some(p) => write!(text, ",{:.6},{:.6},{:.6}", p.x, p.y, p.z),
+        None => write!(text, ",,,"),
+    };
+}
+
+/// Points of a row's centre line, if it has one, that are as far from each other along it.
+fn evenly(row: &Row) -> Vec<Vector3<f64>> {
+    let line = &row.shape_m;
+    if line.len() < 2 {
+        return Vec::new();
+    }
+    let mut arc = vec![0.0];
+    for pair in line.windows(2) {
+        arc.push(arc[arc.len() - 1] + (pair[1] - pair[0]).norm());
+    }
+    let length = arc[arc.len() - 1];
+    let at = |k: usize| {
+        let at = length * k as f64 / (SHAPE_POINTS - 1) as f64;
+        let after = arc.partition_point(|a| *a < at).clamp(1, line.len() - 1);
+        let share = (at - arc[after - 1]) / (arc[after] - arc[after - 1]);
+        line[after - 1].lerp(&line[after], share)
+    };
+    (0..SHAPE_POINTS).map(at).collect()
 }
 
 fn centreline(rig: &Rig) -> String {
@@ -83,7 +129,7 @@ fn centreline(rig: &Rig) -> String {
     text
 }
 
-fn rig_toml(name: &str, rig: &Rig) -> String {
+fn rig_toml(name: &str, rig: &Rig, accuracy: &Accuracy) -> String {
     let i = &rig.instrument;
     let section = |(length, youngs): (f64, f64)| {
         format!("  {{ length_m = {length:?}, youngs_modulus_Pa = {youngs:?} }},\n")
@@ -125,10 +171,10 @@ gravity_m_per_s2 = {GRAVITY_M_PER_S2:?}
 fluid = "none"
 
 [sensor]
-force_noise_sd_N = {FORCE_NOISE_N:?}
+force_noise_sd_N = {:?}
 force_rate_hz = 250.0
-tip_noise_sd_m = {TIP_NOISE_M:?}
-drive_noise_sd_N = {DRIVE_NOISE_N:?}
+tip_noise_sd_m = {:?}
+drive_noise_sd_N = {:?}
 "#,
         i.outer_diameter_m,
         i.inner_diameter_m,
@@ -136,5 +182,8 @@ drive_noise_sd_N = {DRIVE_NOISE_N:?}
         i.poissons_ratio,
         rig.friction_coefficient,
         i.wall_stiffness_n_per_m,
+        accuracy.force_n,
+        accuracy.tip_m,
+        accuracy.drive_n,
     )
 }

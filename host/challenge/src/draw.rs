@@ -7,7 +7,7 @@ use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
 use crate::change::Change;
-use crate::rigs::{Rig, rigs};
+use crate::stand::Stand;
 
 /// What a case is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -25,7 +25,7 @@ pub enum Kind {
 pub struct Case {
     pub number: usize,
     pub kind: Kind,
-    pub rig: Rig,
+    pub stand: Stand,
     pub changes: Vec<Change>,
     /// From 0 (just to be seen) to 1 (strong).
     pub severity: f64,
@@ -76,10 +76,9 @@ pub const OUTSIDE: [&str; 6] = [
     "outside.rough_piece",
 ];
 
-/// Cases 0 to `count` of a seed. The same seed gives the same cases.
-pub fn cases(seed: u64, count: usize) -> Vec<Case> {
+/// Cases 0 to `count` of a seed on these rigs. The same seed gives the same cases.
+pub fn cases(seed: u64, count: usize, stands: &[Stand]) -> Vec<Case> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    let rigs = rigs();
     let share = |of: usize| (count + of / 2) / of;
     let mut kinds = vec![Kind::None; share(10)];
     kinds.extend(vec![Kind::Outside; share(4)]);
@@ -88,9 +87,9 @@ pub fn cases(seed: u64, count: usize) -> Vec<Case> {
     shuffle(&mut kinds, &mut rng);
     // Every effect once before any comes twice.
     let (mut inside, mut outside) = (Deck::of(&LIBRARY), Deck::of(&OUTSIDE));
-    let mut rig_deck = Deck::of(&[0, 1, 2, 3]);
+    let mut stand_deck = Deck::of(stands);
     let case = |(number, kind): (usize, Kind)| {
-        let rig = rigs[rig_deck.draw(&mut rng)].clone();
+        let stand = stand_deck.draw(&mut rng);
         let severity = rng.random_range(0.0..1.0);
         let ids = match kind {
             Kind::None => Vec::new(),
@@ -106,7 +105,7 @@ pub fn cases(seed: u64, count: usize) -> Vec<Case> {
             }
         };
         let changes = ids.iter().filter_map(|id| single(id, severity, &mut rng)).collect();
-        Case { number, kind, rig, changes, severity, noise_seed: rng.random() }
+        Case { number, kind, stand, changes, severity, noise_seed: rng.random() }
     };
     kinds.into_iter().enumerate().map(case).collect()
 }
@@ -257,12 +256,13 @@ mod tests {
 
     #[test]
     fn a_seed_gives_the_stated_shares_and_the_same_cases_again() {
-        let (drawn, again) = (cases(7, 200), cases(7, 200));
+        let stands = Stand::all_own();
+        let (drawn, again) = (cases(7, 200, &stands), cases(7, 200, &stands));
         let count = |kind| drawn.iter().filter(|case| case.kind == kind).count();
         let shares = [Kind::None, Kind::Outside, Kind::Pair, Kind::Single].map(count);
         assert_eq!(shares, [20, 50, 50, 80]);
         assert!(drawn.iter().zip(&again).all(|(a, b)| a.changes == b.changes));
-        assert!(cases(8, 200).iter().zip(&drawn).any(|(a, b)| a.changes != b.changes));
+        assert!(cases(8, 200, &stands).iter().zip(&drawn).any(|(a, b)| a.changes != b.changes));
         for case in &drawn {
             let wanted = match case.kind {
                 Kind::None => 0,

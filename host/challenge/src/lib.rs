@@ -8,6 +8,8 @@
 //! | --- | --- |
 //! | `rigs` | two vessels, two instruments |
 //! | `motion` | what the drive does in every trial |
+//! | `stand` | a rig with its motions and the noise of its sensors |
+//! | `given` | the same of a bundle that somebody else made |
 //! | `change` | effects of a reality, in and out of the library |
 //! | `world`, `train`, `sensor` | where they act |
 //! | `play` | one trial of a reality |
@@ -21,6 +23,7 @@
 mod bundle;
 mod change;
 mod draw;
+mod given;
 mod motion;
 mod noise;
 mod play;
@@ -28,15 +31,17 @@ mod rigs;
 mod score;
 mod seal;
 mod sensor;
+mod stand;
 mod train;
 mod world;
 
-pub use bundle::write_bundle;
 pub use change::{Change, Truth};
 pub use draw::{Case, Kind, LIBRARY, OUTSIDE, cases, single};
-pub use motion::{DIAGNOSED, TRIALS, schedule};
+pub use given::GivenError;
+pub use motion::{TRIALS, schedule};
 pub use noise::Noise;
 pub use play::{Row, Trial, play, play_along};
 pub use rigs::{CONTACT_SPACING_M, Instrument, Rig, rigs};
 pub use score::{Right, SMALLEST_GAP, Score, Tally, score};
-pub use seal::{Challenge, ChallengeError, Label, Seals, gap_over_noise};
+pub use seal::{Challenge, ChallengeError, Label, Seals};
+pub use stand::{Accuracy, Stand};

@@ -5,8 +5,6 @@ use cathforce_reference::Schedule;
 
 /// Trials of every case.
 pub const TRIALS: usize = 5;
-/// Of them, those that are diagnosed; what is left is what an answer must predict.
-pub const DIAGNOSED: usize = 4;
 
 /// Changes of speed take so long \[s\].
 const RAMP_S: f64 = 0.1;

@@ -25,7 +25,7 @@ pub struct Row {
     pub force_n: Vector3<f64>,
     pub drive_force_n: f64,
     pub tip_m: Vector3<f64>,
-    /// Points of the centre line, the tip first, twice a second; else none \[m\].
+    /// Points of the centre line, from the tip to the entry, twice a second; else none \[m\].
     pub shape_m: Vec<Vector3<f64>>,
 }
 
@@ -70,10 +70,20 @@ pub fn play_along(rig: &Rig, changes: &[Change], schedule: &Schedule) -> Result<
             force_n: sensor.read(t_s, STEP_S, fed_m, sample.force_on_vessel_n),
             drive_force_n: sensor.behind(sample.drive_force_n, feed_m, STEP_S),
             tip_m,
-            shape_m: if k % SHAPE_EVERY == 0 { simulation.centre_line_m() } else { Vec::new() },
+            shape_m: if k % SHAPE_EVERY == 0 { shape_m(rig, &simulation) } else { Vec::new() },
         });
     }
     Ok(rows)
+}
+
+/// The centre line, to the entry of the nominal rig also where a guide reaches farther in.
+fn shape_m(rig: &Rig, simulation: &Simulation) -> Vec<Vector3<f64>> {
+    let mut line = simulation.centre_line_m();
+    let entry_m = rig.problem().entry.position_m;
+    if line.last().is_some_and(|end| (end - entry_m).norm() > 1e-6) {
+        line.push(entry_m);
+    }
+    line
 }
 
 fn moment(schedule: &Schedule, step: usize) -> Moment {

@@ -21,12 +21,10 @@ use serde_json::Value;
 use sha2::{Digest, Sha256};
 use thiserror::Error;
 
-use crate::bundle::{DRIVE_NOISE_N, FORCE_NOISE_N, TIP_NOISE_M, write_bundle};
 use crate::change::Truth;
 use crate::draw::{Case, Kind, cases};
-use crate::motion::TRIALS;
-use crate::play::{Trial, play};
 use crate::score::Score;
+use crate::stand::Stand;
 
 /// What is true of a case.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -64,7 +62,7 @@ pub enum ChallengeError {
     #[error("{}: {error}", path.display())]
     Content { path: PathBuf, error: serde_json::Error },
     #[error(
-        "{}: a challenge that is sealed, or of another seed, is there already\n  \
+        "{}: a challenge that is sealed, or of another seed or other rigs, is there already\n  \
          fix: name another folder",
         .0.display()
     )]
@@ -91,8 +89,8 @@ impl Challenge {
         Self { folder: folder.to_path_buf() }
     }
 
-    /// Makes `count` cases of a seed, or those of them that are not there yet. `salt_seed` must not
-    /// be known to whoever diagnoses. `made` is told after every case.
+    /// Makes `count` cases of a seed on these rigs, or those of them that are not there yet.
+    /// `salt_seed` must not be known to whoever diagnoses. `made` is told after every case.
     ///
     /// Gives the cases that are left out because the solver finds no balance, and why.
     pub fn make(
@@ -100,14 +98,15 @@ impl Challenge {
         seed: u64,
         count: usize,
         salt_seed: u64,
+        stands: &[Stand],
         made: &(dyn Fn() + Sync),
     ) -> Result<Vec<(usize, SolveError)>, ChallengeError> {
-        if self.folder.join("seals.json").exists() || self.is_of_another(seed)? {
+        if self.folder.join("seals.json").exists() || self.is_of_another(seed, stands)? {
             return Err(ChallengeError::AlreadyMade(self.folder.clone()));
         }
         let mut rng = ChaCha8Rng::seed_from_u64(salt_seed);
         let drawn: Vec<(Case, u128)> =
-            cases(seed, count).into_iter().map(|case| (case, rng.random())).collect();
+            cases(seed, count, stands).into_iter().map(|case| (case, rng.random())).collect();
         create(&self.folder.join("labels"))?;
         create(&self.folder.join("cases"))?;
         let make = |(case, salt): &(Case, u128)| -> Result<_, ChallengeError> {
@@ -122,15 +121,16 @@ impl Challenge {
         Ok(left_out.into_iter().flatten().collect())
     }
 
-    /// Whether there are cases of another seed.
-    fn is_of_another(&self, seed: u64) -> Result<bool, ChallengeError> {
+    /// Whether there are cases of another seed, or of other rigs.
+    fn is_of_another(&self, seed: u64, stands: &[Stand]) -> Result<bool, ChallengeError> {
         if !self.folder.join("labels").exists() {
             return Ok(self.folder.join("cases").exists());
         }
         let first =
             self.cases()?.into_iter().map(|case| self.label_path(&case)).find(|p| p.exists());
         let label: Option<Label> = first.map(|path| read_json(&path)).transpose()?;
-        Ok(label.is_some_and(|label| label.seed != seed))
+        let is_known = |rig: &str| stands.iter().any(|stand| stand.rig.name == rig);
+        Ok(label.is_some_and(|label| label.seed != seed || !is_known(&label.rig)))
     }
 
     /// Plays and writes one case, or says why it cannot be played.
@@ -141,17 +141,15 @@ impl Challenge {
         salt: u128,
     ) -> Result<Result<(), SolveError>, ChallengeError> {
         let name = name(case.number);
-        let all = |changes: &[_]| -> Result<Vec<Trial>, SolveError> {
-            (0..TRIALS).map(|trial| play(&case.rig, changes, trial)).collect()
-        };
+        let stand = &case.stand;
         let play_all = || {
-            let (real, nominal) = (all(&case.changes)?, all(&[])?);
+            let (real, nominal) = (stand.play(&case.changes)?, stand.play(&[])?);
             let added = match case.changes.len() {
-                1 => vec![gap_over_noise(&real, &nominal)],
+                1 => vec![stand.gap_over_noise(&real, &nominal)],
                 effects => (0..effects)
                     .map(|k| {
                         let others: Vec<_> = [&case.changes[..k], &case.changes[k + 1..]].concat();
-                        Ok(gap_over_noise(&real, &all(&others)?))
+                        Ok(stand.gap_over_noise(&real, &stand.play(&others)?))
                     })
                     .collect::<Result<_, SolveError>>()?,
             };
@@ -165,15 +163,16 @@ impl Challenge {
             case: name.clone(),
             seed,
             kind: case.kind,
-            rig: case.rig.name.clone(),
-            effects: case.changes.iter().map(|c| c.truth(case.rig.friction_coefficient)).collect(),
+            rig: stand.rig.name.clone(),
+            effects: case.changes.iter().map(|c| c.truth(stand.rig.friction_coefficient)).collect(),
             severity: case.severity,
-            gap_over_noise: gap_over_noise(&real, &nominal),
+            gap_over_noise: stand.gap_over_noise(&real, &nominal),
             added_over_noise,
             salt: format!("{salt:032x}"),
         };
         let folder = self.folder.join("cases").join(&name);
-        write_bundle(&folder, &format!("case-{name}"), &case.rig, &real, case.noise_seed)
+        stand
+            .write(&folder, &format!("case-{name}"), &real, case.noise_seed)
             .map_err(|error| ChallengeError::File { path: folder, error })?;
         // The label comes last: what has one is whole.
         write_json(&self.label_path(&name), &label)?;
@@ -265,24 +264,6 @@ impl Challenge {
         };
         seals.labels.iter().map(open).collect()
     }
-}
-
-/// Noise of a mean of so many rows is smaller by the square root: force samples of 20 ms.
-const AVERAGED_ROWS: f64 = 5.0;
-
-/// √(1 + mean square of the difference over the noise), of the best channel.
-pub fn gap_over_noise(real: &[Trial], nominal: &[Trial]) -> f64 {
-    let mut sums = [0.0; 3];
-    let mut rows = 0.0;
-    for (a, b) in real.iter().zip(nominal).flat_map(|(a, b)| a.iter().zip(b)) {
-        let noise = FORCE_NOISE_N / AVERAGED_ROWS.sqrt();
-        sums[0] += ((a.force_n - b.force_n) / noise).norm_squared() / 3.0;
-        let noise = DRIVE_NOISE_N / AVERAGED_ROWS.sqrt();
-        sums[1] += ((a.drive_force_n - b.drive_force_n) / noise).powi(2);
-        sums[2] += ((a.tip_m - b.tip_m) / TIP_NOISE_M).norm_squared() / 3.0;
-        rows += 1.0;
-    }
-    sums.iter().map(|sum| (1.0 + sum / rows).sqrt()).fold(1.0, f64::max)
 }
 
 fn file(path: &Path) -> impl Fn(std::io::Error) -> ChallengeError {

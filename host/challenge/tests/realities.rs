@@ -2,7 +2,7 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use cathforce_challenge::{Challenge, ChallengeError, Change, play, rigs};
+use cathforce_challenge::{Challenge, ChallengeError, Change, Stand, play, rigs};
 use serde_json::json;
 
 fn rms(a: &[f64]) -> f64 {
@@ -42,26 +42,26 @@ fn friction_is_pushed_against_and_late_motion_is_late() {
 fn a_challenge_is_made_to_its_end_by_a_second_call_that_leaves_what_is_there() {
     let folder = tempfile::tempdir().unwrap();
     let challenge = Challenge::at(folder.path());
-    let made = AtomicUsize::new(0);
+    let (stands, made) = (Stand::all_own(), AtomicUsize::new(0));
     let tell = || {
         made.fetch_add(1, Ordering::Relaxed);
     };
-    assert!(challenge.make(3, 2, 5, &tell).unwrap().is_empty());
+    assert!(challenge.make(3, 2, 5, &stands, &tell).unwrap().is_empty());
     let label = |case: &str| std::fs::read(folder.path().join(format!("labels/{case}.json")));
     let first = label("000").unwrap();
     let trial = folder.path().join("cases/001/trials/000.csv");
     let played = std::fs::read(&trial).unwrap();
     std::fs::remove_file(folder.path().join("labels/001.json")).unwrap();
     std::fs::write(&trial, "half").unwrap();
-    assert!(challenge.make(3, 2, 6, &tell).unwrap().is_empty());
+    assert!(challenge.make(3, 2, 6, &stands, &tell).unwrap().is_empty());
     assert_eq!(label("000").unwrap(), first, "its salt was drawn before");
     assert_eq!(std::fs::read(&trial).unwrap(), played);
     assert!(label("001").is_ok());
     assert_eq!(made.into_inner(), 4);
-    let other_seed = challenge.make(4, 2, 6, &|| {});
+    let other_seed = challenge.make(4, 2, 6, &stands, &|| {});
     assert!(matches!(other_seed, Err(ChallengeError::AlreadyMade(_))));
     challenge.seal().unwrap();
-    let sealed = challenge.make(3, 2, 6, &|| {});
+    let sealed = challenge.make(3, 2, 6, &stands, &|| {});
     assert!(matches!(sealed, Err(ChallengeError::AlreadyMade(_))));
 }
 
@@ -69,7 +69,7 @@ fn a_challenge_is_made_to_its_end_by_a_second_call_that_leaves_what_is_there() {
 fn a_label_that_was_changed_after_the_seal_is_found() {
     let folder = tempfile::tempdir().unwrap();
     let challenge = Challenge::at(folder.path());
-    challenge.make(3, 1, 5, &|| {}).unwrap();
+    challenge.make(3, 1, 5, &Stand::all_own(), &|| {}).unwrap();
     assert!(matches!(challenge.reveal(), Err(ChallengeError::NotSealed(_))));
     challenge.seal().unwrap();
     assert!(matches!(challenge.seal(), Err(ChallengeError::AlreadySealed(_))));

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::sync::OnceLock;
 
-use cathforce_challenge::{Change, play, rigs, write_bundle};
+use cathforce_challenge::{Change, Stand, play, rigs};
 use cathforce_config::image::decode;
 use serde_json::Value;
 
@@ -51,7 +51,8 @@ fn diagnosed() -> (&'static Path, &'static Path) {
             rows.truncate(ROWS);
             rows
         };
-        write_bundle(&bundle, "sticky", rig, &[trial(0), trial(2), trial(0)], 1).unwrap();
+        let trials = [trial(0), trial(2), trial(0)];
+        Stand::own(rig).write(&bundle, "sticky", &trials, 1).unwrap();
         let diagnosis = folder.path().join("diagnosis.json");
         let output = cathforce(&[
             "gap",

@@ -31,6 +31,13 @@ impl Schedule {
         (grows && !samples.is_empty()).then_some(Self { knots: samples })
     }
 
+    /// The same motion, turned by so much from beginning to end.
+    pub fn turned(&self, rotation_rad: f64) -> Self {
+        let mut own = self.clone();
+        own.knots.iter_mut().for_each(|(_, drive)| drive.rotation_rad += rotation_rad);
+        own
+    }
+
     /// Goes on for `duration_s` at these speeds, reached evenly within `ramp_s` of its beginning.
     pub fn then(
         mut self,

@@ -82,6 +82,10 @@ pub struct ChallengeMakeArguments {
     /// The same seed gives the same cases.
     #[arg(long)]
     pub seed: u64,
+    /// Bundle whose rig, motions and noise cases get, in the place of the four own rigs; several
+    /// take turns.
+    #[arg(long)]
+    pub bundle: Vec<PathBuf>,
 }
 
 #[derive(Debug, Args)]

@@ -6,7 +6,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use std::time::Instant;
 
-use cathforce_challenge::{Challenge, ChallengeError, DIAGNOSED, Label, Score, score};
+use cathforce_challenge::{Challenge, ChallengeError, Label, Score, Stand, score};
 use cathforce_gap::{Altered, achieved, diagnose};
 use rand::Rng;
 use serde::Serialize;
@@ -40,7 +40,14 @@ fn make(ui: &Ui, arguments: &ChallengeMakeArguments) -> Result<(), Failure> {
     let made = AtomicU64::new(0);
     let salt_seed = rand::rng().random();
     let challenge = Challenge::at(&arguments.folder);
-    let done = challenge.make(arguments.seed, arguments.cases, salt_seed, &|| {
+    let stands = match &arguments.bundle[..] {
+        [] => Stand::all_own(),
+        bundles => {
+            let stands = bundles.iter().map(|bundle| Stand::of_bundle(bundle));
+            stands.collect::<Result<_, _>>().map_err(|e| Failure::input(e.to_string()))?
+        }
+    };
+    let done = challenge.make(arguments.seed, arguments.cases, salt_seed, &stands, &|| {
         let made = made.fetch_add(1, Ordering::Relaxed) + 1;
         if let Ok(mut progress) = progress.lock() {
             progress.set(made);
@@ -114,8 +121,10 @@ fn answer_case(ui: &Ui, path: &Path) -> Result<Found, Failure> {
     let cpu_before_s = thread_cpu_s();
     let source = Source::open(ui, path)?;
     let all = source.plant()?;
+    // The last trial is what an answer must predict.
+    let diagnosed = all.trials().len().saturating_sub(1);
     let own =
-        diagnose(&Altered::first_trials(all.as_ref(), DIAGNOSED), &source.bundle.rig.name, &|_| {});
+        diagnose(&Altered::first_trials(all.as_ref(), diagnosed), &source.bundle.rig.name, &|_| {});
     let cpu_s = thread_cpu_s() - cpu_before_s;
     let mut json = serde_json::to_value(&own)
         .map_err(|e| Failure::new(Code::Failed, format!("cannot write JSON: {e}")))?;
@@ -123,7 +132,7 @@ fn answer_case(ui: &Ui, path: &Path) -> Result<Found, Failure> {
     json["simulations"] = Value::from(own.details.simulations);
     json["predicted_shrink"] = Value::from(own.details.shrink);
     if !own.effects.is_empty() {
-        json["achieved_shrink"] = Value::from(achieved(all.as_ref(), DIAGNOSED, &own));
+        json["achieved_shrink"] = Value::from(achieved(all.as_ref(), diagnosed, &own));
     }
     Ok(Found { json, sentence: format!("{} ({cpu_s:.0} s)", own.sentence()) })
 }

@@ -1,0 +1,97 @@
+//! Rigs of bundles that somebody else made.
+
+use std::path::{Path, PathBuf};
+
+use cathforce_challenge::{Challenge, GivenError, Stand};
+
+fn example() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/tapered-none")
+}
+
+fn columns(path: &Path, names: &[&str]) -> Vec<Vec<f64>> {
+    let mut reader = csv::Reader::from_path(path).unwrap();
+    let headers = reader.headers().unwrap().clone();
+    let at = |name: &&str| headers.iter().position(|header| header == *name).unwrap();
+    let at: Vec<usize> = names.iter().map(at).collect();
+    let row = |row: csv::StringRecord| at.iter().map(|k| row[*k].parse().unwrap()).collect();
+    reader.records().map(|record| row(record.unwrap())).collect()
+}
+
+/// A copy whose only trial ends early, with another text in its rig.toml.
+fn changed(folder: &Path, rows: usize, from: &str, to: &str) {
+    std::fs::create_dir_all(folder.join("trials")).unwrap();
+    let text = std::fs::read_to_string(example().join("rig.toml")).unwrap();
+    assert!(text.contains(from), "{from}");
+    std::fs::write(folder.join("rig.toml"), text.replace(from, to)).unwrap();
+    std::fs::copy(example().join("centreline.csv"), folder.join("centreline.csv")).unwrap();
+    let trial = std::fs::read_to_string(example().join("trials/000.csv")).unwrap();
+    let lines: Vec<&str> = trial.lines().take(1 + rows).collect();
+    std::fs::write(folder.join("trials/000.csv"), lines.join("\n") + "\n").unwrap();
+}
+
+#[test]
+fn a_reality_goes_as_the_bundle_went_and_feels_what_it_felt() {
+    let folder = tempfile::tempdir().unwrap();
+    let given = folder.path().join("given");
+    changed(&given, 500, "", "");
+    let stand = Stand::of_bundle(&given).unwrap();
+    assert_eq!(stand.motions.len(), 2, "its own, and one that is withheld");
+    let played = stand.play(&[]).unwrap();
+    let made = folder.path().join("made");
+    stand.write(&made, "none", &played, 3).unwrap();
+    let same = |file: &str| {
+        let read = |folder: &Path| std::fs::read(folder.join(file)).unwrap();
+        assert!(read(&given) == read(&made), "{file}");
+    };
+    same("rig.toml");
+    same("centreline.csv");
+    let names = ["t_s", "insertion_m", "rotation_rad", "fx_N", "fy_N", "fz_N"];
+    let [theirs, ours] =
+        [&given, &made].map(|folder| columns(&folder.join("trials/000.csv"), &names));
+    // The bundle's first row is the moment from which a reality goes on.
+    let (mut error, mut size, mut noise) = (0.0, 0.0, 0.0);
+    for (a, b) in theirs[1..].iter().zip(&ours) {
+        assert!((0..3).all(|k| (a[k] - b[k]).abs() < 2e-4), "{a:?} {b:?}");
+        let square = |of: &dyn Fn(usize) -> f64| (3..6).map(|k| of(k).powi(2)).sum::<f64>();
+        error += square(&|k| a[k] - b[k]);
+        size += square(&|k| a[k]);
+        noise += 6.0 * stand.accuracy.force_n.powi(2);
+    }
+    assert!(error - noise < 0.02 * size, "{error:e} with {noise:e} of noise among {size:e}");
+    assert!(size > 4.0 * noise, "the instrument touches the wall");
+}
+
+#[test]
+fn bundles_that_no_reality_can_follow_are_refused_with_the_reason() {
+    let refused = |from: &str, to: &str| {
+        let folder = tempfile::tempdir().unwrap();
+        changed(folder.path(), 3, from, to);
+        Stand::of_bundle(folder.path()).unwrap_err().to_string()
+    };
+    let entry = refused("position_m = [0.000000", "position_m = [0.100000");
+    assert!(entry.contains("rig.toml: the entry is not at the origin"), "{entry}");
+    let section = "sections = [";
+    let third = "sections = [\n  { length_m = 0.1, youngs_modulus_Pa = 1e7 },";
+    let sections = refused(section, third);
+    assert!(sections.contains("one section or two\n  fix: "), "{sections}");
+    let folder = tempfile::tempdir().unwrap();
+    changed(folder.path(), 3, "", "");
+    std::fs::remove_file(folder.path().join("trials/000.csv")).unwrap();
+    let nothing = Stand::of_bundle(folder.path()).unwrap_err();
+    assert!(matches!(nothing, GivenError::Unfit { .. }), "{nothing}");
+    std::fs::remove_dir(folder.path().join("trials")).unwrap();
+    let nothing = Stand::of_bundle(folder.path()).unwrap_err();
+    assert!(matches!(nothing, GivenError::File { .. }), "{nothing}");
+}
+
+#[test]
+fn cases_of_one_rig_do_not_get_into_a_folder_of_another() {
+    let folder = tempfile::tempdir().unwrap();
+    let challenge = Challenge::at(folder.path());
+    challenge.make(3, 1, 5, &Stand::all_own(), &|| {}).unwrap();
+    let given = tempfile::tempdir().unwrap();
+    changed(given.path(), 3, "", "");
+    let stand = Stand::of_bundle(given.path()).unwrap();
+    assert!(challenge.make(3, 2, 5, &[stand], &|| {}).is_err());
+    assert!(!folder.path().join("cases/001").exists());
+}
