@@ -47,8 +47,10 @@ impl<'a> Sensor<'a> {
                 Change::Hysteresis { share, width_n } => {
                     let step = force - self.before;
                     for k in 0..3 {
-                        let z = self.loops[k];
-                        self.loops[k] = z + step[k] - step[k].abs() * z / width_n;
+                        // Solved over the step, which may be longer than the loop is wide.
+                        let end = width_n * step[k].signum();
+                        self.loops[k] =
+                            end + (self.loops[k] - end) * (-step[k].abs() / width_n).exp();
                     }
                     reading += self.loops * share;
                 }
@@ -79,5 +81,24 @@ impl<'a> Sensor<'a> {
             }
         }
         reading
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_loop_is_as_wide_as_it_is_told_however_far_a_force_jumps() {
+        let (share, width_n) = (0.5, 0.01);
+        let changes = [Change::Hysteresis { share, width_n }];
+        let mut sensor = Sensor::new(&changes);
+        let mut read = |force_n: f64| sensor.read(0.0, 4e-3, 0.0, Vector3::x() * force_n).x;
+        assert_eq!(read(0.0), 0.0);
+        assert!((read(1.0) - (1.0 + share * width_n)).abs() < 1e-12);
+        assert!((read(-1.0) - (-1.0 - share * width_n)).abs() < 1e-12);
+        // A small way back goes a small way through the loop.
+        let back = read(-1.0 + 1e-4) + 1.0 - 1e-4;
+        assert!((back + share * (width_n - 2e-4)).abs() < 2e-6, "{back:e}");
     }
 }

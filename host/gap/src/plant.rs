@@ -137,6 +137,8 @@ pub enum Along {
     Time,
     /// Length fed since the trial began \[m\].
     Feed,
+    /// Position, wherever the trial began \[m\].
+    Position,
 }
 
 /// An effect that does, to first order, what some nuisances do that swing.

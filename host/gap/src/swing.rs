@@ -42,6 +42,7 @@ pub fn guess(
         let of = samples.iter().map(|sample| match swing.along {
             Along::Time => sample.t_s,
             Along::Feed => sample.arc_m - start_m,
+            Along::Position => sample.arc_m,
         });
         of.collect()
     };

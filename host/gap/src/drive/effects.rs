@@ -12,10 +12,17 @@
 use std::f64::consts::TAU;
 
 use super::motion::Motion;
-use crate::plant::{Effect, Parameter, Point};
+use crate::plant::{Along, Effect, Parameter, Point, Swing};
 
 /// Velocity over which Coulomb friction turns over \[m/s\].
 const TURNOVER_M_PER_S: f64 = 0.5e-3;
+
+/// Ripples a travel: fewer are no ripple but a force that differs from one end to the other, more
+/// are lost in the smoothing.
+const LEAST_CYCLES: f64 = 2.0;
+const MOST_CYCLES: f64 = 200.0;
+/// Index of the nuisance that a ripple does as it comes and goes.
+pub const FORCE_BIAS: usize = 0;
 
 /// Order of the library; indices into [`Point::effects`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -63,7 +70,7 @@ pub fn library(scale: &Scale) -> Vec<Effect> {
         starts: starts.iter().map(|values| values.to_vec()).collect(),
         confused_with,
     };
-    let lengths = [2.0, 5.0, 12.5, 25.0, 50.0].map(|n| q / n);
+    let lengths = [3.0, 6.0, 12.5, 25.0, 50.0].map(|n| q / n);
     let ripple: Vec<[f64; 3]> = lengths.iter().map(|&length| [0.05 * f, 0.0, length]).collect();
     let ripple: Vec<&[f64]> = ripple.iter().map(|values| values.as_slice()).collect();
     vec![
@@ -128,10 +135,10 @@ pub fn library(scale: &Scale) -> Vec<Effect> {
                 Parameter {
                     name: "wavelength_m",
                     unit: "m",
-                    low: 2e-3 * q,
-                    high: 2.0 * q,
-                    off: q,
-                    scale: 0.3 * q,
+                    low: q / MOST_CYCLES,
+                    high: q / LEAST_CYCLES,
+                    off: 0.25 * q,
+                    scale: 0.1 * q,
                 },
             ],
             &ripple,
@@ -233,6 +240,19 @@ fn engagement(position_m: &[f64], gap_m: f64) -> Option<Vec<f64>> {
         1.0 - ((half - f64::abs(inside)) / (0.05 * gap_m)).min(1.0)
     };
     Some(position_m.iter().map(at).collect())
+}
+
+/// How an effect swings along the position: a ripple is a bias of the force that comes and goes.
+pub fn swing(effect: usize, travel_m: f64) -> Option<Swing> {
+    (effect == Is::Ripple as usize).then(|| Swing {
+        nuisances: vec![FORCE_BIAS],
+        along: Along::Position,
+        cycles: [LEAST_CYCLES, MOST_CYCLES].map(|cycles| cycles / travel_m),
+        parameters: |amplitudes, cycles, phase| {
+            let (sine, cosine) = phase.sin_cos();
+            vec![amplitudes[0] * sine, amplitudes[0] * cosine, 1.0 / cycles]
+        },
+    })
 }
 
 /// Which effect shifts the time axis: it acts where the smoothed command is read.

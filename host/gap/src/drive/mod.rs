@@ -12,9 +12,9 @@ mod segments;
 use cathforce_rig::bundle::{Bundle, DriveTrial, Plant as RigPlant, TrialData};
 
 use crate::plant::{
-    Channel, Effect, Nuisance, Plant, Point, Quantity, Repeat, Sample, Segment, Trial,
+    Channel, Effect, Nuisance, Plant, Point, Quantity, Repeat, Sample, Segment, Swing, Trial,
 };
-use effects::{Scale, command, latency_s, library};
+use effects::{FORCE_BIAS, Scale, command, latency_s, library, swing};
 use motion::{Filters, GRID_S, Motion, on_grid};
 
 /// Grid points between two samples, about.
@@ -32,6 +32,11 @@ const HARD_SHARE: f64 = 0.3;
 const REVERSAL_S: f64 = 0.05;
 /// Two runs of a set-point that differ by less than this share of its range are one motion.
 const SAME_SETPOINT: f64 = 1e-4;
+/// A drive rests where it moves by less than this share of the travel, or than so many standard
+/// deviations of the position's noise, in this time \[s\].
+const REST_SHARE: f64 = 1e-4;
+const REST_NOISE: f64 = 8.0;
+const REST_S: f64 = 0.1;
 /// Shortest period that is looked for \[s\].
 const SHORTEST_PERIOD_S: f64 = 1.0;
 /// Blocks of a trial without a period.
@@ -52,7 +57,11 @@ pub struct Drive {
     remarks: Vec<String>,
     filters: Filters,
     segments: Vec<Motion>,
+    /// Of a sample of a segment \[N\].
     noise_n: f64,
+    travel_m: f64,
+    /// What rig.toml states of a row of the command \[N\].
+    stated_n: Option<f64>,
     /// Why axes or units cannot be those of the model, if so.
     complaint: Option<String>,
 }
@@ -128,6 +137,8 @@ impl Drive {
             remarks: Vec::new(),
             segments: segments::motions(&scale),
             noise_n: segments::NOISE_SHARE * scale.force_n,
+            travel_m: scale.travel_m,
+            stated_n: bundle.rig.sensor.drive_noise_sd_n,
             filters,
             complaint: None,
         };
@@ -147,6 +158,14 @@ impl Drive {
         motion: Motion,
         limits: &Limits,
     ) {
+        let noise_n = noise::command_n(t_s, &data.drive_command_n, self.stated_n);
+        if self.stated_n.is_none() {
+            self.remarks.push(format!(
+                "trial {number:03}: the noise of drive_command_N is not stated in rig.toml; \
+                 estimated from its rows as {:.2e}",
+                noise::white(&data.drive_command_n)
+            ));
+        }
         let open_n = self.mass_kg * noise::acceleration_m_per_s2(t_s, &data.position_m);
         let measured = self.filters.measured(&on_grid(t_s, &data.drive_command_n));
         let points = measured.len();
@@ -157,9 +176,19 @@ impl Drive {
         let jumps = self.jumps(number, t_s);
         let reach = self.filters.reach();
         let near_jump = |i: usize| jumps.iter().any(|&jump| i.abs_diff(jump) <= reach);
+        let still_m = (REST_SHARE * self.travel_m).max(REST_NOISE * noise::white(&data.position_m));
+        let rests = rests(&motion.position_m, still_m, reach);
+        let resting = rests.iter().filter(|rests| **rests).count() as f64 / points.max(1) as f64;
+        if resting > 0.0 {
+            self.remarks.push(format!(
+                "trial {number:03}: the drive rests for {:.0} % of the time, where friction holds \
+                 any force up to its own; that is not compared",
+                100.0 * resting
+            ));
+        }
         let at: Vec<usize> = (reach..points.saturating_sub(reach))
             .step_by(stride)
-            .filter(|&i| !near_jump(i))
+            .filter(|&i| !near_jump(i) && !rests[i])
             .collect();
         let samples = at.iter().map(|&i| {
             let (velocity, acceleration) =
@@ -168,7 +197,7 @@ impl Drive {
                 t_s: t_s[0] + i as f64 * GRID_S,
                 channel: 0,
                 value: measured[i],
-                noise: 0.0,
+                noise: noise_n,
                 model: open_n,
                 phase: limits.phase(&motion, i),
                 regime: limits.regime(velocity, acceleration),
@@ -178,10 +207,8 @@ impl Drive {
             }
         });
         let samples: Vec<Sample> = samples.collect();
-        if let Some(period) =
-            period.filter(|period| period.is_multiple_of(stride) && jumps.is_empty())
-        {
-            self.add_repeats(period / stride, samples.len());
+        if let Some(period) = period.filter(|_| jumps.is_empty()) {
+            self.add_repeats(&at, period);
         }
         self.trials.push(Trial { number, samples, blocks });
         self.motions.push(Prepared { motion, at });
@@ -198,16 +225,26 @@ impl Drive {
         inertia::complaint(rows, self.mass_kg)
     }
 
-    /// Every cycle of `len` samples with the next one of the trial that is being added.
-    fn add_repeats(&mut self, len: usize, samples: usize) {
+    /// Every cycle with the next one of the trial that is being added, in pieces without a gap.
+    fn add_repeats(&mut self, at: &[usize], period: usize) {
         let trial = self.trials.len();
-        for first in (0..samples).step_by(len) {
-            let second = first + len;
-            let len = len.min(samples.saturating_sub(second));
-            if len > 0 {
-                self.repeats.push(Repeat { first: (trial, first), second: (trial, second), len });
+        let mut piece: Option<Repeat> = None;
+        for (k, i) in at.iter().enumerate() {
+            let Ok(later) = at.binary_search(&(i + period)) else { continue };
+            match &mut piece {
+                Some(own)
+                    if (own.first.1 + own.len, own.second.1 + own.len) == (k, later)
+                        && at[own.first.1] / period == i / period =>
+                {
+                    own.len += 1;
+                }
+                _ => {
+                    let new = Repeat { first: (trial, k), second: (trial, later), len: 1 };
+                    self.repeats.extend(piece.replace(new));
+                }
             }
         }
+        self.repeats.extend(piece);
     }
 
     /// Grid points at which the clock jumps; a remark for each.
@@ -258,7 +295,7 @@ impl Plant for Drive {
     fn simulate(&self, trial: usize, point: &Point) -> Option<Vec<f64>> {
         let Prepared { motion, at } = &self.motions[trial];
         let force_n = command(self.mass_kg, motion, point);
-        let [bias_n, shift_s] = [point.nuisances[0], point.nuisances[1]];
+        let [bias_n, shift_s] = [FORCE_BIAS, FORCE_BIAS + 1].map(|k| point.nuisances[k]);
         let mut predicted = self.filters.predicted(&force_n, at, latency_s(point) + shift_s);
         predicted.iter_mut().for_each(|f| *f += bias_n);
         Some(predicted)
@@ -266,6 +303,10 @@ impl Plant for Drive {
 
     fn cheap(&self) -> bool {
         true
+    }
+
+    fn swing(&self, effect: usize) -> Option<Swing> {
+        swing(effect, self.travel_m)
     }
 
     fn repeats(&self) -> &[Repeat] {
@@ -297,6 +338,21 @@ impl Plant for Drive {
         "the measured command force with the one that moves the known mass along the measured \
          position (inverse dynamics, both smoothed to 30 Hz)"
     }
+}
+
+/// Where a drive moves by less than `still_m` for [`REST_S`], and as far around as filters `reach`.
+fn rests(position_m: &[f64], still_m: f64, reach: usize) -> Vec<bool> {
+    let window = (REST_S / GRID_S) as usize;
+    let mut rests = vec![false; position_m.len()];
+    for (i, around) in position_m.windows(window).enumerate() {
+        let low = around.iter().copied().fold(f64::INFINITY, f64::min);
+        let high = around.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        if high - low < still_m {
+            let end = (i + window + reach).min(rests.len());
+            rests[i.saturating_sub(reach)..end].fill(true);
+        }
+    }
+    rests
 }
 
 /// Force bias and a shift in time.

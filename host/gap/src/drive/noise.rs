@@ -1,4 +1,5 @@
-//! What a position that is not read exactly leaves open in the acceleration.
+//! What a position that is not read exactly leaves open in the acceleration, and the noise of the
+//! command itself.
 //!
 //! White noise, steps of the encoder and a trembling clock look alike in fourth differences, which
 //! a motion hardly has: those of white noise of 1 have a standard deviation of √70.
@@ -12,15 +13,29 @@ const NORMAL: f64 = 1.645;
 
 /// Standard deviation of the acceleration as it is compared \[m/s²\]. `position_m`: one a row.
 pub fn acceleration_m_per_s2(t_s: &[f64], position_m: &[f64]) -> f64 {
-    let step_s = (t_s[t_s.len() - 1] - t_s[0]) / (t_s.len() - 1) as f64;
-    // Rows farther apart than the grid have their noise in a narrower band.
-    white_m(position_m) * gain_per_s2() * (step_s / GRID_S).max(1.0).sqrt()
+    white(position_m) * gain_per_s2() * narrowed(t_s)
 }
 
-/// White noise of a series \[m\].
-fn white_m(position_m: &[f64]) -> f64 {
+/// Standard deviation of the command's noise as it is compared \[N\], of the one of a row, which
+/// is taken from the rows where nobody `stated` it.
+pub fn command_n(t_s: &[f64], command_n: &[f64], stated: Option<f64>) -> f64 {
+    let mut impulse = vec![0.0; 4 * Filters::new().reach() + 1];
+    let middle = impulse.len() / 2;
+    impulse[middle] = 1.0;
+    let gain = Filters::new().measured(&impulse).iter().map(|x| x * x).sum::<f64>().sqrt();
+    stated.unwrap_or_else(|| white(command_n)) * gain * narrowed(t_s)
+}
+
+/// Rows farther apart than the grid have their noise in a narrower band.
+fn narrowed(t_s: &[f64]) -> f64 {
+    let step_s = (t_s[t_s.len() - 1] - t_s[0]) / (t_s.len() - 1) as f64;
+    (step_s / GRID_S).max(1.0).sqrt()
+}
+
+/// White noise of a series, in its unit.
+pub fn white(series: &[f64]) -> f64 {
     let fourth = |w: &[f64]| (w[0] - 4.0 * w[1] + 6.0 * w[2] - 4.0 * w[3] + w[4]).abs();
-    let mut sizes: Vec<f64> = position_m.windows(5).map(fourth).collect();
+    let mut sizes: Vec<f64> = series.windows(5).map(fourth).collect();
     sizes.sort_by(f64::total_cmp);
     let at = (LOOKED_AT * sizes.len() as f64) as usize;
     sizes.get(at).copied().unwrap_or_default() / (NORMAL * 70.0_f64.sqrt())
@@ -48,9 +63,9 @@ mod tests {
         let smooth: Vec<f64> = t_s.iter().map(|t| 0.1 * (3.0 * t).sin()).collect();
         let q = 1e-5;
         let steps: Vec<f64> = smooth.iter().map(|x| (x / q).round() * q).collect();
-        let found = white_m(&steps) / (q / 12.0_f64.sqrt());
+        let found = white(&steps) / (q / 12.0_f64.sqrt());
         assert!((found - 1.0).abs() < 0.2, "{found}");
-        assert!(white_m(&smooth) < 1e-3 * white_m(&steps));
+        assert!(white(&smooth) < 1e-3 * white(&steps));
         // As it is played through the pipeline.
         let filters = Filters::new();
         let read = |x: &[f64]| {
