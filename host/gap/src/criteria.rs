@@ -16,6 +16,12 @@ const MOST_LOST: f64 = 0.25;
 /// effect.
 const SHARE_OF_LEFT: f64 = 0.5;
 const SHARE_OF_ALL: f64 = 0.1;
+/// The first of them for a drive: beside Coulomb friction, three terms that are all there may each
+/// remove less than half of what is left.
+const SHARE_OF_LEFT_CHEAP: f64 = 0.3;
+/// Of a drive, smallest share of the whole: what removes less mends what the turnover of friction at
+/// rest leaves.
+const LEAST_OF_ALL_CHEAP: f64 = 5e-4;
 /// Of a catheter, smallest share of the whole, unless it halves a quantity that was far from its
 /// floor: no reality has quite the shape that the library gives to its largest effect.
 const LEAST_OF_ALL: f64 = 0.02;
@@ -35,12 +41,17 @@ pub struct Parsimony {
     gap: f64,
     /// Smallest share of it.
     least: f64,
+    /// Smallest share of what is left.
+    of_left: f64,
 }
 
 impl Parsimony {
     pub fn of(plant: &dyn Plant, nominal: &Score) -> Self {
-        let least = if plant.cheap() { 0.0 } else { LEAST_OF_ALL };
-        Self { gap: nominal.excess(), least }
+        let (least, of_left) = match plant.cheap() {
+            true => (LEAST_OF_ALL_CHEAP, SHARE_OF_LEFT_CHEAP),
+            false => (LEAST_OF_ALL, SHARE_OF_LEFT),
+        };
+        Self { gap: nominal.excess(), least, of_left }
     }
 
     /// Whether a model is enough better than the one that it extends.
@@ -63,7 +74,7 @@ impl Parsimony {
             };
             removed > 0.0 && old.quantities.iter().zip(&new.quantities).any(halved)
         };
-        let much = removed >= SHARE_OF_LEFT * old.excess()
+        let much = removed >= self.of_left * old.excess()
             || removed >= SHARE_OF_ALL * self.gap
             || halves_one_above(NO_GAP);
         let counts = removed >= self.least * self.gap
@@ -100,7 +111,7 @@ pub fn by_cost<T>(
     let effective = candidates.iter().map(|c| of(c).score.effective).fold(f64::INFINITY, f64::min);
     let key = |c: &T| {
         let candidate = of(c);
-        cost(&candidate.score, effective.max(2.0), candidate.fit.coordinates.len())
+        cost(&candidate.score, effective.max(2.0), candidate.fit.parameters(plant))
     };
     let least = candidates.iter().map(key).fold(f64::INFINITY, f64::min);
     candidates.sort_by_cached_key(|c| ((key(c) - least) / TIE).round() as i64);
@@ -117,8 +128,12 @@ pub fn by_cost<T>(
 }
 
 /// Puts the one with the fewest parameters first, of candidates that are within one standard error
-/// of the first and have no parameter at a bound; else leaves them in their order.
+/// of the first and have no parameter at a bound; else leaves them in their order. Those of a drive
+/// stay in theirs: Coulomb friction, which has two, is not a richer viscous friction.
 pub fn simplest_first<T>(plant: &dyn Plant, candidates: &mut [T], of: impl Fn(&T) -> &Candidate) {
+    if plant.cheap() {
+        return;
+    }
     let Some(first) = candidates.first().map(|c| of(c).score.clone()) else { return };
     candidates.sort_by_cached_key(|c| {
         let (gain, error) = first.gain_over(&of(c).score);
@@ -149,7 +164,8 @@ mod tests {
     }
 
     /// The excess of a gap of a thousand floors.
-    const PARSIMONY: Parsimony = Parsimony { gap: 1000.0, least: LEAST_OF_ALL };
+    const PARSIMONY: Parsimony =
+        Parsimony { gap: 1000.0, least: LEAST_OF_ALL, of_left: SHARE_OF_LEFT };
 
     #[test]
     fn a_small_term_pays_where_it_halves_a_quantity_far_from_its_floor() {
@@ -181,6 +197,7 @@ mod tests {
             (line + own[0]) * along(i) + own[1] * along(i).powi(2)
         };
         let mut toy = Toy::new(0.01, 0.01, (0..SAMPLES).map(measured), predict);
+        toy.cheap = false;
         let [slope, curve] = ["slope", "curve"].map(parameter);
         toy.effects = vec![
             effect("line", vec![slope], vec![vec![1.0]]),

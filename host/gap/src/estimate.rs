@@ -95,12 +95,21 @@ pub fn increments(selection: &Selection) -> BTreeMap<usize, f64> {
             }
             continue;
         }
-        // Of two that came together, the one that does more alone came first.
-        added.sort_by(|&a, &b| alone(b).total_cmp(&alone(a)));
-        for (i, &effect) in added.iter().enumerate() {
-            let after = if i + 1 == added.len() { shrink } else { alone(effect).min(shrink) };
-            covered.insert(effect, after - closed);
-            closed = after;
+        if covered.is_empty() {
+            // Of two that came together, the one that does more alone came first.
+            added.sort_by(|&a, &b| alone(b).total_cmp(&alone(a)));
+            for (i, &effect) in added.iter().enumerate() {
+                let after = if i + 1 == added.len() { shrink } else { alone(effect).min(shrink) };
+                covered.insert(effect, after - closed);
+                closed = after;
+            }
+        } else {
+            // Beside others, they share what they closed as they would close it alone.
+            let weight = |effect: usize| alone(effect).max(1e-3);
+            let all: f64 = added.iter().map(|&effect| weight(effect)).sum();
+            let shared = added.iter().map(|&e| (e, (shrink - closed) * weight(e) / all));
+            covered.extend(shared.collect::<Vec<_>>());
+            closed = shrink;
         }
     }
     covered

@@ -6,16 +6,19 @@ use rayon::prelude::*;
 use crate::criteria::{Parsimony, by_cost};
 use crate::fit::{Depth, Fit, Start};
 use crate::nuisance::{Nuisances, most_left};
-use crate::select::{Candidate, Rival, Selection, Selector, Step};
+use crate::select::{Candidate, MOST_EFFECTS, Rival, Selection, Selector, Step};
 use crate::swing::guess;
 
 /// Candidates that are refitted in every round.
 const REFITTED_MORE: usize = 3;
+/// Effects of which two are tried together.
+const SCREENED_FOR_TWO: usize = 6;
 /// Of the evidence that the first one promises, what another must promise to be refitted.
 const WORTH_A_FIT: f64 = 0.4;
 
 impl Selector<'_> {
-    /// Adds the effect that helps most, if it pays.
+    /// Adds the effect that helps most, if it pays; where simulations cost nothing, the two that help
+    /// most together, where neither pays without the other.
     pub fn extend(&self, selection: &mut Selection) -> bool {
         let base = &selection.best;
         let Some(nuisances) = self.nuisances_at(&base.fit) else { return false };
@@ -26,33 +29,68 @@ impl Selector<'_> {
             .collect();
         screened.sort_by(|a, b| b.0.total_cmp(&a.0));
         let enough = screened.first().map_or(0.0, |(best, _)| best.max(0.0) * WORTH_A_FIT);
-        screened.retain(|(promise, _)| *promise > enough);
-        screened.truncate(REFITTED_MORE);
-        let fitted = |(_, effect): (f64, usize)| {
-            let mut effects = base.fit.effects.clone();
-            effects.push(effect);
-            let start = Start::Fit(&base.fit);
-            let candidate = self.candidate(Depth::Whole, &nuisances, start, &effects, Some(effect));
-            Some((effect, candidate.filter(|c| !c.fit.failed)?))
-        };
-        let mut refitted: Vec<_> = screened.into_par_iter().filter_map(fitted).collect();
-        // What acts on the plant comes before what acts on its sensors.
-        refitted.sort_by_key(|(effect, _)| *effect);
-        by_cost(
-            self.problem.plant,
-            selection.nominal.score.excess(),
-            &mut refitted,
-            |(_, candidate)| candidate,
-        );
-        let Some((effect, best)) = refitted.first() else { return false };
-        let parsimony = Parsimony::of(self.problem.plant, &selection.nominal.score);
-        if !parsimony.pays(&base.score, &best.score, self.parameters(*effect)) {
+        let worth = screened.iter().filter(|(promise, _)| *promise > enough);
+        let one = worth.take(REFITTED_MORE).map(|(_, effect)| vec![*effect]).collect();
+        let ways = self.refitted(selection, &nuisances, one);
+        if self.add(selection, ways) {
+            return true;
+        }
+        if !self.problem.plant.cheap() || selection.best.fit.effects.len() + 2 > MOST_EFFECTS {
             return false;
         }
-        let rivals = refitted[1..].iter().map(|(e, c)| Rival::of(*e, c)).collect();
-        let (effect, best) = (*effect, best.clone());
-        let step = Step::of(effect, &best, rivals);
-        self.accept(selection, best, step);
+        let mut first: Vec<usize> =
+            screened.iter().take(SCREENED_FOR_TWO).map(|(_, effect)| *effect).collect();
+        // The last one of two is searched for from its switch-on values: what is linear goes before.
+        first.sort_unstable();
+        let with = |(k, a): (usize, &usize)| first[k + 1..].iter().map(|b| vec![*a, *b]).collect();
+        let two = first.iter().enumerate().flat_map::<Vec<_>, _>(with).collect();
+        let ways = self.refitted(selection, &nuisances, two);
+        self.add(selection, ways)
+    }
+
+    /// The best model with more effects, in each of some ways; the least costly first.
+    fn refitted(
+        &self,
+        selection: &Selection,
+        nuisances: &Nuisances,
+        ways: Vec<Vec<usize>>,
+    ) -> Vec<(Vec<usize>, Candidate)> {
+        let base = &selection.best.fit;
+        let fitted = |added: Vec<usize>| {
+            let effects = [&base.effects[..], &added].concat();
+            let (start, last) = (Start::Fit(base), added.last().copied());
+            let candidate = self.candidate(Depth::Whole, nuisances, start, &effects, last);
+            Some((added, candidate.filter(|c| !c.fit.failed)?))
+        };
+        let mut refitted: Vec<_> = ways.into_par_iter().filter_map(fitted).collect();
+        // What acts on the plant comes before what acts on its sensors.
+        refitted.sort_by(|(a, _), (b, _)| a.cmp(b));
+        let gap = selection.nominal.score.excess();
+        by_cost(self.problem.plant, gap, &mut refitted, |(_, candidate)| candidate);
+        refitted
+    }
+
+    /// Takes the first of these ways to extend the best model, if it pays.
+    fn add(&self, selection: &mut Selection, ways: Vec<(Vec<usize>, Candidate)>) -> bool {
+        let Some((added, best)) = ways.first() else { return false };
+        let parsimony = Parsimony::of(self.problem.plant, &selection.nominal.score);
+        let parameters = added.iter().map(|effect| self.parameters(*effect)).sum();
+        if !parsimony.pays(&selection.best.score, &best.score, parameters) {
+            return false;
+        }
+        let steps: Vec<Step> = added
+            .iter()
+            .map(|effect| {
+                // A rival takes the place of one effect, beside the same other one.
+                let beside = |way: &[usize]| added.iter().all(|e| e == effect || way.contains(e));
+                let rival = |(way, candidate): &(Vec<usize>, Candidate)| {
+                    let other = way.iter().find(|e| !added.contains(e))?;
+                    beside(way).then(|| Rival::of(*other, candidate))
+                };
+                Step::of(*effect, best, ways[1..].iter().filter_map(rival).collect())
+            })
+            .collect();
+        self.accept(selection, best.clone(), steps);
         true
     }
 

@@ -185,6 +185,23 @@ fn glance(search: &Search<'_>, identity: Place, fresh: Option<usize>) -> Option<
 }
 
 impl Fit {
+    /// Parameters that it cost. Of a drive, whose effects have more than their size fitted, those
+    /// that ended where they are off did nothing: Coulomb friction without presliding is as simple
+    /// as viscous friction.
+    pub fn parameters(&self, plant: &dyn Plant) -> usize {
+        let is_used = |coordinate: &&Coordinate| match **coordinate {
+            Coordinate::Effect { effect, parameter } => {
+                let p = &plant.effects()[effect].parameters[parameter];
+                (self.point.effects[effect][parameter] - p.off).abs() > SLIGHT_SD * p.scale
+            }
+            Coordinate::Nuisance(_) => true,
+        };
+        match plant.cheap() {
+            true => self.coordinates.iter().filter(is_used).count(),
+            false => self.coordinates.len(),
+        }
+    }
+
     /// Whether a parameter ended at a bound where its effect is not off: the effect has turned
     /// into a limit of itself, which usually is another effect.
     pub fn at_bound(&self, plant: &dyn Plant) -> bool {
@@ -196,7 +213,7 @@ impl Fit {
 pub fn at_bound(plant: &dyn Plant, effect: usize, point: &Point) -> bool {
     plant.effects()[effect].parameters.iter().zip(&point.effects[effect]).any(|(p, &value)| {
         let margin = AT_BOUND_SD * p.scale;
-        value != p.off && (value <= p.low + margin || value >= p.high - margin)
+        (value - p.off).abs() > margin && (value <= p.low + margin || value >= p.high - margin)
     })
 }
 

@@ -20,6 +20,9 @@ pub enum Coordinate {
 /// Contact is not smooth: a step must move the model by more than a contact opening or
 /// closing does, and 2 % of a prior is still linear.
 const STEP_SD: f64 = 0.02;
+/// The same of a drive, whose force is smooth in every parameter: where much is left, the curvature
+/// over a longer step would hold a fit off its minimum.
+const SMALL_STEP_SD: f64 = 1e-3;
 /// Times the median of the trials that a derivative may be in one of them, before it is taken to the
 /// other side as well: at a threshold, as a fork of the vessel is, a step that crosses it gives a
 /// difference that is no derivative.
@@ -135,7 +138,7 @@ impl<'a> Problem<'a> {
             Coordinate::Effect { effect, parameter } => {
                 let Parameter { low, high, scale, .. } = self.parameter(effect, parameter);
                 let value = &mut moved.effects[effect][parameter];
-                let step = STEP_SD * scale;
+                let step = if self.plant.cheap() { SMALL_STEP_SD } else { STEP_SD } * scale;
                 let step = side * if *value + step > high { -step } else { step };
                 *value += step;
                 if side < 0.0 && !(low..=high).contains(value) {

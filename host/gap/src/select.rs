@@ -24,7 +24,7 @@ const OWN_NUISANCES: usize = 2;
 /// is fitted a little.
 const EXPLAINED: f64 = 0.8;
 /// Effects that one explanation may have, where simulations cost nothing and where they do.
-const MOST_EFFECTS: usize = 6;
+pub const MOST_EFFECTS: usize = 6;
 const MOST_EFFECTS_COSTLY: usize = 3;
 
 /// A fitted model with its held-out score.
@@ -309,10 +309,10 @@ impl Selector<'_> {
         self.problem.plant.effects()[effect].parameters.len()
     }
 
-    pub fn accept(&self, selection: &mut Selection, candidate: Candidate, step: Step) {
+    pub fn accept(&self, selection: &mut Selection, candidate: Candidate, steps: Vec<Step>) {
         selection.path.push((candidate.fit.effects.clone(), candidate.score.clone()));
         selection.best = candidate;
-        selection.steps.push(step);
+        selection.steps.extend(steps);
     }
 
     /// The best single effect, if it pays.
@@ -336,6 +336,6 @@ impl Selector<'_> {
         let rivals = scored[1..].iter().map(|(e, c)| Rival::of(*e, c)).collect();
         let best = best.clone();
         let step = Step::of(effect, &best, rivals);
-        self.accept(selection, best, step);
+        self.accept(selection, best, vec![step]);
     }
 }

@@ -168,6 +168,116 @@ fn one_trial_without_cycles_carries_no_verdict() {
 }
 
 /// With a floor of almost nothing many small terms are significant; they must be called minor.
+/// Rows of a bundle without a set-point: strokes to and fro of any length and speed with rests in
+/// between; friction is a bristle that bends before it slides, sticks more than it slides, and keeps
+/// its load at rest (Dahl's law with a Stribeck curve), beside a cogging and a constant force.
+fn bristled(folder: &Path) {
+    const COULOMB_N: f64 = 15.0;
+    const STICKING_N: f64 = 8.0;
+    const STRIBECK_M_PER_S: f64 = 0.01;
+    const BENT_M: f64 = 6e-5;
+    const VISCOUS_N_S_PER_M: f64 = 60.0;
+    const COGGING_N: f64 = 3.0;
+    const PITCH_M: f64 = 0.025;
+    const CONSTANT_N: f64 = 5.0;
+    const STROKES: [(f64, f64); 9] = [
+        (0.08, 0.5),
+        (-0.09, 0.9),
+        (0.03, 0.6),
+        (-0.05, 0.3),
+        (0.09, 1.2),
+        (-0.02, 0.8),
+        (0.01, 0.4),
+        (-0.08, 0.4),
+        (0.06, 0.9),
+    ];
+    const REST_S: f64 = 0.3;
+    for trial in 0..3 {
+        let mut text = String::from("t_s,position_m,drive_command_N\n");
+        let (mut at_m, mut bent, mut row) = (0.0, 0.0, 0_u64);
+        for k in 0..STROKES.len() {
+            let (to_m, stroke_s) = STROKES[(k + 4 * trial) % STROKES.len()];
+            for i in 0..((stroke_s + REST_S) / DT_S) as u64 {
+                let s = (i as f64 * DT_S / stroke_s).min(1.0);
+                let distance = to_m - at_m;
+                let position_m = at_m + distance * s.powi(3) * (10.0 - 15.0 * s + 6.0 * s * s);
+                let speed = distance / stroke_s * 30.0 * s * s * (1.0 - s).powi(2);
+                let acceleration =
+                    distance / stroke_s.powi(2) * 60.0 * s * (1.0 - s) * (1.0 - 2.0 * s);
+                let most = COULOMB_N + STICKING_N * (-(speed / STRIBECK_M_PER_S).powi(2)).exp();
+                // What a bristle bears turns over with the way.
+                bent = speed.signum()
+                    + (bent - speed.signum()) * (-(speed * DT_S).abs() / BENT_M).exp();
+                let command = MASS_KG * acceleration
+                    + most * bent
+                    + VISCOUS_N_S_PER_M * speed
+                    + COGGING_N * (std::f64::consts::TAU * position_m / PITCH_M).sin()
+                    + CONSTANT_N
+                    + 0.3 * noise(row + 100_000 * trial as u64);
+                let seen = position_m + 1e-6 * noise(1_000_000 * (trial as u64 + 1) + row);
+                writeln!(text, "{},{seen},{command}", row as f64 * DT_S).unwrap();
+                row += 1;
+            }
+            at_m = to_m;
+        }
+        std::fs::write(folder.join(format!("trials/{trial:03}.csv")), text).unwrap();
+    }
+}
+
+#[test]
+fn friction_that_holds_at_rest_is_told_from_what_lies_beside_it() {
+    let folder = bundle(&[], 0.0, 2.0, |_, _| 0.0);
+    bristled(folder.path());
+    std::process::Command::new("cp")
+        .arg("-r")
+        .arg(folder.path())
+        .arg("/tmp/drv/T_b")
+        .status()
+        .unwrap();
+    let answer = ask(folder.path());
+    assert_eq!(answer.verdict, Verdict::Named, "{}", answer.sentence());
+    for (id, name, truth) in [
+        ("drive.coulomb", "force_n", 15.0),
+        ("drive.coulomb", "presliding_m", 6e-5),
+        ("drive.viscous", "n_s_per_m", 60.0),
+        ("drive.offset", "force_n", 5.0),
+        ("drive.ripple", "sine_n", 3.0),
+        ("drive.ripple", "wavelength_m", 0.025),
+    ] {
+        let effect = answer.effects.iter().find(|e| e.id == id);
+        let found = value(effect.unwrap_or_else(|| panic!("{id}: {}", answer.sentence())), name);
+        assert!((found / truth - 1.0).abs() < 0.05, "{id}.{name}: {found} for {truth}");
+    }
+    let shrinks: Vec<f64> = answer.effects.iter().map(|effect| effect.shrink).collect();
+    assert!(shrinks.iter().all(|shrink| *shrink > -1e-3), "{shrinks:?}");
+    let rests = |remark: &&String| remark.contains("% of the time, where friction holds any force");
+    assert_eq!(answer.remarks.iter().filter(rests).count(), 3, "{:?}", answer.remarks);
+}
+
+#[test]
+fn a_force_that_differs_from_end_to_end_is_no_ripple() {
+    let answer = ask(bundle(&TWO, 0.0, 2.0, |_, now| 150.0 * now.position_m).path());
+    assert_eq!(answer.verdict, Verdict::Unknown, "{}", answer.sentence());
+}
+
+#[test]
+fn without_a_set_point_the_floor_is_the_noise_of_the_rows() {
+    let folder = bundle(&TWO, 0.0, 2.0, |_, _| 0.0);
+    for trial in ["000", "001"] {
+        let path = folder.path().join(format!("trials/{trial}.csv"));
+        let text = std::fs::read_to_string(&path).unwrap();
+        let without = |line: &str| {
+            let fields: Vec<&str> = line.split(',').collect();
+            [fields[0], fields[2], fields[3]].join(",") + "\n"
+        };
+        std::fs::write(&path, text.lines().map(without).collect::<String>()).unwrap();
+    }
+    let answer = ask(folder.path());
+    assert_eq!(answer.verdict, Verdict::NoGap, "{}", answer.sentence());
+    let said = |remark: &&String| remark.contains("the noise of drive_command_N is not stated");
+    assert_eq!(answer.remarks.iter().filter(said).count(), 2, "{:?}", answer.remarks);
+}
+
 #[test]
 fn what_hardly_matters_is_minor() {
     let force = |t: f64, now: &Instant| coulomb(t, now) + 0.12 * (now.position_m / 0.05);

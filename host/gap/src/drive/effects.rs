@@ -3,8 +3,9 @@
 //! With the measured position q, the force that moves the mass is
 //!
 //! > F = e (M q̈ + f(q, q̇)),   f = F_c s + F_v q̇ + F_s exp(−(q̇/v_s)²) s + μ |M q̈| s + F_0
-//! >     + A cos(2π q/λ) + B sin(2π q/λ),   s = tanh(q̇/v_ε)
+//! >     + A cos(2π q/λ) + B sin(2π q/λ),   δ ds/d|q| = tanh(q̇/v_ε) − s
 //!
+//! δ is the presliding distance of Coulomb friction, over which all friction turns with it.
 //! e is 0 while a gap of width b is crossed after a reversal (backlash), else 1. The encoder may
 //! count (1 + c) of what was travelled and report it late; the command's measurement has a gain,
 //! a time constant, a bias and a drift.
@@ -77,8 +78,11 @@ pub fn library(scale: &Scale) -> Vec<Effect> {
         effect(
             "drive.coulomb",
             "friction of constant size against the motion",
-            vec![positive("force_n", "N", 10.0 * f, f)],
-            &[&[0.2 * f], &[0.5 * f], &[f]],
+            vec![
+                positive("force_n", "N", 10.0 * f, f),
+                positive("presliding_m", "m", 0.01 * q, 2e-4 * q),
+            ],
+            &[&[0.2 * f, 0.0], &[0.5 * f, 0.0], &[f, 0.0]],
             &["drive.stribeck", "drive.load_friction"],
         ),
         effect(
@@ -202,11 +206,12 @@ pub fn command(mass_kg: f64, motion: &Motion, point: &Point) -> Vec<f64> {
     let middle_s = 0.5 * dt_s * motion.position_m.len() as f64;
     let lag = value(Is::TimeConstant, 0);
     let follow = if lag > 0.0 { 1.0 - (-dt_s / lag).exp() } else { 1.0 };
+    let sign = direction(motion, value(Is::Coulomb, 1));
     let mut measured = None;
     let force = |i: usize| {
         let velocity = motion.velocity_m_per_s[i] / counted;
         let inertia = mass_kg * motion.acceleration_m_per_s2[i] / counted;
-        let sign = (velocity / TURNOVER_M_PER_S).tanh();
+        let sign = sign[i];
         let mut friction = coulomb * sign + viscous * velocity + value(Is::Offset, 0);
         if excess != 0.0 {
             friction += excess * (-(velocity / stribeck).powi(2)).exp() * sign;
@@ -224,6 +229,25 @@ pub fn command(mass_kg: f64, motion: &Motion, point: &Point) -> Vec<f64> {
         (1.0 + value(Is::Gain, 0)) * followed + value(Is::Bias, 0) + drift
     };
     (0..motion.position_m.len()).map(force).collect()
+}
+
+/// The direction that friction is against, from −1 to 1. After a reversal it turns over within
+/// some presliding distances, as the bristles of Dahl's model do (Dahl 1968).
+fn direction(motion: &Motion, presliding_m: f64) -> Vec<f64> {
+    let moved = |velocity: &f64| (velocity / TURNOVER_M_PER_S).tanh();
+    let moving = motion.velocity_m_per_s.iter().map(moved);
+    if presliding_m <= 0.0 {
+        return moving.collect();
+    }
+    let mut bent = 0.0;
+    let mut last = motion.position_m.first().copied().unwrap_or_default();
+    let follow = |(moving, position): (f64, &f64)| {
+        let kept = (-(position - last).abs() / presliding_m).exp();
+        last = *position;
+        bent = moving + (bent - moving) * kept;
+        bent
+    };
+    moving.zip(&motion.position_m).map(follow).collect()
 }
 
 /// By how much the mass is engaged: 0 inside a gap of this width, 1 at its ends; `None` without
