@@ -91,8 +91,7 @@ fn as_good_at_its_step(step: &Step, rival: usize) -> bool {
 /// apart by less than the floor is known.
 fn leaves_as_little(plant: &dyn Plant, step: &Step, rival: usize) -> bool {
     let tried = step.rivals.iter().find(|r| r.effect == rival);
-    !plant.cheap()
-        && are_confused(plant, step.effect, rival)
+    are_confused(plant, step.effect, rival)
         && tried.is_some_and(|tried| {
             tried.score.excess() - step.score.excess() < FLOOR_KNOWN
                 && !at_bound(plant, rival, &tried.point)

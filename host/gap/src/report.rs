@@ -35,6 +35,18 @@ pub struct Estimate {
     pub unit: &'static str,
 }
 
+impl Estimate {
+    /// Value and bounds as text, to two digits of the interval's half width.
+    pub fn digits(&self) -> [String; 3] {
+        /// More say nothing in any unit.
+        const MOST: f64 = 9.0;
+        let half_width = 0.5 * (self.high - self.low);
+        let size = if half_width > 0.0 { half_width } else { 0.01 * self.value.abs() };
+        let decimals = if size > 0.0 { (1.0 - size.log10().floor()).clamp(0.0, MOST) } else { 0.0 };
+        [self.value, self.low, self.high].map(|x| format!("{x:.*}", decimals as usize))
+    }
+}
+
 /// One effect of the explanation.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct NamedEffect {
@@ -232,6 +244,16 @@ impl Diagnosis {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn an_estimate_shows_as_many_digits_as_it_is_known_to() {
+        let shown = |value, low, high| Estimate { value, low, high, unit: "m" }.digits();
+        assert_eq!(shown(5.97e-5, 5.71e-5, 6.23e-5), ["0.0000597", "0.0000571", "0.0000623"]);
+        assert_eq!(shown(209.7698, 179.35, 240.19), ["210", "179", "240"]);
+        assert_eq!(shown(-3.197, -4.369, -2.025), ["-3.2", "-4.4", "-2.0"]);
+        assert_eq!(shown(0.25, 0.25, 0.25), ["0.2500", "0.2500", "0.2500"]);
+        assert_eq!(shown(0.0, 0.0, 0.0), ["0", "0", "0"]);
+    }
 
     #[test]
     fn a_gap_that_nothing_explains_is_answered_with_what_is_nearest() {

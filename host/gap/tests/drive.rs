@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use cathforce_gap::Altered;
 use cathforce_gap::diagnose;
 use cathforce_gap::drive::Drive;
+use cathforce_gap::plant::Plant;
 use cathforce_gap::report::{Diagnosis, NamedEffect, Verdict};
 use cathforce_rig::Bundle;
 use tempfile::TempDir;
@@ -279,6 +280,19 @@ fn without_a_set_point_the_floor_is_the_noise_of_the_rows() {
 }
 
 #[test]
+fn runs_of_one_set_point_are_repeats_of_each_other() {
+    // One cycle a trial: nothing is repeated within.
+    let drive = |trials: &[(f64, f64)]| {
+        let folder = bundle(trials, 0.0, 1.0, coulomb);
+        let plant = Drive::new(&Bundle::open(folder.path()).unwrap()).unwrap();
+        plant.repeats().iter().map(|r| (r.first.0, r.second.0)).collect::<Vec<_>>()
+    };
+    let same = drive(&[(2.5, 0.05), (2.5, 0.05), (2.5, 0.04)]);
+    assert!(!same.is_empty() && same.iter().all(|pair| *pair == (0, 1)), "{same:?}");
+    assert!(drive(&[(2.5, 0.05), (2.0, 0.05)]).is_empty());
+}
+
+#[test]
 fn what_hardly_matters_is_minor() {
     let force = |t: f64, now: &Instant| coulomb(t, now) + 0.12 * (now.position_m / 0.05);
     let answer = ask(bundle(&TWO, 0.0, 2.0, force).path());
@@ -399,4 +413,19 @@ fn an_effect_put_into_real_data_is_found() {
     assert_eq!(names(&answer)[0], "drive.viscous", "{}", answer.sentence());
     let found = value(&answer.effects[0], "n_s_per_m") - VISCOUS_N_S_PER_M;
     assert!((found / ADDED_N_S_PER_M - 1.0).abs() < 0.1, "{found}");
+}
+
+#[test]
+fn a_poor_encoder_does_not_tell_two_frictions_apart_and_is_not_claimed_to() {
+    const STEP_M: f64 = 1e-4;
+    let Some(path) = measured() else { return };
+    let mut bundle = Bundle::open(path).unwrap();
+    for trial in &mut bundle.trials {
+        let cathforce_rig::bundle::TrialData::Drive(data) = &mut trial.data else { unreachable!() };
+        data.position_m.iter_mut().for_each(|x| *x = (*x / STEP_M).round() * STEP_M);
+    }
+    let answer = diagnose(&Drive::new(&bundle).unwrap(), "poor", &|_| {});
+    let both = ["drive.coulomb", "drive.viscous"];
+    let tells = |set: &Vec<String>| both.iter().all(|id| set.iter().any(|own| own == id));
+    assert!(answer.confusable.iter().any(tells), "{}", answer.sentence());
 }

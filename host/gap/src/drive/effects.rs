@@ -83,7 +83,7 @@ pub fn library(scale: &Scale) -> Vec<Effect> {
                 positive("presliding_m", "m", 0.01 * q, 2e-4 * q),
             ],
             &[&[0.2 * f, 0.0], &[0.5 * f, 0.0], &[f, 0.0]],
-            &["drive.stribeck", "drive.load_friction"],
+            &["drive.viscous", "drive.stribeck", "drive.load_friction"],
         ),
         effect(
             "drive.viscous",

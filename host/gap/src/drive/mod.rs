@@ -8,6 +8,7 @@ mod inertia;
 mod motion;
 mod noise;
 mod segments;
+mod setpoint;
 
 use cathforce_rig::bundle::{Bundle, DriveTrial, Plant as RigPlant, TrialData};
 
@@ -16,6 +17,7 @@ use crate::plant::{
 };
 use effects::{FORCE_BIAS, Scale, command, latency_s, library, swing};
 use motion::{Filters, GRID_S, Motion, on_grid};
+use setpoint::Setpoint;
 
 /// Grid points between two samples, about.
 const STRIDE: usize = 5;
@@ -30,15 +32,6 @@ const SLOW_SHARE: f64 = 1.0 / 3.0;
 const HARD_SHARE: f64 = 0.3;
 /// Samples within this of a change of direction belong to the reversal \[s\].
 const REVERSAL_S: f64 = 0.05;
-/// Two runs of a set-point that differ by less than this share of its range are one motion.
-const SAME_SETPOINT: f64 = 1e-4;
-/// A drive rests where it moves by less than this share of the travel, or than so many standard
-/// deviations of the position's noise, in this time \[s\].
-const REST_SHARE: f64 = 1e-4;
-const REST_NOISE: f64 = 8.0;
-const REST_S: f64 = 0.1;
-/// Shortest period that is looked for \[s\].
-const SHORTEST_PERIOD_S: f64 = 1.0;
 /// Blocks of a trial without a period.
 const BLOCKS: usize = 4;
 
@@ -51,6 +44,8 @@ pub struct Drive {
     regimes: Vec<String>,
     trials: Vec<Trial>,
     motions: Vec<Prepared>,
+    /// By trial; `None` where it has none, or the clock jumps.
+    setpoints: Vec<Option<Setpoint>>,
     effects: Vec<Effect>,
     nuisances: Vec<Nuisance>,
     repeats: Vec<Repeat>,
@@ -131,6 +126,7 @@ impl Drive {
             regimes: Regime::names(),
             trials: Vec::new(),
             motions: Vec::new(),
+            setpoints: Vec::new(),
             effects: library(&scale),
             nuisances: nuisances(&scale),
             repeats: Vec::new(),
@@ -163,21 +159,21 @@ impl Drive {
             self.remarks.push(format!(
                 "trial {number:03}: the noise of drive_command_N is not stated in rig.toml; \
                  estimated from its rows as {:.2e}",
-                noise::white(&data.drive_command_n)
+                noise::white(t_s, &data.drive_command_n)
             ));
         }
         let open_n = self.mass_kg * noise::acceleration_m_per_s2(t_s, &data.position_m);
         let measured = self.filters.measured(&on_grid(t_s, &data.drive_command_n));
         let points = measured.len();
-        let period = period(t_s, data);
+        let setpoint = Setpoint::of(t_s, data);
+        let period = setpoint.as_ref().and_then(Setpoint::period);
         let stride = period.map_or(STRIDE, stride_of);
         let block_points = period.unwrap_or(points.div_ceil(BLOCKS)).max(1);
         let blocks = points.div_ceil(block_points);
         let jumps = self.jumps(number, t_s);
         let reach = self.filters.reach();
         let near_jump = |i: usize| jumps.iter().any(|&jump| i.abs_diff(jump) <= reach);
-        let still_m = (REST_SHARE * self.travel_m).max(REST_NOISE * noise::white(&data.position_m));
-        let rests = rests(&motion.position_m, still_m, reach);
+        let rests = motion.rests(self.travel_m, noise::white(t_s, &data.position_m), reach);
         let resting = rests.iter().filter(|rests| **rests).count() as f64 / points.max(1) as f64;
         if resting > 0.0 {
             self.remarks.push(format!(
@@ -207,11 +203,21 @@ impl Drive {
             }
         });
         let samples: Vec<Sample> = samples.collect();
-        if let Some(period) = period.filter(|_| jumps.is_empty()) {
-            self.add_repeats(&at, period);
-        }
         self.trials.push(Trial { number, samples, blocks });
         self.motions.push(Prepared { motion, at });
+        let own = self.trials.len() - 1;
+        // After a jump of the clock, nobody knows what was repeated when.
+        let setpoint = setpoint.filter(|_| jumps.is_empty());
+        if let Some(period) = period.filter(|_| setpoint.is_some()) {
+            self.add_repeats([own, own], period, period);
+        }
+        for other in 0..own {
+            let is_same = |earlier: &Setpoint| setpoint.as_ref().is_some_and(|s| s.is_run(earlier));
+            if self.setpoints[other].as_ref().is_some_and(is_same) {
+                self.add_repeats([other, own], 0, block_points);
+            }
+        }
+        self.setpoints.push(setpoint);
     }
 
     /// Axes or units that are not the model's, by the inertia that the data show.
@@ -225,21 +231,22 @@ impl Drive {
         inertia::complaint(rows, self.mass_kg)
     }
 
-    /// Every cycle with the next one of the trial that is being added, in pieces without a gap.
-    fn add_repeats(&mut self, at: &[usize], period: usize) {
-        let trial = self.trials.len();
+    /// Pairs samples of a trial with those `lag` grid points later of another, or of the same, in
+    /// pieces of at most `most` points without a gap.
+    fn add_repeats(&mut self, [first, second]: [usize; 2], lag: usize, most: usize) {
+        let [a, b] = [first, second].map(|trial| &self.motions[trial].at);
         let mut piece: Option<Repeat> = None;
-        for (k, i) in at.iter().enumerate() {
-            let Ok(later) = at.binary_search(&(i + period)) else { continue };
+        for (k, i) in a.iter().enumerate() {
+            let Ok(later) = b.binary_search(&(i + lag)) else { continue };
             match &mut piece {
                 Some(own)
                     if (own.first.1 + own.len, own.second.1 + own.len) == (k, later)
-                        && at[own.first.1] / period == i / period =>
+                        && a[own.first.1] / most == i / most =>
                 {
                     own.len += 1;
                 }
                 _ => {
-                    let new = Repeat { first: (trial, k), second: (trial, later), len: 1 };
+                    let new = Repeat { first: (first, k), second: (second, later), len: 1 };
                     self.repeats.extend(piece.replace(new));
                 }
             }
@@ -340,21 +347,6 @@ impl Plant for Drive {
     }
 }
 
-/// Where a drive moves by less than `still_m` for [`REST_S`], and as far around as filters `reach`.
-fn rests(position_m: &[f64], still_m: f64, reach: usize) -> Vec<bool> {
-    let window = (REST_S / GRID_S) as usize;
-    let mut rests = vec![false; position_m.len()];
-    for (i, around) in position_m.windows(window).enumerate() {
-        let low = around.iter().copied().fold(f64::INFINITY, f64::min);
-        let high = around.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        if high - low < still_m {
-            let end = (i + window + reach).min(rests.len());
-            rests[i.saturating_sub(reach)..end].fill(true);
-        }
-    }
-    rests
-}
-
 /// Force bias and a shift in time.
 fn nuisances(scale: &Scale) -> Vec<Nuisance> {
     vec![
@@ -388,21 +380,6 @@ fn scale(raw: &[(u32, &[f64], &DriveTrial)], motions: &[Motion]) -> Scale {
 fn stride_of(period: usize) -> usize {
     let strides = STRIDE - 2..=STRIDE + 3;
     strides.min_by_key(|&n| (!period.is_multiple_of(n), n.abs_diff(STRIDE))).unwrap_or(STRIDE)
-}
-
-/// Grid points after which the set-point repeats itself; `None` without a set-point or when it
-/// does not repeat at least once.
-fn period(t_s: &[f64], data: &DriveTrial) -> Option<usize> {
-    let setpoint: Option<Vec<f64>> = data.setpoint_m.as_ref()?.iter().copied().collect();
-    let setpoint = on_grid(t_s, &setpoint?);
-    let low = setpoint.iter().copied().fold(f64::INFINITY, f64::min);
-    let range = setpoint.iter().copied().fold(f64::NEG_INFINITY, f64::max) - low;
-    let shortest = (SHORTEST_PERIOD_S / GRID_S) as usize;
-    let tolerance = SAME_SETPOINT * range;
-    let repeats = |lag: &usize| {
-        setpoint.iter().zip(&setpoint[*lag..]).all(|(a, b)| (a - b).abs() <= tolerance)
-    };
-    (shortest..=setpoint.len() / 2).find(repeats).filter(|_| range > 0.0)
 }
 
 /// Where regimes and phases of a bundle begin.

@@ -9,6 +9,12 @@ const POSITION_SD: f64 = 2.0;
 /// Smoothing of what is compared.
 const OUTPUT_SD: f64 = 4.0;
 
+/// A drive rests where it moves by less than this share of the travel, or than so many standard
+/// deviations of the position's noise, in this time \[s\].
+const REST_SHARE: f64 = 2e-5;
+const REST_NOISE: f64 = 8.0;
+const REST_S: f64 = 0.1;
+
 /// A motion on a uniform grid.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Motion {
@@ -26,15 +32,37 @@ impl Motion {
         let acceleration_m_per_s2 = slope(&velocity_m_per_s, GRID_S);
         Self { dt_s: GRID_S, position_m, velocity_m_per_s, acceleration_m_per_s2 }
     }
+
+    /// Where the drive moves by less than a share of `travel_m`, or than the position's `noise_m`, for
+    /// [`REST_S`], and as far around as filters `reach`.
+    pub fn rests(&self, travel_m: f64, noise_m: f64, reach: usize) -> Vec<bool> {
+        let still_m = (REST_SHARE * travel_m).max(REST_NOISE * noise_m);
+        let window = (REST_S / self.dt_s) as usize;
+        let mut rests = vec![false; self.position_m.len()];
+        for (i, around) in self.position_m.windows(window).enumerate() {
+            let low = around.iter().copied().fold(f64::INFINITY, f64::min);
+            let high = around.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+            if high - low < still_m {
+                let end = (i + window + reach).min(rests.len());
+                rests[i.saturating_sub(reach)..end].fill(true);
+            }
+        }
+        rests
+    }
 }
 
 /// A column on the grid, from its rows at times of their own.
 pub fn on_grid(t_s: &[f64], column: &[f64]) -> Vec<f64> {
+    evenly(t_s, column, GRID_S)
+}
+
+/// A column every `step_s`, from its rows at times of their own.
+pub fn evenly(t_s: &[f64], column: &[f64], step_s: f64) -> Vec<f64> {
     let (Some(&first), Some(&last)) = (t_s.first(), t_s.last()) else { return Vec::new() };
-    let points = ((last - first) / GRID_S).floor() as usize + 1;
+    let points = ((last - first) / step_s).floor() as usize + 1;
     let mut after = 0;
     let at = |i: usize| {
-        let t = first + i as f64 * GRID_S;
+        let t = first + i as f64 * step_s;
         while after + 1 < t_s.len() && t_s[after] < t {
             after += 1;
         }

@@ -126,14 +126,12 @@ fn which(answer: &Diagnosis) -> String {
                 } else {
                     (String::new(), "<td><td>".to_owned())
                 };
+                let [value, low, high] = p.digits();
                 let _ = write!(
                     html,
-                    "<tr><td>{id}<td>{}<td class=number>{:.4} {} ({:.4} to {:.4})<td class=number>{rest}",
+                    "<tr><td>{id}<td>{}<td class=number>{value} {} ({low} to {high})<td class=number>{rest}",
                     escape(name),
-                    p.value,
                     escape(p.unit),
-                    p.low,
-                    p.high
                 );
             }
         }

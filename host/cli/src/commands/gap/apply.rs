@@ -9,7 +9,7 @@ use cathforce_bus::service::crc32;
 use cathforce_config::ImageError;
 use cathforce_effects::Effect;
 use cathforce_gap::Coverage;
-use cathforce_gap::report::Verdict;
+use cathforce_gap::report::{Estimate, Verdict};
 use cathforce_link::Client;
 use cathforce_mechanics::{Description, ParameterInfo, parameters};
 use cathforce_rig::{Bundle, ImageOptions, SolverDefaults, to_description};
@@ -175,9 +175,11 @@ fn differences(
     let change = |info: &'static ParameterInfo| {
         let (old, new) = (before.parameter(info.key)?, after.parameter(info.key)?);
         let origin = match fitted.iter().find(|own| own.key == info.key) {
-            Some(Fitted { effect, low, high, .. }) => {
+            Some(Fitted { effect, value, low, high, .. }) => {
+                let (value, low, high, unit) = (f64::from(*value), *low, *high, info.unit);
+                let [_, low, high] = Estimate { value, low, high, unit }.digits();
                 let what = if is_measurement(effect) { "; expected reading only" } else { "" };
-                format!("{}, 90 %: {low:.4} to {high:.4}{what}", effect.id)
+                format!("{}, 90 %: {low} to {high}{what}", effect.id)
             }
             None => "rig.toml; an earlier diagnosis had switched it on".to_owned(),
         };

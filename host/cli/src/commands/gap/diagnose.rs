@@ -6,7 +6,7 @@ use std::sync::Mutex;
 
 use cathforce_effects::Effect;
 use cathforce_gap::plant::Plant;
-use cathforce_gap::report::{Diagnosis, Estimate, Figures, Reproduce};
+use cathforce_gap::report::{Diagnosis, Figures, Reproduce};
 use cathforce_gap::{diagnose, diagnose_given, expected_simulations, page};
 use cathforce_rig::Bundle;
 
@@ -144,8 +144,9 @@ fn text(answer: &Diagnosis) -> String {
             100.0 * effect.shrink,
             effect.confidence
         ));
-        for (name, Estimate { value, low, high, unit }) in &effect.parameters {
-            line(format!("    {name} = {value:.5} {unit} (90 %: {low:.5} to {high:.5})"));
+        for (name, estimate) in &effect.parameters {
+            let ([value, low, high], unit) = (estimate.digits(), estimate.unit);
+            line(format!("    {name} = {value} {unit} (90 %: {low} to {high})"));
         }
     }
     for set in &answer.confusable {
