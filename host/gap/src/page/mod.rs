@@ -4,6 +4,7 @@ mod charts;
 
 use std::fmt::Write as _;
 
+use crate::locate::Cell;
 use crate::report::{Diagnosis, Figures};
 
 const STYLE: &str = include_str!("page.css");
@@ -73,19 +74,23 @@ fn remarks(answer: &Diagnosis) -> String {
     format!("<h2>What to keep in mind</h2><ul>{items}</ul>")
 }
 
+/// From where to where; a drive's positions may be negative.
+fn stretch(place: &Cell) -> String {
+    format!("{:.0} to {:.0} mm", 1e3 * place.arc_m[0], 1e3 * place.arc_m[1])
+}
+
 fn places(answer: &Diagnosis) -> String {
     if answer.places.is_empty() {
         return String::new();
     }
-    let row = |place: &crate::locate::Cell| {
+    let row = |place: &Cell| {
         format!(
-            "<tr><td>{}<td>{}<td>{}<td class=number>{:.0}–{:.0} mm<td class=number>{}\
+            "<tr><td>{}<td>{}<td>{}<td class=number>{}<td class=number>{}\
              <td class=number>{} ({} to {})<td>{}",
             escape(&place.channel),
             escape(&place.phase),
             escape(&place.regime),
-            1e3 * place.arc_m[0],
-            1e3 * place.arc_m[1],
+            stretch(place),
             percent(place.time_share),
             percent(place.gap_share),
             percent(place.gap_share_low),
@@ -95,9 +100,9 @@ fn places(answer: &Diagnosis) -> String {
     };
     let rows: String = answer.places.iter().take(12).map(row).collect();
     let by_phase = charts::heat(&answer.places, |c| c.channel.clone(), |c| c.phase.clone());
-    let arc =
-        |c: &crate::locate::Cell| format!("{:.0}–{:.0} mm", 1e3 * c.arc_m[0], 1e3 * c.arc_m[1]);
-    let by_arc = charts::heat(&answer.places, arc, |c| c.phase.clone());
+    let mut along = answer.places.clone();
+    along.sort_by(|a, b| a.arc_m[0].total_cmp(&b.arc_m[0]));
+    let by_arc = charts::heat(&along, stretch, |c| c.phase.clone());
     format!(
         "<h2>Where</h2><figure>{by_phase}<figcaption>Share of the gap's energy by channel and \
          phase.</figcaption></figure><figure>{by_arc}<figcaption>The same by length inside (or \
