@@ -7,8 +7,13 @@ use cathforce_mechanics::Description;
 
 use crate::plant::{Along, Effect, Nuisance, Parameter, Point, Swing};
 
-/// Places along the tip's way at which an effect with a place starts.
-const PLACES: usize = 7;
+/// Places at which an effect with a place starts are so far from each other: as far as what begins
+/// there is felt \[m\] …
+const APART_M: f64 = 8e-3;
+/// … or farther, if there would be more of them than this.
+const MOST_PLACES: usize = 24;
+/// Steps along what is inside when a trial begins \[m\].
+const INSIDE_STEP_M: f64 = 1e-3;
 /// Of its starting values, those that are tried at every place.
 const STARTS_AT_PLACES: usize = 1;
 
@@ -27,15 +32,17 @@ pub struct Library {
 }
 
 impl Library {
-    /// Every effect of the catalogue that this rig can have. `way_m`: where the tip goes.
-    pub fn of(nominal: &Description<f64>, way_m: &[[f64; 3]]) -> Self {
+    /// Every effect of the catalogue that this rig can have. `tips_m`: where tips go,
+    /// from the beginning of a trial on.
+    pub fn of(nominal: &Description<f64>, tips_m: &[[f64; 3]]) -> Self {
+        let places_m = places(nominal.entry.position_m, tips_m);
         let has_tendon = nominal.tendon.stiffness_n_per_m > 0.0;
         let possible = |entry: &&Entry| {
             entry.plant == Plant::Catheter && (has_tendon || !entry.id.starts_with("tendon."))
         };
         let mut library = Self { effects: Vec::new(), keys: Vec::new() };
         for entry in all().filter(possible) {
-            library.effects.push(effect(entry, nominal, way_m));
+            library.effects.push(effect(entry, nominal, &places_m));
             library.keys.push(fitted(entry).map(|p| p.key).collect());
         }
         library
@@ -99,13 +106,13 @@ fn fitted(entry: &'static Entry) -> impl Iterator<Item = &'static cathforce_effe
     entry.parameters.iter().filter(|parameter| parameter.is_fitted())
 }
 
-fn effect(entry: &'static Entry, nominal: &Description<f64>, way_m: &[[f64; 3]]) -> Effect {
-    let middle = way_m.get(way_m.len() / 2).copied().unwrap_or_default();
+fn effect(entry: &'static Entry, nominal: &Description<f64>, places_m: &[[f64; 3]]) -> Effect {
+    let middle = places_m.get(places_m.len() / 2).copied().unwrap_or_default();
     let mut place = middle.into_iter();
     let parameter = |p: &'static cathforce_effects::Parameter| {
         let info = p.info();
         let off = p.off(nominal).unwrap_or_default();
-        // A place that nothing is at may be anywhere: the middle of the tip's way.
+        // A place that nothing is at may be anywhere: the middle of the instrument's way.
         let off = if p.role == Role::Place { place.next().unwrap_or(off) } else { off };
         let is_breath = p.key == "effects.wall.motion.frequency_hz";
         Parameter {
@@ -131,8 +138,7 @@ fn effect(entry: &'static Entry, nominal: &Description<f64>, way_m: &[[f64; 3]])
     };
     let starts = entry.starts();
     let starts = if has_place {
-        let at = |k: usize| way_m.get((2 * k + 1) * way_m.len() / (2 * PLACES)).copied();
-        let places = (0..PLACES).filter_map(at);
+        let places = places_m.iter().copied();
         places
             .flat_map(|at| starts.iter().take(STARTS_AT_PLACES).map(move |s| (s, at)))
             .map(|(start, at)| values(start, at))
@@ -143,12 +149,57 @@ fn effect(entry: &'static Entry, nominal: &Description<f64>, way_m: &[[f64; 3]])
     Effect { id: entry.id, what: entry.doc, parameters, starts, confused_with: entry.confused_with }
 }
 
+/// Where the instrument comes by: from the entry to where the first trial begins, and wherever tips
+/// go.
+fn places(entry_m: [f64; 3], tips_m: &[[f64; 3]]) -> Vec<[f64; 3]> {
+    let square =
+        |a: &[f64; 3], b: &[f64; 3]| -> f64 { a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum() };
+    let Some(first) = tips_m.first() else { return Vec::new() };
+    let steps = (square(&entry_m, first).sqrt() / INSIDE_STEP_M).ceil().max(1.0);
+    let inside = (0..steps as usize).map(|k| {
+        let share = k as f64 / steps;
+        std::array::from_fn(|i| entry_m[i] + share * (first[i] - entry_m[i]))
+    });
+    let way: Vec<[f64; 3]> = inside.chain(tips_m.iter().copied()).collect();
+    let mut apart_m = APART_M;
+    loop {
+        let mut places: Vec<[f64; 3]> = Vec::new();
+        for at in &way {
+            if places.iter().all(|place| square(place, at) >= apart_m * apart_m) {
+                places.push(*at);
+            }
+        }
+        if places.len() <= MOST_PLACES {
+            return places;
+        }
+        apart_m *= 1.2;
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use std::path::Path;
 
     use super::*;
     use crate::catheter::nominal;
+
+    #[test]
+    fn places_lie_along_the_whole_way_however_long_a_tip_stays() {
+        let tip = |k: usize| [0.03 + 1e-4 * k.min(300) as f64, 0.0, 0.0];
+        // It stays for ten times as long as it goes.
+        let tips: Vec<[f64; 3]> = (0..3000).map(tip).collect();
+        let found = places([0.0; 3], &tips);
+        let along: Vec<f64> = found.iter().map(|place| place[0]).collect();
+        assert!(along[0] == 0.0 && *along.last().unwrap() > 0.05, "{along:?}");
+        assert!(
+            along.windows(2).all(|pair| (pair[1] - pair[0] - APART_M).abs() < 1.1e-3),
+            "{along:?}"
+        );
+        let far: Vec<[f64; 3]> = (0..3000).map(|k| [1e-3 * k as f64, 0.0, 0.0]).collect();
+        let few = places([0.0; 3], &far);
+        assert!((MOST_PLACES / 2..=MOST_PLACES).contains(&few.len()), "{}", few.len());
+        assert!(places([0.0; 3], &[]).is_empty());
+    }
 
     #[test]
     fn a_wall_that_moves_more_slowly_than_any_breath_is_no_candidate() {

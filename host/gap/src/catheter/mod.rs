@@ -106,7 +106,7 @@ impl Catheter {
         if catheter.channels.is_empty() {
             return Err(CatheterError::NothingMeasured);
         }
-        let mut way_m = Vec::new();
+        let mut tips_m = Vec::new();
         for (number, mut own) in prepared {
             let path = catheter.add(number, &mut own)?;
             // A trial of which nothing can be compared says nothing; a remark says so.
@@ -115,16 +115,14 @@ impl Catheter {
                 catheter.simulator.forget(catheter.trials.len());
                 continue;
             }
-            if catheter.prepared.is_empty() {
-                way_m = path;
-            }
+            tips_m.extend(path);
             catheter.prepared.push(own);
         }
         if catheter.trials.is_empty() {
             return Err(CatheterError::NothingCompared);
         }
         catheter.defects = catheter.trials.iter().map(|_| Defects::default()).collect();
-        catheter.library = Library::of(&catheter.nominal, &way_m);
+        catheter.library = Library::of(&catheter.nominal, &tips_m);
         catheter.repeats = prepare::repeats(&catheter.trials, &catheter.prepared);
         catheter.segments =
             Segments::of(&catheter.prepared, &catheter.channels, &catheter.trials, TICK_S);

@@ -88,8 +88,9 @@ impl<'a> Spiking<'a> {
             model,
         };
         let nominal = spiking.play(&spiking.model).map_err(CatheterError::Nominal)?;
-        let way_m = nominal.first().map_or(&[][..], |found| &found.trajectory.tip_m);
-        spiking.library = Library::of(&spiking.model, way_m);
+        let tips_m: Vec<[f64; 3]> =
+            nominal.iter().flat_map(|found| found.trajectory.tip_m.iter().copied()).collect();
+        spiking.library = Library::of(&spiking.model, &tips_m);
         Ok(spiking)
     }
 
