@@ -75,8 +75,11 @@ pub(crate) const EFFECTS: &[Effect] = &[
         id: "drive.coulomb",
         plant: Plant::Drive,
         doc: "Dry friction of the axis.",
-        parameters: &[fitted("force_n", "plant.coulomb.force_n", 10.0)],
-        start_values: &[&[3.0], &[10.0], &[30.0]],
+        parameters: &[
+            fitted("force_n", "plant.coulomb.force_n", 10.0),
+            fitted("presliding_m", "plant.coulomb.presliding_m", 5e-5),
+        ],
+        start_values: &[&[3.0, 0.0], &[10.0, 0.0], &[30.0, 0.0]],
         channels: &[DriveCommand],
         excited_by: "motion both ways",
         confused_with: &["drive.stribeck", "drive.viscous"],
@@ -129,6 +132,7 @@ pub(crate) const EFFECTS: &[Effect] = &[
 /// Parameters of the effects of a drive on its own, which `cathforce_mechanics` does not have.
 pub const PLANT_PARAMETERS: &[ParameterInfo] = &[
     plant("plant.coulomb.force_n", "N", 0.0, 1e4, "Sliding friction."),
+    plant("plant.coulomb.presliding_m", "m", 0.0, 0.01, "Way over which it turns at a reversal."),
     plant("plant.viscous.n_s_per_m", "N·s/m", 0.0, 1e6, "Friction per speed."),
     plant("plant.stribeck.force_n", "N", -1e3, 1e4, "Friction at rest above the one in motion."),
     ParameterInfo {
