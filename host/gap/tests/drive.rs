@@ -237,17 +237,18 @@ fn friction_that_holds_at_rest_is_told_from_what_lies_beside_it() {
         .unwrap();
     let answer = ask(folder.path());
     assert_eq!(answer.verdict, Verdict::Named, "{}", answer.sentence());
-    for (id, name, truth) in [
-        ("drive.coulomb", "force_n", 15.0),
-        ("drive.coulomb", "presliding_m", 6e-5),
-        ("drive.viscous", "n_s_per_m", 60.0),
-        ("drive.offset", "force_n", 5.0),
-        ("drive.ripple", "sine_n", 3.0),
-        ("drive.ripple", "wavelength_m", 0.025),
+    for (id, name, truth, within) in [
+        ("drive.coulomb", "force_n", 15.0, 0.05),
+        // The filters smear it.
+        ("drive.coulomb", "presliding_m", 6e-5, 0.1),
+        ("drive.viscous", "n_s_per_m", 60.0, 0.05),
+        ("drive.offset", "force_n", 5.0, 0.05),
+        ("drive.ripple", "sine_n", 3.0, 0.05),
+        ("drive.ripple", "wavelength_m", 0.025, 0.05),
     ] {
         let effect = answer.effects.iter().find(|e| e.id == id);
         let found = value(effect.unwrap_or_else(|| panic!("{id}: {}", answer.sentence())), name);
-        assert!((found / truth - 1.0).abs() < 0.05, "{id}.{name}: {found} for {truth}");
+        assert!((found / truth - 1.0).abs() < within, "{id}.{name}: {found} for {truth}");
     }
     let shrinks: Vec<f64> = answer.effects.iter().map(|effect| effect.shrink).collect();
     assert!(shrinks.iter().all(|shrink| *shrink > -1e-3), "{shrinks:?}");
