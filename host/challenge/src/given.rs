@@ -1,6 +1,8 @@
 //! Rigs, motions and noise of somebody else's trial bundles. Where another simulator made one, a
 //! reality without any effect shows what two realities of one rig differ by, and realities with
 //! effects are what a stranger's data are like.
+//!
+//! Bundles are read here and not by `cathforce-rig`, which rests on the device's model.
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -22,8 +22,9 @@ const TURNOVER_M_PER_S: f64 = 0.5e-3;
 /// are lost in the smoothing.
 const LEAST_CYCLES: f64 = 2.0;
 const MOST_CYCLES: f64 = 200.0;
-/// Index of the nuisance that a ripple does as it comes and goes.
+/// Order of the nuisances; a ripple is a force bias that comes and goes.
 pub const FORCE_BIAS: usize = 0;
+pub const TIME_SHIFT: usize = 1;
 
 /// Order of the library; indices into [`Point::effects`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

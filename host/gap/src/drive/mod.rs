@@ -15,7 +15,7 @@ use cathforce_rig::bundle::{Bundle, DriveTrial, Plant as RigPlant, TrialData};
 use crate::plant::{
     Channel, Effect, Nuisance, Plant, Point, Quantity, Repeat, Sample, Segment, Swing, Trial,
 };
-use effects::{FORCE_BIAS, Scale, command, latency_s, library, swing};
+use effects::{FORCE_BIAS, Scale, TIME_SHIFT, command, latency_s, library, swing};
 use motion::{Filters, GRID_S, Motion, on_grid};
 use setpoint::Setpoint;
 
@@ -302,7 +302,7 @@ impl Plant for Drive {
     fn simulate(&self, trial: usize, point: &Point) -> Option<Vec<f64>> {
         let Prepared { motion, at } = &self.motions[trial];
         let force_n = command(self.mass_kg, motion, point);
-        let [bias_n, shift_s] = [FORCE_BIAS, FORCE_BIAS + 1].map(|k| point.nuisances[k]);
+        let [bias_n, shift_s] = [FORCE_BIAS, TIME_SHIFT].map(|k| point.nuisances[k]);
         let mut predicted = self.filters.predicted(&force_n, at, latency_s(point) + shift_s);
         predicted.iter_mut().for_each(|f| *f += bias_n);
         Some(predicted)
