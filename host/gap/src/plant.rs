@@ -60,6 +60,10 @@ pub struct Sample {
 pub struct Trial {
     /// Number in the file's name.
     pub number: u32,
+    /// Time of the first row \[s\], which may be long before that of the first sample.
+    pub start_s: f64,
+    /// Insertion or position then \[m\].
+    pub start_m: f64,
     pub samples: Vec<Sample>,
     /// Number of blocks.
     pub blocks: usize,
@@ -133,7 +137,7 @@ pub struct Nuisance {
 /// What an effect swings along.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Along {
-    /// Time of the trial \[s\].
+    /// Time since the trial began \[s\].
     Time,
     /// Length fed since the trial began \[m\].
     Feed,

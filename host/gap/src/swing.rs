@@ -36,12 +36,10 @@ pub fn guess(
 ) -> Option<Vec<f64>> {
     let swing = problem.plant.swing(effect)?;
     let argument = |trial: usize| -> Vec<f64> {
-        let samples = &problem.plant.trials()[trial].samples;
-        let first = samples.iter().min_by(|a, b| a.t_s.total_cmp(&b.t_s));
-        let start_m = first.map_or(0.0, |sample| sample.arc_m);
-        let of = samples.iter().map(|sample| match swing.along {
-            Along::Time => sample.t_s,
-            Along::Feed => sample.arc_m - start_m,
+        let trial = &problem.plant.trials()[trial];
+        let of = trial.samples.iter().map(|sample| match swing.along {
+            Along::Time => sample.t_s - trial.start_s,
+            Along::Feed => sample.arc_m - trial.start_m,
             Along::Position => sample.arc_m,
         });
         of.collect()
@@ -125,6 +123,8 @@ mod tests {
     const STEP_S: f64 = 0.01;
     const FREQUENCY_HZ: f64 = 0.83;
     const PHASE_RAD: f64 = 2.1;
+    /// Rows before the first sample.
+    const BEFORE_S: f64 = 0.45;
     const AMPLITUDE_M: [f64; 2] = [1.2e-3, -0.4e-3];
 
     fn weight(nuisance: usize, i: usize) -> f64 {
@@ -132,8 +132,9 @@ mod tests {
         if nuisance == 0 { 5.0 * depth } else { 8.0 * (1.0 - depth) * (7.0 * depth).cos() }
     }
 
+    /// Since the first row, as the effect counts it.
     fn time_s(i: usize) -> f64 {
-        STEP_S * i as f64
+        BEFORE_S + STEP_S * i as f64
     }
 
     /// Two nuisances whose weight changes along the trial; one effect that swings both.
@@ -159,7 +160,7 @@ mod tests {
             parameter("phase_rad", 7.0, 2.0),
         ];
         let nuisance = |name| Nuisance { name, unit: "m", sd: 3e-4, effect: None };
-        let mut toy = Toy::new(STEP_S, 1e-4, (0..SAMPLES).map(measured), predict);
+        let mut toy = Toy::new(STEP_S, 1e-4, (0..SAMPLES).map(measured), predict).begun(BEFORE_S);
         toy.effects = vec![effect("motion", parameters, Vec::new())];
         toy.nuisances = vec![nuisance("x"), nuisance("y")];
         toy.swing = Some(Swing {

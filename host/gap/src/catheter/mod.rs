@@ -154,7 +154,8 @@ impl Catheter {
         };
         let samples = own.samples(&self.channels, &deviation);
         self.remarks.extend(own.remarks(number));
-        self.trials.push(Trial { number, samples, blocks: prepare::BLOCKS });
+        let (start_s, start_m) = (own.start_s(), own.inputs.insertion_m[0]);
+        self.trials.push(Trial { number, start_s, start_m, samples, blocks: prepare::BLOCKS });
         Ok(nominal.tip_m.clone())
     }
 

@@ -203,7 +203,8 @@ impl Drive {
             }
         });
         let samples: Vec<Sample> = samples.collect();
-        self.trials.push(Trial { number, samples, blocks });
+        let (start_s, start_m) = (t_s[0], motion.position_m[0]);
+        self.trials.push(Trial { number, start_s, start_m, samples, blocks });
         self.motions.push(Prepared { motion, at });
         let own = self.trials.len() - 1;
         // After a jump of the clock, nobody knows what was repeated when.
