@@ -157,7 +157,11 @@ fn rig(bundle: &Path, file: &RigFile) -> Result<Rig, GivenError> {
     let i = &file.instrument;
     let piece = |s: &SectionTable| (s.length_m, s.youngs_modulus_pa);
     let sections = match &i.sections[..] {
-        [only] => [(0.5 * only.length_m, only.youngs_modulus_pa); 2],
+        // Its pre-curved end is what a label calls its tip.
+        [only] => {
+            let curved_m = i.tip_precurve.iter().map(|piece| piece.length_m).sum::<f64>();
+            [(only.length_m - curved_m), curved_m].map(|length| (length, only.youngs_modulus_pa))
+        }
         [base, tip] => [piece(base), piece(tip)],
         _ => {
             return Err(unfit(

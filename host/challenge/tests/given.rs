@@ -95,3 +95,20 @@ fn cases_of_one_rig_do_not_get_into_a_folder_of_another() {
     assert!(challenge.make(3, 2, 5, &[stand], &|| {}).is_err());
     assert!(!folder.path().join("cases/001").exists());
 }
+
+#[test]
+fn the_tip_of_an_instrument_of_one_section_is_its_curved_end() {
+    let folder = tempfile::tempdir().unwrap();
+    let (base, tip) =
+        ("length_m = 0.6000, youngs", "  { length_m = 0.0500, youngs_modulus_Pa = 50000000.0 },\n");
+    changed(folder.path(), 3, base, "length_m = 0.6500, youngs");
+    let rig = folder.path().join("rig.toml");
+    let text = std::fs::read_to_string(&rig).unwrap();
+    assert!(text.contains(tip));
+    std::fs::write(&rig, text.replace(tip, "")).unwrap();
+    let sections = Stand::of_bundle(folder.path()).unwrap().rig.instrument.sections;
+    for ((length_m, modulus_pa), expected_m) in sections.into_iter().zip([0.626, 0.024]) {
+        assert!((length_m - expected_m).abs() < 1e-12, "{sections:?}");
+        assert_eq!(modulus_pa, 26e6);
+    }
+}

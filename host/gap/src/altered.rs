@@ -1,7 +1,9 @@
 //! A plant that differs from another in what is known of it: effects that its model already has,
 //! or trials that nobody has seen.
 
-use crate::plant::{Channel, Effect, Nuisance, Plant, Point, Repeat, Segment, Swing, Trial};
+use crate::plant::{
+    Channel, Effect, Impostor, Nuisance, Plant, Point, Repeat, Segment, Swing, Trial,
+};
 
 /// Another plant with other effects or fewer trials; everything else is the other's.
 pub struct Altered<'a> {
@@ -76,6 +78,10 @@ impl Plant for Altered<'_> {
 
     fn swing(&self, effect: usize) -> Option<Swing> {
         self.inner.swing(effect)
+    }
+
+    fn impostor(&self, effect: usize) -> Option<Impostor> {
+        self.inner.impostor(effect)
     }
 
     fn repeats(&self) -> &[Repeat] {

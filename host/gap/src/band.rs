@@ -4,10 +4,10 @@
 //! The error that a model makes on a trial which it has not seen has a variance that is estimated
 //! twice, by what is known of the model and by what was found:
 //!
-//! > v = ½ (9 j Σ jᵀ + Σ_k s_k² + m²) + ½ (e² − n²)₊
+//! > v = ½ (j Σ jᵀ + Σ_k s_k² + m²) + ½ (e² − n²)₊
 //!
-//! with j the derivatives with respect to the fitted parameters and Σ their posterior (three times
-//! as wide as the curvature says, see `estimate`), s_k what a standard deviation of each nuisance
+//! with j the derivatives with respect to the fitted parameters and Σ their posterior
+//! (see `estimate`), s_k what a standard deviation of each nuisance
 //! does (a device knows none of them), m what the model leaves open (resolution, uncertain wall), e
 //! the error where the sample's trial was held out, and n the sensor's noise. The mean of v is
 //! taken over neighbouring insertions, apart for feed and withdrawal. What a band lacks or has too
@@ -189,7 +189,7 @@ fn errors(
 ) -> Option<Vec<Error>> {
     let columns = columns(problem.plant)?;
     let metric = Metric::new(nuisances, &model.score);
-    let posterior = posterior(problem, model, &metric);
+    let posterior = posterior(problem, folds, model, &metric);
     let steps = fold_steps(problem, folds, &model.fit);
     let mut errors = Vec::new();
     for (t, (trial, fitted)) in problem.plant.trials().iter().zip(&model.fit.trials).enumerate() {

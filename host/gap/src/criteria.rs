@@ -32,7 +32,7 @@ pub const NEAR_FLOOR: f64 = 2.5;
 /// Models whose errors differ by less than this share of the gap are equally good.
 const EQUAL_SHARE: f64 = 0.02;
 /// Smallest N_eff ln(E_old/E_new) − k ln N_eff.
-const EVIDENCE: f64 = 6.0;
+pub const EVIDENCE: f64 = 6.0;
 
 /// What a model must remove to be worth its parameters.
 #[derive(Clone, Copy, Debug)]

@@ -9,6 +9,7 @@ use crate::criteria::{NEAR_FLOOR, NO_GAP};
 use crate::estimate::{increments, parameters, spread};
 use crate::experiment;
 use crate::floor::{Floor, FloorSource};
+use crate::impostor::unmasked;
 use crate::locate::locate;
 use crate::metric::Metric;
 use crate::plant::{Plant, Point, Quantity};
@@ -264,7 +265,7 @@ impl<'a> Answer<'a> {
         let shrink = selection.best.score.shrink(&before.score);
         self.diagnosis.details.shrink = shrink;
         self.path(problem, &selection);
-        let named = self.effects(problem, &selection);
+        let named = self.effects(selector, &selection);
         let worst = if self.plant.cheap() { 0.0 } else { selection.best.score.worst() };
         self.diagnosis.verdict = if selection.best.fit.effects.is_empty() {
             Verdict::Unknown
@@ -272,6 +273,13 @@ impl<'a> Answer<'a> {
             let count = if self.plant.cheap() { 1 } else { named.len() };
             verdict(shrink, worst, self.lead(&named), count)
         };
+        if let Some((effect, what)) = unmasked(problem, &selection) {
+            if given.is_none() {
+                self.diagnosis.verdict = Verdict::Unknown;
+            }
+            let id = self.plant.effects()[effect].id;
+            self.remark(format!("it looks like {id}, but the data say it is {what}"));
+        }
         self.next_experiment(&selection, &named);
         if self.diagnosis.verdict == Verdict::Unknown {
             self.diagnosis.effects.clear();
@@ -387,13 +395,14 @@ impl<'a> Answer<'a> {
     /// Fills in the named effects; gives them with what they are confused with.
     fn effects(
         &mut self,
-        problem: &Problem<'_>,
+        selector: &Selector<'_>,
         selection: &Selection,
     ) -> Vec<(usize, Vec<usize>)> {
+        let problem = selector.problem;
         let Some(nuisances) = &selection.nuisances else { return Vec::new() };
         let metric = Metric::new(nuisances, &selection.best.score);
         let sets = confusable(problem, selection, &metric);
-        let spread = spread(problem, &selection.best, &metric);
+        let spread = spread(problem, selector.folds, &selection.best, &metric);
         let increments = increments(selection);
         let (best, nominal) = (&selection.best.score, &selection.nominal.score);
         let id = |effect: usize| self.plant.effects()[effect].id.to_owned();

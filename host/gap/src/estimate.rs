@@ -8,9 +8,11 @@ use crate::metric::Metric;
 use crate::plant::Plant;
 use crate::problem::{Coordinate, Problem};
 use crate::report::Estimate;
+use crate::score::{Folds, fold_steps};
 use crate::select::{Candidate, Selection};
 
-/// Standard deviations over those that the curvature tells, for what the model's shapes leave open.
+/// Standard deviations over those that leaving out one trial after the other tells: for the few
+/// trials that there are, and for the shapes of the model, which are wrong in all trials alike.
 const WIDER: f64 = 2.5;
 /// Standard deviation, in scales of a parameter's prior, that any model of the mechanics leaves open:
 /// in bundles of another simulator most of what was put in lies that near (docs/gap.md).
@@ -40,13 +42,25 @@ pub fn parameters(
 }
 
 /// Standard deviations of the parameters.
-pub fn spread(problem: &Problem<'_>, best: &Candidate, metric: &Metric<'_>) -> DVector<f64> {
-    posterior(problem, best, metric).diagonal().map(f64::sqrt)
+pub fn spread(
+    problem: &Problem<'_>,
+    folds: &Folds,
+    best: &Candidate,
+    metric: &Metric<'_>,
+) -> DVector<f64> {
+    posterior(problem, folds, best, metric).diagonal().map(f64::sqrt)
 }
 
-/// Covariance of the parameters: from the curvature of the loss, and what models leave open.
-pub fn posterior(problem: &Problem<'_>, best: &Candidate, metric: &Metric<'_>) -> DMatrix<f64> {
-    let mut posterior = covariance(problem, best, metric) * WIDER.powi(2);
+/// Covariance of the parameters: from the curvature of the loss, from how they change where a fold
+/// is left out, and what models leave open.
+pub fn posterior(
+    problem: &Problem<'_>,
+    folds: &Folds,
+    best: &Candidate,
+    metric: &Metric<'_>,
+) -> DMatrix<f64> {
+    let between = jackknife(&fold_steps(problem, folds, &best.fit)) * WIDER.powi(2);
+    let mut posterior = covariance(problem, best, metric) + between;
     for (i, coordinate) in best.fit.coordinates.iter().enumerate() {
         if let Coordinate::Effect { effect, parameter } = *coordinate {
             let open = OTHER_MODEL * problem.parameter(effect, parameter).scale;
@@ -54,6 +68,18 @@ pub fn posterior(problem: &Problem<'_>, best: &Candidate, metric: &Metric<'_>) -
         }
     }
     posterior
+}
+
+/// Σ = (n−1)/n Σ (θ_f − θ̄)(θ_f − θ̄)ᵀ over what the parameters are without each of n folds
+/// (Tukey 1958).
+fn jackknife(steps: &[DVector<f64>]) -> DMatrix<f64> {
+    let (n, k) = (steps.len() as f64, steps.first().map_or(0, DVector::len));
+    let mean = steps.iter().fold(DVector::zeros(k), |sum, step| sum + step) / n;
+    let squares = steps.iter().fold(DMatrix::zeros(k, k), |sum, step| {
+        let off = step - &mean;
+        sum + &off * off.transpose()
+    });
+    squares * ((n - 1.0) / n)
 }
 
 /// The same from the curvature alone.
@@ -133,10 +159,32 @@ mod tests {
         let sd = explained_by(&line(), &[0], |selector, selection| {
             let metric = Metric::new(selection.nuisances.as_ref().unwrap(), &selection.best.score);
             assert!(covariance(selector.problem, &selection.best, &metric)[(0, 0)].sqrt() < 1e-3);
-            spread(selector.problem, &selection.best, &metric)[0]
+            spread(selector.problem, selector.folds, &selection.best, &metric)[0]
         });
         let least = OTHER_MODEL * parameter("slope").scale;
         assert!(sd >= least && sd < 1.1 * least, "{sd}");
+    }
+
+    /// Of the slope where every fourth sample, which is held out together, has another by so much.
+    fn sd_where_a_fold_differs(by: f64) -> f64 {
+        let slope = |i: usize| if i.is_multiple_of(4) { 2.0 + by } else { 2.0 };
+        let measured = (0..400).map(|i| slope(i) * i as f64);
+        let mut toy = Toy::new(0.01, 1e-3, measured, |i, point| point.effects[0][0] * i as f64);
+        toy.effects = vec![effect("slope", vec![parameter("slope")], vec![vec![1.0]])];
+        explained_by(&toy, &[0], |selector, selection| {
+            let metric = Metric::new(selection.nuisances.as_ref().unwrap(), &selection.best.score);
+            spread(selector.problem, selector.folds, &selection.best, &metric)[0]
+        })
+    }
+
+    #[test]
+    fn an_interval_is_as_wide_as_the_trials_differ() {
+        // Without the fold that differs the slope is by/4 less, without any other by/12 more.
+        let by: f64 = 0.4;
+        let jackknife = (0.75 * (3.0 * (by / 12.0).powi(2) + (by / 4.0).powi(2))).sqrt();
+        let wide = sd_where_a_fold_differs(by);
+        assert!((wide / (WIDER * jackknife) - 1.0).abs() < 0.1, "{wide}, {jackknife}");
+        assert!(sd_where_a_fold_differs(0.0) < 0.1 * wide);
     }
 
     #[test]

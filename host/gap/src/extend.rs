@@ -32,6 +32,9 @@ impl Selector<'_> {
         let worth = screened.iter().filter(|(promise, _)| *promise > enough);
         let one = worth.take(REFITTED_MORE).map(|(_, effect)| vec![*effect]).collect();
         let ways = self.refitted(selection, &nuisances, one);
+        if selection.best.fit.effects.len() == 1 {
+            selection.pairs.extend(ways.iter().map(|(_, candidate)| candidate.clone()));
+        }
         if self.add(selection, ways) {
             return true;
         }

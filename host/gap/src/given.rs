@@ -16,6 +16,7 @@ impl Selector<'_> {
             failed: Vec::new(),
             nuisances: None,
             without: Vec::new(),
+            pairs: Vec::new(),
             exchanged: Vec::new(),
             nominal,
         };

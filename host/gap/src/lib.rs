@@ -9,7 +9,8 @@
 //! | `problem`, `nuisance`, `fit`, `search`, `swing` | the best parameters of one set of effects |
 //! | `sanity` | whether axes and units are the model's |
 //! | `score` | its error on data that the fit has not seen |
-//! | `select`, `pairs`, `extend`, `prune`, `exchange`, `given` | which effects the data support; those that somebody asks for |
+//! | `select`, `pairs`, `extend`, `prune`, `exchange`, `again`, `given` | which effects the data support; those that somebody asks for |
+//! | `impostor` | what in no library an effect may be mistaken for |
 //! | `criteria` | when a model is better than another |
 //! | `metric`, `confuse`, `calibration` | what cannot be told apart, and how certain the rest is |
 //! | `fresh` | what the answer closes on a trial that it has not seen |
@@ -22,6 +23,7 @@
 
 #![forbid(unsafe_code)]
 
+mod again;
 mod altered;
 mod band;
 mod calibration;
@@ -39,6 +41,7 @@ mod fit;
 mod floor;
 mod fresh;
 mod given;
+mod impostor;
 pub mod isolability;
 mod locate;
 mod metric;

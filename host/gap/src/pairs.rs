@@ -44,7 +44,7 @@ impl Selector<'_> {
             };
             Some((pair, candidate.filter(|c| !c.fit.failed)?))
         };
-        let mut found: Vec<_> = pairs.into_par_iter().filter_map(fitted).collect();
+        let mut found: Vec<_> = pairs.par_iter().filter_map(|pair| fitted(*pair)).collect();
         found.sort_by(|(_, a), (_, b)| a.fit.loss.total_cmp(&b.fit.loss));
         if !self.problem.plant.cheap() {
             let ended = |(pair, brief): &mut ([usize; 2], Candidate)| {
@@ -55,6 +55,10 @@ impl Selector<'_> {
             };
             found.par_iter_mut().take(FITTED_PAIRS).for_each(ended);
         }
+        // In the order of what they promise, which one at a fork says more about than a brief fit.
+        let of = |pair: &[usize; 2]| found.iter().find(|(own, _)| own == pair);
+        let promising = pairs.iter().filter_map(of).map(|(_, candidate)| candidate.clone());
+        selection.pairs = promising.collect();
         found.sort_by_key(|(pair, _)| *pair);
         by_cost(
             self.problem.plant,
@@ -113,36 +117,57 @@ impl Selector<'_> {
         own
     }
 
-    /// Pairs whose linear combination explains most of the nominal residual.
+    /// Pairs whose linear combination explains most of the nominal residual: of all trials, and of
+    /// what each of them has, because one that whips at a fork has more than all others.
     fn screen_pairs(&self, selection: &Selection) -> Vec<[usize; 2]> {
-        let nominal = &selection.nominal.fit;
+        let trials = &selection.nominal.fit.trials;
         let column = |shown: &Shown| -> Vec<DVector<f64>> {
-            let pairs = nominal.trials.iter().zip(&shown.does);
+            let pairs = trials.iter().zip(&shown.does);
             pairs.map(|(off, does)| off.refit.project_column(does)).collect()
         };
         let columns: Vec<Option<Vec<DVector<f64>>>> =
             selection.shown.iter().map(|shown| shown.as_ref().map(column)).collect();
-        let dot = |a: &[DVector<f64>], b: &[DVector<f64>]| -> f64 {
-            a.iter().zip(b).map(|(x, y)| x.dot(y)).sum()
-        };
         let residual: Vec<DVector<f64>> =
-            nominal.trials.iter().map(|trial| trial.refit.residual.clone()).collect();
-        let mut explained = Vec::new();
-        for (a, first) in columns.iter().enumerate() {
-            for (b, second) in columns.iter().enumerate().skip(a + 1) {
-                let (Some(first), Some(second)) = (first, second) else { continue };
-                let (aa, ab, bb) = (dot(first, first), dot(first, second), dot(second, second));
-                let (ar, br) = (dot(first, &residual), dot(second, &residual));
-                let determinant = aa * bb - ab * ab;
-                if determinant > 1e-9 * aa * bb {
-                    let gain = (bb * ar * ar - 2.0 * ab * ar * br + aa * br * br) / determinant;
-                    explained.push((gain, [a, b]));
-                }
+            trials.iter().map(|trial| trial.refit.residual.clone()).collect();
+        let alike = vec![1.0; trials.len()];
+        let by_own = trials.iter().map(|trial| trial.raw.len() as f64 / trial.refit.energy());
+        let [of_all, of_each] =
+            [alike, by_own.collect()].map(|weights| ranked(&columns, &residual, &weights));
+        let mut pairs: Vec<[usize; 2]> = Vec::new();
+        for pair in of_all.into_iter().zip(of_each).flat_map(|(a, b)| [a, b]) {
+            if !pairs.contains(&pair) {
+                pairs.push(pair);
             }
         }
-        explained.sort_by(|a, b| b.0.total_cmp(&a.0));
-        explained.into_iter().take(REFITTED_PAIRS).map(|(_, pair)| pair).collect()
+        pairs.truncate(REFITTED_PAIRS);
+        pairs
     }
+}
+
+/// All pairs of columns, by trial, what explains most of a residual first. `weights`: of the trials.
+fn ranked(
+    columns: &[Option<Vec<DVector<f64>>>],
+    residual: &[DVector<f64>],
+    weights: &[f64],
+) -> Vec<[usize; 2]> {
+    let dot = |a: &[DVector<f64>], b: &[DVector<f64>]| -> f64 {
+        a.iter().zip(b).zip(weights).map(|((x, y), weight)| weight * x.dot(y)).sum()
+    };
+    let mut explained = Vec::new();
+    for (a, first) in columns.iter().enumerate() {
+        for (b, second) in columns.iter().enumerate().skip(a + 1) {
+            let (Some(first), Some(second)) = (first, second) else { continue };
+            let (aa, ab, bb) = (dot(first, first), dot(first, second), dot(second, second));
+            let (ar, br) = (dot(first, residual), dot(second, residual));
+            let determinant = aa * bb - ab * ab;
+            if determinant > 1e-9 * aa * bb {
+                let gain = (bb * ar * ar - 2.0 * ab * ar * br + aa * br * br) / determinant;
+                explained.push((gain, [a, b]));
+            }
+        }
+    }
+    explained.sort_by(|a, b| b.0.total_cmp(&a.0));
+    explained.into_iter().map(|(_, pair)| pair).collect()
 }
 
 /// The one of two effects that explains more alone, with its fit.
@@ -150,4 +175,29 @@ fn better_of(selection: &Selection, pair: [usize; 2]) -> Option<(usize, &Candida
     let fitted = |effect: usize| Some((effect, selection.singles[effect].as_ref()?));
     let found = pair.into_iter().filter_map(fitted);
     found.min_by(|(_, a), (_, b)| a.fit.loss.total_cmp(&b.fit.loss))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_trial_that_has_most_of_the_gap_does_not_decide_alone_which_pair_is_promising() {
+        // Three calm trials have what the first two columns do, one that whips has what the third
+        // does.
+        let along = |k: usize| DVector::from_fn(3, |i, _| f64::from(u8::from(i == k)));
+        let calm = |k: usize| [vec![along(k); 3], vec![DVector::zeros(3)]].concat();
+        let columns = [
+            Some(calm(0)),
+            Some(calm(1)),
+            Some([vec![DVector::zeros(3); 3], vec![along(2)]].concat()),
+            None,
+        ];
+        let own = along(0) + along(1);
+        let residual = [vec![own; 3], vec![along(2) * 100.0]].concat();
+        let energy = [2.0, 2.0, 2.0, 1e4];
+        let first = |weights: &[f64]| ranked(&columns, &residual, weights)[0];
+        assert!(first(&[1.0; 4]).contains(&2));
+        assert_eq!(first(&energy.map(|energy| 3.0 / energy)), [0, 1]);
+    }
 }

@@ -145,6 +145,29 @@ pub enum Along {
     Position,
 }
 
+impl Along {
+    /// Of a sample of a trial.
+    pub fn of(self, trial: &Trial, sample: usize) -> f64 {
+        let sample = &trial.samples[sample];
+        match self {
+            Self::Time => sample.t_s - trial.start_s,
+            Self::Feed => sample.arc_m - trial.start_m,
+            Self::Position => sample.arc_m,
+        }
+    }
+}
+
+/// A cause in no library that an effect may be mistaken for: to first order it does what some
+/// nuisances do that grow along something.
+#[derive(Clone, Debug)]
+pub struct Impostor {
+    /// Indices of the nuisances.
+    pub nuisances: Vec<usize>,
+    pub along: Along,
+    /// What it is, for people.
+    pub what: &'static str,
+}
+
 /// An effect that does, to first order, what some nuisances do that swing.
 #[derive(Clone, Debug)]
 pub struct Swing {
@@ -252,6 +275,11 @@ pub trait Plant: Sync {
 
     /// How an effect swings; `None` of one that does not.
     fn swing(&self, _effect: usize) -> Option<Swing> {
+        None
+    }
+
+    /// What an effect may be mistaken for that is in no library.
+    fn impostor(&self, _effect: usize) -> Option<Impostor> {
         None
     }
 

@@ -17,12 +17,12 @@ const FEWEST_SINGLES: usize = 4;
 const FITTED_WITHIN: f64 = 0.5;
 /// Shrink of a single effect from which on it is in every pair that is worth a fit, so that one
 /// more effect is looked for in its place.
-const DOMINANT: f64 = 0.9;
+pub const DOMINANT: f64 = 0.9;
 /// Single effects that are fitted once more with the nuisances linearised where they ended.
 const OWN_NUISANCES: usize = 2;
 /// Shrink below which several effects together are no explanation: with enough of them, anything
 /// is fitted a little.
-const EXPLAINED: f64 = 0.8;
+pub const EXPLAINED: f64 = 0.8;
 /// Effects that one explanation may have, where simulations cost nothing and where they do.
 pub const MOST_EFFECTS: usize = 6;
 const MOST_EFFECTS_COSTLY: usize = 3;
@@ -91,6 +91,8 @@ pub struct Selection {
     pub nuisances: Option<Nuisances>,
     /// The best model without each of its effects, where it has several.
     pub without: Vec<(usize, Candidate)>,
+    /// Pairs that were fitted and not taken, as far as they were.
+    pub pairs: Vec<Candidate>,
     /// The best model with one effect exchanged for another, and no better for it.
     pub exchanged: Vec<(usize, Rival)>,
 }
@@ -168,6 +170,7 @@ impl Selector<'_> {
             failed,
             nuisances: None,
             without: Vec::new(),
+            pairs: Vec::new(),
             exchanged: Vec::new(),
         };
         self.first(&mut selection);
@@ -193,6 +196,7 @@ impl Selector<'_> {
         if !heirs.is_empty() {
             self.give_way(&mut selection, heirs)?;
         }
+        self.look_again(&mut selection)?;
         let best = &selection.best;
         let open = best.score.shrink(&selection.nominal.score) < EXPLAINED;
         if open && best.fit.effects.len() > 1 && !self.problem.plant.cheap() {

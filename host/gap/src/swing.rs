@@ -16,7 +16,7 @@ use std::f64::consts::TAU;
 use nalgebra::{DMatrix, DVector};
 
 use crate::nuisance::{Nuisances, Refit};
-use crate::plant::{Along, Swing};
+use crate::plant::Swing;
 use crate::problem::Problem;
 
 /// Frequencies a cycle over the longest trial.
@@ -37,12 +37,7 @@ pub fn guess(
     let swing = problem.plant.swing(effect)?;
     let argument = |trial: usize| -> Vec<f64> {
         let trial = &problem.plant.trials()[trial];
-        let of = trial.samples.iter().map(|sample| match swing.along {
-            Along::Time => sample.t_s - trial.start_s,
-            Along::Feed => sample.arc_m - trial.start_m,
-            Along::Position => sample.arc_m,
-        });
-        of.collect()
+        (0..trial.samples.len()).map(|sample| swing.along.of(trial, sample)).collect()
     };
     let own: Vec<Vec<f64>> = trials.iter().map(|(trial, _)| argument(*trial)).collect();
     let longest = own.iter().map(|u| range(u)).fold(0.0, f64::max);
@@ -116,7 +111,7 @@ fn range(values: &[f64]) -> f64 {
 mod tests {
     use super::*;
     use crate::floor::Floor;
-    use crate::plant::{Nuisance, Parameter, Plant, Point};
+    use crate::plant::{Along, Nuisance, Parameter, Plant, Point};
     use crate::toy::{Toy, effect};
 
     const SAMPLES: usize = 500;

@@ -3,7 +3,8 @@
 
 use crate::floor::Floor;
 use crate::plant::{
-    Channel, Effect, Nuisance, Parameter, Plant, Point, Quantity, Repeat, Sample, Swing, Trial,
+    Channel, Effect, Impostor, Nuisance, Parameter, Plant, Point, Quantity, Repeat, Sample, Swing,
+    Trial,
 };
 use crate::problem::Problem;
 use crate::score::{FoldKind, Folds};
@@ -14,6 +15,8 @@ pub struct Toy<F> {
     pub effects: Vec<Effect>,
     pub nuisances: Vec<Nuisance>,
     pub swing: Option<Swing>,
+    /// Of the first effect.
+    pub impostor: Option<Impostor>,
     pub cheap: bool,
     /// Added to the predictions of the last trial, by the way that its finer model goes.
     pub forks: Vec<f64>,
@@ -50,6 +53,7 @@ impl<F: Fn(usize, &Point) -> f64> Toy<F> {
             effects: Vec::new(),
             nuisances: Vec::new(),
             swing: None,
+            impostor: None,
             cheap: true,
             forks: vec![0.0],
             forks_above: f64::NEG_INFINITY,
@@ -63,6 +67,14 @@ impl<F: Fn(usize, &Point) -> f64> Toy<F> {
     /// A trial whose rows began so long before its first sample \[s\].
     pub fn begun(mut self, before_s: f64) -> Self {
         self.trials[0].start_s -= before_s;
+        self
+    }
+
+    /// A trial of which so much is fed until each sample \[m\].
+    pub fn fed(mut self, until_m: impl Fn(usize) -> f64) -> Self {
+        for (i, sample) in self.trials[0].samples.iter_mut().enumerate() {
+            sample.arc_m = until_m(i);
+        }
         self
     }
 
@@ -161,6 +173,10 @@ impl<F: Fn(usize, &Point) -> f64 + Sync> Plant for Toy<F> {
 
     fn swing(&self, _effect: usize) -> Option<Swing> {
         self.swing.clone()
+    }
+
+    fn impostor(&self, effect: usize) -> Option<Impostor> {
+        self.impostor.clone().filter(|_| effect == 0)
     }
 
     fn repeats(&self) -> &[Repeat] {

@@ -5,7 +5,7 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use cathforce_effects::{Effect as Entry, Plant, Role, all};
 use cathforce_mechanics::Description;
 
-use crate::plant::{Along, Effect, Nuisance, Parameter, Point, Swing};
+use crate::plant::{Along, Effect, Impostor, Nuisance, Parameter, Point, Swing};
 
 /// Places at which an effect with a place starts are so far from each other: as far as what begins
 /// there is felt \[m\] …
@@ -94,6 +94,22 @@ impl Library {
             }),
             _ => None,
         }
+    }
+
+    /// What an effect may be mistaken for: a zero that drifts goes with the time, a cable with the
+    /// feed.
+    pub fn impostor(&self, effect: usize, nuisances: &[Nuisance]) -> Option<Impostor> {
+        let at = |axis| {
+            let name = format!("force bias {axis}");
+            nuisances.iter().position(|nuisance| nuisance.name == name)
+        };
+        (self.effects.get(effect)?.id == "sensor.drift").then_some(())?;
+        Some(Impostor {
+            nuisances: ["x", "y", "z"].into_iter().map(at).collect::<Option<_>>()?,
+            along: Along::Feed,
+            what: "a force at the sensor that grows with the length fed, as that of a cable which \
+                   is drawn along",
+        })
     }
 }
 

@@ -29,7 +29,9 @@ pub use check::CatheterError;
 pub use planned::{PlannedError, planned};
 pub use spike::{Changes, Spike, SpikeError, Spiked, Spiking};
 
-use crate::plant::{Channel, Effect, Nuisance, Plant, Point, Repeat, Segment, Swing, Trial};
+use crate::plant::{
+    Channel, Effect, Impostor, Nuisance, Plant, Point, Repeat, Segment, Swing, Trial,
+};
 use defects::Defects;
 use library::Library;
 use motion::PHASES;
@@ -281,6 +283,10 @@ impl Plant for Catheter {
 
     fn swing(&self, effect: usize) -> Option<Swing> {
         self.library.swing(effect, &self.nuisances)
+    }
+
+    fn impostor(&self, effect: usize) -> Option<Impostor> {
+        self.library.impostor(effect, &self.nuisances)
     }
 
     fn repeats(&self) -> &[Repeat] {

@@ -1,0 +1,158 @@
+//! Where an answer stays open, some pairs are fitted once more, by the finer model.
+//!
+//! Pairs are tried briefly and with corrected simulations. At a fork of the vessel these stop short
+//! of the way that the tip has taken, whatever the pair, and say little about which of them is the
+//! cause.
+
+use rayon::prelude::*;
+
+use crate::criteria::{NEAR_FLOOR, Parsimony, by_cost};
+use crate::fit::{Depth, Start};
+use crate::select::{Candidate, DOMINANT, EXPLAINED, Rival, Selection, Selector, Step};
+
+/// Pairs that are fitted by the finer model: of those that promise most, and of those that came
+/// lowest so far.
+const PROMISING: usize = 3;
+const LOWEST: usize = 1;
+
+impl Selector<'_> {
+    /// Takes the pair that explains what the answer leaves open, if one does. `None` when a
+    /// simulation breaks down.
+    pub fn look_again(&self, selection: &mut Selection) -> Option<()> {
+        if self.problem.plant.cheap() || !is_open(selection) {
+            return Some(());
+        }
+        let polished = |pair: Candidate| {
+            let nuisances = self.nuisances_at(&pair.fit)?;
+            let (start, on) = (Start::Fit(&pair.fit), &pair.fit.effects);
+            let found = self.candidate(Depth::Polished, &nuisances, start, on, None)?;
+            (!found.fit.failed).then_some(found)
+        };
+        let pairs = worth_a_look(selection);
+        let mut found: Vec<Candidate> = pairs.into_par_iter().filter_map(polished).collect();
+        found.sort_by(|a, b| a.fit.loss.total_cmp(&b.fit.loss));
+        if let Some(lowest) = found.first_mut() {
+            *lowest = self.to_the_end(lowest.clone());
+        }
+        let gap = selection.nominal.score.excess();
+        by_cost(self.problem.plant, gap, &mut found, |pair| pair);
+        let Some(best) = found.first().filter(|pair| self.explains(selection, pair)) else {
+            return Some(());
+        };
+        let steps = best.fit.effects.iter().map(|&effect| {
+            let rivals = found[1..].iter().filter_map(|pair| rival(effect, best, pair)).collect();
+            Step::of(effect, best, rivals)
+        });
+        let (best, steps) = (best.clone(), steps.collect());
+        selection.steps.clear();
+        selection.exchanged.clear();
+        self.accept(selection, best, steps);
+        self.finish(selection)
+    }
+
+    /// Whether a pair leaves nothing open, and is better than what there was.
+    fn explains(&self, selection: &Selection, pair: &Candidate) -> bool {
+        let (plant, nominal, before) =
+            (self.problem.plant, &selection.nominal.score, &selection.best);
+        let pays = || {
+            let more = pair.fit.parameters(plant).saturating_sub(before.fit.parameters(plant));
+            Parsimony::of(plant, nominal).pays(&before.score, &pair.score, more)
+        };
+        pair.score.worst() <= NEAR_FLOOR
+            && pair.score.shrink(nominal) >= EXPLAINED
+            && match before.fit.effects.len() {
+                0 | 1 => pays(),
+                2 => pair.score.energy < before.score.energy,
+                // Fewer effects that explain it go before more.
+                _ => true,
+            }
+    }
+}
+
+/// Whether an answer leaves much, or needs many effects for little.
+fn is_open(selection: &Selection) -> bool {
+    let best = &selection.best;
+    let shrink = best.score.shrink(&selection.nominal.score);
+    let many = best.fit.effects.len() > 2;
+    shrink < DOMINANT && (many || shrink < EXPLAINED || best.score.worst() > NEAR_FLOOR)
+}
+
+/// Pairs that were not taken, and those of the answer if it has more effects.
+fn worth_a_look(selection: &Selection) -> Vec<Candidate> {
+    let parts = selection.without.iter().map(|(_, without)| without);
+    let mut pairs: Vec<&Candidate> = Vec::new();
+    for pair in selection.pairs.iter().chain(parts).filter(|c| c.fit.effects.len() == 2) {
+        let same =
+            |known: &&Candidate| pair.fit.effects.iter().all(|e| known.fit.effects.contains(e));
+        if !pairs.iter().any(same) {
+            pairs.push(pair);
+        }
+    }
+    let mut others = pairs.split_off(pairs.len().min(PROMISING));
+    others.sort_by(|a, b| a.fit.loss.total_cmp(&b.fit.loss));
+    pairs.into_iter().chain(others.into_iter().take(LOWEST)).cloned().collect()
+}
+
+/// What takes the place of an effect of the best pair, beside the same other one.
+fn rival(effect: usize, best: &Candidate, pair: &Candidate) -> Option<Rival> {
+    let beside = best.fit.effects.iter().find(|e| **e != effect)?;
+    let other = pair.fit.effects.iter().find(|e| *e != beside)?;
+    (pair.fit.effects.contains(beside) && *other != effect).then(|| Rival::of(*other, pair))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plant::Point;
+    use crate::toy::{Toy, effect, explained_by, noise, parameter};
+
+    const SAMPLES: usize = 400;
+    const NOISE: f64 = 0.01;
+
+    fn along(i: usize) -> f64 {
+        i as f64 / SAMPLES as f64
+    }
+
+    fn curve(i: usize) -> f64 {
+        (20.0 * along(i)).sin()
+    }
+
+    /// What is named where a slope was put in and something else, and the slope was found first. The
+    /// coarse model has curves the wrong way round.
+    fn named(more: impl Fn(usize) -> f64) -> Vec<usize> {
+        let measured = |i: usize| 2.0 * along(i) + more(i) + NOISE * noise(i);
+        let predict = |i: usize, point: &Point| {
+            let (slope, here) = (point.effects[0][0], point.effects[1][0]);
+            let at = point.anchor.effects[1][0];
+            let curved = if point.anchor.is_everywhere { here } else { at - (here - at) };
+            slope * along(i) + curved * curve(i)
+        };
+        let mut toy = Toy::new(0.01, NOISE, (0..SAMPLES).map(measured), predict).times(4);
+        toy.effects =
+            ["slope", "curve"].map(|id| effect(id, vec![parameter(id)], vec![vec![1.0]])).into();
+        toy.cheap = false;
+        explained_by(&toy, &[0], |selector, mut selection| {
+            let nominal = &selection.nominal.fit;
+            let nuisances = selector.nuisances_at(nominal).unwrap();
+            let start = Point::nominal(&toy).anchored();
+            let brief = |start| selector.candidate(Depth::Brief, &nuisances, start, &[0, 1], None);
+            let brief = brief(Start::Point(&start)).unwrap();
+            assert!(brief.fit.point.effects[1][0] <= 0.0, "the coarse model goes the wrong way");
+            selection.pairs = vec![brief];
+            selector.look_again(&mut selection).unwrap();
+            selection.best.fit.effects.clone()
+        })
+    }
+
+    #[test]
+    fn a_pair_that_only_the_finer_model_can_fit_is_found() {
+        assert_eq!(named(curve), [0, 1]);
+    }
+
+    #[test]
+    fn what_no_pair_explains_stays_open() {
+        assert_eq!(named(|i| (45.0 * along(i)).cos()), [0]);
+        // Half of what is there is no curve.
+        assert_eq!(named(|i| curve(i) + (45.0 * along(i)).cos()), [0]);
+    }
+}
