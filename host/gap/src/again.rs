@@ -12,8 +12,10 @@ use crate::select::{Candidate, DOMINANT, EXPLAINED, Rival, Selection, Selector, 
 
 /// Pairs that are fitted by the finer model: of those that promise most, and of those that came
 /// lowest so far.
-const PROMISING: usize = 3;
+const PROMISING: usize = 2;
 const LOWEST: usize = 1;
+/// Shrink from which on the lowest of them is fitted to the end.
+const WORTH_THE_END: f64 = 0.6;
 
 impl Selector<'_> {
     /// Takes the pair that explains what the answer leaves open, if one does. `None` when a
@@ -31,7 +33,9 @@ impl Selector<'_> {
         let pairs = worth_a_look(selection);
         let mut found: Vec<Candidate> = pairs.into_par_iter().filter_map(polished).collect();
         found.sort_by(|a, b| a.fit.loss.total_cmp(&b.fit.loss));
-        if let Some(lowest) = found.first_mut() {
+        let nominal = &selection.nominal.score;
+        let worth = |pair: &&mut Candidate| pair.score.shrink(nominal) >= WORTH_THE_END;
+        if let Some(lowest) = found.first_mut().filter(worth) {
             *lowest = self.to_the_end(lowest.clone());
         }
         let gap = selection.nominal.score.excess();
