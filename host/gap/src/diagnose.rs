@@ -8,6 +8,7 @@ use crate::confuse::{confusable, identified, win_frequency};
 use crate::criteria::{NEAR_FLOOR, NO_GAP};
 use crate::estimate::{increments, parameters, spread};
 use crate::experiment;
+use crate::fit::at_bound;
 use crate::floor::{Floor, FloorSource};
 use crate::impostor::unmasked;
 use crate::locate::locate;
@@ -273,13 +274,11 @@ impl<'a> Answer<'a> {
             let count = if self.plant.cheap() { 1 } else { named.len() };
             verdict(shrink, worst, self.lead(&named), count)
         };
-        if let Some((effect, what)) = unmasked(problem, &selection) {
-            if given.is_none() {
-                self.diagnosis.verdict = Verdict::Unknown;
-            }
-            let id = self.plant.effects()[effect].id;
-            self.remark(format!("it looks like {id}, but the data say it is {what}"));
+        let objections = self.objections(problem, &selection, worst);
+        if !objections.is_empty() && given.is_none() {
+            self.diagnosis.verdict = Verdict::Unknown;
         }
+        objections.into_iter().for_each(|objection| self.remark(objection));
         self.next_experiment(&selection, &named);
         if self.diagnosis.verdict == Verdict::Unknown {
             self.diagnosis.effects.clear();
@@ -314,6 +313,25 @@ impl<'a> Answer<'a> {
             ));
         }
         self.diagnosis
+    }
+
+    /// What speaks against an explanation, however much it closes. `worst`: energy that it leaves in
+    /// a quantity.
+    fn objections(&self, problem: &Problem<'_>, selection: &Selection, worst: f64) -> Vec<String> {
+        let best = &selection.best.fit;
+        let id = |effect: usize| self.plant.effects()[effect].id;
+        let at_bound = best.effects.iter().find(|e| at_bound(self.plant, **e, &best.point));
+        let at_bound = at_bound.filter(|_| worst > NEAR_FLOOR).map(|&effect| {
+            format!(
+                "{} comes nearest at the end of what it may be, and leaves much: it stands for \
+                 something else",
+                id(effect)
+            )
+        });
+        let unmasked = unmasked(problem, selection).map(|(effect, what)| {
+            format!("it looks like {}, but the data say it is {what}", id(effect))
+        });
+        at_bound.into_iter().chain(unmasked).collect()
     }
 
     fn rank(&mut self, selection: &Selection) {
@@ -547,6 +565,26 @@ mod tests {
             let found = verdict(shrink, worst, lead, effects);
             assert_eq!(found, expected, "{shrink} {worst} {lead} {effects}");
         }
+    }
+
+    /// What is answered where the data rise by so much, of which an effect may explain 10.
+    fn answer(slope: f64) -> Diagnosis {
+        use crate::toy::{Toy, effect, noise, parameter};
+        let measured = (0..400).map(|i| slope * i as f64 / 400.0 + 0.01 * noise(i));
+        let predict = |i: usize, point: &Point| point.effects[0][0] * i as f64 / 400.0;
+        let mut toy = Toy::new(0.01, 0.01, measured, predict).times(4);
+        toy.effects = vec![effect("slope", vec![parameter("slope")], vec![vec![1.0]])];
+        toy.cheap = false;
+        diagnose(&toy, "toy", &|_| {})
+    }
+
+    #[test]
+    fn an_effect_at_its_bound_names_nothing_while_much_is_left() {
+        assert_eq!(answer(9.5).verdict, Verdict::Named);
+        let beyond = answer(10.4);
+        assert!(beyond.details.shrink > NEARLY_ALL, "{}", beyond.details.shrink);
+        assert_eq!(beyond.verdict, Verdict::Unknown);
+        assert!(beyond.remarks.iter().any(|remark| remark.starts_with("slope comes nearest")));
     }
 
     #[test]
