@@ -38,8 +38,7 @@ impl Selector<'_> {
         if let Some(lowest) = found.first_mut().filter(worth) {
             *lowest = self.to_the_end(lowest.clone());
         }
-        let gap = selection.nominal.score.excess();
-        by_cost(self.problem.plant, gap, &mut found, |pair| pair);
+        by_cost(self.problem.plant, nominal.excess(), &mut found, |pair| pair);
         let Some(best) = found.first().filter(|pair| self.explains(selection, pair)) else {
             return Some(());
         };
