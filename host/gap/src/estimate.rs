@@ -82,7 +82,7 @@ fn jackknife(steps: &[DVector<f64>]) -> DMatrix<f64> {
     squares * ((n - 1.0) / n)
 }
 
-/// The same from the curvature alone.
+/// Covariance of the parameters from the curvature of the loss alone.
 fn covariance(problem: &Problem<'_>, best: &Candidate, metric: &Metric<'_>) -> DMatrix<f64> {
     let k = best.fit.coordinates.len();
     let mut normal = DMatrix::<f64>::zeros(k, k);
