@@ -7,7 +7,6 @@
 use rayon::prelude::*;
 
 use crate::criteria::{NEAR_FLOOR, Parsimony, by_cost};
-use crate::fit::{Depth, Start};
 use crate::select::{Candidate, DOMINANT, EXPLAINED, Rival, Selection, Selector, Step};
 
 /// Pairs that are fitted by the finer model: of those that promise most, and of those that came
@@ -24,12 +23,7 @@ impl Selector<'_> {
         if self.problem.plant.cheap() || !is_open(selection) {
             return Some(());
         }
-        let polished = |pair: Candidate| {
-            let nuisances = self.nuisances_at(&pair.fit)?;
-            let (start, on) = (Start::Fit(&pair.fit), &pair.fit.effects);
-            let found = self.candidate(Depth::Polished, &nuisances, start, on, None)?;
-            (!found.fit.failed).then_some(found)
-        };
+        let polished = |pair: Candidate| self.polished(&pair).filter(|found| !found.fit.failed);
         let pairs = worth_a_look(selection);
         let mut found: Vec<Candidate> = pairs.into_par_iter().filter_map(polished).collect();
         found.sort_by(|a, b| a.fit.loss.total_cmp(&b.fit.loss));
@@ -105,7 +99,7 @@ fn rival(effect: usize, best: &Candidate, pair: &Candidate) -> Option<Rival> {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use crate::fit::{Depth, Start};
     use crate::plant::Point;
     use crate::toy::{Toy, effect, explained_by, noise, parameter};
 

@@ -118,15 +118,18 @@ impl Selector<'_> {
         Some(())
     }
 
+    /// Fitted by the finer model.
+    pub fn polished(&self, candidate: &Candidate) -> Option<Candidate> {
+        let nuisances = self.nuisances_at(&candidate.fit)?;
+        let (start, on) = (Start::Fit(&candidate.fit), &candidate.fit.effects);
+        self.candidate(Depth::Polished, &nuisances, start, on, None)
+    }
+
     /// Fitted by the finer model, once more where that led far.
     pub fn to_the_end(&self, candidate: Candidate) -> Candidate {
         let mut best = candidate;
         for _ in 0..POLISHED_AGAIN {
-            let polished = self.nuisances_at(&best.fit).and_then(|nuisances| {
-                let (start, on) = (Start::Fit(&best.fit), &best.fit.effects);
-                self.candidate(Depth::Polished, &nuisances, start, on, None)
-            });
-            let Some(polished) = polished else { break };
+            let Some(polished) = self.polished(&best) else { break };
             let far = polished.fit.loss < LED_FAR * best.fit.loss;
             best = polished;
             if !far {
