@@ -12,6 +12,7 @@
 //! | `select`, `pairs`, `extend`, `prune`, `exchange`, `again`, `given` | which effects the data support; those that somebody asks for |
 //! | `impostor` | what in no library an effect may be mistaken for |
 //! | `criteria` | when a model is better than another |
+//! | `verdict` | whether what it closes is the answer, a part of it, or nothing to be named |
 //! | `metric`, `confuse`, `calibration` | what cannot be told apart, and how certain the rest is |
 //! | `fresh` | what the answer closes on a trial that it has not seen |
 //! | `band` | how far the forces of a device may be off that is set like the answer |
@@ -61,6 +62,7 @@ mod signal;
 mod swing;
 #[cfg(test)]
 mod toy;
+mod verdict;
 
 pub use altered::Altered;
 pub use band::{Band, COLUMNS, Coverage, Covered, ROWS, Row};
