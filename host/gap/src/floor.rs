@@ -37,6 +37,16 @@ pub struct Floor {
     pub channels: Vec<ChannelFloor>,
 }
 
+/// That rig.toml does not state a channel's noise, and what its rows say instead, trial by trial.
+pub fn unstated(channel: &str, found: &[f64]) -> String {
+    let least = found.iter().copied().fold(f64::INFINITY, f64::min);
+    let most = found.iter().copied().fold(0.0, f64::max);
+    let to = if most > least { format!(" to {most:.2e}") } else { String::new() };
+    format!(
+        "the noise of {channel} is not stated in rig.toml; estimated from its rows as {least:.2e}{to}"
+    )
+}
+
 impl Floor {
     /// σ² = ½⟨(y_a − y_b)²⟩ over repeats where there are any, else the stated noise.
     pub fn of(plant: &dyn Plant) -> Self {
@@ -85,5 +95,18 @@ impl Floor {
     pub fn sd_of(&self, sample: &Sample) -> f64 {
         let noise = self.channels[sample.channel].sd.unwrap_or(sample.noise);
         noise.hypot(sample.model)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_unstated_noise_is_said_once_for_all_trials() {
+        let said =
+            "the noise of fx_N is not stated in rig.toml; estimated from its rows as 2.00e-3";
+        assert_eq!(unstated("fx_N", &[0.002]), said);
+        assert_eq!(unstated("fx_N", &[0.003, 0.002, 0.0025]), format!("{said} to 3.00e-3"));
     }
 }

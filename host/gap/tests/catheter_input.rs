@@ -119,3 +119,15 @@ fn a_sensor_that_never_changes_is_left_out_and_said_to_be_dead() {
     assert!(said.contains("trial 000: the force reads the same"), "{said}");
     assert!(said.contains("no force was measured"), "{said}");
 }
+
+#[test]
+fn noise_that_is_stated_nowhere_is_said_once_for_all_trials_and_axes() {
+    let mut bundle = example();
+    let second = Trial { number: 1, ..bundle.trials[0].clone() };
+    bundle.trials.push(second);
+    bundle.rig.sensor.force_noise_sd_n = None;
+    let catheter = catheter(&bundle).unwrap();
+    let said = catheter.remarks().iter().filter(|remark| remark.contains("is not stated"));
+    let said: Vec<&String> = said.collect();
+    assert!(said.len() == 1 && said[0].contains("the noise of fx_N"), "{said:?}");
+}

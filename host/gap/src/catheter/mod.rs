@@ -29,6 +29,7 @@ pub use check::CatheterError;
 pub use planned::{PlannedError, planned};
 pub use spike::{Changes, Spike, SpikeError, Spiked, Spiking};
 
+use crate::floor;
 use crate::plant::{
     Channel, Effect, Impostor, Nuisance, Plant, Point, Repeat, Segment, Swing, Trial,
 };
@@ -206,6 +207,14 @@ impl Catheter {
     }
 
     fn remark_on_channels(&mut self) {
+        // One axis, one point for all that are alike.
+        for source in [Source::Force(0), Source::DriveForce, Source::Tip(0), Source::Shape(0, 0)] {
+            let noise = self.prepared.iter().filter_map(|own| own.estimated_noise(source));
+            let noise: Vec<f64> = noise.collect();
+            if !noise.is_empty() {
+                self.remarks.push(floor::unstated(&source.channel().name, &noise));
+            }
+        }
         for (source, what) in [
             (
                 Source::Force(0),

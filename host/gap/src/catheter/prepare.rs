@@ -308,18 +308,13 @@ impl Prepared {
                 1e3 * FEED_BEFORE_SCORE_M
             ));
         }
-        for column in self.columns.iter().filter(|column| column.estimated) {
-            let first = [Source::Force(0), Source::DriveForce, Source::Tip(0), Source::Shape(0, 0)];
-            if first.contains(&column.source) {
-                remarks.push(format!(
-                    "trial {number:03}: the noise of {} is not stated in rig.toml; estimated from \
-                     its rows as {:.2e}",
-                    column.source.channel().name,
-                    column.noise
-                ));
-            }
-        }
         remarks
+    }
+
+    /// The noise of a column, where it was estimated from its rows.
+    pub fn estimated_noise(&self, source: Source) -> Option<f64> {
+        let own = |column: &&Column| column.source == source && column.estimated;
+        self.columns.iter().find(own).map(|column| column.noise)
     }
 }
 

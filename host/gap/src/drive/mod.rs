@@ -12,6 +12,7 @@ mod setpoint;
 
 use cathforce_rig::bundle::{Bundle, DriveTrial, Plant as RigPlant, TrialData};
 
+use crate::floor;
 use crate::plant::{
     Channel, Effect, Nuisance, Plant, Point, Quantity, Repeat, Sample, Segment, Swing, Trial,
 };
@@ -57,6 +58,8 @@ pub struct Drive {
     travel_m: f64,
     /// What rig.toml states of a row of the command \[N\].
     stated_n: Option<f64>,
+    /// What its rows say where it states nothing, trial by trial \[N\].
+    estimated_n: Vec<f64>,
     /// Why axes or units cannot be those of the model, if so.
     complaint: Option<String>,
 }
@@ -135,12 +138,17 @@ impl Drive {
             noise_n: segments::NOISE_SHARE * scale.force_n,
             travel_m: scale.travel_m,
             stated_n: bundle.rig.sensor.drive_noise_sd_n,
+            estimated_n: Vec::new(),
             filters,
             complaint: None,
         };
         let limits = Limits::of(&scale, &motions);
         for ((number, t_s, data), motion) in raw.into_iter().zip(motions) {
             drive.add(number, t_s, data, motion, &limits);
+        }
+        if !drive.estimated_n.is_empty() {
+            let remark = floor::unstated(&drive.channels[0].name, &drive.estimated_n);
+            drive.remarks.insert(0, remark);
         }
         drive.complaint = drive.complain();
         Ok(drive)
@@ -156,11 +164,7 @@ impl Drive {
     ) {
         let noise_n = noise::command_n(t_s, &data.drive_command_n, self.stated_n);
         if self.stated_n.is_none() {
-            self.remarks.push(format!(
-                "trial {number:03}: the noise of drive_command_N is not stated in rig.toml; \
-                 estimated from its rows as {:.2e}",
-                noise::white(t_s, &data.drive_command_n)
-            ));
+            self.estimated_n.push(noise::white(t_s, &data.drive_command_n));
         }
         let open_n = self.mass_kg * noise::acceleration_m_per_s2(t_s, &data.position_m);
         let measured = self.filters.measured(&on_grid(t_s, &data.drive_command_n));
