@@ -32,6 +32,7 @@ const CLEAR_LEAD: f64 = 0.35;
 /// 9000 whose effect is outside the library and where none closes more. Here what it is confused
 /// with is a rival too: a part that two explain alike was neither's (jumps 023 and 027 of seed 13000).
 const FAR_LEAD: f64 = 0.5;
+
 /// How much more the first effect of an explanation closes alone.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Lead {
@@ -55,7 +56,7 @@ impl Lead {
 }
 
 /// What an explanation is worth. `shrink`: what it closes; `worst`: energy that it leaves in a
-/// quantity; `lead`: of its first effect; `effects`: how many it has of a catheter.
+/// quantity; `lead`: that of its first effect; `effects`: how many it has of a catheter.
 pub fn verdict(shrink: f64, worst: f64, lead: Lead, effects: usize) -> Verdict {
     let left_to_any = if effects > 1 { NEARLY_ALL_TOGETHER } else { NEARLY_ALL };
     match shrink {
