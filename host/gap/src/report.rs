@@ -20,7 +20,7 @@ pub enum Verdict {
     NoGap,
     /// Effects that close at least 80 % of the gap.
     Named,
-    /// Effects that close a part of it and come before all others (`diagnose.rs`).
+    /// Effects that close a part of it and come before all others (`verdict.rs`).
     Partial,
     /// No effect of the library explains enough of the gap, or the data cannot carry a verdict.
     Unknown,

@@ -117,7 +117,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_told_apart_from_an_effect_is_a_rival_of_another_kind() {
+    fn an_effect_that_is_not_told_apart_is_a_rival_among_all_alone() {
         let ranking = [("motion", 0.7), ("registration", 0.5), ("ripple", 0.2)];
         let ranking = ranking.map(|(id, shrink)| Ranked { id: id.to_owned(), shrink });
         for (first, alike, told_apart, all) in [
