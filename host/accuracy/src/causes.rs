@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use cathforce_mechanics::MAX_LINKS;
+use cathforce_mechanics::{Drag, MAX_LINKS};
 use cathforce_reference::Integrator;
 use cathforce_rig::SolverDefaults;
 
@@ -30,7 +30,7 @@ const LIFTED: [(&str, Player); 12] = [
     ("two half ticks", |case| solver(case, |s| s.substeps = 2)),
     ("the reference's drag", |case| {
         let mut choices = Choices::default();
-        choices.solver.drag_n_s_per_m2 = case.problem.drag_n_s_per_m2;
+        choices.solver.drag = Drag::constant(case.problem.drag_n_s_per_m2);
         play::<f32, MAX_LINKS>(case, &choices)
     }),
     ("no damping of the wall", |case| solver(case, |s| s.wall_damping_s = 0.0)),
@@ -39,7 +39,7 @@ const LIFTED: [(&str, Player); 12] = [
     ("all but the links", |case| {
         let mut choices = Choices { cell_m: 0.5 * Choices::default().cell_m, ..Choices::default() };
         let solver = &mut choices.solver;
-        solver.drag_n_s_per_m2 = case.problem.drag_n_s_per_m2;
+        solver.drag = Drag::constant(case.problem.drag_n_s_per_m2);
         (solver.solves, solver.substeps) = (2, 2);
         (solver.wall_damping_s, solver.onset_m) = (0.0, 1e-6);
         play::<f64, MAX_LINKS>(case, &choices)

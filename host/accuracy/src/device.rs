@@ -92,7 +92,7 @@ fn description<T: Real>(
             solves: defaults.solves,
             predictor_gain: lit(defaults.predictor_gain),
             bending_damping_s: lit(defaults.bending_damping_s),
-            drag_n_s_per_m2: lit(defaults.drag_n_s_per_m2),
+            drag: defaults.drag(),
         },
     }
 }

@@ -13,23 +13,38 @@
 
 use rayon::prelude::*;
 
+use crate::criteria::NO_GAP;
 use crate::fit::{Depth, Fit, Start, fit};
 use crate::nuisance::Nuisances;
 use crate::plant::Point;
-use crate::select::Selector;
+use crate::score::score;
+use crate::select::{Candidate, Selector};
 
-/// Times the median energy of the trials from which on one of them is far behind, and the share of
-/// it that may be left on another way.
+/// Times what the middle one of the trials has above the floor, or [`NEAR`] at least, from which on
+/// one of them is far behind, and the share of it that may be left on another way.
 const BEHIND: f64 = 1.8;
 const OTHER_WAY: f64 = 0.5;
+/// Energy above the floor of a trial that is explained.
+const NEAR: f64 = 0.4;
 /// Times the energy of another way that the first may have, to be taken again.
 const FIRST_WAY: f64 = 1.1;
+/// Energy in every quantity up to which there is next to no gap.
+const NEXT_TO_NONE: f64 = 1.5;
+
+/// Trials that are tried on other ways.
+#[derive(Clone, Copy, PartialEq)]
+enum Tried {
+    /// Those far behind the others.
+    Behind,
+    /// All above the floor.
+    All,
+}
 
 impl Selector<'_> {
     /// The fit, gone on from where it ended with simulations corrected there; `None` where that
     /// changes nothing or a simulation breaks down.
     pub fn corrected(&self, nuisances: &Nuisances, found: &Fit, depth: Depth) -> Option<Fit> {
-        let point = self.on_best_ways(nuisances, found.point.clone().anchored())?;
+        let point = self.on_best_ways(nuisances, found.point.clone().anchored(), Tried::Behind)?;
         if point.anchor == found.point.anchor {
             return None;
         }
@@ -38,8 +53,23 @@ impl Selector<'_> {
         Some(Fit { tried: found.tried.clone(), ..next })
     }
 
+    /// The nominal model with every trial on the way that explains it, where next to no gap is left
+    /// and none is then: what forks decide is no gap. `None` where there is more, or still some.
+    pub fn without_gap(&self, nuisances: &Nuisances, nominal: &Candidate) -> Option<Candidate> {
+        let is_near = (NO_GAP..NEXT_TO_NONE).contains(&nominal.score.worst());
+        if self.problem.plant.ways() < 2 || !is_near {
+            return None;
+        }
+        let found = &nominal.fit;
+        let point = self.on_best_ways(nuisances, found.point.clone().anchored(), Tried::All)?;
+        let start = Start::Corrected { fit: found, point: &point };
+        let fit = fit(self.problem, nuisances, start, &[], None, Depth::Whole)?;
+        let score = score(self.problem, self.folds, &fit);
+        (score.worst() < NO_GAP).then_some(Candidate { fit, score })
+    }
+
     /// The point with every trial on the way that explains it, of those that may be taken.
-    fn on_best_ways(&self, nuisances: &Nuisances, point: Point) -> Option<Point> {
+    fn on_best_ways(&self, nuisances: &Nuisances, point: Point, tried: Tried) -> Option<Point> {
         let plant = self.problem.plant;
         if plant.ways() < 2 {
             return Some(point);
@@ -62,18 +92,22 @@ impl Selector<'_> {
         let found = found?;
         let mut sorted: Vec<f64> = found.iter().map(|(own, _)| *own).collect();
         sorted.sort_by(f64::total_cmp);
-        let median = sorted[(sorted.len() - 1) / 2].max(1.0);
+        let above_floor = |energy: f64| energy - 1.0;
+        let behind = match tried {
+            Tried::Behind => BEHIND * above_floor(sorted[(sorted.len() - 1) / 2]).max(NEAR),
+            Tried::All => 0.0,
+        };
         let mut chosen = point.clone();
         for (trial, (own, is_first)) in found.into_iter().enumerate() {
             if is_first {
                 chosen = chosen.on_way(trial, 0);
             }
-            if own <= BEHIND * median {
+            if above_floor(own) <= behind {
                 continue;
             }
             let tried = (0..plant.ways()).into_par_iter().filter_map(|way| {
                 let left = energy(trial, &point.clone().on_way(trial, way))?;
-                (left < OTHER_WAY * own).then_some((left, way))
+                (above_floor(left) < OTHER_WAY * above_floor(own)).then_some((left, way))
             });
             let tried: Vec<(f64, usize)> = tried.collect();
             let best = tried.into_iter().min_by(|a, b| a.0.total_cmp(&b.0));
@@ -87,8 +121,11 @@ impl Selector<'_> {
 
 #[cfg(test)]
 mod tests {
+    use super::Tried;
+    use crate::diagnose::diagnose;
     use crate::fit::{Depth, Start, fit};
     use crate::plant::{Plant, Point};
+    use crate::report::Verdict;
     use crate::toy::{Toy, effect, explained_by, noise, parameter};
 
     const SAMPLES: usize = 400;
@@ -111,7 +148,16 @@ mod tests {
     }
 
     fn toy(trials: usize, forks: Vec<f64>) -> impl Plant {
-        let measured = (0..SAMPLES).map(|i| TRUE * along(i) + NOISE * noise(i));
+        rising(TRUE, trials, forks)
+    }
+
+    /// The same without an effect.
+    fn level(trials: usize, forks: Vec<f64>) -> impl Plant {
+        rising(0.0, trials, forks)
+    }
+
+    fn rising(slope: f64, trials: usize, forks: Vec<f64>) -> impl Plant {
+        let measured = (0..SAMPLES).map(|i| slope * along(i) + NOISE * noise(i));
         let mut toy = Toy::new(0.01, NOISE, measured, predict).times(trials);
         toy.effects = vec![effect("slope", vec![parameter("slope")], vec![vec![1.0]])];
         (toy.cheap, toy.forks) = (false, forks);
@@ -152,12 +198,33 @@ mod tests {
     }
 
     #[test]
+    fn what_counts_of_a_way_is_what_it_leaves_above_the_floor() {
+        let ways = |forks: Vec<f64>| {
+            explained_by(&level(6, forks), &[], |_, selection| {
+                selection.nominal.fit.point.anchor.ways.to_vec()
+            })
+        };
+        // 2.4 floors above it, and 1 on the other way.
+        assert_eq!(ways(vec![0.0155, 0.0098]), [0, 0, 0, 0, 0, 1]);
+        assert!(ways(vec![0.0155, 0.0115]).iter().all(|way| *way == 0));
+        assert!(ways(vec![0.0055, 0.0]).iter().all(|way| *way == 0), "it is not behind");
+    }
+
+    #[test]
+    fn what_a_fork_decides_is_no_gap_next_to_the_floor() {
+        let verdict = |forks: Vec<f64>| diagnose(&level(2, forks), "toy", &|_| {}).verdict;
+        assert_eq!(verdict(vec![0.0083, 0.0]), Verdict::NoGap);
+        assert_ne!(verdict(vec![0.0083, 0.0083]), Verdict::NoGap, "no way is better");
+        assert_ne!(verdict(vec![0.02, 0.02]), Verdict::NoGap, "there is a gap");
+    }
+
+    #[test]
     fn a_trial_goes_its_first_way_again_where_that_explains_as_much() {
         let again = |forks: Vec<f64>| {
             explained_by(&toy(6, forks), &[0], |selector, selection| {
                 let point = selection.best.fit.point.clone().anchored().on_way(5, 1);
                 let nuisances = selection.nuisances.as_ref().unwrap();
-                selector.on_best_ways(nuisances, point).unwrap().anchor.ways[5]
+                selector.on_best_ways(nuisances, point, Tried::Behind).unwrap().anchor.ways[5]
             })
         };
         assert_eq!(again(vec![0.0, 1e-4]), 0);

@@ -109,7 +109,8 @@ impl Selector<'_> {
         let point = Point::nominal(self.problem.plant);
         let base = self.problem.residuals(&point)?;
         let nuisances = Nuisances::at(self.problem, &point, &base)?;
-        self.candidate(Depth::Whole, &nuisances, Start::Point(&point), &[], None)
+        let nominal = self.candidate(Depth::Whole, &nuisances, Start::Point(&point), &[], None)?;
+        Some(self.without_gap(&nuisances, &nominal).unwrap_or(nominal))
     }
 
     /// A fit and its score. Where simulations cost nothing, nuisances are linearised once more

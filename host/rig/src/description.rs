@@ -1,7 +1,7 @@
 //! From the rig to the numbers of the model.
 
 use cathforce_mechanics::{
-    Description, Effects, Entry, Instrument, MAX_LINKS, PrecurvePiece, Real, Section, Solver,
+    Description, Drag, Effects, Entry, Instrument, MAX_LINKS, PrecurvePiece, Real, Section, Solver,
     Tendon, Wall,
 };
 use nalgebra::Vector3;
@@ -24,8 +24,8 @@ pub struct SolverDefaults {
     pub predictor_gain: f64,
     /// Viscous time of bending \[s\].
     pub bending_damping_s: f64,
-    /// Drag on every node per length \[N·s/m²\].
-    pub drag_n_s_per_m2: f64,
+    /// On every node, against all motion but the feed's.
+    pub drag: Drag<f64>,
     /// Tangential stiffness of the wall before slip over the normal one, unless
     /// `wall_tangential_ratio` is given \[1\].
     pub tangential_ratio: f64,
@@ -48,7 +48,7 @@ impl Default for SolverDefaults {
             solves: 1,
             predictor_gain: 0.12,
             bending_damping_s: 0.0,
-            drag_n_s_per_m2: 1.55,
+            drag: Drag { at_rest_n_s_per_m2: 0.155, swift_n_s_per_m2: 1.55, swift_m_per_s: 0.08 },
             tangential_ratio: 3.0,
             onset_m: 10e-6,
             wall_damping_s: 5e-3,
@@ -65,6 +65,15 @@ impl SolverDefaults {
     /// The link length with which the chain reaches `insertion_m` and the margin \[m\].
     pub fn link_length_m(&self, insertion_m: f64) -> f64 {
         ((insertion_m + self.reach_margin_m) / FULL_LINKS as f64).max(self.shortest_link_m)
+    }
+
+    /// [`Self::drag`], in the model's precision.
+    pub fn drag<T: Real>(&self) -> Drag<T> {
+        Drag {
+            at_rest_n_s_per_m2: T::lit(self.drag.at_rest_n_s_per_m2),
+            swift_n_s_per_m2: T::lit(self.drag.swift_n_s_per_m2),
+            swift_m_per_s: T::lit(self.drag.swift_m_per_s),
+        }
     }
 
     /// Parts of a tick for a wall of this line stiffness \[N/m²\].
@@ -120,7 +129,7 @@ pub fn describe<T: Real>(
             solves: defaults.solves,
             predictor_gain: lit(defaults.predictor_gain),
             bending_damping_s: lit(defaults.bending_damping_s),
-            drag_n_s_per_m2: lit(defaults.drag_n_s_per_m2),
+            drag: defaults.drag(),
         },
     }
 }

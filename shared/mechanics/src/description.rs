@@ -96,8 +96,33 @@ pub struct Solver<T> {
     pub predictor_gain: T,
     /// Viscous time of bending: moment = K (q + time · dq/dt) \[s\].
     pub bending_damping_s: T,
-    /// Drag on every node per length, against all motion but the feed's \[N·s/m²\].
-    pub drag_n_s_per_m2: T,
+    /// On every node, against all motion but the feed's.
+    pub drag: Drag<T>,
+}
+
+/// Drag per length; grows with the square of a node's speed.
+///
+/// It damps what a tick cannot follow, a whip or a contact that closes. A tip that moves freely
+/// would lag by it, and is left most of it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Drag<T> {
+    /// Of a node at rest \[N·s/m²\].
+    pub at_rest_n_s_per_m2: T,
+    /// Of a swift one, no less than at rest \[N·s/m²\].
+    pub swift_n_s_per_m2: T,
+    /// Speed from which on it is swift \[m/s\].
+    pub swift_m_per_s: T,
+}
+
+impl<T: Real> Drag<T> {
+    /// The same at any speed.
+    pub fn constant(n_s_per_m2: T) -> Self {
+        Self {
+            at_rest_n_s_per_m2: n_s_per_m2,
+            swift_n_s_per_m2: n_s_per_m2,
+            swift_m_per_s: T::one(),
+        }
+    }
 }
 
 /// The tendon of a steerable instrument, anchored at the tip and held at the handle.
@@ -219,7 +244,11 @@ impl<T: Real> Description<T> {
         within("solver.substeps", T::int(i32::from(s.substeps)), 1.0, 4.0)?;
         within("solver.predictor_gain", s.predictor_gain, 0.0, 1.0)?;
         within("solver.bending_damping_s", s.bending_damping_s, 0.0, 1.0)?;
-        within("solver.drag_n_s_per_m2", s.drag_n_s_per_m2, 0.0, 1e3)
+        let Drag { at_rest_n_s_per_m2, swift_n_s_per_m2, swift_m_per_s } = s.drag;
+        within("solver.drag.swift_n_s_per_m2", swift_n_s_per_m2, 0.0, 1e3)?;
+        let at_most = swift_n_s_per_m2.to_f64();
+        within("solver.drag.at_rest_n_s_per_m2", at_rest_n_s_per_m2, 0.0, at_most)?;
+        within("solver.drag.swift_m_per_s", swift_m_per_s, 1e-3, 1e3)
     }
 }
 

@@ -8,7 +8,7 @@ use crate::effects::memory::past_mouth;
 use crate::model::maximum;
 use crate::sharing::Held;
 use crate::sweep::{STRAINS, Scheme, Totals, solve};
-use crate::{Drive, Drives, Loads, Lumen, Model, Outputs, Real, State};
+use crate::{Drag, Drive, Drives, Loads, Lumen, Model, Outputs, Real, State};
 
 /// A solve whose last correction turned a link by more than this is not resolved \[rad\].
 ///
@@ -68,7 +68,7 @@ pub fn step_loaded<T: Real, const LINKS: usize>(
         dt_s: solver.tick_s / parts,
         inertia: T::one(),
         friction: model.wall.friction_coefficient,
-        drag_n_s_per_m2: solver.drag_n_s_per_m2,
+        drag: solver.drag,
         predictor_gain: solver.predictor_gain,
         first: true,
         last: true,
@@ -149,7 +149,10 @@ pub fn settle_loaded<T: Real, const LINKS: usize>(
         dt_s: T::lit(SETTLE_DT_S),
         inertia: T::zero(),
         friction: T::zero(),
-        drag_n_s_per_m2: maximum(T::lit(first) / (steps_at_rest * steps_at_rest), T::lit(last)),
+        drag: Drag::constant(maximum(
+            T::lit(first) / (steps_at_rest * steps_at_rest),
+            T::lit(last),
+        )),
         predictor_gain: T::zero(),
         first: true,
         last: true,

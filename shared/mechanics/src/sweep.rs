@@ -11,7 +11,7 @@ use crate::lanes::Group;
 use crate::state::{Elimination, LinkLoads, LinkState, Span, State};
 use crate::tables::Joint;
 use crate::wrench::Wrench;
-use crate::{Loads, Model, Real};
+use crate::{Drag, Loads, Model, Real};
 
 /// Strains that a link can have: half to twice its length. A drive that pulls at an instrument
 /// stuck by friction would stretch it without end.
@@ -27,8 +27,7 @@ pub(crate) struct Scheme<T> {
     /// 1 with inertia, 0 quasi-static.
     pub inertia: T,
     pub friction: T,
-    /// Drag on every node per length \[N·s/m²\].
-    pub drag_n_s_per_m2: T,
+    pub drag: Drag<T>,
     pub predictor_gain: T,
     /// First solve of the step: the wall is looked up.
     pub first: bool,
@@ -167,7 +166,12 @@ fn load<T: Real, N: Pack<T>, L: Law<T>, const LINKS: usize>(
     let inverse_dt = T::one() / scheme.dt_s;
     let inertia_per_mass = N::all(scheme.inertia * inverse_dt * inverse_dt);
     let carried_dt_s = N::all(scheme.dt_s * *carried);
-    let drag = N::all(scheme.drag_n_s_per_m2 * inverse_dt);
+    let Drag { at_rest_n_s_per_m2, swift_n_s_per_m2, swift_m_per_s } = scheme.drag;
+    let drag_at_rest = N::all(at_rest_n_s_per_m2 * inverse_dt);
+    let drag_rise = (swift_n_s_per_m2 - at_rest_n_s_per_m2) * inverse_dt;
+    let drag_per_square = N::all(drag_rise / (swift_m_per_s * swift_m_per_s));
+    let drag_rise = N::all(drag_rise);
+    let feed_m_per_s = N::all(*fed_m * inverse_dt);
     let radius = model.description().instrument.outer_radius_m;
     let contact = Contact::<N>::new(wall, scheme.friction, inverse_dt);
     let line = wall.line_stiffness_n_per_m2;
@@ -236,10 +240,13 @@ fn load<T: Real, N: Pack<T>, L: Law<T>, const LINKS: usize>(
         // The node: weight, inertia, drag against all motion but the feed's.     docs/model.md (15)
         let node_mass = each(|shares| shares.node_mass);
         let node_arc = each(|shares| shares.node_arc);
+        let velocity = || N::vectors(|lane| link(lane).velocity);
+        let beside = velocity() - tangent() * feed_m_per_s;
+        let drag = drag_at_rest + (beside.dot(&beside) * drag_per_square).smaller(drag_rise);
         let (inertia, damping) = (inertia_per_mass * node_mass, drag * node_arc);
         let mut force = N::vectors(|_| model.gravity) * node_mass
             - node_displacement() * (inertia + damping)
-            + N::vectors(|lane| link(lane).velocity) * (inertia * carried_dt_s)
+            + velocity() * (inertia * carried_dt_s)
             + tangent() * (damping * N::all(*fed_m));
         let to_wall = || facing(&group, eliminations, 0).gap + node_radius;
         if let Some(per_length) = law.stream(&tangent(), to_wall) {

@@ -1,6 +1,8 @@
 //! A bare wire that enters along x: the description that tests of several crates begin with.
 
-use cathforce_mechanics::{Description, Effects, Entry, Instrument, Section, Solver, Tendon, Wall};
+use cathforce_mechanics::{
+    Description, Drag, Effects, Entry, Instrument, Section, Solver, Tendon, Wall,
+};
 
 pub fn wire() -> Description<f32> {
     let section = Section {
@@ -36,7 +38,7 @@ pub fn wire() -> Description<f32> {
             solves: 2,
             predictor_gain: 0.5,
             bending_damping_s: 1e-3,
-            drag_n_s_per_m2: 0.5,
+            drag: Drag { at_rest_n_s_per_m2: 0.1, swift_n_s_per_m2: 0.5, swift_m_per_s: 0.08 },
         },
     }
 }

@@ -42,7 +42,7 @@ fn a_catheter_follows_its_guidewire_round_a_bend_and_back() {
     pair.wall.friction_coefficient = 0.2;
     pair.wall.damping_s = 5e-3;
     let solver = &mut pair.solver;
-    (solver.tick_s, solver.predictor_gain, solver.drag_n_s_per_m2) = (1e-3, 0.1, 2.0);
+    (solver.tick_s, solver.predictor_gain, solver.drag) = (1e-3, 0.1, Drag::constant(2.0));
     let wall = bent_tube();
     let (model, lumen, mut state) = (Chain::new(pair).unwrap(), wall.lumen(), State::new());
     // Wire ahead, catheter over it and past it, wire on, all back: at 20 mm/s.

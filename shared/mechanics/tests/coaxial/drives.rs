@@ -81,7 +81,7 @@ fn around_a_closed_path_without_friction_the_drives_do_no_work() {
     pair.wall.line_stiffness_n_per_m2 = 1e5;
     pair.wall.end_stiffness_n_per_m = 100.0;
     pair.wall.damping_s = 5e-3;
-    (pair.solver.tick_s, pair.solver.drag_n_s_per_m2) = (1e-3, 2.0);
+    (pair.solver.tick_s, pair.solver.drag) = (1e-3, Drag::constant(2.0));
     let (model, lumen, mut state) = (Chain::new(pair).unwrap(), wall.lumen(), State::new());
     let corners = [
         (0.03, 0.04),
@@ -138,7 +138,7 @@ fn each_drive_pushes_against_the_friction_of_what_it_moves() {
     pair.wall.friction_coefficient = 0.3;
     pair.wall.damping_s = 5e-3;
     pair.solver.tick_s = 1e-3;
-    pair.solver.drag_n_s_per_m2 = 0.05;
+    pair.solver.drag = Drag::constant(0.05);
     // As far below the guide's as the onset of the normal force holds them up.
     let floor = [0.0, 0.0, -pair.instrument.outer_radius_m - 3e-6];
     let bounds = [[-0.01, -0.01, -6e-3], [0.12, 0.01, 6e-3]];

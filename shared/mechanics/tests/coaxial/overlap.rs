@@ -109,7 +109,7 @@ fn a_guidewire_that_is_outside_changes_no_bit() {
     with.gravity_m_per_s2 = [0.0, 0.0, -9.81];
     with.wall.friction_coefficient = 0.3;
     with.solver.tick_s = 1e-3;
-    with.solver.drag_n_s_per_m2 = 2.0;
+    with.solver.drag = Drag::constant(2.0);
     with.solver.predictor_gain = 0.1;
     let without = Description { guidewire: None, ..with.clone() };
     let bounds = [[-0.01, -0.02, -0.02], [0.1, 0.02, 0.02]];
@@ -135,7 +135,7 @@ fn a_guidewire_withdrawn_and_advanced_again_leaves_the_shape_it_found() {
     let mut pair = pair(LENGTH_M, 32);
     pair.instrument.precurve.push(curved(0.03, 50.0)).unwrap();
     pair.guidewire.as_mut().unwrap().precurve.push(curved(0.01, -30.0)).unwrap();
-    pair.solver.drag_n_s_per_m2 = 0.1;
+    pair.solver.drag = Drag::constant(0.1);
     let (model, wall, mut state) = (Chain::new(pair).unwrap(), free_space(), State::new());
     let lumen = wall.lumen();
     // From a length past the catheter's tip to 30 mm behind it, by 20 µm a step, and back.

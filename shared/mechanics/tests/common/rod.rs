@@ -40,7 +40,7 @@ pub fn rod(length_m: f64, links: usize, bending_stiffness_n_m2: f64) -> Descript
             solves: 1,
             predictor_gain: 0.0,
             bending_damping_s: 0.0,
-            drag_n_s_per_m2: 0.0,
+            drag: Drag::constant(0.0),
         },
     }
 }

@@ -26,7 +26,7 @@ fn random_effects_stay_finite() {
         let mut description = rod(0.12, 60, 2e-5);
         description.solver.tick_s = 1e-3;
         description.solver.predictor_gain = 0.1;
-        description.solver.drag_n_s_per_m2 = 2.0;
+        description.solver.drag = Drag::constant(2.0);
         description.wall.friction_coefficient = 0.3;
         description.wall.damping_s = 5e-3;
         // A third of all parameters anywhere in their ranges.

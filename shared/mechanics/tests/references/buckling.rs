@@ -116,7 +116,7 @@ fn a_column_in_a_tube_buckles_into_a_helix() {
     rod.wall.line_stiffness_n_per_m2 = 1e6;
     rod.wall.end_stiffness_n_per_m = 0.0;
     // In longer ticks the free tip never comes to rest.
-    (rod.solver.tick_s, rod.solver.drag_n_s_per_m2) = (1e-3, 0.5);
+    (rod.solver.tick_s, rod.solver.drag) = (1e-3, Drag::constant(0.5));
     // The helix that it will be, 200 times weaker, as an imperfection.
     let pitch_m = PI * (8.0 * ei / force_n).sqrt();
     let hint = PrecurvePiece {
@@ -211,7 +211,7 @@ fn a_rod_on_the_floor_of_a_tube_buckles_into_waves() {
         };
         rod.wall.end_stiffness_n_per_m = 0.0;
         // In longer ticks with less drag the contacts never come to rest.
-        (rod.solver.tick_s, rod.solver.drag_n_s_per_m2) = (3e-3, 0.2);
+        (rod.solver.tick_s, rod.solver.drag) = (3e-3, Drag::constant(0.2));
         let model = Model::<f64, LONG>::new(rod).unwrap();
         let (lumen, mut state) = (wall.lumen(), State::<f64, LONG>::new());
         let mut amplitude_at = |share: f64| {

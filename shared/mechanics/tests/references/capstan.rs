@@ -49,7 +49,7 @@ fn wound(
     let mut rod = rod.clone();
     rod.wall.friction_coefficient = 0.0;
     rod.solver.tick_s = 1e-2;
-    rod.solver.drag_n_s_per_m2 = 1.0;
+    rod.solver.drag = Drag::constant(1.0);
     let model = Chain::new(rod).unwrap();
     let (lumen, mut state) = (wall.lumen(), State::new());
     while !settle_loaded(&model, &lumen, &mut state, drive, &pull(force_n, 0.0)) {}

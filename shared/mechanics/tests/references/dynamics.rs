@@ -1,4 +1,4 @@
-//! Free vibration of a cantilever: natural frequencies and decay.
+//! Free vibration of a cantilever, natural frequencies and decay; what drag holds against a whirl.
 //!
 //! Implicit Euler answers a mode x″ + (c/ρA + ω²τ) x′ + ω² x = 0 with x ∝ zᵏ, where
 //! u = (1 − 1/z)/dt is a root of u² + (c/ρA + ω²τ) u + ω² = 0. Measuring z thus tells the
@@ -174,7 +174,7 @@ fn vibration_decays_as_drag_and_viscous_bending_say() {
         let per_s = 0.06 * omega;
         let rod = catheter(youngs_modulus_pa, length_m, 64, 1.0 / expected);
         let mut dragged = rod.clone();
-        dragged.solver.drag_n_s_per_m2 = per_s * rod.instrument.sections[0].mass_kg_per_m;
+        dragged.solver.drag = Drag::constant(per_s * rod.instrument.sections[0].mass_kg_per_m);
         let mut viscous = rod.clone();
         viscous.solver.bending_damping_s = per_s / (omega * omega);
         let [none, drag, bending] =
@@ -184,4 +184,39 @@ fn vibration_decays_as_drag_and_viscous_bending_say() {
         assert!((drag - 1.0).abs() < 0.01, "drag: {drag}");
         assert!((bending - 1.0).abs() < 0.01, "viscous bending: {bending}");
     }
+}
+
+#[test]
+fn drag_grows_with_the_square_of_a_nodes_speed_until_it_is_swift() {
+    let (length_m, links, per_s) = (0.05, 32, 4.0);
+    let mut bent = rod(length_m, links, 1e-1);
+    let piece = PrecurvePiece {
+        length_m,
+        curvature_per_m: 20.0,
+        lateral_curvature_per_m: 0.0,
+        torsion_per_m: 0.0,
+    };
+    bent.instrument.precurve.push(piece).unwrap();
+    bent.solver.tick_s = 1e-3;
+    bent.solver.drag = Drag { at_rest_n_s_per_m2: 0.2, swift_n_s_per_m2: 2.0, swift_m_per_s: 0.05 };
+    let model = Model::new(bent.clone()).unwrap();
+    let (wall, mut state) = (free_space(), State::new());
+    rest(&model, &wall.lumen(), &mut state, inserted(length_m), &FREE_TIP);
+    let mut found = 0.0;
+    for tick in 1..=200 {
+        let drive = Drive { insertion_m: length_m, rotation_rad: per_s * 1e-3 * f64::from(tick) };
+        found = step(&model, &wall.lumen(), &mut state, drive).drive_torque_n_m;
+    }
+    let (mut expected, mut fastest) = (0.0, 0.0_f64);
+    for node in 0..links {
+        let [_, y, z] = state.node_position_m(node).unwrap();
+        let (radius_m, share) = (y.hypot(z), if node == 0 { 0.5 } else { 1.0 });
+        let speed = per_s * radius_m;
+        let drag = 0.2 + 1.8 * (speed / 0.05).powi(2).min(1.0);
+        expected += share * bent.solver.link_length_m * drag * speed * radius_m;
+        fastest = fastest.max(speed);
+    }
+    println!("{found} N·m, {expected} expected, up to {fastest} m/s");
+    assert!(fastest > 0.06, "no node is swift: {fastest} m/s");
+    assert!((found / expected - 1.0).abs() < 0.01, "{found} N·m, not {expected} N·m");
 }

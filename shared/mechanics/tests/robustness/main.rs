@@ -72,7 +72,7 @@ fn catheter<T: Real>(friction: f64, stiffness: f64, precurve: f64) -> Descriptio
             solves: 1,
             predictor_gain: T::lit(0.1),
             bending_damping_s: T::zero(),
-            drag_n_s_per_m2: T::lit(0.01),
+            drag: Drag::constant(T::lit(0.01)),
         },
     }
 }

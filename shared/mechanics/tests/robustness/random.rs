@@ -88,8 +88,17 @@ pub fn any_description(random: &mut Random) -> Description<f32> {
             solves: 1 + random.below(2) as u8,
             predictor_gain: f(random.sometimes(0.05, 1.0)),
             bending_damping_s: f(random.sometimes(1e-4, 0.1)),
-            drag_n_s_per_m2: f(random.sometimes(1e-3, 100.0)),
+            drag: any_drag(random),
         },
+    }
+}
+
+fn any_drag(random: &mut Random) -> Drag<f32> {
+    let swift = random.sometimes(1e-3, 100.0);
+    Drag {
+        at_rest_n_s_per_m2: (random.between(0.0, 1.0) * swift) as f32,
+        swift_n_s_per_m2: swift as f32,
+        swift_m_per_s: random.scale(1e-3, 10.0) as f32,
     }
 }
 
@@ -123,7 +132,11 @@ pub fn catheter(random: &mut Random) -> Description<f32> {
     description.gravity_m_per_s2 = [0.0, 0.0, -9.81];
     description.solver.predictor_gain = 0.1;
     description.solver.bending_damping_s = 0.0;
-    description.solver.drag_n_s_per_m2 = f(random.between(0.0, 4.0));
+    description.solver.drag = Drag {
+        at_rest_n_s_per_m2: f(random.between(0.0, 0.4)),
+        swift_n_s_per_m2: f(random.between(0.4, 4.0)),
+        swift_m_per_s: f(random.scale(0.01, 1.0)),
+    };
     description
 }
 
