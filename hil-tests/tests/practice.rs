@@ -10,7 +10,11 @@ use cathforce_rig::{Bundle, ImageOptions, device_image};
 /// Practice bundles, beside the project on some machines only.
 const PRACTICE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/data/practice");
 /// Largest RMS of the force error, as a share of the measured peak.
-const LARGEST_SHARE: f64 = 0.1;
+const LARGEST_SHARE: f64 = 0.07;
+/// The same where the instrument stands before a branching that a tenth of a millimetre decides:
+/// `docs/figures.md`, last column.
+const LARGEST_SHARE_AT_BRANCHING: f64 = 0.12;
+const BRANCHING: (&str, u32) = ("tapered-none", 2);
 /// Snaps and the first 3 mm may leave out no more than this share of the rows.
 const MOST_EXCLUDED: f64 = 0.2;
 
@@ -25,9 +29,11 @@ fn assert_reproduced(path: &Path) {
         let compared = compare(&estimates, &measured(&bundle, trial)).expect("measured forces");
         let (scored, excluded) = (compared.scored, compared.excluded_share);
         let share = scored.share_of_peak();
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        let is_branching = (&*name, trial.number) == BRANCHING;
+        let largest = if is_branching { LARGEST_SHARE_AT_BRANCHING } else { LARGEST_SHARE };
         let line = format!(
-            "{} trial {:03}: force error {:.1} mN RMS, {:.1} % of {:.1} mN, {:.0} % left out",
-            path.file_name().unwrap_or_default().to_string_lossy(),
+            "{name} trial {:03}: force error {:.1} mN RMS, {:.1} % of {:.1} mN, {:.0} % left out",
             trial.number,
             1e3 * scored.rms_n,
             100.0 * share,
@@ -36,7 +42,7 @@ fn assert_reproduced(path: &Path) {
         );
         println!("{line}");
         // Written so that NaN, of nothing scored, fails.
-        if !(share <= LARGEST_SHARE && excluded <= MOST_EXCLUDED && scored.rows > 500) {
+        if !(share <= largest && excluded <= MOST_EXCLUDED && scored.rows > 500) {
             failed.push(line);
         }
     }
