@@ -103,7 +103,7 @@ pub struct Solver<T> {
 /// Drag per length; grows with the square of a node's speed.
 ///
 /// It damps what a tick cannot follow, a whip or a contact that closes. A tip that moves freely
-/// would lag by it, and is left most of it.
+/// lags by it, so at rest there is little. docs/model.md (15).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Drag<T> {
     /// Of a node at rest \[N·s/m²\].
