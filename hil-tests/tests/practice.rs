@@ -12,7 +12,7 @@ const PRACTICE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/data/p
 /// Largest RMS of the force error, as a share of the measured peak.
 const LARGEST_SHARE: f64 = 0.07;
 /// The same where the instrument stands before a branching that a tenth of a millimetre decides:
-/// `docs/figures.md`, last column.
+/// `docs/model.md`, "Where the rest is".
 const LARGEST_SHARE_AT_BRANCHING: f64 = 0.12;
 const BRANCHING: (&str, u32) = ("tapered-none", 2);
 /// Snaps and the first 3 mm may leave out no more than this share of the rows.
