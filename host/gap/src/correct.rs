@@ -32,7 +32,7 @@ const FIRST_WAY: f64 = 1.1;
 const NEXT_TO_NONE: f64 = 1.5;
 
 /// Trials that are tried on other ways.
-#[derive(Clone, Copy, PartialEq)]
+#[derive(Clone, Copy)]
 enum Tried {
     /// Those far behind the others.
     Behind,

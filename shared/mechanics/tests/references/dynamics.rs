@@ -220,3 +220,11 @@ fn drag_grows_with_the_square_of_a_nodes_speed_until_it_is_swift() {
     assert!(fastest > 0.06, "no node is swift: {fastest} m/s");
     assert!((found / expected - 1.0).abs() < 0.01, "{found} N·m, not {expected} N·m");
 }
+
+#[test]
+fn more_drag_at_rest_than_of_a_swift_node_is_refused() {
+    let mut slower = rod(0.05, 32, 1e-4);
+    slower.solver.drag = Drag { at_rest_n_s_per_m2: 2.0, ..Drag::constant(0.2) };
+    let refused = Model::<f64>::new(slower).err();
+    assert_eq!(refused, Some(DescriptionError::Range("solver.drag.at_rest_n_s_per_m2")));
+}
