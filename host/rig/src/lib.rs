@@ -25,6 +25,6 @@ pub use image::{ImageBuildError, ImageOptions, ImageReport, device_image};
 pub use job::LumenJob;
 pub use nearest::nearest;
 pub use vessel::{
-    CELL_M, DEVICE_LUMEN_BYTES, LumenBuildError, LumenReport, LumenTooLarge, Vessel, VesselCause,
-    WallSource, lumen_from_bundle,
+    CELL_M, LumenBuildError, LumenReport, LumenTooLarge, Vessel, VesselCause, WallSource,
+    lumen_from_bundle,
 };

@@ -7,12 +7,12 @@ use thiserror::Error;
 use crate::bundle::{Bundle, CatheterRig};
 use crate::error::{BundleError, Place};
 use crate::geometry::{Mesh, MeshWall, Opening, SurfaceModel, TubeWall, Wall};
-use crate::lumen::{BuiltLumen, LumenOptions, LumenQuality, Spread, build_lumen, measure};
+use crate::lumen::{
+    BuiltLumen, DEVICE_LUMEN_BYTES, LumenOptions, LumenQuality, Spread, build_lumen, measure,
+};
 
 /// Grid spacing unless another is asked for \[m\].
 pub const CELL_M: f64 = 1e-3;
-/// Bytes of lumen that the device has room for.
-pub const DEVICE_LUMEN_BYTES: usize = 2 << 20;
 /// Points at which a lumen is compared with the exact wall.
 pub(crate) const QUALITY_POINTS: usize = 20_000;
 
@@ -29,6 +29,9 @@ pub struct LumenReport {
     pub bytes: usize,
     /// Bricks stored.
     pub bricks: usize,
+    /// In the place of how many there are eight of half the spacing, and how many there was no
+    /// room for.
+    pub fine: [usize; 2],
     /// Grid spacing \[m\].
     pub cell_m: f64,
     /// Where the surface of a mesh ends; empty for a centreline.
@@ -219,6 +222,7 @@ impl Vessel {
             source: self.source,
             bytes,
             bricks: usize::from(built.header.stored),
+            fine: built.fine,
             cell_m: options.cell_m,
             openings: self.openings.clone(),
             gaps: self.gaps,

@@ -220,6 +220,8 @@ fn storing_a_lumen_costs_micrometres() {
         for _ in 0..500 {
             let (around, depth) = (random.within(0.2, 1.3), random.within(0.0, 1.5e-3));
             let p = Vector3::new(around.cos(), around.sin(), 0.0) * (BEND_M + BORE_M - depth);
+            // Not on the face of two bricks, where a rounding decides which of them is read.
+            let p = p + Vector3::z() * 0.3e-3;
             let (ours, _) = interpolate(&lumen, &p).unwrap();
             let theirs = device.sample::<f64>(<[f64; 3]>::from(p));
             assert!((ours.distance_m - theirs.distance_m).abs() < 0.1e-6, "{ours:?} {theirs:?}");

@@ -5,6 +5,7 @@ mod support;
 
 use std::f64::consts::{PI, TAU};
 
+use cathforce_mechanics::{BRICK_NODES, Lumen, NODE_BYTES, WallSample};
 use cathforce_rig::Vessel;
 use cathforce_rig::geometry::{Mesh, MeshWall, SurfaceModel, Triangle, Wall};
 use cathforce_rig::lumen::{BuiltLumen, LumenOptions, Spread, build_lumen, interpolate};
@@ -102,11 +103,15 @@ impl Vascular {
     }
 
     fn lumen(&self) -> BuiltLumen {
+        self.lumen_by(LumenOptions::for_instrument(RADIUS_M, 1e-3))
+    }
+
+    fn lumen_by(&self, options: LumenOptions) -> BuiltLumen {
         let vessel = Vessel::from_mesh(
             &Mesh::from_triangles(&self.triangles).unwrap().0,
             SurfaceModel::Smooth,
         );
-        build_lumen(vessel.wall(), LumenOptions::for_instrument(RADIUS_M, 1e-3)).unwrap()
+        build_lumen(vessel.wall(), options).unwrap()
     }
 
     /// Errors of the stored distance where an instrument touches the wall, in a box: away from
@@ -175,6 +180,57 @@ fn a_branch_is_exact_to_50_micrometres() {
     // No wall across the branch's mouth.
     let mouth = Point::new(11e-3, 3.5e-3, 0.0);
     assert!(interpolate(&lumen, &mouth).is_none_or(|(here, _)| here.distance_m > 1.2e-3));
+}
+
+#[test]
+fn the_spacing_is_halved_where_the_wall_bends() {
+    let vessel = branch();
+    let whole = LumenOptions::for_instrument(RADIUS_M, 1e-3);
+    let even = vessel.lumen_by(LumenOptions { fine_above_m: f64::INFINITY, ..whole });
+    let fine = vessel.lumen();
+    assert!(even.fine == [0, 0] && fine.fine[0] > 5 && fine.fine[1] == 0, "{:?}", fine.fine);
+    let more = 7 * fine.fine[0] * BRICK_NODES * NODE_BYTES;
+    assert_eq!(fine.bytes.len(), even.bytes.len() + more);
+    // What is left are corners between the cells' middles, and the surface of the mesh.
+    let device = Lumen::new(fine.header, &fine.bytes).unwrap();
+    let (low, high) = (Point::new(5e-3, 2e-3, -4e-3), Point::new(18e-3, 6e-3, 4e-3));
+    let wall = Vessel::from_mesh(
+        &Mesh::from_triangles(&vessel.triangles).unwrap().0,
+        SurfaceModel::Smooth,
+    );
+    let (mut random, mut errors) = (Random(9), [Vec::new(), Vec::new()]);
+    while errors[0].len() < 2000 {
+        let p = Point::from_fn(|axis, _| random.within(low[axis], high[axis]));
+        let exact_m = wall.wall().sample(&p).distance_m;
+        if !(RADIUS_M - 0.2e-3..RADIUS_M + 0.25e-3).contains(&exact_m) {
+            continue;
+        }
+        for (lumen, errors) in [&even, &fine].into_iter().zip(&mut errors) {
+            let (stored, _) = interpolate(lumen, &p).expect("stored wherever it touches");
+            errors.push(stored.distance_m - exact_m);
+        }
+        let (host, _) = interpolate(&fine, &p).unwrap();
+        let there: WallSample<f64> = device.sample(<[f64; 3]>::from(p));
+        assert!((there.distance_m - host.distance_m).abs() < 0.1e-6, "{there:?} {host:?}");
+    }
+    let [even_m, fine_m] = errors.map(Spread::of);
+    println!("{even_m:?} on an even grid, {fine_m:?}");
+    assert!(fine_m.p99 < 0.6 * even_m.p99, "{fine_m:?} {even_m:?}");
+}
+
+#[test]
+fn bricks_that_err_most_come_first_where_room_is_short() {
+    let vessel = branch();
+    let options = LumenOptions::for_instrument(RADIUS_M, 1e-3);
+    let all = vessel.lumen_by(options);
+    let worst = vessel.lumen_by(LumenOptions { fine_above_m: 12e-6, ..options });
+    let (fine, left) = (worst.fine[0], all.fine[0] - worst.fine[0]);
+    assert!(fine > 0 && left > 0, "{fine} of {}", all.fine[0]);
+    // One byte short of one more.
+    let room_bytes = worst.bytes.len() + 7 * BRICK_NODES * NODE_BYTES - 1;
+    let some = vessel.lumen_by(LumenOptions { room_bytes, ..options });
+    assert_eq!(some.fine, [fine, left]);
+    assert!(some.bytes == worst.bytes);
 }
 
 #[test]

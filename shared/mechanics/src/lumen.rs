@@ -4,13 +4,14 @@
 //! A brick stores its 5 × 5 × 5 nodes (the shared faces twice), so that a cell never
 //! straddles two bricks. Only bricks near the wall are stored; the directory says of the
 //! others whether they are inside the lumen, farther from the wall than any instrument
-//! can touch, or outside.
+//! can touch, or outside. Where the wall bends within a cell, eight bricks of half the spacing
+//! stand for one. Two bricks that meet may differ at their common face by the error of the coarser.
 //!
 //! Byte layout, little endian, zero-copy (`LumenHeader` travels beside it):
 //!
 //! | part | bytes |
 //! | --- | --- |
-//! | directory | `bricks[0] × bricks[1] × bricks[2]` × u16, x fastest: index of the brick, or [`FREE`], or [`OUTSIDE`] |
+//! | directory | `bricks[0] × bricks[1] × bricks[2]` × u16, x fastest: index of the brick, or [`FINE`] and the index of the first of eight (octants, x fastest), or [`FREE`], or [`OUTSIDE`] |
 //! | bricks | 125 nodes each, x fastest, 6 bytes a node: distance i16, normal 3 × i8, wall u8 |
 //!
 //! * distance: positive inside the lumen, in units of `distance_unit_m`.
@@ -32,6 +33,12 @@ pub const NODE_BYTES: usize = 6;
 pub const FREE: u16 = 0xFFFF;
 /// Directory entry: outside, beyond the stored band.
 pub const OUTSIDE: u16 = 0xFFFE;
+/// Set in a directory entry: eight bricks of half the spacing.
+pub const FINE: u16 = 0x8000;
+/// Bricks that take the place of one.
+pub const OCTANTS: u16 = 8;
+/// Most bricks that a directory can name.
+pub const MOST_BRICKS: u16 = OUTSIDE & !FINE;
 /// The `wall` byte of the nominal stiffness.
 pub const NOMINAL_WALL: u8 = 128;
 
@@ -40,7 +47,7 @@ pub const NOMINAL_WALL: u8 = 128;
 pub struct LumenHeader {
     /// Position of the first node, vessel frame \[m\].
     pub origin_m: [f32; 3],
-    /// Grid spacing \[m\].
+    /// Grid spacing \[m\]; of fine bricks, half of it.
     pub cell_m: f32,
     /// Metres per unit of a stored distance.
     pub distance_unit_m: f32,
@@ -82,7 +89,7 @@ impl LumenHeader {
         if !finite(self.distance_unit_m, 1e-8, 1e-4) {
             return Err(LumenError::Header("distance_unit_m"));
         }
-        if self.bricks.iter().any(|&b| b == 0 || b > 1024) || self.stored >= OUTSIDE {
+        if self.bricks.iter().any(|&b| b == 0 || b > 1024) || self.stored > MOST_BRICKS {
             return Err(LumenError::Header("bricks"));
         }
         Ok(())
@@ -134,8 +141,13 @@ impl<'a> Lumen<'a> {
         let (bricks, _) = nodes.as_chunks::<BRICK_NODES>();
         for (entry, &bytes) in directory.iter().enumerate() {
             let brick = u16::from_le_bytes(bytes);
-            if brick < OUTSIDE && brick >= header.stored {
-                return Err(LumenError::Directory { entry, brick });
+            let last = match brick {
+                FREE | OUTSIDE => continue,
+                fine if fine & FINE != 0 => (fine & !FINE) + (OCTANTS - 1),
+                coarse => coarse,
+            };
+            if last >= header.stored {
+                return Err(LumenError::Directory { entry, brick: last });
             }
         }
         let unit = PLACE_UNIT as f32;
@@ -181,8 +193,10 @@ impl<'a> Lumen<'a> {
         let y = self.place::<T, N>(point.y(), 1);
         let z = self.place::<T, N>(point.z(), 2);
         let found = N::lanes(|lane| self.find([&x, &y, &z].map(|at| at.whole[lane])));
-
-        let (across_x, across_y, across_z) = (across(&y, &z), across(&x, &z), across(&x, &y));
+        let across = |p: usize, q: usize| {
+            N::lanes(|lane| weights(found[lane].within[p], found[lane].within[q]))
+        };
+        let (across_x, across_y, across_z) = (across(1, 2), across(0, 2), across(0, 1));
         let d = Blend::<N>::between::<T>(&found, &across_x, [X0, X1], |node| {
             i32::from(i16::from_le_bytes([node[0], node[1]]))
         });
@@ -192,14 +206,16 @@ impl<'a> Lumen<'a> {
         let codes = N::lanes(|lane| {
             let sum = |face| across_x[lane].sum(face, |node| i32::from(found[lane].cell[node][5]));
             let (low, high) = (sum(X0), sum(X1));
-            low + ((((high - low) >> 8) * within(x.whole[lane])) >> (PLACE_BITS - 8))
+            low + ((((high - low) >> 8) * found[lane].within[0]) >> (PLACE_BITS - 8))
         });
 
-        let (u, v, w) = (x.share::<T>(), y.share::<T>(), z.share::<T>());
+        let share = |axis: usize| N::ints(|lane| found[lane].within[axis]) * N::lit(PLACE_UNIT);
+        let (u, v, w) = (share(0), share(1), share(2));
         let one = N::lit(1.0);
+        let spacing = N::each(|lane| T::lit(f64::from(found[lane].spacing)));
         let bend = u * (one - u) * n_x.rise + v * (one - v) * n_y.rise + w * (one - w) * n_z.rise;
         let distance = d.at(u) * N::lit(f64::from(self.distance_unit))
-            - bend * N::lit(f64::from(self.half_cell));
+            - bend * (spacing * N::lit(f64::from(self.half_cell)));
         let normal = Vector3::new(n_x.at(u), n_y.at(v), n_z.at(w));
         let length = normal.norm();
         let normal = normal * (one / length.larger(N::lit(1e-3 / PLACE_UNIT)));
@@ -216,18 +232,26 @@ impl<'a> Lumen<'a> {
     /// The cell that a place lies in.
     #[inline(always)]
     fn find(&self, place: [i32; 3]) -> Found<'_> {
-        let [x, y, z] = place.map(|place| (place >> PLACE_BITS) as usize);
+        let [x, y, z] = place.map(|place| (place >> BRICK_BITS) as usize);
         let [along_y, along_z] = self.strides;
-        let entry = x / BRICK_CELLS + along_y * (y / BRICK_CELLS) + along_z * (z / BRICK_CELLS);
-        let index = self.directory.get(entry).map_or(OUTSIDE, |&b| u16::from_le_bytes(b));
-        let first =
-            x % BRICK_CELLS + BRICK_EDGE * (y % BRICK_CELLS + BRICK_EDGE * (z % BRICK_CELLS));
-        let brick = self.bricks.get(usize::from(index));
+        let entry = self.directory.get(x + along_y * y + along_z * z);
+        let index = entry.map_or(OUTSIDE, |&b| u16::from_le_bytes(b));
+        // Where it is fine, a brick's place counts half cells: the bit above is the octant's.
+        let fine = u32::from(index >> FINE_BIT);
+        let place = place.map(|place| (place & ((1 << BRICK_BITS) - 1)) << fine);
+        let [x, y, z] = place.map(|place| (place >> BRICK_BITS) as usize);
+        let brick = self.bricks.get(usize::from(index & !FINE) + x + 2 * y + 4 * z);
+        let [x, y, z] = place.map(|place| (place >> PLACE_BITS) as usize % BRICK_CELLS);
+        let first = x + BRICK_EDGE * (y + BRICK_EDGE * z);
         let stored = brick.and_then(|b| b.get(first..)).and_then(|b| b.first_chunk());
+        let within = place.map(|place| place & ((1 << PLACE_BITS) - 1));
+        let spacing = if fine == 0 { 1.0 } else { 0.5 };
         match stored {
-            Some(cell) => Found { cell, presence: 1.0, away: 0.0 },
-            None if index == FREE => Found { cell: &NOTHING, presence: 0.0, away: 1.0 },
-            None => Found { cell: &NOTHING, presence: 0.0, away: -1.0 },
+            Some(cell) => Found { cell, within, spacing, presence: 1.0, away: 0.0 },
+            None => {
+                let away = if index == FREE { 1.0 } else { -1.0 };
+                Found { cell: &NOTHING, within, spacing, presence: 0.0, away }
+            }
         }
     }
 
@@ -245,6 +269,10 @@ impl<'a> Lumen<'a> {
 /// Places along a cell, as a power of two: 2⁻¹⁵ of a millimetre is what f32 resolves anyway.
 const PLACE_BITS: u32 = 15;
 const PLACE_UNIT: f64 = 1.0 / (1 << PLACE_BITS) as f64;
+/// Places along a brick, as a power of two.
+const BRICK_BITS: u32 = PLACE_BITS + BRICK_CELLS.ilog2();
+/// Of a directory entry.
+const FINE_BIT: u32 = FINE.ilog2();
 
 /// Where coordinates lie on the grid.
 struct Place<N: Number> {
@@ -254,26 +282,13 @@ struct Place<N: Number> {
     rest: N,
 }
 
-impl<N: Number> Place<N> {
-    /// Of the cell, from its first face on.
-    #[inline(always)]
-    fn share<T: Real>(&self) -> N
-    where
-        N: Pack<T>,
-    {
-        N::ints(|lane| within(self.whole[lane])) * N::lit(PLACE_UNIT)
-    }
-}
-
-/// Within the cell \[2⁻¹⁵\].
-#[inline(always)]
-fn within(place: i32) -> i32 {
-    place & ((1 << PLACE_BITS) - 1)
-}
-
 /// What is stored around a place.
 struct Found<'a> {
     cell: &'a [Node; CELL_SPAN],
+    /// From its first node along x, y, z \[2⁻¹⁵ of its spacing\].
+    within: [i32; 3],
+    /// Its spacing over the grid's.
+    spacing: f32,
     /// 1 where a wall is stored, else 0.
     presence: f32,
     /// Where none is: 1 inside, −1 outside.
@@ -307,12 +322,6 @@ fn weights(p: i32, q: i32) -> Weights {
     let both = (p * q) >> PLACE_BITS;
     let (p, q) = (p - both, q - both);
     Weights([(1 << PLACE_BITS) - p - q - both, p, q, both])
-}
-
-/// Of the faces that lie along both axes.
-#[inline(always)]
-fn across<N: Number>(p: &Place<N>, q: &Place<N>) -> N::Lanes<Weights> {
-    N::lanes(|lane| weights(within(p.whole[lane]), within(q.whole[lane])))
 }
 
 impl Weights {
@@ -359,7 +368,8 @@ impl<T: Number> Blend<T> {
 #[inline(always)]
 fn stiffness<T: Real, N: Pack<T>>(code: impl Fn(usize) -> i32) -> N {
     let step = |lane| (code(lane) >> PLACE_BITS) as usize & 0xFF;
-    let share = N::ints(|lane| within(code(lane))) * N::lit(PLACE_UNIT);
+    let rest = |lane| code(lane) & ((1 << PLACE_BITS) - 1);
+    let share = N::ints(rest) * N::lit(PLACE_UNIT);
     let scale = N::each(|lane| T::lit(f64::from(STIFFNESS[step(lane)])));
     scale + share * scale * N::lit(STEP - 1.0)
 }
@@ -380,3 +390,72 @@ static STIFFNESS: [f32; 256] = {
     table[0] = 1.0 / 256.0;
     table
 };
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+
+    use std::vec::Vec;
+
+    use super::*;
+
+    const CELL: f64 = 1e-3;
+    const UNIT: f64 = 0.25e-6;
+
+    /// Two bricks along x before the wall y = 1 mm: one of the grid's spacing, one of half of it.
+    fn beside_a_plane(directory: [u16; 2]) -> (LumenHeader, Vec<u8>) {
+        let stored = 1 + OCTANTS;
+        let header = LumenHeader {
+            origin_m: [0.0; 3],
+            cell_m: CELL as f32,
+            distance_unit_m: UNIT as f32,
+            bricks: [2, 1, 1],
+            stored,
+        };
+        let mut bytes: Vec<u8> = directory.iter().flat_map(|b| b.to_le_bytes()).collect();
+        for brick in 0..stored {
+            let octant = brick.checked_sub(1);
+            let (first, spacing) = match octant {
+                None => (0.0, CELL),
+                Some(octant) => (f64::from(octant >> 1 & 1) * 2.0 * CELL, 0.5 * CELL),
+            };
+            for node in 0..BRICK_NODES {
+                let y = first + (node / BRICK_EDGE % BRICK_EDGE) as f64 * spacing;
+                bytes.extend((((y - CELL) / UNIT) as i16).to_le_bytes());
+                bytes.extend([0, 127, 0, NOMINAL_WALL + octant.map_or(0, |octant| octant as u8)]);
+            }
+        }
+        (header, bytes)
+    }
+
+    #[test]
+    fn eight_bricks_of_half_the_spacing_stand_for_one() {
+        let (header, bytes) = beside_a_plane([0, FINE | 1]);
+        let lumen = Lumen::new(header, &bytes).unwrap();
+        for k in 0..200 {
+            // Never on a face.
+            let share = |prime: usize| (0.3 + (k * prime % 200) as f64) / 200.0;
+            let [x, y, z] = [8.0 * share(1), 4.0 * share(77), 4.0 * share(31)];
+            let here = lumen.sample([x, y, z].map(|mm| 1e-3 * mm));
+            assert!((here.distance_m - 1e-3 * (y - 1.0)).abs() < 0.3e-6, "{x} {y} {z}: {here:?}");
+            assert!((here.normal.y() - 1.0).abs() < 1e-6);
+            let octant = [x >= 6.0, y >= 2.0, z >= 2.0];
+            let code = (0..3).map(|axis| u32::from(octant[axis]) << axis).sum::<u32>();
+            let scale = if x < 4.0 { 1.0 } else { 2_f64.powf(f64::from(code) / 16.0) };
+            assert!((here.stiffness - scale).abs() < 1e-3, "{x} {y} {z}: {here:?}, not {scale}");
+        }
+    }
+
+    #[test]
+    fn the_eight_must_be_stored() {
+        let (header, bytes) = beside_a_plane([0, FINE | 2]);
+        let refused = Lumen::new(header, &bytes).err();
+        assert_eq!(refused, Some(LumenError::Directory { entry: 1, brick: 9 }));
+        let (header, bytes) = beside_a_plane([FREE, OUTSIDE]);
+        let lumen = Lumen::new(header, &bytes).unwrap();
+        for (x, away) in [(1e-3, 1.0), (7.9e-3, -1.0)] {
+            let here: WallSample<f64> = lumen.sample([x, 3.9e-3, 3.9e-3]);
+            assert_eq!((here.distance_m, here.stiffness), (away, 0.0));
+        }
+    }
+}

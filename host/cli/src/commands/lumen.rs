@@ -4,9 +4,8 @@ use std::path::Path;
 use std::time::Instant;
 
 use cathforce_mechanics::LumenHeader;
-use cathforce_rig::{
-    CELL_M, DEVICE_LUMEN_BYTES, LumenBuildError, LumenJob, LumenReport, WallSource, lumen::Spread,
-};
+use cathforce_rig::lumen::{DEVICE_LUMEN_BYTES, Spread};
+use cathforce_rig::{CELL_M, LumenBuildError, LumenJob, LumenReport, WallSource};
 use serde_json::{Value, json};
 
 use crate::args::LumenArguments;
@@ -85,7 +84,7 @@ fn to_rows(report: &LumenReport, seconds: f64) -> Vec<(String, String)> {
         ("wall", source(report)),
         ("openings", if openings.is_empty() { "none".into() } else { openings.join("\n") }),
         ("cell", format!("{:.2} mm", 1e3 * report.cell_m)),
-        ("bricks", report.bricks.to_string()),
+        ("bricks", bricks(report)),
         ("bytes", format!("{}, {percent:.0} % of the device's room: {fits}", report.bytes)),
         ("error", format!("{} to the surface", micrometres(&quality.distance_m))),
     ];
@@ -108,6 +107,15 @@ fn to_rows(report: &LumenReport, seconds: f64) -> Vec<(String, String)> {
     }
     rows.push(("time", format!("{seconds:.1} s")));
     rows.into_iter().map(|(label, value)| (label.to_owned(), value)).collect()
+}
+
+fn bricks(report: &LumenReport) -> String {
+    let [fine, without_room] = report.fine;
+    let missing = match without_room {
+        0 => String::new(),
+        n => format!("; no room for {n} more"),
+    };
+    format!("{}, in the place of {fine} eight of half the spacing{missing}", report.bricks)
 }
 
 fn to_json(report: &LumenReport, header: &LumenHeader, seconds: f64) -> Value {
@@ -138,6 +146,8 @@ fn to_json(report: &LumenReport, header: &LumenHeader, seconds: f64) -> Value {
         "cell_m": header.cell_m,
         "distance_unit_m": header.distance_unit_m,
         "bricks": report.bricks,
+        "bricks_of_half_the_spacing_for": report.fine[0],
+        "bricks_without_room_for_it": report.fine[1],
         "bytes": report.bytes,
         "device_bytes": DEVICE_LUMEN_BYTES,
         "fits": report.too_large.is_none(),

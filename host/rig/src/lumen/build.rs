@@ -1,13 +1,26 @@
 //! Sampling a wall on the bricks near it. Byte layout: `cathforce_mechanics::Lumen`.
+//!
+//! First all bricks have the grid's spacing; then those that err most get half of it, as far as
+//! there is room.
 
 use std::collections::HashMap;
+use std::slice;
 
-use cathforce_mechanics::{BRICK_CELLS, BRICK_NODES, FREE, LumenHeader, NOMINAL_WALL, OUTSIDE};
+use cathforce_mechanics::{
+    BRICK_CELLS, BRICK_NODES, FINE, FREE, LumenHeader, MOST_BRICKS, NODE_BYTES, NOMINAL_WALL,
+    OCTANTS, OUTSIDE,
+};
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
-use super::grid::{Grid, Place, steps};
+use super::grid::{Grid, Place, half_steps};
+use super::quality::{interpolate, touching_m};
 use crate::geometry::Wall;
+
+/// Bytes of lumen that the device has room for.
+pub const DEVICE_LUMEN_BYTES: usize = 2 << 20;
+/// Of them, left for what an image holds besides \[bytes\].
+const HEAD_ROOM_BYTES: usize = 16 << 10;
 
 /// How finely and how widely a lumen is stored.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,6 +35,10 @@ pub struct LumenOptions {
     pub outside_m: f64,
     /// The wall goes on straight past an opening, for so long \[m\].
     pub past_opening_m: f64,
+    /// Bricks that err by more where an instrument touches get half the spacing \[m\].
+    pub fine_above_m: f64,
+    /// As long as the lumen takes no more bytes.
+    pub room_bytes: usize,
 }
 
 impl LumenOptions {
@@ -33,6 +50,8 @@ impl LumenOptions {
             outer_radius_m,
             outside_m: 2.5e-3,
             past_opening_m: 4e-3,
+            fine_above_m: 8e-6,
+            room_bytes: DEVICE_LUMEN_BYTES - HEAD_ROOM_BYTES,
         }
     }
 
@@ -47,6 +66,8 @@ impl LumenOptions {
 pub struct BuiltLumen {
     pub header: LumenHeader,
     pub bytes: Vec<u8>,
+    /// Bricks that have half the spacing, and those that there is no room for.
+    pub fine: [usize; 2],
 }
 
 /// What a node holds before it is packed.
@@ -72,8 +93,12 @@ enum Brick {
     Free,
     Outside,
     /// Its nodes, as indices into [`Field::nodes`].
-    Stored(Box<[u32; BRICK_NODES]>),
+    Stored(Nodes),
+    /// Those of its octants.
+    Fine(Vec<Nodes>),
 }
+
+type Nodes = Box<[u32; BRICK_NODES]>;
 
 impl Brick {
     fn away(distance_m: f64) -> Self {
@@ -82,60 +107,103 @@ impl Brick {
 }
 
 /// A sampled field: nodes that bricks share are there once.
-struct Field {
+struct Field<'a> {
+    wall: &'a dyn Wall,
     grid: Grid,
     options: LumenOptions,
     nodes: Vec<Node>,
+    index_of: HashMap<Place, u32>,
     /// By directory entry.
     bricks: Vec<Brick>,
+    /// [`BuiltLumen::fine`]
+    fine: [usize; 2],
 }
 
-impl Field {
-    fn sample(wall: &dyn Wall, options: LumenOptions) -> Option<Self> {
+impl<'a> Field<'a> {
+    fn sample(wall: &'a dyn Wall, options: LumenOptions) -> Option<Self> {
         let grid = Grid::around(wall, &options)?;
         let near: Vec<_> = (0..grid.len())
             .into_par_iter()
             .map(|entry| near(&grid, &options, wall, entry))
             .collect();
-
-        let mut index_of: HashMap<Place, u32> = HashMap::new();
-        let mut places = Vec::new();
-        let mut bricks: Vec<_> = near
-            .into_iter()
-            .enumerate()
-            .map(|(entry, near)| {
-                if let Err(away) = near {
-                    return away;
-                }
-                let mut nodes = Box::new([0; BRICK_NODES]);
-                for (node, place) in nodes.iter_mut().zip(grid.nodes(entry)) {
-                    *node = *index_of.entry(place).or_insert_with(|| {
-                        places.push(place);
-                        places.len() as u32 - 1
-                    });
-                }
-                Brick::Stored(nodes)
-            })
-            .collect();
-        let nodes: Vec<_> = places
-            .into_par_iter()
-            .map(|place| Node::sample(wall, &grid.position_m(steps(place))))
-            .collect();
-
-        let in_band = |&node: &u32| {
-            let Node { distance_m, beyond_m, .. } = nodes[node as usize];
-            distance_m < options.inside_m()
-                && distance_m > -options.outside_m
-                && beyond_m < options.past_opening_m
-        };
+        let (nodes, index_of) = (Vec::new(), HashMap::new());
+        let bricks = Vec::new();
+        let mut field = Self { wall, grid, options, nodes, index_of, bricks, fine: [0; 2] };
+        let mut bricks = field.with_nodes(|indices| {
+            let brick = |(entry, near): (usize, Result<(), Brick>)| match near {
+                Ok(()) => Brick::Stored(indices.of(grid.nodes(entry))),
+                Err(away) => away,
+            };
+            near.into_iter().enumerate().map(brick).collect::<Vec<_>>()
+        });
         for brick in &mut bricks {
             if let Brick::Stored(indices) = brick
-                && !indices.iter().any(in_band)
+                && !indices.iter().any(|&node| field.is_in_band(node))
             {
-                *brick = Brick::away(nodes[indices[BRICK_NODES / 2] as usize].distance_m);
+                let middle = field.nodes[indices[BRICK_NODES / 2] as usize];
+                *brick = Brick::away(middle.distance_m);
             }
         }
-        Some(Self { grid, options, nodes, bricks })
+        field.bricks = bricks;
+        Some(field)
+    }
+
+    /// What `make` makes, with all nodes that it asked for sampled.
+    fn with_nodes<T>(&mut self, make: impl FnOnce(&mut Indices<'_>) -> T) -> T {
+        let mut indices =
+            Indices { first: self.nodes.len(), of: &mut self.index_of, new: Vec::new() };
+        let made = make(&mut indices);
+        let sample = |place| Node::sample(self.wall, &self.grid.position_m(half_steps(place)));
+        let new = indices.new.into_par_iter().map(sample);
+        self.nodes.par_extend(new);
+        made
+    }
+
+    fn is_in_band(&self, node: u32) -> bool {
+        let Node { distance_m, beyond_m, .. } = self.nodes[node as usize];
+        distance_m < self.options.inside_m()
+            && distance_m > -self.options.outside_m
+            && beyond_m < self.options.past_opening_m
+    }
+
+    /// Gives half the spacing to the bricks that err most, as far as there is room.
+    fn refine(&mut self, built: &BuiltLumen) {
+        let more = usize::from(OCTANTS - 1) * BRICK_NODES * NODE_BYTES;
+        let room = self.options.room_bytes.saturating_sub(built.bytes.len()) / more;
+        let numbers = usize::from(MOST_BRICKS - built.header.stored) / usize::from(OCTANTS - 1);
+        let stored = |entry: &usize| matches!(self.bricks[*entry], Brick::Stored(_));
+        let entries: Vec<usize> = (0..self.bricks.len()).filter(stored).collect();
+        let error_m = |entry| (self.error_m(built, entry), entry);
+        let mut errors: Vec<_> = entries.into_par_iter().map(error_m).collect();
+        errors.retain(|(error_m, _)| *error_m > self.options.fine_above_m);
+        errors.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+        let fine = errors.len().min(room).min(numbers);
+        self.fine = [fine, errors.len() - fine];
+        errors.truncate(fine);
+        let grid = self.grid;
+        let fine = self.with_nodes(|indices| {
+            let of = |(_, entry)| (entry, grid.octants(entry).map(|o| indices.of(o)).collect());
+            errors.into_iter().map(of).collect::<Vec<(usize, Vec<Nodes>)>>()
+        });
+        for (entry, octants) in fine {
+            self.bricks[entry] = Brick::Fine(octants);
+        }
+    }
+
+    /// Largest error of a brick's distances amid its cells, where an instrument touches \[m\].
+    fn error_m(&self, built: &BuiltLumen, entry: usize) -> f64 {
+        let [low_m, high_m] = touching_m(&self.options);
+        let first = half_steps(self.grid.first_node(entry));
+        let error_m = |cell: usize| {
+            let along = [cell, cell / BRICK_CELLS, cell / BRICK_CELLS.pow(2)];
+            let amid = Vector3::from(along.map(|n| (2 * (n % BRICK_CELLS) + 1) as f64));
+            let at = self.grid.position_m(first + amid);
+            let stored = interpolate(built, &at).map(|(stored, _)| stored.distance_m)?;
+            let exact = self.wall.sample(&at);
+            let touches = (low_m..high_m).contains(&exact.distance_m) && exact.beyond_m <= 0.0;
+            touches.then_some((stored - exact.distance_m).abs())
+        };
+        (0..BRICK_CELLS.pow(3)).filter_map(error_m).fold(0.0, f64::max)
     }
 
     /// `None` when there are too many bricks for the directory's numbers.
@@ -144,19 +212,22 @@ impl Field {
         let mut bytes = Vec::with_capacity(2 * self.grid.len());
         let mut stored: u16 = 0;
         for brick in &self.bricks {
-            let entry = match brick {
-                Brick::Free => FREE,
-                Brick::Outside => OUTSIDE,
-                Brick::Stored(_) => {
-                    stored = stored.checked_add(1).filter(|&count| count < OUTSIDE)?;
-                    stored - 1
-                }
+            let (entry, bricks) = match brick {
+                Brick::Free => (FREE, 0),
+                Brick::Outside => (OUTSIDE, 0),
+                Brick::Stored(_) => (stored, 1),
+                Brick::Fine(_) => (FINE | stored, OCTANTS),
             };
+            stored = stored.checked_add(bricks).filter(|&count| count <= MOST_BRICKS)?;
             bytes.extend(entry.to_le_bytes());
         }
         for brick in &self.bricks {
-            let Brick::Stored(indices) = brick else { continue };
-            for &index in indices.iter() {
+            let bricks = match brick {
+                Brick::Free | Brick::Outside => &[],
+                Brick::Stored(nodes) => slice::from_ref(nodes),
+                Brick::Fine(octants) => octants.as_slice(),
+            };
+            for &index in bricks.iter().flat_map(|nodes| nodes.iter()) {
                 let node = &self.nodes[index as usize];
                 bytes.extend(quantise(node.distance_m / unit_m).to_le_bytes());
                 bytes.extend(node.normal.map(i8::cast_unsigned));
@@ -171,14 +242,36 @@ impl Field {
             bricks: [u16::try_from(nx).ok()?, u16::try_from(ny).ok()?, u16::try_from(nz).ok()?],
             stored,
         };
-        Some(BuiltLumen { header, bytes })
+        Some(BuiltLumen { header, bytes, fine: self.fine })
+    }
+}
+
+/// Gives nodes their indices.
+struct Indices<'a> {
+    /// Nodes that were there.
+    first: usize,
+    of: &'a mut HashMap<Place, u32>,
+    /// To be sampled.
+    new: Vec<Place>,
+}
+
+impl Indices<'_> {
+    fn of(&mut self, places: impl Iterator<Item = Place>) -> Nodes {
+        let mut nodes = Box::new([0; BRICK_NODES]);
+        for (node, place) in nodes.iter_mut().zip(places) {
+            *node = *self.of.entry(place).or_insert_with(|| {
+                self.new.push(place);
+                (self.first + self.new.len() - 1) as u32
+            });
+        }
+        nodes
     }
 }
 
 /// Whether a brick can reach into the stored band; what it is when it cannot.
 fn near(grid: &Grid, options: &LumenOptions, wall: &dyn Wall, entry: usize) -> Result<(), Brick> {
     let half = 0.5 * BRICK_CELLS as f64;
-    let middle = steps(grid.first_node(entry)) + Vector3::repeat(half);
+    let middle = half_steps(grid.first_node(entry)) + Vector3::repeat(2.0 * half);
     let centre = wall.sample(&grid.position_m(middle));
     // Distances change by no more than the way; past an opening by a little more.
     let reach_m = 1.1 * half * grid.cell_m * 3.0_f64.sqrt();
@@ -195,5 +288,8 @@ fn quantise(units: f64) -> i16 {
 
 /// Samples `wall` on all processors. `None` when there are too many bricks, stored or not.
 pub fn build_lumen(wall: &dyn Wall, options: LumenOptions) -> Option<BuiltLumen> {
-    Field::sample(wall, options)?.pack()
+    let mut field = Field::sample(wall, options)?;
+    let built = field.pack()?;
+    field.refine(&built);
+    field.pack()
 }

@@ -1,6 +1,6 @@
 //! The grid of bricks around a wall.
 
-use cathforce_mechanics::{BRICK_CELLS, BRICK_EDGE, BRICK_NODES};
+use cathforce_mechanics::{BRICK_CELLS, BRICK_EDGE, BRICK_NODES, OCTANTS};
 use nalgebra::Vector3;
 
 use super::LumenOptions;
@@ -12,7 +12,7 @@ const MOST_ALONG_AXIS: usize = 1024;
 /// corner of a vessel, metres away, must not cost hours.
 const MOST_ENTRIES: usize = 1 << 22;
 
-/// Steps from the first node along x, y, z.
+/// Half steps from the first node along x, y, z.
 pub(super) type Place = [usize; 3];
 
 /// A grid of bricks around a wall.
@@ -49,26 +49,38 @@ impl Grid {
     /// The first node of a brick.
     pub fn first_node(&self, entry: usize) -> Place {
         let [nx, ny, _] = self.bricks;
-        [entry % nx, entry / nx % ny, entry / (nx * ny)].map(|brick| brick * BRICK_CELLS)
+        [entry % nx, entry / nx % ny, entry / (nx * ny)].map(|brick| 2 * brick * BRICK_CELLS)
     }
 
     /// The nodes of a brick in the order in which they are stored.
     pub fn nodes(&self, entry: usize) -> impl Iterator<Item = Place> {
-        let [x, y, z] = self.first_node(entry);
-        (0..BRICK_NODES).map(move |index| {
-            let (i, j, k) =
-                (index % BRICK_EDGE, index / BRICK_EDGE % BRICK_EDGE, index / BRICK_EDGE.pow(2));
-            [x + i, y + j, z + k]
+        nodes_from(self.first_node(entry), 2)
+    }
+
+    /// The nodes of the eight bricks of half the spacing that may stand for one.
+    pub fn octants(&self, entry: usize) -> impl Iterator<Item = impl Iterator<Item = Place>> {
+        let first = self.first_node(entry);
+        (0..usize::from(OCTANTS)).map(move |octant| {
+            let shift = |axis: usize| first[axis] + (octant >> axis & 1) * BRICK_CELLS;
+            nodes_from([shift(0), shift(1), shift(2)], 1)
         })
     }
 
     /// Where a node is, or a point between nodes \[m\].
-    pub fn position_m(&self, steps: Vector3<f64>) -> Vector3<f64> {
-        self.origin_m + steps * self.cell_m
+    pub fn position_m(&self, half_steps: Vector3<f64>) -> Vector3<f64> {
+        self.origin_m + half_steps * (0.5 * self.cell_m)
     }
 }
 
+fn nodes_from([x, y, z]: Place, half_steps: usize) -> impl Iterator<Item = Place> {
+    (0..BRICK_NODES).map(move |index| {
+        let (i, j, k) =
+            (index % BRICK_EDGE, index / BRICK_EDGE % BRICK_EDGE, index / BRICK_EDGE.pow(2));
+        [x + half_steps * i, y + half_steps * j, z + half_steps * k]
+    })
+}
+
 /// A place as numbers.
-pub(super) fn steps(place: Place) -> Vector3<f64> {
+pub(super) fn half_steps(place: Place) -> Vector3<f64> {
     Vector3::from(place.map(|n| n as f64))
 }

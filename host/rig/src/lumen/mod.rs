@@ -4,5 +4,5 @@ mod build;
 mod grid;
 mod quality;
 
-pub use build::{BuiltLumen, LumenOptions, build_lumen};
+pub use build::{BuiltLumen, DEVICE_LUMEN_BYTES, LumenOptions, build_lumen};
 pub use quality::{LumenQuality, Spread, interpolate, measure, measure_against};

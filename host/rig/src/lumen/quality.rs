@@ -1,6 +1,6 @@
 //! What storing a lumen on a grid costs: interpolated against exact distance.
 
-use cathforce_mechanics::{BRICK_CELLS, BRICK_EDGE, BRICK_NODES, NODE_BYTES, OUTSIDE};
+use cathforce_mechanics::{BRICK_CELLS, BRICK_EDGE, BRICK_NODES, FINE, NODE_BYTES, OUTSIDE};
 use nalgebra::Vector3;
 
 use super::build::{BuiltLumen, LumenOptions};
@@ -58,32 +58,40 @@ pub struct LumenQuality {
 /// `None` where no brick is stored.
 pub fn interpolate(lumen: &BuiltLumen, p: &Vector3<f64>) -> Option<(WallPoint, f64)> {
     let header = &lumen.header;
-    let (cell_m, unit_m) = (f64::from(header.cell_m), f64::from(header.distance_unit_m));
+    let (mut cell_m, unit_m) = (f64::from(header.cell_m), f64::from(header.distance_unit_m));
     let bricks = header.bricks.map(usize::from);
-    let scaled = (p - Vector3::from(header.origin_m.map(f64::from))) / cell_m;
-    let mut cell = [0; 3];
-    let mut brick = [0; 3];
-    for axis in 0..3 {
-        let at = scaled[axis].floor();
-        if !(at >= 0.0 && at < (bricks[axis] * BRICK_CELLS) as f64) {
-            return None;
-        }
-        (brick[axis], cell[axis]) = (at as usize / BRICK_CELLS, at as usize % BRICK_CELLS);
+    // In bricks, then in cells of the brick.
+    let mut scaled = (p - Vector3::from(header.origin_m.map(f64::from))) / cell_m;
+    scaled /= BRICK_CELLS as f64;
+    if (0..3).any(|axis| !(0.0..bricks[axis] as f64).contains(&scaled[axis])) {
+        return None;
     }
-    let entry = (brick[2] * bricks[1] + brick[1]) * bricks[0] + brick[0];
+    let [x, y, z] = [scaled.x, scaled.y, scaled.z].map(|at| at as usize);
+    let entry = (z * bricks[1] + y) * bricks[0] + x;
     let index = u16::from_le_bytes([lumen.bytes[2 * entry], lumen.bytes[2 * entry + 1]]);
     if index >= OUTSIDE {
         return None;
     }
+    let mut brick = usize::from(index & !FINE);
+    scaled.apply(|at| *at -= at.floor());
+    if index & FINE != 0 {
+        cell_m *= 0.5;
+        scaled *= 2.0;
+        let octant = [scaled.x, scaled.y, scaled.z].map(|at| at as usize);
+        brick += octant[0] + 2 * octant[1] + 4 * octant[2];
+        scaled.apply(|at| *at -= at.floor());
+    }
+    scaled *= BRICK_CELLS as f64;
+    let cell = [scaled.x, scaled.y, scaled.z].map(|at| (at as usize).min(BRICK_CELLS - 1));
     let brick_bytes = BRICK_NODES * NODE_BYTES;
-    let first = 2 * bricks.iter().product::<usize>() + usize::from(index) * brick_bytes;
+    let first = 2 * bricks.iter().product::<usize>() + brick * brick_bytes;
     let (mut distance_m, mut trilinear_m, mut normal) = (0.0, 0.0, Vector3::zeros());
     for corner in 0..8 {
         let (mut weight, mut offset) = (1.0, Vector3::zeros());
         let mut node = 0;
         for axis in (0..3).rev() {
             let up = corner >> axis & 1;
-            let share = scaled[axis] - scaled[axis].floor();
+            let share = scaled[axis] - cell[axis] as f64;
             weight *= if up == 1 { share } else { 1.0 - share };
             offset[axis] = (share - up as f64) * cell_m;
             node = node * BRICK_EDGE + cell[axis] + up;
@@ -158,7 +166,7 @@ fn compare(
     (touching, deeper)
 }
 
-fn touching_m(options: &LumenOptions) -> [f64; 2] {
+pub(super) fn touching_m(options: &LumenOptions) -> [f64; 2] {
     let radius_m = options.outer_radius_m;
     [radius_m - DEEPEST_INDENTATION_M, radius_m + AHEAD_M]
 }
