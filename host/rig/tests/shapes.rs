@@ -264,6 +264,27 @@ fn an_aneurysm_is_exact_to_50_micrometres() {
     assert!(interpolate(&lumen, &neck).is_none_or(|(here, _)| here.distance_m > 1.2e-3));
 }
 
+/// Slivers at the neck, bent by the normals of their corners, would put a wall across the lumen.
+#[test]
+fn no_facet_folds_over() {
+    let vessel = aneurysm();
+    let mesh = Mesh::from_triangles(&vessel.triangles).unwrap().0;
+    let wall = MeshWall::new(mesh, SurfaceModel::Smooth, None);
+    let (low, high) = (Point::new(1e-3, -3.5e-3, -4.5e-3), Point::new(23e-3, 9e-3, 4.5e-3));
+    let (mut random, mut compared) = (Random(70), 0);
+    for _ in 0..200_000 {
+        let p = Point::from_fn(|axis, _| random.within(low[axis], high[axis]));
+        let depth_m = vessel.shapes.iter().map(|shape| shape.depth_m(&p)).fold(-1.0, f64::max);
+        // Inside and out of the reach of rounded creases.
+        if (0.3e-3..1.5e-3).contains(&depth_m) {
+            let here = wall.sample(&p);
+            assert!(here.distance_m > 0.0, "{p:?} is {depth_m} inside: {here:?}");
+            compared += 1;
+        }
+    }
+    assert!(compared > 10_000, "{compared}");
+}
+
 /// The wall that goes on past an opening must not stand in another branch.
 #[test]
 fn a_sleeve_ends_before_a_branch_that_lies_in_front_of_it() {

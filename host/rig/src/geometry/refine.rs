@@ -4,7 +4,8 @@
 //! they stand inside by a third of the sagitta L²/8R of their edges. Every edge becomes the
 //! cubic that meets both end points and is normal to both normals; triangles are split in
 //! four through the middles of their edges. A cubic edge is reproduced exactly, so the
-//! facets' error falls by four a round.
+//! facets' error falls by four a round. Slivers whose normals lean along them would fold over, and
+//! a fold has no inner side: their edges stay straight.
 
 use nalgebra::Vector3;
 
@@ -12,6 +13,8 @@ use super::mesh::{Mesh, RIM, next};
 
 /// Facets are accurate enough when 95 % of the edges have a smaller sagitta \[m\].
 const SAGITTA_M: f64 = 0.5e-6;
+/// Cosine of the angle by which part of a facet may turn from it.
+const LEAST_COSINE: f64 = 0.5;
 /// No refinement beyond this many triangles.
 const MOST_TRIANGLES: usize = 1_500_000;
 
@@ -45,9 +48,11 @@ impl Mesh {
     /// Refines until the facets are accurate to well below a micrometre, or there are too
     /// many. Returns the rounds.
     pub(crate) fn refine(&mut self) -> usize {
+        let facets: Vec<_> = (0..self.len()).map(|t| self.area_normal(t)).collect();
         let mut rounds = 0;
         while 4 * self.len() <= MOST_TRIANGLES && self.sagitta_p95_m() > SAGITTA_M {
-            *self = self.split();
+            let offsets = self.offsets(|triangle| facets[triangle >> (2 * rounds)]);
+            *self = self.split(&offsets);
             rounds += 1;
         }
         rounds
@@ -68,9 +73,69 @@ impl Mesh {
         *all.select_nth_unstable_by(at, f64::total_cmp).1
     }
 
+    /// Half edges that have the same normals on both sides.
+    fn is_smooth(&self, half_edge: usize, twin: usize) -> bool {
+        self.corner_normal[half_edge] == self.corner_normal[next(twin)]
+            && self.corner_normal[next(half_edge)] == self.corner_normal[twin]
+    }
+
+    /// By half edge, from the middle of the chord to that of the edge \[m\]; none where a
+    /// triangle would fold over. `facet`: normal of the facet that a triangle is part of.
+    fn offsets(&self, facet: impl Fn(usize) -> Vector3<f64>) -> Vec<Vector3<f64>> {
+        let of = |half_edge: usize| {
+            let here = self.edge_middle(half_edge).offset;
+            match self.twin[half_edge] {
+                RIM => here,
+                twin if self.is_smooth(half_edge, twin as usize) => here,
+                twin => 0.5 * (here + self.edge_middle(twin as usize).offset),
+            }
+        };
+        let mut offsets: Vec<_> = (0..self.vertex.len()).map(of).collect();
+        // Of a smooth edge, one direction is computed, so that both are the same to the last bit.
+        for half_edge in 0..offsets.len() {
+            let twin = self.twin[half_edge];
+            if twin != RIM && (twin as usize) < half_edge {
+                offsets[half_edge] = offsets[twin as usize];
+            }
+        }
+        let mut suspects: Vec<usize> = (0..self.len()).collect();
+        while !suspects.is_empty() {
+            let mut changed = Vec::new();
+            for triangle in suspects {
+                let edges = [3 * triangle, 3 * triangle + 1, 3 * triangle + 2];
+                let is_straight = edges.iter().all(|&h| offsets[h] == Vector3::zeros());
+                if is_straight || !self.folds(triangle, edges.map(|h| offsets[h]), facet(triangle))
+                {
+                    continue;
+                }
+                for half_edge in edges {
+                    offsets[half_edge] = Vector3::zeros();
+                    let twin = self.twin[half_edge];
+                    if twin != RIM {
+                        offsets[twin as usize] = Vector3::zeros();
+                        changed.push(twin as usize / 3);
+                    }
+                }
+            }
+            suspects = changed;
+        }
+        offsets
+    }
+
+    /// Does one of the four parts of a triangle turn far away from its facet?
+    fn folds(&self, triangle: usize, offsets: [Vector3<f64>; 3], facet: Vector3<f64>) -> bool {
+        let [a, b, c] = self.triangle(triangle);
+        let [ab, bc, ca] = [(a, b), (b, c), (c, a)].map(|(from, to)| 0.5 * (from + to));
+        let [ab, bc, ca] = [ab + offsets[0], bc + offsets[1], ca + offsets[2]];
+        [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]].iter().any(|[a, b, c]| {
+            let normal = (b - a).cross(&(c - a));
+            normal.dot(&facet) < LEAST_COSINE * normal.norm() * facet.norm()
+        })
+    }
+
     /// Splits every triangle in four. Child k of triangle t is `4 t + k` at corner k, child 3
-    /// is the middle one.
-    fn split(&self) -> Mesh {
+    /// is the middle one. `offsets`: by half edge, from the middle of its chord.
+    fn split(&self, offsets: &[Vector3<f64>]) -> Mesh {
         let half_edges = self.vertex.len();
         let mut positions = self.positions.clone();
         let mut beyond_m = self.beyond_m.clone();
@@ -88,24 +153,19 @@ impl Mesh {
                     .map(|h| self.positions[self.vertex[h] as usize])
                     .iter()
                     .sum::<Vector3<f64>>();
-            let mut here = self.edge_middle(half_edge);
             middle_vertex[half_edge] = positions.len() as u32;
             middle_normal[half_edge] = normals.len() as u32;
-            normals.push(here.normal);
+            normals.push(self.edge_middle(half_edge).normal);
             if twin != RIM {
                 let twin = twin as usize;
-                let smooth = self.corner_normal[half_edge] == self.corner_normal[next(twin)]
-                    && self.corner_normal[next(half_edge)] == self.corner_normal[twin];
                 middle_vertex[twin] = positions.len() as u32;
                 middle_normal[twin] = middle_normal[half_edge];
-                if !smooth {
-                    let there = self.edge_middle(twin);
-                    here.offset = 0.5 * (here.offset + there.offset);
+                if !self.is_smooth(half_edge, twin) {
                     middle_normal[twin] = normals.len() as u32;
-                    normals.push(there.normal);
+                    normals.push(self.edge_middle(twin).normal);
                 }
             }
-            positions.push(chord_middle + here.offset);
+            positions.push(chord_middle + offsets[half_edge]);
             let [a, b] = ends.map(|h| self.beyond_m[self.vertex[h] as usize]);
             beyond_m.push(0.5 * (a + b));
         }
