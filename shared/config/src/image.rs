@@ -4,7 +4,7 @@
 //! | --- | --- | --- |
 //! | 0 | 4 | magic `CFIM` |
 //! | 4 | 2 | format version |
-//! | 6 | 4 | schema hash of [`ImageHead`] |
+//! | 6 | 4 | schema hash of [`ImageHead`] and the layout of a lumen |
 //! | 10 | 4 | total length |
 //! | 14 | 4 | length of the postcard part |
 //! | 18 | 4 | CRC-32 (ISO-HDLC) of everything from 22 on |
@@ -18,7 +18,9 @@ use core::fmt;
 
 use cathforce_bus::master::{Master, MasterError};
 use cathforce_control::{Band, Config, SettingError, Settings, TICK_S};
-use cathforce_mechanics::{Description, DescriptionError, Lumen, LumenError, LumenHeader, Model};
+use cathforce_mechanics::{
+    Description, DescriptionError, LUMEN_LAYOUT, Lumen, LumenError, LumenHeader, Model,
+};
 use crc::{CRC_32_ISO_HDLC, Crc, Table};
 use serde::{Deserialize, Serialize};
 
@@ -227,10 +229,10 @@ impl Header {
     }
 }
 
-/// The hash of [`ImageHead`]'s layout that this version writes and accepts.
+/// The hash of the layouts, of [`ImageHead`] and of a lumen, that this version writes and accepts.
 pub fn schema_hash() -> u32 {
     // `None` only for types that `schema` cannot see; a test shows that ours it can.
-    schema::hash::<ImageHead>().unwrap_or(0)
+    schema::hash::<ImageHead>().unwrap_or(0).wrapping_add(LUMEN_LAYOUT)
 }
 
 /// Where the lumen begins.

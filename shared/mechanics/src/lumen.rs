@@ -21,6 +21,8 @@
 use cathforce_scalar::{Number, Pack, Real, Vector3};
 use serde::{Deserialize, Serialize};
 
+/// Version of the byte layout: who reads another refuses these. 1: all bricks of one spacing.
+pub const LUMEN_LAYOUT: u32 = 2;
 /// Cells along an edge of a brick.
 pub const BRICK_CELLS: usize = 4;
 /// Nodes along an edge of a brick.
@@ -120,8 +122,8 @@ pub struct Lumen<'a> {
     strides: [usize; 2],
     /// Metres per unit of a blended distance.
     distance_unit: f32,
-    /// Half a cell per unit of a blended normal \[m\].
-    half_cell: f32,
+    /// Half a cell per unit of a blended normal, of the grid's spacing and of half of it \[m\].
+    half_cells: [f32; 2],
     directory: &'a [[u8; 2]],
     bricks: &'a [[Node; BRICK_NODES]],
 }
@@ -160,7 +162,7 @@ impl<'a> Lumen<'a> {
             last_place: header.bricks.map(|bricks| places(bricks) - 1),
             strides: [nx, nx * ny],
             distance_unit: header.distance_unit_m * unit,
-            half_cell: 0.5 * header.cell_m / 127.0 * unit,
+            half_cells: [0.5, 0.25].map(|half| half * header.cell_m / 127.0 * unit),
             directory,
             bricks,
         })
@@ -212,10 +214,9 @@ impl<'a> Lumen<'a> {
         let share = |axis: usize| N::ints(|lane| found[lane].within[axis]) * N::lit(PLACE_UNIT);
         let (u, v, w) = (share(0), share(1), share(2));
         let one = N::lit(1.0);
-        let spacing = N::each(|lane| T::lit(f64::from(found[lane].spacing)));
+        let half_cell = N::each(|lane| T::lit(f64::from(found[lane].half_cell)));
         let bend = u * (one - u) * n_x.rise + v * (one - v) * n_y.rise + w * (one - w) * n_z.rise;
-        let distance = d.at(u) * N::lit(f64::from(self.distance_unit))
-            - bend * (spacing * N::lit(f64::from(self.half_cell)));
+        let distance = d.at(u) * N::lit(f64::from(self.distance_unit)) - bend * half_cell;
         let normal = Vector3::new(n_x.at(u), n_y.at(v), n_z.at(w));
         let length = normal.norm();
         let normal = normal * (one / length.larger(N::lit(1e-3 / PLACE_UNIT)));
@@ -236,21 +237,21 @@ impl<'a> Lumen<'a> {
         let [along_y, along_z] = self.strides;
         let entry = self.directory.get(x + along_y * y + along_z * z);
         let index = entry.map_or(OUTSIDE, |&b| u16::from_le_bytes(b));
-        // Where it is fine, a brick's place counts half cells: the bit above is the octant's.
-        let fine = u32::from(index >> FINE_BIT);
-        let place = place.map(|place| (place & ((1 << BRICK_BITS) - 1)) << fine);
-        let [x, y, z] = place.map(|place| (place >> BRICK_BITS) as usize);
+        // Where it is fine, places count half cells: the bit above them is the octant's.
+        let fine = usize::from(index >> FINE_BIT);
+        let place = place.map(|place| place << fine);
+        let [x, y, z] = place.map(|place| (place >> BRICK_BITS) as usize & fine);
         let brick = self.bricks.get(usize::from(index & !FINE) + x + 2 * y + 4 * z);
         let [x, y, z] = place.map(|place| (place >> PLACE_BITS) as usize % BRICK_CELLS);
         let first = x + BRICK_EDGE * (y + BRICK_EDGE * z);
         let stored = brick.and_then(|b| b.get(first..)).and_then(|b| b.first_chunk());
         let within = place.map(|place| place & ((1 << PLACE_BITS) - 1));
-        let spacing = if fine == 0 { 1.0 } else { 0.5 };
+        let half_cell = self.half_cells[fine & 1];
         match stored {
-            Some(cell) => Found { cell, within, spacing, presence: 1.0, away: 0.0 },
+            Some(cell) => Found { cell, within, half_cell, presence: 1.0, away: 0.0 },
             None => {
                 let away = if index == FREE { 1.0 } else { -1.0 };
-                Found { cell: &NOTHING, within, spacing, presence: 0.0, away }
+                Found { cell: &NOTHING, within, half_cell, presence: 0.0, away }
             }
         }
     }
@@ -287,8 +288,8 @@ struct Found<'a> {
     cell: &'a [Node; CELL_SPAN],
     /// From its first node along x, y, z \[2⁻¹⁵ of its spacing\].
     within: [i32; 3],
-    /// Its spacing over the grid's.
-    spacing: f32,
+    /// Half its spacing per unit of a blended normal \[m\].
+    half_cell: f32,
     /// 1 where a wall is stored, else 0.
     presence: f32,
     /// Where none is: 1 inside, −1 outside.
