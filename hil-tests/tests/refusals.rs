@@ -204,8 +204,8 @@ fn dying_device(frames: usize, hangs_up: bool) -> String {
     address
 }
 
-/// Frames after which the example is being played: its image takes 63 000.
-const WHILE_PLAYING: usize = 70_000;
+/// Frames after which the example is being played: its image takes 70 000.
+const WHILE_PLAYING: usize = 75_000;
 
 #[test]
 fn a_link_that_is_lost_while_playing_is_exit_code_4_and_the_recording_is_readable() {
