@@ -12,7 +12,7 @@ const PRACTICE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/data/p
 /// Largest RMS of the force error without the sensor's noise, as a share of the measured peak.
 const LARGEST_SHARE: f64 = 0.03;
 /// This trial turns its tip square to a dividing wall and feeds it against that: on which side it
-/// comes to lie, less than a tenth of a millimetre decides (`docs/model.md`, "Where the rest is").
+/// comes to lie, less than the model knows decides (`docs/model.md`, "Where the rest is").
 /// It is compared up to there \[s\].
 const BRANCHING: (&str, u32, f64) = ("tapered-none", 2, 8.0);
 /// Snaps and the first 3 mm may leave out no more than this share of the rows.

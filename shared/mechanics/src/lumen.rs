@@ -195,10 +195,10 @@ impl<'a> Lumen<'a> {
         let y = self.place::<T, N>(point.y(), 1);
         let z = self.place::<T, N>(point.z(), 2);
         let found = N::lanes(|lane| self.find([&x, &y, &z].map(|at| at.whole[lane])));
-        let across = |p: usize, q: usize| {
-            N::lanes(|lane| weights(found[lane].within[p], found[lane].within[q]))
-        };
-        let (across_x, across_y, across_z) = (across(1, 2), across(0, 2), across(0, 1));
+
+        let across_x = across::<N>(&found, 1, 2);
+        let across_y = across::<N>(&found, 0, 2);
+        let across_z = across::<N>(&found, 0, 1);
         let d = Blend::<N>::between::<T>(&found, &across_x, [X0, X1], |node| {
             i32::from(i16::from_le_bytes([node[0], node[1]]))
         });
@@ -211,8 +211,9 @@ impl<'a> Lumen<'a> {
             low + ((((high - low) >> 8) * found[lane].within[0]) >> (PLACE_BITS - 8))
         });
 
-        let share = |axis: usize| N::ints(|lane| found[lane].within[axis]) * N::lit(PLACE_UNIT);
-        let (u, v, w) = (share(0), share(1), share(2));
+        let u = share::<T, N>(&found, 0);
+        let v = share::<T, N>(&found, 1);
+        let w = share::<T, N>(&found, 2);
         let one = N::lit(1.0);
         let half_cell = N::each(|lane| T::lit(f64::from(found[lane].half_cell)));
         let bend = u * (one - u) * n_x.rise + v * (one - v) * n_y.rise + w * (one - w) * n_z.rise;
@@ -245,7 +246,7 @@ impl<'a> Lumen<'a> {
         let [x, y, z] = place.map(|place| (place >> PLACE_BITS) as usize % BRICK_CELLS);
         let first = x + BRICK_EDGE * (y + BRICK_EDGE * z);
         let stored = brick.and_then(|b| b.get(first..)).and_then(|b| b.first_chunk());
-        let within = place.map(|place| place & ((1 << PLACE_BITS) - 1));
+        let within = place.map(within);
         let half_cell = self.half_cells[fine & 1];
         match stored {
             Some(cell) => Found { cell, within, half_cell, presence: 1.0, away: 0.0 },
@@ -281,6 +282,12 @@ struct Place<N: Number> {
     whole: N::Lanes<i32>,
     /// Beyond it \[places\]; large beyond the grid.
     rest: N,
+}
+
+/// Within the cell \[2⁻¹⁵\].
+#[inline(always)]
+fn within(place: i32) -> i32 {
+    place & ((1 << PLACE_BITS) - 1)
 }
 
 /// What is stored around a place.
@@ -323,6 +330,18 @@ fn weights(p: i32, q: i32) -> Weights {
     let both = (p * q) >> PLACE_BITS;
     let (p, q) = (p - both, q - both);
     Weights([(1 << PLACE_BITS) - p - q - both, p, q, both])
+}
+
+/// Of the faces that lie along the axes `p` and `q`.
+#[inline(always)]
+fn across<N: Number>(found: &N::Lanes<Found<'_>>, p: usize, q: usize) -> N::Lanes<Weights> {
+    N::lanes(|lane| weights(found[lane].within[p], found[lane].within[q]))
+}
+
+/// Of the cell along an axis, from its first face on.
+#[inline(always)]
+fn share<T: Real, N: Pack<T>>(found: &N::Lanes<Found<'_>>, axis: usize) -> N {
+    N::ints(|lane| found[lane].within[axis]) * N::lit(PLACE_UNIT)
 }
 
 impl Weights {
@@ -369,8 +388,7 @@ impl<T: Number> Blend<T> {
 #[inline(always)]
 fn stiffness<T: Real, N: Pack<T>>(code: impl Fn(usize) -> i32) -> N {
     let step = |lane| (code(lane) >> PLACE_BITS) as usize & 0xFF;
-    let rest = |lane| code(lane) & ((1 << PLACE_BITS) - 1);
-    let share = N::ints(rest) * N::lit(PLACE_UNIT);
+    let share = N::ints(|lane| within(code(lane))) * N::lit(PLACE_UNIT);
     let scale = N::each(|lane| T::lit(f64::from(STIFFNESS[step(lane)])));
     scale + share * scale * N::lit(STEP - 1.0)
 }

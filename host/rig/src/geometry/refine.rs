@@ -83,15 +83,16 @@ impl Mesh {
     /// triangle would fold over. `facet`: normal of the facet that a triangle is part of.
     fn offsets(&self, facet: impl Fn(usize) -> Vector3<f64>) -> Vec<Vector3<f64>> {
         let of = |half_edge: usize| {
-            let here = self.edge_middle(half_edge).offset;
+            let offset = |half_edge: usize| self.edge_middle(half_edge).offset;
             match self.twin[half_edge] {
-                RIM => here,
-                twin if self.is_smooth(half_edge, twin as usize) => here,
-                twin => 0.5 * (here + self.edge_middle(twin as usize).offset),
+                RIM => offset(half_edge),
+                // Its twin's, below: the same to the last bit.
+                twin if (twin as usize) < half_edge => Vector3::zeros(),
+                twin if self.is_smooth(half_edge, twin as usize) => offset(half_edge),
+                twin => 0.5 * (offset(half_edge) + offset(twin as usize)),
             }
         };
         let mut offsets: Vec<_> = (0..self.vertex.len()).map(of).collect();
-        // Of a smooth edge, one direction is computed, so that both are the same to the last bit.
         for half_edge in 0..offsets.len() {
             let twin = self.twin[half_edge];
             if twin != RIM && (twin as usize) < half_edge {
