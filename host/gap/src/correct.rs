@@ -125,7 +125,7 @@ mod tests {
     use crate::diagnose::diagnose;
     use crate::fit::{Depth, Start, fit};
     use crate::plant::{Plant, Point};
-    use crate::report::Verdict;
+    use crate::report::{Diagnosis, Verdict};
     use crate::toy::{Toy, effect, explained_by, noise, parameter};
 
     const SAMPLES: usize = 400;
@@ -212,10 +212,16 @@ mod tests {
 
     #[test]
     fn what_a_fork_decides_is_no_gap_next_to_the_floor() {
-        let verdict = |forks: Vec<f64>| diagnose(&level(2, forks), "toy", &|_| {}).verdict;
-        assert_eq!(verdict(vec![0.0083, 0.0]), Verdict::NoGap);
-        assert_ne!(verdict(vec![0.0083, 0.0083]), Verdict::NoGap, "no way is better");
-        assert_ne!(verdict(vec![0.02, 0.02]), Verdict::NoGap, "there is a gap");
+        let answer = |forks: Vec<f64>| diagnose(&level(2, forks), "toy", &|_| {});
+        let forks =
+            |answer: &Diagnosis| answer.remarks.iter().any(|own| own.contains("past a fork"));
+        let found = answer(vec![0.0083, 0.0]);
+        assert_eq!(found.verdict, Verdict::NoGap);
+        assert!(forks(&found), "the trial is named: {:?}", found.remarks);
+        let found = answer(vec![0.0083, 0.0083]);
+        assert_ne!(found.verdict, Verdict::NoGap, "no way is better");
+        assert!(!forks(&found), "{:?}", found.remarks);
+        assert_ne!(answer(vec![0.02, 0.02]).verdict, Verdict::NoGap, "there is a gap");
     }
 
     #[test]

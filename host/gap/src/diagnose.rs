@@ -175,6 +175,23 @@ impl<'a> Answer<'a> {
         }
     }
 
+    /// Names the trials that a model explains on another way past a fork than it would go itself.
+    fn remark_on_forks(&mut self, of: &Candidate) {
+        let ways = of.fit.point.anchor.ways.iter().enumerate();
+        let trials = self.plant.trials();
+        let aside: Vec<String> = ways
+            .filter(|(_, way)| **way != 0)
+            .map(|(trial, _)| trials[trial].number.to_string())
+            .collect();
+        if !aside.is_empty() {
+            self.remark(format!(
+                "trial {}: compared with the model on another way past a fork, where the tip turns \
+                 on less than any model knows; on the model's own way more is left",
+                aside.join(", ")
+            ));
+        }
+    }
+
     fn inconclusive(self) -> Diagnosis {
         self.diagnosis
     }
@@ -192,6 +209,7 @@ impl<'a> Answer<'a> {
             self.diagnosis.places.clear();
             self.figures(problem, &nominal.score, &nominal.score);
             self.series(problem, &nominal, &nominal);
+            self.remark_on_forks(&nominal);
             self.band(problem, selector.folds, &nominal);
             return self.diagnosis;
         }
@@ -232,6 +250,7 @@ impl<'a> Answer<'a> {
         } else {
             self.band(problem, selector.folds, &selection.best);
         }
+        self.remark_on_forks(&selection.best);
         for (name, nuisances) in self.outside(&selection.best) {
             let verb = if nuisances.len() > 1 {
                 "lie at the limits of their priors"
