@@ -165,11 +165,17 @@ impl<T: Real> Acting<T> {
     #[inline(always)]
     fn indentation_of_one(&self, indented: T, slope: T, relaxed: T) -> (T, T, T) {
         if slope <= T::zero() {
-            // A wall that is not touched is at rest, and does not pull.
+            // A wall that is not touched is at rest.
             return (T::zero(), T::zero(), T::zero());
         }
         let (lasting, lasting_slope) = self.wall.stiffened(indented, slope);
         let (fading, fading_slope, relaxed) = self.wall.relaxing(indented, slope, relaxed);
-        (lasting + fading, lasting_slope + fading_slope, relaxed)
+        let force = lasting + fading;
+        if force > T::zero() {
+            (force, lasting_slope + fading_slope, relaxed)
+        } else {
+            // What is pressed less than the wall has relaxed to has left it behind: no wall pulls.
+            (T::zero(), T::zero(), relaxed)
+        }
     }
 }
