@@ -114,7 +114,7 @@ impl<T: Real> Law<T> for Acting<T> {
     #[inline(always)]
     fn indentation<N: Pack<T>>(&self, indented: N, slope: N, relaxed: N) -> (N, N, N) {
         let walls = N::lanes(|lane| {
-            self.indentation_of_one(indented.lane(lane), slope.lane(lane), relaxed.lane(lane))
+            self.wall.pressed(indented.lane(lane), slope.lane(lane), relaxed.lane(lane))
         });
         let each = |of: fn(&(T, T, T)) -> T| N::each(|lane| of(&walls[lane]));
         (each(|wall| wall.0), each(|wall| wall.1), each(|wall| wall.2))
@@ -158,24 +158,5 @@ impl<T: Real> Law<T> for Acting<T> {
             joint.unloaded.take_z(wound_rad / self.guide_cell);
         }
         joint
-    }
-}
-
-impl<T: Real> Acting<T> {
-    #[inline(always)]
-    fn indentation_of_one(&self, indented: T, slope: T, relaxed: T) -> (T, T, T) {
-        if slope <= T::zero() {
-            // A wall that is not touched is at rest.
-            return (T::zero(), T::zero(), T::zero());
-        }
-        let (lasting, lasting_slope) = self.wall.stiffened(indented, slope);
-        let (fading, fading_slope, relaxed) = self.wall.relaxing(indented, slope, relaxed);
-        let force = lasting + fading;
-        if force > T::zero() {
-            (force, lasting_slope + fading_slope, relaxed)
-        } else {
-            // What is pressed less than the wall has relaxed to has left it behind: no wall pulls.
-            (T::zero(), T::zero(), relaxed)
-        }
     }
 }

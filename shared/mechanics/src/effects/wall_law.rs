@@ -75,9 +75,28 @@ impl<T: Real> WallLaw<T> {
         (distance_m - n.depth_m * rest * rest, tilted * (T::one() / length))
     }
 
+    /// Elastic force over the lasting stiffness, its slope, and what the wall has relaxed to
+    /// \[m\], for an indentation \[m\] whose own slope is given.
+    #[inline(always)]
+    pub fn pressed(&self, indented: T, slope: T, relaxed: T) -> (T, T, T) {
+        if slope <= T::zero() {
+            // A wall that is not touched is at rest.
+            return (T::zero(), T::zero(), T::zero());
+        }
+        let (lasting, lasting_slope) = self.stiffened(indented, slope);
+        let (fading, fading_slope, relaxed) = self.relaxing(indented, slope, relaxed);
+        let force = lasting + fading;
+        if force > T::zero() {
+            (force, lasting_slope + fading_slope, relaxed)
+        } else {
+            // The instrument draws back faster than the wall follows: no wall pulls.
+            (T::zero(), T::zero(), relaxed)
+        }
+    }
+
     /// Elastic force over stiffness, and its slope, for an indentation \[m\] whose own slope is
     /// given.     docs/model.md (29)
-    pub fn stiffened(&self, indented: T, slope: T) -> (T, T) {
+    fn stiffened(&self, indented: T, slope: T) -> (T, T) {
         let (one, third) = (T::one(), T::lit(1.0 / 3.0));
         let Hyperelastic { strain_per_m, mooney_share: r } = self.hyperelastic;
         let least = T::lit(LEAST_STRETCH);
@@ -95,7 +114,7 @@ impl<T: Real> WallLaw<T> {
 
     /// Force over lasting stiffness that the relaxing part adds, its slope, and where that part
     /// has relaxed to \[m\], from where it was.     docs/model.md (30)
-    pub fn relaxing(&self, indented: T, slope: T, relaxed: T) -> (T, T, T) {
+    fn relaxing(&self, indented: T, slope: T, relaxed: T) -> (T, T, T) {
         let relaxed = relaxed + (indented - relaxed) * self.relaxed_share;
         let slope = slope * self.relaxing * (T::one() - self.relaxed_share);
         ((indented - relaxed) * self.relaxing, slope, relaxed)
@@ -190,6 +209,29 @@ mod tests {
             (force, _, relaxed) = law.relaxing(1e-4, 1.0, relaxed);
         }
         assert!((force / 0.5e-4 - (-1.0_f64).exp()).abs() < 5e-3, "{force}");
+    }
+
+    #[test]
+    fn a_wall_does_not_pull_while_it_has_not_come_back() {
+        let law = law(|e| {
+            e.wall.viscoelastic.ratio = 4.0;
+            e.wall.viscoelastic.time_s = 0.2;
+        });
+        let mut relaxed = 0.0;
+        for _ in 0..2000 {
+            relaxed = law.pressed(1e-3, 1.0, relaxed).2;
+        }
+        let (force, slope, left) = law.pressed(0.5e-3, 1.0, relaxed);
+        assert_eq!((force, slope), (0.0, 0.0));
+        assert!(left < relaxed && left > 0.99 * relaxed, "{left} {relaxed}");
+        // It follows, and is felt again.
+        relaxed = left;
+        for _ in 0..2000 {
+            relaxed = law.pressed(0.5e-3, 1.0, relaxed).2;
+        }
+        let (force, slope, _) = law.pressed(0.5e-3, 1.0, relaxed);
+        assert!((force / 0.5e-3 - 1.0).abs() < 1e-3 && slope > 1.0, "{force} {slope}");
+        assert_eq!(law.pressed(0.0, 0.0, relaxed), (0.0, 0.0, 0.0));
     }
 
     #[test]
