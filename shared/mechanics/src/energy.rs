@@ -4,7 +4,8 @@ use crate::algebra::Bend;
 use crate::{Model, Real, State};
 
 impl<T: Real, const LINKS: usize> State<T, LINKS> {
-    /// Kinetic energy of the nodes \[J\].
+    /// Kinetic energy of the nodes, of the motion that the next step takes over \[J\]: all of it,
+    /// but after a solve that turned a link too far to be believed.     docs/model.md (38)
     pub fn kinetic_energy_j(&self, model: &Model<T, LINKS>) -> T {
         let half = T::lit(0.5);
         let tables = self.tables(model);
@@ -14,7 +15,7 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
             sum += half * (half * (mass + distal_mass)) * link.velocity.norm_squared();
             distal_mass = mass;
         }
-        sum
+        sum * self.carried * self.carried
     }
 
     /// Elastic energy of bending, twist and stretch inside the vessel \[J\]; the wall's is not

@@ -136,33 +136,43 @@ fn most_energy_j(description: &Description<f32>, reach_m: f32) -> f32 {
     0.5 * reach_m * (per_metre + largest(|s| s.mass_kg_per_m) * 25.0)
 }
 
+/// What the state hands on is bounded, and every number is one.
+fn stays_bounded(seed: u64, vessels: &[StoredWall]) -> Result<(), String> {
+    let mut random = Random::new(seed);
+    let description = any_description(&mut random);
+    let lumen = vessels[random.below(vessels.len())].lumen();
+    let model: Model<f32> = Model::new(description.clone()).unwrap();
+    let mut state: State<f32> = State::new();
+    let reach_m = model.reach_m().min(0.13);
+    let most = most_energy_j(&description, reach_m);
+    let mut hand = Hand::any(seed, f64::from(reach_m));
+    for tick in 0..TICKS {
+        let outputs = step(&model, &lumen, &mut state, hand.next());
+        let at = || format!("tick {tick}, {:?}: {outputs:?}", hand.phase);
+        let [fx, fy, fz] = outputs.force_on_vessel_n;
+        let [mx, my, mz] = outputs.moment_on_vessel_n_m;
+        let drive = outputs.drive_force_n + outputs.drive_torque_n_m;
+        if !(fx + fy + fz + mx + my + mz + drive).is_finite() {
+            return Err(at());
+        }
+        let energy = state.kinetic_energy_j(&model) + state.elastic_energy_j(&model);
+        if !energy.is_finite() || energy > most {
+            return Err(format!("{energy:e} J, at most {most:e} J; {}", at()));
+        }
+    }
+    Ok(())
+}
+
 #[test]
 fn random_parameter_sets_lose_no_number_and_keep_their_energy_bounded() {
-    over_seeds("bounded", |seed, vessels| {
-        let mut random = Random::new(seed);
-        let description = any_description(&mut random);
-        let lumen = vessels[random.below(vessels.len())].lumen();
-        let model: Model<f32> = Model::new(description.clone()).unwrap();
-        let mut state: State<f32> = State::new();
-        let reach_m = model.reach_m().min(0.13);
-        let most = most_energy_j(&description, reach_m);
-        let mut hand = Hand::any(seed, f64::from(reach_m));
-        for tick in 0..TICKS {
-            let outputs = step(&model, &lumen, &mut state, hand.next());
-            let at = || format!("tick {tick}, {:?}: {outputs:?}", hand.phase);
-            let [fx, fy, fz] = outputs.force_on_vessel_n;
-            let [mx, my, mz] = outputs.moment_on_vessel_n_m;
-            let drive = outputs.drive_force_n + outputs.drive_torque_n_m;
-            if !(fx + fy + fz + mx + my + mz + drive).is_finite() {
-                return Err(at());
-            }
-            let energy = state.kinetic_energy_j(&model) + state.elastic_energy_j(&model);
-            if !energy.is_finite() || energy > most {
-                return Err(format!("{energy:e} J, at most {most:e} J; {}", at()));
-            }
-        }
-        Ok(())
-    });
+    over_seeds("bounded", stays_bounded);
+}
+
+/// A chain of rubber (0.1 N of axial stiffness) that is drawn out at 0.4 m/s and thrown by one
+/// solve to 30 mJ of motion; the step after it must not begin with them.
+#[test]
+fn a_chain_that_is_thrown_hands_on_a_bounded_energy() {
+    stays_bounded(3811, &vessels()).unwrap();
 }
 
 /// A force is a spike when it is more than this many times all others …
