@@ -215,10 +215,10 @@ mod tests {
         let answer = |forks: Vec<f64>| diagnose(&level(2, forks), "toy", &|_| {});
         let forks =
             |answer: &Diagnosis| answer.remarks.iter().any(|own| own.contains("past a fork"));
-        let found = answer(vec![0.0083, 0.0]);
+        let found = answer(vec![0.0092, 0.0]);
         assert_eq!(found.verdict, Verdict::NoGap);
         assert!(forks(&found), "the trial is named: {:?}", found.remarks);
-        let found = answer(vec![0.0083, 0.0083]);
+        let found = answer(vec![0.0092, 0.0092]);
         assert_ne!(found.verdict, Verdict::NoGap, "no way is better");
         assert!(!forks(&found), "{:?}", found.remarks);
         assert_ne!(answer(vec![0.02, 0.02]).verdict, Verdict::NoGap, "there is a gap");

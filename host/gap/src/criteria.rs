@@ -25,6 +25,9 @@ const LEAST_OF_ALL_CHEAP: f64 = 5e-4;
 /// Of a catheter, smallest share of the whole, unless it halves a quantity that was far from its
 /// floor: no reality has quite the shape that the library gives to its largest effect.
 const LEAST_OF_ALL: f64 = 0.02;
+/// And smallest share of what such a quantity had above its floor in the nominal model: less is what the
+/// shape of a large effect leaves.
+const LEAST_OF_QUANTITY: f64 = 0.05;
 /// Or this share of what is left above the floor: no other effect mends a shape so well.
 const MOST_OF_LEFT: f64 = 0.6;
 /// Energy per sample up to which a quantity of a catheter counts as near its floor.
@@ -35,10 +38,11 @@ const EQUAL_SHARE: f64 = 0.02;
 pub const EVIDENCE: f64 = 6.0;
 
 /// What a model must remove to be worth its parameters.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Parsimony {
-    /// The nominal model's excess.
+    /// The nominal model's excess, and its energy by quantity.
     gap: f64,
+    quantities: Vec<(Quantity, f64)>,
     /// Smallest share of it.
     least: f64,
     /// Smallest share of what is left.
@@ -51,7 +55,8 @@ impl Parsimony {
             true => (LEAST_OF_ALL_CHEAP, SHARE_OF_LEFT_CHEAP),
             false => (LEAST_OF_ALL, SHARE_OF_LEFT),
         };
-        Self { gap: nominal.excess(), least, of_left }
+        let quantities = nominal.quantities.iter().map(|(own, energy, _)| (*own, *energy));
+        Self { gap: nominal.excess(), quantities: quantities.collect(), least, of_left }
     }
 
     /// Whether a model is enough better than the one that it extends.
@@ -67,20 +72,31 @@ impl Parsimony {
         let n = new.effective.max(2.0);
         let evidence = n * (old.energy / new.energy).ln() - parameters as f64 * n.ln();
         let removed = old.excess() - new.excess();
-        let halves_one_above = |floor: f64| {
+        let halves_one = || {
             type Own = (Quantity, f64, usize);
             let halved = |((_, old, _), (_, new, _)): (&Own, &Own)| {
-                *old > floor && old - new >= SHARE_OF_LEFT * (old - 1.0)
+                *old > NO_GAP && old - new >= SHARE_OF_LEFT * (old - 1.0)
             };
             removed > 0.0 && old.quantities.iter().zip(&new.quantities).any(halved)
         };
         let much = removed >= self.of_left * old.excess()
             || removed >= SHARE_OF_ALL * self.gap
-            || halves_one_above(NO_GAP);
+            || halves_one();
         let counts = removed >= self.least * self.gap
-            || halves_one_above(NEAR_FLOOR)
+            || (removed > 0.0 && self.is_much_of_one(old, new))
             || (old.worst() > NO_GAP && removed >= MOST_OF_LEFT * old.excess());
         much && counts && evidence > EVIDENCE
+    }
+
+    /// Whether a quantity that was far from its floor is halved, and loses enough of what the nominal
+    /// model leaves of it.
+    fn is_much_of_one(&self, old: &Score, new: &Score) -> bool {
+        old.quantities.iter().zip(&new.quantities).any(|((own, old, _), (_, new, _))| {
+            let nominal = self.quantities.iter().find(|(quantity, _)| quantity == own);
+            let gap = nominal.map_or(0.0, |(_, energy)| energy - 1.0);
+            *old > NEAR_FLOOR
+                && old - new >= (LEAST_OF_QUANTITY * gap).max(SHARE_OF_LEFT * (old - 1.0))
+        })
     }
 }
 
@@ -163,28 +179,34 @@ mod tests {
         }
     }
 
-    /// The excess of a gap of a thousand floors.
-    const PARSIMONY: Parsimony =
-        Parsimony { gap: 1000.0, least: LEAST_OF_ALL, of_left: SHARE_OF_LEFT };
+    /// Of a gap of a thousand floors, to which the tip adds so many.
+    fn parsimony(tip: f64) -> Parsimony {
+        let quantities = vec![(Quantity::DriveForce, 2000.0), (Quantity::Tip, 1.0 + tip)];
+        Parsimony { gap: 1000.0, quantities, least: LEAST_OF_ALL, of_left: SHARE_OF_LEFT }
+    }
 
     #[test]
     fn a_small_term_pays_where_it_halves_a_quantity_far_from_its_floor() {
-        assert!(PARSIMONY.pays(&score(2.0, 6.0), &score(2.0, 1.5), 2));
+        let own = parsimony(20.0);
+        assert!(own.pays(&score(2.0, 6.0), &score(2.0, 1.5), 2));
+        // It is what a shape leaves of a tip that was farther off.
+        assert!(own.pays(&score(8.0, 6.0), &score(8.0, 1.5), 2));
+        assert!(!parsimony(200.0).pays(&score(8.0, 6.0), &score(8.0, 1.5), 2));
         // Near the floor it mends the shape of the largest effect.
-        assert!(!PARSIMONY.pays(&score(2.0, 2.2), &score(2.0, 1.1), 2));
+        assert!(!own.pays(&score(2.0, 2.2), &score(2.0, 1.1), 2));
         // But not where it explains most of what is left.
-        assert!(PARSIMONY.pays(&score(2.0, 2.2), &score(1.2, 1.1), 2));
+        assert!(own.pays(&score(2.0, 2.2), &score(1.2, 1.1), 2));
         // Not halved.
-        assert!(!PARSIMONY.pays(&score(2.0, 6.0), &score(2.0, 4.0), 2));
+        assert!(!own.pays(&score(2.0, 6.0), &score(2.0, 4.0), 2));
         // The tip is nearer, the whole is not.
-        assert!(!PARSIMONY.pays(&score(2.0, 6.0), &score(8.0, 1.5), 2));
+        assert!(!own.pays(&score(2.0, 6.0), &score(8.0, 1.5), 2));
     }
 
     #[test]
     fn a_term_that_removes_much_of_the_whole_pays_wherever_it_does() {
-        assert!(PARSIMONY.pays(&score(300.0, 2.0), &score(20.0, 2.0), 2));
+        assert!(parsimony(20.0).pays(&score(300.0, 2.0), &score(20.0, 2.0), 2));
         // Of parameters that many cost more than that.
-        assert!(!PARSIMONY.pays(&score(300.0, 2.0), &score(20.0, 2.0), 60));
+        assert!(!parsimony(20.0).pays(&score(300.0, 2.0), &score(20.0, 2.0), 60));
     }
 
     /// Parameters of what is put first of a line and of one that may bend, where the data bend by

@@ -12,6 +12,7 @@ use crate::fit::at_bound;
 use crate::floor::{Floor, FloorSource};
 use crate::impostor::unmasked;
 use crate::locate::locate;
+use crate::loss::Loss;
 use crate::metric::Metric;
 use crate::plant::{Plant, Point, Quantity};
 use crate::problem::{Problem, Progress};
@@ -468,6 +469,7 @@ impl<'a> Answer<'a> {
     /// Measured and predicted forces of the first trial, for the page.
     fn series(&mut self, problem: &Problem<'_>, nominal: &Candidate, best: &Candidate) {
         let Some(trial) = self.plant.trials().first() else { return };
+        let loss = Loss::of(self.plant);
         for range in trial.channel_ranges() {
             let channel = &self.plant.channels()[trial.samples[range.start].channel];
             if !matches!(channel.quantity, Quantity::Force | Quantity::DriveForce) {
@@ -475,7 +477,9 @@ impl<'a> Answer<'a> {
             }
             let predicted = |candidate: &Candidate| {
                 let refit = &candidate.fit.trials[0].refit.residual;
-                let of = |i: usize| trial.samples[i].value - refit[i] / problem.weights(0)[i];
+                let of = |i: usize| {
+                    trial.samples[i].value - loss.residual(refit[i]) / problem.weights(0)[i]
+                };
                 range.clone().map(of).collect()
             };
             self.diagnosis.details.series.push(Series {

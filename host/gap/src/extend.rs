@@ -135,7 +135,7 @@ impl Selector<'_> {
             columns.extend(does);
             let columns = DMatrix::from_columns(&columns);
             normal += columns.tr_mul(&columns);
-            slope += columns.tr_mul(&trial.refit.residual);
+            slope += columns.tr_mul(&trial.refit.pull);
             loss += trial.refit.energy();
         }
         let gain = explained(&normal, &slope, k) - explained(&normal, &slope, known);
@@ -166,7 +166,7 @@ impl Selector<'_> {
             point.effects[effect].clone_from(values);
             let raw = self.problem.residual(deciding, &point)?;
             let does = off.refit.project_column(&(&raw - &off.raw));
-            let slope = does.dot(&off.refit.residual);
+            let slope = does.dot(&off.refit.pull);
             Some(slope * slope / does.norm_squared().max(f64::MIN_POSITIVE))
         };
         let alone = selection.shown[effect].as_ref().map(|shown| &shown.point.effects[effect]);

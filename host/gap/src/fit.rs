@@ -15,10 +15,24 @@ use crate::problem::{Coordinate, Problem};
 use crate::search::{Effort, Found, Place, Search};
 
 /// Where simulations cost nothing, and where they do.
-const THOROUGH: Effort =
-    Effort { steps: 20, converged: 1e-7, attempts: 4, compass: 12, exact: true, renewals: 0 };
-const SPARING: Effort =
-    Effort { steps: 8, converged: 2e-3, attempts: 2, compass: 4, exact: false, renewals: 1 };
+const THOROUGH: Effort = Effort {
+    steps: 20,
+    converged: 1e-7,
+    attempts: 4,
+    compass: 12,
+    exact: true,
+    renewals: 0,
+    rounds: 0,
+};
+const SPARING: Effort = Effort {
+    steps: 8,
+    converged: 2e-3,
+    attempts: 2,
+    compass: 4,
+    exact: false,
+    renewals: 1,
+    rounds: 0,
+};
 
 /// Parameters from which on updated derivatives may lead astray.
 const UPDATED_LONG: usize = 3;
@@ -43,7 +57,7 @@ impl Depth {
             Self::Glance => Effort { steps: 2, compass: 0, renewals: 0, ..SPARING },
             Self::Brief => Effort { steps: 3, compass: 0, renewals: 0, ..SPARING },
             Self::Whole => SPARING,
-            Self::Polished => Effort { steps: 4, converged: 2e-4, ..SPARING },
+            Self::Polished => Effort { steps: 4, converged: 2e-4, rounds: 2, ..SPARING },
         }
     }
 }

@@ -52,7 +52,7 @@ fn left(
             let refit = nuisances.refit(trial, &raw[trial]);
             let free = refit.project(columns);
             normal += free.tr_mul(&free);
-            slope -= free.tr_mul(&refit.residual);
+            slope -= free.tr_mul(&refit.pull);
         }
         let sizes = normal.cholesky()?.solve(&slope);
         for (raw, columns) in raw.iter_mut().zip(&columns) {

@@ -6,7 +6,7 @@
 //! | module | what it answers |
 //! | --- | --- |
 //! | `floor` | what would be left if the model were perfect |
-//! | `problem`, `nuisance`, `fit`, `search`, `swing` | the best parameters of one set of effects |
+//! | `problem`, `loss`, `nuisance`, `fit`, `search`, `swing` | the best parameters of one set of effects |
 //! | `sanity` | whether axes and units are the model's |
 //! | `score` | its error on data that the fit has not seen |
 //! | `select`, `pairs`, `extend`, `prune`, `exchange`, `again`, `given` | which effects the data support; those that somebody asks for |
@@ -45,6 +45,7 @@ mod given;
 mod impostor;
 pub mod isolability;
 mod locate;
+mod loss;
 mod metric;
 mod nuisance;
 mod page;

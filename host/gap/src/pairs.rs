@@ -128,7 +128,7 @@ impl Selector<'_> {
         let columns: Vec<Option<Vec<DVector<f64>>>> =
             selection.shown.iter().map(|shown| shown.as_ref().map(column)).collect();
         let residual: Vec<DVector<f64>> =
-            trials.iter().map(|trial| trial.refit.residual.clone()).collect();
+            trials.iter().map(|trial| trial.refit.pull.clone()).collect();
         let alike = vec![1.0; trials.len()];
         let by_own = trials.iter().map(|trial| trial.raw.len() as f64 / trial.refit.energy());
         let [of_all, of_each] =

@@ -9,6 +9,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use nalgebra::{DMatrix, DVector};
 
 use crate::fit::Fit;
+use crate::loss::Loss;
 use crate::plant::{Plant, Quantity, Sample};
 use crate::problem::{Coordinate, Problem};
 
@@ -114,6 +115,7 @@ pub struct Score {
 /// Scores a fit.
 pub fn score(problem: &Problem<'_>, folds: &Folds, fit: &Fit) -> Score {
     let steps = fold_steps(problem, folds, fit);
+    let loss = Loss::of(problem.plant);
     let mut residuals = Vec::new();
     let (mut blocks, mut weights) = (Vec::new(), Vec::new());
     for (t, (trial, fitted)) in problem.plant.trials().iter().zip(&fit.trials).enumerate() {
@@ -151,6 +153,8 @@ pub fn score(problem: &Problem<'_>, folds: &Folds, fit: &Fit) -> Score {
         }
     }
     let quantities = energies.per_sample(fit.trials.iter().map(|trial| trial.penalty()).sum());
+    let raw = |phi: &mut Option<f64>| *phi = phi.map(|phi| loss.residual(phi));
+    residuals.iter_mut().flatten().for_each(raw);
     Score { residuals, blocks, weights, energy, quantities, effective }
 }
 
@@ -203,7 +207,7 @@ pub fn fold_steps(problem: &Problem<'_>, folds: &Folds, fit: &Fit) -> Vec<DVecto
         }
     }
     for (trial, own) in fit.trials.iter().zip(&folds.of_sample) {
-        let (j, r) = (&trial.jacobian, &trial.refit.residual);
+        let (j, r) = (&trial.jacobian, &trial.refit.pull);
         all_normal += j.tr_mul(j);
         all_gradient += j.tr_mul(r);
         for i in 0..r.len() {

@@ -82,7 +82,7 @@ fn explained(
         });
         let columns = refit.project(&columns);
         normal += columns.tr_mul(&columns);
-        slope -= columns.tr_mul(&refit.residual);
+        slope -= columns.tr_mul(&refit.pull);
     }
     let amplitudes = normal.cholesky()?.solve(&slope);
     Some((slope.dot(&amplitudes), amplitudes))

@@ -76,7 +76,7 @@ impl Catheter {
         let correction = || self.correction(trial, &way.apply(anchor), finer.clone());
         let correction = self.defects.get(trial)?.of(&finer, correction)?;
         let coarse = WAYS.get(correction.aside)?.apply(&way.apply(&description));
-        let coarse = self.uncorrected(trial, coarse, nuisances)?;
+        let coarse = self.coarse(trial, coarse, nuisances)?;
         Some(coarse.iter().zip(&correction.defect).map(|(c, d)| c + d).collect())
     }
 
@@ -91,7 +91,7 @@ impl Catheter {
         let finer = self.uncorrected(trial, finer, &none)?;
         let samples = &self.trials.get(trial)?.samples;
         let of = |aside: usize| {
-            let coarse = self.uncorrected(trial, WAYS.get(aside)?.apply(coarse), &none)?;
+            let coarse = self.coarse(trial, WAYS.get(aside)?.apply(coarse), &none)?;
             let defect: Vec<f64> = finer.iter().zip(&coarse).map(|(f, c)| f - c).collect();
             Some((mean_square(&defect, samples), Correction { aside, defect }))
         };
@@ -104,6 +104,11 @@ impl Catheter {
         let goes_with = nearest.filter(|(left, _)| *left < GONE_WITH * size);
         Some(goes_with.map_or(own, |(_, aside)| aside))
     }
+}
+
+/// Whether a correction is that of a coarse model that goes with the finer one.
+pub fn goes_with(defect: &[f64], samples: &[Sample]) -> bool {
+    mean_square(defect, samples) < FORKED
 }
 
 /// Of a correction, in squares of the sensors' noise.
@@ -135,7 +140,7 @@ mod tests {
                 let exact = catheter.uncorrected(trial, finer.clone(), &none).unwrap();
                 let left = |aside: usize| {
                     let coarse = WAYS[aside].apply(&anchor);
-                    let coarse = catheter.uncorrected(trial, coarse, &none).unwrap();
+                    let coarse = catheter.coarse(trial, coarse, &none).unwrap();
                     let defect: Vec<f64> = exact.iter().zip(&coarse).map(|(f, c)| f - c).collect();
                     mean_square(&defect, &own.samples)
                 };

@@ -33,7 +33,7 @@ use crate::floor;
 use crate::plant::{
     Channel, Effect, Impostor, Nuisance, Plant, Point, Repeat, Segment, Swing, Trial,
 };
-use defects::Defects;
+use defects::{Defects, goes_with};
 use library::Library;
 use motion::PHASES;
 use prepare::{Prepared, Source};
@@ -41,22 +41,29 @@ use segments::Segments;
 use simulate::{Inputs, Simulator, Trajectory, readings};
 use ways::WAYS;
 
-/// A diagnosis plays every trial hundreds of times: with half the links and a quarter of the ticks
-/// of the device. Predictions are corrected by what a finer model changes where a fit ends.
+/// A diagnosis plays every trial hundreds of times: with a quarter of the ticks of the device, and with
+/// half the links where that makes little difference. Predictions are corrected by what a finer model
+/// changes where a fit ends.
 const COARSER: f64 = 2.0;
 const TICK_S: f64 = 4e-3;
+/// The predictor follows a new rate within about as much time as with short ticks …
+const PREDICTOR_GAIN: f64 = 0.35;
+/// … and contact sets in over a longer way, so that long ticks do not chatter.
+const ONSET: f64 = 3.0;
 /// Half width of the wall's uncertainty away from junctions \[m\].
 const WALL_UNCERTAINTY_M: f64 = 40e-6;
 /// Share of it that varies along the vessel; the rest is a wall that is nearer everywhere, a
-/// nuisance. With twice this share, small effects beside large ones stay below the floor.
-const WALL_LOCAL: f64 = 0.25;
+/// nuisance.
+const WALL_LOCAL: f64 = 0.05;
 /// Share of what a finer model changes that it leaves open itself: with a quarter of the step,
 /// about a quarter of an error of first order is left.
-const FINER_LEFT: f64 = 0.3;
+const FINER_LEFT: f64 = 0.2;
 /// Catheter bundles as a [`Plant`].
 pub struct Catheter {
     nominal: Description<f64>,
     simulator: Simulator,
+    /// By trial, lengths of its links over the device's.
+    coarser: Vec<f64>,
     /// By trial.
     defects: Vec<Defects>,
     library: Library,
@@ -96,6 +103,7 @@ impl Catheter {
             library: Library { effects: Vec::new(), keys: Vec::new() },
             nominal,
             simulator,
+            coarser: Vec::new(),
             defects: Vec::new(),
             channels: prepare::channels(prepared.iter().map(|(_, own)| own)),
             regimes: motion::regimes(),
@@ -115,6 +123,7 @@ impl Catheter {
             // A trial of which nothing can be compared says nothing; a remark says so.
             if catheter.trials.last().is_some_and(|trial| trial.samples.is_empty()) {
                 catheter.trials.pop();
+                catheter.coarser.pop();
                 catheter.simulator.forget(catheter.trials.len());
                 continue;
             }
@@ -146,7 +155,9 @@ impl Catheter {
         let finer = WAYS[0].finer(&self.nominal);
         let mut nearer = self.nominal.clone();
         nearer.instrument.outer_radius_m += WALL_UNCERTAINTY_M;
-        let (finer, nearer) = (run(&finer)?, run(&nearer)?);
+        let mut half = self.nominal.clone();
+        half.solver.link_length_m *= COARSER;
+        let (finer, nearer, half) = (run(&finer)?, run(&nearer)?, run(&half)?);
         own.choose_samples(&nominal);
         let nominal_at = own.read(&nominal, &nominal.force_n, 0.0);
         let deviation: Vec<[f64; 2]> = {
@@ -158,6 +169,10 @@ impl Catheter {
         let samples = own.samples(&self.channels, &deviation);
         self.remarks.extend(own.remarks(number));
         let (start_s, start_m) = (own.start_s(), own.inputs.insertion_m[0]);
+        let half = own.read(&half, &half.force_n, 0.0);
+        let finer = own.read(&finer, &finer.force_n, 0.0);
+        let changed: Vec<f64> = finer.iter().zip(&half).map(|(f, h)| f - h).collect();
+        self.coarser.push(if goes_with(&changed, &samples) { COARSER } else { 1.0 });
         self.trials.push(Trial { number, start_s, start_m, samples, blocks: prepare::BLOCKS });
         Ok(nominal.tip_m.clone())
     }
@@ -173,6 +188,17 @@ impl Catheter {
         let Played { found, force_n, shift_s } =
             self.play(trial, &own.inputs, description, nuisances)?;
         Some(own.read(&found, &force_n, shift_s))
+    }
+
+    /// The same with the links that a trial is played with.
+    fn coarse(
+        &self,
+        trial: usize,
+        mut description: Description<f64>,
+        nuisances: &[f64],
+    ) -> Option<Vec<f64>> {
+        description.solver.link_length_m *= self.coarser.get(trial)?;
+        self.uncorrected(trial, description, nuisances)
     }
 
     /// `slot`: where the simulator keeps what it found.
@@ -332,12 +358,16 @@ fn lumen(bundle: &Bundle, radius_m: f64) -> Result<(LumenHeader, Vec<u8>), Cathe
     Ok((lumen.header, lumen.bytes))
 }
 
-/// What rig.toml states, with the diagnosis' links and ticks.
+/// What rig.toml states, with the diagnosis' ticks.
 fn nominal(bundle: &Bundle) -> Result<Description<f64>, CatheterError> {
-    let defaults = SolverDefaults { tick_s: TICK_S, ..SolverDefaults::default() };
-    let mut nominal = to_description::<f64>(bundle, &defaults).ok_or(CatheterError::NoTrials)?;
-    nominal.solver.link_length_m *= COARSER;
-    Ok(nominal)
+    let device = SolverDefaults::default();
+    let defaults = SolverDefaults {
+        tick_s: TICK_S,
+        predictor_gain: PREDICTOR_GAIN,
+        onset_m: ONSET * device.onset_m,
+        ..device
+    };
+    to_description::<f64>(bundle, &defaults).ok_or(CatheterError::NoTrials)
 }
 
 /// Force bias, time shift, insertion offset, rigid registration and a nearer wall, in the order that

@@ -21,6 +21,9 @@ const JUMP_GUARD_S: f64 = 0.5;
 pub const BLOCKS: usize = 4;
 /// Samples to either side whose largest model deviation counts.
 const NEIGHBOURS: usize = 2;
+/// What a model leaves open of a force, as a share of that force and of its channel's RMS in the trial.
+const OF_FORCE: f64 = 0.025;
+const OF_CHANNEL: f64 = 0.016;
 /// Two trials are repeats when no encoder position differs by more \[m\], \[rad\].
 const SAME_INSERTION_M: f64 = 5e-5;
 const SAME_ROTATION_RAD: f64 = 2e-3;
@@ -241,6 +244,7 @@ impl Prepared {
     pub fn samples(&self, channels: &[Channel], deviation: &[[f64; 2]]) -> Vec<Sample> {
         let deviation: Vec<f64> = deviation.iter().map(|[a, b]| a.hypot(*b)).collect();
         let force = self.contact();
+        let of_force = self.of_force();
         let duration = self.t_s[self.t_s.len() - 1] - self.t_s[0];
         let sample = |(i, reading): (usize, &Reading)| {
             let t_s = 0.5 * (self.t_s[reading.rows.start] + self.t_s[reading.rows.end - 1]);
@@ -255,7 +259,11 @@ impl Prepared {
                 channel: channels.iter().position(|c| c.name == name).unwrap_or_default(),
                 value: reading.value,
                 noise: noise / (reading.rows.len() as f64).sqrt(),
-                model: around.filter(own).map(|j| deviation[j]).fold(0.0, f64::max),
+                model: around
+                    .filter(own)
+                    .map(|j| deviation[j])
+                    .fold(0.0, f64::max)
+                    .hypot(of_force[i]),
                 phase: phase(&self.motion, tick, &force),
                 regime: regime(&self.motion, tick),
                 arc_m: self.inputs.insertion_m[tick],
@@ -264,6 +272,22 @@ impl Prepared {
             }
         };
         self.readings.iter().enumerate().map(sample).collect()
+    }
+
+    /// What any model leaves open of each force that was measured, beside what a finer one changes.
+    fn of_force(&self) -> Vec<f64> {
+        let own = |of: Source| self.readings.iter().filter(move |r| r.source == of);
+        let rms = |of: Source| {
+            let squares: f64 = own(of).map(|reading| reading.value.powi(2)).sum();
+            (squares / own(of).count().max(1) as f64).sqrt()
+        };
+        let forces = [Source::Force(0), Source::Force(1), Source::Force(2), Source::DriveForce];
+        let rms: Vec<(Source, f64)> = forces.map(|of| (of, rms(of))).into();
+        let open = |reading: &Reading| {
+            let rms = rms.iter().find(|(of, _)| *of == reading.source);
+            rms.map_or(0.0, |(_, rms)| (OF_FORCE * reading.value).hypot(OF_CHANNEL * rms))
+        };
+        self.readings.iter().map(open).collect()
     }
 
     /// First tick with a measured force clearly above its noise, if any.

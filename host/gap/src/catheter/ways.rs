@@ -4,11 +4,12 @@
 //! any measurement of the rig, knows. Ways differ from the first by that little.
 
 use cathforce_mechanics::Description;
+use cathforce_rig::SolverDefaults;
 
-use super::{COARSER, WALL_UNCERTAINTY_M};
+use super::WALL_UNCERTAINTY_M;
 
 /// Steps of the finer model for one of the diagnosis.
-const SUBSTEPS: u8 = 4;
+const SUBSTEPS: u8 = 2;
 /// One standard deviation of the priors of insertion offset and registration \[m\].
 const OFFSET_M: f64 = 3e-4;
 /// A coefficient of friction is stated no better than this.
@@ -29,12 +30,12 @@ pub struct Way {
 }
 
 const NOMINAL: Way =
-    Way { solves: 1, nearer_wall_m: 0.0, fed_m: 0.0, y_m: 0.0, z_m: 0.0, friction: 0.0 };
+    Way { solves: 2, nearer_wall_m: 0.0, fed_m: 0.0, y_m: 0.0, z_m: 0.0, friction: 0.0 };
 
 /// The first is the model itself.
 pub const WAYS: [Way; 16] = [
     NOMINAL,
-    Way { solves: 2, ..NOMINAL },
+    Way { solves: 1, ..NOMINAL },
     Way { nearer_wall_m: WALL_UNCERTAINTY_M, ..NOMINAL },
     Way { nearer_wall_m: -WALL_UNCERTAINTY_M, ..NOMINAL },
     Way { fed_m: OFFSET_M, ..NOMINAL },
@@ -69,10 +70,11 @@ impl Way {
         on_way
     }
 
-    /// The same with the device's links and a quarter of the diagnosis' step.
+    /// The same with half of the diagnosis' step.
     pub fn finer(&self, description: &Description<f64>) -> Description<f64> {
         let mut finer = self.apply(description);
-        finer.solver.link_length_m /= COARSER;
+        let device = SolverDefaults::default();
+        (finer.wall.onset_m, finer.solver.predictor_gain) = (device.onset_m, device.predictor_gain);
         (finer.solver.substeps, finer.solver.solves) = (SUBSTEPS, self.solves);
         finer
     }
@@ -92,8 +94,10 @@ mod tests {
         let nominal = nominal(&bundle).unwrap();
         assert_eq!(WAYS[0].apply(&nominal), nominal);
         let finer: Vec<_> = WAYS.iter().map(|way| way.finer(&nominal)).collect();
+        let device = SolverDefaults::default();
         for (k, own) in finer.iter().enumerate() {
-            assert_eq!(own.solver.link_length_m, nominal.solver.link_length_m / COARSER);
+            assert_eq!(own.wall.onset_m, device.onset_m);
+            assert_eq!(own.solver.predictor_gain, device.predictor_gain);
             assert!(finer[..k].iter().all(|other| other != own), "{k} is one of those before it");
         }
         let nearer_m = finer[4].effects.wall.registration.x_m;

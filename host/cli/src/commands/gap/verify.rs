@@ -185,7 +185,7 @@ fn notes(fresh: Option<bool>, trial: u32) -> Vec<String> {
     }
     notes.push(
         "device and host compute the same bits; what separates predicted from achieved is the \
-         coarser model of the diagnosis (twice the link length, ticks of 4 ms)"
+         coarser model of the diagnosis (ticks of 4 ms)"
             .to_owned(),
     );
     notes
