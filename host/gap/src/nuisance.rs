@@ -4,10 +4,10 @@
 //! residual r and its derivatives S, one column a nuisance over one standard deviation of its
 //! prior,
 //!
-//! > min over z of |r + S z|² + |z|²,   |z_k| ≤ [`NUISANCE_LIMIT`]
+//! > min over z of Σ ρ(r + S z) + |z|²,   |z_k| ≤ [`NUISANCE_LIMIT`]
 //!
-//! is a least-squares problem in the residual [r; 0] of n + m numbers. What is orthogonal to
-//! the columns [S; 1] of the nuisances that are not at their limit is what is left: the
+//! is, with the weights w of the loss ρ (`loss`), a least-squares problem in the residual [√w r; 0] of
+//! n + m numbers. What is orthogonal to the columns [√w S; 1] of the nuisances that are not at their limit is what is left: the
 //! projection that [`Refit`] does to residuals and derivatives alike.
 
 use nalgebra::{DMatrix, DVector};

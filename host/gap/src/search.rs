@@ -521,4 +521,33 @@ mod tests {
             assert_eq!(begins(value, &[0]), value);
         }
     }
+
+    /// What is left where a line's slope grows with a parameter that makes it go up and down.
+    fn left_of_rough(rounds: usize) -> f64 {
+        let along = |i: usize| i as f64 / SAMPLES as f64;
+        let measured = (0..SAMPLES).map(|i| TRUE * along(i) + NOISE * noise(i));
+        let slope = |x: f64| x + 0.004 * (TAU * x / 0.02).sin();
+        let predict = |i: usize, point: &Point| slope(point.effects[0][0]) * along(i);
+        let mut toy = Toy::new(0.01, NOISE, measured, predict);
+        toy.effects = vec![effect("slope", vec![parameter("size")], vec![vec![1.0]])];
+        explained_by(&toy, &[], |selector, selection| {
+            let search = Search {
+                problem: selector.problem,
+                nuisances: selection.nuisances.as_ref().unwrap(),
+                effort: Effort { rounds, ..EFFORT },
+                coordinates: selector.problem.coordinates(&[0]),
+                trials: vec![0],
+            };
+            let mut point = selection.nominal.fit.point.clone();
+            // Here the slope falls with the parameter.
+            point.effects[0] = vec![1.19];
+            search.descend(search.place(point).unwrap()).unwrap().0.loss / SAMPLES as f64
+        })
+    }
+
+    #[test]
+    fn steps_along_the_axes_find_what_derivatives_at_a_point_do_not() {
+        let (without, with) = (left_of_rough(0), left_of_rough(2));
+        assert!(with < without - 0.2 && with < 1.1, "{with}, {without} without");
+    }
 }

@@ -123,6 +123,7 @@ mod tests {
 
     use cathforce_rig::Bundle;
 
+    use super::super::COARSER;
     use super::*;
 
     #[test]
@@ -158,5 +159,35 @@ mod tests {
             }
         }
         assert!(away > 0, "no fork was met");
+    }
+
+    #[test]
+    fn half_the_links_play_a_trial_in_which_they_make_little_difference() {
+        let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/tapered-none");
+        let catheter = Catheter::new(&Bundle::open(&example).unwrap()).unwrap();
+        let none = vec![0.0; catheter.nuisances.len()];
+        let mut half = catheter.nominal.clone();
+        half.solver.link_length_m *= COARSER;
+        for (trial, own) in catheter.trials.iter().enumerate() {
+            let finer = WAYS[0].finer(&catheter.nominal);
+            let finer = catheter.uncorrected(trial, finer, &none).unwrap();
+            let half = catheter.uncorrected(trial, half.clone(), &none).unwrap();
+            let changed: Vec<f64> = finer.iter().zip(&half).map(|(f, h)| f - h).collect();
+            let goes_with = mean_square(&changed, &own.samples) < FORKED;
+            assert_eq!(catheter.coarser[trial] == COARSER, goes_with);
+        }
+    }
+
+    #[test]
+    fn a_model_leaves_open_a_share_of_a_force() {
+        let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/tapered-none");
+        let catheter = Catheter::new(&Bundle::open(&example).unwrap()).unwrap();
+        let is_force = |s: &&Sample| {
+            use crate::plant::Quantity::{DriveForce, Force};
+            matches!(catheter.channels[s.channel].quantity, Force | DriveForce)
+        };
+        let mut forces = catheter.trials.iter().flat_map(|trial| &trial.samples).filter(is_force);
+        assert!(forces.clone().count() > 1000);
+        assert!(forces.all(|s| s.model > 0.02 * s.value.abs()));
     }
 }

@@ -9,7 +9,7 @@ use cathforce_rig::SolverDefaults;
 use super::WALL_UNCERTAINTY_M;
 
 /// Steps of the finer model for one of the diagnosis.
-const SUBSTEPS: u8 = 2;
+const SUBSTEPS: u8 = 4;
 /// One standard deviation of the priors of insertion offset and registration \[m\].
 const OFFSET_M: f64 = 3e-4;
 /// A coefficient of friction is stated no better than this.
@@ -30,12 +30,12 @@ pub struct Way {
 }
 
 const NOMINAL: Way =
-    Way { solves: 2, nearer_wall_m: 0.0, fed_m: 0.0, y_m: 0.0, z_m: 0.0, friction: 0.0 };
+    Way { solves: 1, nearer_wall_m: 0.0, fed_m: 0.0, y_m: 0.0, z_m: 0.0, friction: 0.0 };
 
 /// The first is the model itself.
 pub const WAYS: [Way; 16] = [
     NOMINAL,
-    Way { solves: 1, ..NOMINAL },
+    Way { solves: 2, ..NOMINAL },
     Way { nearer_wall_m: WALL_UNCERTAINTY_M, ..NOMINAL },
     Way { nearer_wall_m: -WALL_UNCERTAINTY_M, ..NOMINAL },
     Way { fed_m: OFFSET_M, ..NOMINAL },
@@ -70,7 +70,7 @@ impl Way {
         on_way
     }
 
-    /// The same with half of the diagnosis' step.
+    /// The same with a quarter of the diagnosis' step, as the device has it.
     pub fn finer(&self, description: &Description<f64>) -> Description<f64> {
         let mut finer = self.apply(description);
         let device = SolverDefaults::default();
