@@ -17,6 +17,9 @@ const EXCHANGED: usize = 2;
 /// another to follow.
 const POLISHED_AGAIN: usize = 3;
 const LED_FAR: f64 = 0.8;
+/// Share of the gap that an effect with fewer parameters may leave more than the only one, which it is
+/// confused with: so much do shapes and ways past a fork differ, and what has more parameters follows them.
+const OF_SHAPE: f64 = 0.03;
 
 impl Selector<'_> {
     /// Exchanges the effect of several whose exchange lowers the error most; gives whether there
@@ -92,7 +95,8 @@ impl Selector<'_> {
             .collect()
     }
 
-    /// Fits heirs of the only effect to the end, by the finer model; the better one is the answer.
+    /// Fits heirs of the only effect to the end, by the finer model; the better one is the answer, or one
+    /// with fewer parameters that is nearly as good.
     /// `None` when a simulation breaks down.
     pub fn give_way(&self, selection: &mut Selection, heirs: Vec<usize>) -> Option<()> {
         let effect = *selection.best.fit.effects.first()?;
@@ -110,7 +114,15 @@ impl Selector<'_> {
         sides.push((None, selection.best.clone()));
         let gap = selection.nominal.score.excess();
         by_cost(self.problem.plant, gap, &mut sides, |(_, candidate)| candidate);
-        if let (Some(rival), candidate) = sides.swap_remove(0) {
+        let first = sides.first().map(|(_, candidate)| candidate.clone())?;
+        let is_as_good = |(rival, candidate): &(Option<usize>, Candidate)| {
+            rival.is_some()
+                && candidate.fit.coordinates.len() < first.fit.coordinates.len()
+                && candidate.score.excess() - first.score.excess() < OF_SHAPE * gap
+                && !candidate.fit.at_bound(self.problem.plant)
+        };
+        let taken = sides.iter().position(is_as_good).unwrap_or(0);
+        if let (Some(rival), candidate) = sides.swap_remove(taken) {
             selection.singles[rival] = Some(candidate.clone());
             put(selection, effect, rival, candidate);
             self.finish(selection)?;
@@ -221,11 +233,11 @@ mod tests {
         });
     }
 
-    /// A power of the way along, of an exponent from `low`, that is a line to be found; the line
+    /// A power of the way along, of an exponent from `low`, that is to be found as `exponent`; a line
     /// itself does not show in coarse simulations.
-    fn powers(low: f64) -> impl Plant {
+    fn powers(low: f64, exponent: f64) -> impl Plant {
         let along = |i: usize| (i as f64 + 0.5) / SAMPLES as f64;
-        let measured = move |i: usize| 2.0 * along(i) + NOISE * noise(i);
+        let measured = move |i: usize| 2.0 * along(i).powf(exponent) + NOISE * noise(i);
         let predict = move |i: usize, point: &Point| {
             let (power, line) = (&point.effects[0], point.effects[1][0]);
             let shown = if point.anchor.is_everywhere { line } else { point.anchor.effects[1][0] };
@@ -245,7 +257,7 @@ mod tests {
     #[test]
     fn a_limit_of_itself_and_what_has_more_parameters_give_way_to_the_effect_that_it_is() {
         for low in [1.0, 0.2] {
-            explained_by(&powers(low), &[0], |selector, mut selection| {
+            explained_by(&powers(low, 1.0), &[0], |selector, mut selection| {
                 let is_limit = selection.best.fit.at_bound(selector.problem.plant);
                 assert_eq!(is_limit, low == 1.0);
                 let heirs = selector.heirs(&selection);
@@ -257,5 +269,18 @@ mod tests {
                 assert!(selector.heirs(&selection).is_empty());
             });
         }
+    }
+
+    #[test]
+    fn what_has_fewer_parameters_is_taken_where_it_leaves_little_more() {
+        let named = |exponent: f64| {
+            explained_by(&powers(0.2, exponent), &[0], |selector, mut selection| {
+                let heirs = selector.heirs(&selection);
+                selector.give_way(&mut selection, heirs).unwrap();
+                selection.best.fit.effects.clone()
+            })
+        };
+        assert_eq!(named(1.02), [1]);
+        assert_eq!(named(1.5), [0]);
     }
 }
