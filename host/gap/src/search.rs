@@ -38,6 +38,8 @@ const FEW: usize = 3;
 /// Share of the loss that such a step would change it by where it is smooth: far enough for a fork to
 /// be noise.
 const STEP_OF_LOSS: f64 = 0.01;
+/// Share of the loss that a round must gain to be followed by another.
+const WORTH_A_ROUND: f64 = 1e-4;
 
 /// A point and what it costs.
 pub struct Place {
@@ -270,7 +272,7 @@ impl Search<'_> {
                         place = better;
                     }
                 }
-                if before - place.loss < STEP_OF_LOSS * STEP_OF_LOSS * before {
+                if before - place.loss < WORTH_A_ROUND * before {
                     break;
                 }
             }

@@ -48,7 +48,7 @@ const COARSER: f64 = 2.0;
 const TICK_S: f64 = 4e-3;
 /// The predictor follows a new rate within about as much time as with short ticks …
 const PREDICTOR_GAIN: f64 = 0.35;
-/// … and contact sets in over a longer way, so that long ticks do not chatter.
+/// … and contact sets in over so many times the device's way, so that long ticks do not chatter.
 const ONSET: f64 = 3.0;
 /// Half width of the wall's uncertainty away from junctions \[m\].
 const WALL_UNCERTAINTY_M: f64 = 40e-6;

@@ -428,3 +428,29 @@ pub fn repeats(trials: &[Trial], prepared: &[Prepared]) -> Vec<Repeat> {
 fn norm(x: [f64; 3]) -> f64 {
     (x[0] * x[0] + x[1] * x[1] + x[2] * x[2]).sqrt()
 }
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use cathforce_rig::Bundle;
+
+    use super::super::Catheter;
+    use super::*;
+    use crate::plant::Plant;
+
+    #[test]
+    fn a_model_leaves_open_a_share_of_a_force() {
+        let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/tapered-none");
+        let catheter = Catheter::new(&Bundle::open(&example).unwrap()).unwrap();
+        let is_force = |s: &&Sample| {
+            matches!(
+                catheter.channels()[s.channel].quantity,
+                Quantity::Force | Quantity::DriveForce
+            )
+        };
+        let mut forces = catheter.trials().iter().flat_map(|trial| &trial.samples).filter(is_force);
+        assert!(forces.clone().count() > 1000);
+        assert!(forces.all(|s| s.model >= 0.999 * OF_FORCE * s.value.abs()));
+    }
+}
