@@ -1,4 +1,5 @@
-//! Where an answer stays open, some pairs are fitted once more, by the finer model.
+//! Where an answer stays open, some pairs are fitted once more, by the finer model, and the best single
+//! effect is gone on from.
 //!
 //! Pairs are tried briefly and with corrected simulations. At a fork of the vessel these stop short
 //! of the way that the tip has taken, whatever the pair, and say little about which of them is the
@@ -45,6 +46,50 @@ impl Selector<'_> {
         selection.exchanged.clear();
         self.accept(selection, best, steps);
         self.finish(selection)
+    }
+
+    /// Back from several effects to the best single one, or to none; on from that one if it was not tried
+    /// yet and explains the gap: a pair that was better kept it from being extended.
+    ///
+    /// Where the answer closes enough, it stays. `None` when a simulation breaks down.
+    pub fn single_again(&self, selection: &mut Selection) -> Option<()> {
+        let closed = selection.best.score.shrink(&selection.nominal.score);
+        if self.problem.plant.cheap() || closed >= EXPLAINED {
+            return Some(());
+        }
+        if self.extended_single(selection)? {
+            return Some(());
+        }
+        if selection.best.fit.effects.len() > 1 {
+            self.back_to_single(selection);
+            self.finish(selection)?;
+        }
+        Some(())
+    }
+
+    /// Whether the best single effect with others explains the gap, which then are the answer; else
+    /// nothing is changed. `None` when a simulation breaks down.
+    fn extended_single(&self, selection: &mut Selection) -> Option<bool> {
+        let mut own = selection.clone();
+        self.back_to_single(&mut own);
+        let from = &own.best.fit.effects;
+        if from.is_empty() || own.extended.contains(from) || !self.extend(&mut own) {
+            return Some(false);
+        }
+        self.finish(&mut own)?;
+        let explains = own.best.score.shrink(&own.nominal.score) >= EXPLAINED;
+        if explains {
+            *selection = own;
+        }
+        Some(explains)
+    }
+
+    fn back_to_single(&self, selection: &mut Selection) {
+        selection.best = selection.nominal.clone();
+        selection.steps.clear();
+        selection.exchanged.clear();
+        selection.path.push((Vec::new(), selection.nominal.score.clone()));
+        self.first(selection);
     }
 
     /// Whether a pair leaves nothing open, and is better than what there was.
@@ -144,6 +189,32 @@ mod tests {
     #[test]
     fn a_pair_that_only_the_finer_model_can_fit_is_found() {
         assert_eq!(named(curve), [0, 1]);
+    }
+
+    /// Effects of the answer where a slope and a curve were put in, no pair is taken, and the slope was
+    /// `tried` to be extended before.
+    fn after_all(tried: bool) -> Vec<usize> {
+        let measured = |i: usize| 2.0 * along(i) + curve(i) + NOISE * noise(i);
+        let predict = |i: usize, point: &Point| {
+            point.effects[0][0] * along(i) + point.effects[1][0] * curve(i)
+        };
+        let mut toy = Toy::new(0.01, NOISE, (0..SAMPLES).map(measured), predict).times(4);
+        toy.effects =
+            ["slope", "curve"].map(|id| effect(id, vec![parameter(id)], vec![vec![1.0]])).into();
+        toy.cheap = false;
+        explained_by(&toy, &[0], |selector, mut selection| {
+            if tried {
+                selection.extended.push(vec![0]);
+            }
+            selector.single_again(&mut selection).unwrap();
+            selection.best.fit.effects.clone()
+        })
+    }
+
+    #[test]
+    fn the_best_single_effect_is_gone_on_from_where_that_was_not_tried() {
+        assert_eq!(after_all(false), [0, 1]);
+        assert_eq!(after_all(true), [0]);
     }
 
     #[test]

@@ -16,7 +16,7 @@ use crate::select::{Candidate, Selection};
 const WIDER: f64 = 2.5;
 /// Standard deviation, in scales of a parameter's prior, that any model of the mechanics leaves open:
 /// in bundles of another simulator most of what was put in lies that near (docs/gap.md).
-const OTHER_MODEL: f64 = 0.02;
+const OTHER_MODEL: f64 = 0.03;
 /// Half width of the interval that holds nine of ten, in standard deviations.
 pub const NORMAL_NINETY: f64 = 1.645;
 

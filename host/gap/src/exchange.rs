@@ -22,25 +22,26 @@ const LED_FAR: f64 = 0.8;
 const OF_SHAPE: f64 = 0.03;
 
 impl Selector<'_> {
-    /// Exchanges the effect of several whose exchange lowers the error most; gives whether there
-    /// was one. What was tried and is no better is kept.
+    /// Exchanges the effect of several whose exchange lowers the error most, or one for what has fewer
+    /// parameters and leaves little more; gives whether there was one. What was tried and is no better
+    /// is kept.
     pub fn exchange(&self, selection: &mut Selection) -> bool {
         selection.exchanged.clear();
         let mut tried: Vec<(usize, usize, Candidate)> = Vec::new();
         for (effect, without) in &selection.without {
             tried.extend(self.in_place_of(selection, *effect, without));
         }
-        let least = |a: &&(usize, usize, Candidate), b: &&(usize, usize, Candidate)| {
-            a.2.fit.loss.total_cmp(&b.2.fit.loss)
+        tried.sort_by(|a, b| a.2.fit.loss.total_cmp(&b.2.fit.loss));
+        let simpler = |(effect, rival, _): &&(usize, usize, Candidate)| {
+            self.parameters(*rival) < self.parameters(*effect)
         };
-        let Some((effect, rival, best)) = tried.iter().min_by(least).cloned() else {
-            return false;
-        };
-        let gap = selection.nominal.score.excess();
-        let mut sides =
-            vec![(None, selection.best.clone()), (Some((effect, rival)), self.to_the_end(best))];
-        by_cost(self.problem.plant, gap, &mut sides, |(_, candidate)| candidate);
-        if let (Some((effect, rival)), candidate) = sides.swap_remove(0) {
+        let Some(least) = tried.first() else { return false };
+        let simplest = tried[1..].iter().find(simpler);
+        let mut sides = vec![(None, selection.best.clone())];
+        for (effect, rival, found) in [Some(least), simplest].into_iter().flatten().cloned() {
+            sides.push((Some((effect, rival)), self.to_the_end(found)));
+        }
+        if let (Some((effect, rival)), candidate) = self.preferred(selection, sides) {
             put(selection, effect, rival, candidate);
             return true;
         }
@@ -112,22 +113,31 @@ impl Selector<'_> {
         let mut sides: Vec<(Option<usize>, Candidate)> =
             heirs.into_par_iter().filter_map(ended).collect();
         sides.push((None, selection.best.clone()));
-        let gap = selection.nominal.score.excess();
-        by_cost(self.problem.plant, gap, &mut sides, |(_, candidate)| candidate);
-        let first = sides.first().map(|(_, candidate)| candidate.clone())?;
-        let is_as_good = |(rival, candidate): &(Option<usize>, Candidate)| {
-            rival.is_some()
-                && candidate.fit.coordinates.len() < first.fit.coordinates.len()
-                && candidate.score.excess() - first.score.excess() < OF_SHAPE * gap
-                && !candidate.fit.at_bound(self.problem.plant)
-        };
-        let taken = sides.iter().position(is_as_good).unwrap_or(0);
-        if let (Some(rival), candidate) = sides.swap_remove(taken) {
+        if let (Some(rival), candidate) = self.preferred(selection, sides) {
             selection.singles[rival] = Some(candidate.clone());
             put(selection, effect, rival, candidate);
             self.finish(selection)?;
         }
         Some(())
+    }
+
+    /// Of the answer (`None`) and what may take its place: the least costly one, or one that has fewer
+    /// parameters and leaves little more.
+    fn preferred<T>(
+        &self,
+        selection: &Selection,
+        mut sides: Vec<(Option<T>, Candidate)>,
+    ) -> (Option<T>, Candidate) {
+        let (plant, gap) = (self.problem.plant, selection.nominal.score.excess());
+        by_cost(plant, gap, &mut sides, |(_, candidate)| candidate);
+        let first = &sides[0].1;
+        let is_as_good = |(_, candidate): &(Option<T>, Candidate)| {
+            candidate.fit.coordinates.len() < first.fit.coordinates.len()
+                && candidate.score.excess() - first.score.excess() < OF_SHAPE * gap
+                && !candidate.fit.at_bound(plant)
+        };
+        let taken = sides.iter().position(is_as_good).unwrap_or(0);
+        sides.swap_remove(taken)
     }
 
     /// Fitted by the finer model.
@@ -282,5 +292,38 @@ mod tests {
         };
         assert_eq!(named(1.02), [1]);
         assert_eq!(named(1.5), [0]);
+    }
+
+    #[test]
+    fn what_has_fewer_parameters_is_taken_beside_another_effect_too() {
+        let along = |i: usize| (i as f64 + 0.5) / SAMPLES as f64;
+        let wave = move |i: usize| (9.0 * along(i)).sin();
+        let named = |exponent: f64| {
+            let measured =
+                move |i: usize| 2.0 * along(i).powf(exponent) + wave(i) + NOISE * noise(i);
+            let predict = move |i: usize, point: &Point| {
+                let (power, line) = (&point.effects[0], point.effects[1][0]);
+                let wavy = point.effects[2][0] * wave(i);
+                power[0] * along(i).powf(power[1]) + line * along(i) + wavy
+            };
+            let mut toy = Toy::new(0.01, NOISE, (0..SAMPLES).map(measured), predict);
+            toy.cheap = false;
+            let size = || vec![parameter("size")];
+            let exponent = Parameter { low: 0.2, high: 3.0, off: 2.0, ..parameter("exponent") };
+            toy.effects = vec![
+                effect("power", vec![parameter("size"), exponent], vec![vec![1.0, 2.0]]),
+                effect("line", size(), vec![vec![1.0]]),
+                effect("wave", size(), vec![vec![1.0]]),
+            ];
+            toy.effects[0].confused_with = &["line"];
+            explained_by(&toy, &[0, 2], |selector, mut selection| {
+                selector.exchange(&mut selection);
+                let mut effects = selection.best.fit.effects.clone();
+                effects.sort_unstable();
+                effects
+            })
+        };
+        assert_eq!(named(1.02), [1, 2]);
+        assert_eq!(named(1.5), [0, 2]);
     }
 }

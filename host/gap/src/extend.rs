@@ -20,6 +20,7 @@ impl Selector<'_> {
     /// Adds the effect that helps most, if it pays; where simulations cost nothing, the two that help
     /// most together, where neither pays without the other.
     pub fn extend(&self, selection: &mut Selection) -> bool {
+        selection.extended.push(selection.best.fit.effects.clone());
         let base = &selection.best;
         let Some(nuisances) = self.nuisances_at(&base.fit) else { return false };
         let mut screened: Vec<(f64, usize)> = (0..self.problem.plant.effects().len())

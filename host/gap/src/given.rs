@@ -18,6 +18,7 @@ impl Selector<'_> {
             without: Vec::new(),
             pairs: Vec::new(),
             exchanged: Vec::new(),
+            extended: Vec::new(),
             nominal,
         };
         let mut on: Vec<usize> = Vec::new();

@@ -74,6 +74,7 @@ pub struct Shown {
 }
 
 /// What selection found.
+#[derive(Clone)]
 pub struct Selection {
     pub nominal: Candidate,
     /// Every single effect, in the order of the library; `None` where the fit failed.
@@ -95,6 +96,8 @@ pub struct Selection {
     pub pairs: Vec<Candidate>,
     /// The best model with one effect exchanged for another, and no better for it.
     pub exchanged: Vec<(usize, Rival)>,
+    /// Effects of the models to which one more was tried to be added.
+    pub extended: Vec<Vec<usize>>,
 }
 
 /// Fits, scores and compares models of one problem.
@@ -173,6 +176,7 @@ impl Selector<'_> {
             without: Vec::new(),
             pairs: Vec::new(),
             exchanged: Vec::new(),
+            extended: Vec::new(),
         };
         self.first(&mut selection);
         let dominant = selection.best.score.shrink(&selection.nominal.score) >= DOMINANT;
@@ -198,11 +202,7 @@ impl Selector<'_> {
             self.give_way(&mut selection, heirs)?;
         }
         self.look_again(&mut selection)?;
-        let best = &selection.best;
-        let open = best.score.shrink(&selection.nominal.score) < EXPLAINED;
-        if open && best.fit.effects.len() > 1 && !self.problem.plant.cheap() {
-            self.single_again(&mut selection)?;
-        }
+        self.single_again(&mut selection)?;
         Some(selection)
     }
 
@@ -300,16 +300,6 @@ impl Selector<'_> {
         singles.par_iter().map(shown).collect()
     }
 
-    /// Back to the best single effect, or to none.
-    fn single_again(&self, selection: &mut Selection) -> Option<()> {
-        selection.best = selection.nominal.clone();
-        selection.steps.clear();
-        selection.exchanged.clear();
-        selection.path.push((Vec::new(), selection.nominal.score.clone()));
-        self.first(selection);
-        self.finish(selection)
-    }
-
     pub fn parameters(&self, effect: usize) -> usize {
         self.problem.plant.effects()[effect].parameters.len()
     }
@@ -321,7 +311,7 @@ impl Selector<'_> {
     }
 
     /// The best single effect, if it pays.
-    fn first(&self, selection: &mut Selection) {
+    pub fn first(&self, selection: &mut Selection) {
         let scored = selection.singles.iter().enumerate();
         let mut scored: Vec<(usize, &Candidate)> =
             scored.filter_map(|(effect, c)| Some((effect, c.as_ref()?))).collect();

@@ -7,6 +7,7 @@
 mod achieved;
 mod check;
 mod defects;
+mod forks;
 mod library;
 mod motion;
 mod planned;
@@ -34,6 +35,7 @@ use crate::plant::{
     Channel, Effect, Impostor, Nuisance, Plant, Point, Repeat, Segment, Swing, Trial,
 };
 use defects::{Defects, goes_with};
+use forks::{decided_by_forks, left_out};
 use library::Library;
 use motion::PHASES;
 use prepare::{Prepared, Source};
@@ -145,11 +147,11 @@ impl Catheter {
     /// Samples of one trial; gives the way of the nominal model's tip.
     fn add(&mut self, number: u32, own: &mut Prepared) -> Result<Vec<[f64; 3]>, CatheterError> {
         let trial = self.trials.len();
-        let run = |description: &Description<f64>| {
+        let run = |own: &Prepared, description: &Description<f64>| {
             let found = self.simulator.run(trial, description, 0.0, &own.inputs);
             found.ok_or(CatheterError::Nominal(number))
         };
-        let nominal = run(&self.nominal)?;
+        let nominal = run(own, &self.nominal)?;
         // What the model leaves open without any effect: it is corrected by a finer one, which is
         // finite too, and the wall may stand elsewhere.
         let finer = WAYS[0].finer(&self.nominal);
@@ -157,16 +159,26 @@ impl Catheter {
         nearer.instrument.outer_radius_m += WALL_UNCERTAINTY_M;
         let mut half = self.nominal.clone();
         half.solver.link_length_m *= COARSER;
-        let (finer, nearer, half) = (run(&finer)?, run(&nearer)?, run(&half)?);
+        let (finer, nearer, half) = (run(own, &finer)?, run(own, &nearer)?, run(own, &half)?);
         own.choose_samples(&nominal);
-        let nominal_at = own.read(&nominal, &nominal.force_n, 0.0);
-        let deviation: Vec<[f64; 2]> = {
+        let nominal_at = |own: &Prepared| own.read(&nominal, &nominal.force_n, 0.0);
+        let deviation = |own: &Prepared| -> Vec<f64> {
             let finer = own.read(&finer, &finer.force_n, 0.0);
             let nearer = own.read(&nearer, &nearer.force_n, 0.0);
-            let pairs = nominal_at.iter().zip(finer.iter().zip(&nearer));
-            pairs.map(|(n, (f, w))| [FINER_LEFT * (f - n), WALL_LOCAL * (w - n)]).collect()
+            let changed = finer.iter().zip(&nearer).zip(nominal_at(own));
+            changed.map(|((f, w), n)| (FINER_LEFT * (f - n)).hypot(WALL_LOCAL * (w - n))).collect()
         };
-        let samples = own.samples(&self.channels, &deviation);
+        let smooth = own.samples(&self.channels, &deviation(own));
+        let forked = decided_by_forks(&nominal_at(own), |way| {
+            let found = run(own, &WAYS[way].apply(&self.nominal)).ok()?;
+            Some(own.read(&found, &found.force_n, 0.0))
+        });
+        let decided = left_out(&smooth, &forked);
+        own.leave_out(&decided);
+        let kept = forked.iter().zip(&decided).filter(|(_, decided)| !**decided);
+        let open =
+            deviation(own).into_iter().zip(kept).map(|(own, (forked, _))| own.hypot(*forked));
+        let samples = own.samples(&self.channels, &open.collect::<Vec<f64>>());
         self.remarks.extend(own.remarks(number));
         let (start_s, start_m) = (own.start_s(), own.inputs.insertion_m[0]);
         let half = own.read(&half, &half.force_n, 0.0);

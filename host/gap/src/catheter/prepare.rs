@@ -19,6 +19,8 @@ const CLOCK_JUMP: f64 = 5.0;
 const JUMP_GUARD_S: f64 = 0.5;
 /// Blocks of a trial.
 pub const BLOCKS: usize = 4;
+/// Share of a trial's samples from which on it is said that they are left out.
+const FORKED_SAID: f64 = 0.01;
 /// Samples to either side whose largest model deviation counts.
 const NEIGHBOURS: usize = 2;
 /// What a model leaves open of a force, as a share of that force and of its channel's RMS in the trial.
@@ -70,6 +72,8 @@ pub struct Prepared {
     /// Quantities that were left out because they never change.
     dead: Vec<&'static str>,
     limits: Vec<Limit>,
+    /// Share of the readings that is left out because a fork decides it.
+    forked_share: f64,
     motion: Motion,
 }
 
@@ -124,6 +128,7 @@ impl Prepared {
             jumps: jumps(&trial.t_s),
             dead,
             limits,
+            forked_share: 0.0,
         })
     }
 
@@ -194,6 +199,14 @@ impl Prepared {
         self.readings = readings;
     }
 
+    /// Leaves out the readings that a fork decides.
+    pub fn leave_out(&mut self, decided: &[bool]) {
+        let all = self.readings.len().max(1);
+        let mut own = decided.iter();
+        self.readings.retain(|_| !own.next().is_some_and(|decided| *decided));
+        self.forked_share = 1.0 - self.readings.len() as f64 / all as f64;
+    }
+
     fn column(&self, source: Source) -> Option<&Column> {
         self.columns.iter().find(|column| column.source == source)
     }
@@ -239,10 +252,8 @@ impl Prepared {
         self.readings.iter().map(predict).collect()
     }
 
-    /// The samples. `deviation`: what a finer model and a wall that stands elsewhere change at
-    /// each.
-    pub fn samples(&self, channels: &[Channel], deviation: &[[f64; 2]]) -> Vec<Sample> {
-        let deviation: Vec<f64> = deviation.iter().map(|[a, b]| a.hypot(*b)).collect();
+    /// The samples. `deviation`: what the model leaves open at each, beside what goes by the force.
+    pub fn samples(&self, channels: &[Channel], deviation: &[f64]) -> Vec<Sample> {
         let force = self.contact();
         let of_force = self.of_force();
         let duration = self.t_s[self.t_s.len() - 1] - self.t_s[0];
@@ -323,6 +334,13 @@ impl Prepared {
                  its limit, and these are left out",
                 source.channel().name,
                 100.0 * share
+            ));
+        }
+        if self.forked_share >= FORKED_SAID {
+            remarks.push(format!(
+                "trial {number:03}: {:.0} % of the samples are left out: a fork of the vessel decides \
+                 them, where models that are as good go different ways",
+                100.0 * self.forked_share
             ));
         }
         if self.readings.is_empty() {

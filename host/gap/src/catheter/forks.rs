@@ -1,0 +1,124 @@
+//! Samples that a fork decides.
+//!
+//! Where a vessel divides, models that are as good as each other go different ways ([`WAYS`](super::ways::WAYS)), and a
+//! measurement that went another way than all of them says next to nothing of an effect, but would
+//! outweigh what all other samples say. What a fork decides is found by ways that differ from the model
+//! in opposite senses: with f₊ and f₋ on a pair of them,
+//!
+//! > e² = mean over pairs of (½(f₊ + f₋) − f)²
+//!
+//! in which what the model does smoothly cancels. Where e is far above what else leaves a sample open, the
+//! sample is left out; elsewhere e is part of its floor.
+
+use rayon::prelude::*;
+
+use crate::plant::Sample;
+
+/// Pairs of [`WAYS`](super::ways::WAYS) that differ from the first in opposite senses.
+const OPPOSITE: [[usize; 2]; 7] = [[2, 3], [4, 5], [6, 7], [8, 9], [10, 11], [12, 15], [13, 14]];
+/// Times what else leaves a sample open that e is where a fork decides it.
+const DECIDED: f64 = 2.0;
+/// Share of a trial's samples that may be left out. Of a trial that forks decide altogether, they are all
+/// that there is.
+const MOST: f64 = 0.5;
+
+/// e of every sample, from predictions on a way; a pair of which one breaks down says nothing.
+pub fn decided_by_forks(
+    nominal: &[f64],
+    on_way: impl Fn(usize) -> Option<Vec<f64>> + Sync,
+) -> Vec<f64> {
+    let bent = |[up, down]: &[usize; 2]| -> Option<Vec<f64>> {
+        let sides = on_way(*up)?.into_iter().zip(on_way(*down)?);
+        Some(sides.zip(nominal).map(|((up, down), off)| 0.5 * (up + down) - off).collect())
+    };
+    let pairs: Vec<Vec<f64>> = OPPOSITE.par_iter().filter_map(bent).collect();
+    let of = |i: usize| {
+        let squares: f64 = pairs.iter().map(|bent| bent[i].powi(2)).sum();
+        (squares / pairs.len().max(1) as f64).sqrt()
+    };
+    (0..nominal.len()).map(of).collect()
+}
+
+/// Whether each sample is left out, by its e and what else leaves it open.
+pub fn left_out(samples: &[Sample], e: &[f64]) -> Vec<bool> {
+    let is_decided = |(own, e): (&Sample, &f64)| *e > DECIDED * own.noise.hypot(own.model);
+    let decided: Vec<bool> = samples.iter().zip(e).map(is_decided).collect();
+    let count = decided.iter().filter(|own| **own).count();
+    if count as f64 > MOST * decided.len() as f64 { vec![false; decided.len()] } else { decided }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::catheter::ways::WAYS;
+    use crate::catheter::{Catheter, nominal};
+    use crate::plant::Plant;
+
+    /// How far a way is from the first, by its index.
+    const OFF: [f64; 16] = [0., 0.5, 1., -1., 2., -2., 3., -3., 4., -4., -5., 5., -6., 7., -7., 6.];
+
+    #[test]
+    fn what_a_model_does_smoothly_cancels_and_a_jump_does_not() {
+        let nominal = [1.0, 1.0];
+        // The second sample jumps on two ways of a pair each.
+        let on_way = |way: usize| {
+            let jumped = if [3, 12].contains(&way) { 8.0 } else { 1.0 };
+            Some(vec![1.0 + 0.1 * OFF[way], jumped])
+        };
+        let e = decided_by_forks(&nominal, on_way);
+        assert!(e[0] < 1e-12, "{e:?}");
+        assert!((e[1] - (2.0 * 3.5_f64.powi(2) / 7.0).sqrt()).abs() < 1e-12, "{e:?}");
+        let e = decided_by_forks(&nominal, |way| on_way(way).filter(|_| way != 2));
+        assert!((e[1] - 3.5 / 6.0_f64.sqrt()).abs() < 1e-12, "{e:?}");
+    }
+
+    #[test]
+    fn ways_of_a_pair_differ_from_the_model_in_opposite_senses() {
+        let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/tapered-none");
+        let nominal = nominal(&cathforce_rig::Bundle::open(&example).unwrap()).unwrap();
+        let of = |way: usize| {
+            let own = WAYS[way].apply(&nominal);
+            let moved = own.effects.wall.registration;
+            let radius_m = own.instrument.outer_radius_m - nominal.instrument.outer_radius_m;
+            let friction = own.wall.friction_coefficient - nominal.wall.friction_coefficient;
+            [radius_m, friction, moved.x_m, moved.y_m, moved.z_m]
+        };
+        for pair in OPPOSITE {
+            let [up, down] = pair.map(of);
+            assert_ne!(up, [0.0; 5]);
+            assert!(up.iter().zip(down).all(|(up, down)| (up + down).abs() < 1e-12), "{pair:?}");
+        }
+    }
+
+    #[test]
+    fn a_trial_that_passes_a_fork_is_compared_without_what_that_decides() {
+        let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/tapered-none");
+        let bundle = cathforce_rig::Bundle::open(&example).unwrap();
+        let catheter = Catheter::new(&bundle).unwrap();
+        let said = |number: &str| {
+            let of_forks = |remark: &&String| remark.contains("fork");
+            let mut remarks = catheter.remarks().iter().filter(of_forks);
+            remarks.any(|remark| remark.starts_with(&format!("trial {number}")))
+        };
+        assert!(said("002") && !said("000"), "{:?}", catheter.remarks());
+    }
+
+    #[test]
+    fn a_trial_that_forks_decide_altogether_is_compared_as_a_whole() {
+        let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/tapered-none");
+        let bundle = cathforce_rig::Bundle::open(&example).unwrap();
+        let catheter = Catheter::new(&bundle).unwrap();
+        let samples = &catheter.trials()[0].samples;
+        let open = |i: usize| samples[i].noise.hypot(samples[i].model);
+        let beyond = |share: f64| {
+            let decided = |i: usize| (i as f64) < share * samples.len() as f64;
+            let e = |i: usize| if decided(i) { 3.0 * open(i) } else { open(i) };
+            let e: Vec<f64> = (0..samples.len()).map(e).collect();
+            left_out(samples, &e).into_iter().filter(|own| *own).count() as f64
+        };
+        assert!((beyond(0.2) / samples.len() as f64 - 0.2).abs() < 0.01);
+        assert_eq!(beyond(0.6), 0.0);
+    }
+}
