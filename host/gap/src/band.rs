@@ -15,14 +15,15 @@
 //!
 //! > |e| ≤ √(κ² v + (1.645 n)²)
 //!
-//! The band that is stated, κ √v, is of the force: noise of the sensor is no part of it.
+//! The band that is stated, κ √v, is of the force: noise of the sensor is no part of it. None is stated in
+//! rows in which a fork decides the forces of a trial.
 
 use serde::{Deserialize, Serialize};
 
 use crate::estimate::{NORMAL_NINETY, posterior};
 use crate::metric::Metric;
 use crate::nuisance::Nuisances;
-use crate::plant::{Plant, Quantity, Trial};
+use crate::plant::{At, Plant, Quantity, Sample};
 use crate::problem::Problem;
 use crate::score::{Folds, fold_steps};
 use crate::select::Candidate;
@@ -42,7 +43,7 @@ const STANDING_M_PER_S: f64 = 1e-3;
 /// The narrowest step between two rows \[m\].
 const LEAST_STEP_M: f64 = 1e-3;
 
-/// Half widths at one insertion \[N\]; `None` where nothing was measured near it.
+/// Half widths at one insertion \[N\]; `None` where nothing was measured near it, or a fork decides.
 pub type Row = [Option<f64>; COLUMNS];
 
 /// Half widths of the band in which nine of ten true forces lie.
@@ -125,20 +126,14 @@ struct Error {
     variance_n2: f64,
 }
 
-/// What a device knows of a sample.
-#[derive(Clone, Copy, Debug)]
-pub struct At {
-    pub insertion_m: f64,
-    pub withdrawn: bool,
-}
-
 /// The band of a model, and how many held-out samples it holds. `None` for plants without three
 /// force channels, and without anything held out.
 pub fn of(problem: &Problem<'_>, folds: &Folds, model: &Candidate) -> Option<Band> {
     let base: Vec<_> = model.fit.trials.iter().map(|trial| trial.raw.clone()).collect();
     let nuisances = Nuisances::at(problem, &model.fit.point, &base)?;
     let errors = errors(problem, folds, model, &nuisances)?;
-    let grid = Grid::of(&errors)?;
+    let forks = problem.plant.trials().iter().flat_map(|trial| trial.forks.iter().copied());
+    let grid = Grid::of(&errors, &forks.collect::<Vec<_>>())?;
     let mut coverage = Coverage::default();
     for fold in 0..folds.count {
         let (own, others): (Vec<&Error>, Vec<&Error>) =
@@ -166,10 +161,10 @@ pub fn columns(plant: &dyn Plant) -> Option<Vec<Option<usize>>> {
     forces.is_empty().then_some(columns)
 }
 
-/// What a device knows of every sample of a trial.
-pub fn places(trial: &Trial) -> Vec<At> {
+/// What a device knows of every sample of a trial, channel by channel.
+pub fn places(samples: &[Sample]) -> Vec<At> {
     let (mut withdrawn, mut channel) = (false, None);
-    let place = |sample: &crate::plant::Sample| {
+    let place = |sample: &Sample| {
         if channel.replace(sample.channel) != Some(sample.channel) {
             withdrawn = false;
         }
@@ -178,7 +173,7 @@ pub fn places(trial: &Trial) -> Vec<At> {
         }
         At { insertion_m: sample.arc_m, withdrawn }
     };
-    trial.samples.iter().map(place).collect()
+    samples.iter().map(place).collect()
 }
 
 fn errors(
@@ -193,7 +188,7 @@ fn errors(
     let steps = fold_steps(problem, folds, &model.fit);
     let mut errors = Vec::new();
     for (t, (trial, fitted)) in problem.plant.trials().iter().zip(&model.fit.trials).enumerate() {
-        let places = places(trial);
+        let places = places(&trial.samples);
         for (i, sample) in trial.samples.iter().enumerate() {
             let Some(column) = columns[sample.channel].filter(|_| folds.scored[t][i]) else {
                 continue;
@@ -224,14 +219,26 @@ fn errors(
 struct Grid {
     from_m: f64,
     step_m: f64,
+    /// By direction and row, whether a fork decides the forces there.
+    forked: [[bool; ROWS]; 2],
 }
 
 impl Grid {
-    fn of(errors: &[Error]) -> Option<Self> {
+    fn of(errors: &[Error], forks: &[At]) -> Option<Self> {
         let insertions = || errors.iter().map(|error| error.at.insertion_m);
         let from_m = insertions().reduce(f64::min)?.max(0.0);
         let to_m = insertions().reduce(f64::max)?;
-        Some(Self { from_m, step_m: ((to_m - from_m) / (ROWS - 1) as f64).max(LEAST_STEP_M) })
+        let step_m = ((to_m - from_m) / (ROWS - 1) as f64).max(LEAST_STEP_M);
+        let mut grid = Self { from_m, step_m, forked: [[false; ROWS]; 2] };
+        for at in forks {
+            grid.forked[usize::from(at.withdrawn)][grid.row(at.insertion_m)] = true;
+        }
+        Some(grid)
+    }
+
+    /// The nearest row.
+    fn row(&self, insertion_m: f64) -> usize {
+        (self.place(insertion_m).round().max(0.0) as usize).min(ROWS - 1)
     }
 
     fn place(&self, insertion_m: f64) -> f64 {
@@ -250,7 +257,7 @@ impl Table {
     fn of(grid: Grid, errors: &[&Error]) -> Self {
         let mut sums = vec![[[(0.0, 0.0); COLUMNS]; ROWS]; 2];
         for error in errors {
-            let row = (grid.place(error.at.insertion_m).round().max(0.0) as usize).min(ROWS - 1);
+            let row = grid.row(error.at.insertion_m);
             let sum = &mut sums[usize::from(error.at.withdrawn)][row][error.column];
             *sum = (sum.0 + error.variance_n2, sum.1 + 1.0);
         }
@@ -264,7 +271,7 @@ impl Table {
                     (sum, count) = (sum + weight * own.0, count + weight * own.1);
                 }
             }
-            (count > 0.0).then(|| sum / count)
+            (count > 0.0 && !grid.forked[direction][row]).then(|| sum / count)
         };
         let row = |direction, row| std::array::from_fn(|column| mean(direction, row, column));
         let variance_n2 = [0, 1].map(|d| (0..ROWS).map(|k| row(d, k)).collect());
@@ -358,7 +365,7 @@ mod tests {
     #[test]
     fn a_band_holds_nine_of_ten_forces_and_follows_their_spread() {
         let errors = errors(1);
-        let grid = Grid::of(&errors).unwrap();
+        let grid = Grid::of(&errors, &[]).unwrap();
         let table = Table::of(grid, &errors.iter().collect::<Vec<_>>());
         let width =
             |insertion_m, withdrawn| table.half_width_n(At { insertion_m, withdrawn }, 0).unwrap();
@@ -370,6 +377,18 @@ mod tests {
         }
         assert_eq!(table.half_width_n(At { insertion_m: 0.05, withdrawn: false }, 2), None);
         assert_eq!(table.half_width_n(At { insertion_m: 0.16, withdrawn: false }, 0), None);
+    }
+
+    #[test]
+    fn no_band_is_stated_where_a_fork_decides() {
+        let errors = errors(1);
+        let own: Vec<&Error> = errors.iter().collect();
+        let at = |insertion_m| At { insertion_m, withdrawn: false };
+        let forked = Table::of(Grid::of(&errors, &[at(0.1)]).unwrap(), &own);
+        assert_eq!(forked.half_width_n(at(0.1), 0), None);
+        assert!(forked.half_width_n(At { withdrawn: true, ..at(0.1) }, 0).is_some());
+        assert!(forked.half_width_n(at(0.12), 0).is_some());
+        assert_eq!(forked.rows(false).iter().filter(|row| row[0].is_none()).count(), 1);
     }
 
     #[test]

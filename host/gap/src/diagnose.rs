@@ -472,7 +472,7 @@ impl<'a> Answer<'a> {
         let loss = Loss::of(self.plant);
         for range in trial.channel_ranges() {
             let channel = &self.plant.channels()[trial.samples[range.start].channel];
-            if !matches!(channel.quantity, Quantity::Force | Quantity::DriveForce) {
+            if !channel.quantity.is_force() {
                 continue;
             }
             let predicted = |candidate: &Candidate| {

@@ -33,7 +33,8 @@ pub fn covered(plant: &dyn Plant, trial: usize, diagnosis: &Diagnosis) -> Option
     let predicted = plant.simulate(trial, &explained(plant, diagnosis)?)?;
     let trial = &plant.trials()[trial];
     let mut coverage = Coverage::default();
-    for ((sample, at), predicted) in trial.samples.iter().zip(places(trial)).zip(predicted) {
+    for ((sample, at), predicted) in trial.samples.iter().zip(places(&trial.samples)).zip(predicted)
+    {
         if let Some(column) = columns[sample.channel] {
             let width = band.half_width_n(at, column);
             coverage.channels[column].count(width, sample.value - predicted, sample.noise);

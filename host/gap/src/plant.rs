@@ -20,6 +20,13 @@ pub enum Quantity {
     Shape,
 }
 
+impl Quantity {
+    /// Whether it is measured in newtons.
+    pub fn is_force(self) -> bool {
+        matches!(self, Self::Force | Self::DriveForce)
+    }
+}
+
 /// One measured column.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Channel {
@@ -67,6 +74,15 @@ pub struct Trial {
     pub samples: Vec<Sample>,
     /// Number of blocks.
     pub blocks: usize,
+    /// Where samples of a force were left out because a fork decides them.
+    pub forks: Vec<At>,
+}
+
+/// What a device knows of a sample.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct At {
+    pub insertion_m: f64,
+    pub withdrawn: bool,
 }
 
 impl Trial {

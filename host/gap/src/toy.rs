@@ -59,7 +59,14 @@ impl<F: Fn(usize, &Point) -> f64> Toy<F> {
             forks_above: f64::NEG_INFINITY,
             channels: vec![Channel { name: "fx_N".into(), quantity: Quantity::Force }],
             regimes: vec!["standing".into()],
-            trials: vec![Trial { number: 0, start_s: 0.0, start_m: 0.0, samples, blocks: 1 }],
+            trials: vec![Trial {
+                number: 0,
+                start_s: 0.0,
+                start_m: 0.0,
+                samples,
+                blocks: 1,
+                forks: Vec::new(),
+            }],
             predict,
         }
     }

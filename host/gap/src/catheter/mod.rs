@@ -30,9 +30,10 @@ pub use check::CatheterError;
 pub use planned::{PlannedError, planned};
 pub use spike::{Changes, Spike, SpikeError, Spiked, Spiking};
 
+use crate::band;
 use crate::floor;
 use crate::plant::{
-    Channel, Effect, Impostor, Nuisance, Plant, Point, Repeat, Segment, Swing, Trial,
+    Channel, Effect, Impostor, Nuisance, Plant, Point, Repeat, Sample, Segment, Swing, Trial,
 };
 use defects::{Defects, goes_with};
 use forks::{decided_by_forks, left_out};
@@ -174,6 +175,10 @@ impl Catheter {
             Some(own.read(&found, &found.force_n, 0.0))
         });
         let decided = left_out(&smooth, &forked);
+        let is_force = |sample: &Sample| self.channels[sample.channel].quantity.is_force();
+        let places = smooth.iter().zip(band::places(&smooth)).zip(&decided);
+        let forks = places.filter(|((sample, _), decided)| **decided && is_force(sample));
+        let forks = forks.map(|((_, at), _)| at).collect();
         own.leave_out(&decided);
         let kept = forked.iter().zip(&decided).filter(|(_, decided)| !**decided);
         let open =
@@ -185,7 +190,8 @@ impl Catheter {
         let finer = own.read(&finer, &finer.force_n, 0.0);
         let changed: Vec<f64> = finer.iter().zip(&half).map(|(f, h)| f - h).collect();
         self.coarser.push(if goes_with(&changed, &samples) { COARSER } else { 1.0 });
-        self.trials.push(Trial { number, start_s, start_m, samples, blocks: prepare::BLOCKS });
+        let blocks = prepare::BLOCKS;
+        self.trials.push(Trial { number, start_s, start_m, samples, blocks, forks });
         Ok(nominal.tip_m.clone())
     }
 

@@ -461,12 +461,7 @@ mod tests {
     fn a_model_leaves_open_a_share_of_a_force() {
         let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/tapered-none");
         let catheter = Catheter::new(&Bundle::open(&example).unwrap()).unwrap();
-        let is_force = |s: &&Sample| {
-            matches!(
-                catheter.channels()[s.channel].quantity,
-                Quantity::Force | Quantity::DriveForce
-            )
-        };
+        let is_force = |s: &&Sample| catheter.channels()[s.channel].quantity.is_force();
         let mut forces = catheter.trials().iter().flat_map(|trial| &trial.samples).filter(is_force);
         assert!(forces.clone().count() > 1000);
         assert!(forces.all(|s| s.model >= 0.999 * OF_FORCE * s.value.abs()));

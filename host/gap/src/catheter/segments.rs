@@ -156,7 +156,14 @@ mod tests {
             block: 0,
         };
         let samples = vec![sample(0, 3e-3, 4e-3), sample(1, 1e-4, 0.0)];
-        let trials = [Trial { number: 0, start_s: 0.0, start_m: 0.0, samples, blocks: 1 }];
+        let trials = [Trial {
+            number: 0,
+            start_s: 0.0,
+            start_m: 0.0,
+            samples,
+            blocks: 1,
+            forks: Vec::new(),
+        }];
         Segments::of(&[prepared], &channels, &trials, TICK_S)
     }
 

@@ -208,7 +208,7 @@ impl Drive {
         });
         let samples: Vec<Sample> = samples.collect();
         let (start_s, start_m) = (t_s[0], motion.position_m[0]);
-        self.trials.push(Trial { number, start_s, start_m, samples, blocks });
+        self.trials.push(Trial { number, start_s, start_m, samples, blocks, forks: Vec::new() });
         self.motions.push(Prepared { motion, at });
         let own = self.trials.len() - 1;
         // After a jump of the clock, nobody knows what was repeated when.
