@@ -16,7 +16,7 @@
 //! > |e| ≤ √(κ² v + (1.645 n)²)
 //!
 //! The band that is stated, κ √v, is of the force: noise of the sensor is no part of it. None is stated in
-//! rows in which a fork decides the forces of a trial.
+//! rows of which a fork decides more than a tenth of the forces.
 
 use serde::{Deserialize, Serialize};
 
@@ -38,6 +38,9 @@ const HELD: f64 = 0.9;
 const FEWEST: usize = 40;
 /// Rows to either side that a row is averaged with, with weights of a bell one row wide.
 const AROUND: usize = 3;
+/// Share of a row's samples, decided by forks, from which on no band is stated there: nine of ten forces
+/// would not lie in it.
+const FORKED: f64 = 1.0 - HELD;
 /// Slower than this, the direction stays what it was \[m/s\].
 const STANDING_M_PER_S: f64 = 1e-3;
 /// The narrowest step between two rows \[m\].
@@ -230,9 +233,14 @@ impl Grid {
         let to_m = insertions().reduce(f64::max)?;
         let step_m = ((to_m - from_m) / (ROWS - 1) as f64).max(LEAST_STEP_M);
         let mut grid = Self { from_m, step_m, forked: [[false; ROWS]; 2] };
-        for at in forks {
-            grid.forked[usize::from(at.withdrawn)][grid.row(at.insertion_m)] = true;
+        let mut counts = [[[0_usize; 2]; ROWS]; 2];
+        let compared = errors.iter().map(|error| (error.at, 0));
+        for (at, which) in compared.chain(forks.iter().map(|at| (*at, 1))) {
+            counts[usize::from(at.withdrawn)][grid.row(at.insertion_m)][which] += 1;
         }
+        let is_forked =
+            |[compared, decided]: [usize; 2]| decided as f64 > FORKED * (compared + decided) as f64;
+        grid.forked = counts.map(|rows| rows.map(is_forked));
         Some(grid)
     }
 
@@ -384,7 +392,12 @@ mod tests {
         let errors = errors(1);
         let own: Vec<&Error> = errors.iter().collect();
         let at = |insertion_m| At { insertion_m, withdrawn: false };
-        let forked = Table::of(Grid::of(&errors, &[at(0.1)]).unwrap(), &own);
+        let near = own.iter().filter(|e| (e.at.insertion_m - 0.1).abs() < 0.002 && !e.at.withdrawn);
+        let few = vec![at(0.1); near.count() / 20];
+        let table = Table::of(Grid::of(&errors, &few).unwrap(), &own);
+        assert!(table.half_width_n(at(0.1), 0).is_some());
+        let many = vec![at(0.1); 5 * few.len()];
+        let forked = Table::of(Grid::of(&errors, &many).unwrap(), &own);
         assert_eq!(forked.half_width_n(at(0.1), 0), None);
         assert!(forked.half_width_n(At { withdrawn: true, ..at(0.1) }, 0).is_some());
         assert!(forked.half_width_n(at(0.12), 0).is_some());
