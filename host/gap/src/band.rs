@@ -23,7 +23,7 @@ use serde::{Deserialize, Serialize};
 use crate::estimate::{NORMAL_NINETY, posterior};
 use crate::metric::Metric;
 use crate::nuisance::Nuisances;
-use crate::plant::{At, Plant, Quantity, Sample};
+use crate::plant::{At, Plant, Quantity};
 use crate::problem::Problem;
 use crate::score::{Folds, fold_steps};
 use crate::select::Candidate;
@@ -41,8 +41,6 @@ const AROUND: usize = 3;
 /// Share of a row's samples, decided by forks, from which on no band is stated there: nine of ten forces
 /// would not lie in it.
 const FORKED: f64 = 1.0 - HELD;
-/// Slower than this, the direction stays what it was \[m/s\].
-const STANDING_M_PER_S: f64 = 1e-3;
 /// The narrowest step between two rows \[m\].
 const LEAST_STEP_M: f64 = 1e-3;
 
@@ -164,21 +162,6 @@ pub fn columns(plant: &dyn Plant) -> Option<Vec<Option<usize>>> {
     forces.is_empty().then_some(columns)
 }
 
-/// What a device knows of every sample of a trial, channel by channel.
-pub fn places(samples: &[Sample]) -> Vec<At> {
-    let (mut withdrawn, mut channel) = (false, None);
-    let place = |sample: &Sample| {
-        if channel.replace(sample.channel) != Some(sample.channel) {
-            withdrawn = false;
-        }
-        if sample.speed_m_per_s.abs() > STANDING_M_PER_S {
-            withdrawn = sample.speed_m_per_s < 0.0;
-        }
-        At { insertion_m: sample.arc_m, withdrawn }
-    };
-    samples.iter().map(place).collect()
-}
-
 fn errors(
     problem: &Problem<'_>,
     folds: &Folds,
@@ -191,7 +174,7 @@ fn errors(
     let steps = fold_steps(problem, folds, &model.fit);
     let mut errors = Vec::new();
     for (t, (trial, fitted)) in problem.plant.trials().iter().zip(&model.fit.trials).enumerate() {
-        let places = places(&trial.samples);
+        let places = At::of_samples(&trial.samples);
         for (i, sample) in trial.samples.iter().enumerate() {
             let Some(column) = columns[sample.channel].filter(|_| folds.scored[t][i]) else {
                 continue;

@@ -1,10 +1,10 @@
 //! What an explanation closes on a trial that its diagnosis has not seen, and whether the forces
 //! there lie where it says.
 
-use crate::band::{Coverage, columns, places};
+use crate::band::{Coverage, columns};
 use crate::floor::Floor;
 use crate::nuisance::Nuisances;
-use crate::plant::{Plant, Point, Quantity};
+use crate::plant::{At, Plant, Point, Quantity};
 use crate::problem::Problem;
 use crate::report::Diagnosis;
 use crate::score::{Energies, excess};
@@ -33,7 +33,8 @@ pub fn covered(plant: &dyn Plant, trial: usize, diagnosis: &Diagnosis) -> Option
     let predicted = plant.simulate(trial, &explained(plant, diagnosis)?)?;
     let trial = &plant.trials()[trial];
     let mut coverage = Coverage::default();
-    for ((sample, at), predicted) in trial.samples.iter().zip(places(&trial.samples)).zip(predicted)
+    for ((sample, at), predicted) in
+        trial.samples.iter().zip(At::of_samples(&trial.samples)).zip(predicted)
     {
         if let Some(column) = columns[sample.channel] {
             let width = band.half_width_n(at, column);

@@ -7,8 +7,8 @@
 //! > min over z of Σ ρ(r + S z) + |z|²,   |z_k| ≤ [`NUISANCE_LIMIT`]
 //!
 //! is, with the weights w of the loss ρ (`loss`), a least-squares problem in the residual [√w r; 0] of
-//! n + m numbers. What is orthogonal to the columns [√w S; 1] of the nuisances that are not at their limit is what is left: the
-//! projection that [`Refit`] does to residuals and derivatives alike.
+//! n + m numbers. What is orthogonal to the columns [√w S; 1] of the nuisances that are not at their
+//! limit is what is left: the projection that [`Refit`] does to residuals and derivatives alike.
 
 use nalgebra::{DMatrix, DVector};
 

@@ -78,11 +78,31 @@ pub struct Trial {
     pub forks: Vec<At>,
 }
 
+/// Slower than this, the direction stays what it was \[m/s\].
+const STANDING_M_PER_S: f64 = 1e-3;
+
 /// What a device knows of a sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct At {
     pub insertion_m: f64,
     pub withdrawn: bool,
+}
+
+impl At {
+    /// Of every sample of a trial, channel by channel.
+    pub fn of_samples(samples: &[Sample]) -> Vec<Self> {
+        let (mut withdrawn, mut channel) = (false, None);
+        let at = |sample: &Sample| {
+            if channel.replace(sample.channel) != Some(sample.channel) {
+                withdrawn = false;
+            }
+            if sample.speed_m_per_s.abs() > STANDING_M_PER_S {
+                withdrawn = sample.speed_m_per_s < 0.0;
+            }
+            Self { insertion_m: sample.arc_m, withdrawn }
+        };
+        samples.iter().map(at).collect()
+    }
 }
 
 impl Trial {

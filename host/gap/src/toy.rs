@@ -59,14 +59,7 @@ impl<F: Fn(usize, &Point) -> f64> Toy<F> {
             forks_above: f64::NEG_INFINITY,
             channels: vec![Channel { name: "fx_N".into(), quantity: Quantity::Force }],
             regimes: vec!["standing".into()],
-            trials: vec![Trial {
-                number: 0,
-                start_s: 0.0,
-                start_m: 0.0,
-                samples,
-                blocks: 1,
-                forks: Vec::new(),
-            }],
+            trials: vec![trial(samples)],
             predict,
         }
     }
@@ -113,6 +106,11 @@ pub fn explained_by<T>(
     let nominal = selector.nominal().expect("a formula does not break down");
     let selection = selector.take(nominal, effects).expect("a formula does not break down");
     then(&selector, selection)
+}
+
+/// A trial of one block from a stand.
+pub fn trial(samples: Vec<Sample>) -> Trial {
+    Trial { number: 0, start_s: 0.0, start_m: 0.0, samples, blocks: 1, forks: Vec::new() }
 }
 
 /// A parameter from −10 to 10 with a prior of 1 around 0.

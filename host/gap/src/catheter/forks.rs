@@ -1,9 +1,9 @@
 //! Samples that a fork decides.
 //!
-//! Where a vessel divides, models that are as good as each other go different ways ([`WAYS`](super::ways::WAYS)), and a
-//! measurement that went another way than all of them says next to nothing of an effect, but would
-//! outweigh what all other samples say. What a fork decides is found by ways that differ from the model
-//! in opposite senses: with f₊ and f₋ on a pair of them,
+//! Where a vessel divides, models that are as good as each other go different ways
+//! ([`WAYS`](super::ways::WAYS)), and a measurement that went another way than all of them says next to
+//! nothing of an effect, but would outweigh what all other samples say. What a fork decides is found by
+//! ways that differ from the model in opposite senses: with f₊ and f₋ on a pair of them,
 //!
 //! > e² = mean over pairs of (½(f₊ + f₋) − f)²
 //!

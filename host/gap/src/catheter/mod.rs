@@ -30,10 +30,9 @@ pub use check::CatheterError;
 pub use planned::{PlannedError, planned};
 pub use spike::{Changes, Spike, SpikeError, Spiked, Spiking};
 
-use crate::band;
 use crate::floor;
 use crate::plant::{
-    Channel, Effect, Impostor, Nuisance, Plant, Point, Repeat, Sample, Segment, Swing, Trial,
+    At, Channel, Effect, Impostor, Nuisance, Plant, Point, Repeat, Sample, Segment, Swing, Trial,
 };
 use defects::{Defects, goes_with};
 use forks::{decided_by_forks, left_out};
@@ -176,7 +175,7 @@ impl Catheter {
         });
         let decided = left_out(&smooth, &forked);
         let is_force = |sample: &Sample| self.channels[sample.channel].quantity.is_force();
-        let places = smooth.iter().zip(band::places(&smooth)).zip(&decided);
+        let places = smooth.iter().zip(At::of_samples(&smooth)).zip(&decided);
         let forks = places.filter(|((sample, _), decided)| **decided && is_force(sample));
         let forks = forks.map(|((_, at), _)| at).collect();
         own.leave_out(&decided);

@@ -134,6 +134,7 @@ fn noise(quantity: Quantity, channels: &[Channel], trials: &[Trial]) -> Option<f
 mod tests {
     use super::*;
     use crate::plant::Sample;
+    use crate::toy::trial;
 
     const TICK_S: f64 = 2e-3;
 
@@ -156,14 +157,7 @@ mod tests {
             block: 0,
         };
         let samples = vec![sample(0, 3e-3, 4e-3), sample(1, 1e-4, 0.0)];
-        let trials = [Trial {
-            number: 0,
-            start_s: 0.0,
-            start_m: 0.0,
-            samples,
-            blocks: 1,
-            forks: Vec::new(),
-        }];
+        let trials = [trial(samples)];
         Segments::of(&[prepared], &channels, &trials, TICK_S)
     }
 
