@@ -116,7 +116,7 @@ pub fn play<T: Real, const LINKS: usize>(
     let at = |tick: usize| schedule.at(tick as f64 * defaults.tick_s);
     let largest_insertion_m = (0..=ticks).map(|k| at(k).insertion_m).fold(0.0, f64::max);
     let share = (mechanics::MAX_LINKS - 1) as f64 / (LINKS - 1) as f64;
-    let link_length_m = defaults.link_length_m(largest_insertion_m) * share;
+    let link_length_m = defaults.link_length_m(largest_insertion_m, mechanics::MAX_LINKS) * share;
     let description = description::<T>(&case.problem, link_length_m, defaults);
     let model: Model<T, LINKS> =
         Model::new(description).map_err(|error| anyhow!("{}: {error:?}", case.name))?;

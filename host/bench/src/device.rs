@@ -23,7 +23,8 @@ const ARMING_TICKS: usize = 20_000;
 
 #[derive(Debug, Serialize)]
 pub struct Device {
-    /// Of all ticks until the instrument is deepest, supervision and frames included.
+    /// Of all ticks until the instrument is deepest, those in which a run begins, supervision and
+    /// frames included.
     pub worst_instructions_one_solve: u32,
     pub worst_instructions_two_solves: u32,
     /// Largest deviation from the mean over it, of ticks with all links in use, one solve \[1\].
@@ -78,7 +79,6 @@ fn run(bundle: &Bundle, solves: u8) -> anyhow::Result<Run> {
     let still = at(0)?;
     reach(&mut client, Mode::Ready, Step { command: Some(Command::SelfTest), ..still })?;
     reach(&mut client, Mode::Armed, Step { command: Some(Command::Arm), ..still })?;
-    client.reset_counters()?;
     let deepest = insertion_m.iter().position(|&x| x >= deepest_m).unwrap_or_default();
     let ticks = (1e3 * (trial.t_s[deepest] - trial.t_s[0])).floor() as usize;
     for tick in 0..=ticks {

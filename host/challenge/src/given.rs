@@ -73,6 +73,8 @@ struct VesselTable {
     #[serde(rename = "wall_stiffness_N_per_m")]
     wall_stiffness_n_per_m: f64,
     wall_contact_spacing_m: f64,
+    #[serde(default)]
+    wall_regions: Vec<toml::Value>,
 }
 
 #[derive(Deserialize)]
@@ -149,6 +151,12 @@ fn rig(bundle: &Path, file: &RigFile) -> Result<Rig, GivenError> {
         return Err(unfit(
             "the entry is not at the origin along x, where realities have it",
             "state the rig in the frame of its entry",
+        ));
+    }
+    if !file.vessel.wall_regions.is_empty() {
+        return Err(unfit(
+            "its wall has regions of another stiffness, and the wall of a reality is the same everywhere",
+            "take wall_regions out of [vessel]",
         ));
     }
     let branches = branches(bundle)?;

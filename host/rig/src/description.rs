@@ -1,12 +1,13 @@
 //! From the rig to the numbers of the model.
 
+use cathforce_config::image::most_links;
 use cathforce_mechanics::{
-    Description, Drag, Effects, Entry, Instrument, MAX_LINKS, PrecurvePiece, Real, Section, Solver,
-    Tendon, Wall,
+    Description, Drag, Effects, Entry, Instrument, PrecurvePiece, Real, Section, Solver, Tendon,
+    Wall,
 };
 use nalgebra::Vector3;
 
-use crate::bundle::{Bundle, CatheterRig, RigInstrument, RigSection};
+use crate::bundle::{Bundle, CatheterRig, RigInstrument, RigSection, RigVessel};
 
 /// What the model needs and a bundle does not say, in one place.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -58,13 +59,16 @@ impl Default for SolverDefaults {
     }
 }
 
-/// Links that reach the largest insertion and the margin; one more is to spare.
-const FULL_LINKS: usize = MAX_LINKS - 1;
-
 impl SolverDefaults {
-    /// The link length with which the chain reaches `insertion_m` and the margin \[m\].
-    pub fn link_length_m(&self, insertion_m: f64) -> f64 {
-        ((insertion_m + self.reach_margin_m) / FULL_LINKS as f64).max(self.shortest_link_m)
+    /// The link length with which a chain of so many links reaches `insertion_m` and the margin
+    /// \[m\]; one link is to spare.
+    pub fn link_length_m(&self, insertion_m: f64, links: usize) -> f64 {
+        ((insertion_m + self.reach_margin_m) / (links - 1) as f64).max(self.shortest_link_m)
+    }
+
+    /// Links that the device has time for in this vessel.
+    pub fn links_in(&self, vessel: &RigVessel) -> usize {
+        most_links(self.substeps_for(vessel.stiffest_n_per_m2()))
     }
 
     /// [`Self::drag`], in the model's precision.
@@ -81,11 +85,6 @@ impl SolverDefaults {
         let least = if line_stiffness_n_per_m2 > self.near_rigid_n_per_m2 { 2 } else { 1 };
         self.substeps.max(least)
     }
-}
-
-/// The insertion that links of this length reach \[m\].
-pub(crate) fn reach_m(link_length_m: f64) -> f64 {
-    MAX_LINKS as f64 * link_length_m
 }
 
 /// The model's description of a catheter's rig.
@@ -125,7 +124,7 @@ pub fn describe<T: Real>(
         solver: Solver {
             link_length_m: lit(link_length_m),
             tick_s: lit(defaults.tick_s),
-            substeps: defaults.substeps_for(line_n_per_m2),
+            substeps: defaults.substeps_for(vessel.stiffest_n_per_m2()),
             solves: defaults.solves,
             predictor_gain: lit(defaults.predictor_gain),
             bending_damping_s: lit(defaults.bending_damping_s),
@@ -140,8 +139,10 @@ pub fn to_description<T: Real>(
     bundle: &Bundle,
     defaults: &SolverDefaults,
 ) -> Option<Description<T>> {
-    let link_length_m = defaults.link_length_m(bundle.largest_insertion_m()?);
-    Some(describe(bundle.catheter()?, defaults, link_length_m))
+    let rig = bundle.catheter()?;
+    let links = defaults.links_in(&rig.vessel);
+    let link_length_m = defaults.link_length_m(bundle.largest_insertion_m()?, links);
+    Some(describe(rig, defaults, link_length_m))
 }
 
 /// Cross-section of a tube: I = π/4 (r_o⁴ − r_i⁴), J = 2 I, A = π (r_o² − r_i²).

@@ -7,7 +7,7 @@ use cathforce_mechanics::ParameterError;
 use thiserror::Error;
 
 use crate::bundle::Bundle;
-use crate::description::{SolverDefaults, describe, reach_m};
+use crate::description::{SolverDefaults, describe};
 use crate::geometry::SurfaceModel;
 use crate::lumen::LumenOptions;
 use crate::tips::Tip;
@@ -99,7 +99,8 @@ pub fn device_image(
 ) -> Result<(Vec<u8>, ImageReport), ImageBuildError> {
     let rig =
         bundle.catheter().ok_or_else(|| LumenBuildError::NoCatheter(bundle.rig.name.clone()))?;
-    let by_trials = || Some(options.solver.link_length_m(bundle.largest_insertion_m()?));
+    let links = options.solver.links_in(&rig.vessel);
+    let by_trials = || Some(options.solver.link_length_m(bundle.largest_insertion_m()?, links));
     let link_length_m =
         options.link_length_m.or_else(by_trials).ok_or(ImageBuildError::NoTrials)?;
 
@@ -135,7 +136,7 @@ pub fn device_image(
         return Err(too_large.into());
     }
 
-    let reach_m = reach_m(link_length_m);
+    let reach_m = links as f64 * link_length_m;
     let mut settings = options.settings;
     settings.max_insertion_m = settings.max_insertion_m.min(reach_m as f32);
     let ImageOptions { master, band, .. } = *options;

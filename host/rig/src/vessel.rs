@@ -4,9 +4,9 @@ use cathforce_mechanics::LumenHeader;
 use nalgebra::Vector3;
 use thiserror::Error;
 
-use crate::bundle::{Bundle, CatheterRig};
+use crate::bundle::{Bundle, CatheterRig, WallRegion};
 use crate::error::{BundleError, Place};
-use crate::geometry::{Mesh, MeshWall, Opening, SurfaceModel, TubeWall, Wall};
+use crate::geometry::{Mesh, MeshWall, Opening, RegionalWall, SurfaceModel, TubeWall, Wall};
 use crate::lumen::{
     BuiltLumen, DEVICE_LUMEN_BYTES, LumenOptions, LumenQuality, Spread, build_lumen, measure,
 };
@@ -117,6 +117,11 @@ pub enum VesselCause {
          {radius_mm:.2} mm: it cannot enter"
     )]
     EntryTooNarrow { distance_mm: f64, radius_mm: f64 },
+    #[error(
+        "[vessel] wall_regions[{index}] in rig.toml holds no wall: the nearest is {distance_mm:.1} mm \
+         from its centre, its radius is {radius_mm:.1} mm"
+    )]
+    RegionWithoutWall { index: usize, distance_mm: f64, radius_mm: f64 },
 }
 
 impl VesselCause {
@@ -125,6 +130,11 @@ impl VesselCause {
             VesselCause::EntryFarFromWall { .. } | VesselCause::EntryTooNarrow { .. } => {
                 "vessel and [entry] position_m do not belong together: STL is in millimetres, \
                  everything else in metres, all in the vessel's frame"
+                    .into()
+            }
+            VesselCause::RegionWithoutWall { .. } => {
+                "move centre_m to the wall, widen radius_m, or take the region out; both are in \
+                 metres, in the vessel's frame"
                     .into()
             }
             VesselCause::NoOpeningAtEntry { .. } => {
@@ -179,10 +189,30 @@ impl Vessel {
         } else if nearest.distance_m < radius_m {
             let distance_mm = nearest.distance_m * 1e3;
             VesselCause::EntryTooNarrow { distance_mm, radius_mm: radius_m * 1e3 }
+        } else if let Some(cause) = vessel.region_without_wall(&rig.vessel.wall_regions) {
+            cause
         } else {
-            return Ok(vessel);
+            return Ok(vessel.with_regions(&rig.vessel.wall_regions));
         };
         Err(BundleError::new(&bundle.path.join(file), Place::Whole, cause).into())
+    }
+
+    fn region_without_wall(&self, regions: &[WallRegion]) -> Option<VesselCause> {
+        regions.iter().enumerate().find_map(|(index, region)| {
+            let distance_m = self.wall.sample(&region.centre_m.into()).distance_m.abs();
+            (distance_m > region.radius_m).then_some(VesselCause::RegionWithoutWall {
+                index,
+                distance_mm: distance_m * 1e3,
+                radius_mm: region.radius_m * 1e3,
+            })
+        })
+    }
+
+    fn with_regions(mut self, regions: &[WallRegion]) -> Self {
+        if !regions.is_empty() {
+            self.wall = Box::new(RegionalWall { wall: self.wall, regions: regions.to_vec() });
+        }
+        self
     }
 
     /// The wall of a mesh on its own; the volume that it encloses tells its inner side.

@@ -228,6 +228,15 @@ fn two_solves_are_too_much_for_a_tick_with_a_wire() {
     assert!(error.to_string().contains("guidewire"), "{error}");
 }
 
+#[test]
+fn half_ticks_are_too_much_for_a_tick_with_a_wire() {
+    let rigid = rig().replace("wall_stiffness_N_per_m = 4000.0", "wall_stiffness_N_per_m = 4e5");
+    let bundle = open_with(&rigid, &trial()).unwrap();
+    let error = device_image(&bundle, &ImageOptions::default()).unwrap_err();
+    assert!(matches!(error, ImageBuildError::Overlong(_)), "{error}");
+    assert!(error.to_string().contains("near-rigid wall asks for, with a guidewire"), "{error}");
+}
+
 /// Where they overlap, the two weigh together what they weigh less the water that the catheter
 /// displaces.
 #[test]

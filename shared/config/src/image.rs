@@ -19,7 +19,7 @@ use core::fmt;
 use cathforce_bus::master::{Master, MasterError};
 use cathforce_control::{Band, Config, SettingError, Settings, TICK_S};
 use cathforce_mechanics::{
-    Description, DescriptionError, LUMEN_LAYOUT, Lumen, LumenError, LumenHeader, Model,
+    Description, DescriptionError, LUMEN_LAYOUT, Lumen, LumenError, LumenHeader, MAX_LINKS, Model,
 };
 use crc::{CRC_32_ISO_HDLC, Crc, Table};
 use serde::{Deserialize, Serialize};
@@ -353,18 +353,28 @@ fn split(image: &[u8]) -> Result<(ImageHead, &[u8], usize), ImageError> {
     Ok((head, lumen, offset))
 }
 
+/// Links that a tick of so many parts has time for: of half ticks, with which a tick of all links
+/// would take more than half of its time (`hil-tests/tests/tick_cost.rs`), somewhat fewer.
+pub fn most_links(substeps: u8) -> usize {
+    if substeps > 1 { 57 } else { MAX_LINKS }
+}
+
 /// What of a description leaves a tick of the device too little time; `None` where there is enough.
 pub fn overlong(description: &Description<f32>) -> Option<&'static str> {
     let solver = &description.solver;
     match (solver.solves, solver.substeps, &description.guidewire) {
         (_, 3.., _) => Some("solver.substeps above 2"),
         (2.., _, Some(_)) => Some("solver.solves = 2 with a guidewire"),
+        (_, 2, Some(_)) => Some("half ticks, which a near-rigid wall asks for, with a guidewire"),
         (2.., 2, None) => {
             Some("solver.solves = 2 with half ticks, which a near-rigid wall asks for")
         }
         _ => None,
     }
 }
+
+/// What rounding may add to a reach.
+const ROUNDED: f32 = 1.0 + 1e-5;
 
 /// Checks what the numbers mean and makes the configuration.
 fn configure(
@@ -381,6 +391,11 @@ fn configure(
     }
     if let Some(what) = overlong(&description) {
         return Err(ImageError::Overlong(what));
+    }
+    let solver = &description.solver;
+    let reach_m = most_links(solver.substeps) as f32 * solver.link_length_m;
+    if solver.substeps > 1 && settings.max_insertion_m > reach_m * ROUNDED {
+        return Err(ImageError::Overlong("more than 57 links in half ticks"));
     }
     let lumen = Lumen::new(lumen, lumen_bytes)
         .map_err(|error| ImageError::Lumen { offset: lumen_offset, error })?;

@@ -37,18 +37,17 @@ impl<T: Real> Proximity<T> {
 impl<T: Real, const LINKS: usize> State<T, LINKS> {
     /// The wall at the two sample points of each link: its node, and the arc above its middle.
     ///
-    /// A sample is looked up every second step, the nodes in one and the middles in the next, or
-    /// `both` in each; in between it moves before the plane that it saw.     docs/model.md (10)
+    /// A sample is looked up every second step, the nodes in one and the middles in the next; in
+    /// between it moves before the plane that it saw.     docs/model.md (10)
     #[inline(always)]
     pub(crate) fn look<N: Pack<T>>(
         &mut self,
         model: &Model<T, LINKS>,
         lumen: &Lumen<'_>,
         law: &impl Law<T>,
-        both: bool,
     ) {
         self.nodes_look = !self.nodes_look;
-        let looks = [both || self.nodes_look, both || !self.nodes_look];
+        let looks = [self.nodes_look, !self.nodes_look];
         let radius = model.description().instrument.outer_radius_m;
         let count = self.count.min(LINKS);
         let (links, eliminations) = (&self.links[..count], &mut self.eliminations[..count]);

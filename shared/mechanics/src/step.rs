@@ -104,7 +104,9 @@ pub fn step_loaded<T: Real, const LINKS: usize>(
             totals = solve_acting(model, lumen, state, loads, &scheme);
             farthest_squared = maximum(farthest_squared, totals.largest_turn_squared);
             if scheme.last {
-                outputs = report(model, state, &totals);
+                if part >= solver.substeps {
+                    outputs = report(model, state, &totals);
+                }
                 state.carried = carried(farthest_squared);
                 break;
             }
@@ -262,8 +264,7 @@ impl<T: Real, L: Law<T>, const LINKS: usize> Work<T> for LookAndSolve<'_, '_, T,
     fn with<N: Pack<T>>(self) -> Totals<T> {
         let Self { model, lumen, state, loads, scheme, law } = self;
         if scheme.first {
-            // A quasi-static step may move a sample far.
-            state.look::<N>(model, lumen, law, scheme.inertia == T::zero());
+            state.look::<N>(model, lumen, law);
         }
         solve::<T, N, L, LINKS>(model, state, loads, scheme, law)
     }

@@ -29,7 +29,7 @@ use nalgebra::Vector3;
 pub use instrument::{RigInstrument, RigSection, TipPiece};
 pub use rig::{
     CatheterRig, DriveRig, FORMAT, Fluid, Plant, Rig, RigEntry, RigEnvironment, RigSensor,
-    RigVessel,
+    RigVessel, WallRegion,
 };
 pub use rig_cause::RigCause;
 pub use trial::{

@@ -23,14 +23,33 @@ pub struct RigEntry {
     pub guide_length_m: Option<f64>,
 }
 
-/// Table `[vessel]`.
+/// Part of a wall that is stiffer or softer than the rest, as a plaque is: what lies in a sphere.
 #[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WallRegion {
+    pub centre_m: [f64; 3],
+    pub radius_m: f64,
+    /// Over the stiffness that `[vessel]` states.
+    pub stiffness_ratio: f64,
+}
+
+/// Table `[vessel]`.
+#[derive(Clone, Debug, PartialEq)]
 pub struct RigVessel {
     pub friction_coefficient: f64,
     /// Of one contact point, an instrument piece of length `wall_contact_spacing_m`.
     pub wall_stiffness_n_per_m: f64,
     pub wall_contact_spacing_m: f64,
     pub wall_tangential_ratio: Option<f64>,
+    /// Where regions overlap, the last one counts.
+    pub wall_regions: Vec<WallRegion>,
+}
+
+impl RigVessel {
+    /// Line stiffness of the wall where it is stiffest \[N/m²\].
+    pub fn stiffest_n_per_m2(&self) -> f64 {
+        let ratios = self.wall_regions.iter().map(|region| region.stiffness_ratio);
+        self.wall_stiffness_n_per_m / self.wall_contact_spacing_m * ratios.fold(1.0, f64::max)
+    }
 }
 
 /// What surrounds the instrument.
@@ -99,6 +118,8 @@ pub(crate) type RigWarning = (Place, String);
 
 pub(super) const POSITIVE: std::ops::RangeInclusive<f64> = f64::MIN_POSITIVE..=f64::MAX;
 pub(super) const NOT_NEGATIVE: std::ops::RangeInclusive<f64> = 0.0..=f64::MAX;
+/// Of a wall's region over the rest: a lumen stores half as much again.
+const WALL_SCALES: std::ops::RangeInclusive<f64> = 0.01..=100.0;
 const CATHETER_KEYS: [&str; 10] = [
     "format",
     "name",
@@ -213,12 +234,15 @@ fn entry(root: &TableReader<'_>, warnings: &mut Vec<RigWarning>) -> Result<RigEn
     })
 }
 
-pub(crate) const VESSEL_KEYS: [&str; 4] = [
+pub(crate) const VESSEL_KEYS: [&str; 5] = [
     "friction_coefficient",
     "wall_stiffness_N_per_m",
     "wall_contact_spacing_m",
     "wall_tangential_ratio",
+    WALL_REGIONS,
 ];
+pub(crate) const WALL_REGIONS: &str = "wall_regions";
+const REGION_KEYS: [&str; 3] = ["centre_m", "radius_m", "stiffness_ratio"];
 
 fn vessel(root: &TableReader<'_>) -> Result<RigVessel, Fault> {
     let table = root.table("vessel", &VESSEL_KEYS)?;
@@ -235,7 +259,23 @@ fn vessel(root: &TableReader<'_>) -> Result<RigVessel, Fault> {
             0.0..=100.0,
             "between 0 and 100",
         )?,
+        wall_regions: wall_regions(&table)?,
     })
+}
+
+fn wall_regions(vessel: &TableReader<'_>) -> Result<Vec<WallRegion>, Fault> {
+    let region = |table: &TableReader<'_>| {
+        Ok(WallRegion {
+            centre_m: table.vector("centre_m")?.0,
+            radius_m: table.number_in("radius_m", POSITIVE, "above 0")?,
+            stiffness_ratio: table.number_in(
+                "stiffness_ratio",
+                WALL_SCALES,
+                "between 0.01 and 100",
+            )?,
+        })
+    };
+    vessel.tables(WALL_REGIONS, &REGION_KEYS)?.iter().map(region).collect()
 }
 
 pub(crate) const ENVIRONMENT_KEYS: [&str; 6] = [

@@ -5,6 +5,7 @@ mod centreline;
 mod mesh;
 mod openings;
 mod refine;
+mod regions;
 mod stl;
 mod surface;
 
@@ -14,6 +15,7 @@ pub use centreline::{Branch, CentrelineCause, Station, TubeWall, read_centreline
 pub use mesh::{Mesh, MeshCause, MeshRepairs};
 pub use openings::Opening;
 pub(crate) use openings::{GAP_M, SLEEVE_M};
+pub(crate) use regions::RegionalWall;
 pub use stl::{StlCause, Triangle, read_stl};
 pub use surface::{MeshWall, SurfaceModel};
 
@@ -34,4 +36,8 @@ pub trait Wall: Sync {
     fn sample(&self, p: &Vector3<f64>) -> WallPoint;
     /// Lowest and highest corner of a box around the wall \[m\].
     fn bounds_m(&self) -> (Vector3<f64>, Vector3<f64>);
+    /// Its stiffness at `p` \[m\] over the nominal one.
+    fn stiffness_ratio(&self, _p: &Vector3<f64>) -> f64 {
+        1.0
+    }
 }

@@ -78,13 +78,16 @@ struct Node {
     normal: [i8; 3],
     /// How far past an opening \[m\].
     beyond_m: f64,
+    /// Stiffness, as it is stored.
+    wall: u8,
 }
 
 impl Node {
     fn sample(wall: &dyn Wall, at: &Vector3<f64>) -> Self {
         let here = wall.sample(at);
         let normal = here.normal.map(|x| (x * 127.0).round() as i8).into();
-        Self { distance_m: here.distance_m, normal, beyond_m: here.beyond_m }
+        let wall = wall_code(wall.stiffness_ratio(at));
+        Self { distance_m: here.distance_m, normal, beyond_m: here.beyond_m, wall }
     }
 }
 
@@ -231,7 +234,7 @@ impl<'a> Field<'a> {
                 let node = &self.nodes[index as usize];
                 bytes.extend(quantise(node.distance_m / unit_m).to_le_bytes());
                 bytes.extend(node.normal.map(i8::cast_unsigned));
-                bytes.push(NOMINAL_WALL);
+                bytes.push(node.wall);
             }
         }
         let [nx, ny, nz] = self.grid.bricks;
@@ -279,6 +282,11 @@ fn near(grid: &Grid, options: &LumenOptions, wall: &dyn Wall, entry: usize) -> R
         || centre.distance_m < -options.outside_m - reach_m
         || centre.beyond_m > options.past_opening_m + reach_m;
     if beside { Err(Brick::away(centre.distance_m)) } else { Ok(()) }
+}
+
+/// The byte of a stiffness over the nominal one: sixteen steps to a doubling, saturating.
+fn wall_code(ratio: f64) -> u8 {
+    (f64::from(NOMINAL_WALL) + 16.0 * ratio.log2()).round() as u8
 }
 
 /// Nearest i16, saturating.

@@ -211,6 +211,13 @@ fn p16_numbers_out_of_range_are_refused_by_name() {
         overlong("solver.solves = 2 with a guidewire"),
     );
     refused(
+        |h| {
+            h.description.guidewire = Some(h.description.instrument.clone());
+            h.description.solver.substeps = 2;
+        },
+        overlong("half ticks, which a near-rigid wall asks for, with a guidewire"),
+    );
+    refused(
         |h| (h.description.solver.solves, h.description.solver.substeps) = (2, 2),
         overlong("solver.solves = 2 with half ticks, which a near-rigid wall asks for"),
     );

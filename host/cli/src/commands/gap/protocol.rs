@@ -100,7 +100,10 @@ fn play(
     let mut options = super::super::options(bundle, &arguments.changes)?;
     let pieces = protocol.pieces().iter();
     let deepest_m = pieces.map(|piece| protocol.at(piece.end_s).insertion_m).fold(0.0, f64::max);
-    options.link_length_m = Some(SolverDefaults::default().link_length_m(deepest_m));
+    let defaults = SolverDefaults::default();
+    options.link_length_m = bundle
+        .catheter()
+        .map(|rig| defaults.link_length_m(deepest_m, defaults.links_in(&rig.vessel)));
     let (image, _) = super::super::image_with(ui, bundle, &options)?;
     let folder = temporary_folder()?;
     let out = arguments.out.clone().unwrap_or_else(|| folder.path().join("protocol.mcap"));
