@@ -84,7 +84,7 @@ pub(crate) const EFFECTS: &[Effect] = &[
             fitted("share", "effects.instrument.softening.share", 0.2),
             fitted("time_s", "effects.instrument.softening.time_s", 20.0),
         ],
-        start_values: &[&[0.2, 5.0], &[0.2, 30.0], &[0.5, 30.0], &[-0.2, 30.0]],
+        start_values: &[&[0.2, 5.0], &[0.2, 30.0], &[0.5, 30.0], &[0.5, 5.0]],
         channels: BY_FORCE,
         excited_by: "the same path early and late",
         confused_with: &["instrument.stiffness", "sensor.drift", "contact.load_friction"],

@@ -21,6 +21,16 @@ const STARTS_AT_PLACES: usize = 1;
 const BREATHING_AND_PULSE_HZ: [f64; 2] = [0.15, 4.0];
 /// A wall that moves more slowly than any breath stands elsewhere: that is its registration \[Hz\].
 const SLOWEST_BREATH_HZ: f64 = 0.1;
+/// Warm blood makes an instrument no stiffer \[1\], and softens none sooner \[s\]: one that is stiffer or
+/// softer from the beginning has another stiffness.
+const LEAST_SOFTENING: f64 = 0.0;
+const SOONEST_SOFTENING_S: f64 = 1.0;
+/// What a fit takes for the least of a setting, where a device takes less.
+const LEAST: [(&str, f64); 3] = [
+    ("effects.wall.motion.frequency_hz", SLOWEST_BREATH_HZ),
+    ("effects.instrument.softening.share", LEAST_SOFTENING),
+    ("effects.instrument.softening.time_s", SOONEST_SOFTENING_S),
+];
 /// Turns of large rollers to teeth of small ones, 30 to 2.5 mm apart \[1/m\].
 const ROLLERS_PER_M: [f64; 2] = [33.0, 400.0];
 
@@ -130,11 +140,11 @@ fn effect(entry: &'static Entry, nominal: &Description<f64>, places_m: &[[f64; 3
         let off = p.off(nominal).unwrap_or_default();
         // A place that nothing is at may be anywhere: the middle of the instrument's way.
         let off = if p.role == Role::Place { place.next().unwrap_or(off) } else { off };
-        let is_breath = p.key == "effects.wall.motion.frequency_hz";
+        let least = LEAST.iter().find(|(key, _)| *key == p.key).map(|(_, least)| *least);
         Parameter {
             name: p.name,
             unit: info.unit,
-            low: if is_breath { SLOWEST_BREATH_HZ } else { info.min },
+            low: least.unwrap_or(info.min),
             high: info.max,
             off,
             scale: p.prior_scale,
@@ -218,13 +228,16 @@ mod tests {
     }
 
     #[test]
-    fn a_wall_that_moves_more_slowly_than_any_breath_is_no_candidate() {
+    fn what_is_another_effect_by_another_name_is_no_candidate() {
         let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/tapered-none");
         let bundle = cathforce_rig::Bundle::open(&example).unwrap();
         let library = Library::of(&nominal(&bundle).unwrap(), &[]);
-        let motion = library.effects.iter().find(|effect| effect.id == "wall.motion").unwrap();
-        let frequency = motion.parameters.iter().find(|p| p.name == "frequency_hz").unwrap();
-        assert_eq!(frequency.low, SLOWEST_BREATH_HZ);
-        assert!(motion.starts.iter().all(|start| start[3] >= SLOWEST_BREATH_HZ));
+        for (key, least) in LEAST {
+            let (id, name) = key.strip_prefix("effects.").unwrap().rsplit_once('.').unwrap();
+            let effect = library.effects.iter().find(|effect| effect.id == id).unwrap();
+            let index = effect.parameters.iter().position(|p| p.name == name).unwrap();
+            assert_eq!(effect.parameters[index].low, least, "{key}");
+            assert!(effect.starts.iter().all(|start| start[index] >= least), "{key}");
+        }
     }
 }
