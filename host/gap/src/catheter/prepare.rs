@@ -137,6 +137,20 @@ impl Prepared {
         self.columns.iter().any(|column| column.source == source)
     }
 
+    /// Where a channel is measured, as a share of the arc length from the entry to the tip; all that
+    /// is no point on the shape at the tip.
+    pub fn along(&self, channel: &Channel) -> f64 {
+        let sources = self.columns.iter().map(|column| column.source);
+        let mut own = sources.filter(|source| source.channel() == *channel);
+        match own.next() {
+            // The first point is the tip, the last the entry.
+            Some(Source::Shape(point, _)) => {
+                1.0 - point as f64 / (self.inputs.shape_points.max(2) - 1) as f64
+            }
+            _ => 1.0,
+        }
+    }
+
     /// Time of the first row \[s\].
     pub fn start_s(&self) -> f64 {
         self.t_s[0]
