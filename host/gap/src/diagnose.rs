@@ -23,7 +23,7 @@ use crate::report::{
     Reproduce, Series, Verdict,
 };
 use crate::sanity;
-use crate::score::{FoldKind, Folds, Score, root_mean_square};
+use crate::score::{FoldKind, Folds, Score};
 use crate::select::{Candidate, Selection, Selector};
 use crate::verdict::{Lead, verdict};
 
@@ -343,12 +343,7 @@ impl<'a> Answer<'a> {
 
     fn held_out(&mut self, problem: &Problem<'_>, selection: &Selection) {
         for (t, trial) in self.plant.trials().iter().enumerate() {
-            let rms = |score: &Score| {
-                root_mean_square(problem, Quantity::Force, |trial, i| {
-                    (trial == t).then_some(())?;
-                    Some(score.residuals[trial][i]? / problem.weights(trial)[i])
-                })
-            };
+            let rms = |score: &Score| score.rms_of(problem, Quantity::Force, t);
             let (before, after) = (rms(&selection.nominal.score), rms(&selection.best.score));
             if let (Some(before_n), Some(after_n)) = (before, after) {
                 let held_out = HeldOut { trial: trial.number, before_n, after_n };

@@ -136,12 +136,13 @@ fn instants(
     let own = channels.filter(|(_, channel)| channel.quantity == quantity).take(AXES);
     let axes: Vec<usize> = own.map(|(index, _)| index).collect();
     let samples = &problem.plant.trials()[trial].samples;
-    let scored = samples.iter().zip(&score.residuals[trial]).enumerate();
-    let mut found: Vec<(f64, usize, Instant)> = scored
-        .filter_map(|(i, (sample, residual))| {
+    let mut found: Vec<(f64, usize, Instant)> = samples
+        .iter()
+        .enumerate()
+        .filter_map(|(i, sample)| {
             let axis = axes.iter().position(|channel| *channel == sample.channel)?;
+            let error = score.error(problem, trial, i)?;
             let sd = 1.0 / problem.weights(trial)[i];
-            let error = (*residual)? * sd;
             let along = |value: f64| Vector3::ith(axis, value);
             let predicted = along(sample.value - error);
             Some((sample.t_s, axis, Instant { predicted, error: along(error), sd: along(sd) }))

@@ -6,7 +6,7 @@
 use crate::locate::arc_range;
 use crate::plant::Quantity;
 use crate::problem::Problem;
-use crate::score::Score;
+use crate::score::{Score, root_mean_square};
 
 /// Columns and rows at most; where there are fewer times or points, no more than these.
 const COLUMNS: usize = 40;
@@ -26,7 +26,9 @@ pub struct Map {
     pub arc_m: [f64; 2],
     /// Root mean square of the held-out error, of a vector its norm, in the quantity's unit.
     pub rms: f64,
-    /// The same by row, by column; `None` where nothing was compared.
+    /// The same of the floor.
+    pub floor: f64,
+    /// The same of the error by row, by column; `None` where nothing was compared.
     pub cells: Vec<Vec<Option<f64>>>,
 }
 
@@ -67,12 +69,11 @@ fn map(
     let errors: Vec<(f64, f64, f64)> = plant.trials()[trial]
         .samples
         .iter()
-        .zip(&score.residuals[trial])
         .enumerate()
-        .filter(|(_, (sample, _))| channels[sample.channel].quantity == quantity)
-        .filter_map(|(i, (sample, residual))| {
-            let error = (*residual)? / problem.weights(trial)[i];
-            Some((sample.t_s, sample.arc_m * plant.along(trial, sample.channel), error))
+        .filter(|(_, sample)| channels[sample.channel].quantity == quantity)
+        .filter_map(|(i, sample)| {
+            let at_m = sample.arc_m * plant.along(trial, sample.channel);
+            Some((sample.t_s, at_m, score.error(problem, trial, i)?))
         })
         .collect();
     let (t_s, columns) = columns(errors.iter().map(|(t_s, ..)| *t_s))?;
@@ -86,15 +87,18 @@ fn map(
         let sum = &mut sums[part(arc_m, rows, *at_m)][part(t_s, columns, *at_s)];
         *sum = (sum.0 + error * error, sum.1 + 1);
     }
-    let rms = |sum: f64, count: usize| (axes as f64 * sum / count as f64).sqrt();
-    let cell = |&(sum, count): &(f64, usize)| (count > 0).then(|| rms(sum, count));
-    let whole: f64 = errors.iter().map(|(.., error)| error * error).sum();
+    let cell = |&(sum, count): &(f64, usize)| {
+        (count > 0).then(|| (axes as f64 * sum / count as f64).sqrt())
+    };
     Some(Map {
         quantity,
         trial: plant.trials()[trial].number,
         t_s,
         arc_m,
-        rms: rms(whole, errors.len()),
+        rms: score.rms_of(problem, quantity, trial)?,
+        floor: root_mean_square(problem, quantity, |t, i| {
+            (t == trial && score.residuals[t][i].is_some()).then(|| 1.0 / problem.weights(t)[i])
+        })?,
         cells: sums.iter().map(|row| row.iter().map(cell).collect()).collect(),
     })
 }
@@ -140,6 +144,7 @@ mod tests {
         let [first, second] = maps.as_slice() else { panic!("{} maps", maps.len()) };
         assert_eq!(first, second);
         assert!((first.rms - 0.25).abs() < 1e-9, "{}", first.rms);
+        assert!((first.floor - 0.01).abs() < 1e-9, "{}", first.floor);
         assert!((first.t_s[0] + 5e-4).abs() < 1e-9 && (first.t_s[1] - 3.9995).abs() < 1e-9);
         assert_eq!([first.cells.len(), first.cells[0].len()], [ROWS, COLUMNS]);
         for (k, row) in first.cells.iter().enumerate() {

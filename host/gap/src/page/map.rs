@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use super::charts::{LABELS, WIDTH, svg};
-use super::{escape, quantity};
+use super::quantity;
 use crate::map::Map;
 use crate::plant::Quantity;
 
@@ -37,10 +37,12 @@ fn figure(map: &Map, full: f64) -> String {
     let inside = key(map, full, unit) + &cells(map, full, unit) + &axes(map);
     format!(
         "<figure>{}<figcaption>{what} error of the nominal model over {place} and time, trial \
-         {:03}: {} RMS. Nothing was compared where there is no square.</figcaption></figure>",
+         {:03}: {} RMS, floor {}. Nothing was compared where there is no square.</figcaption>\
+         </figure>",
         svg(TOP + HEIGHT + 24.0, &inside),
         map.trial,
-        escape(&quantity(map.rms, unit))
+        quantity(map.rms, unit),
+        quantity(map.floor, unit)
     )
 }
 
@@ -65,7 +67,7 @@ fn cells(map: &Map, full: f64, unit: &str) -> String {
                 (error / full.max(f64::MIN_POSITIVE)).clamp(0.0, 1.0),
                 arc_mm(j),
                 arc_mm(j + 1),
-                escape(&quantity(*error, unit))
+                quantity(*error, unit)
             );
         }
     }
@@ -115,7 +117,7 @@ fn key(map: &Map, full: f64, unit: &str) -> String {
          text-anchor=end>{2}</text>",
         y + 26.0,
         STEPS as f64 * side,
-        escape(&quantity(full, unit))
+        quantity(full, unit)
     );
     drawn
 }
@@ -129,7 +131,8 @@ mod tests {
     use super::*;
 
     fn of(trial: u32, quantity: Quantity, cells: Vec<Vec<Option<f64>>>) -> Map {
-        Map { quantity, trial, t_s: [1.0, 3.0], arc_m: [0.0, 0.12], rms: 0.004, cells }
+        let (t_s, arc_m) = ([1.0, 3.0], [0.0, 0.12]);
+        Map { quantity, trial, t_s, arc_m, rms: 0.004, floor: 0.001, cells }
     }
 
     #[test]
@@ -147,7 +150,7 @@ mod tests {
         {
             assert!(drawn.contains(part), "{part} in {drawn}");
         }
-        assert!(drawn.contains("trial 007: 4.00 mm RMS"), "{drawn}");
+        assert!(drawn.contains("trial 007: 4.00 mm RMS, floor 1.00 mm"), "{drawn}");
     }
 
     #[test]

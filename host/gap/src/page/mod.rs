@@ -255,3 +255,33 @@ fn again(answer: &Diagnosis) -> String {
     );
     html
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnose;
+    use crate::toy::{Toy, effect, noise, parameter};
+
+    #[test]
+    fn figures_of_what_was_measured_are_said_and_no_others() {
+        let measured = (0..400).map(|i| 3.0 * i as f64 / 400.0 + 0.01 * noise(i));
+        let mut toy =
+            Toy::new(0.01, 0.01, measured, |i, p| p.effects[0][0] * i as f64 / 400.0).times(4);
+        toy.effects = vec![effect("slope", vec![parameter("slope")], vec![vec![1.0]])];
+        let answer = diagnose(&toy, "toy", &|_| {});
+        // The force rises from 0 to 3 N, nominal is none at all.
+        let [mae, peak] = [answer.gap.force_mae_n, answer.gap.force_peak_n].map(Option::unwrap);
+        assert!((mae.before - 1.5).abs() < 0.01 && (peak.before - 3.0).abs() < 0.03);
+        assert!(mae.after < 0.02 && peak.after < 0.05, "{mae:?} {peak:?}");
+        let page = page(&answer);
+        for row in ["force, mean absolute error, all trials", "largest force of a trial, all"] {
+            assert!(page.contains(row), "{row}");
+        }
+        assert!(!page.contains("path of the tip") && !page.contains("shape RMS"));
+        let json = serde_json::to_value(answer.gap).unwrap();
+        assert_eq!(json["force_peak_N"]["before"], peak.before);
+        assert!(json["force_mae_N"]["floor"].is_f64() && json["tip_frechet_m"].is_null());
+        // One map of the force a trial.
+        assert_eq!(page.matches("Force error of the nominal model").count(), 4);
+    }
+}
