@@ -68,6 +68,10 @@ impl Plant for Altered<'_> {
         self.inner.simulate(trial, point)
     }
 
+    fn along(&self, trial: usize, channel: usize) -> f64 {
+        self.inner.along(trial, channel)
+    }
+
     fn ways(&self) -> usize {
         self.inner.ways()
     }

@@ -8,20 +8,22 @@ use crate::confuse::{confusable, identified, win_frequency};
 use crate::criteria::{NEAR_FLOOR, NO_GAP};
 use crate::estimate::{increments, parameters, spread};
 use crate::experiment;
+use crate::figures;
 use crate::fit::at_bound;
 use crate::floor::{Floor, FloorSource};
 use crate::impostor::unmasked;
 use crate::locate::locate;
 use crate::loss::Loss;
+use crate::map::maps;
 use crate::metric::Metric;
 use crate::plant::{Plant, Point, Quantity};
 use crate::problem::{Problem, Progress};
 use crate::report::{
-    Details, Diagnosis, FORMAT, Figures, Gap, HeldOut, NamedEffect, PathStep, QuantityEnergy,
-    Ranked, Reproduce, Series, Verdict,
+    Details, Diagnosis, FORMAT, Gap, HeldOut, NamedEffect, PathStep, QuantityEnergy, Ranked,
+    Reproduce, Series, Verdict,
 };
 use crate::sanity;
-use crate::score::{FoldKind, Folds, Score, root_mean_square};
+use crate::score::{FoldKind, Folds, Score};
 use crate::select::{Candidate, Selection, Selector};
 use crate::verdict::{Lead, verdict};
 
@@ -214,6 +216,7 @@ impl<'a> Answer<'a> {
             self.band(problem, selector.folds, &nominal);
             return self.diagnosis;
         }
+        self.diagnosis.details.maps = maps(problem, &nominal.score);
         let before = nominal.clone();
         let selected = match given {
             None => selector.select(nominal).and_then(|found| identified(selector, found)),
@@ -323,13 +326,6 @@ impl<'a> Answer<'a> {
     }
 
     fn figures(&mut self, problem: &Problem<'_>, before: &Score, after: &Score) {
-        let of = |quantity: Quantity| {
-            let floor = root_mean_square(problem, quantity, |trial, i| {
-                Some(1.0 / problem.weights(trial)[i])
-            })?;
-            let (before, after) = (before.rms(problem, quantity)?, after.rms(problem, quantity)?);
-            Some(Figures { before, after, floor })
-        };
         let pairs = before.quantities.iter().zip(&after.quantities);
         let energy = pairs.map(|(&(quantity, before, _), &(_, after, _))| QuantityEnergy {
             quantity,
@@ -337,11 +333,7 @@ impl<'a> Answer<'a> {
             after,
         });
         self.diagnosis.details.energy = energy.collect();
-        self.diagnosis.gap = Gap {
-            force_rms_n: of(Quantity::Force),
-            tip_rms_m: of(Quantity::Tip),
-            shape_rms_m: of(Quantity::Shape),
-        };
+        self.diagnosis.gap = figures::gap(problem, before, after);
     }
 
     /// How far the forces of a model may be off, and how many of those that were held out it holds.
@@ -351,12 +343,7 @@ impl<'a> Answer<'a> {
 
     fn held_out(&mut self, problem: &Problem<'_>, selection: &Selection) {
         for (t, trial) in self.plant.trials().iter().enumerate() {
-            let rms = |score: &Score| {
-                root_mean_square(problem, Quantity::Force, |trial, i| {
-                    (trial == t).then_some(())?;
-                    Some(score.residuals[trial][i]? / problem.weights(trial)[i])
-                })
-            };
+            let rms = |score: &Score| score.rms_of(problem, Quantity::Force, t);
             let (before, after) = (rms(&selection.nominal.score), rms(&selection.best.score));
             if let (Some(before_n), Some(after_n)) = (before, after) {
                 let held_out = HeldOut { trial: trial.number, before_n, after_n };

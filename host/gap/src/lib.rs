@@ -9,6 +9,7 @@
 //! | `problem`, `loss`, `nuisance`, `fit`, `search`, `swing` | the best parameters of one set of effects |
 //! | `sanity` | whether axes and units are the model's |
 //! | `score` | its error on data that the fit has not seen |
+//! | `figures`, `frechet` | how far it is off in newtons and millimetres |
 //! | `select`, `pairs`, `extend`, `prune`, `exchange`, `again`, `given` | which effects the data support; those that somebody asks for |
 //! | `impostor` | what in no library an effect may be mistaken for |
 //! | `criteria` | when a model is better than another |
@@ -17,7 +18,7 @@
 //! | `fresh` | what the answer closes on a trial that it has not seen |
 //! | `band` | how far the forces of a device may be off that is set like the answer |
 //! | `estimate` | parameters with intervals, what each effect closed |
-//! | `locate` | where the gap lies |
+//! | `locate`, `map` | where the gap lies |
 //! | `experiment` | what to record next |
 //! | `isolability`, `protocol` | what a recording can tell before it is made; what it should hold |
 //! | `report`, `page` | the answer for programs and for people |
@@ -38,14 +39,17 @@ mod estimate;
 mod exchange;
 mod experiment;
 mod extend;
+mod figures;
 mod fit;
 mod floor;
+mod frechet;
 mod fresh;
 mod given;
 mod impostor;
 pub mod isolability;
 mod locate;
 mod loss;
+mod map;
 mod metric;
 mod nuisance;
 mod page;

@@ -299,6 +299,12 @@ pub trait Plant: Sync {
     /// breaks down at this point.
     fn simulate(&self, trial: usize, point: &Point) -> Option<Vec<f64>>;
 
+    /// Where on what is inside the vessel a trial's channel is measured, as a share of the arc
+    /// length from the entry: 1 at the tip, and of what belongs to no place.
+    fn along(&self, _trial: usize, _channel: usize) -> f64 {
+        1.0
+    }
+
     /// How many finer models there are that simulations can be corrected by, all as good: at a fork
     /// the tip turns on less than any model knows, and they go different ways.
     fn ways(&self) -> usize {

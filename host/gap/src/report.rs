@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 use crate::band::Band;
 use crate::experiment::Experiment;
 use crate::locate::Cell;
+use crate::map::Map;
 use crate::plant::Quantity;
 
 /// The only format there is.
@@ -67,7 +68,7 @@ pub struct Ranked {
     pub shrink: f64,
 }
 
-/// Root mean square before and after, and the floor.
+/// An error before and after, and the floor.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Figures {
     pub before: f64,
@@ -82,6 +83,14 @@ pub struct Gap {
     pub force_rms_n: Option<Figures>,
     pub tip_rms_m: Option<Figures>,
     pub shape_rms_m: Option<Figures>,
+    /// Mean absolute error.
+    #[serde(rename = "force_mae_N")]
+    pub force_mae_n: Option<Figures>,
+    /// Error of a trial's largest force, mean over the trials.
+    #[serde(rename = "force_peak_N")]
+    pub force_peak_n: Option<Figures>,
+    /// Discrete Fréchet distance of the tip's path, mean over the trials.
+    pub tip_frechet_m: Option<Figures>,
 }
 
 /// How to get the same answer again.
@@ -133,6 +142,8 @@ pub struct Details {
     pub shrink: f64,
     /// Measured, nominal and best prediction of the force channels of one trial.
     pub series: Vec<Series>,
+    /// Where and when the nominal model is off.
+    pub maps: Vec<Map>,
     /// Simulated trials.
     pub simulations: usize,
 }

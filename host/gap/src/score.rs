@@ -327,9 +327,18 @@ impl Score {
 
     /// Root mean square of the error of a quantity, of a vector its norm, in its unit.
     pub fn rms(&self, problem: &Problem<'_>, quantity: Quantity) -> Option<f64> {
-        root_mean_square(problem, quantity, |trial, i| {
-            Some(self.residuals[trial][i]? / problem.weights(trial)[i])
-        })
+        root_mean_square(problem, quantity, |trial, i| self.error(problem, trial, i))
+    }
+
+    /// The same of one trial.
+    pub fn rms_of(&self, problem: &Problem<'_>, quantity: Quantity, trial: usize) -> Option<f64> {
+        let own = |t: usize, i: usize| (t == trial).then(|| self.error(problem, t, i)).flatten();
+        root_mean_square(problem, quantity, own)
+    }
+
+    /// Measured less predicted, in the unit of the channel; `None` where not scored.
+    pub fn error(&self, problem: &Problem<'_>, trial: usize, sample: usize) -> Option<f64> {
+        Some(self.residuals[trial][sample]? / problem.weights(trial)[sample])
     }
 }
 

@@ -325,6 +325,10 @@ impl Plant for Catheter {
         self.predict(trial, description, &point.nuisances, (&anchor, way))
     }
 
+    fn along(&self, trial: usize, channel: usize) -> f64 {
+        self.prepared[trial].along(&self.channels[channel])
+    }
+
     fn ways(&self) -> usize {
         WAYS.len()
     }

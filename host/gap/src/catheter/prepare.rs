@@ -137,6 +137,20 @@ impl Prepared {
         self.columns.iter().any(|column| column.source == source)
     }
 
+    /// Where a channel is measured, as a share of the arc length from the entry to the tip; all that
+    /// is no point on the shape at the tip.
+    pub fn along(&self, channel: &Channel) -> f64 {
+        let sources = self.columns.iter().map(|column| column.source);
+        let mut own = sources.filter(|source| source.channel() == *channel);
+        match own.next() {
+            // The first point is the tip, the last the entry.
+            Some(Source::Shape(point, _)) => {
+                1.0 - point as f64 / (self.inputs.shape_points.max(2) - 1) as f64
+            }
+            _ => 1.0,
+        }
+    }
+
     /// Time of the first row \[s\].
     pub fn start_s(&self) -> f64 {
         self.t_s[0]
@@ -457,10 +471,26 @@ mod tests {
     use super::*;
     use crate::plant::Plant;
 
+    fn example() -> Bundle {
+        let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/tapered-none");
+        Bundle::open(&example).unwrap()
+    }
+
+    #[test]
+    fn points_on_the_shape_lie_between_entry_and_tip() {
+        let bundle = example();
+        let own = Prepared::of(&bundle.trials[0], &bundle.rig.sensor, 4e-3).unwrap();
+        let along = |source: Source| own.along(&source.channel());
+        // Eight points, of which the last one is the entry.
+        assert_eq!(along(Source::Shape(0, 2)), 1.0);
+        assert!((along(Source::Shape(4, 0)) - 3.0 / 7.0).abs() < 1e-12);
+        assert!((along(Source::Shape(6, 1)) - 1.0 / 7.0).abs() < 1e-12);
+        assert_eq!([along(Source::Tip(0)), along(Source::Force(1))], [1.0; 2]);
+    }
+
     #[test]
     fn a_model_leaves_open_a_share_of_a_force() {
-        let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/tapered-none");
-        let catheter = Catheter::new(&Bundle::open(&example).unwrap()).unwrap();
+        let catheter = Catheter::new(&example()).unwrap();
         let is_force = |s: &&Sample| catheter.channels()[s.channel].quantity.is_force();
         let mut forces = catheter.trials().iter().flat_map(|trial| &trial.samples).filter(is_force);
         assert!(forces.clone().count() > 1000);

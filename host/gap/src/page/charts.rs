@@ -9,14 +9,14 @@ use crate::locate::Cell;
 use crate::report::{PathStep, Ranked, Series};
 
 /// Width of every chart, in its own units.
-const WIDTH: f64 = 760.0;
+pub const WIDTH: f64 = 760.0;
 /// Width of the labels at the left.
-const LABELS: f64 = 200.0;
+pub const LABELS: f64 = 200.0;
 const ROW: f64 = 22.0;
 /// Points of a curve at most.
 const POINTS: usize = 1500;
 
-fn svg(height: f64, inside: &str) -> String {
+pub fn svg(height: f64, inside: &str) -> String {
     format!("<svg viewBox=\"0 0 {WIDTH} {height:.0}\" role=img>{inside}</svg>")
 }
 

@@ -1,6 +1,7 @@
 //! One HTML page of a diagnosis: it needs nothing else, not even a script.
 
 mod charts;
+mod map;
 
 use std::fmt::Write as _;
 
@@ -103,12 +104,13 @@ fn places(answer: &Diagnosis) -> String {
     let mut along = answer.places.clone();
     along.sort_by(|a, b| a.arc_m[0].total_cmp(&b.arc_m[0]));
     let by_arc = charts::heat(&along, stretch, |c| c.phase.clone());
+    let maps = map::maps(&answer.details.maps);
     format!(
         "<h2>Where</h2><figure>{by_phase}<figcaption>Share of the gap's energy by channel and \
          phase.</figcaption></figure><figure>{by_arc}<figcaption>The same by length inside (or \
          position) and phase.</figcaption></figure><div class=wide><table><tr><th>channel<th>phase\
          <th>regime<th class=number>length<th class=number>of the time<th class=number>of the gap \
-         (90 %)<th>shape{rows}</table></div>"
+         (90 %)<th>shape{rows}</table></div>{maps}"
     )
 }
 
@@ -164,7 +166,10 @@ fn how_far(answer: &Diagnosis) -> String {
     let mut rows = String::new();
     for (name, figures, unit) in [
         ("force RMS", answer.gap.force_rms_n, "N"),
+        ("force, mean absolute error", answer.gap.force_mae_n, "N"),
+        ("largest force of a trial", answer.gap.force_peak_n, "N"),
         ("tip RMS", answer.gap.tip_rms_m, "m"),
+        ("path of the tip, discrete Fréchet distance", answer.gap.tip_frechet_m, "m"),
         ("shape RMS", answer.gap.shape_rms_m, "m"),
     ] {
         if let Some(Figures { before, after, floor }) = figures {
@@ -188,7 +193,8 @@ fn how_far(answer: &Diagnosis) -> String {
     format!(
         "<h2>How far</h2><div class=wide><table><tr><th>held out<th class=number>before\
          <th class=number>after<th class=number>floor{rows}</table></div>\
-         <p class='soft key'><i style='color:var(--measured)'></i>measured\
+         <p class=soft>Of a vector its norm; of the largest force and of the path the mean over the \
+         trials. Paths are compared whatever their pace.</p><p class='soft key'><i style='color:var(--measured)'></i>measured\
          <i style='color:var(--before)'></i>nominal model<i style='color:var(--after)'></i>with \
          the effects</p>{series}"
     )
@@ -248,4 +254,34 @@ fn again(answer: &Diagnosis) -> String {
         answer.details.simulations
     );
     html
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnose;
+    use crate::toy::{Toy, effect, noise, parameter};
+
+    #[test]
+    fn figures_of_what_was_measured_are_said_and_no_others() {
+        let measured = (0..400).map(|i| 3.0 * i as f64 / 400.0 + 0.01 * noise(i));
+        let mut toy =
+            Toy::new(0.01, 0.01, measured, |i, p| p.effects[0][0] * i as f64 / 400.0).times(4);
+        toy.effects = vec![effect("slope", vec![parameter("slope")], vec![vec![1.0]])];
+        let answer = diagnose(&toy, "toy", &|_| {});
+        // The force rises from 0 to 3 N, nominal is none at all.
+        let [mae, peak] = [answer.gap.force_mae_n, answer.gap.force_peak_n].map(Option::unwrap);
+        assert!((mae.before - 1.5).abs() < 0.01 && (peak.before - 3.0).abs() < 0.03);
+        assert!(mae.after < 0.02 && peak.after < 0.05, "{mae:?} {peak:?}");
+        let page = page(&answer);
+        for row in ["force, mean absolute error, all trials", "largest force of a trial, all"] {
+            assert!(page.contains(row), "{row}");
+        }
+        assert!(!page.contains("path of the tip") && !page.contains("shape RMS"));
+        let json = serde_json::to_value(answer.gap).unwrap();
+        assert_eq!(json["force_peak_N"]["before"], peak.before);
+        assert!(json["force_mae_N"]["floor"].is_f64() && json["tip_frechet_m"].is_null());
+        // One map of the force a trial.
+        assert_eq!(page.matches("Force error of the nominal model").count(), 4);
+    }
 }
