@@ -208,7 +208,7 @@ fn columns_of_another_unit_are_warned_of() {
         ("fy_N", 1e3, "would break the phantom"),
         ("drive_fx_N", 1e3, "drive_fx_N reaches 300"),
         ("tip_x_m", 1e3, "the tip is"),
-        ("p00_y_m", 1e3, "a point on the shape is 4 m away"),
+        ("p00_y_m", 1e3, "a point on the shape is 4.0 m away"),
         ("rotation_rad", degrees, "some 14 turns: degrees?"),
         // A quarter of a turn in all, too few degrees to be told by their number.
         ("rotation_rad", 0.25 * degrees, "rotation_rad goes by"),
@@ -379,6 +379,29 @@ fn a_vessel_without_an_opening_at_the_entry_is_refused() {
         panic!("a closed sphere lets nothing in")
     };
     assert_says(&error.to_string(), &["no opening near the entry", "cut the vessel open"]);
+}
+
+#[test]
+fn an_entry_that_leads_out_of_the_vessel_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    write_bundle(folder.path());
+    let turned = RIG.replace("direction = [1.0, 0.0, 0.0]", "direction = [-1.0, 0.0, 0.0]");
+    assert_ne!(turned, RIG);
+    for vessel in ["centreline.csv", "vessel.stl"] {
+        if vessel == "vessel.stl" {
+            fs::write(folder.path().join(vessel), binary_stl(&tube())).unwrap();
+        }
+        let from = |rig: &str| {
+            fs::write(folder.path().join("rig.toml"), rig).unwrap();
+            Vessel::from_bundle(&Bundle::open(folder.path()).unwrap(), SurfaceModel::Faceted)
+        };
+        assert!(from(RIG).is_ok(), "{vessel}");
+        let Err(error) = from(&turned) else { panic!("{vessel}: nothing is ahead of the entry") };
+        assert_says(
+            &error.to_string(),
+            &[vessel, "leads out", "turn the signs of [entry] direction"],
+        );
+    }
 }
 
 #[test]

@@ -76,7 +76,7 @@ fn sensors(data: &CatheterTrial) -> Vec<String> {
     ] {
         if let Some(force) = column.map(of_scalar).filter(|f| *f > MOST_FORCE_N) {
             let buckles = "more than buckles any instrument: millinewtons?";
-            says.push(format!("{name} reaches {force}, {buckles}"));
+            says.push(format!("{name} reaches {force:.1}, {buckles}"));
         }
     }
     if let Some(tip) = data.tip_m.as_ref().map(of_vector).filter(|x| *x > FARTHEST_M) {
@@ -84,7 +84,7 @@ fn sensors(data: &CatheterTrial) -> Vec<String> {
     }
     let shape = largest(data.shape_m.iter().map(of_vector));
     if shape > FARTHEST_M {
-        says.push(format!("a point on the shape is {shape} m away: millimetres?"));
+        says.push(format!("a point on the shape is {shape:.1} m away: millimetres?"));
     }
     says
 }
