@@ -115,6 +115,27 @@ fn wrong_files_are_exit_code_3_with_place_and_cause() {
 }
 
 #[test]
+fn a_diagnosis_whose_answer_cannot_be_written_does_not_begin() {
+    let diagnose = |extra: &[&str]| {
+        command().args(["gap", "diagnose"]).arg(example()).args(extra).output().unwrap()
+    };
+    for extra in [["--json", "/no/such/folder/D.json"], ["--report", "/no/such/folder/D.html"]] {
+        let output = diagnose(&extra);
+        assert_fails(&output, 1, &[extra[1], "No such file"]);
+        assert!(!stderr(&output).contains("compared"), "{}", stderr(&output));
+    }
+    assert_fails(&diagnose(&["--report", "-"]), 2, &["a page goes into a file", "--json -"]);
+}
+
+#[test]
+fn holding_every_trial_back_leaves_nothing_to_fit() {
+    let held_back = ["0", "1", "2", "3"].into_iter().flat_map(|trial| ["--hold-back", trial]);
+    let output = command().args(["gap", "diagnose"]).arg(example()).args(held_back).output();
+    let says = ["every trial is held back", "fix: hold fewer trials"];
+    assert_fails(&output.unwrap(), 3, &says);
+}
+
+#[test]
 fn a_link_that_does_not_answer_is_exit_code_4() {
     // Nobody listens on the port that was free a moment ago.
     let port = std::net::TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();

@@ -16,7 +16,7 @@ use crate::locate::locate;
 use crate::loss::Loss;
 use crate::map::maps;
 use crate::metric::Metric;
-use crate::plant::{Plant, Point, Quantity};
+use crate::plant::{BROKEN_DOWN, Plant, Point, Quantity};
 use crate::problem::{Problem, Progress};
 use crate::report::{
     Details, Diagnosis, FORMAT, Gap, HeldOut, NamedEffect, PathStep, QuantityEnergy, Ranked,
@@ -82,12 +82,17 @@ fn run(
     answer.remark_on_folds(&folds);
     let selector = Selector { problem: &problem, folds: &folds };
     let Some(nominal) = selector.nominal() else {
-        answer.remark("the nominal model breaks down on these inputs".to_owned());
+        answer.remark(format!(
+            "the nominal model breaks down on these trials, so nothing is compared: {BROKEN_DOWN}"
+        ));
         return answer.inconclusive();
     };
-    let own = plant.complaint().map(str::to_owned);
-    if let Some(complaint) = own.or_else(|| sanity::complaint(&problem, &nominal)) {
-        answer.remark(complaint);
+    let complaints = match plant.complaint() {
+        Some(own) => vec![own.to_owned()],
+        None => sanity::complaints(&problem, &nominal),
+    };
+    if !complaints.is_empty() {
+        complaints.into_iter().for_each(|complaint| answer.remark(complaint));
         return answer.inconclusive();
     }
     let diagnosis = answer.finish(&problem, &selector, nominal, given);

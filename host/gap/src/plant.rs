@@ -286,6 +286,10 @@ pub struct Segment {
     pub what: &'static str,
 }
 
+/// What to look at where the nominal model breaks down.
+pub const BROKEN_DOWN: &str = "see what `cathforce info` warns of, and look for jumps of the encoders \
+                               and for values of another unit in rig.toml";
+
 /// A model with effects, and the trials that were measured on what it models.
 pub trait Plant: Sync {
     fn channels(&self) -> &[Channel];

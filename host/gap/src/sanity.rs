@@ -1,6 +1,12 @@
 //! Measurements that no effect can explain, because their axes or units are not the model's.
+//!
+//! Each quantity is looked at on its own: forces as they are, since they are zeroed with no
+//! instrument inside; positions as displacements from their mean, since where a frame begins
+//! says nothing of its axes.
 
-use crate::plant::{Plant, Quantity};
+use std::ops::Range;
+
+use crate::plant::{Plant, Quantity, Trial};
 use crate::problem::Problem;
 use crate::select::Candidate;
 
@@ -12,124 +18,274 @@ const UNIT_FACTOR: f64 = 100.0;
 /// Correlation from which on the factor means anything.
 const ALIKE: f64 = 0.8;
 
+const QUANTITIES: [Quantity; 4] =
+    [Quantity::Force, Quantity::DriveForce, Quantity::Tip, Quantity::Shape];
 const AXES: [&str; 3] = ["x", "y", "z"];
 const ORDERS: [[usize; 3]; 6] = [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]];
 
-/// Measured and predicted values of the force channels, sample by sample.
-struct Forces {
-    measured: Vec<Vec<f64>>,
-    predicted: Vec<Vec<f64>>,
+/// What was measured and what was predicted along one axis, sample by sample.
+#[derive(Clone, Debug, Default)]
+struct Axis {
+    measured: Vec<f64>,
+    predicted: Vec<f64>,
 }
 
-/// Why these measurements carry no verdict; `None` when nothing is the matter.
-pub fn complaint(problem: &Problem<'_>, nominal: &Candidate) -> Option<String> {
-    let forces = forces(problem, nominal);
-    units(&forces).or_else(|| axes(&forces))
+impl Axis {
+    fn push(&mut self, measured: f64, predicted: f64) {
+        self.measured.push(measured);
+        self.predicted.push(predicted);
+    }
+
+    /// Displacements in the place of positions.
+    fn centred(self) -> Self {
+        let centred = |values: Vec<f64>| {
+            let mean = values.iter().sum::<f64>() / values.len().max(1) as f64;
+            values.into_iter().map(|value| value - mean).collect()
+        };
+        Self { measured: centred(self.measured), predicted: centred(self.predicted) }
+    }
+
+    fn append(&mut self, other: Self) {
+        self.measured.extend(other.measured);
+        self.predicted.extend(other.predicted);
+    }
 }
 
-fn forces(problem: &Problem<'_>, nominal: &Candidate) -> Forces {
+/// Why these measurements carry no verdict; empty when nothing is the matter.
+pub fn complaints(problem: &Problem<'_>, nominal: &Candidate) -> Vec<String> {
+    let complaint = |quantity: Quantity| {
+        let own = axes_of(problem, nominal, quantity);
+        unit(&own, quantity).or_else(|| axes(&own, quantity))
+    };
+    QUANTITIES.into_iter().filter_map(complaint).collect()
+}
+
+/// Three axes of a quantity, or the one that it has.
+fn axes_of(problem: &Problem<'_>, nominal: &Candidate, quantity: Quantity) -> Vec<Axis> {
     let plant: &dyn Plant = problem.plant;
-    let force = |channel: usize| plant.channels()[channel].quantity == Quantity::Force;
-    let columns: Vec<usize> = (0..plant.channels().len()).filter(|&c| force(c)).collect();
-    let empty = vec![Vec::new(); columns.len()];
-    let mut forces = Forces { measured: empty.clone(), predicted: empty };
-    for (t, trial) in plant.trials().iter().enumerate() {
-        for (i, sample) in trial.samples.iter().enumerate() {
-            let Some(k) = columns.iter().position(|&c| c == sample.channel) else { continue };
-            let error = nominal.fit.trials[t].raw[i] / problem.weights(t)[i];
-            forces.measured[k].push(sample.value);
-            forces.predicted[k].push(sample.value - error);
+    let own = |channel: &usize| plant.channels()[*channel].quantity == quantity;
+    let channels: Vec<usize> = (0..plant.channels().len()).filter(own).collect();
+    // A shape has three of each of its points.
+    let count = if channels.len().is_multiple_of(3) { 3 } else { 1 };
+    let mut all = vec![Axis::default(); count];
+    for point in channels.chunks_exact(count) {
+        let mut axes = vec![Axis::default(); count];
+        for (t, trial) in plant.trials().iter().enumerate() {
+            for samples in together(trial, point) {
+                for (axis, i) in axes.iter_mut().zip(samples) {
+                    let error = nominal.fit.trials[t].raw[i] / problem.weights(t)[i];
+                    let measured = trial.samples[i].value;
+                    axis.push(measured, measured - error);
+                }
+            }
+        }
+        for (all, axis) in all.iter_mut().zip(axes) {
+            all.append(if quantity.is_force() { axis } else { axis.centred() });
         }
     }
-    forces
+    all
+}
+
+/// Samples of some channels at the times at which all have one: what a fork decides, or a sensor
+/// reads at its limit, may be left out along one axis and not along another.
+fn together(trial: &Trial, channels: &[usize]) -> Vec<Vec<usize>> {
+    let ranges = trial.channel_ranges();
+    let range = |channel: &usize| {
+        let own = |range: &&Range<usize>| trial.samples[range.start].channel == *channel;
+        ranges.iter().find(own).cloned()
+    };
+    let Some(ranges) = channels.iter().map(range).collect::<Option<Vec<_>>>() else {
+        return Vec::new();
+    };
+    let [first, others @ ..] = ranges.as_slice() else { return Vec::new() };
+    let with_others = |i: usize| {
+        let t_s = trial.samples[i].t_s;
+        let at = |range: &Range<usize>| {
+            let own = &trial.samples[range.clone()];
+            let k = own.partition_point(|sample| sample.t_s < t_s);
+            own.get(k).filter(|sample| sample.t_s == t_s).map(|_| range.start + k)
+        };
+        std::iter::once(Some(i)).chain(others.iter().map(at)).collect::<Option<Vec<usize>>>()
+    };
+    first.clone().filter_map(with_others).collect()
 }
 
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(x, y)| x * y).sum()
 }
 
-fn units(forces: &Forces) -> Option<String> {
-    let sum =
-        |a: &[Vec<f64>], b: &[Vec<f64>]| -> f64 { a.iter().zip(b).map(|(x, y)| dot(x, y)).sum() };
-    let (yy, ff) =
-        (sum(&forces.measured, &forces.measured), sum(&forces.predicted, &forces.predicted));
-    let yf = sum(&forces.measured, &forces.predicted);
+fn unit(axes: &[Axis], quantity: Quantity) -> Option<String> {
+    let sum = |product: fn(&Axis) -> f64| axes.iter().map(product).sum::<f64>();
+    let (yy, ff) = (
+        sum(|axis| dot(&axis.measured, &axis.measured)),
+        sum(|axis| dot(&axis.predicted, &axis.predicted)),
+    );
+    let yf = sum(|axis| dot(&axis.measured, &axis.predicted));
     if yy * ff <= 0.0 || yf.abs() < ALIKE * (yy * ff).sqrt() {
         return None;
     }
     let factor = (yy / ff).sqrt();
+    let (what, unit) = match quantity {
+        Quantity::Force => ("force", "newton"),
+        Quantity::DriveForce => ("drive force", "newton"),
+        Quantity::Tip => ("way of the tip", "metre"),
+        Quantity::Shape => ("way of the shape's points", "metre"),
+    };
     (!(1.0 / UNIT_FACTOR..=UNIT_FACTOR).contains(&factor)).then(|| {
         format!(
-            "the measured force is {factor:.3e} times the predicted one and otherwise alike: its \
-             unit is not newton; nothing is concluded from it"
+            "the measured {what} is {factor:.3e} times the predicted one and otherwise alike: its \
+             unit is not {unit}; nothing is concluded from it: give its columns in {unit}s"
         )
     })
 }
 
-/// Whether the axes would fit far better in another order or with other signs.
-fn axes(forces: &Forces) -> Option<String> {
-    let (y, f) = (&forces.measured, &forces.predicted);
-    if y.len() != 3 || y.iter().any(|column| column.len() != y[0].len()) {
-        return None;
-    }
-    let power: f64 = y.iter().map(|column| dot(column, column)).sum();
+/// Whether the axes would fit far better in another order or with other signs. Of a drive on its own,
+/// which has one, its inertia tells more.
+fn axes(axes: &[Axis], quantity: Quantity) -> Option<String> {
+    let orders = match (axes.len(), quantity) {
+        (3, _) => &ORDERS[..],
+        (1, Quantity::DriveForce) => &ORDERS[..1],
+        _ => return None,
+    };
+    let power: f64 = axes.iter().map(|axis| dot(&axis.measured, &axis.measured)).sum();
     let left = |order: &[usize; 3], signs: usize| -> f64 {
-        let axis = |k: usize| {
+        let axis = |(k, own): (usize, &Axis)| {
+            let (y, f) = (&own.measured, &axes[order[k]].predicted);
             let sign = if signs >> k & 1 == 1 { -1.0 } else { 1.0 };
-            let own = &f[order[k]];
-            dot(&y[k], &y[k]) - 2.0 * sign * dot(&y[k], own) + dot(own, own)
+            dot(y, y) - 2.0 * sign * dot(y, f) + dot(f, f)
         };
-        (0..3).map(axis).sum()
+        axes.iter().enumerate().map(axis).sum()
     };
     let stated = left(&ORDERS[0], 0);
-    let all = ORDERS.iter().flat_map(|order| (0..8).map(move |signs| (order, signs)));
+    let all = orders.iter().flat_map(|order| (0..1 << axes.len()).map(move |signs| (order, signs)));
     let (order, signs) = all.min_by(|a, b| left(a.0, a.1).total_cmp(&left(b.0, b.1)))?;
     let best = left(order, signs);
-    (best < MUCH_BETTER * stated && best < MUCH_BETTER * power).then(|| {
-        let name =
-            |k: usize| format!("{}{}", if signs >> k & 1 == 1 { "−" } else { "" }, AXES[order[k]]);
-        format!(
-            "the measured forces along x, y, z look like those along {}, {}, {} of the vessel's \
-             frame: the axes are not those that rig.toml states; nothing is concluded from them",
-            name(0),
-            name(1),
-            name(2)
-        )
-    })
+    if best >= MUCH_BETTER * stated || best >= MUCH_BETTER * power {
+        return None;
+    }
+    let name =
+        |k: usize| format!("{}{}", if signs >> k & 1 == 1 { "−" } else { "" }, AXES[order[k]]);
+    let (what, fix) = match quantity {
+        Quantity::DriveForce => {
+            let says = "the measured drive force looks like the predicted one with the other sign; \
+                        nothing is concluded from it: drive_fx_N is positive when the drive pushes";
+            return Some(says.to_owned());
+        }
+        Quantity::Force => (
+            "forces along x, y, z look like those",
+            "fx_N, fy_N, fz_N are those of the instrument on the phantom, along the vessel's axes",
+        ),
+        Quantity::Tip => (
+            "ways of the tip along x, y, z look like those",
+            "tip_x_m, tip_y_m, tip_z_m are positions in the vessel's frame",
+        ),
+        Quantity::Shape => (
+            "ways of the shape's points along x, y, z look like those",
+            "p00_x_m, p00_y_m, p00_z_m … are positions in the vessel's frame",
+        ),
+    };
+    Some(format!(
+        "the measured {what} along {}, {}, {} of the vessel's frame: the axes are not those that \
+         rig.toml states; nothing is concluded from them: {fix}, as are direction and up of [entry]",
+        name(0),
+        name(1),
+        name(2)
+    ))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::diagnose;
+    use crate::plant::{Channel, Point};
+    use crate::report::{Diagnosis, Verdict};
+    use crate::toy::{Toy, effect, noise, parameter};
 
-    fn forces(change: impl Fn([f64; 3]) -> [f64; 3]) -> Forces {
-        let mut forces = Forces { measured: vec![Vec::new(); 3], predicted: vec![Vec::new(); 3] };
-        for i in 0..200 {
-            let t = f64::from(i) * 0.05;
-            let force = [0.3 + 0.1 * t.sin(), 0.05 * (2.0 * t).cos(), -0.1 * t.cos()];
-            for (k, value) in change(force).into_iter().enumerate() {
-                forces.measured[k].push(value);
-                forces.predicted[k].push(force[k]);
-            }
+    const ROWS: usize = 200;
+    const NOISE: f64 = 1e-3;
+
+    /// What the model says of a row, along x, y and z.
+    fn model(row: usize) -> [f64; 3] {
+        let t = 0.05 * row as f64;
+        [0.3 + 0.1 * t.sin(), 0.05 * (2.0 * t).cos(), -0.1 * t.cos()]
+    }
+
+    /// What is answered where so many axes of a quantity were measured with a change, of which y lacks
+    /// rows that x and z have, as where a fork decides them, and x others.
+    fn answer(
+        quantity: Quantity,
+        axes: usize,
+        measured: impl Fn([f64; 3]) -> [f64; 3],
+    ) -> Diagnosis {
+        let is_left_out = |axis: usize, row: usize| {
+            (axis == 1 && (50..80).contains(&row)) || (axis == 0 && row < 10)
+        };
+        let of_axis = |axis: usize| (0..ROWS).map(move |row| (axis, row));
+        let samples = (0..axes).flat_map(of_axis).filter(|&(axis, row)| !is_left_out(axis, row));
+        let samples: Vec<(usize, usize)> = samples.collect();
+        let values = samples.iter().enumerate();
+        let values = values.map(|(i, &(axis, row))| measured(model(row))[axis] + NOISE * noise(i));
+        let channel = |axis: usize| Channel { name: AXES[axis].to_owned(), quantity };
+        let predict = |i: usize, point: &Point| {
+            model(samples[i].1)[samples[i].0] * (1.0 + point.effects[0][0])
+        };
+        let toy = Toy::new(0.05, NOISE, values.collect::<Vec<f64>>(), predict);
+        let at = |i: usize| (samples[i].0, 0.05 * samples[i].1 as f64);
+        let mut toy = toy.placed((0..axes).map(channel).collect(), at).times(2);
+        toy.effects = vec![effect("gain", vec![parameter("gain")], vec![vec![0.1]])];
+        diagnose(&toy, "toy", &|_| {})
+    }
+
+    #[track_caller]
+    fn assert_refused(answer: &Diagnosis, says: &str) {
+        assert_eq!(answer.verdict, Verdict::Unknown);
+        assert!(answer.effects.is_empty());
+        assert!(answer.remarks.iter().any(|remark| remark.contains(says)), "{:?}", answer.remarks);
+    }
+
+    #[test]
+    fn what_is_as_predicted_is_not_complained_of() {
+        for (quantity, axes) in
+            [(Quantity::Force, 3), (Quantity::DriveForce, 1), (Quantity::Tip, 3)]
+        {
+            let answer = answer(quantity, axes, |force| force.map(|f| 1.4 * f));
+            assert_eq!(answer.verdict, Verdict::Named, "{quantity:?}: {:?}", answer.remarks);
         }
-        forces
     }
 
     #[test]
-    fn forces_as_predicted_are_not_complained_of() {
-        let near = forces(|[x, y, z]| [1.4 * x, 1.4 * y, 1.4 * z + 0.02]);
-        assert_eq!((units(&near), axes(&near)), (None, None));
+    fn swapped_and_turned_axes_are_named_though_samples_are_left_out_unequally() {
+        let turned = |[x, y, z]: [f64; 3]| [z, y, -x];
+        assert_refused(
+            &answer(Quantity::Force, 3, turned),
+            "forces along x, y, z look like those along z, y, −x",
+        );
+        let opposite = |force: [f64; 3]| force.map(|f| -f);
+        assert_refused(&answer(Quantity::Force, 3, opposite), "along −x, −y, −z");
+        assert_refused(&answer(Quantity::DriveForce, 1, opposite), "with the other sign");
+        let swapped = |[x, y, z]: [f64; 3]| [x, z, y];
+        assert_refused(&answer(Quantity::Force, 3, swapped), "along x, z, y");
     }
 
     #[test]
-    fn swapped_and_turned_axes_are_named() {
-        let complaint = axes(&forces(|[x, y, z]| [z, y, -x])).unwrap();
-        assert!(complaint.contains("along z, y, −x"), "{complaint}");
+    fn positions_are_turned_about_where_they_are() {
+        // Another origin is no other axis.
+        let swapped = |[x, y, z]: [f64; 3]| [y + 0.2, x - 0.1, z];
+        for quantity in [Quantity::Tip, Quantity::Shape] {
+            assert_refused(&answer(quantity, 3, swapped), "along y, x, z");
+        }
     }
 
     #[test]
-    fn millinewtons_are_no_newtons() {
-        let complaint = units(&forces(|force| force.map(|f| 1e3 * f))).unwrap();
-        assert!(complaint.contains("unit"), "{complaint}");
+    fn thousandths_are_no_units() {
+        let thousandths = |values: [f64; 3]| values.map(|x| 1e3 * x);
+        for (quantity, axes, unit) in [
+            (Quantity::Force, 3, "not newton"),
+            (Quantity::DriveForce, 1, "not newton"),
+            (Quantity::Tip, 3, "not metre"),
+            (Quantity::Shape, 3, "not metre"),
+        ] {
+            assert_refused(&answer(quantity, axes, thousandths), unit);
+        }
     }
 }

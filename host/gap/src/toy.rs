@@ -78,6 +78,15 @@ impl<F: Fn(usize, &Point) -> f64> Toy<F> {
         self
     }
 
+    /// Samples of other channels: which channel each is of, and when.
+    pub fn placed(mut self, channels: Vec<Channel>, at: impl Fn(usize) -> (usize, f64)) -> Self {
+        self.channels = channels;
+        for (i, sample) in self.trials[0].samples.iter_mut().enumerate() {
+            (sample.channel, sample.t_s) = at(i);
+        }
+        self
+    }
+
     /// The same trial so many times.
     pub fn times(mut self, trials: usize) -> Self {
         self.trials = vec![self.trials[0].clone(); trials];

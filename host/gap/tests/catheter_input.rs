@@ -4,9 +4,9 @@ use std::path::Path;
 use std::sync::OnceLock;
 
 use cathforce_gap::catheter::{Catheter, CatheterError};
-use cathforce_gap::plant::Plant;
+use cathforce_gap::plant::Plant as _;
 use cathforce_mechanics::LumenHeader;
-use cathforce_rig::bundle::{CatheterTrial, Trial, TrialData};
+use cathforce_rig::bundle::{CatheterTrial, Plant, Trial, TrialData};
 use cathforce_rig::geometry::SurfaceModel;
 use cathforce_rig::lumen::LumenOptions;
 use cathforce_rig::{Bundle, CELL_M, Vessel};
@@ -70,6 +70,33 @@ fn milliseconds_leave_the_motion_open() {
     assert_refused(&["a row every 4 s", "fix: give t_s in seconds"], |t_s, _| {
         t_s.iter_mut().for_each(|t| *t = (*t * 1e3).round());
     });
+}
+
+#[test]
+fn what_no_drive_can_do_is_refused_with_its_time() {
+    assert_refused(
+        &["trial 000: insertion_m goes by", "at t_s = ", "fix: give t_s in"],
+        |t_s, _| {
+            t_s.iter_mut().for_each(|t| *t *= 1e-3);
+        },
+    );
+    // A quarter turn in a second.
+    assert_refused(&["rotation_rad goes by 90.000 rad/s", "is it in degrees"], |t_s, data| {
+        data.rotation_rad.iter_mut().zip(t_s).for_each(|(turned, t)| *turned = 90.0 * *t);
+    });
+}
+
+#[test]
+fn what_the_model_refuses_is_said_with_the_keys_it_comes_from() {
+    for factor in [1e-6, 1e6] {
+        let mut bundle = example();
+        let Plant::Catheter(rig) = &mut bundle.rig.plant else { panic!("a catheter") };
+        rig.instrument.sections.iter_mut().for_each(|own| own.youngs_modulus_pa *= factor);
+        let error = catheter(&bundle).err().expect("refused").to_string();
+        for word in ["section.bending_stiffness", "fix: correct youngs_modulus_Pa in sections"] {
+            assert!(error.contains(word), "`{word}` in: {error}");
+        }
+    }
 }
 
 #[test]

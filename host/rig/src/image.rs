@@ -3,7 +3,7 @@
 use cathforce_config::image::{encode, encoded_len, overlong};
 use cathforce_config::master::Master;
 use cathforce_config::{Band, EncodeError, ImageError, ImageHead, Settings};
-use cathforce_mechanics::ParameterError;
+use cathforce_mechanics::{Description, DescriptionError, ParameterError, Real};
 use thiserror::Error;
 
 use crate::bundle::Bundle;
@@ -76,7 +76,7 @@ pub enum ImageBuildError {
     NoTrials,
     #[error(transparent)]
     LumenTooLarge(#[from] LumenTooLarge),
-    #[error("{0}\n  fix: correct the value in rig.toml from which it comes")]
+    #[error("{0}\n  fix: correct {keys} in rig.toml, from which it comes", keys = origin(.0))]
     Description(ImageError),
     #[error(
         "a tip is given for a guidewire, but the rig has none\n  fix: describe the wire in the \
@@ -89,6 +89,33 @@ pub enum ImageBuildError {
     Parameter { key: String, value: f32, error: ParameterError },
     #[error("the image cannot be made: {0}\n  fix: correct the setting or number it names")]
     Encode(#[from] EncodeError),
+}
+
+/// Refuses numbers that no model can have, and says what of rig.toml they come from.
+pub fn check_description<T: Real>(description: &Description<T>) -> Result<(), ImageBuildError> {
+    description
+        .validate()
+        .map_err(|error| ImageBuildError::Description(ImageError::Description(error)))
+}
+
+/// Keys of rig.toml from which a refused number comes.
+fn origin(error: &ImageError) -> &'static str {
+    let ImageError::Description(DescriptionError::Range(field)) = error else {
+        return "the value";
+    };
+    let of_field = [
+        ("section.length", "length_m in sections"),
+        ("section.mass", "density_kg_per_m3 or a diameter"),
+        ("section.", "youngs_modulus_Pa in sections, poissons_ratio or a diameter"),
+        ("precurve.", "tip_precurve"),
+        ("instrument.", "outer_diameter_m"),
+        ("guidewire.", "outer_diameter_m of [guidewire]"),
+        ("entry.", "position_m in [entry]"),
+        ("wall.", "[vessel]"),
+        ("gravity", "gravity_m_per_s2"),
+    ];
+    let own = of_field.iter().find(|(prefix, _)| field.starts_with(prefix));
+    own.map_or("the value", |(_, keys)| *keys)
 }
 
 /// Builds the device image of a bundle's rig: the description in f32, the lumen, and the
@@ -119,9 +146,7 @@ pub fn device_image(
             ImageBuildError::Parameter { key, value, error }
         })?;
     }
-    description
-        .validate()
-        .map_err(|error| ImageBuildError::Description(ImageError::Description(error)))?;
+    check_description(&description)?;
     if let Some(what) = overlong(&description) {
         return Err(ImageBuildError::Overlong(ImageError::Overlong(what)));
     }

@@ -122,6 +122,8 @@ pub enum VesselCause {
          from its centre, its radius is {radius_mm:.1} mm"
     )]
     RegionWithoutWall { index: usize, distance_mm: f64, radius_mm: f64 },
+    #[error("the vessel lies behind the entry plane: `direction` of [entry] leads out of it")]
+    EntryLeadsOut,
 }
 
 impl VesselCause {
@@ -141,6 +143,11 @@ impl VesselCause {
                 "cut the vessel open where the instrument enters, or correct [entry] position_m"
                     .into()
             }
+            VesselCause::EntryLeadsOut => {
+                "turn the signs of [entry] direction, or correct position_m: the instrument goes \
+                 along direction, in the vessel's frame"
+                    .into()
+            }
         }
     }
 }
@@ -149,6 +156,9 @@ impl VesselCause {
 const FARTHEST_WALL_M: f64 = 0.06;
 /// The entry plane and the rim of its opening are no farther apart than this \[m\].
 const FARTHEST_RIM_M: f64 = 0.01;
+
+/// So far ahead of the entry plane and behind it is looked where the vessel is \[m\].
+const FACING_M: f64 = 5e-3;
 
 /// A wall of either kind.
 pub struct Vessel {
@@ -165,7 +175,8 @@ impl Vessel {
         let rig = catheter(bundle)?;
         let position = Vector3::from(rig.entry.position_m);
         // Just past the entry plane, where the mesh is sure to be beside and not behind.
-        let inside = position + Vector3::from(rig.entry.direction) * 1e-3;
+        let direction = Vector3::from(rig.entry.direction);
+        let inside = position + direction * 1e-3;
         let (vessel, file, rim_m) = match &bundle.mesh {
             Some(mesh) => {
                 let wall = MeshWall::new(mesh.mesh.clone(), model, Some(&inside));
@@ -180,12 +191,16 @@ impl Vessel {
         };
         let nearest = vessel.wall.sample(&inside);
         let distance_m = nearest.distance_m.hypot(nearest.beyond_m);
+        let beyond_m =
+            |ahead_m: f64| vessel.wall.sample(&(position + direction * ahead_m)).beyond_m;
         let radius_m = 0.5 * rig.instrument.outer_diameter_m;
         let cause = if distance_m > FARTHEST_WALL_M {
             let entry_mm = (position * 1e3).into();
             VesselCause::EntryFarFromWall { entry_mm, distance_mm: distance_m * 1e3 }
         } else if rim_m > (4.0 * nearest.distance_m).max(FARTHEST_RIM_M) {
             VesselCause::NoOpeningAtEntry { rim_mm: rim_m * 1e3 }
+        } else if beyond_m(FACING_M) > beyond_m(-FACING_M) + 0.5 * FACING_M {
+            VesselCause::EntryLeadsOut
         } else if nearest.distance_m < radius_m {
             let distance_mm = nearest.distance_m * 1e3;
             VesselCause::EntryTooNarrow { distance_mm, radius_mm: radius_m * 1e3 }

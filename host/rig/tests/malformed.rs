@@ -80,6 +80,14 @@ fn unknown_keys_are_named_with_their_line_and_nearest_neighbour() {
 }
 
 #[test]
+fn a_misspelt_plant_is_blamed_and_not_the_keys_that_only_it_has() {
+    let rig = "format = \"trial-bundle/1\"\nname = \"axis\"\nplant = \"drives\"\n\n[drive]\n\
+               moving_mass_kg = 95.1\n";
+    let says = refusal("rig.toml", rig, place_of(rig, "\"drives\""));
+    assert_says(&says, &["`plant` is \"drives\"", "\"catheter\" and \"drive\""]);
+}
+
+#[test]
 fn missing_and_ill_typed_keys_are_named_with_their_line() {
     let says = |old: &str, new: &str, at: &str, parts: &[&str]| {
         assert_says(&rig_refusal(old, new, at), parts);
@@ -148,16 +156,67 @@ fn slips_of_a_thousand_are_warned_of() {
         let warned = warnings.any(|w| w.message.contains(says) && w.place == place);
         assert!(warned, "{new} at {place:?}: {:?}", bundle.warnings);
     }
+    assert_eq!(open_with("rig.toml", RIG).unwrap().warnings, []);
     let wide = CENTRELINE.replace("0.003", "3.0");
     let bundle = open_with("centreline.csv", wide).unwrap();
     assert!(bundle.warnings[0].message.contains("wider than a hand"), "{:?}", bundle.warnings);
-    let bundle = open_with("trials/000.csv", TRIAL.replace(",0.016,", ",16.0,")).unwrap();
-    assert!(
-        bundle.warnings.iter().any(|w| w.message.contains("millimetres?")),
-        "{:?}",
-        bundle.warnings
-    );
-    assert_eq!(open_with("rig.toml", RIG).unwrap().warnings, []);
+}
+
+/// A trial that feeds 13 mm/s, turns a quarter turn in a second, and measures everything; each
+/// column times a factor.
+fn trial_of(factors: &[(&str, f64)]) -> String {
+    const COLUMNS: [&str; 13] = [
+        "t_s",
+        "insertion_m",
+        "rotation_rad",
+        "fx_N",
+        "fy_N",
+        "fz_N",
+        "drive_fx_N",
+        "tip_x_m",
+        "tip_y_m",
+        "tip_z_m",
+        "p00_x_m",
+        "p00_y_m",
+        "p00_z_m",
+    ];
+    let row = |i: i32| {
+        let t_s = 0.01 * f64::from(i);
+        let (turn, x) = (t_s.min(1.0) * std::f64::consts::FRAC_PI_2, 0.01 + 0.013 * t_s);
+        let values = [t_s, x, turn, 0.2, 0.1, -0.1, 0.3, x, 0.004, 0.001, x, 0.004, 0.001];
+        let fields = COLUMNS.iter().zip(values).map(|(name, value)| {
+            let factor = factors.iter().find(|(own, _)| own == name).map_or(1.0, |(_, k)| *k);
+            (factor * value).to_string()
+        });
+        fields.collect::<Vec<_>>().join(",")
+    };
+    let rows: Vec<String> = (0..200).map(row).collect();
+    format!("{}\n{}\n", COLUMNS.join(","), rows.join("\n"))
+}
+
+#[test]
+fn columns_of_another_unit_are_warned_of() {
+    let warnings = |factors: &[(&str, f64)]| {
+        let bundle = open_with("trials/000.csv", trial_of(factors)).unwrap();
+        let of_trial = bundle.warnings.iter().filter(|w| w.file.ends_with("trials/000.csv"));
+        of_trial.map(|w| w.message.clone()).collect::<Vec<String>>()
+    };
+    assert_eq!(warnings(&[]), Vec::<String>::new());
+    let degrees = 180.0 / std::f64::consts::PI;
+    for (column, factor, says) in [
+        ("insertion_m", 1e3, "insertion_m reaches"),
+        ("fy_N", 1e3, "would break the phantom"),
+        ("drive_fx_N", 1e3, "drive_fx_N reaches 300"),
+        ("tip_x_m", 1e3, "the tip is"),
+        ("p00_y_m", 1e3, "a point on the shape is 4.0 m away"),
+        ("rotation_rad", degrees, "some 14 turns: degrees?"),
+        // A quarter of a turn in all, too few degrees to be told by their number.
+        ("rotation_rad", 0.25 * degrees, "rotation_rad goes by"),
+        ("t_s", 1e-3, "insertion_m goes by"),
+    ] {
+        let found = warnings(&[(column, factor)]);
+        assert!(found.iter().any(|w| w.contains(says)), "{column} × {factor}: {found:?}");
+    }
 }
 
 #[test]
@@ -320,6 +379,29 @@ fn a_vessel_without_an_opening_at_the_entry_is_refused() {
         panic!("a closed sphere lets nothing in")
     };
     assert_says(&error.to_string(), &["no opening near the entry", "cut the vessel open"]);
+}
+
+#[test]
+fn an_entry_that_leads_out_of_the_vessel_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    write_bundle(folder.path());
+    let turned = RIG.replace("direction = [1.0, 0.0, 0.0]", "direction = [-1.0, 0.0, 0.0]");
+    assert_ne!(turned, RIG);
+    for vessel in ["centreline.csv", "vessel.stl"] {
+        if vessel == "vessel.stl" {
+            fs::write(folder.path().join(vessel), binary_stl(&tube())).unwrap();
+        }
+        let from = |rig: &str| {
+            fs::write(folder.path().join("rig.toml"), rig).unwrap();
+            Vessel::from_bundle(&Bundle::open(folder.path()).unwrap(), SurfaceModel::Faceted)
+        };
+        assert!(from(RIG).is_ok(), "{vessel}");
+        let Err(error) = from(&turned) else { panic!("{vessel}: nothing is ahead of the entry") };
+        assert_says(
+            &error.to_string(),
+            &[vessel, "leads out", "turn the signs of [entry] direction"],
+        );
+    }
 }
 
 #[test]

@@ -280,7 +280,7 @@ pub struct DiagnoseArguments {
     #[arg(long, id = "json", value_name = "FILE|-", num_args = 0..=1, default_missing_value = "-")]
     pub json: Option<String>,
     /// Make a web page of the answer, one file that needs nothing else.
-    #[arg(long, value_name = "FILE.html")]
+    #[arg(long, value_name = "FILE.html", value_parser = page_file)]
     pub report: Option<PathBuf>,
     /// Fail with exit code 6 when the force error that is left exceeds this, e.g. `rms_N=0.02`.
     #[arg(long, value_name = "rms_N=X", value_parser = rms_limit)]
@@ -296,6 +296,18 @@ pub struct DiagnoseArguments {
 fn effect(id: &str) -> Result<&'static Effect, String> {
     Effect::find(id)
         .ok_or_else(|| "there is no effect of that name, `cathforce gap effects` lists them".into())
+}
+
+/// A page is for a browser, and stdout is the answer's.
+fn page_file(text: &str) -> Result<PathBuf, String> {
+    match text {
+        "-" => {
+            Err("a page goes into a file, as in --report page.html; `--json -` writes the answer \
+                    to stdout"
+                .into())
+        }
+        file => Ok(file.into()),
+    }
 }
 
 fn rms_limit(text: &str) -> Result<f64, String> {

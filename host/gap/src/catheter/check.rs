@@ -1,12 +1,17 @@
 //! Bundles that no diagnosis can be made of, and trials that no drive can have made.
 
-use cathforce_rig::{Bundle, LumenBuildError};
+use cathforce_rig::bundle::Rush;
+use cathforce_rig::{Bundle, ImageBuildError, LumenBuildError};
+
+use crate::plant::BROKEN_DOWN;
 
 /// Why a bundle cannot be diagnosed.
 #[derive(Debug, thiserror::Error)]
 pub enum CatheterError {
     #[error(transparent)]
     Vessel(#[from] LumenBuildError),
+    #[error(transparent)]
+    Description(#[from] ImageBuildError),
     #[error("there are no trials, so there is nothing to compare\n  fix: add trials/000.csv")]
     NoTrials,
     #[error(
@@ -26,6 +31,11 @@ pub enum CatheterError {
     )]
     TooSlow { number: u32, step_s: f64 },
     #[error(
+        "trial {number:03}: {rush}\n  fix: give t_s in seconds, insertions in metres, rotations in \
+         radians that go on from turn to turn; cut the trial where an encoder jumps"
+    )]
+    Rush { number: u32, rush: Rush },
+    #[error(
         "trial {number:03}: the measured tip is some {excess_mm:.0} mm farther from the entry than \
          the instrument reaches, which cannot be\n  fix: count insertion_m from the entry \
          plane on, not from where the trial began; give the tip in metres in the vessel's frame"
@@ -36,7 +46,10 @@ pub enum CatheterError {
          lies near a snap\n  fix: record longer trials", 1e3 * cathforce_record::FEED_BEFORE_SCORE_M
     )]
     NothingCompared,
-    #[error("the nominal model of rig.toml breaks down on trial {0:03}")]
+    #[error(
+        "the nominal model of rig.toml breaks down on trial {0:03}: its forces grow beyond all \
+         numbers\n  fix: {BROKEN_DOWN}"
+    )]
     Nominal(u32),
 }
 
@@ -60,6 +73,9 @@ pub(super) fn check(bundle: &Bundle) -> Result<(), CatheterError> {
                 return Err(CatheterError::TooSlow { number, step_s });
             }
             _ => {}
+        }
+        if let Some(rush) = trial.rush() {
+            return Err(CatheterError::Rush { number, rush });
         }
         check_tip(bundle, trial)?;
     }

@@ -23,7 +23,7 @@ use std::sync::Arc;
 use cathforce_mechanics::{Description, LumenHeader};
 use cathforce_rig::geometry::SurfaceModel;
 use cathforce_rig::lumen::LumenOptions;
-use cathforce_rig::{Bundle, CELL_M, SolverDefaults, Vessel, to_description};
+use cathforce_rig::{Bundle, CELL_M, SolverDefaults, Vessel, check_description, to_description};
 
 pub use achieved::{Achieved, AchievedError, Left, Runs, Shrink};
 pub use check::CatheterError;
@@ -388,7 +388,9 @@ fn nominal(bundle: &Bundle) -> Result<Description<f64>, CatheterError> {
         onset_m: ONSET * device.onset_m,
         ..device
     };
-    to_description::<f64>(bundle, &defaults).ok_or(CatheterError::NoTrials)
+    let nominal = to_description::<f64>(bundle, &defaults).ok_or(CatheterError::NoTrials)?;
+    check_description(&nominal)?;
+    Ok(nominal)
 }
 
 /// Force bias, time shift, insertion offset, rigid registration and a nearer wall, in the order that

@@ -17,6 +17,7 @@
 pub mod columns;
 mod instrument;
 mod plausible;
+mod plausible_trial;
 mod rig;
 mod rig_cause;
 mod toml_reader;
@@ -33,7 +34,7 @@ pub use rig::{
 };
 pub use rig_cause::RigCause;
 pub use trial::{
-    CatheterTrial, DriveTrial, EncoderReading, GuidewireTrial, Trial, TrialCause, TrialData,
+    CatheterTrial, DriveTrial, EncoderReading, GuidewireTrial, Rush, Trial, TrialCause, TrialData,
     VectorColumn,
 };
 
@@ -224,53 +225,9 @@ fn read_trials(
             Plant::Drive(_) => Trial::parse_drive(number, &text),
         };
         let trial = trial.map_err(|(place, cause)| BundleError::new(&file, place, cause))?;
-        check_trial(&file, &trial, plant, warnings);
+        plausible_trial::check(&file, &trial, plant, warnings);
         trials.push(trial);
     }
     trials.sort_by_key(|trial| trial.number);
     Ok(trials)
-}
-
-/// Warns of a trial whose numbers look like another unit's.
-fn check_trial(file: &Path, trial: &Trial, plant: &Plant, warnings: &mut Vec<Warning>) {
-    let (Plant::Catheter(rig), Some(data)) = (plant, trial.catheter()) else { return };
-    let mut warn =
-        |message| warnings.push(Warning { file: file.to_path_buf(), place: Place::Whole, message });
-    let catheter = (&rig.instrument, &data.insertion_m, &data.rotation_rad, "");
-    let wire = rig.guidewire.as_ref().zip(data.guidewire.as_ref());
-    let wire = wire.map(|(instrument, columns)| {
-        (instrument, &columns.insertion_m, &columns.rotation_rad, "guidewire_")
-    });
-    for (instrument, insertion_m, rotation_rad, prefix) in
-        [Some(catheter), wire].into_iter().flatten()
-    {
-        let length_m = instrument.length_m;
-        let longest = insertion_m.iter().copied().fold(0.0, f64::max);
-        if longest > 20.0 * length_m {
-            warn(format!(
-                "{prefix}insertion_m reaches {longest}, the instrument is {length_m} m long: \
-                 millimetres?"
-            ));
-        } else if longest > length_m {
-            warn(format!(
-                "{prefix}insertion_m reaches {longest}, the instrument is only {length_m} m long"
-            ));
-        }
-        let turn = rotation_rad.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
-        if turn > 200.0 {
-            warn(format!(
-                "{prefix}rotation_rad reaches {turn}, some {:.0} turns: degrees?",
-                turn / std::f64::consts::TAU
-            ));
-        }
-    }
-    let largest = |column: &VectorColumn| {
-        column.iter().flatten().flatten().fold(0.0, |most: f64, x| most.max(x.abs()))
-    };
-    if let Some(force) = data.force_n.as_ref().map(largest).filter(|&force| force > 50.0) {
-        warn(format!("a force of {force} N would break the phantom: millinewtons?"));
-    }
-    if let Some(tip) = data.tip_m.as_ref().map(largest).filter(|&tip| tip > 3.0) {
-        warn(format!("the tip is {tip} m away: millimetres?"));
-    }
 }

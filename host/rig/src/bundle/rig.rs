@@ -143,20 +143,19 @@ impl Rig {
             let place = error.span().map_or(Place::Whole, |span| source.place(&span));
             (place, RigCause::Syntax(error.message().to_owned()))
         })?;
-        let is_drive = document.get_ref().iter().any(|(key, value)| {
-            key.get_ref() == "plant" && value.get_ref().as_str() == Some("drive")
-        });
-        let known: &[&str] = if is_drive { &DRIVE_KEYS } else { &CATHETER_KEYS };
-        let root = TableReader::new(source, String::new(), 0..0, document.get_ref(), known)?;
+        let root = TableReader::document(source, document.get_ref());
+        // Which keys are known depends on it, so that its own slip comes before theirs.
+        let is_drive = match root.optional_text("plant")? {
+            None | Some(("catheter", _)) => false,
+            Some(("drive", _)) => true,
+            Some((other, place)) => {
+                return Err((place, choice("plant", other, "\"catheter\" and \"drive\"")));
+            }
+        };
+        root.check_keys(if is_drive { &DRIVE_KEYS } else { &CATHETER_KEYS })?;
         let (format, place) = root.text("format")?;
         if format != FORMAT {
             return Err((place, choice("format", format, "\"trial-bundle/1\"")));
-        }
-        if let Some((plant, place)) = root.optional_text("plant")?
-            && plant != "drive"
-            && plant != "catheter"
-        {
-            return Err((place, choice("plant", plant, "\"catheter\" and \"drive\"")));
         }
         let mut warnings = Vec::new();
         let plant = if is_drive {

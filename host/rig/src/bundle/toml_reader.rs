@@ -40,29 +40,41 @@ pub(crate) struct Number {
 }
 
 impl<'a> TableReader<'a> {
+    /// The document, whose keys are not looked at yet.
+    pub(crate) fn document(source: Source<'a>, table: &'a DeTable<'a>) -> Self {
+        Self { source, name: String::new(), span: 0..0, table }
+    }
+
     /// Refuses any key that is not among `known`.
-    pub(crate) fn new(
+    fn new(
         source: Source<'a>,
         name: String,
         span: Range<usize>,
         table: &'a DeTable<'a>,
         known: &[&str],
     ) -> Result<Self, Fault> {
+        let own = Self { source, name, span, table };
+        own.check_keys(known)?;
+        Ok(own)
+    }
+
+    /// Refuses any key that is not among `known`.
+    pub(crate) fn check_keys(&self, known: &[&str]) -> Result<(), Fault> {
         // In the order of the file, so that the first slip is the one reported.
-        let mut keys: Vec<_> = table.keys().collect();
+        let mut keys: Vec<_> = self.table.keys().collect();
         keys.sort_by_key(|key| key.span().start);
         for key in keys {
             let text = key.get_ref().as_ref();
             if !known.contains(&text) {
                 let cause = RigCause::UnknownKey {
                     key: text.to_owned(),
-                    table: name.clone(),
+                    table: self.name.clone(),
                     nearest: nearest(text, known).map(str::to_owned),
                 };
-                return Err((source.place(&key.span()), cause));
+                return Err((self.source.place(&key.span()), cause));
             }
         }
-        Ok(Self { source, name, span, table })
+        Ok(())
     }
 
     /// The key with the name of its table before it.

@@ -88,6 +88,20 @@ pub struct GuidewireTrial {
     pub drive_force_n: Option<Vec<Option<f64>>>,
 }
 
+impl CatheterTrial {
+    /// Insertion and rotation.
+    pub(super) fn encoders(&self) -> [&[f64]; 2] {
+        [&self.insertion_m, &self.rotation_rad]
+    }
+}
+
+impl GuidewireTrial {
+    /// Insertion and rotation.
+    pub(super) fn encoders(&self) -> [&[f64]; 2] {
+        [&self.insertion_m, &self.rotation_rad]
+    }
+}
+
 /// Columns of a drive's trial, one entry a row.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DriveTrial {
@@ -102,6 +116,26 @@ pub enum TrialData {
     Catheter(CatheterTrial),
     Drive(DriveTrial),
 }
+
+/// An encoder that goes faster than a drive can.
+#[derive(Clone, Copy, Debug, PartialEq, Error)]
+#[error("{column} goes by {speed:.3} {unit} at t_s = {at_s}, faster than any drive: {why}?")]
+pub struct Rush {
+    pub column: &'static str,
+    pub at_s: f64,
+    /// In `unit`.
+    pub speed: f64,
+    pub unit: &'static str,
+    /// What it may be instead.
+    pub why: &'static str,
+}
+
+/// No instrument is fed faster \[m/s\], or turned faster \[rad/s\] (three turns a second).
+const FASTEST_M_PER_S: f64 = 1.0;
+const FASTEST_RAD_PER_S: f64 = 20.0;
+/// Ways over which that is looked at, longer than the steps of any encoder \[m\], \[rad\].
+const RUSH_M: f64 = 5e-3;
+const RUSH_RAD: f64 = 1.0;
 
 /// One trial.
 #[derive(Clone, Debug, PartialEq)]
@@ -167,6 +201,31 @@ impl Trial {
         Some(EncoderReading { insertion_m: at(insertion_m), rotation_rad: at(rotation_rad) })
     }
 
+    /// Where an encoder goes faster than a drive can, if anywhere: a unit is wrong, of the encoder or
+    /// of the time, or the encoder jumps.
+    pub fn rush(&self) -> Option<Rush> {
+        let data = self.catheter()?;
+        let wire = data.guidewire.as_ref().map(GuidewireTrial::encoders);
+        let drives = [
+            (columns::INSERTION, columns::ROTATION, Some(data.encoders())),
+            (columns::GUIDEWIRE_INSERTION, columns::GUIDEWIRE_ROTATION, wire),
+        ];
+        drives.into_iter().find_map(|(insertion, rotation, encoders)| {
+            let [insertion_m, rotation_rad] = encoders?;
+            let fed = faster(&self.t_s, insertion_m, RUSH_M, FASTEST_M_PER_S);
+            let fed = fed.map(|(at_s, speed)| {
+                let why = "is t_s in seconds and the insertion in metres, or does the encoder jump";
+                Rush { column: insertion, at_s, speed, unit: "m/s", why }
+            });
+            let turned = || faster(&self.t_s, rotation_rad, RUSH_RAD, FASTEST_RAD_PER_S);
+            fed.or_else(|| {
+                let (at_s, speed) = turned()?;
+                let why = "is it in degrees, or does the encoder begin anew after a turn";
+                Some(Rush { column: rotation, at_s, speed, unit: "rad/s", why })
+            })
+        })
+    }
+
     /// `has_guidewire`: there is one in `rig.toml`.
     pub(crate) fn parse_catheter(
         number: u32,
@@ -209,6 +268,19 @@ impl Trial {
         });
         Ok(Self { number, t_s: times(&table)?, data })
     }
+}
+
+/// When a column first goes over a way of at least `way` faster than `limit`, and how fast.
+fn faster(t_s: &[f64], column: &[f64], way: f64, limit: f64) -> Option<(f64, f64)> {
+    let mut first = 0;
+    (1..t_s.len()).find_map(|row| {
+        let (time_s, gone) = (t_s[row] - t_s[first], (column[row] - column[first]).abs());
+        let found = (gone >= way && gone > limit * time_s).then(|| (t_s[first], gone / time_s));
+        if limit * time_s >= way {
+            first = row;
+        }
+        found
+    })
 }
 
 /// The k of a column `pNN_x_m`.

@@ -1,7 +1,7 @@
 //! `cathforce gap diagnose`: where the gap lies, which effect causes it, how far it shrinks.
 
 use std::fmt::Write as _;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
 use cathforce_effects::Effect;
@@ -13,17 +13,21 @@ use cathforce_rig::Bundle;
 use super::source::Source;
 use crate::args::DiagnoseArguments;
 use crate::failure::{Code, Failure};
-use crate::output::write_again;
+use crate::output::{check_again, write_again};
 use crate::ui::Ui;
 
 pub fn run(ui: &Ui, arguments: &DiagnoseArguments) -> Result<(), Failure> {
+    // Said now: a diagnosis takes minutes.
+    let files = json_file(arguments).into_iter().chain(arguments.report.as_deref());
+    files.into_iter().try_for_each(check_again)?;
     let source = Source::open_all(ui, &arguments.bundle)?;
     let answer = answer(ui, source, &arguments.hold_back, &arguments.effects)?;
-    write(ui, &answer, arguments)?;
+    let written = write(ui, &answer, arguments);
     if let Some(file) = &arguments.report {
         write_again(file, page(&answer))?;
         ui.say(format_args!("page: {}", file.display()));
     }
+    written?;
     check(&answer, arguments.fail_above)
 }
 
@@ -55,24 +59,24 @@ pub fn answer(
     };
     drop(progress);
     answer.remarks.extend(bundle.warnings.iter().map(|warning| warning.to_string()));
-    let mut command = "cathforce gap diagnose".to_owned();
-    // Writing to a string does not fail.
-    for path in &source.paths {
-        let _ = write!(command, " {}", path.display());
-    }
-    for trial in hold_back {
-        let _ = write!(command, " --hold-back {trial}");
-    }
-    for effect in effects {
-        let _ = write!(command, " --effect {}", effect.id);
-    }
     answer.reproduce = Reproduce {
-        command,
+        command: command(&source.paths, hold_back, effects),
         version: env!("CARGO_PKG_VERSION").to_owned(),
         bundle_sha256,
         held_back: hold_back.to_vec(),
     };
     Ok(answer)
+}
+
+/// What a shell takes to do the same again.
+fn command(paths: &[PathBuf], hold_back: &[u32], effects: &[&Effect]) -> String {
+    let words = ["cathforce", "gap", "diagnose"].map(str::to_owned).into_iter();
+    let paths = paths.iter().map(|path| path.display().to_string());
+    let hold_back = hold_back.iter().flat_map(|n| ["--hold-back".to_owned(), n.to_string()]);
+    let effects = effects.iter().flat_map(|effect| ["--effect", effect.id].map(str::to_owned));
+    let words: Vec<String> = words.chain(paths).chain(hold_back).chain(effects).collect();
+    // No argument of a program holds the one character that cannot be quoted.
+    shlex::try_join(words.iter().map(String::as_str)).unwrap_or_else(|_| words.join(" "))
 }
 
 pub fn hold_trials_back(bundle: &mut Bundle, hold_back: &[u32]) -> Result<(), Failure> {
@@ -82,6 +86,14 @@ pub fn hold_trials_back(bundle: &mut Bundle, hold_back: &[u32]) -> Result<(), Fa
             "{}: there is no trial {absent:03} to hold back, there are: {}",
             bundle.path.display(),
             there.join(", ")
+        );
+        return Err(Failure::input(message));
+    }
+    if !hold_back.is_empty() && bundle.trials.iter().all(|t| hold_back.contains(&t.number)) {
+        let message = format!(
+            "{}: every trial is held back, so that nothing is left to fit\n  fix: hold fewer trials \
+             back; at least two must be left",
+            bundle.path.display()
         );
         return Err(Failure::input(message));
     }
@@ -98,18 +110,22 @@ fn index(plant: &dyn Plant, effect: &Effect) -> Result<usize, Failure> {
     })
 }
 
+/// The file that the answer is written into; `None`: stdout.
+fn json_file(arguments: &DiagnoseArguments) -> Option<&Path> {
+    arguments.json.as_deref().filter(|file| *file != "-").map(Path::new)
+}
+
 fn write(ui: &Ui, answer: &Diagnosis, arguments: &DiagnoseArguments) -> Result<(), Failure> {
-    match arguments.json.as_deref() {
-        None | Some("-") => ui.data(answer, text(answer))?,
-        Some(file) => {
-            let file = Path::new(file);
-            let json = serde_json::to_string_pretty(answer)
-                .map_err(|e| Failure::new(Code::Failed, format!("cannot write JSON: {e}")))?;
-            write_again(file, json + "\n")?;
-            ui.say(text(answer));
-        }
-    }
-    Ok(())
+    let Some(file) = json_file(arguments) else { return ui.data(answer, text(answer)) };
+    let json = serde_json::to_string_pretty(answer)
+        .map_err(|e| Failure::new(Code::Failed, format!("cannot write JSON: {e}")))?;
+    let json = json + "\n";
+    ui.say(text(answer));
+    write_again(file, &json).or_else(|failure| {
+        // An answer that took minutes is not lost with its file.
+        ui.data(answer, json)?;
+        Err(failure)
+    })
 }
 
 /// Fails with the code of a missed threshold.
@@ -188,4 +204,19 @@ fn text(answer: &Diagnosis) -> String {
         line(format!("  note: {remark}"));
     }
     text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_command_is_what_a_shell_takes_as_it_was_given() {
+        let paths = [PathBuf::from("of today/it's.mcap"), PathBuf::from("plain-1.mcap")];
+        let said = command(&paths, &[3], &[]);
+        let words = shlex::split(&said).expect("closed quotes");
+        let given = ["of today/it's.mcap", "plain-1.mcap", "--hold-back", "3"];
+        assert_eq!(words, [&["cathforce", "gap", "diagnose"], &given[..]].concat());
+        assert!(said.ends_with(" plain-1.mcap --hold-back 3"), "quoted needlessly: {said}");
+    }
 }
