@@ -53,7 +53,7 @@ fn cells(map: &Map, full: f64, unit: &str) -> String {
     for (j, row) in map.cells.iter().enumerate() {
         let columns = row.len().max(1) as f64;
         let (width, height) = ((WIDTH - LABELS) / columns, HEIGHT / rows);
-        let arc_mm = |k: usize| 1e3 * between(map.arc_m, k as f64 / rows);
+        let arc_mm = |k: usize| label(1e3 * between(map.arc_m, k as f64 / rows), 0);
         for (i, cell) in row.iter().enumerate() {
             let Some(error) = cell else { continue };
             let time_s = between(map.t_s, (i as f64 + 0.5) / columns);
@@ -61,7 +61,7 @@ fn cells(map: &Map, full: f64, unit: &str) -> String {
             let _ = write!(
                 drawn,
                 "<rect class=heat x={:.1} y={:.1} width={width:.1} height={height:.1} \
-                 fill-opacity={:.2}><title>{time_s:.2} s, {:.0} to {:.0} mm: {}</title></rect>",
+                 fill-opacity={:.2}><title>{time_s:.2} s, {} to {} mm: {}</title></rect>",
                 LABELS + i as f64 * width,
                 TOP + HEIGHT - (j + 1) as f64 * height,
                 (error / full.max(f64::MIN_POSITIVE)).clamp(0.0, 1.0),
@@ -84,14 +84,14 @@ fn axes(map: &Map) -> String {
     for (share, anchor) in [(0.0, "start"), (0.5, "middle"), (1.0, "end")] {
         let _ = write!(
             drawn,
-            "<text class=soft x={:.0} y={:.0} text-anchor={anchor}>{:.1} s</text>\
-             <text class=soft x={:.0} y={:.0} text-anchor=end>{:.0} mm</text>",
+            "<text class=soft x={:.0} y={:.0} text-anchor={anchor}>{} s</text>\
+             <text class=soft x={:.0} y={:.0} text-anchor=end>{} mm</text>",
             LABELS + share * (WIDTH - LABELS),
             bottom + 16.0,
-            between(map.t_s, share),
+            label(between(map.t_s, share), 1),
             LABELS - 6.0,
             TOP + (1.0 - share) * (HEIGHT - 12.0) + 10.0,
-            1e3 * between(map.arc_m, share)
+            label(1e3 * between(map.arc_m, share), 0)
         );
     }
     drawn
@@ -120,6 +120,12 @@ fn key(map: &Map, full: f64, unit: &str) -> String {
         quantity(full, unit)
     );
     drawn
+}
+
+/// A number at an axis, to so many decimals; an edge that is a little below 0 is no -0.
+fn label(value: f64, decimals: i32) -> String {
+    let unit = 10_f64.powi(decimals);
+    format!("{:.*}", decimals as usize, (value * unit).round() / unit + 0.0)
 }
 
 fn between([low, high]: [f64; 2], share: f64) -> f64 {
@@ -151,6 +157,12 @@ mod tests {
             assert!(drawn.contains(part), "{part} in {drawn}");
         }
         assert!(drawn.contains("trial 007: 4.00 mm RMS, floor 1.00 mm"), "{drawn}");
+    }
+
+    #[test]
+    fn an_edge_just_below_zero_is_no_negative_zero() {
+        assert_eq!([label(-0.3, 0), label(-0.04, 1), label(-0.06, 1)], ["0", "0.0", "-0.1"]);
+        assert_eq!([label(123.4, 0), label(9.26, 1)], ["123", "9.3"]);
     }
 
     #[test]
