@@ -287,8 +287,8 @@ pub struct Segment {
 }
 
 /// What to look at where the nominal model breaks down.
-pub const BROKEN_DOWN: &str = "see what `cathforce info` warns of, and look for jumps of the encoders \
-                               and for values of another unit in rig.toml";
+pub const BROKEN_DOWN: &str = "see what `cathforce info` warns of, and look for jumps of the \
+                               encoders and for values of another unit in rig.toml";
 
 /// A model with effects, and the trials that were measured on what it models.
 pub trait Plant: Sync {

@@ -10,8 +10,8 @@ use crate::plant::{Plant, Quantity, Trial};
 use crate::problem::Problem;
 use crate::select::Candidate;
 
-/// Other axes must leave less than this share of the error that the stated ones leave, and of
-/// what was measured.
+/// Other axes must leave less than this share of what the stated ones leave, and of what was
+/// measured.
 const MUCH_BETTER: f64 = 0.2;
 /// A factor between measured and predicted beyond which it is a unit, not a gain.
 const UNIT_FACTOR: f64 = 100.0;
@@ -114,13 +114,15 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(x, y)| x * y).sum()
 }
 
+/// Of what was measured and of what was predicted, summed over axes and samples.
+fn squares(axes: &[Axis]) -> (f64, f64) {
+    let sum = |of: fn(&Axis) -> &[f64]| axes.iter().map(|axis| dot(of(axis), of(axis))).sum();
+    (sum(|axis| &axis.measured), sum(|axis| &axis.predicted))
+}
+
 fn unit(axes: &[Axis], quantity: Quantity) -> Option<String> {
-    let sum = |product: fn(&Axis) -> f64| axes.iter().map(product).sum::<f64>();
-    let (yy, ff) = (
-        sum(|axis| dot(&axis.measured, &axis.measured)),
-        sum(|axis| dot(&axis.predicted, &axis.predicted)),
-    );
-    let yf = sum(|axis| dot(&axis.measured, &axis.predicted));
+    let (yy, ff) = squares(axes);
+    let yf: f64 = axes.iter().map(|axis| dot(&axis.measured, &axis.predicted)).sum();
     if yy * ff <= 0.0 || yf.abs() < ALIKE * (yy * ff).sqrt() {
         return None;
     }
@@ -139,28 +141,29 @@ fn unit(axes: &[Axis], quantity: Quantity) -> Option<String> {
     })
 }
 
-/// Whether the axes would fit far better in another order or with other signs. Of a drive on its own,
-/// which has one, its inertia tells more.
+/// Whether the axes would fit far better in another order or with other signs. Of a drive on its
+/// own, which has one, its inertia tells more.
 fn axes(axes: &[Axis], quantity: Quantity) -> Option<String> {
     let orders = match (axes.len(), quantity) {
         (3, _) => &ORDERS[..],
         (1, Quantity::DriveForce) => &ORDERS[..1],
         _ => return None,
     };
-    let power: f64 = axes.iter().map(|axis| dot(&axis.measured, &axis.measured)).sum();
-    let left = |order: &[usize; 3], signs: usize| -> f64 {
+    let (yy, ff) = squares(axes);
+    let yf = |order: &[usize; 3], signs: usize| -> f64 {
         let axis = |(k, own): (usize, &Axis)| {
-            let (y, f) = (&own.measured, &axes[order[k]].predicted);
             let sign = if signs >> k & 1 == 1 { -1.0 } else { 1.0 };
-            dot(y, y) - 2.0 * sign * dot(y, f) + dot(f, f)
+            sign * dot(&own.measured, &axes[order[k]].predicted)
         };
         axes.iter().enumerate().map(axis).sum()
     };
-    let stated = left(&ORDERS[0], 0);
+    // What is left of what was measured, by the gain of all axes that leaves least: a stiffer
+    // instrument turns no axis, but would hide that a small one is turned.
+    let left = |yf: f64| yy - yf.max(0.0).powi(2) / ff.max(f64::MIN_POSITIVE);
     let all = orders.iter().flat_map(|order| (0..1 << axes.len()).map(move |signs| (order, signs)));
-    let (order, signs) = all.min_by(|a, b| left(a.0, a.1).total_cmp(&left(b.0, b.1)))?;
-    let best = left(order, signs);
-    if best >= MUCH_BETTER * stated || best >= MUCH_BETTER * power {
+    let (order, signs) = all.min_by(|a, b| yf(b.0, b.1).total_cmp(&yf(a.0, a.1)))?;
+    let (stated, best) = (left(yf(&ORDERS[0], 0)), left(yf(order, signs)));
+    if best >= MUCH_BETTER * stated || best >= MUCH_BETTER * yy {
         return None;
     }
     let name =
@@ -186,7 +189,8 @@ fn axes(axes: &[Axis], quantity: Quantity) -> Option<String> {
     };
     Some(format!(
         "the measured {what} along {}, {}, {} of the vessel's frame: the axes are not those that \
-         rig.toml states; nothing is concluded from them: {fix}, as are direction and up of [entry]",
+         rig.toml states; nothing is concluded from them: {fix}, as are direction and up of \
+         [entry]",
         name(0),
         name(1),
         name(2)
@@ -210,8 +214,8 @@ mod tests {
         [0.3 + 0.1 * t.sin(), 0.05 * (2.0 * t).cos(), -0.1 * t.cos()]
     }
 
-    /// What is answered where so many axes of a quantity were measured with a change, of which y lacks
-    /// rows that x and z have, as where a fork decides them, and x others.
+    /// What is answered where so many axes of a quantity were measured with a change, of which y
+    /// lacks rows that x and z have, as where a fork decides them, and x others.
     fn answer(
         quantity: Quantity,
         axes: usize,
@@ -265,6 +269,9 @@ mod tests {
         assert_refused(&answer(Quantity::DriveForce, 1, opposite), "with the other sign");
         let swapped = |[x, y, z]: [f64; 3]| [x, z, y];
         assert_refused(&answer(Quantity::Force, 3, swapped), "along x, z, y");
+        // Though most of the error is that of a gain.
+        let stiffer = |[x, y, z]: [f64; 3]| [1.5 * x, -1.5 * y, 1.5 * z];
+        assert_refused(&answer(Quantity::Force, 3, stiffer), "along x, −y, z");
     }
 
     #[test]

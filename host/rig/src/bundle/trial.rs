@@ -201,8 +201,8 @@ impl Trial {
         Some(EncoderReading { insertion_m: at(insertion_m), rotation_rad: at(rotation_rad) })
     }
 
-    /// Where an encoder goes faster than a drive can, if anywhere: a unit is wrong, of the encoder or
-    /// of the time, or the encoder jumps.
+    /// Where an encoder goes faster than a drive can, if anywhere: a unit is wrong, of the encoder
+    /// or of the time, or the encoder jumps.
     pub fn rush(&self) -> Option<Rush> {
         let data = self.catheter()?;
         let wire = data.guidewire.as_ref().map(GuidewireTrial::encoders);

@@ -91,8 +91,8 @@ pub fn hold_trials_back(bundle: &mut Bundle, hold_back: &[u32]) -> Result<(), Fa
     }
     if !hold_back.is_empty() && bundle.trials.iter().all(|t| hold_back.contains(&t.number)) {
         let message = format!(
-            "{}: every trial is held back, so that nothing is left to fit\n  fix: hold fewer trials \
-             back; at least two must be left",
+            "{}: every trial is held back, so that nothing is left to fit\n  fix: hold fewer \
+             trials back; at least two must be left",
             bundle.path.display()
         );
         return Err(Failure::input(message));
