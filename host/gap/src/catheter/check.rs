@@ -11,7 +11,7 @@ pub enum CatheterError {
     #[error(transparent)]
     Vessel(#[from] LumenBuildError),
     #[error(transparent)]
-    Description(#[from] ImageBuildError),
+    Description(#[from] Box<ImageBuildError>),
     #[error("there are no trials, so there is nothing to compare\n  fix: add trials/000.csv")]
     NoTrials,
     #[error(

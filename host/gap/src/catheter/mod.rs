@@ -389,7 +389,7 @@ fn nominal(bundle: &Bundle) -> Result<Description<f64>, CatheterError> {
         ..device
     };
     let nominal = to_description::<f64>(bundle, &defaults).ok_or(CatheterError::NoTrials)?;
-    check_description(&nominal)?;
+    check_description(&nominal).map_err(Box::new)?;
     Ok(nominal)
 }
 
