@@ -8,6 +8,12 @@ pub const GRID_S: f64 = 1e-3;
 const POSITION_SD: f64 = 2.0;
 /// Smoothing of what is compared.
 const OUTPUT_SD: f64 = 4.0;
+/// Least smoothing of both together, in steps between rows. Between two rows a position is taken for a
+/// straight line, which adds accelerations at the rate of the rows as large as the true ones; so much
+/// leaves 1e-3 of them.
+const LEAST_SD_ROWS: f64 = 0.6;
+/// A step of time larger than this many usual ones is a jump of the clock.
+const CLOCK_JUMP: f64 = 5.0;
 
 /// A drive rests where it moves by less than this share of the travel, or than so many standard
 /// deviations of the position's noise, in this time \[s\].
@@ -26,8 +32,8 @@ pub struct Motion {
 
 impl Motion {
     /// From positions every [`GRID_S`], smoothed and differentiated.
-    pub fn of(position_m: &[f64]) -> Self {
-        let position_m = Gaussian::new(POSITION_SD).smooth(position_m);
+    pub fn of(position_m: &[f64], filters: &Filters) -> Self {
+        let position_m = filters.position.smooth(position_m);
         let velocity_m_per_s = slope(&position_m, GRID_S);
         let acceleration_m_per_s2 = slope(&velocity_m_per_s, GRID_S);
         Self { dt_s: GRID_S, position_m, velocity_m_per_s, acceleration_m_per_s2 }
@@ -49,6 +55,21 @@ impl Motion {
         }
         rests
     }
+}
+
+/// Steps of time longer than this are jumps of the clock \[s\].
+pub fn jump_s(t_s: &[f64]) -> f64 {
+    let mut steps: Vec<f64> = t_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    steps.sort_by(f64::total_cmp);
+    CLOCK_JUMP * steps[steps.len() / 2]
+}
+
+/// Time between rows, but where the clock jumps \[s\].
+pub fn step_s(t_s: &[f64]) -> f64 {
+    let jump_s = jump_s(t_s);
+    let steps = t_s.windows(2).map(|pair| pair[1] - pair[0]).filter(|step| *step <= jump_s);
+    let (sum, count) = steps.fold((0.0, 0), |(sum, count), step| (sum + step, count + 1));
+    sum / f64::from(count)
 }
 
 /// A column on the grid, from its rows at times of their own.
@@ -82,8 +103,12 @@ pub struct Filters {
 }
 
 impl Filters {
-    pub fn new() -> Self {
-        Self { position: Gaussian::new(POSITION_SD), output: Gaussian::new(OUTPUT_SD) }
+    /// For rows so far apart at most.
+    pub fn of_rows(step_s: f64) -> Self {
+        let least = LEAST_SD_ROWS * step_s / GRID_S;
+        let wider = (least / POSITION_SD.hypot(OUTPUT_SD)).max(1.0);
+        let [position, output] = [POSITION_SD, OUTPUT_SD].map(|sd| Gaussian::new(wider * sd));
+        Self { position, output }
     }
 
     /// A measured command, smoothed as the position was before its derivatives were taken, and
