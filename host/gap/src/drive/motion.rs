@@ -1,6 +1,6 @@
 //! Position, velocity and acceleration of a drive from its measured position.
 
-use crate::signal::{Gaussian, interpolate, slope};
+use crate::signal::{Gaussian, slope};
 
 /// The grid on which a trial is differentiated \[s\].
 pub const GRID_S: f64 = 1e-3;
@@ -100,6 +100,8 @@ pub fn evenly(t_s: &[f64], column: &[f64], step_s: f64) -> Vec<f64> {
 pub struct Filters {
     position: Gaussian,
     output: Gaussian,
+    /// Of the latter, in grid points.
+    output_sd: f64,
 }
 
 impl Filters {
@@ -108,7 +110,7 @@ impl Filters {
         let least = LEAST_SD_ROWS * step_s / GRID_S;
         let wider = (least / POSITION_SD.hypot(OUTPUT_SD)).max(1.0);
         let [position, output] = [POSITION_SD, OUTPUT_SD].map(|sd| Gaussian::new(wider * sd));
-        Self { position, output }
+        Self { position, output, output_sd: wider * OUTPUT_SD }
     }
 
     /// A measured command, smoothed as the position was before its derivatives were taken, and
@@ -117,16 +119,15 @@ impl Filters {
         self.output.smooth(&self.position.smooth(command_n))
     }
 
-    /// A predicted command at some grid points, read `shift_s` later.
+    /// A predicted command at some grid points, read `shift_s` later. Between grid points the filter is
+    /// shifted, not what it smooths: a straight line between two points has a kink where there is no
+    /// shift, and two steps to either side of it are one smoothing more.
     pub fn predicted(&self, command_n: &[f64], at: &[usize], shift_s: f64) -> Vec<f64> {
         let shift = shift_s / GRID_S;
-        let moved: Vec<f64> = if shift == 0.0 {
-            Vec::new()
-        } else {
-            (0..command_n.len()).map(|i| interpolate(command_n, i as f64 + shift)).collect()
-        };
-        let command_n = if shift == 0.0 { command_n } else { &moved };
-        at.iter().map(|&i| self.output.at(command_n, i)).collect()
+        let (whole, last) = (shift.round(), command_n.len().saturating_sub(1) as f64);
+        let output = Gaussian::centred(self.output_sd, shift - whole);
+        let moved = |i: usize| (i as f64 + whole).clamp(0.0, last) as usize;
+        at.iter().map(|&i| output.at(command_n, moved(i))).collect()
     }
 
     /// Grid points at either end, and around a jump of the clock, that are not compared.
