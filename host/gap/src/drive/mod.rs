@@ -9,6 +9,7 @@ mod motion;
 mod noise;
 mod segments;
 mod setpoint;
+mod spike;
 
 use cathforce_rig::bundle::{Bundle, DriveTrial, Plant as RigPlant, TrialData};
 
@@ -20,6 +21,7 @@ use effects::{FORCE_BIAS, Scale, TIME_SHIFT, command, latency_s, library, swing}
 use motion::{Filters, GRID_S, Motion, jump_s, on_grid, step_s};
 use noise::Noise;
 use setpoint::Setpoint;
+pub use spike::Spiking;
 
 /// Grid points between two samples, about.
 const STRIDE: usize = 5;
@@ -32,8 +34,9 @@ const SLOW_SHARE: f64 = 1.0 / 3.0;
 const HARD_SHARE: f64 = 0.3;
 /// Samples within this of a change of direction belong to the reversal \[s\].
 const REVERSAL_S: f64 = 0.05;
-/// Share of the measured force from which on a floor hides effects that matter.
-const HIDING: f64 = 0.05;
+/// Share of the measured force from which on a floor hides effects that matter: friction of 1 % of it
+/// would be no gap.
+const HIDING: f64 = 0.02;
 /// Blocks of a trial without a period.
 const BLOCKS: usize = 4;
 
