@@ -135,3 +135,39 @@ impl Filters {
         self.position.reach() + self.output.reach() + 2
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_lies_between_rows_is_no_acceleration() {
+        let t_s: Vec<f64> = (0..200).map(|i| f64::from(i) * 0.01).collect();
+        let position_m: Vec<f64> = t_s.iter().map(|t| 0.5 * t * t).collect();
+        let filters = Filters::of_rows(step_s(&t_s));
+        let motion = Motion::of(&on_grid(&t_s, &position_m), &filters);
+        let at: Vec<usize> = (500..1500).collect();
+        let seen = filters.predicted(&motion.acceleration_m_per_s2, &at, 0.0);
+        let worst = seen.iter().map(|a| (a - 1.0).abs()).fold(0.0, f64::max);
+        assert!(worst < 3e-3, "{worst}");
+    }
+
+    #[test]
+    fn a_pause_is_no_step_between_rows() {
+        let t_s: Vec<f64> =
+            (0..1000).map(|i| f64::from(i) * 1e-3 + if i < 500 { 0.0 } else { 9.0 }).collect();
+        assert!((step_s(&t_s) - 1e-3).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_shift_smooths_nothing() {
+        let filters = Filters::of_rows(1e-3);
+        let wave: Vec<f64> = (0..400).map(|i| (0.3 * f64::from(i)).sin()).collect();
+        let size = |shift_s: f64| {
+            let at: Vec<usize> = (100..300).collect();
+            let read = filters.predicted(&wave, &at, shift_s);
+            read.iter().map(|x| x * x).sum::<f64>()
+        };
+        assert!((size(5e-4) / size(0.0) - 1.0).abs() < 1e-2);
+    }
+}

@@ -123,6 +123,26 @@ mod tests {
         let ratio = acceleration_m_per_s2(&t_s, noise.most, &filters) / sd;
         assert!((0.6..1.7).contains(&ratio), "{ratio}");
     }
+
+    #[test]
+    fn a_motion_that_is_read_seldom_is_not_taken_for_noise() {
+        let (sd_m, step_s) = (1e-6, 8e-3);
+        let t_s: Vec<f64> = (0..2000).map(|i| f64::from(i) * step_s).collect();
+        let read = |i: usize| {
+            let noise = sd_m * crate::toy::noise(i);
+            0.05 * (20.0 * t_s[i]).sin() + noise
+        };
+        let rows: Vec<f64> = (0..t_s.len()).map(read).collect();
+        let found = Noise::of(&t_s, &rows);
+        assert!(!found.is_white);
+        assert!((0.8..1.3).contains(&(found.most / sd_m)), "{found:?}");
+        assert_eq!(found.or_stated(Some(sd_m)), sd_m);
+        // What rows show that are near enough is believed, whatever is stated.
+        let white: Vec<f64> = (0..t_s.len()).map(|i| sd_m * crate::toy::noise(i)).collect();
+        let found = Noise::of(&t_s, &white);
+        assert!((found.or_stated(Some(1e-9)) / sd_m - 1.0).abs() < 0.2, "{found:?}");
+    }
+
     #[test]
     fn a_clock_that_trembles_is_noise_of_the_position() {
         let (rows, speed_m_per_s, tremble_s) = (4000, 0.1, 3e-4);
