@@ -104,6 +104,10 @@ impl Plant for Altered<'_> {
         self.inner.complaint()
     }
 
+    fn hidden(&self, floor_n: f64, measured_n: f64) -> Option<String> {
+        self.inner.hidden(floor_n, measured_n)
+    }
+
     fn remarks(&self) -> &[String] {
         self.inner.remarks()
     }

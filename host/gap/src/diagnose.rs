@@ -23,7 +23,7 @@ use crate::report::{
     Reproduce, Series, Verdict,
 };
 use crate::sanity;
-use crate::score::{FoldKind, Folds, Score};
+use crate::score::{FoldKind, Folds, Score, root_mean_square};
 use crate::select::{Candidate, Selection, Selector};
 use crate::verdict::{Lead, verdict};
 
@@ -213,7 +213,10 @@ impl<'a> Answer<'a> {
     ) -> Diagnosis {
         self.diagnosis.places = locate(problem, &nominal.score);
         if nominal.score.worst() < NO_GAP && self.floor_known {
-            self.diagnosis.verdict = Verdict::NoGap;
+            let hidden = self.hidden(problem);
+            self.diagnosis.verdict =
+                if hidden.is_some() { Verdict::Unknown } else { Verdict::NoGap };
+            hidden.into_iter().for_each(|why| self.remark(why));
             self.diagnosis.places.clear();
             self.figures(problem, &nominal.score, &nominal.score);
             self.series(problem, &nominal, &nominal);
@@ -288,6 +291,16 @@ impl<'a> Answer<'a> {
         self.diagnosis
     }
 
+    /// Why the floor of the force hides what a verdict would be about, if so.
+    fn hidden(&self, problem: &Problem<'_>) -> Option<String> {
+        let rms = |of: &dyn Fn(usize, usize) -> f64| {
+            root_mean_square(problem, Quantity::Force, |trial, i| Some(of(trial, i)))
+        };
+        let floor_n = rms(&|trial, i| 1.0 / problem.weights(trial)[i])?;
+        let measured_n = rms(&|trial, i| self.plant.trials()[trial].samples[i].value)?;
+        self.plant.hidden(floor_n, measured_n)
+    }
+
     /// What speaks against an explanation, however much it closes. `worst`: energy that it leaves in
     /// a quantity.
     fn objections(&self, problem: &Problem<'_>, selection: &Selection, worst: f64) -> Vec<String> {
@@ -327,7 +340,10 @@ impl<'a> Answer<'a> {
         let id = |effect: usize| self.plant.effects()[effect].id;
         let alike = named.iter().filter(|(effect, _)| id(*effect) == first.id);
         let alike: Vec<&str> = alike.flat_map(|(_, set)| set).map(|&effect| id(effect)).collect();
-        Lead::of(&self.diagnosis.ranking, &first.id, &alike)
+        let lead = Lead::of(&self.diagnosis.ranking, &first.id, &alike);
+        // All that an axis does shows in one force: what cannot be told apart there is another name of
+        // the effect, and is reported with it.
+        if self.plant.cheap() { Lead { all: lead.told_apart, ..lead } } else { lead }
     }
 
     fn figures(&mut self, problem: &Problem<'_>, before: &Score, after: &Score) {

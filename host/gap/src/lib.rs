@@ -21,6 +21,7 @@
 //! | `locate`, `map` | where the gap lies |
 //! | `experiment` | what to record next |
 //! | `isolability`, `protocol` | what a recording can tell before it is made; what it should hold |
+//! | `spike` | which effects are put into measured data |
 //! | `report`, `page` | the answer for programs and for people |
 
 #![forbid(unsafe_code)]
@@ -64,6 +65,7 @@ mod score;
 mod search;
 mod select;
 mod signal;
+pub mod spike;
 mod swing;
 #[cfg(test)]
 mod toy;

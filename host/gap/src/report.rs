@@ -8,7 +8,7 @@ use crate::band::Band;
 use crate::experiment::Experiment;
 use crate::locate::Cell;
 use crate::map::Map;
-use crate::plant::Quantity;
+use crate::plant::{Parameter, Plant, Quantity};
 
 /// The only format there is.
 pub const FORMAT: &str = "gap-diagnosis/1";
@@ -189,6 +189,16 @@ impl Diagnosis {
             Some(others) => format!("{id} (or {})", others.join(", ")),
             None => id.to_owned(),
         }
+    }
+
+    /// The values of all parameters of the effects that are named, in the plant's order.
+    pub fn values(&self, plant: &dyn Plant) -> Vec<(String, Vec<f64>)> {
+        let values = |named: &NamedEffect| {
+            let effect = plant.effects().iter().find(|effect| effect.id == named.id)?;
+            let value = |p: &Parameter| named.parameters.get(p.name).map_or(p.off, |own| own.value);
+            Some((named.id.clone(), effect.parameters.iter().map(value).collect()))
+        };
+        self.effects.iter().filter_map(values).collect()
     }
 
     /// The verdict in one sentence.

@@ -14,8 +14,13 @@ pub struct Gaussian {
 impl Gaussian {
     /// `sd`: standard deviation in samples. Cut at four of them.
     pub fn new(sd: f64) -> Self {
+        Self::centred(sd, 0.0)
+    }
+
+    /// The same of what lies `by` samples later, at most half a sample.
+    pub fn centred(sd: f64, by: f64) -> Self {
         let reach = (4.0 * sd).ceil().max(1.0) as usize;
-        let offset = |i: usize| i as f64 - reach as f64;
+        let offset = |i: usize| i as f64 - reach as f64 - by;
         let bell = |x: f64| (-0.5 * (x / sd).powi(2)).exp();
         let mut weights: Vec<f64> = (0..=2 * reach).map(|i| bell(offset(i))).collect();
         let sum: f64 = weights.iter().sum();

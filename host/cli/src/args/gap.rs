@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use cathforce_effects::Effect;
-use cathforce_gap::catheter::Spike;
+use cathforce_gap::spike::Spike;
 use clap::{Args, Subcommand};
 
 use super::{Changes, positive, positive_seconds};
@@ -178,7 +178,7 @@ pub struct AblationArguments {
 
 #[derive(Debug, Args)]
 pub struct SpikeInArguments {
-    /// Trial bundle of a catheter.
+    /// Trial bundle.
     pub bundle: PathBuf,
     /// Effects to put in at once, each with the parameters whose switch-on values are not wanted;
     /// may be given more than once, for a bundle each. Without it every effect, one by one.

@@ -28,7 +28,7 @@ use cathforce_rig::{Bundle, CELL_M, SolverDefaults, Vessel, check_description, t
 pub use achieved::{Achieved, AchievedError, Left, Runs, Shrink};
 pub use check::CatheterError;
 pub use planned::{PlannedError, planned};
-pub use spike::{Changes, Spike, SpikeError, Spiked, Spiking};
+pub use spike::Spiking;
 
 use crate::floor;
 use crate::plant::{

@@ -14,32 +14,7 @@ use super::simulate::{Inputs, Simulator, Trajectory, readings};
 use super::{Catheter, CatheterError};
 use crate::plant::{Effect, Point};
 use crate::signal::interpolate;
-
-/// An effect and the parameters that are wanted of it; the others have the values of its first
-/// switch-on start.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Spike {
-    /// Of `cathforce gap effects`.
-    pub id: String,
-    /// Names as reports have them, values in their units.
-    pub parameters: Vec<(String, f64)>,
-}
-
-/// Why an effect cannot be put in.
-#[derive(Debug, thiserror::Error)]
-pub enum SpikeError {
-    #[error("this rig cannot have {id}; it can have {known}")]
-    Effect { id: String, known: String },
-    #[error("{id} has no parameter `{name}`; it has {known}")]
-    Parameter { id: String, name: String, known: String },
-    #[error(
-        "{name} of {id} is {value} {unit}, and must be from {low} to {high}",
-        unit = if *unit == "1" { "" } else { unit }
-    )]
-    Range { id: String, name: String, value: f64, unit: &'static str, low: f64, high: f64 },
-    #[error("the device's model breaks down on trial {0:03} with this effect; make it smaller")]
-    BreaksDown(u32),
-}
+use crate::spike::{self, Changes, Spike, SpikeError, Spiked, Sum};
 
 /// A bundle into which effects can be put.
 pub struct Spiking<'a> {
@@ -49,24 +24,6 @@ pub struct Spiking<'a> {
     simulator: Simulator,
     inputs: Vec<Inputs>,
     library: Library,
-}
-
-/// A bundle with effects in its data.
-#[derive(Clone, Debug)]
-pub struct Spiked {
-    pub bundle: Bundle,
-    /// Every parameter that was put in: effect, name, value, unit.
-    pub parameters: Vec<(&'static str, &'static str, f64, &'static str)>,
-    pub changes: Changes,
-}
-
-/// Root mean square of what changed over all rows, as a vector; `None` where not measured.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Changes {
-    pub force_n: Option<f64>,
-    pub drive_force_n: Option<f64>,
-    pub tip_m: Option<f64>,
-    pub shape_m: Option<f64>,
 }
 
 impl<'a> Spiking<'a> {
@@ -102,19 +59,7 @@ impl<'a> Spiking<'a> {
     /// Puts effects into the data of every trial.
     pub fn put_in(&self, spikes: &[Spike]) -> Result<Spiked, SpikeError> {
         let effects = &self.library.effects;
-        let mut point = Point::off(effects, 0);
-        let mut parameters = Vec::new();
-        for spike in spikes {
-            let at = effects.iter().position(|effect| effect.id == spike.id);
-            let at = at.ok_or_else(|| SpikeError::Effect {
-                id: spike.id.clone(),
-                known: effects.iter().map(|effect| effect.id).collect::<Vec<_>>().join(", "),
-            })?;
-            let values = values(&effects[at], spike)?;
-            let named = effects[at].parameters.iter().zip(&values);
-            parameters.extend(named.map(|(p, &value)| (effects[at].id, p.name, value, p.unit)));
-            point.effects[at] = values;
-        }
+        let (point, parameters) = spike::point(effects, &Point::off(effects, 0), spikes)?;
         let number = |trial: usize| self.bundle.trials[trial].number;
         // Ranges are checked, so that only a combination of values can be refused.
         let altered =
@@ -152,33 +97,6 @@ impl<'a> Spiking<'a> {
     }
 }
 
-/// The values of all parameters of an effect.
-fn values(effect: &Effect, spike: &Spike) -> Result<Vec<f64>, SpikeError> {
-    let off = || effect.parameters.iter().map(|p| p.off).collect();
-    let mut values: Vec<f64> = effect.starts.first().cloned().unwrap_or_else(off);
-    for (name, value) in &spike.parameters {
-        let at = effect.parameters.iter().position(|p| p.name == name);
-        let at = at.ok_or_else(|| SpikeError::Parameter {
-            id: spike.id.clone(),
-            name: name.clone(),
-            known: effect.parameters.iter().map(|p| p.name).collect::<Vec<_>>().join(", "),
-        })?;
-        let p = &effect.parameters[at];
-        if !(p.low..=p.high).contains(value) {
-            return Err(SpikeError::Range {
-                id: spike.id.clone(),
-                name: name.clone(),
-                value: *value,
-                unit: p.unit,
-                low: p.low,
-                high: p.high,
-            });
-        }
-        values[at] = *value;
-    }
-    Ok(values)
-}
-
 /// One trial played by the model.
 struct Played<'a> {
     inputs: &'a Inputs,
@@ -204,21 +122,6 @@ impl Played<'_> {
         let tick = ((seconds / self.inputs.tick_s).round() as usize).min(last);
         let at = self.inputs.shape_ticks.binary_search(&tick).ok()?;
         self.trajectory.shapes.get(at).map(Vec::as_slice)
-    }
-}
-
-/// Sum of squares and how many rows.
-#[derive(Default)]
-struct Sum(f64, usize);
-
-impl Sum {
-    fn add(&mut self, vector: &[f64]) {
-        self.0 += vector.iter().map(|x| x * x).sum::<f64>();
-        self.1 += 1;
-    }
-
-    fn rms(&self) -> Option<f64> {
-        (self.1 > 0).then(|| (self.0 / self.1 as f64).sqrt())
     }
 }
 

@@ -14,9 +14,15 @@ use std::f64::consts::TAU;
 
 use super::motion::Motion;
 use crate::plant::{Along, Effect, Parameter, Point, Swing};
+use crate::signal::Gaussian;
 
 /// Velocity over which Coulomb friction turns over \[m/s\].
 const TURNOVER_M_PER_S: f64 = 0.5e-3;
+
+/// What the command's measurement follows late is smoothed so far first, in grid points: a low pass of
+/// all that is predicted would take away the noise of the position, and be found wherever that is
+/// large.
+const FOLLOWED_SD: f64 = 8.0;
 
 /// Ripples a travel: fewer are no ripple but a force that differs from one end to the other, more
 /// are lost in the smoothing.
@@ -206,10 +212,8 @@ pub fn command(mass_kg: f64, motion: &Motion, point: &Point) -> Vec<f64> {
     let dt_s = motion.dt_s;
     let middle_s = 0.5 * dt_s * motion.position_m.len() as f64;
     let lag = value(Is::TimeConstant, 0);
-    let follow = if lag > 0.0 { 1.0 - (-dt_s / lag).exp() } else { 1.0 };
     let sign = direction(motion, value(Is::Coulomb, 1));
-    let mut measured = None;
-    let force = |i: usize| {
+    let applied = |i: usize| {
         let velocity = motion.velocity_m_per_s[i] / counted;
         let inertia = mass_kg * motion.acceleration_m_per_s2[i] / counted;
         let sign = sign[i];
@@ -222,14 +226,27 @@ pub fn command(mass_kg: f64, motion: &Motion, point: &Point) -> Vec<f64> {
             let angle = TAU * motion.position_m[i] / (counted * length);
             friction += cosine * angle.cos() + sine * angle.sin();
         }
-        let applied = engaged.as_ref().map_or(1.0, |e| e[i]) * (inertia + friction);
-        let last = *measured.get_or_insert(applied);
-        let followed = last + follow * (applied - last);
-        measured = Some(followed);
+        engaged.as_ref().map_or(1.0, |e| e[i]) * (inertia + friction)
+    };
+    let mut force_n: Vec<f64> = (0..motion.position_m.len()).map(applied).collect();
+    if lag > 0.0 {
+        follow(&mut force_n, 1.0 - (-dt_s / lag).exp());
+    }
+    let measured = |(i, followed): (usize, f64)| {
         let drift = value(Is::Drift, 0) * (i as f64 * dt_s - middle_s);
         (1.0 + value(Is::Gain, 0)) * followed + value(Is::Bias, 0) + drift
     };
-    (0..motion.position_m.len()).map(force).collect()
+    force_n.into_iter().enumerate().map(measured).collect()
+}
+
+/// Lets a force follow late, by this share of what it is behind at every point.
+fn follow(force_n: &mut [f64], share: f64) {
+    let smooth = Gaussian::new(FOLLOWED_SD).smooth(force_n);
+    let mut followed = smooth[0];
+    for (force, now) in force_n.iter_mut().zip(smooth) {
+        followed += share * (now - followed);
+        *force += followed - now;
+    }
 }
 
 /// The direction that friction is against, from −1 to 1. After a reversal it turns over within

@@ -9,6 +9,7 @@ mod motion;
 mod noise;
 mod segments;
 mod setpoint;
+mod spike;
 
 use cathforce_rig::bundle::{Bundle, DriveTrial, Plant as RigPlant, TrialData};
 
@@ -17,13 +18,13 @@ use crate::plant::{
     Channel, Effect, Nuisance, Plant, Point, Quantity, Repeat, Sample, Segment, Swing, Trial,
 };
 use effects::{FORCE_BIAS, Scale, TIME_SHIFT, command, latency_s, library, swing};
-use motion::{Filters, GRID_S, Motion, on_grid};
+use motion::{Filters, GRID_S, Motion, jump_s, on_grid, step_s};
+use noise::Noise;
 use setpoint::Setpoint;
+pub use spike::Spiking;
 
 /// Grid points between two samples, about.
 const STRIDE: usize = 5;
-/// A step of time larger than this many usual ones is a jump of the clock.
-const CLOCK_JUMP: f64 = 5.0;
 /// Slower than this share of the largest speed is standing.
 const STANDING_SHARE: f64 = 0.01;
 /// Faster than this share of the largest speed is fast, slower than the other one is slow.
@@ -33,6 +34,9 @@ const SLOW_SHARE: f64 = 1.0 / 3.0;
 const HARD_SHARE: f64 = 0.3;
 /// Samples within this of a change of direction belong to the reversal \[s\].
 const REVERSAL_S: f64 = 0.05;
+/// Share of the measured force from which on a floor hides effects that matter: friction of 1 % of it
+/// would be no gap.
+const HIDING: f64 = 0.02;
 /// Blocks of a trial without a period.
 const BLOCKS: usize = 4;
 
@@ -56,8 +60,9 @@ pub struct Drive {
     /// Of a sample of a segment \[N\].
     noise_n: f64,
     travel_m: f64,
-    /// What rig.toml states of a row of the command \[N\].
+    /// What rig.toml states of a row of the command \[N\], and of the position \[m\].
     stated_n: Option<f64>,
+    stated_m: Option<f64>,
     /// What its rows say where it states nothing, trial by trial \[N\].
     estimated_n: Vec<f64>,
     /// Why axes or units cannot be those of the model, if so.
@@ -84,7 +89,7 @@ pub enum DriveError {
     )]
     TooShort { trial: u32, rows: usize },
     #[error(
-        "trial {trial:03} has a row every {step_s} s, which is too seldom for the force of a motion\n  \
+        "trial {trial:03} has a row every {step_s:.4} s, which is too seldom for the force of a motion\n  \
          fix: t_s is in seconds; record at 100 Hz or more"
     )]
     TooSeldom { trial: u32, step_s: f64 },
@@ -92,8 +97,8 @@ pub enum DriveError {
     Still,
 }
 
-/// Rows farther apart than this say nothing about accelerations \[s\].
-const LONGEST_STEP_S: f64 = 0.05;
+/// Rows farther apart than this say nothing about accelerations \[s\]; a clock may go 2 % slow.
+const LONGEST_STEP_S: f64 = 1.02e-2;
 /// Fewest rows of a trial.
 const FEWEST_ROWS: usize = 100;
 
@@ -101,28 +106,30 @@ impl Drive {
     /// Prepares a bundle: derivatives, samples, cycles, repeats.
     pub fn new(bundle: &Bundle) -> Result<Self, DriveError> {
         let RigPlant::Drive(rig) = &bundle.rig.plant else { return Err(DriveError::NotADrive) };
-        let mut raw = Vec::new();
+        let (mut raw, mut longest_s) = (Vec::new(), 0.0_f64);
         for trial in &bundle.trials {
             let TrialData::Drive(data) = &trial.data else { return Err(DriveError::NotADrive) };
             if trial.len() < FEWEST_ROWS {
                 return Err(DriveError::TooShort { trial: trial.number, rows: trial.len() });
             }
-            let step_s = trial.duration_s() / (trial.len() - 1) as f64;
+            let step_s = step_s(&trial.t_s);
             if step_s > LONGEST_STEP_S {
                 return Err(DriveError::TooSeldom { trial: trial.number, step_s });
             }
+            longest_s = longest_s.max(step_s);
             raw.push((trial.number, trial.t_s.as_slice(), data));
         }
         if raw.is_empty() {
             return Err(DriveError::NoTrials);
         }
-        let motions: Vec<Motion> =
-            raw.iter().map(|(_, t_s, data)| Motion::of(&on_grid(t_s, &data.position_m))).collect();
+        let filters = Filters::of_rows(longest_s);
+        let motion =
+            |t_s: &[f64], data: &DriveTrial| Motion::of(&on_grid(t_s, &data.position_m), &filters);
+        let motions: Vec<Motion> = raw.iter().map(|(_, t_s, data)| motion(t_s, data)).collect();
         let scale = scale(&raw, &motions);
         if scale.speed_m_per_s <= 0.0 || scale.force_n <= 0.0 {
             return Err(DriveError::Still);
         }
-        let filters = Filters::new();
         let mut drive = Self {
             mass_kg: rig.moving_mass_kg,
             channels: vec![Channel { name: "drive_command_N".into(), quantity: Quantity::Force }],
@@ -134,10 +141,11 @@ impl Drive {
             nuisances: nuisances(&scale),
             repeats: Vec::new(),
             remarks: Vec::new(),
-            segments: segments::motions(&scale),
+            segments: segments::motions(&scale, &filters),
             noise_n: segments::NOISE_SHARE * scale.force_n,
             travel_m: scale.travel_m,
             stated_n: bundle.rig.sensor.drive_noise_sd_n,
+            stated_m: bundle.rig.sensor.position_noise_sd_m,
             estimated_n: Vec::new(),
             filters,
             complaint: None,
@@ -162,11 +170,14 @@ impl Drive {
         motion: Motion,
         limits: &Limits,
     ) {
-        let noise_n = noise::command_n(t_s, &data.drive_command_n, self.stated_n);
-        if self.stated_n.is_none() {
-            self.estimated_n.push(noise::white(t_s, &data.drive_command_n));
-        }
-        let open_n = self.mass_kg * noise::acceleration_m_per_s2(t_s, &data.position_m);
+        let row_n = self.stated_n.unwrap_or_else(|| {
+            let found_n = Noise::of(t_s, &data.drive_command_n).most;
+            self.estimated_n.push(found_n);
+            found_n
+        });
+        let noise_n = noise::command_n(t_s, row_n, &self.filters);
+        let row_m = Noise::of(t_s, &data.position_m).or_stated(self.stated_m);
+        let open_n = self.mass_kg * noise::acceleration_m_per_s2(t_s, row_m, &self.filters);
         let measured = self.filters.measured(&on_grid(t_s, &data.drive_command_n));
         let points = measured.len();
         let setpoint = Setpoint::of(t_s, data);
@@ -177,7 +188,7 @@ impl Drive {
         let jumps = self.jumps(number, t_s);
         let reach = self.filters.reach();
         let near_jump = |i: usize| jumps.iter().any(|&jump| i.abs_diff(jump) <= reach);
-        let rests = motion.rests(self.travel_m, noise::white(t_s, &data.position_m), reach);
+        let rests = motion.rests(self.travel_m, row_m, reach);
         let resting = rests.iter().filter(|rests| **rests).count() as f64 / points.max(1) as f64;
         if resting > 0.0 {
             self.remarks.push(format!(
@@ -261,12 +272,10 @@ impl Drive {
 
     /// Grid points at which the clock jumps; a remark for each.
     fn jumps(&mut self, number: u32, t_s: &[f64]) -> Vec<usize> {
-        let steps: Vec<f64> = t_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
-        let mut sorted = steps.clone();
-        sorted.sort_by(f64::total_cmp);
-        let usual = sorted[sorted.len() / 2];
+        let jump_s = jump_s(t_s);
+        let steps = t_s.windows(2).map(|pair| pair[1] - pair[0]).enumerate();
         let mut jumps = Vec::new();
-        for (i, step) in steps.iter().enumerate().filter(|(_, s)| **s > CLOCK_JUMP * usual) {
+        for (i, step) in steps.filter(|(_, step)| *step > jump_s) {
             self.remarks.push(format!(
                 "trial {number:03}: the clock jumps by {step:.3} s after {:.3} s; what lies around \
                  the jump is not compared",
@@ -342,13 +351,37 @@ impl Plant for Drive {
         self.complaint.as_deref()
     }
 
+    fn hidden(&self, floor_n: f64, measured_n: f64) -> Option<String> {
+        if floor_n <= HIDING * measured_n {
+            return None;
+        }
+        let samples = || self.trials.iter().flat_map(|trial| &trial.samples);
+        let open = samples().map(|sample| sample.model.powi(2)).sum::<f64>();
+        let fix = match () {
+            () if open > 0.5 * samples().count() as f64 * floor_n.powi(2) => {
+                "most of it is what the position leaves open in the acceleration: record it with a \
+                 finer encoder or more rows a second, or state position_noise_sd_m where it is less"
+            }
+            () if self.repeats.is_empty() => {
+                "most of it is the command's noise: record more rows a second, or state \
+                 drive_noise_sd_N where it is less"
+            }
+            () => "runs of one set-point differ by as much: record again what disturbed them",
+        };
+        Some(format!(
+            "no gap shows, but the floor of {floor_n:.2} N RMS is {:.0} % of the measured force, and \
+             friction of that size would be lost in it; {fix}",
+            100.0 * floor_n / measured_n
+        ))
+    }
+
     fn remarks(&self) -> &[String] {
         &self.remarks
     }
 
     fn compared(&self) -> &'static str {
         "the measured command force with the one that moves the known mass along the measured \
-         position (inverse dynamics, both smoothed to 30 Hz)"
+         position (inverse dynamics, both smoothed to 30 Hz, or to 0.22 of the rate of the rows)"
     }
 }
 

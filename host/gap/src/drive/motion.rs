@@ -1,6 +1,6 @@
 //! Position, velocity and acceleration of a drive from its measured position.
 
-use crate::signal::{Gaussian, interpolate, slope};
+use crate::signal::{Gaussian, slope};
 
 /// The grid on which a trial is differentiated \[s\].
 pub const GRID_S: f64 = 1e-3;
@@ -8,6 +8,12 @@ pub const GRID_S: f64 = 1e-3;
 const POSITION_SD: f64 = 2.0;
 /// Smoothing of what is compared.
 const OUTPUT_SD: f64 = 4.0;
+/// Least smoothing of both together, in steps between rows. Between two rows a position is taken for a
+/// straight line, which adds accelerations at the rate of the rows as large as the true ones; so much
+/// leaves 1e-3 of them.
+const LEAST_SD_ROWS: f64 = 0.6;
+/// A step of time larger than this many usual ones is a jump of the clock.
+const CLOCK_JUMP: f64 = 5.0;
 
 /// A drive rests where it moves by less than this share of the travel, or than so many standard
 /// deviations of the position's noise, in this time \[s\].
@@ -26,8 +32,8 @@ pub struct Motion {
 
 impl Motion {
     /// From positions every [`GRID_S`], smoothed and differentiated.
-    pub fn of(position_m: &[f64]) -> Self {
-        let position_m = Gaussian::new(POSITION_SD).smooth(position_m);
+    pub fn of(position_m: &[f64], filters: &Filters) -> Self {
+        let position_m = filters.position.smooth(position_m);
         let velocity_m_per_s = slope(&position_m, GRID_S);
         let acceleration_m_per_s2 = slope(&velocity_m_per_s, GRID_S);
         Self { dt_s: GRID_S, position_m, velocity_m_per_s, acceleration_m_per_s2 }
@@ -49,6 +55,21 @@ impl Motion {
         }
         rests
     }
+}
+
+/// Steps of time longer than this are jumps of the clock \[s\].
+pub fn jump_s(t_s: &[f64]) -> f64 {
+    let mut steps: Vec<f64> = t_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    steps.sort_by(f64::total_cmp);
+    CLOCK_JUMP * steps[steps.len() / 2]
+}
+
+/// Time between rows, but where the clock jumps \[s\].
+pub fn step_s(t_s: &[f64]) -> f64 {
+    let jump_s = jump_s(t_s);
+    let steps = t_s.windows(2).map(|pair| pair[1] - pair[0]).filter(|step| *step <= jump_s);
+    let (sum, count) = steps.fold((0.0, 0), |(sum, count), step| (sum + step, count + 1));
+    sum / f64::from(count)
 }
 
 /// A column on the grid, from its rows at times of their own.
@@ -79,11 +100,17 @@ pub fn evenly(t_s: &[f64], column: &[f64], step_s: f64) -> Vec<f64> {
 pub struct Filters {
     position: Gaussian,
     output: Gaussian,
+    /// Of the latter, in grid points.
+    output_sd: f64,
 }
 
 impl Filters {
-    pub fn new() -> Self {
-        Self { position: Gaussian::new(POSITION_SD), output: Gaussian::new(OUTPUT_SD) }
+    /// For rows so far apart at most.
+    pub fn of_rows(step_s: f64) -> Self {
+        let least = LEAST_SD_ROWS * step_s / GRID_S;
+        let wider = (least / POSITION_SD.hypot(OUTPUT_SD)).max(1.0);
+        let [position, output] = [POSITION_SD, OUTPUT_SD].map(|sd| Gaussian::new(wider * sd));
+        Self { position, output, output_sd: wider * OUTPUT_SD }
     }
 
     /// A measured command, smoothed as the position was before its derivatives were taken, and
@@ -92,20 +119,55 @@ impl Filters {
         self.output.smooth(&self.position.smooth(command_n))
     }
 
-    /// A predicted command at some grid points, read `shift_s` later.
+    /// A predicted command at some grid points, read `shift_s` later. Between grid points the filter is
+    /// shifted, not what it smooths: a straight line between two points has a kink where there is no
+    /// shift, and two steps to either side of it are one smoothing more.
     pub fn predicted(&self, command_n: &[f64], at: &[usize], shift_s: f64) -> Vec<f64> {
         let shift = shift_s / GRID_S;
-        let moved: Vec<f64> = if shift == 0.0 {
-            Vec::new()
-        } else {
-            (0..command_n.len()).map(|i| interpolate(command_n, i as f64 + shift)).collect()
-        };
-        let command_n = if shift == 0.0 { command_n } else { &moved };
-        at.iter().map(|&i| self.output.at(command_n, i)).collect()
+        let (whole, last) = (shift.round(), command_n.len().saturating_sub(1) as f64);
+        let output = Gaussian::centred(self.output_sd, shift - whole);
+        let moved = |i: usize| (i as f64 + whole).clamp(0.0, last) as usize;
+        at.iter().map(|&i| output.at(command_n, moved(i))).collect()
     }
 
     /// Grid points at either end, and around a jump of the clock, that are not compared.
     pub fn reach(&self) -> usize {
         self.position.reach() + self.output.reach() + 2
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_lies_between_rows_is_no_acceleration() {
+        let t_s: Vec<f64> = (0..200).map(|i| f64::from(i) * 0.01).collect();
+        let position_m: Vec<f64> = t_s.iter().map(|t| 0.5 * t * t).collect();
+        let filters = Filters::of_rows(step_s(&t_s));
+        let motion = Motion::of(&on_grid(&t_s, &position_m), &filters);
+        let at: Vec<usize> = (500..1500).collect();
+        let seen = filters.predicted(&motion.acceleration_m_per_s2, &at, 0.0);
+        let worst = seen.iter().map(|a| (a - 1.0).abs()).fold(0.0, f64::max);
+        assert!(worst < 3e-3, "{worst}");
+    }
+
+    #[test]
+    fn a_pause_is_no_step_between_rows() {
+        let t_s: Vec<f64> =
+            (0..1000).map(|i| f64::from(i) * 1e-3 + if i < 500 { 0.0 } else { 9.0 }).collect();
+        assert!((step_s(&t_s) - 1e-3).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_shift_smooths_nothing() {
+        let filters = Filters::of_rows(1e-3);
+        let wave: Vec<f64> = (0..400).map(|i| (0.3 * f64::from(i)).sin()).collect();
+        let size = |shift_s: f64| {
+            let at: Vec<usize> = (100..300).collect();
+            let read = filters.predicted(&wave, &at, shift_s);
+            read.iter().map(|x| x * x).sum::<f64>()
+        };
+        assert!((size(5e-4) / size(0.0) - 1.0).abs() < 1e-2);
     }
 }

@@ -2,29 +2,84 @@
 //! command itself.
 //!
 //! White noise, steps of the encoder and a trembling clock look alike in fourth differences, which
-//! a motion hardly has: those of white noise of 1 have a standard deviation of √70. They are taken at
-//! even times, where a row that came late shows as one that was read wrong.
+//! a motion hardly has: those of white noise of 1 have a standard deviation of √70, and 2k-th ones
+//! of √(4k over 2k). They are taken at even times, where a row that came late shows as one that was
+//! read wrong.
+//!
+//! Where rows are few, fourth differences are those of the motion. Eighth ones tell: white noise is as
+//! large in them, what a motion has is less.
 
-use super::motion::{Filters, GRID_S, Motion, evenly};
+use super::motion::{Filters, GRID_S, Motion, evenly, jump_s, step_s};
 
 /// Share of the differences that are looked at: the largest ones are jerks and jumps of the clock.
 const LOOKED_AT: f64 = 0.9;
 /// That quantile of the size of normally distributed numbers.
 const NORMAL: f64 = 1.645;
+/// Weights of fourth and eighth differences, and the square root of the sum of their squares.
+const FOURTH: ([f64; 5], f64) = ([1.0, -4.0, 6.0, -4.0, 1.0], 8.366_600_265);
+const EIGHTH: ([f64; 9], f64) =
+    ([1.0, -8.0, 28.0, -56.0, 70.0, -56.0, 28.0, -8.0, 1.0], 113.446_022_4);
+/// Noise in eighth differences, as a share of that in fourth ones, from which on it is white.
+const WHITE: f64 = 0.7;
 
-/// Standard deviation of the acceleration as it is compared \[m/s²\]. `position_m`: one a row.
-pub fn acceleration_m_per_s2(t_s: &[f64], position_m: &[f64]) -> f64 {
-    white(t_s, position_m) * gain_per_s2() * narrowed(t_s)
+/// What the rows of a series say of its noise, in its unit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Noise {
+    /// It is no more than this.
+    pub most: f64,
+    /// It is this much, and no motion is taken for it.
+    pub is_white: bool,
 }
 
-/// Standard deviation of the command's noise as it is compared \[N\], of the one of a row, which
-/// is taken from the rows where nobody `stated` it.
-pub fn command_n(t_s: &[f64], command_n: &[f64], stated: Option<f64>) -> f64 {
-    let mut impulse = vec![0.0; 4 * Filters::new().reach() + 1];
+impl Noise {
+    /// Of a series at these times. Rows that are closer than the grid are taken on the grid, as they
+    /// are compared: steps of an encoder that most rows do not see are no noise of rows.
+    pub fn of(t_s: &[f64], series: &[f64]) -> Self {
+        let (jump_s, step_s) = (jump_s(t_s), step_s(t_s).max(GRID_S));
+        let jumps = (1..t_s.len()).filter(|&i| t_s[i] - t_s[i - 1] > jump_s);
+        let (mut from, mut pieces) = (0, Vec::new());
+        for to in jumps.chain([t_s.len()]) {
+            pieces.push(evenly(&t_s[from..to], &series[from..to], step_s));
+            from = to;
+        }
+        let (fourth, eighth) = (in_differences(&pieces, &FOURTH), in_differences(&pieces, &EIGHTH));
+        let is_white = eighth >= WHITE * fourth;
+        Self { most: if is_white { fourth } else { eighth }, is_white }
+    }
+
+    /// With what rig.toml states: it knows better than rows in which a motion hides the noise.
+    pub fn or_stated(self, stated: Option<f64>) -> f64 {
+        let stated = stated.filter(|_| !self.is_white).unwrap_or(f64::INFINITY);
+        self.most.min(stated)
+    }
+}
+
+/// White noise that has differences as large as these.
+fn in_differences<const N: usize>(pieces: &[Vec<f64>], (weights, size): &([f64; N], f64)) -> f64 {
+    let difference = |w: &[f64]| w.iter().zip(weights).map(|(x, k)| k * x).sum::<f64>().abs();
+    let mut sizes: Vec<f64> = pieces.iter().flat_map(|p| p.windows(N).map(difference)).collect();
+    sizes.sort_by(f64::total_cmp);
+    let at = (LOOKED_AT * sizes.len() as f64) as usize;
+    sizes.get(at).copied().unwrap_or_default() / (NORMAL * size)
+}
+
+/// Factor by which noise of the position is larger in the acceleration than rows show it: steps of an
+/// encoder that moves slowly are less white than differences take them for. Strokes with rests in
+/// between, read in steps of 10 µm, have 1.13.
+const SLOW: f64 = 1.25;
+
+/// Standard deviation of the acceleration as it is compared \[m/s²\], of that of a row's position.
+pub fn acceleration_m_per_s2(t_s: &[f64], position_m: f64, filters: &Filters) -> f64 {
+    SLOW * position_m * gain_per_s2(filters) * narrowed(t_s)
+}
+
+/// Standard deviation of the command's noise as it is compared \[N\], of that of a row.
+pub fn command_n(t_s: &[f64], row_n: f64, filters: &Filters) -> f64 {
+    let mut impulse = vec![0.0; 4 * filters.reach() + 1];
     let middle = impulse.len() / 2;
     impulse[middle] = 1.0;
-    let gain = Filters::new().measured(&impulse).iter().map(|x| x * x).sum::<f64>().sqrt();
-    stated.unwrap_or_else(|| white(t_s, command_n)) * gain * narrowed(t_s)
+    let gain = filters.measured(&impulse).iter().map(|x| x * x).sum::<f64>().sqrt();
+    row_n * gain * narrowed(t_s)
 }
 
 /// Rows farther apart than the grid have their noise in a narrower band.
@@ -32,27 +87,12 @@ fn narrowed(t_s: &[f64]) -> f64 {
     (step_s(t_s) / GRID_S).max(1.0).sqrt()
 }
 
-fn step_s(t_s: &[f64]) -> f64 {
-    (t_s[t_s.len() - 1] - t_s[0]) / (t_s.len() - 1) as f64
-}
-
-/// White noise of a series at these times, in its unit.
-pub fn white(t_s: &[f64], series: &[f64]) -> f64 {
-    let series = evenly(t_s, series, step_s(t_s));
-    let fourth = |w: &[f64]| (w[0] - 4.0 * w[1] + 6.0 * w[2] - 4.0 * w[3] + w[4]).abs();
-    let mut sizes: Vec<f64> = series.windows(5).map(fourth).collect();
-    sizes.sort_by(f64::total_cmp);
-    let at = (LOOKED_AT * sizes.len() as f64) as usize;
-    sizes.get(at).copied().unwrap_or_default() / (NORMAL * 70.0_f64.sqrt())
-}
-
 /// Standard deviation of the filtered second derivative of white noise of 1 on the grid \[1/s²\].
-fn gain_per_s2() -> f64 {
-    let filters = Filters::new();
+fn gain_per_s2(filters: &Filters) -> f64 {
     let reach = filters.reach();
     let mut impulse = vec![0.0; 4 * reach + 1];
     impulse[2 * reach] = 1.0;
-    let motion = Motion::of(&impulse);
+    let motion = Motion::of(&impulse, filters);
     let at: Vec<usize> = (0..impulse.len()).collect();
     let response = filters.predicted(&motion.acceleration_m_per_s2, &at, 0.0);
     response.iter().map(|x| x * x).sum::<f64>().sqrt()
@@ -68,20 +108,41 @@ mod tests {
         let smooth: Vec<f64> = t_s.iter().map(|t| 0.1 * (3.0 * t).sin()).collect();
         let q = 1e-5;
         let steps: Vec<f64> = smooth.iter().map(|x| (x / q).round() * q).collect();
-        let found = white(&t_s, &steps) / (q / 12.0_f64.sqrt());
-        assert!((found - 1.0).abs() < 0.2, "{found}");
-        assert!(white(&t_s, &smooth) < 1e-3 * white(&t_s, &steps));
+        let noise = Noise::of(&t_s, &steps);
+        let found = noise.most / (q / 12.0_f64.sqrt());
+        assert!((found - 1.0).abs() < 0.2 && noise.is_white, "{found}");
+        assert!(Noise::of(&t_s, &smooth).most < 1e-3 * noise.most);
         // As it is played through the pipeline.
-        let filters = Filters::new();
+        let filters = Filters::of_rows(1e-3);
         let read = |x: &[f64]| {
             let at: Vec<usize> = (100..x.len() - 100).collect();
-            filters.predicted(&Motion::of(x).acceleration_m_per_s2, &at, 0.0)
+            filters.predicted(&Motion::of(x, &filters).acceleration_m_per_s2, &at, 0.0)
         };
         let errors: Vec<f64> = read(&steps).iter().zip(read(&smooth)).map(|(a, b)| a - b).collect();
         let sd = (errors.iter().map(|e| e * e).sum::<f64>() / errors.len() as f64).sqrt();
-        let ratio = acceleration_m_per_s2(&t_s, &steps) / sd;
+        let ratio = acceleration_m_per_s2(&t_s, noise.most, &filters) / sd;
         assert!((0.6..1.7).contains(&ratio), "{ratio}");
     }
+
+    #[test]
+    fn a_motion_that_is_read_seldom_is_not_taken_for_noise() {
+        let (sd_m, step_s) = (1e-6, 8e-3);
+        let t_s: Vec<f64> = (0..2000).map(|i| f64::from(i) * step_s).collect();
+        let read = |i: usize| {
+            let noise = sd_m * crate::toy::noise(i);
+            0.05 * (20.0 * t_s[i]).sin() + noise
+        };
+        let rows: Vec<f64> = (0..t_s.len()).map(read).collect();
+        let found = Noise::of(&t_s, &rows);
+        assert!(!found.is_white);
+        assert!((0.8..1.3).contains(&(found.most / sd_m)), "{found:?}");
+        assert_eq!(found.or_stated(Some(sd_m)), sd_m);
+        // What rows show that are near enough is believed, whatever is stated.
+        let white: Vec<f64> = (0..t_s.len()).map(|i| sd_m * crate::toy::noise(i)).collect();
+        let found = Noise::of(&t_s, &white);
+        assert!((found.or_stated(Some(1e-9)) / sd_m - 1.0).abs() < 0.2, "{found:?}");
+    }
+
     #[test]
     fn a_clock_that_trembles_is_noise_of_the_position() {
         let (rows, speed_m_per_s, tremble_s) = (4000, 0.1, 3e-4);
@@ -89,8 +150,8 @@ mod tests {
         let position: Vec<f64> = steady.iter().map(|t| speed_m_per_s * t).collect();
         let shaken = |(i, t): (usize, &f64)| t + tremble_s * if i % 3 == 0 { 1.0 } else { -0.5 };
         let t_s: Vec<f64> = steady.iter().enumerate().map(shaken).collect();
-        assert!(white(&steady, &position) < 1e-12);
-        let found = white(&t_s, &position) / (speed_m_per_s * tremble_s);
+        assert!(Noise::of(&steady, &position).most < 1e-12);
+        let found = Noise::of(&t_s, &position).most / (speed_m_per_s * tremble_s);
         assert!((0.3..3.0).contains(&found), "{found}");
     }
 }

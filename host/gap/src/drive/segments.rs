@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use super::effects::Scale;
-use super::motion::{GRID_S, Motion};
+use super::motion::{Filters, GRID_S, Motion};
 use crate::plant::Segment;
 
 /// Noise of a sample of a motion that has not been recorded, as a share of the command's RMS.
@@ -23,7 +23,7 @@ pub const SEGMENTS: [Segment; 6] = [
 ];
 
 /// Their positions over time, in the order of [`SEGMENTS`].
-pub fn motions(scale: &Scale) -> Vec<Motion> {
+pub fn motions(scale: &Scale, filters: &Filters) -> Vec<Motion> {
     let (v, q) = (scale.speed_m_per_s, scale.travel_m);
     let shapes: [Box<dyn Fn(f64) -> f64>; 6] = [
         Box::new(move |t| triangle(t, 0.02 * v, 1.0)),
@@ -44,7 +44,7 @@ pub fn motions(scale: &Scale) -> Vec<Motion> {
         let raw: Vec<f64> = (0..points).map(|i| shape(i as f64 * GRID_S)).collect();
         // No axis changes its speed at once.
         let smooth = crate::signal::Gaussian::new(TURN_S / GRID_S).smooth(&raw);
-        Motion::of(&smooth)
+        Motion::of(&smooth, filters)
     };
     shapes.iter().map(|shape| play(shape.as_ref())).collect()
 }

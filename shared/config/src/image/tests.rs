@@ -213,13 +213,21 @@ fn p16_numbers_out_of_range_are_refused_by_name() {
     refused(
         |h| {
             h.description.guidewire = Some(h.description.instrument.clone());
-            h.description.solver.substeps = 2;
+            (h.description.solver.solves, h.description.solver.substeps) = (1, 2);
         },
         overlong("half ticks, which a near-rigid wall asks for, with a guidewire"),
     );
     refused(
         |h| (h.description.solver.solves, h.description.solver.substeps) = (2, 2),
         overlong("solver.solves = 2 with half ticks, which a near-rigid wall asks for"),
+    );
+    refused(
+        |h| {
+            let solver = &mut h.description.solver;
+            (solver.solves, solver.substeps) = (1, 2);
+            h.settings.max_insertion_m = 57.5 * solver.link_length_m;
+        },
+        overlong("more than 57 links in half ticks"),
     );
     refused(
         |h| h.description.wall.friction_coefficient = f32::INFINITY,

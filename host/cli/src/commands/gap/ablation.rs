@@ -52,14 +52,12 @@ pub fn run(ui: &Ui, arguments: &AblationArguments) -> Result<(), Failure> {
 
 impl Row {
     fn of(plant: &dyn Plant, name: &str, whole: &Diagnosis, missing: &NamedEffect) -> Self {
-        let kept: Vec<(&str, Vec<f64>)> = whole
-            .effects
+        let kept = whole.values(plant);
+        let kept: Vec<(&str, &[f64])> = kept
             .iter()
-            .filter(|effect| effect.id != missing.id)
-            .map(|effect| (effect.id.as_str(), values(plant, effect)))
+            .filter(|(id, _)| *id != missing.id)
+            .map(|(id, values)| (id.as_str(), values.as_slice()))
             .collect();
-        let kept: Vec<(&str, &[f64])> =
-            kept.iter().map(|(id, values)| (*id, values.as_slice())).collect();
         let answer = diagnose(&Altered::assuming(plant, &kept), name, &|_| {});
         let named: Vec<String> = answer.effects.iter().map(|effect| effect.id.clone()).collect();
         let found = named.first().is_some_and(|first| {
@@ -78,14 +76,4 @@ impl Row {
         let found = if self.found { "yes" } else { "no" };
         format!("| {} | {named} | {:.0} % | {found} |\n", self.missing, 100.0 * self.shrink)
     }
-}
-
-/// All parameters of an effect, in the plant's order.
-fn values(plant: &dyn Plant, named: &NamedEffect) -> Vec<f64> {
-    let effect = plant.effects().iter().find(|effect| effect.id == named.id);
-    let parameters = effect.map_or(&[][..], |effect| &effect.parameters);
-    let value = |p: &cathforce_gap::plant::Parameter| {
-        named.parameters.get(p.name).map_or(p.off, |estimate| estimate.value)
-    };
-    parameters.iter().map(value).collect()
 }

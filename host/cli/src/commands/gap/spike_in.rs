@@ -1,14 +1,16 @@
 //! `cathforce gap spike-in`: known effects put into the data of trials. Are they found?
 
 use std::fs;
-use std::io;
+use std::io::{self, Write};
 use std::path::Path;
 
-use cathforce_gap::catheter::{Changes, Spike, Spiked, Spiking};
-use cathforce_gap::diagnose;
+use cathforce_gap::plant::Effect;
 use cathforce_gap::report::{Diagnosis, Estimate, Verdict};
+use cathforce_gap::spike::{Changes, Spike, SpikeError, Spiked};
+use cathforce_gap::{catheter, diagnose, drive};
 use cathforce_record::{make_folder, write_trial};
 use cathforce_rig::Bundle;
+use cathforce_rig::bundle::{DriveTrial, TrialData};
 use serde::Serialize;
 
 use super::diagnose::hold_trials_back;
@@ -59,25 +61,55 @@ struct Answer {
     found: bool,
 }
 
+/// A bundle into which effects can be put.
+enum Spiking<'a> {
+    Catheter(catheter::Spiking<'a>),
+    Drive(drive::Spiking<'a>),
+}
+
+impl<'a> Spiking<'a> {
+    fn new(bundle: &'a Bundle) -> Result<Self, Failure> {
+        if bundle.catheter().is_none() {
+            return drive::Spiking::new(bundle).map(Self::Drive).map_err(|e| refused(bundle, &e));
+        }
+        catheter::Spiking::new(bundle).map(Self::Catheter).map_err(|e| refused(bundle, &e))
+    }
+
+    fn effects(&self) -> &[Effect] {
+        match self {
+            Self::Catheter(own) => own.effects(),
+            Self::Drive(own) => own.effects(),
+        }
+    }
+
+    fn put_in(&self, spikes: &[Spike]) -> Result<Spiked, SpikeError> {
+        match self {
+            Self::Catheter(own) => own.put_in(spikes),
+            Self::Drive(own) => own.put_in(spikes),
+        }
+    }
+
+    fn diagnose(&self, spiked: &Bundle) -> Result<Diagnosis, Failure> {
+        match self {
+            Self::Catheter(own) => {
+                let plant = own.plant(spiked).map_err(|e| refused(spiked, &e))?;
+                Ok(diagnose(&plant, &spiked.rig.name, &|_| {}))
+            }
+            Self::Drive(own) => own.diagnose(spiked).map_err(|e| refused(spiked, &e)),
+        }
+    }
+}
+
 pub fn run(ui: &Ui, arguments: &SpikeInArguments) -> Result<(), Failure> {
     let mut bundle = super::super::open_bundle(ui, &arguments.bundle)?;
-    if bundle.catheter().is_none() {
-        return Err(refused(
-            &bundle,
-            &"this is a drive without an instrument; `cathforce gap ablation` takes \
-                            effects out of its model",
-        ));
-    }
     if arguments.out.is_some() && arguments.effects.len() != 1 {
         let message = "--out writes one bundle\n  fix: give one --effect; several effects at once \
                        are joined by `+`";
         return Err(Failure::new(Code::Usage, message));
     }
     hold_trials_back(&mut bundle, &arguments.hold_back)?;
-    let spiking = Spiking::new(&bundle).map_err(|e| refused(&bundle, &e))?;
-    let each = |effect: &cathforce_gap::plant::Effect| {
-        vec![Spike { id: effect.id.to_owned(), parameters: Vec::new() }]
-    };
+    let spiking = Spiking::new(&bundle)?;
+    let each = |effect: &Effect| vec![Spike { id: effect.id.to_owned(), parameters: Vec::new() }];
     let cases: Vec<Vec<Spike>> = match arguments.effects.as_slice() {
         [] => spiking.effects().iter().map(each).collect(),
         given => given.iter().map(|spikes| spikes.0.clone()).collect(),
@@ -92,8 +124,7 @@ pub fn run(ui: &Ui, arguments: &SpikeInArguments) -> Result<(), Failure> {
                 None
             }
             None => {
-                let plant = spiking.plant(&spiked.bundle).map_err(|e| refused(&bundle, &e))?;
-                let answer = diagnose(&plant, &bundle.rig.name, &|_| {});
+                let answer = spiking.diagnose(&spiked.bundle)?;
                 ui.say(format_args!("{}: {}", ids(spikes), answer.sentence()));
                 Some(answer)
             }
@@ -114,10 +145,17 @@ fn ids(spikes: &[Spike]) -> String {
 
 /// The bundle's own files with other trials; `folder` must not be there yet.
 fn write(bundle: &Bundle, folder: &Path) -> Result<(), Failure> {
-    let trials = bundle
-        .trials
-        .iter()
-        .map(|trial| Ok((trial.number, super::super::run::recorded(bundle, trial)?)));
+    let trials = bundle.trials.iter().map(|trial| {
+        let mut text = Vec::new();
+        match &trial.data {
+            TrialData::Catheter(_) => {
+                write_trial(&super::super::run::recorded(bundle, trial)?, &mut text)
+                    .map_err(|e| Failure::write(folder, io::Error::other(e)))?;
+            }
+            TrialData::Drive(data) => text = drive_rows(&trial.t_s, data).into_bytes(),
+        }
+        Ok((trial.number, text))
+    });
     let trials = trials.collect::<Result<Vec<_>, Failure>>()?;
     let fill = |new: &Path| -> io::Result<()> {
         for file in fs::read_dir(&bundle.path)? {
@@ -127,13 +165,27 @@ fn write(bundle: &Bundle, folder: &Path) -> Result<(), Failure> {
             }
         }
         fs::create_dir(new.join("trials"))?;
-        for (number, trial) in &trials {
-            let file = fs::File::create(new.join(format!("trials/{number:03}.csv")))?;
-            write_trial(trial, io::BufWriter::new(file)).map_err(io::Error::other)?;
+        for (number, text) in &trials {
+            fs::File::create(new.join(format!("trials/{number:03}.csv")))?.write_all(text)?;
         }
         Ok(())
     };
     make_folder(folder, fill).map_err(|e| Failure::write(folder, e))
+}
+
+/// The file of a drive's trial.
+fn drive_rows(t_s: &[f64], data: &DriveTrial) -> String {
+    let DriveTrial { position_m, drive_command_n, setpoint_m } = data;
+    let setpoint = if setpoint_m.is_some() { ",setpoint_m" } else { "" };
+    let mut text = format!("t_s,position_m,drive_command_N{setpoint}\n");
+    for (i, ((t, position), force)) in t_s.iter().zip(position_m).zip(drive_command_n).enumerate() {
+        text += &format!("{t},{position},{force}");
+        if let Some(column) = setpoint_m {
+            text += &column[i].map_or(",".to_owned(), |setpoint| format!(",{setpoint}"));
+        }
+        text += "\n";
+    }
+    text
 }
 
 impl Answer {
@@ -193,8 +245,11 @@ impl Row {
             let joint = if put_in.is_empty() { "" } else { " + " };
             put_in += &format!("{joint}{} ({})", of_one[0].effect, values.join(", "));
         }
-        let scaled = |value: Option<f64>, unit: &str| {
-            value.map_or("–".to_owned(), |value| format!("{:.1} {unit}", 1e3 * value))
+        let scaled = |value: Option<f64>, unit: &str| match value {
+            None => "–".to_owned(),
+            // Only an axis has such forces.
+            Some(value) if value >= 1.0 => format!("{value:.1} {}", &unit[1..]),
+            Some(value) => format!("{:.1} {unit}", 1e3 * value),
         };
         let Changed { force_n, drive_force_n, tip_m, shape_m } = self.changes;
         let changes = [

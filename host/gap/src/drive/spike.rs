@@ -1,0 +1,73 @@
+//! Effects put into measured data: y' = y + f(θ) − f(θ₀) along the measured motion.
+//!
+//! An axis that was measured has friction of its own: θ₀ is what is named in the data as they are, and
+//! what is put in is looked for beside that.
+
+use cathforce_rig::bundle::{Bundle, TrialData};
+
+use super::effects::{command, latency_s};
+use super::motion::GRID_S;
+use super::{Drive, DriveError};
+use crate::plant::{Effect, Plant, Point};
+use crate::report::Diagnosis;
+use crate::signal::interpolate;
+use crate::spike::{Changes, Spike, SpikeError, Spiked, Sum, point};
+use crate::{Altered, diagnose};
+
+/// A bundle into which effects can be put.
+pub struct Spiking<'a> {
+    bundle: &'a Bundle,
+    drive: Drive,
+    present: Vec<(String, Vec<f64>)>,
+}
+
+impl<'a> Spiking<'a> {
+    /// Diagnoses what is there already.
+    pub fn new(bundle: &'a Bundle) -> Result<Self, DriveError> {
+        let drive = Drive::new(bundle)?;
+        let present = diagnose(&drive, &bundle.rig.name, &|_| {}).values(&drive);
+        Ok(Self { bundle, drive, present })
+    }
+
+    /// Effects that can be put in.
+    pub fn effects(&self) -> &[Effect] {
+        self.drive.effects()
+    }
+
+    /// Puts effects into the command of every trial.
+    pub fn put_in(&self, spikes: &[Spike]) -> Result<Spiked, SpikeError> {
+        let mut before = Point::nominal(&self.drive);
+        for (values, effect) in before.effects.iter_mut().zip(self.effects()) {
+            if let Some((_, present)) = self.present.iter().find(|(id, _)| id == effect.id) {
+                values.clone_from(present);
+            }
+        }
+        let (after, parameters) = point(self.effects(), &before, spikes)?;
+        let mut bundle = self.bundle.clone();
+        let mut sum = Sum::default();
+        for (trial, prepared) in bundle.trials.iter_mut().zip(&self.drive.motions) {
+            let TrialData::Drive(data) = &mut trial.data else { continue };
+            let start_s = trial.t_s[0];
+            let [old, new] = [&before, &after].map(|point| {
+                let force_n = command(self.drive.mass_kg, &prepared.motion, point);
+                let later_s = latency_s(point) - start_s;
+                move |t_s: f64| interpolate(&force_n, (t_s + later_s) / GRID_S)
+            });
+            for (value, &t_s) in data.drive_command_n.iter_mut().zip(&trial.t_s) {
+                let change = new(t_s) - old(t_s);
+                *value += change;
+                sum.add(&[change]);
+            }
+        }
+        let changes = Changes { force_n: sum.rms(), ..Changes::default() };
+        Ok(Spiked { bundle, parameters, changes })
+    }
+
+    /// What is named in a bundle of [`Spiking::put_in`] beside what was there.
+    pub fn diagnose(&self, spiked: &Bundle) -> Result<Diagnosis, DriveError> {
+        let present: Vec<(&str, &[f64])> =
+            self.present.iter().map(|(id, values)| (id.as_str(), values.as_slice())).collect();
+        let plant = Drive::new(spiked)?;
+        Ok(diagnose(&Altered::assuming(&plant, &present), &spiked.rig.name, &|_| {}))
+    }
+}
