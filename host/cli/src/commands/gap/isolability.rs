@@ -6,6 +6,7 @@ use cathforce_gap::catheter::planned;
 use cathforce_gap::isolability::{
     Isolability, Pair, SEEN, Size, Visibility, expected_simulations, isolability,
 };
+use cathforce_gap::plant::BROKEN_DOWN;
 use serde::Serialize;
 
 use super::source::Source;
@@ -42,7 +43,10 @@ pub fn run(ui: &Ui, arguments: &IsolabilityArguments) -> Result<(), Failure> {
     });
     drop(progress);
     let found = found.ok_or_else(|| {
-        Failure::new(Code::Failed, "the nominal model of rig.toml breaks down on this motion")
+        let message = format!(
+            "the nominal model of rig.toml breaks down on this motion\n  fix: {BROKEN_DOWN}"
+        );
+        Failure::new(Code::Failed, message)
     })?;
     let motion = if canned { "protocol" } else { "trials" };
     let mut remarks = plant.remarks().to_vec();
