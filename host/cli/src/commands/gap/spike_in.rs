@@ -63,7 +63,7 @@ struct Answer {
 
 /// A bundle into which effects can be put.
 enum Spiking<'a> {
-    Catheter(catheter::Spiking<'a>),
+    Catheter(Box<catheter::Spiking<'a>>),
     Drive(drive::Spiking<'a>),
 }
 
@@ -72,7 +72,8 @@ impl<'a> Spiking<'a> {
         if bundle.catheter().is_none() {
             return drive::Spiking::new(bundle).map(Self::Drive).map_err(|e| refused(bundle, &e));
         }
-        catheter::Spiking::new(bundle).map(Self::Catheter).map_err(|e| refused(bundle, &e))
+        let own = catheter::Spiking::new(bundle).map_err(|e| refused(bundle, &e))?;
+        Ok(Self::Catheter(Box::new(own)))
     }
 
     fn effects(&self) -> &[Effect] {
