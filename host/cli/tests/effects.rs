@@ -83,7 +83,14 @@ fn every_listed_effect_is_set_by_what_config_lists() {
     let names: Vec<_> =
         settings.as_array().unwrap().iter().map(|s| s["name"].as_str().unwrap()).collect();
     let effects = effects.as_array().unwrap();
-    assert_eq!(effects.len(), 36);
+    assert_eq!(effects.len(), 44);
+    let of_drive = |id: &str| {
+        let mut of_drive = effects.iter().filter(|effect| effect["plant"] == "drive");
+        of_drive.find(|effect| effect["id"] == id).unwrap_or_else(|| panic!("{id}"))
+    };
+    let stribeck = &of_drive("drive.stribeck")["parameters"][0];
+    assert_eq!((&stribeck["max"], &stribeck["counted_in"]), (&5.0.into(), &"f".into()));
+    assert_eq!(of_drive("drive.backlash")["parameters"][0]["name"], "position_m");
     for effect in effects {
         for parameter in effect["parameters"].as_array().unwrap() {
             match parameter["setting"].as_str() {

@@ -1,6 +1,5 @@
-//! Between the encoder and the instrument, and the friction of a drive on its own.
-
-use cathforce_mechanics::ParameterInfo;
+//! Between the encoder and the instrument, and the friction of a drive on its own, whose parameters go
+//! by the axis (`drive/effects.rs` of `cathforce-gap`).
 
 use crate::Channel::{DriveCommand, DriveForce, Force, Shape, Tip};
 use crate::{Effect, PHASES_RAD, Plant, fitted, held, scanned};
@@ -75,11 +74,8 @@ pub(crate) const EFFECTS: &[Effect] = &[
         id: "drive.coulomb",
         plant: Plant::Drive,
         doc: "Dry friction of the axis.",
-        parameters: &[
-            fitted("force_n", "plant.coulomb.force_n", 10.0),
-            fitted("presliding_m", "plant.coulomb.presliding_m", 5e-5),
-        ],
-        start_values: &[&[3.0, 0.0], &[10.0, 0.0], &[30.0, 0.0]],
+        parameters: &[],
+        start_values: &[],
         channels: &[DriveCommand],
         excited_by: "motion both ways",
         confused_with: &["drive.stribeck", "drive.viscous"],
@@ -88,8 +84,8 @@ pub(crate) const EFFECTS: &[Effect] = &[
         id: "drive.viscous",
         plant: Plant::Drive,
         doc: "Friction in proportion to speed.",
-        parameters: &[fitted("n_s_per_m", "plant.viscous.n_s_per_m", 100.0)],
-        start_values: &[&[10.0], &[100.0], &[300.0]],
+        parameters: &[],
+        start_values: &[],
         channels: &[DriveCommand],
         excited_by: "several speeds",
         confused_with: &["drive.coulomb", "drive.stribeck"],
@@ -98,11 +94,8 @@ pub(crate) const EFFECTS: &[Effect] = &[
         id: "drive.stribeck",
         plant: Plant::Drive,
         doc: "More friction at low speed.",
-        parameters: &[
-            fitted("force_n", "plant.stribeck.force_n", 5.0),
-            fitted("speed_m_per_s", "plant.stribeck.speed_m_per_s", 0.01),
-        ],
-        start_values: &[&[5.0, 3e-3], &[5.0, 0.01], &[5.0, 0.05]],
+        parameters: &[],
+        start_values: &[],
         channels: &[DriveCommand],
         excited_by: "slow motion and starts from rest",
         confused_with: &["drive.coulomb", "drive.viscous"],
@@ -111,8 +104,8 @@ pub(crate) const EFFECTS: &[Effect] = &[
         id: "drive.load_friction",
         plant: Plant::Drive,
         doc: "Friction that grows with the force in the axis.",
-        parameters: &[fitted("per_force", "plant.load_friction.per_force", 0.05)],
-        start_values: &[&[0.02], &[0.1], &[0.3]],
+        parameters: &[],
+        start_values: &[],
         channels: &[DriveCommand],
         excited_by: "strong accelerations both ways",
         confused_with: &["drive.coulomb"],
@@ -121,34 +114,10 @@ pub(crate) const EFFECTS: &[Effect] = &[
         id: "drive.offset",
         plant: Plant::Drive,
         doc: "A constant force: friction that depends on the direction, or a tilted axis.",
-        parameters: &[fitted("force_n", "plant.offset.force_n", 5.0)],
-        start_values: &[&[-3.0], &[3.0], &[10.0]],
+        parameters: &[],
+        start_values: &[],
         channels: &[DriveCommand],
         excited_by: "motion both ways",
         confused_with: &["sensor.bias"],
     },
 ];
-
-/// Parameters of the effects of a drive on its own, which `cathforce_mechanics` does not have.
-pub const PLANT_PARAMETERS: &[ParameterInfo] = &[
-    plant("plant.coulomb.force_n", "N", 0.0, 1e4, "Sliding friction."),
-    plant("plant.coulomb.presliding_m", "m", 0.0, 0.01, "Way over which it turns at a reversal."),
-    plant("plant.viscous.n_s_per_m", "N·s/m", 0.0, 1e6, "Friction per speed."),
-    plant("plant.stribeck.force_n", "N", -1e3, 1e4, "Friction at rest above the one in motion."),
-    ParameterInfo {
-        off: Some(0.01),
-        ..plant("plant.stribeck.speed_m_per_s", "m/s", 1e-5, 1.0, "Speed at which it is half gone.")
-    },
-    plant("plant.load_friction.per_force", "1", 0.0, 2.0, "Friction per force in the axis."),
-    plant("plant.offset.force_n", "N", -1e3, 1e3, "Force at rest."),
-];
-
-const fn plant(
-    key: &'static str,
-    unit: &'static str,
-    min: f64,
-    max: f64,
-    doc: &'static str,
-) -> ParameterInfo {
-    ParameterInfo { key, unit, off: Some(0.0), min, max, whole: false, doc }
-}

@@ -15,8 +15,6 @@ mod vessel;
 use cathforce_mechanics::{Description, ParameterError, ParameterInfo, Real, parameters};
 use serde::Serialize;
 
-pub use drive::PLANT_PARAMETERS;
-
 /// The plants that an effect can belong to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
@@ -66,7 +64,7 @@ pub enum Role {
 pub struct Parameter {
     /// As reports name it.
     pub name: &'static str,
-    /// As settings name it; of [`PLANT_PARAMETERS`] for a drive.
+    /// As settings name it.
     pub key: &'static str,
     /// Plausible size of its deviation from off or nominal (one standard deviation), in its unit.
     pub prior_scale: f64,
@@ -109,7 +107,7 @@ impl Parameter {
             doc: "",
         };
         // A test holds every key to be there.
-        parameters().chain(PLANT_PARAMETERS).find(|info| info.key == self.key).unwrap_or(&NONE)
+        parameters().find(|info| info.key == self.key).unwrap_or(&NONE)
     }
 
     /// Whether a fit may change it.

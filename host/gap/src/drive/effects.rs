@@ -64,6 +64,25 @@ pub struct Scale {
     pub duration_s: f64,
 }
 
+/// The library of an axis on which everything is 1: bounds and priors as multiples of
+/// [`counted_in`].
+pub fn listed() -> Vec<Effect> {
+    library(&Scale { force_n: 1.0, speed_m_per_s: 1.0, travel_m: 1.0, duration_s: 1.0 })
+}
+
+/// What bounds of a parameter of this unit go by: f is the RMS of the command, v the largest speed, q
+/// the travel, t the length of a trial. `None` where they are the same on every axis.
+pub fn counted_in(unit: &str) -> Option<&'static str> {
+    match unit {
+        "N" => Some("f"),
+        "m/s" => Some("v"),
+        "m" => Some("q"),
+        "N·s/m" => Some("f/v"),
+        "N/s" => Some("f/t"),
+        _ => None,
+    }
+}
+
 /// The library, in the order of [`Is`].
 pub fn library(scale: &Scale) -> Vec<Effect> {
     let Scale { force_n: f, speed_m_per_s: v, travel_m: q, duration_s: t } = *scale;
@@ -108,7 +127,7 @@ pub fn library(scale: &Scale) -> Vec<Effect> {
         ),
         effect(
             "drive.stribeck",
-            "friction that falls as motion sets in",
+            "friction that falls as motion sets in: by 63 % at speed_m_per_s",
             vec![
                 positive("force_n", "N", 5.0 * f, 0.3 * f),
                 Parameter {
@@ -308,6 +327,28 @@ mod tests {
 
     const SCALE: Scale =
         Scale { force_n: 40.0, speed_m_per_s: 0.1, travel_m: 0.2, duration_s: 10.0 };
+
+    #[test]
+    fn what_is_listed_is_what_is_fitted() {
+        let own = library(&SCALE);
+        for (listed, own) in listed().iter().zip(&own) {
+            for (listed, own) in listed.parameters.iter().zip(&own.parameters) {
+                let Scale { force_n: f, speed_m_per_s: v, travel_m: q, duration_s: t } = SCALE;
+                let by = match counted_in(own.unit) {
+                    Some("f") => f,
+                    Some("v") => v,
+                    Some("q") => q,
+                    Some("f/v") => f / v,
+                    Some("f/t") => f / t,
+                    Some(other) => panic!("{other}"),
+                    None => 1.0,
+                };
+                for (a, b) in [(listed.low, own.low), (listed.high, own.high)] {
+                    assert!((by * a - b).abs() <= 1e-12 * b.abs(), "{}: {a} for {b}", own.name);
+                }
+            }
+        }
+    }
 
     #[test]
     fn the_order_of_the_library_is_that_of_its_indices() {

@@ -18,6 +18,7 @@ use crate::plant::{
     Channel, Effect, Nuisance, Plant, Point, Quantity, Repeat, Sample, Segment, Swing, Trial,
 };
 use effects::{FORCE_BIAS, Scale, TIME_SHIFT, command, latency_s, library, swing};
+pub use effects::{counted_in, listed};
 use motion::{Filters, GRID_S, Motion, jump_s, on_grid, step_s};
 use noise::Noise;
 use setpoint::Setpoint;

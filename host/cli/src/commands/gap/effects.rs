@@ -1,8 +1,9 @@
-//! `cathforce gap effects`.
+//! `cathforce gap effects`: those of a catheter, and those of a drive on its own as its diagnosis has them.
 
 use std::fmt::Write as _;
 
 use cathforce_effects::{Channel, Effect, Parameter, Plant, Role, all};
+use cathforce_gap::drive::{counted_in, listed};
 use serde::Serialize;
 
 use crate::failure::Failure;
@@ -15,7 +16,8 @@ struct Row {
     doc: &'static str,
     parameters: Vec<ParameterRow>,
     channels: &'static [Channel],
-    excited_by: &'static str,
+    /// Null of an effect of a drive that a catheter has too.
+    excited_by: Option<&'static str>,
     confused_with: &'static [&'static str],
     starts: Vec<Vec<f64>>,
 }
@@ -32,53 +34,97 @@ struct ParameterRow {
     min: f64,
     max: f64,
     prior_scale: f64,
+    /// What off, min, max and prior_scale are multiples of: f the RMS of the command, v the largest
+    /// speed, q the travel, t the length of a trial. Null where they are in the unit.
+    counted_in: Option<&'static str>,
     role: Role,
     doc: &'static str,
 }
 
 pub fn list(ui: &Ui) -> Result<(), Failure> {
-    let rows = all().map(row).collect::<Vec<_>>();
+    let catheter = all().filter(|effect| effect.plant == Plant::Catheter).map(row);
+    let rows: Vec<Row> = catheter.chain(listed().into_iter().map(of_drive)).collect();
     let text = rows.iter().map(|row| describe(ui, row)).collect::<Vec<_>>().join("\n");
+    let text = format!(
+        "{text}\nOf a drive on its own, f is the RMS of the command, v the largest speed, q the travel and \
+         t the length of a trial.\n"
+    );
     ui.data(&rows, text)
 }
 
 fn row(effect: &'static Effect) -> Row {
     let Effect { id, plant, doc, parameters, channels, excited_by, confused_with, .. } = *effect;
     let starts = effect.starts();
-    let parameters = parameters.iter().map(|parameter| parameter_row(plant, parameter)).collect();
+    let parameters = parameters.iter().map(parameter_row).collect();
+    let excited_by = Some(excited_by);
     Row { id, plant, doc, parameters, channels, excited_by, confused_with, starts }
 }
 
-fn parameter_row(plant: Plant, parameter: &Parameter) -> ParameterRow {
+/// An effect of a drive, as its fit has it.
+fn of_drive(effect: cathforce_gap::plant::Effect) -> Row {
+    let entry = Effect::find(effect.id).filter(|entry| entry.plant == Plant::Drive);
+    let parameter = |p: &cathforce_gap::plant::Parameter| ParameterRow {
+        name: p.name,
+        setting: None,
+        unit: p.unit,
+        off: Some(p.off),
+        min: p.low,
+        max: p.high,
+        prior_scale: p.scale,
+        counted_in: counted_in(p.unit),
+        role: Role::Value,
+        doc: "",
+    };
+    Row {
+        id: effect.id,
+        plant: Plant::Drive,
+        doc: effect.what,
+        parameters: effect.parameters.iter().map(parameter).collect(),
+        channels: &[Channel::DriveCommand],
+        excited_by: entry.map(|entry| entry.excited_by),
+        confused_with: effect.confused_with,
+        starts: effect.starts,
+    }
+}
+
+fn parameter_row(parameter: &Parameter) -> ParameterRow {
     let info = parameter.info();
     ParameterRow {
         name: parameter.name,
-        setting: (plant == Plant::Catheter).then_some(info.key),
+        setting: Some(info.key),
         unit: info.unit,
         off: info.off,
         min: info.min,
         max: info.max,
         prior_scale: parameter.prior_scale,
+        counted_in: None,
         role: parameter.role,
         doc: info.doc,
     }
 }
 
 fn describe(ui: &Ui, row: &Row) -> String {
-    let mut text = format!("{}\n  {}\n", ui.bold(row.id), row.doc);
+    let of = if row.plant == Plant::Drive { " of a drive on its own" } else { "" };
+    let mut text = format!("{}{of}\n  {}\n", ui.bold(row.id), row.doc);
     // Writing into a string cannot fail.
-    let _ = writeln!(text, "  shows in trials with {}", row.excited_by);
+    if let Some(excited_by) = row.excited_by {
+        let _ = writeln!(text, "  shows in trials with {excited_by}");
+    }
     let _ = writeln!(text, "  easily mistaken for {}", row.confused_with.join(", "));
     for p in &row.parameters {
-        let unit = if p.unit == "1" { String::new() } else { format!(" {}", p.unit) };
+        let unit = p.counted_in.unwrap_or(if p.unit == "1" { "" } else { p.unit });
+        let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
         let off = p.off.map_or("as in rig.toml".to_owned(), |off| format!("{off}{unit}"));
         let held = if p.role == Role::Held { "; held in a fit" } else { "" };
         let name = p.setting.unwrap_or(p.name);
         let _ = writeln!(
             text,
-            "  {name}: off at {off}, from {} to {}{unit}, typically ±{}{unit}{held}\n    {}",
-            p.min, p.max, p.prior_scale, p.doc
+            "  {name}: off at {off}, from {} to {}{unit}, typically ±{}{unit}{held}",
+            p.min, p.max, p.prior_scale
         );
+        if !p.doc.is_empty() {
+            let _ = writeln!(text, "    {}", p.doc);
+        }
     }
     text
 }

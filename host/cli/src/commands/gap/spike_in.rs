@@ -63,16 +63,19 @@ struct Answer {
 
 /// A bundle into which effects can be put.
 enum Spiking<'a> {
-    Catheter(catheter::Spiking<'a>),
-    Drive(drive::Spiking<'a>),
+    Catheter(Box<catheter::Spiking<'a>>),
+    Drive(Box<drive::Spiking<'a>>),
 }
 
 impl<'a> Spiking<'a> {
     fn new(bundle: &'a Bundle) -> Result<Self, Failure> {
-        if bundle.catheter().is_none() {
-            return drive::Spiking::new(bundle).map(Self::Drive).map_err(|e| refused(bundle, &e));
+        if bundle.catheter().is_some() {
+            let own = catheter::Spiking::new(bundle).map_err(|e| refused(bundle, &e))?;
+            Ok(Self::Catheter(Box::new(own)))
+        } else {
+            let own = drive::Spiking::new(bundle).map_err(|e| refused(bundle, &e))?;
+            Ok(Self::Drive(Box::new(own)))
         }
-        catheter::Spiking::new(bundle).map(Self::Catheter).map_err(|e| refused(bundle, &e))
     }
 
     fn effects(&self) -> &[Effect] {
