@@ -136,7 +136,8 @@ mod tests {
         let found = Noise::of(&t_s, &rows);
         assert!(!found.is_white);
         assert!((0.8..1.3).contains(&(found.most / sd_m)), "{found:?}");
-        assert_eq!(found.or_stated(Some(sd_m)), sd_m);
+        assert_eq!(found.or_stated(Some(0.5 * sd_m)), 0.5 * sd_m);
+        assert_eq!(found.or_stated(Some(2.0 * sd_m)), found.most);
         // What rows show that are near enough is believed, whatever is stated.
         let white: Vec<f64> = (0..t_s.len()).map(|i| sd_m * crate::toy::noise(i)).collect();
         let found = Noise::of(&t_s, &white);
