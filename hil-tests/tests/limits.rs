@@ -11,8 +11,8 @@ use cathforce_link::qemu::Qemu;
 
 const START: Drive = Drive { insertion_m: 0.03, rotation_rad: 0.0 };
 
-/// From this seed on adversaries happen to press against every limit; the one before does not turn the
-/// tip far enough while it is caught.
+/// From this seed on adversaries happen to press against every limit; the one before does not turn
+/// the tip far enough while it is caught.
 const PRESSING: u64 = 1;
 
 /// How the adversary moves the drive for a while.

@@ -16,6 +16,8 @@ use cathforce_rig::{ImageOptions, SolverDefaults};
 const TRIAL: u32 = 2;
 /// Of the last link that its deepest insertion takes, so that all are in well before.
 const LAST_LINK: f64 = 0.5;
+/// The example's wall is near-rigid with so many times its stiffness, 16 N/mm².
+const NEAR_RIGID: f32 = 20.0;
 /// Resolved ticks before a band is stated.
 const BAND_WAITS: u16 = 100;
 /// Single ticks counted around it.
@@ -24,8 +26,8 @@ const TICKS: u16 = 60;
 const FEED_M: f64 = 1e-5;
 const TURN_RAD: f64 = 2e-3;
 
-/// Instructions of the worst tick: 1 % above what was reached, what was aimed at, and half of what a
-/// tick has time for.
+/// Instructions of the worst tick: 1 % above what was reached, what was aimed at, and half of
+/// what a tick has time for.
 const MOST_INSTRUCTIONS_ONE_SOLVE: u32 = 137_000;
 const MOST_INSTRUCTIONS_TWO_SOLVES: u32 = 220_000;
 const MOST_INSTRUCTIONS_HALF_TICKS: u32 = 240_000;
@@ -73,9 +75,6 @@ impl Cost {
     }
 }
 
-/// The example's wall is near-rigid with so many times its stiffness, 16 N/mm².
-const NEAR_RIGID: f32 = 20.0;
-
 /// How a tick is solved.
 #[derive(Clone, Copy, Debug)]
 enum Schedule {
@@ -108,6 +107,7 @@ fn single_ticks(schedule: Schedule, band: Option<Band>) -> Cost {
     };
     let mut bench = Bench::<Qemu>::armed(&image, at(0));
     let beginning = bench.report().load.worst_instructions;
+    // The first of them need not be resolved.
     bench.play((0..2 * BAND_WAITS).map(|_| vec![encoder(at(0))]));
     let (mut stack_bytes, mut bands) = (0, 0);
     let counts = (1..=TICKS).map(|tick| {
@@ -138,7 +138,10 @@ fn assert_cost(schedule: Schedule, band: Option<Band>, most: u32) {
         device_state_bytes()
     );
     assert!((LEAST_INSTRUCTIONS..=most).contains(&worst), "{worst} instructions, not {most}");
-    assert!((1..=most).contains(&beginning), "{beginning} instructions until armed");
+    assert!(
+        (LEAST_INSTRUCTIONS..=most).contains(&beginning),
+        "{beginning} instructions until armed"
+    );
     assert!(jitter <= MOST_JITTER, "{counts:?}");
     assert!((1..=MOST_TICK_STACK_BYTES).contains(&stack_bytes), "{stack_bytes} bytes of stack");
 }

@@ -155,7 +155,7 @@ fn rig(bundle: &Path, file: &RigFile) -> Result<Rig, GivenError> {
     }
     if !file.vessel.wall_regions.is_empty() {
         return Err(unfit(
-            "its wall has regions of another stiffness, and the wall of a reality is the same everywhere",
+            "its wall has regions of another stiffness, which the wall of a reality has not",
             "take wall_regions out of [vessel]",
         ));
     }

@@ -1,5 +1,5 @@
-//! Between the encoder and the instrument, and the friction of a drive on its own, whose parameters go
-//! by the axis (`drive/effects.rs` of `cathforce-gap`).
+//! Between the encoder and the instrument, and the friction of a drive on its own, whose parameters
+//! go by the axis (`drive/effects.rs` of `cathforce-gap`).
 
 use crate::Channel::{DriveCommand, DriveForce, Force, Shape, Tip};
 use crate::{Effect, PHASES_RAD, Plant, fitted, held, scanned};

@@ -4,8 +4,8 @@
 ///
 /// Made from tune cases only, after their labels were opened (`cathforce gap challenge make` with
 /// seed 1000, and with seeds 15000 to 17000): of 209 effects that won as often as the blocks allow,
-/// 200 were there; of 24 that won less often, 22. Below, an effect is taken to be there as often as it
-/// won: what wins half the time shares the wins with one that it cannot be told from.
+/// 200 were there; of 24 that won less often, 22. Below, an effect is taken to be there as often as
+/// it won: what wins half the time shares the wins with one that it cannot be told from.
 const TABLE: [(f64, f64); 5] = [(0.0, 0.0), (0.6, 0.6), (0.9, 0.85), (0.94, 0.95), (1.0, 0.97)];
 
 /// Effects and cases that [`TABLE`] was made from.

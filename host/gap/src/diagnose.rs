@@ -341,8 +341,8 @@ impl<'a> Answer<'a> {
         let alike = named.iter().filter(|(effect, _)| id(*effect) == first.id);
         let alike: Vec<&str> = alike.flat_map(|(_, set)| set).map(|&effect| id(effect)).collect();
         let lead = Lead::of(&self.diagnosis.ranking, &first.id, &alike);
-        // All that an axis does shows in one force: what cannot be told apart there is another name of
-        // the effect, and is reported with it.
+        // All that an axis does shows in one force: what cannot be told apart there is another name
+        // of the effect, and is reported with it.
         if self.plant.cheap() { Lead { all: lead.told_apart, ..lead } } else { lead }
     }
 

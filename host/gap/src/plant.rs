@@ -347,8 +347,8 @@ pub trait Plant: Sync {
         None
     }
 
-    /// Why "no gap" cannot be said where the floor is so large beside what was measured \[N\], and what
-    /// to do; `None` where it is small enough.
+    /// Why "no gap" cannot be said where the floor is so large beside what was measured \[N\], and
+    /// what to do; `None` where it is small enough.
     fn hidden(&self, _floor_n: f64, _measured_n: f64) -> Option<String> {
         None
     }

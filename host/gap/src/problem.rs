@@ -21,8 +21,9 @@ pub enum Coordinate {
 /// closing does, and 2 % of a prior is still linear.
 const STEP_SD: f64 = 0.02;
 /// The same of a drive, whose force is smooth in every parameter: where much is left, the curvature
-/// over a longer step would hold a fit off its minimum. Of its nuisances too: a line through two shifts
-/// in time is a mean of both, which beside a latency smooths the noise of the position, and was named.
+/// over a longer step would hold a fit off its minimum. Of its nuisances too: a line through two
+/// shifts in time is a mean of both, which beside a latency smooths the noise of the position, and
+/// was named.
 const SMALL_STEP_SD: f64 = 1e-3;
 /// Times the median of the trials that a derivative may be in one of them, before it is taken to the
 /// other side as well: at a threshold, as a fork of the vessel is, a step that crosses it gives a

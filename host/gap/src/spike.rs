@@ -51,7 +51,8 @@ pub struct Changes {
 /// Parameters that were put in: effect, name, value, unit.
 pub type Parameters = Vec<(&'static str, &'static str, f64, &'static str)>;
 
-/// A point with effects beside those that are `present`, and the parameters of those that are put in.
+/// A point with effects beside those that are `present`, and the parameters of those that are put
+/// in.
 pub(crate) fn point(
     effects: &[Effect],
     present: &Point,

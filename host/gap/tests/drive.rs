@@ -461,8 +461,8 @@ fn an_effect_taken_out_of_the_model_is_found_in_real_data() {
         assert_eq!(answer.verdict, Verdict::Named, "{removed}: {}", answer.sentence());
         assert_eq!(names(&answer)[0], removed, "{}", answer.sentence());
     }
-    // The smallest of them is beside 2 N that nothing explains, and only a part of what is there then;
-    // that a bias of the measurement explains as much speaks not against it.
+    // The smallest of them is beside 2 N that nothing explains, and only a part of what is there
+    // then; that a bias of the measurement explains as much speaks not against it.
     let answer = diagnose(&Altered::assuming(&drive, &[dry, viscous]), "ablation", &|_| {});
     assert_eq!(answer.verdict, Verdict::Partial, "{}", answer.sentence());
     assert_eq!(names(&answer), ["drive.offset"], "{}", answer.sentence());

@@ -4,7 +4,7 @@ use std::fs;
 use std::io;
 use std::path::Path;
 
-use cathforce_rig::bundle::columns;
+use cathforce_rig::bundle::{DriveTrial, columns};
 
 use crate::atomic::make_folder;
 use crate::reader::Recording;
@@ -75,6 +75,24 @@ fn trial_csv(trial: &Trial, out: impl io::Write) -> csv::Result<()> {
             put(true, &three(shape.get(k).copied()));
         }
         csv.write_record(&fields)?;
+    }
+    Ok(csv.flush()?)
+}
+
+/// The rows of a trial of a drive on its own in the columns of a bundle.
+pub fn write_drive(t_s: &[f64], data: &DriveTrial, out: impl io::Write) -> io::Result<()> {
+    drive_csv(t_s, data, out).map_err(io_error)
+}
+
+fn drive_csv(t_s: &[f64], data: &DriveTrial, out: impl io::Write) -> csv::Result<()> {
+    let mut csv = csv::Writer::from_writer(out);
+    let setpoint = data.setpoint_m.as_ref();
+    let names = ["t_s", "position_m", "drive_command_N"].into_iter();
+    csv.write_record(names.chain(setpoint.map(|_| "setpoint_m")))?;
+    for (i, t_s) in t_s.iter().enumerate() {
+        let numbers = [*t_s, data.position_m[i], data.drive_command_n[i]];
+        let there = setpoint.map(|column| column[i].map_or(String::new(), |x| x.to_string()));
+        csv.write_record(numbers.iter().map(f64::to_string).chain(there))?;
     }
     Ok(csv.flush()?)
 }

@@ -38,7 +38,7 @@ pub use cathforce_bus::Direction;
 pub use analysis::{Analysis, PeakContact, analyse};
 pub use atomic::{make_folder, put_whole, write_whole};
 pub use background::BackgroundRecorder;
-pub use bundle::{write_bundle, write_trial};
+pub use bundle::{write_bundle, write_drive, write_trial};
 pub use candump::{
     CandumpError, CandumpLog, Gap, NoLockStep, SecondRun, direction, read_candump, write_candump,
 };

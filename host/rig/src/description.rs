@@ -99,7 +99,6 @@ pub fn describe<T: Real>(
     let lit = T::lit;
     let vector = |v: [f64; 3]| v.map(lit);
     let vessel = &rig.vessel;
-    let line_n_per_m2 = vessel.wall_stiffness_n_per_m / vessel.wall_contact_spacing_m;
     Description {
         instrument: describe_instrument(&rig.instrument),
         guidewire: rig.guidewire.as_ref().map(describe_instrument),
@@ -110,7 +109,7 @@ pub fn describe<T: Real>(
             up: vector(rig.entry.up),
         },
         wall: Wall {
-            line_stiffness_n_per_m2: lit(line_n_per_m2),
+            line_stiffness_n_per_m2: lit(vessel.line_stiffness_n_per_m2()),
             end_stiffness_n_per_m: lit(0.5 * vessel.wall_stiffness_n_per_m),
             tangential_ratio: lit(vessel
                 .wall_tangential_ratio

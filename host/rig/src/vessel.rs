@@ -118,8 +118,8 @@ pub enum VesselCause {
     )]
     EntryTooNarrow { distance_mm: f64, radius_mm: f64 },
     #[error(
-        "[vessel] wall_regions[{index}] in rig.toml holds no wall: the nearest is {distance_mm:.1} mm \
-         from its centre, its radius is {radius_mm:.1} mm"
+        "[vessel] wall_regions[{index}] holds no wall: the nearest is {distance_mm:.1} mm from its \
+         centre, its radius is {radius_mm:.1} mm"
     )]
     RegionWithoutWall { index: usize, distance_mm: f64, radius_mm: f64 },
     #[error("the vessel lies behind the entry plane: `direction` of [entry] leads out of it")]
@@ -194,6 +194,9 @@ impl Vessel {
         let beyond_m =
             |ahead_m: f64| vessel.wall.sample(&(position + direction * ahead_m)).beyond_m;
         let radius_m = 0.5 * rig.instrument.outer_diameter_m;
+        let refused = |file: &str, cause| {
+            Err(BundleError::new(&bundle.path.join(file), Place::Whole, cause).into())
+        };
         let cause = if distance_m > FARTHEST_WALL_M {
             let entry_mm = (position * 1e3).into();
             VesselCause::EntryFarFromWall { entry_mm, distance_mm: distance_m * 1e3 }
@@ -205,11 +208,11 @@ impl Vessel {
             let distance_mm = nearest.distance_m * 1e3;
             VesselCause::EntryTooNarrow { distance_mm, radius_mm: radius_m * 1e3 }
         } else if let Some(cause) = vessel.region_without_wall(&rig.vessel.wall_regions) {
-            cause
+            return refused("rig.toml", cause);
         } else {
             return Ok(vessel.with_regions(&rig.vessel.wall_regions));
         };
-        Err(BundleError::new(&bundle.path.join(file), Place::Whole, cause).into())
+        refused(file, cause)
     }
 
     fn region_without_wall(&self, regions: &[WallRegion]) -> Option<VesselCause> {

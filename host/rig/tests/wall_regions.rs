@@ -121,7 +121,8 @@ fn a_region_that_holds_no_wall_is_refused() {
     let error = Vessel::from_bundle(&bundle, SurfaceModel::default()).err().unwrap();
     let LumenBuildError::Bundle(_) = &error else { panic!("{error}") };
     let text = error.to_string();
-    for part in ["wall_regions[0]", "holds no wall", "its radius is 10.0 mm", "fix: "] {
+    for part in ["rig.toml: ", "wall_regions[0]", "holds no wall", "its radius is 10.0 mm", "fix: "]
+    {
         assert!(text.contains(part), "`{part}` is not in: {text}");
     }
     let image = device_image(&bundle, &ImageOptions::default());

@@ -395,7 +395,7 @@ fn configure(
     let solver = &description.solver;
     let reach_m = most_links(solver.substeps) as f32 * solver.link_length_m;
     if solver.substeps > 1 && settings.max_insertion_m > reach_m * ROUNDED {
-        return Err(ImageError::Overlong("more than 57 links in half ticks"));
+        return Err(ImageError::Overlong("more links than half ticks have time for"));
     }
     let lumen = Lumen::new(lumen, lumen_bytes)
         .map_err(|error| ImageError::Lumen { offset: lumen_offset, error })?;

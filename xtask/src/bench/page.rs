@@ -182,10 +182,10 @@ fn insertion(report: &Value) -> anyhow::Result<String> {
 
 /// What cannot be measured again here.
 const SOFA: &str = "
-Quoted and not measured again, since no package installs it: SOFA 26.12.99 with BeamAdapter, built from \
-source with -O2, on much the same job (150 mm, 50 nodes, rigid tube of radius 5 to 3 mm, 13 mm/s, \
-friction 0.3) on another machine of 2 cores: 3.77 ms for a step of 1 ms, 0.27 × real time, and 4.5 ms for one of \
-10 ms, 2.2 × real time. MuJoCo took 0.66 ms a step there.
+Quoted and not measured again, since no package installs it: SOFA 26.12.99 with BeamAdapter, built \
+from source with -O2, on much the same job (150 mm, 50 nodes, rigid tube of radius 5 to 3 mm, \
+13 mm/s, friction 0.3) on another machine of 2 cores: 3.77 ms for a step of 1 ms, 0.27 × real \
+time, and 4.5 ms for one of 10 ms, 2.2 × real time. MuJoCo took 0.66 ms a step there.
 ";
 
 /// Four or five cells: a step, real time, error, noise, how much faster `own` is.

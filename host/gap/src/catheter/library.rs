@@ -21,8 +21,8 @@ const STARTS_AT_PLACES: usize = 1;
 const BREATHING_AND_PULSE_HZ: [f64; 2] = [0.15, 4.0];
 /// A wall that moves more slowly than any breath stands elsewhere: that is its registration \[Hz\].
 const SLOWEST_BREATH_HZ: f64 = 0.1;
-/// Warm blood makes an instrument no stiffer \[1\], and softens none sooner \[s\]: one that is stiffer or
-/// softer from the beginning has another stiffness.
+/// Warm blood makes an instrument no stiffer \[1\], and softens none sooner \[s\]: one that is
+/// stiffer or softer from the beginning has another stiffness.
 const LEAST_SOFTENING: f64 = 0.0;
 const SOONEST_SOFTENING_S: f64 = 1.0;
 /// What a fit takes for the least of a setting, where a device takes less.

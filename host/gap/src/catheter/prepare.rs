@@ -137,8 +137,8 @@ impl Prepared {
         self.columns.iter().any(|column| column.source == source)
     }
 
-    /// Where a channel is measured, as a share of the arc length from the entry to the tip; all that
-    /// is no point on the shape at the tip.
+    /// Where a channel is measured, as a share of the arc length from the entry to the tip; all
+    /// that is no point on the shape at the tip.
     pub fn along(&self, channel: &Channel) -> f64 {
         let sources = self.columns.iter().map(|column| column.source);
         let mut own = sources.filter(|source| source.channel() == *channel);

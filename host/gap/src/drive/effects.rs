@@ -19,9 +19,9 @@ use crate::signal::Gaussian;
 /// Velocity over which Coulomb friction turns over \[m/s\].
 const TURNOVER_M_PER_S: f64 = 0.5e-3;
 
-/// What the command's measurement follows late is smoothed so far first, in grid points: a low pass of
-/// all that is predicted would take away the noise of the position, and be found wherever that is
-/// large.
+/// What the command's measurement follows late is smoothed so far first, in grid points: a low pass
+/// of all that is predicted would take away the noise of the position, and be found wherever that
+/// is large.
 const FOLLOWED_SD: f64 = 8.0;
 
 /// Ripples a travel: fewer are no ripple but a force that differs from one end to the other, more
@@ -70,8 +70,8 @@ pub fn listed() -> Vec<Effect> {
     library(&Scale { force_n: 1.0, speed_m_per_s: 1.0, travel_m: 1.0, duration_s: 1.0 })
 }
 
-/// What bounds of a parameter of this unit go by: f is the RMS of the command, v the largest speed, q
-/// the travel, t the length of a trial. `None` where they are the same on every axis.
+/// What bounds of a parameter of this unit go by: f is the RMS of the command, v the largest speed,
+/// q the travel, t the length of a trial. `None` where they are the same on every axis.
 pub fn counted_in(unit: &str) -> Option<&'static str> {
     match unit {
         "N" => Some("f"),

@@ -35,8 +35,8 @@ const SLOW_SHARE: f64 = 1.0 / 3.0;
 const HARD_SHARE: f64 = 0.3;
 /// Samples within this of a change of direction belong to the reversal \[s\].
 const REVERSAL_S: f64 = 0.05;
-/// Share of the measured force from which on a floor hides effects that matter: friction of 1 % of it
-/// would be no gap.
+/// Share of the measured force from which on a floor hides effects that matter: friction of 1 % of
+/// it would be no gap.
 const HIDING: f64 = 0.02;
 /// Blocks of a trial without a period.
 const BLOCKS: usize = 4;
@@ -90,8 +90,8 @@ pub enum DriveError {
     )]
     TooShort { trial: u32, rows: usize },
     #[error(
-        "trial {trial:03} has a row every {step_s:.4} s, which is too seldom for the force of a motion\n  \
-         fix: t_s is in seconds; record at 100 Hz or more"
+        "trial {trial:03} has a row every {step_s:.4} s, which is too seldom for the force of a \
+         motion\n  fix: t_s is in seconds; record at 100 Hz or more"
     )]
     TooSeldom { trial: u32, step_s: f64 },
     #[error("the drive never moves in any trial: no force of motion can be compared")]
@@ -370,8 +370,8 @@ impl Plant for Drive {
             () => "runs of one set-point differ by as much: record again what disturbed them",
         };
         Some(format!(
-            "no gap shows, but the floor of {floor_n:.2} N RMS is {:.0} % of the measured force, and \
-             friction of that size would be lost in it; {fix}",
+            "no gap shows, but the floor of {floor_n:.2} N RMS is {:.0} % of the measured force, \
+             and friction of that size would be lost in it; {fix}",
             100.0 * floor_n / measured_n
         ))
     }

@@ -8,9 +8,9 @@ pub const GRID_S: f64 = 1e-3;
 const POSITION_SD: f64 = 2.0;
 /// Smoothing of what is compared.
 const OUTPUT_SD: f64 = 4.0;
-/// Least smoothing of both together, in steps between rows. Between two rows a position is taken for a
-/// straight line, which adds accelerations at the rate of the rows as large as the true ones; so much
-/// leaves 1e-3 of them.
+/// Least smoothing of both together, in steps between rows. Between two rows a position is taken
+/// for a straight line, which adds accelerations at the rate of the rows as large as the true ones;
+/// so much leaves 1e-3 of them.
 const LEAST_SD_ROWS: f64 = 0.6;
 /// A step of time larger than this many usual ones is a jump of the clock.
 const CLOCK_JUMP: f64 = 5.0;
@@ -119,9 +119,9 @@ impl Filters {
         self.output.smooth(&self.position.smooth(command_n))
     }
 
-    /// A predicted command at some grid points, read `shift_s` later. Between grid points the filter is
-    /// shifted, not what it smooths: a straight line between two points has a kink where there is no
-    /// shift, and two steps to either side of it are one smoothing more.
+    /// A predicted command at some grid points, read `shift_s` later. Between grid points the
+    /// filter is shifted, not what it smooths: a straight line between two points has a kink where
+    /// there is no shift, and two steps to either side of it are one smoothing more.
     pub fn predicted(&self, command_n: &[f64], at: &[usize], shift_s: f64) -> Vec<f64> {
         let shift = shift_s / GRID_S;
         let (whole, last) = (shift.round(), command_n.len().saturating_sub(1) as f64);

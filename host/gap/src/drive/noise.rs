@@ -6,8 +6,8 @@
 //! of √(4k over 2k). They are taken at even times, where a row that came late shows as one that was
 //! read wrong.
 //!
-//! Where rows are few, fourth differences are those of the motion. Eighth ones tell: white noise is as
-//! large in them, what a motion has is less.
+//! Where rows are few, fourth differences are those of the motion. Eighth ones tell: white noise is
+//! as large in them, what a motion has is less.
 
 use super::motion::{Filters, GRID_S, Motion, evenly, jump_s, step_s};
 
@@ -32,8 +32,8 @@ pub struct Noise {
 }
 
 impl Noise {
-    /// Of a series at these times. Rows that are closer than the grid are taken on the grid, as they
-    /// are compared: steps of an encoder that most rows do not see are no noise of rows.
+    /// Of a series at these times. Rows that are closer than the grid are taken on the grid, as
+    /// they are compared: steps of an encoder that most rows do not see are no noise of rows.
     pub fn of(t_s: &[f64], series: &[f64]) -> Self {
         let (jump_s, step_s) = (jump_s(t_s), step_s(t_s).max(GRID_S));
         let jumps = (1..t_s.len()).filter(|&i| t_s[i] - t_s[i - 1] > jump_s);
@@ -63,9 +63,9 @@ fn in_differences<const N: usize>(pieces: &[Vec<f64>], (weights, size): &([f64; 
     sizes.get(at).copied().unwrap_or_default() / (NORMAL * size)
 }
 
-/// Factor by which noise of the position is larger in the acceleration than rows show it: steps of an
-/// encoder that moves slowly are less white than differences take them for. Strokes with rests in
-/// between, read in steps of 10 µm, have 1.13.
+/// Factor by which noise of the position is larger in the acceleration than rows show it: steps of
+/// an encoder that moves slowly are less white than differences take them for. Strokes with rests
+/// in between, read in steps of 10 µm, have 1.13.
 const SLOW: f64 = 1.25;
 
 /// Standard deviation of the acceleration as it is compared \[m/s²\], of that of a row's position.

@@ -1,7 +1,7 @@
 //! Effects put into measured data: y' = y + f(θ) − f(θ₀) along the measured motion.
 //!
-//! An axis that was measured has friction of its own: θ₀ is what is named in the data as they are, and
-//! what is put in is looked for beside that.
+//! An axis that was measured has friction of its own: θ₀ is what is named in the data as they are,
+//! and what is put in is looked for beside that.
 
 use cathforce_rig::bundle::{Bundle, TrialData};
 

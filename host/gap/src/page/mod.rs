@@ -193,8 +193,9 @@ fn how_far(answer: &Diagnosis) -> String {
     format!(
         "<h2>How far</h2><div class=wide><table><tr><th>held out<th class=number>before\
          <th class=number>after<th class=number>floor{rows}</table></div>\
-         <p class=soft>Of a vector its norm; of the largest force and of the path the mean over the \
-         trials. Paths are compared whatever their pace.</p><p class='soft key'><i style='color:var(--measured)'></i>measured\
+         <p class=soft>Of a vector its norm; of the largest force and of the path the mean over \
+         the trials. Paths are compared whatever their pace.</p>\
+         <p class='soft key'><i style='color:var(--measured)'></i>measured\
          <i style='color:var(--before)'></i>nominal model<i style='color:var(--after)'></i>with \
          the effects</p>{series}"
     )

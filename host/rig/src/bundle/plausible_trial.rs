@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::columns;
 use super::instrument::RigInstrument;
-use super::trial::{CatheterTrial, Trial, VectorColumn};
+use super::trial::{CatheterTrial, Encoders, Trial, VectorColumn};
 use super::{CatheterRig, Plant};
 use crate::error::{Place, Warning};
 
@@ -28,20 +28,14 @@ pub(super) fn check(file: &Path, trial: &Trial, plant: &Plant, warnings: &mut Ve
 }
 
 fn encoders(rig: &CatheterRig, data: &CatheterTrial) -> Vec<String> {
-    let catheter =
-        encoder(&rig.instrument, [columns::INSERTION, columns::ROTATION], data.encoders());
-    let wire = rig.guidewire.as_ref().zip(data.guidewire.as_ref());
-    let wire = wire.map(|(instrument, own)| {
-        let names = [columns::GUIDEWIRE_INSERTION, columns::GUIDEWIRE_ROTATION];
-        encoder(instrument, names, own.encoders())
-    });
-    catheter.into_iter().chain(wire.into_iter().flatten()).collect()
+    let instruments = std::iter::once(&rig.instrument).chain(&rig.guidewire);
+    let drives = instruments.zip(data.encoders());
+    drives.flat_map(|(instrument, encoders)| of_drive(instrument, encoders)).collect()
 }
 
-fn encoder(
+fn of_drive(
     instrument: &RigInstrument,
-    [insertion, rotation]: [&str; 2],
-    [insertion_m, rotation_rad]: [&[f64]; 2],
+    [(insertion, insertion_m), (rotation, rotation_rad)]: Encoders<'_>,
 ) -> Vec<String> {
     let mut says = Vec::new();
     let length_m = instrument.length_m;

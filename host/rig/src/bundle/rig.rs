@@ -45,10 +45,15 @@ pub struct RigVessel {
 }
 
 impl RigVessel {
-    /// Line stiffness of the wall where it is stiffest \[N/m²\].
+    /// Line stiffness of the wall \[N/m²\].
+    pub fn line_stiffness_n_per_m2(&self) -> f64 {
+        self.wall_stiffness_n_per_m / self.wall_contact_spacing_m
+    }
+
+    /// The same where it is stiffest.
     pub fn stiffest_n_per_m2(&self) -> f64 {
         let ratios = self.wall_regions.iter().map(|region| region.stiffness_ratio);
-        self.wall_stiffness_n_per_m / self.wall_contact_spacing_m * ratios.fold(1.0, f64::max)
+        self.line_stiffness_n_per_m2() * ratios.fold(1.0, f64::max)
     }
 }
 
@@ -118,8 +123,8 @@ pub(crate) type RigWarning = (Place, String);
 
 pub(super) const POSITIVE: std::ops::RangeInclusive<f64> = f64::MIN_POSITIVE..=f64::MAX;
 pub(super) const NOT_NEGATIVE: std::ops::RangeInclusive<f64> = 0.0..=f64::MAX;
-/// Of a wall's region over the rest: a lumen stores half as much again.
-const WALL_SCALES: std::ops::RangeInclusive<f64> = 0.01..=100.0;
+/// Stiffness of a wall's region over the nominal one; a lumen stores 1/256 to 245.
+const REGION_RATIOS: std::ops::RangeInclusive<f64> = 0.01..=100.0;
 const CATHETER_KEYS: [&str; 10] = [
     "format",
     "name",
@@ -240,7 +245,7 @@ pub(crate) const VESSEL_KEYS: [&str; 5] = [
     "wall_tangential_ratio",
     WALL_REGIONS,
 ];
-pub(crate) const WALL_REGIONS: &str = "wall_regions";
+const WALL_REGIONS: &str = "wall_regions";
 const REGION_KEYS: [&str; 3] = ["centre_m", "radius_m", "stiffness_ratio"];
 
 fn vessel(root: &TableReader<'_>) -> Result<RigVessel, Fault> {
@@ -269,7 +274,7 @@ fn wall_regions(vessel: &TableReader<'_>) -> Result<Vec<WallRegion>, Fault> {
             radius_m: table.number_in("radius_m", POSITIVE, "above 0")?,
             stiffness_ratio: table.number_in(
                 "stiffness_ratio",
-                WALL_SCALES,
+                REGION_RATIOS,
                 "between 0.01 and 100",
             )?,
         })

@@ -88,17 +88,22 @@ pub struct GuidewireTrial {
     pub drive_force_n: Option<Vec<Option<f64>>>,
 }
 
-impl CatheterTrial {
-    /// Insertion and rotation.
-    pub(super) fn encoders(&self) -> [&[f64]; 2] {
-        [&self.insertion_m, &self.rotation_rad]
-    }
-}
+/// Columns of the encoders of one drive, insertion and rotation, with their names.
+pub(super) type Encoders<'a> = [(&'static str, &'a [f64]); 2];
 
-impl GuidewireTrial {
-    /// Insertion and rotation.
-    pub(super) fn encoders(&self) -> [&[f64]; 2] {
-        [&self.insertion_m, &self.rotation_rad]
+impl CatheterTrial {
+    /// Those of the catheter's drive, then those of the guidewire's, if there is one.
+    pub(super) fn encoders(&self) -> impl Iterator<Item = Encoders<'_>> {
+        let of = |names: [&'static str; 2], insertion_m, rotation_rad| {
+            [(names[0], insertion_m), (names[1], rotation_rad)]
+        };
+        let own =
+            of([columns::INSERTION, columns::ROTATION], &self.insertion_m[..], &self.rotation_rad);
+        let wire = self.guidewire.as_ref().map(move |wire| {
+            let names = [columns::GUIDEWIRE_INSERTION, columns::GUIDEWIRE_ROTATION];
+            of(names, &wire.insertion_m[..], &wire.rotation_rad)
+        });
+        std::iter::once(own).chain(wire)
     }
 }
 
@@ -204,14 +209,8 @@ impl Trial {
     /// Where an encoder goes faster than a drive can, if anywhere: a unit is wrong, of the encoder
     /// or of the time, or the encoder jumps.
     pub fn rush(&self) -> Option<Rush> {
-        let data = self.catheter()?;
-        let wire = data.guidewire.as_ref().map(GuidewireTrial::encoders);
-        let drives = [
-            (columns::INSERTION, columns::ROTATION, Some(data.encoders())),
-            (columns::GUIDEWIRE_INSERTION, columns::GUIDEWIRE_ROTATION, wire),
-        ];
-        drives.into_iter().find_map(|(insertion, rotation, encoders)| {
-            let [insertion_m, rotation_rad] = encoders?;
+        self.catheter()?.encoders().find_map(|[insertion, rotation]| {
+            let ((insertion, insertion_m), (rotation, rotation_rad)) = (insertion, rotation);
             let fed = faster(&self.t_s, insertion_m, RUSH_M, FASTEST_M_PER_S);
             let fed = fed.map(|(at_s, speed)| {
                 let why = "is t_s in seconds and the insertion in metres, or does the encoder jump";

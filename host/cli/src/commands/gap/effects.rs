@@ -1,4 +1,5 @@
-//! `cathforce gap effects`: those of a catheter, and those of a drive on its own as its diagnosis has them.
+//! `cathforce gap effects`: those of a catheter, and those of a drive on its own as its diagnosis
+//! has them.
 
 use std::fmt::Write as _;
 
@@ -46,8 +47,8 @@ pub fn list(ui: &Ui) -> Result<(), Failure> {
     let rows: Vec<Row> = catheter.chain(listed().into_iter().map(of_drive)).collect();
     let text = rows.iter().map(|row| describe(ui, row)).collect::<Vec<_>>().join("\n");
     let text = format!(
-        "{text}\nOf a drive on its own, f is the RMS of the command, v the largest speed, q the travel and \
-         t the length of a trial.\n"
+        "{text}\nOf a drive on its own, f is the RMS of the command, v the largest speed, q the \
+         travel and t the length of a trial.\n"
     );
     ui.data(&rows, text)
 }

@@ -8,9 +8,9 @@ use cathforce_gap::plant::Effect;
 use cathforce_gap::report::{Diagnosis, Estimate, Verdict};
 use cathforce_gap::spike::{Changes, Spike, SpikeError, Spiked};
 use cathforce_gap::{catheter, diagnose, drive};
-use cathforce_record::{make_folder, write_trial};
+use cathforce_record::{make_folder, write_drive, write_trial};
 use cathforce_rig::Bundle;
-use cathforce_rig::bundle::{DriveTrial, TrialData};
+use cathforce_rig::bundle::TrialData;
 use serde::Serialize;
 
 use super::diagnose::hold_trials_back;
@@ -150,13 +150,13 @@ fn ids(spikes: &[Spike]) -> String {
 fn write(bundle: &Bundle, folder: &Path) -> Result<(), Failure> {
     let trials = bundle.trials.iter().map(|trial| {
         let mut text = Vec::new();
-        match &trial.data {
+        let written = match &trial.data {
             TrialData::Catheter(_) => {
                 write_trial(&super::super::run::recorded(bundle, trial)?, &mut text)
-                    .map_err(|e| Failure::write(folder, io::Error::other(e)))?;
             }
-            TrialData::Drive(data) => text = drive_rows(&trial.t_s, data).into_bytes(),
-        }
+            TrialData::Drive(data) => write_drive(&trial.t_s, data, &mut text),
+        };
+        written.map_err(|e| Failure::write(folder, e))?;
         Ok((trial.number, text))
     });
     let trials = trials.collect::<Result<Vec<_>, Failure>>()?;
@@ -174,21 +174,6 @@ fn write(bundle: &Bundle, folder: &Path) -> Result<(), Failure> {
         Ok(())
     };
     make_folder(folder, fill).map_err(|e| Failure::write(folder, e))
-}
-
-/// The file of a drive's trial.
-fn drive_rows(t_s: &[f64], data: &DriveTrial) -> String {
-    let DriveTrial { position_m, drive_command_n, setpoint_m } = data;
-    let setpoint = if setpoint_m.is_some() { ",setpoint_m" } else { "" };
-    let mut text = format!("t_s,position_m,drive_command_N{setpoint}\n");
-    for (i, ((t, position), force)) in t_s.iter().zip(position_m).zip(drive_command_n).enumerate() {
-        text += &format!("{t},{position},{force}");
-        if let Some(column) = setpoint_m {
-            text += &column[i].map_or(",".to_owned(), |setpoint| format!(",{setpoint}"));
-        }
-        text += "\n";
-    }
-    text
 }
 
 impl Answer {
