@@ -34,6 +34,7 @@ struct RigFile {
     entry: EntryTable,
     vessel: VesselTable,
     sensor: SensorTable,
+    tendon: Option<toml::Value>,
 }
 
 #[derive(Deserialize)]
@@ -151,6 +152,12 @@ fn rig(bundle: &Path, file: &RigFile) -> Result<Rig, GivenError> {
         return Err(unfit(
             "the entry is not at the origin along x, where realities have it",
             "state the rig in the frame of its entry",
+        ));
+    }
+    if file.tendon.is_some() {
+        return Err(unfit(
+            "it is steered by a tendon, which the instrument of a reality has not",
+            "take [tendon] out",
         ));
     }
     if !file.vessel.wall_regions.is_empty() {

@@ -7,7 +7,7 @@ use cathforce_mechanics::{
 };
 use nalgebra::Vector3;
 
-use crate::bundle::{Bundle, CatheterRig, RigInstrument, RigSection, RigVessel};
+use crate::bundle::{Bundle, CatheterRig, RigInstrument, RigSection, RigTendon, RigVessel};
 
 /// What the model needs and a bundle does not say, in one place.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -102,7 +102,7 @@ pub fn describe<T: Real>(
     Description {
         instrument: describe_instrument(&rig.instrument),
         guidewire: rig.guidewire.as_ref().map(describe_instrument),
-        tendon: Tendon::none(),
+        tendon: rig.tendon.as_ref().map_or_else(Tendon::none, describe_tendon),
         entry: Entry {
             position_m: vector(rig.entry.position_m),
             direction: vector(rig.entry.direction),
@@ -187,6 +187,16 @@ fn describe_section<T: Real>(instrument: &RigInstrument, section: &RigSection) -
         torsional_stiffness_n_m2: T::lit(shear * 2.0 * tube.second_moment_m4),
         axial_stiffness_n: T::lit(youngs * tube.area_m2),
         mass_kg_per_m: T::lit(instrument.density_kg_per_m3 * tube.area_m2),
+    }
+}
+
+fn describe_tendon<T: Real>(tendon: &RigTendon) -> Tendon<T> {
+    Tendon {
+        pull_m: T::lit(tendon.pull_m),
+        stiffness_n_per_m: T::lit(tendon.stiffness_n_per_m),
+        offset_m: T::lit(tendon.offset_m),
+        length_m: T::lit(tendon.length_m),
+        angle_rad: T::lit(tendon.angle_rad),
     }
 }
 

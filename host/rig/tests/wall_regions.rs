@@ -7,11 +7,8 @@ use std::fs;
 use cathforce_config::image::decode;
 use cathforce_mechanics::{Drive, Model, Outputs, State, settle, step};
 use cathforce_rig::geometry::SurfaceModel;
-use cathforce_rig::{
-    Bundle, BundleError, ImageBuildError, ImageOptions, LumenBuildError, Place, Vessel,
-    device_image,
-};
-use support::{RIG, example, write_bundle};
+use cathforce_rig::{Bundle, ImageBuildError, ImageOptions, LumenBuildError, Vessel, device_image};
+use support::{RIG, assert_refused, example};
 
 const STIFFNESS: &str = "wall_stiffness_N_per_m = 4000.0";
 /// How far the example's instrument is fed: its tip slides along the wall \[m\].
@@ -96,16 +93,7 @@ fn a_near_rigid_region_asks_for_half_ticks_as_a_near_rigid_wall_does() {
 #[test]
 fn regions_that_nothing_can_have_are_refused_with_their_place() {
     let refused = |region: &str, at: &str, says: &str| {
-        let folder = tempfile::tempdir().unwrap();
-        write_bundle(folder.path());
-        let rig = RIG.replacen(STIFFNESS, &regions(region), 1);
-        let line = rig.lines().position(|line| line.contains("wall_regions")).unwrap();
-        let column = rig.lines().nth(line).unwrap().find(at).unwrap();
-        fs::write(folder.path().join("rig.toml"), rig).unwrap();
-        let error: BundleError = Bundle::open(folder.path()).unwrap_err();
-        assert_eq!(error.place, Place::LineColumn(line + 1, column + 1), "{error}");
-        let text = error.to_string();
-        assert!(text.contains(says) && text.contains("\n  fix: "), "{text}");
+        assert_refused(&RIG.replacen(STIFFNESS, &regions(region), 1), "wall_regions", at, says);
     };
     let with = |rest: &str| format!("{{ centre_m = [0.0, 0.0, 0.0], {rest} }}");
     refused(&with("radius_m = 0.01, stiffness_ratio = 1000.0"), "1000.0", "between 0.01 and 100");

@@ -20,6 +20,7 @@ mod plausible;
 mod plausible_trial;
 mod rig;
 mod rig_cause;
+mod tendon;
 mod toml_reader;
 mod trial;
 
@@ -33,6 +34,7 @@ pub use rig::{
     RigVessel, WallRegion,
 };
 pub use rig_cause::RigCause;
+pub use tendon::RigTendon;
 pub use trial::{
     CatheterTrial, DriveTrial, EncoderReading, GuidewireTrial, Rush, Trial, TrialCause, TrialData,
     VectorColumn,

@@ -4,6 +4,7 @@ use toml::de::DeTable;
 
 use super::instrument::{RigInstrument, read_guidewire, read_instrument};
 use super::rig_cause::RigCause;
+use super::tendon::{RigTendon, read_tendon};
 use super::toml_reader::{Fault, Source, TableReader};
 use crate::error::Place;
 
@@ -90,6 +91,8 @@ pub struct CatheterRig {
     pub instrument: RigInstrument,
     /// Inside the catheter, with its own drive.
     pub guidewire: Option<RigInstrument>,
+    /// Of a steerable instrument.
+    pub tendon: Option<RigTendon>,
     pub entry: RigEntry,
     pub vessel: RigVessel,
     pub environment: RigEnvironment,
@@ -125,12 +128,13 @@ pub(super) const POSITIVE: std::ops::RangeInclusive<f64> = f64::MIN_POSITIVE..=f
 pub(super) const NOT_NEGATIVE: std::ops::RangeInclusive<f64> = 0.0..=f64::MAX;
 /// Stiffness of a wall's region over the nominal one; a lumen stores 1/256 to 245.
 const REGION_RATIOS: std::ops::RangeInclusive<f64> = 0.01..=100.0;
-const CATHETER_KEYS: [&str; 10] = [
+const CATHETER_KEYS: [&str; 11] = [
     "format",
     "name",
     "plant",
     "instrument",
     "guidewire",
+    "tendon",
     "entry",
     "vessel",
     "environment",
@@ -171,6 +175,7 @@ impl Rig {
             let instrument = read_instrument(&root)?;
             Plant::Catheter(Box::new(CatheterRig {
                 guidewire: read_guidewire(&root, &instrument)?,
+                tendon: read_tendon(&root, &instrument)?,
                 instrument,
                 entry: entry(&root, &mut warnings)?,
                 vessel: vessel(&root)?,

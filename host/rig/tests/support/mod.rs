@@ -6,6 +6,7 @@ use std::fs;
 use std::path::Path;
 
 use cathforce_rig::geometry::Triangle;
+use cathforce_rig::{Bundle, BundleError, Place};
 use nalgebra::Vector3;
 
 pub type Point = Vector3<f64>;
@@ -172,4 +173,18 @@ pub fn write_bundle(folder: &Path) {
 /// The example bundle of the repository.
 pub fn example() -> std::path::PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/tapered-none")
+}
+
+/// Asserts that a bundle with this `rig.toml` is refused at `at` in its line with `key`, in words that
+/// hold `says` and a fix.
+pub fn assert_refused(rig: &str, key: &str, at: &str, says: &str) {
+    let folder = tempfile::tempdir().unwrap();
+    write_bundle(folder.path());
+    let line = rig.lines().position(|line| line.contains(key)).unwrap();
+    let column = rig.lines().nth(line).unwrap().find(at).unwrap();
+    fs::write(folder.path().join("rig.toml"), rig).unwrap();
+    let error: BundleError = Bundle::open(folder.path()).unwrap_err();
+    assert_eq!(error.place, Place::LineColumn(line + 1, column + 1), "{error}");
+    let text = error.to_string();
+    assert!(text.contains(says) && text.contains("\n  fix: "), "{text}");
 }
