@@ -13,8 +13,11 @@ use crate::seal::Label;
 pub const SMALLEST_GAP: f64 = 2.0;
 /// A wrong answer with at least this confidence is confidently wrong.
 pub const CONFIDENT: f64 = 0.8;
+/// Of figures of what anybody could see in spite of what nobody knows about a wall.
+const OVER_FLOOR: &str = "the same, where the gap is twice the floor";
 /// Of the figure of pairs that anybody could see both effects of.
 const PAIRS_THAT_SHOW: &str = "the same, where each adds a gap of twice the noise to the other";
+const PAIRS_OVER_FLOOR: &str = "the same, where each adds a gap of twice the floor to the other";
 /// Predicted and achieved shrink may differ by so much.
 const WITHIN: f64 = 0.1;
 
@@ -54,6 +57,8 @@ pub struct Answer {
     pub rig: String,
     pub gap_over_noise: f64,
     pub added_over_noise: Vec<f64>,
+    pub gap_over_floor: Option<f64>,
+    pub added_over_floor: Vec<f64>,
     pub truth: Vec<String>,
     pub verdict: String,
     pub named: Vec<String>,
@@ -94,6 +99,8 @@ impl Answer {
             rig: label.rig.clone(),
             gap_over_noise: label.gap_over_noise,
             added_over_noise: label.added_over_noise.clone(),
+            gap_over_floor: label.gap_over_floor,
+            added_over_floor: label.added_over_floor.clone(),
             truth: label.effects.iter().map(|effect| effect.id.clone()).collect(),
             verdict: text(&answer["verdict"]),
             confidence: answer["effects"][0]["confidence"].as_f64(),
@@ -143,6 +150,11 @@ pub fn score(revealed: &[(Label, Value)]) -> Score {
         !a.added_over_noise.is_empty() && a.added_over_noise.iter().all(|gap| *gap >= SMALLEST_GAP)
     };
     let pair_that_shows: Vec<&Answer> = pair.iter().copied().filter(both_show).collect();
+    let over_floor = |a: &&Answer| a.gap_over_floor.is_some_and(|gap| gap >= SMALLEST_GAP);
+    let single_over_floor: Vec<&Answer> = single.iter().copied().filter(over_floor).collect();
+    let both_over =
+        |a: &&Answer| over_floor(a) && a.added_over_floor.iter().all(|gap| *gap >= SMALLEST_GAP);
+    let pair_over_floor: Vec<&Answer> = pair.iter().copied().filter(both_over).collect();
     let (outside, none) = (of(Kind::Outside), of(Kind::None));
     let share = |figure, target, among: &[&Answer], hit: &dyn Fn(&Answer) -> bool| Tally {
         figure,
@@ -172,7 +184,9 @@ pub fn score(revealed: &[(Label, Value)]) -> Score {
     let held = inside.iter().map(|hit| if *hit { 100.0 } else { 0.0 }).collect();
     let tallies = vec![
         share("the true effect is named first", "≥ 90 %", &single, &Answer::first_is_true),
+        share(OVER_FLOOR, "≥ 90 %", &single_over_floor, &Answer::first_is_true),
         share("the true effect is in the reported set", "≥ 97 %", &single, &all_in),
+        share(OVER_FLOOR, "≥ 97 %", &single_over_floor, &all_in),
         numbers("mean size of that set", "≤ 1.5", "", sizes),
         share("confidently wrong", "≤ 2 %", &counted, &Answer::is_confidently_wrong),
         share("out-of-library effects answered \"none of mine\"", "≥ 90 %", &outside, &|a| {
@@ -181,6 +195,7 @@ pub fn score(revealed: &[(Label, Value)]) -> Score {
         share("a gap claimed where there is none", "≤ 2 %", &none, &|a| a.verdict != "no_gap"),
         share("both of two effects found", "≥ 80 %", &pair, &all_in),
         share(PAIRS_THAT_SHOW, "", &pair_that_shows, &all_in),
+        share(PAIRS_OVER_FLOOR, "≥ 80 %", &pair_over_floor, &all_in),
         numbers(
             "mean difference of predicted and achieved shrink on a trial that was not diagnosed",
             "≤ 10 points",
@@ -259,7 +274,8 @@ impl Score {
         let list = |items: Vec<String>| items.join(", ");
         let mut text = format!(
             "{} cases of seed {}, {} of them with a gap below {SMALLEST_GAP} times the noise, which \
-             count for nothing. Answered by the program with SHA-256 {}.\n\n",
+             count for nothing. The floor is the noise and what a wall that is 40 µm nearer does. \
+             Answered by the program with SHA-256 {}.\n\n",
             self.cases,
             list(self.seeds.iter().map(u64::to_string).collect()),
             self.too_small,
@@ -314,6 +330,8 @@ mod tests {
             severity: 0.5,
             gap_over_noise: gap,
             added_over_noise: vec![gap; ids.len()],
+            gap_over_floor: Some(0.8 * gap),
+            added_over_floor: vec![0.8 * gap; ids.len()],
             salt: String::new(),
         }
     }

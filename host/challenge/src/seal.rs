@@ -24,7 +24,7 @@ use thiserror::Error;
 use crate::change::Truth;
 use crate::draw::{Case, Kind, cases};
 use crate::score::Score;
-use crate::stand::Stand;
+use crate::stand::{Stand, Unchanged};
 
 /// What is true of a case.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -43,6 +43,12 @@ pub struct Label {
     /// The same of every effect beside the others: of what it adds to them.
     #[serde(default)]
     pub added_over_noise: Vec<f64>,
+    /// Both over the floor: the noise, and what a wall does that is nearer than anybody knows. Not of labels
+    /// before 18000's.
+    #[serde(default)]
+    pub gap_over_floor: Option<f64>,
+    #[serde(default)]
+    pub added_over_floor: Vec<f64>,
     /// Random, so that nobody finds the label by trying.
     pub salt: String,
 }
@@ -109,10 +115,13 @@ impl Challenge {
             cases(seed, count, stands).into_iter().map(|case| (case, rng.random())).collect();
         create(&self.folder.join("labels"))?;
         create(&self.folder.join("cases"))?;
+        let unchanged: BTreeMap<&str, Result<Unchanged, SolveError>> =
+            stands.iter().map(|stand| (&*stand.rig.name, stand.unchanged())).collect();
         let make = |(case, salt): &(Case, u128)| -> Result<_, ChallengeError> {
-            let played = match self.label_path(&name(case.number)).exists() {
-                true => Ok(()),
-                false => self.make_case(seed, case, *salt)?,
+            let played = match &unchanged[&*case.stand.rig.name] {
+                _ if self.label_path(&name(case.number)).exists() => Ok(()),
+                Ok(unchanged) => self.make_case(seed, case, *salt, unchanged)?,
+                Err(error) => Err(*error),
             };
             made();
             Ok(played.err().map(|error| (case.number, error)))
@@ -139,26 +148,25 @@ impl Challenge {
         seed: u64,
         case: &Case,
         salt: u128,
+        unchanged: &Unchanged,
     ) -> Result<Result<(), SolveError>, ChallengeError> {
         let name = name(case.number);
         let stand = &case.stand;
         let play_all = || {
-            let (real, nominal) = (stand.play(&case.changes)?, stand.play(&[])?);
-            let added = match case.changes.len() {
-                1 => vec![stand.gap_over_noise(&real, &nominal)],
-                effects => (0..effects)
-                    .map(|k| {
-                        let others: Vec<_> = [&case.changes[..k], &case.changes[k + 1..]].concat();
-                        Ok(stand.gap_over_noise(&real, &stand.play(&others)?))
-                    })
-                    .collect::<Result<_, SolveError>>()?,
+            let real = stand.play(&case.changes)?;
+            let without = |k: usize| {
+                let others: Vec<_> = [&case.changes[..k], &case.changes[k + 1..]].concat();
+                if others.is_empty() { Ok(unchanged.nominal.clone()) } else { stand.play(&others) }
             };
-            Ok((real, nominal, added))
+            let without = (0..case.changes.len()).map(without);
+            Ok((real, without.collect::<Result<Vec<_>, SolveError>>()?))
         };
-        let (real, nominal, added_over_noise) = match play_all() {
+        let (real, without) = match play_all() {
             Ok(played) => played,
             Err(error) => return Ok(Err(error)),
         };
+        let over_noise = |without: &Vec<_>| stand.gap_over_noise(&real, without);
+        let over_floor = |without: &Vec<_>| stand.gap_over_floor(&real, without, unchanged);
         let label = Label {
             case: name.clone(),
             seed,
@@ -166,8 +174,10 @@ impl Challenge {
             rig: stand.rig.name.clone(),
             effects: case.changes.iter().map(|c| c.truth(stand.rig.friction_coefficient)).collect(),
             severity: case.severity,
-            gap_over_noise: stand.gap_over_noise(&real, &nominal),
-            added_over_noise,
+            gap_over_noise: over_noise(&unchanged.nominal),
+            added_over_noise: without.iter().map(over_noise).collect(),
+            gap_over_floor: Some(over_floor(&unchanged.nominal)),
+            added_over_floor: without.iter().map(over_floor).collect(),
             salt: format!("{salt:032x}"),
         };
         let folder = self.folder.join("cases").join(&name);

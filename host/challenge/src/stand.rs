@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use crate::change::Change;
 use crate::motion::{TRIALS, schedule};
-use crate::play::{Trial, play_along};
+use crate::play::{Row, Trial, play_along};
 use crate::rigs::{Rig, rigs};
 
 /// White noise of a row, and how often a camera sees the tip.
@@ -32,9 +32,19 @@ pub struct Stand {
     pub given: Option<PathBuf>,
 }
 
+/// What a stand does without any effect, and the same with a wall that is nearer by what nobody knows.
+#[derive(Clone, Debug)]
+pub struct Unchanged {
+    pub nominal: Vec<Trial>,
+    pub nearer: Vec<Trial>,
+}
+
 /// The tip is seen 25 times a second.
 const OWN: Accuracy =
     Accuracy { force_n: 2e-3, drive_n: 2e-3, tip_m: 1.5e-4, shape_m: None, tip_every: 10 };
+
+/// How well a wall is known: facets, segmentation \[m\].
+const WALL_DOUBT_M: f64 = 4e-5;
 
 /// Noise of a mean of so many rows is smaller by the square root: force samples of 20 ms.
 const AVERAGED_ROWS: f64 = 5.0;
@@ -56,18 +66,76 @@ impl Stand {
         self.motions.par_iter().map(|motion| play_along(&self.rig, changes, motion)).collect()
     }
 
+    /// Every motion without any effect.
+    pub fn unchanged(&self) -> Result<Unchanged, SolveError> {
+        let mut nearer = self.clone();
+        for station in nearer.rig.branches.iter_mut().flatten() {
+            station.radius_m -= WALL_DOUBT_M;
+        }
+        Ok(Unchanged { nominal: self.play(&[])?, nearer: nearer.play(&[])? })
+    }
+
     /// √(1 + mean square of the difference over the noise), of the best channel.
-    pub fn gap_over_noise(&self, real: &[Trial], nominal: &[Trial]) -> f64 {
+    pub fn gap_over_noise(&self, real: &[Trial], without: &[Trial]) -> f64 {
+        self.gap(real, without, None)
+    }
+
+    /// The same over the floor: the noise, and what a wall does that is nearer than anybody knows.
+    pub fn gap_over_floor(&self, real: &[Trial], without: &[Trial], unchanged: &Unchanged) -> f64 {
+        self.gap(real, without, Some(unchanged))
+    }
+
+    fn gap(&self, real: &[Trial], without: &[Trial], unchanged: Option<&Unchanged>) -> f64 {
+        let noise = {
+            let Accuracy { force_n, drive_n, tip_m, .. } = self.accuracy;
+            [force_n / AVERAGED_ROWS.sqrt(), drive_n / AVERAGED_ROWS.sqrt(), tip_m]
+        };
+        let squares = |a: &Row, b: &Row| {
+            [
+                (a.force_n - b.force_n).norm_squared() / 3.0,
+                (a.drive_force_n - b.drive_force_n).powi(2),
+                (a.tip_m - b.tip_m).norm_squared() / 3.0,
+            ]
+        };
         let mut sums = [0.0; 3];
         let mut rows = 0.0;
-        for (a, b) in real.iter().zip(nominal).flat_map(|(a, b)| a.iter().zip(b)) {
-            let noise = self.accuracy.force_n / AVERAGED_ROWS.sqrt();
-            sums[0] += ((a.force_n - b.force_n) / noise).norm_squared() / 3.0;
-            let noise = self.accuracy.drive_n / AVERAGED_ROWS.sqrt();
-            sums[1] += ((a.drive_force_n - b.drive_force_n) / noise).powi(2);
-            sums[2] += ((a.tip_m - b.tip_m) / self.accuracy.tip_m).norm_squared() / 3.0;
-            rows += 1.0;
+        for (trial, (real, without)) in real.iter().zip(without).enumerate() {
+            for (i, (a, b)) in real.iter().zip(without).enumerate() {
+                let doubt = unchanged
+                    .map_or([0.0; 3], |own| squares(&own.nominal[trial][i], &own.nearer[trial][i]));
+                for (k, square) in squares(a, b).into_iter().enumerate() {
+                    sums[k] += square / (noise[k].powi(2) + doubt[k]);
+                }
+                rows += 1.0;
+            }
         }
         sums.iter().map(|sum| (1.0 + sum / rows).sqrt()).fold(1.0, f64::max)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::change::Change;
+
+    #[test]
+    fn what_a_nearer_wall_does_as_well_is_a_small_gap_over_the_floor() {
+        let mut stand = Stand::own(&rigs()[0]);
+        stand.motions.truncate(1);
+        let unchanged = stand.unchanged().unwrap();
+        let gaps = |real: &[Trial]| {
+            [
+                stand.gap_over_noise(real, &unchanged.nominal),
+                stand.gap_over_floor(real, &unchanged.nominal, &unchanged),
+            ]
+        };
+        assert_eq!(gaps(&unchanged.nominal), [1.0, 1.0]);
+        // As large as the doubt itself, which is next to nothing in tubes that are known this well.
+        let [noise, floor] = gaps(&unchanged.nearer);
+        assert!(noise > 1.01 && floor > 1.0 && floor < noise, "{noise} {floor}");
+        // A force of 5 mN from nowhere is no wall.
+        let bias = Change::Bias { force_n: nalgebra::Vector3::new(5e-3, 0.0, 0.0) };
+        let [noise, floor] = gaps(&stand.play(&[bias]).unwrap());
+        assert!(noise > 3.0 && floor > 2.0 && floor < noise, "{noise} {floor}");
     }
 }
