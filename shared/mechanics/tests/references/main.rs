@@ -14,6 +14,7 @@ mod wall;
 mod bend45;
 mod buckling;
 mod capstan;
+mod columns;
 mod dynamics;
 mod elastica;
 mod energy;
