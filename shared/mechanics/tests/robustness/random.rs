@@ -93,6 +93,45 @@ pub fn any_description(random: &mut Random) -> Description<f32> {
     }
 }
 
+/// On top of [`any_description`] half of the time a guidewire, half of the time a tendon that is
+/// pulled, and one in four of the effects anywhere in its range, or mildly.
+pub fn laden(random: &mut Random) -> Description<f32> {
+    let mut description = any_description(random);
+    if random.below(2) == 0 {
+        let mut wire = any_description(random).instrument;
+        wire.outer_radius_m =
+            description.instrument.outer_radius_m * random.between(0.1, 1.0) as f32;
+        description.guidewire = Some(wire);
+    }
+    if random.below(2) == 0 {
+        // No more than it takes to bend the free tip by a turn.
+        let offset_m = random.scale(1e-4, 2e-3);
+        description.tendon = Tendon {
+            pull_m: (offset_m * random.between(0.0, core::f64::consts::TAU)) as f32,
+            stiffness_n_per_m: random.scale(1.0, 1e5) as f32,
+            offset_m: offset_m as f32,
+            length_m: random.scale(0.02, 0.2) as f32,
+            angle_rad: random.between(-3.0, 3.0) as f32,
+        };
+    }
+    // The sensor's are no part of a step.
+    for effect in EFFECTS.iter().filter(|effect| !effect.id.starts_with("sensor.")) {
+        if random.below(4) > 0 {
+            continue;
+        }
+        let share = if random.below(2) == 0 { 1.0 } else { random.scale(1e-3, 0.1) };
+        for info in effect.parameters {
+            let anywhere = random.between(info.min, info.max);
+            let off = info.off.unwrap_or(anywhere);
+            let value = off + share * (anywhere - off);
+            // Rounded to single precision it must not leave the range.
+            let value = (value as f32).clamp(info.min as f32, info.max as f32);
+            description.set_parameter(info.key, value).unwrap();
+        }
+    }
+    description
+}
+
 fn any_drag(random: &mut Random) -> Drag<f32> {
     let swift = random.sometimes(1e-3, 100.0);
     Drag {
