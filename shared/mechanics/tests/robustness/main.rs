@@ -4,6 +4,7 @@
 #[path = "../common/wall.rs"]
 mod wall;
 
+mod caught;
 mod passed;
 mod path;
 mod random;

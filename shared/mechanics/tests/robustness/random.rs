@@ -114,19 +114,32 @@ pub fn laden(random: &mut Random) -> Description<f32> {
             angle_rad: random.between(-3.0, 3.0) as f32,
         };
     }
-    // The sensor's are no part of a step.
-    for effect in EFFECTS.iter().filter(|effect| !effect.id.starts_with("sensor.")) {
+    for effect in EFFECTS {
+        let most = match effect.id {
+            // Not of a step, or fed back by force: with what drags at the entry, or a vessel that
+            // pushes, a drive that slips by more than it moves runs away.
+            "drive.slip" => continue,
+            id if id.starts_with("sensor.") => continue,
+            // Millimetres: a wall that goes through the instrument throws it.
+            "wall.motion" | "wall.registration" => 0.05,
+            _ => 1.0,
+        };
         if random.below(4) > 0 {
             continue;
         }
-        let share = if random.below(2) == 0 { 1.0 } else { random.scale(1e-3, 0.1) };
+        let share = most * if random.below(2) == 0 { 1.0 } else { random.scale(1e-3, 0.1) };
         for info in effect.parameters {
             let anywhere = random.between(info.min, info.max);
             let off = info.off.unwrap_or(anywhere);
-            let value = off + share * (anywhere - off);
             // Rounded to single precision it must not leave the range.
-            let value = (value as f32).clamp(info.min as f32, info.max as f32);
+            let value = (off + share * (anywhere - off)) as f32;
+            let value = value.clamp(info.min as f32, info.max as f32);
             description.set_parameter(info.key, value).unwrap();
+        }
+        if effect.id == "wall.narrowing" {
+            description.effects.wall.narrowing.x_m = random.between(0.0, 0.12) as f32;
+            description.effects.wall.narrowing.y_m = random.between(-0.01, 0.01) as f32;
+            description.effects.wall.narrowing.z_m = 0.0;
         }
     }
     description
