@@ -9,6 +9,7 @@ mod passed;
 mod path;
 mod random;
 mod sets;
+mod steps;
 
 use cathforce_mechanics::*;
 use path::Path;

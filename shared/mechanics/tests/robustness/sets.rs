@@ -157,7 +157,7 @@ fn over_seeds(
 
 /// Energy that no drive gives the instruments: every link stretched to twice its length, every
 /// joint bent by a radian, everything at 5 m/s \[J\].
-fn most_energy_j(description: &Description<f32>, reach_m: f32) -> f32 {
+pub fn most_energy_j(description: &Description<f32>, reach_m: f32) -> f32 {
     let h = description.solver.link_length_m;
     let instruments = || [Some(&description.instrument), description.guidewire.as_ref()];
     let largest = |of: fn(&Section<f32>) -> f32| -> f32 {
