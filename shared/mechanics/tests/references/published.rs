@@ -8,9 +8,9 @@ use crate::wall::{StoredWall, plane};
 
 #[test]
 fn a_silicone_wall_pushes_back_by_its_published_laws() {
-    // Pescio 2025, table 2: neo-Hookean μ = 0.04 MPa; Mooney–Rivlin C10 = 0.02, C01 = 0.09 MPa.
-    // Its Cauchy stress 2(λ² − 1/λ)(C10 + C01/λ) is the nominal one times λ, of slope 6(C10 + C01)
-    // at rest. Ogden's and the linear law are no laws of the model's wall.
+    // Pescio 2025, table 2: neo-Hookean μ = 0.04 MPa, hence C10 = 0.02; Mooney–Rivlin C10 = 0.02,
+    // C01 = 0.09 MPa. Its Cauchy stress 2(λ² − 1/λ)(C10 + C01/λ) is the nominal one times λ, of
+    // slope 6(C10 + C01) at rest. Ogden's law is none of the model's wall.
     const STIFFNESS_N_PER_M: f64 = 100.0;
     const THICKNESS_M: f64 = 2e-3;
     let (length_m, at) = (0.02, [0.02, 0.0, 0.0]);

@@ -104,13 +104,17 @@ pub fn laden(random: &mut Random) -> Description<f32> {
         description.guidewire = Some(wire);
     }
     if random.below(2) == 0 {
-        // No more than it takes to bend the free tip by a turn.
-        let offset_m = random.scale(1e-4, 2e-3);
+        // Pulled by no more than it takes to bend the free tip by a turn, and up to 100 times as
+        // stiff as what it bends: one that would crush it is none.
+        let sections = description.instrument.sections.iter();
+        let softest = sections.map(|s| f64::from(s.bending_stiffness_n_m2)).fold(1.0, f64::min);
+        let (offset_m, length_m) = (random.scale(1e-4, 2e-3), random.scale(0.02, 0.2));
+        let balanced_n_per_m = softest / (offset_m * offset_m * length_m);
         description.tendon = Tendon {
             pull_m: (offset_m * random.between(0.0, core::f64::consts::TAU)) as f32,
-            stiffness_n_per_m: random.scale(1.0, 1e5) as f32,
+            stiffness_n_per_m: (balanced_n_per_m * random.scale(0.1, 100.0)).min(1e5) as f32,
             offset_m: offset_m as f32,
-            length_m: random.scale(0.02, 0.2) as f32,
+            length_m: length_m as f32,
             angle_rad: random.between(-3.0, 3.0) as f32,
         };
     }
