@@ -8,7 +8,7 @@ use crate::wall::{StoredWall, plane};
 
 #[test]
 fn a_silicone_wall_pushes_back_by_its_published_laws() {
-    // Pescio 2025, table 2: neo-Hookean μ = 0.04 MPa, hence C10 = 0.02; Mooney–Rivlin C10 = 0.02,
+    // Pescio 2025, table 2: neo-Hookean μ = 0.04 MPa, where C10 stands; Mooney–Rivlin C10 = 0.02,
     // C01 = 0.09 MPa. Its Cauchy stress 2(λ² − 1/λ)(C10 + C01/λ) is the nominal one times λ, of
     // slope 6(C10 + C01) at rest. Ogden's law is none of the model's wall.
     const STIFFNESS_N_PER_M: f64 = 100.0;
@@ -16,7 +16,7 @@ fn a_silicone_wall_pushes_back_by_its_published_laws() {
     let (length_m, at) = (0.02, [0.02, 0.0, 0.0]);
     let bounds = [[0.0, -0.01, -0.01], [0.04, 0.01, 0.01]];
     let wall = StoredWall::sampled(bounds, 1e-3, 4e-3, |p| plane(p, at, [-1.0, 0.0, 0.0]));
-    for (law, [c10, c01]) in [("neo-Hookean", [0.02, 0.0]), ("Mooney–Rivlin", [0.02, 0.09])] {
+    for (law, [c10, c01]) in [("neo-Hookean", [0.04, 0.0]), ("Mooney–Rivlin", [0.02, 0.09])] {
         for indentation_m in [1e-4, 4e-4, 1e-3] {
             // So stiff that it only indents.
             let mut rod = rod(length_m + 2e-3, 22, 1e-2);
