@@ -29,7 +29,12 @@ pub struct Row {
 pub struct Accuracy {
     pub feed: f64,
     pub reversal: f64,
+    /// Less than it takes to snap.
     pub rotation: f64,
+    /// Rotation until the tip whips round in a bend, before and after that.
+    pub whip: f64,
+    /// Rotation until the tip jumps off a dividing wall, before and after that.
+    pub snap: f64,
     /// The latest or earliest of all snaps, against the reference's \[s\].
     pub snap_s: f64,
 }
@@ -45,6 +50,8 @@ impl Accuracy {
             feed: worst(Kind::Feed),
             reversal: worst(Kind::Reversal),
             rotation: worst(Kind::Rotation),
+            whip: worst(Kind::Whip),
+            snap: worst(Kind::Snap),
             snap_s: rows
                 .iter()
                 .flat_map(|row| &row.device.snaps)

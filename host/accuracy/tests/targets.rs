@@ -1,10 +1,15 @@
 //! What the device's model must reach against the reference solver.
+//!
+//! All cases but [`LEFT_OUT`] on a quick mesh; `cargo xtask accuracy` has them all on a fine one, its
+//! table stands in docs/model.md.
 
 use cathforce_accuracy::{Case, Kind, cases, compare, export, play_on_device, solve};
 use cathforce_reference::Numerics;
 
-/// A case with friction 0.3, the reference on a mesh that is coarse and still good to a tenth of the
-/// targets.
+/// Its reference takes as long as a third of all others.
+const LEFT_OUT: &str = "rotation, near-rigid wall";
+
+/// A case with the reference on a mesh that is coarse and still good to a tenth of the targets.
 fn quick(name: &str) -> Case {
     let mut case = cases().into_iter().find(|case| case.name == name).unwrap();
     let numerics = case.problem.numerics;
@@ -12,26 +17,72 @@ fn quick(name: &str) -> Case {
     case
 }
 
-#[test]
-fn force_errors_meet_their_targets() {
-    for (name, kind, target) in [
-        ("feed", Kind::Feed, 0.02),
-        // Without half ticks it chatters, and misses this.
-        ("feed, near-rigid wall", Kind::Feed, 0.02),
-        ("reversal", Kind::Reversal, 0.04),
-        ("rotation", Kind::Rotation, 0.05),
-    ] {
-        let case = quick(name);
-        assert_eq!(case.kind, kind);
-        let (reference, _) = solve(&case).unwrap();
-        let device = play_on_device(&case).unwrap();
-        let score = compare(&reference, &device, case.scored_from_s);
-        let error = score.outside_snaps.drive_force_share;
-        println!("{name}: {:.2} % of {:.1} mN", 100.0 * error, 1e3 * score.peak_drive_force_n);
-        assert!(score.peak_drive_force_n > 5e-3, "{name} must load the wall");
-        assert!(score.outside_share > 0.7, "{name} must not be all snaps");
-        assert!(error < target, "{name}: {error}");
+/// Largest error of the drive's force outside snaps, as a share of the peak.
+fn target(kind: Kind) -> Option<f64> {
+    match kind {
+        Kind::Feed => Some(0.02),
+        Kind::Reversal => Some(0.04),
+        Kind::Rotation | Kind::Whip => Some(0.05),
+        // Missed: 15.7 % (27.6 % on this mesh), because after the snap it comes to rest in another
+        // of many states, as the reference does with other steps (docs/model.md, section 7).
+        Kind::Snap => None,
     }
+}
+
+/// Latest or earliest snap \[s\].
+const LARGEST_LATENESS_S: f64 = 0.05;
+/// A force on the vessel that is larger than this share of the reference's peak is a spike.
+const SPIKE_SHARE: f64 = 1.1;
+
+fn assert_targets(name: &str) {
+    let case = quick(name);
+    let (reference, _) = solve(&case).unwrap();
+    let device = play_on_device(&case).unwrap();
+    let score = compare(&reference, &device, case.scored_from_s);
+    let (error, spike) = (score.outside_snaps.drive_force_share, score.unflagged_peak_share);
+    let (percent, peak_mn) = (100.0 * error, 1e3 * score.peak_drive_force_n);
+    println!("{name}: {percent:.2} % of {peak_mn:.1} mN, not flagged up to {spike:.3} of the peak");
+    assert!(score.peak_drive_force_n > 3e-3, "{name} must load the wall");
+    assert!(score.outside_share > 0.7, "{name} must not be all snaps");
+    assert!(target(case.kind).is_none_or(|target| error < target), "{name}: {error}");
+    assert!(spike < SPIKE_SHARE, "{name}: a spike that is not flagged, {spike} of the peak");
+    for snap in &score.snaps {
+        let late_s = snap.other_s.map(|other_s| other_s - snap.reference_s);
+        println!("{name}: late by {late_s:?} s");
+        // Written so that a snap that the model misses fails.
+        let met = late_s.is_some_and(|late_s| late_s.abs() <= LARGEST_LATENESS_S);
+        assert!(met, "{name}: the snap at {} s is late by {late_s:?} s", snap.reference_s);
+    }
+    assert!(score.extra_snaps_s.is_empty(), "{name}: snaps that are none: {score:?}");
+    let snaps = matches!(case.kind, Kind::Whip | Kind::Snap);
+    assert_eq!(snaps, !score.snaps.is_empty(), "{name}: {:?}", score.snaps);
+}
+
+fn assert_targets_of(kinds: &[Kind]) {
+    let played = |case: &Case| kinds.contains(&case.kind) && case.name != LEFT_OUT;
+    for case in cases().iter().filter(|case| played(case)) {
+        assert_targets(case.name);
+    }
+}
+
+#[test]
+fn feeding_meets_its_targets() {
+    assert_targets_of(&[Kind::Feed]);
+}
+
+#[test]
+fn reversal_meets_its_targets() {
+    assert_targets_of(&[Kind::Reversal]);
+}
+
+#[test]
+fn rotation_meets_its_targets() {
+    assert_targets_of(&[Kind::Rotation]);
+}
+
+#[test]
+fn whips_and_snaps_come_in_time_and_their_spikes_are_flagged() {
+    assert_targets_of(&[Kind::Whip, Kind::Snap]);
 }
 
 #[test]

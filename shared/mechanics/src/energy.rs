@@ -18,8 +18,8 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
         sum * self.carried * self.carried
     }
 
-    /// Elastic energy of bending, twist and stretch inside the vessel \[J\]; the wall's is not
-    /// in it.     docs/model.md (4), (6)
+    /// Elastic energy of bending, twist and stretch inside the vessel \[J\], and of a shaft that
+    /// winds up behind it; the wall's is not in it.     docs/model.md (4), (6), (37)
     pub fn elastic_energy_j(&self, model: &Model<T, LINKS>) -> T {
         let h = model.description().solver.link_length_m;
         let half = T::lit(0.5);
@@ -36,7 +36,13 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
             let strain =
                 Bend::between(&proximal, &link.rotation).angle - joint.unloaded * (cell / h);
             let bend = strain.x() * strain.x() + strain.y() * strain.y();
-            let turn = joint.bending * bend + joint.torsion * strain.z() * strain.z();
+            let (mut torsion, mut twist) = (joint.torsion, strain.z());
+            if j + 1 == self.count {
+                // In series with the shaft, which a new link, close to rigid, leaves all the twist.
+                torsion /= T::one() + torsion * (h / cell) * model.windup_rad_per_n_m;
+                twist += self.effects.wound_rad;
+            }
+            let turn = joint.bending * bend + torsion * twist * twist;
             let stretch = length * link.strain;
             let pull = tables.links[j].axial * link.span.inverse_length * stretch * stretch;
             sum += half * (turn * (h / cell) + pull);

@@ -85,14 +85,20 @@ pub fn free_space() -> StoredWall {
     StoredWall::sampled([[-1.0; 3], [1.0; 3]], 1e-2, 1e-3, |_| (1.0, [1.0, 0.0, 0.0]))
 }
 
+/// A rod of the full length at rest without a wall, and what the drive feels then.
 #[allow(dead_code)] // not every test that shares this file has one instrument
-/// Where the tip of a rod of the full length comes to rest without a wall, and what the drive
-/// feels then.
-pub fn hang(description: Description<f64>, loads: &Loads<f64>) -> ([f64; 3], Outputs<f64>) {
+pub fn hung(description: Description<f64>, loads: &Loads<f64>) -> (State<f64>, Outputs<f64>) {
     let insertion_m = description.instrument.sections[0].length_m;
     let model = Model::new(description).unwrap();
     let (wall, mut state) = (free_space(), State::new());
     let outputs = rest(&model, &wall.lumen(), &mut state, inserted(insertion_m), loads);
+    (state, outputs)
+}
+
+/// Where the tip of [`hung`] is, and what the drive feels.
+#[allow(dead_code)] // not every test that shares this file has one instrument
+pub fn hang(description: Description<f64>, loads: &Loads<f64>) -> ([f64; 3], Outputs<f64>) {
+    let (state, outputs) = hung(description, loads);
     (state.node_position_m(0).unwrap(), outputs)
 }
 

@@ -1,10 +1,18 @@
 //! The model against problems whose solution is known: closed forms and exact integrals.
 //!
-//! Each figure is carried with the name of its source. What the model cannot be held to: rows
-//! that need shear (`timoshenko_cantilever`, `reissner_shear_cantilever` beyond GA → ∞), columns
-//! whose far end is clamped or twisted (`buckling`: clamped–clamped, Michell's ring, the
-//! localised helix; the model's tip is free), and `salehizadeh_ICE`, which has parameters of
-//! another catheter but no figure that they should give.
+//! Each figure is carried with the name of its source, a file of ../shared/references; of every
+//! file every row is here, but for those that the model cannot be held to:
+//!
+//! - `timoshenko_cantilever`, `reissner_shear_cantilever` beyond GA → ∞: they need shear.
+//! - `buckling`, twisted columns (Greenhill, Michell's ring, the localised helix): the far end is
+//!   held against turning, or a ring closed; the model's tip is free, and a guide that were a hinge
+//!   would hand on its torque along the tangent. Clamped–clamped ones are four free ones end to end.
+//! - `cantilever_dynamics`, `explicit_dt_bounds`: limits of explicit steps; these are implicit.
+//! - `bend45`, Bathe & Bolourchi at 300: itself 2.9 % of the motion off the exact solution.
+//! - `salehizadeh_ICE`, parameters of another catheter, and no figure that they should give; its
+//!   drag goes with the square of the stream's speed, docs/model.md (36) has the force itself.
+//! - `published.md`, but for its material laws: errors and sweeps of other simulators on vessels
+//!   that are not there. `peers.md` is of `cargo xtask bench`.
 
 #[path = "../common/rod.rs"]
 mod rod;
@@ -14,9 +22,11 @@ mod wall;
 mod bend45;
 mod buckling;
 mod capstan;
+mod columns;
 mod dynamics;
 mod elastica;
 mod energy;
+mod published;
 mod tube;
 
 /// The model in double precision, of as many links as the device has.

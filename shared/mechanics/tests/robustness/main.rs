@@ -4,10 +4,12 @@
 #[path = "../common/wall.rs"]
 mod wall;
 
+mod caught;
 mod passed;
 mod path;
 mod random;
 mod sets;
+mod steps;
 
 use cathforce_mechanics::*;
 use path::Path;

@@ -93,6 +93,62 @@ pub fn any_description(random: &mut Random) -> Description<f32> {
     }
 }
 
+/// On top of [`any_description`] half of the time a guidewire, half of the time a tendon that is
+/// pulled, and one in four of the effects anywhere in its range, or mildly.
+pub fn laden(random: &mut Random) -> Description<f32> {
+    let mut description = any_description(random);
+    if random.below(2) == 0 {
+        let mut wire = any_description(random).instrument;
+        wire.outer_radius_m =
+            description.instrument.outer_radius_m * random.between(0.1, 1.0) as f32;
+        description.guidewire = Some(wire);
+    }
+    if random.below(2) == 0 {
+        // Pulled by no more than it takes to bend the free tip by a turn, and up to 100 times as
+        // stiff as what it bends: one that would crush it is none.
+        let sections = description.instrument.sections.iter();
+        let softest = sections.map(|s| f64::from(s.bending_stiffness_n_m2)).fold(1.0, f64::min);
+        let (offset_m, length_m) = (random.scale(1e-4, 2e-3), random.scale(0.02, 0.2));
+        let balanced_n_per_m = softest / (offset_m * offset_m * length_m);
+        description.tendon = Tendon {
+            pull_m: (offset_m * random.between(0.0, core::f64::consts::TAU)) as f32,
+            stiffness_n_per_m: (balanced_n_per_m * random.scale(0.1, 100.0)).min(1e5) as f32,
+            offset_m: offset_m as f32,
+            length_m: length_m as f32,
+            angle_rad: random.between(-3.0, 3.0) as f32,
+        };
+    }
+    for effect in EFFECTS {
+        let most = match effect.id {
+            // Not of a step, or fed back by force: with what drags at the entry, or a vessel that
+            // pushes, a drive that slips by more than it moves runs away.
+            "drive.slip" => continue,
+            id if id.starts_with("sensor.") => continue,
+            // Millimetres: a wall that goes through the instrument throws it.
+            "wall.motion" | "wall.registration" => 0.05,
+            _ => 1.0,
+        };
+        if random.below(4) > 0 {
+            continue;
+        }
+        let share = most * if random.below(2) == 0 { 1.0 } else { random.scale(1e-3, 0.1) };
+        for info in effect.parameters {
+            let anywhere = random.between(info.min, info.max);
+            let off = info.off.unwrap_or(anywhere);
+            // Rounded to single precision it must not leave the range.
+            let value = (off + share * (anywhere - off)) as f32;
+            let value = value.clamp(info.min as f32, info.max as f32);
+            description.set_parameter(info.key, value).unwrap();
+        }
+        if effect.id == "wall.narrowing" {
+            description.effects.wall.narrowing.x_m = random.between(0.0, 0.12) as f32;
+            description.effects.wall.narrowing.y_m = random.between(-0.01, 0.01) as f32;
+            description.effects.wall.narrowing.z_m = 0.0;
+        }
+    }
+    description
+}
+
 fn any_drag(random: &mut Random) -> Drag<f32> {
     let swift = random.sometimes(1e-3, 100.0);
     Drag {
