@@ -16,6 +16,7 @@ use crate::locate::locate;
 use crate::loss::Loss;
 use crate::map::maps;
 use crate::metric::Metric;
+use crate::on_vessel::on_vessel;
 use crate::plant::{BROKEN_DOWN, Plant, Point, Quantity};
 use crate::problem::{Problem, Progress};
 use crate::report::{
@@ -225,6 +226,7 @@ impl<'a> Answer<'a> {
             return self.diagnosis;
         }
         self.diagnosis.details.maps = maps(problem, &nominal.score);
+        self.diagnosis.details.on_vessel = on_vessel(problem, &nominal.score);
         let before = nominal.clone();
         let selected = match given {
             None => selector.select(nominal).and_then(|found| identified(selector, found)),

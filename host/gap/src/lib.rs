@@ -18,7 +18,7 @@
 //! | `fresh` | what the answer closes on a trial that it has not seen |
 //! | `band` | how far the forces of a device may be off that is set like the answer |
 //! | `estimate` | parameters with intervals, what each effect closed |
-//! | `locate`, `map` | where the gap lies |
+//! | `locate`, `map`, `silhouette`, `on_vessel` | where the gap lies |
 //! | `experiment` | what to record next |
 //! | `isolability`, `protocol` | what a recording can tell before it is made; what it should hold |
 //! | `spike` | which effects are put into measured data |
@@ -53,6 +53,7 @@ mod loss;
 mod map;
 mod metric;
 mod nuisance;
+mod on_vessel;
 mod page;
 mod pairs;
 pub mod plant;
@@ -65,6 +66,7 @@ mod score;
 mod search;
 mod select;
 mod signal;
+mod silhouette;
 pub mod spike;
 mod swing;
 #[cfg(test)]
@@ -78,3 +80,4 @@ pub use fresh::{achieved, covered};
 pub use nuisance::NUISANCE_LIMIT;
 pub use page::page;
 pub use problem::Progress;
+pub use silhouette::Silhouette;

@@ -8,6 +8,7 @@ use crate::band::Band;
 use crate::experiment::Experiment;
 use crate::locate::Cell;
 use crate::map::Map;
+use crate::on_vessel::OnVessel;
 use crate::plant::{Parameter, Plant, Quantity};
 
 /// The only format there is.
@@ -144,6 +145,8 @@ pub struct Details {
     pub series: Vec<Series>,
     /// Where and when the nominal model is off.
     pub maps: Vec<Map>,
+    /// Where on the vessel it is.
+    pub on_vessel: Option<OnVessel>,
     /// Simulated trials.
     pub simulations: usize,
 }

@@ -2,6 +2,7 @@
 
 mod charts;
 mod map;
+mod vessel;
 
 use std::fmt::Write as _;
 
@@ -105,12 +106,13 @@ fn places(answer: &Diagnosis) -> String {
     along.sort_by(|a, b| a.arc_m[0].total_cmp(&b.arc_m[0]));
     let by_arc = charts::heat(&along, stretch, |c| c.phase.clone());
     let maps = map::maps(&answer.details.maps);
+    let on_vessel = answer.details.on_vessel.as_ref().map(vessel::figures).unwrap_or_default();
     format!(
         "<h2>Where</h2><figure>{by_phase}<figcaption>Share of the gap's energy by channel and \
          phase.</figcaption></figure><figure>{by_arc}<figcaption>The same by length inside (or \
          position) and phase.</figcaption></figure><div class=wide><table><tr><th>channel<th>phase\
          <th>regime<th class=number>length<th class=number>of the time<th class=number>of the gap \
-         (90 %)<th>shape{rows}</table></div>{maps}"
+         (90 %)<th>shape{rows}</table></div>{on_vessel}{maps}"
     )
 }
 
