@@ -153,6 +153,7 @@ impl<'a> Answer<'a> {
             confusable: Vec::new(),
             ranking: Vec::new(),
             gap: Gap::default(),
+            held_out: Vec::new(),
             places: Vec::new(),
             next_experiment: None,
             band: None,
@@ -357,6 +358,7 @@ impl<'a> Answer<'a> {
         });
         self.diagnosis.details.energy = energy.collect();
         self.diagnosis.gap = figures::gap(problem, before, after);
+        self.diagnosis.held_out = self.plant.trials().iter().map(|trial| trial.number).collect();
     }
 
     /// How far the forces of a model may be off, and how many of those that were held out it holds.

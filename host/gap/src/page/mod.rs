@@ -7,7 +7,7 @@ mod vessel;
 use std::fmt::Write as _;
 
 use crate::locate::Cell;
-use crate::report::{Diagnosis, Figures};
+use crate::report::{Diagnosis, Figures, quantity};
 
 const STYLE: &str = include_str!("page.css");
 
@@ -38,13 +38,10 @@ fn escape(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
-/// A figure in the unit that suits it: N or mN, m or mm.
-fn quantity(value: f64, unit: &str) -> String {
-    if value.abs() < 1.0 || unit == "m" {
-        format!("{:.2} m{unit}", 1e3 * value)
-    } else {
-        format!("{value:.2} {unit}")
-    }
+/// As a sentence begins.
+fn first_upper(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }
 
 fn percent(share: f64) -> String {
@@ -166,22 +163,13 @@ fn which(answer: &Diagnosis) -> String {
 
 fn how_far(answer: &Diagnosis) -> String {
     let mut rows = String::new();
-    for (name, figures, unit) in [
-        ("force RMS", answer.gap.force_rms_n, "N"),
-        ("force, mean absolute error", answer.gap.force_mae_n, "N"),
-        ("largest force of a trial", answer.gap.force_peak_n, "N"),
-        ("tip RMS", answer.gap.tip_rms_m, "m"),
-        ("path of the tip, discrete Fréchet distance", answer.gap.tip_frechet_m, "m"),
-        ("shape RMS", answer.gap.shape_rms_m, "m"),
-    ] {
-        if let Some(Figures { before, after, floor }) = figures {
-            let [before, after, floor] = [before, after, floor].map(|x| quantity(x, unit));
-            let _ = write!(
-                rows,
-                "<tr><td>{name}, all trials<td class=number>{before}<td class=number>{after}\
-                 <td class=number>{floor}"
-            );
-        }
+    for (name, Figures { before, after, floor }, unit) in answer.gap.rows() {
+        let [before, after, floor] = [before, after, floor].map(|x| quantity(x, unit));
+        let _ = write!(
+            rows,
+            "<tr><td>{name}, all trials<td class=number>{before}<td class=number>{after}\
+             <td class=number>{floor}"
+        );
     }
     for held_out in &answer.details.held_out {
         let [before, after] = [held_out.before_n, held_out.after_n].map(|x| quantity(x, "N"));
@@ -195,11 +183,12 @@ fn how_far(answer: &Diagnosis) -> String {
     format!(
         "<h2>How far</h2><div class=wide><table><tr><th>held out<th class=number>before\
          <th class=number>after<th class=number>floor{rows}</table></div>\
-         <p class=soft>Of a vector its norm; of the largest force and of the path the mean over \
+         <p class=soft>{}. Of a vector its norm; of the largest force and of the path the mean over \
          the trials. Paths are compared whatever their pace.</p>\
          <p class='soft key'><i style='color:var(--measured)'></i>measured\
          <i style='color:var(--before)'></i>nominal model<i style='color:var(--after)'></i>with \
-         the effects</p>{series}"
+         the effects</p>{series}",
+        first_upper(&answer.held_out_trials())
     )
 }
 

@@ -4,9 +4,10 @@ use std::fmt::Write as _;
 
 use super::charts::{LABELS, WIDTH, svg};
 use super::map::key;
-use super::{percent, quantity};
+use super::percent;
 use crate::on_vessel::{OnVessel, Square, VesselMap};
 use crate::plant::Quantity;
+use crate::report::quantity;
 use crate::silhouette::Silhouette;
 
 /// Height of a vessel at most.
