@@ -18,7 +18,7 @@
 //! | `fresh` | what the answer closes on a trial that it has not seen |
 //! | `band` | how far the forces of a device may be off that is set like the answer |
 //! | `estimate` | parameters with intervals, what each effect closed |
-//! | `locate`, `map`, `silhouette`, `on_vessel` | where the gap lies |
+//! | `locate`, `descriptors`, `map`, `silhouette`, `on_vessel` | where the gap lies, and what it looks like |
 //! | `experiment` | what to record next |
 //! | `isolability`, `protocol` | what a recording can tell before it is made; what it should hold |
 //! | `spike` | which effects are put into measured data |
@@ -34,6 +34,7 @@ pub mod catheter;
 mod confuse;
 mod correct;
 mod criteria;
+mod descriptors;
 mod diagnose;
 pub mod drive;
 mod estimate;

@@ -23,6 +23,11 @@ pub enum Quantity {
 }
 
 impl Quantity {
+    /// Of its channels.
+    pub fn unit(self) -> &'static str {
+        if self.is_force() { "N" } else { "m" }
+    }
+
     /// Whether it is measured in newtons.
     pub fn is_force(self) -> bool {
         matches!(self, Self::Force | Self::DriveForce)
@@ -81,7 +86,7 @@ pub struct Trial {
 }
 
 /// Slower than this, the direction stays what it was \[m/s\].
-const STANDING_M_PER_S: f64 = 1e-3;
+pub const STANDING_M_PER_S: f64 = 1e-3;
 
 /// What a device knows of a sample.
 #[derive(Clone, Copy, Debug, PartialEq)]

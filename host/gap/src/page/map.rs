@@ -27,7 +27,7 @@ pub fn maps(maps: &[Map]) -> String {
 
 /// `full`: the error that has all of the colour.
 fn figure(map: &Map, full: f64) -> String {
-    let unit = if map.quantity.is_force() { "N" } else { "m" };
+    let unit = map.quantity.unit();
     let (what, place) = match map.quantity {
         Quantity::Force => ("Force", "the length inside (or position)"),
         Quantity::DriveForce => ("Drive force", "the length inside"),

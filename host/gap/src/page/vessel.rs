@@ -61,7 +61,7 @@ impl Scale {
 }
 
 fn figure(of: &OnVessel, map: &VesselMap, scale: &Scale) -> String {
-    let unit = if map.quantity.is_force() { "N" } else { "m" };
+    let unit = map.quantity.unit();
     let full = full(&map.squares);
     let (what, place) = match map.quantity {
         Quantity::Force => ("Force", "the tip was when it was made"),
