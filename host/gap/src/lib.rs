@@ -9,7 +9,7 @@
 //! | `problem`, `loss`, `nuisance`, `fit`, `search`, `swing` | the best parameters of one set of effects |
 //! | `sanity` | whether axes and units are the model's |
 //! | `score` | its error on data that the fit has not seen |
-//! | `figures`, `frechet` | how far it is off in newtons and millimetres |
+//! | `figures`, `frechet`, `series` | how far it is off in newtons and millimetres |
 //! | `select`, `pairs`, `extend`, `prune`, `exchange`, `again`, `given` | which effects the data support; those that somebody asks for |
 //! | `impostor` | what in no library an effect may be mistaken for |
 //! | `criteria` | when a model is better than another |
@@ -19,6 +19,7 @@
 //! | `band` | how far the forces of a device may be off that is set like the answer |
 //! | `estimate` | parameters with intervals, what each effect closed |
 //! | `locate`, `descriptors`, `map`, `silhouette`, `on_vessel` | where the gap lies, and what it looks like |
+//! | `left` | the same of what an explanation leaves |
 //! | `experiment` | what to record next |
 //! | `isolability`, `protocol` | what a recording can tell before it is made; what it should hold |
 //! | `spike` | which effects are put into measured data |
@@ -49,6 +50,7 @@ mod fresh;
 mod given;
 mod impostor;
 pub mod isolability;
+mod left;
 mod locate;
 mod loss;
 mod map;
@@ -66,6 +68,7 @@ mod sanity;
 mod score;
 mod search;
 mod select;
+mod series;
 mod signal;
 mod silhouette;
 pub mod spike;

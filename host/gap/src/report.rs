@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::band::Band;
 use crate::experiment::Experiment;
+use crate::left::Left;
 use crate::locate::Cell;
 use crate::map::Map;
 use crate::on_vessel::OnVessel;
@@ -143,6 +144,8 @@ pub struct Diagnosis {
     pub held_out: Vec<u32>,
     #[serde(rename = "where")]
     pub places: Vec<Cell>,
+    /// What the model that comes nearest leaves, where the verdict is partial or unknown.
+    pub left: Option<Left>,
     pub next_experiment: Option<Experiment>,
     /// How far the forces of the model may be off that is the answer: the nominal one without
     /// effects. `None` where forces were not measured.
@@ -173,6 +176,8 @@ pub struct Details {
     pub maps: Vec<Map>,
     /// Where on the vessel it is.
     pub on_vessel: Option<OnVessel>,
+    /// The same of what is left.
+    pub left_on_vessel: Option<OnVessel>,
     /// Simulated trials.
     pub simulations: usize,
 }
@@ -329,6 +334,7 @@ mod tests {
                 gap: Gap::default(),
                 held_out: Vec::new(),
                 places: Vec::new(),
+                left: None,
                 next_experiment: None,
                 band: None,
                 reproduce: Reproduce::default(),

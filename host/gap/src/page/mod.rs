@@ -23,7 +23,7 @@ pub fn page(answer: &Diagnosis) -> String {
         tiles(answer)
     );
     let _ = write!(body, "<p class=soft>Compared: {}.</p>", escape(&answer.details.compared));
-    let parts = [remarks, places, which, how_far, band, again];
+    let parts = [remarks, places, which, left, how_far, band, again];
     body.extend(parts.map(|part| part(answer)));
     format!(
         "<!doctype html>\n<html lang=en><meta charset=utf-8>\
@@ -82,6 +82,18 @@ fn places(answer: &Diagnosis) -> String {
     if answer.places.is_empty() {
         return String::new();
     }
+    let details = &answer.details;
+    let on_vessel = details.on_vessel.as_ref().map(|of| vessel::figures(of, "the nominal model"));
+    format!(
+        "<h2>Where</h2>{}{}{}",
+        cells(&answer.places, "the gap"),
+        on_vessel.unwrap_or_default(),
+        map::maps(&details.maps)
+    )
+}
+
+/// Heat maps and a table. `of`: what the shares are of.
+fn cells(places: &[Cell], of: &str) -> String {
     let row = |place: &Cell| {
         format!(
             "<tr><td>{}<td>{}<td>{}<td class=number>{}<td class=number>{}\
@@ -97,19 +109,29 @@ fn places(answer: &Diagnosis) -> String {
             escape(&place.note),
         )
     };
-    let rows: String = answer.places.iter().take(12).map(row).collect();
-    let by_phase = charts::heat(&answer.places, |c| c.channel.clone(), |c| c.phase.clone());
-    let mut along = answer.places.clone();
+    let rows: String = places.iter().take(12).map(row).collect();
+    let by_phase = charts::heat(places, |c| c.channel.clone(), |c| c.phase.clone());
+    let mut along = places.to_vec();
     along.sort_by(|a, b| a.arc_m[0].total_cmp(&b.arc_m[0]));
     let by_arc = charts::heat(&along, stretch, |c| c.phase.clone());
-    let maps = map::maps(&answer.details.maps);
-    let on_vessel = answer.details.on_vessel.as_ref().map(vessel::figures).unwrap_or_default();
     format!(
-        "<h2>Where</h2><figure>{by_phase}<figcaption>Share of the gap's energy by channel and \
+        "<figure>{by_phase}<figcaption>Share of the energy of {of} by channel and \
          phase.</figcaption></figure><figure>{by_arc}<figcaption>The same by length inside (or \
          position) and phase.</figcaption></figure><div class=wide><table><tr><th>channel<th>phase\
-         <th>regime<th class=number>length<th class=number>of the time<th class=number>of the gap \
-         (90 %)<th>shape{rows}</table></div>{on_vessel}{maps}"
+         <th>regime<th class=number>length<th class=number>of the time<th class=number>of {of} \
+         (90 %)<th>shape{rows}</table></div>"
+    )
+}
+
+fn left(answer: &Diagnosis) -> String {
+    let Some(left) = &answer.left else { return String::new() };
+    let on_vessel = answer.details.left_on_vessel.as_ref();
+    let on_vessel = on_vessel.map(|of| vessel::figures(of, "the model that comes nearest"));
+    format!(
+        "<h2>What is left</h2><p>{}.</p>{}{}",
+        escape(&first_upper(&left.words)),
+        cells(&left.places, "what is left"),
+        on_vessel.unwrap_or_default()
     )
 }
 

@@ -25,10 +25,10 @@ const COLOURED: f64 = 0.95;
 /// Share of the gap that the marked squares hold.
 const MARKED: f64 = 0.5;
 
-/// A figure for each quantity.
-pub fn figures(of: &OnVessel) -> String {
+/// A figure for each quantity. `model`: whose errors they are.
+pub fn figures(of: &OnVessel, model: &str) -> String {
     let scale = Scale::of(&of.silhouette);
-    of.maps.iter().map(|map| figure(of, map, &scale)).collect()
+    of.maps.iter().map(|map| figure(of, map, &scale, model)).collect()
 }
 
 /// From the plane to the figure.
@@ -60,7 +60,7 @@ impl Scale {
     }
 }
 
-fn figure(of: &OnVessel, map: &VesselMap, scale: &Scale) -> String {
+fn figure(of: &OnVessel, map: &VesselMap, scale: &Scale, model: &str) -> String {
     let unit = map.quantity.unit();
     let full = full(&map.squares);
     let (what, place) = match map.quantity {
@@ -74,7 +74,7 @@ fn figure(of: &OnVessel, map: &VesselMap, scale: &Scale) -> String {
         + &marks(&of.silhouette, scale)
         + &key(map.quantity, &format!("≥ {}", quantity(full, unit)), 0.5 * scale.height);
     format!(
-        "<figure>{}<figcaption>{what} error of the nominal model on the vessel, where {place}; all \
+        "<figure>{}<figcaption>{what} error of {model} on the vessel, where {place}; all \
          trials, {} RMS, floor {}. Seen along the {}. The squares with a dark edge hold half of the \
          gap.</figcaption></figure>",
         svg(scale.height + MARGIN + BELOW, &inside),
@@ -185,7 +185,10 @@ mod tests {
 
     #[test]
     fn a_figure_has_wall_entry_squares_and_a_length_in_one_scale() {
-        let drawn = figures(&of(vec![square(0.05, 0.02, 0.6), square(0.1, 0.005, 0.4)]));
+        let drawn = figures(
+            &of(vec![square(0.05, 0.02, 0.6), square(0.1, 0.005, 0.4)]),
+            "the nominal model",
+        );
         // 544 units for 100 mm: the wall spans them, the middle is the middle.
         assert!(drawn.contains("d=\"M208.0 117.4L752.0 117.4L752.0 8.6L208.0 8.6Z\""), "{drawn}");
         assert!(drawn.contains("<circle class=entry cx=208.0 cy=63.0"), "{drawn}");
@@ -201,7 +204,7 @@ mod tests {
     fn the_fewest_squares_that_hold_half_of_the_gap_are_marked() {
         let marked = |shares: &[f64]| {
             let squares = shares.iter().enumerate().map(|(i, s)| square(1e-2 * i as f64, 0.01, *s));
-            figures(&of(squares.collect())).matches("heat marked").count()
+            figures(&of(squares.collect()), "x").matches("heat marked").count()
         };
         assert_eq!(marked(&[0.1, 0.45, 0.2, 0.25]), 2);
         assert_eq!(marked(&[0.05, 0.9, 0.05]), 1);

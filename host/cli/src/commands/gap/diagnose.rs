@@ -195,6 +195,9 @@ fn text(answer: &Diagnosis) -> String {
             place.note
         ));
     }
+    if let Some(left) = &answer.left {
+        line(format!("  left: {}", left.words));
+    }
     if let Some(next) = &answer.next_experiment {
         line(format!(
             "  record next: {} ({}), which separates {}",
@@ -226,6 +229,7 @@ mod tests {
             gap: Gap::default(),
             held_out: Vec::new(),
             places: Vec::new(),
+            left: None,
             next_experiment: None,
             band: None,
             reproduce: Reproduce::default(),
@@ -259,7 +263,8 @@ mod tests {
             assert!(words.contains(line), "{line} in {words}");
         }
         assert!(!words.contains("tip RMS") && !words.contains("shape"), "not measured: {words}");
-        assert!(!text(&diagnosis()).contains("before"));
+        let nothing = text(&diagnosis());
+        assert!(!nothing.contains("before") && !nothing.contains("left:"), "{nothing}");
     }
 
     #[test]
