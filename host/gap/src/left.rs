@@ -66,9 +66,11 @@ fn words(after: &[String], gap_share: f64, places: &[Cell]) -> String {
             1e3 * group.top.arc_m[0],
             1e3 * group.top.arc_m[1]
         );
-        if !group.top.note.is_empty() {
-            words += &format!(" ({})", group.top.note);
-        }
+        words += ": ";
+        words += match group.top.note.as_str() {
+            "" => "no simple shape",
+            note => note,
+        };
     }
     words
 }
@@ -119,7 +121,7 @@ mod tests {
     #[test]
     fn what_is_left_is_told_by_channel_and_phase_the_largest_first() {
         let places = vec![
-            cell("fx_N", "dwell", 0.04, 0.3, "decays"),
+            cell("fx_N", "dwell", 0.04, 0.3, ""),
             cell("fz_N", "sliding", 0.02, 0.25, "swings"),
             cell("fz_N", "sliding", 0.06, 0.15, "swings"),
             cell("fy_N", "dwell", 0.0, 0.04, ""),
@@ -128,8 +130,8 @@ mod tests {
         assert_eq!(
             left.words,
             "after the model with wall.motion, which comes nearest, 35 % of the gap above the floor \
-             is left; of that, 40 % in fz_N, sliding, most at 20 to 40 mm (swings); 30 % in fx_N, \
-             dwell, most at 40 to 60 mm (decays)"
+             is left; of that, 40 % in fz_N, sliding, most at 20 to 40 mm: swings; 30 % in fx_N, \
+             dwell, most at 40 to 60 mm: no simple shape"
         );
         assert!((left.gap_share - 0.35).abs() < 1e-12);
         let json = serde_json::to_value(&left).unwrap();

@@ -22,6 +22,8 @@ use loops::Loops;
 
 /// What is smaller, as a correlation or as a share, is not told.
 const TOLD: f64 = 0.5;
+/// Correlation by which the square of the length comes before the length.
+const SQUARE: f64 = 0.01;
 /// A regressor that varies by a smaller share of its largest magnitude says nothing.
 const VARIES: f64 = 0.05;
 /// Each direction has at least this share of what moves.
@@ -129,10 +131,13 @@ impl Descriptors {
     /// What they say, if anything. `unit`: of the channel.
     pub fn words(&self, unit: &str) -> String {
         let offset = self.mean / self.rms.max(f64::MIN_POSITIVE);
+        // Over what a trial feeds, a square is nearly a straight line.
+        let straight = self.length.map_or(0.0, f64::abs);
+        let square = self.length_squared.filter(|own| own.abs() > straight + SQUARE);
         let shapes = [
             (self.speed, "grows with the speed"),
             (self.length, "grows with the length inside"),
-            (self.length_squared, "grows with the square of the length inside"),
+            (square, "grows with the square of the length inside"),
             (self.time, "drifts with time"),
             (self.sign_flip, "the sign follows the direction of motion"),
         ];
@@ -170,7 +175,7 @@ impl Descriptors {
                     .push(format!("swings at {hz:.2} Hz ({:.0} % of its variance)", 100.0 * share));
             }
         }
-        words.join("; ")
+        words.join(" and ")
     }
 }
 

@@ -20,6 +20,10 @@ const MARGIN: f64 = 8.0;
 const BELOW: f64 = 30.0;
 /// Lengths of that bar \[mm\].
 const BARS_MM: [f64; 8] = [1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0];
+/// Error over the floor that has all of the colour, at least: what noise leaves is pale.
+const FLOORS: f64 = 3.0;
+/// Error over the floor from which on the squares above it are marked.
+const CLEAR: f64 = 1.1;
 /// Share of the squares whose colours differ by their errors; the others have all of it.
 const COLOURED: f64 = 0.95;
 /// Share of the gap that the marked squares hold.
@@ -62,7 +66,12 @@ impl Scale {
 
 fn figure(of: &OnVessel, map: &VesselMap, scale: &Scale, model: &str) -> String {
     let unit = map.quantity.unit();
-    let full = full(&map.squares);
+    let full = full(&map.squares).max(FLOORS * map.floor);
+    let marked = if is_clear(map) {
+        "The squares with a dark edge hold half of what is above the floor."
+    } else {
+        "Hardly anything is above the floor."
+    };
     let (what, place) = match map.quantity {
         Quantity::Force => ("Force", "the tip was when it was made"),
         Quantity::DriveForce => ("Drive force", "the tip was when it was made"),
@@ -72,11 +81,10 @@ fn figure(of: &OnVessel, map: &VesselMap, scale: &Scale, model: &str) -> String 
     let inside = outline(&of.silhouette, scale)
         + &squares(of, map, scale, (full, unit))
         + &marks(&of.silhouette, scale)
-        + &key(map.quantity, &format!("≥ {}", quantity(full, unit)), 0.5 * scale.height);
+        + &key(map.quantity, &format!("≥{}", quantity(full, unit)), 0.5 * scale.height);
     format!(
         "<figure>{}<figcaption>{what} error of {model} on the vessel, where {place}; all \
-         trials, {} RMS, floor {}. Seen along the {}. The squares with a dark edge hold half of the \
-         gap.</figcaption></figure>",
+         trials, {} RMS, floor {}. Seen along the {}. {marked}</figcaption></figure>",
         svg(scale.height + MARGIN + BELOW, &inside),
         quantity(map.rms, unit),
         quantity(map.floor, unit),
@@ -105,7 +113,7 @@ fn outline(silhouette: &Silhouette, scale: &Scale) -> String {
 
 fn squares(of: &OnVessel, map: &VesselMap, scale: &Scale, (full, unit): (f64, &str)) -> String {
     let side = of.side_m * scale.per_m;
-    let least = marked_from(&map.squares);
+    let least = if is_clear(map) { marked_from(&map.squares) } else { f64::INFINITY };
     let mut drawn = String::new();
     // What has an edge is drawn over what has none.
     for marked in [false, true] {
@@ -126,6 +134,11 @@ fn squares(of: &OnVessel, map: &VesselMap, scale: &Scale, (full, unit): (f64, &s
         }
     }
     drawn
+}
+
+/// Whether there is anything to mark.
+fn is_clear(map: &VesselMap) -> bool {
+    map.rms > CLEAR * map.floor
 }
 
 /// The error that has all of the colour: what few squares exceed would leave none to the others.
@@ -177,7 +190,7 @@ mod tests {
     }
 
     fn of(squares: Vec<Square>) -> OnVessel {
-        let map = VesselMap { quantity: Quantity::Force, squares, rms: 0.02, floor: 0.01 };
+        let map = VesselMap { quantity: Quantity::Force, squares, rms: 0.02, floor: 0.005 };
         // 100 mm long and 20 mm high.
         let silhouette = Silhouette::rectangle([0.0, 0.1], [-0.01, 0.01]);
         OnVessel { silhouette, side_m: 0.002, maps: vec![map] }
@@ -197,7 +210,7 @@ mod tests {
         assert!(drawn.contains(first), "{drawn}");
         assert!(drawn.contains("x1=588.8 x2=752.0") || drawn.contains(">20 mm<"), "{drawn}");
         assert!(drawn.contains("Seen along the z axis"), "{drawn}");
-        assert!(drawn.contains("20.00 mN RMS, floor 10.00 mN"), "{drawn}");
+        assert!(drawn.contains("20.00 mN RMS, floor 5.00 mN"), "{drawn}");
     }
 
     #[test]
@@ -209,6 +222,15 @@ mod tests {
         assert_eq!(marked(&[0.1, 0.45, 0.2, 0.25]), 2);
         assert_eq!(marked(&[0.05, 0.9, 0.05]), 1);
         assert_eq!(marked(&[0.0, 0.0]), 0);
+    }
+
+    #[test]
+    fn what_noise_leaves_is_pale_and_not_marked() {
+        let mut noise = of(vec![square(0.0, 0.006, 0.7), square(0.01, 0.003, 0.3)]);
+        (noise.maps[0].rms, noise.maps[0].floor) = (0.005, 0.005);
+        let drawn = figures(&noise, "x");
+        assert!(drawn.contains("fill-opacity=0.40>") && drawn.contains("≥15.00 mN"), "{drawn}");
+        assert!(!drawn.contains("heat marked") && drawn.contains("Hardly anything is above"));
     }
 
     #[test]
