@@ -59,12 +59,11 @@ fn words(after: &[String], gap_share: f64, places: &[Cell]) -> String {
     for (i, group) in groups.iter().take(TOLD).filter(|group| group.share >= LEAST).enumerate() {
         words += if i == 0 { "; of that, " } else { "; " };
         words += &format!(
-            "{:.0} % in {}, {}, most at {:.0} to {:.0} mm",
+            "{:.0} % in {}, {}, most at {}",
             100.0 * group.share,
             group.top.channel,
             group.top.phase,
-            1e3 * group.top.arc_m[0],
-            1e3 * group.top.arc_m[1]
+            group.top.stretch()
         );
         words += ": ";
         words += match group.top.note.as_str() {

@@ -38,6 +38,14 @@ pub struct Cell {
     pub descriptors: Descriptors,
 }
 
+impl Cell {
+    /// From where to where; a drive's positions may be negative, and a little less than 0 is no -0.
+    pub fn stretch(&self) -> String {
+        let [from, to] = self.arc_m.map(|at_m| (1e3 * at_m).round() + 0.0);
+        format!("{from:.0} to {to:.0} mm")
+    }
+}
+
 /// Sums over samples of one cell, by block.
 #[derive(Clone, Debug, Default)]
 struct Sums {
@@ -162,4 +170,27 @@ fn looks(problem: &Problem<'_>, score: &Score) -> BTreeMap<(usize, usize), Descr
         }
     }
     looks
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_stretch_is_in_millimetres_and_never_from_minus_zero() {
+        let cell = |arc_m| Cell {
+            channel: String::new(),
+            phase: String::new(),
+            regime: String::new(),
+            arc_m,
+            time_share: 0.0,
+            gap_share: 0.0,
+            gap_share_low: 0.0,
+            gap_share_high: 0.0,
+            note: String::new(),
+            descriptors: Descriptors::default(),
+        };
+        assert_eq!(cell([-3e-4, 0.0617]).stretch(), "0 to 62 mm");
+        assert_eq!(cell([-0.05, -0.0124]).stretch(), "-50 to -12 mm");
+    }
 }

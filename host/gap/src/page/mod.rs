@@ -73,11 +73,6 @@ fn remarks(answer: &Diagnosis) -> String {
     format!("<h2>What to keep in mind</h2><ul>{items}</ul>")
 }
 
-/// From where to where; a drive's positions may be negative.
-fn stretch(place: &Cell) -> String {
-    format!("{:.0} to {:.0} mm", 1e3 * place.arc_m[0], 1e3 * place.arc_m[1])
-}
-
 fn places(answer: &Diagnosis) -> String {
     if answer.places.is_empty() {
         return String::new();
@@ -101,7 +96,7 @@ fn cells(places: &[Cell], of: &str) -> String {
             escape(&place.channel),
             escape(&place.phase),
             escape(&place.regime),
-            stretch(place),
+            place.stretch(),
             percent(place.time_share),
             percent(place.gap_share),
             percent(place.gap_share_low),
@@ -113,7 +108,7 @@ fn cells(places: &[Cell], of: &str) -> String {
     let by_phase = charts::heat(places, |c| c.channel.clone(), |c| c.phase.clone());
     let mut along = places.to_vec();
     along.sort_by(|a, b| a.arc_m[0].total_cmp(&b.arc_m[0]));
-    let by_arc = charts::heat(&along, stretch, |c| c.phase.clone());
+    let by_arc = charts::heat(&along, Cell::stretch, |c| c.phase.clone());
     format!(
         "<figure>{by_phase}<figcaption>Share of the energy of {of} by channel and \
          phase.</figcaption></figure><figure>{by_arc}<figcaption>The same by length inside (or \

@@ -185,14 +185,13 @@ fn text(answer: &Diagnosis) -> String {
     }
     for place in answer.places.iter().take(5) {
         line(format!(
-            "  {:.0} % of the gap in {:.0} % of the time: {}, {}, {}, {:.0} to {:.0} mm{}{}",
+            "  {:.0} % of the gap in {:.0} % of the time: {}, {}, {}, {}{}{}",
             100.0 * place.gap_share,
             100.0 * place.time_share,
             place.channel,
             place.phase,
             place.regime,
-            1e3 * place.arc_m[0],
-            1e3 * place.arc_m[1],
+            place.stretch(),
             if place.note.is_empty() { "" } else { "; " },
             place.note
         ));
