@@ -287,8 +287,13 @@ fn a_recording_is_diagnosed_and_applied_like_a_bundle() {
     let (old, new) = (change["old"].as_f64().unwrap(), change["new"].as_f64().unwrap());
     assert!((new / old / FACTOR - 1.0).abs() < 0.25, "{old} to {new}");
 
-    let diagnose = ["gap", "diagnose", &run, "--quiet", "--json", &diagnosis];
+    let page = folder.path().join("page.html");
+    let files = ["--json", &diagnosis, "--report", text(&page)];
+    let diagnose = [&["gap", "diagnose", &run, "--quiet"][..], &files].concat();
     assert!(cathforce(&[&diagnose[..], &effect].concat()).status.success());
+    // The recording holds no mesh: its vessel is that of the device's image.
+    let page = std::fs::read_to_string(&page).unwrap();
+    assert!(page.contains("<path class=vessel") && page.contains("on the vessel, where the tip"));
     let again = ["gap", "apply", &run, "--diagnosis", &diagnosis, "--settings", &settings];
     let again = json(&[&again[..], &["--link", "sim"]].concat());
     assert_eq!(again["changes"], Value::Array(Vec::new()), "the same fit");

@@ -4,6 +4,7 @@
 use crate::plant::{
     Channel, Effect, Impostor, Nuisance, Plant, Point, Repeat, Segment, Swing, Trial,
 };
+use crate::silhouette::Silhouette;
 
 /// Another plant with other effects or fewer trials; everything else is the other's.
 pub struct Altered<'a> {
@@ -70,6 +71,14 @@ impl Plant for Altered<'_> {
 
     fn along(&self, trial: usize, channel: usize) -> f64 {
         self.inner.along(trial, channel)
+    }
+
+    fn vessel(&self) -> Option<Silhouette> {
+        self.inner.vessel()
+    }
+
+    fn places_m(&self, trial: usize) -> Vec<[f64; 3]> {
+        self.inner.places_m(trial)
     }
 
     fn ways(&self) -> usize {

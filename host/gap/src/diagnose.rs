@@ -12,19 +12,21 @@ use crate::figures;
 use crate::fit::at_bound;
 use crate::floor::{Floor, FloorSource};
 use crate::impostor::unmasked;
+use crate::left::left;
 use crate::locate::locate;
-use crate::loss::Loss;
 use crate::map::maps;
 use crate::metric::Metric;
+use crate::on_vessel::on_vessel;
 use crate::plant::{BROKEN_DOWN, Plant, Point, Quantity};
 use crate::problem::{Problem, Progress};
 use crate::report::{
-    Details, Diagnosis, FORMAT, Gap, HeldOut, NamedEffect, PathStep, QuantityEnergy, Ranked,
-    Reproduce, Series, Verdict,
+    Details, Diagnosis, FORMAT, Gap, NamedEffect, PathStep, QuantityEnergy, Ranked, Reproduce,
+    Verdict,
 };
 use crate::sanity;
 use crate::score::{FoldKind, Folds, Score, root_mean_square};
 use crate::select::{Candidate, Selection, Selector};
+use crate::series::{held_out, series};
 use crate::verdict::{Lead, verdict};
 
 /// Share of the nominal RMS from which on an effect is material.
@@ -152,7 +154,9 @@ impl<'a> Answer<'a> {
             confusable: Vec::new(),
             ranking: Vec::new(),
             gap: Gap::default(),
+            held_out: Vec::new(),
             places: Vec::new(),
+            left: None,
             next_experiment: None,
             band: None,
             reproduce: Reproduce::default(),
@@ -219,12 +223,13 @@ impl<'a> Answer<'a> {
             hidden.into_iter().for_each(|why| self.remark(why));
             self.diagnosis.places.clear();
             self.figures(problem, &nominal.score, &nominal.score);
-            self.series(problem, &nominal, &nominal);
+            self.diagnosis.details.series = series(problem, &nominal, &nominal);
             self.remark_on_forks(&nominal);
             self.band(problem, selector.folds, &nominal);
             return self.diagnosis;
         }
         self.diagnosis.details.maps = maps(problem, &nominal.score);
+        self.diagnosis.details.on_vessel = on_vessel(problem, &nominal.score);
         let before = nominal.clone();
         let selected = match given {
             None => selector.select(nominal).and_then(|found| identified(selector, found)),
@@ -236,8 +241,8 @@ impl<'a> Answer<'a> {
         };
         self.rank(&selection);
         self.figures(problem, &before.score, &selection.best.score);
-        self.held_out(problem, &selection);
-        self.series(problem, &before, &selection.best);
+        self.diagnosis.details.held_out = held_out(problem, &selection);
+        self.diagnosis.details.series = series(problem, &before, &selection.best);
         let shrink = selection.best.score.shrink(&before.score);
         self.diagnosis.details.shrink = shrink;
         self.path(problem, &selection);
@@ -255,6 +260,10 @@ impl<'a> Answer<'a> {
         }
         objections.into_iter().for_each(|objection| self.remark(objection));
         self.next_experiment(&selection, &named);
+        if matches!(self.diagnosis.verdict, Verdict::Partial | Verdict::Unknown) {
+            self.diagnosis.left = Some(left(problem, &selection));
+            self.diagnosis.details.left_on_vessel = on_vessel(problem, &selection.best.score);
+        }
         if self.diagnosis.verdict == Verdict::Unknown {
             self.diagnosis.effects.clear();
             self.diagnosis.confusable.clear();
@@ -355,22 +364,12 @@ impl<'a> Answer<'a> {
         });
         self.diagnosis.details.energy = energy.collect();
         self.diagnosis.gap = figures::gap(problem, before, after);
+        self.diagnosis.held_out = self.plant.trials().iter().map(|trial| trial.number).collect();
     }
 
     /// How far the forces of a model may be off, and how many of those that were held out it holds.
     fn band(&mut self, problem: &Problem<'_>, folds: &Folds, of: &Candidate) {
         self.diagnosis.band = band::of(problem, folds, of);
-    }
-
-    fn held_out(&mut self, problem: &Problem<'_>, selection: &Selection) {
-        for (t, trial) in self.plant.trials().iter().enumerate() {
-            let rms = |score: &Score| score.rms_of(problem, Quantity::Force, t);
-            let (before, after) = (rms(&selection.nominal.score), rms(&selection.best.score));
-            if let (Some(before_n), Some(after_n)) = (before, after) {
-                let held_out = HeldOut { trial: trial.number, before_n, after_n };
-                self.diagnosis.details.held_out.push(held_out);
-            }
-        }
     }
 
     fn path(&mut self, problem: &Problem<'_>, selection: &Selection) {
@@ -473,33 +472,6 @@ impl<'a> Answer<'a> {
         }
         outside
     }
-
-    /// Measured and predicted forces of the first trial, for the page.
-    fn series(&mut self, problem: &Problem<'_>, nominal: &Candidate, best: &Candidate) {
-        let Some(trial) = self.plant.trials().first() else { return };
-        let loss = Loss::of(self.plant);
-        for range in trial.channel_ranges() {
-            let channel = &self.plant.channels()[trial.samples[range.start].channel];
-            if !channel.quantity.is_force() {
-                continue;
-            }
-            let predicted = |candidate: &Candidate| {
-                let refit = &candidate.fit.trials[0].refit.residual;
-                let of = |i: usize| {
-                    trial.samples[i].value - loss.residual(refit[i]) / problem.weights(0)[i]
-                };
-                range.clone().map(of).collect()
-            };
-            self.diagnosis.details.series.push(Series {
-                channel: channel.name.clone(),
-                trial: trial.number,
-                t_s: trial.samples[range.clone()].iter().map(|s| s.t_s).collect(),
-                measured: trial.samples[range.clone()].iter().map(|s| s.value).collect(),
-                nominal: predicted(nominal),
-                best: predicted(best),
-            });
-        }
-    }
 }
 
 #[cfg(test)]
@@ -516,6 +488,27 @@ mod tests {
         toy.effects = vec![effect("slope", vec![parameter("slope")], vec![vec![1.0]])];
         toy.cheap = false;
         diagnose(&toy, "toy", &|_| {})
+    }
+
+    #[test]
+    fn what_is_left_is_described_where_not_all_is_explained() {
+        let named = answer(9.5);
+        assert_eq!((named.verdict, &named.left), (Verdict::Named, &None));
+        assert!(!crate::page(&named).contains("<h2>What is left"));
+        let beyond = answer(10.4);
+        let left = beyond.left.as_ref().expect("its verdict is unknown");
+        assert_eq!(left.after, ["slope"], "the effect that comes nearest, though it is not named");
+        assert!((left.gap_share - (1.0 - beyond.details.shrink)).abs() < 1e-12);
+        // Of 10.4 i/400, 10 i/400 are explained.
+        let descriptors = left.places[0].descriptors;
+        assert!((descriptors.mean - 0.2).abs() < 0.02, "{descriptors:?}");
+        assert!(descriptors.time.unwrap() > 0.9 && left.words.contains("drifts with time"));
+        assert!(beyond.places[0].descriptors.mean > 5.0, "nominal: {:?}", beyond.places[0]);
+        assert!(
+            crate::page(&beyond).contains("<h2>What is left</h2><p>After the model with slope")
+        );
+        let json = serde_json::to_value(&beyond).unwrap();
+        assert_eq!(json["left"]["where"][0]["channel"], "fx_N");
     }
 
     #[test]

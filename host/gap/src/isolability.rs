@@ -10,6 +10,8 @@
 //! effect j can. The size from which on an effect is seen is looked for by simulation, starting
 //! from [`SEEN`]/d_i of the typical one: where contact takes another path, sizes do not scale.
 //! Samples that a slight change of a nuisance moves out of proportion count less for it.
+//! Distances are upper bounds: beside other effects, whose parameters are fitted too, s_i stands out
+//! less ([`RESERVE`]).
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -23,6 +25,10 @@ use crate::problem::Progress;
 
 /// Distance from which on an effect is seen, or told from another.
 pub const SEEN: f64 = 5.0;
+/// What distances do not say, for people.
+pub const RESERVE: &str = "distances are linearised, each effect at its typical size and with no other \
+                           effect in the data: they are upper bounds, and a diagnosis that must \
+                           leave room for others tells less apart";
 /// What the model leaves open stays the same for about so long \[s\].
 const MODEL_CORRELATION_S: f64 = 0.5;
 

@@ -9,7 +9,7 @@
 //! | `problem`, `loss`, `nuisance`, `fit`, `search`, `swing` | the best parameters of one set of effects |
 //! | `sanity` | whether axes and units are the model's |
 //! | `score` | its error on data that the fit has not seen |
-//! | `figures`, `frechet` | how far it is off in newtons and millimetres |
+//! | `figures`, `frechet`, `series` | how far it is off in newtons and millimetres |
 //! | `select`, `pairs`, `extend`, `prune`, `exchange`, `again`, `given` | which effects the data support; those that somebody asks for |
 //! | `impostor` | what in no library an effect may be mistaken for |
 //! | `criteria` | when a model is better than another |
@@ -18,7 +18,8 @@
 //! | `fresh` | what the answer closes on a trial that it has not seen |
 //! | `band` | how far the forces of a device may be off that is set like the answer |
 //! | `estimate` | parameters with intervals, what each effect closed |
-//! | `locate`, `map` | where the gap lies |
+//! | `locate`, `descriptors`, `map`, `silhouette`, `on_vessel` | where the gap lies, and what it looks like |
+//! | `left` | the same of what an explanation leaves |
 //! | `experiment` | what to record next |
 //! | `isolability`, `protocol` | what a recording can tell before it is made; what it should hold |
 //! | `spike` | which effects are put into measured data |
@@ -34,6 +35,7 @@ pub mod catheter;
 mod confuse;
 mod correct;
 mod criteria;
+mod descriptors;
 mod diagnose;
 pub mod drive;
 mod estimate;
@@ -48,11 +50,13 @@ mod fresh;
 mod given;
 mod impostor;
 pub mod isolability;
+mod left;
 mod locate;
 mod loss;
 mod map;
 mod metric;
 mod nuisance;
+mod on_vessel;
 mod page;
 mod pairs;
 pub mod plant;
@@ -64,7 +68,9 @@ mod sanity;
 mod score;
 mod search;
 mod select;
+mod series;
 mod signal;
+mod silhouette;
 pub mod spike;
 mod swing;
 #[cfg(test)]
@@ -78,3 +84,4 @@ pub use fresh::{achieved, covered};
 pub use nuisance::NUISANCE_LIMIT;
 pub use page::page;
 pub use problem::Progress;
+pub use silhouette::Silhouette;

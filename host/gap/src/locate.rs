@@ -6,6 +6,7 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::Serialize;
 
+use crate::descriptors::{Descriptors, Residual};
 use crate::plant::{Plant, Sample};
 use crate::problem::Problem;
 use crate::score::Score;
@@ -31,7 +32,18 @@ pub struct Cell {
     pub gap_share: f64,
     pub gap_share_low: f64,
     pub gap_share_high: f64,
+    /// What the channel's residual looks like in this phase, in words.
     pub note: String,
+    /// The same in numbers.
+    pub descriptors: Descriptors,
+}
+
+impl Cell {
+    /// From where to where; a drive's positions may be negative, and a little less than 0 is no -0.
+    pub fn stretch(&self) -> String {
+        let [from, to] = self.arc_m.map(|at_m| (1e3 * at_m).round() + 0.0);
+        format!("{from:.0} to {to:.0} mm")
+    }
 }
 
 /// Sums over samples of one cell, by block.
@@ -61,7 +73,7 @@ pub fn locate(problem: &Problem<'_>, score: &Score) -> Vec<Cell> {
     }
     let intervals = intervals(&cells, first_block);
     let whole: f64 = cells.values().map(energy).sum();
-    let notes = notes(problem, score);
+    let looks = looks(problem, score);
     let width = (range[1] - range[0]) / ARC_BINS as f64;
     let mut table: Vec<Cell> = cells
         .iter()
@@ -69,16 +81,20 @@ pub fn locate(problem: &Problem<'_>, score: &Score) -> Vec<Cell> {
         .map(|(([channel, phase, regime, bin], sums), [low, high])| {
             let share = energy(sums) / whole.max(f64::MIN_POSITIVE);
             let start = range[0] + *bin as f64 * width;
+            let time_share = sums.samples as f64 / in_channel[*channel].max(1) as f64;
+            let descriptors = looks.get(&(*channel, *phase)).copied().unwrap_or_default();
+            let channel = &plant.channels()[*channel];
             Cell {
-                channel: plant.channels()[*channel].name.clone(),
+                channel: channel.name.clone(),
                 phase: plant.phases()[*phase].to_owned(),
                 regime: plant.regimes()[*regime].clone(),
                 arc_m: [start, start + width],
-                time_share: sums.samples as f64 / in_channel[*channel].max(1) as f64,
+                time_share,
                 gap_share: share,
                 gap_share_low: low.min(share),
                 gap_share_high: high.max(share),
-                note: notes.get(&(*channel, *phase)).cloned().unwrap_or_default(),
+                note: descriptors.words(channel.quantity.unit()),
+                descriptors,
             }
         })
         .filter(|cell| cell.gap_share >= SMALLEST_SHARE)
@@ -130,56 +146,51 @@ pub fn arc_bin(range: [f64; 2], arc_m: f64) -> usize {
 }
 
 /// What the residual looks like, by channel and phase.
-fn notes(problem: &Problem<'_>, score: &Score) -> BTreeMap<(usize, usize), String> {
-    let mut groups: BTreeMap<(usize, usize), Vec<(Sample, f64)>> = BTreeMap::new();
-    for (t, trial) in problem.plant.trials().iter().enumerate() {
+fn looks(problem: &Problem<'_>, score: &Score) -> BTreeMap<(usize, usize), Descriptors> {
+    let plant = problem.plant;
+    let mut channels: Vec<Vec<(usize, Residual)>> = vec![Vec::new(); plant.channels().len()];
+    for (t, trial) in plant.trials().iter().enumerate() {
         for (i, sample) in trial.samples.iter().enumerate() {
-            if let Some(r) = score.residuals[t][i] {
-                let group = groups.entry((sample.channel, sample.phase)).or_default();
-                group.push((*sample, r));
+            if let Some(error) = score.error(problem, t, i) {
+                let Sample { t_s, arc_m, speed_m_per_s, .. } = *sample;
+                let residual = Residual { trial: t, t_s, arc_m, speed_m_per_s, error };
+                channels[sample.channel].push((sample.phase, residual));
             }
         }
     }
-    groups.into_iter().map(|(key, samples)| (key, describe(&samples))).collect()
+    let mut looks = BTreeMap::new();
+    for (channel, own) in channels.iter().enumerate() {
+        let of = |wanted: Option<usize>| -> Vec<Residual> {
+            let own = own.iter().filter(|(phase, _)| wanted.is_none_or(|wanted| wanted == *phase));
+            own.map(|(_, residual)| *residual).collect()
+        };
+        let whole = Descriptors::of(&of(None));
+        for phase in 0..plant.phases().len() {
+            looks.insert((channel, phase), whole.of_phase(&of(Some(phase))));
+        }
+    }
+    looks
 }
 
-/// Correlations below this are not told.
-const TOLD: f64 = 0.5;
+#[cfg(test)]
+mod tests {
+    use super::*;
 
-/// The strongest of a few simple shapes, in words.
-fn describe(samples: &[(Sample, f64)]) -> String {
-    let against = |of: &dyn Fn(&Sample) -> f64, centred: bool| {
-        let n = samples.len() as f64;
-        let (mut x, mut r) = (0.0, 0.0);
-        if centred {
-            x = samples.iter().map(|(s, _)| of(s)).sum::<f64>() / n;
-            r = samples.iter().map(|(_, r)| r).sum::<f64>() / n;
-        }
-        let (mut xx, mut rr, mut xr) = (0.0, 0.0, 0.0);
-        for (sample, residual) in samples {
-            let (a, b) = (of(sample) - x, residual - r);
-            xx += a * a;
-            rr += b * b;
-            xr += a * b;
-        }
-        if xx * rr > 0.0 { xr / (xx * rr).sqrt() } else { 0.0 }
-    };
-    let mean = against(&|_| 1.0, false);
-    let moving = |s: &Sample| s.speed_m_per_s;
-    let shapes = [
-        (mean, "an offset: the sign does not change"),
-        (against(&|s| moving(s).signum(), false), "the sign follows the direction of motion"),
-        (against(&moving, true), "grows with the speed"),
-        (against(&|s| s.arc_m, true), "grows with the length inside"),
-        (against(&|s| s.arc_m * s.arc_m, true), "grows with the square of the length inside"),
-        (against(&|s| s.t_s, true), "drifts with time"),
-    ];
-    let strongest = shapes.into_iter().max_by(|a, b| a.0.abs().total_cmp(&b.0.abs()));
-    strongest.filter(|(correlation, _)| correlation.abs() >= TOLD).map_or_else(
-        String::new,
-        |(correlation, what)| {
-            let opposed = if correlation < 0.0 { ", negative" } else { "" };
-            format!("{what}{opposed} (correlation {:.2})", correlation.abs())
-        },
-    )
+    #[test]
+    fn a_stretch_is_in_millimetres_and_never_from_minus_zero() {
+        let cell = |arc_m| Cell {
+            channel: String::new(),
+            phase: String::new(),
+            regime: String::new(),
+            arc_m,
+            time_share: 0.0,
+            gap_share: 0.0,
+            gap_share_low: 0.0,
+            gap_share_high: 0.0,
+            note: String::new(),
+            descriptors: Descriptors::default(),
+        };
+        assert_eq!(cell([-3e-4, 0.0617]).stretch(), "0 to 62 mm");
+        assert_eq!(cell([-0.05, -0.0124]).stretch(), "-50 to -12 mm");
+    }
 }

@@ -7,6 +7,8 @@
 use std::ops::Range;
 use std::sync::Arc;
 
+use crate::silhouette::Silhouette;
+
 /// What a channel is a part of; errors of the parts add up to a vector's.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Quantity {
@@ -21,6 +23,11 @@ pub enum Quantity {
 }
 
 impl Quantity {
+    /// Of its channels.
+    pub fn unit(self) -> &'static str {
+        if self.is_force() { "N" } else { "m" }
+    }
+
     /// Whether it is measured in newtons.
     pub fn is_force(self) -> bool {
         matches!(self, Self::Force | Self::DriveForce)
@@ -79,7 +86,7 @@ pub struct Trial {
 }
 
 /// Slower than this, the direction stays what it was \[m/s\].
-const STANDING_M_PER_S: f64 = 1e-3;
+pub const STANDING_M_PER_S: f64 = 1e-3;
 
 /// What a device knows of a sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -307,6 +314,17 @@ pub trait Plant: Sync {
     /// length from the entry: 1 at the tip, and of what belongs to no place.
     fn along(&self, _trial: usize, _channel: usize) -> f64 {
         1.0
+    }
+
+    /// The vessel as a figure shows it; `None` of what has none.
+    fn vessel(&self) -> Option<Silhouette> {
+        None
+    }
+
+    /// Where in the vessel's frame each sample of a trial belongs \[m\]: a point on the shape where it
+    /// was, all else where the tip was. Empty of what has no place in space.
+    fn places_m(&self, _trial: usize) -> Vec<[f64; 3]> {
+        Vec::new()
     }
 
     /// How many finer models there are that simulations can be corrected by, all as good: at a fork

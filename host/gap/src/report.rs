@@ -6,8 +6,10 @@ use serde::{Deserialize, Serialize};
 
 use crate::band::Band;
 use crate::experiment::Experiment;
+use crate::left::Left;
 use crate::locate::Cell;
 use crate::map::Map;
+use crate::on_vessel::OnVessel;
 use crate::plant::{Parameter, Plant, Quantity};
 
 /// The only format there is.
@@ -68,6 +70,15 @@ pub struct Ranked {
     pub shrink: f64,
 }
 
+/// A figure in the unit that suits it: N or mN, m or mm.
+pub fn quantity(value: f64, unit: &str) -> String {
+    if value.abs() < 1.0 || unit == "m" {
+        format!("{:.2} m{unit}", 1e3 * value)
+    } else {
+        format!("{value:.2} {unit}")
+    }
+}
+
 /// An error before and after, and the floor.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Figures {
@@ -93,6 +104,21 @@ pub struct Gap {
     pub tip_frechet_m: Option<Figures>,
 }
 
+impl Gap {
+    /// What was measured: name, figures and unit of each.
+    pub fn rows(&self) -> Vec<(&'static str, Figures, &'static str)> {
+        let all = [
+            ("force RMS", self.force_rms_n, "N"),
+            ("force, mean absolute error", self.force_mae_n, "N"),
+            ("largest force of a trial", self.force_peak_n, "N"),
+            ("tip RMS", self.tip_rms_m, "m"),
+            ("path of the tip, discrete Fréchet distance", self.tip_frechet_m, "m"),
+            ("shape RMS", self.shape_rms_m, "m"),
+        ];
+        all.into_iter().filter_map(|(name, figures, unit)| Some((name, figures?, unit))).collect()
+    }
+}
+
 /// How to get the same answer again.
 #[derive(Clone, Debug, PartialEq, Default, Serialize)]
 pub struct Reproduce {
@@ -114,8 +140,12 @@ pub struct Diagnosis {
     pub confusable: Vec<Vec<String>>,
     pub ranking: Vec<Ranked>,
     pub gap: Gap,
+    /// Numbers of the trials that `gap` is of: each held out in turn, of a single one its cycles.
+    pub held_out: Vec<u32>,
     #[serde(rename = "where")]
     pub places: Vec<Cell>,
+    /// What the model that comes nearest leaves, where the verdict is partial or unknown.
+    pub left: Option<Left>,
     pub next_experiment: Option<Experiment>,
     /// How far the forces of the model may be off that is the answer: the nominal one without
     /// effects. `None` where forces were not measured.
@@ -144,6 +174,10 @@ pub struct Details {
     pub series: Vec<Series>,
     /// Where and when the nominal model is off.
     pub maps: Vec<Map>,
+    /// Where on the vessel it is.
+    pub on_vessel: Option<OnVessel>,
+    /// The same of what is left.
+    pub left_on_vessel: Option<OnVessel>,
     /// Simulated trials.
     pub simulations: usize,
 }
@@ -182,6 +216,16 @@ pub struct Series {
 }
 
 impl Diagnosis {
+    /// What the figures of the gap are of.
+    pub fn held_out_trials(&self) -> String {
+        let numbers: Vec<String> = self.held_out.iter().map(|n| format!("{n:03}")).collect();
+        match numbers.as_slice() {
+            [] => "nothing was held out".to_owned(),
+            [only] => format!("trial {only}, its parts held out in turn"),
+            _ => format!("trials {}, each held out in turn", numbers.join(", ")),
+        }
+    }
+
     /// An effect with those that this data cannot tell it from.
     fn or_its_like(&self, id: &str) -> String {
         let set = self.confusable.iter().find(|set| set.first().is_some_and(|first| first == id));
@@ -288,7 +332,9 @@ mod tests {
                 confusable: Vec::new(),
                 ranking: ranking.iter().map(of).collect(),
                 gap: Gap::default(),
+                held_out: Vec::new(),
                 places: Vec::new(),
+                left: None,
                 next_experiment: None,
                 band: None,
                 reproduce: Reproduce::default(),

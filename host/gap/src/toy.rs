@@ -9,6 +9,7 @@ use crate::plant::{
 use crate::problem::Problem;
 use crate::score::{FoldKind, Folds};
 use crate::select::{Selection, Selector};
+use crate::silhouette::Silhouette;
 
 /// Built with [`Toy::new`] and filled in by the test.
 pub struct Toy<F> {
@@ -22,6 +23,9 @@ pub struct Toy<F> {
     pub forks: Vec<f64>,
     /// Value of the first parameter of the first effect above which they are.
     pub forks_above: f64,
+    pub vessel: Option<Silhouette>,
+    /// Where each sample of a trial belongs.
+    pub places_m: Vec<[f64; 3]>,
     channels: Vec<Channel>,
     regimes: Vec<String>,
     trials: Vec<Trial>,
@@ -57,6 +61,8 @@ impl<F: Fn(usize, &Point) -> f64> Toy<F> {
             cheap: true,
             forks: vec![0.0],
             forks_above: f64::NEG_INFINITY,
+            vessel: None,
+            places_m: Vec::new(),
             channels: vec![Channel { name: "fx_N".into(), quantity: Quantity::Force }],
             regimes: vec!["standing".into()],
             trials: vec![trial(samples)],
@@ -175,6 +181,14 @@ impl<F: Fn(usize, &Point) -> f64 + Sync> Plant for Toy<F> {
         let is_forked = trial + 1 == self.trials.len() && first.unwrap_or(0.0) > self.forks_above;
         let fork = if is_forked { *self.forks.get(way)? } else { 0.0 };
         Some(samples.map(|i| (self.predict)(i, point) + fork).collect())
+    }
+
+    fn vessel(&self) -> Option<Silhouette> {
+        self.vessel.clone()
+    }
+
+    fn places_m(&self, _trial: usize) -> Vec<[f64; 3]> {
+        self.places_m.clone()
     }
 
     fn ways(&self) -> usize {

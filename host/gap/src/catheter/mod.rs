@@ -34,6 +34,7 @@ use crate::floor;
 use crate::plant::{
     At, Channel, Effect, Impostor, Nuisance, Plant, Point, Repeat, Sample, Segment, Swing, Trial,
 };
+use crate::silhouette::Silhouette;
 use defects::{Defects, goes_with};
 use forks::{decided_by_forks, left_out};
 use library::Library;
@@ -327,6 +328,17 @@ impl Plant for Catheter {
 
     fn along(&self, trial: usize, channel: usize) -> f64 {
         self.prepared[trial].along(&self.channels[channel])
+    }
+
+    fn vessel(&self) -> Option<Silhouette> {
+        self.simulator.silhouette(self.nominal.entry.position_m)
+    }
+
+    fn places_m(&self, trial: usize) -> Vec<[f64; 3]> {
+        let Some(own) = self.prepared.get(trial) else { return Vec::new() };
+        // The first one of a trial that is kept: nothing is simulated again.
+        let nominal = self.simulator.run(trial, &self.nominal, 0.0, &own.inputs);
+        nominal.map(|nominal| own.places_m(&nominal)).unwrap_or_default()
     }
 
     fn ways(&self) -> usize {

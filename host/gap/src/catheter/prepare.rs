@@ -1,5 +1,7 @@
 //! From the rows of a trial to samples: averaged, without snaps, with their noise.
 
+mod places;
+
 use cathforce_mechanics::Drive;
 use cathforce_record::snap::{self, Snap};
 use cathforce_record::{FEED_BEFORE_SCORE_M, SNAP_GUARD_S};

@@ -6,6 +6,8 @@ use cathforce_mechanics::{
     Description, Drive, Drives, Lumen, LumenHeader, Measurement, Model, State, settle, step,
 };
 
+use crate::silhouette::Silhouette;
+
 /// Quasi-static steps after which a start that never rests is taken as it is.
 const SETTLE_STEPS: usize = 3000;
 /// Trajectories that are kept, per trial: the nominal one, and the last ones, because a model is
@@ -49,6 +51,11 @@ impl Simulator {
     /// `trials`: how many there are to keep trajectories of.
     pub fn new(header: LumenHeader, bytes: Vec<u8>, trials: usize) -> Self {
         Self { header, bytes, kept: (0..trials).map(|_| Mutex::default()).collect() }
+    }
+
+    /// The vessel as a figure shows it.
+    pub fn silhouette(&self, entry_m: [f64; 3]) -> Option<Silhouette> {
+        Silhouette::of(&Lumen::new(self.header, &self.bytes).ok()?, entry_m)
     }
 
     /// Forgets what it found for a trial.

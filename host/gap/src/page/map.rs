@@ -3,9 +3,9 @@
 use std::fmt::Write as _;
 
 use super::charts::{LABELS, WIDTH, svg};
-use super::quantity;
 use crate::map::Map;
 use crate::plant::Quantity;
+use crate::report::quantity;
 
 /// Height of all rows together.
 const HEIGHT: f64 = 144.0;
@@ -27,14 +27,16 @@ pub fn maps(maps: &[Map]) -> String {
 
 /// `full`: the error that has all of the colour.
 fn figure(map: &Map, full: f64) -> String {
-    let unit = if map.quantity.is_force() { "N" } else { "m" };
+    let unit = map.quantity.unit();
     let (what, place) = match map.quantity {
         Quantity::Force => ("Force", "the length inside (or position)"),
         Quantity::DriveForce => ("Drive force", "the length inside"),
         Quantity::Tip => ("Tip", "the length inside"),
         Quantity::Shape => ("Shape", "the arc length from the entry"),
     };
-    let inside = key(map, full, unit) + &cells(map, full, unit) + &axes(map);
+    let inside = key(map.quantity, &quantity(full, unit), 0.5 * HEIGHT)
+        + &cells(map, full, unit)
+        + &axes(map);
     format!(
         "<figure>{}<figcaption>{what} error of the nominal model over {place} and time, trial \
          {:03}: {} RMS, floor {}. Nothing was compared where there is no square.</figcaption>\
@@ -97,11 +99,10 @@ fn axes(map: &Map) -> String {
     drawn
 }
 
-/// What the colours mean.
-fn key(map: &Map, full: f64, unit: &str) -> String {
+/// What the colours mean. `full`: the error that has all of the colour; `y`: of the middle.
+pub fn key(of: Quantity, full: &str, y: f64) -> String {
     let side = 18.0;
-    let y = 0.5 * HEIGHT;
-    let label = if map.quantity.is_force() { "force error" } else { "distance" };
+    let label = if of.is_force() { "force error" } else { "distance" };
     let mut drawn = format!("<text x=0 y={:.0}>{label}, RMS</text>", y - 8.0);
     for step in 0..STEPS {
         let _ = write!(
@@ -114,10 +115,9 @@ fn key(map: &Map, full: f64, unit: &str) -> String {
     let _ = write!(
         drawn,
         "<text class=soft x=0 y={0:.0}>0</text><text class=soft x={1:.0} y={0:.0} \
-         text-anchor=end>{2}</text>",
+         text-anchor=end>{full}</text>",
         y + 26.0,
-        STEPS as f64 * side,
-        quantity(full, unit)
+        STEPS as f64 * side
     );
     drawn
 }

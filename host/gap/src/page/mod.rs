@@ -2,11 +2,12 @@
 
 mod charts;
 mod map;
+mod vessel;
 
 use std::fmt::Write as _;
 
 use crate::locate::Cell;
-use crate::report::{Diagnosis, Figures};
+use crate::report::{Diagnosis, Figures, quantity};
 
 const STYLE: &str = include_str!("page.css");
 
@@ -22,7 +23,7 @@ pub fn page(answer: &Diagnosis) -> String {
         tiles(answer)
     );
     let _ = write!(body, "<p class=soft>Compared: {}.</p>", escape(&answer.details.compared));
-    let parts = [remarks, places, which, how_far, band, again];
+    let parts = [remarks, places, which, left, how_far, band, again];
     body.extend(parts.map(|part| part(answer)));
     format!(
         "<!doctype html>\n<html lang=en><meta charset=utf-8>\
@@ -37,13 +38,10 @@ fn escape(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
-/// A figure in the unit that suits it: N or mN, m or mm.
-fn quantity(value: f64, unit: &str) -> String {
-    if value.abs() < 1.0 || unit == "m" {
-        format!("{:.2} m{unit}", 1e3 * value)
-    } else {
-        format!("{value:.2} {unit}")
-    }
+/// As a sentence begins.
+fn first_upper(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }
 
 fn percent(share: f64) -> String {
@@ -75,15 +73,22 @@ fn remarks(answer: &Diagnosis) -> String {
     format!("<h2>What to keep in mind</h2><ul>{items}</ul>")
 }
 
-/// From where to where; a drive's positions may be negative.
-fn stretch(place: &Cell) -> String {
-    format!("{:.0} to {:.0} mm", 1e3 * place.arc_m[0], 1e3 * place.arc_m[1])
-}
-
 fn places(answer: &Diagnosis) -> String {
     if answer.places.is_empty() {
         return String::new();
     }
+    let details = &answer.details;
+    let on_vessel = details.on_vessel.as_ref().map(|of| vessel::figures(of, "the nominal model"));
+    format!(
+        "<h2>Where</h2>{}{}{}",
+        cells(&answer.places, "the gap"),
+        on_vessel.unwrap_or_default(),
+        map::maps(&details.maps)
+    )
+}
+
+/// Heat maps and a table. `of`: what the shares are of.
+fn cells(places: &[Cell], of: &str) -> String {
     let row = |place: &Cell| {
         format!(
             "<tr><td>{}<td>{}<td>{}<td class=number>{}<td class=number>{}\
@@ -91,7 +96,7 @@ fn places(answer: &Diagnosis) -> String {
             escape(&place.channel),
             escape(&place.phase),
             escape(&place.regime),
-            stretch(place),
+            place.stretch(),
             percent(place.time_share),
             percent(place.gap_share),
             percent(place.gap_share_low),
@@ -99,18 +104,29 @@ fn places(answer: &Diagnosis) -> String {
             escape(&place.note),
         )
     };
-    let rows: String = answer.places.iter().take(12).map(row).collect();
-    let by_phase = charts::heat(&answer.places, |c| c.channel.clone(), |c| c.phase.clone());
-    let mut along = answer.places.clone();
+    let rows: String = places.iter().take(12).map(row).collect();
+    let by_phase = charts::heat(places, |c| c.channel.clone(), |c| c.phase.clone());
+    let mut along = places.to_vec();
     along.sort_by(|a, b| a.arc_m[0].total_cmp(&b.arc_m[0]));
-    let by_arc = charts::heat(&along, stretch, |c| c.phase.clone());
-    let maps = map::maps(&answer.details.maps);
+    let by_arc = charts::heat(&along, Cell::stretch, |c| c.phase.clone());
     format!(
-        "<h2>Where</h2><figure>{by_phase}<figcaption>Share of the gap's energy by channel and \
+        "<figure>{by_phase}<figcaption>Share of the energy of {of} by channel and \
          phase.</figcaption></figure><figure>{by_arc}<figcaption>The same by length inside (or \
          position) and phase.</figcaption></figure><div class=wide><table><tr><th>channel<th>phase\
-         <th>regime<th class=number>length<th class=number>of the time<th class=number>of the gap \
-         (90 %)<th>shape{rows}</table></div>{maps}"
+         <th>regime<th class=number>length<th class=number>of the time<th class=number>of {of} \
+         (90 %)<th>shape{rows}</table></div>"
+    )
+}
+
+fn left(answer: &Diagnosis) -> String {
+    let Some(left) = &answer.left else { return String::new() };
+    let on_vessel = answer.details.left_on_vessel.as_ref();
+    let on_vessel = on_vessel.map(|of| vessel::figures(of, "the model that comes nearest"));
+    format!(
+        "<h2>What is left</h2><p>{}.</p>{}{}",
+        escape(&first_upper(&left.words)),
+        cells(&left.places, "what is left"),
+        on_vessel.unwrap_or_default()
     )
 }
 
@@ -164,22 +180,13 @@ fn which(answer: &Diagnosis) -> String {
 
 fn how_far(answer: &Diagnosis) -> String {
     let mut rows = String::new();
-    for (name, figures, unit) in [
-        ("force RMS", answer.gap.force_rms_n, "N"),
-        ("force, mean absolute error", answer.gap.force_mae_n, "N"),
-        ("largest force of a trial", answer.gap.force_peak_n, "N"),
-        ("tip RMS", answer.gap.tip_rms_m, "m"),
-        ("path of the tip, discrete Fréchet distance", answer.gap.tip_frechet_m, "m"),
-        ("shape RMS", answer.gap.shape_rms_m, "m"),
-    ] {
-        if let Some(Figures { before, after, floor }) = figures {
-            let [before, after, floor] = [before, after, floor].map(|x| quantity(x, unit));
-            let _ = write!(
-                rows,
-                "<tr><td>{name}, all trials<td class=number>{before}<td class=number>{after}\
-                 <td class=number>{floor}"
-            );
-        }
+    for (name, Figures { before, after, floor }, unit) in answer.gap.rows() {
+        let [before, after, floor] = [before, after, floor].map(|x| quantity(x, unit));
+        let _ = write!(
+            rows,
+            "<tr><td>{name}, all trials<td class=number>{before}<td class=number>{after}\
+             <td class=number>{floor}"
+        );
     }
     for held_out in &answer.details.held_out {
         let [before, after] = [held_out.before_n, held_out.after_n].map(|x| quantity(x, "N"));
@@ -193,11 +200,12 @@ fn how_far(answer: &Diagnosis) -> String {
     format!(
         "<h2>How far</h2><div class=wide><table><tr><th>held out<th class=number>before\
          <th class=number>after<th class=number>floor{rows}</table></div>\
-         <p class=soft>Of a vector its norm; of the largest force and of the path the mean over \
+         <p class=soft>{}. Of a vector its norm; of the largest force and of the path the mean over \
          the trials. Paths are compared whatever their pace.</p>\
          <p class='soft key'><i style='color:var(--measured)'></i>measured\
          <i style='color:var(--before)'></i>nominal model<i style='color:var(--after)'></i>with \
-         the effects</p>{series}"
+         the effects</p>{series}",
+        first_upper(&answer.held_out_trials())
     )
 }
 

@@ -6,7 +6,7 @@ use std::sync::Mutex;
 
 use cathforce_effects::Effect;
 use cathforce_gap::plant::Plant;
-use cathforce_gap::report::{Diagnosis, Figures, Reproduce};
+use cathforce_gap::report::{Diagnosis, Figures, HeldOut, Reproduce, quantity};
 use cathforce_gap::{diagnose, diagnose_given, expected_simulations, page};
 use cathforce_rig::Bundle;
 
@@ -168,29 +168,36 @@ fn text(answer: &Diagnosis) -> String {
     for set in &answer.confusable {
         line(format!("  cannot be told apart on this data: {}", set.join(", ")));
     }
-    for held_out in &answer.details.held_out {
-        line(format!(
-            "  trial {:03}, held out: {:.4} N RMS before, {:.4} N after",
-            held_out.trial, held_out.before_n, held_out.after_n
-        ));
+    if !answer.gap.rows().is_empty() {
+        line(format!("  before, after and floor of {}:", answer.held_out_trials()));
     }
-    if let Some(f) = answer.gap.force_rms_n {
-        line(format!("  floor: {:.4} N RMS", f.floor));
+    for (name, Figures { before, after, floor }, unit) in answer.gap.rows() {
+        let [before, after, floor] = [before, after, floor].map(|x| quantity(x, unit));
+        line(format!("    {name:<42}  {before:>10}  {after:>10}  {floor:>10}"));
+    }
+    for HeldOut { trial, before_n, after_n } in &answer.details.held_out {
+        let [before, after] = [*before_n, *after_n].map(|x| quantity(x, "N"));
+        let name = format!("force RMS, trial {trial:03}");
+        line(format!("    {name:<42}  {before:>10}  {after:>10}"));
     }
     if let Some(band) = &answer.band {
         line(format!("  nine of ten forces within: {}", super::coverage::text(&band.coverage)));
     }
     for place in answer.places.iter().take(5) {
         line(format!(
-            "  {:.0} % of the gap in {:.0} % of the time: {}, {}, {}{}{}",
+            "  {:.0} % of the gap in {:.0} % of the time: {}, {}, {}, {}{}{}",
             100.0 * place.gap_share,
             100.0 * place.time_share,
             place.channel,
             place.phase,
             place.regime,
+            place.stretch(),
             if place.note.is_empty() { "" } else { "; " },
             place.note
         ));
+    }
+    if let Some(left) = &answer.left {
+        line(format!("  left: {}", left.words));
     }
     if let Some(next) = &answer.next_experiment {
         line(format!(
@@ -208,7 +215,58 @@ fn text(answer: &Diagnosis) -> String {
 
 #[cfg(test)]
 mod tests {
+    use cathforce_gap::report::{Details, FORMAT, Gap, Verdict};
+
     use super::*;
+
+    fn diagnosis() -> Diagnosis {
+        Diagnosis {
+            format: FORMAT,
+            bundle: "trials".to_owned(),
+            verdict: Verdict::Unknown,
+            effects: Vec::new(),
+            confusable: Vec::new(),
+            ranking: Vec::new(),
+            gap: Gap::default(),
+            held_out: Vec::new(),
+            places: Vec::new(),
+            left: None,
+            next_experiment: None,
+            band: None,
+            reproduce: Reproduce::default(),
+            remarks: Vec::new(),
+            details: Details::default(),
+        }
+    }
+
+    #[test]
+    fn the_terminal_tells_every_figure_and_of_which_trials() {
+        let figures = |before| Some(Figures { before, after: 0.1 * before, floor: 0.01 * before });
+        let answer = Diagnosis {
+            gap: Gap {
+                force_rms_n: figures(0.04),
+                force_mae_n: figures(0.03),
+                force_peak_n: figures(2.0),
+                tip_frechet_m: figures(5e-3),
+                ..Gap::default()
+            },
+            held_out: vec![0, 2],
+            ..diagnosis()
+        };
+        let words = text(&answer).split_whitespace().collect::<Vec<_>>().join(" ");
+        for line in [
+            "before, after and floor of trials 000, 002, each held out in turn:",
+            "force RMS 40.00 mN 4.00 mN 0.40 mN",
+            "force, mean absolute error 30.00 mN 3.00 mN 0.30 mN",
+            "largest force of a trial 2.00 N 200.00 mN 20.00 mN",
+            "path of the tip, discrete Fréchet distance 5.00 mm 0.50 mm 0.05 mm",
+        ] {
+            assert!(words.contains(line), "{line} in {words}");
+        }
+        assert!(!words.contains("tip RMS") && !words.contains("shape"), "not measured: {words}");
+        let nothing = text(&diagnosis());
+        assert!(!nothing.contains("before") && !nothing.contains("left:"), "{nothing}");
+    }
 
     #[test]
     fn the_command_is_what_a_shell_takes_as_it_was_given() {

@@ -4,11 +4,12 @@ use std::sync::Mutex;
 
 use cathforce_gap::catheter::planned;
 use cathforce_gap::isolability::{
-    Isolability, Pair, SEEN, Size, Visibility, expected_simulations, isolability,
+    Isolability, Pair, RESERVE, SEEN, Size, Visibility, expected_simulations, isolability,
 };
 use cathforce_gap::plant::BROKEN_DOWN;
 use serde::Serialize;
 
+use super::digits::significant;
 use super::source::Source;
 use crate::args::IsolabilityArguments;
 use crate::failure::{Code, Failure};
@@ -49,10 +50,16 @@ pub fn run(ui: &Ui, arguments: &IsolabilityArguments) -> Result<(), Failure> {
         Failure::new(Code::Failed, message)
     })?;
     let motion = if canned { "protocol" } else { "trials" };
-    let mut remarks = plant.remarks().to_vec();
-    remarks.extend(found.failed.iter().map(|id| format!("{id} could not be simulated")));
+    let remarks = remarks(&found, plant.remarks());
     let answer = Answer { rig: source.bundle.rig.name.clone(), motion, found, remarks };
     ui.data(&answer, answer.text(ui))
+}
+
+/// What an answer does not say, or only with a reserve.
+fn remarks(found: &Isolability, of_plant: &[String]) -> Vec<String> {
+    let failed = found.failed.iter().map(|id| format!("{id} could not be simulated"));
+    let known = std::iter::once(RESERVE.to_owned()).chain(of_plant.iter().cloned());
+    known.chain(failed).collect()
 }
 
 impl Answer {
@@ -101,7 +108,7 @@ impl Answer {
 
 fn size(Size { name, off, value, unit }: &Size) -> String {
     let unit = if *unit == "1" { String::new() } else { format!(" {unit}") };
-    let (less, change) = (value < off, significant(value - off));
+    let (less, change) = (value < off, significant((value - off).abs(), 2));
     if *off == 0.0 {
         return format!("{name} {}{change}{unit}", if less { "−" } else { "" });
     }
@@ -109,8 +116,24 @@ fn size(Size { name, off, value, unit }: &Size) -> String {
     format!("{name} {off} {} {change}{unit}", if less { "−" } else { "+" })
 }
 
-/// The size of a number with two significant digits.
-fn significant(value: f64) -> String {
-    let digits = 1.0 - value.abs().log10().floor();
-    format!("{:.*}", digits.clamp(0.0, 12.0) as usize, value.abs())
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_answer_says_what_is_in_no_distance() {
+        let found = Isolability {
+            effects: Vec::new(),
+            pairs: Vec::new(),
+            told_apart: 0.0,
+            failed: Vec::new(),
+        };
+        let remarks = remarks(&found, &["of the plant".to_owned()]);
+        let answer = Answer { rig: "rig".to_owned(), motion: "trials", found, remarks };
+        let text = answer.text(&Ui::new(false, false));
+        assert!(text.contains("note: distances are linearised"), "{text}");
+        assert!(text.contains("upper bounds") && text.contains("note: of the plant"), "{text}");
+        let json = serde_json::to_value(&answer).expect("plain data");
+        assert_eq!(json["remarks"][0], RESERVE);
+    }
 }

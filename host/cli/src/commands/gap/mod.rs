@@ -5,6 +5,7 @@ mod apply;
 mod challenge;
 mod coverage;
 mod diagnose;
+mod digits;
 mod effects;
 mod explanation;
 mod hash;

@@ -14,6 +14,7 @@ use cathforce_rig::bundle::TrialData;
 use serde::Serialize;
 
 use super::diagnose::hold_trials_back;
+use super::digits::shortest;
 use crate::args::SpikeInArguments;
 use crate::failure::{Code, Failure};
 use crate::ui::Ui;
@@ -228,8 +229,8 @@ impl Row {
     fn text(&self) -> String {
         let mut put_in = String::new();
         for of_one in self.put_in.chunk_by(|a, b| a.effect == b.effect) {
-            let values: Vec<String> =
-                of_one.iter().map(|put| format!("{} {:.4}", put.parameter, put.value)).collect();
+            let value = |put: &Put| format!("{} {}", put.parameter, shortest(put.value, DIGITS));
+            let values: Vec<String> = of_one.iter().map(value).collect();
             let joint = if put_in.is_empty() { "" } else { " + " };
             put_in += &format!("{joint}{} ({})", of_one[0].effect, values.join(", "));
         }
@@ -255,6 +256,8 @@ impl Row {
     }
 }
 
+/// Significant digits of a parameter.
+const DIGITS: u8 = 4;
 /// Effects that a table's cell lists; of more it says how many.
 const MOST_LISTED: usize = 4;
 
@@ -273,5 +276,30 @@ impl Answer {
         };
         let found = if self.found { "yes" } else { "no" };
         format!(" {named} | {:.0} % | {alike} | {found} |", 100.0 * self.shrink)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_small_parameter_is_not_written_as_nothing() {
+        let put = |parameter, value| Put {
+            effect: "drive.coulomb",
+            parameter,
+            value,
+            unit: "",
+            estimate: None,
+        };
+        let changes =
+            Changed { force_n: Some(11.5), drive_force_n: None, tip_m: Some(2e-3), shape_m: None };
+        let put_in = vec![put("force_n", 32.0), put("presliding_m", 4.03e-6)];
+        let row = Row { put_in, changes, answer: None }.text();
+        assert!(
+            row.starts_with("| drive.coulomb (force_n 32, presliding_m 0.00000403) |"),
+            "{row}"
+        );
+        assert!(row.contains("| 11.5 N, –, 2.0 mm, – |"), "{row}");
     }
 }
