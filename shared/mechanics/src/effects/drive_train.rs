@@ -1,7 +1,7 @@
 //! From the encoder to the instrument at the entry plane.     docs/model.md (19)–(21)
 
 use super::DriveEffects;
-use crate::model::half_turn;
+use crate::model::{half_turn, maximum, minimum};
 use crate::{Drive, Real};
 
 /// Encoder samples that are kept for the latency.
@@ -83,10 +83,12 @@ impl<T: Real> DriveTrain<T> {
         let (sin, _) = half_turn(self.turns * T::lit(core::f64::consts::TAU) + ripple.phase_rad);
         let distance = if moved < T::zero() { -moved } else { moved };
         let one = T::one();
+        // What slips by more than it moves would be thrown by a load of the last tick.
+        let lost = maximum(minimum(effects.slip.per_n * load_n, one), -one);
         self.gained.insertion_m += (delayed.insertion_m - last.insertion_m)
             * (scale.insertion - one)
             + moved * ripple.ratio * sin
-            - distance * effects.slip.per_n * load_n;
+            - distance * lost;
         self.gained.rotation_rad +=
             (delayed.rotation_rad - last.rotation_rad) * (scale.rotation - one);
         Drive {
@@ -104,7 +106,7 @@ impl<T: Real> DriveTrain<T> {
             *newest = encoder;
         }
         let whole = ticks.floor_int().clamp(0, LONGEST_LATENCY_TICKS as i32 - 2);
-        let share = crate::model::minimum(ticks - T::int(whole), T::one());
+        let share = minimum(ticks - T::int(whole), T::one());
         let at = |age: usize| {
             let index = (self.newest + LONGEST_LATENCY_TICKS - age) % LONGEST_LATENCY_TICKS;
             samples.get(index).copied().unwrap_or(encoder)
@@ -190,6 +192,14 @@ mod tests {
         let out = follow(&scaled, 0.0, &there_and_back());
         assert!(near(out[0], 0.03) && near(out[1000], 0.03 + 1.1 * 0.02));
         assert!(near(out[1500], 0.03 + 1.1 * 0.01));
+    }
+
+    #[test]
+    fn slip_loses_at_most_what_moves() {
+        let slipping = effects(|e| e.slip.per_n = 0.5);
+        let ends = |load_n: f64| follow(&slipping, load_n, &there_and_back())[1000];
+        assert!(near(ends(0.4), 0.03 + 0.8 * 0.02) && near(ends(-0.4), 0.03 + 1.2 * 0.02));
+        assert!(near(ends(1e4), 0.03) && near(ends(-1e4), 0.03 + 2.0 * 0.02));
     }
 
     #[test]

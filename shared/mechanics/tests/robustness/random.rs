@@ -120,9 +120,7 @@ pub fn laden(random: &mut Random) -> Description<f32> {
     }
     for effect in EFFECTS {
         let most = match effect.id {
-            // Not of a step, or fed back by force: with what drags at the entry, or a vessel that
-            // pushes, a drive that slips by more than it moves runs away.
-            "drive.slip" => continue,
+            // Not of a step.
             id if id.starts_with("sensor.") => continue,
             // Millimetres: a wall that goes through the instrument throws it.
             "wall.motion" | "wall.registration" => 0.05,
