@@ -14,10 +14,11 @@ pub const SMALLEST_GAP: f64 = 2.0;
 /// A wrong answer with at least this confidence is confidently wrong.
 pub const CONFIDENT: f64 = 0.8;
 /// Of figures of what anybody could see in spite of what nobody knows about a wall.
-const OVER_FLOOR: &str = "the same, where the gap is twice the floor";
+const FIRST_OVER_FLOOR: &str = "named first, where the gap is twice the floor";
+const IN_SET_OVER_FLOOR: &str = "in the reported set, where the gap is twice the floor";
 /// Of the figure of pairs that anybody could see both effects of.
 const PAIRS_THAT_SHOW: &str = "the same, where each adds a gap of twice the noise to the other";
-const PAIRS_OVER_FLOOR: &str = "the same, where each adds a gap of twice the floor to the other";
+const PAIRS_OVER_FLOOR: &str = "both found, where each adds a gap of twice the floor to the other";
 /// Predicted and achieved shrink may differ by so much.
 const WITHIN: f64 = 0.1;
 
@@ -184,9 +185,9 @@ pub fn score(revealed: &[(Label, Value)]) -> Score {
     let held = inside.iter().map(|hit| if *hit { 100.0 } else { 0.0 }).collect();
     let tallies = vec![
         share("the true effect is named first", "≥ 90 %", &single, &Answer::first_is_true),
-        share(OVER_FLOOR, "≥ 90 %", &single_over_floor, &Answer::first_is_true),
+        share(FIRST_OVER_FLOOR, "≥ 90 %", &single_over_floor, &Answer::first_is_true),
         share("the true effect is in the reported set", "≥ 97 %", &single, &all_in),
-        share(OVER_FLOOR, "≥ 97 %", &single_over_floor, &all_in),
+        share(IN_SET_OVER_FLOOR, "≥ 97 %", &single_over_floor, &all_in),
         numbers("mean size of that set", "≤ 1.5", "", sizes),
         share("confidently wrong", "≤ 2 %", &counted, &Answer::is_confidently_wrong),
         share("out-of-library effects answered \"none of mine\"", "≥ 90 %", &outside, &|a| {
@@ -378,5 +379,31 @@ mod tests {
         assert_eq!(value(&score, PAIRS_THAT_SHOW), Some(100.0));
         let held = value(&score, "90 % parameter intervals that hold the truth").unwrap();
         assert_eq!(held, 75.0);
+    }
+
+    #[test]
+    fn what_a_nearer_wall_may_do_as_well_counts_for_the_noise_alone() {
+        let over = |kind, ids: &[&str], gap_over_floor| Label {
+            gap_over_floor,
+            added_over_floor: vec![gap_over_floor.unwrap_or_default(); ids.len()],
+            ..label(kind, ids, 3.0)
+        };
+        let no_gap = || json!({ "verdict": "no_gap" });
+        let revealed = [
+            (over(Kind::Single, &["a"], Some(2.5)), named("a", 3.0, json!([]))),
+            (over(Kind::Single, &["a"], Some(1.5)), no_gap()),
+            // Of a set that was made before there was such a figure.
+            (over(Kind::Single, &["a"], None), no_gap()),
+            (over(Kind::Pair, &["a", "b"], Some(2.5)), named("a", 9.0, json!([["a", "b"]]))),
+            (over(Kind::Pair, &["a", "b"], Some(1.5)), no_gap()),
+        ];
+        let score = score(&revealed);
+        let third = Some(100.0 / 3.0);
+        assert_eq!(value(&score, "the true effect is named first"), third);
+        assert_eq!(value(&score, "the true effect is in the reported set"), third);
+        assert_eq!(value(&score, "both of two effects found"), Some(50.0));
+        for figure in [FIRST_OVER_FLOOR, IN_SET_OVER_FLOOR, PAIRS_OVER_FLOOR] {
+            assert_eq!(value(&score, figure), Some(100.0), "{figure}");
+        }
     }
 }

@@ -43,8 +43,8 @@ pub struct Label {
     /// The same of every effect beside the others: of what it adds to them.
     #[serde(default)]
     pub added_over_noise: Vec<f64>,
-    /// Both over the floor: the noise, and what a wall does that is nearer than anybody knows. Not of labels
-    /// before 18000's.
+    /// Both over the floor: the noise, and what a wall does that is nearer than anybody knows. Labels of seeds
+    /// before 20000 have neither.
     #[serde(default)]
     pub gap_over_floor: Option<f64>,
     #[serde(default)]

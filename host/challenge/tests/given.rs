@@ -74,6 +74,8 @@ fn bundles_that_no_reality_can_follow_are_refused_with_the_reason() {
     let third = "sections = [\n  { length_m = 0.1, youngs_modulus_Pa = 1e7 },";
     let sections = refused(section, third);
     assert!(sections.contains("one section or two\n  fix: "), "{sections}");
+    let tendon = refused("[vessel]", "[tendon]\n[vessel]");
+    assert!(tendon.contains("steered by a tendon") && tendon.contains("\n  fix: "), "{tendon}");
     let folder = tempfile::tempdir().unwrap();
     changed(folder.path(), 3, "", "");
     std::fs::remove_file(folder.path().join("trials/000.csv")).unwrap();

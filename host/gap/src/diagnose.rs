@@ -19,10 +19,7 @@ use crate::metric::Metric;
 use crate::on_vessel::on_vessel;
 use crate::plant::{BROKEN_DOWN, Plant, Point, Quantity};
 use crate::problem::{Problem, Progress};
-use crate::report::{
-    Details, Diagnosis, FORMAT, Gap, NamedEffect, PathStep, QuantityEnergy, Ranked, Reproduce,
-    Verdict,
-};
+use crate::report::{Details, Diagnosis, NamedEffect, PathStep, QuantityEnergy, Ranked, Verdict};
 use crate::sanity;
 use crate::score::{FoldKind, Folds, Score, root_mean_square};
 use crate::select::{Candidate, Selection, Selector};
@@ -146,23 +143,7 @@ impl<'a> Answer<'a> {
             );
         }
         let details = Details { compared: plant.compared().to_owned(), ..Details::default() };
-        let diagnosis = Diagnosis {
-            format: FORMAT,
-            bundle: bundle.to_owned(),
-            verdict: Verdict::Unknown,
-            effects: Vec::new(),
-            confusable: Vec::new(),
-            ranking: Vec::new(),
-            gap: Gap::default(),
-            held_out: Vec::new(),
-            places: Vec::new(),
-            left: None,
-            next_experiment: None,
-            band: None,
-            reproduce: Reproduce::default(),
-            remarks,
-            details,
-        };
+        let diagnosis = Diagnosis { remarks, details, ..Diagnosis::unanswered(bundle) };
         Self { plant, diagnosis, floor_known }
     }
 

@@ -100,20 +100,15 @@ fn groups(places: &[Cell]) -> Vec<Group<'_>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::descriptors::Descriptors;
 
     fn cell(channel: &str, phase: &str, from_m: f64, gap_share: f64, note: &str) -> Cell {
         Cell {
             channel: channel.to_owned(),
             phase: phase.to_owned(),
-            regime: "standing".to_owned(),
             arc_m: [from_m, from_m + 0.02],
-            time_share: 0.1,
             gap_share,
-            gap_share_low: 0.0,
-            gap_share_high: 1.0,
             note: note.to_owned(),
-            descriptors: Descriptors::default(),
+            ..Cell::default()
         }
     }
 

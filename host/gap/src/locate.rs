@@ -20,7 +20,7 @@ const SEED: u64 = 0x7768_6572;
 const SMALLEST_SHARE: f64 = 0.01;
 
 /// One cell of the gap.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Cell {
     pub channel: String,
     pub phase: String,
@@ -178,18 +178,7 @@ mod tests {
 
     #[test]
     fn a_stretch_is_in_millimetres_and_never_from_minus_zero() {
-        let cell = |arc_m| Cell {
-            channel: String::new(),
-            phase: String::new(),
-            regime: String::new(),
-            arc_m,
-            time_share: 0.0,
-            gap_share: 0.0,
-            gap_share_low: 0.0,
-            gap_share_high: 0.0,
-            note: String::new(),
-            descriptors: Descriptors::default(),
-        };
+        let cell = |arc_m| Cell { arc_m, ..Cell::default() };
         assert_eq!(cell([-3e-4, 0.0617]).stretch(), "0 to 62 mm");
         assert_eq!(cell([-0.05, -0.0124]).stretch(), "-50 to -12 mm");
     }

@@ -216,6 +216,27 @@ pub struct Series {
 }
 
 impl Diagnosis {
+    /// Of this name, with nothing concluded yet.
+    pub fn unanswered(bundle: &str) -> Self {
+        Self {
+            format: FORMAT,
+            bundle: bundle.to_owned(),
+            verdict: Verdict::Unknown,
+            effects: Vec::new(),
+            confusable: Vec::new(),
+            ranking: Vec::new(),
+            gap: Gap::default(),
+            held_out: Vec::new(),
+            places: Vec::new(),
+            left: None,
+            next_experiment: None,
+            band: None,
+            reproduce: Reproduce::default(),
+            remarks: Vec::new(),
+            details: Details::default(),
+        }
+    }
+
     /// What the figures of the gap are of.
     pub fn held_out_trials(&self) -> String {
         let numbers: Vec<String> = self.held_out.iter().map(|n| format!("{n:03}")).collect();
@@ -325,21 +346,8 @@ mod tests {
         let sentence = |ranking: &[(&str, f64)]| {
             let of = |(id, shrink): &(&str, f64)| Ranked { id: (*id).to_owned(), shrink: *shrink };
             let answer = Diagnosis {
-                format: FORMAT,
-                bundle: "trials".to_owned(),
-                verdict: Verdict::Unknown,
-                effects: Vec::new(),
-                confusable: Vec::new(),
                 ranking: ranking.iter().map(of).collect(),
-                gap: Gap::default(),
-                held_out: Vec::new(),
-                places: Vec::new(),
-                left: None,
-                next_experiment: None,
-                band: None,
-                reproduce: Reproduce::default(),
-                remarks: Vec::new(),
-                details: Details::default(),
+                ..Diagnosis::unanswered("trials")
             };
             answer.sentence()
         };

@@ -4,7 +4,7 @@ mod support;
 
 use std::fs;
 
-use cathforce_mechanics::{Description, Tendon};
+use cathforce_mechanics::{Description, Tendon, parameters};
 use cathforce_rig::{Bundle, SolverDefaults, to_description};
 use support::{RIG, assert_refused, write_bundle};
 
@@ -42,6 +42,23 @@ fn a_rigs_tendon_is_the_models() {
     assert_eq!(described(&with(TENDON)), straight_up);
     let turned = format!("{TENDON}angle_rad = 1.5\n");
     assert_eq!(described(&with(&turned)), Tendon { angle_rad: 1.5, ..straight_up });
+}
+
+#[test]
+fn a_rig_may_have_what_the_devices_settings_may() {
+    let most = |key: &str| parameters().find(|parameter| parameter.key == key).unwrap().max;
+    let [pull_m, stiffness] = ["tendon.pull_m", "tendon.stiffness_n_per_m"].map(most);
+    let open = |pull_m: f64, stiffness: f64| {
+        let folder = tempfile::tempdir().unwrap();
+        write_bundle(folder.path());
+        let tendon = TENDON.replacen("0.002", &format!("{pull_m:?}"), 1);
+        let tendon = tendon.replacen("2000.0", &format!("{stiffness:?}"), 1);
+        fs::write(folder.path().join("rig.toml"), with(&tendon)).unwrap();
+        Bundle::open(folder.path()).map(|_| ())
+    };
+    assert!(open(pull_m, stiffness).is_ok());
+    assert!(open(1.01 * pull_m, stiffness).is_err());
+    assert!(open(pull_m, 1.01 * stiffness).is_err());
 }
 
 #[test]

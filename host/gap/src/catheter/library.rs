@@ -240,4 +240,17 @@ mod tests {
             assert!(effect.starts.iter().all(|start| start[index] >= least), "{key}");
         }
     }
+
+    #[test]
+    fn a_rig_with_a_tendon_may_have_its_effects() {
+        let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/tapered-none");
+        let mut own = nominal(&cathforce_rig::Bundle::open(&example).unwrap()).unwrap();
+        let of_tendon = |own: &Description<f64>| {
+            let ids = Library::of(own, &[]).effects.into_iter().map(|effect| effect.id);
+            ids.filter(|id| id.starts_with("tendon.")).collect::<Vec<_>>()
+        };
+        assert!(of_tendon(&own).is_empty());
+        own.tendon.stiffness_n_per_m = 2000.0;
+        assert_eq!(of_tendon(&own), ["tendon.friction", "tendon.slack"]);
+    }
 }

@@ -29,7 +29,7 @@ const NEIGHBOURS: usize = 2;
 const OF_FORCE: f64 = 0.025;
 const OF_CHANNEL: f64 = 0.016;
 /// Most of it in a channel, over what a finer model and a nearer wall change there: rigs without an effect
-/// leave 0.8 to 1.9 times that, whatever their forces.
+/// leave 0.8 to 2.0 times that, whatever their forces.
 const MOST_OF_FORCE: f64 = 1.5;
 /// Two trials are repeats when no encoder position differs by more \[m\], \[rad\].
 const SAME_INSERTION_M: f64 = 5e-5;

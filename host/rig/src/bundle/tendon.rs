@@ -3,7 +3,6 @@
 use std::f64::consts::TAU;
 
 use super::instrument::RigInstrument;
-use super::rig::{NOT_NEGATIVE, POSITIVE};
 use super::toml_reader::{Fault, TableReader};
 
 /// Table `[tendon]`. It is anchored at the tip and held at the handle, pulled by the same length in
@@ -22,7 +21,7 @@ pub struct RigTendon {
 }
 
 const TENDON_KEYS: [&str; 5] = ["pull_m", "stiffness_N_per_m", "offset_m", "length_m", "angle_rad"];
-/// What a setting of the device may be.
+/// The most that the device's settings `tendon.*` may be.
 const LONGEST_PULL_M: f64 = 0.05;
 const STIFFEST_N_PER_M: f64 = 1e5;
 
@@ -32,14 +31,10 @@ pub(super) fn read_tendon(
     instrument: &RigInstrument,
 ) -> Result<Option<RigTendon>, Fault> {
     let Some(table) = root.optional_table("tendon", &TENDON_KEYS)? else { return Ok(None) };
-    let above_0 = *POSITIVE.start();
+    let above_0 = f64::MIN_POSITIVE;
     let angle = table.optional_number_in("angle_rad", -TAU..=TAU, "between -2 pi and 2 pi")?;
     Ok(Some(RigTendon {
-        pull_m: table.number_in(
-            "pull_m",
-            *NOT_NEGATIVE.start()..=LONGEST_PULL_M,
-            "between 0 and 0.05 m",
-        )?,
+        pull_m: table.number_in("pull_m", 0.0..=LONGEST_PULL_M, "between 0 and 0.05 m")?,
         stiffness_n_per_m: table.number_in(
             "stiffness_N_per_m",
             above_0..=STIFFEST_N_PER_M,

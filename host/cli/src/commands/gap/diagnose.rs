@@ -215,29 +215,9 @@ fn text(answer: &Diagnosis) -> String {
 
 #[cfg(test)]
 mod tests {
-    use cathforce_gap::report::{Details, FORMAT, Gap, Verdict};
+    use cathforce_gap::report::Gap;
 
     use super::*;
-
-    fn diagnosis() -> Diagnosis {
-        Diagnosis {
-            format: FORMAT,
-            bundle: "trials".to_owned(),
-            verdict: Verdict::Unknown,
-            effects: Vec::new(),
-            confusable: Vec::new(),
-            ranking: Vec::new(),
-            gap: Gap::default(),
-            held_out: Vec::new(),
-            places: Vec::new(),
-            left: None,
-            next_experiment: None,
-            band: None,
-            reproduce: Reproduce::default(),
-            remarks: Vec::new(),
-            details: Details::default(),
-        }
-    }
 
     #[test]
     fn the_terminal_tells_every_figure_and_of_which_trials() {
@@ -251,7 +231,7 @@ mod tests {
                 ..Gap::default()
             },
             held_out: vec![0, 2],
-            ..diagnosis()
+            ..Diagnosis::unanswered("trials")
         };
         let words = text(&answer).split_whitespace().collect::<Vec<_>>().join(" ");
         for line in [
@@ -264,7 +244,7 @@ mod tests {
             assert!(words.contains(line), "{line} in {words}");
         }
         assert!(!words.contains("tip RMS") && !words.contains("shape"), "not measured: {words}");
-        let nothing = text(&diagnosis());
+        let nothing = text(&Diagnosis::unanswered("trials"));
         assert!(!nothing.contains("before") && !nothing.contains("left:"), "{nothing}");
     }
 
