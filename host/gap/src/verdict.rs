@@ -16,6 +16,8 @@ const FEW: usize = 2;
 /// agree better than any model, says little of what is left.
 pub const NEARLY_ALL: f64 = 0.9;
 /// The same of several effects: in tune cases, what closes less and leaves much was in no library.
+/// How much that is goes by how many they are: two true ones, each of another shape than the
+/// library's, leave up to `LED_FLOOR`.
 const NEARLY_ALL_TOGETHER: f64 = 0.95;
 /// Energy of a quantity that may be left by what closes less, if nothing else comes near to it: a
 /// shape that differs from the library's leaves something where the effect acts most.
@@ -59,9 +61,10 @@ impl Lead {
 /// quantity; `lead`: that of its first effect; `effects`: how many it has of a catheter.
 pub fn verdict(shrink: f64, worst: f64, lead: Lead, effects: usize) -> Verdict {
     let left_to_any = if effects > 1 { NEARLY_ALL_TOGETHER } else { NEARLY_ALL };
+    let left_together = if effects > FEW { NEAR_FLOOR } else { LED_FLOOR };
     match shrink {
         s if s >= left_to_any => Verdict::Named,
-        s if s >= NEARLY_ALL && worst <= NEAR_FLOOR => Verdict::Named,
+        s if s >= NEARLY_ALL && worst <= left_together => Verdict::Named,
         _ if effects > FEW || worst > FAR_FROM_FLOOR => Verdict::Unknown,
         s if s >= NAMED && worst <= NEAR_FLOOR => Verdict::Named,
         s if s >= NAMED && lead.told_apart >= CLEAR_LEAD => Verdict::Named,
@@ -94,7 +97,9 @@ mod tests {
             (0.85, 2.4, 0.36, 3, Unknown),
             (0.91, 2.4, 0.0, 3, Named),
             (0.91, 90.0, 0.0, 3, Unknown),
-            (0.94, 3.4, 0.1, 2, Unknown),
+            (0.94, 4.9, 0.1, 2, Named),
+            (0.94, 5.1, 0.1, 2, Unknown),
+            (0.94, 2.6, 0.1, 3, Unknown),
             (0.96, 90.0, 0.0, 2, Named),
             // A part of it.
             (0.75, 2.4, 0.21, 1, Partial),

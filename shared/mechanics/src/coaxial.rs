@@ -149,8 +149,8 @@ impl<T: Real, L: Law<T>> Law<T> for Coaxial<'_, T, L> {
     }
 
     #[inline(always)]
-    fn friction<N: Pack<T>>(&self, nominal: N, normal_n: N, stiffness: N) -> N {
-        self.effects.friction(nominal, normal_n, stiffness)
+    fn friction<N: Pack<T>>(&self, nominal: N, normal_n: N, arc_m: N) -> N {
+        self.effects.friction(nominal, normal_n, arc_m)
     }
 
     #[inline(always)]

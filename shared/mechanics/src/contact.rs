@@ -140,13 +140,15 @@ impl<N: Number> Contact<N> {
         }
     }
 
-    /// `stiffness` \[N/m\] is the nominal one of the sample's share of the arc.
+    /// `stiffness` \[N/m\] is the nominal one of the piece `arc_m` that the sample stands for, at the
+    /// tip with what the end adds.
     #[inline(always)]
     pub fn touch<T: Real, L: Law<T>>(
         &self,
         law: &L,
         seen: &Facing<N>,
         stiffness: N,
+        arc_m: N,
         motion: &Motion<N>,
         memory: &Memory<N>,
     ) -> Touch<N>
@@ -161,7 +163,7 @@ impl<N: Number> Contact<N> {
         let slope = within * self.inverse_onset;
         let indented = indented - within + half * slope * within;
         let (indented, slope, relaxed) = law.indentation(indented, slope, memory.relaxed);
-        let friction = law.friction(self.friction, memory.normal_n, stiffness);
+        let friction = law.friction(self.friction, memory.normal_n, arc_m);
         let stiffness = stiffness * seen.stiffness;
         let normal_stiffness = stiffness * slope;
         let damping = normal_stiffness * self.damping;

@@ -224,15 +224,17 @@ fn load<T: Real, N: Pack<T>, L: Law<T>, const LINKS: usize>(
             &*law,
             &facing(&group, eliminations, 0),
             node_stiffness,
+            each(|shares| shares.node_arc) * N::lit(0.5),
             &at_node,
             &remembered(&group, links, 0),
         );
         read_here();
-        let middle_stiffness = N::all(line) * each(|shares| shares.arc);
+        let middle_arc = each(|shares| shares.arc);
         let middle = contact.touch(
             &*law,
             &facing(&group, eliminations, 1),
-            middle_stiffness,
+            N::all(line) * middle_arc,
+            middle_arc,
             &at_middle,
             &remembered(&group, links, 1),
         );

@@ -48,10 +48,10 @@ pub(crate) trait Law<T: Real> {
         (indented, slope, N::lit(0.0))
     }
 
-    /// Friction coefficient of a sample with this normal force in the last tick \[N\] and nominal
-    /// stiffness \[N/m\].
+    /// Friction coefficient of a sample with this normal force in the last tick \[N\], which stands
+    /// for a piece of this length \[m\].
     #[inline(always)]
-    fn friction<N: Pack<T>>(&self, nominal: N, _normal_n: N, _stiffness: N) -> N {
+    fn friction<N: Pack<T>>(&self, nominal: N, _normal_n: N, _arc_m: N) -> N {
         nominal
     }
 
@@ -121,9 +121,9 @@ impl<T: Real> Law<T> for Acting<T> {
     }
 
     #[inline(always)]
-    fn friction<N: Pack<T>>(&self, nominal: N, normal_n: N, stiffness: N) -> N {
+    fn friction<N: Pack<T>>(&self, nominal: N, normal_n: N, arc_m: N) -> N {
         N::each(|lane| {
-            nominal.lane(lane) * self.wall.friction(normal_n.lane(lane), stiffness.lane(lane))
+            nominal.lane(lane) * self.wall.friction(normal_n.lane(lane), arc_m.lane(lane))
         })
     }
 

@@ -134,10 +134,9 @@ impl<T: Real> Memory<T> {
         let straightened_m = effects.entry.guide.straightened_m;
         let straightened = (straightened_m > T::zero())
             .then(|| (insertion_m * per_link, description.solver.link_length_m / straightened_m));
-        let line_stiffness = model.wall.line_stiffness_n_per_m2;
         let drag = &effects.fluid.drag;
         Some(Acting {
-            wall: WallLaw::new(effects, line_stiffness, self.path_m, self.speed_m_per_s, dt_s),
+            wall: WallLaw::new(effects, self.path_m, self.speed_m_per_s, dt_s),
             stream: (!drag.is_off()).then(|| Stream::new(drag, self.pulses)),
             pull: Pull::new(description, overlap, &self.pull),
             softness: self.softness(model),

@@ -85,10 +85,12 @@ effects! {
         }
         /// Friction that depends on load or wear.
         load_friction: LoadFriction {
-            /// Coefficient at high load over the nominal one; at no load it is the inverse.
+            /// Coefficient at no load over the nominal one.
+            light_load_ratio: "1", 1.0, 0.05, 10.0;
+            /// Coefficient at high load over the nominal one.
             high_load_ratio: "1", 1.0, 0.05, 10.0;
-            /// Normal force per length at which it is the nominal one.
-            load_n_per_m: "N/m", 10.0, 3.0, 1e3;
+            /// Normal force per length half-way between the two.
+            load_n_per_m: "N/m", 10.0, 0.5, 1e3;
             /// Coefficient after long sliding over the one at first.
             worn_ratio: "1", 1.0, 0.05, 10.0;
             /// Feed, either way, after which half of that has happened.

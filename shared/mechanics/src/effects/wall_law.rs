@@ -23,19 +23,11 @@ pub(crate) struct WallLaw<T: Real> {
     load: LoadFriction<T>,
     /// Coefficient over nominal by wear and speed.
     friction: T,
-    /// Nominal stiffness per length \[N/m²\].
-    line_stiffness: T,
 }
 
 impl<T: Real> WallLaw<T> {
     /// `path_m`: feed since the run began, either way; `speed_m_per_s`: of the drive.
-    pub fn new(
-        effects: &Effects<T>,
-        line_stiffness: T,
-        path_m: T,
-        speed_m_per_s: T,
-        dt_s: T,
-    ) -> Self {
+    pub fn new(effects: &Effects<T>, path_m: T, speed_m_per_s: T, dt_s: T) -> Self {
         let load = effects.contact.load_friction;
         let steps = dt_s / effects.wall.viscoelastic.time_s;
         let worn = path_m / (path_m + load.wear_length_m);
@@ -47,7 +39,6 @@ impl<T: Real> WallLaw<T> {
             load,
             friction: (T::one() + (load.worn_ratio - T::one()) * worn)
                 * sliding(&effects.contact.stribeck, speed_m_per_s),
-            line_stiffness,
         }
     }
 
@@ -120,13 +111,12 @@ impl<T: Real> WallLaw<T> {
         ((indented - relaxed) * self.relaxing, slope, relaxed)
     }
 
-    /// Friction coefficient over the nominal one, of a sample with a normal force in the last tick;
-    /// `stiffness` \[N/m\] is the nominal one of its share of the arc.     docs/model.md (32)
-    pub fn friction(&self, normal_n: T, stiffness: T) -> T {
-        let per_length = normal_n * (self.line_stiffness / stiffness);
-        let x = per_length / self.load.load_n_per_m;
-        let high = self.load.high_load_ratio;
-        self.friction * ((T::one() + high * x) / (high + x))
+    /// Friction coefficient over the nominal one, of a sample with a normal force in the last tick,
+    /// which stands for a piece `arc_m` long.     docs/model.md (32)
+    pub fn friction(&self, normal_n: T, arc_m: T) -> T {
+        let LoadFriction { light_load_ratio: light, high_load_ratio: high, .. } = self.load;
+        let half_way_n = self.load.load_n_per_m * arc_m;
+        self.friction * ((light * half_way_n + high * normal_n) / (half_way_n + normal_n))
     }
 }
 
@@ -142,8 +132,6 @@ fn sliding<T: Real>(stribeck: &Stribeck<T>, speed_m_per_s: T) -> T {
 mod tests {
     use super::*;
 
-    const LINE: f64 = 8e5;
-
     fn law(change: impl Fn(&mut Effects<f64>)) -> WallLaw<f64> {
         law_at(0.0, change)
     }
@@ -151,7 +139,7 @@ mod tests {
     fn law_at(speed_m_per_s: f64, change: impl Fn(&mut Effects<f64>)) -> WallLaw<f64> {
         let mut effects = Effects::off();
         change(&mut effects);
-        WallLaw::new(&effects, LINE, 0.2, speed_m_per_s, 1e-3)
+        WallLaw::new(&effects, 0.2, speed_m_per_s, 1e-3)
     }
 
     #[test]
@@ -159,7 +147,7 @@ mod tests {
         let off = law(|_| ());
         assert_eq!(off.stiffened(1e-4, 0.7), (1e-4, 0.7));
         assert_eq!(off.relaxing(1e-4, 0.7, 0.0).0, 0.0);
-        assert_eq!(off.friction(0.1, 4e3), 1.0);
+        assert_eq!(off.friction(0.1, 5e-3), 1.0);
         let n = Vector3::new(0.0, 1.0, 0.0);
         assert_eq!(off.narrowed(&Vector3::new(0.0, -0.004, 0.001), 1e-3, n), (1e-3, n));
     }
@@ -240,18 +228,19 @@ mod tests {
             let law = law_at(speed_m_per_s, |e| {
                 e.contact.stribeck.static_ratio = 1.5;
                 e.contact.stribeck.speed_m_per_s = 0.01;
+                e.contact.load_friction.light_load_ratio = 3.0;
                 e.contact.load_friction.high_load_ratio = 0.5;
                 e.contact.load_friction.load_n_per_m = 20.0;
                 e.contact.load_friction.worn_ratio = 1.4;
                 e.contact.load_friction.wear_length_m = 0.2;
             });
-            law.friction(normal_n, LINE * 5e-3)
+            law.friction(normal_n, 5e-3)
         };
         let near = |a: f64, b: f64| assert!((a - b).abs() < 1e-12, "{a} {b}");
-        near(friction(0.0, 0.0), 1.2 * 1.5 * 2.0);
-        near(friction(0.0, 0.01), 1.2 * 1.25 * 2.0);
-        near(friction(0.1, 0.0), 1.2 * 1.5);
-        near(friction(0.4, 0.0), 1.2 * 1.5 * (1.0 + 0.5 * 4.0) / (0.5 + 4.0));
+        near(friction(0.0, 0.0), 1.2 * 1.5 * 3.0);
+        near(friction(0.0, 0.01), 1.2 * 1.25 * 3.0);
+        near(friction(0.1, 0.0), 1.2 * 1.5 * (3.0 + 0.5) / 2.0);
+        near(friction(0.3, 0.0), 1.2 * 1.5 * (3.0 + 0.5 * 3.0) / 4.0);
     }
 
     #[test]
