@@ -152,8 +152,9 @@ fn looks(problem: &Problem<'_>, score: &Score) -> BTreeMap<(usize, usize), Descr
     for (t, trial) in plant.trials().iter().enumerate() {
         for (i, sample) in trial.samples.iter().enumerate() {
             if let Some(error) = score.error(problem, t, i) {
-                let Sample { t_s, arc_m, speed_m_per_s, .. } = *sample;
-                let residual = Residual { trial: t, t_s, arc_m, speed_m_per_s, error };
+                let Sample { t_s, arc_m, speed_m_per_s, value, .. } = *sample;
+                let predicted = value - error;
+                let residual = Residual { trial: t, t_s, arc_m, speed_m_per_s, predicted, error };
                 channels[sample.channel].push((sample.phase, residual));
             }
         }
@@ -164,9 +165,10 @@ fn looks(problem: &Problem<'_>, score: &Score) -> BTreeMap<(usize, usize), Descr
             let own = own.iter().filter(|(phase, _)| wanted.is_none_or(|wanted| wanted == *phase));
             own.map(|(_, residual)| *residual).collect()
         };
-        let whole = Descriptors::of(&of(None));
+        let all = of(None);
+        let whole = Descriptors::of(&all);
         for phase in 0..plant.phases().len() {
-            looks.insert((channel, phase), whole.of_phase(&of(Some(phase))));
+            looks.insert((channel, phase), whole.of_phase(&of(Some(phase)), &all));
         }
     }
     looks

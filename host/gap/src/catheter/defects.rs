@@ -72,10 +72,11 @@ impl Catheter {
         (anchor, way): (&Description<f64>, usize),
     ) -> Option<Vec<f64>> {
         let way = WAYS.get(way)?;
-        let finer = way.finer(anchor);
-        let correction = || self.correction(trial, &way.apply(anchor), finer.clone());
+        let finer = way.finer(anchor, &self.priors);
+        let correction = || self.correction(trial, &way.apply(anchor, &self.priors), finer.clone());
         let correction = self.defects.get(trial)?.of(&finer, correction)?;
-        let coarse = WAYS.get(correction.aside)?.apply(&way.apply(&description));
+        let coarse =
+            WAYS.get(correction.aside)?.apply(&way.apply(&description, &self.priors), &self.priors);
         let coarse = self.coarse(trial, coarse, nuisances)?;
         Some(coarse.iter().zip(&correction.defect).map(|(c, d)| c + d).collect())
     }
@@ -91,7 +92,7 @@ impl Catheter {
         let finer = self.uncorrected(trial, finer, &none)?;
         let samples = &self.trials.get(trial)?.samples;
         let of = |aside: usize| {
-            let coarse = self.coarse(trial, WAYS.get(aside)?.apply(coarse), &none)?;
+            let coarse = self.coarse(trial, WAYS.get(aside)?.apply(coarse, &self.priors), &none)?;
             let defect: Vec<f64> = finer.iter().zip(&coarse).map(|(f, c)| f - c).collect();
             Some((mean_square(&defect, samples), Correction { aside, defect }))
         };
@@ -135,12 +136,12 @@ mod tests {
         for friction in [0.7, 0.8, 1.0, 1.2] {
             let mut anchor = catheter.nominal.clone();
             anchor.wall.friction_coefficient *= friction;
-            let finer = WAYS[0].finer(&anchor);
+            let finer = WAYS[0].finer(&anchor, &catheter.priors);
             for (trial, own) in catheter.trials.iter().enumerate() {
                 let found = catheter.correction(trial, &anchor, finer.clone()).unwrap();
                 let exact = catheter.uncorrected(trial, finer.clone(), &none).unwrap();
                 let left = |aside: usize| {
-                    let coarse = WAYS[aside].apply(&anchor);
+                    let coarse = WAYS[aside].apply(&anchor, &catheter.priors);
                     let coarse = catheter.coarse(trial, coarse, &none).unwrap();
                     let defect: Vec<f64> = exact.iter().zip(&coarse).map(|(f, c)| f - c).collect();
                     mean_square(&defect, &own.samples)
@@ -169,7 +170,7 @@ mod tests {
         let mut half = catheter.nominal.clone();
         half.solver.link_length_m *= COARSER;
         for (trial, own) in catheter.trials.iter().enumerate() {
-            let finer = WAYS[0].finer(&catheter.nominal);
+            let finer = WAYS[0].finer(&catheter.nominal, &catheter.priors);
             let finer = catheter.uncorrected(trial, finer, &none).unwrap();
             let half = catheter.uncorrected(trial, half.clone(), &none).unwrap();
             let changed: Vec<f64> = finer.iter().zip(&half).map(|(f, h)| f - h).collect();

@@ -53,7 +53,7 @@ mod tests {
 
     use super::*;
     use crate::catheter::ways::WAYS;
-    use crate::catheter::{Catheter, nominal};
+    use crate::catheter::{Catheter, Priors, nominal};
     use crate::plant::Plant;
 
     /// How far a way is from the first, by its index.
@@ -77,9 +77,10 @@ mod tests {
     #[test]
     fn ways_of_a_pair_differ_from_the_model_in_opposite_senses() {
         let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/tapered-none");
-        let nominal = nominal(&cathforce_rig::Bundle::open(&example).unwrap()).unwrap();
+        let bundle = cathforce_rig::Bundle::open(&example).unwrap();
+        let (nominal, priors) = (nominal(&bundle).unwrap(), Priors::of(&bundle.rig.priors));
         let of = |way: usize| {
-            let own = WAYS[way].apply(&nominal);
+            let own = WAYS[way].apply(&nominal, &priors);
             let moved = own.effects.wall.registration;
             let radius_m = own.instrument.outer_radius_m - nominal.instrument.outer_radius_m;
             let friction = own.wall.friction_coefficient - nominal.wall.friction_coefficient;

@@ -12,6 +12,7 @@ mod library;
 mod motion;
 mod planned;
 mod prepare;
+mod priors;
 mod segments;
 mod sensors;
 mod simulate;
@@ -40,6 +41,7 @@ use forks::{decided_by_forks, left_out};
 use library::Library;
 use motion::PHASES;
 use prepare::{Prepared, Source};
+use priors::Priors;
 use segments::Segments;
 use simulate::{Inputs, Simulator, Trajectory, readings};
 use ways::WAYS;
@@ -53,8 +55,6 @@ const TICK_S: f64 = 4e-3;
 const PREDICTOR_GAIN: f64 = 0.35;
 /// … and contact sets in over so many times the device's way, so that long ticks do not chatter.
 const ONSET: f64 = 3.0;
-/// Half width of the wall's uncertainty away from junctions \[m\].
-const WALL_UNCERTAINTY_M: f64 = 40e-6;
 /// Share of it that varies along the vessel; the rest is a wall that is nearer everywhere, a
 /// nuisance.
 const WALL_LOCAL: f64 = 0.05;
@@ -74,6 +74,7 @@ pub struct Catheter {
     regimes: Vec<String>,
     trials: Vec<Trial>,
     prepared: Vec<Prepared>,
+    priors: Priors,
     nuisances: Vec<Nuisance>,
     repeats: Vec<Repeat>,
     segments: Segments,
@@ -102,6 +103,7 @@ impl Catheter {
             let own = Prepared::of(trial, &bundle.rig.sensor, TICK_S);
             prepared.push((trial.number, own.ok_or(CatheterError::NoTrials)?));
         }
+        let priors = Priors::of(&bundle.rig.priors);
         let mut catheter = Self {
             library: Library { effects: Vec::new(), keys: Vec::new() },
             nominal,
@@ -112,7 +114,8 @@ impl Catheter {
             regimes: motion::regimes(),
             trials: Vec::new(),
             prepared: Vec::new(),
-            nuisances: nuisances(),
+            nuisances: priors.nuisances(),
+            priors,
             repeats: Vec::new(),
             segments: Segments::default(),
             remarks: Vec::new(),
@@ -148,6 +151,7 @@ impl Catheter {
     /// Samples of one trial; gives the way of the nominal model's tip.
     fn add(&mut self, number: u32, own: &mut Prepared) -> Result<Vec<[f64; 3]>, CatheterError> {
         let trial = self.trials.len();
+        let bend_m = self.nominal.instrument.precurve.iter().map(|piece| piece.length_m).sum();
         let run = |own: &Prepared, description: &Description<f64>| {
             let found = self.simulator.run(trial, description, 0.0, &own.inputs);
             found.ok_or(CatheterError::Nominal(number))
@@ -155,9 +159,9 @@ impl Catheter {
         let nominal = run(own, &self.nominal)?;
         // What the model leaves open without any effect: it is corrected by a finer one, which is
         // finite too, and the wall may stand elsewhere.
-        let finer = WAYS[0].finer(&self.nominal);
+        let finer = WAYS[0].finer(&self.nominal, &self.priors);
         let mut nearer = self.nominal.clone();
-        nearer.instrument.outer_radius_m += WALL_UNCERTAINTY_M;
+        nearer.instrument.outer_radius_m += self.priors.wall_m;
         let mut half = self.nominal.clone();
         half.solver.link_length_m *= COARSER;
         let (finer, nearer, half) = (run(own, &finer)?, run(own, &nearer)?, run(own, &half)?);
@@ -169,9 +173,9 @@ impl Catheter {
             let changed = finer.iter().zip(&nearer).zip(nominal_at(own));
             changed.map(|((f, w), n)| (FINER_LEFT * (f - n)).hypot(WALL_LOCAL * (w - n))).collect()
         };
-        let smooth = own.samples(&self.channels, &deviation(own));
+        let smooth = own.samples(&self.channels, &deviation(own), bend_m);
         let forked = decided_by_forks(&nominal_at(own), |way| {
-            let found = run(own, &WAYS[way].apply(&self.nominal)).ok()?;
+            let found = run(own, &WAYS[way].apply(&self.nominal, &self.priors)).ok()?;
             Some(own.read(&found, &found.force_n, 0.0))
         });
         let decided = left_out(&smooth, &forked);
@@ -183,7 +187,7 @@ impl Catheter {
         let kept = forked.iter().zip(&decided).filter(|(_, decided)| !**decided);
         let open =
             deviation(own).into_iter().zip(kept).map(|(own, (forked, _))| own.hypot(*forked));
-        let samples = own.samples(&self.channels, &open.collect::<Vec<f64>>());
+        let samples = own.samples(&self.channels, &open.collect::<Vec<f64>>(), bend_m);
         self.remarks.extend(own.remarks(number));
         let (start_s, start_m) = (own.start_s(), own.inputs.insertion_m[0]);
         let half = own.read(&half, &half.force_n, 0.0);
@@ -319,7 +323,11 @@ impl Plant for Catheter {
         let description = self.library.describe(&self.nominal, point)?;
         let way = point.anchor.ways.get(trial).copied().unwrap_or_default();
         if point.anchor.is_everywhere {
-            return self.uncorrected(trial, WAYS.get(way)?.finer(&description), &point.nuisances);
+            return self.uncorrected(
+                trial,
+                WAYS.get(way)?.finer(&description, &self.priors),
+                &point.nuisances,
+            );
         }
         let anchor = Point { effects: point.anchor.effects.to_vec(), ..point.clone() };
         let anchor = self.library.describe(&self.nominal, &anchor)?;
@@ -403,25 +411,4 @@ fn nominal(bundle: &Bundle) -> Result<Description<f64>, CatheterError> {
     let nominal = to_description::<f64>(bundle, &defaults).ok_or(CatheterError::NoTrials)?;
     check_description(&nominal).map_err(Box::new)?;
     Ok(nominal)
-}
-
-/// Force bias, time shift, insertion offset, rigid registration and a nearer wall, in the order that
-/// [`Catheter::simulate`] takes them.
-fn nuisances() -> Vec<Nuisance> {
-    let of = |name, unit, sd, effect| Nuisance { name, unit, sd, effect: Some(effect) };
-    let tilt = 0.3_f64.to_radians();
-    vec![
-        of("force bias x", "N", 3e-3, "sensor.bias"),
-        of("force bias y", "N", 3e-3, "sensor.bias"),
-        of("force bias z", "N", 3e-3, "sensor.bias"),
-        of("time shift", "s", 3e-3, "drive.latency"),
-        of("insertion offset", "m", 3e-4, "wall.registration"),
-        of("registration x", "m", 3e-4, "wall.registration"),
-        of("registration y", "m", 3e-4, "wall.registration"),
-        of("registration z", "m", 3e-4, "wall.registration"),
-        of("tilt x", "rad", tilt, "wall.registration"),
-        of("tilt y", "rad", tilt, "wall.registration"),
-        of("tilt z", "rad", tilt, "wall.registration"),
-        Nuisance { name: "nearer wall", unit: "m", sd: WALL_UNCERTAINTY_M, effect: None },
-    ]
 }

@@ -3,8 +3,8 @@
 use super::simulate::Inputs;
 use crate::signal::{Gaussian, slope};
 
-pub const PHASES: [&str; 7] =
-    ["free", "first contact", "sliding", "dwell", "reversal", "rotation", "withdrawal"];
+pub const PHASES: [&str; 8] =
+    ["entry", "free", "first contact", "sliding", "dwell", "reversal", "rotation", "withdrawal"];
 
 /// Smoothing of the encoders before they are differentiated, in ticks.
 const SMOOTHING_TICKS: f64 = 20.0;
@@ -38,8 +38,9 @@ impl Motion {
     }
 }
 
-/// Index into [`PHASES`]. `contact`: the tick of the first contact.
-pub fn phase(motion: &Motion, tick: usize, contact: &Option<usize>) -> usize {
+/// Index into [`PHASES`]. `contact`: the tick of the first contact; `in_mouth`: whether the tip's bend
+/// is not out of the guide yet, or in it again.
+pub fn phase(motion: &Motion, tick: usize, contact: &Option<usize>, in_mouth: bool) -> usize {
     let feed = motion.feed_m_per_s[tick];
     let reach = (REVERSAL_S / motion.tick_s) as usize;
     let speeds = &motion.feed_m_per_s;
@@ -49,13 +50,14 @@ pub fn phase(motion: &Motion, tick: usize, contact: &Option<usize>) -> usize {
     let since = contact.and_then(|first| tick.checked_sub(first));
     let standing = feed.abs() < STANDING_M_PER_S;
     match since {
-        _ if turns => 4,
-        _ if motion.turn_rad_per_s[tick].abs() > STANDING_RAD_PER_S => 5,
-        None => 0,
-        Some(ticks) if (ticks as f64) * motion.tick_s < FIRST_CONTACT_S => 1,
-        Some(_) if standing => 3,
-        Some(_) if feed < 0.0 => 6,
-        Some(_) => 2,
+        _ if in_mouth => 0,
+        _ if turns => 5,
+        _ if motion.turn_rad_per_s[tick].abs() > STANDING_RAD_PER_S => 6,
+        None => 1,
+        Some(ticks) if (ticks as f64) * motion.tick_s < FIRST_CONTACT_S => 2,
+        Some(_) if standing => 4,
+        Some(_) if feed < 0.0 => 7,
+        Some(_) => 3,
     }
 }
 
@@ -89,4 +91,50 @@ pub fn regime(motion: &Motion, tick: usize) -> usize {
     };
     let rotating = motion.turn_rad_per_s[tick].abs() > STANDING_RAD_PER_S;
     linear + usize::from(rotating) * (1 + 2 * directions)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TICK_S: f64 = 4e-3;
+
+    /// Phases of a feed at one speed to 60 mm, a pause and the way back, with the first contact at
+    /// 30 mm and a bend of 10 mm, one a tick.
+    fn phases() -> (Vec<f64>, Vec<&'static str>) {
+        let insertion_m: Vec<f64> = (0..1500)
+            .map(|tick| match tick {
+                0..500 => 0.06 * tick as f64 / 500.0,
+                500..1000 => 0.06,
+                _ => 0.06 - 0.06 * (tick - 1000) as f64 / 500.0,
+            })
+            .collect();
+        let ticks = insertion_m.len();
+        let inputs = Inputs {
+            tick_s: TICK_S,
+            rotation_rad: vec![0.0; ticks],
+            guidewire: None,
+            shape_ticks: Vec::new(),
+            shape_points: 0,
+            insertion_m,
+        };
+        let motion = Motion::of(&inputs);
+        let at =
+            |tick: usize| PHASES[phase(&motion, tick, &Some(250), inputs.insertion_m[tick] < 0.01)];
+        let phases = (0..ticks).map(at).collect();
+        (inputs.insertion_m, phases)
+    }
+
+    #[test]
+    fn a_run_goes_through_its_phases_in_turn_and_ends_where_it_began() {
+        let (insertion_m, phases) = phases();
+        let mut turns = phases.clone();
+        turns.dedup();
+        let expected =
+            ["entry", "free", "first contact", "sliding", "dwell", "withdrawal", "entry"];
+        assert_eq!(turns, expected);
+        for (insertion_m, phase) in insertion_m.iter().zip(phases) {
+            assert_eq!(*insertion_m < 0.01, phase == "entry", "{insertion_m}");
+        }
+    }
 }

@@ -271,8 +271,9 @@ impl Prepared {
         self.readings.iter().map(predict).collect()
     }
 
-    /// The samples. `deviation`: what the model leaves open at each, beside what goes by the force.
-    pub fn samples(&self, channels: &[Channel], deviation: &[f64]) -> Vec<Sample> {
+    /// The samples. `deviation`: what the model leaves open at each, beside what goes by the force;
+    /// `bend_m`: length of the tip that is bent.
+    pub fn samples(&self, channels: &[Channel], deviation: &[f64], bend_m: f64) -> Vec<Sample> {
         let force = self.contact();
         let around = |i: usize| {
             let own = |j: &usize| self.readings[*j].source == self.readings[i].source;
@@ -294,7 +295,7 @@ impl Prepared {
                 value: reading.value,
                 noise: noise / (reading.rows.len() as f64).sqrt(),
                 model: deviation[i].hypot(of_force[i]),
-                phase: phase(&self.motion, tick, &force),
+                phase: phase(&self.motion, tick, &force, self.inputs.insertion_m[tick] < bend_m),
                 regime: regime(&self.motion, tick),
                 arc_m: self.inputs.insertion_m[tick],
                 speed_m_per_s: self.motion.feed_m_per_s[tick],
@@ -506,8 +507,9 @@ mod tests {
     fn a_model_leaves_open_a_share_of_a_force_where_a_finer_one_changes_much() {
         let catheter = Catheter::new(&example()).unwrap();
         let own = &catheter.prepared[0];
-        let with =
-            |deviation: f64| own.samples(catheter.channels(), &vec![deviation; own.readings.len()]);
+        let with = |deviation: f64| {
+            own.samples(catheter.channels(), &vec![deviation; own.readings.len()], 0.0)
+        };
         let is_force = |s: &&Sample| catheter.channels()[s.channel].quantity.is_force();
         let open = |samples: &[Sample], share: f64| {
             let mut forces = samples.iter().filter(is_force);

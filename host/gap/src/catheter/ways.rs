@@ -6,50 +6,47 @@
 use cathforce_mechanics::Description;
 use cathforce_rig::SolverDefaults;
 
-use super::WALL_UNCERTAINTY_M;
+use super::priors::Priors;
 
 /// Steps of the finer model for one of the diagnosis.
 const SUBSTEPS: u8 = 4;
-/// One standard deviation of the priors of insertion offset and registration \[m\].
-const OFFSET_M: f64 = 3e-4;
 /// A coefficient of friction is stated no better than this.
 const FRICTION: f64 = 0.05;
 
-/// What one way differs by.
+/// What one way differs by: lengths in standard deviations of their priors.
 #[derive(Clone, Copy, Debug)]
 pub struct Way {
     /// Solves of a step of the finer model.
     solves: u8,
-    nearer_wall_m: f64,
-    fed_m: f64,
+    nearer_wall: f64,
+    fed: f64,
     /// Of the phantom.
-    y_m: f64,
-    z_m: f64,
+    y: f64,
+    z: f64,
     /// Share of the coefficient that it has more.
     friction: f64,
 }
 
-const NOMINAL: Way =
-    Way { solves: 1, nearer_wall_m: 0.0, fed_m: 0.0, y_m: 0.0, z_m: 0.0, friction: 0.0 };
+const NOMINAL: Way = Way { solves: 1, nearer_wall: 0.0, fed: 0.0, y: 0.0, z: 0.0, friction: 0.0 };
 
 /// The first is the model itself.
 pub const WAYS: [Way; 16] = [
     NOMINAL,
     Way { solves: 2, ..NOMINAL },
-    Way { nearer_wall_m: WALL_UNCERTAINTY_M, ..NOMINAL },
-    Way { nearer_wall_m: -WALL_UNCERTAINTY_M, ..NOMINAL },
-    Way { fed_m: OFFSET_M, ..NOMINAL },
-    Way { fed_m: -OFFSET_M, ..NOMINAL },
-    Way { y_m: OFFSET_M, ..NOMINAL },
-    Way { y_m: -OFFSET_M, ..NOMINAL },
-    Way { z_m: OFFSET_M, ..NOMINAL },
-    Way { z_m: -OFFSET_M, ..NOMINAL },
+    Way { nearer_wall: 1.0, ..NOMINAL },
+    Way { nearer_wall: -1.0, ..NOMINAL },
+    Way { fed: 1.0, ..NOMINAL },
+    Way { fed: -1.0, ..NOMINAL },
+    Way { y: 1.0, ..NOMINAL },
+    Way { y: -1.0, ..NOMINAL },
+    Way { z: 1.0, ..NOMINAL },
+    Way { z: -1.0, ..NOMINAL },
     Way { friction: -FRICTION, ..NOMINAL },
     Way { friction: FRICTION, ..NOMINAL },
-    Way { friction: -FRICTION, fed_m: OFFSET_M, ..NOMINAL },
-    Way { friction: -FRICTION, fed_m: -OFFSET_M, ..NOMINAL },
-    Way { friction: FRICTION, fed_m: OFFSET_M, ..NOMINAL },
-    Way { friction: FRICTION, fed_m: -OFFSET_M, ..NOMINAL },
+    Way { friction: -FRICTION, fed: 1.0, ..NOMINAL },
+    Way { friction: -FRICTION, fed: -1.0, ..NOMINAL },
+    Way { friction: FRICTION, fed: 1.0, ..NOMINAL },
+    Way { friction: FRICTION, fed: -1.0, ..NOMINAL },
 ];
 
 /// Of them, those on which the diagnosis' model is tried where it goes another way than the finer one:
@@ -58,21 +55,21 @@ pub const ASIDE: [usize; 4] = [2, 12, 14, 15];
 
 impl Way {
     /// The model on this way, with the links and steps that it has.
-    pub fn apply(&self, description: &Description<f64>) -> Description<f64> {
+    pub fn apply(&self, description: &Description<f64>, priors: &Priors) -> Description<f64> {
         let mut on_way = description.clone();
-        on_way.instrument.outer_radius_m += self.nearer_wall_m;
+        on_way.instrument.outer_radius_m += self.nearer_wall * priors.wall_m;
         on_way.wall.friction_coefficient *= 1.0 + self.friction;
         // A phantom that is nearer is entered farther.
         let registration = &mut on_way.effects.wall.registration;
-        registration.x_m -= self.fed_m;
-        registration.y_m += self.y_m;
-        registration.z_m += self.z_m;
+        registration.x_m -= self.fed * priors.offset_m;
+        registration.y_m += self.y * priors.registration_m;
+        registration.z_m += self.z * priors.registration_m;
         on_way
     }
 
     /// The same with a quarter of the diagnosis' step, as the device has it.
-    pub fn finer(&self, description: &Description<f64>) -> Description<f64> {
-        let mut finer = self.apply(description);
+    pub fn finer(&self, description: &Description<f64>, priors: &Priors) -> Description<f64> {
+        let mut finer = self.apply(description, priors);
         let device = SolverDefaults::default();
         (finer.wall.onset_m, finer.solver.predictor_gain) = (device.onset_m, device.predictor_gain);
         (finer.solver.substeps, finer.solver.solves) = (SUBSTEPS, self.solves);
@@ -92,8 +89,9 @@ mod tests {
         let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/tapered-none");
         let bundle = cathforce_rig::Bundle::open(&example).unwrap();
         let nominal = nominal(&bundle).unwrap();
-        assert_eq!(WAYS[0].apply(&nominal), nominal);
-        let finer: Vec<_> = WAYS.iter().map(|way| way.finer(&nominal)).collect();
+        let priors = Priors::of(&bundle.rig.priors);
+        assert_eq!(WAYS[0].apply(&nominal, &priors), nominal);
+        let finer: Vec<_> = WAYS.iter().map(|way| way.finer(&nominal, &priors)).collect();
         let device = SolverDefaults::default();
         for (k, own) in finer.iter().enumerate() {
             assert_eq!(own.wall.onset_m, device.onset_m);
@@ -101,6 +99,6 @@ mod tests {
             assert!(finer[..k].iter().all(|other| other != own), "{k} is one of those before it");
         }
         let nearer_m = finer[4].effects.wall.registration.x_m;
-        assert_eq!(nearer_m, -OFFSET_M, "a phantom that is nearer is entered farther");
+        assert_eq!(nearer_m, -priors.offset_m, "a phantom that is nearer is entered farther");
     }
 }

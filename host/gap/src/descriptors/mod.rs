@@ -3,6 +3,7 @@
 //! | number | of |
 //! | --- | --- |
 //! | mean, RMS, correlation with the speed v, the length inside L, L² and the time | a channel in a phase |
+//! | shift in time, what it removes, what another size does | the same (`timing`) |
 //! | time constant in dwells | the same: e = c + a exp(−t/τ), c and a of each dwell, τ of all |
 //! | sign that flips with the direction, area of the loop at reversals, swing and share at 0.2 to 3 Hz | the channel in all phases, because hardly any phase goes both ways, and pieces of a trial swing with anything |
 //!
@@ -11,6 +12,7 @@
 mod band;
 mod dwells;
 mod loops;
+mod timing;
 
 use serde::Serialize;
 
@@ -19,9 +21,12 @@ use crate::report::quantity;
 use band::Band;
 use dwells::decay_s;
 use loops::Loops;
+use timing::Timing;
 
 /// What is smaller, as a correlation or as a share, is not told.
 const TOLD: f64 = 0.5;
+/// Share by which a shift in time, which is one number, must be ahead of another size, which is two.
+const AHEAD: f64 = 0.1;
 /// Correlation by which the square of the length comes before the length.
 const SQUARE: f64 = 0.01;
 /// A regressor that varies by a smaller share of its largest magnitude says nothing.
@@ -39,10 +44,16 @@ pub struct Residual {
     pub arc_m: f64,
     pub speed_m_per_s: f64,
     /// Unit of the channel.
+    pub predicted: f64,
+    /// Measured less predicted.
     pub error: f64,
 }
 
 impl Residual {
+    fn measured(&self) -> f64 {
+        self.predicted + self.error
+    }
+
     /// 1 forward, −1 backward, 0 at rest.
     fn direction(&self) -> f64 {
         if self.speed_m_per_s.abs() > STANDING_M_PER_S { self.speed_m_per_s.signum() } else { 0.0 }
@@ -65,6 +76,12 @@ pub struct Descriptors {
     pub length: Option<f64>,
     pub length_squared: Option<f64>,
     pub time: Option<f64>,
+    /// How much later things come than predicted, if at all, and the share of the squared error that
+    /// is gone when they are shifted by it.
+    pub shift_s: Option<f64>,
+    pub shift_share: Option<f64>,
+    /// The share that is gone when they are larger or smaller, and off by a constant, instead.
+    pub size_share: Option<f64>,
     /// Time constant; `None` where nothing decays in dwells.
     pub decay_s: Option<f64>,
     /// Mean area of the loop that a reversal opens over the way \[the channel's unit × m\]: forward less
@@ -95,25 +112,36 @@ impl Descriptors {
             band_share: band.map(|own| own.share),
             swing_hz: band.map(|own| own.strongest_hz),
             swing_share: band.map(|own| own.strongest_share),
-            ..Self::in_any_phase(channel)
+            ..Self::in_any_phase(channel, channel)
         }
     }
 
     /// Of one phase of the channel; `self`: of all of them.
-    pub fn of_phase(&self, own: &[Residual]) -> Self {
-        let here = Self::in_any_phase(own);
+    pub fn of_phase(&self, own: &[Residual], channel: &[Residual]) -> Self {
+        let here = Self::in_any_phase(own, channel);
         let moving = own.iter().filter(|residual| residual.direction() != 0.0).count();
         if moving < FEWEST {
             // Nothing goes there or back.
             let Self { band_share, swing_hz, swing_share, .. } = *self;
             return Self { band_share, swing_hz, swing_share, ..here };
         }
-        let Self { mean, rms, speed, length, length_squared, time, decay_s, .. } = here;
-        Self { mean, rms, speed, length, length_squared, time, decay_s, ..*self }
+        let Self { sign_flip, loop_area, loop_width, loop_share, .. } = *self;
+        let Self { band_share, swing_hz, swing_share, .. } = *self;
+        Self {
+            sign_flip,
+            loop_area,
+            loop_width,
+            loop_share,
+            band_share,
+            swing_hz,
+            swing_share,
+            ..here
+        }
     }
 
     /// What a phase says by itself.
-    fn in_any_phase(own: &[Residual]) -> Self {
+    fn in_any_phase(own: &[Residual], channel: &[Residual]) -> Self {
+        let timing = Timing::of(own, channel);
         let errors = || own.iter().map(|residual| residual.error);
         let along = |of: fn(&Residual) -> f64| correlation(own, of);
         Self {
@@ -123,6 +151,9 @@ impl Descriptors {
             length: along(|r| r.arc_m),
             length_squared: along(|r| r.arc_m * r.arc_m),
             time: along(|r| r.t_s),
+            shift_s: timing.map(|own| own.shift_s),
+            shift_share: timing.map(|own| own.share),
+            size_share: timing.map(|own| own.size_share),
             decay_s: decay_s(own),
             ..Self::default()
         }
@@ -130,6 +161,10 @@ impl Descriptors {
 
     /// What they say, if anything. `unit`: of the channel.
     pub fn words(&self, unit: &str) -> String {
+        if let Some(late) = self.late() {
+            // Sizes that are off because something comes at another time say nothing.
+            return late;
+        }
         let offset = self.mean / self.rms.max(f64::MIN_POSITIVE);
         // Over what a trial feeds, a square is nearly a straight line.
         let straight = self.length.map_or(0.0, f64::abs);
@@ -176,6 +211,20 @@ impl Descriptors {
             }
         }
         words.join(" and ")
+    }
+
+    /// What comes early or late and is of the right size: another path.
+    fn late(&self) -> Option<String> {
+        let (shift_s, share) = (self.shift_s?, self.shift_share?);
+        let leads = share >= TOLD.max(self.size_share.unwrap_or(0.0) + AHEAD);
+        let sense = if shift_s < 0.0 { "earlier" } else { "later" };
+        leads.then(|| {
+            format!(
+                "comes {:.2} s {sense} than predicted: {:.0} % of it is a matter of time, not of size",
+                shift_s.abs(),
+                100.0 * share
+            )
+        })
     }
 }
 
@@ -247,7 +296,8 @@ mod tests {
         let of = |k: usize| {
             let (trial, t_s) = (k / SAMPLES, STEP_S * (k % SAMPLES) as f64);
             let [arc_m, speed_m_per_s, error] = at(trial, t_s);
-            Residual { trial, t_s, arc_m, speed_m_per_s, error: error + NOISE * noise(k) }
+            let error = error + NOISE * noise(k);
+            Residual { trial, t_s, arc_m, speed_m_per_s, predicted: 0.0, error }
         };
         (0..2 * SAMPLES).map(of).collect()
     }
@@ -264,6 +314,21 @@ mod tests {
             let [arc_m, speed] = to_and_fro(t_s);
             [arc_m, speed, error(arc_m, speed)]
         }))
+    }
+
+    #[test]
+    fn what_comes_late_is_told_as_that_and_as_nothing_else() {
+        let onset = |t_s: f64, at_s: f64| if t_s < at_s { 0.0 } else { 0.03 };
+        let late: Vec<Residual> = made(|_, t_s| [5e-3 * t_s, 5e-3, 0.0])
+            .into_iter()
+            .map(|own| {
+                let predicted = onset(own.t_s, 10.0);
+                Residual { predicted, error: own.error + onset(own.t_s, 10.3) - predicted, ..own }
+            })
+            .collect();
+        let words = Descriptors::of(&late).words("N");
+        assert!(words.starts_with("comes 0.30 s later than predicted: 9"), "{words}");
+        assert!(words.ends_with("a matter of time, not of size"), "{words}");
     }
 
     #[test]
@@ -293,7 +358,7 @@ mod tests {
         });
         let forward: Vec<Residual> =
             all.iter().filter(|r| r.speed_m_per_s > 0.0).copied().collect();
-        assert!(found.of_phase(&forward).words("N").contains("follows the direction"));
+        assert!(found.of_phase(&forward, &all).words("N").contains("follows the direction"));
         // Alone it is an offset, whatever the model does on the way out.
         let alone = Descriptors::of(&forward);
         assert_eq!(alone.sign_flip, None);
@@ -301,7 +366,7 @@ mod tests {
         // At rest nothing goes either way.
         let at_rest: Vec<Residual> =
             forward.iter().map(|r| Residual { speed_m_per_s: 0.0, ..*r }).collect();
-        assert_eq!(found.of_phase(&at_rest).sign_flip, None);
+        assert_eq!(found.of_phase(&at_rest, &all).sign_flip, None);
     }
 
     #[test]

@@ -11,7 +11,7 @@ mod segments;
 mod setpoint;
 mod spike;
 
-use cathforce_rig::bundle::{Bundle, DriveTrial, Plant as RigPlant, TrialData};
+use cathforce_rig::bundle::{Bundle, DriveTrial, Plant as RigPlant, RigPriors, TrialData};
 
 use crate::floor;
 use crate::plant::{
@@ -139,7 +139,7 @@ impl Drive {
             motions: Vec::new(),
             setpoints: Vec::new(),
             effects: library(&scale),
-            nuisances: nuisances(&scale),
+            nuisances: nuisances(&scale, &bundle.rig.priors),
             repeats: Vec::new(),
             remarks: Vec::new(),
             segments: segments::motions(&scale, &filters),
@@ -387,15 +387,20 @@ impl Plant for Drive {
 }
 
 /// Force bias and a shift in time.
-fn nuisances(scale: &Scale) -> Vec<Nuisance> {
+fn nuisances(scale: &Scale, stated: &RigPriors) -> Vec<Nuisance> {
     vec![
         Nuisance {
             name: "force bias",
             unit: "N",
-            sd: 2.5e-3 * scale.force_n,
+            sd: stated.force_bias_sd_n.unwrap_or(2.5e-3 * scale.force_n),
             effect: Some("sensor.bias"),
         },
-        Nuisance { name: "time shift", unit: "s", sd: 3e-3, effect: Some("drive.latency") },
+        Nuisance {
+            name: "time shift",
+            unit: "s",
+            sd: stated.time_shift_sd_s.unwrap_or(3e-3),
+            effect: Some("drive.latency"),
+        },
     ]
 }
 

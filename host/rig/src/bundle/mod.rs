@@ -18,6 +18,7 @@ pub mod columns;
 mod instrument;
 mod plausible;
 mod plausible_trial;
+mod priors;
 mod rig;
 mod rig_cause;
 mod tendon;
@@ -29,6 +30,7 @@ use std::path::{Path, PathBuf};
 use nalgebra::Vector3;
 
 pub use instrument::{RigInstrument, RigSection, TipPiece};
+pub use priors::RigPriors;
 pub use rig::{
     CatheterRig, DriveRig, FORMAT, Fluid, Plant, Rig, RigEntry, RigEnvironment, RigSensor,
     RigVessel, WallRegion,

@@ -5,6 +5,7 @@ use std::ops::RangeInclusive;
 use super::instrument::{
     GUIDEWIRE, INSTRUMENT, INSTRUMENT_KEYS, PRECURVE_KEYS, RigInstrument, SECTION_KEYS,
 };
+use super::priors::prior_keys;
 use super::rig::{ENTRY_KEYS, ENVIRONMENT_KEYS, Plant, Rig, RigWarning, SENSOR_KEYS, VESSEL_KEYS};
 use super::toml_reader::{Fault, TableReader};
 
@@ -80,6 +81,40 @@ const SENSOR: [Usual; 7] = [
     },
 ];
 
+/// Of a prior; the first is that of a drive too, whose forces are of any size.
+const PRIORS: [Usual; 6] = [
+    Usual {
+        key: "time_shift_sd_s",
+        range: 0.0..=0.1,
+        says: ["", "longer than any link is late: milliseconds?"],
+    },
+    Usual {
+        key: "force_bias_sd_N",
+        range: 0.0..=0.5,
+        says: ["", "more than any catheter pushes: millinewtons?"],
+    },
+    Usual {
+        key: "insertion_offset_sd_m",
+        range: 0.0..=0.01,
+        says: ["", "worse than any ruler: millimetres?"],
+    },
+    Usual {
+        key: "registration_sd_m",
+        range: 0.0..=0.01,
+        says: ["", "worse than any ruler: millimetres?"],
+    },
+    Usual {
+        key: "registration_sd_rad",
+        range: 0.0..=0.1,
+        says: ["", "more than is seen by eye: degrees?"],
+    },
+    Usual {
+        key: "wall_sd_m",
+        range: 0.0..=1e-3,
+        says: ["", "coarser than any scan: millimetres?"],
+    },
+];
+
 fn usual(
     table: &TableReader<'_>,
     expected: &[Usual],
@@ -104,6 +139,10 @@ pub(crate) fn check(
 ) -> Result<(), Fault> {
     if let Some(sensor) = root.optional_table("sensor", &SENSOR_KEYS)? {
         usual(&sensor, &SENSOR, warnings)?;
+    }
+    let is_drive = matches!(rig.plant, Plant::Drive(_));
+    if let Some(priors) = root.optional_table("priors", prior_keys(is_drive))? {
+        usual(&priors, if is_drive { &PRIORS[..1] } else { &PRIORS }, warnings)?;
     }
     let Plant::Catheter(catheter) = &rig.plant else { return Ok(()) };
 

@@ -3,6 +3,7 @@
 use toml::de::DeTable;
 
 use super::instrument::{RigInstrument, read_guidewire, read_instrument};
+use super::priors::{RigPriors, read_priors};
 use super::rig_cause::RigCause;
 use super::tendon::{RigTendon, read_tendon};
 use super::toml_reader::{Fault, Source, TableReader};
@@ -117,6 +118,7 @@ pub struct Rig {
     pub name: String,
     pub plant: Plant,
     pub sensor: RigSensor,
+    pub priors: RigPriors,
     /// Free text of `[nominal]`.
     pub note: Option<String>,
 }
@@ -128,7 +130,7 @@ pub(super) const POSITIVE: std::ops::RangeInclusive<f64> = f64::MIN_POSITIVE..=f
 pub(super) const NOT_NEGATIVE: std::ops::RangeInclusive<f64> = 0.0..=f64::MAX;
 /// Stiffness of a wall's region over the nominal one; a lumen stores 1/256 to 245.
 const REGION_RATIOS: std::ops::RangeInclusive<f64> = 0.01..=100.0;
-const CATHETER_KEYS: [&str; 11] = [
+const CATHETER_KEYS: [&str; 12] = [
     "format",
     "name",
     "plant",
@@ -139,9 +141,10 @@ const CATHETER_KEYS: [&str; 11] = [
     "vessel",
     "environment",
     "sensor",
+    "priors",
     "nominal",
 ];
-const DRIVE_KEYS: [&str; 6] = ["format", "name", "plant", "drive", "sensor", "nominal"];
+const DRIVE_KEYS: [&str; 7] = ["format", "name", "plant", "drive", "sensor", "priors", "nominal"];
 
 impl Rig {
     /// Reads the text of `rig.toml`. Unknown keys, missing ones, wrong types and values that
@@ -188,6 +191,7 @@ impl Rig {
             name: root.text("name")?.0.to_owned(),
             plant,
             sensor: sensor(&root)?,
+            priors: read_priors(&root, is_drive)?,
             note: note.map(|(text, _)| text.to_owned()),
         };
         super::plausible::check(&root, &rig, &mut warnings)?;

@@ -1,0 +1,93 @@
+//! How well a rig is known: the priors of the nuisances, and of the ways that a trial may go.
+
+use cathforce_rig::bundle::RigPriors;
+
+use crate::plant::Nuisance;
+
+/// Half width of the wall's uncertainty away from junctions \[m\].
+const WALL_M: f64 = 40e-6;
+
+/// Standard deviations of what differs from trial to trial.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Priors {
+    bias_n: f64,
+    shift_s: f64,
+    /// Of the insertion offset.
+    pub offset_m: f64,
+    /// Of the phantom along each axis, and about it.
+    pub registration_m: f64,
+    tilt_rad: f64,
+    /// Of the wall.
+    pub wall_m: f64,
+}
+
+impl Priors {
+    /// What the rig states, and the usual for the rest.
+    pub fn of(stated: &RigPriors) -> Self {
+        Self {
+            bias_n: stated.force_bias_sd_n.unwrap_or(3e-3),
+            shift_s: stated.time_shift_sd_s.unwrap_or(3e-3),
+            offset_m: stated.insertion_offset_sd_m.unwrap_or(3e-4),
+            registration_m: stated.registration_sd_m.unwrap_or(3e-4),
+            tilt_rad: stated.registration_sd_rad.unwrap_or(0.3_f64.to_radians()),
+            wall_m: stated.wall_sd_m.unwrap_or(WALL_M),
+        }
+    }
+
+    /// Force bias, time shift, insertion offset, rigid registration and a nearer wall, in the order
+    /// that [`super::Catheter::play`] takes them.
+    pub fn nuisances(&self) -> Vec<Nuisance> {
+        let of = |name, unit, sd, effect| Nuisance { name, unit, sd, effect: Some(effect) };
+        vec![
+            of("force bias x", "N", self.bias_n, "sensor.bias"),
+            of("force bias y", "N", self.bias_n, "sensor.bias"),
+            of("force bias z", "N", self.bias_n, "sensor.bias"),
+            of("time shift", "s", self.shift_s, "drive.latency"),
+            of("insertion offset", "m", self.offset_m, "wall.registration"),
+            of("registration x", "m", self.registration_m, "wall.registration"),
+            of("registration y", "m", self.registration_m, "wall.registration"),
+            of("registration z", "m", self.registration_m, "wall.registration"),
+            of("tilt x", "rad", self.tilt_rad, "wall.registration"),
+            of("tilt y", "rad", self.tilt_rad, "wall.registration"),
+            of("tilt z", "rad", self.tilt_rad, "wall.registration"),
+            Nuisance { name: "nearer wall", unit: "m", sd: self.wall_m, effect: None },
+        ]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_a_rig_states_takes_the_place_of_the_usual() {
+        let usual = Priors::of(&RigPriors::default());
+        assert_eq!(usual.wall_m, WALL_M);
+        let stated = RigPriors {
+            force_bias_sd_n: Some(1e-3),
+            registration_sd_m: Some(1e-4),
+            wall_sd_m: Some(2e-4),
+            ..RigPriors::default()
+        };
+        let own = Priors::of(&stated);
+        let changed: Vec<(&str, f64)> = own
+            .nuisances()
+            .iter()
+            .zip(usual.nuisances())
+            .filter(|(own, usual)| own.sd != usual.sd)
+            .map(|(own, _)| (own.name, own.sd))
+            .collect();
+        assert_eq!(
+            changed,
+            [
+                ("force bias x", 1e-3),
+                ("force bias y", 1e-3),
+                ("force bias z", 1e-3),
+                ("registration x", 1e-4),
+                ("registration y", 1e-4),
+                ("registration z", 1e-4),
+                ("nearer wall", 2e-4),
+            ]
+        );
+    }
+}
