@@ -25,8 +25,10 @@ use timing::Timing;
 
 /// What is smaller, as a correlation or as a share, is not told.
 const TOLD: f64 = 0.5;
-/// Share by which a shift in time, which is one number, must be ahead of another size, which is two.
-const AHEAD: f64 = 0.1;
+/// The same of a shift in time, which is looked for among many, and how far it must be ahead of another
+/// size.
+const TIMING_TOLD: f64 = 0.7;
+const TIMING_AHEAD: f64 = 0.1;
 /// Correlation by which the square of the length comes before the length.
 const SQUARE: f64 = 0.01;
 /// A regressor that varies by a smaller share of its largest magnitude says nothing.
@@ -216,7 +218,7 @@ impl Descriptors {
     /// What comes early or late and is of the right size: another path.
     fn late(&self) -> Option<String> {
         let (shift_s, share) = (self.shift_s?, self.shift_share?);
-        let leads = share >= TOLD.max(self.size_share.unwrap_or(0.0) + AHEAD);
+        let leads = share >= TIMING_TOLD.max(self.size_share.unwrap_or(0.0) + TIMING_AHEAD);
         let sense = if shift_s < 0.0 { "earlier" } else { "later" };
         leads.then(|| {
             format!(
