@@ -60,7 +60,7 @@ pub(crate) const EFFECTS: &[Effect] = &[
             role: Role::TimesNominal,
             scan: &[],
         }],
-        start_values: &[&[0.5], &[0.85], &[1.1], &[1.25], &[1.5], &[2.5]],
+        start_values: &[&[0.5], &[1.1], &[1.5], &[2.5]],
         channels: BY_FORCE,
         excited_by: "sliding along the wall, reversals, two speeds",
         confused_with: &["contact.stribeck", "contact.load_friction", "entry.drag"],

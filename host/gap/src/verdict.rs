@@ -16,8 +16,8 @@ const FEW: usize = 2;
 /// agree better than any model, says little of what is left.
 pub const NEARLY_ALL: f64 = 0.9;
 /// The same of several effects: in tune cases, what closes less and leaves much was in no library.
-/// How much that is goes by how many they are: two true ones, each of another shape than the
-/// library's, leave up to `LED_FLOOR`.
+/// Much is more than `LED_FLOOR` of two, each of which leaves what its shape differs by, and more than
+/// `NEAR_FLOOR` of three.
 const NEARLY_ALL_TOGETHER: f64 = 0.95;
 /// Energy of a quantity that may be left by what closes less, if nothing else comes near to it: a
 /// shape that differs from the library's leaves something where the effect acts most.

@@ -158,3 +158,16 @@ fn noise_that_is_stated_nowhere_is_said_once_for_all_trials_and_axes() {
     let said: Vec<&String> = said.collect();
     assert!(said.len() == 1 && said[0].contains("the noise of fx_N"), "{said:?}");
 }
+
+#[test]
+fn nuisances_have_the_priors_that_the_rig_states() {
+    let mut bundle = example();
+    bundle.rig.priors.insertion_offset_sd_m = Some(1e-3);
+    let sd = |plant: &Catheter, name: &str| {
+        let own = plant.nuisances().iter().find(|nuisance| nuisance.name == name);
+        own.expect("a catheter's").sd
+    };
+    let plant = catheter(&bundle).unwrap();
+    assert_eq!(sd(&plant, "insertion offset"), 1e-3);
+    assert_eq!(sd(&plant, "nearer wall"), 4e-5, "not stated");
+}

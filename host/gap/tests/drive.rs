@@ -527,3 +527,17 @@ fn a_poor_encoder_does_not_tell_two_frictions_apart_and_is_not_claimed_to() {
     let tells = |set: &Vec<String>| both.iter().all(|id| set.iter().any(|own| own == id));
     assert!(answer.confusable.iter().any(tells), "{}", answer.sentence());
 }
+
+#[test]
+fn nuisances_have_the_priors_that_the_rig_states() {
+    let folder = bundle(&[(2.5, 0.05)], 0.0, 1.0, coulomb);
+    let mut bundle = Bundle::open(folder.path()).unwrap();
+    let sds = |bundle: &Bundle| -> Vec<f64> {
+        Drive::new(bundle).unwrap().nuisances().iter().map(|nuisance| nuisance.sd).collect()
+    };
+    let usual = sds(&bundle);
+    bundle.rig.priors.force_bias_sd_n = Some(2.0 * usual[0]);
+    assert_eq!(sds(&bundle), [2.0 * usual[0], usual[1]]);
+    bundle.rig.priors.time_shift_sd_s = Some(1e-3);
+    assert_eq!(sds(&bundle), [2.0 * usual[0], 1e-3]);
+}

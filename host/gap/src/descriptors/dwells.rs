@@ -1,6 +1,6 @@
 //! What decays while the drive rests.
 
-use super::{FEWEST, Residual, TOLD, mean};
+use super::{FEWEST, Residual, TOLD, left_by_line, runs};
 
 /// Shortest dwell in which anything decays \[s\].
 const DWELL_S: f64 = 0.5;
@@ -9,19 +9,6 @@ const DECAY_S: [f64; 2] = [0.05, 10.0];
 const DECAYS: usize = 40;
 /// A straight line in every dwell leaves at least so many times what decays leave.
 const BEYOND_A_LINE: f64 = 1.2;
-
-/// Stretches without a gap of time, of one trial.
-fn runs(own: &[Residual]) -> Vec<&[Residual]> {
-    /// Usual steps from which on a step is a gap.
-    const GAP: f64 = 3.0;
-    let steps = own.windows(2).filter(|pair| pair[0].trial == pair[1].trial);
-    let mut steps: Vec<f64> = steps.map(|pair| pair[1].t_s - pair[0].t_s).collect();
-    steps.sort_by(f64::total_cmp);
-    let usual_s = steps.get(steps.len() / 2).copied().unwrap_or_default();
-    let together =
-        |a: &Residual, b: &Residual| a.trial == b.trial && b.t_s - a.t_s <= GAP * usual_s;
-    own.chunk_by(together).collect()
-}
 
 /// The time constant of what decays in dwells; `None` where nothing does.
 pub fn decay_s(own: &[Residual]) -> Option<f64> {
@@ -45,17 +32,4 @@ pub fn decay_s(own: &[Residual]) -> Option<f64> {
     let (tau_s, decayed) = tried.min_by(|a, b| a.1.total_cmp(&b.1))?;
     let is_told = decayed < (1.0 - TOLD) * constant && line > BEYOND_A_LINE * decayed;
     is_told.then_some(tau_s)
-}
-
-/// Sum of squares that e = c + a x(t) leaves.
-fn left_by_line(series: &[(f64, f64)], x: &dyn Fn(f64) -> f64) -> f64 {
-    let centre = (mean(series.iter().map(|(t, _)| x(*t))), mean(series.iter().map(|(_, e)| *e)));
-    let (mut xx, mut ee, mut xe) = (0.0, 0.0, 0.0);
-    for (t, e) in series {
-        let (a, b) = (x(*t) - centre.0, e - centre.1);
-        xx += a * a;
-        ee += b * b;
-        xe += a * b;
-    }
-    if xx > 0.0 { ee - xe * xe / xx } else { ee }
 }

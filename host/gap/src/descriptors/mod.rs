@@ -127,16 +127,14 @@ impl Descriptors {
             let Self { band_share, swing_hz, swing_share, .. } = *self;
             return Self { band_share, swing_hz, swing_share, ..here };
         }
-        let Self { sign_flip, loop_area, loop_width, loop_share, .. } = *self;
-        let Self { band_share, swing_hz, swing_share, .. } = *self;
         Self {
-            sign_flip,
-            loop_area,
-            loop_width,
-            loop_share,
-            band_share,
-            swing_hz,
-            swing_share,
+            sign_flip: self.sign_flip,
+            loop_area: self.loop_area,
+            loop_width: self.loop_width,
+            loop_share: self.loop_share,
+            band_share: self.band_share,
+            swing_hz: self.swing_hz,
+            swing_share: self.swing_share,
             ..here
         }
     }
@@ -238,6 +236,32 @@ fn signed(value: f64, unit: &str) -> String {
 fn mean(values: impl Iterator<Item = f64>) -> f64 {
     let (sum, count) = values.fold((0.0, 0_usize), |(sum, count), x| (sum + x, count + 1));
     sum / count.max(1) as f64
+}
+
+/// Stretches without a gap of time, of one trial.
+fn runs(own: &[Residual]) -> Vec<&[Residual]> {
+    /// Usual steps from which on a step is a gap.
+    const GAP: f64 = 3.0;
+    let steps = own.windows(2).filter(|pair| pair[0].trial == pair[1].trial);
+    let mut steps: Vec<f64> = steps.map(|pair| pair[1].t_s - pair[0].t_s).collect();
+    steps.sort_by(f64::total_cmp);
+    let usual_s = steps.get(steps.len() / 2).copied().unwrap_or_default();
+    let together =
+        |a: &Residual, b: &Residual| a.trial == b.trial && b.t_s - a.t_s <= GAP * usual_s;
+    own.chunk_by(together).collect()
+}
+
+/// Sum of squares that y = c + a x(t) leaves, of pairs (t, y).
+fn left_by_line(series: &[(f64, f64)], x: &dyn Fn(f64) -> f64) -> f64 {
+    let centre = (mean(series.iter().map(|(t, _)| x(*t))), mean(series.iter().map(|(_, e)| *e)));
+    let (mut xx, mut ee, mut xe) = (0.0, 0.0, 0.0);
+    for (t, e) in series {
+        let (a, b) = (x(*t) - centre.0, e - centre.1);
+        xx += a * a;
+        ee += b * b;
+        xe += a * b;
+    }
+    if xx > 0.0 { ee - xe * xe / xx } else { ee }
 }
 
 /// Of the errors with something that varies.

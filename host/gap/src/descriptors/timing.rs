@@ -5,12 +5,12 @@
 //!
 //! > min over τ of Σ (y(t) − f(t − τ))²,   min over a, b of Σ (y(t) − a f(t) − b)²
 
-use super::{FEWEST, Residual};
+use super::{FEWEST, Residual, left_by_line, runs};
 
 /// The most that an event is looked for away from where it was predicted, and the step \[s\].
 const FARTHEST_S: f64 = 0.6;
 const STEP_S: f64 = 0.02;
-/// A run ends where nothing was compared for longer \[s\]; a prediction is not known in between.
+/// Between samples farther apart a prediction is not known \[s\].
 const GAP_S: f64 = 0.15;
 /// Least share of a run that a shift must leave comparable.
 const COMPARED: f64 = 0.8;
@@ -31,14 +31,15 @@ impl Timing {
     pub fn of(own: &[Residual], channel: &[Residual]) -> Option<Self> {
         let (mut before, mut shifted, mut sized) = (0.0, 0.0, 0.0);
         let (mut mean, mut square) = (0.0, 0.0);
-        for run in own.chunk_by(is_one_run).filter(|run| run.len() >= FEWEST) {
+        for run in runs(own).into_iter().filter(|run| run.len() >= FEWEST) {
             let trial: Vec<&Residual> =
                 channel.iter().filter(|other| other.trial == run[0].trial).collect();
             let energy: f64 = run.iter().map(|residual| residual.error.powi(2)).sum();
             let (shift_s, left) = best_shift(run, &trial);
             before += energy;
             shifted += energy * (1.0 - left);
-            sized += energy - rescaled(run);
+            let series: Vec<(f64, f64)> = run.iter().map(|r| (r.predicted, r.measured())).collect();
+            sized += energy - left_by_line(&series, &|predicted| predicted);
             mean += energy * (1.0 - left) * shift_s;
             square += energy * (1.0 - left) * shift_s.powi(2);
         }
@@ -48,10 +49,6 @@ impl Timing {
         let shift_s = if shifted > 0.0 { (square / shifted).sqrt().copysign(mean) } else { 0.0 };
         Some(Self { shift_s, share: shifted / before, size_share: sized / before })
     }
-}
-
-fn is_one_run(a: &Residual, b: &Residual) -> bool {
-    a.trial == b.trial && (0.0..GAP_S).contains(&(b.t_s - a.t_s))
 }
 
 /// The shift that leaves least of a run's squared errors, and the share that it leaves.
@@ -85,21 +82,6 @@ fn predicted_at(trial: &[&Residual], t_s: f64) -> Option<f64> {
     let width_s = b.t_s - a.t_s;
     let between = (b.predicted - a.predicted) * (t_s - a.t_s) / width_s;
     (width_s < GAP_S).then_some(a.predicted + between)
-}
-
-/// Squared errors of a run that a factor and an offset leave.
-fn rescaled(run: &[Residual]) -> f64 {
-    let n = run.len() as f64;
-    let mean = |of: &dyn Fn(&Residual) -> f64| run.iter().map(of).sum::<f64>() / n;
-    let (f, y) = (mean(&|r| r.predicted), mean(&|r| r.measured()));
-    let (mut ff, mut yy, mut fy) = (0.0, 0.0, 0.0);
-    for residual in run {
-        let (a, b) = (residual.predicted - f, residual.measured() - y);
-        ff += a * a;
-        yy += b * b;
-        fy += a * b;
-    }
-    if ff > 0.0 { yy - fy * fy / ff } else { yy }
 }
 
 #[cfg(test)]

@@ -6,4 +6,5 @@ mod rod;
 mod wall;
 
 mod free;
+mod pressed;
 mod random;
