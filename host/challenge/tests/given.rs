@@ -1,12 +1,11 @@
 //! Rigs of bundles that somebody else made.
 
-use std::path::{Path, PathBuf};
+mod support;
+
+use std::path::Path;
 
 use cathforce_challenge::{Challenge, GivenError, Stand};
-
-fn example() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/tapered-none")
-}
+use support::{changed, short};
 
 fn columns(path: &Path, names: &[&str]) -> Vec<Vec<f64>> {
     let mut reader = csv::Reader::from_path(path).unwrap();
@@ -15,18 +14,6 @@ fn columns(path: &Path, names: &[&str]) -> Vec<Vec<f64>> {
     let at: Vec<usize> = names.iter().map(at).collect();
     let row = |row: csv::StringRecord| at.iter().map(|k| row[*k].parse().unwrap()).collect();
     reader.records().map(|record| row(record.unwrap())).collect()
-}
-
-/// A copy whose only trial ends early, with another text in its rig.toml.
-fn changed(folder: &Path, rows: usize, from: &str, to: &str) {
-    std::fs::create_dir_all(folder.join("trials")).unwrap();
-    let text = std::fs::read_to_string(example().join("rig.toml")).unwrap();
-    assert!(text.contains(from), "{from}");
-    std::fs::write(folder.join("rig.toml"), text.replace(from, to)).unwrap();
-    std::fs::copy(example().join("centreline.csv"), folder.join("centreline.csv")).unwrap();
-    let trial = std::fs::read_to_string(example().join("trials/000.csv")).unwrap();
-    let lines: Vec<&str> = trial.lines().take(1 + rows).collect();
-    std::fs::write(folder.join("trials/000.csv"), lines.join("\n") + "\n").unwrap();
 }
 
 #[test]
@@ -90,11 +77,8 @@ fn bundles_that_no_reality_can_follow_are_refused_with_the_reason() {
 fn cases_of_one_rig_do_not_get_into_a_folder_of_another() {
     let folder = tempfile::tempdir().unwrap();
     let challenge = Challenge::at(folder.path());
-    challenge.make(3, 1, 5, &Stand::all_own(), &|| {}).unwrap();
-    let given = tempfile::tempdir().unwrap();
-    changed(given.path(), 3, "", "");
-    let stand = Stand::of_bundle(given.path()).unwrap();
-    assert!(challenge.make(3, 2, 5, &[stand], &|| {}).is_err());
+    challenge.make(3, 1, 5, &[short()], &|| {}).unwrap();
+    assert!(challenge.make(3, 2, 5, &Stand::all_own(), &|| {}).is_err());
     assert!(!folder.path().join("cases/001").exists());
 }
 

@@ -1,5 +1,7 @@
 //! Realities behave as their names say, and sealing holds.
 
+mod support;
+
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use cathforce_challenge::{Challenge, ChallengeError, Change, Stand, play, rigs};
@@ -42,7 +44,7 @@ fn friction_is_pushed_against_and_late_motion_is_late() {
 fn a_challenge_is_made_to_its_end_by_a_second_call_that_leaves_what_is_there() {
     let folder = tempfile::tempdir().unwrap();
     let challenge = Challenge::at(folder.path());
-    let (stands, made) = (Stand::all_own(), AtomicUsize::new(0));
+    let (stands, made) = ([support::short()], AtomicUsize::new(0));
     let tell = || {
         made.fetch_add(1, Ordering::Relaxed);
     };
