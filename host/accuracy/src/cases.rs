@@ -42,6 +42,8 @@ const SILICONE: f64 = 8e5;
 const NEAR_RIGID: f64 = 8e7;
 /// Drag of the surroundings per length \[N·s/m²\], so that a free tip comes to rest in a second.
 const DRAG: f64 = 0.02;
+/// Moment per rate of bend, over the stiffness, of an instrument that is viscous \[s\].
+const VISCOUS_S: f64 = 0.2;
 
 /// All cases, in the order of the table.
 pub fn cases() -> Vec<Case> {
@@ -57,16 +59,26 @@ pub fn cases() -> Vec<Case> {
         case("reversal, friction 0.7", Kind::Reversal, SILICONE, 0.7, straight()),
         case("reversal, soft wall", Kind::Reversal, SOFT, 0.3, straight()),
         case("reversal, near-rigid wall", Kind::Reversal, NEAR_RIGID, 0.3, straight()),
+        case("reversal, viscous bending", Kind::Reversal, SILICONE, 0.3, straight()).viscous(),
         case("rotation, no friction", Kind::Rotation, SILICONE, 0.0, curved()),
         case("rotation", Kind::Rotation, SILICONE, 0.3, curved()),
         case("rotation, friction 0.7", Kind::Rotation, SILICONE, 0.7, curved()),
         case("rotation, soft wall", Kind::Rotation, SOFT, 0.3, curved()),
         case("rotation, near-rigid wall", Kind::Rotation, NEAR_RIGID, 0.3, curved()),
+        case("rotation, viscous bending", Kind::Rotation, SILICONE, 0.3, curved()).viscous(),
         case("whip in a bend, no friction", Kind::Whip, SILICONE, 0.0, curved()),
         case("whip in a bend", Kind::Whip, SILICONE, 0.3, curved()),
         case("whip in a bend, friction 0.7", Kind::Whip, SILICONE, 0.7, curved()),
         case("snap off a dividing wall", Kind::Snap, SILICONE, 0.3, curved()),
     ]
+}
+
+impl Case {
+    /// With an instrument whose moment follows the rate of bending.
+    fn viscous(mut self) -> Self {
+        self.problem.beyond.bending_viscosity_s = VISCOUS_S;
+        self
+    }
 }
 
 /// A 5 F catheter of 26 MPa whose last 50 mm are softer or, at 50 MPa, stiffer than the shaft.

@@ -91,7 +91,7 @@ fn description<T: Real>(
             substeps: defaults.substeps_for(problem.wall.line_stiffness_n_per_m2),
             solves: defaults.solves,
             predictor_gain: lit(defaults.predictor_gain),
-            bending_damping_s: lit(defaults.bending_damping_s),
+            bending_damping_s: lit(defaults.bending_damping_s + problem.beyond.bending_viscosity_s),
             drag: defaults.drag(),
         },
     }

@@ -37,15 +37,32 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
         maximum(self.base_length_m, shortest) * T::lit(0.5)
     }
 
-    /// Keeps every joint's curvature at the start of a step, for viscous bending.
+    /// Keeps every joint's curvature at the start of a step, for viscous bending; twist is not
+    /// viscous.     docs/model.md (4)
     pub(crate) fn remember_curvature(&mut self, model: &Model<T, LINKS>) {
         let mut near = self.guide.rotation;
         let mut cell = self.guide_cell_m(model);
         for j in (0..self.count.min(LINKS)).rev() {
             let link = &mut self.links[j];
-            link.curvature = Bend::between(&near, &link.rotation).angle * (T::one() / cell);
+            let mut bend = Bend::between(&near, &link.rotation).angle;
+            bend.take_z(bend.z());
+            link.curvature = bend * (T::one() / cell);
             near = link.rotation;
             cell = (link.span.length + model.description().solver.link_length_m) * T::lit(0.5);
+        }
+    }
+
+    /// What comes out of the guide is straight: what the two joints at the base link remember is
+    /// spread over the arc that they have gained.
+    fn take_in_straight(&mut self, model: &Model<T, LINKS>) {
+        let gained = maximum(self.fed_m, T::zero()) * T::lit(0.5);
+        let half_link = model.description().solver.link_length_m * T::lit(0.5);
+        let guide_cell = self.guide_cell_m(model);
+        let base = self.count.min(LINKS);
+        for (behind, cell) in [(1, guide_cell), (2, guide_cell + half_link)] {
+            if let Some(link) = base.checked_sub(behind).and_then(|j| self.links.get_mut(j)) {
+                link.curvature *= maximum(cell - gained, T::zero()) / cell;
+            }
         }
     }
 
@@ -91,6 +108,9 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
         }
         if let Some(base) = self.count.checked_sub(1).and_then(|base| self.links.get_mut(base)) {
             base.span = Span::new(self.base_length_m, h);
+        }
+        if model.bending_damping_s > T::zero() {
+            self.take_in_straight(model);
         }
         self.overlay(model);
     }

@@ -59,7 +59,7 @@ impl<N: Number> Cell<N> {
 
 impl<T: Number> JointLoad<T> {
     /// The moment that a joint exerts against its bend; `curvature` is what it was when the
-    /// step began, if bending is viscous.     docs/model.md (4)
+    /// step began, without twist, if bending is viscous.     docs/model.md (4)
     #[inline(always)]
     pub fn new(
         joint: &Joint<T>,
@@ -69,7 +69,8 @@ impl<T: Number> JointLoad<T> {
     ) -> Self {
         let kb = joint.bending * cell.inverse_share;
         let kt = joint.torsion * cell.inverse_share;
-        let mut strain = bend.angle * cell.stiffening - joint.unloaded * cell.share;
+        let stiffening = Vector3::new(cell.stiffening, cell.stiffening, T::lit(1.0));
+        let mut strain = bend.angle.times(&stiffening) - joint.unloaded * cell.share;
         if let Some(curvature) = curvature {
             strain -= curvature * cell.memory;
         }
@@ -77,9 +78,9 @@ impl<T: Number> JointLoad<T> {
             bend.rotate_midway(&Vector3::new(kb * strain.x(), kb * strain.y(), kt * strain.z()));
         let t = bend.midway_tangent();
         let bending = kb * cell.stiffening;
-        let mut stiffness = Sym3::outer(&(t * ((kt - kb) * cell.stiffening)), &t);
+        let mut stiffness = Sym3::outer(&(t * (kt - bending)), &t);
         stiffness.add_identity(bending);
-        Self { moment, stiffness, smallest: bending.smaller(kt * cell.stiffening) }
+        Self { moment, stiffness, smallest: bending.smaller(kt) }
     }
 
     pub fn none() -> Self {
