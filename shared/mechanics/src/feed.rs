@@ -37,16 +37,13 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
         maximum(self.base_length_m, shortest) * T::lit(0.5)
     }
 
-    /// Keeps every joint's curvature at the start of a step, for viscous bending; twist is not
-    /// viscous.     docs/model.md (4)
+    /// Keeps every joint's curvature at the start of a step, for viscous bending.     docs/model.md (4)
     pub(crate) fn remember_curvature(&mut self, model: &Model<T, LINKS>) {
         let mut near = self.guide.rotation;
         let mut cell = self.guide_cell_m(model);
         for j in (0..self.count.min(LINKS)).rev() {
             let link = &mut self.links[j];
-            let mut bend = Bend::between(&near, &link.rotation).angle;
-            bend.take_z(bend.z());
-            link.curvature = bend * (T::one() / cell);
+            link.curvature = Bend::between(&near, &link.rotation).angle * (T::one() / cell);
             near = link.rotation;
             cell = (link.span.length + model.description().solver.link_length_m) * T::lit(0.5);
         }

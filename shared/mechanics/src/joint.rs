@@ -22,20 +22,24 @@ pub(crate) struct Cell<T> {
     share: T,
     /// Link length over it.
     inverse_share: T,
-    /// 1 + τ/dt: damped over elastic stiffness.
+    /// Damped over elastic stiffness, of bending and of twist.
     stiffening: T,
-    /// Viscous bending per curvature at the step's start \[m\].
+    twist_stiffening: T,
+    /// Viscous bending and twist per curvature at the step's start \[m\].
     memory: T,
+    twist_memory: T,
 }
 
 impl<T: Number> Cell<T> {
-    /// `damping` is τ/dt, the viscous time over the time of a step.
-    pub fn new(length: T, link_length: T, damping: T) -> Self {
+    /// `damping` is τ/dt, the viscous time over the time of a step, of bending and of twist.
+    pub fn new(length: T, link_length: T, [bending, twist]: [T; 2]) -> Self {
         Self {
             share: length / link_length,
             inverse_share: link_length / length,
-            stiffening: T::lit(1.0) + damping,
-            memory: length * damping,
+            stiffening: T::lit(1.0) + bending,
+            twist_stiffening: T::lit(1.0) + twist,
+            memory: length * bending,
+            twist_memory: length * twist,
         }
     }
 }
@@ -52,14 +56,16 @@ impl<N: Number> Cell<N> {
             share: N::each(|lane| cells[lane].share),
             inverse_share: N::each(|lane| cells[lane].inverse_share),
             stiffening: N::each(|lane| cells[lane].stiffening),
+            twist_stiffening: N::each(|lane| cells[lane].twist_stiffening),
             memory: N::each(|lane| cells[lane].memory),
+            twist_memory: N::each(|lane| cells[lane].twist_memory),
         }
     }
 }
 
 impl<T: Number> JointLoad<T> {
     /// The moment that a joint exerts against its bend; `curvature` is what it was when the
-    /// step began, without twist, if bending is viscous.     docs/model.md (4)
+    /// step began, if bending is viscous.     docs/model.md (4)
     #[inline(always)]
     pub fn new(
         joint: &Joint<T>,
@@ -69,18 +75,19 @@ impl<T: Number> JointLoad<T> {
     ) -> Self {
         let kb = joint.bending * cell.inverse_share;
         let kt = joint.torsion * cell.inverse_share;
-        let stiffening = Vector3::new(cell.stiffening, cell.stiffening, T::lit(1.0));
+        let stiffening = Vector3::new(cell.stiffening, cell.stiffening, cell.twist_stiffening);
         let mut strain = bend.angle.times(&stiffening) - joint.unloaded * cell.share;
         if let Some(curvature) = curvature {
-            strain -= curvature * cell.memory;
+            strain -= curvature.times(&Vector3::new(cell.memory, cell.memory, cell.twist_memory));
         }
         let moment =
             bend.rotate_midway(&Vector3::new(kb * strain.x(), kb * strain.y(), kt * strain.z()));
         let t = bend.midway_tangent();
         let bending = kb * cell.stiffening;
-        let mut stiffness = Sym3::outer(&(t * (kt - bending)), &t);
+        let twist = kt * cell.twist_stiffening;
+        let mut stiffness = Sym3::outer(&(t * (twist - bending)), &t);
         stiffness.add_identity(bending);
-        Self { moment, stiffness, smallest: bending.smaller(kt) }
+        Self { moment, stiffness, smallest: bending.smaller(twist) }
     }
 
     pub fn none() -> Self {

@@ -85,12 +85,14 @@ impl<T: Real> Chain<T> {
         let solver = &model.description().solver;
         let (h, base) = (solver.link_length_m, state.base_length_m);
         let damping = model.bending_damping_s * scheme.inertia / scheme.dt_s;
-        let cell = |length: T| Cell::new(length, h, damping);
+        let cell = |length: T| Cell::new(length, h, [damping, T::zero()]);
         Self {
             count: state.count.min(LINKS),
             between: cell(h),
             at_base: cell((h + base) * T::lit(0.5)),
-            at_guide: cell(state.guide_cell_m(model)),
+            // As short as it may be, and with a shaft that winds up behind it, its twist must not
+            // be softer than its bending by more than single precision tells apart.
+            at_guide: Cell::new(state.guide_cell_m(model), h, [damping; 2]),
         }
     }
 
