@@ -230,6 +230,13 @@ fn a_chain_that_is_thrown_hands_on_a_bounded_energy() {
     stays_bounded(PLAIN, 3811, &vessels()).unwrap();
 }
 
+/// A viscous shaft with five metres to wind up behind the guide, withdrawn to its last links: beside
+/// the bending at the mouth its twist was lost to rounding.
+#[test]
+fn a_viscous_shaft_that_winds_up_keeps_its_twist_at_the_mouth() {
+    stays_bounded(LADEN, 220, &vessels()).unwrap();
+}
+
 /// A force is a spike when it is more than this many times all others …
 const SPIKE: f32 = 2.0;
 /// … within this many ticks before and after, but for the nearest.
