@@ -2,7 +2,7 @@
 
 use cathforce_mechanics::*;
 
-use crate::rod::{FREE_TIP, free_space, hang, inserted, rest, rod};
+use crate::rod::{FREE_TIP, free_space, hang, hung, inserted, rest, rod};
 
 const LENGTH_M: f64 = 0.1;
 const STIFFNESS: f64 = 1e-5;
@@ -171,4 +171,49 @@ fn the_introducer_asks_for_its_friction_and_lets_go_at_rest() {
     assert!((feed(0.0).drive_force_n - 0.2).abs() < 5e-3);
     let back = feed(-2e-4);
     assert!((back.drive_force_n + 0.24).abs() < 5e-3, "{back:?}");
+}
+
+/// A viscous time of a second \[s\].
+const VISCOUS: &[(&str, f64)] = &[("effects.instrument.viscoelastic.time_s", 1.0)];
+
+/// docs/model.md (4)
+#[test]
+fn what_comes_out_of_the_guide_is_straight_and_bends_as_its_viscosity_lets_it() {
+    let (start_m, fed_m, speed_m_per_s, curvature) = (0.04, 0.05, 0.01, 5.0);
+    let description = with(rod(LENGTH_M, 40, STIFFNESS), VISCOUS);
+    let (h, dt_s) = (description.solver.link_length_m, description.solver.tick_s);
+    let loads = Loads { tip_moment_n_m: [0.0, -STIFFNESS * curvature, 0.0], ..FREE_TIP };
+    let model = Model::new(description).unwrap();
+    let (wall, mut state) = (free_space(), State::new());
+    rest(&model, &wall.lumen(), &mut state, inserted(start_m), &loads);
+    let ticks = (fed_m / (speed_m_per_s * dt_s)).round() as u32;
+    for tick in 1..=ticks {
+        let drive = inserted(start_m + speed_m_per_s * dt_s * f64::from(tick));
+        step_loaded(&model, &wall.lumen(), &mut state, drive, &loads);
+    }
+    let [tip, next] = [0, 1].map(|node| state.node_position_m(node).unwrap());
+    let angle = (tip[2] - next[2]).atan2(tip[0] - next[0]);
+    // EI (κ + τ v dκ/ds) = M from the mouth on; what has moved by τ v is at its end to 1/e.
+    let lag_m = speed_m_per_s * VISCOUS[0].1;
+    let late_m = lag_m * (1.0 - (-fed_m / lag_m).exp());
+    let found_m = start_m + fed_m - 0.5 * h - angle / curvature;
+    assert!((found_m - late_m).abs() < 0.1 * late_m, "late by {found_m} m instead of {late_m} m");
+}
+
+/// docs/model.md (4)
+#[test]
+fn a_viscous_instrument_twists_at_once() {
+    let torque_n_m = 0.2 * 0.7 * STIFFNESS / LENGTH_M;
+    let loads = Loads { tip_moment_n_m: [torque_n_m, 0.0, 0.0], ..FREE_TIP };
+    let azimuth = |tip: [f64; 3]| tip[1].atan2(tip[2]);
+    let settled = azimuth(hang(bent(), &loads).0) - azimuth(hang(bent(), &FREE_TIP).0);
+    let (mut state, _) = hung(with(bent(), VISCOUS), &FREE_TIP);
+    let model = Model::new(with(bent(), VISCOUS)).unwrap();
+    let (wall, before) = (free_space(), azimuth(state.node_position_m(0).unwrap()));
+    // A fifth of the viscous time.
+    for _ in 0..20 {
+        step_loaded(&model, &wall.lumen(), &mut state, inserted(LENGTH_M), &loads);
+    }
+    let turned = azimuth(state.node_position_m(0).unwrap()) - before;
+    assert!((turned / settled - 1.0).abs() < 0.2, "{turned} rad of {settled} rad");
 }
