@@ -40,6 +40,8 @@ impl Outputs {
             peak_node,
             links,
             unresolved,
+            // Always false: a tick that loses a number is a fault and has no contact.
+            lost: _,
         } = contact;
         // The bits of no width are those of no number.
         let [bx, by, bz] = band.force_n.map_or([u32::MAX; 3], |xyz| xyz.map(f32::to_bits));

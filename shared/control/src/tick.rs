@@ -250,7 +250,7 @@ impl Memory {
             }
             Mode::Ready | Mode::Armed | Mode::Ramp { cause: RampCause::Disarm } => {
                 let contact = model.step(drives);
-                if !(outputs_finite(&contact) && nodes_finite(model)) {
+                if contact.lost || !(outputs_finite(&contact) && nodes_finite(model)) {
                     self.happens(Event::Fault(Fault::ModelNotFinite));
                     return nothing;
                 }

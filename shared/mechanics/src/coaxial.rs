@@ -63,12 +63,13 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
         Walk::new((&model.catheter, catheter), Some((wire, placed)))
     }
 
-    /// Makes the tables of the chain as the instruments lie in it now.     docs/model.md (39)
+    /// Makes the tables of the chain as the instruments lie in it now, and of the first link where
+    /// none is out of the guide: its mouth has a joint then too.     docs/model.md (39)
     pub(crate) fn overlay(&mut self, model: &Model<T, LINKS>) {
         if let Some(wire) = &model.guidewire {
             let walk = self.walk(model, wire);
             let h = model.description().solver.link_length_m;
-            self.overlaid.fill(self.count.min(LINKS), h, walk);
+            self.overlaid.fill(self.count.clamp(1, LINKS), h, walk);
         }
     }
 }

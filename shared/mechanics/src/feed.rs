@@ -93,7 +93,7 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
             if self.count > 0 {
                 self.base_length_m -= h;
             } else if insertion <= T::zero() {
-                return;
+                break;
             }
             self.give_birth(h);
         }

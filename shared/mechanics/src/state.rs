@@ -70,8 +70,11 @@ pub struct Outputs<T> {
     pub links: u16,
     /// Forces of this tick are not to be trusted: the step's last correction was large (a
     /// snap), a point of the instrument is beyond the stored wall, a link is stretched to twice
-    /// its length or pressed to half, or the run begins again because a number was lost.
+    /// its length or pressed to half, or a number was lost.
     pub unresolved: bool,
+    /// A number was lost in this step, or in one before it and the run is still beginning again:
+    /// nothing else of these outputs means anything.
+    pub lost: bool,
 }
 
 /// The unstretched length of a link.

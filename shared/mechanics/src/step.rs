@@ -47,8 +47,8 @@ pub fn step<T: Real, const LINKS: usize>(
 /// [`step`] with loads from outside.
 ///
 /// A step that loses a number (to an input that is not one) forgets all and begins the run again:
-/// from there on each tick is one step of [`settle`], flagged as
-/// unresolved, until the shape has come to rest.
+/// from there on each tick is one step of [`settle`], flagged as lost, until the shape has come to
+/// rest.
 pub fn step_loaded<T: Real, const LINKS: usize>(
     model: &Model<T, LINKS>,
     lumen: &Lumen<'_>,
@@ -59,7 +59,7 @@ pub fn step_loaded<T: Real, const LINKS: usize>(
     if state.lost {
         let links = state.count as u16;
         state.lost = !settle_loaded(model, lumen, state, drives, loads);
-        return Outputs { links, unresolved: true, ..Outputs::default() };
+        return Outputs { links, ..lost() };
     }
     let description = model.description();
     let solver = &description.solver;
@@ -115,7 +115,7 @@ pub fn step_loaded<T: Real, const LINKS: usize>(
     if !is_finite(&outputs) {
         state.reset();
         state.lost = true;
-        return Outputs { unresolved: true, ..Outputs::default() };
+        return lost();
     }
     let fed_m = state.drives.catheter.insertion_m - start.catheter.insertion_m;
     state.effects.report(model, fed_m, &mut outputs);
@@ -327,7 +327,13 @@ fn report<T: Real, const LINKS: usize>(
         peak_node,
         links: state.count as u16,
         unresolved: totals.largest_turn_squared > limit || state.outside || overstretched,
+        lost: false,
     }
+}
+
+/// Outputs of a step that has no numbers.
+fn lost<T: Real>() -> Outputs<T> {
+    Outputs { unresolved: true, lost: true, ..Outputs::default() }
 }
 
 /// Middle of [`STRAINS`] and half of its length.

@@ -245,8 +245,11 @@ fn p07_motion_within_the_speed_limit_is_believed_after_a_gap() {
 
 #[test]
 fn p06_a_model_that_is_not_finite_is_cut_and_rebuilt() {
-    for (nan_in_node, nan_in_output) in [(true, false), (false, true)] {
+    for (nan_in_node, nan_in_output, lost) in
+        [(true, false, false), (false, true, false), (false, false, true)]
+    {
         let mut bench = Bench::armed();
+        bench.fake.answer.lost = lost;
         if nan_in_node {
             bench.fake.node[4] = f32::INFINITY;
         }

@@ -36,6 +36,22 @@ fn a_straight_guidewire_is_pushed_out_of_a_curved_catheter() {
 }
 
 #[test]
+fn with_both_in_the_guide_every_force_is_a_number() {
+    // What the guide keeps straight would leave it: the energy of a length of the coming curve.
+    let mut pair = pair(LENGTH_M, 32);
+    pair.instrument.precurve.push(curved(0.2, 14.0)).unwrap();
+    let (model, wall, mut state) = (Chain::new(pair).unwrap(), free_space(), State::new());
+    let drives = at(0.0, 0.0);
+    for _ in 0..3 {
+        let found = step(&model, &wall.lumen(), &mut state, drives);
+        assert!(!found.lost && !found.unresolved, "{found:?}");
+        assert_eq!((found.links, found.force_on_vessel_n), (0, [0.0; 3]));
+    }
+    let out = step(&model, &wall.lumen(), &mut state, at(1e-4, 0.0));
+    assert!(!out.lost && out.links == 1, "{out:?}");
+}
+
+#[test]
 fn a_curved_guidewire_in_the_guide_costs_nothing_to_hold() {
     // A straight catheter of near-rigid stiffness keeps the wire as straight as the guide does.
     let mut pair = pair(LENGTH_M, 32);

@@ -50,12 +50,7 @@ fn random_effects_stay_finite() {
             drive.insertion_m = (drive.insertion_m + feed).clamp(0.0, 0.1);
             drive.rotation_rad += spin;
             let found = step(&model, &tube.lumen(), &mut state, drive);
-            let force = found.force_on_vessel_n;
-            let numbers = force.iter().chain(&found.moment_on_vessel_n_m);
-            assert!(
-                numbers.chain([&found.drive_force_n]).all(|x| x.is_finite()),
-                "seed {seed}, tick {tick}: {found:?}"
-            );
+            assert!(!found.lost, "seed {seed}, tick {tick}: {found:?}");
             let tip = state.node_position_m(0).unwrap_or_default();
             assert!(tip.iter().all(|x| x.abs() < 0.5), "seed {seed}, tick {tick}: {tip:?}");
         }

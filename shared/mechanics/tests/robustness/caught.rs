@@ -72,7 +72,7 @@ impl Run {
             // Within what a tick's force at its end is worth as one of all of it; and weight does
             // work: 1.5 g/m on 70 mm that fall by 8 mm.
             let most_j = if last.unresolved { 4.0 } else { 1.5 } * self.put_in_j + 1e-5;
-            assert!(force_n(&last).is_finite(), "tick {tick}: {last:?}");
+            assert!(!last.lost, "tick {tick}: {last:?}");
             assert!(energy_j <= most_j, "{energy_j} J, put in {most_j} J; tick {tick}: {last:?}");
             self.forces.push((force_n(&last), last.unresolved));
         }
