@@ -125,6 +125,13 @@ impl Stand {
         let path = bundle.join("rig.toml");
         let text = fs::read_to_string(&path)
             .map_err(|error| GivenError::File { path: path.clone(), error })?;
+        if is_drive(&text) {
+            return Err(GivenError::Unfit {
+                path,
+                what: "a drive on its own has no instrument, and realities are of catheters",
+                fix: "name the bundle of a catheter",
+            });
+        }
         let file: RigFile = toml::from_str(&text)
             .map_err(|error| GivenError::Rig { path: path.clone(), error: Box::new(error) })?;
         let mut motions = motions(bundle)?;
@@ -144,6 +151,11 @@ impl Stand {
         };
         Ok(Self { rig: rig(bundle, &file)?, motions, accuracy, given: Some(bundle.to_owned()) })
     }
+}
+
+fn is_drive(rig: &str) -> bool {
+    let plant = |table: toml::Table| table.get("plant").and_then(|p| p.as_str()).map(str::to_owned);
+    toml::from_str(rig).ok().and_then(plant).is_some_and(|plant| plant == "drive")
 }
 
 fn rig(bundle: &Path, file: &RigFile) -> Result<Rig, GivenError> {

@@ -73,6 +73,8 @@ pub enum ChallengeError {
         .0.display()
     )]
     AlreadyMade(PathBuf),
+    #[error("{}: no challenge is there\n  fix: `cathforce gap challenge make` makes one", .0.display())]
+    NoChallenge(PathBuf),
     #[error("{}: not sealed yet\n  fix: `cathforce gap challenge seal` first", .0.display())]
     NotSealed(PathBuf),
     #[error("{}: sealed already; a second seal would be worth nothing", .0.display())]
@@ -216,6 +218,9 @@ impl Challenge {
         let path = self.folder.join("seals.json");
         if path.exists() {
             return Err(ChallengeError::AlreadySealed(self.folder.clone()));
+        }
+        if !self.folder.join("labels").is_dir() {
+            return Err(ChallengeError::NoChallenge(self.folder.clone()));
         }
         let cases = self.cases()?;
         let hashes = cases.into_iter().map(|case| Ok((case.clone(), self.hash(&case)?)));

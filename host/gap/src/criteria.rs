@@ -48,6 +48,9 @@ pub struct Parsimony {
     least: f64,
     /// Smallest share of what is left.
     of_left: f64,
+    /// At the floor nothing more is asked for: of a drive, whose clock may tremble. Small effects of a
+    /// catheter that lie together at its floor are told apart.
+    ends_at_floor: bool,
 }
 
 impl Parsimony {
@@ -57,7 +60,13 @@ impl Parsimony {
             false => (LEAST_OF_ALL, SHARE_OF_LEFT),
         };
         let quantities = nominal.quantities.iter().map(|(own, energy, _)| (*own, *energy));
-        Self { gap: nominal.excess(), quantities: quantities.collect(), least, of_left }
+        Self {
+            gap: nominal.excess(),
+            quantities: quantities.collect(),
+            least,
+            of_left,
+            ends_at_floor: plant.cheap(),
+        }
     }
 
     /// Whether a model is enough better than the one that it extends.
@@ -70,6 +79,9 @@ impl Parsimony {
     /// Whether what a model has more than another is worth its parameters, however its gain is
     /// spread over the blocks.
     pub fn is_needed(&self, old: &Score, new: &Score, parameters: usize) -> bool {
+        if self.ends_at_floor && old.worst() <= NO_GAP {
+            return false;
+        }
         let n = new.effective.max(2.0);
         let evidence = n * (old.energy / new.energy).ln() - parameters as f64 * n.ln();
         let removed = old.excess() - new.excess();
@@ -183,7 +195,13 @@ mod tests {
     /// Of a gap of a thousand floors, to which the tip adds so many.
     fn parsimony(tip: f64) -> Parsimony {
         let quantities = vec![(Quantity::DriveForce, 2000.0), (Quantity::Tip, 1.0 + tip)];
-        Parsimony { gap: 1000.0, quantities, least: LEAST_OF_ALL, of_left: SHARE_OF_LEFT }
+        Parsimony {
+            gap: 1000.0,
+            quantities,
+            least: LEAST_OF_ALL,
+            of_left: SHARE_OF_LEFT,
+            ends_at_floor: false,
+        }
     }
 
     #[test]

@@ -28,6 +28,10 @@ use crate::verdict::{Lead, verdict};
 
 /// Share of the nominal RMS from which on an effect is material.
 const MATERIAL: f64 = 0.05;
+/// Energy that an explanation of a drive may leave, whatever it closes: its repeats agree better than
+/// any model (the measured axis of EMPS is left 70 times its floor's), but what closes nine tenths or
+/// less and leaves more than this is of another kind.
+const FAR_FROM_FLOOR_CHEAP: f64 = 1000.0;
 /// Share of unseen samples from which on held-out figures say too little.
 const MOST_UNSEEN: f64 = 0.5;
 
@@ -228,7 +232,8 @@ impl<'a> Answer<'a> {
         self.diagnosis.details.shrink = shrink;
         self.path(problem, &selection);
         let named = self.effects(selector, &selection);
-        let worst = if self.plant.cheap() { 0.0 } else { selection.best.score.worst() };
+        let worst = selection.best.score.worst();
+        let worst = if self.plant.cheap() && worst <= FAR_FROM_FLOOR_CHEAP { 0.0 } else { worst };
         self.diagnosis.verdict = if selection.best.fit.effects.is_empty() {
             Verdict::Unknown
         } else {
@@ -264,6 +269,11 @@ impl<'a> Answer<'a> {
                 nuisances.join(", ")
             ));
         }
+        let point = &selection.best.fit.point;
+        let named = selection.best.fit.effects.iter();
+        let misstated = named.filter_map(|&e| self.plant.misstated(e, &point.effects[e]));
+        let misstated: Vec<String> = misstated.collect();
+        misstated.into_iter().for_each(|remark| self.remark(remark));
         if given.is_some() {
             self.remark(
                 "these effects were asked for: whether others explain the gap as well was not tried"
@@ -297,7 +307,9 @@ impl<'a> Answer<'a> {
         let best = &selection.best.fit;
         let id = |effect: usize| self.plant.effects()[effect].id;
         let at_bound = best.effects.iter().find(|e| at_bound(self.plant, **e, &best.point));
-        let at_bound = at_bound.filter(|_| worst > NEAR_FLOOR).map(|&effect| {
+        // The floor of a drive says little of what is left: there a bound speaks for itself.
+        let leaves_much = self.plant.cheap() || worst > NEAR_FLOOR;
+        let at_bound = at_bound.filter(|_| leaves_much).map(|&effect| {
             format!(
                 "{} comes nearest at the end of what it may be, and leaves much: it stands for \
                  something else",

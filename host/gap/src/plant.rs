@@ -371,6 +371,12 @@ pub trait Plant: Sync {
         None
     }
 
+    /// What is wrong in rig.toml, if it is not this effect at these values; `None` where nothing of it
+    /// looks like that.
+    fn misstated(&self, _effect: usize, _values: &[f64]) -> Option<String> {
+        None
+    }
+
     /// What cannot be concluded from these trials, or only with a reserve, and why.
     fn remarks(&self) -> &[String];
 

@@ -290,6 +290,11 @@ impl Diagnosis {
             )
         });
         match self.verdict {
+            Verdict::NoGap if self.gap.force_rms_n.is_none() => {
+                "No gap in what was measured, which is no force: the nominal model explains it to the \
+                 floor."
+                    .to_owned()
+            }
             Verdict::NoGap => {
                 "No gap: the nominal model explains the data to the floor.".to_owned()
             }

@@ -17,6 +17,11 @@ const MUCH_BETTER: f64 = 0.2;
 const UNIT_FACTOR: f64 = 100.0;
 /// Correlation from which on the factor means anything.
 const ALIKE: f64 = 0.8;
+/// Other units of force, and how many of them are a newton: far from what any gain or stiffness makes
+/// of it. Found within this share, by a correlation of at least this much.
+const FORCE_UNITS: [(&str, f64); 2] = [("kilogram-force", 0.101_972), ("pound-force", 0.224_809)];
+const SAME_UNIT: f64 = 0.03;
+const ALIKE_IN_UNIT: f64 = 0.95;
 
 const QUANTITIES: [Quantity; 4] =
     [Quantity::Force, Quantity::DriveForce, Quantity::Tip, Quantity::Shape];
@@ -133,6 +138,16 @@ fn unit(axes: &[Axis], quantity: Quantity) -> Option<String> {
         Quantity::Tip => ("way of the tip", "metre"),
         Quantity::Shape => ("way of the shape's points", "metre"),
     };
+    let slope = yf / ff;
+    let is_one = |(_, per_newton): &&(&str, f64)| (slope / per_newton - 1.0).abs() < SAME_UNIT;
+    let alike = quantity.is_force() && yf >= ALIKE_IN_UNIT * (yy * ff).sqrt();
+    if let Some((other, _)) = FORCE_UNITS.iter().filter(|_| alike).find(is_one) {
+        return Some(format!(
+            "the measured {what} is {slope:.4} times the predicted one and otherwise alike, as it is \
+             in {other}s; nothing is concluded from it: give its columns in newtons, or, if they \
+             are, state a stiffness nearer to the instrument's"
+        ));
+    }
     (!(1.0 / UNIT_FACTOR..=UNIT_FACTOR).contains(&factor)).then(|| {
         format!(
             "the measured {what} is {factor:.3e} times the predicted one and otherwise alike: its \
@@ -284,7 +299,7 @@ mod tests {
     }
 
     #[test]
-    fn thousandths_are_no_units() {
+    fn thousandths_and_other_units_are_refused() {
         let thousandths = |values: [f64; 3]| values.map(|x| 1e3 * x);
         for (quantity, axes, unit) in [
             (Quantity::Force, 3, "not newton"),
@@ -294,5 +309,13 @@ mod tests {
         ] {
             assert_refused(&answer(quantity, axes, thousandths), unit);
         }
+        for (newtons, unit) in [(9.806_65, "kilogram-force"), (4.448_222, "pound-force")] {
+            let other = |force: [f64; 3]| force.map(|f| f / newtons);
+            assert_refused(&answer(Quantity::Force, 3, other), unit);
+            assert_refused(&answer(Quantity::DriveForce, 1, other), unit);
+            // A way has no such unit, and a tenth is none.
+            assert_eq!(answer(Quantity::Tip, 3, other).verdict, Verdict::Named);
+        }
+        assert_eq!(answer(Quantity::Force, 3, |f| f.map(|f| 0.11 * f)).verdict, Verdict::Named);
     }
 }

@@ -316,20 +316,93 @@ fn a_jump_of_the_clock_is_said_and_left_out() {
     assert_eq!(names(&answer)[..1], ["drive.coulomb"], "{}", answer.sentence());
 }
 
+/// Changes the fields of every row of all trials: t_s, setpoint_m, position_m, drive_command_N.
+fn rewritten(folder: &Path, change: impl Fn(usize, &mut Vec<String>)) {
+    for name in ["trials/000.csv", "trials/001.csv"] {
+        let file = folder.join(name);
+        let text = std::fs::read_to_string(&file).unwrap();
+        let changed = text.lines().enumerate().map(|(row, line)| {
+            let mut fields: Vec<String> = line.split(',').map(str::to_owned).collect();
+            if row > 0 {
+                change(row, &mut fields);
+            }
+            fields.join(",") + "\n"
+        });
+        let changed: String = changed.collect();
+        std::fs::write(&file, changed).unwrap();
+    }
+}
+
+#[test]
+fn a_row_that_was_misread_is_named_and_changes_nothing() {
+    let folder = bundle(&TWO, 0.0, 2.0, coulomb);
+    rewritten(folder.path(), |row, fields| {
+        if row == 2000 {
+            fields[2] = "0".to_owned();
+        }
+    });
+    let answer = ask(folder.path());
+    assert_eq!(names(&answer), ["drive.coulomb"], "{}", answer.sentence());
+    let dry = value(&answer.effects[0], "force_n");
+    assert!((dry / 6.0 - 1.0).abs() < 0.05, "{dry}");
+    let said = |remark: &&String| remark.contains("position_m of one row at 1.999 s");
+    assert_eq!(answer.remarks.iter().filter(said).count(), 2, "{:?}", answer.remarks);
+}
+
+#[test]
+fn columns_that_are_swapped_carry_no_verdict() {
+    let folder = bundle(&TWO, 0.0, 2.0, coulomb);
+    rewritten(folder.path(), |_, fields| fields.swap(2, 3));
+    let answer = ask(folder.path());
+    assert_eq!(answer.verdict, Verdict::Unknown);
+    assert!(answer.remarks.iter().any(|r| r.contains("swapped")), "{:?}", answer.remarks);
+}
+
+/// At 5 mm/s a turnover of friction over half a millimetre a second would look like more friction
+/// at rest.
+#[test]
+fn friction_of_a_slow_axis_does_not_fall_as_motion_sets_in() {
+    let force = |t: f64, now: &Instant| coulomb(t, now) + 400.0 * now.velocity_m_per_s;
+    let answer = ask(bundle(&[(2.5, 1e-3), (2.5, 1e-3)], 0.0, 2.0, force).path());
+    assert_eq!(answer.verdict, Verdict::Named, "{}", answer.sentence());
+    assert!(!names(&answer).contains(&"drive.stribeck"), "{}", answer.sentence());
+    let find = |id: &str| answer.effects.iter().find(|effect| effect.id == id).unwrap();
+    let dry = value(find("drive.coulomb"), "force_n");
+    assert!((dry / 6.0 - 1.0).abs() < 0.05, "{dry}");
+}
+
+#[test]
+fn drag_that_goes_by_the_square_of_the_speed_is_none_of_the_effects() {
+    let drag = |_: f64, now: &Instant| 60.0 * now.velocity_m_per_s * now.velocity_m_per_s.abs();
+    let answer = ask(bundle(&TWO, 0.0, 2.0, drag).path());
+    assert_eq!(answer.verdict, Verdict::Unknown, "{}", answer.sentence());
+}
+
+#[test]
+fn what_another_mass_would_do_as_well_is_said() {
+    let answer = ask(bundle(&TWO, 0.0, 2.0, |_, now| 5.0 * now.acceleration_m_per_s2).path());
+    assert!(!answer.effects.is_empty(), "{}", answer.sentence());
+    assert!(
+        answer.remarks.iter().any(|r| r.contains("a moving mass of 25.0")),
+        "{:?}",
+        answer.remarks
+    );
+}
+
+#[test]
+fn a_command_that_is_nothing_is_refused() {
+    let folder = bundle(&TWO, 0.0, 2.0, coulomb);
+    rewritten(folder.path(), |_, fields| fields[3] = "0".to_owned());
+    let refused = Drive::new(&Bundle::open(folder.path()).unwrap()).err();
+    assert_eq!(refused, Some(DriveError::NoCommand));
+}
+
 #[test]
 fn a_command_in_millinewtons_carries_no_verdict() {
     let folder = bundle(&TWO, 0.0, 2.0, |_, _| 0.0);
-    for name in ["trials/000.csv", "trials/001.csv"] {
-        let file = folder.path().join(name);
-        let text = std::fs::read_to_string(&file).unwrap();
-        let scaled = text.lines().enumerate().map(|(i, line)| match line.rsplit_once(',') {
-            Some((rest, command)) if i > 0 => {
-                format!("{rest},{}\n", 1e3 * command.parse::<f64>().unwrap())
-            }
-            _ => format!("{line}\n"),
-        });
-        std::fs::write(&file, scaled.collect::<String>()).unwrap();
-    }
+    rewritten(folder.path(), |_, fields| {
+        fields[3] = format!("{}", 1e3 * fields[3].parse::<f64>().unwrap());
+    });
     let answer = ask(folder.path());
     assert_eq!(answer.verdict, Verdict::Unknown);
     assert!(answer.effects.is_empty());

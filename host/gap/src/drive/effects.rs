@@ -16,8 +16,10 @@ use super::motion::Motion;
 use crate::plant::{Along, Effect, Parameter, Point, Swing};
 use crate::signal::Gaussian;
 
-/// Velocity over which Coulomb friction turns over \[m/s\].
-const TURNOVER_M_PER_S: f64 = 0.5e-3;
+/// Velocity over which Coulomb friction turns over, at most \[m/s\] and as a share of the largest
+/// speed: what moves slowly must not spend its way in between.
+const MOST_TURNOVER_M_PER_S: f64 = 0.5e-3;
+const TURNOVER_SHARE: f64 = 5e-3;
 
 /// What the command's measurement follows late is smoothed so far first, in grid points: a low pass
 /// of all that is predicted would take away the noise of the position, and be found wherever that
@@ -62,6 +64,13 @@ pub struct Scale {
     pub travel_m: f64,
     /// Length of a trial \[s\].
     pub duration_s: f64,
+}
+
+impl Scale {
+    /// Velocity over which Coulomb friction turns over \[m/s\].
+    pub fn turnover_m_per_s(&self) -> f64 {
+        (TURNOVER_SHARE * self.speed_m_per_s).min(MOST_TURNOVER_M_PER_S)
+    }
 }
 
 /// The library of an axis on which everything is 1: bounds and priors as multiples of
@@ -133,7 +142,8 @@ pub fn library(scale: &Scale) -> Vec<Effect> {
                 Parameter {
                     name: "speed_m_per_s",
                     unit: "m/s",
-                    low: 1e-3 * v,
+                    // What falls sooner than friction turns over is another turnover.
+                    low: TURNOVER_SHARE * v,
                     high: 0.2 * v,
                     off: 0.05 * v,
                     scale: 0.05 * v,
@@ -219,8 +229,15 @@ pub fn library(scale: &Scale) -> Vec<Effect> {
     ]
 }
 
+/// An axis: what moves, and how friction turns over where it turns.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Axis {
+    pub mass_kg: f64,
+    pub turnover_m_per_s: f64,
+}
+
 /// The command's measurement at every point of the motion, before it is smoothed \[N\].
-pub fn command(mass_kg: f64, motion: &Motion, point: &Point) -> Vec<f64> {
+pub fn command(axis: &Axis, motion: &Motion, point: &Point) -> Vec<f64> {
     let value = |effect: Is, parameter: usize| point.effects[effect as usize][parameter];
     let counted = 1.0 + value(Is::EncoderScale, 0);
     let engaged = engagement(&motion.position_m, counted * value(Is::Backlash, 0));
@@ -231,10 +248,10 @@ pub fn command(mass_kg: f64, motion: &Motion, point: &Point) -> Vec<f64> {
     let dt_s = motion.dt_s;
     let middle_s = 0.5 * dt_s * motion.position_m.len() as f64;
     let lag = value(Is::TimeConstant, 0);
-    let sign = direction(motion, value(Is::Coulomb, 1));
+    let sign = direction(motion, axis.turnover_m_per_s, value(Is::Coulomb, 1));
     let applied = |i: usize| {
         let velocity = motion.velocity_m_per_s[i] / counted;
-        let inertia = mass_kg * motion.acceleration_m_per_s2[i] / counted;
+        let inertia = axis.mass_kg * motion.acceleration_m_per_s2[i] / counted;
         let sign = sign[i];
         let mut friction = coulomb * sign + viscous * velocity + value(Is::Offset, 0);
         if excess != 0.0 {
@@ -270,8 +287,8 @@ fn follow(force_n: &mut [f64], share: f64) {
 
 /// The direction that friction is against, from −1 to 1. After a reversal it turns over within
 /// some presliding distances, as the bristles of Dahl's model do (Dahl 1968).
-fn direction(motion: &Motion, presliding_m: f64) -> Vec<f64> {
-    let moved = |velocity: &f64| (velocity / TURNOVER_M_PER_S).tanh();
+fn direction(motion: &Motion, turnover_m_per_s: f64, presliding_m: f64) -> Vec<f64> {
+    let moved = |velocity: &f64| (velocity / turnover_m_per_s).tanh();
     let moving = motion.velocity_m_per_s.iter().map(moved);
     if presliding_m <= 0.0 {
         return moving.collect();
@@ -314,6 +331,16 @@ pub fn swing(effect: usize, travel_m: f64) -> Option<Swing> {
             vec![amplitudes[0] * sine, amplitudes[0] * cosine, 1.0 / cycles]
         },
     })
+}
+
+/// The inertial force of an effect over that without it; `None` of one that does not change it alike
+/// everywhere.
+pub fn inertia_ratio(effect: usize, values: &[f64]) -> Option<f64> {
+    match effect {
+        e if e == Is::EncoderScale as usize => Some(1.0 / (1.0 + values[0])),
+        e if e == Is::Gain as usize => Some(1.0 + values[0]),
+        _ => None,
+    }
 }
 
 /// Which effect shifts the time axis: it acts where the smoothed command is read.

@@ -6,6 +6,8 @@ use nalgebra::{Matrix4, Vector4};
 /// Ratios of the inertia seen to the one stated that no effect makes.
 const LEAST: f64 = 0.4;
 const MOST: f64 = 2.5;
+/// Inertia over the whole command that nothing else on an axis takes up.
+const IMPOSSIBLE: f64 = 10.0;
 /// Share of the variance that inertia must explain beside friction before it is believed.
 const BELIEVED: f64 = 0.05;
 
@@ -31,6 +33,14 @@ pub fn complaint(rows: impl Iterator<Item = (f64, f64, f64)>, mass_kg: f64) -> O
         let sign = if v.abs() < 0.01 * fastest { 0.0 } else { v.signum() };
         Vector4::new(inertial / size, sign, v / fastest, 1.0)
     };
+    let commanded = rows.iter().map(|(y, ..)| y * y).sum::<f64>().sqrt();
+    if size > IMPOSSIBLE * commanded {
+        return Some(format!(
+            "the motion as it was recorded takes {:.1e} times the force that was commanded, so no effect \
+             is named: columns are swapped, or of another unit, or rows of position_m were misread; {UNITS}",
+            size / commanded
+        ));
+    }
     let (mut normal, mut right) = (Matrix4::zeros(), Vector4::zeros());
     for row in &rows {
         let x = regressors(row);
@@ -79,9 +89,13 @@ mod tests {
         for good in [1.0, 0.8, 1.3] {
             assert_eq!(complaint(rows(good), 20.0), None, "{good}");
         }
-        for (scale, word) in
-            [(-1.0, "opposite"), (1e3, "newtons"), (1e-3, "newtons"), (0.02, "torque")]
-        {
+        for (scale, word) in [
+            (-1.0, "opposite"),
+            (1e3, "newtons"),
+            (1e-3, "misread"),
+            (0.02, "misread"),
+            (0.2, "torque"),
+        ] {
             let said = complaint(rows(scale), 20.0).expect("a complaint");
             assert!(said.contains(word), "{scale}: {said}");
         }

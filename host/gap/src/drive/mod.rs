@@ -5,20 +5,24 @@
 
 mod effects;
 mod inertia;
+mod misread;
 mod motion;
 mod noise;
 mod segments;
 mod setpoint;
 mod spike;
 
-use cathforce_rig::bundle::{Bundle, DriveTrial, Plant as RigPlant, RigPriors, TrialData};
+use cathforce_rig::bundle::{Bundle, Plant as RigPlant, RigPriors, TrialData};
 
 use crate::floor;
 use crate::plant::{
     Channel, Effect, Nuisance, Plant, Point, Quantity, Repeat, Sample, Segment, Swing, Trial,
 };
-use effects::{FORCE_BIAS, Scale, TIME_SHIFT, command, latency_s, library, swing};
+use effects::{
+    Axis, FORCE_BIAS, Scale, TIME_SHIFT, command, inertia_ratio, latency_s, library, swing,
+};
 pub use effects::{counted_in, listed};
+use misread::Rows;
 use motion::{Filters, GRID_S, Motion, jump_s, on_grid, step_s};
 use noise::Noise;
 use setpoint::Setpoint;
@@ -45,7 +49,7 @@ const PHASES: [&str; 5] = ["standing", "reversal", "speeding up", "slowing down"
 
 /// Drive bundles as a [`Plant`].
 pub struct Drive {
-    mass_kg: f64,
+    axis: Axis,
     channels: Vec<Channel>,
     regimes: Vec<String>,
     trials: Vec<Trial>,
@@ -94,8 +98,16 @@ pub enum DriveError {
          motion\n  fix: t_s is in seconds; record at 100 Hz or more"
     )]
     TooSeldom { trial: u32, step_s: f64 },
-    #[error("the drive never moves in any trial: no force of motion can be compared")]
+    #[error(
+        "the drive never moves in any trial: no force of motion can be compared\n  fix: record \
+         position_m while it moves"
+    )]
     Still,
+    #[error(
+        "drive_command_N is 0 in every trial, and the drive moves: nothing drives it\n  fix: record \
+         the force that the drive was given, in newtons"
+    )]
+    NoCommand,
 }
 
 /// Rows farther apart than this say nothing about accelerations \[s\]; a clock may go 2 % slow.
@@ -118,21 +130,23 @@ impl Drive {
                 return Err(DriveError::TooSeldom { trial: trial.number, step_s });
             }
             longest_s = longest_s.max(step_s);
-            raw.push((trial.number, trial.t_s.as_slice(), data));
+            raw.push(Rows::of(trial.number, &trial.t_s, data));
         }
         if raw.is_empty() {
             return Err(DriveError::NoTrials);
         }
         let filters = Filters::of_rows(longest_s);
-        let motion =
-            |t_s: &[f64], data: &DriveTrial| Motion::of(&on_grid(t_s, &data.position_m), &filters);
-        let motions: Vec<Motion> = raw.iter().map(|(_, t_s, data)| motion(t_s, data)).collect();
+        let motion = |rows: &Rows| Motion::of(&on_grid(&rows.t_s, &rows.data.position_m), &filters);
+        let motions: Vec<Motion> = raw.iter().map(motion).collect();
         let scale = scale(&raw, &motions);
-        if scale.speed_m_per_s <= 0.0 || scale.force_n <= 0.0 {
+        if scale.speed_m_per_s <= 0.0 {
             return Err(DriveError::Still);
         }
+        if scale.force_n <= 0.0 {
+            return Err(DriveError::NoCommand);
+        }
         let mut drive = Self {
-            mass_kg: rig.moving_mass_kg,
+            axis: Axis { mass_kg: rig.moving_mass_kg, turnover_m_per_s: scale.turnover_m_per_s() },
             channels: vec![Channel { name: "drive_command_N".into(), quantity: Quantity::Force }],
             regimes: Regime::names(),
             trials: Vec::new(),
@@ -152,8 +166,8 @@ impl Drive {
             complaint: None,
         };
         let limits = Limits::of(&scale, &motions);
-        for ((number, t_s, data), motion) in raw.into_iter().zip(motions) {
-            drive.add(number, t_s, data, motion, &limits);
+        for (rows, motion) in raw.into_iter().zip(motions) {
+            drive.add(rows, motion, &limits);
         }
         if !drive.estimated_n.is_empty() {
             let remark = floor::unstated(&drive.channels[0].name, &drive.estimated_n);
@@ -163,14 +177,9 @@ impl Drive {
         Ok(drive)
     }
 
-    fn add(
-        &mut self,
-        number: u32,
-        t_s: &[f64],
-        data: &DriveTrial,
-        motion: Motion,
-        limits: &Limits,
-    ) {
+    fn add(&mut self, rows: Rows, motion: Motion, limits: &Limits) {
+        let Rows { number, ref t_s, ref data, remarks } = rows;
+        self.remarks.extend(remarks);
         let row_n = self.stated_n.unwrap_or_else(|| {
             let found_n = Noise::of(t_s, &data.drive_command_n).most;
             self.estimated_n.push(found_n);
@@ -178,7 +187,7 @@ impl Drive {
         });
         let noise_n = noise::command_n(t_s, row_n, &self.filters);
         let row_m = Noise::of(t_s, &data.position_m).or_stated(self.stated_m);
-        let open_n = self.mass_kg * noise::acceleration_m_per_s2(t_s, row_m, &self.filters);
+        let open_n = self.axis.mass_kg * noise::acceleration_m_per_s2(t_s, row_m, &self.filters);
         let measured = self.filters.measured(&on_grid(t_s, &data.drive_command_n));
         let points = measured.len();
         let setpoint = Setpoint::of(t_s, data);
@@ -245,7 +254,7 @@ impl Drive {
             let pairs = trial.samples.iter().zip(inertial);
             pairs.map(|(s, f)| (s.value, f, s.speed_m_per_s)).collect::<Vec<_>>()
         });
-        inertia::complaint(rows, self.mass_kg)
+        inertia::complaint(rows, self.axis.mass_kg)
     }
 
     /// Pairs samples of a trial with those `lag` grid points later of another, or of the same, in
@@ -316,7 +325,7 @@ impl Plant for Drive {
 
     fn simulate(&self, trial: usize, point: &Point) -> Option<Vec<f64>> {
         let Prepared { motion, at } = &self.motions[trial];
-        let force_n = command(self.mass_kg, motion, point);
+        let force_n = command(&self.axis, motion, point);
         let [bias_n, shift_s] = [FORCE_BIAS, TIME_SHIFT].map(|k| point.nuisances[k]);
         let mut predicted = self.filters.predicted(&force_n, at, latency_s(point) + shift_s);
         predicted.iter_mut().for_each(|f| *f += bias_n);
@@ -341,11 +350,22 @@ impl Plant for Drive {
 
     fn simulate_segment(&self, segment: usize, point: &Point) -> Option<Vec<f64>> {
         let motion = &self.segments[segment];
-        let force_n = command(self.mass_kg, motion, point);
+        let force_n = command(&self.axis, motion, point);
         let reach = self.filters.reach();
         let at: Vec<usize> = (reach..force_n.len().saturating_sub(reach)).step_by(STRIDE).collect();
         let predicted = self.filters.predicted(&force_n, &at, latency_s(point));
         Some(predicted.into_iter().map(|f| f / self.noise_n).collect())
+    }
+
+    fn misstated(&self, effect: usize, values: &[f64]) -> Option<String> {
+        let stated_kg = self.axis.mass_kg;
+        let id = self.effects[effect].id;
+        let as_mass = inertia_ratio(effect, values)?;
+        Some(format!(
+            "{id} does to the inertia what a moving mass of {:.3} kg would do, where rig.toml states \
+             {stated_kg:.3} kg: weigh what moves before {id} is believed",
+            as_mass * stated_kg
+        ))
     }
 
     fn complaint(&self) -> Option<&str> {
@@ -404,9 +424,9 @@ fn nuisances(scale: &Scale, stated: &RigPriors) -> Vec<Nuisance> {
     ]
 }
 
-fn scale(raw: &[(u32, &[f64], &DriveTrial)], motions: &[Motion]) -> Scale {
+fn scale(raw: &[Rows], motions: &[Motion]) -> Scale {
     let largest = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0, f64::max);
-    let commands = || raw.iter().flat_map(|(_, _, data)| data.drive_command_n.iter());
+    let commands = || raw.iter().flat_map(|rows| rows.data.drive_command_n.iter());
     let power: f64 = commands().map(|f| f * f).sum();
     let positions = || motions.iter().flat_map(|m| m.position_m.iter().copied());
     let low = positions().fold(f64::INFINITY, f64::min);
@@ -416,7 +436,7 @@ fn scale(raw: &[(u32, &[f64], &DriveTrial)], motions: &[Motion]) -> Scale {
             &mut motions.iter().flat_map(|m| m.velocity_m_per_s.iter().map(|v| v.abs())),
         ),
         travel_m: positions().fold(f64::NEG_INFINITY, f64::max) - low,
-        duration_s: largest(&mut raw.iter().map(|(_, t_s, _)| t_s[t_s.len() - 1] - t_s[0])),
+        duration_s: largest(&mut raw.iter().map(|Rows { t_s, .. }| t_s[t_s.len() - 1] - t_s[0])),
     }
 }
 

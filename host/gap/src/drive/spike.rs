@@ -49,7 +49,7 @@ impl<'a> Spiking<'a> {
             let TrialData::Drive(data) = &mut trial.data else { continue };
             let start_s = trial.t_s[0];
             let [old, new] = [&before, &after].map(|point| {
-                let force_n = command(self.drive.mass_kg, &prepared.motion, point);
+                let force_n = command(&self.drive.axis, &prepared.motion, point);
                 let later_s = latency_s(point) - start_s;
                 move |t_s: f64| interpolate(&force_n, (t_s + later_s) / GRID_S)
             });

@@ -36,6 +36,10 @@ fn refuse(error: ChallengeError) -> Failure {
 }
 
 fn make(ui: &Ui, arguments: &ChallengeMakeArguments) -> Result<(), Failure> {
+    if arguments.cases == 0 {
+        let why = "--cases 0: a challenge without cases asks nothing\n  fix: give 10 or more";
+        return Err(Failure::new(Code::Usage, why.to_owned()));
+    }
     let progress = Mutex::new(ui.progress("playing", arguments.cases as u64, "cases"));
     let made = AtomicU64::new(0);
     let salt_seed = rand::rng().random();

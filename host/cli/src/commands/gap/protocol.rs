@@ -72,6 +72,17 @@ pub fn of(bundle: &Bundle, way: &Way) -> Result<Protocol, Failure> {
     let starts = bundle.trials.iter().filter_map(|t| t.catheter()?.insertion_m.first().copied());
     let from_m = way.from_m.or(starts.min_by(f64::total_cmp)).ok_or_else(missing)?;
     let to_m = way.to_m.or(bundle.largest_insertion_m()).ok_or_else(missing)?;
+    let length_m = bundle.catheter().map_or(f64::INFINITY, |rig| rig.instrument.length_m);
+    if to_m > length_m {
+        return Err(Failure::new(
+            Code::Usage,
+            format!(
+                "to {to_m} m is farther than the instrument of {}, which is {length_m} m long\n  fix: \
+                 give a --to-m that it reaches",
+                bundle.path.join("rig.toml").display()
+            ),
+        ));
+    }
     Protocol::new(from_m, to_m).map_err(|e| Failure::new(Code::Usage, e.to_string()))
 }
 

@@ -1,0 +1,123 @@
+//! Rows that were misread: a number that jumps away and is back in the next row.
+//!
+//! An encoder's frame that was lost reads 0, a converter's spike what it likes. Differentiated twice, one
+//! such row is more force than all the motion. No axis moves there and back within two rows, and no
+//! controller's step is over after one: a second difference d of three rows belongs to a misread one
+//! in their middle where those next to it have half its size and the other sign,
+//!
+//! > x = …, a, a, a + h, a, a, …   ⇒   d = …, 0, h, −2h, h, 0, …
+
+use cathforce_rig::bundle::DriveTrial;
+
+/// Second differences of a misread row are this many times what all but a twentieth are at most.
+const FAR: f64 = 20.0;
+const USUAL: f64 = 0.95;
+/// And at least this share of the whole range: the last step of an encoder flickers.
+const OF_RANGE: f64 = 0.02;
+/// Those next to it, as shares of its own.
+const HALF: std::ops::Range<f64> = -0.6..-0.4;
+
+/// A trial without its misread rows.
+pub struct Rows {
+    pub number: u32,
+    pub t_s: Vec<f64>,
+    pub data: DriveTrial,
+    /// Which were left out, in words.
+    pub remarks: Vec<String>,
+}
+
+impl Rows {
+    pub fn of(number: u32, t_s: &[f64], data: &DriveTrial) -> Self {
+        let columns =
+            [("position_m", &data.position_m), ("drive_command_N", &data.drive_command_n)];
+        let mut remarks = Vec::new();
+        let mut left_out = vec![false; t_s.len()];
+        for (name, column) in columns {
+            let rows = misread(column);
+            let Some(&first) = rows.first() else { continue };
+            let count = rows.len();
+            let (which, others) = match count {
+                1 => ("one row".to_owned(), ""),
+                _ => (format!("{count} rows"), ", the first"),
+            };
+            remarks.push(format!(
+                "trial {number:03}: {name} of {which}{others} at {:.3} s ({}), jumps away and is back in \
+                 the next: misread, not used",
+                t_s[first], column[first]
+            ));
+            rows.into_iter().for_each(|row| left_out[row] = true);
+        }
+        let kept: Vec<usize> = (0..t_s.len()).filter(|&row| !left_out[row]).collect();
+        let of = |column: &[f64]| kept.iter().map(|&row| column[row]).collect::<Vec<f64>>();
+        let setpoint = data.setpoint_m.as_ref();
+        let data = DriveTrial {
+            position_m: of(&data.position_m),
+            drive_command_n: of(&data.drive_command_n),
+            setpoint_m: setpoint.map(|column| kept.iter().map(|&row| column[row]).collect()),
+        };
+        Self { number, t_s: of(t_s), data, remarks }
+    }
+}
+
+/// Rows whose number is not that of a motion.
+fn misread(series: &[f64]) -> Vec<usize> {
+    let low = series.iter().copied().fold(f64::INFINITY, f64::min);
+    let range = series.iter().copied().fold(f64::NEG_INFINITY, f64::max) - low;
+    let bends: Vec<f64> = series.windows(3).map(|w| w[0] - 2.0 * w[1] + w[2]).collect();
+    let mut sizes: Vec<f64> = bends.iter().map(|bend| bend.abs()).collect();
+    sizes.sort_by(f64::total_cmp);
+    let Some(usual) = sizes.get((USUAL * sizes.len() as f64) as usize) else { return Vec::new() };
+    let least = (FAR * usual).max(OF_RANGE * range);
+    let of_one = |w: &[f64]| {
+        let is_half = |side: f64| HALF.contains(&(side / w[1]));
+        w[1].abs() > least && is_half(w[0]) && is_half(w[2])
+    };
+    // bends[i] is that of row i + 1.
+    (0..).zip(bends.windows(3)).filter(|(_, w)| of_one(w)).map(|(i, _)| i + 2).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_row_that_jumps_away_and_back_is_misread_and_a_step_is_not() {
+        let smooth = |i: usize| 0.1 * (0.01 * i as f64).sin() + 1e-6 * crate::toy::noise(i);
+        let rows: Vec<f64> = (0..2000).map(smooth).collect();
+        assert!(misread(&rows).is_empty());
+        let mut dropped = rows.clone();
+        (dropped[700], dropped[1500]) = (0.0, 0.5);
+        assert_eq!(misread(&dropped), [700, 1500]);
+        let stepped: Vec<f64> =
+            rows.iter().enumerate().map(|(i, x)| x + if i < 900 { 0.0 } else { 0.1 }).collect();
+        assert!(misread(&stepped).is_empty());
+        // Coulomb friction's command: a step at every reversal, for many rows.
+        let square: Vec<f64> =
+            (0..2000).map(|i| if i / 100 % 2 == 0 { 5.0 } else { -5.0 }).collect();
+        assert!(misread(&square).is_empty());
+        assert!(misread(&[]).is_empty());
+    }
+
+    #[test]
+    fn a_misread_row_is_left_out_of_all_columns_and_named() {
+        let t_s: Vec<f64> = (0..300).map(|i| 1e-3 * f64::from(i)).collect();
+        let mut position_m: Vec<f64> = t_s.iter().map(|t| 0.1 + t * t).collect();
+        position_m[100] = 0.0;
+        let mut drive_command_n = vec![2.0; 300];
+        (drive_command_n[50], drive_command_n[200]) = (1e3, -1e3);
+        let setpoint_m = Some(t_s.iter().map(|t| Some(*t)).collect());
+        let rows = Rows::of(7, &t_s, &DriveTrial { position_m, drive_command_n, setpoint_m });
+        assert_eq!((rows.t_s.len(), rows.data.setpoint_m.map(|s| s.len())), (297, Some(297)));
+        assert!(rows.data.position_m.iter().all(|&x| x > 0.0));
+        assert!(rows.data.drive_command_n.iter().all(|&f| f == 2.0));
+        assert_eq!(
+            rows.remarks,
+            [
+                "trial 007: position_m of one row at 0.100 s (0), jumps away and is back in the \
+                 next: misread, not used",
+                "trial 007: drive_command_N of 2 rows, the first at 0.050 s (1000), jumps away and \
+                 is back in the next: misread, not used"
+            ]
+        );
+    }
+}
