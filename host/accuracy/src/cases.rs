@@ -81,7 +81,7 @@ impl Case {
     }
 }
 
-/// A 5 F catheter of 26 MPa whose last 50 mm are softer or, at 50 MPa, stiffer than the shaft.
+/// A 5 F catheter of 26 MPa whose last 50 mm are stiffer (50 MPa).
 fn case(
     name: &'static str,
     kind: Kind,

@@ -35,7 +35,8 @@ pub struct Accuracy {
     pub whip: f64,
     /// Rotation until the tip jumps off a dividing wall, before and after that.
     pub snap: f64,
-    /// The latest or earliest of all snaps, against the reference's \[s\].
+    /// The latest or earliest of all snaps, against the reference's \[s\]; infinite where one is
+    /// missed, which no page prints.
     pub snap_s: f64,
 }
 
@@ -44,7 +45,7 @@ impl Accuracy {
     pub fn of(rows: &[Row]) -> Self {
         let worst = |kind: Kind| {
             let rows = rows.iter().filter(|row| row.kind == kind);
-            rows.map(|row| row.device.outside_snaps.drive_force_share).fold(0.0, f64::max)
+            rows.map(|row| row.device.outside_snaps.drive_force_share).fold(0.0, larger)
         };
         Self {
             feed: worst(Kind::Feed),
@@ -55,10 +56,15 @@ impl Accuracy {
             snap_s: rows
                 .iter()
                 .flat_map(|row| &row.device.snaps)
-                .filter_map(|snap| Some((snap.other_s? - snap.reference_s).abs()))
-                .fold(0.0, f64::max),
+                .map(|snap| snap.other_s.map_or(f64::INFINITY, |s| (s - snap.reference_s).abs()))
+                .fold(0.0, larger),
         }
     }
+}
+
+/// The larger one; of no number, none.
+fn larger(a: f64, b: f64) -> f64 {
+    if a.is_nan() || a > b { a } else { b }
 }
 
 /// The reference's solution of a case, one record a step.

@@ -124,6 +124,7 @@ impl Way {
 impl Words for Way {
     fn words(&mut self, visit: &mut dyn FnMut(Word<'_>)) {
         visit(Word::F32(&mut self.farthest_m));
+        visit(Word::U8(&mut self.since_snap_ticks));
     }
 }
 

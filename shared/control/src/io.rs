@@ -108,7 +108,8 @@ impl LimitFlags {
     pub const FORCE_SLEW: Self = Self(1 << 2);
     /// Torque changed no faster than `torque_slew_n_m_per_s`.
     pub const TORQUE_SLEW: Self = Self(1 << 3);
-    /// Force and torque scaled down: the energy given out has come near `energy_limit_j`.
+    /// Force or torque scaled down: the energy that its axis has given out has come near half of
+    /// `energy_limit_j`.
     pub const ENERGY: Self = Self(1 << 4);
     /// The model did not converge in this tick: the last trusted force and torque are held.
     pub const HELD: Self = Self(1 << 5);

@@ -225,9 +225,9 @@ settings! {
     force_gain: f32 { unit: "1", default: 1.0, range: 0.0, 20.0 }
     /// Torque on the operator's rotary axis over the torque at the drive.
     torque_gain: f32 { unit: "1", default: 1.0, range: 0.0, 20.0 }
-    /// Rendered force below which nothing is felt; subtracted above it.
+    /// Force at the drive below which nothing is felt; subtracted above it, before the gain.
     force_deadband_n: f32 { unit: "N", default: 0.0, range: 0.0, 1.0 }
-    /// Rendered torque below which nothing is felt; subtracted above it.
+    /// Torque at the drive below which nothing is felt; subtracted above it, before the gain.
     torque_deadband_n_m: f32 { unit: "N·m", default: 0.0, range: 0.0, 0.01 }
     /// Largest force on the operator's linear axis.
     force_limit_n: f32 { unit: "N", default: 3.0, range: 0.0, FORCE_HARD_N }
