@@ -66,9 +66,9 @@ impl SolverDefaults {
         ((insertion_m + self.reach_margin_m) / (links - 1) as f64).max(self.shortest_link_m)
     }
 
-    /// Links that the device has time for in this vessel.
+    /// Links that the device has time for in this vessel, without effects.
     pub fn links_in(&self, vessel: &RigVessel) -> usize {
-        most_links(self.substeps_for(vessel.stiffest_n_per_m2()))
+        most_links(self.solves, self.substeps_for(vessel.stiffest_n_per_m2()), false)
     }
 
     /// [`Self::drag`], in the model's precision.

@@ -1,6 +1,6 @@
 //! From a bundle to the bytes that configure a device.
 
-use cathforce_config::image::{encode, encoded_len, overlong};
+use cathforce_config::image::{encode, encoded_len, most_links, overlong};
 use cathforce_config::master::Master;
 use cathforce_config::{Band, EncodeError, ImageError, ImageHead, Settings};
 use cathforce_mechanics::{Description, DescriptionError, ParameterError, Real};
@@ -126,13 +126,14 @@ pub fn device_image(
 ) -> Result<(Vec<u8>, ImageReport), ImageBuildError> {
     let rig =
         bundle.catheter().ok_or_else(|| LumenBuildError::NoCatheter(bundle.rig.name.clone()))?;
-    let links = options.solver.links_in(&rig.vessel);
-    let by_trials = || Some(options.solver.link_length_m(bundle.largest_insertion_m()?, links));
-    let link_length_m =
-        options.link_length_m.or_else(by_trials).ok_or(ImageBuildError::NoTrials)?;
+    let link_length_m = |links: usize| {
+        let by_trials = || Some(options.solver.link_length_m(bundle.largest_insertion_m()?, links));
+        options.link_length_m.or_else(by_trials).ok_or(ImageBuildError::NoTrials)
+    };
 
     // Before the lumen, which takes seconds.
-    let mut description = describe::<f32>(rig, &options.solver, link_length_m);
+    let nominal_m = link_length_m(options.solver.links_in(&rig.vessel))?;
+    let mut description = describe::<f32>(rig, &options.solver, nominal_m);
     if let Some(tip) = options.tip {
         description.instrument.precurve = tip.precurve().collect();
     }
@@ -146,6 +147,11 @@ pub fn device_image(
             ImageBuildError::Parameter { key, value, error }
         })?;
     }
+    // How many links there is time for, solver and effects decide.
+    let solver = &description.solver;
+    let links = most_links(solver.solves, solver.substeps, description.is_laden());
+    let link_length_m = link_length_m(links)?;
+    description.solver.link_length_m = link_length_m as f32;
     check_description(&description)?;
     if let Some(what) = overlong(&description) {
         return Err(ImageBuildError::Overlong(ImageError::Overlong(what)));

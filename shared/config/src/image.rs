@@ -353,10 +353,16 @@ fn split(image: &[u8]) -> Result<(ImageHead, &[u8], usize), ImageError> {
     Ok((head, lumen, offset))
 }
 
-/// Links that a tick of so many parts has time for: of half ticks, with which a tick of all links
-/// would take more than half of its time (`hil-tests/tests/tick_cost.rs`), somewhat fewer.
-pub fn most_links(substeps: u8) -> usize {
-    if substeps > 1 { 57 } else { MAX_LINKS }
+/// Links that a tick has time for: all of them would take more than half of it where it has two
+/// parts, or two solves and effects that take time in each
+/// ([`Description::is_laden`]; `hil-tests/tests/tick_cost.rs`).
+pub fn most_links(solves: u8, substeps: u8, is_laden: bool) -> usize {
+    match (solves, substeps, is_laden) {
+        (_, 2.., false) => 57,
+        (_, 2.., true) => 46,
+        (2.., _, true) => 54,
+        _ => MAX_LINKS,
+    }
 }
 
 /// What of a description leaves a tick of the device too little time; `None` where there is enough.
@@ -393,9 +399,13 @@ fn configure(
         return Err(ImageError::Overlong(what));
     }
     let solver = &description.solver;
-    let reach_m = most_links(solver.substeps) as f32 * solver.link_length_m;
-    if solver.substeps > 1 && settings.max_insertion_m > reach_m * ROUNDED {
-        return Err(ImageError::Overlong("more links than half ticks have time for"));
+    let links = most_links(solver.solves, solver.substeps, description.is_laden());
+    let reach_m = links as f32 * solver.link_length_m;
+    if links < MAX_LINKS && settings.max_insertion_m > reach_m * ROUNDED {
+        return Err(ImageError::Overlong(match solver.substeps {
+            2.. => "more links than half ticks have time for",
+            _ => "more links than two solves with effects have time for",
+        }));
     }
     let lumen = Lumen::new(lumen, lumen_bytes)
         .map_err(|error| ImageError::Lumen { offset: lumen_offset, error })?;

@@ -7,6 +7,7 @@ use cathforce_scalar::Real;
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
+use crate::effects::nominal::{Placement, acts};
 use crate::{Effects, parameters};
 
 /// Most stiffness sections of one instrument.
@@ -206,6 +207,13 @@ impl<T: Real> Instrument<T> {
 }
 
 impl<T: Real> Description<T> {
+    /// Whether effects or a tendon take time in every solve: the others are numbers of the nominal
+    /// one.     docs/model.md §5
+    pub fn is_laden(&self) -> bool {
+        let viscous = self.solver.bending_damping_s + self.effects.instrument.viscoelastic.time_s;
+        acts(self) || Placement::of(self).is_some() || viscous > T::zero()
+    }
+
     /// Checks every number; the first fault found is returned.
     pub fn validate(&self) -> Result<(), DescriptionError> {
         use DescriptionError::EntryFrame;

@@ -225,9 +225,20 @@ fn p16_numbers_out_of_range_are_refused_by_name() {
         |h| {
             let solver = &mut h.description.solver;
             (solver.solves, solver.substeps) = (1, 2);
-            h.settings.max_insertion_m = (most_links(2) as f32 + 0.5) * solver.link_length_m;
+            h.settings.max_insertion_m =
+                (most_links(1, 2, false) as f32 + 0.5) * solver.link_length_m;
         },
         overlong("more links than half ticks have time for"),
+    );
+    refused(
+        |h| {
+            let solver = &mut h.description.solver;
+            (solver.solves, solver.substeps) = (2, 1);
+            h.settings.max_insertion_m =
+                (most_links(2, 1, true) as f32 + 0.5) * solver.link_length_m;
+            h.description.effects.fluid.drag.along_n_per_m = 0.1;
+        },
+        overlong("more links than two solves with effects have time for"),
     );
     refused(
         |h| h.description.wall.friction_coefficient = f32::INFINITY,
