@@ -207,11 +207,10 @@ impl<T: Real> Instrument<T> {
 }
 
 impl<T: Real> Description<T> {
-    /// Whether effects or a tendon take time in every solve: the others are numbers of the nominal
-    /// one.     docs/model.md §5
+    /// Whether effects or a tendon take much time in every solve: the others are numbers of the
+    /// nominal one.     docs/model.md §5
     pub fn is_laden(&self) -> bool {
-        let viscous = self.solver.bending_damping_s + self.effects.instrument.viscoelastic.time_s;
-        acts(self) || Placement::of(self).is_some() || viscous > T::zero()
+        acts(self) || Placement::of(self).is_some()
     }
 
     /// Checks every number; the first fault found is returned.
