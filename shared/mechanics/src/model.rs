@@ -5,6 +5,7 @@ use cathforce_scalar::Vector3;
 use crate::algebra::Rotation;
 use crate::effects::StoredCurvature;
 use crate::effects::nominal::{self, Placement};
+use crate::effects::wall_law;
 use crate::pieces::{Pieces, Placed, Walk};
 use crate::tables::Tables;
 use crate::{Description, DescriptionError, Instrument, MAX_LINKS, Real, Wall};
@@ -19,6 +20,8 @@ pub struct Model<T: Real, const LINKS: usize = MAX_LINKS> {
     pub(crate) guidewire: Option<Pieces<T>>,
     /// The wall's law with its effects.
     pub(crate) wall: Wall<T>,
+    /// Share of its thickness down to which a compressed wall stiffens \[1\].
+    pub(crate) least_stretch: T,
     /// Viscous time of bending, with its effect \[s\].
     pub(crate) bending_damping_s: T,
     /// An effect acts in the recursion.
@@ -46,7 +49,9 @@ impl<T: Real, const LINKS: usize> Model<T, LINKS> {
         let mut tables = Tables::new();
         let alone = Walk::new((&catheter, Placed::leading()), None);
         tables.fill(LINKS, description.solver.link_length_m, alone);
-        let wall = representable(nominal::wall(&description), &description, instrument);
+        let stiffest = stiffest_wall(&description, instrument);
+        let wall = representable(nominal::wall(&description), &description, stiffest);
+        let stiffening = most_stiffening(&wall, &description, stiffest);
         let entry = &description.entry;
         let placement = Placement::of(&description);
         // The model computes in the vessel's frame.
@@ -64,6 +69,7 @@ impl<T: Real, const LINKS: usize> Model<T, LINKS> {
             placement,
             gravity,
             wall,
+            least_stretch: wall_law::least_stretch(&effects.wall.hyperelastic, stiffening),
             acts: nominal::acts(&description),
             windup_rad_per_n_m: effects.instrument.torsional_windup.free_length_m
                 / catheter.shaft_torsion(),
@@ -104,29 +110,43 @@ impl<T: Real, const LINKS: usize> Model<T, LINKS> {
 /// again.
 const STIFFEST_WALL: f64 = 1e5;
 
-/// A wall no stiffer than that: it gives way by less than a hundred-thousandth of what the
-/// instrument does.     docs/model.md (11)
-fn representable<T: Real>(
-    wall: Wall<T>,
-    description: &Description<T>,
-    instrument: &Instrument<T>,
-) -> Wall<T> {
+/// The stiffest contact of a sample: it gives way by less than a hundred-thousandth of what the
+/// instrument does \[N/m\].     docs/model.md (11)
+fn stiffest_wall<T: Real>(description: &Description<T>, instrument: &Instrument<T>) -> T {
     let solver = &description.solver;
     let h = solver.link_length_m;
     let sections =
         || instrument.sections.iter().chain(description.guidewire.iter().flat_map(|w| &w.sections));
-    let bent = sections().map(|section| section.bending_stiffness_n_m2 / (h * h * h));
+    // What softening leaves in the end.
+    let left = T::one() - maximum(description.effects.instrument.softening.share, T::zero());
+    let bent = sections().map(|section| section.bending_stiffness_n_m2 * left / (h * h * h));
     let stretched = sections().map(|section| section.axial_stiffness_n / h);
-    let Some(softest) = bent.chain(stretched).reduce(minimum) else { return wall };
+    let softest = bent.chain(stretched).fold(T::lit(f64::MAX), minimum);
     // What a solve sees of the wall grows by damping, and by friction that sticks.
+    let wall = &description.wall;
     let parts = T::int(i32::from(solver.substeps.max(1)));
     let seen = maximum(T::one() + wall.damping_s * parts / solver.tick_s, wall.tangential_ratio);
-    let stiffest = softest * T::lit(STIFFEST_WALL) / seen;
+    softest * T::lit(STIFFEST_WALL) / seen
+}
+
+/// A wall no stiffer than that, with what relaxes of it.
+fn representable<T: Real>(wall: Wall<T>, description: &Description<T>, stiffest: T) -> Wall<T> {
+    let lasting = stiffest / (T::one() + description.effects.wall.viscoelastic.ratio);
     Wall {
-        line_stiffness_n_per_m2: minimum(stiffest / h, wall.line_stiffness_n_per_m2),
-        end_stiffness_n_per_m: minimum(stiffest, wall.end_stiffness_n_per_m),
+        line_stiffness_n_per_m2: minimum(
+            lasting / description.solver.link_length_m,
+            wall.line_stiffness_n_per_m2,
+        ),
+        end_stiffness_n_per_m: minimum(lasting, wall.end_stiffness_n_per_m),
         ..wall
     }
+}
+
+/// How many times as stiff as that a compressed wall may become, what relaxes of it apart.
+fn most_stiffening<T: Real>(wall: &Wall<T>, description: &Description<T>, stiffest: T) -> T {
+    let line = wall.line_stiffness_n_per_m2 * description.solver.link_length_m;
+    stiffest / maximum(line, wall.end_stiffness_n_per_m)
+        - description.effects.wall.viscoelastic.ratio
 }
 
 /// Sine and cosine from correctly rounded operations only, so that host and device agree.

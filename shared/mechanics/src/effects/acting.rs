@@ -11,6 +11,10 @@ use crate::coaxial::Slide;
 use crate::model::{maximum, minimum};
 use crate::tables::Joint;
 
+/// Softest twist of the joint at the entry, over its bending, that single precision keeps beside
+/// that in one matrix.
+const SOFTEST_TWIST: f64 = 1e-5;
+
 /// What a solve asks at each place where an effect may act; by default nothing changes.
 pub(crate) trait Law<T: Real> {
     /// The wall remembers what it has relaxed to.
@@ -92,6 +96,8 @@ pub(crate) struct Acting<T: Real> {
     pub windup: (T, T, usize),
     /// Over link lengths: arc of the joint at the entry.
     pub guide_cell: T,
+    /// Of what the solve sees of that joint's torsional stiffness, the share that is its own.
+    pub twisting: T,
 }
 
 impl<T: Real> Law<T> for Acting<T> {
@@ -156,6 +162,16 @@ impl<T: Real> Law<T> for Acting<T> {
             let cell_torsion = joint.torsion / self.guide_cell;
             joint.torsion /= T::one() + cell_torsion * compliance;
             joint.unloaded.take_z(wound_rad / self.guide_cell);
+            let softest = joint.bending * T::lit(SOFTEST_TWIST);
+            if joint.torsion < softest {
+                // The same moment, held against what the solve turns.
+                self.twisting = joint.torsion / softest;
+                let turned = bend.z() / self.guide_cell;
+                let strain = (turned - joint.unloaded.z()) * self.twisting;
+                let [up, side, _] = joint.unloaded.into();
+                joint.unloaded = Vector3::new(up, side, turned - strain);
+                joint.torsion = softest;
+            }
         }
         joint
     }

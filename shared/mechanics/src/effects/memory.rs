@@ -136,13 +136,14 @@ impl<T: Real> Memory<T> {
             .then(|| (insertion_m * per_link, description.solver.link_length_m / straightened_m));
         let drag = &effects.fluid.drag;
         Some(Acting {
-            wall: WallLaw::new(effects, self.path_m, self.speed_m_per_s, dt_s),
+            wall: WallLaw::new(effects, model.least_stretch, self.path_m, self.speed_m_per_s, dt_s),
             stream: (!drag.is_off()).then(|| Stream::new(drag, self.pulses)),
             pull: Pull::new(description, overlap, &self.pull),
             softness: self.softness(model),
             straightened,
             windup: (model.windup_rad_per_n_m, self.wound_rad, entry),
             guide_cell: guide_cell_m * per_link,
+            twisting: T::one(),
         })
     }
 
@@ -160,7 +161,7 @@ impl<T: Real> Memory<T> {
         }
         // docs/model.md (37)
         let most = T::lit(LARGEST_UNWINDING_RAD);
-        let change = acting.windup.0 * torque_n_m - self.wound_rad;
+        let change = (acting.windup.0 * torque_n_m - self.wound_rad) * acting.twisting;
         self.wound_rad += minimum(maximum(change, -most), most);
     }
 

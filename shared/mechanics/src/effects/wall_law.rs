@@ -6,7 +6,8 @@ use super::{Effects, Hyperelastic, LoadFriction, Narrowing, Stribeck};
 use crate::Real;
 use crate::model::maximum;
 
-/// A compressed wall stiffens no further than at this share of its thickness \[1\].
+/// A compressed wall stiffens no further than at this share of its thickness \[1\], and no further
+/// than single precision has numbers for: [`least_stretch`].
 const LEAST_STRETCH: f64 = 0.2;
 /// A narrowing reaches no wall farther than this from its middle \[m\]: other branches pass by.
 const FARTHEST_WALL_M: f64 = 0.03;
@@ -15,6 +16,7 @@ const FARTHEST_WALL_M: f64 = 0.03;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct WallLaw<T: Real> {
     hyperelastic: Hyperelastic<T>,
+    least_stretch: T,
     /// Relaxing over lasting stiffness.
     relaxing: T,
     /// Share of its way to rest that the relaxing part goes in a step.
@@ -27,12 +29,19 @@ pub(crate) struct WallLaw<T: Real> {
 
 impl<T: Real> WallLaw<T> {
     /// `path_m`: feed since the run began, either way; `speed_m_per_s`: of the drive.
-    pub fn new(effects: &Effects<T>, path_m: T, speed_m_per_s: T, dt_s: T) -> Self {
+    pub fn new(
+        effects: &Effects<T>,
+        least_stretch: T,
+        path_m: T,
+        speed_m_per_s: T,
+        dt_s: T,
+    ) -> Self {
         let load = effects.contact.load_friction;
         let steps = dt_s / effects.wall.viscoelastic.time_s;
         let worn = path_m / (path_m + load.wear_length_m);
         Self {
             hyperelastic: effects.wall.hyperelastic,
+            least_stretch,
             relaxing: effects.wall.viscoelastic.ratio,
             relaxed_share: steps / (T::one() + steps),
             narrowing: effects.wall.narrowing,
@@ -88,18 +97,12 @@ impl<T: Real> WallLaw<T> {
     /// Elastic force over stiffness, and its slope, for an indentation \[m\] whose own slope is
     /// given.     docs/model.md (29)
     fn stiffened(&self, indented: T, slope: T) -> (T, T) {
-        let (one, third) = (T::one(), T::lit(1.0 / 3.0));
-        let Hyperelastic { strain_per_m, mooney_share: r } = self.hyperelastic;
-        let least = T::lit(LEAST_STRETCH);
-        let stretch = maximum(one - strain_per_m * indented, least);
-        let inverse = one / stretch;
-        // (1/λ² − λ)/3 without a difference of near numbers; e is the strain, cut at its most.
-        let strain = one - stretch;
-        let within = if stretch > least { indented } else { strain / strain_per_m };
-        let ratio = (one + stretch + stretch * stretch) * inverse * inverse * third;
-        let mooney = one - r + r * inverse;
-        let growth = (T::lit(2.0) * inverse * inverse * inverse + one) * third * mooney
-            + strain * ratio * r * inverse * inverse;
+        let Hyperelastic { strain_per_m, .. } = self.hyperelastic;
+        let stretch = maximum(T::one() - strain_per_m * indented, self.least_stretch);
+        let (ratio, mooney, growth) = compressed(&self.hyperelastic, stretch);
+        // The strain is cut at its most.
+        let strain = T::one() - stretch;
+        let within = if stretch > self.least_stretch { indented } else { strain / strain_per_m };
         (within * ratio * mooney + (indented - within) * growth, slope * growth)
     }
 
@@ -118,6 +121,39 @@ impl<T: Real> WallLaw<T> {
         let half_way_n = self.load.load_n_per_m * arc_m;
         self.friction * ((light * half_way_n + high * normal_n) / (half_way_n + normal_n))
     }
+}
+
+/// Of a compressed wall the two factors of stress over strain, neo-Hooke's and Mooney's, and the
+/// growth of stress with strain, all over what they are at first.     docs/model.md (29)
+fn compressed<T: Real>(hyperelastic: &Hyperelastic<T>, stretch: T) -> (T, T, T) {
+    let (one, third) = (T::one(), T::lit(1.0 / 3.0));
+    let r = hyperelastic.mooney_share;
+    let inverse = one / stretch;
+    // (1/λ² − λ)/3 without a difference of near numbers.
+    let ratio = (one + stretch + stretch * stretch) * inverse * inverse * third;
+    let mooney = one - r + r * inverse;
+    let growth = (T::lit(2.0) * inverse * inverse * inverse + one) * third * mooney
+        + (one - stretch) * ratio * r * inverse * inverse;
+    (ratio, mooney, growth)
+}
+
+/// Share of its thickness down to which a compressed wall stiffens, no more than `most` times.
+pub(crate) fn least_stretch<T: Real>(hyperelastic: &Hyperelastic<T>, most: T) -> T {
+    /// Halvings down to the last digit of single precision.
+    const HALVINGS: usize = 24;
+    let (mut least, mut allowed) = (T::lit(LEAST_STRETCH), T::one());
+    if hyperelastic.strain_per_m <= T::zero() || compressed(hyperelastic, least).2 <= most {
+        return least;
+    }
+    for _ in 0..HALVINGS {
+        let middle = (least + allowed) * T::lit(0.5);
+        if compressed(hyperelastic, middle).2 <= most {
+            allowed = middle;
+        } else {
+            least = middle;
+        }
+    }
+    allowed
 }
 
 /// Friction coefficient over the nominal one by the speed of the drive.     docs/model.md (31)
@@ -139,7 +175,7 @@ mod tests {
     fn law_at(speed_m_per_s: f64, change: impl Fn(&mut Effects<f64>)) -> WallLaw<f64> {
         let mut effects = Effects::off();
         change(&mut effects);
-        WallLaw::new(&effects, 0.2, speed_m_per_s, 1e-3)
+        WallLaw::new(&effects, LEAST_STRETCH, 0.2, speed_m_per_s, 1e-3)
     }
 
     #[test]
@@ -184,6 +220,23 @@ mod tests {
             assert!((slope / difference - 1.0).abs() < 1e-4, "{i}: {slope} {difference}");
         }
         assert_eq!(law.stiffened(1e-3, 1.0).1, law.stiffened(1.0, 1.0).1);
+    }
+
+    #[test]
+    fn a_wall_stiffens_no_further_than_it_may() {
+        let hyperelastic = Hyperelastic { strain_per_m: 2e3, mooney_share: 0.5 };
+        let growth = |stretch| compressed(&hyperelastic, stretch).2;
+        for most in [1.0, 1.5, 7.0, 40.0] {
+            let least = least_stretch(&hyperelastic, most);
+            assert!(growth(least) <= most && growth(least - 1e-6) > most, "{most}: {least}");
+        }
+        assert_eq!(least_stretch(&hyperelastic, 1e4), LEAST_STRETCH);
+        // One that softens, or is linear, has no need of it.
+        let softening = Hyperelastic { strain_per_m: -2e3, ..hyperelastic };
+        assert_eq!(least_stretch(&softening, 1.0), LEAST_STRETCH);
+        let mut law = law(|e| e.wall.hyperelastic = hyperelastic);
+        law.least_stretch = least_stretch(&hyperelastic, 1.0);
+        assert_eq!(law.stiffened(1e-4, 0.7), (1e-4, 0.7));
     }
 
     #[test]

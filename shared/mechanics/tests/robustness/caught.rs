@@ -126,7 +126,7 @@ fn catch_and_let_go(friction: f64, bent_m: f64, moves: &[(f64, f64)], beyond: bo
     }
     assert!((after.drive_force_n - before.drive_force_n).abs() < 0.01 * force_n(&before));
     // What is far below the force that held it does not matter.
-    let spikes = flagged_spikes(&run.forces, 0.1 * force_n(&caught));
+    let spikes = flagged_spikes(&run.forces, 0.1 * force_n(&caught), |_, _| false);
     println!("jumped out and flagged: {spikes:?}");
     assert!(spikes.is_ok(), "not flagged, tick, force and usual force: {spikes:?}");
     assert!(run.unresolved() * 20 < run.forces.len(), "{} ticks unresolved", run.unresolved());

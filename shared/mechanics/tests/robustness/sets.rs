@@ -235,6 +235,27 @@ fn a_viscous_shaft_that_winds_up_keeps_its_twist_at_the_mouth() {
     stays_bounded(LADEN, 220, &vessels()).unwrap();
 }
 
+/// Walls that stiffen by up to 500 as they are pressed flat (91, 423), that relax too (527), and both
+/// round a guidewire (648, 809, 838): stiffer than single precision has numbers for.
+#[test]
+fn a_wall_that_stiffens_stays_within_the_numbers_that_there_are() {
+    let vessels = vessels();
+    for seed in [91, 423, 527, 648, 809, 838] {
+        stays_bounded(LADEN, seed, &vessels).unwrap();
+    }
+}
+
+/// A soft shaft of up to five metres that winds up behind a link that has just entered, with a
+/// guidewire a thousand times as stiff (808, 840) or without (510): beside the bending at the mouth its
+/// twist was lost, viscous or not.
+#[test]
+fn a_soft_shaft_that_winds_up_keeps_its_twist_beside_a_stiff_joint() {
+    let vessels = vessels();
+    for seed in [501, 510, 576, 808, 840] {
+        stays_bounded(LADEN, seed, &vessels).unwrap();
+    }
+}
+
 /// A force is a spike when it is more than this many times all others …
 const SPIKE: f32 = 2.0;
 /// … within this many ticks before and after, but for the nearest.
@@ -242,52 +263,139 @@ const AROUND: core::ops::RangeInclusive<usize> = 5..=50;
 /// Forces below this do not matter \[N\].
 const FLOOR_N: f32 = 5e-3;
 
-/// How many forces jump out, all of them flagged as unresolved; else tick and size of the first one
-/// that is not, and the usual force there. Forces below `floor_n` do not matter.
-pub fn flagged_spikes(forces: &[(f32, bool)], floor_n: f32) -> Result<u64, (usize, f32, f32)> {
+/// How many forces jump out, all of them flagged as unresolved or real; else tick and size of the
+/// first one that is neither, and the usual force there. Forces below `floor_n` do not matter.
+///
+/// A flag in the nearest ticks before will do: what sticks in a tick that is not resolved may hold
+/// for some more that are. `real` says whether a force of this tick and size would be there too if
+/// the ticks were finer.
+pub fn flagged_spikes(
+    forces: &[(f32, bool)],
+    floor_n: f32,
+    mut real: impl FnMut(usize, f32) -> bool,
+) -> Result<u64, (usize, f32, f32)> {
     let mut flagged = 0;
-    for (tick, &(force_n, unresolved)) in forces.iter().enumerate() {
+    for (tick, &(force_n, _)) in forces.iter().enumerate() {
         let around = AROUND
             .flat_map(|away| [tick.checked_sub(away), Some(tick + away)].into_iter().flatten());
         let others = around.filter_map(|t| forces.get(t)).map(|(force_n, _)| *force_n);
         let usual_n = others.fold(floor_n, f32::max);
         if force_n > SPIKE * usual_n {
-            if !unresolved {
+            let begins = (tick + 1).saturating_sub(*AROUND.start());
+            if forces[begins..=tick].iter().any(|(_, unresolved)| *unresolved) {
+                flagged += 1;
+            } else if !real(tick, force_n) {
                 return Err((tick, force_n, usual_n));
             }
-            flagged += 1;
         }
     }
     Ok(flagged)
 }
 
+/// A run of a random catheter by a steady hand.
+struct Steady {
+    model: Model<f32>,
+    state: State<f32>,
+    hand: Hand,
+}
+
+impl Steady {
+    fn new(seed: u64, description: Description<f32>) -> Self {
+        let (model, state) = (Model::new(description).unwrap(), State::new());
+        Self { model, state, hand: Hand::steady(seed, 0.125) }
+    }
+
+    /// The largest force of the ticks around one, computed in tenths of ticks from the state that the run
+    /// has some ticks before.
+    fn finer(mut self, lumen: &Lumen<'_>, tick: usize) -> f32 {
+        /// Ticks before and after.
+        const AWAY: usize = 20;
+        const PARTS: usize = 10;
+        let mut before = Drive::default();
+        for _ in 0..tick.saturating_sub(AWAY) {
+            before = self.hand.next();
+            step(&self.model, lumen, &mut self.state, before);
+        }
+        let mut description = self.model.description().clone();
+        description.solver.tick_s /= PARTS as f32;
+        let model: Model<f32> = Model::new(description).unwrap();
+        let mut largest_n = 0.0;
+        for _ in 0..2 * AWAY {
+            let after = self.hand.next();
+            for part in 1..=PARTS {
+                let share = part as f32 / PARTS as f32;
+                let between = |before: f32, after: f32| before + (after - before) * share;
+                let drive = Drive {
+                    insertion_m: between(before.insertion_m, after.insertion_m),
+                    rotation_rad: between(before.rotation_rad, after.rotation_rad),
+                };
+                let outputs = step(&model, lumen, &mut self.state, drive);
+                largest_n = f32::max(largest_n, force_n(&outputs));
+            }
+            before = after;
+        }
+        largest_n
+    }
+}
+
+fn force_n(outputs: &Outputs<f32>) -> f32 {
+    outputs.force_on_vessel_n.map(|f| f * f).iter().sum::<f32>().sqrt()
+}
+
+/// Spikes of a random catheter, flagged and real.
+fn spikes(seed: u64, vessels: &[StoredWall]) -> Result<[u64; 2], String> {
+    let mut random = Random::new(seed);
+    let description = catheter(&mut random);
+    let lumen = vessels[random.below(vessels.len())].lumen();
+    let start = || Steady::new(seed, description.clone());
+    let Steady { model, mut state, mut hand } = start();
+    let (mut forces, mut phases) = (Vec::new(), Vec::new());
+    for _ in 0..TICKS {
+        let outputs = step(&model, &lumen, &mut state, hand.next());
+        if outputs.lost {
+            return Err("lost a number".to_owned());
+        }
+        forces.push((force_n(&outputs), outputs.unresolved));
+        phases.push(hand.phase);
+    }
+    let mut real = 0;
+    // Smaller steps make a force that is real no smaller: a tip that catches on a rim and is let go, or
+    // strikes it.
+    let flagged = flagged_spikes(&forces, FLOOR_N, |tick, force_n| {
+        let felt = start().finer(&lumen, tick) > force_n / SPIKE;
+        real += u64::from(felt);
+        felt
+    });
+    match flagged {
+        Ok(flagged) => Ok([flagged, real]),
+        Err((tick, force_n, usual_n)) => {
+            Err(format!("tick {tick}, {:?}: {force_n} N among {usual_n} N", phases[tick]))
+        }
+    }
+}
+
 #[test]
 fn random_catheters_flag_every_force_that_jumps_out() {
-    let spikes = AtomicU64::new(0);
+    let [flagged, real] = [AtomicU64::new(0), AtomicU64::new(0)];
     over_seeds("flagged", PLAIN, |seed, vessels| {
-        let mut random = Random::new(seed);
-        let description = catheter(&mut random);
-        let lumen = vessels[random.below(vessels.len())].lumen();
-        let model: Model<f32> = Model::new(description).unwrap();
-        let mut state: State<f32> = State::new();
-        let mut hand = Hand::steady(seed, 0.125);
-        let (mut forces, mut phases) = (Vec::new(), Vec::new());
-        for _ in 0..TICKS {
-            let outputs = step(&model, &lumen, &mut state, hand.next());
-            if outputs.lost {
-                return Err("lost a number".to_owned());
-            }
-            let squares = outputs.force_on_vessel_n.map(|f| f * f);
-            forces.push((squares.iter().sum::<f32>().sqrt(), outputs.unresolved));
-            phases.push(hand.phase);
-        }
-        let flagged = flagged_spikes(&forces, FLOOR_N).map_err(|(tick, force_n, usual_n)| {
-            format!("tick {tick}, {:?}: {force_n} N among {usual_n} N", phases[tick])
-        })?;
-        spikes.fetch_add(flagged, Ordering::Relaxed);
+        let found = spikes(seed, vessels)?;
+        flagged.fetch_add(found[0], Ordering::Relaxed);
+        real.fetch_add(found[1], Ordering::Relaxed);
         Ok(())
     });
-    let spikes = spikes.into_inner();
-    println!("{spikes} ticks jumped out and were flagged");
-    assert!(spikes > 0, "no snap at all: nothing was tried");
+    let [flagged, real] = [flagged.into_inner(), real.into_inner()];
+    println!("{flagged} ticks jumped out and were flagged, {real} were real");
+    assert!(flagged > 0, "no snap at all: nothing was tried");
+}
+
+/// Tips that catch on the rim of a pocket for 10 ms and are let go (232, 638), or strike it (594), and one
+/// that a flagged impact wedges against the wall for 6 ms, with friction 0.54 (450).
+#[test]
+fn a_force_that_jumps_out_is_flagged_or_real() {
+    let vessels = vessels();
+    for (seed, real) in [(232, true), (450, false), (594, true), (638, true)] {
+        let found = spikes(seed, &vessels).unwrap();
+        println!("{seed}: flagged and real {found:?}");
+        assert_eq!(found[1] > 0, real, "seed {seed}");
+    }
 }
