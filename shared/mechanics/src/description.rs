@@ -89,7 +89,7 @@ pub struct Solver<T> {
     pub link_length_m: T,
     /// Time of one tick \[s\].
     pub tick_s: T,
-    /// Equal parts of a tick (1 or 2).
+    /// Equal parts of a tick: 1 or 2 on the device, up to 4.
     pub substeps: u8,
     /// Solves of each part (1 or 2).
     pub solves: u8,
@@ -219,8 +219,9 @@ impl<T: Real> Description<T> {
         self.instrument.validate()?;
         if let Some(wire) = &self.guidewire {
             wire.validate()?;
-            let bore = self.instrument.outer_radius_m.to_f64();
-            within("guidewire.outer_radius_m", wire.outer_radius_m, 1e-5, bore)?;
+            // Thinner than the catheter's outside: its bore is not described.
+            let outside = self.instrument.outer_radius_m.to_f64();
+            within("guidewire.outer_radius_m", wire.outer_radius_m, 1e-5, outside)?;
         }
         for x in self.entry.position_m {
             within("entry.position_m", x, -10.0, 10.0)?;

@@ -6,7 +6,7 @@ use cathforce_scalar::{Pack, Vector3, Work};
 use crate::algebra::{Bend, Rotation};
 use crate::coaxial::Overlap;
 use crate::lanes::Group;
-use crate::model::{half_turn, maximum, minimum};
+use crate::model::{maximum, minimum, sin_cos};
 use crate::pieces::Placed;
 use crate::proximity::Proximity;
 use crate::state::{LinkState, Span, State};
@@ -122,7 +122,7 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
         let behind_m = |drive: Drive<T>| behind_m(link_length_m, insertion_m, drive.insertion_m);
         self.overlap = Overlap {
             catheter: Placed { behind_m: behind_m(drives.catheter), ..Placed::leading() },
-            wire: Placed { behind_m: behind_m(drives.guidewire), roll: half_turn(rolled(&drives)) },
+            wire: Placed { behind_m: behind_m(drives.guidewire), roll: sin_cos(rolled(&drives)) },
             catheter_slid_m: slid_m(drives.catheter, before.catheter),
             wire_slid_m: slid_m(drives.guidewire, before.guidewire),
             wire_rolled_rad: rolled(&drives) - rolled(&before),

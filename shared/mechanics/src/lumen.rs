@@ -81,14 +81,15 @@ impl LumenHeader {
     }
 
     fn validate(&self) -> Result<(), LumenError> {
-        let finite = |x: f32, low: f32, high: f32| x >= low && x <= high;
-        if !self.origin_m.iter().all(|&x| finite(x, -10.0, 10.0)) {
+        // Written so that NaN fails.
+        let within = |x: f32, low: f32, high: f32| x >= low && x <= high;
+        if !self.origin_m.iter().all(|&x| within(x, -10.0, 10.0)) {
             return Err(LumenError::Header("origin_m"));
         }
-        if !finite(self.cell_m, 1e-4, 1e-2) {
+        if !within(self.cell_m, 1e-4, 1e-2) {
             return Err(LumenError::Header("cell_m"));
         }
-        if !finite(self.distance_unit_m, 1e-8, 1e-4) {
+        if !within(self.distance_unit_m, 1e-8, 1e-4) {
             return Err(LumenError::Header("distance_unit_m"));
         }
         if self.bricks.iter().any(|&b| b == 0 || b > 1024) || self.stored > MOST_BRICKS {

@@ -94,7 +94,7 @@ impl<T: Real, const LINKS: usize> Model<T, LINKS> {
     /// Orientation of the guide's mouth when the drive has turned by `angle` \[rad\].
     pub(crate) fn guide_turned(&self, angle: T) -> Rotation<T> {
         let half = angle * T::lit(0.5);
-        let (sin, cos) = half_turn(half);
+        let (sin, cos) = sin_cos(half);
         let turn = Rotation { w: cos, v: Vector3::new(T::zero(), T::zero(), sin) };
         // guide · turn
         let g = &self.guide;
@@ -152,7 +152,7 @@ fn most_stiffening<T: Real>(wall: &Wall<T>, description: &Description<T>, stiffe
 /// Sine and cosine from correctly rounded operations only, so that host and device agree.
 ///
 /// The angle is reduced to half a turn either way, divided by eight, and doubled back.
-pub(crate) fn half_turn<T: Real>(angle: T) -> (T, T) {
+pub(crate) fn sin_cos<T: Real>(angle: T) -> (T, T) {
     let tau = T::lit(core::f64::consts::TAU);
     let turns = T::int((angle / tau + T::lit(0.5)).floor_int());
     let a = (angle - turns * tau) * T::lit(0.125);

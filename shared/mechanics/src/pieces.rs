@@ -137,13 +137,15 @@ impl<'a, T: Real> Cursor<'a, T> {
     }
 }
 
-/// Both instruments at one place as one: stiffnesses add.     docs/model.md (39)
+/// Both instruments at one place as one, per length: their stiffnesses add.     docs/model.md (39)
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Density<T: Real> {
-    /// 1/EI, 1/GJ, 1/EA \[1/(N·m²), 1/(N·m²), 1/N\].
-    pub bending: T,
-    pub torsion: T,
-    pub axial: T,
+    /// 1/EI \[1/(N·m²)\].
+    pub bending_compliance: T,
+    /// 1/GJ \[1/(N·m²)\].
+    pub torsion_compliance: T,
+    /// 1/EA \[1/N\].
+    pub axial_compliance: T,
     /// Mass per length \[kg/m\].
     pub mass: T,
     /// Unloaded curvature and twist \[rad/m\].
@@ -158,9 +160,9 @@ impl<T: Real> Density<T> {
         let (bent, twisted) = (wire.bending * bending, wire.torsion * torsion);
         let between = wire.unloaded - catheter.unloaded;
         Self {
-            bending,
-            torsion,
-            axial: T::one() / (catheter.axial + wire.axial),
+            bending_compliance: bending,
+            torsion_compliance: torsion,
+            axial_compliance: T::one() / (catheter.axial + wire.axial),
             mass: catheter.mass + wire.mass,
             unloaded: catheter.unloaded
                 + Vector3::new(between.x() * bent, between.y() * bent, between.z() * twisted),
@@ -172,9 +174,9 @@ impl<T: Real> Mul<T> for Density<T> {
     type Output = Self;
     fn mul(self, length: T) -> Self {
         Self {
-            bending: self.bending * length,
-            torsion: self.torsion * length,
-            axial: self.axial * length,
+            bending_compliance: self.bending_compliance * length,
+            torsion_compliance: self.torsion_compliance * length,
+            axial_compliance: self.axial_compliance * length,
             mass: self.mass * length,
             unloaded: self.unloaded * length,
         }
@@ -185,9 +187,9 @@ impl<T: Real> Add for Density<T> {
     type Output = Self;
     fn add(self, other: Self) -> Self {
         Self {
-            bending: self.bending + other.bending,
-            torsion: self.torsion + other.torsion,
-            axial: self.axial + other.axial,
+            bending_compliance: self.bending_compliance + other.bending_compliance,
+            torsion_compliance: self.torsion_compliance + other.torsion_compliance,
+            axial_compliance: self.axial_compliance + other.axial_compliance,
             mass: self.mass + other.mass,
             unloaded: self.unloaded + other.unloaded,
         }
@@ -340,7 +342,11 @@ mod tests {
         let mut walk = Walk::new((&catheter, Placed::leading()), Some((&wire, placed)));
         let whole = walk.integral_to(0.01);
         let bending = 0.003 / 2e-5 + 0.001 / 5e-5 + 0.006 / 4e-5;
-        assert!((whole.bending / bending - 1.0).abs() < 1e-5, "{}", whole.bending);
+        assert!(
+            (whole.bending_compliance / bending - 1.0).abs() < 1e-5,
+            "{}",
+            whole.bending_compliance
+        );
         let turn = 50.0 * (0.003 + 0.001 * 2.0 / 5.0 + 0.002 / 4.0);
         assert!((whole.unloaded.y() / turn - 1.0).abs() < 1e-5, "{}", whole.unloaded.y());
         let mass = 2e-3 * 0.004 + 1e-3 * 0.006 + 3e-3 * 0.007;

@@ -158,9 +158,9 @@ impl<T: Real> Density<T> {
     fn curvature(&self, moment: &Vector3<T>) -> Vector3<T> {
         self.unloaded
             + Vector3::new(
-                moment.x() * self.bending,
-                moment.y() * self.bending,
-                moment.z() * self.torsion,
+                moment.x() * self.bending_compliance,
+                moment.y() * self.bending_compliance,
+                moment.z() * self.torsion_compliance,
             )
     }
 }

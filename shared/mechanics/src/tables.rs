@@ -88,12 +88,12 @@ impl<T: Real, const LINKS: usize> Tables<T, LINKS> {
         {
             let proximal_half = walk.integral_to(at(j, 1.0));
             let piece = distal_half + proximal_half;
-            *link = Link { axial: h / piece.axial, mass: piece.mass };
+            *link = Link { axial: h / piece.axial_compliance, mass: piece.mass };
             distal_half = walk.integral_to(at(j, 1.5));
             let cell = proximal_half + distal_half;
             *joint = Joint {
-                bending: T::one() / cell.bending,
-                torsion: T::one() / cell.torsion,
+                bending: T::one() / cell.bending_compliance,
+                torsion: T::one() / cell.torsion_compliance,
                 unloaded: cell.unloaded,
             };
         }

@@ -88,16 +88,49 @@ pub(crate) struct Acting<T: Real> {
     pub pull: Option<Pull<T>>,
     /// Stiffness that softening has left, over the nominal one.
     pub softness: T,
-    /// Insertion, and one over the arc past the mouth that is straightened, over link lengths;
-    /// `None` if none is.
-    pub straightened: Option<(T, T)>,
-    /// Torsional compliance behind the entry plane \[rad/(N·m)\], its wind-up \[rad\], and the
-    /// joint at the entry.
-    pub windup: (T, T, usize),
-    /// Over link lengths: arc of the joint at the entry.
+    pub straightened: Option<Straightened<T>>,
+    pub windup: Windup<T>,
+}
+
+/// The arc past the mouth whose pre-curve has not come back.     docs/model.md (33)
+pub(crate) struct Straightened<T> {
+    /// Over link lengths.
+    pub insertion: T,
+    /// Link length over that arc.
+    pub per_link: T,
+}
+
+/// The shaft behind the entry plane, which twists.     docs/model.md (37)
+pub(crate) struct Windup<T> {
+    /// Torsional \[rad/(N·m)\].
+    pub compliance: T,
+    /// How far it is wound up \[rad\].
+    pub wound_rad: T,
+    /// The joint at the entry.
+    pub entry: usize,
+    /// Its arc, over link lengths.
     pub guide_cell: T,
-    /// Of what the solve sees of that joint's torsional stiffness, the share that is its own.
+    /// Of what the solve sees of its torsional stiffness, the share that is its own.
     pub twisting: T,
+}
+
+impl<T: Real> Windup<T> {
+    /// Puts the shaft in series with the joint, which bends by `bend`.
+    fn pass(&mut self, bend: &Vector3<T>, joint: &mut Joint<T>) {
+        let cell_torsion = joint.torsion / self.guide_cell;
+        joint.torsion /= T::one() + cell_torsion * self.compliance;
+        joint.unloaded.take_z(self.wound_rad / self.guide_cell);
+        let softest = joint.bending * T::lit(SOFTEST_TWIST);
+        if joint.torsion < softest {
+            // The same moment, held against what the solve turns.
+            self.twisting = joint.torsion / softest;
+            let turned = bend.z() / self.guide_cell;
+            let strain = (turned - joint.unloaded.z()) * self.twisting;
+            let [up, side, _] = joint.unloaded.into();
+            joint.unloaded = Vector3::new(up, side, turned - strain);
+            joint.torsion = softest;
+        }
+    }
 }
 
 impl<T: Real> Law<T> for Acting<T> {
@@ -148,30 +181,16 @@ impl<T: Real> Law<T> for Acting<T> {
         let mut joint = *nominal;
         joint.bending *= self.softness;
         joint.torsion *= self.softness;
-        if let Some((insertion, per_link)) = self.straightened {
-            // Joint j lies j + 1 links from the tip.     docs/model.md (33)
+        if let Some(Straightened { insertion, per_link }) = self.straightened {
+            // Joint j lies j + 1 links from the tip.
             let past_mouth = insertion - T::int(index as i32 + 1);
             joint.unloaded *= minimum(maximum(past_mouth * per_link, T::zero()), T::one());
         }
         if let Some(pull) = &mut self.pull {
             pull.pass(index, bend, &mut joint);
         }
-        let (compliance, wound_rad, entry) = self.windup;
-        if index == entry && compliance > T::zero() {
-            // In series with the shaft behind the entry plane.     docs/model.md (37)
-            let cell_torsion = joint.torsion / self.guide_cell;
-            joint.torsion /= T::one() + cell_torsion * compliance;
-            joint.unloaded.take_z(wound_rad / self.guide_cell);
-            let softest = joint.bending * T::lit(SOFTEST_TWIST);
-            if joint.torsion < softest {
-                // The same moment, held against what the solve turns.
-                self.twisting = joint.torsion / softest;
-                let turned = bend.z() / self.guide_cell;
-                let strain = (turned - joint.unloaded.z()) * self.twisting;
-                let [up, side, _] = joint.unloaded.into();
-                joint.unloaded = Vector3::new(up, side, turned - strain);
-                joint.torsion = softest;
-            }
+        if index == self.windup.entry && self.windup.compliance > T::zero() {
+            self.windup.pass(bend, &mut joint);
         }
         joint
     }

@@ -1,7 +1,7 @@
 //! From the encoder to the instrument at the entry plane.     docs/model.md (19)–(21)
 
 use super::DriveEffects;
-use crate::model::{half_turn, maximum, minimum};
+use crate::model::{maximum, minimum, sin_cos};
 use crate::{Drive, Real};
 
 /// Encoder samples that are kept for the latency.
@@ -80,7 +80,7 @@ impl<T: Real> DriveTrain<T> {
         let ripple = &effects.ripple;
         let turns = self.turns + ripple.cycles_per_m * moved + ripple.cycles_per_s * tick_s;
         self.turns = turns - T::int(turns.floor_int());
-        let (sin, _) = half_turn(self.turns * T::lit(core::f64::consts::TAU) + ripple.phase_rad);
+        let (sin, _) = sin_cos(self.turns * T::lit(core::f64::consts::TAU) + ripple.phase_rad);
         let distance = if moved < T::zero() { -moved } else { moved };
         let one = T::one();
         // What slips by more than it moves would be thrown by a load of the last tick.

@@ -2,14 +2,14 @@
 
 use cathforce_scalar::Vector3;
 
-use super::acting::Acting;
+use super::acting::{Acting, Straightened, Windup};
 use super::nominal::Placement;
 use super::pull::{Pull, PullMemory};
 use super::stream::Stream;
 use super::wall_law::WallLaw;
 use super::{DriveTrain, EntryDrag, WallMotion};
 use crate::coaxial::Overlap;
-use crate::model::{half_turn, maximum, minimum};
+use crate::model::{maximum, minimum, sin_cos};
 use crate::{Drive, Drives, Model, Outputs, Real};
 
 /// The shaft behind the entry plane winds up or unwinds by no more a solve \[rad\]: the joint at
@@ -132,8 +132,10 @@ impl<T: Real> Memory<T> {
         let effects = &description.effects;
         let per_link = T::one() / description.solver.link_length_m;
         let straightened_m = effects.entry.guide.straightened_m;
-        let straightened = (straightened_m > T::zero())
-            .then(|| (insertion_m * per_link, description.solver.link_length_m / straightened_m));
+        let straightened = (straightened_m > T::zero()).then(|| Straightened {
+            insertion: insertion_m * per_link,
+            per_link: description.solver.link_length_m / straightened_m,
+        });
         let drag = &effects.fluid.drag;
         Some(Acting {
             wall: WallLaw::new(effects, model.least_stretch, self.path_m, self.speed_m_per_s, dt_s),
@@ -141,9 +143,13 @@ impl<T: Real> Memory<T> {
             pull: Pull::new(description, overlap, &self.pull),
             softness: self.softness(model),
             straightened,
-            windup: (model.windup_rad_per_n_m, self.wound_rad, entry),
-            guide_cell: guide_cell_m * per_link,
-            twisting: T::one(),
+            windup: Windup {
+                compliance: model.windup_rad_per_n_m,
+                wound_rad: self.wound_rad,
+                entry,
+                guide_cell: guide_cell_m * per_link,
+                twisting: T::one(),
+            },
         })
     }
 
@@ -161,7 +167,8 @@ impl<T: Real> Memory<T> {
         }
         // docs/model.md (37)
         let most = T::lit(LARGEST_UNWINDING_RAD);
-        let change = (acting.windup.0 * torque_n_m - self.wound_rad) * acting.twisting;
+        let Windup { compliance, twisting, .. } = acting.windup;
+        let change = (compliance * torque_n_m - self.wound_rad) * twisting;
         self.wound_rad += minimum(maximum(change, -most), most);
     }
 
@@ -230,7 +237,7 @@ pub(crate) fn past_mouth<T: Real, const LINKS: usize>(
 }
 
 fn displacement<T: Real>(motion: &WallMotion<T>, turns: T) -> Vector3<T> {
-    let (sin, _) = half_turn(turns * T::lit(core::f64::consts::TAU) + motion.phase_rad);
+    let (sin, _) = sin_cos(turns * T::lit(core::f64::consts::TAU) + motion.phase_rad);
     Vector3::new(motion.x_m, motion.y_m, motion.z_m) * sin
 }
 

@@ -3,7 +3,7 @@
 use cathforce_scalar::Vector3;
 
 use crate::coaxial::Overlap;
-use crate::model::{half_turn, maximum, minimum};
+use crate::model::{maximum, minimum, sin_cos};
 use crate::tables::Joint;
 use crate::{Description, Real, Tendon};
 
@@ -52,7 +52,7 @@ impl<T: Real> Pull<T> {
         let (tendon, zero) = (description.tendon, T::zero());
         let lever = tendon.offset_m * tendon.stiffness_n_per_m * tendon.length_m;
         (lever > zero).then(|| {
-            let (sin, cos) = half_turn(tendon.angle_rad);
+            let (sin, cos) = sin_cos(tendon.angle_rad);
             Self {
                 tendon,
                 friction: description.effects.tendon.friction.coefficient,

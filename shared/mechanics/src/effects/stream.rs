@@ -4,7 +4,7 @@ use cathforce_scalar::Vector3;
 
 use super::FluidDrag;
 use crate::Real;
-use crate::model::{half_turn, maximum, minimum};
+use crate::model::{maximum, minimum, sin_cos};
 
 /// The stream in one step.
 #[derive(Clone, Copy, Debug)]
@@ -19,7 +19,7 @@ pub(crate) struct Stream<T: Real> {
 impl<T: Real> Stream<T> {
     /// `turns`: pulses since the run began.
     pub fn new(drag: &FluidDrag<T>, turns: T) -> Self {
-        let (sin, _) = half_turn(turns * T::lit(core::f64::consts::TAU) + drag.phase_rad);
+        let (sin, _) = sin_cos(turns * T::lit(core::f64::consts::TAU) + drag.phase_rad);
         let now = T::one() + drag.pulse_ratio * sin;
         Self {
             along: drag.along_n_per_m * now,
