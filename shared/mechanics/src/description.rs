@@ -1,5 +1,9 @@
 //! What the model is told about the rig: plain numbers with units, no tables.
 //!
+//! All of it is in the rig's frame, which is the vessel's unless an effect moves or turns the vessel
+//! (`effects.wall.registration`, `motion`): then a step computes in the vessel's, and its outputs are
+//! in the rig's.
+//!
 //! These types are what a device image carries. [`crate::Model::new`] turns them into the
 //! tables that a step uses, on host and device alike.
 
@@ -57,9 +61,9 @@ pub struct Instrument<T> {
 /// Where the instrument enters the vessel.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Entry<T> {
-    /// Centre of the guide's mouth, vessel frame \[m\].
+    /// Centre of the guide's mouth \[m\].
     pub position_m: [T; 3],
-    /// Unit vector of insertion, vessel frame.
+    /// Unit vector of insertion.
     pub direction: [T; 3],
     /// Unit vector, normal to `direction`: where a positive tip curvature bends at rotation 0.
     pub up: [T; 3],

@@ -19,7 +19,8 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
     }
 
     /// Elastic energy of bending, twist and stretch inside the vessel \[J\], and of a shaft that
-    /// winds up behind it; the wall's is not in it.     docs/model.md (4), (6), (37)
+    /// winds up behind it; the wall's and a tendon's are not in it, and stiffness and pre-curve are
+    /// those without softening (33) and straightening.     docs/model.md (4), (6), (37)
     pub fn elastic_energy_j(&self, model: &Model<T, LINKS>) -> T {
         let h = model.description().solver.link_length_m;
         let half = T::lit(0.5);

@@ -50,7 +50,7 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
     }
 
     /// What comes out of the guide is straight: what the two joints at the base link remember is
-    /// spread over the arc that they have gained.
+    /// spread over the arc that they have gained.     docs/model.md (4)
     fn take_in_straight(&mut self, model: &Model<T, LINKS>) {
         let gained = maximum(self.fed_m, T::zero()) * T::lit(0.5);
         let half_link = model.description().solver.link_length_m * T::lit(0.5);

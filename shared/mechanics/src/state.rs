@@ -49,9 +49,9 @@ pub struct Loads<T> {
 /// What one step found. Per-node results are read from [`State`].
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub struct Outputs<T> {
-    /// Total contact force of the instrument on the vessel, vessel frame \[N\].
+    /// Total contact force of the instrument on the vessel, rig's frame \[N\].
     pub force_on_vessel_n: [T; 3],
-    /// Its total moment about the entry point, vessel frame \[N·m\].
+    /// Its total moment about the entry point, rig's frame \[N·m\].
     pub moment_on_vessel_n_m: [T; 3],
     /// Axial force on the instrument behind the guide, positive when pushing \[N\]; with a
     /// guidewire, on the catheter alone.
@@ -317,7 +317,7 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
         self.links.get(..self.count)?.get(node)
     }
 
-    /// Position of a node, the rig's vessel frame \[m\]; `None` beyond [`State::nodes`].
+    /// Position of a node, rig's frame \[m\]; `None` beyond [`State::nodes`].
     pub fn node_position_m(&self, node: usize) -> Option<[T; 3]> {
         self.link(node).map(|link| self.position_m(link))
     }
