@@ -89,6 +89,10 @@ impl Plant for Altered<'_> {
         self.inner.cheap()
     }
 
+    fn far_off(&self) -> f64 {
+        self.inner.far_off()
+    }
+
     fn swing(&self, effect: usize) -> Option<Swing> {
         self.inner.swing(effect)
     }

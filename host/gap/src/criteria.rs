@@ -188,6 +188,7 @@ mod tests {
             weights: vec![0.5 * SAMPLES as f64; 4],
             energy: 0.5 * (drive + tip),
             quantities: vec![(Quantity::DriveForce, drive, SAMPLES), (Quantity::Tip, tip, SAMPLES)],
+            gap: 0.5 * ((drive - 1.0).max(0.0) + (tip - 1.0).max(0.0)),
             effective: SAMPLES as f64,
         }
     }

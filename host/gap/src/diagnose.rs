@@ -29,9 +29,9 @@ use crate::verdict::{Lead, verdict};
 /// Share of the nominal RMS from which on an effect is material.
 const MATERIAL: f64 = 0.05;
 /// Energy that an explanation of a drive may leave, whatever it closes: its repeats agree better than
-/// any model (the measured axis of EMPS is left 70 times its floor's), but what closes nine tenths or
-/// less and leaves more than this is of another kind.
-const FAR_FROM_FLOOR_CHEAP: f64 = 1000.0;
+/// any model (the measured axis of EMPS is left some 60 times its floor's), but what closes nine tenths
+/// or less and leaves more than this, 20 standard deviations of the floor, is of another kind.
+const FAR_FROM_FLOOR_CHEAP: f64 = 300.0;
 /// Share of unseen samples from which on held-out figures say too little.
 const MOST_UNSEEN: f64 = 0.5;
 

@@ -2,19 +2,19 @@
 //!
 //! A snap that comes a quarter of a second late, or a whip that ends elsewhere, leaves residuals of ten
 //! and more standard deviations in a few samples. Their squares would decide alone where a fit goes and
-//! which effect is named, though of the size of an effect they say next to nothing. So a catheter's
-//! whitened residuals r are compared by Charbonnier's loss (1994), the smooth form of Huber's (1964),
+//! which effect is named, though of the size of an effect they say next to nothing. So whitened
+//! residuals r are compared by Charbonnier's loss (1994), the smooth form of Huber's (1964),
 //!
 //! > ρ(r) = 2c² (√(1 + r²/c²) − 1),   w(r) = ρ′/2r = 1/√(1 + r²/c²)
 //!
 //! The sum of ρ is minimised by weighted least squares (Holland and Welsch 1977): to first order, a
 //! step lowers Σ w r² with the weights that the residuals have before it. φ = sign(r) √ρ is what a residual
-//! counts for in energies. The residuals of a drive, which has neither, count with their squares.
+//! counts for in energies.
+//!
+//! A drive has no snaps, but friction that turns over where it turns, in some milliseconds of which no
+//! position tells the course: there residuals are hundreds of standard deviations of a good sensor.
 
 use crate::plant::Plant;
-
-/// Standard deviations from which on a residual counts for less than its square, c.
-const FAR: f64 = 3.0;
 
 /// φ of a plant.
 #[derive(Clone, Copy, Debug)]
@@ -25,20 +25,20 @@ pub struct Loss {
 
 impl Loss {
     pub fn of(plant: &dyn Plant) -> Self {
-        if plant.cheap() { Self::SQUARES } else { Self::LESS_FAR_OFF }
+        Self::beyond(plant.far_off())
     }
 
-    /// Of a drive.
+    /// With this c.
+    pub fn beyond(far: f64) -> Self {
+        Self { far }
+    }
+
+    /// Of differences that are small.
     pub const SQUARES: Self = Self { far: f64::INFINITY };
-    /// Of a catheter.
-    pub const LESS_FAR_OFF: Self = Self { far: FAR };
 
     /// φ(r) and √w(r).
     pub fn of_residual(self, r: f64) -> (f64, f64) {
         let c = self.far;
-        if c.is_infinite() {
-            return (r, 1.0);
-        }
         let root = (1.0 + (r / c).powi(2)).sqrt();
         // ρ = 2r²/(root + 1), which does not cancel where r is small.
         (r * (2.0 / (root + 1.0)).sqrt(), root.recip().sqrt())
@@ -46,8 +46,7 @@ impl Loss {
 
     /// The r of a φ.
     pub fn residual(self, phi: f64) -> f64 {
-        let c = self.far;
-        if c.is_infinite() { phi } else { phi * (1.0 + (phi / (2.0 * c)).powi(2)).sqrt() }
+        phi * (1.0 + (phi / (2.0 * self.far)).powi(2)).sqrt()
     }
 }
 
@@ -57,7 +56,7 @@ mod tests {
 
     #[test]
     fn what_is_small_costs_its_square_and_what_is_far_off_grows_with_its_size() {
-        let loss = Loss::LESS_FAR_OFF;
+        let loss = Loss::beyond(3.0);
         let cost = |r: f64| loss.of_residual(r).0.powi(2);
         assert!((cost(0.3) / 0.09 - 1.0).abs() < 0.01);
         let (near, far) = (cost(1000.0), cost(2000.0));

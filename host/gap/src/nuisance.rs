@@ -219,7 +219,7 @@ mod tests {
 
     #[test]
     fn what_is_far_off_in_a_few_samples_does_not_decide_where_a_nuisance_is() {
-        let robust = |off| bias(Loss::LESS_FAR_OFF, off);
+        let robust = |off| bias(Loss::beyond(3.0), off);
         assert!((robust(0.0) - 1.0).abs() < 0.01);
         assert!((robust(15.0) - 1.0).abs() < 0.2, "{}", robust(15.0));
         assert!((bias(Loss::SQUARES, 15.0) - 1.0).abs() > 0.5);
@@ -228,7 +228,7 @@ mod tests {
     #[test]
     fn what_free_nuisances_do_is_projected_out_where_the_residual_ended() {
         let scaled = vec![DMatrix::from_fn(SAMPLES, 1, |i, _| 0.1 * i as f64)];
-        let nuisances = Nuisances { scaled, loss: Loss::LESS_FAR_OFF };
+        let nuisances = Nuisances { scaled, loss: Loss::beyond(3.0) };
         let residual = DVector::from_fn(SAMPLES, |i, _| if i == 7 { 30.0 } else { 0.5 });
         let refit = nuisances.refit(0, &residual);
         let left = refit.project(nuisances.scaled(0));

@@ -337,6 +337,11 @@ pub trait Plant: Sync {
     /// are linearised again where every fit ends, and not only where it begins.
     fn cheap(&self) -> bool;
 
+    /// Standard deviations from which on a residual counts for less than its square ([`Loss`]).
+    ///
+    /// [`Loss`]: crate::loss::Loss
+    fn far_off(&self) -> f64;
+
     /// How an effect swings; `None` of one that does not.
     fn swing(&self, _effect: usize) -> Option<Swing> {
         None

@@ -3,6 +3,7 @@
 use crate::criteria::{Parsimony, predicts_less};
 use crate::fit::{Depth, Start, is_slight};
 use crate::nuisance::Nuisances;
+use crate::plant::{Plant, Point};
 use crate::score::Score;
 use crate::select::{Candidate, Selection, Selector};
 
@@ -32,7 +33,10 @@ impl Selector<'_> {
                 alone_after_all(selection, &without);
                 let parameters = self.parameters(effect);
                 let point = &selection.best.fit.point;
-                let slight = !plant.cheap() && is_slight(plant, effect, point);
+                let slight = match plant.cheap() {
+                    true => is_within_prior(plant, effect, point),
+                    false => is_slight(plant, effect, point),
+                };
                 let needed = !slight
                     && parsimony.is_needed(&without.score, &selection.best.score, parameters);
                 let energy = |c: &Candidate| c.score.energy;
@@ -111,6 +115,15 @@ impl Selector<'_> {
         }
         Some(self.to_the_end(best))
     }
+}
+
+/// Whether an effect of a drive does no more than the nuisance that stands for it may: nuisances are
+/// linear, and where friction turns over what a millisecond does is not.
+fn is_within_prior(plant: &dyn Plant, effect: usize, point: &Point) -> bool {
+    let own = &plant.effects()[effect];
+    let [parameter] = &own.parameters[..] else { return false };
+    let size = (point.effects[effect][0] - parameter.off).abs();
+    plant.nuisances().iter().any(|nuisance| nuisance.effect == Some(own.id) && size <= nuisance.sd)
 }
 
 /// Takes note of a single effect that lies lower than where its own fit had ended.

@@ -108,6 +108,9 @@ pub struct Score {
     pub energy: f64,
     /// The same of every quantity, and how many samples it has.
     pub quantities: Vec<(Quantity, f64, usize)>,
+    /// Energy above the floor that shrinks are shares of: of a catheter in the same terms; of a drive
+    /// in squares, as errors in newtons are.
+    pub gap: f64,
     /// Samples that are worth an independent one.
     pub effective: f64,
 }
@@ -144,18 +147,31 @@ pub fn score(problem: &Problem<'_>, folds: &Folds, fit: &Fit) -> Score {
     let total: f64 = weights.iter().sum();
     let energy = blocks.iter().zip(&weights).map(|(e, w)| e * w).sum::<f64>() / total.max(1.0);
     let effective = effective_samples(problem.plant, &residuals);
+    let quantities = by_quantity(problem, fit, &residuals);
+    let raw = |phi: &mut Option<f64>| *phi = phi.map(|phi| loss.residual(phi));
+    residuals.iter_mut().flatten().for_each(raw);
+    let gap = match problem.plant.cheap() {
+        true => excess(&by_quantity(problem, fit, &residuals)),
+        false => excess(&quantities),
+    };
+    Score { residuals, blocks, weights, energy, quantities, gap, effective }
+}
+
+/// Energy per sample of every quantity, with what the nuisances cost, and how many samples it has.
+fn by_quantity(
+    problem: &Problem<'_>,
+    fit: &Fit,
+    residuals: &[Vec<Option<f64>>],
+) -> Vec<(Quantity, f64, usize)> {
     let mut energies = Energies::default();
-    for (trial, own) in problem.plant.trials().iter().zip(&residuals) {
+    for (trial, own) in problem.plant.trials().iter().zip(residuals) {
         for (sample, residual) in trial.samples.iter().zip(own) {
             if let Some(r) = residual {
                 energies.add(problem.plant.channels()[sample.channel].quantity, *r);
             }
         }
     }
-    let quantities = energies.per_sample(fit.trials.iter().map(|trial| trial.penalty()).sum());
-    let raw = |phi: &mut Option<f64>| *phi = phi.map(|phi| loss.residual(phi));
-    residuals.iter_mut().flatten().for_each(raw);
-    Score { residuals, blocks, weights, energy, quantities, effective }
+    energies.per_sample(fit.trials.iter().map(|trial| trial.penalty()).sum())
 }
 
 /// Residuals after a change. One that is larger than they are leads beyond where derivatives hold,
@@ -305,7 +321,7 @@ impl Score {
 
     /// Shrink of the gap above the floor against the nominal model's score.
     pub fn shrink(&self, nominal: &Score) -> f64 {
-        1.0 - self.excess() / nominal.excess().max(f64::MIN_POSITIVE)
+        1.0 - self.gap / nominal.gap.max(f64::MIN_POSITIVE)
     }
 
     /// Mean gain over another score's blocks, and its standard error.

@@ -199,6 +199,10 @@ impl<F: Fn(usize, &Point) -> f64 + Sync> Plant for Toy<F> {
         self.cheap
     }
 
+    fn far_off(&self) -> f64 {
+        if self.cheap { f64::INFINITY } else { 3.0 }
+    }
+
     fn swing(&self, _effect: usize) -> Option<Swing> {
         self.swing.clone()
     }

@@ -51,6 +51,8 @@ use ways::WAYS;
 /// changes where a fit ends.
 const COARSER: f64 = 2.0;
 const TICK_S: f64 = 4e-3;
+/// Standard deviations beyond which a residual is what a snap or a whip leaves.
+const FAR_OFF: f64 = 3.0;
 /// The predictor follows a new rate within about as much time as with short ticks …
 const PREDICTOR_GAIN: f64 = 0.35;
 /// … and contact sets in over so many times the device's way, so that long ticks do not chatter.
@@ -355,6 +357,10 @@ impl Plant for Catheter {
 
     fn cheap(&self) -> bool {
         false
+    }
+
+    fn far_off(&self) -> f64 {
+        FAR_OFF
     }
 
     fn swing(&self, effect: usize) -> Option<Swing> {
