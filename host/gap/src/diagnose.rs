@@ -329,7 +329,7 @@ impl<'a> Answer<'a> {
             self.remark(format!("the fit of {id} failed; it is not ranked"));
         }
         let scored = selection.singles.iter().enumerate().filter_map(|(effect, single)| {
-            let shrink = single.as_ref()?.score.shrink(&selection.nominal.score);
+            let shrink = single.as_ref()?.score.shrink_of_loss(&selection.nominal.score);
             Some(Ranked { id: effects[effect].id.to_owned(), shrink })
         });
         let mut ranking: Vec<Ranked> = scored.collect();

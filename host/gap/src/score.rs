@@ -324,6 +324,12 @@ impl Score {
         1.0 - self.gap / nominal.gap.max(f64::MIN_POSITIVE)
     }
 
+    /// The same in the terms that fits lower: of a drive that is less than squares, and a single effect
+    /// that is not there may lower it and leave more of these.
+    pub fn shrink_of_loss(&self, nominal: &Score) -> f64 {
+        1.0 - self.excess() / nominal.excess().max(f64::MIN_POSITIVE)
+    }
+
     /// Mean gain over another score's blocks, and its standard error.
     pub fn gain_over(&self, other: &Score) -> (f64, f64) {
         let gains: Vec<f64> = other.blocks.iter().zip(&self.blocks).map(|(a, b)| a - b).collect();
