@@ -24,7 +24,7 @@ use crate::sanity;
 use crate::score::{FoldKind, Folds, Score, root_mean_square};
 use crate::select::{Candidate, Selection, Selector};
 use crate::series::{held_out, series};
-use crate::verdict::{Lead, verdict};
+use crate::verdict::{Lead, NEARLY_ALL, verdict};
 
 /// Share of the nominal RMS from which on an effect is material.
 const MATERIAL: f64 = 0.05;
@@ -307,8 +307,11 @@ impl<'a> Answer<'a> {
         let best = &selection.best.fit;
         let id = |effect: usize| self.plant.effects()[effect].id;
         let at_bound = best.effects.iter().find(|e| at_bound(self.plant, **e, &best.point));
-        // The floor of a drive says little of what is left: there a bound speaks for itself.
-        let leaves_much = self.plant.cheap() || worst > NEAR_FLOOR;
+        // The floor of a drive says little of what is left, its share of the gap more.
+        let leaves_much = match self.plant.cheap() {
+            true => selection.best.score.shrink(&selection.nominal.score) < NEARLY_ALL,
+            false => worst > NEAR_FLOOR,
+        };
         let at_bound = at_bound.filter(|_| leaves_much).map(|&effect| {
             format!(
                 "{} comes nearest at the end of what it may be, and leaves much: it stands for \

@@ -371,6 +371,29 @@ fn friction_of_a_slow_axis_does_not_fall_as_motion_sets_in() {
     assert!((dry / 6.0 - 1.0).abs() < 0.05, "{dry}");
 }
 
+/// No position tells the course of friction where it turns over, which is a few samples far off: they
+/// must not decide the rest.
+#[test]
+fn friction_that_falls_as_motion_sets_in_is_found_though_it_turns_over_at_once() {
+    let force = |_: f64, now: &Instant| {
+        let v = now.velocity_m_per_s;
+        (8.0 + 6.0 * (-(v / 0.02).powi(2)).exp()) * v.signum() + 20.0 * v
+    };
+    let answer = ask(bundle(&[(8.0, 0.05), (8.0, 0.05)], 0.0, 2.0, force).path());
+    assert_eq!(answer.verdict, Verdict::Named, "{}", answer.sentence());
+    for (id, name, truth, within) in [
+        ("drive.coulomb", "force_n", 8.0, 0.02),
+        ("drive.stribeck", "force_n", 6.0, 0.02),
+        ("drive.stribeck", "speed_m_per_s", 0.02, 0.05),
+        ("drive.viscous", "n_s_per_m", 20.0, 0.05),
+    ] {
+        let effect = answer.effects.iter().find(|e| e.id == id);
+        let found = value(effect.unwrap_or_else(|| panic!("{id}: {}", answer.sentence())), name);
+        println!("{id}.{name}: {found} for {truth}");
+        assert!((found / truth - 1.0).abs() < within, "{id}.{name}: {found} for {truth}");
+    }
+}
+
 #[test]
 fn drag_that_goes_by_the_square_of_the_speed_is_none_of_the_effects() {
     let drag = |_: f64, now: &Instant| 60.0 * now.velocity_m_per_s * now.velocity_m_per_s.abs();

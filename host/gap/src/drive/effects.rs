@@ -144,7 +144,7 @@ pub fn library(scale: &Scale) -> Vec<Effect> {
                     unit: "m/s",
                     // What falls sooner than friction turns over is another turnover.
                     low: TURNOVER_SHARE * v,
-                    high: 0.2 * v,
+                    high: 0.3 * v,
                     off: 0.05 * v,
                     scale: 0.05 * v,
                 },
