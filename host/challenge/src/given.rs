@@ -153,9 +153,13 @@ impl Stand {
     }
 }
 
+/// Whether a rig is a drive on its own, which has none of the tables of [`RigFile`].
 fn is_drive(rig: &str) -> bool {
-    let plant = |table: toml::Table| table.get("plant").and_then(|p| p.as_str()).map(str::to_owned);
-    toml::from_str(rig).ok().and_then(plant).is_some_and(|plant| plant == "drive")
+    #[derive(Deserialize)]
+    struct Kind {
+        plant: String,
+    }
+    toml::from_str(rig).is_ok_and(|kind: Kind| kind.plant == "drive")
 }
 
 fn rig(bundle: &Path, file: &RigFile) -> Result<Rig, GivenError> {

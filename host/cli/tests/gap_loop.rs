@@ -301,6 +301,29 @@ fn a_recording_is_diagnosed_and_applied_like_a_bundle() {
 }
 
 #[test]
+fn a_challenge_that_would_ask_nothing_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let made = folder.path().join("made");
+    let challenge =
+        |action: &str, extra: &[&str]| [&["gap", "challenge", action, text(&made)], extra].concat();
+    assert_fails(
+        &challenge("make", &["--seed", "1", "--cases", "0"]),
+        2,
+        &["asks nothing", "fix:"],
+    );
+    assert_fails(&challenge("seal", &[]), 3, &["no challenge is there", "challenge make"]);
+
+    let drive = folder.path().join("axis");
+    std::fs::create_dir(&drive).unwrap();
+    std::fs::write(drive.join("rig.toml"), "format = \"trial-bundle/1\"\nplant = \"drive\"\n")
+        .unwrap();
+    let of_a_drive = ["--seed", "1", "--cases", "1", "--bundle", text(&drive)];
+    let why = ["rig.toml", "a drive on its own", "bundle of a catheter"];
+    assert_fails(&challenge("make", &of_a_drive), 3, &why);
+    assert!(!made.exists(), "a refused challenge leaves nothing behind");
+}
+
+#[test]
 fn the_protocol_is_printed_row_by_row_with_its_segments() {
     let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/tapered-none");
     let listed = json(&["gap", "protocol", text(&example)]);
@@ -323,6 +346,8 @@ fn the_protocol_is_printed_row_by_row_with_its_segments() {
     }
     assert!(String::from_utf8_lossy(&output.stderr).contains("reversal-60mm is left out"));
     assert_fails(&["gap", "protocol", text(&example), "--to-m", "0.02"], 2, &["no way", "fix:"]);
+    let too_deep = ["gap", "protocol", text(&example), "--to-m", "3"];
+    assert_fails(&too_deep, 2, &["farther than the instrument", "m long", "fix:"]);
 
     // A rig without trials does not say how deep it goes.
     let folder = tempfile::tempdir().unwrap();

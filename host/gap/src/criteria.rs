@@ -48,8 +48,8 @@ pub struct Parsimony {
     least: f64,
     /// Smallest share of what is left.
     of_left: f64,
-    /// At the floor nothing more is asked for: of a drive, whose clock may tremble. Small effects of a
-    /// catheter that lie together at its floor are told apart.
+    /// Where every quantity is at its floor, the explanation of a drive ends. Small effects of a catheter
+    /// that lie together at its floor are told apart.
     ends_at_floor: bool,
 }
 
@@ -220,6 +220,16 @@ mod tests {
         assert!(!own.pays(&score(2.0, 6.0), &score(2.0, 4.0), 2));
         // The tip is nearer, the whole is not.
         assert!(!own.pays(&score(2.0, 6.0), &score(8.0, 1.5), 2));
+    }
+
+    #[test]
+    fn of_a_drive_that_is_at_its_floor_nothing_more_is_asked() {
+        let (old, new) = (score(1.18, 1.18), score(0.8, 0.8));
+        let of = |ends_at_floor| Parsimony { ends_at_floor, gap: 0.2, ..parsimony(20.0) };
+        assert!(of(false).pays(&old, &new, 1), "it would be worth its parameter");
+        assert!(!of(true).pays(&old, &new, 1));
+        // One quantity above the floor is enough to go on.
+        assert!(of(true).pays(&score(1.3, 1.1), &new, 1));
     }
 
     #[test]

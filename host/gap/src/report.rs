@@ -347,6 +347,19 @@ mod tests {
     }
 
     #[test]
+    fn no_gap_without_a_force_says_that_none_was_measured() {
+        let sentence = |force_rms_n| {
+            let mut answer =
+                Diagnosis { verdict: Verdict::NoGap, ..Diagnosis::unanswered("trials") };
+            answer.gap.force_rms_n = force_rms_n;
+            answer.sentence()
+        };
+        assert!(sentence(None).contains("which is no force"));
+        let measured = sentence(Some(Figures { before: 0.01, after: 0.01, floor: 0.01 }));
+        assert!(!measured.contains("no force"), "{measured}");
+    }
+
+    #[test]
     fn a_gap_that_nothing_explains_is_answered_with_what_is_nearest() {
         let sentence = |ranking: &[(&str, f64)]| {
             let of = |(id, shrink): &(&str, f64)| Ranked { id: (*id).to_owned(), shrink: *shrink };
