@@ -304,8 +304,10 @@ fn a_recording_is_diagnosed_and_applied_like_a_bundle() {
 fn a_challenge_that_would_ask_nothing_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let made = folder.path().join("made");
-    let challenge =
-        |action: &str, extra: &[&str]| [&["gap", "challenge", action, text(&made)], extra].concat();
+    fn challenge<'a>(action: &'a str, made: &'a Path, more: &[&'a str]) -> Vec<&'a str> {
+        [&["gap", "challenge", action, text(made)], more].concat()
+    }
+    let challenge = |action, more| challenge(action, &made, more);
     assert_fails(
         &challenge("make", &["--seed", "1", "--cases", "0"]),
         2,

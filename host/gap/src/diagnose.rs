@@ -24,6 +24,7 @@ use crate::sanity;
 use crate::score::{FoldKind, Folds, Score, root_mean_square};
 use crate::select::{Candidate, Selection, Selector};
 use crate::series::{held_out, series};
+use crate::unlike::unlike;
 use crate::verdict::{Lead, NEARLY_ALL, verdict};
 
 /// Share of the nominal RMS from which on an effect is material.
@@ -65,38 +66,34 @@ fn run(
     let folds = match Folds::of(plant) {
         Some(folds) if folds.unseen_share <= MOST_UNSEEN => folds,
         Some(folds) => {
-            answer.remark(format!(
+            return answer.inconclusive(format!(
                 "nothing can be held out: {:.0} % of the samples were recorded in regimes that \
                  only one trial has ({}); repeat the motions in every trial",
                 100.0 * folds.unseen_share,
                 folds.unseen.join("; ")
             ));
-            return answer.inconclusive();
         }
         None => {
-            answer.remark(
+            return answer.inconclusive(
                 "one trial without cycles: no part of it can be predicted from the others, so no \
                  figure would be honest; record at least two trials"
                     .to_owned(),
             );
-            return answer.inconclusive();
         }
     };
     answer.remark_on_folds(&folds);
     let selector = Selector { problem: &problem, folds: &folds };
     let Some(nominal) = selector.nominal() else {
-        answer.remark(format!(
+        return answer.inconclusive(format!(
             "the nominal model breaks down on these trials, so nothing is compared: {BROKEN_DOWN}"
         ));
-        return answer.inconclusive();
     };
     let complaints = match plant.complaint() {
         Some(own) => vec![own.to_owned()],
         None => sanity::complaints(&problem, &nominal),
     };
     if !complaints.is_empty() {
-        complaints.into_iter().for_each(|complaint| answer.remark(complaint));
-        return answer.inconclusive();
+        return answer.inconclusive(complaints.join("; "));
     }
     let diagnosis = answer.finish(&problem, &selector, nominal, given);
     Diagnosis {
@@ -189,7 +186,9 @@ impl<'a> Answer<'a> {
         }
     }
 
-    fn inconclusive(self) -> Diagnosis {
+    /// Nothing can be concluded, for this reason, which comes before all other remarks.
+    fn inconclusive(mut self, why: String) -> Diagnosis {
+        self.diagnosis.remarks.insert(0, why);
         self.diagnosis
     }
 
@@ -215,14 +214,17 @@ impl<'a> Answer<'a> {
         }
         self.diagnosis.details.maps = maps(problem, &nominal.score);
         self.diagnosis.details.on_vessel = on_vessel(problem, &nominal.score);
+        let asked_for =
+            given.unwrap_or_default().iter().map(|&e| self.plant.effects()[e].id.to_owned());
+        self.diagnosis.asked_for = asked_for.collect();
         let before = nominal.clone();
         let selected = match given {
             None => selector.select(nominal).and_then(|found| identified(selector, found)),
             Some(effects) => selector.take(nominal, effects),
         };
         let Some(selection) = selected else {
-            self.remark("a simulation broke down while candidates were fitted".to_owned());
-            return self.diagnosis;
+            return self
+                .inconclusive("a simulation broke down while candidates were fitted".to_owned());
         };
         self.rank(&selection);
         self.figures(problem, &before.score, &selection.best.score);
@@ -249,6 +251,7 @@ impl<'a> Answer<'a> {
         if matches!(self.diagnosis.verdict, Verdict::Partial | Verdict::Unknown) {
             self.diagnosis.left = Some(left(problem, &selection));
             self.diagnosis.details.left_on_vessel = on_vessel(problem, &selection.best.score);
+            unlike(problem, &before.score).into_iter().for_each(|remark| self.remark(remark));
         }
         if self.diagnosis.verdict == Verdict::Unknown {
             self.diagnosis.effects.clear();
@@ -280,7 +283,7 @@ impl<'a> Answer<'a> {
                     .to_owned(),
             );
         }
-        if !self.diagnosis.effects.is_empty() {
+        if !self.diagnosis.effects.is_empty() && given.is_none() {
             self.remark(format!(
                 "confidence is how often an effect wins when the blocks are drawn again, \
                  calibrated on {} effects that were named in {} cases whose effects are known",
@@ -384,6 +387,7 @@ impl<'a> Answer<'a> {
         selection: &Selection,
     ) -> Vec<(usize, Vec<usize>)> {
         let problem = selector.problem;
+        let has_rivals = self.diagnosis.asked_for.is_empty();
         let Some(nuisances) = &selection.nuisances else { return Vec::new() };
         let metric = Metric::new(nuisances, &selection.best.score);
         let sets = confusable(problem, selection, &metric);
@@ -407,7 +411,7 @@ impl<'a> Answer<'a> {
             effects.push(NamedEffect {
                 id: id(*effect),
                 parameters: parameters(self.plant, &selection.best, *effect, &spread),
-                confidence: calibration::probability(frequency),
+                confidence: has_rivals.then(|| calibration::probability(frequency)),
                 shrink: increments.get(effect).copied().unwrap_or_default(),
                 material: open.sqrt() > MATERIAL * nominal.energy.sqrt(),
             });
@@ -475,15 +479,35 @@ mod tests {
     use super::*;
     use crate::verdict::NEARLY_ALL;
 
-    /// What is answered where the data rise by so much, of which an effect may explain 10.
-    fn answer(slope: f64) -> Diagnosis {
+    /// Data that rise by so much, of which an effect may explain 10.
+    fn toy(slope: f64) -> impl Plant {
         use crate::toy::{Toy, effect, noise, parameter};
         let measured = (0..400).map(|i| slope * i as f64 / 400.0 + 0.01 * noise(i));
         let predict = |i: usize, point: &Point| point.effects[0][0] * i as f64 / 400.0;
         let mut toy = Toy::new(0.01, 0.01, measured, predict).times(4);
         toy.effects = vec![effect("slope", vec![parameter("slope")], vec![vec![1.0]])];
         toy.cheap = false;
-        diagnose(&toy, "toy", &|_| {})
+        toy
+    }
+
+    fn answer(slope: f64) -> Diagnosis {
+        diagnose(&toy(slope), "toy", &|_| {})
+    }
+
+    #[test]
+    fn what_was_asked_for_has_no_rival_and_hence_no_confidence() {
+        let asked = |slope| diagnose_given(&toy(slope), "toy", &[0], &|_| {});
+        let named = asked(9.5);
+        assert_eq!((named.verdict, named.effects[0].confidence), (Verdict::Named, None));
+        assert!(answer(9.5).effects[0].confidence.is_some());
+        let json = serde_json::to_value(&named).unwrap();
+        assert_eq!(
+            (&json["asked_for"][0], &json["effects"][0]["confidence"]),
+            (&"slope".into(), &serde_json::Value::Null)
+        );
+        // A quarter of it.
+        let beyond = asked(20.0).sentence();
+        assert!(beyond.contains("what was asked for, slope, does not explain it"), "{beyond}");
     }
 
     #[test]

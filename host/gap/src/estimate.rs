@@ -138,6 +138,11 @@ pub fn increments(selection: &Selection) -> BTreeMap<usize, f64> {
             closed = shrink;
         }
     }
+    // What the last fit of all of them closes beside that, they share by what they have closed.
+    let rest = selection.best.score.shrink(nominal) - closed;
+    let weight = |own: f64| own.max(1e-3);
+    let all: f64 = covered.values().map(|&own| weight(own)).sum();
+    covered.values_mut().for_each(|own| *own += rest * weight(*own) / all);
     covered
 }
 

@@ -13,10 +13,10 @@ const LEAST: f64 = 0.05;
 /// Cells at most.
 const CELLS: usize = 40;
 
-/// Held out, after the model that comes nearest.
+/// Held out, after the best model that was found.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Left {
-    /// The effects that this model has, named or not; none where the nominal model comes nearest.
+    /// The effects that this model has, named or not; none where that is the nominal model.
     pub after: Vec<String>,
     /// Of the gap above the floor.
     pub gap_share: f64,
@@ -52,7 +52,7 @@ fn words(after: &[String], gap_share: f64, places: &[Cell]) -> String {
         effects => format!("the model with {}", effects.join(" and ")),
     };
     let mut words = format!(
-        "after {model}, which comes nearest, {:.0} % of the gap above the floor is left",
+        "after {model}, the best that was found, {:.0} % of the gap above the floor is left",
         100.0 * gap_share
     );
     let groups = groups(places);
@@ -123,7 +123,7 @@ mod tests {
         let left = Left::new(vec!["wall.motion".to_owned()], 0.65, places);
         assert_eq!(
             left.words,
-            "after the model with wall.motion, which comes nearest, 35 % of the gap above the floor \
+            "after the model with wall.motion, the best that was found, 35 % of the gap above the floor \
              is left; of that, 40 % in fz_N, sliding, most at 20 to 40 mm: swings; 30 % in fx_N, \
              dwell, most at 40 to 60 mm: no simple shape"
         );
@@ -136,6 +136,6 @@ mod tests {
     #[test]
     fn the_nominal_model_leaves_all_of_it() {
         let left = Left::new(Vec::new(), 0.0, Vec::new());
-        assert!(left.words.starts_with("after the nominal model, which comes nearest, 100 %"));
+        assert!(left.words.starts_with("after the nominal model, the best that was found, 100 %"));
     }
 }

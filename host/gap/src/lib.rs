@@ -33,6 +33,7 @@ mod band;
 mod calibration;
 pub mod catheter;
 mod confuse;
+mod copies;
 mod correct;
 mod criteria;
 mod descriptors;
@@ -75,6 +76,7 @@ pub mod spike;
 mod swing;
 #[cfg(test)]
 mod toy;
+mod unlike;
 mod verdict;
 
 pub use altered::Altered;

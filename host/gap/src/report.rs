@@ -55,8 +55,8 @@ impl Estimate {
 pub struct NamedEffect {
     pub id: String,
     pub parameters: BTreeMap<String, Estimate>,
-    /// Calibrated probability that it is there.
-    pub confidence: f64,
+    /// Calibrated probability that it is there; `None` for what was asked for, which had no rival.
+    pub confidence: Option<f64>,
     /// Share of the held-out gap above the floor that it closed when it was added; those of all
     /// effects add up to the shrink of the explanation.
     pub shrink: f64,
@@ -136,6 +136,9 @@ pub struct Diagnosis {
     pub format: &'static str,
     pub bundle: String,
     pub verdict: Verdict,
+    /// The effects that were asked for, where no others were tried.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub asked_for: Vec<String>,
     pub effects: Vec<NamedEffect>,
     pub confusable: Vec<Vec<String>>,
     pub ranking: Vec<Ranked>,
@@ -144,7 +147,7 @@ pub struct Diagnosis {
     pub held_out: Vec<u32>,
     #[serde(rename = "where")]
     pub places: Vec<Cell>,
-    /// What the model that comes nearest leaves, where the verdict is partial or unknown.
+    /// What the best model that was found leaves, where the verdict is partial or unknown.
     pub left: Option<Left>,
     pub next_experiment: Option<Experiment>,
     /// How far the forces of the model may be off that is the answer: the nominal one without
@@ -222,6 +225,7 @@ impl Diagnosis {
             format: FORMAT,
             bundle: bundle.to_owned(),
             verdict: Verdict::Unknown,
+            asked_for: Vec::new(),
             effects: Vec::new(),
             confusable: Vec::new(),
             ranking: Vec::new(),
@@ -311,9 +315,17 @@ impl Diagnosis {
                 names(false),
                 percent(self.details.shrink)
             ),
+            // Why stands first among the remarks.
             Verdict::Unknown if self.ranking.is_empty() => {
-                "Nothing can be concluded from this data; the remarks say why.".to_owned()
+                let why = self.remarks.first().map_or(String::new(), |why| format!(": {why}"));
+                format!("Nothing can be concluded from this data{why}.")
             }
+            Verdict::Unknown if !self.asked_for.is_empty() => format!(
+                "There is a gap, and what was asked for, {}, does not explain it well enough to be \
+                 named: it closes {}. No other effect was tried.",
+                self.asked_for.join(" and "),
+                percent(self.details.shrink)
+            ),
             Verdict::Unknown => {
                 let nearest = self.ranking.first().filter(|nearest| nearest.shrink > 0.0);
                 let nearest = nearest.map_or_else(String::new, |nearest| {

@@ -95,7 +95,15 @@ impl<F: Fn(usize, &Point) -> f64> Toy<F> {
 
     /// The same trial so many times.
     pub fn times(mut self, trials: usize) -> Self {
-        self.trials = vec![self.trials[0].clone(); trials];
+        let numbered = |number| Trial { number, ..self.trials[0].clone() };
+        self.trials = (0..trials as u32).map(numbered).collect();
+        self
+    }
+
+    /// What the last trial measures instead of this.
+    pub fn last_is(mut self, of: impl Fn(f64) -> f64) -> Self {
+        let last = self.trials.last_mut().into_iter();
+        last.flat_map(|trial| &mut trial.samples).for_each(|own| own.value = of(own.value));
         self
     }
 }

@@ -4,9 +4,9 @@ use std::path::Path;
 
 use crate::bundle::{Bundle, read_mesh};
 use crate::error::{Place, Warning};
-use crate::geometry::{GAP_M, Mesh, MeshWall, SLEEVE_M, SurfaceModel};
+use crate::geometry::{Mesh, MeshWall, SLEEVE_M, SurfaceModel};
 use crate::lumen::{BuiltLumen, LumenOptions, measure_against};
-use crate::vessel::{LumenBuildError, LumenReport, QUALITY_POINTS, Vessel, WallSource};
+use crate::vessel::{LumenBuildError, LumenReport, QUALITY_POINTS, Vessel};
 
 /// Outer diameter of the instrument that a mesh on its own is meant for \[m\].
 const DIAMETER_M: f64 = 3e-3;
@@ -75,22 +75,7 @@ fn doubts(report: &LumenReport, options: &LumenOptions) -> Vec<String> {
             1e6 * LARGEST_ERROR_M
         ));
     }
-    let of_mesh = matches!(report.source, WallSource::Mesh { .. });
-    let narrow = report.openings.iter().filter(|o| o.radius_m < options.outer_radius_m).count();
-    if of_mesh && report.openings.is_empty() {
-        doubts.push(format!(
-            "the surface has no opening of more than {:.1} mm: an instrument cannot enter it",
-            2e3 * GAP_M
-        ));
-    } else if of_mesh && narrow == report.openings.len() {
-        doubts.push(format!("no opening is as wide as the instrument of {diameter_mm:.2} mm"));
-    } else if narrow > 0 {
-        doubts.push(format!(
-            "{narrow} of {} openings are narrower than the instrument of {diameter_mm:.2} mm: \
-             holes in the surface?",
-            report.openings.len()
-        ));
-    }
+    doubts.extend(report.doubtful_openings(options.outer_radius_m));
     for opening in report.openings.iter().filter(|opening| opening.sleeve_m < SLEEVE_M) {
         let [x, y, z]: [f64; 3] = (1e3 * opening.centre_m).into();
         doubts.push(format!(

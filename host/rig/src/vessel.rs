@@ -6,7 +6,7 @@ use thiserror::Error;
 
 use crate::bundle::{Bundle, CatheterRig, WallRegion};
 use crate::error::{BundleError, Place};
-use crate::geometry::{Mesh, MeshWall, Opening, RegionalWall, SurfaceModel, TubeWall, Wall};
+use crate::geometry::{GAP_M, Mesh, MeshWall, Opening, RegionalWall, SurfaceModel, TubeWall, Wall};
 use crate::lumen::{
     BuiltLumen, DEVICE_LUMEN_BYTES, LumenOptions, LumenQuality, Spread, build_lumen, measure,
 };
@@ -46,6 +46,31 @@ pub struct LumenReport {
     pub surface_to_facets_m: Option<Spread>,
     /// When the device has no room for it.
     pub too_large: Option<LumenTooLarge>,
+}
+
+impl LumenReport {
+    /// What is wrong with the openings of a mesh, for an instrument of this radius \[m\].
+    pub fn doubtful_openings(&self, outer_radius_m: f64) -> Option<String> {
+        if !matches!(self.source, WallSource::Mesh { .. }) {
+            return None;
+        }
+        let diameter_mm = 2e3 * outer_radius_m;
+        let narrow = self.openings.iter().filter(|o| o.radius_m < outer_radius_m).count();
+        match (narrow, self.openings.len()) {
+            (_, 0) => Some(format!(
+                "the surface has no opening of more than {:.1} mm: an instrument cannot enter it",
+                2e3 * GAP_M
+            )),
+            (0, _) => None,
+            (narrow, all) if narrow == all => {
+                Some(format!("no opening is as wide as the instrument of {diameter_mm:.2} mm"))
+            }
+            (narrow, all) => Some(format!(
+                "{narrow} of {all} openings are narrower than the instrument of \
+                 {diameter_mm:.2} mm: holes in the surface?"
+            )),
+        }
+    }
 }
 
 /// A lumen that the device has no room for.

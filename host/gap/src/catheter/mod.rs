@@ -23,14 +23,17 @@ use std::sync::Arc;
 
 use cathforce_mechanics::{Description, LumenHeader};
 use cathforce_rig::geometry::SurfaceModel;
-use cathforce_rig::lumen::LumenOptions;
-use cathforce_rig::{Bundle, CELL_M, SolverDefaults, Vessel, check_description, to_description};
+use cathforce_rig::lumen::{BuiltLumen, LumenOptions};
+use cathforce_rig::{
+    Bundle, CELL_M, LumenReport, SolverDefaults, Vessel, check_description, to_description,
+};
 
 pub use achieved::{Achieved, AchievedError, Left, Runs, Shrink};
 pub use check::CatheterError;
 pub use planned::{PlannedError, planned};
 pub use spike::Spiking;
 
+use crate::copies::without_copies;
 use crate::floor;
 use crate::plant::{
     At, Channel, Effect, Impostor, Nuisance, Plant, Point, Repeat, Sample, Segment, Swing, Trial,
@@ -87,8 +90,12 @@ impl Catheter {
     /// Prepares a bundle: the vessel, samples, what the model leaves open at each of them.
     pub fn new(bundle: &Bundle) -> Result<Self, CatheterError> {
         check::check(bundle)?;
-        let (header, bytes) = lumen(bundle, nominal(bundle)?.instrument.outer_radius_m)?;
-        Self::in_lumen(bundle, header, bytes)
+        let radius_m = nominal(bundle)?.instrument.outer_radius_m;
+        let (lumen, report) = lumen(bundle, radius_m)?;
+        let mut catheter = Self::in_lumen(bundle, lumen.header, lumen.bytes)?;
+        let holes = report.doubtful_openings(radius_m);
+        catheter.remarks.extend(holes.map(|holes| format!("the vessel: {holes}")));
+        Ok(catheter)
     }
 
     /// The same in a lumen that is known already, as a device image holds it.
@@ -99,9 +106,10 @@ impl Catheter {
     ) -> Result<Self, CatheterError> {
         check::check(bundle)?;
         let nominal = nominal(bundle)?;
-        let simulator = Simulator::new(header, bytes, bundle.trials.len() + Segments::MOST);
+        let (trials, remarks) = without_copies(&bundle.trials);
+        let simulator = Simulator::new(header, bytes, trials.len() + Segments::MOST);
         let mut prepared = Vec::new();
-        for trial in &bundle.trials {
+        for trial in trials {
             let own = Prepared::of(trial, &bundle.rig.sensor, TICK_S);
             prepared.push((trial.number, own.ok_or(CatheterError::NoTrials)?));
         }
@@ -120,7 +128,7 @@ impl Catheter {
             priors,
             repeats: Vec::new(),
             segments: Segments::default(),
-            remarks: Vec::new(),
+            remarks,
         };
         if catheter.channels.is_empty() {
             return Err(CatheterError::NothingMeasured);
@@ -393,16 +401,15 @@ impl Plant for Catheter {
     }
 
     fn compared(&self) -> &'static str {
-        "measured forces, tip and shape with those of the device's own model, fed with the \
-         measured insertion and rotation"
+        "measured forces (means over 20 ms), tip and shape with those of the device's own model, fed \
+         with the measured insertion and rotation"
     }
 }
 
 /// The vessel of a bundle as a device with that instrument sees it.
-fn lumen(bundle: &Bundle, radius_m: f64) -> Result<(LumenHeader, Vec<u8>), CatheterError> {
+fn lumen(bundle: &Bundle, radius_m: f64) -> Result<(BuiltLumen, LumenReport), CatheterError> {
     let vessel = Vessel::from_bundle(bundle, SurfaceModel::default())?;
-    let (lumen, _) = vessel.lumen(LumenOptions::for_instrument(radius_m, CELL_M))?;
-    Ok((lumen.header, lumen.bytes))
+    Ok(vessel.lumen(LumenOptions::for_instrument(radius_m, CELL_M))?)
 }
 
 /// What rig.toml states, with the diagnosis' ticks.

@@ -21,6 +21,8 @@ const CLOCK_JUMP: f64 = 5.0;
 const JUMP_GUARD_S: f64 = 0.5;
 /// Blocks of a trial.
 pub const BLOCKS: usize = 4;
+/// Fewest rows that tell the noise of a column.
+const FEWEST_ROWS: usize = 12;
 /// Share of a trial's samples from which on it is said that they are left out.
 const FORKED_SAID: f64 = 0.01;
 /// Samples to either side whose largest model deviation counts.
@@ -76,6 +78,8 @@ pub struct Prepared {
     jumps: Vec<(f64, f64)>,
     /// Quantities that were left out because they never change.
     dead: Vec<&'static str>,
+    /// Columns whose noise nobody knows: it is not stated, and there are too few rows of them.
+    too_few: Vec<Source>,
     limits: Vec<Limit>,
     /// Share of the readings that is left out because a fork decides it.
     forked_share: f64,
@@ -104,7 +108,7 @@ impl Prepared {
             let EncoderReading { insertion_m, rotation_rad } = trial.guidewire_at(t_s)?;
             Some(Drive { insertion_m, rotation_rad })
         });
-        let mut columns = columns(data, sensor);
+        let (mut columns, too_few) = columns(data, sensor);
         let dead = sensors::take_dead(&mut columns);
         let limits = columns.iter().flat_map(sensors::limits).collect();
         let mut shape_rows: Vec<usize> = columns
@@ -132,6 +136,7 @@ impl Prepared {
             snaps: Vec::new(),
             jumps: jumps(&trial.t_s),
             dead,
+            too_few,
             limits,
             forked_share: 0.0,
         })
@@ -357,6 +362,17 @@ impl Prepared {
                  off or not connected, and is left out"
             ));
         }
+        if let Some(first) = self.too_few.first() {
+            let more = match self.too_few.len() {
+                1 => String::new(),
+                count => format!(" and {} columns more", count - 1),
+            };
+            remarks.push(format!(
+                "trial {number:03}: {}{more}: rig.toml does not state the noise, and fewer than \
+                 {FEWEST_ROWS} rows do not tell it, so that they are left out",
+                first.channel().name
+            ));
+        }
         for Limit { source, value, share } in &self.limits {
             remarks.push(format!(
                 "trial {number:03}: {} stays at {value} in {:.0} % of its rows: the sensor was at \
@@ -398,13 +414,18 @@ pub fn channels<'a>(trials: impl Iterator<Item = &'a Prepared>) -> Vec<Channel> 
     sources.into_iter().map(Source::channel).collect()
 }
 
-fn columns(data: &CatheterTrial, sensor: &RigSensor) -> Vec<Column> {
-    let mut columns = Vec::new();
+/// What was measured, and the columns whose noise nobody knows.
+fn columns(data: &CatheterTrial, sensor: &RigSensor) -> (Vec<Column>, Vec<Source>) {
+    let (mut columns, mut too_few) = (Vec::new(), Vec::new());
     let shape_noise_m = sensors::shape_noise_m(&data.shape_m);
     let mut add = |source, rows: Vec<(usize, f64)>, stated: Option<f64>| {
         if !rows.is_empty() {
             let stated = stated.filter(|noise| *noise > 0.0);
             let found = shape_noise_m.filter(|_| matches!(source, Source::Shape(..)));
+            if stated.or(found).is_none() && rows.len() < FEWEST_ROWS {
+                too_few.push(source);
+                return;
+            }
             let noise = stated.or(found).unwrap_or_else(|| sensors::white_noise(&rows));
             columns.push(Column { source, rows, noise, estimated: stated.is_none() });
         }
@@ -431,7 +452,7 @@ fn columns(data: &CatheterTrial, sensor: &RigSensor) -> Vec<Column> {
         add(Source::DriveForce, rows, sensor.drive_noise_sd_n);
     }
     columns.sort_by_key(|column| column.source);
-    columns
+    (columns, too_few)
 }
 
 fn jumps(t_s: &[f64]) -> Vec<(f64, f64)> {

@@ -3,8 +3,9 @@
 //! What the model leaves open of the measurement stays in it, so that a diagnosis has to find the
 //! effect beside that. f has the device's links and ticks, twice as fine as the diagnosis' own.
 
-use cathforce_mechanics::{Description, LumenHeader};
+use cathforce_mechanics::Description;
 use cathforce_rig::bundle::{CatheterTrial, Trial, TrialData, VectorColumn};
+use cathforce_rig::lumen::BuiltLumen;
 use cathforce_rig::{Bundle, SolverDefaults, to_description};
 use rayon::prelude::*;
 
@@ -19,7 +20,7 @@ use crate::spike::{self, Changes, Spike, SpikeError, Spiked, Sum};
 /// A bundle into which effects can be put.
 pub struct Spiking<'a> {
     bundle: &'a Bundle,
-    lumen: (LumenHeader, Vec<u8>),
+    lumen: BuiltLumen,
     model: Description<f64>,
     simulator: Simulator,
     inputs: Vec<Inputs>,
@@ -32,12 +33,12 @@ impl<'a> Spiking<'a> {
         super::check::check(bundle)?;
         let defaults = SolverDefaults::default();
         let model = to_description::<f64>(bundle, &defaults).ok_or(CatheterError::NoTrials)?;
-        let lumen = super::lumen(bundle, model.instrument.outer_radius_m)?;
+        let (lumen, _) = super::lumen(bundle, model.instrument.outer_radius_m)?;
         let prepared =
             bundle.trials.iter().map(|t| Prepared::of(t, &bundle.rig.sensor, defaults.tick_s));
         let inputs: Option<Vec<Inputs>> = prepared.map(|own| Some(own?.inputs)).collect();
         let mut spiking = Self {
-            simulator: Simulator::new(lumen.0, lumen.1.clone(), bundle.trials.len()),
+            simulator: Simulator::new(lumen.header, lumen.bytes.clone(), bundle.trials.len()),
             inputs: inputs.ok_or(CatheterError::NoTrials)?,
             library: Library { effects: Vec::new(), keys: Vec::new() },
             bundle,
@@ -76,7 +77,7 @@ impl<'a> Spiking<'a> {
 
     /// A bundle of [`Spiking::put_in`] as something to diagnose, in the vessel that is known.
     pub fn plant(&self, spiked: &Bundle) -> Result<Catheter, CatheterError> {
-        Catheter::in_lumen(spiked, self.lumen.0, self.lumen.1.clone())
+        Catheter::in_lumen(spiked, self.lumen.header, self.lumen.bytes.clone())
     }
 
     /// What the sensors read without noise, trial by trial; else the number of the trial on which

@@ -14,6 +14,7 @@ mod spike;
 
 use cathforce_rig::bundle::{Bundle, Plant as RigPlant, RigPriors, TrialData};
 
+use crate::copies::without_copies;
 use crate::floor;
 use crate::plant::{
     Channel, Effect, Nuisance, Plant, Point, Quantity, Repeat, Sample, Segment, Swing, Trial,
@@ -124,7 +125,8 @@ impl Drive {
     pub fn new(bundle: &Bundle) -> Result<Self, DriveError> {
         let RigPlant::Drive(rig) = &bundle.rig.plant else { return Err(DriveError::NotADrive) };
         let (mut raw, mut longest_s) = (Vec::new(), 0.0_f64);
-        for trial in &bundle.trials {
+        let (trials, remarks) = without_copies(&bundle.trials);
+        for trial in trials {
             let TrialData::Drive(data) = &trial.data else { return Err(DriveError::NotADrive) };
             if trial.len() < FEWEST_ROWS {
                 return Err(DriveError::TooShort { trial: trial.number, rows: trial.len() });
@@ -159,7 +161,7 @@ impl Drive {
             effects: library(&scale),
             nuisances: nuisances(&scale, &bundle.rig.priors),
             repeats: Vec::new(),
-            remarks: Vec::new(),
+            remarks,
             segments: segments::motions(&scale, &filters),
             noise_n: segments::NOISE_SHARE * scale.force_n,
             travel_m: scale.travel_m,

@@ -109,19 +109,21 @@ fn cells(places: &[Cell], of: &str) -> String {
     let mut along = places.to_vec();
     along.sort_by(|a, b| a.arc_m[0].total_cmp(&b.arc_m[0]));
     let by_arc = charts::heat(&along, Cell::stretch, |c| c.phase.clone());
+    let drawn = percent(places.iter().map(|cell| cell.gap_share).sum());
     format!(
         "<figure>{by_phase}<figcaption>Share of the energy of {of} by channel and \
-         phase.</figcaption></figure><figure>{by_arc}<figcaption>The same by length inside (or \
+         phase, {drawn} in all: what is spread over places of less than 1 % each is not \
+         drawn.</figcaption></figure><figure>{by_arc}<figcaption>The same by length inside (or \
          position) and phase.</figcaption></figure><div class=wide><table><tr><th>channel<th>phase\
          <th>regime<th class=number>length<th class=number>of the time<th class=number>of {of} \
-         (90 %)<th>shape{rows}</table></div>"
+         (90 %)<th>the channel in that phase{rows}</table></div>"
     )
 }
 
 fn left(answer: &Diagnosis) -> String {
     let Some(left) = &answer.left else { return String::new() };
     let on_vessel = answer.details.left_on_vessel.as_ref();
-    let on_vessel = on_vessel.map(|of| vessel::figures(of, "the model that comes nearest"));
+    let on_vessel = on_vessel.map(|of| vessel::figures(of, "the best model that was found"));
     format!(
         "<h2>What is left</h2><p>{}.</p>{}{}",
         escape(&first_upper(&left.words)),
@@ -143,8 +145,8 @@ fn which(answer: &Diagnosis) -> String {
                 let kind = if effect.material { "material" } else { "minor" };
                 let (id, rest) = if i == 0 {
                     let closes = percent(effect.shrink);
-                    let tail =
-                        format!("{closes}<td class=number>{:.2}<td>{kind}", effect.confidence);
+                    let confidence = effect.confidence.map_or(String::new(), |c| format!("{c:.2}"));
+                    let tail = format!("{closes}<td class=number>{confidence}<td>{kind}");
                     (escape(&effect.id), tail)
                 } else {
                     (String::new(), "<td><td>".to_owned())

@@ -8,7 +8,7 @@ use cathforce_effects::Effect;
 use cathforce_gap::plant::Plant;
 use cathforce_gap::report::{Diagnosis, Figures, HeldOut, Reproduce, quantity};
 use cathforce_gap::{diagnose, diagnose_given, expected_simulations, page};
-use cathforce_rig::Bundle;
+use cathforce_rig::{Bundle, Trial};
 
 use super::source::Source;
 use crate::args::DiagnoseArguments;
@@ -39,6 +39,7 @@ pub fn answer(
     effects: &[&Effect],
 ) -> Result<Diagnosis, Failure> {
     let bundle_sha256 = source.hash()?;
+    let all = source.bundle.trials.clone();
     hold_trials_back(&mut source.bundle, hold_back)?;
     let plant = source.plant()?;
     let bundle = &source.bundle;
@@ -59,6 +60,7 @@ pub fn answer(
     };
     drop(progress);
     answer.remarks.extend(bundle.warnings.iter().map(|warning| warning.to_string()));
+    answer.remarks.extend(seen(&all, bundle));
     answer.reproduce = Reproduce {
         command: command(&source.paths, hold_back, effects),
         version: env!("CARGO_PKG_VERSION").to_owned(),
@@ -77,6 +79,20 @@ fn command(paths: &[PathBuf], hold_back: &[u32], effects: &[&Effect]) -> String 
     let words: Vec<String> = words.chain(paths).chain(hold_back).chain(effects).collect();
     // No argument of a program holds the one character that cannot be quoted.
     shlex::try_join(words.iter().map(String::as_str)).unwrap_or_else(|_| words.join(" "))
+}
+
+/// Says of each trial that was held back whether it is a copy of one that was not.
+fn seen(all: &[Trial], kept: &Bundle) -> Vec<String> {
+    let held_back = all.iter().filter(|trial| kept.trial(trial.number).is_none());
+    let copied = held_back.filter_map(|trial| {
+        let original = kept.trials.iter().find(|own| own.data == trial.data)?;
+        Some(format!(
+            "trial {:03}, which is held back, reads like trial {:03} in every row: it is a copy, and \
+             what it shows was seen",
+            trial.number, original.number
+        ))
+    });
+    copied.collect()
 }
 
 pub fn hold_trials_back(bundle: &mut Bundle, hold_back: &[u32]) -> Result<(), Failure> {
@@ -154,11 +170,12 @@ fn text(answer: &Diagnosis) -> String {
     };
     for effect in &answer.effects {
         let kind = if effect.material { "material" } else { "minor" };
+        let confidence = effect.confidence.map(|c| format!("confidence {c:.2}, "));
         line(format!(
-            "  {:<22} closes {:.1} %, confidence {:.2}, {kind}",
+            "  {:<22} closes {:.1} %, {}{kind}",
             effect.id,
             100.0 * effect.shrink,
-            effect.confidence
+            confidence.unwrap_or_default()
         ));
         for (name, estimate) in &effect.parameters {
             let ([value, low, high], unit) = (estimate.digits(), estimate.unit);
@@ -192,7 +209,7 @@ fn text(answer: &Diagnosis) -> String {
             place.phase,
             place.regime,
             place.stretch(),
-            if place.note.is_empty() { "" } else { "; " },
+            if place.note.is_empty() { "" } else { "; in all of that phase: " },
             place.note
         ));
     }
