@@ -26,9 +26,10 @@ use cathforce_rig::geometry::SurfaceModel;
 use cathforce_rig::lumen::LumenOptions;
 use cathforce_rig::{Bundle, CELL_M, SolverDefaults, Vessel, check_description, to_description};
 
-pub use achieved::{Achieved, AchievedError, Left, Runs, Shrink};
+pub use achieved::{Achieved, AchievedError, Energy, Left, Runs, Shrink};
 pub use check::CatheterError;
 pub use planned::{PlannedError, planned};
+pub use sensors::white_noise;
 pub use spike::Spiking;
 
 use crate::floor;
