@@ -64,7 +64,7 @@ mod tests {
     const EXAMPLE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/tapered-none");
 
     fn with(options: ImageOptions) -> String {
-        let bundle = Bundle::open(EXAMPLE.as_ref()).unwrap();
+        let bundle = Bundle::open(std::path::Path::new(EXAMPLE)).unwrap();
         model_sha256(&rig_description(&bundle, &options).unwrap())
     }
 
