@@ -9,7 +9,7 @@ mod recording;
 use std::path::PathBuf;
 
 use cathforce_rig::tips::Tip;
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::{Arg, ArgAction, Args, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
 
 pub use config::{
     ConfigAction, ConfigApplyArguments, ConfigArguments, ConfigDiffArguments, ConfigGetArguments,
@@ -55,6 +55,25 @@ pub struct Arguments {
     pub quiet: bool,
     #[command(subcommand)]
     pub command: Command,
+}
+
+impl Arguments {
+    /// From the command line; exits where it is wrong.
+    pub fn read() -> Self {
+        let matches = with_negative_numbers(Self::command()).get_matches();
+        Self::from_arg_matches(&matches).unwrap_or_else(|error| error.exit())
+    }
+}
+
+/// Values may be negative numbers, in all commands: that they are out of range is said of the value,
+/// not of an option that nobody has given.
+fn with_negative_numbers(command: clap::Command) -> clap::Command {
+    let takes_number = |arg: &Arg| {
+        !arg.is_positional() && matches!(arg.get_action(), ArgAction::Set | ArgAction::Append)
+    };
+    command
+        .mut_args(|arg| if takes_number(&arg) { arg.allow_negative_numbers(true) } else { arg })
+        .mut_subcommands(with_negative_numbers)
 }
 
 #[derive(Debug, Subcommand)]

@@ -15,11 +15,10 @@ mod ui;
 use std::process::ExitCode;
 
 use args::{Arguments, Command};
-use clap::Parser;
 use session::Pace;
 
 fn main() -> ExitCode {
-    let arguments = Arguments::parse();
+    let arguments = Arguments::read();
     let ui = ui::Ui::new(arguments.json.is_some(), arguments.quiet);
     let result = match arguments.command {
         Command::Run(arguments) => {

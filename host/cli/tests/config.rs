@@ -9,8 +9,10 @@ use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
 use cathforce_bus::{Command, Encoder, Insertion, Rotation};
+use cathforce_config::{BAND_ROWS, Band};
 use cathforce_control::Mode;
 use cathforce_link::{Client, Sim, Slcan, Step, serve};
+use cathforce_rig::{Bundle, ImageOptions, device_image};
 use serde_json::Value;
 
 fn bundle() -> String {
@@ -120,6 +122,37 @@ fn a_file_goes_to_the_device_and_comes_back_the_same() {
     assert_eq!(json(&["config", "diff", file, saved]), Value::Array(Vec::new()));
     let again = to_device(&["apply", saved, &bundle]);
     assert_eq!(again["counts"]["changed"], 0);
+}
+
+/// What a device says of its forces comes back with the model that it is of, and with no other.
+#[test]
+fn a_band_is_saved_with_its_model() {
+    let (folder, device, bundle) = (Folder::new(), device(), bundle());
+    let rows = [[100; 4]; BAND_ROWS];
+    let band = Band { from_m: 0.02, step_m: 2e-3, feed: rows, withdrawal: rows };
+    let friction = ("wall.friction_coefficient".to_owned(), 0.2);
+    let options = ImageOptions {
+        parameters: vec![friction],
+        band: Some(band),
+        cell_m: 2e-3,
+        ..ImageOptions::default()
+    };
+    let rig = Bundle::open(Path::new(&bundle)).unwrap();
+    let (image, _) = device_image(&rig, &options).unwrap();
+    {
+        let mut client = Client::connect(cathforce_link::open(&device).unwrap()).unwrap();
+        client.upload_image(&image, |_| ControlFlow::Continue(())).unwrap();
+    }
+    let saved = folder.path("saved.toml");
+    let file = saved.to_str().unwrap();
+    let to_device = ["--link", &device, "--cell", "2", "--quiet"];
+    json(&[&["config", "save", &bundle, file][..], &to_device].concat());
+    let apply = [&["config", "apply", file, &bundle][..], &to_device].concat();
+    let warned = || String::from_utf8(run(&apply).stderr).unwrap();
+    assert_eq!(warned(), "");
+    json(&["config", "set", file, "wall.friction_coefficient=0.3"]);
+    let said = warned();
+    assert!(said.contains("another model (set by hand: wall.friction_coefficient)"), "{said}");
 }
 
 /// P17: the host says which key cannot change before it sends anything, and what to do.

@@ -115,7 +115,10 @@ fn what_was_diagnosed_is_applied_and_the_gap_is_smaller_on_the_device() {
     assert!(config.band.is_some(), "the device is told how far its forces may be off");
 
     // Once more: nothing changes.
-    assert_eq!(json(&apply)["changes"], Value::Array(Vec::new()));
+    assert!(done["band_change"]["old_widest_N"].is_null(), "{done}");
+    assert!(done["band_change"]["new_widest_N"].as_f64() > Some(0.0), "{done}");
+    let again = json(&apply);
+    assert_eq!((&again["changes"], &again["band_change"]), (&Value::Array(vec![]), &Value::Null));
 
     let verify = ["gap", "verify", bundle, "--link", "sim", "--settings", text(&settings)];
     let verified = json(&[&verify[..], &["--diagnosis", diagnosis]].concat());
@@ -126,6 +129,9 @@ fn what_was_diagnosed_is_applied_and_the_gap_is_smaller_on_the_device() {
     assert!(force("achieved") < 0.8 * force("before"), "{verified}");
     let shrink = |name: &str| verified["shrink"][name].as_f64().unwrap();
     assert!((shrink("predicted") - shrink("achieved")).abs() < 0.1, "{verified}");
+    assert!((shrink("host") - shrink("achieved")).abs() < 0.01, "{verified}");
+    assert_eq!(verified["outcome"], "as_promised");
+    assert_eq!(verified["differences"], Value::Array(Vec::new()));
     assert!(verified["promised_force_rms_N"]["before"].is_number());
     // What the device said of itself while it played the trial.
     let drive = &verified["coverage"]["channels"][3];
@@ -145,8 +151,120 @@ fn what_was_diagnosed_is_applied_and_the_gap_is_smaller_on_the_device() {
     let widths: Vec<f64> = widths.filter_map(|n| n.parse().ok()).collect();
     assert!(widths.len() > 50 && widths.iter().all(|n| (0.0..2.0).contains(n)), "{widths:?}");
 
+    // The page of it has the band, too.
+    let page = folder.path().join("run.html");
+    assert!(cathforce(&["report", text(&recording), "--html", text(&page)]).status.success());
+    let page = std::fs::read_to_string(page).unwrap();
+    assert!(page.contains("\"band\":{") && page.contains("Measured within the band"));
+
     let limit = ["--duration", "1.5", "--fail-above", "rms_N=1e-4"];
     assert_fails(&[&verify[..], &limit].concat(), 6, &["on the device", "rms_N=0.0001"]);
+}
+
+/// Whether a device that plays a trial with these arguments says how far its forces may be off, and
+/// what the command said.
+fn states_a_band(folder: &Path, arguments: &[&str]) -> (bool, String) {
+    let [recording, table] = ["b.mcap", "b.csv"].map(|name| folder.join(name));
+    let play = ["--duration", "0.2", "--quiet", "--overwrite", "--out", text(&recording)];
+    let played = cathforce(&[&["simulate"], arguments, &play].concat());
+    let said = String::from_utf8(played.stderr).unwrap();
+    assert!(played.status.success(), "{said}");
+    let export = ["export", text(&recording), "--csv", text(&table), "--overwrite"];
+    assert!(cathforce(&export).status.success());
+    let table = std::fs::read_to_string(table).unwrap();
+    (table.lines().next().unwrap().contains("half_width"), said)
+}
+
+#[test]
+fn a_band_is_stated_of_the_model_that_it_was_made_for_and_of_no_other() {
+    let (bundle, diagnosis) = diagnosed();
+    let (bundle, diagnosis) = (text(bundle), text(diagnosis));
+    let folder = tempfile::tempdir().unwrap();
+    let settings = folder.path().join("s.toml");
+    let apply = ["gap", "apply", bundle, "--diagnosis", diagnosis, "--settings", text(&settings)];
+    json(&apply);
+    let own = [bundle, "--settings", text(&settings)];
+    let with = |more: &[&str]| states_a_band(folder.path(), &[&own[..], more].concat());
+    let of_control = ["--set", "force_gain=2", "--set", "solver.solves=2", "--cell", "1.5"];
+    for more in [&[][..], &of_control] {
+        assert_eq!(with(more), (true, String::new()), "{more:?}");
+    }
+    for more in [["--set", "effects.wall.stiffness.factor=0.5"], ["--tip", "j"]] {
+        let (stated, said) = with(&more);
+        let name = more[1].split('=').next().unwrap();
+        assert!(!stated && said.contains("of another model") && said.contains("fix:"), "{said}");
+        assert!(said.contains(if more[0] == "--tip" { "--tip" } else { name }), "{said}");
+    }
+
+    // A file from before the hash was written; settings that somebody has made since.
+    let written = std::fs::read_to_string(&settings).unwrap();
+    let old: Vec<&str> = written.lines().filter(|l| !l.starts_with("model_sha256")).collect();
+    std::fs::write(&settings, old.join("\n")).unwrap();
+    let (stated, said) = with(&[]);
+    assert!(!stated && said.contains("which model") && said.contains("gap apply"), "{said}");
+    let by_hand = "[set]\n\"effects.wall.stiffness.factor\" = 0.5\n";
+    std::fs::write(&settings, written.replacen("[set]\n", by_hand, 1)).unwrap();
+    let (stated, said) = with(&[]);
+    assert!(!stated && said.contains("effects.wall.stiffness.factor"), "{said}");
+    let again = json(&apply);
+    assert_eq!((&again["band"], &again["band_change"]), (&Value::Null, &Value::Null), "{again}");
+}
+
+#[test]
+fn what_is_verified_is_said_in_words_and_what_is_not_diagnosed_is_listed() {
+    let (bundle, diagnosis) = diagnosed();
+    let verify = ["gap", "verify", text(bundle), "--diagnosis", text(diagnosis), "--link", "sim"];
+    let stiff = ["--set", "effects.wall.stiffness.factor=2"];
+    let smooth = ["--set", "wall.friction_coefficient=0", "--quiet"];
+    let output = cathforce(&[&verify[..], &stiff, &smooth].concat());
+    let [out, err] = [&output.stdout, &output.stderr].map(|text| String::from_utf8_lossy(text));
+    assert!(output.status.success(), "{err}");
+    assert!(out.starts_with("Worse than before: "), "{out}");
+    assert!(out.contains("the error of the force is larger than before"), "{out}");
+    for listed in ["wall.friction_coefficient = 0, diagnosed 0.", "factor = 2 is not among it"] {
+        assert!(out.contains(listed) && err.contains(listed), "{out}{err}");
+    }
+    let other = json(&[&verify[..], &stiff].concat());
+    let missing = &other["differences"][0];
+    assert_eq!(missing["kind"], "missing", "{other}");
+    assert_eq!(missing["key"], "wall.friction_coefficient");
+}
+
+/// What a diagnosis would conclude nothing from closes no gap on a device either.
+#[test]
+fn a_mirrored_force_is_not_scored() {
+    let (bundle, diagnosis) = diagnosed();
+    let folder = tempfile::tempdir().unwrap();
+    let mirrored = folder.path().join("mirrored");
+    std::fs::create_dir_all(mirrored.join("trials")).unwrap();
+    for name in ["rig.toml", "centreline.csv"] {
+        std::fs::copy(bundle.join(name), mirrored.join(name)).unwrap();
+    }
+    let trial = std::fs::read_to_string(bundle.join("trials/002.csv")).unwrap();
+    let mut lines = trial.lines();
+    let header = lines.next().unwrap();
+    let axes = ["fx_N", "fy_N", "fz_N"];
+    let turned = |line: &str| {
+        let fields = header.split(',').zip(line.split(','));
+        let field = |(name, value): (&str, &str)| match value.parse::<f64>() {
+            Ok(force) if axes.contains(&name) => (-force).to_string(),
+            _ => value.to_owned(),
+        };
+        fields.map(field).collect::<Vec<_>>().join(",")
+    };
+    let rows: Vec<String> = std::iter::once(header.to_owned()).chain(lines.map(turned)).collect();
+    std::fs::write(mirrored.join("trials/002.csv"), rows.join("\n") + "\n").unwrap();
+    let verify =
+        ["gap", "verify", text(&mirrored), "--diagnosis", text(diagnosis), "--link", "sim"];
+    let said = json(&verify);
+    assert_eq!(
+        (&said["outcome"], &said["shrink"]),
+        (&"inconclusive".into(), &Value::Null),
+        "{said}"
+    );
+    assert!(said["objections"][0].as_str().unwrap().contains("along −x, −y,"), "{said}");
+    let limit = [&verify[..], &["--fail-above", "rms_N=9"]].concat();
+    assert_fails(&limit, 6, &["along −x, −y,", "nothing can be compared"]);
 }
 
 #[test]
@@ -304,16 +422,15 @@ fn a_recording_is_diagnosed_and_applied_like_a_bundle() {
 fn a_challenge_that_would_ask_nothing_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let made = folder.path().join("made");
-    fn challenge<'a>(action: &'a str, made: &'a Path, more: &[&'a str]) -> Vec<&'a str> {
-        [&["gap", "challenge", action, text(made)], more].concat()
+    fn challenge<'a>(action: &'a str, made: &'a Path, extra: &[&'a str]) -> Vec<&'a str> {
+        [&["gap", "challenge", action, text(made)], extra].concat()
     }
-    let challenge = |action, more| challenge(action, &made, more);
     assert_fails(
-        &challenge("make", &["--seed", "1", "--cases", "0"]),
+        &challenge("make", &made, &["--seed", "1", "--cases", "0"]),
         2,
         &["asks nothing", "fix:"],
     );
-    assert_fails(&challenge("seal", &[]), 3, &["no challenge is there", "challenge make"]);
+    assert_fails(&challenge("seal", &made, &[]), 3, &["no challenge is there", "challenge make"]);
 
     let drive = folder.path().join("axis");
     std::fs::create_dir(&drive).unwrap();
@@ -321,7 +438,7 @@ fn a_challenge_that_would_ask_nothing_is_refused() {
         .unwrap();
     let of_a_drive = ["--seed", "1", "--cases", "1", "--bundle", text(&drive)];
     let why = ["rig.toml", "a drive on its own", "bundle of a catheter"];
-    assert_fails(&challenge("make", &of_a_drive), 3, &why);
+    assert_fails(&challenge("make", &made, &of_a_drive), 3, &why);
     assert!(!made.exists(), "a refused challenge leaves nothing behind");
 }
 
@@ -348,6 +465,10 @@ fn the_protocol_is_printed_row_by_row_with_its_segments() {
     }
     assert!(String::from_utf8_lossy(&output.stderr).contains("reversal-60mm is left out"));
     assert_fails(&["gap", "protocol", text(&example), "--to-m", "0.02"], 2, &["no way", "fix:"]);
+    // A negative number is a value, not an option.
+    let negative = ["gap", "protocol", text(&example), "--from-m", "0.03", "--to-m", "-0.01"];
+    assert_fails(&negative, 2, &["from 0.03 m to -0.01 m", "no way", "fix:"]);
+    assert_fails(&["gap", "protocol", text(&example), "--rate", "-3"], 2, &["1 to 1000 Hz"]);
     let too_deep = ["gap", "protocol", text(&example), "--to-m", "3"];
     assert_fails(&too_deep, 2, &["farther than the instrument", "m long", "fix:"]);
 

@@ -109,6 +109,13 @@ impl Covered {
 }
 
 impl Coverage {
+    /// All channels as one.
+    pub fn all(&self) -> Covered {
+        let mut all = Covered::default();
+        self.channels.iter().for_each(|own| all.add(own));
+        all
+    }
+
     pub fn add(&mut self, other: &Self) {
         for (own, other) in self.channels.iter_mut().zip(&other.channels) {
             own.add(other);

@@ -6,6 +6,9 @@
 
 use std::ops::Range;
 
+use nalgebra::DVector;
+
+use crate::floor::Floor;
 use crate::plant::{Plant, Quantity, Trial};
 use crate::problem::Problem;
 use crate::select::Candidate;
@@ -58,15 +61,37 @@ impl Axis {
 
 /// Why these measurements carry no verdict; empty when nothing is the matter.
 pub fn complaints(problem: &Problem<'_>, nominal: &Candidate) -> Vec<String> {
+    let residuals: Vec<_> = nominal.fit.trials.iter().map(|trial| Some(&trial.raw)).collect();
+    complaints_of(problem, &residuals)
+}
+
+/// The same of one trial, by a model's prediction of its samples as it is: what nuisances do turns
+/// no axis.
+pub fn complaints_of_trial(plant: &dyn Plant, trial: usize, predicted: &[f64]) -> Vec<String> {
+    let problem = Problem::new(plant, &Floor::of(plant), &|_| {});
+    let samples = plant.trials()[trial].samples.iter();
+    let errors = samples.zip(predicted).map(|(sample, predicted)| sample.value - predicted);
+    let own = DVector::from_iterator(predicted.len(), errors).component_mul(problem.weights(trial));
+    let of = |other: usize| (other == trial).then_some(&own);
+    let residuals: Vec<_> = (0..plant.trials().len()).map(of).collect();
+    complaints_of(&problem, &residuals)
+}
+
+/// `residuals`: (y − f)/σ by trial, of those that are looked at.
+fn complaints_of(problem: &Problem<'_>, residuals: &[Option<&DVector<f64>>]) -> Vec<String> {
     let complaint = |quantity: Quantity| {
-        let own = axes_of(problem, nominal, quantity);
+        let own = axes_of(problem, residuals, quantity);
         unit(&own, quantity).or_else(|| axes(&own, quantity))
     };
     QUANTITIES.into_iter().filter_map(complaint).collect()
 }
 
 /// Three axes of a quantity, or the one that it has.
-fn axes_of(problem: &Problem<'_>, nominal: &Candidate, quantity: Quantity) -> Vec<Axis> {
+fn axes_of(
+    problem: &Problem<'_>,
+    residuals: &[Option<&DVector<f64>>],
+    quantity: Quantity,
+) -> Vec<Axis> {
     let plant: &dyn Plant = problem.plant;
     let own = |channel: &usize| plant.channels()[*channel].quantity == quantity;
     let channels: Vec<usize> = (0..plant.channels().len()).filter(own).collect();
@@ -75,10 +100,11 @@ fn axes_of(problem: &Problem<'_>, nominal: &Candidate, quantity: Quantity) -> Ve
     let mut all = vec![Axis::default(); count];
     for point in channels.chunks_exact(count) {
         let mut axes = vec![Axis::default(); count];
-        for (t, trial) in plant.trials().iter().enumerate() {
+        for (t, (trial, residual)) in plant.trials().iter().zip(residuals).enumerate() {
+            let Some(residual) = residual else { continue };
             for samples in together(trial, point) {
                 for (axis, i) in axes.iter_mut().zip(samples) {
-                    let error = nominal.fit.trials[t].raw[i] / problem.weights(t)[i];
+                    let error = residual[i] / problem.weights(t)[i];
                     let measured = trial.samples[i].value;
                     axis.push(measured, measured - error);
                 }

@@ -6,7 +6,7 @@ use cathforce_config::{Band, EncodeError, ImageError, ImageHead, Settings};
 use cathforce_mechanics::{Description, DescriptionError, ParameterError, Real};
 use thiserror::Error;
 
-use crate::bundle::Bundle;
+use crate::bundle::{Bundle, CatheterRig};
 use crate::description::{SolverDefaults, describe};
 use crate::geometry::SurfaceModel;
 use crate::lumen::LumenOptions;
@@ -118,6 +118,41 @@ fn origin(error: &ImageError) -> &'static str {
     own.map_or("the value", |(_, keys)| *keys)
 }
 
+/// What a bundle's rig is with these options: rig.toml, then the tips, then the parameters.
+///
+/// Its links are of some length: that is a matter of the trials, and no trial is needed here.
+pub fn rig_description(
+    bundle: &Bundle,
+    options: &ImageOptions,
+) -> Result<Description<f32>, ImageBuildError> {
+    let rig =
+        bundle.catheter().ok_or_else(|| LumenBuildError::NoCatheter(bundle.rig.name.clone()))?;
+    let link_length_m = options.link_length_m.unwrap_or(options.solver.shortest_link_m);
+    described(rig, options, link_length_m)
+}
+
+fn described(
+    rig: &CatheterRig,
+    options: &ImageOptions,
+    link_length_m: f64,
+) -> Result<Description<f32>, ImageBuildError> {
+    let mut description = describe::<f32>(rig, &options.solver, link_length_m);
+    if let Some(tip) = options.tip {
+        description.instrument.precurve = tip.precurve().collect();
+    }
+    if let Some(tip) = options.guidewire_tip {
+        let wire = description.guidewire.as_mut().ok_or(ImageBuildError::NoGuidewire)?;
+        wire.precurve = tip.precurve().collect();
+    }
+    for (key, value) in &options.parameters {
+        description.set_parameter(key, *value).map_err(|error| {
+            let (key, value) = (key.clone(), *value);
+            ImageBuildError::Parameter { key, value, error }
+        })?;
+    }
+    Ok(description)
+}
+
 /// Builds the device image of a bundle's rig: the description in f32, the lumen, and the
 /// settings, as `cathforce_config::image` lays them out.
 pub fn device_image(
@@ -133,20 +168,7 @@ pub fn device_image(
 
     // Before the lumen, which takes seconds.
     let nominal_m = link_length_m(options.solver.links_in(&rig.vessel))?;
-    let mut description = describe::<f32>(rig, &options.solver, nominal_m);
-    if let Some(tip) = options.tip {
-        description.instrument.precurve = tip.precurve().collect();
-    }
-    if let Some(tip) = options.guidewire_tip {
-        let wire = description.guidewire.as_mut().ok_or(ImageBuildError::NoGuidewire)?;
-        wire.precurve = tip.precurve().collect();
-    }
-    for (key, value) in &options.parameters {
-        description.set_parameter(key, *value).map_err(|error| {
-            let (key, value) = (key.clone(), *value);
-            ImageBuildError::Parameter { key, value, error }
-        })?;
-    }
+    let mut description = described(rig, options, nominal_m)?;
     // How many links there is time for, solver and effects decide.
     let solver = &description.solver;
     let links = most_links(solver.solves, solver.substeps, description.is_laden());

@@ -21,7 +21,9 @@ mod vessel;
 pub use bundle::{Bundle, Trial};
 pub use description::{SolverDefaults, describe, to_description};
 pub use error::{BundleError, Cause, Place, Warning};
-pub use image::{ImageBuildError, ImageOptions, ImageReport, check_description, device_image};
+pub use image::{
+    ImageBuildError, ImageOptions, ImageReport, check_description, device_image, rig_description,
+};
 pub use job::LumenJob;
 pub use nearest::nearest;
 pub use vessel::{

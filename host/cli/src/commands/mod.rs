@@ -23,10 +23,13 @@ use std::path::Path;
 
 use cathforce_config::Key;
 use cathforce_record::Recording;
-use cathforce_rig::{Bundle, ImageBuildError, ImageOptions, ImageReport, device_image};
+use cathforce_rig::{
+    Bundle, ImageBuildError, ImageOptions, ImageReport, device_image, rig_description,
+};
 
 use crate::args::Changes;
 use crate::failure::{Code, Failure};
+use crate::settings::model::is_of_model;
 use crate::settings::parse::{Entry, Problem, problem};
 use crate::settings::{Setting, SettingsFile};
 use crate::ui::Ui;
@@ -63,7 +66,7 @@ pub fn completeness(recording: &Recording) -> String {
 }
 
 /// Changes settings by name, and parameters of the description by key: first those of the file.
-fn options(bundle: &Bundle, changes: &Changes) -> Result<ImageOptions, Failure> {
+fn options(ui: &Ui, bundle: &Bundle, changes: &Changes) -> Result<ImageOptions, Failure> {
     let mut options = ImageOptions {
         tip: changes.tip,
         guidewire_tip: changes.guidewire_tip,
@@ -72,22 +75,36 @@ fn options(bundle: &Bundle, changes: &Changes) -> Result<ImageOptions, Failure> 
     if let Some(cell_mm) = changes.cell {
         options.cell_m = 1e-3 * cell_mm;
     }
-    if let Some(path) = &changes.file {
-        let file = SettingsFile::read(path)?;
+    let file = changes.file.as_deref().map(SettingsFile::read).transpose()?;
+    if let Some((path, file)) = changes.file.as_ref().zip(file.as_ref()) {
         file.check_rig(path, &bundle.rig.name)?;
-        set_all(&mut options, &file)
+        set_all(&mut options, file)
             .map_err(|message| Failure::input(format!("{}: {message}", path.display())))?;
     }
     for (name, value) in &changes.settings {
         set(&mut options, name, *value)
             .map_err(|message| Failure::new(Code::Usage, format!("--set {message}")))?;
     }
+    if let Some((file, stated)) = file.as_ref().and_then(|file| Some((file, file.band.as_ref()?))) {
+        let description = rig_description(bundle, &options).map_err(|e| no_image(bundle, e))?;
+        let besides = [file.by_hand(), by_hand(changes)].concat();
+        options.band = stated.for_model(ui, &description, &besides);
+    }
     Ok(options)
 }
 
-/// Changes everything that a settings file names; `Err` says which line is wrong and why.
+/// What of the command line makes another model of a rig.
+fn by_hand(changes: &Changes) -> Vec<String> {
+    let names = changes.settings.iter().map(|(name, _)| name);
+    let mut all: Vec<String> = names.filter(|name| is_of_model(name)).cloned().collect();
+    all.extend(changes.tip.map(|_| "--tip".to_owned()));
+    all.extend(changes.guidewire_tip.map(|_| "--guidewire-tip".to_owned()));
+    all
+}
+
+/// Changes everything but the band that a settings file names; `Err` says which line is wrong and why.
 fn set_all(options: &mut ImageOptions, file: &SettingsFile) -> Result<(), String> {
-    (options.master, options.band) = (file.master, file.band);
+    options.master = file.master;
     file.set.iter().try_for_each(|(name, setting)| set(options, name, setting.value()))
 }
 
@@ -107,7 +124,7 @@ fn set(options: &mut ImageOptions, name: &str, value: f32) -> Result<(), String>
 
 /// The device image of a bundle.
 fn image(ui: &Ui, bundle: &Bundle, changes: &Changes) -> Result<(Vec<u8>, ImageReport), Failure> {
-    image_with(ui, bundle, &options(bundle, changes)?)
+    image_with(ui, bundle, &options(ui, bundle, changes)?)
 }
 
 fn image_with(
@@ -116,10 +133,14 @@ fn image_with(
     options: &ImageOptions,
 ) -> Result<(Vec<u8>, ImageReport), Failure> {
     ui.say(format_args!("building the device image of {}", bundle.path.display()));
-    device_image(bundle, options).map_err(|error| match error {
+    device_image(bundle, options).map_err(|error| no_image(bundle, error))
+}
+
+fn no_image(bundle: &Bundle, error: ImageBuildError) -> Failure {
+    match error {
         ImageBuildError::Parameter { key, value, error } => {
             Failure::new(Code::Usage, format!("--set {key}={value}: {error}"))
         }
         error => Failure::input(format!("{}: {error}", bundle.path.display())),
-    })
+    }
 }

@@ -22,7 +22,8 @@ function indexAt(times, t) {
 
 class Chart {
   /**
-   * spec: { title, unit, digits, lines: [{ name, colour, width, t, y }], zero }
+   * spec: { title, unit, digits, lines: [{ name, colour, width, t, y }], area: { t, low, high, colour }, zero }
+   * area: nine of ten lie between low and high, NaN where nobody knows
    * shared: { from, to, bands: [{ from, to, colour }], onSeek(t) }
    */
   constructor(parent, spec, shared) {
@@ -48,7 +49,8 @@ class Chart {
 
   range() {
     let low = this.spec.zero ? 0 : Infinity, high = -Infinity;
-    for (const { y } of this.spec.lines) for (const v of y) {
+    const { lines, area } = this.spec;
+    for (const y of [...lines.map((line) => line.y), ...(area ? [area.low, area.high] : [])]) for (const v of y) {
       if (v < low) low = v;
       if (v > high) high = v;
     }
@@ -90,6 +92,8 @@ class Chart {
     c.textBaseline = "middle"; c.fillText(`${this.spec.axis} [${this.spec.unit}]`, 0, 0); c.restore();
     c.save(); c.beginPath(); c.rect(this.left, this.top, w - this.left - this.right, h - this.top - this.bottom); c.clip();
     for (const line of this.spec.lines) {
+      // Over what was measured, under what was estimated.
+      if (this.spec.area && line === this.spec.lines.at(-1)) this.fill(c, x, y, this.spec.area);
       c.strokeStyle = line.colour; c.lineWidth = line.width; c.lineJoin = "round"; c.beginPath();
       for (let i = 0; i < line.t.length; i++) c.lineTo(x(line.t[i]), y(line.y[i]));
       c.stroke();
@@ -100,12 +104,31 @@ class Chart {
     this.label();
   }
 
+  /** Each stretch in which both edges are known. */
+  fill(c, x, y, { t, low, high, colour }) {
+    c.fillStyle = colour;
+    for (let i = 0; i < t.length; i++) {
+      if (!Number.isFinite(low[i] + high[i])) continue;
+      const start = i;
+      while (i < t.length && Number.isFinite(low[i] + high[i])) i++;
+      c.beginPath();
+      for (let k = start; k < i; k++) c.lineTo(x(t[k]), y(high[k]));
+      for (let k = i - 1; k >= start; k--) c.lineTo(x(t[k]), y(low[k]));
+      c.fill();
+    }
+  }
+
   label() {
+    const { area, unit, digits } = this.spec;
+    const i = area && indexAt(area.t, this.cursor), half = area && (area.high[i] - area.low[i]) / 2;
+    const width = Number.isFinite(half) ? `±${half.toFixed(digits)} ${unit}` : "not known";
+    const block = document.createElement("i");
+    block.className = "block"; block.style.background = area?.colour;
     this.key.replaceChildren(...this.spec.lines.flatMap((line) => {
       const mark = document.createElement("i");
       mark.style.background = line.colour;
       const value = line.y.length ? line.y[indexAt(line.t, this.cursor)].toFixed(this.spec.digits) : "–";
       return [mark, `${line.name} ${value} ${this.spec.unit}`];
-    }));
+    }), ...(area ? [block, `9 of 10 within ${width}`] : []));
   }
 }

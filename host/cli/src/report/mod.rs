@@ -1,12 +1,16 @@
 //! One HTML page of a recording: nothing is loaded from elsewhere, all data is inside.
 
+mod band;
 mod numbers;
 mod surface;
 
+use band::StatedBand;
 use cathforce_config::image;
+use cathforce_gap::{Coverage, Covered};
 use cathforce_record::{Analysis, ForceError, Recording};
 use serde_json::{Value, json};
 
+use crate::commands::gap::coverage;
 use crate::failure::Failure;
 use crate::summary::Summary;
 
@@ -25,15 +29,18 @@ pub fn page(
         .map_err(|e| Failure::input(format!("the device image in the recording: {e}")))?;
     let info = &recording.info;
     let title = format!("{} · trial {}", info.rig, info.trial);
+    let band = StatedBand::of(recording, analysis);
+    let coverage = band.as_ref().map(|band| band.coverage(recording));
     let data = json!({
         "title": title,
         "subtitle": subtitle(recording),
         "provenance": info.provenance,
-        "tiles": tiles(summary),
-        "facts": facts(recording, analysis, summary),
-        "footnotes": footnotes(analysis),
+        "tiles": tiles(summary, coverage.as_ref()),
+        "facts": facts(recording, analysis, summary, coverage.as_ref()),
+        "footnotes": footnotes(analysis, coverage.is_some()),
         "estimated": numbers::estimated(recording, analysis),
         "measured": numbers::measured(&recording.trial),
+        "band": band.as_ref().map(StatedBand::lines),
         "charts": charts(recording, analysis),
         "unscored": numbers::unscored(analysis),
         "shape": numbers::shapes(recording, analysis),
@@ -56,7 +63,7 @@ fn subtitle(recording: &Recording) -> String {
     format!("{} over {}, {clock}", info.board, info.link)
 }
 
-fn tiles(summary: &Summary) -> Value {
+fn tiles(summary: &Summary, coverage: Option<&Coverage>) -> Value {
     let mut tiles = Vec::new();
     let mut tile = |label: &str, value: Option<String>, unit: &str, note: &str, verdict: &str| {
         if let Some(value) = value {
@@ -79,6 +86,14 @@ fn tiles(summary: &Summary) -> Value {
         .zip(summary.peak_contact_t_s)
         .map_or(String::new(), |(node, t_s)| format!("node {node}, at {t_s:.2} s"));
     tile("peak contact force", summary.peak_contact_force_n.map(mn), "mN", &place, "");
+    let all = coverage.map(Coverage::all).filter(|all| all.stated + all.unknown > 0);
+    tile(
+        "measured within the band",
+        all.and_then(|all| all.share()).map(|share| format!("{:.1}", 100.0 * share)),
+        "%",
+        &coverage.map_or(String::new(), coverage::stated),
+        "",
+    );
     let verdict = |good: bool| if good { "good" } else { "bad" };
     tile(
         "device against host",
@@ -107,7 +122,12 @@ fn tiles(summary: &Summary) -> Value {
     json!(tiles)
 }
 
-fn facts(recording: &Recording, analysis: &Analysis, summary: &Summary) -> Value {
+fn facts(
+    recording: &Recording,
+    analysis: &Analysis,
+    summary: &Summary,
+    coverage: Option<&Coverage>,
+) -> Value {
     let info = &recording.info;
     let axes = |c: &ForceError| {
         let axis = |k: usize| format!("{:.1}", 1e3 * c.axis_rms_n[k]);
@@ -133,6 +153,12 @@ fn facts(recording: &Recording, analysis: &Analysis, summary: &Summary) -> Value
         }
         sections.push(json!({ "section": "Against the sensor", "rows": rows }));
     }
+    if let Some(coverage) = coverage {
+        let names = ["on the vessel, x", "y", "z", "behind the guide"];
+        let own = names.iter().zip(&coverage.channels);
+        let rows: Vec<_> = own.map(|(name, own)| [(*name).to_owned(), within(own)]).collect();
+        sections.push(json!({ "section": "Measured within the band", "rows": rows }));
+    }
     let complete = crate::commands::completeness(recording);
     sections.push(json!({ "section": "Made with", "rows": [
         ["board", info.board.as_str()],
@@ -144,8 +170,29 @@ fn facts(recording: &Recording, analysis: &Analysis, summary: &Summary) -> Value
     json!(sections)
 }
 
-fn footnotes(analysis: &Analysis) -> Value {
+/// Share within, and of how many.
+fn within(own: &Covered) -> String {
+    match own.share().zip(own.half_width_n()) {
+        Some((share, width_n)) => format!(
+            "{:.1} % (±{:.1} mN), a band for {} of {}",
+            100.0 * share,
+            1e3 * width_n,
+            own.stated,
+            own.stated + own.unknown
+        ),
+        None if own.unknown > 0 => format!("no band for any of {}", own.unknown),
+        None => "not measured".to_owned(),
+    }
+}
+
+fn footnotes(analysis: &Analysis, has_band: bool) -> Value {
     let mut lines = Vec::new();
+    if has_band {
+        lines.push(
+            "The band is what the device stated: nine of ten true forces lie within. Of the \
+             measured ones, at every row, the sensor's noise is allowed for besides.",
+        );
+    }
     if analysis.comparison.is_some() {
         lines.push(
             "Nothing is fitted, shifted or subtracted; measured force includes the sensor's noise. \

@@ -7,13 +7,13 @@ use serde_json::{Value, json};
 use super::surface::Surface;
 
 /// Most points of a line; more cannot be seen.
-const MOST_POINTS: usize = 6000;
+pub const MOST_POINTS: usize = 6000;
 
 fn pack<const N: usize>(bytes: impl Iterator<Item = [u8; N]>) -> Value {
     json!(STANDARD.encode(bytes.flatten().collect::<Vec<u8>>()))
 }
 
-fn floats(values: impl Iterator<Item = f64>) -> Value {
+pub fn floats(values: impl Iterator<Item = f64>) -> Value {
     pack(values.map(|x| (x as f32).to_le_bytes()))
 }
 

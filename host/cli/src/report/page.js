@@ -40,6 +40,7 @@ const finite = (t, y) => {
   const keep = [...t.keys()].filter((i) => Number.isFinite(y[i]));
   return { t: Float32Array.from(keep, (i) => t[i]), y: Float32Array.from(keep, (i) => y[i]) };
 };
+const band = data.band && { t: floats(data.band.t), low: data.band.low.map(floats), high: data.band.high.map(floats) };
 const shared = {
   from: estimated.t[0], to: estimated.t[estimated.t.length - 1],
   bands: data.unscored.map(([from, to, snap]) => ({ from, to, colour: snap ? "#fdeadb" : "#eef1f4" })),
@@ -47,6 +48,7 @@ const shared = {
 };
 const charts = data.charts.map(({ title, axis, unit: of, digits, channel, error }) => {
   const lines = [];
+  const area = !error && band?.low[channel] && { t: band.t, low: band.low[channel], high: band.high[channel], colour: "#0b63c54d" };
   if (error) {
     lines.push({ name: "estimated − measured", colour: ORANGE, width: 1.2, ...unpackError(error) });
   } else {
@@ -56,7 +58,7 @@ const charts = data.charts.map(({ title, axis, unit: of, digits, channel, error 
     }
     lines.push({ name: "estimated", colour: BLUE, width: 1.7, ...finite(estimated.t, estimated.y[channel]) });
   }
-  return new Chart(element("charts"), { title, axis, unit: of, digits, lines, zero: Boolean(error) }, shared);
+  return new Chart(element("charts"), { title, axis, unit: of, digits, lines, area, zero: Boolean(error) }, shared);
 });
 function unpackError({ t, y }) { return { t: floats(t), y: floats(y) }; }
 

@@ -2,20 +2,21 @@
 
 pub mod band;
 pub mod master;
+pub mod model;
 pub mod parse;
 pub mod slip;
+mod staged;
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
-use std::io::Write as _;
 use std::path::Path;
 
-use cathforce_config::Band;
 use cathforce_config::master::Master;
 
 use crate::failure::{Code, Failure};
-use crate::output::check_no_recording;
+use band::StatedBand;
 use parse::{Parsed, Problem};
+pub use staged::{Staged, replaceable};
 
 /// Version of the file's layout and names that this program writes.
 pub const SCHEMA_VERSION: u32 = 1;
@@ -30,7 +31,7 @@ pub struct SettingsFile {
     /// Where the drives' positions stand in the master's frames.
     pub master: Master,
     /// How far the forces may be off, as a diagnosis has found.
-    pub band: Option<Band>,
+    pub band: Option<StatedBand>,
 }
 
 /// One setting: a number, or a number with where it comes from.
@@ -73,6 +74,12 @@ impl SettingsFile {
         )))
     }
 
+    /// Names of what somebody set by hand and makes another model of the rig.
+    pub fn by_hand(&self) -> Vec<String> {
+        let by_hand = self.set.iter().filter(|(_, setting)| matches!(setting, Setting::ByHand(_)));
+        by_hand.map(|(name, _)| name).filter(|name| model::is_of_model(name)).cloned().collect()
+    }
+
     /// As TOML. Numbers are written so that they read back to the bit.
     pub fn text(&self) -> String {
         let mut text = format!(
@@ -98,7 +105,7 @@ impl SettingsFile {
     /// it has been read back and found the same.
     pub fn write(&self, path: &Path) -> Result<Staged, Failure> {
         let staged = Staged::new(path, &self.text())?;
-        if Self::read(staged.file.path())? != *self {
+        if Self::read(staged.written())? != *self {
             let message = format!("{}: what was written reads back differently", path.display());
             return Err(Failure::new(Code::Failed, message));
         }
@@ -136,32 +143,6 @@ pub fn refused(path: &Path, problems: &[Problem]) -> Failure {
         format!("{}:{line}: {message}\n  fix: {fix}", path.display())
     };
     Failure::input(problems.iter().map(line).collect::<Vec<_>>().join("\n"))
-}
-
-/// A file that is complete, beside the one whose place it will take.
-pub struct Staged {
-    file: tempfile::NamedTempFile,
-    path: std::path::PathBuf,
-}
-
-impl Staged {
-    /// Writes a text beside the file whose place it will take.
-    pub fn new(path: &Path, text: &str) -> Result<Self, Failure> {
-        check_no_recording(path)?;
-        let folder = path.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        let failed = |e: &dyn std::fmt::Display| Failure::write(path, e);
-        let mut file = tempfile::NamedTempFile::new_in(folder).map_err(|e| failed(&e))?;
-        file.write_all(text.as_bytes()).map_err(|e| failed(&e))?;
-        file.as_file().sync_all().map_err(|e| failed(&e))?;
-        Ok(Self { file, path: path.to_path_buf() })
-    }
-
-    /// Puts it in its place, in one step.
-    pub fn commit(self) -> Result<(), Failure> {
-        let Self { file, path } = self;
-        file.persist(&path).map_err(|e| Failure::write(&path, e.error))?;
-        Ok(())
-    }
 }
 
 #[cfg(test)]

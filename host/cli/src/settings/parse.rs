@@ -3,10 +3,11 @@
 use std::ops::Range;
 
 use cathforce_config::master::Master;
-use cathforce_config::{Band, Key, KeyError, keys};
+use cathforce_config::{Key, KeyError, keys};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
+use super::band::StatedBand;
 use super::{SCHEMA_VERSION, Setting, band, master, slip};
 
 /// A key of a file.
@@ -25,7 +26,7 @@ pub struct Parsed {
     pub rig: String,
     pub entries: Vec<Entry>,
     pub master: Master,
-    pub band: Option<Band>,
+    pub band: Option<StatedBand>,
 }
 
 /// What is wrong with a file, and what mends it.

@@ -13,6 +13,7 @@ use crate::band::{COLUMNS, Coverage, columns};
 use crate::floor::Floor;
 use crate::nuisance::{Nuisances, Refit};
 use crate::plant::Quantity;
+use crate::sanity::complaints_of_trial;
 
 /// Estimates farther apart than this are not bridged \[s\].
 const MAX_GAP_S: f64 = 0.2;
@@ -22,19 +23,28 @@ const MAX_GAP_S: f64 = 0.2;
 pub struct Left {
     /// The device as rig.toml states it.
     pub before: f64,
-    /// The diagnosis' model with the settings.
-    pub predicted: f64,
     /// The device with the settings.
     pub achieved: f64,
+    /// This host with the same settings, in double precision.
+    pub host: f64,
     pub floor: f64,
 }
 
 /// Shares of the gap above the floor that the settings close.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shrink {
-    /// In the diagnosis' model.
-    pub predicted: f64,
     /// On the device.
+    pub achieved: f64,
+    /// On this host.
+    pub host: f64,
+}
+
+/// Mean squares over the floor's variance, of all channels: 1 is the floor.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Energy {
+    /// The device as rig.toml states it.
+    pub before: f64,
+    /// With the settings.
     pub achieved: f64,
 }
 
@@ -46,7 +56,9 @@ pub struct Achieved {
     #[serde(rename = "drive_force_rms_N")]
     pub drive_force_rms_n: Option<Left>,
     pub tip_rms_m: Option<Left>,
+    pub energy: Energy,
     /// `None` where the device as rig.toml states it has no gap above the floor.
+    #[serde(skip)]
     pub shrink: Option<Shrink>,
     /// How many of them lie within the band that the device stated with the settings; `None` where
     /// it stated none. Nothing is refitted for that.
@@ -79,6 +91,51 @@ pub struct Runs<'a> {
 }
 
 impl Catheter {
+    /// Why nothing can be concluded from what a trial measured, whatever a device makes of it;
+    /// empty where nothing is the matter. What a diagnosis would object to, with the model of
+    /// rig.toml or else with the settings.
+    ///
+    /// `number`: of the trial; `settings`: parameters of the description by key.
+    pub fn objections(
+        &self,
+        number: u32,
+        settings: &[(String, f64)],
+    ) -> Result<Vec<String>, AchievedError> {
+        let trial = self.position(number)?;
+        let is_force = |what: &&&str| what.contains("force");
+        let dead = self.prepared[trial].dead().iter().filter(is_force).map(|what| {
+            format!(
+                "{what} reads the same from beginning to end: its sensor was off or not connected"
+            )
+        });
+        let none = vec![0.0; self.nuisances.len()];
+        let complaints = |description: &Description<f64>| {
+            let predicted = self.predict(trial, description.clone(), &none, (description, 0))?;
+            Some(complaints_of_trial(self, trial, &predicted))
+        };
+        let broken = AchievedError::BreaksDown;
+        let mut found = complaints(&self.nominal).ok_or(broken.clone())?;
+        if found.is_empty() {
+            found = complaints(&self.applied(settings)?).ok_or(broken)?;
+        }
+        Ok(dead.chain(found).collect())
+    }
+
+    fn position(&self, number: u32) -> Result<usize, AchievedError> {
+        let trial = self.trials.iter().position(|trial| trial.number == number);
+        trial.ok_or(AchievedError::NoTrial(number))
+    }
+
+    /// The nominal model with settings.
+    fn applied(&self, settings: &[(String, f64)]) -> Result<Description<f64>, AchievedError> {
+        let mut applied = self.nominal.clone();
+        for (key, value) in settings {
+            let set = applied.set_parameter(key, *value);
+            set.map_err(|_| AchievedError::Setting(key.clone()))?;
+        }
+        Ok(applied)
+    }
+
     /// Compares what a device estimated while it played a trial.
     ///
     /// `number`: of the trial; `settings`: parameters of the description by key.
@@ -88,13 +145,8 @@ impl Catheter {
         settings: &[(String, f64)],
         runs: Runs<'_>,
     ) -> Result<Achieved, AchievedError> {
-        let trial = self.trials.iter().position(|trial| trial.number == number);
-        let trial = trial.ok_or(AchievedError::NoTrial(number))?;
-        let mut applied = self.nominal.clone();
-        for (key, value) in settings {
-            let set = applied.set_parameter(key, *value);
-            set.map_err(|_| AchievedError::Setting(key.clone()))?;
-        }
+        let trial = self.position(number)?;
+        let applied = self.applied(settings)?;
         let floor = Floor::of(self);
         let sd = self.trials[trial].samples.iter().map(|sample| floor.sd_of(sample));
         let own = &self.prepared[trial];
@@ -114,8 +166,8 @@ impl Catheter {
         let left = |quantity: Quantity| {
             Some(Left {
                 before: compared.rms(quantity, &nominal.device)?,
-                predicted: compared.rms(quantity, &applied.model)?,
                 achieved: compared.rms(quantity, &applied.device)?,
+                host: compared.rms(quantity, &applied.model)?,
                 floor: compared.floor(quantity)?,
             })
         };
@@ -124,15 +176,17 @@ impl Catheter {
             let (before, after) = (compared.energy(before) - 1.0, compared.energy(after) - 1.0);
             (before > 0.0).then(|| 1.0 - after.max(0.0) / before)
         };
-        let predicted = share(&nominal.model, &applied.model);
+        let host = share(&nominal.model, &applied.model);
         let achieved = share(&nominal.device, &applied.device);
         Ok(Achieved {
             force_rms_n: left(Quantity::Force),
             drive_force_rms_n: left(Quantity::DriveForce),
             tip_rms_m: left(Quantity::Tip),
-            shrink: predicted
-                .zip(achieved)
-                .map(|(predicted, achieved)| Shrink { predicted, achieved }),
+            energy: Energy {
+                before: compared.energy(&nominal.device),
+                achieved: compared.energy(&applied.device),
+            },
+            shrink: achieved.zip(host).map(|(achieved, host)| Shrink { achieved, host }),
             coverage: compared.coverage(runs.after, &device[1]),
             samples: compared.samples(),
         })

@@ -28,9 +28,10 @@ use cathforce_rig::{
     Bundle, CELL_M, LumenReport, SolverDefaults, Vessel, check_description, to_description,
 };
 
-pub use achieved::{Achieved, AchievedError, Left, Runs, Shrink};
+pub use achieved::{Achieved, AchievedError, Energy, Left, Runs, Shrink};
 pub use check::CatheterError;
 pub use planned::{PlannedError, planned};
+pub use sensors::white_noise;
 pub use spike::Spiking;
 
 use crate::copies::without_copies;

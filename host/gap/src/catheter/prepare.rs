@@ -347,6 +347,11 @@ impl Prepared {
         first.min().map(|row| self.index(self.t_s[row]).round() as usize)
     }
 
+    /// What never changes from beginning to end, and is left out.
+    pub fn dead(&self) -> &[&'static str] {
+        &self.dead
+    }
+
     /// What must be known about this trial.
     pub fn remarks(&self, number: u32) -> Vec<String> {
         let mut remarks = Vec::new();

@@ -224,10 +224,12 @@ fn band(answer: &Diagnosis) -> String {
         if let (Some(share), Some(half_width_n)) = (covered.share(), covered.half_width_n()) {
             let _ = write!(
                 rows,
-                "<tr><td>{name}<td class=number>±{}<td class=number>{}<td class=number>{}",
+                "<tr><td>{name}<td class=number>±{}<td class=number>{}<td class=number>{}\
+                 <td class=number>{}",
                 quantity(half_width_n, "N"),
                 percent(share),
-                covered.stated
+                covered.stated,
+                covered.unknown
             );
         }
     }
@@ -237,7 +239,7 @@ fn band(answer: &Diagnosis) -> String {
         "<h2>How far the forces may be off</h2><p class=soft>Half width of the band in which nine of \
          ten true forces lie with the model that this answer leaves behind.</p>\
          <div class=wide><table><tr><th>force<th class=number>half width, RMS<th class=number>held \
-         out and within<th class=number>of samples{rows}</table></div>\
+         out and within<th class=number>of samples<th class=number>without a band{rows}</table></div>\
          <p class='soft key'><i style='color:var(--after)'></i>fed\
          <i style='color:var(--before)'></i>withdrawn</p>{charts}"
     )

@@ -6,15 +6,16 @@ use cathforce_bus::service::crc32;
 use cathforce_config::{ImageHead, keys};
 use cathforce_control::Mode;
 use cathforce_link::Client;
-use cathforce_rig::{Bundle, ImageOptions};
+use cathforce_rig::{Bundle, ImageOptions, rig_description};
 use serde::Serialize;
 
-use super::super::{image_with, open_bundle, set_all};
+use super::super::{image_with, no_image, open_bundle, set_all};
 use super::file::warn_of_slip;
 use super::values::{Change, Values, changes, head_of, head_on, paths, values};
 use crate::args::{ConfigApplyArguments, ConfigSaveArguments};
 use crate::failure::{Code, Failure};
 use crate::session::{Pace, configure, output_is_on, still_on};
+use crate::settings::band::StatedBand;
 use crate::settings::parse::{Entry, Problem, problem};
 use crate::settings::{Setting, SettingsFile, parse_file, refused};
 use crate::ui::Ui;
@@ -133,6 +134,10 @@ fn build(
         options.cell_m = 1e-3 * cell_mm;
     }
     set_all(&mut options, file).map_err(Failure::input)?;
+    if let Some(stated) = &file.band {
+        let description = rig_description(bundle, &options).map_err(|e| no_image(bundle, e))?;
+        options.band = stated.for_model(ui, &description, &file.by_hand());
+    }
     Ok(image_with(ui, bundle, &options)?.0)
 }
 
@@ -193,7 +198,9 @@ pub fn save(ui: &Ui, arguments: &ConfigSaveArguments) -> Result<(), Failure> {
     let nothing = SettingsFile { rig: bundle.rig.name.clone(), ..SettingsFile::default() };
     let base = values(&head_of(&build(ui, &bundle, &nothing, arguments.cell)?)?);
     let set = differing(&base, &values(&head), &arguments.file);
-    let file = SettingsFile { set, master: head.master, band: head.band, ..nothing };
+    // What the device states is of what it computes with.
+    let band = head.band.map(|band| StatedBand::new(band, &head.description));
+    let file = SettingsFile { set, master: head.master, band, ..nothing };
 
     let image = build(ui, &bundle, &file, arguments.cell)?;
     let (again, used) = (crc32(&image), client.status()?.image_crc32);

@@ -1,6 +1,6 @@
 //! What a settings file may hold, for editors and for people.
 
-use cathforce_config::{Key, keys};
+use cathforce_config::{BAND_ROWS, Key, keys};
 use serde_json::{Map, Value, json};
 
 use crate::settings::SCHEMA_VERSION;
@@ -44,8 +44,31 @@ pub fn json() -> Value {
                 "properties": { "catheter": drive(), "guidewire": drive(), "grip": place(true) },
                 "additionalProperties": false,
             },
+            "band": band(),
         },
         "required": ["schema_version", "rig"],
+        "additionalProperties": false,
+    })
+}
+
+/// How far the forces may be off, which a diagnosis says and nobody writes.
+fn band() -> Value {
+    let rows = json!({
+        "type": "array", "minItems": BAND_ROWS, "maxItems": BAND_ROWS,
+        "items": { "type": "array", "minItems": 4, "maxItems": 4, "items": { "type": "number" } },
+    });
+    json!({
+        "type": "object",
+        "properties": {
+            "model_sha256": {
+                "type": "string", "description": "Of the model that the band is of.",
+            },
+            "from_m": { "type": "number" },
+            "step_m": { "type": "number" },
+            "feed": rows,
+            "withdrawal": rows,
+        },
+        "required": ["from_m", "step_m", "feed", "withdrawal"],
         "additionalProperties": false,
     })
 }
@@ -172,8 +195,8 @@ one: the oldest counts, and one frame that stops coming is a drive that is lost.
 
 `run`, `simulate` and the others take the file with `--settings S.toml`; `gap apply` writes the
 same format, with the effect that each value comes from. Its `[band]` is a table of how far the
-forces may be off ([gap.md](gap.md)). Errors name file and line, and an unknown
-name its nearest neighbour. A value that is a thousand times its default, or a thousandth, is
+forces may be off, with a hash of the model that it is of: where another one is set, none is stated
+([gap.md](gap.md)). Errors name file and line, and an unknown name its nearest neighbour. A value that is a thousand times its default, or a thousandth, is
 allowed and warned of.
 
 A device takes a configuration whole, and **no setting changes while output is armed** or ramps to

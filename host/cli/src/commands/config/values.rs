@@ -6,9 +6,9 @@ use cathforce_config::image::{HEADER_BYTES, decode_head, head_end};
 use cathforce_config::{ImageHead, Key, keys};
 use cathforce_link::{Client, ClientError};
 use serde::Serialize;
-use serde_json::Value;
 
 use crate::failure::{Code, Failure};
+use crate::settings::model::numbers;
 use crate::settings::parse::unit;
 
 /// Every key with its value.
@@ -76,25 +76,9 @@ pub fn changes(old: &Values, new: &Values) -> Vec<Change> {
 
 /// Every number of an image's head by its path, such as `entry.position_m.0`.
 pub fn paths(head: &ImageHead) -> BTreeMap<String, String> {
-    let mut paths = BTreeMap::new();
-    if let Ok(Value::Object(parts)) = serde_json::to_value(head) {
-        for (part, value) in parts {
-            // The description's names are those of rig.toml and of keys; they stand alone.
-            flatten(if part == "description" { String::new() } else { part }, &value, &mut paths);
-        }
-    }
-    paths
-}
-
-fn flatten(path: String, value: &Value, paths: &mut BTreeMap<String, String>) {
-    let inner = |name: &str| if path.is_empty() { name.into() } else { format!("{path}.{name}") };
-    match value {
-        Value::Object(fields) => fields.iter().for_each(|(k, v)| flatten(inner(k), v, paths)),
-        Value::Array(items) => {
-            items.iter().enumerate().for_each(|(i, v)| flatten(inner(&i.to_string()), v, paths));
-        }
-        leaf => {
-            paths.insert(path, leaf.to_string());
-        }
-    }
+    // The description's names are those of rig.toml and of keys; they stand alone.
+    let alone = |(path, value): (String, String)| {
+        (path.strip_prefix("description.").unwrap_or(&path).to_owned(), value)
+    };
+    numbers("", head).into_iter().map(alone).collect()
 }

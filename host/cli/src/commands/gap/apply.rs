@@ -20,7 +20,8 @@ use super::source::Source;
 use crate::args::ApplyArguments;
 use crate::failure::{Code, Failure};
 use crate::session::{Pace, configure};
-use crate::settings::{Setting, SettingsFile};
+use crate::settings::band::StatedBand;
+use crate::settings::{Setting, SettingsFile, replaceable};
 use crate::ui::Ui;
 
 /// What was done, or would be.
@@ -29,6 +30,8 @@ struct Applied {
     rig: String,
     dry_run: bool,
     changes: Vec<Change>,
+    /// Null where the band stays what it is.
+    band_change: Option<BandChange>,
     /// How far the device will say that its forces may be off, and how many of those that were held
     /// out lie within.
     band: Option<Coverage>,
@@ -48,6 +51,30 @@ struct Change {
     origin: String,
 }
 
+/// The largest half widths of the settings' band; null where there is none.
+#[derive(Serialize)]
+struct BandChange {
+    #[serde(rename = "old_widest_N")]
+    old_n: Option<f64>,
+    #[serde(rename = "new_widest_N")]
+    new_n: Option<f64>,
+}
+
+impl BandChange {
+    fn of(old: &SettingsFile, new: &SettingsFile) -> Option<Self> {
+        let widest = |file: &SettingsFile| file.band.as_ref().and_then(StatedBand::widest_n);
+        (old.band != new.band).then(|| Self { old_n: widest(old), new_n: widest(new) })
+    }
+
+    fn text(&self) -> String {
+        let widest =
+            |n: Option<f64>| n.map_or("none".to_owned(), |n| format!("up to ±{:.1} mN", 1e3 * n));
+        let (old, new) = (widest(self.old_n), widest(self.new_n));
+        let other = if old == new { "; its rows change, or its model" } else { "" };
+        format!("band of the forces: {old} -> {new}{other}")
+    }
+}
+
 /// What the device says that it uses.
 #[derive(Serialize)]
 struct DeviceUse {
@@ -61,6 +88,10 @@ pub fn run(ui: &Ui, arguments: &ApplyArguments) -> Result<(), Failure> {
     if arguments.settings.is_none() && arguments.link.is_none() && !arguments.dry_run {
         let message = "nothing would come of it: give --settings FILE.toml, --link or --dry-run";
         return Err(Failure::new(Code::Usage, message));
+    }
+    if let Some(path) = arguments.settings.as_ref().filter(|_| !arguments.dry_run) {
+        // Said now: a fit takes minutes.
+        replaceable(path)?;
     }
     let source = Source::open_all(ui, &arguments.bundle)?;
     let bundle = &source.bundle;
@@ -79,14 +110,19 @@ pub fn run(ui: &Ui, arguments: &ApplyArguments) -> Result<(), Failure> {
     };
     let fitted =
         if arguments.band_only { only_band(&explanation)? } else { explanation.fitted()? };
-    let new = SettingsFile { band: explanation.band()?, ..with(&old, &fitted) };
-    let options = image_options(&new)?;
+    let band = stated_band(bundle, &explanation, &fitted)?;
+    let new = SettingsFile { band, ..with(&old, &fitted) };
+    let mut options = image_options(&new)?;
+    let description = described(bundle, &new)?;
+    options.band =
+        new.band.as_ref().and_then(|band| band.for_model(ui, &description, &new.by_hand()));
     let changes = differences(bundle, &old, &new, &fitted)?;
     let mut applied = Applied {
         rig: bundle.rig.name.clone(),
         dry_run: arguments.dry_run,
         changes,
-        band: explanation.coverage().filter(|_| new.band.is_some()),
+        band_change: BandChange::of(&old, &new),
+        band: explanation.coverage().filter(|_| options.band.is_some()),
         settings: None,
         device: None,
         notes: notes(&explanation, &fitted),
@@ -94,7 +130,7 @@ pub fn run(ui: &Ui, arguments: &ApplyArguments) -> Result<(), Failure> {
     if !arguments.dry_run {
         let staged = arguments.settings.as_ref().map(|path| new.write(path)).transpose()?;
         if let Some(link) = &arguments.link {
-            let image = source.image(ui, &options, &described(bundle, &new)?)?;
+            let image = source.image(ui, &options, &description)?;
             applied.device = Some(push(ui, link, &image)?);
         }
         if let Some(staged) = staged {
@@ -118,6 +154,19 @@ fn only_band(explanation: &Explanation) -> Result<Vec<Fitted>, Failure> {
         return Err(Failure::new(Code::Failed, message));
     }
     Ok(Vec::new())
+}
+
+/// What the diagnosis says of how far the forces may be off, and of which model: the rig as
+/// rig.toml states it, with these effects.
+pub fn stated_band(
+    bundle: &Bundle,
+    explanation: &Explanation,
+    fitted: &[Fitted],
+) -> Result<Option<StatedBand>, Failure> {
+    let Some(band) = explanation.band()? else { return Ok(None) };
+    let nothing = SettingsFile::default();
+    let description = described(bundle, &with(&nothing, fitted))?;
+    Ok(Some(StatedBand::new(band, &description)))
 }
 
 /// The settings that are there already.
@@ -150,8 +199,8 @@ fn image_options(settings: &SettingsFile) -> Result<ImageOptions, Failure> {
     Ok(options)
 }
 
-/// The description that a device gets; `None` where there is no catheter's trial.
-fn described(bundle: &Bundle, settings: &SettingsFile) -> Result<Description<f32>, Failure> {
+/// The description that a device gets; refuses what has no catheter's trial.
+pub fn described(bundle: &Bundle, settings: &SettingsFile) -> Result<Description<f32>, Failure> {
     let missing = || {
         let message = "no catheter's trial is in the bundle, so there is nothing to configure";
         Failure::input(format!("{}: {message}", bundle.path.display()))
@@ -228,16 +277,21 @@ fn push(ui: &Ui, link: &str, image: &[u8]) -> Result<DeviceUse, Failure> {
 impl Applied {
     fn text(&self, ui: &Ui) -> String {
         let mut text = format!("{}\n", ui.bold(&self.rig));
-        if self.changes.is_empty() {
+        if self.changes.is_empty() && self.band_change.is_none() {
             text += "nothing changes: it is configured like that already\n";
         }
         for Change { key, old, new, unit, origin } in &self.changes {
             let unit = if *unit == "1" { String::new() } else { format!(" {unit}") };
             text += &format!("  {key}: {old} -> {new}{unit}  ({origin})\n");
         }
+        if let Some(change) = &self.band_change {
+            text += &format!("  {}\n", change.text());
+        }
         if let Some(coverage) = &self.band {
-            let within = super::coverage::text(coverage);
-            text += &format!("  the device says how far its forces may be off: {within}\n");
+            let (within, stated) =
+                (super::coverage::text(coverage), super::coverage::stated(coverage));
+            text +=
+                &format!("  the device says how far its forces may be off: {within}; {stated}\n");
         }
         for note in &self.notes {
             text += &format!("  note: {note}\n");

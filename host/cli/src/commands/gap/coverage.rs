@@ -68,6 +68,13 @@ pub fn run(ui: &Ui, arguments: &CoverageArguments) -> Result<(), Failure> {
     ui.data(&rows, format!("{}{lines}", Row::head()))
 }
 
+/// Of the samples of a force, those for which a band is stated.
+pub fn stated(coverage: &Coverage) -> String {
+    let Covered { stated, unknown, .. } = coverage.all();
+    let share = 100.0 * stated as f64 / (stated + unknown).max(1) as f64;
+    format!("{share:.1} % of the samples have a band")
+}
+
 /// Shares and half widths in a line.
 pub fn text(coverage: &Coverage) -> String {
     let own = CHANNELS.iter().zip(&coverage.channels).filter_map(|(name, own)| {

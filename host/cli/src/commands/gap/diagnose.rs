@@ -198,7 +198,9 @@ fn text(answer: &Diagnosis) -> String {
         line(format!("    {name:<42}  {before:>10}  {after:>10}"));
     }
     if let Some(band) = &answer.band {
-        line(format!("  nine of ten forces within: {}", super::coverage::text(&band.coverage)));
+        let coverage = &band.coverage;
+        line(format!("  nine of ten forces within: {}", super::coverage::text(coverage)));
+        line(format!("    {}", super::coverage::stated(coverage)));
     }
     for place in answer.places.iter().take(5) {
         line(format!(

@@ -33,6 +33,8 @@ pub struct Explanation {
 pub struct Named {
     pub id: String,
     parameters: BTreeMap<String, Estimate>,
+    /// Of an answer from before it was written.
+    shrink: Option<f64>,
 }
 
 #[derive(Clone, Copy, Debug, Deserialize)]
@@ -166,8 +168,24 @@ impl Explanation {
     /// Every fitted parameter as a setting; refuses what no device can be told.
     pub fn fitted(&self) -> Result<Vec<Fitted>, Failure> {
         self.check_verdict()?;
+        let all = self.parameters()?;
+        if !all.is_empty() && all.iter().all(|own| is_measurement(own.effect)) {
+            return Err(Failure::new(Code::Failed, only_measurement(&all)));
+        }
+        Ok(all)
+    }
+
+    /// Share of the held-out gap above the floor that the effects close together.
+    pub fn shrink(&self) -> Option<f64> {
+        let shrinks = self.effects.iter().map(|named| named.shrink);
+        let sum = shrinks.sum::<Option<f64>>()?;
+        (!self.effects.is_empty()).then_some(sum)
+    }
+
+    /// Every fitted parameter of the effects that are named, whatever the verdict.
+    pub fn parameters(&self) -> Result<Vec<Fitted>, Failure> {
         let mut all = Vec::new();
-        for Named { id, parameters } in &self.effects {
+        for Named { id, parameters, .. } in &self.effects {
             let broken = |what: String| Failure::input(format!("the diagnosis names {what}"));
             let effect = Effect::find(id).ok_or_else(|| {
                 broken(format!("`{id}`, which `cathforce gap effects` does not list"))
@@ -187,9 +205,6 @@ impl Explanation {
                 let Estimate { value, low, high } = *estimate;
                 all.push(Fitted { key: parameter.key, value: value as f32, low, high, effect });
             }
-        }
-        if !all.is_empty() && all.iter().all(|own| is_measurement(own.effect)) {
-            return Err(Failure::new(Code::Failed, only_measurement(&all)));
         }
         Ok(all)
     }

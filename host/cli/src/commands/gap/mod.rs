@@ -3,7 +3,7 @@
 mod ablation;
 mod apply;
 mod challenge;
-mod coverage;
+pub mod coverage;
 mod diagnose;
 mod digits;
 mod effects;

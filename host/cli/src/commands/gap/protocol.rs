@@ -108,7 +108,7 @@ fn play(
     if let Some(out) = &arguments.out {
         check_recording(out, arguments.overwrite)?;
     }
-    let mut options = super::super::options(bundle, &arguments.changes)?;
+    let mut options = super::super::options(ui, bundle, &arguments.changes)?;
     let pieces = protocol.pieces().iter();
     let deepest_m = pieces.map(|piece| protocol.at(piece.end_s).insertion_m).fold(0.0, f64::max);
     let defaults = SolverDefaults::default();

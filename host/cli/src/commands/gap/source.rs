@@ -21,6 +21,7 @@ use cathforce_rig::{Bundle, ImageOptions};
 use sha2::{Digest, Sha256};
 
 use crate::failure::{Code, Failure};
+use crate::settings::model::model_sha256;
 use crate::ui::Ui;
 
 /// A rig with trials.
@@ -127,7 +128,16 @@ impl Source {
                 head.description.set_parameter(info.key, value).map_err(|e| failed(&e))?;
             }
         }
-        head.band = options.band;
+        // A device may have been told of another tip than rig.toml states.
+        let same = model_sha256(&head.description) == model_sha256(described);
+        if options.band.is_some() && !same {
+            ui.warn(format_args!(
+                "{}: what was recorded is another model than rig.toml states, so the device is told \
+                 of no band\n  fix: `cathforce gap apply` with the bundle",
+                self.bundle.path.display()
+            ));
+        }
+        head.band = options.band.filter(|_| same);
         // What is not set anew stays as it was recorded.
         if options.settings != Settings::default() {
             head.settings = options.settings;

@@ -1,29 +1,38 @@
 //! `cathforce gap verify`: the gap that is left on the device, next to what was predicted.
 //!
 //! The device plays the trial twice, as rig.toml states the rig and with the settings. Both runs
-//! are scored as the diagnosis scores. Device and host compute the same bits, so what separates
-//! the achieved from the predicted figure is that the diagnosis' own model is coarser.
+//! are scored as the diagnosis scores, and so is what this host computes with the same settings, in
+//! double precision: no prediction, but a check of the device.
+
+mod outcome;
 
 use std::path::Path;
 
 use cathforce_config::image;
-use cathforce_gap::catheter::{Achieved, Left, Runs, Shrink};
+use cathforce_gap::catheter::{Achieved, Left, Runs};
 use cathforce_link::Client;
+use cathforce_mechanics::{Description, parameters};
 use cathforce_record::{Estimate, Recording, analyse, estimates};
-use cathforce_rig::{Bundle, ImageOptions};
+use cathforce_rig::{Bundle, ImageOptions, rig_description};
 use serde::Serialize;
 
-use super::explanation::{Explanation, Figures};
+use super::apply::stated_band;
+use super::explanation::{Explanation, Figures, Fitted};
 use crate::args::{Feel, VerifyArguments};
 use crate::commands::run::{TrialRun, pick, play, temporary_folder};
+use crate::commands::{by_hand, no_image};
 use crate::failure::{Code, Failure};
 use crate::output::check_recording;
 use crate::session::Pace;
 use crate::ui::{Ui, two_columns};
+use outcome::{Outcome, is_larger};
 
 /// What came out.
 #[derive(Serialize)]
 struct Verified {
+    outcome: Outcome,
+    /// The outcome in words.
+    sentence: String,
     rig: String,
     trial: u32,
     /// Whether the trial is known not to be one that the settings were fitted to; null when
@@ -32,14 +41,31 @@ struct Verified {
     link: String,
     board: String,
     settings: Vec<(String, f32)>,
+    /// Where the settings are not what the diagnosis names.
+    differences: Vec<Difference>,
+    /// Why nothing is concluded from what was measured.
+    objections: Vec<String>,
     #[serde(flatten)]
     achieved: Achieved,
+    /// Null without a gap above the floor, and with objections.
+    shrink: Option<Shrink>,
     /// Force RMS over all held-out trials of the diagnosis.
     #[serde(rename = "promised_force_rms_N")]
     promised: Option<Promised>,
     /// Between device and host, both runs.
     differing_bits: u64,
     notes: Vec<String>,
+}
+
+/// Shares of the gap above the floor that the settings close, in all channels.
+#[derive(Clone, Copy, Serialize)]
+struct Shrink {
+    /// By the diagnosis, over its held-out trials; null without one.
+    predicted: Option<f64>,
+    /// On the device, in this trial.
+    achieved: f64,
+    /// On this host with the same settings, in this trial.
+    host: f64,
 }
 
 #[derive(Serialize)]
@@ -55,18 +81,55 @@ impl From<Figures> for Promised {
     }
 }
 
+/// A parameter that is set otherwise than the diagnosis says.
+#[derive(Serialize)]
+struct Difference {
+    key: &'static str,
+    kind: Kind,
+    diagnosed: f32,
+    set: f32,
+}
+
+#[derive(Clone, Copy, Serialize)]
+#[serde(rename_all = "snake_case")]
+enum Kind {
+    /// Diagnosed, and as rig.toml states it.
+    Missing,
+    /// Set, and not diagnosed.
+    Extra,
+    OtherValue,
+}
+
 pub fn run(ui: &Ui, arguments: &VerifyArguments) -> Result<(), Failure> {
     let bundle = super::super::open_bundle(ui, &arguments.bundle)?;
     let explanation = arguments.diagnosis.as_deref().map(Explanation::read).transpose()?;
     if let Some(explanation) = &explanation {
         explanation.check_rig(&bundle)?;
     }
-    let options = options(&bundle, arguments, explanation.as_ref())?;
+    let options = options(ui, &bundle, arguments, explanation.as_ref())?;
     let (number, trial, fresh) = choose(&bundle, arguments, explanation.as_ref())?;
     if let Some(out) = &arguments.out {
         check_recording(out, arguments.overwrite)?;
     }
+    let differences = match &explanation {
+        Some(explanation) => differences(&bundle, &options, &explanation.parameters()?)?,
+        None => Vec::new(),
+    };
+    if !differences.is_empty() {
+        let list = differences.iter().map(Difference::text).collect::<Vec<_>>().join("; ");
+        ui.warn(format_args!(
+            "the settings are not what the diagnosis names: {list}\n  fix: `cathforce gap apply` \
+             writes what it names"
+        ));
+    }
     let catheter = super::source::catheter(&bundle)?;
+    let wide: Vec<(String, f64)> =
+        options.parameters.iter().map(|(key, value)| (key.clone(), f64::from(*value))).collect();
+    let nothing_of = |e| Failure::input(format!("{}: {e}", bundle.path.display()));
+    let objections = catheter.objections(number, &wide).map_err(nothing_of)?;
+    for objection in &objections {
+        ui.warn(format_args!("{}: trial {number:03}: {objection}", bundle.path.display()));
+    }
     let nominal = ImageOptions { parameters: Vec::new(), band: None, ..options.clone() };
     let (before, _) = super::super::image_with(ui, &bundle, &nominal)?;
     let (after, _) = super::super::image_with(ui, &bundle, &options)?;
@@ -87,23 +150,29 @@ pub fn run(ui: &Ui, arguments: &VerifyArguments) -> Result<(), Failure> {
     let run = TrialRun { overwrite: arguments.overwrite, ..run };
     let (after, more_bits) = estimated(ui, &mut client, run, &after, &file)?;
 
-    let wide: Vec<(String, f64)> =
-        options.parameters.iter().map(|(key, value)| (key.clone(), f64::from(*value))).collect();
-    let achieved = catheter
-        .achieved(number, &wide, Runs { before: &before, after: &after })
-        .map_err(|e| Failure::input(format!("{}: {e}", bundle.path.display())))?;
+    let runs = Runs { before: &before, after: &after };
+    let achieved = catheter.achieved(number, &wide, runs).map_err(nothing_of)?;
+    let predicted = explanation.as_ref().and_then(Explanation::shrink);
+    let shrink = achieved.shrink.filter(|_| objections.is_empty());
+    let shrink = shrink.map(|own| Shrink { predicted, achieved: own.achieved, host: own.host });
+    let outcome = Outcome::of(achieved.energy, predicted, objections.is_empty());
     let promised = explanation.as_ref().and_then(|own| own.gap.force_rms_n).map(Promised::from);
     let verified = Verified {
+        outcome,
+        sentence: outcome.sentence(achieved.energy, predicted),
         rig: bundle.rig.name.clone(),
         trial: number,
         fresh,
         link: link.clone(),
         board,
         settings: options.parameters,
+        differences,
+        objections,
+        notes: notes(fresh, number, &achieved, options.band.is_some()),
         achieved,
+        shrink,
         promised,
         differing_bits: bits + more_bits,
-        notes: notes(fresh, number),
     };
     ui.data(&verified, verified.text(ui))?;
     verified.check(arguments.fail_above)
@@ -111,15 +180,19 @@ pub fn run(ui: &Ui, arguments: &VerifyArguments) -> Result<(), Failure> {
 
 /// The settings to verify: those that are given, else those of the diagnosis.
 fn options(
+    ui: &Ui,
     bundle: &Bundle,
     arguments: &VerifyArguments,
     explanation: Option<&Explanation>,
 ) -> Result<ImageOptions, Failure> {
-    let mut options = super::super::options(bundle, &arguments.changes)?;
+    let mut options = super::super::options(ui, bundle, &arguments.changes)?;
     if let (true, Some(explanation)) = (options.parameters.is_empty(), explanation) {
         let fitted = explanation.fitted()?;
         options.parameters = fitted.iter().map(|own| (own.key.to_owned(), own.value)).collect();
-        options.band = explanation.band()?;
+        if let Some(stated) = stated_band(bundle, explanation, &fitted)? {
+            let description = described(bundle, &options)?;
+            options.band = stated.for_model(ui, &description, &by_hand(&arguments.changes));
+        }
     }
     if options.parameters.is_empty() {
         let message = "no effect is switched on, so there is nothing to verify: give --settings \
@@ -127,6 +200,34 @@ fn options(
         return Err(Failure::new(Code::Usage, message));
     }
     Ok(options)
+}
+
+fn described(bundle: &Bundle, options: &ImageOptions) -> Result<Description<f32>, Failure> {
+    rig_description(bundle, options).map_err(|error| no_image(bundle, error))
+}
+
+/// Where settings are others than the diagnosis names, parameter by parameter.
+fn differences(
+    bundle: &Bundle,
+    options: &ImageOptions,
+    fitted: &[Fitted],
+) -> Result<Vec<Difference>, Failure> {
+    let named = fitted.iter().map(|own| (own.key.to_owned(), own.value)).collect();
+    let of =
+        |parameters| described(bundle, &ImageOptions { parameters, ..ImageOptions::default() });
+    let (nominal, named, set) = (of(Vec::new())?, of(named)?, of(options.parameters.clone())?);
+    let difference = |key: &'static str| {
+        let nominal = nominal.parameter(key)?;
+        let (diagnosed, set) = (named.parameter(key)?, set.parameter(key)?);
+        let kind = match () {
+            () if set == diagnosed => return None,
+            () if set == nominal => Kind::Missing,
+            () if diagnosed == nominal => Kind::Extra,
+            () => Kind::OtherValue,
+        };
+        Some(Difference { key, kind, diagnosed, set })
+    };
+    Ok(parameters().filter_map(|info| difference(info.key)).collect())
 }
 
 /// The trial to play, and whether the diagnosis has not seen it.
@@ -170,7 +271,7 @@ fn estimated(
     Ok((estimates(&recording, &analysis.track, entry_m), bits))
 }
 
-fn notes(fresh: Option<bool>, trial: u32) -> Vec<String> {
+fn notes(fresh: Option<bool>, trial: u32, achieved: &Achieved, has_band: bool) -> Vec<String> {
     let mut notes = Vec::new();
     match fresh {
         Some(true) => {}
@@ -183,12 +284,36 @@ fn notes(fresh: Option<bool>, trial: u32) -> Vec<String> {
                 .to_owned(),
         ),
     }
-    notes.push(
-        "device and host compute the same bits; what separates predicted from achieved is the \
-         coarser model of the diagnosis (ticks of 4 ms)"
-            .to_owned(),
-    );
+    for (label, left) in quantities(achieved) {
+        if is_larger(left.before.max(left.floor).powi(2), left.achieved.powi(2)) {
+            notes.push(format!("the error of the {label} is larger than before"));
+        }
+    }
+    if has_band && achieved.coverage.is_none() {
+        notes.push("the device has a band, and none for any force that was compared".to_owned());
+    }
     notes
+}
+
+/// What was compared.
+fn quantities(achieved: &Achieved) -> impl Iterator<Item = (&'static str, Left)> {
+    let all = [
+        ("force", achieved.force_rms_n),
+        ("drive force", achieved.drive_force_rms_n),
+        ("tip", achieved.tip_rms_m),
+    ];
+    all.into_iter().filter_map(|(label, left)| Some((label, left?)))
+}
+
+impl Difference {
+    fn text(&self) -> String {
+        let Self { key, kind, diagnosed, set } = self;
+        match kind {
+            Kind::Missing => format!("{key} = {diagnosed} is missing"),
+            Kind::Extra => format!("{key} = {set} is not among it"),
+            Kind::OtherValue => format!("{key} = {set}, diagnosed {diagnosed}"),
+        }
+    }
 }
 
 impl Verified {
@@ -197,40 +322,39 @@ impl Verified {
             Some(true) => ", which the diagnosis has not seen",
             _ => "",
         };
-        let title = format!("{} trial {:03}{fresh}, on {}", self.rig, self.trial, self.board);
-        let mut text = format!("{}\n", ui.bold(&title));
-        text += "                   before   predicted    achieved       floor\n";
-        let a = &self.achieved;
-        let rows = [
-            ("force, mN", a.force_rms_n, 1e3),
-            ("drive force, mN", a.drive_force_rms_n, 1e3),
-            ("tip, mm", a.tip_rms_m, 1e3),
-        ];
-        for (label, left, scale) in rows {
-            if let Some(Left { before, predicted, achieved, floor }) = left {
-                text += &format!("{label:<16}");
-                for value in [before, predicted, achieved, floor] {
-                    text += &format!("{:>9.2}   ", scale * value);
-                }
-                text = format!("{}\n", text.trim_end());
+        let mut text = format!("{}\n", ui.bold(&self.sentence));
+        text += &format!("{} trial {:03}{fresh}, on {}\n", self.rig, self.trial, self.board);
+        text += "                   before    achieved       floor   this host\n";
+        for (label, left) in quantities(&self.achieved) {
+            let Left { before, achieved, host, floor } = left;
+            let unit = if label == "tip" { "mm" } else { "mN" };
+            text += &format!("{:<16}", format!("{label}, {unit}"));
+            for value in [before, achieved, floor, host] {
+                text += &format!("{:>9.2}   ", 1e3 * value);
             }
+            text = format!("{}\n", text.trim_end());
         }
         let mut rows = Vec::new();
-        if let Some(coverage) = &a.coverage {
-            let text = super::coverage::text(coverage);
-            rows.push(("within the band".to_owned(), text));
+        let coverage = self.achieved.coverage.as_ref();
+        if let Some(coverage) = coverage.filter(|_| self.objections.is_empty()) {
+            rows.push(("within the band".to_owned(), super::coverage::text(coverage)));
+            rows.push(("covered by it".to_owned(), super::coverage::stated(coverage)));
         }
-        rows.push((
-            "gap closed".to_owned(),
-            match a.shrink {
-                Some(Shrink { predicted, achieved }) => format!(
-                    "{:.0} % predicted, {:.0} % achieved, of what is above the floor in all channels",
-                    100.0 * predicted,
-                    100.0 * achieved
-                ),
-                None => "there was none above the floor in this trial".to_owned(),
-            },
-        ));
+        if let Some(Shrink { predicted, achieved, host }) = self.shrink {
+            let predicted = predicted.map_or(String::new(), |share| {
+                format!("{:.0} % predicted by the diagnosis, ", 100.0 * share)
+            });
+            let share = |share: f64| match share {
+                share if share < 0.0 => "none".to_owned(),
+                share => format!("{:.0} %", 100.0 * share),
+            };
+            let closed = format!(
+                "{predicted}{} achieved (this host: {}), of what is above the floor in all channels",
+                share(achieved),
+                share(host)
+            );
+            rows.push(("gap closed".to_owned(), closed));
+        }
         if let Some(Promised { before, after, floor }) = self.promised {
             rows.push((
                 "promised".to_owned(),
@@ -243,6 +367,9 @@ impl Verified {
             ));
         }
         rows.push(("device and host".to_owned(), format!("{} bits differ", self.differing_bits)));
+        let difference = |own: &Difference| ("not as diagnosed".to_owned(), own.text());
+        rows.extend(self.differences.iter().map(difference));
+        rows.extend(self.objections.iter().map(|why| ("no conclusion".to_owned(), why.clone())));
         rows.extend(self.notes.iter().map(|note| ("note".to_owned(), note.clone())));
         text + &two_columns(&rows)
     }
@@ -250,16 +377,16 @@ impl Verified {
     /// Fails with the code of a missed threshold.
     fn check(&self, limit_n: Option<f64>) -> Result<(), Failure> {
         let Some(limit) = limit_n else { return Ok(()) };
-        match self.achieved.force_rms_n {
-            Some(Left { achieved, .. }) if achieved <= limit => Ok(()),
-            Some(Left { achieved, .. }) => Err(Failure::new(
-                Code::Threshold,
-                format!("the force RMS on the device is {achieved:.4} N, above rms_N={limit}"),
+        let missed = |message: String| Err(Failure::new(Code::Threshold, message));
+        match (self.objections.first(), self.achieved.force_rms_n) {
+            (Some(why), _) => missed(format!("nothing can be compared with --fail-above: {why}")),
+            (None, Some(Left { achieved, .. })) if achieved <= limit => Ok(()),
+            (None, Some(Left { achieved, .. })) => missed(format!(
+                "the force RMS on the device is {achieved:.4} N, above rms_N={limit}"
             )),
-            None => Err(Failure::new(
-                Code::Threshold,
-                "no force was measured that could be compared with --fail-above",
-            )),
+            (None, None) => {
+                missed("no force was measured that could be compared with --fail-above".to_owned())
+            }
         }
     }
 }
