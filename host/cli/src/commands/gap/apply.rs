@@ -127,6 +127,10 @@ pub fn run(ui: &Ui, arguments: &ApplyArguments) -> Result<(), Failure> {
         device: None,
         notes: notes(&explanation, &fitted),
     };
+    if new.band.is_some() && options.band.is_none() {
+        let note = "the device states no band: what is set besides makes it another model's";
+        applied.notes.push(note.to_owned());
+    }
     if !arguments.dry_run {
         let staged = arguments.settings.as_ref().map(|path| new.write(path)).transpose()?;
         if let Some(link) = &arguments.link {
