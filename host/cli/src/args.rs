@@ -69,7 +69,9 @@ impl Arguments {
 /// not of an option that nobody has given.
 fn with_negative_numbers(command: clap::Command) -> clap::Command {
     let takes_number = |arg: &Arg| {
-        !arg.is_positional() && matches!(arg.get_action(), ArgAction::Set | ArgAction::Append)
+        let takes_value = arg.get_num_args().is_none_or(|number| number.takes_values());
+        let sets = matches!(arg.get_action(), ArgAction::Set | ArgAction::Append);
+        sets && takes_value && !arg.is_positional()
     };
     command
         .mut_args(|arg| if takes_number(&arg) { arg.allow_negative_numbers(true) } else { arg })
@@ -261,7 +263,7 @@ mod tests {
 
     #[test]
     fn the_command_line_is_consistent() {
-        Arguments::command().debug_assert();
+        with_negative_numbers(Arguments::command()).debug_assert();
     }
 
     /// Every subcommand, option and number of arguments that a page prints exists.
