@@ -93,7 +93,7 @@ impl<F: Fn(usize, &Point) -> f64> Toy<F> {
         self
     }
 
-    /// The same trial so many times.
+    /// The same trial so many times, numbered from 0 on.
     pub fn times(mut self, trials: usize) -> Self {
         let numbered = |number| Trial { number, ..self.trials[0].clone() };
         self.trials = (0..trials as u32).map(numbered).collect();
