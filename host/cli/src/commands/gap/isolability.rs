@@ -67,7 +67,7 @@ impl Answer {
         let Self { rig, motion, found, remarks } = self;
         let title = format!("{rig}, its {motion}");
         let mut text = format!(
-            "{}\n{:.0} % of the ordered pairs of effects of typical size are told apart\n\n  \
+            "{}\nat most {:.0} % of the ordered pairs of effects of typical size are told apart\n\n  \
              {:<28}{:>9}  seen from\n",
             ui.bold(&title),
             100.0 * found.told_apart,
