@@ -32,12 +32,15 @@ pub struct Summary {
     /// Of the norm, over the same time.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub measured_force_peak_n: Option<f64>,
+    /// What the sensor's noise alone would be, where the rig states it; of others likewise.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub force_noise_rms_n: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub force_rms_error_whole_n: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub drive_force_rms_error_n: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub drive_force_noise_rms_n: Option<f64>,
     /// Largest magnitudes of the guidewire's load during the trial.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub guidewire_peak_drive_force_n: Option<f64>,
@@ -47,6 +50,8 @@ pub struct Summary {
     pub guidewire_force_rms_error_n: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tip_rms_error_m: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tip_noise_rms_m: Option<f64>,
     /// Measured, found by the model, and found by the model alone.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub snaps: Option<[usize; 3]>,
@@ -87,10 +92,12 @@ impl Summary {
             force_noise_rms_n: comparison.and_then(|c| c.noise_rms_n),
             force_rms_error_whole_n: comparison.map(|c| c.whole.rms_n),
             drive_force_rms_error_n: comparison.and_then(|c| Some(c.drive_force?.rms)),
+            drive_force_noise_rms_n: comparison.and_then(|c| c.drive_force?.noise_rms),
             guidewire_peak_drive_force_n: wire_peak(|wire| wire.drive_force_n),
             guidewire_peak_drive_torque_n_m: wire_peak(|wire| wire.drive_torque_n_m),
             guidewire_force_rms_error_n: comparison.and_then(|c| Some(c.guidewire_force?.rms)),
             tip_rms_error_m: comparison.and_then(|c| Some(c.tip?.rms)),
+            tip_noise_rms_m: comparison.and_then(|c| c.tip?.noise_rms),
             snaps: comparison.map(|c| {
                 let found = c.snaps.iter().filter(|pair| pair.estimated.is_some()).count();
                 [c.snaps.len(), found, c.false_snaps.len()]
@@ -118,6 +125,10 @@ impl Summary {
             rows.push((label.to_owned(), value.unwrap_or_else(|| "not measured".to_owned())));
         };
         let mn = |n: f64| format!("{:.1} mN", 1e3 * n);
+        let mm = |m: f64| format!("{:.2} mm", 1e3 * m);
+        let of_which = |noise: Option<String>| {
+            noise.map_or(String::new(), |noise| format!(", of which noise {noise}"))
+        };
         row("ticks", Some(self.ticks.to_string()));
         row("missed ticks", self.missed_ticks.map(|n| n.to_string()));
         row("worst tick", self.worst_instructions_per_tick.map(|n| format!("{n} instructions")));
@@ -136,16 +147,16 @@ impl Summary {
         row(
             "force error",
             self.force_rms_error_n.zip(self.measured_force_peak_n).map(|(rms, peak)| {
-                let noise = self
-                    .force_noise_rms_n
-                    .map_or(String::new(), |noise| format!(", of which noise {}", mn(noise)));
+                let noise = of_which(self.force_noise_rms_n.map(mn));
                 format!("{} RMS, {:.1} % of {}{noise}", mn(rms), 100.0 * rms / peak, mn(peak))
             }),
         );
         row("  snaps included", self.force_rms_error_whole_n.map(|rms| format!("{} RMS", mn(rms))));
         row(
             "drive force error",
-            self.drive_force_rms_error_n.map(|rms| format!("{} RMS", mn(rms))),
+            self.drive_force_rms_error_n.map(|rms| {
+                format!("{} RMS{}", mn(rms), of_which(self.drive_force_noise_rms_n.map(mn)))
+            }),
         );
         if let Some((force, torque)) =
             self.guidewire_peak_drive_force_n.zip(self.guidewire_peak_drive_torque_n_m)
@@ -155,7 +166,10 @@ impl Summary {
             let error = self.guidewire_force_rms_error_n;
             row("  its force error", error.map(|rms| format!("{} RMS", mn(rms))));
         }
-        row("tip error", self.tip_rms_error_m.map(|rms| format!("{:.2} mm RMS", 1e3 * rms)));
+        let tip = self
+            .tip_rms_error_m
+            .map(|rms| format!("{} RMS{}", mm(rms), of_which(self.tip_noise_rms_m.map(mm))));
+        row("tip error", tip);
         row(
             "snaps",
             self.snaps.map(|[measured, found, alone]| {

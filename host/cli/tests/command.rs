@@ -298,8 +298,12 @@ fn data_is_on_stdout_and_remarks_are_on_stderr() {
     for key in ["ticks", "differing_bits", "force_rms_error_n", "measured_force_peak_n", "wall_s"] {
         assert!(json[key].is_number(), "{key}");
     }
+    // Three axes of what rig.toml states.
+    let noise_n = json["force_noise_rms_n"].as_f64().unwrap();
+    assert!((noise_n - 0.01 * 3.0_f64.sqrt()).abs() < 1e-9, "{noise_n}");
 
     let output = simulate(&[]);
+    assert!(stdout(&output).contains(", of which noise 17.3 mN"), "{}", stdout(&output));
     assert!(stderr(&output).contains("upload: 100 %"), "{}", stderr(&output));
     assert!(stdout(&output).contains("Simulated, not measured"), "{}", stdout(&output));
     assert!(!stdout(&output).contains('\x1b') && !stderr(&output).contains('\x1b'));

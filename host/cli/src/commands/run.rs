@@ -250,6 +250,7 @@ pub fn info(link: &str, bundle: &Bundle, trial: &str) -> RunInfo {
         trial: trial.into(),
         provenance: provenance(&bundle.path),
         firmware_sha256: firmware_sha256(link),
+        noise: noise(bundle),
         ..RunInfo::default()
     }
 }
