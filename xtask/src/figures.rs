@@ -59,9 +59,10 @@ fn demo_table(summary: &Value) -> anyhow::Result<String> {
     row(
         "force error against the bundle's sensor",
         format!(
-            "{:.1} mN RMS, {:.1} % of its peak, noise included",
+            "{:.1} mN RMS, {:.1} % of its peak; the sensor's noise alone makes {:.1} mN",
             1e3 * error,
-            100.0 * error / peak
+            100.0 * error / peak,
+            1e3 * of("force_noise_rms_n")?
         ),
     )?;
     row("device against host replay", format!("{} bits differ", of("differing_bits")?))?;
