@@ -74,12 +74,13 @@ fn tiles(summary: &Summary, coverage: Option<&Coverage>) -> Value {
     };
     let mn = |n: f64| format!("{:.1}", 1e3 * n);
     let share = summary.error_share().map(|share| format!("{:.1}", 100.0 * share));
+    let noise = summary
+        .force_noise_rms_n
+        .map_or("noise included".to_owned(), |noise| format!("noise alone {} mN", mn(noise)));
     let absolute = summary
         .force_rms_error_n
         .zip(summary.measured_force_peak_n)
-        .map_or(String::new(), |(e, p)| {
-            format!("{} mN RMS of {} mN peak, noise included", mn(e), mn(p))
-        });
+        .map_or(String::new(), |(e, p)| format!("{} mN RMS of {} mN peak, {noise}", mn(e), mn(p)));
     tile("force error", share, "% of peak", &absolute, "");
     let place = summary
         .peak_contact_node
