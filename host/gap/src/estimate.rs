@@ -201,4 +201,15 @@ mod tests {
         });
         assert!(closed > 0.9, "{closed}");
     }
+    #[test]
+    fn what_the_last_fit_closes_is_shared_by_all_effects() {
+        let (shares, whole) = explained_by(&line(), &[0], |_, mut selection| {
+            let nominal = selection.nominal.score.clone();
+            // Before the last fit it had closed nothing.
+            selection.path = vec![(Vec::new(), nominal.clone()), (vec![0], nominal.clone())];
+            (increments(&selection), selection.best.score.shrink(&nominal))
+        });
+        assert!(whole > 0.9, "{whole}");
+        assert!((shares.values().sum::<f64>() - whole).abs() < 1e-12, "{shares:?}");
+    }
 }
