@@ -505,7 +505,7 @@ mod tests {
             (&json["asked_for"][0], &json["effects"][0]["confidence"]),
             (&"slope".into(), &serde_json::Value::Null)
         );
-        // A quarter of it.
+        // Half of the slope, three quarters of its energy.
         let beyond = asked(20.0).sentence();
         assert!(beyond.contains("what was asked for, slope, does not explain it"), "{beyond}");
     }

@@ -22,6 +22,7 @@ pub mod tips;
 use std::path::Path;
 
 use cathforce_config::Key;
+use cathforce_mechanics::Description;
 use cathforce_record::Recording;
 use cathforce_rig::{
     Bundle, ImageBuildError, ImageOptions, ImageReport, device_image, rig_description,
@@ -86,7 +87,7 @@ fn options(ui: &Ui, bundle: &Bundle, changes: &Changes) -> Result<ImageOptions, 
             .map_err(|message| Failure::new(Code::Usage, format!("--set {message}")))?;
     }
     if let Some((file, stated)) = file.as_ref().and_then(|file| Some((file, file.band.as_ref()?))) {
-        let description = rig_description(bundle, &options).map_err(|e| no_image(bundle, e))?;
+        let description = described(bundle, &options)?;
         let besides = [file.by_hand(), by_hand(changes)].concat();
         options.band = stated.for_model(ui, &description, &besides);
     }
@@ -134,6 +135,11 @@ fn image_with(
 ) -> Result<(Vec<u8>, ImageReport), Failure> {
     ui.say(format_args!("building the device image of {}", bundle.path.display()));
     device_image(bundle, options).map_err(|error| no_image(bundle, error))
+}
+
+/// What a bundle's rig is with these options.
+fn described(bundle: &Bundle, options: &ImageOptions) -> Result<Description<f32>, Failure> {
+    rig_description(bundle, options).map_err(|error| no_image(bundle, error))
 }
 
 fn no_image(bundle: &Bundle, error: ImageBuildError) -> Failure {

@@ -13,7 +13,7 @@ use super::simulate::{Inputs, Trajectory};
 use crate::plant::{Channel, Quantity, Repeat, Sample, Trial};
 use crate::signal::interpolate;
 
-/// Force samples are means over this time \[s\].
+/// Force samples are means over this time \[s\]; `Catheter::compared` says so.
 const AVERAGE_S: f64 = 0.02;
 /// A step of time larger than this many usual ones is a jump of the clock.
 const CLOCK_JUMP: f64 = 5.0;

@@ -6,10 +6,10 @@ use cathforce_bus::service::crc32;
 use cathforce_config::{ImageHead, keys};
 use cathforce_control::Mode;
 use cathforce_link::Client;
-use cathforce_rig::{Bundle, ImageOptions, rig_description};
+use cathforce_rig::{Bundle, ImageOptions};
 use serde::Serialize;
 
-use super::super::{image_with, no_image, open_bundle, set_all};
+use super::super::{described, image_with, open_bundle, set_all};
 use super::file::warn_of_slip;
 use super::values::{Change, Values, changes, head_of, head_on, paths, values};
 use crate::args::{ConfigApplyArguments, ConfigSaveArguments};
@@ -135,7 +135,7 @@ fn build(
     }
     set_all(&mut options, file).map_err(Failure::input)?;
     if let Some(stated) = &file.band {
-        let description = rig_description(bundle, &options).map_err(|e| no_image(bundle, e))?;
+        let description = described(bundle, &options)?;
         options.band = stated.for_model(ui, &description, &file.by_hand());
     }
     Ok(image_with(ui, bundle, &options)?.0)

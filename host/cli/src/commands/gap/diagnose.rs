@@ -39,7 +39,7 @@ pub fn answer(
     effects: &[&Effect],
 ) -> Result<Diagnosis, Failure> {
     let bundle_sha256 = source.hash()?;
-    let all = source.bundle.trials.clone();
+    let seen = seen(&source.bundle.trials, hold_back);
     hold_trials_back(&mut source.bundle, hold_back)?;
     let plant = source.plant()?;
     let bundle = &source.bundle;
@@ -60,7 +60,7 @@ pub fn answer(
     };
     drop(progress);
     answer.remarks.extend(bundle.warnings.iter().map(|warning| warning.to_string()));
-    answer.remarks.extend(seen(&all, bundle));
+    answer.remarks.extend(seen);
     answer.reproduce = Reproduce {
         command: command(&source.paths, hold_back, effects),
         version: env!("CARGO_PKG_VERSION").to_owned(),
@@ -82,10 +82,11 @@ fn command(paths: &[PathBuf], hold_back: &[u32], effects: &[&Effect]) -> String 
 }
 
 /// Says of each trial that was held back whether it is a copy of one that was not.
-fn seen(all: &[Trial], kept: &Bundle) -> Vec<String> {
-    let held_back = all.iter().filter(|trial| kept.trial(trial.number).is_none());
-    let copied = held_back.filter_map(|trial| {
-        let original = kept.trials.iter().find(|own| own.data == trial.data)?;
+fn seen(trials: &[Trial], hold_back: &[u32]) -> Vec<String> {
+    let is_held_back = |trial: &&Trial| hold_back.contains(&trial.number);
+    let copied = trials.iter().filter(is_held_back).filter_map(|trial| {
+        let mut kept = trials.iter().filter(|own| !is_held_back(own));
+        let original = kept.find(|own| own.data == trial.data)?;
         Some(format!(
             "trial {:03}, which is held back, reads like trial {:03} in every row: it is a copy, and \
              what it shows was seen",
@@ -237,6 +238,18 @@ mod tests {
     use cathforce_gap::report::Gap;
 
     use super::*;
+
+    #[test]
+    fn a_held_back_trial_that_is_a_copy_was_seen() {
+        let example = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/tapered-none");
+        let mut trials = Bundle::open(Path::new(example)).unwrap().trials;
+        trials.push(Trial { number: 90, ..trials[0].clone() });
+        let said = seen(&trials, &[90]);
+        assert!(matches!(&said[..], [only] if only.starts_with("trial 090, which is held back")));
+        // Both are held back, or neither is.
+        assert_eq!(seen(&trials, &[0, 90]), seen(&trials, &[]));
+        assert_eq!(seen(&trials, &[]), Vec::<String>::new());
+    }
 
     #[test]
     fn the_terminal_tells_every_figure_and_of_which_trials() {

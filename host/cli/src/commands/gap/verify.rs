@@ -11,16 +11,16 @@ use std::path::Path;
 use cathforce_config::image;
 use cathforce_gap::catheter::{Achieved, Left, Runs};
 use cathforce_link::Client;
-use cathforce_mechanics::{Description, parameters};
+use cathforce_mechanics::parameters;
 use cathforce_record::{Estimate, Recording, analyse, estimates};
-use cathforce_rig::{Bundle, ImageOptions, rig_description};
+use cathforce_rig::{Bundle, ImageOptions};
 use serde::Serialize;
 
 use super::apply::stated_band;
 use super::explanation::{Explanation, Figures, Fitted};
 use crate::args::{Feel, VerifyArguments};
 use crate::commands::run::{TrialRun, pick, play, temporary_folder};
-use crate::commands::{by_hand, no_image};
+use crate::commands::{by_hand, described};
 use crate::failure::{Code, Failure};
 use crate::output::check_recording;
 use crate::session::Pace;
@@ -200,10 +200,6 @@ fn options(
         return Err(Failure::new(Code::Usage, message));
     }
     Ok(options)
-}
-
-fn described(bundle: &Bundle, options: &ImageOptions) -> Result<Description<f32>, Failure> {
-    rig_description(bundle, options).map_err(|error| no_image(bundle, error))
 }
 
 /// Where settings are others than the diagnosis names, parameter by parameter.
