@@ -11,7 +11,11 @@ pub struct Record {
     pub rotation_rad: f64,
     /// Axial force on the instrument behind the guide \[N\].
     pub drive_force_n: f64,
+    /// Torque there, about the direction of insertion \[N·m\].
+    pub drive_torque_n_m: f64,
     pub force_on_vessel_n: Vector3<f64>,
+    /// Its moment about the entry \[N·m\].
+    pub moment_on_vessel_n_m: Vector3<f64>,
     pub tip_m: Vector3<f64>,
     /// The model flags its forces as not to be trusted; never the reference's.
     pub unresolved: bool,
@@ -35,6 +39,10 @@ pub struct Errors {
     /// Of the force on the vessel \[N\], and as a share of the reference's peak.
     pub force_n: f64,
     pub force_share: f64,
+    /// Of the drive's torque and of the moment on the vessel, as a share of the reference's peak;
+    /// `None` where that is below 10 µN·m.
+    pub drive_torque_share: Option<f64>,
+    pub moment_share: Option<f64>,
     pub tip_m: f64,
 }
 
@@ -44,6 +52,9 @@ pub struct Score {
     /// Largest magnitudes in the reference, but for the motion of a snap \[N\].
     pub peak_drive_force_n: f64,
     pub peak_force_n: f64,
+    /// \[N·m\]
+    pub peak_drive_torque_n_m: f64,
+    pub peak_moment_n_m: f64,
     /// Over everything that is scored.
     pub whole: Errors,
     /// Of that, outside of the time around snaps.
@@ -57,6 +68,8 @@ pub struct Score {
     pub unflagged_peak_share: f64,
 }
 
+/// A peak below this is none: in a plane nothing turns a straight instrument but its weight \[N·m\].
+const SCORED_N_M: f64 = 1e-5;
 /// A tip faster than this snaps \[m/s\].
 const SNAP_M_PER_S: f64 = 0.15;
 /// Fast instants closer than this belong to one snap \[s\].
@@ -101,22 +114,29 @@ pub fn compare(reference: &[Record], other: &[Record], from_s: f64) -> Score {
     let peak = |of: fn(&Record) -> f64| steady().map(of).fold(0.0, f64::max);
     let peak_drive_force_n = peak(|r| r.drive_force_n.abs());
     let peak_force_n = peak(|r| r.force_on_vessel_n.norm());
+    let peak_drive_torque_n_m = peak(|r| r.drive_torque_n_m.abs());
+    let peak_moment_n_m = peak(|r| r.moment_on_vessel_n_m.norm());
     let errors = |keep: &dyn Fn(f64) -> bool| {
-        let mut sums = [0.0; 3];
+        let mut sums = [0.0; 5];
         let mut count = 0.0;
         for r in reference.iter().filter(|r| keep(r.t_s)) {
             let Some(o) = at(other, r.t_s) else { continue };
             sums[0] += (o.drive_force_n - r.drive_force_n).powi(2);
             sums[1] += (o.force_on_vessel_n - r.force_on_vessel_n).norm_squared();
             sums[2] += (o.tip_m - r.tip_m).norm_squared();
+            sums[3] += (o.drive_torque_n_m - r.drive_torque_n_m).powi(2);
+            sums[4] += (o.moment_on_vessel_n_m - r.moment_on_vessel_n_m).norm_squared();
             count += 1.0;
         }
-        let [drive_force_n, force_n, tip_m] = sums.map(|sum| (sum / f64::max(count, 1.0)).sqrt());
+        let [drive_force_n, force_n, tip_m, drive_torque_n_m, moment_n_m] =
+            sums.map(|sum| (sum / f64::max(count, 1.0)).sqrt());
         let errors = Errors {
             drive_force_n,
             drive_force_share: drive_force_n / peak_drive_force_n,
             force_n,
             force_share: force_n / peak_force_n,
+            drive_torque_share: share_of_moment(drive_torque_n_m, peak_drive_torque_n_m),
+            moment_share: share_of_moment(moment_n_m, peak_moment_n_m),
             tip_m,
         };
         (errors, count)
@@ -128,6 +148,8 @@ pub fn compare(reference: &[Record], other: &[Record], from_s: f64) -> Score {
     Score {
         peak_drive_force_n,
         peak_force_n,
+        peak_drive_torque_n_m,
+        peak_moment_n_m,
         whole,
         outside_snaps,
         outside_share: outside / f64::max(all, 1.0),
@@ -135,6 +157,11 @@ pub fn compare(reference: &[Record], other: &[Record], from_s: f64) -> Score {
         extra_snaps_s: unmatched,
         unflagged_peak_share: unflagged_peak / peak_force_n,
     }
+}
+
+/// What a moment errs by, over its peak where that counts.
+fn share_of_moment(error_n_m: f64, peak_n_m: f64) -> Option<f64> {
+    (peak_n_m > SCORED_N_M).then(|| error_n_m / peak_n_m)
 }
 
 /// The record at a time, straight between its neighbours.
@@ -149,7 +176,9 @@ fn at(records: &[Record], t_s: f64) -> Option<Record> {
         insertion_m: blend(a.insertion_m, b.insertion_m),
         rotation_rad: blend(a.rotation_rad, b.rotation_rad),
         drive_force_n: blend(a.drive_force_n, b.drive_force_n),
+        drive_torque_n_m: blend(a.drive_torque_n_m, b.drive_torque_n_m),
         force_on_vessel_n: a.force_on_vessel_n.lerp(&b.force_on_vessel_n, share),
+        moment_on_vessel_n_m: a.moment_on_vessel_n_m.lerp(&b.moment_on_vessel_n_m, share),
         tip_m: a.tip_m.lerp(&b.tip_m, share),
         unresolved: a.unresolved || b.unresolved,
     })
@@ -191,7 +220,9 @@ mod tests {
                     insertion_m: 0.01 * t_s,
                     rotation_rad: 0.0,
                     drive_force_n: 0.02 + error_n,
+                    drive_torque_n_m: 4e-4 + 0.01 * error_n,
                     force_on_vessel_n: Vector3::x() * (0.03 + 0.1 * jumped),
+                    moment_on_vessel_n_m: Vector3::z() * (5e-3 + 0.01 * error_n),
                     tip_m: Vector3::x() * (0.01 * t_s + 5e-3 * jumped),
                     unresolved: false,
                 }
@@ -207,7 +238,14 @@ mod tests {
         assert!((late - 0.06).abs() < 0.004, "{late}");
         assert!(score.whole.force_n > 0.015);
         assert!(score.outside_snaps.force_n < 1e-12);
-        assert!((score.outside_snaps.drive_force_share - 0.05).abs() < 1e-9);
+        let outside = score.outside_snaps;
+        for (share, exact) in [
+            (outside.drive_force_share, 0.05),
+            (outside.drive_torque_share.unwrap(), 0.025),
+            (outside.moment_share.unwrap(), 0.002),
+        ] {
+            assert!((share - exact).abs() < 1e-9, "{share}, not {exact}");
+        }
         assert!(score.extra_snaps_s.is_empty());
     }
 }

@@ -104,8 +104,8 @@ fn stored(problem: &Problem, cell_m: f64) -> anyhow::Result<BuiltLumen> {
 
 /// Plays a case tick by tick; one record a tick.
 ///
-/// `T`: `f32` is what the device runs, with [`mechanics::MAX_LINKS`]. Fails when the device would
-/// refuse the case.
+/// `T`: `f32` is what the device runs, with [`mechanics::MAX_LINKS`]: as many links as it has time
+/// for, twice as many with twice that. Fails when the model or its lumen refuses the case.
 pub fn play<T: Real, const LINKS: usize>(
     case: &Case,
     choices: &Choices,
@@ -115,8 +115,10 @@ pub fn play<T: Real, const LINKS: usize>(
     let ticks = (schedule.end_s() / defaults.tick_s).round() as usize;
     let at = |tick: usize| schedule.at(tick as f64 * defaults.tick_s);
     let largest_insertion_m = (0..=ticks).map(|k| at(k).insertion_m).fold(0.0, f64::max);
-    let share = (mechanics::MAX_LINKS - 1) as f64 / (LINKS - 1) as f64;
-    let link_length_m = defaults.link_length_m(largest_insertion_m, mechanics::MAX_LINKS) * share;
+    let line_stiffness_n_per_m2 = case.problem.wall.line_stiffness_n_per_m2;
+    let links = defaults.links_at(line_stiffness_n_per_m2);
+    let share = (links - 1) as f64 / (links * LINKS / mechanics::MAX_LINKS - 1) as f64;
+    let link_length_m = defaults.link_length_m(largest_insertion_m, links) * share;
     let description = description::<T>(&case.problem, link_length_m, defaults);
     let model: Model<T, LINKS> =
         Model::new(description).map_err(|error| anyhow!("{}: {error:?}", case.name))?;
@@ -140,7 +142,9 @@ pub fn play<T: Real, const LINKS: usize>(
             insertion_m: at(tick).insertion_m,
             rotation_rad: at(tick).rotation_rad,
             drive_force_n: outputs.drive_force_n.to_f64(),
+            drive_torque_n_m: outputs.drive_torque_n_m.to_f64(),
             force_on_vessel_n: outputs.force_on_vessel_n.map(T::to_f64).into(),
+            moment_on_vessel_n_m: outputs.moment_on_vessel_n_m.map(T::to_f64).into(),
             tip_m: tip.map(T::to_f64).into(),
             unresolved: outputs.unresolved,
         }

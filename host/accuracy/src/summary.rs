@@ -80,7 +80,9 @@ fn solve_with(case: &Case, numerics: Numerics) -> Result<(Vec<Record>, Effort), 
         insertion_m: s.drive.insertion_m,
         rotation_rad: s.drive.rotation_rad,
         drive_force_n: s.drive_force_n,
+        drive_torque_n_m: s.drive_torque_n_m,
         force_on_vessel_n: s.force_on_vessel_n,
+        moment_on_vessel_n_m: s.moment_on_vessel_n_m,
         tip_m: s.tip_m,
         unresolved: false,
     });
@@ -127,9 +129,10 @@ pub fn measure_all(cases: &[Case]) -> anyhow::Result<Vec<Row>> {
 /// The rows as a Markdown table.
 pub fn table(rows: &[Row]) -> String {
     let mut text = String::from(
-        "| case | peak drive force | drive force error | of peak | force on vessel error, of peak | \
-         tip error | snaps: late by | reference's own error |\n\
-         | --- | --- | --- | --- | --- | --- | --- | --- |\n",
+        "| case | peak drive force | drive force error | of peak | drive torque error, of peak | \
+         force on vessel error, of peak | its moment | tip error | snaps: late by | \
+         reference's own error |\n\
+         | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |\n",
     );
     for row in rows {
         let (score, outside) = (&row.device, &row.device.outside_snaps);
@@ -137,18 +140,24 @@ pub fn table(rows: &[Row]) -> String {
         // Writing to a string does not fail.
         let _ = writeln!(
             text,
-            "| {} | {:.1} mN | {:.2} mN | {:.1} % | {:.1} % | {:.3} mm | {} | {:.2} % |",
+            "| {} | {:.1} mN | {:.2} mN | {:.1} % | {} | {:.1} % | {} | {:.3} mm | {} | {:.2} % |",
             row.case,
             1e3 * score.peak_drive_force_n,
             1e3 * outside.drive_force_n,
             100.0 * outside.drive_force_share,
+            percent(outside.drive_torque_share),
             100.0 * outside.force_share,
+            percent(outside.moment_share),
             1e3 * outside.tip_m,
             lateness(score),
             100.0 * own.drive_force_share,
         );
     }
     text
+}
+
+fn percent(share: Option<f64>) -> String {
+    share.map_or("–".into(), |share| format!("{:.1} %", 100.0 * share))
 }
 
 fn lateness(score: &Score) -> String {

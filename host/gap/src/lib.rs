@@ -32,6 +32,7 @@ mod altered;
 mod band;
 mod calibration;
 pub mod catheter;
+mod clock;
 mod confuse;
 mod copies;
 mod correct;

@@ -123,10 +123,15 @@ pub fn score(problem: &Problem<'_>, folds: &Folds, fit: &Fit) -> Score {
     let (mut blocks, mut weights) = (Vec::new(), Vec::new());
     for (t, (trial, fitted)) in problem.plant.trials().iter().zip(&fit.trials).enumerate() {
         let n = trial.samples.len();
-        let moved = |step| shortened(&fitted.refit.residual, &fitted.jacobian * step);
-        let moved: Vec<DVector<f64>> = steps.iter().map(moved).collect();
-        let held_out = |i: usize| folds.scored[t][i].then(|| moved[folds.of_sample[t][i]][i]);
-        let own: Vec<Option<f64>> = (0..n).map(held_out).collect();
+        let mut own: Vec<Option<f64>> = vec![None; n];
+        // Fold by fold: of a long trial, all of them at once would not fit into memory.
+        let fold_of = &folds.of_sample[t];
+        let present: BTreeSet<usize> = fold_of.iter().copied().collect();
+        for fold in present {
+            let moved = shortened(&fitted.refit.residual, &fitted.jacobian * &steps[fold]);
+            let held_out = (0..n).filter(|&i| fold_of[i] == fold && folds.scored[t][i]);
+            held_out.for_each(|i| own[i] = Some(moved[i]));
+        }
         let mut sums = vec![(0.0, 0_usize); trial.blocks];
         for (sample, residual) in trial.samples.iter().zip(&own) {
             if let Some(r) = residual {

@@ -171,3 +171,35 @@ fn nuisances_have_the_priors_that_the_rig_states() {
     assert_eq!(sd(&plant, "insertion offset"), 1e-3);
     assert_eq!(sd(&plant, "nearer wall"), 4e-5, "not stated");
 }
+
+#[test]
+fn rows_without_a_force_make_no_mean_of_forces_more_certain() {
+    let bundle = example();
+    let mut denser = example();
+    // Every row is followed by three of the encoders alone.
+    change(&mut denser.trials[0], |t_s, data| {
+        let rows = t_s.len() - 1;
+        let between = |column: &[f64]| -> Vec<f64> {
+            let at = |k: usize| {
+                let (low, share) = (k / 4, (k % 4) as f64 / 4.0);
+                column[low] + share * (column[(low + 1).min(rows)] - column[low])
+            };
+            (0..=4 * rows).map(at).collect()
+        };
+        let spread = |column: &[Option<[f64; 3]>]| -> Vec<_> {
+            (0..=4 * rows).map(|k| column[k / 4].filter(|_| k % 4 == 0)).collect()
+        };
+        *t_s = between(t_s);
+        data.insertion_m = between(&data.insertion_m);
+        data.rotation_rad = between(&data.rotation_rad);
+        for column in [&mut data.force_n, &mut data.tip_m].into_iter().flatten() {
+            *column = spread(column);
+        }
+    });
+    let [all, few] = [bundle, denser].map(|bundle| {
+        let samples = catheter(&bundle).unwrap().trials()[0].samples.clone();
+        samples.into_iter().map(|s| (s.channel, s.t_s, s.value, s.noise)).collect::<Vec<_>>()
+    });
+    assert!(all.len() > 100, "{}", all.len());
+    assert_eq!(all, few);
+}

@@ -11,6 +11,9 @@
 //! as fast when the drive reverses or starts; that is no snap, and is not excused as one.
 //! When the drive stops, friction holds what is there, so a jump then is a snap.
 //!
+//! A sensor whose samples lie farther apart, up to twice as far, is seen by one sample to either
+//! side; a slower one shows no snaps.
+//!
 //! Jumps closer than [`MERGE_S`] are one snap; its time is that of the largest jump. It is
 //! found in the *measured* force alone, so that an estimate cannot excuse itself by jumping.
 //! The same definition and threshold, applied to the estimate, gives the model's snaps.
@@ -89,15 +92,17 @@ pub fn find(samples: &[Sample], threshold_n: f64) -> Vec<Snap> {
 
 /// Norm of the difference of the means before and after sample `i` \[N\]; `None` at the ends.
 fn jump_at(samples: &[Sample], i: usize) -> Option<f64> {
-    // A millionth of a second of slack: times are decimal fractions.
-    let reach_s = MEAN_S + 1e-6;
     let t_s = samples[i].t_s;
     let (first, last) = (samples.first()?.t_s, samples.last()?.t_s);
     if t_s - first < MEAN_S || last - t_s < MEAN_S {
         return None;
     }
-    let before = mean(samples[..i].iter().rev().take_while(|s| t_s - s.t_s <= reach_s))?;
-    let after = mean(samples[i + 1..].iter().take_while(|s| s.t_s - t_s <= reach_s))?;
+    // A millionth of a second of slack: times are decimal fractions.
+    let within = |nearest: &Sample| MEAN_S.max((t_s - nearest.t_s).abs().min(2.0 * MEAN_S)) + 1e-6;
+    let (earlier, later) = (&samples[..i], &samples[i + 1..]);
+    let (before_s, after_s) = (within(earlier.last()?), within(later.first()?));
+    let before = mean(earlier.iter().rev().take_while(|s| t_s - s.t_s <= before_s))?;
+    let after = mean(later.iter().take_while(|s| s.t_s - t_s <= after_s))?;
     Some(norm(std::array::from_fn(|k| after[k] - before[k])))
 }
 

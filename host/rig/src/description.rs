@@ -68,7 +68,12 @@ impl SolverDefaults {
 
     /// Links that the device has time for in this vessel, without effects.
     pub fn links_in(&self, vessel: &RigVessel) -> usize {
-        most_links(self.solves, self.substeps_for(vessel.stiffest_n_per_m2()), false)
+        self.links_at(vessel.stiffest_n_per_m2())
+    }
+
+    /// The same at a wall of this line stiffness \[N/m²\].
+    pub fn links_at(&self, line_stiffness_n_per_m2: f64) -> usize {
+        most_links(self.solves, self.substeps_for(line_stiffness_n_per_m2), false)
     }
 
     /// [`Self::drag`], in the model's precision.

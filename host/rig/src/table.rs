@@ -1,5 +1,7 @@
 //! CSV tables with a header, read strictly: every complaint has its line and field.
 
+use std::ops::Range;
+
 use csv::{ReaderBuilder, StringRecord, Trim};
 use thiserror::Error;
 
@@ -123,6 +125,61 @@ impl Table {
             Some(name) => Err((Place::Line(1), TableCause::MissingColumn((*name).into()))),
             None => Ok(()),
         }
+    }
+
+    /// Makes one row of rows that follow each other with the same number in a column: what several
+    /// of them have is their mean, what one has is that. Gives how many rows that took away.
+    pub(crate) fn join_rows(&mut self, column: usize) -> Result<usize, Fault> {
+        let same: Vec<Option<f64>> =
+            (0..self.len()).map(|row| self.number(row, column)).collect::<Result<_, _>>()?;
+        let before = self.len();
+        let mut joined: Vec<StringRecord> = Vec::with_capacity(before);
+        let mut first = 0;
+        while first < before {
+            let others = same[first + 1..].iter().take_while(|&&x| x.is_some() && x == same[first]);
+            let end = first + 1 + others.count();
+            joined.push(if end > first + 1 {
+                self.joined(first..end)?
+            } else {
+                self.rows[first].clone()
+            });
+            first = end;
+        }
+        self.rows = joined;
+        Ok(before - self.len())
+    }
+
+    /// Some rows as one.
+    fn joined(&self, rows: Range<usize>) -> Result<StringRecord, Fault> {
+        let mut record = StringRecord::new();
+        for column in 0..self.header.len() {
+            let given = rows.clone().filter(|row| !self.text(*row, column).is_empty());
+            let texts: Vec<&str> = given.clone().map(|row| self.text(row, column)).collect();
+            match texts[..] {
+                [] => record.push_field(""),
+                [first, ..] if texts.iter().all(|text| *text == first) => record.push_field(first),
+                _ => {
+                    let numbers: Vec<f64> = given
+                        .filter_map(|row| self.number(row, column).transpose())
+                        .collect::<Result<_, _>>()?;
+                    let mean = numbers.iter().sum::<f64>() / numbers.len() as f64;
+                    record.push_field(&mean.to_string());
+                }
+            }
+        }
+        record.set_position(self.rows[rows.start].position().cloned());
+        Ok(record)
+    }
+
+    /// Leaves out the rows that lack a number in any of these columns; gives how many they were.
+    pub(crate) fn drop_rows_without(&mut self, names: &[&str]) -> usize {
+        let columns: Vec<usize> = names.iter().filter_map(|name| self.column(name)).collect();
+        let before = self.len();
+        let whole = |row: &StringRecord| {
+            columns.iter().all(|&c| row.get(c).is_some_and(|text| !text.is_empty()))
+        };
+        self.rows.retain(whole);
+        before - self.len()
     }
 
     /// Number of rows.

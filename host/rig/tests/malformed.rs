@@ -238,11 +238,12 @@ fn malformed_trials_are_refused_with_line_and_field() {
         refusal(FILE, TRIAL.replacen(old, new, 1), place)
     };
     assert_says(&with("0.5,0.012", "0.5,NaN", line_column(3, 2)), &["`NaN`", "insertion_m"]);
-    assert_says(&with("0.5,0.012", "0.5,", line_column(3, 2)), &["no value"]);
+    assert_says(&with("0.5,0.012", "0.5,", line_column(3, 2)), &["no value for 1.000 s"]);
+    let never = TRIAL.replace("0.010", "").replace("0.012", "").replace("0.016,0.3", ",0.3");
+    assert_says(&refusal(FILE, never, line_column(2, 2)), &["no value in this row"]);
     assert_says(&with("0.5,0.012", "0.5,1.2cm", line_column(3, 2)), &["`1.2cm`"]);
     assert_says(&with("0.5,0.012", "0.5,-0.012", line_column(3, 2)), &["negative"]);
     assert_says(&with("1.0,0.016", "0.4,0.016", line_column(4, 1)), &["0.4 s after 0.5 s"]);
-    assert_says(&with("1.0,0.016", "0.5,0.016", line_column(4, 1)), &["goes back"]);
     assert_says(&with(",,,\n", ",,\n", line_column(3, 9)), &["8 fields", "9"]);
     assert_says(&with("0.01,0.0,-0.01,,,", "0.01,,-0.01,,,", line_column(3, 5)), &["fy_N"]);
     assert_says(&with("tip_y_m", "tip_v_m", line_column(1, 8)), &["`tip_v_m`", "mean `tip_"]);

@@ -3,6 +3,7 @@
 use cathforce_rig::bundle::Rush;
 use cathforce_rig::{Bundle, ImageBuildError, LumenBuildError};
 
+use crate::clock::usual_step_s;
 use crate::plant::BROKEN_DOWN;
 
 /// Why a bundle cannot be diagnosed.
@@ -66,13 +67,9 @@ pub(super) fn check(bundle: &Bundle) -> Result<(), CatheterError> {
         if insertion_m > length_m {
             return Err(CatheterError::TooDeep { number, insertion_m, length_m });
         }
-        let mut steps: Vec<f64> = trial.t_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
-        steps.sort_by(f64::total_cmp);
-        match steps.get(steps.len() / 2) {
-            Some(&step_s) if step_s > 1.0 / FEWEST_ROWS_PER_S => {
-                return Err(CatheterError::TooSlow { number, step_s });
-            }
-            _ => {}
+        let step_s = usual_step_s(&trial.t_s);
+        if step_s > 1.0 / FEWEST_ROWS_PER_S {
+            return Err(CatheterError::TooSlow { number, step_s });
         }
         if let Some(rush) = trial.rush() {
             return Err(CatheterError::Rush { number, rush });

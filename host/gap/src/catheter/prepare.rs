@@ -5,18 +5,18 @@ mod places;
 use cathforce_mechanics::Drive;
 use cathforce_record::snap::{self, Snap};
 use cathforce_record::{FEED_BEFORE_SCORE_M, SNAP_GUARD_S};
+use cathforce_rig::Trial as RigTrial;
 use cathforce_rig::bundle::{CatheterTrial, EncoderReading, RigSensor, VectorColumn};
 
 use super::motion::{Motion, phase, regime};
 use super::sensors::{self, Limit};
 use super::simulate::{Inputs, Trajectory};
+use crate::clock::{Clock, Jump};
 use crate::plant::{Channel, Quantity, Repeat, Sample, Trial};
 use crate::signal::interpolate;
 
 /// Force samples are means over this time \[s\]; `Catheter::compared` says so.
 const AVERAGE_S: f64 = 0.02;
-/// A step of time larger than this many usual ones is a jump of the clock.
-const CLOCK_JUMP: f64 = 5.0;
 /// Samples so long after it are left out \[s\].
 const JUMP_GUARD_S: f64 = 0.5;
 /// Blocks of a trial.
@@ -60,22 +60,32 @@ impl Source {
     }
 }
 
-/// Rows that make one sample.
+/// Rows that make one sample: those of a stretch of time that have a value.
 #[derive(Clone, Debug)]
 struct Reading {
     source: Source,
-    rows: std::ops::Range<usize>,
+    /// Never empty.
+    rows: Vec<usize>,
     value: f64,
+}
+
+impl Reading {
+    fn first(&self) -> usize {
+        self.rows[0]
+    }
+
+    fn last(&self) -> usize {
+        self.rows[self.rows.len() - 1]
+    }
 }
 
 /// One trial, ready to be compared.
 pub struct Prepared {
     pub inputs: Inputs,
-    t_s: Vec<f64>,
+    clock: Clock,
     columns: Vec<Column>,
     readings: Vec<Reading>,
     snaps: Vec<Snap>,
-    jumps: Vec<(f64, f64)>,
     /// Quantities that were left out because they never change.
     dead: Vec<&'static str>,
     /// Columns whose noise nobody knows: it is not stated, and there are too few rows of them.
@@ -98,7 +108,9 @@ pub struct Column {
 
 impl Prepared {
     /// `None` for a drive's trial.
-    pub fn of(trial: &cathforce_rig::Trial, sensor: &RigSensor, tick_s: f64) -> Option<Self> {
+    pub fn of(trial: &RigTrial, sensor: &RigSensor, tick_s: f64) -> Option<Self> {
+        let clock = Clock::of(&trial.t_s);
+        let trial = &RigTrial { t_s: clock.t_s.clone(), ..trial.clone() };
         let data = trial.catheter()?;
         let start = *trial.t_s.first()?;
         let ticks = (trial.duration_s() / tick_s).floor() as usize + 1;
@@ -130,11 +142,10 @@ impl Prepared {
         Some(Self {
             motion: Motion::of(&inputs),
             inputs,
-            t_s: trial.t_s.clone(),
+            clock,
             columns,
             readings: Vec::new(),
             snaps: Vec::new(),
-            jumps: jumps(&trial.t_s),
             dead,
             too_few,
             limits,
@@ -163,11 +174,11 @@ impl Prepared {
 
     /// Time of the first row \[s\].
     pub fn start_s(&self) -> f64 {
-        self.t_s[0]
+        self.clock.t_s[0]
     }
 
     fn index(&self, t_s: f64) -> f64 {
-        (t_s - self.t_s[0]) / self.inputs.tick_s
+        (t_s - self.clock.t_s[0]) / self.inputs.tick_s
     }
 
     /// Decides what is compared, from the measured snaps and those of the nominal model.
@@ -177,7 +188,7 @@ impl Prepared {
             let noise = x.noise;
             let rows = x.rows.iter().zip(&y.rows).zip(&z.rows);
             let measured: Vec<(f64, [f64; 3])> =
-                rows.map(|((x, y), z)| (self.t_s[x.0], [x.1, y.1, z.1])).collect();
+                rows.map(|((x, y), z)| (self.clock.t_s[x.0], [x.1, y.1, z.1])).collect();
             let peak = measured.iter().map(|(_, f)| norm(*f)).fold(0.0, f64::max);
             let threshold = snap::threshold_n(noise, peak);
             let stepped = measured.iter().map(|(t, _)| {
@@ -191,31 +202,30 @@ impl Prepared {
         let first = self.inputs.insertion_m[0];
         let fed = |tick: usize| (self.inputs.insertion_m[tick] - first).abs();
         let ready = (0..self.inputs.insertion_m.len()).find(|&t| fed(t) >= FEED_BEFORE_SCORE_M);
-        let ready_s = ready.map_or(f64::INFINITY, |t| self.t_s[0] + t as f64 * self.inputs.tick_s);
+        let ready_s =
+            ready.map_or(f64::INFINITY, |t| self.clock.t_s[0] + t as f64 * self.inputs.tick_s);
         let near_snap = |t: f64| {
             let near = |s: &Snap| t > s.span_s[0] - SNAP_GUARD_S && t < s.span_s[1] + SNAP_GUARD_S;
             self.snaps.iter().any(near)
         };
-        let after_jump = |t: f64| {
-            let spoilt = |(at, step): &(f64, f64)| t > *at && t < at + step + JUMP_GUARD_S;
-            self.jumps.iter().any(spoilt)
-        };
+        let after_jump =
+            |t: f64| self.clock.spans_s().any(|[from, to]| t > from && t < to + JUMP_GUARD_S);
         let kept = |t: f64| t >= ready_s && !near_snap(t) && !after_jump(t);
         let mut readings = Vec::new();
         for column in &self.columns {
             let averaged = matches!(column.source, Source::Force(_) | Source::DriveForce);
             let mut rest = column.rows.as_slice();
             while let Some(&(first, _)) = rest.first() {
-                let until = self.t_s[first] + if averaged { AVERAGE_S - 1e-6 } else { 0.0 };
-                let count = rest.iter().take_while(|(row, _)| self.t_s[*row] <= until).count();
+                let until = self.clock.t_s[first] + if averaged { AVERAGE_S - 1e-6 } else { 0.0 };
+                let count =
+                    rest.iter().take_while(|(row, _)| self.clock.t_s[*row] <= until).count();
                 let (own, others) = rest.split_at(count.max(1));
                 rest = others;
-                let last = own[own.len() - 1].0;
                 let limits = self.limits.iter().filter(|l| l.source == column.source);
                 let at_limit = |value: f64| limits.clone().any(|limit| limit.value == value);
-                if own.iter().all(|(row, value)| kept(self.t_s[*row]) && !at_limit(*value)) {
+                if own.iter().all(|(row, value)| kept(self.clock.t_s[*row]) && !at_limit(*value)) {
                     let value = own.iter().map(|(_, v)| v).sum::<f64>() / own.len() as f64;
-                    let rows = first..last + 1;
+                    let rows = own.iter().map(|(row, _)| *row).collect();
                     readings.push(Reading { source: column.source, rows, value });
                 }
             }
@@ -252,14 +262,14 @@ impl Prepared {
     /// `shift_s`.
     pub fn read(&self, of: &Trajectory, force_n: &[[f64; 3]], shift_s: f64) -> Vec<f64> {
         let at = |column: &dyn Fn(usize) -> f64, row: usize| {
-            let index = self.index(self.t_s[row] + shift_s).max(0.0);
+            let index = self.index(self.clock.t_s[row] + shift_s).max(0.0);
             let low = (index.floor() as usize).min(force_n.len() - 1);
             let high = (low + 1).min(force_n.len() - 1);
             let share = (index - low as f64).clamp(0.0, 1.0);
             column(low) + share * (column(high) - column(low))
         };
-        let mean = |rows: &std::ops::Range<usize>, column: &dyn Fn(usize) -> f64| {
-            rows.clone().map(|row| at(column, row)).sum::<f64>() / rows.len() as f64
+        let mean = |rows: &[usize], column: &dyn Fn(usize) -> f64| {
+            rows.iter().map(|row| at(column, *row)).sum::<f64>() / rows.len() as f64
         };
         let predict = |reading: &Reading| match reading.source {
             Source::Force(axis) => mean(&reading.rows, &|tick| force_n[tick][axis]),
@@ -267,7 +277,7 @@ impl Prepared {
             Source::Tip(axis) => mean(&reading.rows, &|tick| of.tip_m[tick][axis]),
             Source::Shape(point, axis) => {
                 // Shapes are slow: their shift in time is below their noise.
-                let tick = self.index(self.t_s[reading.rows.start]).round() as usize;
+                let tick = self.index(self.clock.t_s[reading.first()]).round() as usize;
                 let found = self.inputs.shape_ticks.binary_search(&tick.min(force_n.len() - 1));
                 let shape = found.ok().and_then(|k| of.shapes.get(k));
                 shape.and_then(|shape| shape.get(point)).map_or(f64::NAN, |p| p[axis])
@@ -287,13 +297,13 @@ impl Prepared {
         };
         let deviation: Vec<f64> = (0..self.readings.len()).map(around).collect();
         let of_force = self.of_force(&deviation);
-        let duration = self.t_s[self.t_s.len() - 1] - self.t_s[0];
+        let duration = self.clock.t_s[self.clock.t_s.len() - 1] - self.clock.t_s[0];
         let sample = |(i, reading): (usize, &Reading)| {
-            let t_s = 0.5 * (self.t_s[reading.rows.start] + self.t_s[reading.rows.end - 1]);
+            let t_s = 0.5 * (self.clock.t_s[reading.first()] + self.clock.t_s[reading.last()]);
             let tick = (self.index(t_s).round() as usize).min(self.inputs.insertion_m.len() - 1);
             let name = reading.source.channel().name;
             let noise = self.column(reading.source).map_or(0.0, |column| column.noise);
-            let share = (t_s - self.t_s[0]) / duration.max(f64::MIN_POSITIVE);
+            let share = (t_s - self.clock.t_s[0]) / duration.max(f64::MIN_POSITIVE);
             Sample {
                 t_s,
                 channel: channels.iter().position(|c| c.name == name).unwrap_or_default(),
@@ -344,7 +354,7 @@ impl Prepared {
             let above = |(_, f): &&(usize, f64)| (f - start).abs() > ABOVE_NOISE * column.noise;
             column.rows.iter().find(above).map(|(row, _)| *row)
         });
-        first.min().map(|row| self.index(self.t_s[row]).round() as usize)
+        first.min().map(|row| self.index(self.clock.t_s[row]).round() as usize)
     }
 
     /// What never changes from beginning to end, and is left out.
@@ -355,9 +365,9 @@ impl Prepared {
     /// What must be known about this trial.
     pub fn remarks(&self, number: u32) -> Vec<String> {
         let mut remarks = Vec::new();
-        for (at, step) in &self.jumps {
+        for Jump { at_s, step_s, .. } in &self.clock.jumps {
             remarks.push(format!(
-                "trial {number:03}: the clock jumps by {step:.3} s after {at:.3} s; what the \
+                "trial {number:03}: the clock jumps by {step_s:.3} s after {at_s:.3} s; what the \
                  drive did meanwhile is not known, so {JUMP_GUARD_S} s after it are left out"
             ));
         }
@@ -458,14 +468,6 @@ fn columns(data: &CatheterTrial, sensor: &RigSensor) -> (Vec<Column>, Vec<Source
     }
     columns.sort_by_key(|column| column.source);
     (columns, too_few)
-}
-
-fn jumps(t_s: &[f64]) -> Vec<(f64, f64)> {
-    let mut steps: Vec<f64> = t_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    steps.sort_by(f64::total_cmp);
-    let Some(usual) = steps.get(steps.len() / 2).copied() else { return Vec::new() };
-    let jump = |pair: &[f64]| (pair[0], pair[1] - pair[0]);
-    t_s.windows(2).map(jump).filter(|(_, step)| *step > CLOCK_JUMP * usual).collect()
 }
 
 /// Trials whose encoders went the same way, channel by channel.

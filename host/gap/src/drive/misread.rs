@@ -9,6 +9,8 @@
 
 use cathforce_rig::bundle::DriveTrial;
 
+use crate::clock::Clock;
+
 /// Second differences of a misread row are this many times what all but a twentieth are at most.
 const FAR: f64 = 20.0;
 const USUAL: f64 = 0.95;
@@ -20,7 +22,7 @@ const HALF: std::ops::Range<f64> = -0.6..-0.4;
 /// A trial without its misread rows.
 pub struct Rows {
     pub number: u32,
-    pub t_s: Vec<f64>,
+    pub clock: Clock,
     pub data: DriveTrial,
     /// Which were left out, in words.
     pub remarks: Vec<String>,
@@ -55,7 +57,7 @@ impl Rows {
             drive_command_n: of(&data.drive_command_n),
             setpoint_m: setpoint.map(|column| kept.iter().map(|&row| column[row]).collect()),
         };
-        Self { number, t_s: of(t_s), data, remarks }
+        Self { number, clock: Clock::of(&of(t_s)), data, remarks }
     }
 }
 
@@ -107,7 +109,7 @@ mod tests {
         (drive_command_n[50], drive_command_n[200]) = (1e3, -1e3);
         let setpoint_m = Some(t_s.iter().map(|t| Some(*t)).collect());
         let rows = Rows::of(7, &t_s, &DriveTrial { position_m, drive_command_n, setpoint_m });
-        assert_eq!((rows.t_s.len(), rows.data.setpoint_m.map(|s| s.len())), (297, Some(297)));
+        assert_eq!((rows.clock.t_s.len(), rows.data.setpoint_m.map(|s| s.len())), (297, Some(297)));
         assert!(rows.data.position_m.iter().all(|&x| x > 0.0));
         assert!(rows.data.drive_command_n.iter().all(|&f| f == 2.0));
         assert_eq!(

@@ -14,6 +14,7 @@ mod spike;
 
 use cathforce_rig::bundle::{Bundle, Plant as RigPlant, RigPriors, TrialData};
 
+use crate::clock::{Clock, usual_step_s};
 use crate::copies::without_copies;
 use crate::floor;
 use crate::plant::{
@@ -24,13 +25,15 @@ use effects::{
 };
 pub use effects::{counted_in, listed};
 use misread::Rows;
-use motion::{Filters, GRID_S, Motion, jump_s, on_grid, step_s};
+use motion::{Filters, GRID_S, Motion, on_grid};
 use noise::Noise;
 use setpoint::Setpoint;
 pub use spike::Spiking;
 
-/// Grid points between two samples, about.
+/// Grid points between two samples, about; of rows that are far apart, half as many as between them.
 const STRIDE: usize = 5;
+/// Samples of all trials together, about: of longer records every second or third is compared.
+const MOST_SAMPLES: usize = 20_000;
 /// Slower than this share of the largest speed is standing.
 const STANDING_SHARE: f64 = 0.01;
 /// Faster than this share of the largest speed is fast, slower than the other one is slow.
@@ -66,6 +69,8 @@ pub struct Drive {
     repeats: Vec<Repeat>,
     remarks: Vec<String>,
     filters: Filters,
+    /// Grid points between two samples, about.
+    stride: usize,
     segments: Vec<Motion>,
     /// Of a sample of a segment \[N\].
     noise_n: f64,
@@ -95,12 +100,12 @@ pub enum DriveError {
     NoTrials,
     #[error(
         "trial {trial:03} has only {rows} rows, too few to differentiate a position twice\n  fix: \
-         record at least a second at 100 Hz or more"
+         record at least a hundred rows"
     )]
     TooShort { trial: u32, rows: usize },
     #[error(
         "trial {trial:03} has a row every {step_s:.4} s, which is too seldom for the force of a \
-         motion\n  fix: t_s is in seconds; record at 100 Hz or more"
+         motion\n  fix: t_s is in seconds; record at 20 Hz or more, better at 100 Hz"
     )]
     TooSeldom { trial: u32, step_s: f64 },
     #[error(
@@ -113,10 +118,15 @@ pub enum DriveError {
          the force that the drive was given, in newtons"
     )]
     NoCommand,
+    #[error(
+        "no trial holds anything that can be compared: the drive rests or trembles in its encoder's \
+         noise all the time\n  fix: record it while it moves"
+    )]
+    NothingCompared,
 }
 
 /// Rows farther apart than this say nothing about accelerations \[s\]; a clock may go 2 % slow.
-const LONGEST_STEP_S: f64 = 1.02e-2;
+const LONGEST_STEP_S: f64 = 5.1e-2;
 /// Fewest rows of a trial.
 const FEWEST_ROWS: usize = 100;
 
@@ -131,7 +141,7 @@ impl Drive {
             if trial.len() < FEWEST_ROWS {
                 return Err(DriveError::TooShort { trial: trial.number, rows: trial.len() });
             }
-            let step_s = step_s(&trial.t_s);
+            let step_s = usual_step_s(&trial.t_s);
             if step_s > LONGEST_STEP_S {
                 return Err(DriveError::TooSeldom { trial: trial.number, step_s });
             }
@@ -142,7 +152,8 @@ impl Drive {
             return Err(DriveError::NoTrials);
         }
         let filters = Filters::of_rows(longest_s);
-        let motion = |rows: &Rows| Motion::of(&on_grid(&rows.t_s, &rows.data.position_m), &filters);
+        let motion =
+            |rows: &Rows| Motion::of(&on_grid(&rows.clock.t_s, &rows.data.position_m), &filters);
         let motions: Vec<Motion> = raw.iter().map(motion).collect();
         let scale = scale(&raw, &motions);
         if scale.speed_m_per_s <= 0.0 {
@@ -165,8 +176,10 @@ impl Drive {
             segments: segments::motions(&scale, &filters),
             noise_n: segments::NOISE_SHARE * scale.force_n,
             travel_m: scale.travel_m,
-            stated_n: bundle.rig.sensor.drive_noise_sd_n,
-            stated_m: bundle.rig.sensor.position_noise_sd_m,
+            // As of a catheter, no noise is none that was stated.
+            stated_n: bundle.rig.sensor.drive_noise_sd_n.filter(|noise| *noise > 0.0),
+            stated_m: bundle.rig.sensor.position_noise_sd_m.filter(|noise| *noise > 0.0),
+            stride: stride(longest_s, &motions),
             estimated_n: Vec::new(),
             filters,
             complaint: None,
@@ -174,6 +187,9 @@ impl Drive {
         let limits = Limits::of(&scale, &motions);
         for (rows, motion) in raw.into_iter().zip(motions) {
             drive.add(rows, motion, &limits);
+        }
+        if drive.trials.is_empty() {
+            return Err(DriveError::NothingCompared);
         }
         if !drive.estimated_n.is_empty() {
             let remark = floor::unstated(&drive.channels[0].name, &drive.estimated_n);
@@ -184,7 +200,8 @@ impl Drive {
     }
 
     fn add(&mut self, rows: Rows, motion: Motion, limits: &Limits) {
-        let Rows { number, ref t_s, ref data, remarks } = rows;
+        let Rows { number, ref clock, ref data, remarks } = rows;
+        let t_s = &clock.t_s[..];
         self.remarks.extend(remarks);
         let row_n = self.stated_n.unwrap_or_else(|| {
             let found_n = Noise::of(t_s, &data.drive_command_n).most;
@@ -198,12 +215,14 @@ impl Drive {
         let points = measured.len();
         let setpoint = Setpoint::of(t_s, data);
         let period = setpoint.as_ref().and_then(Setpoint::period);
-        let stride = period.map_or(STRIDE, stride_of);
+        let stride = period.map_or(self.stride, |period| divisor(period, self.stride));
         let block_points = period.unwrap_or(points.div_ceil(BLOCKS)).max(1);
         let blocks = points.div_ceil(block_points);
-        let jumps = self.jumps(number, t_s);
         let reach = self.filters.reach();
-        let near_jump = |i: usize| jumps.iter().any(|&jump| i.abs_diff(jump) <= reach);
+        let jumps = self.jumps(number, clock);
+        let near_jump = |i: usize| {
+            jumps.iter().any(|&[from, to]| from.saturating_sub(reach) <= i && i <= to + reach)
+        };
         let rests = motion.rests(self.travel_m, row_m, reach);
         let resting = rests.iter().filter(|rests| **rests).count() as f64 / points.max(1) as f64;
         if resting > 0.0 {
@@ -234,6 +253,10 @@ impl Drive {
             }
         });
         let samples: Vec<Sample> = samples.collect();
+        if samples.is_empty() {
+            self.remarks.push(format!("trial {number:03}: nothing of it can be compared"));
+            return;
+        }
         let (start_s, start_m) = (t_s[0], motion.position_m[0]);
         self.trials.push(Trial { number, start_s, start_m, samples, blocks, forks: Vec::new() });
         self.motions.push(Prepared { motion, at });
@@ -286,21 +309,17 @@ impl Drive {
         self.repeats.extend(piece);
     }
 
-    /// Grid points at which the clock jumps; a remark for each.
-    fn jumps(&mut self, number: u32, t_s: &[f64]) -> Vec<usize> {
-        let jump_s = jump_s(t_s);
-        let steps = t_s.windows(2).map(|pair| pair[1] - pair[0]).enumerate();
-        let mut jumps = Vec::new();
-        for (i, step) in steps.filter(|(_, step)| *step > jump_s) {
-            self.remarks.push(format!(
-                "trial {number:03}: the clock jumps by {step:.3} s after {:.3} s; what lies around \
-                 the jump is not compared",
-                t_s[i]
-            ));
-            let grid = |t: f64| ((t - t_s[0]) / GRID_S) as usize;
-            jumps.extend(grid(t_s[i])..=grid(t_s[i + 1]));
-        }
-        jumps
+    /// Grid points from which on and to which the clock jumps; a remark for each.
+    fn jumps(&mut self, number: u32, clock: &Clock) -> Vec<[usize; 2]> {
+        self.remarks.extend(clock.jumps.iter().map(|jump| {
+            format!(
+                "trial {number:03}: the clock jumps by {:.3} s after {:.3} s; what lies around the \
+                 jump is not compared",
+                jump.step_s, jump.at_s
+            )
+        }));
+        let grid = |t: f64| ((t - clock.t_s[0]) / GRID_S) as usize;
+        clock.spans_s().map(|span| span.map(grid)).collect()
     }
 }
 
@@ -446,14 +465,25 @@ fn scale(raw: &[Rows], motions: &[Motion]) -> Scale {
             &mut motions.iter().flat_map(|m| m.velocity_m_per_s.iter().map(|v| v.abs())),
         ),
         travel_m: positions().fold(f64::NEG_INFINITY, f64::max) - low,
-        duration_s: largest(&mut raw.iter().map(|Rows { t_s, .. }| t_s[t_s.len() - 1] - t_s[0])),
+        duration_s: largest(&mut raw.iter().map(|rows| duration_s(&rows.clock.t_s))),
     }
 }
 
-/// The number of grid points nearest to [`STRIDE`] that divides a period.
-fn stride_of(period: usize) -> usize {
-    let strides = STRIDE - 2..=STRIDE + 3;
-    strides.min_by_key(|&n| (!period.is_multiple_of(n), n.abs_diff(STRIDE))).unwrap_or(STRIDE)
+fn duration_s(t_s: &[f64]) -> f64 {
+    t_s.last().zip(t_s.first()).map_or(0.0, |(last, first)| last - first)
+}
+
+/// Grid points between two samples, about, of rows so far apart.
+fn stride(step_s: f64, motions: &[Motion]) -> usize {
+    let points: usize = motions.iter().map(|motion| motion.position_m.len()).sum();
+    let half_step = (0.5 * step_s / GRID_S) as usize;
+    STRIDE.max(half_step).max(points.div_ceil(STRIDE * MOST_SAMPLES) * STRIDE)
+}
+
+/// The number of grid points nearest to a stride that divides a period.
+fn divisor(period: usize, stride: usize) -> usize {
+    let strides = stride.div_ceil(2)..=stride + stride / 2 + 1;
+    strides.min_by_key(|&n| (!period.is_multiple_of(n), n.abs_diff(stride))).unwrap_or(stride)
 }
 
 /// Where regimes and phases of a bundle begin.

@@ -12,8 +12,6 @@ const OUTPUT_SD: f64 = 4.0;
 /// for a straight line, which adds accelerations at the rate of the rows as large as the true ones;
 /// so much leaves 1e-3 of them.
 const LEAST_SD_ROWS: f64 = 0.6;
-/// A step of time larger than this many usual ones is a jump of the clock.
-const CLOCK_JUMP: f64 = 5.0;
 
 /// A drive rests where it moves by less than this share of the travel, or than so many standard
 /// deviations of the position's noise, in this time \[s\].
@@ -55,21 +53,6 @@ impl Motion {
         }
         rests
     }
-}
-
-/// Steps of time longer than this are jumps of the clock \[s\].
-pub fn jump_s(t_s: &[f64]) -> f64 {
-    let mut steps: Vec<f64> = t_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    steps.sort_by(f64::total_cmp);
-    CLOCK_JUMP * steps[steps.len() / 2]
-}
-
-/// Time between rows, but where the clock jumps \[s\].
-pub fn step_s(t_s: &[f64]) -> f64 {
-    let jump_s = jump_s(t_s);
-    let steps = t_s.windows(2).map(|pair| pair[1] - pair[0]).filter(|step| *step <= jump_s);
-    let (sum, count) = steps.fold((0.0, 0), |(sum, count), step| (sum + step, count + 1));
-    sum / f64::from(count)
 }
 
 /// A column on the grid, from its rows at times of their own.
@@ -144,19 +127,12 @@ mod tests {
     fn what_lies_between_rows_is_no_acceleration() {
         let t_s: Vec<f64> = (0..200).map(|i| f64::from(i) * 0.01).collect();
         let position_m: Vec<f64> = t_s.iter().map(|t| 0.5 * t * t).collect();
-        let filters = Filters::of_rows(step_s(&t_s));
+        let filters = Filters::of_rows(0.01);
         let motion = Motion::of(&on_grid(&t_s, &position_m), &filters);
         let at: Vec<usize> = (500..1500).collect();
         let seen = filters.predicted(&motion.acceleration_m_per_s2, &at, 0.0);
         let worst = seen.iter().map(|a| (a - 1.0).abs()).fold(0.0, f64::max);
         assert!(worst < 3e-3, "{worst}");
-    }
-
-    #[test]
-    fn a_pause_is_no_step_between_rows() {
-        let t_s: Vec<f64> =
-            (0..1000).map(|i| f64::from(i) * 1e-3 + if i < 500 { 0.0 } else { 9.0 }).collect();
-        assert!((step_s(&t_s) - 1e-3).abs() < 1e-9);
     }
 
     #[test]

@@ -9,7 +9,8 @@
 //! Where rows are few, fourth differences are those of the motion. Eighth ones tell: white noise is
 //! as large in them, what a motion has is less.
 
-use super::motion::{Filters, GRID_S, Motion, evenly, jump_s, step_s};
+use super::motion::{Filters, GRID_S, Motion, evenly};
+use crate::clock::{jumps, usual_step_s};
 
 /// Share of the differences that are looked at: the largest ones are jerks and jumps of the clock.
 const LOOKED_AT: f64 = 0.9;
@@ -35,10 +36,9 @@ impl Noise {
     /// Of a series at these times. Rows that are closer than the grid are taken on the grid, as
     /// they are compared: steps of an encoder that most rows do not see are no noise of rows.
     pub fn of(t_s: &[f64], series: &[f64]) -> Self {
-        let (jump_s, step_s) = (jump_s(t_s), step_s(t_s).max(GRID_S));
-        let jumps = (1..t_s.len()).filter(|&i| t_s[i] - t_s[i - 1] > jump_s);
+        let step_s = usual_step_s(t_s).max(GRID_S);
         let (mut from, mut pieces) = (0, Vec::new());
-        for to in jumps.chain([t_s.len()]) {
+        for to in jumps(t_s).iter().map(|jump| jump.row + 1).chain([t_s.len()]) {
             pieces.push(evenly(&t_s[from..to], &series[from..to], step_s));
             from = to;
         }
@@ -84,7 +84,7 @@ pub fn command_n(t_s: &[f64], row_n: f64, filters: &Filters) -> f64 {
 
 /// Rows farther apart than the grid have their noise in a narrower band.
 fn narrowed(t_s: &[f64]) -> f64 {
-    (step_s(t_s) / GRID_S).max(1.0).sqrt()
+    (usual_step_s(t_s) / GRID_S).max(1.0).sqrt()
 }
 
 /// Standard deviation of the filtered second derivative of white noise of 1 on the grid \[1/s²\].

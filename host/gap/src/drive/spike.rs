@@ -44,6 +44,11 @@ impl<'a> Spiking<'a> {
         }
         let (after, parameters) = point(self.effects(), &before, spikes)?;
         let mut bundle = self.bundle.clone();
+        // A drive has no copies, and no trial in which it rests.
+        let numbers = |trial: &cathforce_rig::Trial| {
+            self.drive.trials.iter().any(|own| own.number == trial.number)
+        };
+        bundle.trials.retain(numbers);
         let mut sum = Sum::default();
         for (trial, prepared) in bundle.trials.iter_mut().zip(&self.drive.motions) {
             let TrialData::Drive(data) = &mut trial.data else { continue };

@@ -37,6 +37,7 @@ pub use rig::{
 };
 pub use rig_cause::RigCause;
 pub use tendon::RigTendon;
+use trial::Parsed;
 pub use trial::{
     CatheterTrial, DriveTrial, EncoderReading, GuidewireTrial, Rush, Trial, TrialCause, TrialData,
     VectorColumn,
@@ -228,7 +229,10 @@ fn read_trials(
             Plant::Catheter(rig) => Trial::parse_catheter(number, &text, rig.guidewire.is_some()),
             Plant::Drive(_) => Trial::parse_drive(number, &text),
         };
-        let trial = trial.map_err(|(place, cause)| BundleError::new(&file, place, cause))?;
+        let Parsed { trial, remarks } =
+            trial.map_err(|(place, cause)| BundleError::new(&file, place, cause))?;
+        let warning = |message| Warning { file: file.clone(), place: Place::Whole, message };
+        warnings.extend(remarks.into_iter().map(warning));
         plausible_trial::check(&file, &trial, plant, warnings);
         trials.push(trial);
     }

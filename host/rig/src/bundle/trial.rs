@@ -15,6 +15,8 @@ pub enum TrialCause {
     Empty,
     #[error("t_s goes back: {now} s after {before} s")]
     TimeNotRising { before: f64, now: f64 },
+    #[error("column `{column}` has no value for {gap_s:.3} s from here on")]
+    EncoderGap { column: &'static str, gap_s: f64 },
     #[error("{column} is {value}; the length inside the vessel cannot be negative")]
     NegativeInsertion { column: &'static str, value: f64 },
     #[error("column `{0}` is missing; rig.toml has a [guidewire], whose drive it is")]
@@ -30,9 +32,12 @@ impl TrialCause {
         match self {
             TrialCause::Table(cause) => cause.fix(),
             TrialCause::Empty => "record the trial again, or take the file out".into(),
-            TrialCause::TimeNotRising { .. } => {
-                "sort the rows by t_s and drop repeated ones".into()
-            }
+            TrialCause::TimeNotRising { .. } => "sort the rows by t_s".into(),
+            TrialCause::EncoderGap { .. } => format!(
+                "an encoder is read between its values, over {} s at most: give it in more rows, or \
+                 drop those that lie in the gap",
+                LONGEST_GAP_S
+            ),
             TrialCause::NegativeInsertion { .. } => {
                 "give the unstretched length past the entry plane, not the feed since the start"
                     .into()
@@ -142,6 +147,15 @@ const FASTEST_RAD_PER_S: f64 = 20.0;
 const RUSH_M: f64 = 5e-3;
 const RUSH_RAD: f64 = 1.0;
 
+/// An encoder without a value for longer than this is not known \[s\].
+const LONGEST_GAP_S: f64 = 0.25;
+
+/// A trial as it was read, and what was done to its rows, in words.
+pub(crate) struct Parsed {
+    pub trial: Trial,
+    pub remarks: Vec<String>,
+}
+
 /// One trial.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Trial {
@@ -230,12 +244,13 @@ impl Trial {
         number: u32,
         text: &str,
         has_guidewire: bool,
-    ) -> Result<Self, Fault> {
-        let table = Table::parse(text).map_err(table_fault)?;
+    ) -> Result<Parsed, Fault> {
+        let mut table = Table::parse(text).map_err(table_fault)?;
         table
             .check_columns(&columns::REQUIRED, &columns::ALL, |name| shape_point(name).is_some())
             .map_err(table_fault)?;
-        let t_s = times(&table)?;
+        let mut remarks = Vec::new();
+        let t_s = times(&mut table, &mut remarks)?;
         let points = table.names().filter_map(shape_point).max().map_or(0, |last| last + 1);
         let shape_m = (0..points)
             .map(|k| {
@@ -244,28 +259,44 @@ impl Trial {
                     .ok_or((Place::Line(1), TrialCause::ShapeGap(k)))
             })
             .collect::<Result<_, Fault>>()?;
+        let encoders = &mut Encoded { table: &table, t_s: &t_s, remarks: &mut remarks };
         let data = TrialData::Catheter(CatheterTrial {
-            insertion_m: insertions(&table, columns::INSERTION)?,
-            rotation_rad: table.full_column(columns::ROTATION).map_err(table_fault)?,
+            insertion_m: encoders.insertions(columns::INSERTION)?,
+            rotation_rad: encoders.column(columns::ROTATION)?,
+            guidewire: guidewire(encoders, has_guidewire)?,
             force_n: vectors(&table, columns::FORCE)?,
             drive_force_n: table.sparse_column(columns::DRIVE_FORCE).map_err(table_fault)?,
             tip_m: vectors(&table, columns::TIP)?,
             shape_m,
-            guidewire: guidewire(&table, has_guidewire)?,
         });
-        Ok(Self { number, t_s, data })
+        Ok(Parsed { trial: Self { number, t_s, data }, remarks })
     }
 
-    pub(crate) fn parse_drive(number: u32, text: &str) -> Result<Self, Fault> {
+    pub(crate) fn parse_drive(number: u32, text: &str) -> Result<Parsed, Fault> {
         const COLUMNS: [&str; 4] = ["t_s", "position_m", "drive_command_N", "setpoint_m"];
-        let table = Table::parse(text).map_err(table_fault)?;
+        let mut table = Table::parse(text).map_err(table_fault)?;
         table.check_columns(&COLUMNS[..3], &COLUMNS, |_| false).map_err(table_fault)?;
+        let mut remarks = Vec::new();
+        let t_s = times(&mut table, &mut remarks)?;
+        // Both together tell the force of a motion; what lies between rows is the reader's.
+        let rows = t_s.len();
+        let dropped = table.drop_rows_without(&COLUMNS[1..3]);
+        if dropped == rows {
+            let cause = TableCause::MissingValue("position_m` or `drive_command_N".into());
+            return Err((Place::Whole, cause.into()));
+        }
+        if dropped > 0 {
+            remarks.push(format!(
+                "{dropped} of {rows} rows have no position_m or no drive_command_N and are left out"
+            ));
+        }
         let data = TrialData::Drive(DriveTrial {
             position_m: table.full_column("position_m").map_err(table_fault)?,
             drive_command_n: table.full_column("drive_command_N").map_err(table_fault)?,
             setpoint_m: table.sparse_column("setpoint_m").map_err(table_fault)?,
         });
-        Ok(Self { number, t_s: times(&table)?, data })
+        let t_s = table.full_column("t_s").map_err(table_fault)?;
+        Ok(Parsed { trial: Self { number, t_s, data }, remarks })
     }
 }
 
@@ -300,8 +331,17 @@ fn at(table: &Table, row: usize, column: &str) -> Place {
     Place::LineColumn(table.line(row), table.column(column).unwrap_or_default() + 1)
 }
 
-/// The time column, checked to rise.
-fn times(table: &Table) -> Result<Vec<f64>, Fault> {
+/// The time column, checked to rise once rows of one time are one.
+fn times(table: &mut Table, remarks: &mut Vec<String>) -> Result<Vec<f64>, Fault> {
+    if let Some(column) = table.column("t_s") {
+        let joined = table.join_rows(column).map_err(table_fault)?;
+        if joined > 0 {
+            remarks.push(format!(
+                "{joined} rows have the time of the row before them; rows of one time are read as \
+                 one, what several of them have as its mean"
+            ));
+        }
+    }
     let t_s = table.full_column("t_s").map_err(table_fault)?;
     if t_s.is_empty() {
         return Err((Place::Whole, TrialCause::Empty));
@@ -311,6 +351,71 @@ fn times(table: &Table) -> Result<Vec<f64>, Fault> {
         return Err((at(table, before + 1, "t_s"), cause));
     }
     Ok(t_s)
+}
+
+/// A table whose encoders are read.
+struct Encoded<'a> {
+    table: &'a Table,
+    t_s: &'a [f64],
+    remarks: &'a mut Vec<String>,
+}
+
+impl Encoded<'_> {
+    /// A column with a number in every row: where it is empty, between its neighbours in time.
+    fn column(&mut self, name: &'static str) -> Result<Vec<f64>, Fault> {
+        let sparse = self.table.sparse_column(name).map_err(table_fault)?;
+        let sparse = sparse.ok_or_else(|| {
+            (Place::Line(1), TrialCause::from(TableCause::MissingColumn(name.into())))
+        })?;
+        let known = sparse.iter().enumerate().filter_map(|(row, value)| Some((row, (*value)?)));
+        let known: Vec<(usize, f64)> = known.collect();
+        let missing = sparse.len() - known.len();
+        if missing == 0 {
+            return Ok(known.into_iter().map(|(_, value)| value).collect());
+        }
+        let (Some(&(first, _)), Some(&(last, _))) = (known.first(), known.last()) else {
+            let cause = TableCause::MissingValue(name.into());
+            return Err((at(self.table, 0, name), cause.into()));
+        };
+        // Before the first value and after the last the encoder is taken to stand there.
+        let ends = [(0, first), (last, sparse.len() - 1)];
+        let between = known.windows(2).map(|pair| (pair[0].0, pair[1].0));
+        for (from, to) in ends.into_iter().chain(between.filter(|(from, to)| to - from > 1)) {
+            let gap_s = self.t_s[to] - self.t_s[from];
+            if gap_s > LONGEST_GAP_S {
+                let empty = if sparse[from].is_none() { from } else { from + 1 };
+                let cause = TrialCause::EncoderGap { column: name, gap_s };
+                return Err((at(self.table, empty, name), cause));
+            }
+        }
+        self.remarks.push(format!(
+            "{name} has no value in {missing} of {} rows, where it is read between those that have",
+            sparse.len()
+        ));
+        let mut after = 0;
+        let value = |row: usize| {
+            while after + 1 < known.len() && known[after].0 < row {
+                after += 1;
+            }
+            let ((low, a), (high, b)) = (known[after.saturating_sub(1)], known[after]);
+            let (start, end) = (self.t_s[low], self.t_s[high]);
+            let share = if end > start { (self.t_s[row] - start) / (end - start) } else { 0.0 };
+            a + share.clamp(0.0, 1.0) * (b - a)
+        };
+        Ok((0..sparse.len()).map(value).collect())
+    }
+
+    /// The same of lengths past the entry plane.
+    fn insertions(&mut self, name: &'static str) -> Result<Vec<f64>, Fault> {
+        let insertion_m = self.column(name)?;
+        match insertion_m.iter().position(|&x| x < 0.0) {
+            Some(row) => {
+                let cause = TrialCause::NegativeInsertion { column: name, value: insertion_m[row] };
+                Err((at(self.table, row, name), cause))
+            }
+            None => Ok(insertion_m),
+        }
+    }
 }
 
 /// Three columns as one; `None` when none of them is there.
@@ -339,20 +444,12 @@ fn vectors(table: &Table, names: [&str; 3]) -> Result<Option<VectorColumn>, Faul
     (0..table.len()).map(row).collect::<Result<_, _>>().map(Some)
 }
 
-/// A full column of lengths past the entry plane.
-fn insertions(table: &Table, column: &'static str) -> Result<Vec<f64>, Fault> {
-    let insertion_m = table.full_column(column).map_err(table_fault)?;
-    match insertion_m.iter().position(|&x| x < 0.0) {
-        Some(row) => {
-            let cause = TrialCause::NegativeInsertion { column, value: insertion_m[row] };
-            Err((at(table, row, column), cause))
-        }
-        None => Ok(insertion_m),
-    }
-}
-
 /// The columns of the guidewire's drive, which are there if and only if the wire is.
-fn guidewire(table: &Table, has_guidewire: bool) -> Result<Option<GuidewireTrial>, Fault> {
+fn guidewire(
+    encoders: &mut Encoded<'_>,
+    has_guidewire: bool,
+) -> Result<Option<GuidewireTrial>, Fault> {
+    let table = encoders.table;
     if !has_guidewire {
         let of_wire = [
             columns::GUIDEWIRE_INSERTION,
@@ -373,8 +470,8 @@ fn guidewire(table: &Table, has_guidewire: bool) -> Result<Option<GuidewireTrial
         }
     }
     Ok(Some(GuidewireTrial {
-        insertion_m: insertions(table, columns::GUIDEWIRE_INSERTION)?,
-        rotation_rad: table.full_column(columns::GUIDEWIRE_ROTATION).map_err(table_fault)?,
+        insertion_m: encoders.insertions(columns::GUIDEWIRE_INSERTION)?,
+        rotation_rad: encoders.column(columns::GUIDEWIRE_ROTATION)?,
         drive_force_n: table.sparse_column(columns::GUIDEWIRE_DRIVE_FORCE).map_err(table_fault)?,
     }))
 }

@@ -1,6 +1,6 @@
 //! Around a bollard: a limp rod drawn against friction (capstan), an elastic one that conforms.
 
-use std::f64::consts::FRAC_PI_2;
+use std::f64::consts::{FRAC_PI_2, PI};
 
 use cathforce_mechanics::*;
 
@@ -9,7 +9,7 @@ use crate::rod::{FREE_TIP, rod};
 use crate::wall::{StoredWall, Vector, add, norm};
 
 const BOLLARD_RADIUS_M: f64 = 0.02;
-/// The rod's own radius is the arm of friction, which the capstan has not: close to none.
+/// The rod's own radius is the arm of friction, which the plain capstan has not: close to none.
 const ROD_RADIUS_M: f64 = 2e-5;
 const LEAD_M: f64 = 0.01;
 const TAIL_M: f64 = 0.015;
@@ -63,10 +63,16 @@ fn wound(
 /// Tension at the guide and sum of normal forces, both over the tension at the tip, of a rod that is
 /// drawn at [`DRAWN_M_PER_S`] with static over kinetic friction and the speed at which half of that
 /// is gone.
-fn drawn(wall: &StoredWall, angle_rad: f64, friction: f64, stribeck: [f64; 2]) -> [f64; 2] {
+fn drawn(
+    wall: &StoredWall,
+    rod_radius_m: f64,
+    angle_rad: f64,
+    friction: f64,
+    stribeck: [f64; 2],
+) -> [f64; 2] {
     let length_m = LEAD_M + BOLLARD_RADIUS_M * angle_rad + TAIL_M;
     let mut rod = rod(length_m, 63, 1e-8);
-    rod.instrument.outer_radius_m = ROD_RADIUS_M;
+    rod.instrument.outer_radius_m = rod_radius_m;
     rod.instrument.sections[0].axial_stiffness_n = 1e3;
     rod.wall = Wall {
         line_stiffness_n_per_m2: 2e6,
@@ -130,11 +136,31 @@ fn a_rod_drawn_around_a_bollard_pulls_as_the_capstan_says() {
         (180.0, 0.62, 7.013153416, 9.698634542),
         (360.0, 0.62, 49.184320833, 77.716646505),
     ] {
-        let [found, sum] = drawn(&wall, f64::to_radians(angle_deg), friction, NO_STRIBECK);
+        let angle_rad = f64::to_radians(angle_deg);
+        let [found, sum] = drawn(&wall, ROD_RADIUS_M, angle_rad, friction, NO_STRIBECK);
         let what = format!("{angle_deg}°, μ {friction}");
         println!("{what}: ratio {found:.4} ({ratio:.4}), normal forces {sum:.4} ({normal:.4})");
         assert!((found / ratio - 1.0).abs() < 0.01, "{what}: ratio {found}, not {ratio}");
         assert!((sum / normal - 1.0).abs() < 0.01, "{what}: normal forces {sum}, not {normal}");
+    }
+}
+
+#[test]
+fn a_thick_rod_pulls_by_less_as_friction_acts_at_its_surface() {
+    // Moments about the bollard's axis: T' = μ n (R - r), and friction's couple μ n r asks for a
+    // shear force, whence n R = T - μ r n'. With n as exp(a θ) both give a = μ (1 - ρ)/(1 + μ ρ a),
+    // ρ = r/R: without the arm, the capstan.
+    for (rod_radius_m, friction) in [(1e-3, 0.3), (2e-3, 0.3), (2e-3, 0.6)] {
+        let wall = bollard(BOLLARD_RADIUS_M, rod_radius_m);
+        let ratio = rod_radius_m / BOLLARD_RADIUS_M;
+        let rate =
+            (0..20).fold(friction, |a, _| friction * (1.0 - ratio) / (1.0 + friction * ratio * a));
+        let (exact, capstan) = ((rate * PI).exp(), (friction * PI).exp());
+        let [found, _] = drawn(&wall, rod_radius_m, PI, friction, NO_STRIBECK);
+        let what = format!("r {rod_radius_m} m, μ {friction}");
+        println!("{what}: ratio {found:.4} ({exact:.4}; of a thin rod {capstan:.4})");
+        assert!((found / exact - 1.0).abs() < 0.01, "{what}: ratio {found}, not {exact}");
+        assert!(exact / capstan < 0.96, "{what}: the arm is not seen");
     }
 }
 
@@ -144,7 +170,8 @@ fn a_rod_drawn_slowly_pulls_by_more_than_its_kinetic_friction() {
     let friction = 0.36;
     // At rest half as much again; half of that is left at the speed of the rod, or nothing.
     for (half_gone_m_per_s, factor) in [(DRAWN_M_PER_S, 1.25), (1e-5, 1.0)] {
-        let [found, _] = drawn(&wall, FRAC_PI_2, friction, [1.5, half_gone_m_per_s]);
+        let law = [1.5, half_gone_m_per_s];
+        let [found, _] = drawn(&wall, ROD_RADIUS_M, FRAC_PI_2, friction, law);
         let ratio = (factor * friction * FRAC_PI_2).exp();
         println!("half gone at {half_gone_m_per_s}: ratio {found:.4} ({ratio:.4})");
         assert!((found / ratio - 1.0).abs() < 0.01, "ratio {found}, not {ratio}");

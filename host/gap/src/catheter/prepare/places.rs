@@ -8,8 +8,9 @@ impl Prepared {
     /// Measured as far as it was, else as the nominal model has it.
     pub fn places_m(&self, nominal: &Trajectory) -> Vec<[f64; 3]> {
         let place = |reading: &super::Reading| {
-            let row = reading.rows.start;
-            let tick = (self.index(self.t_s[row]).round() as usize).min(nominal.tip_m.len() - 1);
+            let row = reading.first();
+            let tick =
+                (self.index(self.clock.t_s[row]).round() as usize).min(nominal.tip_m.len() - 1);
             let (own, predicted) = match reading.source {
                 Source::Shape(point, _) => {
                     let shape = self.inputs.shape_ticks.binary_search(&tick).ok();
@@ -33,7 +34,8 @@ impl Prepared {
         let after = column.partition_point(|(own, _)| *own < row);
         let (&(low, a), &(high, b)) =
             (column.get(after.saturating_sub(1))?, column.get(after).or(column.last())?);
-        let share = (self.t_s[row] - self.t_s[low]) / (self.t_s[high] - self.t_s[low]);
+        let share = (self.clock.t_s[row] - self.clock.t_s[low])
+            / (self.clock.t_s[high] - self.clock.t_s[low]);
         Some(if low < high { a + share.clamp(0.0, 1.0) * (b - a) } else { a })
     }
 }
