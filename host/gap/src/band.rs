@@ -21,11 +21,12 @@
 use serde::{Deserialize, Serialize};
 
 use crate::estimate::{NORMAL_NINETY, posterior};
+use crate::folds::Folds;
 use crate::metric::Metric;
 use crate::nuisance::Nuisances;
 use crate::plant::{At, Plant, Quantity};
 use crate::problem::Problem;
-use crate::score::{Folds, fold_steps};
+use crate::score::fold_steps;
 use crate::select::Candidate;
 
 /// Insertions at which a band is stated, as many as a device takes.

@@ -11,6 +11,7 @@ use crate::experiment;
 use crate::figures;
 use crate::fit::at_bound;
 use crate::floor::{Floor, FloorSource};
+use crate::folds::Folds;
 use crate::impostor::unmasked;
 use crate::left::left;
 use crate::locate::locate;
@@ -21,7 +22,7 @@ use crate::plant::{BROKEN_DOWN, Plant, Point, Quantity};
 use crate::problem::{Problem, Progress};
 use crate::report::{Details, Diagnosis, NamedEffect, PathStep, QuantityEnergy, Ranked, Verdict};
 use crate::sanity;
-use crate::score::{FoldKind, Folds, Score, root_mean_square};
+use crate::score::{Score, root_mean_square};
 use crate::select::{Candidate, Selection, Selector};
 use crate::series::{held_out, series};
 use crate::unlike::unlike;
@@ -33,8 +34,6 @@ const MATERIAL: f64 = 0.05;
 /// any model (the measured axis of EMPS is left some 60 times its floor's), but what closes nine tenths
 /// or less and leaves more than this, 20 standard deviations of the floor, is of another kind.
 const FAR_FROM_FLOOR_CHEAP: f64 = 300.0;
-/// Share of unseen samples from which on held-out figures say too little.
-const MOST_UNSEEN: f64 = 0.5;
 
 /// Diagnoses the trials of a plant.
 ///
@@ -64,24 +63,10 @@ fn run(
     let problem = Problem::new(plant, &floor, progress);
     let mut answer = Answer::new(plant, bundle, &floor);
     let folds = match Folds::of(plant) {
-        Some(folds) if folds.unseen_share <= MOST_UNSEEN => folds,
-        Some(folds) => {
-            return answer.inconclusive(format!(
-                "nothing can be held out: {:.0} % of the samples were recorded in regimes that \
-                 only one trial has ({}); repeat the motions in every trial",
-                100.0 * folds.unseen_share,
-                folds.unseen.join("; ")
-            ));
-        }
-        None => {
-            return answer.inconclusive(
-                "one trial without cycles: no part of it can be predicted from the others, so no \
-                 figure would be honest; record at least two trials"
-                    .to_owned(),
-            );
-        }
+        Ok(folds) => folds,
+        Err(why) => return answer.inconclusive(why),
     };
-    answer.remark_on_folds(&folds);
+    answer.diagnosis.remarks.extend(folds.remarks(plant.trials().len()));
     let selector = Selector { problem: &problem, folds: &folds };
     let Some(nominal) = selector.nominal() else {
         return answer.inconclusive(format!(
@@ -95,11 +80,9 @@ fn run(
     if !complaints.is_empty() {
         return answer.inconclusive(complaints.join("; "));
     }
-    let diagnosis = answer.finish(&problem, &selector, nominal, given);
-    Diagnosis {
-        details: Details { simulations: problem.simulations(), ..diagnosis.details.clone() },
-        ..diagnosis
-    }
+    let mut diagnosis = answer.finish(&problem, &selector, nominal, given);
+    diagnosis.details.simulations = problem.simulations();
+    diagnosis
 }
 
 /// About how many trials a diagnosis will simulate, for a progress bar.
@@ -150,23 +133,6 @@ impl<'a> Answer<'a> {
 
     fn remark(&mut self, remark: String) {
         self.diagnosis.remarks.push(remark);
-    }
-
-    fn remark_on_folds(&mut self, folds: &Folds) {
-        if folds.kind == FoldKind::Block {
-            self.remark(
-                "one trial only: its cycles are held out in turn, so that nothing is known about \
-                 what changes from trial to trial"
-                    .to_owned(),
-            );
-        }
-        if folds.unseen_share > 0.0 {
-            self.remark(format!(
-                "{:.1} % of the samples are not scored, because no other trial has their regime: {}",
-                100.0 * folds.unseen_share,
-                folds.unseen.join("; ")
-            ));
-        }
     }
 
     /// Names the trials that a model explains on another way past a fork than it would go itself.

@@ -4,11 +4,12 @@ use std::collections::BTreeMap;
 
 use nalgebra::{DMatrix, DVector};
 
+use crate::folds::Folds;
 use crate::metric::Metric;
 use crate::plant::Plant;
 use crate::problem::{Coordinate, Problem};
 use crate::report::Estimate;
-use crate::score::{Folds, fold_steps};
+use crate::score::fold_steps;
 use crate::select::{Candidate, Selection};
 
 /// Standard deviations over those that leaving out one trial after the other tells: for the few

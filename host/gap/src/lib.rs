@@ -47,6 +47,7 @@ mod extend;
 mod figures;
 mod fit;
 mod floor;
+mod folds;
 mod frechet;
 mod fresh;
 mod given;

@@ -9,91 +9,10 @@ use std::collections::{BTreeMap, BTreeSet};
 use nalgebra::{DMatrix, DVector};
 
 use crate::fit::Fit;
+use crate::folds::{FoldKind, Folds};
 use crate::loss::Loss;
-use crate::plant::{Plant, Quantity, Sample};
+use crate::plant::{Plant, Quantity};
 use crate::problem::{Coordinate, Problem};
-
-/// Fewest samples of a regime that count as having been trained on.
-const TRAINED_SAMPLES: usize = 10;
-/// Trials from which on whole trials are held out even where their regimes differ a little.
-const FEWEST_BLOCKS: usize = 3;
-
-/// What is held out together.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum FoldKind {
-    /// Whole trials, the others train.
-    Trial,
-    /// Cycles or equal parts of a trial.
-    Block,
-}
-
-/// Which samples are held out together, and which cannot be scored at all.
-#[derive(Clone, Debug)]
-pub struct Folds {
-    pub kind: FoldKind,
-    /// By trial, by sample.
-    pub of_sample: Vec<Vec<usize>>,
-    /// Whether the other folds have the sample's regime too; what they lack is not scored.
-    pub scored: Vec<Vec<bool>>,
-    pub count: usize,
-    /// Share of samples that is not scored.
-    pub unseen_share: f64,
-    /// Their regimes.
-    pub unseen: Vec<String>,
-}
-
-impl Folds {
-    /// Leave one trial out; with a single trial, leave one block out. `None` when there is
-    /// nothing to hold out.
-    pub fn of(plant: &dyn Plant) -> Option<Self> {
-        let trials = plant.trials();
-        let (kind, count) = if trials.len() > 1 {
-            (FoldKind::Trial, trials.len())
-        } else {
-            (FoldKind::Block, trials.first()?.blocks)
-        };
-        if kind == FoldKind::Block && count < FEWEST_BLOCKS {
-            return None;
-        }
-        let fold = |trial: usize, block: usize| match kind {
-            FoldKind::Trial => trial,
-            FoldKind::Block => block,
-        };
-        let regimes = plant.regimes().len();
-        let mut inside = vec![vec![0_usize; regimes]; count];
-        let mut total = vec![0_usize; regimes];
-        for (t, trial) in trials.iter().enumerate() {
-            for sample in &trial.samples {
-                inside[fold(t, sample.block)][sample.regime] += 1;
-                total[sample.regime] += 1;
-            }
-        }
-        let (mut left_out, mut unseen) = (0, BTreeSet::new());
-        let (mut of_sample, mut scored) = (Vec::new(), Vec::new());
-        for (t, trial) in trials.iter().enumerate() {
-            let own: Vec<usize> = trial.samples.iter().map(|s| fold(t, s.block)).collect();
-            let trained = |(sample, &fold): (&Sample, &usize)| {
-                let trained = total[sample.regime] - inside[fold][sample.regime];
-                if trained < TRAINED_SAMPLES {
-                    left_out += 1;
-                    unseen.insert(sample.regime);
-                }
-                trained >= TRAINED_SAMPLES
-            };
-            scored.push(trial.samples.iter().zip(&own).map(trained).collect());
-            of_sample.push(own);
-        }
-        let all: usize = total.iter().sum();
-        Some(Self {
-            kind,
-            of_sample,
-            scored,
-            count,
-            unseen_share: left_out as f64 / all.max(1) as f64,
-            unseen: unseen.into_iter().map(|regime| plant.regimes()[regime].clone()).collect(),
-        })
-    }
-}
 
 /// A model's error on data that its parameters have not seen.
 #[derive(Clone, Debug)]

@@ -5,10 +5,11 @@ use rayon::prelude::*;
 
 use crate::criteria::{NO_GAP, Parsimony, by_cost, simplest_first};
 use crate::fit::{Depth, Fit, Start, fit};
+use crate::folds::Folds;
 use crate::nuisance::Nuisances;
 use crate::plant::Point;
 use crate::problem::Problem;
-use crate::score::{Folds, Score, score};
+use crate::score::{Score, score};
 
 /// Single effects that are fitted to the end, at most and at least, and how far from the loss of
 /// the first, as a share of what that closes; where simulations cost nothing, all are.

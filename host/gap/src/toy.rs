@@ -2,12 +2,12 @@
 //! formula.
 
 use crate::floor::Floor;
+use crate::folds::{FoldKind, Folds};
 use crate::plant::{
     Channel, Effect, Impostor, Nuisance, Parameter, Plant, Point, Quantity, Repeat, Sample, Swing,
     Trial,
 };
 use crate::problem::Problem;
-use crate::score::{FoldKind, Folds};
 use crate::select::{Selection, Selector};
 use crate::silhouette::Silhouette;
 
@@ -97,6 +97,20 @@ impl<F: Fn(usize, &Point) -> f64> Toy<F> {
     pub fn times(mut self, trials: usize) -> Self {
         let numbered = |number| Trial { number, ..self.trials[0].clone() };
         self.trials = (0..trials as u32).map(numbered).collect();
+        self
+    }
+
+    /// In four blocks a trial, and in so many regimes by trial and block.
+    pub fn in_regimes(mut self, count: usize, of: impl Fn(usize, usize) -> usize) -> Self {
+        self.regimes = (0..count).map(|k| format!("regime {k}")).collect();
+        for (t, trial) in self.trials.iter_mut().enumerate() {
+            trial.blocks = 4;
+            let samples = trial.samples.len();
+            for (i, sample) in trial.samples.iter_mut().enumerate() {
+                sample.block = 4 * i / samples;
+                sample.regime = of(t, sample.block);
+            }
+        }
         self
     }
 

@@ -683,3 +683,50 @@ fn effects_are_put_into_the_trials_that_are_compared() {
     let answer = spiking.diagnose(&spiked.bundle).unwrap();
     assert_eq!(names(&answer), ["drive.viscous"], "{}", answer.sentence());
 }
+
+#[test]
+fn trials_of_one_speed_each_are_held_out_in_parts() {
+    // To and fro at a constant speed, every trial at its own.
+    let folder = bundle(&[(2.0, 0.05)], 0.0, 1.0, coulomb);
+    let mut bundle = Bundle::open(folder.path()).unwrap();
+    let first = bundle.trials[0].clone();
+    bundle.trials = [0.02, 0.05, 0.09]
+        .into_iter()
+        .zip(0..)
+        .map(|(speed_m_per_s, number)| {
+            let mut trial = first.clone();
+            trial.number = number;
+            trial.t_s = (0..8000).map(|i| f64::from(i) * DT_S).collect();
+            // The turns are rounded: half a second of even deceleration.
+            let turn = |phase: f64| (4.0 * (phase - 1.0).abs() - 2.0).clamp(-1.0, 1.0);
+            let speeds: Vec<f64> =
+                trial.t_s.iter().map(|t| speed_m_per_s * turn((t + 0.5) % 2.0)).collect();
+            let position = |x: &mut f64, v: &f64| {
+                *x += v * DT_S;
+                Some(*x)
+            };
+            let data = columns(&mut trial);
+            data.position_m = speeds.iter().scan(0.1, position).collect();
+            let friction = |v: &f64| 6.0 * (v / 5e-4).tanh() + 40.0 * v;
+            let accelerations = speeds.windows(2).map(|pair| (pair[1] - pair[0]) / DT_S);
+            let forces = speeds.iter().zip(accelerations.chain([0.0])).enumerate();
+            let command = |(i, (v, a)): (usize, (&f64, f64))| {
+                MASS_KG * a + friction(v) + NOISE_N * noise(i as u64 + 100_000 * u64::from(number))
+            };
+            data.drive_command_n = forces.map(command).collect();
+            data.setpoint_m = None;
+            trial
+        })
+        .collect();
+    let answer = diagnose(&Drive::new(&bundle).unwrap(), "speeds", &|_| {});
+    println!("{} {:?} {:?}", answer.sentence(), answer.effects, answer.remarks);
+    assert_eq!(names(&answer), ["drive.coulomb", "drive.viscous"], "{}", answer.sentence());
+    for (effect, name, there) in
+        [(&answer.effects[0], "force_n", 6.0), (&answer.effects[1], "n_s_per_m", 40.0)]
+    {
+        let found = value(effect, name);
+        assert!((found / there - 1.0).abs() < 0.1, "{name}: {found} for {there}");
+    }
+    let said = |remark: &String| remark.contains("parts of all trials are held out");
+    assert!(answer.remarks.iter().any(said), "{:?}", answer.remarks);
+}
