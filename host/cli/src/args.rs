@@ -237,7 +237,10 @@ fn tip(name: &str) -> Result<&'static Tip, String> {
 }
 
 fn positive_seconds(text: &str) -> Result<f64, String> {
-    positive(text, "a number of seconds above 0")
+    const WANTED: &str = "a number of seconds above 0, at most a year";
+    const YEAR_S: f64 = 365.0 * 86400.0;
+    positive(text, WANTED)
+        .and_then(|s| if s <= YEAR_S { Ok(s) } else { Err(format!("give {WANTED}")) })
 }
 
 fn positive_percent(text: &str) -> Result<f64, String> {

@@ -115,7 +115,7 @@ fn a_tip_beyond_the_instrument_is_in_another_frame_or_the_insertion_from_elsewhe
 #[test]
 fn a_drive_that_stands_still_tells_nothing() {
     let still = |_: &mut Vec<f64>, data: &mut CatheterTrial| data.insertion_m.fill(0.028);
-    assert_refused(&["never feeds 3 mm", "fix:"], still);
+    assert_refused(&["neither feeds 3 mm", "fix:"], still);
     // Beside a trial that tells something it is left out, and that is said.
     let mut bundle = example();
     let mut second = Trial { number: 1, ..bundle.trials[0].clone() };
@@ -202,4 +202,16 @@ fn rows_without_a_force_make_no_mean_of_forces_more_certain() {
     });
     assert!(all.len() > 100, "{}", all.len());
     assert_eq!(all, few);
+}
+
+#[test]
+fn a_trial_that_only_turns_is_compared_from_half_a_radian_on() {
+    let mut bundle = example();
+    change(&mut bundle.trials[0], |t_s, data| {
+        data.insertion_m.fill(0.06);
+        data.rotation_rad = t_s.iter().map(|t| 2.0 * (t - t_s[0])).collect();
+    });
+    let samples = catheter(&bundle).unwrap().trials()[0].samples.clone();
+    let first_s = samples.iter().map(|sample| sample.t_s).fold(f64::INFINITY, f64::min);
+    assert!((0.24..0.3).contains(&first_s), "{first_s}");
 }

@@ -54,6 +54,8 @@ pub enum Cause {
     NoVessel,
     #[error("trials are numbered files like 000.csv; this name is none")]
     TrialName,
+    #[error("another file has the number {0} too")]
+    TrialTwice(u32),
 }
 
 impl Cause {
@@ -84,6 +86,7 @@ impl Cause {
                     .into()
             }
             Cause::TrialName => "rename it to its number (000.csv), or move it elsewhere".into(),
+            Cause::TrialTwice(_) => "give every trial a number of its own".into(),
         }
     }
 }

@@ -256,6 +256,10 @@ fn malformed_trials_are_refused_with_line_and_field() {
     let shape = "t_s,insertion_m,rotation_rad,p01_x_m,p01_y_m,p01_z_m\n0,0,0,0,0,0\n";
     assert_says(&refusal(FILE, shape, Place::Line(1)), &["p00"]);
     assert_says(&refusal("trials/first.csv", TRIAL, Place::Whole), &["numbered"]);
+    let twice = open_with("trials/0.csv", TRIAL).unwrap_err().to_string();
+    assert!(twice.contains("another file has the number 0 too"), "{twice}");
+    let beside = open_with("trials/._000.csv", b"\x00\x05").unwrap();
+    assert!(beside.trials.len() == 1 && beside.warnings.len() == 1, "{:?}", beside.warnings);
 }
 
 #[test]

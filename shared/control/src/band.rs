@@ -108,7 +108,8 @@ impl Way {
         } else {
             insertion_m - self.farthest_m
         };
-        let turned = ahead_m < -TURN_M;
+        // A memory that was overwritten by no number begins again, as where it turns.
+        let turned = ahead_m < -TURN_M || ahead_m.is_nan();
         self.withdrawn ^= turned;
         if turned || ahead_m > 0.0 {
             self.farthest_m = insertion_m;
@@ -174,6 +175,15 @@ mod tests {
         assert!(withdrawn(&[0.05, 0.0495]));
         assert!(!withdrawn(&[0.05, 0.049_95]), "less than a turn");
         assert!(!withdrawn(&[0.05, 0.0495, 0.0499]), "fed again");
+    }
+
+    #[test]
+    fn a_way_that_is_no_number_is_forgotten() {
+        let mut way = Way { farthest_m: f32::NAN, ..Way::new() };
+        way.follow(None, 0.05, false);
+        assert_eq!((way.farthest_m, way.withdrawn), (0.05, true));
+        way.follow(None, 0.06, false);
+        assert!(!way.withdrawn);
     }
 
     #[test]

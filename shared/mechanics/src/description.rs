@@ -222,10 +222,10 @@ impl<T: Real> Description<T> {
         use DescriptionError::EntryFrame;
         self.instrument.validate()?;
         if let Some(wire) = &self.guidewire {
-            wire.validate()?;
             // Thinner than the catheter's outside: its bore is not described.
             let outside = self.instrument.outer_radius_m.to_f64();
             within("guidewire.outer_radius_m", wire.outer_radius_m, 1e-5, outside)?;
+            wire.validate()?;
         }
         for x in self.entry.position_m {
             within("entry.position_m", x, -10.0, 10.0)?;

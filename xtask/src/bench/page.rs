@@ -132,9 +132,10 @@ fn insertion(report: &Value) -> anyhow::Result<String> {
         "## The same insertion in other simulators\n\n\
          A rod of {:.0} mm, {} nodes, radius {:.3} mm, {:.2} g and {:.0} MPa is fed at {:.0} mm/s \
          into a tube that narrows from {:.0} to {:.0} mm in radius, with a bend of {:.0}° and \
-         {:.0} mm radius, friction {}, gravity, a near-rigid wall. The force error is the RMS of the \
-         difference in the total force on the wall to the reference solver (`host/reference`, \
-         nodes 0.5 mm apart), over the reference's peak; the noise is the RMS of the force about \
+         {:.0} mm radius, friction {}, gravity, a wall of {:.1} N/mm², as silicone. The force error is \
+         the RMS of the difference in the total force on the wall to the reference solver \
+         (`host/reference`, nodes 0.5 mm apart), over the reference's peak as far as the rod is fed; \
+         the noise is the RMS of the force about \
          its mean over 0.1 s, over the mean force ({:.1} % for the reference itself, whose force \
          changes too).\n\n\
          | | step | a step | × real time | force error | force noise | Cathforce is faster by |\n\
@@ -150,6 +151,7 @@ fn insertion(report: &Value) -> anyhow::Result<String> {
         of("tube/bend_angle_rad")?.to_degrees(),
         1e3 * of("tube/bend_radius_m")?,
         of("friction_coefficient")?,
+        1e-6 * of("wall_stiffness_n_per_m2")?,
         100.0 * number(report, "/reference_noise")?,
     );
     writeln!(

@@ -1,6 +1,6 @@
 //! One insertion that every model plays: ours, the reference, and each peer.
 //!
-//! A rod of 150 mm and 0.35 g with 50 nodes is fed at 13 mm/s into a near-rigid tube that
+//! A rod of 150 mm and 0.35 g with 50 nodes is fed at 13 mm/s into a tube of silicone that
 //! narrows from 5 to 3 mm in radius and bends by 60°.
 
 mod ours;
@@ -46,7 +46,7 @@ pub struct Insertion {
     pub poissons_ratio: f64,
     pub gravity_m_per_s2: [f64; 3],
     pub friction_coefficient: f64,
-    /// Normal force per indentation and per length: stiff enough to count as rigid.
+    /// Normal force per indentation and per length: it gives by microns.
     pub wall_stiffness_n_per_m2: f64,
     pub start_m: f64,
     pub end_m: f64,

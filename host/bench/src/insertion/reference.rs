@@ -10,7 +10,7 @@ use super::{Insertion, Series};
 
 /// Distance between the reference's nodes \[m\]: six to one of the models that are compared.
 const SPACING_M: f64 = 0.5e-3;
-/// Drag that lets a free tip come to rest, a tenth of the model's \[N·s/m²\].
+/// Drag that lets a free tip come to rest, about the model's at rest \[N·s/m²\].
 const DRAG_N_S_PER_M2: f64 = 0.2;
 
 /// Forces of the reference, one a sample.

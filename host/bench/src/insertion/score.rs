@@ -23,7 +23,7 @@ impl FromIterator<(f64, [f64; 3])> for Series {
 /// Accuracy of a force over an insertion.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Score {
-    /// RMS of the difference to the reference, over the reference's peak \[1\].
+    /// RMS of the difference to the reference, over the reference's peak as far as the series goes \[1\].
     pub force_error: f64,
     /// RMS of the difference to its own mean over [`Score::WINDOW`] samples, over the mean force
     /// \[1\].
@@ -38,7 +38,9 @@ impl Score {
 
     /// `None` when less than a window of the series lies in what is scored.
     pub fn of(series: &Series, reference: &Series) -> Option<Self> {
-        let peak_n = reference.force_n.iter().map(Vector3::norm).fold(0.0, f64::max);
+        let end_m = series.insertion_m.last().copied()?;
+        let end = reference.insertion_m.partition_point(|&x| x <= end_m);
+        let peak_n = reference.force_n[..end].iter().map(Vector3::norm).fold(0.0, f64::max);
         let touched = |force: &Vector3<f64>| force.norm() > Self::TOUCHED * peak_n;
         let from_m = reference.insertion_m[reference.force_n.iter().position(touched)?];
         let first = series.insertion_m.partition_point(|&x| x < from_m);

@@ -280,7 +280,7 @@ pub struct DiagnoseArguments {
     #[arg(long, id = "json", value_name = "FILE|-", num_args = 0..=1, default_missing_value = "-")]
     pub json: Option<String>,
     /// Make a web page of the answer, one file that needs nothing else.
-    #[arg(long, value_name = "FILE.html", value_parser = page_file)]
+    #[arg(long, visible_alias = "html", value_name = "FILE.html", value_parser = page_file)]
     pub report: Option<PathBuf>,
     /// Fail with exit code 6 when the force error that is left exceeds this, e.g. `rms_N=0.02`.
     #[arg(long, value_name = "rms_N=X", value_parser = rms_limit)]

@@ -22,7 +22,9 @@ const SPIN: Duration = Duration::from_micros(200);
 pub fn run(ui: &Ui, arguments: &SendArguments) -> Result<(), Failure> {
     let path = &arguments.file;
     let frames = frames(ui, path, arguments.settings.as_deref())?;
-    let played = frames.iter().filter(|frame| wanted(frame, arguments)).collect::<Vec<_>>();
+    let mut played = frames.iter().filter(|frame| wanted(frame, arguments)).collect::<Vec<_>>();
+    // Of lock step, what goes to the device stands before the answers of earlier ticks.
+    played.sort_by_key(|frame| frame.at_ns);
     let Some(first) = played.first() else {
         let message = format!(
             "{}: none of its {} frames is to be played\n  fix: --all plays the device's frames too",
@@ -41,7 +43,11 @@ pub fn run(ui: &Ui, arguments: &SendArguments) -> Result<(), Failure> {
             break;
         }
         let seconds = (frame.at_ns - first.at_ns) as f64 * 1e-9 / arguments.speed;
-        let due = started + Duration::from_secs_f64(seconds);
+        let due = Duration::try_from_secs_f64(seconds).ok();
+        let due = due.and_then(|wait| started.checked_add(wait)).ok_or_else(|| {
+            let message = format!("at --speed {} no clock lasts until the end", arguments.speed);
+            Failure::new(Code::Usage, message)
+        })?;
         // Nobody reads what the bus answers, but a carrier that nobody reads may stand still.
         while let Some(left) = due.checked_duration_since(Instant::now()) {
             match left.checked_sub(SPIN) {

@@ -44,7 +44,7 @@ pub fn page(
         "charts": charts(recording, analysis),
         "unscored": numbers::unscored(analysis),
         "shape": numbers::shapes(recording, analysis),
-        "vessel": numbers::vessel(&surface::extract(&config.lumen)),
+        "vessel": numbers::vessel(&surface::extract(&config.lumen), analysis.entry_m),
         "start_s": analysis.peak.map_or(0.0, |peak| peak.t_s),
     });
     // A closing tag inside the data would end the script element.

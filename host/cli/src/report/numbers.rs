@@ -133,12 +133,16 @@ fn ahead_m(analysis: &Analysis, at_ns: u64) -> f64 {
     drives.map_or(0.0, |(wire, catheter_m)| f64::from(wire.insertion_m - catheter_m)).max(0.0)
 }
 
-/// Vertices in 10 µm, normals × 127, triangles.
-pub fn vessel(surface: &Surface) -> Value {
-    let vertex = |x: f32| ((x * 1e5).round() as i16).to_le_bytes();
+/// Vertices from the entry in 20 µm, normals × 127, triangles.
+pub fn vessel(surface: &Surface, entry_m: [f64; 3]) -> Value {
+    let vertex = |x: f64| ((x / 20e-6).round() as i16).to_le_bytes();
+    let vertices = surface
+        .vertices
+        .iter()
+        .flat_map(|v| std::array::from_fn::<_, 3, _>(|k| vertex(f64::from(v[k]) - entry_m[k])));
     let normal = |x: f32| ((x * 127.0) as i8).to_le_bytes();
     json!({
-        "vertices": pack(surface.vertices.iter().flat_map(|v| v.map(vertex))),
+        "vertices": pack(vertices),
         "normals": pack(surface.normals.iter().flat_map(|n| n.map(normal))),
         "indices": pack(surface.triangles.iter().flatten().map(|i| i.to_le_bytes())),
     })

@@ -75,7 +75,7 @@ let scene = null;
 try {
   const v = data.vessel;
   scene = new Scene(element("vessel"), {
-    vertices: Float32Array.from(unpack(v.vertices, Int16Array), (x) => x * 0.01),
+    vertices: Float32Array.from(unpack(v.vertices, Int16Array), (x, i) => data.shape.entry_mm[i % 3] + x * 0.02),
     normals: Float32Array.from(unpack(v.normals, Int8Array), (x) => x / 127),
     indices: unpack(v.indices, Uint32Array),
   }, data.shape.radius_mm, data.shape.guidewire_radius_mm);

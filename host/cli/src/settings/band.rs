@@ -10,7 +10,7 @@ use cathforce_mechanics::Description;
 use serde::Deserialize;
 
 use super::model::model_sha256;
-use super::parse::Problem;
+use super::parse::{Problem, line, line_of};
 use crate::ui::Ui;
 
 /// A band, and the model that it is of.
@@ -82,17 +82,17 @@ struct Table {
 
 /// The band of a file, if it states one.
 pub fn parse(text: &str) -> Result<Option<StatedBand>, Problem> {
-    let line = |at: usize| 1 + text.get(..at).unwrap_or(text).matches('\n').count();
     let fix = || "`cathforce gap apply` writes it; take it out to have none".to_owned();
     let whole = toml::from_str::<Whole>(text).map_err(|error| Problem {
-        line: line(error.span().map_or(0, |span| span.start)),
+        line: line(text, error.span().map_or(0, |span| span.start)),
         message: error.message().into(),
         fix: fix(),
     })?;
     let Some(table) = whole.band else { return Ok(None) };
-    let wrong = |message: String| {
-        let line = line(text.find("[band]").unwrap_or(0));
-        Problem { line, message: format!("band: {message}"), fix: fix() }
+    let wrong = |message: String| Problem {
+        line: line_of(text, &["band"]),
+        message: format!("band: {message}"),
+        fix: fix(),
     };
     let rows = |name: &str, rows: &[[f64; 4]]| -> Result<[BandRow; BAND_ROWS], Problem> {
         let counts: Vec<BandRow> = rows.iter().map(|row| row.map(count)).collect();
@@ -147,7 +147,7 @@ pub fn text(stated: &StatedBand) -> String {
 fn number(count: u16) -> String {
     match count {
         BAND_UNKNOWN => "nan".to_owned(),
-        _ => format!("{:.4}", f64::from(count) * 1e-4),
+        _ => format!("{:.4}", f64::from(count) * f64::from(BAND_UNIT_N)),
     }
 }
 
@@ -180,7 +180,7 @@ mod tests {
 
     #[test]
     fn a_band_with_other_rows_is_refused_with_its_line() {
-        let text = "rig = \"a\"\n[band]\nfrom_m = 0.0\nstep_m = 0.01\nfeed = [[1, 1, 1, 1]]\n\
+        let text = "rig = \"[band]\"\n[band]\nfrom_m = 0.0\nstep_m = 0.01\nfeed = [[1, 1, 1, 1]]\n\
                     withdrawal = []\n";
         let Err(Problem { line, message, .. }) = parse(text) else { panic!("accepted") };
         assert_eq!((line, message.as_str()), (2, "band: feed has 1 rows, not 24"));

@@ -3,7 +3,7 @@
 use cathforce_config::master::{Drive, Master, Place, Signal};
 use serde::Deserialize;
 
-use super::parse::{Problem, misspelt};
+use super::parse::{Problem, line, line_of, misspelt};
 
 /// The part of a file that is read here; the rest is read key by key.
 #[derive(Deserialize)]
@@ -58,13 +58,21 @@ fn one() -> f32 {
     1.0
 }
 
-/// A quantity whose frame is not named.
-struct NoId(&'static str);
+/// A quantity whose frame is not named, and the drive that it is of.
+struct NoId {
+    drive: Option<&'static str>,
+    quantity: &'static str,
+}
 
 impl PlaceTable {
-    fn place(self, name: &'static str, of_drive: Option<u32>) -> Result<Place, NoId> {
+    fn place(
+        self,
+        quantity: &'static str,
+        drive: Option<&'static str>,
+        of_drive: Option<u32>,
+    ) -> Result<Place, NoId> {
         let Self { id, start_bit, bits, byte_order, signed, scale, offset } = self;
-        let id = id.or(of_drive).ok_or(NoId(name))?;
+        let id = id.or(of_drive).ok_or(NoId { drive, quantity })?;
         // One that is too large is refused with those of 29 bits.
         let id = u16::try_from(id).unwrap_or(u16::MAX);
         let big_endian = byte_order == ByteOrder::Big;
@@ -73,11 +81,12 @@ impl PlaceTable {
 }
 
 impl DriveTable {
-    fn drive(self) -> Result<Drive, NoId> {
+    fn drive(self, name: &'static str) -> Result<Drive, NoId> {
+        let Self { id, insertion, rotation, held } = self;
         Ok(Drive {
-            insertion: self.insertion.place("insertion", self.id)?,
-            rotation: self.rotation.place("rotation", self.id)?,
-            held: self.held.map(|held| held.place("held", self.id)).transpose()?,
+            insertion: insertion.place("insertion", Some(name), id)?,
+            rotation: rotation.place("rotation", Some(name), id)?,
+            held: held.map(|held| held.place("held", Some(name), id)).transpose()?,
         })
     }
 }
@@ -85,9 +94,9 @@ impl DriveTable {
 impl MasterTable {
     fn master(self) -> Result<Master, NoId> {
         Ok(Master {
-            catheter: self.catheter.map(DriveTable::drive).transpose()?,
-            guidewire: self.guidewire.map(DriveTable::drive).transpose()?,
-            grip: self.grip.map(|grip| grip.place("grip", None)).transpose()?,
+            catheter: self.catheter.map(|drive| drive.drive("catheter")).transpose()?,
+            guidewire: self.guidewire.map(|drive| drive.drive("guidewire")).transpose()?,
+            grip: self.grip.map(|grip| grip.place("grip", None, None)).transpose()?,
         })
     }
 }
@@ -113,33 +122,32 @@ const FIELDS: [&str; 13] = [
 
 /// The frames that a file describes; without a description the drives use ours.
 pub fn parse(text: &str) -> Result<Master, Problem> {
-    let line = |at: usize| 1 + text.get(..at).unwrap_or(text).matches('\n').count();
     let whole = toml::from_str::<Whole>(text).map_err(|error| Problem {
-        line: line(error.span().map_or(0, |span| span.start)),
+        line: line(text, error.span().map_or(0, |span| span.start)),
         message: error.message().into(),
         fix: match error.message().strip_prefix("unknown field `").and_then(|m| m.split_once('`')) {
             Some((name, _)) => misspelt(name, &FIELDS, FORM),
             None => FORM.into(),
         },
     })?;
-    let at = |name: &str| line(text.find(name).unwrap_or(0));
-    let master = whole.master.master().map_err(|NoId(name)| Problem {
-        line: at(name),
-        message: format!("`{name}` does not say in which frame it is"),
+    let at = |path: &[&str]| line_of(text, &[&["master"], path].concat());
+    let master = whole.master.master().map_err(|NoId { drive, quantity }| Problem {
+        line: at(&drive.into_iter().chain([quantity]).collect::<Vec<_>>()),
+        message: format!("`{quantity}` does not say in which frame it is"),
         fix: "give it an `id`, or its drive one for all that have none".into(),
     })?;
     // One by one, so that what is wrong has a name.
     let Master { catheter, guidewire, grip } = master;
     let parts = [
-        ("master.catheter", Master { catheter, ..Master::default() }),
-        ("master.guidewire", Master { guidewire, ..Master::default() }),
+        ("catheter", Master { catheter, ..Master::default() }),
+        ("guidewire", Master { guidewire, ..Master::default() }),
         ("grip", Master { grip, ..master }),
     ];
     for (name, part) in parts {
         let Err(error) = part.validate() else { continue };
         return Err(Problem {
-            line: at(name),
-            message: format!("{name}: {}", error.text()),
+            line: at(&[name]),
+            message: format!("master.{name}: {}", error.text()),
             fix: "bits are counted as in a DBC; `cathforce config import-dbc` writes them".into(),
         });
     }
@@ -221,6 +229,15 @@ mod tests {
             (
                 format!("[master.catheter]\ninsertion = {signal}\nrotation = {signal}"),
                 2,
+                "in which frame",
+            ),
+            (
+                format!(
+                    "# insertion\nrig = \"grip\"\n[set]\nmax_insertion_m = 0.1\n[master.catheter]\n\
+                     id = 1\ninsertion = {signal}\nrotation = {signal}\n[master.guidewire]\n\
+                     insertion = {signal}\nrotation = {signal}"
+                ),
+                10,
                 "in which frame",
             ),
             (format!("[master]\ngrip = {signal}"), 2, "in which frame"),

@@ -48,6 +48,27 @@ pub fn misspelt(name: &str, known: &[&str], otherwise: &str) -> String {
     }
 }
 
+/// Line of a key by the tables that it is in, or of the innermost of them that is there; 1 if none is.
+pub fn line_of(text: &str, path: &[&str]) -> usize {
+    let mut at = 0..0;
+    if let Ok(table) = DeTable::parse(text) {
+        let mut inside = Some(table.get_ref());
+        for name in path {
+            let Some((key, value)) = inside.and_then(|table| table.get_key_value(*name)) else {
+                break;
+            };
+            at = key.span();
+            inside = value.get_ref().as_table();
+        }
+    }
+    line(text, at.start)
+}
+
+/// Line of a byte.
+pub fn line(text: &str, at: usize) -> usize {
+    1 + text.get(..at).unwrap_or(text).matches('\n').count()
+}
+
 /// Why an entry cannot be used, if it cannot.
 pub fn problem(entry: &Entry) -> Option<Problem> {
     let (name, value) = (entry.name.as_str(), entry.setting.value());
@@ -105,9 +126,9 @@ pub fn parse(text: &str) -> Result<Parsed, Problem> {
     };
     for (key, value) in table.get_ref() {
         match (key.get_ref().as_ref(), value.get_ref()) {
-            ("schema_version", DeValue::Integer(_)) => {
-                let version = reader.number(value).filter(|v| *v >= 0.0);
-                parsed.version = version.map(|v| v as u32).ok_or_else(|| {
+            ("schema_version", DeValue::Integer(whole)) => {
+                let version = u32::from_str_radix(whole.as_str(), whole.radix());
+                parsed.version = version.map_err(|_| {
                     reader.problem(
                         &value.span(),
                         "this is no version",
@@ -207,8 +228,7 @@ impl Reader<'_> {
     }
 
     fn line(&self, span: &Range<usize>) -> usize {
-        let before = self.text.get(..span.start).unwrap_or(self.text);
-        1 + before.matches('\n').count()
+        line(self.text, span.start)
     }
 
     fn problem(
@@ -239,6 +259,14 @@ mod tests {
         ] {
             let found = entries(set);
             assert_eq!((found[0].name.as_str(), found[0].setting.value()), (name, 0.5), "{set}");
+        }
+    }
+
+    #[test]
+    fn a_version_is_read_to_the_digit() {
+        assert_eq!(parse("schema_version = 16777217").unwrap().version, 16_777_217);
+        for text in ["schema_version = 4294967297", "schema_version = -1"] {
+            assert_eq!(parse(text).unwrap_err().message, "this is no version", "{text}");
         }
     }
 

@@ -3,6 +3,7 @@
 use cathforce_rig::bundle::Rush;
 use cathforce_rig::{Bundle, ImageBuildError, LumenBuildError};
 
+use super::prepare::TURN_BEFORE_SCORE_RAD;
 use crate::clock::usual_step_s;
 use crate::plant::BROKEN_DOWN;
 
@@ -43,8 +44,9 @@ pub enum CatheterError {
     )]
     TipTooFar { number: u32, excess_mm: f64 },
     #[error(
-        "no trial holds anything that can be compared: the drive never feeds {} mm, or every sample \
-         lies near a snap\n  fix: record longer trials", 1e3 * cathforce_record::FEED_BEFORE_SCORE_M
+        "no trial holds anything that can be compared: the drive neither feeds {} mm nor turns by \
+         {TURN_BEFORE_SCORE_RAD} rad, or every sample lies near a snap\n  fix: record longer trials",
+        1e3 * cathforce_record::FEED_BEFORE_SCORE_M
     )]
     NothingCompared,
     #[error(

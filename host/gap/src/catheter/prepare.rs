@@ -19,6 +19,8 @@ use crate::signal::interpolate;
 const AVERAGE_S: f64 = 0.02;
 /// Samples so long after it are left out \[s\].
 const JUMP_GUARD_S: f64 = 0.5;
+/// Of a trial in which nothing is fed, samples after so much rotation are compared \[rad\].
+pub(super) const TURN_BEFORE_SCORE_RAD: f64 = 0.5;
 /// Blocks of a trial.
 pub const BLOCKS: usize = 4;
 /// Fewest rows that tell the noise of a column.
@@ -199,11 +201,7 @@ impl Prepared {
             snaps.extend(snap::find(&self.snap_samples(stepped), threshold));
             self.snaps = snaps;
         }
-        let first = self.inputs.insertion_m[0];
-        let fed = |tick: usize| (self.inputs.insertion_m[tick] - first).abs();
-        let ready = (0..self.inputs.insertion_m.len()).find(|&t| fed(t) >= FEED_BEFORE_SCORE_M);
-        let ready_s =
-            ready.map_or(f64::INFINITY, |t| self.clock.t_s[0] + t as f64 * self.inputs.tick_s);
+        let ready_s = self.ready_s();
         let near_snap = |t: f64| {
             let near = |s: &Snap| t > s.span_s[0] - SNAP_GUARD_S && t < s.span_s[1] + SNAP_GUARD_S;
             self.snaps.iter().any(near)
@@ -231,6 +229,18 @@ impl Prepared {
             }
         }
         self.readings = readings;
+    }
+
+    /// From when on what was before the trial is forgotten \[s\]: the drive has fed the instrument by
+    /// [`FEED_BEFORE_SCORE_M`], or, where it never does, turned it by [`TURN_BEFORE_SCORE_RAD`].
+    fn ready_s(&self) -> f64 {
+        let moved = |column: &[f64], way: f64| {
+            column.iter().position(|position| (position - column[0]).abs() >= way)
+        };
+        let Inputs { insertion_m, rotation_rad, tick_s, .. } = &self.inputs;
+        let fed = moved(insertion_m, FEED_BEFORE_SCORE_M);
+        let ready = fed.or_else(|| moved(rotation_rad, TURN_BEFORE_SCORE_RAD));
+        ready.map_or(f64::INFINITY, |tick| self.start_s() + tick as f64 * tick_s)
     }
 
     /// Leaves out the readings that a fork decides.
@@ -405,8 +415,8 @@ impl Prepared {
         }
         if self.readings.is_empty() {
             remarks.push(format!(
-                "trial {number:03}: nothing can be compared; the drive never feeds {} mm, or \
-                 nothing was measured",
+                "trial {number:03}: nothing can be compared; the drive neither feeds {} mm nor turns \
+                 by {TURN_BEFORE_SCORE_RAD} rad, or nothing was measured",
                 1e3 * FEED_BEFORE_SCORE_M
             ));
         }

@@ -20,6 +20,8 @@ use crate::signal::Gaussian;
 /// speed: what moves slowly must not spend its way in between.
 const MOST_TURNOVER_M_PER_S: f64 = 0.5e-3;
 const TURNOVER_SHARE: f64 = 5e-3;
+/// But never less than this share of it: there are fast axes, and such whose position is an angle.
+const LEAST_TURNOVER_SHARE: f64 = 1e-3;
 
 /// What the command's measurement follows late is smoothed so far first, in grid points: a low pass
 /// of all that is predicted would take away the noise of the position, and be found wherever that
@@ -69,7 +71,8 @@ pub struct Scale {
 impl Scale {
     /// Velocity over which Coulomb friction turns over \[m/s\].
     pub fn turnover_m_per_s(&self) -> f64 {
-        (TURNOVER_SHARE * self.speed_m_per_s).min(MOST_TURNOVER_M_PER_S)
+        let most = MOST_TURNOVER_M_PER_S.max(LEAST_TURNOVER_SHARE * self.speed_m_per_s);
+        (TURNOVER_SHARE * self.speed_m_per_s).min(most)
     }
 }
 

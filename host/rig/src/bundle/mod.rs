@@ -214,16 +214,20 @@ fn read_trials(
     let mut trials = Vec::new();
     for entry in std::fs::read_dir(folder).map_err(io)? {
         let file = entry.map_err(io)?.path();
-        if file.extension().is_none_or(|extension| extension != "csv") {
+        let stem = file.file_stem().and_then(|stem| stem.to_str()).unwrap_or_default();
+        // What a file system or an editor leaves beside a file begins with a point.
+        if file.extension().is_none_or(|ending| ending != "csv") || stem.starts_with('.') {
             let message = "not a trial; it is not read".to_owned();
             warnings.push(Warning { file, place: Place::Whole, message });
             continue;
         }
-        let stem = file.file_stem().and_then(|stem| stem.to_str()).unwrap_or_default();
-        let digits = stem.len() >= 3 && stem.bytes().all(|byte| byte.is_ascii_digit());
+        let digits = stem.bytes().all(|byte| byte.is_ascii_digit());
         let number = stem.parse::<u32>().ok().filter(|_| digits);
         let number =
             number.ok_or_else(|| BundleError::new(&file, Place::Whole, Cause::TrialName))?;
+        if trials.iter().any(|trial: &Trial| trial.number == number) {
+            return Err(BundleError::new(&file, Place::Whole, Cause::TrialTwice(number)));
+        }
         let text = read_text(&file)?;
         let trial = match plant {
             Plant::Catheter(rig) => Trial::parse_catheter(number, &text, rig.guidewire.is_some()),

@@ -80,6 +80,18 @@ fn scenario() -> impl Strategy<Value = Vec<Happening>> {
     prop::collection::vec(happening(), 1..150)
 }
 
+/// The same, whose encoder falls silent at this tick and stays so for a while.
+fn falling_silent() -> impl Strategy<Value = (Vec<Happening>, usize)> {
+    // Soon: few stay armed for long.
+    (scenario(), 0usize..8, 5usize..40).prop_map(|(mut scenario, at, ticks)| {
+        let first = at.min(scenario.len() - 1);
+        for happening in scenario.iter_mut().skip(first).take(ticks) {
+            happening.inputs.encoder = None;
+        }
+        (scenario, first)
+    })
+}
+
 impl Bench {
     fn happens(&mut self, happening: &Happening) -> Outputs {
         self.fake.answer.drive_force_n = happening.drive_force_n;
@@ -131,7 +143,7 @@ proptest! {
     }
 
     #[test]
-    fn p01_armed_never_outlives_5_ms_of_silence(scenario in scenario()) {
+    fn p01_armed_never_outlives_5_ms_of_silence((scenario, _) in falling_silent()) {
         let mut bench = Bench::armed();
         for happening in &scenario {
             let outputs = bench.happens(happening);
@@ -248,12 +260,17 @@ fn scenarios_do_arm() {
     use proptest::strategy::ValueTree;
     use proptest::test_runner::TestRunner;
     let mut runner = TestRunner::deterministic();
-    let mut armed = 0;
+    let [mut armed, mut silenced] = [0; 2];
     for _ in 0..100 {
-        let scenario = scenario().new_tree(&mut runner).unwrap().current();
+        let (scenario, silent) = falling_silent().new_tree(&mut runner).unwrap().current();
         let mut bench = Bench::new();
         let output = scenario.iter().any(|h| bench.happens(h).force_n != 0.0);
         armed += u32::from(output);
+        let mut bench = Bench::armed();
+        let before = scenario[..silent].iter().map(|h| bench.happens(h).mode).last();
+        let lasts = silent + 5 < scenario.len();
+        silenced += u32::from(lasts && before.is_none_or(|mode| mode == Mode::Armed));
     }
     assert!(armed >= 20, "{armed} of 100 scenarios gave any output");
+    assert!(silenced >= 20, "{silenced} of 100 were armed when the encoder fell silent");
 }
