@@ -105,7 +105,7 @@ pub enum DriveError {
     TooShort { trial: u32, rows: usize },
     #[error(
         "trial {trial:03} has a row every {step_s:.4} s, which is too seldom for the force of a \
-         motion\n  fix: t_s is in seconds; record at 20 Hz or more, better at 100 Hz"
+         motion\n  fix: t_s is in seconds; record at 50 Hz or more, better at 100 Hz"
     )]
     TooSeldom { trial: u32, step_s: f64 },
     #[error(
@@ -126,7 +126,7 @@ pub enum DriveError {
 }
 
 /// Rows farther apart than this say nothing about accelerations \[s\]; a clock may go 2 % slow.
-const LONGEST_STEP_S: f64 = 5.1e-2;
+const LONGEST_STEP_S: f64 = 2.04e-2;
 /// Fewest rows of a trial.
 const FEWEST_ROWS: usize = 100;
 
