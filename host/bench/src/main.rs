@@ -22,7 +22,7 @@ use insertion::{INSERTION, Insertion, Peer, Score, Series};
 use machine::Machine;
 use throughput::Throughput;
 
-/// Links of the model in the insertion: as many nodes as every peer has.
+/// Links of the model at most; in the insertion as many are used as every peer has nodes.
 const LINKS: usize = 64;
 /// The fastest of so many runs counts.
 const RUNS: usize = 3;
@@ -71,7 +71,7 @@ fn main() -> anyhow::Result<()> {
     eprintln!("▶ insertion: cathforce");
     let cathforce = ours(&reference)?;
     let peers = match &arguments.python {
-        Some(python) => insertion::play_in_peers(&INSERTION, &reference, python)?,
+        Some(python) => insertion::play_in_peers(&INSERTION, &reference, python, RUNS)?,
         None => Vec::new(),
     };
     let report = Report {

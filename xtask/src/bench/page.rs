@@ -39,8 +39,8 @@ pub fn benchmarks(report: &Value) -> anyhow::Result<String> {
 fn introduction(report: &Value) -> anyhow::Result<String> {
     Ok(format!(
         "# Benchmarks\n\nWritten by `cargo xtask bench`, all in one run on one machine: {}, {} cores, \
-         {}, {}. Times are processor time of one thread, the fastest of several runs for this \
-         project. They are no tests: nothing fails when they change.\n",
+         {}, {}. Times are processor time of one thread, the fastest of three runs for every \
+         program. They are no tests: nothing fails when they change.\n",
         text(report, "/machine/processor")?,
         number(report, "/machine/cores")?,
         text(report, "/machine/system")?,
