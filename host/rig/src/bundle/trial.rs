@@ -32,7 +32,9 @@ impl TrialCause {
         match self {
             TrialCause::Table(cause) => cause.fix(),
             TrialCause::Empty => "record the trial again, or take the file out".into(),
-            TrialCause::TimeNotRising { .. } => "sort the rows by t_s".into(),
+            TrialCause::TimeNotRising { .. } => {
+                "sort the rows by t_s; where the clock was set back, cut the trial in two there".into()
+            }
             TrialCause::EncoderGap { .. } => format!(
                 "an encoder is read between its values, over {} s at most: give it in more rows, or \
                  drop those that lie in the gap",
