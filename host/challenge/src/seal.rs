@@ -232,7 +232,7 @@ impl Challenge {
     fn hash(&self, case: &str) -> Result<String, ChallengeError> {
         let path = self.label_path(case);
         let bytes = fs::read(&path).map_err(file(&path))?;
-        Ok(Sha256::digest(&bytes).iter().map(|byte| format!("{byte:02x}")).collect())
+        Ok(format!("{:x}", Sha256::digest(&bytes)))
     }
 
     /// What was sealed.

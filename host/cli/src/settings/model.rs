@@ -29,7 +29,7 @@ pub fn model_sha256(description: &Description<f32>) -> String {
             hash.update(format!("{path} = {value}\n"));
         }
     }
-    hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
+    format!("{:x}", hash.finalize())
 }
 
 /// Every number of something by its path below `path`, such as `entry.position_m.0`.

@@ -67,6 +67,7 @@ const WALL_LOCAL: f64 = 0.05;
 /// Share of what a finer model changes that it leaves open itself: with a quarter of the step,
 /// about a quarter of an error of first order is left.
 const FINER_LEFT: f64 = 0.2;
+
 /// Catheter bundles as a [`Plant`].
 pub struct Catheter {
     nominal: Description<f64>,

@@ -152,7 +152,7 @@ fn own_hash() -> Result<String, Failure> {
     let read = || std::fs::read(std::env::current_exe()?);
     let bytes = read()
         .map_err(|e| Failure::new(Code::Failed, format!("cannot read the program itself: {e}")))?;
-    Ok(Sha256::digest(&bytes).iter().map(|byte| format!("{byte:02x}")).collect())
+    Ok(format!("{:x}", Sha256::digest(&bytes)))
 }
 
 #[derive(Serialize)]

@@ -25,7 +25,7 @@ pub fn of_bundle(bundle: &Path) -> std::io::Result<String> {
         hash.update((bytes.len() as u64).to_le_bytes());
         hash.update(&bytes);
     }
-    Ok(hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect())
+    Ok(format!("{:x}", hash.finalize()))
 }
 
 /// The same of several, in any order; of one it is its own.
@@ -35,8 +35,7 @@ pub fn of_all(paths: &[PathBuf]) -> std::io::Result<String> {
         return Ok(hashes.remove(0));
     }
     hashes.sort();
-    let hash = Sha256::digest(hashes.concat());
-    Ok(hash.iter().map(|byte| format!("{byte:02x}")).collect())
+    Ok(format!("{:x}", Sha256::digest(hashes.concat())))
 }
 
 #[cfg(test)]
