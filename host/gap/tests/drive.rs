@@ -729,3 +729,19 @@ fn trials_of_one_speed_each_are_held_out_in_parts() {
     let said = |remark: &String| remark.contains("parts of all trials are held out");
     assert!(answer.remarks.iter().any(said), "{:?}", answer.remarks);
 }
+
+#[test]
+fn a_clock_that_trembles_is_no_latency() {
+    let folder = bundle(&[(2.0, 0.05), (2.5, 0.04), (3.0, 0.03)], 0.0, 2.0, coulomb);
+    let mut bundle = Bundle::open(folder.path()).unwrap();
+    for trial in &mut bundle.trials {
+        let late_s = |row: usize| 0.25 * DT_S * noise(row as u64).clamp(-1.9, 1.9);
+        trial.t_s.iter_mut().enumerate().for_each(|(row, t)| *t += late_s(row));
+    }
+    let answer = diagnose(&Drive::new(&bundle).unwrap(), "trembles", &|_| {});
+    assert_eq!(names(&answer), ["drive.coulomb"], "{}", answer.sentence());
+    let found = value(&answer.effects[0], "force_n");
+    assert!((found / 6.0 - 1.0).abs() < 0.03, "{found}");
+    let said = |remark: &&String| remark.contains("tremble by 0.2");
+    assert_eq!(answer.remarks.iter().filter(said).count(), 3, "{:?}", answer.remarks);
+}

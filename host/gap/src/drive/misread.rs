@@ -9,6 +9,7 @@
 
 use cathforce_rig::bundle::DriveTrial;
 
+use super::stamps::evened;
 use crate::clock::Clock;
 
 /// Second differences of a misread row are this many times what all but a twentieth are at most.
@@ -19,7 +20,7 @@ const OF_RANGE: f64 = 0.02;
 /// Those next to it, as shares of its own.
 const HALF: std::ops::Range<f64> = -0.6..-0.4;
 
-/// A trial without its misread rows.
+/// A trial without its misread rows, at its true times.
 pub struct Rows {
     pub number: u32,
     pub clock: Clock,
@@ -57,7 +58,19 @@ impl Rows {
             drive_command_n: of(&data.drive_command_n),
             setpoint_m: setpoint.map(|column| kept.iter().map(|&row| column[row]).collect()),
         };
-        Self { number, clock: Clock::of(&of(t_s)), data, remarks }
+        let mut clock = Clock::of(&of(t_s));
+        // Where rows were left out or the clock jumps, nobody knows which rows would be even.
+        let whole = kept.len() == t_s.len() && clock.jumps.is_empty();
+        let evened = whole.then(|| evened(&clock.t_s, &data.position_m)).flatten();
+        if let Some((even_s, scatter_s)) = evened {
+            remarks.push(format!(
+                "trial {number:03}: the times of the rows tremble by {:.2} ms, but the position is smooth \
+                 by even ones: the rows are taken for even",
+                1e3 * scatter_s
+            ));
+            clock.t_s = even_s;
+        }
+        Self { number, clock, data, remarks }
     }
 }
 

@@ -11,6 +11,7 @@ mod noise;
 mod segments;
 mod setpoint;
 mod spike;
+mod stamps;
 
 use cathforce_rig::bundle::{Bundle, Plant as RigPlant, RigPriors, TrialData};
 
