@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use crate::criteria::{Parsimony, by_cost};
 use crate::fit::{Depth, Fit, Start};
-use crate::nuisance::{Nuisances, most_left};
+use crate::nuisance::{Nuisances, most_left, telling};
 use crate::select::{Candidate, MOST_EFFECTS, Rival, Selection, Selector, Step};
 use crate::swing::guess;
 
@@ -100,7 +100,7 @@ impl Selector<'_> {
 
     /// What an effect on top of a model promises to first order, in the terms of evidence: by its
     /// derivatives there, and by what it does where it would begin. Where simulations cost
-    /// something, the half of the trials decides that has most of the gap left.
+    /// something, the trials decide that have most of the gap left.
     pub fn promise(
         &self,
         selection: &Selection,
@@ -112,7 +112,7 @@ impl Selector<'_> {
         let mut watched: Vec<usize> = (0..base.trials.len()).collect();
         if !self.problem.plant.cheap() {
             let refits = base.trials.iter().map(|trial| &trial.refit);
-            watched = most_left(refits, base.trials.len().div_ceil(2));
+            watched = telling(refits);
         }
         let raw: Vec<_> = watched.iter().map(|&trial| base.trials[trial].raw.clone()).collect();
         let own = self.problem.coordinates(&[effect]);

@@ -9,7 +9,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::nuisance::{Nuisances, Refit, most_left};
+use crate::nuisance::{Nuisances, Refit, telling};
 use crate::plant::{Parameter, Plant, Point};
 use crate::problem::{Coordinate, Problem};
 use crate::search::{Effort, Found, Place, Search};
@@ -40,7 +40,7 @@ const UPDATED_LONG: usize = 3;
 /// How far a fit goes, where simulations cost something; where they do not, it goes to the end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Depth {
-    /// One step on the half of the trials that has most of the gap: enough to see who may win.
+    /// Two steps on the trials that have most of the gap: enough to see who may win.
     Glance,
     /// A few steps on all trials: enough to see which of many are worth more.
     Brief,
@@ -176,10 +176,10 @@ pub fn fit(
     })
 }
 
-/// One step on half of the trials, and where it leads on all. Derivatives of the other half are
+/// Steps on the trials that tell most, and where they lead on all. Derivatives of the others are
 /// left at 0: a parameter that is only glanced at counts as known there.
 fn glance(search: &Search<'_>, identity: Place, fresh: Option<usize>) -> Option<Found> {
-    let watched = most_left(&identity.refits, search.trials.len().div_ceil(2));
+    let watched = telling(identity.refits.iter());
     let part =
         Search { trials: watched.clone(), coordinates: search.coordinates.clone(), ..*search };
     let raw = watched.iter().map(|&trial| identity.raw[trial].clone()).collect();

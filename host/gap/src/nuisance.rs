@@ -203,6 +203,13 @@ pub fn most_left<'a>(refits: impl IntoIterator<Item = &'a Refit>, count: usize) 
     order
 }
 
+/// Indices of the trials that tell which effects may win: a third of them that has most of the gap left, of
+/// few trials two.
+pub fn telling<'a>(refits: impl ExactSizeIterator<Item = &'a Refit>) -> Vec<usize> {
+    let count = refits.len().div_ceil(3).max(2);
+    most_left(refits, count)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
