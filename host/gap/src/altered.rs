@@ -1,5 +1,8 @@
 //! A plant that differs from another in what is known of it: effects that its model already has,
-//! or trials that nobody has seen.
+//! trials that nobody has seen, or where in a swing each of them begins.
+
+use std::f64::consts::{PI, TAU};
+use std::sync::Arc;
 
 use crate::plant::{
     Channel, Effect, Impostor, Nuisance, Plant, Point, Repeat, Segment, Swing, Trial,
@@ -12,7 +15,22 @@ pub struct Altered<'a> {
     effects: Vec<Effect>,
     trials: usize,
     repeats: Vec<Repeat>,
+    /// Of one effect that swings.
+    phases: Option<Phases>,
+    nuisances: Vec<Nuisance>,
+    remarks: Vec<String>,
 }
+
+/// Where in its swing every trial begins.
+struct Phases {
+    effect: usize,
+    parameter: usize,
+    /// By trial, later than the parameter says \[rad\].
+    ahead_rad: Vec<f64>,
+}
+
+/// How well the phase of a trial is known that its residual shows to first order \[rad\].
+const PHASE_SD_RAD: f64 = 0.3;
 
 impl<'a> Altered<'a> {
     /// With effects that are there from the start: what was diagnosed before, or validated
@@ -35,9 +53,67 @@ impl<'a> Altered<'a> {
     pub fn first_trials(inner: &'a dyn Plant, trials: usize) -> Self {
         let left = |repeat: &&Repeat| repeat.first.0 < trials && repeat.second.0 < trials;
         let repeats = inner.repeats().iter().filter(left).cloned().collect();
-        let effects = inner.effects().to_vec();
-        Self { inner, effects, trials: trials.min(inner.trials().len()), repeats }
+        Self {
+            inner,
+            effects: inner.effects().to_vec(),
+            trials: trials.min(inner.trials().len()),
+            repeats,
+            phases: None,
+            nuisances: inner.nuisances().to_vec(),
+            remarks: inner.remarks().to_vec(),
+        }
     }
+
+    /// With an effect whose phase is every trial's own: by so much ahead of what its parameter says, and
+    /// by a nuisance more. `None` of an effect that begins with the trial.
+    pub fn with_phases(inner: &'a dyn Plant, effect: usize, ahead_rad: Vec<f64>) -> Option<Self> {
+        let parameter = inner.swing(effect)?.own_phase?;
+        let mut altered = Self::first_trials(inner, inner.trials().len());
+        altered.nuisances.push(Nuisance {
+            name: "phase of its own",
+            unit: "rad",
+            sd: PHASE_SD_RAD,
+            effect: None,
+        });
+        let numbers = inner.trials().iter().map(|trial| trial.number);
+        let phases: Vec<String> = numbers
+            .zip(&ahead_rad)
+            .map(|(number, ahead)| format!("{ahead:.1} rad in trial {number:03}"))
+            .collect();
+        altered.remarks.push(format!(
+            "{} has a phase of its own in every trial, which is taken from it ({} ahead of the phase that \
+             is named): nothing tells a device where in its swing a run begins",
+            inner.effects()[effect].id,
+            phases.join(", ")
+        ));
+        altered.phases = Some(Phases { effect, parameter, ahead_rad });
+        Some(altered)
+    }
+
+    /// The point of the inner plant in a trial.
+    fn inner_point(&self, trial: Option<usize>, point: &Point) -> Point {
+        let mut own = point.clone();
+        let Some(Phases { effect, parameter, ahead_rad }) = &self.phases else { return own };
+        let nudged = own.nuisances.pop().unwrap_or_default();
+        let ahead = trial.and_then(|trial| ahead_rad.get(trial)).copied().unwrap_or_default();
+        let turn = |effects: &mut Vec<Vec<f64>>| {
+            let (values, known) = (&mut effects[*effect], &self.effects[*effect].parameters);
+            // What is off stays off to the last bit.
+            if known.iter().zip(&*values).any(|(p, value)| p.off != *value) {
+                values[*parameter] = wrapped(values[*parameter] + ahead + nudged);
+            }
+        };
+        turn(&mut own.effects);
+        let mut anchor = own.anchor.effects.to_vec();
+        turn(&mut anchor);
+        own.anchor.effects = Arc::new(anchor);
+        own
+    }
+}
+
+/// The same angle from −π to π.
+fn wrapped(angle: f64) -> f64 {
+    (angle + PI).rem_euclid(TAU) - PI
 }
 
 impl Plant for Altered<'_> {
@@ -62,11 +138,11 @@ impl Plant for Altered<'_> {
     }
 
     fn nuisances(&self) -> &[Nuisance] {
-        self.inner.nuisances()
+        &self.nuisances
     }
 
     fn simulate(&self, trial: usize, point: &Point) -> Option<Vec<f64>> {
-        self.inner.simulate(trial, point)
+        self.inner.simulate(trial, &self.inner_point(Some(trial), point))
     }
 
     fn along(&self, trial: usize, channel: usize) -> f64 {
@@ -97,6 +173,11 @@ impl Plant for Altered<'_> {
         self.inner.swing(effect)
     }
 
+    fn own_phase_rad(&self, effect: usize, trial: usize) -> f64 {
+        let own = self.phases.as_ref().filter(|own| own.effect == effect);
+        own.and_then(|own| own.ahead_rad.get(trial)).copied().unwrap_or_default()
+    }
+
     fn impostor(&self, effect: usize) -> Option<Impostor> {
         self.inner.impostor(effect)
     }
@@ -110,7 +191,7 @@ impl Plant for Altered<'_> {
     }
 
     fn simulate_segment(&self, segment: usize, point: &Point) -> Option<Vec<f64>> {
-        self.inner.simulate_segment(segment, point)
+        self.inner.simulate_segment(segment, &self.inner_point(None, point))
     }
 
     fn complaint(&self) -> Option<&str> {
@@ -122,7 +203,7 @@ impl Plant for Altered<'_> {
     }
 
     fn remarks(&self) -> &[String] {
-        self.inner.remarks()
+        &self.remarks
     }
 
     fn compared(&self) -> &'static str {

@@ -221,6 +221,8 @@ pub struct Swing {
     pub cycles: [f64; 2],
     /// The effect's parameters for nuisances A sin(2πfu + φ): A in the nuisances' units, f, φ.
     pub parameters: fn(&[f64], f64, f64) -> Vec<f64>,
+    /// Index of the parameter φ, of what need not begin with the trial: nothing ties a breath to a run.
+    pub own_phase: Option<usize>,
 }
 
 /// Values of all parameters of all effects, and of all nuisances.
@@ -345,6 +347,12 @@ pub trait Plant: Sync {
     /// How an effect swings; `None` of one that does not.
     fn swing(&self, _effect: usize) -> Option<Swing> {
         None
+    }
+
+    /// By how much the phase of an effect that swings differs in a trial from what its parameter says
+    /// \[rad\].
+    fn own_phase_rad(&self, _effect: usize, _trial: usize) -> f64 {
+        0.0
     }
 
     /// What an effect may be mistaken for that is in no library.

@@ -492,6 +492,7 @@ mod tests {
             nuisances: vec![0],
             along: Along::Time,
             cycles: [0.15, 4.0],
+            own_phase: None,
             parameters: |sizes, hz, rad| vec![sizes[0], hz, rad],
         });
         explained_by(&toy, &[], |selector, selection| {

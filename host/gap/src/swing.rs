@@ -11,7 +11,8 @@
 //! it only nearly true, which is enough to begin with: started at a wrong frequency, no descent
 //! finds the right one.
 
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
+use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector};
 
@@ -23,6 +24,14 @@ use crate::problem::Problem;
 const PER_CYCLE: f64 = 4.0;
 /// Frequencies at most.
 const MOST: usize = 400;
+/// What swings with a phase of its own in every trial does so at least so often in the longest,
+const OWN_CYCLES: f64 = 2.0;
+/// explains this share of what is left, and so much more of it than with one phase,
+const OWN_SHARE: f64 = 0.3;
+const MORE_THAN_ONE: f64 = 0.2;
+/// and by amplitudes that differ by no more than this share of their mean: a wall is one, what is fitted to
+/// anything is not.
+const ALIKE: f64 = 0.6;
 
 /// Parameters of an effect that swings, at the frequency that explains most of what these trials
 /// leave; `None` of one that does not swing, or where nothing swings.
@@ -35,18 +44,10 @@ pub fn guess(
     trials: &[(usize, &Refit)],
 ) -> Option<Vec<f64>> {
     let swing = problem.plant.swing(effect)?;
-    let argument = |trial: usize| -> Vec<f64> {
-        let trial = &problem.plant.trials()[trial];
-        (0..trial.samples.len()).map(|sample| swing.along.of(trial, sample)).collect()
-    };
-    let own: Vec<Vec<f64>> = trials.iter().map(|(trial, _)| argument(*trial)).collect();
-    let longest = own.iter().map(|u| range(u)).fold(0.0, f64::max);
-    let [low, high] = swing.cycles;
-    let count = (((high - low) * longest * PER_CYCLE).ceil() as usize).min(MOST);
+    let own = Swung::of(problem, effect, &swing, trials);
     let mut best: Option<(f64, DVector<f64>, f64)> = None;
-    for k in 0..=count {
-        let cycles = low + (high - low) * k as f64 / count.max(1) as f64;
-        let found = explained(&swing, nuisances, trials, &own, cycles);
+    for cycles in own.frequencies(&swing) {
+        let found = own.explained(&swing, nuisances, 0..trials.len(), cycles);
         if let Some((gain, amplitudes)) = found
             && best.as_ref().is_none_or(|(most, ..)| gain > *most)
         {
@@ -54,38 +55,126 @@ pub fn guess(
         }
     }
     let (_, amplitudes, cycles) = best?;
-    let sd = |k: &usize| problem.plant.nuisances()[*k].sd;
-    let sds: Vec<f64> = swing.nuisances.iter().map(sd).collect();
-    let (amplitude, phase) = one_phase(&amplitudes, &sds)?;
+    let (amplitude, phase) = one_phase(&amplitudes, &own.sds)?;
     let values = (swing.parameters)(&amplitude, cycles, phase);
     let parameters = &problem.plant.effects()[effect].parameters;
     Some(values.iter().zip(parameters).map(|(value, p)| value.clamp(p.low, p.high)).collect())
 }
 
-/// How much of the residuals' energy a frequency explains, and by which amplitudes: sine and cosine
-/// of each nuisance in turn, in standard deviations of its prior.
-fn explained(
-    swing: &Swing,
+/// By how much later in its swing each trial begins than the first one \[rad\], where that is plain: with one
+/// phase for all much less is explained. `None` else, and of what begins with the trial by its nature.
+///
+/// `trials`: all of them, refitted with these nuisances.
+pub fn own_phases(
+    problem: &Problem<'_>,
+    effect: usize,
     nuisances: &Nuisances,
     trials: &[(usize, &Refit)],
-    arguments: &[Vec<f64>],
-    cycles: f64,
-) -> Option<(f64, DVector<f64>)> {
-    let k = 2 * swing.nuisances.len();
-    let (mut normal, mut slope) = (DMatrix::identity(k, k), DVector::zeros(k));
-    for ((trial, refit), u) in trials.iter().zip(arguments) {
-        let scaled = nuisances.scaled(*trial);
-        let phases: Vec<(f64, f64)> = u.iter().map(|u| (TAU * cycles * u).sin_cos()).collect();
-        let columns = DMatrix::from_fn(u.len(), k, |i, c| {
-            let (sine, cosine) = phases[i];
-            scaled[(i, swing.nuisances[c / 2])] * if c % 2 == 0 { sine } else { cosine }
-        });
-        let columns = refit.project(&columns);
-        normal += columns.tr_mul(&columns);
-        slope -= columns.tr_mul(&refit.pull);
+) -> Option<Vec<f64>> {
+    let swing = problem.plant.swing(effect).filter(|swing| swing.own_phase.is_some())?;
+    let own = Swung::of(problem, effect, &swing, trials);
+    let (mut with_one, mut best) = (0.0_f64, (0.0, Vec::new()));
+    for cycles in own.frequencies(&swing).filter(|f| f * own.longest >= OWN_CYCLES) {
+        let together = own.explained(&swing, nuisances, 0..trials.len(), cycles);
+        with_one = with_one.max(together.map_or(0.0, |(gain, _)| gain));
+        let apart = (0..trials.len()).map(|t| own.explained(&swing, nuisances, t..t + 1, cycles));
+        let Some(apart) = apart.collect::<Option<Vec<_>>>() else { continue };
+        let gain = apart.iter().map(|(gain, _)| gain).sum();
+        if gain > best.0 {
+            best = (gain, apart.into_iter().map(|(_, amplitudes)| amplitudes).collect());
+        }
     }
-    let amplitudes = normal.cholesky()?.solve(&slope);
-    Some((slope.dot(&amplitudes), amplitudes))
+    let (gain, amplitudes) = best;
+    let all: f64 = trials.iter().map(|(_, refit)| refit.energy()).sum();
+    if gain < OWN_SHARE * all || gain - with_one < MORE_THAN_ONE * all {
+        return None;
+    }
+    let mut swings: Vec<(DVector<f64>, f64)> = Vec::new();
+    for amplitudes in amplitudes {
+        let (amplitude, phase) = one_phase(&amplitudes, &own.sds)?;
+        let amplitude = DVector::from_vec(amplitude);
+        // To the other side half a turn later is the same.
+        let turned = swings.first().is_some_and(|(first, _)| first.dot(&amplitude) < 0.0);
+        swings.push(if turned { (-amplitude, phase + PI) } else { (amplitude, phase) });
+    }
+    let mean =
+        swings.iter().map(|(amplitude, _)| amplitude).sum::<DVector<f64>>() / swings.len() as f64;
+    let alike =
+        |(amplitude, _): &(DVector<f64>, f64)| (amplitude - &mean).norm() <= ALIKE * mean.norm();
+    let first = swings.first()?.1;
+    swings.iter().all(alike).then(|| {
+        swings.iter().map(|(_, phase)| (phase - first + PI).rem_euclid(TAU) - PI).collect()
+    })
+}
+
+/// Trials along what swings.
+struct Swung<'a> {
+    trials: &'a [(usize, &'a Refit)],
+    /// By trial and sample, and by how much a trial is ahead \[rad\].
+    along: Vec<Vec<f64>>,
+    ahead_rad: Vec<f64>,
+    longest: f64,
+    /// Standard deviations of the nuisances that swing.
+    sds: Vec<f64>,
+}
+
+impl<'a> Swung<'a> {
+    fn of(
+        problem: &Problem<'_>,
+        effect: usize,
+        swing: &Swing,
+        trials: &'a [(usize, &'a Refit)],
+    ) -> Self {
+        let argument = |(trial, _): &(usize, &Refit)| -> Vec<f64> {
+            let trial = &problem.plant.trials()[*trial];
+            (0..trial.samples.len()).map(|sample| swing.along.of(trial, sample)).collect()
+        };
+        let along: Vec<Vec<f64>> = trials.iter().map(argument).collect();
+        let ahead = |(trial, _): &(usize, &Refit)| problem.plant.own_phase_rad(effect, *trial);
+        let sd = |k: &usize| problem.plant.nuisances()[*k].sd;
+        Self {
+            trials,
+            longest: along.iter().map(|u| range(u)).fold(0.0, f64::max),
+            along,
+            ahead_rad: trials.iter().map(ahead).collect(),
+            sds: swing.nuisances.iter().map(sd).collect(),
+        }
+    }
+
+    /// That are tried.
+    fn frequencies(&self, swing: &Swing) -> impl Iterator<Item = f64> + use<> {
+        let [low, high] = swing.cycles;
+        let count = (((high - low) * self.longest * PER_CYCLE).ceil() as usize).min(MOST);
+        (0..=count).map(move |k| low + (high - low) * k as f64 / count.max(1) as f64)
+    }
+
+    /// How much of the residuals' energy of some trials a frequency explains, and by which amplitudes:
+    /// sine and cosine of each nuisance in turn, in standard deviations of its prior.
+    fn explained(
+        &self,
+        swing: &Swing,
+        nuisances: &Nuisances,
+        trials: Range<usize>,
+        cycles: f64,
+    ) -> Option<(f64, DVector<f64>)> {
+        let k = 2 * swing.nuisances.len();
+        let (mut normal, mut slope) = (DMatrix::identity(k, k), DVector::zeros(k));
+        for own in trials {
+            let ((trial, refit), u) = (self.trials[own], &self.along[own]);
+            let scaled = nuisances.scaled(trial);
+            let phase = |u: &f64| (TAU * cycles * u + self.ahead_rad[own]).sin_cos();
+            let phases: Vec<(f64, f64)> = u.iter().map(phase).collect();
+            let columns = DMatrix::from_fn(u.len(), k, |i, c| {
+                let (sine, cosine) = phases[i];
+                scaled[(i, swing.nuisances[c / 2])] * if c % 2 == 0 { sine } else { cosine }
+            });
+            let columns = refit.project(&columns);
+            normal += columns.tr_mul(&columns);
+            slope -= columns.tr_mul(&refit.pull);
+        }
+        let amplitudes = normal.cholesky()?.solve(&slope);
+        Some((slope.dot(&amplitudes), amplitudes))
+    }
 }
 
 /// Amplitudes of all nuisances with the one phase that keeps most of them; `None` where nothing
@@ -134,6 +223,11 @@ mod tests {
 
     /// Two nuisances whose weight changes along the trial; one effect that swings both.
     fn toy(measured: impl Fn(usize) -> f64) -> impl Plant {
+        trials(1, &|_, i| measured(i))
+    }
+
+    /// The same of so many trials, by trial and sample.
+    fn trials(count: usize, measured: &dyn Fn(usize, usize) -> f64) -> impl Plant + use<> {
         let predict = |i: usize, point: &Point| {
             let [x, y, cycles, phase] = point.effects[0][..] else { return f64::NAN };
             let swing = (TAU * cycles * time_s(i) + phase).sin();
@@ -155,13 +249,16 @@ mod tests {
             parameter("phase_rad", 7.0, 2.0),
         ];
         let nuisance = |name| Nuisance { name, unit: "m", sd: 3e-4, effect: None };
-        let mut toy = Toy::new(STEP_S, 1e-4, (0..SAMPLES).map(measured), predict).begun(BEFORE_S);
+        let toy = Toy::new(STEP_S, 1e-4, (0..SAMPLES).map(|_| 0.0), predict).begun(BEFORE_S);
+        let mut toy = toy.times(count).each(measured).in_regimes(1, |_, _| 0);
+        toy.cheap = false;
         toy.effects = vec![effect("motion", parameters, Vec::new())];
         toy.nuisances = vec![nuisance("x"), nuisance("y")];
         toy.swing = Some(Swing {
             nuisances: vec![0, 1],
             along: Along::Time,
             cycles: [0.15, 4.0],
+            own_phase: Some(3),
             parameters: |amplitudes, cycles, phase| {
                 amplitudes.iter().copied().chain([cycles, phase]).collect()
             },
@@ -203,5 +300,50 @@ mod tests {
     #[test]
     fn where_nothing_moves_nothing_is_guessed() {
         assert_eq!(guessed(&toy(|_| 0.0)), None);
+    }
+
+    const AHEAD_RAD: [f64; 3] = [0.0, 1.9, -2.3];
+
+    /// Trials that begin so far ahead in a swing of `times` the amplitude, by trial.
+    fn breathing(ahead_rad: [f64; 3], times: [f64; 3]) -> impl Plant {
+        trials(3, &|trial, i| {
+            let swing = (TAU * FREQUENCY_HZ * time_s(i) + PHASE_RAD + ahead_rad[trial]).sin();
+            let moved = |k: usize| times[trial] * AMPLITUDE_M[k] * swing * weight(k, i);
+            (0..2).map(moved).sum::<f64>() + 1e-4 * crate::toy::noise(i + SAMPLES * trial)
+        })
+    }
+
+    fn phases(toy: &dyn Plant) -> Option<Vec<f64>> {
+        let floor = Floor::of(toy);
+        let problem = Problem::new(toy, &floor, &|_| {});
+        let point = Point::nominal(toy);
+        let base = problem.residuals(&point).unwrap();
+        let nuisances = Nuisances::at(&problem, &point, &base).unwrap();
+        let refits: Vec<Refit> =
+            base.iter().enumerate().map(|(t, r)| nuisances.refit(t, r)).collect();
+        own_phases(&problem, 0, &nuisances, &refits.iter().enumerate().collect::<Vec<_>>())
+    }
+
+    #[test]
+    fn a_breath_that_does_not_begin_with_the_trial_has_a_phase_in_each() {
+        let found = phases(&breathing(AHEAD_RAD, [1.0; 3])).expect("plain");
+        for (found, there) in found.iter().zip(AHEAD_RAD) {
+            assert!((found - there).sin().abs() < 0.2 && (found - there).cos() > 0.0, "{found}");
+        }
+        assert_eq!(phases(&breathing([0.0; 3], [1.0; 3])), None, "one phase explains as much");
+        assert_eq!(phases(&breathing(AHEAD_RAD, [0.2, 1.0, 3.0])), None, "a wall is one");
+    }
+
+    #[test]
+    fn what_swings_with_phases_of_its_own_is_named_and_said() {
+        let toy = breathing(AHEAD_RAD, [1.0; 3]);
+        let answer = crate::diagnose(&toy, "breath", &|_| {});
+        assert_eq!(answer.verdict, crate::report::Verdict::Named, "{}", answer.sentence());
+        let named = &answer.effects[0];
+        let x_m = named.parameters["x_m"].value.abs();
+        assert!((x_m / AMPLITUDE_M[0] - 1.0).abs() < 0.1, "{x_m}");
+        let said =
+            |remark: &String| remark.contains("motion has a phase of its own in every trial");
+        assert!(answer.remarks.iter().any(said), "{:?}", answer.remarks);
     }
 }

@@ -100,6 +100,14 @@ impl<F: Fn(usize, &Point) -> f64> Toy<F> {
         self
     }
 
+    /// What each trial measures.
+    pub fn each(mut self, of: impl Fn(usize, usize) -> f64) -> Self {
+        for (t, trial) in self.trials.iter_mut().enumerate() {
+            trial.samples.iter_mut().enumerate().for_each(|(i, own)| own.value = of(t, i));
+        }
+        self
+    }
+
     /// In four blocks a trial, and in so many regimes by trial and block.
     pub fn in_regimes(mut self, count: usize, of: impl Fn(usize, usize) -> usize) -> Self {
         self.regimes = (0..count).map(|k| format!("regime {k}")).collect();

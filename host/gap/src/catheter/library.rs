@@ -87,6 +87,7 @@ impl Library {
                     .collect::<Option<_>>()?,
                 along: Along::Time,
                 cycles: BREATHING_AND_PULSE_HZ,
+                own_phase: Some(4),
                 parameters: |amplitudes, cycles, phase| {
                     amplitudes.iter().copied().chain([cycles, phase]).collect()
                 },
@@ -96,6 +97,7 @@ impl Library {
                 nuisances: vec![at("insertion offset")?],
                 along: Along::Feed,
                 cycles: ROLLERS_PER_M,
+                own_phase: None,
                 parameters: |amplitudes, cycles, phase| {
                     let ratio = amplitudes[0] * TAU * cycles;
                     let sign = ratio.signum();

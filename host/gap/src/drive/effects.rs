@@ -329,6 +329,7 @@ pub fn swing(effect: usize, travel_m: f64) -> Option<Swing> {
         nuisances: vec![FORCE_BIAS],
         along: Along::Position,
         cycles: [LEAST_CYCLES, MOST_CYCLES].map(|cycles| cycles / travel_m),
+        own_phase: None,
         parameters: |amplitudes, cycles, phase| {
             let (sine, cosine) = phase.sin_cos();
             vec![amplitudes[0] * sine, amplitudes[0] * cosine, 1.0 / cycles]
