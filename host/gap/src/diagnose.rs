@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 
-use crate::altered::Altered;
 use crate::band;
 use crate::calibration;
 use crate::confuse::{confusable, identified, win_frequency};
@@ -18,8 +17,8 @@ use crate::left::left;
 use crate::locate::locate;
 use crate::map::maps;
 use crate::metric::Metric;
-use crate::nuisance::{Nuisances, Refit};
 use crate::on_vessel::on_vessel;
+use crate::own_phase::{closes_more, own_phases};
 use crate::plant::{BROKEN_DOWN, Plant, Point, Quantity};
 use crate::problem::{Problem, Progress};
 use crate::report::{Details, Diagnosis, NamedEffect, PathStep, QuantityEnergy, Ranked, Verdict};
@@ -27,7 +26,6 @@ use crate::sanity;
 use crate::score::{Score, root_mean_square};
 use crate::select::{Candidate, Selection, Selector};
 use crate::series::{held_out, series};
-use crate::swing::own_phases;
 use crate::unlike::unlike;
 use crate::verdict::{Lead, NEARLY_ALL, verdict};
 
@@ -38,45 +36,18 @@ const MATERIAL: f64 = 0.05;
 /// or less and leaves more than this, 20 standard deviations of the floor, is of another kind.
 const FAR_FROM_FLOOR_CHEAP: f64 = 300.0;
 
-/// Share of the gap that phases of their own must close more.
-const MORE_BY_PHASES: f64 = 0.1;
-
 /// Diagnoses the trials of a plant.
 ///
 /// `bundle`: name for the answer. Deterministic: the same trials give the same answer.
 pub fn diagnose(plant: &dyn Plant, bundle: &str, progress: Progress<'_>) -> Diagnosis {
     let answer = run(plant, bundle, None, progress);
-    with_own_phases(plant, bundle, &answer, progress).unwrap_or(answer)
-}
-
-/// The answer where an effect swings with a phase of its own in every trial, if one does and explains
-/// more than an answer that stays open.
-fn with_own_phases(
-    plant: &dyn Plant,
-    bundle: &str,
-    answer: &Diagnosis,
-    progress: Progress<'_>,
-) -> Option<Diagnosis> {
-    let is_open = matches!(answer.verdict, Verdict::Unknown | Verdict::Partial);
-    // Without places, nothing was compared.
-    if plant.cheap() || !is_open || answer.places.is_empty() {
-        return None;
+    match own_phases(plant, &answer, progress) {
+        Some(altered) => {
+            let again = run(&altered, bundle, None, progress);
+            if closes_more(&answer, &again) { again } else { answer }
+        }
+        None => answer,
     }
-    let floor = Floor::of(plant);
-    let problem = Problem::new(plant, &floor, progress);
-    let point = Point::nominal(plant);
-    let base = problem.residuals(&point)?;
-    let nuisances = Nuisances::at(&problem, &point, &base)?;
-    let refits: Vec<Refit> = base.iter().enumerate().map(|(t, r)| nuisances.refit(t, r)).collect();
-    let trials: Vec<(usize, &Refit)> = refits.iter().enumerate().collect();
-    (0..plant.effects().len()).find_map(|effect| {
-        let ahead_rad = own_phases(&problem, effect, &nuisances, &trials)?;
-        let altered = Altered::with_phases(plant, effect, ahead_rad)?;
-        let again = run(&altered, bundle, None, progress);
-        let names_it = again.effects.iter().any(|e| e.id == plant.effects()[effect].id);
-        let closes_more = again.details.shrink > answer.details.shrink + MORE_BY_PHASES;
-        (names_it && closes_more).then_some(again)
-    })
 }
 
 /// Fits these effects, indices into [`Plant::effects`], and no others: what they close is

@@ -60,6 +60,7 @@ mod map;
 mod metric;
 mod nuisance;
 mod on_vessel;
+mod own_phase;
 mod page;
 mod pairs;
 pub mod plant;
