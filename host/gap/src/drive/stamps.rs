@@ -27,8 +27,7 @@ pub fn evened(t_s: &[f64], position_m: &[f64]) -> Option<(Vec<f64>, f64)> {
     let even: Vec<f64> = (0..t_s.len()).map(|i| mean_s + (i as f64 - middle) * it / ii).collect();
     let squares: f64 = t_s.iter().zip(&even).map(|(t, e)| (t - e).powi(2)).sum();
     let scatter_s = (squares / n).sqrt();
-    // Written so that what is no number is left alone.
-    if !(scatter_s > SCATTERED * usual_step_s(t_s)) {
+    if scatter_s.is_nan() || scatter_s <= SCATTERED * usual_step_s(t_s) {
         return None;
     }
     let [by_even, by_stamps] = [&even[..], t_s].map(|times| Noise::of(times, position_m).most);
