@@ -265,6 +265,7 @@ mod tests {
             "insertion": {
                 "length_m": 0.15, "nodes": 50, "radius_m": 1e-3, "mass_kg": 1e-3,
                 "youngs_modulus_pa": 5e7, "speed_m_per_s": 0.01, "friction_coefficient": 0.3,
+                "wall_stiffness_n_per_m2": 8e5,
                 "sample_s": 1e-3,
                 "tube": { "first_radius_m": 5e-3, "last_radius_m": 3e-3, "bend_angle_rad": 1.0,
                           "bend_radius_m": 0.04 },
