@@ -1,12 +1,12 @@
 //! A plant that differs from another in what is known of it: effects that its model already has,
 //! trials that nobody has seen, or where in a swing each of them begins.
 
-use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 
 use crate::plant::{
     Channel, Effect, Impostor, Nuisance, Plant, Point, Repeat, Segment, Swing, Trial,
 };
+use crate::signal::wrapped;
 use crate::silhouette::Silhouette;
 
 /// Another plant with other effects or fewer trials; everything else is the other's.
@@ -109,11 +109,6 @@ impl<'a> Altered<'a> {
         own.anchor.effects = Arc::new(anchor);
         own
     }
-}
-
-/// The same angle from −π to π.
-fn wrapped(angle: f64) -> f64 {
-    (angle + PI).rem_euclid(TAU) - PI
 }
 
 impl Plant for Altered<'_> {

@@ -18,7 +18,7 @@ use crate::locate::locate;
 use crate::map::maps;
 use crate::metric::Metric;
 use crate::on_vessel::on_vessel;
-use crate::own_phase::{closes_more, own_phases};
+use crate::own_phase::{closes_more, with_own_phases};
 use crate::plant::{BROKEN_DOWN, Plant, Point, Quantity};
 use crate::problem::{Problem, Progress};
 use crate::report::{Details, Diagnosis, NamedEffect, PathStep, QuantityEnergy, Ranked, Verdict};
@@ -41,7 +41,7 @@ const FAR_FROM_FLOOR_CHEAP: f64 = 300.0;
 /// `bundle`: name for the answer. Deterministic: the same trials give the same answer.
 pub fn diagnose(plant: &dyn Plant, bundle: &str, progress: Progress<'_>) -> Diagnosis {
     let answer = run(plant, bundle, None, progress);
-    match own_phases(plant, &answer, progress) {
+    match with_own_phases(plant, &answer, progress) {
         Some(altered) => {
             let again = run(&altered, bundle, None, progress);
             if closes_more(&answer, &again) { again } else { answer }

@@ -20,7 +20,7 @@ const REFINED: usize = 2;
 const CLOSES_MORE: f64 = 0.1;
 
 /// The plant with a phase of its own in every trial, where an answer stays open and an effect swings so.
-pub fn own_phases<'a>(
+pub fn with_own_phases<'a>(
     plant: &'a dyn Plant,
     answer: &Diagnosis,
     progress: Progress<'_>,

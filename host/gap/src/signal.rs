@@ -1,4 +1,6 @@
-//! Time series: smoothing, interpolation, autocorrelation.
+//! Time series: smoothing, interpolation, autocorrelation, phases.
+
+use std::f64::consts::{PI, TAU};
 
 /// Gaussian smoothing and its first two derivatives on a uniform grid.
 ///
@@ -44,6 +46,11 @@ impl Gaussian {
     pub fn reach(&self) -> usize {
         self.reach
     }
+}
+
+/// The same angle from −π to π.
+pub fn wrapped(angle: f64) -> f64 {
+    (angle + PI).rem_euclid(TAU) - PI
 }
 
 /// Central differences, one-sided at the ends.

@@ -19,6 +19,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::nuisance::{Nuisances, Refit};
 use crate::plant::Swing;
 use crate::problem::Problem;
+use crate::signal::wrapped;
 
 /// Frequencies a cycle over the longest trial.
 const PER_CYCLE: f64 = 4.0;
@@ -26,8 +27,7 @@ const PER_CYCLE: f64 = 4.0;
 const MOST: usize = 400;
 /// What swings with a phase of its own in every trial does so at least so often in the longest,
 const OWN_CYCLES: f64 = 2.0;
-/// explains to first order this share of what is left, and so many times what one phase does (0.18 and 11 times
-/// where `tapered-none` breathes by 0.9 mm),
+/// explains to first order this share of what is left, and so many times what one phase does,
 const OWN_SHARE: f64 = 0.1;
 const TIMES_ONE: f64 = 3.0;
 /// and by amplitudes that differ by no more than this share of their mean: a wall is one, what is fitted to
@@ -103,9 +103,10 @@ pub fn own_phases(
     let alike =
         |(amplitude, _): &(DVector<f64>, f64)| (amplitude - &mean).norm() <= ALIKE * mean.norm();
     let first = swings.first()?.1;
-    swings.iter().all(alike).then(|| {
-        swings.iter().map(|(_, phase)| (phase - first + PI).rem_euclid(TAU) - PI).collect()
-    })
+    swings
+        .iter()
+        .all(alike)
+        .then(|| swings.iter().map(|(_, phase)| wrapped(phase - first)).collect())
 }
 
 /// Trials along what swings.

@@ -1,11 +1,12 @@
 //! The catalogue of effects as candidates for one rig.
 
-use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use std::f64::consts::{FRAC_PI_2, TAU};
 
 use cathforce_effects::{Effect as Entry, Plant, Role, all};
 use cathforce_mechanics::Description;
 
 use crate::plant::{Along, Effect, Impostor, Nuisance, Parameter, Point, Swing};
+use crate::signal::wrapped;
 
 /// Places at which an effect with a place starts are so far from each other: as far as what begins
 /// there is felt \[m\] …
@@ -123,11 +124,6 @@ impl Library {
                    is drawn along",
         })
     }
-}
-
-/// The same angle from −π to π.
-fn wrapped(angle: f64) -> f64 {
-    (angle + PI).rem_euclid(TAU) - PI
 }
 
 fn fitted(entry: &'static Entry) -> impl Iterator<Item = &'static cathforce_effects::Parameter> {
