@@ -7,16 +7,15 @@ use rayon::prelude::*;
 
 use crate::confuse::are_confused;
 use crate::criteria::by_cost;
-use crate::fit::{Depth, Fit, Start};
+use crate::fit::{Depth, Start};
 use crate::select::{Candidate, Rival, Selection, Selector, Step};
 
 /// Of what an effect is confused with, how many take its place in a fit.
 const EXCHANGED: usize = 2;
 
-/// Shares of the gap that one may leave more than the answer after a brief fit, and after a whole one, and
-/// still be fitted on: a brief fit may have stopped before a threshold, the finer model closes little more.
-const FAR_BRIEF: f64 = 0.4;
-const FAR_WHOLE: f64 = 0.25;
+/// Share of the gap that one may leave more than the answer and still be fitted by the finer model, which
+/// closes little more.
+const FAR: f64 = 0.25;
 /// Fits by the finer model, one after the other, and the share of the loss that one must leave for
 /// another to follow.
 const POLISHED_AGAIN: usize = 3;
@@ -43,7 +42,7 @@ impl Selector<'_> {
         let simplest = tried[1..].iter().find(simpler);
         let mut sides = vec![(None, selection.best.clone())];
         for (effect, rival, found) in [Some(least), simplest].into_iter().flatten().cloned() {
-            if !is_far(selection, &found, FAR_WHOLE) {
+            if !is_far(selection, &found) {
                 sides.push((Some((effect, rival)), self.to_the_end(found)));
             }
         }
@@ -78,16 +77,7 @@ impl Selector<'_> {
             let mut on = without.fit.effects.clone();
             on.push(rival);
             let start = Start::Fit(&without.fit);
-            let brief = self.candidate(Depth::Brief, &nuisances, start, &on, Some(rival))?;
-            let found = match is_far(selection, &brief, FAR_BRIEF) {
-                true => brief,
-                false => {
-                    let start = Start::Fit(&brief.fit);
-                    let whole = self.candidate(Depth::Whole, &nuisances, start, &on, None)?;
-                    let failed = brief.fit.failed && whole.fit.loss >= brief.fit.loss;
-                    Candidate { fit: Fit { failed, ..whole.fit }, ..whole }
-                }
-            };
+            let found = self.candidate(Depth::Whole, &nuisances, start, &on, Some(rival))?;
             (!found.fit.failed).then_some((effect, rival, found))
         };
         promised.into_par_iter().filter_map(fitted).collect()
@@ -177,10 +167,10 @@ impl Selector<'_> {
     }
 }
 
-/// Whether one leaves more than the answer by this share of the gap.
-fn is_far(selection: &Selection, candidate: &Candidate, share: f64) -> bool {
+/// Whether one leaves far more than the answer.
+fn is_far(selection: &Selection, candidate: &Candidate) -> bool {
     let more = candidate.score.excess() - selection.best.score.excess();
-    more > share * selection.nominal.score.excess()
+    more > FAR * selection.nominal.score.excess()
 }
 
 fn put(selection: &mut Selection, effect: usize, rival: usize, found: Candidate) {
