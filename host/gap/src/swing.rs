@@ -268,14 +268,23 @@ mod tests {
         toy
     }
 
-    fn guessed(toy: &dyn Plant) -> Option<Vec<f64>> {
+    /// What is asked of the trials of a toy, refitted with the nuisances of its nominal model.
+    fn asked<T>(
+        toy: &dyn Plant,
+        of: impl FnOnce(&Problem<'_>, &Nuisances, &[(usize, &Refit)]) -> T,
+    ) -> T {
         let floor = Floor::of(toy);
         let problem = Problem::new(toy, &floor, &|_| {});
         let point = Point::nominal(toy);
         let base = problem.residuals(&point).unwrap();
         let nuisances = Nuisances::at(&problem, &point, &base).unwrap();
-        let refit = nuisances.refit(0, &base[0]);
-        guess(&problem, 0, &nuisances, &[(0, &refit)])
+        let refits: Vec<Refit> =
+            base.iter().enumerate().map(|(t, r)| nuisances.refit(t, r)).collect();
+        of(&problem, &nuisances, &refits.iter().enumerate().collect::<Vec<_>>())
+    }
+
+    fn guessed(toy: &dyn Plant) -> Option<Vec<f64>> {
+        asked(toy, |problem, nuisances, trials| guess(problem, 0, nuisances, trials))
     }
 
     #[test]
@@ -316,14 +325,7 @@ mod tests {
     }
 
     fn phases(toy: &dyn Plant) -> Option<Vec<f64>> {
-        let floor = Floor::of(toy);
-        let problem = Problem::new(toy, &floor, &|_| {});
-        let point = Point::nominal(toy);
-        let base = problem.residuals(&point).unwrap();
-        let nuisances = Nuisances::at(&problem, &point, &base).unwrap();
-        let refits: Vec<Refit> =
-            base.iter().enumerate().map(|(t, r)| nuisances.refit(t, r)).collect();
-        own_phases(&problem, 0, &nuisances, &refits.iter().enumerate().collect::<Vec<_>>())
+        asked(toy, |problem, nuisances, trials| own_phases(problem, 0, nuisances, trials))
     }
 
     #[test]
