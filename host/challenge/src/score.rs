@@ -13,6 +13,8 @@ use crate::seal::Label;
 pub const SMALLEST_GAP: f64 = 2.0;
 /// A wrong answer with at least this confidence is confidently wrong.
 pub const CONFIDENT: f64 = 0.8;
+/// Of wrong answers, whichever of the effects is the wrong one.
+const ANY_CONFIDENTLY_WRONG: &str = "the same, of any effect that is named";
 /// Of figures of what anybody could see in spite of what nobody knows about a wall.
 const FIRST_OVER_FLOOR: &str = "named first, where the gap is twice the floor";
 const IN_SET_OVER_FLOOR: &str = "in the reported set, where the gap is twice the floor";
@@ -32,6 +34,8 @@ pub struct Tally {
     pub unit: &'static str,
     /// Cases, or parameters, that it is taken over.
     pub of: usize,
+    /// Of a share: where it lies with a probability of 95 %, in percent (Wilson 1927).
+    pub between: Option<[f64; 2]>,
 }
 
 /// All figures of a challenge.
@@ -66,6 +70,9 @@ pub struct Answer {
     /// Named effects and what they cannot be told apart from.
     pub reported: BTreeSet<String>,
     pub confidence: Option<f64>,
+    /// Effects that were named with [`CONFIDENT`] and are not there, nor anything that they are said
+    /// not to be told apart from.
+    pub confidently_wrong: Vec<String>,
     /// On the diagnosed trials, held out one by one; on the one that was not diagnosed.
     pub predicted_shrink: Option<f64>,
     pub achieved_shrink: Option<f64>,
@@ -86,14 +93,27 @@ impl Answer {
     fn of(label: &Label, answer: &Value) -> Self {
         let text = |value: &Value| value.as_str().unwrap_or_default().to_owned();
         let list = |value: &Value| value.as_array().cloned().unwrap_or_default();
-        let named: Vec<String> = list(&answer["effects"]).iter().map(|e| text(&e["id"])).collect();
+        let effects = list(&answer["effects"]);
+        let named: Vec<String> = effects.iter().map(|e| text(&e["id"])).collect();
+        let confusable: Vec<Vec<String>> = list(&answer["confusable"])
+            .iter()
+            .map(|set| list(set).iter().map(text).collect())
+            .collect();
+        let not_told_apart = |id: &String| -> Vec<String> {
+            confusable.iter().filter(|set| set.contains(id)).flatten().cloned().collect()
+        };
         let mut reported: BTreeSet<String> = named.iter().cloned().collect();
-        for set in list(&answer["confusable"]) {
-            let set: Vec<String> = list(&set).iter().map(text).collect();
-            if set.iter().any(|id| named.contains(id)) {
-                reported.extend(set);
-            }
-        }
+        reported.extend(named.iter().flat_map(not_told_apart));
+        let truth: Vec<String> = label.effects.iter().map(|effect| effect.id.clone()).collect();
+        let is_wrong = |effect: &&Value| {
+            let id = text(&effect["id"]);
+            let is_sure = effect["confidence"].as_f64().is_some_and(|c| c >= CONFIDENT);
+            is_sure
+                && !truth.contains(&id)
+                && !not_told_apart(&id).iter().any(|id| truth.contains(id))
+        };
+        let confidently_wrong =
+            effects.iter().filter(is_wrong).map(|effect| text(&effect["id"])).collect();
         let mut own = Self {
             case: label.case.clone(),
             kind: label.kind,
@@ -102,11 +122,12 @@ impl Answer {
             added_over_noise: label.added_over_noise.clone(),
             gap_over_floor: label.gap_over_floor,
             added_over_floor: label.added_over_floor.clone(),
-            truth: label.effects.iter().map(|effect| effect.id.clone()).collect(),
+            truth,
             verdict: text(&answer["verdict"]),
             confidence: answer["effects"][0]["confidence"].as_f64(),
             predicted_shrink: answer["predicted_shrink"].as_f64(),
             achieved_shrink: answer["achieved_shrink"].as_f64(),
+            confidently_wrong,
             named,
             reported,
             right: false,
@@ -120,21 +141,20 @@ impl Answer {
         own
     }
 
-    /// Of what was named.
+    /// Of what was named, as the whole or as a part.
     fn shrink_missed(&self) -> Option<f64> {
         let both = self.predicted_shrink.zip(self.achieved_shrink);
         let missed = |(predicted, achieved): (f64, f64)| (predicted - achieved).abs();
-        both.filter(|_| self.verdict == "named").map(missed)
+        both.filter(|_| !self.named.is_empty()).map(missed)
     }
 
     fn first_is_true(&self) -> bool {
         self.named.first().is_some_and(|first| self.truth.contains(first))
     }
 
-    /// Whether the first effect is wrong, and was said with confidence and without a reserve.
+    /// Whether the effect that is named first is wrong, and was said with confidence.
     fn is_confidently_wrong(&self) -> bool {
-        let wrong = !self.named.is_empty() && !self.truth.iter().any(|t| self.reported.contains(t));
-        wrong && self.verdict == "named" && self.confidence.is_some_and(|c| c >= CONFIDENT)
+        self.named.first().is_some_and(|first| self.confidently_wrong.contains(first))
     }
 }
 
@@ -157,32 +177,29 @@ pub fn score(revealed: &[(Label, Value)]) -> Score {
         |a: &&Answer| over_floor(a) && a.added_over_floor.iter().all(|gap| *gap >= SMALLEST_GAP);
     let pair_over_floor: Vec<&Answer> = pair.iter().copied().filter(both_over).collect();
     let (outside, none) = (of(Kind::Outside), of(Kind::None));
-    let share = |figure, target, among: &[&Answer], hit: &dyn Fn(&Answer) -> bool| Tally {
-        figure,
-        target,
-        value: mean(among.iter().map(|a| if hit(a) { 100.0 } else { 0.0 })),
-        unit: "%",
-        of: among.len(),
+    let counted_answers =
+        || revealed.iter().zip(&answers).filter(|(_, a)| large(a)).map(|(r, _)| r);
+    let share = |figure, target, among: &[&Answer], hit: &dyn Fn(&Answer) -> bool| {
+        Tally::share(figure, target, among.iter().map(|a| hit(a)))
     };
     let all_in = |a: &Answer| a.truth.iter().all(|id| a.reported.contains(id));
     let sizes: Vec<f64> =
         single.iter().filter(|a| !a.reported.is_empty()).map(|a| a.reported.len() as f64).collect();
-    let inside = intervals(revealed);
+    let inside = intervals(counted_answers());
     let numbers = |figure, target, unit, values: Vec<f64>| Tally {
         figure,
         target,
         value: mean(values.iter().copied()),
         unit,
         of: values.len(),
+        between: None,
     };
     let found = |key: &str| revealed.iter().filter_map(|(_, a)| a[key].as_f64()).collect();
     let misses: Vec<f64> = counted.iter().filter_map(|a| a.shrink_missed()).collect();
-    let within: Vec<f64> =
-        misses.iter().map(|miss| if *miss <= WITHIN { 100.0 } else { 0.0 }).collect();
-    let named: Vec<(f64, bool)> = revealed.iter().flat_map(|(l, a)| named(l, a)).collect();
+    let within = misses.iter().map(|miss| *miss <= WITHIN);
+    let named: Vec<(f64, bool)> = counted_answers().flat_map(|(l, a)| named(l, a)).collect();
     let confidences = named.iter().map(|(confidence, _)| 100.0 * confidence).collect();
-    let there = named.iter().map(|(_, there)| if *there { 100.0 } else { 0.0 }).collect();
-    let held = inside.iter().map(|hit| if *hit { 100.0 } else { 0.0 }).collect();
+    let there = named.iter().map(|(_, there)| *there);
     let tallies = vec![
         share("the true effect is named first", "≥ 90 %", &single, &Answer::first_is_true),
         share(FIRST_OVER_FLOOR, "≥ 90 %", &single_over_floor, &Answer::first_is_true),
@@ -190,6 +207,7 @@ pub fn score(revealed: &[(Label, Value)]) -> Score {
         share(IN_SET_OVER_FLOOR, "≥ 97 %", &single_over_floor, &all_in),
         numbers("mean size of that set", "≤ 1.5", "", sizes),
         share("confidently wrong", "≤ 2 %", &counted, &Answer::is_confidently_wrong),
+        share(ANY_CONFIDENTLY_WRONG, "", &counted, &|a| !a.confidently_wrong.is_empty()),
         share("out-of-library effects answered \"none of mine\"", "≥ 90 %", &outside, &|a| {
             a.verdict == "unknown"
         }),
@@ -203,10 +221,14 @@ pub fn score(revealed: &[(Label, Value)]) -> Score {
             "points",
             misses.iter().map(|miss| 100.0 * miss).collect(),
         ),
-        numbers("the same, cases within 10 points", "", "%", within),
-        numbers("90 % parameter intervals that hold the truth", "85–95 %", "%", held),
+        Tally::share("the same, cases within 10 points", "", within),
+        Tally::share(
+            "90 % parameter intervals that hold the truth",
+            "85–95 %",
+            inside.iter().copied(),
+        ),
         numbers("mean confidence of named effects", "as often as there", "%", confidences),
-        numbers("named effects that are there", "", "%", there),
+        Tally::share("named effects that are there", "", there),
         numbers("mean processor time of a diagnosis", "", "s", found("cpu_seconds")),
     ];
     let binary = |(_, a): &(Label, Value)| a["binary_sha256"].as_str().map(str::to_owned);
@@ -219,6 +241,25 @@ pub fn score(revealed: &[(Label, Value)]) -> Score {
         binaries: revealed.iter().filter_map(binary).collect(),
         answers,
     }
+}
+
+impl Tally {
+    fn share(figure: &'static str, target: &'static str, hits: impl Iterator<Item = bool>) -> Self {
+        let hits: Vec<bool> = hits.collect();
+        let (of, hit) = (hits.len(), hits.iter().filter(|hit| **hit).count());
+        let value = (of > 0).then(|| 100.0 * hit as f64 / of as f64);
+        Self { figure, target, value, unit: "%", of, between: wilson(hit, of) }
+    }
+}
+
+/// Where a share lies with a probability of 95 %, in percent (Wilson 1927).
+fn wilson(hit: usize, of: usize) -> Option<[f64; 2]> {
+    const Z: f64 = 1.96;
+    let (n, share) = (of as f64, hit as f64 / of as f64);
+    let centre = share + Z * Z / (2.0 * n);
+    let half = Z * (share * (1.0 - share) / n + Z * Z / (4.0 * n * n)).sqrt();
+    let edge = |x: f64| 100.0 * (x / (1.0 + Z * Z / n)).clamp(0.0, 1.0);
+    (of > 0).then(|| [edge(centre - half), edge(centre + half)])
 }
 
 /// Confidence of every named effect, and whether it is there.
@@ -245,7 +286,7 @@ fn by_rig(counted: &[&Answer]) -> Vec<Right> {
 
 /// Of every parameter with a counterpart in a true effect that was named, whether its interval
 /// holds the truth.
-fn intervals(revealed: &[(Label, Value)]) -> Vec<bool> {
+fn intervals<'a>(revealed: impl Iterator<Item = &'a (Label, Value)>) -> Vec<bool> {
     let mut inside = Vec::new();
     for (label, answer) in revealed {
         let named = answer["effects"].as_array();
@@ -297,15 +338,19 @@ impl Score {
 
     /// The figures as a table of Markdown.
     pub fn table(&self) -> String {
-        let mut text =
-            String::from("| figure | target | reached | of |\n| --- | --- | --- | --- |\n");
+        let mut text = String::from(
+            "| figure | target | reached | of | 95 % between |\n| --- | --- | --- | --- | --- |\n",
+        );
         for t in &self.tallies {
             let value = t.value.map_or("–".to_owned(), |value| match t.unit {
                 "" => format!("{value:.2}"),
                 "%" => format!("{value:.0} %"),
                 unit => format!("{value:.1} {unit}"),
             });
-            let _ = writeln!(text, "| {} | {} | {value} | {} |", t.figure, t.target, t.of);
+            let between =
+                t.between.map_or(String::new(), |[low, high]| format!("{low:.0} and {high:.0} %"));
+            let _ =
+                writeln!(text, "| {} | {} | {value} | {} | {between} |", t.figure, t.target, t.of);
         }
         text
     }
@@ -379,6 +424,44 @@ mod tests {
         assert_eq!(value(&score, PAIRS_THAT_SHOW), Some(100.0));
         let held = value(&score, "90 % parameter intervals that hold the truth").unwrap();
         assert_eq!(held, 75.0);
+    }
+
+    #[test]
+    fn every_effect_that_is_named_with_confidence_and_is_not_there_is_wrong() {
+        let effect = |id: &str| json!({ "id": id, "confidence": 0.97, "parameters": {} });
+        let answer = |verdict: &str, ids: &[&str]| {
+            let effects: Vec<Value> = ids.iter().map(|id| effect(id)).collect();
+            json!({ "verdict": verdict, "effects": effects, "confusable": [["c", "a"]] })
+        };
+        let single = || label(Kind::Single, &["a"], 3.0);
+        let revealed = [
+            (single(), answer("named", &["a"])),
+            // What it cannot be told apart from is there.
+            (single(), answer("named", &["c"])),
+            // The true effect is second, or is beside one that is not there.
+            (single(), answer("named", &["b", "a"])),
+            (single(), answer("named", &["a", "b"])),
+            (label(Kind::Outside, &["o"], 9.0), answer("partial", &["b"])),
+            (label(Kind::None, &[], 1.0), answer("no_gap", &[])),
+        ];
+        let score = score(&revealed);
+        let wrong: Vec<usize> = score.answers.iter().map(|a| a.confidently_wrong.len()).collect();
+        assert_eq!(wrong, [0, 0, 1, 1, 1, 0]);
+        let sixth = 100.0 / 6.0;
+        assert!((value(&score, "confidently wrong").unwrap() - 2.0 * sixth).abs() < 1e-9);
+        assert!((value(&score, ANY_CONFIDENTLY_WRONG).unwrap() - 3.0 * sixth).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_share_of_few_cases_says_how_little_it_says() {
+        // Wilson's interval of 0 of 4, 0 of 21 and 81 of 90 (computed by hand from its formula).
+        for ((hit, of), expected) in
+            [((0, 4), [0.0, 49.0]), ((0, 21), [0.0, 15.5]), ((81, 90), [82.1, 94.6])]
+        {
+            let found = wilson(hit, of).unwrap();
+            assert!(found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 0.1), "{found:?}");
+        }
+        assert_eq!(wilson(0, 0), None);
     }
 
     #[test]
