@@ -24,6 +24,7 @@ mod bundle;
 mod change;
 mod draw;
 mod given;
+mod make;
 mod motion;
 mod noise;
 mod play;

@@ -48,6 +48,8 @@ pub struct Score {
     /// Case, what was there, what was answered.
     pub answers: Vec<Answer>,
     pub seeds: BTreeSet<u64>,
+    /// SHA-256 of `seals.json`, to be compared with what was published before the first answer.
+    pub seals_sha256: String,
     /// By rig and kind.
     pub rigs: Vec<Right>,
     /// SHA-256 of the programs that answered.
@@ -159,7 +161,7 @@ impl Answer {
 }
 
 /// Scores revealed labels and the answers to them.
-pub fn score(revealed: &[(Label, Value)]) -> Score {
+pub fn score(seals_sha256: String, revealed: &[(Label, Value)]) -> Score {
     let answers: Vec<Answer> = revealed.iter().map(|(l, a)| Answer::of(l, a)).collect();
     let large = |a: &&Answer| a.kind == Kind::None || a.gap_over_noise >= SMALLEST_GAP;
     let counted: Vec<&Answer> = answers.iter().filter(large).collect();
@@ -236,6 +238,7 @@ pub fn score(revealed: &[(Label, Value)]) -> Score {
         cases: answers.len(),
         too_small: answers.len() - counted.len(),
         tallies,
+        seals_sha256,
         seeds: revealed.iter().map(|(label, _)| label.seed).collect(),
         rigs: by_rig(&counted),
         binaries: revealed.iter().filter_map(binary).collect(),
@@ -317,11 +320,12 @@ impl Score {
         let mut text = format!(
             "{} cases of seed {}, {} of them with a gap below {SMALLEST_GAP} times the noise, which \
              count for nothing. The floor is the noise and what a wall that is 40 µm nearer does. \
-             Answered by the program with SHA-256 {}.\n\n",
+             Answered by the program with SHA-256 {}; SHA-256 of seals.json: `{}`.\n\n",
             self.cases,
             list(self.seeds.iter().map(u64::to_string).collect()),
             self.too_small,
             list(self.binaries.iter().map(|hash| format!("`{hash}`")).collect()),
+            self.seals_sha256,
         );
         text += &self.table();
         text += "\nRight answers (no gap; unknown; the one effect first; both effects in the \
@@ -412,7 +416,7 @@ mod tests {
             // The second effect is there, but nobody could see it beside the first.
             (hidden, named("a", 9.0, json!([]))),
         ];
-        let score = score(&revealed);
+        let score = score(String::new(), &revealed);
         assert_eq!((score.cases, score.too_small), (9, 1));
         assert_eq!(value(&score, "the true effect is named first"), Some(50.0));
         assert_eq!(value(&score, "the true effect is in the reported set"), Some(75.0));
@@ -444,7 +448,7 @@ mod tests {
             (label(Kind::Outside, &["o"], 9.0), answer("partial", &["b"])),
             (label(Kind::None, &[], 1.0), answer("no_gap", &[])),
         ];
-        let score = score(&revealed);
+        let score = score(String::new(), &revealed);
         let wrong: Vec<usize> = score.answers.iter().map(|a| a.confidently_wrong.len()).collect();
         assert_eq!(wrong, [0, 0, 1, 1, 1, 0]);
         let sixth = 100.0 / 6.0;
@@ -480,7 +484,7 @@ mod tests {
             (over(Kind::Pair, &["a", "b"], Some(2.5)), named("a", 9.0, json!([["a", "b"]]))),
             (over(Kind::Pair, &["a", "b"], Some(1.5)), no_gap()),
         ];
-        let score = score(&revealed);
+        let score = score(String::new(), &revealed);
         let third = Some(100.0 / 3.0);
         assert_eq!(value(&score, "the true effect is named first"), third);
         assert_eq!(value(&score, "the true effect is in the reported set"), third);

@@ -2,29 +2,27 @@
 //!
 //! | file | when |
 //! | --- | --- |
+//! | `made.json` | begun and made; how many cases there are to be, on which rigs, and which are left out |
 //! | `cases/NNN/` | made; the bundles to diagnose |
 //! | `labels/NNN.json` | made; not to be opened before the reveal |
-//! | `seals.json` | sealed; SHA-256 of every label file, which holds its salt |
-//! | `answers/NNN.json` | run; only of sealed cases |
+//! | `seals.json` | sealed; SHA-256 of every label file, which holds its salt, and of every case |
+//! | `answers/NNN.json` | run; only of cases as they were sealed |
+//! | `revealed.json` | revealed; no case is answered any more |
 //! | `score.json` | scored; only of labels that match their seals |
 
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use cathforce_reference::SolveError;
-use rand::{Rng, SeedableRng};
-use rand_chacha::ChaCha8Rng;
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use sha2::{Digest, Sha256};
 use thiserror::Error;
 
 use crate::change::Truth;
-use crate::draw::{Case, Kind, cases};
+use crate::draw::Kind;
+use crate::make::Made;
 use crate::score::Score;
-use crate::stand::{Stand, Unchanged};
 
 /// What is true of a case.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -58,6 +56,9 @@ pub struct Label {
 pub struct Seals {
     /// SHA-256 of the label file, by case.
     pub labels: BTreeMap<String, String>,
+    /// SHA-256 over names and bytes of the case's files, by case. Seals of seeds up to 24000 have none.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub cases: BTreeMap<String, String>,
 }
 
 /// Why a challenge cannot go on.
@@ -68,27 +69,51 @@ pub enum ChallengeError {
     #[error("{}: {error}", path.display())]
     Content { path: PathBuf, error: serde_json::Error },
     #[error(
-        "{}: a challenge that is sealed, or of another seed or other rigs, is there already\n  \
-         fix: name another folder",
+        "{}: a challenge that is sealed, or of another seed, other rigs or another number of cases, is \
+         there already\n  fix: name another folder",
         .0.display()
     )]
     AlreadyMade(PathBuf),
+    #[error(
+        "two rigs have the name `{0}`, by which their cases are told\n  fix: name their folders differently"
+    )]
+    OneName(String),
     #[error("{}: no challenge is there\n  fix: `cathforce gap challenge make` makes one", .0.display())]
     NoChallenge(PathBuf),
+    #[error(
+        "{}: its making was not finished\n  fix: `cathforce gap challenge make` with the same options \
+         goes on",
+        .0.display()
+    )]
+    NotFinished(PathBuf),
     #[error("{}: not sealed yet\n  fix: `cathforce gap challenge seal` first", .0.display())]
     NotSealed(PathBuf),
     #[error("{}: sealed already; a second seal would be worth nothing", .0.display())]
     AlreadySealed(PathBuf),
+    #[error(
+        "{}: there are answers already, and a seal after them would be worth nothing\n  fix: make a new \
+         challenge in another folder",
+        .0.display()
+    )]
+    AlreadyAnswered(PathBuf),
+    #[error(
+        "{}: its labels were opened (revealed.json); what is answered now is not blind\n  fix: `cathforce \
+         gap diagnose` on a case, or a new challenge",
+        .0.display()
+    )]
+    AlreadyRevealed(PathBuf),
     #[error("case {0} is not answered yet\n  fix: `cathforce gap challenge run` first")]
     NotAnswered(String),
     #[error("the label of case {0} is not the one that was sealed")]
     Broken(String),
+    #[error("{}: not the case that was sealed: a file was changed, added or removed", .0.display())]
+    Changed(PathBuf),
 }
 
 /// A challenge in a folder.
 #[derive(Clone, Debug)]
 pub struct Challenge {
-    folder: PathBuf,
+    pub(crate) folder: PathBuf,
 }
 
 impl Challenge {
@@ -97,101 +122,7 @@ impl Challenge {
         Self { folder: folder.to_path_buf() }
     }
 
-    /// Makes `count` cases of a seed on these rigs, or those of them that are not there yet.
-    /// `salt_seed` must not be known to whoever diagnoses. `made` is told after every case.
-    ///
-    /// Gives the cases that are left out because the solver finds no balance, and why.
-    pub fn make(
-        &self,
-        seed: u64,
-        count: usize,
-        salt_seed: u64,
-        stands: &[Stand],
-        made: &(dyn Fn() + Sync),
-    ) -> Result<Vec<(usize, SolveError)>, ChallengeError> {
-        if self.folder.join("seals.json").exists() || self.is_of_another(seed, stands)? {
-            return Err(ChallengeError::AlreadyMade(self.folder.clone()));
-        }
-        let mut rng = ChaCha8Rng::seed_from_u64(salt_seed);
-        let drawn: Vec<(Case, u128)> =
-            cases(seed, count, stands).into_iter().map(|case| (case, rng.random())).collect();
-        create(&self.folder.join("labels"))?;
-        create(&self.folder.join("cases"))?;
-        let unchanged: BTreeMap<&str, Result<Unchanged, SolveError>> =
-            stands.iter().map(|stand| (&*stand.rig.name, stand.unchanged())).collect();
-        let make = |(case, salt): &(Case, u128)| -> Result<_, ChallengeError> {
-            let played = match &unchanged[&*case.stand.rig.name] {
-                _ if self.label_path(&name(case.number)).exists() => Ok(()),
-                Ok(unchanged) => self.make_case(seed, case, *salt, unchanged)?,
-                Err(error) => Err(*error),
-            };
-            made();
-            Ok(played.err().map(|error| (case.number, error)))
-        };
-        let left_out: Vec<_> = drawn.par_iter().map(make).collect::<Result<_, _>>()?;
-        Ok(left_out.into_iter().flatten().collect())
-    }
-
-    /// Whether there are cases of another seed, or of other rigs.
-    fn is_of_another(&self, seed: u64, stands: &[Stand]) -> Result<bool, ChallengeError> {
-        if !self.folder.join("labels").exists() {
-            return Ok(self.folder.join("cases").exists());
-        }
-        let first =
-            self.cases()?.into_iter().map(|case| self.label_path(&case)).find(|p| p.exists());
-        let label: Option<Label> = first.map(|path| read_json(&path)).transpose()?;
-        let is_known = |rig: &str| stands.iter().any(|stand| stand.rig.name == rig);
-        Ok(label.is_some_and(|label| label.seed != seed || !is_known(&label.rig)))
-    }
-
-    /// Plays and writes one case, or says why it cannot be played.
-    fn make_case(
-        &self,
-        seed: u64,
-        case: &Case,
-        salt: u128,
-        unchanged: &Unchanged,
-    ) -> Result<Result<(), SolveError>, ChallengeError> {
-        let name = name(case.number);
-        let stand = &case.stand;
-        let play_all = || {
-            let real = stand.play(&case.changes)?;
-            let without = |k: usize| {
-                let others: Vec<_> = [&case.changes[..k], &case.changes[k + 1..]].concat();
-                if others.is_empty() { Ok(unchanged.nominal.clone()) } else { stand.play(&others) }
-            };
-            let without = (0..case.changes.len()).map(without);
-            Ok((real, without.collect::<Result<Vec<_>, SolveError>>()?))
-        };
-        let (real, without) = match play_all() {
-            Ok(played) => played,
-            Err(error) => return Ok(Err(error)),
-        };
-        let over_noise = |without: &Vec<_>| stand.gap_over_noise(&real, without);
-        let over_floor = |without: &Vec<_>| stand.gap_over_floor(&real, without, unchanged);
-        let label = Label {
-            case: name.clone(),
-            seed,
-            kind: case.kind,
-            rig: stand.rig.name.clone(),
-            effects: case.changes.iter().map(|c| c.truth(stand.rig.friction_coefficient)).collect(),
-            severity: case.severity,
-            gap_over_noise: over_noise(&unchanged.nominal),
-            added_over_noise: without.iter().map(over_noise).collect(),
-            gap_over_floor: Some(over_floor(&unchanged.nominal)),
-            added_over_floor: without.iter().map(over_floor).collect(),
-            salt: format!("{salt:032x}"),
-        };
-        let folder = self.folder.join("cases").join(&name);
-        stand
-            .write(&folder, &format!("case-{name}"), &real, case.noise_seed)
-            .map_err(|error| ChallengeError::File { path: folder, error })?;
-        // The label comes last: what has one is whole.
-        write_json(&self.label_path(&name), &label)?;
-        Ok(Ok(()))
-    }
-
-    fn label_path(&self, case: &str) -> PathBuf {
+    pub(crate) fn label_path(&self, case: &str) -> PathBuf {
         self.folder.join(format!("labels/{case}.json"))
     }
 
@@ -213,7 +144,7 @@ impl Challenge {
         self.folder.join("cases").join(case)
     }
 
-    /// Hashes every label and writes `seals.json`.
+    /// Hashes every label and every case, and writes `seals.json`.
     pub fn seal(&self) -> Result<Seals, ChallengeError> {
         let path = self.folder.join("seals.json");
         if path.exists() {
@@ -222,11 +153,33 @@ impl Challenge {
         if !self.folder.join("labels").is_dir() {
             return Err(ChallengeError::NoChallenge(self.folder.clone()));
         }
-        let cases = self.cases()?;
-        let hashes = cases.into_iter().map(|case| Ok((case.clone(), self.hash(&case)?)));
-        let seals = Seals { labels: hashes.collect::<Result<_, ChallengeError>>()? };
+        if !self.made()?.is_some_and(|made| made.is_whole) {
+            return Err(ChallengeError::NotFinished(self.folder.clone()));
+        }
+        if self.folder.join("answers").exists() {
+            return Err(ChallengeError::AlreadyAnswered(self.folder.clone()));
+        }
+        let names = self.cases()?;
+        let hashes = names.iter().map(|case| Ok((case.clone(), self.hash(case)?)));
+        let labels = hashes.collect::<Result<_, ChallengeError>>()?;
+        let hashes =
+            names.iter().map(|case| Ok((case.clone(), hash_of_folder(&self.bundle(case))?)));
+        let seals = Seals { labels, cases: hashes.collect::<Result<_, ChallengeError>>()? };
         write_json(&path, &seals)?;
         Ok(seals)
+    }
+
+    /// What was said when the challenge was made; `None` of one that no program of today made.
+    pub(crate) fn made(&self) -> Result<Option<Made>, ChallengeError> {
+        let path = self.folder.join("made.json");
+        if path.exists() { read_json(&path).map(Some) } else { Ok(None) }
+    }
+
+    /// SHA-256 of `seals.json`, the one figure that has to be published before a case is answered.
+    pub fn seals_sha256(&self) -> Result<String, ChallengeError> {
+        let path = self.folder.join("seals.json");
+        let bytes = fs::read(&path).map_err(file(&path))?;
+        Ok(format!("{:x}", Sha256::digest(&bytes)))
     }
 
     fn hash(&self, case: &str) -> Result<String, ChallengeError> {
@@ -242,6 +195,22 @@ impl Challenge {
             return Err(ChallengeError::NotSealed(self.folder.clone()));
         }
         read_json(&path)
+    }
+
+    /// Refuses a case that is not the one that was sealed, and any whose label was opened.
+    pub fn check_case(&self, seals: &Seals, case: &str) -> Result<(), ChallengeError> {
+        if self.folder.join("revealed.json").exists() {
+            return Err(ChallengeError::AlreadyRevealed(self.folder.clone()));
+        }
+        self.check_bytes(seals, case)
+    }
+
+    fn check_bytes(&self, seals: &Seals, case: &str) -> Result<(), ChallengeError> {
+        let bundle = self.bundle(case);
+        match seals.cases.get(case) {
+            Some(seal) if hash_of_folder(&bundle)? != *seal => Err(ChallengeError::Changed(bundle)),
+            _ => Ok(()),
+        }
     }
 
     /// The answer to a case, if it was given.
@@ -265,7 +234,8 @@ impl Challenge {
         write_json(&self.folder.join("score.json"), score)
     }
 
-    /// Opens the labels, which must be those that were sealed, once every case is answered.
+    /// Opens the labels, which must be those that were sealed, once every case is answered; from then
+    /// on none is answered any more.
     pub fn reveal(&self) -> Result<Vec<(Label, Value)>, ChallengeError> {
         let seals = self.seals()?;
         let open = |(case, seal): (&String, &String)| {
@@ -275,10 +245,35 @@ impl Challenge {
             if self.hash(case)? != *seal {
                 return Err(ChallengeError::Broken(case.clone()));
             }
+            self.check_bytes(&seals, case)?;
             Ok((read_json(&self.label_path(case))?, answer))
         };
-        seals.labels.iter().map(open).collect()
+        let revealed = seals.labels.iter().map(open).collect::<Result<_, ChallengeError>>()?;
+        let mark = serde_json::json!({ "seals_sha256": self.seals_sha256()? });
+        write_json(&self.folder.join("revealed.json"), &mark)?;
+        Ok(revealed)
     }
+}
+
+/// SHA-256 over name, length and bytes of every file in a folder and in those below it, by name.
+fn hash_of_folder(folder: &Path) -> Result<String, ChallengeError> {
+    let (mut open, mut files) = (vec![folder.to_path_buf()], Vec::new());
+    while let Some(path) = open.pop() {
+        for entry in fs::read_dir(&path).map_err(file(&path))? {
+            let entry = entry.map_err(file(&path))?.path();
+            if entry.is_dir() { open.push(entry) } else { files.push(entry) }
+        }
+    }
+    files.sort();
+    let mut hash = Sha256::new();
+    for path in files {
+        let bytes = fs::read(&path).map_err(file(&path))?;
+        let name = path.strip_prefix(folder).unwrap_or(&path).to_string_lossy();
+        hash.update(name.as_bytes());
+        hash.update((bytes.len() as u64).to_le_bytes());
+        hash.update(&bytes);
+    }
+    Ok(format!("{:x}", hash.finalize()))
 }
 
 fn file(path: &Path) -> impl Fn(std::io::Error) -> ChallengeError {
@@ -286,15 +281,11 @@ fn file(path: &Path) -> impl Fn(std::io::Error) -> ChallengeError {
     move |error| ChallengeError::File { path: path.clone(), error }
 }
 
-fn name(case: usize) -> String {
-    format!("{case:03}")
-}
-
-fn create(folder: &Path) -> Result<(), ChallengeError> {
+pub(crate) fn create(folder: &Path) -> Result<(), ChallengeError> {
     fs::create_dir_all(folder).map_err(file(folder))
 }
 
-fn write_json(path: &Path, value: &impl Serialize) -> Result<(), ChallengeError> {
+pub(crate) fn write_json(path: &Path, value: &impl Serialize) -> Result<(), ChallengeError> {
     let content = |error| ChallengeError::Content { path: path.to_path_buf(), error };
     let text = serde_json::to_string_pretty(value).map_err(content)?;
     // Whoever is interrupted leaves a whole file or none.
@@ -303,7 +294,7 @@ fn write_json(path: &Path, value: &impl Serialize) -> Result<(), ChallengeError>
     fs::rename(&beside, path).map_err(file(path))
 }
 
-fn read_json<T: for<'a> Deserialize<'a>>(path: &Path) -> Result<T, ChallengeError> {
+pub(crate) fn read_json<T: for<'a> Deserialize<'a>>(path: &Path) -> Result<T, ChallengeError> {
     let content = |error| ChallengeError::Content { path: path.to_path_buf(), error };
     let text = fs::read_to_string(path).map_err(file(path))?;
     serde_json::from_str(&text).map_err(content)

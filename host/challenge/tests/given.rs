@@ -77,8 +77,8 @@ fn bundles_that_no_reality_can_follow_are_refused_with_the_reason() {
 fn cases_of_one_rig_do_not_get_into_a_folder_of_another() {
     let folder = tempfile::tempdir().unwrap();
     let challenge = Challenge::at(folder.path());
-    challenge.make(3, 1, 5, &[short()], &|| {}).unwrap();
-    assert!(challenge.make(3, 2, 5, &Stand::all_own(), &|| {}).is_err());
+    challenge.make(Some(3), 1, 5, &[short()], &|| {}).unwrap();
+    assert!(challenge.make(Some(3), 2, 5, &Stand::all_own(), &|| {}).is_err());
     assert!(!folder.path().join("cases/001").exists());
 }
 

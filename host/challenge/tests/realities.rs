@@ -4,7 +4,7 @@ mod support;
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use cathforce_challenge::{Challenge, ChallengeError, Change, Stand, play, rigs};
+use cathforce_challenge::{Challenge, ChallengeError, Change, play, rigs};
 use serde_json::json;
 
 fn rms(a: &[f64]) -> f64 {
@@ -44,26 +44,36 @@ fn friction_is_pushed_against_and_late_motion_is_late() {
 fn a_challenge_is_made_to_its_end_by_a_second_call_that_leaves_what_is_there() {
     let folder = tempfile::tempdir().unwrap();
     let challenge = Challenge::at(folder.path());
-    let (stands, made) = ([support::short()], AtomicUsize::new(0));
+    let (stands, told) = ([support::short()], AtomicUsize::new(0));
     let tell = || {
-        made.fetch_add(1, Ordering::Relaxed);
+        told.fetch_add(1, Ordering::Relaxed);
     };
-    assert!(challenge.make(3, 2, 5, &stands, &tell).unwrap().is_empty());
+    assert!(challenge.make(Some(3), 2, 5, &stands, &tell).unwrap().is_empty());
     let label = |case: &str| std::fs::read(folder.path().join(format!("labels/{case}.json")));
     let first = label("000").unwrap();
     let trial = folder.path().join("cases/001/trials/000.csv");
     let played = std::fs::read(&trial).unwrap();
     std::fs::remove_file(folder.path().join("labels/001.json")).unwrap();
     std::fs::write(&trial, "half").unwrap();
-    assert!(challenge.make(3, 2, 6, &stands, &tell).unwrap().is_empty());
+    assert!(challenge.make(Some(3), 2, 6, &stands, &tell).unwrap().is_empty());
     assert_eq!(label("000").unwrap(), first, "its salt was drawn before");
     assert_eq!(std::fs::read(&trial).unwrap(), played);
     assert!(label("001").is_ok());
-    assert_eq!(made.into_inner(), 4);
-    let other_seed = challenge.make(4, 2, 6, &stands, &|| {});
+    assert_eq!(told.load(Ordering::Relaxed), 4);
+    let made = std::fs::read_to_string(folder.path().join("made.json")).unwrap();
+    assert!(made.contains("\"is_whole\": true"), "{made}");
+    // Without a seed it goes on with the one that is there; another number is another draw.
+    assert!(challenge.make(None, 2, 7, &stands, &tell).unwrap().is_empty());
+    assert_eq!(label("000").unwrap(), first);
+    let other_count = challenge.make(Some(3), 3, 6, &stands, &|| {});
+    assert!(matches!(other_count, Err(ChallengeError::AlreadyMade(_))));
+    let twice = [support::short(), support::short()];
+    let one_name = Challenge::at(&folder.path().join("new")).make(None, 2, 6, &twice, &|| {});
+    assert!(matches!(one_name, Err(ChallengeError::OneName(_))));
+    let other_seed = challenge.make(Some(4), 2, 6, &stands, &|| {});
     assert!(matches!(other_seed, Err(ChallengeError::AlreadyMade(_))));
     challenge.seal().unwrap();
-    let sealed = challenge.make(3, 2, 6, &stands, &|| {});
+    let sealed = challenge.make(Some(3), 2, 6, &stands, &|| {});
     assert!(matches!(sealed, Err(ChallengeError::AlreadyMade(_))));
 }
 
@@ -71,13 +81,32 @@ fn a_challenge_is_made_to_its_end_by_a_second_call_that_leaves_what_is_there() {
 fn a_label_that_was_changed_after_the_seal_is_found() {
     let folder = tempfile::tempdir().unwrap();
     let challenge = Challenge::at(folder.path());
-    challenge.make(3, 1, 5, &Stand::all_own(), &|| {}).unwrap();
+    challenge.make(Some(3), 1, 5, &[support::short()], &|| {}).unwrap();
     assert!(matches!(challenge.reveal(), Err(ChallengeError::NotSealed(_))));
-    challenge.seal().unwrap();
+    // What was answered before it is sealed is worth nothing, nor is what was never finished.
+    let (answers, made) = (folder.path().join("answers"), folder.path().join("made.json"));
+    std::fs::create_dir(&answers).unwrap();
+    assert!(matches!(challenge.seal(), Err(ChallengeError::AlreadyAnswered(_))));
+    std::fs::remove_dir(&answers).unwrap();
+    let whole = std::fs::read_to_string(&made).unwrap();
+    std::fs::write(&made, whole.replace("true", "false")).unwrap();
+    assert!(matches!(challenge.seal(), Err(ChallengeError::NotFinished(_))));
+    std::fs::write(&made, whole).unwrap();
+    let seals = challenge.seal().unwrap();
+    challenge.check_case(&seals, "000").unwrap();
+    let trial = folder.path().join("cases/000/trials/000.csv");
+    let rows = std::fs::read_to_string(&trial).unwrap();
+    std::fs::write(&trial, rows.replacen('1', "2", 1)).unwrap();
+    let changed = challenge.check_case(&seals, "000");
+    assert!(matches!(changed, Err(ChallengeError::Changed(_))), "{changed:?}");
+    std::fs::write(&trial, rows).unwrap();
     assert!(matches!(challenge.seal(), Err(ChallengeError::AlreadySealed(_))));
     assert!(matches!(challenge.reveal(), Err(ChallengeError::NotAnswered(_))));
     challenge.keep_answer("000", &json!({ "verdict": "unknown" })).unwrap();
     assert_eq!(challenge.reveal().unwrap().len(), 1);
+    // Who has seen the labels answers no more.
+    let revealed = challenge.check_case(&seals, "000");
+    assert!(matches!(revealed, Err(ChallengeError::AlreadyRevealed(_))), "{revealed:?}");
     let label = folder.path().join("labels/000.json");
     let text = std::fs::read_to_string(&label).unwrap();
     std::fs::write(&label, text.replace("severity", "Severity")).unwrap();

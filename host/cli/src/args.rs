@@ -8,7 +8,7 @@ mod recording;
 
 use std::path::PathBuf;
 
-use cathforce_rig::tips::Tip;
+use cathforce_rig::tips::{TIPS, Tip};
 use clap::{Arg, ArgAction, Args, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
 
 pub use config::{
@@ -232,8 +232,12 @@ fn setting(text: &str) -> Result<(String, f32), String> {
 }
 
 fn tip(name: &str) -> Result<&'static Tip, String> {
-    Tip::find(name)
-        .ok_or_else(|| "there is no tip of that name, `cathforce tips` lists them".into())
+    Tip::find(name).ok_or_else(|| {
+        let names = TIPS.iter().map(|tip| tip.name).collect::<Vec<_>>();
+        let nearest = cathforce_rig::nearest(name, &names);
+        let hint = nearest.map_or(String::new(), |name| format!(", the nearest is {name}"));
+        format!("there is no tip of that name{hint}; `cathforce tips` lists them")
+    })
 }
 
 fn positive_seconds(text: &str) -> Result<f64, String> {
@@ -314,6 +318,9 @@ mod tests {
         assert_eq!(setting("force_gain = 2"), Ok(("force_gain".into(), 2.0)));
         assert!(setting("force_gain").is_err());
         assert!(setting("force_gain=much").is_err());
+        let tip = |name| super::tip(name).unwrap_err();
+        assert!(tip("cobra2").contains("the nearest is cobra-2"), "{}", tip("cobra2"));
+        assert!(tip("bogus").starts_with("there is no tip of that name; "), "{}", tip("bogus"));
         assert!(positive_seconds("0").is_err() && positive_seconds("NaN").is_err());
         assert_eq!(positive_seconds("2.5"), Ok(2.5));
     }

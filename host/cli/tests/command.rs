@@ -179,12 +179,6 @@ fn a_recording_that_is_there_is_replaced_only_when_asked_and_never_before_the_ne
     assert_fails(&cathforce(["export", out, "--csv", out, "--overwrite"]), 2, &stays);
     assert_fails(&cathforce(["config", "image", text(&bundle), "--out", out]), 2, &stays);
     assert!(is_kept());
-    // Named for both: the summary would come last.
-    let both = folder.path().join("both");
-    let both = text(&both);
-    assert_fails(&simulate(&["--out", both, "--summary", both]), 2, &["both is a recording"]);
-    assert_eq!(Recording::open(Path::new(both)).unwrap().cut, None);
-
     let output = simulate(&["--out", out, "--overwrite", "--set", "force_gain=3"]);
     assert!(output.status.success(), "{}", stderr(&output));
     assert!(!is_kept());
@@ -209,6 +203,62 @@ fn a_missed_threshold_is_exit_code_6_after_the_data() {
     let output = simulate(&["--max-error", "0.001"]);
     assert_fails(&output, 6, &["force error", "--max-error"]);
     assert!(stdout(&output).contains("force error"));
+}
+
+/// What nobody has looked at is not within a limit.
+#[test]
+fn a_threshold_of_what_was_not_compared_is_missed() {
+    let folder = tempfile::tempdir().unwrap();
+    let bundle = folder.path().join("rig");
+    fs::create_dir_all(bundle.join("trials")).unwrap();
+    for name in ["rig.toml", "centreline.csv"] {
+        fs::copy(example().join(name), bundle.join(name)).unwrap();
+    }
+    let rows = |force: [&str; 2]| {
+        let row = |i: i32| format!("{0},{1},0{2}\n", f64::from(i) * 0.01, 0.028, force[1]);
+        format!(
+            "t_s,insertion_m,rotation_rad{}\n{}",
+            force[0],
+            (0..20).map(row).collect::<String>()
+        )
+    };
+    for (force, says) in [
+        (["", ""], "no measured force"),
+        ([",fx_N,fy_N,fz_N", ",0,0,0"], "every measured force is 0"),
+        ([",fx_N,fy_N,fz_N", ",0.1,0,0"], "3 mm of feed past the beginning"),
+    ] {
+        fs::write(bundle.join("trials/000.csv"), rows(force)).unwrap();
+        let output = cathforce(["simulate", text(&bundle), "--cell", "3", "--max-error", "50"]);
+        assert_fails(&output, 6, &["no force was compared", says, "fix:"]);
+        assert!(cathforce(["simulate", text(&bundle), "--cell", "3"]).status.success());
+    }
+}
+
+/// A file in the place of another is told from it, and the right one is named.
+#[test]
+fn files_that_are_mixed_up_are_named_for_what_they_are() {
+    let folder = tempfile::tempdir().unwrap();
+    let [settings, table, trial] =
+        ["S.toml", "robot.csv", "000.csv"].map(|name| folder.path().join(name));
+    fs::write(&settings, "rig = \"tapered-bifurcation\"\n[set]\nforce_gain = 2\n").unwrap();
+    fs::write(&table, "time;feed\n0;1\n").unwrap();
+    fs::write(&trial, "t_s,insertion_m,rotation_rad\n0,0.1,0\n").unwrap();
+    let bundle = example();
+    let (rig, bundle) = (bundle.join("rig.toml"), text(&bundle));
+    let swapped = cathforce(["config", "apply", bundle, text(&settings), "--link", "sim"]);
+    assert_fails(&swapped, 2, &["is a bundle", "the settings come first", "fix: write"]);
+    let validated = cathforce(["config", "validate", text(&rig)]);
+    assert_fails(&validated, 3, &["rig.toml of a bundle", "the bundle's folder"]);
+    let folder_for_file = cathforce(["config", "diff", bundle, text(&settings)]);
+    assert_fails(&folder_for_file, 3, &["is a folder", "config init"]);
+    let shown = cathforce(["info", text(&settings)]);
+    assert_fails(&shown, 3, &["a file of settings", "config validate"]);
+    for of_recording in [["gap", "diagnose"], ["info", "--quiet"], ["replay", "--quiet"]] {
+        let output = |file: &Path| command().args(of_recording).arg(file).output().unwrap();
+        assert_fails(&output(&table), 3, &["robot.csv: byte 0: not an MCAP", "import csv"]);
+        assert_fails(&output(&trial), 3, &["this is a trial: give the folder of its bundle"]);
+        assert_fails(&output(&rig), 3, &["the rig.toml of a bundle: give its folder"]);
+    }
 }
 
 /// P22: what was recorded replays with zero bits of difference.
@@ -415,6 +465,93 @@ fn a_lumen_says_what_it_costs_and_coarsens_only_by_choice() {
     assert_eq!(fs::metadata(&file).unwrap().len(), value["bytes"].as_u64().unwrap());
     assert!(value["error_to_surface"]["max_m"].as_f64() > Some(0.0));
     assert!(value["error_to_facets"]["max_m"].as_f64() > Some(0.0));
+}
+
+/// A binary STL of a tube along x, in millimetres.
+fn tube_stl(radius: f32, length: f32) -> Vec<u8> {
+    const SIDES: usize = 24;
+    let corner = |ring: usize, side: usize| {
+        let angle = std::f32::consts::TAU * (side % SIDES) as f32 / SIDES as f32;
+        [ring as f32 * length, radius * angle.cos(), radius * angle.sin()]
+    };
+    let mut stl = vec![0; 80];
+    stl.extend((2 * SIDES as u32).to_le_bytes());
+    for side in 0..SIDES {
+        let [a, b] = [corner(0, side), corner(1, side)];
+        let [c, d] = [corner(1, side + 1), corner(0, side + 1)];
+        for triangle in [[a, b, c], [a, c, d]] {
+            let numbers = triangle.iter().flatten().flat_map(|x| x.to_le_bytes());
+            stl.extend([0; 12].into_iter().chain(numbers).chain([0; 2]));
+        }
+    }
+    stl
+}
+
+/// However far it is from fitting, the code is the same and no file is left.
+#[test]
+fn a_lumen_without_room_is_exit_code_6_and_no_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let [mesh, out] = ["wide.stl", "lumen.bin"].map(|name| folder.path().join(name));
+    fs::write(&mesh, tube_stl(12.0, 40.0)).unwrap();
+    for (cell, says) in [("0.6", "has room for 2097152"), ("0.1", "too many bricks")] {
+        let arguments =
+            ["lumen", text(&mesh), "--surface", "flat", "--cell", cell, "--out", text(&out)];
+        assert_fails(&cathforce(arguments), 6, &["wide.stl", says, "fix: choose a grid of"]);
+        assert!(!out.exists(), "{cell}");
+    }
+}
+
+#[test]
+fn what_was_not_measured_is_no_zero() {
+    let folder = tempfile::tempdir().unwrap();
+    let mesh = folder.path().join("centimetres.stl");
+    fs::write(&mesh, tube_stl(0.4, 4.0)).unwrap();
+    let output = cathforce(["lumen", text(&mesh), "--json"]);
+    let value: serde_json::Value = serde_json::from_str(stdout(&output)).unwrap();
+    assert_eq!((value["points"].as_u64(), output.status.code()), (Some(0), Some(0)));
+    for key in ["error_to_surface", "error_deeper", "error_to_facets", "normal_max_rad"] {
+        assert!(value[key].is_null(), "{key}: {value}");
+    }
+    let warnings = value["warnings"].as_array().unwrap();
+    let said = |says: &str| warnings.iter().any(|w| w.as_str().unwrap().contains(says));
+    assert!(said("nowhere is room") && said("centimetres? Then scale it by 10"), "{value}");
+    let output = cathforce(["lumen", text(&mesh)]);
+    assert!(stdout(&output).contains("not measured to the surface"), "{}", stdout(&output));
+}
+
+/// What looks wrong with a vessel is said wherever an image is made of it, once.
+#[test]
+fn a_hole_in_the_vessel_is_said_with_its_image() {
+    let folder = tempfile::tempdir().unwrap();
+    let [rig, trials, mesh] = ["rig.toml", "trials", "vessel.stl"].map(|name| example().join(name));
+    fs::copy(rig, folder.path().join("rig.toml")).unwrap();
+    fs::create_dir(folder.path().join("trials")).unwrap();
+    let trial = trials.join("000.csv");
+    fs::copy(trial, folder.path().join("trials/000.csv")).unwrap();
+    let whole = fs::read(mesh).unwrap();
+    let middle = |facet: &[u8]| {
+        let number = |k: usize| f32::from_le_bytes(facet[12 + 4 * k..][..4].try_into().unwrap());
+        [0, 1, 2].map(|axis| (number(axis) + number(axis + 3) + number(axis + 6)) / 3.0)
+    };
+    let facets = || whole[84..].chunks(50);
+    let at = facets().map(middle).min_by(|a, b| {
+        let from_30_mm = |p: &[f32; 3]| (p[0] - 30.0).abs();
+        from_30_mm(a).total_cmp(&from_30_mm(b))
+    });
+    let at = at.unwrap();
+    let is_left = |facet: &&[u8]| {
+        let from: f32 = middle(facet).iter().zip(at).map(|(x, at)| (x - at).powi(2)).sum();
+        from.sqrt() > 1.6
+    };
+    let left: Vec<&[u8]> = facets().filter(is_left).collect();
+    let mut pierced = whole[..80].to_vec();
+    pierced.extend((left.len() as u32).to_le_bytes());
+    pierced.extend(left.concat());
+    fs::write(folder.path().join("vessel.stl"), pierced).unwrap();
+    let image = folder.path().join("device.cfim");
+    let output = cathforce(["config", "image", text(folder.path()), "--out", text(&image)]);
+    assert!(output.status.success() && image.exists(), "{}", stderr(&output));
+    assert_eq!(stderr(&output).matches("lies in the wall").count(), 1, "{}", stderr(&output));
 }
 
 #[test]

@@ -242,6 +242,27 @@ fn slips_are_said_with_their_line() {
     assert!(said.contains("t.toml:1: ") && said.contains("fix:"), "{said}");
 }
 
+/// Checked before a device is at hand, with the key's own line.
+#[test]
+fn a_rig_that_no_model_can_have_is_refused_when_it_is_looked_at() {
+    let folder = Folder::new();
+    let copy = folder.path("rig");
+    fs::create_dir_all(&copy).unwrap();
+    fs::copy(Path::new(&bundle()).join("centreline.csv"), copy.join("centreline.csv")).unwrap();
+    let rig = fs::read_to_string(Path::new(&bundle()).join("rig.toml")).unwrap();
+    let rig = rig.replacen("youngs_modulus_Pa = 80.0e6", "youngs_modulus_Pa = 80.0e15", 1);
+    let line = 1 + rig.lines().position(|line| line.contains("80.0e15")).unwrap();
+    fs::write(copy.join("rig.toml"), rig).unwrap();
+    for command in [&["config", "validate"][..], &["info"]] {
+        let (code, said) = fails(&[command, &[copy.to_str().unwrap()]].concat());
+        assert_eq!(code, Some(3), "{said}");
+        let place = format!("rig.toml:{line}:");
+        for part in [&place[..], "instrument.sections[0].youngs_modulus_Pa", "fix: write about"] {
+            assert!(said.contains(part), "`{part}` in: {said}");
+        }
+    }
+}
+
 /// The literature has a catheter of "600 GPa": 600 MPa was meant.
 #[test]
 fn a_catheter_of_600_gpa_is_a_warning_that_says_so() {

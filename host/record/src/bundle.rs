@@ -12,7 +12,7 @@ use crate::series::io_error;
 use crate::trial::Trial;
 
 /// Makes the folder of a bundle, which must not be there yet; its trial is the one that was
-/// played, as far as it was.
+/// played, as far as it was, and where nothing was measured there is none.
 ///
 /// Numbers are written so that they read back as they were.
 pub fn write_bundle(recording: &Recording, folder: &Path) -> io::Result<()> {
@@ -20,6 +20,10 @@ pub fn write_bundle(recording: &Recording, folder: &Path) -> io::Result<()> {
         fs::write(folder.join("rig.toml"), &recording.rig_toml)?;
         for (name, bytes) in &recording.vessel {
             fs::write(folder.join(name), bytes)?;
+        }
+        // A trial without rows is none, and would have the whole bundle refused.
+        if recording.trial.rows.is_empty() {
+            return Ok(());
         }
         fs::create_dir(folder.join("trials"))?;
         let number: u32 = recording.info.trial.parse().unwrap_or(0);

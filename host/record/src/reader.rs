@@ -13,6 +13,7 @@ use mcap::records::{MessageHeader, Record};
 
 use crate::dropout::{Dropout, DropoutCause};
 use crate::frame::BusFrame;
+use crate::import::is_trial;
 use crate::info::{FORMAT, RunInfo, RunResult};
 use crate::layout;
 use crate::messages::{CanFrame, DropoutMessage, MeasuredRow, from_cdr};
@@ -68,10 +69,10 @@ pub enum ReadError {
     #[error("cannot read {}: {source}; give a recording made by `cathforce run`", path.display())]
     Io { path: PathBuf, source: io::Error },
     #[error(
-        "{}: byte 0: not an MCAP file, it begins with {found}; give a recording made by `cathforce run`",
+        "{}: byte 0: not an MCAP file, it begins with {found}; {fix}",
         path.display()
     )]
-    NotMcap { path: PathBuf, found: String },
+    NotMcap { path: PathBuf, found: String, fix: &'static str },
     #[error(
         "{}: byte {byte}: {cause}; the file is damaged, copy it again or record anew",
         path.display()
@@ -161,6 +162,23 @@ const OPCODE_ATTACHMENT: u8 = 0x09;
 /// Opcode and length of a record.
 const HEAD_BYTES: usize = 9;
 
+/// What to give in the place of a file that is no recording.
+fn instead_of(bytes: &[u8]) -> &'static str {
+    let text = std::str::from_utf8(bytes).unwrap_or_default();
+    let heading = text.lines().find(|line| !line.trim().is_empty()).unwrap_or_default();
+    if is_trial(text) {
+        "this is a trial: give the folder of its bundle, which holds rig.toml, or a recording made by \
+         `cathforce run`"
+    } else if text.contains("trial-bundle/") {
+        "this is the rig.toml of a bundle: give its folder, or a recording made by `cathforce run`"
+    } else if heading.contains([',', ';', '\t']) {
+        "this is a table: `cathforce import csv` makes a trial of it, for the folder trials of a \
+         bundle; or give a recording made by `cathforce run`"
+    } else {
+        "give a recording made by `cathforce run`"
+    }
+}
+
 /// Walks over the records of a file; `Some` where it breaks off.
 ///
 /// The records' frame (opcode, length, body) is walked here rather than by the library, so
@@ -169,7 +187,7 @@ fn scan(path: &Path, bytes: &[u8], parts: &mut Parts) -> Result<Option<Cut>, Rea
     let Some(mut rest) = bytes.strip_prefix(mcap::MAGIC) else {
         let found = bytes.iter().take(8).map(|b| format!("{b:02x}")).collect::<Vec<_>>().join(" ");
         let found = if found.is_empty() { "nothing".to_owned() } else { found };
-        return Err(ReadError::NotMcap { path: path.into(), found });
+        return Err(ReadError::NotMcap { path: path.into(), found, fix: instead_of(bytes) });
     };
     let position = |rest: &[u8]| bytes.len() - rest.len();
     loop {

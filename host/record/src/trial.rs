@@ -1,5 +1,6 @@
 //! What the sensor said, and what the device said, on one time axis.
 
+use cathforce_rig::bundle::CatheterTrial;
 use serde::{Deserialize, Serialize};
 
 /// One row of a trial: what was measured at `t_s`.
@@ -57,6 +58,32 @@ pub struct Trial {
     /// not measured, shorter than `rows` where no more follow.
     pub shapes_m: Vec<Vec<[f64; 3]>>,
     pub noise: SensorNoise,
+}
+
+impl Trial {
+    /// Of a bundle; times stay as they are. The bundle's rig knows the noise.
+    pub fn of(t_s: &[f64], data: &CatheterTrial) -> Self {
+        let rows = t_s.iter().enumerate().map(|(i, &t_s)| Measured {
+            t_s,
+            insertion_m: data.insertion_m[i],
+            rotation_rad: data.rotation_rad[i],
+            force_n: data.force_n.as_ref().and_then(|column| column[i]),
+            drive_force_n: data.drive_force_n.as_ref().and_then(|column| column[i]),
+            tip_m: data.tip_m.as_ref().and_then(|column| column[i]),
+            guidewire: data.guidewire.as_ref().map(|wire| MeasuredDrive {
+                insertion_m: wire.insertion_m[i],
+                rotation_rad: wire.rotation_rad[i],
+                drive_force_n: wire.drive_force_n.as_ref().and_then(|column| column[i]),
+            }),
+        });
+        // A row without all of the points has none.
+        let shape = |i: usize| data.shape_m.iter().map(|point| point[i]).collect::<Option<_>>();
+        let shapes_m = match data.shape_m.is_empty() {
+            true => Vec::new(),
+            false => (0..t_s.len()).map(|i| shape(i).unwrap_or_default()).collect(),
+        };
+        Self { rows: rows.collect(), shapes_m, noise: SensorNoise::default() }
+    }
 }
 
 /// What the model said after one tick.

@@ -5,7 +5,9 @@ mod damage;
 
 use cathforce_bus::master::Master;
 use cathforce_bus::{Encoder, Insertion, Process, Rotation, Sealer, Status};
-use cathforce_record::import::{AtiOptions, AxisMap, ColumnMap, join, read_ati, read_csv};
+use cathforce_record::import::{
+    AtiOptions, AxisMap, ColumnMap, ImportError, ImportedTrial, join, read_ati, read_csv,
+};
 use cathforce_record::{BusFrame, Direction, read_candump, write_candump};
 use damage::damage;
 use rand::{SeedableRng, rngs::StdRng};
@@ -78,9 +80,9 @@ fn damaged_sensor_logs_are_taken_or_refused_with_a_line() {
     let axes = AxisMap::SAME;
     let options = AtiOptions { counts_per_n: 1e6, axes, tare_s: 0.02, rate_hz: None };
     let refused = refused(2, &table("Time,Fx,Fy,Fz,Tx,Ty"), |text| {
-        let samples = read_ati(text, &options)?;
+        let samples = read_ati(text, &options)?.samples;
         assert!(samples.iter().flat_map(|s| s.force_n).all(f64::is_finite));
-        Ok::<_, cathforce_record::import::ImportError>(samples.len())
+        Ok::<_, ImportError>(samples.len())
     });
     assert!((TRIES / 3..TRIES).contains(&refused), "{refused}");
 }
@@ -88,16 +90,21 @@ fn damaged_sensor_logs_are_taken_or_refused_with_a_line() {
 #[test]
 fn damaged_tables_are_taken_or_refused_with_a_line() {
     let maps = [ColumnMap::parse("rotation_rad=angle*0.0174").unwrap()];
-    let motion = read_csv(&table("t_s,insertion_m,angle,fx_N,fy_N,fz_N")[..], &maps).unwrap();
+    let catheter = |text: &[u8]| match read_csv(text, &maps)?.trial {
+        ImportedTrial::Catheter(trial) => Ok::<_, ImportError>(trial),
+        ImportedTrial::Drive(..) => panic!("a catheter's"),
+    };
+    let motion = catheter(&table("t_s,insertion_m,angle,fx_N,fy_N,fz_N")).unwrap();
     let refused = refused(3, &table("t_s,insertion_m,angle,fx_N,fy_N,fz_N"), |text| {
-        let rows = read_csv(text, &maps)?;
+        let rows = catheter(text)?.rows;
         let forces = rows.iter().filter_map(|row| {
             let force_n = row.force_n?;
             Some(cathforce_record::import::ForceSample { t_s: row.t_s, force_n })
         });
-        let (joined, left_out) = join(&motion, &forces.collect::<Vec<_>>(), 0.01);
-        assert!(joined.len() + left_out <= rows.len());
-        Ok::<_, cathforce_record::import::ImportError>(rows.len())
+        let forces = forces.collect::<Vec<_>>();
+        let joined = join(&motion, &forces, 0.01);
+        assert_eq!(joined.forces + joined.outside + joined.in_gaps, forces.len());
+        Ok::<_, ImportError>(rows.len())
     });
     assert!((TRIES / 3..TRIES).contains(&refused), "{refused}");
 }

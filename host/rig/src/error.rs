@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use thiserror::Error;
 
 use crate::bundle::{RigCause, TrialCause};
+use crate::entry::VesselCause;
 use crate::geometry::{CentrelineCause, MeshCause, StlCause};
-use crate::vessel::VesselCause;
 
 /// Where in a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -3,15 +3,20 @@
 use cathforce_config::image::{encode, encoded_len, most_links, overlong};
 use cathforce_config::master::Master;
 use cathforce_config::{Band, EncodeError, ImageError, ImageHead, Settings};
-use cathforce_mechanics::{Description, DescriptionError, ParameterError, Real};
+use cathforce_mechanics::{Description, ParameterError, Real};
 use thiserror::Error;
 
 use crate::bundle::{Bundle, CatheterRig};
 use crate::description::{SolverDefaults, describe};
+use crate::error::BundleError;
 use crate::geometry::SurfaceModel;
+use crate::limits::{self, BundleOrModel};
 use crate::lumen::LumenOptions;
 use crate::tips::Tip;
 use crate::vessel::{CELL_M, LumenBuildError, LumenReport, LumenTooLarge, Vessel};
+
+/// No link of the model is longer \[m\].
+const LONGEST_LINK_M: f64 = 2e-2;
 
 /// What a bundle leaves open.
 #[derive(Clone, Debug, PartialEq)]
@@ -70,14 +75,22 @@ pub enum ImageBuildError {
     #[error(transparent)]
     Lumen(#[from] LumenBuildError),
     #[error(
-        "the bundle has no trials, so the length of a link is not known\n  fix: give the link \
-         length, or add the trials"
+        "the bundle has no trials, so it is not known how far the model has to reach\n  fix: add \
+         trials/000.csv; of it only the largest insertion counts here"
     )]
     NoTrials,
     #[error(transparent)]
     LumenTooLarge(#[from] LumenTooLarge),
-    #[error("{0}\n  fix: correct {keys} in rig.toml, from which it comes", keys = origin(.0))]
+    #[error("{0}\n  fix: correct the number in rig.toml from which it comes")]
     Description(ImageError),
+    /// Of rig.toml, with its place.
+    #[error(transparent)]
+    Bundle(#[from] BundleError),
+    #[error(
+        "the trials go in as far as {insertion_m} m, and the model's {links} links reach {reach_m} m\n  \
+         fix: give insertion_m in metres, or trials that go less far"
+    )]
+    TooFar { insertion_m: f64, links: usize, reach_m: f64 },
     #[error(
         "a tip is given for a guidewire, but the rig has none\n  fix: describe the wire in the \
          table [guidewire] of rig.toml, with the keys of [instrument]"
@@ -91,31 +104,15 @@ pub enum ImageBuildError {
     Encode(#[from] EncodeError),
 }
 
-/// Refuses numbers that no model can have, and says what of rig.toml they come from.
-pub fn check_description<T: Real>(description: &Description<T>) -> Result<(), ImageBuildError> {
-    description
-        .validate()
-        .map_err(|error| ImageBuildError::Description(ImageError::Description(error)))
-}
-
-/// Keys of rig.toml from which a refused number comes.
-fn origin(error: &ImageError) -> &'static str {
-    let ImageError::Description(DescriptionError::Range(field)) = error else {
-        return "the value";
-    };
-    let of_field = [
-        ("section.length", "length_m in sections"),
-        ("section.mass", "density_kg_per_m3 or a diameter"),
-        ("section.", "youngs_modulus_Pa in sections, poissons_ratio or a diameter"),
-        ("precurve.", "tip_precurve"),
-        ("instrument.", "outer_diameter_m"),
-        ("guidewire.", "outer_diameter_m of [guidewire]"),
-        ("entry.", "position_m in [entry]"),
-        ("wall.", "[vessel]"),
-        ("gravity", "gravity_m_per_s2"),
-    ];
-    let own = of_field.iter().find(|(prefix, _)| field.starts_with(prefix));
-    own.map_or("the value", |(_, keys)| *keys)
+/// Refuses a rig with numbers that no model can have, by their keys and lines in rig.toml.
+pub fn check_rig<T: Real>(
+    bundle: &Bundle,
+    description: &Description<T>,
+) -> Result<(), ImageBuildError> {
+    limits::check(bundle, description).map_err(|error| match error {
+        BundleOrModel::Bundle(error) => error.into(),
+        BundleOrModel::Model(error) => ImageBuildError::Description(ImageError::Description(error)),
+    })
 }
 
 /// What a bundle's rig is with these options: rig.toml, then the tips, then the parameters.
@@ -174,7 +171,13 @@ pub fn device_image(
     let links = most_links(solver.solves, solver.substeps, description.is_laden());
     let link_length_m = link_length_m(links)?;
     description.solver.link_length_m = link_length_m as f32;
-    check_description(&description)?;
+    if let Some(insertion_m) =
+        bundle.largest_insertion_m().filter(|_| link_length_m > LONGEST_LINK_M)
+    {
+        let reach_m = links as f64 * LONGEST_LINK_M;
+        return Err(ImageBuildError::TooFar { insertion_m, links, reach_m });
+    }
+    check_rig(bundle, &description)?;
     if let Some(what) = overlong(&description) {
         return Err(ImageBuildError::Overlong(ImageError::Overlong(what)));
     }

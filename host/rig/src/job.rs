@@ -4,14 +4,12 @@ use std::path::Path;
 
 use crate::bundle::{Bundle, read_mesh};
 use crate::error::{Place, Warning};
-use crate::geometry::{Mesh, MeshWall, SLEEVE_M, SurfaceModel};
+use crate::geometry::{Mesh, MeshWall, SurfaceModel};
 use crate::lumen::{BuiltLumen, LumenOptions, measure_against};
 use crate::vessel::{LumenBuildError, LumenReport, QUALITY_POINTS, Vessel};
 
 /// Outer diameter of the instrument that a mesh on its own is meant for \[m\].
 const DIAMETER_M: f64 = 3e-3;
-/// A stored distance that errs by more is worth a finer grid \[m\].
-const LARGEST_ERROR_M: f64 = 50e-6;
 
 /// What to build.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -47,44 +45,13 @@ impl LumenJob {
         if let Some(mesh) = mesh {
             compare_with_facets(&built, &vessel, mesh, &options, &mut report);
         }
-        let doubts = doubts(&report, &options);
-        warnings.extend(doubts.into_iter().map(|message| Warning {
+        warnings.extend(report.doubts().into_iter().map(|message| Warning {
             file: path.to_path_buf(),
             place: Place::Whole,
             message,
         }));
         Ok((built, report))
     }
-}
-
-/// What is wrong with a lumen that could be built.
-fn doubts(report: &LumenReport, options: &LumenOptions) -> Vec<String> {
-    let mut doubts = Vec::new();
-    let quality = &report.quality;
-    let worst_m = quality.distance_m.max;
-    let diameter_mm = 2e3 * options.outer_radius_m;
-    if quality.points == 0 {
-        doubts.push(format!("nowhere is room for an instrument of {diameter_mm:.2} mm"));
-    } else if worst_m > LARGEST_ERROR_M {
-        let [x, y, z] = quality.worst_at_m.map(|x| 1e3 * x);
-        let finer_mm = 1e3 * options.cell_m * LARGEST_ERROR_M / worst_m;
-        doubts.push(format!(
-            "the stored distance errs by {:.0} µm at ({x:.1}, {y:.1}, {z:.1}) mm; for less than \
-             {:.0} µm take a grid of about {finer_mm:.2} mm (--cell)",
-            1e6 * worst_m,
-            1e6 * LARGEST_ERROR_M
-        ));
-    }
-    doubts.extend(report.doubtful_openings(options.outer_radius_m));
-    for opening in report.openings.iter().filter(|opening| opening.sleeve_m < SLEEVE_M) {
-        let [x, y, z]: [f64; 3] = (1e3 * opening.centre_m).into();
-        doubts.push(format!(
-            "past the opening at ({x:.1}, {y:.1}, {z:.1}) mm the wall goes on for {:.1} mm only: \
-             another part of the vessel lies there; cut the vessel farther from it",
-            1e3 * opening.sleeve_m
-        ));
-    }
-    doubts
 }
 
 /// Against the mesh as it is in the file, beside what is stored: a smooth surface.
@@ -95,9 +62,7 @@ fn compare_with_facets(
     options: &LumenOptions,
     report: &mut LumenReport,
 ) {
-    let facets = MeshWall::new(mesh, SurfaceModel::Faceted, None);
-    let (stored_m, surface_m) =
-        measure_against(built, vessel.wall(), &facets, options, QUALITY_POINTS);
-    report.facets_m = Some(stored_m);
-    report.surface_to_facets_m = Some(surface_m);
+    let facets = MeshWall::new(mesh, SurfaceModel::Faceted);
+    let measured = measure_against(built, vessel.wall(), &facets, options, QUALITY_POINTS);
+    (report.facets_m, report.surface_to_facets_m) = measured.unzip();
 }

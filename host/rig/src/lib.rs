@@ -8,10 +8,13 @@
 
 pub mod bundle;
 mod description;
+mod doubts;
+mod entry;
 mod error;
 pub mod geometry;
 mod image;
 mod job;
+mod limits;
 pub mod lumen;
 mod nearest;
 mod table;
@@ -20,13 +23,13 @@ mod vessel;
 
 pub use bundle::{Bundle, Trial};
 pub use description::{SolverDefaults, describe, to_description};
+pub use entry::{BesideOpening, VesselCause};
 pub use error::{BundleError, Cause, Place, Warning};
 pub use image::{
-    ImageBuildError, ImageOptions, ImageReport, check_description, device_image, rig_description,
+    ImageBuildError, ImageOptions, ImageReport, check_rig, device_image, rig_description,
 };
 pub use job::LumenJob;
 pub use nearest::nearest;
 pub use vessel::{
-    CELL_M, LumenBuildError, LumenReport, LumenTooLarge, Vessel, VesselCause, WallSource,
-    lumen_from_bundle,
+    CELL_M, LumenBuildError, LumenReport, LumenTooLarge, Vessel, WallSource, lumen_from_bundle,
 };

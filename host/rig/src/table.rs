@@ -17,8 +17,12 @@ pub enum TableCause {
     Syntax(String),
     #[error("unknown column `{name}`{}", .nearest.as_ref().map(|n| format!("; did you mean `{n}`?")).unwrap_or_default())]
     UnknownColumn { name: String, nearest: Option<String> },
-    #[error("the header has no commas but semicolons")]
-    Semicolons,
+    #[error("the header has no commas but {0}")]
+    Separator(&'static str),
+    #[error("this line is a remark, {}", if *.heading { "not the names of the columns" } else { "not a row" })]
+    Remark { heading: bool },
+    #[error("the row has words and no number, as units below the names of the columns have")]
+    Words,
     #[error("column `{0}` stands twice in the header")]
     RepeatedColumn(String),
     #[error("column `{0}` is missing")]
@@ -41,9 +45,13 @@ impl TableCause {
             TableCause::UnknownColumn { .. } => {
                 "rename the column, or take it out; nothing reads it".into()
             }
-            TableCause::Semicolons => {
+            TableCause::Separator(_) => {
                 "separate the columns by commas, and write decimal numbers with a point".into()
             }
+            TableCause::Remark { .. } => {
+                "take the lines that begin with `#` out, or the `#` before the names".into()
+            }
+            TableCause::Words => "take the row out; a column's unit is that of its name".into(),
             TableCause::RepeatedColumn(_) => "keep one of the two columns".into(),
             TableCause::MissingColumn(name) => format!("add the column `{name}`"),
             TableCause::FieldCount { .. } => {
@@ -54,10 +62,11 @@ impl TableCause {
             TableCause::NotANumber { .. } => {
                 "write a decimal number with a point; leave a missing value empty".into()
             }
-            TableCause::NotFinite { .. } | TableCause::MissingValue(_) => {
-                "leave a missing value empty in optional columns; this one needs a number in \
-                 every row, so drop the row if it has none"
-                    .into()
+            TableCause::NotFinite { .. } => {
+                "leave the field empty where nothing was measured, but keep its comma".into()
+            }
+            TableCause::MissingValue(name) => {
+                format!("give `{name}` a number here, or take the row out")
             }
         }
     }
@@ -70,11 +79,25 @@ type Fault = (Place, TableCause);
 pub(crate) struct Table {
     header: StringRecord,
     rows: Vec<StringRecord>,
+    /// Place of each column in the file, from 0.
+    places: Vec<usize>,
 }
 
 impl Table {
-    /// Splits a text into header and rows.
+    /// Splits a text into header and rows; no two columns have one name.
     pub(crate) fn parse(text: &str) -> Result<Self, Fault> {
+        let table = Self::split(text)?;
+        for (at, name) in table.header.iter().enumerate() {
+            if table.header.iter().take(at).any(|earlier| earlier == name) {
+                let place = Place::LineColumn(1, at + 1);
+                return Err((place, TableCause::RepeatedColumn(name.into())));
+            }
+        }
+        Ok(table)
+    }
+
+    /// Splits a text into header and rows, whatever the columns are called.
+    pub(crate) fn split(text: &str) -> Result<Self, Fault> {
         let text = text.strip_prefix('\u{feff}').unwrap_or(text);
         let mut reader =
             ReaderBuilder::new().flexible(true).trim(Trim::All).from_reader(text.as_bytes());
@@ -86,19 +109,24 @@ impl Table {
         if header.is_empty() || header.iter().all(str::is_empty) {
             return Err((Place::Line(1), TableCause::NoHeader));
         }
-        if header.len() == 1 && header.iter().any(|name| name.contains(';')) {
-            return Err((Place::Line(1), TableCause::Semicolons));
+        if header.iter().next().is_some_and(|name| name.starts_with('#')) {
+            return Err((Place::Line(1), TableCause::Remark { heading: true }));
         }
-        for (at, name) in header.iter().enumerate() {
-            if header.iter().take(at).any(|earlier| earlier == name) {
-                let place = Place::LineColumn(1, at + 1);
-                return Err((place, TableCause::RepeatedColumn(name.into())));
+        for (separator, name) in [(';', "semicolons"), ('\t', "tabs")] {
+            if header.len() == 1 && header.iter().any(|heading| heading.contains(separator)) {
+                return Err((Place::Line(1), TableCause::Separator(name)));
             }
         }
         let rows = reader.records().collect::<Result<Vec<_>, _>>().map_err(syntax)?;
-        let table = Self { header, rows };
+        let places = (0..header.len()).collect();
+        let table = Self { header, rows, places };
         for (row, record) in table.rows.iter().enumerate() {
             if record.len() != table.header.len() {
+                // A branch of a vessel may be called so, a remark has other fields than the header.
+                if record.iter().next().is_some_and(|field| field.starts_with('#')) {
+                    let place = Place::Line(table.line(row));
+                    return Err((place, TableCause::Remark { heading: false }));
+                }
                 let (expected, found) = (table.header.len(), record.len());
                 let place = Place::LineColumn(table.line(row), expected.min(found) + 1);
                 return Err((place, TableCause::FieldCount { expected, found }));
@@ -193,6 +221,38 @@ impl Table {
         position.map_or(row + 2, |at| at.line() as usize)
     }
 
+    /// Where a field stands in the file.
+    pub(crate) fn place(&self, row: usize, column: usize) -> Place {
+        let column = self.places.get(column).copied().unwrap_or(column);
+        Place::LineColumn(self.line(row), column + 1)
+    }
+
+    fn has_words_only(&self, row: usize) -> bool {
+        let mut fields = self.rows[row].iter().filter(|field| !field.is_empty());
+        fields.all(|field| field.parse::<f64>().is_err())
+    }
+
+    /// Some columns, each under another name, with what `rewrite` makes of row and index among them;
+    /// places stay those of the file.
+    pub(crate) fn select(
+        &self,
+        columns: &[(usize, &str)],
+        rewrite: impl Fn(usize, usize) -> Result<String, Fault>,
+    ) -> Result<Self, Fault> {
+        let row = |row: usize| {
+            let fields = (0..columns.len()).map(|k| rewrite(row, k));
+            let fields = fields.collect::<Result<Vec<String>, Fault>>()?;
+            let mut record = StringRecord::from(fields);
+            record.set_position(self.rows[row].position().cloned());
+            Ok(record)
+        };
+        Ok(Self {
+            header: columns.iter().map(|(_, name)| *name).collect(),
+            rows: (0..self.len()).map(row).collect::<Result<_, Fault>>()?,
+            places: columns.iter().map(|(column, _)| *column).collect(),
+        })
+    }
+
     /// Column names, in order.
     pub(crate) fn names(&self) -> impl Iterator<Item = &str> {
         self.header.iter()
@@ -214,9 +274,12 @@ impl Table {
         if text.is_empty() {
             return Ok(None);
         }
-        let place = Place::LineColumn(self.line(row), column + 1);
+        let place = self.place(row, column);
         let name = || self.header.get(column).unwrap_or_default().to_owned();
         let Ok(value) = text.parse::<f64>() else {
+            if row == 0 && self.has_words_only(row) {
+                return Err((Place::Line(self.line(row)), TableCause::Words));
+            }
             return Err((place, TableCause::NotANumber { column: name(), text: text.into() }));
         };
         if !value.is_finite() {
@@ -230,10 +293,8 @@ impl Table {
         let missing = || TableCause::MissingColumn(name.into());
         let column = self.column(name).ok_or((Place::Line(1), missing()))?;
         let cell = |row| {
-            self.number(row, column)?.ok_or_else(|| {
-                let place = Place::LineColumn(self.line(row), column + 1);
-                (place, TableCause::MissingValue(name.into()))
-            })
+            self.number(row, column)?
+                .ok_or_else(|| (self.place(row, column), TableCause::MissingValue(name.into())))
         };
         (0..self.len()).map(cell).collect()
     }

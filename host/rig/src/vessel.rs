@@ -5,10 +5,12 @@ use nalgebra::Vector3;
 use thiserror::Error;
 
 use crate::bundle::{Bundle, CatheterRig, WallRegion};
+use crate::entry::{VesselCause, no_entry};
 use crate::error::{BundleError, Place};
-use crate::geometry::{GAP_M, Mesh, MeshWall, Opening, RegionalWall, SurfaceModel, TubeWall, Wall};
+use crate::geometry::{Mesh, MeshWall, Opening, RegionalWall, SurfaceModel, TubeWall, Wall};
 use crate::lumen::{
-    BuiltLumen, DEVICE_LUMEN_BYTES, LumenOptions, LumenQuality, Spread, build_lumen, measure,
+    BuiltLumen, DEVICE_LUMEN_BYTES, LumenOptions, LumenQuality, Spread, build_lumen, may_fit,
+    measure, widest_m,
 };
 
 /// Grid spacing unless another is asked for \[m\].
@@ -34,10 +36,18 @@ pub struct LumenReport {
     pub fine: [usize; 2],
     /// Grid spacing \[m\].
     pub cell_m: f64,
+    /// Of the instrument that it is for \[m\].
+    pub outer_radius_m: f64,
     /// Where the surface of a mesh ends; empty for a centreline.
     pub openings: Vec<Opening>,
     /// Gaps in a mesh that were closed.
     pub gaps: usize,
+    /// How far a smooth surface leaves the facets of its mesh at most, and where \[m\].
+    pub off_facets: Option<(f64, Vector3<f64>)>,
+    /// Radius of the widest place, as far as a few hundred places tell \[m\].
+    pub widest_m: f64,
+    /// Diagonal of the box around the wall \[m\].
+    pub span_m: f64,
     /// Against the surface that is stored.
     pub quality: LumenQuality,
     /// Against the flat facets of the mesh \[m\], when that was asked for.
@@ -46,31 +56,6 @@ pub struct LumenReport {
     pub surface_to_facets_m: Option<Spread>,
     /// When the device has no room for it.
     pub too_large: Option<LumenTooLarge>,
-}
-
-impl LumenReport {
-    /// What is wrong with the openings of a mesh, for an instrument of this radius \[m\].
-    pub fn doubtful_openings(&self, outer_radius_m: f64) -> Option<String> {
-        if !matches!(self.source, WallSource::Mesh { .. }) {
-            return None;
-        }
-        let diameter_mm = 2e3 * outer_radius_m;
-        let narrow = self.openings.iter().filter(|o| o.radius_m < outer_radius_m).count();
-        match (narrow, self.openings.len()) {
-            (_, 0) => Some(format!(
-                "the surface has no opening of more than {:.1} mm: an instrument cannot enter it",
-                2e3 * GAP_M
-            )),
-            (0, _) => None,
-            (narrow, all) if narrow == all => {
-                Some(format!("no opening is as wide as the instrument of {diameter_mm:.2} mm"))
-            }
-            (narrow, all) => Some(format!(
-                "{narrow} of {all} openings are narrower than the instrument of \
-                 {diameter_mm:.2} mm: holes in the surface?"
-            )),
-        }
-    }
 }
 
 /// A lumen that the device has no room for.
@@ -122,68 +107,24 @@ pub enum LumenBuildError {
          fix: {}", 1e3 * .cell_m, size_mm[0], size_mm[1], size_mm[2], coarser(.fitting)
     )]
     TooManyBricks { cell_m: f64, size_mm: [f64; 3], fitting: Option<(f64, usize)> },
+    #[error(
+        "the vessel reaches to ({:.1}, {:.1}, {:.1}) mm; a device takes one that lies within \
+         {:.0} mm of the origin of its frame\n  fix: move the vessel to the origin, and in a bundle \
+         all that is given in its frame with it", at_mm[0], at_mm[1], at_mm[2], 1e3 * FARTHEST_ORIGIN_M
+    )]
+    TooFarOff { at_mm: [f64; 3] },
 }
 
-/// Why a vessel and an entry do not belong together.
-#[derive(Clone, Debug, PartialEq, Error)]
-pub enum VesselCause {
-    #[error(
-        "the entry ({:.1}, {:.1}, {:.1}) mm is {distance_mm:.1} mm from the wall, farther than any \
-         vessel is wide", entry_mm[0], entry_mm[1], entry_mm[2]
-    )]
-    EntryFarFromWall { entry_mm: [f64; 3], distance_mm: f64 },
-    #[error(
-        "the surface has no opening near the entry: the nearest rim is {rim_mm:.1} mm away, so a \
-         wall closes the vessel in front of the instrument"
-    )]
-    NoOpeningAtEntry { rim_mm: f64 },
-    #[error(
-        "the wall is {distance_mm:.2} mm from the axis of the entry, the instrument's radius is \
-         {radius_mm:.2} mm: it cannot enter"
-    )]
-    EntryTooNarrow { distance_mm: f64, radius_mm: f64 },
-    #[error(
-        "[vessel] wall_regions[{index}] holds no wall: the nearest is {distance_mm:.1} mm from its \
-         centre, its radius is {radius_mm:.1} mm"
-    )]
-    RegionWithoutWall { index: usize, distance_mm: f64, radius_mm: f64 },
-    #[error("the vessel lies behind the entry plane: `direction` of [entry] leads out of it")]
-    EntryLeadsOut,
-}
-
-impl VesselCause {
-    pub(crate) fn fix(&self) -> String {
-        match self {
-            VesselCause::EntryFarFromWall { .. } | VesselCause::EntryTooNarrow { .. } => {
-                "vessel and [entry] position_m do not belong together: STL is in millimetres, \
-                 everything else in metres, all in the vessel's frame"
-                    .into()
-            }
-            VesselCause::RegionWithoutWall { .. } => {
-                "move centre_m to the wall, widen radius_m, or take the region out; both are in \
-                 metres, in the vessel's frame"
-                    .into()
-            }
-            VesselCause::NoOpeningAtEntry { .. } => {
-                "cut the vessel open where the instrument enters, or correct [entry] position_m"
-                    .into()
-            }
-            VesselCause::EntryLeadsOut => {
-                "turn the signs of [entry] direction, or correct position_m: the instrument goes \
-                 along direction, in the vessel's frame"
-                    .into()
-            }
-        }
+impl LumenBuildError {
+    /// The vessel may be good, but the device has no room for it.
+    pub fn is_about_room(&self) -> bool {
+        matches!(self, LumenBuildError::TooManyBricks { .. })
     }
 }
 
-/// No vessel has its wall farther from the entry than this \[m\].
-const FARTHEST_WALL_M: f64 = 0.06;
-/// The entry plane and the rim of its opening are no farther apart than this \[m\].
-const FARTHEST_RIM_M: f64 = 0.01;
-
-/// So far ahead of the entry plane and behind it is looked where the vessel is \[m\].
-const FACING_M: f64 = 5e-3;
+/// As far from the origin of its frame a grid may begin on each axis, as the device takes it
+/// \[m\]: `cathforce_mechanics::LumenHeader`.
+const FARTHEST_ORIGIN_M: f64 = 10.0;
 
 /// A wall of either kind.
 pub struct Vessel {
@@ -191,6 +132,7 @@ pub struct Vessel {
     source: WallSource,
     openings: Vec<Opening>,
     gaps: usize,
+    off_facets: Option<(f64, Vector3<f64>)>,
 }
 
 impl Vessel {
@@ -198,46 +140,26 @@ impl Vessel {
     /// centreline. Checks that the instrument can enter.
     pub fn from_bundle(bundle: &Bundle, model: SurfaceModel) -> Result<Self, LumenBuildError> {
         let rig = catheter(bundle)?;
-        let position = Vector3::from(rig.entry.position_m);
-        // Just past the entry plane, where the mesh is sure to be beside and not behind.
-        let direction = Vector3::from(rig.entry.direction);
-        let inside = position + direction * 1e-3;
-        let (vessel, file, rim_m) = match &bundle.mesh {
-            Some(mesh) => {
-                let wall = MeshWall::new(mesh.mesh.clone(), model, Some(&inside));
-                let rim_m = wall.rim_distance_m(&position);
-                (Self::from_wall(wall, mesh.mesh.len()), "vessel.stl", rim_m)
-            }
+        let (vessel, file) = match &bundle.mesh {
+            Some(mesh) => (Self::from_mesh(&mesh.mesh, model), "vessel.stl"),
             None => {
                 let source = WallSource::Centreline { branches: bundle.centreline.len() };
                 let wall = Box::new(TubeWall::new(&bundle.centreline));
-                (Self { wall, source, openings: Vec::new(), gaps: 0 }, "centreline.csv", 0.0)
+                let (openings, gaps, off_facets) = (Vec::new(), 0, None);
+                (Self { wall, source, openings, gaps, off_facets }, "centreline.csv")
             }
         };
-        let nearest = vessel.wall.sample(&inside);
-        let distance_m = nearest.distance_m.hypot(nearest.beyond_m);
-        let beyond_m =
-            |ahead_m: f64| vessel.wall.sample(&(position + direction * ahead_m)).beyond_m;
-        let radius_m = 0.5 * rig.instrument.outer_diameter_m;
+        let openings = bundle.mesh.is_some().then_some(&vessel.openings[..]);
         let refused = |file: &str, cause| {
             Err(BundleError::new(&bundle.path.join(file), Place::Whole, cause).into())
         };
-        let cause = if distance_m > FARTHEST_WALL_M {
-            let entry_mm = (position * 1e3).into();
-            VesselCause::EntryFarFromWall { entry_mm, distance_mm: distance_m * 1e3 }
-        } else if rim_m > (4.0 * nearest.distance_m).max(FARTHEST_RIM_M) {
-            VesselCause::NoOpeningAtEntry { rim_mm: rim_m * 1e3 }
-        } else if beyond_m(FACING_M) > beyond_m(-FACING_M) + 0.5 * FACING_M {
-            VesselCause::EntryLeadsOut
-        } else if nearest.distance_m < radius_m {
-            let distance_mm = nearest.distance_m * 1e3;
-            VesselCause::EntryTooNarrow { distance_mm, radius_mm: radius_m * 1e3 }
-        } else if let Some(cause) = vessel.region_without_wall(&rig.vessel.wall_regions) {
-            return refused("rig.toml", cause);
-        } else {
-            return Ok(vessel.with_regions(&rig.vessel.wall_regions));
-        };
-        refused(file, cause)
+        if let Some(cause) = no_entry(vessel.wall(), openings, rig) {
+            return refused(if cause.is_of_rig() { "rig.toml" } else { file }, cause);
+        }
+        match vessel.region_without_wall(&rig.vessel.wall_regions) {
+            Some(cause) => refused("rig.toml", cause),
+            None => Ok(vessel.with_regions(&rig.vessel.wall_regions)),
+        }
     }
 
     fn region_without_wall(&self, regions: &[WallRegion]) -> Option<VesselCause> {
@@ -260,13 +182,12 @@ impl Vessel {
 
     /// The wall of a mesh on its own; the volume that it encloses tells its inner side.
     pub fn from_mesh(mesh: &Mesh, model: SurfaceModel) -> Self {
-        Self::from_wall(MeshWall::new(mesh.clone(), model, None), mesh.len())
-    }
-
-    fn from_wall(mut wall: MeshWall, read: usize) -> Self {
-        let source = WallSource::Mesh { read, triangles: wall.triangles(), rounds: wall.rounds };
+        let mut wall = MeshWall::new(mesh.clone(), model);
+        let (triangles, rounds) = (wall.triangles(), wall.rounds);
+        let source = WallSource::Mesh { read: mesh.len(), triangles, rounds };
         let (openings, gaps) = (std::mem::take(&mut wall.openings), wall.gaps);
-        Self { wall: Box::new(wall), source, openings, gaps }
+        let off_facets = wall.off_facets;
+        Self { wall: Box::new(wall), source, openings, gaps, off_facets }
     }
 
     /// The wall itself.
@@ -279,8 +200,14 @@ impl Vessel {
         &self,
         options: LumenOptions,
     ) -> Result<(BuiltLumen, LumenReport), LumenBuildError> {
+        let (low, high) = self.wall.bounds_m();
+        let margin_m = options.outside_m + 2.0 * options.cell_m;
+        // A device refuses the grid; one that begins within reach may end beyond it.
+        let is_too_far = |x: f64| (x - margin_m).abs() > FARTHEST_ORIGIN_M;
+        if low.iter().any(|&x| is_too_far(x)) {
+            return Err(LumenBuildError::TooFarOff { at_mm: (low * 1e3).into() });
+        }
         let built = build_lumen(self.wall(), options).ok_or_else(|| {
-            let (low, high) = self.wall.bounds_m();
             let size_mm = ((high - low) * 1e3).into();
             let fitting = self.fitting(options, usize::MAX);
             LumenBuildError::TooManyBricks { cell_m: options.cell_m, size_mm, fitting }
@@ -291,15 +218,20 @@ impl Vessel {
             cell_m,
             fitting: self.fitting(options, bytes),
         });
+        let quality = measure(&built, self.wall(), &options, QUALITY_POINTS);
         let report = LumenReport {
             source: self.source,
             bytes,
             bricks: usize::from(built.header.stored),
             fine: built.fine,
             cell_m: options.cell_m,
+            outer_radius_m: options.outer_radius_m,
             openings: self.openings.clone(),
             gaps: self.gaps,
-            quality: measure(&built, self.wall(), &options, QUALITY_POINTS),
+            off_facets: self.off_facets,
+            widest_m: widest_m(self.wall()),
+            span_m: (high - low).norm(),
+            quality,
             facets_m: None,
             surface_to_facets_m: None,
             too_large,
@@ -320,6 +252,7 @@ impl Vessel {
         coarser
             .filter(|&cell_m| hopeful(cell_m))
             .map(|cell_m| (cell_m, LumenOptions { cell_m, ..options }))
+            .filter(|(_, options)| may_fit(self.wall(), options))
             .filter_map(|(cell_m, options)| Some((cell_m, build_lumen(self.wall(), options)?)))
             .map(|(cell_m, lumen)| (cell_m, lumen.bytes.len()))
             .find(|&(_, bytes)| bytes <= DEVICE_LUMEN_BYTES)

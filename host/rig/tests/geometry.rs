@@ -17,8 +17,8 @@ use support::{Point, Random, example, triangulate, tube};
 const BEND_M: f64 = 25e-3;
 const BORE_M: f64 = 4e-3;
 
-fn wall(triangles: &[Triangle], model: SurfaceModel, inside: Point) -> MeshWall {
-    MeshWall::new(Mesh::from_triangles(triangles).unwrap().0, model, Some(&inside))
+fn wall(triangles: &[Triangle], model: SurfaceModel) -> MeshWall {
+    MeshWall::new(Mesh::from_triangles(triangles).unwrap().0, model)
 }
 
 fn torus_distance(p: &Point) -> f64 {
@@ -50,9 +50,8 @@ fn torus_errors(wall: &dyn Wall) -> (f64, Spread, Spread) {
 
 #[test]
 fn a_smooth_surface_removes_the_bias_of_inscribed_facets() {
-    let inside = Vector3::new(BEND_M, BEND_M, 0.0).normalize() * BEND_M;
-    let (faceted_mean, ..) = torus_errors(&wall(&torus(), SurfaceModel::Faceted, inside));
-    let (mean, spread, angles) = torus_errors(&wall(&torus(), SurfaceModel::Smooth, inside));
+    let (faceted_mean, ..) = torus_errors(&wall(&torus(), SurfaceModel::Faceted));
+    let (mean, spread, angles) = torus_errors(&wall(&torus(), SurfaceModel::Smooth));
     assert!(faceted_mean < -10e-6, "facets are inscribed: {faceted_mean}");
     assert!(mean.abs() < 0.05 * faceted_mean.abs(), "{mean} against {faceted_mean}");
     assert!(spread.p99 < 8e-6, "{spread:?}");
@@ -65,7 +64,7 @@ fn smoothing_gains_most_where_facets_are_coarse() {
         let cells = [20e-3, 9e-3, 9e-3].map(|size| (size / cell) as usize);
         let low = Point::new(0.0, -4.13e-3, -4.29e-3);
         let mesh = triangulate(low, cell, cells, |p| 3e-3 - p.y.hypot(p.z));
-        let wall = wall(&mesh, model, Point::new(10e-3, 0.0, 0.0));
+        let wall = wall(&mesh, model);
         let mut random = Random(2);
         Spread::of((0..3000).map(|_| {
             let (x, angle) = (random.within(2e-3, 17e-3), random.within(0.0, TAU));
@@ -104,9 +103,8 @@ fn at_the_dividing_wall_a_coarse_mesh_agrees_with_a_fine_one() {
         let cells = [22e-3, 22e-3, 8e-3].map(|size| (size / cell) as usize);
         triangulate(Point::new(5.1e-3, -11.03e-3, -4.07e-3), cell, cells, fork)
     };
-    let inside = Point::new(8e-3, 0.0, 0.0);
-    let coarse = wall(&mesh(0.8e-3), SurfaceModel::Smooth, inside);
-    let fine = wall(&mesh(0.3e-3), SurfaceModel::Smooth, inside);
+    let coarse = wall(&mesh(0.8e-3), SurfaceModel::Smooth);
+    let fine = wall(&mesh(0.3e-3), SurfaceModel::Smooth);
     let mut random = Random(3);
     let mut errors = Vec::new();
     while errors.len() < 2000 {
@@ -143,7 +141,7 @@ fn duct() -> Vec<Triangle> {
 
 #[test]
 fn a_sharp_ridge_stays_sharp() {
-    let wall = wall(&duct(), SurfaceModel::Smooth, Point::new(10e-3, -2e-3, -2e-3));
+    let wall = wall(&duct(), SurfaceModel::Smooth);
     // Diagonally off the ridge at y = z = 0, the way from the ridge is the normal.
     let off = wall.sample(&Point::new(9.3e-3, -0.3e-3, -0.4e-3));
     assert!((off.distance_m - 0.5e-3).abs() < 1e-9, "{off:?}");
@@ -158,7 +156,7 @@ fn a_sharp_ridge_stays_sharp() {
 
 #[test]
 fn openings_are_open_and_the_wall_goes_on_past_them() {
-    let wall = wall(&tube(), SurfaceModel::Smooth, Point::new(1e-3, 0.0, 0.0));
+    let wall = wall(&tube(), SurfaceModel::Smooth);
     for x in [-3e-3, -0.5e-3, 0.1e-3, 0.5e-3, 19.8e-3, 21e-3, 23e-3] {
         let axis = wall.sample(&Point::new(x, 0.0, 0.0));
         assert!((axis.distance_m - 3e-3).abs() < 0.1e-3, "no cap at x = {x}: {axis:?}");
@@ -178,8 +176,7 @@ fn facets_that_face_the_wrong_way_change_nothing() {
         .enumerate()
         .map(|(k, t)| if k % 7 == 3 { [t[0], t[2], t[1]] } else { *t })
         .collect();
-    let inside = Point::new(1e-3, 0.0, 0.0);
-    let walls = [straight, turned, mixed].map(|t| wall(&t, SurfaceModel::Smooth, inside));
+    let walls = [straight, turned, mixed].map(|t| wall(&t, SurfaceModel::Smooth));
     let mut random = Random(4);
     for _ in 0..300 {
         let p = Point::new(
@@ -210,8 +207,7 @@ fn a_tapering_centreline_leans_its_wall() {
 
 #[test]
 fn storing_a_lumen_costs_micrometres() {
-    let inside = Vector3::new(BEND_M, BEND_M, 0.0).normalize() * BEND_M;
-    let wall = wall(&torus(), SurfaceModel::Smooth, inside);
+    let wall = wall(&torus(), SurfaceModel::Smooth);
     let spread = |cell_m| {
         let options = LumenOptions::for_instrument(0.8e-3, cell_m);
         let lumen = build_lumen(&wall, options).unwrap();
@@ -332,7 +328,7 @@ fn openings_are_found_and_an_oblique_cut_is_no_wall() {
     let low = Point::new(0.0, -4.13e-3, -4.29e-3);
     let mesh = triangulate(low, 1e-3, [20, 24, 9], |p| 3e-3 - (p - along * p.dot(&along)).norm());
     let mesh = Mesh::from_triangles(&mesh).unwrap().0;
-    let wall = MeshWall::new(mesh, SurfaceModel::Smooth, None);
+    let wall = MeshWall::new(mesh, SurfaceModel::Smooth);
     assert_eq!((wall.openings.len(), wall.gaps), (2, 0));
     for opening in &wall.openings {
         assert!((opening.radius_m - 3e-3).abs() < 0.1e-3, "{opening:?}");

@@ -90,6 +90,47 @@ fn values_beyond_the_model_are_named() {
     assert!(error.to_string().contains("wall.line_stiffness_n_per_m2"), "{error}");
 }
 
+/// By its own key, with line, value and bounds: the stiffness of the model is not written anywhere.
+#[test]
+fn a_number_beyond_the_model_has_its_line_and_what_it_may_be() {
+    let folder = tempfile::tempdir().unwrap();
+    write_bundle(folder.path());
+    for (old, new, key, may_be) in [
+        ("4000.0", "4e9", "vessel.wall_stiffness_N_per_m", "about 0.005 to 5e6"),
+        (
+            "youngs_modulus_Pa = 50.0e6",
+            "youngs_modulus_Pa = 5e13",
+            "sections[1].youngs_modulus_Pa",
+            "to 3",
+        ),
+        ("1100.0", "1e9", "instrument.density_kg_per_m3", "to 75"),
+        ("83.0", "8300.0", "instrument.tip_precurve[0].curvature_per_m", "-1000 to 1000"),
+        ("-9.81", "-981.0", "environment.gravity_m_per_s2", "-100 to 100"),
+    ] {
+        assert!(RIG.contains(old), "{old}");
+        let rig = RIG.replacen(old, new, 1);
+        let line = 1 + rig[..rig.find(new).unwrap()].matches('\n').count();
+        fs::write(folder.path().join("rig.toml"), rig).unwrap();
+        let bundle = Bundle::open(folder.path()).unwrap();
+        let said = device_image(&bundle, &ImageOptions::default()).unwrap_err().to_string();
+        for part in [&format!("rig.toml:{line}:")[..], key, may_be, "\n  fix: write about"] {
+            assert!(said.contains(part), "`{part}` is not in: {said}");
+        }
+    }
+}
+
+#[test]
+fn trials_that_go_too_far_are_blamed_and_not_the_links() {
+    let folder = tempfile::tempdir().unwrap();
+    write_bundle(folder.path());
+    let rows = "t_s,insertion_m,rotation_rad\n0,10,0\n1,160,0\n";
+    fs::write(folder.path().join("trials/000.csv"), rows).unwrap();
+    let bundle = Bundle::open(folder.path()).unwrap();
+    let error = device_image(&bundle, &ImageOptions::default()).unwrap_err();
+    assert!(matches!(error, ImageBuildError::TooFar { .. }), "{error}");
+    assert!(error.to_string().contains("as far as 160 m"), "{error}");
+}
+
 /// A setting asks for a second solve; it is refused where a tick has no time for it.
 #[test]
 fn two_solves_are_asked_for_by_name() {
@@ -120,8 +161,12 @@ fn without_trials_the_link_length_has_to_be_given() {
     fs::remove_dir_all(folder.path().join("trials")).unwrap();
     let bundle = Bundle::open(folder.path()).unwrap();
     assert!(bundle.warnings.iter().any(|warning| warning.message.contains("no trials")));
+    fs::create_dir(folder.path().join("trials")).unwrap();
+    let empty = Bundle::open(folder.path()).unwrap();
+    assert_eq!(empty.warnings, bundle.warnings, "an empty folder has none either");
     let error = device_image(&bundle, &ImageOptions::default()).unwrap_err();
     assert!(matches!(error, ImageBuildError::NoTrials), "{error}");
+    assert!(error.to_string().contains("fix: add trials/000.csv"), "{error}");
     let options = ImageOptions { link_length_m: Some(2e-3), ..ImageOptions::default() };
     let (image, report) = device_image(&bundle, &options).unwrap();
     assert_eq!(report.lumen.source, WallSource::Centreline { branches: 1 });

@@ -87,6 +87,43 @@ fn a_misspelt_plant_is_blamed_and_not_the_keys_that_only_it_has() {
     assert_says(&says, &["`plant` is \"drives\"", "\"catheter\" and \"drive\""]);
 }
 
+/// A table that only the other plant has is no slip of a key.
+#[test]
+fn a_plant_that_was_not_said_is_asked_for() {
+    const AXIS: &str =
+        "format = \"trial-bundle/1\"\nname = \"axis\"\n\n[drive]\nmoving_mass_kg = 95.1\n";
+    let says = refusal("rig.toml", AXIS, place_of(AXIS, "drive"));
+    assert_says(&says, &["`drive` is not of a catheter", "write `plant = \"drive\"`"]);
+    assert!(!says.contains("did you mean"), "{says}");
+    let rig = RIG.replacen("name =", "plant = \"drive\"\nname =", 1);
+    let says = refusal("rig.toml", &rig, place_of(&rig, "instrument]"));
+    assert_says(&says, &["`instrument` is not of a drive", "plant = \"catheter\""]);
+}
+
+/// What a later format adds is unknown here, and no slip.
+#[test]
+fn another_format_is_said_before_its_keys() {
+    let rig = RIG.replacen("trial-bundle/1", "trial-bundle/2", 1) + "\n[robot]\narm = 6\n";
+    let says = refusal("rig.toml", &rig, place_of(&rig, "\"trial-bundle/2"));
+    assert_says(&says, &["`format` is \"trial-bundle/2\"", "the cathforce that reads this format"]);
+}
+
+#[test]
+fn a_fluids_numbers_need_a_fluid_and_one_name_each() {
+    for key in ["fluid_density_kg_per_m3", "density_kg_per_m3", "viscosity_Pa_s"] {
+        for none in ["fluid = \"none\"\n", ""] {
+            let at = format!("{key} = 1070.5");
+            let new = format!("{none}{at}\n");
+            let parts =
+                [&format!("`environment.{key}` is given")[..], "no fluid", "fluid = \"water\""];
+            assert_says(&rig_refusal("fluid = \"none\"\n", &new, "1070.5"), &parts);
+        }
+    }
+    let both = "fluid = \"blood\"\nfluid_density_kg_per_m3 = 1070.0\ndensity_kg_per_m3 = 1071.0";
+    let says = rig_refusal("fluid = \"none\"", both, "1071.0");
+    assert_says(&says, &["`environment.density_kg_per_m3`", "`fluid_density_kg_per_m3`, too"]);
+}
+
 #[test]
 fn missing_and_ill_typed_keys_are_named_with_their_line() {
     let says = |old: &str, new: &str, at: &str, parts: &[&str]| {
@@ -146,6 +183,7 @@ fn slips_of_a_thousand_are_warned_of() {
         ("4000.0", "4.0", "N/mm?"),
         ("0.005", "5.0", "millimetres?"),
         ("[0.0, 0.0, -9.81]", "[0.0, 0.0, -9810.0]", "not that of the Earth"),
+        ("[0.0, 0.0, -9.81]", "[0.0, 0.0, -1.0]", "not that of the Earth"),
         ("0.01\n", "10.5\n", "mN?"),
     ] {
         assert!(RIG.contains(old), "{old}");
@@ -213,10 +251,36 @@ fn columns_of_another_unit_are_warned_of() {
         // A quarter of a turn in all, too few degrees to be told by their number.
         ("rotation_rad", 0.25 * degrees, "rotation_rad goes by"),
         ("t_s", 1e-3, "insertion_m goes by"),
+        ("t_s", 1e3, "the rows are 10 s apart by t_s: milliseconds?"),
     ] {
         let found = warnings(&[(column, factor)]);
         assert!(found.iter().any(|w| w.contains(says)), "{column} × {factor}: {found:?}");
     }
+}
+
+/// Of a sensor that is read faster than ten times a millisecond only its own rate tells.
+#[test]
+fn milliseconds_are_suspected_of_a_fast_sensor_and_of_a_drive() {
+    let folder = tempfile::tempdir().unwrap();
+    write_bundle(folder.path());
+    let warned = |rig: &str, trial: &str| {
+        fs::write(folder.path().join("rig.toml"), rig).unwrap();
+        fs::write(folder.path().join("trials/000.csv"), trial).unwrap();
+        let bundle = Bundle::open(folder.path()).unwrap();
+        bundle.warnings.iter().any(|warning| warning.message.contains("milliseconds?"))
+    };
+    let fast = RIG.to_owned() + "force_rate_hz = 20000.0\n";
+    let every = |step_s: f64| {
+        let rows = (0..50).map(|i| format!("{},0.01,0\n", step_s * f64::from(i)));
+        format!("t_s,insertion_m,rotation_rad\n{}", rows.collect::<String>())
+    };
+    assert!(warned(&fast, &every(0.05)) && !warned(&fast, &every(5e-5)));
+    assert!(!warned(RIG, &every(0.05)) && !warned(RIG, &every(0.1)), "a slow log is none");
+    assert!(warned(RIG, &every(0.2)));
+    let drive = "format = \"trial-bundle/1\"\nname = \"axis\"\nplant = \"drive\"\n[drive]\n\
+                 moving_mass_kg = 95.1\n";
+    let rows = (0..50).map(|i| format!("{i},0.01,0\n")).collect::<String>();
+    assert!(warned(drive, &format!("t_s,position_m,drive_command_N\n{rows}")));
 }
 
 #[test]
@@ -249,6 +313,24 @@ fn malformed_trials_are_refused_with_line_and_field() {
     assert_says(&with("tip_y_m", "tip_v_m", line_column(1, 8)), &["`tip_v_m`", "mean `tip_"]);
     assert_says(&with("fy_N", "fx_N", line_column(1, 5)), &["twice"]);
     assert_says(&with("rotation_rad", "p00_x_m", Place::Line(1)), &["`rotation_rad` is missing"]);
+    let half = with("0.01,0.0,-0.01,,,", "0.01,0.0,,,,", line_column(3, 6));
+    assert_says(
+        &half,
+        &["`fz_N` has no value in this row, but `fx_N` has", "leave all three empty"],
+    );
+    let nan = with("0.01,0.0,-0.01,,,", "0.01,NaN,-0.01,,,", line_column(3, 5));
+    assert_says(&nan, &["`NaN` in column `fy_N`", "leave the field empty"]);
+    let remark = refusal(FILE, format!("# of Monday\n{TRIAL}"), Place::Line(1));
+    assert_says(&remark, &["a remark, not the names of the columns", "`#`"]);
+    let remark = with("0.5,0.012", "# still\n0.5,0.012", Place::Line(3));
+    assert_says(&remark, &["a remark, not a row"]);
+    let units = TRIAL.replacen("0.0,0.010", "s,m,rad,N,N,N,m,m,m\n0.0,0.010", 1);
+    assert_says(
+        &refusal(FILE, units, Place::Line(2)),
+        &["words and no number", "take the row out"],
+    );
+    let tabs = TRIAL.replace(',', "\t");
+    assert_says(&refusal(FILE, tabs, Place::Line(1)), &["tabs", "by commas"]);
     assert_says(&refusal(FILE, "", Place::Line(1)), &["empty"]);
     let semicolons = TRIAL.replace(',', ";");
     assert_says(&refusal(FILE, semicolons, Place::Line(1)), &["semicolons", "by commas"]);

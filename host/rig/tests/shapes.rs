@@ -269,7 +269,7 @@ fn an_aneurysm_is_exact_to_50_micrometres() {
 fn no_facet_folds_over() {
     let vessel = aneurysm();
     let mesh = Mesh::from_triangles(&vessel.triangles).unwrap().0;
-    let wall = MeshWall::new(mesh, SurfaceModel::Smooth, None);
+    let wall = MeshWall::new(mesh, SurfaceModel::Smooth);
     let (low, high) = (Point::new(1e-3, -3.5e-3, -4.5e-3), Point::new(23e-3, 9e-3, 4.5e-3));
     let (mut random, mut compared) = (Random(70), 0);
     for _ in 0..200_000 {
@@ -295,7 +295,7 @@ fn a_sleeve_ends_before_a_branch_that_lies_in_front_of_it() {
     let across = |p: &Point| (p.x - 12e-3).hypot(p.z);
     triangles.extend(triangulate(low, CUBE_M, [14, 20, 14], |p| 2e-3 - across(p)));
     let mesh = Mesh::from_triangles(&triangles).unwrap().0;
-    let wall = MeshWall::new(mesh, SurfaceModel::Smooth, None);
+    let wall = MeshWall::new(mesh, SurfaceModel::Smooth);
     let mut lengths: Vec<_> = wall.openings.iter().map(|opening| opening.sleeve_m).collect();
     lengths.sort_by(f64::total_cmp);
     assert_eq!(lengths.len(), 4);

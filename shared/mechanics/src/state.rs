@@ -6,7 +6,7 @@ use crate::algebra::{Factor, Matrix3, Rotation};
 use crate::coaxial::Overlap;
 use crate::contact::{Memory, Touch};
 use crate::effects::memory::Memory as EffectMemory;
-use crate::feed::SHORTEST_BASE;
+use crate::feed::{Moved, SHORTEST_BASE};
 use crate::joint::JointLoad;
 use crate::proximity::Proximity;
 use crate::tables::Tables;
@@ -208,6 +208,8 @@ impl<T: Real> Elimination<T> {
 
 /// Memory of a [`Model`] of up to `LINKS` links. Configuration never lives here.
 #[derive(Clone, Debug)]
+// In this order: another one costs the device up to one instruction in a hundred.
+#[repr(C)]
 pub struct State<T: Real, const LINKS: usize = MAX_LINKS> {
     pub(crate) eliminations: [Elimination<T>; LINKS],
     /// Links inside the vessel; link `count − 1` is the base link at the guide.
@@ -225,6 +227,10 @@ pub struct State<T: Real, const LINKS: usize = MAX_LINKS> {
     pub(crate) nodes_look: bool,
     /// A point of the instrument is beyond the stored wall: no force can be given there.
     pub(crate) outside: bool,
+    /// The drives' motion in a step, smoothed as the links' rates are.
+    pub(crate) pace: Moved<T>,
+    /// The drives are beyond what the links can reach.
+    pub(crate) beyond_reach: bool,
     /// Share of the motion that goes on into the next step: less than 1 after links have turned
     /// farther than a linear solve can carry momentum.
     pub(crate) carried: T,
@@ -258,6 +264,8 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
             guide: LinkState::new(),
             nodes_look: false,
             outside: false,
+            beyond_reach: false,
+            pace: Moved::none(),
             carried: T::one(),
             lost: false,
             rested: 0,
@@ -267,6 +275,14 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
             links: [LinkState::new(); LINKS],
             eliminations: [Elimination::new(); LINKS],
         }
+    }
+
+    /// Back to the empty guide; what the instrument and the vessel do not forget is kept.
+    pub(crate) fn forget_shape(&mut self) {
+        self.effects.forget_shape();
+        let effects = self.effects.clone();
+        self.reset();
+        self.effects = effects;
     }
 
     /// Back to [`State::new`] in place: a whole `State` does not fit on a small stack.
@@ -281,6 +297,8 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
             guide,
             nodes_look,
             outside,
+            beyond_reach,
+            pace,
             carried,
             lost,
             rested,
@@ -298,6 +316,8 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
         *guide = LinkState::new();
         *nodes_look = false;
         *outside = false;
+        *beyond_reach = false;
+        *pace = Moved::none();
         *carried = T::one();
         *lost = false;
         *rested = 0;

@@ -27,6 +27,8 @@ pub(crate) struct Scheme<T> {
     /// 1 with inertia, 0 quasi-static.
     pub inertia: T,
     pub friction: T,
+    /// How much less the drives move than in the last step, 1 where they do not slow down.
+    pub slowed: T,
     pub drag: Drag<T>,
     pub predictor_gain: T,
     /// First solve of the step: the wall is looked up.
@@ -175,7 +177,7 @@ fn load<T: Real, N: Pack<T>, L: Law<T>, const LINKS: usize>(
     let drag_rise = N::all(drag_rise);
     let feed_m_per_s = N::all(*fed_m * inverse_dt);
     let radius = model.description().instrument.outer_radius_m;
-    let contact = Contact::<N>::new(wall, scheme.friction, inverse_dt);
+    let contact = Contact::<N>::new(wall, scheme, inverse_dt);
     let line = wall.line_stiffness_n_per_m2;
     let viscous = model.bending_damping_s > T::zero();
 
@@ -245,13 +247,21 @@ fn load<T: Real, N: Pack<T>, L: Law<T>, const LINKS: usize>(
         let node_mass = each(|shares| shares.node_mass);
         let node_arc = each(|shares| shares.node_arc);
         let velocity = || N::vectors(|lane| link(lane).velocity);
-        let beside = velocity() - tangent() * feed_m_per_s;
+        let mut beside = velocity() - tangent() * feed_m_per_s;
+        let carries = law.carries().map(|carries| carries.map(|v| N::vectors(|_| v)));
+        if let Some([_, m_per_s]) = &carries {
+            beside -= *m_per_s;
+        }
         let drag = drag_at_rest + (beside.dot(&beside) * drag_per_square).smaller(drag_rise);
         let (inertia, damping) = (inertia_per_mass * node_mass, drag * node_arc);
         let mut force = N::vectors(|_| model.gravity) * node_mass
             - node_displacement() * (inertia + damping)
             + velocity() * (inertia * carried_dt_s)
             + tangent() * (damping * N::all(*fed_m));
+        // Inertia and drag are against the rig's air, not against a vessel that moves in it.
+        if let Some([by_m, m_per_s]) = carries {
+            force += by_m * (inertia + damping) - m_per_s * (inertia * carried_dt_s);
+        }
         let to_wall = || facing(&group, eliminations, 0).gap + node_radius;
         if let Some(per_length) = law.stream(&tangent(), to_wall) {
             force += per_length * node_arc;

@@ -73,15 +73,16 @@ pub struct ChallengeFolders {
 
 #[derive(Debug, Args)]
 pub struct ChallengeMakeArguments {
-    /// Folder to make; must not be there yet.
+    /// Folder to make, or to go on with where that was broken off.
     pub folder: PathBuf,
     /// Cases: a tenth without an effect, a quarter with one that the library does not have, a
     /// quarter with two.
     #[arg(long, default_value_t = 40)]
     pub cases: usize,
-    /// The same seed gives the same cases.
+    /// The same seed gives the same cases. Without one it is drawn, and kept in the labels alone: who
+    /// knows it can draw the labels again.
     #[arg(long)]
-    pub seed: u64,
+    pub seed: Option<u64>,
     /// Bundle whose rig, motions and noise cases get, in the place of the four own rigs; several
     /// take turns.
     #[arg(long)]

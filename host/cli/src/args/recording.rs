@@ -75,7 +75,8 @@ pub struct ImportAtiArguments {
     /// Trial to write, e.g. BUNDLE/trials/004.csv; must not be there yet.
     #[arg(long, value_name = "FILE.csv")]
     pub out: PathBuf,
-    /// Counts that are one newton, as the sensor's calibration says; 1 for a log in newtons.
+    /// Counts, or another unit's, that are one newton, as the sensor's calibration says; 1 for a log in
+    /// newtons.
     #[arg(long, value_name = "N", default_value_t = 1.0, value_parser = counts)]
     pub counts_per_n: f64,
     /// The sensor's axes that are the vessel's x, y, z, e.g. `+y,-x,+z`.
@@ -96,9 +97,13 @@ pub struct ImportAtiArguments {
 pub struct ImportCsvArguments {
     #[arg(value_name = "FILE.csv")]
     pub table: PathBuf,
-    /// Where a column of the trial comes from, e.g. `insertion_m=feed_mm*0.001`; may be given more
-    /// than once. Columns of the trial's own names need none.
-    #[arg(long = "column", value_name = "NAME=THEIRS[*FACTOR]", value_parser = ColumnMap::parse)]
+    /// Where a column of the trial comes from, e.g. `insertion_m=feed_mm*0.001+0.028`; may be given
+    /// more than once. The offset is in the trial's unit. Columns of the trial's own names need none.
+    #[arg(
+        long = "column",
+        value_name = "NAME=THEIRS[*FACTOR[+OFFSET]]",
+        value_parser = ColumnMap::parse
+    )]
     pub columns: Vec<ColumnMap>,
     /// Trial to write, e.g. BUNDLE/trials/004.csv; must not be there yet.
     #[arg(long, value_name = "FILE.csv")]

@@ -19,7 +19,7 @@ use crate::args::{
     ConfigShowArguments, ConfigSource,
 };
 use crate::failure::{Code, Failure};
-use crate::output::write_again;
+use crate::output::{Kind, check_again, write_again};
 use crate::settings::parse::{misspelt, unit};
 use crate::settings::{Setting, SettingsFile, parse_file};
 use crate::ui::{Ui, two_columns};
@@ -212,9 +212,10 @@ fn get(ui: &Ui, arguments: &ConfigGetArguments) -> Result<(), Failure> {
 }
 
 fn write_image(ui: &Ui, arguments: &ConfigImageArguments) -> Result<(), Failure> {
+    check_again(&arguments.out, Kind::DeviceImage)?;
     let bundle = open_bundle(ui, &arguments.bundle)?;
     let (bytes, report) = image(ui, &bundle, &arguments.changes)?;
-    write_again(&arguments.out, &bytes)?;
+    write_again(&arguments.out, Kind::DeviceImage, &bytes)?;
     let path = arguments.out.display().to_string();
     ui.data(
         &json!({ "path": path, "bytes": report.bytes }),

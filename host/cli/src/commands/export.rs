@@ -11,8 +11,8 @@ use cathforce_record::{
 use serde_json::{Value, json};
 
 use crate::args::ExportArguments;
-use crate::failure::{Code, Failure};
-use crate::output::{check_export, check_new};
+use crate::failure::Failure;
+use crate::output::{Kind, NODES, TICKS, check_apart, check_export, check_new_folder};
 use crate::ui::Ui;
 
 /// A file of this name is standard output.
@@ -53,6 +53,13 @@ pub fn run(ui: &Ui, arguments: &ExportArguments) -> Result<(), Failure> {
     }
     if let Some(path) = &arguments.bundle {
         write_bundle(&recording, path).map_err(|e| Failure::write(path, e))?;
+        if recording.trial.rows.is_empty() {
+            ui.warn(format_args!(
+                "{}: no trial was measured in it: {} has the rig and the vessel, and no trials",
+                arguments.recording.display(),
+                path.display()
+            ));
+        }
         written.add(path, "rows", recording.trial.rows.len());
     }
     let to_stdout = [&arguments.csv, &arguments.nodes, &arguments.candump].into_iter().flatten();
@@ -69,16 +76,13 @@ pub fn run(ui: &Ui, arguments: &ExportArguments) -> Result<(), Failure> {
 /// Says before the work what it would be in vain for.
 fn check(arguments: &ExportArguments) -> Result<(), Failure> {
     let ExportArguments { csv, nodes, parquet, candump, bundle, overwrite, .. } = arguments;
-    let mut files = [csv, nodes, parquet, candump].into_iter().flatten().collect::<Vec<_>>();
-    files.retain(|path| **path != Path::new(STDOUT));
-    for (i, path) in files.iter().enumerate() {
-        check_export(path, *overwrite)?;
-        if files[..i].contains(path) {
-            let message = format!("{} is named twice\n  fix: a file each", path.display());
-            return Err(Failure::new(Code::Usage, message));
-        }
+    let files = [(csv, TICKS), (nodes, NODES), (parquet, Kind::Parquet), (candump, Kind::Candump)];
+    let files = files.into_iter().filter_map(|(path, kind)| Some((path.as_deref()?, kind)));
+    check_apart(files.clone().map(|(path, _)| path).chain(bundle.as_deref()))?;
+    for (path, kind) in files.filter(|(path, _)| *path != Path::new(STDOUT)) {
+        check_export(path, kind, *overwrite)?;
     }
-    bundle.as_deref().map_or(Ok(()), check_new)
+    bundle.as_deref().map_or(Ok(()), check_new_folder)
 }
 
 /// Text into a file, whole or not at all, or onto standard output.

@@ -6,11 +6,14 @@ use std::path::Path;
 
 use cathforce_bus::Id;
 use cathforce_control::TICK_S;
-use cathforce_record::import::{AtiOptions, ImportError, join, read_ati, read_csv};
-use cathforce_record::{
-    Attachments, Gap, Measured, NoLockStep, Recorder, Recording, SecondRun, Trial, WriteError,
-    put_whole, read_candump, write_trial, write_whole,
+use cathforce_record::import::{
+    AtiOptions, ImportedTable, ImportedTrial, Joined, join, read_ati, read_csv, read_motion,
 };
+use cathforce_record::{
+    Attachments, Gap, NoLockStep, Recorder, Recording, SecondRun, Trial, WriteError, is_recording,
+    put_whole, read_candump, write_drive, write_trial, write_whole,
+};
+use cathforce_rig::bundle::LONGEST_GAP_S;
 use serde_json::json;
 
 use super::run::{info, read_text, vessel_files};
@@ -21,6 +24,9 @@ use crate::output::check_new;
 use crate::session::DBC;
 use crate::settings::master_of;
 use crate::ui::Ui;
+
+/// Link of a recording whose frames somebody else logged.
+pub const CANDUMP: &str = "candump";
 
 pub fn run(ui: &Ui, from: &ImportSource) -> Result<(), Failure> {
     match from {
@@ -62,7 +68,7 @@ fn candump(ui: &Ui, arguments: &ImportCandumpArguments) -> Result<(), Failure> {
             false
         }
     };
-    let mut info = info("candump", &bundle, "");
+    let mut info = info(CANDUMP, &bundle, "");
     info.started_unix_ns = log.started_ns;
     info.tick_s = f64::from(TICK_S);
     info.lock_step = lock_step;
@@ -140,31 +146,83 @@ fn ati(ui: &Ui, arguments: &ImportAtiArguments) -> Result<(), Failure> {
     if !options.axes.is_rotation() {
         ui.warn("--axes mirrors: that is right only for a sensor that reports the reaction");
     }
-    let forces = read_ati(open(path)?, &options).map_err(|e| at(path, &e))?;
+    let log = read_ati(open(path)?, &options).map_err(|e| at(path, &e))?;
+    let shown = path.display();
+    if let Some(rate) = arguments.rate.filter(|_| log.has_time) {
+        ui.warn(format_args!("--rate {rate} is not used: {shown} has a column of time"));
+    }
     let motion = motion(ui, &arguments.motion)?;
-    let (rows, left_out) = join(&motion, &forces, arguments.offset);
-    if rows.is_empty() {
+    let of_motion = arguments.motion.display();
+    let joined = join(&motion, &log.samples, arguments.offset);
+    let Joined { forces, outside, in_gaps, .. } = joined;
+    let all = log.samples.len();
+    if forces == 0 {
         let message = format!(
-            "{}: none of its {} rows is within the time of {}\n  fix: say with --offset at which \
-             time of the motion the log begins",
-            path.display(),
-            forces.len(),
-            arguments.motion.display()
+            "{shown}: none of its {all} rows is within the time of {of_motion}\n  fix: say with \
+             --offset at which time of the motion the log begins"
         );
         return Err(Failure::input(message));
     }
-    write_rows(ui, out, rows, left_out)
+    if outside as f64 > MOST_OUTSIDE * all as f64 {
+        ui.warn(format_args!(
+            "{shown}: {outside} of its {all} rows are outside the time of {of_motion}: is --offset \
+             right, and the time in seconds?"
+        ));
+    }
+    if in_gaps > 0 {
+        ui.warn(format_args!(
+            "{of_motion}: says nothing of the drive for more than {LONGEST_GAP_S} s at a time, where \
+             {in_gaps} rows of {shown} are left out"
+        ));
+    }
+    if joined.had_force {
+        ui.warn(format_args!(
+            "{of_motion}: has a force of its own, which is left out: the one of {shown} takes its place"
+        ));
+    }
+    let count = |n: usize, what: &str| match n {
+        0 => String::new(),
+        n => format!(", {n} {what}"),
+    };
+    let text = format!(
+        "{forces} rows{}{}{}",
+        count(outside, "outside the motion left out"),
+        count(in_gaps, "in its gaps left out"),
+        count(joined.others, "others of what else the motion has")
+    );
+    let json = json!({
+        "path": out, "rows": forces, "left_out": outside + in_gaps, "others": joined.others,
+    });
+    write(ui, out, &ImportedTrial::Catheter(joined.trial), &json, &text)
 }
 
+/// So many of a log's rows may come before the motion or after it, as they do when both are started
+/// by hand.
+const MOST_OUTSIDE: f64 = 0.1;
+
 fn csv(ui: &Ui, arguments: &ImportCsvArguments) -> Result<(), Failure> {
-    check_new(&arguments.out)?;
-    let rows = table(&arguments.table, |file| read_csv(file, &arguments.columns))?;
-    write_rows(ui, &arguments.out, rows, 0)
+    let (path, out) = (&arguments.table, &arguments.out);
+    check_new(out)?;
+    let ImportedTable { trial, remarks } =
+        read_csv(open(path)?, &arguments.columns).map_err(|e| at(path, &e))?;
+    warn_all(ui, path, &remarks);
+    let rows = match &trial {
+        ImportedTrial::Catheter(trial) => trial.rows.len(),
+        ImportedTrial::Drive(t_s, _) => t_s.len(),
+    };
+    let json = json!({ "path": out, "rows": rows, "left_out": 0 });
+    write(ui, out, &trial, &json, &format!("{rows} rows"))
+}
+
+fn warn_all(ui: &Ui, path: &Path, remarks: &[String]) {
+    for remark in remarks {
+        ui.warn(format_args!("{}: {remark}", path.display()));
+    }
 }
 
 /// Where the drive was.
-fn motion(ui: &Ui, path: &Path) -> Result<Vec<Measured>, Failure> {
-    if path.extension().is_some_and(|ending| ending == "mcap") {
+fn motion(ui: &Ui, path: &Path) -> Result<Trial, Failure> {
+    if is_recording(path) || path.extension().is_some_and(|ending| ending == "mcap") {
         let recording: Recording = open_recording(ui, path)?;
         if recording.trial.rows.is_empty() {
             let message = format!(
@@ -173,30 +231,26 @@ fn motion(ui: &Ui, path: &Path) -> Result<Vec<Measured>, Failure> {
             );
             return Err(Failure::input(message));
         }
-        return Ok(recording.trial.rows);
+        return Ok(recording.trial);
     }
-    table(path, |file| read_csv(file, &[]))
+    let (trial, remarks) = read_motion(open(path)?).map_err(|e| at(path, &e))?;
+    warn_all(ui, path, &remarks);
+    Ok(trial)
 }
 
-fn table<T>(
-    path: &Path,
-    read: impl FnOnce(BufReader<File>) -> Result<T, ImportError>,
-) -> Result<T, Failure> {
-    read(BufReader::new(open(path)?)).map_err(|e| at(path, &e))
-}
-
-fn write_rows(ui: &Ui, out: &Path, rows: Vec<Measured>, left_out: usize) -> Result<(), Failure> {
-    let count = rows.len();
-    let trial = Trial { rows, ..Trial::default() };
-    write_whole(out, |file| write_trial(&trial, file)).map_err(|e| Failure::write(out, e))?;
-    let outside = match left_out {
-        0 => String::new(),
-        n => format!(", {n} outside the motion left out"),
-    };
-    ui.data(
-        &json!({ "path": out, "rows": count, "left_out": left_out }),
-        format_args!("{count} rows{outside}: {}\n", out.display()),
-    )
+fn write(
+    ui: &Ui,
+    out: &Path,
+    trial: &ImportedTrial,
+    json: &serde_json::Value,
+    text: &str,
+) -> Result<(), Failure> {
+    write_whole(out, |file| match trial {
+        ImportedTrial::Catheter(trial) => write_trial(trial, file),
+        ImportedTrial::Drive(t_s, data) => write_drive(t_s, data, file),
+    })
+    .map_err(|e| Failure::write(out, e))?;
+    ui.data(json, format_args!("{text}: {}\n", out.display()))
 }
 
 fn open(path: &Path) -> Result<File, Failure> {

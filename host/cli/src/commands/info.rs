@@ -9,9 +9,10 @@ use cathforce_link::Client;
 use cathforce_record::{Recording, bus_load};
 use serde_json::{Value, json};
 
-use super::open_bundle;
+use super::{check_model, open_bundle};
 use crate::args::InfoArguments;
 use crate::failure::Failure;
+use crate::settings::parse::is_settings;
 use crate::ui::{Ui, two_columns};
 
 pub fn run(ui: &Ui, arguments: &InfoArguments) -> Result<(), Failure> {
@@ -46,6 +47,7 @@ type Rows = Vec<(&'static str, Value)>;
 
 fn bundle(ui: &Ui, path: &Path) -> Result<Rows, Failure> {
     let bundle = open_bundle(ui, path)?;
+    check_model(&bundle)?;
     let trials = bundle
         .trials
         .iter()
@@ -71,7 +73,18 @@ fn file(path: &Path) -> Result<Rows, Failure> {
     let bytes = std::fs::read(path).map_err(|e| {
         Failure::input(format!("cannot read {}: {e}; check the path", path.display()))
     })?;
-    if bytes.starts_with(&MAGIC) { device_image(path, &bytes) } else { recording(path) }
+    if bytes.starts_with(&MAGIC) {
+        return device_image(path, &bytes);
+    }
+    if std::str::from_utf8(&bytes).is_ok_and(is_settings) {
+        let path = path.display();
+        return Err(Failure::input(format!(
+            "{path}: this is a file of settings, not a recording, a bundle or an image\n  fix: \
+             `cathforce config validate {path}` checks it, `cathforce config diff {path}` says what \
+             it sets"
+        )));
+    }
+    recording(path)
 }
 
 fn device_image(path: &Path, bytes: &[u8]) -> Result<Rows, Failure> {

@@ -5,12 +5,12 @@ use std::time::Instant;
 
 use cathforce_mechanics::LumenHeader;
 use cathforce_rig::lumen::{DEVICE_LUMEN_BYTES, Spread};
-use cathforce_rig::{CELL_M, LumenBuildError, LumenJob, LumenReport, WallSource};
+use cathforce_rig::{CELL_M, LumenBuildError, LumenJob, LumenReport, WallSource, Warning};
 use serde_json::{Value, json};
 
 use crate::args::LumenArguments;
 use crate::failure::{Code, Failure};
-use crate::output::write_again;
+use crate::output::{Kind, write_again};
 use crate::ui::{Ui, two_columns};
 
 pub fn run(ui: &Ui, arguments: &LumenArguments) -> Result<(), Failure> {
@@ -28,11 +28,14 @@ pub fn run(ui: &Ui, arguments: &LumenArguments) -> Result<(), Failure> {
     }
     let (built, report) = built.map_err(|error| refuse(path, &error))?;
     let seconds = start.elapsed().as_secs_f64();
-    if let Some(out) = &arguments.out {
-        write_again(out, &built.bytes)?;
+    // What a device refuses is no file for one.
+    if let Some(out) = arguments.out.as_ref().filter(|_| report.too_large.is_none()) {
+        write_again(out, Kind::Lumen, &built.bytes)?;
         ui.say(format_args!("{} bytes: {}", built.bytes.len(), out.display()));
     }
-    ui.data(&to_json(&report, &built.header, seconds), two_columns(&to_rows(&report, seconds)))?;
+    let warnings: Vec<String> = warnings.iter().map(Warning::to_string).collect();
+    let json = to_json(&report, &built.header, &warnings, seconds);
+    ui.data(&json, two_columns(&to_rows(&report, seconds)))?;
     match report.too_large {
         None => Ok(()),
         Some(error) => {
@@ -46,6 +49,10 @@ fn refuse(path: &Path, error: &LumenBuildError) -> Failure {
     match error {
         // Names its file itself.
         LumenBuildError::Bundle(error) => Failure::input(error),
+        error if error.is_about_room() => {
+            let message = format!("{}: {error}; --cell chooses the grid", path.display());
+            Failure::new(Code::Threshold, message)
+        }
         error => Failure::input(format!("{}: {error}", path.display())),
     }
 }
@@ -62,7 +69,13 @@ fn source(report: &LumenReport) -> String {
     }
 }
 
-fn micrometres(spread: &Spread) -> String {
+/// A spread of so many points; of none there is nothing to say.
+fn measured(spread: &Spread, points: usize) -> Option<&Spread> {
+    (points > 0).then_some(spread)
+}
+
+fn micrometres(spread: Option<&Spread>) -> String {
+    let Some(spread) = spread else { return "not measured".into() };
     let [p50, p99, max] = [spread.p50, spread.p99, spread.max].map(|x| 1e6 * x);
     format!("median {p50:.1}, 99 % {p99:.1}, largest {max:.1} µm")
 }
@@ -79,6 +92,8 @@ fn to_rows(report: &LumenReport, seconds: f64) -> Vec<(String, String)> {
         })
         .collect();
     let quality = &report.quality;
+    let touching = measured(&quality.distance_m, quality.points);
+    let deeper = measured(&quality.deeper_m, quality.deeper_points);
     let [low, high] = quality.touching_m.map(|x| 1e3 * x);
     let mut rows = vec![
         ("wall", source(report)),
@@ -86,13 +101,16 @@ fn to_rows(report: &LumenReport, seconds: f64) -> Vec<(String, String)> {
         ("cell", format!("{:.2} mm", 1e3 * report.cell_m)),
         ("bricks", bricks(report)),
         ("bytes", format!("{}, {percent:.0} % of the device's room: {fits}", report.bytes)),
-        ("error", format!("{} to the surface", micrometres(&quality.distance_m))),
+        ("error", format!("{} to the surface", micrometres(touching))),
     ];
     if let Some(facets) = &report.facets_m {
-        rows.push(("", format!("{} to the flat facets", micrometres(facets))));
+        rows.push(("", format!("{} to the flat facets", micrometres(Some(facets)))));
     }
     if let Some(facets) = &report.surface_to_facets_m {
-        rows.push(("", format!("{} from the surface to the flat facets", micrometres(facets))));
+        rows.push((
+            "",
+            format!("{} from the surface to the flat facets", micrometres(Some(facets))),
+        ));
     }
     rows.push((
         "",
@@ -101,7 +119,10 @@ fn to_rows(report: &LumenReport, seconds: f64) -> Vec<(String, String)> {
             quality.points
         ),
     ));
-    rows.push(("deeper", format!("{} to the surface", micrometres(&quality.deeper_m))));
+    if quality.not_stored > 0 {
+        rows.push(("", format!("at {} more nothing is stored", quality.not_stored)));
+    }
+    rows.push(("deeper", format!("{} to the surface", micrometres(deeper))));
     if report.gaps > 0 {
         rows.push(("gaps closed", report.gaps.to_string()));
     }
@@ -118,8 +139,12 @@ fn bricks(report: &LumenReport) -> String {
     format!("{}, in the place of {fine} eight of half the spacing{missing}", report.bricks)
 }
 
-fn to_json(report: &LumenReport, header: &LumenHeader, seconds: f64) -> Value {
+fn to_json(report: &LumenReport, header: &LumenHeader, warnings: &[String], seconds: f64) -> Value {
+    let quality = &report.quality;
     let spread = |s: &Spread| json!({ "median_m": s.p50, "p99_m": s.p99, "max_m": s.max });
+    let touching = |s: &Spread| measured(s, quality.points).map(spread);
+    let deeper = measured(&quality.deeper_m, quality.deeper_points).map(spread);
+    let normal_max_rad = measured(&quality.normal_rad, quality.points).map(|s| s.max);
     let (read, used) = match report.source {
         WallSource::Mesh { read, triangles, .. } => (Some(read), Some(triangles)),
         WallSource::Centreline { .. } => (None, None),
@@ -132,6 +157,7 @@ fn to_json(report: &LumenReport, header: &LumenHeader, seconds: f64) -> Value {
                 "position_m": o.centre_m.as_slice(),
                 "radius_m": o.radius_m,
                 "axis": o.axis.as_slice(),
+                "in_the_wall": o.is_flush,
                 "sleeve_m": o.sleeve_m,
             })
         })
@@ -151,14 +177,16 @@ fn to_json(report: &LumenReport, header: &LumenHeader, seconds: f64) -> Value {
         "bytes": report.bytes,
         "device_bytes": DEVICE_LUMEN_BYTES,
         "fits": report.too_large.is_none(),
-        "error_to_surface": spread(&report.quality.distance_m),
-        "error_deeper": spread(&report.quality.deeper_m),
-        "error_of_trilinear": spread(&report.quality.trilinear_m),
+        "error_to_surface": touching(&quality.distance_m),
+        "error_deeper": deeper,
+        "error_of_trilinear": touching(&quality.trilinear_m),
         "error_to_facets": report.facets_m.as_ref().map(spread),
         "surface_to_facets": report.surface_to_facets_m.as_ref().map(spread),
-        "normal_max_rad": report.quality.normal_rad.max,
-        "points": report.quality.points,
-        "touching_m": report.quality.touching_m,
+        "normal_max_rad": normal_max_rad,
+        "points": quality.points,
+        "points_not_stored": quality.not_stored,
+        "touching_m": quality.touching_m,
+        "warnings": warnings,
         "seconds": seconds,
     })
 }

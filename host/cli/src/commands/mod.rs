@@ -19,13 +19,15 @@ pub mod run;
 pub mod shell;
 pub mod tips;
 
+use std::collections::BTreeSet;
 use std::path::Path;
+use std::sync::{Mutex, PoisonError};
 
 use cathforce_config::Key;
 use cathforce_mechanics::Description;
 use cathforce_record::Recording;
 use cathforce_rig::{
-    Bundle, ImageBuildError, ImageOptions, ImageReport, device_image, rig_description,
+    Bundle, ImageBuildError, ImageOptions, ImageReport, check_rig, device_image, rig_description,
 };
 
 use crate::args::Changes;
@@ -134,7 +136,21 @@ fn image_with(
     options: &ImageOptions,
 ) -> Result<(Vec<u8>, ImageReport), Failure> {
     ui.say(format_args!("building the device image of {}", bundle.path.display()));
-    device_image(bundle, options).map_err(|error| no_image(bundle, error))
+    let (image, report) = device_image(bundle, options).map_err(|error| no_image(bundle, error))?;
+    for doubt in report.lumen.doubts() {
+        warn_once(ui, format!("{}: the vessel: {doubt}", bundle.path.display()));
+    }
+    Ok((image, report))
+}
+
+/// Warns of what was not warned of before: a command may build several images of one vessel.
+fn warn_once(ui: &Ui, message: String) {
+    static SAID: Mutex<BTreeSet<String>> = Mutex::new(BTreeSet::new());
+    let mut said = SAID.lock().unwrap_or_else(PoisonError::into_inner);
+    if !said.contains(&message) {
+        ui.warn(&message);
+        said.insert(message);
+    }
 }
 
 /// What a bundle's rig is with these options.
@@ -142,8 +158,19 @@ fn described(bundle: &Bundle, options: &ImageOptions) -> Result<Description<f32>
     rig_description(bundle, options).map_err(|error| no_image(bundle, error))
 }
 
+/// Says of a rig that no device could have it, before one is to be made of it.
+fn check_model(bundle: &Bundle) -> Result<(), Failure> {
+    if bundle.catheter().is_none() {
+        return Ok(());
+    }
+    let description = described(bundle, &ImageOptions::default())?;
+    check_rig(bundle, &description).map_err(|error| no_image(bundle, error))
+}
+
 fn no_image(bundle: &Bundle, error: ImageBuildError) -> Failure {
     match error {
+        // Names its file itself.
+        ImageBuildError::Bundle(error) => error.into(),
         ImageBuildError::Parameter { key, value, error } => {
             Failure::new(Code::Usage, format!("--set {key}={value}: {error}"))
         }

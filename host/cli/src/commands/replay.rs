@@ -4,6 +4,7 @@ use cathforce_link::qemu::find_firmware;
 use cathforce_link::{build_of, version_and_build};
 use cathforce_record::{ReplayReport, RunInfo, replay};
 
+use super::import::CANDUMP;
 use crate::args::ReplayArguments;
 use crate::failure::{Code, Failure};
 use crate::ui::{Ui, two_columns};
@@ -56,9 +57,16 @@ pub fn difference(report: &ReplayReport, info: &RunInfo) -> Failure {
     Failure::new(Code::Failed, message + &firmware(info))
 }
 
-/// Whose fault a difference may be: of a firmware that is not built from what replays it.
+/// Whose fault a difference may be: of a firmware that is not built from what replays it, or of an
+/// image that is not the device's.
 fn firmware(info: &RunInfo) -> String {
     let recorded = &info.firmware_version;
+    if info.link == CANDUMP {
+        return "\n  fix: its image was made when the log was imported, of a bundle and settings that \
+                nobody compared with the device: import it again with the --bundle, --settings, \
+                --set and --cell with which the device ran"
+            .to_owned();
+    }
     let (version, build) = version_and_build(recorded);
     let host = env!("CARGO_PKG_VERSION");
     let here = find_firmware(None).ok().and_then(|elf| build_of(&elf));

@@ -5,18 +5,18 @@ use serde_json::json;
 
 use crate::args::ReportArguments;
 use crate::failure::Failure;
-use crate::output::{check_again, write_again};
+use crate::output::{Kind, check_again, write_again};
 use crate::report::page;
 use crate::summary::Summary;
 use crate::ui::Ui;
 
 pub fn run(ui: &Ui, arguments: &ReportArguments) -> Result<(), Failure> {
-    check_again(&arguments.html)?;
+    check_again(&arguments.html, Kind::Page)?;
     let recording = super::open_recording(ui, &arguments.recording)?;
     let analysis = analyse(&recording)?;
     let summary = Summary::of(&recording, &analysis);
     let html = page(&recording, &analysis, &summary)?;
     let path = &arguments.html;
-    write_again(path, html)?;
+    write_again(path, Kind::Page, html)?;
     ui.data(&json!({ "path": path }), format_args!("page: {}\n", path.display()))
 }

@@ -6,7 +6,7 @@ use cathforce_bus::{Encoder, Insertion, Rotation};
 use cathforce_link::qemu::find_firmware;
 use cathforce_link::{Client, Step};
 use cathforce_record::{
-    Measured, MeasuredDrive, Recording, RunInfo, SensorNoise, Trial, VESSEL_FILES, analyse,
+    FEED_BEFORE_SCORE_M, Recording, RunInfo, SensorNoise, Trial, VESSEL_FILES, analyse,
 };
 use cathforce_rig::Bundle;
 use cathforce_rig::bundle::{CatheterTrial, EncoderReading};
@@ -15,7 +15,7 @@ use sha2::{Digest, Sha256};
 use super::{image, open_bundle};
 use crate::args::{Feel, PlayArguments};
 use crate::failure::{Code, Failure};
-use crate::output::{check_again, check_recording, write_again};
+use crate::output::{Kind, check_again, check_apart, check_recording, write_again};
 use crate::session::{Pace, Plan, run as run_session};
 use crate::summary::Summary;
 use crate::ui::Ui;
@@ -32,11 +32,12 @@ pub fn run(ui: &Ui, link: &str, pace: Pace, arguments: &PlayArguments) -> Result
                        [guidewire] of rig.toml";
         return Err(Failure::new(Code::Usage, message));
     }
+    check_apart(arguments.out.iter().chain(&arguments.summary).map(PathBuf::as_path))?;
     if let Some(out) = &arguments.out {
         check_recording(out, arguments.overwrite)?;
     }
     if let Some(summary) = &arguments.summary {
-        check_again(summary)?;
+        check_again(summary, Kind::Json)?;
     }
     let (image, _) = image(ui, &bundle, &arguments.changes)?;
 
@@ -115,9 +116,7 @@ pub fn play(
 
 /// A catheter's trial as a recording holds it; times stay as they are.
 pub fn recorded(bundle: &Bundle, trial: &cathforce_rig::Trial) -> Result<Trial, Failure> {
-    let data = catheter(trial)?;
-    let rows = measured(&trial.t_s, data);
-    Ok(Trial { rows, shapes_m: shapes(data), noise: noise(bundle) })
+    Ok(Trial { noise: noise(bundle), ..Trial::of(&trial.t_s, catheter(trial)?) })
 }
 
 /// A folder that goes when it is dropped.
@@ -133,7 +132,7 @@ fn finish(ui: &Ui, recording: &Path, arguments: &PlayArguments) -> Result<(), Fa
     let summary = Summary::of(&recording, &analysis);
     if let Some(path) = &arguments.summary {
         let json = serde_json::to_string_pretty(&summary).map_err(|e| Failure::write(path, e))?;
-        write_again(path, json + "\n")?;
+        write_again(path, Kind::Json, json + "\n")?;
     }
     let title = ui.bold(&format!("{} trial {}", recording.info.rig, recording.info.trial));
     let text = format!("{title}\n{}{}\n", summary.text(), recording.info.provenance);
@@ -141,18 +140,39 @@ fn finish(ui: &Ui, recording: &Path, arguments: &PlayArguments) -> Result<(), Fa
     if let Some(replay) = analysis.replay.as_ref().filter(|replay| !replay.identical()) {
         return Err(super::replay::difference(replay, &recording.info));
     }
-    let limit = arguments.max_error.map(|percent| percent / 100.0);
-    match limit.zip(summary.error_share()) {
-        Some((limit, share)) if share > limit => {
-            let message = format!(
-                "the force error is {:.2} % of the measured peak, above --max-error {}",
-                100.0 * share,
-                100.0 * limit
-            );
-            Err(Failure::new(Code::Threshold, message))
-        }
-        _ => Ok(()),
-    }
+    let missed = arguments.max_error.and_then(|percent| match summary.error_share() {
+        Some(share) if 100.0 * share <= percent => None,
+        Some(share) => Some(format!(
+            "the force error is {:.2} % of the measured peak, above --max-error {percent}",
+            100.0 * share
+        )),
+        // What was not looked at is not within a limit.
+        None => Some(format!("no force was compared: {}", not_compared(&recording))),
+    });
+    missed.map_or(Ok(()), |message| Err(Failure::new(Code::Threshold, message)))
+}
+
+/// Why nothing can be said of the forces' error.
+fn not_compared(recording: &Recording) -> String {
+    let mut forces = recording.trial.rows.iter().filter_map(|row| row.force_n).peekable();
+    let (why, fix) = if forces.peek().is_none() {
+        (
+            "what was played of the trial has no measured force".into(),
+            "play a trial with fx_N, fy_N and fz_N, or leave --max-error out".to_owned(),
+        )
+    } else if forces.all(|force| force == [0.0; 3]) {
+        (
+            "every measured force is 0".into(),
+            "give the sensor's forces in fx_N, fy_N and fz_N, or leave --max-error out".to_owned(),
+        )
+    } else {
+        let mm = 1e3 * FEED_BEFORE_SCORE_M;
+        (
+            format!("no row with a force is {mm} mm of feed past the beginning and outside snaps"),
+            "play a longer part of the trial, with a larger --duration".to_owned(),
+        )
+    };
+    format!("{why}\n  fix: {fix}")
 }
 
 /// The trial of this number, or the first one.
@@ -180,34 +200,6 @@ fn catheter(trial: &cathforce_rig::Trial) -> Result<&CatheterTrial, Failure> {
     let missing = "this is a drive without an instrument: it has no insertion to play\n  fix: give \
                    a catheter's bundle";
     trial.catheter().ok_or_else(|| Failure::input(missing))
-}
-
-fn measured(t_s: &[f64], trial: &CatheterTrial) -> Vec<Measured> {
-    t_s.iter()
-        .enumerate()
-        .map(|(i, &t_s)| Measured {
-            t_s,
-            insertion_m: trial.insertion_m[i],
-            rotation_rad: trial.rotation_rad[i],
-            force_n: trial.force_n.as_ref().and_then(|column| column[i]),
-            drive_force_n: trial.drive_force_n.as_ref().and_then(|column| column[i]),
-            tip_m: trial.tip_m.as_ref().and_then(|column| column[i]),
-            guidewire: trial.guidewire.as_ref().map(|wire| MeasuredDrive {
-                insertion_m: wire.insertion_m[i],
-                rotation_rad: wire.rotation_rad[i],
-                drive_force_n: wire.drive_force_n.as_ref().and_then(|column| column[i]),
-            }),
-        })
-        .collect()
-}
-
-/// The points of each row's shape; a row without all of them has none.
-fn shapes(trial: &CatheterTrial) -> Vec<Vec<[f64; 3]>> {
-    let row = |i: usize| trial.shape_m.iter().map(|point| point[i]).collect::<Option<_>>();
-    match trial.shape_m.is_empty() {
-        true => Vec::new(),
-        false => (0..trial.insertion_m.len()).map(|i| row(i).unwrap_or_default()).collect(),
-    }
 }
 
 /// The bundle's files that say what the vessel is.

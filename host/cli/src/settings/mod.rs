@@ -120,6 +120,13 @@ pub fn master_of(path: Option<&Path>) -> Result<Master, Failure> {
 
 /// What a file says, whether its names and values are any or not.
 pub fn parse_file(path: &Path) -> Result<Parsed, Failure> {
+    if path.is_dir() {
+        let path = path.display();
+        return Err(Failure::input(format!(
+            "{path} is a folder, and a file of settings is one file\n  fix: give the file; \
+             `cathforce config init {path} S.toml` makes one of a bundle"
+        )));
+    }
     let text = std::fs::read_to_string(path).map_err(|e| {
         let path = path.display();
         Failure::input(format!(
@@ -164,9 +171,9 @@ mod tests {
     fn a_file_reads_back_to_the_bit_and_replaces_the_old_one_whole() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("rig.toml");
-        std::fs::write(&path, "old").unwrap();
+        std::fs::write(&path, "rig = \"old\"\n").unwrap();
         let staged = example().write(&path).unwrap();
-        assert_eq!(std::fs::read_to_string(&path).unwrap(), "old");
+        assert_eq!(std::fs::read_to_string(&path).unwrap(), "rig = \"old\"\n");
         staged.commit().unwrap();
         assert_eq!(SettingsFile::read(&path).unwrap(), example());
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);

@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use cathforce_config::master::Master;
 use cathforce_config::{Key, KeyError, keys};
+use cathforce_effects::Effect;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
@@ -69,6 +70,15 @@ pub fn line(text: &str, at: usize) -> usize {
     1 + text.get(..at).unwrap_or(text).matches('\n').count()
 }
 
+/// Whether a text is a file of settings, right or wrong: it has keys of one, and no others.
+pub fn is_settings(text: &str) -> bool {
+    DeTable::parse(text).is_ok_and(|table| {
+        let keys = table.get_ref().keys();
+        let mut known = keys.map(|key| TOP.contains(&key.get_ref().as_ref())).peekable();
+        known.peek().is_some() && known.all(|known| known)
+    })
+}
+
 /// Why an entry cannot be used, if it cannot.
 pub fn problem(entry: &Entry) -> Option<Problem> {
     let (name, value) = (entry.name.as_str(), entry.setting.value());
@@ -81,7 +91,7 @@ pub fn problem(entry: &Entry) -> Option<Problem> {
     let [min, max] = key.range();
     let unit = unit(key);
     match key.check(value) {
-        Ok(()) => None,
+        Ok(()) => unknown_effect(entry),
         Err(KeyError::NotFinite) => {
             problem(format!("{name} is not a finite number"), range_text(key))
         }
@@ -93,6 +103,20 @@ pub fn problem(entry: &Entry) -> Option<Problem> {
             problem(message, slip::out_of_range(key, value).unwrap_or_else(|| range_text(key)))
         }
     }
+}
+
+/// Where a value comes from has to be an effect that there is: others read it.
+fn unknown_effect(entry: &Entry) -> Option<Problem> {
+    let Setting::Diagnosed { effect, .. } = &entry.setting else { return None };
+    if Effect::find(effect).is_some() {
+        return None;
+    }
+    let ids = cathforce_effects::all().map(|effect| effect.id).collect::<Vec<_>>();
+    Some(Problem {
+        line: entry.line,
+        message: format!("{} is of the effect `{effect}`, which there is not", entry.name),
+        fix: misspelt(effect, &ids, "`cathforce gap effects` lists them"),
+    })
 }
 
 /// A unit after its number, if it has one.
@@ -124,6 +148,13 @@ pub fn parse(text: &str) -> Result<Parsed, Problem> {
         master: master::parse(text)?,
         band: band::parse(text)?,
     };
+    // Before its keys, none of which is one of settings.
+    if let Some((key, _)) = table.get_ref().get_key_value("format") {
+        let what = "this is the rig.toml of a bundle, not a file of settings";
+        let fix = "give the bundle's folder where a bundle is asked for; a file of settings is another \
+                   one, `cathforce config init BUNDLE S.toml` makes it";
+        return Err(reader.problem(&key.span(), what, fix));
+    }
     for (key, value) in table.get_ref() {
         match (key.get_ref().as_ref(), value.get_ref()) {
             ("schema_version", DeValue::Integer(whole)) => {
@@ -278,6 +309,30 @@ mod tests {
         assert_eq!(problem.line, 4);
         assert!(problem.message.contains("force_gian"), "{problem:?}");
         assert!(problem.fix.contains("`force_gain`"), "{problem:?}");
+    }
+
+    #[test]
+    fn an_effect_that_is_none_has_its_line_and_its_neighbour() {
+        let set = |id: &str| {
+            let text =
+                format!("force_gain = 1\nforce_limit_n = {{ value = 2, effect = \"{id}\" }}");
+            problem(&entries(&text)[1])
+        };
+        assert_eq!(set("wall.stiffness"), None);
+        let slip = set("wall.stifness").unwrap();
+        assert_eq!(slip.line, 4);
+        assert!(slip.message.contains("`wall.stifness`"), "{slip:?}");
+        assert!(slip.fix.contains("`wall.stiffness`"), "{slip:?}");
+        let nonsense = set("bogus").unwrap();
+        assert!(nonsense.fix.contains("`cathforce gap effects`"), "{nonsense:?}");
+    }
+
+    #[test]
+    fn a_rigs_own_file_is_told_from_settings() {
+        let problem = parse("\nformat = \"trial-bundle/1\"\n[entry]\nup = 1\n").unwrap_err();
+        assert_eq!(problem.line, 2);
+        assert!(problem.message.contains("rig.toml of a bundle"), "{problem:?}");
+        assert!(problem.fix.contains("the bundle's folder"), "{problem:?}");
     }
 
     #[test]

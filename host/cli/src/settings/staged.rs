@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use tempfile::NamedTempFile;
 
 use crate::failure::{Code, Failure};
-use crate::output::check_no_recording;
+use crate::output::{Kind, check_kind};
 
 /// A file that is complete, beside the one whose place it will take.
 pub struct Staged {
@@ -50,7 +50,7 @@ impl Staged {
 ///
 /// A rename asks for the folder's permissions alone, and would leave a link behind as a file.
 pub fn replaceable(path: &Path) -> Result<(PathBuf, Option<fs::Permissions>), Failure> {
-    check_no_recording(path)?;
+    check_kind(path, Kind::Settings)?;
     let shown = path.display();
     let refused = |why: &str, fix: &str| {
         Failure::new(Code::Failed, format!("{shown} {why} and stays as it is\n  fix: {fix}"))
@@ -94,6 +94,8 @@ mod tests {
 
     use super::*;
 
+    const OLD: &str = "rig = \"old\"\n";
+
     fn mode(path: &Path) -> u32 {
         fs::metadata(path).unwrap().permissions().mode() & 0o777
     }
@@ -107,7 +109,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let [old, new, any] = ["old", "new", "any"].map(|name| folder.path().join(name));
         fs::write(&any, "").unwrap();
-        fs::write(&old, "old").unwrap();
+        fs::write(&old, OLD).unwrap();
         fs::set_permissions(&old, fs::Permissions::from_mode(0o664)).unwrap();
         write(&old, "text").unwrap();
         write(&new, "text").unwrap();
@@ -119,13 +121,25 @@ mod tests {
     fn a_read_only_file_stays() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("s.toml");
-        fs::write(&path, "old").unwrap();
+        fs::write(&path, OLD).unwrap();
         fs::set_permissions(&path, fs::Permissions::from_mode(0o444)).unwrap();
         let refused = write(&path, "text").unwrap_err();
         let said = refused.message;
         assert!(said.contains("is read-only") && said.contains("fix: "), "{said}");
-        assert_eq!(fs::read_to_string(&path).unwrap(), "old");
+        assert_eq!(fs::read_to_string(&path).unwrap(), OLD);
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1, "nothing is left");
+    }
+
+    #[test]
+    fn what_is_no_file_of_settings_stays() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("rig.toml");
+        for text in ["format = \"trial-bundle/1\"\nname = \"a\"\n", "t_s,insertion_m\n0,0\n"] {
+            fs::write(&path, text).unwrap();
+            let said = write(&path, "text").unwrap_err().message;
+            assert!(said.contains("is not a file of settings") && said.contains("fix: "), "{said}");
+            assert_eq!(fs::read_to_string(&path).unwrap(), text);
+        }
     }
 
     #[test]
@@ -136,7 +150,7 @@ mod tests {
         symlink(&file, &link).unwrap();
         let refused = write(&link, "text").unwrap_err();
         assert!(refused.message.contains("cannot be followed"), "{}", refused.message);
-        fs::write(&file, "old").unwrap();
+        fs::write(&file, OLD).unwrap();
         write(&link, "text").unwrap();
         assert!(link.symlink_metadata().unwrap().is_symlink());
         assert_eq!(fs::read_to_string(&file).unwrap(), "text");

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use cathforce_record::Recording;
+use cathforce_record::{Measured, Recording};
 use cathforce_rig::Bundle;
 
 use crate::{assert_fails, cathforce, command, data, example, recording, text};
@@ -41,6 +41,18 @@ fn frames_survive_a_candump_log() {
     assert_eq!(imported["frames"], before.len());
     assert!(before == after);
     assert_fails(&cathforce(import), 2, &["run.mcap is there already", "fix:"]);
+
+    // The image is of other settings than the device had: that is no matter of its firmware.
+    let other = folder.path().join("other.mcap");
+    let import = [&import[..5], &["--set", "wall.friction_coefficient=0.9"]].concat();
+    assert!(command().args(import).arg("--out").arg(&other).output().unwrap().status.success());
+    let replayed = cathforce(["replay", text(&other)]);
+    assert_fails(
+        &replayed,
+        1,
+        &["device and host differ", "when the log was imported", "--settings"],
+    );
+    assert!(!crate::stderr(&replayed).contains("firmware"), "{}", crate::stderr(&replayed));
 }
 
 /// Two sessions in one log: the command that takes them apart is the one that is named.
@@ -136,11 +148,12 @@ fn an_output_that_cannot_be_written_leaves_nothing_behind() {
 fn an_export_replaces_what_is_there_only_when_asked() {
     let folder = tempfile::tempdir().unwrap();
     let [csv, log] = ["ticks.csv", "run.log"].map(|name| folder.path().join(name));
-    fs::write(&csv, "mine").unwrap();
+    let older = "tick,t_s,mode,of an older version\n";
+    fs::write(&csv, older).unwrap();
     let export = ["export", text(recording()), "--candump", text(&log), "--csv", text(&csv)];
     let there = ["ticks.csv is there already", "fix:", "--overwrite"];
     assert_fails(&cathforce(export), 2, &there);
-    assert_eq!(fs::read_to_string(&csv).unwrap(), "mine");
+    assert_eq!(fs::read_to_string(&csv).unwrap(), older);
     assert!(!log.exists(), "nothing is done by halves");
     let overwrite = [&export[..], &["--overwrite"]].concat();
     assert!(command().args(overwrite).output().unwrap().status.success());
@@ -187,14 +200,26 @@ fn a_sensors_log_and_a_recordings_motion_make_a_trial() {
     };
     let output = import("-y,+x,+z", &log);
     assert!(output.status.success(), "{}", crate::stderr(&output));
-    let said = String::from_utf8(output.stdout).unwrap();
+    let said = String::from_utf8_lossy(&output.stdout);
     assert!(said.contains("751 rows, 249 outside the motion left out"), "{said}");
     let written = fs::read_to_string(&out).unwrap();
     let mut lines = written.lines();
-    assert_eq!(lines.next(), Some("t_s,insertion_m,rotation_rad,fx_N,fy_N,fz_N"));
-    let last = lines.last().unwrap().split(',').map(|x| x.parse().unwrap()).collect::<Vec<f64>>();
-    assert!((last[1] - end.insertion_m).abs() < 1e-4, "{last:?}");
-    assert!((last[4] - 0.75).abs() < 1e-12 && last[5] == -2.0, "{last:?}");
+    let heading = lines.next().unwrap();
+    let begins =
+        "t_s,insertion_m,rotation_rad,fx_N,fy_N,fz_N,drive_fx_N,tip_x_m,tip_y_m,tip_z_m,p00_x_m";
+    assert!(heading.starts_with(begins), "what else the motion has comes along: {heading}");
+    let numbers =
+        |line: &str| line.split(',').map(|x| x.parse().ok()).collect::<Vec<Option<f64>>>();
+    let last = lines.clone().map(numbers).rfind(|row| row[3].is_some()).unwrap();
+    assert!((last[1].unwrap() - end.insertion_m).abs() < 1e-4, "{last:?}");
+    assert!((last[4].unwrap() - 0.75).abs() < 1e-12 && last[5] == Some(-2.0), "{last:?}");
+    let drive = |row: &Measured| row.drive_force_n.is_some();
+    let loads =
+        Recording::open(recording()).unwrap().trial.rows.iter().filter(|row| drive(row)).count();
+    assert!(loads > 100 && lines.filter(|line| numbers(line)[6].is_some()).count() == loads);
+    let said = crate::stderr(&output);
+    assert!(said.contains("249 of its 1000 rows are outside the time of"), "{said}");
+    assert!(said.contains("a force of its own, which is left out"), "{said}");
 
     fs::remove_file(&out).unwrap();
     fs::write(&log, lines_with_fault(&fs::read_to_string(&log).unwrap())).unwrap();
@@ -233,4 +258,44 @@ fn a_table_of_other_columns_becomes_a_trial_of_a_bundle() {
     assert_eq!(trial.force_n.as_ref().unwrap()[1], None);
     let output = cathforce(["import", "csv", text(&table), "--out", "absent.csv"]);
     assert_fails(&output, 3, &["theirs.csv:1: there is no column `t_s`", "--column t_s=THEIRS"]);
+}
+
+#[test]
+fn a_table_is_imported_with_what_looks_wrong_and_what_is_left_out() {
+    let folder = tempfile::tempdir().unwrap();
+    let [table, out, motion, log] =
+        ["robot.csv", "001.csv", "motion.csv", "ati.csv"].map(|name| folder.path().join(name));
+    let rows = (0..20).map(|i| format!("{},0.1,0,1,x\n", 4 * i)).collect::<String>();
+    fs::write(&table, format!("t_s,insertion_m,rotation_rad,Fx (N),note\n{rows}")).unwrap();
+    let output = cathforce(["import", "csv", text(&table), "--out", text(&out)]);
+    assert!(output.status.success(), "{}", crate::stderr(&output));
+    for says in
+        ["robot.csv: ", "4 s apart by t_s: milliseconds?", "--column \"fx_N=Fx (N)\"", "`note`"]
+    {
+        assert!(crate::stderr(&output).contains(says), "{says}: {}", crate::stderr(&output));
+    }
+    // A hole of a second in the motion, and a rate that nobody needs.
+    let rows = (0..200).filter(|i| !(50..150).contains(i));
+    let rows = rows.map(|i| format!("{},0.1,0\n", 0.01 * f64::from(i))).collect::<String>();
+    fs::write(&motion, format!("t_s,insertion_m,rotation_rad\n{rows}")).unwrap();
+    let rows = (0..190).map(|i| format!("1,2,3,{}\n", 0.01 * f64::from(i))).collect::<String>();
+    fs::write(&log, format!("Fx (N),Fy (N),Fz (N),Time (s)\n{rows}")).unwrap();
+    let import = |log: &Path, out: &str| {
+        let out = folder.path().join(out);
+        let mut import = command();
+        import.args(["import", "ati", text(log), "--motion", text(&motion), "--rate", "100"]);
+        import.arg("--out").arg(out).output().unwrap()
+    };
+    let output = import(&log, "002.csv");
+    assert!(output.status.success(), "{}", crate::stderr(&output));
+    let said = String::from_utf8_lossy(&output.stdout);
+    assert!(said.contains("in its gaps left out"), "{said}");
+    for says in
+        ["--rate 100 is not used", "motion.csv: says nothing of the drive for more than 0.25 s"]
+    {
+        assert!(crate::stderr(&output).contains(says), "{says}: {}", crate::stderr(&output));
+    }
+    let text = fs::read_to_string(&log).unwrap().replace("(N)", "(lbf)");
+    fs::write(&log, text).unwrap();
+    assert_fails(&import(&log, "003.csv"), 3, &["ati.csv:1: `Fx (lbf)` is in lbf", "0.224809"]);
 }

@@ -4,6 +4,7 @@ mod check;
 mod clients;
 mod convert;
 mod documented;
+mod kept;
 mod live;
 #[path = "../support/documented.rs"]
 mod pages;

@@ -25,7 +25,7 @@ use cathforce_mechanics::{Description, LumenHeader};
 use cathforce_rig::geometry::SurfaceModel;
 use cathforce_rig::lumen::{BuiltLumen, LumenOptions};
 use cathforce_rig::{
-    Bundle, CELL_M, LumenReport, SolverDefaults, Vessel, check_description, to_description,
+    Bundle, CELL_M, LumenReport, SolverDefaults, Vessel, check_rig, to_description,
 };
 
 pub use achieved::{Achieved, AchievedError, Energy, Left, Runs, Shrink};
@@ -424,6 +424,6 @@ fn nominal(bundle: &Bundle) -> Result<Description<f64>, CatheterError> {
         ..device
     };
     let nominal = to_description::<f64>(bundle, &defaults).ok_or(CatheterError::NoTrials)?;
-    check_description(&nominal).map_err(Box::new)?;
+    check_rig(bundle, &nominal).map_err(Box::new)?;
     Ok(nominal)
 }

@@ -38,6 +38,13 @@ pub const ALL: [&str; 13] = [
     GUIDEWIRE_DRIVE_FORCE,
 ];
 
+/// Of a trial of a drive on its own: its position \[m\].
+pub const POSITION: &str = "position_m";
+/// The whole force that is applied to it \[N\].
+pub const COMMAND: &str = "drive_command_N";
+/// Those of a drive's trial; it need not have the last one.
+pub const OF_DRIVE: [&str; 4] = [TIME, POSITION, COMMAND, "setpoint_m"];
+
 /// Columns of a shape point, counted from the tip, vessel frame \[m\].
 pub fn shape_point(k: usize) -> [String; 3] {
     ["x", "y", "z"].map(|axis| format!("p{k:02}_{axis}_m"))

@@ -15,6 +15,7 @@
 //! and forces are given in the right-handed frame of the vessel.
 
 pub mod columns;
+mod foreign;
 mod instrument;
 mod plausible;
 mod plausible_trial;
@@ -29,18 +30,20 @@ use std::path::{Path, PathBuf};
 
 use nalgebra::Vector3;
 
+pub use foreign::{ColumnMap, Foreign, ForeignCause, LeftOut, read_foreign};
 pub use instrument::{RigInstrument, RigSection, TipPiece};
 pub use priors::RigPriors;
 pub use rig::{
     CatheterRig, DriveRig, FORMAT, Fluid, Plant, Rig, RigEntry, RigEnvironment, RigSensor,
     RigVessel, WallRegion,
 };
-pub use rig_cause::RigCause;
+pub use rig_cause::{BeyondModel, RigCause};
 pub use tendon::RigTendon;
+pub(crate) use toml_reader::place_of_key;
 use trial::Parsed;
 pub use trial::{
-    CatheterTrial, DriveTrial, EncoderReading, GuidewireTrial, Rush, Trial, TrialCause, TrialData,
-    VectorColumn,
+    CatheterTrial, DriveTrial, EncoderReading, GuidewireTrial, LONGEST_GAP_S, Rush, Trial,
+    TrialCause, TrialData, VectorColumn,
 };
 
 use crate::error::{BundleError, Cause, Place, Warning, read_bytes, read_text};
@@ -94,7 +97,7 @@ impl Bundle {
                 return Err(BundleError::new(path, Place::Whole, Cause::NoVessel));
             }
         }
-        let trials = read_trials(&path.join("trials"), &rig.plant, &mut warnings)?;
+        let trials = read_trials(&path.join("trials"), &rig, &mut warnings)?;
         Ok(Self { path: path.to_path_buf(), rig, mesh, centreline, trials, warnings })
     }
 
@@ -177,8 +180,27 @@ pub(crate) fn read_mesh(
     if repairs.flipped > 0 {
         warn(format!("{} triangles faced the wrong way and were turned", repairs.flipped));
     }
+    if repairs.split > 0 {
+        warn(format!(
+            "corners of facets lay on the edges of others, which were split there ({})",
+            repairs.split
+        ));
+    }
     if repairs.pieces > 1 {
         warn(format!("the surface is in {} pieces; a lumen is one", repairs.pieces));
+    }
+    if let Some([x, y, z]) = repairs.doubts.overlap_mm {
+        warn(format!(
+            "a piece of the surface reaches into another at ({x:.1}, {y:.1}, {z:.1}) mm, and stands \
+             as a wall in its lumen; unite them (a boolean union) and export again"
+        ));
+    }
+    if repairs.doubts.channels > 0 {
+        warn(format!(
+            "the surface is closed around channels ({}), as the wall of a phantom is: its material \
+             is taken for the lumen; export the inner surface only, open at its ends",
+            repairs.doubts.channels
+        ));
     }
     Ok(VesselMesh { mesh, repairs })
 }
@@ -202,12 +224,11 @@ fn check_radii(file: &Path, branches: &[Branch], warnings: &mut Vec<Warning>) {
 
 fn read_trials(
     folder: &Path,
-    plant: &Plant,
+    rig: &Rig,
     warnings: &mut Vec<Warning>,
 ) -> Result<Vec<Trial>, BundleError> {
     if !folder.exists() {
-        let message = "there are no trials; only the rig can be used".to_owned();
-        warnings.push(Warning { file: folder.to_path_buf(), place: Place::Whole, message });
+        warnings.push(no_trials(folder));
         return Ok(Vec::new());
     }
     let io = |error| BundleError::new(folder, Place::Whole, Cause::Io(error));
@@ -229,7 +250,7 @@ fn read_trials(
             return Err(BundleError::new(&file, Place::Whole, Cause::TrialTwice(number)));
         }
         let text = read_text(&file)?;
-        let trial = match plant {
+        let trial = match &rig.plant {
             Plant::Catheter(rig) => Trial::parse_catheter(number, &text, rig.guidewire.is_some()),
             Plant::Drive(_) => Trial::parse_drive(number, &text),
         };
@@ -237,9 +258,17 @@ fn read_trials(
             trial.map_err(|(place, cause)| BundleError::new(&file, place, cause))?;
         let warning = |message| Warning { file: file.clone(), place: Place::Whole, message };
         warnings.extend(remarks.into_iter().map(warning));
-        plausible_trial::check(&file, &trial, plant, warnings);
+        plausible_trial::check(&file, &trial, rig, warnings);
         trials.push(trial);
+    }
+    if trials.is_empty() {
+        warnings.push(no_trials(folder));
     }
     trials.sort_by_key(|trial| trial.number);
     Ok(trials)
+}
+
+fn no_trials(folder: &Path) -> Warning {
+    let message = "there are no trials; only the rig can be used".to_owned();
+    Warning { file: folder.to_path_buf(), place: Place::Whole, message }
 }

@@ -164,7 +164,8 @@ pub(crate) fn check(
     let environment = root.table("environment", &ENVIRONMENT_KEYS)?;
     let (gravity, place) = environment.vector("gravity_m_per_s2")?;
     let size = gravity.iter().map(|x| x * x).sum::<f64>().sqrt();
-    if size > 15.0 || (size > 0.0 && size < 1.0) {
+    // One is that of the Earth in its own unit, g.
+    if size > 15.0 || (size > 0.0 && size < 1.5) {
         let message = format!("gravity of {size} m/s² is not that of the Earth: wrong unit?");
         warnings.push((place, message));
     }

@@ -5,7 +5,7 @@ use std::path::Path;
 use super::columns;
 use super::instrument::RigInstrument;
 use super::trial::{CatheterTrial, Encoders, Trial, VectorColumn};
-use super::{CatheterRig, Plant};
+use super::{CatheterRig, Plant, Rig};
 use crate::error::{Place, Warning};
 
 /// Farther is no instrument turned \[rad\]: five turns; in degrees that is a twelfth of one.
@@ -16,10 +16,14 @@ const MOST_FORCE_N: f64 = 50.0;
 const FARTHEST_M: f64 = 3.0;
 
 /// Warns of what looks like another unit's.
-pub(super) fn check(file: &Path, trial: &Trial, plant: &Plant, warnings: &mut Vec<Warning>) {
-    let (Plant::Catheter(rig), Some(data)) = (plant, trial.catheter()) else { return };
-    let messages = encoders(rig, data).into_iter().chain(sensors(data));
-    let messages = messages.chain(trial.rush().map(|rush| rush.to_string()));
+pub(super) fn check(file: &Path, trial: &Trial, rig: &Rig, warnings: &mut Vec<Warning>) {
+    let mut messages = Vec::new();
+    if let (Plant::Catheter(rig), Some(data)) = (&rig.plant, trial.catheter()) {
+        messages.extend(encoders(rig, data).into_iter().chain(sensors(data)));
+        messages.extend(trial.rush().map(|rush| rush.to_string()));
+    }
+    messages.extend(trial.slow_clock(rig.sensor.force_rate_hz));
+    let messages = messages.into_iter();
     warnings.extend(messages.map(|message| Warning {
         file: file.to_path_buf(),
         place: Place::Whole,

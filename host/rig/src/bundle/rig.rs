@@ -156,6 +156,12 @@ impl Rig {
             (place, RigCause::Syntax(error.message().to_owned()))
         })?;
         let root = TableReader::document(source, document.get_ref());
+        // Another format may have other keys, and none of them is a slip then.
+        if let Some((format, place)) = root.optional_text("format")?
+            && format != FORMAT
+        {
+            return Err((place, choice("format", format, "\"trial-bundle/1\"")));
+        }
         // Which keys are known depends on it, so that its own slip comes before theirs.
         let is_drive = match root.optional_text("plant")? {
             None | Some(("catheter", _)) => false,
@@ -164,11 +170,18 @@ impl Rig {
                 return Err((place, choice("plant", other, "\"catheter\" and \"drive\"")));
             }
         };
-        root.check_keys(if is_drive { &DRIVE_KEYS } else { &CATHETER_KEYS })?;
-        let (format, place) = root.text("format")?;
-        if format != FORMAT {
-            return Err((place, choice("format", format, "\"trial-bundle/1\"")));
+        let (known, others) = match is_drive {
+            true => (&DRIVE_KEYS[..], &CATHETER_KEYS[..]),
+            false => (&CATHETER_KEYS[..], &DRIVE_KEYS[..]),
+        };
+        if let Some((key, place)) = root.first_key(|key| !known.contains(&key))
+            && others.contains(&key)
+        {
+            let [own, other] = if is_drive { ["drive", "catheter"] } else { ["catheter", "drive"] };
+            return Err((place, RigCause::OtherPlant { key: key.to_owned(), own, other }));
         }
+        root.check_keys(known)?;
+        root.text("format")?;
         let mut warnings = Vec::new();
         let plant = if is_drive {
             let drive = root.table("drive", &["moving_mass_kg"])?;
@@ -314,8 +327,16 @@ fn environment(root: &TableReader<'_>) -> Result<RigEnvironment, Fault> {
     };
     // The format names the keys only as "density and viscosity": both spellings are read.
     let either = |long, short| -> Result<Option<f64>, Fault> {
-        let given = table.optional_number_in(long, POSITIVE, "above 0")?;
-        Ok(given.or(table.optional_number_in(short, POSITIVE, "above 0")?))
+        let (given, other) = (table.optional_number(long)?, table.optional_number(short)?);
+        let key = if given.is_some() { long } else { short };
+        let Some(number) = given.or(other) else { return Ok(None) };
+        if let Some(other) = given.and(other) {
+            return Err((other.place, RigCause::Twice { key: table.path(short), as_: long }));
+        }
+        if nominal.is_none() {
+            return Err((number.place, RigCause::NoFluid { key: table.path(key) }));
+        }
+        table.optional_number_in(key, POSITIVE, "above 0")
     };
     let density = either("fluid_density_kg_per_m3", "density_kg_per_m3")?;
     let viscosity = either("fluid_viscosity_Pa_s", "viscosity_Pa_s")?;

@@ -25,6 +25,14 @@ pub enum RigCause {
     Range { key: String, value: f64, meaning: &'static str },
     #[error("`{key}` is \"{found}\"; known are {known}")]
     Choice { key: &'static str, found: String, known: &'static str },
+    #[error("`{key}` is not of a {own}, which this rig is by its `plant`, but of a {other}")]
+    OtherPlant { key: String, own: &'static str, other: &'static str },
+    #[error(transparent)]
+    Model(Box<BeyondModel>),
+    #[error("`{key}` is given, but there is no fluid")]
+    NoFluid { key: String },
+    #[error("`{key}` is given by its other name, `{as_}`, too")]
+    Twice { key: String, as_: &'static str },
     #[error("`{key}` is empty or missing; an instrument has at least one section")]
     NoSections { key: String },
     #[error("the sections are {sum_m} m long together, but length_m is {length_m} m")]
@@ -35,6 +43,17 @@ pub enum RigCause {
     ZeroVector(&'static str),
     #[error("`entry.up` is parallel to `entry.direction`, so the plane of the tip is not known")]
     ParallelUp,
+}
+
+/// A number from which one of the model would come that none can have.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[error("`{key}` = {value} is beyond the model: {why}")]
+pub struct BeyondModel {
+    pub key: String,
+    pub value: String,
+    pub why: String,
+    /// What the key may be, in words.
+    pub may_be: String,
 }
 
 impl RigCause {
@@ -55,7 +74,29 @@ impl RigCause {
             RigCause::Range { .. } => {
                 "correct the value; units are SI, as the key's name ends".into()
             }
+            RigCause::Choice { key: "format", .. } => {
+                "use the cathforce that reads this format, or write the bundle in the known one".into()
+            }
             RigCause::Choice { .. } => "use one of the known values".into(),
+            RigCause::OtherPlant { key, own: "catheter", other } => format!(
+                "write `plant = \"{other}\"` above the tables, which is \"catheter\" where it is not \
+                 written; or take `{key}` out"
+            ),
+            RigCause::OtherPlant { key, other, .. } => {
+                format!("take `{key}` out, or write `plant = \"{other}\"`")
+            }
+            RigCause::Model(beyond) => {
+                let may_be = &beyond.may_be;
+                format!("write {may_be}, the rest of the rig being as it is; units are SI")
+            }
+            RigCause::NoFluid { .. } => {
+                "write `fluid = \"water\"` or \"blood\", whose own number it replaces, or take the key \
+                 out"
+                    .into()
+            }
+            RigCause::Twice { key, .. } => {
+                format!("take `{}` out", key.rsplit('.').next().unwrap_or(key))
+            }
             RigCause::NoSections { .. } => {
                 "add `sections = [ { length_m = …, youngs_modulus_Pa = … } ]`".into()
             }

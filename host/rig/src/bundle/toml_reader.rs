@@ -24,6 +24,24 @@ impl Source<'_> {
     }
 }
 
+/// Where the value of a key stands, `table.keys[2].key`; of one that is not there, where its table
+/// stands.
+pub(crate) fn place_of_key(text: &str, key: &str) -> Option<Place> {
+    let document = DeTable::parse(text).ok()?;
+    let mut found = None;
+    let mut table = Some(document.get_ref());
+    for part in key.split('.') {
+        let (name, index) = part.split_once('[').unwrap_or((part, ""));
+        let Some(value) = table.and_then(|table| table.get(name)) else { break };
+        let item =
+            || value.get_ref().as_array()?.get(index.trim_end_matches(']').parse::<usize>().ok()?);
+        let value = item().unwrap_or(value);
+        found = Some(value.span());
+        table = value.get_ref().as_table();
+    }
+    Some(Source(text).place(&found?))
+}
+
 /// A table of the document with the name it goes by.
 pub(crate) struct TableReader<'a> {
     source: Source<'a>,
@@ -60,21 +78,20 @@ impl<'a> TableReader<'a> {
 
     /// Refuses any key that is not among `known`.
     pub(crate) fn check_keys(&self, known: &[&str]) -> Result<(), Fault> {
-        // In the order of the file, so that the first slip is the one reported.
-        let mut keys: Vec<_> = self.table.keys().collect();
-        keys.sort_by_key(|key| key.span().start);
-        for key in keys {
-            let text = key.get_ref().as_ref();
-            if !known.contains(&text) {
-                let cause = RigCause::UnknownKey {
-                    key: text.to_owned(),
-                    table: self.name.clone(),
-                    nearest: nearest(text, known).map(str::to_owned),
-                };
-                return Err((self.source.place(&key.span()), cause));
-            }
-        }
-        Ok(())
+        let Some((key, place)) = self.first_key(|key| !known.contains(&key)) else { return Ok(()) };
+        let cause = RigCause::UnknownKey {
+            key: key.to_owned(),
+            table: self.name.clone(),
+            nearest: nearest(key, known).map(str::to_owned),
+        };
+        Err((place, cause))
+    }
+
+    /// The first key of the file of which this is so.
+    pub(crate) fn first_key(&self, is: impl Fn(&str) -> bool) -> Option<(&'a str, Place)> {
+        let keys = self.table.keys().filter(|key| is(key.get_ref()));
+        let first = keys.min_by_key(|key| key.span().start)?;
+        Some((first.get_ref().as_ref(), self.source.place(&first.span())))
     }
 
     /// The key with the name of its table before it.

@@ -23,12 +23,15 @@ pub enum TrialCause {
     GuidewireMissing(&'static str),
     #[error("column `{0}` is of a guidewire's drive, but rig.toml has no [guidewire]")]
     NoGuidewire(&'static str),
+    #[error("`{missing}` has no value in this row, but `{given}` has one")]
+    HalfVector { missing: String, given: String },
     #[error("the shape points leave out p{0:02}")]
     ShapeGap(usize),
 }
 
 impl TrialCause {
-    pub(crate) fn fix(&self) -> String {
+    /// What to do about it.
+    pub fn fix(&self) -> String {
         match self {
             TrialCause::Table(cause) => cause.fix(),
             TrialCause::Empty => "record the trial again, or take the file out".into(),
@@ -51,6 +54,9 @@ impl TrialCause {
                 "describe the wire in the table [guidewire], with the keys of [instrument], or take \
                  the column out"
                     .into()
+            }
+            TrialCause::HalfVector { .. } => {
+                "a vector has three components: give all of them, or leave all three empty".into()
             }
             TrialCause::ShapeGap(_) => {
                 "number the shape points without gaps, tip first, each with _x_m, _y_m, _z_m".into()
@@ -150,7 +156,14 @@ const RUSH_M: f64 = 5e-3;
 const RUSH_RAD: f64 = 1.0;
 
 /// An encoder without a value for longer than this is not known \[s\].
-const LONGEST_GAP_S: f64 = 0.25;
+pub const LONGEST_GAP_S: f64 = 0.25;
+
+/// No drive's rows are farther apart, on the whole \[s\]: 0.1 s, and what rounding adds to it.
+const LONGEST_STEP_S: f64 = 0.101;
+/// Of so few rows nothing can be said.
+const FEWEST_STEPS: usize = 10;
+/// How far from a thousand a ratio may be and still look like a slip of the unit.
+const THOUSANDFOLD: std::ops::RangeInclusive<f64> = 400.0..=2500.0;
 
 /// A trial as it was read, and what was done to its rows, in words.
 pub(crate) struct Parsed {
@@ -241,13 +254,37 @@ impl Trial {
         })
     }
 
+    /// What looks as if `t_s` were in milliseconds, if anything: rows that are too far apart for any
+    /// drive, or a thousand times as far as the sensor's are.
+    pub fn slow_clock(&self, force_rate_hz: Option<f64>) -> Option<String> {
+        let mut steps: Vec<f64> = self.t_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
+        steps.sort_by(f64::total_cmp);
+        let step_s = *steps.get(steps.len() / 2).filter(|_| steps.len() >= FEWEST_STEPS)?;
+        let of_rate = force_rate_hz.filter(|rate| THOUSANDFOLD.contains(&(rate * step_s)));
+        let beside = match of_rate {
+            Some(rate) => format!(", and force_rate_hz = {rate} is {} s", 1.0 / rate),
+            None if step_s > LONGEST_STEP_S => String::new(),
+            None => return None,
+        };
+        let step_s = (1e6 * step_s).round() / 1e6;
+        Some(format!("the rows are {step_s} s apart by t_s{beside}: milliseconds?"))
+    }
+
     /// `has_guidewire`: there is one in `rig.toml`.
     pub(crate) fn parse_catheter(
         number: u32,
         text: &str,
         has_guidewire: bool,
     ) -> Result<Parsed, Fault> {
-        let mut table = Table::parse(text).map_err(table_fault)?;
+        Self::read_catheter(number, Table::parse(text).map_err(table_fault)?, has_guidewire)
+    }
+
+    /// The same of a table.
+    pub(super) fn read_catheter(
+        number: u32,
+        mut table: Table,
+        has_guidewire: bool,
+    ) -> Result<Parsed, Fault> {
         table
             .check_columns(&columns::REQUIRED, &columns::ALL, |name| shape_point(name).is_some())
             .map_err(table_fault)?;
@@ -275,8 +312,12 @@ impl Trial {
     }
 
     pub(crate) fn parse_drive(number: u32, text: &str) -> Result<Parsed, Fault> {
-        const COLUMNS: [&str; 4] = ["t_s", "position_m", "drive_command_N", "setpoint_m"];
-        let mut table = Table::parse(text).map_err(table_fault)?;
+        Self::read_drive(number, Table::parse(text).map_err(table_fault)?)
+    }
+
+    /// The same of a table.
+    pub(super) fn read_drive(number: u32, mut table: Table) -> Result<Parsed, Fault> {
+        const COLUMNS: [&str; 4] = columns::OF_DRIVE;
         table.check_columns(&COLUMNS[..3], &COLUMNS, |_| false).map_err(table_fault)?;
         let mut remarks = Vec::new();
         let t_s = times(&mut table, &mut remarks)?;
@@ -316,7 +357,7 @@ fn faster(t_s: &[f64], column: &[f64], way: f64, limit: f64) -> Option<(f64, f64
 }
 
 /// The k of a column `pNN_x_m`.
-fn shape_point(name: &str) -> Option<usize> {
+pub(super) fn shape_point(name: &str) -> Option<usize> {
     let rest = name.strip_prefix('p')?;
     let (digits, axis) = rest.split_once('_')?;
     let two_or_more = digits.len() >= 2 && digits.bytes().all(|byte| byte.is_ascii_digit());
@@ -330,7 +371,7 @@ fn table_fault((place, cause): (Place, TableCause)) -> Fault {
 }
 
 fn at(table: &Table, row: usize, column: &str) -> Place {
-    Place::LineColumn(table.line(row), table.column(column).unwrap_or_default() + 1)
+    table.place(row, table.column(column).unwrap_or_default())
 }
 
 /// The time column, checked to rise once rows of one time are one.
@@ -437,9 +478,12 @@ fn vectors(table: &Table, names: [&str; 3]) -> Result<Option<VectorColumn>, Faul
             [Some(x), Some(y), Some(z)] => Ok(Some([x, y, z])),
             [None, None, None] => Ok(None),
             _ => {
-                let gap = values.iter().position(Option::is_none).unwrap_or_default();
-                let cause = TableCause::MissingValue(names[gap].into());
-                Err((at(table, row, names[gap]), cause.into()))
+                let name = |is: fn(&Option<f64>) -> bool| {
+                    names[values.iter().position(is).unwrap_or_default()].to_owned()
+                };
+                let (missing, given) = (name(Option::is_none), name(Option::is_some));
+                let place = at(table, row, &missing);
+                Err((place, TrialCause::HalfVector { missing, given }))
             }
         }
     };

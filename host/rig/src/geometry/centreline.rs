@@ -5,7 +5,7 @@ use std::path::Path;
 use nalgebra::Vector3;
 use thiserror::Error;
 
-use super::{Wall, WallPoint};
+use super::{Triangle, Wall, WallPoint};
 use crate::error::{BundleError, Place, read_text};
 use crate::table::{Table, TableCause};
 
@@ -15,6 +15,8 @@ const BLEND_M: f64 = 1e-3;
 const PIECE_M: f64 = 0.25e-3;
 /// A tube goes on straight for so long past an opening \[m\].
 const EXTENSION_M: f64 = 0.02;
+/// Sides of the prism from which places beside the wall are drawn.
+const SIDES: usize = 16;
 
 const COLUMNS: [&str; 6] = ["branch", "s_m", "x_m", "y_m", "z_m", "radius_m"];
 
@@ -162,6 +164,25 @@ impl Piece {
     }
 }
 
+impl Piece {
+    /// One of the facets of its hull, a prism.
+    fn facet(&self, index: usize) -> Triangle {
+        let least = Vector3::ith(self.axis.iamin(), 1.0);
+        let across = self.axis.cross(&least).normalize();
+        let beside = self.axis.cross(&across);
+        let corner = |along_m: f64, side: usize| {
+            let angle = std::f64::consts::TAU * side as f64 / SIDES as f64;
+            let out = across * angle.cos() + beside * angle.sin();
+            self.start + self.axis * along_m + out * (self.radius_m + self.taper * along_m)
+        };
+        let (side, far_m) = (index / 2, self.length_m);
+        match index % 2 {
+            0 => [corner(0.0, side), corner(far_m, side), corner(far_m, side + 1)],
+            _ => [corner(0.0, side), corner(far_m, side + 1), corner(0.0, side + 1)],
+        }
+    }
+}
+
 /// The wall of the tube around the nearest piece of the centreline.
 fn nearest_piece(pieces: &[Piece], p: &Vector3<f64>) -> WallPoint {
     let none = WallPoint { distance_m: f64::NEG_INFINITY, normal: Vector3::zeros(), beyond_m: 0.0 };
@@ -260,6 +281,15 @@ impl Wall for TubeWall {
             let reach = Vector3::repeat(piece.radius_m + piece.length_m);
             (low.inf(&(piece.start - reach)), high.sup(&(piece.start + reach)))
         })
+    }
+
+    fn facets(&self) -> usize {
+        self.branches.iter().map(|pieces| pieces.len() * 2 * SIDES).sum()
+    }
+
+    fn facet(&self, index: usize) -> Option<Triangle> {
+        let piece = self.branches.iter().flatten().nth(index / (2 * SIDES))?;
+        (piece.beyond_m == [0.0; 2]).then(|| piece.facet(index % (2 * SIDES)))
     }
 }
 

@@ -8,14 +8,16 @@ use std::collections::HashMap;
 use nalgebra::Vector3;
 use thiserror::Error;
 
+use super::pieces::PieceDoubts;
+use super::rims::RimKind;
+use super::stitch::stitch;
 use super::stl::Triangle;
+use super::weld::weld;
 
 /// No half-edge on the other side: the rim of an opening.
 pub(crate) const RIM: u32 = u32::MAX;
 /// Facets that meet at a larger angle meet at a crease: their normals are not averaged.
 const CREASE_RAD: f64 = 40.0 * std::f64::consts::PI / 180.0;
-/// Corners nearer than this are one \[m\].
-const WELD_M: f64 = 1e-7;
 
 /// Why a surface is no lumen.
 #[derive(Clone, Debug, PartialEq, Error)]
@@ -26,6 +28,16 @@ pub enum MeshCause {
     NonManifold { at_mm: [f64; 3] },
     #[error("the surface is one-sided (like a Möbius strip) at ({:.3}, {:.3}, {:.3}) mm", at_mm[0], at_mm[1], at_mm[2])]
     OneSided { at_mm: [f64; 3] },
+    #[error(
+        "the mesh is cracked along {length_mm:.1} mm, at ({:.3}, {:.3}, {:.3}) mm: two sides that \
+         should share their edges do not", at_mm[0], at_mm[1], at_mm[2]
+    )]
+    Cracked { at_mm: [f64; 3], length_mm: f64 },
+    #[error(
+        "a piece of the surface, at ({:.1}, {:.1}, {:.1}) mm, lies within another: which of them \
+         is the lumen cannot be told", at_mm[0], at_mm[1], at_mm[2]
+    )]
+    Nested { at_mm: [f64; 3] },
 }
 
 impl MeshCause {
@@ -37,19 +49,33 @@ impl MeshCause {
                  it again"
                     .into()
             }
+            MeshCause::Cracked { .. } => {
+                "merge close vertices (in MeshLab: Merge Close Vertices), close what stays open, and \
+                 export it again"
+                    .into()
+            }
+            MeshCause::Nested { .. } => {
+                "export the lumen alone: of a phantom the inner surface only, without the outer \
+                 one; of a scan without the pieces that float in it"
+                    .into()
+            }
         }
     }
 }
 
 /// What was put right while reading.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct MeshRepairs {
     /// Triangles without area that were dropped.
     pub degenerate: usize,
     /// Triangles turned round to face the same way as their neighbours.
     pub flipped: usize,
+    /// Facets split at a corner of another that lay on their edge.
+    pub split: usize,
     /// Separate pieces of the surface.
     pub pieces: usize,
+    /// What they look like.
+    pub doubts: PieceDoubts,
 }
 
 /// A mesh of half-edges.
@@ -80,6 +106,15 @@ impl Mesh {
             return Err(MeshCause::Degenerate);
         }
         let mut twin = twins(&positions, &vertex)?;
+        let mut split = 0;
+        loop {
+            let more = stitch(&positions, &mut vertex, &twin);
+            if more == 0 {
+                break;
+            }
+            split += more;
+            twin = twins(&positions, &vertex)?;
+        }
         let (flipped, pieces) = face_one_way(&positions, &mut vertex, &mut twin)?;
         let mut mesh = Self {
             beyond_m: vec![0.0; positions.len()],
@@ -90,7 +125,19 @@ impl Mesh {
             normals: Vec::new(),
         };
         mesh.smooth_normals();
-        Ok((mesh, MeshRepairs { degenerate, flipped, pieces }))
+        mesh.check_rims()?;
+        let doubts = mesh.check_pieces()?;
+        Ok((mesh, MeshRepairs { degenerate, flipped, split, pieces, doubts }))
+    }
+
+    fn check_rims(&self) -> Result<(), MeshCause> {
+        for rim in self.rims() {
+            if let RimKind::Crack { at, length_m } = self.rim_kind(&rim) {
+                let at_mm = (at * 1e3).into();
+                return Err(MeshCause::Cracked { at_mm, length_mm: 1e3 * length_m });
+            }
+        }
+        Ok(())
     }
 
     /// Number of triangles.
@@ -106,18 +153,6 @@ impl Mesh {
     /// Corners of a triangle \[m\].
     pub fn triangle(&self, triangle: usize) -> Triangle {
         [0, 1, 2].map(|k| self.positions[self.vertex[3 * triangle + k] as usize])
-    }
-
-    /// Turns every facet round.
-    pub(crate) fn turn_inside_out(&mut self) {
-        for triangle in 0..self.len() {
-            turn(triangle, &mut self.vertex, &mut self.twin);
-            // Corner 0 stays, corners 1 and 2 change places.
-            self.corner_normal.swap(3 * triangle + 1, 3 * triangle + 2);
-        }
-        for normal in &mut self.normals {
-            *normal = -*normal;
-        }
     }
 
     /// Twice the area times the unit normal of a triangle \[m²\].
@@ -196,26 +231,6 @@ impl Mesh {
     }
 }
 
-/// One vertex for corners that coincide; triangles without area are left out.
-fn weld(triangles: &[Triangle]) -> (Vec<Vector3<f64>>, Vec<u32>) {
-    let mut index_of = HashMap::new();
-    let mut positions = Vec::new();
-    let mut vertex = Vec::with_capacity(3 * triangles.len());
-    for triangle in triangles {
-        let corners = triangle.map(|p| {
-            let key = [p.x, p.y, p.z].map(|x| (x / WELD_M).round() as i64);
-            *index_of.entry(key).or_insert_with(|| {
-                positions.push(p);
-                positions.len() as u32 - 1
-            })
-        });
-        if corners[0] != corners[1] && corners[1] != corners[2] && corners[2] != corners[0] {
-            vertex.extend(corners);
-        }
-    }
-    (positions, vertex)
-}
-
 fn middle_mm(positions: &[Vector3<f64>], vertex: &[u32], half_edge: usize) -> [f64; 3] {
     let ends = [half_edge, next(half_edge)].map(|h| positions[vertex[h] as usize]);
     ((ends[0] + ends[1]) * 500.0).into()
@@ -241,7 +256,7 @@ fn twins(positions: &[Vector3<f64>], vertex: &[u32]) -> Result<Vec<u32>, MeshCau
 }
 
 /// Turns one triangle round: corners 1 and 2 change places, hence edges 0 and 2.
-fn turn(triangle: usize, vertex: &mut [u32], twin: &mut [u32]) {
+pub(super) fn turn(triangle: usize, vertex: &mut [u32], twin: &mut [u32]) {
     let (first, last) = (3 * triangle, 3 * triangle + 2);
     vertex.swap(first + 1, last);
     twin.swap(first, last);

@@ -4,18 +4,25 @@ mod bvh;
 mod centreline;
 mod mesh;
 mod openings;
+mod pieces;
 mod refine;
 mod regions;
+mod rims;
+mod stitch;
 mod stl;
+mod stl_ascii;
 mod surface;
+mod weld;
 
 use nalgebra::Vector3;
 
 pub use centreline::{Branch, CentrelineCause, Station, TubeWall, read_centreline};
 pub use mesh::{Mesh, MeshCause, MeshRepairs};
 pub use openings::Opening;
-pub(crate) use openings::{GAP_M, SLEEVE_M};
+pub(crate) use openings::SLEEVE_M;
+pub use pieces::PieceDoubts;
 pub(crate) use regions::RegionalWall;
+pub(crate) use rims::GAP_M;
 pub use stl::{StlCause, Triangle, read_stl};
 pub use surface::{MeshWall, SurfaceModel};
 
@@ -39,5 +46,14 @@ pub trait Wall: Sync {
     /// Its stiffness at `p` \[m\] over the nominal one.
     fn stiffness_ratio(&self, _p: &Vector3<f64>) -> f64 {
         1.0
+    }
+    /// Facets from which places beside the wall are drawn at random; none where a wall is only
+    /// known by its distance.
+    fn facets(&self) -> usize {
+        0
+    }
+    /// One of them, on the wall or near it, its normal into the lumen; `None` past an opening.
+    fn facet(&self, _index: usize) -> Option<Triangle> {
+        None
     }
 }

@@ -7,6 +7,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::mesh::{Mesh, RIM, next};
+use super::rims::{Join, RimKind};
 
 /// Length of a sleeve \[m\].
 pub(crate) const SLEEVE_M: f64 = 8e-3;
@@ -15,8 +16,6 @@ pub(crate) const SLEEVE_M: f64 = 8e-3;
 const SLEEVE_STEP_M: f64 = 0.5e-3;
 /// A sleeve may graze the wall that it leaves by so much \[m\].
 const GRAZE_M: f64 = 50e-6;
-/// Gaps of a smaller mean radius are closed \[m\].
-pub(crate) const GAP_M: f64 = 0.3e-3;
 /// A sleeve follows the taper of its vessel no steeper than this.
 const STEEPEST: f64 = 0.3;
 /// Above this mean cosine between wall and cut the opening is a hole in a wall, and no cut
@@ -30,8 +29,10 @@ pub struct Opening {
     pub centre_m: Vector3<f64>,
     /// Mean distance of the rim from the axis \[m\].
     pub radius_m: f64,
-    /// Unit vector along the vessel, out of it.
+    /// Unit vector along the vessel, out of it; off the wall where it is flush.
     pub axis: Vector3<f64>,
+    /// It lies in the wall: a hole, and no cut through a tube.
+    pub is_flush: bool,
     /// Corners of the rim, in order \[m\].
     pub rim_m: Vec<Vector3<f64>>,
     /// For how long the wall goes on past it \[m\]: less than the usual where another branch
@@ -49,46 +50,27 @@ impl Mesh {
     ) -> (Vec<Opening>, usize) {
         let (mut openings, mut gaps) = (Vec::new(), 0);
         for rim in self.rims() {
-            let mut opening = self.opening(&rim);
-            if opening.radius_m < GAP_M {
-                self.close(&rim, opening.centre_m);
-                gaps += 1;
-            } else {
-                let ways = self.ways_on(&rim, &opening.axis);
-                opening.sleeve_m = clear_m(&opening.rim_m, &ways, &depth_m);
-                self.put_sleeve(&rim, &ways, opening.sleeve_m);
-                openings.push(opening);
+            match self.rim_kind(&rim) {
+                // A crack is refused when a mesh is read.
+                RimKind::Opening | RimKind::Crack { .. } => {
+                    let mut opening = self.opening(&rim);
+                    let ways = self.ways_on(&rim, &opening.axis);
+                    opening.sleeve_m = clear_m(&opening.rim_m, &ways, &depth_m);
+                    self.put_sleeve(&rim, &ways, opening.sleeve_m);
+                    openings.push(opening);
+                }
+                RimKind::Gap => {
+                    self.close(&rim, self.opening(&rim).centre_m);
+                    gaps += 1;
+                }
+                RimKind::Slit(joins) => {
+                    self.join_sides(&rim, &joins);
+                    gaps += 1;
+                }
             }
         }
         self.smooth_normals();
         (openings, gaps)
-    }
-
-    /// The half-edges of every rim, in order.
-    fn rims(&self) -> Vec<Vec<usize>> {
-        let mut seen = vec![false; self.twin.len()];
-        let mut rims = Vec::new();
-        for start in (0..self.twin.len()).filter(|&half_edge| self.twin[half_edge] == RIM) {
-            let mut rim = Vec::new();
-            let mut at = start;
-            while !seen[at] {
-                seen[at] = true;
-                rim.push(at);
-                // Around the vertex at its end, to the next half-edge without a twin.
-                at = next(at);
-                while self.twin[at] != RIM {
-                    at = next(self.twin[at] as usize);
-                }
-            }
-            if !rim.is_empty() {
-                rims.push(rim);
-            }
-        }
-        rims
-    }
-
-    fn start(&self, half_edge: usize) -> Vector3<f64> {
-        self.positions[self.vertex[half_edge] as usize]
     }
 
     fn opening(&self, rim: &[usize]) -> Opening {
@@ -106,7 +88,8 @@ impl Mesh {
         let onwards: Vector3<f64> =
             (0..rim.len()).map(|k| (edge(k).1 - edge(k).0).cross(&facet(k))).sum();
         let wall = mean(&facet);
-        let axis = if wall.norm() > FLUSH {
+        let is_flush = wall.norm() > FLUSH;
+        let axis = if is_flush {
             -wall.normalize()
         } else {
             // The direction that lies in all walls around the rim, whatever the cut.
@@ -121,7 +104,7 @@ impl Mesh {
             (from_centre - axis * axis.dot(&from_centre)).norm()
         };
         let radius_m = (0..rim.len()).map(|k| from_axis(k) * lengths[k]).sum::<f64>() / around_m;
-        Opening { centre_m, radius_m, axis, rim_m, sleeve_m: 0.0 }
+        Opening { centre_m, radius_m, axis, is_flush, rim_m, sleeve_m: 0.0 }
     }
 
     /// Unit vectors in which the wall goes on from each corner of a rim: the axis, leant by
@@ -168,6 +151,31 @@ impl Mesh {
         }
     }
 
+    /// Joins the sides of a slit.
+    fn join_sides(&mut self, rim: &[usize], joins: &[Join]) {
+        let mut edges = rim.to_vec();
+        let vertices: Vec<u32> = rim.iter().map(|&half_edge| self.vertex[half_edge]).collect();
+        for join in joins {
+            match join {
+                Join::Edges([a, b]) => {
+                    let [a, b] = [edges[*a], edges[*b]];
+                    self.twin[a] = b as u32;
+                    self.twin[b] = a as u32;
+                }
+                Join::Facet { edges: [first, second], corners } => {
+                    let own = self.vertex.len();
+                    let [a, b, c] = corners.map(|corner| vertices[corner]);
+                    let [first, second] = [edges[*first], edges[*second]];
+                    self.vertex.extend([b, a, c]);
+                    self.twin.extend([first as u32, RIM, second as u32]);
+                    self.twin[first] = own as u32;
+                    self.twin[second] = own as u32 + 2;
+                    edges.push(own + 1);
+                }
+            }
+        }
+    }
+
     /// Closes a rim by triangles around a point in its middle.
     fn close(&mut self, rim: &[usize], middle_m: Vector3<f64>) {
         let middle = self.positions.len() as u32;
@@ -182,23 +190,6 @@ impl Mesh {
             self.twin.extend(twins.map(|half_edge| half_edge as u32));
             self.twin[half_edge] = beside(k) as u32;
         }
-    }
-
-    /// Whether the facets face the lumen, by the volume that they and lids over the rims
-    /// enclose.
-    pub(crate) fn faces_lumen(&self) -> bool {
-        let cone = |[a, b, c]: [Vector3<f64>; 3]| a.dot(&b.cross(&c));
-        let facets: f64 = (0..self.len()).map(|t| cone(self.triangle(t))).sum();
-        let lids: f64 = self
-            .rims()
-            .iter()
-            .map(|rim| {
-                let middle = self.opening(rim).centre_m;
-                let lid = |&h: &usize| cone([self.start(next(h)), self.start(h), middle]);
-                rim.iter().map(lid).sum::<f64>()
-            })
-            .sum();
-        facets + lids < 0.0
     }
 }
 

@@ -10,6 +10,7 @@
 use nalgebra::Vector3;
 
 use super::mesh::{Mesh, RIM, next};
+use super::stl::Triangle;
 
 /// Facets are accurate enough when 95 % of the edges have a smaller sagitta \[m\].
 const SAGITTA_M: f64 = 0.5e-6;
@@ -56,6 +57,23 @@ impl Mesh {
             rounds += 1;
         }
         rounds
+    }
+
+    /// How far the vertices of a mesh that was refined in `rounds` lie from the planes of its
+    /// facets at most, and where \[m\]; past openings it does not matter.
+    pub(crate) fn farthest_from(
+        &self,
+        facets: &[Triangle],
+        rounds: usize,
+    ) -> Option<(f64, Vector3<f64>)> {
+        let corners = (0..self.vertex.len()).filter_map(|corner| {
+            let vertex = self.vertex[corner] as usize;
+            let [a, b, c] = &facets[(corner / 3) >> (2 * rounds)];
+            let normal = (b - a).cross(&(c - a)).try_normalize(0.0)?;
+            let at = self.positions[vertex];
+            (self.beyond_m[vertex] == 0.0).then(|| (normal.dot(&(at - a)).abs(), at))
+        });
+        corners.max_by(|a, b| a.0.total_cmp(&b.0))
     }
 
     fn edge_middle(&self, half_edge: usize) -> Middle {

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::{Wall, WallPoint};
+use super::{Triangle, Wall, WallPoint};
 use crate::bundle::WallRegion;
 
 /// A wall with regions that are stiffer or softer than the rest.
@@ -18,6 +18,14 @@ impl Wall for RegionalWall {
 
     fn bounds_m(&self) -> (Vector3<f64>, Vector3<f64>) {
         self.wall.bounds_m()
+    }
+
+    fn facets(&self) -> usize {
+        self.wall.facets()
+    }
+
+    fn facet(&self, index: usize) -> Option<Triangle> {
+        self.wall.facet(index)
     }
 
     fn stiffness_ratio(&self, p: &Vector3<f64>) -> f64 {

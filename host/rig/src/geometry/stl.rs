@@ -3,6 +3,7 @@
 use nalgebra::Vector3;
 use thiserror::Error;
 
+use super::stl_ascii::read_ascii;
 use crate::error::Place;
 
 /// Corners of a triangle \[m\].
@@ -10,7 +11,7 @@ pub type Triangle = [Vector3<f64>; 3];
 
 const HEADER_BYTES: usize = 84;
 const TRIANGLE_BYTES: usize = 50;
-const METRES_PER_UNIT: f64 = 1e-3;
+pub(super) const METRES_PER_UNIT: f64 = 1e-3;
 
 /// Why an STL file is refused.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
@@ -36,8 +37,37 @@ pub enum StlCause {
     Syntax { expected: &'static str, found: String },
     #[error("`{0}` is not a number")]
     NotANumber(String),
-    #[error("the file ends inside facet {facet}; `{expected}` is missing")]
+    #[error("`{0}` has a comma where a decimal point belongs")]
+    DecimalComma(String),
+    #[error("{}", truncated_ascii(.facet, .expected))]
     TruncatedAscii { facet: usize, expected: &'static str },
+    #[error("this is {0}, and no STL file")]
+    OtherFormat(&'static str),
+}
+
+fn truncated_ascii(facet: &usize, expected: &str) -> String {
+    match expected {
+        END => format!(
+            "the file ends after {facet} facets without `{END}`: whether more belong to the surface \
+             cannot be told"
+        ),
+        _ => format!("the file ends inside facet {facet}; `{expected}` is missing"),
+    }
+}
+
+/// The last word of an ASCII file.
+pub(super) const END: &str = "endsolid";
+
+/// What a message may show of a file's own text: without control characters, and not all of it.
+pub(super) fn shown(text: &[u8]) -> String {
+    const MOST: usize = 40;
+    let text = String::from_utf8_lossy(text);
+    let mut shown: String =
+        text.chars().take(MOST).map(|c| if c.is_control() { '\u{fffd}' } else { c }).collect();
+    if text.chars().count() > MOST {
+        shown.push('…');
+    }
+    shown
 }
 
 impl StlCause {
@@ -54,6 +84,16 @@ impl StlCause {
             StlCause::NotFinite { .. } => {
                 "repair the mesh in the program that made it, and export it again".into()
             }
+            StlCause::TruncatedAscii { expected: END, .. } => {
+                "export or copy it again; if all facets are there, add a line `endsolid`".into()
+            }
+            StlCause::DecimalComma(_) => {
+                "export the surface again as binary STL, or with decimal points (an English locale)"
+                    .into()
+            }
+            StlCause::OtherFormat(_) => {
+                "unpack or convert it: export the surface as STL, binary if possible".into()
+            }
             StlCause::Syntax { .. } | StlCause::NotANumber(_) | StlCause::TruncatedAscii { .. } => {
                 "export the surface again, as binary STL if possible".into()
             }
@@ -64,7 +104,17 @@ impl StlCause {
 /// Reads an STL file, binary or ASCII whatever its first word says: many binary files
 /// begin with `solid` too.
 pub fn read_stl(bytes: &[u8]) -> Result<Vec<Triangle>, (Place, StlCause)> {
-    let triangles = if looks_ascii(bytes) { read_ascii(bytes)? } else { read_binary(bytes)? };
+    // What Windows programs put in front of UTF-8, and DOS ones behind a text.
+    let text = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
+    let triangles = if is_whole_binary(bytes) {
+        read_binary(bytes)?
+    } else if let Some(format) = other_format(bytes) {
+        return Err((Place::Whole, StlCause::OtherFormat(format)));
+    } else if looks_ascii(text) {
+        read_ascii(text.strip_suffix(b"\x1A").unwrap_or(text))?
+    } else {
+        read_binary(bytes)?
+    };
     if triangles.is_empty() {
         return Err((Place::Whole, StlCause::Empty));
     }
@@ -78,10 +128,22 @@ fn promised_bytes(bytes: &[u8]) -> Option<(usize, usize)> {
     Some((count, HEADER_BYTES + TRIANGLE_BYTES * count))
 }
 
+fn is_whole_binary(bytes: &[u8]) -> bool {
+    promised_bytes(bytes).is_some_and(|(_, length)| length == bytes.len())
+}
+
+/// Files that are taken for STL files, by their first bytes.
+fn other_format(bytes: &[u8]) -> Option<&'static str> {
+    const FORMATS: [(&[u8], &str); 4] = [
+        (b"PK\x03\x04", "a ZIP archive (3MF files are such)"),
+        (b"\x1F\x8B", "a gzip archive"),
+        (b"\xFF\xFE", "text in UTF-16"),
+        (b"\xFE\xFF", "text in UTF-16"),
+    ];
+    FORMATS.iter().find(|(first, _)| bytes.starts_with(first)).map(|(_, format)| *format)
+}
+
 fn looks_ascii(bytes: &[u8]) -> bool {
-    if promised_bytes(bytes).is_some_and(|(_, length)| length == bytes.len()) {
-        return false;
-    }
     let start = bytes.trim_ascii_start();
     let head = &start[..start.len().min(1024)];
     // A binary header that begins with "solid" is padded with zeros or holds a count.
@@ -98,8 +160,8 @@ fn read_binary(bytes: &[u8]) -> Result<Vec<Triangle>, (Place, StlCause)> {
         // The header of a binary STL may be text, a count of less than 16 million is not.
         let head = &bytes[..HEADER_BYTES];
         if head.iter().all(|byte| byte.is_ascii_graphic() || byte.is_ascii_whitespace()) {
-            let first = head.split(|&byte| byte == b'\n').next().unwrap_or_default();
-            let starts = String::from_utf8_lossy(first).trim_end().to_owned();
+            let first = head.split(|&byte| byte == b'\n' || byte == b'\r').next();
+            let starts = shown(first.unwrap_or_default().trim_ascii_end());
             return Err((Place::Whole, StlCause::NotStl { starts }));
         }
         let triangle = (found - HEADER_BYTES) / TRIANGLE_BYTES;
@@ -129,114 +191,4 @@ fn read_binary(bytes: &[u8]) -> Result<Vec<Triangle>, (Place, StlCause)> {
         triangles.push([corner(0), corner(1), corner(2)]);
     }
     Ok(triangles)
-}
-
-/// Words of a text with their lines.
-struct Words<'a> {
-    words: Box<dyn Iterator<Item = (usize, &'a str)> + 'a>,
-    last_line: usize,
-    facet: usize,
-}
-
-impl<'a> Words<'a> {
-    fn new(text: &'a str) -> Self {
-        let words = text.lines().enumerate().flat_map(|(index, line)| {
-            line.split_ascii_whitespace().map(move |word| (index + 1, word))
-        });
-        Self { words: Box::new(words), last_line: 1, facet: 0 }
-    }
-
-    fn next(&mut self, expected: &'static str) -> Result<(usize, &'a str), (Place, StlCause)> {
-        let Some((line, word)) = self.words.next() else {
-            let cause = StlCause::TruncatedAscii { facet: self.facet, expected };
-            return Err((Place::Line(self.last_line), cause));
-        };
-        self.last_line = line;
-        Ok((line, word))
-    }
-
-    fn expect(&mut self, expected: &'static str) -> Result<(), (Place, StlCause)> {
-        let (line, word) = self.next(expected)?;
-        if word.eq_ignore_ascii_case(expected) {
-            return Ok(());
-        }
-        Err((Place::Line(line), StlCause::Syntax { expected, found: word.into() }))
-    }
-
-    fn point(&mut self) -> Result<Vector3<f64>, (Place, StlCause)> {
-        let mut point = Vector3::zeros();
-        for axis in 0..3 {
-            let (line, word) = self.next("a number")?;
-            // In the precision of a binary file, so that both forms give the same lumen.
-            let number: f32 =
-                word.parse().map_err(|_| (Place::Line(line), StlCause::NotANumber(word.into())))?;
-            if !number.is_finite() {
-                return Err((Place::Line(line), StlCause::NotFinite { triangle: self.facet }));
-            }
-            point[axis] = f64::from(number) * METRES_PER_UNIT;
-        }
-        Ok(point)
-    }
-}
-
-fn read_ascii(bytes: &[u8]) -> Result<Vec<Triangle>, (Place, StlCause)> {
-    let text = String::from_utf8_lossy(bytes);
-    // The solid's name may hold anything, even the word `facet`: drop the rest of its line.
-    let body: String = text
-        .lines()
-        .map(|line| {
-            let word = line.split_ascii_whitespace().next().unwrap_or_default();
-            let named = ["solid", "endsolid"].iter().find(|w| word.eq_ignore_ascii_case(w));
-            named.copied().unwrap_or(line)
-        })
-        .flat_map(|line| [line, "\n"])
-        .collect();
-    let mut words = Words::new(&body);
-    let mut triangles = Vec::new();
-    words.expect("solid")?;
-    loop {
-        let (line, word) = words.next("endsolid")?;
-        match word.to_ascii_lowercase().as_str() {
-            "facet" => {
-                words.expect("normal")?;
-                words.normal()?;
-                words.expect("outer")?;
-                words.expect("loop")?;
-                let mut corners = [Vector3::zeros(); 3];
-                for corner in &mut corners {
-                    words.expect("vertex")?;
-                    *corner = words.point()?;
-                }
-                words.expect("endloop")?;
-                words.expect("endfacet")?;
-                triangles.push(corners);
-                words.facet += 1;
-            }
-            "endsolid" => match words.words.next() {
-                None => return Ok(triangles),
-                Some((_, word)) if word.eq_ignore_ascii_case("solid") => {}
-                Some((line, word)) => {
-                    let cause = StlCause::Syntax { expected: "solid", found: word.into() };
-                    return Err((Place::Line(line), cause));
-                }
-            },
-            _ => {
-                let cause = StlCause::Syntax { expected: "facet", found: word.into() };
-                return Err((Place::Line(line), cause));
-            }
-        }
-    }
-}
-
-impl Words<'_> {
-    /// Skips a facet's normal: writers put zeros or NaN there, and it is not used.
-    fn normal(&mut self) -> Result<(), (Place, StlCause)> {
-        for _ in 0..3 {
-            let (line, word) = self.next("a number")?;
-            if word.parse::<f64>().is_err() {
-                return Err((Place::Line(line), StlCause::NotANumber(word.into())));
-            }
-        }
-        Ok(())
-    }
 }

@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use super::bvh::{Bvh, Closest};
 use super::mesh::{Mesh, RIM, next};
 use super::openings::Opening;
-use super::{Wall, WallPoint};
+use super::{Triangle, Wall, WallPoint};
 
 /// How the wall between the vertices of a mesh is understood.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -31,6 +31,8 @@ pub struct MeshWall {
     pub openings: Vec<Opening>,
     /// Gaps in the surface that were closed.
     pub gaps: usize,
+    /// How far a smooth surface leaves the facets at most, and where \[m\].
+    pub off_facets: Option<(f64, Vector3<f64>)>,
 }
 
 /// What the closest point lies on.
@@ -41,27 +43,23 @@ enum Feature {
 }
 
 impl MeshWall {
-    /// `mesh`: facets facing either way; `inside`: a point of the lumen, which tells which
-    /// way they should. Without one the volume that they enclose tells.
-    pub fn new(mut mesh: Mesh, model: SurfaceModel, inside: Option<&Vector3<f64>>) -> Self {
+    /// `mesh`: facets facing either way; the volume that a piece encloses tells its inner side.
+    pub fn new(mut mesh: Mesh, model: SurfaceModel) -> Self {
+        mesh.face_lumen();
         let bare = Self::index(mesh.clone());
-        let faces_lumen = match inside {
-            Some(inside) => bare.sample(inside).distance_m > 0.0,
-            None => mesh.faces_lumen(),
-        };
-        if !faces_lumen {
-            mesh.turn_inside_out();
-        }
         let (openings, gaps) = mesh.extend(|p| {
             let here = bare.sample(p);
-            let depth_m = if faces_lumen { here.distance_m } else { -here.distance_m };
-            if here.beyond_m > 0.0 { 0.0 } else { depth_m }
+            if here.beyond_m > 0.0 { 0.0 } else { here.distance_m }
         });
-        let rounds = match model {
-            SurfaceModel::Faceted => 0,
-            SurfaceModel::Smooth => mesh.refine(),
+        let (rounds, off_facets) = match model {
+            SurfaceModel::Faceted => (0, None),
+            SurfaceModel::Smooth => {
+                let facets: Vec<_> = (0..mesh.len()).map(|t| mesh.triangle(t)).collect();
+                let rounds = mesh.refine();
+                (rounds, mesh.farthest_from(&facets, rounds))
+            }
         };
-        Self { rounds, openings, gaps, ..Self::index(mesh) }
+        Self { rounds, openings, gaps, off_facets, ..Self::index(mesh) }
     }
 
     fn index(mesh: Mesh) -> Self {
@@ -74,7 +72,8 @@ impl MeshWall {
             }
         }
         let rim = mesh.rim_vertices();
-        Self { mesh, bvh, rim, vertex_side, rounds: 0, openings: Vec::new(), gaps: 0 }
+        let (rounds, openings, gaps, off_facets) = (0, Vec::new(), 0, None);
+        Self { mesh, bvh, rim, vertex_side, rounds, openings, gaps, off_facets }
     }
 
     /// Triangles after refinement.
@@ -188,5 +187,15 @@ impl Wall for MeshWall {
         surface
             .filter(|(_, beyond_m)| **beyond_m == 0.0)
             .fold((infinite, -infinite), |(low, high), (p, _)| (low.inf(p), high.sup(p)))
+    }
+
+    fn facets(&self) -> usize {
+        self.mesh.len()
+    }
+
+    fn facet(&self, index: usize) -> Option<Triangle> {
+        let corners = &self.mesh.vertex[3 * index..][..3];
+        let is_beside = corners.iter().all(|&corner| self.mesh.beyond_m[corner as usize] == 0.0);
+        is_beside.then(|| self.mesh.triangle(index))
     }
 }

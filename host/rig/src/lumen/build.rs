@@ -125,10 +125,11 @@ struct Field<'a> {
 impl<'a> Field<'a> {
     fn sample(wall: &'a dyn Wall, options: LumenOptions) -> Option<Self> {
         let grid = Grid::around(wall, &options)?;
-        let near: Vec<_> = (0..grid.len())
-            .into_par_iter()
-            .map(|entry| near(&grid, &options, wall, entry))
-            .collect();
+        let near = all_near(&grid, &options, wall);
+        // What does not fit a directory, by far, must not cost minutes and gigabytes first.
+        if count_near(&near) > 2 * usize::from(MOST_BRICKS) {
+            return None;
+        }
         let (nodes, index_of) = (Vec::new(), HashMap::new());
         let bricks = Vec::new();
         let mut field = Self { wall, grid, options, nodes, index_of, bricks, fine: [0; 2] };
@@ -282,6 +283,27 @@ fn near(grid: &Grid, options: &LumenOptions, wall: &dyn Wall, entry: usize) -> R
         || centre.distance_m < -options.outside_m - reach_m
         || centre.beyond_m > options.past_opening_m + reach_m;
     if beside { Err(Brick::away(centre.distance_m)) } else { Ok(()) }
+}
+
+/// Of bricks that can reach into the band, one in so many does at least: they are told by the
+/// sphere around them, and its margin is widest against a narrow vessel.
+const MOST_NEAR_TO_ONE: usize = 3;
+
+/// [`near`] of every entry of the directory.
+fn all_near(grid: &Grid, options: &LumenOptions, wall: &dyn Wall) -> Vec<Result<(), Brick>> {
+    (0..grid.len()).into_par_iter().map(|entry| near(grid, options, wall, entry)).collect()
+}
+
+fn count_near(near: &[Result<(), Brick>]) -> usize {
+    near.iter().filter(|near| near.is_ok()).count()
+}
+
+/// Whether the device may have room for a lumen, known without its nodes.
+pub(crate) fn may_fit(wall: &dyn Wall, options: &LumenOptions) -> bool {
+    Grid::around(wall, options).is_some_and(|grid| {
+        let bricks = count_near(&all_near(&grid, options, wall)) / MOST_NEAR_TO_ONE;
+        2 * grid.len() + bricks * BRICK_NODES * NODE_BYTES <= DEVICE_LUMEN_BYTES
+    })
 }
 
 /// The byte of a stiffness over the nominal one: sixteen steps to a doubling, saturating.

@@ -1,8 +1,11 @@
 //! From a wall to the lumen that the device reads: bricks of stored distances and normals.
 
+mod beside;
 mod build;
 mod grid;
 mod quality;
 
+pub(crate) use beside::widest_m;
+pub(crate) use build::may_fit;
 pub use build::{BuiltLumen, DEVICE_LUMEN_BYTES, LumenOptions, build_lumen};
 pub use quality::{LumenQuality, Spread, interpolate, measure, measure_against};

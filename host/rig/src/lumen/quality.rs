@@ -3,6 +3,7 @@
 use cathforce_mechanics::{BRICK_CELLS, BRICK_EDGE, BRICK_NODES, FINE, NODE_BYTES, OUTSIDE};
 use nalgebra::Vector3;
 
+use super::beside::Beside;
 use super::build::{BuiltLumen, LumenOptions};
 use crate::geometry::{Wall, WallPoint};
 
@@ -50,6 +51,12 @@ pub struct LumenQuality {
     pub worst_at_m: [f64; 3],
     /// Distance deeper inside, as far as it is stored, where nothing touches \[m\].
     pub deeper_m: Spread,
+    /// Points compared there.
+    pub deeper_points: usize,
+    /// Points where an instrument touches the wall, but no brick is stored.
+    pub not_stored: usize,
+    /// One of them \[m\].
+    pub not_stored_at_m: [f64; 3],
 }
 
 /// Reference evaluation of a stored lumen in f64:
@@ -107,18 +114,6 @@ pub fn interpolate(lumen: &BuiltLumen, p: &Vector3<f64>) -> Option<(WallPoint, f
     Some((WallPoint { distance_m, normal, beyond_m: 0.0 }, trilinear_m))
 }
 
-/// A small generator of even numbers in [0, 1): xorshift64*.
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> f64 {
-        self.0 ^= self.0 >> 12;
-        self.0 ^= self.0 << 25;
-        self.0 ^= self.0 >> 27;
-        (self.0.wrapping_mul(0x2545_F491_4F6C_DD1D) >> 11) as f64 / (1_u64 << 53) as f64
-    }
-}
-
 /// A point of the comparison.
 struct Compared {
     at: Vector3<f64>,
@@ -127,43 +122,46 @@ struct Compared {
     exact: WallPoint,
 }
 
-/// Random points beside the wall and not past an opening, until up to `points` of them are
-/// where an instrument touches it; those, and the ones deeper inside.
-fn compare(
-    lumen: &BuiltLumen,
-    wall: &dyn Wall,
-    options: &LumenOptions,
-    points: usize,
-) -> (Vec<Compared>, Vec<Compared>) {
-    let (low, high) = wall.bounds_m();
+/// Points of the comparison.
+#[derive(Default)]
+struct Points {
+    /// Where an instrument touches the wall.
+    touching: Vec<Compared>,
+    /// The same, but no brick is stored there.
+    not_stored: Vec<Vector3<f64>>,
+    /// Deeper inside.
+    deeper: Vec<Compared>,
+}
+
+/// Random points beside the wall and not past an opening, by their exact distance alone, until
+/// `points` of them are where an instrument touches it.
+fn compare(lumen: &BuiltLumen, wall: &dyn Wall, options: &LumenOptions, points: usize) -> Points {
     let [low_m, high_m] = touching_m(options);
     let deepest_m = options.inside_m();
+    let mut beside = Beside::new(wall);
+    let mut found = Points::default();
     // An instrument that fits nowhere must not cost minutes.
-    let mut exact_left = 20 * points;
-    let mut random = Random(0x9E37_79B9_7F4A_7C15);
-    let (mut touching, mut deeper) = (Vec::with_capacity(points), Vec::new());
-    for _ in 0..400 * points {
-        let at = Vector3::from_fn(|axis, _| low[axis] + (high - low)[axis] * random.next());
-        let Some((stored, trilinear_m)) = interpolate(lumen, &at) else { continue };
-        if stored.distance_m < low_m - 0.5e-3 || stored.distance_m > deepest_m + 0.5e-3 {
-            continue;
-        }
-        if exact_left == 0 {
-            break;
-        }
-        exact_left -= 1;
+    for _ in 0..4 * points {
+        let Some(at) = beside.place(low_m, deepest_m) else { continue };
         let exact = wall.sample(&at);
-        let stored_there = exact.distance_m > low_m && exact.distance_m < deepest_m;
-        if !stored_there || exact.beyond_m > 0.0 {
+        let is_beside = exact.distance_m > low_m && exact.distance_m < deepest_m;
+        if !is_beside || exact.beyond_m > 0.0 {
             continue;
         }
-        let of = if exact.distance_m < high_m { &mut touching } else { &mut deeper };
-        of.push(Compared { at, stored, trilinear_m, exact });
-        if touching.len() == points {
+        let touches = exact.distance_m < high_m;
+        match interpolate(lumen, &at) {
+            Some((stored, trilinear_m)) => {
+                let of = if touches { &mut found.touching } else { &mut found.deeper };
+                of.push(Compared { at, stored, trilinear_m, exact });
+            }
+            None if touches => found.not_stored.push(at),
+            None => {}
+        }
+        if found.touching.len() + found.not_stored.len() == points {
             break;
         }
     }
-    (touching, deeper)
+    found
 }
 
 pub(super) fn touching_m(options: &LumenOptions) -> [f64; 2] {
@@ -178,7 +176,7 @@ pub fn measure(
     options: &LumenOptions,
     points: usize,
 ) -> LumenQuality {
-    let (compared, deeper) = compare(lumen, wall, options, points);
+    let Points { touching: compared, not_stored, deeper } = compare(lumen, wall, options, points);
     let error = |c: &Compared| c.stored.distance_m - c.exact.distance_m;
     let worst = compared.iter().max_by(|a, b| error(a).abs().total_cmp(&error(b).abs()));
     let angle = |c: &Compared| {
@@ -193,20 +191,23 @@ pub fn measure(
         normal_rad: Spread::of(compared.iter().map(angle)),
         worst_at_m: worst.map(|c| c.at.into()).unwrap_or_default(),
         deeper_m: Spread::of(deeper.iter().map(error)),
+        deeper_points: deeper.len(),
+        not_stored: not_stored.len(),
+        not_stored_at_m: not_stored.first().map(|&at| at.into()).unwrap_or_default(),
     }
 }
 
 /// Errors against another wall, at the points of [`measure`] that lie beside it: of the stored
-/// distance, and of `wall` itself \[m\].
+/// distance, and of `wall` itself \[m\]; `None` where no point is.
 pub fn measure_against(
     lumen: &BuiltLumen,
     wall: &dyn Wall,
     other: &dyn Wall,
     options: &LumenOptions,
     points: usize,
-) -> (Spread, Spread) {
-    let (compared, _) = compare(lumen, wall, options, points);
-    let pairs: Vec<_> = compared
+) -> Option<(Spread, Spread)> {
+    let pairs: Vec<_> = compare(lumen, wall, options, points)
+        .touching
         .into_iter()
         .map(|compared| (other.sample(&compared.at), compared))
         .filter(|(other, _)| other.beyond_m == 0.0)
@@ -214,5 +215,5 @@ pub fn measure_against(
     let error = |distance_m: &dyn Fn(&Compared) -> f64| {
         Spread::of(pairs.iter().map(|(other, c)| distance_m(c) - other.distance_m))
     };
-    (error(&|c| c.stored.distance_m), error(&|c| c.exact.distance_m))
+    (!pairs.is_empty()).then(|| (error(&|c| c.stored.distance_m), error(&|c| c.exact.distance_m)))
 }

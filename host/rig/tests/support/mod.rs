@@ -116,6 +116,27 @@ pub fn tube() -> Vec<Triangle> {
     triangulate(Point::new(0.0, -4.13e-3, -4.29e-3), 1e-3, [20, 9, 9], |p| 3e-3 - p.y.hypot(p.z))
 }
 
+/// Corners around a tube of quads.
+pub const AROUND: usize = 24;
+
+/// A tube of quads along x, rings of [`AROUND`] corners apart evenly; moved by `at`.
+pub fn quad_tube(radius_m: f64, length_m: f64, rings: usize, at: Point) -> Vec<Triangle> {
+    let corner = |ring: usize, side: usize| {
+        let angle = std::f64::consts::TAU * (side % AROUND) as f64 / AROUND as f64;
+        let along_m = length_m * ring as f64 / rings as f64;
+        at + Point::new(along_m, radius_m * angle.cos(), radius_m * angle.sin())
+    };
+    let mut triangles = Vec::new();
+    for ring in 0..rings {
+        for side in 0..AROUND {
+            let [a, b] = [corner(ring, side), corner(ring + 1, side)];
+            let [c, d] = [corner(ring + 1, side + 1), corner(ring, side + 1)];
+            triangles.extend([[a, b, c], [a, c, d]]);
+        }
+    }
+    triangles
+}
+
 pub const RIG: &str = r#"format = "trial-bundle/1"
 name = "test"
 

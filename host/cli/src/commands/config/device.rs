@@ -53,6 +53,14 @@ struct NotCarriedOver {
 
 /// With `lenient`, what does not carry over is listed and left out; else nothing is done then.
 pub fn apply(ui: &Ui, arguments: &ConfigApplyArguments, lenient: bool) -> Result<(), Failure> {
+    if arguments.file.is_dir() && arguments.bundle.is_file() {
+        let (file, bundle) = (arguments.file.display(), arguments.bundle.display());
+        let message = format!(
+            "{file} is a bundle and {bundle} is a file, but the settings come first\n  fix: write \
+             {bundle} before {file}"
+        );
+        return Err(Failure::new(Code::Usage, message));
+    }
     let parsed = parse_file(&arguments.file)?;
     let bundle = open_bundle(ui, &arguments.bundle)?;
     let (wrong, right): (Vec<Entry>, Vec<Entry>) =

@@ -7,7 +7,7 @@ use cathforce_link::Client;
 use serde_json::json;
 use toml_edit::{DocumentMut, Item, Table, value};
 
-use super::super::open_bundle;
+use super::super::{check_model, open_bundle};
 use super::values::{Values, changes, defaults, head_on, values};
 use crate::args::{
     ConfigDiffArguments, ConfigInitArguments, ConfigSetArguments, ConfigValidateArguments,
@@ -146,6 +146,7 @@ pub fn validate(ui: &Ui, arguments: &ConfigValidateArguments) -> Result<(), Fail
     let shown = path.display().to_string();
     if path.is_dir() {
         let bundle = open_bundle(ui, path)?;
+        check_model(&bundle)?;
         let warnings = bundle.warnings.len();
         let json = json!({ "path": shown, "rig": bundle.rig.name, "warnings": warnings });
         return ui.data(&json, format_args!("{shown}: right, {warnings} warnings\n"));

@@ -13,6 +13,7 @@ use serde::Serialize;
 use serde_json::Value;
 use sha2::{Digest, Sha256};
 
+use super::diagnose::reproduce;
 use super::source::Source;
 use crate::args::{
     ChallengeAction, ChallengeArguments, ChallengeFolder, ChallengeFolders, ChallengeMakeArguments,
@@ -42,7 +43,7 @@ fn make(ui: &Ui, arguments: &ChallengeMakeArguments) -> Result<(), Failure> {
     }
     let progress = Mutex::new(ui.progress("playing", arguments.cases as u64, "cases"));
     let made = AtomicU64::new(0);
-    let salt_seed = rand::rng().random();
+    let secret = rand::rng().random();
     let challenge = Challenge::at(&arguments.folder);
     let stands = match &arguments.bundle[..] {
         [] => Stand::all_own(),
@@ -51,7 +52,7 @@ fn make(ui: &Ui, arguments: &ChallengeMakeArguments) -> Result<(), Failure> {
             stands.collect::<Result<_, _>>().map_err(|e| Failure::input(e.to_string()))?
         }
     };
-    let done = challenge.make(arguments.seed, arguments.cases, salt_seed, &stands, &|| {
+    let done = challenge.make(arguments.seed, arguments.cases, secret, &stands, &|| {
         let made = made.fetch_add(1, Ordering::Relaxed) + 1;
         if let Ok(mut progress) = progress.lock() {
             progress.set(made);
@@ -65,9 +66,10 @@ fn make(ui: &Ui, arguments: &ChallengeMakeArguments) -> Result<(), Failure> {
 
 fn seal(ui: &Ui, arguments: &ChallengeFolder) -> Result<(), Failure> {
     let seals = Challenge::at(&arguments.folder).seal().map_err(refuse)?;
+    let hash = Challenge::at(&arguments.folder).seals_sha256().map_err(refuse)?;
     let text: String =
         seals.labels.iter().map(|(case, hash)| format!("{case}  {hash}\n")).collect();
-    ui.data(&seals, text)
+    ui.data(&seals, format!("{text}seals.json, to be published  {hash}\n"))
 }
 
 /// One case a core: each is diagnosed by one thread, whose processor time is the case's.
@@ -93,6 +95,7 @@ fn answer(ui: &Ui, arguments: &ChallengeRunArguments) -> Result<(), Failure> {
         let alone =
             alone.map_err(|e| Failure::new(Code::Failed, format!("cannot start a thread: {e}")))?;
         while let Some(case) = open.get(next.fetch_add(1, Ordering::Relaxed)) {
+            challenge.check_case(&seals, case).map_err(refuse)?;
             let mut found = alone.install(|| answer_case(ui, &challenge.bundle(case)))?;
             found.json["binary_sha256"] = Value::from(binary.clone());
             challenge.keep_answer(case, &found.json).map_err(refuse)?;
@@ -127,8 +130,10 @@ fn answer_case(ui: &Ui, path: &Path) -> Result<Found, Failure> {
     let all = source.plant()?;
     // The last trial is what an answer must predict.
     let diagnosed = all.trials().len().saturating_sub(1);
-    let own =
+    let mut own =
         diagnose(&Altered::first_trials(all.as_ref(), diagnosed), &source.bundle.rig.name, &|_| {});
+    let last = source.bundle.trials.last().map(|trial| trial.number);
+    own.reproduce = reproduce(&source, last.as_slice(), &[])?;
     let cpu_s = thread_cpu_s() - cpu_before_s;
     let mut json = serde_json::to_value(&own)
         .map_err(|e| Failure::new(Code::Failed, format!("cannot write JSON: {e}")))?;
@@ -164,7 +169,7 @@ struct Revealed {
 fn reveal(ui: &Ui, arguments: &ChallengeFolder) -> Result<(), Failure> {
     let revealed = Challenge::at(&arguments.folder).reveal().map_err(refuse)?;
     let mut text = String::new();
-    for answer in &score(&revealed).answers {
+    for answer in &score(String::new(), &revealed).answers {
         // Writing to a string does not fail.
         let _ = writeln!(
             text,
@@ -187,7 +192,8 @@ fn show_score(ui: &Ui, arguments: &ChallengeFolders) -> Result<(), Failure> {
     let mut scores = Vec::new();
     for folder in &arguments.folders {
         let challenge = Challenge::at(folder);
-        let score = score(&challenge.reveal().map_err(refuse)?);
+        let revealed = challenge.reveal().map_err(refuse)?;
+        let score = score(challenge.seals_sha256().map_err(refuse)?, &revealed);
         challenge.keep_score(&score).map_err(refuse)?;
         scores.push(score);
     }

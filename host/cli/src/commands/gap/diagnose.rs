@@ -13,18 +13,20 @@ use cathforce_rig::{Bundle, Trial};
 use super::source::Source;
 use crate::args::DiagnoseArguments;
 use crate::failure::{Code, Failure};
-use crate::output::{check_again, write_again};
+use crate::output::{Kind, check_again, check_apart, write_again};
 use crate::ui::Ui;
 
 pub fn run(ui: &Ui, arguments: &DiagnoseArguments) -> Result<(), Failure> {
     // Said now: a diagnosis takes minutes.
-    let files = json_file(arguments).into_iter().chain(arguments.report.as_deref());
-    files.into_iter().try_for_each(check_again)?;
+    let (json, page_file) = (json_file(arguments), arguments.report.as_deref());
+    check_apart(json.into_iter().chain(page_file))?;
+    json.map_or(Ok(()), |file| check_again(file, Kind::Json))?;
+    page_file.map_or(Ok(()), |file| check_again(file, Kind::Page))?;
     let source = Source::open_all(ui, &arguments.bundle)?;
     let answer = answer(ui, source, &arguments.hold_back, &arguments.effects)?;
     let written = write(ui, &answer, arguments);
     if let Some(file) = &arguments.report {
-        write_again(file, page(&answer))?;
+        write_again(file, Kind::Page, page(&answer))?;
         ui.say(format_args!("page: {}", file.display()));
     }
     written?;
@@ -38,7 +40,7 @@ pub fn answer(
     hold_back: &[u32],
     effects: &[&Effect],
 ) -> Result<Diagnosis, Failure> {
-    let bundle_sha256 = source.hash()?;
+    let reproduce = reproduce(&source, hold_back, effects)?;
     let seen = seen(&source.bundle.trials, hold_back);
     hold_trials_back(&mut source.bundle, hold_back)?;
     let plant = source.plant()?;
@@ -61,13 +63,22 @@ pub fn answer(
     drop(progress);
     answer.remarks.extend(bundle.warnings.iter().map(|warning| warning.to_string()));
     answer.remarks.extend(seen);
-    answer.reproduce = Reproduce {
+    answer.reproduce = reproduce;
+    Ok(answer)
+}
+
+/// How to get an answer to these files again.
+pub fn reproduce(
+    source: &Source,
+    hold_back: &[u32],
+    effects: &[&Effect],
+) -> Result<Reproduce, Failure> {
+    Ok(Reproduce {
         command: command(&source.paths, hold_back, effects),
         version: env!("CARGO_PKG_VERSION").to_owned(),
-        bundle_sha256,
+        bundle_sha256: source.hash()?,
         held_back: hold_back.to_vec(),
-    };
-    Ok(answer)
+    })
 }
 
 /// What a shell takes to do the same again.
@@ -138,7 +149,7 @@ fn write(ui: &Ui, answer: &Diagnosis, arguments: &DiagnoseArguments) -> Result<(
         .map_err(|e| Failure::new(Code::Failed, format!("cannot write JSON: {e}")))?;
     let json = json + "\n";
     ui.say(text(answer));
-    write_again(file, &json).or_else(|failure| {
+    write_again(file, Kind::Json, &json).or_else(|failure| {
         // An answer that took minutes is not lost with its file.
         ui.data(answer, json)?;
         Err(failure)

@@ -12,7 +12,7 @@ use serde::Serialize;
 use crate::args::{ProtocolArguments, Way};
 use crate::commands::run::{encoder, info, read_text, temporary_folder, vessel_files};
 use crate::failure::{Code, Failure};
-use crate::output::{check_recording, write_again};
+use crate::output::{Kind, check_recording, write_again};
 use crate::session::{Pace, Plan, run as run_session};
 use crate::ui::Ui;
 
@@ -39,7 +39,7 @@ pub fn run(ui: &Ui, arguments: &ProtocolArguments) -> Result<(), Failure> {
     let protocol = of(&bundle, &arguments.way)?;
     let rows = rows(&protocol, arguments.rate);
     if let Some(file) = &arguments.csv {
-        write_again(file, &rows)?;
+        write_again(file, Kind::Table(HEADING), &rows)?;
     }
     let answer = Answer::of(&bundle, &protocol, arguments);
     // Rows are data, and so is the list; whoever wants both writes the rows into a file.
@@ -86,8 +86,10 @@ pub fn of(bundle: &Bundle, way: &Way) -> Result<Protocol, Failure> {
     Protocol::new(from_m, to_m).map_err(|e| Failure::new(Code::Usage, e.to_string()))
 }
 
+const HEADING: &str = "t_s,insertion_m,rotation_rad,segment";
+
 fn rows(protocol: &Protocol, rate_hz: f64) -> String {
-    let mut text = String::from("t_s,insertion_m,rotation_rad,segment\n");
+    let mut text = format!("{HEADING}\n");
     for row in 0..=(protocol.duration_s() * rate_hz) as u64 {
         let t_s = row as f64 / rate_hz;
         let at = protocol.at(t_s);

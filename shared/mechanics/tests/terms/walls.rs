@@ -1,0 +1,159 @@
+//! Walls that move and that relax, against a rod that hardly bends or that hardly resists.
+
+use cathforce_mechanics::*;
+
+use crate::rod::{FREE_TIP, inserted, rest, rod};
+use crate::wall::norm;
+use crate::{Chain, assert_near, floor, with};
+
+const LENGTH_M: f64 = 0.1;
+const LINKS: usize = 40;
+const RADIUS_M: f64 = 0.8e-3;
+/// All of the rod but what stands for the mouth, a quarter of a link.
+const PRESSED_M: f64 = LENGTH_M * (1.0 - 0.25 / LINKS as f64);
+const STIFFNESS_N_PER_M2: f64 = 100.0;
+
+/// A rod that bends by less than a thousandth of what the wall gives way: k L⁴/8EI = 0.00125.
+fn rigid() -> Description<f64> {
+    let mut rod = rod(LENGTH_M, LINKS, 1.0);
+    rod.wall.line_stiffness_n_per_m2 = STIFFNESS_N_PER_M2;
+    rod.wall.end_stiffness_n_per_m = 0.0;
+    rod.wall.onset_m = 1e-7;
+    rod
+}
+
+/// Motion of the wall by this much, standing still at its end.
+fn moved(by_m: [f64; 3]) -> [(&'static str, f64); 5] {
+    let [x, y, z] = by_m;
+    [
+        ("effects.wall.motion.x_m", x),
+        ("effects.wall.motion.y_m", y),
+        ("effects.wall.motion.z_m", z),
+        ("effects.wall.motion.frequency_hz", 0.0),
+        ("effects.wall.motion.phase_rad", core::f64::consts::FRAC_PI_2),
+    ]
+}
+
+/// docs/model.md (25), (26)
+///
+/// A floor that only just touches a rigid rod comes nearer by d and is pressed down by k d a length;
+/// one that goes is not felt, nor one that moves along itself. 0.3 % is twice what the rod gives way.
+#[test]
+fn a_wall_that_comes_nearer_presses_by_its_stiffness_times_that() {
+    let (wall, near_m) = (floor(-RADIUS_M), 0.2e-3);
+    let pressed = |by_m| {
+        let model = Chain::new(with(rigid(), &moved(by_m))).unwrap();
+        let mut state = State::new();
+        let outputs = rest(&model, &wall.lumen(), &mut state, inserted(LENGTH_M), &FREE_TIP);
+        (outputs, state.node_position_m(0).unwrap())
+    };
+    let (outputs, tip) = pressed([0.0, 0.0, near_m]);
+    let [x, y, z] = outputs.force_on_vessel_n;
+    assert_near("nearer", z, -STIFFNESS_N_PER_M2 * near_m * PRESSED_M, 3e-3);
+    assert!(x.abs() + y.abs() < 1e-3 * z.abs(), "{outputs:?}");
+    // Half way along, a force down: x × −z = y. The quarter of a link at the mouth has no arm: 1 %.
+    let [_, about_y, _] = outputs.moment_on_vessel_n_m;
+    assert_near("moment", about_y, -z * 0.5 * LENGTH_M, 0.01);
+    // Positions are the rig's: the guide has not moved, and the rod is straight.
+    assert!((tip[0] - LENGTH_M).abs() < 1e-6 && tip[2].abs() < 1e-6, "{tip:?}");
+    for by_m in [[0.0, 0.0, -near_m], [2e-3, 0.0, -1e-6], [0.0, -2e-3, -1e-6]] {
+        let (outputs, _) = pressed(by_m);
+        assert!(norm(outputs.force_on_vessel_n) < 1e-6, "{by_m:?}: {outputs:?}");
+    }
+}
+
+/// docs/model.md (26)
+///
+/// What lies on a wall by its weight goes up and down with it, in the rig's frame: at a quarter and
+/// three quarters of a period the wall rests, and the rod's end lies on it, sunk in by m g/k = 1 µm
+/// and 2 µm of what the stored wall and the way there (drag) leave.
+#[test]
+fn what_lies_on_a_moving_wall_follows_it() {
+    let (amplitude_m, frequency_hz) = (1.5e-3, 0.25);
+    let mut heavy = with(
+        rod(LENGTH_M, LINKS, 1e-6),
+        &[
+            ("effects.wall.motion.z_m", amplitude_m),
+            ("effects.wall.motion.frequency_hz", frequency_hz),
+        ],
+    );
+    heavy.instrument.sections[0].mass_kg_per_m = 0.01;
+    heavy.gravity_m_per_s2 = [0.0, 0.0, -9.81];
+    heavy.wall.line_stiffness_n_per_m2 = 1e5;
+    heavy.wall.end_stiffness_n_per_m = 0.0;
+    heavy.wall.onset_m = 1e-6;
+    let (model, wall, mut state) = (Chain::new(heavy).unwrap(), floor(-RADIUS_M), State::new());
+    let drive = inserted(LENGTH_M);
+    while !settle(&model, &wall.lumen(), &mut state, drive) {}
+    for tick in 1..=400 {
+        step(&model, &wall.lumen(), &mut state, drive);
+        let turns = frequency_hz * 1e-2 * f64::from(tick);
+        let height_m = amplitude_m * (core::f64::consts::TAU * turns).sin();
+        // Some way from the mouth, where it lies.
+        let [_, _, z] = state.node_position_m(5).unwrap();
+        if tick % 100 == 0 {
+            println!("tick {tick}: {:.3} mm, wall {:.3} mm", 1e3 * z, 1e3 * height_m);
+            let off_m = z - (height_m - 1e-6);
+            assert!(off_m.abs() < 2e-6, "tick {tick}: at {z} m, the wall moved by {height_m} m");
+        }
+    }
+}
+
+/// docs/model.md (25): a wall that moves along itself takes what is pressed on it along, by friction.
+///
+/// On its way through the middle it moves at 4.7 mm/s: towards +y the rod holds it with μ N towards −y.
+#[test]
+fn a_wall_that_moves_along_itself_drags_by_its_friction() {
+    let (friction, near_m) = (0.3, 0.2e-3);
+    let motion = [
+        ("effects.wall.motion.y_m", 3e-3),
+        ("effects.wall.motion.frequency_hz", 0.25),
+        ("wall.friction_coefficient", friction),
+    ];
+    let (model, wall, mut state) =
+        (Chain::new(with(rigid(), &motion)).unwrap(), floor(near_m - RADIUS_M), State::new());
+    let drive = inserted(LENGTH_M);
+    while !settle(&model, &wall.lumen(), &mut state, drive) {}
+    let normal_n = STIFFNESS_N_PER_M2 * near_m * PRESSED_M;
+    for tick in 1..=400 {
+        let outputs = step(&model, &wall.lumen(), &mut state, drive);
+        let [_, y, z] = outputs.force_on_vessel_n;
+        // Where it is fastest, and its speed steady: on the way to −y, and to +y.
+        let towards = match tick {
+            200 => -1.0,
+            400 => 1.0,
+            _ => continue,
+        };
+        assert_near("pressed", z, -normal_n, 3e-3);
+        // The rod is held back: on the vessel it acts against the vessel's motion.
+        assert_near("dragged", y, -towards * friction * normal_n, 3e-3);
+    }
+}
+
+/// docs/model.md (30)
+///
+/// A wall that stands nearer at once is pressed by (1 + β) k d, and by k (1 + β exp(−t/τ)) d from then
+/// on. Steps are implicit (dt/2τ = 0.25 % of τ), and half of the points see the wall a step late: 1 %.
+#[test]
+fn a_relaxing_wall_is_pressed_hard_at_first_and_lets_go_with_its_time() {
+    let (ratio, time_s, near_m) = (1.5, 0.2, 0.2e-3);
+    let mut relaxing = with(
+        rigid(),
+        &[("effects.wall.viscoelastic.ratio", ratio), ("effects.wall.viscoelastic.time_s", time_s)],
+    );
+    relaxing.solver.tick_s = 1e-3;
+    let model = Chain::new(relaxing).unwrap();
+    let (far, near, mut state) = (floor(-2e-3), floor(near_m - RADIUS_M), State::new());
+    let drive = inserted(LENGTH_M);
+    rest(&model, &far.lumen(), &mut state, drive, &FREE_TIP);
+    let lasting_n = STIFFNESS_N_PER_M2 * near_m * PRESSED_M;
+    for tick in 1..=1600 {
+        let outputs = step(&model, &near.lumen(), &mut state, drive);
+        let t = 1e-3 * f64::from(tick);
+        if [2, 100, 200, 400, 1600].contains(&tick) {
+            let exact_n = -lasting_n * (1.0 + ratio * (-t / time_s).exp());
+            let found_n = outputs.force_on_vessel_n[2];
+            assert_near(&format!("{t} s"), found_n, exact_n, 0.01);
+        }
+    }
+}
