@@ -15,12 +15,6 @@ use crate::{Drive, Drives, Model, Real};
 /// Turns the predictor by at most this much a solve \[rad\]; beyond, it is no prediction.
 const LARGEST_PREDICTED_TURN: f64 = 0.2;
 
-/// Drives that move by less in a step say nothing of how links will turn \[m\].
-const LEAST_PACE_M: f64 = 1e-7;
-/// What a step may be of a smoothed one. Never nothing, because what it multiplies is divided by; at
-/// most so much, because steps of an encoder as wide as ten of them still are motion.
-const PACED: core::ops::Range<f64> = 1e-6..16.0;
-
 /// Shortest base link, over the link length, that the guide's joint and the stretch see:
 /// a link enters the vessel rigid and softens as it grows.
 pub(crate) const SHORTEST_BASE: f64 = 0.001;
@@ -34,56 +28,6 @@ fn behind_m<T: Real>(link_length_m: T, chain_m: T, inside_m: T) -> T {
     let behind_m = chain_m - inside_m;
     let outside_m = maximum(link_length_m * T::lit(1.5) - inside_m, T::zero());
     behind_m + outside_m * minimum(behind_m / link_length_m, T::one())
-}
-
-/// How far the drives move the surfaces of the instruments in a step \[m\].
-#[derive(Clone, Debug)]
-pub(crate) struct Moved<T> {
-    /// Of the catheter, then of the guidewire: along and about it.
-    surfaces: [T; 4],
-}
-
-impl<T: Real> Moved<T> {
-    pub fn between<const LINKS: usize>(
-        model: &Model<T, LINKS>,
-        before: &Drives<T>,
-        now: &Drives<T>,
-    ) -> Self {
-        let radius_m = model.description().instrument.outer_radius_m;
-        let along = |before: &Drive<T>, now: &Drive<T>| now.insertion_m - before.insertion_m;
-        let about =
-            |before: &Drive<T>, now: &Drive<T>| (now.rotation_rad - before.rotation_rad) * radius_m;
-        Self {
-            surfaces: [
-                along(&before.catheter, &now.catheter),
-                about(&before.catheter, &now.catheter),
-                along(&before.guidewire, &now.guidewire),
-                about(&before.guidewire, &now.guidewire),
-            ],
-        }
-    }
-
-    pub fn none() -> Self {
-        Self { surfaces: [T::zero(); 4] }
-    }
-
-    /// The way of the faster one \[m\].
-    pub fn surface_m(&self) -> T {
-        let [a, b, c, d] = self.surfaces;
-        maximum(a * a + b * b, c * c + d * d).root()
-    }
-
-    /// Goes on towards `other` by that share of the way.
-    fn approach(&mut self, other: &Self, share: T) {
-        self.surfaces = core::array::from_fn(|i| {
-            self.surfaces[i] + (other.surfaces[i] - self.surfaces[i]) * share
-        });
-    }
-
-    fn dot(&self, other: &Self) -> T {
-        let ([a, b, c, d], [e, f, g, h]) = (self.surfaces, other.surfaces);
-        a * e + b * f + (c * g + d * h)
-    }
 }
 
 impl<T: Real, const LINKS: usize> State<T, LINKS> {
@@ -120,20 +64,6 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
                 link.curvature *= maximum(cell - gained, T::zero()) / cell;
             }
         }
-    }
-
-    /// How much of a smoothed step the drives make in this one, which moved them by `moved`; and
-    /// smooths on. 1 where they rest and have rested.     docs/model.md (3)
-    pub(crate) fn keep_pace(&mut self, moved: &Moved<T>, gain: T) -> T {
-        if self.count == 0 {
-            // The links whose rates these were are gone.
-            self.pace = Moved::none();
-            return T::one();
-        }
-        let least = T::lit(LEAST_PACE_M * LEAST_PACE_M);
-        let paced = (self.pace.dot(moved) + least) / (self.pace.dot(&self.pace) + least);
-        self.pace.approach(moved, gain);
-        minimum(maximum(paced, T::lit(PACED.start)), T::lit(PACED.end))
     }
 
     /// Moves the drives to `target`, within what the links can reach.     docs/model.md (2)
@@ -274,20 +204,5 @@ impl<T: Real, const LINKS: usize> Work<T> for Predict<'_, T, LINKS> {
                 link.position = position;
             }
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_surface_moves_by_feed_and_turn_and_the_faster_one_counts() {
-        let moved =
-            |[a, b]: [f64; 2], [c, d]: [f64; 2]| Moved { surfaces: [a, b, c, d] }.surface_m();
-        let is = |found: f64, expected: f64| assert!((found - expected).abs() < 1e-15, "{found}");
-        is(moved([0.0, 0.0], [0.0, 0.0]), 0.0);
-        is(moved([-3e-6, 4e-6], [0.0, 0.0]), 5e-6);
-        is(moved([0.0, 0.0], [7e-6, 0.0]), 7e-6);
     }
 }

@@ -6,7 +6,7 @@ use crate::algebra::{Factor, Matrix3, Rotation};
 use crate::coaxial::Overlap;
 use crate::contact::{Memory, Touch};
 use crate::effects::memory::Memory as EffectMemory;
-use crate::feed::{Moved, SHORTEST_BASE};
+use crate::feed::SHORTEST_BASE;
 use crate::joint::JointLoad;
 use crate::proximity::Proximity;
 use crate::tables::Tables;
@@ -227,8 +227,6 @@ pub struct State<T: Real, const LINKS: usize = MAX_LINKS> {
     pub(crate) nodes_look: bool,
     /// A point of the instrument is beyond the stored wall: no force can be given there.
     pub(crate) outside: bool,
-    /// The drives' motion in a step, smoothed as the links' rates are.
-    pub(crate) pace: Moved<T>,
     /// The drives are beyond what the links can reach.
     pub(crate) beyond_reach: bool,
     /// Share of the motion that goes on into the next step: less than 1 after links have turned
@@ -265,7 +263,6 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
             nodes_look: false,
             outside: false,
             beyond_reach: false,
-            pace: Moved::none(),
             carried: T::one(),
             lost: false,
             rested: 0,
@@ -298,7 +295,6 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
             nodes_look,
             outside,
             beyond_reach,
-            pace,
             carried,
             lost,
             rested,
@@ -317,7 +313,6 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
         *nodes_look = false;
         *outside = false;
         *beyond_reach = false;
-        *pace = Moved::none();
         *carried = T::one();
         *lost = false;
         *rested = 0;

@@ -5,8 +5,7 @@ use cathforce_scalar::{Pack, Vector3, Work};
 use crate::coaxial::Coaxial;
 use crate::effects::acting::{Law, Nominal};
 use crate::effects::memory::past_mouth;
-use crate::feed::Moved;
-use crate::model::{maximum, minimum};
+use crate::model::maximum;
 use crate::sharing::Held;
 use crate::sweep::{STRAINS, Scheme, Totals, solve};
 use crate::{Drag, Drive, Drives, Loads, Lumen, Model, Outputs, Real, State};
@@ -69,7 +68,6 @@ pub fn step_loaded<T: Real, const LINKS: usize>(
         dt_s: solver.tick_s / parts,
         inertia: T::one(),
         friction: model.wall.friction_coefficient,
-        slowed: T::one(),
         drag: solver.drag,
         predictor_gain: solver.predictor_gain,
         first: true,
@@ -97,11 +95,8 @@ pub fn step_loaded<T: Real, const LINKS: usize>(
         let before = state.drives;
         state.effects.place(model, scheme.dt_s);
         state.feed(model, target);
-        let moved = Moved::between(model, &before, &state.drives);
-        let paced = state.keep_pace(&moved, solver.predictor_gain);
-        scheme.slowed = minimum(paced, T::one());
-        state.effects.advance(model, moved.surface_m(), state.fed_m, scheme.dt_s);
-        state.predict(scheme.dt_s * state.carried * paced);
+        state.effects.advance(model, &before, &state.drives, state.fed_m, scheme.dt_s);
+        state.predict(scheme.dt_s * state.carried);
         let mut totals;
         let mut farthest_squared = T::zero();
         for i in 1.. {
@@ -155,7 +150,6 @@ pub fn settle_loaded<T: Real, const LINKS: usize>(
         dt_s: T::lit(SETTLE_DT_S),
         inertia: T::zero(),
         friction: T::zero(),
-        slowed: T::one(),
         drag: Drag::constant(maximum(
             T::lit(first) / (steps_at_rest * steps_at_rest),
             T::lit(last),

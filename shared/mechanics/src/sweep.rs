@@ -27,8 +27,6 @@ pub(crate) struct Scheme<T> {
     /// 1 with inertia, 0 quasi-static.
     pub inertia: T,
     pub friction: T,
-    /// How much less the drives move than in the last step, 1 where they do not slow down.
-    pub slowed: T,
     pub drag: Drag<T>,
     pub predictor_gain: T,
     /// First solve of the step: the wall is looked up.
@@ -177,7 +175,7 @@ fn load<T: Real, N: Pack<T>, L: Law<T>, const LINKS: usize>(
     let drag_rise = N::all(drag_rise);
     let feed_m_per_s = N::all(*fed_m * inverse_dt);
     let radius = model.description().instrument.outer_radius_m;
-    let contact = Contact::<N>::new(wall, scheme, inverse_dt);
+    let contact = Contact::<N>::new(wall, scheme.friction, inverse_dt);
     let line = wall.line_stiffness_n_per_m2;
     let viscous = model.bending_damping_s > T::zero();
 

@@ -10,7 +10,7 @@ use super::wall_law::WallLaw;
 use super::{DriveTrain, EntryDrag, WallMotion};
 use crate::coaxial::Overlap;
 use crate::model::{maximum, minimum, sin_cos};
-use crate::{Drive, Model, Outputs, Real};
+use crate::{Drive, Drives, Model, Outputs, Real};
 
 /// The shaft behind the entry plane winds up or unwinds by no more a solve \[rad\]: the joint at
 /// the entry is linear in it.
@@ -117,12 +117,12 @@ impl<T: Real> Memory<T> {
         self.carried_m_per_s = if dt_s > zero { last * (T::one() / dt_s) } else { none };
     }
 
-    /// Lets a step of `dt_s` pass, in which the drives moved a surface by `moved_m` and the chain was
-    /// fed by `fed_m`.
+    /// Lets a step of `dt_s` pass, in which the drives moved and the chain was fed by `fed_m`.
     pub fn advance<const LINKS: usize>(
         &mut self,
         model: &Model<T, LINKS>,
-        moved_m: T,
+        before: &Drives<T>,
+        now: &Drives<T>,
         fed_m: T,
         dt_s: T,
     ) {
@@ -132,6 +132,7 @@ impl<T: Real> Memory<T> {
         let effects = &model.description().effects;
         self.path_m += maximum(fed_m, -fed_m);
         let time_s = T::lit(SPEED_TIME_S);
+        let moved_m = moved_m(model.description().instrument.outer_radius_m, before, now);
         self.speed_m_per_s = (self.speed_m_per_s * time_s + moved_m) / (time_s + dt_s);
         // Implicit Euler of an exponential.     docs/model.md (33)
         let steps = dt_s / effects.instrument.softening.time_s;
@@ -250,6 +251,17 @@ impl<T: Real> Memory<T> {
     }
 }
 
+/// How far the surface of the faster instrument went past the mouth, along and about it.
+fn moved_m<T: Real>(radius_m: T, before: &Drives<T>, now: &Drives<T>) -> T {
+    let squared = |before: &Drive<T>, now: &Drive<T>| {
+        let along = now.insertion_m - before.insertion_m;
+        let about = (now.rotation_rad - before.rotation_rad) * radius_m;
+        along * along + about * about
+    };
+    let catheter = squared(&before.catheter, &now.catheter);
+    maximum(catheter, squared(&before.guidewire, &now.guidewire)).root()
+}
+
 /// Insertion past the mouth of a guide that reaches into the vessel.
 pub(crate) fn past_mouth<T: Real, const LINKS: usize>(
     model: &Model<T, LINKS>,
@@ -266,4 +278,23 @@ pub(crate) fn past_mouth<T: Real, const LINKS: usize>(
 fn displacement<T: Real>(motion: &WallMotion<T>, turns: T) -> Vector3<T> {
     let (sin, _) = sin_cos(turns * T::lit(core::f64::consts::TAU) + motion.phase_rad);
     Vector3::new(motion.x_m, motion.y_m, motion.z_m) * sin
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_surface_moves_by_feed_and_turn_and_the_faster_one_counts() {
+        let at = |insertion_m, rotation_rad| Drive { insertion_m, rotation_rad };
+        let moved = |catheter: Drive<f64>, guidewire: Drive<f64>| {
+            let start = at(0.1, 1.0);
+            let before = Drives { catheter: start, guidewire: start };
+            moved_m(1e-3, &before, &Drives { catheter, guidewire })
+        };
+        let is = |found: f64, expected: f64| assert!((found - expected).abs() < 1e-15, "{found}");
+        is(moved(at(0.1, 1.0), at(0.1, 1.0)), 0.0);
+        is(moved(at(0.1 - 3e-6, 1.004), at(0.1, 1.0)), 5e-6);
+        is(moved(at(0.1, 1.0), at(0.1 + 7e-6, 1.0)), 7e-6);
+    }
 }

@@ -10,7 +10,6 @@ mod path;
 mod random;
 mod sets;
 mod steps;
-mod stops;
 
 use cathforce_mechanics::*;
 use path::Path;
