@@ -67,7 +67,7 @@ fn a_challenge_is_made_to_its_end_by_a_second_call_that_leaves_what_is_there() {
     assert_eq!(label("000").unwrap(), first);
     let other_count = challenge.make(Some(3), 3, 6, &stands, &|| {});
     assert!(matches!(other_count, Err(ChallengeError::AlreadyMade(_))));
-    let twice = [support::short(), support::short()];
+    let twice = [stands[0].clone(), stands[0].clone()];
     let one_name = Challenge::at(&folder.path().join("new")).make(None, 2, 6, &twice, &|| {});
     assert!(matches!(one_name, Err(ChallengeError::OneName(_))));
     let other_seed = challenge.make(Some(4), 2, 6, &stands, &|| {});

@@ -493,7 +493,7 @@ fn a_lumen_without_room_is_exit_code_6_and_no_file() {
     let folder = tempfile::tempdir().unwrap();
     let [mesh, out] = ["wide.stl", "lumen.bin"].map(|name| folder.path().join(name));
     fs::write(&mesh, tube_stl(12.0, 40.0)).unwrap();
-    for (cell, says) in [("0.6", "has room for 2097152"), ("0.1", "too many bricks")] {
+    for (cell, says) in [("0.5", "has room for 2097152"), ("0.1", "too many bricks")] {
         let arguments =
             ["lumen", text(&mesh), "--surface", "flat", "--cell", cell, "--out", text(&out)];
         assert_fails(&cathforce(arguments), 6, &["wide.stl", says, "fix: choose a grid of"]);

@@ -139,5 +139,7 @@ fn what_cannot_be_put_in_is_refused_with_what_can() {
     assert_refused(&with("contact.friction:friction_coefficient=x"), 2, &["no number"]);
     assert_refused(&with("contact.friction:friction_coefficient=NaN"), 2, &["from 0 to 2"]);
     assert_refused(&with("sensor.gain:factor=1+tendon.slack"), 2, &["cannot have tendon.slack"]);
+    let twice = "sensor.gain:factor=1.1+sensor.gain:factor=1.2";
+    assert_refused(&with(twice), 2, &["sensor.gain is put in twice"]);
     assert_refused(&[bundle(), "--out", "out"], 2, &["one --effect", "fix:"]);
 }

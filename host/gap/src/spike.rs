@@ -26,6 +26,8 @@ pub enum SpikeError {
         unit = if *unit == "1" { "" } else { unit }
     )]
     Range { id: String, name: String, value: f64, unit: &'static str, low: f64, high: f64 },
+    #[error("{0} is put in twice; fix: name it once, with all of its parameters")]
+    Twice(&'static str),
     #[error("the device's model breaks down on trial {0:03} with this effect; make it smaller")]
     BreaksDown(u32),
 }
@@ -66,6 +68,9 @@ pub(crate) fn point(
             id: spike.id.clone(),
             known: effects.iter().map(|effect| effect.id).collect::<Vec<_>>().join(", "),
         })?;
+        if parameters.iter().any(|(id, ..)| *id == effects[at].id) {
+            return Err(SpikeError::Twice(effects[at].id));
+        }
         let values = values(&effects[at], spike, &present.effects[at])?;
         let named = effects[at].parameters.iter().zip(&values);
         parameters.extend(named.map(|(p, &value)| (effects[at].id, p.name, value, p.unit)));

@@ -93,7 +93,9 @@ fn what_the_model_refuses_is_said_with_the_keys_it_comes_from() {
         let Plant::Catheter(rig) = &mut bundle.rig.plant else { panic!("a catheter") };
         rig.instrument.sections.iter_mut().for_each(|own| own.youngs_modulus_pa *= factor);
         let error = catheter(&bundle).err().expect("refused").to_string();
-        for word in ["section.bending_stiffness", "fix: correct youngs_modulus_Pa in sections"] {
+        for word in
+            ["section.bending_stiffness", "sections[0].youngs_modulus_Pa`", "fix: write about"]
+        {
             assert!(error.contains(word), "`{word}` in: {error}");
         }
     }

@@ -147,6 +147,11 @@ fn described(
             ImageBuildError::Parameter { key, value, error }
         })?;
     }
+    // A wall that an effect makes near-rigid takes half ticks like one that rig.toml states.
+    let factor = f64::from(description.effects.wall.stiffness.factor);
+    let stiffest = rig.vessel.stiffest_n_per_m2() * factor;
+    description.solver.substeps =
+        description.solver.substeps.max(options.solver.substeps_for(stiffest));
     Ok(description)
 }
 

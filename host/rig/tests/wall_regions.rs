@@ -91,6 +91,19 @@ fn a_near_rigid_region_asks_for_half_ticks_as_a_near_rigid_wall_does() {
 }
 
 #[test]
+fn a_wall_that_an_effect_makes_near_rigid_gets_half_ticks() {
+    let substeps = |factor: f32| {
+        let parameters = vec![("effects.wall.stiffness.factor".to_owned(), factor)];
+        let link_length_m = Some(2e-3);
+        let options = ImageOptions { link_length_m, parameters, ..ImageOptions::default() };
+        let (image, _) = device_image(&example_with(STIFFNESS), &options).unwrap();
+        let model: Model<f32> = decode(&image).unwrap().model;
+        model.description().solver.substeps
+    };
+    assert_eq!([substeps(10.0), substeps(20.0)], [1, 2]);
+}
+
+#[test]
 fn regions_that_nothing_can_have_are_refused_with_their_place() {
     let refused = |region: &str, at: &str, says: &str| {
         assert_refused(&RIG.replacen(STIFFNESS, &regions(region), 1), "wall_regions", at, says);

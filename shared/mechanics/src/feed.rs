@@ -78,10 +78,8 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
         };
         let catheter = reached(target.catheter);
         let mut insertion = catheter.insertion_m;
-        self.beyond_reach = target.catheter.insertion_m > model.reach_m();
         if model.guidewire.is_some() {
             let guidewire = reached(target.guidewire);
-            self.beyond_reach |= target.guidewire.insertion_m > model.reach_m();
             insertion = maximum(guidewire.insertion_m, insertion);
             self.slide(Drives { catheter, guidewire }, insertion, h);
         } else {

@@ -117,6 +117,10 @@ pub fn step_loaded<T: Real, const LINKS: usize>(
         state.lost = true;
         return lost();
     }
+    // What the links cannot reach is not felt.
+    let is_wire_beyond =
+        model.guidewire.is_some() && drives.guidewire.insertion_m > model.reach_m();
+    outputs.unresolved |= is_wire_beyond || drives.catheter.insertion_m > model.reach_m();
     state.effects.report(model, &mut outputs);
     outputs
 }
@@ -311,10 +315,7 @@ fn report<T: Real, const LINKS: usize>(
         peak_contact_force_n: peak.root(),
         peak_node,
         links: state.count as u16,
-        unresolved: totals.largest_turn_squared > limit
-            || state.outside
-            || state.beyond_reach
-            || overstretched,
+        unresolved: totals.largest_turn_squared > limit || state.outside || overstretched,
         lost: false,
     }
 }

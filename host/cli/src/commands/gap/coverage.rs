@@ -39,9 +39,14 @@ pub fn run(ui: &Ui, arguments: &CoverageArguments) -> Result<(), Failure> {
         let hold_back = &arguments.hold_back;
         let source = Source::open(ui, path)?;
         let name = source.bundle.rig.name.clone();
+        let is_drive = source.bundle.catheter().is_none();
         let answer = super::diagnose::answer(ui, source, hold_back, &[])?;
         let Some(band) = &answer.band else {
-            ui.warn(format_args!("{}: no band: {}", path.display(), answer.remarks.join("; ")));
+            let why = match is_drive {
+                true => "a drive on its own has none, it is of a catheter's forces".to_owned(),
+                false => answer.remarks.join("; "),
+            };
+            ui.warn(format_args!("{}: no band: {why}", path.display()));
             continue;
         };
         let coverage = if hold_back.is_empty() {
@@ -116,7 +121,10 @@ impl Row {
             .channels
             .iter()
             .fold((0, 0), |(unknown, samples), own| (unknown + own.unknown, samples + own.samples));
-        let none = 100.0 * unknown as f64 / samples.max(1) as f64;
-        format!("| {} | {verdict} |{cells} {none:.1} % |\n", self.rig)
+        let none = match samples {
+            0 => "–".to_owned(),
+            samples => format!("{:.1} %", 100.0 * unknown as f64 / samples as f64),
+        };
+        format!("| {} | {verdict} |{cells} {none} |\n", self.rig)
     }
 }

@@ -27,7 +27,9 @@ struct Answer {
 
 pub fn run(ui: &Ui, arguments: &IsolabilityArguments) -> Result<(), Failure> {
     let mut source = Source::open(ui, &arguments.bundle)?;
-    let canned = arguments.protocol || source.bundle.trials.is_empty();
+    let way = &arguments.way;
+    let is_way_given = way.from_m.is_some() || way.to_m.is_some();
+    let canned = arguments.protocol || is_way_given || source.bundle.trials.is_empty();
     if canned {
         let bundle = &source.bundle;
         let protocol = super::protocol::of(bundle, &arguments.way)?;
