@@ -208,8 +208,6 @@ impl<T: Real> Elimination<T> {
 
 /// Memory of a [`Model`] of up to `LINKS` links. Configuration never lives here.
 #[derive(Clone, Debug)]
-// In this order: in the compiler's own a tick costs up to 6 % more.
-#[repr(C)]
 pub struct State<T: Real, const LINKS: usize = MAX_LINKS> {
     pub(crate) eliminations: [Elimination<T>; LINKS],
     /// Links inside the vessel; link `count − 1` is the base link at the guide.
@@ -250,8 +248,6 @@ impl<T: Real, const LINKS: usize> Default for State<T, LINKS> {
 
 impl<T: Real, const LINKS: usize> State<T, LINKS> {
     /// The instrument in the guide, nothing inside the vessel.
-    // Written where it is to be: inlined it takes the stack of two.
-    #[inline(never)]
     pub fn new() -> Self {
         Self {
             count: 0,

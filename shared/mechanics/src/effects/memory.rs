@@ -29,8 +29,6 @@ pub(crate) struct Memory<T: Real> {
     /// How far the instrument is past the introducer, and how far it went in the last tick \[m\].
     entered_m: T,
     entered_by_m: T,
-    /// 1 after the first tick; no flag, which would move the state's fields about, at some cost.
-    has_entered: T,
     /// Elastic share of the introducer's friction: feed since it last slid \[m\].
     dragged_m: T,
     /// Feed since the run began, either way \[m\].
@@ -51,8 +49,6 @@ pub(crate) struct Memory<T: Real> {
     /// How far it was carried there in this step \[m\], and how fast in the last one \[m/s\].
     carried_m: Vector3<T>,
     carried_m_per_s: Vector3<T>,
-    /// 1 after the first place.
-    has_stood: T,
 }
 
 impl<T: Real> Memory<T> {
@@ -63,7 +59,6 @@ impl<T: Real> Memory<T> {
             wall_turns: T::zero(),
             entered_m: T::zero(),
             entered_by_m: T::zero(),
-            has_entered: T::zero(),
             dragged_m: T::zero(),
             path_m: T::zero(),
             speed_m_per_s: T::zero(),
@@ -75,25 +70,14 @@ impl<T: Real> Memory<T> {
             mouth: Vector3::zeros(),
             carried_m: Vector3::zeros(),
             carried_m_per_s: Vector3::zeros(),
-            has_stood: T::zero(),
         }
     }
 
     /// Forgets what the shape of a run that has lost its numbers may have spoilt; clocks, wear and the
     /// drive's own motion are no part of that.
     pub fn forget_shape(&mut self) {
-        let Self { train, wall_turns, path_m, softened, pulses, entered_m, has_entered, .. } =
-            self.clone();
-        *self = Self {
-            train,
-            wall_turns,
-            path_m,
-            softened,
-            pulses,
-            entered_m,
-            has_entered,
-            ..Self::new()
-        };
+        let Self { train, wall_turns, path_m, softened, pulses, entered_m, .. } = self.clone();
+        *self = Self { train, wall_turns, path_m, softened, pulses, entered_m, ..Self::new() };
     }
 
     /// Where the drive's motion has come to at the guide's mouth.
@@ -107,8 +91,9 @@ impl<T: Real> Memory<T> {
         let drive = self.train.follow(&description.effects.drive, tick_s, self.load_n, encoder);
         // A guide that is longer, and links that end, do not keep it from the introducer.
         let before_m = core::mem::replace(&mut self.entered_m, drive.insertion_m);
-        self.entered_by_m = (drive.insertion_m - before_m) * self.has_entered;
-        self.has_entered = T::one();
+        // Before the first tick it is nowhere yet.
+        let has_entered = before_m > T::zero();
+        self.entered_by_m = if has_entered { drive.insertion_m - before_m } else { T::zero() };
         past_mouth(model, drive)
     }
 
@@ -124,11 +109,11 @@ impl<T: Real> Memory<T> {
         self.wall_turns = turns - T::int(turns.floor_int());
         placement.offset += displacement(motion, self.wall_turns);
         let before = core::mem::replace(&mut self.mouth, placement.to_vessel(&model.mouth));
-        // The first place of a run is none that the vessel has moved to.
-        let has_stood = core::mem::replace(&mut self.has_stood, T::one());
         let (none, zero) = (Vector3::zeros(), T::zero());
         let last = core::mem::replace(&mut self.carried_m, none);
-        self.carried_m = (self.mouth - before) * has_stood;
+        // The first place of a run is none that the vessel has moved to.
+        let has_stood = before.dot(&before) > zero;
+        self.carried_m = if has_stood { self.mouth - before } else { none };
         self.carried_m_per_s = if dt_s > zero { last * (T::one() / dt_s) } else { none };
     }
 
