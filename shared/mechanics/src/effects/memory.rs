@@ -67,7 +67,8 @@ impl<T: Real> Memory<T> {
             wound_rad: T::zero(),
             pull: PullMemory::new(),
             placement: None,
-            mouth: Vector3::zeros(),
+            // Nowhere yet; a flag would move the state's fields about, which costs the device.
+            mouth: Vector3::new(T::lit(f64::NAN), T::zero(), T::zero()),
             carried_m: Vector3::zeros(),
             carried_m_per_s: Vector3::zeros(),
         }
@@ -112,7 +113,7 @@ impl<T: Real> Memory<T> {
         let (none, zero) = (Vector3::zeros(), T::zero());
         let last = core::mem::replace(&mut self.carried_m, none);
         // The first place of a run is none that the vessel has moved to.
-        let has_stood = before.dot(&before) > zero;
+        let has_stood = before.x().is_finite();
         self.carried_m = if has_stood { self.mouth - before } else { none };
         self.carried_m_per_s = if dt_s > zero { last * (T::one() / dt_s) } else { none };
     }
