@@ -61,7 +61,7 @@ pub(crate) fn point(
     spikes: &[Spike],
 ) -> Result<(Point, Parameters), SpikeError> {
     let mut point = present.clone();
-    let mut parameters = Vec::new();
+    let mut parameters = Parameters::new();
     for spike in spikes {
         let at = effects.iter().position(|effect| effect.id == spike.id);
         let at = at.ok_or_else(|| SpikeError::Effect {

@@ -269,14 +269,6 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
         }
     }
 
-    /// Back to the empty guide; what the instrument and the vessel do not forget is kept.
-    pub(crate) fn forget_shape(&mut self) {
-        self.effects.forget_shape();
-        let effects = self.effects.clone();
-        self.reset();
-        self.effects = effects;
-    }
-
     /// Back to [`State::new`] in place: a whole `State` does not fit on a small stack.
     pub fn reset(&mut self) {
         // No `..`: what is added to the state must be reset here.

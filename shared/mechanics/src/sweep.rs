@@ -245,21 +245,13 @@ fn load<T: Real, N: Pack<T>, L: Law<T>, const LINKS: usize>(
         let node_mass = each(|shares| shares.node_mass);
         let node_arc = each(|shares| shares.node_arc);
         let velocity = || N::vectors(|lane| link(lane).velocity);
-        let mut beside = velocity() - tangent() * feed_m_per_s;
-        let carries = law.carries().map(|carries| carries.map(|v| N::vectors(|_| v)));
-        if let Some([_, m_per_s]) = &carries {
-            beside -= *m_per_s;
-        }
+        let beside = velocity() - tangent() * feed_m_per_s;
         let drag = drag_at_rest + (beside.dot(&beside) * drag_per_square).smaller(drag_rise);
         let (inertia, damping) = (inertia_per_mass * node_mass, drag * node_arc);
         let mut force = N::vectors(|_| model.gravity) * node_mass
             - node_displacement() * (inertia + damping)
             + velocity() * (inertia * carried_dt_s)
             + tangent() * (damping * N::all(*fed_m));
-        // Inertia and drag are against the rig's air, not against a vessel that moves in it.
-        if let Some([by_m, m_per_s]) = carries {
-            force += by_m * (inertia + damping) - m_per_s * (inertia * carried_dt_s);
-        }
         let to_wall = || facing(&group, eliminations, 0).gap + node_radius;
         if let Some(per_length) = law.stream(&tangent(), to_wall) {
             force += per_length * node_arc;
