@@ -9,8 +9,7 @@ use cathforce_bus::{Command, Process};
 use cathforce_control::{Mode, TICK_S};
 use cathforce_link::{Client, Sim, Step};
 use cathforce_record::{
-    Attachments, BusClock, BusFrame, Estimate, Measured, MeasuredDrive, Recorder, RunInfo,
-    RunResult, SensorNoise, Trial,
+    Attachments, BusClock, BusFrame, Estimate, Recorder, RunInfo, RunResult, SensorNoise, Trial,
 };
 use cathforce_rig::Bundle;
 use cathforce_rig::bundle::EncoderReading;
@@ -19,28 +18,9 @@ use crate::{Bench, Drive, Rig, bench};
 
 /// A trial's rows, from time 0 on, and the sensor's stated noise.
 pub fn measured(bundle: &Bundle, trial: &cathforce_rig::Trial) -> Trial {
+    let t_s: Vec<f64> = trial.t_s.iter().map(|t_s| t_s - trial.t_s[0]).collect();
     let columns = trial.catheter().expect("a catheter's trial");
-    let start_s = trial.t_s[0];
-    let row = |i: usize| Measured {
-        t_s: trial.t_s[i] - start_s,
-        insertion_m: columns.insertion_m[i],
-        rotation_rad: columns.rotation_rad[i],
-        force_n: columns.force_n.as_ref().and_then(|column| column[i]),
-        drive_force_n: columns.drive_force_n.as_ref().and_then(|column| column[i]),
-        tip_m: columns.tip_m.as_ref().and_then(|column| column[i]),
-        guidewire: columns.guidewire.as_ref().map(|wire| MeasuredDrive {
-            insertion_m: wire.insertion_m[i],
-            rotation_rad: wire.rotation_rad[i],
-            drive_force_n: wire.drive_force_n.as_ref().and_then(|column| column[i]),
-        }),
-    };
-    let sensor = &bundle.rig.sensor;
-    let noise = SensorNoise {
-        force_n: sensor.force_noise_sd_n,
-        drive_force_n: sensor.drive_noise_sd_n,
-        tip_m: sensor.tip_noise_sd_m,
-    };
-    Trial { rows: (0..trial.len()).map(row).collect(), noise, ..Trial::default() }
+    Trial { noise: SensorNoise::of(&bundle.rig.sensor), ..Trial::of(&t_s, columns) }
 }
 
 /// Where the catheter's drive is in each tick of a trial.

@@ -77,13 +77,18 @@ fn a_challenge_is_made_to_its_end_by_a_second_call_that_leaves_what_is_there() {
     assert!(matches!(sealed, Err(ChallengeError::AlreadyMade(_))));
 }
 
-#[test]
-fn a_label_that_was_changed_after_the_seal_is_found() {
-    let folder = tempfile::tempdir().unwrap();
-    let challenge = Challenge::at(folder.path());
+/// A challenge of one case that is soon played.
+fn of_one_case(folder: &std::path::Path) -> Challenge {
+    let challenge = Challenge::at(folder);
     challenge.make(Some(3), 1, 5, &[support::short()], &|| {}).unwrap();
+    challenge
+}
+
+#[test]
+fn a_seal_that_would_be_worth_nothing_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let challenge = of_one_case(folder.path());
     assert!(matches!(challenge.reveal(), Err(ChallengeError::NotSealed(_))));
-    // What was answered before it is sealed is worth nothing, nor is what was never finished.
     let (answers, made) = (folder.path().join("answers"), folder.path().join("made.json"));
     std::fs::create_dir(&answers).unwrap();
     assert!(matches!(challenge.seal(), Err(ChallengeError::AlreadyAnswered(_))));
@@ -92,17 +97,25 @@ fn a_label_that_was_changed_after_the_seal_is_found() {
     std::fs::write(&made, whole.replace("true", "false")).unwrap();
     assert!(matches!(challenge.seal(), Err(ChallengeError::NotFinished(_))));
     std::fs::write(&made, whole).unwrap();
+    challenge.seal().unwrap();
+    assert!(matches!(challenge.seal(), Err(ChallengeError::AlreadySealed(_))));
+}
+
+#[test]
+fn what_was_changed_after_the_seal_is_found() {
+    let folder = tempfile::tempdir().unwrap();
+    let challenge = of_one_case(folder.path());
     let seals = challenge.seal().unwrap();
     challenge.check_case(&seals, "000").unwrap();
+    assert!(matches!(challenge.reveal(), Err(ChallengeError::NotAnswered(_))));
+    challenge.keep_answer("000", &json!({ "verdict": "unknown" })).unwrap();
     let trial = folder.path().join("cases/000/trials/000.csv");
     let rows = std::fs::read_to_string(&trial).unwrap();
     std::fs::write(&trial, rows.replacen('1', "2", 1)).unwrap();
     let changed = challenge.check_case(&seals, "000");
     assert!(matches!(changed, Err(ChallengeError::Changed(_))), "{changed:?}");
+    assert!(matches!(challenge.reveal(), Err(ChallengeError::Changed(_))));
     std::fs::write(&trial, rows).unwrap();
-    assert!(matches!(challenge.seal(), Err(ChallengeError::AlreadySealed(_))));
-    assert!(matches!(challenge.reveal(), Err(ChallengeError::NotAnswered(_))));
-    challenge.keep_answer("000", &json!({ "verdict": "unknown" })).unwrap();
     assert_eq!(challenge.reveal().unwrap().len(), 1);
     // Who has seen the labels answers no more.
     let revealed = challenge.check_case(&seals, "000");

@@ -1,6 +1,6 @@
 //! What the sensor said, and what the device said, on one time axis.
 
-use cathforce_rig::bundle::CatheterTrial;
+use cathforce_rig::bundle::{CatheterTrial, RigSensor};
 use serde::{Deserialize, Serialize};
 
 /// One row of a trial: what was measured at `t_s`.
@@ -47,6 +47,17 @@ pub struct SensorNoise {
     pub drive_force_n: Option<f64>,
     /// Tip, per axis \[m\].
     pub tip_m: Option<f64>,
+}
+
+impl SensorNoise {
+    /// As rig.toml states it.
+    pub fn of(sensor: &RigSensor) -> Self {
+        Self {
+            force_n: sensor.force_noise_sd_n,
+            drive_force_n: sensor.drive_noise_sd_n,
+            tip_m: sensor.tip_noise_sd_m,
+        }
+    }
 }
 
 /// A trial as the sensor saw it.

@@ -116,7 +116,10 @@ pub fn play(
 
 /// A catheter's trial as a recording holds it; times stay as they are.
 pub fn recorded(bundle: &Bundle, trial: &cathforce_rig::Trial) -> Result<Trial, Failure> {
-    Ok(Trial { noise: noise(bundle), ..Trial::of(&trial.t_s, catheter(trial)?) })
+    Ok(Trial {
+        noise: SensorNoise::of(&bundle.rig.sensor),
+        ..Trial::of(&trial.t_s, catheter(trial)?)
+    })
 }
 
 /// A folder that goes when it is dropped.
@@ -224,15 +227,6 @@ pub fn encoder(at: EncoderReading) -> Encoder {
     }
 }
 
-fn noise(bundle: &Bundle) -> SensorNoise {
-    let sensor = &bundle.rig.sensor;
-    SensorNoise {
-        force_n: sensor.force_noise_sd_n,
-        drive_force_n: sensor.drive_noise_sd_n,
-        tip_m: sensor.tip_noise_sd_m,
-    }
-}
-
 /// What is known of a run before it begins.
 pub fn info(link: &str, bundle: &Bundle, trial: &str) -> RunInfo {
     RunInfo {
@@ -242,7 +236,7 @@ pub fn info(link: &str, bundle: &Bundle, trial: &str) -> RunInfo {
         trial: trial.into(),
         provenance: provenance(&bundle.path),
         firmware_sha256: firmware_sha256(link),
-        noise: noise(bundle),
+        noise: SensorNoise::of(&bundle.rig.sensor),
         ..RunInfo::default()
     }
 }
