@@ -35,7 +35,7 @@ pub struct BootOptions {
 /// Everything the tick needs. Tasks look at it with the tick shut out, for microseconds.
 struct Core {
     board: board::This,
-    ticker: Ticker,
+    ticker: &'static mut Ticker,
     active: Option<Active>,
     carrier: Counters,
     load: Load,
@@ -65,10 +65,12 @@ pub static GRANT_USED: Signal<CriticalSectionRawMutex, ()> = Signal::new();
 /// through here on its way to its place is larger than everything else.
 #[inline(never)]
 pub fn start(board: board::This) {
+    static TICKER: StaticCell<Ticker> = StaticCell::new();
     static PLACE: StaticCell<Core> = StaticCell::new();
+    let ticker = TICKER.init_with(Ticker::new);
     let core = PLACE.init_with(|| Core {
         board,
-        ticker: Ticker::new(),
+        ticker,
         active: None,
         carrier: Counters::default(),
         load: Load::default(),

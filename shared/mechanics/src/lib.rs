@@ -18,6 +18,7 @@ mod joint;
 mod lanes;
 mod lumen;
 mod model;
+mod pace;
 mod parameters;
 mod pieces;
 mod proximity;

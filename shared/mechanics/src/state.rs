@@ -8,6 +8,7 @@ use crate::contact::{Memory, Touch};
 use crate::effects::memory::Memory as EffectMemory;
 use crate::feed::SHORTEST_BASE;
 use crate::joint::JointLoad;
+use crate::pace::Pace;
 use crate::proximity::Proximity;
 use crate::tables::Tables;
 use crate::{MAX_LINKS, Real};
@@ -208,6 +209,8 @@ impl<T: Real> Elimination<T> {
 
 /// Memory of a [`Model`] of up to `LINKS` links. Configuration never lives here.
 #[derive(Clone, Debug)]
+// In this order: another one costs the device up to one instruction in a hundred.
+#[repr(C)]
 pub struct State<T: Real, const LINKS: usize = MAX_LINKS> {
     pub(crate) eliminations: [Elimination<T>; LINKS],
     /// Links inside the vessel; link `count − 1` is the base link at the guide.
@@ -225,6 +228,8 @@ pub struct State<T: Real, const LINKS: usize = MAX_LINKS> {
     pub(crate) nodes_look: bool,
     /// A point of the instrument is beyond the stored wall: no force can be given there.
     pub(crate) outside: bool,
+    /// How the drives moved before.
+    pub(crate) pace: Pace<T>,
     /// Share of the motion that goes on into the next step: less than 1 after links have turned
     /// farther than a linear solve can carry momentum.
     pub(crate) carried: T,
@@ -258,6 +263,7 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
             guide: LinkState::new(),
             nodes_look: false,
             outside: false,
+            pace: Pace::none(),
             carried: T::one(),
             lost: false,
             rested: 0,
@@ -267,6 +273,14 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
             links: [LinkState::new(); LINKS],
             eliminations: [Elimination::new(); LINKS],
         }
+    }
+
+    /// Back to the empty guide; what the instrument and the vessel do not forget is kept.
+    pub(crate) fn forget_shape(&mut self) {
+        self.effects.forget_shape();
+        let effects = self.effects.clone();
+        self.reset();
+        self.effects = effects;
     }
 
     /// Back to [`State::new`] in place: a whole `State` does not fit on a small stack.
@@ -281,6 +295,7 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
             guide,
             nodes_look,
             outside,
+            pace,
             carried,
             lost,
             rested,
@@ -298,6 +313,7 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
         *guide = LinkState::new();
         *nodes_look = false;
         *outside = false;
+        *pace = Pace::none();
         *carried = T::one();
         *lost = false;
         *rested = 0;

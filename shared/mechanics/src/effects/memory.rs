@@ -10,7 +10,7 @@ use super::wall_law::WallLaw;
 use super::{DriveTrain, EntryDrag, WallMotion};
 use crate::coaxial::Overlap;
 use crate::model::{maximum, minimum, sin_cos};
-use crate::{Drive, Drives, Model, Outputs, Real};
+use crate::{Drive, Model, Outputs, Real};
 
 /// The shaft behind the entry plane winds up or unwinds by no more a solve \[rad\]: the joint at
 /// the entry is linear in it.
@@ -26,6 +26,9 @@ pub(crate) struct Memory<T: Real> {
     load_n: T,
     /// Periods of the wall's motion since the run began, modulo 1.
     wall_turns: T,
+    /// How far the instrument is past the introducer, and how far it went in the last tick \[m\].
+    entered_m: Option<T>,
+    entered_by_m: T,
     /// Elastic share of the introducer's friction: feed since it last slid \[m\].
     dragged_m: T,
     /// Feed since the run began, either way \[m\].
@@ -43,6 +46,10 @@ pub(crate) struct Memory<T: Real> {
     pub placement: Option<Placement<T>>,
     /// The guide's mouth in the vessel's frame \[m\].
     pub mouth: Vector3<T>,
+    /// How far it was carried there in this step \[m\], and how fast in the last one \[m/s\].
+    carried_m: Vector3<T>,
+    carried_m_per_s: Vector3<T>,
+    has_stood: bool,
 }
 
 impl<T: Real> Memory<T> {
@@ -51,6 +58,8 @@ impl<T: Real> Memory<T> {
             train: DriveTrain::new(),
             load_n: T::zero(),
             wall_turns: T::zero(),
+            entered_m: None,
+            entered_by_m: T::zero(),
             dragged_m: T::zero(),
             path_m: T::zero(),
             speed_m_per_s: T::zero(),
@@ -60,7 +69,17 @@ impl<T: Real> Memory<T> {
             pull: PullMemory::new(),
             placement: None,
             mouth: Vector3::zeros(),
+            carried_m: Vector3::zeros(),
+            carried_m_per_s: Vector3::zeros(),
+            has_stood: false,
         }
+    }
+
+    /// Forgets what the shape of a run that has lost its numbers may have spoilt; clocks, wear and the
+    /// drive's own motion are no part of that.
+    pub fn forget_shape(&mut self) {
+        let Self { train, wall_turns, path_m, softened, pulses, entered_m, .. } = self.clone();
+        *self = Self { train, wall_turns, path_m, softened, pulses, entered_m, ..Self::new() };
     }
 
     /// Where the drive's motion has come to at the guide's mouth.
@@ -72,6 +91,9 @@ impl<T: Real> Memory<T> {
         let description = model.description();
         let tick_s = description.solver.tick_s;
         let drive = self.train.follow(&description.effects.drive, tick_s, self.load_n, encoder);
+        // A guide that is longer, and links that end, do not keep it from the introducer.
+        let before_m = self.entered_m.replace(drive.insertion_m).unwrap_or(drive.insertion_m);
+        self.entered_by_m = drive.insertion_m - before_m;
         past_mouth(model, drive)
     }
 
@@ -86,15 +108,21 @@ impl<T: Real> Memory<T> {
         let turns = self.wall_turns + motion.frequency_hz * dt_s;
         self.wall_turns = turns - T::int(turns.floor_int());
         placement.offset += displacement(motion, self.wall_turns);
-        self.mouth = placement.to_vessel(&model.mouth);
+        let before = core::mem::replace(&mut self.mouth, placement.to_vessel(&model.mouth));
+        let (none, zero) = (Vector3::zeros(), T::zero());
+        let last = core::mem::replace(&mut self.carried_m, none);
+        // The first place of a run is none that the vessel has moved to.
+        let has_stood = core::mem::replace(&mut self.has_stood, true);
+        self.carried_m = if has_stood { self.mouth - before } else { none };
+        self.carried_m_per_s = if dt_s > zero { last * (T::one() / dt_s) } else { none };
     }
 
-    /// Lets a step of `dt_s` pass, in which the drives moved and the chain was fed by `fed_m`.
+    /// Lets a step of `dt_s` pass, in which the drives moved a surface by `moved_m` and the chain was
+    /// fed by `fed_m`.
     pub fn advance<const LINKS: usize>(
         &mut self,
         model: &Model<T, LINKS>,
-        before: &Drives<T>,
-        now: &Drives<T>,
+        moved_m: T,
         fed_m: T,
         dt_s: T,
     ) {
@@ -104,13 +132,18 @@ impl<T: Real> Memory<T> {
         let effects = &model.description().effects;
         self.path_m += maximum(fed_m, -fed_m);
         let time_s = T::lit(SPEED_TIME_S);
-        let moved_m = moved_m(model.description().instrument.outer_radius_m, before, now);
         self.speed_m_per_s = (self.speed_m_per_s * time_s + moved_m) / (time_s + dt_s);
         // Implicit Euler of an exponential.     docs/model.md (33)
         let steps = dt_s / effects.instrument.softening.time_s;
         self.softened = (self.softened + steps) / (T::one() + steps);
         let pulses = self.pulses + effects.fluid.drag.frequency_hz * dt_s;
         self.pulses = pulses - T::int(pulses.floor_int());
+    }
+
+    /// The stream as it is now; `None` without one.
+    pub fn stream<const LINKS: usize>(&self, model: &Model<T, LINKS>) -> Option<Stream<T>> {
+        let drag = &model.description().effects.fluid.drag;
+        (!drag.is_off()).then(|| Stream::new(drag, self.pulses))
     }
 
     /// What acts in the recursion in a step of `dt_s`; `None` if nothing does.
@@ -136,12 +169,12 @@ impl<T: Real> Memory<T> {
             insertion: insertion_m * per_link,
             per_link: description.solver.link_length_m / straightened_m,
         });
-        let drag = &effects.fluid.drag;
         Some(Acting {
             wall: WallLaw::new(effects, model.least_stretch, self.path_m, self.speed_m_per_s, dt_s),
-            stream: (!drag.is_off()).then(|| Stream::new(drag, self.pulses)),
+            stream: self.stream(model),
             pull: Pull::new(description, overlap, &self.pull),
             softness: self.softness(model),
+            carries: [self.carried_m, self.carried_m_per_s],
             straightened,
             windup: Windup {
                 compliance: model.windup_rad_per_n_m,
@@ -159,6 +192,11 @@ impl<T: Real> Memory<T> {
         T::one() - model.description().effects.instrument.softening.share * self.softened
     }
 
+    /// How a tendon bends the cell at the guide's mouth, material axes \[rad\].
+    pub fn pulled_at_mouth(&self) -> Vector3<T> {
+        self.pull.at_mouth
+    }
+
     /// After a solve: what its end says to the effects. `torque_n_m`: of the instrument on the
     /// guide, about the direction of insertion.
     pub fn finish(&mut self, acting: &Acting<T>, torque_n_m: T) {
@@ -174,11 +212,10 @@ impl<T: Real> Memory<T> {
 
     /// What the introducer adds to the forces, and the outputs in the rig's frame.
     ///
-    /// `outputs`: in the vessel's frame, moments about the mouth; `fed_m`: feed of the tick.
+    /// `outputs`: in the vessel's frame, moments about the mouth.
     pub fn report<const LINKS: usize>(
         &mut self,
         model: &Model<T, LINKS>,
-        fed_m: T,
         outputs: &mut Outputs<T>,
     ) {
         let description = model.description();
@@ -196,7 +233,7 @@ impl<T: Real> Memory<T> {
                 (Vector3::from(outputs.moment_on_vessel_n_m) + moment).into();
         }
         if !entry.drag.is_off() {
-            let drag_n = self.introducer(&entry.drag, fed_m, description.solver.tick_s);
+            let drag_n = self.introducer(&entry.drag, description.solver.tick_s);
             let shared = direction * (drag_n * entry.drag.phantom_share);
             outputs.drive_force_n += drag_n;
             outputs.force_on_vessel_n = (Vector3::from(outputs.force_on_vessel_n) + shared).into();
@@ -205,22 +242,11 @@ impl<T: Real> Memory<T> {
     }
 
     /// Force that the introducer's friction asks of the drive \[N\].     docs/model.md (27)
-    fn introducer(&mut self, drag: &EntryDrag<T>, fed_m: T, tick_s: T) -> T {
-        let most = drag.presliding_m;
+    fn introducer(&mut self, drag: &EntryDrag<T>, tick_s: T) -> T {
+        let (most, fed_m) = (drag.presliding_m, self.entered_by_m);
         self.dragged_m = minimum(maximum(self.dragged_m + fed_m, -most), most);
         drag.coulomb_n * (self.dragged_m / most) + drag.viscous_n_s_per_m * (fed_m / tick_s)
     }
-}
-
-/// How far the surface of the faster instrument went past the mouth, along and about it.
-fn moved_m<T: Real>(radius_m: T, before: &Drives<T>, now: &Drives<T>) -> T {
-    let squared = |before: &Drive<T>, now: &Drive<T>| {
-        let along = now.insertion_m - before.insertion_m;
-        let about = (now.rotation_rad - before.rotation_rad) * radius_m;
-        along * along + about * about
-    };
-    let catheter = squared(&before.catheter, &now.catheter);
-    maximum(catheter, squared(&before.guidewire, &now.guidewire)).root()
 }
 
 /// Insertion past the mouth of a guide that reaches into the vessel.
@@ -239,23 +265,4 @@ pub(crate) fn past_mouth<T: Real, const LINKS: usize>(
 fn displacement<T: Real>(motion: &WallMotion<T>, turns: T) -> Vector3<T> {
     let (sin, _) = sin_cos(turns * T::lit(core::f64::consts::TAU) + motion.phase_rad);
     Vector3::new(motion.x_m, motion.y_m, motion.z_m) * sin
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_surface_moves_by_feed_and_turn_and_the_faster_one_counts() {
-        let at = |insertion_m, rotation_rad| Drive { insertion_m, rotation_rad };
-        let moved = |catheter: Drive<f64>, guidewire: Drive<f64>| {
-            let start = at(0.1, 1.0);
-            let before = Drives { catheter: start, guidewire: start };
-            moved_m(1e-3, &before, &Drives { catheter, guidewire })
-        };
-        let is = |found: f64, expected: f64| assert!((found - expected).abs() < 1e-15, "{found}");
-        is(moved(at(0.1, 1.0), at(0.1, 1.0)), 0.0);
-        is(moved(at(0.1 - 3e-6, 1.004), at(0.1, 1.0)), 5e-6);
-        is(moved(at(0.1, 1.0), at(0.1 + 7e-6, 1.0)), 7e-6);
-    }
 }

@@ -240,3 +240,41 @@ fn a_viscous_instrument_twists_at_once() {
     let turned = azimuth(state.node_position_m(0).unwrap()) - before;
     assert!((turned / settled - 1.0).abs() < 0.2, "{turned} rad of {settled} rad");
 }
+// To go beside the tests of shared/mechanics/tests/effects/free.rs (uses its `bent`, `with`, LENGTH_M,
+// STIFFNESS). Fails at 2026-11-26 07:40 on the working tree (joint.rs, effects/acting.rs, effects/memory.rs):
+//
+// tick 1 ms, free length 0.5 m, viscous time 2 ms: 998 of 999 ticks flagged, torque off by 138 % for ever
+// tick 1 ms, free length 0.5 m, viscous time 10 ms: 998 of 999 ticks flagged, torque off by 281 % for ever
+// tick 1 ms, 0.5 m, 0.5 ms: rests; 0.05 m, 10 ms: rests; tick 10 ms, 0.5 m, 0 to 100 ms: rests.
+// Pressed on a floor (friction 0.3, shaft EI 5e-5, GJ 3.5e-5, fed at 13 mm/s, 0.3 m, 1 ms), an infinitesimal
+// side motion grows by a fifth a tick to ± 14 µN·m and ± 1.1 mN, its sign turning every tick.
+
+/// docs/model.md (4), (37)
+///
+/// A shaft that winds up behind the guide and bends viscously comes to rest under a dead torque at the
+/// device's tick, as it does without viscosity: what is held is the torque.
+#[test]
+fn a_viscous_shaft_that_winds_up_comes_to_rest_at_the_devices_tick() {
+    let (torque, free_m) = (2e-6, 0.5);
+    let loads = Loads { tip_moment_n_m: [torque, 0.0, 0.0], ..FREE_TIP };
+    for time_s in [0.0, 5e-4, 2e-3, 1e-2] {
+        let mut description = with(
+            bent(),
+            &[
+                ("effects.instrument.torsional_windup.free_length_m", free_m),
+                ("effects.instrument.viscoelastic.time_s", time_s),
+            ],
+        );
+        (description.solver.tick_s, description.solver.drag) = (1e-3, Drag::constant(0.05));
+        let model: Model<f64> = Model::new(description).unwrap();
+        let (none, mut state) = (free_space(), State::new());
+        let drive = inserted(LENGTH_M - 1e-3);
+        while !settle_loaded(&model, &none.lumen(), &mut state, drive, &loads) {}
+        let mut found = Outputs::default();
+        for _ in 0..1000 {
+            found = step_loaded(&model, &none.lumen(), &mut state, drive, &loads);
+        }
+        let off = (found.drive_torque_n_m + torque).abs() / torque;
+        assert!(off < 1e-3 && !found.unresolved, "τ {time_s} s: off by {off}: {found:?}");
+    }
+}

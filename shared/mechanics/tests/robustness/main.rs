@@ -10,6 +10,7 @@ mod path;
 mod random;
 mod sets;
 mod steps;
+mod stops;
 
 use cathforce_mechanics::*;
 use path::Path;
