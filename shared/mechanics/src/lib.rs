@@ -14,6 +14,7 @@ mod description;
 pub mod effects;
 mod energy;
 mod feed;
+mod grid;
 mod joint;
 mod lanes;
 mod lumen;

@@ -334,9 +334,9 @@ fn mouth<T: Real, const LINKS: usize>(
     moment: &Vector3<T>,
     twist: T,
 ) -> T {
-    let h = model.description().solver.link_length_m;
     let half = T::lit(0.5);
-    let joint = &state.tables(model).joints[state.count.saturating_sub(1)];
+    let base = state.count.saturating_sub(1);
+    let (joint, h) = (&state.tables(model).joints[base], model.grid.cell_m(base));
     let softness = state.effects.softness(model);
     let bend_squared = moment.dot(moment) - twist * twist;
     let per_stiffness = half / (h * softness);

@@ -69,11 +69,14 @@ pub(crate) fn solve<T: Real, N: Pack<T>, L: Law<T>, const LINKS: usize>(
     }
 }
 
-/// Links inside the vessel, and the cells of their joints: all are equal but the two that the base
-/// link reaches.
+/// Links inside the vessel, and the cells of their joints: but for the two that the base link reaches
+/// they are those between two links of the tip, a link of the tip and one of the shaft, and two of the
+/// shaft.
 struct Chain<T> {
     count: usize,
-    between: Cell<T>,
+    /// The first joint that is beyond the tip's.
+    beyond_tip: usize,
+    between: [Cell<T>; 3],
     at_base: Cell<T>,
     at_guide: Cell<T>,
 }
@@ -84,17 +87,22 @@ impl<T: Real> Chain<T> {
         state: &State<T, LINKS>,
         scheme: &Scheme<T>,
     ) -> Self {
-        let solver = &model.description().solver;
-        let (h, base) = (solver.link_length_m, state.base_length_m);
+        let grid = &model.grid;
         let damping = model.bending_damping_s * scheme.inertia / scheme.dt_s;
-        let cell = |length: T| Cell::new(length, h, [damping, T::zero()]);
+        let cell = |length: T, full: T| Cell::new(length, full, [damping, T::zero()]);
+        let count = state.count.min(LINKS);
+        let [base, before] = [1, 2].map(|behind| count.saturating_sub(behind));
+        let beyond_tip = grid.tip_links();
+        let between = |joint: usize| cell(grid.cell_m(joint), grid.cell_m(joint));
+        let base_cell_m = (grid.link_m(before) + state.base_length_m) * T::lit(0.5);
         Self {
-            count: state.count.min(LINKS),
-            between: cell(h),
-            at_base: cell((h + base) * T::lit(0.5)),
+            count,
+            beyond_tip,
+            between: [between(0), between(beyond_tip.saturating_sub(1)), between(beyond_tip)],
+            at_base: cell(base_cell_m, grid.cell_m(before)),
             // As short as it may be, and with a shaft that winds up behind it, its twist must not
             // be softer than its bending by more than single precision tells apart.
-            at_guide: Cell::new(state.guide_cell_m(model), h, [damping; 2]),
+            at_guide: Cell::new(state.guide_cell_m(model), grid.cell_m(base), [damping; 2]),
         }
     }
 
@@ -103,7 +111,9 @@ impl<T: Real> Chain<T> {
         match self.count - link {
             0 | 1 => &self.at_guide,
             2 => &self.at_base,
-            _ => &self.between,
+            _ if link >= self.beyond_tip => &self.between[2],
+            _ if link + 1 == self.beyond_tip => &self.between[1],
+            _ => &self.between[0],
         }
     }
 }
