@@ -4,7 +4,6 @@
 use cathforce_scalar::{Pack, Vector3};
 
 use crate::effects::acting::Law;
-use crate::grid::Grid;
 use crate::model::{maximum, minimum};
 use crate::pieces::{Pieces, Placed, Walk, Which};
 use crate::state::State;
@@ -41,12 +40,13 @@ impl<T: Real> Overlap<T> {
         if self.catheter.behind_m > T::zero() { Which::Catheter } else { Which::Guidewire }
     }
 
-    /// Share of a sample that the catheter covers.     docs/model.md (40)
+    /// Share of the sample at `halves` half link lengths of `half_m` from the chain's tip that
+    /// the catheter covers.     docs/model.md (40)
     ///
-    /// Its end stands for a cone of half a link, so that no sample jumps as it passes.
-    pub fn covered(&self, sample: usize, grid: &Grid<T>) -> T {
-        let behind = self.catheter.behind_m / (grid.link_length_m * T::lit(0.5));
-        let covered = grid.sample(sample) * T::int(2) + T::one() - behind;
+    /// Its end stands for a cone of that length, so that no sample jumps as it passes.
+    pub fn covered(&self, halves: usize, half_m: T) -> T {
+        let behind = self.catheter.behind_m / half_m;
+        let covered = T::int(halves as i32 + 1) - behind;
         minimum(maximum(covered, T::zero()), T::one())
     }
 }
@@ -68,7 +68,8 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
     pub(crate) fn overlay(&mut self, model: &Model<T, LINKS>) {
         if let Some(wire) = &model.guidewire {
             let walk = self.walk(model, wire);
-            self.overlaid.fill(self.count.clamp(1, LINKS), &model.grid, walk);
+            let h = model.description().solver.link_length_m;
+            self.overlaid.fill(self.count.clamp(1, LINKS), h, walk);
         }
     }
 }
@@ -86,7 +87,7 @@ pub(crate) struct Slide<T> {
 pub(crate) struct Coaxial<'a, T, L> {
     effects: &'a mut L,
     overlap: Overlap<T>,
-    grid: Grid<T>,
+    half_m: T,
     /// Radius of the catheter less the wire's \[m\].
     step_m: T,
 }
@@ -103,13 +104,13 @@ impl<'a, T: Real, L: Law<T>> Coaxial<'a, T, L> {
         Some(Self {
             effects,
             overlap: *overlap,
-            grid: model.grid,
+            half_m: description.solver.link_length_m * T::lit(0.5),
             step_m: description.instrument.outer_radius_m - wire.outer_radius_m,
         })
     }
 
-    fn covered(&self, sample: usize) -> T {
-        self.overlap.covered(sample, &self.grid)
+    fn covered(&self, halves: usize) -> T {
+        self.overlap.covered(halves, self.half_m)
     }
 }
 
@@ -118,13 +119,13 @@ impl<T: Real, L: Law<T>> Law<T> for Coaxial<'_, T, L> {
     const COAXIAL: bool = true;
 
     #[inline(always)]
-    fn radius(&self, sample: usize, catheter_m: T) -> T {
-        catheter_m - self.step_m * (T::one() - self.covered(sample))
+    fn radius(&self, halves: usize, catheter_m: T) -> T {
+        catheter_m - self.step_m * (T::one() - self.covered(halves))
     }
 
     #[inline(always)]
-    fn slide(&self, sample: usize) -> Slide<T> {
-        let covered = self.covered(sample);
+    fn slide(&self, halves: usize) -> Slide<T> {
+        let covered = self.covered(halves);
         let bare = T::one() - covered;
         let Overlap { catheter_slid_m, wire_slid_m, wire_rolled_rad, .. } = self.overlap;
         Slide {
@@ -163,8 +164,8 @@ impl<T: Real, L: Law<T>> Law<T> for Coaxial<'_, T, L> {
     }
 
     #[inline(always)]
-    fn carries(&self) -> Option<[Vector3<T>; 2]> {
-        self.effects.carries()
+    fn vessel_motion(&self) -> Option<[Vector3<T>; 2]> {
+        self.effects.vessel_motion()
     }
 
     #[inline(always)]

@@ -8,7 +8,6 @@ use cathforce_scalar::{Number, Pack, Vector3};
 use crate::coaxial::Slide;
 use crate::effects::acting::Law;
 use crate::proximity::Proximity;
-use crate::sweep::Scheme;
 use crate::{Real, Wall};
 
 /// What a sample point remembers from tick to tick.
@@ -125,11 +124,10 @@ pub(crate) struct Contact<T> {
     damping: T,
     tangential_ratio: T,
     friction: T,
-    sliding: T,
 }
 
 impl<N: Number> Contact<N> {
-    pub fn new<T: Real>(wall: &Wall<T>, scheme: &Scheme<T>, inverse_dt: T) -> Self
+    pub fn new<T: Real>(wall: &Wall<T>, friction: T, inverse_dt: T) -> Self
     where
         N: Pack<T>,
     {
@@ -138,8 +136,7 @@ impl<N: Number> Contact<N> {
             inverse_onset: N::all(T::one() / wall.onset_m),
             damping: N::all(wall.damping_s * inverse_dt),
             tangential_ratio: N::all(wall.tangential_ratio),
-            friction: N::all(scheme.friction),
-            sliding: N::all(scheme.sliding),
+            friction: N::all(friction),
         }
     }
 
@@ -180,7 +177,7 @@ impl<N: Number> Contact<N> {
         }
         let moved = (memory.slip + displacement).plus_cross(n, &(turn * motion.radius));
         let slip = moved - n * n.dot(&moved);
-        let length = slip.dot(&slip).root().larger(memory.reached * self.sliding);
+        let length = slip.dot(&slip).root().larger(memory.reached);
         // Secant of Coulomb's law at the predicted displacement.     docs/model.md (12)
         let elastic = normal_stiffness * self.tangential_ratio;
         let limit = friction * memory.normal_n;

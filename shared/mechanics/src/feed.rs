@@ -5,7 +5,6 @@ use cathforce_scalar::{Pack, Vector3, Work};
 
 use crate::algebra::{Bend, Rotation};
 use crate::coaxial::Overlap;
-use crate::grid::Grid;
 use crate::lanes::Group;
 use crate::model::{maximum, minimum, sin_cos};
 use crate::pieces::Placed;
@@ -49,7 +48,7 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
             let link = &mut self.links[j];
             link.curvature = Bend::between(&near, &link.rotation).angle * (T::one() / cell);
             near = link.rotation;
-            cell = (link.span.length + model.grid.link_m(j.saturating_sub(1))) * T::lit(0.5);
+            cell = (link.span.length + model.description().solver.link_length_m) * T::lit(0.5);
         }
     }
 
@@ -57,9 +56,9 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
     /// spread over the arc that they have gained.     docs/model.md (4)
     fn take_in_straight(&mut self, model: &Model<T, LINKS>) {
         let gained = maximum(self.fed_m, T::zero()) * T::lit(0.5);
+        let half_link = model.description().solver.link_length_m * T::lit(0.5);
         let guide_cell = self.guide_cell_m(model);
         let base = self.count.min(LINKS);
-        let half_link = model.grid.link_m(base.saturating_sub(2)) * T::lit(0.5);
         for (behind, cell) in [(1, guide_cell), (2, guide_cell + half_link)] {
             if let Some(link) = base.checked_sub(behind).and_then(|j| self.links.get_mut(j)) {
                 link.curvature *= maximum(cell - gained, T::zero()) / cell;
@@ -72,7 +71,7 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
     /// A link is born a little late, so that a drive that rests on a whole number of links
     /// does not bear and drop one in turn with its last bit.
     pub(crate) fn feed(&mut self, model: &Model<T, LINKS>, target: Drives<T>) {
-        let Grid { link_length_m: h, .. } = model.grid;
+        let h = model.description().solver.link_length_m;
         let reached = |drive: Drive<T>| Drive {
             insertion_m: minimum(maximum(drive.insertion_m, T::zero()), model.reach_m()),
             ..drive
@@ -90,29 +89,25 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
         self.insertion_m = insertion;
         self.guide.rotation = model.guide_turned(catheter.rotation_rad + self.effects.wound_rad);
         self.guide.tangent = self.guide.rotation.tangent();
-        let full = model.grid.node(self.count.saturating_sub(1)) * h;
+        let full = T::int(self.count.saturating_sub(1) as i32) * h;
         self.base_length_m = insertion - full;
-        let longest = |link: usize| model.grid.link_m(link) * T::lit(1.0 + SHORTEST_BASE);
-        while self.count < LINKS
-            && self.count.checked_sub(1).is_none_or(|base| self.base_length_m > longest(base))
-        {
-            let base_m = model.grid.link_m(self.count.saturating_sub(1));
+        let longest = h * T::lit(1.0 + SHORTEST_BASE);
+        while self.count < LINKS && (self.count == 0 || self.base_length_m > longest) {
             if self.count > 0 {
-                self.base_length_m -= base_m;
+                self.base_length_m -= h;
             } else if insertion <= T::zero() {
                 break;
             }
-            self.give_birth(base_m);
+            self.give_birth(h);
         }
         while self.count > 0 && self.base_length_m <= T::zero() {
             self.count -= 1;
             if self.count > 0 {
-                self.base_length_m += model.grid.link_m(self.count - 1);
+                self.base_length_m += h;
             }
         }
-        let last = self.count.saturating_sub(1);
-        if let Some(base) = self.links[..self.count.min(LINKS)].last_mut() {
-            base.span = Span::new(self.base_length_m, model.grid.link_m(last));
+        if let Some(base) = self.count.checked_sub(1).and_then(|base| self.links.get_mut(base)) {
+            base.span = Span::new(self.base_length_m, h);
         }
         if model.bending_damping_s > T::zero() {
             self.take_in_straight(model);
@@ -137,8 +132,7 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
         };
     }
 
-    /// A new base link: straight, along the guide, at rest in the material's frame; the last one is
-    /// whole now.
+    /// A new base link: straight, along the guide, at rest in the material's frame.
     fn give_birth(&mut self, link_length: T) {
         let mut strain = T::zero();
         if let Some(base) = self.count.checked_sub(1).and_then(|base| self.links.get_mut(base)) {

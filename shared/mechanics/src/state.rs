@@ -8,7 +8,6 @@ use crate::contact::{Memory, Touch};
 use crate::effects::memory::Memory as EffectMemory;
 use crate::feed::SHORTEST_BASE;
 use crate::joint::JointLoad;
-use crate::pace::Pace;
 use crate::proximity::Proximity;
 use crate::tables::Tables;
 use crate::{MAX_LINKS, Real};
@@ -71,7 +70,7 @@ pub struct Outputs<T> {
     pub links: u16,
     /// Forces of this tick are not to be trusted: the step's last correction was large (a
     /// snap), a point of the instrument is beyond the stored wall, a link is stretched to twice
-    /// its length or pressed to half, or a number was lost.
+    /// its length or pressed to half, a drive is beyond what the links reach, or a number was lost.
     pub unresolved: bool,
     /// A number was lost in this step, or in one before it and the run is still beginning again:
     /// nothing else of these outputs means anything.
@@ -228,8 +227,6 @@ pub struct State<T: Real, const LINKS: usize = MAX_LINKS> {
     pub(crate) nodes_look: bool,
     /// A point of the instrument is beyond the stored wall: no force can be given there.
     pub(crate) outside: bool,
-    /// How the drives moved before.
-    pub(crate) pace: Pace<T>,
     /// Share of the motion that goes on into the next step: less than 1 after links have turned
     /// farther than a linear solve can carry momentum.
     pub(crate) carried: T,
@@ -263,7 +260,6 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
             guide: LinkState::new(),
             nodes_look: false,
             outside: false,
-            pace: Pace::none(),
             carried: T::one(),
             lost: false,
             rested: 0,
@@ -273,14 +269,6 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
             links: [LinkState::new(); LINKS],
             eliminations: [Elimination::new(); LINKS],
         }
-    }
-
-    /// Back to the empty guide; what the instrument and the vessel do not forget is kept.
-    pub(crate) fn forget_shape(&mut self) {
-        self.effects.forget_shape();
-        let effects = self.effects.clone();
-        self.reset();
-        self.effects = effects;
     }
 
     /// Back to [`State::new`] in place: a whole `State` does not fit on a small stack.
@@ -295,7 +283,6 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
             guide,
             nodes_look,
             outside,
-            pace,
             carried,
             lost,
             rested,
@@ -313,7 +300,6 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
         *guide = LinkState::new();
         *nodes_look = false;
         *outside = false;
-        *pace = Pace::none();
         *carried = T::one();
         *lost = false;
         *rested = 0;

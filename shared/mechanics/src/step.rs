@@ -6,7 +6,6 @@ use crate::coaxial::Coaxial;
 use crate::effects::acting::{Law, Nominal};
 use crate::effects::memory::past_mouth;
 use crate::model::maximum;
-use crate::pace::Moved;
 use crate::sharing::Held;
 use crate::sweep::{STRAINS, Scheme, Totals, solve};
 use crate::{Drag, Drive, Drives, Loads, Lumen, Model, Outputs, Real, State};
@@ -69,7 +68,6 @@ pub fn step_loaded<T: Real, const LINKS: usize>(
         dt_s: solver.tick_s / parts,
         inertia: T::one(),
         friction: model.wall.friction_coefficient,
-        sliding: T::one(),
         drag: solver.drag,
         predictor_gain: solver.predictor_gain,
         first: true,
@@ -97,11 +95,8 @@ pub fn step_loaded<T: Real, const LINKS: usize>(
         let before = state.drives;
         state.effects.place(model, scheme.dt_s);
         state.feed(model, target);
-        let moved = Moved::between(model, &before, &state.drives);
-        let paced = state.keep_pace(&moved, solver.predictor_gain);
-        scheme.sliding = paced.sliding;
-        state.effects.advance(model, moved.surface_m(), state.fed_m, scheme.dt_s);
-        state.predict(scheme.dt_s * state.carried * paced.rates);
+        state.effects.advance(model, &before, &state.drives, state.fed_m, scheme.dt_s);
+        state.predict(scheme.dt_s * state.carried);
         let mut totals;
         let mut farthest_squared = T::zero();
         for i in 1.. {
@@ -117,8 +112,10 @@ pub fn step_loaded<T: Real, const LINKS: usize>(
             }
         }
     }
-    if !is_finite(&outputs) {
-        state.forget_shape();
+    // With nothing past the mouth a turn is in no output.
+    let turned = state.drives.catheter.rotation_rad + state.drives.guidewire.rotation_rad;
+    if !(is_finite(&outputs) && turned.is_finite()) {
+        state.reset();
         state.lost = true;
         return lost();
     }
@@ -159,7 +156,6 @@ pub fn settle_loaded<T: Real, const LINKS: usize>(
         dt_s: T::lit(SETTLE_DT_S),
         inertia: T::zero(),
         friction: T::zero(),
-        sliding: T::one(),
         drag: Drag::constant(maximum(
             T::lit(first) / (steps_at_rest * steps_at_rest),
             T::lit(last),
@@ -182,7 +178,7 @@ pub fn settle_loaded<T: Real, const LINKS: usize>(
     let held = totals.force_on_instrument + totals.force_on_guide + totals.moment_on_guide;
     if !(held.x() + held.y() + held.z()).is_finite() {
         let lost = state.lost;
-        state.forget_shape();
+        state.reset();
         state.lost = lost;
         return false;
     }
@@ -334,9 +330,9 @@ fn mouth<T: Real, const LINKS: usize>(
     moment: &Vector3<T>,
     twist: T,
 ) -> T {
+    let h = model.description().solver.link_length_m;
     let half = T::lit(0.5);
-    let base = state.count.saturating_sub(1);
-    let (joint, h) = (&state.tables(model).joints[base], model.grid.cell_m(base));
+    let joint = &state.tables(model).joints[state.count.saturating_sub(1)];
     let softness = state.effects.softness(model);
     let bend_squared = moment.dot(moment) - twist * twist;
     let per_stiffness = half / (h * softness);

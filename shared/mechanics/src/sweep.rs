@@ -27,8 +27,6 @@ pub(crate) struct Scheme<T> {
     /// 1 with inertia, 0 quasi-static.
     pub inertia: T,
     pub friction: T,
-    /// What samples will slide of what they slid in the last step.
-    pub sliding: T,
     pub drag: Drag<T>,
     pub predictor_gain: T,
     /// First solve of the step: the wall is looked up.
@@ -69,14 +67,11 @@ pub(crate) fn solve<T: Real, N: Pack<T>, L: Law<T>, const LINKS: usize>(
     }
 }
 
-/// Links inside the vessel, and the cells of their joints: but for the two that the base link reaches
-/// they are those between two links of the tip, a link of the tip and one of the shaft, and two of the
-/// shaft.
+/// Links inside the vessel, and the cells of their joints: all are equal but the two that the base
+/// link reaches.
 struct Chain<T> {
     count: usize,
-    /// The first joint that is beyond the tip's.
-    beyond_tip: usize,
-    between: [Cell<T>; 3],
+    between: Cell<T>,
     at_base: Cell<T>,
     at_guide: Cell<T>,
 }
@@ -87,22 +82,17 @@ impl<T: Real> Chain<T> {
         state: &State<T, LINKS>,
         scheme: &Scheme<T>,
     ) -> Self {
-        let grid = &model.grid;
+        let solver = &model.description().solver;
+        let (h, base) = (solver.link_length_m, state.base_length_m);
         let damping = model.bending_damping_s * scheme.inertia / scheme.dt_s;
-        let cell = |length: T, full: T| Cell::new(length, full, [damping, T::zero()]);
-        let count = state.count.min(LINKS);
-        let [base, before] = [1, 2].map(|behind| count.saturating_sub(behind));
-        let beyond_tip = grid.tip_links();
-        let between = |joint: usize| cell(grid.cell_m(joint), grid.cell_m(joint));
-        let base_cell_m = (grid.link_m(before) + state.base_length_m) * T::lit(0.5);
+        let cell = |length: T| Cell::new(length, h, [damping, T::zero()]);
         Self {
-            count,
-            beyond_tip,
-            between: [between(0), between(beyond_tip.saturating_sub(1)), between(beyond_tip)],
-            at_base: cell(base_cell_m, grid.cell_m(before)),
+            count: state.count.min(LINKS),
+            between: cell(h),
+            at_base: cell((h + base) * T::lit(0.5)),
             // As short as it may be, and with a shaft that winds up behind it, its twist must not
             // be softer than its bending by more than single precision tells apart.
-            at_guide: Cell::new(state.guide_cell_m(model), grid.cell_m(base), [damping; 2]),
+            at_guide: Cell::new(state.guide_cell_m(model), h, [damping; 2]),
         }
     }
 
@@ -111,9 +101,7 @@ impl<T: Real> Chain<T> {
         match self.count - link {
             0 | 1 => &self.at_guide,
             2 => &self.at_base,
-            _ if link >= self.beyond_tip => &self.between[2],
-            _ if link + 1 == self.beyond_tip => &self.between[1],
-            _ => &self.between[0],
+            _ => &self.between,
         }
     }
 }
@@ -189,9 +177,9 @@ fn load<T: Real, N: Pack<T>, L: Law<T>, const LINKS: usize>(
     let drag_rise = N::all(drag_rise);
     let feed_m_per_s = N::all(*fed_m * inverse_dt);
     let radius = model.description().instrument.outer_radius_m;
-    let contact = Contact::<N>::new(wall, scheme, inverse_dt);
-    // Inertia and drag are against the rig's air, not against a vessel that moves in it.
-    let swept = law.carries().map(|[by_m, m_per_s]| {
+    let contact = Contact::<N>::new(wall, scheme.friction, inverse_dt);
+    // Inertia and drag are against the rig's air, not a vessel that moves in it.     docs/model.md (15)
+    let moving = law.vessel_motion().map(|[by_m, m_per_s]| {
         let gained_m = by_m - m_per_s * (scheme.dt_s * *carried);
         let m_per_s2 = gained_m * (scheme.inertia * inverse_dt * inverse_dt);
         [by_m, m_per_s, m_per_s2].map(|v| N::vectors(|_| v))
@@ -266,7 +254,7 @@ fn load<T: Real, N: Pack<T>, L: Law<T>, const LINKS: usize>(
         let node_arc = each(|shares| shares.node_arc);
         let velocity = || N::vectors(|lane| link(lane).velocity);
         let mut beside = velocity() - tangent() * feed_m_per_s;
-        if let Some([_, m_per_s, _]) = &swept {
+        if let Some([_, m_per_s, _]) = &moving {
             beside -= *m_per_s;
         }
         let drag = drag_at_rest + (beside.dot(&beside) * drag_per_square).smaller(drag_rise);
@@ -275,7 +263,7 @@ fn load<T: Real, N: Pack<T>, L: Law<T>, const LINKS: usize>(
             - node_displacement() * (inertia + damping)
             + velocity() * (inertia * carried_dt_s)
             + tangent() * (damping * N::all(*fed_m));
-        if let Some([by_m, _, m_per_s2]) = swept {
+        if let Some([by_m, _, m_per_s2]) = moving {
             force += by_m * damping + m_per_s2 * node_mass;
         }
         let to_wall = || facing(&group, eliminations, 0).gap + node_radius;

@@ -6,7 +6,6 @@ use cathforce_scalar::{Pack, Vector3};
 use super::pull::Pull;
 use super::stream::Stream;
 use super::wall_law::WallLaw;
-use crate::grid::Grid;
 use crate::Real;
 use crate::coaxial::Slide;
 use crate::model::{maximum, minimum};
@@ -23,15 +22,15 @@ pub(crate) trait Law<T: Real> {
     /// Two instruments share the chain: radius and slide differ from sample to sample.
     const COAXIAL: bool = false;
 
-    /// Outer radius at a sample \[m\]: the node of link `sample / 2`, or its middle.
+    /// Outer radius at the sample `halves` half link lengths from the tip \[m\].
     #[inline(always)]
-    fn radius(&self, _sample: usize, catheter_m: T) -> T {
+    fn radius(&self, _halves: usize, catheter_m: T) -> T {
         catheter_m
     }
 
     /// How the surface at that sample moves against the chain in this step.
     #[inline(always)]
-    fn slide(&self, _sample: usize) -> Slide<T> {
+    fn slide(&self, _halves: usize) -> Slide<T> {
         Slide { along_m: T::zero(), turn_rad: T::zero() }
     }
 
@@ -73,7 +72,7 @@ pub(crate) trait Law<T: Real> {
     /// How far the vessel carried the frame in which is computed, over the rig's, in this step and per
     /// time in the last one \[m, m/s\]; `None` of one that never moves.
     #[inline(always)]
-    fn carries(&self) -> Option<[Vector3<T>; 2]> {
+    fn vessel_motion(&self) -> Option<[Vector3<T>; 2]> {
         None
     }
 
@@ -96,14 +95,13 @@ pub(crate) struct Acting<T: Real> {
     pub pull: Option<Pull<T>>,
     /// Stiffness that softening has left, over the nominal one.
     pub softness: T,
-    pub carries: [Vector3<T>; 2],
+    pub vessel_motion: [Vector3<T>; 2],
     pub straightened: Option<Straightened<T>>,
     pub windup: Windup<T>,
 }
 
 /// The arc past the mouth whose pre-curve has not come back.     docs/model.md (33)
 pub(crate) struct Straightened<T> {
-    pub grid: Grid<T>,
     /// Over link lengths.
     pub insertion: T,
     /// Link length over that arc.
@@ -118,7 +116,7 @@ pub(crate) struct Windup<T> {
     pub wound_rad: T,
     /// The joint at the entry.
     pub entry: usize,
-    /// Its arc, over that of its full cell.
+    /// Its arc, over link lengths.
     pub guide_cell: T,
     /// Of what the solve sees of its torsional stiffness, the share that is its own.
     pub twisting: T,
@@ -188,17 +186,18 @@ impl<T: Real> Law<T> for Acting<T> {
     }
 
     #[inline(always)]
-    fn carries(&self) -> Option<[Vector3<T>; 2]> {
-        Some(self.carries)
+    fn vessel_motion(&self) -> Option<[Vector3<T>; 2]> {
+        Some(self.vessel_motion)
     }
 
     fn joint(&mut self, index: usize, nominal: &Joint<T>, bend: &Vector3<T>) -> Joint<T> {
         let mut joint = *nominal;
         joint.bending *= self.softness;
         joint.torsion *= self.softness;
-        if let Some(Straightened { grid, insertion, per_link }) = &self.straightened {
-            let past_mouth = *insertion - grid.node(index + 1);
-            joint.unloaded *= minimum(maximum(past_mouth * *per_link, T::zero()), T::one());
+        if let Some(Straightened { insertion, per_link }) = self.straightened {
+            // Joint j lies j + 1 links from the tip.
+            let past_mouth = insertion - T::int(index as i32 + 1);
+            joint.unloaded *= minimum(maximum(past_mouth * per_link, T::zero()), T::one());
         }
         if let Some(pull) = &mut self.pull {
             pull.pass(index, bend, &mut joint);

@@ -10,7 +10,7 @@ use super::wall_law::WallLaw;
 use super::{DriveTrain, EntryDrag, WallMotion};
 use crate::coaxial::Overlap;
 use crate::model::{maximum, minimum, sin_cos};
-use crate::{Drive, Model, Outputs, Real};
+use crate::{Drive, Drives, Model, Outputs, Real};
 
 /// The shaft behind the entry plane winds up or unwinds by no more a solve \[rad\]: the joint at
 /// the entry is linear in it.
@@ -47,8 +47,8 @@ pub(crate) struct Memory<T: Real> {
     /// The guide's mouth in the vessel's frame \[m\].
     pub mouth: Vector3<T>,
     /// How far it was carried there in this step \[m\], and how fast in the last one \[m/s\].
-    carried_m: Vector3<T>,
-    carried_m_per_s: Vector3<T>,
+    vessel_moved_m: Vector3<T>,
+    vessel_m_per_s: Vector3<T>,
     has_stood: bool,
 }
 
@@ -69,17 +69,10 @@ impl<T: Real> Memory<T> {
             pull: PullMemory::new(),
             placement: None,
             mouth: Vector3::zeros(),
-            carried_m: Vector3::zeros(),
-            carried_m_per_s: Vector3::zeros(),
+            vessel_moved_m: Vector3::zeros(),
+            vessel_m_per_s: Vector3::zeros(),
             has_stood: false,
         }
-    }
-
-    /// Forgets what the shape of a run that has lost its numbers may have spoilt; clocks, wear and the
-    /// drive's own motion are no part of that.
-    pub fn forget_shape(&mut self) {
-        let Self { train, wall_turns, path_m, softened, pulses, entered_m, .. } = self.clone();
-        *self = Self { train, wall_turns, path_m, softened, pulses, entered_m, ..Self::new() };
     }
 
     /// Where the drive's motion has come to at the guide's mouth.
@@ -97,7 +90,7 @@ impl<T: Real> Memory<T> {
         past_mouth(model, drive)
     }
 
-    /// Puts the vessel where it stands at the end of a tick of `dt_s`.     docs/model.md (25), (26)
+    /// Puts the vessel where it stands at the end of a step of `dt_s`.     docs/model.md (25), (26)
     pub fn place<const LINKS: usize>(&mut self, model: &Model<T, LINKS>, dt_s: T) {
         self.placement = model.placement;
         let Some(placement) = &mut self.placement else {
@@ -110,19 +103,19 @@ impl<T: Real> Memory<T> {
         placement.offset += displacement(motion, self.wall_turns);
         let before = core::mem::replace(&mut self.mouth, placement.to_vessel(&model.mouth));
         let (none, zero) = (Vector3::zeros(), T::zero());
-        let last = core::mem::replace(&mut self.carried_m, none);
+        let last = core::mem::replace(&mut self.vessel_moved_m, none);
         // The first place of a run is none that the vessel has moved to.
         let has_stood = core::mem::replace(&mut self.has_stood, true);
-        self.carried_m = if has_stood { self.mouth - before } else { none };
-        self.carried_m_per_s = if dt_s > zero { last * (T::one() / dt_s) } else { none };
+        self.vessel_moved_m = if has_stood { self.mouth - before } else { none };
+        self.vessel_m_per_s = if dt_s > zero { last * (T::one() / dt_s) } else { none };
     }
 
-    /// Lets a step of `dt_s` pass, in which the drives moved a surface by `moved_m` and the chain was
-    /// fed by `fed_m`.
+    /// Lets a step of `dt_s` pass, in which the drives moved and the chain was fed by `fed_m`.
     pub fn advance<const LINKS: usize>(
         &mut self,
         model: &Model<T, LINKS>,
-        moved_m: T,
+        before: &Drives<T>,
+        now: &Drives<T>,
         fed_m: T,
         dt_s: T,
     ) {
@@ -132,6 +125,7 @@ impl<T: Real> Memory<T> {
         let effects = &model.description().effects;
         self.path_m += maximum(fed_m, -fed_m);
         let time_s = T::lit(SPEED_TIME_S);
+        let moved_m = moved_m(model.description().instrument.outer_radius_m, before, now);
         self.speed_m_per_s = (self.speed_m_per_s * time_s + moved_m) / (time_s + dt_s);
         // Implicit Euler of an exponential.     docs/model.md (33)
         let steps = dt_s / effects.instrument.softening.time_s;
@@ -163,25 +157,24 @@ impl<T: Real> Memory<T> {
         }
         let description = model.description();
         let effects = &description.effects;
-        let grid = &model.grid;
+        let per_link = T::one() / description.solver.link_length_m;
         let straightened_m = effects.entry.guide.straightened_m;
         let straightened = (straightened_m > T::zero()).then(|| Straightened {
-            grid: *grid,
-            insertion: insertion_m * (T::one() / grid.link_length_m),
-            per_link: grid.link_length_m / straightened_m,
+            insertion: insertion_m * per_link,
+            per_link: description.solver.link_length_m / straightened_m,
         });
         Some(Acting {
             wall: WallLaw::new(effects, model.least_stretch, self.path_m, self.speed_m_per_s, dt_s),
             stream: self.stream(model),
-            pull: Pull::new(description, &model.grid, overlap, &self.pull),
+            pull: Pull::new(description, overlap, &self.pull),
             softness: self.softness(model),
-            carries: [self.carried_m, self.carried_m_per_s],
+            vessel_motion: [self.vessel_moved_m, self.vessel_m_per_s],
             straightened,
             windup: Windup {
                 compliance: model.windup_rad_per_n_m,
                 wound_rad: self.wound_rad,
                 entry,
-                guide_cell: guide_cell_m * (T::one() / grid.cell_m(entry)),
+                guide_cell: guide_cell_m * per_link,
                 twisting: T::one(),
             },
         })
@@ -250,6 +243,17 @@ impl<T: Real> Memory<T> {
     }
 }
 
+/// How far the surface of the faster instrument went past the mouth, along and about it.
+fn moved_m<T: Real>(radius_m: T, before: &Drives<T>, now: &Drives<T>) -> T {
+    let squared = |before: &Drive<T>, now: &Drive<T>| {
+        let along = now.insertion_m - before.insertion_m;
+        let about = (now.rotation_rad - before.rotation_rad) * radius_m;
+        along * along + about * about
+    };
+    let catheter = squared(&before.catheter, &now.catheter);
+    maximum(catheter, squared(&before.guidewire, &now.guidewire)).root()
+}
+
 /// Insertion past the mouth of a guide that reaches into the vessel.
 pub(crate) fn past_mouth<T: Real, const LINKS: usize>(
     model: &Model<T, LINKS>,
@@ -266,4 +270,23 @@ pub(crate) fn past_mouth<T: Real, const LINKS: usize>(
 fn displacement<T: Real>(motion: &WallMotion<T>, turns: T) -> Vector3<T> {
     let (sin, _) = sin_cos(turns * T::lit(core::f64::consts::TAU) + motion.phase_rad);
     Vector3::new(motion.x_m, motion.y_m, motion.z_m) * sin
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_surface_moves_by_feed_and_turn_and_the_faster_one_counts() {
+        let at = |insertion_m, rotation_rad| Drive { insertion_m, rotation_rad };
+        let moved = |catheter: Drive<f64>, guidewire: Drive<f64>| {
+            let start = at(0.1, 1.0);
+            let before = Drives { catheter: start, guidewire: start };
+            moved_m(1e-3, &before, &Drives { catheter, guidewire })
+        };
+        let is = |found: f64, expected: f64| assert!((found - expected).abs() < 1e-15, "{found}");
+        is(moved(at(0.1, 1.0), at(0.1, 1.0)), 0.0);
+        is(moved(at(0.1 - 3e-6, 1.004), at(0.1, 1.0)), 5e-6);
+        is(moved(at(0.1, 1.0), at(0.1 + 7e-6, 1.0)), 7e-6);
+    }
 }

@@ -240,14 +240,6 @@ fn a_viscous_instrument_twists_at_once() {
     let turned = azimuth(state.node_position_m(0).unwrap()) - before;
     assert!((turned / settled - 1.0).abs() < 0.2, "{turned} rad of {settled} rad");
 }
-// To go beside the tests of shared/mechanics/tests/effects/free.rs (uses its `bent`, `with`, LENGTH_M,
-// STIFFNESS). Fails at 2026-11-26 07:40 on the working tree (joint.rs, effects/acting.rs, effects/memory.rs):
-//
-// tick 1 ms, free length 0.5 m, viscous time 2 ms: 998 of 999 ticks flagged, torque off by 138 % for ever
-// tick 1 ms, free length 0.5 m, viscous time 10 ms: 998 of 999 ticks flagged, torque off by 281 % for ever
-// tick 1 ms, 0.5 m, 0.5 ms: rests; 0.05 m, 10 ms: rests; tick 10 ms, 0.5 m, 0 to 100 ms: rests.
-// Pressed on a floor (friction 0.3, shaft EI 5e-5, GJ 3.5e-5, fed at 13 mm/s, 0.3 m, 1 ms), an infinitesimal
-// side motion grows by a fifth a tick to ± 14 µN·m and ± 1.1 mN, its sign turning every tick.
 
 /// docs/model.md (4), (37)
 ///

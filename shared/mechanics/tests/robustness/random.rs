@@ -83,7 +83,6 @@ pub fn any_description(random: &mut Random) -> Description<f32> {
         gravity_m_per_s2: core::array::from_fn(|_| f(random.between(-10.0, 10.0))),
         solver: Solver {
             link_length_m: f(random.between(1.6e-3, 4e-3)),
-            fine_tip_m: 0.0,
             tick_s: 1e-3,
             substeps: 1 + random.below(2) as u8,
             solves: 1 + random.below(2) as u8,
