@@ -35,7 +35,7 @@ pub struct BootOptions {
 /// Everything the tick needs. Tasks look at it with the tick shut out, for microseconds.
 struct Core {
     board: board::This,
-    ticker: &'static mut Ticker,
+    ticker: Ticker,
     active: Option<Active>,
     carrier: Counters,
     load: Load,
@@ -65,12 +65,10 @@ pub static GRANT_USED: Signal<CriticalSectionRawMutex, ()> = Signal::new();
 /// through here on its way to its place is larger than everything else.
 #[inline(never)]
 pub fn start(board: board::This) {
-    static TICKER: StaticCell<Ticker> = StaticCell::new();
     static PLACE: StaticCell<Core> = StaticCell::new();
-    let ticker = TICKER.init_with(Ticker::new);
     let core = PLACE.init_with(|| Core {
         board,
-        ticker,
+        ticker: Ticker::new(),
         active: None,
         carrier: Counters::default(),
         load: Load::default(),

@@ -164,11 +164,6 @@ impl<T: Real, L: Law<T>> Law<T> for Coaxial<'_, T, L> {
     }
 
     #[inline(always)]
-    fn vessel_motion(&self) -> Option<[Vector3<T>; 2]> {
-        self.effects.vessel_motion()
-    }
-
-    #[inline(always)]
     fn joint(&mut self, index: usize, nominal: &Joint<T>, bend: &Vector3<T>) -> Joint<T> {
         self.effects.joint(index, nominal, bend)
     }

@@ -70,7 +70,7 @@ pub struct Outputs<T> {
     pub links: u16,
     /// Forces of this tick are not to be trusted: the step's last correction was large (a
     /// snap), a point of the instrument is beyond the stored wall, a link is stretched to twice
-    /// its length or pressed to half, a drive is beyond what the links reach, or a number was lost.
+    /// its length or pressed to half, or a number was lost.
     pub unresolved: bool,
     /// A number was lost in this step, or in one before it and the run is still beginning again:
     /// nothing else of these outputs means anything.
@@ -208,8 +208,6 @@ impl<T: Real> Elimination<T> {
 
 /// Memory of a [`Model`] of up to `LINKS` links. Configuration never lives here.
 #[derive(Clone, Debug)]
-// In this order: another one costs the device up to one instruction in a hundred.
-#[repr(C)]
 pub struct State<T: Real, const LINKS: usize = MAX_LINKS> {
     pub(crate) eliminations: [Elimination<T>; LINKS],
     /// Links inside the vessel; link `count − 1` is the base link at the guide.
