@@ -22,7 +22,9 @@ impl Default for State {
 impl State {
     /// Just configured: nothing measured, nothing settled, nothing output.
     pub fn new() -> Self {
-        Self { memory: Memory::new(), mechanics: mechanics::State::new() }
+        // A constant is copied straight to its place; put together here it would lie on the
+        // stack once more.
+        Self { memory: Memory::new(), mechanics: const { mechanics::State::new() } }
     }
 
     /// Back to [`State::new`] in place: a whole `State` does not fit on a small stack.

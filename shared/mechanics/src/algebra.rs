@@ -25,11 +25,13 @@ pub(crate) struct Matrix3<T: Number> {
     pub rows: [Vector3<T>; 3],
 }
 
-impl<T: Number> Matrix3<T> {
-    pub fn zeros() -> Self {
-        Self { rows: [Vector3::zeros(); 3] }
+impl<T: Real> Matrix3<T> {
+    pub const fn zeros() -> Self {
+        Self { rows: [T::ORIGIN; 3] }
     }
+}
 
+impl<T: Number> Matrix3<T> {
     /// u vᵀ
     #[inline(always)]
     pub fn outer(u: &Vector3<T>, v: &Vector3<T>) -> Self {
@@ -104,11 +106,13 @@ pub(crate) struct Sym3<T: Number> {
     rest: Vector3<T>,
 }
 
-impl<T: Number> Sym3<T> {
-    pub fn zero() -> Self {
-        Self { first: Vector3::zeros(), rest: Vector3::zeros() }
+impl<T: Real> Sym3<T> {
+    pub const fn zero() -> Self {
+        Self { first: T::ORIGIN, rest: T::ORIGIN }
     }
+}
 
+impl<T: Number> Sym3<T> {
     /// u vᵀ, of which the caller knows that it is symmetric.
     #[inline(always)]
     pub fn outer(u: &Vector3<T>, v: &Vector3<T>) -> Self {
@@ -208,8 +212,8 @@ pub(crate) struct Factor<T> {
 }
 
 impl<T: Real> Factor<T> {
-    pub fn identity() -> Self {
-        let (o, one) = (T::zero(), T::one());
+    pub const fn identity() -> Self {
+        let (o, one) = (T::ZERO, T::ONE);
         Self { yx: o, zx: o, zy: o, inverse: [one; 3] }
     }
 
@@ -258,8 +262,8 @@ pub(crate) struct Rotation<T: Number> {
 }
 
 impl<T: Real> Rotation<T> {
-    pub fn identity() -> Self {
-        Self { w: T::one(), v: Vector3::zeros() }
+    pub const fn identity() -> Self {
+        Self { w: T::ONE, v: T::ORIGIN }
     }
 
     /// The rotation whose columns are the given right-handed orthonormal axes.

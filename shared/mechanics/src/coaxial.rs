@@ -23,8 +23,8 @@ pub(crate) struct Overlap<T> {
 }
 
 impl<T: Real> Overlap<T> {
-    pub fn new() -> Self {
-        let o = T::zero();
+    pub const fn new() -> Self {
+        let o = T::ZERO;
         Self {
             catheter: Placed::leading(),
             wire: Placed::leading(),
@@ -161,6 +161,11 @@ impl<T: Real, L: Law<T>> Law<T> for Coaxial<'_, T, L> {
         distance: impl FnOnce() -> N,
     ) -> Option<Vector3<N>> {
         self.effects.stream(tangent, distance)
+    }
+
+    #[inline(always)]
+    fn vessel_motion(&self) -> Option<[Vector3<T>; 2]> {
+        self.effects.vessel_motion()
     }
 
     #[inline(always)]

@@ -24,13 +24,8 @@ pub(crate) struct Memory<T: Number> {
 }
 
 impl<T: Real> Memory<T> {
-    pub fn new() -> Self {
-        Self {
-            slip: Vector3::zeros(),
-            reached: T::lit(SHORTEST_SLIP_M),
-            normal_n: T::zero(),
-            relaxed: T::zero(),
-        }
+    pub const fn new() -> Self {
+        Self { slip: T::ORIGIN, reached: T::PICO, normal_n: T::ZERO, relaxed: T::ZERO }
     }
 }
 
@@ -72,8 +67,8 @@ pub(crate) struct Touch<T: Number> {
 }
 
 impl<T: Real> Touch<T> {
-    pub fn none() -> Self {
-        let (o, v) = (T::zero(), Vector3::zeros());
+    pub const fn none() -> Self {
+        let (o, v) = (T::ZERO, T::ORIGIN);
         Self { normal_n: o, stick: o, push: o, slip: v, elastic: o, limit: o, relaxed: o }
     }
 }
@@ -195,7 +190,7 @@ impl<N: Number> Contact<N> {
 }
 
 /// Far below what f32 resolves of a position; keeps quotients finite.
-const SHORTEST_SLIP_M: f64 = 1e-12;
+const SHORTEST_SLIP_M: f64 = f64::PICO;
 /// Likewise of forces.
 const SMALLEST_FORCE_N: f64 = 1e-18;
 

@@ -39,6 +39,9 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
 
     /// Keeps every joint's curvature at the start of a step, for viscous bending.     docs/model.md (4)
     pub(crate) fn remember_curvature(&mut self, model: &Model<T, LINKS>) {
+        // What the shaft behind has wound up by since is no rate of the joint's own twist.
+        self.guide.rotation =
+            model.guide_turned(self.drives.catheter.rotation_rad + self.effects.wound_rad);
         let mut near = self.guide.rotation;
         let mut cell = self.guide_cell_m(model);
         for j in (0..self.count.min(LINKS)).rev() {

@@ -63,6 +63,12 @@ impl<N: Number> Cell<N> {
     }
 }
 
+impl<T: Real> JointLoad<T> {
+    pub const fn none() -> Self {
+        Self { moment: T::ORIGIN, stiffness: Sym3::zero(), smallest: T::ZERO }
+    }
+}
+
 impl<T: Number> JointLoad<T> {
     /// The moment that a joint exerts against its bend; `curvature` is what it was when the
     /// step began, if bending is viscous.     docs/model.md (4)
@@ -88,9 +94,5 @@ impl<T: Number> JointLoad<T> {
         let mut stiffness = Sym3::outer(&(t * (twist - bending)), &t);
         stiffness.add_identity(bending);
         Self { moment, stiffness, smallest: bending.smaller(twist) }
-    }
-
-    pub fn none() -> Self {
-        Self { moment: Vector3::zeros(), stiffness: Sym3::zero(), smallest: T::lit(0.0) }
     }
 }

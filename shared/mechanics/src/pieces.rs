@@ -97,8 +97,8 @@ pub(crate) struct Placed<T> {
 
 impl<T: Real> Placed<T> {
     /// At the chain's tip, unrolled.
-    pub fn leading() -> Self {
-        Self { behind_m: T::zero(), roll: (T::zero(), T::one()) }
+    pub const fn leading() -> Self {
+        Self { behind_m: T::ZERO, roll: (T::ZERO, T::ONE) }
     }
 }
 

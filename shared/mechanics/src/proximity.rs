@@ -27,10 +27,10 @@ pub(crate) struct Proximity<T: Real> {
 }
 
 impl<T: Real> Proximity<T> {
-    pub fn none() -> Self {
-        let v = Vector3::zeros();
-        let far = T::one();
-        Self { arm: v, normal: v, gap: far, stiffness: T::zero(), looked_from: v, distance: far }
+    pub const fn none() -> Self {
+        let v = T::ORIGIN;
+        let far = T::ONE;
+        Self { arm: v, normal: v, gap: far, stiffness: T::ZERO, looked_from: v, distance: far }
     }
 }
 

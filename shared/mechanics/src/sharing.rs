@@ -28,6 +28,9 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
         whole: Held<T>,
     ) -> Option<Held<T>> {
         let walk = self.walk(model, model.guidewire.as_ref()?);
+        if self.count == 0 {
+            return None;
+        }
         let follower = self.overlap.follower();
         let (sliding_n, rolling_n_m) = self.stored(model, walk, follower);
         let (dragged_n, twisted_n_m) = self.rubbed(model);
@@ -81,7 +84,7 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
         (force - half * softness * bent, torque)
     }
 
-    /// What friction and its own end take from the catheter's drive if it follows \[N\], and
+    /// What friction, the stream and its own end take from the catheter's drive if it follows \[N\], and
     /// friction from the guidewire's \[N·m\].     docs/model.md (42), (43)
     fn rubbed(&self, model: &Model<T, LINKS>) -> (T, T) {
         let (one, zero) = (T::one(), T::zero());
@@ -90,8 +93,18 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
         let catheter_m = description.instrument.outer_radius_m;
         let wire_m = description.guidewire.as_ref().map_or(catheter_m, |wire| wire.outer_radius_m);
         let (mut dragged, mut twisted) = (zero, zero);
+        let stream = self.effects.stream(model);
+        let mut distal_m = zero;
         let links = self.links.iter().zip(&self.eliminations).take(self.count);
         for (j, (link, kept)) in links.enumerate() {
+            let half_length_m = link.span.length * T::lit(0.5);
+            let arc_m = half_length_m + core::mem::replace(&mut distal_m, half_length_m);
+            if let Some(stream) = &stream {
+                let covered = self.overlap.covered(2 * j, half_m);
+                let radius_m = wire_m + (catheter_m - wire_m) * covered;
+                let per_length = stream.force(&link.tangent, kept.seen[0].gap + radius_m);
+                dragged -= covered * arc_m * per_length.dot(&link.tangent);
+            }
             for (i, memory) in link.memory.iter().enumerate() {
                 let (seen, touch) = (&kept.seen[i], &kept.touches[i]);
                 let covered = self.overlap.covered(2 * j + i, half_m);

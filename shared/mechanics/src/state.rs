@@ -21,6 +21,10 @@ pub struct Drive<T> {
     pub rotation_rad: T,
 }
 
+impl<T: Real> Drive<T> {
+    pub(crate) const ZERO: Self = Self { insertion_m: T::ZERO, rotation_rad: T::ZERO };
+}
+
 /// Where the drives of both instruments are. A [`Drive`] alone is the catheter's, with the
 /// guidewire outside.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
@@ -28,6 +32,10 @@ pub struct Drives<T> {
     pub catheter: Drive<T>,
     /// Of no effect where the description has no guidewire.
     pub guidewire: Drive<T>,
+}
+
+impl<T: Real> Drives<T> {
+    pub(crate) const ZERO: Self = Self { catheter: Drive::ZERO, guidewire: Drive::ZERO };
 }
 
 impl<T: Default> From<Drive<T>> for Drives<T> {
@@ -70,7 +78,7 @@ pub struct Outputs<T> {
     pub links: u16,
     /// Forces of this tick are not to be trusted: the step's last correction was large (a
     /// snap), a point of the instrument is beyond the stored wall, a link is stretched to twice
-    /// its length or pressed to half, or a number was lost.
+    /// its length or pressed to half, a drive is beyond what the links reach, or a number was lost.
     pub unresolved: bool,
     /// A number was lost in this step, or in one before it and the run is still beginning again:
     /// nothing else of these outputs means anything.
@@ -94,8 +102,8 @@ impl<T: Real> Span<T> {
         Self { length, share: length / link_length, inverse_length: T::one() / stretched }
     }
 
-    fn none() -> Self {
-        Self { length: T::zero(), share: T::zero(), inverse_length: T::zero() }
+    const fn none() -> Self {
+        Self { length: T::ZERO, share: T::ZERO, inverse_length: T::ZERO }
     }
 }
 
@@ -127,15 +135,15 @@ pub(crate) struct LinkState<T: Real> {
 }
 
 impl<T: Real> LinkState<T> {
-    pub fn new() -> Self {
-        let v = Vector3::zeros();
+    pub const fn new() -> Self {
+        let v = T::ORIGIN;
         Self {
             rotation: Rotation::identity(),
             tangent: v,
             rate: v,
             curvature: v,
             span: Span::none(),
-            strain: T::zero(),
+            strain: T::ZERO,
             position: v,
             velocity: v,
             displacement: v,
@@ -190,8 +198,8 @@ pub(crate) struct Elimination<T: Real> {
 }
 
 impl<T: Real> Elimination<T> {
-    fn new() -> Self {
-        let (o, v) = (T::zero(), Vector3::zeros());
+    const fn new() -> Self {
+        let (o, v) = (T::ZERO, T::ORIGIN);
         Self {
             loads: LinkLoads { force: v, moment: v, stiffness: o },
             joint: JointLoad::none(),
@@ -208,6 +216,8 @@ impl<T: Real> Elimination<T> {
 
 /// Memory of a [`Model`] of up to `LINKS` links. Configuration never lives here.
 #[derive(Clone, Debug)]
+// In this order: another one costs the device up to one instruction in a hundred.
+#[repr(C)]
 pub struct State<T: Real, const LINKS: usize = MAX_LINKS> {
     pub(crate) eliminations: [Elimination<T>; LINKS],
     /// Links inside the vessel; link `count − 1` is the base link at the guide.
@@ -248,17 +258,17 @@ impl<T: Real, const LINKS: usize> Default for State<T, LINKS> {
 
 impl<T: Real, const LINKS: usize> State<T, LINKS> {
     /// The instrument in the guide, nothing inside the vessel.
-    pub fn new() -> Self {
+    pub const fn new() -> Self {
         Self {
             count: 0,
-            drives: Drives::default(),
-            insertion_m: T::zero(),
-            base_length_m: T::zero(),
-            fed_m: T::zero(),
+            drives: Drives::ZERO,
+            insertion_m: T::ZERO,
+            base_length_m: T::ZERO,
+            fed_m: T::ZERO,
             guide: LinkState::new(),
             nodes_look: false,
             outside: false,
-            carried: T::one(),
+            carried: T::ONE,
             lost: false,
             rested: 0,
             effects: EffectMemory::new(),

@@ -78,7 +78,6 @@ pub fn step_loaded<T: Real, const LINKS: usize>(
         catheter: state.effects.follow(model, drives.catheter),
         guidewire: past_mouth(model, drives.guidewire),
     };
-    state.effects.place(model, solver.tick_s);
     let mut outputs = Outputs::default();
     for part in 1..=solver.substeps.max(1) {
         let share = T::int(i32::from(part)) / parts;
@@ -94,6 +93,7 @@ pub fn step_loaded<T: Real, const LINKS: usize>(
             state.remember_curvature(model);
         }
         let before = state.drives;
+        state.effects.place(model, scheme.dt_s);
         state.feed(model, target);
         state.effects.advance(model, &before, &state.drives, state.fed_m, scheme.dt_s);
         state.predict(scheme.dt_s * state.carried);
@@ -112,13 +112,18 @@ pub fn step_loaded<T: Real, const LINKS: usize>(
             }
         }
     }
-    if !is_finite(&outputs) {
+    // With nothing past the mouth a turn is in no output.
+    let turned = state.drives.catheter.rotation_rad + state.drives.guidewire.rotation_rad;
+    if !(is_finite(&outputs) && turned.is_finite()) {
         state.reset();
         state.lost = true;
         return lost();
     }
-    let fed_m = state.drives.catheter.insertion_m - start.catheter.insertion_m;
-    state.effects.report(model, fed_m, &mut outputs);
+    // What the links cannot reach is not felt.
+    let is_wire_beyond =
+        model.guidewire.is_some() && drives.guidewire.insertion_m > model.reach_m();
+    outputs.unresolved |= is_wire_beyond || drives.catheter.insertion_m > model.reach_m();
+    state.effects.report(model, &mut outputs);
     outputs
 }
 
@@ -282,23 +287,9 @@ fn report<T: Real, const LINKS: usize>(
     totals: &Totals<T>,
 ) -> Outputs<T> {
     let direction = model.guide.tangent();
-    let h = model.description().solver.link_length_m;
-    let half = T::lit(0.5);
-    // The configurational force of the guide's mouth.     docs/model.md (18)
-    let joint = &state.tables(model).joints[state.count.saturating_sub(1)];
     let moment = &totals.moment_on_guide;
     let twist = moment.dot(&direction);
-    let softness = state.effects.softness(model);
-    let bend_squared = moment.dot(moment) - twist * twist;
-    let per_stiffness = half / (h * softness);
-    // Curvature that has not come back yet is not spent at the mouth.
-    let straightened = model.description().effects.entry.guide.straightened_m > T::zero();
-    let straight = if straightened { T::zero() } else { T::one() / h };
-    let unloaded = joint.unloaded * straight;
-    let spent = moment.dot(&state.guide.rotation.rotate(&unloaded))
-        + half * h * softness * joint.energy(&unloaded);
-    let mouth =
-        per_stiffness * (bend_squared / joint.bending + twist * twist / joint.torsion) + spent;
+    let mouth = if state.count == 0 { T::zero() } else { mouth(model, state, moment, twist) };
     let (mut peak, mut peak_node) = (T::zero(), 0);
     let (middle, half_range) = strain_range();
     let mut stretched_squared = T::zero();
@@ -329,6 +320,30 @@ fn report<T: Real, const LINKS: usize>(
         unresolved: totals.largest_turn_squared > limit || state.outside || overstretched,
         lost: false,
     }
+}
+
+/// The configurational force of the guide's mouth, which draws in what bends past it \[N\].
+///                                                                      docs/model.md (18)
+fn mouth<T: Real, const LINKS: usize>(
+    model: &Model<T, LINKS>,
+    state: &State<T, LINKS>,
+    moment: &Vector3<T>,
+    twist: T,
+) -> T {
+    let h = model.description().solver.link_length_m;
+    let half = T::lit(0.5);
+    let joint = &state.tables(model).joints[state.count.saturating_sub(1)];
+    let softness = state.effects.softness(model);
+    let bend_squared = moment.dot(moment) - twist * twist;
+    let per_stiffness = half / (h * softness);
+    // Curvature that has not come back yet is not spent at the mouth.
+    let straightened = model.description().effects.entry.guide.straightened_m > T::zero();
+    let straight = if straightened { T::zero() } else { T::one() / h };
+    // A tendon bends what is out like a pre-curve.
+    let unloaded = joint.unloaded * straight + state.effects.pulled_at_mouth() * (T::one() / h);
+    let spent = moment.dot(&state.guide.rotation.rotate(&unloaded))
+        + half * h * softness * joint.energy(&unloaded);
+    per_stiffness * (bend_squared / joint.bending + twist * twist / joint.torsion) + spent
 }
 
 /// Outputs of a step that has no numbers.

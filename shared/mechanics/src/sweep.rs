@@ -150,8 +150,10 @@ fn slide<T: Real, N: Pack<T>, L: Law<T>>(group: &Group<N>, law: &L, which: usize
 
 /// What acts on every link at the predicted state.
 ///
-/// No link waits for another: they are computed for side by side, as many as there are lanes.
-#[inline(always)]
+/// No link waits for another: they are computed for side by side, as many as there are lanes. A
+/// function of its own as [`eliminate`] is.
+#[cfg_attr(target_arch = "arm", inline(never))]
+#[cfg_attr(not(target_arch = "arm"), inline(always))]
 fn load<T: Real, N: Pack<T>, L: Law<T>, const LINKS: usize>(
     model: &Model<T, LINKS>,
     state: &mut State<T, LINKS>,
@@ -176,6 +178,12 @@ fn load<T: Real, N: Pack<T>, L: Law<T>, const LINKS: usize>(
     let feed_m_per_s = N::all(*fed_m * inverse_dt);
     let radius = model.description().instrument.outer_radius_m;
     let contact = Contact::<N>::new(wall, scheme.friction, inverse_dt);
+    // Inertia and drag are against the rig's air, not a vessel that moves in it.     docs/model.md (15)
+    let moving = law.vessel_motion().map(|[by_m, m_per_s]| {
+        let gained_m = by_m - m_per_s * (scheme.dt_s * *carried);
+        let m_per_s2 = gained_m * (scheme.inertia * inverse_dt * inverse_dt);
+        [by_m, m_per_s, m_per_s2].map(|v| N::vectors(|_| v))
+    });
     let line = wall.line_stiffness_n_per_m2;
     let viscous = model.bending_damping_s > T::zero();
 
@@ -245,13 +253,19 @@ fn load<T: Real, N: Pack<T>, L: Law<T>, const LINKS: usize>(
         let node_mass = each(|shares| shares.node_mass);
         let node_arc = each(|shares| shares.node_arc);
         let velocity = || N::vectors(|lane| link(lane).velocity);
-        let beside = velocity() - tangent() * feed_m_per_s;
+        let mut beside = velocity() - tangent() * feed_m_per_s;
+        if let Some([_, m_per_s, _]) = &moving {
+            beside -= *m_per_s;
+        }
         let drag = drag_at_rest + (beside.dot(&beside) * drag_per_square).smaller(drag_rise);
         let (inertia, damping) = (inertia_per_mass * node_mass, drag * node_arc);
         let mut force = N::vectors(|_| model.gravity) * node_mass
             - node_displacement() * (inertia + damping)
             + velocity() * (inertia * carried_dt_s)
             + tangent() * (damping * N::all(*fed_m));
+        if let Some([by_m, _, m_per_s2]) = moving {
+            force += by_m * damping + m_per_s2 * node_mass;
+        }
         let to_wall = || facing(&group, eliminations, 0).gap + node_radius;
         if let Some(per_length) = law.stream(&tangent(), to_wall) {
             force += per_length * node_arc;

@@ -38,8 +38,8 @@ impl<T: Real> Joint<T> {
             + self.torsion * turn.z() * turn.z()
     }
 
-    fn nothing() -> Self {
-        Self { bending: T::zero(), torsion: T::zero(), unloaded: Vector3::zeros() }
+    const fn nothing() -> Self {
+        Self { bending: T::ZERO, torsion: T::ZERO, unloaded: T::ORIGIN }
     }
 }
 
@@ -53,8 +53,8 @@ pub(crate) struct Link<T> {
 }
 
 impl<T: Real> Link<T> {
-    fn nothing() -> Self {
-        Self { axial: T::zero(), mass: T::zero() }
+    const fn nothing() -> Self {
+        Self { axial: T::ZERO, mass: T::ZERO }
     }
 }
 
@@ -69,7 +69,7 @@ pub(crate) struct Tables<T: Real, const LINKS: usize> {
 
 impl<T: Real, const LINKS: usize> Tables<T, LINKS> {
     /// Of nothing.
-    pub fn new() -> Self {
+    pub const fn new() -> Self {
         Self { joints: [Joint::nothing(); LINKS], links: [Link::nothing(); LINKS] }
     }
 

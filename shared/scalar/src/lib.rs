@@ -67,6 +67,11 @@ pub trait Number:
 
 /// A number of the model: `f32` or `f64`.
 pub trait Real: RealField + Default + Pack<Self> {
+    const ZERO: Self;
+    const ONE: Self;
+    /// 10⁻¹²
+    const PICO: Self;
+    const ORIGIN: Vector3<Self>;
     /// Does something with as many numbers at a time as the processor computes with.
     fn side_by_side<W: Work<Self>>(work: W) -> W::Output;
     /// The nearest number to an integer.
@@ -116,6 +121,10 @@ impl Number for f32 {
 }
 
 impl Real for f32 {
+    const ZERO: Self = 0.0;
+    const ONE: Self = 1.0;
+    const PICO: Self = 1e-12;
+    const ORIGIN: Vector3<Self> = Vector3(triple::Single::ZERO);
     #[inline(always)]
     fn side_by_side<W: Work<Self>>(work: W) -> W::Output {
         #[cfg(target_arch = "x86_64")]
@@ -185,6 +194,10 @@ impl Number for f64 {
 }
 
 impl Real for f64 {
+    const ZERO: Self = 0.0;
+    const ONE: Self = 1.0;
+    const PICO: Self = 1e-12;
+    const ORIGIN: Vector3<Self> = Vector3(Plain::<Self>::ZERO);
     #[inline(always)]
     fn side_by_side<W: Work<Self>>(work: W) -> W::Output {
         #[cfg(target_arch = "x86_64")]

@@ -6,6 +6,8 @@
 
 use core::fmt::Debug;
 
+use crate::Real;
+
 /// Three numbers; every operation goes number by number.
 pub trait Triple<T>: Copy + Debug {
     fn new(x: T, y: T, z: T) -> Self;
@@ -23,6 +25,10 @@ pub trait Triple<T>: Copy + Debug {
 /// One after the other.
 #[derive(Clone, Copy, Debug)]
 pub struct Plain<T>(T, T, T);
+
+impl<T: Real> Plain<T> {
+    pub(crate) const ZERO: Self = Self(T::ZERO, T::ZERO, T::ZERO);
+}
 
 impl<T> Triple<T> for Plain<T>
 where
@@ -86,6 +92,12 @@ pub(crate) mod packed {
     /// In the first three lanes of a register; nothing ever depends on the fourth.
     #[derive(Clone, Copy, Debug)]
     pub struct Packed(pub(crate) __m128);
+
+    impl Packed {
+        // SAFETY: both are four `f32`.
+        pub(crate) const ZERO: Self =
+            Self(unsafe { core::mem::transmute::<[f32; 4], __m128>([0.0; 4]) });
+    }
 
     // SAFETY of all below: every x86-64 has SSE, and none of these touches memory.
     impl Triple<f32> for Packed {

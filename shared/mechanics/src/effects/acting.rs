@@ -69,6 +69,13 @@ pub(crate) trait Law<T: Real> {
         None
     }
 
+    /// How far the vessel carried the frame in which is computed, over the rig's, in this step and per
+    /// time in the last one \[m, m/s\]; `None` of one that never moves.
+    #[inline(always)]
+    fn vessel_motion(&self) -> Option<[Vector3<T>; 2]> {
+        None
+    }
+
     /// The joint at the proximal end of link `index`, bent by `bend` \[rad\], material.
     #[inline(always)]
     fn joint(&mut self, _index: usize, nominal: &Joint<T>, _bend: &Vector3<T>) -> Joint<T> {
@@ -88,6 +95,7 @@ pub(crate) struct Acting<T: Real> {
     pub pull: Option<Pull<T>>,
     /// Stiffness that softening has left, over the nominal one.
     pub softness: T,
+    pub vessel_motion: [Vector3<T>; 2],
     pub straightened: Option<Straightened<T>>,
     pub windup: Windup<T>,
 }
@@ -175,6 +183,11 @@ impl<T: Real> Law<T> for Acting<T> {
         let stream = self.stream.as_ref()?;
         let (tangents, distance) = (N::apart(*tangent), distance());
         Some(N::vectors(|lane| stream.force(&tangents[lane], distance.lane(lane))))
+    }
+
+    #[inline(always)]
+    fn vessel_motion(&self) -> Option<[Vector3<T>; 2]> {
+        Some(self.vessel_motion)
     }
 
     fn joint(&mut self, index: usize, nominal: &Joint<T>, bend: &Vector3<T>) -> Joint<T> {

@@ -32,14 +32,14 @@ impl<T: Real> Default for DriveTrain<T> {
 
 impl<T: Real> DriveTrain<T> {
     /// Nothing has moved.
-    pub fn new() -> Self {
+    pub const fn new() -> Self {
         Self {
             samples: None,
             newest: 0,
-            delayed: Drive::default(),
-            gained: Drive::default(),
-            lead: Drive::default(),
-            turns: T::zero(),
+            delayed: Drive::ZERO,
+            gained: Drive::ZERO,
+            lead: Drive::ZERO,
+            turns: T::ZERO,
         }
     }
 

@@ -26,6 +26,9 @@ pub(crate) struct Memory<T: Real> {
     load_n: T,
     /// Periods of the wall's motion since the run began, modulo 1.
     wall_turns: T,
+    /// How far the instrument is past the introducer, and how far it went in the last tick \[m\].
+    entered_m: Option<T>,
+    entered_by_m: T,
     /// Elastic share of the introducer's friction: feed since it last slid \[m\].
     dragged_m: T,
     /// Feed since the run began, either way \[m\].
@@ -43,23 +46,32 @@ pub(crate) struct Memory<T: Real> {
     pub placement: Option<Placement<T>>,
     /// The guide's mouth in the vessel's frame \[m\].
     pub mouth: Vector3<T>,
+    /// How far it was carried there in this step \[m\], and how fast in the last one \[m/s\].
+    vessel_moved_m: Vector3<T>,
+    vessel_m_per_s: Vector3<T>,
+    has_stood: bool,
 }
 
 impl<T: Real> Memory<T> {
-    pub fn new() -> Self {
+    pub const fn new() -> Self {
         Self {
             train: DriveTrain::new(),
-            load_n: T::zero(),
-            wall_turns: T::zero(),
-            dragged_m: T::zero(),
-            path_m: T::zero(),
-            speed_m_per_s: T::zero(),
-            softened: T::zero(),
-            pulses: T::zero(),
-            wound_rad: T::zero(),
+            load_n: T::ZERO,
+            wall_turns: T::ZERO,
+            entered_m: None,
+            entered_by_m: T::ZERO,
+            dragged_m: T::ZERO,
+            path_m: T::ZERO,
+            speed_m_per_s: T::ZERO,
+            softened: T::ZERO,
+            pulses: T::ZERO,
+            wound_rad: T::ZERO,
             pull: PullMemory::new(),
             placement: None,
-            mouth: Vector3::zeros(),
+            mouth: T::ORIGIN,
+            vessel_moved_m: T::ORIGIN,
+            vessel_m_per_s: T::ORIGIN,
+            has_stood: false,
         }
     }
 
@@ -72,10 +84,13 @@ impl<T: Real> Memory<T> {
         let description = model.description();
         let tick_s = description.solver.tick_s;
         let drive = self.train.follow(&description.effects.drive, tick_s, self.load_n, encoder);
+        // A guide that is longer, and links that end, do not keep it from the introducer.
+        let before_m = self.entered_m.replace(drive.insertion_m).unwrap_or(drive.insertion_m);
+        self.entered_by_m = drive.insertion_m - before_m;
         past_mouth(model, drive)
     }
 
-    /// Puts the vessel where it stands at the end of a tick of `dt_s`.     docs/model.md (25), (26)
+    /// Puts the vessel where it stands at the end of a step of `dt_s`.     docs/model.md (25), (26)
     pub fn place<const LINKS: usize>(&mut self, model: &Model<T, LINKS>, dt_s: T) {
         self.placement = model.placement;
         let Some(placement) = &mut self.placement else {
@@ -86,7 +101,13 @@ impl<T: Real> Memory<T> {
         let turns = self.wall_turns + motion.frequency_hz * dt_s;
         self.wall_turns = turns - T::int(turns.floor_int());
         placement.offset += displacement(motion, self.wall_turns);
-        self.mouth = placement.to_vessel(&model.mouth);
+        let before = core::mem::replace(&mut self.mouth, placement.to_vessel(&model.mouth));
+        let (none, zero) = (Vector3::zeros(), T::zero());
+        let last = core::mem::replace(&mut self.vessel_moved_m, none);
+        // The first place of a run is none that the vessel has moved to.
+        let has_stood = core::mem::replace(&mut self.has_stood, true);
+        self.vessel_moved_m = if has_stood { self.mouth - before } else { none };
+        self.vessel_m_per_s = if dt_s > zero { last * (T::one() / dt_s) } else { none };
     }
 
     /// Lets a step of `dt_s` pass, in which the drives moved and the chain was fed by `fed_m`.
@@ -113,6 +134,12 @@ impl<T: Real> Memory<T> {
         self.pulses = pulses - T::int(pulses.floor_int());
     }
 
+    /// The stream as it is now; `None` without one.
+    pub fn stream<const LINKS: usize>(&self, model: &Model<T, LINKS>) -> Option<Stream<T>> {
+        let drag = &model.description().effects.fluid.drag;
+        (!drag.is_off()).then(|| Stream::new(drag, self.pulses))
+    }
+
     /// What acts in the recursion in a step of `dt_s`; `None` if nothing does.
     ///
     /// `entry`: the joint at the entry plane; `guide_cell_m`: its arc.
@@ -136,12 +163,12 @@ impl<T: Real> Memory<T> {
             insertion: insertion_m * per_link,
             per_link: description.solver.link_length_m / straightened_m,
         });
-        let drag = &effects.fluid.drag;
         Some(Acting {
             wall: WallLaw::new(effects, model.least_stretch, self.path_m, self.speed_m_per_s, dt_s),
-            stream: (!drag.is_off()).then(|| Stream::new(drag, self.pulses)),
+            stream: self.stream(model),
             pull: Pull::new(description, overlap, &self.pull),
             softness: self.softness(model),
+            vessel_motion: [self.vessel_moved_m, self.vessel_m_per_s],
             straightened,
             windup: Windup {
                 compliance: model.windup_rad_per_n_m,
@@ -159,6 +186,11 @@ impl<T: Real> Memory<T> {
         T::one() - model.description().effects.instrument.softening.share * self.softened
     }
 
+    /// How a tendon bends the cell at the guide's mouth, material axes \[rad\].
+    pub fn pulled_at_mouth(&self) -> Vector3<T> {
+        self.pull.at_mouth
+    }
+
     /// After a solve: what its end says to the effects. `torque_n_m`: of the instrument on the
     /// guide, about the direction of insertion.
     pub fn finish(&mut self, acting: &Acting<T>, torque_n_m: T) {
@@ -174,11 +206,10 @@ impl<T: Real> Memory<T> {
 
     /// What the introducer adds to the forces, and the outputs in the rig's frame.
     ///
-    /// `outputs`: in the vessel's frame, moments about the mouth; `fed_m`: feed of the tick.
+    /// `outputs`: in the vessel's frame, moments about the mouth.
     pub fn report<const LINKS: usize>(
         &mut self,
         model: &Model<T, LINKS>,
-        fed_m: T,
         outputs: &mut Outputs<T>,
     ) {
         let description = model.description();
@@ -196,7 +227,7 @@ impl<T: Real> Memory<T> {
                 (Vector3::from(outputs.moment_on_vessel_n_m) + moment).into();
         }
         if !entry.drag.is_off() {
-            let drag_n = self.introducer(&entry.drag, fed_m, description.solver.tick_s);
+            let drag_n = self.introducer(&entry.drag, description.solver.tick_s);
             let shared = direction * (drag_n * entry.drag.phantom_share);
             outputs.drive_force_n += drag_n;
             outputs.force_on_vessel_n = (Vector3::from(outputs.force_on_vessel_n) + shared).into();
@@ -205,8 +236,8 @@ impl<T: Real> Memory<T> {
     }
 
     /// Force that the introducer's friction asks of the drive \[N\].     docs/model.md (27)
-    fn introducer(&mut self, drag: &EntryDrag<T>, fed_m: T, tick_s: T) -> T {
-        let most = drag.presliding_m;
+    fn introducer(&mut self, drag: &EntryDrag<T>, tick_s: T) -> T {
+        let (most, fed_m) = (drag.presliding_m, self.entered_by_m);
         self.dragged_m = minimum(maximum(self.dragged_m + fed_m, -most), most);
         drag.coulomb_n * (self.dragged_m / most) + drag.viscous_n_s_per_m * (fed_m / tick_s)
     }

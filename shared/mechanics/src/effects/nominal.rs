@@ -114,6 +114,7 @@ pub(crate) fn acts<T: Real>(description: &Description<T>) -> bool {
         && wall.hyperelastic.is_off()
         && wall.viscoelastic.is_off()
         && wall.narrowing.is_off()
+        && wall.motion.is_off()
         && instrument.softening.is_off()
         && instrument.torsional_windup.is_off()
         && effects.entry.guide.straightened_m == zero

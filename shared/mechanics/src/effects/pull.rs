@@ -9,16 +9,18 @@ use crate::{Description, Real, Tendon};
 
 /// What the tendon remembers.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct PullMemory<T> {
+pub(crate) struct PullMemory<T: Real> {
     /// Tension at the handle \[N\].
     tension_n: T,
     /// Of the tension at the handle, one over the share that reaches the tip.
     fading: T,
+    /// How it bends the cell at the guide's mouth, material axes \[rad\].
+    pub at_mouth: Vector3<T>,
 }
 
 impl<T: Real> PullMemory<T> {
-    pub fn new() -> Self {
-        Self { tension_n: T::zero(), fading: T::one() }
+    pub const fn new() -> Self {
+        Self { tension_n: T::ZERO, fading: T::ONE, at_mouth: T::ORIGIN }
     }
 }
 
@@ -36,6 +38,8 @@ pub(crate) struct Pull<T: Real> {
     /// Tension where the sweep is \[N\], and one over its share at the tip.
     tension_n: T,
     fading: T,
+    /// How it bends the last cell \[rad\].
+    last: Vector3<T>,
     /// Bend towards the tendon so far \[rad\].
     bend: T,
     /// Bend per tension of the free instrument so far \[rad/N\].
@@ -62,6 +66,7 @@ impl<T: Real> Pull<T> {
                 link_length_m: description.solver.link_length_m,
                 tension_n: memory.tension_n / memory.fading,
                 fading: T::one(),
+                last: Vector3::zeros(),
                 bend: zero,
                 compliance: zero,
             }
@@ -83,7 +88,8 @@ impl<T: Real> Pull<T> {
         self.fading *= step;
         self.tension_n *= step;
         let per_tension = self.tendon.offset_m * share / joint.bending;
-        joint.unloaded += self.axis * (self.tension_n * per_tension);
+        self.last = self.axis * (self.tension_n * per_tension);
+        joint.unloaded += self.last;
         self.bend += bend.dot(&self.axis) * share;
         self.compliance += per_tension;
     }
@@ -96,5 +102,6 @@ impl<T: Real> Pull<T> {
         let gain = stiffness_n_per_m * offset_m * self.compliance;
         memory.tension_n += (stiffness_n_per_m * stretched - memory.tension_n) / (T::one() + gain);
         memory.fading = self.fading;
+        memory.at_mouth = self.last;
     }
 }

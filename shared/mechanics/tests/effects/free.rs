@@ -240,3 +240,33 @@ fn a_viscous_instrument_twists_at_once() {
     let turned = azimuth(state.node_position_m(0).unwrap()) - before;
     assert!((turned / settled - 1.0).abs() < 0.2, "{turned} rad of {settled} rad");
 }
+
+/// docs/model.md (4), (37)
+///
+/// A shaft that winds up behind the guide and bends viscously comes to rest under a dead torque at the
+/// device's tick, as it does without viscosity: what is held is the torque.
+#[test]
+fn a_viscous_shaft_that_winds_up_comes_to_rest_at_the_devices_tick() {
+    let (torque, free_m) = (2e-6, 0.5);
+    let loads = Loads { tip_moment_n_m: [torque, 0.0, 0.0], ..FREE_TIP };
+    for time_s in [0.0, 5e-4, 2e-3, 1e-2] {
+        let mut description = with(
+            bent(),
+            &[
+                ("effects.instrument.torsional_windup.free_length_m", free_m),
+                ("effects.instrument.viscoelastic.time_s", time_s),
+            ],
+        );
+        (description.solver.tick_s, description.solver.drag) = (1e-3, Drag::constant(0.05));
+        let model: Model<f64> = Model::new(description).unwrap();
+        let (none, mut state) = (free_space(), State::new());
+        let drive = inserted(LENGTH_M - 1e-3);
+        while !settle_loaded(&model, &none.lumen(), &mut state, drive, &loads) {}
+        let mut found = Outputs::default();
+        for _ in 0..1000 {
+            found = step_loaded(&model, &none.lumen(), &mut state, drive, &loads);
+        }
+        let off = (found.drive_torque_n_m + torque).abs() / torque;
+        assert!(off < 1e-3 && !found.unresolved, "τ {time_s} s: off by {off}: {found:?}");
+    }
+}

@@ -217,3 +217,17 @@ fn a_lost_number_is_flagged_and_the_run_begins_again() {
         assert_eq!(again, settled, "{lost}, after {ticks} ticks");
     }
 }
+
+#[test]
+fn a_turn_that_is_no_number_is_lost_where_nothing_is_past_the_mouth_too() {
+    let wall = bent_tube(4e-3);
+    let model: Model<_> = Model::new(catheter::<f32>(0.3, 1e-5, 40.0)).unwrap();
+    for lost in [f32::NAN, f32::INFINITY] {
+        let mut state = State::new();
+        let drive = Drive { insertion_m: 0.0, rotation_rad: lost };
+        assert!(step(&model, &wall.lumen(), &mut state, drive).lost, "{lost}");
+        let drive = Drive { insertion_m: 0.0, rotation_rad: 0.0 };
+        let again = (0..1000).any(|_| !step(&model, &wall.lumen(), &mut state, drive).lost);
+        assert!(again, "{lost} is forgotten");
+    }
+}

@@ -2,8 +2,8 @@
 
 use cathforce_mechanics::*;
 
-use crate::rod::{FREE_TIP, free_space, hang, rest, rod};
-use crate::{Chain, assert_near, both, pair};
+use crate::rod::{FREE_TIP, free_space, hang, inserted, rest, rod};
+use crate::{Chain, assert_near, both, curved, pair, with};
 
 const LENGTH_M: f64 = 0.1;
 const LINKS: usize = 40;
@@ -75,4 +75,103 @@ fn a_twisted_rod_draws_at_the_drive_by_the_energy_of_its_twist() {
         assert_near(&what, outputs.drive_force_n, -0.5 * gj * twist_per_m * twist_per_m, 1e-6);
         assert!((outputs.drive_torque_n_m + torque_n_m).abs() < 1e-9, "{what}: {outputs:?}");
     }
+}
+
+/// docs/model.md (18)
+///
+/// While the tip is still within a guide that reaches into the vessel, nothing bends past its mouth:
+/// no force, however the tip is curved; out of it −½ EI κ₀².
+#[test]
+fn a_curved_tip_within_a_longer_guide_draws_at_nothing() {
+    let (ei, per_m, guide_m) = (1e-5, 80.0, 0.03);
+    let mut rod = rod(LENGTH_M, LINKS, ei);
+    rod.instrument.precurve.push(curved(0.5, per_m, 0.0)).unwrap();
+    let model = Chain::new(with(rod, &[("effects.entry.guide.length_m", guide_m)])).unwrap();
+    let wall = free_space();
+    let held_n = |inserted_m: f64| {
+        let mut state = State::new();
+        while !settle(&model, &wall.lumen(), &mut state, inserted(inserted_m)) {}
+        step(&model, &wall.lumen(), &mut state, inserted(inserted_m)).drive_force_n
+    };
+    assert_eq!(held_n(0.2 * guide_m), 0.0);
+    assert_near("out of it", held_n(2.0 * guide_m), -0.5 * ei * per_m * per_m, 1e-3);
+}
+
+/// docs/model.md (18), (34)
+///
+/// A tendon that bends an instrument draws in what enters as a pre-curve does: with the curvature κ
+/// that it holds at the mouth, −½ EI κ². κ is told by the tip, which is off by half a cell of forty.
+#[test]
+fn what_a_tendon_bends_at_the_mouth_draws_at_the_drive() {
+    let ei = 1e-5;
+    let bent = with(
+        rod(LENGTH_M, LINKS, ei),
+        &[
+            ("tendon.pull_m", 1.2e-3),
+            ("tendon.stiffness_n_per_m", 400.0),
+            ("tendon.offset_m", 0.5e-3),
+            ("tendon.length_m", 2.0 * LENGTH_M),
+        ],
+    );
+    let (tip, outputs) = hang(bent, &FREE_TIP);
+    // An arc: height over length along it.
+    let per_m = 2.0 * tip[2] / (tip[0] * tip[0] + tip[2] * tip[2]);
+    assert!(per_m > 5.0, "{per_m}");
+    assert_near("drive", outputs.drive_force_n, -0.5 * ei * per_m * per_m, 0.06);
+}
+
+/// docs/model.md (42)
+///
+/// A stream draws each of two instruments with what it does to what of it lies bare or outermost.
+#[test]
+fn a_stream_draws_each_instrument_by_what_of_it_lies_in_the_stream() {
+    let along_n_per_m = 0.2;
+    let streaming = with(
+        pair(LENGTH_M, LINKS, [1e-3, 1e-3]),
+        &[("effects.fluid.drag.along_n_per_m", along_n_per_m)],
+    );
+    let (model, wall, mut state) = (Chain::new(streaming).unwrap(), free_space(), State::new());
+    let (catheter_m, wire_m) = (0.09, LENGTH_M);
+    let found = rest(&model, &wall.lumen(), &mut state, both(catheter_m, wire_m), &FREE_TIP);
+    // Half of the link at the mouth is carried by the guide; the end of the catheter by two nodes.
+    let at_mouth_m = 0.5 * LENGTH_M / LINKS as f64;
+    assert_near("catheter", found.drive_force_n, -along_n_per_m * (catheter_m - at_mouth_m), 0.03);
+    assert_near("wire", found.guidewire_force_n, -along_n_per_m * (wire_m - catheter_m), 0.15);
+}
+
+/// docs/model.md (27)
+///
+/// The introducer rubs on what passes it, whether or not the tip is out of a longer guide.
+#[test]
+fn an_introducer_rubs_while_the_tip_is_within_the_guide() {
+    let rubbing = with(
+        rod(LENGTH_M, LINKS, 1e-3),
+        &[("effects.entry.guide.length_m", 0.03), ("effects.entry.drag.coulomb_n", 0.2)],
+    );
+    let (model, wall, mut state) = (Chain::new(rubbing).unwrap(), free_space(), State::new());
+    let mut found = Outputs::default();
+    for tick in 0..1000 {
+        found = step(&model, &wall.lumen(), &mut state, inserted(5e-3 + 1e-5 * f64::from(tick)));
+    }
+    assert_near("introducer", found.drive_force_n, 0.2, 1e-9);
+}
+
+/// Drives that go beyond what the links can reach are no drives whose forces are known.
+#[test]
+fn a_drive_beyond_the_links_is_flagged() {
+    let scaled =
+        with(rod(LENGTH_M, LINKS, 1e-3), &[("effects.drive.encoder_scale.insertion", 1.2)]);
+    let model = Chain::new(scaled).unwrap();
+    let (wall, mut state) = (free_space(), State::new());
+    let reach_m = model.reach_m();
+    let mut flagged_from_m = None;
+    for tick in 0..4000 {
+        let at_m = 0.5 * reach_m * (1.0 + f64::from(tick) / 4000.0);
+        if step(&model, &wall.lumen(), &mut state, inserted(at_m)).unresolved {
+            flagged_from_m.get_or_insert(at_m);
+        }
+    }
+    // Scaled from where it began, at half of the reach.
+    let beyond_m = 0.5 * reach_m * (1.0 + 1.0 / 1.2);
+    assert_near("flagged from", flagged_from_m.unwrap(), beyond_m, 1e-3);
 }

@@ -2,7 +2,7 @@
 
 use cathforce_mechanics::*;
 
-use crate::rod::{FREE_TIP, inserted, rest, rod};
+use crate::rod::{FREE_TIP, free_space, inserted, rest, rod};
 use crate::wall::norm;
 use crate::{Chain, assert_near, floor, with};
 
@@ -154,6 +154,36 @@ fn a_relaxing_wall_is_pressed_hard_at_first_and_lets_go_with_its_time() {
             let exact_n = -lasting_n * (1.0 + ratio * (-t / time_s).exp());
             let found_n = outputs.force_on_vessel_n[2];
             assert_near(&format!("{t} s"), found_n, exact_n, 0.01);
+        }
+    }
+}
+
+/// docs/model.md (15), (26)
+///
+/// What touches nothing stays where it is however the vessel moves: inertia and drag are the rig's.
+#[test]
+fn a_vessel_that_moves_does_not_shake_what_it_does_not_touch() {
+    for (key, parts) in [("z_m", 1), ("x_m", 1), ("x_m", 2), ("z_m", 2)] {
+        let key = format!("effects.wall.motion.{key}");
+        let mut moving = with(
+            rod(LENGTH_M, LINKS, 8e-6),
+            &[(&key, 5e-3), ("effects.wall.motion.frequency_hz", 0.25)],
+        );
+        moving.solver.drag =
+            Drag { at_rest_n_s_per_m2: 0.155, swift_n_s_per_m2: 1.55, swift_m_per_s: 0.08 };
+        moving.solver.tick_s = 1e-3;
+        moving.solver.predictor_gain = 0.12;
+        moving.solver.substeps = parts;
+        let (model, wall, mut state) = (Chain::new(moving).unwrap(), free_space(), State::new());
+        let drive = inserted(LENGTH_M - 1e-3);
+        while !settle(&model, &wall.lumen(), &mut state, drive) {}
+        let start_m = state.node_position_m(0).unwrap();
+        for tick in 0..4000 {
+            let found = step(&model, &wall.lumen(), &mut state, drive);
+            let tip_m = state.node_position_m(0).unwrap();
+            let off_m = norm(core::array::from_fn(|i| tip_m[i] - start_m[i]));
+            assert!(off_m < 1e-5, "{key}, {parts} parts, tick {tick}: {off_m} m");
+            assert!(found.drive_force_n.abs() < 1e-4, "{key}, tick {tick}: {found:?}");
         }
     }
 }
