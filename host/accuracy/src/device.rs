@@ -87,6 +87,7 @@ fn description<T: Real>(
         gravity_m_per_s2: vector(&problem.gravity_m_per_s2),
         solver: mechanics::Solver {
             link_length_m: lit(link_length_m),
+            fine_tip_m: lit(defaults.fine_tip_m(link_length_m)),
             tick_s: lit(defaults.tick_s),
             substeps: defaults.substeps_for(problem.wall.line_stiffness_n_per_m2),
             solves: defaults.solves,

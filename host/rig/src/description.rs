@@ -36,8 +36,10 @@ pub struct SolverDefaults {
     pub wall_damping_s: f64,
     /// The links reach this much farther than the largest insertion of any trial \[m\].
     pub reach_margin_m: f64,
-    /// No link is shorter \[m\].
+    /// No link of the shaft is shorter \[m\].
     pub shortest_link_m: f64,
+    /// So many links from the tip on are half as long.
+    pub tip_links: usize,
 }
 
 impl Default for SolverDefaults {
@@ -55,6 +57,7 @@ impl Default for SolverDefaults {
             wall_damping_s: 5e-3,
             reach_margin_m: 5e-3,
             shortest_link_m: 1e-3,
+            tip_links: 10,
         }
     }
 }
@@ -63,7 +66,19 @@ impl SolverDefaults {
     /// The link length with which a chain of so many links reaches `insertion_m` and the margin
     /// \[m\]; one link is to spare.
     pub fn link_length_m(&self, insertion_m: f64, links: usize) -> f64 {
-        ((insertion_m + self.reach_margin_m) / (links - 1) as f64).max(self.shortest_link_m)
+        let whole = (links - 1) as f64 - 0.5 * self.tip_links as f64;
+        ((insertion_m + self.reach_margin_m) / whole).max(self.shortest_link_m)
+    }
+
+    /// How far the tip's links go, where those of the shaft have this length \[m\]: somewhat farther
+    /// than they do, so that none is lost to rounding.
+    pub fn fine_tip_m(&self, link_length_m: f64) -> f64 {
+        const SPARE: f64 = 0.25;
+        if self.tip_links == 0 {
+            0.0
+        } else {
+            0.5 * link_length_m * (self.tip_links as f64 + SPARE)
+        }
     }
 
     /// Links that the device has time for in this vessel, without effects.
@@ -127,6 +142,7 @@ pub fn describe<T: Real>(
         gravity_m_per_s2: vector(effective_gravity(rig).into()),
         solver: Solver {
             link_length_m: lit(link_length_m),
+            fine_tip_m: lit(defaults.fine_tip_m(link_length_m)),
             tick_s: lit(defaults.tick_s),
             substeps: defaults.substeps_for(vessel.stiffest_n_per_m2()),
             solves: defaults.solves,

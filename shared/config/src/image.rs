@@ -400,7 +400,7 @@ fn configure(
     }
     let solver = &description.solver;
     let links = most_links(solver.solves, solver.substeps, description.is_laden());
-    let reach_m = links as f32 * solver.link_length_m;
+    let reach_m = solver.reach_m(links);
     if links < MAX_LINKS && settings.max_insertion_m > reach_m * ROUNDED {
         return Err(ImageError::Overlong(match solver.substeps {
             2.. => "more links than half ticks have time for",

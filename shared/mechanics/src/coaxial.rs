@@ -4,9 +4,11 @@
 use cathforce_scalar::{Pack, Vector3};
 
 use crate::effects::acting::Law;
+use crate::grid::Grid;
 use crate::model::{maximum, minimum};
 use crate::pieces::{Pieces, Placed, Walk, Which};
 use crate::state::State;
+use crate::sweep::Scheme;
 use crate::tables::{Joint, Tables};
 use crate::{Model, Real};
 
@@ -40,13 +42,12 @@ impl<T: Real> Overlap<T> {
         if self.catheter.behind_m > T::zero() { Which::Catheter } else { Which::Guidewire }
     }
 
-    /// Share of the sample at `halves` half link lengths of `half_m` from the chain's tip that
-    /// the catheter covers.     docs/model.md (40)
+    /// Share of a sample that the catheter covers.     docs/model.md (40)
     ///
-    /// Its end stands for a cone of that length, so that no sample jumps as it passes.
-    pub fn covered(&self, halves: usize, half_m: T) -> T {
-        let behind = self.catheter.behind_m / half_m;
-        let covered = T::int(halves as i32 + 1) - behind;
+    /// Its end stands for a cone of half a link, so that no sample jumps as it passes.
+    pub fn covered(&self, sample: usize, grid: &Grid<T>) -> T {
+        let behind = self.catheter.behind_m / (grid.link_length_m * T::lit(0.5));
+        let covered = grid.sample(sample) * T::int(2) + T::one() - behind;
         minimum(maximum(covered, T::zero()), T::one())
     }
 }
@@ -68,8 +69,7 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
     pub(crate) fn overlay(&mut self, model: &Model<T, LINKS>) {
         if let Some(wire) = &model.guidewire {
             let walk = self.walk(model, wire);
-            let h = model.description().solver.link_length_m;
-            self.overlaid.fill(self.count.clamp(1, LINKS), h, walk);
+            self.overlaid.fill(self.count.clamp(1, LINKS), &model.grid, walk);
         }
     }
 }
@@ -81,13 +81,17 @@ pub(crate) struct Slide<T> {
     pub along_m: T,
     /// About its tangent \[rad\].
     pub turn_rad: T,
+    /// What it will slide of what it slid in the last step.
+    pub of_last: T,
 }
 
 /// The law of a chain of two instruments, over that of its effects.
 pub(crate) struct Coaxial<'a, T, L> {
     effects: &'a mut L,
     overlap: Overlap<T>,
-    half_m: T,
+    /// As [`Paced::sliding`](crate::pace::Paced).
+    sliding: [T; 2],
+    grid: Grid<T>,
     /// Radius of the catheter less the wire's \[m\].
     step_m: T,
 }
@@ -97,6 +101,7 @@ impl<'a, T: Real, L: Law<T>> Coaxial<'a, T, L> {
     pub fn new<const LINKS: usize>(
         model: &Model<T, LINKS>,
         overlap: &Overlap<T>,
+        scheme: &Scheme<T>,
         effects: &'a mut L,
     ) -> Option<Self> {
         let description = model.description();
@@ -104,13 +109,14 @@ impl<'a, T: Real, L: Law<T>> Coaxial<'a, T, L> {
         Some(Self {
             effects,
             overlap: *overlap,
-            half_m: description.solver.link_length_m * T::lit(0.5),
+            sliding: scheme.sliding,
+            grid: model.grid,
             step_m: description.instrument.outer_radius_m - wire.outer_radius_m,
         })
     }
 
-    fn covered(&self, halves: usize) -> T {
-        self.overlap.covered(halves, self.half_m)
+    fn covered(&self, sample: usize) -> T {
+        self.overlap.covered(sample, &self.grid)
     }
 }
 
@@ -119,18 +125,19 @@ impl<T: Real, L: Law<T>> Law<T> for Coaxial<'_, T, L> {
     const COAXIAL: bool = true;
 
     #[inline(always)]
-    fn radius(&self, halves: usize, catheter_m: T) -> T {
-        catheter_m - self.step_m * (T::one() - self.covered(halves))
+    fn radius(&self, sample: usize, catheter_m: T) -> T {
+        catheter_m - self.step_m * (T::one() - self.covered(sample))
     }
 
     #[inline(always)]
-    fn slide(&self, halves: usize) -> Slide<T> {
-        let covered = self.covered(halves);
+    fn slide(&self, sample: usize) -> Slide<T> {
+        let covered = self.covered(sample);
         let bare = T::one() - covered;
         let Overlap { catheter_slid_m, wire_slid_m, wire_rolled_rad, .. } = self.overlap;
         Slide {
             along_m: catheter_slid_m * covered + wire_slid_m * bare,
             turn_rad: wire_rolled_rad * bare,
+            of_last: self.sliding[0] * covered + self.sliding[1] * bare,
         }
     }
 

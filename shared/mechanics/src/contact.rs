@@ -8,6 +8,7 @@ use cathforce_scalar::{Number, Pack, Vector3};
 use crate::coaxial::Slide;
 use crate::effects::acting::Law;
 use crate::proximity::Proximity;
+use crate::sweep::Scheme;
 use crate::{Real, Wall};
 
 /// What a sample point remembers from tick to tick.
@@ -119,10 +120,11 @@ pub(crate) struct Contact<T> {
     damping: T,
     tangential_ratio: T,
     friction: T,
+    sliding: T,
 }
 
 impl<N: Number> Contact<N> {
-    pub fn new<T: Real>(wall: &Wall<T>, friction: T, inverse_dt: T) -> Self
+    pub fn new<T: Real>(wall: &Wall<T>, scheme: &Scheme<T>, inverse_dt: T) -> Self
     where
         N: Pack<T>,
     {
@@ -131,7 +133,8 @@ impl<N: Number> Contact<N> {
             inverse_onset: N::all(T::one() / wall.onset_m),
             damping: N::all(wall.damping_s * inverse_dt),
             tangential_ratio: N::all(wall.tangential_ratio),
-            friction: N::all(friction),
+            friction: N::all(scheme.friction),
+            sliding: N::all(scheme.sliding[0]),
         }
     }
 
@@ -166,13 +169,15 @@ impl<N: Number> Contact<N> {
 
         // What the surface, at −r n from the centre line, has slid.
         let (mut displacement, mut turn) = (motion.displacement, motion.turn);
+        let mut sliding = self.sliding;
         if L::COAXIAL {
+            sliding = motion.slide.of_last;
             displacement += motion.tangent * motion.slide.along_m;
             turn += motion.tangent * motion.slide.turn_rad;
         }
         let moved = (memory.slip + displacement).plus_cross(n, &(turn * motion.radius));
         let slip = moved - n * n.dot(&moved);
-        let length = slip.dot(&slip).root().larger(memory.reached);
+        let length = slip.dot(&slip).root().larger(memory.reached * sliding);
         // Secant of Coulomb's law at the predicted displacement.     docs/model.md (12)
         let elastic = normal_stiffness * self.tangential_ratio;
         let limit = friction * memory.normal_n;

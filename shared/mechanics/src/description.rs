@@ -12,6 +12,7 @@ use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
 use crate::effects::nominal::{Placement, acts};
+use crate::grid::Grid;
 use crate::{Effects, parameters};
 
 /// Most stiffness sections of one instrument.
@@ -89,8 +90,10 @@ pub struct Wall<T> {
 /// Numerical choices.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Solver<T> {
-    /// Length of a link \[m\]; the model's links must reach from the mouth to the tip.
+    /// Length of a link of the shaft \[m\]; the model's links must reach from the mouth to the tip.
     pub link_length_m: T,
+    /// So near the tip links are half as long \[m\]: as many as fit.
+    pub fine_tip_m: T,
     /// Time of one tick \[s\].
     pub tick_s: T,
     /// Equal parts of a tick: 1 or 2 on the device, up to 4.
@@ -103,6 +106,13 @@ pub struct Solver<T> {
     pub bending_damping_s: T,
     /// On every node, against all motion but the feed's.
     pub drag: Drag<T>,
+}
+
+impl<T: Real> Solver<T> {
+    /// What so many links reach \[m\].
+    pub fn reach_m(&self, links: usize) -> T {
+        self.link_length_m * Grid::new(self).node(links)
+    }
 }
 
 /// Drag per length; grows with the square of a node's speed.
@@ -252,6 +262,7 @@ impl<T: Real> Description<T> {
         }
         let s = &self.solver;
         within("solver.link_length_m", s.link_length_m, 2e-4, 2e-2)?;
+        within("solver.fine_tip_m", s.fine_tip_m, 0.0, 10.0)?;
         within("solver.tick_s", s.tick_s, 1e-4, 1e-2)?;
         within("solver.substeps", T::int(i32::from(s.substeps)), 1.0, 4.0)?;
         within("solver.predictor_gain", s.predictor_gain, 0.0, 1.0)?;

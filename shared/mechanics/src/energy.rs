@@ -22,12 +22,12 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
     /// winds up behind it; the wall's and a tendon's are not in it, and stiffness and pre-curve are
     /// those without softening (33) and straightening.     docs/model.md (4), (6), (37)
     pub fn elastic_energy_j(&self, model: &Model<T, LINKS>) -> T {
-        let h = model.description().solver.link_length_m;
         let half = T::lit(0.5);
         let tables = self.tables(model);
         let (mut sum, mut proximal) = (T::zero(), self.guide.rotation);
         for j in (0..self.count.min(LINKS)).rev() {
             let (link, joint) = (&self.links[j], &tables.joints[j]);
+            let full = model.grid.cell_m(j);
             let length = link.span.length;
             let cell = if j + 1 == self.count {
                 self.guide_cell_m(model)
@@ -35,18 +35,18 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
                 half * (length + self.links[j + 1].span.length)
             };
             let strain =
-                Bend::between(&proximal, &link.rotation).angle - joint.unloaded * (cell / h);
+                Bend::between(&proximal, &link.rotation).angle - joint.unloaded * (cell / full);
             let bend = strain.x() * strain.x() + strain.y() * strain.y();
             let (mut torsion, mut twist) = (joint.torsion, strain.z());
             if j + 1 == self.count {
                 // In series with the shaft, which a new link, close to rigid, leaves all the twist.
-                torsion /= T::one() + torsion * (h / cell) * model.windup_rad_per_n_m;
+                torsion /= T::one() + torsion * (full / cell) * model.windup_rad_per_n_m;
                 twist += self.effects.wound_rad;
             }
             let turn = joint.bending * bend + torsion * twist * twist;
             let stretch = length * link.strain;
             let pull = tables.links[j].axial * link.span.inverse_length * stretch * stretch;
-            sum += half * (turn * (h / cell) + pull);
+            sum += half * (turn * (full / cell) + pull);
             proximal = link.rotation;
         }
         sum

@@ -5,6 +5,7 @@ use cathforce_scalar::{Pack, Vector3, Work};
 
 use crate::algebra::{Bend, Rotation};
 use crate::coaxial::Overlap;
+use crate::grid::Grid;
 use crate::lanes::Group;
 use crate::model::{maximum, minimum, sin_cos};
 use crate::pieces::Placed;
@@ -37,8 +38,8 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
         maximum(self.base_length_m, shortest) * T::lit(0.5)
     }
 
-    /// Keeps every joint's curvature at the start of a step, for viscous bending.     docs/model.md (4)
-    pub(crate) fn remember_curvature(&mut self, model: &Model<T, LINKS>) {
+    /// Keeps every joint's bend at the start of a step, for viscous bending.     docs/model.md (4)
+    pub(crate) fn remember_bends(&mut self, model: &Model<T, LINKS>) {
         // What the shaft behind has wound up by since is no rate of the joint's own twist.
         self.guide.rotation =
             model.guide_turned(self.drives.catheter.rotation_rad + self.effects.wound_rad);
@@ -46,9 +47,9 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
         let mut cell = self.guide_cell_m(model);
         for j in (0..self.count.min(LINKS)).rev() {
             let link = &mut self.links[j];
-            link.curvature = Bend::between(&near, &link.rotation).angle * (T::one() / cell);
+            link.bend = Bend::between(&near, &link.rotation).angle * (model.grid.cell_m(j) / cell);
             near = link.rotation;
-            cell = (link.span.length + model.description().solver.link_length_m) * T::lit(0.5);
+            cell = (link.span.length + model.grid.link_m(j.saturating_sub(1))) * T::lit(0.5);
         }
     }
 
@@ -56,12 +57,12 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
     /// spread over the arc that they have gained.     docs/model.md (4)
     fn take_in_straight(&mut self, model: &Model<T, LINKS>) {
         let gained = maximum(self.fed_m, T::zero()) * T::lit(0.5);
-        let half_link = model.description().solver.link_length_m * T::lit(0.5);
         let guide_cell = self.guide_cell_m(model);
         let base = self.count.min(LINKS);
+        let half_link = model.grid.link_m(base.saturating_sub(2)) * T::lit(0.5);
         for (behind, cell) in [(1, guide_cell), (2, guide_cell + half_link)] {
             if let Some(link) = base.checked_sub(behind).and_then(|j| self.links.get_mut(j)) {
-                link.curvature *= maximum(cell - gained, T::zero()) / cell;
+                link.bend *= maximum(cell - gained, T::zero()) / cell;
             }
         }
     }
@@ -71,15 +72,11 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
     /// A link is born a little late, so that a drive that rests on a whole number of links
     /// does not bear and drop one in turn with its last bit.
     pub(crate) fn feed(&mut self, model: &Model<T, LINKS>, target: Drives<T>) {
-        let h = model.description().solver.link_length_m;
-        let reached = |drive: Drive<T>| Drive {
-            insertion_m: minimum(maximum(drive.insertion_m, T::zero()), model.reach_m()),
-            ..drive
-        };
-        let catheter = reached(target.catheter);
+        let Grid { link_length_m: h, .. } = model.grid;
+        let catheter = model.reached(target.catheter);
         let mut insertion = catheter.insertion_m;
         if model.guidewire.is_some() {
-            let guidewire = reached(target.guidewire);
+            let guidewire = model.reached(target.guidewire);
             insertion = maximum(guidewire.insertion_m, insertion);
             self.slide(Drives { catheter, guidewire }, insertion, h);
         } else {
@@ -89,25 +86,29 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
         self.insertion_m = insertion;
         self.guide.rotation = model.guide_turned(catheter.rotation_rad + self.effects.wound_rad);
         self.guide.tangent = self.guide.rotation.tangent();
-        let full = T::int(self.count.saturating_sub(1) as i32) * h;
+        let full = model.grid.node(self.count.saturating_sub(1)) * h;
         self.base_length_m = insertion - full;
-        let longest = h * T::lit(1.0 + SHORTEST_BASE);
-        while self.count < LINKS && (self.count == 0 || self.base_length_m > longest) {
+        let longest = |link: usize| model.grid.link_m(link) * T::lit(1.0 + SHORTEST_BASE);
+        while self.count < LINKS
+            && self.count.checked_sub(1).is_none_or(|base| self.base_length_m > longest(base))
+        {
+            let base_m = model.grid.link_m(self.count.saturating_sub(1));
             if self.count > 0 {
-                self.base_length_m -= h;
+                self.base_length_m -= base_m;
             } else if insertion <= T::zero() {
                 break;
             }
-            self.give_birth(h);
+            self.give_birth(base_m);
         }
         while self.count > 0 && self.base_length_m <= T::zero() {
             self.count -= 1;
             if self.count > 0 {
-                self.base_length_m += h;
+                self.base_length_m += model.grid.link_m(self.count - 1);
             }
         }
-        if let Some(base) = self.count.checked_sub(1).and_then(|base| self.links.get_mut(base)) {
-            base.span = Span::new(self.base_length_m, h);
+        let last = self.count.saturating_sub(1);
+        if let Some(base) = self.links[..self.count.min(LINKS)].last_mut() {
+            base.span = Span::new(self.base_length_m, model.grid.link_m(last));
         }
         if model.bending_damping_s > T::zero() {
             self.take_in_straight(model);
@@ -132,7 +133,8 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
         };
     }
 
-    /// A new base link: straight, along the guide, at rest in the material's frame.
+    /// A new base link: straight, along the guide, at rest in the material's frame; the last one is
+    /// whole now.
     fn give_birth(&mut self, link_length: T) {
         let mut strain = T::zero();
         if let Some(base) = self.count.checked_sub(1).and_then(|base| self.links.get_mut(base)) {

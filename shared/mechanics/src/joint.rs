@@ -18,28 +18,29 @@ pub(crate) struct JointLoad<T: Number> {
 
 /// The arc that a joint stands for.
 pub(crate) struct Cell<T> {
-    /// Over the link length.
+    /// Over that of the joint's full cell.
     share: T,
-    /// Link length over it.
+    /// One over it.
     inverse_share: T,
     /// Damped over elastic stiffness, of bending and of twist.
     stiffening: T,
     twist_stiffening: T,
-    /// Viscous bending and twist per curvature at the step's start \[m\].
+    /// Viscous bending and twist per that of a full cell at the step's start.
     memory: T,
     twist_memory: T,
 }
 
 impl<T: Number> Cell<T> {
     /// `damping` is τ/dt, the viscous time over the time of a step, of bending and of twist.
-    pub fn new(length: T, link_length: T, [bending, twist]: [T; 2]) -> Self {
+    pub fn new(length: T, full: T, [bending, twist]: [T; 2]) -> Self {
+        let share = length / full;
         Self {
-            share: length / link_length,
-            inverse_share: link_length / length,
+            share,
+            inverse_share: full / length,
             stiffening: T::lit(1.0) + bending,
             twist_stiffening: T::lit(1.0) + twist,
-            memory: length * bending,
-            twist_memory: length * twist,
+            memory: share * bending,
+            twist_memory: share * twist,
         }
     }
 }
@@ -70,21 +71,21 @@ impl<T: Real> JointLoad<T> {
 }
 
 impl<T: Number> JointLoad<T> {
-    /// The moment that a joint exerts against its bend; `curvature` is what it was when the
-    /// step began, if bending is viscous.     docs/model.md (4)
+    /// The moment that a joint exerts against its bend; `before` is what that was over a full cell
+    /// when the step began, if bending is viscous.     docs/model.md (4)
     #[inline(always)]
     pub fn new(
         joint: &Joint<T>,
         cell: &Cell<T>,
         bend: &Bend<T>,
-        curvature: Option<&Vector3<T>>,
+        before: Option<&Vector3<T>>,
     ) -> Self {
         let kb = joint.bending * cell.inverse_share;
         let kt = joint.torsion * cell.inverse_share;
         let stiffening = Vector3::new(cell.stiffening, cell.stiffening, cell.twist_stiffening);
         let mut strain = bend.angle.times(&stiffening) - joint.unloaded * cell.share;
-        if let Some(curvature) = curvature {
-            strain -= curvature.times(&Vector3::new(cell.memory, cell.memory, cell.twist_memory));
+        if let Some(before) = before {
+            strain -= before.times(&Vector3::new(cell.memory, cell.memory, cell.twist_memory));
         }
         let moment =
             bend.rotate_midway(&Vector3::new(kb * strain.x(), kb * strain.y(), kt * strain.z()));

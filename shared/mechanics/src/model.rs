@@ -6,9 +6,10 @@ use crate::algebra::Rotation;
 use crate::effects::StoredCurvature;
 use crate::effects::nominal::{self, Placement};
 use crate::effects::wall_law;
+use crate::grid::Grid;
 use crate::pieces::{Pieces, Placed, Walk};
 use crate::tables::Tables;
-use crate::{Description, DescriptionError, Instrument, MAX_LINKS, Real, Wall};
+use crate::{Description, DescriptionError, Drive, Instrument, MAX_LINKS, Real, Wall};
 
 /// The model's configuration: a validated description and its tables, for up to `LINKS` links.
 #[derive(Clone, Debug)]
@@ -16,6 +17,7 @@ pub struct Model<T: Real, const LINKS: usize = MAX_LINKS> {
     description: Description<T>,
     /// Of the catheter alone.
     pub(crate) tables: Tables<T, LINKS>,
+    pub(crate) grid: Grid<T>,
     pub(crate) catheter: Pieces<T>,
     pub(crate) guidewire: Option<Pieces<T>>,
     /// The wall's law with its effects.
@@ -48,7 +50,8 @@ impl<T: Real, const LINKS: usize> Model<T, LINKS> {
         let guidewire = description.guidewire.as_ref().map(|wire| Pieces::of(wire, &straight));
         let mut tables = Tables::new();
         let alone = Walk::new((&catheter, Placed::leading()), None);
-        tables.fill(LINKS, description.solver.link_length_m, alone);
+        let grid = Grid::new(&description.solver);
+        tables.fill(LINKS, &grid, alone);
         let stiffest = stiffest_wall(&description, instrument);
         let wall = representable(nominal::wall(&description), &description, stiffest);
         let stiffening = most_stiffening(&wall, &description, stiffest);
@@ -64,6 +67,7 @@ impl<T: Real, const LINKS: usize> Model<T, LINKS> {
         let guide = Rotation::from_axes(&up, &direction.cross(&up), &direction);
         Ok(Self {
             tables,
+            grid,
             guide,
             mouth: nominal::mouth(entry, effects.entry.guide.length_m),
             placement,
@@ -88,7 +92,13 @@ impl<T: Real, const LINKS: usize> Model<T, LINKS> {
 
     /// The longest insertion that the links can reach \[m\].
     pub fn reach_m(&self) -> T {
-        self.description.solver.link_length_m * T::int(LINKS as i32)
+        self.description.solver.reach_m(LINKS)
+    }
+
+    /// A drive within what the links can reach.
+    pub(crate) fn reached(&self, drive: Drive<T>) -> Drive<T> {
+        let insertion_m = minimum(maximum(drive.insertion_m, T::zero()), self.reach_m());
+        Drive { insertion_m, ..drive }
     }
 
     /// Orientation of the guide's mouth when the drive has turned by `angle` \[rad\].

@@ -278,6 +278,7 @@ impl<'a, T: Real> Walk<'a, T> {
 mod tests {
     extern crate std;
     use super::*;
+    use crate::grid::Grid;
     use crate::tables::Tables;
     use crate::{PrecurvePiece, Section};
 
@@ -311,7 +312,7 @@ mod tests {
 
     fn bits(walk: Walk<'_, f32>) -> std::vec::Vec<u32> {
         let mut tables = Tables::<f32, 32>::new();
-        tables.fill(32, 1.7e-3, walk);
+        tables.fill(32, &Grid::uniform(1.7e-3), walk);
         let joints = tables
             .joints
             .iter()

@@ -7,7 +7,7 @@
 use cathforce_scalar::Vector3;
 
 use crate::algebra::Bend;
-use crate::model::{maximum, minimum};
+use crate::model::minimum;
 use crate::pieces::{Density, Walk, Which};
 use crate::{Model, Real, State};
 
@@ -100,14 +100,14 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
             let half_length_m = link.span.length * T::lit(0.5);
             let arc_m = half_length_m + core::mem::replace(&mut distal_m, half_length_m);
             if let Some(stream) = &stream {
-                let covered = self.overlap.covered(2 * j, half_m);
+                let covered = self.overlap.covered(2 * j, &model.grid);
                 let radius_m = wire_m + (catheter_m - wire_m) * covered;
                 let per_length = stream.force(&link.tangent, kept.seen[0].gap + radius_m);
                 dragged -= covered * arc_m * per_length.dot(&link.tangent);
             }
             for (i, memory) in link.memory.iter().enumerate() {
                 let (seen, touch) = (&kept.seen[i], &kept.touches[i]);
-                let covered = self.overlap.covered(2 * j + i, half_m);
+                let covered = self.overlap.covered(2 * j + i, &model.grid);
                 let friction = memory.slip * -touch.elastic;
                 dragged -= covered * friction.dot(&link.tangent);
                 // The cone at its end climbs what the guidewire lies on.
@@ -124,13 +124,12 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
     /// Where a joint's cell ends, from the chain's tip \[m\]; without joint, where the first
     /// begins.
     fn cell_end_m(&self, model: &Model<T, LINKS>, joint: Option<usize>) -> T {
-        let h = model.description().solver.link_length_m;
-        let half = T::lit(0.5);
+        let (grid, half) = (&model.grid, T::lit(0.5));
         match joint {
-            None => minimum(h * half, self.insertion_m),
+            None => minimum(grid.link_length_m * grid.middle(0), self.insertion_m),
             Some(j) if j + 1 == self.count => self.insertion_m,
             Some(j) if j + 2 == self.count => self.insertion_m - self.base_length_m * half,
-            Some(j) => h * (T::int(j as i32) + T::lit(1.5)),
+            Some(j) => grid.link_length_m * grid.middle(j + 1),
         }
     }
 
@@ -142,15 +141,15 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
         let base = j + 1 >= self.count;
         let proximal =
             if base { &self.guide } else { self.links.get(j + 1).unwrap_or(&self.guide) };
-        let h = model.description().solver.link_length_m;
+        let full_m = model.grid.cell_m(j);
         let cell_m = match () {
             () if base => self.guide_cell_m(model),
-            () if j + 2 == self.count => (h + self.base_length_m) * T::lit(0.5),
-            () => h,
+            () if j + 2 == self.count => (model.grid.link_m(j) + self.base_length_m) * T::lit(0.5),
+            () => full_m,
         };
         let joint = &self.tables(model).joints[j];
-        let bent =
-            Bend::between(&proximal.rotation, &link.rotation).angle * (h / cell_m) - joint.unloaded;
+        let bent = Bend::between(&proximal.rotation, &link.rotation).angle * (full_m / cell_m)
+            - joint.unloaded;
         let softness = self.effects.softness(model);
         let (bending, torsion) = (joint.bending * softness, joint.torsion * softness);
         Vector3::new(bent.x() * bending, bent.y() * bending, bent.z() * torsion)
@@ -158,10 +157,10 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
 
     /// The point of the chain at an arc from its tip \[m\].
     fn point_at(&self, model: &Model<T, LINKS>, arc_m: T) -> Vector3<T> {
-        let h = model.description().solver.link_length_m;
-        let node = (maximum(arc_m / h, T::zero()).floor_int() as usize).min(self.count.max(1) - 1);
+        let grid = &model.grid;
+        let node = grid.link_at(arc_m).min(self.count.max(1) - 1);
         self.links.get(node).map_or(self.effects.mouth, |link| {
-            link.position - link.tangent * (arc_m - h * T::int(node as i32))
+            link.position - link.tangent * (arc_m - grid.link_length_m * grid.node(node))
         })
     }
 }

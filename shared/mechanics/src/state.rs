@@ -8,6 +8,7 @@ use crate::contact::{Memory, Touch};
 use crate::effects::memory::Memory as EffectMemory;
 use crate::feed::SHORTEST_BASE;
 use crate::joint::JointLoad;
+use crate::pace::Pace;
 use crate::proximity::Proximity;
 use crate::tables::Tables;
 use crate::{MAX_LINKS, Real};
@@ -114,9 +115,9 @@ pub(crate) struct LinkState<T: Real> {
     pub tangent: Vector3<T>,
     /// Filtered angular rate, the predictor's \[rad/s\].
     pub rate: Vector3<T>,
-    /// Curvature and twist of joint j + 1 (at the proximal end) when the step began, material
-    /// axes \[rad/m\]; kept for viscous bending only.
-    pub curvature: Vector3<T>,
+    /// Bend and twist of joint j + 1 (at the proximal end) when the step began, over a full cell of
+    /// it, material axes \[rad\]; kept for viscous bending only.
+    pub bend: Vector3<T>,
     pub span: Span<T>,
     /// Axial strain \[1\].
     pub strain: T,
@@ -141,7 +142,7 @@ impl<T: Real> LinkState<T> {
             rotation: Rotation::identity(),
             tangent: v,
             rate: v,
-            curvature: v,
+            bend: v,
             span: Span::none(),
             strain: T::ZERO,
             position: v,
@@ -235,6 +236,8 @@ pub struct State<T: Real, const LINKS: usize = MAX_LINKS> {
     pub(crate) nodes_look: bool,
     /// A point of the instrument is beyond the stored wall: no force can be given there.
     pub(crate) outside: bool,
+    /// How the drives moved before.
+    pub(crate) pace: Pace<T>,
     /// Share of the motion that goes on into the next step: less than 1 after links have turned
     /// farther than a linear solve can carry momentum.
     pub(crate) carried: T,
@@ -268,6 +271,7 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
             guide: LinkState::new(),
             nodes_look: false,
             outside: false,
+            pace: Pace::none(),
             carried: T::ONE,
             lost: false,
             rested: 0,
@@ -291,6 +295,7 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
             guide,
             nodes_look,
             outside,
+            pace,
             carried,
             lost,
             rested,
@@ -308,6 +313,7 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
         *guide = LinkState::new();
         *nodes_look = false;
         *outside = false;
+        *pace = Pace::none();
         *carried = T::one();
         *lost = false;
         *rested = 0;

@@ -6,6 +6,7 @@ use crate::coaxial::Coaxial;
 use crate::effects::acting::{Law, Nominal};
 use crate::effects::memory::past_mouth;
 use crate::model::maximum;
+use crate::pace::{Pace, Paced};
 use crate::sharing::Held;
 use crate::sweep::{STRAINS, Scheme, Totals, solve};
 use crate::{Drag, Drive, Drives, Loads, Lumen, Model, Outputs, Real, State};
@@ -68,16 +69,22 @@ pub fn step_loaded<T: Real, const LINKS: usize>(
         dt_s: solver.tick_s / parts,
         inertia: T::one(),
         friction: model.wall.friction_coefficient,
+        sliding: Paced::EVEN.sliding,
         drag: solver.drag,
         predictor_gain: solver.predictor_gain,
         first: true,
         last: true,
     };
     let (start, drives) = (state.drives, drives.into());
-    let drives = Drives {
+    let asked = Drives {
         catheter: state.effects.follow(model, drives.catheter),
         guidewire: past_mouth(model, drives.guidewire),
     };
+    let drives = Drives {
+        catheter: model.reached(asked.catheter),
+        guidewire: model.reached(asked.guidewire),
+    };
+    let paced = state.keep_pace(model, &drives);
     let mut outputs = Outputs::default();
     for part in 1..=solver.substeps.max(1) {
         let share = T::int(i32::from(part)) / parts;
@@ -90,13 +97,14 @@ pub fn step_loaded<T: Real, const LINKS: usize>(
             guidewire: between(start.guidewire, drives.guidewire),
         };
         if model.bending_damping_s > T::zero() {
-            state.remember_curvature(model);
+            state.remember_bends(model);
         }
         let before = state.drives;
+        scheme.sliding = if part == 1 { paced.sliding } else { Paced::EVEN.sliding };
         state.effects.place(model, scheme.dt_s);
         state.feed(model, target);
         state.effects.advance(model, &before, &state.drives, state.fed_m, scheme.dt_s);
-        state.predict(scheme.dt_s * state.carried);
+        state.predict(scheme.dt_s * state.carried * paced.rates);
         let mut totals;
         let mut farthest_squared = T::zero();
         for i in 1.. {
@@ -120,9 +128,8 @@ pub fn step_loaded<T: Real, const LINKS: usize>(
         return lost();
     }
     // What the links cannot reach is not felt.
-    let is_wire_beyond =
-        model.guidewire.is_some() && drives.guidewire.insertion_m > model.reach_m();
-    outputs.unresolved |= is_wire_beyond || drives.catheter.insertion_m > model.reach_m();
+    let is_wire_beyond = model.guidewire.is_some() && asked.guidewire.insertion_m > model.reach_m();
+    outputs.unresolved |= is_wire_beyond || asked.catheter.insertion_m > model.reach_m();
     state.effects.report(model, &mut outputs);
     outputs
 }
@@ -149,6 +156,7 @@ pub fn settle_loaded<T: Real, const LINKS: usize>(
     loads: &Loads<T>,
 ) -> bool {
     let drives = drives.into();
+    state.pace = Pace::none();
     state.effects.place(model, T::zero());
     let [first, last] = SETTLE_DRAG;
     let steps_at_rest = T::int(i32::from(state.rested) + 1);
@@ -156,6 +164,7 @@ pub fn settle_loaded<T: Real, const LINKS: usize>(
         dt_s: T::lit(SETTLE_DT_S),
         inertia: T::zero(),
         friction: T::zero(),
+        sliding: Paced::EVEN.sliding,
         drag: Drag::constant(maximum(
             T::lit(first) / (steps_at_rest * steps_at_rest),
             T::lit(last),
@@ -243,7 +252,7 @@ fn solve_coaxial<T: Real, L: Law<T>, const LINKS: usize>(
     effects: &mut L,
 ) -> Totals<T> {
     let overlap = state.overlap;
-    match Coaxial::new(model, &overlap, effects) {
+    match Coaxial::new(model, &overlap, scheme, effects) {
         Some(mut both) => {
             T::side_by_side(LookAndSolve { model, lumen, state, loads, scheme, law: &mut both })
         }
@@ -330,9 +339,9 @@ fn mouth<T: Real, const LINKS: usize>(
     moment: &Vector3<T>,
     twist: T,
 ) -> T {
-    let h = model.description().solver.link_length_m;
     let half = T::lit(0.5);
-    let joint = &state.tables(model).joints[state.count.saturating_sub(1)];
+    let base = state.count.saturating_sub(1);
+    let (joint, h) = (&state.tables(model).joints[base], model.grid.cell_m(base));
     let softness = state.effects.softness(model);
     let bend_squared = moment.dot(moment) - twist * twist;
     let per_stiffness = half / (h * softness);

@@ -27,6 +27,9 @@ pub(crate) struct Scheme<T> {
     /// 1 with inertia, 0 quasi-static.
     pub inertia: T,
     pub friction: T,
+    /// What samples on the catheter and on the guidewire will slide of what they slid in the last
+    /// step.
+    pub sliding: [T; 2],
     pub drag: Drag<T>,
     pub predictor_gain: T,
     /// First solve of the step: the wall is looked up.
@@ -67,11 +70,11 @@ pub(crate) fn solve<T: Real, N: Pack<T>, L: Law<T>, const LINKS: usize>(
     }
 }
 
-/// Links inside the vessel, and the cells of their joints: all are equal but the two that the base
+/// Links inside the vessel, and the cells of their joints: all are full but the two that the base
 /// link reaches.
 struct Chain<T> {
     count: usize,
-    between: Cell<T>,
+    full: Cell<T>,
     at_base: Cell<T>,
     at_guide: Cell<T>,
 }
@@ -82,17 +85,18 @@ impl<T: Real> Chain<T> {
         state: &State<T, LINKS>,
         scheme: &Scheme<T>,
     ) -> Self {
-        let solver = &model.description().solver;
-        let (h, base) = (solver.link_length_m, state.base_length_m);
+        let grid = &model.grid;
         let damping = model.bending_damping_s * scheme.inertia / scheme.dt_s;
-        let cell = |length: T| Cell::new(length, h, [damping, T::zero()]);
+        let count = state.count.min(LINKS);
+        let [base, before] = [1, 2].map(|behind| count.saturating_sub(behind));
+        let base_cell_m = (grid.link_m(before) + state.base_length_m) * T::lit(0.5);
         Self {
-            count: state.count.min(LINKS),
-            between: cell(h),
-            at_base: cell((h + base) * T::lit(0.5)),
+            count,
+            full: Cell::new(T::ONE, T::ONE, [damping, T::zero()]),
+            at_base: Cell::new(base_cell_m, grid.cell_m(before), [damping, T::zero()]),
             // As short as it may be, and with a shaft that winds up behind it, its twist must not
             // be softer than its bending by more than single precision tells apart.
-            at_guide: Cell::new(state.guide_cell_m(model), h, [damping; 2]),
+            at_guide: Cell::new(state.guide_cell_m(model), grid.cell_m(base), [damping; 2]),
         }
     }
 
@@ -101,7 +105,7 @@ impl<T: Real> Chain<T> {
         match self.count - link {
             0 | 1 => &self.at_guide,
             2 => &self.at_base,
-            _ => &self.between,
+            _ => &self.full,
         }
     }
 }
@@ -145,6 +149,7 @@ fn slide<T: Real, N: Pack<T>, L: Law<T>>(group: &Group<N>, law: &L, which: usize
     Slide {
         along_m: N::each(|lane| slides[lane].along_m),
         turn_rad: N::each(|lane| slides[lane].turn_rad),
+        of_last: N::each(|lane| slides[lane].of_last),
     }
 }
 
@@ -177,7 +182,7 @@ fn load<T: Real, N: Pack<T>, L: Law<T>, const LINKS: usize>(
     let drag_rise = N::all(drag_rise);
     let feed_m_per_s = N::all(*fed_m * inverse_dt);
     let radius = model.description().instrument.outer_radius_m;
-    let contact = Contact::<N>::new(wall, scheme.friction, inverse_dt);
+    let contact = Contact::<N>::new(wall, scheme, inverse_dt);
     // Inertia and drag are against the rig's air, not a vessel that moves in it.     docs/model.md (15)
     let moving = law.vessel_motion().map(|[by_m, m_per_s]| {
         let gained_m = by_m - m_per_s * (scheme.dt_s * *carried);
@@ -298,8 +303,8 @@ fn load<T: Real, N: Pack<T>, L: Law<T>, const LINKS: usize>(
         let joints = group.in_turn(|j, lane| law.joint(j, &tables.joints[j], &angles[lane]));
         let joint = Joint::side_by_side(|lane| &joints[lane]);
         let cell = Cell::side_by_side(|lane| chain.cell(at(lane)));
-        let curvature = viscous.then(|| N::vectors(|lane| link(lane).curvature));
-        let joint = JointLoad::<N>::new(&joint, &cell, &bend, curvature.as_ref());
+        let before = viscous.then(|| N::vectors(|lane| link(lane).bend));
+        let joint = JointLoad::<N>::new(&joint, &cell, &bend, before.as_ref());
         let (moment, stiffness) = (N::apart(joint.moment), joint.stiffness.apart::<T>());
         for lane in 0..N::LANES {
             eliminations[at(lane)].joint = JointLoad {

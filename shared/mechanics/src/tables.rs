@@ -3,9 +3,10 @@
 use cathforce_scalar::{Number, Pack, Vector3};
 
 use crate::Real;
+use crate::grid::Grid;
 use crate::pieces::Walk;
 
-/// Elastic properties of one joint, over a full cell of one link length around it.
+/// Elastic properties of one joint, over the full cell around it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Joint<T: Number> {
     /// Bending stiffness 1/∫ds/EI \[N·m/rad\].
@@ -46,7 +47,7 @@ impl<T: Real> Joint<T> {
 /// Properties of one link.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Link<T> {
-    /// Mean axial stiffness h/∫ds/EA \[N\].
+    /// Mean axial stiffness, length/∫ds/EA \[N\].
     pub axial: T,
     /// Mass \[kg\].
     pub mass: T,
@@ -61,7 +62,7 @@ impl<T: Real> Link<T> {
 /// Joints and links of a chain, from its tip on.
 #[derive(Clone, Debug)]
 pub(crate) struct Tables<T: Real, const LINKS: usize> {
-    /// By link: the joint at its proximal end, joint j + 1, that many link lengths from the tip.
+    /// By link: the joint at its proximal end, joint j + 1.
     pub joints: [Joint<T>; LINKS],
     /// Link j reaches from joint j + 1 to joint j.
     pub links: [Link<T>; LINKS],
@@ -79,17 +80,17 @@ impl<T: Real, const LINKS: usize> Tables<T, LINKS> {
         self.links.iter_mut().for_each(|link| *link = Link::nothing());
     }
 
-    /// The first `count` links of length `h` and their joints.
-    pub fn fill(&mut self, count: usize, h: T, mut walk: Walk<'_, T>) {
-        let at = |index: usize, offset: f64| h * (T::int(index as i32) + T::lit(offset));
-        let mut distal_half = walk.integral_to(at(0, 0.5));
+    /// The first `count` links and their joints.
+    pub fn fill(&mut self, count: usize, grid: &Grid<T>, mut walk: Walk<'_, T>) {
+        let h = grid.link_length_m;
+        let mut distal_half = walk.integral_to(h * grid.middle(0));
         for (j, (link, joint)) in
             self.links.iter_mut().zip(&mut self.joints).take(count).enumerate()
         {
-            let proximal_half = walk.integral_to(at(j, 1.0));
+            let proximal_half = walk.integral_to(h * grid.node(j + 1));
             let piece = distal_half + proximal_half;
-            *link = Link { axial: h / piece.axial_compliance, mass: piece.mass };
-            distal_half = walk.integral_to(at(j, 1.5));
+            *link = Link { axial: grid.link_m(j) / piece.axial_compliance, mass: piece.mass };
+            distal_half = walk.integral_to(h * grid.middle(j + 1));
             let cell = proximal_half + distal_half;
             *joint = Joint {
                 bending: T::one() / cell.bending_compliance,

@@ -171,6 +171,7 @@ impl Insertion {
             gravity_m_per_s2: self.gravity_m_per_s2.map(lit),
             solver: Solver {
                 link_length_m: lit(link_length_m),
+                fine_tip_m: lit(defaults.fine_tip_m(link_length_m)),
                 tick_s: lit(self.sample_s),
                 substeps: defaults.substeps,
                 solves: defaults.solves,

@@ -33,6 +33,7 @@ pub fn wire() -> Description<f32> {
         gravity_m_per_s2: [0.0, 0.0, -9.81],
         solver: Solver {
             link_length_m: 2e-3,
+            fine_tip_m: 0.0,
             tick_s: 1e-3,
             substeps: 1,
             solves: 2,

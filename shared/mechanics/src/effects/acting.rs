@@ -8,6 +8,7 @@ use super::stream::Stream;
 use super::wall_law::WallLaw;
 use crate::Real;
 use crate::coaxial::Slide;
+use crate::grid::Grid;
 use crate::model::{maximum, minimum};
 use crate::tables::Joint;
 
@@ -22,16 +23,16 @@ pub(crate) trait Law<T: Real> {
     /// Two instruments share the chain: radius and slide differ from sample to sample.
     const COAXIAL: bool = false;
 
-    /// Outer radius at the sample `halves` half link lengths from the tip \[m\].
+    /// Outer radius at a sample \[m\]: the node of link `sample / 2`, or its middle.
     #[inline(always)]
-    fn radius(&self, _halves: usize, catheter_m: T) -> T {
+    fn radius(&self, _sample: usize, catheter_m: T) -> T {
         catheter_m
     }
 
     /// How the surface at that sample moves against the chain in this step.
     #[inline(always)]
-    fn slide(&self, _halves: usize) -> Slide<T> {
-        Slide { along_m: T::zero(), turn_rad: T::zero() }
+    fn slide(&self, _sample: usize) -> Slide<T> {
+        Slide { along_m: T::zero(), turn_rad: T::zero(), of_last: T::one() }
     }
 
     /// Distance and normal of the wall seen from a point.
@@ -102,6 +103,7 @@ pub(crate) struct Acting<T: Real> {
 
 /// The arc past the mouth whose pre-curve has not come back.     docs/model.md (33)
 pub(crate) struct Straightened<T> {
+    pub grid: Grid<T>,
     /// Over link lengths.
     pub insertion: T,
     /// Link length over that arc.
@@ -116,7 +118,7 @@ pub(crate) struct Windup<T> {
     pub wound_rad: T,
     /// The joint at the entry.
     pub entry: usize,
-    /// Its arc, over link lengths.
+    /// Its arc, over that of its full cell.
     pub guide_cell: T,
     /// Of what the solve sees of its torsional stiffness, the share that is its own.
     pub twisting: T,
@@ -194,10 +196,9 @@ impl<T: Real> Law<T> for Acting<T> {
         let mut joint = *nominal;
         joint.bending *= self.softness;
         joint.torsion *= self.softness;
-        if let Some(Straightened { insertion, per_link }) = self.straightened {
-            // Joint j lies j + 1 links from the tip.
-            let past_mouth = insertion - T::int(index as i32 + 1);
-            joint.unloaded *= minimum(maximum(past_mouth * per_link, T::zero()), T::one());
+        if let Some(Straightened { grid, insertion, per_link }) = &self.straightened {
+            let past_mouth = *insertion - grid.node(index + 1);
+            joint.unloaded *= minimum(maximum(past_mouth * *per_link, T::zero()), T::one());
         }
         if let Some(pull) = &mut self.pull {
             pull.pass(index, bend, &mut joint);

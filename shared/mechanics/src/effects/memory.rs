@@ -157,16 +157,17 @@ impl<T: Real> Memory<T> {
         }
         let description = model.description();
         let effects = &description.effects;
-        let per_link = T::one() / description.solver.link_length_m;
+        let grid = &model.grid;
         let straightened_m = effects.entry.guide.straightened_m;
         let straightened = (straightened_m > T::zero()).then(|| Straightened {
-            insertion: insertion_m * per_link,
-            per_link: description.solver.link_length_m / straightened_m,
+            grid: *grid,
+            insertion: insertion_m * (T::one() / grid.link_length_m),
+            per_link: grid.link_length_m / straightened_m,
         });
         Some(Acting {
             wall: WallLaw::new(effects, model.least_stretch, self.path_m, self.speed_m_per_s, dt_s),
             stream: self.stream(model),
-            pull: Pull::new(description, overlap, &self.pull),
+            pull: Pull::new(description, &model.grid, overlap, &self.pull),
             softness: self.softness(model),
             vessel_motion: [self.vessel_moved_m, self.vessel_m_per_s],
             straightened,
@@ -174,7 +175,7 @@ impl<T: Real> Memory<T> {
                 compliance: model.windup_rad_per_n_m,
                 wound_rad: self.wound_rad,
                 entry,
-                guide_cell: guide_cell_m * per_link,
+                guide_cell: guide_cell_m * (T::one() / grid.cell_m(entry)),
                 twisting: T::one(),
             },
         })

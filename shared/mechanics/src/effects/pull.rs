@@ -3,6 +3,7 @@
 use cathforce_scalar::Vector3;
 
 use crate::coaxial::Overlap;
+use crate::grid::Grid;
 use crate::model::{maximum, minimum, sin_cos};
 use crate::tables::Joint;
 use crate::{Description, Real, Tendon};
@@ -32,7 +33,7 @@ pub(crate) struct Pull<T: Real> {
     slack_m: T,
     /// Axis about which it bends the instrument, material.
     axis: Vector3<T>,
-    link_length_m: T,
+    grid: Grid<T>,
     /// From the chain's tip back to the anchor, over the link length.
     behind: T,
     /// Tension where the sweep is \[N\], and one over its share at the tip.
@@ -50,6 +51,7 @@ impl<T: Real> Pull<T> {
     /// `None` without a tendon that bends anything.
     pub fn new(
         description: &Description<T>,
+        grid: &Grid<T>,
         overlap: &Overlap<T>,
         memory: &PullMemory<T>,
     ) -> Option<Self> {
@@ -62,8 +64,8 @@ impl<T: Real> Pull<T> {
                 friction: description.effects.tendon.friction.coefficient,
                 slack_m: description.effects.tendon.slack.length_m,
                 axis: Vector3::new(-sin, cos, zero),
-                behind: overlap.catheter.behind_m / description.solver.link_length_m,
-                link_length_m: description.solver.link_length_m,
+                behind: overlap.catheter.behind_m / grid.link_length_m,
+                grid: *grid,
                 tension_n: memory.tension_n / memory.fading,
                 fading: T::one(),
                 last: Vector3::zeros(),
@@ -76,13 +78,14 @@ impl<T: Real> Pull<T> {
     /// Adds to the unloaded bend of joint `index` what the tendon does there; `bend` is the
     /// joint's rotation \[rad\].     docs/model.md (34)
     pub fn pass(&mut self, index: usize, bend: &Vector3<T>, joint: &mut Joint<T>) {
-        let (zero, one) = (T::zero(), T::one());
         // The joint's cell in link lengths from the anchor; the tendon ends within the one, and
         // stops bending within the other.
-        let begins = T::int(index as i32) + T::lit(0.5) - self.behind;
-        let within = |length: T| minimum(maximum(length, zero), one);
-        let inside = within(begins + one);
-        let share = minimum(within(self.tendon.length_m / self.link_length_m - begins), inside);
+        let begins = self.grid.middle(index) - self.behind;
+        let cell = self.grid.cell(index);
+        let within = |length: T| minimum(maximum(length, T::zero()), cell) / cell;
+        let inside = within(begins + cell);
+        let ends = self.tendon.length_m / self.grid.link_length_m;
+        let share = minimum(within(ends - begins), inside);
         let turned = bend.dot(bend).root() * inside;
         let step = T::one() + self.friction * turned;
         self.fading *= step;

@@ -35,6 +35,7 @@ pub fn rod(length_m: f64, links: usize, bending_stiffness_n_m2: f64) -> Descript
         gravity_m_per_s2: [0.0; 3],
         solver: Solver {
             link_length_m: length_m / links as f64,
+            fine_tip_m: 0.0,
             tick_s: 1e-2,
             substeps: 1,
             solves: 1,

@@ -10,6 +10,7 @@ mod path;
 mod random;
 mod sets;
 mod steps;
+mod stops;
 
 use cathforce_mechanics::*;
 use path::Path;
@@ -69,6 +70,7 @@ fn catheter<T: Real>(friction: f64, stiffness: f64, precurve: f64) -> Descriptio
         gravity_m_per_s2: [T::zero(), T::zero(), T::lit(-9.81)],
         solver: Solver {
             link_length_m: T::lit(2e-3),
+            fine_tip_m: T::zero(),
             tick_s: T::lit(1e-3),
             substeps: 1,
             solves: 1,

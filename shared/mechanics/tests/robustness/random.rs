@@ -83,6 +83,7 @@ pub fn any_description(random: &mut Random) -> Description<f32> {
         gravity_m_per_s2: core::array::from_fn(|_| f(random.between(-10.0, 10.0))),
         solver: Solver {
             link_length_m: f(random.between(1.6e-3, 4e-3)),
+            fine_tip_m: 0.0,
             tick_s: 1e-3,
             substeps: 1 + random.below(2) as u8,
             solves: 1 + random.below(2) as u8,
@@ -94,7 +95,8 @@ pub fn any_description(random: &mut Random) -> Description<f32> {
 }
 
 /// On top of [`any_description`] half of the time a guidewire, half of the time a tendon that is
-/// pulled, and one in four of the effects anywhere in its range, or mildly.
+/// pulled, half of the time shorter links at the tip, and one in four of the effects anywhere in its
+/// range, or mildly.
 pub fn laden(random: &mut Random) -> Description<f32> {
     let mut description = any_description(random);
     if random.below(2) == 0 {
@@ -143,6 +145,9 @@ pub fn laden(random: &mut Random) -> Description<f32> {
             description.effects.wall.narrowing.y_m = random.between(-0.01, 0.01) as f32;
             description.effects.wall.narrowing.z_m = 0.0;
         }
+    }
+    if random.below(2) == 0 {
+        description.solver.fine_tip_m = random.scale(1e-3, 0.2) as f32;
     }
     description
 }
