@@ -1,6 +1,7 @@
 //! Everything that follows from a recording.
 
 use cathforce_config::image;
+use cathforce_mechanics::Solver;
 use serde::Serialize;
 
 use crate::compare::{Comparison, compare};
@@ -37,8 +38,8 @@ pub struct Analysis {
     pub radius_m: f64,
     /// The same of the guidewire in it, where there is one \[m\].
     pub guidewire_radius_m: Option<f64>,
-    /// Arc from one node to the next \[m\].
-    pub link_length_m: f64,
+    /// Of the model, whose nodes lie along the instrument.
+    pub solver: Solver<f32>,
 }
 
 /// Replays a recording where that is possible and compares it with its trial.
@@ -66,7 +67,7 @@ pub fn analyse(recording: &Recording) -> Result<Analysis, ReplayError> {
         entry_m,
         radius_m: f64::from(description.instrument.outer_radius_m),
         guidewire_radius_m: description.guidewire.as_ref().map(|w| f64::from(w.outer_radius_m)),
-        link_length_m: f64::from(description.solver.link_length_m),
+        solver: description.solver,
     })
 }
 

@@ -176,10 +176,11 @@ pub fn device_image(
     let links = most_links(solver.solves, solver.substeps, description.is_laden());
     let link_length_m = link_length_m(links)?;
     description.solver.link_length_m = link_length_m as f32;
+    description.solver.fine_tip_m = options.solver.fine_tip_m(link_length_m) as f32;
     if let Some(insertion_m) =
         bundle.largest_insertion_m().filter(|_| link_length_m > LONGEST_LINK_M)
     {
-        let reach_m = links as f64 * LONGEST_LINK_M;
+        let reach_m = options.solver.reach_m(LONGEST_LINK_M, links);
         return Err(ImageBuildError::TooFar { insertion_m, links, reach_m });
     }
     check_rig(bundle, &description)?;
@@ -197,7 +198,7 @@ pub fn device_image(
         return Err(too_large.into());
     }
 
-    let reach_m = links as f64 * link_length_m;
+    let reach_m = f64::from(description.solver.reach_m(links));
     let mut settings = options.settings;
     settings.max_insertion_m = settings.max_insertion_m.min(reach_m as f32);
     let ImageOptions { master, band, .. } = *options;

@@ -113,6 +113,11 @@ impl<T: Real> Solver<T> {
     pub fn reach_m(&self, links: usize) -> T {
         self.link_length_m * Grid::new(self).node(links)
     }
+
+    /// Links from the tip to the end of an arc \[m\].
+    pub fn links_in(&self, arc_m: T) -> T {
+        Grid::new(self).links_in(arc_m)
+    }
 }
 
 /// Drag per length; grows with the square of a node's speed.

@@ -62,13 +62,17 @@ impl<T: Real> Grid<T> {
         if sample.is_multiple_of(2) { self.node(sample / 2) } else { self.middle(sample / 2) }
     }
 
+    /// Links from the tip to the end of an arc \[m\].
+    pub fn links_in(&self, arc_m: T) -> T {
+        let arc = arc_m / self.link_length_m;
+        let tip = minimum(arc, self.node(self.tip_links));
+        // One more for each of the tip's halves.
+        arc + tip
+    }
+
     /// The link in which an arc from the tip ends \[m\].
     pub fn link_at(&self, arc_m: T) -> usize {
-        let arc = arc_m / self.link_length_m;
-        let halves = minimum(arc, self.node(self.tip_links)) * T::int(2);
-        // Beyond the tip's links each half is a whole one.
-        let beyond = arc - halves * T::lit(0.5);
-        (halves + beyond).floor_int().max(0) as usize
+        self.links_in(arc_m).floor_int().max(0) as usize
     }
 }
 

@@ -120,7 +120,9 @@ pub fn shapes(recording: &Recording, analysis: &Analysis) -> Value {
         "radius_mm": 1e3 * analysis.radius_m,
         "guidewire_radius_mm": analysis.guidewire_radius_m.map(|radius_m| 1e3 * radius_m),
         "bare": analysis.guidewire_radius_m.map(|_| {
-            floats(shapes.iter().map(|shape| ahead_m(analysis, shape.at_ns) / analysis.link_length_m))
+            let ahead_m = |at_ns| ahead_m(analysis, at_ns) as f32;
+            let links = |at_ns| f64::from(analysis.solver.links_in(ahead_m(at_ns)));
+            floats(shapes.iter().map(|shape| links(shape.at_ns)))
         }),
     })
 }
