@@ -58,6 +58,12 @@ pub(crate) struct Paced<T> {
 impl<T: Real> Paced<T> {
     /// As before.
     pub const EVEN: Self = Self { rates: T::ONE, sliding: [T::ONE; 2] };
+
+    /// In the next part of the same tick: as in the one before, which the rates know of now.
+    pub fn go_on(&mut self, gain: T) {
+        self.rates /= T::ONE + gain * (self.rates - T::ONE);
+        self.sliding = Self::EVEN.sliding;
+    }
 }
 
 impl<T: Real> Pace<T> {

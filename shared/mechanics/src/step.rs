@@ -84,7 +84,7 @@ pub fn step_loaded<T: Real, const LINKS: usize>(
         catheter: model.reached(asked.catheter),
         guidewire: model.reached(asked.guidewire),
     };
-    let paced = state.keep_pace(model, &drives);
+    let mut paced = state.keep_pace(model, &drives);
     let mut outputs = Outputs::default();
     for part in 1..=solver.substeps.max(1) {
         let share = T::int(i32::from(part)) / parts;
@@ -100,7 +100,10 @@ pub fn step_loaded<T: Real, const LINKS: usize>(
             state.remember_bends(model);
         }
         let before = state.drives;
-        scheme.sliding = if part == 1 { paced.sliding } else { Paced::EVEN.sliding };
+        if part > 1 {
+            paced.go_on(solver.predictor_gain);
+        }
+        scheme.sliding = paced.sliding;
         state.effects.place(model, scheme.dt_s);
         state.feed(model, target);
         state.effects.advance(model, &before, &state.drives, state.fed_m, scheme.dt_s);

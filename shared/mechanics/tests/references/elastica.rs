@@ -85,6 +85,28 @@ fn a_dead_tip_load_gives_the_exact_elastica() {
     }
 }
 
+/// A quarter of so many links is half as long as the others.
+fn finer_at_the_tip(links: usize) -> Description<f64> {
+    let halves = links / 4;
+    let mut description = rod(LENGTH_M, links, EI_N_M2);
+    let solver = &mut description.solver;
+    solver.link_length_m = LENGTH_M / (links as f64 - 0.5 * halves as f64);
+    solver.fine_tip_m = 0.5 * solver.link_length_m * (halves as f64 + 0.25);
+    let reach_m = solver.reach_m(links);
+    assert!((reach_m - LENGTH_M).abs() < 1e-12, "{links} links reach {reach_m} m");
+    description
+}
+
+#[test]
+fn shorter_links_at_the_tip_give_the_exact_elastica() {
+    for [load, drop, shortening, ..] in TIP_LOAD {
+        let exact = [1.0 - shortening, 0.0, -drop];
+        assert_exact(&format!("PL²/EI = {load}, finer at the tip"), exact, 7e-4, |links| {
+            hang(finer_at_the_tip(links), &tip_load(load)).0
+        });
+    }
+}
+
 #[test]
 fn the_angle_at_the_tip_and_the_moment_at_the_root_are_those_of_the_elastica() {
     for [load, _, _, angle_rad, moment] in TIP_LOAD {
