@@ -132,9 +132,10 @@ fn single_ticks(schedule: Schedule, effects: Vec<(String, f32)>, band: Option<Ba
     };
     let wall = wall.map(|factor| ("effects.wall.stiffness.factor".to_owned(), factor));
     let links = most_links(solves, substeps, !effects.is_empty());
+    let solver = SolverDefaults { solves, substeps, ..SolverDefaults::default() };
     let image = image_with(&ImageOptions {
-        link_length_m: Some(deepest_m / (links as f64 - LAST_LINK)),
-        solver: SolverDefaults { solves, substeps, ..SolverDefaults::default() },
+        link_length_m: Some(deepest_m / (solver.reach_m(1.0, links) - LAST_LINK)),
+        solver,
         parameters: wall.into_iter().chain(effects).collect(),
         band,
         ..ImageOptions::default()

@@ -104,8 +104,8 @@ pub(crate) struct Acting<T: Real> {
 /// The arc past the mouth whose pre-curve has not come back.     docs/model.md (33)
 pub(crate) struct Straightened<T> {
     pub grid: Grid<T>,
-    /// Over link lengths.
-    pub insertion: T,
+    /// From the mouth to the node that the sweep has come to, over link lengths.
+    pub past_mouth: T,
     /// Link length over that arc.
     pub per_link: T,
 }
@@ -196,9 +196,9 @@ impl<T: Real> Law<T> for Acting<T> {
         let mut joint = *nominal;
         joint.bending *= self.softness;
         joint.torsion *= self.softness;
-        if let Some(Straightened { grid, insertion, per_link }) = &self.straightened {
-            let past_mouth = *insertion - grid.node(index + 1);
-            joint.unloaded *= minimum(maximum(past_mouth * *per_link, T::zero()), T::one());
+        if let Some(Straightened { grid, past_mouth, per_link }) = &mut self.straightened {
+            *past_mouth -= grid.link(index);
+            joint.unloaded *= minimum(maximum(*past_mouth * *per_link, T::zero()), T::one());
         }
         if let Some(pull) = &mut self.pull {
             pull.pass(index, bend, &mut joint);

@@ -161,7 +161,7 @@ impl<T: Real> Memory<T> {
         let straightened_m = effects.entry.guide.straightened_m;
         let straightened = (straightened_m > T::zero()).then(|| Straightened {
             grid: *grid,
-            insertion: insertion_m * (T::one() / grid.link_length_m),
+            past_mouth: insertion_m * (T::one() / grid.link_length_m),
             per_link: grid.link_length_m / straightened_m,
         });
         Some(Acting {

@@ -34,8 +34,10 @@ pub(crate) struct Pull<T: Real> {
     /// Axis about which it bends the instrument, material.
     axis: Vector3<T>,
     grid: Grid<T>,
-    /// From the chain's tip back to the anchor, over the link length.
-    behind: T,
+    /// From the anchor to where the next joint's cell begins and to the tendon's end, over the link
+    /// length.
+    begins: T,
+    ends: T,
     /// Tension where the sweep is \[N\], and one over its share at the tip.
     tension_n: T,
     fading: T,
@@ -64,7 +66,8 @@ impl<T: Real> Pull<T> {
                 friction: description.effects.tendon.friction.coefficient,
                 slack_m: description.effects.tendon.slack.length_m,
                 axis: Vector3::new(-sin, cos, zero),
-                behind: overlap.catheter.behind_m / grid.link_length_m,
+                begins: grid.middle(0) - overlap.catheter.behind_m / grid.link_length_m,
+                ends: description.tendon.length_m / grid.link_length_m,
                 grid: *grid,
                 tension_n: memory.tension_n / memory.fading,
                 fading: T::one(),
@@ -78,14 +81,14 @@ impl<T: Real> Pull<T> {
     /// Adds to the unloaded bend of joint `index` what the tendon does there; `bend` is the
     /// joint's rotation \[rad\].     docs/model.md (34)
     pub fn pass(&mut self, index: usize, bend: &Vector3<T>, joint: &mut Joint<T>) {
-        // The joint's cell in link lengths from the anchor; the tendon ends within the one, and
-        // stops bending within the other.
-        let begins = self.grid.middle(index) - self.behind;
         let cell = self.grid.cell(index);
-        let within = |length: T| minimum(maximum(length, T::zero()), cell) / cell;
-        let inside = within(begins + cell);
-        let ends = self.tendon.length_m / self.grid.link_length_m;
-        let share = minimum(within(ends - begins), inside);
+        let per_cell = T::one() / cell;
+        let begins = self.begins;
+        self.begins += cell;
+        // The tendon ends within the one cell, and stops bending within the other.
+        let within = |length: T| minimum(maximum(length, T::zero()), cell) * per_cell;
+        let inside = within(self.begins);
+        let share = minimum(within(self.ends - begins), inside);
         let turned = bend.dot(bend).root() * inside;
         let step = T::one() + self.friction * turned;
         self.fading *= step;
