@@ -5,7 +5,7 @@ use cathforce_config::image;
 use cathforce_hil_tests::{bundle, image_with, record};
 use cathforce_link::qemu::Qemu;
 use cathforce_record::{Recording, replay};
-use cathforce_rig::ImageOptions;
+use cathforce_rig::{ImageOptions, SolverDefaults};
 
 /// The deepest of the example's trials: 9.8 s of feed, with rotation.
 const TRIAL: u32 = 2;
@@ -26,7 +26,8 @@ fn p22_p09_p14_an_insertion_on_the_board_replays_without_a_differing_bit() {
     let trial = bundle().trial(TRIAL).expect("in the example");
     let deepest_m = trial.catheter().expect("a catheter's").insertion_m.iter();
     let deepest_m = deepest_m.copied().fold(0.0, f64::max);
-    let options = ImageOptions { link_length_m: Some(deepest_m / LINKS), ..Default::default() };
+    let one_m = SolverDefaults::default().reach_m(1.0, LINKS);
+    let options = ImageOptions { link_length_m: Some(deepest_m / one_m), ..Default::default() };
     let image = image_with(&options);
     let folder = tempfile::tempdir().expect("a folder");
     let file = folder.path().join("insertion.mcap");

@@ -6,7 +6,7 @@ use cathforce_control::TICK_S;
 use cathforce_hil_tests::{guidewire_bundle, record};
 use cathforce_link::qemu::Qemu;
 use cathforce_record::{Recording, TickEstimate, replay};
-use cathforce_rig::{ImageOptions, device_image};
+use cathforce_rig::{ImageOptions, SolverDefaults, device_image};
 
 /// Half of what 480 MHz give in a tick of 1 ms, at one cycle an instruction.
 const MOST_INSTRUCTIONS: u32 = 240_000;
@@ -25,7 +25,7 @@ fn p22_p09_p02_a_wire_and_its_catheter_round_a_bend_on_the_board() {
     let trial = bundle.trial(0).expect("in the example");
     let deepest_m = bundle.largest_insertion_m().expect("a catheter's trial");
     let settings = Settings { force_gain: GAIN, torque_gain: GAIN, ..Settings::default() };
-    let link_length_m = Some(deepest_m / LINKS);
+    let link_length_m = Some(deepest_m / SolverDefaults::default().reach_m(1.0, LINKS));
     let options = ImageOptions { link_length_m, settings, ..ImageOptions::default() };
     let (image, _) = device_image(bundle, &options).unwrap_or_else(|error| panic!("{error}"));
     let folder = tempfile::tempdir().expect("a folder");

@@ -118,9 +118,12 @@ pub fn play<T: Real, const LINKS: usize>(
     let largest_insertion_m = (0..=ticks).map(|k| at(k).insertion_m).fold(0.0, f64::max);
     let line_stiffness_n_per_m2 = case.problem.wall.line_stiffness_n_per_m2;
     let links = defaults.links_at(line_stiffness_n_per_m2);
-    let share = (links - 1) as f64 / (links * LINKS / mechanics::MAX_LINKS - 1) as f64;
-    let link_length_m = defaults.link_length_m(largest_insertion_m, links) * share;
-    let description = description::<T>(&case.problem, link_length_m, defaults);
+    // Of a chain of another length the tip's links have the same share.
+    let tip_links = defaults.tip_links * LINKS / mechanics::MAX_LINKS;
+    let played = SolverDefaults { tip_links, ..*defaults };
+    let links = links * LINKS / mechanics::MAX_LINKS;
+    let link_length_m = played.link_length_m(largest_insertion_m, links);
+    let description = description::<T>(&case.problem, link_length_m, &played);
     let model: Model<T, LINKS> =
         Model::new(description).map_err(|error| anyhow!("{}: {error:?}", case.name))?;
     let built = stored(&case.problem, choices.cell_m)?;

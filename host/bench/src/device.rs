@@ -62,9 +62,10 @@ fn run(bundle: &Bundle, solves: u8) -> anyhow::Result<Run> {
     let trial = bundle.trial(TRIAL).context("the example has lost its trial")?;
     let insertion_m = &trial.catheter().context("not a catheter's trial")?.insertion_m;
     let deepest_m = insertion_m.iter().copied().fold(0.0, f64::max);
+    let solver = SolverDefaults { solves, ..SolverDefaults::default() };
     let options = ImageOptions {
-        link_length_m: Some(deepest_m / LINKS),
-        solver: SolverDefaults { solves, ..SolverDefaults::default() },
+        link_length_m: Some(deepest_m / solver.reach_m(1.0, LINKS)),
+        solver,
         ..ImageOptions::default()
     };
     let (image, _) = device_image(bundle, &options)?;

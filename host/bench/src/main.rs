@@ -88,12 +88,13 @@ fn main() -> anyhow::Result<()> {
     Ok(())
 }
 
-/// The insertion in f32 with the links of a device, as coarse as the peers.
+/// The insertion in f32 with the links of a device, as many as the peers' nodes have between them.
 fn ours(reference: &Series) -> anyhow::Result<Ours> {
     let built = INSERTION.lumen(cathforce_rig::CELL_M)?;
     let lumen = Lumen::new(built.header, &built.bytes)
         .map_err(|error| anyhow::anyhow!("the tube's lumen: {error:?}"))?;
-    let run = || insertion::play::<f32, LINKS>(&INSERTION, INSERTION.spacing_m(), &lumen);
+    let link_length_m = INSERTION.link_length_m();
+    let run = || insertion::play::<f32, LINKS>(&INSERTION, link_length_m, &lumen);
     let (series, mut fastest) = run()?;
     for _ in 1..RUNS {
         fastest = fastest.min(run()?.1);

@@ -1,6 +1,7 @@
 //! What a tick costs on the host: over links, contacts and the size of the lumen.
 
 use cathforce_mechanics::{Drive, Lumen, Model, State, settle, step};
+use cathforce_rig::SolverDefaults;
 use serde::Serialize;
 
 use crate::clock::Stopwatch;
@@ -89,16 +90,18 @@ struct Scene<const LINKS: usize> {
     model: Model<f32, LINKS>,
     header: cathforce_mechanics::LumenHeader,
     bytes: Vec<u8>,
-    link_m: f32,
+    /// Of the instrument, with half of the last link, and of a link \[m\].
+    inside_m: [f32; 2],
 }
 
 /// The instrument wholly inside, with every link in use.
 fn tick<const LINKS: usize>(insertion: &Insertion, cell_m: f64) -> anyhow::Result<Scene<LINKS>> {
-    let link_m = insertion.length_m / (LINKS as f64 - 0.5);
+    let link_m = insertion.length_m / SolverDefaults::default().reach_m(1.0, LINKS as f64 - 0.5);
     let model = Model::new(insertion.description(link_m))
         .map_err(|error| anyhow::anyhow!("{LINKS} links: {error:?}"))?;
     let built = insertion.lumen(cell_m)?;
-    Ok(Scene { model, header: built.header, bytes: built.bytes, link_m: link_m as f32 })
+    let inside_m = [insertion.length_m, link_m].map(|length_m| length_m as f32);
+    Ok(Scene { model, header: built.header, bytes: built.bytes, inside_m })
 }
 
 impl<const LINKS: usize> Scene<LINKS> {
@@ -110,7 +113,8 @@ impl<const LINKS: usize> Scene<LINKS> {
         // To and fro within the base link, so that every tick has all links.
         let at = |tick: usize| {
             let phase = (tick % 200) as f32 / 100.0 - 1.0;
-            let insertion_m = self.link_m * (LINKS as f32 - 0.5 + 0.3 * (phase.abs() - 0.5));
+            let [inside_m, link_m] = self.inside_m;
+            let insertion_m = inside_m + link_m * 0.3 * (phase.abs() - 0.5);
             Drive { insertion_m, rotation_rad: 0.0 }
         };
         while !settle(&self.model, &lumen, &mut state, at(0)) {}

@@ -66,13 +66,13 @@ impl SolverDefaults {
     /// The link length with which a chain of so many links reaches `insertion_m` and the margin
     /// \[m\]; one link is to spare.
     pub fn link_length_m(&self, insertion_m: f64, links: usize) -> f64 {
-        let one_m = self.reach_m(1.0, links - 1);
+        let one_m = self.reach_m(1.0, (links - 1) as f64);
         ((insertion_m + self.reach_margin_m) / one_m).max(self.shortest_link_m)
     }
 
     /// How far so many links reach, of which those of the shaft have this length \[m\].
-    pub fn reach_m(&self, link_length_m: f64, links: usize) -> f64 {
-        link_length_m * (links as f64 - 0.5 * self.tip_links.min(links) as f64)
+    pub fn reach_m(&self, link_length_m: f64, links: f64) -> f64 {
+        link_length_m * (links - 0.5 * links.min(self.tip_links as f64))
     }
 
     /// How far the tip's links go, where those of the shaft have this length \[m\]: somewhat farther

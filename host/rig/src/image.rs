@@ -180,7 +180,7 @@ pub fn device_image(
     if let Some(insertion_m) =
         bundle.largest_insertion_m().filter(|_| link_length_m > LONGEST_LINK_M)
     {
-        let reach_m = options.solver.reach_m(LONGEST_LINK_M, links);
+        let reach_m = options.solver.reach_m(LONGEST_LINK_M, links as f64);
         return Err(ImageBuildError::TooFar { insertion_m, links, reach_m });
     }
     check_rig(bundle, &description)?;

@@ -123,6 +123,11 @@ impl Insertion {
         self.length_m / f64::from(self.nodes - 1)
     }
 
+    /// Length of a link of our shaft, where as many links reach as far \[m\].
+    pub fn link_length_m(&self) -> f64 {
+        self.length_m / SolverDefaults::default().reach_m(1.0, f64::from(self.nodes - 1))
+    }
+
     /// Ticks from the first to the last sample.
     pub fn samples(&self) -> usize {
         ((self.end_m - self.start_m) / self.speed_m_per_s / self.sample_s).round() as usize
