@@ -44,7 +44,7 @@ impl<T: Real> Overlap<T> {
 
     /// Share of a sample that the catheter covers.     docs/model.md (40)
     ///
-    /// Its end stands for a cone of half a link, so that no sample jumps as it passes.
+    /// Its end stands for a cone of half a link of the shaft, so that no sample jumps as it passes.
     pub fn covered(&self, sample: usize, grid: &Grid<T>) -> T {
         let behind = self.catheter.behind_m / (grid.link_length_m * T::lit(0.5));
         let covered = grid.sample(sample) * T::int(2) + T::one() - behind;

@@ -158,10 +158,11 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
 
     /// Rotations by the filtered rates, positions from the base.     docs/model.md (3)
     ///
-    /// Only the initial guess of the solve; `dt_s` = 0 predicts no rotation.
+    /// Only the initial guess of the solve; `dt_s` = 0 predicts no rotation. `paced`: what the rates are
+    /// worth in it.
     #[inline(never)]
-    pub(crate) fn predict(&mut self, dt_s: T) {
-        T::side_by_side(Predict { state: self, dt_s });
+    pub(crate) fn predict(&mut self, dt_s: T, paced: T) {
+        T::side_by_side(Predict { state: self, dt_s, paced });
     }
 }
 
@@ -169,6 +170,7 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
 struct Predict<'a, T: Real, const LINKS: usize> {
     state: &'a mut State<T, LINKS>,
     dt_s: T,
+    paced: T,
 }
 
 impl<T: Real, const LINKS: usize> Work<T> for Predict<'_, T, LINKS> {
@@ -176,9 +178,12 @@ impl<T: Real, const LINKS: usize> Work<T> for Predict<'_, T, LINKS> {
 
     #[inline(always)]
     fn with<N: Pack<T>>(self) {
-        let Self { state, dt_s } = self;
+        let Self { state, dt_s, paced } = self;
+        let dt_s = dt_s * paced;
         let half_dt = N::all(dt_s * T::lit(0.5));
         let largest = T::lit(0.25 * LARGEST_PREDICTED_TURN * LARGEST_PREDICTED_TURN);
+        // A rate that is too large only because the drives speed up is kept.
+        let forgotten = largest * maximum(paced * paced, T::one());
         let mut position = state.effects.mouth;
         let count = state.count.min(LINKS);
         let links = &mut state.links[..count];
@@ -196,7 +201,9 @@ impl<T: Real, const LINKS: usize> Work<T> for Predict<'_, T, LINKS> {
                     link.tangent = tangent[lane];
                     link.turn = link.rate * dt_s;
                 } else {
-                    link.rate = Vector3::zeros();
+                    if squared.lane(lane) >= forgotten {
+                        link.rate = Vector3::zeros();
+                    }
                     link.turn = Vector3::zeros();
                 }
                 position += link.tangent * (link.span.length * (T::one() + link.strain));

@@ -72,13 +72,9 @@ impl<T: Real> Pace<T> {
         Self { last: [Moved::NOT; 2], smoothed: [Moved::NOT; 2], still: 0 }
     }
 
-    /// Takes a tick into account, in which the drives go on to `now`; `gain` is that of the rates.
+    /// Takes a tick of the catheter and the guidewire into account; `gain` is that of the rates.
     ///                                                                      docs/model.md (44)
-    pub fn go_on(&mut self, before: &Drives<T>, now: &Drives<T>, radius_m: T, gain: T) -> Paced<T> {
-        let moved = [
-            Moved::between(&before.catheter, &now.catheter, radius_m),
-            Moved::between(&before.guidewire, &now.guidewire, radius_m),
-        ];
+    fn go_on(&mut self, moved: [Moved<T>; 2], gain: T) -> Paced<T> {
         let [least, most] = [PACED.start, PACED.end].map(T::lit);
         let within = |paced: T, most: T| minimum(maximum(paced, least), most);
         // What speeds up may go another way than it went. A step of an encoder after ticks without
@@ -114,8 +110,13 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
         // The rates are smoothed once a step.
         let kept = T::one() - solver.predictor_gain;
         let kept = (1..solver.substeps.max(1)).fold(kept, |kept_until, _| kept_until * kept);
+        let before = &self.drives;
         let radius_m = description.instrument.outer_radius_m;
-        self.pace.go_on(&self.drives, target, radius_m, T::one() - kept)
+        let catheter = Moved::between(&before.catheter, &target.catheter, radius_m);
+        let guidewire = description.guidewire.as_ref().map_or(Moved::NOT, |wire| {
+            Moved::between(&before.guidewire, &target.guidewire, wire.outer_radius_m)
+        });
+        self.pace.go_on([catheter, guidewire], T::one() - kept)
     }
 }
 
@@ -133,40 +134,17 @@ fn measure<T: Real>(by: &[Moved<T>], of: &[Moved<T>]) -> T {
 mod tests {
     use super::*;
 
-    /// Drives that go on by a surface's way along and about each, from tick to tick.
-    struct Played {
-        pace: Pace<f64>,
-        drives: Drives<f64>,
-    }
-
-    impl Played {
-        fn begin() -> Self {
-            Self { pace: Pace::none(), drives: Drives::ZERO }
-        }
-
-        fn go(&mut self, by_m: [f64; 4]) -> Paced<f64> {
-            let radius_m = 1e-3;
-            let [along, about, wire_along, wire_about] = by_m;
-            let go = |drive: Drive<f64>, along_m: f64, about_m: f64| Drive {
-                insertion_m: drive.insertion_m + along_m,
-                rotation_rad: drive.rotation_rad + about_m / radius_m,
-            };
-            let now = Drives {
-                catheter: go(self.drives.catheter, along, about),
-                guidewire: go(self.drives.guidewire, wire_along, wire_about),
-            };
-            let before = core::mem::replace(&mut self.drives, now);
-            self.pace.go_on(&before, &now, radius_m, 0.12)
-        }
+    fn go(pace: &mut Pace<f64>, [along, about, wire_along, wire_about]: [f64; 4]) -> Paced<f64> {
+        pace.go_on([Moved([along, about]), Moved([wire_along, wire_about])], 0.12)
     }
 
     /// What a tick is worth after many `before`.
     fn after(before: [f64; 4], now: [f64; 4]) -> [f64; 3] {
-        let mut played = Played::begin();
+        let mut pace = Pace::none();
         for _ in 0..300 {
-            played.go(before);
+            go(&mut pace, before);
         }
-        let Paced { rates, sliding: [catheter, guidewire] } = played.go(now);
+        let Paced { rates, sliding: [catheter, guidewire] } = go(&mut pace, now);
         [rates, catheter, guidewire]
     }
 
@@ -197,11 +175,11 @@ mod tests {
 
     #[test]
     fn steps_of_an_encoder_are_worth_as_many_ticks_as_they_stand_for() {
-        let mut played = Played::begin();
+        let mut pace = Pace::none();
         let mut worth = [0.0; 4];
         for tick in 0..400 {
             let by_m = if tick % 4 == 0 { 1e-5 } else { 0.0 };
-            worth[tick % 4] = played.go([by_m, 0.0, 0.0, 0.0]).rates;
+            worth[tick % 4] = go(&mut pace, [by_m, 0.0, 0.0, 0.0]).rates;
         }
         assert!(worth[0] > 4.0 && worth[0] <= 8.0, "{worth:?}");
         assert!(worth[1..].iter().all(|of| *of < 0.01), "{worth:?}");
@@ -209,17 +187,17 @@ mod tests {
 
     #[test]
     fn a_drive_that_starts_again_is_worth_no_more_than_it_was() {
-        let mut played = Played::begin();
+        let mut pace = Pace::none();
         let feed = [1e-5, 0.0, 0.0, 0.0];
         for _ in 0..300 {
-            played.go(feed);
+            go(&mut pace, feed);
         }
         for _ in 0..TICKS_A_STEP {
-            played.go([0.0; 4]);
+            go(&mut pace, [0.0; 4]);
         }
         assert_near(
             {
-                let Paced { rates, sliding: [catheter, guidewire] } = played.go(feed);
+                let Paced { rates, sliding: [catheter, guidewire] } = go(&mut pace, feed);
                 [rates, catheter, guidewire]
             },
             [1.0; 3],

@@ -91,16 +91,16 @@ pub struct Outputs<T> {
 pub(crate) struct Span<T> {
     /// \[m\]
     pub length: T,
-    /// Over the link length.
+    /// Over that of the whole link.
     pub share: T,
     /// One over the length that the stretch sees \[1/m\].
     pub inverse_length: T,
 }
 
 impl<T: Real> Span<T> {
-    pub fn new(length: T, link_length: T) -> Self {
-        let stretched = length.larger(link_length * T::lit(SHORTEST_BASE));
-        Self { length, share: length / link_length, inverse_length: T::one() / stretched }
+    pub fn new(length: T, whole: T) -> Self {
+        let stretched = length.larger(whole * T::lit(SHORTEST_BASE));
+        Self { length, share: length / whole, inverse_length: T::one() / stretched }
     }
 
     const fn none() -> Self {

@@ -107,7 +107,7 @@ pub fn step_loaded<T: Real, const LINKS: usize>(
         state.effects.place(model, scheme.dt_s);
         state.feed(model, target);
         state.effects.advance(model, &before, &state.drives, state.fed_m, scheme.dt_s);
-        state.predict(scheme.dt_s * state.carried * paced.rates);
+        state.predict(scheme.dt_s * state.carried, paced.rates);
         let mut totals;
         let mut farthest_squared = T::zero();
         for i in 1.. {
@@ -185,7 +185,7 @@ pub fn settle_loaded<T: Real, const LINKS: usize>(
     for link in &mut state.links {
         link.rate = Vector3::zeros();
     }
-    state.predict(T::zero());
+    state.predict(T::zero(), T::one());
     let totals = solve_acting(model, lumen, state, loads, &scheme);
     let held = totals.force_on_instrument + totals.force_on_guide + totals.moment_on_guide;
     if !(held.x() + held.y() + held.z()).is_finite() {

@@ -51,7 +51,7 @@ use simulate::{Inputs, Simulator, Trajectory, readings};
 use ways::WAYS;
 
 /// A diagnosis plays every trial hundreds of times: with a quarter of the ticks of the device, and with
-/// half the links where that makes little difference. Predictions are corrected by what a finer model
+/// links of twice the length, also those of the tip, where that makes little difference. Predictions are corrected by what a finer model
 /// changes where a fit ends.
 const COARSER: f64 = 2.0;
 const TICK_S: f64 = 4e-3;

@@ -5,6 +5,7 @@
 mod wall;
 
 mod caught;
+mod grid;
 mod passed;
 mod path;
 mod random;

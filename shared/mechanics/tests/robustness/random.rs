@@ -3,6 +3,7 @@
 use cathforce_mechanics::*;
 
 /// A small generator, so that a failure names its seed and can be repeated.
+#[derive(Clone)]
 pub struct Random(u64);
 
 impl Random {
@@ -95,8 +96,7 @@ pub fn any_description(random: &mut Random) -> Description<f32> {
 }
 
 /// On top of [`any_description`] half of the time a guidewire, half of the time a tendon that is
-/// pulled, half of the time shorter links at the tip, and one in four of the effects anywhere in its
-/// range, or mildly.
+/// pulled, and one in four of the effects anywhere in its range, or mildly.
 pub fn laden(random: &mut Random) -> Description<f32> {
     let mut description = any_description(random);
     if random.below(2) == 0 {
@@ -146,8 +146,16 @@ pub fn laden(random: &mut Random) -> Description<f32> {
             description.effects.wall.narrowing.z_m = 0.0;
         }
     }
-    if random.below(2) == 0 {
-        description.solver.fine_tip_m = random.scale(1e-3, 0.2) as f32;
+    description
+}
+
+/// On top of [`laden`] half of the time shorter links at the tip, of which what is drawn later knows
+/// nothing.
+pub fn finer(random: &mut Random) -> Description<f32> {
+    let mut description = laden(random);
+    let mut own = random.clone();
+    if own.below(2) == 0 {
+        description.solver.fine_tip_m = own.scale(1e-3, 0.2) as f32;
     }
     description
 }
