@@ -51,8 +51,8 @@ use simulate::{Inputs, Simulator, Trajectory, readings};
 use ways::WAYS;
 
 /// A diagnosis plays every trial hundreds of times: with a quarter of the ticks of the device, and with
-/// links of twice the length, also those of the tip, where that makes little difference. Predictions are corrected by what a finer model
-/// changes where a fit ends.
+/// links of twice the length, also those of the tip, where that makes little difference. Predictions
+/// are corrected by what a finer model changes where a fit ends.
 const COARSER: f64 = 2.0;
 const TICK_S: f64 = 4e-3;
 /// Standard deviations beyond which a residual is what a snap or a whip leaves.
