@@ -63,7 +63,7 @@ impl Default for SolverDefaults {
 }
 
 impl SolverDefaults {
-    /// The link length with which a chain of so many links reaches `insertion_m` and the margin
+    /// The length of the shaft's links with which a chain of so many links reaches `insertion_m` and the margin
     /// \[m\]; one link is to spare.
     pub fn link_length_m(&self, insertion_m: f64, links: usize) -> f64 {
         let one_m = self.reach_m(1.0, (links - 1) as f64);

@@ -22,7 +22,7 @@ const LONGEST_LINK_M: f64 = 2e-2;
 #[derive(Clone, Debug, PartialEq)]
 pub struct ImageOptions {
     pub solver: SolverDefaults,
-    /// Length of a link \[m\]; by the trials' largest insertion when `None`.
+    /// Length of a link of the shaft \[m\]; by the trials' largest insertion when `None`.
     pub link_length_m: Option<f64>,
     /// Grid spacing of the lumen \[m\].
     pub cell_m: f64,
@@ -63,7 +63,7 @@ pub struct ImageReport {
     /// Of the whole image.
     pub bytes: usize,
     pub lumen: LumenReport,
-    /// Length of a link \[m\].
+    /// Length of a link of the shaft \[m\].
     pub link_length_m: f64,
     /// The insertion that the links reach \[m\]; the settings' limit is lowered to it.
     pub reach_m: f64,

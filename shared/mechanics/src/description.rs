@@ -92,7 +92,7 @@ pub struct Wall<T> {
 pub struct Solver<T> {
     /// Length of a link of the shaft \[m\]; the model's links must reach from the mouth to the tip.
     pub link_length_m: T,
-    /// So near the tip links are half as long \[m\]: as many as fit.
+    /// So near the tip links are half as long \[m\]: as many as fit; 0: none.
     pub fine_tip_m: T,
     /// Time of one tick \[s\].
     pub tick_s: T,

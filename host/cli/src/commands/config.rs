@@ -129,7 +129,7 @@ fn show(ui: &Ui, arguments: &ConfigShowArguments) -> Result<(), Failure> {
         rows.extend([
             ("rig".to_owned(), rig),
             ("image".to_owned(), format!("{} bytes", report.bytes)),
-            ("link length".to_owned(), format!("{:.3} mm", 1e3 * report.link_length_m)),
+            ("link length".to_owned(), format!("{:.3} mm along the shaft", 1e3 * report.link_length_m)),
             ("reach".to_owned(), format!("{:.1} mm", 1e3 * report.reach_m)),
             ("lumen".to_owned(), format!("{bytes} bytes, grid of {cell_mm:.2} mm")),
         ]);
