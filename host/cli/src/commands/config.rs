@@ -126,10 +126,11 @@ fn show(ui: &Ui, arguments: &ConfigShowArguments) -> Result<(), Failure> {
         json["lumen_bytes"] = json!(report.lumen.bytes);
         json["lumen_cell_m"] = json!(report.lumen.cell_m);
         let (bytes, cell_mm) = (report.lumen.bytes, 1e3 * report.lumen.cell_m);
+        let link_mm = 1e3 * report.link_length_m;
         rows.extend([
             ("rig".to_owned(), rig),
             ("image".to_owned(), format!("{} bytes", report.bytes)),
-            ("link length".to_owned(), format!("{:.3} mm along the shaft", 1e3 * report.link_length_m)),
+            ("link length".to_owned(), format!("{link_mm:.3} mm along the shaft")),
             ("reach".to_owned(), format!("{:.1} mm", 1e3 * report.reach_m)),
             ("lumen".to_owned(), format!("{bytes} bytes, grid of {cell_mm:.2} mm")),
         ]);
