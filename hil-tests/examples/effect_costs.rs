@@ -16,9 +16,8 @@ const LINKS: f64 = 63.5;
 const TICKS: u32 = 100;
 
 fn worst_instructions(parameters: Vec<(String, f32)>) -> u32 {
-    let one_m = SolverDefaults::default().reach_m(1.0, LINKS);
     let image = image_with(&ImageOptions {
-        link_length_m: Some(INSERTION_M / one_m),
+        link_length_m: Some(SolverDefaults::default().link_length_over(INSERTION_M, LINKS)),
         parameters,
         ..ImageOptions::default()
     });

@@ -26,8 +26,8 @@ fn p22_p09_p14_an_insertion_on_the_board_replays_without_a_differing_bit() {
     let trial = bundle().trial(TRIAL).expect("in the example");
     let deepest_m = trial.catheter().expect("a catheter's").insertion_m.iter();
     let deepest_m = deepest_m.copied().fold(0.0, f64::max);
-    let one_m = SolverDefaults::default().reach_m(1.0, LINKS);
-    let options = ImageOptions { link_length_m: Some(deepest_m / one_m), ..Default::default() };
+    let link_length_m = Some(SolverDefaults::default().link_length_over(deepest_m, LINKS));
+    let options = ImageOptions { link_length_m, ..Default::default() };
     let image = image_with(&options);
     let folder = tempfile::tempdir().expect("a folder");
     let file = folder.path().join("insertion.mcap");

@@ -25,7 +25,7 @@ fn p22_p09_p02_a_wire_and_its_catheter_round_a_bend_on_the_board() {
     let trial = bundle.trial(0).expect("in the example");
     let deepest_m = bundle.largest_insertion_m().expect("a catheter's trial");
     let settings = Settings { force_gain: GAIN, torque_gain: GAIN, ..Settings::default() };
-    let link_length_m = Some(deepest_m / SolverDefaults::default().reach_m(1.0, LINKS));
+    let link_length_m = Some(SolverDefaults::default().link_length_over(deepest_m, LINKS));
     let options = ImageOptions { link_length_m, settings, ..ImageOptions::default() };
     let (image, _) = device_image(bundle, &options).unwrap_or_else(|error| panic!("{error}"));
     let folder = tempfile::tempdir().expect("a folder");

@@ -134,7 +134,7 @@ fn single_ticks(schedule: Schedule, effects: Vec<(String, f32)>, band: Option<Ba
     let links = most_links(solves, substeps, !effects.is_empty());
     let solver = SolverDefaults { solves, substeps, ..SolverDefaults::default() };
     let image = image_with(&ImageOptions {
-        link_length_m: Some(deepest_m / solver.reach_m(1.0, links as f64 - LAST_LINK)),
+        link_length_m: Some(solver.link_length_over(deepest_m, links as f64 - LAST_LINK)),
         solver,
         parameters: wall.into_iter().chain(effects).collect(),
         band,

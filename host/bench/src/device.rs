@@ -64,7 +64,7 @@ fn run(bundle: &Bundle, solves: u8) -> anyhow::Result<Run> {
     let deepest_m = insertion_m.iter().copied().fold(0.0, f64::max);
     let solver = SolverDefaults { solves, ..SolverDefaults::default() };
     let options = ImageOptions {
-        link_length_m: Some(deepest_m / solver.reach_m(1.0, LINKS)),
+        link_length_m: Some(solver.link_length_over(deepest_m, LINKS)),
         solver,
         ..ImageOptions::default()
     };

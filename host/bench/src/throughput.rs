@@ -96,7 +96,8 @@ struct Scene<const LINKS: usize> {
 
 /// The instrument wholly inside, with every link in use.
 fn tick<const LINKS: usize>(insertion: &Insertion, cell_m: f64) -> anyhow::Result<Scene<LINKS>> {
-    let link_m = insertion.length_m / SolverDefaults::default().reach_m(1.0, LINKS as f64 - 0.5);
+    let half_of_last = LINKS as f64 - 0.5;
+    let link_m = SolverDefaults::default().link_length_over(insertion.length_m, half_of_last);
     let model = Model::new(insertion.description(link_m))
         .map_err(|error| anyhow::anyhow!("{LINKS} links: {error:?}"))?;
     let built = insertion.lumen(cell_m)?;

@@ -66,8 +66,13 @@ impl SolverDefaults {
     /// The length of the shaft's links with which a chain of so many links reaches `insertion_m` and the margin
     /// \[m\]; one link is to spare.
     pub fn link_length_m(&self, insertion_m: f64, links: usize) -> f64 {
-        let one_m = self.reach_m(1.0, (links - 1) as f64);
-        ((insertion_m + self.reach_margin_m) / one_m).max(self.shortest_link_m)
+        let reach_m = insertion_m + self.reach_margin_m;
+        self.link_length_over(reach_m, (links - 1) as f64).max(self.shortest_link_m)
+    }
+
+    /// The length of the shaft's links with which so many, the tip's among them, take up an arc \[m\].
+    pub fn link_length_over(&self, arc_m: f64, links: f64) -> f64 {
+        arc_m / self.reach_m(1.0, links)
     }
 
     /// How far so many links reach, of which those of the shaft have this length \[m\].

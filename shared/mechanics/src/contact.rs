@@ -26,6 +26,7 @@ pub(crate) struct Memory<T: Number> {
 
 impl<T: Real> Memory<T> {
     pub const fn new() -> Self {
+        // [`SHORTEST_SLIP_M`], as a constant.
         Self { slip: T::ORIGIN, reached: T::PICO, normal_n: T::ZERO, relaxed: T::ZERO }
     }
 }

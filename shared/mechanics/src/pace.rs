@@ -8,7 +8,8 @@ use crate::{Drive, Drives, Model, Real, State};
 const LEAST_M: f64 = 1e-7;
 /// What a tick may be of those before it. Never nothing: what it multiplies is divided by.
 const PACED: core::ops::Range<f64> = 1e-6..1.0;
-/// An encoder that makes a step in fewer ticks tells of no motion in between.
+/// An encoder whose steps are farther apart than so many ticks stands still in between; rates are worth
+/// no more than as many of them.
 const TICKS_A_STEP: u8 = 16;
 
 /// How far a drive moves the surface of its instrument in a tick, along and about it \[m\].

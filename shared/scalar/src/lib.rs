@@ -67,6 +67,7 @@ pub trait Number:
 
 /// A number of the model: `f32` or `f64`.
 pub trait Real: RealField + Default + Pack<Self> {
+    // Constants, for what must be one itself: an empty state of the model.
     const ZERO: Self;
     const ONE: Self;
     /// 10⁻¹²

@@ -125,7 +125,7 @@ impl Insertion {
 
     /// Length of a link of our shaft, where as many links reach as far \[m\].
     pub fn link_length_m(&self) -> f64 {
-        self.length_m / SolverDefaults::default().reach_m(1.0, f64::from(self.nodes - 1))
+        SolverDefaults::default().link_length_over(self.length_m, f64::from(self.nodes - 1))
     }
 
     /// Ticks from the first to the last sample.

@@ -67,8 +67,8 @@ fn with_links(
     played(description)
 }
 
-/// Forces to 2 % of no less than 1.5 mN, torques to 1 % of no less than 0.1 µN·m; the tip to 10 µm; or to a quarter of
-/// what long links alone are off by.
+/// Forces to 2 % of no less than 1.5 mN, torques to 1 % of no less than 0.1 µN·m; the tip to 10 µm;
+/// or to a quarter of what long links alone are off by.
 fn assert_alike(what: &str, change: impl Fn(&mut Description<f64>)) {
     const UNITS: [(&str, f64, [f64; 2]); 7] = [
         ("drive force, mN", 1e3, [0.02, 1.5]),
@@ -82,6 +82,7 @@ fn assert_alike(what: &str, change: impl Fn(&mut Description<f64>)) {
     let mut description = catheter(0.3, 1e-5, 40.0);
     change(&mut description);
     let short = with_links(&description, 1e-3, 0.0);
+    // Somewhat more than the links need, so that none is lost to rounding.
     let finer = with_links(&description, 2e-3, FINE_TIP_M + 1e-4);
     let long = with_links(&description, 2e-3, 0.0);
     for (phase, name) in ["fed", "turned"].into_iter().enumerate() {
