@@ -172,6 +172,7 @@ fn nuisances_have_the_priors_that_the_rig_states() {
     let plant = catheter(&bundle).unwrap();
     assert_eq!(sd(&plant, "insertion offset"), 1e-3);
     assert_eq!(sd(&plant, "nearer wall"), 4e-5, "not stated");
+    assert_eq!(sd(&plant, "nearer junctions"), 1e-4, "not stated");
 }
 
 #[test]

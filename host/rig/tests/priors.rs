@@ -13,6 +13,7 @@ const PRIORS: &str = "\
 force_bias_sd_N = 0.001
 registration_sd_rad = 0.01
 wall_sd_m = 0.0002
+wall_at_junctions_sd_m = 0.0005
 ";
 
 const DRIVE: &str = "\
@@ -45,6 +46,7 @@ fn what_is_stated_is_read_and_the_rest_is_left_open() {
         force_bias_sd_n: Some(0.001),
         registration_sd_rad: Some(0.01),
         wall_sd_m: Some(0.0002),
+        wall_at_junctions_sd_m: Some(0.0005),
         ..RigPriors::default()
     };
     assert_eq!(open(&with(PRIORS)).rig.priors, stated);

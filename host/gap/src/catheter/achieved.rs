@@ -110,7 +110,8 @@ impl Catheter {
         });
         let none = vec![0.0; self.nuisances.len()];
         let complaints = |description: &Description<f64>| {
-            let predicted = self.predict(trial, description.clone(), &none, (description, 0))?;
+            let setup = description.clone().into();
+            let predicted = self.predict(trial, &setup, &none, (&setup, 0))?;
             Some(complaints_of_trial(self, trial, &predicted))
         };
         let broken = AchievedError::BreaksDown;
@@ -232,12 +233,13 @@ impl Compared<'_> {
 
     fn score(&self, description: &Description<f64>, device: &[f64]) -> Option<Pair> {
         let priors = &self.catheter.nuisances;
+        let setup = description.clone().into();
         let predict = |moved: Option<usize>| {
             let mut nuisances = vec![0.0; priors.len()];
             if let Some(k) = moved {
                 nuisances[k] = priors[k].sd;
             }
-            self.catheter.predict(self.trial, description.clone(), &nuisances, (description, 0))
+            self.catheter.predict(self.trial, &setup, &nuisances, (&setup, 0))
         };
         let model = self.residual(&predict(None)?);
         let column = |k: usize| Some(self.residual(&predict(Some(k))?) - &model);

@@ -7,10 +7,10 @@
 
 use std::sync::{Arc, Mutex};
 
-use cathforce_mechanics::Description;
 use rayon::prelude::*;
 
 use super::Catheter;
+use super::simulate::Setup;
 use super::ways::{ASIDE, WAYS};
 use crate::plant::Sample;
 
@@ -36,13 +36,13 @@ pub struct Defects {
     kept: Mutex<Vec<Kept>>,
 }
 
-type Kept = (Description<f64>, Arc<Correction>);
+type Kept = (Setup, Arc<Correction>);
 
 impl Defects {
     /// The correction by a model, computed when it is not known. `None` when that fails.
     fn of(
         &self,
-        finer: &Description<f64>,
+        finer: &Setup,
         compute: impl FnOnce() -> Option<Correction>,
     ) -> Option<Arc<Correction>> {
         // A poisoned lock only means that another trial panicked: nothing kept is half done.
@@ -67,27 +67,22 @@ impl Catheter {
     pub(super) fn predict(
         &self,
         trial: usize,
-        description: Description<f64>,
+        setup: &Setup,
         nuisances: &[f64],
-        (anchor, way): (&Description<f64>, usize),
+        (anchor, way): (&Setup, usize),
     ) -> Option<Vec<f64>> {
         let way = WAYS.get(way)?;
         let finer = way.finer(anchor, &self.priors);
         let correction = || self.correction(trial, &way.apply(anchor, &self.priors), finer.clone());
         let correction = self.defects.get(trial)?.of(&finer, correction)?;
         let coarse =
-            WAYS.get(correction.aside)?.apply(&way.apply(&description, &self.priors), &self.priors);
+            WAYS.get(correction.aside)?.apply(&way.apply(setup, &self.priors), &self.priors);
         let coarse = self.coarse(trial, coarse, nuisances)?;
         Some(coarse.iter().zip(&correction.defect).map(|(c, d)| c + d).collect())
     }
 
     /// What the finer model changes, of the coarse model or of what stands aside of it.
-    fn correction(
-        &self,
-        trial: usize,
-        coarse: &Description<f64>,
-        finer: Description<f64>,
-    ) -> Option<Correction> {
+    fn correction(&self, trial: usize, coarse: &Setup, finer: Setup) -> Option<Correction> {
         let none = vec![0.0; self.nuisances.len()];
         let finer = self.uncorrected(trial, finer, &none)?;
         let samples = &self.trials.get(trial)?.samples;
@@ -134,8 +129,8 @@ mod tests {
         let none = vec![0.0; catheter.nuisances.len()];
         let mut away = 0;
         for friction in [0.7, 0.8, 1.0, 1.2] {
-            let mut anchor = catheter.nominal.clone();
-            anchor.wall.friction_coefficient *= friction;
+            let mut anchor = Setup::from(catheter.nominal.clone());
+            anchor.description.wall.friction_coefficient *= friction;
             let finer = WAYS[0].finer(&anchor, &catheter.priors);
             for (trial, own) in catheter.trials.iter().enumerate() {
                 let found = catheter.correction(trial, &anchor, finer.clone()).unwrap();
@@ -154,7 +149,7 @@ mod tests {
                 );
                 away += usize::from(found.aside != 0);
                 // At the anchor itself the finer model is what is predicted.
-                let at = catheter.predict(trial, anchor.clone(), &none, (&anchor, 0)).unwrap();
+                let at = catheter.predict(trial, &anchor, &none, (&anchor, 0)).unwrap();
                 let off = at.iter().zip(&exact).map(|(a, e)| (a - e).abs());
                 assert!(off.fold(0.0, f64::max) < 1e-12);
             }
@@ -167,10 +162,11 @@ mod tests {
         let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/tapered-none");
         let catheter = Catheter::new(&Bundle::open(&example).unwrap()).unwrap();
         let none = vec![0.0; catheter.nuisances.len()];
-        let mut half = catheter.nominal.clone();
-        half.solver.link_length_m *= COARSER;
+        let nominal = Setup::from(catheter.nominal.clone());
+        let mut half = nominal.clone();
+        half.description.solver.link_length_m *= COARSER;
         for (trial, own) in catheter.trials.iter().enumerate() {
-            let finer = WAYS[0].finer(&catheter.nominal, &catheter.priors);
+            let finer = WAYS[0].finer(&nominal, &catheter.priors);
             let finer = catheter.uncorrected(trial, finer, &none).unwrap();
             let half = catheter.uncorrected(trial, half.clone(), &none).unwrap();
             let changed: Vec<f64> = finer.iter().zip(&half).map(|(f, h)| f - h).collect();

@@ -15,7 +15,8 @@ use rayon::prelude::*;
 use crate::plant::Sample;
 
 /// Pairs of [`WAYS`](super::ways::WAYS) that differ from the first in opposite senses.
-const OPPOSITE: [[usize; 2]; 7] = [[2, 3], [4, 5], [6, 7], [8, 9], [10, 11], [12, 15], [13, 14]];
+const OPPOSITE: [[usize; 2]; 8] =
+    [[2, 3], [4, 5], [6, 7], [8, 9], [10, 11], [12, 15], [13, 14], [16, 17]];
 /// Times what else leaves a sample open that e is where a fork decides it.
 const DECIDED: f64 = 2.0;
 /// Share of a trial's samples that may be left out. Of a trial that forks decide altogether, they are all
@@ -52,12 +53,14 @@ mod tests {
     use std::path::Path;
 
     use super::*;
+    use crate::catheter::simulate::Setup;
     use crate::catheter::ways::WAYS;
     use crate::catheter::{Catheter, Priors, nominal};
     use crate::plant::Plant;
 
     /// How far a way is from the first, by its index.
-    const OFF: [f64; 16] = [0., 0.5, 1., -1., 2., -2., 3., -3., 4., -4., -5., 5., -6., 7., -7., 6.];
+    const OFF: [f64; 18] =
+        [0., 0.5, 1., -1., 2., -2., 3., -3., 4., -4., -5., 5., -6., 7., -7., 6., 8., -8.];
 
     #[test]
     fn what_a_model_does_smoothly_cancels_and_a_jump_does_not() {
@@ -69,26 +72,29 @@ mod tests {
         };
         let e = decided_by_forks(&nominal, on_way);
         assert!(e[0] < 1e-12, "{e:?}");
-        assert!((e[1] - (2.0 * 3.5_f64.powi(2) / 7.0).sqrt()).abs() < 1e-12, "{e:?}");
+        assert!((e[1] - (2.0 * 3.5_f64.powi(2) / 8.0).sqrt()).abs() < 1e-12, "{e:?}");
         let e = decided_by_forks(&nominal, |way| on_way(way).filter(|_| way != 2));
-        assert!((e[1] - 3.5 / 6.0_f64.sqrt()).abs() < 1e-12, "{e:?}");
+        assert!((e[1] - 3.5 / 7.0_f64.sqrt()).abs() < 1e-12, "{e:?}");
     }
 
     #[test]
     fn ways_of_a_pair_differ_from_the_model_in_opposite_senses() {
         let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/tapered-none");
         let bundle = cathforce_rig::Bundle::open(&example).unwrap();
-        let (nominal, priors) = (nominal(&bundle).unwrap(), Priors::of(&bundle.rig.priors));
+        let nominal = Setup::from(nominal(&bundle).unwrap());
+        let priors = Priors::of(&bundle.rig.priors);
         let of = |way: usize| {
             let own = WAYS[way].apply(&nominal, &priors);
+            let junctions_m = own.junctions_m;
+            let (own, nominal) = (own.description, &nominal.description);
             let moved = own.effects.wall.registration;
             let radius_m = own.instrument.outer_radius_m - nominal.instrument.outer_radius_m;
             let friction = own.wall.friction_coefficient - nominal.wall.friction_coefficient;
-            [radius_m, friction, moved.x_m, moved.y_m, moved.z_m]
+            [radius_m, friction, moved.x_m, moved.y_m, moved.z_m, junctions_m]
         };
         for pair in OPPOSITE {
             let [up, down] = pair.map(of);
-            assert_ne!(up, [0.0; 5]);
+            assert_ne!(up, [0.0; 6]);
             assert!(up.iter().zip(down).all(|(up, down)| (up + down).abs() < 1e-12), "{pair:?}");
         }
     }

@@ -8,6 +8,7 @@ mod achieved;
 mod check;
 mod defects;
 mod forks;
+mod junctions;
 mod library;
 mod motion;
 mod planned;
@@ -47,8 +48,8 @@ use motion::PHASES;
 use prepare::{Prepared, Source};
 use priors::Priors;
 use segments::Segments;
-use simulate::{Inputs, Simulator, Trajectory, readings};
-use ways::WAYS;
+use simulate::{Inputs, Setup, Simulator, Trajectory, readings};
+use ways::{WAYS, WITHOUT_JUNCTIONS};
 
 /// A diagnosis plays every trial hundreds of times: with a quarter of the ticks of the device, and with
 /// links of twice the length, also those of the tip, where that makes little difference. Predictions
@@ -109,7 +110,9 @@ impl Catheter {
         check::check(bundle)?;
         let nominal = nominal(bundle)?;
         let (trials, remarks) = without_copies(&bundle.trials);
-        let simulator = Simulator::new(header, bytes, trials.len() + Segments::MOST);
+        let outer_radius_m = nominal.instrument.outer_radius_m;
+        let kept = trials.len() + Segments::MOST;
+        let simulator = Simulator::new(header, bytes, outer_radius_m, kept);
         let mut prepared = Vec::new();
         for trial in trials {
             let own = Prepared::of(trial, &bundle.rig.sensor, TICK_S);
@@ -119,6 +122,7 @@ impl Catheter {
         let mut catheter = Self {
             library: Library { effects: Vec::new(), keys: Vec::new() },
             nominal,
+            nuisances: priors.nuisances(simulator.has_junctions()),
             simulator,
             coarser: Vec::new(),
             defects: Vec::new(),
@@ -126,7 +130,6 @@ impl Catheter {
             regimes: motion::regimes(),
             trials: Vec::new(),
             prepared: Vec::new(),
-            nuisances: priors.nuisances(),
             priors,
             repeats: Vec::new(),
             segments: Segments::default(),
@@ -164,18 +167,19 @@ impl Catheter {
     fn add(&mut self, number: u32, own: &mut Prepared) -> Result<Vec<[f64; 3]>, CatheterError> {
         let trial = self.trials.len();
         let bend_m = self.nominal.instrument.precurve.iter().map(|piece| piece.length_m).sum();
-        let run = |own: &Prepared, description: &Description<f64>| {
-            let found = self.simulator.run(trial, description, 0.0, &own.inputs);
+        let run = |own: &Prepared, setup: &Setup| {
+            let found = self.simulator.run(trial, setup, 0.0, &own.inputs);
             found.ok_or(CatheterError::Nominal(number))
         };
-        let nominal = run(own, &self.nominal)?;
+        let setup = Setup::from(self.nominal.clone());
+        let nominal = run(own, &setup)?;
         // What the model leaves open without any effect: it is corrected by a finer one, which is
         // finite too, and the wall may stand elsewhere.
-        let finer = WAYS[0].finer(&self.nominal, &self.priors);
-        let mut nearer = self.nominal.clone();
-        nearer.instrument.outer_radius_m += self.priors.wall_m;
-        let mut half = self.nominal.clone();
-        half.solver.link_length_m *= COARSER;
+        let finer = WAYS[0].finer(&setup, &self.priors);
+        let mut nearer = setup.clone();
+        nearer.description.instrument.outer_radius_m += self.priors.wall_m;
+        let mut half = setup.clone();
+        half.description.solver.link_length_m *= COARSER;
         let (finer, nearer, half) = (run(own, &finer)?, run(own, &nearer)?, run(own, &half)?);
         own.choose_samples(&nominal);
         let nominal_at = |own: &Prepared| own.read(&nominal, &nominal.force_n, 0.0);
@@ -187,7 +191,8 @@ impl Catheter {
         };
         let smooth = own.samples(&self.channels, &deviation(own), bend_m);
         let forked = decided_by_forks(&nominal_at(own), |way| {
-            let found = run(own, &WAYS[way].apply(&self.nominal, &self.priors)).ok()?;
+            let way = WAYS[..ways(&self.simulator)].get(way)?;
+            let found = run(own, &way.apply(&setup, &self.priors)).ok()?;
             Some(own.read(&found, &found.force_n, 0.0))
         });
         let decided = left_out(&smooth, &forked);
@@ -212,27 +217,16 @@ impl Catheter {
     }
 
     /// Predictions of all samples of a trial, not corrected; `None` when a simulation breaks down.
-    fn uncorrected(
-        &self,
-        trial: usize,
-        description: Description<f64>,
-        nuisances: &[f64],
-    ) -> Option<Vec<f64>> {
+    fn uncorrected(&self, trial: usize, setup: Setup, nuisances: &[f64]) -> Option<Vec<f64>> {
         let own = self.prepared.get(trial)?;
-        let Played { found, force_n, shift_s } =
-            self.play(trial, &own.inputs, description, nuisances)?;
+        let Played { found, force_n, shift_s } = self.play(trial, &own.inputs, setup, nuisances)?;
         Some(own.read(&found, &force_n, shift_s))
     }
 
     /// The same with the links that a trial is played with.
-    fn coarse(
-        &self,
-        trial: usize,
-        mut description: Description<f64>,
-        nuisances: &[f64],
-    ) -> Option<Vec<f64>> {
-        description.solver.link_length_m *= self.coarser.get(trial)?;
-        self.uncorrected(trial, description, nuisances)
+    fn coarse(&self, trial: usize, mut setup: Setup, nuisances: &[f64]) -> Option<Vec<f64>> {
+        setup.description.solver.link_length_m *= self.coarser.get(trial)?;
+        self.uncorrected(trial, setup, nuisances)
     }
 
     /// `slot`: where the simulator keeps what it found.
@@ -240,13 +234,12 @@ impl Catheter {
         &self,
         slot: usize,
         inputs: &Inputs,
-        mut description: Description<f64>,
+        mut setup: Setup,
         nuisances: &[f64],
     ) -> Option<Played> {
-        let [bias @ .., shift_s, offset_m, x, y, z, tilt_x, tilt_y, tilt_z, nearer_m] = nuisances
-        else {
-            return None;
-        };
+        let (of_any, junctions) = nuisances.split_first_chunk::<{ Priors::OF_ANY }>()?;
+        let [bias @ .., shift_s, offset_m, x, y, z, tilt_x, tilt_y, tilt_z, nearer_m] = of_any;
+        let description = &mut setup.description;
         let registration = &mut description.effects.wall.registration;
         registration.x_m += x;
         registration.y_m += y;
@@ -255,11 +248,12 @@ impl Catheter {
         registration.tilt_y_rad += tilt_y;
         registration.tilt_z_rad += tilt_z;
         description.instrument.outer_radius_m += nearer_m;
+        setup.junctions_m += junctions.first().copied().unwrap_or_default();
         // The sensor acts after the mechanics: trajectories are kept without it.
-        let mut mechanics = description.clone();
-        mechanics.effects.sensor = self.nominal.effects.sensor;
+        let mut mechanics = setup.clone();
+        mechanics.description.effects.sensor = self.nominal.effects.sensor;
         let found = self.simulator.run(slot, &mechanics, *offset_m, inputs)?;
-        let mut force_n = readings(&description, inputs, &found);
+        let mut force_n = readings(&setup.description, inputs, &found);
         for force in &mut force_n {
             force.iter_mut().zip(bias).for_each(|(f, bias)| *f += bias);
         }
@@ -337,13 +331,13 @@ impl Plant for Catheter {
         if point.anchor.is_everywhere {
             return self.uncorrected(
                 trial,
-                WAYS.get(way)?.finer(&description, &self.priors),
+                WAYS.get(way)?.finer(&description.into(), &self.priors),
                 &point.nuisances,
             );
         }
         let anchor = Point { effects: point.anchor.effects.to_vec(), ..point.clone() };
         let anchor = self.library.describe(&self.nominal, &anchor)?;
-        self.predict(trial, description, &point.nuisances, (&anchor, way))
+        self.predict(trial, &description.into(), &point.nuisances, (&anchor.into(), way))
     }
 
     fn along(&self, trial: usize, channel: usize) -> f64 {
@@ -357,12 +351,12 @@ impl Plant for Catheter {
     fn places_m(&self, trial: usize) -> Vec<[f64; 3]> {
         let Some(own) = self.prepared.get(trial) else { return Vec::new() };
         // The first one of a trial that is kept: nothing is simulated again.
-        let nominal = self.simulator.run(trial, &self.nominal, 0.0, &own.inputs);
+        let nominal = self.simulator.run(trial, &self.nominal.clone().into(), 0.0, &own.inputs);
         nominal.map(|nominal| own.places_m(&nominal)).unwrap_or_default()
     }
 
     fn ways(&self) -> usize {
-        WAYS.len()
+        ways(&self.simulator)
     }
 
     fn cheap(&self) -> bool {
@@ -394,7 +388,7 @@ impl Plant for Catheter {
         let inputs = self.segments.inputs(segment)?;
         let slot = self.trials.len() + segment;
         let Played { found, force_n, shift_s } =
-            self.play(slot, inputs, description, &point.nuisances)?;
+            self.play(slot, inputs, description.into(), &point.nuisances)?;
         self.segments.read(segment, &found, &force_n, shift_s)
     }
 
@@ -406,6 +400,11 @@ impl Plant for Catheter {
         "measured forces (means over 20 ms), tip and shape with those of the device's own model, fed \
          with the measured insertion and rotation"
     }
+}
+
+/// How many of [`WAYS`] a vessel has.
+fn ways(simulator: &Simulator) -> usize {
+    if simulator.has_junctions() { WAYS.len() } else { WITHOUT_JUNCTIONS }
 }
 
 /// The vessel of a bundle as a device with that instrument sees it.

@@ -6,6 +6,8 @@ use crate::plant::Nuisance;
 
 /// Half width of the wall's uncertainty away from junctions \[m\].
 const WALL_M: f64 = 40e-6;
+/// The same where it bends into the lumen, half of what it may be off there \[m\].
+const JUNCTIONS_M: f64 = 1e-4;
 
 /// Standard deviations of what differs from trial to trial.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -19,9 +21,14 @@ pub struct Priors {
     tilt_rad: f64,
     /// Of the wall.
     pub wall_m: f64,
+    /// Of the wall where a vessel divides.
+    pub junctions_m: f64,
 }
 
 impl Priors {
+    /// Nuisances that any catheter has.
+    pub const OF_ANY: usize = 12;
+
     /// What the rig states, and the usual for the rest.
     pub fn of(stated: &RigPriors) -> Self {
         Self {
@@ -31,14 +38,15 @@ impl Priors {
             registration_m: stated.registration_sd_m.unwrap_or(3e-4),
             tilt_rad: stated.registration_sd_rad.unwrap_or(0.3_f64.to_radians()),
             wall_m: stated.wall_sd_m.unwrap_or(WALL_M),
+            junctions_m: stated.wall_at_junctions_sd_m.unwrap_or(JUNCTIONS_M),
         }
     }
 
-    /// Force bias, time shift, insertion offset, rigid registration and a nearer wall, in the order
-    /// that [`super::Catheter::play`] takes them.
-    pub fn nuisances(&self) -> Vec<Nuisance> {
+    /// Force bias, time shift, insertion offset, rigid registration, a nearer wall and, of a vessel that
+    /// has them, nearer junctions, in the order that [`super::Catheter::play`] takes them.
+    pub fn nuisances(&self, has_junctions: bool) -> Vec<Nuisance> {
         let of = |name, unit, sd, effect| Nuisance { name, unit, sd, effect: Some(effect) };
-        vec![
+        let mut nuisances = vec![
             of("force bias x", "N", self.bias_n, "sensor.bias"),
             of("force bias y", "N", self.bias_n, "sensor.bias"),
             of("force bias z", "N", self.bias_n, "sensor.bias"),
@@ -51,7 +59,12 @@ impl Priors {
             of("tilt y", "rad", self.tilt_rad, "wall.registration"),
             of("tilt z", "rad", self.tilt_rad, "wall.registration"),
             Nuisance { name: "nearer wall", unit: "m", sd: self.wall_m, effect: None },
-        ]
+        ];
+        if has_junctions {
+            let sd = self.junctions_m;
+            nuisances.push(Nuisance { name: "nearer junctions", unit: "m", sd, effect: None });
+        }
+        nuisances
     }
 }
 
@@ -63,17 +76,19 @@ mod tests {
     fn what_a_rig_states_takes_the_place_of_the_usual() {
         let usual = Priors::of(&RigPriors::default());
         assert_eq!(usual.wall_m, WALL_M);
+        assert_eq!(usual.nuisances(false).len(), Priors::OF_ANY);
         let stated = RigPriors {
             force_bias_sd_n: Some(1e-3),
             registration_sd_m: Some(1e-4),
             wall_sd_m: Some(2e-4),
+            wall_at_junctions_sd_m: Some(5e-4),
             ..RigPriors::default()
         };
         let own = Priors::of(&stated);
         let changed: Vec<(&str, f64)> = own
-            .nuisances()
+            .nuisances(true)
             .iter()
-            .zip(usual.nuisances())
+            .zip(usual.nuisances(true))
             .filter(|(own, usual)| own.sd != usual.sd)
             .map(|(own, _)| (own.name, own.sd))
             .collect();
@@ -87,6 +102,7 @@ mod tests {
                 ("registration y", 1e-4),
                 ("registration z", 1e-4),
                 ("nearer wall", 2e-4),
+                ("nearer junctions", 5e-4),
             ]
         );
     }

@@ -6,6 +6,7 @@ use cathforce_mechanics::{
     Description, Drive, Drives, Lumen, LumenHeader, Measurement, Model, State, settle, step,
 };
 
+use super::junctions::Junctions;
 use crate::silhouette::Silhouette;
 
 /// Quasi-static steps after which a start that never rests is taken as it is.
@@ -38,19 +39,41 @@ pub struct Trajectory {
     pub shapes: Vec<Vec<[f64; 3]>>,
 }
 
+/// A model in a vessel.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Setup {
+    pub description: Description<f64>,
+    /// Junctions of the vessel are nearer than stored by this \[m\].
+    pub junctions_m: f64,
+}
+
+impl From<Description<f64>> for Setup {
+    fn from(description: Description<f64>) -> Self {
+        Self { description, junctions_m: 0.0 }
+    }
+}
+
 /// The vessel and trajectories that were computed for it.
 pub struct Simulator {
     header: LumenHeader,
     bytes: Vec<u8>,
+    junctions: Junctions,
     kept: Vec<Mutex<Vec<Kept>>>,
 }
 
-type Kept = (Description<f64>, f64, Arc<Trajectory>);
+type Kept = (Setup, f64, Arc<Trajectory>);
 
 impl Simulator {
-    /// `trials`: how many there are to keep trajectories of.
-    pub fn new(header: LumenHeader, bytes: Vec<u8>, trials: usize) -> Self {
-        Self { header, bytes, kept: (0..trials).map(|_| Mutex::default()).collect() }
+    /// `outer_radius_m`: of what touches the vessel; `trials`: how many there are to keep trajectories
+    /// of.
+    pub fn new(header: LumenHeader, bytes: Vec<u8>, outer_radius_m: f64, trials: usize) -> Self {
+        let junctions = Junctions::of(&header, &bytes, outer_radius_m);
+        Self { header, bytes, junctions, kept: (0..trials).map(|_| Mutex::default()).collect() }
+    }
+
+    /// Whether the vessel has walls that bend into it.
+    pub fn has_junctions(&self) -> bool {
+        !self.junctions.is_empty()
     }
 
     /// The vessel as a figure shows it.
@@ -70,34 +93,35 @@ impl Simulator {
     pub fn run(
         &self,
         trial: usize,
-        description: &Description<f64>,
+        setup: &Setup,
         insertion_offset_m: f64,
         inputs: &Inputs,
     ) -> Option<Arc<Trajectory>> {
-        let same = |kept: &&Kept| kept.0 == *description && kept.1 == insertion_offset_m;
+        let same = |kept: &&Kept| kept.0 == *setup && kept.1 == insertion_offset_m;
         // A poisoned lock only means that another trial panicked: nothing kept is half done.
         let lock = || self.kept.get(trial).map(|k| k.lock().unwrap_or_else(|e| e.into_inner()));
         if let Some((.., found)) = lock().as_deref().and_then(|kept| kept.iter().find(same)) {
             return Some(Arc::clone(found));
         }
-        let fresh = Arc::new(self.simulate(description, insertion_offset_m, inputs)?);
+        let fresh = Arc::new(self.simulate(setup, insertion_offset_m, inputs)?);
         if let Some(mut kept) = lock() {
             // The first one is the nominal model's and stays.
             if kept.len() >= KEPT {
                 kept.remove(1);
             }
-            kept.push((description.clone(), insertion_offset_m, Arc::clone(&fresh)));
+            kept.push((setup.clone(), insertion_offset_m, Arc::clone(&fresh)));
         }
         Some(fresh)
     }
 
     fn simulate(
         &self,
-        description: &Description<f64>,
+        Setup { description, junctions_m }: &Setup,
         insertion_offset_m: f64,
         inputs: &Inputs,
     ) -> Option<Trajectory> {
-        let lumen = Lumen::new(self.header, &self.bytes).ok()?;
+        let moved = (*junctions_m != 0.0).then(|| self.junctions.nearer(&self.bytes, *junctions_m));
+        let lumen = Lumen::new(self.header, moved.as_deref().unwrap_or(&self.bytes)).ok()?;
         let entry_m = description.entry.position_m;
         let model = Model::<f64>::new(description.clone()).ok()?;
         let drives = |tick: usize| Drives {

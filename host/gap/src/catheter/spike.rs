@@ -38,7 +38,12 @@ impl<'a> Spiking<'a> {
             bundle.trials.iter().map(|t| Prepared::of(t, &bundle.rig.sensor, defaults.tick_s));
         let inputs: Option<Vec<Inputs>> = prepared.map(|own| Some(own?.inputs)).collect();
         let mut spiking = Self {
-            simulator: Simulator::new(lumen.header, lumen.bytes.clone(), bundle.trials.len()),
+            simulator: Simulator::new(
+                lumen.header,
+                lumen.bytes.clone(),
+                model.instrument.outer_radius_m,
+                bundle.trials.len(),
+            ),
             inputs: inputs.ok_or(CatheterError::NoTrials)?,
             library: Library { effects: Vec::new(), keys: Vec::new() },
             bundle,
@@ -85,6 +90,7 @@ impl<'a> Spiking<'a> {
     fn play(&self, description: &Description<f64>) -> Result<Vec<Played<'_>>, u32> {
         let mut mechanics = description.clone();
         mechanics.effects.sensor = self.model.effects.sensor;
+        let mechanics = mechanics.into();
         let one = |trial: usize| {
             let inputs = &self.inputs[trial];
             let trajectory = self.simulator.run(trial, &mechanics, 0.0, inputs);

@@ -3,10 +3,10 @@
 //! Whether a tip is caught at a dividing wall or slides past it turns on less than any model, or
 //! any measurement of the rig, knows. Ways differ from the first by that little.
 
-use cathforce_mechanics::Description;
 use cathforce_rig::SolverDefaults;
 
 use super::priors::Priors;
+use super::simulate::Setup;
 
 /// Steps of the finer model for one of the diagnosis.
 const SUBSTEPS: u8 = 4;
@@ -19,6 +19,7 @@ pub struct Way {
     /// Solves of a step of the finer model.
     solves: u8,
     nearer_wall: f64,
+    nearer_junctions: f64,
     fed: f64,
     /// Of the phantom.
     y: f64,
@@ -27,10 +28,18 @@ pub struct Way {
     friction: f64,
 }
 
-const NOMINAL: Way = Way { solves: 1, nearer_wall: 0.0, fed: 0.0, y: 0.0, z: 0.0, friction: 0.0 };
+const NOMINAL: Way = Way {
+    solves: 1,
+    nearer_wall: 0.0,
+    nearer_junctions: 0.0,
+    fed: 0.0,
+    y: 0.0,
+    z: 0.0,
+    friction: 0.0,
+};
 
 /// The first is the model itself.
-pub const WAYS: [Way; 16] = [
+pub const WAYS: [Way; 18] = [
     NOMINAL,
     Way { solves: 2, ..NOMINAL },
     Way { nearer_wall: 1.0, ..NOMINAL },
@@ -47,7 +56,12 @@ pub const WAYS: [Way; 16] = [
     Way { friction: -FRICTION, fed: -1.0, ..NOMINAL },
     Way { friction: FRICTION, fed: 1.0, ..NOMINAL },
     Way { friction: FRICTION, fed: -1.0, ..NOMINAL },
+    Way { nearer_junctions: 1.0, ..NOMINAL },
+    Way { nearer_junctions: -1.0, ..NOMINAL },
 ];
+
+/// Of them, the first ones are those of a vessel without junctions.
+pub const WITHOUT_JUNCTIONS: usize = 16;
 
 /// Of them, those on which the diagnosis' model is tried where it goes another way than the finer one:
 /// mostly one of these goes with it where any of the sixteen does.
@@ -55,8 +69,10 @@ pub const ASIDE: [usize; 4] = [2, 12, 14, 15];
 
 impl Way {
     /// The model on this way, with the links and steps that it has.
-    pub fn apply(&self, description: &Description<f64>, priors: &Priors) -> Description<f64> {
-        let mut on_way = description.clone();
+    pub fn apply(&self, setup: &Setup, priors: &Priors) -> Setup {
+        let mut moved = setup.clone();
+        moved.junctions_m += self.nearer_junctions * priors.junctions_m;
+        let on_way = &mut moved.description;
         on_way.instrument.outer_radius_m += self.nearer_wall * priors.wall_m;
         on_way.wall.friction_coefficient *= 1.0 + self.friction;
         // A phantom that is nearer is entered farther.
@@ -64,16 +80,17 @@ impl Way {
         registration.x_m -= self.fed * priors.offset_m;
         registration.y_m += self.y * priors.registration_m;
         registration.z_m += self.z * priors.registration_m;
-        on_way
+        moved
     }
 
     /// The same with a quarter of the diagnosis' step, as the device has it.
-    pub fn finer(&self, description: &Description<f64>, priors: &Priors) -> Description<f64> {
-        let mut finer = self.apply(description, priors);
+    pub fn finer(&self, setup: &Setup, priors: &Priors) -> Setup {
+        let mut moved = self.apply(setup, priors);
         let device = SolverDefaults::default();
+        let finer = &mut moved.description;
         (finer.wall.onset_m, finer.solver.predictor_gain) = (device.onset_m, device.predictor_gain);
         (finer.solver.substeps, finer.solver.solves) = (SUBSTEPS, self.solves);
-        finer
+        moved
     }
 }
 
@@ -88,17 +105,17 @@ mod tests {
     fn ways_are_the_model_itself_and_others() {
         let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/tapered-none");
         let bundle = cathforce_rig::Bundle::open(&example).unwrap();
-        let nominal = nominal(&bundle).unwrap();
+        let nominal = Setup::from(nominal(&bundle).unwrap());
         let priors = Priors::of(&bundle.rig.priors);
         assert_eq!(WAYS[0].apply(&nominal, &priors), nominal);
         let finer: Vec<_> = WAYS.iter().map(|way| way.finer(&nominal, &priors)).collect();
         let device = SolverDefaults::default();
         for (k, own) in finer.iter().enumerate() {
-            assert_eq!(own.wall.onset_m, device.onset_m);
-            assert_eq!(own.solver.predictor_gain, device.predictor_gain);
+            assert_eq!(own.description.wall.onset_m, device.onset_m);
+            assert_eq!(own.description.solver.predictor_gain, device.predictor_gain);
             assert!(finer[..k].iter().all(|other| other != own), "{k} is one of those before it");
         }
-        let nearer_m = finer[4].effects.wall.registration.x_m;
+        let nearer_m = finer[4].description.effects.wall.registration.x_m;
         assert_eq!(nearer_m, -priors.offset_m, "a phantom that is nearer is entered farther");
     }
 }

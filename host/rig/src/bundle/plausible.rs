@@ -82,7 +82,7 @@ const SENSOR: [Usual; 7] = [
 ];
 
 /// Of a prior; the first is that of a drive too, whose forces are of any size.
-const PRIORS: [Usual; 6] = [
+const PRIORS: [Usual; 7] = [
     Usual {
         key: "time_shift_sd_s",
         range: 0.0..=0.1,
@@ -111,6 +111,11 @@ const PRIORS: [Usual; 6] = [
     Usual {
         key: "wall_sd_m",
         range: 0.0..=1e-3,
+        says: ["", "coarser than any scan: millimetres?"],
+    },
+    Usual {
+        key: "wall_at_junctions_sd_m",
+        range: 0.0..=5e-3,
         says: ["", "coarser than any scan: millimetres?"],
     },
 ];

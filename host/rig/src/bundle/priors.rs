@@ -19,15 +19,18 @@ pub struct RigPriors {
     pub registration_sd_rad: Option<f64>,
     /// Of where the wall is, against the mesh.
     pub wall_sd_m: Option<f64>,
+    /// The same where the wall bends into the lumen, as where a vessel divides.
+    pub wall_at_junctions_sd_m: Option<f64>,
 }
 
-const CATHETER_KEYS: [&str; 6] = [
+const CATHETER_KEYS: [&str; 7] = [
     "force_bias_sd_N",
     "time_shift_sd_s",
     "insertion_offset_sd_m",
     "registration_sd_m",
     "registration_sd_rad",
     "wall_sd_m",
+    "wall_at_junctions_sd_m",
 ];
 /// Of a drive without an instrument, which touches nothing.
 const DRIVE_KEYS: [&str; 2] = ["force_bias_sd_N", "time_shift_sd_s"];
@@ -50,5 +53,6 @@ pub(super) fn read_priors(root: &TableReader<'_>, is_drive: bool) -> Result<RigP
         registration_sd_m: number("registration_sd_m")?,
         registration_sd_rad: number("registration_sd_rad")?,
         wall_sd_m: number("wall_sd_m")?,
+        wall_at_junctions_sd_m: number("wall_at_junctions_sd_m")?,
     })
 }
