@@ -248,7 +248,11 @@ impl Catheter {
         registration.tilt_y_rad += tilt_y;
         registration.tilt_z_rad += tilt_z;
         description.instrument.outer_radius_m += nearer_m;
-        setup.junctions_m += junctions.first().copied().unwrap_or_default();
+        setup.junctions_m += match junctions {
+            [] => 0.0,
+            [junctions_m] => *junctions_m,
+            _ => return None,
+        };
         // The sensor acts after the mechanics: trajectories are kept without it.
         let mut mechanics = setup.clone();
         mechanics.description.effects.sensor = self.nominal.effects.sensor;

@@ -6,7 +6,7 @@ use crate::plant::Nuisance;
 
 /// Half width of the wall's uncertainty away from junctions \[m\].
 const WALL_M: f64 = 40e-6;
-/// The same where it bends into the lumen, half of what it may be off there \[m\].
+/// How much farther it may be off where it bends into the lumen \[m\].
 const JUNCTIONS_M: f64 = 1e-4;
 
 /// Standard deviations of what differs from trial to trial.
@@ -21,7 +21,7 @@ pub struct Priors {
     tilt_rad: f64,
     /// Of the wall.
     pub wall_m: f64,
-    /// Of the wall where a vessel divides.
+    /// Of the wall where a vessel divides, beyond that.
     pub junctions_m: f64,
 }
 

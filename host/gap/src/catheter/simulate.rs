@@ -1,6 +1,6 @@
 //! One trial through the tick that the device runs, and what its sensors would have read.
 
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, OnceLock};
 
 use cathforce_mechanics::{
     Description, Drive, Drives, Lumen, LumenHeader, Measurement, Model, State, settle, step,
@@ -57,7 +57,9 @@ impl From<Description<f64>> for Setup {
 pub struct Simulator {
     header: LumenHeader,
     bytes: Vec<u8>,
-    junctions: Junctions,
+    outer_radius_m: f64,
+    /// Found when they are asked for.
+    junctions: OnceLock<Junctions>,
     kept: Vec<Mutex<Vec<Kept>>>,
 }
 
@@ -67,13 +69,18 @@ impl Simulator {
     /// `outer_radius_m`: of what touches the vessel; `trials`: how many there are to keep trajectories
     /// of.
     pub fn new(header: LumenHeader, bytes: Vec<u8>, outer_radius_m: f64, trials: usize) -> Self {
-        let junctions = Junctions::of(&header, &bytes, outer_radius_m);
-        Self { header, bytes, junctions, kept: (0..trials).map(|_| Mutex::default()).collect() }
+        let kept = (0..trials).map(|_| Mutex::default()).collect();
+        Self { header, bytes, outer_radius_m, junctions: OnceLock::new(), kept }
+    }
+
+    fn junctions(&self) -> &Junctions {
+        let find = || Junctions::of(&self.header, &self.bytes, self.outer_radius_m);
+        self.junctions.get_or_init(find)
     }
 
     /// Whether the vessel has walls that bend into it.
     pub fn has_junctions(&self) -> bool {
-        !self.junctions.is_empty()
+        !self.junctions().is_empty()
     }
 
     /// The vessel as a figure shows it.
@@ -120,7 +127,8 @@ impl Simulator {
         insertion_offset_m: f64,
         inputs: &Inputs,
     ) -> Option<Trajectory> {
-        let moved = (*junctions_m != 0.0).then(|| self.junctions.nearer(&self.bytes, *junctions_m));
+        let moved =
+            (*junctions_m != 0.0).then(|| self.junctions().nearer(&self.bytes, *junctions_m));
         let lumen = Lumen::new(self.header, moved.as_deref().unwrap_or(&self.bytes)).ok()?;
         let entry_m = description.entry.position_m;
         let model = Model::<f64>::new(description.clone()).ok()?;

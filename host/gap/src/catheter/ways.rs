@@ -64,7 +64,7 @@ pub const WAYS: [Way; 18] = [
 pub const WITHOUT_JUNCTIONS: usize = 16;
 
 /// Of them, those on which the diagnosis' model is tried where it goes another way than the finer one:
-/// mostly one of these goes with it where any of the sixteen does.
+/// mostly one of these goes with it where any of the first sixteen does.
 pub const ASIDE: [usize; 4] = [2, 12, 14, 15];
 
 impl Way {
@@ -117,5 +117,8 @@ mod tests {
         }
         let nearer_m = finer[4].description.effects.wall.registration.x_m;
         assert_eq!(nearer_m, -priors.offset_m, "a phantom that is nearer is entered farther");
+        let moves = |way: &Way| way.nearer_junctions != 0.0;
+        assert!(!WAYS[..WITHOUT_JUNCTIONS].iter().any(moves));
+        assert!(WAYS[WITHOUT_JUNCTIONS..].iter().all(moves));
     }
 }

@@ -115,7 +115,7 @@ const PRIORS: [Usual; 7] = [
     },
     Usual {
         key: "wall_at_junctions_sd_m",
-        range: 0.0..=5e-3,
+        range: 0.0..=1e-3,
         says: ["", "coarser than any scan: millimetres?"],
     },
 ];

@@ -19,7 +19,7 @@ pub struct RigPriors {
     pub registration_sd_rad: Option<f64>,
     /// Of where the wall is, against the mesh.
     pub wall_sd_m: Option<f64>,
-    /// The same where the wall bends into the lumen, as where a vessel divides.
+    /// How much farther the wall may be off where it bends into the lumen, as where a vessel divides.
     pub wall_at_junctions_sd_m: Option<f64>,
 }
 
