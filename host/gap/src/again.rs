@@ -3,11 +3,13 @@
 //!
 //! Pairs are tried briefly and with corrected simulations. At a fork of the vessel these stop short
 //! of the way that the tip has taken, whatever the pair, and say little about which of them is the
-//! cause.
+//! cause. They begin with both effects as they show alone, which two that bend the tip against each other
+//! are not together: here each begins beside the other one, too.
 
 use rayon::prelude::*;
 
 use crate::criteria::{NEAR_FLOOR, Parsimony, by_cost};
+use crate::fit::{Depth, Start};
 use crate::select::{Candidate, DOMINANT, EXPLAINED, Rival, Selection, Selector, Step};
 
 /// Pairs that are fitted by the finer model: of those that promise most, and of those that came
@@ -24,7 +26,10 @@ impl Selector<'_> {
         if self.problem.plant.cheap() || !is_open(selection) {
             return Some(());
         }
-        let polished = |pair: Candidate| self.polished(&pair).filter(|found| !found.fit.failed);
+        let polished = |pair: Candidate| {
+            let pair = self.from_singles(selection, pair);
+            self.polished(&pair).filter(|found| !found.fit.failed)
+        };
         let pairs = worth_a_look(selection);
         let mut found: Vec<Candidate> = pairs.into_par_iter().filter_map(polished).collect();
         found.sort_by(|a, b| a.fit.loss.total_cmp(&b.fit.loss));
@@ -46,6 +51,23 @@ impl Selector<'_> {
         selection.exchanged.clear();
         self.accept(selection, best, steps);
         self.finish(selection)
+    }
+
+    /// The pair, or what it comes to from either of its effects alone, the other one begun beside that, where
+    /// that is lower.
+    fn from_singles(&self, selection: &Selection, pair: Candidate) -> Candidate {
+        let effects = &pair.fit.effects;
+        let begun = |fresh: usize| -> Option<Candidate> {
+            let alone = effects.iter().find(|effect| **effect != fresh)?;
+            let single = &selection.singles[*alone].as_ref()?.fit;
+            let nuisances = self.nuisances_at(single)?;
+            let (from, on) = (Start::Fit(single), [*alone, fresh]);
+            let glance = self.candidate(Depth::Glance, &nuisances, from, &on, Some(fresh))?;
+            self.candidate(Depth::Whole, &nuisances, Start::Fit(&glance.fit), &on, None)
+        };
+        let others: Vec<_> = effects.par_iter().filter_map(|effect| begun(*effect)).collect();
+        let lower = others.into_iter().filter(|own| own.fit.loss < pair.fit.loss);
+        lower.min_by(|a, b| a.fit.loss.total_cmp(&b.fit.loss)).unwrap_or(pair)
     }
 
     /// Back from several effects to the best single one, or to none; on from that one if it was not tried
@@ -189,6 +211,33 @@ mod tests {
     #[test]
     fn a_pair_that_only_the_finer_model_can_fit_is_found() {
         assert_eq!(named(curve), [0, 1]);
+    }
+
+    #[test]
+    fn a_pair_is_found_of_which_one_begins_where_both_together_never_come() {
+        // The curve sets in above 2: below, nothing tells where it is.
+        let measured = |i: usize| 2.0 * along(i) + 3.0 * curve(i) + NOISE * noise(i);
+        let predict = |i: usize, point: &Point| {
+            let (slope, here) = (point.effects[0][0], point.effects[1][0]);
+            slope * along(i) + 3.0 * (here - 2.0).max(0.0) * curve(i)
+        };
+        let mut toy = Toy::new(0.01, NOISE, (0..SAMPLES).map(measured), predict).times(4);
+        toy.effects = [("slope", 1.0), ("curve", 3.5)]
+            .map(|(id, start)| effect(id, vec![parameter(id)], vec![vec![start]]))
+            .into();
+        toy.cheap = false;
+        let named = explained_by(&toy, &[0], |selector, mut selection| {
+            let nuisances = selector.nuisances_at(&selection.nominal.fit).unwrap();
+            let mut start = Point::nominal(&toy).anchored();
+            start.effects = vec![vec![2.0], vec![0.5]];
+            let start = Start::Point(&start);
+            let brief = selector.candidate(Depth::Brief, &nuisances, start, &[0, 1], None).unwrap();
+            assert!(brief.fit.point.effects[1][0] < 2.0, "there is no way up");
+            selection.pairs = vec![brief];
+            selector.look_again(&mut selection).unwrap();
+            selection.best.fit.effects.clone()
+        });
+        assert_eq!(named, [0, 1]);
     }
 
     /// Effects of the answer where a slope and a curve were put in, no pair is taken, and the slope was
