@@ -27,7 +27,7 @@ impl Selector<'_> {
             return Some(());
         }
         let polished = |pair: Candidate| {
-            let pair = self.from_singles(selection, pair);
+            let pair = self.lower_from_singles(selection, pair);
             self.polished(&pair).filter(|found| !found.fit.failed)
         };
         let pairs = worth_a_look(selection);
@@ -55,7 +55,7 @@ impl Selector<'_> {
 
     /// The pair, or what it comes to from either of its effects alone, the other one begun beside that, where
     /// that is lower.
-    fn from_singles(&self, selection: &Selection, pair: Candidate) -> Candidate {
+    fn lower_from_singles(&self, selection: &Selection, pair: Candidate) -> Candidate {
         let effects = &pair.fit.effects;
         let begun = |fresh: usize| -> Option<Candidate> {
             let alone = effects.iter().find(|effect| **effect != fresh)?;
