@@ -1,6 +1,6 @@
 //! The grid of bricks around a wall.
 
-use cathforce_mechanics::{BRICK_CELLS, BRICK_EDGE, BRICK_NODES, OCTANTS};
+use cathforce_mechanics::{BRICK_CELLS, BRICK_EDGE, BRICK_NODES, LumenHeader, OCTANTS};
 use nalgebra::Vector3;
 
 use super::LumenOptions;
@@ -39,6 +39,15 @@ impl Grid {
         let fits = bricks.iter().all(|&n| n <= MOST_ALONG_AXIS)
             && bricks.iter().product::<usize>() <= MOST_ENTRIES;
         fits.then_some(Self { origin_m, bricks, cell_m: f64::from(options.cell_m as f32) })
+    }
+
+    /// That of a stored lumen.
+    pub fn of(header: &LumenHeader) -> Self {
+        Self {
+            origin_m: Vector3::from(header.origin_m).map(f64::from),
+            bricks: header.bricks.map(usize::from),
+            cell_m: f64::from(header.cell_m),
+        }
     }
 
     /// Bricks, stored or not.

@@ -4,8 +4,10 @@ mod beside;
 mod build;
 mod grid;
 mod quality;
+mod stored;
 
 pub(crate) use beside::widest_m;
 pub(crate) use build::may_fit;
 pub use build::{BuiltLumen, DEVICE_LUMEN_BYTES, LumenOptions, build_lumen};
 pub use quality::{LumenQuality, Spread, interpolate, measure, measure_against};
+pub use stored::{StoredBrick, StoredNode, stored_bricks, stored_normal};
