@@ -45,6 +45,8 @@ fn main() {
     let off = worst_instructions(Vec::new());
     println!("| effect | instructions of the worst tick | more than without |");
     println!("| --- | --- | --- |\n| none | {off} | |");
+    let with_tendon = worst_instructions(tendon.to_vec());
+    println!("| none, of an instrument with a tendon | {with_tendon} | |");
     let wanted: Vec<String> = std::env::args().skip(1).collect();
     let is_wanted = |id: &str| wanted.is_empty() || wanted.iter().any(|wanted| wanted == id);
     let effects = all().filter(|effect| effect.plant == Plant::Catheter && is_wanted(effect.id));
@@ -57,11 +59,13 @@ fn main() {
         let values = effect.start(&nominal, &effect.starts()[0]);
         let mut parameters: Vec<_> =
             values.iter().map(|(p, value)| (p.key.to_owned(), *value as f32)).collect();
-        if effect.id.starts_with("tendon.") {
+        let is_of_tendon = effect.id.starts_with("tendon.");
+        if is_of_tendon {
             parameters.extend(tendon.clone());
         }
+        let without = if is_of_tendon { with_tendon } else { off };
         let on = worst_instructions(parameters);
-        let more = 100.0 * (f64::from(on) / f64::from(off) - 1.0);
+        let more = 100.0 * (f64::from(on) / f64::from(without) - 1.0);
         println!("| {} | {on} | {more:+.1} % |", effect.id);
     }
 }

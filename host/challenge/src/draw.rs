@@ -76,6 +76,11 @@ pub const OUTSIDE: [&str; 6] = [
     "outside.rough_piece",
 ];
 
+/// How far off anybody's mesh may have the edge between two branches \[m\].
+const EDGE_DOUBT_M: f64 = 1.5e-4;
+/// A quadratic blend takes an edge back by a quarter of what it rounds over.
+const BLEND_PER_EDGE: f64 = 4.0;
+
 /// Cases 0 to `count` of a seed on these rigs. The same seed gives the same cases.
 pub fn cases(seed: u64, count: usize, stands: &[Stand]) -> Vec<Case> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
@@ -89,7 +94,7 @@ pub fn cases(seed: u64, count: usize, stands: &[Stand]) -> Vec<Case> {
     let (mut inside, mut outside) = (Deck::of(&LIBRARY), Deck::of(&OUTSIDE));
     let mut stand_deck = Deck::of(stands);
     let case = |(number, kind): (usize, Kind)| {
-        let stand = stand_deck.draw(&mut rng);
+        let mut stand = stand_deck.draw(&mut rng);
         let severity = rng.random_range(0.0..1.0);
         let ids = match kind {
             Kind::None => Vec::new(),
@@ -105,7 +110,13 @@ pub fn cases(seed: u64, count: usize, stands: &[Stand]) -> Vec<Case> {
             }
         };
         let changes = ids.iter().filter_map(|id| single(id, severity, &mut rng)).collect();
-        Case { number, kind, stand, changes, severity, noise_seed: rng.random() }
+        let noise_seed = rng.random();
+        if stand.rig.blend_m > 0.0 {
+            let mut rng = ChaCha8Rng::seed_from_u64(noise_seed);
+            let back_m = rng.random_range(-EDGE_DOUBT_M..EDGE_DOUBT_M);
+            stand.rig.blend_m = (stand.rig.blend_m + BLEND_PER_EDGE * back_m).max(0.0);
+        }
+        Case { number, kind, stand, changes, severity, noise_seed }
     };
     kinds.into_iter().enumerate().map(case).collect()
 }
@@ -271,6 +282,19 @@ mod tests {
             };
             assert_eq!(case.changes.len(), wanted);
         }
+    }
+
+    #[test]
+    fn no_two_realities_of_a_vessel_that_divides_have_the_same_edge() {
+        let mut stand = Stand::all_own().swap_remove(0);
+        let tube = cases(7, 9, &[stand.clone()]);
+        assert!(tube.iter().all(|case| case.stand.rig.blend_m == 0.0));
+        stand.rig.blend_m = 1e-3;
+        let blends: Vec<f64> = cases(7, 9, &[stand]).iter().map(|c| c.stand.rig.blend_m).collect();
+        let mean_m = blends.iter().sum::<f64>() / 9.0;
+        assert!((mean_m - 1e-3).abs() < 3e-4, "{blends:?}");
+        assert!(blends.iter().all(|blend_m| (0.4e-3..1.6e-3).contains(blend_m)), "{blends:?}");
+        assert!(blends.windows(2).all(|two| two[0] != two[1]), "{blends:?}");
     }
 
     #[test]

@@ -106,20 +106,22 @@ impl Challenge {
         let name = name(case.number);
         let stand = &case.stand;
         let play_all = || {
+            let unchanged = unchanged.divided_as(stand)?;
             let real = stand.play(&case.changes)?;
             let without = |k: usize| {
                 let others: Vec<_> = [&case.changes[..k], &case.changes[k + 1..]].concat();
                 if others.is_empty() { Ok(unchanged.nominal.clone()) } else { stand.play(&others) }
             };
             let without = (0..case.changes.len()).map(without);
-            Ok((real, without.collect::<Result<Vec<_>, SolveError>>()?))
+            let without = without.collect::<Result<Vec<_>, SolveError>>()?;
+            Ok((real, without, unchanged))
         };
-        let (real, without) = match play_all() {
+        let (real, without, unchanged) = match play_all() {
             Ok(played) => played,
             Err(error) => return Ok(Err(error)),
         };
         let over_noise = |without: &Vec<_>| stand.gap_over_noise(&real, without);
-        let over_floor = |without: &Vec<_>| stand.gap_over_floor(&real, without, unchanged);
+        let over_floor = |without: &Vec<_>| stand.gap_over_floor(&real, without, &unchanged);
         let label = Label {
             case: name.clone(),
             seed,

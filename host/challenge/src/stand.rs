@@ -32,11 +32,25 @@ pub struct Stand {
     pub given: Option<PathBuf>,
 }
 
-/// What a stand does without any effect, and the same with a wall that is nearer by what nobody knows.
+/// What a stand does without any effect, and what nobody knows of its wall.
 #[derive(Clone, Debug)]
 pub struct Unchanged {
     pub nominal: Vec<Trial>,
-    pub nearer: Vec<Trial>,
+    /// What two walls do that may both be the vessel's: by what they differ is no gap.
+    pub doubts: Vec<[Vec<Trial>; 2]>,
+}
+
+impl Unchanged {
+    /// That of the same stand, whose vessel divides a little elsewhere.
+    pub fn divided_as(&self, stand: &Stand) -> Result<Self, SolveError> {
+        if stand.rig.branches.len() < 2 {
+            return Ok(self.clone());
+        }
+        let nominal = stand.play(&[])?;
+        let mut doubts = self.doubts.clone();
+        doubts.push([self.nominal.clone(), nominal.clone()]);
+        Ok(Self { nominal, doubts })
+    }
 }
 
 /// The tip is seen 25 times a second.
@@ -72,7 +86,8 @@ impl Stand {
         for station in nearer.rig.branches.iter_mut().flatten() {
             station.radius_m -= WALL_DOUBT_M;
         }
-        Ok(Unchanged { nominal: self.play(&[])?, nearer: nearer.play(&[])? })
+        let (nominal, nearer) = (self.play(&[])?, nearer.play(&[])?);
+        Ok(Unchanged { doubts: vec![[nominal.clone(), nearer]], nominal })
     }
 
     /// √(1 + mean square of the difference over the noise), of the best channel.
@@ -80,7 +95,7 @@ impl Stand {
         self.gap(real, without, None)
     }
 
-    /// The same over the floor: the noise, and what a wall does that is nearer than anybody knows.
+    /// The same over the floor: the noise, and what nobody knows of the wall.
     pub fn gap_over_floor(&self, real: &[Trial], without: &[Trial], unchanged: &Unchanged) -> f64 {
         self.gap(real, without, Some(unchanged))
     }
@@ -101,10 +116,13 @@ impl Stand {
         let mut rows = 0.0;
         for (trial, (real, without)) in real.iter().zip(without).enumerate() {
             for (i, (a, b)) in real.iter().zip(without).enumerate() {
-                let doubt = unchanged
-                    .map_or([0.0; 3], |own| squares(&own.nominal[trial][i], &own.nearer[trial][i]));
+                let mut doubt = noise.map(|sd| sd * sd);
+                for [one, other] in unchanged.iter().flat_map(|own| &own.doubts) {
+                    let squares = squares(&one[trial][i], &other[trial][i]);
+                    doubt.iter_mut().zip(squares).for_each(|(sum, square)| *sum += square);
+                }
                 for (k, square) in squares(a, b).into_iter().enumerate() {
-                    sums[k] += square / (noise[k].powi(2) + doubt[k]);
+                    sums[k] += square / doubt[k];
                 }
                 rows += 1.0;
             }
@@ -131,8 +149,10 @@ mod tests {
         };
         assert_eq!(gaps(&unchanged.nominal), [1.0, 1.0]);
         // As large as the doubt itself, which is next to nothing in tubes that are known this well.
-        let [noise, floor] = gaps(&unchanged.nearer);
+        let [noise, floor] = gaps(&unchanged.doubts[0][1]);
         assert!(noise > 1.01 && floor > 1.0 && floor < noise, "{noise} {floor}");
+        // A vessel without branches divides nowhere else.
+        assert_eq!(unchanged.divided_as(&stand).unwrap().doubts.len(), 1);
         // A force of 5 mN from nowhere is no wall.
         let bias = Change::Bias { force_n: nalgebra::Vector3::new(5e-3, 0.0, 0.0) };
         let [noise, floor] = gaps(&stand.play(&[bias]).unwrap());

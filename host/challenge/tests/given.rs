@@ -83,6 +83,17 @@ fn cases_of_one_rig_do_not_get_into_a_folder_of_another() {
 }
 
 #[test]
+fn where_a_vessel_divides_elsewhere_is_a_doubt_of_the_floor() {
+    let stand = short();
+    let unchanged = stand.unchanged().unwrap();
+    let mut elsewhere = stand.clone();
+    elsewhere.rig.blend_m *= 0.5;
+    let own = unchanged.divided_as(&elsewhere).unwrap();
+    assert_eq!(own.nominal, elsewhere.play(&[]).unwrap());
+    assert_eq!(own.doubts[1], [unchanged.nominal, own.nominal.clone()]);
+}
+
+#[test]
 fn the_tip_of_an_instrument_of_one_section_is_its_curved_end() {
     let folder = tempfile::tempdir().unwrap();
     let (base, tip) =

@@ -359,8 +359,8 @@ fn split(image: &[u8]) -> Result<(ImageHead, &[u8], usize), ImageError> {
 pub fn most_links(solves: u8, substeps: u8, is_laden: bool) -> usize {
     match (solves, substeps, is_laden) {
         (_, 2.., false) => 57,
-        (_, 2.., true) => 46,
-        (2.., _, true) => 54,
+        (_, 2.., true) => 47,
+        (2.., _, true) => 58,
         _ => MAX_LINKS,
     }
 }

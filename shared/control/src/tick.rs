@@ -32,7 +32,7 @@ pub(crate) trait Estimator {
     fn settle(&mut self, drives: mechanics::Drives<f32>) -> bool;
     /// Back to the empty guide.
     fn rebuild(&mut self);
-    /// Position and force of every node, from the tip on.
+    /// What position and force of every node are of, from the tip on.
     fn nodes(&self) -> impl Iterator<Item = [f32; 6]>;
 }
 
