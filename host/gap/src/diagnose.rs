@@ -230,6 +230,13 @@ impl<'a> Answer<'a> {
         if self.diagnosis.verdict == Verdict::Unknown {
             self.diagnosis.effects.clear();
             self.diagnosis.confusable.clear();
+            if given.is_none() {
+                // What is not named closes nothing; what it would is told of what is left.
+                self.figures(problem, &before.score, &before.score);
+                for own in &mut self.diagnosis.details.held_out {
+                    own.after_n = own.before_n;
+                }
+            }
             self.band(problem, selector.folds, &before);
         } else {
             self.band(problem, selector.folds, &selection.best);
@@ -493,6 +500,11 @@ mod tests {
         let left = beyond.left.as_ref().expect("its verdict is unknown");
         assert_eq!(left.after, ["slope"], "the effect that comes nearest, though it is not named");
         assert!((left.gap_share - (1.0 - beyond.details.shrink)).abs() < 1e-12);
+        // What is not named closes nothing, though it would.
+        let force = beyond.gap.force_rms_n.unwrap();
+        let would = left.gap.force_rms_n.unwrap();
+        assert!(force.after == force.before && force.before == would.before, "{force:?}");
+        assert!(would.after < 0.1 * would.before, "{would:?}");
         // Of 10.4 i/400, 10 i/400 are explained.
         let descriptors = left.places[0].descriptors;
         assert!((descriptors.mean - 0.2).abs() < 0.02, "{descriptors:?}");

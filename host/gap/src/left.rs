@@ -2,8 +2,10 @@
 
 use serde::Serialize;
 
+use crate::figures;
 use crate::locate::{Cell, locate};
 use crate::problem::Problem;
+use crate::report::Gap;
 use crate::select::Selection;
 
 /// Cells of the same channel and phase that are told together, at most.
@@ -20,6 +22,8 @@ pub struct Left {
     pub after: Vec<String>,
     /// Of the gap above the floor.
     pub gap_share: f64,
+    /// What the model reaches, as if it were named.
+    pub gap: Gap,
     /// Shares are of what is left; largest first.
     #[serde(rename = "where")]
     pub places: Vec<Cell>,
@@ -33,16 +37,17 @@ pub fn left(problem: &Problem<'_>, selection: &Selection) -> Left {
     let effects = problem.plant.effects();
     let after = best.fit.effects.iter().map(|&effect| effects[effect].id.to_owned());
     let shrink = best.score.shrink(&selection.nominal.score);
-    Left::new(after.collect(), shrink, locate(problem, &best.score))
+    let gap = figures::gap(problem, &selection.nominal.score, &best.score);
+    Left::new(after.collect(), gap, shrink, locate(problem, &best.score))
 }
 
 impl Left {
     /// `shrink`: of the model; `places`: of its error, as [`locate`] gives them.
-    fn new(after: Vec<String>, shrink: f64, mut places: Vec<Cell>) -> Self {
+    fn new(after: Vec<String>, gap: Gap, shrink: f64, mut places: Vec<Cell>) -> Self {
         let gap_share = 1.0 - shrink;
         let words = words(&after, gap_share, &places);
         places.truncate(CELLS);
-        Self { after, gap_share, places, words }
+        Self { after, gap_share, gap, places, words }
     }
 }
 
@@ -120,7 +125,7 @@ mod tests {
             cell("fz_N", "sliding", 0.06, 0.15, "swings"),
             cell("fy_N", "dwell", 0.0, 0.04, ""),
         ];
-        let left = Left::new(vec!["wall.motion".to_owned()], 0.65, places);
+        let left = Left::new(vec!["wall.motion".to_owned()], Gap::default(), 0.65, places);
         assert_eq!(
             left.words,
             "after the model with wall.motion, the best that was found, 35 % of the gap above the floor \
@@ -135,7 +140,7 @@ mod tests {
 
     #[test]
     fn the_nominal_model_leaves_all_of_it() {
-        let left = Left::new(Vec::new(), 0.0, Vec::new());
+        let left = Left::new(Vec::new(), Gap::default(), 0.0, Vec::new());
         assert!(left.words.starts_with("after the nominal model, the best that was found, 100 %"));
     }
 }

@@ -171,7 +171,7 @@ pub struct Details {
     pub energy: Vec<QuantityEnergy>,
     /// Each held-out trial: number, force RMS before and after.
     pub held_out: Vec<HeldOut>,
-    /// Shrink of the whole explanation.
+    /// Shrink of the best explanation, named or not.
     pub shrink: f64,
     /// Measured, nominal and best prediction of the force channels of one trial.
     pub series: Vec<Series>,

@@ -55,10 +55,12 @@ fn tiles(answer: &Diagnosis) -> String {
     let mut tiles = String::new();
     if let Some(Figures { before, after, floor }) = answer.gap.force_rms_n {
         tiles += &tile(quantity(before, "N"), "force RMS before, held out");
-        tiles += &tile(quantity(after, "N"), "force RMS after, held out");
+        if !answer.effects.is_empty() {
+            tiles += &tile(quantity(after, "N"), "force RMS after, held out");
+        }
         tiles += &tile(quantity(floor, "N"), "noise floor");
     }
-    if !answer.ranking.is_empty() {
+    if !answer.effects.is_empty() {
         tiles += &tile(percent(answer.details.shrink), "of the gap above the floor closed");
     }
     format!("<div class=tiles>{tiles}</div>")
@@ -124,8 +126,12 @@ fn left(answer: &Diagnosis) -> String {
     let Some(left) = &answer.left else { return String::new() };
     let on_vessel = answer.details.left_on_vessel.as_ref();
     let on_vessel = on_vessel.map(|of| vessel::figures(of, "the best model that was found"));
+    let would = left.gap.force_rms_n.map_or(String::new(), |Figures { before, after, .. }| {
+        let [before, after] = [before, after].map(|x| quantity(x, "N"));
+        format!("<p>Its force is off by {after} RMS, the nominal model's by {before}.</p>")
+    });
     format!(
-        "<h2>What is left</h2><p>{}.</p>{}{}",
+        "<h2>What is left</h2><p>{}.</p>{would}{}{}",
         escape(&first_upper(&left.words)),
         cells(&left.places, "what is left"),
         on_vessel.unwrap_or_default()
@@ -199,14 +205,18 @@ fn how_far(answer: &Diagnosis) -> String {
         );
     }
     let series: String = answer.details.series.iter().map(charts::series).collect();
+    let with = match answer.left {
+        Some(_) => "the best model that was found",
+        None => "with the effects",
+    };
     format!(
         "<h2>How far</h2><div class=wide><table><tr><th>held out<th class=number>before\
          <th class=number>after<th class=number>floor{rows}</table></div>\
          <p class=soft>{}. Of a vector its norm; of the largest force and of the path the mean over \
          the trials. Paths are compared whatever their pace.</p>\
          <p class='soft key'><i style='color:var(--measured)'></i>measured\
-         <i style='color:var(--before)'></i>nominal model<i style='color:var(--after)'></i>with \
-         the effects</p>{series}",
+         <i style='color:var(--before)'></i>nominal model<i style='color:var(--after)'></i>\
+         {with}</p>{series}",
         first_upper(&answer.held_out_trials())
     )
 }

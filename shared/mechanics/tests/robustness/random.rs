@@ -95,6 +95,14 @@ pub fn any_description(random: &mut Random) -> Description<f32> {
     }
 }
 
+/// [`any_description`] with shorter links at the tip, as devices have them, of which what is drawn later
+/// knows nothing.
+pub fn short_at_tip(random: &mut Random) -> Description<f32> {
+    let mut description = any_description(random);
+    description.solver.fine_tip_m = random.clone().scale(1e-3, 0.2) as f32;
+    description
+}
+
 /// On top of [`any_description`] half of the time a guidewire, half of the time a tendon that is
 /// pulled, and one in four of the effects anywhere in its range, or mildly.
 pub fn laden(random: &mut Random) -> Description<f32> {
@@ -149,8 +157,7 @@ pub fn laden(random: &mut Random) -> Description<f32> {
     description
 }
 
-/// On top of [`laden`] half of the time shorter links at the tip, of which what is drawn later knows
-/// nothing.
+/// On top of [`laden`] half of the time shorter links at the tip, likewise.
 pub fn finer(random: &mut Random) -> Description<f32> {
     let mut description = laden(random);
     let mut own = random.clone();

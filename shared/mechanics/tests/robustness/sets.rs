@@ -15,7 +15,7 @@ use cathforce_mechanics::*;
 
 use crate::bent_path;
 use crate::passed::Passed;
-use crate::random::{Hand, Random, any_description, catheter, finer, laden};
+use crate::random::{Hand, Random, any_description, catheter, finer, laden, short_at_tip};
 use crate::wall::{Seen, StoredWall, Vector, plane, tube};
 
 /// Ticks of 1 ms.
@@ -64,6 +64,7 @@ struct Family {
 }
 
 const PLAIN: Family = Family { describe: any_description, told_by: 5 };
+const SHORT_AT_TIP: Family = Family { describe: short_at_tip, told_by: 5 };
 /// Any one effect is in few of them.
 const LADEN: Family = Family { describe: laden, told_by: 40 };
 /// The same with shorter links at the tip in one of two.
@@ -217,6 +218,13 @@ fn stays_bounded(family: Family, seed: u64, vessels: &[StoredWall]) -> Result<()
 #[test]
 fn random_parameter_sets_lose_no_number_and_keep_their_energy_bounded() {
     over_seeds("bounded", PLAIN, |seed, vessels| stays_bounded(PLAIN, seed, vessels));
+}
+
+#[test]
+fn random_sets_with_short_links_at_the_tip_lose_no_number_and_keep_their_energy_bounded() {
+    over_seeds("short-at-tip", SHORT_AT_TIP, |seed, vessels| {
+        stays_bounded(SHORT_AT_TIP, seed, vessels)
+    });
 }
 
 #[test]
