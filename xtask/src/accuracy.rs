@@ -22,6 +22,9 @@ pub struct Arguments {
     /// Only print what lifting one limit of the device does to the cases with this in their name.
     #[arg(long, value_name = "TEXT", conflicts_with_all = ["json", "export"])]
     causes: Option<String>,
+    /// Only print how the cases with this in their name converge with the number of links, to 512.
+    #[arg(long, value_name = "TEXT", conflicts_with_all = ["json", "export", "causes"])]
+    links: Option<String>,
 }
 
 /// Measures every case and writes the table into docs/model.md; or exports the cases.
@@ -33,6 +36,9 @@ pub fn write(arguments: &Arguments) -> anyhow::Result<()> {
     }
     if let Some(text) = &arguments.causes {
         return run(program.args(["--causes", "--only", text]));
+    }
+    if let Some(text) = &arguments.links {
+        return run(program.args(["--links", "--only", text]));
     }
     if let Some(file) = &arguments.json {
         program.arg("--json").arg(std::path::absolute(file)?);

@@ -11,6 +11,7 @@ mod causes;
 mod compare;
 mod device;
 mod export;
+mod links;
 mod summary;
 
 pub use cases::{Case, Kind, cases};
@@ -18,4 +19,5 @@ pub use causes::causes;
 pub use compare::{Errors, Record, Score, Snap, compare};
 pub use device::{Choices, play, play_on_device};
 pub use export::export;
+pub use links::{by_links, finest, links_table};
 pub use summary::{Accuracy, Row, measure, measure_all, solve, table};

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use anyhow::Context;
 use cathforce_accuracy::{
-    Accuracy, cases, causes, export, measure_all, play_on_device, solve, table,
+    Accuracy, cases, causes, export, links_table, measure_all, play_on_device, solve, table,
 };
 use clap::Parser;
 
@@ -20,6 +20,9 @@ struct Arguments {
     /// Instead of the device's errors alone, what they become when one of its limits is lifted.
     #[arg(long)]
     causes: bool,
+    /// Instead, how the model converges with the number of its links, against 512 of them.
+    #[arg(long)]
+    links: bool,
     /// Instead of measuring, write cases and both solutions into this folder.
     #[arg(long, value_name = "FOLDER")]
     export: Option<PathBuf>,
@@ -42,6 +45,10 @@ fn main() -> anyhow::Result<()> {
         for case in &cases {
             println!("{}", causes(case).with_context(|| case.name)?);
         }
+        return Ok(());
+    }
+    if arguments.links {
+        print!("{}", links_table(&cases)?);
         return Ok(());
     }
     let rows = measure_all(&cases)?;

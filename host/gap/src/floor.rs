@@ -1,5 +1,7 @@
 //! The noise floor: what would be left if the model were perfect.
 
+use std::collections::BTreeMap;
+
 use serde::Serialize;
 
 use crate::plant::{Plant, Point, Sample};
@@ -48,13 +50,15 @@ pub fn unstated(channel: &str, found: &[f64]) -> String {
 }
 
 impl Floor {
-    /// σ² = ½⟨(y_a − y_b)²⟩ over repeats where there are any, else the stated noise.
+    /// σ² = ½⟨(y_a − y_b)²⟩ over repeats where there are any, of a catheter but for the mean
+    /// difference of two runs; else the stated noise.
     pub fn of(plant: &dyn Plant) -> Self {
         let nominal = Point::nominal(plant);
         let predicted: Vec<_> =
             (0..plant.trials().len()).map(|trial| plant.simulate(trial, &nominal)).collect();
         let channels = (0..plant.channels().len()).map(|channel| {
-            let (mut squares, mut count) = (0.0, 0);
+            // Sum, sum of squares and number of differences, by the two trials.
+            let mut differences: BTreeMap<_, (f64, f64, usize)> = BTreeMap::new();
             for repeat in plant.repeats() {
                 let ((a, i), (b, j)) = (repeat.first, repeat.second);
                 let (first, second) = (&plant.trials()[a].samples, &plant.trials()[b].samples);
@@ -68,9 +72,19 @@ impl Floor {
                 if apart > SAME_PREDICTION.powi(2) * power {
                     continue;
                 }
-                let pairs = first[i..i + repeat.len].iter().zip(&second[j..j + repeat.len]);
-                squares += pairs.map(|(x, y)| 0.5 * (x.value - y.value).powi(2)).sum::<f64>();
-                count += repeat.len;
+                let (sum, squares, count) = differences.entry((a, b)).or_default();
+                for (x, y) in first[i..i + repeat.len].iter().zip(&second[j..j + repeat.len]) {
+                    *sum += x.value - y.value;
+                    *squares += (x.value - y.value).powi(2);
+                }
+                *count += repeat.len;
+            }
+            let (mut squares, mut count) = (0.0, 0);
+            for (sum, own, n) in differences.into_values() {
+                // What two runs of a catheter differ by all along is a nuisance, not the floor.
+                let (mean, lost) = if plant.cheap() { (0.0, 0) } else { (sum / n as f64, 1) };
+                squares += 0.5 * (own - mean * sum);
+                count += n - lost;
             }
             if count > 0 {
                 let sd = Some((squares / count as f64).sqrt());

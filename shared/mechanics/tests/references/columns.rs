@@ -5,7 +5,7 @@ use core::f64::consts::PI;
 use cathforce_mechanics::*;
 
 use crate::Chain;
-use crate::rod::{FREE_TIP, free_space, hung, inserted, rest, rod};
+use crate::rod::{FREE_TIP, assert_second_order, free_space, hung, inserted, rest, rod};
 use crate::wall::{StoredWall, plane};
 
 /// EI of the solid catheter (radius 0.825 mm), 26 and 50 MPa.
@@ -69,6 +69,13 @@ fn a_free_column_buckles_at_eulers_load() {
         let found = load_of_free_column(0.25 * length_m, 24, ei, 1.1 * clamped_n);
         assert_near(&format!("clamped at both ends, L {length_m} m"), found, clamped_n);
     }
+}
+
+#[test]
+fn eulers_load_is_met_with_second_order() {
+    let (ei, length_m, [free_n, ..]) = COLUMNS[2];
+    let error = |links| load_of_free_column(length_m, links, ei, 1.1 * free_n) / free_n - 1.0;
+    assert_second_order([8, 16, 32].map(error), "Euler's load of a free column");
 }
 
 /// Force at a point on a wall that a column is pinned to, fed until it is 0.1 % too long for its

@@ -11,9 +11,9 @@ use cathforce_gap::{Altered, achieved, diagnose};
 use rand::Rng;
 use serde::Serialize;
 use serde_json::Value;
-use sha2::{Digest, Sha256};
 
 use super::diagnose::reproduce;
+use super::hash::own_sha256;
 use super::source::Source;
 use crate::args::{
     ChallengeAction, ChallengeArguments, ChallengeFolder, ChallengeFolders, ChallengeMakeArguments,
@@ -76,7 +76,7 @@ fn seal(ui: &Ui, arguments: &ChallengeFolder) -> Result<(), Failure> {
 fn answer(ui: &Ui, arguments: &ChallengeRunArguments) -> Result<(), Failure> {
     let challenge = Challenge::at(&arguments.folder);
     let seals = challenge.seals().map_err(refuse)?;
-    let binary = own_hash()?;
+    let binary = own_sha256()?;
     let mut open = Vec::new();
     for case in seals.labels.keys() {
         if challenge.answer(case).map_err(refuse)?.is_none() {
@@ -150,14 +150,6 @@ fn answer_case(ui: &Ui, path: &Path) -> Result<Found, Failure> {
 fn thread_cpu_s() -> f64 {
     let now = rustix::time::clock_gettime(rustix::time::ClockId::ThreadCPUTime);
     now.tv_sec as f64 + 1e-9 * now.tv_nsec as f64
-}
-
-/// SHA-256 of the program that answers.
-fn own_hash() -> Result<String, Failure> {
-    let read = || std::fs::read(std::env::current_exe()?);
-    let bytes = read()
-        .map_err(|e| Failure::new(Code::Failed, format!("cannot read the program itself: {e}")))?;
-    Ok(format!("{:x}", Sha256::digest(&bytes)))
 }
 
 #[derive(Serialize)]

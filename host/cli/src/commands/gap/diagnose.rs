@@ -10,6 +10,7 @@ use cathforce_gap::report::{Diagnosis, Figures, HeldOut, Reproduce, quantity};
 use cathforce_gap::{diagnose, diagnose_given, expected_simulations, page};
 use cathforce_rig::{Bundle, Trial};
 
+use super::hash::own_sha256;
 use super::source::Source;
 use crate::args::DiagnoseArguments;
 use crate::failure::{Code, Failure};
@@ -75,7 +76,7 @@ pub fn reproduce(
 ) -> Result<Reproduce, Failure> {
     Ok(Reproduce {
         command: command(&source.paths, hold_back, effects),
-        version: env!("CARGO_PKG_VERSION").to_owned(),
+        version: format!("{} (SHA-256 {:.16}…)", env!("CARGO_PKG_VERSION"), own_sha256()?),
         bundle_sha256: source.hash()?,
         held_back: hold_back.to_vec(),
     })

@@ -1,8 +1,10 @@
-//! One hash over everything in a bundle that an answer depends on.
+//! Hashes of what an answer depends on: everything in a bundle, and the program.
 
 use std::path::{Path, PathBuf};
 
 use sha2::{Digest, Sha256};
+
+use crate::failure::{Code, Failure};
 
 /// SHA-256 over name, length and bytes of every file that a bundle is read from, by name; of a
 /// recording, over its own.
@@ -36,6 +38,14 @@ pub fn of_all(paths: &[PathBuf]) -> std::io::Result<String> {
     }
     hashes.sort();
     Ok(format!("{:x}", Sha256::digest(hashes.concat())))
+}
+
+/// SHA-256 of the program that answers.
+pub fn own_sha256() -> Result<String, Failure> {
+    let read = || std::fs::read(std::env::current_exe()?);
+    let bytes = read()
+        .map_err(|e| Failure::new(Code::Failed, format!("cannot read the program itself: {e}")))?;
+    Ok(format!("{:x}", Sha256::digest(&bytes)))
 }
 
 #[cfg(test)]

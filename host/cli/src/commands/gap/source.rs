@@ -235,7 +235,9 @@ fn trial(recording: &Recording) -> Trial {
 fn shape(recording: &Recording) -> Vec<VectorColumn> {
     let shapes_m = &recording.trial.shapes_m;
     let points = shapes_m.iter().map(Vec::len).max().unwrap_or(0);
-    let of = |k: usize| move |i: usize| shapes_m.get(i)?.get(k).copied();
+    // Of a row that has fewer, nobody knows which.
+    let whole = |i: usize| shapes_m.get(i).filter(|row| row.len() == points);
+    let of = |k: usize| move |i: usize| whole(i)?.get(k).copied();
     (0..points).map(|k| (0..recording.trial.rows.len()).map(of(k)).collect()).collect()
 }
 

@@ -1,0 +1,51 @@
+//! How the model converges with the number of its links, against itself.
+
+use std::fmt::Write as _;
+
+use crate::{Case, Choices, Record, Score, compare, play};
+
+type Player = fn(&Case, &Choices) -> anyhow::Result<Vec<Record>>;
+
+/// By the number of links; all in double precision, with the device's steps and wall.
+const BY_LINKS: [(usize, Player); 5] = [
+    (16, play::<f64, 16>),
+    (32, play::<f64, 32>),
+    (64, play::<f64, 64>),
+    (128, play::<f64, 128>),
+    (256, play::<f64, 256>),
+];
+
+/// What all are compared with.
+pub fn finest(case: &Case) -> anyhow::Result<Vec<Record>> {
+    play::<f64, 512>(case, &Choices::default())
+}
+
+/// Errors of a case by the number of links.
+pub fn by_links(case: &Case) -> anyhow::Result<Vec<(usize, Score)>> {
+    let finest = finest(case)?;
+    let score = |(links, play): (usize, Player)| {
+        let played = play(case, &Choices::default())?;
+        Ok((links, compare(&finest, &played, case.scored_from_s)))
+    };
+    BY_LINKS.into_iter().map(score).collect()
+}
+
+/// A table of the drive force's error, over the peak with 512 links; one row a case.
+pub fn links_table(cases: &[Case]) -> anyhow::Result<String> {
+    let mut text = String::from("| case |");
+    // Writing to a string does not fail.
+    for (links, _) in BY_LINKS {
+        let _ = write!(text, " {links} links |");
+    }
+    text += "\n| --- |";
+    text += &" --- |".repeat(BY_LINKS.len());
+    text.push('\n');
+    for case in cases {
+        let _ = write!(text, "| {} |", case.name);
+        for (_, score) in by_links(case)? {
+            let _ = write!(text, " {:.2} % |", 100.0 * score.outside_snaps.drive_force_share);
+        }
+        text.push('\n');
+    }
+    Ok(text)
+}
