@@ -146,3 +146,18 @@ fn an_effect_that_is_taken_out_of_the_model_is_found_again() {
     assert_eq!(output.status.code(), Some(1), "{said}");
     assert!(said.contains("no effect is named") && said.contains("fix:"), "{said}");
 }
+
+#[test]
+fn coverage_goes_on_past_a_bundle_that_cannot_be_read_and_says_which() {
+    let folder = drive(|_| 0.0);
+    let whole = folder.path().to_str().unwrap();
+    let output = cathforce(&["gap", "coverage", "nowhere", whole]);
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(3), "{said}");
+    let warned = said.contains("nowhere") && said.contains("a drive on its own has none");
+    assert!(warned && said.contains("1 of 2 bundles have no row"), "{said}");
+    assert!(String::from_utf8_lossy(&output.stdout).contains("| all |"));
+    // Alone it is the failure itself.
+    let output = cathforce(&["gap", "coverage", "nowhere"]);
+    assert_eq!((output.status.code(), output.stdout.len()), (Some(3), 0));
+}

@@ -121,16 +121,16 @@ impl<'a> Answer<'a> {
             if own.source == FloorSource::Unknown {
                 floor_known = false;
                 remarks.push(format!(
-                    "{}: no noise is stated in rig.toml and no motion was repeated closely enough, so the floor \
-                     is not known; every shrink counts from zero",
+                    "{}: no noise is stated in rig.toml and no motion was repeated closely \
+                     enough, so the floor is not known; every shrink counts from zero",
                     channel.name
                 ));
             }
         }
         if floor.channels.iter().all(|own| own.source == FloorSource::Stated) {
             remarks.push(
-                "no motion was repeated closely enough to compare: the floor is the sensor's own noise, and what differs \
-                 from run to run is counted as gap"
+                "no motion was repeated closely enough to compare: the floor is the sensor's own \
+                 noise, and what differs from run to run is counted as gap"
                     .to_owned(),
             );
         }

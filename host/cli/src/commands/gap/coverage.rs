@@ -1,6 +1,8 @@
 //! `cathforce gap coverage`: how many of the forces that were held out lie within the band that is
 //! stated for them.
 
+use std::path::Path;
+
 use cathforce_gap::report::Verdict;
 use cathforce_gap::{Coverage, Covered, covered};
 use serde::Serialize;
@@ -34,43 +36,66 @@ struct Shares {
 }
 
 pub fn run(ui: &Ui, arguments: &CoverageArguments) -> Result<(), Failure> {
-    let (mut rows, mut all) = (Vec::new(), Coverage::default());
+    let (mut rows, mut all, mut failures) = (Vec::new(), Coverage::default(), Vec::new());
     for path in &arguments.bundles {
-        let hold_back = &arguments.hold_back;
-        let source = Source::open(ui, path)?;
-        let name = source.bundle.rig.name.clone();
-        let is_drive = source.bundle.catheter().is_none();
-        let answer = super::diagnose::answer(ui, source, hold_back, &[])?;
-        let Some(band) = &answer.band else {
-            let why = match is_drive {
-                true => "a drive on its own has none, it is of a catheter's forces".to_owned(),
-                false => answer.remarks.join("; "),
-            };
-            ui.warn(format_args!("{}: no band: {why}", path.display()));
-            continue;
-        };
-        let coverage = if hold_back.is_empty() {
-            band.coverage
-        } else {
-            let plant = Source::open(ui, path)?.plant()?;
-            let trials = plant.trials().iter().enumerate();
-            let mut sum = Coverage::default();
-            for (trial, _) in trials.filter(|(_, own)| hold_back.contains(&own.number)) {
-                let own = covered(plant.as_ref(), trial, &answer).ok_or_else(|| {
-                    let message = format!("{}: a simulation broke down", path.display());
-                    Failure::new(Code::Failed, message)
-                })?;
-                sum.add(&own);
+        match of_bundle(ui, path, &arguments.hold_back) {
+            Ok(Some((row, coverage))) => {
+                all.add(&coverage);
+                rows.push(row);
+                ui.say(format_args!("{}: {}", path.display(), text(&coverage)));
             }
-            sum
-        };
-        all.add(&coverage);
-        rows.push(Row::of(name, Some(answer.verdict), &coverage));
-        ui.say(format_args!("{}: {}", path.display(), text(&coverage)));
+            Ok(None) => {}
+            // What the others took minutes for is not lost with one of them.
+            Err(failure) if arguments.bundles.len() > 1 => {
+                ui.warn(&failure.message);
+                failures.push(failure.code);
+            }
+            Err(failure) => return Err(failure),
+        }
     }
     rows.push(Row::of("all".to_owned(), None, &all));
     let lines: String = rows.iter().map(Row::text).collect();
-    ui.data(&rows, format!("{}{lines}", Row::head()))
+    ui.data(&rows, format!("{}{lines}", Row::head()))?;
+    match failures.last() {
+        None => Ok(()),
+        Some(&code) => {
+            let (failed, all) = (failures.len(), arguments.bundles.len());
+            let message = format!("{failed} of {all} bundles have no row; warnings say why");
+            Err(Failure::new(code, message))
+        }
+    }
+}
+
+/// Diagnoses one; `None` where there is no band, which a warning says.
+fn of_bundle(ui: &Ui, path: &Path, hold_back: &[u32]) -> Result<Option<(Row, Coverage)>, Failure> {
+    let source = Source::open(ui, path)?;
+    let name = source.bundle.rig.name.clone();
+    let is_drive = source.bundle.catheter().is_none();
+    let answer = super::diagnose::answer(ui, source, hold_back, &[])?;
+    let Some(band) = &answer.band else {
+        let why = match is_drive {
+            true => "a drive on its own has none, it is of a catheter's forces".to_owned(),
+            false => answer.remarks.join("; "),
+        };
+        ui.warn(format_args!("{}: no band: {why}", path.display()));
+        return Ok(None);
+    };
+    let coverage = if hold_back.is_empty() {
+        band.coverage
+    } else {
+        let plant = Source::open(ui, path)?.plant()?;
+        let trials = plant.trials().iter().enumerate();
+        let mut sum = Coverage::default();
+        for (trial, _) in trials.filter(|(_, own)| hold_back.contains(&own.number)) {
+            let own = covered(plant.as_ref(), trial, &answer).ok_or_else(|| {
+                let message = format!("{}: a simulation broke down", path.display());
+                Failure::new(Code::Failed, message)
+            })?;
+            sum.add(&own);
+        }
+        sum
+    };
+    Ok(Some((Row::of(name, Some(answer.verdict), &coverage), coverage)))
 }
 
 /// Of the samples of a force, those for which a band is stated.

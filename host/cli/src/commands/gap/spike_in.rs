@@ -118,10 +118,11 @@ pub fn run(ui: &Ui, arguments: &SpikeInArguments) -> Result<(), Failure> {
         [] => spiking.effects().iter().map(each).collect(),
         given => given.iter().map(|spikes| spikes.0.clone()).collect(),
     };
+    // What cannot be put in is said before minutes are spent on the others.
+    let spiked = cases.iter().map(|spikes| spiking.put_in(spikes)).collect::<Result<Vec<_>, _>>();
+    let spiked = spiked.map_err(|e| Failure::new(Code::Usage, e.to_string()))?;
     let mut rows = Vec::new();
-    for spikes in &cases {
-        let spiked = spiking.put_in(spikes);
-        let spiked = spiked.map_err(|e| Failure::new(Code::Usage, e.to_string()))?;
+    for (spikes, spiked) in cases.iter().zip(&spiked) {
         let answer = match &arguments.out {
             Some(folder) => {
                 write(&spiked.bundle, folder)?;
@@ -133,7 +134,7 @@ pub fn run(ui: &Ui, arguments: &SpikeInArguments) -> Result<(), Failure> {
                 Some(answer)
             }
         };
-        rows.push(Row::of(spikes, &spiked, answer.as_ref()));
+        rows.push(Row::of(spikes, spiked, answer.as_ref()));
     }
     let lines: String = rows.iter().map(Row::text).collect();
     ui.data(&rows, format!("{HEAD}{lines}"))
