@@ -319,7 +319,8 @@ impl Score {
         let list = |items: Vec<String>| items.join(", ");
         let mut text = format!(
             "{} cases of seed {}, {} of them with a gap below {SMALLEST_GAP} times the noise, which \
-             count for nothing. The floor is the noise and what a wall that is 40 µm nearer does. \
+             count for nothing. The floor is the noise, what a wall that is 40 µm nearer does, and \
+             what an edge does that is not the mesh's, where a vessel divides. \
              Answered by the program with SHA-256 {}; SHA-256 of seals.json: `{}`.\n\n",
             self.cases,
             list(self.seeds.iter().map(u64::to_string).collect()),
