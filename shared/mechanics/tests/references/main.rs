@@ -9,6 +9,8 @@
 //!   would hand on its torque along the tangent. Clamped–clamped ones are four free ones end to end.
 //! - `cantilever_dynamics`, `explicit_dt_bounds`: limits of explicit steps; these are implicit.
 //! - `bend45`, Bathe & Bolourchi at 300: itself 2.9 % of the motion off the exact solution.
+//! - `rod_in_tube`, the pair of forces where a bend without clearance begins, and what compression presses
+//!   with; `capstan`, a rod that is pushed: a stored tube has clearance, in which a pushed rod bows.
 //! - `salehizadeh_ICE`, parameters of another catheter and of a stream, and no motion that they
 //!   should give; its drag goes with the square of the stream's speed, docs/model.md (36) has the force itself.
 //! - `published.md`, but for its material laws: errors and sweeps of other simulators on vessels
