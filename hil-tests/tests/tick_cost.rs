@@ -28,6 +28,8 @@ const TICKS: u16 = 60;
 /// Advance and rotation of one of them: the last link stays in.
 const FEED_M: f64 = 1e-5;
 const TURN_RAD: f64 = 2e-3;
+/// As fast as a drive may turn: links turn by more than a solve resolves.
+const FASTEST_RAD: f64 = 0.0199;
 
 /// Instructions of the worst tick: 1 % above what was reached, what was aimed at, and half of
 /// what a tick has time for.
@@ -122,6 +124,16 @@ fn laden() -> Vec<(String, f32)> {
 }
 
 fn single_ticks(schedule: Schedule, effects: Vec<(String, f32)>, band: Option<Band>) -> Cost {
+    single_ticks_turning(TURN_RAD, schedule, effects, band)
+}
+
+/// The same, turned by so much in each.
+fn single_ticks_turning(
+    turn_rad: f64,
+    schedule: Schedule,
+    effects: Vec<(String, f32)>,
+    band: Option<Band>,
+) -> Cost {
     let trial = bundle().trial(TRIAL).expect("in the example");
     let deepest_m = trial.catheter().expect("a catheter's").insertion_m.iter();
     let deepest_m = deepest_m.copied().fold(0.0, f64::max);
@@ -142,7 +154,7 @@ fn single_ticks(schedule: Schedule, effects: Vec<(String, f32)>, band: Option<Ba
     });
     let at = |tick: u16| Drive {
         insertion_m: deepest_m - FEED_M * f64::from(TICKS - tick),
-        rotation_rad: TURN_RAD * f64::from(tick),
+        rotation_rad: turn_rad * f64::from(tick),
     };
     let mut bench = Bench::<Qemu>::armed(&image, at(0));
     let beginning = bench.report().load.worst_instructions;
@@ -206,6 +218,17 @@ fn p09_effects_all_at_once_take_at_most_half_of_a_tick() {
     for schedule in [Schedule::OneSolve, Schedule::TwoSolves, Schedule::HalfTicks] {
         assert_cost(schedule, laden(), Some(band()), MOST_INSTRUCTIONS_HALF_TICKS);
     }
+}
+
+#[test]
+fn p09_a_tick_costs_the_same_whatever_the_instrument_does_on_the_board() {
+    let counts = [0.0, FASTEST_RAD].map(|turn_rad| {
+        single_ticks_turning(turn_rad, Schedule::OneSolve, Vec::new(), None).instructions
+    });
+    let [least, most] = [f64::min, f64::max]
+        .map(|pick| counts.iter().flatten().copied().map(f64::from).reduce(pick).unwrap_or(0.0));
+    println!("fed, and turned at the fastest: {least} to {most} instructions");
+    assert!(least > f64::from(LEAST_INSTRUCTIONS) && most < (1.0 + MOST_JITTER) * least);
 }
 
 #[test]

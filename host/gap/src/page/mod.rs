@@ -126,7 +126,8 @@ fn left(answer: &Diagnosis) -> String {
     let Some(left) = &answer.left else { return String::new() };
     let on_vessel = answer.details.left_on_vessel.as_ref();
     let on_vessel = on_vessel.map(|of| vessel::figures(of, "the best model that was found"));
-    let would = left.gap.force_rms_n.map_or(String::new(), |Figures { before, after, .. }| {
+    let would = left.gap.force_rms_n.filter(|_| !left.after.is_empty());
+    let would = would.map_or(String::new(), |Figures { before, after, .. }| {
         let [before, after] = [before, after].map(|x| quantity(x, "N"));
         format!("<p>Its force is off by {after} RMS, the nominal model's by {before}.</p>")
     });
