@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use cathforce_hil_tests::{EXAMPLE, estimates, measured};
-use cathforce_record::compare;
+use cathforce_record::{SnapPair, compare};
 use cathforce_rig::{Bundle, ImageOptions, device_image};
 
 /// Practice bundles, beside the project on some machines only.
@@ -22,8 +22,18 @@ const DRIVE_NOISE_N: f64 = 0.02;
 /// may, and no more than this \[m\].
 const BRANCHING: (&str, u32, f64) = ("tapered-none", 2, 8.0);
 const LARGEST_TIP_BEFORE_BRANCHING_M: f64 = 5.5e-4;
+/// Latest or earliest snap \[ms\].
+const LATEST_MS: f64 = 50.0;
+/// When this trial's tip slips off the dividing wall turns on a hundredth of the friction
+/// (`docs/model.md`, "Where the rest is"): it does so later than that \[ms\].
+const SLIPPING: (&str, u32, f64) = ("tapered-none", 3, 80.0);
 /// Snaps and the first 3 mm may leave out no more than this share of the rows.
 const MOST_EXCLUDED: f64 = 0.2;
+
+/// Of a snap; one that the model misses is later than any.
+fn late_ms(snap: &SnapPair) -> f64 {
+    snap.estimated.map_or(f64::INFINITY, |own| 1e3 * (own.t_s - snap.measured.t_s))
+}
 
 /// What is left of an error when the noise that is in it is taken out, in squares.
 fn without_noise(rms: f64, noise_rms: f64) -> f64 {
@@ -48,6 +58,8 @@ fn assert_reproduced(path: &Path) {
         } else {
             (f64::INFINITY, LARGEST_TIP_M)
         };
+        let is_slipping = (&*name, trial.number) == (SLIPPING.0, SLIPPING.1);
+        let latest_ms = if is_slipping { SLIPPING.2 } else { LATEST_MS };
         measured.rows.retain(|row| row.t_s < until_s);
         let compared = compare(&estimates, &measured).expect("measured forces");
         let (scored, excluded) = (compared.scored, compared.excluded_share);
@@ -61,10 +73,11 @@ fn assert_reproduced(path: &Path) {
         let drive_n = without_noise(drive.rms, drive.noise_rms.unwrap_or(DRIVE_NOISE_N));
         let drive_share = drive_n / drive_peak_n;
         let tip_m = without_noise(tip.rms, tip.noise_rms.expect("the bundle states its noise"));
+        let late_ms: Vec<f64> = compared.snaps.iter().map(late_ms).collect();
         let line = format!(
             "{name} trial {:03}: force error {:.1} mN RMS, {:.1} without noise, {:.1} % of {:.1} mN, \
              {:.0} % left out; in the whole trial {:.1} mN; without noise drive force {:.1} % of \
-             {:.1} mN, tip {:.2} mm",
+             {:.1} mN, tip {:.2} mm; snaps late by {late_ms:.0?} ms, {} of the model alone",
             trial.number,
             1e3 * scored.rms_n,
             1e3 * error_n,
@@ -74,13 +87,16 @@ fn assert_reproduced(path: &Path) {
             1e3 * whole.scored.rms_n,
             100.0 * drive_share,
             1e3 * drive_peak_n,
-            1e3 * tip_m
+            1e3 * tip_m,
+            compared.false_snaps.len()
         );
         println!("{line}");
         // Written so that NaN, of nothing scored, fails.
         let met = share <= LARGEST_SHARE
             && drive_share <= LARGEST_DRIVE_SHARE
             && tip_m <= largest_tip_m
+            && late_ms.iter().all(|late_ms| late_ms.abs() <= latest_ms)
+            && compared.false_snaps.is_empty()
             && excluded <= MOST_EXCLUDED
             // The tip is filmed, at a tenth of the force's rate.
             && scored.rows.min(drive.rows) > 500
