@@ -517,6 +517,57 @@ mod tests {
         assert_eq!(json["left"]["where"][0]["channel"], "fx_N");
     }
 
+    /// Whether `json` has every key of `pattern` with a value of that kind; one of an array stands for all.
+    fn has_form(json: &serde_json::Value, pattern: &serde_json::Value) -> bool {
+        use serde_json::Value::{Array, Bool, Null, Number, Object, String};
+        match (json, pattern) {
+            (Object(own), Object(keys)) => {
+                keys.iter().all(|(key, of)| own.get(key).is_some_and(|own| has_form(own, of)))
+            }
+            (Array(own), Array(of)) => own.iter().all(|own| has_form(own, &of[0])),
+            (Null, Object(_)) => true,
+            (own, of) => matches!(
+                (own, of),
+                (String(_), String(_)) | (Number(_), Number(_)) | (Bool(_), Bool(_))
+            ),
+        }
+    }
+
+    #[test]
+    fn an_answer_has_the_form_of_gap_diagnosis_1() {
+        // ../shared/formats/diagnosis.md; what is not measured or not there is null.
+        let figures = serde_json::json!({ "before": 0.1, "after": 0.1, "floor": 0.1 });
+        let pattern = serde_json::json!({
+            "format": "", "bundle": "", "verdict": "",
+            "effects": [{
+                "id": "",
+                "parameters": { "slope": { "value": 1.0, "low": 1.0, "high": 1.0, "unit": "" } },
+                "confidence": 0.5, "shrink": 0.5, "material": true,
+            }],
+            "confusable": [[""]],
+            "ranking": [{ "id": "", "shrink": 0.5 }],
+            "gap": { "force_rms_N": figures, "tip_rms_m": figures, "shape_rms_m": figures },
+            "where": [{
+                "channel": "", "phase": "", "regime": "", "arc_m": [0.1], "time_share": 0.1,
+                "gap_share": 0.1, "gap_share_low": 0.1, "gap_share_high": 0.1, "note": "",
+            }],
+            "next_experiment": { "segment": "", "separates": [""] },
+            "reproduce": { "command": "", "version": "", "bundle_sha256": "" },
+        });
+        for (slope, verdict, effects) in
+            [(0.0, "no_gap", 0), (9.5, "named", 1), (10.4, "unknown", 0)]
+        {
+            let json = serde_json::to_value(answer(slope)).unwrap();
+            assert!(has_form(&json, &pattern), "{json:#}");
+            assert_eq!(
+                (&json["format"], &json["verdict"]),
+                (&"gap-diagnosis/1".into(), &verdict.into())
+            );
+            assert_eq!(json["effects"].as_array().unwrap().len(), effects, "{json:#}");
+            assert_eq!(json["where"].as_array().unwrap().is_empty(), verdict == "no_gap");
+        }
+    }
+
     #[test]
     fn an_effect_at_its_bound_names_nothing_while_much_is_left() {
         assert_eq!(answer(9.5).verdict, Verdict::Named);
