@@ -28,7 +28,7 @@ const TICKS: u16 = 60;
 /// Advance and rotation of one of them: the last link stays in.
 const FEED_M: f64 = 1e-5;
 const TURN_RAD: f64 = 2e-3;
-/// As fast as a drive may turn: links turn by more than a solve resolves.
+/// The same where it turns as fast as it may.
 const FASTEST_RAD: f64 = 0.0199;
 
 /// Instructions of the worst tick: 1 % above what was reached, what was aimed at, and half of

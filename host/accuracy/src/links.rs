@@ -20,12 +20,11 @@ pub fn finest(case: &Case) -> anyhow::Result<Vec<Record>> {
     play::<f64, 512>(case, &Choices::default())
 }
 
-/// Errors of a case by the number of links.
-pub fn by_links(case: &Case) -> anyhow::Result<Vec<(usize, Score)>> {
-    let finest = finest(case)?;
+/// Errors of a case against [`finest`], by the number of links.
+pub fn by_links(case: &Case, finest: &[Record]) -> anyhow::Result<Vec<(usize, Score)>> {
     let score = |(links, play): (usize, Player)| {
         let played = play(case, &Choices::default())?;
-        Ok((links, compare(&finest, &played, case.scored_from_s)))
+        Ok((links, compare(finest, &played, case.scored_from_s)))
     };
     BY_LINKS.into_iter().map(score).collect()
 }
@@ -42,7 +41,7 @@ pub fn links_table(cases: &[Case]) -> anyhow::Result<String> {
     text.push('\n');
     for case in cases {
         let _ = write!(text, "| {} |", case.name);
-        for (_, score) in by_links(case)? {
+        for (_, score) in by_links(case, &finest(case)?)? {
             let _ = write!(text, " {:.2} % |", 100.0 * score.outside_snaps.drive_force_share);
         }
         text.push('\n');

@@ -106,10 +106,10 @@ fn links_converge_and_the_device_s_are_enough() {
     const LOWEST_ORDER: f64 = 1.7;
     for name in ["feed", "reversal", "rotation"] {
         let case = cases().into_iter().find(|case| case.name == name).unwrap();
-        let device = play_on_device(&case).unwrap();
-        let device = compare(&finest(&case).unwrap(), &device, case.scored_from_s);
+        let finest = finest(&case).unwrap();
+        let device = compare(&finest, &play_on_device(&case).unwrap(), case.scored_from_s);
         let error = device.outside_snaps.drive_force_share;
-        let by_links = by_links(&case).unwrap();
+        let by_links = by_links(&case, &finest).unwrap();
         let of = |links: usize| {
             let (_, score) = by_links.iter().find(|(own, _)| *own == links).unwrap();
             score.outside_snaps.drive_force_share

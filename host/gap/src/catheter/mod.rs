@@ -14,6 +14,7 @@ mod motion;
 mod planned;
 mod prepare;
 mod priors;
+mod repeats;
 mod segments;
 mod sensors;
 mod simulate;
@@ -156,7 +157,7 @@ impl Catheter {
         }
         catheter.defects = catheter.trials.iter().map(|_| Defects::default()).collect();
         catheter.library = Library::of(&catheter.nominal, &tips_m);
-        catheter.repeats = prepare::repeats(&catheter.trials, &catheter.prepared);
+        catheter.repeats = repeats::repeats(&catheter.trials, &catheter.prepared);
         catheter.segments =
             Segments::of(&catheter.prepared, &catheter.channels, &catheter.trials, TICK_S);
         catheter.remark_on_channels();

@@ -61,6 +61,10 @@ fn random_effects_stay_finite() {
         let is_placed = all.len() > state.nodes();
         assert_eq!(all.len(), state.nodes() + usize::from(is_placed), "seed {seed}");
         placed[usize::from(is_placed)] += 1;
+        let tip_m = state.node_position_m(0).unwrap_or_default();
+        let apart =
+            |a: [f64; 3], b: [f64; 3]| (0..3).map(|i| (a[i] - b[i]).powi(2)).sum::<f64>().sqrt();
+        let own_tip_m = all.first().map_or([0.0; 3], |&[x, y, z, ..]| [x, y, z]);
         for (node, [x, y, z, fx, fy, fz]) in all.into_iter().take(state.nodes()).enumerate() {
             let (position_m, force_n) = (state.node_position_m(node), state.node_force_n(node));
             if !is_placed {
@@ -71,9 +75,12 @@ fn random_effects_stay_finite() {
                 );
                 continue;
             }
-            let size = |v: [f64; 3]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
-            let of_rig = size(force_n.unwrap_or_default());
-            assert!((size([fx, fy, fz]) - of_rig).abs() < 1e-9 * (1.0 + of_rig), "seed {seed}");
+            // Turned, neither forces nor ways to the tip change their length.
+            let of_rig = apart(force_n.unwrap_or_default(), [0.0; 3]);
+            let force_differs = (apart([fx, fy, fz], [0.0; 3]) - of_rig).abs();
+            assert!(force_differs < 1e-9 * (1.0 + of_rig), "seed {seed}, {node}");
+            let way_m = apart(position_m.unwrap_or_default(), tip_m);
+            assert!((apart([x, y, z], own_tip_m) - way_m).abs() < 1e-9, "seed {seed}, {node}");
         }
     }
     assert!(placed.iter().all(|&count| count > 0), "{placed:?}");
