@@ -79,7 +79,8 @@ pub struct Outputs<T> {
     pub links: u16,
     /// Forces of this tick are not to be trusted: the step's last correction was large (a
     /// snap), a point of the instrument is beyond the stored wall, a link is stretched to twice
-    /// its length or pressed to half, a drive is beyond what the links reach, or a number was lost.
+    /// its length or pressed to half, a drive is beyond what the links reach, one of these was so within
+    /// the last 7 ticks, or a number was lost.
     pub unresolved: bool,
     /// A number was lost in this step, or in one before it and the run is still beginning again:
     /// nothing else of these outputs means anything.
@@ -241,6 +242,8 @@ pub struct State<T: Real, const LINKS: usize = MAX_LINKS> {
     /// Share of the motion that goes on into the next step: less than 1 after links have turned
     /// farther than a linear solve can carry momentum.
     pub(crate) carried: T,
+    /// Ticks that are still flagged for the last one that was not resolved.
+    pub(crate) shaken: u8,
     /// A number was lost; the run begins again, one quasi-static step a tick.
     pub(crate) lost: bool,
     /// Quasi-static steps since the drive's position was reached.
@@ -273,6 +276,7 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
             outside: false,
             pace: Pace::none(),
             carried: T::ONE,
+            shaken: 0,
             lost: false,
             rested: 0,
             effects: EffectMemory::new(),
@@ -297,6 +301,7 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
             outside,
             pace,
             carried,
+            shaken,
             lost,
             rested,
             effects,
@@ -315,6 +320,7 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
         *outside = false;
         *pace = Pace::none();
         *carried = T::one();
+        *shaken = 0;
         *lost = false;
         *rested = 0;
         *effects = EffectMemory::new();

@@ -17,6 +17,9 @@ use crate::{Drag, Drive, Drives, Loads, Lumen, Model, Outputs, Real, State};
 /// 90 mm, which a wall of 600 N/m a sample answers with less than 1 mN; snaps turn links by
 /// tenths of a radian.
 const RESOLVED_TURN_RAD: f64 = 5e-3;
+/// Ticks that a step that is not resolved takes with it: what an impact sets off is to be trusted no
+/// more than the impact.
+const SHAKEN_TICKS: u8 = 8;
 /// A solve that turns a link by more than this makes energy of momentum: what it moves and what
 /// it says that it moves differ by a tenth \[rad\].
 const CARRIED_TURN_RAD: f64 = 0.2;
@@ -133,6 +136,9 @@ pub fn step_loaded<T: Real, const LINKS: usize>(
     // What the links cannot reach is not felt.
     let is_wire_beyond = model.guidewire.is_some() && asked.guidewire.insertion_m > model.reach_m();
     outputs.unresolved |= is_wire_beyond || asked.catheter.insertion_m > model.reach_m();
+    let calmer = state.shaken.saturating_sub(1);
+    state.shaken = if outputs.unresolved { SHAKEN_TICKS } else { calmer };
+    outputs.unresolved = state.shaken > 0;
     state.effects.report(model, &mut outputs);
     outputs
 }

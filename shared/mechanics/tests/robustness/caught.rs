@@ -108,6 +108,7 @@ fn catch_and_let_go(friction: f64, bent_m: f64, moves: &[(f64, f64)], beyond: bo
     assert!(run.tip_m() < LEDGE_M, "the tip is not caught: {caught:?}");
     assert!(force_n(&caught) > 20.0 * force_n(&before), "it does not press: {caught:?}");
     let unresolved = run.unresolved();
+    assert!(!caught.unresolved, "the flag is still that of being caught: {caught:?}");
     for (past_m, rotation_rad) in moves {
         run.to(LEDGE_M + past_m, *rotation_rad);
     }

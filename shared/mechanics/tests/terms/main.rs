@@ -32,7 +32,7 @@ fn with(mut description: Description<f64>, values: &[(&str, f64)]) -> Descriptio
 
 /// A floor at this height, its lumen above, under all of a rod along x of 0.1 m.
 fn floor(height_m: f64) -> StoredWall {
-    let bounds = [[-0.01, -0.012, -6e-3], [0.126, 0.012, 0.014]];
+    let bounds = [[-0.01, -0.012, -20e-3], [0.126, 0.012, 0.014]];
     StoredWall::sampled(bounds, 1e-3, 6e-3, |p| plane(p, [0.0, 0.0, height_m], [0.0, 0.0, 1.0]))
 }
 

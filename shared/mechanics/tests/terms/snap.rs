@@ -6,7 +6,7 @@ use cathforce_mechanics::*;
 
 use crate::rod::rod;
 use crate::wall::norm;
-use crate::{Chain, both, curved, floor, pair, with};
+use crate::{Chain, StoredWall, both, curved, floor, pair, with};
 
 const LENGTH_M: f64 = 0.08;
 const STIFFNESS: f64 = 5e-5;
@@ -33,52 +33,83 @@ fn bent_down() -> Description<f64> {
     catheter
 }
 
-/// A bent tip slides on a floor, which is gone from one tick to the next, and stands there again when the
-/// tip has fallen through it by half a millimetre: its force is lost and comes back at once. The tick in
-/// which half of it does is to be flagged; those of steady feeding are resolved, so that it is not the
-/// flag that is stuck. Points are looked up in turn: with one tick more before it, others see it first.
+/// A bent tip slides on a floor, which is gone from one tick to the next: its force is lost at once. And
+/// where it hangs freely, a floor stands from one tick to the next 1.5 mm above its lowest point.
+/// The tick in which half of the force goes or comes is to be flagged; those of steady feeding are resolved,
+/// so that it is not the flag that is stuck. Points are looked up in turn: with one tick more before it,
+/// others see it first.
 ///
-/// In that tick the end of the tip moves by 0.2 to 0.3 mm, most of it a turn of its last links of 2 mm:
+/// In the tick of letting go the end of the tip moves by 0.2 to 0.3 mm, most of it a turn of its last links of 2 mm:
 /// tens of milliradians, where 5 are no longer resolved.
 fn let_go_and_caught(description: Description<f64>, guidewire_m: f64) {
+    let model = Chain::new(description).unwrap();
+    let (high, low) = (floor(FLOOR_M), floor(-18e-3));
     for more in [0, 1] {
-        let (model, mut state) = (Chain::new(description.clone()).unwrap(), State::new());
-        let (high, low) = (floor(FLOOR_M), floor(-5e-3));
-        let mut ticks = 0;
-        let mut drives = || {
-            ticks += 1;
-            let fed_m = FEED_M * f64::from(ticks);
-            both(LENGTH_M - 0.01 + fed_m, guidewire_m + fed_m)
-        };
-        let start = drives();
-        while !settle(&model, &high.lumen(), &mut state, start) {}
-        let mut pressed_n = 0.0;
-        for tick in 0..FED + more {
-            let found = step(&model, &high.lumen(), &mut state, drives());
-            assert!(tick < 50 || !found.unresolved, "tick {tick}: {found:?}");
-            pressed_n = norm(found.force_on_vessel_n);
-        }
+        let mut pressed = Fed::new(&model, guidewire_m, &high);
+        let pressed_n = pressed.steadily(FED + more, &high);
         assert!(pressed_n > 3e-3, "it presses by {pressed_n} N only");
-        // At once, or where the points next to the tip are those that see it, in the next tick.
-        let lost = (0..2).find_map(|_| {
-            let found = step(&model, &low.lumen(), &mut state, drives());
-            (norm(found.force_on_vessel_n) < 0.5 * pressed_n).then_some(found)
-        });
-        let lost = lost.expect("it is let go");
-        println!("{pressed_n:.4} N, then {:.4} N", norm(lost.force_on_vessel_n));
+        let lost = pressed.changed(&low, |force_n| force_n < 0.5 * pressed_n);
         assert!(lost.unresolved, "let go: {lost:?}");
-        let height_m = |state: &State<f64>| state.node_position_m(0).map_or(0.0, |[_, _, z]| z);
-        let lying_m = FLOOR_M + 0.8e-3;
-        while height_m(&state) > lying_m - 0.5e-3 {
-            step(&model, &low.lumen(), &mut state, drives());
-        }
-        let caught = (0..2).find_map(|_| {
-            let found = step(&model, &high.lumen(), &mut state, drives());
-            (norm(found.force_on_vessel_n) > 0.5 * pressed_n).then_some(found)
-        });
-        let caught = caught.expect("it is caught");
-        println!("caught by {:.4} N", norm(caught.force_on_vessel_n));
+        let mut free = Fed::new(&model, guidewire_m, &low);
+        assert_eq!(free.steadily(FED + more, &low), 0.0);
+        let caught =
+            free.changed(&floor(free.lying_on_m() + 1.5e-3), |force_n| force_n > 0.5 * pressed_n);
         assert!(caught.unresolved, "caught: {caught:?}");
+    }
+}
+
+/// A run that is fed at a steady speed.
+struct Fed<'a> {
+    model: &'a Chain,
+    state: State<f64>,
+    guidewire_m: f64,
+    ticks: i32,
+}
+
+impl<'a> Fed<'a> {
+    fn new(model: &'a Chain, guidewire_m: f64, wall: &StoredWall) -> Self {
+        let mut run = Self { model, state: State::new(), guidewire_m, ticks: 0 };
+        let start = run.next();
+        while !settle(model, &wall.lumen(), &mut run.state, start) {}
+        run
+    }
+
+    fn next(&mut self) -> Drives<f64> {
+        self.ticks += 1;
+        let fed_m = FEED_M * f64::from(self.ticks);
+        both(LENGTH_M - 0.01 + fed_m, self.guidewire_m + fed_m)
+    }
+
+    /// The force after so many ticks, none of which but the first are flagged \[N\].
+    fn steadily(&mut self, ticks: i32, wall: &StoredWall) -> f64 {
+        let mut force_n = 0.0;
+        for tick in 0..ticks {
+            let drives = self.next();
+            let found = step(self.model, &wall.lumen(), &mut self.state, drives);
+            assert!(tick < 50 || !found.unresolved, "tick {tick}: {found:?}");
+            force_n = norm(found.force_on_vessel_n);
+        }
+        force_n
+    }
+
+    /// What is found where the wall has changed and with it the force: at once, or where the points next
+    /// to the tip are those that see it, in the next tick.
+    fn changed(&mut self, wall: &StoredWall, has_changed: impl Fn(f64) -> bool) -> Outputs<f64> {
+        for _ in 0..2 {
+            let drives = self.next();
+            let found = step(self.model, &wall.lumen(), &mut self.state, drives);
+            let force_n = norm(found.force_on_vessel_n);
+            if has_changed(force_n) {
+                println!("then {force_n:.4} N");
+                return found;
+            }
+        }
+        panic!("the force does not change");
+    }
+
+    /// Height of a floor that its tip would lie on \[m\].
+    fn lying_on_m(&self) -> f64 {
+        self.state.node_position_m(0).map_or(0.0, |[_, _, z]| z) - 0.8e-3
     }
 }
 
