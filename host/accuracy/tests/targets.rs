@@ -19,19 +19,23 @@ fn quick(name: &str) -> Case {
     case
 }
 
-/// After whips; of the dividing wall's jump, torque and moment alone.
-const WHIP_TARGET: f64 = 0.05;
+/// Of rotation; torque and moment after whips and jumps too.
+const ROTATION_TARGET: f64 = 0.05;
+/// Of whips and of the jump off a dividing wall, after which the tip comes to rest in another of many
+/// states, as the reference does with other steps: more than rotation may (docs/model.md, section 7). The
+/// jump's share is that of a peak which a coarse reference finds 40 % too small.
+const AFTER_WHIP_TARGET: f64 = 0.09;
+const AFTER_SNAP_TARGET: f64 = 0.13;
 
 /// Largest error of the drive's force outside snaps, as a share of the peak; of its torque and of
-/// the moment on the vessel too.
-fn target(kind: Kind) -> Option<f64> {
+/// the moment on the vessel too, if it is less than [`ROTATION_TARGET`].
+fn target(kind: Kind) -> f64 {
     match kind {
-        Kind::Feed => Some(0.02),
-        Kind::Reversal => Some(0.04),
-        Kind::Rotation | Kind::Whip => Some(WHIP_TARGET),
-        // Missed (docs/model.md, section 7), because after the snap it comes to rest in another of
-        // many states, as the reference does with other steps.
-        Kind::Snap => None,
+        Kind::Feed => 0.02,
+        Kind::Reversal => 0.04,
+        Kind::Rotation => ROTATION_TARGET,
+        Kind::Whip => AFTER_WHIP_TARGET,
+        Kind::Snap => AFTER_SNAP_TARGET,
     }
 }
 
@@ -52,14 +56,14 @@ fn assert_targets(name: &str) {
     let turning = [("torque", outside.drive_torque_share), ("moment", outside.moment_share)];
     for (what, share) in turning {
         println!("{name}: {what} {:.2} % of its peak", 100.0 * share.unwrap_or(f64::NAN));
-        let met = share.is_none_or(|share| share < target(case.kind).unwrap_or(WHIP_TARGET));
+        let met = share.is_none_or(|share| share < target(case.kind).min(ROTATION_TARGET));
         assert!(met, "{name}: {what} {share:?}");
     }
     let twists = !matches!(case.kind, Kind::Feed | Kind::Reversal);
     assert_eq!(twists, outside.drive_torque_share.is_some(), "{name}: {score:?}");
     assert!(score.peak_drive_force_n > 3e-3, "{name} must load the wall");
     assert!(score.outside_share > 0.7, "{name} must not be all snaps");
-    assert!(target(case.kind).is_none_or(|target| error < target), "{name}: {error}");
+    assert!(error < target(case.kind), "{name}: {error}");
     assert!(spike < SPIKE_SHARE, "{name}: a spike that is not flagged, {spike} of the peak");
     for snap in &score.snaps {
         let late_s = snap.other_s.map(|other_s| other_s - snap.reference_s);
@@ -116,7 +120,7 @@ fn links_converge_and_the_device_s_are_enough() {
         };
         let order = 0.5 * (of(32) / of(128)).log2();
         println!("{name}: {:.2} % of the peak from 512 links, order {order:.2}", 100.0 * error);
-        assert!(target(case.kind).is_some_and(|target| error < target), "{name}: {error}");
+        assert!(error < target(case.kind), "{name}: {error}");
         assert!(order > LOWEST_ORDER, "{name}: {order}");
     }
 }

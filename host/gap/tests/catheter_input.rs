@@ -218,3 +218,35 @@ fn a_trial_that_only_turns_is_compared_from_half_a_radian_on() {
     let first_s = samples.iter().map(|sample| sample.t_s).fold(f64::INFINITY, f64::min);
     assert!((0.24..0.3).contains(&first_s), "{first_s}");
 }
+
+/// What is said of the example's trial that is turned by −90°, from when it is on, with its rotation times
+/// a factor. Turning by as many degrees a second as it does is more than any drive can.
+fn complaint_of_rotation_times(factor: f64) -> Option<String> {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/tapered-none");
+    let mut bundle = Bundle::open(Path::new(path)).unwrap();
+    bundle.trials.retain(|trial| trial.number == 3);
+    change(&mut bundle.trials[0], |t_s, data| {
+        let turned = t_s.partition_point(|&t| t < 2.6);
+        t_s.drain(..turned);
+        data.insertion_m.drain(..turned);
+        data.rotation_rad.drain(..turned);
+        data.force_n.as_mut().unwrap().drain(..turned);
+        data.drive_force_n.as_mut().unwrap().drain(..turned);
+        data.tip_m.as_mut().unwrap().drain(..turned);
+        data.shape_m.clear();
+        data.rotation_rad.iter_mut().for_each(|rad| *rad *= factor);
+    });
+    catheter(&bundle).unwrap().complaint().map(str::to_owned)
+}
+
+#[test]
+fn rotations_in_degrees_or_the_other_way_round_carry_no_verdict() {
+    let says = |factor: f64| complaint_of_rotation_times(factor).unwrap_or_default();
+    let degrees = says(180.0 / std::f64::consts::PI);
+    assert!(degrees.contains("looks like degrees") && degrees.contains("in radians"), "{degrees}");
+    let back = says(-1.0);
+    assert!(back.contains("the other way round") && back.contains("direction × up"), "{back}");
+    assert_eq!(complaint_of_rotation_times(1.0), None);
+    // A drive that turns a fifth too little is an effect.
+    assert_eq!(complaint_of_rotation_times(0.8), None);
+}

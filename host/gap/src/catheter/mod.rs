@@ -19,11 +19,12 @@ mod segments;
 mod sensors;
 mod simulate;
 mod spike;
+mod turns;
 mod ways;
 
 use std::sync::Arc;
 
-use cathforce_mechanics::{Description, LumenHeader};
+use cathforce_mechanics::{Description, Drag, LumenHeader};
 use cathforce_rig::geometry::SurfaceModel;
 use cathforce_rig::lumen::{BuiltLumen, LumenOptions};
 use cathforce_rig::{
@@ -63,6 +64,11 @@ const FAR_OFF: f64 = 3.0;
 const PREDICTOR_GAIN: f64 = 0.35;
 /// … and contact sets in over so many times the device's way, so that long ticks do not chatter.
 const ONSET: f64 = 3.0;
+/// More damping of the wall does the same \[s\], and drag from lower speeds on. The finer model has them
+/// too: corrected by one that has not, a narrowing was named beside a stream (docs/decisions.md).
+const WALL_DAMPING_S: f64 = 5e-3;
+const DRAG: Drag<f64> =
+    Drag { at_rest_n_s_per_m2: 0.155, swift_n_s_per_m2: 1.55, swift_m_per_s: 0.08 };
 /// Share of it that varies along the vessel; the rest is a wall that is nearer everywhere, a
 /// nuisance.
 const WALL_LOCAL: f64 = 0.05;
@@ -88,6 +94,7 @@ pub struct Catheter {
     repeats: Vec<Repeat>,
     segments: Segments,
     remarks: Vec<String>,
+    complaint: Option<String>,
 }
 
 impl Catheter {
@@ -135,6 +142,7 @@ impl Catheter {
             repeats: Vec::new(),
             segments: Segments::default(),
             remarks,
+            complaint: None,
         };
         if catheter.channels.is_empty() {
             return Err(CatheterError::NothingMeasured);
@@ -161,6 +169,7 @@ impl Catheter {
         catheter.segments =
             Segments::of(&catheter.prepared, &catheter.channels, &catheter.trials, TICK_S);
         catheter.remark_on_channels();
+        catheter.complaint = catheter.complaint_of_turns();
         Ok(catheter)
     }
 
@@ -397,6 +406,10 @@ impl Plant for Catheter {
         self.segments.read(segment, &found, &force_n, shift_s)
     }
 
+    fn complaint(&self) -> Option<&str> {
+        self.complaint.as_deref()
+    }
+
     fn remarks(&self) -> &[String] {
         &self.remarks
     }
@@ -425,6 +438,8 @@ fn nominal(bundle: &Bundle) -> Result<Description<f64>, CatheterError> {
         tick_s: TICK_S,
         predictor_gain: PREDICTOR_GAIN,
         onset_m: ONSET * device.onset_m,
+        wall_damping_s: WALL_DAMPING_S,
+        drag: DRAG,
         ..device
     };
     let nominal = to_description::<f64>(bundle, &defaults).ok_or(CatheterError::NoTrials)?;

@@ -121,7 +121,8 @@ impl Simulator {
         Some(fresh)
     }
 
-    fn simulate(
+    /// The same, kept for nobody.
+    pub fn simulate(
         &self,
         Setup { description, junctions_m }: &Setup,
         insertion_offset_m: f64,

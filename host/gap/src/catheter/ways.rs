@@ -10,6 +10,9 @@ use super::simulate::Setup;
 
 /// Steps of the finer model for one of the diagnosis.
 const SUBSTEPS: u8 = 4;
+/// Its share of a new rate that enters the predictor. The device's (0.15) goes with its drag and damping
+/// of the wall, which a diagnosis has otherwise (`WALL_DAMPING_S`).
+const PREDICTOR_GAIN: f64 = 0.12;
 /// A coefficient of friction is stated no better than this.
 const FRICTION: f64 = 0.05;
 
@@ -83,12 +86,12 @@ impl Way {
         moved
     }
 
-    /// The same with a quarter of the diagnosis' step, as the device has it.
+    /// The same with a quarter of the diagnosis' step, as long as the device's.
     pub fn finer(&self, setup: &Setup, priors: &Priors) -> Setup {
         let mut moved = self.apply(setup, priors);
         let device = SolverDefaults::default();
         let finer = &mut moved.description;
-        (finer.wall.onset_m, finer.solver.predictor_gain) = (device.onset_m, device.predictor_gain);
+        (finer.wall.onset_m, finer.solver.predictor_gain) = (device.onset_m, PREDICTOR_GAIN);
         (finer.solver.substeps, finer.solver.solves) = (SUBSTEPS, self.solves);
         moved
     }
@@ -112,7 +115,7 @@ mod tests {
         let device = SolverDefaults::default();
         for (k, own) in finer.iter().enumerate() {
             assert_eq!(own.description.wall.onset_m, device.onset_m);
-            assert_eq!(own.description.solver.predictor_gain, device.predictor_gain);
+            assert_eq!(own.description.solver.predictor_gain, PREDICTOR_GAIN);
             assert!(finer[..k].iter().all(|other| other != own), "{k} is one of those before it");
         }
         let nearer_m = finer[4].description.effects.wall.registration.x_m;

@@ -19,10 +19,10 @@ const FLOOR_M: f64 = -1e-3;
 fn device(mut description: Description<f64>) -> Description<f64> {
     description.instrument.sections[0].mass_kg_per_m = 1.5e-3;
     description.wall.friction_coefficient = 0.3;
-    description.wall.damping_s = 5e-3;
+    description.wall.damping_s = 8e-4;
     let solver = &mut description.solver;
-    (solver.tick_s, solver.predictor_gain) = (1e-3, 0.12);
-    solver.drag = Drag { at_rest_n_s_per_m2: 0.155, swift_n_s_per_m2: 1.55, swift_m_per_s: 0.08 };
+    (solver.tick_s, solver.predictor_gain) = (1e-3, 0.15);
+    solver.drag = Drag { at_rest_n_s_per_m2: 0.155, swift_n_s_per_m2: 8.0, swift_m_per_s: 0.16 };
     description
 }
 
