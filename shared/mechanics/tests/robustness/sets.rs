@@ -406,3 +406,11 @@ fn a_force_that_jumps_out_is_flagged_or_real() {
         assert!(real > 0, "seed {seed}");
     }
 }
+
+/// An impact wedges a tip for 6 ms with friction 0.54, where finer ticks let it slide (450).
+#[test]
+fn what_an_impact_sets_off_is_flagged_with_it() {
+    let [flagged, real] = spikes(450, &vessels()).unwrap();
+    println!("{flagged} flagged, {real} real");
+    assert!(flagged > 0);
+}
