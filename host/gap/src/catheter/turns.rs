@@ -4,7 +4,7 @@
 //! is: where it explains most of what the stated one leaves, no effect is named for it.
 
 use super::Catheter;
-use super::simulate::{Inputs, Setup, readings};
+use super::simulate::{Setup, readings};
 use crate::floor::Floor;
 
 /// A trial that is turned by less tells nothing \[rad\] …
@@ -13,29 +13,40 @@ const LEAST_TURN_RAD: f64 = 0.5;
 const LEAST_TURN_IN_DEGREES: f64 = 10.0;
 /// Mean square of the residuals, in floors, from which on another rotation is tried.
 const FAR_OFF: f64 = 2.0;
-/// It must leave less than this share of what the stated one leaves above the floor.
-const MUCH_BETTER: f64 = 0.3;
 
-/// What a stated rotation is to be multiplied by, how far it must turn for that, and what it would be.
-const OTHERS: [(f64, f64, &str); 2] = [
-    (
-        std::f64::consts::PI / 180.0,
-        LEAST_TURN_IN_DEGREES,
-        "rotation_rad looks like degrees: give it in radians",
-    ),
-    (
-        -1.0,
-        LEAST_TURN_RAD,
-        "rotation_rad looks counted the other way round: +90° turns the bend from up to direction × up; \
-         give it so, or, if it is, the axes of [entry]",
-    ),
+/// What a stated rotation may be instead.
+struct Other {
+    /// It is to be multiplied by this.
+    factor: f64,
+    /// How far it must be turned for that \[rad\].
+    least_rad: f64,
+    /// It must leave less than this share of what the stated one leaves above the floor.
+    leaves: f64,
+    says: &'static str,
+}
+
+/// Turns of so many radians differ from those of as many degrees by less than a turn: less is asked for.
+const OTHERS: [Other; 2] = [
+    Other {
+        factor: std::f64::consts::PI / 180.0,
+        least_rad: LEAST_TURN_IN_DEGREES,
+        leaves: 0.5,
+        says: "rotation_rad looks like degrees: give it in radians",
+    },
+    Other {
+        factor: -1.0,
+        least_rad: LEAST_TURN_RAD,
+        leaves: 0.3,
+        says: "rotation_rad looks counted the other way round: +90° turns the bend from up to direction × \
+               up; give it so, or, if it is, the axes of [entry]",
+    },
 ];
 
 impl Catheter {
     /// Why no verdict rests on these rotations; `None` of what may be as it is stated.
     pub(super) fn complaint_of_turns(&self) -> Option<String> {
         let floor = Floor::of(self);
-        OTHERS.into_iter().find_map(|(factor, least_rad, says)| {
+        OTHERS.into_iter().find_map(|Other { factor, least_rad, leaves, says }| {
             let turned: Vec<usize> =
                 (0..self.trials.len()).filter(|t| self.turned_rad(*t) >= least_rad).collect();
             let sum = |factor: f64| -> Option<f64> {
@@ -44,7 +55,7 @@ impl Catheter {
             let samples: usize = turned.iter().map(|&t| self.trials[t].samples.len()).sum();
             let stated = sum(1.0).filter(|left| *left > (FAR_OFF - 1.0) * samples as f64)?;
             let other = sum(factor)?;
-            (other < MUCH_BETTER * stated).then(|| {
+            (other < leaves * stated).then(|| {
                 format!(
                     "{says}; so turned, the nominal model leaves {:.0} % of what it leaves as stated, and \
                      nothing is concluded",
@@ -63,7 +74,7 @@ impl Catheter {
     /// floors, above the floor.
     fn above_floor(&self, floor: &Floor, trial: usize, factor: f64) -> Option<f64> {
         let own = self.prepared.get(trial)?;
-        let mut inputs: Inputs = own.inputs.clone();
+        let mut inputs = own.inputs.clone();
         inputs.rotation_rad.iter_mut().for_each(|rad| *rad *= factor);
         let found = self.simulator.simulate(&Setup::from(self.nominal.clone()), 0.0, &inputs)?;
         let predicted = own.read(&found, &readings(&self.nominal, &inputs, &found), 0.0);
