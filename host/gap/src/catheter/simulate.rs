@@ -121,7 +121,7 @@ impl Simulator {
         Some(fresh)
     }
 
-    /// The same, kept for nobody.
+    /// [`Simulator::run`] without looking for, or keeping, what was found before.
     pub fn simulate(
         &self,
         Setup { description, junctions_m }: &Setup,
