@@ -18,7 +18,7 @@ const LARGEST_TIP_M: f64 = 3e-4;
 const DRIVE_NOISE_N: f64 = 0.02;
 /// This trial turns its tip square to a dividing wall and feeds it against that: on which side it
 /// comes to lie, less than the model knows decides (`docs/model.md`, "Where the rest is").
-/// It is compared up to there \[s\], where its tip already errs by 0.44 mm: more than the others'
+/// It is compared up to there \[s\], where its tip already errs by 0.46 mm: more than the others'
 /// may, and no more than this \[m\].
 const BRANCHING: (&str, u32, f64) = ("tapered-none", 2, 8.0);
 const LARGEST_TIP_BEFORE_BRANCHING_M: f64 = 4.7e-4;

@@ -184,9 +184,10 @@ fn at(records: &[Record], t_s: f64) -> Option<Record> {
     })
 }
 
-/// When the tip is fastest, once a snap.
+/// When the tip is first at half of its greatest speed or more, once a snap: it may be as fast again
+/// when it swings back.
 fn snaps(records: &[Record]) -> Vec<f64> {
-    let mut found: Vec<(f64, f64, f64)> = Vec::new();
+    let mut found: Vec<Vec<(f64, f64)>> = Vec::new();
     for pair in records.windows(2) {
         let speed = (pair[1].tip_m - pair[0].tip_m).norm() / (pair[1].t_s - pair[0].t_s);
         if speed < SNAP_M_PER_S {
@@ -194,15 +195,17 @@ fn snaps(records: &[Record]) -> Vec<f64> {
         }
         let t = pair[1].t_s;
         match found.last_mut() {
-            Some((_, fastest_s, fastest)) if t - *fastest_s < ONE_SNAP_S => {
-                if speed > *fastest {
-                    (*fastest_s, *fastest) = (t, speed);
-                }
+            Some(snap) if snap.last().is_some_and(|(last_s, _)| t - last_s < ONE_SNAP_S) => {
+                snap.push((t, speed));
             }
-            _ => found.push((t, t, speed)),
+            _ => found.push(vec![(t, speed)]),
         }
     }
-    found.into_iter().map(|(_, fastest_s, _)| fastest_s).collect()
+    let run_off = |snap: Vec<(f64, f64)>| {
+        let fastest = snap.iter().map(|(_, speed)| *speed).fold(0.0, f64::max);
+        snap.into_iter().find(|(_, speed)| *speed >= 0.5 * fastest)
+    };
+    found.into_iter().filter_map(run_off).map(|(t, _)| t).collect()
 }
 
 #[cfg(test)]

@@ -50,7 +50,7 @@ impl Default for SolverDefaults {
             near_rigid_n_per_m2: 1e7,
             solves: 1,
             predictor_gain: 0.15,
-            bending_damping_s: 0.0,
+            bending_damping_s: 1e-3,
             drag: Drag { at_rest_n_s_per_m2: 0.155, swift_n_s_per_m2: 8.0, swift_m_per_s: 0.16 },
             tangential_ratio: 3.0,
             onset_m: 10e-6,

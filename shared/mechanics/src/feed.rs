@@ -3,7 +3,7 @@
 
 use cathforce_scalar::{Pack, Vector3, Work};
 
-use crate::algebra::{Bend, Rotation};
+use crate::algebra::Rotation;
 use crate::coaxial::Overlap;
 use crate::grid::Grid;
 use crate::lanes::Group;
@@ -38,35 +38,6 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
         maximum(self.base_length_m, shortest) * T::lit(0.5)
     }
 
-    /// Keeps every joint's bend at the start of a step, for viscous bending.     docs/model.md (4)
-    pub(crate) fn remember_bends(&mut self, model: &Model<T, LINKS>) {
-        // What the shaft behind has wound up by since is no rate of the joint's own twist.
-        self.guide.rotation =
-            model.guide_turned(self.drives.catheter.rotation_rad + self.effects.wound_rad);
-        let mut near = self.guide.rotation;
-        let mut cell = self.guide_cell_m(model);
-        for j in (0..self.count.min(LINKS)).rev() {
-            let link = &mut self.links[j];
-            link.bend = Bend::between(&near, &link.rotation).angle * (model.grid.cell_m(j) / cell);
-            near = link.rotation;
-            cell = (link.span.length + model.grid.link_m(j.saturating_sub(1))) * T::lit(0.5);
-        }
-    }
-
-    /// What comes out of the guide is straight: what the two joints at the base link remember is
-    /// spread over the arc that they have gained.     docs/model.md (4)
-    fn take_in_straight(&mut self, model: &Model<T, LINKS>) {
-        let gained = maximum(self.fed_m, T::zero()) * T::lit(0.5);
-        let guide_cell = self.guide_cell_m(model);
-        let base = self.count.min(LINKS);
-        let half_link = model.grid.link_m(base.saturating_sub(2)) * T::lit(0.5);
-        for (behind, cell) in [(1, guide_cell), (2, guide_cell + half_link)] {
-            if let Some(link) = base.checked_sub(behind).and_then(|j| self.links.get_mut(j)) {
-                link.bend *= maximum(cell - gained, T::zero()) / cell;
-            }
-        }
-    }
-
     /// Moves the drives to `target`, within what the links can reach.     docs/model.md (2)
     ///
     /// A link is born a little late, so that a drive that rests on a whole number of links
@@ -74,6 +45,7 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
     pub(crate) fn feed(&mut self, model: &Model<T, LINKS>, target: Drives<T>) {
         let Grid { link_length_m: h, .. } = model.grid;
         let catheter = model.reached(target.catheter);
+        let turned = catheter.rotation_rad - self.drives.catheter.rotation_rad;
         let mut insertion = catheter.insertion_m;
         if model.guidewire.is_some() {
             let guidewire = model.reached(target.guidewire);
@@ -86,6 +58,7 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
         self.insertion_m = insertion;
         self.guide.rotation = model.guide_turned(catheter.rotation_rad + self.effects.wound_rad);
         self.guide.tangent = self.guide.rotation.tangent();
+        self.guide.turn = self.guide.tangent * turned;
         let full = model.grid.node(self.count.saturating_sub(1)) * h;
         self.base_length_m = insertion - full;
         let longest = |link: usize| model.grid.link_m(link) * T::lit(1.0 + SHORTEST_BASE);
@@ -109,9 +82,6 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
         let last = self.count.saturating_sub(1);
         if let Some(base) = self.links[..self.count.min(LINKS)].last_mut() {
             base.span = Span::new(self.base_length_m, model.grid.link_m(last));
-        }
-        if model.bending_damping_s > T::zero() {
-            self.take_in_straight(model);
         }
         self.overlay(model);
     }
@@ -145,6 +115,8 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
             self.links.get_mut(self.count).zip(self.eliminations.get_mut(self.count))
         {
             kept.seen = [Proximity::none(); 2];
+            // It stands as the guide does now, so neither has turned against the other.
+            self.guide.turn = Vector3::zeros();
             *link = LinkState {
                 rotation: self.guide.rotation,
                 tangent: self.guide.tangent,

@@ -1,6 +1,6 @@
 //! The elastic joints between links.
 
-use cathforce_scalar::{Number, Pack, Real, Vector3};
+use cathforce_scalar::{Number, Real, Vector3};
 
 use crate::algebra::{Bend, Sym3};
 use crate::tables::Joint;
@@ -16,50 +16,33 @@ pub(crate) struct JointLoad<T: Number> {
     pub smallest: T,
 }
 
-/// The arc that a joint stands for.
+/// The arc that a joint at the base link stands for.
 pub(crate) struct Cell<T> {
     /// Over that of the joint's full cell.
     share: T,
     /// One over it.
     inverse_share: T,
-    /// Damped over elastic stiffness, of bending and of twist.
-    stiffening: T,
-    twist_stiffening: T,
-    /// Viscous bending and twist per that of a full cell at the step's start.
-    memory: T,
-    twist_memory: T,
+    /// What its bend counts: more than once where bent arc has left it in this step.
+    kept: T,
+    twist_kept: T,
+    /// Viscous over elastic stiffness, of bending and of twist.
+    viscous: T,
+    twist_viscous: T,
 }
 
 impl<T: Number> Cell<T> {
-    /// `damping` is τ/dt, the viscous time over the time of a step, of bending and of twist.
-    pub fn new(length: T, full: T, [bending, twist]: [T; 2]) -> Self {
-        let share = length / full;
+    /// `gone` is the arc that has left it in this step; `damping` τ/dt, the viscous time over the
+    /// time of a step, of bending and of twist.
+    pub fn new(length: T, full: T, gone: T, [bending, twist]: [T; 2]) -> Self {
+        let gone = gone / (length + gone);
+        let left = T::lit(1.0) - gone;
         Self {
-            share,
+            share: length / full,
             inverse_share: full / length,
-            stiffening: T::lit(1.0) + bending,
-            twist_stiffening: T::lit(1.0) + twist,
-            memory: share * bending,
-            twist_memory: share * twist,
-        }
-    }
-}
-
-impl<N: Number> Cell<N> {
-    /// Those of some lanes side by side.
-    #[inline(always)]
-    pub fn side_by_side<'a, T: Real>(of: impl Fn(usize) -> &'a Cell<T>) -> Self
-    where
-        N: Pack<T>,
-    {
-        let cells = N::lanes(of);
-        Self {
-            share: N::each(|lane| cells[lane].share),
-            inverse_share: N::each(|lane| cells[lane].inverse_share),
-            stiffening: N::each(|lane| cells[lane].stiffening),
-            twist_stiffening: N::each(|lane| cells[lane].twist_stiffening),
-            memory: N::each(|lane| cells[lane].memory),
-            twist_memory: N::each(|lane| cells[lane].twist_memory),
+            kept: T::lit(1.0) + gone * bending,
+            twist_kept: T::lit(1.0) + gone * twist,
+            viscous: left * bending,
+            twist_viscous: left * twist,
         }
     }
 }
@@ -71,28 +54,40 @@ impl<T: Real> JointLoad<T> {
 }
 
 impl<T: Number> JointLoad<T> {
-    /// The moment that a joint exerts against its bend; `before` is what that was over a full cell
-    /// when the step began, if bending is viscous.     docs/model.md (4)
+    /// The moment that a joint with a full cell exerts against its bend; `viscous` is τ/dt and what
+    /// its distal link has turned more than its proximal one since the step began, if bending is
+    /// viscous.     docs/model.md (4)
     #[inline(always)]
-    pub fn new(
-        joint: &Joint<T>,
-        cell: &Cell<T>,
-        bend: &Bend<T>,
-        before: Option<&Vector3<T>>,
-    ) -> Self {
-        let kb = joint.bending * cell.inverse_share;
-        let kt = joint.torsion * cell.inverse_share;
-        let stiffening = Vector3::new(cell.stiffening, cell.stiffening, cell.twist_stiffening);
-        let mut strain = bend.angle.times(&stiffening) - joint.unloaded * cell.share;
-        if let Some(before) = before {
-            strain -= before.times(&Vector3::new(cell.memory, cell.memory, cell.twist_memory));
+    pub fn new(joint: &Joint<T>, bend: &Bend<T>, viscous: Option<(T, &Vector3<T>)>) -> Self {
+        let Joint { bending: mut kb, torsion: kt, .. } = *joint;
+        let strain = bend.angle - joint.unloaded;
+        let mut moment =
+            bend.rotate_midway(&Vector3::new(kb * strain.x(), kb * strain.y(), kt * strain.z()));
+        let t = bend.midway_tangent();
+        if let Some((damping, turned)) = viscous {
+            let against = turned * (kb * damping);
+            moment += against - t * t.dot(&against);
+            kb = kb + kb * damping;
         }
+        Self::stiff(moment, &t, kb, kt)
+    }
+
+    /// The same of a joint whose cell is not full.
+    pub fn at_base(joint: &Joint<T>, cell: &Cell<T>, bend: &Bend<T>, turned: &Vector3<T>) -> Self {
+        let [kb, kt] = [joint.bending, joint.torsion].map(|k| k * cell.inverse_share);
+        let kept = Vector3::new(cell.kept, cell.kept, cell.twist_kept);
+        let strain = bend.angle.times(&kept) - joint.unloaded * cell.share;
         let moment =
             bend.rotate_midway(&Vector3::new(kb * strain.x(), kb * strain.y(), kt * strain.z()));
         let t = bend.midway_tangent();
-        let bending = kb * cell.stiffening;
-        let twist = kt * cell.twist_stiffening;
-        let mut stiffness = Sym3::outer(&(t * (twist - bending)), &t);
+        let (viscous, twist_viscous) = (kb * cell.viscous, kt * cell.twist_viscous);
+        let moment = moment + *turned * viscous + t * ((twist_viscous - viscous) * t.dot(turned));
+        Self::stiff(moment, &t, kb * cell.kept + viscous, kt * cell.twist_kept + twist_viscous)
+    }
+
+    #[inline(always)]
+    fn stiff(moment: Vector3<T>, t: &Vector3<T>, bending: T, twist: T) -> Self {
+        let mut stiffness = Sym3::outer(&(t * (twist - bending)), t);
         stiffness.add_identity(bending);
         Self { moment, stiffness, smallest: bending.smaller(twist) }
     }

@@ -116,9 +116,6 @@ pub(crate) struct LinkState<T: Real> {
     pub tangent: Vector3<T>,
     /// Filtered angular rate, the predictor's \[rad/s\].
     pub rate: Vector3<T>,
-    /// Bend and twist of joint j + 1 (at the proximal end) when the step began, over a full cell of
-    /// it, material axes \[rad\]; kept for viscous bending only.
-    pub bend: Vector3<T>,
     pub span: Span<T>,
     /// Axial strain \[1\].
     pub strain: T,
@@ -143,7 +140,6 @@ impl<T: Real> LinkState<T> {
             rotation: Rotation::identity(),
             tangent: v,
             rate: v,
-            bend: v,
             span: Span::none(),
             strain: T::ZERO,
             position: v,

@@ -99,9 +99,6 @@ pub fn step_loaded<T: Real, const LINKS: usize>(
             catheter: between(start.catheter, drives.catheter),
             guidewire: between(start.guidewire, drives.guidewire),
         };
-        if model.bending_damping_s > T::zero() {
-            state.remember_bends(model);
-        }
         let before = state.drives;
         if part > 1 {
             paced.go_on(solver.predictor_gain);

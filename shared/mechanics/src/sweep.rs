@@ -8,6 +8,7 @@ use crate::contact::{Contact, Facing, Memory, Motion, Touch};
 use crate::effects::acting::Law;
 use crate::joint::{Cell, JointLoad};
 use crate::lanes::Group;
+use crate::model::maximum;
 use crate::state::{Elimination, LinkLoads, LinkState, Span, State};
 use crate::tables::Joint;
 use crate::wrench::Wrench;
@@ -62,6 +63,7 @@ pub(crate) fn solve<T: Real, N: Pack<T>, L: Law<T>, const LINKS: usize>(
 ) -> Totals<T> {
     let chain = Chain::new(model, state, scheme);
     load::<T, N, L, LINKS>(model, state, scheme, &chain, law);
+    flex::<T, N, L, LINKS>(model, state, &chain, law);
     let wrench = eliminate::<T, L, LINKS>(model, state, &chain, Wrench::beyond_tip(loads));
     if scheme.last {
         resolve::<T, N, L, LINKS, true>(state, scheme, &chain, &wrench)
@@ -70,13 +72,13 @@ pub(crate) fn solve<T: Real, N: Pack<T>, L: Law<T>, const LINKS: usize>(
     }
 }
 
-/// Links inside the vessel, and the cells of their joints: all are full but the two that the base
-/// link reaches.
+/// Links inside the vessel, and what their joints stand for.
 struct Chain<T> {
     count: usize,
-    full: Cell<T>,
-    at_base: Cell<T>,
-    at_guide: Cell<T>,
+    /// τ/dt, the viscous time of bending over the time of a step.
+    damping: T,
+    /// The cells of the joints at the base link, from the guide on: all others are full.
+    at_base: [Cell<T>; 2],
 }
 
 impl<T: Real> Chain<T> {
@@ -86,27 +88,20 @@ impl<T: Real> Chain<T> {
         scheme: &Scheme<T>,
     ) -> Self {
         let grid = &model.grid;
+        let half = T::lit(0.5);
         let damping = model.bending_damping_s * scheme.inertia / scheme.dt_s;
         let count = state.count.min(LINKS);
         let [base, before] = [1, 2].map(|behind| count.saturating_sub(behind));
-        let base_cell_m = (grid.link_m(before) + state.base_length_m) * T::lit(0.5);
-        Self {
-            count,
-            full: Cell::new(T::ONE, T::ONE, [damping, T::zero()]),
-            at_base: Cell::new(base_cell_m, grid.cell_m(before), [damping, T::zero()]),
-            // As short as it may be, and with a shaft that winds up behind it, its twist must not
-            // be softer than its bending by more than single precision tells apart.
-            at_guide: Cell::new(state.guide_cell_m(model), grid.cell_m(base), [damping; 2]),
-        }
-    }
-
-    /// Of the joint at the proximal end of a link.
-    fn cell(&self, link: usize) -> &Cell<T> {
-        match self.count - link {
-            0 | 1 => &self.at_guide,
-            2 => &self.at_base,
-            _ => &self.full,
-        }
+        let guide_cell_m = state.guide_cell_m(model);
+        let base_cell_m = (grid.link_m(before) + state.base_length_m) * half;
+        // Half of what is withdrawn goes out of either cell, as bent as it is.
+        let withdrawn_m = maximum(-state.fed_m, T::zero()) * half;
+        // As short as it may be, and with a shaft that winds up behind it, the guide's twist must
+        // not be softer than its bending by more than single precision tells apart.
+        let at_guide = Cell::new(guide_cell_m, grid.cell_m(base), withdrawn_m, [damping; 2]);
+        let of_bending = [damping, T::zero()];
+        let at_base = Cell::new(base_cell_m, grid.cell_m(before), withdrawn_m, of_bending);
+        Self { count, damping, at_base: [at_guide, at_base] }
     }
 }
 
@@ -190,7 +185,6 @@ fn load<T: Real, N: Pack<T>, L: Law<T>, const LINKS: usize>(
         [by_m, m_per_s, m_per_s2].map(|v| N::vectors(|_| v))
     });
     let line = wall.line_stiffness_n_per_m2;
-    let viscous = model.bending_damping_s > T::zero();
 
     // Beyond the tip there is nothing but the end of its contact.
     let mut distal_arc = T::zero();
@@ -293,26 +287,56 @@ fn load<T: Real, N: Pack<T>, L: Law<T>, const LINKS: usize>(
             };
             kept.touches = [node[lane], middle[lane]];
         }
+    }
+}
 
-        read_here();
+/// What every link's joint exerts at the predicted state.
+///
+/// Side by side and a function of its own as [`load`] is; the two at the base link, whose cells are
+/// not full, come last and one by one.
+#[cfg_attr(target_arch = "arm", inline(never))]
+#[cfg_attr(not(target_arch = "arm"), inline(always))]
+fn flex<T: Real, N: Pack<T>, L: Law<T>, const LINKS: usize>(
+    model: &Model<T, LINKS>,
+    state: &mut State<T, LINKS>,
+    chain: &Chain<T>,
+    law: &mut L,
+) {
+    let State { links, eliminations, guide, overlaid, .. } = state;
+    let tables = if L::COAXIAL { &*overlaid } else { &model.tables };
+    let links = &links[..chain.count];
+    let is_viscous = model.bending_damping_s > T::zero();
+    let full = chain.count.saturating_sub(chain.at_base.len());
+    for group in Group::<N>::all(full) {
+        let distal = |lane: usize| &links[group.at(lane)];
+        let proximal = |lane: usize| &links[group.at(lane) + 1];
         let bend = Bend::between(
             &Rotation::side_by_side(|lane| &proximal(lane).rotation),
-            &Rotation::side_by_side(|lane| &link(lane).rotation),
+            &Rotation::side_by_side(|lane| &distal(lane).rotation),
         );
         let angles = N::apart(bend.angle);
         let joints = group.in_turn(|j, lane| law.joint(j, &tables.joints[j], &angles[lane]));
         let joint = Joint::side_by_side(|lane| &joints[lane]);
-        let cell = Cell::side_by_side(|lane| chain.cell(at(lane)));
-        let before = viscous.then(|| N::vectors(|lane| link(lane).bend));
-        let joint = JointLoad::<N>::new(&joint, &cell, &bend, before.as_ref());
+        let turned = is_viscous
+            .then(|| N::vectors(|lane| distal(lane).turn) - N::vectors(|lane| proximal(lane).turn));
+        let viscous = turned.as_ref().map(|turned| (N::all(chain.damping), turned));
+        let joint = JointLoad::<N>::new(&joint, &bend, viscous);
         let (moment, stiffness) = (N::apart(joint.moment), joint.stiffness.apart::<T>());
         for lane in 0..N::LANES {
-            eliminations[at(lane)].joint = JointLoad {
+            eliminations[group.at(lane)].joint = JointLoad {
                 moment: moment[lane],
                 stiffness: stiffness[lane],
                 smallest: joint.smallest.lane(lane),
             };
         }
+    }
+    for j in full..chain.count {
+        let cell = &chain.at_base[chain.count - 1 - j];
+        let (proximal, distal) = (links.get(j + 1).unwrap_or(guide), &links[j]);
+        let bend = Bend::between(&proximal.rotation, &distal.rotation);
+        let joint = law.joint(j, &tables.joints[j], &bend.angle);
+        let turned = distal.turn - proximal.turn;
+        eliminations[j].joint = JointLoad::at_base(&joint, cell, &bend, &turned);
     }
 }
 
