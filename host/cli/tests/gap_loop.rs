@@ -375,6 +375,16 @@ fn recordings_of_one_rig_are_trials_of_one_diagnosis() {
     let command = found["reproduce"]["command"].as_str().unwrap();
     assert!(command.contains("a.mcap") && command.contains("b.mcap"), "{command}");
     assert!(!found["remarks"].to_string().contains("one trial only"), "{found}");
+    let left_n = found["gap"]["force_rms_N"]["after"].as_f64().unwrap();
+    for (share, code) in [(0.9, 6), (1.1, 0)] {
+        let limit = format!("rms_N={}", share * left_n);
+        let limited = [&diagnose[..], &["--json", "-", "--quiet", "--fail-above", &limit]].concat();
+        let output = cathforce(&limited);
+        assert_eq!(output.status.code(), Some(code), "{limit}");
+        // Whatever is left, the verdict is printed.
+        let printed: Value = serde_json::from_slice(&output.stdout).unwrap();
+        assert_eq!(printed["verdict"], found["verdict"]);
+    }
 
     assert_fails(&["gap", "diagnose", text(bundle), &a], 2, &["no recording", "fix:"]);
     let other = folder.path().join("other");
