@@ -1,4 +1,4 @@
-//! P05, P06: a tip that is pressed past a dividing wall and turned there whips round; what it feels is
+//! P06: a tip that is pressed past a dividing wall and turned there whips round; what it feels is
 //! to be trusted again soon, and the device goes on.
 
 use cathforce_control::Mode;
