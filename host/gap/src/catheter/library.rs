@@ -8,11 +8,11 @@ use cathforce_mechanics::Description;
 use crate::plant::{Along, Effect, Impostor, Nuisance, Parameter, Point, Swing};
 use crate::signal::wrapped;
 
-/// Places at which an effect with a place starts are so far from each other: as far as what begins
-/// there is felt \[m\] …
-const APART_M: f64 = 8e-3;
+/// Places at which an effect with a place starts are so far from each other \[m\]: from farther off
+/// than half of this, a narrowing does not find where it is (docs/decisions.md) …
+const APART_M: f64 = 5e-3;
 /// … or farther, if there would be more of them than this.
-const MOST_PLACES: usize = 24;
+const MOST_PLACES: usize = 40;
 /// Steps along what is inside when a trial begins \[m\].
 const INSIDE_STEP_M: f64 = 1e-3;
 /// Of its starting values, those that are tried at every place.
