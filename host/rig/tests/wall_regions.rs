@@ -71,7 +71,7 @@ fn a_region_counts_where_it_is_touched_and_nowhere_else() {
     let nominal = fed(STIFFNESS);
     let ahead = "{ centre_m = [0.09, 0.0139, 0.0], radius_m = 0.004, stiffness_ratio = 10.0 }";
     assert_eq!(difference(&nominal, &fed(&regions(ahead))), 0.0);
-    let here = "{ centre_m = [0.05, 0.0, 0.0], radius_m = 0.01, stiffness_ratio = 10.0 }";
+    let here = "{ centre_m = [0.05, 0.0, 0.0], radius_m = 0.02, stiffness_ratio = 10.0 }";
     let touched = fed(&regions(here));
     assert!(difference(&nominal, &touched) > 0.02, "{}", difference(&nominal, &touched));
 }
