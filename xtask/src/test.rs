@@ -19,15 +19,21 @@ pub fn run_all(consent: setup::Consent) -> anyhow::Result<()> {
         .args(["--", "-D", "warnings"])
         .env_remove("RUSTFLAGS"))?;
     // Tests of the emulated board are tests like any other; they boot this firmware.
-    let runner: &[&str] = match output(command("cargo").args(["nextest", "--version"])) {
-        Some(_) => &["nextest", "run", "--workspace"],
-        None => &["test", "--workspace"],
-    };
+    let has_nextest = output(command("cargo").args(["nextest", "--version"])).is_some();
+    let runner: &[&str] =
+        if has_nextest { &["nextest", "run", "--workspace"] } else { &["test", "--workspace"] };
     run(cargo(runner).arg("--no-run"))?;
     // With the tests stands the program that they run; the gates do not need a second, faster one.
     let out = target_folder().join("demo");
     std::fs::create_dir_all(&out)?;
     let program = target_folder().join("debug/cathforce");
     gates::check(&demo::play(&program, &elf, &out)?)?;
-    run(cargo(runner).arg("--no-fail-fast").env(FIRMWARE_VARIABLE, elf))
+    let mut tests = cargo(runner);
+    if has_nextest {
+        // Tests of the emulated board and of the buses wait for each other's frames for a third of
+        // their time.
+        let processors = std::thread::available_parallelism().map_or(1, usize::from);
+        tests.args(["--test-threads", &(processors + 1).to_string()]);
+    }
+    run(tests.arg("--no-fail-fast").env(FIRMWARE_VARIABLE, elf))
 }

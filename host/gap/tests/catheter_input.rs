@@ -208,6 +208,30 @@ fn rows_without_a_force_make_no_mean_of_forces_more_certain() {
 }
 
 #[test]
+fn a_jump_of_the_clock_is_said_and_nothing_for_half_a_second_after_it_is_compared() {
+    let mut bundle = example();
+    // Two steps of the encoders are one second apart; force and tip are read on.
+    let at_s = 0.4;
+    change(&mut bundle.trials[0], |t_s, _| {
+        let before = t_s.partition_point(|&t| t <= at_s);
+        t_s[before..].iter_mut().for_each(|t| *t += 1.0);
+    });
+    let plant = catheter(&bundle).unwrap();
+    let said = |remark: &String| remark.contains("trial 000: the clock jumps by 1.0");
+    assert_eq!(plant.remarks().iter().filter(|remark| said(remark)).count(), 1);
+    let times = |plant: &Catheter| -> Vec<f64> {
+        plant.trials()[0].samples.iter().map(|sample| sample.t_s).collect()
+    };
+    let (jumped, even) = (times(&plant), times(&catheter(&example()).unwrap()));
+    let (far, near): (Vec<f64>, Vec<f64>) = even.iter().partition(|&&t| t > at_s + 0.5);
+    // A mean of forces may reach from before the jump.
+    let after: Vec<f64> = jumped.iter().copied().filter(|&t| t > at_s + 0.05).collect();
+    assert!(!far.is_empty() && !near.is_empty());
+    assert!(after.iter().all(|&t| t > at_s + 1.5), "{after:?}");
+    assert!(after.len().abs_diff(far.len()) <= 5, "{} and {}", after.len(), far.len());
+}
+
+#[test]
 fn a_trial_that_only_turns_is_compared_from_half_a_radian_on() {
     let mut bundle = example();
     change(&mut bundle.trials[0], |t_s, data| {

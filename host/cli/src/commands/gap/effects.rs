@@ -104,10 +104,22 @@ fn parameter_row(parameter: &Parameter) -> ParameterRow {
     }
 }
 
+fn measured(channel: Channel) -> &'static str {
+    match channel {
+        Channel::Force => "force on the vessel",
+        Channel::DriveForce => "drive force",
+        Channel::Tip => "tip",
+        Channel::Shape => "shape",
+        Channel::DriveCommand => "command",
+    }
+}
+
 fn describe(ui: &Ui, row: &Row) -> String {
     let of = if row.plant == Plant::Drive { " of a drive on its own" } else { "" };
     let mut text = format!("{}{of}\n  {}\n", ui.bold(row.id), row.doc);
+    let measured: Vec<&str> = row.channels.iter().copied().map(measured).collect();
     // Writing into a string cannot fail.
+    let _ = writeln!(text, "  changes the measured {}", measured.join(", "));
     if let Some(excited_by) = row.excited_by {
         let _ = writeln!(text, "  shows in trials with {excited_by}");
     }
