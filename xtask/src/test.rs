@@ -30,8 +30,7 @@ pub fn run_all(consent: setup::Consent) -> anyhow::Result<()> {
     gates::check(&demo::play(&program, &elf, &out)?)?;
     let mut tests = cargo(runner);
     if has_nextest {
-        // Tests of the emulated board and of the buses wait for each other's frames for a third of
-        // their time.
+        // Tests of the emulated board and of the buses wait for frames; another one uses that time.
         let processors = std::thread::available_parallelism().map_or(1, usize::from);
         tests.args(["--test-threads", &(processors + 1).to_string()]);
     }

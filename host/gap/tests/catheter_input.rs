@@ -210,7 +210,7 @@ fn rows_without_a_force_make_no_mean_of_forces_more_certain() {
 #[test]
 fn a_jump_of_the_clock_is_said_and_nothing_for_half_a_second_after_it_is_compared() {
     let mut bundle = example();
-    // Two steps of the encoders are one second apart; force and tip are read on.
+    // All rows after this one are stamped a second later.
     let at_s = 0.4;
     change(&mut bundle.trials[0], |t_s, _| {
         let before = t_s.partition_point(|&t| t <= at_s);

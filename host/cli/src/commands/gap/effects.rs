@@ -104,6 +104,7 @@ fn parameter_row(parameter: &Parameter) -> ParameterRow {
     }
 }
 
+/// What a channel measures, in words.
 fn measured(channel: Channel) -> &'static str {
     match channel {
         Channel::Force => "force on the vessel",
