@@ -30,12 +30,17 @@ pub fn host() -> anyhow::Result<PathBuf> {
     Ok(target_folder().join("release/cathforce"))
 }
 
-/// `llvm-size` of the toolchain's own tools.
+/// How large the sections of an ELF are.
 fn sections(elf: &std::path::Path) -> Option<String> {
+    output(command(tool("llvm-size")?).arg(elf))
+}
+
+/// One of the toolchain's own tools (`llvm-tools`).
+pub fn tool(name: &str) -> Option<PathBuf> {
     let sysroot = output(command("rustc").args(["--print", "sysroot"]))?;
     let host = output(command("rustc").args(["--print", "host-tuple"]))?;
-    let tools = PathBuf::from(sysroot.trim()).join("lib/rustlib").join(host.trim()).join("bin");
-    output(command(tools.join("llvm-size")).arg(elf))
+    let rustlib = PathBuf::from(sysroot.trim()).join("lib/rustlib");
+    Some(rustlib.join(host.trim()).join("bin").join(name))
 }
 
 /// `cargo metadata`, of the workspace's own packages.

@@ -4,12 +4,12 @@ use std::path::Path;
 
 use anyhow::{Context, bail};
 
+use crate::build;
 use crate::setup::{BACKPORTS, Consent, add_backports, as_root};
 use crate::shell::{cargo, command, output, run, target_folder};
 
 /// The emulator.
 const EMULATOR: &str = "qemu-system-x86_64";
-const TARGET: &str = "x86_64-unknown-linux-musl";
 /// Of Debian's kernel, in the order in which they are loaded.
 const MODULES: [&str; 7] = [
     "net/can/can",
@@ -22,34 +22,27 @@ const MODULES: [&str; 7] = [
 ];
 /// Of can-utils: witnesses and attackers that share nothing with this project.
 const TOOLS: [&str; 4] = ["candump", "cansend", "cangen", "slcand"];
-/// The guest computes what the board would: without optimising, for longer than its test may take.
-const OPTIMISED: [&str; 9] =
-    ["scalar", "mechanics", "control", "bus", "config", "device", "rig", "record", "link"];
+/// Where Debian keeps shared libraries, and those that the tools and our program need.
+const LIBRARY: &str = "lib/x86_64-linux-gnu";
+const LIBRARIES: [&str; 4] = ["libc.so.6", "libm.so.6", "libgcc_s.so.1", LOADER];
+const LOADER: &str = "ld-linux-x86-64.so.2";
 
-/// Installs the emulator, fetches kernel and tools, builds the static program, all into
-/// `target/guest`, unless it is there. The program is always brought up to date.
+/// Installs the emulator, fetches kernel and tools, into `target/guest`, unless it is there. The
+/// program, the one that all tests run, is always brought up to date.
 pub fn ensure(consent: Consent) -> anyhow::Result<()> {
     let folder = target_folder().join("guest");
     install(consent)?;
-    if !folder.join("vmlinuz").is_file() {
+    let has = |file: &str| folder.join(file).is_file();
+    if !has("vmlinuz") || !LIBRARIES.iter().all(|name| has(&format!("root/{LIBRARY}/{name}"))) {
         fetch(consent, &folder)?;
     }
-    let program = program()?;
-    std::fs::copy(&program, folder.join("root/bin/cathforce"))
-        .with_context(|| format!("{} cannot be copied into the guest", program.display()))?;
-    Ok(())
-}
-
-/// The `cathforce` program without shared libraries.
-fn program() -> anyhow::Result<std::path::PathBuf> {
-    let mut build = cargo(&["rustc", "--package", "cathforce", "--bin", "cathforce"]);
-    build.args(["--target", TARGET]);
-    for package in OPTIMISED {
-        build.args(["--config", &format!("profile.dev.package.cathforce-{package}.opt-level=3")]);
-    }
+    // Of the whole workspace, as for its tests: of one package cargo may build it anew.
+    run(&mut cargo(&["build", "--workspace", "--bin", "cathforce"]))?;
+    let objcopy = build::tool("llvm-objcopy").context("rustc names no folder of its own")?;
     // It goes into the guest's memory.
-    run(build.args(["--", "-C", "strip=symbols"]))?;
-    Ok(target_folder().join(TARGET).join("debug/cathforce"))
+    run(command(objcopy)
+        .arg("--strip-all")
+        .args([target_folder().join("debug/cathforce"), folder.join("root/bin/cathforce")]))
 }
 
 /// The emulator, a shell without libraries, and what packs them.
@@ -91,7 +84,7 @@ fn fetch(consent: Consent, folder: &Path) -> anyhow::Result<()> {
     }
     std::fs::create_dir_all(&packages)?;
     run(command("apt-get")
-        .args(["download", &kernel, "can-utils", "libc6"])
+        .args(["download", &kernel, "can-utils", "libc6", "libgcc-s1"])
         .current_dir(&packages))?;
     let unpack = |package: &str, wanted: &str| {
         let script = format!("dpkg-deb --fsys-tarfile {package}_*.deb | tar -x {wanted}");
@@ -99,7 +92,8 @@ fn fetch(consent: Consent, folder: &Path) -> anyhow::Result<()> {
     };
     unpack(&kernel, "--wildcards './boot/vmlinuz*' './lib/modules/*/kernel/*/can'")?;
     unpack("can-utils", "./usr/bin")?;
-    unpack("libc6", "./lib/x86_64-linux-gnu/libc.so.6 --wildcards './lib*/*ld-linux*'")?;
+    unpack("libc6", &format!("./{LIBRARY}"))?;
+    unpack("libgcc-s1", &format!("./{LIBRARY}"))?;
 
     let modules = packages.join("lib/modules").join(kernel.trim_start_matches("linux-image-"));
     for module in MODULES {
@@ -110,13 +104,11 @@ fn fetch(consent: Consent, folder: &Path) -> anyhow::Result<()> {
     for tool in TOOLS {
         copy(&packages.join("usr/bin").join(tool), &root.join("bin").join(tool))?;
     }
-    let library = "lib/x86_64-linux-gnu";
-    std::fs::create_dir_all(root.join(library))?;
-    for file in ["libc.so.6", "ld-linux-x86-64.so.2"] {
-        copy(&packages.join(library).join(file), &root.join(library).join(file))?;
+    std::fs::create_dir_all(root.join(LIBRARY))?;
+    for library in LIBRARIES {
+        copy(&packages.join(LIBRARY).join(library), &root.join(LIBRARY).join(library))?;
     }
-    let loader = "ld-linux-x86-64.so.2";
-    copy(&packages.join(library).join(loader), &root.join("lib64").join(loader))?;
+    copy(&packages.join(LIBRARY).join(LOADER), &root.join("lib64").join(LOADER))?;
     copy(Path::new("/bin/busybox"), &root.join("bin/busybox"))?;
     // Last: that it is there says that all is.
     let version = kernel.trim_start_matches("linux-image-");

@@ -14,8 +14,7 @@ use crate::{build, emulator};
 pub const BACKPORTS: &str = "bookworm-backports";
 const SOURCE_FILE: &str = "/etc/apt/sources.list.d/cathforce-backports.list";
 const MIRROR: &str = "http://deb.debian.org/debian";
-/// Of `rust-toolchain.toml`.
-const TARGETS: [&str; 2] = [build::TARGET, "x86_64-unknown-linux-musl"];
+/// Of `rust-toolchain.toml`, beside the firmware's target.
 const COMPONENTS: [&str; 3] = ["clippy", "rustfmt", "llvm-tools"];
 
 /// Whether things may be installed without asking.
@@ -85,8 +84,9 @@ fn missing_rust() -> Option<Vec<&'static str>> {
     let [targets, components] = installed;
     let (targets, components) = (targets?, components.unwrap_or_default());
     let has = |list: &str, name: &str| list.lines().any(|line| line.starts_with(name));
-    let targets = TARGETS.iter().filter(|name| !has(&targets, name));
-    Some(targets.chain(COMPONENTS.iter().filter(|name| !has(&components, name))).copied().collect())
+    let target = (!has(&targets, build::TARGET)).then_some(build::TARGET);
+    let components = COMPONENTS.into_iter().filter(|name| !has(&components, name));
+    Some(target.into_iter().chain(components).collect())
 }
 
 /// rustup as a shell in the workspace would start it. Its cargo tells every child which

@@ -4,7 +4,7 @@
 //! `cathforce` and can-utils, and says what it wants to be known by `step NAME COMMAND…`, which
 //! runs the command and sends its output and status out.
 //!
-//! `cargo xtask setup` provides the kernel, the tools and the static program; without them a test
+//! `cargo xtask setup` provides the kernel, the tools and the program; without them a test
 //! fails and says so.
 
 mod initramfs;
@@ -116,7 +116,7 @@ impl Drop for Guest {
     }
 }
 
-/// The folder with kernel, modules, tools and the static program.
+/// The folder with kernel, modules, tools and the program.
 fn provided() -> PathBuf {
     let workspace = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let target = std::env::var_os("CARGO_TARGET_DIR").map_or("target".into(), PathBuf::from);
