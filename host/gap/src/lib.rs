@@ -15,6 +15,7 @@
 //! | `criteria` | when a model is better than another |
 //! | `verdict` | whether what it closes is the answer, a part of it, or nothing to be named |
 //! | `metric`, `confuse`, `calibration` | what cannot be told apart, and how certain the rest is |
+//! | `diagnose`, `answer` | the whole run; what is said of it, step by step |
 //! | `fresh` | what the answer closes on a trial that it has not seen |
 //! | `band` | how far the forces of a device may be off that is set like the answer |
 //! | `estimate` | parameters with intervals, what each effect closed |
@@ -29,6 +30,7 @@
 
 mod again;
 mod altered;
+mod answer;
 mod band;
 mod calibration;
 pub mod catheter;
