@@ -164,6 +164,10 @@ impl Plant for Altered<'_> {
         self.inner.far_off()
     }
 
+    fn spread_share(&self) -> f64 {
+        self.inner.spread_share()
+    }
+
     fn swing(&self, effect: usize) -> Option<Swing> {
         self.inner.swing(effect)
     }

@@ -45,14 +45,15 @@ pub fn parameters(
     .collect()
 }
 
-/// Standard deviations of the parameters.
+/// Standard deviations of the parameters, as blind checks have found them to be.
 pub fn spread(
     problem: &Problem<'_>,
     folds: &Folds,
     best: &Candidate,
     metric: &Metric<'_>,
 ) -> DVector<f64> {
-    posterior(problem, folds, best, metric).diagonal().map(f64::sqrt)
+    let share = problem.plant.spread_share();
+    posterior(problem, folds, best, metric).diagonal().map(|variance| share * variance.sqrt())
 }
 
 /// Covariance of the parameters: from the curvature of the loss, from how they change where a fold
@@ -179,6 +180,21 @@ mod tests {
             spread(selector.problem, selector.folds, &selection.best, &metric)[0]
         });
         assert!(sd >= 0.99 * least_sd() && sd < 1.1 * least_sd(), "{sd}");
+    }
+
+    #[test]
+    fn an_interval_is_the_share_of_it_that_checks_have_found() {
+        let measured = (0..400).map(|i| SLOPE * i as f64);
+        let mut toy = Toy::new(0.01, 1e-3, measured, |i, point| point.effects[0][0] * i as f64);
+        toy.effects = vec![effect("slope", vec![parameter("slope")], vec![vec![1.0]])];
+        toy.spread_share = 0.5;
+        let width = explained_by(&toy, &[0], |selector, selection| {
+            let metric = Metric::new(selection.nuisances.as_ref().unwrap(), &selection.best.score);
+            let spread = spread(selector.problem, selector.folds, &selection.best, &metric);
+            let slope = &parameters(&toy, &selection.best, 0, &spread)["slope"];
+            slope.high - slope.low
+        });
+        assert!((width / (NORMAL_NINETY * least_sd()) - 1.0).abs() < 0.1, "{width}");
     }
 
     /// Of the slope where every fourth sample, which is held out together, has another by so much.

@@ -344,6 +344,12 @@ pub trait Plant: Sync {
     /// [`Loss`]: crate::loss::Loss
     fn far_off(&self) -> f64;
 
+    /// Share of the spread of a parameter, as the trials and models in general leave it open, in which
+    /// blind checks on such plants have found what was put in.
+    fn spread_share(&self) -> f64 {
+        1.0
+    }
+
     /// How an effect swings; `None` of one that does not.
     fn swing(&self, _effect: usize) -> Option<Swing> {
         None

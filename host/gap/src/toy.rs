@@ -19,6 +19,7 @@ pub struct Toy<F> {
     /// Of the first effect.
     pub impostor: Option<Impostor>,
     pub cheap: bool,
+    pub spread_share: f64,
     /// Added to the predictions of the last trial, by the way that its finer model goes.
     pub forks: Vec<f64>,
     /// Value of the first parameter of the first effect above which they are.
@@ -59,6 +60,7 @@ impl<F: Fn(usize, &Point) -> f64> Toy<F> {
             swing: None,
             impostor: None,
             cheap: true,
+            spread_share: 1.0,
             forks: vec![0.0],
             forks_above: f64::NEG_INFINITY,
             vessel: None,
@@ -231,6 +233,10 @@ impl<F: Fn(usize, &Point) -> f64 + Sync> Plant for Toy<F> {
 
     fn far_off(&self) -> f64 {
         if self.cheap { f64::INFINITY } else { 3.0 }
+    }
+
+    fn spread_share(&self) -> f64 {
+        self.spread_share
     }
 
     fn swing(&self, _effect: usize) -> Option<Swing> {
