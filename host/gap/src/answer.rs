@@ -69,6 +69,7 @@ impl<'a> Answer<'a> {
         Self { plant, diagnosis, floor_known }
     }
 
+    /// One more thing that a reader must know.
     pub fn remark(&mut self, remark: String) {
         self.diagnosis.remarks.push(remark);
     }

@@ -165,16 +165,17 @@ mod tests {
     }
 
     /// Straight data without noise, whose slope the curvature tells far better than any model does.
-    fn line() -> impl Plant {
+    fn line(spread_share: f64) -> impl Plant {
         let measured = (0..400).map(|i| SLOPE * i as f64);
         let mut toy = Toy::new(0.01, 1e-3, measured, |i, point| point.effects[0][0] * i as f64);
         toy.effects = vec![effect("slope", vec![parameter("slope")], vec![vec![1.0]])];
+        toy.spread_share = spread_share;
         toy
     }
 
     #[test]
     fn an_interval_is_no_narrower_than_models_differ() {
-        let sd = explained_by(&line(), &[0], |selector, selection| {
+        let sd = explained_by(&line(1.0), &[0], |selector, selection| {
             let metric = Metric::new(selection.nuisances.as_ref().unwrap(), &selection.best.score);
             assert!(covariance(selector.problem, &selection.best, &metric)[(0, 0)].sqrt() < 1e-3);
             spread(selector.problem, selector.folds, &selection.best, &metric)[0]
@@ -184,14 +185,11 @@ mod tests {
 
     #[test]
     fn an_interval_is_the_share_of_it_that_checks_have_found() {
-        let measured = (0..400).map(|i| SLOPE * i as f64);
-        let mut toy = Toy::new(0.01, 1e-3, measured, |i, point| point.effects[0][0] * i as f64);
-        toy.effects = vec![effect("slope", vec![parameter("slope")], vec![vec![1.0]])];
-        toy.spread_share = 0.5;
-        let width = explained_by(&toy, &[0], |selector, selection| {
+        let line = line(0.5);
+        let width = explained_by(&line, &[0], |selector, selection| {
             let metric = Metric::new(selection.nuisances.as_ref().unwrap(), &selection.best.score);
             let spread = spread(selector.problem, selector.folds, &selection.best, &metric);
-            let slope = &parameters(&toy, &selection.best, 0, &spread)["slope"];
+            let slope = &parameters(&line, &selection.best, 0, &spread)["slope"];
             slope.high - slope.low
         });
         assert!((width / (NORMAL_NINETY * least_sd()) - 1.0).abs() < 0.1, "{width}");
@@ -221,7 +219,7 @@ mod tests {
 
     #[test]
     fn an_effect_that_was_fitted_once_more_closes_what_it_closed_last() {
-        let closed = explained_by(&line(), &[0], |_, mut selection| {
+        let closed = explained_by(&line(1.0), &[0], |_, mut selection| {
             let (nominal, best) = (selection.nominal.score.clone(), selection.best.score.clone());
             selection.path = vec![(vec![0], nominal), (vec![0], best)];
             increments(&selection)[&0]
@@ -230,7 +228,7 @@ mod tests {
     }
     #[test]
     fn what_the_last_fit_closes_is_shared_by_all_effects() {
-        let (shares, whole) = explained_by(&line(), &[0], |_, mut selection| {
+        let (shares, whole) = explained_by(&line(1.0), &[0], |_, mut selection| {
             let nominal = selection.nominal.score.clone();
             // Before the last fit it had closed nothing.
             selection.path = vec![(Vec::new(), nominal.clone()), (vec![0], nominal.clone())];

@@ -171,9 +171,9 @@ mod tests {
     use cathforce_rig::lumen::BuiltLumen;
 
     use super::*;
-    use crate::catheter::simulate::Setup;
+    use crate::catheter::simulate::{Setup, Simulator};
     use crate::catheter::ways::{WAYS, WITHOUT_JUNCTIONS};
-    use crate::catheter::{Catheter, lumen};
+    use crate::catheter::{Catheter, SPREAD_SHARE_UNDIVIDED, lumen, spread_share};
     use crate::plant::Plant;
 
     /// Trunk and two branches; where they part, the wall points at the entry.
@@ -296,11 +296,15 @@ mod tests {
     }
 
     #[test]
-    fn a_tube_has_none() {
+    fn a_tube_has_none_and_narrower_intervals() {
         let mut bundle = example();
         bundle.mesh = None;
         bundle.centreline.retain(|branch| branch.name == "trunk");
         let (lumen, _) = lumen(&bundle, 0.825e-3).unwrap();
         assert!(Junctions::of(&lumen.header, &lumen.bytes, 0.825e-3).is_empty());
+        let divided = Divided::new();
+        let share = |header, bytes| spread_share(&Simulator::new(header, bytes, 0.825e-3, 1));
+        assert_eq!(share(lumen.header, lumen.bytes), SPREAD_SHARE_UNDIVIDED);
+        assert_eq!(share(divided.header, divided.stored), 1.0);
     }
 }

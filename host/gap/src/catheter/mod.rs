@@ -398,7 +398,7 @@ impl Plant for Catheter {
     }
 
     fn spread_share(&self) -> f64 {
-        if self.simulator.has_junctions() { 1.0 } else { SPREAD_SHARE_UNDIVIDED }
+        spread_share(&self.simulator)
     }
 
     fn segments(&self) -> &[Segment] {
@@ -431,6 +431,11 @@ impl Plant for Catheter {
 /// How many of [`WAYS`] a vessel has.
 fn ways(simulator: &Simulator) -> usize {
     if simulator.has_junctions() { WAYS.len() } else { WITHOUT_JUNCTIONS }
+}
+
+/// [`Plant::spread_share`] of what is played in a vessel.
+fn spread_share(simulator: &Simulator) -> f64 {
+    if simulator.has_junctions() { 1.0 } else { SPREAD_SHARE_UNDIVIDED }
 }
 
 /// The vessel of a bundle as a device with that instrument sees it.
