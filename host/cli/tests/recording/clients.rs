@@ -3,6 +3,7 @@
 //! with, tshark.
 
 use std::fmt::Display;
+use std::fs::File;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -21,30 +22,36 @@ fn not_run(client: &str, why: impl Display) {
     std::io::stderr().write_all(line.as_bytes()).unwrap();
 }
 
-/// A Python that has them, made once for all tests; `Err` says why there is none.
+/// A Python that has them; `Err` says why there is none.
 fn python() -> Result<&'static Path, &'static str> {
     static PYTHON: OnceLock<Result<PathBuf, String>> = OnceLock::new();
-    PYTHON.get_or_init(install).as_deref().map_err(String::as_str)
+    PYTHON.get_or_init(installed).as_deref().map_err(String::as_str)
 }
 
-fn install() -> Result<PathBuf, String> {
+/// Made once for all tests, which may be processes side by side: one of them makes it, the others
+/// wait, since an installation that is under way has some of the packages and not yet the others.
+fn installed() -> Result<PathBuf, String> {
     let venv = Path::new(env!("CARGO_TARGET_TMPDIR")).join("clients");
+    let guard = File::create(venv.with_extension("lock")).map_err(|e| e.to_string())?;
+    guard.lock().map_err(|e| e.to_string())?;
     let python = venv.join("bin/python");
-    let has_all = "import can, cantools, foxglove.layouts, mcap_ros2, pandas, pyarrow, rerun_cli, \
-                   ros_parser";
+    let requirements = folder().join("requirements.txt");
+    let wanted = std::fs::read_to_string(&requirements).map_err(|e| e.to_string())?;
+    // Written last: an installation that broke off is begun anew.
+    let done = venv.join("installed.txt");
+    if std::fs::read_to_string(&done).is_ok_and(|text| text == wanted) {
+        return Ok(python);
+    }
     let run = |program: &Path, arguments: &[&str]| {
         let output = Command::new(program).args(arguments).output();
         let output = output.map_err(|e| format!("{}: {e}", program.display()))?;
         let said = String::from_utf8_lossy(&output.stderr).into_owned();
         if output.status.success() { Ok(()) } else { Err(said) }
     };
-    if run(&python, &["-c", has_all]).is_ok() {
-        return Ok(python);
-    }
     run(Path::new("python3"), &["-m", "venv", "--clear", text(&venv)])?;
-    let requirements = folder().join("requirements.txt");
     let install = ["-m", "pip", "install", "--quiet", "--timeout", "20", "-r", text(&requirements)];
     run(&python, &install)?;
+    std::fs::write(done, wanted).map_err(|e| e.to_string())?;
     Ok(python)
 }
 
