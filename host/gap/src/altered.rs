@@ -3,6 +3,8 @@
 
 use std::sync::Arc;
 
+use cathforce_record::snap::Snap;
+
 use crate::plant::{
     Channel, Effect, Impostor, Nuisance, Plant, Point, Repeat, Segment, Swing, Trial,
 };
@@ -150,6 +152,14 @@ impl Plant for Altered<'_> {
 
     fn places_m(&self, trial: usize) -> Vec<[f64; 3]> {
         self.inner.places_m(trial)
+    }
+
+    fn snaps(&self, trial: usize) -> Vec<Snap> {
+        self.inner.snaps(trial)
+    }
+
+    fn predicted_snaps(&self, trial: usize, point: &Point) -> Option<Vec<Snap>> {
+        self.inner.predicted_snaps(trial, &self.inner_point(Some(trial), point))
     }
 
     fn ways(&self) -> usize {

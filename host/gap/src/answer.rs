@@ -124,7 +124,7 @@ impl<'a> Answer<'a> {
                 .inconclusive("a simulation broke down while candidates were fitted".to_owned());
         };
         self.rank(&selection);
-        self.figures(problem, &before.score, &selection.best.score);
+        self.figures(selector, &before, &selection.best);
         self.diagnosis.details.held_out = held_out(problem, &selection);
         self.diagnosis.details.series = series(problem, &before, &selection.best);
         let shrink = selection.best.score.shrink(&before.score);
@@ -146,7 +146,7 @@ impl<'a> Answer<'a> {
         objections.into_iter().for_each(|objection| self.remark(objection));
         self.next_experiment(&selection, &named);
         if matches!(self.diagnosis.verdict, Verdict::Partial | Verdict::Unknown) {
-            self.diagnosis.left = Some(left(problem, &selection));
+            self.diagnosis.left = Some(left(selector, &selection));
             self.diagnosis.details.left_on_vessel = on_vessel(problem, &selection.best.score);
             unlike(problem, &before.score).into_iter().for_each(|remark| self.remark(remark));
         }
@@ -155,7 +155,7 @@ impl<'a> Answer<'a> {
             self.diagnosis.confusable.clear();
             if given.is_none() {
                 // What is not named closes nothing; what it would is told of what is left.
-                self.figures(problem, &before.score, &before.score);
+                self.figures(selector, &before, &before);
                 for own in &mut self.diagnosis.details.held_out {
                     own.after_n = own.before_n;
                 }
@@ -179,7 +179,7 @@ impl<'a> Answer<'a> {
         self.diagnosis.verdict = if hidden.is_some() { Verdict::Unknown } else { Verdict::NoGap };
         hidden.into_iter().for_each(|why| self.remark(why));
         self.diagnosis.places.clear();
-        self.figures(problem, &nominal.score, &nominal.score);
+        self.figures(selector, nominal, nominal);
         self.diagnosis.details.series = series(problem, nominal, nominal);
         self.remark_on_forks(nominal);
         self.band(problem, selector.folds, nominal);
@@ -281,15 +281,15 @@ impl<'a> Answer<'a> {
         if self.plant.cheap() { Lead { all: lead.told_apart, ..lead } } else { lead }
     }
 
-    fn figures(&mut self, problem: &Problem<'_>, before: &Score, after: &Score) {
-        let pairs = before.quantities.iter().zip(&after.quantities);
+    fn figures(&mut self, selector: &Selector<'_>, before: &Candidate, after: &Candidate) {
+        let pairs = before.score.quantities.iter().zip(&after.score.quantities);
         let energy = pairs.map(|(&(quantity, before, _), &(_, after, _))| QuantityEnergy {
             quantity,
             before,
             after,
         });
         self.diagnosis.details.energy = energy.collect();
-        self.diagnosis.gap = figures::gap(problem, before, after);
+        self.diagnosis.gap = figures::gap(selector, before, after);
         self.diagnosis.held_out = self.plant.trials().iter().map(|trial| trial.number).collect();
     }
 

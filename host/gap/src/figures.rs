@@ -14,6 +14,8 @@ use crate::plant::Quantity;
 use crate::problem::Problem;
 use crate::report::{Figures, Gap};
 use crate::score::{Score, root_mean_square};
+use crate::select::{Candidate, Selector};
+use crate::snaps;
 
 /// Times that errors are drawn for a floor.
 const DRAWS: usize = 8;
@@ -23,7 +25,8 @@ const POINTS: usize = 1000;
 const AXES: usize = 3;
 
 /// All figures of a nominal model and of what explains the gap.
-pub fn gap(problem: &Problem<'_>, before: &Score, after: &Score) -> Gap {
+pub fn gap(selector: &Selector<'_>, nominal: &Candidate, best: &Candidate) -> Gap {
+    let (problem, before, after) = (selector.problem, &nominal.score, &best.score);
     let rms = |quantity: Quantity| {
         let floor =
             root_mean_square(problem, quantity, |trial, i| Some(1.0 / problem.weights(trial)[i]))?;
@@ -39,6 +42,7 @@ pub fn gap(problem: &Problem<'_>, before: &Score, after: &Score) -> Gap {
         force_mae_n: force.figures(absolute),
         force_peak_n: force.figures(peak),
         tip_frechet_m: tip.figures(path),
+        snaps: snaps::figures(problem, selector.folds, &nominal.fit, &best.fit),
     }
 }
 
@@ -222,7 +226,7 @@ mod tests {
         let mut toy = Toy::new(0.01, SD, (0..1000).map(|_| 1.3), predict);
         toy.effects = vec![effect("size", vec![parameter("size")], vec![vec![1.0]])];
         let found = explained_by(&toy, &[0], |selector, selection| {
-            gap(selector.problem, &selection.nominal.score, &selection.best.score)
+            gap(selector, &selection.nominal, &selection.best)
         });
         let (mae, peak) = (found.force_mae_n.unwrap(), found.force_peak_n.unwrap());
         for own in [mae, peak] {

@@ -4,9 +4,8 @@ use serde::Serialize;
 
 use crate::figures;
 use crate::locate::{Cell, locate};
-use crate::problem::Problem;
 use crate::report::Gap;
-use crate::select::Selection;
+use crate::select::{Selection, Selector};
 
 /// Cells of the same channel and phase that are told together, at most.
 const TOLD: usize = 3;
@@ -32,12 +31,13 @@ pub struct Left {
 }
 
 /// What the best model of a selection leaves.
-pub fn left(problem: &Problem<'_>, selection: &Selection) -> Left {
+pub fn left(selector: &Selector<'_>, selection: &Selection) -> Left {
+    let problem = selector.problem;
     let best = &selection.best;
     let effects = problem.plant.effects();
     let after = best.fit.effects.iter().map(|&effect| effects[effect].id.to_owned());
     let shrink = best.score.shrink(&selection.nominal.score);
-    let gap = figures::gap(problem, &selection.nominal.score, &best.score);
+    let gap = figures::gap(selector, &selection.nominal, best);
     Left::new(after.collect(), gap, shrink, locate(problem, &best.score))
 }
 

@@ -77,6 +77,7 @@ mod select;
 mod series;
 mod signal;
 mod silhouette;
+mod snaps;
 pub mod spike;
 mod swing;
 #[cfg(test)]

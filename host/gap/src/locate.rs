@@ -60,12 +60,12 @@ pub fn locate(problem: &Problem<'_>, score: &Score) -> Vec<Cell> {
     let mut cells: BTreeMap<[usize; 4], Sums> = BTreeMap::new();
     let mut in_channel = vec![0_usize; plant.channels().len()];
     let mut first_block = 0;
-    for (trial, residuals) in plant.trials().iter().zip(&score.residuals) {
-        for (sample, residual) in trial.samples.iter().zip(residuals) {
-            let Some(r) = residual else { continue };
+    for (t, trial) in plant.trials().iter().enumerate() {
+        for (i, sample) in trial.samples.iter().enumerate() {
+            let Some(counts) = score.counts(problem, t, i) else { continue };
             let key = [sample.channel, sample.phase, sample.regime, arc_bin(range, sample.arc_m)];
             let sums = cells.entry(key).or_default();
-            *sums.blocks.entry(first_block + sample.block).or_default() += r * r - 1.0;
+            *sums.blocks.entry(first_block + sample.block).or_default() += counts - 1.0;
             sums.samples += 1;
             in_channel[sample.channel] += 1;
         }
@@ -177,6 +177,31 @@ fn looks(problem: &Problem<'_>, score: &Score) -> BTreeMap<(usize, usize), Descr
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::toy::{Toy, explained_by};
+
+    #[test]
+    fn one_sample_that_is_far_off_is_not_where_a_catheters_gap_is() {
+        const SD: f64 = 0.01;
+        // Over the first half of the way three standard deviations, in a sample of the second a hundred.
+        let off = |i: usize| match i {
+            0..100 => 3.0 * SD,
+            150 => 100.0 * SD,
+            _ => 0.0,
+        };
+        let first_half = |is_drive: bool| {
+            let mut toy = Toy::new(0.01, SD, (0..200).map(off), |_, _| 0.0).fed(|i| i as f64);
+            toy.cheap = is_drive;
+            explained_by(&toy, &[], |selector, selection| {
+                let cells = locate(selector.problem, &selection.nominal.score);
+                let own = cells.iter().filter(|cell| cell.arc_m[1] < 101.0);
+                own.map(|cell| cell.gap_share).sum::<f64>()
+            })
+        };
+        // By Charbonnier's loss with c = 3: 100 (7.46 − 1) beside 582.
+        assert!((first_half(false) - 646.0 / 1228.0).abs() < 0.03, "{}", first_half(false));
+        // By squares: 100 (9 − 1) beside 10000.
+        assert!((first_half(true) - 800.0 / 10800.0).abs() < 0.01, "{}", first_half(true));
+    }
 
     #[test]
     fn a_stretch_is_in_millimetres_and_never_from_minus_zero() {

@@ -81,11 +81,11 @@ fn map(
     for (t, trial) in problem.plant.trials().iter().enumerate() {
         for (i, (sample, place_m)) in trial.samples.iter().zip(&places[t]).enumerate() {
             let own = channels[sample.channel].quantity == quantity;
-            let Some(error) = score.error(problem, t, i).filter(|_| own) else { continue };
-            let residual = error * problem.weights(t)[i];
+            let found = score.error(problem, t, i).zip(score.counts(problem, t, i));
+            let Some((error, counts)) = found.filter(|_| own) else { continue };
             let at = silhouette.project(*place_m).map(|x| (x / side_m).floor() as i64);
             let sums = squares.entry(at).or_default();
-            *sums = (sums.0 + residual * residual - 1.0, sums.1 + error * error, sums.2 + 1);
+            *sums = (sums.0 + counts - 1.0, sums.1 + error * error, sums.2 + 1);
         }
     }
     let whole: f64 = squares.values().map(|(energy, ..)| energy.max(0.0)).sum();

@@ -7,6 +7,8 @@
 use std::ops::Range;
 use std::sync::Arc;
 
+use cathforce_record::snap::Snap;
+
 use crate::silhouette::Silhouette;
 
 /// What a channel is a part of; errors of the parts add up to a vector's.
@@ -327,6 +329,17 @@ pub trait Plant: Sync {
     /// was, all else where the tip was. Empty of what has no place in space.
     fn places_m(&self, _trial: usize) -> Vec<[f64; 3]> {
         Vec::new()
+    }
+
+    /// Snaps of the force that was measured in a trial, which no sample is of.
+    fn snaps(&self, _trial: usize) -> Vec<Snap> {
+        Vec::new()
+    }
+
+    /// The same of the force that the finer model predicts at a point, found by the same rule; `None` as
+    /// for [`Plant::simulate`].
+    fn predicted_snaps(&self, _trial: usize, _point: &Point) -> Option<Vec<Snap>> {
+        Some(Vec::new())
     }
 
     /// How many finer models there are that simulations can be corrected by, all as good: at a fork

@@ -87,6 +87,44 @@ pub struct Figures {
     pub floor: f64,
 }
 
+/// How a model's snaps compare with those that were measured.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct SnapsOff {
+    /// Measured ones that the model has too.
+    pub found: usize,
+    /// Of the model, not measured.
+    pub additional: usize,
+    /// Mean distance of those that were found, by the insertion at which they happen \[m\].
+    pub insertion_m: Option<f64>,
+    /// The same in time \[s\].
+    pub time_s: Option<f64>,
+}
+
+/// Snaps, which all other figures leave out.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct SnapFigures {
+    pub measured: usize,
+    pub before: SnapsOff,
+    pub after: SnapsOff,
+}
+
+impl SnapFigures {
+    /// In words.
+    pub fn sentence(&self) -> String {
+        let of = |own: &SnapsOff| {
+            let off = own.insertion_m.zip(own.time_s).map_or(String::new(), |(way_m, time_s)| {
+                format!("{:.1} mm and {:.0} ms off on average, ", 1e3 * way_m, 1e3 * time_s)
+            });
+            format!("{} ({off}{} others)", own.found, own.additional)
+        };
+        let (before, after) = (of(&self.before), of(&self.after));
+        format!(
+            "snaps measured: {}; of these the model has {before} before, {after} after",
+            self.measured
+        )
+    }
+}
+
 /// On held-out data only; `None` where not measured.
 #[derive(Clone, Copy, Debug, PartialEq, Default, Serialize)]
 pub struct Gap {
@@ -102,6 +140,8 @@ pub struct Gap {
     pub force_peak_n: Option<Figures>,
     /// Discrete Fréchet distance of the tip's path, mean over the trials.
     pub tip_frechet_m: Option<Figures>,
+    /// Where the force jumps, of trials that are held out whole.
+    pub snaps: Option<SnapFigures>,
 }
 
 impl Gap {

@@ -282,6 +282,14 @@ impl Score {
         root_mean_square(problem, quantity, own)
     }
 
+    /// What a sample adds to the energy that [`Score::gap`] is of, 1 on average at the floor; `None` where
+    /// not scored.
+    pub fn counts(&self, problem: &Problem<'_>, trial: usize, sample: usize) -> Option<f64> {
+        let plant = problem.plant;
+        let loss = if plant.cheap() { Loss::SQUARES } else { Loss::of(plant) };
+        Some(loss.of_residual(self.residuals[trial][sample]?).0.powi(2))
+    }
+
     /// Measured less predicted, in the unit of the channel; `None` where not scored.
     pub fn error(&self, problem: &Problem<'_>, trial: usize, sample: usize) -> Option<f64> {
         Some(self.residuals[trial][sample]? / problem.weights(trial)[sample])

@@ -1,6 +1,8 @@
 //! A plant for tests: one channel, one trial or some that are the same, and a prediction that is a
 //! formula.
 
+use cathforce_record::snap::Snap;
+
 use crate::floor::Floor;
 use crate::folds::{FoldKind, Folds};
 use crate::plant::{
@@ -24,6 +26,8 @@ pub struct Toy<F> {
     pub forks: Vec<f64>,
     /// Value of the first parameter of the first effect above which they are.
     pub forks_above: f64,
+    /// When each trial snapped \[s\]; the model does when the first parameter of the first effect says.
+    pub snaps_s: Vec<f64>,
     pub vessel: Option<Silhouette>,
     /// Where each sample of a trial belongs.
     pub places_m: Vec<[f64; 3]>,
@@ -63,6 +67,7 @@ impl<F: Fn(usize, &Point) -> f64> Toy<F> {
             spread_share: 1.0,
             forks: vec![0.0],
             forks_above: f64::NEG_INFINITY,
+            snaps_s: Vec::new(),
             vessel: None,
             places_m: Vec::new(),
             channels: vec![Channel { name: "fx_N".into(), quantity: Quantity::Force }],
@@ -160,6 +165,11 @@ pub fn trial(samples: Vec<Sample>) -> Trial {
     Trial { number: 0, start_s: 0.0, start_m: 0.0, samples, blocks: 1, forks: Vec::new() }
 }
 
+/// One at this time, fed at 10 mm/s.
+pub fn snap(t_s: f64) -> Snap {
+    Snap { t_s, span_s: [t_s; 2], insertion_m: 0.01 * t_s, jump_n: 0.2 }
+}
+
 /// A parameter from −10 to 10 with a prior of 1 around 0.
 pub fn parameter(name: &'static str) -> Parameter {
     Parameter { name, unit: "1", low: -10.0, high: 10.0, off: 0.0, scale: 1.0 }
@@ -221,6 +231,14 @@ impl<F: Fn(usize, &Point) -> f64 + Sync> Plant for Toy<F> {
 
     fn places_m(&self, _trial: usize) -> Vec<[f64; 3]> {
         self.places_m.clone()
+    }
+
+    fn snaps(&self, trial: usize) -> Vec<Snap> {
+        self.snaps_s.get(trial).copied().map(snap).into_iter().collect()
+    }
+
+    fn predicted_snaps(&self, trial: usize, point: &Point) -> Option<Vec<Snap>> {
+        Some(self.snaps_s.get(trial).map(|_| snap(point.effects[0][0])).into_iter().collect())
     }
 
     fn ways(&self) -> usize {

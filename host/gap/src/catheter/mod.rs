@@ -25,6 +25,7 @@ mod ways;
 use std::sync::Arc;
 
 use cathforce_mechanics::{Description, Drag, LumenHeader};
+use cathforce_record::snap::Snap;
 use cathforce_rig::geometry::SurfaceModel;
 use cathforce_rig::lumen::{BuiltLumen, LumenOptions};
 use cathforce_rig::{
@@ -278,6 +279,12 @@ impl Catheter {
         Some(Played { found, force_n, shift_s: *shift_s })
     }
 
+    /// The finer model of a trial, on the way that it goes.
+    fn finer(&self, trial: usize, point: &Point) -> Option<Setup> {
+        let description = self.library.describe(&self.nominal, point)?;
+        Some(WAYS.get(way(trial, point))?.finer(&description.into(), &self.priors))
+    }
+
     fn remark_on_channels(&mut self) {
         // One axis, one point for all that are alike.
         for source in [Source::Force(0), Source::DriveForce, Source::Tip(0), Source::Shape(0, 0)] {
@@ -344,15 +351,11 @@ impl Plant for Catheter {
     }
 
     fn simulate(&self, trial: usize, point: &Point) -> Option<Vec<f64>> {
-        let description = self.library.describe(&self.nominal, point)?;
-        let way = point.anchor.ways.get(trial).copied().unwrap_or_default();
         if point.anchor.is_everywhere {
-            return self.uncorrected(
-                trial,
-                WAYS.get(way)?.finer(&description.into(), &self.priors),
-                &point.nuisances,
-            );
+            return self.uncorrected(trial, self.finer(trial, point)?, &point.nuisances);
         }
+        let description = self.library.describe(&self.nominal, point)?;
+        let way = way(trial, point);
         let anchor = Point { effects: point.anchor.effects.to_vec(), ..point.clone() };
         let anchor = self.library.describe(&self.nominal, &anchor)?;
         self.predict(trial, &description.into(), &point.nuisances, (&anchor.into(), way))
@@ -371,6 +374,18 @@ impl Plant for Catheter {
         // The first one of a trial that is kept: nothing is simulated again.
         let nominal = self.simulator.run(trial, &self.nominal.clone().into(), 0.0, &own.inputs);
         nominal.map(|nominal| own.places_m(&nominal)).unwrap_or_default()
+    }
+
+    fn snaps(&self, trial: usize) -> Vec<Snap> {
+        self.prepared.get(trial).map(Prepared::measured_snaps).unwrap_or_default()
+    }
+
+    fn predicted_snaps(&self, trial: usize, point: &Point) -> Option<Vec<Snap>> {
+        let own = self.prepared.get(trial)?;
+        let finer = self.finer(trial, point)?;
+        let Played { force_n, shift_s, .. } =
+            self.play(trial, &own.inputs, finer, &point.nuisances)?;
+        Some(own.predicted_snaps(&force_n, shift_s))
     }
 
     fn ways(&self) -> usize {
@@ -426,6 +441,11 @@ impl Plant for Catheter {
         "measured forces (means over 20 ms), tip and shape with those of the device's own model, fed \
          with the measured insertion and rotation"
     }
+}
+
+/// Which of [`WAYS`] a trial goes.
+fn way(trial: usize, point: &Point) -> usize {
+    point.anchor.ways.get(trial).copied().unwrap_or_default()
 }
 
 /// How many of [`WAYS`] a vessel has.

@@ -1,9 +1,10 @@
 //! From the rows of a trial to samples: averaged, without snaps, with their noise.
 
 mod places;
+mod snaps;
 
 use cathforce_mechanics::Drive;
-use cathforce_record::snap::{self, Snap};
+use cathforce_record::snap::Snap;
 use cathforce_record::{FEED_BEFORE_SCORE_M, SNAP_GUARD_S};
 use cathforce_rig::Trial as RigTrial;
 use cathforce_rig::bundle::{CatheterTrial, EncoderReading, RigSensor, VectorColumn};
@@ -13,7 +14,6 @@ use super::sensors::{self, Limit};
 use super::simulate::{Inputs, Trajectory};
 use crate::clock::{Clock, Jump};
 use crate::plant::{Channel, Quantity, Sample};
-use crate::signal::interpolate;
 
 /// Force samples are means over this time \[s\]; `Catheter::compared` says so.
 pub const AVERAGE_S: f64 = 0.02;
@@ -83,6 +83,7 @@ pub struct Prepared {
     clock: Clock,
     columns: Vec<Column>,
     readings: Vec<Reading>,
+    /// Of the measured force.
     snaps: Vec<Snap>,
     /// Quantities that were left out because they never change.
     dead: Vec<&'static str>,
@@ -181,30 +182,14 @@ impl Prepared {
 
     /// Decides what is compared, from the measured snaps and those of the nominal model.
     pub fn choose_samples(&mut self, nominal: &Trajectory) {
-        let force = [0, 1, 2].map(|axis| self.column(Source::Force(axis)));
-        if let [Some(x), Some(y), Some(z)] = force {
-            let noise = x.noise;
-            let rows = x.rows.iter().zip(&y.rows).zip(&z.rows);
-            let measured: Vec<(f64, [f64; 3])> =
-                rows.map(|((x, y), z)| (self.clock.t_s[x.0], [x.1, y.1, z.1])).collect();
-            let peak = measured.iter().map(|(_, f)| norm(*f)).fold(0.0, f64::max);
-            let threshold = snap::threshold_n(noise, peak);
-            let stepped = measured.iter().map(|(t, _)| {
-                let tick = (self.index(*t).round() as usize).min(nominal.force_n.len() - 1);
-                (*t, nominal.force_n[tick])
-            });
-            let mut snaps = snap::find(&self.snap_samples(measured.iter().copied()), threshold);
-            snaps.extend(snap::find(&self.snap_samples(stepped), threshold));
-            self.snaps = snaps;
-        }
+        self.find_snaps();
+        let of_nominal = self.snaps_of(&nominal.force_n, 0.0);
         let ready_s = self.ready_s();
         let near_snap = |t: f64| {
             let near = |s: &Snap| t > s.span_s[0] - SNAP_GUARD_S && t < s.span_s[1] + SNAP_GUARD_S;
-            self.snaps.iter().any(near)
+            self.snaps.iter().chain(&of_nominal).any(near)
         };
-        let after_jump =
-            |t: f64| self.clock.spans_s().any(|[from, to]| t > from && t < to + JUMP_GUARD_S);
-        let kept = |t: f64| t >= ready_s && !near_snap(t) && !after_jump(t);
+        let kept = |t: f64| t >= ready_s && !near_snap(t) && !self.is_after_jump(t);
         let mut readings = Vec::new();
         for column in &self.columns {
             let averaged = matches!(column.source, Source::Force(_) | Source::DriveForce);
@@ -225,6 +210,11 @@ impl Prepared {
             }
         }
         self.readings = readings;
+    }
+
+    /// Whether the clock jumped so shortly before that nothing is compared.
+    fn is_after_jump(&self, t_s: f64) -> bool {
+        self.clock.spans_s().any(|[from, to]| t_s > from && t_s < to + JUMP_GUARD_S)
     }
 
     /// From when on what was before the trial is forgotten \[s\]: the drive has fed the instrument by
@@ -249,19 +239,6 @@ impl Prepared {
 
     fn column(&self, source: Source) -> Option<&Column> {
         self.columns.iter().find(|column| column.source == source)
-    }
-
-    fn snap_samples(&self, forces: impl Iterator<Item = (f64, [f64; 3])>) -> Vec<snap::Sample> {
-        let sample = |(t_s, force_n): (f64, [f64; 3])| {
-            let index = self.index(t_s);
-            snap::Sample {
-                t_s,
-                insertion_m: interpolate(&self.inputs.insertion_m, index),
-                rotation_rad: interpolate(&self.inputs.rotation_rad, index),
-                force_n,
-            }
-        };
-        forces.map(sample).collect()
     }
 
     /// Predictions of the samples from a trajectory whose sensor read `force_n`, read later by
@@ -474,10 +451,6 @@ fn columns(data: &CatheterTrial, sensor: &RigSensor) -> (Vec<Column>, Vec<Source
     }
     columns.sort_by_key(|column| column.source);
     (columns, too_few)
-}
-
-fn norm(x: [f64; 3]) -> f64 {
-    (x[0] * x[0] + x[1] * x[1] + x[2] * x[2]).sqrt()
 }
 
 #[cfg(test)]

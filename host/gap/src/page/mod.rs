@@ -205,6 +205,9 @@ fn how_far(answer: &Diagnosis) -> String {
             held_out.trial
         );
     }
+    let snaps = answer.gap.snaps.map_or(String::new(), |snaps| {
+        format!("<p>{}.</p>", escape(&first_upper(&snaps.sentence())))
+    });
     let series: String = answer.details.series.iter().map(charts::series).collect();
     let with = match answer.left {
         Some(_) => "the best model that was found",
@@ -214,7 +217,7 @@ fn how_far(answer: &Diagnosis) -> String {
         "<h2>How far</h2><div class=wide><table><tr><th>held out<th class=number>before\
          <th class=number>after<th class=number>floor{rows}</table></div>\
          <p class=soft>{}. Of a vector its norm; of the largest force and of the path the mean over \
-         the trials. Paths are compared whatever their pace.</p>\
+         the trials. Paths are compared whatever their pace.</p>{snaps}\
          <p class='soft key'><i style='color:var(--measured)'></i>measured\
          <i style='color:var(--before)'></i>nominal model<i style='color:var(--after)'></i>\
          {with}</p>{series}",

@@ -210,6 +210,9 @@ fn text(answer: &Diagnosis) -> String {
         let name = format!("force RMS, trial {trial:03}");
         line(format!("    {name:<42}  {before:>10}  {after:>10}"));
     }
+    if let Some(snaps) = &answer.gap.snaps {
+        line(format!("  {}", snaps.sentence()));
+    }
     if let Some(band) = &answer.band {
         let coverage = &band.coverage;
         line(format!("  nine of ten forces within: {}", super::coverage::text(coverage)));
@@ -247,7 +250,7 @@ fn text(answer: &Diagnosis) -> String {
 
 #[cfg(test)]
 mod tests {
-    use cathforce_gap::report::Gap;
+    use cathforce_gap::report::{Gap, SnapFigures, SnapsOff};
 
     use super::*;
 
@@ -266,12 +269,16 @@ mod tests {
     #[test]
     fn the_terminal_tells_every_figure_and_of_which_trials() {
         let figures = |before| Some(Figures { before, after: 0.1 * before, floor: 0.01 * before });
+        let before = SnapsOff { found: 0, additional: 2, insertion_m: None, time_s: None };
+        let after =
+            SnapsOff { found: 3, additional: 0, insertion_m: Some(6e-4), time_s: Some(0.044) };
         let answer = Diagnosis {
             gap: Gap {
                 force_rms_n: figures(0.04),
                 force_mae_n: figures(0.03),
                 force_peak_n: figures(2.0),
                 tip_frechet_m: figures(5e-3),
+                snaps: Some(SnapFigures { measured: 3, before, after }),
                 ..Gap::default()
             },
             held_out: vec![0, 2],
@@ -284,6 +291,8 @@ mod tests {
             "force, mean absolute error 30.00 mN 3.00 mN 0.30 mN",
             "largest force of a trial 2.00 N 200.00 mN 20.00 mN",
             "path of the tip, discrete Fréchet distance 5.00 mm 0.50 mm 0.05 mm",
+            "snaps measured: 3; of these the model has 0 (2 others) before, \
+             3 (0.6 mm and 44 ms off on average, 0 others) after",
         ] {
             assert!(words.contains(line), "{line} in {words}");
         }
