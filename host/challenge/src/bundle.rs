@@ -12,8 +12,6 @@ use crate::play::{Row, Trial};
 use crate::rigs::{CONTACT_SPACING_M, GRAVITY_M_PER_S2, Rig, TANGENTIAL_RATIO};
 use crate::stand::{Accuracy, Stand};
 
-/// Zero of the force sensor from trial to trial, which is no effect \[N\].
-const ZERO_SD_N: f64 = 1e-3;
 /// On the shape, the tip and the entry among them.
 const SHAPE_POINTS: usize = 8;
 
@@ -57,10 +55,9 @@ fn csv(trial: &Trial, accuracy: &Accuracy, noise: &mut Noise) -> String {
         text += &format!(",{point}_x_m,{point}_y_m,{point}_z_m");
     }
     text.push('\n');
-    let zero = noise.vector(ZERO_SD_N);
     // Writing to a string does not fail.
     for (k, row) in trial.iter().enumerate() {
-        let force = row.force_n + zero + noise.vector(accuracy.force_n);
+        let force = row.force_n + noise.vector(accuracy.force_n);
         let drive = row.drive_force_n + noise.normal() * accuracy.drive_n;
         let _ = write!(
             text,

@@ -12,6 +12,7 @@
 //! | `given` | the same of a bundle that somebody else made |
 //! | `change` | effects of a reality, in and out of the library |
 //! | `world`, `train`, `sensor` | where they act |
+//! | `nuisance` | what differs from run to run and is no effect |
 //! | `play` | one trial of a reality |
 //! | `draw` | cases from a seed |
 //! | `bundle`, `noise` | a case as a trial bundle |
@@ -27,6 +28,7 @@ mod given;
 mod make;
 mod motion;
 mod noise;
+mod nuisance;
 mod play;
 mod rigs;
 mod score;
@@ -41,6 +43,7 @@ pub use draw::{Case, Kind, LIBRARY, OUTSIDE, cases, single};
 pub use given::GivenError;
 pub use motion::{TRIALS, schedule};
 pub use noise::Noise;
+pub use nuisance::Nuisances;
 pub use play::{Row, Trial, play, play_along};
 pub use rigs::{CONTACT_SPACING_M, Instrument, Rig, rigs};
 pub use score::{Right, SMALLEST_GAP, Score, Tally, score};

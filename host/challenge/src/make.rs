@@ -9,6 +9,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::draw::{Case, cases};
+use crate::nuisance::Nuisances;
 use crate::seal::{Challenge, ChallengeError, Label, create, read_json, write_json};
 use crate::stand::{Stand, Unchanged};
 
@@ -105,18 +106,20 @@ impl Challenge {
     ) -> Result<Result<(), SolveError>, ChallengeError> {
         let name = name(case.number);
         let stand = &case.stand;
+        let nuisances = Nuisances::of_seed(!case.noise_seed, stand.motions.len());
         let play_all = || {
             let unchanged = unchanged.divided_as(stand)?;
             let real = stand.play(&case.changes)?;
+            let mounted = stand.play(&nuisances.mounted(&case.changes))?;
             let without = |k: usize| {
                 let others: Vec<_> = [&case.changes[..k], &case.changes[k + 1..]].concat();
                 if others.is_empty() { Ok(unchanged.nominal.clone()) } else { stand.play(&others) }
             };
             let without = (0..case.changes.len()).map(without);
             let without = without.collect::<Result<Vec<_>, SolveError>>()?;
-            Ok((real, without, unchanged))
+            Ok((real, nuisances.recorded(&mounted), without, unchanged))
         };
-        let (real, without, unchanged) = match play_all() {
+        let (real, recorded, without, unchanged) = match play_all() {
             Ok(played) => played,
             Err(error) => return Ok(Err(error)),
         };
@@ -137,7 +140,7 @@ impl Challenge {
         };
         let folder = self.folder.join("cases").join(&name);
         stand
-            .write(&folder, &format!("case-{name}"), &real, case.noise_seed)
+            .write(&folder, &format!("case-{name}"), &recorded, case.noise_seed)
             .map_err(|error| ChallengeError::File { path: folder, error })?;
         // The label comes last: what has one is whole.
         write_json(&self.label_path(&name), &label)?;
