@@ -39,6 +39,11 @@ pub struct Estimate {
 }
 
 impl Estimate {
+    /// The unit as it follows a value: of a ratio, nothing.
+    pub fn unit_after(&self) -> String {
+        if self.unit == "1" { String::new() } else { format!(" {}", self.unit) }
+    }
+
     /// Value and bounds as text, to two digits of the interval's half width.
     pub fn digits(&self) -> [String; 3] {
         /// More say nothing in any unit.
@@ -396,6 +401,8 @@ mod tests {
         assert_eq!(shown(-3.197, -4.369, -2.025), ["-3.2", "-4.4", "-2.0"]);
         assert_eq!(shown(0.25, 0.25, 0.25), ["0.2500", "0.2500", "0.2500"]);
         assert_eq!(shown(0.0, 0.0, 0.0), ["0", "0", "0"]);
+        let unit_after = |unit| Estimate { value: 1.4, low: 1.3, high: 1.5, unit }.unit_after();
+        assert_eq!((&*unit_after("mm/s"), &*unit_after("1")), (" mm/s", ""));
     }
 
     #[test]

@@ -161,9 +161,9 @@ fn which(answer: &Diagnosis) -> String {
                 let [value, low, high] = p.digits();
                 let _ = write!(
                     html,
-                    "<tr><td>{id}<td>{}<td class=number>{value} {} ({low} to {high})<td class=number>{rest}",
+                    "<tr><td>{id}<td>{}<td class=number>{value}{} ({low} to {high})<td class=number>{rest}",
                     escape(name),
-                    escape(p.unit),
+                    escape(&p.unit_after()),
                 );
             }
         }

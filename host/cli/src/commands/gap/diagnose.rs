@@ -191,8 +191,8 @@ fn text(answer: &Diagnosis) -> String {
             confidence.unwrap_or_default()
         ));
         for (name, estimate) in &effect.parameters {
-            let ([value, low, high], unit) = (estimate.digits(), estimate.unit);
-            line(format!("    {name} = {value} {unit} (90 %: {low} to {high})"));
+            let ([value, low, high], unit) = (estimate.digits(), estimate.unit_after());
+            line(format!("    {name} = {value}{unit} (90 %: {low} to {high})"));
         }
     }
     for set in &answer.confusable {
