@@ -154,6 +154,10 @@ impl Plant for Altered<'_> {
         self.inner.places_m(trial)
     }
 
+    fn prior_sds(&self, effect: usize) -> Option<Vec<f64>> {
+        self.inner.prior_sds(effect)
+    }
+
     fn snaps(&self, trial: usize) -> Vec<Snap> {
         self.inner.snaps(trial)
     }

@@ -26,6 +26,7 @@ use crate::select::{Candidate, Selection, Selector};
 use crate::series::{held_out, series};
 use crate::unlike::unlike;
 use crate::verdict::{Lead, NEARLY_ALL, verdict};
+use crate::within::nuisance;
 
 /// Share of the nominal RMS from which on an effect is material.
 const MATERIAL: f64 = 0.05;
@@ -123,6 +124,14 @@ impl<'a> Answer<'a> {
             return self
                 .inconclusive("a simulation broke down while candidates were fitted".to_owned());
         };
+        let is_explained = selection.best.score.worst() < NO_GAP && given.is_none();
+        if let Some(effect) = nuisance(self.plant, &selection.best.fit).filter(|_| is_explained) {
+            self.remark(format!(
+                "{} is within what any rig may be off by, and explains what the nominal model leaves",
+                self.plant.effects()[effect].id
+            ));
+            return self.without_gap(problem, selector, &before);
+        }
         self.rank(&selection);
         self.figures(selector, &before, &selection.best);
         self.diagnosis.details.held_out = held_out(problem, &selection);
@@ -179,6 +188,8 @@ impl<'a> Answer<'a> {
         self.diagnosis.verdict = if hidden.is_some() { Verdict::Unknown } else { Verdict::NoGap };
         hidden.into_iter().for_each(|why| self.remark(why));
         self.diagnosis.places.clear();
+        self.diagnosis.details.maps.clear();
+        self.diagnosis.details.on_vessel = None;
         self.figures(selector, nominal, nominal);
         self.diagnosis.details.series = series(problem, nominal, nominal);
         self.remark_on_forks(nominal);

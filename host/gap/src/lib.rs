@@ -84,6 +84,7 @@ mod swing;
 mod toy;
 mod unlike;
 mod verdict;
+mod within;
 
 pub use altered::Altered;
 pub use band::{Band, COLUMNS, Coverage, Covered, ROWS, Row};

@@ -363,6 +363,12 @@ pub trait Plant: Sync {
         1.0
     }
 
+    /// Standard deviations of the nuisances that an effect's parameters are while they are small, in
+    /// their order; `None` of an effect that is none, however small.
+    fn prior_sds(&self, _effect: usize) -> Option<Vec<f64>> {
+        None
+    }
+
     /// How an effect swings; `None` of one that does not.
     fn swing(&self, _effect: usize) -> Option<Swing> {
         None

@@ -26,6 +26,8 @@ pub struct Toy<F> {
     pub forks: Vec<f64>,
     /// Value of the first parameter of the first effect above which they are.
     pub forks_above: f64,
+    /// Of the first effect.
+    pub prior_sds: Option<Vec<f64>>,
     /// When each trial snapped \[s\]; the model does when the first parameter of the first effect says.
     pub snaps_s: Vec<f64>,
     pub vessel: Option<Silhouette>,
@@ -67,6 +69,7 @@ impl<F: Fn(usize, &Point) -> f64> Toy<F> {
             spread_share: 1.0,
             forks: vec![0.0],
             forks_above: f64::NEG_INFINITY,
+            prior_sds: None,
             snaps_s: Vec::new(),
             vessel: None,
             places_m: Vec::new(),
@@ -231,6 +234,10 @@ impl<F: Fn(usize, &Point) -> f64 + Sync> Plant for Toy<F> {
 
     fn places_m(&self, _trial: usize) -> Vec<[f64; 3]> {
         self.places_m.clone()
+    }
+
+    fn prior_sds(&self, effect: usize) -> Option<Vec<f64>> {
+        self.prior_sds.clone().filter(|_| effect == 0)
     }
 
     fn snaps(&self, trial: usize) -> Vec<Snap> {

@@ -376,6 +376,15 @@ impl Plant for Catheter {
         nominal.map(|nominal| own.places_m(&nominal)).unwrap_or_default()
     }
 
+    fn prior_sds(&self, effect: usize) -> Option<Vec<f64>> {
+        let Effect { id, parameters, .. } = self.library.effects.get(effect)?;
+        let sd = |unit: &str| match unit {
+            "rad" => self.priors.tilt_rad,
+            _ => self.priors.registration_m,
+        };
+        (*id == "wall.registration").then(|| parameters.iter().map(|p| sd(p.unit)).collect())
+    }
+
     fn snaps(&self, trial: usize) -> Vec<Snap> {
         self.prepared.get(trial).map(Prepared::measured_snaps).unwrap_or_default()
     }

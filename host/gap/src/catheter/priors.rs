@@ -18,7 +18,7 @@ pub struct Priors {
     pub offset_m: f64,
     /// Of the phantom along each axis, and about it.
     pub registration_m: f64,
-    tilt_rad: f64,
+    pub tilt_rad: f64,
     /// Of the wall.
     pub wall_m: f64,
     /// Of the wall where a vessel divides, beyond that.
