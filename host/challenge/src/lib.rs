@@ -43,7 +43,6 @@ pub use draw::{Case, Kind, LIBRARY, OUTSIDE, cases, single};
 pub use given::GivenError;
 pub use motion::{TRIALS, schedule};
 pub use noise::Noise;
-pub use nuisance::Nuisances;
 pub use play::{Row, Trial, play, play_along};
 pub use rigs::{CONTACT_SPACING_M, Instrument, Rig, rigs};
 pub use score::{Right, SMALLEST_GAP, Score, Tally, score};

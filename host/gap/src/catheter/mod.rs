@@ -377,12 +377,8 @@ impl Plant for Catheter {
     }
 
     fn prior_sds(&self, effect: usize) -> Option<Vec<f64>> {
-        let Effect { id, parameters, .. } = self.library.effects.get(effect)?;
-        let sd = |unit: &str| match unit {
-            "rad" => self.priors.tilt_rad,
-            _ => self.priors.registration_m,
-        };
-        (*id == "wall.registration").then(|| parameters.iter().map(|p| sd(p.unit)).collect())
+        let own = self.library.effects.get(effect)?;
+        (own.id == "wall.registration").then(|| self.priors.of_registration(&own.parameters))
     }
 
     fn snaps(&self, trial: usize) -> Vec<Snap> {

@@ -2,7 +2,7 @@
 
 use cathforce_rig::bundle::RigPriors;
 
-use crate::plant::Nuisance;
+use crate::plant::{Nuisance, Parameter};
 
 /// Half width of the wall's uncertainty away from junctions \[m\].
 const WALL_M: f64 = 40e-6;
@@ -18,7 +18,7 @@ pub struct Priors {
     pub offset_m: f64,
     /// Of the phantom along each axis, and about it.
     pub registration_m: f64,
-    pub tilt_rad: f64,
+    tilt_rad: f64,
     /// Of the wall.
     pub wall_m: f64,
     /// Of the wall where a vessel divides, beyond that.
@@ -66,11 +66,23 @@ impl Priors {
         }
         nuisances
     }
+
+    /// Standard deviations of a registration by its parameters, which are lengths and angles.
+    pub fn of_registration(&self, parameters: &[Parameter]) -> Vec<f64> {
+        let sd = |p: &Parameter| if p.unit == "rad" { self.tilt_rad } else { self.registration_m };
+        parameters.iter().map(sd).collect()
+    }
 }
 
 #[cfg(test)]
 mod tests {
+    use std::path::Path;
+
+    use cathforce_rig::Bundle;
+
     use super::*;
+    use crate::catheter::library::Library;
+    use crate::catheter::nominal;
 
     #[test]
     fn what_a_rig_states_takes_the_place_of_the_usual() {
@@ -105,5 +117,20 @@ mod tests {
                 ("nearer junctions", 5e-4),
             ]
         );
+    }
+    #[test]
+    fn a_registration_has_the_priors_of_what_it_is_made_of() {
+        let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/tapered-none");
+        let nominal = nominal(&Bundle::open(&example).unwrap()).unwrap();
+        let library = Library::of(&nominal, &[[0.0; 3], [0.1, 0.0, 0.0]]);
+        let registration = library.effects.iter().find(|own| own.id == "wall.registration");
+        let parameters = &registration.unwrap().parameters;
+        let stated = RigPriors { registration_sd_m: Some(1e-4), ..RigPriors::default() };
+        let sds = Priors::of(&stated).of_registration(parameters);
+        for (p, sd) in parameters.iter().zip(&sds) {
+            let own = if p.name.starts_with("tilt") { 0.3_f64.to_radians() } else { 1e-4 };
+            assert_eq!(*sd, own, "{}", p.name);
+        }
+        assert_eq!(sds.len(), 6);
     }
 }
