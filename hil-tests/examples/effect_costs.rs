@@ -5,10 +5,10 @@
 //! a second: instructions of the worst tick, with the effect off and on. Needs the firmware
 //! (`cargo xtask firmware`) and QEMU.
 
-use cathforce_effects::{Plant, all};
+use cathforce_bundle::{ImageOptions, SolverDefaults, to_description};
+use cathforce_effect_catalogue::{Plant, all};
 use cathforce_hil_tests::{Bench, Drive, bundle, encoder, image_with};
 use cathforce_link::qemu::Qemu;
-use cathforce_rig::{ImageOptions, SolverDefaults, to_description};
 
 /// Where the tip lies in the first branch.
 const INSERTION_M: f64 = 0.06;

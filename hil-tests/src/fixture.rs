@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 use std::sync::OnceLock;
 
+use cathforce_bundle::{Bundle, ImageOptions, device_image};
 use cathforce_config::Settings;
-use cathforce_rig::{Bundle, ImageOptions, device_image};
 
 /// The bundle that comes with the project.
 pub const EXAMPLE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../examples/tapered-none");

@@ -4,33 +4,33 @@ use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::{Arc, Mutex};
 
+use cathforce_bundle::Bundle;
+use cathforce_bundle::bundle::EncoderReading;
 use cathforce_bus::service::Status as Report;
 use cathforce_bus::{Command, Process};
 use cathforce_control::{Mode, TICK_S};
 use cathforce_link::{Client, Sim, Step};
-use cathforce_record::{
+use cathforce_recording::{
     Attachments, BusClock, BusFrame, Estimate, Recorder, RunInfo, RunResult, SensorNoise, Trial,
 };
-use cathforce_rig::Bundle;
-use cathforce_rig::bundle::EncoderReading;
 
 use crate::{Bench, Drive, Rig, bench};
 
 /// A trial's rows, from time 0 on, and the sensor's stated noise.
-pub fn measured(bundle: &Bundle, trial: &cathforce_rig::Trial) -> Trial {
+pub fn measured(bundle: &Bundle, trial: &cathforce_bundle::Trial) -> Trial {
     let t_s: Vec<f64> = trial.t_s.iter().map(|t_s| t_s - trial.t_s[0]).collect();
     let columns = trial.catheter().expect("a catheter's trial");
     Trial { noise: SensorNoise::of(&bundle.rig.sensor), ..Trial::of(&t_s, columns) }
 }
 
 /// Where the catheter's drive is in each tick of a trial.
-pub fn drives(trial: &cathforce_rig::Trial) -> impl Iterator<Item = Drive> {
+pub fn drives(trial: &cathforce_bundle::Trial) -> impl Iterator<Item = Drive> {
     times_s(trial).map(|t_s| drive(trial.encoder_at(t_s).expect("a catheter")))
 }
 
 /// What the host sends in each tick of a trial; the operator holds one button after the other,
 /// a second each.
-fn steps(trial: &cathforce_rig::Trial) -> impl Iterator<Item = Step> {
+fn steps(trial: &cathforce_bundle::Trial) -> impl Iterator<Item = Step> {
     let sample = |at| match bench::encoder(drive(at)) {
         Process::Encoder(sample) => sample,
         other => unreachable!("{other:?} is no sample"),
@@ -44,7 +44,7 @@ fn steps(trial: &cathforce_rig::Trial) -> impl Iterator<Item = Step> {
 }
 
 /// The trial's time in each tick.
-fn times_s(trial: &cathforce_rig::Trial) -> impl Iterator<Item = f64> {
+fn times_s(trial: &cathforce_bundle::Trial) -> impl Iterator<Item = f64> {
     let ticks = (trial.duration_s() / f64::from(TICK_S)).round() as u32;
     let start_s = trial.t_s[0];
     (0..=ticks).map(move |tick| start_s + f64::from(tick) * 1e-3)
@@ -55,7 +55,7 @@ fn drive(at: EncoderReading) -> Drive {
 }
 
 /// What the device in this process estimates in every tick of a trial.
-pub fn estimates(image: &[u8], trial: &cathforce_rig::Trial) -> Vec<Estimate> {
+pub fn estimates(image: &[u8], trial: &cathforce_bundle::Trial) -> Vec<Estimate> {
     let mut drives = drives(trial).peekable();
     let mut bench = Bench::<Sim>::armed(image, *drives.peek().expect("a trial has rows"));
     let mut estimates = Vec::new();
@@ -82,7 +82,7 @@ pub fn estimates(image: &[u8], trial: &cathforce_rig::Trial) -> Vec<Estimate> {
 /// device said at the end.
 pub fn record<R: Rig>(
     bundle: &Bundle,
-    trial: &cathforce_rig::Trial,
+    trial: &cathforce_bundle::Trial,
     image: &[u8],
     out: &Path,
 ) -> Report {

@@ -1,11 +1,11 @@
 //! P22: a log of the board replays on the host with zero bits of difference. The same run
 //! says what a tick costs (P09) and how deep the stack gets (P14).
 
+use cathforce_bundle::{ImageOptions, SolverDefaults};
 use cathforce_config::image;
 use cathforce_hil_tests::{bundle, image_with, record};
 use cathforce_link::qemu::Qemu;
-use cathforce_record::{Recording, replay};
-use cathforce_rig::{ImageOptions, SolverDefaults};
+use cathforce_recording::{Recording, replay};
 
 /// The deepest of the example's trials: 9.8 s of feed, with rotation.
 const TRIAL: u32 = 2;

@@ -5,9 +5,9 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
+use cathforce_bundle::bundle::TrialData;
+use cathforce_bundle::{Bundle, ImageOptions, device_image};
 use cathforce_hil_tests::{EXAMPLE, bundle, estimates, program};
-use cathforce_rig::bundle::TrialData;
-use cathforce_rig::{Bundle, ImageOptions, device_image};
 
 const FRICTION: (&str, f32) = ("wall.friction_coefficient", 0.45);
 /// Time of the trial that is played: into contact and along the wall \[s\].

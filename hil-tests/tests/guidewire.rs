@@ -1,12 +1,12 @@
 //! A guidewire leads a catheter round a bend, each fed and rotated by its own profile: on the
 //! board, bit by bit the same on the host (P22), within its time (P09) and its limits (P02).
 
+use cathforce_bundle::{ImageOptions, SolverDefaults, device_image};
 use cathforce_config::Settings;
 use cathforce_control::TICK_S;
 use cathforce_hil_tests::{guidewire_bundle, record};
 use cathforce_link::qemu::Qemu;
-use cathforce_record::{Recording, TickEstimate, replay};
-use cathforce_rig::{ImageOptions, SolverDefaults, device_image};
+use cathforce_recording::{Recording, TickEstimate, replay};
 
 /// Half of what 480 MHz give in a tick of 1 ms, at one cycle an instruction.
 const MOST_INSTRUCTIONS: u32 = 240_000;

@@ -3,9 +3,9 @@
 
 use std::path::{Path, PathBuf};
 
+use cathforce_bundle::{Bundle, ImageOptions, device_image};
 use cathforce_hil_tests::{EXAMPLE, estimates, measured};
-use cathforce_record::{SnapPair, compare};
-use cathforce_rig::{Bundle, ImageOptions, device_image};
+use cathforce_recording::{SnapPair, compare};
 
 /// Practice bundles, beside the project on some machines only.
 const PRACTICE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/data/practice");

@@ -15,7 +15,7 @@ use cathforce_control::Mode;
 use cathforce_hil_tests::{Bench, Drive, EXAMPLE, Rig, encoder, program, small_image};
 use cathforce_link::qemu::Qemu;
 use cathforce_link::{ClientError, Link, Sim};
-use cathforce_record::Recording;
+use cathforce_recording::Recording;
 
 const START: Drive = Drive { insertion_m: 0.012, rotation_rad: 0.0 };
 

@@ -4,14 +4,14 @@
 //! Counted are ticks with all links in the vessel, one by one, and all that lead there: while a run
 //! begins, its shape settles.
 
+use cathforce_bundle::{ImageOptions, SolverDefaults, to_description};
 use cathforce_bus::Process;
 use cathforce_config::image::most_links;
 use cathforce_control::{BAND_ROWS, Band, BandRow};
-use cathforce_effects::{Parameter, all};
+use cathforce_effect_catalogue::{Parameter, all};
 use cathforce_hil_tests::{Bench, Drive, bundle, encoder, image_with};
 use cathforce_link::qemu::Qemu;
 use cathforce_mechanics::{State, parameters};
-use cathforce_rig::{ImageOptions, SolverDefaults, to_description};
 
 /// The deepest of the example's trials.
 const TRIAL: u32 = 2;

@@ -7,7 +7,7 @@ use anyhow::Context;
 use crate::figures;
 use crate::shell::{cargo, command, output, root, run, target_folder};
 
-const PACKAGE: &str = "cathforce-accuracy";
+const PACKAGE: &str = "cathforce-validation";
 const BEGIN: &str = "<!-- cargo xtask accuracy -->\n";
 
 /// Where the results go.

@@ -1,12 +1,12 @@
 //! What a tick costs on the emulated board, counted by its instructions.
 
 use anyhow::{Context, ensure};
+use cathforce_bundle::{Bundle, ImageOptions, SolverDefaults, device_image};
 use cathforce_bus::{Command, Encoder, Insertion, Rotation};
 use cathforce_control::Mode;
 use cathforce_link::qemu::Qemu;
 use cathforce_link::{Client, Step};
 use cathforce_mechanics::State;
-use cathforce_rig::{Bundle, ImageOptions, SolverDefaults, device_image};
 use serde::Serialize;
 
 /// The bundle that comes with the project, and its deepest trial.

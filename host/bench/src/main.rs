@@ -12,8 +12,8 @@ mod throughput;
 use std::path::PathBuf;
 
 use anyhow::Context;
-use cathforce_accuracy::Accuracy;
 use cathforce_mechanics::Lumen;
+use cathforce_validation::Accuracy;
 use clap::Parser;
 use serde::Serialize;
 
@@ -64,7 +64,7 @@ fn main() -> anyhow::Result<()> {
     eprintln!("▶ throughput of the host");
     let host = throughput::measure()?;
     eprintln!("▶ accuracy of feeding, reversal and rotation");
-    let rows = cathforce_accuracy::measure_all(&cathforce_accuracy::cases())?;
+    let rows = cathforce_validation::measure_all(&cathforce_validation::cases())?;
     eprintln!("▶ insertion: reference");
     let reference = insertion::reference(&INSERTION)?;
     let itself = Score::of(&reference, &reference).context("the reference touches nothing")?;
@@ -90,7 +90,7 @@ fn main() -> anyhow::Result<()> {
 
 /// The insertion in f32 with the links of a device, as many as the peers' nodes have between them.
 fn ours(reference: &Series) -> anyhow::Result<Ours> {
-    let built = INSERTION.lumen(cathforce_rig::CELL_M)?;
+    let built = INSERTION.lumen(cathforce_bundle::CELL_M)?;
     let lumen = Lumen::new(built.header, &built.bytes)
         .map_err(|error| anyhow::anyhow!("the tube's lumen: {error:?}"))?;
     let link_length_m = INSERTION.link_length_m();

@@ -1,7 +1,7 @@
 //! What a tick costs on the host: over links, contacts and the size of the lumen.
 
+use cathforce_bundle::SolverDefaults;
 use cathforce_mechanics::{Drive, Lumen, Model, State, settle, step};
-use cathforce_rig::SolverDefaults;
 use serde::Serialize;
 
 use crate::clock::Stopwatch;

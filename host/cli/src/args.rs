@@ -8,7 +8,7 @@ mod recording;
 
 use std::path::PathBuf;
 
-use cathforce_rig::tips::{TIPS, Tip};
+use cathforce_bundle::tips::{TIPS, Tip};
 use clap::{Arg, ArgAction, Args, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
 
 pub use config::{
@@ -234,7 +234,7 @@ fn setting(text: &str) -> Result<(String, f32), String> {
 fn tip(name: &str) -> Result<&'static Tip, String> {
     Tip::find(name).ok_or_else(|| {
         let names = TIPS.iter().map(|tip| tip.name).collect::<Vec<_>>();
-        let nearest = cathforce_rig::nearest(name, &names);
+        let nearest = cathforce_bundle::nearest(name, &names);
         let hint = nearest.map_or(String::new(), |name| format!(", the nearest is {name}"));
         format!("there is no tip of that name{hint}; `cathforce tips` lists them")
     })

@@ -2,9 +2,9 @@
 
 use std::process::ExitCode;
 
+use cathforce_bundle::BundleError;
 use cathforce_link::LinkError;
-use cathforce_record::{ReadError, ReplayError, WriteError};
-use cathforce_rig::BundleError;
+use cathforce_recording::{ReadError, ReplayError, WriteError};
 
 /// Exit codes; `cathforce --help` lists them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use cathforce_bus::{Direction, Frame};
 use cathforce_link::Client;
-use cathforce_record::{
+use cathforce_recording::{
     BackgroundRecorder, BusClock, BusFrame, Measured, Recorder, RunResult, WriteError,
 };
 

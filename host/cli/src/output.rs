@@ -11,7 +11,7 @@ use std::fs;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
-use cathforce_record::{is_recording, write_whole};
+use cathforce_recording::{is_recording, write_whole};
 
 use crate::failure::{Code, Failure};
 pub use kind::{Kind, NODES, TICKS};

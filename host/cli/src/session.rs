@@ -11,7 +11,7 @@ use cathforce_bus::{Command, Counter};
 use cathforce_config::image::schema_hash;
 use cathforce_control::{ENCODER_TIMEOUT_HARD_TICKS, Mode, TICK_S};
 use cathforce_link::{Client, ClientError, Link as _, Step, TickReport};
-use cathforce_record::{Attachments, BusClock, Recorder, RunInfo, RunResult, Trial};
+use cathforce_recording::{Attachments, BusClock, Recorder, RunInfo, RunResult, Trial};
 
 use crate::failure::{Code, Failure};
 use crate::log::Log;

@@ -1,6 +1,6 @@
 //! The figures of a run, as a table and as JSON.
 
-use cathforce_record::{Analysis, GuidewireEstimate, Recording, trial_time_s};
+use cathforce_recording::{Analysis, GuidewireEstimate, Recording, trial_time_s};
 use serde::Serialize;
 
 use crate::ui::two_columns;

@@ -9,7 +9,7 @@ use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
 use cathforce_bus::{Frame, Id};
-use cathforce_record::{Attachments, Direction, Recorder, Recording};
+use cathforce_recording::{Attachments, Direction, Recorder, Recording};
 use support::{assert_fails, cathforce, command, example, stderr, text};
 
 /// Long enough for contact and for 3 mm of feed, short enough for a test.

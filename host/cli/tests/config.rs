@@ -8,11 +8,11 @@ use std::process::{Command as Program, Output};
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
+use cathforce_bundle::{Bundle, ImageOptions, device_image};
 use cathforce_bus::{Command, Encoder, Insertion, Rotation};
 use cathforce_config::{BAND_ROWS, Band};
 use cathforce_control::Mode;
 use cathforce_link::{Client, Sim, Slcan, Step, serve};
-use cathforce_rig::{Bundle, ImageOptions, device_image};
 use serde_json::Value;
 
 fn bundle() -> String {

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::sync::OnceLock;
 
-use cathforce_challenge::{Change, Stand, play, rigs};
+use cathforce_blind_test::{Change, Stand, play, rigs};
 use cathforce_config::image::decode;
 use serde_json::Value;
 

@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use cathforce_record::snap::Snap;
+use cathforce_recording::snap::Snap;
 
 use crate::plant::{
     Channel, Effect, Impostor, Nuisance, Plant, Point, Repeat, Segment, Swing, Trial,

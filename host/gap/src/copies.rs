@@ -1,6 +1,6 @@
 //! Trials that are copies: a file that was copied is no second run.
 
-use cathforce_rig::Trial;
+use cathforce_bundle::Trial;
 
 /// The trials that are no copies of those before them, and a remark on each of the others.
 ///
@@ -24,7 +24,7 @@ pub fn without_copies(trials: &[Trial]) -> (Vec<&Trial>, Vec<String>) {
 mod tests {
     use std::path::Path;
 
-    use cathforce_rig::Bundle;
+    use cathforce_bundle::Bundle;
 
     use super::*;
 

@@ -7,7 +7,7 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use cathforce_record::snap::Snap;
+use cathforce_recording::snap::Snap;
 
 use crate::silhouette::Silhouette;
 

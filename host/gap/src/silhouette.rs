@@ -249,8 +249,8 @@ impl Plane {
 
 #[cfg(test)]
 mod tests {
-    use cathforce_rig::geometry::{Branch, Station, TubeWall};
-    use cathforce_rig::lumen::{LumenOptions, build_lumen};
+    use cathforce_bundle::geometry::{Branch, Station, TubeWall};
+    use cathforce_bundle::lumen::{LumenOptions, build_lumen};
 
     use super::*;
 

@@ -2,7 +2,7 @@
 //! much insertion and time these are off. A force that jumps 20 ms late is hundreds of millinewtons off
 //! for that long; what there is to know of it is where it jumps.
 
-use cathforce_record::snap::Snap;
+use cathforce_recording::snap::Snap;
 use rayon::prelude::*;
 
 use crate::fit::Fit;

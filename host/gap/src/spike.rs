@@ -1,6 +1,6 @@
 //! Effects put into measured data: what is asked for, what is put in, and what that changes.
 
-use cathforce_rig::Bundle;
+use cathforce_bundle::Bundle;
 
 use crate::plant::{Effect, Point};
 

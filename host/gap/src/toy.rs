@@ -1,7 +1,7 @@
 //! A plant for tests: one channel, one trial or some that are the same, and a prediction that is a
 //! formula.
 
-use cathforce_record::snap::Snap;
+use cathforce_recording::snap::Snap;
 
 use crate::floor::Floor;
 use crate::folds::{FoldKind, Folds};

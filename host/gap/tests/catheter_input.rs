@@ -3,13 +3,13 @@
 use std::path::Path;
 use std::sync::OnceLock;
 
+use cathforce_bundle::bundle::{CatheterTrial, Plant, Trial, TrialData};
+use cathforce_bundle::geometry::SurfaceModel;
+use cathforce_bundle::lumen::LumenOptions;
+use cathforce_bundle::{Bundle, CELL_M, Vessel};
 use cathforce_gap::catheter::{Catheter, CatheterError};
 use cathforce_gap::plant::Plant as _;
 use cathforce_mechanics::LumenHeader;
-use cathforce_rig::bundle::{CatheterTrial, Plant, Trial, TrialData};
-use cathforce_rig::geometry::SurfaceModel;
-use cathforce_rig::lumen::LumenOptions;
-use cathforce_rig::{Bundle, CELL_M, Vessel};
 
 /// The example's first seconds.
 fn example() -> Bundle {

@@ -134,7 +134,7 @@ fn insertion(report: &Value) -> anyhow::Result<String> {
          into a tube that narrows from {:.0} to {:.0} mm in radius, with a bend of {:.0}° and \
          {:.0} mm radius, friction {}, gravity, a wall of {:.1} N/mm², as silicone. The force error is \
          the RMS of the difference in the total force on the wall to the reference solver \
-         (`host/reference`, nodes 0.5 mm apart), over the reference's peak as far as the rod is fed; \
+         (`host/reference-solver`, nodes 0.5 mm apart), over the reference's peak as far as the rod is fed; \
          the noise is the RMS of the force about \
          its mean over 0.1 s, over the mean force ({:.1} % for the reference itself, whose force \
          changes too).\n\n\

@@ -10,11 +10,11 @@ mod score;
 
 use std::f64::consts::{FRAC_PI_3, PI};
 
+use cathforce_bundle::SolverDefaults;
+use cathforce_bundle::geometry::{Branch, Station};
 use cathforce_mechanics::{
     Description, Effects, Entry, Instrument, Real, Section, Solver, Tendon, Wall,
 };
-use cathforce_rig::SolverDefaults;
-use cathforce_rig::geometry::{Branch, Station};
 use nalgebra::Vector3;
 use serde::Serialize;
 

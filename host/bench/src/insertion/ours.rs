@@ -2,9 +2,9 @@
 
 use std::time::Duration;
 
+use cathforce_bundle::geometry::TubeWall;
+use cathforce_bundle::lumen::{BuiltLumen, LumenOptions, build_lumen};
 use cathforce_mechanics::{Drive, Lumen, Model, Real, State, settle, step};
-use cathforce_rig::geometry::TubeWall;
-use cathforce_rig::lumen::{BuiltLumen, LumenOptions, build_lumen};
 
 use super::{Insertion, Series};
 use crate::clock::Stopwatch;

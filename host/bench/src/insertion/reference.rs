@@ -1,7 +1,7 @@
 //! The insertion with the reference solver.
 
 use anyhow::Context;
-use cathforce_reference::{
+use cathforce_reference_solver::{
     Drive, Entry, Lumen, Numerics, Problem, Rod, Schedule, Section, TipLoad, TubePath, WallLaw,
 };
 use nalgebra::Vector3;
@@ -24,7 +24,7 @@ pub fn reference(insertion: &Insertion) -> anyhow::Result<Series> {
         (end_s, drive(insertion.at_m(end))),
     ]);
     let (samples, _) =
-        cathforce_reference::run(&problem, &schedule.context("an empty insertion")?)?;
+        cathforce_reference_solver::run(&problem, &schedule.context("an empty insertion")?)?;
     Ok(samples.iter().map(|s| (s.drive.insertion_m, s.force_on_vessel_n.into())).collect())
 }
 

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use cathforce_effects::Effect;
+use cathforce_effect_catalogue::Effect;
 use cathforce_gap::spike::Spike;
 use clap::{Args, Subcommand};
 

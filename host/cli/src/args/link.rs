@@ -112,7 +112,7 @@ fn fault(text: &str) -> Result<Fault, String> {
     let by_name = || Fault::ALL.iter().copied().find(|f| f.name().eq_ignore_ascii_case(text));
     by_code.or_else(by_name).ok_or_else(|| {
         let names = Fault::ALL.iter().map(|fault| fault.name()).collect::<Vec<_>>();
-        let nearest = cathforce_rig::nearest(text, &names);
+        let nearest = cathforce_bundle::nearest(text, &names);
         let hint = nearest.map_or(String::new(), |name| format!(", the nearest is {name}"));
         format!("there is no such fault{hint}; `cathforce fault list` lists them")
     })

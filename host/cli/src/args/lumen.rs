@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use cathforce_rig::geometry::SurfaceModel;
+use cathforce_bundle::geometry::SurfaceModel;
 use clap::{Args, ValueEnum};
 
 #[derive(Debug, Args)]

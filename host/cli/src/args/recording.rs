@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use cathforce_record::import::{AxisMap, ColumnMap};
+use cathforce_recording::import::{AxisMap, ColumnMap};
 use clap::{ArgGroup, Args, Subcommand};
 
 use super::{Changes, positive, positive_seconds};

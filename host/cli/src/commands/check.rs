@@ -1,6 +1,6 @@
 //! `cathforce check`: what is in a recording, what is missing and why, whether it replays.
 
-use cathforce_record::{ReplayError, ReplayReport, Survey, replay, survey};
+use cathforce_recording::{ReplayError, ReplayReport, Survey, replay, survey};
 use serde_json::json;
 
 use crate::args::CheckArguments;

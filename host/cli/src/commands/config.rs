@@ -8,9 +8,9 @@ mod values;
 
 use std::path::Path;
 
+use cathforce_bundle::ImageReport;
 use cathforce_config::{ImageHead, Key, keys};
 use cathforce_link::Client;
-use cathforce_rig::ImageReport;
 use serde_json::{Value, json};
 
 use super::{image, open_bundle};

@@ -4,7 +4,7 @@ use std::fmt::Display;
 use std::io;
 use std::path::Path;
 
-use cathforce_record::{
+use cathforce_recording::{
     Track, analyse, write_bundle, write_candump, write_nodes_csv, write_ticks_csv,
     write_ticks_parquet, write_whole,
 };

@@ -4,16 +4,16 @@ use std::fs::File;
 use std::io::{self, BufReader};
 use std::path::Path;
 
+use cathforce_bundle::bundle::LONGEST_GAP_S;
 use cathforce_bus::Id;
 use cathforce_control::TICK_S;
-use cathforce_record::import::{
+use cathforce_recording::import::{
     AtiOptions, ImportedTable, ImportedTrial, Joined, join, read_ati, read_csv, read_motion,
 };
-use cathforce_record::{
+use cathforce_recording::{
     Attachments, Gap, NoLockStep, Recorder, Recording, SecondRun, Trial, WriteError, is_recording,
     put_whole, read_candump, write_drive, write_trial, write_whole,
 };
-use cathforce_rig::bundle::LONGEST_GAP_S;
 use serde_json::json;
 
 use super::run::{info, read_text, vessel_files};

@@ -6,7 +6,7 @@ use cathforce_bus::service::Status;
 use cathforce_config::image::{self, Header, MAGIC};
 use cathforce_control::Mode;
 use cathforce_link::Client;
-use cathforce_record::{Recording, bus_load};
+use cathforce_recording::{Recording, bus_load};
 use serde_json::{Value, json};
 
 use super::{check_model, open_bundle};

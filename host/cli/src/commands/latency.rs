@@ -5,8 +5,8 @@ use std::time::{Duration, Instant};
 
 use cathforce_bus::Direction;
 use cathforce_bus::master::Master;
-use cathforce_record::latency::{END_TO_END, Stage, stages};
-use cathforce_record::{BusClock, BusFrame, Recording, direction};
+use cathforce_recording::latency::{END_TO_END, Stage, stages};
+use cathforce_recording::{BusClock, BusFrame, Recording, direction};
 
 use crate::args::LatencyArguments;
 use crate::failure::{Code, Failure};

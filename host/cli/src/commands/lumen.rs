@@ -3,9 +3,9 @@
 use std::path::Path;
 use std::time::Instant;
 
+use cathforce_bundle::lumen::{DEVICE_LUMEN_BYTES, Spread};
+use cathforce_bundle::{CELL_M, LumenBuildError, LumenJob, LumenReport, WallSource, Warning};
 use cathforce_mechanics::LumenHeader;
-use cathforce_rig::lumen::{DEVICE_LUMEN_BYTES, Spread};
-use cathforce_rig::{CELL_M, LumenBuildError, LumenJob, LumenReport, WallSource, Warning};
 use serde_json::{Value, json};
 
 use crate::args::LumenArguments;

@@ -23,12 +23,12 @@ use std::collections::BTreeSet;
 use std::path::Path;
 use std::sync::{Mutex, PoisonError};
 
-use cathforce_config::Key;
-use cathforce_mechanics::Description;
-use cathforce_record::Recording;
-use cathforce_rig::{
+use cathforce_bundle::{
     Bundle, ImageBuildError, ImageOptions, ImageReport, check_rig, device_image, rig_description,
 };
+use cathforce_config::Key;
+use cathforce_mechanics::Description;
+use cathforce_recording::Recording;
 
 use crate::args::Changes;
 use crate::failure::{Code, Failure};

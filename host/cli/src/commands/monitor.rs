@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use cathforce_bus::Direction;
 use cathforce_bus::master::Master;
 use cathforce_link::Link;
-use cathforce_record::{BusClock, BusFrame, direction};
+use cathforce_recording::{BusClock, BusFrame, direction};
 use crossterm::event::{self, Event, KeyCode, KeyEventKind, KeyModifiers};
 
 use crate::args::MonitorArguments;

@@ -7,7 +7,7 @@ use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 use cathforce_bus::{Direction, Id};
-use cathforce_record::{BusFrame, read_candump};
+use cathforce_recording::{BusFrame, read_candump};
 use serde_json::json;
 
 use crate::args::SendArguments;

@@ -2,7 +2,7 @@
 
 use cathforce_link::qemu::find_firmware;
 use cathforce_link::{build_of, version_and_build};
-use cathforce_record::{ReplayReport, RunInfo, replay};
+use cathforce_recording::{ReplayReport, RunInfo, replay};
 
 use super::import::CANDUMP;
 use crate::args::ReplayArguments;

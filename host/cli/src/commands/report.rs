@@ -1,6 +1,6 @@
 //! `cathforce report`.
 
-use cathforce_record::analyse;
+use cathforce_recording::analyse;
 use serde_json::json;
 
 use crate::args::ReportArguments;

@@ -2,14 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
+use cathforce_bundle::Bundle;
+use cathforce_bundle::bundle::{CatheterTrial, EncoderReading};
 use cathforce_bus::{Encoder, Insertion, Rotation};
 use cathforce_link::qemu::find_firmware;
 use cathforce_link::{Client, Step};
-use cathforce_record::{
+use cathforce_recording::{
     FEED_BEFORE_SCORE_M, Recording, RunInfo, SensorNoise, Trial, VESSEL_FILES, analyse,
 };
-use cathforce_rig::Bundle;
-use cathforce_rig::bundle::{CatheterTrial, EncoderReading};
 use sha2::{Digest, Sha256};
 
 use super::{image, open_bundle};
@@ -68,7 +68,7 @@ pub fn run(ui: &Ui, link: &str, pace: Pace, arguments: &PlayArguments) -> Result
 pub struct TrialRun<'a> {
     pub bundle: &'a Bundle,
     pub number: u32,
-    pub trial: &'a cathforce_rig::Trial,
+    pub trial: &'a cathforce_bundle::Trial,
     /// Address of the link, for the recording.
     pub link: &'a str,
     pub pace: Pace,
@@ -115,7 +115,7 @@ pub fn play(
 }
 
 /// A catheter's trial as a recording holds it; times stay as they are.
-pub fn recorded(bundle: &Bundle, trial: &cathforce_rig::Trial) -> Result<Trial, Failure> {
+pub fn recorded(bundle: &Bundle, trial: &cathforce_bundle::Trial) -> Result<Trial, Failure> {
     Ok(Trial {
         noise: SensorNoise::of(&bundle.rig.sensor),
         ..Trial::of(&trial.t_s, catheter(trial)?)
@@ -179,7 +179,10 @@ fn not_compared(recording: &Recording) -> String {
 }
 
 /// The trial of this number, or the first one.
-pub fn pick(bundle: &Bundle, wanted: Option<u32>) -> Result<(u32, &cathforce_rig::Trial), Failure> {
+pub fn pick(
+    bundle: &Bundle,
+    wanted: Option<u32>,
+) -> Result<(u32, &cathforce_bundle::Trial), Failure> {
     let found = match wanted {
         Some(number) => bundle.trial(number),
         None => bundle.trials.first(),
@@ -199,7 +202,7 @@ pub fn pick(bundle: &Bundle, wanted: Option<u32>) -> Result<(u32, &cathforce_rig
     })
 }
 
-fn catheter(trial: &cathforce_rig::Trial) -> Result<&CatheterTrial, Failure> {
+fn catheter(trial: &cathforce_bundle::Trial) -> Result<&CatheterTrial, Failure> {
     let missing = "this is a drive without an instrument: it has no insertion to play\n  fix: give \
                    a catheter's bundle";
     trial.catheter().ok_or_else(|| Failure::input(missing))

@@ -1,6 +1,6 @@
 //! `cathforce tips`.
 
-use cathforce_rig::tips::TIPS;
+use cathforce_bundle::tips::TIPS;
 use serde_json::json;
 
 use crate::failure::Failure;

@@ -7,8 +7,8 @@ use std::collections::{BTreeMap, VecDeque};
 use cathforce_bus::master::{Collector, Master};
 use cathforce_bus::{Direction, Id, Process};
 use cathforce_control::Mode;
-use cathforce_record::latency::age_s;
-use cathforce_record::{BusFrame, Decoder, DropoutCause, GuidewireEstimate, TickEstimate};
+use cathforce_recording::latency::age_s;
+use cathforce_recording::{BusFrame, Decoder, DropoutCause, GuidewireEstimate, TickEstimate};
 use serde::Serialize;
 
 pub use view::draw;
@@ -212,7 +212,7 @@ mod tests {
 
     use cathforce_bus::{Encoder, Insertion, Rotation, Sealer, Status};
     use cathforce_link::{Client, Sim, Step};
-    use cathforce_record::BusClock;
+    use cathforce_recording::BusClock;
     use std::sync::{Arc, Mutex};
 
     use super::*;

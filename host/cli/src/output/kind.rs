@@ -6,7 +6,7 @@ use std::path::Path;
 
 use cathforce_config::image::MAGIC;
 use cathforce_mechanics::{BRICK_NODES, FINE, FREE, NODE_BYTES, OCTANTS, OUTSIDE};
-use cathforce_record::is_recording;
+use cathforce_recording::is_recording;
 
 use crate::settings::parse::is_settings;
 

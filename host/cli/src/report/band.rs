@@ -2,7 +2,7 @@
 
 use cathforce_gap::catheter::white_noise;
 use cathforce_gap::{COLUMNS, Coverage};
-use cathforce_record::{Analysis, Measured, Recording, Trial, trial_time_s};
+use cathforce_recording::{Analysis, Measured, Recording, Trial, trial_time_s};
 use serde_json::{Value, json};
 
 use super::numbers::{MOST_POINTS, floats};

@@ -7,7 +7,7 @@ mod surface;
 use band::StatedBand;
 use cathforce_config::image;
 use cathforce_gap::{Coverage, Covered};
-use cathforce_record::{Analysis, ForceError, Recording};
+use cathforce_recording::{Analysis, ForceError, Recording};
 use serde_json::{Value, json};
 
 use crate::commands::gap::coverage;

@@ -1,7 +1,7 @@
 //! Arrays of the page: packed, little endian, in base64.
 
 use base64::{Engine, engine::general_purpose::STANDARD};
-use cathforce_record::{Analysis, GuidewireEstimate, Recording, Trial, estimates, trial_time_s};
+use cathforce_recording::{Analysis, GuidewireEstimate, Recording, Trial, estimates, trial_time_s};
 use serde_json::{Value, json};
 
 use super::surface::Surface;
@@ -90,7 +90,7 @@ pub fn unscored(analysis: &Analysis) -> Value {
     let mut bands = vec![json!([0.0, last_s, false])];
     bands.extend(c.snaps.iter().map(|pair| {
         let [from, to] = pair.measured.span_s;
-        let guard_s = cathforce_record::SNAP_GUARD_S;
+        let guard_s = cathforce_recording::SNAP_GUARD_S;
         json!([from - guard_s, to + guard_s, true])
     }));
     json!(bands)

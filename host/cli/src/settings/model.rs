@@ -57,7 +57,7 @@ fn flatten(path: String, value: &Value, numbers: &mut BTreeMap<String, String>) 
 
 #[cfg(test)]
 mod tests {
-    use cathforce_rig::{Bundle, ImageOptions, rig_description};
+    use cathforce_bundle::{Bundle, ImageOptions, rig_description};
 
     use super::*;
 
@@ -84,7 +84,7 @@ mod tests {
         ] {
             assert_eq!(with(same.clone()), nominal, "{same:?}");
         }
-        let tip = cathforce_rig::tips::Tip::find("j");
+        let tip = cathforce_bundle::tips::Tip::find("j");
         for other in [
             set("wall.friction_coefficient", 0.9),
             // The next number of a device.

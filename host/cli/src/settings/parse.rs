@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use cathforce_config::master::Master;
 use cathforce_config::{Key, KeyError, keys};
-use cathforce_effects::Effect;
+use cathforce_effect_catalogue::Effect;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
@@ -43,7 +43,7 @@ const TOP: [&str; 5] = ["schema_version", "rig", "set", "master", "band"];
 
 /// The nearest name to one that is not known, or else `otherwise`.
 pub fn misspelt(name: &str, known: &[&str], otherwise: &str) -> String {
-    match cathforce_rig::nearest(name, known) {
+    match cathforce_bundle::nearest(name, known) {
         Some(nearest) => format!("write `{nearest}`, if that is meant"),
         None => otherwise.to_owned(),
     }
@@ -111,7 +111,7 @@ fn unknown_effect(entry: &Entry) -> Option<Problem> {
     if Effect::find(effect).is_some() {
         return None;
     }
-    let ids = cathforce_effects::all().map(|effect| effect.id).collect::<Vec<_>>();
+    let ids = cathforce_effect_catalogue::all().map(|effect| effect.id).collect::<Vec<_>>();
     Some(Problem {
         line: entry.line,
         message: format!("{} is of the effect `{effect}`, which there is not", entry.name),

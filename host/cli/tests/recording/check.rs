@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use cathforce_bus::Id;
-use cathforce_record::{Attachments, Direction, Recorder, Recording};
+use cathforce_recording::{Attachments, Direction, Recorder, Recording};
 
 use crate::{assert_fails, cathforce, data, example, recording, text};
 
@@ -37,7 +37,7 @@ fn p24_missing_frames_fail_the_check_with_their_cause() {
     info.lock_step = false;
     let mut recorder = Recorder::create(&path, &info, attachments).unwrap();
     let hole = 500_000_000..507_000_000;
-    let lost = |f: &cathforce_record::BusFrame| {
+    let lost = |f: &cathforce_recording::BusFrame| {
         f.direction == Direction::ToHost && hole.contains(&f.at_ns)
     };
     for frame in whole.frames.iter().filter(|f| !lost(f)) {

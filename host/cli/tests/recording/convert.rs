@@ -3,8 +3,8 @@
 use std::fs;
 use std::path::Path;
 
-use cathforce_record::{Measured, Recording};
-use cathforce_rig::Bundle;
+use cathforce_bundle::Bundle;
+use cathforce_recording::{Measured, Recording};
 
 use crate::{assert_fails, cathforce, command, data, example, recording, text};
 

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use cathforce_rig::Bundle;
+use cathforce_bundle::Bundle;
 
 use crate::{assert_fails, cathforce, command, data, example, recording, stderr, text};
 

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use cathforce_bus::slcan::{Decoder, Line};
 use cathforce_bus::{Frame, Id};
-use cathforce_record::{Direction, Recording};
+use cathforce_recording::{Direction, Recording};
 
 use crate::{assert_fails, cathforce, command, data, example, recording, stderr, text};
 

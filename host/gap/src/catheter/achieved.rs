@@ -2,7 +2,7 @@
 //! and nuisances, with the device's estimates in the place of the diagnosis' coarser model.
 
 use cathforce_mechanics::Description;
-use cathforce_record::Estimate;
+use cathforce_recording::Estimate;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use serde::Serialize;

@@ -1,7 +1,7 @@
 //! Bundles that no diagnosis can be made of, and trials that no drive can have made.
 
-use cathforce_rig::bundle::Rush;
-use cathforce_rig::{Bundle, ImageBuildError, LumenBuildError};
+use cathforce_bundle::bundle::Rush;
+use cathforce_bundle::{Bundle, ImageBuildError, LumenBuildError};
 
 use super::prepare::TURN_BEFORE_SCORE_RAD;
 use crate::clock::usual_step_s;
@@ -46,7 +46,7 @@ pub enum CatheterError {
     #[error(
         "no trial holds anything that can be compared: the drive neither feeds {} mm nor turns by \
          {TURN_BEFORE_SCORE_RAD} rad, or every sample lies near a snap\n  fix: record longer trials",
-        1e3 * cathforce_record::FEED_BEFORE_SCORE_M
+        1e3 * cathforce_recording::FEED_BEFORE_SCORE_M
     )]
     NothingCompared,
     #[error(
@@ -88,7 +88,7 @@ const TIP_MARGIN_SHARE: f64 = 0.15;
 const TIP_MARGIN_M: f64 = 5e-3;
 
 /// The straight way is the shortest: no tip is farther from the entry than the instrument is long.
-fn check_tip(bundle: &Bundle, trial: &cathforce_rig::Trial) -> Result<(), CatheterError> {
+fn check_tip(bundle: &Bundle, trial: &cathforce_bundle::Trial) -> Result<(), CatheterError> {
     let (Some(rig), Some(data)) = (bundle.catheter(), trial.catheter()) else { return Ok(()) };
     let noise_m = bundle.rig.sensor.tip_noise_sd_m.unwrap_or_default();
     let entry_m = rig.entry.position_m;

@@ -117,7 +117,7 @@ fn mean_square(defect: &[f64], samples: &[Sample]) -> f64 {
 mod tests {
     use std::path::Path;
 
-    use cathforce_rig::Bundle;
+    use cathforce_bundle::Bundle;
 
     use super::super::COARSER;
     use super::*;

@@ -80,7 +80,7 @@ mod tests {
     #[test]
     fn ways_of_a_pair_differ_from_the_model_in_opposite_senses() {
         let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/tapered-none");
-        let bundle = cathforce_rig::Bundle::open(&example).unwrap();
+        let bundle = cathforce_bundle::Bundle::open(&example).unwrap();
         let nominal = Setup::from(nominal(&bundle).unwrap());
         let priors = Priors::of(&bundle.rig.priors);
         let of = |way: usize| {
@@ -102,7 +102,7 @@ mod tests {
     #[test]
     fn a_trial_that_passes_a_fork_is_compared_without_what_that_decides() {
         let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/tapered-none");
-        let bundle = cathforce_rig::Bundle::open(&example).unwrap();
+        let bundle = cathforce_bundle::Bundle::open(&example).unwrap();
         let catheter = Catheter::new(&bundle).unwrap();
         let said = |number: &str| {
             let of_forks = |remark: &&String| remark.contains("fork");
@@ -115,7 +115,7 @@ mod tests {
     #[test]
     fn a_trial_that_forks_decide_altogether_is_compared_as_a_whole() {
         let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/tapered-none");
-        let bundle = cathforce_rig::Bundle::open(&example).unwrap();
+        let bundle = cathforce_bundle::Bundle::open(&example).unwrap();
         let catheter = Catheter::new(&bundle).unwrap();
         let samples = &catheter.trials()[0].samples;
         let open = |i: usize| samples[i].noise.hypot(samples[i].model);

@@ -10,8 +10,8 @@
 
 use std::collections::BTreeMap;
 
+use cathforce_bundle::lumen::{StoredBrick, StoredNode, stored_bricks, stored_normal};
 use cathforce_mechanics::{BRICK_EDGE, LumenHeader, NODE_BYTES};
-use cathforce_rig::lumen::{StoredBrick, StoredNode, stored_bricks, stored_normal};
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
@@ -166,9 +166,9 @@ impl Points {
 mod tests {
     use std::path::Path;
 
+    use cathforce_bundle::Bundle;
+    use cathforce_bundle::lumen::BuiltLumen;
     use cathforce_mechanics::{BRICK_NODES, Lumen, NOMINAL_WALL};
-    use cathforce_rig::Bundle;
-    use cathforce_rig::lumen::BuiltLumen;
 
     use super::*;
     use crate::catheter::simulate::{Setup, Simulator};

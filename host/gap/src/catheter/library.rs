@@ -2,7 +2,7 @@
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
-use cathforce_effects::{Effect as Entry, Plant, Role, all};
+use cathforce_effect_catalogue::{Effect as Entry, Plant, Role, all};
 use cathforce_mechanics::Description;
 
 use crate::plant::{Along, Effect, Impostor, Nuisance, Parameter, Point, Swing};
@@ -126,14 +126,16 @@ impl Library {
     }
 }
 
-fn fitted(entry: &'static Entry) -> impl Iterator<Item = &'static cathforce_effects::Parameter> {
+fn fitted(
+    entry: &'static Entry,
+) -> impl Iterator<Item = &'static cathforce_effect_catalogue::Parameter> {
     entry.parameters.iter().filter(|parameter| parameter.is_fitted())
 }
 
 fn effect(entry: &'static Entry, nominal: &Description<f64>, places_m: &[[f64; 3]]) -> Effect {
     let middle = places_m.get(places_m.len() / 2).copied().unwrap_or_default();
     let mut place = middle.into_iter();
-    let parameter = |p: &'static cathforce_effects::Parameter| {
+    let parameter = |p: &'static cathforce_effect_catalogue::Parameter| {
         let info = p.info();
         let off = p.off(nominal).unwrap_or_default();
         // A place that nothing is at may be anywhere: the middle of the instrument's way.
@@ -152,12 +154,13 @@ fn effect(entry: &'static Entry, nominal: &Description<f64>, places_m: &[[f64; 3
     let has_place = fitted(entry).any(|p| p.role == Role::Place);
     let values = |start: &[f64], at: [f64; 3]| -> Vec<f64> {
         let (mut start, mut at) = (start.iter(), at.into_iter());
-        let value = |(p, own): (&'static cathforce_effects::Parameter, &Parameter)| match p.role {
-            Role::Place => at.next().unwrap_or(own.off),
-            Role::TimesNominal => own.off * start.next().copied().unwrap_or(1.0),
-            Role::Value => start.next().copied().unwrap_or(own.off),
-            Role::Held => own.off,
-        };
+        let value =
+            |(p, own): (&'static cathforce_effect_catalogue::Parameter, &Parameter)| match p.role {
+                Role::Place => at.next().unwrap_or(own.off),
+                Role::TimesNominal => own.off * start.next().copied().unwrap_or(1.0),
+                Role::Value => start.next().copied().unwrap_or(own.off),
+                Role::Held => own.off,
+            };
         fitted(entry).zip(&parameters).map(value).collect()
     };
     let starts = entry.starts();
@@ -228,7 +231,7 @@ mod tests {
     #[test]
     fn what_is_another_effect_by_another_name_is_no_candidate() {
         let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/tapered-none");
-        let bundle = cathforce_rig::Bundle::open(&example).unwrap();
+        let bundle = cathforce_bundle::Bundle::open(&example).unwrap();
         let library = Library::of(&nominal(&bundle).unwrap(), &[]);
         for (key, least) in LEAST {
             let (id, name) = key.strip_prefix("effects.").unwrap().rsplit_once('.').unwrap();
@@ -242,7 +245,7 @@ mod tests {
     #[test]
     fn a_rig_with_a_tendon_may_have_its_effects() {
         let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/tapered-none");
-        let mut own = nominal(&cathforce_rig::Bundle::open(&example).unwrap()).unwrap();
+        let mut own = nominal(&cathforce_bundle::Bundle::open(&example).unwrap()).unwrap();
         let of_tendon = |own: &Description<f64>| {
             let ids = Library::of(own, &[]).effects.into_iter().map(|effect| effect.id);
             ids.filter(|id| id.starts_with("tendon.")).collect::<Vec<_>>()

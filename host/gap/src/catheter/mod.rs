@@ -24,13 +24,13 @@ mod ways;
 
 use std::sync::Arc;
 
-use cathforce_mechanics::{Description, Drag, LumenHeader};
-use cathforce_record::snap::Snap;
-use cathforce_rig::geometry::SurfaceModel;
-use cathforce_rig::lumen::{BuiltLumen, LumenOptions};
-use cathforce_rig::{
+use cathforce_bundle::geometry::SurfaceModel;
+use cathforce_bundle::lumen::{BuiltLumen, LumenOptions};
+use cathforce_bundle::{
     Bundle, CELL_M, LumenReport, SolverDefaults, Vessel, check_rig, to_description,
 };
+use cathforce_mechanics::{Description, Drag, LumenHeader};
+use cathforce_recording::snap::Snap;
 
 pub use achieved::{Achieved, AchievedError, Energy, Left, Runs, Shrink};
 pub use check::CatheterError;

@@ -1,7 +1,7 @@
 //! A recording that has not been made: the protocol as a trial of which only the encoders count.
 
-use cathforce_rig::Bundle;
-use cathforce_rig::bundle::{CatheterTrial, GuidewireTrial, Trial, TrialData, VectorColumn};
+use cathforce_bundle::Bundle;
+use cathforce_bundle::bundle::{CatheterTrial, GuidewireTrial, Trial, TrialData, VectorColumn};
 
 use crate::protocol::Protocol;
 

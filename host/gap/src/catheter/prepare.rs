@@ -3,11 +3,11 @@
 mod places;
 mod snaps;
 
+use cathforce_bundle::Trial as RigTrial;
+use cathforce_bundle::bundle::{CatheterTrial, EncoderReading, RigSensor, VectorColumn};
 use cathforce_mechanics::Drive;
-use cathforce_record::snap::Snap;
-use cathforce_record::{FEED_BEFORE_SCORE_M, SNAP_GUARD_S};
-use cathforce_rig::Trial as RigTrial;
-use cathforce_rig::bundle::{CatheterTrial, EncoderReading, RigSensor, VectorColumn};
+use cathforce_recording::snap::Snap;
+use cathforce_recording::{FEED_BEFORE_SCORE_M, SNAP_GUARD_S};
 
 use super::motion::{Motion, phase, regime};
 use super::sensors::{self, Limit};
@@ -457,7 +457,7 @@ fn columns(data: &CatheterTrial, sensor: &RigSensor) -> (Vec<Column>, Vec<Source
 mod tests {
     use std::path::Path;
 
-    use cathforce_rig::Bundle;
+    use cathforce_bundle::Bundle;
 
     use super::super::Catheter;
     use super::*;

@@ -1,6 +1,6 @@
 //! How well a rig is known: the priors of the nuisances, and of the ways that a trial may go.
 
-use cathforce_rig::bundle::RigPriors;
+use cathforce_bundle::bundle::RigPriors;
 
 use crate::plant::{Nuisance, Parameter};
 
@@ -78,7 +78,7 @@ impl Priors {
 mod tests {
     use std::path::Path;
 
-    use cathforce_rig::Bundle;
+    use cathforce_bundle::Bundle;
 
     use super::*;
     use crate::catheter::library::Library;

@@ -57,8 +57,8 @@ fn is_near(x: &[f64], y: &[f64], limit: f64, offset: f64) -> bool {
 mod tests {
     use std::path::Path;
 
-    use cathforce_rig::bundle::{CatheterTrial, TrialData};
-    use cathforce_rig::{Bundle, Trial as RigTrial};
+    use cathforce_bundle::bundle::{CatheterTrial, TrialData};
+    use cathforce_bundle::{Bundle, Trial as RigTrial};
 
     use crate::catheter::Catheter;
     use crate::floor::{Floor, FloorSource};

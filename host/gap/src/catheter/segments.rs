@@ -140,7 +140,7 @@ mod tests {
 
     fn segments() -> Segments {
         let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/tapered-none");
-        let bundle = cathforce_rig::Bundle::open(path).unwrap();
+        let bundle = cathforce_bundle::Bundle::open(path).unwrap();
         let prepared = Prepared::of(&bundle.trials[0], &bundle.rig.sensor, TICK_S).unwrap();
         let channel = |name: &str, quantity| Channel { name: name.into(), quantity };
         let channels = [channel("fx_N", Quantity::Force), channel("tip_x_m", Quantity::Tip)];

@@ -1,7 +1,7 @@
 //! What columns tell of their sensors: noise, whether they are connected, whether they are at
 //! their limit.
 
-use cathforce_rig::bundle::VectorColumn;
+use cathforce_bundle::bundle::VectorColumn;
 
 use super::prepare::{Column, Source};
 use crate::plant::Quantity;

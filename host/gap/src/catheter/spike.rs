@@ -3,10 +3,10 @@
 //! What the model leaves open of the measurement stays in it, so that a diagnosis has to find the
 //! effect beside that. f has the device's links and ticks, twice as fine as the diagnosis' own.
 
+use cathforce_bundle::bundle::{CatheterTrial, Trial, TrialData, VectorColumn};
+use cathforce_bundle::lumen::BuiltLumen;
+use cathforce_bundle::{Bundle, SolverDefaults, to_description};
 use cathforce_mechanics::Description;
-use cathforce_rig::bundle::{CatheterTrial, Trial, TrialData, VectorColumn};
-use cathforce_rig::lumen::BuiltLumen;
-use cathforce_rig::{Bundle, SolverDefaults, to_description};
 use rayon::prelude::*;
 
 use super::library::Library;

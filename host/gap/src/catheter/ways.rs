@@ -3,7 +3,7 @@
 //! Whether a tip is caught at a dividing wall or slides past it turns on less than any model, or
 //! any measurement of the rig, knows. Ways differ from the first by that little.
 
-use cathforce_rig::SolverDefaults;
+use cathforce_bundle::SolverDefaults;
 
 use super::priors::Priors;
 use super::simulate::Setup;
@@ -107,7 +107,7 @@ mod tests {
     #[test]
     fn ways_are_the_model_itself_and_others() {
         let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/tapered-none");
-        let bundle = cathforce_rig::Bundle::open(&example).unwrap();
+        let bundle = cathforce_bundle::Bundle::open(&example).unwrap();
         let nominal = Setup::from(nominal(&bundle).unwrap());
         let priors = Priors::of(&bundle.rig.priors);
         assert_eq!(WAYS[0].apply(&nominal, &priors), nominal);

@@ -7,7 +7,7 @@
 //!
 //! > x = …, a, a, a + h, a, a, …   ⇒   d = …, 0, h, −2h, h, 0, …
 
-use cathforce_rig::bundle::DriveTrial;
+use cathforce_bundle::bundle::DriveTrial;
 
 use super::stamps::evened;
 use crate::clock::Clock;

@@ -13,7 +13,7 @@ mod setpoint;
 mod spike;
 mod stamps;
 
-use cathforce_rig::bundle::{Bundle, Plant as RigPlant, RigPriors, TrialData};
+use cathforce_bundle::bundle::{Bundle, Plant as RigPlant, RigPriors, TrialData};
 
 use crate::clock::{Clock, usual_step_s};
 use crate::copies::without_copies;

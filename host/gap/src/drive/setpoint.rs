@@ -1,6 +1,6 @@
 //! What the drive was told to do: where it repeats itself, within a trial and from trial to trial.
 
-use cathforce_rig::bundle::DriveTrial;
+use cathforce_bundle::bundle::DriveTrial;
 
 use super::motion::{GRID_S, on_grid};
 

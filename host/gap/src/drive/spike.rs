@@ -3,7 +3,7 @@
 //! An axis that was measured has friction of its own: θ₀ is what is named in the data as they are,
 //! and what is put in is looked for beside that.
 
-use cathforce_rig::bundle::{Bundle, TrialData};
+use cathforce_bundle::bundle::{Bundle, TrialData};
 
 use super::effects::{command, latency_s};
 use super::motion::GRID_S;
@@ -45,7 +45,7 @@ impl<'a> Spiking<'a> {
         let (after, parameters) = point(self.effects(), &before, spikes)?;
         let mut bundle = self.bundle.clone();
         // A drive has no copies, and no trial in which it rests.
-        let numbers = |trial: &cathforce_rig::Trial| {
+        let numbers = |trial: &cathforce_bundle::Trial| {
             self.drive.trials.iter().any(|own| own.number == trial.number)
         };
         bundle.trials.retain(numbers);

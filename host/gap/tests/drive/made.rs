@@ -3,11 +3,11 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
+use cathforce_bundle::Bundle;
+use cathforce_bundle::bundle::{DriveTrial, TrialData};
 use cathforce_gap::diagnose;
 use cathforce_gap::drive::Drive;
 use cathforce_gap::report::{Diagnosis, NamedEffect};
-use cathforce_rig::Bundle;
-use cathforce_rig::bundle::{DriveTrial, TrialData};
 use tempfile::TempDir;
 
 pub const MASS_KG: f64 = 20.0;
@@ -96,7 +96,7 @@ pub fn coulomb(_: f64, now: &Instant) -> f64 {
 }
 
 /// The drive's columns of a trial.
-pub fn columns(trial: &mut cathforce_rig::Trial) -> &mut DriveTrial {
+pub fn columns(trial: &mut cathforce_bundle::Trial) -> &mut DriveTrial {
     let TrialData::Drive(data) = &mut trial.data else { panic!("a drive's trial") };
     data
 }

@@ -7,11 +7,11 @@ mod recorded;
 use std::fmt::Write as _;
 use std::path::Path;
 
+use cathforce_bundle::Bundle;
 use cathforce_gap::drive::{Drive, Spiking};
 use cathforce_gap::plant::Plant;
 use cathforce_gap::report::Verdict;
 use cathforce_gap::spike::Spike;
-use cathforce_rig::Bundle;
 
 use made::{DT_S, Instant, MASS_KG, TWO, ask, bundle, coulomb, names, noise, value};
 

@@ -3,11 +3,11 @@
 
 use std::path::{Path, PathBuf};
 
+use cathforce_bundle::Bundle;
 use cathforce_gap::drive::{Drive, DriveError, Spiking};
 use cathforce_gap::report::Verdict;
 use cathforce_gap::spike::Spike;
 use cathforce_gap::{Altered, diagnose};
-use cathforce_rig::Bundle;
 
 use crate::made::{ask, columns, names, read_in_steps, value};
 

@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
+use cathforce_bundle::Bundle;
 use cathforce_gap::diagnose;
 use cathforce_gap::drive::{Drive, DriveError};
 use cathforce_gap::plant::Plant as _;
 use cathforce_gap::report::Verdict;
-use cathforce_rig::Bundle;
 
 use crate::made::{
     DT_S, MASS_KG, NOISE_N, TWO, ask, bundle, columns, coulomb, names, noise, read_in_steps, value,

@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
+use cathforce_bundle::{Bundle, ImageOptions};
 use cathforce_bus::service::crc32;
 use cathforce_config::{ImageHead, keys};
 use cathforce_control::Mode;
 use cathforce_link::Client;
-use cathforce_rig::{Bundle, ImageOptions};
 use serde::Serialize;
 
 use super::super::{described, image_with, open_bundle, set_all};

@@ -99,7 +99,7 @@ fn find<'a>(dbc: &'a Dbc, path: &Path, name: &str) -> Result<Found<'a>, Failure>
     all().find(|&found| full(found) == name).ok_or_else(|| {
         let names = all().map(full).collect::<Vec<_>>();
         let names = names.iter().map(String::as_str).collect::<Vec<_>>();
-        let nearest = cathforce_rig::nearest(name, &names);
+        let nearest = cathforce_bundle::nearest(name, &names);
         let hint = nearest.map_or(String::new(), |name| format!(", the nearest is {name}"));
         let path = path.display();
         Failure::input(format!(
@@ -205,7 +205,7 @@ fn id_text(id: MessageId) -> String {
 }
 
 #[cfg(test)]
-#[path = "../../../../record/tests/support/damage.rs"]
+#[path = "../../../../recording/tests/support/damage.rs"]
 mod damage;
 
 #[cfg(test)]

@@ -5,14 +5,14 @@
 
 use std::collections::BTreeSet;
 
+use cathforce_bundle::{Bundle, ImageOptions, SolverDefaults, to_description};
 use cathforce_bus::service::crc32;
 use cathforce_config::ImageError;
-use cathforce_effects::Effect;
+use cathforce_effect_catalogue::Effect;
 use cathforce_gap::Coverage;
 use cathforce_gap::report::{Estimate, Verdict};
 use cathforce_link::Client;
 use cathforce_mechanics::{Description, ParameterInfo, parameters};
-use cathforce_rig::{Bundle, ImageOptions, SolverDefaults, to_description};
 use serde::Serialize;
 
 use super::explanation::{Explanation, Fitted, is_measurement};

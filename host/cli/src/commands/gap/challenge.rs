@@ -6,7 +6,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use std::time::Instant;
 
-use cathforce_challenge::{Challenge, ChallengeError, Label, Score, Stand, score};
+use cathforce_blind_test::{Challenge, ChallengeError, Label, Score, Stand, score};
 use cathforce_gap::{Altered, achieved, diagnose};
 use rand::Rng;
 use serde::Serialize;

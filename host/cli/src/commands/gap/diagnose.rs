@@ -4,11 +4,11 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
-use cathforce_effects::Effect;
+use cathforce_bundle::{Bundle, Trial};
+use cathforce_effect_catalogue::Effect;
 use cathforce_gap::plant::Plant;
 use cathforce_gap::report::{Diagnosis, Figures, HeldOut, Reproduce, quantity};
 use cathforce_gap::{diagnose, diagnose_given, expected_simulations, page};
-use cathforce_rig::{Bundle, Trial};
 
 use super::hash::own_sha256;
 use super::source::Source;

@@ -3,7 +3,7 @@
 
 use std::fmt::Write as _;
 
-use cathforce_effects::{Channel, Effect, Parameter, Plant, Role, all};
+use cathforce_effect_catalogue::{Channel, Effect, Parameter, Plant, Role, all};
 use cathforce_gap::drive::{counted_in, listed};
 use serde::Serialize;
 

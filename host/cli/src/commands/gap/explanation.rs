@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use cathforce_bundle::Bundle;
 use cathforce_config::{BAND_ROWS, Band, BandRow};
-use cathforce_effects::{Channel, Effect, Plant};
+use cathforce_effect_catalogue::{Channel, Effect, Plant};
 use cathforce_gap::report::{Diagnosis, FORMAT, Verdict};
-use cathforce_rig::Bundle;
 use serde::Deserialize;
 
 use super::source::Source;

@@ -2,11 +2,11 @@
 
 use std::fmt::Write as _;
 
+use cathforce_bundle::bundle::EncoderReading;
+use cathforce_bundle::{Bundle, SolverDefaults};
 use cathforce_gap::protocol::{Piece, Position, Protocol};
 use cathforce_link::{Client, Step};
-use cathforce_record::Trial;
-use cathforce_rig::bundle::EncoderReading;
-use cathforce_rig::{Bundle, SolverDefaults};
+use cathforce_recording::Trial;
 use serde::Serialize;
 
 use crate::args::{ProtocolArguments, Way};

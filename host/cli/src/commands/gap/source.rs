@@ -6,17 +6,17 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
+use cathforce_bundle::bundle::{
+    CatheterTrial, GuidewireTrial, Plant as RigPlant, Trial, TrialData, VectorColumn,
+};
+use cathforce_bundle::{Bundle, ImageOptions};
 use cathforce_config::image::{decode, decode_head, encode, encoded_len};
 use cathforce_config::{ImageHead, Settings};
 use cathforce_gap::catheter::Catheter;
 use cathforce_gap::drive::Drive;
 use cathforce_gap::plant::Plant;
 use cathforce_mechanics::{Description, parameters};
-use cathforce_record::{Measured, Recording};
-use cathforce_rig::bundle::{
-    CatheterTrial, GuidewireTrial, Plant as RigPlant, Trial, TrialData, VectorColumn,
-};
-use cathforce_rig::{Bundle, ImageOptions};
+use cathforce_recording::{Measured, Recording};
 
 use sha2::{Digest, Sha256};
 

@@ -4,13 +4,13 @@ use std::fs;
 use std::io::{self, Write};
 use std::path::Path;
 
+use cathforce_bundle::Bundle;
+use cathforce_bundle::bundle::TrialData;
 use cathforce_gap::plant::Effect;
 use cathforce_gap::report::{Diagnosis, Estimate, Verdict};
 use cathforce_gap::spike::{Changes, Spike, SpikeError, Spiked};
 use cathforce_gap::{catheter, diagnose, drive};
-use cathforce_record::{make_folder, write_drive, write_trial};
-use cathforce_rig::Bundle;
-use cathforce_rig::bundle::TrialData;
+use cathforce_recording::{make_folder, write_drive, write_trial};
 use serde::Serialize;
 
 use super::diagnose::hold_trials_back;

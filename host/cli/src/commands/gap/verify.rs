@@ -8,12 +8,12 @@ mod outcome;
 
 use std::path::Path;
 
+use cathforce_bundle::{Bundle, ImageOptions};
 use cathforce_config::image;
 use cathforce_gap::catheter::{Achieved, Left, Runs};
 use cathforce_link::Client;
 use cathforce_mechanics::parameters;
-use cathforce_record::{Estimate, Recording, analyse, estimates};
-use cathforce_rig::{Bundle, ImageOptions};
+use cathforce_recording::{Estimate, Recording, analyse, estimates};
 use serde::Serialize;
 
 use super::apply::stated_band;
@@ -231,7 +231,7 @@ fn choose<'a>(
     bundle: &'a Bundle,
     arguments: &VerifyArguments,
     explanation: Option<&Explanation>,
-) -> Result<(u32, &'a cathforce_rig::Trial, Option<bool>), Failure> {
+) -> Result<(u32, &'a cathforce_bundle::Trial, Option<bool>), Failure> {
     let hash = || {
         let path = std::slice::from_ref(&bundle.path);
         super::hash::of_all(path)

@@ -44,7 +44,7 @@ impl Prepared {
 mod tests {
     use std::path::Path;
 
-    use cathforce_rig::Bundle;
+    use cathforce_bundle::Bundle;
 
     use super::super::super::Catheter;
     use crate::plant::{Plant, Quantity};

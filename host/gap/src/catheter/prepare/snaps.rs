@@ -1,6 +1,6 @@
 //! Snaps of a trial: of the force that was measured, and of one that is predicted at its rows.
 
-use cathforce_record::snap::{self, Sample, Snap};
+use cathforce_recording::snap::{self, Sample, Snap};
 use nalgebra::Vector3;
 
 use super::{Prepared, Source};
@@ -67,7 +67,7 @@ impl Prepared {
 mod tests {
     use std::path::Path;
 
-    use cathforce_rig::Bundle;
+    use cathforce_bundle::Bundle;
 
     use super::super::super::Catheter;
     use crate::plant::{Plant, Point};

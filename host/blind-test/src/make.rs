@@ -1,0 +1,153 @@
+//! Making the cases of a challenge, and going on where that was broken off.
+
+use std::collections::BTreeMap;
+
+use cathforce_reference_solver::SolveError;
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use crate::draw::{Case, cases};
+use crate::nuisance::Nuisances;
+use crate::seal::{Challenge, ChallengeError, Label, create, read_json, write_json};
+use crate::stand::{Stand, Unchanged};
+
+/// What a challenge is to be, which its seed and its rigs decide with this; nothing in it tells a label.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub(crate) struct Made {
+    pub cases: usize,
+    pub rigs: Vec<String>,
+    /// Cases for which the solver finds no balance.
+    pub left_out: Vec<usize>,
+    /// Whether all other cases are there.
+    pub is_whole: bool,
+}
+
+impl Challenge {
+    /// Makes `count` cases on these rigs, or those of them that are not there yet. Without a `seed` one
+    /// is drawn, and stands in the labels alone: the labels follow from it. `secret`, of which seed and
+    /// salts are drawn, must not be known to whoever diagnoses. `made` is told after every case.
+    ///
+    /// Gives the cases that are left out because the solver finds no balance, and why.
+    pub fn make(
+        &self,
+        seed: Option<u64>,
+        count: usize,
+        secret: u64,
+        stands: &[Stand],
+        made: &(dyn Fn() + Sync),
+    ) -> Result<Vec<(usize, SolveError)>, ChallengeError> {
+        let mut rng = ChaCha8Rng::seed_from_u64(secret);
+        let drawn_seed: u64 = rng.random();
+        let rigs: Vec<String> = stands.iter().map(|stand| stand.rig.name.clone()).collect();
+        if let Some(twice) = rigs.iter().enumerate().find(|(i, name)| rigs[..*i].contains(name)) {
+            return Err(ChallengeError::OneName(twice.1.clone()));
+        }
+        let plan = Made { cases: count, rigs, left_out: Vec::new(), is_whole: false };
+        let there = self.seed_that_is_there(&plan)?;
+        let seed = match (seed, there) {
+            (Some(asked), Some(there)) if asked != there => {
+                return Err(ChallengeError::AlreadyMade(self.folder.clone()));
+            }
+            (asked, there) => there.or(asked).unwrap_or(drawn_seed),
+        };
+        let drawn: Vec<(Case, u128)> =
+            cases(seed, count, stands).into_iter().map(|case| (case, rng.random())).collect();
+        create(&self.folder.join("labels"))?;
+        create(&self.folder.join("cases"))?;
+        write_json(&self.folder.join("made.json"), &plan)?;
+        let unchanged: BTreeMap<&str, Result<Unchanged, SolveError>> =
+            stands.iter().map(|stand| (&*stand.rig.name, stand.unchanged())).collect();
+        let make = |(case, salt): &(Case, u128)| -> Result<_, ChallengeError> {
+            let played = match &unchanged[&*case.stand.rig.name] {
+                _ if self.label_path(&name(case.number)).exists() => Ok(()),
+                Ok(unchanged) => self.make_case(seed, case, *salt, unchanged)?,
+                Err(error) => Err(*error),
+            };
+            made();
+            Ok(played.err().map(|error| (case.number, error)))
+        };
+        let left_out: Vec<_> = drawn.par_iter().map(make).collect::<Result<_, _>>()?;
+        let left_out: Vec<_> = left_out.into_iter().flatten().collect();
+        let numbers = left_out.iter().map(|(case, _)| *case).collect();
+        let whole = Made { left_out: numbers, is_whole: true, ..plan };
+        write_json(&self.folder.join("made.json"), &whole)?;
+        Ok(left_out)
+    }
+
+    /// The seed of the cases that are there, which must be some of those that are planned.
+    fn seed_that_is_there(&self, plan: &Made) -> Result<Option<u64>, ChallengeError> {
+        let other = || ChallengeError::AlreadyMade(self.folder.clone());
+        if self.folder.join("seals.json").exists() {
+            return Err(other());
+        }
+        match self.made()? {
+            Some(made) if made.cases != plan.cases || made.rigs != plan.rigs => return Err(other()),
+            Some(_) => {}
+            None if self.folder.join("cases").exists() || self.folder.join("labels").exists() => {
+                return Err(other());
+            }
+            None => return Ok(None),
+        }
+        let labels = self.cases()?.into_iter().map(|case| self.label_path(&case));
+        let first =
+            labels.filter(|path| path.exists()).map(|path| read_json::<Label>(&path)).next();
+        Ok(first.transpose()?.map(|label| label.seed))
+    }
+
+    /// Plays and writes one case, or says why it cannot be played.
+    fn make_case(
+        &self,
+        seed: u64,
+        case: &Case,
+        salt: u128,
+        unchanged: &Unchanged,
+    ) -> Result<Result<(), SolveError>, ChallengeError> {
+        let name = name(case.number);
+        let stand = &case.stand;
+        let nuisances = Nuisances::of_seed(!case.noise_seed, stand.motions.len());
+        let play_all = || {
+            let unchanged = unchanged.divided_as(stand)?;
+            let real = stand.play(&case.changes)?;
+            let mounted = stand.play(&nuisances.mounted(&case.changes))?;
+            let without = |k: usize| {
+                let others: Vec<_> = [&case.changes[..k], &case.changes[k + 1..]].concat();
+                if others.is_empty() { Ok(unchanged.nominal.clone()) } else { stand.play(&others) }
+            };
+            let without = (0..case.changes.len()).map(without);
+            let without = without.collect::<Result<Vec<_>, SolveError>>()?;
+            Ok((real, nuisances.recorded(&mounted), without, unchanged))
+        };
+        let (real, recorded, without, unchanged) = match play_all() {
+            Ok(played) => played,
+            Err(error) => return Ok(Err(error)),
+        };
+        let over_noise = |without: &Vec<_>| stand.gap_over_noise(&real, without);
+        let over_floor = |without: &Vec<_>| stand.gap_over_floor(&real, without, &unchanged);
+        let label = Label {
+            case: name.clone(),
+            seed,
+            kind: case.kind,
+            rig: stand.rig.name.clone(),
+            effects: case.changes.iter().map(|c| c.truth(stand.rig.friction_coefficient)).collect(),
+            severity: case.severity,
+            gap_over_noise: over_noise(&unchanged.nominal),
+            added_over_noise: without.iter().map(over_noise).collect(),
+            gap_over_floor: Some(over_floor(&unchanged.nominal)),
+            added_over_floor: without.iter().map(over_floor).collect(),
+            salt: format!("{salt:032x}"),
+        };
+        let folder = self.folder.join("cases").join(&name);
+        stand
+            .write(&folder, &format!("case-{name}"), &recorded, case.noise_seed)
+            .map_err(|error| ChallengeError::File { path: folder, error })?;
+        // The label comes last: what has one is whole.
+        write_json(&self.label_path(&name), &label)?;
+        Ok(Ok(()))
+    }
+}
+
+fn name(case: usize) -> String {
+    format!("{case:03}")
+}

@@ -1,0 +1,160 @@
+//! A sensor's forces beside the motion of a drive, which another clock had counted.
+
+use cathforce_bundle::bundle::LONGEST_GAP_S;
+
+use super::ForceSample;
+use crate::trial::{Measured, MeasuredDrive, Trial};
+
+/// A trial of forces and a motion, and what of the forces is not in it.
+#[derive(Clone, Debug, PartialEq, Default)]
+pub struct Joined {
+    /// Rows of the forces, and those of the motion that have something else.
+    pub trial: Trial,
+    /// Rows with a force of the sensor.
+    pub forces: usize,
+    /// Forces before the motion begins or after it ends.
+    pub outside: usize,
+    /// Forces where the drive is not known: between rows of the motion that are too far apart.
+    pub in_gaps: usize,
+    /// Rows of the motion that came along for what else they have.
+    pub others: usize,
+    /// Whether the motion had a force of its own, which is not in it.
+    pub had_force: bool,
+}
+
+/// Puts a force beside a motion: a row for each force, with the motion interpolated there, over
+/// [`LONGEST_GAP_S`] at most. What else the motion has keeps its own rows.
+///
+/// `offset_s` is added to the time of the force.
+pub fn join(motion: &Trial, forces: &[ForceSample], offset_s: f64) -> Joined {
+    let rows = &motion.rows;
+    let mut joined =
+        Joined { had_force: rows.iter().any(|row| row.force_n.is_some()), ..Joined::default() };
+    joined.trial.noise = motion.noise;
+    let mut of_forces = Vec::new();
+    for sample in forces {
+        let t_s = sample.t_s + offset_s;
+        let next = rows.partition_point(|row| row.t_s < t_s);
+        let Some(after) = rows.get(next) else {
+            joined.outside += 1;
+            continue;
+        };
+        let before = match after.t_s == t_s {
+            true => Some(after),
+            false => next.checked_sub(1).and_then(|before| rows.get(before)),
+        };
+        match before {
+            None => joined.outside += 1,
+            Some(before) if after.t_s - before.t_s > LONGEST_GAP_S => joined.in_gaps += 1,
+            Some(before) => of_forces.push(between(before, after, t_s, sample.force_n)),
+        }
+    }
+    joined.forces = of_forces.len();
+    let shape = |i: usize| motion.shapes_m.get(i).cloned().unwrap_or_default();
+    let others = rows.iter().enumerate().map(|(i, row)| (row, shape(i)));
+    let mut others = others.filter(|(row, shape)| has_others(row) || !shape.is_empty()).peekable();
+    let mut of_forces = of_forces.into_iter().peekable();
+    loop {
+        let force_s = of_forces.peek().map_or(f64::INFINITY, |row| row.t_s);
+        let other_s = others.peek().map_or(f64::INFINITY, |(row, _)| row.t_s);
+        let force = of_forces.next_if(|row| row.t_s <= other_s);
+        let other = others.next_if(|(row, _)| row.t_s <= force_s);
+        joined.others += usize::from(other.is_some());
+        let (row, shape) = match (force, other) {
+            (None, None) => break,
+            (Some(row), None) => (row, Vec::new()),
+            (force, Some((row, shape))) => {
+                (Measured { force_n: force.and_then(|row| row.force_n), ..*row }, shape)
+            }
+        };
+        joined.trial.rows.push(row);
+        joined.trial.shapes_m.push(shape);
+    }
+    joined
+}
+
+fn has_others(row: &Measured) -> bool {
+    let wire = row.guidewire.and_then(|wire| wire.drive_force_n);
+    row.drive_force_n.is_some() || row.tip_m.is_some() || wire.is_some()
+}
+
+fn between(before: &Measured, after: &Measured, t_s: f64, force_n: [f64; 3]) -> Measured {
+    let span_s = after.t_s - before.t_s;
+    let share = if span_s > 0.0 { (t_s - before.t_s) / span_s } else { 0.0 };
+    let between = |a: f64, b: f64| a + share * (b - a);
+    Measured {
+        t_s,
+        insertion_m: between(before.insertion_m, after.insertion_m),
+        rotation_rad: between(before.rotation_rad, after.rotation_rad),
+        force_n: Some(force_n),
+        drive_force_n: None,
+        tip_m: None,
+        guidewire: before.guidewire.zip(after.guidewire).map(|(a, b)| MeasuredDrive {
+            insertion_m: between(a.insertion_m, b.insertion_m),
+            rotation_rad: between(a.rotation_rad, b.rotation_rad),
+            drive_force_n: None,
+        }),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn at(t_s: f64, insertion_m: f64) -> Measured {
+        Measured {
+            t_s,
+            insertion_m,
+            rotation_rad: -insertion_m,
+            force_n: None,
+            drive_force_n: None,
+            tip_m: None,
+            guidewire: None,
+        }
+    }
+
+    fn motion<const N: usize>(rows: [Measured; N]) -> Trial {
+        Trial { rows: rows.to_vec(), ..Trial::default() }
+    }
+
+    fn force(t_s: f64) -> ForceSample {
+        ForceSample { t_s, force_n: [t_s; 3] }
+    }
+
+    #[test]
+    fn a_force_takes_the_motion_of_its_time() {
+        let motion = motion([at(0.0, 0.1), at(0.2, 0.2)]);
+        let found = join(&motion, &[-0.1, 0.0, 0.1, 0.2, 0.3].map(force), 0.0);
+        assert_eq!((found.forces, found.outside, found.in_gaps, found.others), (3, 2, 0, 0));
+        let rows = found.trial.rows;
+        let expected = 0.1 + 0.5 * (0.2 - 0.1);
+        assert_eq!((rows[1].insertion_m, rows[1].rotation_rad), (expected, -expected));
+        assert_eq!(rows[2].insertion_m, 0.2);
+        assert_eq!(rows[2].force_n, Some([0.2; 3]));
+        assert_eq!(join(&motion, &[force(0.0)], 2.0).outside, 1);
+        assert_eq!(join(&Trial::default(), &[force(0.0)], 0.0).outside, 1);
+    }
+
+    #[test]
+    fn nothing_is_invented_where_the_motion_was_not_logged() {
+        let motion = motion([at(0.0, 0.1), at(0.2, 0.1), at(2.2, 0.3), at(2.4, 0.3)]);
+        let found = join(&motion, &[0.1, 0.2, 0.3, 1.0, 2.2, 2.3].map(force), 0.0);
+        assert_eq!((found.forces, found.outside, found.in_gaps), (4, 0, 2));
+        assert!(found.trial.rows.iter().all(|row| row.insertion_m != 0.2), "{found:?}");
+    }
+
+    #[test]
+    fn what_else_the_motion_has_keeps_its_rows() {
+        let tip = Measured { tip_m: Some([1.0; 3]), ..at(0.1, 0.15) };
+        let own = Measured { force_n: Some([9.0; 3]), drive_force_n: Some(0.5), ..at(0.2, 0.2) };
+        let mut motion = motion([at(0.0, 0.1), tip, own]);
+        motion.shapes_m = vec![vec![[2.0; 3]]];
+        let found = join(&motion, &[0.05, 0.1].map(force), 0.0);
+        assert_eq!((found.forces, found.others, found.had_force), (2, 3, true));
+        let rows = &found.trial.rows;
+        assert_eq!(rows.iter().map(|row| row.t_s).collect::<Vec<_>>(), [0.0, 0.05, 0.1, 0.2]);
+        assert_eq!((rows[2].tip_m, rows[2].force_n), (Some([1.0; 3]), Some([0.1; 3])));
+        assert_eq!((rows[3].drive_force_n, rows[3].force_n), (Some(0.5), None));
+        assert_eq!(found.trial.shapes_m[0], [[2.0; 3]]);
+    }
+}
