@@ -1,7 +1,7 @@
 //! How far the estimated forces may be from the true ones.
 //!
 //! A diagnosis has measured it and tabulates it over insertion and direction of motion
-//! (docs/gap.md, "How far the forces may be off"); a tick only looks it up. Nothing else in a tick
+//! (docs/explanation/diagnosis.md (D15)); a tick only looks it up. Nothing else in a tick
 //! depends on it.
 
 use serde::{Deserialize, Serialize};
