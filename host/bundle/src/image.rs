@@ -6,12 +6,13 @@ use cathforce_config::{Band, EncodeError, ImageError, ImageHead, Settings};
 use cathforce_mechanics::{Description, ParameterError, Real};
 use thiserror::Error;
 
-use crate::bundle::{Bundle, CatheterRig};
+use crate::bundle::Bundle;
 use crate::description::{SolverDefaults, describe};
 use crate::error::BundleError;
 use crate::geometry::SurfaceModel;
 use crate::limits::{self, BundleOrModel};
 use crate::lumen::LumenOptions;
+use crate::rig::CatheterRig;
 use crate::tips::Tip;
 use crate::vessel::{CELL_M, LumenBuildError, LumenReport, LumenTooLarge, Vessel};
 

@@ -3,10 +3,9 @@
 use std::path::Path;
 
 use super::columns;
-use super::instrument::RigInstrument;
-use super::trial::{CatheterTrial, Encoders, Trial, VectorColumn};
-use super::{CatheterRig, Plant, Rig};
-use crate::error::{Place, Warning};
+use super::types::{CatheterTrial, Encoders, Trial, VectorColumn};
+use crate::place::{Place, Warning};
+use crate::rig::{CatheterRig, Plant, Rig, RigInstrument};
 
 /// Farther is no instrument turned \[rad\]: five turns; in degrees that is a twelfth of one.
 const MOST_TURNED_RAD: f64 = 30.0;
@@ -16,7 +15,7 @@ const MOST_FORCE_N: f64 = 50.0;
 const FARTHEST_M: f64 = 3.0;
 
 /// Warns of what looks like another unit's.
-pub(super) fn check(file: &Path, trial: &Trial, rig: &Rig, warnings: &mut Vec<Warning>) {
+pub(crate) fn warn_of_units(file: &Path, trial: &Trial, rig: &Rig, warnings: &mut Vec<Warning>) {
     let mut messages = Vec::new();
     if let (Plant::Catheter(rig), Some(data)) = (&rig.plant, trial.catheter()) {
         messages.extend(encoders(rig, data).into_iter().chain(sensors(data)));

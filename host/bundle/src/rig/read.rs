@@ -1,13 +1,19 @@
-//! `rig.toml`: what was set up, and the nominal parameters.
+//! Reading `rig.toml`.
 
 use toml::de::DeTable;
 
-use super::instrument::{RigInstrument, read_guidewire, read_instrument};
-use super::priors::{RigPriors, read_priors};
-use super::rig_cause::RigCause;
-use super::tendon::{RigTendon, read_tendon};
-use super::toml_reader::{Fault, Source, TableReader};
-use crate::error::Place;
+use super::cause::RigCause;
+use super::instrument::{read_guidewire, read_instrument};
+use super::keys::{ENTRY_KEYS, ENVIRONMENT_KEYS, SENSOR_KEYS, VESSEL_KEYS, WALL_REGIONS};
+use super::plausible;
+use super::priors::read_priors;
+use super::tendon::read_tendon;
+use super::toml_reader::{Fault, NOT_NEGATIVE, POSITIVE, RigWarning, Source, TableReader};
+use super::types::{
+    CatheterRig, DriveRig, Fluid, Plant, Rig, RigEntry, RigEnvironment, RigSensor, RigVessel,
+    WallRegion,
+};
+use crate::place::Place;
 
 /// The only format there is.
 pub const FORMAT: &str = "trial-bundle/1";
@@ -16,118 +22,6 @@ pub const FORMAT: &str = "trial-bundle/1";
 const WATER: (f64, f64) = (998.0, 1.0e-3);
 const BLOOD: (f64, f64) = (1060.0, 3.5e-3);
 
-/// Table `[entry]`; `direction` and `up` are orthonormal.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RigEntry {
-    pub position_m: [f64; 3],
-    pub direction: [f64; 3],
-    pub up: [f64; 3],
-    pub guide_length_m: Option<f64>,
-}
-
-/// Part of a wall that is stiffer or softer than the rest, as a plaque is: what lies in a sphere.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct WallRegion {
-    pub centre_m: [f64; 3],
-    pub radius_m: f64,
-    /// Over the stiffness that `[vessel]` states.
-    pub stiffness_ratio: f64,
-}
-
-/// Table `[vessel]`.
-#[derive(Clone, Debug, PartialEq)]
-pub struct RigVessel {
-    pub friction_coefficient: f64,
-    /// Of one contact point, an instrument piece of length `wall_contact_spacing_m`.
-    pub wall_stiffness_n_per_m: f64,
-    pub wall_contact_spacing_m: f64,
-    pub wall_tangential_ratio: Option<f64>,
-    /// Where regions overlap, the last one counts.
-    pub wall_regions: Vec<WallRegion>,
-}
-
-impl RigVessel {
-    /// Line stiffness of the wall \[N/m²\].
-    pub fn line_stiffness_n_per_m2(&self) -> f64 {
-        self.wall_stiffness_n_per_m / self.wall_contact_spacing_m
-    }
-
-    /// The same where it is stiffest.
-    pub fn stiffest_n_per_m2(&self) -> f64 {
-        let ratios = self.wall_regions.iter().map(|region| region.stiffness_ratio);
-        self.line_stiffness_n_per_m2() * ratios.fold(1.0, f64::max)
-    }
-}
-
-/// What surrounds the instrument.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Fluid {
-    pub density_kg_per_m3: f64,
-    pub viscosity_pa_s: f64,
-}
-
-/// Table `[environment]`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RigEnvironment {
-    pub gravity_m_per_s2: [f64; 3],
-    pub fluid: Option<Fluid>,
-}
-
-/// Table `[sensor]`; what is not stated is `None`.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct RigSensor {
-    pub force_noise_sd_n: Option<f64>,
-    pub force_rate_hz: Option<f64>,
-    pub tip_noise_sd_m: Option<f64>,
-    pub drive_noise_sd_n: Option<f64>,
-    pub shape_noise_sd_m: Option<f64>,
-    pub insertion_resolution_m: Option<f64>,
-    pub rotation_resolution_rad: Option<f64>,
-    pub position_noise_sd_m: Option<f64>,
-}
-
-/// A catheter, or a guidewire on its own, in a vessel.
-#[derive(Clone, Debug, PartialEq)]
-pub struct CatheterRig {
-    pub instrument: RigInstrument,
-    /// Inside the catheter, with its own drive.
-    pub guidewire: Option<RigInstrument>,
-    /// Of a steerable instrument.
-    pub tendon: Option<RigTendon>,
-    pub entry: RigEntry,
-    pub vessel: RigVessel,
-    pub environment: RigEnvironment,
-}
-
-/// One axis on its own.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct DriveRig {
-    pub moving_mass_kg: f64,
-}
-
-/// What was measured.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Plant {
-    Catheter(Box<CatheterRig>),
-    Drive(DriveRig),
-}
-
-/// All of `rig.toml`.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Rig {
-    pub name: String,
-    pub plant: Plant,
-    pub sensor: RigSensor,
-    pub priors: RigPriors,
-    /// Free text of `[nominal]`.
-    pub note: Option<String>,
-}
-
-/// Something that looks wrong in `rig.toml`.
-pub(crate) type RigWarning = (Place, String);
-
-pub(super) const POSITIVE: std::ops::RangeInclusive<f64> = f64::MIN_POSITIVE..=f64::MAX;
-pub(super) const NOT_NEGATIVE: std::ops::RangeInclusive<f64> = 0.0..=f64::MAX;
 /// Stiffness of a wall's region over the nominal one; a lumen stores 1/256 to 245.
 const REGION_RATIOS: std::ops::RangeInclusive<f64> = 0.01..=100.0;
 const CATHETER_KEYS: [&str; 12] = [
@@ -207,7 +101,7 @@ impl Rig {
             priors: read_priors(&root, is_drive)?,
             note: note.map(|(text, _)| text.to_owned()),
         };
-        super::plausible::check(&root, &rig, &mut warnings)?;
+        plausible::check(&root, &rig, &mut warnings)?;
         Ok((rig, warnings))
     }
 }
@@ -215,8 +109,6 @@ impl Rig {
 fn choice(key: &'static str, found: &str, known: &'static str) -> RigCause {
     RigCause::Choice { key, found: found.to_owned(), known }
 }
-
-pub(crate) const ENTRY_KEYS: [&str; 4] = ["position_m", "direction", "up", "guide_length_m"];
 
 fn entry(root: &TableReader<'_>, warnings: &mut Vec<RigWarning>) -> Result<RigEntry, Fault> {
     use nalgebra::Vector3;
@@ -260,14 +152,6 @@ fn entry(root: &TableReader<'_>, warnings: &mut Vec<RigWarning>) -> Result<RigEn
     })
 }
 
-pub(crate) const VESSEL_KEYS: [&str; 5] = [
-    "friction_coefficient",
-    "wall_stiffness_N_per_m",
-    "wall_contact_spacing_m",
-    "wall_tangential_ratio",
-    WALL_REGIONS,
-];
-const WALL_REGIONS: &str = "wall_regions";
 const REGION_KEYS: [&str; 3] = ["centre_m", "radius_m", "stiffness_ratio"];
 
 fn vessel(root: &TableReader<'_>) -> Result<RigVessel, Fault> {
@@ -304,15 +188,6 @@ fn wall_regions(vessel: &TableReader<'_>) -> Result<Vec<WallRegion>, Fault> {
     vessel.tables(WALL_REGIONS, &REGION_KEYS)?.iter().map(region).collect()
 }
 
-pub(crate) const ENVIRONMENT_KEYS: [&str; 6] = [
-    "gravity_m_per_s2",
-    "fluid",
-    "fluid_density_kg_per_m3",
-    "fluid_viscosity_Pa_s",
-    "density_kg_per_m3",
-    "viscosity_Pa_s",
-];
-
 fn environment(root: &TableReader<'_>) -> Result<RigEnvironment, Fault> {
     let table = root.table("environment", &ENVIRONMENT_KEYS)?;
     let gravity_m_per_s2 = table.vector("gravity_m_per_s2")?.0;
@@ -346,17 +221,6 @@ fn environment(root: &TableReader<'_>) -> Result<RigEnvironment, Fault> {
     });
     Ok(RigEnvironment { gravity_m_per_s2, fluid })
 }
-
-pub(crate) const SENSOR_KEYS: [&str; 8] = [
-    "force_noise_sd_N",
-    "force_rate_hz",
-    "tip_noise_sd_m",
-    "drive_noise_sd_N",
-    "shape_noise_sd_m",
-    "insertion_resolution_m",
-    "rotation_resolution_rad",
-    "position_noise_sd_m",
-];
 
 fn sensor(root: &TableReader<'_>) -> Result<RigSensor, Fault> {
     let Some(table) = root.optional_table("sensor", &SENSOR_KEYS)? else {

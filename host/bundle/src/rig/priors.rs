@@ -1,7 +1,6 @@
 //! Table `[priors]`: how well the rig is known.
 
-use super::rig::POSITIVE;
-use super::toml_reader::{Fault, TableReader};
+use super::toml_reader::{Fault, POSITIVE, TableReader};
 
 /// Table `[priors]`: standard deviations of what may be off in every trial without being an effect.
 /// What is not stated is `None`, and the diagnosis has its own.

@@ -2,9 +2,8 @@
 
 use cathforce_mechanics::{MAX_PRECURVE, MAX_SECTIONS};
 
-use super::rig::{NOT_NEGATIVE, POSITIVE};
-use super::rig_cause::RigCause;
-use super::toml_reader::{Fault, TableReader};
+use super::cause::RigCause;
+use super::toml_reader::{Fault, NOT_NEGATIVE, POSITIVE, TableReader};
 
 /// A piece of the instrument of one stiffness, in the bundle's order: base to tip.
 #[derive(Clone, Copy, Debug, PartialEq)]

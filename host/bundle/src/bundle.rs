@@ -14,40 +14,25 @@
 //! optionally `setpoint_m`. Units are SI unless a name ends in another; positions, directions
 //! and forces are given in the right-handed frame of the vessel.
 
-pub mod columns;
-mod foreign;
-mod instrument;
-mod plausible;
-mod plausible_trial;
-mod priors;
-mod rig;
-mod rig_cause;
-mod tendon;
-mod toml_reader;
-mod trial;
-
 use std::path::{Path, PathBuf};
 
 use nalgebra::Vector3;
 
-pub use foreign::{ColumnMap, Foreign, ForeignCause, LeftOut, read_foreign};
-pub use instrument::{RigInstrument, RigSection, TipPiece};
-pub use priors::RigPriors;
-pub use rig::{
-    CatheterRig, DriveRig, FORMAT, Fluid, Plant, Rig, RigEntry, RigEnvironment, RigSensor,
-    RigVessel, WallRegion,
+pub use crate::rig::{
+    BeyondModel, CatheterRig, DriveRig, FORMAT, Fluid, Plant, Rig, RigCause, RigEntry,
+    RigEnvironment, RigInstrument, RigPriors, RigSection, RigSensor, RigTendon, RigVessel,
+    TipPiece, WallRegion,
 };
-pub use rig_cause::{BeyondModel, RigCause};
-pub use tendon::RigTendon;
-pub(crate) use toml_reader::place_of_key;
-use trial::Parsed;
-pub use trial::{
-    CatheterTrial, DriveTrial, EncoderReading, GuidewireTrial, LONGEST_GAP_S, Rush, Trial,
-    TrialCause, TrialData, VectorColumn,
+pub use crate::trial::{
+    CatheterTrial, ColumnMap, DriveTrial, EncoderReading, Foreign, ForeignCause, GuidewireTrial,
+    LONGEST_GAP_S, LeftOut, Rush, Trial, TrialCause, TrialData, VectorColumn, columns,
+    read_foreign,
 };
 
-use crate::error::{BundleError, Cause, Place, Warning, read_bytes, read_text};
+use crate::error::{BundleError, Cause, read_bytes, read_text};
 use crate::geometry::{Branch, Mesh, MeshRepairs, read_centreline, read_stl};
+use crate::place::{Place, Warning};
+use crate::trial::{self, Parsed};
 
 /// The surface of `vessel.stl`.
 #[derive(Clone, Debug)]
@@ -90,7 +75,8 @@ impl Bundle {
                 mesh = Some(read_mesh(&stl, &mut warnings)?);
             }
             if csv.exists() {
-                centreline = read_centreline(&csv)?;
+                centreline = read_centreline(&read_text(&csv)?)
+                    .map_err(|(place, cause)| BundleError::new(&csv, place, cause))?;
                 check_radii(&csv, &centreline, &mut warnings);
             }
             if mesh.is_none() && centreline.is_empty() {
@@ -258,7 +244,7 @@ fn read_trials(
             trial.map_err(|(place, cause)| BundleError::new(&file, place, cause))?;
         let warning = |message| Warning { file: file.clone(), place: Place::Whole, message };
         warnings.extend(remarks.into_iter().map(warning));
-        plausible_trial::check(&file, &trial, rig, warnings);
+        trial::warn_of_units(&file, &trial, rig, warnings);
         trials.push(trial);
     }
     if trials.is_empty() {

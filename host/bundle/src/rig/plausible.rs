@@ -5,9 +5,10 @@ use std::ops::RangeInclusive;
 use super::instrument::{
     GUIDEWIRE, INSTRUMENT, INSTRUMENT_KEYS, PRECURVE_KEYS, RigInstrument, SECTION_KEYS,
 };
+use super::keys::{ENTRY_KEYS, ENVIRONMENT_KEYS, SENSOR_KEYS, VESSEL_KEYS};
 use super::priors::prior_keys;
-use super::rig::{ENTRY_KEYS, ENVIRONMENT_KEYS, Plant, Rig, RigWarning, SENSOR_KEYS, VESSEL_KEYS};
-use super::toml_reader::{Fault, TableReader};
+use super::toml_reader::{Fault, RigWarning, TableReader};
+use super::types::{Plant, Rig};
 
 /// Heavier than this is metal.
 const METAL_KG_PER_M3: f64 = 3000.0;

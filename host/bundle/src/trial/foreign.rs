@@ -3,10 +3,12 @@
 
 use thiserror::Error;
 
-use super::columns;
-use super::trial::{Parsed, Trial, TrialCause, shape_point};
-use crate::error::Place;
+use super::cause::TrialCause;
+use super::columns::{self, shape_index};
+use super::read::Parsed;
+use super::types::Trial;
 use crate::nearest::nearest;
+use crate::place::Place;
 use crate::table::{Table, TableCause};
 
 /// A column of a trial, and the one of another table that it comes from.
@@ -71,7 +73,7 @@ fn joined(text: &str) -> String {
 }
 
 fn is_known(name: &str) -> bool {
-    columns::ALL.contains(&name) || columns::OF_DRIVE.contains(&name) || shape_point(name).is_some()
+    columns::ALL.contains(&name) || columns::OF_DRIVE.contains(&name) || shape_index(name).is_some()
 }
 
 /// A column of the table that is none of the trial's.

@@ -5,11 +5,16 @@ use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use super::rig_cause::RigCause;
-use crate::error::Place;
+use super::cause::RigCause;
 use crate::nearest::nearest;
+use crate::place::Place;
 
 pub(crate) type Fault = (Place, RigCause);
+/// Something that looks wrong in `rig.toml`, and where.
+pub(crate) type RigWarning = (Place, String);
+
+pub(super) const POSITIVE: std::ops::RangeInclusive<f64> = f64::MIN_POSITIVE..=f64::MAX;
+pub(super) const NOT_NEGATIVE: std::ops::RangeInclusive<f64> = 0.0..=f64::MAX;
 
 /// Turns byte offsets of a text into lines and columns.
 #[derive(Clone, Copy)]

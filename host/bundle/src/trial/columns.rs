@@ -49,3 +49,13 @@ pub const OF_DRIVE: [&str; 4] = [TIME, POSITION, COMMAND, "setpoint_m"];
 pub fn shape_point(k: usize) -> [String; 3] {
     ["x", "y", "z"].map(|axis| format!("p{k:02}_{axis}_m"))
 }
+
+/// The k of a column `pNN_x_m`.
+pub(super) fn shape_index(name: &str) -> Option<usize> {
+    let rest = name.strip_prefix('p')?;
+    let (digits, axis) = rest.split_once('_')?;
+    let two_or_more = digits.len() >= 2 && digits.bytes().all(|byte| byte.is_ascii_digit());
+    // The format's names are those that `p{k:02}` gives.
+    let k = digits.parse::<usize>().ok().filter(|k| *k < 10_000 && format!("{k:02}") == digits)?;
+    (two_or_more && matches!(axis, "x_m" | "y_m" | "z_m")).then_some(k)
+}
