@@ -2,10 +2,10 @@
 
 use cathforce_scalar::Vector3;
 
-use super::acting::{Acting, Straightened, Windup};
+use super::active::{ActiveEffects, Straightened, Windup};
+use super::fluid::FluidForce;
 use super::nominal::Placement;
-use super::pull::{Pull, PullMemory};
-use super::stream::Stream;
+use super::tendon::{TendonBend, TendonState};
 use super::wall_law::WallLaw;
 use super::{DriveTrain, EntryDrag, WallMotion};
 use crate::coaxial::Overlap;
@@ -20,8 +20,8 @@ const SPEED_TIME_S: f64 = 0.01;
 
 /// Memory of the effects, those at the samples of the wall apart.
 #[derive(Clone, Debug)]
-pub(crate) struct Memory<T: Real> {
-    pub train: DriveTrain<T>,
+pub(crate) struct EffectState<T: Real> {
+    pub drive_train: DriveTrain<T>,
     /// Force at the drive in the last tick \[N\].
     load_n: T,
     /// Periods of the wall's motion since the run began, modulo 1.
@@ -41,7 +41,7 @@ pub(crate) struct Memory<T: Real> {
     pulses: T,
     /// Twist of the shaft behind the entry plane \[rad\].
     pub wound_rad: T,
-    pull: PullMemory<T>,
+    tendon: TendonState<T>,
     /// Where the vessel stands; `None` where the rig says.
     pub placement: Option<Placement<T>>,
     /// The guide's mouth in the vessel's frame \[m\].
@@ -52,10 +52,10 @@ pub(crate) struct Memory<T: Real> {
     has_stood: bool,
 }
 
-impl<T: Real> Memory<T> {
+impl<T: Real> EffectState<T> {
     pub const fn new() -> Self {
         Self {
-            train: DriveTrain::new(),
+            drive_train: DriveTrain::new(),
             load_n: T::ZERO,
             wall_turns: T::ZERO,
             entered_m: None,
@@ -66,7 +66,7 @@ impl<T: Real> Memory<T> {
             softened: T::ZERO,
             pulses: T::ZERO,
             wound_rad: T::ZERO,
-            pull: PullMemory::new(),
+            tendon: TendonState::new(),
             placement: None,
             mouth: T::ORIGIN,
             vessel_moved_m: T::ORIGIN,
@@ -83,7 +83,8 @@ impl<T: Real> Memory<T> {
     ) -> Drive<T> {
         let description = model.description();
         let tick_s = description.solver.tick_s;
-        let drive = self.train.follow(&description.effects.drive, tick_s, self.load_n, encoder);
+        let drive =
+            self.drive_train.follow(&description.effects.drive, tick_s, self.load_n, encoder);
         // A guide that is longer, and links that end, do not keep it from the introducer.
         let before_m = self.entered_m.replace(drive.insertion_m).unwrap_or(drive.insertion_m);
         self.entered_by_m = drive.insertion_m - before_m;
@@ -119,14 +120,15 @@ impl<T: Real> Memory<T> {
         fed_m: T,
         dt_s: T,
     ) {
-        if !model.acts {
+        if !model.has_active_effects {
             return;
         }
         let effects = &model.description().effects;
         self.path_m += maximum(fed_m, -fed_m);
         let time_s = T::lit(SPEED_TIME_S);
-        let moved_m = moved_m(model.description().instrument.outer_radius_m, before, now);
-        self.speed_m_per_s = (self.speed_m_per_s * time_s + moved_m) / (time_s + dt_s);
+        let surface_travel_m =
+            surface_travel_m(model.description().instrument.outer_radius_m, before, now);
+        self.speed_m_per_s = (self.speed_m_per_s * time_s + surface_travel_m) / (time_s + dt_s);
         // Implicit Euler of an exponential.     docs/model.md (33)
         let steps = dt_s / effects.instrument.softening.time_s;
         self.softened = (self.softened + steps) / (T::one() + steps);
@@ -135,15 +137,18 @@ impl<T: Real> Memory<T> {
     }
 
     /// The stream as it is now; `None` without one.
-    pub fn stream<const LINKS: usize>(&self, model: &Model<T, LINKS>) -> Option<Stream<T>> {
+    pub fn fluid_force<const LINKS: usize>(
+        &self,
+        model: &Model<T, LINKS>,
+    ) -> Option<FluidForce<T>> {
         let drag = &model.description().effects.fluid.drag;
-        (!drag.is_off()).then(|| Stream::new(drag, self.pulses))
+        (!drag.is_off()).then(|| FluidForce::new(drag, self.pulses))
     }
 
     /// What acts in the recursion in a step of `dt_s`; `None` if nothing does.
     ///
     /// `entry`: the joint at the entry plane; `guide_cell_m`: its arc.
-    pub fn acting<const LINKS: usize>(
+    pub fn active<const LINKS: usize>(
         &self,
         model: &Model<T, LINKS>,
         insertion_m: T,
@@ -151,8 +156,8 @@ impl<T: Real> Memory<T> {
         entry: usize,
         guide_cell_m: T,
         dt_s: T,
-    ) -> Option<Acting<T>> {
-        if !model.acts {
+    ) -> Option<ActiveEffects<T>> {
+        if !model.has_active_effects {
             return None;
         }
         let description = model.description();
@@ -164,10 +169,10 @@ impl<T: Real> Memory<T> {
             past_mouth: insertion_m * (T::one() / grid.link_length_m),
             per_link: grid.link_length_m / straightened_m,
         });
-        Some(Acting {
+        Some(ActiveEffects {
             wall: WallLaw::new(effects, model.least_stretch, self.path_m, self.speed_m_per_s, dt_s),
-            stream: self.stream(model),
-            pull: Pull::new(description, &model.grid, overlap, &self.pull),
+            fluid: self.fluid_force(model),
+            tendon: TendonBend::new(description, &model.grid, overlap, &self.tendon),
             softness: self.softness(model),
             vessel_motion: [self.vessel_moved_m, self.vessel_m_per_s],
             straightened,
@@ -188,19 +193,19 @@ impl<T: Real> Memory<T> {
     }
 
     /// How a tendon bends the cell at the guide's mouth, material axes \[rad\].
-    pub fn pulled_at_mouth(&self) -> Vector3<T> {
-        self.pull.at_mouth
+    pub fn tendon_bend_at_mouth(&self) -> Vector3<T> {
+        self.tendon.at_mouth
     }
 
     /// After a solve: what its end says to the effects. `torque_n_m`: of the instrument on the
     /// guide, about the direction of insertion.
-    pub fn finish(&mut self, acting: &Acting<T>, torque_n_m: T) {
-        if let Some(pull) = &acting.pull {
-            pull.finish(&mut self.pull);
+    pub fn finish(&mut self, active: &ActiveEffects<T>, torque_n_m: T) {
+        if let Some(tendon) = &active.tendon {
+            tendon.finish(&mut self.tendon);
         }
         // docs/model.md (37)
         let most = T::lit(LARGEST_UNWINDING_RAD);
-        let Windup { compliance, twisting, .. } = acting.windup;
+        let Windup { compliance, twisting, .. } = active.windup;
         let change = (compliance * torque_n_m - self.wound_rad) * twisting;
         self.wound_rad += minimum(maximum(change, -most), most);
     }
@@ -228,7 +233,7 @@ impl<T: Real> Memory<T> {
                 (Vector3::from(outputs.moment_on_vessel_n_m) + moment).into();
         }
         if !entry.drag.is_off() {
-            let drag_n = self.introducer(&entry.drag, description.solver.tick_s);
+            let drag_n = self.introducer_drag_n(&entry.drag, description.solver.tick_s);
             let shared = direction * (drag_n * entry.drag.phantom_share);
             outputs.drive_force_n += drag_n;
             outputs.force_on_vessel_n = (Vector3::from(outputs.force_on_vessel_n) + shared).into();
@@ -237,7 +242,7 @@ impl<T: Real> Memory<T> {
     }
 
     /// Force that the introducer's friction asks of the drive \[N\].     docs/model.md (27)
-    fn introducer(&mut self, drag: &EntryDrag<T>, tick_s: T) -> T {
+    fn introducer_drag_n(&mut self, drag: &EntryDrag<T>, tick_s: T) -> T {
         let (most, fed_m) = (drag.presliding_m, self.entered_by_m);
         self.dragged_m = minimum(maximum(self.dragged_m + fed_m, -most), most);
         drag.coulomb_n * (self.dragged_m / most) + drag.viscous_n_s_per_m * (fed_m / tick_s)
@@ -245,7 +250,7 @@ impl<T: Real> Memory<T> {
 }
 
 /// How far the surface of the faster instrument went past the mouth, along and about it.
-fn moved_m<T: Real>(radius_m: T, before: &Drives<T>, now: &Drives<T>) -> T {
+fn surface_travel_m<T: Real>(radius_m: T, before: &Drives<T>, now: &Drives<T>) -> T {
     let squared = |before: &Drive<T>, now: &Drive<T>| {
         let along = now.insertion_m - before.insertion_m;
         let about = (now.rotation_rad - before.rotation_rad) * radius_m;
@@ -283,7 +288,7 @@ mod tests {
         let moved = |catheter: Drive<f64>, guidewire: Drive<f64>| {
             let start = at(0.1, 1.0);
             let before = Drives { catheter: start, guidewire: start };
-            moved_m(1e-3, &before, &Drives { catheter, guidewire })
+            surface_travel_m(1e-3, &before, &Drives { catheter, guidewire })
         };
         let is = |found: f64, expected: f64| assert!((found - expected).abs() < 1e-15, "{found}");
         is(moved(at(0.1, 1.0), at(0.1, 1.0)), 0.0);

@@ -3,21 +3,23 @@
 use core::arch::x86_64::*;
 use core::ops::{Add, Div, Mul, Neg, Sub};
 
-use crate::triple::packed::Packed;
-use crate::{Number, Pack, Plain, Real, Vector3, Work};
+use crate::storage::simd::SimdStorage;
+use crate::{Kernel, Number, Pack, Real, ScalarStorage, Vector3};
 
 /// Does it with the wider pack where the processor has AVX2.
 #[inline(always)]
-pub(crate) fn side_by_side<T: Real, N: Pack<T>, Wide: Pack<T>, W: Work<T>>(work: W) -> W::Output {
+pub(crate) fn run_vectorised<T: Real, N: Pack<T>, Wide: Pack<T>, W: Kernel<T>>(
+    work: W,
+) -> W::Output {
     #[target_feature(enable = "avx2")]
-    fn wide<T: Real, Wide: Pack<T>, W: Work<T>>(work: W) -> W::Output {
-        work.with::<Wide>()
+    fn wide<T: Real, Wide: Pack<T>, W: Kernel<T>>(work: W) -> W::Output {
+        work.run::<Wide>()
     }
     if std::is_x86_feature_detected!("avx2") {
         // SAFETY: the processor has what this is compiled for.
         unsafe { wide::<T, Wide, W>(work) }
     } else {
-        work.with::<N>()
+        work.run::<N>()
     }
 }
 
@@ -35,7 +37,7 @@ macro_rules! operator {
 }
 
 // SAFETY of all below: every x86-64 has SSE2; where a pack has 256 bits, the processor has AVX2, or
-// `side_by_side` would not have chosen it; and none of these touches memory.
+// `run_vectorised` would not have chosen it; and none of these touches memory.
 macro_rules! number {
     (
         $(#[$doc:meta])* $name:ident $register:ident: $number:ident, $lanes:literal, [$($lane:literal),*];
@@ -60,12 +62,12 @@ macro_rules! number {
         }
 
         impl Number for $name {
-            type Triple = Plain<Self>;
+            type Storage3 = ScalarStorage<Self>;
             const LANES: usize = $lanes;
             type Lanes<U> = [U; $lanes];
 
             #[inline(always)]
-            fn lanes<U>(mut of: impl FnMut(usize) -> U) -> [U; $lanes] {
+            fn per_lane<U>(mut of: impl FnMut(usize) -> U) -> [U; $lanes] {
                 [$(of($lane)),*]
             }
             #[inline(always)]
@@ -101,14 +103,14 @@ macro_rules! number {
 
 number! {
     /// In the four lanes of a register.
-    Four __m128: f32, 4, [0, 1, 2, 3];
+    F32x4 __m128: f32, 4, [0, 1, 2, 3];
     _mm_add_ps _mm_sub_ps _mm_mul_ps _mm_div_ps _mm_set1_ps _mm_setzero_ps;
     _mm_sqrt_ps _mm_max_ps _mm_min_ps _mm_cmplt_ps _mm_and_ps _mm_or_ps _mm_xor_ps
 }
 
 number! {
     /// In the two lanes of a register.
-    Two __m128d: f64, 2, [0, 1];
+    F64x2 __m128d: f64, 2, [0, 1];
     _mm_add_pd _mm_sub_pd _mm_mul_pd _mm_div_pd _mm_set1_pd _mm_setzero_pd;
     _mm_sqrt_pd _mm_max_pd _mm_min_pd _mm_cmplt_pd _mm_and_pd _mm_or_pd _mm_xor_pd
 }
@@ -124,14 +126,14 @@ fn less_pd(a: __m256d, b: __m256d) -> __m256d {
 
 number! {
     /// In the eight lanes of a register.
-    Eight __m256: f32, 8, [0, 1, 2, 3, 4, 5, 6, 7];
+    F32x8 __m256: f32, 8, [0, 1, 2, 3, 4, 5, 6, 7];
     _mm256_add_ps _mm256_sub_ps _mm256_mul_ps _mm256_div_ps _mm256_set1_ps _mm256_setzero_ps;
     _mm256_sqrt_ps _mm256_max_ps _mm256_min_ps less_ps _mm256_and_ps _mm256_or_ps _mm256_xor_ps
 }
 
 number! {
     /// In the four lanes of a register.
-    FourDoubles __m256d: f64, 4, [0, 1, 2, 3];
+    F64x4 __m256d: f64, 4, [0, 1, 2, 3];
     _mm256_add_pd _mm256_sub_pd _mm256_mul_pd _mm256_div_pd _mm256_set1_pd _mm256_setzero_pd;
     _mm256_sqrt_pd _mm256_max_pd _mm256_min_pd less_pd _mm256_and_pd _mm256_or_pd _mm256_xor_pd
 }
@@ -139,10 +141,10 @@ number! {
 /// Above every integer that is asked for, below what does not fit.
 const HIGH: i32 = 1 << 30;
 
-impl Pack<f32> for Four {
+impl Pack<f32> for F32x4 {
     #[inline(always)]
-    fn each(of: impl FnMut(usize) -> f32) -> Self {
-        let [a, b, c, d] = Self::lanes(of);
+    fn from_lanes(of: impl FnMut(usize) -> f32) -> Self {
+        let [a, b, c, d] = Self::per_lane(of);
         Self(unsafe { _mm_setr_ps(a, b, c, d) })
     }
     #[inline(always)]
@@ -157,8 +159,8 @@ impl Pack<f32> for Four {
         }
     }
     #[inline(always)]
-    fn vectors(of: impl FnMut(usize) -> Vector3<f32>) -> Vector3<Self> {
-        let [a, b, c, d] = Self::lanes(of).map(|v| v.0.0);
+    fn gather_vectors(of: impl FnMut(usize) -> Vector3<f32>) -> Vector3<Self> {
+        let [a, b, c, d] = Self::per_lane(of).map(|v| v.0.0);
         // x x y y and z z of two each.
         let (x, y, z) = unsafe {
             let (low, high) = (_mm_unpacklo_ps(a, b), _mm_unpacklo_ps(c, d));
@@ -168,7 +170,7 @@ impl Pack<f32> for Four {
         Vector3::new(Self(x), Self(y), Self(z))
     }
     #[inline(always)]
-    fn apart(vectors: Vector3<Self>) -> [Vector3<f32>; 4] {
+    fn split_vectors(vectors: Vector3<Self>) -> [Vector3<f32>; 4] {
         let (x, y, z) = (vectors.x().0, vectors.y().0, vectors.z().0);
         let [a, b, c, d] = unsafe {
             let (low, high) = (_mm_unpacklo_ps(x, y), _mm_unpackhi_ps(x, y));
@@ -179,15 +181,15 @@ impl Pack<f32> for Four {
                 _mm_shuffle_ps::<0b11_11_11_10>(high, z),
             ]
         };
-        [a, b, c, d].map(|v| Vector3(Packed(v)))
+        [a, b, c, d].map(|v| Vector3(SimdStorage(v)))
     }
     #[inline(always)]
-    fn ints(of: impl FnMut(usize) -> i32) -> Self {
-        let [a, b, c, d] = Self::lanes(of);
+    fn from_ints(of: impl FnMut(usize) -> i32) -> Self {
+        let [a, b, c, d] = Self::per_lane(of);
         Self(unsafe { _mm_cvtepi32_ps(_mm_setr_epi32(a, b, c, d)) })
     }
     #[inline(always)]
-    fn clipped(self, most: i32) -> [i32; 4] {
+    fn to_clamped_ints(self, most: i32) -> [i32; 4] {
         debug_assert!(most <= HIGH);
         let ints = unsafe {
             let high = _mm_set1_ps(HIGH as f32);
@@ -204,10 +206,10 @@ impl Pack<f32> for Four {
     }
 }
 
-impl Pack<f64> for Two {
+impl Pack<f64> for F64x2 {
     #[inline(always)]
-    fn each(of: impl FnMut(usize) -> f64) -> Self {
-        let [a, b] = Self::lanes(of);
+    fn from_lanes(of: impl FnMut(usize) -> f64) -> Self {
+        let [a, b] = Self::per_lane(of);
         Self(unsafe { _mm_setr_pd(a, b) })
     }
     #[inline(always)]
@@ -215,22 +217,22 @@ impl Pack<f64> for Two {
         unsafe { _mm_cvtsd_f64(if lane == 0 { self.0 } else { _mm_unpackhi_pd(self.0, self.0) }) }
     }
     #[inline(always)]
-    fn vectors(of: impl FnMut(usize) -> Vector3<f64>) -> Vector3<Self> {
-        let [a, b] = Self::lanes(of);
+    fn gather_vectors(of: impl FnMut(usize) -> Vector3<f64>) -> Vector3<Self> {
+        let [a, b] = Self::per_lane(of);
         let side = |of: fn(&Vector3<f64>) -> f64| Self(unsafe { _mm_setr_pd(of(&a), of(&b)) });
         Vector3::new(side(Vector3::x), side(Vector3::y), side(Vector3::z))
     }
     #[inline(always)]
-    fn apart(vectors: Vector3<Self>) -> [Vector3<f64>; 2] {
+    fn split_vectors(vectors: Vector3<Self>) -> [Vector3<f64>; 2] {
         let (x, y, z) = (vectors.x(), vectors.y(), vectors.z());
-        Self::lanes(|lane| Vector3::new(x.lane(lane), y.lane(lane), z.lane(lane)))
+        Self::per_lane(|lane| Vector3::new(x.lane(lane), y.lane(lane), z.lane(lane)))
     }
     #[inline(always)]
-    fn ints(mut of: impl FnMut(usize) -> i32) -> Self {
-        Self::each(|lane| f64::from(of(lane)))
+    fn from_ints(mut of: impl FnMut(usize) -> i32) -> Self {
+        Self::from_lanes(|lane| f64::from(of(lane)))
     }
     #[inline(always)]
-    fn clipped(self, most: i32) -> [i32; 2] {
+    fn to_clamped_ints(self, most: i32) -> [i32; 2] {
         debug_assert!(most <= HIGH);
         let ints = unsafe {
             let high = _mm_set1_pd(f64::from(HIGH));
@@ -242,11 +244,11 @@ impl Pack<f64> for Two {
     }
 }
 
-impl Eight {
+impl F32x8 {
     /// The first four lanes or the others.
     #[inline(always)]
-    fn half(self, which: usize) -> Four {
-        Four(unsafe {
+    fn half(self, which: usize) -> F32x4 {
+        F32x4(unsafe {
             if which == 0 {
                 _mm256_castps256_ps128(self.0)
             } else {
@@ -256,14 +258,14 @@ impl Eight {
     }
 }
 
-impl Pack<f32> for Eight {
+impl Pack<f32> for F32x8 {
     #[inline(always)]
-    fn each(of: impl FnMut(usize) -> f32) -> Self {
-        let [a, b, c, d, e, f, g, h] = Self::lanes(of);
+    fn from_lanes(of: impl FnMut(usize) -> f32) -> Self {
+        let [a, b, c, d, e, f, g, h] = Self::per_lane(of);
         Self(unsafe { _mm256_setr_ps(a, b, c, d, e, f, g, h) })
     }
     #[inline(always)]
-    fn all(value: f32) -> Self {
+    fn splat(value: f32) -> Self {
         Self(unsafe { _mm256_set1_ps(value) })
     }
     #[inline(always)]
@@ -271,8 +273,8 @@ impl Pack<f32> for Eight {
         self.half(lane / 4).lane(lane % 4)
     }
     #[inline(always)]
-    fn vectors(of: impl FnMut(usize) -> Vector3<f32>) -> Vector3<Self> {
-        let v = Self::lanes(of).map(|v| v.0.0);
+    fn gather_vectors(of: impl FnMut(usize) -> Vector3<f32>) -> Vector3<Self> {
+        let v = Self::per_lane(of).map(|v| v.0.0);
         let (x, y, z) = unsafe {
             let [a, b, c, d] = [(v[0], v[4]), (v[1], v[5]), (v[2], v[6]), (v[3], v[7])]
                 .map(|(low, high)| _mm256_set_m128(high, low));
@@ -288,7 +290,7 @@ impl Pack<f32> for Eight {
         Vector3::new(Self(x), Self(y), Self(z))
     }
     #[inline(always)]
-    fn apart(vectors: Vector3<Self>) -> [Vector3<f32>; 8] {
+    fn split_vectors(vectors: Vector3<Self>) -> [Vector3<f32>; 8] {
         let (x, y, z) = (vectors.x().0, vectors.y().0, vectors.z().0);
         // Lanes 0 and 4, 1 and 5, 2 and 6, 3 and 7.
         let two = unsafe {
@@ -300,15 +302,15 @@ impl Pack<f32> for Eight {
                 _mm256_shuffle_ps::<0b11_11_11_10>(high, z),
             ]
         };
-        Self::lanes(|lane| Vector3(Packed(Self(two[lane % 4]).half(lane / 4).0)))
+        Self::per_lane(|lane| Vector3(SimdStorage(Self(two[lane % 4]).half(lane / 4).0)))
     }
     #[inline(always)]
-    fn ints(of: impl FnMut(usize) -> i32) -> Self {
-        let [a, b, c, d, e, f, g, h] = Self::lanes(of);
+    fn from_ints(of: impl FnMut(usize) -> i32) -> Self {
+        let [a, b, c, d, e, f, g, h] = Self::per_lane(of);
         Self(unsafe { _mm256_cvtepi32_ps(_mm256_setr_epi32(a, b, c, d, e, f, g, h)) })
     }
     #[inline(always)]
-    fn clipped(self, most: i32) -> [i32; 8] {
+    fn to_clamped_ints(self, most: i32) -> [i32; 8] {
         debug_assert!(most <= HIGH);
         unsafe {
             let high = _mm256_set1_ps(HIGH as f32);
@@ -319,11 +321,11 @@ impl Pack<f32> for Eight {
     }
 }
 
-impl FourDoubles {
+impl F64x4 {
     /// The first two lanes or the others.
     #[inline(always)]
-    fn half(self, which: usize) -> Two {
-        Two(unsafe {
+    fn half(self, which: usize) -> F64x2 {
+        F64x2(unsafe {
             if which == 0 {
                 _mm256_castpd256_pd128(self.0)
             } else {
@@ -333,10 +335,10 @@ impl FourDoubles {
     }
 }
 
-impl Pack<f64> for FourDoubles {
+impl Pack<f64> for F64x4 {
     #[inline(always)]
-    fn each(of: impl FnMut(usize) -> f64) -> Self {
-        let [a, b, c, d] = Self::lanes(of);
+    fn from_lanes(of: impl FnMut(usize) -> f64) -> Self {
+        let [a, b, c, d] = Self::per_lane(of);
         Self(unsafe { _mm256_setr_pd(a, b, c, d) })
     }
     #[inline(always)]
@@ -344,25 +346,25 @@ impl Pack<f64> for FourDoubles {
         self.half(lane / 2).lane(lane % 2)
     }
     #[inline(always)]
-    fn vectors(of: impl FnMut(usize) -> Vector3<f64>) -> Vector3<Self> {
-        let [a, b, c, d] = Self::lanes(of);
+    fn gather_vectors(of: impl FnMut(usize) -> Vector3<f64>) -> Vector3<Self> {
+        let [a, b, c, d] = Self::per_lane(of);
         let side = |of: fn(&Vector3<f64>) -> f64| {
             Self(unsafe { _mm256_setr_pd(of(&a), of(&b), of(&c), of(&d)) })
         };
         Vector3::new(side(Vector3::x), side(Vector3::y), side(Vector3::z))
     }
     #[inline(always)]
-    fn apart(vectors: Vector3<Self>) -> [Vector3<f64>; 4] {
+    fn split_vectors(vectors: Vector3<Self>) -> [Vector3<f64>; 4] {
         let (x, y, z) = (vectors.x(), vectors.y(), vectors.z());
-        Self::lanes(|lane| Vector3::new(x.lane(lane), y.lane(lane), z.lane(lane)))
+        Self::per_lane(|lane| Vector3::new(x.lane(lane), y.lane(lane), z.lane(lane)))
     }
     #[inline(always)]
-    fn ints(of: impl FnMut(usize) -> i32) -> Self {
-        let [a, b, c, d] = Self::lanes(of);
+    fn from_ints(of: impl FnMut(usize) -> i32) -> Self {
+        let [a, b, c, d] = Self::per_lane(of);
         Self(unsafe { _mm256_cvtepi32_pd(_mm_setr_epi32(a, b, c, d)) })
     }
     #[inline(always)]
-    fn clipped(self, most: i32) -> [i32; 4] {
+    fn to_clamped_ints(self, most: i32) -> [i32; 4] {
         debug_assert!(most <= HIGH);
         unsafe {
             let high = _mm256_set1_pd(f64::from(HIGH));

@@ -8,7 +8,7 @@ use cathforce_bus::{
 };
 use cathforce_config::image;
 use cathforce_control::{BAND_ROWS, BAND_UNKNOWN, Band, Config, Fault, Mode, Notice};
-use cathforce_device::{Sent, Ticker};
+use cathforce_device::{ControlLoop, TickFrames};
 use proptest::prelude::*;
 
 const START_M: f64 = 0.012;
@@ -16,7 +16,7 @@ const START_M: f64 = 0.012;
 /// A ticker and the host at the other end of its bus.
 struct Bench<'a> {
     config: &'a Config<'a>,
-    ticker: Ticker,
+    control_loop: ControlLoop,
     sealer: Sealer,
     insertion_m: f64,
     /// Everything sent by the ticker.
@@ -25,8 +25,8 @@ struct Bench<'a> {
 
 impl<'a> Bench<'a> {
     fn new(config: &'a Config<'a>) -> Self {
-        let (ticker, sealer) = (Ticker::new(), Sealer::default());
-        Self { config, ticker, sealer, insertion_m: START_M, sent: Vec::new() }
+        let (control_loop, sealer) = (ControlLoop::new(), Sealer::default());
+        Self { config, control_loop, sealer, insertion_m: START_M, sent: Vec::new() }
     }
 
     fn seal(&mut self, process: Process) -> Frame {
@@ -39,14 +39,14 @@ impl<'a> Bench<'a> {
     }
 
     /// A tick with an encoder frame and perhaps a command.
-    fn tick(&mut self, command: Option<Command>) -> Sent {
+    fn tick(&mut self, command: Option<Command>) -> TickFrames {
         let encoder = self.encoder();
-        self.ticker.on_frame(&encoder);
+        self.control_loop.on_frame(&encoder);
         if let Some(command) = command {
             let command = self.seal(Process::Command(command));
-            self.ticker.on_frame(&command);
+            self.control_loop.on_frame(&command);
         }
-        let frames = self.ticker.tick(Some(self.config), None);
+        let frames = self.control_loop.tick(Some(self.config), None);
         self.sent.extend(frames.into_iter().flatten());
         frames
     }
@@ -60,7 +60,7 @@ impl<'a> Bench<'a> {
     }
 
     fn mode(&self) -> Mode {
-        self.ticker.outputs().unwrap().mode
+        self.control_loop.outputs().unwrap().mode
     }
 
     fn armed(config: &'a Config<'a>) -> Self {
@@ -85,9 +85,9 @@ fn decode(frame: &Frame) -> Process {
 
 #[test]
 fn p18_without_configuration_the_output_is_zero_and_says_why() {
-    let mut ticker = Ticker::new();
+    let mut control_loop = ControlLoop::new();
     for tick in 0..7 {
-        let [haptic, contact, third] = ticker.tick(None, None).map(|f| decode(&f.unwrap()));
+        let [haptic, contact, third] = control_loop.tick(None, None).map(|f| decode(&f.unwrap()));
         let Process::Haptic(haptic) = haptic else { panic!("{haptic:?}") };
         assert_eq!((haptic.force.0, haptic.torque.0), (0, 0));
         assert_eq!((haptic.mode, haptic.fault), (MODE_UNCONFIGURED, 0));
@@ -101,10 +101,10 @@ fn the_third_frame_takes_turns_and_every_node_has_its_own() {
     let image = support::image();
     let config = image::decode(&image).unwrap();
     let mut bench = Bench::armed(&config);
-    while !bench.ticker.ticks().is_multiple_of(5) {
+    while !bench.control_loop.ticks().is_multiple_of(5) {
         bench.tick(None);
     }
-    let nodes = bench.ticker.state().mechanics().nodes() as u16;
+    let nodes = bench.control_loop.state().mechanics().nodes() as u16;
     assert!(nodes > 3);
     let mut shown = Vec::new();
     for _ in 0..=nodes {
@@ -127,7 +127,7 @@ fn a_band_takes_every_other_turn_of_the_moment() {
     let band = Some(Band { from_m: 0.0, step_m: 0.1, feed, withdrawal });
     let config = Config { band, ..image::decode(&image).unwrap() };
     let mut bench = Bench::armed(&config);
-    while !bench.ticker.ticks().is_multiple_of(5) || bench.ticker.ticks() < 300 {
+    while !bench.control_loop.ticks().is_multiple_of(5) || bench.control_loop.ticks() < 300 {
         bench.tick(None);
     }
     let mut turns = [0; 8].map(|_| [0; 5].map(|_| bench.tick(None)[2].unwrap())[2]);
@@ -147,11 +147,11 @@ fn what_is_sent_is_what_was_computed() {
     let mut bench = Bench::armed(&config);
     for _ in 0..40 {
         bench.insertion_m += 2e-5;
-        let tick = bench.ticker.ticks();
+        let tick = bench.control_loop.ticks();
         let frames = bench.tick(None);
-        let outputs = *bench.ticker.outputs().unwrap();
+        let outputs = *bench.control_loop.outputs().unwrap();
         for process in frames.iter().flatten().map(decode) {
-            let model = bench.ticker.state().mechanics();
+            let model = bench.control_loop.state().mechanics();
             match process {
                 Process::Haptic(sent) => {
                     assert!((sent.force.n() - outputs.force_n).abs() <= 2.6e-4);
@@ -184,8 +184,8 @@ fn what_is_sent_is_what_was_computed() {
 fn p22_the_same_frames_give_the_same_frames() {
     let image = support::image();
     let config = image::decode(&image).unwrap();
-    let run = |ticker: Ticker| {
-        let mut bench = Bench { ticker, ..Bench::new(&config) };
+    let run = |control_loop: ControlLoop| {
+        let mut bench = Bench { control_loop, ..Bench::new(&config) };
         for i in 0..300 {
             bench.insertion_m += 3e-5;
             bench.tick((i == 0).then_some(Command::SelfTest));
@@ -194,25 +194,25 @@ fn p22_the_same_frames_give_the_same_frames() {
     };
     let mut used = Bench::armed(&config);
     used.tick(Some(Command::Disarm));
-    used.ticker.restart(Default::default());
-    assert_eq!(run(Ticker::new()), run(used.ticker));
+    used.control_loop.restart(Default::default());
+    assert_eq!(run(ControlLoop::new()), run(used.control_loop));
 }
 
 #[test]
 fn ticks_are_granted_only_in_lock_step() {
-    let mut ticker = Ticker::new();
+    let mut control_loop = ControlLoop::new();
     let mut sealer = Sealer::default();
     let mut sync =
         |grant| sealer.seal(Process::Sync(Sync { grant, host_tick: 0 }), Default::default());
-    ticker.on_frame(&sync(2));
-    assert_eq!(ticker.granted(), 0);
-    assert!(ticker.set_lock_step(true));
-    ticker.on_frame(&sync(2));
-    assert_eq!(ticker.granted(), 2);
-    ticker.tick(None, None);
-    assert_eq!(ticker.granted(), 1);
-    ticker.restart(Default::default());
-    assert_eq!((ticker.granted(), ticker.lock_step()), (0, true));
+    control_loop.on_frame(&sync(2));
+    assert_eq!(control_loop.granted(), 0);
+    assert!(control_loop.set_lock_step(true));
+    control_loop.on_frame(&sync(2));
+    assert_eq!(control_loop.granted(), 2);
+    control_loop.tick(None, None);
+    assert_eq!(control_loop.granted(), 1);
+    control_loop.restart(Default::default());
+    assert_eq!((control_loop.granted(), control_loop.lock_step()), (0, true));
 }
 
 #[test]
@@ -220,16 +220,16 @@ fn p17_nothing_is_reconfigured_while_armed_or_ramping() {
     let image = support::image();
     let config = image::decode(&image).unwrap();
     let mut bench = Bench::armed(&config);
-    assert!(!bench.ticker.may_reconfigure());
-    assert!(!bench.ticker.set_lock_step(true));
-    assert!(!bench.ticker.lock_step());
+    assert!(!bench.control_loop.may_reconfigure());
+    assert!(!bench.control_loop.set_lock_step(true));
+    assert!(!bench.control_loop.lock_step());
     bench.tick(Some(Command::Disarm));
     for _ in 0..30 {
         let idle = matches!(bench.mode(), Mode::Ready | Mode::Idle);
-        assert_eq!(bench.ticker.may_reconfigure(), idle);
+        assert_eq!(bench.control_loop.may_reconfigure(), idle);
         bench.tick(None);
     }
-    assert!(bench.ticker.set_lock_step(true));
+    assert!(bench.control_loop.set_lock_step(true));
 }
 
 #[test]
@@ -240,11 +240,11 @@ fn of_two_commands_in_a_tick_the_disarm_counts() {
         let mut bench = Bench::armed(&config);
         for command in order {
             let frame = bench.seal(Process::Command(command));
-            bench.ticker.on_frame(&frame);
+            bench.control_loop.on_frame(&frame);
         }
         bench.tick(None);
         assert_ne!(bench.mode(), Mode::Armed);
-        assert_eq!(bench.ticker.counters().get(Counter::Superseded), 1);
+        assert_eq!(bench.control_loop.counters().get(Counter::Superseded), 1);
     }
 }
 
@@ -255,17 +255,17 @@ fn p04_a_few_bad_frames_change_nothing_and_more_than_3_in_10_ramp_down() {
     let (mut clean, mut bad) = (Bench::armed(&config), Bench::armed(&config));
     for tick in 0..100 {
         if tick % 5 == 0 {
-            bad.ticker.on_frame(&Frame::new(0x100, &[0xEE; 8]).unwrap());
+            bad.control_loop.on_frame(&Frame::new(0x100, &[0xEE; 8]).unwrap());
         }
         assert_eq!(clean.tick(None), bad.tick(None), "tick {tick}");
     }
     for tick in 0..4 {
         assert_eq!(bad.mode(), Mode::Armed, "tick {tick}");
-        bad.ticker.on_frame(&Frame::new(0x110, &[tick; 8]).unwrap());
+        bad.control_loop.on_frame(&Frame::new(0x110, &[tick; 8]).unwrap());
         bad.tick(None);
     }
     assert_eq!(bad.mode().fault(), Some(Fault::BadFrames));
-    assert_eq!(bad.ticker.counters().get(Counter::Corrupt), 24);
+    assert_eq!(bad.control_loop.counters().get(Counter::Corrupt), 24);
 }
 
 proptest! {
@@ -281,13 +281,13 @@ proptest! {
         let (mut clean, mut noisy) = (Bench::armed(&config), Bench::armed(&config));
         // The few that are rejected under our own ids count towards P04's 3 in 10.
         let noise = noise.into_iter().filter(|&(id, _)| id != 0x100 && id != 0x110 && id != 0x600);
-        let counted = |ticker: &Ticker| -> u32 {
-            Counter::FRAME_KINDS.iter().map(|&c| ticker.counters().get(c)).sum()
+        let counted = |control_loop: &ControlLoop| -> u32 {
+            Counter::FRAME_KINDS.iter().map(|&c| control_loop.counters().get(c)).sum()
         };
         for (id, data) in noise {
-            let before = counted(&noisy.ticker);
-            noisy.ticker.on_frame(&Frame::new(id, &data).unwrap());
-            prop_assert_eq!(counted(&noisy.ticker), before + 1);
+            let before = counted(&noisy.control_loop);
+            noisy.control_loop.on_frame(&Frame::new(id, &data).unwrap());
+            prop_assert_eq!(counted(&noisy.control_loop), before + 1);
             noisy.insertion_m += 1e-5;
             clean.insertion_m += 1e-5;
             prop_assert_eq!(clean.tick(None), noisy.tick(None));
@@ -303,14 +303,14 @@ fn p19_bus_off_ramps_to_zero_and_only_clearing_and_arming_bring_output_back() {
     let config = image::decode(&image).unwrap();
     let mut bench = Bench::armed(&config);
     bench.feed(50, 2e-5);
-    let force_n = |bench: &Bench| bench.ticker.outputs().unwrap().force_n;
+    let force_n = |bench: &Bench| bench.control_loop.outputs().unwrap().force_n;
     assert!(force_n(&bench) > 0.1, "something to ramp down");
     // While the controller is off the bus nothing is heard either.
-    bench.ticker.tick(Some(&config), Some(Notice::BusOff));
+    bench.control_loop.tick(Some(&config), Some(Notice::BusOff));
     assert!(matches!(bench.mode(), Mode::Ramp { .. }));
     let mut last_n = force_n(&bench);
     for _ in 0..20 {
-        bench.ticker.tick(Some(&config), Some(Notice::BusOff));
+        bench.control_loop.tick(Some(&config), Some(Notice::BusOff));
         assert!(force_n(&bench).abs() <= last_n.abs());
         last_n = force_n(&bench);
     }
@@ -339,15 +339,15 @@ fn p20_a_bus_full_of_foreign_frames_changes_no_bit() {
         for _ in 0..FRAMES_A_TICK {
             id = (id + 1) % 0x800;
             if Id::from_raw(id).is_none() {
-                flooded.ticker.on_frame(&Frame::new(id, &[]).unwrap());
+                flooded.control_loop.on_frame(&Frame::new(id, &[]).unwrap());
             } else {
                 // Remote frames and those with 29 bits are told apart by the carrier.
-                flooded.ticker.on_foreign();
+                flooded.control_loop.on_foreign();
             }
         }
         alone.insertion_m += 1e-5;
         flooded.insertion_m += 1e-5;
         assert_eq!(alone.tick(None), flooded.tick(None));
     }
-    assert_eq!(flooded.ticker.counters().get(Counter::Foreign), 200 * FRAMES_A_TICK);
+    assert_eq!(flooded.control_loop.counters().get(Counter::Foreign), 200 * FRAMES_A_TICK);
 }

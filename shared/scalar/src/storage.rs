@@ -9,7 +9,7 @@ use core::fmt::Debug;
 use crate::Real;
 
 /// Three numbers; every operation goes number by number.
-pub trait Triple<T>: Copy + Debug {
+pub trait Storage3<T>: Copy + Debug {
     fn new(x: T, y: T, z: T) -> Self;
     fn x(self) -> T;
     fn y(self) -> T;
@@ -17,20 +17,20 @@ pub trait Triple<T>: Copy + Debug {
     fn plus(self, other: Self) -> Self;
     fn minus(self, other: Self) -> Self;
     /// Products of the first ones, the second ones and the third ones.
-    fn times(self, other: Self) -> Self;
+    fn component_mul(self, other: Self) -> Self;
     fn scaled(self, factor: T) -> Self;
     fn negated(self) -> Self;
 }
 
 /// One after the other.
 #[derive(Clone, Copy, Debug)]
-pub struct Plain<T>(T, T, T);
+pub struct ScalarStorage<T>(T, T, T);
 
-impl<T: Real> Plain<T> {
+impl<T: Real> ScalarStorage<T> {
     pub(crate) const ZERO: Self = Self(T::ZERO, T::ZERO, T::ZERO);
 }
 
-impl<T> Triple<T> for Plain<T>
+impl<T> Storage3<T> for ScalarStorage<T>
 where
     T: Copy
         + Debug
@@ -64,7 +64,7 @@ where
         Self(self.0 - other.0, self.1 - other.1, self.2 - other.2)
     }
     #[inline(always)]
-    fn times(self, other: Self) -> Self {
+    fn component_mul(self, other: Self) -> Self {
         Self(self.0 * other.0, self.1 * other.1, self.2 * other.2)
     }
     #[inline(always)]
@@ -79,28 +79,28 @@ where
 
 /// Three `f32` as the target has them.
 #[cfg(target_arch = "x86_64")]
-pub type Single = packed::Packed;
+pub type F32Storage = simd::SimdStorage;
 #[cfg(not(target_arch = "x86_64"))]
-pub type Single = Plain<f32>;
+pub type F32Storage = ScalarStorage<f32>;
 
 #[cfg(target_arch = "x86_64")]
-pub(crate) mod packed {
+pub(crate) mod simd {
     use core::arch::x86_64::*;
 
-    use super::Triple;
+    use super::Storage3;
 
     /// In the first three lanes of a register; nothing ever depends on the fourth.
     #[derive(Clone, Copy, Debug)]
-    pub struct Packed(pub(crate) __m128);
+    pub struct SimdStorage(pub(crate) __m128);
 
-    impl Packed {
+    impl SimdStorage {
         // SAFETY: both are four `f32`.
         pub(crate) const ZERO: Self =
             Self(unsafe { core::mem::transmute::<[f32; 4], __m128>([0.0; 4]) });
     }
 
     // SAFETY of all below: every x86-64 has SSE, and none of these touches memory.
-    impl Triple<f32> for Packed {
+    impl Storage3<f32> for SimdStorage {
         #[inline(always)]
         fn new(x: f32, y: f32, z: f32) -> Self {
             Self(unsafe { _mm_setr_ps(x, y, z, z) })
@@ -126,7 +126,7 @@ pub(crate) mod packed {
             Self(unsafe { _mm_sub_ps(self.0, other.0) })
         }
         #[inline(always)]
-        fn times(self, other: Self) -> Self {
+        fn component_mul(self, other: Self) -> Self {
             Self(unsafe { _mm_mul_ps(self.0, other.0) })
         }
         #[inline(always)]
@@ -146,10 +146,10 @@ mod tests {
     use crate::Number;
 
     /// Every operation, number by number.
-    fn bits<V: Triple<f32>>([a, b]: [[f32; 3]; 2]) -> [[u32; 3]; 5] {
-        let triple = |[x, y, z]: [f32; 3]| V::new(x, y, z);
-        let (u, v) = (triple(a), triple(b));
-        [u.plus(v), u.minus(v), u.times(v), u.scaled(b[1]), u.negated()]
+    fn bits<V: Storage3<f32>>([a, b]: [[f32; 3]; 2]) -> [[u32; 3]; 5] {
+        let storage = |[x, y, z]: [f32; 3]| V::new(x, y, z);
+        let (u, v) = (storage(a), storage(b));
+        [u.plus(v), u.minus(v), u.component_mul(v), u.scaled(b[1]), u.negated()]
             .map(|t| [t.x(), t.y(), t.z()].map(f32::to_bits))
     }
 
@@ -160,8 +160,8 @@ mod tests {
         for k in 0..n * n * n {
             let a = [values[k % n], values[k / n % n], values[k / n / n]];
             for b in [[0.3, -7.1e5, 1.7e-20], [a[2], a[0], 0.25]] {
-                let together = bits::<<f32 as Number>::Triple>([a, b]);
-                let apart = bits::<Plain<f32>>([a, b]);
+                let together = bits::<<f32 as Number>::Storage3>([a, b]);
+                let apart = bits::<ScalarStorage<f32>>([a, b]);
                 for (t, p) in together.iter().flatten().zip(apart.iter().flatten()) {
                     let lost = f32::from_bits(*t).is_nan() && f32::from_bits(*p).is_nan();
                     assert!(t == p || lost, "{a:?} {b:?}");

@@ -1,41 +1,41 @@
 //! The half in the tick interrupt.
 
-use cathforce_bus::master::{Collector, Master, Reading, Taken};
+use cathforce_bus::master::{Collector, FrameOutcome, Master, Reading};
 use cathforce_bus::service::{Load, Status as Report};
 use cathforce_bus::{
     self as bus, Counter, Counters, Frame, Id, MODE_UNCONFIGURED, Process, Protection, Sealer,
 };
 use cathforce_control::{
-    self as control, Config, EncoderSample, Felt, GuidewireSample, HalfWidths, Inputs, Mode,
-    Notice, Outputs,
+    self as control, Config, EncoderSample, GuidewireSample, HalfWidths, HapticSource, Inputs,
+    Mode, Notice, Outputs,
 };
 
 /// Frames that a tick sends at most: HAPTIC, CONTACT, and one of those that take turns.
-pub const MOST_FRAMES_A_TICK: usize = 3;
+pub const MAX_FRAMES_PER_TICK: usize = 3;
 
 /// What a tick sends, in this order. HAPTIC and CONTACT are always there; the last one says so
 /// in its status.
-pub type Sent = [Option<Frame>; MOST_FRAMES_A_TICK];
+pub type TickFrames = [Option<Frame>; MAX_FRAMES_PER_TICK];
 
 /// Turns of the third frame: TICK, DRIVE, MOMENT, SHAPE of a node, FORCE of the same node; with
 /// a guidewire one more, GUIDEWIREDRIVE.
-const TURNS: u32 = 5;
+const SLOTS: u32 = 5;
 /// The turn of MOMENT; with a band, every other time that of BAND.
-const MOMENT_TURN: u32 = 2;
+const MOMENT_SLOT: u32 = 2;
 /// With a guidewire, whose encoder takes its share of the bus, a third frame comes in one tick
 /// of as many.
-const GUIDEWIRE_TICKS_A_TURN: u32 = 3;
+const GUIDEWIRE_TICKS_PER_SLOT: u32 = 3;
 
 /// Decoded frames since the last tick, the state of control, counters of frames.
 ///
 /// The configuration stays outside and is lent to each tick; whoever changes it calls
-/// [`Ticker::restart`]. From there on everything follows from the frames and their order:
+/// [`ControlLoop::restart`]. From there on everything follows from the frames and their order:
 /// the same frames into another ticker give the same frames out, bit for bit.
 ///
-/// In lock step, frames wait outside while [`Ticker::granted`] is not 0, so that the frames
+/// In lock step, frames wait outside while [`ControlLoop::granted`] is not 0, so that the frames
 /// before a SYNC belong to the first tick that it grants.
 #[derive(Clone, Debug)]
-pub struct Ticker {
+pub struct ControlLoop {
     protection: Protection,
     sealer: Sealer,
     counters: Counters,
@@ -75,13 +75,13 @@ impl Hand {
     }
 }
 
-impl Default for Ticker {
+impl Default for ControlLoop {
     fn default() -> Self {
         Self::new()
     }
 }
 
-impl Ticker {
+impl ControlLoop {
     /// Free running, at tick 0, nothing received.
     pub fn new() -> Self {
         Self {
@@ -162,13 +162,13 @@ impl Ticker {
     /// A frame under an identifier that is not ours: the master's, if it is described.
     fn on_master(&mut self, frame: &Frame) {
         match self.master.take(frame) {
-            Taken::Foreign => return self.on_foreign(),
-            Taken::Rejected(counter) => {
+            FrameOutcome::Foreign => return self.on_foreign(),
+            FrameOutcome::Rejected(counter) => {
                 self.counters.count(counter);
                 self.inputs.rejected_frames = self.inputs.rejected_frames.saturating_add(1);
                 return;
             }
-            Taken::Used { superseded } => {
+            FrameOutcome::Used { superseded } => {
                 self.counters.count(Counter::Accepted);
                 if superseded {
                     self.counters.count(Counter::Superseded);
@@ -178,13 +178,13 @@ impl Ticker {
         if let Some(reading) = self.master.catheter() {
             self.hand.catheter = reading.held;
             self.hand.gripped = Some(reading.gripped);
-            newest(&mut self.inputs.encoder, position(reading), &mut self.counters);
+            replace_sample(&mut self.inputs.encoder, position(reading), &mut self.counters);
         }
         if let Some(reading) = self.master.guidewire() {
             self.hand.guidewire = reading.held == Some(true);
             self.hand.gripped = Some(reading.gripped);
             let sample = GuidewireSample { at: position(reading), held: self.hand.guidewire };
-            newest(&mut self.inputs.guidewire, sample, &mut self.counters);
+            replace_sample(&mut self.inputs.guidewire, sample, &mut self.counters);
         }
     }
 
@@ -201,13 +201,13 @@ impl Ticker {
                 }
                 Process::Encoder(encoder) => {
                     self.hand.released = accepted.status.hand;
-                    newest(&mut self.inputs.encoder, sample(encoder), &mut self.counters);
+                    replace_sample(&mut self.inputs.encoder, sample(encoder), &mut self.counters);
                 }
                 Process::Guidewire(encoder) => {
                     let held = accepted.status.hand;
                     self.hand.guidewire = held;
                     let sample = GuidewireSample { at: sample(encoder), held };
-                    newest(&mut self.inputs.guidewire, sample, &mut self.counters);
+                    replace_sample(&mut self.inputs.guidewire, sample, &mut self.counters);
                 }
                 Process::Command(command) => self.on_command(command),
                 _ => {}
@@ -240,20 +240,20 @@ impl Ticker {
     ///
     /// Without configuration nothing is computed and the output is zero. `notice` is what
     /// the board noticed about itself.
-    pub fn tick(&mut self, config: Option<&Config<'_>>, notice: Option<Notice>) -> Sent {
+    pub fn tick(&mut self, config: Option<&Config<'_>>, notice: Option<Notice>) -> TickFrames {
         let released = Some(self.hand.is_off());
         let inputs = Inputs { notice, released, ..core::mem::take(&mut self.inputs) };
         self.granted = self.granted.saturating_sub(1);
         self.outputs = config.map(|config| control::step(config, &mut self.state, &inputs));
         let sent = match (config, self.outputs) {
-            (Some(config), Some(outputs)) => self.configured(config, &outputs),
-            _ => self.unconfigured(),
+            (Some(config), Some(outputs)) => self.configured_frames(config, &outputs),
+            _ => self.unconfigured_frames(),
         };
         self.tick = self.tick.wrapping_add(1);
         sent
     }
 
-    fn configured(&mut self, config: &Config<'_>, outputs: &Outputs) -> Sent {
+    fn configured_frames(&mut self, config: &Config<'_>, outputs: &Outputs) -> TickFrames {
         let status = bus::Status {
             unresolved: outputs.contact.unresolved,
             limited: !outputs.limited.is_empty(),
@@ -269,49 +269,54 @@ impl Ticker {
             force: outputs.contact.force_on_vessel_n.map(bus::Force::from_n),
         });
         let guidewire = config.model.description().guidewire.is_some();
-        let (ticks, turns) =
-            if guidewire { (GUIDEWIRE_TICKS_A_TURN, TURNS + 1) } else { (1, TURNS) };
-        let turn = self.tick.is_multiple_of(ticks).then_some(self.tick / ticks % turns);
-        let third = turn.map(|turn| self.third(turn, config, outputs));
-        self.seal([haptic, contact], third, status)
+        let (ticks, slots) =
+            if guidewire { (GUIDEWIRE_TICKS_PER_SLOT, SLOTS + 1) } else { (1, SLOTS) };
+        let slot = self.tick.is_multiple_of(ticks).then_some(self.tick / ticks % slots);
+        let rotating_frame = slot.map(|slot| self.rotating_frame(slot, config, outputs));
+        self.seal([haptic, contact], rotating_frame, status)
     }
 
-    fn seal(&mut self, always: [Process; 2], third: Option<Process>, status: bus::Status) -> Sent {
+    fn seal(
+        &mut self,
+        always: [Process; 2],
+        rotating_frame: Option<Process>,
+        status: bus::Status,
+    ) -> TickFrames {
         let [haptic, contact] = always;
         let mut seal = |process, last| self.sealer.seal(process, bus::Status { last, ..status });
         [
             Some(seal(haptic, false)),
-            Some(seal(contact, third.is_none())),
-            third.map(|third| seal(third, true)),
+            Some(seal(contact, rotating_frame.is_none())),
+            rotating_frame.map(|rotating_frame| seal(rotating_frame, true)),
         ]
     }
 
     /// The frame whose turn it is. With no node inside the vessel, TICK takes the turns of
     /// SHAPE and FORCE.
-    fn third(&mut self, turn: u32, config: &Config<'_>, outputs: &Outputs) -> Process {
-        let band = turn == MOMENT_TURN && config.band.is_some() && self.band_is_next();
+    fn rotating_frame(&mut self, slot: u32, config: &Config<'_>, outputs: &Outputs) -> Process {
+        let band = slot == MOMENT_SLOT && config.band.is_some() && self.band_is_next();
         let model = self.state.mechanics();
         // The node stays for SHAPE and FORCE; before them it is brought into range.
-        if turn == 0 && usize::from(self.node) >= model.nodes().min(usize::from(bus::MAX_NODES)) {
+        if slot == 0 && usize::from(self.node) >= model.nodes().min(usize::from(bus::MAX_NODES)) {
             self.node = 0;
         }
         let (node, index) = (self.node, usize::from(self.node));
         let tick = Process::Tick(bus::Tick { tick: self.tick as u16, digest: outputs.digest });
-        match turn {
+        match slot {
             1 => Process::Drive(bus::Drive {
                 force: bus::Force::from_n(outputs.contact.drive_force_n),
                 torque: bus::DriveTorque::from_n_m(outputs.contact.drive_torque_n_m),
                 limits: outputs.limited.bits(),
                 encoder_age_ticks: outputs.encoder_age_ticks,
             }),
-            MOMENT_TURN if band => {
+            MOMENT_SLOT if band => {
                 let HalfWidths { force_n, drive_force_n } = outputs.band;
                 Process::Band(bus::Band {
                     force: force_n.map(|n| n.map(bus::BandWidth::from_n)),
                     drive_force: drive_force_n.map(bus::BandWidth::from_n),
                 })
             }
-            MOMENT_TURN => Process::Moment(bus::TotalMoment {
+            MOMENT_SLOT => Process::Moment(bus::TotalMoment {
                 moment: outputs.contact.moment_on_vessel_n_m.map(bus::Moment::from_n_m),
             }),
             3 => model.node_position_m(index).map_or(tick, |[x, y, z]| {
@@ -325,11 +330,11 @@ impl Ticker {
                     Process::Force(bus::NodeForce { node, force: force.map(bus::Force::from_n) })
                 })
             }
-            TURNS => Process::GuidewireDrive(bus::GuidewireDrive {
+            SLOTS => Process::GuidewireDrive(bus::GuidewireDrive {
                 force: bus::Force::from_n(outputs.contact.guidewire_force_n),
                 torque: bus::DriveTorque::from_n_m(outputs.contact.guidewire_torque_n_m),
                 encoder_age_ticks: outputs.guidewire_age_ticks,
-                felt: outputs.felt == Felt::Guidewire,
+                felt: outputs.haptic_source == HapticSource::Guidewire,
             }),
             _ => tick,
         }
@@ -341,7 +346,7 @@ impl Ticker {
         self.moment_next
     }
 
-    fn unconfigured(&mut self) -> Sent {
+    fn unconfigured_frames(&mut self) -> TickFrames {
         let haptic = Process::Haptic(bus::Haptic {
             force: bus::HapticForce::default(),
             torque: bus::HapticTorque::default(),
@@ -413,7 +418,7 @@ fn position(reading: Reading) -> EncoderSample {
 }
 
 /// Of two samples in a tick the newest counts.
-fn newest<S>(newest: &mut Option<S>, sample: S, counters: &mut Counters) {
+fn replace_sample<S>(newest: &mut Option<S>, sample: S, counters: &mut Counters) {
     if newest.replace(sample).is_some() {
         counters.count(Counter::Superseded);
     }

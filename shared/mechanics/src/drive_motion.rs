@@ -5,19 +5,19 @@ use crate::model::{maximum, minimum};
 use crate::{Drive, Drives, Model, Real, State};
 
 /// Drives that move by less in a tick say nothing of how links will turn \[m\].
-const LEAST_M: f64 = 1e-7;
+const NEGLIGIBLE_MOTION_M: f64 = 1e-7;
 /// What a tick may be of those before it. Never nothing: what it multiplies is divided by.
-const PACED: core::ops::Range<f64> = 1e-6..1.0;
+const RATIO_RANGE: core::ops::Range<f64> = 1e-6..1.0;
 /// An encoder whose steps are farther apart than so many ticks stands still in between; rates are worth
 /// no more than as many of them.
-const TICKS_A_STEP: u8 = 16;
+const MAX_TICKS_PER_ENCODER_STEP: u8 = 16;
 
 /// How far a drive moves the surface of its instrument in a tick, along and about it \[m\].
 #[derive(Clone, Copy, Debug)]
-struct Moved<T>([T; 2]);
+struct SurfaceMotion<T>([T; 2]);
 
-impl<T: Real> Moved<T> {
-    const NOT: Self = Self([T::ZERO; 2]);
+impl<T: Real> SurfaceMotion<T> {
+    const NONE: Self = Self([T::ZERO; 2]);
 
     fn between(before: &Drive<T>, now: &Drive<T>, radius_m: T) -> Self {
         let turned_rad = now.rotation_rad - before.rotation_rad;
@@ -38,73 +38,77 @@ impl<T: Real> Moved<T> {
 
 /// How the drives moved before; of each pair the catheter's comes first.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Pace<T> {
-    last: [Moved<T>; 2],
+pub(crate) struct DriveHistory<T> {
+    last: [SurfaceMotion<T>; 2],
     /// Smoothed as the rates of the links are.
-    smoothed: [Moved<T>; 2],
+    smoothed: [SurfaceMotion<T>; 2],
     /// Ticks since the last one that was worth as much as half of those before it.
-    still: u8,
+    idle_ticks: u8,
 }
 
 /// How a tick goes on from those before.     docs/model.md (44)
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Paced<T> {
+pub(crate) struct MotionRatio<T> {
     /// What the links' rates are worth in it.
-    pub rates: T,
+    pub link_rates: T,
     /// What samples on the catheter and on the guidewire will slide of what they slid in the last
     /// one, at most 1.
     pub sliding: [T; 2],
 }
 
-impl<T: Real> Paced<T> {
+impl<T: Real> MotionRatio<T> {
     /// As before.
-    pub const EVEN: Self = Self { rates: T::ONE, sliding: [T::ONE; 2] };
+    pub const STEADY: Self = Self { link_rates: T::ONE, sliding: [T::ONE; 2] };
 
     /// In the next part of the same tick: as in the one before, which the rates know of now.
-    pub fn go_on(&mut self, gain: T) {
-        self.rates /= T::ONE + gain * (self.rates - T::ONE);
-        self.sliding = Self::EVEN.sliding;
+    pub fn next_substep(&mut self, gain: T) {
+        self.link_rates /= T::ONE + gain * (self.link_rates - T::ONE);
+        self.sliding = Self::STEADY.sliding;
     }
 }
 
-impl<T: Real> Pace<T> {
+impl<T: Real> DriveHistory<T> {
     /// Drives that rest.
     pub const fn none() -> Self {
-        Self { last: [Moved::NOT; 2], smoothed: [Moved::NOT; 2], still: 0 }
+        Self { last: [SurfaceMotion::NONE; 2], smoothed: [SurfaceMotion::NONE; 2], idle_ticks: 0 }
     }
 
     /// Takes a tick of the catheter and the guidewire into account; `gain` is that of the rates.
     ///                                                                      docs/model.md (44)
-    fn go_on(&mut self, moved: [Moved<T>; 2], gain: T) -> Paced<T> {
-        let [least, most] = [PACED.start, PACED.end].map(T::lit);
-        let within = |paced: T, most: T| minimum(maximum(paced, least), most);
+    fn update(&mut self, moved: [SurfaceMotion<T>; 2], gain: T) -> MotionRatio<T> {
+        let [least, most] = [RATIO_RANGE.start, RATIO_RANGE.end].map(T::lit);
+        let within = |ratio: T, most: T| minimum(maximum(ratio, least), most);
         // What speeds up may go another way than it went. A step of an encoder after ticks without
         // one does not: it stands for all of them, in which the rates have faded.
-        let stands_for = match self.still {
-            0 | TICKS_A_STEP.. => 1,
-            still => (2 * (still + 1)).min(TICKS_A_STEP),
+        let stands_for = match self.idle_ticks {
+            0 | MAX_TICKS_PER_ENCODER_STEP.. => 1,
+            idle_ticks => (2 * (idle_ticks + 1)).min(MAX_TICKS_PER_ENCODER_STEP),
         };
         let [last, smoothed] = [&self.last, &self.smoothed];
-        let paced = Paced {
-            rates: within(measure(smoothed, &moved), T::int(i32::from(stands_for))),
-            sliding: [0, 1].map(|i| within(measure(&last[i..=i], &moved[i..=i]), most)),
+        let ratio = MotionRatio {
+            link_rates: within(motion_ratio(smoothed, &moved), T::int(i32::from(stands_for))),
+            sliding: [0, 1].map(|i| within(motion_ratio(&last[i..=i], &moved[i..=i]), most)),
         };
         let is_still = dot(&moved, &moved) * T::int(4) < dot(smoothed, smoothed);
-        self.still = if is_still { self.still.saturating_add(1) } else { 0 };
+        self.idle_ticks = if is_still { self.idle_ticks.saturating_add(1) } else { 0 };
         self.last = moved;
         for (smoothed, moved) in self.smoothed.iter_mut().zip(&moved) {
             smoothed.approach(moved, gain);
         }
-        paced
+        ratio
     }
 }
 
 impl<T: Real, const LINKS: usize> State<T, LINKS> {
     /// Takes a tick of the drives into account, which are to go to `target`.     docs/model.md (44)
-    pub(crate) fn keep_pace(&mut self, model: &Model<T, LINKS>, target: &Drives<T>) -> Paced<T> {
+    pub(crate) fn drive_motion_ratio(
+        &mut self,
+        model: &Model<T, LINKS>,
+        target: &Drives<T>,
+    ) -> MotionRatio<T> {
         if self.count == 0 {
             // The links whose rates go by it are gone.
-            self.pace = Pace::none();
+            self.drive_history = DriveHistory::none();
         }
         let description = model.description();
         let solver = &description.solver;
@@ -113,21 +117,21 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
         let kept = (1..solver.substeps.max(1)).fold(kept, |kept_until, _| kept_until * kept);
         let before = &self.drives;
         let radius_m = description.instrument.outer_radius_m;
-        let catheter = Moved::between(&before.catheter, &target.catheter, radius_m);
-        let guidewire = description.guidewire.as_ref().map_or(Moved::NOT, |wire| {
-            Moved::between(&before.guidewire, &target.guidewire, wire.outer_radius_m)
+        let catheter = SurfaceMotion::between(&before.catheter, &target.catheter, radius_m);
+        let guidewire = description.guidewire.as_ref().map_or(SurfaceMotion::NONE, |wire| {
+            SurfaceMotion::between(&before.guidewire, &target.guidewire, wire.outer_radius_m)
         });
-        self.pace.go_on([catheter, guidewire], T::one() - kept)
+        self.drive_history.update([catheter, guidewire], T::one() - kept)
     }
 }
 
-fn dot<T: Real>(a: &[Moved<T>], b: &[Moved<T>]) -> T {
+fn dot<T: Real>(a: &[SurfaceMotion<T>], b: &[SurfaceMotion<T>]) -> T {
     a.iter().zip(b).fold(T::ZERO, |sum, (a, b)| sum + a.dot(b))
 }
 
 /// What the motion `of` is of the one that it is measured `by`, and goes the same way.
-fn measure<T: Real>(by: &[Moved<T>], of: &[Moved<T>]) -> T {
-    let least = T::lit(LEAST_M * LEAST_M);
+fn motion_ratio<T: Real>(by: &[SurfaceMotion<T>], of: &[SurfaceMotion<T>]) -> T {
+    let least = T::lit(NEGLIGIBLE_MOTION_M * NEGLIGIBLE_MOTION_M);
     (dot(by, of) + least) / (dot(by, by) + least)
 }
 
@@ -135,18 +139,22 @@ fn measure<T: Real>(by: &[Moved<T>], of: &[Moved<T>]) -> T {
 mod tests {
     use super::*;
 
-    fn go(pace: &mut Pace<f64>, [along, about, wire_along, wire_about]: [f64; 4]) -> Paced<f64> {
-        pace.go_on([Moved([along, about]), Moved([wire_along, wire_about])], 0.12)
+    fn go(
+        history: &mut DriveHistory<f64>,
+        [along, about, wire_along, wire_about]: [f64; 4],
+    ) -> MotionRatio<f64> {
+        history
+            .update([SurfaceMotion([along, about]), SurfaceMotion([wire_along, wire_about])], 0.12)
     }
 
     /// What a tick is worth after many `before`.
     fn after(before: [f64; 4], now: [f64; 4]) -> [f64; 3] {
-        let mut pace = Pace::none();
+        let mut history = DriveHistory::none();
         for _ in 0..300 {
-            go(&mut pace, before);
+            go(&mut history, before);
         }
-        let Paced { rates, sliding: [catheter, guidewire] } = go(&mut pace, now);
-        [rates, catheter, guidewire]
+        let MotionRatio { link_rates, sliding: [catheter, guidewire] } = go(&mut history, now);
+        [link_rates, catheter, guidewire]
     }
 
     fn assert_near(found: [f64; 3], expected: [f64; 3]) {
@@ -176,11 +184,11 @@ mod tests {
 
     #[test]
     fn steps_of_an_encoder_are_worth_as_many_ticks_as_they_stand_for() {
-        let mut pace = Pace::none();
+        let mut history = DriveHistory::none();
         let mut worth = [0.0; 4];
         for tick in 0..400 {
             let by_m = if tick % 4 == 0 { 1e-5 } else { 0.0 };
-            worth[tick % 4] = go(&mut pace, [by_m, 0.0, 0.0, 0.0]).rates;
+            worth[tick % 4] = go(&mut history, [by_m, 0.0, 0.0, 0.0]).link_rates;
         }
         assert!(worth[0] > 4.0 && worth[0] <= 8.0, "{worth:?}");
         assert!(worth[1..].iter().all(|of| *of < 0.01), "{worth:?}");
@@ -188,18 +196,19 @@ mod tests {
 
     #[test]
     fn a_drive_that_starts_again_is_worth_no_more_than_it_was() {
-        let mut pace = Pace::none();
+        let mut history = DriveHistory::none();
         let feed = [1e-5, 0.0, 0.0, 0.0];
         for _ in 0..300 {
-            go(&mut pace, feed);
+            go(&mut history, feed);
         }
-        for _ in 0..TICKS_A_STEP {
-            go(&mut pace, [0.0; 4]);
+        for _ in 0..MAX_TICKS_PER_ENCODER_STEP {
+            go(&mut history, [0.0; 4]);
         }
         assert_near(
             {
-                let Paced { rates, sliding: [catheter, guidewire] } = go(&mut pace, feed);
-                [rates, catheter, guidewire]
+                let MotionRatio { link_rates, sliding: [catheter, guidewire] } =
+                    go(&mut history, feed);
+                [link_rates, catheter, guidewire]
             },
             [1.0; 3],
         );

@@ -10,13 +10,13 @@ use crate::model::minimum;
 use crate::{Instrument, MAX_PRECURVE, MAX_SECTIONS, Real};
 
 /// Every section and every piece of pre-curvature ends once.
-const MAX_PIECES: usize = MAX_SECTIONS + MAX_PRECURVE + 1;
+const MAX_SEGMENTS: usize = MAX_SECTIONS + MAX_PRECURVE + 1;
 /// Where the last piece ends \[m\]: farther than any guide is long.
-const FOR_EVER_M: f64 = 1e6;
+const UNBOUNDED_M: f64 = 1e6;
 
 /// A stretch of one instrument with constant properties.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Piece<T: Real> {
+pub(crate) struct Segment<T: Real> {
     /// Arc from the instrument's tip at which it ends \[m\].
     pub end_m: T,
     /// E I \[N·m²\].
@@ -32,7 +32,7 @@ pub(crate) struct Piece<T: Real> {
     pub unloaded: Vector3<T>,
 }
 
-impl<T: Real> Piece<T> {
+impl<T: Real> Segment<T> {
     fn nothing() -> Self {
         let o = T::zero();
         Self { end_m: o, bending: o, torsion: o, axial: o, mass: o, unloaded: Vector3::zeros() }
@@ -41,19 +41,19 @@ impl<T: Real> Piece<T> {
 
 /// One instrument from its tip backwards; the last piece goes on for ever.
 #[derive(Clone, Debug)]
-pub(crate) struct Pieces<T: Real>(Vec<Piece<T>, MAX_PIECES>);
+pub(crate) struct Segments<T: Real>(Vec<Segment<T>, MAX_SEGMENTS>);
 
-impl<T: Real> Pieces<T> {
+impl<T: Real> Segments<T> {
     /// `stored`: the curvature of the shaft behind the pre-curved tip.     docs/model.md (23)
     pub fn of(instrument: &Instrument<T>, stored: &StoredCurvature<T>) -> Self {
-        let for_ever = T::lit(FOR_EVER_M);
+        let unbounded = T::lit(UNBOUNDED_M);
         let mut pieces = Vec::new();
         let (mut sections, mut curves) = (&instrument.sections[..], &instrument.precurve[..]);
         let (mut section_end, mut curve_end) = (T::zero(), T::zero());
         while let [section, later @ ..] = sections {
             let section_ends =
-                if later.is_empty() { for_ever } else { section_end + section.length_m };
-            let curve_ends = curves.first().map_or(for_ever, |curve| curve_end + curve.length_m);
+                if later.is_empty() { unbounded } else { section_end + section.length_m };
+            let curve_ends = curves.first().map_or(unbounded, |curve| curve_end + curve.length_m);
             // Curvature towards `up` turns about `side`, towards `side` about −`up`.
             let (up, side, torsion) = curves
                 .first()
@@ -62,7 +62,7 @@ impl<T: Real> Pieces<T> {
                 });
             let end_m = minimum(section_ends, curve_ends);
             // Each piece ends a section or a curve: there is room.
-            let _ = pieces.push(Piece {
+            let _ = pieces.push(Segment {
                 end_m,
                 bending: section.bending_stiffness_n_m2,
                 torsion: section.torsional_stiffness_n_m2,
@@ -88,14 +88,14 @@ impl<T: Real> Pieces<T> {
 
 /// How an instrument lies in the chain.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Placed<T> {
+pub(crate) struct AxialPosition<T> {
     /// From the chain's tip back to its own, along the arc \[m\].
     pub behind_m: T,
     /// Sine and cosine of its roll in the chain's material axes.
     pub roll: (T, T),
 }
 
-impl<T: Real> Placed<T> {
+impl<T: Real> AxialPosition<T> {
     /// At the chain's tip, unrolled.
     pub const fn leading() -> Self {
         Self { behind_m: T::ZERO, roll: (T::ZERO, T::ONE) }
@@ -105,18 +105,18 @@ impl<T: Real> Placed<T> {
 /// One instrument, piece by piece from the chain's tip to the guide.
 #[derive(Clone)]
 struct Cursor<'a, T: Real> {
-    rest: core::slice::Iter<'a, Piece<T>>,
-    placed: Placed<T>,
+    rest: core::slice::Iter<'a, Segment<T>>,
+    placed: AxialPosition<T>,
     /// The piece here, nothing before the tip; in the chain's axes.
-    piece: Piece<T>,
+    piece: Segment<T>,
     /// Where it ends, from the chain's tip \[m\].
     end_m: T,
 }
 
 impl<'a, T: Real> Cursor<'a, T> {
-    fn new(pieces: &'a [Piece<T>], placed: Placed<T>) -> Self {
-        let end_m = if pieces.is_empty() { T::lit(FOR_EVER_M) } else { placed.behind_m };
-        let mut cursor = Self { rest: pieces.iter(), placed, piece: Piece::nothing(), end_m };
+    fn new(pieces: &'a [Segment<T>], placed: AxialPosition<T>) -> Self {
+        let end_m = if pieces.is_empty() { T::lit(UNBOUNDED_M) } else { placed.behind_m };
+        let mut cursor = Self { rest: pieces.iter(), placed, piece: Segment::nothing(), end_m };
         if end_m <= T::zero() {
             cursor.advance();
         }
@@ -125,11 +125,11 @@ impl<'a, T: Real> Cursor<'a, T> {
 
     fn advance(&mut self) {
         let Some(piece) = self.rest.next() else {
-            self.end_m = T::lit(FOR_EVER_M);
+            self.end_m = T::lit(UNBOUNDED_M);
             return;
         };
         let ((sin, cos), u) = (self.placed.roll, &piece.unloaded);
-        self.piece = Piece {
+        self.piece = Segment {
             unloaded: Vector3::new(cos * u.x() - sin * u.y(), sin * u.x() + cos * u.y(), u.z()),
             ..*piece
         };
@@ -153,7 +153,7 @@ pub(crate) struct Density<T: Real> {
 }
 
 impl<T: Real> Density<T> {
-    fn of(catheter: &Piece<T>, wire: &Piece<T>) -> Self {
+    fn of(catheter: &Segment<T>, wire: &Segment<T>) -> Self {
         let bending = T::one() / (catheter.bending + wire.bending);
         let torsion = T::one() / (catheter.torsion + wire.torsion);
         // So that a wire without stiffness changes no bit.
@@ -198,7 +198,7 @@ impl<T: Real> Add for Density<T> {
 
 /// One of the two instruments.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Which {
+pub(crate) enum InstrumentRole {
     Catheter,
     Guidewire,
 }
@@ -217,11 +217,11 @@ pub(crate) struct Walk<'a, T: Real> {
 
 impl<'a, T: Real> Walk<'a, T> {
     pub fn new(
-        catheter: (&'a Pieces<T>, Placed<T>),
-        wire: Option<(&'a Pieces<T>, Placed<T>)>,
+        catheter: (&'a Segments<T>, AxialPosition<T>),
+        wire: Option<(&'a Segments<T>, AxialPosition<T>)>,
     ) -> Self {
         let catheter = Cursor::new(&catheter.0.0, catheter.1);
-        let wire = wire.map_or(Cursor::new(&[], Placed::leading()), |(pieces, placed)| {
+        let wire = wire.map_or(Cursor::new(&[], AxialPosition::leading()), |(pieces, placed)| {
             Cursor::new(&pieces.0, placed)
         });
         Self {
@@ -234,21 +234,21 @@ impl<'a, T: Real> Walk<'a, T> {
     }
 
     /// What is here of one instrument.
-    pub fn piece(&self, which: Which) -> &Piece<T> {
+    pub fn segment(&self, which: InstrumentRole) -> &Segment<T> {
         match which {
-            Which::Catheter => &self.catheter.piece,
-            Which::Guidewire => &self.wire.piece,
+            InstrumentRole::Catheter => &self.catheter.piece,
+            InstrumentRole::Guidewire => &self.wire.piece,
         }
     }
 
     /// Past the end of the stretch, into the next piece of the instrument that changes there.
-    pub fn advance(&mut self) -> Which {
+    pub fn advance(&mut self) -> InstrumentRole {
         let which = if self.catheter.end_m <= self.wire.end_m {
             self.catheter.advance();
-            Which::Catheter
+            InstrumentRole::Catheter
         } else {
             self.wire.advance();
-            Which::Guidewire
+            InstrumentRole::Guidewire
         };
         self.density = Density::of(&self.catheter.piece, &self.wire.piece);
         self.end_m = minimum(self.catheter.end_m, self.wire.end_m);
@@ -306,8 +306,8 @@ mod tests {
         }
     }
 
-    fn pieces(sections: &[(f32, f32)], curves: &[PrecurvePiece<f32>]) -> Pieces<f32> {
-        Pieces::of(&instrument(sections, curves), &StoredCurvature::off())
+    fn pieces(sections: &[(f32, f32)], curves: &[PrecurvePiece<f32>]) -> Segments<f32> {
+        Segments::of(&instrument(sections, curves), &StoredCurvature::off())
     }
 
     fn bits(walk: Walk<'_, f32>) -> std::vec::Vec<u32> {
@@ -326,10 +326,10 @@ mod tests {
         let catheter =
             pieces(&[(0.0113, 3e-5), (0.2, 1e-5)], &[curve(0.007, 83.0), curve(0.02, -31.0)]);
         let wire = pieces(&[(0.0101, 0.0), (0.01, 0.0)], &[curve(0.0033, 120.0)]);
-        let alone = bits(Walk::new((&catheter, Placed::leading()), None));
+        let alone = bits(Walk::new((&catheter, AxialPosition::leading()), None));
         for behind_m in [0.0, 0.0004, 0.0171, 0.05, 1.0] {
-            let placed = Placed { behind_m, roll: (0.6, 0.8) };
-            let both = Walk::new((&catheter, Placed::leading()), Some((&wire, placed)));
+            let placed = AxialPosition { behind_m, roll: (0.6, 0.8) };
+            let both = Walk::new((&catheter, AxialPosition::leading()), Some((&wire, placed)));
             assert_eq!(bits(both), alone, "{behind_m} m behind");
         }
     }
@@ -339,8 +339,8 @@ mod tests {
         // By hand: stretches of the overlap, from the tip.
         let catheter = pieces(&[(0.004, 2e-5), (0.1, 1e-5)], &[curve(0.006, 50.0)]);
         let wire = pieces(&[(0.1, 3e-5)], &[]);
-        let placed = Placed { behind_m: 0.003, roll: (0.0, 1.0) };
-        let mut walk = Walk::new((&catheter, Placed::leading()), Some((&wire, placed)));
+        let placed = AxialPosition { behind_m: 0.003, roll: (0.0, 1.0) };
+        let mut walk = Walk::new((&catheter, AxialPosition::leading()), Some((&wire, placed)));
         let whole = walk.integral_to(0.01);
         let bending = 0.003 / 2e-5 + 0.001 / 5e-5 + 0.006 / 4e-5;
         assert!(

@@ -8,7 +8,7 @@ use crate::model::{maximum, minimum, sin_cos};
 
 /// The stream in one step.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Stream<T: Real> {
+pub(crate) struct FluidForce<T: Real> {
     /// Mid-stream force per length along the instrument \[N/m\], and across it.
     along: T,
     across: Vector3<T>,
@@ -16,7 +16,7 @@ pub(crate) struct Stream<T: Real> {
     inverse_radius: T,
 }
 
-impl<T: Real> Stream<T> {
+impl<T: Real> FluidForce<T> {
     /// `turns`: pulses since the run began.
     pub fn new(drag: &FluidDrag<T>, turns: T) -> Self {
         let (sin, _) = sin_cos(turns * T::lit(core::f64::consts::TAU) + drag.phase_rad);
@@ -49,7 +49,8 @@ mod tests {
         drag.pulse_ratio = 0.5;
         drag.lumen_radius_m = 4e-3;
         let tangent = Vector3::new(0.6, 0.0, 0.8);
-        let at = |turns, distance_m| Stream::<f64>::new(&drag, turns).force(&tangent, distance_m);
+        let at =
+            |turns, distance_m| FluidForce::<f64>::new(&drag, turns).force(&tangent, distance_m);
         assert_eq!(at(0.0, 0.0).norm(), 0.0);
         let middle = at(0.0, 4e-3);
         assert!((middle.dot(&tangent) - 0.1).abs() < 1e-12);

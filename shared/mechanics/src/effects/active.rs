@@ -1,10 +1,10 @@
 //! Where effects enter the recursion. The nominal model pays nothing for them: a solve is
-//! made for each of [`Nominal`] and [`Acting`], and one is chosen once a step.
+//! made for each of [`Nominal`] and [`ActiveEffects`], and one is chosen once a step.
 
 use cathforce_scalar::{Pack, Vector3};
 
-use super::pull::Pull;
-use super::stream::Stream;
+use super::fluid::FluidForce;
+use super::tendon::TendonBend;
 use super::wall_law::WallLaw;
 use crate::Real;
 use crate::coaxial::Slide;
@@ -32,7 +32,7 @@ pub(crate) trait Law<T: Real> {
     /// How the surface at that sample moves against the chain in this step.
     #[inline(always)]
     fn slide(&self, _sample: usize) -> Slide<T> {
-        Slide { along_m: T::zero(), turn_rad: T::zero(), of_last: T::one() }
+        Slide { along_m: T::zero(), turn_rad: T::zero(), ratio_to_last: T::one() }
     }
 
     /// Distance and normal of the wall seen from a point.
@@ -49,7 +49,7 @@ pub(crate) trait Law<T: Real> {
     /// Elastic force over the stiffness, its slope, and what the wall has relaxed to, for an
     /// indentation \[m\] with its slope and what it had relaxed to.
     #[inline(always)]
-    fn indentation<N: Pack<T>>(&self, indented: N, slope: N, _relaxed: N) -> (N, N, N) {
+    fn indentation_response<N: Pack<T>>(&self, indented: N, slope: N, _relaxed: N) -> (N, N, N) {
         (indented, slope, N::lit(0.0))
     }
 
@@ -62,7 +62,7 @@ pub(crate) trait Law<T: Real> {
 
     /// Force of the fluid per length at a node; `None` where there is no stream.
     #[inline(always)]
-    fn stream<N: Pack<T>>(
+    fn fluid_force<N: Pack<T>>(
         &self,
         _tangent: &Vector3<N>,
         _distance: impl FnOnce() -> N,
@@ -90,10 +90,10 @@ pub(crate) struct Nominal;
 impl<T: Real> Law<T> for Nominal {}
 
 /// The effects with the constants of one step.
-pub(crate) struct Acting<T: Real> {
+pub(crate) struct ActiveEffects<T: Real> {
     pub wall: WallLaw<T>,
-    pub stream: Option<Stream<T>>,
-    pub pull: Option<Pull<T>>,
+    pub fluid: Option<FluidForce<T>>,
+    pub tendon: Option<TendonBend<T>>,
     /// Stiffness that softening has left, over the nominal one.
     pub softness: T,
     pub vessel_motion: [Vector3<T>; 2],
@@ -126,10 +126,10 @@ pub(crate) struct Windup<T> {
 
 impl<T: Real> Windup<T> {
     /// Puts the shaft in series with the joint, which bends by `bend`.
-    fn pass(&mut self, bend: &Vector3<T>, joint: &mut Joint<T>) {
+    fn add_shaft(&mut self, bend: &Vector3<T>, joint: &mut Joint<T>) {
         let cell_torsion = joint.torsion / self.guide_cell;
         joint.torsion /= T::one() + cell_torsion * self.compliance;
-        joint.unloaded.take_z(self.wound_rad / self.guide_cell);
+        joint.unloaded.subtract_z(self.wound_rad / self.guide_cell);
         let softest = joint.bending * T::lit(SOFTEST_TWIST);
         if joint.torsion < softest {
             // The same moment, held against what the solve turns.
@@ -143,7 +143,7 @@ impl<T: Real> Windup<T> {
     }
 }
 
-impl<T: Real> Law<T> for Acting<T> {
+impl<T: Real> Law<T> for ActiveEffects<T> {
     const RELAXES: bool = true;
 
     #[inline(always)]
@@ -153,38 +153,38 @@ impl<T: Real> Law<T> for Acting<T> {
         distance_m: N,
         normal: Vector3<N>,
     ) -> (N, Vector3<N>) {
-        let (positions, normals) = (N::apart(*position), N::apart(normal));
-        let walls = N::lanes(|lane| {
+        let (positions, normals) = (N::split_vectors(*position), N::split_vectors(normal));
+        let walls = N::per_lane(|lane| {
             self.wall.narrowed(&positions[lane], distance_m.lane(lane), normals[lane])
         });
-        (N::each(|lane| walls[lane].0), N::vectors(|lane| walls[lane].1))
+        (N::from_lanes(|lane| walls[lane].0), N::gather_vectors(|lane| walls[lane].1))
     }
 
     #[inline(always)]
-    fn indentation<N: Pack<T>>(&self, indented: N, slope: N, relaxed: N) -> (N, N, N) {
-        let walls = N::lanes(|lane| {
-            self.wall.pressed(indented.lane(lane), slope.lane(lane), relaxed.lane(lane))
+    fn indentation_response<N: Pack<T>>(&self, indented: N, slope: N, relaxed: N) -> (N, N, N) {
+        let walls = N::per_lane(|lane| {
+            self.wall.elastic_response(indented.lane(lane), slope.lane(lane), relaxed.lane(lane))
         });
-        let each = |of: fn(&(T, T, T)) -> T| N::each(|lane| of(&walls[lane]));
+        let each = |of: fn(&(T, T, T)) -> T| N::from_lanes(|lane| of(&walls[lane]));
         (each(|wall| wall.0), each(|wall| wall.1), each(|wall| wall.2))
     }
 
     #[inline(always)]
     fn friction<N: Pack<T>>(&self, nominal: N, normal_n: N, arc_m: N) -> N {
-        N::each(|lane| {
+        N::from_lanes(|lane| {
             nominal.lane(lane) * self.wall.friction(normal_n.lane(lane), arc_m.lane(lane))
         })
     }
 
     #[inline(always)]
-    fn stream<N: Pack<T>>(
+    fn fluid_force<N: Pack<T>>(
         &self,
         tangent: &Vector3<N>,
         distance: impl FnOnce() -> N,
     ) -> Option<Vector3<N>> {
-        let stream = self.stream.as_ref()?;
-        let (tangents, distance) = (N::apart(*tangent), distance());
-        Some(N::vectors(|lane| stream.force(&tangents[lane], distance.lane(lane))))
+        let fluid = self.fluid.as_ref()?;
+        let (tangents, distance) = (N::split_vectors(*tangent), distance());
+        Some(N::gather_vectors(|lane| fluid.force(&tangents[lane], distance.lane(lane))))
     }
 
     #[inline(always)]
@@ -200,11 +200,11 @@ impl<T: Real> Law<T> for Acting<T> {
             *past_mouth -= grid.link(index);
             joint.unloaded *= minimum(maximum(*past_mouth * *per_link, T::zero()), T::one());
         }
-        if let Some(pull) = &mut self.pull {
-            pull.pass(index, bend, &mut joint);
+        if let Some(tendon) = &mut self.tendon {
+            tendon.bend_joint(index, bend, &mut joint);
         }
         if index == self.windup.entry && self.windup.compliance > T::zero() {
-            self.windup.pass(bend, &mut joint);
+            self.windup.add_shaft(bend, &mut joint);
         }
         joint
     }

@@ -6,14 +6,14 @@
 
 use cathforce_scalar::Vector3;
 
-use crate::algebra::Bend;
+use crate::algebra::RelativeRotation;
 use crate::model::minimum;
-use crate::pieces::{Density, Walk, Which};
+use crate::segments::{Density, InstrumentRole, Walk};
 use crate::{Model, Real, State};
 
 /// What a drive has to hold against.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Held<T> {
+pub(crate) struct DriveLoad<T> {
     /// Positive when pushing \[N\].
     pub force_n: T,
     /// About the direction of insertion \[N·m\].
@@ -25,25 +25,30 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
     pub(crate) fn guidewire_share(
         &self,
         model: &Model<T, LINKS>,
-        whole: Held<T>,
-    ) -> Option<Held<T>> {
+        whole: DriveLoad<T>,
+    ) -> Option<DriveLoad<T>> {
         let walk = self.walk(model, model.guidewire.as_ref()?);
         if self.count == 0 {
             return None;
         }
         let follower = self.overlap.follower();
-        let (sliding_n, rolling_n_m) = self.stored(model, walk, follower);
-        let (dragged_n, twisted_n_m) = self.rubbed(model);
+        let (sliding_n, rolling_n_m) = self.energy_gradient(model, walk, follower);
+        let (dragged_n, twisted_n_m) = self.sliding_resistance(model);
         let force_n = match follower {
-            Which::Guidewire => sliding_n,
-            Which::Catheter => whole.force_n - sliding_n - dragged_n,
+            InstrumentRole::Guidewire => sliding_n,
+            InstrumentRole::Catheter => whole.force_n - sliding_n - dragged_n,
         };
-        Some(Held { force_n, torque_n_m: rolling_n_m + twisted_n_m })
+        Some(DriveLoad { force_n, torque_n_m: rolling_n_m + twisted_n_m })
     }
 
     /// Energy that the chain gains per feed of the follower \[N\], and per turn of the
     /// guidewire \[N·m\].     docs/model.md (41), (43)
-    fn stored(&self, model: &Model<T, LINKS>, mut walk: Walk<'_, T>, follower: Which) -> (T, T) {
+    fn energy_gradient(
+        &self,
+        model: &Model<T, LINKS>,
+        mut walk: Walk<'_, T>,
+        follower: InstrumentRole,
+    ) -> (T, T) {
         let softness = self.effects.softness(model);
         let (mut force, mut torque) = (T::zero(), T::zero());
         // Before the first joint there is no moment.
@@ -52,7 +57,7 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
             let mut moment = None;
             loop {
                 let to_m = minimum(walk.end_m, high_m);
-                let own = walk.piece(Which::Guidewire);
+                let own = walk.segment(InstrumentRole::Guidewire);
                 if own.unloaded.x() != T::zero() || own.unloaded.y() != T::zero() {
                     let moment = moment.get_or_insert_with(|| self.joint_moment(model, cell));
                     let curvature = walk.density.curvature(&(*moment * (T::one() / softness)));
@@ -77,7 +82,7 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
             }
         }
         // What the guide keeps straight is spent behind the mouth.
-        let behind = walk.piece(follower);
+        let behind = walk.segment(follower);
         let (u, half) = (&behind.unloaded, T::lit(0.5));
         let bent =
             behind.bending * (u.x() * u.x() + u.y() * u.y()) + behind.torsion * u.z() * u.z();
@@ -86,29 +91,30 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
 
     /// What friction, the stream and its own end take from the catheter's drive if it follows \[N\], and
     /// friction from the guidewire's \[N·m\].     docs/model.md (42), (43)
-    fn rubbed(&self, model: &Model<T, LINKS>) -> (T, T) {
+    fn sliding_resistance(&self, model: &Model<T, LINKS>) -> (T, T) {
         let (one, zero) = (T::one(), T::zero());
         let description = model.description();
         let half_m = description.solver.link_length_m * T::lit(0.5);
         let catheter_m = description.instrument.outer_radius_m;
         let wire_m = description.guidewire.as_ref().map_or(catheter_m, |wire| wire.outer_radius_m);
         let (mut dragged, mut twisted) = (zero, zero);
-        let stream = self.effects.stream(model);
+        let stream = self.effects.fluid_force(model);
         let mut distal_m = zero;
         let links = self.links.iter().zip(&self.eliminations).take(self.count);
-        for (j, (link, kept)) in links.enumerate() {
+        for (j, (link, elimination)) in links.enumerate() {
             let half_length_m = link.span.length * T::lit(0.5);
             let arc_m = half_length_m + core::mem::replace(&mut distal_m, half_length_m);
             if let Some(stream) = &stream {
-                let covered = self.overlap.covered(2 * j, &model.grid);
+                let covered = self.overlap.catheter_coverage(2 * j, &model.grid);
                 let radius_m = wire_m + (catheter_m - wire_m) * covered;
-                let per_length = stream.force(&link.tangent, kept.seen[0].gap + radius_m);
+                let per_length =
+                    stream.force(&link.tangent, elimination.proximity[0].gap + radius_m);
                 dragged -= covered * arc_m * per_length.dot(&link.tangent);
             }
             for (i, memory) in link.memory.iter().enumerate() {
-                let (seen, touch) = (&kept.seen[i], &kept.touches[i]);
-                let covered = self.overlap.covered(2 * j + i, &model.grid);
-                let friction = memory.slip * -touch.elastic;
+                let (seen, touch) = (&elimination.proximity[i], &elimination.contacts[i]);
+                let covered = self.overlap.catheter_coverage(2 * j + i, &model.grid);
+                let friction = memory.slip * -touch.sticking_stiffness;
                 dragged -= covered * friction.dot(&link.tangent);
                 // The cone at its end climbs what the guidewire lies on.
                 if covered > zero && covered < one {
@@ -148,7 +154,8 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
             () => full_m,
         };
         let joint = &self.tables(model).joints[j];
-        let bent = Bend::between(&proximal.rotation, &link.rotation).angle * (full_m / cell_m)
+        let bent = RelativeRotation::between(&proximal.rotation, &link.rotation).angle
+            * (full_m / cell_m)
             - joint.unloaded;
         let softness = self.effects.softness(model);
         let (bending, torsion) = (joint.bending * softness, joint.torsion * softness);
@@ -183,12 +190,12 @@ impl<T: Real> Walk<'_, T> {
     fn free_energy(&self, moment: &Vector3<T>, softness: T) -> T {
         let curvature = self.density.curvature(&(moment * (T::one() / softness)));
         let stored = |which| {
-            let piece = self.piece(which);
+            let piece = self.segment(which);
             let bent = curvature - piece.unloaded;
             piece.bending * (bent.x() * bent.x() + bent.y() * bent.y())
                 + piece.torsion * bent.z() * bent.z()
         };
-        let both = stored(Which::Catheter) + stored(Which::Guidewire);
+        let both = stored(InstrumentRole::Catheter) + stored(InstrumentRole::Guidewire);
         T::lit(0.5) * softness * both - moment.dot(&curvature)
     }
 }

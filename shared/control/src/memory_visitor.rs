@@ -2,14 +2,14 @@
 
 /// One number of [`crate::State`].
 #[derive(Debug)]
-pub enum Word<'a> {
+pub enum MemoryWord<'a> {
     F32(&'a mut f32),
     U32(&'a mut u32),
     U16(&'a mut u16),
     U8(&'a mut u8),
 }
 
-impl Word<'_> {
+impl MemoryWord<'_> {
     /// Overwrites the word with these bits; narrower words take the low ones.
     pub fn set_bits(self, bits: u32) {
         match self {
@@ -22,6 +22,6 @@ impl Word<'_> {
 }
 
 /// Memory whose words can be visited one by one.
-pub(crate) trait Words {
-    fn words(&mut self, visit: &mut dyn FnMut(Word<'_>));
+pub(crate) trait VisitMemory {
+    fn visit_memory(&mut self, visit: &mut dyn FnMut(MemoryWord<'_>));
 }

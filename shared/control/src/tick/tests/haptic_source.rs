@@ -25,7 +25,7 @@ fn armed() -> Bench {
         bench.tick(inputs(&bench, false));
     }
     let outputs = bench.tick(inputs(&bench, false));
-    assert_eq!((outputs.mode, outputs.felt), (Mode::Armed, Felt::Catheter));
+    assert_eq!((outputs.mode, outputs.haptic_source), (Mode::Armed, HapticSource::Catheter));
     assert_eq!((outputs.force_n, outputs.torque_n_m), (1.0, 0.01));
     bench
 }
@@ -56,9 +56,9 @@ fn the_button_stays_as_it_was_while_its_frame_is_missing() {
     }
     for _ in 1..bench.settings.encoder_timeout_ticks {
         let outputs = bench.sample();
-        assert_eq!((outputs.felt, outputs.force_n), (Felt::Guidewire, -0.5));
+        assert_eq!((outputs.haptic_source, outputs.force_n), (HapticSource::Guidewire, -0.5));
     }
-    assert_eq!(bench.tick(inputs(&bench, false)).felt, Felt::Catheter);
+    assert_eq!(bench.tick(inputs(&bench, false)).haptic_source, HapticSource::Catheter);
 }
 
 #[test]
@@ -86,7 +86,7 @@ fn without_a_guidewire_there_is_nothing_to_choose() {
     bench.fake.answer.guidewire_force_n = -0.5;
     for _ in 0..30 {
         let outputs = bench.tick(inputs(&bench, true));
-        assert_eq!((outputs.felt, outputs.force_n), (Felt::Catheter, 1.0));
+        assert_eq!((outputs.haptic_source, outputs.force_n), (HapticSource::Catheter, 1.0));
     }
 }
 

@@ -5,13 +5,13 @@ use core::marker::PhantomData;
 use cathforce_scalar::Number;
 
 /// As many neighbouring links as `N` has lanes; lanes beyond the base link repeat it.
-pub(crate) struct Group<N> {
+pub(crate) struct LinkGroup<N> {
     first: usize,
     count: usize,
     lanes: PhantomData<N>,
 }
 
-impl<N: Number> Group<N> {
+impl<N: Number> LinkGroup<N> {
     /// All of `count` links, from the tip on.
     #[inline(always)]
     pub fn all(count: usize) -> impl DoubleEndedIterator<Item = Self> {
@@ -39,9 +39,9 @@ impl<N: Number> Group<N> {
 
     /// What `of` says of each link and its lane, asked once for each of them and in turn.
     #[inline(always)]
-    pub fn in_turn<U: Copy>(&self, mut of: impl FnMut(usize, usize) -> U) -> N::Lanes<U> {
+    pub fn map_in_order<U: Copy>(&self, mut of: impl FnMut(usize, usize) -> U) -> N::Lanes<U> {
         let mut last = None;
-        N::lanes(|lane| match last {
+        N::per_lane(|lane| match last {
             Some(base) if !self.has(lane) => base,
             _ => *last.insert(of(self.at(lane), lane)),
         })
