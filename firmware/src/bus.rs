@@ -8,7 +8,7 @@ use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
 
 use crate::board::{self, Board, BusIn, BusOut};
-use crate::device::{self, Desk, GRANT_USED, IMAGE_BUFFER_LEN, Taken};
+use crate::device::{self, GRANT_USED, IMAGE_BUFFER_LEN, ServiceBoard, Taken};
 use crate::identity;
 
 /// What can wait to be sent: a block of service frames and more ticks than a host lets pile up.
@@ -53,7 +53,7 @@ pub async fn receive(mut port: BusIn, board: board::This) {
     // The second buffer is lent once the first one is in use.
     let [first, second] = device::image_buffers();
     let (mut service, mut second) = (Service::new(identity, first), Some(second));
-    let mut desk = Desk(board);
+    let mut desk = ServiceBoard(board);
     let mut decoder = Decoder::default();
     loop {
         let Some(line) = decoder.push(port.read().await) else { continue };

@@ -1,7 +1,7 @@
 //! The firmware: boards, interrupts, tasks. No mathematics.
 //!
 //! The tick runs in a timer interrupt of the highest priority and calls
-//! `cathforce_device::Ticker`; everything else is a task below it. See `README.md`.
+//! `cathforce_device::ControlLoop`; everything else is a task below it. See `README.md`.
 
 #![cfg_attr(target_os = "none", no_std, no_main)]
 

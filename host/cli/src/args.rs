@@ -182,7 +182,8 @@ pub struct Changes {
 
 #[derive(Debug, Args)]
 pub struct RunArguments {
-    /// Where the device is: socketcan:can0, slcan:tcp:HOST:PORT, slcan:/dev/ttyACM0, qemu, sim.
+    /// Where the device is: socketcan:can0, slcan:/dev/ttyACM0, slcan:tcp:HOST:PORT,
+    /// slcan:listen:PORT, qemu, sim; `cathforce link list` lists what there is.
     #[arg(long)]
     pub link: String,
     /// Let the device's own clock run its ticks, even where it knows lock step: times are then

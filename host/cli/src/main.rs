@@ -20,6 +20,7 @@ use session::Pace;
 fn main() -> ExitCode {
     let arguments = Arguments::read();
     let ui = ui::Ui::new(arguments.json.is_some(), arguments.quiet);
+    cathforce_link::set_remarks(move |remark| ui.say(remark));
     let result = match arguments.command {
         Command::Run(arguments) => {
             let pace = if arguments.free { Pace::Free } else { Pace::LockStep };

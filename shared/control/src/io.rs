@@ -41,7 +41,7 @@ pub struct GuidewireSample {
 
 /// The instrument whose load the operator feels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
-pub enum Felt {
+pub enum HapticSource {
     #[default]
     Catheter,
     Guidewire,
@@ -78,7 +78,7 @@ pub struct Outputs {
     /// What changed the output in this tick.
     pub limited: LimitFlags,
     /// Whose load the output renders.
-    pub felt: Felt,
+    pub haptic_source: HapticSource,
     /// On the operator's linear axis, positive against insertion \[N\].
     pub force_n: f32,
     /// On the operator's rotary axis, positive against positive rotation \[N·m\].

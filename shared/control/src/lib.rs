@@ -28,27 +28,29 @@ mod freshness;
 mod haptics;
 mod io;
 mod limits;
+mod memory_visitor;
 mod passivity;
 mod selftest;
 mod settings;
 mod state;
 mod supervisor;
 mod tick;
-mod words;
 
 use cathforce_mechanics as mechanics;
 
 pub use band::{BAND_ROWS, BAND_UNIT_N, BAND_UNKNOWN, Band, BandRow, HalfWidths};
 pub use faults::{Fault, Reaction};
-pub use io::{Command, EncoderSample, Felt, GuidewireSample, Inputs, LimitFlags, Notice, Outputs};
+pub use io::{
+    Command, EncoderSample, GuidewireSample, HapticSource, Inputs, LimitFlags, Notice, Outputs,
+};
+#[doc(hidden)]
+pub use memory_visitor::MemoryWord;
 pub use settings::{
     ENCODER_TIMEOUT_HARD_TICKS, FORCE_HARD_N, RAMP_HARD_TICKS, SETTINGS, SettingError, SettingInfo,
     Settings, TICK_S, TORQUE_HARD_N_M,
 };
 pub use state::{State, step};
 pub use supervisor::{Mode, RampCause};
-#[doc(hidden)]
-pub use words::Word;
 
 /// What a tick is told and cannot change.
 #[derive(Clone, Debug)]

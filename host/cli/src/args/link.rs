@@ -12,13 +12,14 @@ pub struct LinkArguments {
 
 #[derive(Debug, Subcommand)]
 pub enum LinkAction {
-    /// List the CAN interfaces of this computer, and how they are set.
+    /// List the CAN interfaces and serial ports of this computer with their addresses for --link.
     List,
     /// Set a CAN interface and bring it up; one named vcan… is made if it is not there.
     Up(LinkUpArguments),
     /// Take a CAN interface down.
     Down(LinkDownArguments),
-    /// Be a device on this link, in this process, to try a master without a board.
+    /// Be a device on this link, in this process, to try the other commands or a master without a
+    /// board.
     Serve(LinkServeArguments),
 }
 
@@ -52,7 +53,8 @@ pub struct LinkDownArguments {
 
 #[derive(Debug, Args)]
 pub struct LinkServeArguments {
-    /// The bus: socketcan:vcan0, slcan:…
+    /// The bus: slcan:listen:PORT is one that several programs on this computer can join with
+    /// slcan:tcp:127.0.0.1:PORT; socketcan:vcan0 is Linux' own.
     pub link: String,
     /// Begin with a clock that stands still until the host grants ticks.
     #[arg(long)]

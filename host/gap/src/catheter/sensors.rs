@@ -3,7 +3,7 @@
 
 use cathforce_bundle::bundle::VectorColumn;
 
-use super::prepare::{Column, Source};
+use super::column::{Column, Source};
 use crate::plant::Quantity;
 
 /// Fewest rows of which it means something that they are all the same.

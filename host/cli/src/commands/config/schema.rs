@@ -196,7 +196,7 @@ one: the oldest counts, and one frame that stops coming is a drive that is lost.
 `run`, `simulate` and the others take the file with `--settings S.toml`; `gap apply` writes the
 same format, with the effect that each value comes from. Its `[band]` is a table of how far the
 forces may be off, with a hash of the model that it is of: where another one is set, none is stated
-([gap.md](gap.md)). Errors name file and line, and an unknown name its nearest neighbour. A value
+([how to close a gap](how-to/close-a-gap.md)). Errors name file and line, and an unknown name its nearest neighbour. A value
 with a unit that is a thousand times its default, or a thousandth, is allowed and warned of.
 
 A device takes a configuration whole, and **no setting changes while output is armed** or ramps to
