@@ -1,7 +1,9 @@
 //! What an explanation closes on a trial that its diagnosis has not seen, and whether the forces
 //! there lie where it says.
 
-use crate::band::{Coverage, columns};
+use cathforce_recording::Coverage;
+
+use crate::band::columns;
 use crate::floor::Floor;
 use crate::nuisance::Nuisances;
 use crate::plant::{At, Plant, Point, Quantity};

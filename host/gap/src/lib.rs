@@ -87,7 +87,8 @@ mod verdict;
 mod within;
 
 pub use altered::Altered;
-pub use band::{Band, COLUMNS, Coverage, Covered, ROWS, Row};
+pub use band::{Band, ROWS, Row};
+pub use cathforce_recording::{COLUMNS, Coverage, Covered};
 pub use diagnose::{diagnose, diagnose_given, expected_simulations};
 pub use fresh::{achieved, covered};
 pub use nuisance::NUISANCE_LIMIT;

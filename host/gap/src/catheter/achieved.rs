@@ -2,14 +2,14 @@
 //! and nuisances, with the device's estimates in the place of the diagnosis' coarser model.
 
 use cathforce_mechanics::Description;
-use cathforce_recording::Estimate;
+use cathforce_recording::{COLUMNS, Coverage, Estimate};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use serde::Serialize;
 
 use super::simulate::{Trajectory, readings};
 use super::{Catheter, Prepared};
-use crate::band::{COLUMNS, Coverage, columns};
+use crate::band::columns;
 use crate::floor::Floor;
 use crate::nuisance::{Nuisances, Refit};
 use crate::plant::Quantity;

@@ -35,7 +35,6 @@ use cathforce_recording::snap::Snap;
 pub use achieved::{Achieved, AchievedError, Energy, Left, Runs, Shrink};
 pub use check::CatheterError;
 pub use planned::{PlannedError, planned};
-pub use sensors::white_noise;
 pub use spike::Spiking;
 
 use crate::copies::without_copies;
