@@ -6,10 +6,8 @@ mod failure;
 mod log;
 mod monitor;
 mod output;
-mod report;
 mod session;
 mod settings;
-mod summary;
 mod ui;
 
 use std::process::ExitCode;

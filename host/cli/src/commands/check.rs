@@ -18,7 +18,7 @@ pub fn run(ui: &Ui, arguments: &CheckArguments) -> Result<(), Failure> {
             Err(error) => return Err(error.into()),
         },
     };
-    let complete = super::completeness(&recording);
+    let complete = recording.completeness();
     let json = json!({
         "path": arguments.recording,
         "complete": complete,

@@ -130,7 +130,7 @@ fn recording(path: &Path) -> Result<Rows, Failure> {
         ("seconds", json!(seconds)),
         ("measured rows", json!(recording.trial.rows.len())),
         ("image bytes", json!(recording.image.len())),
-        ("complete", json!(super::completeness(&recording))),
+        ("complete", json!(recording.completeness())),
     ])
 }
 

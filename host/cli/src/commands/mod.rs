@@ -59,15 +59,6 @@ fn open_recording(ui: &Ui, path: &Path) -> Result<Recording, Failure> {
     Ok(recording)
 }
 
-/// Whether a recording has its end, and the run had.
-pub fn completeness(recording: &Recording) -> String {
-    match recording.cut {
-        Some(cut) => format!("breaks off at byte {}", cut.byte),
-        None if recording.result.is_none() => "no: the run broke off".into(),
-        None => "yes".into(),
-    }
-}
-
 /// Changes settings by name, and parameters of the description by key: first those of the file.
 fn options(ui: &Ui, bundle: &Bundle, changes: &Changes) -> Result<ImageOptions, Failure> {
     let mut options = ImageOptions {

@@ -8,7 +8,7 @@ use cathforce_bus::{Encoder, Insertion, Rotation};
 use cathforce_link::qemu::find_firmware;
 use cathforce_link::{Client, Step};
 use cathforce_recording::{
-    FEED_BEFORE_SCORE_M, Recording, RunInfo, SensorNoise, Trial, VESSEL_FILES, analyse,
+    FEED_BEFORE_SCORE_M, Recording, RunInfo, SensorNoise, Summary, Trial, VESSEL_FILES, analyse,
 };
 use sha2::{Digest, Sha256};
 
@@ -17,8 +17,7 @@ use crate::args::{Feel, PlayArguments};
 use crate::failure::{Code, Failure};
 use crate::output::{Kind, check_again, check_apart, check_recording, write_again};
 use crate::session::{Pace, Plan, run as run_session};
-use crate::summary::Summary;
-use crate::ui::Ui;
+use crate::ui::{Ui, two_columns};
 
 pub fn run(ui: &Ui, link: &str, pace: Pace, arguments: &PlayArguments) -> Result<(), Failure> {
     // Building the image takes a while, after which nobody wants to hear of a misprint or of an
@@ -138,7 +137,7 @@ fn finish(ui: &Ui, recording: &Path, arguments: &PlayArguments) -> Result<(), Fa
         write_again(path, Kind::Json, json + "\n")?;
     }
     let title = ui.bold(&format!("{} trial {}", recording.info.rig, recording.info.trial));
-    let text = format!("{title}\n{}{}\n", summary.text(), recording.info.provenance);
+    let text = format!("{title}\n{}{}\n", two_columns(&summary.rows()), recording.info.provenance);
     ui.data(&summary, text)?;
     if let Some(replay) = analysis.replay.as_ref().filter(|replay| !replay.identical()) {
         return Err(super::replay::difference(replay, &recording.info));

@@ -1,8 +1,10 @@
 // The catheter as a tube inside a translucent vessel, on WebGL.
 "use strict";
 
+/** An unloaded instrument is dark on a light ground and light on a dark one. */
+const UNLOADED = matchMedia("(prefers-color-scheme: dark)").matches ? [0.52, 0.6, 0.72] : [0.16, 0.24, 0.36];
 const COLOUR_STOPS = [
-  [0.0, [0.16, 0.24, 0.36]], [0.2, [0.11, 0.45, 0.67]], [0.4, [0.16, 0.68, 0.55]],
+  [0.0, UNLOADED], [0.2, [0.11, 0.45, 0.67]], [0.4, [0.16, 0.68, 0.55]],
   [0.6, [0.93, 0.76, 0.2]], [0.8, [0.92, 0.45, 0.13]], [1.0, [0.78, 0.1, 0.16]],
 ];
 

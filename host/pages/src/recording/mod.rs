@@ -6,27 +6,32 @@ mod surface;
 
 use band::StatedBand;
 use cathforce_config::image;
-use cathforce_gap::{Coverage, Covered};
-use cathforce_recording::{Analysis, ForceError, Recording};
+use cathforce_recording::{Analysis, Coverage, Covered, ForceError, Recording, Summary};
 use serde_json::{Value, json};
 
-use crate::commands::gap::coverage;
-use crate::failure::Failure;
-use crate::summary::Summary;
+use crate::{escape, template};
 
 const TEMPLATE: &str = include_str!("page.html");
 const STYLE: &str = include_str!("page.css");
 const SCRIPT: &str =
     concat!(include_str!("charts.js"), include_str!("scene.js"), include_str!("page.js"));
 
-/// The page.
-pub fn page(
+/// Why a recording has no page.
+#[derive(Debug, thiserror::Error)]
+pub enum PageError {
+    #[error("the device image in the recording: {0}")]
+    Image(image::ImageError),
+}
+
+/// The page of a recording.
+///
+/// Returns HTML; fails when the vessel cannot be read from the recording's device image.
+pub fn recording_page(
     recording: &Recording,
     analysis: &Analysis,
     summary: &Summary,
-) -> Result<String, Failure> {
-    let config = image::decode(&recording.image)
-        .map_err(|e| Failure::input(format!("the device image in the recording: {e}")))?;
+) -> Result<String, PageError> {
+    let config = image::decode(&recording.image).map_err(PageError::Image)?;
     let info = &recording.info;
     let title = format!("{} · trial {}", info.rig, info.trial);
     let band = StatedBand::of(recording, analysis);
@@ -47,14 +52,15 @@ pub fn page(
         "vessel": numbers::vessel(&surface::extract(&config.lumen), analysis.entry_m),
         "start_s": analysis.peak.map_or(0.0, |peak| peak.t_s),
     });
-    // A closing tag inside the data would end the script element.
-    let data = data.to_string().replace("</", "<\\/");
-    let title = title.replace('&', "&amp;").replace('<', "&lt;");
-    Ok(TEMPLATE
-        .replacen("{{title}}", &title, 1)
-        .replacen("{{style}}", STYLE, 1)
-        .replacen("{{script}}", SCRIPT, 1)
-        .replacen("{{data}}", &data, 1))
+    Ok(template::fill(
+        TEMPLATE,
+        &[
+            ("title", &escape::html(&title)),
+            ("style", STYLE),
+            ("script", SCRIPT),
+            ("data", &escape::json(&data)),
+        ],
+    ))
 }
 
 fn subtitle(recording: &Recording) -> String {
@@ -92,7 +98,9 @@ fn tiles(summary: &Summary, coverage: Option<&Coverage>) -> Value {
         "measured within the band",
         all.and_then(|all| all.share()).map(|share| format!("{:.1}", 100.0 * share)),
         "%",
-        &coverage.map_or(String::new(), coverage::stated),
+        &all.and_then(|all| all.stated_share()).map_or(String::new(), |share| {
+            format!("{:.1} % of the samples have a band", 100.0 * share)
+        }),
         "",
     );
     let verdict = |good: bool| if good { "good" } else { "bad" };
@@ -160,7 +168,7 @@ fn facts(
         let rows: Vec<_> = own.map(|(name, own)| [(*name).to_owned(), within(own)]).collect();
         sections.push(json!({ "section": "Measured within the band", "rows": rows }));
     }
-    let complete = crate::commands::completeness(recording);
+    let complete = recording.completeness();
     sections.push(json!({ "section": "Made with", "rows": [
         ["board", info.board.as_str()],
         ["firmware", info.firmware_version.as_str()],
@@ -211,7 +219,7 @@ fn footnotes(analysis: &Analysis, has_band: bool) -> Value {
 }
 
 fn charts(recording: &Recording, analysis: &Analysis) -> Value {
-    let chart = |title: &str, axis: &str, channel: usize| json!({ "title": title, "axis": axis, "unit": "mN", "digits": 1, "channel": channel });
+    let chart = |title: &str, axis: &str, channel: usize| json!({ "title": title, "axis": axis, "unit": "mN", "digits": 1, "channel": channel, "line": "estimated" });
     let mut charts = vec![
         chart("Force on the vessel, x", "force", 0),
         chart("Force on the vessel, y", "force", 1),
@@ -226,7 +234,7 @@ fn charts(recording: &Recording, analysis: &Analysis) -> Value {
         error["error"] = numbers::error(recording, analysis);
         charts.push(error);
     }
-    let insertion = |title: &str, channel: usize| json!({ "title": title, "axis": "insertion", "unit": "mm", "digits": 1, "channel": channel });
+    let insertion = |title: &str, channel: usize| json!({ "title": title, "axis": "insertion", "unit": "mm", "digits": 1, "channel": channel, "line": "encoder" });
     charts.push(insertion("Insertion", 4));
     if analysis.guidewire_radius_m.is_some() {
         charts.push(insertion("Insertion of the guidewire", 7));

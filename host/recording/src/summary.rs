@@ -1,9 +1,11 @@
-//! The figures of a run, as a table and as JSON.
+//! The figures of a run: rows of a table, and fields of a JSON object.
 
-use cathforce_recording::{Analysis, GuidewireEstimate, Recording, trial_time_s};
 use serde::Serialize;
 
-use crate::ui::two_columns;
+use crate::analysis::Analysis;
+use crate::reader::Recording;
+use crate::series::trial_time_s;
+use crate::tick::GuidewireEstimate;
 
 /// Cycles of one tick of a 480 MHz processor.
 const BUDGET_CYCLES: f64 = 480_000.0;
@@ -181,11 +183,6 @@ impl Summary {
         row("wall time", self.wall_s.map(|s| format!("{s:.1} s")));
         rows
     }
-
-    /// The table.
-    pub fn text(&self) -> String {
-        two_columns(&self.rows())
-    }
 }
 
 #[cfg(test)]
@@ -195,7 +192,8 @@ mod tests {
     #[test]
     fn what_was_not_measured_is_said_and_left_out() {
         let summary = Summary { ticks: 3, ..Summary::default() };
-        assert!(summary.text().contains("worst tick          not measured"), "{}", summary.text());
+        let rows = summary.rows();
+        assert!(rows.contains(&("worst tick".into(), "not measured".into())), "{rows:?}");
         let json = serde_json::to_value(&summary).unwrap();
         assert_eq!(json.get("worst_instructions_per_tick"), None);
         assert_eq!(json["ticks"], 3);

@@ -20,9 +20,13 @@ function indexAt(times, t) {
   return low;
 }
 
+/** Value of one of the style's variables, as the browser's colour scheme has it now. */
+const styled = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+
 class Chart {
   /**
    * spec: { title, unit, digits, lines: [{ name, colour, width, t, y }], area: { t, low, high, colour }, zero }
+   * colour: name of a variable of the style
    * area: nine of ten lie between low and high, NaN where nobody knows
    * shared: { from, to, bands: [{ from, to, colour }], onSeek(t) }
    */
@@ -74,15 +78,15 @@ class Chart {
     const family = getComputedStyle(document.body).fontFamily;
     c.font = `11px ${family}`;
     for (const band of bands) {
-      c.fillStyle = band.colour;
+      c.fillStyle = styled(band.colour);
       c.fillRect(x(Math.max(from, band.from)), this.top, x(Math.min(to, band.to)) - x(Math.max(from, band.from)), h - this.top - this.bottom);
     }
     const vertical = niceTicks(this.low, this.high, 5), horizontal = niceTicks(from, to, 8);
-    c.strokeStyle = "#e6eaef"; c.fillStyle = "#5b6876"; c.lineWidth = 1;
+    c.fillStyle = styled("--soft"); c.lineWidth = 1;
     c.textAlign = "right"; c.textBaseline = "middle";
     for (const v of vertical.ticks) {
       c.beginPath(); c.moveTo(this.left, y(v)); c.lineTo(w - this.right, y(v));
-      c.strokeStyle = Math.abs(v) < 1e-12 ? "#b9c2cc" : "#e6eaef"; c.stroke();
+      c.strokeStyle = styled(Math.abs(v) < 1e-12 ? "--grid-zero" : "--grid"); c.stroke();
       c.fillText(v.toFixed(vertical.digits), this.left - 7, y(v));
     }
     c.textAlign = "center"; c.textBaseline = "top";
@@ -94,19 +98,19 @@ class Chart {
     for (const line of this.spec.lines) {
       // Over what was measured, under what was estimated.
       if (this.spec.area && line === this.spec.lines.at(-1)) this.fill(c, x, y, this.spec.area);
-      c.strokeStyle = line.colour; c.lineWidth = line.width; c.lineJoin = "round"; c.beginPath();
+      c.strokeStyle = styled(line.colour); c.lineWidth = line.width; c.lineJoin = "round"; c.beginPath();
       for (let i = 0; i < line.t.length; i++) c.lineTo(x(line.t[i]), y(line.y[i]));
       c.stroke();
     }
     c.restore();
-    c.strokeStyle = "#16202c"; c.globalAlpha = 0.55; c.beginPath();
+    c.strokeStyle = styled("--ink"); c.globalAlpha = 0.55; c.beginPath();
     c.moveTo(x(this.cursor), this.top); c.lineTo(x(this.cursor), h - this.bottom); c.stroke(); c.globalAlpha = 1;
     this.label();
   }
 
   /** Each stretch in which both edges are known. */
   fill(c, x, y, { t, low, high, colour }) {
-    c.fillStyle = colour;
+    c.fillStyle = styled(colour); c.globalAlpha = 0.3;
     for (let i = 0; i < t.length; i++) {
       if (!Number.isFinite(low[i] + high[i])) continue;
       const start = i;
@@ -116,6 +120,7 @@ class Chart {
       for (let k = i - 1; k >= start; k--) c.lineTo(x(t[k]), y(low[k]));
       c.fill();
     }
+    c.globalAlpha = 1;
   }
 
   label() {
@@ -123,10 +128,10 @@ class Chart {
     const i = area && indexAt(area.t, this.cursor), half = area && (area.high[i] - area.low[i]) / 2;
     const width = Number.isFinite(half) ? `±${half.toFixed(digits)} ${unit}` : "not known";
     const block = document.createElement("i");
-    block.className = "block"; block.style.background = area?.colour;
+    block.className = "block"; block.style.background = area && `var(${area.colour})`;
     this.key.replaceChildren(...this.spec.lines.flatMap((line) => {
       const mark = document.createElement("i");
-      mark.style.background = line.colour;
+      mark.style.background = `var(${line.colour})`;
       const value = line.y.length ? line.y[indexAt(line.t, this.cursor)].toFixed(this.spec.digits) : "–";
       return [mark, `${line.name} ${value} ${this.spec.unit}`];
     }), ...(area ? [block, `9 of 10 within ${width}`] : []));

@@ -33,7 +33,8 @@ for (const { section, rows } of data.facts) {
 for (const line of data.footnotes) make(element("footer"), "p", line);
 
 // Charts.
-const GREY = "#9aa5b1", BLUE = "#0b63c5", ORANGE = "#c2410c";
+// Colours are names of the style's variables, so that they follow the browser's light or dark scheme.
+const MEASURED = "--measured", ESTIMATED = "--estimated", ERROR = "--error";
 const estimated = { t: floats(data.estimated.t), y: data.estimated.y.map(floats) };
 const measured = data.measured && { t: floats(data.measured.t), y: data.measured.y.map((y) => y && floats(y)) };
 const finite = (t, y) => {
@@ -43,20 +44,20 @@ const finite = (t, y) => {
 const band = data.band && { t: floats(data.band.t), low: data.band.low.map(floats), high: data.band.high.map(floats) };
 const shared = {
   from: estimated.t[0], to: estimated.t[estimated.t.length - 1],
-  bands: data.unscored.map(([from, to, snap]) => ({ from, to, colour: snap ? "#fdeadb" : "#eef1f4" })),
+  bands: data.unscored.map(([from, to, snap]) => ({ from, to, colour: snap ? "--snap" : "--unscored" })),
   onSeek: (t) => seek(t),
 };
-const charts = data.charts.map(({ title, axis, unit: of, digits, channel, error }) => {
+const charts = data.charts.map(({ title, axis, unit: of, digits, channel, error, line: name }) => {
   const lines = [];
-  const area = !error && band?.low[channel] && { t: band.t, low: band.low[channel], high: band.high[channel], colour: "#0b63c54d" };
+  const area = !error && band?.low[channel] && { t: band.t, low: band.low[channel], high: band.high[channel], colour: ESTIMATED };
   if (error) {
-    lines.push({ name: "estimated − measured", colour: ORANGE, width: 1.2, ...unpackError(error) });
+    lines.push({ name: "estimated − measured", colour: ERROR, width: 1.2, ...unpackError(error) });
   } else {
     if (measured?.y[channel]) {
       const line = finite(measured.t, measured.y[channel]);
-      if (line.t.length) lines.push({ name: "measured", colour: GREY, width: 1, ...line });
+      if (line.t.length) lines.push({ name: "measured", colour: MEASURED, width: 1, ...line });
     }
-    lines.push({ name: "estimated", colour: BLUE, width: 1.7, ...finite(estimated.t, estimated.y[channel]) });
+    lines.push({ name, colour: ESTIMATED, width: 1.7, ...finite(estimated.t, estimated.y[channel]) });
   }
   return new Chart(element("charts"), { title, axis, unit: of, digits, lines, area, zero: Boolean(error) }, shared);
 });
@@ -133,6 +134,7 @@ function scaleBar() {
 }
 
 // Time.
+matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => charts.forEach((chart) => chart.draw()));
 const slider = element("slider");
 let playing = null;
 slider.min = shared.from; slider.max = shared.to;

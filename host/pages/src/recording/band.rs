@@ -1,8 +1,8 @@
 //! How far the device said that its forces may be off, and which of the measured ones lie within.
 
-use cathforce_gap::catheter::white_noise;
-use cathforce_gap::{COLUMNS, Coverage};
-use cathforce_recording::{Analysis, Measured, Recording, Trial, trial_time_s};
+use cathforce_recording::{
+    Analysis, COLUMNS, Coverage, Measured, Recording, Trial, trial_time_s, white_noise,
+};
 use serde_json::{Value, json};
 
 use super::numbers::{MOST_POINTS, floats};
