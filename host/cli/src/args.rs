@@ -17,8 +17,8 @@ pub use config::{
     ConfigSetArguments, ConfigShowArguments, ConfigSource, ConfigValidateArguments,
 };
 pub use gap::{
-    AblationArguments, ApplyArguments, ChallengeAction, ChallengeArguments, ChallengeFolder,
-    ChallengeFolders, ChallengeMakeArguments, ChallengeRunArguments, CoverageArguments,
+    AblationArguments, ApplyArguments, BlindTestAction, BlindTestArguments, BlindTestFolder,
+    BlindTestFolders, BlindTestMakeArguments, BlindTestRunArguments, CoverageArguments,
     DiagnoseArguments, GapAction, GapArguments, IsolabilityArguments, ProtocolArguments,
     SpikeInArguments, VerifyArguments, Way,
 };

@@ -1,4 +1,4 @@
-//! `cathforce gap challenge`: blind checks of the diagnosis.
+//! `cathforce gap blind-test`: the diagnosis answers cases whose true effects are sealed.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -6,7 +6,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use std::time::Instant;
 
-use cathforce_blind_test::{Challenge, ChallengeError, Label, Score, Stand, score};
+use cathforce_blind_test::{BlindTest, BlindTestError, Label, Published, Score, Stand, score};
 use cathforce_gap::{Altered, achieved, diagnose};
 use rand::Rng;
 use serde::Serialize;
@@ -16,35 +16,35 @@ use super::diagnose::reproduce;
 use super::hash::own_sha256;
 use super::source::Source;
 use crate::args::{
-    ChallengeAction, ChallengeArguments, ChallengeFolder, ChallengeFolders, ChallengeMakeArguments,
-    ChallengeRunArguments,
+    BlindTestAction, BlindTestArguments, BlindTestFolder, BlindTestFolders, BlindTestMakeArguments,
+    BlindTestRunArguments,
 };
 use crate::failure::{Code, Failure};
 use crate::ui::Ui;
 
-pub fn run(ui: &Ui, arguments: &ChallengeArguments) -> Result<(), Failure> {
+pub fn run(ui: &Ui, arguments: &BlindTestArguments) -> Result<(), Failure> {
     match &arguments.action {
-        ChallengeAction::Make(arguments) => make(ui, arguments),
-        ChallengeAction::Seal(arguments) => seal(ui, arguments),
-        ChallengeAction::Run(arguments) => answer(ui, arguments),
-        ChallengeAction::Reveal(arguments) => reveal(ui, arguments),
-        ChallengeAction::Score(arguments) => show_score(ui, arguments),
+        BlindTestAction::Make(arguments) => make(ui, arguments),
+        BlindTestAction::Seal(arguments) => seal(ui, arguments),
+        BlindTestAction::Run(arguments) => answer(ui, arguments),
+        BlindTestAction::Reveal(arguments) => reveal(ui, arguments),
+        BlindTestAction::Score(arguments) => show_score(ui, arguments),
     }
 }
 
-fn refuse(error: ChallengeError) -> Failure {
+fn refuse(error: BlindTestError) -> Failure {
     Failure::input(error.to_string())
 }
 
-fn make(ui: &Ui, arguments: &ChallengeMakeArguments) -> Result<(), Failure> {
+fn make(ui: &Ui, arguments: &BlindTestMakeArguments) -> Result<(), Failure> {
     if arguments.cases == 0 {
-        let why = "--cases 0: a challenge without cases asks nothing\n  fix: give 10 or more";
+        let why = "--cases 0: a blind test without cases tests nothing\n  fix: give 10 or more";
         return Err(Failure::new(Code::Usage, why.to_owned()));
     }
     let progress = Mutex::new(ui.progress("playing", arguments.cases as u64, "cases"));
     let made = AtomicU64::new(0);
     let secret = rand::rng().random();
-    let challenge = Challenge::at(&arguments.folder);
+    let blind_test = BlindTest::at(&arguments.folder);
     let stands = match &arguments.bundle[..] {
         [] => Stand::all_own(),
         bundles => {
@@ -52,7 +52,7 @@ fn make(ui: &Ui, arguments: &ChallengeMakeArguments) -> Result<(), Failure> {
             stands.collect::<Result<_, _>>().map_err(|e| Failure::input(e.to_string()))?
         }
     };
-    let done = challenge.make(arguments.seed, arguments.cases, secret, &stands, &|| {
+    let done = blind_test.make(arguments.seed, arguments.cases, secret, &stands, &|| {
         let made = made.fetch_add(1, Ordering::Relaxed) + 1;
         if let Ok(mut progress) = progress.lock() {
             progress.set(made);
@@ -64,22 +64,22 @@ fn make(ui: &Ui, arguments: &ChallengeMakeArguments) -> Result<(), Failure> {
     Ok(())
 }
 
-fn seal(ui: &Ui, arguments: &ChallengeFolder) -> Result<(), Failure> {
-    let seals = Challenge::at(&arguments.folder).seal().map_err(refuse)?;
-    let hash = Challenge::at(&arguments.folder).seals_sha256().map_err(refuse)?;
+fn seal(ui: &Ui, arguments: &BlindTestFolder) -> Result<(), Failure> {
+    let seals = BlindTest::at(&arguments.folder).seal().map_err(refuse)?;
+    let hash = BlindTest::at(&arguments.folder).seals_sha256().map_err(refuse)?;
     let text: String =
         seals.labels.iter().map(|(case, hash)| format!("{case}  {hash}\n")).collect();
     ui.data(&seals, format!("{text}seals.json, to be published  {hash}\n"))
 }
 
 /// One case a core: each is diagnosed by one thread, whose processor time is the case's.
-fn answer(ui: &Ui, arguments: &ChallengeRunArguments) -> Result<(), Failure> {
-    let challenge = Challenge::at(&arguments.folder);
-    let seals = challenge.seals().map_err(refuse)?;
+fn answer(ui: &Ui, arguments: &BlindTestRunArguments) -> Result<(), Failure> {
+    let blind_test = BlindTest::at(&arguments.folder);
+    let seals = blind_test.seals().map_err(refuse)?;
     let binary = own_sha256()?;
     let mut open = Vec::new();
     for case in seals.labels.keys() {
-        if challenge.answer(case).map_err(refuse)?.is_none() {
+        if blind_test.answer(case).map_err(refuse)?.is_none() {
             open.push(case.as_str());
         }
     }
@@ -95,10 +95,10 @@ fn answer(ui: &Ui, arguments: &ChallengeRunArguments) -> Result<(), Failure> {
         let alone =
             alone.map_err(|e| Failure::new(Code::Failed, format!("cannot start a thread: {e}")))?;
         while let Some(case) = open.get(next.fetch_add(1, Ordering::Relaxed)) {
-            challenge.check_case(&seals, case).map_err(refuse)?;
-            let mut found = alone.install(|| answer_case(ui, &challenge.bundle(case)))?;
+            blind_test.check_case(&seals, case).map_err(refuse)?;
+            let mut found = alone.install(|| answer_case(ui, &blind_test.bundle(case)))?;
             found.json["binary_sha256"] = Value::from(binary.clone());
-            challenge.keep_answer(case, &found.json).map_err(refuse)?;
+            blind_test.keep_answer(case, &found.json).map_err(refuse)?;
             let done = done.fetch_add(1, Ordering::Relaxed) + 1;
             let each_s = begun.elapsed().as_secs_f64() / done as f64;
             let left_min = each_s * (open.len() - done) as f64 / 60.0;
@@ -158,10 +158,10 @@ struct Revealed {
     answer: Value,
 }
 
-fn reveal(ui: &Ui, arguments: &ChallengeFolder) -> Result<(), Failure> {
-    let revealed = Challenge::at(&arguments.folder).reveal().map_err(refuse)?;
+fn reveal(ui: &Ui, arguments: &BlindTestFolder) -> Result<(), Failure> {
+    let revealed = BlindTest::at(&arguments.folder).reveal().map_err(refuse)?;
     let mut text = String::new();
-    for answer in &score(String::new(), &revealed).answers {
+    for answer in &score(Published::default(), String::new(), &revealed).answers {
         // Writing to a string does not fail.
         let _ = writeln!(
             text,
@@ -180,13 +180,19 @@ fn reveal(ui: &Ui, arguments: &ChallengeFolder) -> Result<(), Failure> {
     ui.data(&revealed, text)
 }
 
-fn show_score(ui: &Ui, arguments: &ChallengeFolders) -> Result<(), Failure> {
+fn show_score(ui: &Ui, arguments: &BlindTestFolders) -> Result<(), Failure> {
+    let published = Published {
+        date: arguments.date.clone(),
+        sealed_in: arguments.sealed_in.clone(),
+        program_commit: arguments.program_commit.clone(),
+    };
     let mut scores = Vec::new();
     for folder in &arguments.folders {
-        let challenge = Challenge::at(folder);
-        let revealed = challenge.reveal().map_err(refuse)?;
-        let score = score(challenge.seals_sha256().map_err(refuse)?, &revealed);
-        challenge.keep_score(&score).map_err(refuse)?;
+        let blind_test = BlindTest::at(folder);
+        let revealed = blind_test.reveal().map_err(refuse)?;
+        let seals_sha256 = blind_test.seals_sha256().map_err(refuse)?;
+        let score = score(published.clone(), seals_sha256, &revealed);
+        blind_test.keep_score(&score).map_err(refuse)?;
         scores.push(score);
     }
     let text: Vec<String> = scores.iter().map(Score::markdown).collect();
