@@ -2,11 +2,17 @@
 
 mod args;
 mod commands;
+mod difference;
 mod failure;
+mod image;
 mod log;
 mod monitor;
+mod open;
 mod output;
+#[cfg(test)]
+mod reference;
 mod report;
+mod run_info;
 mod session;
 mod settings;
 mod summary;
@@ -19,7 +25,7 @@ use session::Pace;
 
 fn main() -> ExitCode {
     let arguments = Arguments::read();
-    let ui = ui::Ui::new(arguments.json.is_some(), arguments.quiet);
+    let ui = ui::Ui::new(arguments.json, arguments.quiet);
     let result = match arguments.command {
         Command::Run(arguments) => {
             let pace = if arguments.free { Pace::Free } else { Pace::LockStep };
