@@ -98,10 +98,10 @@ impl Recording {
         image::master(&self.image).unwrap_or_default()
     }
 
-    /// Whether the recording has its end, and the run had.
+    /// Whether the recording is complete, in words.
     pub fn completeness(&self) -> String {
         match self.cut {
-            Some(cut) => format!("breaks off at byte {}", cut.byte),
+            Some(cut) => format!("no: it breaks off at byte {}", cut.byte),
             None if self.result.is_none() => "no: the run broke off".into(),
             None => "yes".into(),
         }

@@ -197,7 +197,6 @@ mod tests {
     use super::*;
     use cathforce_recording::{COLUMNS, Coverage};
 
-
     #[test]
     fn a_band_is_drawn_where_it_is_stated_and_nowhere_else() {
         let row = |n: Option<f64>| [n; COLUMNS];

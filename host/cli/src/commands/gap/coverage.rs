@@ -36,6 +36,7 @@ struct Shares {
 }
 
 pub fn run(ui: &Ui, arguments: &CoverageArguments) -> Result<(), Failure> {
+    arguments.json_file.check()?;
     let (mut rows, mut all, mut failures) = (Vec::new(), Coverage::default(), Vec::new());
     for path in &arguments.bundles {
         match of_bundle(ui, path, &arguments.hold_back) {
@@ -55,7 +56,7 @@ pub fn run(ui: &Ui, arguments: &CoverageArguments) -> Result<(), Failure> {
     }
     rows.push(Row::of("all".to_owned(), None, &all));
     let lines: String = rows.iter().map(Row::text).collect();
-    ui.data(&rows, format!("{}{lines}", Row::head()))?;
+    arguments.json_file.write(ui, &rows, format!("{}{lines}", Row::head()))?;
     match failures.last() {
         None => Ok(()),
         Some(&code) => {

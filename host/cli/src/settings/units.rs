@@ -1,14 +1,18 @@
-//! Units that slipped by a thousand: millimetres for metres, millinewtons for newtons.
+//! Units of settings, and values that were written in a unit a thousand times larger or smaller.
 
 use cathforce_config::Key;
 
-use super::parse::unit;
+/// A unit as it follows a number: with a space before it, or nothing for a pure number.
+pub fn unit(key: Key) -> String {
+    if key.unit() == "1" { String::new() } else { format!(" {}", key.unit()) }
+}
 
 const THOUSAND: f32 = 1000.0;
-/// How far from a thousand a ratio may be and still look like a slip.
+/// Ratio to a thousand within which a value looks like a slip of its unit: an ordinary change of a
+/// setting stays below a factor of 2.5.
 const NEAR: std::ops::RangeInclusive<f32> = 0.4..=2.5;
 
-/// What a value that is out of range probably was meant to be.
+/// The value in range that one out of range was probably meant to be, as advice.
 pub fn out_of_range(key: Key, value: f32) -> Option<String> {
     if key.unit() == "1" || value == 0.0 {
         return None;
@@ -16,13 +20,12 @@ pub fn out_of_range(key: Key, value: f32) -> Option<String> {
     let meant = [value / THOUSAND, value * THOUSAND].into_iter().find(|x| key.check(*x).is_ok())?;
     let of = if value.abs() > meant.abs() { "larger" } else { "smaller" };
     Some(format!(
-        "a thousand times {of} than {meant}{}, which would be in range: was it written in another \
-         unit?",
+        "it is a thousand times {of} than {meant}{}, which is in range; check its unit",
         unit(key)
     ))
 }
 
-/// What looks wrong with a value that is in range: a thousand times its default, or a thousandth.
+/// A warning where a value in range is about a thousand times its default, or a thousandth of it.
 pub fn in_range(key: Key, value: f32) -> Option<String> {
     let default = key.default().filter(|default| *default != 0.0)?;
     if key.unit() == "1" || key.is_whole() || value == 0.0 {
@@ -38,7 +41,7 @@ pub fn in_range(key: Key, value: f32) -> Option<String> {
     };
     let (name, unit) = (key.name(), unit(key));
     Some(format!(
-        "{name} = {value}{unit} is about {of} its default, {default}{unit}: is the unit right?"
+        "{name} = {value}{unit} is about {of} its default, {default}{unit}; check its unit"
     ))
 }
 
