@@ -3,10 +3,11 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-use super::{escape, percent};
-use crate::diagnosis::report::{PathStep, Ranked, Series};
-use crate::explaining::band::{Band, Row};
-use crate::explaining::locate::Cell;
+use cathforce_gap::report::{PathStep, Ranked, Series};
+use cathforce_gap::{Band, Cell, Row};
+
+use super::percent;
+use crate::escape::html as escape;
 
 /// Width of every chart, in its own units.
 pub const WIDTH: f64 = 760.0;
@@ -195,7 +196,7 @@ fn label(value: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use cathforce_recording::{COLUMNS, Coverage};
+    use cathforce_gap::{COLUMNS, Coverage};
 
     #[test]
     fn a_band_is_drawn_where_it_is_stated_and_nowhere_else() {

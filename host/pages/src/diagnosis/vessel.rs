@@ -2,13 +2,13 @@
 
 use std::fmt::Write as _;
 
+use cathforce_gap::plant::{Quantity, Silhouette};
+use cathforce_gap::rounding::quantity;
+use cathforce_gap::{OnVessel, Square, VesselMap};
+
 use super::charts::{LABELS, WIDTH, svg};
 use super::map::key;
 use super::percent;
-use crate::diagnosis::report::quantity;
-use crate::explaining::on_vessel::{OnVessel, Square, VesselMap};
-use crate::plant::Quantity;
-use crate::plant::Silhouette;
 
 /// Height of a vessel at most.
 const MOST_HEIGHT: f64 = 340.0;

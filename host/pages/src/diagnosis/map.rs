@@ -2,10 +2,11 @@
 
 use std::fmt::Write as _;
 
+use cathforce_gap::Map;
+use cathforce_gap::plant::Quantity;
+use cathforce_gap::rounding::quantity;
+
 use super::charts::{LABELS, WIDTH, svg};
-use crate::diagnosis::report::quantity;
-use crate::explaining::map::Map;
-use crate::plant::Quantity;
 
 /// Height of all rows together.
 const HEIGHT: f64 = 144.0;

@@ -6,13 +6,16 @@ mod vessel;
 
 use std::fmt::Write as _;
 
-use crate::diagnosis::report::{Diagnosis, Figures, quantity};
-use crate::explaining::locate::Cell;
+use cathforce_gap::Cell;
+use cathforce_gap::report::{Diagnosis, Figures};
+use cathforce_gap::rounding::quantity;
+
+use crate::escape::html as escape;
 
 const STYLE: &str = include_str!("page.css");
 
 /// The page: the verdict in a sentence, then where, which, how far, and how to get it again.
-pub fn page(answer: &Diagnosis) -> String {
+pub fn diagnosis_page(answer: &Diagnosis) -> String {
     let mut body = String::new();
     // Writing to a string does not fail.
     let _ = write!(
@@ -31,11 +34,6 @@ pub fn page(answer: &Diagnosis) -> String {
          <title>{}</title><style>{STYLE}</style><body>{body}</body></html>\n",
         escape(&format!("Gap of {}", answer.bundle))
     )
-}
-
-/// Text that means nothing to HTML.
-fn escape(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
 /// As a sentence begins.
@@ -285,9 +283,10 @@ fn again(answer: &Diagnosis) -> String {
 
 #[cfg(test)]
 mod tests {
+    use cathforce_gap::diagnose;
+    use cathforce_gap::toy::{Toy, effect, noise, parameter};
+
     use super::*;
-    use crate::diagnosis::diagnose;
-    use crate::toy::{Toy, effect, noise, parameter};
 
     #[test]
     fn figures_of_what_was_measured_are_said_and_no_others() {
@@ -300,7 +299,7 @@ mod tests {
         let [mae, peak] = [answer.gap.force_mae_n, answer.gap.force_peak_n].map(Option::unwrap);
         assert!((mae.before - 1.5).abs() < 0.01 && (peak.before - 3.0).abs() < 0.03);
         assert!(mae.after < 0.02 && peak.after < 0.05, "{mae:?} {peak:?}");
-        let page = page(&answer);
+        let page = diagnosis_page(&answer);
         for row in ["force, mean absolute error, all trials", "largest force of a trial, all"] {
             assert!(page.contains(row), "{row}");
         }
@@ -310,5 +309,23 @@ mod tests {
         assert!(json["force_mae_N"]["floor"].is_f64() && json["tip_frechet_m"].is_null());
         // One map of the force a trial.
         assert_eq!(page.matches("Force error of the nominal model").count(), 4);
+    }
+
+    /// A slope that the effect's bounds let it explain up to 10.
+    fn bounded(slope: f64) -> Diagnosis {
+        let along = |i: usize| i as f64 / 400.0;
+        let measured = (0..400).map(move |i| slope * along(i) + 0.01 * noise(i));
+        let mut toy =
+            Toy::new(0.01, 0.01, measured, move |i, p| p.effects[0][0] * along(i)).times(4);
+        toy.effects = vec![effect("slope", vec![parameter("slope")], vec![vec![1.0]])];
+        diagnose(&toy, "toy", &|_| {})
+    }
+
+    #[test]
+    fn what_is_left_has_a_section_where_not_all_is_explained() {
+        assert!(!diagnosis_page(&bounded(9.5)).contains("<h2>What is left"));
+        let beyond = diagnosis_page(&bounded(10.4));
+        let said = "<h2>What is left</h2><p>After the model with slope";
+        assert!(beyond.contains(said), "{beyond}");
     }
 }
