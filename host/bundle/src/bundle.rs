@@ -53,7 +53,7 @@ pub struct Bundle {
     pub centreline: Vec<Branch>,
     /// By number.
     pub trials: Vec<Trial>,
-    /// What looks wrong but stops nothing.
+    /// What looks wrong but does not prevent anything.
     pub warnings: Vec<Warning>,
 }
 
@@ -87,9 +87,9 @@ impl Bundle {
         Ok(Self { path: path.to_path_buf(), rig, mesh, centreline, trials, warnings })
     }
 
-    /// A rig and trials that come from elsewhere than a folder, without its vessel.
+    /// A bundle of a rig and trials that do not come from a folder; it has no vessel.
     ///
-    /// `file`: where they come from, for messages and as the bundle's path.
+    /// `file`: their origin, used in messages and as the bundle's path.
     pub fn without_vessel(
         file: &Path,
         rig_toml: &str,
@@ -133,7 +133,7 @@ impl Bundle {
     }
 }
 
-/// Reads an STL file as the surface of a lumen; what looks wrong is added to `warnings`.
+/// Reads an STL file as the surface of a lumen; adds what looks wrong to `warnings`.
 pub(crate) fn read_mesh(
     file: &Path,
     warnings: &mut Vec<Warning>,
@@ -222,7 +222,7 @@ fn read_trials(
     for entry in std::fs::read_dir(folder).map_err(io)? {
         let file = entry.map_err(io)?.path();
         let stem = file.file_stem().and_then(|stem| stem.to_str()).unwrap_or_default();
-        // What a file system or an editor leaves beside a file begins with a point.
+        // Files that a file system or an editor leaves beside others begin with a point.
         if file.extension().is_none_or(|ending| ending != "csv") || stem.starts_with('.') {
             let message = "not a trial; it is not read".to_owned();
             warnings.push(Warning { file, place: Place::Whole, message });
