@@ -1,4 +1,4 @@
-//! From frames back to quantities: what the device said, tick by tick.
+//! Decodes frames into the quantities of each tick.
 
 use cathforce_bus::master::{Collector, Master, Reading, Taken};
 use cathforce_bus::{
@@ -6,10 +6,10 @@ use cathforce_bus::{
 };
 use serde::Serialize;
 
-use crate::dropout::{Dropout, DropoutCause};
-use crate::frame::BusFrame;
+use crate::format::dropout::{Dropout, DropoutCause};
+use crate::format::frame::BusFrame;
 
-/// What crossed the bus in one tick. A field that no frame of this tick carried is `None`.
+/// The quantities of one tick. A field that no frame of this tick carried is `None`.
 #[derive(Clone, Copy, Debug, PartialEq, Default, Serialize)]
 pub struct TickEstimate {
     /// Time of the tick's first frame \[ns\].
@@ -27,7 +27,7 @@ pub struct TickEstimate {
     pub mode: u8,
     /// Code of the fault, 0 is none.
     pub fault: u8,
-    /// Forces of this tick are not to be trusted.
+    /// The model did not resolve this tick; its forces cannot be trusted.
     pub unresolved: bool,
     /// The haptic output was limited.
     pub limited: bool,
@@ -44,7 +44,7 @@ pub struct TickEstimate {
     /// Torque behind the guide \[N·m\].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub drive_torque_n_m: Option<f32>,
-    /// A frame of this tick told of the band, if only that it is not known.
+    /// Whether a frame of this tick carried the band, even as unknown.
     #[serde(skip)]
     pub has_band: bool,
     /// Half width of the band in which nine of ten true forces lie, x, y, z \[N\].
@@ -64,7 +64,7 @@ pub struct TickEstimate {
     /// Rolling hash over every output of every tick so far.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub digest: Option<u32>,
-    /// Largest contact force at a node \[N\]; not on the bus, known from a replay.
+    /// Largest contact force at a node \[N\]; not on the bus, known only from a replay.
     #[serde(skip)]
     pub peak_contact_force_n: Option<f32>,
     /// The node that carries it, 0 is the tip.
@@ -75,7 +75,7 @@ pub struct TickEstimate {
     pub tip_from_entry_m: Option<[f32; 3]>,
 }
 
-/// What crossed the bus of the guidewire's drive in one tick.
+/// The quantities of the guidewire's drive in one tick.
 #[derive(Clone, Copy, Debug, PartialEq, Default, Serialize)]
 pub struct GuidewireEstimate {
     /// Last insertion sent to the device \[m\].
@@ -90,13 +90,13 @@ pub struct GuidewireEstimate {
     pub drive_torque_n_m: Option<f32>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub encoder_age_ticks: Option<u8>,
-    /// The operator feels this load, not the catheter's.
+    /// Whether the operator feels this load and not the catheter's.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub felt: Option<bool>,
 }
 
 impl GuidewireEstimate {
-    /// What the host says of it.
+    /// From a frame of its encoder.
     pub(crate) fn at(encoder: Encoder) -> Self {
         Self {
             insertion_m: encoder.insertion.m(),
@@ -106,7 +106,7 @@ impl GuidewireEstimate {
     }
 }
 
-/// What the device last said of one node.
+/// The last position and force of one node.
 #[derive(Clone, Copy, Debug, PartialEq, Default, Serialize)]
 pub struct NodeEstimate {
     /// 0 is the tip.
@@ -117,10 +117,10 @@ pub struct NodeEstimate {
     pub force_n: [f32; 3],
 }
 
-/// The device has gone over all its nodes, tip to guide.
+/// One pass of the device over all nodes, from tip to guide.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct NodePass {
-    /// Time of the last one \[ns\].
+    /// Time of the last node \[ns\].
     #[serde(skip)]
     pub at_ns: u64,
     pub nodes: Vec<NodeEstimate>,
@@ -131,7 +131,7 @@ pub struct NodePass {
 pub struct Completed {
     pub tick: Option<TickEstimate>,
     pub nodes: Option<NodePass>,
-    /// It could not be used, or frames before it are missing.
+    /// Set if the frame could not be used, or if frames before it are missing.
     pub missed: Option<Dropout>,
 }
 
@@ -149,7 +149,7 @@ pub struct Decoder {
     pass_at_ns: u64,
 }
 
-/// A position of the master's own frames, in the codes of ours.
+/// A position from the master's own frames, encoded like ours.
 pub(crate) fn coded(reading: Reading) -> Encoder {
     Encoder {
         insertion: Insertion::from_m(reading.insertion_m.into()),
@@ -158,17 +158,17 @@ pub(crate) fn coded(reading: Reading) -> Encoder {
 }
 
 impl Decoder {
-    /// Of a bus on which a master may have frames of its own.
+    /// A decoder for a bus on which a master may have frames of its own.
     pub fn new(master: Master) -> Self {
         Self { master: Collector::new(master), ..Self::default() }
     }
 
-    /// What became of the process frames so far.
+    /// Counters of the process frames so far.
     pub fn counters(&self) -> &Counters {
         &self.counters
     }
 
-    /// Takes the next frame; gives what it completed.
+    /// Takes the next frame; returns what it completed.
     pub fn push(&mut self, frame: &BusFrame) -> Completed {
         self.take(frame).unwrap_or_default()
     }
@@ -266,7 +266,7 @@ impl Decoder {
         Some(completed)
     }
 
-    /// A frame of the master's own.
+    /// Takes a frame in the master's own layout.
     fn take_foreign(&mut self, frame: &BusFrame) -> Option<Completed> {
         if let Taken::Rejected(counter) = self.master.take(&frame.frame) {
             self.counters.count(counter);
@@ -281,7 +281,7 @@ impl Decoder {
         None
     }
 
-    /// Gives the pass that ends here, if it saw every node from the tip on.
+    /// Ends the current pass and returns it if it has every node from the tip on.
     fn start_pass(&mut self) -> Option<NodePass> {
         let nodes = std::mem::take(&mut self.pass);
         let whole = nodes.iter().enumerate().all(|(i, n)| usize::from(n.node) == i);

@@ -1,11 +1,11 @@
-//! The log of an ATI force/torque sensor: counts to newtons in the vessel frame.
+//! Reads the log of an ATI force/torque sensor; counts become newtons in the vessel frame.
 
 use std::io::Read;
 
 use super::ati_heading::Heading;
-use super::{ImportError, read_text};
+use super::error::{ImportError, read_text};
 
-/// Where the axis of the vessel frame lies in the sensor's: which of its axes, and the sign.
+/// For each axis of the vessel frame, the axis of the sensor and its sign.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct AxisMap([(usize, i8); 3]);
 
@@ -31,8 +31,8 @@ impl AxisMap {
         if all { Ok(Self(axes)) } else { Err(wrong()) }
     }
 
-    /// Whether it turns one right-handed frame into another. One that does not is right only for
-    /// a sensor that reports the reaction.
+    /// Whether it is a rotation. A map with a reflection is right only for a sensor that reports the
+    /// reaction force.
     pub fn is_rotation(self) -> bool {
         let [a, b, c] = self.0.map(|(index, _)| index);
         let even = matches!([a, b, c], [0, 1, 2] | [1, 2, 0] | [2, 0, 1]);
@@ -45,13 +45,13 @@ impl AxisMap {
     }
 }
 
-/// What a sensor's log does not say of itself.
+/// What a sensor's log does not state.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AtiOptions {
     /// Counts that are one newton; 1 for a log in newtons.
     pub counts_per_n: f64,
     pub axes: AxisMap,
-    /// The mean over so much of the log's beginning is subtracted \[s\].
+    /// Time at the log's beginning whose mean force is subtracted \[s\].
     pub tare_s: f64,
     /// Rows a second, for a log without a column of time.
     pub rate_hz: Option<f64>,
@@ -64,12 +64,12 @@ pub struct ForceSample {
     pub force_n: [f64; 3],
 }
 
-/// What a log holds.
+/// The forces of a log.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AtiLog {
-    /// At least one, by time.
+    /// At least one sample, sorted by time.
     pub samples: Vec<ForceSample>,
-    /// Whether the log has its own time, so that no rate is asked for.
+    /// Whether the log has a time column, so that no rate is needed.
     pub has_time: bool,
 }
 
@@ -108,7 +108,7 @@ pub fn read_ati(mut log: impl Read, options: &AtiOptions) -> Result<AtiLog, Impo
         let fields = split(row);
         if fields.len() != names.len() {
             let problem = format!("{} fields, but {} columns are named", fields.len(), names.len());
-            // A comma that is a number's makes two fields of it.
+            // A decimal comma splits a number into two fields.
             let fix = match row.contains(',') && row.contains([';', '\t']) {
                 true => "write numbers with a point, a comma separates",
                 false => "take this line out, or log anew",
@@ -141,7 +141,7 @@ pub fn read_ati(mut log: impl Read, options: &AtiOptions) -> Result<AtiLog, Impo
     let Some(last) = samples.last() else {
         return Err(ImportError::new(named_at, "no row of numbers follows", "log anew"));
     };
-    // Its mean would be the touch that it is to show.
+    // The mean would then include the contact force.
     if options.tare_s > last.t_s && samples.len() > 1 {
         let problem = format!("the log ends {} s after its beginning, within the tare", last.t_s);
         let fix = "give --tare only the seconds in which nothing touched";
@@ -151,7 +151,7 @@ pub fn read_ati(mut log: impl Read, options: &AtiOptions) -> Result<AtiLog, Impo
     Ok(AtiLog { samples, has_time: heading.time.is_some() })
 }
 
-/// The fields of a line; a separator at its end begins none.
+/// The fields of a line; a separator at its end begins no further field.
 fn split(line: &str) -> Vec<&str> {
     let mut fields: Vec<_> = line.split([',', ';', '\t']).map(str::trim).collect();
     if fields.len() > 1 && fields.last() == Some(&"") {

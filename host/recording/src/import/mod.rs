@@ -1,45 +1,16 @@
-//! Measurements of other tools, as the rows of a trial.
+//! Imports measurements of other tools as the rows of a trial.
 //!
-//! Two kinds of text: the log of an ATI force/torque sensor, whose counts become a force in the
-//! vessel frame, and any CSV, whose columns are named one by one.
+//! It reads two kinds of text: the log of an ATI force/torque sensor, and any CSV whose columns the user
+//! names.
 
 mod ati;
 mod ati_heading;
+mod error;
 mod join;
 mod table;
 
-use std::io::{self, Read};
-
 pub use ati::{AtiLog, AtiOptions, AxisMap, ForceSample, read_ati};
 pub use cathforce_bundle::bundle::ColumnMap;
+pub use error::ImportError;
 pub use join::{Joined, join};
 pub use table::{ImportedTable, ImportedTrial, is_trial, read_csv, read_motion};
-
-/// What is wrong with a text, and where.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("line {line}{}: {problem}; fix: {fix}", .column.map_or(String::new(), |column| format!(":{column}")))]
-pub struct ImportError {
-    pub line: u64,
-    /// Number of the field, where it is one.
-    pub column: Option<usize>,
-    pub problem: String,
-    pub fix: String,
-}
-
-impl ImportError {
-    fn new(line: u64, problem: impl Into<String>, fix: impl Into<String>) -> Self {
-        Self { line, column: None, problem: problem.into(), fix: fix.into() }
-    }
-}
-
-fn read_text(log: &mut impl Read) -> Result<String, ImportError> {
-    let mut bytes = Vec::new();
-    let failed =
-        |e: io::Error| ImportError::new(1, format!("cannot be read: {e}"), "copy it again");
-    log.read_to_end(&mut bytes).map_err(failed)?;
-    String::from_utf8(bytes).map_err(|e| {
-        let whole = e.as_bytes().get(..e.utf8_error().valid_up_to()).unwrap_or_default();
-        let line = 1 + whole.iter().filter(|b| **b == b'\n').count() as u64;
-        ImportError::new(line, "this is no UTF-8 text", "give a text file, or save it as UTF-8")
-    })
-}
