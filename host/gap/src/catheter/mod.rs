@@ -66,7 +66,7 @@ const PREDICTOR_GAIN: f64 = 0.35;
 /// … and contact sets in over so many times the device's way, so that long ticks do not chatter.
 const ONSET: f64 = 3.0;
 /// More damping of the wall does the same \[s\], and drag from lower speeds on. The finer model has them
-/// too: corrected by one that has not, a narrowing was named beside a stream (docs/decisions/0019-coarse-model-corrected.md).
+/// too: corrected by one that has not, a narrowing was named beside a stream (docs/decisions.md).
 const WALL_DAMPING_S: f64 = 5e-3;
 const DRAG: Drag<f64> =
     Drag { at_rest_n_s_per_m2: 0.155, swift_n_s_per_m2: 1.55, swift_m_per_s: 0.08 };
@@ -77,7 +77,7 @@ const WALL_LOCAL: f64 = 0.05;
 /// about a quarter of an error of first order is left.
 const FINER_LEFT: f64 = 0.2;
 /// Share of a parameter's spread in a vessel that does not divide. Of 154 intervals in 258 cases
-/// (docs/decisions/0027-interval-width.md) whole ones hold 152, such ones 142, half ones 136. Where vessels divide, whole ones
+/// (docs/gap.md) whole ones hold 152, such ones 142, half ones 136. Where vessels divide, whole ones
 /// hold 46 of 51 in three sets: there two models of one rig differ by more.
 const SPREAD_SHARE_UNDIVIDED: f64 = 0.6;
 
