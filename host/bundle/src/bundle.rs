@@ -30,7 +30,7 @@ pub use crate::trial::{
 };
 
 use crate::error::{BundleError, Cause, read_bytes, read_text};
-use crate::geometry::{Branch, Mesh, MeshRepairs, read_centreline, read_stl};
+use crate::geometry::{Branch, Mesh, MeshRepairs, Triangle, read_centreline, read_stl};
 use crate::place::{Place, Warning};
 use crate::trial::{self, Parsed};
 
@@ -140,55 +140,71 @@ pub(crate) fn read_mesh(
 ) -> Result<VesselMesh, BundleError> {
     let triangles = read_stl(&read_bytes(file)?)
         .map_err(|(place, cause)| BundleError::new(file, place, cause))?;
+    let (mesh, repairs) = Mesh::from_triangles(&triangles)
+        .map_err(|cause| BundleError::new(file, Place::Whole, cause))?;
+    let messages = doubtful_size(&triangles).into_iter().chain(mesh_doubts(&repairs));
+    warnings.extend(messages.map(|message| Warning {
+        file: file.to_path_buf(),
+        place: Place::Whole,
+        message,
+    }));
+    Ok(VesselMesh { mesh, repairs })
+}
+
+/// A warning about a surface whose size suggests another unit than millimetres.
+fn doubtful_size(triangles: &[Triangle]) -> Option<String> {
     let corners = triangles.iter().flatten();
     let infinite = Vector3::repeat(f64::INFINITY);
     let (low, high) =
         corners.fold((infinite, -infinite), |(low, high), p| (low.inf(p), high.sup(p)));
-    let (mesh, repairs) = Mesh::from_triangles(&triangles)
-        .map_err(|cause| BundleError::new(file, Place::Whole, cause))?;
-    let mut warn =
-        |message| warnings.push(Warning { file: file.to_path_buf(), place: Place::Whole, message });
     let size_mm = (high - low).norm() * 1e3;
     if size_mm > 2000.0 {
-        warn(format!(
+        Some(format!(
             "the surface spans {size_mm:.0} mm, larger than a body; STL is read in millimetres: \
              was it exported in micrometres? Then scale it by 0.001"
-        ));
+        ))
     } else if size_mm < 10.0 {
-        warn(format!(
+        Some(format!(
             "the surface spans {size_mm:.3} mm; STL is read in millimetres: was it exported in \
              metres? Then scale it by 1000"
-        ));
+        ))
+    } else {
+        None
     }
+}
+
+/// Warnings about repairs of a mesh and about its pieces.
+fn mesh_doubts(repairs: &MeshRepairs) -> Vec<String> {
+    let mut doubts = Vec::new();
     if repairs.degenerate > 0 {
-        warn(format!("{} triangles without area were left out", repairs.degenerate));
+        doubts.push(format!("{} triangles without area were left out", repairs.degenerate));
     }
     if repairs.flipped > 0 {
-        warn(format!("{} triangles faced the wrong way and were turned", repairs.flipped));
+        doubts.push(format!("{} triangles faced the wrong way and were turned", repairs.flipped));
     }
     if repairs.split > 0 {
-        warn(format!(
+        doubts.push(format!(
             "corners of facets lay on the edges of others, which were split there ({})",
             repairs.split
         ));
     }
     if repairs.pieces > 1 {
-        warn(format!("the surface is in {} pieces; a lumen is one", repairs.pieces));
+        doubts.push(format!("the surface is in {} pieces; a lumen is one", repairs.pieces));
     }
     if let Some([x, y, z]) = repairs.doubts.overlap_mm {
-        warn(format!(
+        doubts.push(format!(
             "a piece of the surface reaches into another at ({x:.1}, {y:.1}, {z:.1}) mm, and stands \
              as a wall in its lumen; unite them (a boolean union) and export again"
         ));
     }
     if repairs.doubts.channels > 0 {
-        warn(format!(
+        doubts.push(format!(
             "the surface is closed around channels ({}), as the wall of a phantom is: its material \
              is taken for the lumen; export the inner surface only, open at its ends",
             repairs.doubts.channels
         ));
     }
-    Ok(VesselMesh { mesh, repairs })
+    doubts
 }
 
 fn check_radii(file: &Path, branches: &[Branch], warnings: &mut Vec<Warning>) {

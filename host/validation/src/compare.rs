@@ -87,18 +87,7 @@ pub fn compare(reference: &[Record], other: &[Record], from_s: f64) -> Score {
     let fast = snaps(&reference);
     let mut unmatched = snaps(other);
     unmatched.retain(|&t| t >= from_s);
-    let snaps: Vec<Snap> = fast
-        .iter()
-        .map(|&reference_s| {
-            let near = (0..unmatched.len())
-                .filter(|&i| (unmatched[i] - reference_s).abs() < SAME_SNAP_S)
-                .min_by(|&a, &b| {
-                    let apart = |i: usize| (unmatched[i] - reference_s).abs();
-                    apart(a).total_cmp(&apart(b))
-                });
-            Snap { reference_s, other_s: near.map(|i| unmatched.remove(i)) }
-        })
-        .collect();
+    let snaps = matched(&fast, &mut unmatched);
     let left_out = |t: f64| {
         let near = |from: f64, to: f64| t > from - AROUND_SNAP_S && t < to + AROUND_SNAP_S;
         snaps.iter().any(|snap| {
@@ -110,53 +99,92 @@ pub fn compare(reference: &[Record], other: &[Record], from_s: f64) -> Score {
     // would make every share small.
     let moving =
         |t: f64| fast.iter().any(|snap| t > snap - BEFORE_SNAP_S && t < snap + AROUND_SNAP_S);
-    let steady = || reference.iter().filter(|r| !moving(r.t_s));
-    let peak = |of: fn(&Record) -> f64| steady().map(of).fold(0.0, f64::max);
-    let peak_drive_force_n = peak(|r| r.drive_force_n.abs());
-    let peak_force_n = peak(|r| r.force_on_vessel_n.norm());
-    let peak_drive_torque_n_m = peak(|r| r.drive_torque_n_m.abs());
-    let peak_moment_n_m = peak(|r| r.moment_on_vessel_n_m.norm());
+    let peaks = Peaks::of(reference.iter().filter(|r| !moving(r.t_s)));
     let errors = |keep: &dyn Fn(f64) -> bool| {
-        let mut sums = [0.0; 5];
-        let mut count = 0.0;
-        for r in reference.iter().filter(|r| keep(r.t_s)) {
-            let Some(o) = at(other, r.t_s) else { continue };
-            sums[0] += (o.drive_force_n - r.drive_force_n).powi(2);
-            sums[1] += (o.force_on_vessel_n - r.force_on_vessel_n).norm_squared();
-            sums[2] += (o.tip_m - r.tip_m).norm_squared();
-            sums[3] += (o.drive_torque_n_m - r.drive_torque_n_m).powi(2);
-            sums[4] += (o.moment_on_vessel_n_m - r.moment_on_vessel_n_m).norm_squared();
-            count += 1.0;
-        }
-        let [drive_force_n, force_n, tip_m, drive_torque_n_m, moment_n_m] =
-            sums.map(|sum| (sum / f64::max(count, 1.0)).sqrt());
-        let errors = Errors {
-            drive_force_n,
-            drive_force_share: drive_force_n / peak_drive_force_n,
-            force_n,
-            force_share: force_n / peak_force_n,
-            drive_torque_share: share_of_moment(drive_torque_n_m, peak_drive_torque_n_m),
-            moment_share: share_of_moment(moment_n_m, peak_moment_n_m),
-            tip_m,
-        };
-        (errors, count)
+        errors(reference.iter().filter(|r| keep(r.t_s)), other, &peaks)
     };
     let (whole, all) = errors(&|_| true);
     let (outside_snaps, outside) = errors(&|t| !left_out(t));
     let unflagged = other.iter().filter(|r| r.t_s >= from_s && !r.unresolved);
     let unflagged_peak = unflagged.map(|r| r.force_on_vessel_n.norm()).fold(0.0, f64::max);
     Score {
-        peak_drive_force_n,
-        peak_force_n,
-        peak_drive_torque_n_m,
-        peak_moment_n_m,
+        peak_drive_force_n: peaks.drive_force_n,
+        peak_force_n: peaks.force_n,
+        peak_drive_torque_n_m: peaks.drive_torque_n_m,
+        peak_moment_n_m: peaks.moment_n_m,
         whole,
         outside_snaps,
         outside_share: outside / f64::max(all, 1.0),
         snaps,
         extra_snaps_s: unmatched,
-        unflagged_peak_share: unflagged_peak / peak_force_n,
+        unflagged_peak_share: unflagged_peak / peaks.force_n,
     }
+}
+
+/// Matches each snap of the reference with the nearest one of the other solution, which is taken out of
+/// `unmatched`.
+fn matched(reference: &[f64], unmatched: &mut Vec<f64>) -> Vec<Snap> {
+    let match_one = |&reference_s: &f64| {
+        let near = (0..unmatched.len())
+            .filter(|&i| (unmatched[i] - reference_s).abs() < SAME_SNAP_S)
+            .min_by(|&a, &b| {
+                let apart = |i: usize| (unmatched[i] - reference_s).abs();
+                apart(a).total_cmp(&apart(b))
+            });
+        Snap { reference_s, other_s: near.map(|i| unmatched.remove(i)) }
+    };
+    reference.iter().map(match_one).collect()
+}
+
+/// Largest magnitudes in the reference.
+struct Peaks {
+    drive_force_n: f64,
+    force_n: f64,
+    drive_torque_n_m: f64,
+    moment_n_m: f64,
+}
+
+impl Peaks {
+    fn of<'a>(records: impl Iterator<Item = &'a Record> + Clone) -> Self {
+        let peak = |of: fn(&Record) -> f64| records.clone().map(of).fold(0.0, f64::max);
+        Self {
+            drive_force_n: peak(|r| r.drive_force_n.abs()),
+            force_n: peak(|r| r.force_on_vessel_n.norm()),
+            drive_torque_n_m: peak(|r| r.drive_torque_n_m.abs()),
+            moment_n_m: peak(|r| r.moment_on_vessel_n_m.norm()),
+        }
+    }
+}
+
+/// RMS errors of `other` at the times of these records of the reference, and the number of records.
+fn errors<'a>(
+    reference: impl Iterator<Item = &'a Record>,
+    other: &[Record],
+    peaks: &Peaks,
+) -> (Errors, f64) {
+    let mut sums = [0.0; 5];
+    let mut count = 0.0;
+    for r in reference {
+        let Some(o) = at(other, r.t_s) else { continue };
+        sums[0] += (o.drive_force_n - r.drive_force_n).powi(2);
+        sums[1] += (o.force_on_vessel_n - r.force_on_vessel_n).norm_squared();
+        sums[2] += (o.tip_m - r.tip_m).norm_squared();
+        sums[3] += (o.drive_torque_n_m - r.drive_torque_n_m).powi(2);
+        sums[4] += (o.moment_on_vessel_n_m - r.moment_on_vessel_n_m).norm_squared();
+        count += 1.0;
+    }
+    let [drive_force_n, force_n, tip_m, drive_torque_n_m, moment_n_m] =
+        sums.map(|sum| (sum / f64::max(count, 1.0)).sqrt());
+    let errors = Errors {
+        drive_force_n,
+        drive_force_share: drive_force_n / peaks.drive_force_n,
+        force_n,
+        force_share: force_n / peaks.force_n,
+        drive_torque_share: share_of_moment(drive_torque_n_m, peaks.drive_torque_n_m),
+        moment_share: share_of_moment(moment_n_m, peaks.moment_n_m),
+        tip_m,
+    };
+    (errors, count)
 }
 
 /// Error of a moment over its peak; `None` if the peak is not scored.

@@ -2,7 +2,8 @@
 
 use cathforce_bus::master::{Collector, Master, Reading, Taken};
 use cathforce_bus::{
-    Accepted, Counter, Counters, Direction, Encoder, Id, Insertion, Process, Protection, Rotation,
+    Accepted, Counter, Counters, Direction, Encoder, Haptic, Id, Insertion, Process, Protection,
+    Rotation, Shape, Status,
 };
 use serde::Serialize;
 
@@ -73,6 +74,35 @@ pub struct TickEstimate {
     /// Tip, from the entry, vessel frame \[m\].
     #[serde(skip)]
     pub tip_from_entry_m: Option<[f32; 3]>,
+}
+
+impl TickEstimate {
+    /// Adds the content of a frame that belongs to this tick.
+    fn add(&mut self, process: Process) {
+        match process {
+            Process::Contact(contact) => self.force_n = Some(contact.force.map(|x| x.n())),
+            Process::Tick(frame) => self.digest = Some(frame.digest),
+            Process::Drive(drive) => {
+                self.drive_force_n = Some(drive.force.n());
+                self.drive_torque_n_m = Some(drive.torque.n_m());
+                self.encoder_age_ticks = Some(drive.encoder_age_ticks);
+            }
+            Process::GuidewireDrive(drive) => {
+                let wire = self.guidewire.get_or_insert_default();
+                wire.drive_force_n = Some(drive.force.n());
+                wire.drive_torque_n_m = Some(drive.torque.n_m());
+                wire.encoder_age_ticks = Some(drive.encoder_age_ticks);
+                wire.felt = Some(drive.felt);
+            }
+            Process::Band(band) => {
+                self.has_band = true;
+                self.force_half_width_n = band.force.map(|xyz| xyz.map(|n| n.n()));
+                self.drive_force_half_width_n = band.drive_force.map(|n| n.n());
+            }
+            Process::Moment(total) => self.moment_n_m = Some(total.moment.map(|x| x.n_m())),
+            _ => {}
+        }
+    }
 }
 
 /// The quantities of the guidewire's drive in one tick.
@@ -199,71 +229,69 @@ impl Decoder {
                 return Some(Completed { missed, ..Completed::default() });
             }
         };
-        let mut completed = Completed::default();
-        if lost > 0 {
-            completed.missed = missed(DropoutCause::Lost, u32::from(lost));
-        }
-        match (process, &mut self.open) {
-            (Process::Encoder(encoder), _) => self.encoder = Some(encoder),
-            (Process::Guidewire(encoder), _) => self.guidewire = Some(encoder),
-            (Process::Haptic(haptic), _) => {
-                completed.tick = self.open.replace(TickEstimate {
-                    at_ns: frame.at_ns,
-                    tick: self.ticks,
-                    insertion_m: self.encoder.map(|at| at.insertion.m()),
-                    rotation_rad: self.encoder.map(|at| at.rotation.rad()),
-                    guidewire: self.guidewire.map(GuidewireEstimate::at),
-                    mode: haptic.mode,
-                    fault: haptic.fault,
-                    unresolved: status.unresolved,
-                    limited: status.limited,
-                    haptic_force_n: haptic.force.n(),
-                    haptic_torque_n_m: haptic.torque.n_m(),
-                    ..TickEstimate::default()
-                });
-                self.ticks += 1;
+        let missed = if lost > 0 { missed(DropoutCause::Lost, u32::from(lost)) } else { None };
+        Some(Completed { missed, ..self.take_process(frame.at_ns, process, status) })
+    }
+
+    /// Takes the content of an accepted frame; returns what it completed.
+    fn take_process(&mut self, at_ns: u64, process: Process, status: Status) -> Completed {
+        match process {
+            Process::Encoder(encoder) => self.encoder = Some(encoder),
+            Process::Guidewire(encoder) => self.guidewire = Some(encoder),
+            Process::Haptic(haptic) => {
+                let tick = self.next_tick(at_ns, haptic, status);
+                return Completed { tick: self.open.replace(tick), ..Completed::default() };
             }
-            (Process::Contact(contact), Some(tick)) => {
-                tick.force_n = Some(contact.force.map(|x| x.n()));
+            Process::Shape(shape) if self.open.is_some() => {
+                return Completed { nodes: self.take_shape(at_ns, shape), ..Completed::default() };
             }
-            (Process::Tick(frame), Some(tick)) => tick.digest = Some(frame.digest),
-            (Process::Drive(drive), Some(tick)) => {
-                tick.drive_force_n = Some(drive.force.n());
-                tick.drive_torque_n_m = Some(drive.torque.n_m());
-                tick.encoder_age_ticks = Some(drive.encoder_age_ticks);
-            }
-            (Process::GuidewireDrive(drive), Some(tick)) => {
-                let wire = tick.guidewire.get_or_insert_default();
-                wire.drive_force_n = Some(drive.force.n());
-                wire.drive_torque_n_m = Some(drive.torque.n_m());
-                wire.encoder_age_ticks = Some(drive.encoder_age_ticks);
-                wire.felt = Some(drive.felt);
-            }
-            (Process::Band(band), Some(tick)) => {
-                tick.has_band = true;
-                tick.force_half_width_n = band.force.map(|xyz| xyz.map(|n| n.n()));
-                tick.drive_force_half_width_n = band.drive_force.map(|n| n.n());
-            }
-            (Process::Moment(total), Some(tick)) => {
-                tick.moment_n_m = Some(total.moment.map(|x| x.n_m()));
-            }
-            (Process::Shape(shape), Some(tick)) => {
-                let position_m = shape.position.map(|x| x.m());
-                if shape.node == 0 {
-                    tick.tip_from_entry_m = Some(position_m);
-                    completed.nodes = self.start_pass();
-                }
-                self.pass.push(NodeEstimate { node: shape.node, position_m, force_n: [0.0; 3] });
-                self.pass_at_ns = frame.at_ns;
-            }
-            (Process::Force(force), _) => {
+            Process::Force(force) => {
                 if let Some(node) = self.pass.last_mut().filter(|n| n.node == force.node) {
                     node.force_n = force.force.map(|x| x.n());
                 }
             }
-            _ => {}
+            process => {
+                if let Some(tick) = &mut self.open {
+                    tick.add(process);
+                }
+            }
         }
-        Some(completed)
+        Completed::default()
+    }
+
+    /// The tick that begins with this frame.
+    fn next_tick(&mut self, at_ns: u64, haptic: Haptic, status: Status) -> TickEstimate {
+        let tick = self.ticks;
+        self.ticks += 1;
+        TickEstimate {
+            at_ns,
+            tick,
+            insertion_m: self.encoder.map(|at| at.insertion.m()),
+            rotation_rad: self.encoder.map(|at| at.rotation.rad()),
+            guidewire: self.guidewire.map(GuidewireEstimate::at),
+            mode: haptic.mode,
+            fault: haptic.fault,
+            unresolved: status.unresolved,
+            limited: status.limited,
+            haptic_force_n: haptic.force.n(),
+            haptic_torque_n_m: haptic.torque.n_m(),
+            ..TickEstimate::default()
+        }
+    }
+
+    /// Adds a node to the current pass; returns the pass before if this node begins another.
+    fn take_shape(&mut self, at_ns: u64, shape: Shape) -> Option<NodePass> {
+        let position_m = shape.position.map(|x| x.m());
+        let mut completed = None;
+        if shape.node == 0 {
+            if let Some(tick) = &mut self.open {
+                tick.tip_from_entry_m = Some(position_m);
+            }
+            completed = self.start_pass();
+        }
+        self.pass.push(NodeEstimate { node: shape.node, position_m, force_n: [0.0; 3] });
+        self.pass_at_ns = at_ns;
+        completed
     }
 
     /// Takes a frame in the master's own layout.

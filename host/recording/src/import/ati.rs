@@ -101,43 +101,13 @@ pub fn read_ati(mut log: impl Read, options: &AtiOptions) -> Result<AtiLog, Impo
             return Err(ImportError::new(named_at, "there is no column Time", fix));
         }
     };
-    let mut samples: Vec<ForceSample> = Vec::new();
-    let mut start_s = None;
+    let mut rows = Rows { names, heading, period_s, options, samples: Vec::new(), start_s: None };
     let mut last_line = named_at;
     for (line, row) in lines {
-        let fields = split(row);
-        if fields.len() != names.len() {
-            let problem = format!("{} fields, but {} columns are named", fields.len(), names.len());
-            // A decimal comma splits a number into two fields.
-            let fix = match row.contains(',') && row.contains([';', '\t']) {
-                true => "write numbers with a point, a comma separates",
-                false => "take this line out, or log anew",
-            };
-            return Err(ImportError::new(line, problem, fix));
-        }
-        if samples.is_empty() && fields.iter().all(|field| field.parse::<f64>().is_err()) {
-            let problem = "the row has words and no number";
-            let fix = "take it out, and write units into the names, `Fx (N)`";
-            return Err(ImportError::new(line, problem, fix));
-        }
-        let number = |index: usize| number(line, names[index], fields[index]);
-        let [x, y, z] = heading.force;
-        let counts = [number(x)?, number(y)?, number(z)?];
-        let t_s = match (heading.time, period_s) {
-            (Some(index), _) => {
-                let t_s = number(index)?;
-                t_s - *start_s.get_or_insert(t_s)
-            }
-            (None, period_s) => samples.len() as f64 * period_s.unwrap_or_default(),
-        };
-        if let Some(before) = samples.last().filter(|before| before.t_s >= t_s) {
-            let problem = format!("time goes from {} s to {t_s} s", before.t_s);
-            return Err(ImportError::new(line, problem, "sort the rows, drop repeated ones"));
-        }
-        let force_n = options.axes.apply(counts.map(|x| x / options.counts_per_n));
-        samples.push(ForceSample { t_s, force_n });
+        rows.take(line, row)?;
         last_line = line;
     }
+    let (has_time, mut samples) = (rows.heading.time.is_some(), rows.samples);
     let Some(last) = samples.last() else {
         return Err(ImportError::new(named_at, "no row of numbers follows", "log anew"));
     };
@@ -148,7 +118,58 @@ pub fn read_ati(mut log: impl Read, options: &AtiOptions) -> Result<AtiLog, Impo
         return Err(ImportError::new(last_line, problem, fix));
     }
     tare(&mut samples, options.tare_s);
-    Ok(AtiLog { samples, has_time: heading.time.is_some() })
+    Ok(AtiLog { samples, has_time })
+}
+
+/// The rows of a log below its heading.
+struct Rows<'a> {
+    names: Vec<&'a str>,
+    heading: Heading,
+    /// Time between rows \[s\], for a log without a time column.
+    period_s: Option<f64>,
+    options: &'a AtiOptions,
+    samples: Vec<ForceSample>,
+    /// Time of the first row \[s\].
+    start_s: Option<f64>,
+}
+
+impl Rows<'_> {
+    /// Reads the next row.
+    fn take(&mut self, line: u64, row: &str) -> Result<(), ImportError> {
+        let fields = split(row);
+        if fields.len() != self.names.len() {
+            let problem =
+                format!("{} fields, but {} columns are named", fields.len(), self.names.len());
+            // A decimal comma splits a number into two fields.
+            let fix = match row.contains(',') && row.contains([';', '\t']) {
+                true => "write numbers with a point, a comma separates",
+                false => "take this line out, or log anew",
+            };
+            return Err(ImportError::new(line, problem, fix));
+        }
+        if self.samples.is_empty() && fields.iter().all(|field| field.parse::<f64>().is_err()) {
+            let problem = "the row has words and no number";
+            let fix = "take it out, and write units into the names, `Fx (N)`";
+            return Err(ImportError::new(line, problem, fix));
+        }
+        let number = |index: usize| number(line, self.names[index], fields[index]);
+        let [x, y, z] = self.heading.force;
+        let counts = [number(x)?, number(y)?, number(z)?];
+        let t_s = match self.heading.time {
+            Some(index) => {
+                let t_s = number(index)?;
+                t_s - *self.start_s.get_or_insert(t_s)
+            }
+            None => self.samples.len() as f64 * self.period_s.unwrap_or_default(),
+        };
+        if let Some(before) = self.samples.last().filter(|before| before.t_s >= t_s) {
+            let problem = format!("time goes from {} s to {t_s} s", before.t_s);
+            return Err(ImportError::new(line, problem, "sort the rows, drop repeated ones"));
+        }
+        let force_n = self.options.axes.apply(counts.map(|x| x / self.options.counts_per_n));
+        self.samples.push(ForceSample { t_s, force_n });
+        Ok(())
+    }
 }
 
 /// The fields of a line; a separator at its end begins no further field.
