@@ -1,4 +1,4 @@
-//! Chance that repeats: the same seed, the same test.
+//! Reproducible random numbers.
 
 /// A generator of 64-bit numbers (SplitMix64).
 #[derive(Clone, Debug)]
@@ -26,7 +26,7 @@ impl Chance {
         self.below(n) == 0
     }
 
-    /// Evenly between two numbers.
+    /// A uniform number between two bounds.
     pub fn between(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * (self.bits() >> 11) as f64 / (1u64 << 53) as f64
     }

@@ -6,10 +6,10 @@ use cathforce_hil_tests::{Bench, Chance, Drive, OutputReader, Rig, Tick, encoder
 use cathforce_link::Sim;
 use cathforce_link::qemu::Qemu;
 
-/// A short way in: settling is done soon, so that much else happens.
+/// A short insertion, so that settling ends soon.
 const START: Drive = Drive { insertion_m: 0.012, rotation_rad: 0.0 };
 
-/// A host that does things in any order, but often enough in the right one.
+/// A host that acts in random order, often enough in the right one.
 struct Confused {
     chance: Chance,
     at: Drive,

@@ -1,4 +1,4 @@
-//! An effect that is switched on acts on the emulated board, and the gap is smaller there.
+//! Switching an effect on makes the gap smaller on the emulated board.
 
 use std::fmt::Write as _;
 use std::fs;

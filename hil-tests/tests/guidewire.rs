@@ -10,9 +10,9 @@ use cathforce_recording::{Recording, TickEstimate, replay};
 
 /// Half of what 480 MHz give in a tick of 1 ms, at one cycle an instruction.
 const MOST_INSTRUCTIONS: u32 = 240_000;
-/// A tick with that many links cannot be cheaper: a counter that stands still is no pass.
+/// Least plausible count, so that a counter that stands still fails.
 const LEAST_INSTRUCTIONS: u32 = 20_000;
-/// Links that the deepest insertion takes: all that there are, for a while.
+/// Links that the deepest insertion needs; all of them are in use for a while.
 const LINKS: f64 = 63.5;
 /// The bend of the example ends here, in the frame of the entry \[m\].
 const BEND_ENDS_M: [f32; 2] = [0.055, 0.025];

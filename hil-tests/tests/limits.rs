@@ -11,8 +11,8 @@ use cathforce_link::qemu::Qemu;
 
 const START: Drive = Drive { insertion_m: 0.03, rotation_rad: 0.0 };
 
-/// From this seed on adversaries happen to press against every limit; the one before does not turn
-/// the tip far enough while it is caught.
+/// First seed whose adversary reaches every limit; with seed 0 the tip is not turned far enough while it is
+/// caught.
 const PRESSING: u64 = 1;
 
 /// How the adversary moves the drive for a while.
@@ -33,7 +33,7 @@ enum Motion {
     Silence,
 }
 
-/// Someone who knows the protocol and wants the worst of it.
+/// A sender that knows the protocol and tries to break the limits.
 struct Adversary {
     chance: Chance,
     settings: Settings,
@@ -124,7 +124,7 @@ fn attack<R: Rig>(seed: u64, ticks: usize, look: impl Fn(&Bench<R>)) -> (Vec<Tic
     (seen, watch)
 }
 
-/// The attack has gone to where the limits act.
+/// Fails unless the attack has reached the limits.
 fn assert_pressed(seen: &[Tick], watch: &LimitWatch) {
     let armed = seen.iter().filter(|tick| tick.mode() == Some(Mode::Armed)).count();
     assert!(armed * 10 > seen.len(), "armed in {armed} of {} ticks", seen.len());

@@ -1,9 +1,9 @@
-//! P25: hours of virtual time, with a disturbance now and then whose every trace is in a counter
-//! that was foreseen, and nothing else in any.
+//! P25: hours of virtual time with occasional disturbances. Every disturbance must show in the expected
+//! counter, and no other counter may change.
 //!
-//! The example's first trial is played to and fro on an armed device. The suite plays longer than
-//! the tick's number has bits; `CATHFORCE_SOAK_HOURS=4` plays so many hours in process,
-//! `CATHFORCE_SOAK_BOARD_HOURS=1` so many on the board.
+//! The example's first trial is played to and fro on an armed device. The suite plays long enough for the
+//! tick number to wrap; `CATHFORCE_SOAK_HOURS=4` plays 4 hours in process, `CATHFORCE_SOAK_BOARD_HOURS=1` an
+//! hour on the board.
 
 use std::fmt::Write as _;
 use std::time::Instant;
@@ -26,12 +26,12 @@ const EVERY: u64 = 97;
 /// Counters of segmented transfers: what was asked of the device.
 const SEGMENTS: [Counter; 1] = [Counter::Segment];
 
-/// What somebody on the bus does wrong.
+/// Disturbances on the bus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Disturbance {
     /// A sample never arrives.
     Lost,
-    /// It arrives with a bit that is another.
+    /// It arrives with a flipped bit.
     Damaged,
     /// It arrives twice.
     Twice,
@@ -41,7 +41,7 @@ enum Disturbance {
     Overtaken,
     /// A frame of its identifier is too short.
     Short,
-    /// A frame of nobody on this bus.
+    /// A frame with an identifier that nobody on this bus uses.
     Foreign,
 }
 
@@ -55,7 +55,7 @@ const ALL: [Disturbance; 7] = [
     Disturbance::Foreign,
 ];
 
-/// What every counter of the device must say.
+/// Expected counters of the device.
 #[derive(Default)]
 struct Expected {
     counts: [u32; Counter::COUNT],
@@ -77,7 +77,7 @@ impl Expected {
         }
     }
 
-    /// Why the device's counters are not those that were foreseen, if they are not.
+    /// How the device's counters differ from the expected ones; `None` if they do not.
     fn differs(&self, report: &Report) -> Option<String> {
         let mut text = String::new();
         for (counter, count) in report.counters.iter().filter(|(c, _)| !SEGMENTS.contains(c)) {
@@ -161,7 +161,7 @@ impl Lap {
     }
 }
 
-/// What a soak leaves behind.
+/// Result of a soak.
 struct Soaked {
     laps: Vec<Lap>,
     /// After the first lap, or halfway through it where there is none, and at the end.
@@ -215,14 +215,14 @@ fn soak<R: Rig>(ticks: usize) -> Soaked {
     Soaked { laps, reports: [middle, end], memory: [before, memory] }
 }
 
-/// What this process holds of the computer's memory, where that can be told.
+/// Memory of this process, if the system reports it.
 fn memory_bytes() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"))?;
     Some(1024 * line.split_whitespace().next()?.parse::<u64>().ok()?)
 }
 
-/// So many ticks, or those of the hours that were asked for.
+/// This number of ticks, or that of the hours that a variable asks for.
 fn asked(variable: &str, ticks: usize) -> usize {
     let hours = std::env::var(variable).ok().map(|hours| hours.parse::<f64>().expect("a number"));
     hours.map_or(ticks, |hours| (3.6e6 * hours) as usize)

@@ -1,8 +1,7 @@
-//! P09, P14: what a tick of the model costs on the board, counted; `docs/model.md` "Schedule"
-//! says what makes it up. Run with `--nocapture`, this prints the figures.
+//! P09, P14: instructions of a tick on the board. With `--nocapture` the tests print the figures.
 //!
-//! Counted are ticks with all links in the vessel, one by one, and all that lead there: while a run
-//! begins, its shape settles.
+//! Ticks with all links in the vessel are counted one by one. The ticks before are counted too, because the
+//! shape settles while a run begins.
 
 use cathforce_bundle::{ImageOptions, SolverDefaults, to_description};
 use cathforce_bus::Process;
@@ -15,7 +14,7 @@ use cathforce_mechanics::{State, parameters};
 
 /// The deepest of the example's trials.
 const TRIAL: u32 = 2;
-/// Of the last link that its deepest insertion takes, so that all are in well before.
+/// Share of the last link that the deepest insertion needs, so that all links are in use well before.
 const LAST_LINK: f64 = 0.5;
 /// The example's wall is near-rigid with so many times its stiffness, 16 N/mm².
 const NEAR_RIGID: f32 = 20.0;
@@ -39,7 +38,7 @@ const MOST_INSTRUCTIONS_TWO_SOLVES: u32 = 220_000;
 const MOST_INSTRUCTIONS_HALF_TICKS: u32 = 240_000;
 /// What a band of the forces may add to the worst tick: it is looked up, not computed.
 const MOST_INSTRUCTIONS_BAND: u32 = 200;
-/// A tick with that many links cannot be cheaper: a counter that stands still is no pass.
+/// Least plausible count, so that a counter that stands still fails.
 const LEAST_INSTRUCTIONS: u32 = 50_000;
 /// Largest deviation from the mean, over it.
 const MOST_JITTER: f64 = 0.03;

@@ -5,7 +5,7 @@ use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-/// Puts an archive of `provided`, of the script and of `files` at `archive`.
+/// Writes an archive of `provided`, the script and `files` to `archive`.
 ///
 /// `provided` has `root`, which goes in as it is, and what else the kernel needs.
 pub fn write(archive: &Path, provided: &Path, script: &str, files: &[(&Path, &str)]) {

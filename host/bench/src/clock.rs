@@ -1,4 +1,4 @@
-//! Processor time of this thread: what other programs do on the machine does not count.
+//! Processor time of this thread, which other programs on the machine do not affect.
 
 use std::time::Duration;
 

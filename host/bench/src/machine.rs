@@ -27,7 +27,7 @@ impl Machine {
     }
 }
 
-/// What a program prints first; says so when it cannot be run.
+/// The first line that a program prints, or a note that it cannot be run.
 fn first_line(command: &mut Command) -> String {
     let unknown = || format!("{} not found", command.get_program().to_string_lossy());
     let unknown = unknown();

@@ -1,4 +1,4 @@
-//! What is wrong with a bundle: the file, the place in it, the cause and the fix.
+//! Errors of a bundle: the file, the place in it, the cause and the fix.
 
 use std::path::{Path, PathBuf};
 

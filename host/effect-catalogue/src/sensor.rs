@@ -1,4 +1,4 @@
-//! The force sensor under the vessel.
+//! Effects of the force sensor under the vessel.
 
 use crate::Channel::Force;
 use crate::{Effect, Plant, fitted};

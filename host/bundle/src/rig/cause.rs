@@ -45,14 +45,14 @@ pub enum RigCause {
     ParallelUp,
 }
 
-/// A number from which one of the model would come that none can have.
+/// A value of `rig.toml` that would take a number of the model out of its range.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[error("`{key}` = {value} is beyond the model: {why}")]
 pub struct BeyondModel {
     pub key: String,
     pub value: String,
     pub why: String,
-    /// What the key may be, in words.
+    /// The values that the key may have, in words.
     pub may_be: String,
 }
 

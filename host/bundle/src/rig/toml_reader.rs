@@ -1,4 +1,4 @@
-//! A TOML table read strictly: unknown keys first, then types, each with its place.
+//! Reads TOML tables strictly: unknown keys first, then types; every fault has its place.
 
 use std::ops::Range;
 
@@ -29,8 +29,7 @@ impl Source<'_> {
     }
 }
 
-/// Where the value of a key stands, `table.keys[2].key`; of one that is not there, where its table
-/// stands.
+/// The place of a key's value, given as `table.keys[2].key`; for a missing key, that of its table.
 pub(crate) fn place_of_key(text: &str, key: &str) -> Option<Place> {
     let document = DeTable::parse(text).ok()?;
     let mut found = None;
@@ -63,7 +62,7 @@ pub(crate) struct Number {
 }
 
 impl<'a> TableReader<'a> {
-    /// The document, whose keys are not looked at yet.
+    /// The whole document; its keys are not checked yet.
     pub(crate) fn document(source: Source<'a>, table: &'a DeTable<'a>) -> Self {
         Self { source, name: String::new(), span: 0..0, table }
     }
@@ -92,7 +91,7 @@ impl<'a> TableReader<'a> {
         Err((place, cause))
     }
 
-    /// The first key of the file of which this is so.
+    /// The first key in the file for which `is` holds.
     pub(crate) fn first_key(&self, is: impl Fn(&str) -> bool) -> Option<(&'a str, Place)> {
         let keys = self.table.keys().filter(|key| is(key.get_ref()));
         let first = keys.min_by_key(|key| key.span().start)?;

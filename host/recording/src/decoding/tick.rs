@@ -1,15 +1,16 @@
-//! From frames back to quantities: what the device said, tick by tick.
+//! Decodes frames into the quantities of each tick.
 
 use cathforce_bus::master::{Collector, FrameOutcome, Master, Reading};
 use cathforce_bus::{
-    Accepted, Counter, Counters, Direction, Encoder, Id, Insertion, Process, Protection, Rotation,
+    Accepted, Counter, Counters, Direction, Encoder, Haptic, Id, Insertion, Process, Protection,
+    Rotation, Shape, Status,
 };
 use serde::Serialize;
 
-use crate::dropout::{Dropout, DropoutCause};
-use crate::frame::BusFrame;
+use crate::format::dropout::{Dropout, DropoutCause};
+use crate::format::frame::BusFrame;
 
-/// What crossed the bus in one tick. A field that no frame of this tick carried is `None`.
+/// The quantities of one tick. A field that no frame of this tick carried is `None`.
 #[derive(Clone, Copy, Debug, PartialEq, Default, Serialize)]
 pub struct TickEstimate {
     /// Time of the tick's first frame \[ns\].
@@ -27,7 +28,7 @@ pub struct TickEstimate {
     pub mode: u8,
     /// Code of the fault, 0 is none.
     pub fault: u8,
-    /// Forces of this tick are not to be trusted.
+    /// The model did not resolve this tick; its forces cannot be trusted.
     pub unresolved: bool,
     /// The haptic output was limited.
     pub limited: bool,
@@ -44,7 +45,7 @@ pub struct TickEstimate {
     /// Torque behind the guide \[N·m\].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub drive_torque_n_m: Option<f32>,
-    /// A frame of this tick told of the band, if only that it is not known.
+    /// Whether a frame of this tick carried the band, even as unknown.
     #[serde(skip)]
     pub has_band: bool,
     /// Half width of the band in which nine of ten true forces lie, x, y, z \[N\].
@@ -64,7 +65,7 @@ pub struct TickEstimate {
     /// Rolling hash over every output of every tick so far.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub digest: Option<u32>,
-    /// Largest contact force at a node \[N\]; not on the bus, known from a replay.
+    /// Largest contact force at a node \[N\]; not on the bus, known only from a replay.
     #[serde(skip)]
     pub peak_contact_force_n: Option<f32>,
     /// The node that carries it, 0 is the tip.
@@ -75,7 +76,36 @@ pub struct TickEstimate {
     pub tip_from_entry_m: Option<[f32; 3]>,
 }
 
-/// What crossed the bus of the guidewire's drive in one tick.
+impl TickEstimate {
+    /// Adds the content of a frame that belongs to this tick.
+    fn add(&mut self, process: Process) {
+        match process {
+            Process::Contact(contact) => self.force_n = Some(contact.force.map(|x| x.n())),
+            Process::Tick(frame) => self.digest = Some(frame.digest),
+            Process::Drive(drive) => {
+                self.drive_force_n = Some(drive.force.n());
+                self.drive_torque_n_m = Some(drive.torque.n_m());
+                self.encoder_age_ticks = Some(drive.encoder_age_ticks);
+            }
+            Process::GuidewireDrive(drive) => {
+                let wire = self.guidewire.get_or_insert_default();
+                wire.drive_force_n = Some(drive.force.n());
+                wire.drive_torque_n_m = Some(drive.torque.n_m());
+                wire.encoder_age_ticks = Some(drive.encoder_age_ticks);
+                wire.felt = Some(drive.felt);
+            }
+            Process::Band(band) => {
+                self.has_band = true;
+                self.force_half_width_n = band.force.map(|xyz| xyz.map(|n| n.n()));
+                self.drive_force_half_width_n = band.drive_force.map(|n| n.n());
+            }
+            Process::Moment(total) => self.moment_n_m = Some(total.moment.map(|x| x.n_m())),
+            _ => {}
+        }
+    }
+}
+
+/// The quantities of the guidewire's drive in one tick.
 #[derive(Clone, Copy, Debug, PartialEq, Default, Serialize)]
 pub struct GuidewireEstimate {
     /// Last insertion sent to the device \[m\].
@@ -90,13 +120,13 @@ pub struct GuidewireEstimate {
     pub drive_torque_n_m: Option<f32>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub encoder_age_ticks: Option<u8>,
-    /// The operator feels this load, not the catheter's.
+    /// Whether the operator feels this load and not the catheter's.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub felt: Option<bool>,
 }
 
 impl GuidewireEstimate {
-    /// What the host says of it.
+    /// From a frame of its encoder.
     pub(crate) fn at(encoder: Encoder) -> Self {
         Self {
             insertion_m: encoder.insertion.m(),
@@ -106,7 +136,7 @@ impl GuidewireEstimate {
     }
 }
 
-/// What the device last said of one node.
+/// The last position and force of one node.
 #[derive(Clone, Copy, Debug, PartialEq, Default, Serialize)]
 pub struct NodeEstimate {
     /// 0 is the tip.
@@ -117,10 +147,10 @@ pub struct NodeEstimate {
     pub force_n: [f32; 3],
 }
 
-/// The device has gone over all its nodes, tip to guide.
+/// One pass of the device over all nodes, from tip to guide.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct NodePass {
-    /// Time of the last one \[ns\].
+    /// Time of the last node \[ns\].
     #[serde(skip)]
     pub at_ns: u64,
     pub nodes: Vec<NodeEstimate>,
@@ -131,7 +161,7 @@ pub struct NodePass {
 pub struct Completed {
     pub tick: Option<TickEstimate>,
     pub nodes: Option<NodePass>,
-    /// It could not be used, or frames before it are missing.
+    /// Set if the frame could not be used, or if frames before it are missing.
     pub missed: Option<Dropout>,
 }
 
@@ -149,7 +179,7 @@ pub struct Decoder {
     pass_at_ns: u64,
 }
 
-/// A position of the master's own frames, in the codes of ours.
+/// A position from the master's own frames, encoded like ours.
 pub(crate) fn coded(reading: Reading) -> Encoder {
     Encoder {
         insertion: Insertion::from_m(reading.insertion_m.into()),
@@ -158,17 +188,17 @@ pub(crate) fn coded(reading: Reading) -> Encoder {
 }
 
 impl Decoder {
-    /// Of a bus on which a master may have frames of its own.
+    /// A decoder for a bus on which a master may have frames of its own.
     pub fn new(master: Master) -> Self {
         Self { master: Collector::new(master), ..Self::default() }
     }
 
-    /// What became of the process frames so far.
+    /// Counters of the process frames so far.
     pub fn counters(&self) -> &Counters {
         &self.counters
     }
 
-    /// Takes the next frame; gives what it completed.
+    /// Takes the next frame; returns what it completed.
     pub fn push(&mut self, frame: &BusFrame) -> Completed {
         self.take(frame).unwrap_or_default()
     }
@@ -199,74 +229,72 @@ impl Decoder {
                 return Some(Completed { missed, ..Completed::default() });
             }
         };
-        let mut completed = Completed::default();
-        if lost > 0 {
-            completed.missed = missed(DropoutCause::Lost, u32::from(lost));
-        }
-        match (process, &mut self.open) {
-            (Process::Encoder(encoder), _) => self.encoder = Some(encoder),
-            (Process::Guidewire(encoder), _) => self.guidewire = Some(encoder),
-            (Process::Haptic(haptic), _) => {
-                completed.tick = self.open.replace(TickEstimate {
-                    at_ns: frame.at_ns,
-                    tick: self.ticks,
-                    insertion_m: self.encoder.map(|at| at.insertion.m()),
-                    rotation_rad: self.encoder.map(|at| at.rotation.rad()),
-                    guidewire: self.guidewire.map(GuidewireEstimate::at),
-                    mode: haptic.mode,
-                    fault: haptic.fault,
-                    unresolved: status.unresolved,
-                    limited: status.limited,
-                    haptic_force_n: haptic.force.n(),
-                    haptic_torque_n_m: haptic.torque.n_m(),
-                    ..TickEstimate::default()
-                });
-                self.ticks += 1;
+        let missed = if lost > 0 { missed(DropoutCause::Lost, u32::from(lost)) } else { None };
+        Some(Completed { missed, ..self.take_process(frame.at_ns, process, status) })
+    }
+
+    /// Takes the content of an accepted frame; returns what it completed.
+    fn take_process(&mut self, at_ns: u64, process: Process, status: Status) -> Completed {
+        match process {
+            Process::Encoder(encoder) => self.encoder = Some(encoder),
+            Process::Guidewire(encoder) => self.guidewire = Some(encoder),
+            Process::Haptic(haptic) => {
+                let tick = self.next_tick(at_ns, haptic, status);
+                return Completed { tick: self.open.replace(tick), ..Completed::default() };
             }
-            (Process::Contact(contact), Some(tick)) => {
-                tick.force_n = Some(contact.force.map(|x| x.n()));
+            Process::Shape(shape) if self.open.is_some() => {
+                return Completed { nodes: self.take_shape(at_ns, shape), ..Completed::default() };
             }
-            (Process::Tick(frame), Some(tick)) => tick.digest = Some(frame.digest),
-            (Process::Drive(drive), Some(tick)) => {
-                tick.drive_force_n = Some(drive.force.n());
-                tick.drive_torque_n_m = Some(drive.torque.n_m());
-                tick.encoder_age_ticks = Some(drive.encoder_age_ticks);
-            }
-            (Process::GuidewireDrive(drive), Some(tick)) => {
-                let wire = tick.guidewire.get_or_insert_default();
-                wire.drive_force_n = Some(drive.force.n());
-                wire.drive_torque_n_m = Some(drive.torque.n_m());
-                wire.encoder_age_ticks = Some(drive.encoder_age_ticks);
-                wire.felt = Some(drive.felt);
-            }
-            (Process::Band(band), Some(tick)) => {
-                tick.has_band = true;
-                tick.force_half_width_n = band.force.map(|xyz| xyz.map(|n| n.n()));
-                tick.drive_force_half_width_n = band.drive_force.map(|n| n.n());
-            }
-            (Process::Moment(total), Some(tick)) => {
-                tick.moment_n_m = Some(total.moment.map(|x| x.n_m()));
-            }
-            (Process::Shape(shape), Some(tick)) => {
-                let position_m = shape.position.map(|x| x.m());
-                if shape.node == 0 {
-                    tick.tip_from_entry_m = Some(position_m);
-                    completed.nodes = self.start_pass();
-                }
-                self.pass.push(NodeEstimate { node: shape.node, position_m, force_n: [0.0; 3] });
-                self.pass_at_ns = frame.at_ns;
-            }
-            (Process::Force(force), _) => {
+            Process::Force(force) => {
                 if let Some(node) = self.pass.last_mut().filter(|n| n.node == force.node) {
                     node.force_n = force.force.map(|x| x.n());
                 }
             }
-            _ => {}
+            process => {
+                if let Some(tick) = &mut self.open {
+                    tick.add(process);
+                }
+            }
         }
-        Some(completed)
+        Completed::default()
     }
 
-    /// A frame of the master's own.
+    /// The tick that begins with this frame.
+    fn next_tick(&mut self, at_ns: u64, haptic: Haptic, status: Status) -> TickEstimate {
+        let tick = self.ticks;
+        self.ticks += 1;
+        TickEstimate {
+            at_ns,
+            tick,
+            insertion_m: self.encoder.map(|at| at.insertion.m()),
+            rotation_rad: self.encoder.map(|at| at.rotation.rad()),
+            guidewire: self.guidewire.map(GuidewireEstimate::at),
+            mode: haptic.mode,
+            fault: haptic.fault,
+            unresolved: status.unresolved,
+            limited: status.limited,
+            haptic_force_n: haptic.force.n(),
+            haptic_torque_n_m: haptic.torque.n_m(),
+            ..TickEstimate::default()
+        }
+    }
+
+    /// Adds a node to the current pass; returns the pass before if this node begins another.
+    fn take_shape(&mut self, at_ns: u64, shape: Shape) -> Option<NodePass> {
+        let position_m = shape.position.map(|x| x.m());
+        let mut completed = None;
+        if shape.node == 0 {
+            if let Some(tick) = &mut self.open {
+                tick.tip_from_entry_m = Some(position_m);
+            }
+            completed = self.start_pass();
+        }
+        self.pass.push(NodeEstimate { node: shape.node, position_m, force_n: [0.0; 3] });
+        self.pass_at_ns = at_ns;
+        completed
+    }
+
+    /// Takes a frame in the master's own layout.
     fn take_foreign(&mut self, frame: &BusFrame) -> Option<Completed> {
         if let FrameOutcome::Rejected(counter) = self.master.take(&frame.frame) {
             self.counters.count(counter);
@@ -281,7 +309,7 @@ impl Decoder {
         None
     }
 
-    /// Gives the pass that ends here, if it saw every node from the tip on.
+    /// Ends the current pass and returns it if it has every node from the tip on.
     fn start_pass(&mut self) -> Option<NodePass> {
         let nodes = std::mem::take(&mut self.pass);
         let whole = nodes.iter().enumerate().all(|(i, n)| usize::from(n.node) == i);

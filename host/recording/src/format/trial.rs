@@ -1,4 +1,4 @@
-//! What the sensor said, and what the device said, on one time axis.
+//! Measurements and estimates on the trial's time axis.
 
 use cathforce_bundle::bundle::{CatheterTrial, RigSensor};
 use serde::{Deserialize, Serialize};
@@ -26,7 +26,7 @@ pub struct Measured {
     pub guidewire: Option<MeasuredDrive>,
 }
 
-/// What was measured of one drive.
+/// Measurements of one drive.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MeasuredDrive {
     /// Drive-side insertion \[m\].
@@ -50,7 +50,7 @@ pub struct SensorNoise {
 }
 
 impl SensorNoise {
-    /// As rig.toml states it.
+    /// The noise that rig.toml states.
     pub fn of(sensor: &RigSensor) -> Self {
         Self {
             force_n: sensor.force_noise_sd_n,
@@ -60,19 +60,19 @@ impl SensorNoise {
     }
 }
 
-/// A trial as the sensor saw it.
+/// The measurements of a trial.
 #[derive(Clone, Debug, PartialEq, Default)]
 pub struct Trial {
     /// Rows, sorted by time.
     pub rows: Vec<Measured>,
-    /// The points on the shape of each row \[m\], tip first, vessel frame; empty where it was
-    /// not measured, shorter than `rows` where no more follow.
+    /// Points on the shape for each row \[m\], tip first, vessel frame. Empty where it was not measured;
+    /// shorter than `rows` if no more follow.
     pub shapes_m: Vec<Vec<[f64; 3]>>,
     pub noise: SensorNoise,
 }
 
 impl Trial {
-    /// Of a bundle; times stay as they are. The bundle's rig knows the noise.
+    /// The trial of a bundle, with its times. The noise is stated by the bundle's rig and set separately.
     pub fn of(t_s: &[f64], data: &CatheterTrial) -> Self {
         let rows = t_s.iter().enumerate().map(|(i, &t_s)| Measured {
             t_s,
@@ -87,7 +87,7 @@ impl Trial {
                 drive_force_n: wire.drive_force_n.as_ref().and_then(|column| column[i]),
             }),
         });
-        // A row without all of the points has none.
+        // A row that lacks a point counts as not measured.
         let shape = |i: usize| data.shape_m.iter().map(|point| point[i]).collect::<Option<_>>();
         let shapes_m = match data.shape_m.is_empty() {
             true => Vec::new(),
@@ -97,7 +97,7 @@ impl Trial {
     }
 }
 
-/// What the model said after one tick.
+/// The model's estimates after one tick.
 #[derive(Clone, Copy, Debug, PartialEq, Default, Serialize, Deserialize)]
 pub struct Estimate {
     /// Time since the trial began \[s\].
@@ -106,17 +106,17 @@ pub struct Estimate {
     pub force_n: [f64; 3],
     /// Axial force behind the guide \[N\], in ticks that carry it.
     pub drive_force_n: Option<f64>,
-    /// The same of the guidewire's drive \[N\].
+    /// Axial force behind the guidewire's guide \[N\].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub guidewire_force_n: Option<f64>,
     /// Half width of the band in which nine of ten true forces lie, x, y, z \[N\].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub force_half_width_n: Option<[f64; 3]>,
-    /// The same of the axial force behind the guide \[N\].
+    /// Half width of the band of the axial force behind the guide \[N\].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub drive_force_half_width_n: Option<f64>,
     /// End of the centre line \[m\], in ticks that carry it.
     pub tip_m: Option<[f64; 3]>,
-    /// The model's own warning that forces of this tick are not to be trusted.
+    /// Whether the model did not resolve this tick, so that its forces cannot be trusted.
     pub unresolved: bool,
 }

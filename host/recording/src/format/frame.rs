@@ -2,12 +2,12 @@
 
 use cathforce_bus::{Direction, Frame};
 
-use crate::messages::{CanFrame, Header};
+use super::messages::{CanFrame, Header};
 
-/// A frame, when and which way it crossed the bus.
+/// A frame with the time and direction in which it crossed the bus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BusFrame {
-    /// Virtual time in lock step, else the host's monotonic clock \[ns\].
+    /// Virtual time in lock step, else time of the host's monotonic clock \[ns\].
     pub at_ns: u64,
     pub direction: Direction,
     pub frame: Frame,

@@ -1,13 +1,13 @@
-//! What the force sensor would have read for the model's force.
+//! The reading of a force sensor for the model's force.
 
 use cathforce_mechanics::Measurement;
 use cathforce_mechanics::effects::SensorEffects;
 
-use crate::trial::Estimate;
+use crate::format::trial::Estimate;
 
 /// Turns the estimated forces into readings of a sensor with these effects.
 ///
-/// The estimates are sorted by time. With every effect off they stay as they are.
+/// `estimates`: sorted by time. With every effect off they do not change.
 pub fn as_sensed(estimates: &mut [Estimate], sensor: &SensorEffects<f32>) {
     let mut measurement = Measurement::new();
     let mut last_s = estimates.first().map_or(0.0, |first| first.t_s);

@@ -1,7 +1,6 @@
 //! The messages of a recording: ROS 2 types in CDR, each with its definition.
 //!
-//! Standard types are used wherever one says what is meant; the three of `cathforce_msgs` say
-//! what none does.
+//! Standard types are used where one fits; `cathforce_msgs` has three types for the rest.
 
 use std::borrow::Cow;
 
@@ -19,7 +18,7 @@ pub(crate) trait Message: Serialize {
     /// Names and definitions of the types that its fields have.
     const PARTS: &'static [(&'static str, &'static str)];
 
-    /// As `ros2msg` wants it: the definition, then those of its parts.
+    /// Schema in the encoding `ros2msg`: the definition, then those of its parts.
     fn schema() -> String {
         let rule = "=".repeat(80);
         let part = |(name, text): &(&str, &str)| format!("{rule}\nMSG: {name}\n{text}");
@@ -28,14 +27,14 @@ pub(crate) trait Message: Serialize {
     }
 }
 
-/// The bytes of a message.
+/// Encodes a message.
 pub(crate) fn to_cdr(message: &impl Message) -> Result<Vec<u8>, cdr_encoding::Error> {
     let mut bytes = ENCAPSULATION.to_vec();
     cdr_encoding::to_writer::<_, LittleEndian, _>(&mut bytes, message)?;
     Ok(bytes)
 }
 
-/// The message of these bytes; `Err` says what is wrong with them.
+/// Decodes a message; `Err` says what is wrong with the bytes.
 pub(crate) fn from_cdr<M: Message + for<'de> Deserialize<'de>>(bytes: &[u8]) -> Result<M, String> {
     let Some(body) = bytes.strip_prefix(&ENCAPSULATION) else {
         let found = bytes.get(..4).unwrap_or(bytes);
@@ -66,7 +65,7 @@ impl Time {
 pub(crate) const ENTRY: &str = "entry";
 /// The vessel frame of `rig.toml`.
 pub(crate) const VESSEL: &str = "vessel";
-/// x along the operator's linear axis, and about it.
+/// x is the operator's linear axis, and the axis of its rotation.
 pub(crate) const OPERATOR: &str = "operator";
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -120,7 +119,7 @@ message!(
     [HEADER, TIME]
 );
 
-/// A drive: insertion and rotation, what it feels as effort.
+/// A drive: insertion and rotation, with its load as effort.
 #[derive(Serialize)]
 pub(crate) struct Joints<'a> {
     header: Header,
@@ -165,7 +164,7 @@ message!(
     ]
 );
 
-/// Where the entry is, for tools that draw.
+/// Transform of the entry, for tools that draw.
 #[derive(Serialize)]
 pub(crate) struct TfMessage {
     transforms: Vec<Transform>,
@@ -274,7 +273,7 @@ message!(
     ]
 );
 
-/// State of the device in the words of CRTK.
+/// State of the device in the terms of CRTK.
 #[derive(Serialize)]
 pub(crate) struct OperatingState {
     pub header: Header,
@@ -291,7 +290,7 @@ message!(
     [HEADER, TIME]
 );
 
-/// What a tick said of itself.
+/// Status of a tick.
 #[derive(Serialize)]
 pub(crate) struct Status {
     pub header: Header,
@@ -312,7 +311,7 @@ message!(
     [HEADER, TIME]
 );
 
-/// A row of the trial. What was not measured is an empty sequence.
+/// A row of the trial. A value that was not measured is an empty sequence.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct MeasuredRow {
     pub header: Header,
@@ -340,7 +339,7 @@ message!(
     [HEADER, TIME]
 );
 
-/// Something that should be in the recording and is not.
+/// Frames that the recording lacks.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct DropoutMessage {
     pub header: Header,

@@ -7,15 +7,15 @@
 //!
 //! while the drive neither starts nor reverses: its mean speed over [`DRIVE_S`] after the
 //! instant is not larger than the one before it by [`FEED_CHANGE_M_PER_S`] or
-//! [`TURN_CHANGE_RAD_PER_S`], nor of the other sign. A stiff instrument's friction turns over
-//! as fast when the drive reverses or starts; that is no snap, and is not excused as one.
-//! When the drive stops, friction holds what is there, so a jump then is a snap.
+//! [`TURN_CHANGE_RAD_PER_S`], and does not have the other sign. Friction of a stiff instrument changes
+//! sign as fast when the drive reverses or starts; that is no snap, and its error counts. When the
+//! drive stops, friction holds the force, so a jump then is a snap.
 //!
-//! A sensor whose samples lie farther apart, up to twice as far, is seen by one sample to either
-//! side; a slower one shows no snaps.
+//! If samples are farther apart than that, up to twice as far, one sample on either side is used; a
+//! slower sensor shows no snaps.
 //!
-//! Jumps closer than [`MERGE_S`] are one snap; its time is that of the largest jump. It is
-//! found in the *measured* force alone, so that an estimate cannot excuse itself by jumping.
+//! Jumps closer than [`MERGE_S`] are one snap; its time is that of the largest jump. Snaps that are left out
+//! of a score are those of the *measured* force alone, so that a jump of the estimate counts as an error.
 //! The same definition and threshold, applied to the estimate, gives the model's snaps.
 //!
 //! In the practice bundles, feeding changes the force by up to 90 mN in that window, the tip
@@ -42,7 +42,7 @@ pub const TURN_CHANGE_RAD_PER_S: f64 = 0.1;
 /// One snap.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Snap {
-    /// Of the largest jump \[s\].
+    /// Time of the largest jump \[s\].
     pub t_s: f64,
     /// First and last instant at which the force jumps \[s\].
     pub span_s: [f64; 2],
@@ -97,7 +97,7 @@ fn jump_at(samples: &[Sample], i: usize) -> Option<f64> {
     if t_s - first < MEAN_S || last - t_s < MEAN_S {
         return None;
     }
-    // A millionth of a second of slack: times are decimal fractions.
+    // The slack of a microsecond allows for times that are rounded decimals.
     let within = |nearest: &Sample| MEAN_S.max((t_s - nearest.t_s).abs().min(2.0 * MEAN_S)) + 1e-6;
     let (earlier, later) = (&samples[..i], &samples[i + 1..]);
     let (before_s, after_s) = (within(earlier.last()?), within(later.first()?));
@@ -106,7 +106,7 @@ fn jump_at(samples: &[Sample], i: usize) -> Option<f64> {
     Some(norm(std::array::from_fn(|k| after[k] - before[k])))
 }
 
-/// Whether the drive moves after sample `i` as it did before, or slower.
+/// Whether the drive moves after sample `i` as before, or slower.
 fn no_start_nor_reversal(samples: &[Sample], i: usize) -> bool {
     let now = &samples[i];
     let first = samples.partition_point(|s| s.t_s < now.t_s - DRIVE_S);
@@ -116,7 +116,7 @@ fn no_start_nor_reversal(samples: &[Sample], i: usize) -> bool {
             let (from, to) = (&samples[from], &samples[to]);
             (position(to) - position(from)) / (to.t_s - from.t_s)
         };
-        // At the ends of the trial there is nothing to compare with: NaN, which is no change.
+        // At the ends of the trial a speed is NaN, which counts as no change.
         let (before, after) = (speed(first, i), speed(i, last));
         after.abs() - before.abs() > limit
             || (before * after < 0.0 && (after - before).abs() > limit)

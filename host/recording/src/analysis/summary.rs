@@ -2,10 +2,10 @@
 
 use serde::Serialize;
 
-use crate::analysis::Analysis;
-use crate::reader::Recording;
-use crate::series::trial_time_s;
-use crate::tick::GuidewireEstimate;
+use super::analyse::Analysis;
+use crate::decoding::tick::GuidewireEstimate;
+use crate::export::series::trial_time_s;
+use crate::reading::reader::Recording;
 
 /// Cycles of one tick of a 480 MHz processor.
 const BUDGET_CYCLES: f64 = 480_000.0;

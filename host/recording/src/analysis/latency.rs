@@ -1,11 +1,11 @@
-//! How long everything takes between encoder and record, stage by stage.
+//! Latencies between encoder and record, stage by stage.
 
 use cathforce_bus::master::{Collector, Master};
 use cathforce_bus::{Direction, Id, Process};
 use cathforce_control::TICK_S;
 use serde::Serialize;
 
-use crate::frame::BusFrame;
+use crate::format::frame::BusFrame;
 
 /// Times of one stage \[s\].
 #[derive(Clone, Copy, Debug, PartialEq, Default, Serialize)]
@@ -18,7 +18,7 @@ pub struct Spread {
 }
 
 impl Spread {
-    /// `None` without a time.
+    /// Statistics of these times \[s\]; `None` if there are none.
     pub fn of(mut times_s: Vec<f64>) -> Option<Self> {
         times_s.sort_by(f64::total_cmp);
         let at = |share: f64| {
@@ -35,11 +35,11 @@ impl Spread {
     }
 }
 
-/// One stage of the way.
+/// One stage.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Stage {
     pub name: &'static str,
-    /// From where to where.
+    /// Its beginning and end, in words.
     pub what: &'static str,
     pub times: Spread,
 }
@@ -47,12 +47,12 @@ pub struct Stage {
 /// Name of the stage that spans the others.
 pub const END_TO_END: &str = "end to end";
 
-/// The stages of what crossed the bus while ticks had an encoder, in their order.
+/// The stages in order, over the time in which ticks had an encoder.
 ///
-/// In lock step time is virtual and a tick takes none: only ages are left. Running free, times
-/// are this host's, of frames as it sent and got them. `arrived_ns`, `logged_ns`: of each frame, see
+/// In lock step time is virtual and a tick takes none, so only ages are stated. Running free, times are
+/// those at which this host sent and received frames. `arrived_ns`, `logged_ns`: for each frame, see
 /// [`crate::Recording::arrived_ns`] and [`crate::Recording::logged_ns`]; the latter is empty while
-/// nothing is recorded. `master`: where a position stands in its own frames.
+/// nothing is recorded. `master`: layout of positions in the master's own frames.
 pub fn stages(
     frames: &[BusFrame],
     arrived_ns: &[u64],
@@ -64,7 +64,7 @@ pub fn stages(
     for frame in frames {
         samples.take(frame);
     }
-    // A stamp of the carrier's own is never that of the host's sight, to the nanosecond.
+    // A stamp of the carrier never equals the time at which the host saw the frame, to the nanosecond.
     let is_stamped = |(frame, arrived_ns): &(&BusFrame, &u64)| frame.at_ns != **arrived_ns;
     let stamped = frames.iter().zip(arrived_ns).filter(is_stamped);
     let received = stamped.map(|(frame, arrived_ns)| span_s(*arrived_ns, frame.at_ns)).collect();
@@ -105,8 +105,8 @@ fn span_s(from_ns: u64, to_ns: u64) -> f64 {
     to_ns.saturating_sub(from_ns) as f64 * 1e-9
 }
 
-/// Age of an encoder sample \[s\] as the device states it; `None` before the first one, and
-/// where the count ends.
+/// Age of an encoder sample \[s\] from the device's count of ticks; `None` before the first sample and
+/// beyond the count's range.
 pub fn age_s(ticks: u8) -> Option<f64> {
     (ticks < u8::MAX).then(|| f64::from(ticks) * f64::from(TICK_S))
 }
@@ -127,7 +127,7 @@ struct Samples {
 }
 
 impl Samples {
-    /// A position of the catheter's drive is whole.
+    /// Takes a complete position of the catheter's drive.
     fn encoder(&mut self, at_ns: u64) {
         let before = self.encoder_ns.replace(at_ns);
         self.period_s.extend(before.map(|before| span_s(before, at_ns)));

@@ -1,29 +1,29 @@
-//! Estimate against sensor.
+//! Compares estimates with the sensor.
 //!
 //! Both run on the trial's own time: row `t_s` is compared with the estimate of the tick at
 //! `t_s`, linearly interpolated between ticks. Nothing is fitted, shifted or subtracted, so
 //! every figure contains the sensor's noise, which is stated beside it.
 //!
-//! Scored are the rows after the first [`FEED_BEFORE_SCORE_M`] of feed and farther than
-//! [`SNAP_GUARD_S`] from a snap of the *measured* force ([`crate::snap`]); the share of rows
-//! that this leaves out is part of the result, and so is the error over the whole trial.
+//! Rows are scored after the first [`FEED_BEFORE_SCORE_M`] of feed and farther than [`SNAP_GUARD_S`] from
+//! a snap of the *measured* force ([`crate::snap`]). The result states the share of rows that this
+//! leaves out, and also the error over the whole trial.
 
 use serde::Serialize;
 
-use crate::snap::{self, Sample, Snap, norm};
-use crate::trial::{Estimate, Measured, Trial};
+use super::snap::{self, Sample, Snap, norm};
+use crate::format::trial::{Estimate, Measured, Trial};
 
-/// Feed before anything is scored \[m\]: the start state is no equilibrium.
+/// Feed before scoring begins \[m\], because the start state is no equilibrium.
 pub const FEED_BEFORE_SCORE_M: f64 = 3e-3;
 /// Time left out on either side of a snap \[s\].
 pub const SNAP_GUARD_S: f64 = 0.1;
 /// A model snap farther than this from a measured one is another snap \[s\].
 pub const SNAP_MATCH_S: f64 = 0.2;
-/// Widest gap between ticks that is interpolated \[s\]: with a guidewire a drive's load comes in
-/// one tick of 18.
+/// Widest gap between ticks that is interpolated \[s\]. With a guidewire a drive's load is sent in one
+/// tick of 18.
 const MAX_GAP_S: f64 = 0.0185;
 
-/// How far the estimated force is from the sensor's, over some rows.
+/// Error of the estimated force against the sensor over some rows.
 #[derive(Clone, Copy, Debug, PartialEq, Default, Serialize)]
 pub struct ForceError {
     pub rows: usize,
@@ -50,9 +50,9 @@ impl ForceError {
     }
 }
 
-/// How far one other channel is from the sensor, over the scored rows.
+/// Error of another channel against the sensor over the scored rows, in the channel's unit.
 ///
-/// Of a vector the error is its Euclidean norm. Units: those of the channel.
+/// The error of a vector is its Euclidean norm.
 #[derive(Clone, Copy, Debug, PartialEq, Default, Serialize)]
 pub struct ChannelError {
     pub rows: usize,
@@ -65,7 +65,7 @@ pub struct ChannelError {
     pub noise_rms: Option<f64>,
 }
 
-/// A measured snap and the model's, if it had one.
+/// A measured snap and the model's counterpart, if there is one.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct SnapPair {
     pub measured: Snap,
@@ -75,9 +75,9 @@ pub struct SnapPair {
 /// The result of [`compare`].
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Comparison {
-    /// Outside snaps and the first millimetres.
+    /// Errors outside snaps and the first millimetres.
     pub scored: ForceError,
-    /// Every row that has a force and an estimate.
+    /// Errors of every row that has a force and an estimate.
     pub whole: ForceError,
     /// Share of the rows of `whole` that `scored` leaves out.
     pub excluded_share: f64,
@@ -86,14 +86,14 @@ pub struct Comparison {
     /// What the sensor's stated noise alone would give as `rms_n` \[N\]: √3 × one axis.
     pub noise_rms_n: Option<f64>,
     pub drive_force: Option<ChannelError>,
-    /// Of the guidewire's drive.
+    /// Error of the guidewire's drive force.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub guidewire_force: Option<ChannelError>,
     pub tip: Option<ChannelError>,
     pub snaps: Vec<SnapPair>,
-    /// Snaps of the model that the sensor did not see.
+    /// Snaps of the model that were not measured.
     pub false_snaps: Vec<Snap>,
-    /// Ticks that the model itself marked as not to be trusted.
+    /// Ticks that the model did not resolve.
     pub unresolved_ticks: usize,
 }
 
@@ -276,7 +276,7 @@ fn force_error<'a>(rows: impl Iterator<Item = &'a PairedRow<'a>>) -> Option<Forc
     })
 }
 
-/// From pairs (magnitude of the error, magnitude of the measurement).
+/// The error of pairs (magnitude of the error, magnitude of the measurement).
 fn channel_error(
     pairs: impl Iterator<Item = (f64, f64)>,
     noise_rms: Option<f64>,
@@ -294,7 +294,7 @@ fn channel_error(
     })
 }
 
-/// Of a list that is not empty; reorders it.
+/// The median of a list that is not empty; reorders the list.
 fn median(values: &mut [f64]) -> f64 {
     let middle = values.len() / 2;
     *values.select_nth_unstable_by(middle, f64::total_cmp).1
@@ -303,7 +303,7 @@ fn median(values: &mut [f64]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::trial::{MeasuredDrive, SensorNoise};
+    use crate::format::trial::{MeasuredDrive, SensorNoise};
 
     const SNAP_AT_S: f64 = 2.0;
 

@@ -1,28 +1,28 @@
-//! Where a recording comes from.
+//! Origin and result of a recorded run.
 
 use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use crate::trial::SensorNoise;
+use super::trial::SensorNoise;
 
-/// Version of what recordings hold; another one is refused.
+/// Version of the format; recordings of another version are refused.
 pub const FORMAT: &str = "cathforce-recording/2";
 
-/// Where a recording comes from: everything that is known before the first frame.
+/// Everything about a run that is known before its first frame.
 #[derive(Clone, Debug, PartialEq, Default)]
 pub struct RunInfo {
     /// Version of the host tool that recorded.
     pub host_version: String,
-    /// The link as it was asked for, e.g. `qemu` or `socketcan:can0`.
+    /// The link's address, for example `qemu` or `socketcan:can0`.
     pub link: String,
-    /// The board's name for itself.
+    /// The board's own name.
     pub board: String,
     /// Version of the firmware.
     pub firmware_version: String,
-    /// SHA-256 of the program that ran as the device, where the host has it; else empty.
+    /// SHA-256 of the device's program if the host has it, else empty.
     pub firmware_sha256: String,
-    /// When the recording began, UTC, since 1970 \[ns\]; 0 when it is not known.
+    /// Beginning of the recording, UTC since 1970 \[ns\]; 0 if unknown.
     pub started_unix_ns: u64,
     /// Hash of messages and frames that host and device agreed on.
     pub protocol: String,
@@ -32,7 +32,7 @@ pub struct RunInfo {
     pub rig: String,
     /// The trial that was played.
     pub trial: String,
-    /// Where the measured columns come from, shown wherever they are shown.
+    /// Origin of the measured columns, shown together with them.
     pub provenance: String,
     /// The rig's stated sensor noise.
     pub noise: SensorNoise,
@@ -107,7 +107,7 @@ fn started(text: &str) -> Result<u64, String> {
     text.parse().map_err(|_| format!("`started_unix_ns` is no number: {text}"))
 }
 
-/// What the device said of itself when the run was over.
+/// What the device reported at the end of the run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize)]
 pub struct RunResult {
     /// Ticks since configuration.

@@ -11,14 +11,14 @@ use parquet::file::properties::WriterProperties;
 use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::types::Type;
 
-use crate::reader::Recording;
-use crate::series::trial_time_s;
-use crate::tick::{GuidewireEstimate, TickEstimate};
+use super::series::trial_time_s;
+use crate::decoding::tick::{GuidewireEstimate, TickEstimate};
+use crate::reading::reader::Recording;
 
-/// Ticks of one group of rows: a minute.
+/// Ticks in one row group: a minute.
 const GROUP: usize = 60_000;
 
-/// Values of one column; `None` is null.
+/// Values of one column; `None` becomes null.
 enum Column {
     Integer(Vec<Option<i32>>),
     Long(Vec<i64>),
@@ -64,7 +64,7 @@ fn columns(recording: &Recording, ticks: &[TickEstimate]) -> Vec<(&'static str, 
     let force = |k: usize| single(&move |t| Some(t.force_n?[k]));
     let half_width = |k: usize| single(&move |t| Some(t.force_half_width_n?[k]));
     let tip = |k: usize| single(&move |t| Some(t.tip_from_entry_m?[k]));
-    let mode = |t: &TickEstimate| ByteArray::from(crate::series::mode_name(t).as_str());
+    let mode = |t: &TickEstimate| ByteArray::from(super::series::mode_name(t).as_str());
     vec![
         ("tick", Column::Long(ticks.iter().map(|t| t.tick as i64).collect())),
         ("t_s", Column::Double(ticks.iter().map(|t| trial_time_s(recording, t.at_ns)).collect())),
@@ -143,7 +143,7 @@ impl Column {
     }
 }
 
-/// The values that are there, and for every row whether it has one.
+/// The values that are present, and for every row its definition level.
 fn nulls<T: Copy>(rows: &[Option<T>]) -> (Vec<T>, Vec<i16>) {
     let levels = rows.iter().map(|row| i16::from(row.is_some())).collect();
     (rows.iter().copied().flatten().collect(), levels)

@@ -1,4 +1,4 @@
-//! What is in a recording, how fast it came, and what is missing.
+//! Counts, rates and gaps of a recording's frames.
 
 use std::collections::BTreeMap;
 
@@ -6,32 +6,32 @@ use cathforce_bus::{Direction, Id, Process};
 use cathforce_control::TICK_S;
 use serde::Serialize;
 
-use crate::dropout::{Dropout, DropoutCause};
-use crate::frame::BusFrame;
-use crate::reader::Recording;
+use super::reader::Recording;
+use crate::format::dropout::{Dropout, DropoutCause};
+use crate::format::frame::BusFrame;
 
-/// Everything about a recording that needs no replay.
+/// Figures of a recording that need no replay.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Survey {
-    /// From the first frame to the last \[s\].
+    /// Time from the first frame to the last \[s\].
     pub seconds: f64,
     pub frames: usize,
     pub measured_rows: usize,
-    /// Ticks whose HAPTIC frame is there.
+    /// Ticks with a HAPTIC frame.
     pub ticks: u64,
-    /// Ticks that the device counted and of which there is none.
+    /// Ticks that the device counted but that have no frame here.
     pub ticks_missing: u64,
-    /// Share of a bus of 1 Mbit/s, see [`bus_load`].
+    /// Load of a bus of 1 Mbit/s, see [`bus_load`].
     pub bus_load: Option<f64>,
-    /// By identifier.
+    /// Counts by identifier.
     pub ids: Vec<IdCount>,
-    /// By cause.
+    /// Missing frames by cause.
     pub dropouts: Vec<DropoutCount>,
-    /// Running free: the longest time between two ticks \[s\].
+    /// Longest time between two ticks \[s\]; `None` in lock step.
     pub longest_tick_gap_s: Option<f64>,
 }
 
-/// Frames of one kind; all nodes of SHAPE and FORCE are one.
+/// Frames of one kind; SHAPE and FORCE of all nodes count as one kind each.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct IdCount {
     pub name: String,
@@ -39,7 +39,7 @@ pub struct IdCount {
     pub rate_hz: Option<f64>,
 }
 
-/// Everything that is missing for one cause.
+/// Frames that are missing for one cause.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct DropoutCount {
     pub cause: DropoutCause,
@@ -51,7 +51,7 @@ pub struct DropoutCount {
     pub meaning: &'static str,
 }
 
-/// Looks through a recording.
+/// Surveys a recording.
 pub fn survey(recording: &Recording) -> Survey {
     let frames = &recording.frames;
     let ends = frames.first().zip(frames.last());
@@ -98,7 +98,7 @@ fn haptic(frame: &BusFrame) -> bool {
     frame.direction == Direction::ToHost && Id::from_raw(frame.frame.id()) == Some(Id::Haptic)
 }
 
-/// Ticks seen, and how many more the device counted from its first TICK frame to its last.
+/// Number of ticks seen, and how many more the device counted between its first and last TICK frame.
 fn ticks(frames: &[BusFrame]) -> (u64, u64) {
     let (mut seen, mut missing) = (0_u64, 0_u64);
     // Number of the last TICK frame, and the ticks seen up to it.
@@ -149,9 +149,10 @@ fn by_cause(dropouts: &[Dropout]) -> Vec<DropoutCount> {
     counts.into_values().collect()
 }
 
-/// Share of the bus that the frames of the ticks take, a master's own and a stranger's too, each as
-/// long as it can be; SYNC, which a real device does without, and service frames left out. `None`
-/// without a tick.
+/// Share of a bus of 1 Mbit/s that the frames take, each at its greatest length; `None` without a tick.
+///
+/// Frames of the master and of others count too. SYNC, which a real device does not need, and service
+/// frames do not.
 pub fn bus_load(frames: &[BusFrame]) -> Option<f64> {
     const BITS_A_TICK: f64 = 1e6 * TICK_S as f64;
     let is_left_out = |frame: &&BusFrame| {

@@ -1,4 +1,4 @@
-//! What should be in a recording and is not, and why.
+//! Frames that a recording lacks, and why.
 
 use std::fmt;
 
@@ -33,7 +33,7 @@ impl DropoutCause {
         Self::HostOverload,
     ];
 
-    /// Its name in a recording; those of frames are the names of their counters.
+    /// Its name in a recording; causes that a counter counts have the counter's name.
     pub fn name(self) -> &'static str {
         match self {
             Self::Lost => Counter::Lost.name(),
@@ -51,7 +51,7 @@ impl DropoutCause {
         Self::ALL.into_iter().find(|cause| cause.name() == name)
     }
 
-    /// What it means and what to do about it.
+    /// Its meaning, and what to do about it.
     pub fn text(self) -> &'static str {
         match self {
             Self::Lost => {
@@ -108,7 +108,7 @@ pub struct Dropout {
     /// When the last was missed \[ns\].
     pub to_ns: u64,
     pub cause: DropoutCause,
-    /// Of the frames; `None` when there were several.
+    /// Identifier of the frames; `None` if there were several.
     pub id: Option<u16>,
     pub frames: u32,
 }

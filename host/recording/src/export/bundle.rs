@@ -6,22 +6,22 @@ use std::path::Path;
 
 use cathforce_bundle::bundle::{DriveTrial, columns};
 
-use crate::atomic::make_folder;
-use crate::reader::Recording;
-use crate::series::io_error;
-use crate::trial::Trial;
+use super::series::io_error;
+use crate::format::trial::Trial;
+use crate::reading::reader::Recording;
+use crate::writing::atomic::make_folder;
 
-/// Makes the folder of a bundle, which must not be there yet; its trial is the one that was
-/// played, as far as it was, and where nothing was measured there is none.
+/// Makes the folder of a bundle, which must not exist yet. Its trial has the rows that were played;
+/// without rows there is no trial.
 ///
-/// Numbers are written so that they read back as they were.
+/// Numbers are written so that they read back exactly.
 pub fn write_bundle(recording: &Recording, folder: &Path) -> io::Result<()> {
     make_folder(folder, |folder| {
         fs::write(folder.join("rig.toml"), &recording.rig_toml)?;
         for (name, bytes) in &recording.vessel {
             fs::write(folder.join(name), bytes)?;
         }
-        // A trial without rows is none, and would have the whole bundle refused.
+        // A trial without rows would make the whole bundle invalid.
         if recording.trial.rows.is_empty() {
             return Ok(());
         }
@@ -32,7 +32,7 @@ pub fn write_bundle(recording: &Recording, folder: &Path) -> io::Result<()> {
     })
 }
 
-/// The rows of the trial in the columns of a bundle; a channel that was never measured has none.
+/// Writes the rows of a trial in the columns of a bundle; a channel that was never measured has no column.
 pub fn write_trial(trial: &Trial, out: impl io::Write) -> io::Result<()> {
     trial_csv(trial, out).map_err(io_error)
 }
@@ -83,7 +83,7 @@ fn trial_csv(trial: &Trial, out: impl io::Write) -> csv::Result<()> {
     Ok(csv.flush()?)
 }
 
-/// The rows of a trial of a drive on its own in the columns of a bundle.
+/// Writes the rows of a trial of a drive on its own in the columns of a bundle.
 pub fn write_drive(t_s: &[f64], data: &DriveTrial, out: impl io::Write) -> io::Result<()> {
     drive_csv(t_s, data, out).map_err(io_error)
 }

@@ -1,6 +1,6 @@
 //! Names inside a recording, shared by writer and reader.
 
-/// Convention that the file follows: topics carry messages of ROS 2.
+/// MCAP profile: topics carry ROS 2 messages.
 pub(crate) const PROFILE: &str = "ros2";
 pub(crate) const SCHEMA_ENCODING: &str = "ros2msg";
 pub(crate) const MESSAGE_ENCODING: &str = "cdr";
@@ -12,7 +12,7 @@ pub(crate) const TO_DEVICE: &str = "/cathforce/to_can_bus";
 pub(crate) const TO_HOST: &str = "/cathforce/from_can_bus";
 /// Rows of the trial that was played.
 pub(crate) const MEASURED: &str = "/cathforce/measured";
-/// What should be here and is not.
+/// Frames that are missing.
 pub(crate) const DROPOUTS: &str = "/cathforce/dropouts";
 
 // For other tools, never read back.
@@ -31,7 +31,7 @@ pub(crate) const TRANSFORMS: &str = "/tf_static";
 /// Metadata record with [`crate::RunInfo`].
 pub(crate) const INFO: &str = "cathforce";
 
-/// Metadata record with [`crate::RunResult`], at the end of a run that came to its end.
+/// Metadata record with [`crate::RunResult`], written when a run ends.
 pub(crate) const RESULT: &str = "cathforce.result";
 
 /// Attachments.
@@ -39,5 +39,5 @@ pub(crate) const IMAGE: &str = "device.cfim";
 pub(crate) const LUMEN: &str = "lumen.bin";
 pub(crate) const RIG: &str = "rig.toml";
 pub(crate) const DBC: &str = "cathforce.dbc";
-/// Attachments that say what the vessel is, named as in a trial bundle.
+/// Attachments that describe the vessel, with their names in a trial bundle.
 pub const VESSEL_FILES: [&str; 2] = ["vessel.stl", "centreline.csv"];

@@ -1,4 +1,4 @@
-//! Reading a recording.
+//! Reads a recording.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -11,59 +11,59 @@ use cathforce_bus::master::Master;
 use cathforce_config::image;
 use mcap::records::{MessageHeader, Record};
 
-use crate::dropout::{Dropout, DropoutCause};
-use crate::frame::BusFrame;
+use crate::format::dropout::{Dropout, DropoutCause};
+use crate::format::frame::BusFrame;
+use crate::format::info::{FORMAT, RunInfo, RunResult};
+use crate::format::layout;
+use crate::format::messages::{CanFrame, DropoutMessage, MeasuredRow, from_cdr};
+use crate::format::trial::{Measured, MeasuredDrive, Trial};
 use crate::import::is_trial;
-use crate::info::{FORMAT, RunInfo, RunResult};
-use crate::layout;
-use crate::messages::{CanFrame, DropoutMessage, MeasuredRow, from_cdr};
-use crate::trial::{Measured, MeasuredDrive, Trial};
 
-/// Whether a file begins like a recording, whole or not. One that cannot be read does not.
+/// Whether a file begins like a recording, complete or not; `false` if it cannot be read.
 pub fn is_recording(path: &Path) -> bool {
     let mut head = [0; mcap::MAGIC.len()];
     let read = fs::File::open(path).and_then(|mut file| file.read_exact(&mut head));
     read.is_ok() && head == mcap::MAGIC
 }
 
-/// Everything that a recording holds and nothing that follows from it.
+/// The content of a recording, without anything derived.
 #[derive(Clone, Debug)]
 pub struct Recording {
     pub info: RunInfo,
     /// The device image that was in use.
     pub image: Vec<u8>,
     pub rig_toml: String,
-    /// Meaning of every frame.
+    /// The bus description.
     pub dbc: String,
-    /// What the vessel was made from, by their names in a trial bundle.
+    /// Files of the vessel by their names in a trial bundle.
     pub vessel: Vec<(String, Vec<u8>)>,
     /// Every frame, in the order in which it crossed the bus.
     pub frames: Vec<BusFrame>,
-    /// When each of them reached the host's computer, on the same clock \[ns\]; where its carrier
-    /// has no stamp, the time of the frame.
+    /// When each frame reached the host's computer, on the same clock \[ns\]; without a stamp of the
+    /// carrier, the time of the frame.
     pub arrived_ns: Vec<u64>,
-    /// When the recorder got each of them, on the same clock \[ns\].
+    /// When the recorder got each frame, on the same clock \[ns\].
     pub logged_ns: Vec<u64>,
-    /// What should be in it and is not, in the order in which it was noticed.
+    /// Missing frames, in the order in which they were noticed.
     pub dropouts: Vec<Dropout>,
-    /// What was played, with what the sensors said.
+    /// The trial that was played, with its measurements.
     pub trial: Trial,
     /// Time on the bus at which the trial's time is zero \[ns\].
     pub trial_start_ns: Option<u64>,
-    /// What the device said at the end, if the run came to its end.
+    /// What the device reported at the end, if the run ended normally.
     pub result: Option<RunResult>,
-    /// Where the file breaks off, if it was never finished.
+    /// Where the file breaks off, if it was not finished.
     pub cut: Option<Cut>,
 }
 
-/// The recorder was killed here; what comes before is whole.
+/// Where a recorder was killed; everything before is complete.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Cut {
-    /// First byte that does not belong to a whole record.
+    /// First byte that does not belong to a complete record.
     pub byte: usize,
 }
 
-/// A file is no recording that can be used.
+/// Why a file is no usable recording.
 #[derive(Debug, thiserror::Error)]
 pub enum ReadError {
     #[error("cannot read {}: {source}; give a recording made by `cathforce run`", path.display())]
@@ -92,9 +92,9 @@ pub enum ReadError {
 }
 
 impl Recording {
-    /// Where the drives' positions stand in the frames to the device.
+    /// Layout of the drives' positions in the frames to the device.
     pub fn master(&self) -> Master {
-        // An image that cannot be read has nothing to say of it, and is refused where it matters.
+        // An unreadable image is refused where it is needed; here it means the default layout.
         image::master(&self.image).unwrap_or_default()
     }
 
@@ -109,8 +109,8 @@ impl Recording {
 
     /// Reads the file whole.
     ///
-    /// A file that breaks off, because its recorder was killed, is read up to there and says
-    /// so in [`Recording::cut`]; one that is wrong anywhere else is refused.
+    /// A file that breaks off because its recorder was killed is read up to there, see
+    /// [`Recording::cut`]. A file with any other fault is refused.
     pub fn open(path: &Path) -> Result<Self, ReadError> {
         let bytes = fs::read(path).map_err(|source| ReadError::Io { path: path.into(), source })?;
         let mut parts = Parts::default();
@@ -140,7 +140,7 @@ impl Recording {
     }
 }
 
-/// What has been found so far.
+/// The parts found so far.
 #[derive(Default)]
 struct Parts {
     info: Option<RunInfo>,
@@ -159,7 +159,7 @@ struct Parts {
     channels: BTreeMap<u16, Content>,
 }
 
-/// What a channel carries, of what is read back.
+/// Kinds of channels that are read back.
 #[derive(Clone, Copy)]
 enum Content {
     Frames(Direction),
@@ -171,7 +171,7 @@ const OPCODE_ATTACHMENT: u8 = 0x09;
 /// Opcode and length of a record.
 const HEAD_BYTES: usize = 9;
 
-/// What to give in the place of a file that is no recording.
+/// Advice for a file that is no recording.
 fn instead_of(bytes: &[u8]) -> &'static str {
     let text = std::str::from_utf8(bytes).unwrap_or_default();
     let heading = text.lines().find(|line| !line.trim().is_empty()).unwrap_or_default();
@@ -188,10 +188,10 @@ fn instead_of(bytes: &[u8]) -> &'static str {
     }
 }
 
-/// Walks over the records of a file; `Some` where it breaks off.
+/// Walks over the records of a file; returns where it breaks off, if it does.
 ///
-/// The records' frame (opcode, length, body) is walked here rather than by the library, so
-/// that every fault can be given its byte.
+/// The envelope of a record (opcode, length, body) is parsed here and not by the library, so that every
+/// fault can be reported with its byte.
 fn scan(path: &Path, bytes: &[u8], parts: &mut Parts) -> Result<Option<Cut>, ReadError> {
     let Some(mut rest) = bytes.strip_prefix(mcap::MAGIC) else {
         let found = bytes.iter().take(8).map(|b| format!("{b:02x}")).collect::<Vec<_>>().join(" ");
@@ -227,7 +227,7 @@ fn scan(path: &Path, bytes: &[u8], parts: &mut Parts) -> Result<Option<Cut>, Rea
     }
 }
 
-/// Opcode and body of the first record, if it is whole.
+/// Opcode and body of the first record, if it is complete.
 fn split_record(bytes: &[u8]) -> Option<(u8, &[u8])> {
     let (&opcode, rest) = bytes.split_first()?;
     let (length, rest) = rest.split_first_chunk()?;
@@ -235,7 +235,7 @@ fn split_record(bytes: &[u8]) -> Option<(u8, &[u8])> {
     Some((opcode, rest.get(..length)?))
 }
 
-/// The library's parser takes this for granted.
+/// Whether an attachment's lengths fit; the library's parser does not check it.
 fn attachment_fits(body: &[u8]) -> bool {
     const TIMES: usize = 16;
     const DATA_LENGTH_AND_CRC: usize = 12;

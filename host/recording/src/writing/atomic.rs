@@ -1,17 +1,17 @@
-//! Files that are there whole or not at all.
+//! Writes files and folders whole or not at all.
 
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
-/// Writes a file beside its place and moves it there when `write` has succeeded.
+/// Writes a file beside its place and moves it there after `write` has succeeded.
 ///
-/// On an error whatever was there stays.
+/// On an error an earlier file stays as it is.
 pub fn write_whole<E: From<io::Error>>(
     path: &Path,
     write: impl FnOnce(&mut BufWriter<File>) -> Result<(), E>,
 ) -> Result<(), E> {
-    // A pipe or a device cannot be moved to.
+    // A file cannot be moved onto a pipe or a device.
     if path.exists() && !path.is_file() {
         let mut out = BufWriter::new(fs::OpenOptions::new().write(true).open(path)?);
         write(&mut out)?;
@@ -24,7 +24,7 @@ pub fn write_whole<E: From<io::Error>>(
     })
 }
 
-/// The same where `make` creates the file, which is not there yet, by the path that it is given.
+/// The same, but `make` creates the file at the path that it is given; there is no file there yet.
 pub fn put_whole<E: From<io::Error>>(
     path: &Path,
     make: impl FnOnce(&Path) -> Result<(), E>,
@@ -34,8 +34,8 @@ pub fn put_whole<E: From<io::Error>>(
     Ok(fs::rename(&unfinished.0, path)?)
 }
 
-/// Makes a folder beside its place and moves it there when `fill` has succeeded; `path` must
-/// not be there yet.
+/// Makes a folder beside its place and moves it there after `fill` has succeeded. `path` must not exist
+/// yet.
 pub fn make_folder<E: From<io::Error>>(
     path: &Path,
     fill: impl FnOnce(&Path) -> Result<(), E>,
@@ -55,7 +55,7 @@ fn beside(path: &Path) -> PathBuf {
     path.with_file_name(name)
 }
 
-/// Goes when it is dropped, if it was not moved away.
+/// A file or folder that is removed on drop unless it was moved.
 struct Unfinished(PathBuf);
 
 impl Drop for Unfinished {

@@ -1,21 +1,20 @@
-//! Recording beside the bus: whoever talks to the device never waits for the disk.
+//! Records in the background, so that the thread on the bus never waits for the disk.
 //!
-//! Frames go through a queue to a thread that writes them. Running free, a full queue loses
-//! frames, and what it lost is recorded; in lock step the bus waits instead, since its time is
-//! virtual anyway.
+//! Frames go through a queue to a thread that writes them. Running free, a full queue loses frames, and
+//! the loss is recorded. In lock step the bus waits instead, since its time is virtual.
 
 use std::sync::mpsc::{Receiver, SendError, SyncSender, TrySendError, sync_channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 
-use crate::clock::BusClock;
-use crate::dropout::{Dropout, DropoutCause};
-use crate::frame::BusFrame;
-use crate::info::RunResult;
-use crate::trial::Measured;
-use crate::writer::{Recorder, WriteError};
+use super::writer::{Recorder, WriteError};
+use crate::format::clock::BusClock;
+use crate::format::dropout::{Dropout, DropoutCause};
+use crate::format::frame::BusFrame;
+use crate::format::info::RunResult;
+use crate::format::trial::Measured;
 
-/// Frames that may wait, of which a full bus carries some 8 a millisecond: eight seconds.
+/// Length of the queue: eight seconds of a full bus, which carries some 8 frames a millisecond.
 const QUEUE: usize = 65_536;
 
 enum Job {
@@ -37,7 +36,7 @@ pub struct BackgroundRecorder {
 }
 
 impl BackgroundRecorder {
-    /// `clock`: that of the frames.
+    /// `clock`: the clock of the frames.
     pub fn spawn(recorder: Recorder, clock: BusClock) -> Self {
         let waits = clock.lock_step();
         Self::with_queue(QUEUE, waits, move |jobs| write(recorder, &clock, &jobs))
@@ -76,30 +75,29 @@ impl BackgroundRecorder {
         if let Err(TrySendError::Full(_)) = self.jobs.try_send(Job::Frame(frame, arrived_ns)) {
             self.lose(&frame);
         }
-        // A worker that is gone has left its error behind.
+        // A worker that has ended left its error behind.
     }
 
-    /// Takes the row of the trial that holds at this time of the bus, see
-    /// [`Recorder::measured`].
+    /// Takes the row of the trial for this time of the bus, see [`Recorder::measured`].
     pub fn measured(&mut self, at_ns: u64, row: &Measured, shape_m: &[[f64; 3]]) {
         let _ = self.jobs.send(Job::Measured(at_ns, Box::new(*row), shape_m.to_vec()));
     }
 
-    /// Why writing ended, once.
+    /// The error that ended writing; returned only once.
     pub fn take_error(&self) -> Option<WriteError> {
         self.error.lock().unwrap_or_else(PoisonError::into_inner).take()
     }
 
-    /// Writes what waits, the result if the run came to its end, and the index.
+    /// Writes the queue, the result if the run ended normally, and the index.
     pub fn finish(mut self, result: Option<&RunResult>) -> Result<(), WriteError> {
         if let Some(lost) = self.lost.take() {
             let _ = self.jobs.send(Job::Dropout(lost));
         }
         let sent: Result<(), SendError<Job>> = self.jobs.send(Job::Finish(result.copied()));
-        // A send fails when the worker has ended with an error, which is taken below.
+        // A send fails if the worker has ended with an error, which is taken below.
         drop(sent);
         if let Some(worker) = self.worker.take() {
-            // It panics only if the recorder does.
+            // The thread panics only if the recorder does.
             let _ = worker.join();
         }
         self.take_error().map_or(Ok(()), Err)
@@ -137,14 +135,14 @@ mod tests {
     use cathforce_bus::{Direction, Frame};
 
     use super::*;
-    use crate::info::RunInfo;
-    use crate::reader::Recording;
-    use crate::writer::Attachments;
+    use crate::format::info::RunInfo;
+    use crate::reading::reader::Recording;
+    use crate::writing::writer::Attachments;
 
     const SENT: u64 = 200;
 
-    /// Records frames through a queue of 16 whose worker stands still until all but the last
-    /// have been sent; gives what is in the file.
+    /// Records frames through a queue of 16 whose worker waits until all but the last have been sent;
+    /// returns the recording.
     fn overloaded(waits: bool) -> Recording {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("run.mcap");
@@ -169,7 +167,7 @@ mod tests {
         Recording::open(&path).unwrap()
     }
 
-    /// P24: what an overloaded host loses is counted and said.
+    /// P24: frames that an overloaded host loses are counted and reported.
     #[test]
     fn p24_an_overloaded_host_records_what_it_lost() {
         let recording = overloaded(false);

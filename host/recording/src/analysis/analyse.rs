@@ -1,15 +1,15 @@
-//! Everything that follows from a recording.
+//! The whole analysis of a recording.
 
 use cathforce_config::image;
 use cathforce_mechanics::Solver;
 use serde::Serialize;
 
-use crate::compare::{Comparison, compare};
-use crate::reader::Recording;
+use super::compare::{Comparison, compare};
+use super::sensed::as_sensed;
+use crate::decoding::tick::decode;
+use crate::export::series::{estimates, trial_time_s};
+use crate::reading::reader::Recording;
 use crate::replay::{ReplayError, ReplayReport, Track, replay};
-use crate::sensed::as_sensed;
-use crate::series::{estimates, trial_time_s};
-use crate::tick::decode;
 
 /// The largest contact force at a node.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -24,25 +24,25 @@ pub struct PeakContact {
 /// A recording replayed and compared with the trial that it played.
 #[derive(Clone, Debug)]
 pub struct Analysis {
-    /// `None` when the recording was made without lock step and cannot be replayed.
+    /// `None` if the recording was made without lock step and cannot be replayed.
     pub replay: Option<ReplayReport>,
-    /// From the replay; without one, what crossed the bus.
+    /// From the replay; without one, from the frames alone.
     pub track: Track,
     /// `None` without a measured force.
     pub comparison: Option<Comparison>,
-    /// During the trial, in ticks that the model resolved; only a replay knows it.
+    /// Largest force during the trial, in ticks that the model resolved; known only from a replay.
     pub peak: Option<PeakContact>,
     /// Position of the entry, vessel frame \[m\].
     pub entry_m: [f64; 3],
     /// Outer radius of the instrument \[m\].
     pub radius_m: f64,
-    /// The same of the guidewire in it, where there is one \[m\].
+    /// Outer radius of the guidewire, if there is one \[m\].
     pub guidewire_radius_m: Option<f64>,
-    /// Of the model, whose nodes lie along the instrument.
+    /// Settings of the model, which say where its nodes lie along the instrument.
     pub solver: Solver<f32>,
 }
 
-/// Replays a recording where that is possible and compares it with its trial.
+/// Replays a recording if that is possible and compares it with its trial.
 pub fn analyse(recording: &Recording) -> Result<Analysis, ReplayError> {
     let config = image::decode(&recording.image).map_err(ReplayError::Image)?;
     let description = config.model.description();

@@ -1,13 +1,13 @@
-//! From ticks on the bus's clock to the trial's own time, and to CSV.
+//! Ticks on the trial's time, and as CSV.
 
 use std::io;
 
 use cathforce_control::Mode;
 
-use crate::reader::Recording;
+use crate::decoding::tick::{NodePass, TickEstimate};
+use crate::format::trial::Estimate;
+use crate::reading::reader::Recording;
 use crate::replay::Track;
-use crate::tick::{NodePass, TickEstimate};
-use crate::trial::Estimate;
 
 /// Time of the trial at a time of the bus \[s\]; negative before the trial began.
 pub fn trial_time_s(recording: &Recording, at_ns: u64) -> f64 {
@@ -15,7 +15,7 @@ pub fn trial_time_s(recording: &Recording, at_ns: u64) -> f64 {
     (i128::from(at_ns) - i128::from(start)) as f64 * 1e-9
 }
 
-/// The ticks from the trial's beginning on, as [`crate::compare()`] wants them.
+/// The ticks from the trial's beginning on, in the form that [`crate::compare()`] takes.
 ///
 /// `entry_m`: position of the entry, vessel frame.
 pub fn estimates(recording: &Recording, track: &Track, entry_m: [f64; 3]) -> Vec<Estimate> {
@@ -85,7 +85,7 @@ pub fn write_ticks_csv(
     ticks_csv(recording, ticks, out).map_err(io_error)
 }
 
-/// A pipe that was closed stays one.
+/// The I/O error within an error of the CSV writer, so that a closed pipe is recognised.
 pub(crate) fn io_error(error: csv::Error) -> io::Error {
     let text = error.to_string();
     match error.into_kind() {
@@ -145,13 +145,13 @@ fn ticks_csv(
     Ok(csv.flush()?)
 }
 
-/// The mode's name, or its code if it has none.
+/// The mode's name, or its code if it is unknown.
 pub(crate) fn mode_name(tick: &TickEstimate) -> String {
     let mode = Mode::from_codes(tick.mode, tick.fault);
     mode.map_or_else(|| tick.mode.to_string(), |mode| mode.name().to_owned())
 }
 
-/// One row a node and shape; positions from the entry, vessel frame.
+/// Writes one row for each node and shape; positions are from the entry, in the vessel frame.
 pub fn write_nodes_csv(
     recording: &Recording,
     shapes: &[NodePass],

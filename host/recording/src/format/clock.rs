@@ -1,4 +1,4 @@
-//! The time of the bus, as recordings state it.
+//! The time of frames in recordings.
 
 use std::time::{Duration, Instant};
 
@@ -8,10 +8,10 @@ use cathforce_control::TICK_S;
 /// Length of a tick \[ns\].
 const TICK_NS: u64 = (TICK_S as f64 * 1e6).round() as u64 * 1000;
 
-/// Tells when a frame crossed the bus.
+/// Stamps frames with the time at which they crossed the bus.
 ///
-/// In lock step a frame has the time of the tick that it belongs to, not of the moment at
-/// which the host happened to see it; running free, the host's monotonic clock counts.
+/// In lock step a frame has the time of its tick, whenever the host saw it; running free, it has the
+/// time of the host's monotonic clock.
 #[derive(Clone, Debug)]
 pub struct BusClock {
     lock_step: bool,
@@ -21,12 +21,12 @@ pub struct BusClock {
 }
 
 impl BusClock {
-    /// Time 0 is now, or the first tick granted from now on.
+    /// Time 0 is now, or in lock step the first tick granted from now on.
     pub fn new(lock_step: bool) -> Self {
         Self { lock_step, started: Instant::now(), granted: 0, answered: 0 }
     }
 
-    /// Time of this frame \[ns\]; to be called once for every frame, in their order.
+    /// Time of this frame \[ns\]. Must be called once for every frame, in order.
     pub fn stamp(&mut self, direction: Direction, frame: &Frame) -> u64 {
         if !self.lock_step {
             return self.elapsed_ns();
@@ -46,8 +46,8 @@ impl BusClock {
         tick * TICK_NS
     }
 
-    /// When a frame that the host saw at `at_ns` reached this computer, if it had `waited` there
-    /// \[ns\]; in lock step, and where nobody says, when it was seen.
+    /// When a frame that the host saw at `at_ns` reached this computer, where it had `waited` \[ns\].
+    /// In lock step, or without `waited`, that is `at_ns`.
     pub fn arrived_ns(&self, at_ns: u64, waited: Option<Duration>) -> u64 {
         let waited = waited.filter(|_| !self.lock_step);
         let waited_ns = waited.map_or(0, |waited| waited.as_nanos());
@@ -59,12 +59,12 @@ impl BusClock {
         if self.lock_step { self.granted * TICK_NS } else { self.elapsed_ns() }
     }
 
-    /// Ticks run only when granted.
+    /// Whether ticks run only when granted.
     pub fn lock_step(&self) -> bool {
         self.lock_step
     }
 
-    /// Time of a frame that the recorder gets now \[ns\]; in lock step the frame's own.
+    /// Time at which the recorder gets a frame \[ns\]: now, or in lock step the frame's own.
     pub(crate) fn logged_ns(&self, frame: &crate::BusFrame) -> u64 {
         if self.lock_step { frame.at_ns } else { self.elapsed_ns() }
     }

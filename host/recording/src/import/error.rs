@@ -1,38 +1,25 @@
-//! Measurements of other tools, as the rows of a trial.
-//!
-//! Two kinds of text: the log of an ATI force/torque sensor, whose counts become a force in the
-//! vessel frame, and any CSV, whose columns are named one by one.
-
-mod ati;
-mod ati_heading;
-mod join;
-mod table;
+//! Why a text of another tool is not read.
 
 use std::io::{self, Read};
 
-pub use ati::{AtiLog, AtiOptions, AxisMap, ForceSample, read_ati};
-pub use cathforce_bundle::bundle::ColumnMap;
-pub use join::{Joined, join};
-pub use table::{ImportedTable, ImportedTrial, is_trial, read_csv, read_motion};
-
-/// What is wrong with a text, and where.
+/// The fault of a text, and its place.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("line {line}{}: {problem}; fix: {fix}", .column.map_or(String::new(), |column| format!(":{column}")))]
 pub struct ImportError {
     pub line: u64,
-    /// Number of the field, where it is one.
+    /// Number of the field, from 1; `None` if the fault is in no single field.
     pub column: Option<usize>,
     pub problem: String,
     pub fix: String,
 }
 
 impl ImportError {
-    fn new(line: u64, problem: impl Into<String>, fix: impl Into<String>) -> Self {
+    pub(super) fn new(line: u64, problem: impl Into<String>, fix: impl Into<String>) -> Self {
         Self { line, column: None, problem: problem.into(), fix: fix.into() }
     }
 }
 
-fn read_text(log: &mut impl Read) -> Result<String, ImportError> {
+pub(super) fn read_text(log: &mut impl Read) -> Result<String, ImportError> {
     let mut bytes = Vec::new();
     let failed =
         |e: io::Error| ImportError::new(1, format!("cannot be read: {e}"), "copy it again");

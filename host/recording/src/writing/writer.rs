@@ -1,4 +1,4 @@
-//! Writing a recording.
+//! Writes a recording.
 
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
@@ -11,29 +11,28 @@ use mcap::records::{MessageHeader, Metadata};
 use mcap::write::NoSeek;
 use mcap::{Attachment, McapError, WriteOptions};
 
-use crate::dropout::Dropout;
-use crate::frame::BusFrame;
-use crate::info::{RunInfo, RunResult};
-use crate::layout;
-use crate::messages::{DropoutMessage, Header, Message, TfMessage, to_cdr};
-use crate::tick::{Completed, Decoder};
-use crate::topics::{Channels, Published, Publisher};
-use crate::trial::Measured;
+use crate::decoding::tick::{Completed, Decoder};
+use crate::decoding::topics::{Channels, Published, Publisher};
+use crate::format::dropout::Dropout;
+use crate::format::frame::BusFrame;
+use crate::format::info::{RunInfo, RunResult};
+use crate::format::layout;
+use crate::format::messages::{DropoutMessage, Header, Message, TfMessage, to_cdr};
+use crate::format::trial::Measured;
 
-/// What is kept beside the frames so that a recording stands alone.
+/// Attachments that make a recording stand alone.
 #[derive(Clone, Copy, Debug)]
 pub struct Attachments<'a> {
-    /// The device image that was in use; its lumen is attached on its own too.
+    /// The device image in use; its lumen is also attached separately.
     pub image: &'a [u8],
     pub rig_toml: &'a str,
-    /// Meaning of every frame.
+    /// The bus description.
     pub dbc: &'a str,
-    /// What the vessel was made from, by their names in a trial bundle
-    /// ([`crate::VESSEL_FILES`]).
+    /// Files of the vessel by their names in a trial bundle ([`crate::VESSEL_FILES`]).
     pub vessel: &'a [(&'a str, &'a [u8])],
 }
 
-/// A recording cannot be written.
+/// Why a recording cannot be written.
 #[derive(Debug, thiserror::Error)]
 #[error("cannot write the recording {path}: {}; check the folder, free space and permissions", said(.cause))]
 pub struct WriteError {
@@ -42,14 +41,14 @@ pub struct WriteError {
     cause: McapError,
 }
 
-/// The reason alone, for whoever names the file.
+/// The reason alone, for callers that name the file themselves.
 impl From<WriteError> for io::Error {
     fn from(error: WriteError) -> Self {
         Self::other(said(&error.cause))
     }
 }
 
-/// The library names an error of the file system without its reason.
+/// The reason of an error; the library's own text leaves it out for file system errors.
 fn said(cause: &McapError) -> String {
     match cause {
         McapError::Io(reason) => reason.to_string(),
@@ -57,19 +56,19 @@ fn said(cause: &McapError) -> String {
     }
 }
 
-/// A killed process on a busy computer has not run for some time either: well below the second
-/// that may be lost.
+/// Interval between flushes. A killed recorder may lose one second (P23); a process on a busy computer may
+/// also have been paused before it was killed.
 const FLUSH_EVERY: Duration = Duration::from_millis(200);
-/// A chunk ends with the flush; this only bounds memory.
+/// Chunks end with a flush; this only bounds memory.
 const CHUNK_BYTES: u64 = 4 << 20;
 
 type Sink = NoSeek<BufWriter<File>>;
 
 /// Writes one recording.
 ///
-/// Attachments and information come first. Frames go out in whole chunks every
-/// [`FLUSH_EVERY`]: what a killed process leaves behind can be read up to its last chunk. Dropping
-/// without [`Recorder::finish`] finishes too, but cannot report an error.
+/// Attachments and information come first. Frames are written in whole chunks every [`FLUSH_EVERY`], so the
+/// file of a killed process can be read up to its last chunk. Dropping without [`Recorder::finish`] also
+/// finishes, but cannot report an error.
 pub struct Recorder {
     path: String,
     writer: mcap::Writer<Sink>,
@@ -81,8 +80,8 @@ pub struct Recorder {
 }
 
 impl Recorder {
-    /// Creates the file and writes everything that is known already. A file that is there stays, and
-    /// is an error: a recording cannot be made again.
+    /// Creates the file and writes everything that is known already. An existing file is an error and
+    /// stays, because a recording cannot be repeated.
     pub fn create(
         path: &Path,
         info: &RunInfo,
@@ -101,14 +100,14 @@ impl Recorder {
         })
     }
 
-    /// Takes the next frame of the bus, either direction, of which nobody knows when it arrived.
+    /// Takes the next frame of either direction whose arrival time is not known.
     ///
     /// `logged_ns`: when the recorder got it, on the clock of `frame.at_ns`.
     pub fn frame(&mut self, frame: &BusFrame, logged_ns: u64) -> Result<(), WriteError> {
         self.frame_that_arrived(frame, frame.at_ns, logged_ns)
     }
 
-    /// The same of a frame that reached this computer at `arrived_ns`, on the same clock.
+    /// The same for a frame that reached this computer at `arrived_ns`, on the same clock.
     pub fn frame_that_arrived(
         &mut self,
         frame: &BusFrame,
@@ -145,7 +144,7 @@ impl Recorder {
         Ok(())
     }
 
-    /// Takes the row of the trial that holds at this time of the bus.
+    /// Takes the row of the trial for this time of the bus.
     ///
     /// `shape_m`: the points of the shape, tip first; empty where it was not measured.
     pub fn measured(
@@ -158,7 +157,7 @@ impl Recorder {
         self.publish(published)
     }
 
-    /// Notes frames that the recorder never got.
+    /// Records frames that the recorder never got.
     pub fn dropout(&mut self, dropout: &Dropout) -> Result<(), WriteError> {
         let message = DropoutMessage {
             header: Header::new(dropout.to_ns, ""),
@@ -177,7 +176,7 @@ impl Recorder {
         self.check(result)
     }
 
-    /// Writes the last tick, the result if the run came to its end, and the index.
+    /// Writes the last tick, the result if the run ended normally, and the index.
     pub fn finish(mut self, result: Option<&RunResult>) -> Result<(), WriteError> {
         if let Some(tick) = self.decoder.finish() {
             let published = self.publisher.tick(&tick, &self.channels);
@@ -229,7 +228,7 @@ fn open(
     info: &RunInfo,
     attachments: Attachments<'_>,
 ) -> Result<(mcap::Writer<Sink>, Channels), McapError> {
-    // Chunks are built in memory: a killed process leaves whole ones behind.
+    // Chunks are built in memory, so a killed process leaves only whole ones.
     let mut writer = WriteOptions::new()
         .compression(None)
         .chunk_size(Some(CHUNK_BYTES))
@@ -238,7 +237,7 @@ fn open(
         .library(concat!("cathforce ", env!("CARGO_PKG_VERSION")))
         .create(NoSeek::new(BufWriter::new(File::create_new(path)?)))?;
     writer.write_metadata(&Metadata { name: layout::INFO.into(), metadata: info.to_map() })?;
-    // A device has taken it, so it can be read; what cannot has neither lumen nor entry.
+    // A device has accepted the image. If it cannot be read here, lumen and entry are left out.
     let config = image::decode(attachments.image).ok();
     let lumen_bytes = config.as_ref().map_or(0, |config| config.lumen.header().byte_len());
     let lumen_at = attachments.image.len().saturating_sub(lumen_bytes);

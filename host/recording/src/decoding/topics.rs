@@ -1,4 +1,4 @@
-//! What the frames mean, as messages for other tools.
+//! Decoded quantities as messages for other tools.
 
 use std::collections::BTreeMap;
 use std::io::{Seek, Write};
@@ -6,13 +6,13 @@ use std::io::{Seek, Write};
 use cathforce_control::Mode;
 use mcap::McapError;
 
-use crate::layout;
-use crate::messages::{
+use super::tick::{NodePass, TickEstimate};
+use crate::format::layout;
+use crate::format::messages::{
     CanFrame, DropoutMessage, ENTRY, Header, Joints, MeasuredRow, Message, OPERATOR,
     OperatingState, PointCloud2, Status, TfMessage, VESSEL, WrenchStamped, to_cdr,
 };
-use crate::tick::{NodePass, TickEstimate};
-use crate::trial::Measured;
+use crate::format::trial::Measured;
 
 /// Numbers of the channels in the file.
 pub(crate) struct Channels {
@@ -69,7 +69,7 @@ pub(crate) type Published = Result<Vec<(u16, u64, Vec<u8>)>, cdr_encoding::Error
 /// Turns decoded quantities into messages.
 #[derive(Default)]
 pub(crate) struct Publisher {
-    /// Comes in one tick of several; the last one is published with every force.
+    /// The last moment. It arrives in one of several ticks and is published with every force.
     moment_n_m: [f32; 3],
     mode: Option<u8>,
 }

@@ -1,0 +1,5 @@
+//! Recordings for other tools: CSV, Parquet, trial bundles.
+
+pub(crate) mod bundle;
+pub(crate) mod parquet_file;
+pub(crate) mod series;
