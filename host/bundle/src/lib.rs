@@ -18,6 +18,7 @@ mod limits;
 pub mod lumen;
 mod nearest;
 mod table;
+mod template;
 pub mod tips;
 mod vessel;
 
@@ -30,6 +31,7 @@ pub use image::{
 };
 pub use job::LumenJob;
 pub use nearest::nearest;
+pub use template::{TemplatePlant, template};
 pub use vessel::{
     CELL_M, LumenBuildError, LumenReport, LumenTooLarge, Vessel, WallSource, lumen_from_bundle,
 };

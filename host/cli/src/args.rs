@@ -1,5 +1,6 @@
 //! The command line.
 
+mod bundle;
 mod config;
 mod gap;
 mod link;
@@ -11,6 +12,7 @@ use std::path::PathBuf;
 use cathforce_bundle::tips::{TIPS, Tip};
 use clap::{Arg, ArgAction, Args, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
 
+pub use bundle::{BundleAction, BundleArguments, BundleInitArguments, Plant};
 pub use config::{
     ConfigAction, ConfigApplyArguments, ConfigArguments, ConfigDiffArguments, ConfigGetArguments,
     ConfigImageArguments, ConfigImportDbcArguments, ConfigInitArguments, ConfigSaveArguments,
@@ -96,6 +98,8 @@ pub enum Command {
     Doctor(DoctorArguments),
     /// What faults mean, which one a device has, and clearing it.
     Fault(FaultArguments),
+    /// Write a trial bundle to begin with.
+    Bundle(BundleArguments),
     /// Build the field of a vessel's wall and say what it costs and how exact it is.
     Lumen(LumenArguments),
     /// List tips of common catheters.
@@ -198,6 +202,17 @@ pub struct RunArguments {
 pub struct SimulateArguments {
     #[command(flatten)]
     pub play: PlayArguments,
+    /// Write what the rig's sensors would have measured as the next trial of the bundle in this
+    /// folder. A folder that is not there is made, with the same rig and vessel; without a name it
+    /// is that of the bundle with `-simulated`.
+    #[arg(long, value_name = "FOLDER")]
+    pub as_trial: Option<Option<PathBuf>>,
+    /// Add the noise that rig.toml states for each sensor.
+    #[arg(long, requires = "as_trial")]
+    pub noise: bool,
+    /// Take other noise; the same number gives the same noise.
+    #[arg(long, value_name = "N", default_value_t = 1, requires = "noise")]
+    pub seed: u64,
 }
 
 #[derive(Debug, Args)]

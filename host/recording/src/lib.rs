@@ -28,6 +28,7 @@ mod sensed;
 mod series;
 pub mod snap;
 mod survey;
+mod synthetic;
 mod tick;
 mod topics;
 mod trial;
@@ -56,6 +57,7 @@ pub use replay::{Difference, ReplayError, ReplayReport, Track, replay};
 pub use sensed::as_sensed;
 pub use series::{estimates, trial_time_s, write_nodes_csv, write_ticks_csv};
 pub use survey::{DropoutCount, IdCount, Survey, bus_load, name as frame_name, survey};
+pub use synthetic::{CAMERA_HZ, FORCE_HZ, synthetic_trial};
 pub use tick::{
     Completed, Decoder, GuidewireEstimate, NodeEstimate, NodePass, TickEstimate, decode,
 };

@@ -39,6 +39,8 @@ pub use rig::{
 };
 pub use rig_cause::{BeyondModel, RigCause};
 pub use tendon::RigTendon;
+#[cfg(test)]
+pub(crate) use toml_reader::known_keys;
 pub(crate) use toml_reader::place_of_key;
 use trial::Parsed;
 pub use trial::{

@@ -63,7 +63,7 @@ pub struct LinkServeArguments {
 
 #[derive(Debug, Args)]
 pub struct DoctorArguments {
-    /// Check this link and the device behind it, too.
+    /// Check this link and the device behind it, instead of what this computer offers.
     #[arg(long)]
     pub link: Option<String>,
 }

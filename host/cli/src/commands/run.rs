@@ -8,7 +8,7 @@ use cathforce_bus::{Encoder, Insertion, Rotation};
 use cathforce_link::qemu::find_firmware;
 use cathforce_link::{Client, Step};
 use cathforce_recording::{
-    FEED_BEFORE_SCORE_M, Recording, RunInfo, SensorNoise, Trial, VESSEL_FILES, analyse,
+    Analysis, FEED_BEFORE_SCORE_M, Recording, RunInfo, SensorNoise, Trial, VESSEL_FILES, analyse,
 };
 use sha2::{Digest, Sha256};
 
@@ -21,6 +21,17 @@ use crate::summary::Summary;
 use crate::ui::Ui;
 
 pub fn run(ui: &Ui, link: &str, pace: Pace, arguments: &PlayArguments) -> Result<(), Failure> {
+    run_and(ui, link, pace, arguments, |_, _| Ok(()))
+}
+
+/// The same; `and` is done with the recording and what follows from it, once they are summed up.
+pub fn run_and(
+    ui: &Ui,
+    link: &str,
+    pace: Pace,
+    arguments: &PlayArguments,
+    and: impl FnOnce(&Recording, &Analysis) -> Result<(), Failure>,
+) -> Result<(), Failure> {
     // Building the image takes a while, after which nobody wants to hear of a misprint or of an
     // interface that is down.
     cathforce_link::check_address(link)?;
@@ -60,7 +71,7 @@ pub fn run(ui: &Ui, link: &str, pace: Pace, arguments: &PlayArguments) -> Result
         ui.say(format_args!("recording: {}", out.display()));
     }
     played?;
-    finish(ui, &out, arguments)
+    finish(ui, &out, arguments, and)
 }
 
 /// A trial that a device is to play.
@@ -128,7 +139,12 @@ pub fn temporary_folder() -> Result<tempfile::TempDir, Failure> {
 }
 
 /// Replays what was recorded, compares it with the sensor, and says what came out.
-fn finish(ui: &Ui, recording: &Path, arguments: &PlayArguments) -> Result<(), Failure> {
+fn finish(
+    ui: &Ui,
+    recording: &Path,
+    arguments: &PlayArguments,
+    and: impl FnOnce(&Recording, &Analysis) -> Result<(), Failure>,
+) -> Result<(), Failure> {
     let recording = Recording::open(recording)?;
     ui.say("replaying on the host");
     let analysis = analyse(&recording)?;
@@ -140,6 +156,7 @@ fn finish(ui: &Ui, recording: &Path, arguments: &PlayArguments) -> Result<(), Fa
     let title = ui.bold(&format!("{} trial {}", recording.info.rig, recording.info.trial));
     let text = format!("{title}\n{}{}\n", summary.text(), recording.info.provenance);
     ui.data(&summary, text)?;
+    and(&recording, &analysis)?;
     if let Some(replay) = analysis.replay.as_ref().filter(|replay| !replay.identical()) {
         return Err(super::replay::difference(replay, &recording.info));
     }
