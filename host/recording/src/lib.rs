@@ -37,6 +37,7 @@ pub use decoding::tick::{
 pub use export::bundle::{write_bundle, write_drive, write_trial};
 pub use export::parquet_file::write_ticks_parquet;
 pub use export::series::{estimates, trial_time_s, write_nodes_csv, write_ticks_csv};
+pub use export::synthetic::{CAMERA_HZ, FORCE_HZ, synthetic_trial};
 pub use format::clock::BusClock;
 pub use format::dropout::{Dropout, DropoutCause};
 pub use format::frame::BusFrame;

@@ -3,3 +3,4 @@
 pub(crate) mod bundle;
 pub(crate) mod parquet_file;
 pub(crate) mod series;
+pub(crate) mod synthetic;
