@@ -5,10 +5,10 @@
 
 use cathforce_scalar::{Number, Pack, Vector3};
 
-use crate::coaxial::Slide;
 use crate::effects::active::Law;
+use crate::overlap::Slide;
 use crate::proximity::Proximity;
-use crate::solve::Scheme;
+use crate::scheme::Scheme;
 use crate::{Real, Wall};
 
 /// What a sample point remembers from tick to tick.

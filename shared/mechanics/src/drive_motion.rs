@@ -1,8 +1,8 @@
 //! The drives' pace: what a tick of theirs is of those before, and so what links and samples, which
 //! follow the drives, are likely to do in it.
 
-use crate::model::{maximum, minimum};
-use crate::{Drive, Drives, Model, Real, State};
+use crate::math::{maximum, minimum};
+use crate::{Drive, Drives, Model, Real};
 
 /// Drives that move by less in a tick say nothing of how links will turn \[m\].
 const NEGLIGIBLE_MOTION_M: f64 = 1e-7;
@@ -73,6 +73,26 @@ impl<T: Real> DriveHistory<T> {
         Self { last: [SurfaceMotion::NONE; 2], smoothed: [SurfaceMotion::NONE; 2], idle_ticks: 0 }
     }
 
+    /// Takes in a tick that moves the drives from `before` to `target`.     docs/model.md (44)
+    pub fn observe<const LINKS: usize>(
+        &mut self,
+        model: &Model<T, LINKS>,
+        before: &Drives<T>,
+        target: &Drives<T>,
+    ) -> MotionRatio<T> {
+        let description = model.description();
+        let solver = &description.solver;
+        // The rates are smoothed once a step.
+        let kept = T::one() - solver.predictor_gain;
+        let kept = (1..solver.substeps.max(1)).fold(kept, |kept_until, _| kept_until * kept);
+        let radius_m = description.instrument.outer_radius_m;
+        let catheter = SurfaceMotion::between(&before.catheter, &target.catheter, radius_m);
+        let guidewire = description.guidewire.as_ref().map_or(SurfaceMotion::NONE, |wire| {
+            SurfaceMotion::between(&before.guidewire, &target.guidewire, wire.outer_radius_m)
+        });
+        self.update([catheter, guidewire], T::one() - kept)
+    }
+
     /// Takes a tick of the catheter and the guidewire into account; `gain` is that of the rates.
     ///                                                                      docs/model.md (44)
     fn update(&mut self, moved: [SurfaceMotion<T>; 2], gain: T) -> MotionRatio<T> {
@@ -96,32 +116,6 @@ impl<T: Real> DriveHistory<T> {
             smoothed.approach(moved, gain);
         }
         ratio
-    }
-}
-
-impl<T: Real, const LINKS: usize> State<T, LINKS> {
-    /// Takes a tick of the drives into account, which are to go to `target`.     docs/model.md (44)
-    pub(crate) fn drive_motion_ratio(
-        &mut self,
-        model: &Model<T, LINKS>,
-        target: &Drives<T>,
-    ) -> MotionRatio<T> {
-        if self.count == 0 {
-            // The links whose rates go by it are gone.
-            self.drive_history = DriveHistory::none();
-        }
-        let description = model.description();
-        let solver = &description.solver;
-        // The rates are smoothed once a step.
-        let kept = T::one() - solver.predictor_gain;
-        let kept = (1..solver.substeps.max(1)).fold(kept, |kept_until, _| kept_until * kept);
-        let before = &self.drives;
-        let radius_m = description.instrument.outer_radius_m;
-        let catheter = SurfaceMotion::between(&before.catheter, &target.catheter, radius_m);
-        let guidewire = description.guidewire.as_ref().map_or(SurfaceMotion::NONE, |wire| {
-            SurfaceMotion::between(&before.guidewire, &target.guidewire, wire.outer_radius_m)
-        });
-        self.drive_history.update([catheter, guidewire], T::one() - kept)
     }
 }
 

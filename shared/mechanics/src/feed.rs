@@ -4,21 +4,17 @@
 use cathforce_scalar::{Kernel, Pack, Vector3};
 
 use crate::algebra::Rotation;
-use crate::coaxial::Overlap;
 use crate::grid::Grid;
 use crate::link_group::LinkGroup;
-use crate::model::{maximum, minimum, sin_cos};
+use crate::math::{maximum, minimum, sin_cos};
+use crate::overlap::Overlap;
 use crate::proximity::Proximity;
 use crate::segments::AxialPosition;
-use crate::state::{LinkState, Span, State};
+use crate::state::{LinkState, SHORTEST_BASE, Span, State};
 use crate::{Drive, Drives, Model, Real};
 
 /// Turns the predictor by at most this much a solve \[rad\]; beyond, it is no prediction.
 const LARGEST_PREDICTED_TURN: f64 = 0.2;
-
-/// Shortest base link, over the link length, that the guide's joint and the stretch see:
-/// a link enters the vessel rigid and softens as it grows.
-pub(crate) const SHORTEST_BASE: f64 = 0.001;
 
 /// From the tip of a chain of `chain_m` inside the vessel back to that of an instrument of
 /// which `inside_m` are.     docs/model.md (39)

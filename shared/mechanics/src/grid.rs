@@ -1,6 +1,6 @@
 //! Where the nodes of the chain lie along its arc: links are shorter at the tip.     docs/model.md (45)
 
-use crate::model::minimum;
+use crate::math::minimum;
 use crate::{Real, Solver};
 
 /// The chain's links; arcs and lengths are over that of a link of the shaft.
@@ -73,6 +73,18 @@ impl<T: Real> Grid<T> {
     /// The link in which an arc from the tip ends \[m\].
     pub fn link_at(&self, arc_m: T) -> usize {
         self.links_in(arc_m).floor_int().max(0) as usize
+    }
+}
+
+impl<T: Real> Solver<T> {
+    /// What so many links reach \[m\].
+    pub fn reach_m(&self, links: usize) -> T {
+        self.link_length_m * Grid::new(self).node(links)
+    }
+
+    /// Links from the tip to the end of an arc \[m\].
+    pub fn links_in(&self, arc_m: T) -> T {
+        Grid::new(self).links_in(arc_m)
     }
 }
 

@@ -16,28 +16,36 @@ pub mod effects;
 mod energy;
 mod feed;
 mod grid;
+mod io;
 mod joint;
 mod link_group;
 mod load_sharing;
 mod lumen;
+mod math;
 mod model;
+mod overlap;
 mod parameters;
 mod proximity;
+mod scheme;
 mod segments;
 mod solve;
 mod state;
 mod step;
 mod tables;
+mod validation;
+mod wall_sampling;
 mod wrench;
 
 pub use cathforce_scalar::{Number, Real};
 pub use description::*;
 pub use effects::{DriveTrain, EFFECTS, EffectInfo, Effects, Measurement, ParameterInfo};
+pub use io::{Drive, Drives, Loads, Outputs};
 pub use lumen::*;
 pub use model::Model;
 pub use parameters::*;
-pub use state::{Drive, Drives, Loads, Outputs, State};
+pub use state::State;
 pub use step::{settle, settle_loaded, step, step_loaded};
+pub use validation::DescriptionError;
 
 /// Most links (and nodes) inside the vessel, unless a [`Model`] says otherwise.
 pub const MAX_LINKS: usize = 64;

@@ -7,7 +7,7 @@
 use cathforce_scalar::Vector3;
 
 use crate::algebra::RelativeRotation;
-use crate::model::minimum;
+use crate::math::minimum;
 use crate::segments::{Density, InstrumentRole, Walk};
 use crate::{Model, Real, State};
 

@@ -6,7 +6,7 @@ use cathforce_scalar::Vector3;
 use heapless::Vec;
 
 use crate::effects::StoredCurvature;
-use crate::model::minimum;
+use crate::math::minimum;
 use crate::{Instrument, MAX_PRECURVE, MAX_SECTIONS, Real};
 
 /// Every section and every piece of pre-curvature ends once.

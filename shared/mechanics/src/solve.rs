@@ -3,12 +3,13 @@
 use cathforce_scalar::{Pack, Vector3};
 
 use crate::algebra::{RelativeRotation, Rotation, reload_barrier};
-use crate::coaxial::Slide;
 use crate::contact::{ContactLaw, ContactState, LinearContact, Motion, WallGap};
 use crate::effects::active::Law;
 use crate::joint::{Cell, JointLoad};
 use crate::link_group::LinkGroup;
-use crate::model::maximum;
+use crate::math::maximum;
+use crate::overlap::Slide;
+use crate::scheme::Scheme;
 use crate::state::{Elimination, LinkLoads, LinkState, Span, State};
 use crate::tables::Joint;
 use crate::wrench::Wrench;
@@ -21,23 +22,6 @@ pub(crate) const STRAINS: core::ops::Range<f64> = -0.5..1.0;
 /// Share of a wall's stiffness that stands against every motion of a point that touches it:
 /// what rounding takes from A in one direction must not turn it negative across.
 const ROUNDING: f64 = 1e-6;
-
-/// How one solve treats time.
-pub(crate) struct Scheme<T> {
-    pub dt_s: T,
-    /// 1 with inertia, 0 quasi-static.
-    pub inertia: T,
-    pub friction: T,
-    /// What samples on the catheter and on the guidewire will slide of what they slid in the last
-    /// step.
-    pub sliding: [T; 2],
-    pub drag: Drag<T>,
-    pub predictor_gain: T,
-    /// First solve of the step: the wall is looked up.
-    pub first: bool,
-    /// Last solve of the step: rates and contact memories are brought up to date.
-    pub last: bool,
-}
 
 /// Totals of one solve; those on the instrument are found by the last one of a step alone.
 pub(crate) struct Totals<T: Real> {

@@ -7,8 +7,9 @@ use crate::drive_motion::{DriveHistory, MotionRatio};
 use crate::effects::active::{Law, Nominal};
 use crate::effects::state::past_mouth;
 use crate::load_sharing::DriveLoad;
-use crate::model::maximum;
-use crate::solve::{STRAINS, Scheme, Totals, solve};
+use crate::math::maximum;
+use crate::scheme::Scheme;
+use crate::solve::{STRAINS, Totals, solve};
 use crate::{Drag, Drive, Drives, Loads, Lumen, Model, Outputs, Real, State};
 
 /// A solve whose last correction turned a link by more than this is not resolved \[rad\].
@@ -87,7 +88,11 @@ pub fn step_loaded<T: Real, const LINKS: usize>(
         catheter: model.within_reach(asked.catheter),
         guidewire: model.within_reach(asked.guidewire),
     };
-    let mut ratio = state.drive_motion_ratio(model, &drives);
+    if state.count == 0 {
+        // The links whose rates follow from the drives' motion are gone.
+        state.drive_history = DriveHistory::none();
+    }
+    let mut ratio = state.drive_history.observe(model, &state.drives, &drives);
     let mut outputs = Outputs::default();
     for part in 1..=solver.substeps.max(1) {
         let share = T::int(i32::from(part)) / parts;

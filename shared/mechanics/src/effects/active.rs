@@ -7,9 +7,9 @@ use super::fluid::FluidForce;
 use super::tendon::TendonBend;
 use super::wall_law::WallLaw;
 use crate::Real;
-use crate::coaxial::Slide;
 use crate::grid::Grid;
-use crate::model::{maximum, minimum};
+use crate::math::{maximum, minimum};
+use crate::overlap::Slide;
 use crate::tables::Joint;
 
 /// Softest twist of the joint at the entry, over its bending, that single precision keeps beside

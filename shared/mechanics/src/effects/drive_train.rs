@@ -1,7 +1,7 @@
 //! From the encoder to the instrument at the entry plane.     docs/model.md (19)–(21)
 
 use super::DriveEffects;
-use crate::model::{maximum, minimum, sin_cos};
+use crate::math::{maximum, minimum, sin_cos};
 use crate::{Drive, Real};
 
 /// Encoder samples that are kept for the latency.

@@ -4,7 +4,7 @@ use cathforce_scalar::Vector3;
 
 use super::FluidDrag;
 use crate::Real;
-use crate::model::{maximum, minimum, sin_cos};
+use crate::math::{maximum, minimum, sin_cos};
 
 /// The stream in one step.
 #[derive(Clone, Copy, Debug)]

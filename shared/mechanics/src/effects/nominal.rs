@@ -106,18 +106,21 @@ pub(crate) fn mouth<T: Real>(entry: &Entry<T>, guide_length_m: T) -> Vector3<T> 
     Vector3::from(entry.position_m) + Vector3::from(entry.direction) * guide_length_m
 }
 
-/// Whether anything of the description acts in the recursion.
-pub(crate) fn has_active_effects<T: Real>(description: &Description<T>) -> bool {
-    let (effects, zero) = (&description.effects, T::zero());
-    let (wall, instrument, tendon) = (&effects.wall, &effects.instrument, &description.tendon);
-    !(effects.contact.is_off()
-        && wall.hyperelastic.is_off()
-        && wall.viscoelastic.is_off()
-        && wall.narrowing.is_off()
-        && wall.motion.is_off()
-        && instrument.softening.is_off()
-        && instrument.torsional_windup.is_off()
-        && effects.entry.guide.straightened_m == zero
-        && effects.fluid.is_off())
-        || tendon.stiffness_n_per_m * tendon.offset_m * tendon.length_m > zero
+impl<T: Real> Description<T> {
+    /// Whether effects or a tendon act in the recursion, where they cost time in every solve. All
+    /// other effects only change numbers of the nominal model.     docs/model.md §5
+    pub fn has_active_effects(&self) -> bool {
+        let (effects, zero) = (&self.effects, T::zero());
+        let (wall, instrument, tendon) = (&effects.wall, &effects.instrument, &self.tendon);
+        !(effects.contact.is_off()
+            && wall.hyperelastic.is_off()
+            && wall.viscoelastic.is_off()
+            && wall.narrowing.is_off()
+            && wall.motion.is_off()
+            && instrument.softening.is_off()
+            && instrument.torsional_windup.is_off()
+            && effects.entry.guide.straightened_m == zero
+            && effects.fluid.is_off())
+            || tendon.stiffness_n_per_m * tendon.offset_m * tendon.length_m > zero
+    }
 }

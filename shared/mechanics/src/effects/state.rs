@@ -8,8 +8,8 @@ use super::nominal::Placement;
 use super::tendon::{TendonBend, TendonState};
 use super::wall_law::WallLaw;
 use super::{DriveTrain, EntryDrag, WallMotion};
-use crate::coaxial::Overlap;
-use crate::model::{maximum, minimum, sin_cos};
+use crate::math::{maximum, minimum, sin_cos};
+use crate::overlap::Overlap;
 use crate::{Drive, Drives, Model, Outputs, Real};
 
 /// The shaft behind the entry plane winds up or unwinds by no more a solve \[rad\]: the joint at

@@ -2,9 +2,9 @@
 
 use cathforce_scalar::Vector3;
 
-use crate::coaxial::Overlap;
 use crate::grid::Grid;
-use crate::model::{maximum, minimum, sin_cos};
+use crate::math::{maximum, minimum, sin_cos};
+use crate::overlap::Overlap;
 use crate::tables::Joint;
 use crate::{Description, Real, Tendon};
 

@@ -4,7 +4,7 @@ use cathforce_scalar::Vector3;
 
 use super::{Effects, Hyperelastic, LoadFriction, Narrowing, Stribeck};
 use crate::Real;
-use crate::model::maximum;
+use crate::math::maximum;
 
 /// A compressed wall stiffens no further than at this share of its thickness \[1\], and no further
 /// than single precision has numbers for: [`least_stretch`].
