@@ -1,5 +1,5 @@
-//! A guidewire inside the catheter: where the two lie in the one chain, which of them the wall
-//! touches, and how that one slides.     docs/model.md §6
+//! A guidewire inside the catheter: both share one chain of links. This file makes the chain's tables,
+//! and gives the radius and the slip of the instrument that the wall touches at each sample.
 
 use cathforce_scalar::{Pack, Vector3};
 
@@ -13,12 +13,12 @@ use crate::tables::{Joint, Tables};
 use crate::{Model, Real};
 
 impl<T: Real, const LINKS: usize> State<T, LINKS> {
-    /// Joints and links as they are in this step.
+    /// Tables of the joints and links in this step.
     pub(crate) fn tables<'a>(&'a self, model: &'a Model<T, LINKS>) -> &'a Tables<T, LINKS> {
         if model.guidewire.is_some() { &self.coaxial_tables } else { &model.tables }
     }
 
-    /// Both instruments from the chain's tip on; `wire` is the model's.
+    /// Walk along both instruments from the chain's tip; `wire`: the model's guidewire.
     pub(crate) fn walk<'a>(
         &self,
         model: &'a Model<T, LINKS>,
@@ -28,8 +28,9 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
         Walk::new((&model.catheter, catheter), Some((wire, placed)))
     }
 
-    /// Makes the tables of the chain as the instruments lie in it now, and of the first link where
-    /// none is out of the guide: its mouth has a joint then too.     docs/model.md (39)
+    /// Fills the tables of the chain for the present positions of the instruments. While no link is
+    /// inside the vessel, the first one is filled, because the mouth has a joint even then.
+    ///                                                                docs/explanation/model.md (39)
     pub(crate) fn fill_coaxial_tables(&mut self, model: &Model<T, LINKS>) {
         if let Some(wire) = &model.guidewire {
             let walk = self.walk(model, wire);
@@ -38,14 +39,14 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
     }
 }
 
-/// The law of a chain of two instruments, over that of its effects.
+/// The law of a chain of two instruments, on top of the law of the effects.
 pub(crate) struct Coaxial<'a, T, L> {
     effects: &'a mut L,
     overlap: Overlap<T>,
-    /// As [`MotionRatio::sliding`](crate::drive_motion::MotionRatio).
+    /// As `sliding` of [`MotionRatio`](crate::drive_motion::MotionRatio).
     sliding: [T; 2],
     grid: Grid<T>,
-    /// Radius of the catheter less the wire's \[m\].
+    /// Radius of the catheter minus the guidewire's \[m\].
     step_m: T,
 }
 

@@ -1,11 +1,11 @@
-//! What the model is told about the rig: plain numbers with units, no tables.
+//! Description of the rig: plain numbers with units, no tables.
 //!
-//! All of it is in the rig's frame, which is the vessel's unless an effect moves or turns the vessel
-//! (`effects.wall.registration`, `motion`): then a step computes in the vessel's, and its outputs are
-//! in the rig's.
+//! All numbers are in the rig's frame. It is also the vessel's, unless an effect moves or turns the
+//! vessel (`effects.wall.registration`, `effects.wall.motion`). A step then computes in the vessel's
+//! frame and converts its outputs.
 //!
-//! These types are what a device image carries. [`crate::Model::new`] turns them into the
-//! tables that a step uses, on host and device alike.
+//! A device image contains these types. [`crate::Model::new`] makes the tables of a step from them, on
+//! host and device alike. Names and order of the fields are part of the image's schema.
 
 use cathforce_scalar::Real;
 use heapless::Vec;
@@ -18,7 +18,7 @@ pub const MAX_SECTIONS: usize = 8;
 /// Most pieces of one tip's pre-curvature.
 pub const MAX_PRECURVE: usize = 16;
 
-/// A piece of the instrument with constant properties.
+/// A section of an instrument with constant stiffness.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Section<T> {
     /// Length along the arc \[m\].
@@ -33,7 +33,7 @@ pub struct Section<T> {
     pub mass_kg_per_m: T,
 }
 
-/// A piece of the unloaded tip's curvature.
+/// A piece of the unloaded tip with constant curvature.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PrecurvePiece<T> {
     /// Length along the arc \[m\].
@@ -51,7 +51,7 @@ pub struct PrecurvePiece<T> {
 pub struct Instrument<T> {
     /// Outer radius \[m\].
     pub outer_radius_m: T,
-    /// Sections from the tip to the base; the last one goes on for ever.
+    /// Sections from the tip backwards; the last one is unbounded.
     pub sections: Vec<Section<T>, MAX_SECTIONS>,
     /// Pre-curvature from the tip backwards; straight after the last piece.
     pub precurve: Vec<PrecurvePiece<T>, MAX_PRECURVE>,
@@ -64,22 +64,22 @@ pub struct Entry<T> {
     pub position_m: [T; 3],
     /// Unit vector of insertion.
     pub direction: [T; 3],
-    /// Unit vector, normal to `direction`: where a positive tip curvature bends at rotation 0.
+    /// Unit vector normal to `direction`, towards which a positive curvature bends at rotation 0.
     pub up: [T; 3],
 }
 
-/// The wall's law; its geometry is the [`crate::Lumen`].
+/// Contact law of the wall; its geometry is the [`crate::Lumen`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Wall<T> {
     /// Normal force per indentation and per length of instrument \[N/m²\].
     pub line_stiffness_n_per_m2: T,
     /// Normal stiffness that the free end adds to its node \[N/m\].
     pub end_stiffness_n_per_m: T,
-    /// Tangential stiffness before slip, over the normal one \[1\].
+    /// Tangential stiffness while sticking, over the normal one \[1\].
     pub tangential_ratio: T,
     /// Coulomb friction coefficient, static = kinetic \[1\].
     pub friction_coefficient: T,
-    /// Indentation over which the normal force sets in smoothly \[m\].
+    /// Indentation over which the normal stiffness rises to its full value \[m\].
     pub onset_m: T,
     /// Normal damping, as a time: damping force = stiffness · time · speed \[s\].
     pub damping_s: T,
@@ -88,40 +88,40 @@ pub struct Wall<T> {
 /// Numerical choices.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Solver<T> {
-    /// Length of a link of the shaft \[m\]; the model's links must reach from the mouth to the tip.
+    /// Length of a link of the shaft \[m\]. All links together must reach from the mouth to the tip.
     pub link_length_m: T,
-    /// So near the tip links are half as long \[m\]: as many as fit; 0: none.
+    /// Arc from the tip within which links are half as long \[m\]; 0 for none.
     pub fine_tip_m: T,
     /// Time of one tick \[s\].
     pub tick_s: T,
-    /// Equal parts of a tick: 1 or 2 on the device, up to 4.
+    /// Equal substeps of a tick: 1 or 2 on the device, up to 4 on a host.
     pub substeps: u8,
-    /// Solves of each part (1 or 2).
+    /// Solves of each substep, 1 or 2.
     pub solves: u8,
-    /// Share γ of a new rate that enters the predictor \[1\].
+    /// Gain γ of the filter on the predictor's rates \[1\].
     pub predictor_gain: T,
     /// Viscous time of bending: moment = K (q + time · dq/dt) \[s\].
     pub bending_damping_s: T,
-    /// On every node, against all motion but the feed's.
+    /// Drag on every node, against all motion except the feed.
     pub drag: Drag<T>,
 }
 
-/// Drag per length; grows with the square of a node's speed.
+/// Drag per length, which grows with the square of a node's speed.     docs/explanation/model.md (15)
 ///
-/// It damps what a tick cannot follow, a whip or a contact that closes. A tip that moves freely
-/// lags by it, so at rest there is little. docs/model.md (15).
+/// It damps motion that is too fast for the time step, such as a whip or a closing contact. It also
+/// makes a freely moving tip lag, so it is small at low speed.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Drag<T> {
-    /// Of a node at rest \[N·s/m²\].
+    /// Drag coefficient of a node at rest \[N·s/m²\].
     pub at_rest_n_s_per_m2: T,
-    /// Of a swift one, no less than at rest \[N·s/m²\].
+    /// Drag coefficient at `swift_m_per_s` and above, not below the one at rest \[N·s/m²\].
     pub swift_n_s_per_m2: T,
-    /// Speed from which on it is swift \[m/s\].
+    /// Speed at which the drag coefficient reaches its largest value \[m/s\].
     pub swift_m_per_s: T,
 }
 
 impl<T: Real> Drag<T> {
-    /// The same at any speed.
+    /// The same coefficient at any speed \[N·s/m²\].
     pub fn constant(n_s_per_m2: T) -> Self {
         Self {
             at_rest_n_s_per_m2: n_s_per_m2,
@@ -134,15 +134,15 @@ impl<T: Real> Drag<T> {
 /// The tendon of a steerable instrument, anchored at the tip and held at the handle.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Tendon<T> {
-    /// How far it is pulled from where it is taut in the straight instrument \[m\].
+    /// Pull from the position where it is taut in the straight instrument \[m\].
     pub pull_m: T,
-    /// Stiffness along itself \[N/m\].
+    /// Axial stiffness \[N/m\].
     pub stiffness_n_per_m: T,
     /// Distance from the centre line \[m\].
     pub offset_m: T,
-    /// Length that it bends, from the tip backwards \[m\].
+    /// Length of the instrument that it bends, from the tip backwards \[m\].
     pub length_m: T,
-    /// Where it lies around the centre line: 0 at `up`, 90° at `direction × up` \[rad\].
+    /// Angle around the centre line: 0 at `up`, π/2 at `direction × up` \[rad\].
     pub angle_rad: T,
 }
 
@@ -160,7 +160,7 @@ impl<T: Real> Tendon<T> {
     }
 }
 
-/// Everything the model is told, except the lumen.
+/// Complete description of the rig, except the lumen.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Description<T> {
     /// The catheter, or a guidewire on its own.
@@ -170,9 +170,9 @@ pub struct Description<T> {
     pub tendon: Tendon<T>,
     pub entry: Entry<T>,
     pub wall: Wall<T>,
-    /// What the rig has beyond all this; [`Effects::off`] if nothing.
+    /// Effects beyond the nominal model; [`Effects::off`] for none.
     pub effects: Effects<T>,
-    /// Acceleration that acts on the instrument, buoyancy included \[m/s²\].
+    /// Acceleration of gravity, reduced by buoyancy \[m/s²\].
     pub gravity_m_per_s2: [T; 3],
     pub solver: Solver<T>,
 }

@@ -4,7 +4,7 @@ use crate::Real;
 
 /// Sine and cosine from correctly rounded operations only, so that host and device agree.
 ///
-/// The angle is reduced to half a turn either way, divided by eight, and doubled back.
+/// The angle is reduced to ±π, divided by eight, and its sine and versine are doubled three times.
 pub(crate) fn sin_cos<T: Real>(angle: T) -> (T, T) {
     let tau = T::lit(core::f64::consts::TAU);
     let turns = T::int((angle / tau + T::lit(0.5)).floor_int());
@@ -23,12 +23,12 @@ pub(crate) fn sin_cos<T: Real>(angle: T) -> (T, T) {
     (sin, T::one() - versine)
 }
 
-/// The larger of two; NaN in `a` stays.
+/// The larger of two numbers; `a` if it is NaN.
 pub(crate) fn maximum<T: Real>(a: T, b: T) -> T {
     if a <= b { b } else { a }
 }
 
-/// The smaller of two; NaN in `a` stays.
+/// The smaller of two numbers; `a` if it is NaN.
 pub(crate) fn minimum<T: Real>(a: T, b: T) -> T {
     if a >= b { b } else { a }
 }

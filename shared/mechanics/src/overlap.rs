@@ -1,19 +1,19 @@
-//! Where two instruments lie in the one chain, and how they slide along it.     docs/model.md §6
+//! Where two instruments lie in the one chain, and how they slide along it.
 
 use crate::Real;
 use crate::grid::Grid;
 use crate::math::{maximum, minimum};
 use crate::segments::{AxialPosition, InstrumentRole};
 
-/// How the two instruments lie in the chain, and how they slide along it in one step.
+/// Positions of the two instruments in the chain, and their motion along it in one step.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Overlap<T> {
     pub catheter: AxialPosition<T>,
     pub wire: AxialPosition<T>,
-    /// Feed of each less the chain's \[m\].
+    /// Feed of each instrument minus the feed of the chain \[m\].
     pub catheter_slid_m: T,
     pub wire_slid_m: T,
-    /// Turn of the wire against the catheter \[rad\].
+    /// Rotation of the guidewire relative to the catheter in the step \[rad\].
     pub wire_rolled_rad: T,
 }
 
@@ -29,8 +29,8 @@ impl<T: Real> Overlap<T> {
         }
     }
 
-    /// The one that does not lead: it slides in or on the chain. Where the tips meet, it is the
-    /// wire.
+    /// The instrument whose tip is behind the other's: it slides along the chain. The guidewire if both
+    /// tips are level.
     pub fn follower(&self) -> InstrumentRole {
         if self.catheter.behind_m > T::zero() {
             InstrumentRole::Catheter
@@ -39,9 +39,10 @@ impl<T: Real> Overlap<T> {
         }
     }
 
-    /// Share of a sample that the catheter covers.     docs/model.md (40)
+    /// Share of a sample that the catheter covers, 0 to 1.     docs/explanation/model.md (40)
     ///
-    /// Its end stands for a cone of half a link of the shaft, so that no sample jumps as it passes.
+    /// The catheter's end is represented by a cone half a link long, so that the radius at a sample
+    /// changes continuously as the end passes it.
     pub fn catheter_coverage(&self, sample: usize, grid: &Grid<T>) -> T {
         let behind = self.catheter.behind_m / (grid.link_length_m * T::lit(0.5));
         let covered = grid.sample(sample) * T::int(2) + T::one() - behind;
@@ -49,13 +50,13 @@ impl<T: Real> Overlap<T> {
     }
 }
 
-/// How the surface at a sample moves against the chain in a step.
+/// Motion of the surface at a sample relative to the chain in a step.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Slide<T> {
-    /// Along the chain, towards its tip \[m\].
+    /// Displacement along the chain, towards its tip \[m\].
     pub along_m: T,
-    /// About its tangent \[rad\].
+    /// Rotation about its tangent \[rad\].
     pub turn_rad: T,
-    /// What it will slide of what it slid in the last step.
+    /// Expected slip over the slip in the last step \[1\].
     pub ratio_to_last: T,
 }

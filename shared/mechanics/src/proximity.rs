@@ -4,18 +4,18 @@ use cathforce_scalar::Vector3;
 
 use crate::Real;
 
-/// Where one sample point is, and the wall that it sees.
+/// One sample point, and the wall next to it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Proximity<T: Real> {
-    /// From the link's distal node to the point of the surface that is next to the wall \[m\].
+    /// From the link's distal node to the point of the surface next to the wall \[m\].
     pub arm: Vector3<T>,
-    /// Normal into the lumen.
+    /// Unit normal into the lumen.
     pub normal: Vector3<T>,
-    /// From the surface to the wall, negative if it is indented \[m\].
+    /// Distance from the surface to the wall; negative when the wall is indented \[m\].
     pub gap: T,
-    /// The wall's stiffness over the nominal one.
+    /// Stiffness of the wall over the nominal one \[1\].
     pub stiffness: T,
-    /// Where the wall was last looked up, and how far it was from there \[m\].
+    /// Position of the centre line when the wall was last sampled, and its distance then \[m\].
     pub sampled_at: Vector3<T>,
     pub distance: T,
 }

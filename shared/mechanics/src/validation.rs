@@ -1,4 +1,4 @@
-//! Which numbers of a [`Description`] are accepted.
+//! Ranges of the numbers of a [`Description`].
 
 use crate::{Description, Drag, Instrument, Real, parameters};
 
@@ -37,12 +37,12 @@ impl<T: Real> Instrument<T> {
 }
 
 impl<T: Real> Description<T> {
-    /// Checks every number; the first fault found is returned.
+    /// Checks every number. Returns the first error.
     pub fn validate(&self) -> Result<(), DescriptionError> {
         use DescriptionError::EntryFrame;
         self.instrument.validate()?;
         if let Some(wire) = &self.guidewire {
-            // Thinner than the catheter's outside: its bore is not described.
+            // The catheter's bore is not described, so its outside is the limit.
             let outside = self.instrument.outer_radius_m.to_f64();
             within("guidewire.outer_radius_m", wire.outer_radius_m, 1e-5, outside)?;
             wire.validate()?;
@@ -63,7 +63,7 @@ impl<T: Real> Description<T> {
         within("wall.onset_m", w.onset_m, 1e-7, 1e-3)?;
         within("wall.damping_s", w.damping_s, 0.0, 1.0)?;
         for info in parameters() {
-            // Every key has its number.
+            // Every key has a number.
             let value = self.parameter(info.key).unwrap_or(T::zero());
             within(info.key, value, info.min, info.max)?;
         }
@@ -86,6 +86,6 @@ impl<T: Real> Description<T> {
 }
 
 fn within<T: Real>(name: &'static str, x: T, low: f64, high: f64) -> Result<(), DescriptionError> {
-    // Written so that NaN fails.
+    // In this form, NaN is refused.
     if x >= T::lit(low) && x <= T::lit(high) { Ok(()) } else { Err(DescriptionError::Range(name)) }
 }

@@ -1,5 +1,5 @@
-//! The wall near the instrument: looked up for half of the samples in turn, once a step for all
-//! of its solves.
+//! Sampling of the wall near the instrument: half of the sample points in each step, once for all of
+//! its solves.
 
 use core::mem::replace;
 
@@ -11,10 +11,11 @@ use crate::state::{LinkState, State};
 use crate::{Lumen, Model, Real};
 
 impl<T: Real, const LINKS: usize> State<T, LINKS> {
-    /// The wall at the two sample points of each link: its node, and the arc above its middle.
+    /// Updates the wall at the two sample points of each link: its node, and the arc above its middle.
+    ///                                                                docs/explanation/model.md (10)
     ///
-    /// A sample is looked up every second step, the nodes in one and the middles in the next; in
-    /// between it moves before the plane that it saw.     docs/model.md (10)
+    /// Nodes are sampled in one step, middles in the next. In between, a sample point uses the tangent
+    /// plane of the wall from its last sample.
     #[inline(always)]
     pub(crate) fn sample_wall<N: Pack<T>>(
         &mut self,
@@ -29,7 +30,7 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
         let (links, eliminations) = (&self.links[..count], &mut self.eliminations[..count]);
         let proximal_of = |j: usize| links.get(j + 1).unwrap_or(&self.guide);
         let mut lowest = N::lit(1.0);
-        // Beyond the tip the curvature goes on.
+        // Beyond the tip, the curvature of the last link is continued.
         let beyond = |tip: &LinkState<T>| tip.tangent * T::lit(2.0) - proximal_of(0).tangent;
         let mut distal_tangent = links.first().map_or(Vector3::zeros(), beyond);
         for group in LinkGroup::<N>::all(count) {
@@ -37,7 +38,7 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
             let link = |lane: usize| &links[at(lane)];
             let distal_tangents =
                 group.map_in_order(|j, _| replace(&mut distal_tangent, links[j].tangent));
-            // docs/model.md (16)
+            // docs/explanation/model.md (16)
             let length = N::from_lanes(|lane| link(lane).span.length);
             let tangent = N::gather_vectors(|lane| link(lane).tangent);
             let sagitta = (N::gather_vectors(|lane| proximal_of(at(lane)).tangent)

@@ -101,7 +101,7 @@ pub(crate) struct ActiveEffects<T: Real> {
     pub windup: Windup<T>,
 }
 
-/// The arc past the mouth whose pre-curve has not come back.     docs/model.md (33)
+/// The arc past the mouth whose pre-curve has not come back.     docs/explanation/model.md (33)
 pub(crate) struct Straightened<T> {
     pub grid: Grid<T>,
     /// From the mouth to the node that the sweep has come to, over link lengths.
@@ -110,7 +110,7 @@ pub(crate) struct Straightened<T> {
     pub per_link: T,
 }
 
-/// The shaft behind the entry plane, which twists.     docs/model.md (37)
+/// The shaft behind the entry plane, which twists.     docs/explanation/model.md (37)
 pub(crate) struct Windup<T> {
     /// Torsional \[rad/(N·m)\].
     pub compliance: T,

@@ -1,4 +1,4 @@
-//! From the encoder to the instrument at the entry plane.     docs/model.md (19)–(21)
+//! From the encoder to the instrument at the entry plane.     docs/explanation/model.md (19)–(21)
 
 use super::DriveEffects;
 use crate::math::{maximum, minimum, sin_cos};
@@ -65,7 +65,7 @@ impl<T: Real> DriveTrain<T> {
         if first {
             return delayed;
         }
-        // Scale and dead zone.     docs/model.md (19)
+        // Scale and dead zone.     docs/explanation/model.md (19)
         let scale = &effects.encoder_scale;
         let dead = &effects.backlash;
         let fed = (delayed.insertion_m - last.insertion_m) * scale.insertion;
@@ -75,7 +75,7 @@ impl<T: Real> DriveTrain<T> {
             insertion_m: take_up(lead.insertion_m, fed, dead.insertion_m, dead.gradual),
             rotation_rad: take_up(lead.rotation_rad, turned, dead.rotation_rad, dead.gradual),
         };
-        // Ripple and slip of what comes through.     docs/model.md (20), (21)
+        // Ripple and slip of what comes through.     docs/explanation/model.md (20), (21)
         let moved = fed + self.lead.insertion_m - lead.insertion_m;
         let ripple = &effects.ripple;
         let turns = self.turns + ripple.cycles_per_m * moved + ripple.cycles_per_s * tick_s;
@@ -121,7 +121,7 @@ impl<T: Real> DriveTrain<T> {
     }
 }
 
-/// What is left of a lead when the gears move.     docs/model.md (19)
+/// What is left of a lead when the gears move.     docs/explanation/model.md (19)
 fn take_up<T: Real>(lead: T, moved: T, width: T, gradual: T) -> T {
     if gradual <= T::zero() || width <= T::zero() {
         return clamp(lead - moved, width);

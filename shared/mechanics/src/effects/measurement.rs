@@ -1,4 +1,4 @@
-//! From the force on the vessel to what its sensor reads.     docs/model.md (22)
+//! From the force on the vessel to what its sensor reads.     docs/explanation/model.md (22)
 
 use cathforce_scalar::Vector3;
 

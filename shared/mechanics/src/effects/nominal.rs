@@ -5,7 +5,7 @@ use cathforce_scalar::Vector3;
 use crate::algebra::Rotation;
 use crate::{Description, Entry, Instrument, Real, Wall};
 
-/// The instrument with its effects of stiffness and pre-curvature.     docs/model.md (23)
+/// The instrument with its effects of stiffness and pre-curvature.     docs/explanation/model.md (23)
 ///
 /// The stored curvature of the shaft goes on for ever and is added where the tables are made.
 pub(crate) fn instrument<T: Real>(description: &Description<T>) -> Instrument<T> {
@@ -40,7 +40,7 @@ fn split_single_section<T: Real>(instrument: &mut Instrument<T>) {
     }
 }
 
-/// The wall's law at its own stiffness.     docs/model.md (24)
+/// The wall's law at its own stiffness.     docs/explanation/model.md (24)
 pub(crate) fn wall<T: Real>(description: &Description<T>) -> Wall<T> {
     let factor = description.effects.wall.stiffness.factor;
     Wall {
@@ -52,7 +52,7 @@ pub(crate) fn wall<T: Real>(description: &Description<T>) -> Wall<T> {
 
 /// Where the vessel stands: from its own frame, in which the model computes, to the rig's.
 ///
-/// x_rig = p + R (x − p) + d, with p the entry point of the description.     docs/model.md (25)
+/// x_rig = p + R (x − p) + d, with p the entry point of the description.     docs/explanation/model.md (25)
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Placement<T: Real> {
     /// p
@@ -108,7 +108,7 @@ pub(crate) fn mouth<T: Real>(entry: &Entry<T>, guide_length_m: T) -> Vector3<T> 
 
 impl<T: Real> Description<T> {
     /// Whether effects or a tendon act in the recursion, where they cost time in every solve. All
-    /// other effects only change numbers of the nominal model.     docs/model.md §5
+    /// other effects only change numbers of the nominal model.     docs/explanation/model.md, section 13
     pub fn has_active_effects(&self) -> bool {
         let (effects, zero) = (&self.effects, T::zero());
         let (wall, instrument, tendon) = (&effects.wall, &effects.instrument, &self.tendon);

@@ -1,5 +1,5 @@
 //! Every effect beyond the nominal model, declared once: parameters, units, off values and
-//! ranges. Equations: docs/model.md §5.
+//! ranges. Equations: docs/explanation/model.md, section 13.
 
 use cathforce_scalar::Real;
 use serde::{Deserialize, Serialize};

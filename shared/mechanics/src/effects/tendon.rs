@@ -1,4 +1,4 @@
-//! The tendon of a steerable instrument.     docs/model.md (34), (35)
+//! The tendon of a steerable instrument.     docs/explanation/model.md (34), (35)
 
 use cathforce_scalar::Vector3;
 
@@ -79,7 +79,7 @@ impl<T: Real> TendonBend<T> {
     }
 
     /// Adds to the unloaded bend of joint `index` what the tendon does there; `bend` is the
-    /// joint's rotation \[rad\].     docs/model.md (34)
+    /// joint's rotation \[rad\].     docs/explanation/model.md (34)
     pub fn bend_joint(&mut self, index: usize, bend: &Vector3<T>, joint: &mut Joint<T>) {
         let cell = self.grid.cell(index);
         let per_cell = T::one() / cell;
@@ -101,7 +101,7 @@ impl<T: Real> TendonBend<T> {
     }
 
     /// After the sweep: the tension of the next one, a Newton step that is exact for the free
-    /// instrument and too short for one that is held.     docs/model.md (35)
+    /// instrument and too short for one that is held.     docs/explanation/model.md (35)
     pub fn finish(&self, memory: &mut TendonState<T>) {
         let Tendon { pull_m, stiffness_n_per_m, offset_m, .. } = self.geometry;
         let stretched = maximum(pull_m - self.slack_m - offset_m * self.bend, T::zero());

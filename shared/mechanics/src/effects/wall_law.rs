@@ -1,4 +1,4 @@
-//! Wall and friction laws beyond the nominal ones.     docs/model.md (28)–(32)
+//! Wall and friction laws beyond the nominal ones.     docs/explanation/model.md (28)–(32)
 
 use cathforce_scalar::Vector3;
 
@@ -51,7 +51,7 @@ impl<T: Real> WallLaw<T> {
         }
     }
 
-    /// Distance and normal of the wall with its narrowing.     docs/model.md (28)
+    /// Distance and normal of the wall with its narrowing.     docs/explanation/model.md (28)
     pub fn narrowed(
         &self,
         position: &Vector3<T>,
@@ -96,7 +96,7 @@ impl<T: Real> WallLaw<T> {
     }
 
     /// Elastic force over stiffness, and its slope, for an indentation \[m\] whose own slope is
-    /// given.     docs/model.md (29)
+    /// given.     docs/explanation/model.md (29)
     fn hyperelastic_response(&self, indented: T, slope: T) -> (T, T) {
         let Hyperelastic { strain_per_m, .. } = self.hyperelastic;
         let stretch = maximum(T::one() - strain_per_m * indented, self.least_stretch);
@@ -108,7 +108,7 @@ impl<T: Real> WallLaw<T> {
     }
 
     /// Force over lasting stiffness that the relaxing part adds, its slope, and where that part
-    /// has relaxed to \[m\], from where it was.     docs/model.md (30)
+    /// has relaxed to \[m\], from where it was.     docs/explanation/model.md (30)
     fn viscoelastic_response(&self, indented: T, slope: T, relaxed: T) -> (T, T, T) {
         let relaxed = relaxed + (indented - relaxed) * self.relaxed_share;
         let slope = slope * self.relaxing * (T::one() - self.relaxed_share);
@@ -116,7 +116,7 @@ impl<T: Real> WallLaw<T> {
     }
 
     /// Friction coefficient over the nominal one, of a sample with a normal force in the last tick,
-    /// which stands for a piece `arc_m` long.     docs/model.md (32)
+    /// which stands for a piece `arc_m` long.     docs/explanation/model.md (32)
     pub fn friction(&self, normal_n: T, arc_m: T) -> T {
         let LoadFriction { light_load_ratio: light, high_load_ratio: high, .. } = self.load;
         let half_way_n = self.load.load_n_per_m * arc_m;
@@ -125,7 +125,7 @@ impl<T: Real> WallLaw<T> {
 }
 
 /// Of a compressed wall the two factors of stress over strain, neo-Hooke's and Mooney's, and the
-/// growth of stress with strain, all over what they are at first.     docs/model.md (29)
+/// growth of stress with strain, all over what they are at first.     docs/explanation/model.md (29)
 fn compression_factors<T: Real>(hyperelastic: &Hyperelastic<T>, stretch: T) -> (T, T, T) {
     let (one, third) = (T::one(), T::lit(1.0 / 3.0));
     let r = hyperelastic.mooney_share;
@@ -158,7 +158,7 @@ pub(crate) fn least_stretch<T: Real>(hyperelastic: &Hyperelastic<T>, most: T) ->
     allowed
 }
 
-/// Friction coefficient over the nominal one by the speed of the drive.     docs/model.md (31)
+/// Friction coefficient over the nominal one by the speed of the drive.     docs/explanation/model.md (31)
 fn speed_factor<T: Real>(stribeck: &Stribeck<T>, speed_m_per_s: T) -> T {
     let v = speed_m_per_s / stribeck.speed_m_per_s;
     T::one()
