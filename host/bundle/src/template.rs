@@ -142,7 +142,7 @@ mod tests {
 
     use super::*;
     use crate::bundle::Rig;
-    use crate::rig::toml_reader::known_keys;
+    use crate::rig::known_keys;
 
     const PLANTS: [TemplatePlant; 2] = [TemplatePlant::Catheter, TemplatePlant::Drive];
 

@@ -5,7 +5,7 @@
 //! AVX2, else half as many. Every lane does the same operations in the same order as one number would,
 //! so the bits are the same.
 
-use crate::{Number, Real, Vector3};
+use crate::{Number, Vector3};
 
 /// Numbers side by side; every operation goes lane by lane.
 pub trait Pack<T: Number>: Number {
@@ -27,8 +27,8 @@ pub trait Pack<T: Number>: Number {
     fn to_clamped_ints(self, most: i32) -> Self::Lanes<i32>;
 }
 
-/// Something that is done with numbers side by side ([`Real::run_vectorised`]).
-pub trait Kernel<T: Real> {
+/// Something that is done with numbers side by side ([`crate::Real::run_vectorised`]).
+pub trait Kernel<T: Number> {
     type Output;
     /// Does it.
     ///
@@ -59,11 +59,11 @@ macro_rules! alone {
             }
             #[inline(always)]
             fn from_ints(mut of: impl FnMut(usize) -> i32) -> Self {
-                <$number>::int(of(0))
+                of(0) as $number
             }
             #[inline(always)]
             fn to_clamped_ints(self, most: i32) -> [i32; 1] {
-                [self.truncated().max(0).min(most)]
+                [(self as i32).max(0).min(most)]
             }
         }
     };
@@ -74,6 +74,7 @@ alone!(f64);
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Real;
 
     const VALUES: [f64; 12] = [
         0.0,

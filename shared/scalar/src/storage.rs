@@ -6,8 +6,6 @@
 
 use core::fmt::Debug;
 
-use crate::Real;
-
 /// Three numbers; every operation goes number by number.
 pub trait Storage3<T>: Copy + Debug {
     fn new(x: T, y: T, z: T) -> Self;
@@ -26,8 +24,13 @@ pub trait Storage3<T>: Copy + Debug {
 #[derive(Clone, Copy, Debug)]
 pub struct ScalarStorage<T>(T, T, T);
 
-impl<T: Real> ScalarStorage<T> {
-    pub(crate) const ZERO: Self = Self(T::ZERO, T::ZERO, T::ZERO);
+#[cfg_attr(target_arch = "x86_64", expect(dead_code, reason = "the device's and the packed one's"))]
+impl ScalarStorage<f32> {
+    pub(crate) const ZERO: Self = Self(0.0, 0.0, 0.0);
+}
+
+impl ScalarStorage<f64> {
+    pub(crate) const ZERO: Self = Self(0.0, 0.0, 0.0);
 }
 
 impl<T> Storage3<T> for ScalarStorage<T>

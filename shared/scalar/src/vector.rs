@@ -2,7 +2,7 @@
 
 use core::ops::{Add, AddAssign, Mul, MulAssign, Neg, Sub, SubAssign};
 
-use crate::Number;
+use crate::number::Number;
 use crate::storage::Storage3;
 
 /// A vector in space.

@@ -4,15 +4,15 @@ use core::arch::x86_64::*;
 use core::ops::{Add, Div, Mul, Neg, Sub};
 
 use crate::storage::simd::SimdStorage;
-use crate::{Kernel, Number, Pack, Real, ScalarStorage, Vector3};
+use crate::{Kernel, Number, Pack, ScalarStorage, Vector3};
 
 /// Does it with the wider pack where the processor has AVX2.
 #[inline(always)]
-pub(crate) fn run_vectorised<T: Real, N: Pack<T>, Wide: Pack<T>, W: Kernel<T>>(
+pub(crate) fn run_vectorised<T: Number, N: Pack<T>, Wide: Pack<T>, W: Kernel<T>>(
     work: W,
 ) -> W::Output {
     #[target_feature(enable = "avx2")]
-    fn wide<T: Real, Wide: Pack<T>, W: Kernel<T>>(work: W) -> W::Output {
+    fn wide<T: Number, Wide: Pack<T>, W: Kernel<T>>(work: W) -> W::Output {
         work.run::<Wide>()
     }
     if std::is_x86_feature_detected!("avx2") {
