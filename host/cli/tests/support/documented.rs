@@ -1,11 +1,11 @@
-//! The commands that README and docs print.
+//! The commands that the pages print.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// A command as a page prints it, without its comment.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Documented {
-    /// `docs/config.md:18`.
+    /// `docs/how-to/set-up-can.md:18`.
     pub place: String,
     /// In a block of its own, not in a sentence: meant to be typed.
     pub in_block: bool,
@@ -15,18 +15,41 @@ pub struct Documented {
     pub words: Vec<String>,
 }
 
+/// The workspace.
+pub fn root() -> &'static Path {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).ancestors();
+    root.into_iter().find(|folder| folder.join("docs").is_dir()).expect("the pages")
+}
+
+/// Every page that a reader is given: the book, README and its neighbours, one for each example.
+pub fn pages() -> Vec<PathBuf> {
+    let root = root();
+    let mut pages = ["README.md", "CONTRIBUTING.md", "SECURITY.md", "firmware/README.md"]
+        .map(|page| root.join(page))
+        .to_vec();
+    for folder in ["docs", "examples"] {
+        collect(&root.join(folder), &mut pages);
+    }
+    pages.sort();
+    pages
+}
+
+fn collect(folder: &Path, pages: &mut Vec<PathBuf>) {
+    for entry in std::fs::read_dir(folder).expect("a folder of pages") {
+        let path = entry.expect("an entry").path();
+        if path.is_dir() {
+            collect(&path, pages);
+        } else if path.extension().is_some_and(|ending| ending == "md") {
+            pages.push(path);
+        }
+    }
+}
+
 /// Every command of the pages that begins with these words, page by page.
 pub fn documented(program: &[&str]) -> Vec<Documented> {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).ancestors();
-    let root = root.into_iter().find(|folder| folder.join("docs").is_dir()).expect("the pages");
-    let docs = std::fs::read_dir(root.join("docs")).expect("docs");
-    let mut pages = docs.map(|entry| entry.expect("an entry").path()).collect::<Vec<_>>();
-    pages.retain(|page| page.extension().is_some_and(|ending| ending == "md"));
-    pages.push(root.join("README.md"));
-    pages.sort();
-    let found = pages.iter().flat_map(|page| {
-        let text = std::fs::read_to_string(page).expect("a page");
-        let name = page.strip_prefix(root).expect("below it").display().to_string();
+    let found = pages().into_iter().flat_map(|page| {
+        let text = std::fs::read_to_string(&page).expect("a page");
+        let name = page.strip_prefix(root()).expect("below it").display().to_string();
         commands(&name, &text)
     });
     let is_of = |command: &Documented| {
@@ -39,13 +62,18 @@ pub fn documented(program: &[&str]) -> Vec<Documented> {
 /// What stands in blocks, a line each, and in backticks.
 fn commands(page: &str, text: &str) -> Vec<Documented> {
     let mut found = Vec::new();
-    let (mut sentence, mut fenced) = (String::new(), false);
+    let (mut sentence, mut fence) = (String::new(), None::<String>);
     let mut lines = (1..).zip(text.lines());
     while let Some((number, line)) = lines.next() {
-        if line.starts_with("```") {
-            fenced = !fenced;
-        } else if fenced || line.starts_with("    ") {
+        if let Some(language) = line.trim_start().strip_prefix("```") {
+            fence = if fence.is_some() { None } else { Some(language.to_owned()) };
+        } else if fence.is_some() || line.starts_with("    ") {
             let mut whole = line.to_owned();
+            if fence.as_deref() == Some("console") {
+                // The rest of such a block is what the commands print.
+                let Some(command) = line.strip_prefix("$ ") else { continue };
+                whole = command.to_owned();
+            }
             while let Some(begun) = whole.strip_suffix('\\') {
                 whole = begun.to_owned() + lines.next().map_or("", |(_, rest)| rest);
             }
