@@ -6,6 +6,7 @@ mod accuracy;
 mod bench;
 mod book;
 mod build;
+mod citations;
 mod demo;
 mod disk;
 mod emulator;
@@ -39,7 +40,7 @@ enum Task {
     Figures(setup::Consent),
     /// Measure cost and accuracy, beside other simulators, and write docs/reference/benchmarks.md.
     Bench(bench::Arguments),
-    /// Measure the model against the reference solver, and write the table into docs/model.md.
+    /// Measure the model against the reference solver, and write the table into docs/reference/validation.md.
     Accuracy(accuracy::Arguments),
     /// Build the book of docs/ with mdBook, into target/book.
     Book(setup::Consent),

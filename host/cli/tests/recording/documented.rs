@@ -30,7 +30,7 @@ const NOT_HERE: [&str; 15] = [
     "gap diagnose",
     "gap apply",
     "gap verify",
-    "gap challenge",
+    "gap blind-test",
     "gap coverage",
     "gap isolability",
 ];
