@@ -1,4 +1,4 @@
-//! Dependencies point one way (`docs/architecture.md`).
+//! Dependencies point one way (`docs/explanation/architecture.md`).
 
 use std::collections::BTreeSet;
 
@@ -79,7 +79,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
 pub fn check(metadata: &Value) -> anyhow::Result<()> {
     let violations = violations(metadata);
     if !violations.is_empty() {
-        bail!("dependencies against docs/architecture.md:\n  {}", violations.join("\n  "));
+        bail!("dependencies against docs/explanation/architecture.md:\n  {}", violations.join("\n  "));
     }
     Ok(())
 }
