@@ -79,7 +79,10 @@ const ALLOWED: &[(&str, &[&str])] = &[
 pub fn check(metadata: &Value) -> anyhow::Result<()> {
     let violations = violations(metadata);
     if !violations.is_empty() {
-        bail!("dependencies against docs/explanation/architecture.md:\n  {}", violations.join("\n  "));
+        bail!(
+            "dependencies against docs/explanation/architecture.md:\n  {}",
+            violations.join("\n  ")
+        );
     }
     Ok(())
 }

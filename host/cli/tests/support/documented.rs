@@ -5,13 +5,13 @@ use std::path::{Path, PathBuf};
 /// A command as a page prints it, without its comment.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Documented {
-    /// `docs/how-to/set-up-can.md:18`.
+    /// `docs/reference/settings.md:18`.
     pub place: String,
-    /// In a block of its own, not in a sentence: meant to be typed.
+    /// In a block, not in a sentence: it is meant to be typed.
     pub in_block: bool,
-    /// Something was left out: `…`.
+    /// Something was left out, as `…`.
     pub abridged: bool,
-    /// From the program's name on; optional parts without their brackets.
+    /// The words from the program's name on, without the brackets of optional parts.
     pub words: Vec<String>,
 }
 
@@ -21,33 +21,34 @@ pub fn root() -> &'static Path {
     root.into_iter().find(|folder| folder.join("docs").is_dir()).expect("the pages")
 }
 
-/// Every page that a reader is given: the book, README and its neighbours, one for each example.
+/// Every page that a reader is given: the book, the pages beside README, one for each example.
 pub fn pages() -> Vec<PathBuf> {
-    let root = root();
     let mut pages = ["README.md", "CONTRIBUTING.md", "SECURITY.md", "firmware/README.md"]
-        .map(|page| root.join(page))
+        .map(|page| root().join(page))
         .to_vec();
     for folder in ["docs", "examples"] {
-        collect(&root.join(folder), &mut pages);
+        pages_below(&root().join(folder), &mut pages);
     }
     pages.sort();
     pages
 }
 
-fn collect(folder: &Path, pages: &mut Vec<PathBuf>) {
+fn pages_below(folder: &Path, pages: &mut Vec<PathBuf>) {
     for entry in std::fs::read_dir(folder).expect("a folder of pages") {
         let path = entry.expect("an entry").path();
         if path.is_dir() {
-            collect(&path, pages);
+            pages_below(&path, pages);
         } else if path.extension().is_some_and(|ending| ending == "md") {
             pages.push(path);
         }
     }
 }
 
-/// Every command of the pages that begins with these words, page by page.
+/// Every command of the pages that begins with these words, page by page; but for the page of
+/// usages, which is generated from the arguments.
 pub fn documented(program: &[&str]) -> Vec<Documented> {
-    let found = pages().into_iter().flat_map(|page| {
+    let typed = pages().into_iter().filter(|page| !page.ends_with("reference/command-line.md"));
+    let found = typed.flat_map(|page| {
         let text = std::fs::read_to_string(&page).expect("a page");
         let name = page.strip_prefix(root()).expect("below it").display().to_string();
         commands(&name, &text)
@@ -59,21 +60,23 @@ pub fn documented(program: &[&str]) -> Vec<Documented> {
     found.filter(is_of).collect()
 }
 
-/// What stands in blocks, a line each, and in backticks.
+/// The commands in blocks, a line each, and in backticks.
+///
+/// In a block of a console, commands come after `$ ` and everything else is output.
 fn commands(page: &str, text: &str) -> Vec<Documented> {
     let mut found = Vec::new();
-    let (mut sentence, mut fence) = (String::new(), None::<String>);
+    let (mut sentence, mut fenced, mut console) = (String::new(), false, false);
     let mut lines = (1..).zip(text.lines());
     while let Some((number, line)) = lines.next() {
-        if let Some(language) = line.trim_start().strip_prefix("```") {
-            fence = if fence.is_some() { None } else { Some(language.to_owned()) };
-        } else if fence.is_some() || line.starts_with("    ") {
-            let mut whole = line.to_owned();
-            if fence.as_deref() == Some("console") {
-                // The rest of such a block is what the commands print.
-                let Some(command) = line.strip_prefix("$ ") else { continue };
-                whole = command.to_owned();
+        if line.starts_with("```") {
+            fenced = !fenced;
+            console = fenced && line == "```console";
+        } else if fenced || line.starts_with("    ") {
+            let typed = line.strip_prefix("$ ");
+            if console && typed.is_none() {
+                continue;
             }
+            let mut whole = typed.unwrap_or(line).to_owned();
             while let Some(begun) = whole.strip_suffix('\\') {
                 whole = begun.to_owned() + lines.next().map_or("", |(_, rest)| rest);
             }
@@ -94,13 +97,13 @@ impl Documented {
         let plain = text.replace(['[', ']'], "");
         let mut words = Vec::<String>::new();
         for word in plain.split_whitespace() {
-            // What an option is given may be left to the reader; else something was left out.
+            // `…` after an option is a value that is left to the reader.
             let is_value = words.last().is_some_and(|before| before.starts_with("--"));
             if word != "…" || is_value {
                 words.push(word.trim_end_matches("...").to_owned());
             }
         }
-        // Variables of the environment come before the program.
+        // Variables of the environment stand before the program.
         let from = words.iter().position(|word| !word.contains('='))?;
         let abridged = plain.split_whitespace().any(|word| word == "…");
         Some(Self { place, in_block, abridged, words: words.split_off(from) })
