@@ -4,6 +4,7 @@
 
 mod accuracy;
 mod bench;
+mod book;
 mod build;
 mod citations;
 mod demo;
@@ -37,10 +38,12 @@ enum Task {
     Firmware,
     /// Measure the figures that README and docs quote, and write them there.
     Figures(setup::Consent),
-    /// Measure cost and accuracy, beside other simulators, and write docs/benchmarks.md.
+    /// Measure cost and accuracy, beside other simulators, and write docs/reference/benchmarks.md.
     Bench(bench::Arguments),
     /// Measure the model against the reference solver, and write the table into docs/reference/validation.md.
     Accuracy(accuracy::Arguments),
+    /// Build the book of docs/ with mdBook, into target/book.
+    Book(setup::Consent),
     /// Install what is missing: Rust components, the emulators, a Linux guest.
     Setup(setup::Consent),
 }
@@ -61,6 +64,7 @@ fn main() -> anyhow::Result<()> {
         Task::Figures(consent) => figures::write(consent),
         Task::Bench(arguments) => bench::measure(&arguments),
         Task::Accuracy(arguments) => accuracy::write(&arguments),
+        Task::Book(consent) => book::build(consent),
         Task::Setup(consent) => {
             setup::everything(consent)?;
             guest::ensure(consent)
