@@ -72,7 +72,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
         ],
     ),
     ("cathforce-hil-tests", &LIBRARIES),
-    ("xtask", &["cathforce-link"]),
+    ("xtask", &[]),
 ];
 
 /// Fails on a dependency that points the wrong way, and on a package without a place.

@@ -21,6 +21,7 @@ mod info;
 pub mod latency;
 mod layout;
 mod messages;
+#[cfg(feature = "parquet")]
 mod parquet_file;
 mod reader;
 mod replay;
@@ -50,6 +51,7 @@ pub use dropout::{Dropout, DropoutCause};
 pub use frame::BusFrame;
 pub use info::{FORMAT, RunInfo, RunResult};
 pub use layout::VESSEL_FILES;
+#[cfg(feature = "parquet")]
 pub use parquet_file::write_ticks_parquet;
 pub use reader::{Cut, ReadError, Recording, is_recording};
 pub use replay::{Difference, ReplayError, ReplayReport, Track, replay};

@@ -2,6 +2,7 @@
 
 mod device;
 mod file;
+#[cfg(feature = "hardware")]
 mod import_dbc;
 mod schema;
 mod values;
@@ -13,6 +14,8 @@ use cathforce_config::{ImageHead, Key, keys};
 use cathforce_link::Client;
 use serde_json::{Value, json};
 
+#[cfg(not(feature = "hardware"))]
+use super::left_out::import_dbc;
 use super::{image, open_bundle};
 use crate::args::{
     Changes, ConfigAction, ConfigArguments, ConfigGetArguments, ConfigImageArguments,

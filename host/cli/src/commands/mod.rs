@@ -11,6 +11,7 @@ pub mod info;
 pub mod latency;
 pub mod link;
 pub mod lumen;
+#[cfg(feature = "monitor")]
 pub mod monitor;
 pub mod play;
 pub mod replay;
@@ -18,6 +19,10 @@ pub mod report;
 pub mod run;
 pub mod shell;
 pub mod tips;
+
+mod left_out;
+#[cfg(not(feature = "monitor"))]
+pub use left_out::monitor;
 
 use std::collections::BTreeSet;
 use std::path::Path;

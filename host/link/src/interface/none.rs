@@ -4,7 +4,7 @@ use super::{Interface, Setup};
 use crate::LinkError;
 
 fn no_can() -> LinkError {
-    LinkError::NoCanInKernel { link: "socketcan".into() }
+    LinkError::no_can("socketcan")
 }
 
 /// As on Linux, where a raw socket can be opened.
