@@ -88,9 +88,9 @@ impl LinkError {
         match self {
             Self::Address { address, problem } => format!("`{address}` is no link: {problem}"),
             Self::NoCanInKernel { link } => format!("{link}: this kernel has no CAN sockets"),
-            Self::LeftOut { link } => format!(
-                "{link}: this program was built without CAN interfaces and serial ports"
-            ),
+            Self::LeftOut { link } => {
+                format!("{link}: this program was built without CAN interfaces and serial ports")
+            }
             Self::NoInterface { link, interface } => {
                 format!("{link}: there is no CAN interface `{interface}`")
             }

@@ -5,7 +5,6 @@ mod decoder;
 
 use std::collections::VecDeque;
 use std::fs::File;
-use std::io::Read;
 use std::path::Path;
 use std::process::ChildStdout;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -23,12 +22,28 @@ pub(crate) struct FirmwareLog {
 
 impl FirmwareLog {
     /// Reads `source` until its end, in a thread.
-    pub(crate) /// Without a decoder the log is drained: its last words are that nobody can read it.
+    pub(crate) fn follow(elf: &Path, source: Option<ChildStdout>) -> Self {
+        let last = Arc::new(Mutex::new(VecDeque::new()));
+        let table = table(elf);
+        let file = std::env::var_os(LOG_VARIABLE).and_then(|path| File::create(path).ok());
+        if let Some(source) = source {
+            let sink = Arc::clone(&last);
+            std::thread::spawn(move || follow(source, table, file, &sink));
+        }
+        Self { last }
+    }
+
+    /// The last messages, oldest first.
+    pub(crate) fn last_words(&self) -> Vec<String> {
+        self.last.lock().unwrap_or_else(PoisonError::into_inner).iter().cloned().collect()
+    }
+}
+
+/// Without a decoder the log is drained: its last words are that nobody can read it.
 #[cfg(not(feature = "firmware-log"))]
-fn follow(mut source: impl Read, (): (), _: Option<File>, last: &Mutex<VecDeque<String>>) {
-    let mut last = last.lock().unwrap_or_else(PoisonError::into_inner);
-    last.push_back("not decoded: this program was built without its feature `firmware-log`".into());
-    drop(last);
+fn follow(mut source: ChildStdout, (): (), _: Option<File>, last: &Mutex<VecDeque<String>>) {
+    let why = "not decoded: this program was built without its feature `firmware-log`";
+    last.lock().unwrap_or_else(PoisonError::into_inner).push_back(why.into());
     let _ = std::io::copy(&mut source, &mut std::io::sink());
 }
 

@@ -5,8 +5,7 @@ use std::io;
 use std::path::Path;
 
 use cathforce_recording::{
-    Recording, TickEstimate, Track, analyse, write_bundle, write_candump, write_nodes_csv,
-    write_ticks_csv, write_whole,
+    Track, analyse, write_bundle, write_candump, write_nodes_csv, write_ticks_csv, write_whole,
 };
 use serde_json::{Value, json};
 
@@ -72,8 +71,8 @@ pub fn run(ui: &Ui, arguments: &ExportArguments) -> Result<(), Failure> {
 
 #[cfg(feature = "parquet")]
 fn write_parquet(
-    recording: &Recording,
-    ticks: &[TickEstimate],
+    recording: &cathforce_recording::Recording,
+    ticks: &[cathforce_recording::TickEstimate],
     path: &Path,
 ) -> Result<(), Failure> {
     let write = cathforce_recording::write_ticks_parquet;

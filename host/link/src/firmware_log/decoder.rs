@@ -17,26 +17,6 @@ pub fn table(elf: &Path) -> Option<Table> {
 }
 
 /// Decodes `source` until its end into the last lines and the file of the whole log.
-pub fn follow(elf: &Path, source: Option<ChildStdout>) -> Self {
-        let last = Arc::new(Mutex::new(VecDeque::new()));
-        // Firmware without a table, or of another defmt, has a log that cannot be read:
-        // it is drained all the same.
-        let table = std::fs::read(elf).ok().and_then(|elf| Table::parse(&elf).ok().flatten());
-        let file = std::env::var_os(LOG_VARIABLE).and_then(|path| File::create(path).ok());
-        if let Some(source) = source {
-            let sink = Arc::clone(&last);
-            std::thread::spawn(move || follow(source, table.as_ref(), file, &sink));
-        }
-        Self { last }
-    }
-
-    /// The last messages, oldest first.
-    pub(crate) fn last_words(&self) -> Vec<String> {
-        self.last.lock().unwrap_or_else(PoisonError::into_inner).iter().cloned().collect()
-    }
-}
-
-/// Decodes `source` until its end into the last lines and the file of the whole log.
 pub fn follow(
     mut source: impl Read,
     table: Option<Table>,
