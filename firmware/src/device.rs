@@ -13,8 +13,8 @@ use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
 use static_cell::StaticCell;
 
-use crate::board::{self, Board};
-use crate::{bus, stack};
+use crate::board::{self, Board, BootOptions};
+use crate::stack;
 
 /// Size of an image buffer \[bytes\].
 pub const IMAGE_BUFFER_LEN: usize = 2 << 20;
@@ -24,13 +24,6 @@ const LATE_US: u32 = 2;
 
 /// An image buffer: part of the memory for large, slow things.
 pub type Buffer = &'static mut [u8];
-
-/// What whoever started the board wants.
-#[derive(Clone, Copy, Default)]
-pub struct BootOptions {
-    /// Time stands still until ticks are granted.
-    pub lock_step: bool,
-}
 
 /// Everything the tick needs. Tasks look at it with the tick shut out, for microseconds.
 struct Core {
@@ -92,22 +85,24 @@ fn with<R>(f: impl FnOnce(&mut Core) -> R) -> R {
     })
 }
 
-/// The tick: called by the board's timer interrupt, the most urgent one there is.
-pub fn tick() {
+/// The tick, for the board's timer interrupt.
+///
+/// `send`: queues a frame; `false` if there is no room.
+pub fn tick(send: impl Fn(Frame) -> bool) {
     with(|core| {
         let late = core.board.lateness();
-        // Once after every reset of the counters: painting the stack takes its time.
+        // Once after every reset of the counters, because painting the stack takes long.
         if core.load.tick_stack_bytes == 0 {
-            core.load.tick_stack_bytes = stack::measure(|| core.tick(late));
+            core.load.tick_stack_bytes = stack::measure(|| core.tick(late, &send));
         } else {
-            core.tick(late);
+            core.tick(late, &send);
         }
     });
 }
 
 impl Core {
-    /// One tick of the device, which began so many counts late.
-    fn tick(&mut self, late: u32) {
+    /// One tick of the device, which began `late` counts after it was due.
+    fn tick(&mut self, late: u32, send: impl Fn(Frame) -> bool) {
         let board = self.board;
         let began = board.time();
         let notice = (self.overruns >= 2).then_some(Notice::Overrun);
@@ -116,7 +111,7 @@ impl Core {
         let armed = self.control_loop.outputs().is_some_and(|outputs| outputs.mode == Mode::Armed);
         board.enable_outputs(armed || !self.control_loop.may_reconfigure());
         for frame in frames.into_iter().flatten() {
-            if !bus::put(frame) {
+            if !send(frame) {
                 self.carrier.count(Counter::QueueFull);
             }
         }
@@ -142,8 +137,8 @@ impl Core {
     }
 }
 
-/// What became of a frame given to the ticker.
-pub enum Taken {
+/// What becomes of a frame given to the control loop.
+pub enum FrameOutcome {
     /// It waits for the next tick.
     Waits,
     /// Ticks have been granted: the next frame must wait for [`GRANT_USED`].
@@ -151,15 +146,15 @@ pub enum Taken {
 }
 
 /// Gives a process frame to the ticker.
-pub fn on_frame(frame: &Frame) -> Taken {
+pub fn on_frame(frame: &Frame) -> FrameOutcome {
     with(|core| {
         core.control_loop.on_frame(frame);
         if core.control_loop.granted() == 0 {
-            return Taken::Waits;
+            return FrameOutcome::Waits;
         }
         GRANT_USED.reset();
         core.board.start_ticks();
-        Taken::Granted
+        FrameOutcome::Granted
     })
 }
 

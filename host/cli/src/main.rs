@@ -8,15 +8,19 @@
 
 mod args;
 mod commands;
+mod difference;
 mod failure;
+mod image;
 mod log;
 #[cfg(feature = "monitor")]
 mod monitor;
+mod open;
 mod output;
-mod report;
+#[cfg(test)]
+mod reference;
+mod run_info;
 mod session;
 mod settings;
-mod summary;
 mod ui;
 
 use std::process::ExitCode;
@@ -26,7 +30,7 @@ use session::Pace;
 
 fn main() -> ExitCode {
     let arguments = Arguments::read();
-    let ui = ui::Ui::new(arguments.json.is_some(), arguments.quiet);
+    let ui = ui::Ui::new(arguments.json, arguments.quiet);
     cathforce_link::set_remarks(move |remark| ui.say(remark));
     let result = match arguments.command {
         Command::Run(arguments) => {

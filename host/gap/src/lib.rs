@@ -40,10 +40,11 @@ mod signal;
 #[cfg(test)]
 mod toy;
 
+pub use cathforce_recording::{COLUMNS, Coverage, Covered};
 pub use diagnosis::report;
 pub use diagnosis::withheld::{achieved, covered};
 pub use diagnosis::{diagnose, diagnose_given, expected_simulations};
-pub use explaining::band::{Band, COLUMNS, Coverage, Covered, ROWS, Row};
+pub use explaining::band::{Band, ROWS, Row};
 pub use fitting::nuisance::NUISANCE_LIMIT;
 pub use fitting::problem::Progress;
 pub use page::page;

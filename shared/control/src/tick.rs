@@ -12,7 +12,7 @@ use crate::passivity::Passivity;
 use crate::selftest;
 use crate::supervisor::{Event, next};
 use crate::{
-    Command, EncoderSample, Fault, HapticSource, Inputs, LimitFlags, Mode, Notice, Outputs,
+    Command, EncoderSample, Fault, Grip, HapticSource, Inputs, LimitFlags, Mode, Notice, Outputs,
     RampCause, Settings,
 };
 
@@ -129,14 +129,10 @@ impl Memory {
         };
         self.account_energy(&bounds, held);
         if let (Some(sample), true) = (inputs.guidewire, model.has_guidewire()) {
-            self.select_haptic_source(if sample.held {
-                HapticSource::Guidewire
-            } else {
-                HapticSource::Catheter
-            });
+            self.select_haptic_source(HapticSource::for_guidewire_button(sample.held));
         }
 
-        self.released = inputs.released.unwrap_or(self.released);
+        self.released = inputs.grip.map_or(self.released, Grip::is_released);
 
         if let Some(notice) = inputs.notice {
             self.handle_event(Event::Fault(match notice {

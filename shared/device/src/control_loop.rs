@@ -6,8 +6,8 @@ use cathforce_bus::{
     self as bus, Counter, Counters, Frame, Id, MODE_UNCONFIGURED, Process, Protection, Sealer,
 };
 use cathforce_control::{
-    self as control, Config, EncoderSample, GuidewireSample, HalfWidths, HapticSource, Inputs,
-    Mode, Notice, Outputs,
+    self as control, Config, EncoderSample, Grip, GuidewireSample, HalfWidths, HapticSource,
+    Inputs, Mode, Notice, Outputs,
 };
 
 /// Frames that a tick sends at most: HAPTIC, CONTACT, and one of those that take turns.
@@ -51,28 +51,7 @@ pub struct ControlLoop {
     lock_step: bool,
     granted: u32,
     master: Collector,
-    hand: Hand,
-}
-
-/// What the operator's hand does, as far as anybody has said so.
-#[derive(Clone, Copy, Debug, Default)]
-struct Hand {
-    /// The handle is let go, as ENCODER says.
-    released: bool,
-    /// The handle is gripped, as the master's own frames say.
-    gripped: Option<bool>,
-    /// The catheter's button, where it has one.
-    catheter: Option<bool>,
-    guidewire: bool,
-}
-
-impl Hand {
-    /// Nothing is felt: nobody holds on, or it is not clear to which instrument. A catheter
-    /// without a button is held whenever the guidewire is not.
-    fn is_off(self) -> bool {
-        let on_neither_or_both = self.catheter.is_some_and(|held| held == self.guidewire);
-        self.released || self.gripped == Some(false) || on_neither_or_both
-    }
+    grip: Grip,
 }
 
 impl Default for ControlLoop {
@@ -97,7 +76,7 @@ impl ControlLoop {
             lock_step: false,
             granted: 0,
             master: Collector::default(),
-            hand: Hand::default(),
+            grip: Grip::default(),
         }
     }
 
@@ -105,7 +84,7 @@ impl ControlLoop {
     /// frames. Counters and lock step stay.
     pub fn restart(&mut self, master: Master) {
         self.master = Collector::new(master);
-        self.hand = Hand::default();
+        self.grip = Grip::default();
         self.protection = Protection::default();
         self.sealer = Sealer::default();
         self.inputs = Inputs::default();
@@ -176,14 +155,15 @@ impl ControlLoop {
             }
         }
         if let Some(reading) = self.master.catheter() {
-            self.hand.catheter = reading.held;
-            self.hand.gripped = Some(reading.gripped);
+            self.grip.catheter_button = reading.held;
+            self.grip.handle_gripped = Some(reading.gripped);
             replace_sample(&mut self.inputs.encoder, position(reading), &mut self.counters);
         }
         if let Some(reading) = self.master.guidewire() {
-            self.hand.guidewire = reading.held == Some(true);
-            self.hand.gripped = Some(reading.gripped);
-            let sample = GuidewireSample { at: position(reading), held: self.hand.guidewire };
+            self.grip.guidewire_button = reading.held == Some(true);
+            self.grip.handle_gripped = Some(reading.gripped);
+            let sample =
+                GuidewireSample { at: position(reading), held: self.grip.guidewire_button };
             replace_sample(&mut self.inputs.guidewire, sample, &mut self.counters);
         }
     }
@@ -200,12 +180,12 @@ impl ControlLoop {
                     self.granted = self.granted.saturating_add(u32::from(sync.grant));
                 }
                 Process::Encoder(encoder) => {
-                    self.hand.released = accepted.status.hand;
+                    self.grip.handle_released = accepted.status.hand;
                     replace_sample(&mut self.inputs.encoder, sample(encoder), &mut self.counters);
                 }
                 Process::Guidewire(encoder) => {
                     let held = accepted.status.hand;
-                    self.hand.guidewire = held;
+                    self.grip.guidewire_button = held;
                     let sample = GuidewireSample { at: sample(encoder), held };
                     replace_sample(&mut self.inputs.guidewire, sample, &mut self.counters);
                 }
@@ -241,8 +221,8 @@ impl ControlLoop {
     /// Without configuration nothing is computed and the output is zero. `notice` is what
     /// the board noticed about itself.
     pub fn tick(&mut self, config: Option<&Config<'_>>, notice: Option<Notice>) -> TickFrames {
-        let released = Some(self.hand.is_off());
-        let inputs = Inputs { notice, released, ..core::mem::take(&mut self.inputs) };
+        let grip = Some(self.grip);
+        let inputs = Inputs { notice, grip, ..core::mem::take(&mut self.inputs) };
         self.granted = self.granted.saturating_sub(1);
         self.outputs = config.map(|config| control::step(config, &mut self.state, &inputs));
         let sent = match (config, self.outputs) {

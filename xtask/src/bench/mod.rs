@@ -29,7 +29,7 @@ pub const OPTIONS: [Choice; 3] = [
     setup::YES,
 ];
 
-/// Measures everything, then writes `docs/benchmarks.md` and the README's table: a run that
+/// Measures everything, then writes `docs/reference/benchmarks.md` and the README's table: a run that
 /// fails changes neither.
 pub fn measure(given: &Given) -> anyhow::Result<()> {
     let (json, consent) = (given.path("json")?, Consent::of(given));
@@ -50,7 +50,7 @@ pub fn measure(given: &Given) -> anyhow::Result<()> {
             .with_context(|| file.display().to_string())?;
     }
     if python.is_some() {
-        let docs = root().join("docs/benchmarks.md");
+        let docs = root().join("docs/reference/benchmarks.md");
         std::fs::write(&docs, page)?;
         insert(&root().join("README.md"), BEGIN, &page::summary(&report)?)?;
         println!("written: README.md, {}", docs.display());

@@ -1,4 +1,4 @@
-//! What the figures look like: `docs/benchmarks.md` and the table of the README.
+//! What the figures look like: `docs/reference/benchmarks.md` and the table of the README.
 
 use std::fmt::Write as _;
 
@@ -24,7 +24,7 @@ fn rows<'a>(report: &'a Value, pointer: &str) -> anyhow::Result<&'a Vec<Value>> 
     value.with_context(|| format!("the report has no list at `{pointer}`"))
 }
 
-/// The page `docs/benchmarks.md`.
+/// The page `docs/reference/benchmarks.md`.
 pub fn benchmarks(report: &Value) -> anyhow::Result<String> {
     let sections = [
         introduction(report)?,

@@ -1,14 +1,17 @@
-//! `cathforce check`: what is in a recording, what is missing and why, whether it replays.
+//! `cathforce check`: what a recording holds, what is missing and why, and whether it replays.
 
 use cathforce_recording::{ReplayError, ReplayReport, Survey, replay, survey};
 use serde_json::json;
 
 use crate::args::CheckArguments;
+use crate::difference::difference;
 use crate::failure::{Code, Failure};
+use crate::open::{is_complete, open_recording};
 use crate::ui::{Ui, two_columns};
 
 pub fn run(ui: &Ui, arguments: &CheckArguments) -> Result<(), Failure> {
-    let recording = super::open_recording(ui, &arguments.recording)?;
+    arguments.json_file.check()?;
+    let recording = open_recording(ui, &arguments.recording)?;
     let survey = survey(&recording);
     let replayed = match arguments.no_replay {
         true => None,
@@ -18,37 +21,37 @@ pub fn run(ui: &Ui, arguments: &CheckArguments) -> Result<(), Failure> {
             Err(error) => return Err(error.into()),
         },
     };
-    let complete = super::completeness(&recording);
     let json = json!({
         "path": arguments.recording,
-        "complete": complete,
+        "complete": is_complete(&recording),
+        "cut_at_byte": recording.cut.map(|cut| cut.byte),
         "firmware": recording.info.firmware_version,
         "survey": survey,
         "replay": replayed,
         "replays": replayed.as_ref().map(ReplayReport::identical),
     });
     let mut rows = vec![
-        ("complete".to_owned(), complete),
+        ("complete".to_owned(), recording.completeness()),
         ("firmware".to_owned(), recording.info.firmware_version.clone()),
     ];
     rows.extend(survey_rows(&survey));
     let verdict = match (&replayed, arguments.no_replay) {
         (_, true) => "not asked for".to_owned(),
-        (None, false) => "not possible: recorded without lock step".to_owned(),
+        (None, false) => "not possible, because it was recorded without lock step".to_owned(),
         (Some(report), _) if report.identical() => {
             format!("bit by bit, {} frames", report.frames_compared)
         }
         (Some(_), _) => "no".to_owned(),
     };
     rows.push(("replays".to_owned(), verdict));
-    ui.data(&json, two_columns(&rows))?;
+    arguments.json_file.write(ui, &json, two_columns(&rows))?;
     if let Some(report) = replayed.filter(|report| !report.identical()) {
-        return Err(super::replay::difference(&report, &recording.info));
+        return Err(difference(&report, &recording.info));
     }
     let missing = survey.frames_missing().max(survey.ticks_missing);
     if missing > arguments.allow_missing {
         let message = format!(
-            "{} frames and {} ticks are missing, --allow-missing is {}",
+            "{} frames and {} ticks are missing, more than the {} of --allow-missing",
             survey.frames_missing(),
             survey.ticks_missing,
             arguments.allow_missing

@@ -11,17 +11,18 @@ use serde_json::{Value, json};
 
 use crate::args::ExportArguments;
 use crate::failure::Failure;
+use crate::open::open_recording;
 use crate::output::{Kind, NODES, TICKS, check_apart, check_export, check_new_folder};
 use crate::ui::Ui;
 
-/// A file of this name is standard output.
+/// A file of this name means stdout.
 const STDOUT: &str = "-";
-/// Interface that a log names.
+/// Interface that an exported log names.
 const INTERFACE: &str = "can0";
 
 pub fn run(ui: &Ui, arguments: &ExportArguments) -> Result<(), Failure> {
     check(arguments)?;
-    let recording = super::open_recording(ui, &arguments.recording)?;
+    let recording = open_recording(ui, &arguments.recording)?;
     let decoded = [&arguments.csv, &arguments.nodes, &arguments.parquet];
     let track = match decoded.iter().any(|path| path.is_some()) {
         true => analyse(&recording)?.track,
@@ -51,7 +52,7 @@ pub fn run(ui: &Ui, arguments: &ExportArguments) -> Result<(), Failure> {
         write_bundle(&recording, path).map_err(|e| Failure::write(path, e))?;
         if recording.trial.rows.is_empty() {
             ui.warn(format_args!(
-                "{}: no trial was measured in it: {} has the rig and the vessel, and no trials",
+                "{}: no trial was measured, so {} has the rig and the vessel but no trial",
                 arguments.recording.display(),
                 path.display()
             ));
@@ -60,7 +61,7 @@ pub fn run(ui: &Ui, arguments: &ExportArguments) -> Result<(), Failure> {
     }
     let to_stdout = [&arguments.csv, &arguments.nodes, &arguments.candump].into_iter().flatten();
     match to_stdout.into_iter().any(|path| path == Path::new(STDOUT)) {
-        // That is the data then.
+        // The exported table is the data; nothing else may be on stdout.
         true => {
             ui.say(written.text.trim_end());
             Ok(())
@@ -83,7 +84,7 @@ fn write_parquet(
 #[cfg(not(feature = "parquet"))]
 use super::left_out::write_parquet;
 
-/// Says before the work what it would be in vain for.
+/// Checks every output before the work begins.
 fn check(arguments: &ExportArguments) -> Result<(), Failure> {
     let ExportArguments { csv, nodes, parquet, candump, bundle, overwrite, .. } = arguments;
     let files = [(csv, TICKS), (nodes, NODES), (parquet, Kind::Parquet), (candump, Kind::Candump)];
@@ -95,7 +96,7 @@ fn check(arguments: &ExportArguments) -> Result<(), Failure> {
     bundle.as_deref().map_or(Ok(()), check_new_folder)
 }
 
-/// Text into a file, whole or not at all, or onto standard output.
+/// Writes text into a file, whole or not at all, or to stdout.
 fn whole(
     path: &Path,
     write: impl FnOnce(&mut dyn io::Write) -> io::Result<()>,
@@ -104,7 +105,7 @@ fn whole(
         return write_whole(path, |out| write(out)).map_err(|e| Failure::write(path, e));
     }
     match write(&mut io::BufWriter::new(io::stdout().lock())) {
-        // Whoever closed the pipe has seen enough.
+        // The reader of the pipe has seen enough.
         Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
         written => written.map_err(|e| Failure::write(path, e)),
     }

@@ -16,17 +16,15 @@ use cathforce_recording::{
 };
 use serde_json::json;
 
-use super::run::{info, read_text, vessel_files};
-use super::{image, open_bundle, open_recording};
 use crate::args::{ImportAtiArguments, ImportCandumpArguments, ImportCsvArguments, ImportSource};
 use crate::failure::Failure;
+use crate::image::image;
+use crate::open::{open_bundle, open_recording, read_text, vessel_files};
 use crate::output::check_new;
+use crate::run_info::{CANDUMP, info};
 use crate::session::DBC;
 use crate::settings::master_of;
 use crate::ui::Ui;
-
-/// Link of a recording whose frames somebody else logged.
-pub const CANDUMP: &str = "candump";
 
 pub fn run(ui: &Ui, from: &ImportSource) -> Result<(), Failure> {
     match from {

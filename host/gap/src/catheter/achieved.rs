@@ -2,7 +2,7 @@
 //! and nuisances, with the device's estimates in the place of the diagnosis' coarser model.
 
 use cathforce_mechanics::Description;
-use cathforce_recording::Estimate;
+use cathforce_recording::{COLUMNS, Coverage, Estimate};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use serde::Serialize;
@@ -11,7 +11,7 @@ use super::plant::Catheter;
 use super::prepare::Prepared;
 use super::simulate::{Trajectory, readings};
 use crate::data::sanity::complaints_of_trial;
-use crate::explaining::band::{COLUMNS, Coverage, columns};
+use crate::explaining::band::columns;
 use crate::fitting::nuisance::{Nuisances, Refit};
 use crate::noise::floor::Floor;
 use crate::plant::Quantity;

@@ -29,5 +29,4 @@ pub use achieved::{Achieved, AchievedError, Energy, Left, Runs, Shrink};
 pub use check::CatheterError;
 pub use planned::{PlannedError, planned};
 pub use plant::Catheter;
-pub use sensors::white_noise;
 pub use spike::Spiking;

@@ -392,7 +392,7 @@ fn columns(data: &CatheterTrial, sensor: &RigSensor) -> (Vec<Column>, Vec<Source
                 too_few.push(source);
                 return;
             }
-            let noise = stated.or(found).unwrap_or_else(|| sensors::white_noise(&rows));
+            let noise = stated.or(found).unwrap_or_else(|| cathforce_recording::white_noise(&rows));
             columns.push(Column { source, rows, noise, estimated: stated.is_none() });
         }
     };

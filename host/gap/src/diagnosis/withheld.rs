@@ -1,8 +1,10 @@
 //! What an explanation closes on a trial that its diagnosis has not seen, and whether the forces
 //! there lie where it says.
 
+use cathforce_recording::Coverage;
+
 use crate::diagnosis::report::Diagnosis;
-use crate::explaining::band::{Coverage, columns};
+use crate::explaining::band::columns;
 use crate::fitting::nuisance::Nuisances;
 use crate::fitting::problem::Problem;
 use crate::noise::floor::Floor;

@@ -18,6 +18,7 @@
 //! The band that is stated, κ √v, is of the force: noise of the sensor is no part of it. None is stated in
 //! rows of which a fork decides more than a tenth of the forces.
 
+use cathforce_recording::{COLUMNS, Coverage};
 use serde::{Deserialize, Serialize};
 
 use crate::explaining::estimate::{NORMAL_NINETY, posterior};
@@ -31,8 +32,6 @@ use crate::scoring::score::fold_steps;
 
 /// Insertions at which a band is stated, as many as a device takes.
 pub const ROWS: usize = 24;
-/// Channels of a band: force on the vessel x, y, z, force behind the guide.
-pub const COLUMNS: usize = 4;
 /// Share of the true forces that a band holds.
 const HELD: f64 = 0.9;
 /// Fewest samples that say how wide a channel's band is.
@@ -59,69 +58,6 @@ pub struct Band {
     pub withdrawal: Vec<Row>,
     /// Of samples whose trial was held out: from the band as from the parameters.
     pub coverage: Coverage,
-}
-
-/// How many samples lie within their bands, by channel.
-#[derive(Clone, Copy, Debug, PartialEq, Default, Serialize, Deserialize)]
-pub struct Coverage {
-    pub channels: [Covered; COLUMNS],
-}
-
-/// Samples of one channel.
-#[derive(Clone, Copy, Debug, PartialEq, Default, Serialize, Deserialize)]
-pub struct Covered {
-    /// Those for which a band is stated, and of them those within it and the sensor's noise.
-    pub stated: usize,
-    pub within: usize,
-    /// Those without a band.
-    pub unknown: usize,
-    /// Sum of the squares of the stated half widths \[N²\].
-    pub squares_n2: f64,
-}
-
-impl Covered {
-    /// Counts a sample. `half_width_n`: of the band there, if any.
-    pub fn count(&mut self, half_width_n: Option<f64>, error_n: f64, noise_n: f64) {
-        let Some(width) = half_width_n else {
-            self.unknown += 1;
-            return;
-        };
-        self.stated += 1;
-        self.within += usize::from(error_n.abs() <= width.hypot(NORMAL_NINETY * noise_n));
-        self.squares_n2 += width * width;
-    }
-
-    /// Share of the samples with a band that lie within it.
-    pub fn share(&self) -> Option<f64> {
-        (self.stated > 0).then(|| self.within as f64 / self.stated as f64)
-    }
-
-    /// Root mean square of the stated half widths \[N\].
-    pub fn half_width_n(&self) -> Option<f64> {
-        (self.stated > 0).then(|| (self.squares_n2 / self.stated as f64).sqrt())
-    }
-
-    pub fn add(&mut self, other: &Self) {
-        self.stated += other.stated;
-        self.within += other.within;
-        self.unknown += other.unknown;
-        self.squares_n2 += other.squares_n2;
-    }
-}
-
-impl Coverage {
-    /// All channels as one.
-    pub fn all(&self) -> Covered {
-        let mut all = Covered::default();
-        self.channels.iter().for_each(|own| all.add(own));
-        all
-    }
-
-    pub fn add(&mut self, other: &Self) {
-        for (own, other) in self.channels.iter_mut().zip(&other.channels) {
-            own.add(other);
-        }
-    }
 }
 
 /// One held-out sample of a force.
@@ -397,7 +333,7 @@ mod tests {
 
     #[test]
     fn what_is_outside_of_a_band_is_counted_apart() {
-        let mut covered = Covered::default();
+        let mut covered = cathforce_recording::Covered::default();
         for (width, error) in [(Some(0.01), 0.012), (Some(0.01), -0.02), (None, 0.0)] {
             covered.count(width, error, 0.005);
         }

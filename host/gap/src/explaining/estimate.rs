@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+pub use cathforce_recording::NORMAL_NINETY;
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 
@@ -22,8 +23,6 @@ const OTHER_MODEL: f64 = 0.03;
 /// The same, as a share of what the effect is: a model whose forces answer to it by some percent more or
 /// less finds it by as much too small or too large.
 const OTHER_ANSWER: f64 = 0.05;
-/// Half width of the interval that holds nine of ten, in standard deviations.
-pub const NORMAL_NINETY: f64 = 1.645;
 
 /// A fitted parameter with its 90 % interval.
 #[derive(Clone, Debug, PartialEq, Serialize)]

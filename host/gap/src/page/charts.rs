@@ -195,7 +195,7 @@ fn label(value: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::explaining::band::{COLUMNS, Coverage};
+    use cathforce_recording::{COLUMNS, Coverage};
 
     #[test]
     fn a_band_is_drawn_where_it_is_stated_and_nowhere_else() {

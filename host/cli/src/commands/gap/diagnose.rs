@@ -1,7 +1,7 @@
 //! `cathforce gap diagnose`: where the gap lies, which effect causes it, how far it shrinks.
 
 use std::fmt::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Mutex;
 
 use cathforce_bundle::{Bundle, Trial};
@@ -19,13 +19,13 @@ use crate::ui::Ui;
 
 pub fn run(ui: &Ui, arguments: &DiagnoseArguments) -> Result<(), Failure> {
     // Said now: a diagnosis takes minutes.
-    let (json, page_file) = (json_file(arguments), arguments.report.as_deref());
-    check_apart(json.into_iter().chain(page_file))?;
-    json.map_or(Ok(()), |file| check_again(file, Kind::Json))?;
+    let (json, page_file) = (&arguments.json_file, arguments.report.as_deref());
+    check_apart(json.out.as_deref().into_iter().chain(page_file))?;
+    json.check()?;
     page_file.map_or(Ok(()), |file| check_again(file, Kind::Page))?;
     let source = Source::open_all(ui, &arguments.bundle)?;
     let answer = answer(ui, source, &arguments.hold_back, &arguments.effects)?;
-    let written = write(ui, &answer, arguments);
+    let written = json.write(ui, &answer, text(&answer));
     if let Some(file) = &arguments.report {
         write_again(file, Kind::Page, page(&answer))?;
         ui.say(format_args!("page: {}", file.display()));
@@ -136,24 +136,6 @@ fn index(plant: &dyn Plant, effect: &Effect) -> Result<usize, Failure> {
         let own: Vec<&str> = plant.effects().iter().map(|own| own.id).collect();
         let message = format!("this rig cannot have {}; it can have {}", effect.id, own.join(", "));
         Failure::new(Code::Usage, message)
-    })
-}
-
-/// The file that the answer is written into; `None`: stdout.
-fn json_file(arguments: &DiagnoseArguments) -> Option<&Path> {
-    arguments.json.as_deref().filter(|file| *file != "-").map(Path::new)
-}
-
-fn write(ui: &Ui, answer: &Diagnosis, arguments: &DiagnoseArguments) -> Result<(), Failure> {
-    let Some(file) = json_file(arguments) else { return ui.data(answer, text(answer)) };
-    let json = serde_json::to_string_pretty(answer)
-        .map_err(|e| Failure::new(Code::Failed, format!("cannot write JSON: {e}")))?;
-    let json = json + "\n";
-    ui.say(text(answer));
-    write_again(file, Kind::Json, &json).or_else(|failure| {
-        // An answer that took minutes is not lost with its file.
-        ui.data(answer, json)?;
-        Err(failure)
     })
 }
 

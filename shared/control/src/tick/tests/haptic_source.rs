@@ -1,7 +1,7 @@
 //! Whose load the operator feels.
 
 use super::*;
-use crate::GuidewireSample;
+use crate::{Grip, GuidewireSample};
 use proptest::prelude::*;
 
 /// Both drives where the bench is, with the guidewire's button held or not.
@@ -69,8 +69,9 @@ fn p02_p26_a_handle_that_is_let_go_slews_to_zero_and_says_so_and_back() {
     for (released, end_n) in [(true, 0.0), (false, 1.0)] {
         for tick in 0..30 {
             // Said once; afterwards it is as it was.
-            let said = (tick == 0).then_some(released);
-            let outputs = bench.tick(Inputs { released: said, ..inputs(&bench, false) });
+            let grip = Grip { handle_released: released, ..Grip::default() };
+            let said = (tick == 0).then_some(grip);
+            let outputs = bench.tick(Inputs { grip: said, ..inputs(&bench, false) });
             assert_eq!(outputs.mode, Mode::Armed);
             assert_eq!(outputs.limited.contains(LimitFlags::RELEASED), released);
             assert!((outputs.force_n - last_n).abs() <= step_n, "tick {tick}: {outputs:?}");

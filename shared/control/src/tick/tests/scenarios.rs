@@ -53,12 +53,13 @@ fn happening() -> impl Strategy<Value = Happening> {
     // Of no effect but in the scenarios with a guidewire.
     let guidewire =
         (encoder(), any::<bool>()).prop_map(|(at, held)| at.map(|at| GuidewireSample { at, held }));
-    let released = prop_oneof![20 => Just(None), 1 => any::<bool>().prop_map(Some)];
-    let inputs = (encoder(), guidewire, released, rejected, command(), notice).prop_map(
-        |(encoder, guidewire, released, rejected_frames, command, notice)| Inputs {
+    let grip = |handle_released| Some(Grip { handle_released, ..Grip::default() });
+    let grip = prop_oneof![20 => Just(None), 1 => any::<bool>().prop_map(grip)];
+    let inputs = (encoder(), guidewire, grip, rejected, command(), notice).prop_map(
+        |(encoder, guidewire, grip, rejected_frames, command, notice)| Inputs {
             encoder,
             guidewire,
-            released,
+            grip,
             rejected_frames,
             command,
             notice,
