@@ -76,7 +76,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
         ],
     ),
     ("cathforce-hil-tests", &LIBRARIES),
-    ("xtask", &["cathforce-link"]),
+    ("xtask", &[]),
 ];
 
 /// Circles that are allowed for now, as `check` prints them. This list must be empty when the

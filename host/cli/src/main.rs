@@ -1,11 +1,18 @@
 //! `cathforce`: arguments in, a library call, text or JSON out.
 
+// What only a command uses that was left out stays where it is.
+#![cfg_attr(
+    not(all(feature = "hardware", feature = "monitor", feature = "parquet")),
+    allow(dead_code)
+)]
+
 mod args;
 mod commands;
 mod difference;
 mod failure;
 mod image;
 mod log;
+#[cfg(feature = "monitor")]
 mod monitor;
 mod open;
 mod output;

@@ -3,13 +3,13 @@
 //! It does what a user would do with `ip link`, by the same netlink messages. Every error names the
 //! `ip` command that does the same by hand.
 
-#[cfg(target_os = "linux")]
+#[cfg(all(target_os = "linux", feature = "hardware"))]
 mod linux;
-#[cfg(target_os = "linux")]
+#[cfg(all(target_os = "linux", feature = "hardware"))]
 pub use linux::{bring_down, bring_up, check_sockets, find, list};
-#[cfg(not(target_os = "linux"))]
+#[cfg(not(all(target_os = "linux", feature = "hardware")))]
 mod none;
-#[cfg(not(target_os = "linux"))]
+#[cfg(not(all(target_os = "linux", feature = "hardware")))]
 pub use none::{bring_down, bring_up, check_sockets, find, list};
 
 /// Bit rate of the bus \[bit/s\], the CathBot master's.

@@ -29,7 +29,7 @@ mod serial;
 mod serve;
 mod sim;
 mod slcan;
-#[cfg(target_os = "linux")]
+#[cfg(all(target_os = "linux", feature = "hardware"))]
 mod socketcan;
 mod ticks;
 

@@ -78,7 +78,14 @@ impl Slcan {
         Err(failed(last))
     }
 
+    /// Over a serial port, which this program was built without.
+    #[cfg(not(feature = "hardware"))]
+    pub fn open_serial(name: &str, _: &str, _: u32) -> Result<Self, LinkError> {
+        Err(LinkError::LeftOut { link: name.into() })
+    }
+
     /// Over a serial port.
+    #[cfg(feature = "hardware")]
     pub fn open_serial(name: &str, path: &str, baud: u32) -> Result<Self, LinkError> {
         let failed = |e: serialport::Error| {
             let (link, source) = (name.into(), io::Error::from(e));

@@ -35,6 +35,7 @@ pub use decoding::tick::{
     Completed, Decoder, GuidewireEstimate, NodeEstimate, NodePass, TickEstimate, decode,
 };
 pub use export::bundle::{write_bundle, write_drive, write_trial};
+#[cfg(feature = "parquet")]
 pub use export::parquet_file::write_ticks_parquet;
 pub use export::series::{estimates, trial_time_s, write_nodes_csv, write_ticks_csv};
 pub use export::synthetic::{CAMERA_HZ, FORCE_HZ, synthetic_trial};

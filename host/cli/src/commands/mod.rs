@@ -10,8 +10,10 @@ pub mod gap;
 pub mod import;
 pub mod info;
 pub mod latency;
+mod left_out;
 pub mod link;
 pub mod lumen;
+#[cfg(feature = "monitor")]
 pub mod monitor;
 pub mod play;
 pub mod replay;
@@ -20,6 +22,9 @@ pub mod run;
 pub mod shell;
 pub mod simulate;
 pub mod tips;
+
+#[cfg(not(feature = "monitor"))]
+pub use left_out::monitor;
 
 // The commands of `gap` reach these by their parent.
 pub use crate::image::{by_hand, described, image_with, options, set_all};

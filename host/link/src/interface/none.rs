@@ -4,7 +4,7 @@ use super::{Interface, Setup};
 use crate::LinkError;
 
 fn no_can() -> LinkError {
-    LinkError::NoCanInKernel { link: "socketcan".into() }
+    LinkError::no_can("socketcan")
 }
 
 /// Always an error: CAN sockets need Linux.
