@@ -8,7 +8,7 @@ use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
 
 use crate::board::{self, Board, BusIn, BusOut};
-use crate::device::{self, Desk, GRANT_USED, IMAGE_BUFFER_LEN, Taken};
+use crate::device::{self, FrameOutcome, GRANT_USED, IMAGE_BUFFER_LEN, ServiceBoard};
 use crate::identity;
 
 /// What can wait to be sent: a block of service frames and more ticks than a host lets pile up.
@@ -24,7 +24,7 @@ enum Out {
 static OUT: Channel<CriticalSectionRawMutex, Out, QUEUE> = Channel::new();
 
 /// Queues a frame of the tick; `false` if there is no room.
-pub fn put(frame: Frame) -> bool {
+pub fn queue(frame: Frame) -> bool {
     OUT.try_send(Out::Frame(frame)).is_ok()
 }
 
@@ -53,7 +53,7 @@ pub async fn receive(mut port: BusIn, board: board::This) {
     // The second buffer is lent once the first one is in use.
     let [first, second] = device::image_buffers();
     let (mut service, mut second) = (Service::new(identity, first), Some(second));
-    let mut desk = Desk(board);
+    let mut desk = ServiceBoard(board);
     let mut decoder = Decoder::default();
     loop {
         let Some(line) = decoder.push(port.read().await) else { continue };
@@ -71,7 +71,7 @@ pub async fn receive(mut port: BusIn, board: board::This) {
                 }
             }
             Line::Frame(frame) => {
-                if let Taken::Granted = device::on_frame(&frame) {
+                if let FrameOutcome::Granted = device::on_frame(&frame) {
                     port.pause();
                     GRANT_USED.wait().await;
                 }

@@ -7,14 +7,14 @@ use cathforce_bus::service::{Load, Refusal, Status};
 use cathforce_bus::{Counter, Counters, Frame};
 use cathforce_config::image;
 use cathforce_control::{Config, Mode, Notice};
-use cathforce_device::{Board as DeviceBoard, Image, Ticker, copy_from};
+use cathforce_device::{Board as DeviceBoard, ControlLoop, Image, copy_from};
 use critical_section::Mutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
 use static_cell::StaticCell;
 
-use crate::board::{self, Board};
-use crate::{bus, stack};
+use crate::board::{self, Board, BootOptions};
+use crate::stack;
 
 /// Size of an image buffer \[bytes\].
 pub const IMAGE_BUFFER_LEN: usize = 2 << 20;
@@ -25,17 +25,10 @@ const LATE_US: u32 = 2;
 /// An image buffer: part of the memory for large, slow things.
 pub type Buffer = &'static mut [u8];
 
-/// What whoever started the board wants.
-#[derive(Clone, Copy, Default)]
-pub struct BootOptions {
-    /// Time stands still until ticks are granted.
-    pub lock_step: bool,
-}
-
 /// Everything the tick needs. Tasks look at it with the tick shut out, for microseconds.
 struct Core {
     board: board::This,
-    ticker: Ticker,
+    control_loop: ControlLoop,
     active: Option<Active>,
     carrier: Counters,
     load: Load,
@@ -68,7 +61,7 @@ pub fn start(board: board::This) {
     static PLACE: StaticCell<Core> = StaticCell::new();
     let core = PLACE.init_with(|| Core {
         board,
-        ticker: Ticker::new(),
+        control_loop: ControlLoop::new(),
         active: None,
         carrier: Counters::default(),
         load: Load::default(),
@@ -80,7 +73,7 @@ pub fn start(board: board::This) {
 /// What the board was started with, already in force for the ticker.
 pub fn boot_options(board: board::This) -> BootOptions {
     let options = board.boot_options();
-    with(|core| core.ticker.set_lock_step(options.lock_step));
+    with(|core| core.control_loop.set_lock_step(options.lock_step));
     options
 }
 
@@ -92,36 +85,38 @@ fn with<R>(f: impl FnOnce(&mut Core) -> R) -> R {
     })
 }
 
-/// The tick: called by the board's timer interrupt, the most urgent one there is.
-pub fn tick() {
+/// The tick, for the board's timer interrupt.
+///
+/// `send`: queues a frame; `false` if there is no room.
+pub fn tick(send: impl Fn(Frame) -> bool) {
     with(|core| {
         let late = core.board.lateness();
-        // Once after every reset of the counters: painting the stack takes its time.
+        // Once after every reset of the counters, because painting the stack takes long.
         if core.load.tick_stack_bytes == 0 {
-            core.load.tick_stack_bytes = stack::measure(|| core.tick(late));
+            core.load.tick_stack_bytes = stack::measure(|| core.tick(late, &send));
         } else {
-            core.tick(late);
+            core.tick(late, &send);
         }
     });
 }
 
 impl Core {
-    /// One tick of the device, which began so many counts late.
-    fn tick(&mut self, late: u32) {
+    /// One tick of the device, which began `late` counts after it was due.
+    fn tick(&mut self, late: u32, send: impl Fn(Frame) -> bool) {
         let board = self.board;
         let began = board.time();
         let notice = (self.overruns >= 2).then_some(Notice::Overrun);
-        let number = self.ticker.ticks();
-        let frames = self.ticker.tick(self.active.as_ref().map(|a| &a.config), notice);
-        let armed = self.ticker.outputs().is_some_and(|outputs| outputs.mode == Mode::Armed);
-        board.enable_outputs(armed || !self.ticker.may_reconfigure());
+        let number = self.control_loop.ticks();
+        let frames = self.control_loop.tick(self.active.as_ref().map(|a| &a.config), notice);
+        let armed = self.control_loop.outputs().is_some_and(|outputs| outputs.mode == Mode::Armed);
+        board.enable_outputs(armed || !self.control_loop.may_reconfigure());
         for frame in frames.into_iter().flatten() {
-            if !bus::put(frame) {
+            if !send(frame) {
                 self.carrier.count(Counter::QueueFull);
             }
         }
         board.alive();
-        if self.ticker.lock_step() && self.ticker.granted() == 0 {
+        if self.control_loop.lock_step() && self.control_loop.granted() == 0 {
             board.hold_ticks();
             GRANT_USED.signal(());
         }
@@ -142,8 +137,8 @@ impl Core {
     }
 }
 
-/// What became of a frame given to the ticker.
-pub enum Taken {
+/// What becomes of a frame given to the control loop.
+pub enum FrameOutcome {
     /// It waits for the next tick.
     Waits,
     /// Ticks have been granted: the next frame must wait for [`GRANT_USED`].
@@ -151,21 +146,21 @@ pub enum Taken {
 }
 
 /// Gives a process frame to the ticker.
-pub fn on_frame(frame: &Frame) -> Taken {
+pub fn on_frame(frame: &Frame) -> FrameOutcome {
     with(|core| {
-        core.ticker.on_frame(frame);
-        if core.ticker.granted() == 0 {
-            return Taken::Waits;
+        core.control_loop.on_frame(frame);
+        if core.control_loop.granted() == 0 {
+            return FrameOutcome::Waits;
         }
         GRANT_USED.reset();
         core.board.start_ticks();
-        Taken::Granted
+        FrameOutcome::Granted
     })
 }
 
 /// Takes note of a frame that cannot be ours.
 pub fn on_foreign() {
-    with(|core| core.ticker.on_foreign());
+    with(|core| core.control_loop.on_foreign());
 }
 
 /// Counts what became of a line or a queue.
@@ -195,25 +190,25 @@ pub fn image_buffers() -> [Buffer; 2] {
 }
 
 /// The tasks' side of the device.
-pub struct Desk(pub board::This);
+pub struct ServiceBoard(pub board::This);
 
-impl DeviceBoard<Buffer> for Desk {
+impl DeviceBoard<Buffer> for ServiceBoard {
     fn is_armed(&mut self) -> bool {
-        with(|core| !core.ticker.may_reconfigure())
+        with(|core| !core.control_loop.may_reconfigure())
     }
 
     fn status(&mut self) -> Status {
         let (used, size) = stack::use_bytes();
         with(|core| {
             let load = Load { stack_used_bytes: used, stack_size_bytes: size, ..core.load };
-            let mut status = core.ticker.report(load);
+            let mut status = core.control_loop.report(load);
             status.counters = status.counters.merged(&core.carrier);
             status
         })
     }
 
     fn next_counters(&mut self) -> [u8; 4] {
-        with(|core| core.ticker.next_counters())
+        with(|core| core.control_loop.next_counters())
     }
 
     fn activate(
@@ -232,10 +227,10 @@ impl DeviceBoard<Buffer> for Desk {
             return Err((give_back(buffer), changed));
         };
         with(|core| {
-            if !core.ticker.may_reconfigure() {
+            if !core.control_loop.may_reconfigure() {
                 return Err((give_back(buffer), Refusal::Armed));
             }
-            core.ticker.restart(master);
+            core.control_loop.restart(master);
             core.load = Load::default();
             core.overruns = 0;
             let old = core.active.replace(Active { config, buffer, len });
@@ -251,7 +246,7 @@ impl DeviceBoard<Buffer> for Desk {
             return Err(Refusal::Unsupported);
         }
         with(|core| {
-            if !core.ticker.set_lock_step(on) {
+            if !core.control_loop.set_lock_step(on) {
                 return Err(Refusal::Armed);
             }
             if on {
@@ -274,7 +269,7 @@ impl DeviceBoard<Buffer> for Desk {
 
     fn reset_counters(&mut self) {
         with(|core| {
-            core.ticker.reset_counters();
+            core.control_loop.reset_counters();
             core.carrier = Counters::default();
             core.load = Load::default();
         });

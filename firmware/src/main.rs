@@ -1,7 +1,7 @@
 //! The firmware: boards, interrupts, tasks. No mathematics.
 //!
 //! The tick runs in a timer interrupt of the highest priority and calls
-//! `cathforce_device::Ticker`; everything else is a task below it. See `README.md`.
+//! `cathforce_device::ControlLoop`; everything else is a task below it. See `README.md`.
 
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
@@ -26,7 +26,7 @@ fn main() -> ! {
     use board::Board as _;
 
     stack::paint();
-    let (board, ports) = board::start();
+    let (board, ports) = board::start(tick);
     stack::guard();
     defmt::info!("{=str}, firmware {=str}", board.name(), env!("CARGO_PKG_VERSION"));
 
@@ -43,6 +43,12 @@ fn main() -> ! {
     loop {
         board.idle();
     }
+}
+
+/// The tick: what it sends goes to the bus.
+#[cfg(target_os = "none")]
+fn tick() {
+    device::tick(bus::queue);
 }
 
 #[cfg(not(target_os = "none"))]

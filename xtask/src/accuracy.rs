@@ -8,7 +8,7 @@ use crate::figures;
 use crate::shell::{cargo, command, output, root, run, target_folder};
 
 const PACKAGE: &str = "cathforce-validation";
-const BEGIN: &str = "<!-- cargo xtask accuracy -->\n";
+const BEGIN: &str = "<!-- cargo xtask validation -->\n";
 
 /// Where the results go.
 #[derive(clap::Args)]
@@ -27,7 +27,7 @@ pub struct Arguments {
     links: Option<String>,
 }
 
-/// Measures every case and writes the table into docs/model.md; or exports the cases.
+/// Measures every case and writes the table into docs/reference/validation.md; or exports the cases.
 pub fn write(arguments: &Arguments) -> anyhow::Result<()> {
     run(&mut cargo(&["build", "--release", "--package", PACKAGE]))?;
     let mut program = command(target_folder().join("release").join(PACKAGE));
@@ -48,7 +48,7 @@ pub fn write(arguments: &Arguments) -> anyhow::Result<()> {
     let table = output(&mut program).with_context(|| {
         format!("measuring failed: `cargo run --release --package {PACKAGE}` says why")
     })?;
-    let page = root().join("docs/model.md");
+    let page = root().join("docs/reference/validation.md");
     figures::insert(&page, BEGIN, &table)?;
     println!("{table}\nwritten: {}", page.display());
     Ok(())

@@ -26,7 +26,7 @@ pub fn write(consent: setup::Consent) -> anyhow::Result<()> {
     std::fs::create_dir_all(&out)?;
     let summary = demo::play(&program, &elf, &out)?;
     insert(&root().join("README.md"), BEGIN, &demo_table(&read(&summary)?)?)?;
-    let figures = root().join("docs/figures.md");
+    let figures = root().join("docs/reference/figures.md");
     std::fs::write(&figures, practice_page(&program)?)?;
     println!("written: README.md, {}", figures.display());
     Ok(())

@@ -5,6 +5,7 @@
 mod accuracy;
 mod bench;
 mod build;
+mod citations;
 mod demo;
 mod disk;
 mod emulator;
@@ -38,7 +39,7 @@ enum Task {
     Figures(setup::Consent),
     /// Measure cost and accuracy, beside other simulators, and write docs/benchmarks.md.
     Bench(bench::Arguments),
-    /// Measure the model against the reference solver, and write the table into docs/model.md.
+    /// Measure the model against the reference solver, and write the table into docs/reference/validation.md.
     Accuracy(accuracy::Arguments),
     /// Install what is missing: Rust components, the emulators, a Linux guest.
     Setup(setup::Consent),

@@ -3,7 +3,7 @@
 use cathforce_link::qemu::FIRMWARE_VARIABLE;
 
 use crate::shell::{cargo, command, output, root, run, target_folder};
-use crate::{build, demo, disk, gates, guest, layers, promises, setup};
+use crate::{build, citations, demo, disk, gates, guest, layers, promises, setup};
 
 pub fn run_all(consent: setup::Consent) -> anyhow::Result<()> {
     disk::warn();
@@ -11,6 +11,7 @@ pub fn run_all(consent: setup::Consent) -> anyhow::Result<()> {
     run(&mut cargo(&["fmt", "--all", "--check"]))?;
     layers::check(&build::metadata()?)?;
     promises::check(root())?;
+    citations::check(root())?;
     run(&mut cargo(&["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"]))?;
     let elf = setup::everything(consent)?;
     guest::ensure(consent)?;

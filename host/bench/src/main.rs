@@ -1,4 +1,4 @@
-//! Measures what `docs/benchmarks.md` says and prints it as JSON; `cargo xtask bench` runs it
+//! Measures what `docs/reference/benchmarks.md` says and prints it as JSON; `cargo xtask bench` runs it
 //! with everything that it needs installed.
 
 #![forbid(unsafe_code)]

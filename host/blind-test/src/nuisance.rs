@@ -1,11 +1,12 @@
 //! What differs on any rig from mounting to mounting and from run to run, and is no effect: a diagnosis
-//! must see through it. Its priors (docs/gap.md) are the standard deviations here.
+//! must see through it. Its priors (docs/explanation/diagnosis.md) are the standard deviations here.
 
 use nalgebra::Vector3;
 
 use crate::change::Change;
+use crate::motion::STEP_S;
 use crate::noise::Noise;
-use crate::play::{Row, STEP_S, Trial};
+use crate::play::{Row, Trial};
 
 /// Zero of the force sensor, every axis \[N\].
 const ZERO_SD_N: f64 = 3e-3;

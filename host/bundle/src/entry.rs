@@ -3,8 +3,8 @@
 use nalgebra::Vector3;
 use thiserror::Error;
 
-use crate::bundle::CatheterRig;
 use crate::geometry::{Opening, Wall};
+use crate::rig::CatheterRig;
 
 /// No vessel has its wall farther from the entry than this \[m\].
 const FARTHEST_WALL_M: f64 = 0.06;

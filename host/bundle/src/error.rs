@@ -1,37 +1,14 @@
 //! What is wrong with a bundle: the file, the place in it, the cause and the fix.
 
-use std::fmt;
 use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
-use crate::bundle::{RigCause, TrialCause};
 use crate::entry::VesselCause;
 use crate::geometry::{CentrelineCause, MeshCause, StlCause};
-
-/// Where in a file.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Place {
-    /// The file as a whole.
-    Whole,
-    /// A line, counted from 1.
-    Line(usize),
-    /// A line and a column, both counted from 1 (for a CSV the column is the field's number).
-    LineColumn(usize, usize),
-    /// A byte, counted from 0.
-    Byte(usize),
-}
-
-impl fmt::Display for Place {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Place::Whole => Ok(()),
-            Place::Line(line) => write!(f, ":{line}"),
-            Place::LineColumn(line, column) => write!(f, ":{line}:{column}"),
-            Place::Byte(byte) => write!(f, " at byte {byte}"),
-        }
-    }
-}
+use crate::place::Place;
+use crate::rig::RigCause;
+use crate::trial::TrialCause;
 
 /// Why a bundle is refused.
 #[derive(Debug, Error)]
@@ -106,20 +83,6 @@ pub struct BundleError {
 impl BundleError {
     pub(crate) fn new(file: &Path, place: Place, cause: impl Into<Cause>) -> Self {
         Self { file: file.to_path_buf(), place, cause: cause.into() }
-    }
-}
-
-/// Something that looks wrong but does not stop anything.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Warning {
-    pub file: PathBuf,
-    pub place: Place,
-    pub message: String,
-}
-
-impl fmt::Display for Warning {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}{}: {}", self.file.display(), self.place, self.message)
     }
 }
 

@@ -6,12 +6,13 @@ use cathforce_config::{Band, EncodeError, ImageError, ImageHead, Settings};
 use cathforce_mechanics::{Description, ParameterError, Real};
 use thiserror::Error;
 
-use crate::bundle::{Bundle, CatheterRig};
+use crate::bundle::Bundle;
 use crate::description::{SolverDefaults, describe};
 use crate::error::BundleError;
 use crate::geometry::SurfaceModel;
 use crate::limits::{self, BundleOrModel};
 use crate::lumen::LumenOptions;
+use crate::rig::CatheterRig;
 use crate::tips::Tip;
 use crate::vessel::{CELL_M, LumenBuildError, LumenReport, LumenTooLarge, Vessel};
 
@@ -173,7 +174,7 @@ pub fn device_image(
     let mut description = described(rig, options, nominal_m)?;
     // How many links there is time for, solver and effects decide.
     let solver = &description.solver;
-    let links = most_links(solver.solves, solver.substeps, description.is_laden());
+    let links = most_links(solver.solves, solver.substeps, description.has_active_effects());
     let link_length_m = link_length_m(links)?;
     description.solver.link_length_m = link_length_m as f32;
     description.solver.fine_tip_m = options.solver.fine_tip_m(link_length_m) as f32;

@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use crate::bundle::{Bundle, read_mesh};
-use crate::error::{Place, Warning};
 use crate::geometry::{Mesh, MeshWall, SurfaceModel};
 use crate::lumen::{BuiltLumen, LumenOptions, measure_against};
+use crate::place::{Place, Warning};
 use crate::vessel::{LumenBuildError, LumenReport, QUALITY_POINTS, Vessel};
 
 /// Outer diameter of the instrument that a mesh on its own is meant for \[m\].

@@ -17,19 +17,23 @@ mod job;
 mod limits;
 pub mod lumen;
 mod nearest;
+mod place;
+mod rig;
 mod table;
 pub mod tips;
+mod trial;
 mod vessel;
 
 pub use bundle::{Bundle, Trial};
 pub use description::{SolverDefaults, describe, to_description};
 pub use entry::{BesideOpening, VesselCause};
-pub use error::{BundleError, Cause, Place, Warning};
+pub use error::{BundleError, Cause};
 pub use image::{
     ImageBuildError, ImageOptions, ImageReport, check_rig, device_image, rig_description,
 };
 pub use job::LumenJob;
 pub use nearest::nearest;
+pub use place::{Place, Warning};
 pub use vessel::{
     CELL_M, LumenBuildError, LumenReport, LumenTooLarge, Vessel, WallSource, lumen_from_bundle,
 };

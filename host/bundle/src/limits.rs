@@ -2,8 +2,10 @@
 
 use cathforce_mechanics::{Description, DescriptionError, Instrument, Real};
 
-use crate::bundle::{BeyondModel, Bundle, CatheterRig, RigCause, RigInstrument, place_of_key};
-use crate::error::{BundleError, Place};
+use crate::bundle::Bundle;
+use crate::error::BundleError;
+use crate::place::Place;
+use crate::rig::{BeyondModel, CatheterRig, RigCause, RigInstrument, place_of_key};
 
 /// A field of a description, the numbers that it may have, and in which unit.
 struct Limit {

@@ -5,8 +5,8 @@ use std::ops::Range;
 use csv::{ReaderBuilder, StringRecord, Trim};
 use thiserror::Error;
 
-use crate::error::Place;
 use crate::nearest::nearest;
+use crate::place::Place;
 
 /// What is wrong with a table.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]

@@ -4,14 +4,16 @@ use cathforce_mechanics::LumenHeader;
 use nalgebra::Vector3;
 use thiserror::Error;
 
-use crate::bundle::{Bundle, CatheterRig, WallRegion};
+use crate::bundle::Bundle;
 use crate::entry::{VesselCause, no_entry};
-use crate::error::{BundleError, Place};
+use crate::error::BundleError;
 use crate::geometry::{Mesh, MeshWall, Opening, RegionalWall, SurfaceModel, TubeWall, Wall};
 use crate::lumen::{
     BuiltLumen, DEVICE_LUMEN_BYTES, LumenOptions, LumenQuality, Spread, build_lumen, may_fit,
     measure, widest_m,
 };
+use crate::place::Place;
+use crate::rig::{CatheterRig, WallRegion};
 
 /// Grid spacing unless another is asked for \[m\].
 pub const CELL_M: f64 = 1e-3;

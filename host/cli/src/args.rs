@@ -25,8 +25,8 @@ pub use config::{
     ConfigSaveArguments, ConfigSetArguments, ConfigShowArguments, ConfigValidateArguments,
 };
 pub use gap::{
-    AblationArguments, ApplyArguments, ChallengeAction, ChallengeArguments, ChallengeFolder,
-    ChallengeFolders, ChallengeMakeArguments, ChallengeRunArguments, CoverageArguments,
+    AblationArguments, ApplyArguments, BlindTestAction, BlindTestArguments, BlindTestFolder,
+    BlindTestFolders, BlindTestMakeArguments, BlindTestRunArguments, CoverageArguments,
     DiagnoseArguments, GapAction, GapArguments, IsolabilityArguments, ProtocolArguments,
     SpikeInArguments, VerifyArguments, Way,
 };
@@ -205,7 +205,8 @@ pub struct Changes {
 
 #[derive(Debug, Args)]
 pub struct RunArguments {
-    /// Where the device is: socketcan:can0, slcan:tcp:HOST:PORT, slcan:/dev/ttyACM0, qemu or sim.
+    /// Where the device is: socketcan:can0, slcan:/dev/ttyACM0, slcan:tcp:HOST:PORT,
+    /// slcan:listen:PORT, qemu, sim; `cathforce link list` lists what there is.
     #[arg(long, value_parser = link::address)]
     pub link: String,
     /// Let the device's own clock run its ticks: times are real, but the recording cannot be

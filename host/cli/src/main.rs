@@ -11,11 +11,9 @@ mod open;
 mod output;
 #[cfg(test)]
 mod reference;
-mod report;
 mod run_info;
 mod session;
 mod settings;
-mod summary;
 mod ui;
 
 use std::process::ExitCode;
@@ -26,6 +24,7 @@ use session::Pace;
 fn main() -> ExitCode {
     let arguments = Arguments::read();
     let ui = ui::Ui::new(arguments.json, arguments.quiet);
+    cathforce_link::set_remarks(move |remark| ui.say(remark));
     let result = match arguments.command {
         Command::Run(arguments) => {
             let pace = if arguments.free { Pace::Free } else { Pace::LockStep };

@@ -31,15 +31,6 @@ pub fn open_recording(ui: &Ui, path: &Path) -> Result<Recording, Failure> {
     Ok(recording)
 }
 
-/// Whether a recording is complete, in words.
-pub fn completeness(recording: &Recording) -> String {
-    match recording.cut {
-        Some(cut) => format!("no: it breaks off at byte {}", cut.byte),
-        None if recording.result.is_none() => "no: the run broke off".into(),
-        None => "yes".into(),
-    }
-}
-
 /// Whether a recording and its run both came to their end.
 pub fn is_complete(recording: &Recording) -> bool {
     recording.cut.is_none() && recording.result.is_some()

@@ -430,18 +430,22 @@ fn a_recording_is_diagnosed_and_applied_like_a_bundle() {
 }
 
 #[test]
-fn a_challenge_that_would_ask_nothing_is_refused() {
+fn a_blind_test_without_cases_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let made = folder.path().join("made");
-    fn challenge<'a>(action: &'a str, made: &'a Path, extra: &[&'a str]) -> Vec<&'a str> {
-        [&["gap", "challenge", action, text(made)], extra].concat()
+    fn blind_test<'a>(action: &'a str, made: &'a Path, extra: &[&'a str]) -> Vec<&'a str> {
+        [&["gap", "blind-test", action, text(made)], extra].concat()
     }
     assert_fails(
-        &challenge("make", &made, &["--seed", "1", "--cases", "0"]),
+        &blind_test("make", &made, &["--seed", "1", "--cases", "0"]),
         2,
-        &["asks nothing", "fix:"],
+        &["tests nothing", "fix:"],
     );
-    assert_fails(&challenge("seal", &made, &[]), 3, &["no challenge is there", "challenge make"]);
+    assert_fails(
+        &blind_test("seal", &made, &[]),
+        3,
+        &["no blind test is there", "blind-test make"],
+    );
 
     let drive = folder.path().join("axis");
     std::fs::create_dir(&drive).unwrap();
@@ -449,8 +453,8 @@ fn a_challenge_that_would_ask_nothing_is_refused() {
         .unwrap();
     let of_a_drive = ["--seed", "1", "--cases", "1", "--bundle", text(&drive)];
     let why = ["rig.toml", "a drive on its own", "bundle of a catheter"];
-    assert_fails(&challenge("make", &made, &of_a_drive), 3, &why);
-    assert!(!made.exists(), "a refused challenge leaves nothing behind");
+    assert_fails(&blind_test("make", &made, &of_a_drive), 3, &why);
+    assert!(!made.exists(), "a refused blind test leaves nothing behind");
 }
 
 #[test]

@@ -43,6 +43,10 @@ pub enum LinkError {
     Stuck {
         link: String,
     },
+    /// Everybody who had joined the bus that this program holds has left it.
+    Alone {
+        link: String,
+    },
     Lost {
         link: String,
         source: io::Error,
@@ -83,6 +87,7 @@ impl LinkError {
             Self::Stuck { link } => {
                 format!("{link}: the bus takes no more frames: nobody acknowledges them")
             }
+            Self::Alone { link } => format!("{link}: everybody who was connected has left"),
             Self::Lost { link, source } => format!("{link}: lost: {source}"),
             Self::Silent { link, waited, awaited, .. } => {
                 let waited_s = waited.as_secs_f32();
@@ -122,6 +127,11 @@ impl LinkError {
             Self::Stuck { .. } => {
                 "Check that the device is powered, that both ends are terminated \
                 with 120 Ω and that both run at 1 Mbit/s"
+                    .into()
+            }
+            Self::Alone { .. } => {
+                "Start both sides again, first the one that listens, and look at what the other \
+                 one said when it ended"
                     .into()
             }
             Self::Lost { .. } => "Check the cable and that the device is still running".into(),

@@ -1,12 +1,12 @@
 //! One bus, many carriers.
 //!
-//! [`open`] turns an address into a [`Link`], which carries frames and knows nothing of
-//! what they mean:
+//! [`open`] turns an address into a [`Link`], which carries frames and does not interpret them:
 //!
 //! | address | carrier |
 //! | --- | --- |
 //! | `socketcan:can0` | a CAN interface of Linux |
-//! | `slcan:tcp:HOST:PORT` | SLCAN over a socket |
+//! | `slcan:tcp:HOST:PORT` | SLCAN over a socket that is connected from here |
+//! | `slcan:listen:PORT`, `slcan:listen:HOST:PORT` | a bus that others join: SLCAN over sockets that are connected from there |
 //! | `slcan:/dev/ttyACM0`, `slcan:/dev/ttyACM0@115200` | an SLCAN adapter on a serial port |
 //! | `qemu`, `qemu:ELF` | the firmware on an emulated board, started here |
 //! | `sim` | the device's code in this process, no hardware at all |
@@ -17,11 +17,15 @@ mod address;
 mod build;
 mod client;
 mod error;
+mod firmware;
 mod firmware_log;
+mod hub;
 pub mod interface;
 mod play;
 pub mod qemu;
 mod reader;
+mod remark;
+mod serial;
 mod serve;
 mod sim;
 mod slcan;
@@ -39,7 +43,10 @@ pub use address::{ADDRESSES, check as check_address, open};
 pub use build::{build_of, version_and_build};
 pub use client::{Client, ClientError, Device, Tap};
 pub use error::LinkError;
+pub use hub::Hub;
 pub use play::Step;
+pub use remark::set_remarks;
+pub use serial::{SerialPort, Usb, serial_ports};
 pub use serve::{Served, serve};
 pub use sim::Sim;
 pub use slcan::Slcan;
@@ -65,6 +72,11 @@ pub trait Link: Send {
         None
     }
 
+    /// Frames that it dropped because somebody on the bus did not take them in time.
+    fn dropped(&self) -> u64 {
+        0
+    }
+
     /// Its address, for messages.
     fn name(&self) -> &str;
 }
@@ -84,6 +96,10 @@ impl Link for Box<dyn Link> {
 
     fn waited(&self) -> Option<Duration> {
         (**self).waited()
+    }
+
+    fn dropped(&self) -> u64 {
+        (**self).dropped()
     }
 
     fn name(&self) -> &str {

@@ -11,7 +11,7 @@ use cathforce_bus::service::{Load, Refusal, Status};
 use cathforce_bus::{Counter, Counters, Frame, Id};
 use cathforce_config::{Settings, image};
 use cathforce_control::Config;
-use cathforce_device::{Board, Identity, Image, Service, Ticker, copy_from};
+use cathforce_device::{Board, ControlLoop, Identity, Image, Service, copy_from};
 
 use crate::{Link, LinkError};
 
@@ -46,7 +46,7 @@ pub struct Sim {
 }
 
 struct VirtualBoard {
-    ticker: Ticker,
+    ticker: ControlLoop,
     configured: Option<Configured>,
     /// Frames dropped because nobody read them.
     carrier: Counters,
@@ -68,7 +68,7 @@ impl Sim {
             can_lock_step: true,
             max_image_len: IMAGE_BUFFER_LEN as u32,
         };
-        let (ticker, carrier) = (Ticker::new(), Counters::default());
+        let (ticker, carrier) = (ControlLoop::new(), Counters::default());
         Self {
             service: Service::new(identity, vec![0; IMAGE_BUFFER_LEN]),
             board: VirtualBoard { ticker, configured: None, carrier, missed_ticks: 0 },
@@ -86,7 +86,7 @@ impl Sim {
     }
 
     /// The half of the device that ticks, to look at.
-    pub fn ticker(&self) -> &Ticker {
+    pub fn ticker(&self) -> &ControlLoop {
         &self.board.ticker
     }
 

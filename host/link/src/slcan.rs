@@ -13,7 +13,7 @@ use crate::{Link, LinkError};
 const CONNECT_TIMEOUT: Duration = Duration::from_secs(3);
 
 /// Close, 1 Mbit/s, open; the leading carriage return ends whatever was cut off before.
-const OPEN_CHANNEL: &[u8] = b"\rC\rS8\rO\r";
+pub(crate) const OPEN_CHANNEL: &[u8] = b"\rC\rS8\rO\r";
 
 /// A link over a stream of SLCAN lines.
 pub struct Slcan {
@@ -56,7 +56,8 @@ impl Slcan {
             link: name.into(),
             check: match source.kind() {
                 io::ErrorKind::ConnectionRefused => {
-                    "that the SLCAN server is running and listens on this port"
+                    "that the other side is running and listens on this port; `cathforce link \
+                     serve slcan:listen:PORT` is a device that does"
                 }
                 io::ErrorKind::TimedOut => "that the host is on and no firewall is in between",
                 _ => "the host's name and that the network reaches it",

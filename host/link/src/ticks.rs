@@ -1,7 +1,7 @@
 //! From frames back to ticks.
 
 use cathforce_bus::{Contact, Counters, Frame, Haptic, Id, Process, Protection, Status};
-use cathforce_device::Sent;
+use cathforce_device::TickFrames;
 
 /// What a device sent in one tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -14,7 +14,7 @@ pub struct TickReport {
     /// TICK, DRIVE, MOMENT, SHAPE, FORCE or GUIDEWIREDRIVE, in ticks that have one.
     pub third: Option<Process>,
     /// The same as frames, in the order in which they arrived.
-    pub frames: Sent,
+    pub frames: TickFrames,
 }
 
 /// Collects the frames of each tick: HAPTIC begins one, the frame whose status says so
@@ -88,10 +88,10 @@ impl Assembler {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use cathforce_device::Ticker;
+    use cathforce_device::ControlLoop;
 
     fn ticks(n: usize) -> Vec<Frame> {
-        let mut ticker = Ticker::new();
+        let mut ticker = ControlLoop::new();
         (0..n).flat_map(|_| ticker.tick(None, None)).flatten().collect()
     }
 

@@ -14,6 +14,7 @@ mod bundle;
 mod candump;
 mod clock;
 mod compare;
+mod coverage;
 mod dropout;
 mod frame;
 pub mod import;
@@ -21,12 +22,14 @@ mod info;
 pub mod latency;
 mod layout;
 mod messages;
+mod noise;
 mod parquet_file;
 mod reader;
 mod replay;
 mod sensed;
 mod series;
 pub mod snap;
+mod summary;
 mod survey;
 mod tick;
 mod topics;
@@ -46,15 +49,18 @@ pub use clock::BusClock;
 pub use compare::{
     ChannelError, Comparison, FEED_BEFORE_SCORE_M, ForceError, SNAP_GUARD_S, SnapPair, compare,
 };
+pub use coverage::{COLUMNS, Coverage, Covered, NORMAL_NINETY};
 pub use dropout::{Dropout, DropoutCause};
 pub use frame::BusFrame;
 pub use info::{FORMAT, RunInfo, RunResult};
 pub use layout::VESSEL_FILES;
+pub use noise::white_noise;
 pub use parquet_file::write_ticks_parquet;
 pub use reader::{Cut, ReadError, Recording, is_recording};
 pub use replay::{Difference, ReplayError, ReplayReport, Track, replay};
 pub use sensed::as_sensed;
 pub use series::{estimates, trial_time_s, write_nodes_csv, write_ticks_csv};
+pub use summary::Summary;
 pub use survey::{DropoutCount, IdCount, Survey, bus_load, name as frame_name, survey};
 pub use tick::{
     Completed, Decoder, GuidewireEstimate, NodeEstimate, NodePass, TickEstimate, decode,

@@ -1,6 +1,6 @@
 //! From frames back to quantities: what the device said, tick by tick.
 
-use cathforce_bus::master::{Collector, Master, Reading, Taken};
+use cathforce_bus::master::{Collector, FrameOutcome, Master, Reading};
 use cathforce_bus::{
     Accepted, Counter, Counters, Direction, Encoder, Id, Insertion, Process, Protection, Rotation,
 };
@@ -268,7 +268,7 @@ impl Decoder {
 
     /// A frame of the master's own.
     fn take_foreign(&mut self, frame: &BusFrame) -> Option<Completed> {
-        if let Taken::Rejected(counter) = self.master.take(&frame.frame) {
+        if let FrameOutcome::Rejected(counter) = self.master.take(&frame.frame) {
             self.counters.count(counter);
             let (at_ns, id) = (frame.at_ns, Some(frame.frame.id()));
             let cause = DropoutCause::WrongLength;

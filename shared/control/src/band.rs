@@ -1,12 +1,12 @@
 //! How far the estimated forces may be from the true ones.
 //!
 //! A diagnosis has measured it and tabulates it over insertion and direction of motion
-//! (docs/gap.md, "How far the forces may be off"); a tick only looks it up. Nothing else in a tick
+//! (docs/explanation/diagnosis.md (D15)); a tick only looks it up. Nothing else in a tick
 //! depends on it.
 
 use serde::{Deserialize, Serialize};
 
-use crate::words::{Word, Words};
+use crate::memory_visitor::{MemoryWord, VisitMemory};
 
 /// Insertions at which a band is stated.
 pub const BAND_ROWS: usize = 24;
@@ -84,20 +84,20 @@ impl Band {
 
 /// Memory of how the instrument got where it is.
 #[derive(Clone, Debug)]
-pub(crate) struct Way {
+pub(crate) struct InsertionHistory {
     /// The farthest that it got in its direction \[m\].
     farthest_m: f32,
     withdrawn: bool,
     since_snap_ticks: u8,
 }
 
-impl Way {
+impl InsertionHistory {
     pub fn new() -> Self {
         Self { farthest_m: 0.0, withdrawn: false, since_snap_ticks: 0 }
     }
 
     /// The band of a tick whose forces are the model's. `unresolved`: they are not to be trusted.
-    pub fn follow(
+    pub fn update(
         &mut self,
         band: Option<&Band>,
         insertion_m: f32,
@@ -122,10 +122,10 @@ impl Way {
     }
 }
 
-impl Words for Way {
-    fn words(&mut self, visit: &mut dyn FnMut(Word<'_>)) {
-        visit(Word::F32(&mut self.farthest_m));
-        visit(Word::U8(&mut self.since_snap_ticks));
+impl VisitMemory for InsertionHistory {
+    fn visit_memory(&mut self, visit: &mut dyn FnMut(MemoryWord<'_>)) {
+        visit(MemoryWord::F32(&mut self.farthest_m));
+        visit(MemoryWord::U8(&mut self.since_snap_ticks));
     }
 }
 
@@ -143,10 +143,10 @@ mod tests {
 
     /// The band after ticks at these insertions, each held until no snap is near.
     fn after(insertions_m: &[f32]) -> HalfWidths {
-        let (mut way, mut last) = (Way::new(), HalfWidths::default());
+        let (mut history, mut last) = (InsertionHistory::new(), HalfWidths::default());
         for &at in insertions_m {
             for _ in 0..SNAP_TICKS {
-                last = way.follow(Some(&band()), at, false);
+                last = history.update(Some(&band()), at, false);
             }
         }
         last
@@ -179,21 +179,21 @@ mod tests {
 
     #[test]
     fn a_way_that_is_no_number_is_forgotten() {
-        let mut way = Way { farthest_m: f32::NAN, ..Way::new() };
-        way.follow(None, 0.05, false);
-        assert_eq!((way.farthest_m, way.withdrawn), (0.05, true));
-        way.follow(None, 0.06, false);
-        assert!(!way.withdrawn);
+        let mut history = InsertionHistory { farthest_m: f32::NAN, ..InsertionHistory::new() };
+        history.update(None, 0.05, false);
+        assert_eq!((history.farthest_m, history.withdrawn), (0.05, true));
+        history.update(None, 0.06, false);
+        assert!(!history.withdrawn);
     }
 
     #[test]
     fn there_is_no_band_in_a_snap_and_shortly_after_it() {
-        let mut way = Way::new();
-        let mut follow = |unresolved| way.follow(Some(&band()), 0.05, unresolved);
-        assert_eq!(follow(true), HalfWidths::default());
-        let stated = (0..SNAP_TICKS).filter(|_| follow(false).force_n.is_some()).count();
+        let mut history = InsertionHistory::new();
+        let mut update = |unresolved| history.update(Some(&band()), 0.05, unresolved);
+        assert_eq!(update(true), HalfWidths::default());
+        let stated = (0..SNAP_TICKS).filter(|_| update(false).force_n.is_some()).count();
         assert_eq!(stated, 1, "in the last of them");
-        assert_eq!(follow(true), HalfWidths::default());
+        assert_eq!(update(true), HalfWidths::default());
     }
 
     #[test]

@@ -6,21 +6,21 @@
 
 use cathforce_mechanics as mechanics;
 
-use crate::words::{Word, Words};
-use crate::{Fault, Felt, Outputs};
+use crate::memory_visitor::{MemoryWord, VisitMemory};
+use crate::{Fault, HapticSource, Outputs};
 
-/// Words of [`Outputs::words`].
+/// Words of [`Outputs::digest_words`].
 const OUTPUT_WORDS: usize = 26;
 
 impl Outputs {
     /// The bits of every output except the digest, which follows from them.
-    pub(crate) fn words(&self) -> [u32; OUTPUT_WORDS] {
+    pub(crate) fn digest_words(&self) -> [u32; OUTPUT_WORDS] {
         // No `..`: an output that is added must be added here.
         let Self {
             mode,
             fault,
             limited,
-            felt,
+            haptic_source,
             force_n,
             torque_n_m,
             contact,
@@ -50,7 +50,7 @@ impl Outputs {
             u32::from(mode.code()),
             u32::from(fault.map_or(0, Fault::code)),
             u32::from(limited.bits()),
-            u32::from(felt == Felt::Guidewire),
+            u32::from(haptic_source == HapticSource::Guidewire),
             force_n.to_bits(),
             torque_n_m.to_bits(),
             fx.to_bits(),
@@ -97,9 +97,9 @@ impl Digest {
     }
 }
 
-impl Words for Digest {
-    fn words(&mut self, visit: &mut dyn FnMut(Word<'_>)) {
-        visit(Word::U32(&mut self.0));
+impl VisitMemory for Digest {
+    fn visit_memory(&mut self, visit: &mut dyn FnMut(MemoryWord<'_>)) {
+        visit(MemoryWord::U32(&mut self.0));
     }
 }
 

@@ -5,8 +5,8 @@
 //! model. The newest ten frames and the newest ten samples are remembered as one bit each.
 
 use crate::limits::{positive, smaller};
+use crate::memory_visitor::{MemoryWord, VisitMemory};
 use crate::settings::ENCODER_TIMEOUT_HARD_TICKS;
-use crate::words::{Word, Words};
 use crate::{EncoderSample, Fault, Settings, TICK_S};
 
 /// Frames and samples that are remembered.
@@ -69,7 +69,7 @@ pub(crate) struct Freshness {
 
 /// What a tick may rely on.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Fresh {
+pub(crate) struct EncoderStatus {
     /// The last accepted sample, finite; `None` if there is none that is young enough.
     pub position: Option<EncoderSample>,
     /// Ticks since the newest accepted sample; 0 if it came in this tick.
@@ -98,7 +98,7 @@ impl Freshness {
         bounds: &Bounds,
         sample: Option<EncoderSample>,
         rejected_frames: u8,
-    ) -> Fresh {
+    ) -> EncoderStatus {
         for _ in 0..u32::from(rejected_frames).min(WINDOW) {
             shift(&mut self.frames, true);
         }
@@ -150,7 +150,7 @@ impl Freshness {
         } else {
             None
         };
-        Fresh { position: self.last, age_ticks: self.age_ticks, motion, fault }
+        EncoderStatus { position: self.last, age_ticks: self.age_ticks, motion, fault }
     }
 
     /// The next sample in range will be believed wherever it is.
@@ -164,15 +164,15 @@ fn shift(history: &mut u16, bad: bool) {
     *history = (*history << 1 | u16::from(bad)) & ((1 << WINDOW) - 1);
 }
 
-impl Words for Freshness {
-    fn words(&mut self, visit: &mut dyn FnMut(Word<'_>)) {
+impl VisitMemory for Freshness {
+    fn visit_memory(&mut self, visit: &mut dyn FnMut(MemoryWord<'_>)) {
         if let Some(last) = &mut self.last {
-            visit(Word::F32(&mut last.insertion_m));
-            visit(Word::F32(&mut last.rotation_rad));
+            visit(MemoryWord::F32(&mut last.insertion_m));
+            visit(MemoryWord::F32(&mut last.rotation_rad));
         }
-        visit(Word::U8(&mut self.age_ticks));
-        visit(Word::U16(&mut self.frames));
-        visit(Word::U16(&mut self.samples));
+        visit(MemoryWord::U8(&mut self.age_ticks));
+        visit(MemoryWord::U16(&mut self.frames));
+        visit(MemoryWord::U16(&mut self.samples));
     }
 }
 

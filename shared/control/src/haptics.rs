@@ -9,8 +9,8 @@
 use cathforce_mechanics as mechanics;
 
 use crate::limits::finite;
-use crate::words::{Word, Words};
-use crate::{Fault, Felt, Settings};
+use crate::memory_visitor::{MemoryWord, VisitMemory};
+use crate::{Fault, HapticSource, Settings};
 
 /// What the operator's axes are asked for.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,7 +23,7 @@ pub(crate) struct Rendered {
 
 /// Load on one drive.
 #[derive(Clone, Debug)]
-struct Load {
+struct DriveLoad {
     force_n: f32,
     torque_n_m: f32,
 }
@@ -31,14 +31,14 @@ struct Load {
 /// Memory of the last trusted forces at the drives.
 #[derive(Clone, Debug)]
 pub(crate) struct Haptics {
-    catheter: Load,
-    guidewire: Load,
+    catheter: DriveLoad,
+    guidewire: DriveLoad,
     unresolved_ticks: u16,
 }
 
 impl Haptics {
     pub fn new() -> Self {
-        let nothing = Load { force_n: 0.0, torque_n_m: 0.0 };
+        let nothing = DriveLoad { force_n: 0.0, torque_n_m: 0.0 };
         Self { catheter: nothing.clone(), guidewire: nothing, unresolved_ticks: 0 }
     }
 
@@ -53,8 +53,8 @@ impl Haptics {
         } else {
             self.unresolved_ticks = 0;
             self.catheter =
-                Load { force_n: contact.drive_force_n, torque_n_m: contact.drive_torque_n_m };
-            self.guidewire = Load {
+                DriveLoad { force_n: contact.drive_force_n, torque_n_m: contact.drive_torque_n_m };
+            self.guidewire = DriveLoad {
                 force_n: contact.guidewire_force_n,
                 torque_n_m: contact.guidewire_torque_n_m,
             };
@@ -64,27 +64,28 @@ impl Haptics {
     }
 
     /// The forces are those of the newest tick.
-    pub fn trusted(&self) -> bool {
+    pub fn is_trusted(&self) -> bool {
         self.unresolved_ticks == 0
     }
 
     /// The haptic law. May be infinite (a large gain); the limiter deals with that.
-    pub fn render(&self, settings: &Settings, felt: Felt) -> Rendered {
-        let load = match felt {
-            Felt::Catheter => &self.catheter,
-            Felt::Guidewire => &self.guidewire,
+    pub fn render(&self, settings: &Settings, haptic_source: HapticSource) -> Rendered {
+        let load = match haptic_source {
+            HapticSource::Catheter => &self.catheter,
+            HapticSource::Guidewire => &self.guidewire,
         };
-        let law = |gain: f32, deadband: f32, drive: f32| gain * beyond(deadband, finite(drive));
+        let law =
+            |gain: f32, deadband: f32, drive: f32| gain * apply_deadband(deadband, finite(drive));
         Rendered {
             force_n: law(settings.force_gain, settings.force_deadband_n, load.force_n),
             torque_n_m: law(settings.torque_gain, settings.torque_deadband_n_m, load.torque_n_m),
-            held: !self.trusted(),
+            held: !self.is_trusted(),
         }
     }
 }
 
 /// The part of `x` beyond ±`deadband`, without a jump at its edge.
-fn beyond(deadband: f32, x: f32) -> f32 {
+fn apply_deadband(deadband: f32, x: f32) -> f32 {
     if x > deadband {
         x - deadband
     } else if x < -deadband {
@@ -94,13 +95,13 @@ fn beyond(deadband: f32, x: f32) -> f32 {
     }
 }
 
-impl Words for Haptics {
-    fn words(&mut self, visit: &mut dyn FnMut(Word<'_>)) {
+impl VisitMemory for Haptics {
+    fn visit_memory(&mut self, visit: &mut dyn FnMut(MemoryWord<'_>)) {
         for load in [&mut self.catheter, &mut self.guidewire] {
-            visit(Word::F32(&mut load.force_n));
-            visit(Word::F32(&mut load.torque_n_m));
+            visit(MemoryWord::F32(&mut load.force_n));
+            visit(MemoryWord::F32(&mut load.torque_n_m));
         }
-        visit(Word::U16(&mut self.unresolved_ticks));
+        visit(MemoryWord::U16(&mut self.unresolved_ticks));
     }
 }
 
@@ -117,10 +118,10 @@ mod tests {
         let (settings, mut haptics) = (Settings::default(), Haptics::new());
         haptics.observe(&settings, &found(0.4, false));
         haptics.observe(&settings, &found(-70.0, true));
-        let rendered = haptics.render(&settings, Felt::Catheter);
+        let rendered = haptics.render(&settings, HapticSource::Catheter);
         assert_eq!((rendered.force_n, rendered.held), (0.4, true));
         haptics.observe(&settings, &found(0.3, false));
-        let rendered = haptics.render(&settings, Felt::Catheter);
+        let rendered = haptics.render(&settings, HapticSource::Catheter);
         assert_eq!((rendered.force_n, rendered.held), (0.3, false));
     }
 
@@ -140,7 +141,7 @@ mod tests {
         let mut haptics = Haptics::new();
         for (drive, rendered) in [(1.0, 1.5), (-1.0, -1.5), (0.25, 0.0), (-0.2, 0.0)] {
             haptics.observe(&settings, &found(drive, false));
-            assert_eq!(haptics.render(&settings, Felt::Catheter).force_n, rendered);
+            assert_eq!(haptics.render(&settings, HapticSource::Catheter).force_n, rendered);
         }
     }
 }

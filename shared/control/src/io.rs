@@ -2,7 +2,7 @@
 
 use cathforce_mechanics as mechanics;
 
-use crate::{Fault, HalfWidths, Mode};
+use crate::{Fault, Grip, HalfWidths, HapticSource, Mode};
 
 /// Everything that reached the device since the last tick, decoded.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
@@ -11,9 +11,8 @@ pub struct Inputs {
     pub encoder: Option<EncoderSample>,
     /// Likewise of the guidewire's drive; of no effect where there is none.
     pub guidewire: Option<GuidewireSample>,
-    /// The operator has let go of the handle, or holds the button of neither instrument: nothing
-    /// is felt then. `None`: as it was; held before anybody says so.
-    pub released: Option<bool>,
+    /// What the operator holds. `None`: unchanged; before the first one, the handle counts as held.
+    pub grip: Option<Grip>,
     /// Frames rejected since the last tick (CRC, counter, length); saturates.
     pub rejected_frames: u8,
     /// At most one command a tick.
@@ -37,14 +36,6 @@ pub struct GuidewireSample {
     pub at: EncoderSample,
     /// The operator holds the guidewire's button: its load is felt.
     pub held: bool,
-}
-
-/// The instrument whose load the operator feels.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
-pub enum Felt {
-    #[default]
-    Catheter,
-    Guidewire,
 }
 
 /// What the host asks for.
@@ -78,7 +69,7 @@ pub struct Outputs {
     /// What changed the output in this tick.
     pub limited: LimitFlags,
     /// Whose load the output renders.
-    pub felt: Felt,
+    pub haptic_source: HapticSource,
     /// On the operator's linear axis, positive against insertion \[N\].
     pub force_n: f32,
     /// On the operator's rotary axis, positive against positive rotation \[N·m\].

@@ -7,6 +7,7 @@
 //! | --- | --- |
 //! | `freshness` | which encoder samples are believed, and for how long |
 //! | `supervisor` | modes and the table of their transitions |
+//! | `grip` | which drive's load the operator feels, and whether any |
 //! | `tick` | the order of things; runs the model in the modes that track |
 //! | `haptics` | forces at the drive → what the operator's axes are asked for |
 //! | `passivity` | how large an output may be before an axis gives out too much energy |
@@ -25,30 +26,32 @@ mod band;
 mod digest;
 mod faults;
 mod freshness;
+mod grip;
 mod haptics;
 mod io;
 mod limits;
+mod memory_visitor;
 mod passivity;
 mod selftest;
 mod settings;
 mod state;
 mod supervisor;
 mod tick;
-mod words;
 
 use cathforce_mechanics as mechanics;
 
 pub use band::{BAND_ROWS, BAND_UNIT_N, BAND_UNKNOWN, Band, BandRow, HalfWidths};
 pub use faults::{Fault, Reaction};
-pub use io::{Command, EncoderSample, Felt, GuidewireSample, Inputs, LimitFlags, Notice, Outputs};
+pub use grip::{Grip, HapticSource};
+pub use io::{Command, EncoderSample, GuidewireSample, Inputs, LimitFlags, Notice, Outputs};
+#[doc(hidden)]
+pub use memory_visitor::MemoryWord;
 pub use settings::{
     ENCODER_TIMEOUT_HARD_TICKS, FORCE_HARD_N, RAMP_HARD_TICKS, SETTINGS, SettingError, SettingInfo,
     Settings, TICK_S, TORQUE_HARD_N_M,
 };
 pub use state::{State, step};
 pub use supervisor::{Mode, RampCause};
-#[doc(hidden)]
-pub use words::Word;
 
 /// What a tick is told and cannot change.
 #[derive(Clone, Debug)]

@@ -10,8 +10,8 @@
 //! [`Limiter::cut`] is the one way around the slew limit: zero at once, in modes that must
 //! not output anything.
 
+use crate::memory_visitor::{MemoryWord, VisitMemory};
 use crate::settings::{RAMP_HARD_TICKS, ROUNDING};
-use crate::words::{Word, Words};
 use crate::{FORCE_HARD_N, Settings, TICK_S, TORQUE_HARD_N_M};
 
 /// How far and how fast one axis may go. Always finite and not negative.
@@ -96,9 +96,9 @@ impl Limiter {
     }
 }
 
-impl Words for Limiter {
-    fn words(&mut self, visit: &mut dyn FnMut(Word<'_>)) {
-        visit(Word::F32(&mut self.last));
+impl VisitMemory for Limiter {
+    fn visit_memory(&mut self, visit: &mut dyn FnMut(MemoryWord<'_>)) {
+        visit(MemoryWord::F32(&mut self.last));
     }
 }
 

@@ -20,8 +20,8 @@ use cathforce_mechanics::Number;
 
 use crate::freshness::Motion;
 use crate::limits::positive;
+use crate::memory_visitor::{MemoryWord, VisitMemory};
 use crate::settings::ROUNDING;
-use crate::words::{Word, Words};
 
 /// Memory of one axis. Energies in joule, outputs in N or N·m, motions in m or rad.
 #[derive(Clone, Debug)]
@@ -29,15 +29,15 @@ pub(crate) struct Passivity {
     /// Net energy received since arming, without the ticks in doubt.
     received_j: f32,
     /// Worst case of the ticks since the last sample.
-    doubt_j: f32,
+    unconfirmed_j: f32,
     /// Sum of the outputs of those ticks.
-    doubt_output: f32,
+    unconfirmed_output: f32,
 }
 
 impl Passivity {
     /// At arming.
     pub fn new() -> Self {
-        Self { received_j: 0.0, doubt_j: 0.0, doubt_output: 0.0 }
+        Self { received_j: 0.0, unconfirmed_j: 0.0, unconfirmed_output: 0.0 }
     }
 
     /// Accounts for the time since `output` was set. `moved`: this axis' part of `motion`;
@@ -45,40 +45,40 @@ impl Passivity {
     pub fn observe(&mut self, output: f32, motion: Motion, moved: f32, step: f32) {
         match motion {
             Motion::Unknown => {
-                self.doubt_j += output.abs() * step;
-                self.doubt_output += output;
+                self.unconfirmed_j += output.abs() * step;
+                self.unconfirmed_output += output;
             }
             Motion::Known { ticks, .. } => {
                 let a_tick = moved / f32::from(ticks.max(1));
-                self.received_j += (output + self.doubt_output) * a_tick;
-                self.doubt_j = 0.0;
-                self.doubt_output = 0.0;
+                self.received_j += (output + self.unconfirmed_output) * a_tick;
+                self.unconfirmed_j = 0.0;
+                self.unconfirmed_output = 0.0;
             }
         }
     }
 
     /// The operator's axis moves with another drive from here on, whose samples say nothing of
     /// the ticks in doubt: their worst case stays.
-    pub fn hand_over(&mut self) {
-        self.received_j -= self.doubt_j;
-        self.doubt_j = 0.0;
-        self.doubt_output = 0.0;
+    pub fn change_drive(&mut self) {
+        self.received_j -= self.unconfirmed_j;
+        self.unconfirmed_j = 0.0;
+        self.unconfirmed_output = 0.0;
     }
 
     /// Largest output that keeps the promise; 0 if the memory is corrupt.
     pub fn bound(&self, budget_j: f32, slew: f32, step: f32) -> f32 {
-        let left_j = positive(budget_j + self.received_j - self.doubt_j);
+        let left_j = positive(budget_j + self.received_j - self.unconfirmed_j);
         // f²/(2 s) + f = a, solved without cancellation.
         let a = ROUNDING * left_j / step;
         positive(2.0 * a / (1.0 + (1.0 + 2.0 * a / slew).root()))
     }
 }
 
-impl Words for Passivity {
-    fn words(&mut self, visit: &mut dyn FnMut(Word<'_>)) {
-        visit(Word::F32(&mut self.received_j));
-        visit(Word::F32(&mut self.doubt_j));
-        visit(Word::F32(&mut self.doubt_output));
+impl VisitMemory for Passivity {
+    fn visit_memory(&mut self, visit: &mut dyn FnMut(MemoryWord<'_>)) {
+        visit(MemoryWord::F32(&mut self.received_j));
+        visit(MemoryWord::F32(&mut self.unconfirmed_j));
+        visit(MemoryWord::F32(&mut self.unconfirmed_output));
     }
 }
 
@@ -133,8 +133,8 @@ mod tests {
 
         #[test]
         fn p05_any_memory_gives_a_finite_bound(bits: [u32; 3], budget: u32, slew: u32, step: u32) {
-            let [received_j, doubt_j, doubt_output] = bits.map(f32::from_bits);
-            let passivity = Passivity { received_j, doubt_j, doubt_output };
+            let [received_j, unconfirmed_j, unconfirmed_output] = bits.map(f32::from_bits);
+            let passivity = Passivity { received_j, unconfirmed_j, unconfirmed_output };
             let f = f32::from_bits;
             let bound = passivity.bound(f(budget), f(slew), f(step));
             prop_assert!(bound >= 0.0 && bound.is_finite());

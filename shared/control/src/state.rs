@@ -2,8 +2,8 @@
 
 use cathforce_mechanics as mechanics;
 
+use crate::memory_visitor::{MemoryWord, VisitMemory};
 use crate::tick::{Estimator, Memory};
-use crate::words::{Word, Words};
 use crate::{Band, Config, Inputs, Outputs};
 
 /// Memory of the tick. Configuration never lives here.
@@ -45,8 +45,8 @@ impl State {
 
     /// Visits every number of the controller's own memory; for tests that corrupt it.
     #[doc(hidden)]
-    pub fn words(&mut self, visit: &mut dyn FnMut(Word<'_>)) {
-        self.memory.words(visit);
+    pub fn visit_memory(&mut self, visit: &mut dyn FnMut(MemoryWord<'_>)) {
+        self.memory.visit_memory(visit);
     }
 }
 

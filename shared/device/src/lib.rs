@@ -1,6 +1,6 @@
 //! The device without its hardware, in two halves.
 //!
-//! * [`Ticker`] belongs to the tick interrupt: process frames in, one control step, frames
+//! * [`ControlLoop`] belongs to the tick interrupt: process frames in, one control step, frames
 //!   out. The host's replay and its virtual board run the same one.
 //! * [`Service`] belongs to a task: it answers service messages and collects an uploaded
 //!   image in a spare buffer. What it wants done it asks of the [`Board`].
@@ -11,9 +11,9 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
-mod reason;
+mod control_loop;
+mod refusal;
 mod service;
-mod ticker;
 
+pub use control_loop::{ControlLoop, MAX_FRAMES_PER_TICK, TickFrames};
 pub use service::{Board, Identity, Image, Service, copy_from};
-pub use ticker::{MOST_FRAMES_A_TICK, Sent, Ticker};

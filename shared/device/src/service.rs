@@ -7,19 +7,19 @@ use cathforce_bus::service::{
 use cathforce_bus::{Counter, Counters, Frame, Id};
 use cathforce_config::image;
 
-use crate::reason::refusal;
+use crate::refusal::refusal;
 
 /// What a service asks of the hardware and of the ticker around it.
 ///
 /// `B` is a buffer for an image: `&'static mut [u8]` on a device, `Vec<u8>` on a host.
 pub trait Board<B> {
-    /// Output is armed or ramping down: nothing may change ([`crate::Ticker::may_reconfigure`]).
+    /// Output is armed or ramping down: nothing may change ([`crate::ControlLoop::may_reconfigure`]).
     fn is_armed(&mut self) -> bool;
 
-    /// [`crate::Ticker::report`], with the counters of the carrier added.
+    /// [`crate::ControlLoop::report`], with the counters of the carrier added.
     fn status(&mut self) -> Status;
 
-    /// [`crate::Ticker::next_counters`].
+    /// [`crate::ControlLoop::next_counters`].
     fn next_counters(&mut self) -> [u8; 4];
 
     /// Puts an image to use: between two ticks, exchange the configuration and restart the
@@ -29,7 +29,7 @@ pub trait Board<B> {
     /// buffer and the reason, and then nothing has changed.
     fn activate(&mut self, image: Image<B>) -> Result<Option<B>, (B, Refusal<'static>)>;
 
-    /// [`crate::Ticker::set_lock_step`]; [`Refusal::Unsupported`] where it cannot be.
+    /// [`crate::ControlLoop::set_lock_step`]; [`Refusal::Unsupported`] where it cannot be.
     fn set_lock_step(&mut self, on: bool) -> Result<(), Refusal<'static>>;
 
     /// Zeroes counters and worst cases.
@@ -84,12 +84,12 @@ pub struct Service<B> {
     /// The last request done: sequence number and check of its bytes.
     answered: Option<(u8, u32)>,
     counters: Counters,
-    desk: Desk<B>,
+    handler: RequestHandler<B>,
 }
 
 /// What requests act on, apart from the board.
 #[derive(Debug)]
-struct Desk<B> {
+struct RequestHandler<B> {
     identity: Identity,
     spare: Option<B>,
     upload: Option<Upload>,
@@ -114,7 +114,7 @@ impl<B: AsRef<[u8]> + AsMut<[u8]>> Service<B> {
             endpoint: DeviceEndpoint::new(Id::ServiceResponse.raw(), service::BLOCK_SIZE),
             answered: None,
             counters: Counters::default(),
-            desk: Desk {
+            handler: RequestHandler {
                 identity,
                 spare: Some(spare),
                 upload: None,
@@ -126,7 +126,7 @@ impl<B: AsRef<[u8]> + AsMut<[u8]>> Service<B> {
 
     /// A buffer for the next image, where there is none.
     pub fn lend(&mut self, spare: B) {
-        self.desk.spare.get_or_insert(spare);
+        self.handler.spare.get_or_insert(spare);
     }
 
     /// Takes a frame with the id [`Id::ServiceRequest`] and does what it completes.
@@ -149,7 +149,7 @@ impl<B: AsRef<[u8]> + AsMut<[u8]>> Service<B> {
                     return;
                 }
                 self.answered = this;
-                (sequence, self.desk.handle(request, board))
+                (sequence, self.handler.handle(request, board))
             }
             Err(EnvelopeError::Meaning { sequence }) => {
                 self.counters.count(Counter::MessageBroken);
@@ -174,7 +174,7 @@ impl<B: AsRef<[u8]> + AsMut<[u8]>> Service<B> {
             Ok(Answer::Hello(hello)) => Response::Hello(hello),
             Ok(Answer::Done) => Response::Done,
             Ok(Answer::Bytes(len)) => {
-                Response::ImageBytes(self.desk.read.get(..len).unwrap_or_default())
+                Response::ImageBytes(self.handler.read.get(..len).unwrap_or_default())
             }
             Err(refusal) => Response::Refused(refusal),
         };
@@ -198,13 +198,13 @@ impl<B: AsRef<[u8]> + AsMut<[u8]>> Service<B> {
 enum Answer {
     Hello(Hello<'static>),
     Status(Status),
-    /// So many bytes of [`Desk::read`].
+    /// So many bytes of [`RequestHandler::read`].
     Bytes(usize),
     Reset,
     Done,
 }
 
-impl<B: AsRef<[u8]> + AsMut<[u8]>> Desk<B> {
+impl<B: AsRef<[u8]> + AsMut<[u8]>> RequestHandler<B> {
     fn handle(
         &mut self,
         request: Request<'_>,

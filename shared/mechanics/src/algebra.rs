@@ -13,7 +13,7 @@ use cathforce_scalar::{Number, Pack, Real, Vector3};
 /// itself the compiler reads early and then parks what does not fit. A host is better left to
 /// itself. A value is not changed.
 #[inline(always)]
-pub(crate) fn read_here() {
+pub(crate) fn reload_barrier() {
     if cfg!(target_arch = "arm") {
         compiler_fence(Ordering::SeqCst);
     }
@@ -117,7 +117,7 @@ impl<T: Number> Sym3<T> {
     #[inline(always)]
     pub fn outer(u: &Vector3<T>, v: &Vector3<T>) -> Self {
         let rest = Vector3::new(u.y(), u.y(), u.z());
-        Self { first: v * u.x(), rest: rest.times(&Vector3::new(v.y(), v.z(), v.z())) }
+        Self { first: v * u.x(), rest: rest.component_mul(&Vector3::new(v.y(), v.z(), v.z())) }
     }
 
     /// self + other
@@ -170,8 +170,10 @@ impl<T: Number> Sym3<T> {
     pub fn add_cross_product(&mut self, l: &Vector3<T>, m: &Matrix3<T>) {
         let [x, y, z] = &m.rows;
         self.first = self.first + z * l.y() - y * l.z();
-        let added = Vector3::new(x.y(), x.z(), y.z()).times(&Vector3::new(l.z(), l.z(), l.x()));
-        let taken = Vector3::new(z.y(), z.z(), x.z()).times(&Vector3::new(l.x(), l.x(), l.y()));
+        let added =
+            Vector3::new(x.y(), x.z(), y.z()).component_mul(&Vector3::new(l.z(), l.z(), l.x()));
+        let taken =
+            Vector3::new(z.y(), z.z(), x.z()).component_mul(&Vector3::new(l.x(), l.x(), l.y()));
         self.rest = self.rest + added - taken;
     }
 
@@ -180,8 +182,10 @@ impl<T: Number> Sym3<T> {
     pub fn add_cross_product_transposed(&mut self, l: &Vector3<T>, m: &Matrix3<T>) {
         let [x, y, z] = m.columns();
         self.first = self.first.plus_cross(l, &x);
-        let added = Vector3::new(y.x(), y.y(), z.y()).times(&Vector3::new(l.z(), l.x(), l.x()));
-        let taken = Vector3::new(y.z(), y.x(), z.x()).times(&Vector3::new(l.x(), l.y(), l.y()));
+        let added =
+            Vector3::new(y.x(), y.y(), z.y()).component_mul(&Vector3::new(l.z(), l.x(), l.x()));
+        let taken =
+            Vector3::new(y.z(), y.x(), z.x()).component_mul(&Vector3::new(l.x(), l.y(), l.y()));
         self.rest = self.rest + added - taken;
     }
 }
@@ -189,12 +193,12 @@ impl<T: Number> Sym3<T> {
 impl<N: Number> Sym3<N> {
     /// The matrix of each lane.
     #[inline(always)]
-    pub fn apart<T: Real>(self) -> N::Lanes<Sym3<T>>
+    pub fn split<T: Real>(self) -> N::Lanes<Sym3<T>>
     where
         N: Pack<T>,
     {
-        let (first, rest) = (N::apart(self.first), N::apart(self.rest));
-        N::lanes(|lane| Sym3 { first: first[lane], rest: rest[lane] })
+        let (first, rest) = (N::split_vectors(self.first), N::split_vectors(self.rest));
+        N::per_lane(|lane| Sym3 { first: first[lane], rest: rest[lane] })
     }
 }
 
@@ -203,7 +207,7 @@ impl<N: Number> Sym3<N> {
 /// Where a stiff wall meets a soft joint, A − B D⁻¹ Bᵀ must be taken through the factors: by
 /// the inverse, the error grows with the square of the condition and the result turns negative.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Factor<T> {
+pub(crate) struct LdltFactor<T> {
     yx: T,
     zx: T,
     zy: T,
@@ -211,7 +215,7 @@ pub(crate) struct Factor<T> {
     pub inverse: [T; 3],
 }
 
-impl<T: Real> Factor<T> {
+impl<T: Real> LdltFactor<T> {
     pub const fn identity() -> Self {
         let (o, one) = (T::ZERO, T::ONE);
         Self { yx: o, zx: o, zy: o, inverse: [one; 3] }
@@ -299,21 +303,21 @@ impl<T: Real> Rotation<T> {
 impl<N: Number> Rotation<N> {
     /// Those of some lanes side by side.
     #[inline(always)]
-    pub fn side_by_side<'a, T: Real>(of: impl Fn(usize) -> &'a Rotation<T>) -> Self
+    pub fn gather<'a, T: Real>(of: impl Fn(usize) -> &'a Rotation<T>) -> Self
     where
         N: Pack<T>,
     {
-        Self { w: N::each(|lane| of(lane).w), v: N::vectors(|lane| of(lane).v) }
+        Self { w: N::from_lanes(|lane| of(lane).w), v: N::gather_vectors(|lane| of(lane).v) }
     }
 
     /// The rotation of each lane.
     #[inline(always)]
-    pub fn apart<T: Real>(self) -> N::Lanes<Rotation<T>>
+    pub fn split<T: Real>(self) -> N::Lanes<Rotation<T>>
     where
         N: Pack<T>,
     {
-        let v = N::apart(self.v);
-        N::lanes(|lane| Rotation { w: self.w.lane(lane), v: v[lane] })
+        let v = N::split_vectors(self.v);
+        N::per_lane(|lane| Rotation { w: self.w.lane(lane), v: v[lane] })
     }
 }
 
@@ -355,7 +359,7 @@ impl<T: Number> Rotation<T> {
 }
 
 /// The way from one rotation to another, less than half a turn.
-pub(crate) struct Bend<T: Number> {
+pub(crate) struct RelativeRotation<T: Number> {
     /// Rotation vector, material axes \[rad\].
     pub angle: Vector3<T>,
     /// The rotation halfway, as a quaternion of no particular norm.
@@ -365,7 +369,7 @@ pub(crate) struct Bend<T: Number> {
     scale: T,
 }
 
-impl<T: Number> Bend<T> {
+impl<T: Number> RelativeRotation<T> {
     /// q = log(nearᵀ far) = 4 atan(|m|)/|m| m, with m = v/(1 + w) of the quaternion between
     /// them.     docs/model.md (4)
     ///
@@ -420,7 +424,7 @@ mod tests {
             c.add_identity(wall);
             c.sub_outer(&(lever * wall), &lever);
             c.add_identity(1.0);
-            let factor = Factor::new(&c, 1.0);
+            let factor = LdltFactor::new(&c, 1.0);
             let z = factor.forward(b.columns());
             for (z, inverse) in z.iter().zip(factor.inverse) {
                 a.sub_outer(&(z * inverse), z);

@@ -3,20 +3,20 @@
 
 use cathforce_scalar::{Pack, Vector3};
 
-use crate::effects::acting::Law;
+use crate::effects::active::Law;
 use crate::grid::Grid;
 use crate::model::{maximum, minimum};
-use crate::pieces::{Pieces, Placed, Walk, Which};
+use crate::segments::{AxialPosition, InstrumentRole, Segments, Walk};
+use crate::solve::Scheme;
 use crate::state::State;
-use crate::sweep::Scheme;
 use crate::tables::{Joint, Tables};
 use crate::{Model, Real};
 
 /// How the two instruments lie in the chain, and how they slide along it in one step.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Overlap<T> {
-    pub catheter: Placed<T>,
-    pub wire: Placed<T>,
+    pub catheter: AxialPosition<T>,
+    pub wire: AxialPosition<T>,
     /// Feed of each less the chain's \[m\].
     pub catheter_slid_m: T,
     pub wire_slid_m: T,
@@ -28,8 +28,8 @@ impl<T: Real> Overlap<T> {
     pub const fn new() -> Self {
         let o = T::ZERO;
         Self {
-            catheter: Placed::leading(),
-            wire: Placed::leading(),
+            catheter: AxialPosition::leading(),
+            wire: AxialPosition::leading(),
             catheter_slid_m: o,
             wire_slid_m: o,
             wire_rolled_rad: o,
@@ -38,14 +38,18 @@ impl<T: Real> Overlap<T> {
 
     /// The one that does not lead: it slides in or on the chain. Where the tips meet, it is the
     /// wire.
-    pub fn follower(&self) -> Which {
-        if self.catheter.behind_m > T::zero() { Which::Catheter } else { Which::Guidewire }
+    pub fn follower(&self) -> InstrumentRole {
+        if self.catheter.behind_m > T::zero() {
+            InstrumentRole::Catheter
+        } else {
+            InstrumentRole::Guidewire
+        }
     }
 
     /// Share of a sample that the catheter covers.     docs/model.md (40)
     ///
     /// Its end stands for a cone of half a link of the shaft, so that no sample jumps as it passes.
-    pub fn covered(&self, sample: usize, grid: &Grid<T>) -> T {
+    pub fn catheter_coverage(&self, sample: usize, grid: &Grid<T>) -> T {
         let behind = self.catheter.behind_m / (grid.link_length_m * T::lit(0.5));
         let covered = grid.sample(sample) * T::int(2) + T::one() - behind;
         minimum(maximum(covered, T::zero()), T::one())
@@ -55,21 +59,25 @@ impl<T: Real> Overlap<T> {
 impl<T: Real, const LINKS: usize> State<T, LINKS> {
     /// Joints and links as they are in this step.
     pub(crate) fn tables<'a>(&'a self, model: &'a Model<T, LINKS>) -> &'a Tables<T, LINKS> {
-        if model.guidewire.is_some() { &self.overlaid } else { &model.tables }
+        if model.guidewire.is_some() { &self.coaxial_tables } else { &model.tables }
     }
 
     /// Both instruments from the chain's tip on; `wire` is the model's.
-    pub(crate) fn walk<'a>(&self, model: &'a Model<T, LINKS>, wire: &'a Pieces<T>) -> Walk<'a, T> {
+    pub(crate) fn walk<'a>(
+        &self,
+        model: &'a Model<T, LINKS>,
+        wire: &'a Segments<T>,
+    ) -> Walk<'a, T> {
         let Overlap { catheter, wire: placed, .. } = self.overlap;
         Walk::new((&model.catheter, catheter), Some((wire, placed)))
     }
 
     /// Makes the tables of the chain as the instruments lie in it now, and of the first link where
     /// none is out of the guide: its mouth has a joint then too.     docs/model.md (39)
-    pub(crate) fn overlay(&mut self, model: &Model<T, LINKS>) {
+    pub(crate) fn fill_coaxial_tables(&mut self, model: &Model<T, LINKS>) {
         if let Some(wire) = &model.guidewire {
             let walk = self.walk(model, wire);
-            self.overlaid.fill(self.count.clamp(1, LINKS), &model.grid, walk);
+            self.coaxial_tables.fill(self.count.clamp(1, LINKS), &model.grid, walk);
         }
     }
 }
@@ -82,14 +90,14 @@ pub(crate) struct Slide<T> {
     /// About its tangent \[rad\].
     pub turn_rad: T,
     /// What it will slide of what it slid in the last step.
-    pub of_last: T,
+    pub ratio_to_last: T,
 }
 
 /// The law of a chain of two instruments, over that of its effects.
 pub(crate) struct Coaxial<'a, T, L> {
     effects: &'a mut L,
     overlap: Overlap<T>,
-    /// As [`Paced::sliding`](crate::pace::Paced).
+    /// As [`MotionRatio::sliding`](crate::pace::Paced).
     sliding: [T; 2],
     grid: Grid<T>,
     /// Radius of the catheter less the wire's \[m\].
@@ -115,8 +123,8 @@ impl<'a, T: Real, L: Law<T>> Coaxial<'a, T, L> {
         })
     }
 
-    fn covered(&self, sample: usize) -> T {
-        self.overlap.covered(sample, &self.grid)
+    fn catheter_coverage(&self, sample: usize) -> T {
+        self.overlap.catheter_coverage(sample, &self.grid)
     }
 }
 
@@ -126,18 +134,18 @@ impl<T: Real, L: Law<T>> Law<T> for Coaxial<'_, T, L> {
 
     #[inline(always)]
     fn radius(&self, sample: usize, catheter_m: T) -> T {
-        catheter_m - self.step_m * (T::one() - self.covered(sample))
+        catheter_m - self.step_m * (T::one() - self.catheter_coverage(sample))
     }
 
     #[inline(always)]
     fn slide(&self, sample: usize) -> Slide<T> {
-        let covered = self.covered(sample);
+        let covered = self.catheter_coverage(sample);
         let bare = T::one() - covered;
         let Overlap { catheter_slid_m, wire_slid_m, wire_rolled_rad, .. } = self.overlap;
         Slide {
             along_m: catheter_slid_m * covered + wire_slid_m * bare,
             turn_rad: wire_rolled_rad * bare,
-            of_last: self.sliding[0] * covered + self.sliding[1] * bare,
+            ratio_to_last: self.sliding[0] * covered + self.sliding[1] * bare,
         }
     }
 
@@ -152,8 +160,8 @@ impl<T: Real, L: Law<T>> Law<T> for Coaxial<'_, T, L> {
     }
 
     #[inline(always)]
-    fn indentation<N: Pack<T>>(&self, indented: N, slope: N, relaxed: N) -> (N, N, N) {
-        self.effects.indentation(indented, slope, relaxed)
+    fn indentation_response<N: Pack<T>>(&self, indented: N, slope: N, relaxed: N) -> (N, N, N) {
+        self.effects.indentation_response(indented, slope, relaxed)
     }
 
     #[inline(always)]
@@ -162,12 +170,12 @@ impl<T: Real, L: Law<T>> Law<T> for Coaxial<'_, T, L> {
     }
 
     #[inline(always)]
-    fn stream<N: Pack<T>>(
+    fn fluid_force<N: Pack<T>>(
         &self,
         tangent: &Vector3<N>,
         distance: impl FnOnce() -> N,
     ) -> Option<Vector3<N>> {
-        self.effects.stream(tangent, distance)
+        self.effects.fluid_force(tangent, distance)
     }
 
     #[inline(always)]

@@ -11,7 +11,7 @@ use cathforce_scalar::Real;
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
-use crate::effects::nominal::acts;
+use crate::effects::nominal;
 use crate::grid::Grid;
 use crate::{Effects, parameters};
 
@@ -228,8 +228,8 @@ impl<T: Real> Instrument<T> {
 impl<T: Real> Description<T> {
     /// Whether effects or a tendon take much time in every solve: the others are numbers of the
     /// nominal one.     docs/model.md §5
-    pub fn is_laden(&self) -> bool {
-        acts(self)
+    pub fn has_active_effects(&self) -> bool {
+        nominal::has_active_effects(self)
     }
 
     /// Checks every number; the first fault found is returned.

@@ -1,6 +1,6 @@
 //! Energies of the instrument: what a test of boundedness looks at.
 
-use crate::algebra::Bend;
+use crate::algebra::RelativeRotation;
 use crate::{Model, Real, State};
 
 impl<T: Real, const LINKS: usize> State<T, LINKS> {
@@ -15,7 +15,7 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
             sum += half * (half * (mass + distal_mass)) * link.velocity.norm_squared();
             distal_mass = mass;
         }
-        sum * self.carried * self.carried
+        sum * self.momentum_share * self.momentum_share
     }
 
     /// Elastic energy of bending, twist and stretch inside the vessel \[J\], and of a shaft that
@@ -34,8 +34,8 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
             } else {
                 half * (length + self.links[j + 1].span.length)
             };
-            let strain =
-                Bend::between(&proximal, &link.rotation).angle - joint.unloaded * (cell / full);
+            let strain = RelativeRotation::between(&proximal, &link.rotation).angle
+                - joint.unloaded * (cell / full);
             let bend = strain.x() * strain.x() + strain.y() * strain.y();
             let (mut torsion, mut twist) = (joint.torsion, strain.z());
             if j + 1 == self.count {

@@ -1,15 +1,15 @@
 //! Feed and rotation at the drive: links are born at the guide and dropped there, and the
 //! state is carried to the predictor of the next solve.
 
-use cathforce_scalar::{Pack, Vector3, Work};
+use cathforce_scalar::{Kernel, Pack, Vector3};
 
 use crate::algebra::Rotation;
 use crate::coaxial::Overlap;
 use crate::grid::Grid;
-use crate::lanes::Group;
+use crate::link_group::LinkGroup;
 use crate::model::{maximum, minimum, sin_cos};
-use crate::pieces::Placed;
 use crate::proximity::Proximity;
+use crate::segments::AxialPosition;
 use crate::state::{LinkState, Span, State};
 use crate::{Drive, Drives, Model, Real};
 
@@ -44,13 +44,13 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
     /// does not bear and drop one in turn with its last bit.
     pub(crate) fn feed(&mut self, model: &Model<T, LINKS>, target: Drives<T>) {
         let Grid { link_length_m: h, .. } = model.grid;
-        let catheter = model.reached(target.catheter);
+        let catheter = model.within_reach(target.catheter);
         let turned = catheter.rotation_rad - self.drives.catheter.rotation_rad;
         let mut insertion = catheter.insertion_m;
         if model.guidewire.is_some() {
-            let guidewire = model.reached(target.guidewire);
+            let guidewire = model.within_reach(target.guidewire);
             insertion = maximum(guidewire.insertion_m, insertion);
-            self.slide(Drives { catheter, guidewire }, insertion, h);
+            self.slide_instruments(Drives { catheter, guidewire }, insertion, h);
         } else {
             self.drives.catheter = catheter;
         }
@@ -71,7 +71,7 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
             } else if insertion <= T::zero() {
                 break;
             }
-            self.give_birth(base_m);
+            self.add_link(base_m);
         }
         while self.count > 0 && self.base_length_m <= T::zero() {
             self.count -= 1;
@@ -83,11 +83,11 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
         if let Some(base) = self.links[..self.count.min(LINKS)].last_mut() {
             base.span = Span::new(self.base_length_m, model.grid.link_m(last));
         }
-        self.overlay(model);
+        self.fill_coaxial_tables(model);
     }
 
     /// Both drives go to where they are now, the chain's tip to the foremost of them.
-    fn slide(&mut self, drives: Drives<T>, insertion_m: T, link_length_m: T) {
+    fn slide_instruments(&mut self, drives: Drives<T>, insertion_m: T, link_length_m: T) {
         let before = core::mem::replace(&mut self.drives, drives);
         let fed_m = insertion_m - self.insertion_m;
         let slid_m = |now: Drive<T>, was: Drive<T>| now.insertion_m - was.insertion_m - fed_m;
@@ -95,8 +95,14 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
             |drives: &Drives<T>| drives.guidewire.rotation_rad - drives.catheter.rotation_rad;
         let behind_m = |drive: Drive<T>| behind_m(link_length_m, insertion_m, drive.insertion_m);
         self.overlap = Overlap {
-            catheter: Placed { behind_m: behind_m(drives.catheter), ..Placed::leading() },
-            wire: Placed { behind_m: behind_m(drives.guidewire), roll: sin_cos(rolled(&drives)) },
+            catheter: AxialPosition {
+                behind_m: behind_m(drives.catheter),
+                ..AxialPosition::leading()
+            },
+            wire: AxialPosition {
+                behind_m: behind_m(drives.guidewire),
+                roll: sin_cos(rolled(&drives)),
+            },
             catheter_slid_m: slid_m(drives.catheter, before.catheter),
             wire_slid_m: slid_m(drives.guidewire, before.guidewire),
             wire_rolled_rad: rolled(&drives) - rolled(&before),
@@ -105,16 +111,16 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
 
     /// A new base link: straight, along the guide, at rest in the material's frame; the last one is
     /// whole now.
-    fn give_birth(&mut self, link_length: T) {
+    fn add_link(&mut self, link_length: T) {
         let mut strain = T::zero();
         if let Some(base) = self.count.checked_sub(1).and_then(|base| self.links.get_mut(base)) {
             base.span = Span::new(link_length, link_length);
             strain = base.strain;
         }
-        if let Some((link, kept)) =
+        if let Some((link, elimination)) =
             self.links.get_mut(self.count).zip(self.eliminations.get_mut(self.count))
         {
-            kept.seen = [Proximity::none(); 2];
+            elimination.proximity = [Proximity::none(); 2];
             // It stands as the guide does now, so neither has turned against the other.
             self.guide.turn = Vector3::zeros();
             *link = LinkState {
@@ -130,42 +136,42 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
 
     /// Rotations by the filtered rates, positions from the base.     docs/model.md (3)
     ///
-    /// Only the initial guess of the solve; `dt_s` = 0 predicts no rotation. `paced`: what the rates are
+    /// Only the initial guess of the solve; `dt_s` = 0 predicts no rotation. `ratio`: what the rates are
     /// worth in it.
     #[inline(never)]
-    pub(crate) fn predict(&mut self, dt_s: T, paced: T) {
-        T::side_by_side(Predict { state: self, dt_s, paced });
+    pub(crate) fn predict(&mut self, dt_s: T, ratio: T) {
+        T::run_vectorised(PredictKernel { state: self, dt_s, ratio });
     }
 }
 
 /// [`State::predict`], for as many links at a time as there are lanes.
-struct Predict<'a, T: Real, const LINKS: usize> {
+struct PredictKernel<'a, T: Real, const LINKS: usize> {
     state: &'a mut State<T, LINKS>,
     dt_s: T,
-    paced: T,
+    ratio: T,
 }
 
-impl<T: Real, const LINKS: usize> Work<T> for Predict<'_, T, LINKS> {
+impl<T: Real, const LINKS: usize> Kernel<T> for PredictKernel<'_, T, LINKS> {
     type Output = ();
 
     #[inline(always)]
-    fn with<N: Pack<T>>(self) {
-        let Self { state, dt_s, paced } = self;
-        let dt_s = dt_s * paced;
-        let half_dt = N::all(dt_s * T::lit(0.5));
+    fn run<N: Pack<T>>(self) {
+        let Self { state, dt_s, ratio } = self;
+        let dt_s = dt_s * ratio;
+        let half_dt = N::splat(dt_s * T::lit(0.5));
         let largest = T::lit(0.25 * LARGEST_PREDICTED_TURN * LARGEST_PREDICTED_TURN);
         // A rate that is too large only because the drives speed up is kept.
-        let forgotten = largest * maximum(paced * paced, T::one());
+        let forgotten = largest * maximum(ratio * ratio, T::one());
         let mut position = state.effects.mouth;
         let count = state.count.min(LINKS);
         let links = &mut state.links[..count];
-        for group in Group::<N>::all(count).rev() {
+        for group in LinkGroup::<N>::all(count).rev() {
             let link = |lane: usize| &links[group.at(lane)];
-            let half = N::vectors(|lane| link(lane).rate) * half_dt;
+            let half = N::gather_vectors(|lane| link(lane).rate) * half_dt;
             let squared = half.dot(&half);
-            let rotation = Rotation::<N>::side_by_side(|lane| &link(lane).rotation).turned(&half);
-            let tangent = N::apart(rotation.tangent());
-            let rotation = rotation.apart::<T>();
+            let rotation = Rotation::<N>::gather(|lane| &link(lane).rotation).turned(&half);
+            let tangent = N::split_vectors(rotation.tangent());
+            let rotation = rotation.split::<T>();
             for lane in group.guide_to_tip() {
                 let link = &mut links[group.at(lane)];
                 if squared.lane(lane) < largest {

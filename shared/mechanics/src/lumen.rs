@@ -195,7 +195,7 @@ impl<'a> Lumen<'a> {
         let x = self.place::<T, N>(point.x(), 0);
         let y = self.place::<T, N>(point.y(), 1);
         let z = self.place::<T, N>(point.z(), 2);
-        let found = N::lanes(|lane| self.find([&x, &y, &z].map(|at| at.whole[lane])));
+        let found = N::per_lane(|lane| self.find([&x, &y, &z].map(|at| at.whole[lane])));
 
         let across_x = across::<N>(&found, 1, 2);
         let across_y = across::<N>(&found, 0, 2);
@@ -206,7 +206,7 @@ impl<'a> Lumen<'a> {
         let n_x = Blend::<N>::between::<T>(&found, &across_x, [X0, X1], |n| i32::from(n[2] as i8));
         let n_y = Blend::<N>::between::<T>(&found, &across_y, [Y0, Y1], |n| i32::from(n[3] as i8));
         let n_z = Blend::<N>::between::<T>(&found, &across_z, [Z0, Z1], |n| i32::from(n[4] as i8));
-        let codes = N::lanes(|lane| {
+        let codes = N::per_lane(|lane| {
             let sum = |face| across_x[lane].sum(face, |node| i32::from(found[lane].cell[node][5]));
             let (low, high) = (sum(X0), sum(X1));
             low + ((((high - low) >> 8) * found[lane].within[0]) >> (PLACE_BITS - 8))
@@ -216,15 +216,15 @@ impl<'a> Lumen<'a> {
         let v = share::<T, N>(&found, 1);
         let w = share::<T, N>(&found, 2);
         let one = N::lit(1.0);
-        let half_cell = N::each(|lane| T::lit(f64::from(found[lane].half_cell)));
+        let half_cell = N::from_lanes(|lane| T::lit(f64::from(found[lane].half_cell)));
         let bend = u * (one - u) * n_x.rise + v * (one - v) * n_y.rise + w * (one - w) * n_z.rise;
         let distance = d.at(u) * N::lit(f64::from(self.distance_unit)) - bend * half_cell;
         let normal = Vector3::new(n_x.at(u), n_y.at(v), n_z.at(w));
         let length = normal.norm();
         let normal = normal * (one / length.larger(N::lit(1e-3 / PLACE_UNIT)));
         let rest = normal.x() * x.rest + normal.y() * y.rest + normal.z() * z.rest;
-        let presence = N::each(|lane| T::lit(f64::from(found[lane].presence)));
-        let away = N::each(|lane| T::lit(f64::from(found[lane].away)));
+        let presence = N::from_lanes(|lane| T::lit(f64::from(found[lane].presence)));
+        let away = N::from_lanes(|lane| T::lit(f64::from(found[lane].away)));
         WallSample {
             distance_m: away + distance + rest * N::lit(f64::from(self.place)),
             normal,
@@ -263,8 +263,8 @@ impl<'a> Lumen<'a> {
     fn place<T: Real, N: Pack<T>>(&self, coordinate: N, axis: usize) -> Place<N> {
         let from_origin = coordinate - N::lit(f64::from(self.header.origin_m[axis]));
         let exact = from_origin * N::lit(f64::from(self.places_per_m));
-        let whole = exact.clipped(self.last_place[axis]);
-        let rest = exact - N::ints(|lane| whole[lane]);
+        let whole = exact.to_clamped_ints(self.last_place[axis]);
+        let rest = exact - N::from_ints(|lane| whole[lane]);
         Place { whole, rest }
     }
 }
@@ -336,13 +336,13 @@ fn weights(p: i32, q: i32) -> Weights {
 /// Of the faces that lie along the axes `p` and `q`.
 #[inline(always)]
 fn across<N: Number>(found: &N::Lanes<Found<'_>>, p: usize, q: usize) -> N::Lanes<Weights> {
-    N::lanes(|lane| weights(found[lane].within[p], found[lane].within[q]))
+    N::per_lane(|lane| weights(found[lane].within[p], found[lane].within[q]))
 }
 
 /// Of the cell along an axis, from its first face on.
 #[inline(always)]
 fn share<T: Real, N: Pack<T>>(found: &N::Lanes<Found<'_>>, axis: usize) -> N {
-    N::ints(|lane| found[lane].within[axis]) * N::lit(PLACE_UNIT)
+    N::from_ints(|lane| found[lane].within[axis]) * N::lit(PLACE_UNIT)
 }
 
 impl Weights {
@@ -373,8 +373,8 @@ impl<N: Number> Blend<N> {
         N: Pack<T>,
     {
         let sum = |lane: usize, face| across[lane].sum(face, |node| value(&found[lane].cell[node]));
-        let low = N::ints(|lane| sum(lane, low));
-        Self { low, rise: N::ints(|lane| sum(lane, high)) - low }
+        let low = N::from_ints(|lane| sum(lane, low));
+        Self { low, rise: N::from_ints(|lane| sum(lane, high)) - low }
     }
 }
 
@@ -389,8 +389,8 @@ impl<T: Number> Blend<T> {
 #[inline(always)]
 fn stiffness<T: Real, N: Pack<T>>(code: impl Fn(usize) -> i32) -> N {
     let step = |lane| (code(lane) >> PLACE_BITS) as usize & 0xFF;
-    let share = N::ints(|lane| within(code(lane))) * N::lit(PLACE_UNIT);
-    let scale = N::each(|lane| T::lit(f64::from(STIFFNESS[step(lane)])));
+    let share = N::from_ints(|lane| within(code(lane))) * N::lit(PLACE_UNIT);
+    let scale = N::from_lanes(|lane| T::lit(f64::from(STIFFNESS[step(lane)])));
     scale + share * scale * N::lit(STEP - 1.0)
 }
 

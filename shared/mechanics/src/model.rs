@@ -7,7 +7,7 @@ use crate::effects::StoredCurvature;
 use crate::effects::nominal::{self, Placement};
 use crate::effects::wall_law;
 use crate::grid::Grid;
-use crate::pieces::{Pieces, Placed, Walk};
+use crate::segments::{AxialPosition, Segments, Walk};
 use crate::tables::Tables;
 use crate::{Description, DescriptionError, Drive, Instrument, MAX_LINKS, Real, Wall};
 
@@ -18,8 +18,8 @@ pub struct Model<T: Real, const LINKS: usize = MAX_LINKS> {
     /// Of the catheter alone.
     pub(crate) tables: Tables<T, LINKS>,
     pub(crate) grid: Grid<T>,
-    pub(crate) catheter: Pieces<T>,
-    pub(crate) guidewire: Option<Pieces<T>>,
+    pub(crate) catheter: Segments<T>,
+    pub(crate) guidewire: Option<Segments<T>>,
     /// The wall's law with its effects.
     pub(crate) wall: Wall<T>,
     /// Share of its thickness down to which a compressed wall stiffens \[1\].
@@ -27,7 +27,7 @@ pub struct Model<T: Real, const LINKS: usize = MAX_LINKS> {
     /// Viscous time of bending, with its effect \[s\].
     pub(crate) bending_damping_s: T,
     /// An effect acts in the recursion.
-    pub(crate) acts: bool,
+    pub(crate) has_active_effects: bool,
     /// Twist per torque of the shaft behind the entry plane \[rad/(N·m)\].
     pub(crate) windup_rad_per_n_m: T,
     /// Orientation of the guide's mouth at rotation 0: columns up, side, direction.
@@ -45,11 +45,11 @@ impl<T: Real, const LINKS: usize> Model<T, LINKS> {
         description.validate()?;
         let effects = &description.effects;
         let instrument = &nominal::instrument(&description);
-        let catheter = Pieces::of(instrument, &effects.instrument.stored_curvature);
+        let catheter = Segments::of(instrument, &effects.instrument.stored_curvature);
         let straight = StoredCurvature::off();
-        let guidewire = description.guidewire.as_ref().map(|wire| Pieces::of(wire, &straight));
+        let guidewire = description.guidewire.as_ref().map(|wire| Segments::of(wire, &straight));
         let mut tables = Tables::new();
-        let alone = Walk::new((&catheter, Placed::leading()), None);
+        let alone = Walk::new((&catheter, AxialPosition::leading()), None);
         let grid = Grid::new(&description.solver);
         tables.fill(LINKS, &grid, alone);
         let stiffest = stiffest_wall(&description, instrument);
@@ -74,7 +74,7 @@ impl<T: Real, const LINKS: usize> Model<T, LINKS> {
             gravity,
             wall,
             least_stretch: wall_law::least_stretch(&effects.wall.hyperelastic, stiffening),
-            acts: nominal::acts(&description),
+            has_active_effects: nominal::has_active_effects(&description),
             windup_rad_per_n_m: effects.instrument.torsional_windup.free_length_m
                 / catheter.shaft_torsion(),
             catheter,
@@ -96,7 +96,7 @@ impl<T: Real, const LINKS: usize> Model<T, LINKS> {
     }
 
     /// A drive within what the links can reach.
-    pub(crate) fn reached(&self, drive: Drive<T>) -> Drive<T> {
+    pub(crate) fn within_reach(&self, drive: Drive<T>) -> Drive<T> {
         let insertion_m = minimum(maximum(drive.insertion_m, T::zero()), self.reach_m());
         Drive { insertion_m, ..drive }
     }

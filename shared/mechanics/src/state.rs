@@ -2,13 +2,13 @@
 
 use cathforce_scalar::Vector3;
 
-use crate::algebra::{Factor, Matrix3, Rotation};
+use crate::algebra::{LdltFactor, Matrix3, Rotation};
 use crate::coaxial::Overlap;
-use crate::contact::{Memory, Touch};
-use crate::effects::memory::Memory as EffectMemory;
+use crate::contact::{ContactState, LinearContact};
+use crate::drive_motion::DriveHistory;
+use crate::effects::state::EffectState;
 use crate::feed::SHORTEST_BASE;
 use crate::joint::JointLoad;
-use crate::pace::Pace;
 use crate::proximity::Proximity;
 use crate::tables::Tables;
 use crate::{MAX_LINKS, Real};
@@ -130,7 +130,7 @@ pub(crate) struct LinkState<T: Real> {
     /// Contact force on the instrument around node j \[N\].
     pub force: Vector3<T>,
     /// Contact at the node and at the middle of the link.
-    pub memory: [Memory<T>; 2],
+    pub memory: [ContactState<T>; 2],
 }
 
 impl<T: Real> LinkState<T> {
@@ -147,7 +147,7 @@ impl<T: Real> LinkState<T> {
             displacement: v,
             turn: v,
             force: v,
-            memory: [Memory::new(); 2],
+            memory: [ContactState::new(); 2],
         }
     }
 }
@@ -161,19 +161,19 @@ pub(crate) struct LinkLoads<T: Real> {
     pub stiffness: T,
 }
 
-/// A link's stretch: δe = free − pull·y − turn·δφ.     docs/model.md (6)
+/// A link's stretch: δe = free − a·y − b·δφ.     docs/model.md (6)
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Stretch<T: Real> {
     pub free: T,
-    pub pull: Vector3<T>,
-    pub turn: Vector3<T>,
+    pub by_displacement: Vector3<T>,
+    pub by_rotation: Vector3<T>,
 }
 
 impl<T: Real> Stretch<T> {
     /// Of a link whose node has swung by `y` and that has turned by `turn` \[m\].
     #[inline(always)]
-    pub fn resolve(&self, y: &Vector3<T>, turn: &Vector3<T>) -> T {
-        self.free - self.pull.dot(y) - self.turn.dot(turn)
+    pub fn back_substitute(&self, y: &Vector3<T>, turn: &Vector3<T>) -> T {
+        self.free - self.by_displacement.dot(y) - self.by_rotation.dot(turn)
     }
 }
 
@@ -187,12 +187,12 @@ pub(crate) struct Elimination<T: Real> {
     /// the link beyond it; s, Z and X are kept times Δ⁻¹.     docs/model.md (17)
     pub turn: Vector3<T>,
     pub by_displacement: Matrix3<T>,
-    pub by_turn: Matrix3<T>,
-    pub factor: Factor<T>,
+    pub by_rotation: Matrix3<T>,
+    pub factor: LdltFactor<T>,
     pub stretch: Stretch<T>,
     /// The wall at the node and at the middle of the link, and the contact with it.
-    pub seen: [Proximity<T>; 2],
-    pub touches: [Touch<T>; 2],
+    pub proximity: [Proximity<T>; 2],
+    pub contacts: [LinearContact<T>; 2],
 }
 
 impl<T: Real> Elimination<T> {
@@ -203,11 +203,11 @@ impl<T: Real> Elimination<T> {
             joint: JointLoad::none(),
             turn: v,
             by_displacement: Matrix3::zeros(),
-            by_turn: Matrix3::zeros(),
-            factor: Factor::identity(),
-            stretch: Stretch { free: o, pull: v, turn: v },
-            seen: [Proximity::none(); 2],
-            touches: [Touch::none(); 2],
+            by_rotation: Matrix3::zeros(),
+            factor: LdltFactor::identity(),
+            stretch: Stretch { free: o, by_displacement: v, by_rotation: v },
+            proximity: [Proximity::none(); 2],
+            contacts: [LinearContact::none(); 2],
         }
     }
 }
@@ -230,25 +230,25 @@ pub struct State<T: Real, const LINKS: usize = MAX_LINKS> {
     /// The guide, as the link that the base link is joined to: it is turned, but never moves.
     pub(crate) guide: LinkState<T>,
     /// The nodes, and not the middles of the links, were looked up in the last step.
-    pub(crate) nodes_look: bool,
+    pub(crate) nodes_sampled: bool,
     /// A point of the instrument is beyond the stored wall: no force can be given there.
     pub(crate) outside: bool,
     /// How the drives moved before.
-    pub(crate) pace: Pace<T>,
+    pub(crate) drive_history: DriveHistory<T>,
     /// Share of the motion that goes on into the next step: less than 1 after links have turned
     /// farther than a linear solve can carry momentum.
-    pub(crate) carried: T,
+    pub(crate) momentum_share: T,
     /// Ticks that are still flagged for the last one that was not resolved.
-    pub(crate) shaken: u8,
+    pub(crate) flagged_ticks: u8,
     /// A number was lost; the run begins again, one quasi-static step a tick.
     pub(crate) lost: bool,
     /// Quasi-static steps since the drive's position was reached.
-    pub(crate) rested: u16,
-    pub(crate) effects: EffectMemory<T>,
+    pub(crate) steps_at_rest: u16,
+    pub(crate) effects: EffectState<T>,
     /// Where two instruments lie in the chain, and its joints and links then; of no meaning for
     /// one.
     pub(crate) overlap: Overlap<T>,
-    pub(crate) overlaid: Tables<T, LINKS>,
+    pub(crate) coaxial_tables: Tables<T, LINKS>,
     pub(crate) links: [LinkState<T>; LINKS],
 }
 
@@ -268,16 +268,16 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
             base_length_m: T::ZERO,
             fed_m: T::ZERO,
             guide: LinkState::new(),
-            nodes_look: false,
+            nodes_sampled: false,
             outside: false,
-            pace: Pace::none(),
-            carried: T::ONE,
-            shaken: 0,
+            drive_history: DriveHistory::none(),
+            momentum_share: T::ONE,
+            flagged_ticks: 0,
             lost: false,
-            rested: 0,
-            effects: EffectMemory::new(),
+            steps_at_rest: 0,
+            effects: EffectState::new(),
             overlap: Overlap::new(),
-            overlaid: Tables::new(),
+            coaxial_tables: Tables::new(),
             links: [LinkState::new(); LINKS],
             eliminations: [Elimination::new(); LINKS],
         }
@@ -293,16 +293,16 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
             base_length_m,
             fed_m,
             guide,
-            nodes_look,
+            nodes_sampled,
             outside,
-            pace,
-            carried,
-            shaken,
+            drive_history,
+            momentum_share,
+            flagged_ticks,
             lost,
-            rested,
+            steps_at_rest,
             effects,
             overlap,
-            overlaid,
+            coaxial_tables,
             links,
             eliminations,
         } = self;
@@ -312,16 +312,16 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
         *base_length_m = T::zero();
         *fed_m = T::zero();
         *guide = LinkState::new();
-        *nodes_look = false;
+        *nodes_sampled = false;
         *outside = false;
-        *pace = Pace::none();
-        *carried = T::one();
-        *shaken = 0;
+        *drive_history = DriveHistory::none();
+        *momentum_share = T::one();
+        *flagged_ticks = 0;
         *lost = false;
-        *rested = 0;
-        *effects = EffectMemory::new();
+        *steps_at_rest = 0;
+        *effects = EffectState::new();
         *overlap = Overlap::new();
-        overlaid.reset();
+        coaxial_tables.reset();
         links.iter_mut().for_each(|link| *link = LinkState::new());
         eliminations.iter_mut().for_each(|elimination| *elimination = Elimination::new());
     }

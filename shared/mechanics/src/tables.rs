@@ -4,7 +4,7 @@ use cathforce_scalar::{Number, Pack, Vector3};
 
 use crate::Real;
 use crate::grid::Grid;
-use crate::pieces::Walk;
+use crate::segments::Walk;
 
 /// Elastic properties of one joint, over the full cell around it.
 #[derive(Clone, Copy, Debug)]
@@ -20,14 +20,14 @@ pub(crate) struct Joint<T: Number> {
 impl<N: Number> Joint<N> {
     /// Those of some lanes side by side.
     #[inline(always)]
-    pub fn side_by_side<'a, T: Real>(of: impl Fn(usize) -> &'a Joint<T>) -> Self
+    pub fn gather<'a, T: Real>(of: impl Fn(usize) -> &'a Joint<T>) -> Self
     where
         N: Pack<T>,
     {
         Self {
-            bending: N::each(|lane| of(lane).bending),
-            torsion: N::each(|lane| of(lane).torsion),
-            unloaded: N::vectors(|lane| of(lane).unloaded),
+            bending: N::from_lanes(|lane| of(lane).bending),
+            torsion: N::from_lanes(|lane| of(lane).torsion),
+            unloaded: N::gather_vectors(|lane| of(lane).unloaded),
         }
     }
 }

@@ -14,19 +14,19 @@
 #[cfg(target_arch = "x86_64")]
 extern crate std;
 
-#[cfg(target_arch = "x86_64")]
-mod lanes;
 mod pack;
-mod triple;
+mod storage;
 mod vector;
+#[cfg(target_arch = "x86_64")]
+mod x86_64;
 
 use core::fmt::Debug;
 use core::ops::{Add, Div, IndexMut, Mul, Neg, Sub};
 
 use nalgebra::RealField;
 
-pub use pack::{Pack, Work};
-pub use triple::{Plain, Triple};
+pub use pack::{Kernel, Pack};
+pub use storage::{ScalarStorage, Storage3};
 pub use vector::Vector3;
 
 /// What laws are written in: one number, or several at a time that are computed with lane by
@@ -41,13 +41,13 @@ pub trait Number:
     + Neg<Output = Self>
 {
     /// Three of them, as the target computes with them best.
-    type Triple: Triple<Self>;
+    type Storage3: Storage3<Self>;
     /// How many they are.
     const LANES: usize;
     /// Anything else that goes by lanes.
     type Lanes<U>: IndexMut<usize, Output = U>;
     /// What `of` says of each lane, asked in turn.
-    fn lanes<U>(of: impl FnMut(usize) -> U) -> Self::Lanes<U>;
+    fn per_lane<U>(of: impl FnMut(usize) -> U) -> Self::Lanes<U>;
     /// The nearest number to a constant of the source text.
     fn lit(value: f64) -> Self;
     /// Square root, correctly rounded, hence the same bits on host and device.
@@ -74,7 +74,7 @@ pub trait Real: RealField + Default + Pack<Self> {
     const PICO: Self;
     const ORIGIN: Vector3<Self>;
     /// Does something with as many numbers at a time as the processor computes with.
-    fn side_by_side<W: Work<Self>>(work: W) -> W::Output;
+    fn run_vectorised<W: Kernel<Self>>(work: W) -> W::Output;
     /// The nearest number to an integer.
     fn int(value: i32) -> Self;
     /// Nearest `f32`, for reports.
@@ -88,11 +88,11 @@ pub trait Real: RealField + Default + Pack<Self> {
 }
 
 impl Number for f32 {
-    type Triple = triple::Single;
+    type Storage3 = storage::F32Storage;
     const LANES: usize = 1;
     type Lanes<U> = [U; 1];
     #[inline(always)]
-    fn lanes<U>(mut of: impl FnMut(usize) -> U) -> [U; 1] {
+    fn per_lane<U>(mut of: impl FnMut(usize) -> U) -> [U; 1] {
         [of(0)]
     }
     #[inline(always)]
@@ -125,16 +125,16 @@ impl Real for f32 {
     const ZERO: Self = 0.0;
     const ONE: Self = 1.0;
     const PICO: Self = 1e-12;
-    const ORIGIN: Vector3<Self> = Vector3(triple::Single::ZERO);
+    const ORIGIN: Vector3<Self> = Vector3(storage::F32Storage::ZERO);
     #[inline(always)]
-    fn side_by_side<W: Work<Self>>(work: W) -> W::Output {
+    fn run_vectorised<W: Kernel<Self>>(work: W) -> W::Output {
         #[cfg(target_arch = "x86_64")]
         {
-            lanes::side_by_side::<Self, lanes::Four, lanes::Eight, W>(work)
+            x86_64::run_vectorised::<Self, x86_64::F32x4, x86_64::F32x8, W>(work)
         }
         #[cfg(not(target_arch = "x86_64"))]
         {
-            work.with::<Self>()
+            work.run::<Self>()
         }
     }
     #[inline(always)]
@@ -161,11 +161,11 @@ impl Real for f32 {
 }
 
 impl Number for f64 {
-    type Triple = Plain<f64>;
+    type Storage3 = ScalarStorage<f64>;
     const LANES: usize = 1;
     type Lanes<U> = [U; 1];
     #[inline(always)]
-    fn lanes<U>(mut of: impl FnMut(usize) -> U) -> [U; 1] {
+    fn per_lane<U>(mut of: impl FnMut(usize) -> U) -> [U; 1] {
         [of(0)]
     }
     #[inline(always)]
@@ -198,16 +198,16 @@ impl Real for f64 {
     const ZERO: Self = 0.0;
     const ONE: Self = 1.0;
     const PICO: Self = 1e-12;
-    const ORIGIN: Vector3<Self> = Vector3(Plain::<Self>::ZERO);
+    const ORIGIN: Vector3<Self> = Vector3(ScalarStorage::<Self>::ZERO);
     #[inline(always)]
-    fn side_by_side<W: Work<Self>>(work: W) -> W::Output {
+    fn run_vectorised<W: Kernel<Self>>(work: W) -> W::Output {
         #[cfg(target_arch = "x86_64")]
         {
-            lanes::side_by_side::<Self, lanes::Two, lanes::FourDoubles, W>(work)
+            x86_64::run_vectorised::<Self, x86_64::F64x2, x86_64::F64x4, W>(work)
         }
         #[cfg(not(target_arch = "x86_64"))]
         {
-            work.with::<Self>()
+            work.run::<Self>()
         }
     }
     #[inline(always)]

@@ -28,7 +28,7 @@ pub struct Arguments {
     without_peers: bool,
 }
 
-/// Measures everything, then writes `docs/benchmarks.md` and the README's table: a run that
+/// Measures everything, then writes `docs/reference/benchmarks.md` and the README's table: a run that
 /// fails changes neither.
 pub fn measure(arguments: &Arguments) -> anyhow::Result<()> {
     let here = std::env::current_dir()?;
@@ -50,7 +50,7 @@ pub fn measure(arguments: &Arguments) -> anyhow::Result<()> {
             .with_context(|| file.display().to_string())?;
     }
     if python.is_some() {
-        let docs = root().join("docs/benchmarks.md");
+        let docs = root().join("docs/reference/benchmarks.md");
         std::fs::write(&docs, page)?;
         insert(&root().join("README.md"), BEGIN, &page::summary(&report)?)?;
         println!("written: README.md, {}", docs.display());

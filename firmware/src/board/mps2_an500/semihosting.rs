@@ -3,8 +3,11 @@
 use core::arch::asm;
 use core::fmt::Write as _;
 
+use super::clock::TICK_RELOAD;
 use super::registers::{fpga_io, timer0};
-use super::{CALIBRATION_INSTRUCTIONS, TICK_RELOAD};
+
+/// Instructions of the loop that measures how many of them a count stands for.
+pub const CALIBRATION_INSTRUCTIONS: u32 = 2 * 50_000;
 
 const SYS_WRITE0: u32 = 0x04;
 const SYS_GET_CMDLINE: u32 = 0x15;

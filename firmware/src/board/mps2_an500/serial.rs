@@ -9,8 +9,8 @@ use embassy_sync::waitqueue::AtomicWaker;
 use heapless::spsc::{Consumer, Producer, Queue};
 use static_cell::StaticCell;
 
+use super::interrupts::Irq;
 use super::registers::{Uart, uart0, uart1};
-use super::vectors::Irq;
 
 /// Bytes that can wait; more wait in the emulator, which loses none.
 const RECEIVE_BYTES: usize = 4096;
@@ -38,7 +38,15 @@ pub struct BusOut(());
 /// Bytes to the log.
 pub struct LogOut(());
 
-pub fn start() -> super::Ports {
+/// What the tasks talk through.
+pub struct Ports {
+    pub bus_in: BusIn,
+    pub bus_out: BusOut,
+    pub log_out: LogOut,
+}
+
+/// Enables the UARTs. Called once, before the receive interrupt is enabled.
+pub fn start() -> Ports {
     static RING: StaticCell<Ring> = StaticCell::new();
     let (producer, consumer) = RING.init(Queue::new()).split();
     // SAFETY: the receive interrupt is not enabled yet; UARTs as their manual wants them.
@@ -49,7 +57,7 @@ pub fn start() -> super::Ports {
         uart1().baud_divider.write(16);
         uart1().control.write(ENABLE_TRANSMIT);
     }
-    super::Ports { bus_in: BusIn(consumer), bus_out: BusOut(()), log_out: LogOut(()) }
+    Ports { bus_in: BusIn(consumer), bus_out: BusOut(()), log_out: LogOut(()) }
 }
 
 /// UART 0 has received: everything there is goes into the ring. One wake-up a line.

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::stl::Triangle;
+use super::wall::Triangle;
 
 /// Triangles in a leaf.
 const LEAF: usize = 4;

@@ -1,12 +1,10 @@
 //! A vessel given as centrelines with radii: the union of swept round tubes.
 
-use std::path::Path;
-
 use nalgebra::Vector3;
 use thiserror::Error;
 
-use super::{Triangle, Wall, WallPoint};
-use crate::error::{BundleError, Place, read_text};
+use super::wall::{Triangle, Wall, WallPoint};
+use crate::place::Place;
 use crate::table::{Table, TableCause};
 
 /// Branches run into each other over about this width \[m\].
@@ -70,13 +68,8 @@ pub struct Branch {
     pub stations: Vec<Station>,
 }
 
-/// Reads `centreline.csv`.
-pub fn read_centreline(file: &Path) -> Result<Vec<Branch>, BundleError> {
-    parse_centreline(&read_text(file)?)
-        .map_err(|(place, cause)| BundleError::new(file, place, cause))
-}
-
-fn parse_centreline(text: &str) -> Result<Vec<Branch>, (Place, CentrelineCause)> {
+/// Reads the text of `centreline.csv`.
+pub fn read_centreline(text: &str) -> Result<Vec<Branch>, (Place, CentrelineCause)> {
     let table_fault = |(place, cause)| (place, CentrelineCause::Table(cause));
     let table = Table::parse(text).map_err(table_fault)?;
     table.check_columns(&COLUMNS, &COLUMNS, |_| false).map_err(table_fault)?;

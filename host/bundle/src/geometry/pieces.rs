@@ -6,7 +6,7 @@ use std::collections::HashSet;
 use nalgebra::Vector3;
 
 use super::mesh::{Mesh, MeshCause, RIM, next, turn};
-use super::stl::Triangle;
+use super::wall::Triangle;
 
 /// Facets of a piece of which it is asked whether they lie in another.
 const PROBES: usize = 9;

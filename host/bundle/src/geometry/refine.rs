@@ -10,7 +10,7 @@
 use nalgebra::Vector3;
 
 use super::mesh::{Mesh, RIM, next};
-use super::stl::Triangle;
+use super::wall::Triangle;
 
 /// Facets are accurate enough when 95 % of the edges have a smaller sagitta \[m\].
 const SAGITTA_M: f64 = 0.5e-6;

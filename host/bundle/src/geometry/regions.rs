@@ -2,8 +2,8 @@
 
 use nalgebra::Vector3;
 
-use super::{Triangle, Wall, WallPoint};
-use crate::bundle::WallRegion;
+use super::wall::{Triangle, Wall, WallPoint};
+use crate::rig::WallRegion;
 
 /// A wall with regions that are stiffer or softer than the rest.
 pub(crate) struct RegionalWall {

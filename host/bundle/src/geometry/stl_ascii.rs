@@ -2,8 +2,9 @@
 
 use nalgebra::Vector3;
 
-use super::stl::{END, METRES_PER_UNIT, StlCause, Triangle, shown};
-use crate::error::Place;
+use super::stl_format::{END, METRES_PER_UNIT, StlCause, shown};
+use super::wall::Triangle;
+use crate::place::Place;
 
 type Refusal = (Place, StlCause);
 

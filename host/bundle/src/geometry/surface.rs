@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use super::bvh::{Bvh, Closest};
 use super::mesh::{Mesh, RIM, next};
 use super::openings::Opening;
-use super::{Triangle, Wall, WallPoint};
+use super::wall::{Triangle, Wall, WallPoint};
 
 /// How the wall between the vertices of a mesh is understood.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use nalgebra::Vector3;
 
-use super::stl::Triangle;
+use super::wall::Triangle;
 
 /// Corners within one cell of this size are one \[m\], and so are neighbours across its border
 /// that are nearer than half of it.

@@ -3,7 +3,7 @@
 use cathforce_mechanics::{BRICK_CELLS, BRICK_EDGE, BRICK_NODES, LumenHeader, OCTANTS};
 use nalgebra::Vector3;
 
-use super::LumenOptions;
+use super::options::LumenOptions;
 use crate::geometry::Wall;
 
 /// Most bricks along an axis, as the device takes them.

@@ -3,11 +3,13 @@
 mod beside;
 mod build;
 mod grid;
+mod options;
 mod quality;
 mod stored;
 
 pub(crate) use beside::widest_m;
+pub use build::build_lumen;
 pub(crate) use build::may_fit;
-pub use build::{BuiltLumen, DEVICE_LUMEN_BYTES, LumenOptions, build_lumen};
+pub use options::{BuiltLumen, DEVICE_LUMEN_BYTES, LumenOptions};
 pub use quality::{LumenQuality, Spread, interpolate, measure, measure_against};
 pub use stored::{StoredBrick, StoredNode, stored_bricks, stored_normal};

@@ -4,7 +4,7 @@ use cathforce_mechanics::{BRICK_CELLS, BRICK_EDGE, BRICK_NODES, FINE, NODE_BYTES
 use nalgebra::Vector3;
 
 use super::beside::Beside;
-use super::build::{BuiltLumen, LumenOptions};
+use super::options::{BuiltLumen, LumenOptions};
 use crate::geometry::{Wall, WallPoint};
 
 /// No wall is indented deeper \[m\].

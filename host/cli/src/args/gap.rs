@@ -34,45 +34,55 @@ pub enum GapAction {
     Protocol(ProtocolArguments),
     /// List the effects that can be switched on and diagnosed.
     Effects(JsonFile),
-    /// Check the diagnosis blind: on realities whose effect is sealed until every case is answered.
-    Challenge(ChallengeArguments),
+    /// Test the diagnosis blind, on cases whose true effects stay sealed until every case is answered.
+    #[command(alias = "challenge")]
+    BlindTest(BlindTestArguments),
 }
 
 #[derive(Debug, Args)]
-pub struct ChallengeArguments {
+pub struct BlindTestArguments {
     #[command(subcommand)]
-    pub action: ChallengeAction,
+    pub action: BlindTestAction,
 }
 
 #[derive(Debug, Subcommand)]
-pub enum ChallengeAction {
-    /// Draw cases from a seed and play them on another solver than the device's model.
-    Make(ChallengeMakeArguments),
-    /// Write the SHA-256 of every label, before anything is diagnosed.
-    Seal(ChallengeFolder),
-    /// Diagnose every sealed case that has no answer yet, one a core; goes on where it was stopped.
-    Run(ChallengeRunArguments),
+pub enum BlindTestAction {
+    /// Draw cases from a seed and simulate them with a solver that is not the device's model.
+    Make(BlindTestMakeArguments),
+    /// Write the SHA-256 of every label and every case, before anything is diagnosed.
+    Seal(BlindTestFolder),
+    /// Diagnose every sealed case that has no answer yet, one case on each core. Resumes an interrupted run.
+    Run(BlindTestRunArguments),
     /// Check the labels against their seals and show them beside the answers.
-    Reveal(ChallengeFolder),
-    /// The figures of blind checks, as tables of Markdown.
-    Score(ChallengeFolders),
+    Reveal(BlindTestFolder),
+    /// Score the answers: every figure with its target and its 95 % interval.
+    Score(BlindTestFolders),
 }
 
 #[derive(Debug, Args)]
-pub struct ChallengeFolder {
-    /// Folder of the challenge.
+pub struct BlindTestFolder {
+    /// Folder of the blind test.
     pub folder: PathBuf,
 }
 
 #[derive(Debug, Args)]
-pub struct ChallengeFolders {
-    /// Folders of challenges, each scored on its own.
+pub struct BlindTestFolders {
+    /// Folders of blind tests; each is scored on its own.
     #[arg(required = true)]
     pub folders: Vec<PathBuf>,
+    /// Day on which the seal was published, for the record of the score.
+    #[arg(long, value_name = "YYYY-MM-DD")]
+    pub date: Option<String>,
+    /// Commit that published the seal, for the record of the score.
+    #[arg(long, value_name = "COMMIT")]
+    pub sealed_in: Option<String>,
+    /// Commit of the program that answered, for the record of the score.
+    #[arg(long, value_name = "COMMIT")]
+    pub program_commit: Option<String>,
 }
 
 #[derive(Debug, Args)]
-pub struct ChallengeMakeArguments {
+pub struct BlindTestMakeArguments {
     /// Folder to make, or to go on with where that was broken off.
     pub folder: PathBuf,
     /// Cases: a tenth without an effect, a quarter with one that the library does not have, a
@@ -90,8 +100,8 @@ pub struct ChallengeMakeArguments {
 }
 
 #[derive(Debug, Args)]
-pub struct ChallengeRunArguments {
-    /// Folder of the challenge.
+pub struct BlindTestRunArguments {
+    /// Folder of the blind test.
     pub folder: PathBuf,
     /// Stop after so many cases; another run goes on.
     #[arg(long)]

@@ -13,13 +13,14 @@ pub struct LinkArguments {
 
 #[derive(Debug, Subcommand)]
 pub enum LinkAction {
-    /// List the CAN interfaces of this computer and their settings.
+    /// List the CAN interfaces and serial ports of this computer with their addresses for --link.
     List,
     /// Set a CAN interface and bring it up; a missing interface named vcan… is created.
     Up(LinkUpArguments),
     /// Take a CAN interface down.
     Down(LinkDownArguments),
-    /// Act as a device on this link, in this process, to try a master without a board.
+    /// Be a device on this link, in this process, to try the other commands or a master without a
+    /// board.
     Serve(LinkServeArguments),
 }
 
@@ -53,7 +54,8 @@ pub struct LinkDownArguments {
 
 #[derive(Debug, Args)]
 pub struct LinkServeArguments {
-    /// Link to serve, for example socketcan:vcan0.
+    /// The bus: slcan:listen:PORT is one that several programs on this computer can join with
+    /// slcan:tcp:127.0.0.1:PORT; socketcan:vcan0 is Linux' own.
     #[arg(value_parser = address)]
     pub link: String,
     /// Start with a clock that stands still until the host grants ticks.

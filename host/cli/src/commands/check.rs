@@ -6,7 +6,7 @@ use serde_json::json;
 use crate::args::CheckArguments;
 use crate::difference::difference;
 use crate::failure::{Code, Failure};
-use crate::open::{completeness, is_complete, open_recording};
+use crate::open::{is_complete, open_recording};
 use crate::ui::{Ui, two_columns};
 
 pub fn run(ui: &Ui, arguments: &CheckArguments) -> Result<(), Failure> {
@@ -31,7 +31,7 @@ pub fn run(ui: &Ui, arguments: &CheckArguments) -> Result<(), Failure> {
         "replays": replayed.as_ref().map(ReplayReport::identical),
     });
     let mut rows = vec![
-        ("complete".to_owned(), completeness(&recording)),
+        ("complete".to_owned(), recording.completeness()),
         ("firmware".to_owned(), recording.info.firmware_version.clone()),
     ];
     rows.extend(survey_rows(&survey));

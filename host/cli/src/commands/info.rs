@@ -12,7 +12,7 @@ use serde_json::{Map, Value, json};
 use crate::args::InfoArguments;
 use crate::failure::Failure;
 use crate::image::check_model;
-use crate::open::{completeness, is_complete, open_bundle};
+use crate::open::{is_complete, open_bundle};
 use crate::settings::is_settings;
 use crate::ui::{Ui, two_columns};
 
@@ -155,7 +155,7 @@ fn recording(path: &Path) -> Result<Facts, Failure> {
     facts.add("measured rows", json!(recording.trial.rows.len()));
     facts.add("image bytes", json!(recording.image.len()));
     let complete = json!(is_complete(&recording));
-    facts.add_with_text("complete", complete, completeness(&recording));
+    facts.add_with_text("complete", complete, recording.completeness());
     Ok(facts)
 }
 

@@ -66,8 +66,8 @@ fn listen(
     duration: Duration,
     master: &Master,
 ) -> Result<(Vec<BusFrame>, Vec<u64>), Failure> {
-    let interrupted = interrupt_flag()?;
     let mut link = cathforce_link::open(address)?;
+    let interrupted = interrupt_flag()?;
     let mut clock = BusClock::new(false);
     let (started, mut frames, mut arrived_ns) = (Instant::now(), Vec::new(), Vec::new());
     while started.elapsed() < duration && !interrupted.load(Ordering::Relaxed) {

@@ -21,4 +21,4 @@ pub mod tips;
 
 // The commands of `gap` reach these by their parent.
 pub use crate::image::{by_hand, described, image_with, options, set_all};
-pub use crate::open::{completeness, open_bundle, open_recording};
+pub use crate::open::{open_bundle, open_recording};

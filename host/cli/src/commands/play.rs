@@ -34,8 +34,8 @@ pub fn run(ui: &Ui, arguments: &SendArguments) -> Result<(), Failure> {
         );
         return Err(Failure::input(message));
     };
-    let interrupted = interrupt_flag()?;
     let mut link = cathforce_link::open(&arguments.link)?;
+    let interrupted = interrupt_flag()?;
     let mut progress = ui.progress("playing", played.len() as u64, "frames");
     let (started, mut latest) = (Instant::now(), Duration::ZERO);
     let mut sent = 0_u64;

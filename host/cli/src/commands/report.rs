@@ -2,15 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
-use cathforce_recording::analyse;
+use cathforce_pages::recording_page;
+use cathforce_recording::{Summary, analyse};
 use serde_json::json;
 
 use crate::args::ReportArguments;
 use crate::failure::{Code, Failure};
 use crate::open::open_recording;
 use crate::output::{Kind, check_again, is_own_page, write_again};
-use crate::report::page;
-use crate::summary::Summary;
 use crate::ui::Ui;
 
 pub fn run(ui: &Ui, arguments: &ReportArguments) -> Result<(), Failure> {
@@ -20,7 +19,7 @@ pub fn run(ui: &Ui, arguments: &ReportArguments) -> Result<(), Failure> {
     let recording = open_recording(ui, &arguments.recording)?;
     let analysis = analyse(&recording)?;
     let summary = Summary::of(&recording, &analysis);
-    let html = page(&recording, &analysis, &summary)?;
+    let html = recording_page(&recording, &analysis, &summary).map_err(Failure::input)?;
     write_again(&path, Kind::Page, html)?;
     ui.data(&json!({ "path": path }), format_args!("page: {}\n", path.display()))
 }

@@ -6,7 +6,7 @@ use cathforce_bundle::Bundle;
 use cathforce_bundle::bundle::{CatheterTrial, EncoderReading};
 use cathforce_bus::{Encoder, Insertion, Rotation};
 use cathforce_link::{Client, Step};
-use cathforce_recording::{FEED_BEFORE_SCORE_M, Recording, SensorNoise, Trial, analyse};
+use cathforce_recording::{FEED_BEFORE_SCORE_M, Recording, SensorNoise, Summary, Trial, analyse};
 
 use crate::args::{Feel, PlayArguments};
 use crate::difference::difference;
@@ -17,8 +17,7 @@ pub use crate::open::{read_text, vessel_files};
 use crate::output::{Kind, check_again, check_apart, check_recording, write_again};
 pub use crate::run_info::info;
 use crate::session::{Pace, Plan, run as run_session};
-use crate::summary::Summary;
-use crate::ui::Ui;
+use crate::ui::{Ui, two_columns};
 
 pub fn run(ui: &Ui, link: &str, pace: Pace, arguments: &PlayArguments) -> Result<(), Failure> {
     // Checked first, because building the image takes a while.
@@ -138,7 +137,7 @@ fn finish(ui: &Ui, recording: &Path, arguments: &PlayArguments) -> Result<(), Fa
         write_again(path, Kind::Json, json + "\n")?;
     }
     let title = ui.bold(&format!("{} trial {}", recording.info.rig, recording.info.trial));
-    let text = format!("{title}\n{}{}\n", summary.text(), recording.info.provenance);
+    let text = format!("{title}\n{}{}\n", two_columns(&summary.rows()), recording.info.provenance);
     ui.data(&summary, text)?;
     if let Some(replay) = analysis.replay.as_ref().filter(|replay| !replay.identical()) {
         return Err(difference(replay, &recording.info));

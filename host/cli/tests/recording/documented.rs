@@ -23,7 +23,7 @@ const NOT_HERE: [&str; 9] = [
     "gap diagnose",
     "gap apply",
     "gap verify",
-    "gap challenge",
+    "gap blind-test",
     "gap coverage",
 ];
 

@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use super::{escape, percent};
-use crate::band::{Band, Row};
-use crate::locate::Cell;
-use crate::report::{PathStep, Ranked, Series};
+use crate::diagnosis::report::{PathStep, Ranked, Series};
+use crate::explaining::band::{Band, Row};
+use crate::explaining::locate::Cell;
 
 /// Width of every chart, in its own units.
 pub const WIDTH: f64 = 760.0;
@@ -195,7 +195,7 @@ fn label(value: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::band::{COLUMNS, Coverage};
+    use cathforce_recording::{COLUMNS, Coverage};
 
     #[test]
     fn a_band_is_drawn_where_it_is_stated_and_nowhere_else() {

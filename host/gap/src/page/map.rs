@@ -3,9 +3,9 @@
 use std::fmt::Write as _;
 
 use super::charts::{LABELS, WIDTH, svg};
-use crate::map::Map;
+use crate::diagnosis::report::quantity;
+use crate::explaining::map::Map;
 use crate::plant::Quantity;
-use crate::report::quantity;
 
 /// Height of all rows together.
 const HEIGHT: f64 = 144.0;

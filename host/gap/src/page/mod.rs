@@ -6,8 +6,8 @@ mod vessel;
 
 use std::fmt::Write as _;
 
-use crate::locate::Cell;
-use crate::report::{Diagnosis, Figures, quantity};
+use crate::diagnosis::report::{Diagnosis, Figures, quantity};
+use crate::explaining::locate::Cell;
 
 const STYLE: &str = include_str!("page.css");
 
@@ -286,7 +286,7 @@ fn again(answer: &Diagnosis) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagnose;
+    use crate::diagnosis::diagnose;
     use crate::toy::{Toy, effect, noise, parameter};
 
     #[test]

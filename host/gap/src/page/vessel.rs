@@ -5,10 +5,10 @@ use std::fmt::Write as _;
 use super::charts::{LABELS, WIDTH, svg};
 use super::map::key;
 use super::percent;
-use crate::on_vessel::{OnVessel, Square, VesselMap};
+use crate::diagnosis::report::quantity;
+use crate::explaining::on_vessel::{OnVessel, Square, VesselMap};
 use crate::plant::Quantity;
-use crate::report::quantity;
-use crate::silhouette::Silhouette;
+use crate::plant::Silhouette;
 
 /// Height of a vessel at most.
 const MOST_HEIGHT: f64 = 340.0;

@@ -17,7 +17,7 @@ pub struct DriveTrain<T> {
     /// The delayed sample of the last tick.
     delayed: Drive<T>,
     /// What scale, ripple and slip have added since the run began.
-    gained: Drive<T>,
+    accumulated: Drive<T>,
     /// How far the output leads the gears, 0 to the width of the dead zone.
     lead: Drive<T>,
     /// Of the ripple: periods since the run began, modulo 1.
@@ -37,7 +37,7 @@ impl<T: Real> DriveTrain<T> {
             samples: None,
             newest: 0,
             delayed: Drive::ZERO,
-            gained: Drive::ZERO,
+            accumulated: Drive::ZERO,
             lead: Drive::ZERO,
             turns: T::ZERO,
         }
@@ -72,8 +72,8 @@ impl<T: Real> DriveTrain<T> {
         let turned = (delayed.rotation_rad - last.rotation_rad) * scale.rotation;
         let lead = self.lead;
         self.lead = Drive {
-            insertion_m: taken_up(lead.insertion_m, fed, dead.insertion_m, dead.gradual),
-            rotation_rad: taken_up(lead.rotation_rad, turned, dead.rotation_rad, dead.gradual),
+            insertion_m: take_up(lead.insertion_m, fed, dead.insertion_m, dead.gradual),
+            rotation_rad: take_up(lead.rotation_rad, turned, dead.rotation_rad, dead.gradual),
         };
         // Ripple and slip of what comes through.     docs/model.md (20), (21)
         let moved = fed + self.lead.insertion_m - lead.insertion_m;
@@ -85,16 +85,17 @@ impl<T: Real> DriveTrain<T> {
         let one = T::one();
         // What slips by more than it moves would be thrown by a load of the last tick.
         let lost = maximum(minimum(effects.slip.per_n * load_n, one), -one);
-        self.gained.insertion_m += (delayed.insertion_m - last.insertion_m)
+        self.accumulated.insertion_m += (delayed.insertion_m - last.insertion_m)
             * (scale.insertion - one)
             + moved * ripple.ratio * sin
             - distance * lost;
-        self.gained.rotation_rad +=
+        self.accumulated.rotation_rad +=
             (delayed.rotation_rad - last.rotation_rad) * (scale.rotation - one);
         Drive {
-            insertion_m: delayed.insertion_m + (self.gained.insertion_m + self.lead.insertion_m),
+            insertion_m: delayed.insertion_m
+                + (self.accumulated.insertion_m + self.lead.insertion_m),
             rotation_rad: delayed.rotation_rad
-                + (self.gained.rotation_rad + self.lead.rotation_rad),
+                + (self.accumulated.rotation_rad + self.lead.rotation_rad),
         }
     }
 
@@ -121,7 +122,7 @@ impl<T: Real> DriveTrain<T> {
 }
 
 /// What is left of a lead when the gears move.     docs/model.md (19)
-fn taken_up<T: Real>(lead: T, moved: T, width: T, gradual: T) -> T {
+fn take_up<T: Real>(lead: T, moved: T, width: T, gradual: T) -> T {
     if gradual <= T::zero() || width <= T::zero() {
         return clamp(lead - moved, width);
     }

@@ -7,21 +7,21 @@
 //! | `drive_train` | drive: latency, scale, backlash, ripple, slip |
 //! | `nominal` | those that only change what the tables are made from |
 //! | `memory` | wall: motion; entry: drag and guide; what all remember |
-//! | `acting` | where the recursion asks for effects: softening, guide, wind-up |
+//! | `active` | where the recursion asks for effects: softening, guide, wind-up |
 //! | `wall_law` | contact, and wall: narrowing, stiffening, relaxation |
 //! | `pull` | the tendon |
 //! | `stream` | the fluid |
 //! | `measurement` | sensor: gain, misalignment, time constant, bias, drift |
 
-pub(crate) mod acting;
+pub(crate) mod active;
 mod declare;
 mod drive_train;
+mod fluid;
 mod measurement;
-pub(crate) mod memory;
 pub(crate) mod nominal;
-mod pull;
-mod stream;
+pub(crate) mod state;
 mod table;
+mod tendon;
 pub(crate) mod wall_law;
 
 pub use declare::{EffectInfo, ParameterInfo};

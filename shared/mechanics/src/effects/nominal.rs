@@ -107,7 +107,7 @@ pub(crate) fn mouth<T: Real>(entry: &Entry<T>, guide_length_m: T) -> Vector3<T> 
 }
 
 /// Whether anything of the description acts in the recursion.
-pub(crate) fn acts<T: Real>(description: &Description<T>) -> bool {
+pub(crate) fn has_active_effects<T: Real>(description: &Description<T>) -> bool {
     let (effects, zero) = (&description.effects, T::zero());
     let (wall, instrument, tendon) = (&effects.wall, &effects.instrument, &description.tendon);
     !(effects.contact.is_off()

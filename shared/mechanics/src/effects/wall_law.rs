@@ -47,7 +47,7 @@ impl<T: Real> WallLaw<T> {
             narrowing: effects.wall.narrowing,
             load,
             friction: (T::one() + (load.worn_ratio - T::one()) * worn)
-                * sliding(&effects.contact.stribeck, speed_m_per_s),
+                * speed_factor(&effects.contact.stribeck, speed_m_per_s),
         }
     }
 
@@ -78,14 +78,15 @@ impl<T: Real> WallLaw<T> {
     /// Elastic force over the lasting stiffness, its slope, and what the wall has relaxed to
     /// \[m\], for an indentation \[m\] whose own slope is given.
     #[inline(always)]
-    pub fn pressed(&self, indented: T, slope: T, relaxed: T) -> (T, T, T) {
+    pub fn elastic_response(&self, indented: T, slope: T, relaxed: T) -> (T, T, T) {
         if slope <= T::zero() {
             // A wall that is not touched is at rest.
             return (T::zero(), T::zero(), T::zero());
         }
-        let (lasting, lasting_slope) = self.stiffened(indented, slope);
-        let (fading, fading_slope, relaxed) = self.relaxing(indented, slope, relaxed);
-        let force = lasting + fading;
+        let (lasting, lasting_slope) = self.hyperelastic_response(indented, slope);
+        let (capstan_factor, fading_slope, relaxed) =
+            self.viscoelastic_response(indented, slope, relaxed);
+        let force = lasting + capstan_factor;
         if force > T::zero() {
             (force, lasting_slope + fading_slope, relaxed)
         } else {
@@ -96,10 +97,10 @@ impl<T: Real> WallLaw<T> {
 
     /// Elastic force over stiffness, and its slope, for an indentation \[m\] whose own slope is
     /// given.     docs/model.md (29)
-    fn stiffened(&self, indented: T, slope: T) -> (T, T) {
+    fn hyperelastic_response(&self, indented: T, slope: T) -> (T, T) {
         let Hyperelastic { strain_per_m, .. } = self.hyperelastic;
         let stretch = maximum(T::one() - strain_per_m * indented, self.least_stretch);
-        let (ratio, mooney, growth) = compressed(&self.hyperelastic, stretch);
+        let (ratio, mooney, growth) = compression_factors(&self.hyperelastic, stretch);
         // The strain is cut at its most.
         let strain = T::one() - stretch;
         let within = if stretch > self.least_stretch { indented } else { strain / strain_per_m };
@@ -108,7 +109,7 @@ impl<T: Real> WallLaw<T> {
 
     /// Force over lasting stiffness that the relaxing part adds, its slope, and where that part
     /// has relaxed to \[m\], from where it was.     docs/model.md (30)
-    fn relaxing(&self, indented: T, slope: T, relaxed: T) -> (T, T, T) {
+    fn viscoelastic_response(&self, indented: T, slope: T, relaxed: T) -> (T, T, T) {
         let relaxed = relaxed + (indented - relaxed) * self.relaxed_share;
         let slope = slope * self.relaxing * (T::one() - self.relaxed_share);
         ((indented - relaxed) * self.relaxing, slope, relaxed)
@@ -125,7 +126,7 @@ impl<T: Real> WallLaw<T> {
 
 /// Of a compressed wall the two factors of stress over strain, neo-Hooke's and Mooney's, and the
 /// growth of stress with strain, all over what they are at first.     docs/model.md (29)
-fn compressed<T: Real>(hyperelastic: &Hyperelastic<T>, stretch: T) -> (T, T, T) {
+fn compression_factors<T: Real>(hyperelastic: &Hyperelastic<T>, stretch: T) -> (T, T, T) {
     let (one, third) = (T::one(), T::lit(1.0 / 3.0));
     let r = hyperelastic.mooney_share;
     let inverse = one / stretch;
@@ -142,12 +143,13 @@ pub(crate) fn least_stretch<T: Real>(hyperelastic: &Hyperelastic<T>, most: T) ->
     /// Halvings down to the last digit of single precision.
     const HALVINGS: usize = 24;
     let (mut least, mut allowed) = (T::lit(LEAST_STRETCH), T::one());
-    if hyperelastic.strain_per_m <= T::zero() || compressed(hyperelastic, least).2 <= most {
+    if hyperelastic.strain_per_m <= T::zero() || compression_factors(hyperelastic, least).2 <= most
+    {
         return least;
     }
     for _ in 0..HALVINGS {
         let middle = (least + allowed) * T::lit(0.5);
-        if compressed(hyperelastic, middle).2 <= most {
+        if compression_factors(hyperelastic, middle).2 <= most {
             allowed = middle;
         } else {
             least = middle;
@@ -157,7 +159,7 @@ pub(crate) fn least_stretch<T: Real>(hyperelastic: &Hyperelastic<T>, most: T) ->
 }
 
 /// Friction coefficient over the nominal one by the speed of the drive.     docs/model.md (31)
-fn sliding<T: Real>(stribeck: &Stribeck<T>, speed_m_per_s: T) -> T {
+fn speed_factor<T: Real>(stribeck: &Stribeck<T>, speed_m_per_s: T) -> T {
     let v = speed_m_per_s / stribeck.speed_m_per_s;
     T::one()
         + (stribeck.static_ratio - T::one()) / (T::one() + v * v)
@@ -181,8 +183,8 @@ mod tests {
     #[test]
     fn off_changes_nothing() {
         let off = law(|_| ());
-        assert_eq!(off.stiffened(1e-4, 0.7), (1e-4, 0.7));
-        assert_eq!(off.relaxing(1e-4, 0.7, 0.0).0, 0.0);
+        assert_eq!(off.hyperelastic_response(1e-4, 0.7), (1e-4, 0.7));
+        assert_eq!(off.viscoelastic_response(1e-4, 0.7, 0.0).0, 0.0);
         assert_eq!(off.friction(0.1, 5e-3), 1.0);
         let n = Vector3::new(0.0, 1.0, 0.0);
         assert_eq!(off.narrowed(&Vector3::new(0.0, -0.004, 0.001), 1e-3, n), (1e-3, n));
@@ -201,7 +203,7 @@ mod tests {
                 let stress = (1.0 / (stretch * stretch) - stretch) / 3.0
                     * (1.0 - share + share / stretch)
                     / c;
-                let (force, _) = law.stiffened(i, 1.0);
+                let (force, _) = law.hyperelastic_response(i, 1.0);
                 assert!((force / stress - 1.0).abs() < 1e-9, "{force} {stress}");
             }
         }
@@ -213,19 +215,19 @@ mod tests {
             e.wall.hyperelastic.strain_per_m = 2e3;
             e.wall.hyperelastic.mooney_share = 0.5;
         });
-        let force = |i: f64| law.stiffened(i, 1.0).0;
+        let force = |i: f64| law.hyperelastic_response(i, 1.0).0;
         for i in [1e-5, 1e-4, 3.9e-4, 4.1e-4, 2e-3] {
-            let (_, slope) = law.stiffened(i, 1.0);
+            let (_, slope) = law.hyperelastic_response(i, 1.0);
             let difference = (force(i + 1e-9) - force(i - 1e-9)) / 2e-9;
             assert!((slope / difference - 1.0).abs() < 1e-4, "{i}: {slope} {difference}");
         }
-        assert_eq!(law.stiffened(1e-3, 1.0).1, law.stiffened(1.0, 1.0).1);
+        assert_eq!(law.hyperelastic_response(1e-3, 1.0).1, law.hyperelastic_response(1.0, 1.0).1);
     }
 
     #[test]
     fn a_wall_stiffens_no_further_than_it_may() {
         let hyperelastic = Hyperelastic { strain_per_m: 2e3, mooney_share: 0.5 };
-        let growth = |stretch| compressed(&hyperelastic, stretch).2;
+        let growth = |stretch| compression_factors(&hyperelastic, stretch).2;
         for most in [1.0, 1.5, 7.0, 40.0] {
             let least = least_stretch(&hyperelastic, most);
             assert!(growth(least) <= most && growth(least - 1e-6) > most, "{most}: {least}");
@@ -236,7 +238,7 @@ mod tests {
         assert_eq!(least_stretch(&softening, 1.0), LEAST_STRETCH);
         let mut law = law(|e| e.wall.hyperelastic = hyperelastic);
         law.least_stretch = least_stretch(&hyperelastic, 1.0);
-        assert_eq!(law.stiffened(1e-4, 0.7), (1e-4, 0.7));
+        assert_eq!(law.hyperelastic_response(1e-4, 0.7), (1e-4, 0.7));
     }
 
     #[test]
@@ -247,7 +249,7 @@ mod tests {
         });
         let (mut relaxed, mut force) = (0.0, 0.0);
         for _ in 0..200 {
-            (force, _, relaxed) = law.relaxing(1e-4, 1.0, relaxed);
+            (force, _, relaxed) = law.viscoelastic_response(1e-4, 1.0, relaxed);
         }
         assert!((force / 0.5e-4 - (-1.0_f64).exp()).abs() < 5e-3, "{force}");
     }
@@ -260,19 +262,19 @@ mod tests {
         });
         let mut relaxed = 0.0;
         for _ in 0..2000 {
-            relaxed = law.pressed(1e-3, 1.0, relaxed).2;
+            relaxed = law.elastic_response(1e-3, 1.0, relaxed).2;
         }
-        let (force, slope, left) = law.pressed(0.5e-3, 1.0, relaxed);
+        let (force, slope, left) = law.elastic_response(0.5e-3, 1.0, relaxed);
         assert_eq!((force, slope), (0.0, 0.0));
         assert!(left < relaxed && left > 0.99 * relaxed, "{left} {relaxed}");
         // It follows, and is felt again.
         relaxed = left;
         for _ in 0..2000 {
-            relaxed = law.pressed(0.5e-3, 1.0, relaxed).2;
+            relaxed = law.elastic_response(0.5e-3, 1.0, relaxed).2;
         }
-        let (force, slope, _) = law.pressed(0.5e-3, 1.0, relaxed);
+        let (force, slope, _) = law.elastic_response(0.5e-3, 1.0, relaxed);
         assert!((force / 0.5e-3 - 1.0).abs() < 1e-3 && slope > 1.0, "{force} {slope}");
-        assert_eq!(law.pressed(0.0, 0.0, relaxed), (0.0, 0.0, 0.0));
+        assert_eq!(law.elastic_response(0.0, 0.0, relaxed), (0.0, 0.0, 0.0));
     }
 
     #[test]

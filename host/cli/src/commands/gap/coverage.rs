@@ -101,9 +101,8 @@ fn of_bundle(ui: &Ui, path: &Path, hold_back: &[u32]) -> Result<Option<(Row, Cov
 
 /// Of the samples of a force, those for which a band is stated.
 pub fn stated(coverage: &Coverage) -> String {
-    let Covered { stated, unknown, .. } = coverage.all();
-    let share = 100.0 * stated as f64 / (stated + unknown).max(1) as f64;
-    format!("{share:.1} % of the samples have a band")
+    let share = coverage.all().stated_share().unwrap_or_default();
+    format!("{:.1} % of the samples have a band", 100.0 * share)
 }
 
 /// Shares and half widths in a line.

@@ -2,7 +2,7 @@
 
 mod ablation;
 mod apply;
-mod challenge;
+mod blind_test;
 pub mod coverage;
 mod diagnose;
 mod digits;
@@ -30,6 +30,6 @@ pub fn run(ui: &Ui, arguments: &GapArguments) -> Result<(), Failure> {
         GapAction::Isolability(arguments) => isolability::run(ui, arguments),
         GapAction::Protocol(arguments) => protocol::run(ui, arguments),
         GapAction::Effects(file) => effects::list(ui, file),
-        GapAction::Challenge(arguments) => challenge::run(ui, arguments),
+        GapAction::BlindTest(arguments) => blind_test::run(ui, arguments),
     }
 }

@@ -1,0 +1,260 @@
+//! Trial bundles: a rig, its vessel and what was measured on it.
+//!
+//! | file | what it holds |
+//! | --- | --- |
+//! | `rig.toml` | what was set up, and the nominal parameters: [`Rig`] |
+//! | `vessel.stl` | lumen surface, closed but for its openings, in millimetres |
+//! | `centreline.csv` | `branch,s_m,x_m,y_m,z_m,radius_m`; one of the two vessels must be there, the mesh goes first |
+//! | `trials/NNN.csv` | one trial a file, a row a sample, missing values empty: [`Trial`] |
+//!
+//! Columns of a catheter's trial: `t_s`, `insertion_m`, `rotation_rad`; optionally `fx_N`,
+//! `fy_N`, `fz_N`, `drive_fx_N`, `tip_x_m`, `tip_y_m`, `tip_z_m` and `p00_x_m`, `p00_y_m`,
+//! `p00_z_m`, `p01_x_m` … from the tip; with a guidewire `guidewire_insertion_m` and
+//! `guidewire_rotation_rad`, optionally `guidewire_drive_fx_N`. Of a drive's: `t_s`, `position_m`, `drive_command_N`;
+//! optionally `setpoint_m`. Units are SI unless a name ends in another; positions, directions
+//! and forces are given in the right-handed frame of the vessel.
+
+use std::path::{Path, PathBuf};
+
+use nalgebra::Vector3;
+
+pub use crate::rig::{
+    BeyondModel, CatheterRig, DriveRig, FORMAT, Fluid, Plant, Rig, RigCause, RigEntry,
+    RigEnvironment, RigInstrument, RigPriors, RigSection, RigSensor, RigTendon, RigVessel,
+    TipPiece, WallRegion,
+};
+pub use crate::trial::{
+    CatheterTrial, ColumnMap, DriveTrial, EncoderReading, Foreign, ForeignCause, GuidewireTrial,
+    LONGEST_GAP_S, LeftOut, Rush, Trial, TrialCause, TrialData, VectorColumn, columns,
+    read_foreign,
+};
+
+use crate::error::{BundleError, Cause, read_bytes, read_text};
+use crate::geometry::{Branch, Mesh, MeshRepairs, read_centreline, read_stl};
+use crate::place::{Place, Warning};
+use crate::trial::{self, Parsed};
+
+/// The surface of `vessel.stl`.
+#[derive(Clone, Debug)]
+pub struct VesselMesh {
+    pub mesh: Mesh,
+    pub repairs: MeshRepairs,
+}
+
+/// A bundle, read whole and found well formed.
+#[derive(Clone, Debug)]
+pub struct Bundle {
+    /// The folder.
+    pub path: PathBuf,
+    pub rig: Rig,
+    /// `vessel.stl`, when there is one.
+    pub mesh: Option<VesselMesh>,
+    /// `centreline.csv`, when there is one; else empty.
+    pub centreline: Vec<Branch>,
+    /// By number.
+    pub trials: Vec<Trial>,
+    /// What looks wrong but stops nothing.
+    pub warnings: Vec<Warning>,
+}
+
+impl Bundle {
+    /// Reads a bundle whole; the first fault refuses it.
+    pub fn open(path: impl AsRef<Path>) -> Result<Self, BundleError> {
+        let path = path.as_ref();
+        let rig_file = path.join("rig.toml");
+        let (rig, rig_warnings) = Rig::parse(&read_text(&rig_file)?)
+            .map_err(|(place, cause)| BundleError::new(&rig_file, place, cause))?;
+        let mut warnings: Vec<_> = rig_warnings
+            .into_iter()
+            .map(|(place, message)| Warning { file: rig_file.clone(), place, message })
+            .collect();
+        let (mut mesh, mut centreline) = (None, Vec::new());
+        if matches!(rig.plant, Plant::Catheter(_)) {
+            let (stl, csv) = (path.join("vessel.stl"), path.join("centreline.csv"));
+            if stl.exists() {
+                mesh = Some(read_mesh(&stl, &mut warnings)?);
+            }
+            if csv.exists() {
+                centreline = read_centreline(&read_text(&csv)?)
+                    .map_err(|(place, cause)| BundleError::new(&csv, place, cause))?;
+                check_radii(&csv, &centreline, &mut warnings);
+            }
+            if mesh.is_none() && centreline.is_empty() {
+                return Err(BundleError::new(path, Place::Whole, Cause::NoVessel));
+            }
+        }
+        let trials = read_trials(&path.join("trials"), &rig, &mut warnings)?;
+        Ok(Self { path: path.to_path_buf(), rig, mesh, centreline, trials, warnings })
+    }
+
+    /// A rig and trials that come from elsewhere than a folder, without its vessel.
+    ///
+    /// `file`: where they come from, for messages and as the bundle's path.
+    pub fn without_vessel(
+        file: &Path,
+        rig_toml: &str,
+        trials: Vec<Trial>,
+    ) -> Result<Self, BundleError> {
+        let (rig, rig_warnings) =
+            Rig::parse(rig_toml).map_err(|(place, cause)| BundleError::new(file, place, cause))?;
+        let warning = |(place, message)| Warning { file: file.to_path_buf(), place, message };
+        Ok(Self {
+            path: file.to_path_buf(),
+            rig,
+            mesh: None,
+            centreline: Vec::new(),
+            trials,
+            warnings: rig_warnings.into_iter().map(warning).collect(),
+        })
+    }
+
+    /// The rig of a catheter; `None` for a drive.
+    pub fn catheter(&self) -> Option<&CatheterRig> {
+        match &self.rig.plant {
+            Plant::Catheter(catheter) => Some(catheter),
+            Plant::Drive(_) => None,
+        }
+    }
+
+    /// The trial of this number.
+    pub fn trial(&self, number: u32) -> Option<&Trial> {
+        self.trials.iter().find(|trial| trial.number == number)
+    }
+
+    /// The largest insertion of any trial, the guidewire's included \[m\]; `None` without a
+    /// catheter's trial.
+    pub fn largest_insertion_m(&self) -> Option<f64> {
+        let trials = self.trials.iter().filter_map(Trial::catheter);
+        let columns = trials.flat_map(|trial| {
+            let wire = trial.guidewire.iter().flat_map(|wire| &wire.insertion_m);
+            trial.insertion_m.iter().chain(wire)
+        });
+        columns.copied().max_by(f64::total_cmp)
+    }
+}
+
+/// Reads an STL file as the surface of a lumen; what looks wrong is added to `warnings`.
+pub(crate) fn read_mesh(
+    file: &Path,
+    warnings: &mut Vec<Warning>,
+) -> Result<VesselMesh, BundleError> {
+    let triangles = read_stl(&read_bytes(file)?)
+        .map_err(|(place, cause)| BundleError::new(file, place, cause))?;
+    let corners = triangles.iter().flatten();
+    let infinite = Vector3::repeat(f64::INFINITY);
+    let (low, high) =
+        corners.fold((infinite, -infinite), |(low, high), p| (low.inf(p), high.sup(p)));
+    let (mesh, repairs) = Mesh::from_triangles(&triangles)
+        .map_err(|cause| BundleError::new(file, Place::Whole, cause))?;
+    let mut warn =
+        |message| warnings.push(Warning { file: file.to_path_buf(), place: Place::Whole, message });
+    let size_mm = (high - low).norm() * 1e3;
+    if size_mm > 2000.0 {
+        warn(format!(
+            "the surface spans {size_mm:.0} mm, larger than a body; STL is read in millimetres: \
+             was it exported in micrometres? Then scale it by 0.001"
+        ));
+    } else if size_mm < 10.0 {
+        warn(format!(
+            "the surface spans {size_mm:.3} mm; STL is read in millimetres: was it exported in \
+             metres? Then scale it by 1000"
+        ));
+    }
+    if repairs.degenerate > 0 {
+        warn(format!("{} triangles without area were left out", repairs.degenerate));
+    }
+    if repairs.flipped > 0 {
+        warn(format!("{} triangles faced the wrong way and were turned", repairs.flipped));
+    }
+    if repairs.split > 0 {
+        warn(format!(
+            "corners of facets lay on the edges of others, which were split there ({})",
+            repairs.split
+        ));
+    }
+    if repairs.pieces > 1 {
+        warn(format!("the surface is in {} pieces; a lumen is one", repairs.pieces));
+    }
+    if let Some([x, y, z]) = repairs.doubts.overlap_mm {
+        warn(format!(
+            "a piece of the surface reaches into another at ({x:.1}, {y:.1}, {z:.1}) mm, and stands \
+             as a wall in its lumen; unite them (a boolean union) and export again"
+        ));
+    }
+    if repairs.doubts.channels > 0 {
+        warn(format!(
+            "the surface is closed around channels ({}), as the wall of a phantom is: its material \
+             is taken for the lumen; export the inner surface only, open at its ends",
+            repairs.doubts.channels
+        ));
+    }
+    Ok(VesselMesh { mesh, repairs })
+}
+
+fn check_radii(file: &Path, branches: &[Branch], warnings: &mut Vec<Warning>) {
+    for branch in branches {
+        let radii = branch.stations.iter().map(|station| station.radius_m);
+        let widest = radii.clone().fold(0.0, f64::max);
+        let narrowest = radii.fold(f64::INFINITY, f64::min);
+        let says = if widest > 0.04 {
+            format!("is {:.0} mm wide, wider than a hand: millimetres for metres?", 2e3 * widest)
+        } else if narrowest < 0.2e-3 {
+            format!("is {:.4} mm wide, narrower than any instrument", 2e3 * narrowest)
+        } else {
+            continue;
+        };
+        let message = format!("branch `{}` {says}", branch.name);
+        warnings.push(Warning { file: file.to_path_buf(), place: Place::Whole, message });
+    }
+}
+
+fn read_trials(
+    folder: &Path,
+    rig: &Rig,
+    warnings: &mut Vec<Warning>,
+) -> Result<Vec<Trial>, BundleError> {
+    if !folder.exists() {
+        warnings.push(no_trials(folder));
+        return Ok(Vec::new());
+    }
+    let io = |error| BundleError::new(folder, Place::Whole, Cause::Io(error));
+    let mut trials = Vec::new();
+    for entry in std::fs::read_dir(folder).map_err(io)? {
+        let file = entry.map_err(io)?.path();
+        let stem = file.file_stem().and_then(|stem| stem.to_str()).unwrap_or_default();
+        // What a file system or an editor leaves beside a file begins with a point.
+        if file.extension().is_none_or(|ending| ending != "csv") || stem.starts_with('.') {
+            let message = "not a trial; it is not read".to_owned();
+            warnings.push(Warning { file, place: Place::Whole, message });
+            continue;
+        }
+        let digits = stem.bytes().all(|byte| byte.is_ascii_digit());
+        let number = stem.parse::<u32>().ok().filter(|_| digits);
+        let number =
+            number.ok_or_else(|| BundleError::new(&file, Place::Whole, Cause::TrialName))?;
+        if trials.iter().any(|trial: &Trial| trial.number == number) {
+            return Err(BundleError::new(&file, Place::Whole, Cause::TrialTwice(number)));
+        }
+        let text = read_text(&file)?;
+        let trial = match &rig.plant {
+            Plant::Catheter(rig) => Trial::parse_catheter(number, &text, rig.guidewire.is_some()),
+            Plant::Drive(_) => Trial::parse_drive(number, &text),
+        };
+        let Parsed { trial, remarks } =
+            trial.map_err(|(place, cause)| BundleError::new(&file, place, cause))?;
+        let warning = |message| Warning { file: file.clone(), place: Place::Whole, message };
+        warnings.extend(remarks.into_iter().map(warning));
+        trial::warn_of_units(&file, &trial, rig, warnings);
+        trials.push(trial);
+    }
+    if trials.is_empty() {
+        warnings.push(no_trials(folder));
+    }
+    trials.sort_by_key(|trial| trial.number);
+    Ok(trials)
+}
+
+fn no_trials(folder: &Path) -> Warning {
+    let message = "there are no trials; only the rig can be used".to_owned();
+    Warning { file: folder.to_path_buf(), place: Place::Whole, message }
+}

@@ -1,0 +1,139 @@
+//! From loose triangles to a [`Mesh`]: welded, stitched, facing one way, and checked.
+
+use std::collections::HashMap;
+
+use nalgebra::Vector3;
+
+use super::mesh::{Mesh, MeshCause, RIM, next, turn};
+use super::pieces::PieceDoubts;
+use super::rims::RimKind;
+use super::stitch::stitch;
+use super::wall::Triangle;
+use super::weld::weld;
+
+/// What was put right while reading.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct MeshRepairs {
+    /// Triangles without area that were dropped.
+    pub degenerate: usize,
+    /// Triangles turned round to face the same way as their neighbours.
+    pub flipped: usize,
+    /// Facets split at a corner of another that lay on their edge.
+    pub split: usize,
+    /// Separate pieces of the surface.
+    pub pieces: usize,
+    /// What they look like.
+    pub doubts: PieceDoubts,
+}
+
+impl Mesh {
+    /// Joins triangles into a mesh whose facets all face the same way.
+    pub fn from_triangles(triangles: &[Triangle]) -> Result<(Self, MeshRepairs), MeshCause> {
+        let (positions, mut vertex) = weld(triangles);
+        let degenerate = triangles.len() - vertex.len() / 3;
+        if vertex.is_empty() {
+            return Err(MeshCause::Degenerate);
+        }
+        let mut twin = twins(&positions, &vertex)?;
+        let mut split = 0;
+        loop {
+            let more = stitch(&positions, &mut vertex, &twin);
+            if more == 0 {
+                break;
+            }
+            split += more;
+            twin = twins(&positions, &vertex)?;
+        }
+        let (flipped, pieces) = face_one_way(&positions, &mut vertex, &mut twin)?;
+        let mut mesh = Self {
+            beyond_m: vec![0.0; positions.len()],
+            positions,
+            vertex,
+            twin,
+            corner_normal: Vec::new(),
+            normals: Vec::new(),
+        };
+        mesh.smooth_normals();
+        mesh.check_rims()?;
+        let doubts = mesh.check_pieces()?;
+        Ok((mesh, MeshRepairs { degenerate, flipped, split, pieces, doubts }))
+    }
+
+    fn check_rims(&self) -> Result<(), MeshCause> {
+        for rim in self.rims() {
+            if let RimKind::Crack { at, length_m } = self.rim_kind(&rim) {
+                let at_mm = (at * 1e3).into();
+                return Err(MeshCause::Cracked { at_mm, length_mm: 1e3 * length_m });
+            }
+        }
+        Ok(())
+    }
+}
+
+fn middle_mm(positions: &[Vector3<f64>], vertex: &[u32], half_edge: usize) -> [f64; 3] {
+    let ends = [half_edge, next(half_edge)].map(|h| positions[vertex[h] as usize]);
+    ((ends[0] + ends[1]) * 500.0).into()
+}
+
+/// The half-edge on the other side of each edge, whichever way its triangle faces.
+fn twins(positions: &[Vector3<f64>], vertex: &[u32]) -> Result<Vec<u32>, MeshCause> {
+    let mut open = HashMap::with_capacity(vertex.len());
+    let mut twin = vec![RIM; vertex.len()];
+    for half_edge in 0..vertex.len() {
+        let (a, b) = (vertex[half_edge], vertex[next(half_edge)]);
+        let Some(&other) = open.get(&(a.min(b), a.max(b))) else {
+            open.insert((a.min(b), a.max(b)), half_edge as u32);
+            continue;
+        };
+        if twin[other as usize] != RIM {
+            return Err(MeshCause::NonManifold { at_mm: middle_mm(positions, vertex, half_edge) });
+        }
+        twin[half_edge] = other;
+        twin[other as usize] = half_edge as u32;
+    }
+    Ok(twin)
+}
+
+/// Makes neighbours face the same way. Returns how many were turned and how many pieces
+/// there are.
+fn face_one_way(
+    positions: &[Vector3<f64>],
+    vertex: &mut [u32],
+    twin: &mut [u32],
+) -> Result<(usize, usize), MeshCause> {
+    let (mut flipped, mut pieces) = (0, 0);
+    let mut seen = vec![false; vertex.len() / 3];
+    let mut queue = Vec::new();
+    for start in 0..seen.len() {
+        if seen[start] {
+            continue;
+        }
+        pieces += 1;
+        seen[start] = true;
+        queue.push(start);
+        while let Some(triangle) = queue.pop() {
+            for half_edge in 3 * triangle..3 * triangle + 3 {
+                let other = twin[half_edge];
+                if other == RIM {
+                    continue;
+                }
+                let neighbour = other as usize / 3;
+                let same_way = vertex[half_edge] != vertex[other as usize];
+                if seen[neighbour] {
+                    if !same_way {
+                        let at_mm = middle_mm(positions, vertex, half_edge);
+                        return Err(MeshCause::OneSided { at_mm });
+                    }
+                    continue;
+                }
+                if !same_way {
+                    turn(neighbour, vertex, twin);
+                    flipped += 1;
+                }
+                seen[neighbour] = true;
+                queue.push(neighbour);
+            }
+        }
+    }
+    Ok((flipped, pieces))
+}

@@ -1,0 +1,22 @@
+//! `rig.toml`: what was set up, and the nominal parameters.
+
+mod cause;
+mod instrument;
+mod keys;
+mod plausible;
+mod priors;
+mod read;
+mod tendon;
+mod toml_reader;
+mod types;
+
+pub use cause::{BeyondModel, RigCause};
+pub use instrument::{RigInstrument, RigSection, TipPiece};
+pub use priors::RigPriors;
+pub use read::FORMAT;
+pub use tendon::RigTendon;
+pub(crate) use toml_reader::place_of_key;
+pub use types::{
+    CatheterRig, DriveRig, Fluid, Plant, Rig, RigEntry, RigEnvironment, RigSensor, RigVessel,
+    WallRegion,
+};

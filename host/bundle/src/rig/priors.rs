@@ -1,0 +1,57 @@
+//! Table `[priors]`: how well the rig is known.
+
+use super::toml_reader::{Fault, POSITIVE, TableReader};
+
+/// Table `[priors]`: standard deviations of what may be off in every trial without being an effect.
+/// What is not stated is `None`, and the diagnosis has its own.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct RigPriors {
+    /// Of the zero of every axis of the force sensor; of a drive, of its command.
+    pub force_bias_sd_n: Option<f64>,
+    /// Between encoders and force.
+    pub time_shift_sd_s: Option<f64>,
+    /// Of the length inside when a trial begins.
+    pub insertion_offset_sd_m: Option<f64>,
+    /// Of where the phantom stands, along each axis.
+    pub registration_sd_m: Option<f64>,
+    /// Of how it is turned, about each axis.
+    pub registration_sd_rad: Option<f64>,
+    /// Of where the wall is, against the mesh.
+    pub wall_sd_m: Option<f64>,
+    /// How much farther the wall may be off where it bends into the lumen, as where a vessel divides.
+    pub wall_at_junctions_sd_m: Option<f64>,
+}
+
+const CATHETER_KEYS: [&str; 7] = [
+    "force_bias_sd_N",
+    "time_shift_sd_s",
+    "insertion_offset_sd_m",
+    "registration_sd_m",
+    "registration_sd_rad",
+    "wall_sd_m",
+    "wall_at_junctions_sd_m",
+];
+/// Of a drive without an instrument, which touches nothing.
+const DRIVE_KEYS: [&str; 2] = ["force_bias_sd_N", "time_shift_sd_s"];
+
+/// What such a rig may state.
+pub(super) const fn prior_keys(is_drive: bool) -> &'static [&'static str] {
+    if is_drive { &DRIVE_KEYS } else { &CATHETER_KEYS }
+}
+
+/// The priors, as far as they are stated.
+pub(super) fn read_priors(root: &TableReader<'_>, is_drive: bool) -> Result<RigPriors, Fault> {
+    let Some(table) = root.optional_table("priors", prior_keys(is_drive))? else {
+        return Ok(RigPriors::default());
+    };
+    let number = |key| table.optional_number_in(key, POSITIVE, "above 0");
+    Ok(RigPriors {
+        force_bias_sd_n: number("force_bias_sd_N")?,
+        time_shift_sd_s: number("time_shift_sd_s")?,
+        insertion_offset_sd_m: number("insertion_offset_sd_m")?,
+        registration_sd_m: number("registration_sd_m")?,
+        registration_sd_rad: number("registration_sd_rad")?,
+        wall_sd_m: number("wall_sd_m")?,
+        wall_at_junctions_sd_m: number("wall_at_junctions_sd_m")?,
+    })
+}

@@ -1,0 +1,67 @@
+//! Why a trial is refused.
+
+use thiserror::Error;
+
+use crate::table::TableCause;
+
+/// An encoder without a value for longer than this is not known \[s\].
+pub const LONGEST_GAP_S: f64 = 0.25;
+
+/// Why a trial is refused.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum TrialCause {
+    #[error(transparent)]
+    Table(#[from] TableCause),
+    #[error("the trial has no rows")]
+    Empty,
+    #[error("t_s goes back: {now} s after {before} s")]
+    TimeNotRising { before: f64, now: f64 },
+    #[error("column `{column}` has no value for {gap_s:.3} s from here on")]
+    EncoderGap { column: &'static str, gap_s: f64 },
+    #[error("{column} is {value}; the length inside the vessel cannot be negative")]
+    NegativeInsertion { column: &'static str, value: f64 },
+    #[error("column `{0}` is missing; rig.toml has a [guidewire], whose drive it is")]
+    GuidewireMissing(&'static str),
+    #[error("column `{0}` is of a guidewire's drive, but rig.toml has no [guidewire]")]
+    NoGuidewire(&'static str),
+    #[error("`{missing}` has no value in this row, but `{given}` has one")]
+    HalfVector { missing: String, given: String },
+    #[error("the shape points leave out p{0:02}")]
+    ShapeGap(usize),
+}
+
+impl TrialCause {
+    /// What to do about it.
+    pub fn fix(&self) -> String {
+        match self {
+            TrialCause::Table(cause) => cause.fix(),
+            TrialCause::Empty => "record the trial again, or take the file out".into(),
+            TrialCause::TimeNotRising { .. } => {
+                "sort the rows by t_s; where the clock was set back, cut the trial in two there".into()
+            }
+            TrialCause::EncoderGap { .. } => format!(
+                "an encoder is read between its values, over {} s at most: give it in more rows, or \
+                 drop those that lie in the gap",
+                LONGEST_GAP_S
+            ),
+            TrialCause::NegativeInsertion { .. } => {
+                "give the unstretched length past the entry plane, not the feed since the start"
+                    .into()
+            }
+            TrialCause::GuidewireMissing(_) => {
+                "add the column; a wire that is withdrawn to the entry plane is at 0".into()
+            }
+            TrialCause::NoGuidewire(_) => {
+                "describe the wire in the table [guidewire], with the keys of [instrument], or take \
+                 the column out"
+                    .into()
+            }
+            TrialCause::HalfVector { .. } => {
+                "a vector has three components: give all of them, or leave all three empty".into()
+            }
+            TrialCause::ShapeGap(_) => {
+                "number the shape points without gaps, tip first, each with _x_m, _y_m, _z_m".into()
+            }
+        }
+    }
+}

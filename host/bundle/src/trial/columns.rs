@@ -1,0 +1,61 @@
+//! Names of the columns of a catheter's trial: whoever reads or writes one uses these.
+
+/// Time since the trial began \[s\].
+pub const TIME: &str = "t_s";
+/// Of the drive \[m\].
+pub const INSERTION: &str = "insertion_m";
+/// Of the drive \[rad\].
+pub const ROTATION: &str = "rotation_rad";
+/// Of the instrument on the phantom, vessel frame \[N\].
+pub const FORCE: [&str; 3] = ["fx_N", "fy_N", "fz_N"];
+/// Axial, behind the guide \[N\].
+pub const DRIVE_FORCE: &str = "drive_fx_N";
+/// End of the centre line, vessel frame \[m\].
+pub const TIP: [&str; 3] = ["tip_x_m", "tip_y_m", "tip_z_m"];
+/// As [`INSERTION`], of the guidewire's drive.
+pub const GUIDEWIRE_INSERTION: &str = "guidewire_insertion_m";
+/// As [`ROTATION`], of the guidewire's drive.
+pub const GUIDEWIRE_ROTATION: &str = "guidewire_rotation_rad";
+/// As [`DRIVE_FORCE`], of the guidewire's drive.
+pub const GUIDEWIRE_DRIVE_FORCE: &str = "guidewire_drive_fx_N";
+
+/// Those that every trial has.
+pub const REQUIRED: [&str; 3] = [TIME, INSERTION, ROTATION];
+/// All but those of shape points.
+pub const ALL: [&str; 13] = [
+    TIME,
+    INSERTION,
+    ROTATION,
+    FORCE[0],
+    FORCE[1],
+    FORCE[2],
+    DRIVE_FORCE,
+    TIP[0],
+    TIP[1],
+    TIP[2],
+    GUIDEWIRE_INSERTION,
+    GUIDEWIRE_ROTATION,
+    GUIDEWIRE_DRIVE_FORCE,
+];
+
+/// Of a trial of a drive on its own: its position \[m\].
+pub const POSITION: &str = "position_m";
+/// The whole force that is applied to it \[N\].
+pub const COMMAND: &str = "drive_command_N";
+/// Those of a drive's trial; it need not have the last one.
+pub const OF_DRIVE: [&str; 4] = [TIME, POSITION, COMMAND, "setpoint_m"];
+
+/// Columns of a shape point, counted from the tip, vessel frame \[m\].
+pub fn shape_point(k: usize) -> [String; 3] {
+    ["x", "y", "z"].map(|axis| format!("p{k:02}_{axis}_m"))
+}
+
+/// The k of a column `pNN_x_m`.
+pub(super) fn shape_index(name: &str) -> Option<usize> {
+    let rest = name.strip_prefix('p')?;
+    let (digits, axis) = rest.split_once('_')?;
+    let two_or_more = digits.len() >= 2 && digits.bytes().all(|byte| byte.is_ascii_digit());
+    // The format's names are those that `p{k:02}` gives.
+    let k = digits.parse::<usize>().ok().filter(|k| *k < 10_000 && format!("{k:02}") == digits)?;
+    (two_or_more && matches!(axis, "x_m" | "y_m" | "z_m")).then_some(k)
+}

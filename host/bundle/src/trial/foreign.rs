@@ -1,0 +1,209 @@
+//! Tables of other tools: their columns under a trial's names and in its units, then read as a
+//! bundle's trial is.
+
+use thiserror::Error;
+
+use super::cause::TrialCause;
+use super::columns::{self, shape_index};
+use super::read::Parsed;
+use super::types::Trial;
+use crate::nearest::nearest;
+use crate::place::Place;
+use crate::table::{Table, TableCause};
+
+/// A column of a trial, and the one of another table that it comes from.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ColumnMap {
+    pub to: String,
+    pub from: String,
+    pub factor: f64,
+    /// In the unit of the trial's column.
+    pub offset: f64,
+}
+
+impl ColumnMap {
+    /// From `insertion_m=feed [mm]*0.001+0.028`; without a factor and an offset it is as it is.
+    pub fn parse(text: &str) -> Result<Self, String> {
+        let wrong = || {
+            format!(
+                "`{text}`: write COLUMN=THEIRS, COLUMN=THEIRS*FACTOR or COLUMN=THEIRS*FACTOR+OFFSET"
+            )
+        };
+        let (to, from) = text.split_once('=').ok_or_else(wrong)?;
+        let (from, (factor, offset)) = match from.rsplit_once('*') {
+            Some((from, scale)) => (from, scale_of(scale).ok_or_else(wrong)?),
+            None => (from, (1.0, 0.0)),
+        };
+        let (to, from) = (to.trim(), from.trim());
+        if !is_known(to) {
+            let all = [&columns::ALL[..], &columns::OF_DRIVE[1..]].concat();
+            let meant = nearest(to, &all);
+            let meant = meant.map_or(String::new(), |name| format!("; did you mean `{name}`?"));
+            return Err(format!(
+                "a trial has no column `{to}`{meant} It has {}, and p00_x_m, p00_y_m, p00_z_m and so \
+                 on; a drive's has {}",
+                columns::ALL.join(", "),
+                columns::OF_DRIVE.join(", ")
+            ));
+        }
+        if from.is_empty() {
+            return Err(wrong());
+        }
+        Ok(Self { to: to.into(), from: from.into(), factor, offset })
+    }
+
+    fn is_identity(&self) -> bool {
+        (self.factor, self.offset) == (1.0, 0.0)
+    }
+}
+
+/// `FACTOR` or `FACTOR+OFFSET`, where a sign may be an exponent's or a number's own.
+fn scale_of(text: &str) -> Option<(f64, f64)> {
+    let number = |text: &str| text.trim().parse::<f64>().ok().filter(|x| x.is_finite());
+    let whole = number(text).map(|factor| (factor, 0.0));
+    let signs = text.match_indices(['+', '-']).map(|(at, _)| at);
+    let mut sums =
+        signs.filter_map(|at| Some((number(&text[..at])?, number(&joined(&text[at..]))?)));
+    whole.or_else(|| sums.next()).filter(|(factor, _)| *factor != 0.0)
+}
+
+/// A sign may stand apart from its number.
+fn joined(text: &str) -> String {
+    text.split_whitespace().collect()
+}
+
+fn is_known(name: &str) -> bool {
+    columns::ALL.contains(&name) || columns::OF_DRIVE.contains(&name) || shape_index(name).is_some()
+}
+
+/// A column of the table that is none of the trial's.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct LeftOut {
+    pub name: String,
+    /// The trial's column that it probably is.
+    pub nearest: Option<&'static str>,
+}
+
+/// What a table gave.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Foreign {
+    pub trial: Trial,
+    /// What was done to its rows, and what looks wrong with them.
+    pub remarks: Vec<String>,
+    pub left_out: Vec<LeftOut>,
+}
+
+/// Why a table gives no trial.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum ForeignCause {
+    #[error(transparent)]
+    Trial(#[from] TrialCause),
+    #[error("there is no column `{name}`")]
+    NoColumn { name: String, there: Vec<String> },
+    #[error("there is no column `{0}`")]
+    NotNamed(String),
+    #[error("column `{0}` stands twice in the heading")]
+    Ambiguous(String),
+    #[error("the trial's column `{0}` is given twice")]
+    GivenTwice(String),
+}
+
+type Fault = (Place, ForeignCause);
+
+/// Reads a table as the trial that it is under these names; columns that are not renamed are taken
+/// by their own name if a trial has it. Whether it is of a guidewire or of a drive on its own, its
+/// columns say.
+pub fn read_foreign(text: &str, maps: &[ColumnMap]) -> Result<Foreign, Fault> {
+    let table = Table::split(text).map_err(of_table)?;
+    let wanted = wanted(&table, maps)?;
+    let has = |name: &str| wanted.iter().any(|column| column.to == name);
+    let is_drive = !has(columns::INSERTION) && has(columns::COMMAND);
+    let taken = wanted.iter().filter(|column| {
+        let of_drive = columns::OF_DRIVE.contains(&column.to.as_str());
+        of_drive == is_drive || column.to == columns::TIME
+    });
+    let taken = taken.collect::<Vec<_>>();
+    let has = |name: &str| taken.iter().any(|column| column.to == name);
+    let required = if is_drive { &columns::OF_DRIVE[..3] } else { &columns::REQUIRED };
+    if let Some(name) = required.iter().find(|name| !has(name)) {
+        return Err((Place::Line(1), ForeignCause::NotNamed((*name).into())));
+    }
+    let places: Vec<(usize, &str)> = taken.iter().map(|c| (c.at, c.to.as_str())).collect();
+    let selected = table.select(&places, |row, k| {
+        let number = table.number(row, taken[k].at)?;
+        let text = table.text(row, taken[k].at);
+        Ok(match (number, taken[k].map.filter(|map| !map.is_identity())) {
+            (Some(x), Some(map)) => (x * map.factor + map.offset).to_string(),
+            _ => text.to_owned(),
+        })
+    });
+    let selected = selected.map_err(of_table)?;
+    let has_guidewire = has(columns::GUIDEWIRE_INSERTION)
+        || has(columns::GUIDEWIRE_ROTATION)
+        || has(columns::GUIDEWIRE_DRIVE_FORCE);
+    let parsed = match is_drive {
+        true => Trial::read_drive(0, selected),
+        false => Trial::read_catheter(0, selected, has_guidewire),
+    };
+    let Parsed { trial, mut remarks } = parsed.map_err(|(place, cause)| (place, named(cause)))?;
+    remarks.extend(trial.rush().map(|rush| rush.to_string()));
+    remarks.extend(trial.slow_clock(None));
+    let known: &[&'static str] = if is_drive { &columns::OF_DRIVE } else { &columns::ALL };
+    let missing: Vec<&'static str> = known.iter().copied().filter(|name| !has(name)).collect();
+    let others = table
+        .names()
+        .enumerate()
+        .filter(|(at, name)| !name.is_empty() && places.iter().all(|(taken, _)| taken != at));
+    let left_out =
+        others.map(|(_, name)| LeftOut { name: name.into(), nearest: nearest(name, &missing) });
+    let left_out = left_out.collect();
+    Ok(Foreign { trial, remarks, left_out })
+}
+
+/// A column of the trial and where it stands in the table.
+struct Wanted<'a> {
+    to: String,
+    at: usize,
+    map: Option<&'a ColumnMap>,
+}
+
+fn wanted<'a>(table: &Table, maps: &'a [ColumnMap]) -> Result<Vec<Wanted<'a>>, Fault> {
+    let heading = |fault| (Place::Line(1), fault);
+    let mut wanted: Vec<Wanted<'a>> = Vec::new();
+    for map in maps {
+        let Some(at) = table.column(&map.from) else {
+            let there = table.names().map(str::to_owned).collect();
+            return Err(heading(ForeignCause::NoColumn { name: map.from.clone(), there }));
+        };
+        if wanted.iter().any(|column| column.to == map.to) {
+            return Err(heading(ForeignCause::GivenTwice(map.to.clone())));
+        }
+        wanted.push(Wanted { to: map.to.clone(), at, map: Some(map) });
+    }
+    for (at, name) in table.names().enumerate() {
+        let is_first = table.column(name) == Some(at);
+        if is_known(name) && is_first && wanted.iter().all(|column| column.to != name) {
+            wanted.push(Wanted { to: name.into(), at, map: None });
+        }
+    }
+    for Wanted { at, .. } in &wanted {
+        let name = table.names().nth(*at).unwrap_or_default();
+        if table.names().filter(|other| *other == name).count() > 1 {
+            return Err(heading(ForeignCause::Ambiguous(name.into())));
+        }
+    }
+    Ok(wanted)
+}
+
+fn of_table((place, cause): (Place, TableCause)) -> Fault {
+    (place, ForeignCause::Trial(cause.into()))
+}
+
+/// A column that is missing has another name here.
+fn named(cause: TrialCause) -> ForeignCause {
+    match cause {
+        TrialCause::Table(TableCause::MissingColumn(name)) => ForeignCause::NotNamed(name),
+        TrialCause::GuidewireMissing(name) => ForeignCause::NotNamed(name.into()),
+        cause => cause.into(),
+    }
+}

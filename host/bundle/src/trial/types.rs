@@ -1,0 +1,136 @@
+//! The rows of one trial, by column.
+
+use super::columns;
+
+/// Encoder positions at one instant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EncoderReading {
+    pub insertion_m: f64,
+    pub rotation_rad: f64,
+}
+
+/// Column of three components with gaps; a row is there when all three are.
+pub type VectorColumn = Vec<Option<[f64; 3]>>;
+
+/// Columns of a catheter's trial, one entry a row.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CatheterTrial {
+    pub insertion_m: Vec<f64>,
+    pub rotation_rad: Vec<f64>,
+    /// Force of the instrument on the phantom; `None` when the column is missing.
+    pub force_n: Option<VectorColumn>,
+    /// Axial force on the instrument behind the guide, positive when pushing.
+    pub drive_force_n: Option<Vec<Option<f64>>>,
+    pub tip_m: Option<VectorColumn>,
+    /// Points on the shape, tip first; empty without them.
+    pub shape_m: Vec<VectorColumn>,
+    /// With a guidewire, and only then.
+    pub guidewire: Option<GuidewireTrial>,
+}
+
+/// Columns of the guidewire's drive, one entry a row; meant as the catheter's.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GuidewireTrial {
+    pub insertion_m: Vec<f64>,
+    pub rotation_rad: Vec<f64>,
+    pub drive_force_n: Option<Vec<Option<f64>>>,
+}
+
+/// Columns of the encoders of one drive, insertion and rotation, with their names.
+pub(super) type Encoders<'a> = [(&'static str, &'a [f64]); 2];
+
+impl CatheterTrial {
+    /// Those of the catheter's drive, then those of the guidewire's, if there is one.
+    pub(super) fn encoders(&self) -> impl Iterator<Item = Encoders<'_>> {
+        let of = |names: [&'static str; 2], insertion_m, rotation_rad| {
+            [(names[0], insertion_m), (names[1], rotation_rad)]
+        };
+        let own =
+            of([columns::INSERTION, columns::ROTATION], &self.insertion_m[..], &self.rotation_rad);
+        let wire = self.guidewire.as_ref().map(move |wire| {
+            let names = [columns::GUIDEWIRE_INSERTION, columns::GUIDEWIRE_ROTATION];
+            of(names, &wire.insertion_m[..], &wire.rotation_rad)
+        });
+        std::iter::once(own).chain(wire)
+    }
+}
+
+/// Columns of a drive's trial, one entry a row.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DriveTrial {
+    pub position_m: Vec<f64>,
+    pub drive_command_n: Vec<f64>,
+    pub setpoint_m: Option<Vec<Option<f64>>>,
+}
+
+/// What was measured, by plant.
+#[derive(Clone, Debug, PartialEq)]
+pub enum TrialData {
+    Catheter(CatheterTrial),
+    Drive(DriveTrial),
+}
+
+/// One trial.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Trial {
+    /// Number in the file's name.
+    pub number: u32,
+    /// Rising strictly \[s\].
+    pub t_s: Vec<f64>,
+    pub data: TrialData,
+}
+
+impl Trial {
+    /// Number of rows; never 0.
+    pub fn len(&self) -> usize {
+        self.t_s.len()
+    }
+
+    /// Whether there are no rows; never true of a trial that was read.
+    pub fn is_empty(&self) -> bool {
+        self.t_s.is_empty()
+    }
+
+    /// From the first row to the last \[s\].
+    pub fn duration_s(&self) -> f64 {
+        match (self.t_s.first(), self.t_s.last()) {
+            (Some(first), Some(last)) => last - first,
+            _ => 0.0,
+        }
+    }
+
+    /// Columns of a catheter's trial.
+    pub fn catheter(&self) -> Option<&CatheterTrial> {
+        match &self.data {
+            TrialData::Catheter(catheter) => Some(catheter),
+            TrialData::Drive(_) => None,
+        }
+    }
+
+    /// Encoder positions at any time by linear interpolation, held before the first row and
+    /// after the last: how rows of any rate become samples at 1 kHz. `None` for a drive.
+    pub fn encoder_at(&self, t_s: f64) -> Option<EncoderReading> {
+        let catheter = self.catheter()?;
+        self.reading_at(t_s, &catheter.insertion_m, &catheter.rotation_rad)
+    }
+
+    /// The same of the guidewire's drive; `None` without one.
+    pub fn guidewire_at(&self, t_s: f64) -> Option<EncoderReading> {
+        let wire = self.catheter()?.guidewire.as_ref()?;
+        self.reading_at(t_s, &wire.insertion_m, &wire.rotation_rad)
+    }
+
+    fn reading_at(
+        &self,
+        t_s: f64,
+        insertion_m: &[f64],
+        rotation_rad: &[f64],
+    ) -> Option<EncoderReading> {
+        let after = self.t_s.partition_point(|&t| t <= t_s);
+        let (low, high) = (after.saturating_sub(1), after.min(self.len().saturating_sub(1)));
+        let (start, end) = (self.t_s.get(low)?, self.t_s.get(high)?);
+        let share = if high > low { ((t_s - start) / (end - start)).clamp(0.0, 1.0) } else { 0.0 };
+        let at = |column: &[f64]| column[low] + (column[high] - column[low]) * share;
+        Some(EncoderReading { insertion_m: at(insertion_m), rotation_rad: at(rotation_rad) })
+    }
+}
