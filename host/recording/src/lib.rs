@@ -13,6 +13,7 @@ mod background;
 mod bundle;
 mod candump;
 mod clock;
+mod columns;
 mod compare;
 mod coverage;
 mod dropout;

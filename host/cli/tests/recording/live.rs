@@ -34,7 +34,7 @@ fn a_free_run_is_recorded_and_its_latency_known() {
     let within = cathforce(["latency", text(&file), "--budget", "60000"]);
     assert!(within.status.success(), "{}", stderr(&within));
     let above = cathforce(["latency", text(&file), "--budget", "1e-9"]);
-    assert_fails(&above, 6, &["end to end", "--budget is"]);
+    assert_fails(&above, 6, &["end to end", "of --budget"]);
     let check = cathforce(["check", text(&file)]);
     assert!(String::from_utf8_lossy(&check.stdout).contains("recorded without lock step"));
 }
