@@ -86,7 +86,7 @@ fn a_monitor_without_a_terminal_prints_a_line_a_second() {
     let first = output.stdout.split(|b| *b == b'\n').next().unwrap();
     let shown: serde_json::Value = serde_json::from_slice(first).unwrap();
     assert!(shown["ticks"].as_u64().unwrap() >= 900, "{shown}");
-    assert!(shown["force_n"].is_array() && shown["mode"].is_string(), "{shown}");
+    assert!(shown["fx_N"].is_number() && shown["mode"].is_string(), "{shown}");
     assert_fails(&cathforce(["monitor"]), 2, &["--link"]);
     assert_fails(&cathforce(["monitor", "absent.mcap"]), 3, &["absent.mcap"]);
 }
