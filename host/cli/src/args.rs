@@ -350,12 +350,17 @@ mod tests {
         let all = documented::documented(&["cathforce"]);
         assert!(all.len() > 60, "{} commands", all.len());
         for printed in all {
-            // A number that is left to the reader.
-            let words = printed.words.iter().map(|word| match &word[..] {
-                "N" | "M" => "1",
-                "rms_N=X" => "rms_N=1",
-                word => word,
-            });
+            // Values that are left to the reader.
+            let mut words = printed.words.clone();
+            for at in 0..words.len() {
+                let is_link = at > 0 && words[at - 1] == "--link";
+                words[at] = match words[at].as_str() {
+                    "N" | "M" => "1".into(),
+                    "rms_N=X" => "rms_N=1".into(),
+                    "LINK" | "…" if is_link => "sim".into(),
+                    _ => continue,
+                };
+            }
             let Err(error) = Arguments::try_parse_from(words) else { continue };
             let missing = [
                 ErrorKind::MissingRequiredArgument,

@@ -4,12 +4,10 @@
 
 #![forbid(unsafe_code)]
 
-#[cfg(feature = "diagnosis")]
 mod diagnosis;
 mod escape;
 mod recording;
 mod template;
 
-#[cfg(feature = "diagnosis")]
 pub use diagnosis::diagnosis_page;
 pub use recording::{PageError, recording_page};

@@ -22,33 +22,33 @@ pub struct Summary {
     /// At one cycle an instruction, which is the least that it can be.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub budget_share_480mhz: Option<f64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(rename = "peak_contact_force_N", skip_serializing_if = "Option::is_none")]
     pub peak_contact_force_n: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub peak_contact_node: Option<u16>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub peak_contact_t_s: Option<f64>,
     /// Of the norm of the error, outside snaps and the first 3 mm, noise included.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(rename = "force_rms_error_N", skip_serializing_if = "Option::is_none")]
     pub force_rms_error_n: Option<f64>,
     /// Of the norm, over the same time.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(rename = "measured_force_peak_N", skip_serializing_if = "Option::is_none")]
     pub measured_force_peak_n: Option<f64>,
     /// What the sensor's noise alone would be, where the rig states it; of others likewise.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(rename = "force_noise_rms_N", skip_serializing_if = "Option::is_none")]
     pub force_noise_rms_n: Option<f64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(rename = "force_rms_error_whole_N", skip_serializing_if = "Option::is_none")]
     pub force_rms_error_whole_n: Option<f64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(rename = "drive_fx_rms_error_N", skip_serializing_if = "Option::is_none")]
     pub drive_force_rms_error_n: Option<f64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(rename = "drive_fx_noise_rms_N", skip_serializing_if = "Option::is_none")]
     pub drive_force_noise_rms_n: Option<f64>,
     /// Largest magnitudes of the guidewire's load during the trial.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(rename = "guidewire_peak_drive_fx_N", skip_serializing_if = "Option::is_none")]
     pub guidewire_peak_drive_force_n: Option<f64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(rename = "guidewire_peak_drive_torque_N_m", skip_serializing_if = "Option::is_none")]
     pub guidewire_peak_drive_torque_n_m: Option<f64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(rename = "guidewire_drive_fx_rms_error_N", skip_serializing_if = "Option::is_none")]
     pub guidewire_force_rms_error_n: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tip_rms_error_m: Option<f64>,
@@ -219,9 +219,9 @@ mod tests {
             "missed_ticks",
             "worst_instructions_per_tick",
             "budget_share_480mhz",
-            "peak_contact_force_n",
-            "force_rms_error_n",
-            "measured_force_peak_n",
+            "peak_contact_force_N",
+            "force_rms_error_N",
+            "measured_force_peak_N",
             "differing_bits",
             "wall_s",
         ] {

@@ -113,10 +113,10 @@ pub struct GuidewireEstimate {
     /// Last rotation sent to the device \[rad\].
     pub rotation_rad: f32,
     /// Axial force behind the guide \[N\].
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(rename = "drive_fx_N", skip_serializing_if = "Option::is_none")]
     pub drive_force_n: Option<f32>,
     /// Torque behind the guide \[N·m\].
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(rename = "drive_torque_N_m", skip_serializing_if = "Option::is_none")]
     pub drive_torque_n_m: Option<f32>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub encoder_age_ticks: Option<u8>,

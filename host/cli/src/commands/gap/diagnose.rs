@@ -233,6 +233,8 @@ fn text(answer: &Diagnosis) -> String {
 
 #[cfg(test)]
 mod tests {
+    use std::path::Path;
+
     use cathforce_gap::report::{Gap, SnapFigures, SnapsOff};
 
     use super::*;
