@@ -1,4 +1,4 @@
-//! The device on its board: what the tick owns and what the tasks ask of it.
+//! The device on its board: the state that the tick owns, and the tasks' access to it.
 
 use core::cell::RefCell;
 use core::ptr::NonNull;
@@ -7,68 +7,61 @@ use cathforce_bus::service::{Load, Refusal, Status};
 use cathforce_bus::{Counter, Counters, Frame};
 use cathforce_config::image;
 use cathforce_control::{Config, Mode, Notice};
-use cathforce_device::{Board as DeviceBoard, Image, Ticker, copy_from};
+use cathforce_device::{Board as DeviceBoard, ControlLoop, Image, copy_from};
 use critical_section::Mutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
 use static_cell::StaticCell;
 
-use crate::board::{self, Board};
-use crate::{bus, stack};
+use crate::board::{self, Board, BootOptions};
+use crate::stack;
 
 /// Size of an image buffer \[bytes\].
 pub const IMAGE_BUFFER_LEN: usize = 2 << 20;
 
-/// A tick later than this has been missed (promise P10) \[µs\].
+/// Lateness from which on a tick counts as missed (promise P10) \[µs\].
 const LATE_US: u32 = 2;
 
-/// An image buffer: part of the memory for large, slow things.
+/// An image buffer in the large, slow memory.
 pub type Buffer = &'static mut [u8];
 
-/// What whoever started the board wants.
-#[derive(Clone, Copy, Default)]
-pub struct BootOptions {
-    /// Time stands still until ticks are granted.
-    pub lock_step: bool,
-}
-
-/// Everything the tick needs. Tasks look at it with the tick shut out, for microseconds.
+/// State of the tick. Tasks access it with the tick masked, for microseconds.
 struct Core {
     board: board::This,
-    ticker: Ticker,
+    control_loop: ControlLoop,
     active: Option<Active>,
     carrier: Counters,
     load: Load,
-    /// Ticks in a row that ran into the next one.
+    /// Consecutive ticks that ran into the next one.
     overruns: u32,
 }
 
-/// A configuration and the buffer it reads in.
+/// A configuration, and the buffer that its lumen is read from.
 struct Active {
     config: Config<'static>,
     buffer: NonNull<[u8]>,
-    /// Of the image in the buffer.
+    /// Length of the image in the buffer \[bytes\].
     len: usize,
 }
 
-// SAFETY: the pointer stands for a `&'static mut [u8]`, which may go anywhere.
+// SAFETY: the pointer represents a `&'static mut [u8]`, which is `Send`.
 unsafe impl Send for Active {}
 
 static CORE: Mutex<RefCell<Option<&'static mut Core>>> = Mutex::new(RefCell::new(None));
 
-/// The ticks granted by a SYNC have run.
+/// Signalled when the ticks granted by a SYNC have run.
 pub static GRANT_USED: Signal<CriticalSectionRawMutex, ()> = Signal::new();
 
-/// Puts the device together; called once, before ticks run.
+/// Creates the device. Called once, before ticks run.
 ///
-/// Not a part of `main`, whose frame stays on the stack below every interrupt: what passes
-/// through here on its way to its place is larger than everything else.
+/// It is not inlined into `main`, whose stack frame lies below every interrupt. The state passes through
+/// this function's frame, which is larger than all others.
 #[inline(never)]
 pub fn start(board: board::This) {
     static PLACE: StaticCell<Core> = StaticCell::new();
     let core = PLACE.init_with(|| Core {
         board,
-        ticker: Ticker::new(),
+        control_loop: ControlLoop::new(),
         active: None,
         carrier: Counters::default(),
         load: Load::default(),
@@ -77,14 +70,14 @@ pub fn start(board: board::This) {
     critical_section::with(|cs| CORE.borrow_ref_mut(cs).replace(core));
 }
 
-/// What the board was started with, already in force for the ticker.
+/// Boot options of the board, applied to the control loop.
 pub fn boot_options(board: board::This) -> BootOptions {
     let options = board.boot_options();
-    with(|core| core.ticker.set_lock_step(options.lock_step));
+    with(|core| core.control_loop.set_lock_step(options.lock_step));
     options
 }
 
-/// Runs `f` with the tick shut out.
+/// Runs `f` with the tick masked.
 fn with<R>(f: impl FnOnce(&mut Core) -> R) -> R {
     critical_section::with(|cs| match CORE.borrow_ref_mut(cs).as_mut() {
         Some(core) => f(core),
@@ -92,43 +85,45 @@ fn with<R>(f: impl FnOnce(&mut Core) -> R) -> R {
     })
 }
 
-/// The tick: called by the board's timer interrupt, the most urgent one there is.
-pub fn tick() {
+/// The tick, for the board's timer interrupt.
+///
+/// `send`: queues a frame; returns `false` if the queue is full.
+pub fn tick(send: impl Fn(Frame) -> bool) {
     with(|core| {
         let late = core.board.lateness();
-        // Once after every reset of the counters: painting the stack takes its time.
+        // Once after every reset of the counters, because painting the stack takes long.
         if core.load.tick_stack_bytes == 0 {
-            core.load.tick_stack_bytes = stack::measure(|| core.tick(late));
+            core.load.tick_stack_bytes = stack::measure(|| core.tick(late, &send));
         } else {
-            core.tick(late);
+            core.tick(late, &send);
         }
     });
 }
 
 impl Core {
-    /// One tick of the device, which began so many counts late.
-    fn tick(&mut self, late: u32) {
+    /// One tick of the device, which began `late` counts after it was due.
+    fn tick(&mut self, late: u32, send: impl Fn(Frame) -> bool) {
         let board = self.board;
         let began = board.time();
         let notice = (self.overruns >= 2).then_some(Notice::Overrun);
-        let number = self.ticker.ticks();
-        let frames = self.ticker.tick(self.active.as_ref().map(|a| &a.config), notice);
-        let armed = self.ticker.outputs().is_some_and(|outputs| outputs.mode == Mode::Armed);
-        board.enable_outputs(armed || !self.ticker.may_reconfigure());
+        let number = self.control_loop.ticks();
+        let frames = self.control_loop.tick(self.active.as_ref().map(|a| &a.config), notice);
+        let armed = self.control_loop.outputs().is_some_and(|outputs| outputs.mode == Mode::Armed);
+        board.enable_outputs(armed || !self.control_loop.may_reconfigure());
         for frame in frames.into_iter().flatten() {
-            if !bus::put(frame) {
+            if !send(frame) {
                 self.carrier.count(Counter::QueueFull);
             }
         }
         board.alive();
-        if self.ticker.lock_step() && self.ticker.granted() == 0 {
+        if self.control_loop.lock_step() && self.control_loop.granted() == 0 {
             board.hold_ticks();
             GRANT_USED.signal(());
         }
         self.account(number, late, board.time().wrapping_sub(began));
     }
 
-    /// What the tick cost, and whether it was on time.
+    /// Records the cost of the tick, and whether it was on time.
     fn account(&mut self, number: u32, late: u32, counts: u32) {
         let instructions = self.board.instructions(counts);
         if instructions > self.load.worst_instructions {
@@ -142,33 +137,33 @@ impl Core {
     }
 }
 
-/// What became of a frame given to the ticker.
-pub enum Taken {
-    /// It waits for the next tick.
+/// What becomes of a frame given to the control loop.
+pub enum FrameOutcome {
+    /// It is kept for the next tick.
     Waits,
-    /// Ticks have been granted: the next frame must wait for [`GRANT_USED`].
+    /// It granted ticks; the next frame must wait for [`GRANT_USED`].
     Granted,
 }
 
-/// Gives a process frame to the ticker.
-pub fn on_frame(frame: &Frame) -> Taken {
+/// Gives a process frame to the control loop.
+pub fn on_frame(frame: &Frame) -> FrameOutcome {
     with(|core| {
-        core.ticker.on_frame(frame);
-        if core.ticker.granted() == 0 {
-            return Taken::Waits;
+        core.control_loop.on_frame(frame);
+        if core.control_loop.granted() == 0 {
+            return FrameOutcome::Waits;
         }
         GRANT_USED.reset();
         core.board.start_ticks();
-        Taken::Granted
+        FrameOutcome::Granted
     })
 }
 
-/// Takes note of a frame that cannot be ours.
+/// Counts a frame that cannot be ours.
 pub fn on_foreign() {
-    with(|core| core.ticker.on_foreign());
+    with(|core| core.control_loop.on_foreign());
 }
 
-/// Counts what became of a line or a queue.
+/// Counts an event of the carrier: a line or a queue.
 pub fn count(counter: Counter) {
     with(|core| core.carrier.count(counter));
 }
@@ -178,42 +173,42 @@ pub fn is_configured() -> bool {
     with(|core| core.active.is_some())
 }
 
-/// The two image buffers; called once.
+/// The two image buffers. Called once.
 pub fn image_buffers() -> [Buffer; 2] {
-    /// Large enough for both, in memory that is not initialised at boot.
+    /// Memory for both, which is not initialised at boot.
     struct Place(core::cell::UnsafeCell<[[u8; IMAGE_BUFFER_LEN]; 2]>);
     // SAFETY: `StaticCell` below hands it out once.
     unsafe impl Sync for Place {}
     #[unsafe(link_section = ".psram.images")]
     static PLACE: Place = Place(core::cell::UnsafeCell::new([[0; IMAGE_BUFFER_LEN]; 2]));
     static TAKEN: StaticCell<()> = StaticCell::new();
-    // Panics if called twice.
+    // Panics on a second call.
     TAKEN.init(());
-    // SAFETY: taken once; bytes may have any value.
+    // SAFETY: taken once, and bytes may have any value.
     let [a, b] = unsafe { &mut *PLACE.0.get() };
     [a, b]
 }
 
-/// The tasks' side of the device.
-pub struct Desk(pub board::This);
+/// Access of the service to the device.
+pub struct ServiceBoard(pub board::This);
 
-impl DeviceBoard<Buffer> for Desk {
+impl DeviceBoard<Buffer> for ServiceBoard {
     fn is_armed(&mut self) -> bool {
-        with(|core| !core.ticker.may_reconfigure())
+        with(|core| !core.control_loop.may_reconfigure())
     }
 
     fn status(&mut self) -> Status {
         let (used, size) = stack::use_bytes();
         with(|core| {
             let load = Load { stack_used_bytes: used, stack_size_bytes: size, ..core.load };
-            let mut status = core.ticker.report(load);
+            let mut status = core.control_loop.report(load);
             status.counters = status.counters.merged(&core.carrier);
             status
         })
     }
 
     fn next_counters(&mut self) -> [u8; 4] {
-        with(|core| core.ticker.next_counters())
+        with(|core| core.control_loop.next_counters())
     }
 
     fn activate(
@@ -232,10 +227,10 @@ impl DeviceBoard<Buffer> for Desk {
             return Err((give_back(buffer), changed));
         };
         with(|core| {
-            if !core.ticker.may_reconfigure() {
+            if !core.control_loop.may_reconfigure() {
                 return Err((give_back(buffer), Refusal::Armed));
             }
-            core.ticker.restart(master);
+            core.control_loop.restart(master);
             core.load = Load::default();
             core.overruns = 0;
             let old = core.active.replace(Active { config, buffer, len });
@@ -251,7 +246,7 @@ impl DeviceBoard<Buffer> for Desk {
             return Err(Refusal::Unsupported);
         }
         with(|core| {
-            if !core.ticker.set_lock_step(on) {
+            if !core.control_loop.set_lock_step(on) {
                 return Err(Refusal::Armed);
             }
             if on {
@@ -274,15 +269,15 @@ impl DeviceBoard<Buffer> for Desk {
 
     fn reset_counters(&mut self) {
         with(|core| {
-            core.ticker.reset_counters();
+            core.control_loop.reset_counters();
             core.carrier = Counters::default();
             core.load = Load::default();
         });
     }
 }
 
-/// The buffer of a configuration that is gone.
+/// Turns the pointer of a dropped configuration back into its buffer.
 fn give_back(buffer: NonNull<[u8]>) -> Buffer {
-    // SAFETY: the pointer was a `&'static mut [u8]`; what read in it has been dropped.
+    // SAFETY: the pointer was a `&'static mut [u8]`, and its readers have been dropped.
     unsafe { &mut *buffer.as_ptr() }
 }

@@ -9,7 +9,7 @@ use cathforce_bus::{
     Process, Protection, Rotation, Sealer, Status, Sync,
 };
 use cathforce_control::{Fault, Mode};
-use cathforce_device::{Sent, Ticker};
+use cathforce_device::{ControlLoop, TickFrames};
 use cathforce_link::{Client, Sim};
 
 use crate::{Drive, Rig};
@@ -29,12 +29,12 @@ pub struct Tick {
     /// The third frame, in ticks that have one.
     pub third: Option<Process>,
     /// The raw frames.
-    pub frames: Sent,
+    pub frames: TickFrames,
 }
 
 impl Tick {
     /// Decodes the frames of a tick.
-    pub fn decode(frames: Sent) -> Self {
+    pub fn decode(frames: TickFrames) -> Self {
         let decode = |frame: Frame| {
             let id = Id::from_raw(frame.id());
             let payload = frame.data().first_chunk::<6>();
@@ -243,8 +243,8 @@ impl<R: Rig> Bench<R> {
 }
 
 impl Bench<Sim> {
-    /// The ticker of the device, for inspection.
-    pub fn ticker(&self) -> &Ticker {
+    /// The control loop of the device, for inspection.
+    pub fn ticker(&self) -> &ControlLoop {
         self.client.link().ticker()
     }
 }

@@ -4,7 +4,7 @@
 use cathforce_bus::{Command, Frame, Process};
 use cathforce_config::image;
 use cathforce_control::{Config, Mode};
-use cathforce_device::Ticker;
+use cathforce_device::ControlLoop;
 use cathforce_hil_tests::{Bench, Drive, LimitWatch, Rig, Tick, encoder, strong_image};
 use cathforce_link::Sim;
 use cathforce_link::qemu::Qemu;
@@ -89,7 +89,7 @@ enum Broken {
 }
 
 impl Broken {
-    fn run(&self, mut ticker: Ticker, config: &Config<'_>) -> Vec<Tick> {
+    fn run(&self, mut ticker: ControlLoop, config: &Config<'_>) -> Vec<Tick> {
         let tick = |n: usize| {
             let frame = match self {
                 Self::Nothing => None,

@@ -4,7 +4,7 @@
 use cathforce_bus::{Command, Process};
 use cathforce_config::{Settings, image};
 use cathforce_control::Mode;
-use cathforce_device::Ticker;
+use cathforce_device::ControlLoop;
 use cathforce_hil_tests::{Bench, Chance, Drive, LimitWatch, Rig, Tick, encoder, strong_image};
 use cathforce_link::Sim;
 use cathforce_link::qemu::Qemu;
@@ -132,7 +132,7 @@ fn assert_pressed(seen: &[Tick], watch: &LimitWatch) {
     assert!(shares.iter().all(|&share| share > 0.95), "of the limits: {shares:?}");
 }
 
-fn assert_finite(ticker: &Ticker) {
+fn assert_finite(ticker: &ControlLoop) {
     let outputs = ticker.outputs().expect("configured");
     let contact = &outputs.contact;
     let model = ticker.state().mechanics();

@@ -141,7 +141,7 @@ fn check_session(transcript: &Transcript, interface: &str) {
 
     let run = json(ok("run"));
     assert!(run["ticks"].as_u64() >= Some(2000), "{run}");
-    assert!(run["peak_contact_force_n"].as_f64() > Some(LEAST_PEAK_N), "{run}");
+    assert!(run["peak_contact_force_N"].as_f64() > Some(LEAST_PEAK_N), "{run}");
     assert_eq!((&run["differing_bits"], &run["missed_ticks"]), (&0.into(), &0.into()), "{run}");
     // Sealed frames of 8 bytes under HAPTIC's identifier, as another program heard them.
     let witness = ok("witness");

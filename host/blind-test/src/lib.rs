@@ -6,25 +6,32 @@
 //!
 //! | module | what it holds |
 //! | --- | --- |
-//! | `rigs` | two vessels, two instruments |
-//! | `motion` | what the drive does in every trial |
+//! | `rigs` | four rigs: two vessels, two instruments |
+//! | `given` | a rig of a bundle that somebody else made |
 //! | `stand` | a rig with its motions and the noise of its sensors |
-//! | `given` | the same of a bundle that somebody else made |
-//! | `change` | effects of a reality, in and out of the library |
-//! | `world`, `train`, `sensor` | where they act |
-//! | `nuisance` | what differs from run to run and is no effect |
-//! | `play` | one trial of a reality |
-//! | `draw` | cases from a seed |
-//! | `bundle`, `noise` | a case as a trial bundle |
-//! | `seal` | labels, their hashes, what was answered |
-//! | `score` | answers against labels |
+//! | `motion` | the motions of the drive, and the time step |
+//! | `change` | effects that a reality can have, in and out of the library |
+//! | `world`, `train`, `sensor` | effects on the vessel and the instrument, in the drive train, in the sensor |
+//! | `nuisance` | differences from run to run that are not effects |
+//! | `play` | simulates one trial of a reality |
+//! | `draw` | draws cases from a seed |
+//! | `bundle`, `noise` | writes a case as a trial bundle with sensor noise |
+//! | `label` | the effects that are really there, withheld until every case is answered |
+//! | `make` | makes the cases of a blind test, and resumes an interrupted run |
+//! | `blind_test` | a blind test on disk: cases, sealed labels, answers |
+//! | `figures`, `score` | compare the answers with the labels |
+//! | `history` | the scores of all sets over time, as a page and a chart |
 
 #![forbid(unsafe_code)]
 
+mod blind_test;
 mod bundle;
 mod change;
 mod draw;
+mod figures;
 mod given;
+pub mod history;
+mod label;
 mod make;
 mod motion;
 mod noise;
@@ -32,19 +39,21 @@ mod nuisance;
 mod play;
 mod rigs;
 mod score;
-mod seal;
 mod sensor;
 mod stand;
 mod train;
 mod world;
 
+pub use blind_test::{BlindTest, BlindTestError, Seals};
 pub use change::{Change, Truth};
 pub use draw::{Case, Kind, LIBRARY, OUTSIDE, cases, single};
+pub use figures::{Counted, Figure, SMALLEST_GAP, Target};
 pub use given::GivenError;
+pub use label::Label;
 pub use motion::{TRIALS, schedule};
 pub use noise::Noise;
 pub use play::{Row, Trial, play, play_along};
 pub use rigs::{CONTACT_SPACING_M, Instrument, Rig, rigs};
-pub use score::{Right, SMALLEST_GAP, Score, Tally, score};
-pub use seal::{Challenge, ChallengeError, Label, Seals};
+pub use score::{Published, Right, Rigs, Score, score};
+
 pub use stand::{Accuracy, Stand};

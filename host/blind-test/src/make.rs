@@ -1,4 +1,4 @@
-//! Making the cases of a challenge, and going on where that was broken off.
+//! Making the cases of a blind test, and going on where that was broken off.
 
 use std::collections::BTreeMap;
 
@@ -6,25 +6,14 @@ use cathforce_reference_solver::SolveError;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
 
+use crate::blind_test::{BlindTest, BlindTestError, Made, create, read_json, write_json};
 use crate::draw::{Case, cases};
+use crate::label::Label;
 use crate::nuisance::Nuisances;
-use crate::seal::{Challenge, ChallengeError, Label, create, read_json, write_json};
 use crate::stand::{Stand, Unchanged};
 
-/// What a challenge is to be, which its seed and its rigs decide with this; nothing in it tells a label.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub(crate) struct Made {
-    pub cases: usize,
-    pub rigs: Vec<String>,
-    /// Cases for which the solver finds no balance.
-    pub left_out: Vec<usize>,
-    /// Whether all other cases are there.
-    pub is_whole: bool,
-}
-
-impl Challenge {
+impl BlindTest {
     /// Makes `count` cases on these rigs, or those of them that are not there yet. Without a `seed` one
     /// is drawn, and stands in the labels alone: the labels follow from it. `secret`, of which seed and
     /// salts are drawn, must not be known to whoever diagnoses. `made` is told after every case.
@@ -37,18 +26,18 @@ impl Challenge {
         secret: u64,
         stands: &[Stand],
         made: &(dyn Fn() + Sync),
-    ) -> Result<Vec<(usize, SolveError)>, ChallengeError> {
+    ) -> Result<Vec<(usize, SolveError)>, BlindTestError> {
         let mut rng = ChaCha8Rng::seed_from_u64(secret);
         let drawn_seed: u64 = rng.random();
         let rigs: Vec<String> = stands.iter().map(|stand| stand.rig.name.clone()).collect();
         if let Some(twice) = rigs.iter().enumerate().find(|(i, name)| rigs[..*i].contains(name)) {
-            return Err(ChallengeError::OneName(twice.1.clone()));
+            return Err(BlindTestError::OneName(twice.1.clone()));
         }
         let plan = Made { cases: count, rigs, left_out: Vec::new(), is_whole: false };
         let there = self.seed_that_is_there(&plan)?;
         let seed = match (seed, there) {
             (Some(asked), Some(there)) if asked != there => {
-                return Err(ChallengeError::AlreadyMade(self.folder.clone()));
+                return Err(BlindTestError::AlreadyMade(self.folder.clone()));
             }
             (asked, there) => there.or(asked).unwrap_or(drawn_seed),
         };
@@ -59,7 +48,7 @@ impl Challenge {
         write_json(&self.folder.join("made.json"), &plan)?;
         let unchanged: BTreeMap<&str, Result<Unchanged, SolveError>> =
             stands.iter().map(|stand| (&*stand.rig.name, stand.unchanged())).collect();
-        let make = |(case, salt): &(Case, u128)| -> Result<_, ChallengeError> {
+        let make = |(case, salt): &(Case, u128)| -> Result<_, BlindTestError> {
             let played = match &unchanged[&*case.stand.rig.name] {
                 _ if self.label_path(&name(case.number)).exists() => Ok(()),
                 Ok(unchanged) => self.make_case(seed, case, *salt, unchanged)?,
@@ -77,8 +66,8 @@ impl Challenge {
     }
 
     /// The seed of the cases that are there, which must be some of those that are planned.
-    fn seed_that_is_there(&self, plan: &Made) -> Result<Option<u64>, ChallengeError> {
-        let other = || ChallengeError::AlreadyMade(self.folder.clone());
+    fn seed_that_is_there(&self, plan: &Made) -> Result<Option<u64>, BlindTestError> {
+        let other = || BlindTestError::AlreadyMade(self.folder.clone());
         if self.folder.join("seals.json").exists() {
             return Err(other());
         }
@@ -103,7 +92,7 @@ impl Challenge {
         case: &Case,
         salt: u128,
         unchanged: &Unchanged,
-    ) -> Result<Result<(), SolveError>, ChallengeError> {
+    ) -> Result<Result<(), SolveError>, BlindTestError> {
         let name = name(case.number);
         let stand = &case.stand;
         let nuisances = Nuisances::of_seed(!case.noise_seed, stand.motions.len());
@@ -141,7 +130,7 @@ impl Challenge {
         let folder = self.folder.join("cases").join(&name);
         stand
             .write(&folder, &format!("case-{name}"), &recorded, case.noise_seed)
-            .map_err(|error| ChallengeError::File { path: folder, error })?;
+            .map_err(|error| BlindTestError::File { path: folder, error })?;
         // The label comes last: what has one is whole.
         write_json(&self.label_path(&name), &label)?;
         Ok(Ok(()))

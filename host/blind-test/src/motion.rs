@@ -6,6 +6,9 @@ use cathforce_reference_solver::Schedule;
 /// Trials of every case.
 pub const TRIALS: usize = 5;
 
+/// Time between rows, and of a step of the solver \[s\].
+pub const STEP_S: f64 = 4e-3;
+
 /// Changes of speed take so long \[s\].
 const RAMP_S: f64 = 0.1;
 

@@ -4,8 +4,9 @@
 use nalgebra::Vector3;
 
 use crate::change::Change;
+use crate::motion::STEP_S;
 use crate::noise::Noise;
-use crate::play::{Row, STEP_S, Trial};
+use crate::play::{Row, Trial};
 
 /// Zero of the force sensor, every axis \[N\].
 const ZERO_SD_N: f64 = 3e-3;

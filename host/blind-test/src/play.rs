@@ -4,14 +4,11 @@ use cathforce_reference_solver::{Drive, Problem, Schedule, Simulation, SolveErro
 use nalgebra::Vector3;
 
 use crate::change::Change;
-use crate::motion::schedule;
+use crate::motion::{STEP_S, schedule};
 use crate::rigs::Rig;
 use crate::sensor::Sensor;
 use crate::train::{Load, Train};
 use crate::world::{self, Moment};
-
-/// Time between rows, and of a step of the solver \[s\].
-pub const STEP_S: f64 = 4e-3;
 
 /// Rows between two with a shape: two a second.
 const SHAPE_EVERY: usize = 125;

@@ -150,7 +150,7 @@ impl Rig {
             tip_load: TipLoad::default(),
             numerics: Numerics {
                 spacing_m: 1e-3,
-                step_s: crate::play::STEP_S,
+                step_s: crate::motion::STEP_S,
                 integrator: Integrator::Bdf2,
                 tolerance_n: 1e-7,
             },

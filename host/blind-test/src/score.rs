@@ -1,63 +1,72 @@
-//! Answers against labels: the figures of a blind check.
+//! Compares answers with labels: the score of a blind test.
 
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use crate::draw::Kind;
-use crate::seal::Label;
+use crate::figures::{CONFIDENT, Counted, Figure, SMALLEST_GAP};
+use crate::label::Label;
+use crate::rigs::rigs;
 
-/// A gap counts from so many times the noise on.
-pub const SMALLEST_GAP: f64 = 2.0;
-/// A wrong answer with at least this confidence is confidently wrong.
-pub const CONFIDENT: f64 = 0.8;
-/// Of wrong answers, whichever of the effects is the wrong one.
-const ANY_CONFIDENTLY_WRONG: &str = "the same, of any effect that is named";
-/// Of figures of what anybody could see in spite of what nobody knows about a wall.
-const FIRST_OVER_FLOOR: &str = "named first, where the gap is twice the floor";
-const IN_SET_OVER_FLOOR: &str = "in the reported set, where the gap is twice the floor";
-/// Of the figure of pairs that anybody could see both effects of.
-const PAIRS_THAT_SHOW: &str = "the same, where each adds a gap of twice the noise to the other";
-const PAIRS_OVER_FLOOR: &str = "both found, where each adds a gap of twice the floor to the other";
 /// Predicted and achieved shrink may differ by so much.
 const WITHIN: f64 = 0.1;
 
-/// One figure.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Tally {
-    pub figure: &'static str,
-    pub target: &'static str,
-    /// In percent where `unit` says so.
-    pub value: Option<f64>,
-    pub unit: &'static str,
-    /// Cases, or parameters, that it is taken over.
-    pub of: usize,
-    /// Of a share: where it lies with a probability of 95 %, in percent (Wilson 1927).
-    pub between: Option<[f64; 2]>,
+/// The format of a score, of `score.json` and of the files in `docs/reference/blind-tests/`.
+pub const FORMAT: &str = "blind-test-score/1";
+
+/// Where the rigs of a blind test come from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Rigs {
+    /// The four rigs of this crate.
+    Own,
+    /// Bundles that another simulator made (`make --bundle`).
+    Given,
 }
 
-/// All figures of a challenge.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+/// When and where the seal of a blind test was published, and the source of the program that answered.
+/// A program does not know them; whoever scores states them.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Published {
+    /// Day on which the seal was published (YYYY-MM-DD).
+    pub date: Option<String>,
+    /// Commit that published the seal.
+    pub sealed_in: Option<String>,
+    /// Commit of the program that answered.
+    pub program_commit: Option<String>,
+}
+
+/// All figures of a blind test.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Score {
-    pub cases: usize,
-    /// Of them, those with an effect whose gap is too small to be asked for.
-    pub too_small: usize,
-    pub tallies: Vec<Tally>,
-    /// Case, what was there, what was answered.
-    pub answers: Vec<Answer>,
-    pub seeds: BTreeSet<u64>,
-    /// SHA-256 of `seals.json`, to be compared with what was published before the first answer.
-    pub seals_sha256: String,
-    /// By rig and kind.
-    pub rigs: Vec<Right>,
+    pub format: String,
+    #[serde(flatten)]
+    pub published: Published,
     /// SHA-256 of the programs that answered.
-    pub binaries: BTreeSet<String>,
+    pub program_sha256: BTreeSet<String>,
+    /// SHA-256 of `seals.json`, to be compared with what was published before the first answer.
+    pub seals_sha256: Option<String>,
+    /// What a reader must know of this set beside its figures.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub note: Option<String>,
+    pub seeds: BTreeSet<u64>,
+    pub rigs: Rigs,
+    pub cases: usize,
+    /// Cases with an effect whose gap is below [`SMALLEST_GAP`] times the noise. They do not count.
+    pub too_small: usize,
+    pub figures: Vec<Figure>,
+    /// Right answers by rig and kind.
+    pub right: Vec<Right>,
+    /// Case by case: what was there, and what was answered. Published scores leave them out.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub answers: Vec<Answer>,
 }
 
 /// One case in short.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Answer {
     pub case: String,
     pub kind: Kind,
@@ -83,7 +92,7 @@ pub struct Answer {
 }
 
 /// Cases of one kind on one rig, and how many were answered right.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Right {
     pub rig: String,
     pub kind: Kind,
@@ -161,7 +170,7 @@ impl Answer {
 }
 
 /// Scores revealed labels and the answers to them.
-pub fn score(seals_sha256: String, revealed: &[(Label, Value)]) -> Score {
+pub fn score(published: Published, seals_sha256: String, revealed: &[(Label, Value)]) -> Score {
     let answers: Vec<Answer> = revealed.iter().map(|(l, a)| Answer::of(l, a)).collect();
     let large = |a: &&Answer| a.kind == Kind::None || a.gap_over_noise >= SMALLEST_GAP;
     let counted: Vec<&Answer> = answers.iter().filter(large).collect();
@@ -181,88 +190,60 @@ pub fn score(seals_sha256: String, revealed: &[(Label, Value)]) -> Score {
     let (outside, none) = (of(Kind::Outside), of(Kind::None));
     let counted_answers =
         || revealed.iter().zip(&answers).filter(|(_, a)| large(a)).map(|(r, _)| r);
-    let share = |figure, target, among: &[&Answer], hit: &dyn Fn(&Answer) -> bool| {
-        Tally::share(figure, target, among.iter().map(|a| hit(a)))
+    let share = |figure, among: &[&Answer], hit: &dyn Fn(&Answer) -> bool| {
+        Figure::share(figure, among.iter().map(|a| hit(a)))
     };
     let all_in = |a: &Answer| a.truth.iter().all(|id| a.reported.contains(id));
     let sizes: Vec<f64> =
         single.iter().filter(|a| !a.reported.is_empty()).map(|a| a.reported.len() as f64).collect();
     let inside = intervals(counted_answers());
-    let numbers = |figure, target, unit, values: Vec<f64>| Tally {
-        figure,
-        target,
-        value: mean(values.iter().copied()),
-        unit,
-        of: values.len(),
-        between: None,
-    };
-    let found = |key: &str| revealed.iter().filter_map(|(_, a)| a[key].as_f64()).collect();
+    let seconds = revealed.iter().filter_map(|(_, a)| a["cpu_seconds"].as_f64());
+    let seconds: Vec<f64> = seconds.collect();
     let misses: Vec<f64> = counted.iter().filter_map(|a| a.shrink_missed()).collect();
     let within = misses.iter().map(|miss| *miss <= WITHIN);
     let named: Vec<(f64, bool)> = counted_answers().flat_map(|(l, a)| named(l, a)).collect();
-    let confidences = named.iter().map(|(confidence, _)| 100.0 * confidence).collect();
+    let confidences = named.iter().map(|(confidence, _)| 100.0 * confidence);
+    let confidences: Vec<f64> = confidences.collect();
+    let points: Vec<f64> = misses.iter().map(|miss| 100.0 * miss).collect();
     let there = named.iter().map(|(_, there)| *there);
-    let tallies = vec![
-        share("the true effect is named first", "≥ 90 %", &single, &Answer::first_is_true),
-        share(FIRST_OVER_FLOOR, "≥ 90 %", &single_over_floor, &Answer::first_is_true),
-        share("the true effect is in the reported set", "≥ 97 %", &single, &all_in),
-        share(IN_SET_OVER_FLOOR, "≥ 97 %", &single_over_floor, &all_in),
-        numbers("mean size of that set", "≤ 1.5", "", sizes),
-        share("confidently wrong", "≤ 2 %", &counted, &Answer::is_confidently_wrong),
-        share(ANY_CONFIDENTLY_WRONG, "", &counted, &|a| !a.confidently_wrong.is_empty()),
-        share("out-of-library effects answered \"none of mine\"", "≥ 90 %", &outside, &|a| {
-            a.verdict == "unknown"
-        }),
-        share("a gap claimed where there is none", "≤ 2 %", &none, &|a| a.verdict != "no_gap"),
-        share("both of two effects found", "≥ 80 %", &pair, &all_in),
-        share(PAIRS_THAT_SHOW, "", &pair_that_shows, &all_in),
-        share(PAIRS_OVER_FLOOR, "≥ 80 %", &pair_over_floor, &all_in),
-        numbers(
-            "mean difference of predicted and achieved shrink on a trial that was not diagnosed",
-            "≤ 10 points",
-            "points",
-            misses.iter().map(|miss| 100.0 * miss).collect(),
-        ),
-        Tally::share("the same, cases within 10 points", "", within),
-        Tally::share(
-            "90 % parameter intervals that hold the truth",
-            "85–95 %",
-            inside.iter().copied(),
-        ),
-        numbers("mean confidence of named effects", "as often as there", "%", confidences),
-        Tally::share("named effects that are there", "", there),
-        numbers("mean processor time of a diagnosis", "", "s", found("cpu_seconds")),
+    use Counted as C;
+    let figures = vec![
+        share(C::NamedFirst, &single, &Answer::first_is_true),
+        share(C::NamedFirstAboveFloor, &single_over_floor, &Answer::first_is_true),
+        share(C::InReportedSet, &single, &all_in),
+        share(C::InReportedSetAboveFloor, &single_over_floor, &all_in),
+        Figure::mean(C::ReportedSetSize, "", &sizes),
+        share(C::ConfidentlyWrong, &counted, &Answer::is_confidently_wrong),
+        share(C::AnyEffectConfidentlyWrong, &counted, &|a| !a.confidently_wrong.is_empty()),
+        share(C::OutsideUnknown, &outside, &|a| a.verdict == "unknown"),
+        share(C::GapClaimedWithoutEffect, &none, &|a| a.verdict != "no_gap"),
+        share(C::PairFound, &pair, &all_in),
+        share(C::PairFoundAboveNoise, &pair_that_shows, &all_in),
+        share(C::PairFoundAboveFloor, &pair_over_floor, &all_in),
+        Figure::mean(C::ShrinkDifference, "points", &points),
+        Figure::share(C::ShrinkWithinTenPoints, within),
+        Figure::share(C::IntervalsHoldTruth, inside.iter().copied()),
+        Figure::mean(C::MeanConfidence, "%", &confidences),
+        Figure::share(C::NamedEffectsThere, there),
+        Figure::mean(C::ProcessorTime, "s", &seconds),
     ];
     let binary = |(_, a): &(Label, Value)| a["binary_sha256"].as_str().map(str::to_owned);
+    let own = rigs();
+    let is_own = |(label, _): &(Label, Value)| own.iter().any(|rig| rig.name == label.rig);
     Score {
+        format: FORMAT.to_owned(),
+        published,
+        program_sha256: revealed.iter().filter_map(binary).collect(),
+        seals_sha256: Some(seals_sha256),
+        note: None,
+        seeds: revealed.iter().map(|(label, _)| label.seed).collect(),
+        rigs: if revealed.iter().all(is_own) { Rigs::Own } else { Rigs::Given },
         cases: answers.len(),
         too_small: answers.len() - counted.len(),
-        tallies,
-        seals_sha256,
-        seeds: revealed.iter().map(|(label, _)| label.seed).collect(),
-        rigs: by_rig(&counted),
-        binaries: revealed.iter().filter_map(binary).collect(),
+        figures,
+        right: by_rig(&counted),
         answers,
     }
-}
-
-impl Tally {
-    fn share(figure: &'static str, target: &'static str, hits: impl Iterator<Item = bool>) -> Self {
-        let hits: Vec<bool> = hits.collect();
-        let (of, hit) = (hits.len(), hits.iter().filter(|hit| **hit).count());
-        let value = (of > 0).then(|| 100.0 * hit as f64 / of as f64);
-        Self { figure, target, value, unit: "%", of, between: wilson(hit, of) }
-    }
-}
-
-/// Where a share lies with a probability of 95 %, in percent (Wilson 1927).
-fn wilson(hit: usize, of: usize) -> Option<[f64; 2]> {
-    const Z: f64 = 1.96;
-    let (n, share) = (of as f64, hit as f64 / of as f64);
-    let centre = share + Z * Z / (2.0 * n);
-    let half = Z * (share * (1.0 - share) / n + Z * Z / (4.0 * n * n)).sqrt();
-    let edge = |x: f64| 100.0 * (x / (1.0 + Z * Z / n)).clamp(0.0, 1.0);
-    (of > 0).then(|| [edge(centre - half), edge(centre + half)])
 }
 
 /// Confidence of every named effect, and whether it is there.
@@ -308,32 +289,28 @@ fn intervals<'a>(revealed: impl Iterator<Item = &'a (Label, Value)>) -> Vec<bool
     inside
 }
 
-fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
-    let (count, sum) = values.fold((0, 0.0), |(count, sum), value| (count + 1, sum + value));
-    (count > 0).then(|| sum / f64::from(count))
-}
-
 impl Score {
     /// All figures in Markdown.
     pub fn markdown(&self) -> String {
         let list = |items: Vec<String>| items.join(", ");
         let mut text = format!(
-            "{} cases of seed {}, {} of them with a gap below {SMALLEST_GAP} times the noise, which \
-             count for nothing. The floor is the noise, what a wall that is 40 µm nearer does, and \
-             what an edge does that is not the mesh's, where a vessel divides. \
-             Answered by the program with SHA-256 {}; SHA-256 of seals.json: `{}`.\n\n",
+            "{} cases of seed {}. {} of them have a gap below {SMALLEST_GAP} times the noise and do \
+             not count. The floor is the noise, the change from a wall that is 40 µm nearer, and, \
+             where a vessel divides, the change from an edge that differs from the mesh. \
+             SHA-256 of the program that answered: {}. SHA-256 of seals.json: `{}`.\n\n",
             self.cases,
             list(self.seeds.iter().map(u64::to_string).collect()),
             self.too_small,
-            list(self.binaries.iter().map(|hash| format!("`{hash}`")).collect()),
-            self.seals_sha256,
+            list(self.program_sha256.iter().map(|hash| format!("`{hash}`")).collect()),
+            self.seals_sha256.as_deref().unwrap_or("not kept"),
         );
         text += &self.table();
-        text += "\nRight answers (no gap; unknown; the one effect first; both effects in the \
-                 reported sets):\n\n| vessel and instrument | one effect | two effects | outside \
-                 the library | none |\n| --- | --- | --- | --- | --- |\n";
+        text += "\nAn answer is right if it is `no_gap` for a case without an effect, `unknown` for \
+                 an effect outside the library, names a single effect first, or holds both effects \
+                 of a pair in its reported sets.\n\n| vessel and instrument | single effect | pair | \
+                 outside the library | no effect |\n| --- | --- | --- | --- | --- |\n";
         // Writing to a string does not fail.
-        for row in self.rigs.chunks(4) {
+        for row in self.right.chunks(4) {
             let cells: Vec<String> =
                 row.iter().map(|c| format!("{} of {}", c.right, c.of)).collect();
             let _ = writeln!(text, "| {} | {} |", row[0].rig, cells.join(" | "));
@@ -344,20 +321,20 @@ impl Score {
     /// The figures as a table of Markdown.
     pub fn table(&self) -> String {
         let mut text = String::from(
-            "| figure | target | reached | of | 95 % between |\n| --- | --- | --- | --- | --- |\n",
+            "| figure | target | reached | of | 95 % interval |\n| --- | --- | --- | --- | --- |\n",
         );
-        for t in &self.tallies {
-            let value = t.value.map_or("–".to_owned(), |value| match t.unit {
-                "" => format!("{value:.2}"),
-                "%" => format!("{value:.0} %"),
-                unit => format!("{value:.1} {unit}"),
-            });
-            let between =
-                t.between.map_or(String::new(), |[low, high]| format!("{low:.0} and {high:.0} %"));
-            let _ =
-                writeln!(text, "| {} | {} | {value} | {} | {between} |", t.figure, t.target, t.of);
+        for f in &self.figures {
+            let (target, reached, interval) =
+                (f.target_text(), f.reached_text(), f.interval_text());
+            let words = f.figure.words();
+            let _ = writeln!(text, "| {words} | {target} | {reached} | {} | {interval} |", f.of);
         }
         text
+    }
+
+    /// Its figure of this kind, if it was counted.
+    pub fn figure(&self, counted: Counted) -> Option<&Figure> {
+        self.figures.iter().find(|figure| figure.figure == counted)
     }
 }
 
@@ -396,8 +373,12 @@ mod tests {
         })
     }
 
-    fn value(score: &Score, figure: &str) -> Option<f64> {
-        score.tallies.iter().find(|t| t.figure == figure).unwrap().value
+    fn value(score: &Score, counted: Counted) -> Option<f64> {
+        score.figure(counted).unwrap().reached
+    }
+
+    fn scored(revealed: &[(Label, Value)]) -> Score {
+        score(Published::default(), String::new(), revealed)
     }
 
     #[test]
@@ -417,17 +398,17 @@ mod tests {
             // The second effect is there, but nobody could see it beside the first.
             (hidden, named("a", 9.0, json!([]))),
         ];
-        let score = score(String::new(), &revealed);
+        let score = scored(&revealed);
         assert_eq!((score.cases, score.too_small), (9, 1));
-        assert_eq!(value(&score, "the true effect is named first"), Some(50.0));
-        assert_eq!(value(&score, "the true effect is in the reported set"), Some(75.0));
-        assert_eq!(value(&score, "mean size of that set"), Some(1.25));
-        let wrong = value(&score, "confidently wrong").unwrap();
+        assert_eq!(value(&score, Counted::NamedFirst), Some(50.0));
+        assert_eq!(value(&score, Counted::InReportedSet), Some(75.0));
+        assert_eq!(value(&score, Counted::ReportedSetSize), Some(1.25));
+        let wrong = value(&score, Counted::ConfidentlyWrong).unwrap();
         assert!((wrong - 100.0 / 8.0).abs() < 1e-9);
-        assert_eq!(value(&score, "a gap claimed where there is none"), Some(0.0));
-        assert_eq!(value(&score, "both of two effects found"), Some(50.0));
-        assert_eq!(value(&score, PAIRS_THAT_SHOW), Some(100.0));
-        let held = value(&score, "90 % parameter intervals that hold the truth").unwrap();
+        assert_eq!(value(&score, Counted::GapClaimedWithoutEffect), Some(0.0));
+        assert_eq!(value(&score, Counted::PairFound), Some(50.0));
+        assert_eq!(value(&score, Counted::PairFoundAboveNoise), Some(100.0));
+        let held = value(&score, Counted::IntervalsHoldTruth).unwrap();
         assert_eq!(held, 75.0);
     }
 
@@ -449,24 +430,14 @@ mod tests {
             (label(Kind::Outside, &["o"], 9.0), answer("partial", &["b"])),
             (label(Kind::None, &[], 1.0), answer("no_gap", &[])),
         ];
-        let score = score(String::new(), &revealed);
+        let score = scored(&revealed);
         let wrong: Vec<usize> = score.answers.iter().map(|a| a.confidently_wrong.len()).collect();
         assert_eq!(wrong, [0, 0, 1, 1, 1, 0]);
         let sixth = 100.0 / 6.0;
-        assert!((value(&score, "confidently wrong").unwrap() - 2.0 * sixth).abs() < 1e-9);
-        assert!((value(&score, ANY_CONFIDENTLY_WRONG).unwrap() - 3.0 * sixth).abs() < 1e-9);
-    }
-
-    #[test]
-    fn a_share_of_few_cases_says_how_little_it_says() {
-        // Wilson's interval of 0 of 4, 0 of 21 and 81 of 90 (computed by hand from its formula).
-        for ((hit, of), expected) in
-            [((0, 4), [0.0, 49.0]), ((0, 21), [0.0, 15.5]), ((81, 90), [82.1, 94.6])]
-        {
-            let found = wilson(hit, of).unwrap();
-            assert!(found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 0.1), "{found:?}");
-        }
-        assert_eq!(wilson(0, 0), None);
+        assert!((value(&score, Counted::ConfidentlyWrong).unwrap() - 2.0 * sixth).abs() < 1e-9);
+        assert!(
+            (value(&score, Counted::AnyEffectConfidentlyWrong).unwrap() - 3.0 * sixth).abs() < 1e-9
+        );
     }
 
     #[test]
@@ -485,13 +456,17 @@ mod tests {
             (over(Kind::Pair, &["a", "b"], Some(2.5)), named("a", 9.0, json!([["a", "b"]]))),
             (over(Kind::Pair, &["a", "b"], Some(1.5)), no_gap()),
         ];
-        let score = score(String::new(), &revealed);
+        let score = scored(&revealed);
         let third = Some(100.0 / 3.0);
-        assert_eq!(value(&score, "the true effect is named first"), third);
-        assert_eq!(value(&score, "the true effect is in the reported set"), third);
-        assert_eq!(value(&score, "both of two effects found"), Some(50.0));
-        for figure in [FIRST_OVER_FLOOR, IN_SET_OVER_FLOOR, PAIRS_OVER_FLOOR] {
-            assert_eq!(value(&score, figure), Some(100.0), "{figure}");
+        assert_eq!(value(&score, Counted::NamedFirst), third);
+        assert_eq!(value(&score, Counted::InReportedSet), third);
+        assert_eq!(value(&score, Counted::PairFound), Some(50.0));
+        for counted in [
+            Counted::NamedFirstAboveFloor,
+            Counted::InReportedSetAboveFloor,
+            Counted::PairFoundAboveFloor,
+        ] {
+            assert_eq!(value(&score, counted), Some(100.0), "{counted:?}");
         }
     }
 }

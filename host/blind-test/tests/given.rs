@@ -4,7 +4,7 @@ mod support;
 
 use std::path::Path;
 
-use cathforce_blind_test::{Challenge, GivenError, Stand};
+use cathforce_blind_test::{BlindTest, GivenError, Stand};
 use support::{changed, short};
 
 fn columns(path: &Path, names: &[&str]) -> Vec<Vec<f64>> {
@@ -76,9 +76,9 @@ fn bundles_that_no_reality_can_follow_are_refused_with_the_reason() {
 #[test]
 fn cases_of_one_rig_do_not_get_into_a_folder_of_another() {
     let folder = tempfile::tempdir().unwrap();
-    let challenge = Challenge::at(folder.path());
-    challenge.make(Some(3), 1, 5, &[short()], &|| {}).unwrap();
-    assert!(challenge.make(Some(3), 2, 5, &Stand::all_own(), &|| {}).is_err());
+    let blind_test = BlindTest::at(folder.path());
+    blind_test.make(Some(3), 1, 5, &[short()], &|| {}).unwrap();
+    assert!(blind_test.make(Some(3), 2, 5, &Stand::all_own(), &|| {}).is_err());
     assert!(!folder.path().join("cases/001").exists());
 }
 

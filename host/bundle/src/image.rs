@@ -174,7 +174,7 @@ pub fn device_image(
     let mut description = described(rig, options, nominal_m)?;
     // Solver and effects decide how many links there is time for.
     let solver = &description.solver;
-    let links = most_links(solver.solves, solver.substeps, description.is_laden());
+    let links = most_links(solver.solves, solver.substeps, description.has_active_effects());
     let link_length_m = link_length_m(links)?;
     description.solver.link_length_m = link_length_m as f32;
     description.solver.fine_tip_m = options.solver.fine_tip_m(link_length_m) as f32;

@@ -1,5 +1,11 @@
 //! The command line.
+//!
+//! Conventions, which a test holds every command to:
+//! the thing that a command is about comes first (a bundle, a recording, a settings file), and the
+//! file that it takes or writes comes second; `--link` says which device; `--json` prints the result
+//! as JSON; `--out` names the file that is written; every argument has a help text.
 
+mod bundle;
 mod config;
 mod gap;
 mod link;
@@ -9,16 +15,20 @@ mod recording;
 use std::path::PathBuf;
 
 use cathforce_bundle::tips::{TIPS, Tip};
-use clap::{Arg, ArgAction, Args, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
+use clap::{
+    Arg, ArgAction, ArgMatches, Args, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum,
+};
 
+pub use crate::output::JsonFile;
+pub use bundle::{BundleAction, BundleArguments, BundleInitArguments, Plant};
 pub use config::{
     ConfigAction, ConfigApplyArguments, ConfigArguments, ConfigDiffArguments, ConfigGetArguments,
-    ConfigImageArguments, ConfigImportDbcArguments, ConfigInitArguments, ConfigSaveArguments,
-    ConfigSetArguments, ConfigShowArguments, ConfigSource, ConfigValidateArguments,
+    ConfigImageArguments, ConfigImportDbcArguments, ConfigInitArguments, ConfigListArguments,
+    ConfigSaveArguments, ConfigSetArguments, ConfigShowArguments, ConfigValidateArguments,
 };
 pub use gap::{
-    AblationArguments, ApplyArguments, ChallengeAction, ChallengeArguments, ChallengeFolder,
-    ChallengeFolders, ChallengeMakeArguments, ChallengeRunArguments, CoverageArguments,
+    AblationArguments, ApplyArguments, BlindTestAction, BlindTestArguments, BlindTestFolder,
+    BlindTestFolders, BlindTestMakeArguments, BlindTestRunArguments, CoverageArguments,
     DiagnoseArguments, GapAction, GapArguments, IsolabilityArguments, ProtocolArguments,
     SpikeInArguments, VerifyArguments, Way,
 };
@@ -35,22 +45,22 @@ pub use recording::{
 
 const EXIT_CODES: &str = "\
 Exit codes:
-  0  done
-  1  failed
-  2  wrong arguments
-  3  a file or bundle is wrong
-  4  no link, or the link is lost
-  5  the device refused or reported a fault
-  6  a figure missed the threshold asked for";
+  0  the command did what it was asked to do
+  1  it failed
+  2  the arguments are wrong
+  3  a file or a bundle is wrong
+  4  there is no link, or the link was lost
+  5  the device refused, or it reported a fault
+  6  a figure missed the threshold that was asked for";
 
-/// Forces between a catheter and the vessel, from the drive's encoders, in real time.
+/// Estimate the forces between a catheter and the vessel in real time from the drive's encoders.
 #[derive(Debug, Parser)]
 #[command(name = "cathforce", version, after_help = EXIT_CODES)]
 pub struct Arguments {
-    /// Print data as JSON.
-    #[arg(long, global = true, num_args = 0, default_missing_value = "-")]
-    pub json: Option<String>,
-    /// Print nothing on stderr but warnings and errors.
+    /// Print the result as JSON.
+    #[arg(long, global = true)]
+    pub json: bool,
+    /// Print only warnings and errors on stderr.
     #[arg(long, global = true)]
     pub quiet: bool,
     #[command(subcommand)]
@@ -58,15 +68,28 @@ pub struct Arguments {
 }
 
 impl Arguments {
-    /// From the command line; exits where it is wrong.
+    /// Reads the command line. Exits where it is wrong.
     pub fn read() -> Self {
         let matches = with_negative_numbers(Self::command()).get_matches();
-        Self::from_arg_matches(&matches).unwrap_or_else(|error| error.exit())
+        Self::understood(&matches).unwrap_or_else(|error| error.exit())
+    }
+
+    /// `gap diagnose BUNDLE --json FILE` is a published spelling of `--json --out FILE`.
+    fn understood(matches: &ArgMatches) -> Result<Self, clap::Error> {
+        let mut arguments = Self::from_arg_matches(matches)?;
+        if let Command::Gap(GapArguments { action: GapAction::Diagnose(diagnose) }) =
+            &mut arguments.command
+            && let Some(matches) = matches.subcommand_matches("gap")
+            && let Some(matches) = matches.subcommand_matches("diagnose")
+        {
+            diagnose.take_file_of_json(matches);
+        }
+        Ok(arguments)
     }
 }
 
-/// Values may be negative numbers, in all commands: that they are out of range is said of the value,
-/// not of an option that nobody has given.
+/// Lets every option take a negative number, so that a value below its range is called just that and
+/// is not taken for an option.
 fn with_negative_numbers(command: clap::Command) -> clap::Command {
     let takes_number = |arg: &Arg| {
         let takes_value = arg.get_num_args().is_none_or(|number| number.takes_values());
@@ -80,43 +103,45 @@ fn with_negative_numbers(command: clap::Command) -> clap::Command {
 
 #[derive(Debug, Subcommand)]
 pub enum Command {
-    /// Configure and arm a device, play a trial's encoders, record everything.
+    /// Configure and arm a device, play a trial's encoders to it and record everything.
     Run(RunArguments),
-    /// The same in this process, without a device.
+    /// Do the same in this process, without a device.
     Simulate(SimulateArguments),
-    /// Repeat a recording on the host and compare every bit.
+    /// Compute a recording again on this computer and compare every bit.
     Replay(ReplayArguments),
-    /// Say what a recording, a bundle, a device image or a device is.
+    /// Describe a recording, a bundle, a device image or a device.
     Info(InfoArguments),
-    /// Settings: list, show, change, compare and check them, give them to a device and back.
+    /// List, show, change, compare and check settings, and exchange them with a device.
     Config(ConfigArguments),
-    /// List the CAN interfaces of this computer, bring one up or down, be a device on one.
+    /// List the CAN interfaces of this computer, bring one up or down, or act as a device on one.
     Link(LinkArguments),
-    /// Check what lies between here and a device, and say what mends it.
+    /// Check everything between this computer and a device, and say how to repair what is wrong.
     Doctor(DoctorArguments),
-    /// What faults mean, which one a device has, and clearing it.
+    /// Explain faults, show the one that a device has, and clear it.
     Fault(FaultArguments),
-    /// Build the field of a vessel's wall and say what it costs and how exact it is.
+    /// Write a trial bundle to begin with.
+    Bundle(BundleArguments),
+    /// Build the distance field of a vessel's wall, and report its size and accuracy.
     Lumen(LumenArguments),
-    /// List tips of common catheters.
+    /// List the tip shapes of common catheters.
     Tips,
-    /// What may lie between model and rig.
+    /// Find the cause of a gap between model and measurement, and close it.
     Gap(GapArguments),
     /// Make a web page of a recording.
     Report(ReportArguments),
-    /// Say what is in a recording, what is missing and why, and whether it replays.
+    /// Report what a recording holds, what is missing and why, and whether it replays.
     Check(CheckArguments),
     /// Write a recording as CSV, Parquet, candump log or trial bundle.
     Export(ExportArguments),
-    /// Make a recording or a trial of what other tools measured.
+    /// Make a recording or a trial from the files of other tools.
     Import(ImportArguments),
-    /// Play a recording's frames on a bus, at their time.
+    /// Play the frames of a recording on a bus, each at its time.
     Play(SendArguments),
-    /// Watch a bus: state, age, rates, load, forces, faults.
+    /// Watch a bus: state, age, rates, load, forces and faults.
     Monitor(MonitorArguments),
-    /// Say how long it takes from encoder to record, stage by stage.
+    /// Measure the time from encoder to record, stage by stage.
     Latency(LatencyArguments),
-    /// Print the completions of a shell.
+    /// Print the completion script of a shell.
     Completions(CompletionsArguments),
     /// Write manual pages.
     Man(ManArguments),
@@ -127,22 +152,22 @@ pub enum Command {
 pub struct PlayArguments {
     /// Trial bundle: a folder with rig.toml, the vessel and trials.
     pub bundle: PathBuf,
-    /// Trial to play; the bundle's first one if not given.
+    /// Number of the trial to play [default: the first trial of the bundle]
     #[arg(long)]
     pub trial: Option<u32>,
-    /// Record into this MCAP file, which must not be there yet.
+    /// Record into this new file.
     #[arg(long, value_name = "FILE.mcap")]
     pub out: Option<PathBuf>,
-    /// Replace the recording that is there, once the device has its configuration.
+    /// Replace an existing recording, once the device has its configuration.
     #[arg(long, requires = "out")]
     pub overwrite: bool,
-    /// Whose button the operator holds: the load on this instrument's drive is felt.
+    /// Instrument whose button the operator holds; the operator feels the load on its drive.
     #[arg(long, value_enum, default_value_t = Feel::Catheter)]
     pub feel: Feel,
-    /// Play only so many seconds of the trial.
+    /// Play only the first seconds of the trial.
     #[arg(long, value_name = "SECONDS", value_parser = positive_seconds)]
     pub duration: Option<f64>,
-    /// Write the summary into this file.
+    /// Write the figures of the run as JSON into this file.
     #[arg(long, value_name = "FILE.json")]
     pub summary: Option<PathBuf>,
     #[command(flatten)]
@@ -155,38 +180,41 @@ pub struct PlayArguments {
 /// An instrument with a button of its own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Feel {
+    /// The catheter.
     Catheter,
+    /// The guidewire.
     Guidewire,
 }
 
 /// What differs from the bundle and the defaults.
 #[derive(Debug, Args)]
 pub struct Changes {
-    /// Take the settings of this file first, as `cathforce gap apply` writes it.
+    /// Take the settings of this file first; `cathforce gap apply` writes such a file.
     #[arg(long = "settings", value_name = "FILE.toml")]
     pub file: Option<PathBuf>,
-    /// Change a setting, a parameter of the rig or one of its effects, e.g. `--set force_gain=2`
-    /// or `--set effects.wall.stiffness.factor=0.5`; `cathforce config` lists them.
-    #[arg(long = "set", value_name = "NAME=VALUE", value_parser = setting)]
+    /// Change a setting, a parameter of the rig or one of its effects, for example `force_gain=2` or
+    /// `effects.wall.stiffness.factor=0.5`; `cathforce config list` lists them. May be repeated.
+    #[arg(long = "set", value_name = "NAME=VALUE", value_parser = known_setting)]
     pub settings: Vec<(String, f32)>,
-    /// Take a common tip instead of the catheter's own; `cathforce tips` lists them.
+    /// Replace the catheter's tip by a common one; `cathforce tips` lists them.
     #[arg(long, value_name = "NAME", value_parser = tip)]
     pub tip: Option<&'static Tip>,
-    /// The same for the guidewire in the catheter.
+    /// Replace the tip of the guidewire in the same way.
     #[arg(long, value_name = "NAME", value_parser = tip)]
     pub guidewire_tip: Option<&'static Tip>,
-    /// Grid spacing of the vessel's wall; 1 mm if not given. Coarser makes a shorter image.
+    /// Grid spacing of the vessel's wall [default: 1]; a coarser grid makes a smaller image.
     #[arg(long, value_name = "MM", value_parser = lumen::cell_mm)]
     pub cell: Option<f64>,
 }
 
 #[derive(Debug, Args)]
 pub struct RunArguments {
-    /// Where the device is: socketcan:can0, slcan:tcp:HOST:PORT, slcan:/dev/ttyACM0, qemu, sim.
-    #[arg(long)]
+    /// Where the device is: socketcan:can0, slcan:/dev/ttyACM0, slcan:tcp:HOST:PORT,
+    /// slcan:listen:PORT, qemu, sim; `cathforce link list` lists what there is.
+    #[arg(long, value_parser = link::address)]
     pub link: String,
-    /// Let the device's own clock run its ticks, even where it knows lock step: times are then
-    /// real, and the recording cannot be replayed.
+    /// Let the device's own clock run its ticks: times are real, but the recording cannot be
+    /// replayed.
     #[arg(long)]
     pub free: bool,
     #[command(flatten)]
@@ -197,47 +225,91 @@ pub struct RunArguments {
 pub struct SimulateArguments {
     #[command(flatten)]
     pub play: PlayArguments,
+    /// Write what the rig's sensors would have measured as the next trial of the bundle in this
+    /// folder. A folder that is not there is made, with the same rig and vessel; without a name it
+    /// is that of the bundle with `-simulated`.
+    #[arg(long, value_name = "FOLDER")]
+    pub as_trial: Option<Option<PathBuf>>,
+    /// Add the noise that rig.toml states for each sensor.
+    #[arg(long, requires = "as_trial")]
+    pub noise: bool,
+    /// Take other noise; the same number gives the same noise.
+    #[arg(long, value_name = "N", default_value_t = 1, requires = "noise")]
+    pub seed: u64,
 }
 
 #[derive(Debug, Args)]
 pub struct ReplayArguments {
-    /// Recording made by `cathforce run`.
+    /// Recording made by `cathforce run` or `cathforce simulate`.
     #[arg(value_name = "FILE.mcap")]
     pub recording: PathBuf,
+    #[command(flatten)]
+    pub json_file: JsonFile,
 }
 
 #[derive(Debug, Args)]
-#[group(required = true, multiple = false)]
 pub struct InfoArguments {
-    /// Recording, bundle or device image.
+    #[command(flatten)]
+    pub source: InfoSource,
+    #[command(flatten)]
+    pub json_file: JsonFile,
+}
+
+/// What is described.
+#[derive(Debug, Args)]
+#[group(required = true, multiple = false)]
+pub struct InfoSource {
+    /// Recording, trial bundle or device image.
     pub path: Option<PathBuf>,
-    /// Device behind this link.
-    #[arg(long)]
+    /// Describe the device behind this link.
+    #[arg(long, value_parser = link::address)]
     pub link: Option<String>,
 }
 
 #[derive(Debug, Args)]
 pub struct ReportArguments {
+    /// Recording made by `cathforce run` or `cathforce simulate`.
     #[arg(value_name = "FILE.mcap")]
     pub recording: PathBuf,
-    /// The page, one file that needs nothing else.
-    #[arg(long, value_name = "FILE.html")]
-    pub html: PathBuf,
+    /// Write the page into this file [default: the recording's name with the ending .html]
+    #[arg(long, value_name = "FILE.html", alias = "html")]
+    pub out: Option<PathBuf>,
+    /// Replace a web page that cathforce did not make.
+    #[arg(long)]
+    pub overwrite: bool,
 }
 
 fn setting(text: &str) -> Result<(String, f32), String> {
     let (name, value) = text.split_once('=').ok_or("write NAME=VALUE")?;
-    let value = value.trim().parse().map_err(|_| format!("`{value}` is no number"))?;
+    let value = value.trim().parse().map_err(|_| format!("`{value}` is not a number"))?;
     Ok((name.trim().to_owned(), value))
+}
+
+/// A setting whose name exists and whose value is allowed.
+fn known_setting(text: &str) -> Result<(String, f32), String> {
+    let (name, value) = setting(text)?;
+    match crate::settings::entry::check(&name, value) {
+        Ok(()) => Ok((name, value)),
+        Err((message, fix)) => {
+            Err(format!("{message}: {fix}; `cathforce config list` lists names and ranges"))
+        }
+    }
 }
 
 fn tip(name: &str) -> Result<&'static Tip, String> {
     Tip::find(name).ok_or_else(|| {
         let names = TIPS.iter().map(|tip| tip.name).collect::<Vec<_>>();
-        let nearest = cathforce_bundle::nearest(name, &names);
-        let hint = nearest.map_or(String::new(), |name| format!(", the nearest is {name}"));
-        format!("there is no tip of that name{hint}; `cathforce tips` lists them")
+        unknown("tip", name, &names, "cathforce tips")
     })
+}
+
+/// Says that a name is not known, which one is near, and which command lists them all.
+fn unknown(what: &str, name: &str, known: &[&str], list: &str) -> String {
+    let hint = match cathforce_bundle::nearest(name, known) {
+        Some(nearest) => format!("did you mean `{nearest}`? "),
+        None => String::new(),
+    };
+    format!("there is no {what} `{name}`; {hint}`{list}` lists them")
 }
 
 fn positive_seconds(text: &str) -> Result<f64, String> {
@@ -278,12 +350,17 @@ mod tests {
         let all = documented::documented(&["cathforce"]);
         assert!(all.len() > 60, "{} commands", all.len());
         for printed in all {
-            // A number that is left to the reader.
-            let words = printed.words.iter().map(|word| match &word[..] {
-                "N" | "M" => "1",
-                "rms_N=X" => "rms_N=1",
-                word => word,
-            });
+            // Values that are left to the reader.
+            let mut words = printed.words.clone();
+            for at in 0..words.len() {
+                let is_link = at > 0 && words[at - 1] == "--link";
+                words[at] = match words[at].as_str() {
+                    "N" | "M" => "1".into(),
+                    "rms_N=X" => "rms_N=1".into(),
+                    "LINK" | "…" if is_link => "sim".into(),
+                    _ => continue,
+                };
+            }
             let Err(error) = Arguments::try_parse_from(words) else { continue };
             let missing = [
                 ErrorKind::MissingRequiredArgument,
@@ -296,21 +373,56 @@ mod tests {
         }
     }
 
+    fn parse(line: &[&str]) -> Arguments {
+        let matches = Arguments::command().try_get_matches_from(line).unwrap();
+        Arguments::understood(&matches).unwrap()
+    }
+
     #[test]
-    fn json_is_a_flag_everywhere_and_may_name_a_file_in_a_diagnosis() {
-        let parse = |line: &[&str]| Arguments::try_parse_from(line).unwrap();
-        let inner = |arguments: &Arguments| match &arguments.command {
-            Command::Gap(GapArguments { action: GapAction::Diagnose(d) }) => d.json.clone(),
-            _ => None,
+    fn json_is_a_switch_everywhere() {
+        for line in [
+            &["cathforce", "--json", "gap", "diagnose", "b"][..],
+            &["cathforce", "gap", "diagnose", "b", "--json"],
+            &["cathforce", "gap", "diagnose", "--json", "b"],
+            &["cathforce", "info", "--json", "path"],
+        ] {
+            assert!(parse(line).json, "{line:?}");
+        }
+    }
+
+    /// The spelling of the published format of a diagnosis.
+    #[test]
+    fn a_file_after_json_is_where_a_diagnosis_goes() {
+        let diagnose = |words: &[&str]| {
+            let all = parse(&[&["cathforce", "gap", "diagnose"], words].concat());
+            let Command::Gap(GapArguments { action: GapAction::Diagnose(found) }) = all.command
+            else {
+                panic!("a diagnosis")
+            };
+            let bundles = found.bundle.iter().map(|path| path.display().to_string());
+            let bundles = bundles.collect::<Vec<_>>().join(" ");
+            (all.json, bundles, found.json_file.out.map(|path| path.display().to_string()))
         };
-        let before = parse(&["cathforce", "--json", "gap", "diagnose", "b"]);
-        assert_eq!((before.json.as_deref(), inner(&before).as_deref()), (Some("-"), Some("-")));
-        let file = parse(&["cathforce", "gap", "diagnose", "b", "--json", "f.json"]);
-        assert_eq!(inner(&file).as_deref(), Some("f.json"));
-        let stdout = parse(&["cathforce", "gap", "diagnose", "b", "--json", "-"]);
-        assert_eq!(inner(&stdout).as_deref(), Some("-"));
-        let info = parse(&["cathforce", "info", "--json", "path"]);
-        assert_eq!(info.json.as_deref(), Some("-"));
+        let bundle = concat!(env!("CARGO_MANIFEST_DIR"), "/src");
+        for (words, bundles, out) in [
+            (&["b", "--json", "f.json"][..], "b", Some("f.json")),
+            (&["--json", "f.json", "b"], "b", Some("f.json")),
+            (&["b", "--json", "answer"], "b", Some("answer")),
+            (&["b", "--json", "-"], "b", None),
+            (&["b", "--json"], "b", None),
+            (&["--json", "b"], "b", None),
+            (&["b", "--json", "--out", "f.json"], "b", Some("f.json")),
+            (&["a.mcap", "--json", "b.mcap"], "a.mcap b.mcap", None),
+            (&["a.mcap", "--json", bundle], &format!("a.mcap {bundle}"), None),
+        ] {
+            assert_eq!(
+                diagnose(words),
+                (true, bundles.into(), out.map(str::to_owned)),
+                "{words:?}"
+            );
+        }
+        let (json, _, out) = diagnose(&["b", "--out", "f.json"]);
+        assert_eq!((json, out.as_deref()), (false, Some("f.json")));
     }
 
     #[test]
@@ -319,8 +431,8 @@ mod tests {
         assert!(setting("force_gain").is_err());
         assert!(setting("force_gain=much").is_err());
         let tip = |name| super::tip(name).unwrap_err();
-        assert!(tip("cobra2").contains("the nearest is cobra-2"), "{}", tip("cobra2"));
-        assert!(tip("bogus").starts_with("there is no tip of that name; "), "{}", tip("bogus"));
+        assert!(tip("cobra2").contains("did you mean `cobra-2`?"), "{}", tip("cobra2"));
+        assert_eq!(tip("bogus"), "there is no tip `bogus`; `cathforce tips` lists them");
         assert!(positive_seconds("0").is_err() && positive_seconds("NaN").is_err());
         assert_eq!(positive_seconds("2.5"), Ok(2.5));
     }

@@ -1,4 +1,4 @@
-//! What went wrong, for people and for scripts: a message and an exit code.
+//! A command that failed: a message for people and an exit code for scripts.
 
 use std::process::ExitCode;
 
@@ -10,15 +10,15 @@ use cathforce_recording::{ReadError, ReplayError, WriteError};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Code {
-    /// Something failed that has no code of its own.
+    /// A failure without a code of its own.
     Failed = 1,
-    /// Wrong arguments.
+    /// The arguments are wrong.
     Usage = 2,
-    /// A file or bundle is wrong.
+    /// A file or a bundle is wrong.
     Input = 3,
-    /// The link cannot be opened or is lost.
+    /// The link cannot be opened, or was lost.
     Link = 4,
-    /// The device refused or reported a fault.
+    /// The device refused, or it reported a fault.
     Device = 5,
     /// A figure missed the threshold that was asked for.
     Threshold = 6,
@@ -36,15 +36,15 @@ impl Failure {
         Self { code, message: message.into() }
     }
 
-    /// A file or bundle is wrong.
+    /// The failure of a file or a bundle that is wrong.
     pub fn input(error: impl std::fmt::Display) -> Self {
         Self::new(Code::Input, error.to_string())
     }
 
-    /// An output file cannot be written.
+    /// The failure of a file that cannot be written.
     pub fn write(path: &std::path::Path, error: impl std::fmt::Display) -> Self {
         let message = format!(
-            "cannot write {}: {error}; check the folder, permissions and free space",
+            "cannot write {}: {error}\n  fix: check the folder, its permissions and the free space",
             path.display()
         );
         Self::new(Code::Failed, message)

@@ -1,4 +1,4 @@
-//! The recording of a run, shared between the session and the client's tap.
+//! The recording of a run, which the session and the client's tap share.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
@@ -9,7 +9,7 @@ use cathforce_recording::{
     BackgroundRecorder, BusClock, BusFrame, Measured, Recorder, RunResult, WriteError,
 };
 
-/// A recording that sees every frame of a client.
+/// A recording of every frame of a client.
 pub struct Log(Arc<Mutex<Logging>>);
 
 struct Logging {
@@ -21,7 +21,7 @@ struct Logging {
 impl Log {
     /// Records every frame that `client` sends and receives from now on.
     ///
-    /// `clock`: began when the recording says that it did.
+    /// `clock`: started together with the recording.
     pub fn attach(client: &mut Client, recorder: Recorder, clock: BusClock) -> Self {
         let recorder = Some(BackgroundRecorder::spawn(recorder, clock.clone()));
         let shared = Arc::new(Mutex::new(Logging { recorder, clock, trial_start_ns: 0 }));
@@ -32,13 +32,13 @@ impl Log {
         Self(shared)
     }
 
-    /// The next frame to the device is the first of the trial.
+    /// Marks the next frame to the device as the first of the trial.
     pub fn trial_begins(&self) {
         let mut logging = lock(&self.0);
         logging.trial_start_ns = logging.clock.now_ns();
     }
 
-    /// Records a row of the trial, at its time on the bus, and the points of its shape.
+    /// Records a row of the trial at its time on the bus, and the points of its shape \[m\].
     pub fn measured(&self, row: &Measured, shape_m: &[[f64; 3]]) {
         let mut logging = lock(&self.0);
         let at_ns = logging.trial_start_ns + (row.t_s * 1e9).round() as u64;
@@ -47,19 +47,19 @@ impl Log {
         }
     }
 
-    /// Why recording ended, once.
+    /// The error that ended the recording; `None` from the second call on.
     pub fn take_error(&self) -> Option<WriteError> {
         lock(&self.0).recorder.as_ref()?.take_error()
     }
 
-    /// Finishes the recording, with `result` if the run came to its end.
+    /// Finishes the recording. A run that came to its end has a `result`.
     pub fn finish(&self, result: Option<&RunResult>) -> Result<(), WriteError> {
         let recorder = lock(&self.0).recorder.take();
         recorder.map_or(Ok(()), |recorder| recorder.finish(result))
     }
 }
 
-/// A panic elsewhere is no reason to lose the recording.
+/// Ignores poisoning: a panic elsewhere must not lose the recording.
 fn lock(logging: &Mutex<Logging>) -> MutexGuard<'_, Logging> {
     logging.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -1,10 +1,11 @@
-//! Files that commands write, and what they never write over.
+//! Files that commands write, and the rule for files that exist already.
 //!
-//! What somebody measured cannot be made again, and no command knows it by its name. So a file that
-//! is there gives way only to its own kind: unasked where it can be made again at any time, as a
-//! page, a summary or an image, else with `--overwrite`, as a recording or an export. What other
-//! tools measured and what is imported of it gives way to nothing.
+//! A measurement cannot be made again, and its name does not tell that it is one. An existing file is
+//! therefore replaced only by a file of its own kind. A page, a summary or an image can be made again
+//! at any time, so it is replaced without a question; a recording or an export is replaced with
+//! `--overwrite` only. The files of other tools and imported trials are never replaced.
 
+mod json_file;
 mod kind;
 
 use std::fs;
@@ -14,10 +15,11 @@ use std::path::{Path, PathBuf};
 use cathforce_recording::{is_recording, write_whole};
 
 use crate::failure::{Code, Failure};
-pub use kind::{Kind, NODES, TICKS};
+pub use json_file::JsonFile;
+pub use kind::{Kind, NODES, TICKS, is_own_page};
 
-/// Says now, rather than after a run, that a recording cannot be written. One that is there is
-/// refused, or with `overwrite` left as it is until the new one begins.
+/// Checks before a run that a recording can be written. An existing file is refused, unless
+/// `overwrite` is set; then it stays until the new recording begins.
 pub fn check_recording(path: &Path, overwrite: bool) -> Result<(), Failure> {
     match path.symlink_metadata() {
         Ok(_) if !overwrite => return Err(is_there(path, ANOTHER_NAME_OR_OVERWRITE)),
@@ -27,7 +29,7 @@ pub fn check_recording(path: &Path, overwrite: bool) -> Result<(), Failure> {
     check_writable(path)
 }
 
-/// The same of an export; a pipe or a device may be written to.
+/// Checks before the work that an export can be written. Pipes and devices are allowed.
 pub fn check_export(path: &Path, kind: Kind<'_>, overwrite: bool) -> Result<(), Failure> {
     if path.is_file() && !overwrite {
         return Err(is_there(path, ANOTHER_NAME_OR_OVERWRITE));
@@ -35,7 +37,7 @@ pub fn check_export(path: &Path, kind: Kind<'_>, overwrite: bool) -> Result<(), 
     check_again(path, kind)
 }
 
-/// Takes a recording that is to be replaced out of the way of the one that begins now.
+/// Deletes a recording to make room for the one that begins now.
 pub fn make_room(path: &Path) -> Result<(), Failure> {
     if path.symlink_metadata().is_err() {
         return Ok(());
@@ -44,7 +46,7 @@ pub fn make_room(path: &Path) -> Result<(), Failure> {
     fs::remove_file(path).map_err(|e| Failure::write(path, e))
 }
 
-/// What other tools measured is never written over: there is no way around it.
+/// Refuses an existing file of any kind.
 pub fn check_new(path: &Path) -> Result<(), Failure> {
     match path.symlink_metadata() {
         Ok(_) => Err(is_there(path, "give another name, or move it away")),
@@ -52,41 +54,41 @@ pub fn check_new(path: &Path) -> Result<(), Failure> {
     }
 }
 
-/// A folder that is made: it is new, and there is one to make it in.
+/// Checks that a folder can be made: it must not exist, and its parent must.
 pub fn check_new_folder(path: &Path) -> Result<(), Failure> {
     check_new(path)?;
     let parent = path.parent().filter(|parent| !parent.as_os_str().is_empty());
     match parent.unwrap_or(Path::new(".")).metadata() {
         Ok(parent) if parent.is_dir() => Ok(()),
-        Ok(_) => Err(Failure::write(path, "it is to be in a file, not in a folder")),
+        Ok(_) => Err(Failure::write(path, "its parent is a file, not a folder")),
         Err(e) => Err(Failure::write(path, e)),
     }
 }
 
-/// Says now that a file which can be made again cannot be written.
+/// Checks before the work that a file which can be made again can be written.
 pub fn check_again(path: &Path, kind: Kind<'_>) -> Result<(), Failure> {
     check_kind(path, kind)?;
-    // A pipe would wait for somebody who reads.
+    // Opening a pipe would wait for a reader.
     match path.exists() && !path.is_file() && !path.is_dir() {
         true => Ok(()),
         false => check_writable(path),
     }
 }
 
-/// Writes a file that can be made again, whole or not at all.
+/// Writes a file that can be made again. It is written whole or not at all.
 pub fn write_again(path: &Path, kind: Kind<'_>, bytes: impl AsRef<[u8]>) -> Result<(), Failure> {
     check_kind(path, kind)?;
     write_whole(path, |out| out.write_all(bytes.as_ref())).map_err(|e| Failure::write(path, e))
 }
 
-/// A file is replaced by its own kind alone.
+/// Refuses to replace a file of another kind.
 pub fn check_kind(path: &Path, kind: Kind<'_>) -> Result<(), Failure> {
     let stays = |what: String| {
         let message =
             format!("{} is {what} and stays as it is\n  fix: give another name", path.display());
         Err(Failure::new(Code::Usage, message))
     };
-    // A pipe would wait for somebody who writes.
+    // Opening a pipe would wait for a writer.
     match path.is_file() {
         true if kind.is_in(path) => Ok(()),
         true if is_recording(path) => stays("a recording".into()),
@@ -96,13 +98,16 @@ pub fn check_kind(path: &Path, kind: Kind<'_>) -> Result<(), Failure> {
     }
 }
 
-/// Files that are written in one go are several: the last one would be all that is left.
+/// Refuses two outputs with the same path: only the last one would remain.
 pub fn check_apart<'a>(paths: impl IntoIterator<Item = &'a Path>) -> Result<(), Failure> {
     let mut seen: Vec<PathBuf> = Vec::new();
     for path in paths {
         let place = place(path);
         if seen.contains(&place) {
-            let message = format!("{} is named twice\n  fix: a file each", path.display());
+            let message = format!(
+                "{} is named twice\n  fix: give each output a file of its own",
+                path.display()
+            );
             return Err(Failure::new(Code::Usage, message));
         }
         seen.push(place);
@@ -110,7 +115,7 @@ pub fn check_apart<'a>(paths: impl IntoIterator<Item = &'a Path>) -> Result<(), 
     Ok(())
 }
 
-/// Where a path leads, however it is written.
+/// The file that a path leads to, however the path is written.
 fn place(path: &Path) -> PathBuf {
     let parent = path.parent().filter(|parent| !parent.as_os_str().is_empty());
     let folder = || parent.unwrap_or(Path::new(".")).canonicalize();
@@ -118,14 +123,14 @@ fn place(path: &Path) -> PathBuf {
     path.canonicalize().ok().or_else(new).unwrap_or_else(|| path.to_path_buf())
 }
 
-const ANOTHER_NAME_OR_OVERWRITE: &str = "give another name, or --overwrite";
+const ANOTHER_NAME_OR_OVERWRITE: &str = "give another name, or replace it with --overwrite";
 
 fn is_there(path: &Path, fix: &str) -> Failure {
-    let message = format!("{} is there already and stays as it is\n  fix: {fix}", path.display());
+    let message = format!("{} exists already and stays as it is\n  fix: {fix}", path.display());
     Failure::new(Code::Usage, message)
 }
 
-/// Leaves what is there.
+/// Opens the file for writing and leaves its contents as they are.
 fn check_writable(path: &Path) -> Result<(), Failure> {
     let is_new = !path.exists();
     let open = fs::OpenOptions::new().append(true).create(true).open(path);

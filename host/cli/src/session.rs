@@ -1,4 +1,4 @@
-//! One trial on one device: configure, settle, arm, play, disarm, with a recording of it all.
+//! One trial on one device: configure, settle, arm, play and disarm it, and record everything.
 
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -18,53 +18,54 @@ use crate::log::Log;
 use crate::output::make_room;
 use crate::ui::Ui;
 
-/// What every frame means, for whoever opens a recording elsewhere.
+/// The definition of every frame, kept in each recording for other tools.
 pub const DBC: &str = include_str!("../../../docs/cathforce.dbc");
-/// Ticks of a device's second.
+/// Ticks per second of the device.
 const TICKS_PER_S: f64 = 1000.0;
-/// Ticks that a device may take to arm and to ramp down.
+/// Ticks within which a device must arm or ramp down.
 const PATIENCE_TICKS: usize = 1000;
 /// Ticks after which a command is sent again.
 const COMMAND_EVERY_TICKS: usize = 50;
-/// The same for settling: longer than any setting allows, so that the device decides.
+/// Ticks within which a device must settle. No setting allows that many, so that it is the device
+/// that gives up.
 const SETTLE_TICKS: usize = 70_000;
 
-/// Whose clock runs the ticks.
+/// The clock that runs the ticks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pace {
-    /// The host grants them, where the device can.
+    /// The host grants each tick, if the device supports it.
     LockStep,
-    /// The device's own.
+    /// The device's own clock.
     Free,
 }
 
-/// What is to be done.
+/// Everything that a session needs to know.
 pub struct Plan<'a> {
     pub image: &'a [u8],
     pub pace: Pace,
     pub rig_toml: &'a str,
-    /// What the vessel is made from, by their names in the bundle.
+    /// The files that describe the vessel, by their names in the bundle.
     pub vessel: &'a [(&'a str, Vec<u8>)],
     /// Information that does not come from the device.
     pub info: RunInfo,
     pub trial: &'a Trial,
-    /// Where the drives are at a time of the trial \[s\].
+    /// The positions of the drives at a time of the trial \[s\].
     pub step_at: &'a dyn Fn(f64) -> Step,
-    /// Time of the trial to play \[s\].
+    /// How much of the trial to play \[s\].
     pub duration_s: f64,
     pub out: &'a Path,
-    /// Whether a recording that is there is replaced, once this one begins.
+    /// Whether an existing recording is replaced, once this one begins.
     pub overwrite: bool,
 }
 
 /// Runs the plan on the device behind `client`.
 ///
-/// Whatever ends the run, the recording is finished before the cause is returned.
+/// The recording is always finished before an error is returned.
 pub fn run(ui: &Ui, client: &mut Client, plan: Plan<'_>) -> Result<(), Failure> {
     let started = Instant::now();
     configure(ui, client, plan.image, plan.pace)?;
     let device = client.device();
-    // Together, so that times of the recording can be compared with those of other logs.
+    // Both at the same moment, so that the recording can be compared with other logs.
     let (clock, started_unix_ns) = (BusClock::new(client.lock_step()), unix_ns());
     let info = RunInfo {
         started_unix_ns,
@@ -95,11 +96,11 @@ pub fn run(ui: &Ui, client: &mut Client, plan: Plan<'_>) -> Result<(), Failure> 
     cause.map_or(Ok(()), Err)
 }
 
-/// What gives a program on a shared computer the processor when its time has come.
-pub const REAL_TIME: &str = "`chrt -r 10 cathforce run …` gives it a real-time priority: as root, or \
-                             with a line `USER - rtprio 10` in /etc/security/limits.conf";
+/// How to let this program run in time on a computer with other load.
+pub const REAL_TIME: &str = "`chrt -r 10 cathforce run …` gives it a real-time priority; this needs \
+                             root, or a line `USER - rtprio 10` in /etc/security/limits.conf";
 
-/// Says so where a device stopped to which this computer sent frames too late.
+/// Names this computer as the cause where a device stopped because frames came too late.
 fn not_in_time(failure: Failure, client: &Client) -> Failure {
     let latest_ms = 1e3 * client.latest_step().as_secs_f64();
     let silence_ms = f64::from(ENCODER_TIMEOUT_HARD_TICKS) * 1e3 * f64::from(TICK_S);
@@ -107,28 +108,29 @@ fn not_in_time(failure: Failure, client: &Client) -> Failure {
         return failure;
     }
     let message = format!(
-        "{}\n  this computer sent a frame {latest_ms:.1} ms after its time: other programs had its \
-         processors\n  fix: {REAL_TIME}",
+        "{}\n  this computer sent a frame {latest_ms:.1} ms after its time, because other programs \
+         used its processors\n  fix: {REAL_TIME}",
         failure.message
     );
     Failure { message, ..failure }
 }
 
-/// Time of day, since 1970 \[ns\].
+/// Time since 1970 \[ns\].
 fn unix_ns() -> u64 {
     let since = SystemTime::now().duration_since(UNIX_EPOCH);
     since.ok().and_then(|since| u64::try_from(since.as_nanos()).ok()).unwrap_or(0)
 }
 
-/// Gives the device the image, in lock step where it can, and asks it which one it uses.
+/// Sends the image to the device and checks that the device uses it. The device runs in lock step
+/// if it supports it and `pace` asks for it.
 pub fn configure(ui: &Ui, client: &mut Client, image: &[u8], pace: Pace) -> Result<(), Failure> {
     let interrupted = interrupt_flag()?;
     let device = client.device().clone();
     ui.say(format_args!("device: {device}"));
     if device.image_schema_hash != schema_hash() {
         let message = format!(
-            "the device ({device}) reads images of schema {:08x}, this program writes {:08x}: it \
-             is not armed; use firmware and program of the same version",
+            "the device ({device}) reads images of schema {:08x} and this program writes {:08x}, so it \
+             was not armed\n  fix: use firmware and program of the same version",
             device.image_schema_hash,
             schema_hash()
         );
@@ -152,36 +154,36 @@ pub fn configure(ui: &Ui, client: &mut Client, image: &[u8], pace: Pace) -> Resu
     let (sent, used) = (crc32(image), client.status()?.image_crc32);
     if used != sent {
         let message = format!(
-            "the device ({device}) uses an image of CRC {used:08x}, not the one of {sent:08x} that \
-             it was sent: does another program configure it too? Send it again"
+            "the device ({device}) uses an image of CRC {used:08x} instead of {sent:08x}, which it \
+             was sent\n  fix: stop other programs that configure the device, and send it again"
         );
         return Err(Failure::new(Code::Device, message));
     }
     Ok(client.reset_counters()?)
 }
 
-/// The mode of a device that answers to somebody's hand and takes no configuration (P17), as it
-/// was when it was asked who it is.
+/// The mode of a device whose output is on, and which therefore takes no configuration (P17). It is
+/// the mode at the time of connecting.
 pub fn output_is_on(client: &Client) -> Option<Mode> {
-    // The fault of a ramp does not matter here, and was not asked for.
+    // The fault behind a ramp does not matter here.
     let mode = Mode::from_codes(client.device().mode, 0);
     mode.filter(|mode| matches!(mode, Mode::Armed | Mode::Ramp { .. }))
 }
 
-/// Why nothing is sent to such a device, and what to do.
+/// Why nothing was sent to a device whose output is on, and what to do.
 pub fn still_on(mode: Mode, link: &str) -> String {
-    let state = if mode == Mode::Armed { "armed" } else { "on its way to zero" };
+    let state = if mode == Mode::Armed { "armed" } else { "ramping to zero" };
     format!(
-        "the output of the device on {link} is {state}, and nothing of it changes then. Nothing was \
-         sent\n  fix: disarm it with the program that armed it, or end that program: without its \
-         frames output goes to zero by itself; `cathforce monitor --link {link}` shows when"
+        "the output of the device on {link} is {state}, and no setting changes in that state. Nothing \
+         was sent\n  fix: disarm it with the program that armed it, or end that program; without its \
+         frames the output goes to zero, which `cathforce monitor --link {link}` shows"
     )
 }
 
-/// Set by Ctrl-C, SIGTERM and SIGHUP; the second one ends the program as usual.
+/// A flag that Ctrl-C, SIGTERM and SIGHUP set. A second signal ends the program at once.
 pub fn interrupt_flag() -> Result<&'static AtomicBool, Failure> {
     static FLAG: AtomicBool = AtomicBool::new(false);
-    // One handler serves every session of this program.
+    // Only one handler can be installed, so all sessions share it.
     static LISTENING: OnceLock<Result<(), String>> = OnceLock::new();
     let listening = LISTENING.get_or_init(|| {
         ctrlc::set_handler(|| {
@@ -213,12 +215,12 @@ impl Session<'_> {
         if played.as_ref().is_err_and(|failure| failure.code == Code::Link) {
             return played;
         }
-        // Also after an interruption: nobody leaves a device armed.
+        // Also after an interruption, so that the device is never left armed.
         let disarmed = self.hold(client, last, Command::Disarm, Mode::Ready, PATIENCE_TICKS);
         played.and(disarmed)
     }
 
-    /// Holds the drive still and sends a command until the device is in `wanted`.
+    /// Holds the drives still and repeats a command until the device is in the mode `wanted`.
     fn hold(
         &self,
         client: &mut Client,
@@ -227,7 +229,7 @@ impl Session<'_> {
         wanted: Mode,
         ticks: usize,
     ) -> Result<(), Failure> {
-        // A device does not arm in a tick that its model did not resolve, so it is asked again.
+        // Repeated, because a device does not arm in a tick whose forces were not resolved.
         let steps = (0..ticks).map(|tick| {
             let command = tick.is_multiple_of(COMMAND_EVERY_TICKS).then_some(command);
             Step { command, ..still }
@@ -236,7 +238,7 @@ impl Session<'_> {
         client.play(steps, |tick| {
             mode = Mode::from_codes(tick.haptic.mode, tick.haptic.fault);
             reached |= mode == Some(wanted);
-            // Ticks that are under way come after the end: the first cause stays.
+            // Ticks that are under way still arrive after the end, so the first cause is kept.
             broken = broken.take().or_else(|| self.broken(tick, command == Command::Disarm));
             if broken.is_some() || reached {
                 return ControlFlow::Break(());
@@ -251,14 +253,14 @@ impl Session<'_> {
         }
         let mode = mode.map_or("in no known mode", Mode::name);
         let message = format!(
-            "the device is {mode} {ticks} ticks after {command:?} and should be {}; \
-             `cathforce info --link …` shows its counters",
+            "the device is {mode} {ticks} ticks after {command:?} and should be {}\n  fix: look at its \
+             counters with `cathforce info --link …`",
             wanted.name()
         );
         Err(Failure::new(Code::Device, message))
     }
 
-    /// Plays the trial; `last` is the position to be held afterwards.
+    /// Plays the trial. `last` becomes the position to be held afterwards.
     fn trial(&self, client: &mut Client, last: &mut Step) -> Result<(), Failure> {
         let ticks = (self.plan.duration_s * TICKS_PER_S).floor() as u64 + 1;
         let mut progress = self.ui.progress("playing", ticks, "ticks");
@@ -268,7 +270,7 @@ impl Session<'_> {
         client.play(
             (0..ticks).map(|tick| {
                 let t_s = tick as f64 / TICKS_PER_S;
-                // A row is recorded with the step in which its time has come.
+                // A row is recorded with the first step at or after its time.
                 while let Some((i, row)) = rows.next_if(|(_, row)| row.t_s <= t_s + 1e-9) {
                     let shape_m = self.plan.trial.shapes_m.get(i);
                     self.log.measured(row, shape_m.map_or(&[], Vec::as_slice));
@@ -286,7 +288,7 @@ impl Session<'_> {
         broken.map_or(Ok(()), Err)
     }
 
-    /// What ends a run early, if anything. Ctrl-C does not keep a device from being disarmed.
+    /// The reason to end a run early, if there is one. Ctrl-C does not interrupt disarming.
     fn broken(&self, tick: &TickReport, disarming: bool) -> Option<Failure> {
         if let Some(error) = self.log.take_error() {
             return Some(error.into());
@@ -298,7 +300,7 @@ impl Session<'_> {
         }
         let interrupted = self.interrupted.load(Ordering::Relaxed) && !disarming;
         interrupted.then(|| {
-            Failure::new(Code::Failed, "interrupted; what was recorded until then is complete")
+            Failure::new(Code::Failed, "interrupted; the recording up to here is complete")
         })
     }
 

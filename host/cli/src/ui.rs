@@ -28,34 +28,32 @@ impl Ui {
     /// A remark that is not data.
     pub fn say(&self, message: impl Display) {
         if !self.quiet {
-            // Nobody is told when stderr is gone.
+            // A closed stderr cannot be reported anywhere.
             let _ = writeln!(stderr(), "{message}");
         }
     }
 
-    /// Something that looks wrong and stops nothing; said even when quiet.
+    /// A warning, which `--quiet` does not suppress.
     pub fn warn(&self, message: impl Display) {
         let label = self.paint("warning:", "33;1", stderr().is_terminal());
         let _ = writeln!(stderr(), "{label} {message}");
     }
 
-    /// Why the command did not succeed.
+    /// The error that ended the command.
     pub fn error(&self, message: impl Display) {
         let label = self.paint("error:", "31;1", stderr().is_terminal());
         let _ = writeln!(stderr(), "{label} {message}");
     }
 
-    /// The command's result: JSON if asked for, else text.
+    /// Prints the result of the command on stdout: as JSON with `--json`, else as text.
     pub fn data(&self, value: &impl Serialize, text: impl Display) -> Result<(), Failure> {
         let written = if self.json {
-            let json = serde_json::to_string_pretty(value)
-                .map_err(|e| Failure::new(Code::Failed, format!("cannot write JSON: {e}")))?;
-            writeln!(stdout(), "{json}")
+            writeln!(stdout(), "{}", to_json(value)?)
         } else {
             write!(stdout(), "{text}")
         };
         match written {
-            // Whoever closed the pipe has seen enough.
+            // The reader of the pipe has seen enough.
             Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
             Err(error) => {
                 Err(Failure::new(Code::Failed, format!("cannot write to stdout: {error}")))
@@ -64,7 +62,7 @@ impl Ui {
         }
     }
 
-    /// A heading for a terminal.
+    /// The text in bold on a terminal.
     pub fn bold(&self, text: &str) -> String {
         self.paint(text, "1", stdout().is_terminal())
     }
@@ -77,7 +75,7 @@ impl Ui {
         }
     }
 
-    /// A bar on a terminal, else a line at every quarter.
+    /// Shows progress: as a bar on a terminal, else as a line at every quarter.
     pub fn progress(&self, what: &'static str, total: u64, unit: &'static str) -> Progress {
         let terminal = stderr().is_terminal();
         let bar = (terminal && !self.quiet).then(|| {
@@ -94,7 +92,13 @@ impl Ui {
     }
 }
 
-/// How far something has come.
+/// A result as JSON, indented.
+pub fn to_json(value: &impl Serialize) -> Result<String, Failure> {
+    serde_json::to_string_pretty(value)
+        .map_err(|e| Failure::new(Code::Failed, format!("cannot write JSON: {e}")))
+}
+
+/// The progress of some work.
 pub struct Progress {
     what: &'static str,
     total: u64,
@@ -124,7 +128,7 @@ impl Drop for Progress {
     }
 }
 
-/// Two columns, the first as wide as it must be.
+/// Rows of two columns; the first is as wide as its longest label.
 pub fn two_columns(rows: &[(String, String)]) -> String {
     let width = rows.iter().map(|(label, _)| label.chars().count()).max().unwrap_or(0);
     rows.iter()

@@ -146,7 +146,7 @@ fn what_was_diagnosed_is_applied_and_the_gap_is_smaller_on_the_device() {
     assert!(cathforce(&["export", text(&recording), "--csv", text(&table)]).status.success());
     let table = std::fs::read_to_string(table).unwrap();
     let header = table.lines().next().unwrap();
-    let column = header.split(',').position(|name| name == "drive_force_half_width_n").unwrap();
+    let column = header.split(',').position(|name| name == "drive_fx_half_width_N").unwrap();
     let widths = table.lines().skip(1).map(|line| line.split(',').nth(column).unwrap());
     let widths: Vec<f64> = widths.filter_map(|n| n.parse().ok()).collect();
     assert!(widths.len() > 50 && widths.iter().all(|n| (0.0..2.0).contains(n)), "{widths:?}");
@@ -430,18 +430,22 @@ fn a_recording_is_diagnosed_and_applied_like_a_bundle() {
 }
 
 #[test]
-fn a_challenge_that_would_ask_nothing_is_refused() {
+fn a_blind_test_without_cases_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let made = folder.path().join("made");
-    fn challenge<'a>(action: &'a str, made: &'a Path, extra: &[&'a str]) -> Vec<&'a str> {
-        [&["gap", "challenge", action, text(made)], extra].concat()
+    fn blind_test<'a>(action: &'a str, made: &'a Path, extra: &[&'a str]) -> Vec<&'a str> {
+        [&["gap", "blind-test", action, text(made)], extra].concat()
     }
     assert_fails(
-        &challenge("make", &made, &["--seed", "1", "--cases", "0"]),
+        &blind_test("make", &made, &["--seed", "1", "--cases", "0"]),
         2,
-        &["asks nothing", "fix:"],
+        &["tests nothing", "fix:"],
     );
-    assert_fails(&challenge("seal", &made, &[]), 3, &["no challenge is there", "challenge make"]);
+    assert_fails(
+        &blind_test("seal", &made, &[]),
+        3,
+        &["no blind test is there", "blind-test make"],
+    );
 
     let drive = folder.path().join("axis");
     std::fs::create_dir(&drive).unwrap();
@@ -449,8 +453,8 @@ fn a_challenge_that_would_ask_nothing_is_refused() {
         .unwrap();
     let of_a_drive = ["--seed", "1", "--cases", "1", "--bundle", text(&drive)];
     let why = ["rig.toml", "a drive on its own", "bundle of a catheter"];
-    assert_fails(&challenge("make", &made, &of_a_drive), 3, &why);
-    assert!(!made.exists(), "a refused challenge leaves nothing behind");
+    assert_fails(&blind_test("make", &made, &of_a_drive), 3, &why);
+    assert!(!made.exists(), "a refused blind test leaves nothing behind");
 }
 
 #[test]

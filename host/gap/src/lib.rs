@@ -1,96 +1,52 @@
 //! Diagnosis of the gap between model and measurement: where it lies, which effect that the
 //! model lacks causes it, and how far it shrinks once that effect is added.
 //!
-//! [`plant::Plant`] is what a plant tells the diagnosis; everything else is independent of it.
+//! A diagnosis runs through the folders from top to bottom. [`plant::Plant`] is all that it sees of
+//! a rig: trials as numbers with their noise, effects as parameters, one function that simulates.
+//! A folder uses those above it in this table, and none below.
 //!
-//! | module | what it answers |
+//! | folder | what it does |
 //! | --- | --- |
-//! | `floor` | what would be left if the model were perfect |
-//! | `problem`, `loss`, `nuisance`, `fit`, `search`, `swing` | the best parameters of one set of effects |
-//! | `sanity` | whether axes and units are the model's |
-//! | `score` | its error on data that the fit has not seen |
-//! | `figures`, `frechet`, `series` | how far it is off in newtons and millimetres |
-//! | `select`, `pairs`, `extend`, `prune`, `exchange`, `again`, `given` | which effects the data support; those that somebody asks for |
-//! | `impostor` | what in no library an effect may be mistaken for |
-//! | `criteria` | when a model is better than another |
-//! | `verdict` | whether what it closes is the answer, a part of it, or nothing to be named |
-//! | `metric`, `confuse`, `calibration` | what cannot be told apart, and how certain the rest is |
-//! | `diagnose`, `answer` | the whole run; what is said of it, step by step |
-//! | `fresh` | what the answer closes on a trial that it has not seen |
-//! | `band` | how far the forces of a device may be off that is set like the answer |
-//! | `estimate` | parameters with intervals, what each effect closed |
-//! | `locate`, `descriptors`, `map`, `silhouette`, `on_vessel` | where the gap lies, and what it looks like |
-//! | `left` | the same of what an explanation leaves |
-//! | `experiment` | what to record next |
-//! | `isolability`, `protocol` | what a recording can tell before it is made; what it should hold |
-//! | `spike` | which effects are put into measured data |
-//! | `report`, `page` | the answer for programs and for people |
+//! | `plant` | says what a plant is; a plant with trials withheld or effects assumed; the outline of a vessel |
+//! | `noise` | finds the noise floor, which is the error that a perfect model would leave |
+//! | `fitting` | fits the parameters of one set of effects, with nuisance parameters, by robust least squares |
+//! | `scoring` | scores a fitted model on data that the fit has not seen; decides when a score is better |
+//! | `data` | checks clocks, duplicate trials, axes and units, and trials that are unlike the others |
+//! | `selecting` | searches for the effects that the data support: singles, pairs, additions, removals, exchanges |
+//! | `deciding` | decides whether effects may be named, how certain they are, and what they may be mistaken for |
+//! | `explaining` | says how large the gap is, where it lies, what it looks like and what remains of it |
+//! | `planning` | says what a recording can tell before it is made, and what to record next |
+//! | `diagnosis` | runs all of the above and assembles the answer (`report`) |
+//! | `catheter`, `drive` | the two kinds of rig as plants |
 
 #![forbid(unsafe_code)]
 
-mod again;
-mod altered;
-mod answer;
-mod band;
-mod calibration;
 pub mod catheter;
-mod clock;
-mod confuse;
-mod copies;
-mod correct;
-mod criteria;
-mod descriptors;
-mod diagnose;
+mod data;
+mod deciding;
+mod diagnosis;
 pub mod drive;
-mod estimate;
-mod exchange;
-mod experiment;
-mod extend;
-mod figures;
-mod fit;
-mod floor;
-mod folds;
-mod frechet;
-mod fresh;
-mod given;
-mod impostor;
-pub mod isolability;
-mod left;
-mod locate;
-mod loss;
-mod map;
-mod metric;
-mod nuisance;
-mod on_vessel;
-mod own_phase;
-mod page;
-mod pairs;
+mod explaining;
+mod fitting;
+mod noise;
+mod planning;
 pub mod plant;
-mod problem;
-pub mod protocol;
-mod prune;
-pub mod report;
-mod sanity;
-mod score;
-mod search;
-mod select;
-mod series;
+pub mod rounding;
+mod scoring;
+mod selecting;
 mod signal;
-mod silhouette;
-mod snaps;
-pub mod spike;
-mod swing;
-#[cfg(test)]
-mod toy;
-mod unlike;
-mod verdict;
-mod within;
+#[cfg(any(test, feature = "toy"))]
+pub mod toy;
 
-pub use altered::Altered;
-pub use band::{Band, COLUMNS, Coverage, Covered, ROWS, Row};
-pub use diagnose::{diagnose, diagnose_given, expected_simulations};
-pub use fresh::{achieved, covered};
-pub use nuisance::NUISANCE_LIMIT;
-pub use page::page;
-pub use problem::Progress;
-pub use silhouette::Silhouette;
+pub use cathforce_recording::{COLUMNS, Coverage, Covered};
+pub use diagnosis::report;
+pub use diagnosis::withheld::{achieved, covered};
+pub use diagnosis::{diagnose, diagnose_given, expected_simulations};
+pub use explaining::band::{Band, ROWS, Row};
+pub use explaining::locate::Cell;
+pub use explaining::map::Map;
+pub use explaining::on_vessel::{OnVessel, Square, VesselMap};
+pub use fitting::nuisance::NUISANCE_LIMIT;
+pub use fitting::problem::Progress;
+pub use planning::{isolability, protocol, spike};
+pub use plant::{Altered, Silhouette};

@@ -3,15 +3,16 @@
 
 use cathforce_recording::snap::Snap;
 
-use crate::floor::Floor;
-use crate::folds::{FoldKind, Folds};
+use crate::fitting::problem::Problem;
+use crate::noise::floor::Floor;
+use crate::plant::Silhouette;
 use crate::plant::{
     Channel, Effect, Impostor, Nuisance, Parameter, Plant, Point, Quantity, Repeat, Sample, Swing,
     Trial,
 };
-use crate::problem::Problem;
-use crate::select::{Selection, Selector};
-use crate::silhouette::Silhouette;
+use crate::scoring::folds::{FoldKind, Folds};
+use crate::selecting::select::Selector;
+use crate::selecting::selection::Selection;
 
 /// Built with [`Toy::new`] and filled in by the test.
 pub struct Toy<F> {

@@ -1,12 +1,12 @@
 //! One bus, many carriers.
 //!
-//! [`open`] turns an address into a [`Link`], which carries frames and knows nothing of
-//! what they mean:
+//! [`open`] turns an address into a [`Link`], which carries frames and does not interpret them:
 //!
 //! | address | carrier |
 //! | --- | --- |
 //! | `socketcan:can0` | a CAN interface of Linux |
-//! | `slcan:tcp:HOST:PORT` | SLCAN over a socket |
+//! | `slcan:tcp:HOST:PORT` | SLCAN over a socket that is connected from here |
+//! | `slcan:listen:PORT`, `slcan:listen:HOST:PORT` | a bus that others join: SLCAN over sockets that are connected from there |
 //! | `slcan:/dev/ttyACM0`, `slcan:/dev/ttyACM0@115200` | an SLCAN adapter on a serial port |
 //! | `qemu`, `qemu:ELF` | the firmware on an emulated board, started here |
 //! | `sim` | the device's code in this process, no hardware at all |
@@ -17,15 +17,19 @@ mod address;
 mod build;
 mod client;
 mod error;
+mod firmware;
 mod firmware_log;
+mod hub;
 pub mod interface;
 mod play;
 pub mod qemu;
 mod reader;
+mod remark;
+mod serial;
 mod serve;
 mod sim;
 mod slcan;
-#[cfg(target_os = "linux")]
+#[cfg(all(target_os = "linux", feature = "hardware"))]
 mod socketcan;
 mod ticks;
 
@@ -39,7 +43,10 @@ pub use address::{ADDRESSES, check as check_address, open};
 pub use build::{build_of, version_and_build};
 pub use client::{Client, ClientError, Device, Tap};
 pub use error::LinkError;
+pub use hub::Hub;
 pub use play::Step;
+pub use remark::set_remarks;
+pub use serial::{SerialPort, Usb, serial_ports};
 pub use serve::{Served, serve};
 pub use sim::Sim;
 pub use slcan::Slcan;
@@ -47,8 +54,8 @@ pub use ticks::TickReport;
 
 /// A carrier of frames, both ways.
 ///
-/// Frames arrive in the order in which they were sent. What a carrier has received before
-/// [`Link::receive`] is called is kept.
+/// Frames arrive in the order in which they were sent. A carrier keeps what it receives until
+/// [`Link::receive`] is called.
 pub trait Link: Send {
     /// Hands a frame to the carrier, which may keep it until [`Link::flush`].
     fn send(&mut self, frame: &Frame) -> Result<(), LinkError>;
@@ -59,10 +66,15 @@ pub trait Link: Send {
     /// Flushes, then waits for the next frame of the other side; `None` after `timeout`.
     fn receive(&mut self, timeout: Duration) -> Result<Option<Frame>, LinkError>;
 
-    /// How long the frame that was received last had been on this computer by then, as the
-    /// carrier's own stamp of it says; `None` where it has none.
+    /// How long the last received frame had waited on this computer, by the carrier's own time
+    /// stamp; `None` without one.
     fn waited(&self) -> Option<Duration> {
         None
+    }
+
+    /// Frames that this carrier dropped because a member of the bus read too slowly.
+    fn dropped(&self) -> u64 {
+        0
     }
 
     /// Its address, for messages.
@@ -84,6 +96,10 @@ impl Link for Box<dyn Link> {
 
     fn waited(&self) -> Option<Duration> {
         (**self).waited()
+    }
+
+    fn dropped(&self) -> u64 {
+        (**self).dropped()
     }
 
     fn name(&self) -> &str {

@@ -5,28 +5,27 @@
 //! QEMU's main loop (measured in firmware/README.md). UART 1, the log, is QEMU's standard
 //! output.
 
+use std::fmt;
 use std::io::{self, BufRead, BufReader, Read};
 use std::net::TcpListener;
-use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 use cathforce_bus::Frame;
 
+pub use crate::firmware::{FIRMWARE_VARIABLE, find_firmware};
 use crate::firmware_log::FirmwareLog;
 use crate::reader::{READ_TIMEOUT, is_timeout};
 use crate::{Link, LinkError, Slcan};
 
 /// The emulator.
 pub const PROGRAM: &str = "qemu-system-arm";
-/// Names the firmware to boot, if the address does not.
-pub const FIRMWARE_VARIABLE: &str = "CATHFORCE_FIRMWARE";
 
 const LINK: &str = "qemu";
-const INSTALL: &str = "`cargo xtask setup --yes` installs one that works";
+/// What to do without an emulator that works.
+pub const INSTALL: &str = "`cargo xtask setup --yes` installs one that works";
 const BUILD: &str = "`cargo xtask firmware` builds it";
-const BUILT: &str = "thumbv7em-none-eabihf/firmware/cathforce-firmware";
 
 /// 2 ns an instruction: 500 000 of them in a tick of 1 ms.
 const INSTRUCTION_COUNTING: &str = "shift=1,align=off,sleep=off";
@@ -37,7 +36,7 @@ const CLOCK_COUNT_NS: u64 = 40;
 const CONNECT_TIMEOUT: Duration = Duration::from_secs(10);
 const SELF_TEST_TIMEOUT: Duration = Duration::from_secs(20);
 
-/// What an emulator was measured to do.
+/// The clocks of an emulator, as the firmware measured them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SelfTest {
     /// Instructions executed.
@@ -49,34 +48,19 @@ pub struct SelfTest {
 }
 
 impl SelfTest {
-    /// Counts that a right emulator gives.
+    /// Counts that an emulator with the right clocks gives.
     pub fn expected_counts(&self) -> u64 {
         self.instructions * INSTRUCTION_NS / CLOCK_COUNT_NS
     }
 
-    /// Both clocks are right to 1 %: wrong emulators are wrong by a factor.
+    /// Whether both clocks are right to 1 %. Emulators that get them wrong are off by a factor.
     pub fn passed(&self) -> bool {
         let expected = self.expected_counts();
         [self.counter, self.timer].iter().all(|n| n.abs_diff(expected) * 100 <= expected)
     }
 }
 
-/// The firmware's ELF: as given, as the environment says, or where it is built.
-pub fn find_firmware(elf: Option<&Path>) -> Result<PathBuf, LinkError> {
-    let named = elf.map(Path::to_path_buf);
-    let named = named.or_else(|| std::env::var_os(FIRMWARE_VARIABLE).map(PathBuf::from));
-    let elf = named.unwrap_or_else(|| {
-        let workspace = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-        let target = std::env::var_os("CARGO_TARGET_DIR").map_or("target".into(), PathBuf::from);
-        workspace.join(target).join(BUILT)
-    });
-    if elf.is_file() {
-        return Ok(elf);
-    }
-    Err(wrong(format!("there is no firmware at {}", elf.display()), BUILD))
-}
-
-/// Lets the firmware count instructions by the emulated clocks.
+/// Boots the firmware in its self-test, which counts instructions by the emulated clocks.
 pub fn self_test(elf: &Path) -> Result<SelfTest, LinkError> {
     let mut child = Emulator::spawn(
         command(elf, "self-test").args(["-serial", "null"]).stderr(Stdio::piped()),
@@ -127,16 +111,32 @@ fn command(elf: &Path, argument: &str) -> Command {
     command.arg(format!("enable=on,target=native,arg=cathforce,arg={argument}"));
     command.arg("-kernel").arg(elf);
     command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
-    // Ctrl-C in a terminal goes to a whole process group: the board is not to die of it, it is
-    // to be disarmed.
-    command.process_group(0);
+    in_a_group_of_its_own(&mut command);
     end_with_this_process(&mut command);
     command
 }
 
-/// Whatever ends this process, `kill -9` too, ends the emulator: there is nobody else to end it.
+/// Ctrl-C in a terminal goes to a whole process group. The board must survive it, because this
+/// program disarms it first.
+#[cfg(unix)]
+fn in_a_group_of_its_own(command: &mut Command) {
+    use std::os::unix::process::CommandExt as _;
+    command.process_group(0);
+}
+
+#[cfg(windows)]
+fn in_a_group_of_its_own(command: &mut Command) {
+    use std::os::windows::process::CommandExt as _;
+    /// Of `CreateProcess`.
+    const CREATE_NEW_PROCESS_GROUP: u32 = 0x200;
+    command.creation_flags(CREATE_NEW_PROCESS_GROUP);
+}
+
+/// However this process ends, by `kill -9` too, the emulator ends with it: nobody else ends it.
 #[cfg(target_os = "linux")]
 fn end_with_this_process(command: &mut Command) {
+    use std::os::unix::process::CommandExt as _;
+
     use rustix::process::{Signal, getppid, set_parent_process_death_signal};
     let host = rustix::process::getpid();
     let before_it_starts = move || {
@@ -174,6 +174,18 @@ impl Drop for Emulator {
     }
 }
 
+impl fmt::Display for SelfTest {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { instructions, counter, timer } = self;
+        let expected = self.expected_counts();
+        write!(
+            f,
+            "after {instructions} instructions the counter stands at {counter} and the timer at \
+             {timer}; right is {expected}"
+        )
+    }
+}
+
 /// The firmware, on an emulator whose clocks are right.
 fn trusted_firmware(elf: Option<&Path>) -> Result<PathBuf, LinkError> {
     let elf = find_firmware(elf)?;
@@ -181,38 +193,29 @@ fn trusted_firmware(elf: Option<&Path>) -> Result<PathBuf, LinkError> {
     if measured.passed() {
         return Ok(elf);
     }
-    Err(wrong(
-        format!(
-            "this QEMU's clocks are wrong: after {} instructions the counter stood at {} and \
-             the timer at {} instead of {}",
-            measured.instructions,
-            measured.counter,
-            measured.timer,
-            measured.expected_counts()
-        ),
-        INSTALL,
-    ))
+    Err(wrong(format!("this QEMU's clocks are wrong: {measured}"), INSTALL))
 }
 
 /// Starts the board, in lock step, with its UART joined to a socket that is open already.
 /// `socket` is `host=…,port=…` or `path=…`, as QEMU takes it.
 fn spawn_board(elf: &Path, socket: &str) -> Result<Emulator, LinkError> {
     let mut command = command(elf, "lock-step");
-    // Byte 0x100 cannot occur: nothing on the bus reaches the multiplexer's own commands.
+    // The multiplexer's escape character is byte 0x100, which cannot occur, so nothing on the bus
+    // is taken for one of its commands.
     command.args(["-chardev", &format!("socket,id=bus,{socket},mux=on")]);
     command.args(["-serial", "chardev:bus", "-echr", "0x100"]);
     command.args(["-chardev", "stdio,id=log,signal=off", "-serial", "chardev:log"]);
     Emulator::spawn(command.stdout(Stdio::piped()).stderr(Stdio::piped()))
 }
 
-/// Warnings of a board that runs are about idling; nobody reads them.
+/// Discards QEMU's warnings while the board runs; they are about idling.
 fn drain(emulator: &mut Emulator) {
     if let Some(stderr) = emulator.0.stderr.take() {
         std::thread::spawn(move || io::copy(&mut { stderr }, &mut io::sink()));
     }
 }
 
-/// A booted board whose UART belongs to somebody else: another emulator's serial port.
+/// A booted board whose UART another program uses, such as another emulator's serial port.
 pub struct JoinedBoard {
     emulator: Emulator,
     log: FirmwareLog,
@@ -229,7 +232,7 @@ impl JoinedBoard {
         Ok(Self { emulator, log })
     }
 
-    /// What the firmware said last, for whoever wonders why it is silent.
+    /// What the firmware logged last, to explain why it is silent.
     pub fn last_words(&mut self) -> Vec<String> {
         let ended = self.emulator.0.try_wait().ok().flatten();
         let ended = ended.map(|status| format!("QEMU has ended ({status})"));
@@ -251,7 +254,7 @@ impl Qemu {
         Self::start(&trusted_firmware(elf)?)
     }
 
-    /// Sends bytes in place of a line, among the frames: what a broken host might send.
+    /// Sends any bytes among the frames, as a broken host might.
     pub fn send_bytes(&mut self, bytes: &[u8]) {
         self.slcan.send_bytes(bytes);
     }
@@ -357,14 +360,5 @@ mod tests {
         for text in ["", "warning: x\n", "self-test instructions=1 counter=2\n"] {
             assert_eq!(parse_self_test(text), None, "{text}");
         }
-    }
-
-    #[test]
-    fn firmware_that_is_missing_is_named_with_the_command_that_builds_it() {
-        let error = find_firmware(Some(Path::new("/no/such.elf"))).unwrap_err().to_string();
-        assert!(
-            error.contains("/no/such.elf") && error.contains("cargo xtask firmware"),
-            "{error}"
-        );
     }
 }

@@ -1,21 +1,23 @@
-//! A device in this process on a real bus, for masters that are tried without a board.
+//! A device in this process on a real bus, to try a master without a board.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use crate::{Link, LinkError, Sim};
 
-/// How long an order to stop may go unnoticed. Running free, the device's tick is shorter.
+/// Longest wait in lock step, after which `stop` is looked at. Running free, the wait is a tick.
 const WAIT: Duration = Duration::from_millis(50);
 const TICK: Duration = Duration::from_millis(1);
 
-/// What crossed the bus meanwhile \[frames\].
+/// Counts of the frames that crossed the bus.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Served {
     pub received: u64,
     pub sent: u64,
-    /// Sent by the device and taken by nobody: no other node acknowledged them.
+    /// Sent by the device while nobody was there to take them.
     pub unsent: u64,
+    /// Dropped by the link because somebody did not take them in time.
+    pub dropped: u64,
 }
 
 /// Lets `device` answer on `link` until `stop` is set or the link is lost.
@@ -33,10 +35,10 @@ pub fn serve(
         }
         let mut is_stuck = false;
         while let Some(frame) = device.receive(Duration::ZERO)? {
-            // A bus on which nobody listens is no reason to end: a device does not either.
+            // A device goes on when nobody listens on its bus.
             match if is_stuck { Ok(()) } else { link.send(&frame) } {
                 Ok(()) => {}
-                Err(LinkError::Stuck { .. }) => is_stuck = true,
+                Err(LinkError::Stuck { .. } | LinkError::Alone { .. }) => is_stuck = true,
                 Err(error) => return Err(error),
             }
             let count = if is_stuck { &mut served.unsent } else { &mut served.sent };
@@ -46,5 +48,5 @@ pub fn serve(
             link.flush()?;
         }
     }
-    Ok(served)
+    Ok(Served { dropped: link.dropped(), ..served })
 }

@@ -1,8 +1,8 @@
 //! A device in this process: the code that runs on a board, without the board.
 //!
-//! In lock step its time is what SYNC frames grant and nothing else. Running free, its
-//! ticks follow this computer's clock, made up for whenever the link is used; where there are
-//! too many to make up for, or they take longer than their time, some are missed and counted.
+//! In lock step only SYNC frames advance its time. Running free, its ticks follow this computer's
+//! clock: those that are due run whenever the link is used. When more than [`MOST_AT_ONCE`] are
+//! due, the others do not run and are counted as missed.
 
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
@@ -11,18 +11,18 @@ use cathforce_bus::service::{Load, Refusal, Status};
 use cathforce_bus::{Counter, Counters, Frame, Id};
 use cathforce_config::{Settings, image};
 use cathforce_control::Config;
-use cathforce_device::{Board, Identity, Image, Service, Ticker, copy_from};
+use cathforce_device::{Board, ControlLoop, Identity, Image, Service, copy_from};
 
 use crate::{Link, LinkError};
 
 const TICK: Duration = Duration::from_millis(1);
 
-/// Ticks that are made up for at once, fewer than an encoder may be silent for. Between them no
-/// frame is taken: a computer on which a tick takes longer than its time would else have more to
-/// make up for each time, and never answer.
+/// Most ticks that run at once, fewer than an encoder may be silent for. No frame is taken between
+/// them. On a computer too slow for real time the backlog would otherwise grow each time, and the
+/// device would never answer.
 const MOST_AT_ONCE: u32 = 4;
 
-/// Frames that nobody has read yet; when there are more, the oldest go.
+/// Most frames that wait to be read; then the oldest are dropped.
 const MAX_UNREAD: usize = 65_536;
 
 /// Bytes of an image buffer, as on the emulated board.
@@ -46,7 +46,7 @@ pub struct Sim {
 }
 
 struct VirtualBoard {
-    ticker: Ticker,
+    ticker: ControlLoop,
     configured: Option<Configured>,
     /// Frames dropped because nobody read them.
     carrier: Counters,
@@ -68,7 +68,7 @@ impl Sim {
             can_lock_step: true,
             max_image_len: IMAGE_BUFFER_LEN as u32,
         };
-        let (ticker, carrier) = (Ticker::new(), Counters::default());
+        let (ticker, carrier) = (ControlLoop::new(), Counters::default());
         Self {
             service: Service::new(identity, vec![0; IMAGE_BUFFER_LEN]),
             board: VirtualBoard { ticker, configured: None, carrier, missed_ticks: 0 },
@@ -80,13 +80,13 @@ impl Sim {
     /// The same in lock step, as the emulated board starts.
     pub fn in_lock_step() -> Self {
         let mut sim = Self::new();
-        // Nothing is armed yet, so nothing refuses it.
+        // Only an armed device refuses, and this one is not.
         let _ = sim.board.ticker.set_lock_step(true);
         sim
     }
 
-    /// The half of the device that ticks, to look at.
-    pub fn ticker(&self) -> &Ticker {
+    /// The half of the device that ticks, for inspection.
+    pub fn ticker(&self) -> &ControlLoop {
         &self.board.ticker
     }
 

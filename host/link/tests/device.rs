@@ -187,7 +187,7 @@ fn p22_a_recording_of_raw_frames_replays_bit_for_bit() {
     let (sent, received) = &*seen.lock().unwrap();
     let image = support::image();
     let config = cathforce_config::image::decode(&image).unwrap();
-    let mut ticker = cathforce_device::Ticker::new();
+    let mut ticker = cathforce_device::ControlLoop::new();
     assert!(ticker.set_lock_step(true));
     let mut replayed = Vec::new();
     for frame in sent {

@@ -23,7 +23,10 @@ pub use analysis::analyse::{Analysis, PeakContact, analyse};
 pub use analysis::compare::{
     ChannelError, Comparison, FEED_BEFORE_SCORE_M, ForceError, SNAP_GUARD_S, SnapPair, compare,
 };
+pub use analysis::coverage::{COLUMNS, Coverage, Covered, NORMAL_NINETY};
+pub use analysis::noise::white_noise;
 pub use analysis::sensed::as_sensed;
+pub use analysis::summary::Summary;
 pub use analysis::{latency, snap};
 pub use candump::{
     CandumpError, CandumpLog, Gap, NoLockStep, SecondRun, direction, read_candump, write_candump,
@@ -32,8 +35,10 @@ pub use decoding::tick::{
     Completed, Decoder, GuidewireEstimate, NodeEstimate, NodePass, TickEstimate, decode,
 };
 pub use export::bundle::{write_bundle, write_drive, write_trial};
+#[cfg(feature = "parquet")]
 pub use export::parquet_file::write_ticks_parquet;
 pub use export::series::{estimates, trial_time_s, write_nodes_csv, write_ticks_csv};
+pub use export::synthetic::{CAMERA_HZ, FORCE_HZ, synthetic_trial};
 pub use format::clock::BusClock;
 pub use format::dropout::{Dropout, DropoutCause};
 pub use format::frame::BusFrame;

@@ -1,7 +1,7 @@
 //! Replays frames through the same tick on the host and compares bit by bit.
 //!
 //! The device image comes from the recording, frames to the device go into a
-//! [`Ticker`] in their recorded order, SYNC frames grant its ticks, and every frame that it
+//! [`ControlLoop`] in their recorded order, SYNC frames grant its ticks, and every frame that it
 //! sends is compared with the frame that the device sent in its place. TICK frames carry a digest over the
 //! bits of every output of every tick, nodes included. Where digests agree, outputs agree that the bus is
 //! too slow to carry.
@@ -9,8 +9,8 @@
 use cathforce_bus::master::Collector;
 use cathforce_bus::{Direction, Encoder, Frame, Id, Process};
 use cathforce_config::image::{self, ImageError};
-use cathforce_control::{Config, Felt, Outputs};
-use cathforce_device::Ticker;
+use cathforce_control::{Config, HapticSource, Outputs};
+use cathforce_device::ControlLoop;
 use serde::Serialize;
 
 use crate::decoding::tick::{GuidewireEstimate, NodeEstimate, NodePass, TickEstimate, coded};
@@ -101,7 +101,7 @@ pub fn replay(recording: &Recording) -> Result<(ReplayReport, Track), ReplayErro
     let mut replay = Replay {
         report: ReplayReport { cut, ..ReplayReport::default() },
         track: Track::default(),
-        ticker: Ticker::new(),
+        ticker: ControlLoop::new(),
         master: Collector::new(master),
         encoder: None,
         guidewire: None,
@@ -130,7 +130,7 @@ fn is_process(frame: &BusFrame, direction: Direction) -> bool {
 struct Replay {
     report: ReplayReport,
     track: Track,
-    ticker: Ticker,
+    ticker: ControlLoop,
     master: Collector,
     encoder: Option<Encoder>,
     guidewire: Option<Encoder>,
@@ -204,7 +204,7 @@ impl Replay {
                 drive_force_n: Some(contact.guidewire_force_n),
                 drive_torque_n_m: Some(contact.guidewire_torque_n_m),
                 encoder_age_ticks: Some(outputs.guidewire_age_ticks),
-                felt: Some(outputs.felt == Felt::Guidewire),
+                felt: Some(outputs.haptic_source == HapticSource::Guidewire),
                 ..GuidewireEstimate::at(at)
             }),
             digest: Some(outputs.digest),

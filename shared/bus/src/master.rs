@@ -222,7 +222,7 @@ struct Partial {
 
 /// What became of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Taken {
+pub enum FrameOutcome {
     /// Nothing described is in it.
     Foreign,
     /// As the counter says: it is too short for what should be in it.
@@ -242,17 +242,17 @@ impl Collector {
     }
 
     /// Takes a frame whole or not at all.
-    pub fn take(&mut self, frame: &Frame) -> Taken {
+    pub fn take(&mut self, frame: &Frame) -> FrameOutcome {
         if !self.master.has(frame.id()) {
-            return Taken::Foreign;
+            return FrameOutcome::Foreign;
         }
         let mut after = *self;
         match after.read(frame) {
             Ok(superseded) => {
                 *self = after;
-                Taken::Used { superseded }
+                FrameOutcome::Used { superseded }
             }
-            Err(counter) => Taken::Rejected(counter),
+            Err(counter) => FrameOutcome::Rejected(counter),
         }
     }
 
@@ -385,17 +385,18 @@ mod tests {
             let taken = collector.take(&Frame::new(id, data).unwrap());
             (taken, collector.catheter())
         };
-        let (new, newer) = (Taken::Used { superseded: false }, Taken::Used { superseded: true });
+        let (new, newer) =
+            (FrameOutcome::Used { superseded: false }, FrameOutcome::Used { superseded: true });
         assert_eq!(take(0x301, &[7, 0, 1]), (new, None));
         assert_eq!(take(0x302, &[9, 0]), (new, None));
-        assert_eq!(take(0x304, &[0; 8]), (Taken::Foreign, None));
+        assert_eq!(take(0x304, &[0; 8]), (FrameOutcome::Foreign, None));
         assert_eq!(take(0x301, &[8, 0, 0]), (newer, None), "of two the newest counts");
         let whole =
             Reading { insertion_m: 8.0, rotation_rad: 9.0, held: Some(false), gripped: true };
         assert_eq!(take(0x303, &[1]), (new, Some(whole)));
         assert_eq!(take(0x303, &[0]), (new, None), "every one of them again");
         // Too short for the button: nothing of it is taken, the feed neither.
-        let short = Taken::Rejected(Counter::WrongLength);
+        let short = FrameOutcome::Rejected(Counter::WrongLength);
         assert_eq!(take(0x301, &[5, 0]), (short, None));
         assert_eq!(take(0x302, &[1, 0]), (new, None));
         let open =

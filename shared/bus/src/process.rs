@@ -243,7 +243,7 @@ impl Process {
     /// Its 6 bytes.
     pub fn payload(&self) -> [u8; 6] {
         match *self {
-            Self::Sync(Sync { grant, host_tick }) => join2(grant.to_le_bytes(), host_tick),
+            Self::Sync(Sync { grant, host_tick }) => join_u16_u32(grant.to_le_bytes(), host_tick),
             Self::Encoder(Encoder { insertion, rotation })
             | Self::Guidewire(Encoder { insertion, rotation }) => {
                 let ([a, b, c], [d, e, f]) = (insertion.to_bytes(), rotation.to_bytes());
@@ -256,19 +256,19 @@ impl Process {
                     Command::Disarm => (3, 0),
                     Command::ClearFault { token } => (4, token),
                 };
-                join2([code, 0], token)
+                join_u16_u32([code, 0], token)
             }
             Self::Haptic(Haptic { force, torque, mode, fault }) => {
                 let ([a, b], [c, d]) = (force.0.to_le_bytes(), torque.0.to_le_bytes());
                 [a, b, c, d, mode, fault]
             }
-            Self::Contact(Contact { force }) => vector(force.map(|x| x.0)),
-            Self::Tick(Tick { tick, digest }) => join2(tick.to_le_bytes(), digest),
+            Self::Contact(Contact { force }) => vector_payload(force.map(|x| x.0)),
+            Self::Tick(Tick { tick, digest }) => join_u16_u32(tick.to_le_bytes(), digest),
             Self::Drive(Drive { force, torque, limits, encoder_age_ticks }) => {
                 let ([a, b], [c, d]) = (force.0.to_le_bytes(), torque.0.to_le_bytes());
                 [a, b, c, d, limits, encoder_age_ticks]
             }
-            Self::Moment(TotalMoment { moment }) => vector(moment.map(|x| x.0)),
+            Self::Moment(TotalMoment { moment }) => vector_payload(moment.map(|x| x.0)),
             Self::GuidewireDrive(GuidewireDrive { force, torque, encoder_age_ticks, felt }) => {
                 let ([a, b], [c, d]) = (force.0.to_le_bytes(), torque.0.to_le_bytes());
                 [a, b, c, d, encoder_age_ticks, u8::from(felt)]
@@ -277,11 +277,11 @@ impl Process {
                 // Twelve bits each.
                 let [x, y, z] = force.map_or([BandWidth::UNKNOWN; 3], |xyz| xyz.map(|n| n.0));
                 let drive = drive_force.map_or(BandWidth::UNKNOWN, |n| n.0);
-                let ([a, b, c], [d, e, f]) = (twice(x, y), twice(z, drive));
+                let ([a, b, c], [d, e, f]) = (pack_12_bit_pair(x, y), pack_12_bit_pair(z, drive));
                 [a, b, c, d, e, f]
             }
-            Self::Shape(Shape { position, .. }) => vector(position.map(|x| x.0)),
-            Self::Force(NodeForce { force, .. }) => vector(force.map(|x| x.0)),
+            Self::Shape(Shape { position, .. }) => vector_payload(position.map(|x| x.0)),
+            Self::Force(NodeForce { force, .. }) => vector_payload(force.map(|x| x.0)),
         }
     }
 
@@ -334,7 +334,8 @@ impl Process {
                 felt: f == 1,
             }),
             Id::Band => {
-                let ([x, y], [z, drive]) = (halves([a, b, c]), halves([d, e, f]));
+                let ([x, y], [z, drive]) =
+                    (unpack_12_bit_pair([a, b, c]), unpack_12_bit_pair([d, e, f]));
                 let force = match [x, y, z].map(BandWidth::known) {
                     [Some(x), Some(y), Some(z)] => Some([x, y, z]),
                     [None, None, None] => None,
@@ -349,23 +350,23 @@ impl Process {
     }
 }
 
-fn join2([a, b]: [u8; 2], tail: u32) -> [u8; 6] {
+fn join_u16_u32([a, b]: [u8; 2], tail: u32) -> [u8; 6] {
     let [c, d, e, f] = tail.to_le_bytes();
     [a, b, c, d, e, f]
 }
 
 /// Two numbers of 12 bits, the first one below.
-fn twice(low: u16, high: u16) -> [u8; 3] {
+fn pack_12_bit_pair(low: u16, high: u16) -> [u8; 3] {
     let [low_0, low_1] = low.to_le_bytes();
     let [high_0, high_1] = (high << 4).to_le_bytes();
     [low_0, low_1 & 0xF | high_0, high_1]
 }
 
-fn halves([a, b, c]: [u8; 3]) -> [u16; 2] {
+fn unpack_12_bit_pair([a, b, c]: [u8; 3]) -> [u16; 2] {
     [u16::from_le_bytes([a, b & 0xF]), u16::from_le_bytes([b, c]) >> 4]
 }
 
-fn vector(xyz: [i16; 3]) -> [u8; 6] {
+fn vector_payload(xyz: [i16; 3]) -> [u8; 6] {
     let [[a, b], [c, d], [e, f]] = xyz.map(i16::to_le_bytes);
     [a, b, c, d, e, f]
 }

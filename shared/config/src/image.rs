@@ -355,9 +355,9 @@ fn split(image: &[u8]) -> Result<(ImageHead, &[u8], usize), ImageError> {
 
 /// Links that a tick has time for: all of them would take more than half of it where it has two
 /// parts, or two solves and effects that take time in each
-/// ([`Description::is_laden`]; `hil-tests/tests/tick_cost.rs`).
-pub fn most_links(solves: u8, substeps: u8, is_laden: bool) -> usize {
-    match (solves, substeps, is_laden) {
+/// ([`Description::has_active_effects`]; `hil-tests/tests/tick_cost.rs`).
+pub fn most_links(solves: u8, substeps: u8, has_active_effects: bool) -> usize {
+    match (solves, substeps, has_active_effects) {
         (_, 2.., false) => 57,
         (_, 2.., true) => 47,
         (2.., _, true) => 58,
@@ -399,7 +399,7 @@ fn configure(
         return Err(ImageError::Overlong(what));
     }
     let solver = &description.solver;
-    let links = most_links(solver.solves, solver.substeps, description.is_laden());
+    let links = most_links(solver.solves, solver.substeps, description.has_active_effects());
     let reach_m = solver.reach_m(links);
     if links < MAX_LINKS && settings.max_insertion_m > reach_m * ROUNDED {
         return Err(ImageError::Overlong(match solver.substeps {

@@ -1,26 +1,26 @@
-//! One number for every bit of every output so far.
+//! Rolling hash over every bit of every output.
 //!
-//! Each word is mixed in by a step that is one-to-one in the word and in the digest, so a
-//! single differing word always shows, and stays visible whatever equal words follow; two
-//! differing words cancel by chance once in 2³². Three instructions a word on a Cortex-M7.
+//! Each word is mixed in by a function that is one-to-one in the word and in the digest. A single
+//! differing word therefore always changes the digest, whatever equal words follow. Two differing
+//! words cancel by chance once in 2³². A word takes three instructions on a Cortex-M7.
 
 use cathforce_mechanics as mechanics;
 
-use crate::words::{Word, Words};
-use crate::{Fault, Felt, Outputs};
+use crate::memory_visitor::{MemoryWord, VisitMemory};
+use crate::{Fault, HapticSource, Outputs};
 
-/// Words of [`Outputs::words`].
+/// Number of words of [`Outputs::digest_words`].
 const OUTPUT_WORDS: usize = 26;
 
 impl Outputs {
-    /// The bits of every output except the digest, which follows from them.
-    pub(crate) fn words(&self) -> [u32; OUTPUT_WORDS] {
-        // No `..`: an output that is added must be added here.
+    /// The bits of every output except the digest itself.
+    pub(crate) fn digest_words(&self) -> [u32; OUTPUT_WORDS] {
+        // No `..`, so that every output that is added must be added here.
         let Self {
             mode,
             fault,
             limited,
-            felt,
+            haptic_source,
             force_n,
             torque_n_m,
             contact,
@@ -40,17 +40,17 @@ impl Outputs {
             peak_node,
             links,
             unresolved,
-            // Always false: a tick that loses a number is a fault and has no contact.
+            // Always false here, because a lost tick is a fault and has no contact.
             lost: _,
         } = contact;
-        // The bits of no width are those of no number.
+        // An unknown width has bits that no width has.
         let [bx, by, bz] = band.force_n.map_or([u32::MAX; 3], |xyz| xyz.map(f32::to_bits));
         let band_drive = band.drive_force_n.map_or(u32::MAX, f32::to_bits);
         [
             u32::from(mode.code()),
             u32::from(fault.map_or(0, Fault::code)),
             u32::from(limited.bits()),
-            u32::from(felt == Felt::Guidewire),
+            u32::from(haptic_source == HapticSource::Guidewire),
             force_n.to_bits(),
             torque_n_m.to_bits(),
             fx.to_bits(),
@@ -77,7 +77,7 @@ impl Outputs {
     }
 }
 
-/// Memory of the digest.
+/// The digest so far.
 #[derive(Clone, Debug)]
 pub(crate) struct Digest(u32);
 
@@ -97,9 +97,9 @@ impl Digest {
     }
 }
 
-impl Words for Digest {
-    fn words(&mut self, visit: &mut dyn FnMut(Word<'_>)) {
-        visit(Word::U32(&mut self.0));
+impl VisitMemory for Digest {
+    fn visit_memory(&mut self, visit: &mut dyn FnMut(MemoryWord<'_>)) {
+        visit(MemoryWord::U32(&mut self.0));
     }
 }
 

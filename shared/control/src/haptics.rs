@@ -1,48 +1,47 @@
-//! From the forces at the drive to what the operator feels.
+//! From the forces at the drive to the demands on the operator's axes.
 //!
-//! The operator's axes resist what the drive resists: force against insertion is the gain
-//! times the axial force at the drive (positive when pushing), torque likewise. With a guidewire
-//! there are two drives, and the operator feels the one that is held. In a tick
-//! that the model did not resolve (a snap), its forces are not to be trusted: the last
-//! trusted ones are held, and that is reported.
+//! The force against insertion is the gain times the axial force at the drive, which is positive when
+//! pushing; the torque likewise. With a guidewire there are two drives, and the operator feels the load
+//! on the one that is held. In a tick that the model did not resolve (a snap), the forces are
+//! uncertain. The last trusted ones are then held, and a flag reports it.
 
 use cathforce_mechanics as mechanics;
 
 use crate::limits::finite;
-use crate::words::{Word, Words};
-use crate::{Fault, Felt, Settings};
+use crate::memory_visitor::{MemoryWord, VisitMemory};
+use crate::{Fault, HapticSource, Settings};
 
-/// What the operator's axes are asked for.
+/// Demands on the operator's axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Rendered {
     pub force_n: f32,
     pub torque_n_m: f32,
-    /// From an earlier tick.
+    /// The forces are held from an earlier tick.
     pub held: bool,
 }
 
 /// Load on one drive.
 #[derive(Clone, Debug)]
-struct Load {
+struct DriveLoad {
     force_n: f32,
     torque_n_m: f32,
 }
 
-/// Memory of the last trusted forces at the drives.
+/// The last trusted loads on the drives.
 #[derive(Clone, Debug)]
 pub(crate) struct Haptics {
-    catheter: Load,
-    guidewire: Load,
+    catheter: DriveLoad,
+    guidewire: DriveLoad,
     unresolved_ticks: u16,
 }
 
 impl Haptics {
     pub fn new() -> Self {
-        let nothing = Load { force_n: 0.0, torque_n_m: 0.0 };
+        let nothing = DriveLoad { force_n: 0.0, torque_n_m: 0.0 };
         Self { catheter: nothing.clone(), guidewire: nothing, unresolved_ticks: 0 }
     }
 
-    /// Takes in what the model found; a fault if it has not converged for too long.
+    /// Takes in the outputs of the model; a fault if it has been unresolved for too long.
     pub fn observe(
         &mut self,
         settings: &Settings,
@@ -53,8 +52,8 @@ impl Haptics {
         } else {
             self.unresolved_ticks = 0;
             self.catheter =
-                Load { force_n: contact.drive_force_n, torque_n_m: contact.drive_torque_n_m };
-            self.guidewire = Load {
+                DriveLoad { force_n: contact.drive_force_n, torque_n_m: contact.drive_torque_n_m };
+            self.guidewire = DriveLoad {
                 force_n: contact.guidewire_force_n,
                 torque_n_m: contact.guidewire_torque_n_m,
             };
@@ -63,28 +62,29 @@ impl Haptics {
         lasted.then_some(Fault::ModelUnresolved)
     }
 
-    /// The forces are those of the newest tick.
-    pub fn trusted(&self) -> bool {
+    /// The loads are those of the newest tick.
+    pub fn is_trusted(&self) -> bool {
         self.unresolved_ticks == 0
     }
 
-    /// The haptic law. May be infinite (a large gain); the limiter deals with that.
-    pub fn render(&self, settings: &Settings, felt: Felt) -> Rendered {
-        let load = match felt {
-            Felt::Catheter => &self.catheter,
-            Felt::Guidewire => &self.guidewire,
+    /// The haptic law. With a large gain the result may be infinite; the limiter handles that.
+    pub fn render(&self, settings: &Settings, haptic_source: HapticSource) -> Rendered {
+        let load = match haptic_source {
+            HapticSource::Catheter => &self.catheter,
+            HapticSource::Guidewire => &self.guidewire,
         };
-        let law = |gain: f32, deadband: f32, drive: f32| gain * beyond(deadband, finite(drive));
+        let law =
+            |gain: f32, deadband: f32, drive: f32| gain * apply_deadband(deadband, finite(drive));
         Rendered {
             force_n: law(settings.force_gain, settings.force_deadband_n, load.force_n),
             torque_n_m: law(settings.torque_gain, settings.torque_deadband_n_m, load.torque_n_m),
-            held: !self.trusted(),
+            held: !self.is_trusted(),
         }
     }
 }
 
-/// The part of `x` beyond ±`deadband`, without a jump at its edge.
-fn beyond(deadband: f32, x: f32) -> f32 {
+/// The part of `x` beyond ±`deadband`, continuous at its edge.
+fn apply_deadband(deadband: f32, x: f32) -> f32 {
     if x > deadband {
         x - deadband
     } else if x < -deadband {
@@ -94,13 +94,13 @@ fn beyond(deadband: f32, x: f32) -> f32 {
     }
 }
 
-impl Words for Haptics {
-    fn words(&mut self, visit: &mut dyn FnMut(Word<'_>)) {
+impl VisitMemory for Haptics {
+    fn visit_memory(&mut self, visit: &mut dyn FnMut(MemoryWord<'_>)) {
         for load in [&mut self.catheter, &mut self.guidewire] {
-            visit(Word::F32(&mut load.force_n));
-            visit(Word::F32(&mut load.torque_n_m));
+            visit(MemoryWord::F32(&mut load.force_n));
+            visit(MemoryWord::F32(&mut load.torque_n_m));
         }
-        visit(Word::U16(&mut self.unresolved_ticks));
+        visit(MemoryWord::U16(&mut self.unresolved_ticks));
     }
 }
 
@@ -117,10 +117,10 @@ mod tests {
         let (settings, mut haptics) = (Settings::default(), Haptics::new());
         haptics.observe(&settings, &found(0.4, false));
         haptics.observe(&settings, &found(-70.0, true));
-        let rendered = haptics.render(&settings, Felt::Catheter);
+        let rendered = haptics.render(&settings, HapticSource::Catheter);
         assert_eq!((rendered.force_n, rendered.held), (0.4, true));
         haptics.observe(&settings, &found(0.3, false));
-        let rendered = haptics.render(&settings, Felt::Catheter);
+        let rendered = haptics.render(&settings, HapticSource::Catheter);
         assert_eq!((rendered.force_n, rendered.held), (0.3, false));
     }
 
@@ -140,7 +140,7 @@ mod tests {
         let mut haptics = Haptics::new();
         for (drive, rendered) in [(1.0, 1.5), (-1.0, -1.5), (0.25, 0.0), (-0.2, 0.0)] {
             haptics.observe(&settings, &found(drive, false));
-            assert_eq!(haptics.render(&settings, Felt::Catheter).force_n, rendered);
+            assert_eq!(haptics.render(&settings, HapticSource::Catheter).force_n, rendered);
         }
     }
 }

@@ -1,22 +1,24 @@
 //! The control tick: from encoder samples to what the operator feels.
 //!
-//! [`step`] is all of it: pure, without allocation, total. It is called by the firmware's
-//! timer interrupt, by replays and by tests alike. Within a tick, in this order:
+//! [`step`] computes one tick. It is a pure function of its arguments, does not allocate, and gives
+//! finite, limited outputs for any input. The firmware's timer interrupt, replays and tests call it.
+//! Within a tick, in this order:
 //!
 //! | file | what it does |
 //! | --- | --- |
-//! | `freshness` | which encoder samples are believed, and for how long |
-//! | `supervisor` | modes and the table of their transitions |
-//! | `tick` | the order of things; runs the model in the modes that track |
-//! | `haptics` | forces at the drive → what the operator's axes are asked for |
-//! | `passivity` | how large an output may be before an axis gives out too much energy |
-//! | `limits` | the last stage: magnitude and slew, whatever came before |
-//! | `band` | how far the estimated forces may be off |
-//! | `digest` | one number for every bit of every output so far |
+//! | `freshness` | which encoder samples are accepted, and for how long |
+//! | `supervisor` | modes and their transition table |
+//! | `grip` | which drive's load the operator feels, and whether any |
+//! | `tick` | the order of the stages; runs the model in the modes that track |
+//! | `haptics` | from forces at the drive to the demands on the operator's axes |
+//! | `passivity` | largest output that keeps an axis within its energy budget |
+//! | `limits` | the last stage: limits of magnitude and slew |
+//! | `band` | uncertainty of the estimated forces |
+//! | `digest` | hash of all outputs so far |
 //!
-//! Output ends in one of two ways. **Ramp**: to zero within `ramp_time_ticks`, no faster
-//! than the slew limits. **Cut**: zero in the same tick, the only change that the slew
-//! limits do not bind. Which one it is belongs to the fault ([`Fault::reaction`]).
+//! Output stops in one of two ways, which each fault determines ([`Fault::reaction`]). A **ramp** goes
+//! to zero within `ramp_time_ticks`, no faster than the slew limits. A **cut** is zero in the same
+//! tick; it is the only change that may exceed the slew limits.
 
 #![no_std]
 #![forbid(unsafe_code)]
@@ -25,39 +27,41 @@ mod band;
 mod digest;
 mod faults;
 mod freshness;
+mod grip;
 mod haptics;
 mod io;
 mod limits;
+mod memory_visitor;
 mod passivity;
 mod selftest;
 mod settings;
 mod state;
 mod supervisor;
 mod tick;
-mod words;
 
 use cathforce_mechanics as mechanics;
 
 pub use band::{BAND_ROWS, BAND_UNIT_N, BAND_UNKNOWN, Band, BandRow, HalfWidths};
 pub use faults::{Fault, Reaction};
-pub use io::{Command, EncoderSample, Felt, GuidewireSample, Inputs, LimitFlags, Notice, Outputs};
+pub use grip::{Grip, HapticSource};
+pub use io::{Command, EncoderSample, GuidewireSample, Inputs, LimitFlags, Notice, Outputs};
+#[doc(hidden)]
+pub use memory_visitor::MemoryWord;
 pub use settings::{
     ENCODER_TIMEOUT_HARD_TICKS, FORCE_HARD_N, RAMP_HARD_TICKS, SETTINGS, SettingError, SettingInfo,
     Settings, TICK_S, TORQUE_HARD_N_M,
 };
 pub use state::{State, step};
 pub use supervisor::{Mode, RampCause};
-#[doc(hidden)]
-pub use words::Word;
 
-/// What a tick is told and cannot change.
+/// Configuration of the tick.
 #[derive(Clone, Debug)]
 pub struct Config<'a> {
-    /// Instrument, entry, wall, solver.
+    /// The model of instrument, entry and wall, with its solver.
     pub model: mechanics::Model<f32>,
-    /// Read in place from the device image.
+    /// The lumen, read in place from the device image.
     pub lumen: mechanics::Lumen<'a>,
     pub settings: Settings,
-    /// How far the forces may be off, where a diagnosis has said so.
+    /// Uncertainty of the estimated forces, if a diagnosis has measured it.
     pub band: Option<Band>,
 }

@@ -1,42 +1,42 @@
-//! The order of a tick, over whatever estimates the forces.
+//! The order of the stages in a tick, generic over the estimator of the forces.
 
 use cathforce_mechanics as mechanics;
 
-use crate::band::{Band, HalfWidths, Way};
+use crate::band::{Band, HalfWidths, InsertionHistory};
 use crate::digest::Digest;
-use crate::freshness::{Bounds, Fresh, Freshness, Motion};
+use crate::freshness::{Bounds, EncoderStatus, Freshness, Motion};
 use crate::haptics::{Haptics, Rendered};
 use crate::limits::{AxisLimits, Limited, Limiter};
+use crate::memory_visitor::{MemoryWord, VisitMemory};
 use crate::passivity::Passivity;
 use crate::selftest;
 use crate::supervisor::{Event, next};
-use crate::words::{Word, Words};
 use crate::{
-    Command, EncoderSample, Fault, Felt, Inputs, LimitFlags, Mode, Notice, Outputs, RampCause,
-    Settings,
+    Command, EncoderSample, Fault, Grip, HapticSource, Inputs, LimitFlags, Mode, Notice, Outputs,
+    RampCause, Settings,
 };
 
-/// The model as the tick sees it.
+/// The estimator of the forces, as the tick uses it.
 pub(crate) trait Estimator {
-    /// Time of one tick that it was configured for \[s\].
+    /// Time of one tick that it is configured for \[s\].
     fn tick_s(&self) -> f32;
     /// The longest insertion it can represent \[m\].
     fn reach_m(&self) -> f32;
-    /// There is a second drive, the guidewire's.
+    /// There is a second drive for a guidewire.
     fn has_guidewire(&self) -> bool;
-    /// How far what it finds may be off.
+    /// Uncertainty of its forces, if known.
     fn band(&self) -> Option<&Band> {
         None
     }
     fn step(&mut self, drives: mechanics::Drives<f32>) -> mechanics::Outputs<f32>;
     fn settle(&mut self, drives: mechanics::Drives<f32>) -> bool;
-    /// Back to the empty guide.
+    /// Resets to the empty guide.
     fn rebuild(&mut self);
-    /// What position and force of every node are of, from the tip on.
+    /// Numbers from which position and force of every node follow, from the tip on.
     fn nodes(&self) -> impl Iterator<Item = [f32; 6]>;
 }
 
-/// Memory of the tick, the model's apart.
+/// State of the tick, without the model's.
 #[derive(Clone, Debug)]
 pub(crate) struct Memory {
     pub tick: u32,
@@ -44,17 +44,17 @@ pub(crate) struct Memory {
     settling_ticks: u16,
     freshness: Freshness,
     guidewire: Freshness,
-    felt: Felt,
-    /// Nobody holds the handle: nothing is rendered.
+    haptic_source: HapticSource,
+    /// Nobody holds the handle, so nothing is rendered.
     released: bool,
     haptics: Haptics,
-    way: Way,
+    insertion_history: InsertionHistory,
     force: Axis,
     torque: Axis,
     digest: Digest,
 }
 
-/// Memory of one operator's axis.
+/// State of one axis of the operator.
 #[derive(Clone, Debug)]
 struct Axis {
     passivity: Passivity,
@@ -66,7 +66,7 @@ impl Axis {
         Self { passivity: Passivity::new(), limiter: Limiter::new() }
     }
 
-    /// Accounts for the energy of the time since the last output.
+    /// Accounts for the energy since the last output.
     fn observe(&mut self, motion: Motion, moved: f32, step: f32) {
         self.passivity.observe(self.limiter.output(), motion, moved, step);
     }
@@ -83,9 +83,9 @@ impl Axis {
     }
 }
 
-/// What both axes gave.
+/// Outputs of both axes.
 #[derive(Clone, Copy, Default)]
-struct Applied {
+struct AxisOutputs {
     force_n: f32,
     torque_n_m: f32,
     limited: LimitFlags,
@@ -99,17 +99,17 @@ impl Memory {
             settling_ticks: 0,
             freshness: Freshness::new(),
             guidewire: Freshness::new(),
-            felt: Felt::Catheter,
+            haptic_source: HapticSource::Catheter,
             released: false,
             haptics: Haptics::new(),
-            way: Way::new(),
+            insertion_history: InsertionHistory::new(),
             force: Axis::new(),
             torque: Axis::new(),
             digest: Digest::new(),
         }
     }
 
-    /// One tick.
+    /// Computes one tick.
     pub fn tick(
         &mut self,
         settings: &Settings,
@@ -120,22 +120,22 @@ impl Memory {
         let before = self.mode;
         let bounds = Bounds::new(settings, model.reach_m());
         let fresh = self.freshness.update(&bounds, inputs.encoder, inputs.rejected_frames);
-        // Rejected frames are the bus's fault, not a drive's: they are counted once.
+        // Rejected frames are a problem of the bus and not of one drive, so they count once.
         let sample = inputs.guidewire.map(|sample| sample.at);
         let guidewire = model.has_guidewire().then(|| self.guidewire.update(&bounds, sample, 0));
-        let held = match self.felt {
-            Felt::Catheter => &fresh,
-            Felt::Guidewire => guidewire.as_ref().unwrap_or(&fresh),
+        let held = match self.haptic_source {
+            HapticSource::Catheter => &fresh,
+            HapticSource::Guidewire => guidewire.as_ref().unwrap_or(&fresh),
         };
-        self.account(&bounds, held);
+        self.account_energy(&bounds, held);
         if let (Some(sample), true) = (inputs.guidewire, model.has_guidewire()) {
-            self.feel(if sample.held { Felt::Guidewire } else { Felt::Catheter });
+            self.select_haptic_source(HapticSource::for_guidewire_button(sample.held));
         }
 
-        self.released = inputs.released.unwrap_or(self.released);
+        self.released = inputs.grip.map_or(self.released, Grip::is_released);
 
         if let Some(notice) = inputs.notice {
-            self.happens(Event::Fault(match notice {
+            self.handle_event(Event::Fault(match notice {
                 Notice::Overrun => Fault::Overrun,
                 Notice::BusOff => Fault::BusOff,
             }));
@@ -143,15 +143,15 @@ impl Memory {
         let both_fresh =
             fresh.age_ticks == 0 && guidewire.as_ref().is_none_or(|wire| wire.age_ticks == 0);
         match fresh.fault.or(guidewire.as_ref().and_then(|wire| wire.fault)) {
-            Some(fault) => self.happens(Event::Fault(fault)),
-            None if both_fresh => self.happens(Event::EncoderFresh),
+            Some(fault) => self.handle_event(Event::Fault(fault)),
+            None if both_fresh => self.handle_event(Event::EncoderFresh),
             None => (),
         }
-        // A command answers the mode that its sender could see, not one that began in this
-        // tick: a fault and its clearing in one tick would leave no trace.
+        // A command is ignored if the mode changed in this tick, because its sender could not see the
+        // new mode. Otherwise a fault could be raised and cleared in one tick without a trace.
         let command = inputs.command.filter(|_| self.mode == before);
-        if let Some(event) = command.and_then(|c| self.obey(settings, model, c)) {
-            self.happens(event);
+        if let Some(event) = command.and_then(|c| self.event_for_command(settings, model, c)) {
+            self.handle_event(event);
         }
 
         let drives = match &guidewire {
@@ -162,12 +162,12 @@ impl Memory {
         };
         let contact = self.estimate(settings, model, drives);
         let band = self.band(model, drives, &contact);
-        let applied = self.apply(settings, &bounds);
+        let applied = self.limit_outputs(settings, &bounds);
         if matches!(self.mode, Mode::Ramp { .. }) && applied.is_zero() {
-            self.happens(Event::RampDone);
+            self.handle_event(Event::RampDone);
         }
         if matches!(self.mode, Mode::Fault { .. }) && !matches!(before, Mode::Fault { .. }) {
-            // Memory that may have caused the fault is not used again.
+            // Memory that may have caused the fault is reset.
             self.haptics = Haptics::new();
             model.rebuild();
         }
@@ -176,7 +176,7 @@ impl Memory {
         self.report([fresh.age_ticks, guidewire_age_ticks], found, applied, model)
     }
 
-    fn happens(&mut self, event: Event) {
+    fn handle_event(&mut self, event: Event) {
         let before = self.mode;
         self.mode = next(before, event);
         match (before, self.mode) {
@@ -190,8 +190,13 @@ impl Memory {
         }
     }
 
-    /// What a command amounts to; `None` if it is not allowed now.
-    fn obey(&self, settings: &Settings, model: &impl Estimator, command: Command) -> Option<Event> {
+    /// The event that a command causes; `None` if it is not allowed in this mode.
+    fn event_for_command(
+        &self,
+        settings: &Settings,
+        model: &impl Estimator,
+        command: Command,
+    ) -> Option<Event> {
         match (self.mode, command) {
             (Mode::Boot, Command::SelfTest) => {
                 Some(match selftest::run(settings, model.tick_s()) {
@@ -199,7 +204,7 @@ impl Memory {
                     false => Event::Fault(Fault::SelfTest),
                 })
             }
-            (Mode::Ready, Command::Arm) => self.haptics.trusted().then_some(Event::Arm),
+            (Mode::Ready, Command::Arm) => self.haptics.is_trusted().then_some(Event::Arm),
             (_, Command::Disarm) => Some(Event::Disarm),
             (Mode::Fault { cause }, Command::ClearFault { token }) => {
                 (token == cause.clear_token()).then_some(Event::ClearFault)
@@ -208,7 +213,7 @@ impl Memory {
         }
     }
 
-    fn account(&mut self, bounds: &Bounds, fresh: &Fresh) {
+    fn account_energy(&mut self, bounds: &Bounds, fresh: &EncoderStatus) {
         let (insertion_m, rotation_rad) = match fresh.motion {
             Motion::Unknown => (0.0, 0.0),
             Motion::Known { insertion_m, rotation_rad, .. } => (insertion_m, rotation_rad),
@@ -217,16 +222,16 @@ impl Memory {
         self.torque.observe(fresh.motion, rotation_rad, bounds.rotation_step_rad);
     }
 
-    /// From here on the operator's axes are those of this drive.
-    fn feel(&mut self, felt: Felt) {
-        if self.felt != felt {
-            self.felt = felt;
-            self.force.passivity.hand_over();
-            self.torque.passivity.hand_over();
+    /// Selects the drive whose load the operator's axes render from here on.
+    fn select_haptic_source(&mut self, haptic_source: HapticSource) {
+        if self.haptic_source != haptic_source {
+            self.haptic_source = haptic_source;
+            self.force.passivity.change_drive();
+            self.torque.passivity.change_drive();
         }
     }
 
-    /// Lets the model follow the drives, in modes that do.
+    /// Lets the model follow the drives, in modes that track.
     fn estimate(
         &mut self,
         settings: &Settings,
@@ -240,22 +245,22 @@ impl Memory {
                 let settled = model.settle(drives);
                 self.settling_ticks = self.settling_ticks.saturating_add(1);
                 if !nodes_finite(model) {
-                    self.happens(Event::Fault(Fault::ModelNotFinite));
+                    self.handle_event(Event::Fault(Fault::ModelNotFinite));
                 } else if settled {
-                    self.happens(Event::Settled);
+                    self.handle_event(Event::Settled);
                 } else if self.settling_ticks > settings.settle_timeout_ticks {
-                    self.happens(Event::Fault(Fault::SettleTimeout));
+                    self.handle_event(Event::Fault(Fault::SettleTimeout));
                 }
                 nothing
             }
             Mode::Ready | Mode::Armed | Mode::Ramp { cause: RampCause::Disarm } => {
                 let contact = model.step(drives);
                 if contact.lost || !(outputs_finite(&contact) && nodes_finite(model)) {
-                    self.happens(Event::Fault(Fault::ModelNotFinite));
+                    self.handle_event(Event::Fault(Fault::ModelNotFinite));
                     return nothing;
                 }
                 if let Some(fault) = self.haptics.observe(settings, &contact) {
-                    self.happens(Event::Fault(fault));
+                    self.handle_event(Event::Fault(fault));
                 }
                 contact
             }
@@ -266,7 +271,7 @@ impl Memory {
         }
     }
 
-    /// How far the forces of this tick may be off, in modes that have any.
+    /// Uncertainty of the forces of this tick, in modes that have forces.
     fn band(
         &mut self,
         model: &impl Estimator,
@@ -277,28 +282,32 @@ impl Memory {
             (
                 Mode::Ready | Mode::Armed | Mode::Ramp { cause: RampCause::Disarm },
                 Some(mechanics::Drives { catheter, .. }),
-            ) => self.way.follow(model.band(), catheter.insertion_m, contact.unresolved),
+            ) => self.insertion_history.update(
+                model.band(),
+                catheter.insertion_m,
+                contact.unresolved,
+            ),
             _ => {
-                self.way = Way::new();
+                self.insertion_history = InsertionHistory::new();
                 HalfWidths::default()
             }
         }
     }
 
-    /// The last stage: what may be output in this mode.
-    fn apply(&mut self, settings: &Settings, bounds: &Bounds) -> Applied {
+    /// The last stage: demands of the mode, through passivity and limiter.
+    fn limit_outputs(&mut self, settings: &Settings, bounds: &Bounds) -> AxisOutputs {
         let rendered = match self.mode {
-            Mode::Armed if !self.released => self.haptics.render(settings, self.felt),
+            Mode::Armed if !self.released => self.haptics.render(settings, self.haptic_source),
             Mode::Armed | Mode::Ramp { .. } => {
                 Rendered { force_n: 0.0, torque_n_m: 0.0, held: false }
             }
             Mode::Boot | Mode::Idle | Mode::Settling | Mode::Ready | Mode::Fault { .. } => {
                 self.force.limiter.cut();
                 self.torque.limiter.cut();
-                return Applied::default();
+                return AxisOutputs::default();
             }
         };
-        // Half the energy for each axis: what one was given cannot come out of the other.
+        // Each axis has half of the budget, so energy received by one is never delivered by the other.
         let budget_j = settings.energy_limit_j * 0.5;
         let (force_n, force) = self.force.output(
             &AxisLimits::force(settings),
@@ -327,21 +336,21 @@ impl Memory {
                 limited |= flag;
             }
         }
-        Applied { force_n, torque_n_m, limited }
+        AxisOutputs { force_n, torque_n_m, limited }
     }
 
     fn report(
         &mut self,
         [encoder_age_ticks, guidewire_age_ticks]: [u8; 2],
         (contact, band): (mechanics::Outputs<f32>, HalfWidths),
-        applied: Applied,
+        applied: AxisOutputs,
         model: &impl Estimator,
     ) -> Outputs {
         let mut outputs = Outputs {
             mode: self.mode,
             fault: self.mode.fault(),
             limited: applied.limited,
-            felt: self.felt,
+            haptic_source: self.haptic_source,
             force_n: applied.force_n,
             torque_n_m: applied.torque_n_m,
             contact,
@@ -350,7 +359,7 @@ impl Memory {
             guidewire_age_ticks,
             digest: 0,
         };
-        for word in outputs.words() {
+        for word in outputs.digest_words() {
             self.digest.add(word);
         }
         model.nodes().flatten().for_each(|x| self.digest.add(x.to_bits()));
@@ -359,7 +368,7 @@ impl Memory {
     }
 }
 
-impl Applied {
+impl AxisOutputs {
     fn is_zero(&self) -> bool {
         self.force_n == 0.0 && self.torque_n_m == 0.0
     }
@@ -380,24 +389,24 @@ fn outputs_finite(contact: &mechanics::Outputs<f32>) -> bool {
 }
 
 fn nodes_finite(model: &impl Estimator) -> bool {
-    // x · 0 is NaN exactly if x is not finite, and NaN stays in the sum.
+    // x · 0 is NaN exactly if x is not finite, and the sum keeps NaN.
     let sum = model.nodes().flatten().fold(0.0, |sum, x| sum + x * 0.0);
     sum == 0.0
 }
 
-impl Words for Memory {
-    fn words(&mut self, visit: &mut dyn FnMut(Word<'_>)) {
-        visit(Word::U32(&mut self.tick));
-        visit(Word::U16(&mut self.settling_ticks));
-        self.freshness.words(visit);
-        self.guidewire.words(visit);
-        self.haptics.words(visit);
-        self.way.words(visit);
+impl VisitMemory for Memory {
+    fn visit_memory(&mut self, visit: &mut dyn FnMut(MemoryWord<'_>)) {
+        visit(MemoryWord::U32(&mut self.tick));
+        visit(MemoryWord::U16(&mut self.settling_ticks));
+        self.freshness.visit_memory(visit);
+        self.guidewire.visit_memory(visit);
+        self.haptics.visit_memory(visit);
+        self.insertion_history.visit_memory(visit);
         for axis in [&mut self.force, &mut self.torque] {
-            axis.passivity.words(visit);
-            axis.limiter.words(visit);
+            axis.passivity.visit_memory(visit);
+            axis.limiter.visit_memory(visit);
         }
-        self.digest.words(visit);
+        self.digest.visit_memory(visit);
     }
 }
 

@@ -103,13 +103,13 @@ fn p05_nan_and_infinity_in_every_word() {
     assert_eq!(step(&config, &mut ready, &inputs).mode, Mode::Armed);
 
     let mut words = 0;
-    ready.words(&mut |_| words += 1);
+    ready.visit_memory(&mut |_| words += 1);
     assert!(words >= 15 && !outputs.is_empty());
     for hit in 0..words {
         for bits in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY].map(f32::to_bits) {
             let mut state = ready.clone();
             let mut k = 0;
-            state.words(&mut |word| {
+            state.visit_memory(&mut |word| {
                 if k == hit {
                     word.set_bits(bits);
                 }

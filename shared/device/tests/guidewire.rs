@@ -6,8 +6,8 @@ use cathforce_bus::{
     Accepted, Command, Encoder, Frame, Id, Insertion, Process, Protection, Rotation, Sealer, Status,
 };
 use cathforce_config::image;
-use cathforce_control::{Config, Felt, Mode};
-use cathforce_device::Ticker;
+use cathforce_control::{Config, HapticSource, Mode};
+use cathforce_device::ControlLoop;
 
 const START_M: f64 = 0.012;
 /// Ticks after which every frame that takes turns has had its own.
@@ -17,7 +17,7 @@ const BITS_A_TICK: f64 = 1e6 * 1e-3;
 /// A ticker and the host at the other end of its bus.
 struct Bench<'a> {
     config: &'a Config<'a>,
-    ticker: Ticker,
+    control_loop: ControlLoop,
     sealer: Sealer,
     catheter_m: f64,
     /// `None` where there is none.
@@ -30,16 +30,23 @@ struct Bench<'a> {
 impl<'a> Bench<'a> {
     fn armed(config: &'a Config<'a>) -> Self {
         let wire_m = config.model.description().guidewire.as_ref().map(|_| START_M);
-        let (ticker, sealer) = (Ticker::new(), Sealer::default());
-        let mut bench =
-            Self { config, ticker, sealer, catheter_m: START_M, wire_m, held: false, bits: 0 };
+        let (control_loop, sealer) = (ControlLoop::new(), Sealer::default());
+        let mut bench = Self {
+            config,
+            control_loop,
+            sealer,
+            catheter_m: START_M,
+            wire_m,
+            held: false,
+            bits: 0,
+        };
         bench.tick(Some(Command::SelfTest));
-        while bench.ticker.outputs().unwrap().mode != Mode::Ready {
+        while bench.control_loop.outputs().unwrap().mode != Mode::Ready {
             bench.tick(None);
         }
         bench.tick(Some(Command::Arm));
-        assert_eq!(bench.ticker.outputs().unwrap().mode, Mode::Armed);
-        while !bench.ticker.ticks().is_multiple_of(ROUND) {
+        assert_eq!(bench.control_loop.outputs().unwrap().mode, Mode::Armed);
+        while !bench.control_loop.ticks().is_multiple_of(ROUND) {
             bench.tick(None);
         }
         bench
@@ -48,7 +55,7 @@ impl<'a> Bench<'a> {
     fn send(&mut self, process: Process, status: Status) {
         let frame = self.sealer.seal(process, status);
         self.bits += frame.most_bits();
-        self.ticker.on_frame(&frame);
+        self.control_loop.on_frame(&frame);
     }
 
     /// What the device sends in one tick.
@@ -65,7 +72,7 @@ impl<'a> Bench<'a> {
         if let Some(command) = command {
             self.send(Process::Command(command), Status::default());
         }
-        let sent = self.ticker.tick(Some(self.config), None);
+        let sent = self.control_loop.tick(Some(self.config), None);
         sent.into_iter()
             .flatten()
             .map(|frame| {
@@ -112,7 +119,7 @@ fn the_load_on_the_wire_s_drive_is_sent() {
         bench.wire_m = bench.wire_m.map(|at| at + alone_m / 1000.0);
         bench.tick(None);
     }
-    let reached_m = f64::from(bench.ticker.state().mechanics().insertion_m());
+    let reached_m = f64::from(bench.control_loop.state().mechanics().insertion_m());
     assert!((reached_m - START_M - alone_m).abs() < 1e-6, "{reached_m} m");
     let sent = loop {
         let sent = bench.tick(None);
@@ -120,7 +127,7 @@ fn the_load_on_the_wire_s_drive_is_sent() {
             break drive;
         }
     };
-    let contact = bench.ticker.outputs().unwrap().contact;
+    let contact = bench.control_loop.outputs().unwrap().contact;
     // The weight of what hangs from the mouth bends both: the whole is shared, not doubled.
     assert!((sent.force.n() - contact.guidewire_force_n).abs() <= 5.1e-5);
     assert!((sent.torque.n_m() - contact.guidewire_torque_n_m).abs() <= 2.6e-7);
@@ -133,8 +140,8 @@ fn the_button_says_whose_load_is_felt() {
     let image = support::image_with_guidewire();
     let config = image::decode(&image).unwrap();
     let mut bench = Bench::armed(&config);
-    for felt in [Felt::Guidewire, Felt::Catheter, Felt::Guidewire] {
-        bench.held = felt == Felt::Guidewire;
+    for felt in [HapticSource::Guidewire, HapticSource::Catheter, HapticSource::Guidewire] {
+        bench.held = felt == HapticSource::Guidewire;
         let mut said = Vec::new();
         for _ in 0..ROUND {
             for frame in bench.tick(None) {
@@ -144,14 +151,14 @@ fn the_button_says_whose_load_is_felt() {
             }
         }
         assert_eq!(said, [bench.held]);
-        let outputs = bench.ticker.outputs().unwrap();
+        let outputs = bench.control_loop.outputs().unwrap();
         let contact = &outputs.contact;
         let (force_n, torque_n_m) = match felt {
-            Felt::Catheter => (contact.drive_force_n, contact.drive_torque_n_m),
-            Felt::Guidewire => (contact.guidewire_force_n, contact.guidewire_torque_n_m),
+            HapticSource::Catheter => (contact.drive_force_n, contact.drive_torque_n_m),
+            HapticSource::Guidewire => (contact.guidewire_force_n, contact.guidewire_torque_n_m),
         };
         assert_ne!(contact.drive_force_n, contact.guidewire_force_n);
-        assert_eq!((outputs.felt, outputs.force_n), (felt, force_n));
+        assert_eq!((outputs.haptic_source, outputs.force_n), (felt, force_n));
         assert_eq!(outputs.torque_n_m, torque_n_m);
     }
 }

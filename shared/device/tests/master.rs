@@ -7,8 +7,8 @@ use cathforce_bus::{
     Command, Counter, Encoder, Frame, Insertion, Process, Rotation, Sealer, Status,
 };
 use cathforce_config::image;
-use cathforce_control::{Fault, Felt, LimitFlags, Mode};
-use cathforce_device::{Sent, Ticker};
+use cathforce_control::{Fault, HapticSource, LimitFlags, Mode};
+use cathforce_device::{ControlLoop, TickFrames};
 
 const ID: u16 = 0x2C1;
 const TICKS: u32 = 400;
@@ -31,11 +31,11 @@ fn of_catheter(drive: Drive) -> Master {
 }
 
 /// Plays a feed with a turn; how the position goes to the device is up to `position`.
-fn play(master: Master, position: impl Fn(&mut Sealer, Encoder) -> Vec<Frame>) -> Vec<Sent> {
+fn play(master: Master, position: impl Fn(&mut Sealer, Encoder) -> Vec<Frame>) -> Vec<TickFrames> {
     let bytes = support::image();
     let config = image::decode(&bytes).unwrap();
-    let (mut ticker, mut sealer) = (Ticker::new(), Sealer::default());
-    ticker.restart(master);
+    let (mut control_loop, mut sealer) = (ControlLoop::new(), Sealer::default());
+    control_loop.restart(master);
     let mut sent = Vec::new();
     for tick in 0..TICKS {
         let at = Encoder {
@@ -43,16 +43,16 @@ fn play(master: Master, position: impl Fn(&mut Sealer, Encoder) -> Vec<Frame>) -
             rotation: Rotation::from_rad(-1e-3 * f64::from(tick)),
         };
         for frame in position(&mut sealer, at) {
-            ticker.on_frame(&frame);
+            control_loop.on_frame(&frame);
         }
         for (when, command) in [(0, Command::SelfTest), (300, Command::Arm)] {
             if tick == when {
-                ticker.on_frame(&sealer.seal(Process::Command(command), Status::default()));
+                control_loop.on_frame(&sealer.seal(Process::Command(command), Status::default()));
             }
         }
-        sent.push(ticker.tick(Some(&config), None));
+        sent.push(control_loop.tick(Some(&config), None));
     }
-    assert_eq!(ticker.counters().get(Counter::Foreign), 0);
+    assert_eq!(control_loop.counters().get(Counter::Foreign), 0);
     sent
 }
 
@@ -85,30 +85,30 @@ fn the_same_motion_in_a_labs_own_frames_gives_the_same_bits() {
 fn p01_one_of_a_drives_frames_that_stops_coming_ramps_down() {
     let bytes = support::image();
     let config = image::decode(&bytes).unwrap();
-    let (mut ticker, mut sealer) = (Ticker::new(), Sealer::default());
-    ticker.restart(of_catheter(drive(ID + 1)));
+    let (mut control_loop, mut sealer) = (ControlLoop::new(), Sealer::default());
+    control_loop.restart(of_catheter(drive(ID + 1)));
     let mut ages = Vec::new();
     for tick in 0..TICKS + 8 {
         let mut feed = [0; 8];
         drive(ID).insertion.signal.write(0.012, &mut feed);
-        ticker.on_frame(&Frame::new(ID, &feed).unwrap());
+        control_loop.on_frame(&Frame::new(ID, &feed).unwrap());
         if tick < TICKS {
-            ticker.on_frame(&Frame::new(ID + 1, &[0; 8]).unwrap());
+            control_loop.on_frame(&Frame::new(ID + 1, &[0; 8]).unwrap());
         }
         for (when, command) in [(0, Command::SelfTest), (300, Command::Arm)] {
             if tick == when {
-                ticker.on_frame(&sealer.seal(Process::Command(command), Status::default()));
+                control_loop.on_frame(&sealer.seal(Process::Command(command), Status::default()));
             }
         }
-        ticker.tick(Some(&config), None);
-        let outputs = ticker.outputs().unwrap();
+        control_loop.tick(Some(&config), None);
+        let outputs = control_loop.outputs().unwrap();
         assert!(tick != TICKS - 1 || outputs.mode == Mode::Armed);
         if tick >= TICKS {
             ages.push(outputs.encoder_age_ticks);
         }
     }
     assert_eq!(ages[..4], [1, 2, 3, 4]);
-    assert_eq!(ticker.outputs().unwrap().fault, Some(Fault::EncoderLost));
+    assert_eq!(control_loop.outputs().unwrap().fault, Some(Fault::EncoderLost));
 }
 
 /// Who holds what: the drive whose button is held is felt, and nothing while that is not clear.
@@ -140,35 +140,35 @@ fn buttons_and_grip_say_what_is_felt() {
 
     let bytes = support::image_with_guidewire();
     let config = image::decode(&bytes).unwrap();
-    let (mut ticker, mut sealer) = (Ticker::new(), Sealer::default());
-    ticker.restart(master);
+    let (mut control_loop, mut sealer) = (ControlLoop::new(), Sealer::default());
+    control_loop.restart(master);
     let mut tick = |hand: u8, command: Option<Command>| {
         let mut at = [0; 8];
         for place in [catheter.insertion, guidewire.insertion] {
             place.signal.write(0.02, &mut at);
         }
-        ticker.on_frame(&Frame::new(ID, &at).unwrap());
-        ticker.on_frame(&Frame::new(ID + 2, &[hand]).unwrap());
+        control_loop.on_frame(&Frame::new(ID, &at).unwrap());
+        control_loop.on_frame(&Frame::new(ID + 2, &[hand]).unwrap());
         if let Some(command) = command {
-            ticker.on_frame(&sealer.seal(Process::Command(command), Status::default()));
+            control_loop.on_frame(&sealer.seal(Process::Command(command), Status::default()));
         }
-        ticker.tick(Some(&config), None);
-        *ticker.outputs().unwrap()
+        control_loop.tick(Some(&config), None);
+        *control_loop.outputs().unwrap()
     };
     const GRIP: u8 = 0x80;
     tick(GRIP | 1, Some(Command::SelfTest));
     while tick(GRIP | 1, None).mode != Mode::Ready {}
     assert_eq!(tick(GRIP | 1, Some(Command::Arm)).mode, Mode::Armed);
     for (hand, felt, released) in [
-        (GRIP | 1, Felt::Catheter, false),
-        (GRIP | 2, Felt::Guidewire, false),
-        (GRIP | 3, Felt::Guidewire, true),
-        (GRIP, Felt::Catheter, true),
-        (1, Felt::Catheter, true),
-        (GRIP | 1, Felt::Catheter, false),
+        (GRIP | 1, HapticSource::Catheter, false),
+        (GRIP | 2, HapticSource::Guidewire, false),
+        (GRIP | 3, HapticSource::Guidewire, true),
+        (GRIP, HapticSource::Catheter, true),
+        (1, HapticSource::Catheter, true),
+        (GRIP | 1, HapticSource::Catheter, false),
     ] {
         let outputs = tick(hand, None);
-        assert_eq!((outputs.mode, outputs.felt), (Mode::Armed, felt), "{hand:#x}");
+        assert_eq!((outputs.mode, outputs.haptic_source), (Mode::Armed, felt), "{hand:#x}");
         assert_eq!(outputs.limited.contains(LimitFlags::RELEASED), released, "{hand:#x}");
     }
 }
@@ -178,16 +178,16 @@ fn buttons_and_grip_say_what_is_felt() {
 fn an_encoder_frame_says_that_the_handle_is_let_go() {
     let bytes = support::image();
     let config = image::decode(&bytes).unwrap();
-    let (mut ticker, mut sealer) = (Ticker::new(), Sealer::default());
+    let (mut control_loop, mut sealer) = (ControlLoop::new(), Sealer::default());
     let mut tick = |hand, command: Option<Command>| {
         let at = Encoder { insertion: Insertion::from_m(0.02), rotation: Rotation::from_rad(0.0) };
         let status = Status { hand, ..Status::default() };
-        ticker.on_frame(&sealer.seal(Process::Encoder(at), status));
+        control_loop.on_frame(&sealer.seal(Process::Encoder(at), status));
         if let Some(command) = command {
-            ticker.on_frame(&sealer.seal(Process::Command(command), Status::default()));
+            control_loop.on_frame(&sealer.seal(Process::Command(command), Status::default()));
         }
-        ticker.tick(Some(&config), None);
-        *ticker.outputs().unwrap()
+        control_loop.tick(Some(&config), None);
+        *control_loop.outputs().unwrap()
     };
     tick(false, Some(Command::SelfTest));
     while tick(false, None).mode != Mode::Ready {}
@@ -199,14 +199,14 @@ fn an_encoder_frame_says_that_the_handle_is_let_go() {
 
 #[test]
 fn our_own_frame_is_foreign_where_the_master_has_another_and_a_short_one_is_rejected() {
-    let mut ticker = Ticker::new();
-    ticker.restart(of_catheter(drive(ID)));
+    let mut control_loop = ControlLoop::new();
+    control_loop.restart(of_catheter(drive(ID)));
     let at = Encoder { insertion: Insertion::from_m(0.01), rotation: Rotation::from_rad(0.0) };
-    ticker.on_frame(&Sealer::default().seal(Process::Encoder(at), Status::default()));
-    ticker.on_frame(&Frame::new(ID, &[0; 7]).unwrap());
-    ticker.on_frame(&Frame::new(ID, &[0; 8]).unwrap());
+    control_loop.on_frame(&Sealer::default().seal(Process::Encoder(at), Status::default()));
+    control_loop.on_frame(&Frame::new(ID, &[0; 7]).unwrap());
+    control_loop.on_frame(&Frame::new(ID, &[0; 8]).unwrap());
     for counter in [Counter::Foreign, Counter::WrongLength, Counter::Accepted] {
-        assert_eq!(ticker.counters().get(counter), 1, "{counter:?}");
+        assert_eq!(control_loop.counters().get(counter), 1, "{counter:?}");
     }
 }
 

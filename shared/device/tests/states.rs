@@ -8,7 +8,7 @@ use cathforce_bus::service::{
 use cathforce_bus::{Command, Counters, Encoder, Frame, Id, Insertion, Process, Rotation, Sealer};
 use cathforce_config::image;
 use cathforce_control::{Config, Fault};
-use cathforce_device::{Board, Identity, Image, Service, Ticker, copy_from};
+use cathforce_device::{Board, ControlLoop, Identity, Image, Service, copy_from};
 
 const START_M: f64 = 0.012;
 /// Fed while it is tried: the drag at the entry gives an output that has a way to zero \[m\].
@@ -18,20 +18,20 @@ const CAPACITY: usize = 70_000;
 /// A board around the ticker; its configuration lives as long as the test.
 #[derive(Clone)]
 struct FakeBoard {
-    ticker: Ticker,
+    control_loop: ControlLoop,
     config: Option<&'static Config<'static>>,
     image: Vec<u8>,
 }
 
 impl Board<Vec<u8>> for FakeBoard {
     fn is_armed(&mut self) -> bool {
-        !self.ticker.may_reconfigure()
+        !self.control_loop.may_reconfigure()
     }
     fn status(&mut self) -> Status {
-        self.ticker.report(Load::default())
+        self.control_loop.report(Load::default())
     }
     fn next_counters(&mut self) -> [u8; 4] {
-        self.ticker.next_counters()
+        self.control_loop.next_counters()
     }
     fn activate(
         &mut self,
@@ -40,14 +40,14 @@ impl Board<Vec<u8>> for FakeBoard {
         self.image = image.bytes().to_vec();
         let bytes: &'static [u8] = Box::leak(self.image.clone().into());
         self.config = Some(Box::leak(Box::new(image::decode(bytes).unwrap())));
-        self.ticker.restart(Default::default());
+        self.control_loop.restart(Default::default());
         Ok(Some(image.into_parts().0))
     }
     fn set_lock_step(&mut self, on: bool) -> Result<(), Refusal<'static>> {
-        self.ticker.set_lock_step(on).then_some(()).ok_or(Refusal::Armed)
+        self.control_loop.set_lock_step(on).then_some(()).ok_or(Refusal::Armed)
     }
     fn reset_counters(&mut self) {
-        self.ticker.reset_counters();
+        self.control_loop.reset_counters();
     }
     fn read_image(&mut self, offset: usize, into: &mut [u8]) -> Option<usize> {
         self.config?;
@@ -120,7 +120,7 @@ impl Device {
             can_lock_step: true,
             max_image_len: CAPACITY as u32,
         };
-        let board = FakeBoard { ticker: Ticker::new(), config: None, image: Vec::new() };
+        let board = FakeBoard { control_loop: ControlLoop::new(), config: None, image: Vec::new() };
         let service = Service::new(identity, vec![0; CAPACITY]);
         let mut device =
             Self { board, service, insertion_m: START_M, sealer: Sealer::default(), sequence: 0 };
@@ -159,8 +159,8 @@ impl Device {
     }
 
     fn state(&self) -> State {
-        let mode = self.board.ticker.mode_code();
-        let fault = self.board.ticker.report(Load::default()).fault;
+        let mode = self.board.control_loop.mode_code();
+        let fault = self.board.control_loop.report(Load::default()).fault;
         match (mode, fault) {
             (0, _) => State::Boot,
             (1, _) => State::Idle,
@@ -182,9 +182,9 @@ impl Device {
         self.insertion_m += FEED_M;
         let encoder = encoder.then_some(Process::Encoder(at));
         for process in encoder.into_iter().chain(command.map(Process::Command)) {
-            self.board.ticker.on_frame(&self.sealer.seal(process, Default::default()));
+            self.board.control_loop.on_frame(&self.sealer.seal(process, Default::default()));
         }
-        self.board.ticker.tick(self.board.config, None);
+        self.board.control_loop.tick(self.board.config, None);
     }
 
     fn ticks_until(&mut self, encoder: bool, state: State) {
@@ -232,11 +232,11 @@ impl Device {
 
     /// Everything that the next ticks follow from, as a number.
     fn digest_after_ticks(&self) -> u32 {
-        let mut ticker = self.board.ticker.clone();
+        let mut control_loop = self.board.control_loop.clone();
         for _ in 0..20 {
-            ticker.tick(self.board.config, None);
+            control_loop.tick(self.board.config, None);
         }
-        ticker.report(Load::default()).digest
+        control_loop.report(Load::default()).digest
     }
 }
 
@@ -298,7 +298,7 @@ fn p17_every_request_in_every_state_changes_nothing_while_output_is_on() {
             assert_eq!(is_refused, changes && state.is_live(), "{request:?} in {state:?}");
             assert_eq!(asked.state(), state, "{request:?}");
             if state.is_live() {
-                assert!(!asked.board.ticker.lock_step());
+                assert!(!asked.board.control_loop.lock_step());
                 let after = [&asked, &spared].map(Device::digest_after_ticks);
                 assert_eq!(after[0], after[1], "{request:?} in {state:?} changed a bit");
             }
@@ -315,6 +315,6 @@ fn p17_every_request_in_every_state_changes_nothing_while_output_is_on() {
         device.tick(true, Some(Command::Disarm));
         device.ticks_until(true, State::Ready);
         assert_eq!(device.upload(&image), Ok(()), "the upload goes on once it is disarmed");
-        assert_eq!(device.board.ticker.ticks(), 0);
+        assert_eq!(device.board.control_loop.ticks(), 0);
     }
 }

@@ -1,98 +1,52 @@
-//! A guidewire inside the catheter: where the two lie in the one chain, which of them the wall
-//! touches, and how that one slides.     docs/model.md §6
+//! A guidewire inside the catheter: both share one chain of links. This file makes the chain's tables,
+//! and gives the radius and the slip of the instrument that the wall touches at each sample.
 
 use cathforce_scalar::{Pack, Vector3};
 
-use crate::effects::acting::Law;
+use crate::effects::active::Law;
 use crate::grid::Grid;
-use crate::model::{maximum, minimum};
-use crate::pieces::{Pieces, Placed, Walk, Which};
+use crate::overlap::{Overlap, Slide};
+use crate::scheme::Scheme;
+use crate::segments::{Segments, Walk};
 use crate::state::State;
-use crate::sweep::Scheme;
 use crate::tables::{Joint, Tables};
 use crate::{Model, Real};
 
-/// How the two instruments lie in the chain, and how they slide along it in one step.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Overlap<T> {
-    pub catheter: Placed<T>,
-    pub wire: Placed<T>,
-    /// Feed of each less the chain's \[m\].
-    pub catheter_slid_m: T,
-    pub wire_slid_m: T,
-    /// Turn of the wire against the catheter \[rad\].
-    pub wire_rolled_rad: T,
-}
-
-impl<T: Real> Overlap<T> {
-    pub const fn new() -> Self {
-        let o = T::ZERO;
-        Self {
-            catheter: Placed::leading(),
-            wire: Placed::leading(),
-            catheter_slid_m: o,
-            wire_slid_m: o,
-            wire_rolled_rad: o,
-        }
-    }
-
-    /// The one that does not lead: it slides in or on the chain. Where the tips meet, it is the
-    /// wire.
-    pub fn follower(&self) -> Which {
-        if self.catheter.behind_m > T::zero() { Which::Catheter } else { Which::Guidewire }
-    }
-
-    /// Share of a sample that the catheter covers.     docs/model.md (40)
-    ///
-    /// Its end stands for a cone of half a link of the shaft, so that no sample jumps as it passes.
-    pub fn covered(&self, sample: usize, grid: &Grid<T>) -> T {
-        let behind = self.catheter.behind_m / (grid.link_length_m * T::lit(0.5));
-        let covered = grid.sample(sample) * T::int(2) + T::one() - behind;
-        minimum(maximum(covered, T::zero()), T::one())
-    }
-}
-
 impl<T: Real, const LINKS: usize> State<T, LINKS> {
-    /// Joints and links as they are in this step.
+    /// Tables of the joints and links in this step.
     pub(crate) fn tables<'a>(&'a self, model: &'a Model<T, LINKS>) -> &'a Tables<T, LINKS> {
-        if model.guidewire.is_some() { &self.overlaid } else { &model.tables }
+        if model.guidewire.is_some() { &self.coaxial_tables } else { &model.tables }
     }
 
-    /// Both instruments from the chain's tip on; `wire` is the model's.
-    pub(crate) fn walk<'a>(&self, model: &'a Model<T, LINKS>, wire: &'a Pieces<T>) -> Walk<'a, T> {
+    /// Walk along both instruments from the chain's tip; `wire`: the model's guidewire.
+    pub(crate) fn walk<'a>(
+        &self,
+        model: &'a Model<T, LINKS>,
+        wire: &'a Segments<T>,
+    ) -> Walk<'a, T> {
         let Overlap { catheter, wire: placed, .. } = self.overlap;
         Walk::new((&model.catheter, catheter), Some((wire, placed)))
     }
 
-    /// Makes the tables of the chain as the instruments lie in it now, and of the first link where
-    /// none is out of the guide: its mouth has a joint then too.     docs/model.md (39)
-    pub(crate) fn overlay(&mut self, model: &Model<T, LINKS>) {
+    /// Fills the tables of the chain for the present positions of the instruments. While no link is
+    /// inside the vessel, the first one is filled, because the mouth has a joint even then.
+    ///                                                                docs/explanation/model.md (39)
+    pub(crate) fn fill_coaxial_tables(&mut self, model: &Model<T, LINKS>) {
         if let Some(wire) = &model.guidewire {
             let walk = self.walk(model, wire);
-            self.overlaid.fill(self.count.clamp(1, LINKS), &model.grid, walk);
+            self.coaxial_tables.fill(self.count.clamp(1, LINKS), &model.grid, walk);
         }
     }
 }
 
-/// How the surface at a sample moves against the chain in a step.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Slide<T> {
-    /// Along the chain, towards its tip \[m\].
-    pub along_m: T,
-    /// About its tangent \[rad\].
-    pub turn_rad: T,
-    /// What it will slide of what it slid in the last step.
-    pub of_last: T,
-}
-
-/// The law of a chain of two instruments, over that of its effects.
+/// The law of a chain of two instruments, on top of the law of the effects.
 pub(crate) struct Coaxial<'a, T, L> {
     effects: &'a mut L,
     overlap: Overlap<T>,
-    /// As [`Paced::sliding`](crate::pace::Paced).
+    /// As `sliding` of [`MotionRatio`](crate::drive_motion::MotionRatio).
     sliding: [T; 2],
     grid: Grid<T>,
-    /// Radius of the catheter less the wire's \[m\].
+    /// Radius of the catheter minus the guidewire's \[m\].
     step_m: T,
 }
 
@@ -115,8 +69,8 @@ impl<'a, T: Real, L: Law<T>> Coaxial<'a, T, L> {
         })
     }
 
-    fn covered(&self, sample: usize) -> T {
-        self.overlap.covered(sample, &self.grid)
+    fn catheter_coverage(&self, sample: usize) -> T {
+        self.overlap.catheter_coverage(sample, &self.grid)
     }
 }
 
@@ -126,18 +80,18 @@ impl<T: Real, L: Law<T>> Law<T> for Coaxial<'_, T, L> {
 
     #[inline(always)]
     fn radius(&self, sample: usize, catheter_m: T) -> T {
-        catheter_m - self.step_m * (T::one() - self.covered(sample))
+        catheter_m - self.step_m * (T::one() - self.catheter_coverage(sample))
     }
 
     #[inline(always)]
     fn slide(&self, sample: usize) -> Slide<T> {
-        let covered = self.covered(sample);
+        let covered = self.catheter_coverage(sample);
         let bare = T::one() - covered;
         let Overlap { catheter_slid_m, wire_slid_m, wire_rolled_rad, .. } = self.overlap;
         Slide {
             along_m: catheter_slid_m * covered + wire_slid_m * bare,
             turn_rad: wire_rolled_rad * bare,
-            of_last: self.sliding[0] * covered + self.sliding[1] * bare,
+            ratio_to_last: self.sliding[0] * covered + self.sliding[1] * bare,
         }
     }
 
@@ -152,8 +106,8 @@ impl<T: Real, L: Law<T>> Law<T> for Coaxial<'_, T, L> {
     }
 
     #[inline(always)]
-    fn indentation<N: Pack<T>>(&self, indented: N, slope: N, relaxed: N) -> (N, N, N) {
-        self.effects.indentation(indented, slope, relaxed)
+    fn indentation_response<N: Pack<T>>(&self, indented: N, slope: N, relaxed: N) -> (N, N, N) {
+        self.effects.indentation_response(indented, slope, relaxed)
     }
 
     #[inline(always)]
@@ -162,12 +116,12 @@ impl<T: Real, L: Law<T>> Law<T> for Coaxial<'_, T, L> {
     }
 
     #[inline(always)]
-    fn stream<N: Pack<T>>(
+    fn fluid_force<N: Pack<T>>(
         &self,
         tangent: &Vector3<N>,
         distance: impl FnOnce() -> N,
     ) -> Option<Vector3<N>> {
-        self.effects.stream(tangent, distance)
+        self.effects.fluid_force(tangent, distance)
     }
 
     #[inline(always)]

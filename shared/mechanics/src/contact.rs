@@ -1,283 +1,295 @@
-//! Contact of one sample point with the wall: normal force with a smooth onset, Coulomb
-//! friction with sticking, linearised for the sweep.
+//! Contact of one sample point with the wall, linearised for the solve: normal force with a smooth
+//! onset, and Coulomb friction by return mapping.
 //!
-//! A sample does the same work whether it touches or not: what it finds scales its stiffness.
+//! A sample takes the same operations whether it touches or not; without contact its stiffness is 0.
 
 use cathforce_scalar::{Number, Pack, Vector3};
 
-use crate::coaxial::Slide;
-use crate::effects::acting::Law;
+use crate::effects::active::Law;
+use crate::overlap::Slide;
 use crate::proximity::Proximity;
-use crate::sweep::Scheme;
+use crate::scheme::Scheme;
 use crate::{Real, Wall};
 
-/// What a sample point remembers from tick to tick.
+/// State of a contact that is kept from step to step.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Memory<T: Number> {
-    /// Elastic tangential displacement of the surface against the wall \[m\].
+pub(crate) struct ContactState<T: Number> {
+    /// Elastic tangential displacement of the surface against the wall, vessel frame \[m\].
     pub slip: Vector3<T>,
-    /// Length of the displacement at the end of the last tick, before the return map \[m\].
-    pub reached: T,
+    /// Length of the trial displacement at the end of the last step, before return mapping \[m\].
+    pub trial_slip_m: T,
     /// Normal force of the last solve \[N\].
     pub normal_n: T,
-    /// Indentation that a relaxing wall has come to rest at \[m\].
+    /// Indentation to which the viscous part of the wall has relaxed \[m\].
     pub relaxed: T,
 }
 
-impl<T: Real> Memory<T> {
+impl<T: Real> ContactState<T> {
     pub const fn new() -> Self {
         // [`SHORTEST_SLIP_M`], as a constant.
-        Self { slip: T::ORIGIN, reached: T::PICO, normal_n: T::ZERO, relaxed: T::ZERO }
+        Self { slip: T::ORIGIN, trial_slip_m: T::PICO, normal_n: T::ZERO, relaxed: T::ZERO }
     }
 }
 
-impl<N: Number> Memory<N> {
-    /// The memories of some lanes side by side.
+impl<N: Number> ContactState<N> {
+    /// Gathers the states of several lanes.
     #[inline(always)]
-    pub fn side_by_side<'a, T: Real>(of: impl Fn(usize) -> &'a Memory<T>) -> Self
+    pub fn gather<'a, T: Real>(of: impl Fn(usize) -> &'a ContactState<T>) -> Self
     where
         N: Pack<T>,
     {
         Self {
-            slip: N::vectors(|lane| of(lane).slip),
-            reached: N::each(|lane| of(lane).reached),
-            normal_n: N::each(|lane| of(lane).normal_n),
-            relaxed: N::each(|lane| of(lane).relaxed),
+            slip: N::gather_vectors(|lane| of(lane).slip),
+            trial_slip_m: N::from_lanes(|lane| of(lane).trial_slip_m),
+            normal_n: N::from_lanes(|lane| of(lane).normal_n),
+            relaxed: N::from_lanes(|lane| of(lane).relaxed),
         }
     }
 }
 
-/// The linearised contact of one sample point in one solve.
+/// The linearised contact of one sample point in one solve.     docs/explanation/model.md (10)
 ///
-/// Force on the instrument: f_c − (stick I + push n nᵀ)(δx + δφ × arm).     docs/model.md (10)
+/// Force on the instrument: f_c − (k_s I + p n nᵀ)(δx + δφ × arm), with the tangential stiffness k_s
+/// and the excess p of the normal over the tangential stiffness.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Touch<T: Number> {
+pub(crate) struct LinearContact<T: Number> {
     /// Normal force at the predicted state \[N\].
     pub normal_n: T,
-    /// Tangential stiffness, secant of Coulomb's law \[N/m\].
-    pub stick: T,
-    /// Normal stiffness less the tangential one \[N/m\].
-    pub push: T,
-    /// Tangential displacement at the predicted state \[m\].
+    /// k_s: secant of Coulomb's law \[N/m\].
+    pub tangential_stiffness: T,
+    /// p: normal stiffness minus k_s \[N/m\].
+    pub normal_excess: T,
+    /// Trial tangential displacement at the predicted state, vessel frame \[m\].
     pub slip: Vector3<T>,
-    /// Tangential stiffness before it slides \[N/m\].
-    pub elastic: T,
-    /// Force at which it slides \[N\].
-    pub limit: T,
-    /// What a relaxing wall comes to rest at \[m\].
+    /// Tangential stiffness while the contact sticks \[N/m\].
+    pub sticking_stiffness: T,
+    /// Tangential force at which the contact slides \[N\].
+    pub friction_limit_n: T,
+    /// As [`ContactState::relaxed`], at the end of this step \[m\].
     pub relaxed: T,
 }
 
-impl<T: Real> Touch<T> {
+impl<T: Real> LinearContact<T> {
     pub const fn none() -> Self {
         let (o, v) = (T::ZERO, T::ORIGIN);
-        Self { normal_n: o, stick: o, push: o, slip: v, elastic: o, limit: o, relaxed: o }
+        Self {
+            normal_n: o,
+            tangential_stiffness: o,
+            normal_excess: o,
+            slip: v,
+            sticking_stiffness: o,
+            friction_limit_n: o,
+            relaxed: o,
+        }
     }
 }
 
-/// The wall that a sample point faces.
-pub(crate) struct Facing<T: Number> {
-    /// Normal into the lumen.
+/// The wall at a sample point.
+pub(crate) struct WallGap<T: Number> {
+    /// Unit normal into the lumen.
     pub normal: Vector3<T>,
-    /// From the surface to the wall, negative if it is indented \[m\].
+    /// Distance from the surface to the wall; negative when the wall is indented \[m\].
     pub gap: T,
-    /// The wall's stiffness over the nominal one.
+    /// Stiffness of the wall over the nominal one \[1\].
     pub stiffness: T,
 }
 
-impl<N: Number> Facing<N> {
-    /// Those of some lanes side by side.
+impl<N: Number> WallGap<N> {
+    /// Gathers those of several lanes.
     #[inline(always)]
-    pub fn side_by_side<'a, T: Real>(of: impl Fn(usize) -> &'a Proximity<T>) -> Self
+    pub fn gather<'a, T: Real>(of: impl Fn(usize) -> &'a Proximity<T>) -> Self
     where
         N: Pack<T>,
     {
         Self {
-            normal: N::vectors(|lane| of(lane).normal),
-            gap: N::each(|lane| of(lane).gap),
-            stiffness: N::each(|lane| of(lane).stiffness),
+            normal: N::gather_vectors(|lane| of(lane).normal),
+            gap: N::from_lanes(|lane| of(lane).gap),
+            stiffness: N::from_lanes(|lane| of(lane).stiffness),
         }
     }
 }
 
-/// How a sample point has moved since the step began.
+/// Motion of a sample point since the step began.
 pub(crate) struct Motion<T: Number> {
-    /// Of the centre line \[m\].
+    /// Displacement of the centre line \[m\].
     pub displacement: Vector3<T>,
-    /// Of the link \[rad\].
+    /// Rotation of the link \[rad\].
     pub turn: Vector3<T>,
-    /// From the centre line to the surface \[m\].
+    /// Radius of the instrument \[m\].
     pub radius: T,
-    /// Of the link, and how the surface slides along and about it.
+    /// Tangent of the link, and how the surface slides along and about it.
     pub tangent: Vector3<T>,
     pub slide: Slide<T>,
 }
 
-/// The wall's law with the constants of one solve.
-pub(crate) struct Contact<T> {
+/// The contact law of the wall with the constants of one solve.
+pub(crate) struct ContactLaw<T> {
     onset: T,
     inverse_onset: T,
-    /// Damping over stiffness, both per displacement of a step.
+    /// Normal damping over normal stiffness, both per displacement in a step \[1\].
     damping: T,
     tangential_ratio: T,
     friction: T,
     sliding: T,
 }
 
-impl<N: Number> Contact<N> {
+impl<N: Number> ContactLaw<N> {
     pub fn new<T: Real>(wall: &Wall<T>, scheme: &Scheme<T>, inverse_dt: T) -> Self
     where
         N: Pack<T>,
     {
         Self {
-            onset: N::all(wall.onset_m),
-            inverse_onset: N::all(T::one() / wall.onset_m),
-            damping: N::all(wall.damping_s * inverse_dt),
-            tangential_ratio: N::all(wall.tangential_ratio),
-            friction: N::all(scheme.friction),
-            sliding: N::all(scheme.sliding[0]),
+            onset: N::splat(wall.onset_m),
+            inverse_onset: N::splat(T::one() / wall.onset_m),
+            damping: N::splat(wall.damping_s * inverse_dt),
+            tangential_ratio: N::splat(wall.tangential_ratio),
+            friction: N::splat(scheme.friction),
+            sliding: N::splat(scheme.sliding[0]),
         }
     }
 
-    /// `stiffness` \[N/m\] is the nominal one of the piece `arc_m` that the sample stands for, at the
-    /// tip with what the end adds.
+    /// Linearises the contact of one sample at the predicted state.     docs/explanation/model.md (10)
+    ///
+    /// `stiffness`: nominal normal stiffness of the sample \[N/m\], at the tip including the end's;
+    /// `arc_m`: tributary length of the sample \[m\].
     #[inline(always)]
-    pub fn touch<T: Real, L: Law<T>>(
+    pub fn linearise<T: Real, L: Law<T>>(
         &self,
         law: &L,
-        seen: &Facing<N>,
+        wall: &WallGap<N>,
         stiffness: N,
         arc_m: N,
         motion: &Motion<N>,
-        memory: &Memory<N>,
-    ) -> Touch<N>
+        memory: &ContactState<N>,
+    ) -> LinearContact<N>
     where
         N: Pack<T>,
     {
         let half = N::lit(0.5);
-        let n = &seen.normal;
-        // Quadratic over the onset, then linear.     docs/model.md (11)
-        let indented = (half * self.onset - seen.gap).positive();
+        let n = &wall.normal;
+        // The force grows quadratically over the onset, then linearly.     docs/explanation/model.md (11)
+        let indented = (half * self.onset - wall.gap).positive();
         let within = indented.smaller(self.onset);
         let slope = within * self.inverse_onset;
         let indented = indented - within + half * slope * within;
-        let (indented, slope, relaxed) = law.indentation(indented, slope, memory.relaxed);
+        let (indented, slope, relaxed) = law.indentation_response(indented, slope, memory.relaxed);
         let friction = law.friction(self.friction, memory.normal_n, arc_m);
-        let stiffness = stiffness * seen.stiffness;
+        let stiffness = stiffness * wall.stiffness;
         let normal_stiffness = stiffness * slope;
         let damping = normal_stiffness * self.damping;
         let normal_force = stiffness * indented - damping * n.dot(&motion.displacement);
 
-        // What the surface, at −r n from the centre line, has slid.
+        // Slip of the surface, which lies at −r n from the centre line.
         let (mut displacement, mut turn) = (motion.displacement, motion.turn);
         let mut sliding = self.sliding;
         if L::COAXIAL {
-            sliding = motion.slide.of_last;
+            sliding = motion.slide.ratio_to_last;
             displacement += motion.tangent * motion.slide.along_m;
             turn += motion.tangent * motion.slide.turn_rad;
         }
         let moved = (memory.slip + displacement).plus_cross(n, &(turn * motion.radius));
         let slip = moved - n * n.dot(&moved);
-        let length = slip.dot(&slip).root().larger(memory.reached * sliding);
-        // Secant of Coulomb's law at the predicted displacement.     docs/model.md (12)
-        let elastic = normal_stiffness * self.tangential_ratio;
-        let limit = friction * memory.normal_n;
-        let stick = elastic.smaller(limit / length);
-        Touch {
+        let length = slip.dot(&slip).root().larger(memory.trial_slip_m * sliding);
+        // Secant of Coulomb's law at the predicted slip.     docs/explanation/model.md (12)
+        let sticking_stiffness = normal_stiffness * self.tangential_ratio;
+        let friction_limit_n = friction * memory.normal_n;
+        let tangential_stiffness = sticking_stiffness.smaller(friction_limit_n / length);
+        LinearContact {
             normal_n: normal_force,
-            stick,
-            push: normal_stiffness + damping - stick,
+            tangential_stiffness,
+            normal_excess: normal_stiffness + damping - tangential_stiffness,
             slip,
-            elastic,
-            limit,
+            sticking_stiffness,
+            friction_limit_n,
             relaxed,
         }
     }
 }
 
-/// Far below what f32 resolves of a position; keeps quotients finite.
+/// Shortest slip that is divided by: far below the resolution of positions in `f32`.
 const SHORTEST_SLIP_M: f64 = f64::PICO;
-/// Likewise of forces.
+/// Smallest force that is divided by, likewise.
 const SMALLEST_FORCE_N: f64 = 1e-18;
 
-impl<N: Number> Touch<N> {
-    /// f_c, the force on the instrument at the predicted state.
+impl<N: Number> LinearContact<N> {
+    /// f_c: force on the instrument at the predicted state \[N\].
     #[inline(always)]
     pub fn force(&self, normal: &Vector3<N>) -> Vector3<N> {
-        normal * self.normal_n - self.slip * self.stick
+        normal * self.normal_n - self.slip * self.tangential_stiffness
     }
 
-    /// The contact of each lane.
+    /// Splits into the contacts of the lanes.
     #[inline(always)]
-    pub fn apart<T: Real>(self) -> N::Lanes<Touch<T>>
+    pub fn split<T: Real>(self) -> N::Lanes<LinearContact<T>>
     where
         N: Pack<T>,
     {
-        let slip = N::apart(self.slip);
-        N::lanes(|lane| Touch {
+        let slip = N::split_vectors(self.slip);
+        N::per_lane(|lane| LinearContact {
             normal_n: self.normal_n.lane(lane),
-            stick: self.stick.lane(lane),
-            push: self.push.lane(lane),
+            tangential_stiffness: self.tangential_stiffness.lane(lane),
+            normal_excess: self.normal_excess.lane(lane),
             slip: slip[lane],
-            elastic: self.elastic.lane(lane),
-            limit: self.limit.lane(lane),
+            sticking_stiffness: self.sticking_stiffness.lane(lane),
+            friction_limit_n: self.friction_limit_n.lane(lane),
             relaxed: self.relaxed.lane(lane),
         })
     }
 
-    /// After the node moved by `dx` and the link turned by `turn`; all but the normal part is
-    /// found by the `LAST` solve of a step alone.
+    /// Updates the contact after its node moved by `dx` \[m\] and its link turned by `turn` \[rad\].
+    ///
+    /// Only the `LAST` solve of a step computes more than the normal part.
     #[inline(always)]
-    pub fn resolve<const LAST: bool>(
+    pub fn return_mapping<const LAST: bool>(
         &self,
         normal: &Vector3<N>,
         arm: &Vector3<N>,
         dx: &Vector3<N>,
         turn: &Vector3<N>,
-    ) -> Resolved<N> {
+    ) -> ContactUpdate<N> {
         let moved = dx.plus_cross(turn, arm);
         let along = normal.dot(&moved);
-        let pressed_n = self.normal_n - (self.stick + self.push) * along;
+        let pressed_n = self.normal_n - (self.tangential_stiffness + self.normal_excess) * along;
         let normal_n = pressed_n.positive();
         if !LAST {
             let (zero, v) = (N::lit(0.0), Vector3::zeros());
-            return Resolved { along, normal_n, reached: zero, slip: v, force: v };
+            return ContactUpdate { along, normal_n, trial_slip_m: zero, slip: v, force: v };
         }
         let slip = self.slip + moved - normal * along;
-        // Return map: what exceeds the limit has slid.     docs/model.md (13)
-        let reached = slip.dot(&slip).root().larger(N::lit(SHORTEST_SLIP_M));
-        let held = self.elastic * reached;
-        let share = held.smaller(self.limit) / held.larger(N::lit(SMALLEST_FORCE_N));
-        let force = normal * pressed_n - slip * self.stick;
-        Resolved { along, normal_n, reached, slip: slip * share, force }
+        // Return mapping: the slip beyond Coulomb's limit becomes sliding.     docs/explanation/model.md (13)
+        let trial_slip_m = slip.dot(&slip).root().larger(N::lit(SHORTEST_SLIP_M));
+        let held = self.sticking_stiffness * trial_slip_m;
+        let share = held.smaller(self.friction_limit_n) / held.larger(N::lit(SMALLEST_FORCE_N));
+        let force = normal * pressed_n - slip * self.tangential_stiffness;
+        ContactUpdate { along, normal_n, trial_slip_m, slip: slip * share, force }
     }
 
-    /// Those of some lanes side by side.
+    /// Gathers those of several lanes.
     #[inline(always)]
-    pub fn side_by_side<'a, T: Real>(of: impl Fn(usize) -> &'a Touch<T>) -> Self
+    pub fn gather<'a, T: Real>(of: impl Fn(usize) -> &'a LinearContact<T>) -> Self
     where
         N: Pack<T>,
     {
         Self {
-            normal_n: N::each(|lane| of(lane).normal_n),
-            stick: N::each(|lane| of(lane).stick),
-            push: N::each(|lane| of(lane).push),
-            slip: N::vectors(|lane| of(lane).slip),
-            elastic: N::each(|lane| of(lane).elastic),
-            limit: N::each(|lane| of(lane).limit),
-            relaxed: N::each(|lane| of(lane).relaxed),
+            normal_n: N::from_lanes(|lane| of(lane).normal_n),
+            tangential_stiffness: N::from_lanes(|lane| of(lane).tangential_stiffness),
+            normal_excess: N::from_lanes(|lane| of(lane).normal_excess),
+            slip: N::gather_vectors(|lane| of(lane).slip),
+            sticking_stiffness: N::from_lanes(|lane| of(lane).sticking_stiffness),
+            friction_limit_n: N::from_lanes(|lane| of(lane).friction_limit_n),
+            relaxed: N::from_lanes(|lane| of(lane).relaxed),
         }
     }
 }
 
-/// What a solve has found at a sample point.
-pub(crate) struct Resolved<T: Number> {
-    /// Motion along the normal \[m\].
+/// Result of a solve at a sample point.
+pub(crate) struct ContactUpdate<T: Number> {
+    /// Displacement along the normal \[m\].
     pub along: T,
-    /// What [`Memory`] keeps of it.
+    /// The new values of [`ContactState`].
     pub normal_n: T,
-    pub reached: T,
+    pub trial_slip_m: T,
     pub slip: Vector3<T>,
-    /// On the instrument \[N\].
+    /// Force on the instrument \[N\].
     pub force: Vector3<T>,
 }

@@ -2,45 +2,46 @@
 
 use cathforce_scalar::{Number, Real, Vector3};
 
-use crate::algebra::{Bend, Sym3};
+use crate::algebra::{RelativeRotation, Sym3};
 use crate::tables::Joint;
 
 /// Moment and stiffness of a joint at the predicted state, world axes.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct JointLoad<T: Number> {
-    /// μ
+    /// μ \[N·m\].
     pub moment: Vector3<T>,
-    /// K
+    /// K \[N·m/rad\].
     pub stiffness: Sym3<T>,
-    /// Its smallest eigenvalue.
-    pub smallest: T,
+    /// Smallest eigenvalue of K \[N·m/rad\].
+    pub smallest_eigenvalue: T,
 }
 
-/// The arc that a joint at the base link stands for.
+/// Cell of a joint at the base link, which is not a full cell.
 pub(crate) struct Cell<T> {
-    /// Over that of the joint's full cell.
+    /// Its arc over that of the full cell \[1\].
     share: T,
-    /// One over it.
+    /// Inverse of `share`.
     inverse_share: T,
-    /// What its bend counts: more than once where bent arc has left it in this step.
-    kept: T,
-    twist_kept: T,
-    /// Viscous over elastic stiffness, of bending and of twist.
+    /// Factors on the bend and the twist in the moment: above 1 where bent arc has left the cell in
+    /// this step, because bend that leaves with its arc is no change of curvature.
+    bend_factor: T,
+    twist_factor: T,
+    /// Viscous over elastic stiffness, of bending and of twist \[1\].
     viscous: T,
     twist_viscous: T,
 }
 
 impl<T: Number> Cell<T> {
-    /// `gone` is the arc that has left it in this step; `damping` τ/dt, the viscous time over the
-    /// time of a step, of bending and of twist.
-    pub fn new(length: T, full: T, gone: T, [bending, twist]: [T; 2]) -> Self {
-        let gone = gone / (length + gone);
-        let left = T::lit(1.0) - gone;
+    /// `length`, `full`: arcs of the cell and of the full cell \[m\]; `withdrawn`: arc that has left the
+    /// cell in this step \[m\]; the last: τ/dt of bending and of twist \[1\].
+    pub fn new(length: T, full: T, withdrawn: T, [bending, twist]: [T; 2]) -> Self {
+        let withdrawn = withdrawn / (length + withdrawn);
+        let left = T::lit(1.0) - withdrawn;
         Self {
             share: length / full,
             inverse_share: full / length,
-            kept: T::lit(1.0) + gone * bending,
-            twist_kept: T::lit(1.0) + gone * twist,
+            bend_factor: T::lit(1.0) + withdrawn * bending,
+            twist_factor: T::lit(1.0) + withdrawn * twist,
             viscous: left * bending,
             twist_viscous: left * twist,
         }
@@ -49,16 +50,21 @@ impl<T: Number> Cell<T> {
 
 impl<T: Real> JointLoad<T> {
     pub const fn none() -> Self {
-        Self { moment: T::ORIGIN, stiffness: Sym3::zero(), smallest: T::ZERO }
+        Self { moment: T::ORIGIN, stiffness: Sym3::zero(), smallest_eigenvalue: T::ZERO }
     }
 }
 
 impl<T: Number> JointLoad<T> {
-    /// The moment that a joint with a full cell exerts against its bend; `viscous` is τ/dt and what
-    /// its distal link has turned more than its proximal one since the step began, if bending is
-    /// viscous.     docs/model.md (4)
+    /// Moment and stiffness of a joint with a full cell.     docs/explanation/model.md (4)
+    ///
+    /// `viscous`: τ/dt \[1\], and the rotation of the distal minus that of the proximal link since the
+    /// step began \[rad\]; `None` if bending is not viscous.
     #[inline(always)]
-    pub fn new(joint: &Joint<T>, bend: &Bend<T>, viscous: Option<(T, &Vector3<T>)>) -> Self {
+    pub fn new(
+        joint: &Joint<T>,
+        bend: &RelativeRotation<T>,
+        viscous: Option<(T, &Vector3<T>)>,
+    ) -> Self {
         let Joint { bending: mut kb, torsion: kt, .. } = *joint;
         let strain = bend.angle - joint.unloaded;
         let mut moment =
@@ -72,23 +78,33 @@ impl<T: Number> JointLoad<T> {
         Self::stiff(moment, &t, kb, kt)
     }
 
-    /// The same of a joint whose cell is not full.
-    pub fn at_base(joint: &Joint<T>, cell: &Cell<T>, bend: &Bend<T>, turned: &Vector3<T>) -> Self {
+    /// Moment and stiffness of a joint whose cell is not full.
+    pub fn at_base(
+        joint: &Joint<T>,
+        cell: &Cell<T>,
+        bend: &RelativeRotation<T>,
+        turned: &Vector3<T>,
+    ) -> Self {
         let [kb, kt] = [joint.bending, joint.torsion].map(|k| k * cell.inverse_share);
-        let kept = Vector3::new(cell.kept, cell.kept, cell.twist_kept);
-        let strain = bend.angle.times(&kept) - joint.unloaded * cell.share;
+        let bend_factor = Vector3::new(cell.bend_factor, cell.bend_factor, cell.twist_factor);
+        let strain = bend.angle.component_mul(&bend_factor) - joint.unloaded * cell.share;
         let moment =
             bend.rotate_midway(&Vector3::new(kb * strain.x(), kb * strain.y(), kt * strain.z()));
         let t = bend.midway_tangent();
         let (viscous, twist_viscous) = (kb * cell.viscous, kt * cell.twist_viscous);
         let moment = moment + *turned * viscous + t * ((twist_viscous - viscous) * t.dot(turned));
-        Self::stiff(moment, &t, kb * cell.kept + viscous, kt * cell.twist_kept + twist_viscous)
+        Self::stiff(
+            moment,
+            &t,
+            kb * cell.bend_factor + viscous,
+            kt * cell.twist_factor + twist_viscous,
+        )
     }
 
     #[inline(always)]
     fn stiff(moment: Vector3<T>, t: &Vector3<T>, bending: T, twist: T) -> Self {
         let mut stiffness = Sym3::outer(&(t * (twist - bending)), t);
         stiffness.add_identity(bending);
-        Self { moment, stiffness, smallest: bending.smaller(twist) }
+        Self { moment, stiffness, smallest_eigenvalue: bending.smaller(twist) }
     }
 }

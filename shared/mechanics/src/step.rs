@@ -1,44 +1,47 @@
-//! One step: feed, predict, solve, report.
+//! One step of the model: feed, predict, solve, collect the outputs.
 
-use cathforce_scalar::{Pack, Vector3, Work};
+use cathforce_scalar::{Kernel, Pack, Vector3};
 
 use crate::coaxial::Coaxial;
-use crate::effects::acting::{Law, Nominal};
-use crate::effects::memory::past_mouth;
-use crate::model::maximum;
-use crate::pace::{Pace, Paced};
-use crate::sharing::Held;
-use crate::sweep::{STRAINS, Scheme, Totals, solve};
+use crate::drive_motion::{DriveHistory, MotionRatio};
+use crate::effects::active::{Law, Nominal};
+use crate::effects::state::past_mouth;
+use crate::load_sharing::DriveLoad;
+use crate::math::maximum;
+use crate::scheme::Scheme;
+use crate::solve::{STRAINS, Totals, solve};
 use crate::{Drag, Drive, Drives, Loads, Lumen, Model, Outputs, Real, State};
 
-/// A solve whose last correction turned a link by more than this is not resolved \[rad\].
+/// A step whose last solve turned a link by more than this is flagged as unresolved \[rad\].
 ///
-/// What the linear model leaves out moves the tip by about half of length × turn², 1 µm on
-/// 90 mm, which a wall of 600 N/m a sample answers with less than 1 mN; snaps turn links by
-/// tenths of a radian.
+/// The linear model misplaces the tip by about ½ length × turn². That is 1 µm on 90 mm, and a wall
+/// of 600 N/m at a sample changes its force by less than 1 mN. Snaps turn links by tenths of a
+/// radian.
 const RESOLVED_TURN_RAD: f64 = 5e-3;
-/// Ticks that a step that is not resolved takes with it: what an impact sets off is to be trusted no
-/// more than the impact.
-const SHAKEN_TICKS: u8 = 8;
-/// A solve that turns a link by more than this makes energy of momentum: what it moves and what
-/// it says that it moves differ by a tenth \[rad\].
-const CARRIED_TURN_RAD: f64 = 0.2;
-/// Time that one quasi-static step of [`settle`] stands for \[s\].
+/// Ticks that are flagged from an unresolved one on, because the motion that an impact sets off is as
+/// uncertain as the impact.
+const FLAGGED_TICKS: u8 = 8;
+/// Rotation of a link in one solve up to which all momentum is carried over \[rad\]. Above it, the
+/// linear and the actual displacement differ by 10 %, and carried-over velocity would add energy.
+const MOMENTUM_TURN_RAD: f64 = 0.2;
+/// Time step of one quasi-static step of [`settle`] \[s\].
 const SETTLE_DT_S: f64 = 0.02;
-/// Feed of one quasi-static step \[m\].
+/// Largest feed of one quasi-static step \[m\].
 const SETTLE_FEED_M: f64 = 2e-4;
-/// Drag that keeps quasi-static steps from overshooting while they feed \[N·s/m²\]; at rest it
-/// fades with the square of the steps, down to the second figure.
+/// Drag that keeps quasi-static steps from overshooting \[N·s/m²\]: while they feed, and the smallest.
+/// At the drives' position it falls with the square of the number of steps.
 const SETTLE_DRAG: [f64; 2] = [1000.0, 100.0];
-/// A quasi-static step that turns no link by more than this has come to rest \[rad\].
+/// The shape is at rest if a quasi-static step turns no link by more than this \[rad\].
 const SETTLED_TURN_RAD: f64 = 1e-4;
-/// Quasi-static steps at the drive's position: at least, and at most where rest never comes
-/// (an instrument balanced on an edge).
+/// Fewest and most quasi-static steps at the drives' position. The most count where the shape never
+/// comes to rest, as with an instrument balanced on an edge.
 const SETTLE_STEPS: core::ops::Range<u16> = 100..500;
 
-/// Advances the model by one tick to the drives' new positions.     docs/model.md §2
+/// Advances the model by one tick to the drives' new positions.
 ///
-/// A [`Drive`] alone is the catheter's; with a guidewire, [`Drives`] has both.
+/// `drives`: a [`Drive`] of the catheter alone, or [`Drives`] with the guidewire's too. Insertions
+/// beyond the reach of the links are clamped, and the outputs are flagged as unresolved. Total on any
+/// input; a number that is not finite gives [`Outputs::lost`].
 pub fn step<T: Real, const LINKS: usize>(
     model: &Model<T, LINKS>,
     lumen: &Lumen<'_>,
@@ -48,11 +51,10 @@ pub fn step<T: Real, const LINKS: usize>(
     step_loaded(model, lumen, state, drives, &Loads::default())
 }
 
-/// [`step`] with loads from outside.
+/// [`step`] with external loads.
 ///
-/// A step that loses a number (to an input that is not one) forgets all and begins the run again:
-/// from there on each tick is one step of [`settle`], flagged as lost, until the shape has come to
-/// rest.
+/// A step with a result that is not finite resets the state and begins the run again. Each tick from
+/// there on is one step of [`settle`] and is flagged as lost, until the shape is at rest.
 pub fn step_loaded<T: Real, const LINKS: usize>(
     model: &Model<T, LINKS>,
     lumen: &Lumen<'_>,
@@ -63,7 +65,7 @@ pub fn step_loaded<T: Real, const LINKS: usize>(
     if state.lost {
         let links = state.count as u16;
         state.lost = !settle_loaded(model, lumen, state, drives, loads);
-        return Outputs { links, ..lost() };
+        return Outputs { links, ..lost_outputs() };
     }
     let description = model.description();
     let solver = &description.solver;
@@ -72,7 +74,7 @@ pub fn step_loaded<T: Real, const LINKS: usize>(
         dt_s: solver.tick_s / parts,
         inertia: T::one(),
         friction: model.wall.friction_coefficient,
-        sliding: Paced::EVEN.sliding,
+        sliding: MotionRatio::STEADY.sliding,
         drag: solver.drag,
         predictor_gain: solver.predictor_gain,
         first: true,
@@ -84,10 +86,14 @@ pub fn step_loaded<T: Real, const LINKS: usize>(
         guidewire: past_mouth(model, drives.guidewire),
     };
     let drives = Drives {
-        catheter: model.reached(asked.catheter),
-        guidewire: model.reached(asked.guidewire),
+        catheter: model.within_reach(asked.catheter),
+        guidewire: model.within_reach(asked.guidewire),
     };
-    let mut paced = state.keep_pace(model, &drives);
+    if state.count == 0 {
+        // The links whose rates follow from the drives' motion are gone.
+        state.drive_history = DriveHistory::none();
+    }
+    let mut ratio = state.drive_history.observe(model, &state.drives, &drives);
     let mut outputs = Outputs::default();
     for part in 1..=solver.substeps.max(1) {
         let share = T::int(i32::from(part)) / parts;
@@ -101,13 +107,13 @@ pub fn step_loaded<T: Real, const LINKS: usize>(
         };
         let before = state.drives;
         if part > 1 {
-            paced.go_on(solver.predictor_gain);
+            ratio.next_substep(solver.predictor_gain);
         }
-        scheme.sliding = paced.sliding;
+        scheme.sliding = ratio.sliding;
         state.effects.place(model, scheme.dt_s);
         state.feed(model, target);
         state.effects.advance(model, &before, &state.drives, state.fed_m, scheme.dt_s);
-        state.predict(scheme.dt_s * state.carried, paced.rates);
+        state.predict(scheme.dt_s * state.momentum_share, ratio.link_rates);
         let mut totals;
         let mut farthest_squared = T::zero();
         for i in 1.. {
@@ -116,34 +122,34 @@ pub fn step_loaded<T: Real, const LINKS: usize>(
             farthest_squared = maximum(farthest_squared, totals.largest_turn_squared);
             if scheme.last {
                 if part >= solver.substeps {
-                    outputs = report(model, state, &totals);
+                    outputs = collect_outputs(model, state, &totals);
                 }
-                state.carried = carried(farthest_squared);
+                state.momentum_share = momentum_share(farthest_squared);
                 break;
             }
         }
     }
-    // With nothing past the mouth a turn is in no output.
+    // While nothing is past the mouth, no output depends on the rotations: they are checked apart.
     let turned = state.drives.catheter.rotation_rad + state.drives.guidewire.rotation_rad;
     if !(is_finite(&outputs) && turned.is_finite()) {
         state.reset();
         state.lost = true;
-        return lost();
+        return lost_outputs();
     }
-    // What the links cannot reach is not felt.
+    // The part of an instrument beyond the reach of the links is not modelled.
     let is_wire_beyond = model.guidewire.is_some() && asked.guidewire.insertion_m > model.reach_m();
     outputs.unresolved |= is_wire_beyond || asked.catheter.insertion_m > model.reach_m();
-    let calmer = state.shaken.saturating_sub(1);
-    state.shaken = if outputs.unresolved { SHAKEN_TICKS } else { calmer };
-    outputs.unresolved = state.shaken > 0;
+    let ticks_left = state.flagged_ticks.saturating_sub(1);
+    state.flagged_ticks = if outputs.unresolved { FLAGGED_TICKS } else { ticks_left };
+    outputs.unresolved = state.flagged_ticks > 0;
     state.effects.report(model, &mut outputs);
     outputs
 }
 
-/// One quasi-static step towards the drives' positions, frictionless: how a run begins.
+/// One frictionless quasi-static step towards the drives' positions; this is how a run begins.
 ///
-/// Feeds from wherever the model is (at first the empty guide) by a bounded amount a call;
-/// returns `true` once the drives' positions are reached and the shape has come to rest.
+/// Each call feeds by a bounded amount from where the model is, at first the empty guide. Returns
+/// `true` once the drives' positions are reached and the shape is at rest.
 pub fn settle<T: Real, const LINKS: usize>(
     model: &Model<T, LINKS>,
     lumen: &Lumen<'_>,
@@ -153,7 +159,7 @@ pub fn settle<T: Real, const LINKS: usize>(
     settle_loaded(model, lumen, state, drives, &Loads::default())
 }
 
-/// [`settle`] with loads from outside.
+/// [`settle`] with external loads.
 pub fn settle_loaded<T: Real, const LINKS: usize>(
     model: &Model<T, LINKS>,
     lumen: &Lumen<'_>,
@@ -162,15 +168,15 @@ pub fn settle_loaded<T: Real, const LINKS: usize>(
     loads: &Loads<T>,
 ) -> bool {
     let drives = drives.into();
-    state.pace = Pace::none();
+    state.drive_history = DriveHistory::none();
     state.effects.place(model, T::zero());
     let [first, last] = SETTLE_DRAG;
-    let steps_at_rest = T::int(i32::from(state.rested) + 1);
+    let steps_at_rest = T::int(i32::from(state.steps_at_rest) + 1);
     let scheme = Scheme {
         dt_s: T::lit(SETTLE_DT_S),
         inertia: T::zero(),
         friction: T::zero(),
-        sliding: Paced::EVEN.sliding,
+        sliding: MotionRatio::STEADY.sliding,
         drag: Drag::constant(maximum(
             T::lit(first) / (steps_at_rest * steps_at_rest),
             T::lit(last),
@@ -200,13 +206,13 @@ pub fn settle_loaded<T: Real, const LINKS: usize>(
     for link in &mut state.links {
         link.velocity = Vector3::zeros();
     }
-    state.rested = if arrived { state.rested.saturating_add(1) } else { 0 };
+    state.steps_at_rest = if arrived { state.steps_at_rest.saturating_add(1) } else { 0 };
     let still = T::lit(SETTLED_TURN_RAD * SETTLED_TURN_RAD);
-    state.rested >= SETTLE_STEPS.end
-        || (state.rested >= SETTLE_STEPS.start && totals.largest_turn_squared <= still)
+    state.steps_at_rest >= SETTLE_STEPS.end
+        || (state.steps_at_rest >= SETTLE_STEPS.start && totals.largest_turn_squared <= still)
 }
 
-/// The next position of a drive on its way to `goal`, and whether that is it.
+/// The next position of a drive on its way to `goal`, and whether `goal` is reached.
 fn approach<T: Real>(now: Drive<T>, goal: Drive<T>) -> (Drive<T>, bool) {
     let most = T::lit(SETTLE_FEED_M);
     let missing = goal.insertion_m - now.insertion_m;
@@ -221,7 +227,7 @@ fn approach<T: Real>(now: Drive<T>, goal: Drive<T>) -> (Drive<T>, bool) {
     (Drive { insertion_m, ..goal }, arrived)
 }
 
-/// A solve with the effects and the guidewire that act in it.
+/// One solve, with the effects and the guidewire if there are any.
 fn solve_acting<T: Real, const LINKS: usize>(
     model: &Model<T, LINKS>,
     lumen: &Lumen<'_>,
@@ -231,7 +237,7 @@ fn solve_acting<T: Real, const LINKS: usize>(
 ) -> Totals<T> {
     let entry = state.count.saturating_sub(1);
     let guide_cell_m = state.guide_cell_m(model);
-    match state.effects.acting(
+    match state.effects.active(
         model,
         state.insertion_m,
         &state.overlap,
@@ -240,10 +246,10 @@ fn solve_acting<T: Real, const LINKS: usize>(
         scheme.dt_s,
     ) {
         None => solve_coaxial(model, lumen, state, loads, scheme, &mut Nominal),
-        Some(mut acting) => {
-            let totals = solve_coaxial(model, lumen, state, loads, scheme, &mut acting);
+        Some(mut active) => {
+            let totals = solve_coaxial(model, lumen, state, loads, scheme, &mut active);
             let torque_n_m = totals.moment_on_guide.dot(&model.guide.tangent());
-            state.effects.finish(&acting, torque_n_m);
+            state.effects.finish(&active, torque_n_m);
             totals
         }
     }
@@ -260,15 +266,15 @@ fn solve_coaxial<T: Real, L: Law<T>, const LINKS: usize>(
     let overlap = state.overlap;
     match Coaxial::new(model, &overlap, scheme, effects) {
         Some(mut both) => {
-            T::side_by_side(LookAndSolve { model, lumen, state, loads, scheme, law: &mut both })
+            T::run_vectorised(SolveKernel { model, lumen, state, loads, scheme, law: &mut both })
         }
-        None => T::side_by_side(LookAndSolve { model, lumen, state, loads, scheme, law: effects }),
+        None => T::run_vectorised(SolveKernel { model, lumen, state, loads, scheme, law: effects }),
     }
 }
 
-/// A solve, before the first one of a step a look at the wall: all that is done for as many links
-/// at a time as there are lanes.
-struct LookAndSolve<'a, 'l, T: Real, L, const LINKS: usize> {
+/// One solve, and before the first one of a step the samples of the wall: the part of a step that is
+/// computed for several links at a time, one in each lane.
+struct SolveKernel<'a, 'l, T: Real, L, const LINKS: usize> {
     model: &'a Model<T, LINKS>,
     lumen: &'a Lumen<'l>,
     state: &'a mut State<T, LINKS>,
@@ -277,26 +283,26 @@ struct LookAndSolve<'a, 'l, T: Real, L, const LINKS: usize> {
     law: &'a mut L,
 }
 
-impl<T: Real, L: Law<T>, const LINKS: usize> Work<T> for LookAndSolve<'_, '_, T, L, LINKS> {
+impl<T: Real, L: Law<T>, const LINKS: usize> Kernel<T> for SolveKernel<'_, '_, T, L, LINKS> {
     type Output = Totals<T>;
 
     #[inline(always)]
-    fn with<N: Pack<T>>(self) -> Totals<T> {
+    fn run<N: Pack<T>>(self) -> Totals<T> {
         let Self { model, lumen, state, loads, scheme, law } = self;
         if scheme.first {
-            state.look::<N>(model, lumen, law);
+            state.sample_wall::<N>(model, lumen, law);
         }
         solve::<T, N, L, LINKS>(model, state, loads, scheme, law)
     }
 }
 
-/// Share of the motion that the next step takes over.     docs/model.md (38)
-fn carried<T: Real>(farthest_squared: T) -> T {
-    let most = T::lit(CARRIED_TURN_RAD);
+/// Share of the velocities that the next step takes over.     docs/explanation/model.md (38)
+fn momentum_share<T: Real>(farthest_squared: T) -> T {
+    let most = T::lit(MOMENTUM_TURN_RAD);
     most / maximum(farthest_squared.root(), most)
 }
 
-fn report<T: Real, const LINKS: usize>(
+fn collect_outputs<T: Real, const LINKS: usize>(
     model: &Model<T, LINKS>,
     state: &State<T, LINKS>,
     totals: &Totals<T>,
@@ -304,7 +310,11 @@ fn report<T: Real, const LINKS: usize>(
     let direction = model.guide.tangent();
     let moment = &totals.moment_on_guide;
     let twist = moment.dot(&direction);
-    let mouth = if state.count == 0 { T::zero() } else { mouth(model, state, moment, twist) };
+    let mouth = if state.count == 0 {
+        T::zero()
+    } else {
+        configurational_force_n(model, state, moment, twist)
+    };
     let (mut peak, mut peak_node) = (T::zero(), 0);
     let (middle, half_range) = strain_range();
     let mut stretched_squared = T::zero();
@@ -319,8 +329,8 @@ fn report<T: Real, const LINKS: usize>(
     let overstretched = stretched_squared >= half_range * half_range;
     let limit = T::lit(RESOLVED_TURN_RAD * RESOLVED_TURN_RAD);
     let whole =
-        Held { force_n: -totals.force_on_guide.dot(&direction) - mouth, torque_n_m: -twist };
-    let none = Held { force_n: T::zero(), torque_n_m: T::zero() };
+        DriveLoad { force_n: -totals.force_on_guide.dot(&direction) - mouth, torque_n_m: -twist };
+    let none = DriveLoad { force_n: T::zero(), torque_n_m: T::zero() };
     let guidewire = state.guidewire_share(model, whole).unwrap_or(none);
     Outputs {
         force_on_vessel_n: (-totals.force_on_instrument).into(),
@@ -337,9 +347,9 @@ fn report<T: Real, const LINKS: usize>(
     }
 }
 
-/// The configurational force of the guide's mouth, which draws in what bends past it \[N\].
-///                                                                      docs/model.md (18)
-fn mouth<T: Real, const LINKS: usize>(
+/// Configurational force at the guide's mouth \[N\]: the bending energy per length that insertion
+/// would release, by which a bent instrument is pulled in.     docs/explanation/model.md (18)
+fn configurational_force_n<T: Real, const LINKS: usize>(
     model: &Model<T, LINKS>,
     state: &State<T, LINKS>,
     moment: &Vector3<T>,
@@ -351,28 +361,29 @@ fn mouth<T: Real, const LINKS: usize>(
     let softness = state.effects.softness(model);
     let bend_squared = moment.dot(moment) - twist * twist;
     let per_stiffness = half / (h * softness);
-    // Curvature that has not come back yet is not spent at the mouth.
+    // A pre-curvature that only comes back past the mouth releases no energy at the mouth.
     let straightened = model.description().effects.entry.guide.straightened_m > T::zero();
     let straight = if straightened { T::zero() } else { T::one() / h };
-    // A tendon bends what is out like a pre-curve.
-    let unloaded = joint.unloaded * straight + state.effects.pulled_at_mouth() * (T::one() / h);
+    // A tendon bends the instrument like a pre-curvature.
+    let unloaded =
+        joint.unloaded * straight + state.effects.tendon_bend_at_mouth() * (T::one() / h);
     let spent = moment.dot(&state.guide.rotation.rotate(&unloaded))
         + half * h * softness * joint.energy(&unloaded);
     per_stiffness * (bend_squared / joint.bending + twist * twist / joint.torsion) + spent
 }
 
-/// Outputs of a step that has no numbers.
-fn lost<T: Real>() -> Outputs<T> {
+/// Outputs of a step whose results are not finite.
+fn lost_outputs<T: Real>() -> Outputs<T> {
     Outputs { unresolved: true, lost: true, ..Outputs::default() }
 }
 
-/// Middle of [`STRAINS`] and half of its length.
+/// Middle and half length of the range [`STRAINS`].
 fn strain_range<T: Real>() -> (T, T) {
     let half = 0.5 * (STRAINS.end - STRAINS.start);
     (T::lit(STRAINS.start + half), T::lit(half))
 }
 
-/// Every link has a part in the total force: a number that is lost anywhere is lost in it.
+/// Every link contributes to the total force, so a number that is not finite anywhere shows in it.
 fn is_finite<T: Real>(outputs: &Outputs<T>) -> bool {
     let sum = |v: &[T; 3]| v[0] + v[1] + v[2];
     let wrench = sum(&outputs.force_on_vessel_n) + sum(&outputs.moment_on_vessel_n_m);

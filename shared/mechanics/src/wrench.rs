@@ -1,12 +1,12 @@
-//! The wrench that everything beyond a point of the instrument exerts on it, kept linear in
-//! the point's motion:
+//! Articulated-body wrench: what everything distal to a point of the instrument exerts on it, linear
+//! in the point's motion:
 //!
-//! F = f − A δx − B δφ,  M = m − Bᵀ δx − C δφ.     docs/model.md (5)
+//! F = f − A δx − B δφ,  M = m − Bᵀ δx − C δφ.     docs/explanation/model.md (5)
 
 use cathforce_scalar::Vector3;
 
-use crate::algebra::{Factor, Matrix3, Sym3, read_here};
-use crate::contact::Touch;
+use crate::algebra::{LdltFactor, Matrix3, Sym3, reload_barrier};
+use crate::contact::LinearContact;
 use crate::proximity::Proximity;
 use crate::state::{Elimination, LinkLoads, Stretch};
 use crate::{Loads, Real};
@@ -21,7 +21,7 @@ pub(crate) struct Wrench<T: Real> {
 }
 
 impl<T: Real> Wrench<T> {
-    /// Beyond the tip: what pulls on it from outside, without stiffness.
+    /// At the tip: the external loads, without stiffness.
     pub fn beyond_tip(loads: &Loads<T>) -> Self {
         Self {
             force: Vector3::from(loads.tip_force_n),
@@ -32,32 +32,33 @@ impl<T: Real> Wrench<T> {
         }
     }
 
-    /// The loads of a link, and the stiffness of its contacts at its node and at its
-    /// middle.     docs/model.md (14), (15)
+    /// Adds the loads of a link, and the stiffness of the contacts at its node and at its middle.
+    ///                                                            docs/explanation/model.md (14), (15)
     ///
-    /// The arm of a contact at the node is along its normal: c = a × n = 0.
+    /// The arm of the contact at the node is parallel to its normal, so c = a × n = 0 there.
     #[inline(always)]
     pub fn add_loads(
         &mut self,
         loads: &LinkLoads<T>,
         seen: &[Proximity<T>; 2],
-        touches: &[Touch<T>; 2],
+        contacts: &[LinearContact<T>; 2],
     ) {
-        read_here();
-        let ([at_node, at_middle], [node, middle]) = (seen, touches);
+        reload_barrier();
+        let ([at_node, at_middle], [node, middle]) = (seen, contacts);
         let (node_arm, middle_arm) = (&at_node.arm, &at_middle.arm);
         self.force += loads.force;
         self.moment += loads.moment;
         // A += k_s I + p n nᵀ
         self.a.add_identity(loads.stiffness);
-        self.a.add_outer(&(at_node.normal * node.push), &at_node.normal);
-        let middle_push = at_middle.normal * middle.push;
-        self.a.add_outer(&middle_push, &at_middle.normal);
+        self.a.add_outer(&(at_node.normal * node.normal_excess), &at_node.normal);
+        let middle_normal_excess = at_middle.normal * middle.normal_excess;
+        self.a.add_outer(&middle_normal_excess, &at_middle.normal);
         // B += −k_s [a] + p n cᵀ
         let turned = middle_arm.cross(&at_middle.normal);
-        self.b.add_outer(&middle_push, &turned);
-        self.c.add_outer(&(turned * middle.push), &turned);
-        let (node_held, middle_held) = (node_arm * node.stick, middle_arm * middle.stick);
+        self.b.add_outer(&middle_normal_excess, &turned);
+        self.c.add_outer(&(turned * middle.normal_excess), &turned);
+        let (node_held, middle_held) =
+            (node_arm * node.tangential_stiffness, middle_arm * middle.tangential_stiffness);
         self.b.sub_cross(&(node_held + middle_held));
         // C += k_s (|a|² I − a aᵀ) + p c cᵀ
         self.c.add_identity(node_held.dot(node_arm) + middle_held.dot(middle_arm));
@@ -65,54 +66,54 @@ impl<T: Real> Wrench<T> {
         self.c.sub_outer(&middle_held, middle_arm);
     }
 
-    /// Eliminates the link's stretch along `tangent`.     docs/model.md (6)
+    /// Eliminates the link's stretch along `tangent`.     docs/explanation/model.md (6)
     #[inline(always)]
-    pub fn add_stretch(
+    pub fn eliminate_stretch(
         &mut self,
         tangent: &Vector3<T>,
         stiffness: T,
         tension: T,
-        kept: &mut Elimination<T>,
+        elimination: &mut Elimination<T>,
     ) {
-        read_here();
+        reload_barrier();
         let alpha = self.a.mul_vec(tangent);
         let beta = self.b.mul_transposed(tangent);
         let inverse = T::one() / (stiffness + tangent.dot(&alpha).positive());
-        let (pull, turn) = (alpha * inverse, beta * inverse);
+        let (by_displacement, by_rotation) = (alpha * inverse, beta * inverse);
         let gain = self.force.dot(tangent) - tension;
-        self.force -= pull * gain;
-        self.moment -= turn * gain;
-        self.a.sub_outer(&pull, &alpha);
-        self.b.sub_outer(&pull, &beta);
-        self.c.sub_outer(&turn, &beta);
-        kept.stretch = Stretch { free: gain * inverse, pull, turn };
+        self.force -= by_displacement * gain;
+        self.moment -= by_rotation * gain;
+        self.a.sub_outer(&by_displacement, &alpha);
+        self.b.sub_outer(&by_displacement, &beta);
+        self.c.sub_outer(&by_rotation, &beta);
+        elimination.stretch = Stretch { free: gain * inverse, by_displacement, by_rotation };
     }
 
-    /// From the distal to the proximal end of a link.     docs/model.md (7)
+    /// From the distal to the proximal end of a link.     docs/explanation/model.md (7)
     #[inline(always)]
     pub fn shift(&mut self, tangent: &Vector3<T>, length: T) {
-        read_here();
+        reload_barrier();
         let lever = tangent * length;
         self.moment = self.moment.plus_cross(&lever, &self.force);
-        let pull = lever.dot(&self.force).positive();
-        self.c.add_identity(pull);
-        self.c.sub_outer(&(tangent * pull), tangent);
+        let tension = lever.dot(&self.force).positive();
+        self.c.add_identity(tension);
+        self.c.sub_outer(&(tangent * tension), tangent);
         self.c.add_cross_product_transposed(&lever, &self.b);
         self.b.sub_product_cross(&self.a, &lever);
         self.c.add_cross_product(&lever, &self.b);
     }
 
-    /// Eliminates the rotation of the link distal to a joint.     docs/model.md (8)
+    /// Eliminates the rotation of the link distal to a joint.     docs/explanation/model.md (8)
     ///
-    /// With D = C + K = L Δ Lᵀ, Z = B L⁻ᵀ and X = K L⁻ᵀ, column by column.
+    /// Schur complement of D = C + K = L Δ Lᵀ, with Z = B L⁻ᵀ and X = K L⁻ᵀ, column by column.
     #[inline(always)]
-    pub fn pass_joint(&mut self, kept: &mut Elimination<T>) {
-        read_here();
-        let d = self.c.plus(&kept.joint.stiffness);
-        let factor = Factor::new(&d, kept.joint.smallest);
-        kept.factor = factor;
+    pub fn eliminate_joint(&mut self, elimination: &mut Elimination<T>) {
+        reload_barrier();
+        let d = self.c.plus(&elimination.joint.stiffness);
+        let factor = LdltFactor::new(&d, elimination.joint.smallest_eigenvalue);
+        elimination.factor = factor;
         // f −= Z Δ⁻¹ s, A −= Z Δ⁻¹ Zᵀ
-        let s = factor.forward((self.moment - kept.joint.moment).into());
+        let s = factor.forward((self.moment - elimination.joint.moment).into());
         let z = factor.forward(self.b.columns());
         let mut by_displacement = z;
         let mut turn = s;
@@ -122,20 +123,20 @@ impl<T: Real> Wrench<T> {
             self.force -= z[i] * turn[i];
             self.a.sub_outer(&by_displacement[i], &z[i]);
         }
-        kept.turn = turn.into();
-        kept.by_displacement = Matrix3::from_columns(&by_displacement);
-        read_here();
+        elimination.turn = turn.into();
+        elimination.by_displacement = Matrix3::from_columns(&by_displacement);
+        reload_barrier();
         // m = μ + X Δ⁻¹ s, B = Z Δ⁻¹ Xᵀ, C = K − X Δ⁻¹ Xᵀ
-        let k = kept.joint.stiffness;
-        let x = kept.factor.forward(k.columns());
-        (self.moment, self.c) = (kept.joint.moment, k);
-        let mut by_turn = x;
+        let k = elimination.joint.stiffness;
+        let x = elimination.factor.forward(k.columns());
+        (self.moment, self.c) = (elimination.joint.moment, k);
+        let mut by_rotation = x;
         for i in 0..3 {
-            by_turn[i] *= kept.factor.inverse[i];
+            by_rotation[i] *= elimination.factor.inverse[i];
             self.moment += x[i] * turn[i];
-            self.c.sub_outer(&by_turn[i], &x[i]);
+            self.c.sub_outer(&by_rotation[i], &x[i]);
         }
-        kept.by_turn = Matrix3::from_columns(&by_turn);
+        elimination.by_rotation = Matrix3::from_columns(&by_rotation);
         let z = &by_displacement;
         self.b = Matrix3::outer(&z[0], &x[0]);
         self.b.add_outer(&z[1], &x[1]);

@@ -5,36 +5,36 @@
 //! AVX2, else half as many. Every lane does the same operations in the same order as one number would,
 //! so the bits are the same.
 
-use crate::{Number, Real, Vector3};
+use crate::{Number, Vector3};
 
 /// Numbers side by side; every operation goes lane by lane.
 pub trait Pack<T: Number>: Number {
     /// The number of each lane.
-    fn each(of: impl FnMut(usize) -> T) -> Self;
+    fn from_lanes(of: impl FnMut(usize) -> T) -> Self;
     fn lane(self, lane: usize) -> T;
     /// The same number in each lane.
     #[inline(always)]
-    fn all(value: T) -> Self {
-        Self::each(|_| value)
+    fn splat(value: T) -> Self {
+        Self::from_lanes(|_| value)
     }
     /// The vector of each lane, side by side.
-    fn vectors(of: impl FnMut(usize) -> Vector3<T>) -> Vector3<Self>;
+    fn gather_vectors(of: impl FnMut(usize) -> Vector3<T>) -> Vector3<Self>;
     /// The other way round.
-    fn apart(vectors: Vector3<Self>) -> Self::Lanes<Vector3<T>>;
+    fn split_vectors(vectors: Vector3<Self>) -> Self::Lanes<Vector3<T>>;
     /// The nearest number to the integer of each lane.
-    fn ints(of: impl FnMut(usize) -> i32) -> Self;
+    fn from_ints(of: impl FnMut(usize) -> i32) -> Self;
     /// The integer next to each number towards zero, not below 0 nor above `most`; 0 for NaN.
-    fn clipped(self, most: i32) -> Self::Lanes<i32>;
+    fn to_clamped_ints(self, most: i32) -> Self::Lanes<i32>;
 }
 
-/// Something that is done with numbers side by side ([`Real::side_by_side`]).
-pub trait Work<T: Real> {
+/// Something that is done with numbers side by side ([`crate::Real::run_vectorised`]).
+pub trait Kernel<T: Number> {
     type Output;
     /// Does it.
     ///
     /// `#[inline(always)]`, and so must be all in it that has to do with packs: what stays a
     /// function of its own is compiled for the least of all processors.
-    fn with<N: Pack<T>>(self) -> Self::Output;
+    fn run<N: Pack<T>>(self) -> Self::Output;
 }
 
 /// One lane.
@@ -42,7 +42,7 @@ macro_rules! alone {
     ($number:ty) => {
         impl Pack<$number> for $number {
             #[inline(always)]
-            fn each(mut of: impl FnMut(usize) -> $number) -> Self {
+            fn from_lanes(mut of: impl FnMut(usize) -> $number) -> Self {
                 of(0)
             }
             #[inline(always)]
@@ -50,20 +50,20 @@ macro_rules! alone {
                 self
             }
             #[inline(always)]
-            fn vectors(mut of: impl FnMut(usize) -> Vector3<$number>) -> Vector3<Self> {
+            fn gather_vectors(mut of: impl FnMut(usize) -> Vector3<$number>) -> Vector3<Self> {
                 of(0)
             }
             #[inline(always)]
-            fn apart(vectors: Vector3<Self>) -> [Vector3<$number>; 1] {
+            fn split_vectors(vectors: Vector3<Self>) -> [Vector3<$number>; 1] {
                 [vectors]
             }
             #[inline(always)]
-            fn ints(mut of: impl FnMut(usize) -> i32) -> Self {
-                <$number>::int(of(0))
+            fn from_ints(mut of: impl FnMut(usize) -> i32) -> Self {
+                of(0) as $number
             }
             #[inline(always)]
-            fn clipped(self, most: i32) -> [i32; 1] {
-                [self.truncated().max(0).min(most)]
+            fn to_clamped_ints(self, most: i32) -> [i32; 1] {
+                [(self as i32).max(0).min(most)]
             }
         }
     };
@@ -74,6 +74,7 @@ alone!(f64);
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Real;
 
     const VALUES: [f64; 12] = [
         0.0,
@@ -92,16 +93,16 @@ mod tests {
 
     /// With one number, with as many as every processor of the target has lanes, and with as many
     /// as this one has.
-    fn with_every_pack<W: Work<f32> + Work<f64> + Copy>(work: W) {
-        Work::<f32>::with::<f32>(work);
-        Work::<f64>::with::<f64>(work);
+    fn with_every_pack<W: Kernel<f32> + Kernel<f64> + Copy>(work: W) {
+        Kernel::<f32>::run::<f32>(work);
+        Kernel::<f64>::run::<f64>(work);
         #[cfg(target_arch = "x86_64")]
         {
-            Work::<f32>::with::<crate::lanes::Four>(work);
-            Work::<f64>::with::<crate::lanes::Two>(work);
+            Kernel::<f32>::run::<crate::x86_64::F32x4>(work);
+            Kernel::<f64>::run::<crate::x86_64::F64x2>(work);
         }
-        f32::side_by_side(work);
-        f64::side_by_side(work);
+        f32::run_vectorised(work);
+        f64::run_vectorised(work);
     }
 
     /// The same bits, or no number both.
@@ -119,17 +120,17 @@ mod tests {
 
     /// Every pack is held to the bits of one alone.
     #[derive(Clone, Copy)]
-    struct HasTheBits;
+    struct HasTheBitsOfOneLane;
 
-    impl<T: Real> Work<T> for HasTheBits {
+    impl<T: Real> Kernel<T> for HasTheBitsOfOneLane {
         type Output = ();
-        fn with<N: Pack<T>>(self) {
+        fn run<N: Pack<T>>(self) {
             let n = VALUES.len();
             for k in 0..n * n {
                 let a = |lane: usize| T::lit(VALUES[(k + lane) % n]);
                 let b = |lane: usize| T::lit(VALUES[(k / n + 5 * lane) % n]);
                 let bound = |lane: usize| T::lit([0.3, -7.1e5, 1.7e-20, 4.0][lane % 4]);
-                let found = all(N::each(a), N::each(b), N::each(bound));
+                let found = all(N::from_lanes(a), N::from_lanes(b), N::from_lanes(bound));
                 for lane in 0..N::LANES {
                     let alone = all(a(lane), b(lane), bound(lane));
                     for (found, alone) in found.iter().zip(alone) {
@@ -143,19 +144,19 @@ mod tests {
 
     #[test]
     fn side_by_side_has_the_bits_of_one_alone() {
-        with_every_pack(HasTheBits);
+        with_every_pack(HasTheBitsOfOneLane);
     }
 
     #[derive(Clone, Copy)]
     struct CutsOff;
 
-    impl<T: Real> Work<T> for CutsOff {
+    impl<T: Real> Kernel<T> for CutsOff {
         type Output = ();
-        fn with<N: Pack<T>>(self) {
+        fn run<N: Pack<T>>(self) {
             for most in [0, 7, 1 << 27] {
                 for k in 0..VALUES.len() {
                     let value = |lane: usize| T::lit(VALUES[(k + lane) % VALUES.len()] * 1.7);
-                    let found = N::each(value).clipped(most);
+                    let found = N::from_lanes(value).to_clamped_ints(most);
                     for lane in 0..N::LANES {
                         let alone = value(lane).truncated().max(0).min(most);
                         assert_eq!(found[lane], alone, "{}", value(lane));
@@ -164,7 +165,7 @@ mod tests {
             }
             let int = |lane: usize| [i32::MIN, 16_777_217, -3, i32::MAX, 5, 0, 1 << 24, -1][lane];
             for lane in 0..N::LANES {
-                assert_eq!(N::ints(int).lane(lane), T::int(int(lane)));
+                assert_eq!(N::from_ints(int).lane(lane), T::int(int(lane)));
             }
         }
     }
@@ -177,20 +178,20 @@ mod tests {
     #[derive(Clone, Copy)]
     struct ComesApart;
 
-    impl<T: Real> Work<T> for ComesApart {
+    impl<T: Real> Kernel<T> for ComesApart {
         type Output = ();
-        fn with<N: Pack<T>>(self) {
+        fn run<N: Pack<T>>(self) {
             let vector = |lane: usize| {
                 Vector3::new(T::lit(1.0), T::lit(2.0), T::lit(3.0)) * T::int(lane as i32 + 1)
             };
-            let side_by_side = N::vectors(vector);
-            let apart = N::apart(side_by_side);
+            let run_vectorised = N::gather_vectors(vector);
+            let apart = N::split_vectors(run_vectorised);
             for lane in 0..N::LANES {
                 assert_eq!(apart[lane], vector(lane));
-                let (x, y, z) = (side_by_side.x(), side_by_side.y(), side_by_side.z());
+                let (x, y, z) = (run_vectorised.x(), run_vectorised.y(), run_vectorised.z());
                 let together = Vector3::new(x.lane(lane), y.lane(lane), z.lane(lane));
                 assert_eq!(together, vector(lane));
-                assert_eq!(N::all(T::lit(0.7)).lane(lane), T::lit(0.7));
+                assert_eq!(N::splat(T::lit(0.7)).lane(lane), T::lit(0.7));
             }
         }
     }

@@ -2,17 +2,17 @@
 
 use core::ops::{Add, AddAssign, Mul, MulAssign, Neg, Sub, SubAssign};
 
-use crate::Number;
-use crate::triple::Triple;
+use crate::number::Number;
+use crate::storage::Storage3;
 
 /// A vector in space.
 #[derive(Clone, Copy, Debug)]
-pub struct Vector3<T: Number>(pub(crate) T::Triple);
+pub struct Vector3<T: Number>(pub(crate) T::Storage3);
 
 impl<T: Number> Vector3<T> {
     #[inline(always)]
     pub fn new(x: T, y: T, z: T) -> Self {
-        Self(T::Triple::new(x, y, z))
+        Self(T::Storage3::new(x, y, z))
     }
 
     #[inline(always)]
@@ -38,14 +38,14 @@ impl<T: Number> Vector3<T> {
 
     /// Takes something away from z.
     #[inline(always)]
-    pub fn take_z(&mut self, less: T) {
+    pub fn subtract_z(&mut self, less: T) {
         *self = Self::new(self.x(), self.y(), self.z() - less);
     }
 
     /// (x a, y b, z c) of (x, y, z) and (a, b, c)
     #[inline(always)]
-    pub fn times(&self, other: &Self) -> Self {
-        Self(self.0.times(other.0))
+    pub fn component_mul(&self, other: &Self) -> Self {
+        Self(self.0.component_mul(other.0))
     }
 
     /// (y, z, x)
@@ -63,27 +63,27 @@ impl<T: Number> Vector3<T> {
     /// Scalar product.
     #[inline(always)]
     pub fn dot(&self, other: &Self) -> T {
-        let products = self.times(other);
+        let products = self.component_mul(other);
         products.x() + products.y() + products.z()
     }
 
     /// self × other
     #[inline(always)]
     pub fn cross(&self, other: &Self) -> Self {
-        self.yzx().times(&other.zxy()) - self.zxy().times(&other.yzx())
+        self.yzx().component_mul(&other.zxy()) - self.zxy().component_mul(&other.yzx())
     }
 
     /// self + a × b, as a sum that begins with self: each product is one multiply-accumulate,
     /// which on the device is one instruction (and rounds twice).
     #[inline(always)]
     pub fn plus_cross(&self, a: &Self, b: &Self) -> Self {
-        *self + a.yzx().times(&b.zxy()) - a.zxy().times(&b.yzx())
+        *self + a.yzx().component_mul(&b.zxy()) - a.zxy().component_mul(&b.yzx())
     }
 
     /// self − a × b, likewise.
     #[inline(always)]
     pub fn minus_cross(&self, a: &Self, b: &Self) -> Self {
-        *self - a.yzx().times(&b.zxy()) + a.zxy().times(&b.yzx())
+        *self - a.yzx().component_mul(&b.zxy()) + a.zxy().component_mul(&b.yzx())
     }
 
     /// The square of its length.

@@ -1,4 +1,4 @@
-//! What the figures look like: `docs/benchmarks.md` and the table of the README.
+//! What the figures look like: `docs/reference/benchmarks.md` and the table of the README.
 
 use std::fmt::Write as _;
 
@@ -24,7 +24,7 @@ fn rows<'a>(report: &'a Value, pointer: &str) -> anyhow::Result<&'a Vec<Value>> 
     value.with_context(|| format!("the report has no list at `{pointer}`"))
 }
 
-/// The page `docs/benchmarks.md`.
+/// The page `docs/reference/benchmarks.md`.
 pub fn benchmarks(report: &Value) -> anyhow::Result<String> {
     let sections = [
         introduction(report)?,
@@ -112,7 +112,7 @@ fn accuracy(report: &Value) -> anyhow::Result<String> {
     let percent = |key: &str| anyhow::Ok(100.0 * number(report, &format!("/accuracy/{key}"))?);
     Ok(format!(
         "## Accuracy\n\nRMS error of the drive's axial force outside snaps over its peak, against the \
-         reference solver, worst of each kind of case (each case: `docs/model.md`):\n\n\
+         reference solver, worst of each kind of case (each case: [Validation](validation.md)):\n\n\
          | feeding | reversal | rotation |\n| --- | --- | --- |\n| {:.1} % | {:.1} % | {:.1} % |\n\n\
          Rotation leaves out the cases in which the tip snaps: whips in a bend are off by up to \
          {:.1} %, the jump off a dividing wall by {:.1} %, for after it the tip comes to rest in \

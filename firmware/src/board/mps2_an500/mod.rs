@@ -1,168 +1,17 @@
 //! QEMU's `mps2-an500`: a Cortex-M7 without a CAN controller.
 //!
-//! CAN is SLCAN text on UART 0, the log goes out on UART 1, TIMER 0 is the tick. Under
-//! `-icount shift=N` virtual time is a count of instructions, so the FPGA counter counts
-//! them: 2^N ns each, against 40 ns a count.
+//! UART 0 carries CAN as SLCAN text, UART 1 the log. TIMER 0 is the tick timer. Under
+//! `-icount shift=N` every instruction takes 2^N ns of virtual time, and the FPGA counter, at
+//! 40 ns a count, counts instructions.
 
+mod clock;
+mod interrupts;
+mod machine;
 mod registers;
 mod semihosting;
 mod serial;
 mod vectors;
 
+pub use interrupts::{RELAXED_IRQ, RELAXED_TASKS, URGENT_IRQ, URGENT_TASKS};
+pub use machine::{Mps2An500, outputs_off, start, time_us};
 pub use serial::{BusIn, BusOut, LogOut, emergency_log};
-pub use vectors::{RELAXED_IRQ, RELAXED_TASKS, URGENT_IRQ, URGENT_TASKS};
-
-use core::sync::atomic::{AtomicU32, Ordering};
-
-use registers::{fpga_io, timer0, watchdog};
-
-use super::Board;
-use crate::device::BootOptions;
-
-const CLOCK_HZ: u32 = 25_000_000;
-/// 1 ms, less the count of the reload itself.
-const TICK_RELOAD: u32 = CLOCK_HZ / 1000 - 1;
-/// The watchdog interrupts after 10 ms and resets after as much again.
-const WATCHDOG_LOAD: u32 = CLOCK_HZ / 100;
-/// LED 0 stands for the enable line of the motor drives.
-const OUTPUT_ENABLE: u32 = 1;
-
-/// Instructions of the loop that measures what a count is worth.
-const CALIBRATION_INSTRUCTIONS: u32 = 2 * 50_000;
-
-/// Instructions in 1024 counts, measured at boot.
-static INSTRUCTIONS_IN_1024: AtomicU32 = AtomicU32::new(0);
-
-/// The board; a token that it has been started.
-#[derive(Clone, Copy)]
-pub struct Mps2An500(());
-
-/// What the tasks talk through.
-pub struct Ports {
-    pub bus_in: BusIn,
-    pub bus_out: BusOut,
-    pub log_out: LogOut,
-}
-
-/// Sets up clocks, UARTs and interrupts. Called once, by `main`.
-pub fn start() -> (Mps2An500, Ports) {
-    outputs_off();
-    // SAFETY: the reload value belongs to a stopped timer.
-    unsafe {
-        timer0().control.write(0);
-        timer0().reload.write(TICK_RELOAD);
-        timer0().value.write(TICK_RELOAD);
-        fpga_io().prescale.write(0);
-    }
-    let (counts, _) = semihosting::calibrate();
-    let in_1024 = u64::from(CALIBRATION_INSTRUCTIONS) * 1024 / u64::from(counts.max(1));
-    INSTRUCTIONS_IN_1024.store(in_1024 as u32, Ordering::Relaxed);
-    let ports = serial::start();
-    vectors::enable();
-    (Mps2An500(()), ports)
-}
-
-/// Takes the power from the motor drives. Safe in any state, also before [`start`].
-pub fn outputs_off() {
-    // SAFETY: one register, nothing else depends on it.
-    unsafe { fpga_io().leds.modify(|leds| leds & !OUTPUT_ENABLE) }
-}
-
-/// Time since boot, wrapping \[µs\].
-pub fn time_us() -> u32 {
-    fpga_io().counter.read() / (CLOCK_HZ / 1_000_000)
-}
-
-impl Board for Mps2An500 {
-    const COUNTS_A_SECOND: u32 = CLOCK_HZ;
-
-    fn name(self) -> &'static str {
-        "mps2-an500"
-    }
-
-    fn can_lock_step(self) -> bool {
-        true
-    }
-
-    fn time(self) -> u32 {
-        fpga_io().counter.read()
-    }
-
-    fn lateness(self) -> u32 {
-        // The interrupt comes when the value reaches 0; the reload takes one more count.
-        let late = match timer0().value.read() {
-            0 => 0,
-            value => (TICK_RELOAD + 1).saturating_sub(value),
-        };
-        // SAFETY: clears the timer's interrupt, which is being handled.
-        unsafe { timer0().interrupt.write(1) }
-        late
-    }
-
-    fn tick_pending(self) -> bool {
-        timer0().interrupt.read() & 1 != 0
-    }
-
-    fn instructions(self, counts: u32) -> u32 {
-        let in_1024 = INSTRUCTIONS_IN_1024.load(Ordering::Relaxed);
-        (u64::from(counts) * u64::from(in_1024) / 1024) as u32
-    }
-
-    fn start_ticks(self) {
-        // SAFETY: the tick's handler and state exist since before `run`.
-        unsafe {
-            watchdog().load.write(WATCHDOG_LOAD);
-            watchdog().control.write(0b11);
-            timer0().control.write(0b1001);
-        }
-    }
-
-    fn hold_ticks(self) {
-        // SAFETY: the watchdog must not run while time stands still.
-        unsafe {
-            timer0().control.write(0);
-            timer0().value.write(TICK_RELOAD);
-            watchdog().control.write(0);
-        }
-    }
-
-    fn alive(self) {
-        // SAFETY: any value reloads the watchdog.
-        unsafe { watchdog().interrupt_clear.write(1) }
-    }
-
-    fn enable_outputs(self, on: bool) {
-        // SAFETY: only the tick and, after the last tick, a fault write this register.
-        unsafe {
-            fpga_io()
-                .leds
-                .modify(|leds| if on { leds | OUTPUT_ENABLE } else { leds & !OUTPUT_ENABLE })
-        }
-    }
-
-    fn boot_options(self) -> BootOptions {
-        let arguments = semihosting::Arguments::read();
-        if arguments.has("self-test") {
-            semihosting::report_and_exit();
-        }
-        BootOptions { lock_step: arguments.has("lock-step") }
-    }
-
-    fn run(self, options: BootOptions) {
-        if !options.lock_step {
-            self.start_ticks();
-        }
-    }
-
-    /// QEMU's other thread can take the processor for idle before the instructions it ran last
-    /// are accounted for, and moves the clock on to the next tick: these instructions then
-    /// make the tick late. Reading a clock accounts for them; shut-out interrupts, which end
-    /// the sleep all the same, leave none in between.
-    fn idle(self) {
-        cortex_m::interrupt::disable();
-        self.time();
-        cortex_m::asm::wfi();
-        // SAFETY: undoes the above.
-        unsafe { cortex_m::interrupt::enable() }
-    }
-}

@@ -1,45 +1,30 @@
-//! The interrupts: who handles them, and who may interrupt whom.
+//! The vector table: which function handles which interrupt, and which may interrupt which.
+
+use core::cell::UnsafeCell;
 
 use cortex_m::interrupt::InterruptNumber;
 use cortex_m::peripheral::NVIC;
-use embassy_executor::InterruptExecutor;
 
+use super::interrupts::{Irq, RELAXED_IRQ, RELAXED_TASKS, URGENT_IRQ, URGENT_TASKS};
 use super::serial;
-use crate::device;
 
-/// The interrupts in use.
-#[derive(Clone, Copy)]
-#[repr(u16)]
-pub enum Irq {
-    Uart0Receive = 0,
-    Timer0 = 8,
-    /// Unused by the hardware; the executors' own.
-    Software30 = 30,
-    Software31 = 31,
-}
-
-// SAFETY: the numbers are those of the board's interrupt lines, all below 32.
-unsafe impl InterruptNumber for Irq {
-    fn number(self) -> u16 {
-        self as u16
-    }
-}
-
-/// Tasks of the bus.
-pub static URGENT_TASKS: InterruptExecutor = InterruptExecutor::new();
-pub const URGENT_IRQ: Irq = Irq::Software30;
-/// Everything that can wait.
-pub static RELAXED_TASKS: InterruptExecutor = InterruptExecutor::new();
-pub const RELAXED_IRQ: Irq = Irq::Software31;
-
-/// Lower numbers interrupt higher ones. `log` masks everything but the tick.
+/// Priorities; lower numbers interrupt higher ones. `log` masks everything except the tick.
 const PRIORITIES: [(Irq, u8); 4] =
     [(Irq::Timer0, 0x00), (Irq::Uart0Receive, 0x40), (URGENT_IRQ, 0x80), (RELAXED_IRQ, 0xC0)];
 
-/// Sets the priorities and lets in what `main` does not start itself.
-pub fn enable() {
+/// What the tick timer's interrupt calls.
+struct TickHandler(UnsafeCell<fn()>);
+// SAFETY: written once before the interrupt is enabled, then read by its handler only.
+unsafe impl Sync for TickHandler {}
+static TICK: TickHandler = TickHandler(UnsafeCell::new(|| ()));
+
+/// Sets the priorities and enables the interrupts, apart from the executors', which `main` starts.
+///
+/// `tick`: called by TIMER 0's interrupt.
+pub fn enable(tick: fn()) {
     // SAFETY: called once, before any of the interrupts can come; a priority is one byte.
     unsafe {
+        *TICK.0.get() = tick;
         let nvic = &*NVIC::PTR;
         for (irq, priority) in PRIORITIES {
             nvic.ipr[usize::from(irq.number())].write(priority);
@@ -68,7 +53,8 @@ unsafe extern "C" fn uart0_receive() {
 }
 
 unsafe extern "C" fn timer0() {
-    device::tick();
+    // SAFETY: written before this interrupt was enabled.
+    unsafe { (*TICK.0.get())() }
 }
 
 unsafe extern "C" fn urgent() {

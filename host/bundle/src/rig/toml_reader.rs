@@ -82,6 +82,8 @@ impl<'a> TableReader<'a> {
 
     /// Refuses any key that is not among `known`.
     pub(crate) fn check_keys(&self, known: &[&str]) -> Result<(), Fault> {
+        #[cfg(test)]
+        tests::note(&self.name, known);
         let Some((key, place)) = self.first_key(|key| !known.contains(&key)) else { return Ok(()) };
         let cause = RigCause::UnknownKey {
             key: key.to_owned(),
@@ -273,5 +275,30 @@ impl<'a> TableReader<'a> {
     /// The place of a key's value, or of the table when it is missing.
     pub(crate) fn place_of(&self, key: &str) -> Place {
         self.get(key).map_or_else(|| self.place(), |value| self.source.place(&value.span()))
+    }
+}
+
+#[cfg(test)]
+pub(crate) use tests::known_keys;
+
+#[cfg(test)]
+mod tests {
+    use std::cell::RefCell;
+    use std::collections::BTreeSet;
+
+    thread_local! {
+        static KNOWN: RefCell<BTreeSet<(String, String)>> = const { RefCell::new(BTreeSet::new()) };
+    }
+
+    pub(super) fn note(table: &str, known: &[&str]) {
+        let keys = known.iter().map(|key| (table.to_owned(), (*key).to_owned()));
+        KNOWN.with_borrow_mut(|all| all.extend(keys));
+    }
+
+    /// Every table and key that a reader knows of the tables that `read` has it read.
+    pub(crate) fn known_keys(read: impl FnOnce()) -> BTreeSet<(String, String)> {
+        KNOWN.take();
+        read();
+        KNOWN.take()
     }
 }

@@ -2,9 +2,10 @@
 
 use std::path::PathBuf;
 
+use cathforce_config::Key;
 use clap::{Args, Subcommand};
 
-use super::{Changes, setting};
+use super::{Changes, JsonFile, link, lumen, setting};
 
 #[derive(Debug, Args)]
 #[command(args_conflicts_with_subcommands = true)]
@@ -15,36 +16,48 @@ pub struct ConfigArguments {
 
 #[derive(Debug, Subcommand)]
 pub enum ConfigAction {
-    /// Make a settings file for a bundle, with every setting in it, as a comment.
+    /// List every setting with its default, range and meaning; `cathforce config` alone does too.
+    List(ConfigListArguments),
+    /// Make a settings file for a bundle that holds every setting as a comment.
     Init(ConfigInitArguments),
-    /// Show what a device would be told about a bundle, or what it was told.
+    /// Show the values that a bundle gives, or that a device uses.
     Show(ConfigShowArguments),
     /// Print one value.
     Get(ConfigGetArguments),
     /// Change values in a settings file; comments stay.
     Set(ConfigSetArguments),
-    /// Show what differs between two files, or a file and a device.
+    /// Compare two settings files, or a settings file with a device.
     Diff(ConfigDiffArguments),
-    /// Check a settings file or a bundle, and say what looks like a slip.
+    /// Check a settings file or a bundle, and warn of values in the wrong unit.
     Validate(ConfigValidateArguments),
-    /// Configure a device with a bundle and its settings, having shown what changes.
+    /// Configure a device with a bundle and a settings file, and say what changes.
     Apply(ConfigApplyArguments),
-    /// Write what a device uses into a settings file, and check that it gives the same again.
+    /// Write what a device uses into a settings file that reproduces it.
     Save(ConfigSaveArguments),
-    /// As apply, from a file of an older version: what does not carry over is listed.
+    /// Do the same as apply with a file of an older version, and list what is left out.
     Restore(ConfigApplyArguments),
-    /// Take where the drives' positions stand in a master's frames from its DBC.
+    /// Read from a master's DBC where its frames hold the drives' positions.
     ImportDbc(ConfigImportDbcArguments),
     /// Print the JSON schema of settings files.
-    Schema(ConfigSchemaArguments),
+    Schema(JsonFile),
     /// Write the device image of a bundle.
     Image(ConfigImageArguments),
 }
 
+#[derive(Debug, Default, Args)]
+pub struct ConfigListArguments {
+    /// List only the settings whose name contains this.
+    #[arg(value_name = "NAME")]
+    pub name: Option<String>,
+    #[command(flatten)]
+    pub json_file: JsonFile,
+}
+
 #[derive(Debug, Args)]
 pub struct ConfigInitArguments {
+    /// Trial bundle.
     pub bundle: PathBuf,
-    /// File to make; must not be there yet.
+    /// New settings file.
     #[arg(value_name = "FILE.toml")]
     pub file: PathBuf,
 }
@@ -55,8 +68,8 @@ pub struct ConfigInitArguments {
 pub struct ConfigSource {
     /// Trial bundle.
     pub bundle: Option<PathBuf>,
-    /// Device behind this link.
-    #[arg(long)]
+    /// Ask the device behind this link.
+    #[arg(long, value_parser = link::address)]
     pub link: Option<String>,
 }
 
@@ -64,130 +77,160 @@ pub struct ConfigSource {
 pub struct ConfigShowArguments {
     #[command(flatten)]
     pub source: ConfigSource,
-    /// Say of every value where it comes from.
+    /// Say where each value comes from.
     #[arg(long)]
     pub origin: bool,
     #[command(flatten)]
     pub changes: Changes,
+    #[command(flatten)]
+    pub json_file: JsonFile,
 }
 
 #[derive(Debug, Args)]
+#[command(allow_missing_positional = true)]
 pub struct ConfigGetArguments {
-    /// Name, as `cathforce config` lists it.
-    pub name: String,
-    // As of `ConfigSource`, whose group would come before the name in the usage.
-    /// Trial bundle, or settings file.
+    /// Trial bundle or settings file.
     #[arg(value_name = "BUNDLE|FILE.toml", required_unless_present = "link")]
-    pub bundle: Option<PathBuf>,
-    /// Device behind this link.
-    #[arg(long, conflicts_with = "bundle")]
+    pub source: Option<PathBuf>,
+    /// Name of the setting; `cathforce config list` lists them.
+    #[arg(required = true)]
+    pub name: String,
+    /// Ask the device behind this link.
+    #[arg(long, conflicts_with = "source", value_parser = link::address)]
     pub link: Option<String>,
     #[command(flatten)]
     pub changes: Changes,
 }
 
+impl ConfigGetArguments {
+    /// Source and name. Earlier versions took the name first, which is understood as well.
+    pub fn source_and_name(&self) -> (Option<PathBuf>, String) {
+        let first = self.source.as_ref().and_then(|path| path.to_str());
+        match first {
+            Some(first) if Key::find(first).is_some() && Key::find(&self.name).is_none() => {
+                (Some(PathBuf::from(&self.name)), first.to_owned())
+            }
+            _ => (self.source.clone(), self.name.clone()),
+        }
+    }
+}
+
 #[derive(Debug, Args)]
 pub struct ConfigSetArguments {
+    /// Settings file to change.
     #[arg(value_name = "FILE.toml")]
     pub file: PathBuf,
-    /// What to change.
+    /// Settings and their new values.
     #[arg(required = true, value_name = "NAME=VALUE", value_parser = setting)]
     pub values: Vec<(String, f32)>,
 }
 
 #[derive(Debug, Args)]
 pub struct ConfigDiffArguments {
-    /// Settings file, or the link of a device.
+    /// Settings file, or link of a device.
     #[arg(value_name = "FILE|LINK")]
     pub first: String,
-    /// The same; the defaults if not given.
+    /// Settings file or link to compare it with [default: the default values]
     #[arg(value_name = "FILE|LINK")]
     pub second: Option<String>,
+    #[command(flatten)]
+    pub json_file: JsonFile,
 }
 
 #[derive(Debug, Args)]
 pub struct ConfigValidateArguments {
-    /// Settings file, or trial bundle.
+    /// Settings file or trial bundle.
     #[arg(value_name = "FILE.toml|BUNDLE")]
     pub path: PathBuf,
 }
 
 #[derive(Debug, Args)]
 pub struct ConfigApplyArguments {
+    /// Trial bundle.
+    pub bundle: PathBuf,
     /// Settings file.
     #[arg(value_name = "FILE.toml")]
     pub file: PathBuf,
-    pub bundle: PathBuf,
-    /// Where the device is.
-    #[arg(long)]
+    /// Link of the device.
+    #[arg(long, value_parser = link::address)]
     pub link: String,
     /// Show what would change, and change nothing.
     #[arg(long)]
     pub dry_run: bool,
-    /// Grid spacing of the vessel's wall; 1 mm if not given.
-    #[arg(long, value_name = "MM", value_parser = super::lumen::cell_mm)]
+    /// List every value, also for a device that has no configuration yet.
+    #[arg(long)]
+    pub all: bool,
+    /// Grid spacing of the vessel's wall [default: 1]
+    #[arg(long, value_name = "MM", value_parser = lumen::cell_mm)]
     pub cell: Option<f64>,
+}
+
+impl ConfigApplyArguments {
+    /// Bundle and file. Earlier versions took the file first; a bundle is a folder, so both orders
+    /// are understood.
+    pub fn bundle_and_file(&self) -> (&PathBuf, &PathBuf) {
+        match self.file.is_dir() && !self.bundle.is_dir() {
+            true => (&self.file, &self.bundle),
+            false => (&self.bundle, &self.file),
+        }
+    }
 }
 
 #[derive(Debug, Args)]
 pub struct ConfigSaveArguments {
-    /// Bundle that the device was configured from.
+    /// Trial bundle that the device was configured from.
     pub bundle: PathBuf,
-    /// Settings file to write; an old one is replaced.
+    /// Settings file to write; an existing settings file is replaced.
     #[arg(value_name = "FILE.toml")]
     pub file: PathBuf,
-    /// Where the device is.
-    #[arg(long)]
+    /// Link of the device.
+    #[arg(long, value_parser = link::address)]
     pub link: String,
-    /// Grid spacing that it was configured with; 1 mm if not given.
-    #[arg(long, value_name = "MM", value_parser = super::lumen::cell_mm)]
+    /// Grid spacing that the device was configured with [default: 1]
+    #[arg(long, value_name = "MM", value_parser = lumen::cell_mm)]
     pub cell: Option<f64>,
 }
 
-/// Signals are named MESSAGE.SIGNAL; without any, those that there are are listed.
+/// Without signals, this lists the signals of the DBC. A signal is named MESSAGE.SIGNAL.
 #[derive(Debug, Args)]
 pub struct ConfigImportDbcArguments {
+    /// DBC of the master's bus.
     #[arg(value_name = "FILE.dbc")]
     pub dbc: PathBuf,
-    /// Settings file to write them into.
+    /// Settings file to write the signals into.
     #[arg(long, value_name = "FILE.toml", requires = "insertion")]
     pub settings: Option<PathBuf>,
-    /// List messages and signals.
+    /// List messages and signals, and write nothing.
     #[arg(long)]
     pub list: bool,
-    /// Feed of the catheter's drive.
+    /// Insertion of the catheter's drive.
     #[arg(long, value_name = "SIGNAL", requires = "rotation", requires = "settings")]
     pub insertion: Option<String>,
     /// Rotation of the catheter's drive.
     #[arg(long, value_name = "SIGNAL", requires = "insertion")]
     pub rotation: Option<String>,
-    /// The catheter's button, if it has one; 1 while it is held.
+    /// Button of the catheter, if it has one; the signal is 1 while it is held.
     #[arg(long, value_name = "SIGNAL", requires = "insertion")]
     pub button: Option<String>,
-    /// Whether the handle is gripped; from one half on it is.
+    /// Grip of the handle; a value of one half or more means gripped.
     #[arg(long, value_name = "SIGNAL", requires = "insertion")]
     pub grip: Option<String>,
-    /// Feed of the guidewire's drive.
+    /// Insertion of the guidewire's drive.
     #[arg(long, value_name = "SIGNAL", requires = "guidewire_rotation")]
     pub guidewire_insertion: Option<String>,
     /// Rotation of the guidewire's drive.
     #[arg(long, value_name = "SIGNAL", requires = "guidewire_insertion")]
     pub guidewire_rotation: Option<String>,
-    /// The guidewire's button; 1 while it is held.
+    /// Button of the guidewire; the signal is 1 while it is held.
     #[arg(long, value_name = "SIGNAL", requires = "guidewire_insertion")]
     pub guidewire_button: Option<String>,
 }
 
 #[derive(Debug, Args)]
-pub struct ConfigSchemaArguments {
-    /// Print docs/config.md instead.
-    #[arg(long)]
-    pub markdown: bool,
-}
-
-#[derive(Debug, Args)]
 pub struct ConfigImageArguments {
+    /// Trial bundle.
     pub bundle: PathBuf,
+    /// Device image to write; an existing image is replaced.
     #[arg(long, value_name = "FILE.cfim")]
     pub out: PathBuf,
     #[command(flatten)]

@@ -1,12 +1,12 @@
 //! Arguments of the commands about the gap between model and measurement.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use cathforce_effect_catalogue::Effect;
 use cathforce_gap::spike::Spike;
-use clap::{Args, Subcommand};
+use clap::{ArgMatches, Args, Subcommand};
 
-use super::{Changes, positive, positive_seconds};
+use super::{Changes, JsonFile, link, positive, positive_seconds, unknown};
 
 #[derive(Debug, Args)]
 pub struct GapArguments {
@@ -33,46 +33,56 @@ pub enum GapAction {
     /// Print the motion that a recording should hold, or play it.
     Protocol(ProtocolArguments),
     /// List the effects that can be switched on and diagnosed.
-    Effects,
-    /// Check the diagnosis blind: on realities whose effect is sealed until every case is answered.
-    Challenge(ChallengeArguments),
+    Effects(JsonFile),
+    /// Test the diagnosis blind, on cases whose true effects stay sealed until every case is answered.
+    #[command(alias = "challenge")]
+    BlindTest(BlindTestArguments),
 }
 
 #[derive(Debug, Args)]
-pub struct ChallengeArguments {
+pub struct BlindTestArguments {
     #[command(subcommand)]
-    pub action: ChallengeAction,
+    pub action: BlindTestAction,
 }
 
 #[derive(Debug, Subcommand)]
-pub enum ChallengeAction {
-    /// Draw cases from a seed and play them on another solver than the device's model.
-    Make(ChallengeMakeArguments),
-    /// Write the SHA-256 of every label, before anything is diagnosed.
-    Seal(ChallengeFolder),
-    /// Diagnose every sealed case that has no answer yet, one a core; goes on where it was stopped.
-    Run(ChallengeRunArguments),
+pub enum BlindTestAction {
+    /// Draw cases from a seed and simulate them with a solver that is not the device's model.
+    Make(BlindTestMakeArguments),
+    /// Write the SHA-256 of every label and every case, before anything is diagnosed.
+    Seal(BlindTestFolder),
+    /// Diagnose every sealed case that has no answer yet, one case on each core. Resumes an interrupted run.
+    Run(BlindTestRunArguments),
     /// Check the labels against their seals and show them beside the answers.
-    Reveal(ChallengeFolder),
-    /// The figures of blind checks, as tables of Markdown.
-    Score(ChallengeFolders),
+    Reveal(BlindTestFolder),
+    /// Score the answers: every figure with its target and its 95 % interval.
+    Score(BlindTestFolders),
 }
 
 #[derive(Debug, Args)]
-pub struct ChallengeFolder {
-    /// Folder of the challenge.
+pub struct BlindTestFolder {
+    /// Folder of the blind test.
     pub folder: PathBuf,
 }
 
 #[derive(Debug, Args)]
-pub struct ChallengeFolders {
-    /// Folders of challenges, each scored on its own.
+pub struct BlindTestFolders {
+    /// Folders of blind tests; each is scored on its own.
     #[arg(required = true)]
     pub folders: Vec<PathBuf>,
+    /// Day on which the seal was published, for the record of the score.
+    #[arg(long, value_name = "YYYY-MM-DD")]
+    pub date: Option<String>,
+    /// Commit that published the seal, for the record of the score.
+    #[arg(long, value_name = "COMMIT")]
+    pub sealed_in: Option<String>,
+    /// Commit of the program that answered, for the record of the score.
+    #[arg(long, value_name = "COMMIT")]
+    pub program_commit: Option<String>,
 }
 
 #[derive(Debug, Args)]
-pub struct ChallengeMakeArguments {
+pub struct BlindTestMakeArguments {
     /// Folder to make, or to go on with where that was broken off.
     pub folder: PathBuf,
     /// Cases: a tenth without an effect, a quarter with one that the library does not have, a
@@ -90,8 +100,8 @@ pub struct ChallengeMakeArguments {
 }
 
 #[derive(Debug, Args)]
-pub struct ChallengeRunArguments {
-    /// Folder of the challenge.
+pub struct BlindTestRunArguments {
+    /// Folder of the blind test.
     pub folder: PathBuf,
     /// Stop after so many cases; another run goes on.
     #[arg(long)]
@@ -112,7 +122,7 @@ pub struct ApplyArguments {
     #[arg(long, value_name = "FILE.toml")]
     pub settings: Option<PathBuf>,
     /// Configure this device with the result, and ask it what it uses.
-    #[arg(long)]
+    #[arg(long, value_parser = link::address)]
     pub link: Option<String>,
     /// Show what would change, and change nothing.
     #[arg(long)]
@@ -123,7 +133,7 @@ pub struct ApplyArguments {
 #[derive(Debug, Args)]
 #[group(required = true, multiple = false)]
 pub struct ApplySource {
-    /// Answer of `cathforce gap diagnose BUNDLE --json FILE`.
+    /// Answer of `cathforce gap diagnose BUNDLE --out FILE.json`.
     #[arg(long, value_name = "FILE.json")]
     pub diagnosis: Option<PathBuf>,
     /// Fit this effect to the bundle instead, and no other; may be given more than once.
@@ -136,7 +146,7 @@ pub struct VerifyArguments {
     /// Trial bundle: the one that was diagnosed, or a fresh one of the same rig.
     pub bundle: PathBuf,
     /// Where the device is, as for `cathforce run`.
-    #[arg(long, default_value = "qemu")]
+    #[arg(long, default_value = "qemu", value_parser = link::address)]
     pub link: String,
     /// Trial to play; one that the diagnosis has not seen, if there is one.
     #[arg(long)]
@@ -169,12 +179,16 @@ pub struct CoverageArguments {
     /// Without it, every trial is held out in turn.
     #[arg(long, value_name = "TRIAL")]
     pub hold_back: Vec<u32>,
+    #[command(flatten)]
+    pub json_file: JsonFile,
 }
 
 #[derive(Debug, Args)]
 pub struct AblationArguments {
     /// Trial bundle, or recording.
     pub bundle: PathBuf,
+    #[command(flatten)]
+    pub json_file: JsonFile,
 }
 
 #[derive(Debug, Args)]
@@ -237,6 +251,8 @@ pub struct IsolabilityArguments {
     pub protocol: bool,
     #[command(flatten)]
     pub way: Way,
+    #[command(flatten)]
+    pub json_file: JsonFile,
 }
 
 #[derive(Debug, Args)]
@@ -252,7 +268,7 @@ pub struct ProtocolArguments {
     #[arg(long, value_name = "FILE.csv")]
     pub csv: Option<PathBuf>,
     /// Play it on this device, as `cathforce run` plays a trial.
-    #[arg(long)]
+    #[arg(long, value_parser = link::address)]
     pub link: Option<String>,
     /// Record that into this MCAP file, which must not be there yet.
     #[arg(long, value_name = "FILE.mcap", requires = "link")]
@@ -276,12 +292,10 @@ pub struct DiagnoseArguments {
     /// Trial bundle, or recordings of runs of one rig (MCAP), each a trial.
     #[arg(required = true, value_name = "BUNDLE|FILE.mcap")]
     pub bundle: Vec<PathBuf>,
-    /// Write the answer as JSON into this file, or to stdout (`-`).
-    // The same id as the flag of all commands, which it stands in for.
-    #[arg(long, id = "json", value_name = "FILE|-", num_args = 0..=1, default_missing_value = "-")]
-    pub json: Option<String>,
-    /// Make a web page of the answer, one file that needs nothing else.
-    #[arg(long, visible_alias = "html", value_name = "FILE.html", value_parser = page_file)]
+    #[command(flatten)]
+    pub json_file: JsonFile,
+    /// Make a web page of the answer: one file that needs nothing else.
+    #[arg(long, alias = "html", value_name = "FILE.html", value_parser = page_file)]
     pub report: Option<PathBuf>,
     /// Fail with exit code 6 when the force error that is left exceeds this, e.g. `rms_N=0.02`.
     #[arg(long, value_name = "rms_N=X", value_parser = rms_limit)]
@@ -294,17 +308,37 @@ pub struct DiagnoseArguments {
     pub effects: Vec<&'static Effect>,
 }
 
+impl DiagnoseArguments {
+    /// What follows `--json` directly is the file of the answer, unless it can be diagnosed itself.
+    pub fn take_file_of_json(&mut self, matches: &ArgMatches) {
+        let after = matches.index_of("json").map(|index| index + 1);
+        let mut indices = matches.indices_of("bundle").into_iter().flatten();
+        let Some(at) = after.and_then(|after| indices.position(|index| index == after)) else {
+            return;
+        };
+        let path = &self.bundle[at];
+        let is_source = path.is_dir() || path.extension().is_some_and(|ending| ending == "mcap");
+        if is_source || self.bundle.len() < 2 || self.json_file.out.is_some() {
+            return;
+        }
+        let path = self.bundle.remove(at);
+        self.json_file.out = (path != Path::new("-")).then_some(path);
+    }
+}
+
 fn effect(id: &str) -> Result<&'static Effect, String> {
-    Effect::find(id)
-        .ok_or_else(|| "there is no effect of that name, `cathforce gap effects` lists them".into())
+    Effect::find(id).ok_or_else(|| {
+        let ids = cathforce_effect_catalogue::all().map(|effect| effect.id).collect::<Vec<_>>();
+        unknown("effect", id, &ids, "cathforce gap effects")
+    })
 }
 
 /// A page is for a browser, and stdout is the answer's.
 fn page_file(text: &str) -> Result<PathBuf, String> {
     match text {
         "-" => {
-            Err("a page goes into a file, as in --report page.html; `--json -` writes the answer \
-                    to stdout"
+            Err("a page goes into a file, as in --report page.html; `--json` prints the answer on \
+                    stdout"
                 .into())
         }
         file => Ok(file.into()),

@@ -7,30 +7,30 @@ use clap::{Args, ValueEnum};
 
 #[derive(Debug, Args)]
 pub struct LumenArguments {
-    /// STL file in millimetres, or trial bundle.
+    /// Surface mesh (STL, in millimetres) or trial bundle.
     #[arg(value_name = "MESH|BUNDLE")]
     pub path: PathBuf,
-    /// Grid spacing; 1 mm if not given. Nothing but this makes it coarser.
+    /// Grid spacing [default: 1]
     #[arg(long, value_name = "MM", value_parser = cell_mm)]
     pub cell: Option<f64>,
-    /// Outer diameter of the instrument; the bundle's own if not given, 3 mm for a mesh.
+    /// Outer diameter of the instrument [default: that of the bundle, or 3 for a mesh]
     #[arg(long, value_name = "MM", value_parser = diameter_mm)]
     pub diameter: Option<f64>,
-    /// The wall between the vertices of a mesh.
+    /// Shape of the wall between the vertices of a mesh.
     #[arg(long, value_enum, default_value_t)]
     pub surface: Surface,
-    /// Write directory and bricks into this file, as the device reads them.
-    #[arg(long, value_name = "FILE")]
+    /// Write the field into this file, in the format that the device reads.
+    #[arg(long, value_name = "FILE.bin")]
     pub out: Option<PathBuf>,
 }
 
 /// The wall between the vertices of a mesh.
 #[derive(Clone, Copy, Debug, Default, ValueEnum)]
 pub enum Surface {
-    /// Curved through the vertices: the edges of a decimated mesh are not felt.
+    /// Curved through the vertices, so that the edges of a coarse mesh are not felt.
     #[default]
     Smooth,
-    /// Flat facets, as the file says.
+    /// Flat facets, as in the file.
     Flat,
 }
 

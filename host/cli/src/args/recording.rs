@@ -5,32 +5,33 @@ use std::path::PathBuf;
 use cathforce_recording::import::{AxisMap, ColumnMap};
 use clap::{ArgGroup, Args, Subcommand};
 
-use super::{Changes, positive, positive_seconds};
+use super::{Changes, JsonFile, link, positive, positive_seconds};
 
 #[derive(Debug, Args)]
 pub struct ExportArguments {
+    /// Recording.
     #[arg(value_name = "FILE.mcap")]
     pub recording: PathBuf,
-    /// One row a tick.
+    /// Write a CSV with one row per tick; `-` is stdout.
     #[arg(
         long,
         value_name = "FILE.csv",
         required_unless_present_any = ["nodes", "parquet", "candump", "bundle"]
     )]
     pub csv: Option<PathBuf>,
-    /// One row a node and shape, 25 shapes a second.
+    /// Write a CSV with one row per node of the instrument, 25 shapes a second.
     #[arg(long, value_name = "FILE.csv")]
     pub nodes: Option<PathBuf>,
-    /// One row a tick, as Parquet.
+    /// Write a Parquet file with one row per tick and the columns of `--csv`.
     #[arg(long, value_name = "FILE.parquet")]
     pub parquet: Option<PathBuf>,
-    /// Every frame, as `candump -l` logs it.
+    /// Write every frame in the format of `candump -l`.
     #[arg(long, value_name = "FILE.log")]
     pub candump: Option<PathBuf>,
-    /// Rig, vessel and the trial with what was measured: a trial bundle, in a new folder.
+    /// Write a trial bundle into a new folder: rig, vessel and the trial with its measurements.
     #[arg(long, value_name = "FOLDER")]
     pub bundle: Option<PathBuf>,
-    /// Replace files that are there; a recording and a folder stay.
+    /// Replace existing exports; recordings and folders are never replaced.
     #[arg(long)]
     pub overwrite: bool,
 }
@@ -43,16 +44,17 @@ pub struct ImportArguments {
 
 #[derive(Debug, Subcommand)]
 pub enum ImportSource {
-    /// A log of `candump -l`, into a recording.
+    /// Make a recording from a log of `candump -l`.
     Candump(ImportCandumpArguments),
-    /// The log of an ATI force/torque sensor, joined with the drive's motion, into a trial.
+    /// Make a trial from the log of an ATI force/torque sensor and the drive's motion.
     Ati(ImportAtiArguments),
-    /// A CSV whose columns are named here, into a trial.
+    /// Make a trial from a CSV with columns of other names.
     Csv(ImportCsvArguments),
 }
 
 #[derive(Debug, Args)]
 pub struct ImportCandumpArguments {
+    /// Log of `candump -l`.
     #[arg(value_name = "FILE.log")]
     pub log: PathBuf,
     /// Trial bundle of the rig on which it was logged.
@@ -60,32 +62,32 @@ pub struct ImportCandumpArguments {
     pub bundle: PathBuf,
     #[command(flatten)]
     pub changes: Changes,
-    /// Recording to write; must not be there yet.
+    /// New recording.
     #[arg(long, value_name = "FILE.mcap")]
     pub out: PathBuf,
 }
 
 #[derive(Debug, Args)]
 pub struct ImportAtiArguments {
+    /// Log of the sensor.
     #[arg(value_name = "FILE")]
     pub log: PathBuf,
-    /// Where the drive was: a trial's CSV or a recording.
+    /// Motion of the drive: a trial's CSV or a recording.
     #[arg(long, value_name = "FILE")]
     pub motion: PathBuf,
-    /// Trial to write, e.g. BUNDLE/trials/004.csv; must not be there yet.
+    /// New trial, for example BUNDLE/trials/004.csv.
     #[arg(long, value_name = "FILE.csv")]
     pub out: PathBuf,
-    /// Counts, or another unit's, that are one newton, as the sensor's calibration says; 1 for a log in
-    /// newtons.
+    /// Counts per newton from the sensor's calibration, or units per newton of another unit.
     #[arg(long, value_name = "N", default_value_t = 1.0, value_parser = counts)]
     pub counts_per_n: f64,
-    /// The sensor's axes that are the vessel's x, y, z, e.g. `+y,-x,+z`.
+    /// The sensor's axes that point along the vessel's x, y and z, for example `+y,-x,+z`.
     #[arg(long, value_name = "AXES", default_value = "+x,+y,+z", value_parser = AxisMap::parse, allow_hyphen_values = true)]
     pub axes: AxisMap,
-    /// Subtract the mean of the log's first seconds, in which nothing touched.
+    /// Subtract the mean of the first seconds, during which nothing touched the sensor.
     #[arg(long, value_name = "SECONDS", value_parser = positive_seconds)]
     pub tare: Option<f64>,
-    /// Rows a second, for a log without a column Time.
+    /// Rows per second of a log without a column Time.
     #[arg(long, value_name = "HZ", value_parser = hertz)]
     pub rate: Option<f64>,
     /// Time of the motion at which the log begins.
@@ -95,17 +97,19 @@ pub struct ImportAtiArguments {
 
 #[derive(Debug, Args)]
 pub struct ImportCsvArguments {
+    /// Table of another tool.
     #[arg(value_name = "FILE.csv")]
     pub table: PathBuf,
-    /// Where a column of the trial comes from, e.g. `insertion_m=feed_mm*0.001+0.028`; may be given
-    /// more than once. The offset is in the trial's unit. Columns of the trial's own names need none.
+    /// Compute a column of the trial from one of the table, for example
+    /// `insertion_m=feed_mm*0.001+0.028` with the offset in the trial's unit. May be repeated. A
+    /// column that already has the trial's name needs no mapping.
     #[arg(
         long = "column",
         value_name = "NAME=THEIRS[*FACTOR[+OFFSET]]",
         value_parser = ColumnMap::parse
     )]
     pub columns: Vec<ColumnMap>,
-    /// Trial to write, e.g. BUNDLE/trials/004.csv; must not be there yet.
+    /// New trial, for example BUNDLE/trials/004.csv.
     #[arg(long, value_name = "FILE.csv")]
     pub out: PathBuf,
 }
@@ -115,33 +119,36 @@ pub struct SendArguments {
     /// Recording, or log of `candump -l`.
     #[arg(value_name = "FILE")]
     pub file: PathBuf,
-    /// Bus to play it on, as for `cathforce run`.
-    #[arg(long)]
+    /// Bus to play it on.
+    #[arg(long, value_parser = link::address)]
     pub link: String,
-    /// Times as fast as it was recorded.
+    /// Play it faster by this factor.
     #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = factor)]
     pub speed: f64,
-    /// The master of this log has frames of its own, as these settings say.
+    /// Settings that describe the frames of this log's master.
     #[arg(long, value_name = "FILE.toml")]
     pub settings: Option<PathBuf>,
-    /// Play the device's frames too, for tools that listen, on a bus without a device.
+    /// Play the device's frames as well, for tools that listen on a bus without a device.
     #[arg(long)]
     pub all: bool,
-    /// Play commands too: the device arms when the recorded one did.
+    /// Play commands as well; the device then arms when the recorded one did.
     #[arg(long)]
     pub commands: bool,
 }
 
 #[derive(Debug, Args)]
 pub struct CheckArguments {
+    /// Recording.
     #[arg(value_name = "FILE.mcap")]
     pub recording: PathBuf,
-    /// Accept so many frames and ticks that are missing.
+    /// Accept this many missing frames and ticks.
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub allow_missing: u64,
-    /// Do not replay it.
+    /// Do not replay the recording.
     #[arg(long)]
     pub no_replay: bool,
+    #[command(flatten)]
+    pub json_file: JsonFile,
 }
 
 /// A recording or a bus.
@@ -149,13 +156,13 @@ pub struct CheckArguments {
 #[group(skip)]
 #[command(group(ArgGroup::new("source").required(true).args(["recording", "link"])))]
 pub struct Source {
-    /// Recording; latency needs one that ran free.
+    /// Recording.
     #[arg(value_name = "FILE.mcap")]
     pub recording: Option<PathBuf>,
-    /// Listen on this bus; nothing is sent.
-    #[arg(long)]
+    /// Listen on this bus, and send nothing.
+    #[arg(long, value_parser = link::address)]
     pub link: Option<String>,
-    /// The master on this bus has frames of its own, as these settings say.
+    /// Settings that describe the frames of this bus's master.
     #[arg(long, value_name = "FILE.toml", requires = "link", conflicts_with = "recording")]
     pub settings: Option<PathBuf>,
 }
@@ -164,31 +171,34 @@ pub struct Source {
 pub struct LatencyArguments {
     #[command(flatten)]
     pub source: Source,
-    /// How long to listen on a bus.
+    /// Time to listen on a bus.
     #[arg(long, value_name = "SECONDS", default_value_t = 5.0, value_parser = positive_seconds)]
     pub duration: f64,
-    /// Fail with exit code 6 when 99 % end to end take longer than this.
+    /// Fail with exit code 6 when the 99th percentile from end to end exceeds this.
     #[arg(long, value_name = "MILLISECONDS", value_parser = milliseconds)]
     pub budget: Option<f64>,
+    #[command(flatten)]
+    pub json_file: JsonFile,
 }
 
 #[derive(Debug, Args)]
 pub struct MonitorArguments {
     #[command(flatten)]
     pub source: Source,
-    /// End after so long.
+    /// Stop after this time.
     #[arg(long, value_name = "SECONDS", value_parser = positive_seconds)]
     pub duration: Option<f64>,
 }
 
 #[derive(Debug, Args)]
 pub struct CompletionsArguments {
+    /// Shell to write the script for.
     pub shell: clap_complete::Shell,
 }
 
 #[derive(Debug, Args)]
 pub struct ManArguments {
-    /// Folder for the pages, one a command.
+    /// Folder for the pages, one for each command.
     pub folder: PathBuf,
 }
 

@@ -5,33 +5,36 @@ use std::io;
 use std::path::Path;
 
 use cathforce_recording::{
-    Track, analyse, write_bundle, write_candump, write_nodes_csv, write_ticks_csv,
-    write_ticks_parquet, write_whole,
+    Track, analyse, write_bundle, write_candump, write_nodes_csv, write_ticks_csv, write_whole,
 };
 use serde_json::{Value, json};
 
 use crate::args::ExportArguments;
 use crate::failure::Failure;
+use crate::open::open_recording;
 use crate::output::{Kind, NODES, TICKS, check_apart, check_export, check_new_folder};
 use crate::ui::Ui;
 
-/// A file of this name is standard output.
+/// A file of this name means stdout.
 const STDOUT: &str = "-";
-/// Interface that a log names.
+/// Interface that an exported log names.
 const INTERFACE: &str = "can0";
 
 pub fn run(ui: &Ui, arguments: &ExportArguments) -> Result<(), Failure> {
     check(arguments)?;
-    let recording = super::open_recording(ui, &arguments.recording)?;
+    let recording = open_recording(ui, &arguments.recording)?;
     let decoded = [&arguments.csv, &arguments.nodes, &arguments.parquet];
-    let track = match decoded.iter().any(|path| path.is_some()) {
-        true => analyse(&recording)?.track,
-        false => Track::default(),
+    let (track, entry_m) = match decoded.iter().any(|path| path.is_some()) {
+        true => {
+            let analysis = analyse(&recording)?;
+            (analysis.track, analysis.entry_m.map(|x| x as f32))
+        }
+        false => (Track::default(), [0.0; 3]),
     };
     let ticks = &track.ticks;
     let mut written = Written::default();
     if let Some(path) = &arguments.csv {
-        whole(path, |out| write_ticks_csv(&recording, ticks, out))?;
+        whole(path, |out| write_ticks_csv(&recording, ticks, entry_m, out))?;
         written.add(path, "ticks", ticks.len());
     }
     if let Some(path) = &arguments.nodes {
@@ -40,10 +43,7 @@ pub fn run(ui: &Ui, arguments: &ExportArguments) -> Result<(), Failure> {
         written.add(path, "shapes", shapes.len());
     }
     if let Some(path) = &arguments.parquet {
-        write_whole(path, |out| {
-            write_ticks_parquet(&recording, ticks, out).map_err(io::Error::other)
-        })
-        .map_err(|e| Failure::write(path, e))?;
+        write_parquet(&recording, ticks, entry_m, path)?;
         written.add(path, "ticks", ticks.len());
     }
     if let Some(path) = &arguments.candump {
@@ -55,7 +55,7 @@ pub fn run(ui: &Ui, arguments: &ExportArguments) -> Result<(), Failure> {
         write_bundle(&recording, path).map_err(|e| Failure::write(path, e))?;
         if recording.trial.rows.is_empty() {
             ui.warn(format_args!(
-                "{}: no trial was measured in it: {} has the rig and the vessel, and no trials",
+                "{}: no trial was measured, so {} has the rig and the vessel but no trial",
                 arguments.recording.display(),
                 path.display()
             ));
@@ -64,7 +64,7 @@ pub fn run(ui: &Ui, arguments: &ExportArguments) -> Result<(), Failure> {
     }
     let to_stdout = [&arguments.csv, &arguments.nodes, &arguments.candump].into_iter().flatten();
     match to_stdout.into_iter().any(|path| path == Path::new(STDOUT)) {
-        // That is the data then.
+        // The exported table is the data; nothing else may be on stdout.
         true => {
             ui.say(written.text.trim_end());
             Ok(())
@@ -73,7 +73,24 @@ pub fn run(ui: &Ui, arguments: &ExportArguments) -> Result<(), Failure> {
     }
 }
 
-/// Says before the work what it would be in vain for.
+#[cfg(feature = "parquet")]
+fn write_parquet(
+    recording: &cathforce_recording::Recording,
+    ticks: &[cathforce_recording::TickEstimate],
+    entry_m: [f32; 3],
+    path: &Path,
+) -> Result<(), Failure> {
+    write_whole(path, |out| {
+        cathforce_recording::write_ticks_parquet(recording, ticks, entry_m, out)
+            .map_err(io::Error::other)
+    })
+    .map_err(|e| Failure::write(path, e))
+}
+
+#[cfg(not(feature = "parquet"))]
+use super::left_out::write_parquet;
+
+/// Checks every output before the work begins.
 fn check(arguments: &ExportArguments) -> Result<(), Failure> {
     let ExportArguments { csv, nodes, parquet, candump, bundle, overwrite, .. } = arguments;
     let files = [(csv, TICKS), (nodes, NODES), (parquet, Kind::Parquet), (candump, Kind::Candump)];
@@ -85,7 +102,7 @@ fn check(arguments: &ExportArguments) -> Result<(), Failure> {
     bundle.as_deref().map_or(Ok(()), check_new_folder)
 }
 
-/// Text into a file, whole or not at all, or onto standard output.
+/// Writes text into a file, whole or not at all, or to stdout.
 fn whole(
     path: &Path,
     write: impl FnOnce(&mut dyn io::Write) -> io::Result<()>,
@@ -94,7 +111,7 @@ fn whole(
         return write_whole(path, |out| write(out)).map_err(|e| Failure::write(path, e));
     }
     match write(&mut io::BufWriter::new(io::stdout().lock())) {
-        // Whoever closed the pipe has seen enough.
+        // The reader of the pipe has seen enough.
         Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
         written => written.map_err(|e| Failure::write(path, e)),
     }

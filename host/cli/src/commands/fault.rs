@@ -1,4 +1,4 @@
-//! `cathforce fault`: what has happened, and what to do next.
+//! `cathforce fault`: explains faults and clears the one that a device has.
 
 use cathforce_bus::Command;
 use cathforce_control::{Fault, Mode, Reaction};
@@ -9,7 +9,7 @@ use crate::args::{FaultAction, FaultArguments, FaultClearArguments};
 use crate::failure::{Code, Failure};
 use crate::ui::{Ui, two_columns};
 
-/// Ticks that a device may take to leave a fault.
+/// Ticks within which a device must leave a fault.
 const PATIENCE_TICKS: usize = 50;
 
 pub fn run(ui: &Ui, arguments: &FaultArguments) -> Result<(), Failure> {
@@ -39,20 +39,20 @@ fn show_latched(ui: &Ui, link: &str) -> Result<(), Failure> {
     }
 }
 
-/// The fault that holds the output at zero; a ramp's cause is one already.
+/// The fault that holds the output at zero, or ramps it to zero.
 fn latched(client: &mut Client) -> Result<Option<Fault>, Failure> {
     let status = client.status()?;
     Ok(Mode::from_codes(status.mode, status.fault).and_then(Mode::fault))
 }
 
-/// A device clears only the fault whose token it gets: what nobody has seen stays.
+/// A device clears only the fault whose token it is sent, so that no unseen fault is cleared.
 fn clear(ui: &Ui, arguments: &FaultClearArguments) -> Result<(), Failure> {
     let mut client = Client::connect(cathforce_link::open(&arguments.link)?)?;
     match latched(&mut client)? {
         Some(fault) if fault == arguments.fault => {}
         Some(other) => {
             let message = format!(
-                "the device has another fault, {}: {}. Clear it with `cathforce fault clear {} \
+                "the device has another fault, {}: {}\n  fix: clear it with `cathforce fault clear {} \
                  --link {}`",
                 other.name(),
                 other.text(),
@@ -69,12 +69,12 @@ fn clear(ui: &Ui, arguments: &FaultClearArguments) -> Result<(), Failure> {
         client.run_tick(step)?;
         if latched(&mut client)?.is_none() {
             let name = arguments.fault.name();
-            let text = format!("{name} is cleared; self-test and arming come next\n");
+            let text = format!("{name} is cleared; the device can be tested and armed again\n");
             return ui.data(&json!({ "cleared": name }), text);
         }
     }
     let message = format!(
-        "the device keeps its fault {}: is its cause still there? {}",
+        "the device keeps its fault {}\n  fix: remove its cause first: {}",
         arguments.fault.name(),
         arguments.fault.text()
     );

@@ -1,4 +1,4 @@
-//! `cathforce info`.
+//! `cathforce info`: what a recording, a bundle, a device image or a device is.
 
 use std::path::Path;
 
@@ -7,71 +7,94 @@ use cathforce_config::image::{self, Header, MAGIC};
 use cathforce_control::Mode;
 use cathforce_link::Client;
 use cathforce_recording::{Recording, bus_load};
-use serde_json::{Value, json};
+use serde_json::{Map, Value, json};
 
-use super::{check_model, open_bundle};
 use crate::args::InfoArguments;
 use crate::failure::Failure;
-use crate::settings::parse::is_settings;
+use crate::image::check_model;
+use crate::open::{is_complete, open_bundle};
+use crate::settings::is_settings;
 use crate::ui::{Ui, two_columns};
 
 pub fn run(ui: &Ui, arguments: &InfoArguments) -> Result<(), Failure> {
-    let rows = match (&arguments.link, &arguments.path) {
+    arguments.json_file.check()?;
+    let facts = match (&arguments.source.link, &arguments.source.path) {
         (Some(link), _) => device(link)?,
         (None, Some(path)) if path.is_dir() => bundle(ui, path)?,
         (None, Some(path)) => file(path)?,
         // The argument parser asks for one of the two.
-        (None, None) => Vec::new(),
+        (None, None) => Facts::default(),
     };
-    let json: serde_json::Map<String, Value> =
-        rows.iter().map(|(key, value)| (key.replace(' ', "_"), value.clone())).collect();
-    let text = rows
-        .into_iter()
-        .map(|(key, value)| {
-            let text = match value {
-                Value::String(text) => text,
-                // Where nobody has to read it back, six decimals are enough.
-                Value::Number(number) if number.is_f64() => {
-                    let six = format!("{:.6}", number.as_f64().unwrap_or_default());
-                    six.trim_end_matches('0').trim_end_matches('.').to_owned()
-                }
-                other => other.to_string(),
-            };
-            (key.to_owned(), text)
-        })
-        .collect::<Vec<_>>();
-    ui.data(&json, two_columns(&text))
+    arguments.json_file.write(ui, &facts.json, two_columns(&facts.rows))
 }
 
-type Rows = Vec<(&'static str, Value)>;
+/// Facts for a reader and for a program.
+#[derive(Default)]
+struct Facts {
+    json: Map<String, Value>,
+    rows: Vec<(String, String)>,
+}
 
-fn bundle(ui: &Ui, path: &Path) -> Result<Rows, Failure> {
+impl Facts {
+    fn of_kind(kind: &str) -> Self {
+        let mut facts = Self::default();
+        facts.add("kind", json!(kind));
+        facts
+    }
+
+    /// A fact that reads the same in both forms.
+    fn add(&mut self, name: &str, value: Value) {
+        let text = match &value {
+            Value::String(text) => text.clone(),
+            // Six decimals are enough for a reader; JSON has them all.
+            Value::Number(number) if number.is_f64() => {
+                let six = format!("{:.6}", number.as_f64().unwrap_or_default());
+                six.trim_end_matches('0').trim_end_matches('.').to_owned()
+            }
+            Value::Bool(true) => "yes".into(),
+            Value::Bool(false) => "no".into(),
+            Value::Null => "none".into(),
+            other => other.to_string(),
+        };
+        self.add_with_text(name, value, text);
+    }
+
+    /// A fact with words of its own; words with spaces become a key with underscores.
+    fn add_with_text(&mut self, name: &str, value: Value, text: String) {
+        self.json.insert(name.replace(' ', "_"), value);
+        self.rows.push((name.to_owned(), text));
+    }
+}
+
+fn bundle(ui: &Ui, path: &Path) -> Result<Facts, Failure> {
     let bundle = open_bundle(ui, path)?;
     check_model(&bundle)?;
+    let mut facts = Facts::of_kind("trial bundle");
+    facts.add("name", json!(bundle.rig.name));
+    facts.add("note", json!(bundle.rig.note));
+    facts.add("mesh triangles", json!(bundle.mesh.as_ref().map(|m| m.mesh.len())));
+    facts.add("centreline branches", json!(bundle.centreline.len()));
     let trials = bundle
         .trials
         .iter()
-        .map(|t| format!("{:03}: {:.3} s, {} rows", t.number, t.duration_s(), t.len()))
-        .collect::<Vec<_>>();
-    let wire = bundle.catheter().and_then(|rig| rig.guidewire.as_ref());
-    let mesh = bundle.mesh.as_ref().map(|m| format!("{} triangles", m.mesh.len()));
-    let mut rows = vec![
-        ("kind", json!("trial bundle")),
-        ("name", json!(bundle.rig.name)),
-        ("note", json!(bundle.rig.note)),
-        ("vessel mesh", json!(mesh)),
-        ("centreline branches", json!(bundle.centreline.len())),
-        ("trials", json!(trials.join("\n"))),
-        ("largest insertion m", json!(bundle.largest_insertion_m())),
-        ("warnings", json!(bundle.warnings.len())),
-    ];
-    rows.extend(wire.map(|wire| ("guidewire diameter m", json!(wire.outer_diameter_m))));
-    Ok(rows)
+        .map(|t| json!({ "number": t.number, "duration_s": t.duration_s(), "rows": t.len() }));
+    let lines = bundle
+        .trials
+        .iter()
+        .map(|t| format!("{:03}: {:.3} s, {} rows", t.number, t.duration_s(), t.len()));
+    let lines = lines.collect::<Vec<_>>().join("\n");
+    facts.add_with_text("trials", trials.collect(), lines);
+    facts.add("largest insertion m", json!(bundle.largest_insertion_m()));
+    facts.add("warnings", json!(bundle.warnings.len()));
+    if let Some(wire) = bundle.catheter().and_then(|rig| rig.guidewire.as_ref()) {
+        facts.add("guidewire diameter m", json!(wire.outer_diameter_m));
+    }
+    Ok(facts)
 }
 
-fn file(path: &Path) -> Result<Rows, Failure> {
+fn file(path: &Path) -> Result<Facts, Failure> {
     let bytes = std::fs::read(path).map_err(|e| {
-        Failure::input(format!("cannot read {}: {e}; check the path", path.display()))
+        Failure::input(format!("cannot read {}: {e}\n  fix: check the path", path.display()))
     })?;
     if bytes.starts_with(&MAGIC) {
         return device_image(path, &bytes);
@@ -79,85 +102,85 @@ fn file(path: &Path) -> Result<Rows, Failure> {
     if std::str::from_utf8(&bytes).is_ok_and(is_settings) {
         let path = path.display();
         return Err(Failure::input(format!(
-            "{path}: this is a file of settings, not a recording, a bundle or an image\n  fix: \
-             `cathforce config validate {path}` checks it, `cathforce config diff {path}` says what \
-             it sets"
+            "{path}: this is a settings file, not a recording, a bundle or a device image\n  fix: \
+             `cathforce config validate {path}` checks it, and `cathforce config diff {path}` shows \
+             what it sets"
         )));
     }
     recording(path)
 }
 
-fn device_image(path: &Path, bytes: &[u8]) -> Result<Rows, Failure> {
+fn device_image(path: &Path, bytes: &[u8]) -> Result<Facts, Failure> {
     let refuse = |error| {
-        let fix = "make it again with `cathforce config image`";
-        Failure::input(format!("{}: refused as a device image: {error}; {fix}", path.display()))
+        let fix = "make the image again with `cathforce config image`";
+        let path = path.display();
+        Failure::input(format!("{path}: refused as a device image: {error}\n  fix: {fix}"))
     };
     let header = Header::read(bytes).map_err(refuse)?;
     let config = image::decode(bytes).map_err(refuse)?;
     let (description, lumen) = (config.model.description(), config.lumen.header());
-    let mut rows = vec![
-        ("kind", json!("device image")),
-        ("bytes", json!(bytes.len())),
-        ("schema", json!(format!("{:08x}", header.schema))),
-        ("crc", json!(format!("{:08x}", header.crc))),
-        ("link length m", json!(description.solver.link_length_m)),
-        ("lumen cell m", json!(lumen.cell_m)),
-        ("lumen bricks", json!(lumen.stored)),
-    ];
-    let wire = description.guidewire.as_ref();
-    rows.extend(wire.map(|wire| ("guidewire radius m", json!(wire.outer_radius_m))));
-    Ok(rows)
+    let mut facts = Facts::of_kind("device image");
+    facts.add("bytes", json!(bytes.len()));
+    facts.add("schema", json!(format!("{:08x}", header.schema)));
+    facts.add("crc", json!(format!("{:08x}", header.crc)));
+    facts.add("link length m", json!(description.solver.link_length_m));
+    facts.add("lumen cell m", json!(lumen.cell_m));
+    facts.add("lumen bricks", json!(lumen.stored));
+    if let Some(wire) = &description.guidewire {
+        facts.add("guidewire radius m", json!(wire.outer_radius_m));
+    }
+    Ok(facts)
 }
 
-fn recording(path: &Path) -> Result<Rows, Failure> {
+fn recording(path: &Path) -> Result<Facts, Failure> {
     let recording = Recording::open(path)?;
     let info = &recording.info;
     let (first, last) = (recording.frames.first(), recording.frames.last());
     let seconds = first.zip(last).map(|(a, b)| b.at_ns.saturating_sub(a.at_ns) as f64 * 1e-9);
-    Ok(vec![
-        ("kind", json!("recording")),
-        ("rig", json!(info.rig)),
-        ("trial", json!(info.trial)),
-        ("provenance", json!(info.provenance)),
-        ("link", json!(info.link)),
-        ("board", json!(info.board)),
-        ("firmware", json!(info.firmware_version)),
-        ("protocol", json!(info.protocol)),
-        ("host version", json!(info.host_version)),
-        ("lock step", json!(info.lock_step)),
-        ("frames", json!(recording.frames.len())),
-        ("bus load of 1 Mbit/s", json!(bus_load(&recording.frames))),
-        ("seconds", json!(seconds)),
-        ("measured rows", json!(recording.trial.rows.len())),
-        ("image bytes", json!(recording.image.len())),
-        ("complete", json!(super::completeness(&recording))),
-    ])
+    let load = bus_load(&recording.frames);
+    let mut facts = Facts::of_kind("recording");
+    facts.add("rig", json!(info.rig));
+    facts.add("trial", json!(info.trial));
+    facts.add("provenance", json!(info.provenance));
+    facts.add("link", json!(info.link));
+    facts.add("board", json!(info.board));
+    facts.add("firmware", json!(info.firmware_version));
+    facts.add("protocol", json!(info.protocol));
+    facts.add("host version", json!(info.host_version));
+    facts.add("lock step", json!(info.lock_step));
+    facts.add("frames", json!(recording.frames.len()));
+    let share = load.map_or("not known".into(), |load| format!("{:.1} % of 1 Mbit/s", 1e2 * load));
+    facts.add_with_text("bus load", json!(load), share);
+    facts.add("seconds", json!(seconds));
+    facts.add("measured rows", json!(recording.trial.rows.len()));
+    facts.add("image bytes", json!(recording.image.len()));
+    let complete = json!(is_complete(&recording));
+    facts.add_with_text("complete", complete, recording.completeness());
+    Ok(facts)
 }
 
-fn device(link: &str) -> Result<Rows, Failure> {
+fn device(link: &str) -> Result<Facts, Failure> {
     let mut client = Client::connect(cathforce_link::open(link)?)?;
     let device = client.device().clone();
     let Status { mode, fault, lock_step, tick, load, counters, .. } = client.status()?;
-    let counted = counters
-        .iter()
-        .filter(|&(_, n)| n > 0)
-        .map(|(counter, n)| format!("{} {n}", counter.name()))
-        .collect::<Vec<_>>();
+    let counted = counters.iter().filter(|&(_, n)| n > 0).collect::<Vec<_>>();
     let mode = Mode::from_codes(mode, fault).map_or("not configured", Mode::name);
-    Ok(vec![
-        ("kind", json!("device")),
-        ("link", json!(link)),
-        ("board", json!(device.board)),
-        ("firmware", json!(device.firmware)),
-        ("protocol", json!(format!("{:016x}", device.protocol_hash))),
-        ("image schema", json!(format!("{:08x}", device.image_schema_hash))),
-        ("largest image bytes", json!(device.max_image_len)),
-        ("can lock step", json!(device.can_lock_step)),
-        ("mode", json!(mode)),
-        ("lock step", json!(lock_step)),
-        ("ticks", json!(tick)),
-        ("missed ticks", json!(load.missed_ticks)),
-        ("worst instructions", json!(load.worst_instructions)),
-        ("frames", json!(counted.join(", "))),
-    ])
+    let mut facts = Facts::of_kind("device");
+    facts.add("link", json!(link));
+    facts.add("board", json!(device.board));
+    facts.add("firmware", json!(device.firmware));
+    facts.add("protocol", json!(format!("{:016x}", device.protocol_hash)));
+    facts.add("image schema", json!(format!("{:08x}", device.image_schema_hash)));
+    facts.add("largest image bytes", json!(device.max_image_len));
+    facts.add("can lock step", json!(device.can_lock_step));
+    facts.add("mode", json!(mode));
+    facts.add("lock step", json!(lock_step));
+    facts.add("ticks", json!(tick));
+    facts.add("missed ticks", json!(load.missed_ticks));
+    facts.add("worst instructions", json!(load.worst_instructions));
+    let text = counted.iter().map(|(counter, n)| format!("{} {n}", counter.name()));
+    let text = text.collect::<Vec<_>>().join(", ");
+    let json = counted.iter().map(|(counter, n)| (counter.name().to_owned(), json!(n)));
+    facts.add_with_text("frames", Value::Object(json.collect()), text);
+    Ok(facts)
 }

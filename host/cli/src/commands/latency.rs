@@ -1,4 +1,4 @@
-//! `cathforce latency`: stage by stage, from a recording or a bus.
+//! `cathforce latency`: the time from encoder to record, stage by stage, of a recording or a bus.
 
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
@@ -10,21 +10,24 @@ use cathforce_recording::{BusClock, BusFrame, Recording, direction};
 
 use crate::args::LatencyArguments;
 use crate::failure::{Code, Failure};
+use crate::open::open_recording;
 use crate::session::interrupt_flag;
 use crate::settings::master_of;
 use crate::ui::Ui;
 
-/// Longest wait for a frame before the interruption is looked for.
+/// Longest wait for a frame between two looks for Ctrl-C.
 const WAIT: Duration = Duration::from_millis(50);
 
 pub fn run(ui: &Ui, arguments: &LatencyArguments) -> Result<(), Failure> {
+    arguments.json_file.check()?;
     let stages = match (&arguments.source.recording, &arguments.source.link) {
         (Some(path), _) => {
-            let recording = super::open_recording(ui, path)?;
+            let recording = open_recording(ui, path)?;
             let lock_step = recording.info.lock_step;
             if lock_step {
                 ui.warn(
-                    "recorded in lock step: time was virtual, only ages in the device are left",
+                    "the recording was made in lock step, where time is virtual: it has no latency but \
+                     the ages in the device",
                 );
             }
             let Recording { frames, arrived_ns, logged_ns, .. } = &recording;
@@ -39,30 +42,32 @@ pub fn run(ui: &Ui, arguments: &LatencyArguments) -> Result<(), Failure> {
         // The argument parser asks for one of the two.
         (None, None) => Vec::new(),
     };
-    ui.data(&stages, text(&stages))?;
+    arguments.json_file.write(ui, &stages, text(&stages))?;
     let Some(budget_ms) = arguments.budget else { return Ok(()) };
     let whole = stages.iter().find(|stage| stage.name == END_TO_END);
     let Some(whole) = whole else {
-        let message = "there is no time end to end to hold against --budget: it needs ENCODER and \
-                       DRIVE frames of a device that runs free";
+        let message = "--budget cannot be checked without a time from end to end\n  fix: record ENCODER \
+                       and DRIVE frames of a device that runs free (`cathforce run --free`)";
         return Err(Failure::input(message));
     };
     let p99_ms = 1e3 * whole.times.p99_s;
     if p99_ms > budget_ms {
-        let message = format!("99 % end to end take up to {p99_ms:.3} ms, --budget is {budget_ms}");
+        let message = format!(
+            "the 99th percentile from end to end is {p99_ms:.3} ms, above the {budget_ms} ms of --budget"
+        );
         return Err(Failure::new(Code::Threshold, message));
     }
     Ok(())
 }
 
-/// Everything that is on a bus for some time, and when each of it arrived \[ns\].
+/// All frames on a bus for some time, and when each arrived \[ns\].
 fn listen(
     address: &str,
     duration: Duration,
     master: &Master,
 ) -> Result<(Vec<BusFrame>, Vec<u64>), Failure> {
-    let interrupted = interrupt_flag()?;
     let mut link = cathforce_link::open(address)?;
+    let interrupted = interrupt_flag()?;
     let mut clock = BusClock::new(false);
     let (started, mut frames, mut arrived_ns) = (Instant::now(), Vec::new(), Vec::new());
     while started.elapsed() < duration && !interrupted.load(Ordering::Relaxed) {
@@ -76,8 +81,8 @@ fn listen(
         false => Ok((frames, arrived_ns)),
         true => {
             let message = format!(
-                "{address}: nothing heard for {:.1} s; check that a device runs on this bus \
-                 (`cathforce doctor`)",
+                "{address}: no frame came for {:.1} s\n  fix: check that a device runs on this bus with \
+                 `cathforce doctor --link {address}`",
                 duration.as_secs_f64()
             );
             Err(Failure::new(Code::Link, message))

@@ -1,13 +1,13 @@
-//! `cathforce link`: the CAN interfaces of this computer.
+//! `cathforce link`: what this computer can reach a device through.
 
 use cathforce_link::interface::{self, BusState, Interface, Kind};
-use cathforce_link::{Sim, serve};
+use cathforce_link::{LinkError, SerialPort, Sim, serial_ports, serve};
 use serde_json::{Value, json};
 
 use crate::args::{LinkAction, LinkArguments, LinkServeArguments, LinkUpArguments};
 use crate::failure::Failure;
 use crate::session::interrupt_flag;
-use crate::ui::Ui;
+use crate::ui::{Ui, two_columns};
 
 pub fn run(ui: &Ui, arguments: &LinkArguments) -> Result<(), Failure> {
     match &arguments.action {
@@ -15,34 +15,88 @@ pub fn run(ui: &Ui, arguments: &LinkArguments) -> Result<(), Failure> {
         LinkAction::Up(arguments) => up(ui, arguments),
         LinkAction::Down(arguments) => {
             interface::bring_down(&arguments.interface)?;
-            show(ui, &[interface::find(&arguments.interface)?])
+            show(ui, &[interface::find(&arguments.interface)?], &[])
         }
         LinkAction::Serve(arguments) => be_a_device(ui, arguments),
     }
 }
 
 fn list(ui: &Ui) -> Result<(), Failure> {
-    let interfaces = interface::list();
+    let (interfaces, ports) = (interface::list(), serial_ports());
     if interfaces.is_empty() {
         // An empty list would leave open whether there could be any.
-        interface::check_sockets()?;
-        ui.say("there is no CAN interface; `cathforce link up vcan0` makes a virtual one");
+        ui.say(match interface::check_sockets() {
+            Ok(()) => {
+                "There is no CAN interface. `cathforce link up vcan0` makes a virtual one.".into()
+            }
+            Err(LinkError::NoCanInKernel { .. }) => {
+                "There are no CAN interfaces: this kernel has no CAN sockets (`modprobe can can_raw` \
+                 loads them)."
+                    .into()
+            }
+            Err(error) => format!("CAN interfaces cannot be listed: {error}"),
+        });
     }
-    show(ui, &interfaces)
+    if ports.is_empty() {
+        ui.say("There is no serial port. An SLCAN adapter appears here once it is plugged in.");
+    }
+    show(ui, &interfaces, &ports)?;
+    ui.say(
+        "Without hardware: --link sim is a device in the same process, --link qemu an emulated \
+         board;\n`cathforce link serve slcan:listen:5555` is a device that other programs reach \
+         with --link slcan:tcp:127.0.0.1:5555.",
+    );
+    Ok(())
 }
 
 fn up(ui: &Ui, arguments: &LinkUpArguments) -> Result<(), Failure> {
-    show(ui, &[interface::bring_up(&arguments.interface, arguments.setup())?])
+    show(ui, &[interface::bring_up(&arguments.interface, arguments.setup())?], &[])
 }
 
-fn show(ui: &Ui, interfaces: &[Interface]) -> Result<(), Failure> {
-    let text = interfaces.iter().map(|it| format!("{}  {}\n", it.name, description(it)));
-    ui.data(&interfaces.iter().map(json).collect::<Vec<_>>(), text.collect::<String>())
+/// One line each: what to type after `--link`, and what it is.
+fn show(ui: &Ui, interfaces: &[Interface], ports: &[SerialPort]) -> Result<(), Failure> {
+    let json = interfaces.iter().map(json).chain(ports.iter().map(port_json));
+    let rows = interfaces.iter().map(|it| (address(it), description(it)));
+    let ports = ports.iter().map(|port| (port_address(port), port_description(port)));
+    let rows: Vec<_> = rows.chain(ports).collect();
+    ui.data(&json.collect::<Vec<_>>(), two_columns(&rows))
+}
+
+fn address(interface: &Interface) -> String {
+    format!("socketcan:{}", interface.name)
+}
+
+fn port_address(port: &SerialPort) -> String {
+    format!("slcan:{}", port.path)
+}
+
+fn port_json(port: &SerialPort) -> Value {
+    let usb = port.usb.as_ref();
+    json!({
+        "name": port.path,
+        "address": port_address(port),
+        "kind": "serial port",
+        "usb": usb.map(|usb| format!("{:04x}:{:04x}", usb.vendor, usb.product)),
+        "manufacturer": usb.and_then(|usb| usb.manufacturer.as_deref()),
+        "device": usb.and_then(|usb| usb.name.as_deref()),
+    })
+}
+
+fn port_description(port: &SerialPort) -> String {
+    let Some(usb) = &port.usb else { return "serial port".into() };
+    let words = [usb.manufacturer.as_deref(), usb.name.as_deref()];
+    let words: Vec<_> = words.into_iter().flatten().collect();
+    let id = format!("USB {:04x}:{:04x}", usb.vendor, usb.product);
+    match words.is_empty() {
+        true => format!("serial port, {id}"),
+        false => format!("serial port, {} ({id})", words.join(" ")),
+    }
 }
 
 fn json(interface: &Interface) -> Value {
     json!({
         "name": interface.name,
+        "address": address(interface),
         "kind": interface.kind.name(),
         "up": interface.is_up,
         "bit_rate": interface.bit_rate,
@@ -68,17 +122,24 @@ fn description(interface: &Interface) -> String {
 }
 
 fn be_a_device(ui: &Ui, arguments: &LinkServeArguments) -> Result<(), Failure> {
-    let address = &arguments.link;
+    // Until somebody has connected, Ctrl-C ends this program as any other.
+    let mut link = cathforce_link::open(&arguments.link)?;
     let stop = interrupt_flag()?;
     let mut device = if arguments.lock_step { Sim::in_lock_step() } else { Sim::new() };
-    let mut link = cathforce_link::open(address)?;
-    ui.say(format_args!("a device without hardware answers on {address}; Ctrl-C ends it"));
+    ui.say(format_args!("a device without hardware answers on {}; Ctrl-C ends it", link.name()));
     let served = serve(&mut *link, &mut device, stop)?;
     let json = json!({
-        "received": served.received, "sent": served.sent, "unsent": served.unsent,
+        "received": served.received,
+        "sent": served.sent,
+        "unsent": served.unsent,
+        "dropped": served.dropped,
     });
+    let dropped = match served.dropped {
+        0 => String::new(),
+        dropped => format!(", {dropped} dropped because somebody read too slowly"),
+    };
     let text = format!(
-        "{} frames received, {} sent, {} that nobody took\n",
+        "{} frames received, {} sent, {} while nobody listened{dropped}\n",
         served.received, served.sent, served.unsent
     );
     ui.data(&json, text)

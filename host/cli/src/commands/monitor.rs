@@ -19,13 +19,12 @@ use crate::ui::Ui;
 
 /// From one picture to the next; little enough for a slow SSH connection.
 const PICTURE: Duration = Duration::from_millis(100);
-/// For a key that has been pressed: no time at all is not enough for the library to look.
+/// How long a key press is waited for; with no time at all the library does not look.
 const KEY: Duration = Duration::from_millis(1);
 /// From one line to the next where there is no terminal.
 const LINE: Duration = Duration::from_secs(1);
 
 pub fn run(ui: &Ui, arguments: &MonitorArguments) -> Result<(), Failure> {
-    let interrupted = interrupt_flag()?;
     let (name, mut source) = match (&arguments.source.link, &arguments.source.recording) {
         (Some(link), _) => {
             let master = master_of(arguments.source.settings.as_deref())?;
@@ -39,6 +38,8 @@ pub fn run(ui: &Ui, arguments: &MonitorArguments) -> Result<(), Failure> {
         // The argument parser asks for one of the two.
         (None, None) => return Ok(()),
     };
+    // Until a link that waits is there, Ctrl-C ends this program as any other.
+    let interrupted = interrupt_flag()?;
     match ui.json || !stdout().is_terminal() {
         true => print(&mut source, interrupted, arguments.duration),
         false => show(ui, &name, &mut source, interrupted, arguments.duration),
@@ -68,6 +69,13 @@ impl Source {
         frames.sort_by_key(|frame| frame.at_ns);
         let frames = frames.into_iter().peekable();
         Self { kind: Kind::Frames { frames, started: Instant::now() }, master }
+    }
+
+    fn monitor(&self) -> Monitor {
+        match &self.kind {
+            Kind::Link { link, .. } => Monitor::of_link(self.master, link.name()),
+            Kind::Frames { .. } => Monitor::new(self.master),
+        }
     }
 
     /// Hands everything to `monitor` that comes within `time`; `false` when no more will.
@@ -102,7 +110,7 @@ fn print(
     interrupted: &AtomicBool,
     duration_s: Option<f64>,
 ) -> Result<(), Failure> {
-    let (mut monitor, started) = (Monitor::new(source.master), Instant::now());
+    let (mut monitor, started) = (source.monitor(), Instant::now());
     loop {
         let more = source.feed(&mut monitor, LINE)?;
         let failed = |e: &dyn std::fmt::Display| {
@@ -130,7 +138,9 @@ fn show(
     let failed = |e: std::io::Error| {
         Failure::new(Code::Failed, format!("cannot draw on this terminal: {e}"))
     };
-    let (mut monitor, started) = (Monitor::new(source.master), Instant::now());
+    let (mut monitor, started) = (source.monitor(), Instant::now());
+    // A remark would be written across the picture.
+    cathforce_link::set_remarks(|_| {});
     let mut terminal = ratatui::try_init().map_err(failed)?;
     let shown = loop {
         let fed = source.feed(&mut monitor, PICTURE);

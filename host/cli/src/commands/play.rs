@@ -12,43 +12,69 @@ use serde_json::json;
 
 use crate::args::SendArguments;
 use crate::failure::{Code, Failure};
+use crate::open::open_recording;
 use crate::session::interrupt_flag;
 use crate::settings::master_of;
 use crate::ui::{Ui, two_columns};
 
-/// How long before its time a frame is waited for without sleeping: a sleep takes that long.
+/// Time before a frame during which the program does not sleep: a sleep may last that much longer.
 const SPIN: Duration = Duration::from_micros(200);
 
 pub fn run(ui: &Ui, arguments: &SendArguments) -> Result<(), Failure> {
     let path = &arguments.file;
     let frames = frames(ui, path, arguments.settings.as_deref())?;
     let mut played = frames.iter().filter(|frame| wanted(frame, arguments)).collect::<Vec<_>>();
-    // Of lock step, what goes to the device stands before the answers of earlier ticks.
+    // In lock step, frames to the device are recorded before the answers of earlier ticks.
     played.sort_by_key(|frame| frame.at_ns);
-    let Some(first) = played.first() else {
+    if played.is_empty() {
         let message = format!(
-            "{}: none of its {} frames is to be played\n  fix: --all plays the device's frames too",
+            "{}: none of its {} frames would be played\n  fix: --all plays the device's frames as well",
             path.display(),
             frames.len()
         );
         return Err(Failure::input(message));
-    };
+    }
+    let started = Instant::now();
+    let (sent, latest) = play(ui, &played, arguments)?;
+    let seconds = started.elapsed().as_secs_f64();
+    let rows = [
+        ("frames", sent.to_string()),
+        ("seconds", format!("{seconds:.3}")),
+        ("latest frame", format!("{:.3} ms after its time", 1e3 * latest.as_secs_f64())),
+    ];
+    let json = json!({ "frames": sent, "seconds": seconds, "latest_s": latest.as_secs_f64() });
+    ui.data(&json, two_columns(&rows.map(|(label, value)| (label.to_owned(), value))))?;
+    match sent == played.len() {
+        true => Ok(()),
+        false => Err(Failure::new(Code::Failed, "interrupted before the last frame was played")),
+    }
+}
+
+/// Sends each frame at its time. Returns how many were sent and the largest delay of one.
+fn play(
+    ui: &Ui,
+    frames: &[&BusFrame],
+    arguments: &SendArguments,
+) -> Result<(usize, Duration), Failure> {
     let interrupted = interrupt_flag()?;
     let mut link = cathforce_link::open(&arguments.link)?;
-    let mut progress = ui.progress("playing", played.len() as u64, "frames");
+    let mut progress = ui.progress("playing", frames.len() as u64, "frames");
+    let first_ns = frames.first().map_or(0, |frame| frame.at_ns);
     let (started, mut latest) = (Instant::now(), Duration::ZERO);
-    let mut sent = 0_u64;
-    for frame in &played {
+    for (sent, frame) in frames.iter().enumerate() {
         if interrupted.load(Ordering::Relaxed) {
-            break;
+            return Ok((sent, latest));
         }
-        let seconds = (frame.at_ns - first.at_ns) as f64 * 1e-9 / arguments.speed;
+        let seconds = (frame.at_ns - first_ns) as f64 * 1e-9 / arguments.speed;
         let due = Duration::try_from_secs_f64(seconds).ok();
         let due = due.and_then(|wait| started.checked_add(wait)).ok_or_else(|| {
-            let message = format!("at --speed {} no clock lasts until the end", arguments.speed);
+            let message = format!(
+                "--speed {} is too slow: the end is out of the clock's range",
+                arguments.speed
+            );
             Failure::new(Code::Usage, message)
         })?;
-        // Nobody reads what the bus answers, but a carrier that nobody reads may stand still.
+        // The answers are dropped, but they must be read: a full buffer would stop the carrier.
         while let Some(left) = due.checked_duration_since(Instant::now()) {
             match left.checked_sub(SPIN) {
                 Some(wait) => drop(link.receive(wait)?),
@@ -58,40 +84,29 @@ pub fn run(ui: &Ui, arguments: &SendArguments) -> Result<(), Failure> {
         latest = latest.max(due.elapsed());
         link.send(&frame.frame)?;
         link.flush()?;
-        sent += 1;
-        progress.set(sent);
+        progress.set(sent as u64 + 1);
     }
-    drop(progress);
-    let seconds = started.elapsed().as_secs_f64();
-    let rows = [
-        ("frames", sent.to_string()),
-        ("seconds", format!("{seconds:.3}")),
-        ("latest frame", format!("{:.3} ms after its time", 1e3 * latest.as_secs_f64())),
-    ];
-    let json = json!({ "frames": sent, "seconds": seconds, "latest_s": latest.as_secs_f64() });
-    ui.data(&json, two_columns(&rows.map(|(label, value)| (label.to_owned(), value))))?;
-    match sent == played.len() as u64 {
-        true => Ok(()),
-        false => Err(Failure::new(Code::Failed, "interrupted before the last frame")),
-    }
+    Ok((frames.len(), latest))
 }
 
-/// `settings`: what a log, unlike a recording, does not say of its master.
+/// The frames of a recording or a log. `settings` describes the master of a log; a recording knows
+/// its own.
 fn frames(ui: &Ui, path: &Path, settings: Option<&Path>) -> Result<Vec<BusFrame>, Failure> {
     if path.extension().is_some_and(|ending| ending == "log") {
-        let file = File::open(path)
-            .map_err(|e| Failure::input(format!("cannot read {}: {e}", path.display())))?;
+        let file = File::open(path).map_err(|e| {
+            Failure::input(format!("cannot read {}: {e}\n  fix: check the path", path.display()))
+        })?;
         let log = read_candump(BufReader::new(file), &master_of(settings)?);
         return Ok(log.map_err(|e| Failure::input(format!("{}: {e}", path.display())))?.frames);
     }
     if settings.is_some() {
-        ui.warn("a recording knows its master's frames: --settings is for logs");
+        ui.warn("--settings is not used: a recording knows the frames of its master");
     }
-    Ok(super::open_recording(ui, path)?.frames)
+    Ok(open_recording(ui, path)?.frames)
 }
 
-/// Transfers of one device mean nothing to another, and SYNC would let its ticks run. Identifiers
-/// that are none of ours are those of the master, and of whoever else was on the bus.
+/// Whether a frame is played. Service transfers belong to one device, and SYNC would run the ticks of
+/// another. Unknown identifiers belong to the master or to other nodes of the bus.
 fn wanted(frame: &BusFrame, arguments: &SendArguments) -> bool {
     match Id::from_raw(frame.frame.id()) {
         Some(Id::Sync | Id::ServiceRequest | Id::ServiceResponse) => false,

@@ -26,6 +26,10 @@ pub fn man(ui: &Ui, arguments: &ManArguments) -> Result<(), Failure> {
     let first = folder.join(format!("{NAME}.1"));
     ui.data(
         &json!({ "path": folder }),
-        format_args!("pages: {}; read them with `man {}`\n", folder.display(), first.display()),
+        format_args!(
+            "pages: {}\nread the first with `man {}`\n",
+            folder.display(),
+            first.display()
+        ),
     )
 }

@@ -31,7 +31,7 @@ pub fn list(ui: &Ui) -> Result<(), Failure> {
             (tip.name.to_owned(), format!("{}{size}", tip.doc))
         })
         .collect::<Vec<_>>();
-    let origin = "\nApproximated from how makers draw them, except the hook, which was published; \
-                  --tip NAME puts one in the place of rig.toml's tip_precurve.\n";
+    let origin = "\nThe shapes are read from makers' drawings; that of the hook was published. `--tip NAME` \
+                  replaces the tip_precurve of rig.toml.\n";
     ui.data(&json, two_columns(&rows) + origin)
 }

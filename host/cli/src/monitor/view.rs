@@ -6,7 +6,7 @@ use ratatui::style::{Color, Modifier, Style};
 use ratatui::text::{Line, Span};
 use ratatui::widgets::{Block, Gauge, Paragraph, Sparkline};
 
-use super::{Monitor, Shown, size};
+use super::state::{Monitor, Shown, size};
 
 /// Above this the bus has no room for what is not periodic.
 const FULL_LOAD: f64 = 0.6;
@@ -19,13 +19,17 @@ pub fn draw(frame: &mut Frame<'_>, source: &str, monitor: &Monitor, colour: bool
     let block = Block::bordered().title(title).title_bottom(" q quits ");
     let inner = block.inner(frame.area());
     frame.render_widget(block, frame.area());
-    let [text, load, caption, history] = Layout::vertical([
+    let advice = wrapped(shown.advice.as_deref().unwrap_or_default(), inner.width);
+    let [hint, text, load, caption, history] = Layout::vertical([
+        Constraint::Length(advice.len() as u16),
         Constraint::Length(lines.len() as u16),
         Constraint::Length(1),
         Constraint::Length(1),
         Constraint::Fill(1),
     ])
     .areas(inner);
+    let style = paint(Color::Yellow, colour);
+    frame.render_widget(Paragraph::new(advice).style(style), hint);
     frame.render_widget(Paragraph::new(lines), text);
     let style = paint(if shown.bus_load > FULL_LOAD { Color::Red } else { Color::Green }, colour);
     let label = format!("bus {:.1} % of 1 Mbit/s", 100.0 * shown.bus_load);
@@ -43,6 +47,26 @@ pub fn draw(frame: &mut Frame<'_>, source: &str, monitor: &Monitor, colour: bool
 
 fn paint(colour: Color, on: bool) -> Style {
     if on { Style::new().fg(colour) } else { Style::new() }
+}
+
+/// Lines of whole words, none longer than `width` unless a word is.
+fn wrapped(text: &str, width: u16) -> Vec<Line<'static>> {
+    let mut lines: Vec<String> = Vec::new();
+    for word in text.split_whitespace() {
+        match lines.last_mut() {
+            Some(line) if line.chars().count() + 1 + word.chars().count() <= width.into() => {
+                *line += " ";
+                *line += word;
+            }
+            _ => lines.push(word.into()),
+        }
+    }
+    lines.into_iter().map(Line::from).collect()
+}
+
+fn rates(shown: &Shown) -> String {
+    let lock_step = if shown.lock_step { "; lock step, not real time" } else { "" };
+    format!("encoder {} Hz, ticks {} Hz{lock_step}", shown.encoder_hz, shown.tick_hz)
 }
 
 fn lines(shown: &Shown, colour: bool) -> Vec<Line<'static>> {
@@ -81,7 +105,7 @@ fn lines(shown: &Shown, colour: bool) -> Vec<Line<'static>> {
         row("state", known(shown.mode.map(str::to_owned)), bold),
         row("fault", shown.fault.unwrap_or("none").to_owned(), fault),
         row("age", known(age), plain),
-        row("rates", format!("encoder {} Hz, ticks {} Hz", shown.encoder_hz, shown.tick_hz), plain),
+        row("rates", rates(shown), plain),
         row("ticks", format!("{}, {} unresolved", shown.ticks, shown.unresolved_ticks), plain),
         row("drive", known(drive), plain),
         row("vessel", known(force), bold),

@@ -1,4 +1,4 @@
-//! What files hold, so that each is written over by its own kind alone.
+//! Recognises the kind of a file, so that a file is replaced only by one of its own kind.
 
 use std::fs::File;
 use std::io::Read as _;
@@ -8,34 +8,34 @@ use cathforce_config::image::MAGIC;
 use cathforce_mechanics::{BRICK_NODES, FINE, FREE, NODE_BYTES, OCTANTS, OUTSIDE};
 use cathforce_recording::is_recording;
 
-use crate::settings::parse::is_settings;
+use crate::settings::is_settings;
 
-/// What a command writes, and so what it may write over.
+/// The kind of a file that a command writes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind<'a> {
     Recording,
-    /// Of the web.
+    /// A web page.
     Page,
     Json,
     DeviceImage,
-    /// Bytes of a lumen, which have no mark of their own.
+    /// The field of a lumen, which has no magic number.
     Lumen,
     Settings,
-    /// A CSV whose heading begins like this.
+    /// A CSV whose heading begins with this text.
     Table(&'a str),
     Parquet,
     Candump,
 }
 
-/// Columns with which the rows of ticks begin, and those of nodes.
+/// The tables of ticks and of nodes, by their first columns.
 pub const TICKS: Kind<'static> = Kind::Table("tick,t_s,mode,");
 pub const NODES: Kind<'static> = Kind::Table("t_s,node,x_m,y_m,z_m,");
 
-/// Enough of a text for its heading.
+/// Bytes that are read to recognise a file; a heading is shorter.
 const HEAD_BYTES: usize = 4096;
 
 impl Kind<'_> {
-    /// With its article.
+    /// The kind in words, with its article.
     pub fn name(self) -> &'static str {
         match self {
             Self::Recording => "a recording",
@@ -43,14 +43,14 @@ impl Kind<'_> {
             Self::Json => "a JSON document",
             Self::DeviceImage => "a device image",
             Self::Lumen => "a lumen",
-            Self::Settings => "a file of settings",
-            Self::Table(_) => "a table of these columns",
+            Self::Settings => "a settings file",
+            Self::Table(_) => "a table with these columns",
             Self::Parquet => "a Parquet file",
             Self::Candump => "a log of candump",
         }
     }
 
-    /// Whether a file holds such a thing, or nothing. One that cannot be read does not.
+    /// Whether a file is of this kind. An empty file is of every kind; an unreadable one of none.
     pub fn is_in(self, path: &Path) -> bool {
         if path.metadata().is_ok_and(|file| file.len() == 0) {
             return true;
@@ -72,9 +72,18 @@ impl Kind<'_> {
     }
 }
 
+/// Whether a web page was made by cathforce, or is empty.
+pub fn is_own_page(path: &Path) -> bool {
+    let head = head(path);
+    head.is_empty() || String::from_utf8_lossy(&head).contains(GENERATOR)
+}
+
+/// In the head of every page that cathforce makes.
+const GENERATOR: &str = "<meta name=\"generator\" content=\"cathforce\">";
+
 fn head(path: &Path) -> Vec<u8> {
     let mut bytes = Vec::new();
-    // What cannot be read is nothing that is known.
+    // An unreadable file is of no known kind.
     let _ = File::open(path).and_then(|file| file.take(HEAD_BYTES as u64).read_to_end(&mut bytes));
     bytes
 }
@@ -93,7 +102,7 @@ fn is_candump(text: &str) -> bool {
         && words.nth(1).is_some_and(|frame| frame.contains('#'))
 }
 
-/// A directory counts its bricks one after the other, and they fill the rest.
+/// The directory of a lumen numbers its bricks in order, and the bricks fill the rest of the file.
 fn is_lumen(bytes: &[u8]) -> bool {
     let mut stored: u16 = 0;
     for (i, entry) in bytes.chunks_exact(2).enumerate() {

@@ -1,23 +1,24 @@
-//! How far the forces may be off, in a settings file: `[band]`.
+//! The uncertainty of the forces in a settings file: `[band]`.
 //!
-//! A band is of one model and says nothing of another: the file holds a hash of the one that it is
-//! of, and wherever something else is set, none is stated.
+//! A band belongs to one model and says nothing about another. The file therefore holds a hash of
+//! its model; a device that is configured with any other model is told of no band.
 
 use std::fmt::Write as _;
+use std::ops::Range;
 
 use cathforce_config::{BAND_ROWS, BAND_UNIT_N, BAND_UNKNOWN, Band, BandRow};
 use cathforce_mechanics::Description;
-use serde::Deserialize;
+use toml::de::DeTable;
 
 use super::model::model_sha256;
-use super::parse::{Problem, line, line_of};
+use super::table::Reader;
 use crate::ui::Ui;
 
-/// A band, and the model that it is of.
+/// A band and its model.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StatedBand {
     pub band: Band,
-    /// [`model_sha256`]; `None` in a file from before it was written: nobody knows then.
+    /// [`model_sha256`]; `None` in a file of an older version, whose model is unknown.
     pub model_sha256: Option<String>,
 }
 
@@ -26,9 +27,9 @@ impl StatedBand {
         Self { band, model_sha256: Some(model_sha256(of)) }
     }
 
-    /// The band where it is of this model; else says why the device states none.
+    /// The band if it belongs to this model. Otherwise warns that the device states none, and why.
     ///
-    /// `by_hand`: what was set besides what was diagnosed.
+    /// `by_hand`: names of the settings that were changed after the diagnosis.
     pub fn for_model(
         &self,
         ui: &Ui,
@@ -39,24 +40,22 @@ impl StatedBand {
             Some(hash) if *hash == model_sha256(description) => return Some(self.band),
             Some(_) => {
                 let set = match by_hand {
-                    [] => "rig.toml or an effect is not what was diagnosed".to_owned(),
+                    [] => "rig.toml or an effect differs from what was diagnosed".to_owned(),
                     names => format!("set by hand: {}", names.join(", ")),
                 };
-                (format!("is of another model ({set})"), "undo that, or ")
+                (format!("belongs to another model ({set})"), "undo that, or ")
             }
-            None => {
-                ("does not say which model it is of, as an older cathforce wrote it".to_owned(), "")
-            }
+            None => ("does not say to which model it belongs".to_owned(), ""),
         };
         ui.warn(format_args!(
-            "the settings' band {why}, so the device is told of none\n  fix: {undo}`cathforce gap \
-             diagnose` the rig as rig.toml states it and `cathforce gap apply` again, with \
+            "the settings' band {why}, so the device states none\n  fix: {undo}run `cathforce gap \
+             diagnose` on the rig as rig.toml states it and `cathforce gap apply` again, with \
              --band-only where no effect is named"
         ));
         None
     }
 
-    /// The largest half width that it states \[N\]; `None` where it states none.
+    /// The largest half width that is stated \[N\]; `None` where none is.
     pub fn widest_n(&self) -> Option<f64> {
         let rows = self.band.feed.iter().chain(&self.band.withdrawal).flatten();
         let widest = rows.filter(|count| **count != BAND_UNKNOWN).max()?;
@@ -64,72 +63,92 @@ impl StatedBand {
     }
 }
 
-/// The part of a file that is read here; the rest is read key by key.
-#[derive(Deserialize)]
-struct Whole {
-    band: Option<Table>,
-}
+const FIX: &str = "`cathforce gap apply` writes this table; delete it to state no band";
+const KEYS: [&str; 5] = ["model_sha256", "from_m", "step_m", "feed", "withdrawal"];
 
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Table {
-    model_sha256: Option<String>,
-    from_m: f32,
-    step_m: f32,
-    feed: Vec<[f64; 4]>,
-    withdrawal: Vec<[f64; 4]>,
-}
-
-/// The band of a file, if it states one.
-pub fn parse(text: &str) -> Result<Option<StatedBand>, Problem> {
-    let fix = || "`cathforce gap apply` writes it; take it out to have none".to_owned();
-    let whole = toml::from_str::<Whole>(text).map_err(|error| Problem {
-        line: line(text, error.span().map_or(0, |span| span.start)),
-        message: error.message().into(),
-        fix: fix(),
-    })?;
-    let Some(table) = whole.band else { return Ok(None) };
-    let wrong = |message: String| Problem {
-        line: line_of(text, &["band"]),
-        message: format!("band: {message}"),
-        fix: fix(),
+/// The band of a file, from the table `[band]` that begins at `span`; `None` where it is wrong.
+pub fn read(
+    reader: &mut Reader<'_>,
+    table: &DeTable<'_>,
+    span: &Range<usize>,
+) -> Option<StatedBand> {
+    reader.check_keys("band", table, &KEYS, FIX);
+    let model_sha256 = table.get("model_sha256");
+    let model_sha256 =
+        model_sha256.and_then(|hash| reader.word("band.model_sha256", hash, &[], FIX));
+    let mut number = |name: &str| {
+        let value = reader.required("band", table, name, span, FIX)?;
+        reader.number(&format!("band.{name}"), value, FIX).map(|number| number as f32)
     };
-    let rows = |name: &str, rows: &[[f64; 4]]| -> Result<[BandRow; BAND_ROWS], Problem> {
-        let counts: Vec<BandRow> = rows.iter().map(|row| row.map(count)).collect();
-        counts
-            .try_into()
-            .map_err(|_| wrong(format!("{name} has {} rows, not {BAND_ROWS}", rows.len())))
-    };
-    let (feed, withdrawal) = (rows("feed", &table.feed)?, rows("withdrawal", &table.withdrawal)?);
-    let band = Band { from_m: table.from_m, step_m: table.step_m, feed, withdrawal };
-    band.validate().map_err(|name| wrong(format!("{name} is not finite or out of range")))?;
-    Ok(Some(StatedBand { band, model_sha256: table.model_sha256 }))
+    let (from_m, step_m) = (number("from_m"), number("step_m"));
+    let (feed, withdrawal) =
+        (rows(reader, table, "feed", span), rows(reader, table, "withdrawal", span));
+    let band = Band { from_m: from_m?, step_m: step_m?, feed: feed?, withdrawal: withdrawal? };
+    if let Err(name) = band.validate() {
+        reader.report(span, format!("band.{name} is not finite or out of range"), FIX);
+    }
+    Some(StatedBand { band, model_sha256: model_sha256.map(str::to_owned) })
 }
 
-/// What a device has for a half width \[N\]: the next larger one. What is not a number is not
-/// known.
+/// The rows of one direction of motion: x, y, z and behind the guide \[N\].
+fn rows(
+    reader: &mut Reader<'_>,
+    table: &DeTable<'_>,
+    name: &str,
+    span: &Range<usize>,
+) -> Option<[BandRow; BAND_ROWS]> {
+    let value = reader.required("band", table, name, span, FIX)?;
+    let form = format!("band.{name} must be {BAND_ROWS} rows of four numbers");
+    let Some(rows) = value.get_ref().as_array() else {
+        reader.report(&value.span(), form, FIX);
+        return None;
+    };
+    let mut counts = Vec::new();
+    for row in rows {
+        let numbers = row.get_ref().as_array().map(|row| {
+            let numbers = row.iter().map(|value| reader.number(&form, value, FIX));
+            numbers.collect::<Option<Vec<f64>>>()
+        });
+        match numbers {
+            Some(numbers) => counts.push(<[f64; 4]>::try_from(numbers?).ok()?.map(count)),
+            None => {
+                reader.report(&row.span(), form, FIX);
+                return None;
+            }
+        }
+    }
+    let found = counts.len();
+    let rows = counts.try_into().ok();
+    if rows.is_none() {
+        let message = format!("band.{name} has {found} rows, not {BAND_ROWS}");
+        reader.report(&value.span(), message, FIX);
+    }
+    rows
+}
+
+/// The device's count for a half width \[N\], rounded up; NaN means that the width is not known.
 pub fn count(half_width_n: f64) -> u16 {
     if half_width_n.is_nan() {
         return BAND_UNKNOWN;
     }
-    // A thousandth of a count is rounding.
+    // A thousandth of a count is a rounding error of the text, not a wider band.
     let counts = (half_width_n / f64::from(BAND_UNIT_N) - 1e-3).ceil();
     (counts.max(0.0) as u16).min(BAND_UNKNOWN - 1)
 }
 
-/// As it is written in a file.
+/// The band as it is written in a file.
 pub fn text(stated: &StatedBand) -> String {
     let StatedBand { band: Band { from_m, step_m, feed, withdrawal }, model_sha256 } = stated;
     let model = model_sha256.as_ref().map_or(String::new(), |hash| {
         format!(
-            "# Of the model with this hash: rig and effects as they were diagnosed. Of another it \
-             says nothing.\nmodel_sha256 = {}\n",
+            "# The band holds for the model with this hash only: rig and effects as they were \
+             diagnosed.\nmodel_sha256 = {}\n",
             toml::Value::from(hash.as_str())
         )
     });
     let mut text = format!(
-        "\n# Half widths of the band in which nine of ten true forces lie, in newtons: on the \
-         vessel x, y, z,\n# behind the guide; nan: not known. One row every `step_m` of \
+        "\n# Half widths in newtons of the band that holds nine of ten true forces: on the vessel x, \
+         y, z,\n# and behind the guide; nan means not known. One row every `step_m` of \
          insertion.\n[band]\n{model}from_m = {from_m:?}\nstep_m = {step_m:?}\n"
     );
     for (name, rows) in [("feed", feed), ("withdrawal", withdrawal)] {
@@ -154,6 +173,18 @@ fn number(count: u16) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::settings::problem::Problem;
+
+    fn parse(text: &str) -> Result<Option<StatedBand>, Vec<Problem>> {
+        let table = DeTable::parse(text).unwrap();
+        let mut reader = Reader::new(text);
+        let band = table
+            .get_ref()
+            .get_key_value("band")
+            .and_then(|(key, value)| read(&mut reader, value.get_ref().as_table()?, &key.span()));
+        let problems = reader.into_problems();
+        if problems.is_empty() { Ok(band) } else { Err(problems) }
+    }
 
     #[test]
     fn a_band_reads_back_to_the_count() {
@@ -179,10 +210,12 @@ mod tests {
     }
 
     #[test]
-    fn a_band_with_other_rows_is_refused_with_its_line() {
+    fn a_band_with_other_rows_is_refused_with_both_lines() {
         let text = "rig = \"[band]\"\n[band]\nfrom_m = 0.0\nstep_m = 0.01\nfeed = [[1, 1, 1, 1]]\n\
                     withdrawal = []\n";
-        let Err(Problem { line, message, .. }) = parse(text) else { panic!("accepted") };
-        assert_eq!((line, message.as_str()), (2, "band: feed has 1 rows, not 24"));
+        let problems = parse(text).unwrap_err();
+        let said = problems.iter().map(|p| (p.line, p.message.as_str())).collect::<Vec<_>>();
+        let both = [(5, "band.feed has 1 rows, not 24"), (6, "band.withdrawal has 0 rows, not 24")];
+        assert_eq!(said, both);
     }
 }

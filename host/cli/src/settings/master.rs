@@ -1,178 +1,146 @@
-//! The master's own frames, in a settings file: `[master.catheter]`, `[master.guidewire]`.
+//! The master's own frames in a settings file: `[master.catheter]`, `[master.guidewire]` and `grip`.
+
+use std::ops::Range;
 
 use cathforce_config::master::{Drive, Master, Place, Signal};
-use serde::Deserialize;
+use toml::de::DeTable;
 
-use super::parse::{Problem, line, line_of, misspelt};
-
-/// The part of a file that is read here; the rest is read key by key.
-#[derive(Deserialize)]
-struct Whole {
-    #[serde(default)]
-    master: MasterTable,
-}
-
-#[derive(Default, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct MasterTable {
-    catheter: Option<DriveTable>,
-    guidewire: Option<DriveTable>,
-    grip: Option<PlaceTable>,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct DriveTable {
-    /// Of the quantities that say nothing else.
-    id: Option<u32>,
-    insertion: PlaceTable,
-    rotation: PlaceTable,
-    held: Option<PlaceTable>,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct PlaceTable {
-    id: Option<u32>,
-    start_bit: u8,
-    bits: u8,
-    #[serde(default)]
-    byte_order: ByteOrder,
-    #[serde(default)]
-    signed: bool,
-    #[serde(default = "one")]
-    scale: f32,
-    #[serde(default)]
-    offset: f32,
-}
-
-#[derive(Clone, Copy, Default, Deserialize, PartialEq)]
-#[serde(rename_all = "snake_case")]
-enum ByteOrder {
-    #[default]
-    Little,
-    Big,
-}
-
-fn one() -> f32 {
-    1.0
-}
-
-/// A quantity whose frame is not named, and the drive that it is of.
-struct NoId {
-    drive: Option<&'static str>,
-    quantity: &'static str,
-}
-
-impl PlaceTable {
-    fn place(
-        self,
-        quantity: &'static str,
-        drive: Option<&'static str>,
-        of_drive: Option<u32>,
-    ) -> Result<Place, NoId> {
-        let Self { id, start_bit, bits, byte_order, signed, scale, offset } = self;
-        let id = id.or(of_drive).ok_or(NoId { drive, quantity })?;
-        // One that is too large is refused with those of 29 bits.
-        let id = u16::try_from(id).unwrap_or(u16::MAX);
-        let big_endian = byte_order == ByteOrder::Big;
-        Ok(Place { id, signal: Signal { start_bit, bits, big_endian, signed, scale, offset } })
-    }
-}
-
-impl DriveTable {
-    fn drive(self, name: &'static str) -> Result<Drive, NoId> {
-        let Self { id, insertion, rotation, held } = self;
-        Ok(Drive {
-            insertion: insertion.place("insertion", Some(name), id)?,
-            rotation: rotation.place("rotation", Some(name), id)?,
-            held: held.map(|held| held.place("held", Some(name), id)).transpose()?,
-        })
-    }
-}
-
-impl MasterTable {
-    fn master(self) -> Result<Master, NoId> {
-        Ok(Master {
-            catheter: self.catheter.map(|drive| drive.drive("catheter")).transpose()?,
-            guidewire: self.guidewire.map(|drive| drive.drive("guidewire")).transpose()?,
-            grip: self.grip.map(|grip| grip.place("grip", None, None)).transpose()?,
-        })
-    }
-}
+use super::table::{Reader, Value};
 
 const FORM: &str = "write `insertion = { start_bit = 0, bits = 24, byte_order = \"little\", signed = \
-                    false, scale = 1e-7, offset = 0 }` and the like; docs/config.md has an example";
-/// Every name that the tables have.
-const FIELDS: [&str; 13] = [
-    "catheter",
-    "guidewire",
-    "grip",
-    "id",
-    "insertion",
-    "rotation",
-    "held",
-    "start_bit",
-    "bits",
-    "byte_order",
-    "signed",
-    "scale",
-    "offset",
-];
+                    false, scale = 1e-7, offset = 0 }`; docs/reference/settings.md has an example";
+const MASTER: [&str; 3] = ["catheter", "guidewire", "grip"];
+const DRIVE: [&str; 4] = ["id", "insertion", "rotation", "held"];
+const PLACE: [&str; 7] = ["id", "start_bit", "bits", "byte_order", "signed", "scale", "offset"];
+/// Identifiers of 29 bits are read, so that validation can say that they are too long.
+const LARGEST_ID: u32 = u32::MAX;
 
-/// The frames that a file describes; without a description the drives use ours.
-pub fn parse(text: &str) -> Result<Master, Problem> {
-    let whole = toml::from_str::<Whole>(text).map_err(|error| Problem {
-        line: line(text, error.span().map_or(0, |span| span.start)),
-        message: error.message().into(),
-        fix: match error.message().strip_prefix("unknown field `").and_then(|m| m.split_once('`')) {
-            Some((name, _)) => misspelt(name, &FIELDS, FORM),
-            None => FORM.into(),
-        },
-    })?;
-    let at = |path: &[&str]| line_of(text, &[&["master"], path].concat());
-    let master = whole.master.master().map_err(|NoId { drive, quantity }| Problem {
-        line: at(&drive.into_iter().chain([quantity]).collect::<Vec<_>>()),
-        message: format!("`{quantity}` does not say in which frame it is"),
-        fix: "give it an `id`, or its drive one for all that have none".into(),
-    })?;
-    // One by one, so that what is wrong has a name.
+/// The frames that a file describes; without a description the drives use cathforce's own.
+///
+/// The result holds what could be read; it is complete if no problem was reported.
+pub fn read(reader: &mut Reader<'_>, table: &DeTable<'_>) -> Master {
+    reader.check_keys("master", table, &MASTER, FORM);
+    let mut master = Master::default();
+    let mut spans = Vec::new();
+    for (key, value) in table {
+        let name = key.get_ref().as_ref();
+        let path = format!("master.{name}");
+        match name {
+            "catheter" => master.catheter = drive(reader, &path, &key.span(), value),
+            "guidewire" => master.guidewire = drive(reader, &path, &key.span(), value),
+            "grip" => master.grip = place(reader, &path, &key.span(), value, None),
+            _ => continue,
+        }
+        spans.push((name, key.span()));
+    }
+    // Each part on its own first, so that an error names its part.
     let Master { catheter, guidewire, grip } = master;
-    let parts = [
+    for (name, part) in [
         ("catheter", Master { catheter, ..Master::default() }),
         ("guidewire", Master { guidewire, ..Master::default() }),
-        ("grip", Master { grip, ..master }),
-    ];
-    for (name, part) in parts {
-        let Err(error) = part.validate() else { continue };
-        return Err(Problem {
-            line: at(&[name]),
-            message: format!("master.{name}: {}", error.text()),
-            fix: "bits are counted as in a DBC; `cathforce config import-dbc` writes them".into(),
-        });
+        ("grip", Master { catheter, guidewire, grip }),
+    ] {
+        if name == "grip" && reader.has_problems() {
+            break;
+        }
+        if let Err(error) = part.validate() {
+            let span = spans.iter().find(|(own, _)| *own == name).map(|(_, span)| span.clone());
+            let fix = "bits are counted as in a DBC; `cathforce config import-dbc` writes them";
+            let message = format!("master.{name}: {}", error.text());
+            reader.report(&span.unwrap_or_default(), message, fix);
+        }
     }
-    Ok(master)
+    master
 }
 
-/// As it is written in a file.
+/// A drive. Its `id` is that of all its quantities that have none of their own.
+fn drive(
+    reader: &mut Reader<'_>,
+    path: &str,
+    span: &Range<usize>,
+    value: &Value<'_>,
+) -> Option<Drive> {
+    let table = reader.table(path, value, FORM)?;
+    reader.check_keys(path, table, &DRIVE, FORM);
+    let id = table.get("id");
+    let id = id.and_then(|id| reader.whole(&format!("{path}.id"), id, LARGEST_ID, FORM));
+    let mut quantity = |name: &str, is_required: bool| {
+        let Some((key, value)) = table.get_key_value(name) else {
+            if is_required {
+                reader.report(span, format!("`{path}` has no `{name}`"), FORM);
+            }
+            return None;
+        };
+        place(reader, &format!("{path}.{name}"), &key.span(), value, id)
+    };
+    let (insertion, rotation) = (quantity("insertion", true), quantity("rotation", true));
+    let held = quantity("held", false);
+    Some(Drive { insertion: insertion?, rotation: rotation?, held })
+}
+
+/// Where a quantity stands: its frame, and its bits there.
+fn place(
+    reader: &mut Reader<'_>,
+    path: &str,
+    span: &Range<usize>,
+    value: &Value<'_>,
+    id_of_drive: Option<u32>,
+) -> Option<Place> {
+    let table = reader.table(path, value, FORM)?;
+    reader.check_keys(path, table, &PLACE, FORM);
+    let at = |name: &str| format!("{path}.{name}");
+    let start_bit = reader.required(path, table, "start_bit", span, FORM);
+    let start_bit = start_bit.and_then(|bit| reader.whole(&at("start_bit"), bit, 63, FORM));
+    let bits = reader.required(path, table, "bits", span, FORM);
+    let bits = bits.and_then(|bits| reader.whole(&at("bits"), bits, 64, FORM));
+    let id = match table.get("id") {
+        Some(id) => reader.whole(&at("id"), id, LARGEST_ID, FORM),
+        None => id_of_drive,
+    };
+    if id.is_none() && !table.contains_key("id") {
+        let fix = "give it an `id`, or give its drive an `id` for all that have none";
+        reader.report(span, format!("`{path}` does not say in which frame it is"), fix);
+    }
+    let order = table.get("byte_order");
+    let order =
+        order.and_then(|order| reader.word(&at("byte_order"), order, &["little", "big"], FORM));
+    let signed = table.get("signed").and_then(|signed| reader.flag(&at("signed"), signed, FORM));
+    let mut number = |name: &str, default: f64| match table.get(name) {
+        Some(value) => reader.number(&at(name), value, FORM).unwrap_or(default),
+        None => default,
+    };
+    let signal = Signal {
+        start_bit: u8::try_from(start_bit?).ok()?,
+        bits: u8::try_from(bits?).ok()?,
+        big_endian: order == Some("big"),
+        signed: signed.unwrap_or(false),
+        scale: number("scale", 1.0) as f32,
+        offset: number("offset", 0.0) as f32,
+    };
+    // An identifier beyond 16 bits stays too long for validation.
+    let id = u16::try_from(id?).unwrap_or(u16::MAX);
+    Some(Place { id, signal })
+}
+
+/// The frames as they are written in a file.
 pub fn text(master: &Master) -> String {
     let mut text = String::new();
     if let Some(grip) = master.grip {
-        text += &format!("\n[master]\n{}", place("grip", grip, None));
+        text += &format!("\n[master]\n{}", place_text("grip", grip, None));
     }
     for (name, drive) in [("catheter", master.catheter), ("guidewire", master.guidewire)] {
         let Some(Drive { insertion, rotation, held }) = drive else { continue };
         let id = insertion.id;
         text += &format!("\n[master.{name}]\nid = {id:#05x}\n");
-        text += &place("insertion", insertion, Some(id));
-        text += &place("rotation", rotation, Some(id));
-        text += &held.map_or(String::new(), |held| place("held", held, Some(id)));
+        text += &place_text("insertion", insertion, Some(id));
+        text += &place_text("rotation", rotation, Some(id));
+        text += &held.map_or(String::new(), |held| place_text("held", held, Some(id)));
     }
     text
 }
 
-/// A quantity with its frame, if that is not its drive's.
-fn place(name: &str, place: Place, of_drive: Option<u16>) -> String {
+/// A quantity with its frame, unless that is its drive's.
+fn place_text(name: &str, place: Place, of_drive: Option<u16>) -> String {
     let Place { id, signal } = place;
     let Signal { start_bit, bits, big_endian, signed, scale, offset } = signal;
     let id = if of_drive == Some(id) { String::new() } else { format!("id = {id:#05x}, ") };
@@ -186,6 +154,18 @@ fn place(name: &str, place: Place, of_drive: Option<u16>) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::settings::problem::Problem;
+
+    /// The frames in a text whose other keys may be anything.
+    fn parse(text: &str) -> Result<Master, Vec<Problem>> {
+        let table = DeTable::parse(text).unwrap();
+        let mut reader = Reader::new(text);
+        let master = table.get_ref().get("master");
+        let master = master.and_then(|master| master.get_ref().as_table());
+        let master = master.map_or(Master::default(), |table| read(&mut reader, table));
+        let problems = reader.into_problems();
+        if problems.is_empty() { Ok(master) } else { Err(problems) }
+    }
 
     #[test]
     fn frames_come_back_as_they_were_written() {
@@ -250,12 +230,36 @@ mod tests {
                 "more than 11 bits",
             ),
         ] {
-            let problem = parse(&text).unwrap_err();
+            let problem = parse(&text).unwrap_err().remove(0);
             assert_eq!(problem.line, line, "{text}: {problem:?}");
             assert!(problem.message.contains(word), "{text}: {problem:?}");
             assert!(!problem.fix.is_empty());
         }
         let slip = "[master.catheter]\nid = 1\ninsertoin = { start_bit = 0, bits = 8 }\n";
-        assert_eq!(parse(slip).unwrap_err().fix, "write `insertion`, if that is meant");
+        let problems = parse(slip).unwrap_err();
+        let fixes = problems.iter().map(|problem| problem.fix.as_str()).collect::<Vec<_>>();
+        assert!(fixes.contains(&"write `insertion` if you meant that"), "{problems:?}");
+    }
+
+    #[test]
+    fn everything_that_is_wrong_is_said_at_once() {
+        let text = "[master.catheter]\ninsertion = { start_bit = 0, bits = 8, byte_order = \"bigg\" }\n\
+                    rotation = { id = 1, start_bit = \"x\", bits = 8, singed = true }\n\
+                    [master.guidewire]\nid = 3\ninsertion = 5\n";
+        let problems = parse(text).unwrap_err();
+        let said = problems.iter().map(|p| format!("{}: {} ({})\n", p.line, p.message, p.fix));
+        let said = said.collect::<String>();
+        for part in [
+            "2: `master.catheter.insertion` does not say in which frame it is",
+            "2: `master.catheter.insertion.byte_order` must be \"little\" or \"big\", not `\"bigg\"`",
+            "write `big` if you meant that",
+            "3: there is no key `singed` in `master.catheter.rotation` (write `signed`",
+            "3: `master.catheter.rotation.start_bit` must be a whole number from 0 to 63",
+            "4: `master.guidewire` has no `rotation`",
+            "6: `master.guidewire.insertion` must be a table, not `5`",
+        ] {
+            assert!(said.contains(part), "{part} in:\n{said}");
+        }
+        assert_eq!(problems.len(), 6, "{said}");
     }
 }

@@ -1,28 +1,22 @@
-//! From the text of a settings file to its keys, each with its line.
+//! From the text of a settings file to its entries, each with its line.
 
 use std::ops::Range;
 
 use cathforce_config::master::Master;
-use cathforce_config::{Key, KeyError, keys};
-use cathforce_effect_catalogue::Effect;
-use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use super::band::StatedBand;
-use super::{SCHEMA_VERSION, Setting, band, master, slip};
+use super::SCHEMA_VERSION;
+use super::band::{self, StatedBand};
+use super::entry::{Entry, Setting, problem};
+use super::master;
+use super::problem::Problem;
+use super::recognise::TOP;
+use super::table::{Reader, Value};
 
-/// A key of a file.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Entry {
-    pub name: String,
-    pub line: usize,
-    pub setting: Setting,
-}
-
-/// What a file says, whether it means anything or not.
+/// What a file says. Its names and values need not be right; [`problem`] tells.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Parsed {
-    /// 0: written before versions were counted.
+    /// 0 in a file from before versions were counted.
     pub version: u32,
     pub rig: String,
     pub entries: Vec<Entry>,
@@ -30,246 +24,152 @@ pub struct Parsed {
     pub band: Option<StatedBand>,
 }
 
-/// What is wrong with a file, and what mends it.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Problem {
-    pub line: usize,
-    pub message: String,
-    pub fix: String,
-}
+const FORM: &str =
+    "a file has `schema_version = 1`, `rig = \"name\"`, `[set]`, `[master]` and `[band]`";
 
-/// What a file may say at its top.
-const TOP: [&str; 5] = ["schema_version", "rig", "set", "master", "band"];
-
-/// The nearest name to one that is not known, or else `otherwise`.
-pub fn misspelt(name: &str, known: &[&str], otherwise: &str) -> String {
-    match cathforce_bundle::nearest(name, known) {
-        Some(nearest) => format!("write `{nearest}`, if that is meant"),
-        None => otherwise.to_owned(),
+/// Reads a text. `Err` holds everything that is wrong with it, wrong names and values included.
+pub fn parse(text: &str) -> Result<Parsed, Vec<Problem>> {
+    let mut reader = Reader::new(text);
+    let (table, errors) = DeTable::parse_recoverable(text);
+    for error in &errors {
+        let fix = "correct this line; a file has `rig = \"name\"` and, under `[set]`, a line `name = \
+                   number` for each setting";
+        reader.report(&error.span().unwrap_or_default(), error.message(), fix);
     }
-}
-
-/// Line of a key by the tables that it is in, or of the innermost of them that is there; 1 if none is.
-pub fn line_of(text: &str, path: &[&str]) -> usize {
-    let mut at = 0..0;
-    if let Ok(table) = DeTable::parse(text) {
-        let mut inside = Some(table.get_ref());
-        for name in path {
-            let Some((key, value)) = inside.and_then(|table| table.get_key_value(*name)) else {
-                break;
-            };
-            at = key.span();
-            inside = value.get_ref().as_table();
+    let table = table.get_ref();
+    // What follows from a line that could not be read would only confuse.
+    if errors.is_empty() && is_of_this_program(&mut reader, table) {
+        let parsed = read(&mut reader, table);
+        if reader.has_problems() {
+            reader.add(parsed.entries.iter().filter_map(problem));
+        } else {
+            return Ok(parsed);
         }
     }
-    line(text, at.start)
+    Err(reader.into_problems())
 }
 
-/// Line of a byte.
-pub fn line(text: &str, at: usize) -> usize {
-    1 + text.get(..at).unwrap_or(text).matches('\n').count()
-}
-
-/// Whether a text is a file of settings, right or wrong: it has keys of one, and no others.
-pub fn is_settings(text: &str) -> bool {
-    DeTable::parse(text).is_ok_and(|table| {
-        let keys = table.get_ref().keys();
-        let mut known = keys.map(|key| TOP.contains(&key.get_ref().as_ref())).peekable();
-        known.peek().is_some() && known.all(|known| known)
-    })
-}
-
-/// Why an entry cannot be used, if it cannot.
-pub fn problem(entry: &Entry) -> Option<Problem> {
-    let (name, value) = (entry.name.as_str(), entry.setting.value());
-    let problem = |message, fix| Some(Problem { line: entry.line, message, fix });
-    let Some(key) = Key::find(name) else {
-        let names = keys().map(Key::name).collect::<Vec<_>>();
-        let fix = misspelt(name, &names, "`cathforce config` lists the names");
-        return problem(format!("there is no setting `{name}`"), fix);
+/// Whether this is a settings file of a version that this program knows.
+fn is_of_this_program(reader: &mut Reader<'_>, table: &DeTable<'_>) -> bool {
+    if let Some((key, _)) = table.get_key_value("format") {
+        let what = "this is the rig.toml of a bundle, not a settings file";
+        let fix = "give the bundle's folder where a bundle is asked for, or make a settings file with \
+                   `cathforce config init BUNDLE S.toml`";
+        reader.report(&key.span(), what, fix);
+        return false;
+    }
+    let Some(DeValue::Integer(whole)) = table.get("schema_version").map(|value| value.get_ref())
+    else {
+        return true;
     };
-    let [min, max] = key.range();
-    let unit = unit(key);
-    match key.check(value) {
-        Ok(()) => unknown_effect(entry),
-        Err(KeyError::NotFinite) => {
-            problem(format!("{name} is not a finite number"), range_text(key))
-        }
-        Err(KeyError::NotWhole) => {
-            problem(format!("{name} = {value}: it counts{unit}"), "write a whole number".into())
-        }
-        Err(KeyError::Range) => {
-            let message = format!("{name} must be between {min} and {max}{unit}, not {value}");
-            problem(message, slip::out_of_range(key, value).unwrap_or_else(|| range_text(key)))
-        }
+    let version = i64::from_str_radix(whole.as_str(), whole.radix()).unwrap_or(0);
+    if version > i64::from(SCHEMA_VERSION) && u32::try_from(version).is_ok() {
+        let message = format!(
+            "schema_version {version} is newer than {SCHEMA_VERSION}, the newest that this program knows"
+        );
+        reader.report(&(0..0), message, "use the cathforce that wrote it, or a newer one");
+        return false;
     }
+    true
 }
 
-/// Where a value comes from has to be an effect that there is: others read it.
-fn unknown_effect(entry: &Entry) -> Option<Problem> {
-    let Setting::Diagnosed { effect, .. } = &entry.setting else { return None };
-    if Effect::find(effect).is_some() {
-        return None;
-    }
-    let ids = cathforce_effect_catalogue::all().map(|effect| effect.id).collect::<Vec<_>>();
-    Some(Problem {
-        line: entry.line,
-        message: format!("{} is of the effect `{effect}`, which there is not", entry.name),
-        fix: misspelt(effect, &ids, "`cathforce gap effects` lists them"),
-    })
-}
-
-/// A unit after its number, if it has one.
-pub fn unit(key: Key) -> String {
-    if key.unit() == "1" { String::new() } else { format!(" {}", key.unit()) }
-}
-
-fn range_text(key: Key) -> String {
-    let [min, max] = key.range();
-    format!("write a number from {min} to {max}{}", unit(key))
-}
-
-/// Reads a text. Names and values need not be any; what is no file of settings is a problem.
-pub fn parse(text: &str) -> Result<Parsed, Problem> {
-    let reader = Reader { text };
-    let table = DeTable::parse(text).map_err(|error| {
-        let span = error.span().unwrap_or_default();
-        reader.problem(
-            &span,
-            error.message(),
-            "correct this line; a file has `rig = \"name\"` and, under `[set]`, a line `name = \
-             number` for each setting",
-        )
-    })?;
+fn read(reader: &mut Reader<'_>, table: &DeTable<'_>) -> Parsed {
     let mut parsed = Parsed {
         version: 0,
         rig: String::new(),
         entries: Vec::new(),
-        master: master::parse(text)?,
-        band: band::parse(text)?,
+        master: Master::default(),
+        band: None,
     };
-    // Before its keys, none of which is one of settings.
-    if let Some((key, _)) = table.get_ref().get_key_value("format") {
-        let what = "this is the rig.toml of a bundle, not a file of settings";
-        let fix = "give the bundle's folder where a bundle is asked for; a file of settings is another \
-                   one, `cathforce config init BUNDLE S.toml` makes it";
-        return Err(reader.problem(&key.span(), what, fix));
-    }
-    for (key, value) in table.get_ref() {
+    reader.check_keys("", table, &TOP, FORM);
+    for (key, value) in table {
         match (key.get_ref().as_ref(), value.get_ref()) {
             ("schema_version", DeValue::Integer(whole)) => {
-                let version = u32::from_str_radix(whole.as_str(), whole.radix());
-                parsed.version = version.map_err(|_| {
-                    reader.problem(
+                match u32::from_str_radix(whole.as_str(), whole.radix()) {
+                    Ok(version) => parsed.version = version,
+                    Err(_) => reader.report(
                         &value.span(),
-                        "this is no version",
+                        "schema_version must be 1",
                         "write `schema_version = 1`",
-                    )
-                })?;
+                    ),
+                }
             }
             ("rig", DeValue::String(name)) => parsed.rig = name.to_string(),
-            ("master" | "band", DeValue::Table(_)) => {}
-            ("set", DeValue::Table(set)) => reader.entries("", set, &mut parsed.entries)?,
-            (name, found) => {
-                let form = "a file has `schema_version = 1`, `rig = \"name\"`, `[set]`, `[master]` \
-                            and `[band]`";
-                let (message, fix) = match TOP.contains(&name) {
-                    true => (format!("`{name}` is {}", found.type_str()), form.to_owned()),
-                    false => (format!("there is no key `{name}` here"), misspelt(name, &TOP, form)),
-                };
-                return Err(reader.problem(&key.span(), message, fix));
+            ("master", DeValue::Table(table)) => parsed.master = master::read(reader, table),
+            ("band", DeValue::Table(table)) => {
+                parsed.band = band::read(reader, table, &key.span());
             }
+            ("set", DeValue::Table(set)) => entries(reader, "", set, &mut parsed.entries),
+            (name, found) if TOP.contains(&name) => {
+                let message = format!("`{name}` must not be a value of type {}", found.type_str());
+                reader.report(&key.span(), message, FORM);
+            }
+            _ => {}
         }
     }
-    if parsed.version > SCHEMA_VERSION {
-        let message = format!(
-            "schema_version {} is newer than the {SCHEMA_VERSION} that this program knows",
-            parsed.version
-        );
-        return Err(reader.problem(
-            &(0..0),
-            message,
-            "use the cathforce that wrote it, or a newer one",
-        ));
-    }
-    if parsed.rig.is_empty() {
+    if parsed.rig.is_empty() && !table.get("rig").is_some_and(|rig| !rig.get_ref().is_str()) {
         let fix = "write `rig = \"name\"`, with the name in the bundle's rig.toml";
-        return Err(reader.problem(&(0..0), "the rig is missing", fix));
+        reader.report(&(0..0), "the rig is missing", fix);
     }
     parsed.entries.sort_by_key(|entry| entry.line);
-    Ok(parsed)
+    parsed
 }
 
-struct Reader<'a> {
-    text: &'a str,
-}
-
-impl Reader<'_> {
-    /// Entries of a table and of the tables in it: a dotted key is both.
-    fn entries(
-        &self,
-        prefix: &str,
-        table: &DeTable<'_>,
-        entries: &mut Vec<Entry>,
-    ) -> Result<(), Problem> {
-        for (key, value) in table {
-            let name = format!("{prefix}{}", key.get_ref());
-            let line = self.line(&key.span());
-            let number = |value| {
-                self.number(value).ok_or_else(|| {
-                    let message = format!("{name} is {}, not a number", value.get_ref().type_str());
-                    self.problem(&value.span(), message, format!("write `\"{name}\" = number`"))
-                })
-            };
-            let setting = match value.get_ref() {
-                DeValue::Table(inner) if inner.contains_key("value") => {
-                    let effect = inner.get("effect").and_then(|effect| effect.get_ref().as_str());
-                    match (inner.get("value"), effect) {
-                        (Some(value), Some(effect)) if inner.len() == 2 => {
-                            Setting::Diagnosed { value: number(value)?, effect: effect.into() }
-                        }
-                        _ => {
-                            let message =
-                                format!("{name} has other keys than `value` and `effect`");
-                            let fix = "write `{ value = number, effect = \"id\" }`";
-                            return Err(self.problem(&value.span(), message, fix));
-                        }
-                    }
-                }
-                DeValue::Table(inner) => {
-                    self.entries(&format!("{name}."), inner, entries)?;
-                    continue;
-                }
-                _ => Setting::ByHand(number(value)?),
-            };
-            entries.push(Entry { name, line, setting });
-        }
-        Ok(())
-    }
-
-    /// A number as the device has it, read once: what is written to the bit comes back so.
-    fn number(&self, value: &Spanned<DeValue<'_>>) -> Option<f32> {
-        match value.get_ref() {
-            DeValue::Float(float) => float.as_str().parse().ok(),
-            DeValue::Integer(whole) => {
-                i64::from_str_radix(whole.as_str(), whole.radix()).ok().map(|n| n as f32)
+/// Entries of a table and of the tables in it, because a dotted key is either.
+fn entries(reader: &mut Reader<'_>, prefix: &str, table: &DeTable<'_>, found: &mut Vec<Entry>) {
+    for (key, value) in table {
+        let name = format!("{prefix}{}", key.get_ref());
+        let line = reader.line(&key.span());
+        let setting = match value.get_ref() {
+            DeValue::Table(inner) if inner.contains_key("value") => {
+                diagnosed(reader, &name, inner, &value.span())
             }
-            _ => None,
+            DeValue::Table(inner) => {
+                entries(reader, &format!("{name}."), inner, found);
+                continue;
+            }
+            _ => number(reader, &name, value).map(Setting::ByHand),
+        };
+        found.extend(setting.map(|setting| Entry { name, line, setting }));
+    }
+}
+
+/// `{ value = number, effect = "id" }`.
+fn diagnosed(
+    reader: &mut Reader<'_>,
+    name: &str,
+    table: &DeTable<'_>,
+    span: &Range<usize>,
+) -> Option<Setting> {
+    let effect = table.get("effect").and_then(|effect| effect.get_ref().as_str());
+    match (table.get("value"), effect) {
+        (Some(value), Some(effect)) if table.len() == 2 => {
+            let value = number(reader, name, value)?;
+            Some(Setting::Diagnosed { value, effect: effect.into() })
+        }
+        _ => {
+            let message = format!("{name} has other keys than `value` and `effect`");
+            reader.report(span, message, "write `{ value = number, effect = \"id\" }`");
+            None
         }
     }
+}
 
-    fn line(&self, span: &Range<usize>) -> usize {
-        line(self.text, span.start)
+/// A number in single precision, as the device has it. It is rounded only once, so that a value
+/// which was written to the bit reads back to the bit.
+fn number(reader: &mut Reader<'_>, name: &str, value: &Value<'_>) -> Option<f32> {
+    let number = match value.get_ref() {
+        DeValue::Float(float) => float.as_str().parse().ok(),
+        DeValue::Integer(whole) => {
+            i64::from_str_radix(whole.as_str(), whole.radix()).ok().map(|n| n as f32)
+        }
+        _ => None,
+    };
+    if number.is_none() {
+        let message = format!("{name} must be a number, not a {}", value.get_ref().type_str());
+        reader.report(&value.span(), message, format!("write `\"{name}\" = number`"));
     }
-
-    fn problem(
-        &self,
-        span: &Range<usize>,
-        message: impl Into<String>,
-        fix: impl Into<String>,
-    ) -> Problem {
-        Problem { line: self.line(span), message: message.into(), fix: fix.into() }
-    }
+    number
 }
 
 #[cfg(test)]
@@ -278,6 +178,11 @@ mod tests {
 
     fn entries(set: &str) -> Vec<Entry> {
         parse(&format!("rig = \"a\"\n[set]\n{set}")).unwrap().entries
+    }
+
+    /// The first problem of a text that has one.
+    fn first(text: &str) -> Problem {
+        parse(text).unwrap_err().remove(0)
     }
 
     #[test]
@@ -296,10 +201,11 @@ mod tests {
     #[test]
     fn a_version_is_read_to_the_digit() {
         // The next one to what single precision has.
-        let newer = parse("schema_version = 16777217").unwrap_err().message;
+        let newer = first("schema_version = 16777217").message;
         assert!(newer.contains("schema_version 16777217 is newer"), "{newer}");
         for text in ["schema_version = 4294967297", "schema_version = -1"] {
-            assert_eq!(parse(text).unwrap_err().message, "this is no version", "{text}");
+            let said = parse(text).unwrap_err();
+            assert!(said.iter().any(|p| p.message == "schema_version must be 1"), "{said:?}");
         }
     }
 
@@ -329,7 +235,7 @@ mod tests {
 
     #[test]
     fn a_rigs_own_file_is_told_from_settings() {
-        let problem = parse("\nformat = \"trial-bundle/1\"\n[entry]\nup = 1\n").unwrap_err();
+        let problem = first("\nformat = \"trial-bundle/1\"\n[entry]\nup = 1\n");
         assert_eq!(problem.line, 2);
         assert!(problem.message.contains("rig.toml of a bundle"), "{problem:?}");
         assert!(problem.fix.contains("the bundle's folder"), "{problem:?}");
@@ -346,19 +252,39 @@ mod tests {
     #[test]
     fn what_is_no_file_of_settings_is_refused_with_its_line() {
         for (text, line, word) in [
-            ("rig = \"a\"\n[set]\nforce_gain = \"two\"", 3, "not a number"),
+            ("rig = \"a\"\n[set]\nforce_gain = \"two\"", 3, "must be a number"),
             ("rig = \"a\"\n[set]\nforce_gain = \n", 3, ""),
             ("rig = \"a\"\nset = 3", 2, "`set`"),
             ("rig = \"a\"\nsets = 3", 2, "no key `sets`"),
+            ("rig = 3", 1, "`rig`"),
             ("schema_version = 99\nrig = \"a\"", 1, "newer"),
             ("[set]\nforce_gain = 1", 1, "rig is missing"),
             ("rig = \"a\"\n[set]\nx = { value = 1, effects = 2 }", 3, "other keys"),
         ] {
-            let problem = parse(text).unwrap_err();
+            let problem = first(text);
             assert_eq!(problem.line, line, "{text}: {problem:?}");
             assert!(problem.message.contains(word), "{text}: {problem:?}");
         }
-        let problem = parse("rgi = \"a\"").unwrap_err();
-        assert!(problem.fix.contains("`rig`"), "{problem:?}");
+        let problems = parse("rgi = \"a\"").unwrap_err();
+        assert!(problems.iter().any(|p| p.fix.contains("`rig`")), "{problems:?}");
+    }
+
+    #[test]
+    fn everything_that_is_wrong_with_a_file_is_said_at_once() {
+        let text = "schema_version = 1\nrgi = \"a\"\n[set]\nforce_gian = 2\nforce_gain = \"x\"\n\
+                    force_limit_n = 99\nx = { value = 1 }\n[master]\ncathter = 1\n[band]\nfeed = 1\n";
+        let problems = parse(text).unwrap_err();
+        let lines = problems.iter().map(|problem| problem.line).collect::<Vec<_>>();
+        let mut wanted = vec![1, 2, 4, 5, 6, 7, 9];
+        wanted.extend([10; 3]);
+        wanted.push(11);
+        assert_eq!(lines, wanted, "{problems:#?}");
+    }
+
+    #[test]
+    fn every_line_that_is_no_toml_is_named() {
+        let text = "rig = \"a\"\n[set]\nforce_gain = \ntorque_gain == 2\nforce_limit_n = 1\n";
+        let lines = parse(text).unwrap_err().iter().map(|p| p.line).collect::<Vec<_>>();
+        assert!(lines.contains(&3) && lines.contains(&4), "{lines:?}");
     }
 }

@@ -2,18 +2,19 @@
 //! and nuisances, with the device's estimates in the place of the diagnosis' coarser model.
 
 use cathforce_mechanics::Description;
-use cathforce_recording::Estimate;
+use cathforce_recording::{COLUMNS, Coverage, Estimate};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use serde::Serialize;
 
+use super::plant::Catheter;
+use super::prepare::Prepared;
 use super::simulate::{Trajectory, readings};
-use super::{Catheter, Prepared};
-use crate::band::{COLUMNS, Coverage, columns};
-use crate::floor::Floor;
-use crate::nuisance::{Nuisances, Refit};
+use crate::data::sanity::complaints_of_trial;
+use crate::explaining::band::columns;
+use crate::fitting::nuisance::{Nuisances, Refit};
+use crate::noise::floor::Floor;
 use crate::plant::Quantity;
-use crate::sanity::complaints_of_trial;
 
 /// Estimates farther apart than this are not bridged \[s\].
 const MAX_GAP_S: f64 = 0.2;
@@ -280,7 +281,7 @@ impl Compared<'_> {
         self.root_mean_square(quantity, |i| self.sd[i])
     }
 
-    /// Of a vector its norm, as [`crate::score`] has it.
+    /// Of a vector its norm, as [`crate::scoring::score`] has it.
     fn root_mean_square(&self, quantity: Quantity, error: impl Fn(usize) -> f64) -> Option<f64> {
         let mut sums = vec![(0.0, 0_usize); self.catheter.channels.len()];
         for (i, sample) in self.catheter.trials[self.trial].samples.iter().enumerate() {

@@ -4,7 +4,7 @@ use cathforce_bundle::bundle::Rush;
 use cathforce_bundle::{Bundle, ImageBuildError, LumenBuildError};
 
 use super::prepare::TURN_BEFORE_SCORE_RAD;
-use crate::clock::usual_step_s;
+use crate::data::clock::usual_step_s;
 use crate::plant::BROKEN_DOWN;
 
 /// Why a bundle cannot be diagnosed.

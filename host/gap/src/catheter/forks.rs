@@ -53,9 +53,10 @@ mod tests {
     use std::path::Path;
 
     use super::*;
+    use crate::catheter::plant::{Catheter, nominal};
+    use crate::catheter::priors::Priors;
     use crate::catheter::simulate::Setup;
     use crate::catheter::ways::WAYS;
-    use crate::catheter::{Catheter, Priors, nominal};
     use crate::plant::Plant;
 
     /// How far a way is from the first, by its index.

@@ -171,9 +171,9 @@ mod tests {
     use cathforce_mechanics::{BRICK_NODES, Lumen, NOMINAL_WALL};
 
     use super::*;
+    use crate::catheter::plant::{Catheter, SPREAD_SHARE_UNDIVIDED, lumen, spread_share};
     use crate::catheter::simulate::{Setup, Simulator};
     use crate::catheter::ways::{WAYS, WITHOUT_JUNCTIONS};
-    use crate::catheter::{Catheter, SPREAD_SHARE_UNDIVIDED, lumen, spread_share};
     use crate::plant::Plant;
 
     /// Trunk and two branches; where they part, the wall points at the entry.

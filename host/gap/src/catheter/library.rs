@@ -208,7 +208,7 @@ mod tests {
     use std::path::Path;
 
     use super::*;
-    use crate::catheter::nominal;
+    use crate::catheter::plant::nominal;
 
     #[test]
     fn places_lie_along_the_whole_way_however_long_a_tip_stays() {

@@ -3,7 +3,7 @@
 use cathforce_bundle::Bundle;
 use cathforce_bundle::bundle::{CatheterTrial, GuidewireTrial, Trial, TrialData, VectorColumn};
 
-use crate::protocol::Protocol;
+use crate::planning::protocol::Protocol;
 
 /// Rows a second where the rig states no rate, and of the tip.
 const ROWS_HZ: f64 = 250.0;

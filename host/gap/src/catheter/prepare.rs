@@ -9,11 +9,12 @@ use cathforce_mechanics::Drive;
 use cathforce_recording::snap::Snap;
 use cathforce_recording::{FEED_BEFORE_SCORE_M, SNAP_GUARD_S};
 
+use super::column::{Column, Source};
 use super::motion::{Motion, phase, regime};
 use super::sensors::{self, Limit};
 use super::simulate::{Inputs, Trajectory};
-use crate::clock::{Clock, Jump};
-use crate::plant::{Channel, Quantity, Sample};
+use crate::data::clock::{Clock, Jump};
+use crate::plant::{Channel, Sample};
 
 /// Force samples are means over this time \[s\]; `Catheter::compared` says so.
 pub const AVERAGE_S: f64 = 0.02;
@@ -35,29 +36,6 @@ const OF_CHANNEL: f64 = 0.016;
 /// Most of it in a channel, over what a finer model and a nearer wall change there: rigs without an effect
 /// leave 0.8 to 2.0 times that, whatever their forces.
 const MOST_OF_FORCE: f64 = 1.5;
-/// One measured column.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Source {
-    Force(usize),
-    DriveForce,
-    Tip(usize),
-    Shape(usize, usize),
-}
-
-const AXES: [&str; 3] = ["x", "y", "z"];
-
-impl Source {
-    pub fn channel(self) -> Channel {
-        let (name, quantity) = match self {
-            Self::Force(axis) => (format!("f{}_N", AXES[axis]), Quantity::Force),
-            Self::DriveForce => ("drive_fx_N".to_owned(), Quantity::DriveForce),
-            Self::Tip(axis) => (format!("tip_{}_m", AXES[axis]), Quantity::Tip),
-            Self::Shape(point, axis) => (format!("p{point:02}_{}_m", AXES[axis]), Quantity::Shape),
-        };
-        Channel { name, quantity }
-    }
-}
-
 /// Rows that make one sample: those of a stretch of time that have a value.
 #[derive(Clone, Debug)]
 struct Reading {
@@ -93,16 +71,6 @@ pub struct Prepared {
     /// Share of the readings that is left out because a fork decides it.
     forked_share: f64,
     motion: Motion,
-}
-
-/// A measured column with gaps.
-pub struct Column {
-    pub source: Source,
-    pub rows: Vec<(usize, f64)>,
-    /// Standard deviation of one row.
-    pub noise: f64,
-    /// Whether it was estimated from the rows.
-    pub estimated: bool,
 }
 
 impl Prepared {
@@ -424,7 +392,7 @@ fn columns(data: &CatheterTrial, sensor: &RigSensor) -> (Vec<Column>, Vec<Source
                 too_few.push(source);
                 return;
             }
-            let noise = stated.or(found).unwrap_or_else(|| sensors::white_noise(&rows));
+            let noise = stated.or(found).unwrap_or_else(|| cathforce_recording::white_noise(&rows));
             columns.push(Column { source, rows, noise, estimated: stated.is_none() });
         }
     };
@@ -459,8 +427,8 @@ mod tests {
 
     use cathforce_bundle::Bundle;
 
-    use super::super::Catheter;
     use super::*;
+    use crate::catheter::plant::Catheter;
     use crate::plant::Plant;
 
     fn example() -> Bundle {

@@ -82,7 +82,7 @@ mod tests {
 
     use super::*;
     use crate::catheter::library::Library;
-    use crate::catheter::nominal;
+    use crate::catheter::plant::nominal;
 
     #[test]
     fn what_a_rig_states_takes_the_place_of_the_usual() {

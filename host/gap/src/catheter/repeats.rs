@@ -60,8 +60,8 @@ mod tests {
     use cathforce_bundle::bundle::{CatheterTrial, TrialData};
     use cathforce_bundle::{Bundle, Trial as RigTrial};
 
-    use crate::catheter::Catheter;
-    use crate::floor::{Floor, FloorSource};
+    use crate::catheter::plant::Catheter;
+    use crate::noise::floor::{Floor, FloorSource};
     use crate::plant::Plant;
 
     fn bundle() -> Bundle {

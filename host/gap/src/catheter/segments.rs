@@ -2,8 +2,8 @@
 
 use super::prepare::Prepared;
 use super::simulate::{Inputs, Trajectory};
+use crate::planning::protocol::{Piece, Protocol};
 use crate::plant::{Channel, Quantity, Segment, Trial};
-use crate::protocol::{Piece, Protocol};
 
 /// The drive reaches the beginning of a part at this speed \[m/s\].
 const LEAD_IN_M_PER_S: f64 = 0.04;
@@ -102,7 +102,7 @@ impl Played {
             let share = tick as f64 / first.max(1) as f64;
             match tick.checked_sub(first) {
                 Some(since) => protocol.at(piece.start_s + since as f64 * tick_s),
-                None => crate::protocol::Position {
+                None => crate::planning::protocol::Position {
                     insertion_m: from_m + share * (start.insertion_m - from_m),
                     ..start
                 },

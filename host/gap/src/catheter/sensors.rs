@@ -3,7 +3,7 @@
 
 use cathforce_bundle::bundle::VectorColumn;
 
-use super::prepare::{Column, Source};
+use super::column::{Column, Source};
 use crate::plant::Quantity;
 
 /// Fewest rows of which it means something that they are all the same.
@@ -90,16 +90,6 @@ pub fn shape_noise_m(shape_m: &[VectorColumn]) -> Option<f64> {
     Some(variance.sqrt()).filter(|noise| *noise > 0.0)
 }
 
-/// White noise of a series from its second differences, whose median a few events do not move.
-pub fn white_noise(rows: &[(usize, f64)]) -> f64 {
-    /// Median of |x| of a normal distribution, in standard deviations.
-    const MEDIAN: f64 = 0.6745;
-    let second = |w: &[(usize, f64)]| (w[0].1 - 2.0 * w[1].1 + w[2].1).abs() / 6.0_f64.sqrt();
-    let mut differences: Vec<f64> = rows.windows(3).map(second).collect();
-    differences.sort_by(f64::total_cmp);
-    differences.get(differences.len() / 2).map_or(0.0, |median| median / MEDIAN)
-}
-
 #[cfg(test)]
 mod tests {
     use rand::{Rng, SeedableRng};
@@ -153,16 +143,5 @@ mod tests {
         assert_eq!(shape_noise_m(&[tip.clone(), entry[..5].to_vec()]), None);
         assert_eq!(shape_noise_m(&[tip, vec![Some([0.0; 3]); 80]]), None);
         assert_eq!(shape_noise_m(&[]), None);
-    }
-
-    #[test]
-    fn white_noise_is_found_under_a_slow_signal() {
-        // Uniform from −1 to 1: standard deviation 1/√3.
-        let mut rng = ChaCha8Rng::seed_from_u64(1);
-        let mut noise = || rng.random_range(-1.0..1.0);
-        let rows: Vec<(usize, f64)> =
-            (0..1000).map(|row| (row, (row as f64 * 0.01).sin() + 0.1 * noise())).collect();
-        let found = white_noise(&rows);
-        assert!((found / (0.1 / 3.0_f64.sqrt()) - 1.0).abs() < 0.15, "{found}");
     }
 }

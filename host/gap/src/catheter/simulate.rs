@@ -7,7 +7,7 @@ use cathforce_mechanics::{
 };
 
 use super::junctions::Junctions;
-use crate::silhouette::Silhouette;
+use crate::plant::Silhouette;
 
 /// Quasi-static steps after which a start that never rests is taken as it is.
 const SETTLE_STEPS: usize = 3000;

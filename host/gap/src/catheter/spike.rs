@@ -9,13 +9,14 @@ use cathforce_bundle::{Bundle, SolverDefaults, to_description};
 use cathforce_mechanics::Description;
 use rayon::prelude::*;
 
+use super::check::CatheterError;
 use super::library::Library;
+use super::plant::{Catheter, lumen};
 use super::prepare::Prepared;
 use super::simulate::{Inputs, Simulator, Trajectory, readings};
-use super::{Catheter, CatheterError};
+use crate::planning::spike::{self, Changes, Spike, SpikeError, Spiked, Sum};
 use crate::plant::{Effect, Point};
 use crate::signal::interpolate;
-use crate::spike::{self, Changes, Spike, SpikeError, Spiked, Sum};
 
 /// A bundle into which effects can be put.
 pub struct Spiking<'a> {
@@ -33,7 +34,7 @@ impl<'a> Spiking<'a> {
         super::check::check(bundle)?;
         let defaults = SolverDefaults::default();
         let model = to_description::<f64>(bundle, &defaults).ok_or(CatheterError::NoTrials)?;
-        let (lumen, _) = super::lumen(bundle, model.instrument.outer_radius_m)?;
+        let (lumen, _) = lumen(bundle, model.instrument.outer_radius_m)?;
         let prepared =
             bundle.trials.iter().map(|t| Prepared::of(t, &bundle.rig.sensor, defaults.tick_s));
         let inputs: Option<Vec<Inputs>> = prepared.map(|own| Some(own?.inputs)).collect();

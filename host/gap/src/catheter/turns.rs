@@ -3,9 +3,9 @@
 //! Rotation enters the model and is compared with nothing. What would have been measured of another one
 //! is: where it explains most of what the stated one leaves, no effect is named for it.
 
-use super::Catheter;
+use super::plant::Catheter;
 use super::simulate::{Setup, readings};
-use crate::floor::Floor;
+use crate::noise::floor::Floor;
 
 /// A trial that is turned by less tells nothing \[rad\] …
 const LEAST_TURN_RAD: f64 = 0.5;

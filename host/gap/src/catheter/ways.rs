@@ -102,7 +102,7 @@ mod tests {
     use std::path::Path;
 
     use super::*;
-    use crate::catheter::nominal;
+    use crate::catheter::plant::nominal;
 
     #[test]
     fn ways_are_the_model_itself_and_others() {

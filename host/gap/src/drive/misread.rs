@@ -10,7 +10,7 @@
 use cathforce_bundle::bundle::DriveTrial;
 
 use super::stamps::evened;
-use crate::clock::Clock;
+use crate::data::clock::Clock;
 
 /// Second differences of a misread row are this many times what all but a twentieth are at most.
 const FAR: f64 = 20.0;

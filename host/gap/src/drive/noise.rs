@@ -10,7 +10,7 @@
 //! as large in them, what a motion has is less.
 
 use super::motion::{Filters, GRID_S, Motion, evenly};
-use crate::clock::{jumps, usual_step_s};
+use crate::data::clock::{jumps, usual_step_s};
 
 /// Share of the differences that are looked at: the largest ones are jerks and jumps of the clock.
 const LOOKED_AT: f64 = 0.9;

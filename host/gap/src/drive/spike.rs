@@ -7,12 +7,13 @@ use cathforce_bundle::bundle::{Bundle, TrialData};
 
 use super::effects::{command, latency_s};
 use super::motion::GRID_S;
-use super::{Drive, DriveError};
+use super::plant::{Drive, DriveError};
+use crate::diagnosis::diagnose;
+use crate::diagnosis::report::Diagnosis;
+use crate::planning::spike::{Changes, Spike, SpikeError, Spiked, Sum, point};
+use crate::plant::Altered;
 use crate::plant::{Effect, Plant, Point};
-use crate::report::Diagnosis;
 use crate::signal::interpolate;
-use crate::spike::{Changes, Spike, SpikeError, Spiked, Sum, point};
-use crate::{Altered, diagnose};
 
 /// A bundle into which effects can be put.
 pub struct Spiking<'a> {

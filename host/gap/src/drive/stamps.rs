@@ -5,7 +5,7 @@
 //! were taken when they say, the motion tells: it is smooth by the true times alone.
 
 use super::noise::Noise;
-use crate::clock::usual_step_s;
+use crate::data::clock::usual_step_s;
 
 /// Rows count as even where the position's noise by even times is less than this share of that by their
 /// stamps.

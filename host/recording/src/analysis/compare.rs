@@ -192,7 +192,7 @@ fn pair<'a>(estimates: &[Estimate], rows: &'a [Measured]) -> Vec<PairedRow<'a>> 
         .collect()
 }
 
-fn series<const N: usize>(
+pub(crate) fn series<const N: usize>(
     estimates: &[Estimate],
     channel: impl Fn(&Estimate) -> Option<[f64; N]>,
 ) -> Vec<(f64, [f64; N])> {
@@ -200,7 +200,7 @@ fn series<const N: usize>(
 }
 
 /// Linear interpolation; `None` outside the series and in its gaps.
-fn at<const N: usize>(series: &[(f64, [f64; N])], t_s: f64) -> Option<[f64; N]> {
+pub(crate) fn at<const N: usize>(series: &[(f64, [f64; N])], t_s: f64) -> Option<[f64; N]> {
     let next = series.partition_point(|(t, _)| *t < t_s - 1e-9);
     let &(t1, x1) = series.get(next)?;
     if (t1 - t_s).abs() <= 1e-9 {

@@ -2,6 +2,9 @@
 
 pub(crate) mod analyse;
 pub(crate) mod compare;
+pub(crate) mod coverage;
 pub mod latency;
+pub(crate) mod noise;
 pub(crate) mod sensed;
 pub mod snap;
+pub(crate) mod summary;

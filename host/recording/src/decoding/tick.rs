@@ -1,6 +1,6 @@
 //! Decodes frames into the quantities of each tick.
 
-use cathforce_bus::master::{Collector, Master, Reading, Taken};
+use cathforce_bus::master::{Collector, FrameOutcome, Master, Reading};
 use cathforce_bus::{
     Accepted, Counter, Counters, Direction, Encoder, Haptic, Id, Insertion, Process, Protection,
     Rotation, Shape, Status,
@@ -113,10 +113,10 @@ pub struct GuidewireEstimate {
     /// Last rotation sent to the device \[rad\].
     pub rotation_rad: f32,
     /// Axial force behind the guide \[N\].
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(rename = "drive_fx_N", skip_serializing_if = "Option::is_none")]
     pub drive_force_n: Option<f32>,
     /// Torque behind the guide \[N·m\].
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(rename = "drive_torque_N_m", skip_serializing_if = "Option::is_none")]
     pub drive_torque_n_m: Option<f32>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub encoder_age_ticks: Option<u8>,
@@ -296,7 +296,7 @@ impl Decoder {
 
     /// Takes a frame in the master's own layout.
     fn take_foreign(&mut self, frame: &BusFrame) -> Option<Completed> {
-        if let Taken::Rejected(counter) = self.master.take(&frame.frame) {
+        if let FrameOutcome::Rejected(counter) = self.master.take(&frame.frame) {
             self.counters.count(counter);
             let (at_ns, id) = (frame.at_ns, Some(frame.frame.id()));
             let cause = DropoutCause::WrongLength;

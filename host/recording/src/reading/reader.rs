@@ -98,6 +98,15 @@ impl Recording {
         image::master(&self.image).unwrap_or_default()
     }
 
+    /// Whether the recording is complete, in words.
+    pub fn completeness(&self) -> String {
+        match self.cut {
+            Some(cut) => format!("no: it breaks off at byte {}", cut.byte),
+            None if self.result.is_none() => "no: the run broke off".into(),
+            None => "yes".into(),
+        }
+    }
+
     /// Reads the file whole.
     ///
     /// A file that breaks off because its recorder was killed is read up to there, see

@@ -3,7 +3,7 @@
 use super::*;
 use crate::TICK_S;
 
-mod felt;
+mod haptic_source;
 mod scenarios;
 
 /// An estimator that answers as it is told.
@@ -421,7 +421,7 @@ fn a_full_record_of_outputs_gives_the_same_digest_only_if_equal() {
     assert_eq!(a.sample().digest, b.sample().digest);
     b.fake.node[5] = f32::from_bits(1);
     let (x, y) = (a.sample(), b.sample());
-    assert_eq!(x.words(), y.words());
+    assert_eq!(x.digest_words(), y.digest_words());
     assert_ne!(x.digest, y.digest);
     b.fake.node[5] = 0.0;
     assert_ne!(a.sample().digest, b.sample().digest);

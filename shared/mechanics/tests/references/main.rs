@@ -12,7 +12,7 @@
 //! - `rod_in_tube`, the pair of forces where a bend without clearance begins, and what compression presses
 //!   with; `capstan`, a rod that is pushed: a stored tube has clearance, in which a pushed rod bows.
 //! - `salehizadeh_ICE`, parameters of another catheter and of a stream, and no motion that they
-//!   should give; its drag goes with the square of the stream's speed, docs/model.md (36) has the force itself.
+//!   should give; its drag goes with the square of the stream's speed, docs/explanation/model.md (36) has the force itself.
 //! - `published.md`, but for its material laws: errors and sweeps of other simulators on vessels
 //!   that are not there. `peers.md` is of `cargo xtask bench`.
 

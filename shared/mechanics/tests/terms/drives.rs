@@ -9,7 +9,7 @@ const LENGTH_M: f64 = 0.1;
 const LINKS: usize = 40;
 const G: f64 = 9.81;
 
-/// docs/model.md (41)
+/// docs/explanation/model.md (41)
 ///
 /// Fed by ds in a straight catheter, an instrument lifts its whole length by ds: its drive carries
 /// m g L. Pieces and masses are exact whatever the links, and nothing bends: a millionth is room for
@@ -51,7 +51,7 @@ fn in_an_upright_guide_the_drive_of_what_slides_carries_its_weight() {
     }
 }
 
-/// docs/model.md (18), the part ½ G J κ_t²
+/// docs/explanation/model.md (18), the part ½ G J κ_t²
 ///
 /// A rod that is twisted by a dead torque T stores T²/2GJ a length; fed by ds, its drive gains what
 /// the torque's work T²/GJ ds leaves of that. What is twisted when unloaded, by κ₀, has been kept
@@ -77,7 +77,7 @@ fn a_twisted_rod_draws_at_the_drive_by_the_energy_of_its_twist() {
     }
 }
 
-/// docs/model.md (18)
+/// docs/explanation/model.md (18)
 ///
 /// While the tip is still within a guide that reaches into the vessel, nothing bends past its mouth:
 /// no force, however the tip is curved; out of it −½ EI κ₀².
@@ -97,7 +97,7 @@ fn a_curved_tip_within_a_longer_guide_draws_at_nothing() {
     assert_near("out of it", held_n(2.0 * guide_m), -0.5 * ei * per_m * per_m, 1e-3);
 }
 
-/// docs/model.md (18), (34)
+/// docs/explanation/model.md (18), (34)
 ///
 /// A tendon that bends an instrument draws in what enters as a pre-curve does: with the curvature κ
 /// that it holds at the mouth, −½ EI κ². κ is told by the tip, which is off by half a cell of forty.
@@ -120,7 +120,7 @@ fn what_a_tendon_bends_at_the_mouth_draws_at_the_drive() {
     assert_near("drive", outputs.drive_force_n, -0.5 * ei * per_m * per_m, 0.06);
 }
 
-/// docs/model.md (42)
+/// docs/explanation/model.md (42)
 ///
 /// A stream draws each of two instruments with what it does to what of it lies bare or outermost.
 #[test]
@@ -139,7 +139,7 @@ fn a_stream_draws_each_instrument_by_what_of_it_lies_in_the_stream() {
     assert_near("wire", found.guidewire_force_n, -along_n_per_m * (wire_m - catheter_m), 0.15);
 }
 
-/// docs/model.md (27)
+/// docs/explanation/model.md (27)
 ///
 /// The introducer rubs on what passes it, whether or not the tip is out of a longer guide.
 #[test]

@@ -10,7 +10,7 @@ const LENGTH_M: f64 = 0.1;
 const G: f64 = 9.81;
 const FRICTION: f64 = 0.3;
 
-/// docs/model.md (40), (43)
+/// docs/explanation/model.md (40), (43)
 ///
 /// A load presses the end of a bare wire on a floor and the wire's drive rolls it: the surface below
 /// moves towards +y (e_x × −e_z), friction takes the wire towards −y, the vessel the other way, with
@@ -52,7 +52,7 @@ fn a_bare_wire_that_is_rolled_on_a_floor_feels_friction_times_its_radius_and_the
     }
 }
 
-/// docs/model.md (12), (14)
+/// docs/explanation/model.md (12), (14)
 ///
 /// Turned by its drive, a heavy catheter climbs the wall of a tube to tan φ = μ and slides there: the
 /// wall carries N = W cos φ, friction is W sin φ, and its moment about the centre line r W sin φ is
@@ -130,7 +130,7 @@ fn coefficient(kg_per_m: f64, speed_m_per_s: f64, effects: &[(&str, f64)]) -> f6
     along_n / -normal_n
 }
 
-/// docs/model.md (32)
+/// docs/explanation/model.md (32)
 ///
 /// Every sample carries N/ℓ = m g but for what friction's arm bends near the ends (a tenth of it over
 /// 5 of 90 mm, as much less as more): 1 %. Half-way the load is n₀.
@@ -151,7 +151,7 @@ fn the_friction_of_a_load_is_what_the_law_says_at_that_load() {
     }
 }
 
-/// docs/model.md (31)
+/// docs/explanation/model.md (31)
 ///
 /// Of one speed in all samples, and steady since twenty times the 10 ms that it is smoothed over: 1 %
 /// as above.

@@ -52,7 +52,7 @@ fn assert_there(what: &str, tip: [f64; 3], exact: [f64; 3]) {
 /// Turns of the drive: none, a quarter either way, any.
 const TURNS_RAD: [f64; 4] = [0.0, core::f64::consts::FRAC_PI_2, -core::f64::consts::FRAC_PI_2, 0.4];
 
-/// docs/model.md (23)
+/// docs/explanation/model.md (23)
 ///
 /// A rod of uniform curvature κ is an arc, aside by (1 − cos κL)/κ, which is κL²/2 of a slight one.
 /// Behind the mouth it is kept straight at ½ EI κ² a length, which draws at the drive (18).
@@ -80,7 +80,7 @@ fn stored_curvature_bends_a_free_rod_up_and_aside_and_turns_with_the_drive() {
     }
 }
 
-/// docs/model.md (23): behind the pre-curved tip, and not times the tip's factor.
+/// docs/explanation/model.md (23): behind the pre-curved tip, and not times the tip's factor.
 #[test]
 fn stored_curvature_begins_behind_the_tip_and_is_not_the_tips() {
     let (tip_m, tip_per_m, factor, stored_per_m) = (0.03, -10.0, 1.5, 4.0);
@@ -116,7 +116,7 @@ fn a_lateral_pre_curve_bends_towards_direction_times_up_and_turns_with_the_drive
     }
 }
 
-/// docs/model.md (33)
+/// docs/explanation/model.md (33)
 ///
 /// At arc s past the mouth the share s/ℓ of a pre-curve is back, from ℓ on all of it. What leaves the
 /// mouth is straight: of a free rod the drive feels nothing, where without the guide it is drawn by

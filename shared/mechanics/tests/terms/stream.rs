@@ -11,7 +11,7 @@ const STIFFNESS: f64 = 1e-3;
 /// Half of the link at the mouth is carried by the guide.
 const FREE_M: f64 = LENGTH_M * (1.0 - 0.5 / LINKS as f64);
 
-/// docs/model.md (36)
+/// docs/explanation/model.md (36)
 ///
 /// A stream towards the tip draws the rod in with its force per length, and the drive holds it back:
 /// exact in the sum over the nodes. Its part across a rod that lies along it is none.
@@ -40,7 +40,7 @@ fn a_stream_along_a_rod_draws_it_in() {
     }
 }
 
-/// docs/model.md (36)
+/// docs/explanation/model.md (36)
 ///
 /// A cantilever under an even load gives way by q L⁴/8EI, here 2 % of its length at most, where that
 /// is right to (0.02)²; lumped at the nodes of 50 links to h²/L².
@@ -59,7 +59,7 @@ fn a_stream_across_a_rod_bends_it_downstream() {
     }
 }
 
-/// docs/model.md (36): at distance d from the wall x (2 − x) of it is left, x = d/R.
+/// docs/explanation/model.md (36): at distance d from the wall x (2 − x) of it is left, x = d/R.
 #[test]
 fn a_stream_is_slower_beside_the_wall() {
     let (along_n_per_m, wall_m, fastest_m) = (0.2, 2e-3, 5e-3);

@@ -34,7 +34,7 @@ fn moved(by_m: [f64; 3]) -> [(&'static str, f64); 5] {
     ]
 }
 
-/// docs/model.md (25), (26)
+/// docs/explanation/model.md (25), (26)
 ///
 /// A floor that only just touches a rigid rod comes nearer by d and is pressed down by k d a length;
 /// one that goes is not felt, nor one that moves along itself. 0.3 % is twice what the rod gives way.
@@ -62,7 +62,7 @@ fn a_wall_that_comes_nearer_presses_by_its_stiffness_times_that() {
     }
 }
 
-/// docs/model.md (26)
+/// docs/explanation/model.md (26)
 ///
 /// What lies on a wall by its weight goes up and down with it, in the rig's frame: at a quarter and
 /// three quarters of a period the wall rests, and the rod's end lies on it, sunk in by m g/k = 1 µm
@@ -99,7 +99,7 @@ fn what_lies_on_a_moving_wall_follows_it() {
     }
 }
 
-/// docs/model.md (25): a wall that moves along itself takes what is pressed on it along, by friction.
+/// docs/explanation/model.md (25): a wall that moves along itself takes what is pressed on it along, by friction.
 ///
 /// On its way through the middle it moves at 4.7 mm/s: towards +y the rod holds it with μ N towards −y.
 #[test]
@@ -130,7 +130,7 @@ fn a_wall_that_moves_along_itself_drags_by_its_friction() {
     }
 }
 
-/// docs/model.md (30)
+/// docs/explanation/model.md (30)
 ///
 /// A wall that stands nearer at once is pressed by (1 + β) k d, and by k (1 + β exp(−t/τ)) d from then
 /// on. Steps are implicit (dt/2τ = 0.25 % of τ), and half of the points see the wall a step late: 1 %.
@@ -158,7 +158,7 @@ fn a_relaxing_wall_is_pressed_hard_at_first_and_lets_go_with_its_time() {
     }
 }
 
-/// docs/model.md (15), (26)
+/// docs/explanation/model.md (15), (26)
 ///
 /// What touches nothing stays where it is however the vessel moves: inertia and drag are the rig's.
 #[test]

@@ -1,39 +1,45 @@
-//! Settings to a device and back.
+//! `cathforce config apply`, `restore` and `save`: settings to a device and back.
 
 use std::path::Path;
 
 use cathforce_bundle::{Bundle, ImageOptions};
 use cathforce_bus::service::crc32;
-use cathforce_config::{ImageHead, keys};
+use cathforce_config::{ImageHead, Key, keys};
 use cathforce_control::Mode;
 use cathforce_link::Client;
 use serde::Serialize;
 
-use super::super::{described, image_with, open_bundle, set_all};
 use super::file::warn_of_slip;
+use super::show::NOT_CONFIGURED;
 use super::values::{Change, Values, changes, head_of, head_on, paths, values};
 use crate::args::{ConfigApplyArguments, ConfigSaveArguments};
 use crate::failure::{Code, Failure};
+use crate::image::{described, image_with, set_all};
+use crate::open::open_bundle;
 use crate::session::{Pace, configure, output_is_on, still_on};
 use crate::settings::band::StatedBand;
-use crate::settings::parse::{Entry, Problem, problem};
-use crate::settings::{Setting, SettingsFile, parse_file, refused};
+use crate::settings::entry::{Entry, problem};
+use crate::settings::parse::Parsed;
+use crate::settings::units::unit;
+use crate::settings::{Problem, Setting, SettingsFile, parse_file, refused};
 use crate::ui::Ui;
 
-/// Differences that are listed of two images that are not the same.
+/// Most differences that a message names.
 const MOST_DIFFERENCES: usize = 5;
 
-/// What was done, or would be.
+/// What was done, or would be done.
 #[derive(Serialize)]
 struct Applied {
     dry_run: bool,
+    /// The device had no configuration before.
+    fresh: bool,
     changes: Vec<Change>,
     counts: Counts,
-    /// Of the file: stated by rig.toml, and to be changed there.
+    /// Names in the file that rig.toml states; they change there.
     read_only: Vec<String>,
-    /// Of the file: what this version or this rig does not have, and why.
+    /// Entries of the file that this version or this rig does not have.
     not_carried_over: Vec<NotCarriedOver>,
-    /// The device says that it uses what it was sent.
+    /// The device reports that it uses what it was sent.
     verified: bool,
 }
 
@@ -51,74 +57,69 @@ struct NotCarriedOver {
     why: String,
 }
 
-/// With `lenient`, what does not carry over is listed and left out; else nothing is done then.
+/// A settings file, sorted into what a device can take and what it cannot.
+struct Sorted {
+    file: SettingsFile,
+    image: Vec<u8>,
+    head: ImageHead,
+    /// Names that rig.toml states.
+    read_only: Vec<String>,
+    unknown: Vec<Problem>,
+}
+
+/// Configures a device. With `lenient`, entries that cannot be used are listed and left out; without
+/// it the device is not configured at all.
 pub fn apply(ui: &Ui, arguments: &ConfigApplyArguments, lenient: bool) -> Result<(), Failure> {
-    if arguments.file.is_dir() && arguments.bundle.is_file() {
-        let (file, bundle) = (arguments.file.display(), arguments.bundle.display());
-        let message = format!(
-            "{file} is a bundle and {bundle} is a file, but the settings come first\n  fix: write \
-             {bundle} before {file}"
-        );
-        return Err(Failure::new(Code::Usage, message));
-    }
-    let parsed = parse_file(&arguments.file)?;
-    let bundle = open_bundle(ui, &arguments.bundle)?;
-    let (wrong, right): (Vec<Entry>, Vec<Entry>) =
-        parsed.entries.into_iter().partition(|entry| problem(entry).is_some());
-    let rig = parsed.rig;
-    let set = right.into_iter().map(|entry| (entry.name, entry.setting)).collect();
-    let file = SettingsFile { rig, set, master: parsed.master, band: parsed.band };
-    file.check_rig(&arguments.file, &bundle.rig.name)?;
-    for (name, setting) in &file.set {
-        warn_of_slip(ui, name, setting.value());
-    }
-    let image = build(ui, &bundle, &file, arguments.cell)?;
-    let head = head_of(&image)?;
-    let (read_only, unknown) = sort_out(&wrong, &head);
-    if !lenient && !unknown.is_empty() {
-        return Err(refused(&arguments.file, &unknown));
+    let (bundle_path, path) = arguments.bundle_and_file();
+    let parsed = parse_file(path)?;
+    let bundle = open_bundle(ui, bundle_path)?;
+    let sorted = sort(ui, parsed, &bundle, path, arguments.cell)?;
+    if !lenient && !sorted.unknown.is_empty() {
+        return Err(refused(path, &sorted.unknown));
     }
 
     let mut client = Client::connect(cathforce_link::open(&arguments.link)?)?;
-    let old = head_on(&mut client)?.as_ref().map(values).unwrap_or_default();
-    let changes = changes(&old, &values(&head));
-    let changed = changes.len();
-    let counts = Counts {
-        changed,
-        unchanged: keys().count() - changed,
-        read_only: read_only.len(),
-        unknown: unknown.len(),
-    };
-    let not_carried_over = unknown
-        .into_iter()
-        .map(|p| NotCarriedOver { line: p.line, why: format!("{}; {}", p.message, p.fix) })
-        .collect();
-    let mut applied = Applied {
-        dry_run: arguments.dry_run,
-        changes,
-        counts,
-        read_only,
-        not_carried_over,
-        verified: false,
-    };
-    // Shown before it is done: a device that refuses leaves the diff on the screen.
-    ui.say(applied.changes_text());
+    let old = head_on(&mut client)?;
+    let mut applied = Applied::planned(arguments.dry_run, old.as_ref(), &sorted);
+    // Printed before it is done, so that the changes stay on the screen when a device refuses.
+    ui.say(applied.changes_text(arguments.all, path, &sorted.file));
     if !arguments.dry_run {
         if let Some(mode) = output_is_on(&client) {
             return Err(armed(mode, &arguments.link, &applied.changes));
         }
-        configure(ui, &mut client, &image, Pace::LockStep)?;
-        applied.verified = head_on(&mut client)?.as_ref() == Some(&head);
+        configure(ui, &mut client, &sorted.image, Pace::LockStep)?;
+        applied.verified = head_on(&mut client)?.as_ref() == Some(&sorted.head);
         if !applied.verified {
-            let message = "the device does not read back what it was sent: apply it again, and if \
-                           that does not help check the device's memory";
+            let message = "the device does not read back what it was sent\n  fix: apply it again; if \
+                           that does not help, check the device's memory";
             return Err(Failure::new(Code::Device, message));
         }
     }
-    ui.data(&applied, applied.text(&arguments.file))
+    ui.data(&applied, applied.text(path))
 }
 
-/// What cannot change now, and how it can.
+fn sort(
+    ui: &Ui,
+    parsed: Parsed,
+    bundle: &Bundle,
+    path: &Path,
+    cell_mm: Option<f64>,
+) -> Result<Sorted, Failure> {
+    let (wrong, right): (Vec<Entry>, Vec<Entry>) =
+        parsed.entries.into_iter().partition(|entry| problem(entry).is_some());
+    let set = right.into_iter().map(|entry| (entry.name, entry.setting)).collect();
+    let file = SettingsFile { rig: parsed.rig, set, master: parsed.master, band: parsed.band };
+    file.check_rig(path, &bundle.rig.name)?;
+    for (name, setting) in &file.set {
+        warn_of_slip(ui, name, setting.value());
+    }
+    let image = build(ui, bundle, &file, cell_mm)?;
+    let head = head_of(&image)?;
+    let (read_only, unknown) = unusable(&wrong, &head);
+    Ok(Sorted { file, image, head, read_only, unknown })
+}
+
+/// Why nothing was sent to an armed device, and what to do.
 fn armed(mode: Mode, link: &str, changes: &[Change]) -> Failure {
     let names = changes.iter().map(|change| change.name).take(MOST_DIFFERENCES);
     let mut names = names.collect::<Vec<_>>().join(", ");
@@ -149,8 +150,8 @@ fn build(
     Ok(image_with(ui, bundle, &options)?.0)
 }
 
-/// Names that the rig states, and what is wrong with the others.
-fn sort_out(wrong: &[Entry], head: &ImageHead) -> (Vec<String>, Vec<Problem>) {
+/// Sorts entries that cannot be used: names that rig.toml states, and the problems of all others.
+fn unusable(wrong: &[Entry], head: &ImageHead) -> (Vec<String>, Vec<Problem>) {
     let paths = paths(head);
     let is_of_rig = |name: &str| {
         paths.keys().any(|path| {
@@ -169,27 +170,66 @@ fn sort_out(wrong: &[Entry], head: &ImageHead) -> (Vec<String>, Vec<Problem>) {
 }
 
 impl Applied {
-    fn changes_text(&self) -> String {
-        if self.changes.is_empty() {
-            return "nothing changes: it is configured like that already".into();
+    fn planned(dry_run: bool, old: Option<&ImageHead>, sorted: &Sorted) -> Self {
+        let changes = changes(&old.map(values).unwrap_or_default(), &values(&sorted.head));
+        let counts = Counts {
+            changed: changes.len(),
+            unchanged: keys().count() - changes.len(),
+            read_only: sorted.read_only.len(),
+            unknown: sorted.unknown.len(),
+        };
+        let lost =
+            |p: &Problem| NotCarriedOver { line: p.line, why: format!("{}; {}", p.message, p.fix) };
+        Self {
+            dry_run,
+            fresh: old.is_none(),
+            changes,
+            counts,
+            read_only: sorted.read_only.clone(),
+            not_carried_over: sorted.unknown.iter().map(lost).collect(),
+            verified: false,
         }
-        self.changes.iter().map(Change::text).collect::<Vec<_>>().join("\n")
+    }
+
+    /// The changes, one a line. A device without a configuration gets every value, so only those of
+    /// the file are listed unless `all` is asked for.
+    fn changes_text(&self, all: bool, path: &Path, file: &SettingsFile) -> String {
+        if self.changes.is_empty() {
+            return "nothing changes: the device is configured like this already".into();
+        }
+        if all || !self.fresh {
+            return self.changes.iter().map(Change::text).collect::<Vec<_>>().join("\n");
+        }
+        let mut text = format!(
+            "the device has no configuration yet: it gets all {} values, of which {} come from {} \
+             (--all lists them all)",
+            self.changes.len(),
+            file.set.len(),
+            path.display()
+        );
+        for (name, setting) in &file.set {
+            let unit = Key::find(name).map_or(String::new(), unit);
+            text += &format!("\n{name} = {}{unit}", setting.value());
+        }
+        text
     }
 
     fn text(&self, file: &Path) -> String {
         let Counts { changed, unchanged, read_only, unknown } = self.counts;
-        let mut text = format!(
-            "{changed} changed, {unchanged} unchanged, {read_only} read-only, {unknown} unknown\n"
-        );
+        let changed = match self.fresh {
+            true => format!("{changed} set"),
+            false => format!("{changed} changed, {unchanged} unchanged"),
+        };
+        let mut text = format!("{changed}, {read_only} read-only, {unknown} unknown\n");
         for name in &self.read_only {
-            text += &format!("read-only: {name} is stated by rig.toml, change it there\n");
+            text += &format!("read-only: {name} is a value of rig.toml; change it there\n");
         }
         for NotCarriedOver { line, why } in &self.not_carried_over {
             text += &format!("not carried over: {}:{line}: {why}\n", file.display());
         }
         text += match (self.dry_run, self.verified) {
             (true, _) => "dry run: nothing was changed\n",
-            (false, true) => "the device uses it: read back and compared\n",
+            (false, true) => "the device uses these values: they were read back and compared\n",
             (false, false) => "",
         };
         text
@@ -200,13 +240,12 @@ pub fn save(ui: &Ui, arguments: &ConfigSaveArguments) -> Result<(), Failure> {
     let bundle = open_bundle(ui, &arguments.bundle)?;
     let mut client = Client::connect(cathforce_link::open(&arguments.link)?)?;
     let Some(head) = head_on(&mut client)? else {
-        let message = "the device has no configuration; `cathforce config apply` gives it one";
-        return Err(Failure::new(Code::Device, message));
+        return Err(Failure::new(Code::Device, NOT_CONFIGURED));
     };
     let nothing = SettingsFile { rig: bundle.rig.name.clone(), ..SettingsFile::default() };
     let base = values(&head_of(&build(ui, &bundle, &nothing, arguments.cell)?)?);
     let set = differing(&base, &values(&head), &arguments.file);
-    // What the device states is of what it computes with.
+    // The device states the band of the model that it computes with.
     let band = head.band.map(|band| StatedBand::new(band, &head.description));
     let file = SettingsFile { set, master: head.master, band, ..nothing };
 
@@ -222,13 +261,13 @@ pub fn save(ui: &Ui, arguments: &ConfigSaveArguments) -> Result<(), Failure> {
         "path": shown, "settings": settings, "image_crc32": format!("{used:08x}"), "verified": true,
     });
     let text = format!(
-        "{shown}: {settings} settings; with the bundle they give the image that the device uses, \
-         CRC {used:08x}\n"
+        "{shown}: {settings} settings; with the bundle they reproduce the device's image, CRC \
+         {used:08x}\n"
     );
     ui.data(&json, text)
 }
 
-/// What a file must say; where a value comes from is kept from a file that says the same.
+/// The settings that turn `base` into `used`. A value that the file holds already keeps its origin.
 fn differing(
     base: &Values,
     used: &Values,
@@ -252,12 +291,14 @@ fn another_rig(device: &ImageHead, bundle: &ImageHead, path: &Path) -> Failure {
     };
     let mut list = device.iter().filter_map(differs).take(MOST_DIFFERENCES).collect::<Vec<_>>();
     if list.is_empty() {
-        list.push("the numbers agree, the field of the vessel does not: another --cell?".into());
+        list.push(
+            "the numbers agree but the field of the vessel differs, perhaps by --cell".into(),
+        );
     }
     let path = path.display();
     let message = format!(
-        "the device was not configured from {path}, so no settings of it can give the same: {}\n  \
-         fix: name the bundle that it was configured from, with its --cell",
+        "the device was not configured from {path}, so no settings can reproduce its image: {}\n  \
+         fix: give the bundle that it was configured from, with the same --cell",
         list.join("; ")
     );
     Failure::input(message)

@@ -1,4 +1,4 @@
-//! Settings files: made, changed, compared, checked.
+//! `cathforce config init`, `set`, `diff` and `validate`: settings files.
 
 use std::path::Path;
 
@@ -7,14 +7,16 @@ use cathforce_link::Client;
 use serde_json::json;
 use toml_edit::{DocumentMut, Item, Table, value};
 
-use super::super::{check_model, open_bundle};
 use super::values::{Values, changes, defaults, head_on, values};
 use crate::args::{
     ConfigDiffArguments, ConfigInitArguments, ConfigSetArguments, ConfigValidateArguments,
 };
 use crate::failure::{Code, Failure};
-use crate::settings::parse::{Entry, problem, unit};
-use crate::settings::{SCHEMA_VERSION, Setting, SettingsFile, Staged, parse_file, refused, slip};
+use crate::image::check_model;
+use crate::open::open_bundle;
+use crate::settings::entry::{check, problem};
+use crate::settings::units::{self, unit};
+use crate::settings::{SCHEMA_VERSION, SettingsFile, Staged, parse_file, refused};
 use crate::ui::Ui;
 
 pub fn init(ui: &Ui, arguments: &ConfigInitArguments) -> Result<(), Failure> {
@@ -22,7 +24,8 @@ pub fn init(ui: &Ui, arguments: &ConfigInitArguments) -> Result<(), Failure> {
     let path = &arguments.file;
     if path.exists() {
         let message = format!(
-            "{} is there already and stays as it is; `cathforce config set` changes values in it",
+            "{} exists already and was not changed\n  fix: give another name, or change values in it \
+             with `cathforce config set`",
             path.display()
         );
         return Err(Failure::new(Code::Usage, message));
@@ -33,12 +36,12 @@ pub fn init(ui: &Ui, arguments: &ConfigInitArguments) -> Result<(), Failure> {
     ui.data(&json!({ "path": shown }), format_args!("{shown}\n"))
 }
 
-/// A file in which everything is a comment that would change nothing.
+/// A file that holds every setting as a comment, and so changes nothing.
 fn template(rig: &str) -> String {
     let mut text = format!(
-        "# Settings of cathforce for one rig. A line without `#` before it is set; the values here \
-         are\n# the defaults. `cathforce config apply` gives them to a device, `--settings` to a \
-         run;\n# none changes while output is armed.\nschema_version = {SCHEMA_VERSION}\nrig = {}\n\n[set]\n",
+        "# Settings of cathforce for one rig. Remove the `#` before a line to set its value; the \
+         values\n# here are the defaults. `cathforce config apply` sends the file to a device, and \
+         `--settings`\n# uses it for a run. No setting changes while the output is armed.\nschema_version = {SCHEMA_VERSION}\nrig = {}\n\n[set]\n",
         toml::Value::from(rig)
     );
     for key in keys() {
@@ -56,14 +59,13 @@ fn template(rig: &str) -> String {
 
 pub fn set(ui: &Ui, arguments: &ConfigSetArguments) -> Result<(), Failure> {
     let path = &arguments.file;
-    // What is wrong already is said with its line, before it is made worse.
+    // A file that is wrong already is refused with its lines.
     let old = SettingsFile::read(path)?;
-    for (name, value) in &arguments.values {
-        let (name, setting) = (name.clone(), Setting::ByHand(*value));
-        if let Some(problem) = problem(&Entry { name, line: 0, setting }) {
-            let message = format!("{}: {}", problem.message, problem.fix);
-            return Err(Failure::new(Code::Usage, message));
-        }
+    let wrong = |(name, value): &(String, f32)| check(name, *value).err();
+    let wrong = arguments.values.iter().filter_map(wrong);
+    let wrong = wrong.map(|(message, fix)| format!("{message}\n  fix: {fix}")).collect::<Vec<_>>();
+    if !wrong.is_empty() {
+        return Err(Failure::new(Code::Usage, wrong.join("\n")));
     }
     let text = std::fs::read_to_string(path).map_err(Failure::input)?;
     let text = edited(&text, &arguments.values).map_err(Failure::input)?;
@@ -84,7 +86,7 @@ fn edited(text: &str, values: &[(String, f32)]) -> Result<String, toml_edit::Tom
     let set = document.entry("set").or_insert(Item::Table(Table::new()));
     for (name, number) in values {
         if let Some(table) = set.as_table_like_mut() {
-            // Written dotted or in a table of its own, it would be there twice.
+            // A dotted key or a table of its own would be a second value of the same name.
             remove_dotted(table, name);
             // The shortest decimal that reads back to the same bits.
             let number = number.to_string().parse::<f64>().unwrap_or(f64::from(*number));
@@ -122,7 +124,7 @@ pub fn diff(ui: &Ui, arguments: &ConfigDiffArguments) -> Result<(), Failure> {
     let first = source(&arguments.first)?;
     let second = match &arguments.second {
         Some(second) => source(second)?,
-        // Only what the first one names: it says nothing of the rest.
+        // Only the names of the first: it says nothing about the others.
         None => defaults().into_iter().filter(|(name, _)| first.contains_key(name)).collect(),
     };
     let (old, new) = if arguments.second.is_some() { (first, second) } else { (second, first) };
@@ -131,11 +133,18 @@ pub fn diff(ui: &Ui, arguments: &ConfigDiffArguments) -> Result<(), Failure> {
     ui.data(&changed, if lines.is_empty() { "no difference\n".to_owned() } else { lines })
 }
 
-/// A file if there is one of that name, else a link.
+/// The values of a file if there is one of that name, else of the device behind that link.
 fn source(text: &str) -> Result<Values, Failure> {
     let path = Path::new(text);
     if path.exists() || path.extension().is_some_and(|extension| extension == "toml") {
         return Ok(of_file(&SettingsFile::read(path)?));
+    }
+    if cathforce_link::check_address(text).is_err() && !text.contains(':') {
+        let message = format!(
+            "{text} is neither a file nor a link\n  fix: check the path, or give a link such as {}",
+            cathforce_link::ADDRESSES.join(", ")
+        );
+        return Err(Failure::new(Code::Usage, message));
     }
     let mut client = Client::connect(cathforce_link::open(text)?)?;
     Ok(head_on(&mut client)?.as_ref().map(values).unwrap_or_default())
@@ -149,7 +158,7 @@ pub fn validate(ui: &Ui, arguments: &ConfigValidateArguments) -> Result<(), Fail
         check_model(&bundle)?;
         let warnings = bundle.warnings.len();
         let json = json!({ "path": shown, "rig": bundle.rig.name, "warnings": warnings });
-        return ui.data(&json, format_args!("{shown}: right, {warnings} warnings\n"));
+        return ui.data(&json, format_args!("{shown}: valid, {warnings} warnings\n"));
     }
     let parsed = parse_file(path)?;
     let problems = parsed.entries.iter().filter_map(problem).collect::<Vec<_>>();
@@ -159,7 +168,7 @@ pub fn validate(ui: &Ui, arguments: &ConfigValidateArguments) -> Result<(), Fail
     let mut warnings = 0;
     for entry in &parsed.entries {
         let slip =
-            Key::find(&entry.name).and_then(|key| slip::in_range(key, entry.setting.value()));
+            Key::find(&entry.name).and_then(|key| units::in_range(key, entry.setting.value()));
         if let Some(slip) = slip {
             warnings += 1;
             ui.warn(format_args!("{shown}:{}: {slip}", entry.line));
@@ -170,12 +179,12 @@ pub fn validate(ui: &Ui, arguments: &ConfigValidateArguments) -> Result<(), Fail
         "path": shown, "rig": parsed.rig, "schema_version": parsed.version,
         "settings": settings, "warnings": warnings,
     });
-    ui.data(&json, format_args!("{shown}: right, {settings} settings, {warnings} warnings\n"))
+    ui.data(&json, format_args!("{shown}: valid, {settings} settings, {warnings} warnings\n"))
 }
 
-/// Says of a value that its unit may have slipped.
+/// Warns where a value may be in the wrong unit.
 pub fn warn_of_slip(ui: &Ui, name: &str, value: f32) {
-    if let Some(slip) = Key::find(name).and_then(|key| slip::in_range(key, value)) {
+    if let Some(slip) = Key::find(name).and_then(|key| units::in_range(key, value)) {
         ui.warn(slip);
     }
 }

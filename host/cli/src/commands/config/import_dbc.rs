@@ -1,4 +1,4 @@
-//! From a lab's DBC to the frames in which its drives' positions come.
+//! `cathforce config import-dbc`: reads from a lab's DBC where its frames hold the drives' positions.
 
 use std::path::Path;
 
@@ -12,12 +12,14 @@ use toml_edit::DocumentMut;
 
 use crate::args::ConfigImportDbcArguments;
 use crate::failure::Failure;
+use crate::settings::entry::misspelt;
 use crate::settings::{SettingsFile, Staged, master};
 use crate::ui::Ui;
 
-/// Units that a DBC may give, and what one of them is in metres, radians or 1.
+/// Units of a DBC and their size in metres.
 const LENGTHS: &[(&str, f64)] =
     &[("m", 1.0), ("cm", 1e-2), ("mm", 1e-3), ("um", 1e-6), ("µm", 1e-6), ("nm", 1e-9)];
+/// Units of a DBC and their size in radians.
 const ANGLES: &[(&str, f64)] = &[
     ("rad", 1.0),
     ("mrad", 1e-3),
@@ -28,7 +30,7 @@ const ANGLES: &[(&str, f64)] = &[
     ("rev", 2.0 * std::f64::consts::PI),
 ];
 
-/// A button is held from one half on.
+/// Units of a button or a grip and their size; it is held from one half on.
 const BUTTONS: &[(&str, f64)] = &[("", 1.0), ("1", 1.0), ("%", 0.01)];
 
 pub fn run(ui: &Ui, arguments: &ConfigImportDbcArguments) -> Result<(), Failure> {
@@ -48,22 +50,22 @@ pub fn run(ui: &Ui, arguments: &ConfigImportDbcArguments) -> Result<(), Failure>
     ui.data(&json!({ "path": settings.display().to_string(), "master": text }), text)
 }
 
-/// What a DBC describes, which is at least one signal.
+/// Reads a DBC, which must describe at least one signal.
 fn read(bytes: &[u8]) -> Result<Dbc, String> {
-    // Tools write Latin-1 as often as UTF-8; only comments and a unit's `µ` or `°` differ.
+    // Tools write Latin-1 as often as UTF-8; the two differ in comments and in `µ` and `°`.
     let text = match std::str::from_utf8(bytes) {
         Ok(text) => text.to_owned(),
         Err(_) => bytes.iter().map(|&byte| char::from(byte)).collect(),
     };
-    // With the line and what stands there.
-    let dbc = Dbc::try_from(text.as_str()).map_err(|e| format!("is no DBC: {e}"))?;
+    // The error names the line and what stands there.
+    let dbc = Dbc::try_from(text.as_str()).map_err(|e| format!("this is not a DBC: {e}"))?;
     match dbc.messages.iter().any(|message| !message.signals.is_empty()) {
         true => Ok(dbc),
-        false => Err("has no signal".into()),
+        false => Err("this DBC has no signal".into()),
     }
 }
 
-/// The frames that have the signals that were named.
+/// The frames with the signals of the command line.
 fn frames(dbc: &Dbc, path: &Path, arguments: &ConfigImportDbcArguments) -> Result<Master, Failure> {
     let place = |name: &Option<String>, units| {
         let Some(name) = name else { return Ok(None) };
@@ -85,7 +87,7 @@ fn frames(dbc: &Dbc, path: &Path, arguments: &ConfigImportDbcArguments) -> Resul
         guidewire: drive([guidewire_insertion, guidewire_rotation, &arguments.guidewire_button])?,
         grip: place(grip, BUTTONS)?,
     };
-    // Of a signal alone all is said; what is left is how they go together.
+    // Each signal was checked on its own; this checks them together.
     master.validate().map_err(|e| Failure::input(format!("{}: {}", path.display(), e.text())))?;
     Ok(master)
 }
@@ -99,17 +101,14 @@ fn find<'a>(dbc: &'a Dbc, path: &Path, name: &str) -> Result<Found<'a>, Failure>
     all().find(|&found| full(found) == name).ok_or_else(|| {
         let names = all().map(full).collect::<Vec<_>>();
         let names = names.iter().map(String::as_str).collect::<Vec<_>>();
-        let nearest = cathforce_bundle::nearest(name, &names);
-        let hint = nearest.map_or(String::new(), |name| format!(", the nearest is {name}"));
         let path = path.display();
-        Failure::input(format!(
-            "{path}: there is no signal {name}{hint}\n  fix: `cathforce config import-dbc --list \
-             {path}` lists them"
-        ))
+        let list = format!("`cathforce config import-dbc {path} --list` lists them");
+        let fix = misspelt(name, &names, &list);
+        Failure::input(format!("{path}: there is no signal `{name}`\n  fix: {fix}"))
     })
 }
 
-/// Why a signal cannot be read by the device, and what helps.
+/// Why the device cannot read a signal, and how to change that.
 #[derive(Debug, PartialEq)]
 struct Unfit {
     what: String,
@@ -122,12 +121,12 @@ impl Unfit {
     }
 }
 
-/// Where a signal is, in metres, radians or 1; `units` says which of them it may have.
+/// Where a signal stands, scaled to metres, radians or 1; `units` are those that it may have.
 fn place(dbc: &Dbc, (message, signal): Found<'_>, units: &[(&str, f64)]) -> Result<Place, Unfit> {
     let MessageId::Standard(id) = message.id else {
         return Err(Unfit::new(
             "is in a frame with a 29-bit identifier",
-            "let the master send it in a frame with 11 bits, the device listens to no other",
+            "let the master send it in a frame with an 11-bit identifier; the device reads no other",
         ));
     };
     let Some((_, one)) = units.iter().find(|(unit, _)| *unit == signal.unit.trim()) else {
@@ -138,15 +137,15 @@ fn place(dbc: &Dbc, (message, signal): Found<'_>, units: &[(&str, f64)]) -> Resu
     if signal.multiplexer_indicator != MultiplexIndicator::Plain {
         return Err(Unfit::new(
             "is multiplexed",
-            "take a signal that is in every frame: no other is fresh every tick",
+            "take a signal that is in every frame, so that it is fresh every tick",
         ));
     }
-    // Its bits are no count: read as one they would be a position far off.
+    // The bits of a floating-point number, read as an integer, would be a position far off.
     let extended = dbc.extended_value_type_for_signal(message.id, &signal.name);
     if !matches!(extended, None | Some(SignalExtendedValueType::SignedOrUnsignedInteger)) {
         return Err(Unfit::new(
             "is a floating-point number",
-            "let the master send it as an integer with a factor, the device reads no other",
+            "let the master send it as an integer with a factor; the device reads no other",
         ));
     }
     let signal = Signal {
@@ -160,17 +159,17 @@ fn place(dbc: &Dbc, (message, signal): Found<'_>, units: &[(&str, f64)]) -> Resu
     let place = Place { id, signal };
     place.validate().map_err(|error| {
         let fix = match error {
-            MasterError::Id => "let the master send it under an identifier that is free",
-            _ => "correct the signal in the DBC, or take another one",
+            MasterError::Id => "let the master send it under a free identifier",
+            _ => "correct the signal in the DBC, or take another signal",
         };
         Unfit::new(format!("cannot be read: {}", error.text()), fix)
     })?;
     Ok(place)
 }
 
-/// Puts the frames into the file in the place of those that it has; everything else stays.
+/// Replaces the frames of the file; everything else stays.
 fn write(path: &Path, frames: &Master) -> Result<(), Failure> {
-    // What is wrong already is said with its line first.
+    // A file that is wrong already is refused with its lines.
     SettingsFile::read(path)?;
     let text = std::fs::read_to_string(path).map_err(Failure::input)?;
     let mut document = text.parse::<DocumentMut>().map_err(Failure::input)?;
@@ -191,7 +190,14 @@ fn list(ui: &Ui, dbc: &Dbc) -> Result<(), Failure> {
             let (id, bits) = (id_text(message.id), signal.size);
             text += format!("{name}  {id}, {bits} bits  {unit}").trim_end();
             text.push('\n');
-            names.push(json!({ "signal": name, "id": id, "bits": bits, "unit": unit }));
+            let raw = match message.id {
+                MessageId::Standard(id) => u32::from(id),
+                MessageId::Extended(id) => id,
+            };
+            let is_extended = matches!(message.id, MessageId::Extended(_));
+            names.push(json!({
+                "signal": name, "id": raw, "extended": is_extended, "bits": bits, "unit": unit,
+            }));
         }
     }
     ui.data(&names, text)
@@ -240,7 +246,7 @@ mod tests {
         place(dbc, found, LENGTHS)
     }
 
-    /// What the device would read as another number than the master meant is never taken.
+    /// A signal that the device would read as another number than the master meant is refused.
     #[test]
     fn a_signal_that_the_device_cannot_read_is_refused_with_its_reason() {
         let dbc = read(LAB).unwrap();
@@ -273,7 +279,7 @@ mod tests {
             };
             let all = dbc.messages.iter().flat_map(|m| m.signals.iter().map(move |s| (m, s)));
             for found in all {
-                // Whatever is taken, the device takes too.
+                // The device accepts every signal that is accepted here.
                 let taken = place(&dbc, found, LENGTHS);
                 assert!(taken.is_err() || taken.is_ok_and(|place| place.validate().is_ok()));
             }

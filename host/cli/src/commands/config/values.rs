@@ -1,4 +1,4 @@
-//! The values of every key, in an image and in a device, and where they come from.
+//! The values of every key in an image and on a device, and how two sets of them differ.
 
 use std::collections::BTreeMap;
 
@@ -9,7 +9,7 @@ use serde::Serialize;
 
 use crate::failure::{Code, Failure};
 use crate::settings::model::numbers;
-use crate::settings::parse::unit;
+use crate::settings::units::unit;
 
 /// Every key with its value.
 pub type Values = BTreeMap<&'static str, f32>;
@@ -20,7 +20,7 @@ pub fn values(head: &ImageHead) -> Values {
     keys().filter_map(value).collect()
 }
 
-/// The values when nothing is said; what rig.toml states is not there.
+/// The default values; names that rig.toml states have none.
 pub fn defaults() -> Values {
     keys().filter_map(|key| Some((key.name(), key.default()?))).collect()
 }
@@ -30,7 +30,7 @@ pub fn head_of(image: &[u8]) -> Result<ImageHead, Failure> {
     decode_head(image).map_err(Failure::input)
 }
 
-/// The head of the image that a device uses, read back from it; `None` while it has none.
+/// The head of the image that a device uses, read back from it; `None` while the device has no image.
 pub fn head_on(client: &mut Client) -> Result<Option<ImageHead>, Failure> {
     let front = match client.read_image(|read| head_end(read).unwrap_or(HEADER_BYTES)) {
         Ok(front) => front,
@@ -47,7 +47,7 @@ pub fn head_on(client: &mut Client) -> Result<Option<ImageHead>, Failure> {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Change {
     pub name: &'static str,
-    /// `None` where there is none yet.
+    /// `None` where there was no value.
     pub old: Option<f32>,
     pub new: Option<f32>,
     pub unit: &'static str,
@@ -68,7 +68,7 @@ pub fn changes(old: &Values, new: &Values) -> Vec<Change> {
     let change = |key: Key| {
         let (name, unit) = (key.name(), key.unit());
         let (old, new) = (old.get(name).copied(), new.get(name).copied());
-        // By their bits: what a device computes with is no other number then.
+        // Compared by bits, because the device computes with bits.
         (old.map(f32::to_bits) != new.map(f32::to_bits)).then_some(Change { name, old, new, unit })
     };
     keys().filter_map(change).collect()
@@ -76,7 +76,7 @@ pub fn changes(old: &Values, new: &Values) -> Vec<Change> {
 
 /// Every number of an image's head by its path, such as `entry.position_m.0`.
 pub fn paths(head: &ImageHead) -> BTreeMap<String, String> {
-    // The description's names are those of rig.toml and of keys; they stand alone.
+    // The names of the description are those of rig.toml and of the keys.
     let alone = |(path, value): (String, String)| {
         (path.strip_prefix("description.").unwrap_or(&path).to_owned(), value)
     };

@@ -24,6 +24,7 @@ struct Row {
 }
 
 pub fn run(ui: &Ui, arguments: &AblationArguments) -> Result<(), Failure> {
+    arguments.json_file.check()?;
     let source = Source::open(ui, &arguments.bundle)?;
     let plant = source.plant()?;
     let name = source.bundle.rig.name.as_str();
@@ -47,7 +48,7 @@ pub fn run(ui: &Ui, arguments: &AblationArguments) -> Result<(), Failure> {
         .collect();
     let lines: String = rows.iter().map(Row::text).collect();
     let head = "| missing | named | closes | found |\n| --- | --- | --- | --- |\n";
-    ui.data(&rows, format!("{head}{lines}"))
+    arguments.json_file.write(ui, &rows, format!("{head}{lines}"))
 }
 
 impl Row {

@@ -36,6 +36,7 @@ struct Shares {
 }
 
 pub fn run(ui: &Ui, arguments: &CoverageArguments) -> Result<(), Failure> {
+    arguments.json_file.check()?;
     let (mut rows, mut all, mut failures) = (Vec::new(), Coverage::default(), Vec::new());
     for path in &arguments.bundles {
         match of_bundle(ui, path, &arguments.hold_back) {
@@ -55,7 +56,7 @@ pub fn run(ui: &Ui, arguments: &CoverageArguments) -> Result<(), Failure> {
     }
     rows.push(Row::of("all".to_owned(), None, &all));
     let lines: String = rows.iter().map(Row::text).collect();
-    ui.data(&rows, format!("{}{lines}", Row::head()))?;
+    arguments.json_file.write(ui, &rows, format!("{}{lines}", Row::head()))?;
     match failures.last() {
         None => Ok(()),
         Some(&code) => {
@@ -100,9 +101,8 @@ fn of_bundle(ui: &Ui, path: &Path, hold_back: &[u32]) -> Result<Option<(Row, Cov
 
 /// Of the samples of a force, those for which a band is stated.
 pub fn stated(coverage: &Coverage) -> String {
-    let Covered { stated, unknown, .. } = coverage.all();
-    let share = 100.0 * stated as f64 / (stated + unknown).max(1) as f64;
-    format!("{share:.1} % of the samples have a band")
+    let share = coverage.all().stated_share().unwrap_or_default();
+    format!("{:.1} % of the samples have a band", 100.0 * share)
 }
 
 /// Shares and half widths in a line.

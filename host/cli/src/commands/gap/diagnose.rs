@@ -1,14 +1,15 @@
 //! `cathforce gap diagnose`: where the gap lies, which effect causes it, how far it shrinks.
 
 use std::fmt::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Mutex;
 
 use cathforce_bundle::{Bundle, Trial};
 use cathforce_effect_catalogue::Effect;
 use cathforce_gap::plant::Plant;
 use cathforce_gap::report::{Diagnosis, Figures, HeldOut, Reproduce, quantity};
-use cathforce_gap::{diagnose, diagnose_given, expected_simulations, page};
+use cathforce_gap::{diagnose, diagnose_given, expected_simulations};
+use cathforce_pages::diagnosis_page;
 
 use super::hash::own_sha256;
 use super::source::Source;
@@ -19,15 +20,15 @@ use crate::ui::Ui;
 
 pub fn run(ui: &Ui, arguments: &DiagnoseArguments) -> Result<(), Failure> {
     // Said now: a diagnosis takes minutes.
-    let (json, page_file) = (json_file(arguments), arguments.report.as_deref());
-    check_apart(json.into_iter().chain(page_file))?;
-    json.map_or(Ok(()), |file| check_again(file, Kind::Json))?;
+    let (json, page_file) = (&arguments.json_file, arguments.report.as_deref());
+    check_apart(json.out.as_deref().into_iter().chain(page_file))?;
+    json.check()?;
     page_file.map_or(Ok(()), |file| check_again(file, Kind::Page))?;
     let source = Source::open_all(ui, &arguments.bundle)?;
     let answer = answer(ui, source, &arguments.hold_back, &arguments.effects)?;
-    let written = write(ui, &answer, arguments);
+    let written = json.write(ui, &answer, text(&answer));
     if let Some(file) = &arguments.report {
-        write_again(file, Kind::Page, page(&answer))?;
+        write_again(file, Kind::Page, diagnosis_page(&answer))?;
         ui.say(format_args!("page: {}", file.display()));
     }
     written?;
@@ -139,24 +140,6 @@ fn index(plant: &dyn Plant, effect: &Effect) -> Result<usize, Failure> {
     })
 }
 
-/// The file that the answer is written into; `None`: stdout.
-fn json_file(arguments: &DiagnoseArguments) -> Option<&Path> {
-    arguments.json.as_deref().filter(|file| *file != "-").map(Path::new)
-}
-
-fn write(ui: &Ui, answer: &Diagnosis, arguments: &DiagnoseArguments) -> Result<(), Failure> {
-    let Some(file) = json_file(arguments) else { return ui.data(answer, text(answer)) };
-    let json = serde_json::to_string_pretty(answer)
-        .map_err(|e| Failure::new(Code::Failed, format!("cannot write JSON: {e}")))?;
-    let json = json + "\n";
-    ui.say(text(answer));
-    write_again(file, Kind::Json, &json).or_else(|failure| {
-        // An answer that took minutes is not lost with its file.
-        ui.data(answer, json)?;
-        Err(failure)
-    })
-}
-
 /// Fails with the code of a missed threshold.
 fn check(answer: &Diagnosis, limit_n: Option<f64>) -> Result<(), Failure> {
     match (limit_n, answer.gap.force_rms_n) {
@@ -250,6 +233,8 @@ fn text(answer: &Diagnosis) -> String {
 
 #[cfg(test)]
 mod tests {
+    use std::path::Path;
+
     use cathforce_gap::report::{Gap, SnapFigures, SnapsOff};
 
     use super::*;

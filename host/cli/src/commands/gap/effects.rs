@@ -7,6 +7,7 @@ use cathforce_effect_catalogue::{Channel, Effect, Parameter, Plant, Role, all};
 use cathforce_gap::drive::{counted_in, listed};
 use serde::Serialize;
 
+use crate::args::JsonFile;
 use crate::failure::Failure;
 use crate::ui::Ui;
 
@@ -42,7 +43,8 @@ struct ParameterRow {
     doc: &'static str,
 }
 
-pub fn list(ui: &Ui) -> Result<(), Failure> {
+pub fn list(ui: &Ui, file: &JsonFile) -> Result<(), Failure> {
+    file.check()?;
     let catheter = all().filter(|effect| effect.plant == Plant::Catheter).map(row);
     let rows: Vec<Row> = catheter.chain(listed().into_iter().map(of_drive)).collect();
     let text = rows.iter().map(|row| describe(ui, row)).collect::<Vec<_>>().join("\n");
@@ -50,7 +52,7 @@ pub fn list(ui: &Ui) -> Result<(), Failure> {
         "{text}\nOf a drive on its own, f is the RMS of the command, v the largest speed, q the \
          travel and t the length of a trial.\n"
     );
-    ui.data(&rows, text)
+    file.write(ui, &rows, text)
 }
 
 fn row(effect: &'static Effect) -> Row {

@@ -26,6 +26,7 @@ struct Answer {
 }
 
 pub fn run(ui: &Ui, arguments: &IsolabilityArguments) -> Result<(), Failure> {
+    arguments.json_file.check()?;
     let mut source = Source::open(ui, &arguments.bundle)?;
     let way = &arguments.way;
     let is_way_given = way.from_m.is_some() || way.to_m.is_some();
@@ -54,7 +55,7 @@ pub fn run(ui: &Ui, arguments: &IsolabilityArguments) -> Result<(), Failure> {
     let motion = if canned { "protocol" } else { "trials" };
     let remarks = remarks(&found, plant.remarks());
     let answer = Answer { rig: source.bundle.rig.name.clone(), motion, found, remarks };
-    ui.data(&answer, answer.text(ui))
+    arguments.json_file.write(ui, &answer, answer.text(ui))
 }
 
 /// What an answer does not say, or only with a reserve.

@@ -2,7 +2,7 @@
 
 mod ablation;
 mod apply;
-mod challenge;
+mod blind_test;
 pub mod coverage;
 mod diagnose;
 mod digits;
@@ -29,7 +29,7 @@ pub fn run(ui: &Ui, arguments: &GapArguments) -> Result<(), Failure> {
         GapAction::SpikeIn(arguments) => spike_in::run(ui, arguments),
         GapAction::Isolability(arguments) => isolability::run(ui, arguments),
         GapAction::Protocol(arguments) => protocol::run(ui, arguments),
-        GapAction::Effects => effects::list(ui),
-        GapAction::Challenge(arguments) => challenge::run(ui, arguments),
+        GapAction::Effects(file) => effects::list(ui, file),
+        GapAction::BlindTest(arguments) => blind_test::run(ui, arguments),
     }
 }

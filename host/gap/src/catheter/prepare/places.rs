@@ -1,7 +1,8 @@
 //! Where in the vessel a sample belongs.
 
-use super::super::simulate::Trajectory;
-use super::{Prepared, Source};
+use super::Prepared;
+use crate::catheter::column::Source;
+use crate::catheter::simulate::Trajectory;
 
 impl Prepared {
     /// Of every sample \[m\]: of a point on the shape its own place, of all else that of the tip.
@@ -46,7 +47,7 @@ mod tests {
 
     use cathforce_bundle::Bundle;
 
-    use super::super::super::Catheter;
+    use crate::catheter::plant::Catheter;
     use crate::plant::{Plant, Quantity};
 
     #[test]

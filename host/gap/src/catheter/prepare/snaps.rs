@@ -3,7 +3,8 @@
 use cathforce_recording::snap::{self, Sample, Snap};
 use nalgebra::Vector3;
 
-use super::{Prepared, Source};
+use super::Prepared;
+use crate::catheter::column::Source;
 use crate::signal::interpolate;
 
 impl Prepared {
@@ -69,7 +70,7 @@ mod tests {
 
     use cathforce_bundle::Bundle;
 
-    use super::super::super::Catheter;
+    use crate::catheter::plant::Catheter;
     use crate::plant::{Plant, Point};
 
     #[test]

@@ -53,12 +53,13 @@ fn happening() -> impl Strategy<Value = Happening> {
     // Of no effect but in the scenarios with a guidewire.
     let guidewire =
         (encoder(), any::<bool>()).prop_map(|(at, held)| at.map(|at| GuidewireSample { at, held }));
-    let released = prop_oneof![20 => Just(None), 1 => any::<bool>().prop_map(Some)];
-    let inputs = (encoder(), guidewire, released, rejected, command(), notice).prop_map(
-        |(encoder, guidewire, released, rejected_frames, command, notice)| Inputs {
+    let grip = |handle_released| Some(Grip { handle_released, ..Grip::default() });
+    let grip = prop_oneof![20 => Just(None), 1 => any::<bool>().prop_map(grip)];
+    let inputs = (encoder(), guidewire, grip, rejected, command(), notice).prop_map(
+        |(encoder, guidewire, grip, rejected_frames, command, notice)| Inputs {
             encoder,
             guidewire,
-            released,
+            grip,
             rejected_frames,
             command,
             notice,
@@ -93,7 +94,7 @@ fn falling_silent() -> impl Strategy<Value = (Vec<Happening>, usize)> {
 }
 
 impl Bench {
-    fn happens(&mut self, happening: &Happening) -> Outputs {
+    fn handle_event(&mut self, happening: &Happening) -> Outputs {
         self.fake.answer.drive_force_n = happening.drive_force_n;
         self.fake.answer.drive_torque_n_m = happening.drive_torque_n_m;
         self.fake.answer.guidewire_force_n = -happening.drive_force_n;
@@ -130,7 +131,7 @@ proptest! {
             torque_n_m = bench.memory.torque.limiter.output();
         }
         for happening in &scenario {
-            let outputs = bench.happens(happening);
+            let outputs = bench.handle_event(happening);
             prop_assert!(outputs.force_n.abs() <= s.force_limit_n);
             prop_assert!(outputs.torque_n_m.abs() <= s.torque_limit_n_m);
             if !was_cut(&outputs) {
@@ -146,7 +147,7 @@ proptest! {
     fn p01_armed_never_outlives_5_ms_of_silence((scenario, _) in falling_silent()) {
         let mut bench = Bench::armed();
         for happening in &scenario {
-            let outputs = bench.happens(happening);
+            let outputs = bench.handle_event(happening);
             if outputs.encoder_age_ticks >= 5 {
                 prop_assert!(outputs.mode != Mode::Armed);
             }
@@ -161,7 +162,7 @@ proptest! {
         let mut mode = Mode::Boot;
         for happening in &scenario {
             let Inputs { encoder, command, .. } = happening.inputs;
-            let outputs = bench.happens(happening);
+            let outputs = bench.handle_event(happening);
             tested |= command == Some(Command::SelfTest);
             sampled |= tested && encoder.is_some();
             armed |= sampled && command == Some(Command::Arm) && mode == Mode::Ready;
@@ -179,7 +180,7 @@ proptest! {
     fn p26_limiting_is_always_reported(scenario in scenario()) {
         let mut bench = Bench::armed();
         for happening in &scenario {
-            let outputs = bench.happens(happening);
+            let outputs = bench.handle_event(happening);
             let settings = &bench.settings;
             let wanted = match outputs.mode {
                 Mode::Armed => (
@@ -213,17 +214,17 @@ proptest! {
         for (tick, happening) in scenario.iter().enumerate() {
             if tick == at {
                 let mut count = 0;
-                bench.memory.words(&mut |_| count += 1);
+                bench.memory.visit_memory(&mut |_| count += 1);
                 let hit = word.index(count);
                 let mut k = 0;
-                bench.memory.words(&mut |word| {
+                bench.memory.visit_memory(&mut |word| {
                     if k == hit {
                         word.set_bits(bits);
                     }
                     k += 1;
                 });
             }
-            let outputs = bench.happens(happening);
+            let outputs = bench.handle_event(happening);
             prop_assert!(all_finite(&outputs));
             prop_assert!(outputs.force_n.abs() <= bench.settings.force_limit_n);
             prop_assert!(outputs.torque_n_m.abs() <= bench.settings.torque_limit_n_m);
@@ -244,7 +245,7 @@ proptest! {
             if kept >> index & 1 == 1 { value } else { values[index] }
         });
         for happening in &scenario {
-            let outputs = bench.happens(happening);
+            let outputs = bench.handle_event(happening);
             prop_assert!(all_finite(&outputs));
             prop_assert!(outputs.force_n.abs() <= FORCE_HARD_N);
             prop_assert!(outputs.torque_n_m.abs() <= TORQUE_HARD_N_M);
@@ -264,10 +265,10 @@ fn scenarios_do_arm() {
     for _ in 0..100 {
         let (scenario, silent) = falling_silent().new_tree(&mut runner).unwrap().current();
         let mut bench = Bench::new();
-        let output = scenario.iter().any(|h| bench.happens(h).force_n != 0.0);
+        let output = scenario.iter().any(|h| bench.handle_event(h).force_n != 0.0);
         armed += u32::from(output);
         let mut bench = Bench::armed();
-        let before = scenario[..silent].iter().map(|h| bench.happens(h).mode).last();
+        let before = scenario[..silent].iter().map(|h| bench.handle_event(h).mode).last();
         let lasts = silent + 5 < scenario.len();
         silenced += u32::from(lasts && before.is_none_or(|mode| mode == Mode::Armed));
     }

@@ -1,0 +1,53 @@
+//! What the firmware needs of a board.
+
+/// How whoever started the board wants it to run.
+#[derive(Clone, Copy, Default)]
+pub struct BootOptions {
+    /// The tick timer is held until ticks are granted.
+    pub lock_step: bool,
+}
+
+/// What the tick and the tasks need of a board. Every method may be called from any interrupt.
+pub trait Board: Copy {
+    /// Time counts in a second, of [`Board::time`] and [`Board::lateness`].
+    const COUNTS_A_SECOND: u32;
+
+    /// Name of the board, as the host sees it.
+    fn name(self) -> &'static str;
+
+    /// The tick timer can be held, so ticks can be granted.
+    fn can_lock_step(self) -> bool;
+
+    /// Count of a free-running counter, wrapping.
+    fn time(self) -> u32;
+
+    /// Counts since the tick was due. Called first in the tick.
+    fn lateness(self) -> u32;
+
+    /// The next tick is already due.
+    fn tick_pending(self) -> bool;
+
+    /// Instructions in `counts` of [`Board::time`]; 0 where instructions cannot be counted.
+    fn instructions(self, counts: u32) -> u32;
+
+    /// Starts the tick timer. The next tick is due after a whole period, or after the rest of it.
+    fn start_ticks(self);
+
+    /// Holds the tick timer at the beginning of a period.
+    fn hold_ticks(self);
+
+    /// Resets the watchdog after a tick.
+    fn alive(self);
+
+    /// Enables the motor drives, or removes their power.
+    fn enable_outputs(self, on: bool);
+
+    /// Options with which the board was started.
+    fn boot_options(self) -> BootOptions;
+
+    /// Starts the tick timer, unless the options hold it.
+    fn run(self, options: BootOptions);
+
+    /// Sleeps until an interrupt has been handled.
+    fn idle(self);
+}

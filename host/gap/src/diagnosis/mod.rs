@@ -1,0 +1,9 @@
+//! The whole run, from a plant to the answer.
+
+pub mod answer;
+pub mod diagnose;
+pub mod phase_per_trial;
+pub mod report;
+pub mod withheld;
+
+pub use diagnose::{diagnose, diagnose_given, expected_simulations};

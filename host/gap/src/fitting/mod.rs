@@ -1,0 +1,8 @@
+//! The fit of one set of effects: weighted residuals, robust loss, nuisance parameters, least squares.
+
+pub mod fit;
+pub mod loss;
+pub mod nuisance;
+pub mod problem;
+pub mod search;
+pub mod swing;

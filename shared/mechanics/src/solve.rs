@@ -1,0 +1,518 @@
+//! One linearised solve by the articulated-body recursion: forward elimination from the tip to the
+//! guide, then back substitution from the guide to the tip.
+
+use cathforce_scalar::{Pack, Vector3};
+
+use crate::algebra::{RelativeRotation, Rotation, reload_barrier};
+use crate::contact::{ContactLaw, ContactState, LinearContact, Motion, WallGap};
+use crate::effects::active::Law;
+use crate::joint::{Cell, JointLoad};
+use crate::link_group::LinkGroup;
+use crate::math::maximum;
+use crate::overlap::Slide;
+use crate::scheme::Scheme;
+use crate::state::{Elimination, LinkLoads, LinkState, Span, State};
+use crate::tables::Joint;
+use crate::wrench::Wrench;
+use crate::{Drag, Loads, Model, Real};
+
+/// Axial strains that a link can have, from half to twice its length. Without this limit, a drive that
+/// pulls at an instrument stuck by friction would stretch it without bound.
+pub(crate) const STRAINS: core::ops::Range<f64> = -0.5..1.0;
+
+/// Isotropic stiffness at a touching sample, over the wall's normal stiffness. Rounding of A along the
+/// normal could otherwise make A negative across it.
+const ROUNDING: f64 = 1e-6;
+
+/// Totals of one solve. Only the last solve of a step computes those on the instrument.
+pub(crate) struct Totals<T: Real> {
+    pub force_on_instrument: Vector3<T>,
+    /// About the mouth of the guide \[N·m\].
+    pub moment_on_instrument: Vector3<T>,
+    /// Force of the instrument on the guide \[N\], and its moment \[N·m\].
+    pub force_on_guide: Vector3<T>,
+    pub moment_on_guide: Vector3<T>,
+    /// Largest |δφ|² of a link \[rad²\].
+    pub largest_turn_squared: T,
+}
+
+/// One solve, in place: updates rotations, positions, rates and contact states. The totals are those
+/// of the linear model, whose forces balance to the last digit.
+#[inline(always)]
+pub(crate) fn solve<T: Real, N: Pack<T>, L: Law<T>, const LINKS: usize>(
+    model: &Model<T, LINKS>,
+    state: &mut State<T, LINKS>,
+    loads: &Loads<T>,
+    scheme: &Scheme<T>,
+    law: &mut L,
+) -> Totals<T> {
+    let chain = Chain::new(model, state, scheme);
+    assemble_loads::<T, N, L, LINKS>(model, state, scheme, &chain, law);
+    joint_moments::<T, N, L, LINKS>(model, state, &chain, law);
+    let wrench =
+        forward_elimination::<T, L, LINKS>(model, state, &chain, Wrench::beyond_tip(loads));
+    if scheme.last {
+        back_substitution::<T, N, L, LINKS, true>(state, scheme, &chain, &wrench)
+    } else {
+        back_substitution::<T, N, L, LINKS, false>(state, scheme, &chain, &wrench)
+    }
+}
+
+/// The links inside the vessel, and the cells of their joints.
+struct Chain<T> {
+    count: usize,
+    /// τ/dt: viscous time of bending over the time step.
+    damping: T,
+    /// Cells of the two joints at the base link, the guide's first. All other cells are full.
+    at_base: [Cell<T>; 2],
+}
+
+impl<T: Real> Chain<T> {
+    fn new<const LINKS: usize>(
+        model: &Model<T, LINKS>,
+        state: &State<T, LINKS>,
+        scheme: &Scheme<T>,
+    ) -> Self {
+        let grid = &model.grid;
+        let half = T::lit(0.5);
+        let damping = model.bending_damping_s * scheme.inertia / scheme.dt_s;
+        let count = state.count.min(LINKS);
+        let [base, before] = [1, 2].map(|behind| count.saturating_sub(behind));
+        let guide_cell_m = state.guide_cell_m(model);
+        let base_cell_m = (grid.link_m(before) + state.base_length_m) * half;
+        // Half of the withdrawn arc leaves each of the two cells, and is as bent as the cell.
+        let withdrawn_m = maximum(-state.fed_m, T::zero()) * half;
+        // The guide's cell can be very short and its shaft winds up. Viscous twist keeps its torsional
+        // stiffness within what single precision resolves beside the bending stiffness.
+        let at_guide = Cell::new(guide_cell_m, grid.cell_m(base), withdrawn_m, [damping; 2]);
+        let of_bending = [damping, T::zero()];
+        let at_base = Cell::new(base_cell_m, grid.cell_m(before), withdrawn_m, of_bending);
+        Self { count, damping, at_base: [at_guide, at_base] }
+    }
+}
+
+/// Arc, mass and stiffness lumped at the two samples of one link.
+#[derive(Clone, Copy)]
+struct LumpedProperties<T> {
+    /// Half the link's length \[m\].
+    arc: T,
+    /// Tributary length of its node \[m\].
+    node_arc: T,
+    node_mass: T,
+    /// Nominal normal stiffness of the contact at the node \[N/m\].
+    node_stiffness: T,
+}
+
+/// The wall at the nodes (`which` = 0) or the middles (1) of links.
+#[inline(always)]
+fn wall_gap<T: Real, N: Pack<T>>(
+    group: &LinkGroup<N>,
+    eliminations: &[Elimination<T>],
+    which: usize,
+) -> WallGap<N> {
+    WallGap::gather(|lane| &eliminations[group.at(lane)].proximity[which])
+}
+
+/// Contact states at the nodes or the middles of links.
+#[inline(always)]
+fn contact_states<T: Real, N: Pack<T>>(
+    group: &LinkGroup<N>,
+    links: &[LinkState<T>],
+    which: usize,
+) -> ContactState<N> {
+    ContactState::gather(|lane| &links[group.at(lane)].memory[which])
+}
+
+/// Motion of the surface against the chain at the nodes or the middles of links.
+#[inline(always)]
+fn surface_slide<T: Real, N: Pack<T>, L: Law<T>>(
+    group: &LinkGroup<N>,
+    law: &L,
+    which: usize,
+) -> Slide<N> {
+    let slides = N::per_lane(|lane| law.slide(2 * group.at(lane) + which));
+    Slide {
+        along_m: N::from_lanes(|lane| slides[lane].along_m),
+        turn_rad: N::from_lanes(|lane| slides[lane].turn_rad),
+        ratio_to_last: N::from_lanes(|lane| slides[lane].ratio_to_last),
+    }
+}
+
+/// Loads on every link at the predicted state: contacts, weight, inertia, drag, fluid.
+///
+/// Links do not depend on each other here, so one is computed in each lane. It is a separate function
+/// for the reason given at [`forward_elimination`].
+#[cfg_attr(target_arch = "arm", inline(never))]
+#[cfg_attr(not(target_arch = "arm"), inline(always))]
+fn assemble_loads<T: Real, N: Pack<T>, L: Law<T>, const LINKS: usize>(
+    model: &Model<T, LINKS>,
+    state: &mut State<T, LINKS>,
+    scheme: &Scheme<T>,
+    chain: &Chain<T>,
+    law: &mut L,
+) {
+    let State { links, eliminations, guide, fed_m, momentum_share, coaxial_tables, .. } = state;
+    let tables = if L::COAXIAL { &*coaxial_tables } else { &model.tables };
+    let count = chain.count;
+    let (links, eliminations) = (&links[..count], &mut eliminations[..count]);
+    let wall = &model.wall;
+    let half = T::lit(0.5);
+    let inverse_dt = T::one() / scheme.dt_s;
+    let inertia_per_mass = N::splat(scheme.inertia * inverse_dt * inverse_dt);
+    let carried_dt_s = N::splat(scheme.dt_s * *momentum_share);
+    let Drag { at_rest_n_s_per_m2, swift_n_s_per_m2, swift_m_per_s } = scheme.drag;
+    let drag_at_rest = N::splat(at_rest_n_s_per_m2 * inverse_dt);
+    let drag_rise = (swift_n_s_per_m2 - at_rest_n_s_per_m2) * inverse_dt;
+    let drag_per_square = N::splat(drag_rise / (swift_m_per_s * swift_m_per_s));
+    let drag_rise = N::splat(drag_rise);
+    let feed_m_per_s = N::splat(*fed_m * inverse_dt);
+    let radius = model.description().instrument.outer_radius_m;
+    let contact = ContactLaw::<N>::new(wall, scheme, inverse_dt);
+    // A moving vessel is an accelerated frame; inertia and drag refer to the rig's frame.
+    //                                                                docs/explanation/model.md (15)
+    let moving = law.vessel_motion().map(|[by_m, m_per_s]| {
+        let gained_m = by_m - m_per_s * (scheme.dt_s * *momentum_share);
+        let m_per_s2 = gained_m * (scheme.inertia * inverse_dt * inverse_dt);
+        [by_m, m_per_s, m_per_s2].map(|v| N::gather_vectors(|_| v))
+    });
+    let line = wall.line_stiffness_n_per_m2;
+
+    // The tip has no distal neighbour, but its contact has the end's stiffness.
+    let mut distal_arc = T::zero();
+    let mut distal_mass = T::zero();
+    let mut end_stiffness = wall.end_stiffness_n_per_m;
+
+    for group in LinkGroup::<N>::all(count) {
+        let at = |lane: usize| group.at(lane);
+        let link = |lane: usize| &links[at(lane)];
+        let proximal = |lane: usize| links.get(at(lane) + 1).unwrap_or(guide);
+
+        let lumped = group.map_in_order(|j, _| {
+            let Span { length, share, .. } = links[j].span;
+            let (arc, mass) = (length * half, tables.links[j].mass * share * half);
+            let (node_arc, node_mass) = (arc + distal_arc, mass + distal_mass);
+            (distal_arc, distal_mass) = (arc, mass);
+            let node_stiffness = line * node_arc * half + end_stiffness;
+            end_stiffness = T::zero();
+            LumpedProperties { arc, node_arc, node_mass, node_stiffness }
+        });
+        let each = |of: fn(&LumpedProperties<T>) -> T| N::from_lanes(|lane| of(&lumped[lane]));
+
+        let tangent = || N::gather_vectors(|lane| link(lane).tangent);
+        let turn = N::gather_vectors(|lane| link(lane).turn);
+        let node_displacement = || N::gather_vectors(|lane| link(lane).displacement);
+        let node_radius = N::from_lanes(|lane| law.radius(2 * at(lane), radius));
+        let middle_radius = N::from_lanes(|lane| law.radius(2 * at(lane) + 1, radius));
+        let at_node = Motion {
+            displacement: node_displacement(),
+            turn,
+            radius: node_radius,
+            tangent: tangent(),
+            slide: surface_slide(&group, law, 0),
+        };
+        let displacement = (node_displacement()
+            + N::gather_vectors(|lane| proximal(lane).displacement))
+            * N::lit(0.5);
+        let at_middle = Motion {
+            displacement,
+            turn,
+            radius: middle_radius,
+            tangent: tangent(),
+            slide: surface_slide(&group, law, 1),
+        };
+        let node_stiffness = each(|lumped| lumped.node_stiffness);
+        let node = contact.linearise(
+            &*law,
+            &wall_gap(&group, eliminations, 0),
+            node_stiffness,
+            each(|lumped| lumped.node_arc) * N::lit(0.5),
+            &at_node,
+            &contact_states(&group, links, 0),
+        );
+        reload_barrier();
+        let middle_arc = each(|lumped| lumped.arc);
+        let middle = contact.linearise(
+            &*law,
+            &wall_gap(&group, eliminations, 1),
+            N::splat(line) * middle_arc,
+            middle_arc,
+            &at_middle,
+            &contact_states(&group, links, 1),
+        );
+
+        // Weight, inertia, and drag against all motion except the feed.     docs/explanation/model.md (15)
+        let node_mass = each(|lumped| lumped.node_mass);
+        let node_arc = each(|lumped| lumped.node_arc);
+        let velocity = || N::gather_vectors(|lane| link(lane).velocity);
+        let mut beside = velocity() - tangent() * feed_m_per_s;
+        if let Some([_, m_per_s, _]) = &moving {
+            beside -= *m_per_s;
+        }
+        let drag = drag_at_rest + (beside.dot(&beside) * drag_per_square).smaller(drag_rise);
+        let (inertia, damping) = (inertia_per_mass * node_mass, drag * node_arc);
+        let mut force = N::gather_vectors(|_| model.gravity) * node_mass
+            - node_displacement() * (inertia + damping)
+            + velocity() * (inertia * carried_dt_s)
+            + tangent() * (damping * N::splat(*fed_m));
+        if let Some([by_m, _, m_per_s2]) = moving {
+            force += by_m * damping + m_per_s2 * node_mass;
+        }
+        let to_wall = || wall_gap(&group, eliminations, 0).gap + node_radius;
+        if let Some(per_length) = law.fluid_force(&tangent(), to_wall) {
+            force += per_length * node_arc;
+        }
+        reload_barrier();
+        let kept_positive = (node.normal_excess + middle.normal_excess) * N::lit(ROUNDING);
+        let at_node = node.force(&wall_gap(&group, eliminations, 0).normal);
+        let at_middle = middle.force(&wall_gap(&group, eliminations, 1).normal);
+        let force = N::split_vectors(force + at_node + at_middle);
+        let arm = |i: usize| N::gather_vectors(|lane| eliminations[at(lane)].proximity[i].arm);
+        let moment = N::split_vectors(arm(0).cross(&at_node).plus_cross(&arm(1), &at_middle));
+        let stiffness = inertia
+            + damping
+            + kept_positive
+            + node.tangential_stiffness
+            + middle.tangential_stiffness;
+        let (node, middle) = (node.split(), middle.split());
+        for lane in 0..N::LANES {
+            let elimination = &mut eliminations[at(lane)];
+            elimination.loads = LinkLoads {
+                force: force[lane],
+                moment: moment[lane],
+                stiffness: stiffness.lane(lane),
+            };
+            elimination.contacts = [node[lane], middle[lane]];
+        }
+    }
+}
+
+/// Moment and stiffness of every link's proximal joint at the predicted state.
+///
+/// Joints are computed one in each lane, as in [`assemble_loads`]. The two joints at the base link,
+/// whose cells are not full, follow one by one.
+#[cfg_attr(target_arch = "arm", inline(never))]
+#[cfg_attr(not(target_arch = "arm"), inline(always))]
+fn joint_moments<T: Real, N: Pack<T>, L: Law<T>, const LINKS: usize>(
+    model: &Model<T, LINKS>,
+    state: &mut State<T, LINKS>,
+    chain: &Chain<T>,
+    law: &mut L,
+) {
+    let State { links, eliminations, guide, coaxial_tables, .. } = state;
+    let tables = if L::COAXIAL { &*coaxial_tables } else { &model.tables };
+    let links = &links[..chain.count];
+    let is_viscous = model.bending_damping_s > T::zero();
+    let full = chain.count.saturating_sub(chain.at_base.len());
+    for group in LinkGroup::<N>::all(full) {
+        let distal = |lane: usize| &links[group.at(lane)];
+        let proximal = |lane: usize| &links[group.at(lane) + 1];
+        let bend = RelativeRotation::between(
+            &Rotation::gather(|lane| &proximal(lane).rotation),
+            &Rotation::gather(|lane| &distal(lane).rotation),
+        );
+        let angles = N::split_vectors(bend.angle);
+        let joints = group.map_in_order(|j, lane| law.joint(j, &tables.joints[j], &angles[lane]));
+        let joint = Joint::gather(|lane| &joints[lane]);
+        let turned = is_viscous.then(|| {
+            N::gather_vectors(|lane| distal(lane).turn)
+                - N::gather_vectors(|lane| proximal(lane).turn)
+        });
+        let viscous = turned.as_ref().map(|turned| (N::splat(chain.damping), turned));
+        let joint = JointLoad::<N>::new(&joint, &bend, viscous);
+        let (moment, stiffness) = (N::split_vectors(joint.moment), joint.stiffness.split::<T>());
+        for lane in 0..N::LANES {
+            eliminations[group.at(lane)].joint = JointLoad {
+                moment: moment[lane],
+                stiffness: stiffness[lane],
+                smallest_eigenvalue: joint.smallest_eigenvalue.lane(lane),
+            };
+        }
+    }
+    for j in full..chain.count {
+        let cell = &chain.at_base[chain.count - 1 - j];
+        let (proximal, distal) = (links.get(j + 1).unwrap_or(guide), &links[j]);
+        let bend = RelativeRotation::between(&proximal.rotation, &distal.rotation);
+        let joint = law.joint(j, &tables.joints[j], &bend.angle);
+        let turned = distal.turn - proximal.turn;
+        eliminations[j].joint = JointLoad::at_base(&joint, cell, &bend, &turned);
+    }
+}
+
+/// From tip to guide: eliminates the stretch and the rotation of each link by Schur complements.
+///
+/// On the device it is a separate function, so that it has all registers to itself. On a host it is
+/// inlined, so that it is compiled for the same instruction set as the rest of the solve.
+#[cfg_attr(target_arch = "arm", inline(never))]
+#[cfg_attr(not(target_arch = "arm"), inline(always))]
+fn forward_elimination<T: Real, L: Law<T>, const LINKS: usize>(
+    model: &Model<T, LINKS>,
+    state: &mut State<T, LINKS>,
+    chain: &Chain<T>,
+    beyond_tip: Wrench<T>,
+) -> Wrench<T> {
+    let State { links, eliminations, coaxial_tables, .. } = state;
+    let tables = if L::COAXIAL { &*coaxial_tables } else { &model.tables };
+    let mut wrench = beyond_tip;
+    for (j, (link, elimination)) in links[..chain.count].iter().zip(eliminations).enumerate() {
+        let Span { length, inverse_length, .. } = link.span;
+        wrench.add_loads(&elimination.loads, &elimination.proximity, &elimination.contacts);
+        let stiffness = tables.links[j].axial * inverse_length;
+        wrench.eliminate_stretch(
+            &link.tangent,
+            stiffness,
+            stiffness * length * link.strain,
+            elimination,
+        );
+        wrench.shift(&link.tangent, length * (T::one() + link.strain));
+        wrench.eliminate_joint(elimination);
+    }
+    wrench
+}
+
+/// Correction of a link's motion by one solve.
+#[derive(Clone, Copy)]
+struct LinkMotion<T: Real> {
+    /// Displacement of its node \[m\].
+    dx: Vector3<T>,
+    /// Rotation \[rad\].
+    turn: Vector3<T>,
+    /// Elongation \[m\].
+    stretch: T,
+}
+
+/// Updates the contact states at the nodes or the middles of links; returns the forces on the
+/// instrument \[N\].
+#[inline(always)]
+fn update_contacts<T: Real, N: Pack<T>, L: Law<T>, const LAST: bool>(
+    group: &LinkGroup<N>,
+    links: &mut [LinkState<T>],
+    eliminations: &mut [Elimination<T>],
+    which: usize,
+    dx: &Vector3<N>,
+    turn: &Vector3<N>,
+) -> N::Lanes<Vector3<T>> {
+    let elimination = |lane: usize| &eliminations[group.at(lane)];
+    let contact = LinearContact::<N>::gather(|lane| &elimination(lane).contacts[which]);
+    let normal = N::gather_vectors(|lane| elimination(lane).proximity[which].normal);
+    let arm = N::gather_vectors(|lane| elimination(lane).proximity[which].arm);
+    let update = contact.return_mapping::<LAST>(&normal, &arm, dx, turn);
+    let slip = N::split_vectors(update.slip);
+    for lane in group.guide_to_tip() {
+        let (link, elimination) = (&mut links[group.at(lane)], &mut eliminations[group.at(lane)]);
+        let memory = &mut link.memory[which];
+        memory.normal_n = update.normal_n.lane(lane);
+        if LAST {
+            memory.trial_slip_m = update.trial_slip_m.lane(lane);
+            memory.slip = slip[lane];
+            if L::RELAXES {
+                memory.relaxed = elimination.contacts[which].relaxed;
+            }
+        } else {
+            elimination.proximity[which].gap += update.along.lane(lane);
+        }
+    }
+    N::split_vectors(update.force)
+}
+
+/// From guide to tip: each link's motion follows from its proximal neighbour's.
+///                                                                docs/explanation/model.md (17)
+///
+/// Only the `LAST` solve of a step computes totals, nodal forces, rates and contact states. It is a
+/// separate function for the reason given at [`forward_elimination`].
+#[cfg_attr(target_arch = "arm", inline(never))]
+#[cfg_attr(not(target_arch = "arm"), inline(always))]
+fn back_substitution<T: Real, N: Pack<T>, L: Law<T>, const LINKS: usize, const LAST: bool>(
+    state: &mut State<T, LINKS>,
+    scheme: &Scheme<T>,
+    chain: &Chain<T>,
+    at_guide: &Wrench<T>,
+) -> Totals<T> {
+    let State { links, eliminations, effects, .. } = state;
+    let (links, eliminations) = (&mut links[..chain.count], &mut eliminations[..chain.count]);
+    let mouth = &effects.mouth;
+    let half = T::lit(0.5);
+    let inverse_dt = T::one() / scheme.dt_s;
+    let v = Vector3::zeros();
+    let mut totals = Totals {
+        force_on_instrument: v,
+        moment_on_instrument: v,
+        force_on_guide: at_guide.force,
+        moment_on_guide: at_guide.moment,
+        largest_turn_squared: T::zero(),
+    };
+    let mut largest_turn_squared = N::lit(0.0);
+    let kept_rate = T::one() - scheme.predictor_gain;
+    let new_rate = scheme.predictor_gain * inverse_dt;
+    let mut before = LinkMotion { dx: v, turn: v, stretch: T::zero() };
+    let mut position = *mouth;
+    for group in LinkGroup::<N>::all(chain.count).rev() {
+        // The recursion itself is sequential: each link needs its proximal neighbour's motion.
+        let mut motions = N::per_lane(|_| before);
+        for lane in group.guide_to_tip() {
+            let (link, elimination) = (&links[group.at(lane)], &eliminations[group.at(lane)]);
+            let in_factor = elimination.turn
+                - elimination.by_displacement.mul_transposed(&before.dx)
+                + elimination.by_rotation.mul_transposed(&before.turn);
+            let turn = elimination.factor.backward(&in_factor);
+            let lever = link.tangent * (link.span.length * (T::one() + link.strain));
+            let swung = before.dx.plus_cross(&turn, &lever);
+            let stretch = elimination.stretch.back_substitute(&swung, &turn);
+            before = LinkMotion { dx: swung + link.tangent * stretch, turn, stretch };
+            motions[lane] = before;
+        }
+
+        // The rest follows from each link's own motion, one link in each lane.
+        let dx = N::gather_vectors(|lane| motions[lane].dx);
+        let turn = N::gather_vectors(|lane| motions[lane].turn);
+        largest_turn_squared = turn.dot(&turn).larger(largest_turn_squared);
+        let at_node = update_contacts::<T, N, L, LAST>(&group, links, eliminations, 0, &dx, &turn);
+        let at_middle =
+            update_contacts::<T, N, L, LAST>(&group, links, eliminations, 1, &dx, &turn);
+        let link = |lane: usize| &links[group.at(lane)];
+        let rotation =
+            Rotation::<N>::gather(|lane| &link(lane).rotation).turned(&(turn * N::lit(0.5)));
+        let tangent = rotation.tangent();
+        let strain = N::from_lanes(|lane| link(lane).strain)
+            + N::from_lanes(|lane| motions[lane].stretch)
+                * N::from_lanes(|lane| link(lane).span.inverse_length);
+        let strain = strain.larger(N::lit(STRAINS.start)).smaller(N::lit(STRAINS.end));
+        let length = N::from_lanes(|lane| link(lane).span.length) * (N::lit(1.0) + strain);
+        let (lever, tangent) = (N::split_vectors(tangent * length), N::split_vectors(tangent));
+        let rotation = rotation.split::<T>();
+        for lane in group.guide_to_tip() {
+            let j = group.at(lane);
+            let (link, elimination) = (&mut links[j], &eliminations[j]);
+            let predicted = link.position;
+            link.rotation = rotation[lane];
+            link.tangent = tangent[lane];
+            link.strain = strain.lane(lane);
+            position += lever[lane];
+            link.displacement += position - predicted;
+            link.position = position;
+            link.turn += motions[lane].turn;
+            if !LAST {
+                continue;
+            }
+
+            link.velocity = link.displacement * inverse_dt;
+            link.rate = link.rate * kept_rate + link.turn * new_rate;
+            let (at_node, at_middle) = (at_node[lane], at_middle[lane]);
+            let [node_seen, middle_seen] = &elimination.proximity;
+            let force = at_node + at_middle;
+            totals.force_on_instrument += force;
+            let moment = &mut totals.moment_on_instrument;
+            *moment = moment.plus_cross(&(predicted - *mouth), &force);
+            *moment = moment.plus_cross(&node_seen.arm, &at_node);
+            *moment = moment.plus_cross(&middle_seen.arm, &at_middle);
+            // The two nodes of a link share the force at its middle; the base link has only one.
+            let shared = if j + 1 == chain.count { v } else { at_middle * half };
+            link.force = force - shared;
+            if let Some(proximal) = links.get_mut(j + 1) {
+                proximal.force += shared;
+            }
+        }
+    }
+    totals.largest_turn_squared = (0..N::LANES)
+        .fold(T::zero(), |largest, lane| largest_turn_squared.lane(lane).larger(largest));
+    totals
+}
