@@ -50,7 +50,7 @@ pub(crate) const EFFECTS: &[Effect] = &[
     Effect {
         id: "drive.encoder_scale",
         plant: Plant::Catheter,
-        doc: "Motion at the entry plane is not quite what the encoder says.",
+        doc: "Motion at the entry plane differs from the encoder's by constant factors.",
         parameters: &[
             fitted("insertion", "effects.drive.encoder_scale.insertion", 0.03),
             fitted("rotation", "effects.drive.encoder_scale.rotation", 0.03),

@@ -87,7 +87,7 @@ const PRIORS: [Usual; 7] = [
     Usual {
         key: "time_shift_sd_s",
         range: 0.0..=0.1,
-        says: ["", "longer than any link is late: milliseconds?"],
+        says: ["", "longer than the delay of any link: milliseconds?"],
     },
     Usual {
         key: "force_bias_sd_N",
