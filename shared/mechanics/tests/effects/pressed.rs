@@ -5,7 +5,7 @@ use cathforce_mechanics::*;
 use crate::rod::{FREE_TIP, inserted, rest, rod};
 use crate::wall::{StoredWall, plane};
 
-/// Force on the drive \[N\] of a tip that is fed up a slope, which nothing but the tip touches.
+/// Force at the drive \[N\] while a tip is fed up a slope that nothing else touches.
 fn drive_force_n(friction: f64, light_load: f64, high_load: f64) -> f64 {
     let mut description = rod(0.1, 40, 1e-3);
     description.wall.friction_coefficient = friction;
