@@ -2,7 +2,7 @@
 //! mdBook: links, anchors, the table of contents, and the paths of files that pages name.
 
 use crate::setup::Consent;
-use crate::shell::{cargo, command, output, root, run, target_folder};
+use crate::shell::{cargo, command, output, run, target_folder};
 
 /// mdBook's version: another one may lay pages out differently.
 const VERSION: &str = "0.5.4";
@@ -41,7 +41,7 @@ mod tests {
     use std::fs;
     use std::path::{Component, Path, PathBuf};
 
-    use super::*;
+    use crate::shell::root;
     use crate::documented;
 
     /// Folders of the workspace: what begins with one of them in backquotes is a path.

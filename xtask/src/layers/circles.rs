@@ -356,7 +356,7 @@ fn used(tokens: &[Token]) -> Vec<(Vec<String>, String)> {
                             let mut whole = prefix.clone();
                             // `a::{self}` is `a`.
                             let is_self = path.len() == 1 && path[0] == "self";
-                            if !(is_self && !whole.is_empty()) {
+                            if !is_self || whole.is_empty() {
                                 whole.extend(path);
                             }
                             let name = match (name.as_str(), whole.last()) {

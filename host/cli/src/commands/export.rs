@@ -80,9 +80,11 @@ fn write_parquet(
     entry_m: [f32; 3],
     path: &Path,
 ) -> Result<(), Failure> {
-    let write = cathforce_recording::write_ticks_parquet;
-    write_whole(path, |out| write(recording, ticks, entry_m, out).map_err(io::Error::other))
-        .map_err(|e| Failure::write(path, e))
+    write_whole(path, |out| {
+        cathforce_recording::write_ticks_parquet(recording, ticks, entry_m, out)
+            .map_err(io::Error::other)
+    })
+    .map_err(|e| Failure::write(path, e))
 }
 
 #[cfg(not(feature = "parquet"))]

@@ -318,6 +318,7 @@ mod tests {
         let mut toy =
             Toy::new(0.01, 0.01, measured, move |i, p| p.effects[0][0] * along(i)).times(4);
         toy.effects = vec![effect("slope", vec![parameter("slope")], vec![vec![1.0]])];
+        toy.cheap = false;
         diagnose(&toy, "toy", &|_| {})
     }
 
