@@ -70,15 +70,17 @@ fn plan() -> String {
 
 /// Plays the example on the emulated board; gives the summary's file.
 pub fn play(program: &Path, elf: &Path, out: &Path) -> anyhow::Result<PathBuf> {
-    let summary = out.join("summary.json");
-    progress::run(&mut example(program, elf, &out.join("run.mcap"), &summary))?;
+    let (mut run, summary) = example(program, elf, out);
+    progress::run(&mut run)?;
     Ok(summary)
 }
 
-fn example(program: &Path, elf: &Path, recording: &Path, summary: &Path) -> Command {
+/// The command that plays it, and the file that the summary will be in.
+pub fn example(program: &Path, elf: &Path, out: &Path) -> (Command, PathBuf) {
+    let summary = out.join("summary.json");
     let mut run = command(program);
     run.args(["run", "--link", "qemu"]).arg(root().join(EXAMPLE)).args(TEN_SECONDS);
-    run.arg("--out").arg(recording).args(["--overwrite", "--summary"]).arg(summary);
+    run.arg("--out").arg(out.join("run.mcap")).args(["--overwrite", "--summary"]).arg(&summary);
     run.env(FIRMWARE_VARIABLE, elf);
-    run
+    (run, summary)
 }
