@@ -37,7 +37,7 @@ impl Running {
     }
 
     /// Its exit code and data after an interrupt.
-    fn interrupt(mut self) -> (Option<i32>, String) {
+    fn interrupt(self) -> (Option<i32>, String) {
         let id = self.0.id().to_string();
         let sent = std::process::Command::new("kill").args(["-INT", &id]).status().unwrap();
         assert!(sent.success());
