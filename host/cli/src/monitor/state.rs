@@ -368,8 +368,7 @@ mod tests {
                     "50.00 mm",
                     "lock step",
                     "bus",
-                    "cathforce run --link slcan:tcp:127.0.0.1:5555",
-                    "BUNDLE",
+                    "cathforce run --link slcan:tcp:127.0.0.1:5555 BUNDLE",
                     "q quits",
                 ] {
                     assert!(text.contains(word), "{word} in\n{text}");
