@@ -1,4 +1,4 @@
-//! A recording that has not been made: the protocol as a trial of which only the encoders count.
+//! A recording that has not been made yet: the protocol as a trial with encoders and no measurements.
 
 use cathforce_bundle::Bundle;
 use cathforce_bundle::bundle::{CatheterTrial, GuidewireTrial, Trial, TrialData, VectorColumn};

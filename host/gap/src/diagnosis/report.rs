@@ -17,6 +17,7 @@ pub use crate::explaining::snaps::{SnapFigures, SnapsOff};
 pub use crate::planning::experiment::Experiment;
 use crate::plant::{Parameter, Plant, Quantity};
 pub use crate::rounding::quantity;
+use crate::rounding::{from_to, percent};
 
 /// The only format there is.
 pub const FORMAT: &str = "gap-diagnosis/1";
@@ -169,10 +170,6 @@ impl Diagnosis {
 
     /// The verdict in one sentence.
     pub fn sentence(&self) -> String {
-        let percent = |share: f64| match share {
-            s if s > 0.99 => format!("{:.1} %", 100.0 * s),
-            s => format!("{:.0} %", 100.0 * s),
-        };
         let names = |only_material: bool| {
             let wanted = self.effects.iter().filter(|e| e.material || !only_material);
             let ids: Vec<String> = wanted.map(|e| self.or_its_like(&e.id)).collect();
@@ -183,17 +180,15 @@ impl Diagnosis {
             }
         };
         let figures = self.gap.force_rms_n.map_or(String::new(), |f| {
-            let (unit, scale) = if f.before < 1.0 { ("mN", 1e3) } else { ("N", 1.0) };
             format!(
-                ": from {:.3} to {:.3} {unit} RMS on data that the fit had not seen",
-                scale * f.before,
-                scale * f.after
+                ": from {} RMS on data that the fit had not seen",
+                from_to(f.before, f.after, "N")
             )
         });
         match self.verdict {
             Verdict::NoGap if self.gap.force_rms_n.is_none() => {
-                "No gap in what was measured, which is no force: the nominal model explains it to the \
-                 floor."
+                "No gap in the measured channels: the nominal model explains them to the floor. No \
+                 force was measured."
                     .to_owned()
             }
             Verdict::NoGap => {
@@ -208,7 +203,7 @@ impl Diagnosis {
                 )
             }
             Verdict::Partial => format!(
-                "{} explains only {} of the gap{figures}; the rest is none of the known effects.",
+                "{} explains only {} of the gap{figures}; no known effect explains the rest.",
                 names(false),
                 percent(self.details.shrink)
             ),
@@ -218,8 +213,8 @@ impl Diagnosis {
                 format!("Nothing can be concluded from this data{why}.")
             }
             Verdict::Unknown if !self.asked_for.is_empty() => format!(
-                "There is a gap, and what was asked for, {}, does not explain it well enough to be \
-                 named: it closes {}. No other effect was tried.",
+                "There is a gap, and the requested effects, {}, do not explain it well enough to be \
+                 named: together they close {}. No other effect was tried.",
                 self.asked_for.join(" and "),
                 percent(self.details.shrink)
             ),
@@ -227,7 +222,7 @@ impl Diagnosis {
                 let nearest = self.ranking.first().filter(|nearest| nearest.shrink > 0.0);
                 let nearest = nearest.map_or_else(String::new, |nearest| {
                     format!(
-                        ": {}, the nearest alone, closes {}",
+                        ": the best single effect, {}, closes {}",
                         nearest.id,
                         percent(nearest.shrink)
                     )
@@ -253,9 +248,9 @@ mod tests {
             answer.gap.force_rms_n = force_rms_n;
             answer.sentence()
         };
-        assert!(sentence(None).contains("which is no force"));
+        assert!(sentence(None).contains("No force was measured"));
         let measured = sentence(Some(Figures { before: 0.01, after: 0.01, floor: 0.01 }));
-        assert!(!measured.contains("no force"), "{measured}");
+        assert!(!measured.contains("No force"), "{measured}");
     }
 
     #[test]
@@ -270,10 +265,10 @@ mod tests {
         };
         let near = sentence(&[("wall.motion", 0.71), ("drive.slip", 0.1)]);
         assert!(
-            near.ends_with("to be named: wall.motion, the nearest alone, closes 71 %."),
+            near.ends_with("to be named: the best single effect, wall.motion, closes 71 %."),
             "{near}"
         );
-        // What closes nothing is not near.
+        // An effect that closes nothing is not mentioned.
         let none = sentence(&[("wall.motion", -0.2)]);
         assert!(none.ends_with("well enough to be named."), "{none}");
         assert!(sentence(&[]).contains("Nothing can be concluded"));

@@ -1,9 +1,10 @@
-//! What an answer leaves that explains a part of the gap, or nothing of it.
+//! The gap that remains when the explanation is partial or unknown: its size, and where it lies.
 
 use serde::Serialize;
 
 use crate::explaining::figures::{self, Gap};
 use crate::explaining::locate::{Cell, locate};
+use crate::rounding::closed_and_left;
 use crate::selecting::select::Selector;
 use crate::selecting::selection::Selection;
 
@@ -57,8 +58,8 @@ fn words(after: &[String], gap_share: f64, places: &[Cell]) -> String {
         effects => format!("the model with {}", effects.join(" and ")),
     };
     let mut words = format!(
-        "after {model}, the best that was found, {:.0} % of the gap above the floor is left",
-        100.0 * gap_share
+        "after {model}, the best that was found, {} of the gap above the floor is left",
+        closed_and_left(1.0 - gap_share)[1]
     );
     let groups = groups(places);
     for (i, group) in groups.iter().take(TOLD).filter(|group| group.share >= LEAST).enumerate() {

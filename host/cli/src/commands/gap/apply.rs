@@ -93,6 +93,8 @@ pub fn run(ui: &Ui, arguments: &ApplyArguments) -> Result<(), Failure> {
         // Said now: a fit takes minutes.
         replaceable(path)?;
     }
+    let effects = &arguments.source.effects;
+    let effects = super::names::effects(effects.iter().map(String::as_str))?;
     let source = Source::open_all(ui, &arguments.bundle)?;
     let bundle = &source.bundle;
     let old = known(arguments, bundle)?;
@@ -103,9 +105,8 @@ pub fn run(ui: &Ui, arguments: &ApplyArguments) -> Result<(), Failure> {
             explanation
         }
         None => {
-            let effects = &arguments.source.effects;
             let again = Source::open_all(ui, &arguments.bundle)?;
-            Explanation::of(&super::diagnose::answer(ui, again, &[], effects)?)?
+            Explanation::of(&super::diagnose::answer(ui, again, &[], &effects)?)?
         }
     };
     let fitted =

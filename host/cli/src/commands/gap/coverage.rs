@@ -4,6 +4,7 @@
 use std::path::Path;
 
 use cathforce_gap::report::Verdict;
+use cathforce_gap::rounding::percent;
 use cathforce_gap::{Coverage, Covered, covered};
 use serde::Serialize;
 
@@ -101,8 +102,8 @@ fn of_bundle(ui: &Ui, path: &Path, hold_back: &[u32]) -> Result<Option<(Row, Cov
 /// Of the samples of a force, those for which a band is stated.
 pub fn stated(coverage: &Coverage) -> String {
     let Covered { stated, unknown, .. } = coverage.all();
-    let share = 100.0 * stated as f64 / (stated + unknown).max(1) as f64;
-    format!("{share:.1} % of the samples have a band")
+    let share = stated as f64 / (stated + unknown).max(1) as f64;
+    format!("{} of the samples have a band", percent(share))
 }
 
 /// Shares and half widths in a line.
