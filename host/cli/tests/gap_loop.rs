@@ -208,7 +208,7 @@ fn a_band_is_stated_of_the_model_that_it_was_made_for_and_of_no_other() {
     assert!(!stated && said.contains("effects.wall.stiffness.factor"), "{said}");
     let again = json(&apply);
     assert_eq!((&again["band"], &again["band_change"]), (&Value::Null, &Value::Null), "{again}");
-    assert!(again["notes"].to_string().contains("states no band"), "{again}");
+    assert!(again["notes"].to_string().contains("states no error band"), "{again}");
 }
 
 #[test]

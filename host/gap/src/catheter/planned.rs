@@ -19,8 +19,8 @@ pub enum PlannedError {
     #[error("a drive without an instrument has no protocol")]
     NoCatheter,
     #[error(
-        "neither the noise of the force nor that of the tip is stated, so that nothing can be said \
-         about what is seen\n  fix: give force_noise_sd_N or tip_noise_sd_m under [sensor] in \
+        "neither the noise of the force nor that of the tip is stated, so nothing can be said about \
+         the size from which an effect is visible\n  fix: give force_noise_sd_N or tip_noise_sd_m under [sensor] in \
          rig.toml"
     )]
     NoNoise,

@@ -12,9 +12,9 @@ pub enum Verdict {
     NoGap,
     /// Effects that close at least 80 % of the gap.
     Named,
-    /// Effects that close a part of it and come before all others (`verdict.rs`).
+    /// Effects that close a part of it and lead all others.
     Partial,
-    /// No effect of the library explains enough of the gap, or the data cannot carry a verdict.
+    /// No effect of the library explains enough of the gap, or the data allow no verdict.
     Unknown,
 }
 

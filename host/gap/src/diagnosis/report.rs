@@ -19,7 +19,7 @@ use crate::plant::{Parameter, Plant, Quantity};
 pub use crate::rounding::quantity;
 use crate::rounding::{from_to, percent};
 
-/// The only format there is.
+/// Name of the format.
 pub const FORMAT: &str = "gap-diagnosis/1";
 
 /// One effect of the explanation.
@@ -52,31 +52,32 @@ pub struct Diagnosis {
     pub format: &'static str,
     pub bundle: String,
     pub verdict: Verdict,
-    /// The effects that were asked for, where no others were tried.
+    /// The requested effects, if no others were tried.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub asked_for: Vec<String>,
     pub effects: Vec<NamedEffect>,
     pub confusable: Vec<Vec<String>>,
     pub ranking: Vec<Ranked>,
     pub gap: Gap,
-    /// Numbers of the trials that `gap` is of: each held out in turn, of a single one its cycles.
+    /// Numbers of the trials that `gap` is taken over. Each is held out in turn; of a single trial, its
+    /// cycles are.
     pub held_out: Vec<u32>,
     #[serde(rename = "where")]
     pub places: Vec<Cell>,
-    /// What the best model that was found leaves, where the verdict is partial or unknown.
+    /// The gap that the best model leaves, if the verdict is partial or unknown.
     pub left: Option<Left>,
     pub next_experiment: Option<Experiment>,
-    /// How far the forces of the model may be off that is the answer: the nominal one without
-    /// effects. `None` where forces were not measured.
+    /// Error band of the forces of the model that is the answer, or of the nominal model if no effect is
+    /// named. `None` if no force was measured.
     pub band: Option<Band>,
     pub reproduce: Reproduce,
-    /// What cannot be concluded, or only with a reserve, and why.
+    /// Conclusions that the data do not allow, or only with a reserve, and why.
     pub remarks: Vec<String>,
     #[serde(skip)]
     pub details: Details,
 }
 
-/// What the page shows beyond the format.
+/// Details for a page and a terminal, which the JSON does not hold.
 #[derive(Clone, Debug, PartialEq, Default)]
 pub struct Details {
     /// What is compared with what.
@@ -117,7 +118,7 @@ pub struct PathStep {
 }
 
 impl Diagnosis {
-    /// Of this name, with nothing concluded yet.
+    /// An answer for this bundle, with nothing concluded yet.
     pub fn unanswered(bundle: &str) -> Self {
         Self {
             format: FORMAT,
@@ -139,7 +140,7 @@ impl Diagnosis {
         }
     }
 
-    /// What the figures of the gap are of.
+    /// The trials that the figures of the gap are taken over, in words.
     pub fn held_out_trials(&self) -> String {
         let numbers: Vec<String> = self.held_out.iter().map(|n| format!("{n:03}")).collect();
         match numbers.as_slice() {
@@ -149,7 +150,7 @@ impl Diagnosis {
         }
     }
 
-    /// An effect with those that this data cannot tell it from.
+    /// An effect together with those that this data cannot tell apart from it.
     fn or_its_like(&self, id: &str) -> String {
         let set = self.confusable.iter().find(|set| set.first().is_some_and(|first| first == id));
         match set.and_then(|set| set.get(1..)).filter(|others| !others.is_empty()) {
@@ -158,7 +159,7 @@ impl Diagnosis {
         }
     }
 
-    /// The values of all parameters of the effects that are named, in the plant's order.
+    /// Values of all parameters of the named effects, in the order of the plant.
     pub fn values(&self, plant: &dyn Plant) -> Vec<(String, Vec<f64>)> {
         let values = |named: &NamedEffect| {
             let effect = plant.effects().iter().find(|effect| effect.id == named.id)?;

@@ -33,7 +33,7 @@ pub struct Figures {
     pub floor: f64,
 }
 
-/// On held-out data only; `None` where not measured.
+/// All errors on held-out data; `None` where not measured.
 #[derive(Clone, Copy, Debug, PartialEq, Default, Serialize)]
 pub struct Gap {
     #[serde(rename = "force_rms_N")]

@@ -15,16 +15,16 @@ const LEAST: f64 = 0.05;
 /// Cells at most.
 const CELLS: usize = 40;
 
-/// Held out, after the best model that was found.
+/// The gap that the best model leaves on held-out data.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Left {
-    /// The effects that this model has, named or not; none where that is the nominal model.
+    /// Effects of this model, named or not; empty for the nominal model.
     pub after: Vec<String>,
-    /// Of the gap above the floor.
+    /// Share of the gap above the floor.
     pub gap_share: f64,
-    /// What the model reaches, as if it were named.
+    /// Errors of this model, as if it were named.
     pub gap: Gap,
-    /// Shares are of what is left; largest first.
+    /// Where the remaining gap lies, largest first. Shares are of the remaining gap.
     #[serde(rename = "where")]
     pub places: Vec<Cell>,
     /// The same in words.
