@@ -41,8 +41,8 @@ mod tests {
     use std::fs;
     use std::path::{Component, Path, PathBuf};
 
-    use crate::shell::root;
     use crate::documented;
+    use crate::shell::root;
 
     /// Folders of the workspace: what begins with one of them in backquotes is a path.
     const FOLDERS: [&str; 7] =
