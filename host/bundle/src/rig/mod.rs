@@ -15,7 +15,7 @@ pub use instrument::{RigInstrument, RigSection, TipPiece};
 pub use priors::RigPriors;
 pub use read::FORMAT;
 pub use tendon::RigTendon;
-pub(crate) use toml_reader::place_of_key;
+pub(crate) use toml_reader::{RigWarning, place_of_key};
 pub use types::{
     CatheterRig, DriveRig, Fluid, Plant, Rig, RigEntry, RigEnvironment, RigSensor, RigVessel,
     WallRegion,
