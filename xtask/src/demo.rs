@@ -1,48 +1,52 @@
 //! `cargo xtask demo`: the whole of it, once.
 
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
-use crate::shell::{self, command, root, target_folder};
-use crate::{build, setup};
+use crate::arguments::{Choice, Given};
+use crate::build::FIRMWARE_VARIABLE;
+use crate::setup::{self, Consent};
+use crate::shell::{command, root, target_folder};
+use crate::{build, progress};
 
 /// The bundle that comes with the project.
 pub const EXAMPLE: &str = "examples/tapered-none";
 /// Its first trial is shorter than 10 s.
 const TEN_SECONDS: [&str; 4] = ["--trial", "1", "--duration", "10"];
 
-#[derive(clap::Args)]
-pub struct Arguments {
-    #[command(flatten)]
-    consent: setup::Consent,
-    /// Write the table into this file too, as JSON.
-    #[arg(long, value_name = "FILE")]
-    json: Option<PathBuf>,
-    /// Folder for recording, CSV and page; `target/demo` if not given.
-    #[arg(long, value_name = "DIR")]
-    out: Option<PathBuf>,
-}
+pub const OPTIONS: [Choice; 3] = [
+    Choice {
+        name: "json",
+        value: Some("FILE"),
+        about: "Write the table into this file too, as JSON.",
+    },
+    Choice {
+        name: "out",
+        value: Some("DIR"),
+        about: "Folder for recording, CSV and page; `target/demo` if not given.",
+    },
+    setup::YES,
+];
 
-pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
-    let here = std::env::current_dir()?;
-    let out = arguments.out.as_ref().map_or_else(|| target_folder().join("demo"), |o| here.join(o));
+pub fn run(given: &Given) -> anyhow::Result<()> {
+    let out = given.path("out")?.unwrap_or_else(|| target_folder().join("demo"));
+    let json = given.path("json")?;
     std::fs::create_dir_all(&out)?;
-    let elf = setup::everything(arguments.consent)?;
-    let program = build::host()?;
-    let summary = play(&program, &elf, &out)?;
+    println!("{}", plan());
+    let board = setup::emulator_and_firmware(Consent::of(given))?;
+    println!(
+        "\nThe board is inserted for 10 s, tick by tick; that takes the emulator half a minute."
+    );
+    let summary = play(&board.program, &board.elf, &out)?;
     let recording = out.join("run.mcap");
     let page = out.join("report.html");
-    run_host(&program, &elf, |c| {
-        c.arg("export")
-            .arg(&recording)
-            .arg("--csv")
-            .arg(out.join("ticks.csv"))
-            .arg("--nodes")
-            .arg(out.join("nodes.csv"))
-            .arg("--overwrite")
-    })?;
-    run_host(&program, &elf, |c| c.arg("report").arg(&recording).arg("--html").arg(&page))?;
-    if let Some(json) = &arguments.json {
-        std::fs::copy(&summary, here.join(json))?;
+    let mut export = command(&board.program);
+    export.arg("export").arg(&recording).arg("--csv").arg(out.join("ticks.csv"));
+    progress::run(export.arg("--nodes").arg(out.join("nodes.csv")).arg("--overwrite"))?;
+    let mut report = command(&board.program);
+    progress::run(report.arg("report").arg(&recording).arg("--html").arg(&page))?;
+    if let Some(json) = &json {
+        std::fs::copy(&summary, json)?;
     }
     println!("\n{EXAMPLE} was simulated by an independent simulator, not measured on a rig.");
     println!("Recording, CSV and page: {}", out.display());
@@ -50,27 +54,33 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     Ok(())
 }
 
+/// What will be done and how long that takes.
+fn plan() -> String {
+    let is_built = build::quick_host_program().is_file() && build::firmware_elf().is_file();
+    let building = match is_built {
+        true => "built already; it takes seconds to see that nothing has changed",
+        false => "about 3 minutes on 2 cores the first time",
+    };
+    format!(
+        "1. Build the firmware and the host program, side by side: {building}.\n\
+         2. Run a 10 s insertion of {EXAMPLE} on the emulated board: about a minute.\n\
+         3. Write recording, CSV and a page to look at: seconds.\n"
+    )
+}
+
 /// Plays the example on the emulated board; gives the summary's file.
 pub fn play(program: &Path, elf: &Path, out: &Path) -> anyhow::Result<PathBuf> {
-    let summary = out.join("summary.json");
-    run_host(program, elf, |c| {
-        c.args(["run", "--link", "qemu"])
-            .arg(root().join(EXAMPLE))
-            .args(TEN_SECONDS)
-            .arg("--out")
-            .arg(out.join("run.mcap"))
-            .args(["--overwrite", "--summary"])
-            .arg(&summary)
-    })?;
+    let (mut run, summary) = example(program, elf, out);
+    progress::run(&mut run)?;
     Ok(summary)
 }
 
-fn run_host(
-    program: &Path,
-    elf: &Path,
-    arguments: impl FnOnce(&mut std::process::Command) -> &mut std::process::Command,
-) -> anyhow::Result<()> {
-    let mut command = command(program);
-    command.env(cathforce_link::qemu::FIRMWARE_VARIABLE, elf);
-    shell::run(arguments(&mut command))
+/// The command that plays it, and the file that the summary will be in.
+pub fn example(program: &Path, elf: &Path, out: &Path) -> (Command, PathBuf) {
+    let summary = out.join("summary.json");
+    let mut run = command(program);
+    run.args(["run", "--link", "qemu"]).arg(root().join(EXAMPLE)).args(TEN_SECONDS);
+    run.arg("--out").arg(out.join("run.mcap")).args(["--overwrite", "--summary"]).arg(&summary);
+    run.env(FIRMWARE_VARIABLE, elf);
+    (run, summary)
 }

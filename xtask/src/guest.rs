@@ -1,12 +1,14 @@
 //! The Linux guest in which SocketCAN is tested: its kernel, its tools, our program.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
 
 use crate::build;
-use crate::setup::{BACKPORTS, Consent, add_backports, as_root};
-use crate::shell::{cargo, command, output, run, target_folder};
+use crate::packages::{as_root, has_apt, install_from_backports, is_installed};
+use crate::progress;
+use crate::setup::Consent;
+use crate::shell::{command, output, run, target_folder};
 
 /// The emulator.
 const EMULATOR: &str = "qemu-system-x86_64";
@@ -27,33 +29,37 @@ const LIBRARY: &str = "lib/x86_64-linux-gnu";
 const LIBRARIES: [&str; 4] = ["libc.so.6", "libm.so.6", "libgcc_s.so.1", LOADER];
 const LOADER: &str = "ld-linux-x86-64.so.2";
 
-/// Installs the emulator, fetches kernel and tools, into `target/guest`, unless it is there. The
-/// program, the one that all tests run, is always brought up to date.
-pub fn ensure(consent: Consent) -> anyhow::Result<()> {
-    let folder = target_folder().join("guest");
+/// Installs the emulator and fetches kernel and tools into `target/guest`, unless they are there.
+pub fn prepare(consent: Consent) -> anyhow::Result<()> {
     install(consent)?;
+    let folder = folder();
     let has = |file: &str| folder.join(file).is_file();
     if !has("vmlinuz") || !LIBRARIES.iter().all(|name| has(&format!("root/{LIBRARY}/{name}"))) {
         fetch(consent, &folder)?;
     }
-    // Of the whole workspace, as for its tests: of one package cargo may build it anew.
-    run(&mut cargo(&["build", "--workspace", "--bin", "cathforce"]))?;
+    Ok(())
+}
+
+/// Puts the program that all tests run into the guest.
+pub fn give(program: &Path) -> anyhow::Result<()> {
     let objcopy = build::tool("llvm-objcopy").context("rustc names no folder of its own")?;
     // It goes into the guest's memory.
-    run(command(objcopy)
-        .arg("--strip-all")
-        .args([target_folder().join("debug/cathforce"), folder.join("root/bin/cathforce")]))
+    let inside = folder().join("root/bin/cathforce");
+    run(command(objcopy).arg("--strip-all").arg(program).arg(inside))
+}
+
+fn folder() -> PathBuf {
+    target_folder().join("guest")
 }
 
 /// The emulator, a shell without libraries, and what packs them.
 fn install(consent: Consent) -> anyhow::Result<()> {
     let is_there = |program: &str| output(command(program).arg("--version")).is_some();
     // A busybox that is not static has no interpreter in the guest.
-    let has_shell = output(command("dpkg-query").args(["-W", "busybox-static"])).is_some();
-    if is_there(EMULATOR) && is_there("cpio") && has_shell {
+    if is_there(EMULATOR) && is_there("cpio") && is_installed("busybox-static") {
         return Ok(());
     }
-    if output(command("apt-get").arg("--version")).is_none() {
+    if !has_apt() {
         bail!(
             "SocketCAN is tested in a Linux guest made of Debian's packages. Run this on Debian \
              (or in its container), where I can fetch them: {EMULATOR}, busybox-static, cpio, \
@@ -61,11 +67,10 @@ fn install(consent: Consent) -> anyhow::Result<()> {
         );
     }
     let script = format!(
-        "{}apt-get update && apt-get install -y --no-install-recommends -t {BACKPORTS} \
-         qemu-system-x86 && apt-get install -y --no-install-recommends busybox-static cpio",
-        add_backports()
+        "{} && apt-get install -y --no-install-recommends busybox-static cpio",
+        install_from_backports("qemu-system-x86")?
     );
-    as_root(consent, &script)
+    progress::run(&mut as_root(consent, &script)?)
 }
 
 /// Kernel, modules, tools and their library, out of Debian's packages, which are not installed.
@@ -73,7 +78,7 @@ fn fetch(consent: Consent, folder: &Path) -> anyhow::Result<()> {
     let kernel = match kernel_package() {
         Some(name) => name,
         None => {
-            as_root(consent, "apt-get update")?;
+            progress::run(&mut as_root(consent, "apt-get update")?)?;
             kernel_package().context("apt knows no linux-image-amd64: is this an amd64 Debian?")?
         }
     };
@@ -83,9 +88,11 @@ fn fetch(consent: Consent, folder: &Path) -> anyhow::Result<()> {
         std::fs::create_dir_all(root.join(sub))?;
     }
     std::fs::create_dir_all(&packages)?;
-    run(command("apt-get")
-        .args(["download", &kernel, "can-utils", "libc6", "libgcc-s1"])
-        .current_dir(&packages))?;
+    progress::run(
+        command("apt-get")
+            .args(["download", &kernel, "can-utils", "libc6", "libgcc-s1"])
+            .current_dir(&packages),
+    )?;
     let unpack = |package: &str, wanted: &str| {
         let script = format!("dpkg-deb --fsys-tarfile {package}_*.deb | tar -x {wanted}");
         run(command("sh").args(["-c", &script]).current_dir(&packages))

@@ -2,8 +2,10 @@
 
 #![forbid(unsafe_code)]
 
-mod accuracy;
+mod arguments;
+mod audit;
 mod bench;
+mod book;
 mod build;
 mod citations;
 mod demo;
@@ -13,57 +15,111 @@ mod figures;
 mod gates;
 mod guest;
 mod layers;
+mod packages;
+mod progress;
 mod promises;
 mod setup;
 mod shell;
 mod test;
+mod validation;
 
-use clap::{Parser, Subcommand};
+use std::process::ExitCode;
 
-#[derive(Parser)]
-#[command(bin_name = "cargo xtask", about = "Builds, tests and shows Cathforce")]
-struct Arguments {
-    #[command(subcommand)]
-    task: Task,
-}
-
-#[derive(Subcommand)]
-enum Task {
-    /// A 10 s insertion on the emulated board, with a table and a folder of results.
-    Demo(demo::Arguments),
-    /// Everything: format, lints, unit tests, firmware, tests on the emulated board.
-    Test(setup::Consent),
-    /// Build the firmware and say how large it is.
-    Firmware,
-    /// Measure the figures that README and docs quote, and write them there.
-    Figures(setup::Consent),
-    /// Measure cost and accuracy, beside other simulators, and write docs/benchmarks.md.
-    Bench(bench::Arguments),
-    /// Measure the model against the reference solver, and write the table into docs/reference/validation.md.
-    Accuracy(accuracy::Arguments),
-    /// Install what is missing: Rust components, the emulators, a Linux guest.
-    Setup(setup::Consent),
-}
+use arguments::{Asked, Task};
+use setup::Consent;
 
 // One reader of the pages for the tests of both programs.
 #[cfg(test)]
 #[path = "../../host/cli/tests/support/documented.rs"]
 mod documented;
 
-fn main() -> anyhow::Result<()> {
-    match Arguments::parse().task {
-        Task::Demo(arguments) => demo::run(&arguments),
-        Task::Test(consent) => test::run_all(consent),
-        Task::Firmware => {
-            setup::rust(setup::Consent::default())?;
+/// What `cargo xtask` can do.
+static TASKS: [Task; 9] = [
+    Task {
+        name: "demo",
+        former: None,
+        about: "A 10 s insertion on the emulated board, with a table and a folder of results.",
+        options: &demo::OPTIONS,
+        run: demo::run,
+    },
+    Task {
+        name: "test",
+        former: None,
+        about: "Everything: format, lints, unit tests, firmware, tests on the emulated board.",
+        options: &[setup::YES],
+        run: |given| test::run_all(Consent::of(given)),
+    },
+    Task {
+        name: "firmware",
+        former: None,
+        about: "Build the firmware and say how large it is.",
+        options: &[setup::YES],
+        run: |given| {
+            setup::firmware_target(Consent::of(given))?;
             build::firmware().map(drop)
+        },
+    },
+    Task {
+        name: "figures",
+        former: None,
+        about: "Measure the figures that README and docs quote, and write them there.",
+        options: &[setup::YES],
+        run: |given| figures::write(Consent::of(given)),
+    },
+    Task {
+        name: "bench",
+        former: None,
+        about: "Measure cost and accuracy, beside other simulators, and write the benchmarks' page.",
+        options: &bench::OPTIONS,
+        run: bench::measure,
+    },
+    Task {
+        name: "validation",
+        former: Some("accuracy"),
+        about: "Measure the model against the reference solver, and write the table into docs/reference/validation.md.",
+        options: &validation::OPTIONS,
+        run: validation::write,
+    },
+    Task {
+        name: "audit",
+        former: None,
+        about: "Check the licences, sources and known vulnerabilities of all dependencies.",
+        options: &[setup::YES],
+        run: |given| audit::run(Consent::of(given)),
+    },
+    Task {
+        name: "book",
+        former: None,
+        about: "Build the book of docs/ with mdBook, into target/book.",
+        options: &[setup::YES],
+        run: |given| book::build(Consent::of(given)),
+    },
+    Task {
+        name: "setup",
+        former: None,
+        about: "Install what is missing: Rust components, the emulators, a Linux guest.",
+        options: &[setup::YES],
+        run: |given| setup::all(Consent::of(given)),
+    },
+];
+
+fn main() -> ExitCode {
+    let result = match arguments::parse(&TASKS, std::env::args_os().skip(1)) {
+        Ok(Asked::Help(text)) => {
+            print!("{text}");
+            return ExitCode::SUCCESS;
         }
-        Task::Figures(consent) => figures::write(consent),
-        Task::Bench(arguments) => bench::measure(&arguments),
-        Task::Accuracy(arguments) => accuracy::write(&arguments),
-        Task::Setup(consent) => {
-            setup::everything(consent)?;
-            guest::ensure(consent)
+        Ok(Asked::Run(task, given)) => (task.run)(&given),
+        Err(error) => {
+            eprintln!("error: {error}");
+            return ExitCode::from(2);
+        }
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("\nerror: {error:#}");
+            ExitCode::FAILURE
         }
     }
 }
@@ -77,10 +133,9 @@ mod tests {
         let all = documented::documented(&["cargo", "xtask"]);
         assert!(all.len() >= 8, "{} commands", all.len());
         for printed in all {
-            let words =
-                std::iter::once("xtask").chain(printed.words[2..].iter().map(String::as_str));
-            let parsed = Arguments::try_parse_from(words);
-            assert!(parsed.is_ok(), "{}: {:?}", printed.place, printed.words);
+            let parsed = arguments::parse(&TASKS, &printed.words[2..]);
+            let problem = parsed.err().map(|error| error.to_string());
+            assert_eq!(problem, None, "{}: {:?}", printed.place, printed.words);
         }
     }
 

@@ -1,35 +1,37 @@
 //! Installing what is missing, having said so.
 
 use std::io::{BufRead, IsTerminal, Write};
-use std::path::Path;
 use std::process::Command;
 
-use anyhow::{Context, bail};
-use clap::Args;
+use anyhow::bail;
 
-use crate::shell::{command, output, run};
-use crate::{build, emulator};
+use crate::arguments::{Choice, Given};
+use crate::shell::{command, output};
+use crate::{build, emulator, guest, progress};
 
-/// Debian's suite with an emulator whose clocks are right.
-pub const BACKPORTS: &str = "bookworm-backports";
-const SOURCE_FILE: &str = "/etc/apt/sources.list.d/cathforce-backports.list";
-const MIRROR: &str = "http://deb.debian.org/debian";
-/// Of `rust-toolchain.toml`, beside the firmware's target.
+/// Of every task that may install something.
+pub const YES: Choice =
+    Choice { name: "yes", value: None, about: "Install what is missing without asking." };
+
+/// Components of Rust that only the suite needs.
 const COMPONENTS: [&str; 3] = ["clippy", "rustfmt", "llvm-tools"];
 
 /// Whether things may be installed without asking.
-#[derive(Args, Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub struct Consent {
-    /// Install what is missing without asking.
-    #[arg(long)]
-    yes: bool,
+    is_given: bool,
 }
 
 impl Consent {
-    /// Asks for `what`, unless the answer is known: `--yes`, root, or `CI` set.
+    /// Given in advance by `--yes`, by root, or where `CI` is set.
+    pub fn of(given: &Given) -> Self {
+        Self { is_given: given.has(YES.name) || is_root() || std::env::var_os("CI").is_some() }
+    }
+
+    /// Asks for `what`, unless the answer is known.
     pub fn to(self, what: &str) -> anyhow::Result<()> {
         println!("Missing; I will run: {what}");
-        if self.yes || is_root() || std::env::var_os("CI").is_some() {
+        if self.is_given {
             return Ok(());
         }
         if std::io::stdin().is_terminal() {
@@ -45,93 +47,111 @@ impl Consent {
     }
 }
 
-fn is_root() -> bool {
+pub fn is_root() -> bool {
     output(command("id").arg("-u")).is_some_and(|id| id.trim() == "0")
 }
 
-/// Rust's components, the emulator, and the firmware that tests it. Gives the firmware.
-pub fn everything(consent: Consent) -> anyhow::Result<std::path::PathBuf> {
-    rust(consent)?;
-    let elf = build::firmware()?;
-    emulator::ensure(&elf, || install_emulator(consent))?;
-    Ok(elf)
+/// Everything that any task needs.
+pub fn all(consent: Consent) -> anyhow::Result<()> {
+    suite_components(consent)?;
+    let built = emulator_and_firmware(consent)?;
+    println!("{} builds, and {} boots it", built.elf.display(), emulator::PROGRAM);
+    guest::prepare(consent)
 }
 
-/// What `rust-toolchain.toml` asks for. Where there is no rustup, cargo's own messages tell.
-pub fn rust(consent: Consent) -> anyhow::Result<()> {
-    let Some(missing) = missing_rust() else { return Ok(()) };
-    if missing.is_empty() {
-        return Ok(());
+/// What runs the example on the emulated board.
+pub struct Board {
+    pub program: std::path::PathBuf,
+    pub elf: std::path::PathBuf,
+}
+
+/// The emulator, the firmware, and the program, built for a first run, that has measured both.
+pub fn emulator_and_firmware(consent: Consent) -> anyhow::Result<Board> {
+    let mut jobs = vec![progress::Job::new("firmware", firmware_build(consent)?)];
+    jobs.push(progress::Job::new("program", [build::quick_host_command()]));
+    if let Some(install) = emulator::missing(consent)? {
+        jobs.push(progress::Job::new("QEMU", [install]));
     }
-    consent
-        .to(&format!("rustup toolchain install --no-self-update (for {})", missing.join(", ")))?;
-    run(rustup().args(["toolchain", "install", "--no-self-update"]))?;
-    match missing_rust() {
-        Some(still) if !still.is_empty() => bail!(
-            "rustup ended well, yet {} is not installed; try `rustup toolchain uninstall {}` \
-             and `cargo xtask setup` again",
-            still.join(", "),
-            output(rustup().args(["show", "active-toolchain"])).unwrap_or_default().trim(),
-        ),
-        _ => Ok(()),
-    }
+    progress::side_by_side(jobs)?;
+    let board = Board { program: build::quick_host_program(), elf: build::firmware_elf() };
+    emulator::ensure(&board.program, &board.elf, consent)?;
+    Ok(board)
 }
 
-/// Parts of Rust that the project needs and this machine lacks; `None` without a rustup.
-fn missing_rust() -> Option<Vec<&'static str>> {
-    let installed = [["target", "list", "--installed"], ["component", "list", "--installed"]]
-        .map(|words| output(rustup().args(words)));
-    let [targets, components] = installed;
-    let (targets, components) = (targets?, components.unwrap_or_default());
-    let has = |list: &str, name: &str| list.lines().any(|line| line.starts_with(name));
-    let target = (!has(&targets, build::TARGET)).then_some(build::TARGET);
-    let components = COMPONENTS.into_iter().filter(|name| !has(&components, name));
-    Some(target.into_iter().chain(components).collect())
+/// Builds the firmware, and before it, where it is missing, installs its target.
+fn firmware_build(consent: Consent) -> anyhow::Result<Vec<Command>> {
+    Ok(missing_target(consent)?.into_iter().chain([build::firmware_command()]).collect())
 }
 
-/// rustup as a shell in the workspace would start it. Its cargo tells every child which
-/// toolchain it runs, and rustup then no longer reads `rust-toolchain.toml`.
-fn rustup() -> Command {
-    let mut rustup = command("rustup");
-    rustup.env_remove("RUSTUP_TOOLCHAIN");
-    rustup
+/// Rust's library for the firmware's processor.
+pub fn firmware_target(consent: Consent) -> anyhow::Result<()> {
+    missing_target(consent)?.map_or(Ok(()), |mut add| progress::run(&mut add))
 }
 
-/// QEMU from Debian's backports; elsewhere the user is told what is needed.
-fn install_emulator(consent: Consent) -> anyhow::Result<()> {
-    let release = std::fs::read_to_string("/etc/os-release").unwrap_or_default();
-    if !release.lines().any(|line| line == "VERSION_CODENAME=bookworm") {
-        bail!(
-            "install QEMU 10.0 or later with the Arm system emulator \
-             (Debian, Ubuntu: `sudo apt-get install qemu-system-arm`; Fedora: \
-             `sudo dnf install qemu-system-arm-core`; macOS: `brew install qemu`), then try again"
-        );
-    }
-    as_root(
-        consent,
-        &format!(
-            "{}apt-get update && apt-get install -y --no-install-recommends -t {BACKPORTS} \
-             qemu-system-arm",
-            add_backports()
-        ),
-    )
-}
-
-/// The beginning of a script that needs Debian's backports.
-pub fn add_backports() -> String {
-    match Path::new(SOURCE_FILE).exists() {
-        true => String::new(),
-        false => format!("echo 'deb {MIRROR} {BACKPORTS} main' > {SOURCE_FILE} && "),
+/// The command that installs it, where there is a rustup and it is missing. Without rustup,
+/// cargo's own messages tell.
+fn missing_target(consent: Consent) -> anyhow::Result<Option<Command>> {
+    let installed = installed("target");
+    match installed.is_some_and(|installed| !has(&installed, build::TARGET)) {
+        true => add(consent, "target", &[build::TARGET]).map(Some),
+        false => Ok(None),
     }
 }
 
-/// Runs a shell script as root, if that is allowed.
-pub fn as_root(consent: Consent, script: &str) -> anyhow::Result<()> {
-    let words = match is_root() {
-        true => vec!["sh", "-c", script],
-        false => vec!["sudo", "sh", "-c", script],
-    };
-    consent.to(&format!("{} \"{script}\"", words[..words.len() - 1].join(" ")))?;
-    let (program, arguments) = words.split_first().context("a program")?;
-    run(command(program).args(arguments).env("DEBIAN_FRONTEND", "noninteractive"))
+/// The components that `cargo xtask test` needs.
+pub fn suite_components(consent: Consent) -> anyhow::Result<()> {
+    let Some(installed) = installed("component") else { return Ok(()) };
+    let missing: Vec<_> = COMPONENTS.into_iter().filter(|name| !has(&installed, name)).collect();
+    match missing[..] {
+        [] => Ok(()),
+        _ => progress::run(&mut add(consent, "component", &missing)?),
+    }
+}
+
+/// What rustup has installed of a kind, a line each.
+fn installed(kind: &str) -> Option<String> {
+    output(command("rustup").args([kind, "list", "--installed"]).args(of_toolchain()))
+}
+
+fn has(installed: &str, name: &str) -> bool {
+    installed.lines().any(|line| line.starts_with(name))
+}
+
+/// Adds to the toolchain that runs this program; `rustup toolchain install` would fetch all of
+/// its components again.
+fn add(consent: Consent, kind: &str, names: &[&str]) -> anyhow::Result<Command> {
+    let toolchain = of_toolchain();
+    let words = ["rustup", kind, "add"].into_iter().chain(names.iter().copied());
+    let words: Vec<_> = words.chain(toolchain.iter().map(String::as_str)).collect();
+    consent.to(&words.join(" "))?;
+    let mut rustup = command(words[0]);
+    rustup.args(&words[1..]);
+    Ok(rustup)
+}
+
+/// `--toolchain NAME`, as rustup's cargo tells its children.
+fn of_toolchain() -> Vec<String> {
+    let name = std::env::var("RUSTUP_TOOLCHAIN").ok();
+    name.into_iter().flat_map(|name| ["--toolchain".to_owned(), name]).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn installed_parts_are_told_by_their_beginning() {
+        let components = "clippy-x86_64-unknown-linux-gnu\nrust-std-thumbv7em-none-eabihf\n";
+        assert!(has(components, "clippy"));
+        assert!(!has(components, "rustfmt"));
+    }
+
+    #[test]
+    fn nothing_is_installed_unasked() {
+        // A test has no terminal to ask on.
+        let refused = Consent { is_given: false }.to("apt-get install qemu").unwrap_err();
+        let text = refused.to_string();
+        assert!(text.contains("--yes") && text.ends_with("apt-get install qemu"), "{text}");
+        assert!(Consent { is_given: true }.to("true").is_ok());
+    }
 }

@@ -5,6 +5,7 @@
 //! file that it takes or writes comes second; `--link` says which device; `--json` prints the result
 //! as JSON; `--out` names the file that is written; every argument has a help text.
 
+mod bundle;
 mod config;
 mod gap;
 mod link;
@@ -19,6 +20,7 @@ use clap::{
 };
 
 pub use crate::output::JsonFile;
+pub use bundle::{BundleAction, BundleArguments, BundleInitArguments, Plant};
 pub use config::{
     ConfigAction, ConfigApplyArguments, ConfigArguments, ConfigDiffArguments, ConfigGetArguments,
     ConfigImageArguments, ConfigImportDbcArguments, ConfigInitArguments, ConfigListArguments,
@@ -44,7 +46,7 @@ pub use recording::{
 const EXIT_CODES: &str = "\
 Exit codes:
   0  the command did what it was asked to do
-  1  it failed
+  1  the command failed
   2  the arguments are wrong
   3  a file or a bundle is wrong
   4  there is no link, or the link was lost
@@ -103,7 +105,7 @@ fn with_negative_numbers(command: clap::Command) -> clap::Command {
 pub enum Command {
     /// Configure and arm a device, play a trial's encoders to it and record everything.
     Run(RunArguments),
-    /// Do the same in this process, without a device.
+    /// Play a trial on the device's code in this process, without hardware.
     Simulate(SimulateArguments),
     /// Compute a recording again on this computer and compare every bit.
     Replay(ReplayArguments),
@@ -117,6 +119,8 @@ pub enum Command {
     Doctor(DoctorArguments),
     /// Explain faults, show the one that a device has, and clear it.
     Fault(FaultArguments),
+    /// Write a trial bundle to begin with.
+    Bundle(BundleArguments),
     /// Build the distance field of a vessel's wall, and report its size and accuracy.
     Lumen(LumenArguments),
     /// List the tip shapes of common catheters.
@@ -195,7 +199,7 @@ pub struct Changes {
     /// Replace the catheter's tip by a common one; `cathforce tips` lists them.
     #[arg(long, value_name = "NAME", value_parser = tip)]
     pub tip: Option<&'static Tip>,
-    /// Replace the tip of the guidewire in the same way.
+    /// Replace the guidewire's tip by a common one.
     #[arg(long, value_name = "NAME", value_parser = tip)]
     pub guidewire_tip: Option<&'static Tip>,
     /// Grid spacing of the vessel's wall [default: 1]; a coarser grid makes a smaller image.
@@ -221,6 +225,17 @@ pub struct RunArguments {
 pub struct SimulateArguments {
     #[command(flatten)]
     pub play: PlayArguments,
+    /// Write what the rig's sensors would have measured as the next trial of the bundle in this
+    /// folder. A folder that is not there is made, with the same rig and vessel; without a name it
+    /// is that of the bundle with `-simulated`.
+    #[arg(long, value_name = "FOLDER")]
+    pub as_trial: Option<Option<PathBuf>>,
+    /// Add the noise that rig.toml states for each sensor.
+    #[arg(long, requires = "as_trial")]
+    pub noise: bool,
+    /// Take other noise; the same number gives the same noise.
+    #[arg(long, value_name = "N", default_value_t = 1, requires = "noise")]
+    pub seed: u64,
 }
 
 #[derive(Debug, Args)]
@@ -343,6 +358,7 @@ mod tests {
                     "N" | "M" => "1".into(),
                     "rms_N=X" => "rms_N=1".into(),
                     "LINK" | "…" if is_link => "sim".into(),
+                    "…" if at > 0 && words[at - 1] == "--set" => "force_gain=1".into(),
                     _ => continue,
                 };
             }

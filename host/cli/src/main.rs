@@ -1,11 +1,18 @@
 //! `cathforce`: arguments in, a library call, text or JSON out.
 
+// What only a command uses that was left out stays where it is.
+#![cfg_attr(
+    not(all(feature = "hardware", feature = "monitor", feature = "parquet")),
+    allow(dead_code)
+)]
+
 mod args;
 mod commands;
 mod difference;
 mod failure;
 mod image;
 mod log;
+#[cfg(feature = "monitor")]
 mod monitor;
 mod open;
 mod output;
@@ -30,12 +37,11 @@ fn main() -> ExitCode {
             let pace = if arguments.free { Pace::Free } else { Pace::LockStep };
             commands::run::run(&ui, &arguments.link, pace, &arguments.play)
         }
-        Command::Simulate(arguments) => {
-            commands::run::run(&ui, "sim", Pace::LockStep, &arguments.play)
-        }
+        Command::Simulate(arguments) => commands::simulate::run(&ui, &arguments),
         Command::Replay(arguments) => commands::replay::run(&ui, &arguments),
         Command::Info(arguments) => commands::info::run(&ui, &arguments),
         Command::Config(arguments) => commands::config::run(&ui, &arguments),
+        Command::Bundle(arguments) => commands::bundle::run(&ui, &arguments),
         Command::Link(arguments) => commands::link::run(&ui, &arguments),
         Command::Doctor(arguments) => commands::doctor::run(&ui, &arguments),
         Command::Fault(arguments) => commands::fault::run(&ui, &arguments),

@@ -61,14 +61,14 @@ pub fn open(address: &str) -> Result<Box<dyn Link>, LinkError> {
     })
 }
 
-#[cfg(target_os = "linux")]
+#[cfg(all(target_os = "linux", feature = "hardware"))]
 fn open_socketcan(address: &str, interface: &str) -> Result<Box<dyn Link>, LinkError> {
     Ok(Box::new(crate::socketcan::SocketCan::open(address, interface)?))
 }
 
-#[cfg(not(target_os = "linux"))]
+#[cfg(not(all(target_os = "linux", feature = "hardware")))]
 fn open_socketcan(address: &str, _: &str) -> Result<Box<dyn Link>, LinkError> {
-    Err(LinkError::NoCanInKernel { link: address.into() })
+    Err(LinkError::no_can(address))
 }
 
 fn parse(address: &str) -> Result<Address<'_>, &'static str> {

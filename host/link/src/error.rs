@@ -14,6 +14,10 @@ pub enum LinkError {
     NoCanInKernel {
         link: String,
     },
+    /// This program was built without the feature `hardware`.
+    LeftOut {
+        link: String,
+    },
     NoInterface {
         link: String,
         interface: String,
@@ -70,11 +74,25 @@ impl LinkError {
         Self::Lost { link: link.into(), source }
     }
 
+    /// Where CAN interfaces cannot be reached at all.
+    #[cfg(not(all(target_os = "linux", feature = "hardware")))]
+    pub(crate) fn no_can(link: &str) -> Self {
+        match cfg!(target_os = "linux") {
+            true => Self::LeftOut { link: link.into() },
+            false => Self::NoCanInKernel { link: link.into() },
+        }
+    }
+
     /// What is wrong, and where.
     pub fn problem(&self) -> String {
         match self {
-            Self::Address { address, problem } => format!("`{address}` is no link: {problem}"),
+            Self::Address { address, problem } => {
+                format!("`{address}` is not the address of a link: {problem}")
+            }
             Self::NoCanInKernel { link } => format!("{link}: this kernel has no CAN sockets"),
+            Self::LeftOut { link } => {
+                format!("{link}: this program was built without CAN interfaces and serial ports")
+            }
             Self::NoInterface { link, interface } => {
                 format!("{link}: there is no CAN interface `{interface}`")
             }
@@ -104,6 +122,11 @@ impl LinkError {
             Self::NoCanInKernel { .. } => {
                 "Load them (`modprobe can can_raw`), or reach the device \
                 in another way: slcan:/dev/ttyACM0, slcan:tcp:HOST:PORT, qemu"
+                    .into()
+            }
+            Self::LeftOut { .. } => {
+                "Build it with its feature `hardware`, which is on by default: `cargo install \
+                 --path host/cli`"
                     .into()
             }
             Self::NoInterface { interface, .. } => {
@@ -142,7 +165,11 @@ impl LinkError {
 
 impl fmt::Display for LinkError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}. {}", self.problem(), self.fix())
+        let (problem, fix) = (self.problem(), self.fix());
+        match problem.contains('\n') {
+            true => write!(f, "{problem}\n  fix: {fix}"),
+            false => write!(f, "{problem}. {fix}"),
+        }
     }
 }
 

@@ -1,18 +1,19 @@
 //! What the firmware logs, decoded by the ELF it was booted from.
 
+#[cfg(feature = "firmware-log")]
+mod decoder;
+
 use std::collections::VecDeque;
 use std::fs::File;
-use std::io::{Read, Write};
 use std::path::Path;
 use std::process::ChildStdout;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use defmt_decoder::{DecodeError, Table};
+#[cfg(feature = "firmware-log")]
+use decoder::{follow, table};
 
 /// Names a file for the whole log.
 pub const LOG_VARIABLE: &str = "CATHFORCE_FIRMWARE_LOG";
-
-const LAST_WORDS: usize = 4;
 
 /// A log being followed.
 pub(crate) struct FirmwareLog {
@@ -23,13 +24,11 @@ impl FirmwareLog {
     /// Reads `source` until its end, in a thread.
     pub(crate) fn follow(elf: &Path, source: Option<ChildStdout>) -> Self {
         let last = Arc::new(Mutex::new(VecDeque::new()));
-        // Firmware without a table, or of another defmt, has a log that cannot be read:
-        // it is drained all the same.
-        let table = std::fs::read(elf).ok().and_then(|elf| Table::parse(&elf).ok().flatten());
+        let table = table(elf);
         let file = std::env::var_os(LOG_VARIABLE).and_then(|path| File::create(path).ok());
         if let Some(source) = source {
             let sink = Arc::clone(&last);
-            std::thread::spawn(move || follow(source, table.as_ref(), file, &sink));
+            std::thread::spawn(move || follow(source, table, file, &sink));
         }
         Self { last }
     }
@@ -40,33 +39,13 @@ impl FirmwareLog {
     }
 }
 
-fn follow(
-    mut source: impl Read,
-    table: Option<&Table>,
-    mut file: Option<File>,
-    last: &Mutex<VecDeque<String>>,
-) {
-    let mut decoder = table.map(Table::new_stream_decoder);
-    let mut buffer = [0; 1024];
-    while let Ok(n @ 1..) = source.read(&mut buffer) {
-        let Some(decoder) = &mut decoder else { continue };
-        decoder.received(&buffer[..n]);
-        loop {
-            let line = match decoder.decode() {
-                Ok(frame) => frame.display(false).to_string(),
-                Err(DecodeError::UnexpectedEof) => break,
-                // Damaged; the framing finds the next one.
-                Err(DecodeError::Malformed) => continue,
-            };
-            if let Some(file) = &mut file {
-                // A log that cannot be written is no reason to stop a run.
-                let _ = writeln!(file, "{line}");
-            }
-            let mut last = last.lock().unwrap_or_else(PoisonError::into_inner);
-            if last.len() == LAST_WORDS {
-                last.pop_front();
-            }
-            last.push_back(line);
-        }
-    }
+/// Without a decoder the log is drained: its last words are that nobody can read it.
+#[cfg(not(feature = "firmware-log"))]
+fn follow(mut source: ChildStdout, (): (), _: Option<File>, last: &Mutex<VecDeque<String>>) {
+    let why = "not decoded: this program was built without its feature `firmware-log`";
+    last.lock().unwrap_or_else(PoisonError::into_inner).push_back(why.into());
+    let _ = std::io::copy(&mut source, &mut std::io::sink());
 }
+
+#[cfg(not(feature = "firmware-log"))]
+fn table(_: &Path) {}

@@ -1,7 +1,5 @@
 //! The serial ports of this computer.
 
-use serialport::SerialPortType;
-
 /// A serial port that an SLCAN adapter may be behind.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SerialPort {
@@ -20,14 +18,21 @@ pub struct Usb {
     pub name: Option<String>,
 }
 
+/// None: this program was built without serial ports.
+#[cfg(not(feature = "hardware"))]
+pub fn serial_ports() -> Vec<SerialPort> {
+    Vec::new()
+}
+
 /// Every serial port, USB devices first, then by name; none where they cannot be listed.
+#[cfg(feature = "hardware")]
 pub fn serial_ports() -> Vec<SerialPort> {
     let ports = serialport::available_ports().unwrap_or_default().into_iter();
     let mut ports: Vec<_> = ports
         .map(|port| SerialPort {
             path: port.port_name,
             usb: match port.port_type {
-                SerialPortType::UsbPort(usb) => Some(Usb {
+                serialport::SerialPortType::UsbPort(usb) => Some(Usb {
                     vendor: usb.vid,
                     product: usb.pid,
                     manufacturer: usb.manufacturer,

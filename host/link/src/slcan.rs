@@ -41,7 +41,7 @@ impl Slcan {
             Ok(n) => Ok(buffer[..n]
                 .iter()
                 .filter_map(|&byte| decoder.push(byte))
-                // Answers need no attention, and what is broken is missed further up.
+                // Answers need no attention, and a broken frame is noticed as a lost one.
                 .filter_map(|line| if let Line::Frame(frame) = line { Some(frame) } else { None })
                 .collect()),
             Err(e) if is_timeout(&e) => Ok(Vec::new()),
@@ -78,7 +78,14 @@ impl Slcan {
         Err(failed(last))
     }
 
+    /// Over a serial port, which this program was built without.
+    #[cfg(not(feature = "hardware"))]
+    pub fn open_serial(name: &str, _: &str, _: u32) -> Result<Self, LinkError> {
+        Err(LinkError::LeftOut { link: name.into() })
+    }
+
     /// Over a serial port.
+    #[cfg(feature = "hardware")]
     pub fn open_serial(name: &str, path: &str, baud: u32) -> Result<Self, LinkError> {
         let failed = |e: serialport::Error| {
             let (link, source) = (name.into(), io::Error::from(e));
@@ -96,7 +103,7 @@ impl Slcan {
 }
 
 impl Slcan {
-    /// Sends bytes in place of a line, among the frames: what a broken host might send.
+    /// Sends any bytes among the frames, as a broken host might.
     pub fn send_bytes(&mut self, bytes: &[u8]) {
         self.unsent.extend_from_slice(bytes);
     }

@@ -3,39 +3,40 @@
 mod page;
 mod peers;
 
-use std::path::PathBuf;
-
 use anyhow::Context;
-use cathforce_link::qemu::FIRMWARE_VARIABLE;
 use serde_json::Value;
 
+use crate::arguments::{Choice, Given};
+use crate::build::FIRMWARE_VARIABLE;
 use crate::figures::insert;
-use crate::setup;
+use crate::setup::{self, Consent};
 use crate::shell::{cargo, command, root, run, target_folder};
 
 /// Where the README quotes the figures.
 const BEGIN: &str = "<!-- cargo xtask bench -->\n";
 
-#[derive(clap::Args)]
-pub struct Arguments {
-    #[command(flatten)]
-    consent: setup::Consent,
-    /// Write the figures into this file too, as JSON.
-    #[arg(long, value_name = "FILE")]
-    json: Option<PathBuf>,
-    /// Measure without the other simulators; docs and README stay as they are.
-    #[arg(long)]
-    without_peers: bool,
-}
+pub const OPTIONS: [Choice; 3] = [
+    Choice {
+        name: "json",
+        value: Some("FILE"),
+        about: "Write the figures into this file too, as JSON.",
+    },
+    Choice {
+        name: "without-peers",
+        value: None,
+        about: "Measure without the other simulators; docs and README stay as they are.",
+    },
+    setup::YES,
+];
 
 /// Measures everything, then writes `docs/reference/benchmarks.md` and the README's table: a run that
 /// fails changes neither.
-pub fn measure(arguments: &Arguments) -> anyhow::Result<()> {
-    let here = std::env::current_dir()?;
-    let elf = setup::everything(arguments.consent)?;
-    let python = match arguments.without_peers {
+pub fn measure(given: &Given) -> anyhow::Result<()> {
+    let (json, consent) = (given.path("json")?, Consent::of(given));
+    let elf = setup::emulator_and_firmware(consent)?.elf;
+    let python = match given.has("without-peers") {
         true => None,
-        false => Some(peers::python(arguments.consent)?),
+        false => Some(peers::python(consent)?),
     };
     run(&mut cargo(&["build", "--release", "--package", "cathforce-bench"]))?;
     let mut bench = command(target_folder().join("release/cathforce-bench"));
@@ -44,9 +45,8 @@ pub fn measure(arguments: &Arguments) -> anyhow::Result<()> {
     let report = answer(&mut bench)?;
     let page = page::benchmarks(&report)?;
     print!("{page}");
-    if let Some(json) = &arguments.json {
-        let file = here.join(json);
-        std::fs::write(&file, serde_json::to_string_pretty(&report)? + "\n")
+    if let Some(file) = &json {
+        std::fs::write(file, serde_json::to_string_pretty(&report)? + "\n")
             .with_context(|| file.display().to_string())?;
     }
     if python.is_some() {

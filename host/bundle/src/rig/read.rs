@@ -23,7 +23,7 @@ pub const FORMAT: &str = "trial-bundle/1";
 const WATER: (f64, f64) = (998.0, 1.0e-3);
 const BLOOD: (f64, f64) = (1060.0, 3.5e-3);
 
-/// Stiffness of a wall's region over the nominal one; a lumen stores 1/256 to 245.
+/// Allowed stiffness of a wall region over the nominal one; a lumen can store 1/256 to 245.
 const REGION_RATIOS: std::ops::RangeInclusive<f64> = 0.01..=100.0;
 const CATHETER_KEYS: [&str; 12] = [
     "format",
@@ -42,8 +42,8 @@ const CATHETER_KEYS: [&str; 12] = [
 const DRIVE_KEYS: [&str; 7] = ["format", "name", "plant", "drive", "sensor", "priors", "nominal"];
 
 impl Rig {
-    /// Reads the text of `rig.toml`. Unknown keys, missing ones, wrong types and values that
-    /// no instrument can have are faults; values that only look wrong are warned of.
+    /// Reads the text of `rig.toml`. Unknown and missing keys, wrong types and impossible values are
+    /// faults; implausible values are warnings.
     ///
     /// `Err` holds the first fault and the others, in the order in which they were found.
     pub(crate) fn parse(text: &str) -> Result<(Rig, Vec<RigWarning>), (Fault, Vec<Fault>)> {
@@ -133,7 +133,7 @@ fn choice(key: &'static str, found: &str, known: &'static str) -> RigCause {
 }
 
 fn entry(root: &TableReader<'_>, warnings: &mut Vec<RigWarning>) -> RigEntry {
-    /// Rounding of six decimals stays below.
+    /// Rounding to six decimals stays below this.
     const EXACT: f64 = 1e-5;
 
     let table = root.table("entry", &ENTRY_KEYS);

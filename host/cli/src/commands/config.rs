@@ -2,6 +2,7 @@
 
 mod device;
 mod file;
+#[cfg(feature = "hardware")]
 mod import_dbc;
 mod list;
 pub mod schema;
@@ -10,6 +11,8 @@ mod values;
 
 use serde_json::json;
 
+#[cfg(not(feature = "hardware"))]
+use super::left_out::import_dbc;
 use crate::args::{ConfigAction, ConfigArguments, ConfigImageArguments, ConfigListArguments};
 use crate::failure::Failure;
 use crate::image::image;

@@ -5,8 +5,7 @@ use std::io;
 use std::path::Path;
 
 use cathforce_recording::{
-    Track, analyse, write_bundle, write_candump, write_nodes_csv, write_ticks_csv,
-    write_ticks_parquet, write_whole,
+    Track, analyse, write_bundle, write_candump, write_nodes_csv, write_ticks_csv, write_whole,
 };
 use serde_json::{Value, json};
 
@@ -44,10 +43,7 @@ pub fn run(ui: &Ui, arguments: &ExportArguments) -> Result<(), Failure> {
         written.add(path, "shapes", shapes.len());
     }
     if let Some(path) = &arguments.parquet {
-        write_whole(path, |out| {
-            write_ticks_parquet(&recording, ticks, entry_m, out).map_err(io::Error::other)
-        })
-        .map_err(|e| Failure::write(path, e))?;
+        write_parquet(&recording, ticks, entry_m, path)?;
         written.add(path, "ticks", ticks.len());
     }
     if let Some(path) = &arguments.candump {
@@ -76,6 +72,23 @@ pub fn run(ui: &Ui, arguments: &ExportArguments) -> Result<(), Failure> {
         false => ui.data(&written.json, written.text),
     }
 }
+
+#[cfg(feature = "parquet")]
+fn write_parquet(
+    recording: &cathforce_recording::Recording,
+    ticks: &[cathforce_recording::TickEstimate],
+    entry_m: [f32; 3],
+    path: &Path,
+) -> Result<(), Failure> {
+    write_whole(path, |out| {
+        cathforce_recording::write_ticks_parquet(recording, ticks, entry_m, out)
+            .map_err(io::Error::other)
+    })
+    .map_err(|e| Failure::write(path, e))
+}
+
+#[cfg(not(feature = "parquet"))]
+use super::left_out::write_parquet;
 
 /// Checks every output before the work begins.
 fn check(arguments: &ExportArguments) -> Result<(), Failure> {

@@ -1,5 +1,6 @@
 //! The commands, each in a file of its own.
 
+pub mod bundle;
 pub mod check;
 pub mod config;
 pub mod doctor;
@@ -9,15 +10,21 @@ pub mod gap;
 pub mod import;
 pub mod info;
 pub mod latency;
+mod left_out;
 pub mod link;
 pub mod lumen;
+#[cfg(feature = "monitor")]
 pub mod monitor;
 pub mod play;
 pub mod replay;
 pub mod report;
 pub mod run;
 pub mod shell;
+pub mod simulate;
 pub mod tips;
+
+#[cfg(not(feature = "monitor"))]
+pub use left_out::monitor;
 
 // The commands of `gap` reach these by their parent.
 pub use crate::image::{by_hand, described, image_with, options, set_all};

@@ -138,7 +138,7 @@ mod tests {
         for text in ["format = \"trial-bundle/1\"\nname = \"a\"\n", "t_s,insertion_m\n0,0\n"] {
             fs::write(&path, text).unwrap();
             let said = write(&path, "text").unwrap_err().message;
-            assert!(said.contains("is not a file of settings") && said.contains("fix: "), "{said}");
+            assert!(said.contains("is not a settings file") && said.contains("fix: "), "{said}");
             assert_eq!(fs::read_to_string(&path).unwrap(), text);
         }
     }

@@ -15,17 +15,42 @@ pub struct Documented {
     pub words: Vec<String>,
 }
 
-/// Every command of the pages that begins with these words, page by page.
-pub fn documented(program: &[&str]) -> Vec<Documented> {
+/// The workspace.
+pub fn root() -> &'static Path {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).ancestors();
-    let root = root.into_iter().find(|folder| folder.join("docs").is_dir()).expect("the pages");
-    let mut pages = Vec::new();
-    pages_below(&root.join("docs"), &mut pages);
-    pages.push(root.join("README.md"));
+    root.into_iter().find(|folder| folder.join("docs").is_dir()).expect("the pages")
+}
+
+/// Every page that a reader is given: the book, the pages beside README, one for each example.
+pub fn pages() -> Vec<PathBuf> {
+    let mut pages = ["README.md", "CONTRIBUTING.md", "SECURITY.md", "firmware/README.md"]
+        .map(|page| root().join(page))
+        .to_vec();
+    for folder in ["docs", "examples"] {
+        pages_below(&root().join(folder), &mut pages);
+    }
     pages.sort();
-    let found = pages.iter().flat_map(|page| {
-        let text = std::fs::read_to_string(page).expect("a page");
-        let name = page.strip_prefix(root).expect("below it").display().to_string();
+    pages
+}
+
+fn pages_below(folder: &Path, pages: &mut Vec<PathBuf>) {
+    for entry in std::fs::read_dir(folder).expect("a folder of pages") {
+        let path = entry.expect("an entry").path();
+        if path.is_dir() {
+            pages_below(&path, pages);
+        } else if path.extension().is_some_and(|ending| ending == "md") {
+            pages.push(path);
+        }
+    }
+}
+
+/// Every command of the pages that begins with these words, page by page; but for the page of
+/// usages, which is generated from the arguments.
+pub fn documented(program: &[&str]) -> Vec<Documented> {
+    let typed = pages().into_iter().filter(|page| !page.ends_with("reference/command-line.md"));
+    let found = typed.flat_map(|page| {
+        let text = std::fs::read_to_string(&page).expect("a page");
+        let name = page.strip_prefix(root()).expect("below it").display().to_string();
         commands(&name, &text)
     });
     let is_of = |command: &Documented| {
@@ -33,19 +58,6 @@ pub fn documented(program: &[&str]) -> Vec<Documented> {
             == program.len()
     };
     found.filter(is_of).collect()
-}
-
-/// Every page of the book except the one of usages, which is generated from the arguments.
-fn pages_below(folder: &Path, pages: &mut Vec<PathBuf>) {
-    for entry in std::fs::read_dir(folder).expect("a folder of pages") {
-        let path = entry.expect("an entry").path();
-        let is_page = path.extension().is_some_and(|ending| ending == "md");
-        if path.is_dir() {
-            pages_below(&path, pages);
-        } else if is_page && !path.ends_with("reference/command-line.md") {
-            pages.push(path);
-        }
-    }
 }
 
 /// The commands in blocks, a line each, and in backticks.

@@ -1,0 +1,55 @@
+//! Commands that this program was built without: they say so.
+
+#![cfg_attr(all(feature = "hardware", feature = "monitor", feature = "parquet"), allow(dead_code))]
+
+use crate::failure::{Code, Failure};
+
+/// Names the feature of this package that a command needs.
+fn without(command: &str, feature: &str) -> Failure {
+    let message = format!(
+        "this program was built without `{command}`\n  fix: build it with its feature `{feature}`, \
+         which is on by default: `cargo install --path host/cli`"
+    );
+    Failure::new(Code::Usage, message)
+}
+
+#[cfg(not(feature = "monitor"))]
+pub mod monitor {
+    use crate::args::MonitorArguments;
+    use crate::failure::Failure;
+    use crate::ui::Ui;
+
+    pub fn run(_: &Ui, _: &MonitorArguments) -> Result<(), Failure> {
+        Err(super::without("cathforce monitor", "monitor"))
+    }
+}
+
+#[cfg(not(feature = "hardware"))]
+pub mod import_dbc {
+    use crate::args::ConfigImportDbcArguments;
+    use crate::failure::Failure;
+    use crate::ui::Ui;
+
+    pub fn run(_: &Ui, _: &ConfigImportDbcArguments) -> Result<(), Failure> {
+        Err(super::without("cathforce config import-dbc", "hardware"))
+    }
+}
+
+#[cfg(not(feature = "parquet"))]
+pub fn write_parquet(
+    _: &cathforce_recording::Recording,
+    _: &[cathforce_recording::TickEstimate],
+    _: [f32; 3],
+    _: &std::path::Path,
+) -> Result<(), Failure> {
+    Err(without("cathforce export --parquet", "parquet"))
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn a_command_that_was_left_out_says_which_feature_it_needs() {
+        let message = super::without("cathforce monitor", "monitor").message;
+        assert!(message.contains("`monitor`, which is on by default"), "{message}");
+    }
+}
