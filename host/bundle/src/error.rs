@@ -76,15 +76,15 @@ pub struct BundleError {
     pub file: PathBuf,
     /// The place in it.
     pub place: Place,
-    /// Why.
-    pub cause: Cause,
+    /// Why. On the heap, so that a result stays small.
+    pub cause: Box<Cause>,
     /// Its other faults.
     pub others: Vec<(Place, Cause)>,
 }
 
 impl BundleError {
     pub(crate) fn new(file: &Path, place: Place, cause: impl Into<Cause>) -> Self {
-        Self { file: file.to_path_buf(), place, cause: cause.into(), others: Vec::new() }
+        Self { file: file.to_path_buf(), place, cause: Box::new(cause.into()), others: Vec::new() }
     }
 
     /// Of a file with several faults.
@@ -107,7 +107,7 @@ impl Display for BundleError {
             Place::Byte(_) => usize::MAX,
         };
         let others = self.others.iter().map(|(place, cause)| (place, cause));
-        let mut all: Vec<_> = std::iter::once((&self.place, &self.cause)).chain(others).collect();
+        let mut all: Vec<_> = std::iter::once((&self.place, &*self.cause)).chain(others).collect();
         all.sort_by_key(|(place, _)| line(place));
         for (index, (place, cause)) in all.into_iter().enumerate() {
             let new_line = if index > 0 { "\n" } else { "" };
