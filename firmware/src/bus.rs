@@ -1,4 +1,5 @@
-//! The tasks of the bus: text in, frames to the service or the ticker, frames and answers out.
+//! Tasks of the bus: receive text, pass frames to the service or the control loop, send frames and
+//! answers.
 
 use cathforce_bus::service::BLOCK_SIZE;
 use cathforce_bus::slcan::{self, Decoder, Line};
@@ -11,10 +12,11 @@ use crate::board::{self, Board, BusIn, BusOut};
 use crate::device::{self, FrameOutcome, GRANT_USED, IMAGE_BUFFER_LEN, ServiceBoard};
 use crate::identity;
 
-/// What can wait to be sent: a block of service frames and more ticks than a host lets pile up.
+/// Length of the send queue: a block of service frames, and frames of more ticks than a host leaves
+/// unread.
 const QUEUE: usize = 4 * BLOCK_SIZE as usize;
 
-/// What goes out.
+/// An item to send.
 enum Out {
     Frame(Frame),
     /// An answer to a command of SLCAN.
@@ -23,12 +25,12 @@ enum Out {
 
 static OUT: Channel<CriticalSectionRawMutex, Out, QUEUE> = Channel::new();
 
-/// Queues a frame of the tick; `false` if there is no room.
+/// Queues a frame of the tick; returns `false` if the queue is full.
 pub fn queue(frame: Frame) -> bool {
     OUT.try_send(Out::Frame(frame)).is_ok()
 }
 
-/// Sends what is queued; first of all an empty line, which says that frames are taken now.
+/// Sends the queue. It begins with an empty line, which tells the host that frames are accepted.
 #[embassy_executor::task]
 pub async fn send(mut port: BusOut) {
     port.write(slcan::ANSWER_DONE);
@@ -40,8 +42,8 @@ pub async fn send(mut port: BusOut) {
     }
 }
 
-/// Takes what arrives, in order. After a SYNC the next line waits until its ticks have run:
-/// what belongs to which tick never depends on when it arrived.
+/// Receives lines in order. After a SYNC the next line waits until the granted ticks have run, so that
+/// the tick of a frame never depends on its time of arrival.
 #[embassy_executor::task]
 pub async fn receive(mut port: BusIn, board: board::This) {
     let identity = Identity {
@@ -50,7 +52,7 @@ pub async fn receive(mut port: BusIn, board: board::This) {
         can_lock_step: board.can_lock_step(),
         max_image_len: IMAGE_BUFFER_LEN as u32,
     };
-    // The second buffer is lent once the first one is in use.
+    // The service gets the second buffer once the first one is in use.
     let [first, second] = device::image_buffers();
     let (mut service, mut second) = (Service::new(identity, first), Some(second));
     let mut desk = ServiceBoard(board);
@@ -80,7 +82,7 @@ pub async fn receive(mut port: BusIn, board: board::This) {
             Line::Open | Line::Close | Line::BitRate(_) => {
                 OUT.send(Out::Answer(slcan::ANSWER_DONE)).await;
             }
-            // A bare carriage return ends whatever was cut off before it.
+            // A bare carriage return ends a truncated line.
             Line::Done | Line::Error => {}
             Line::Bad(bad) => {
                 device::count(bad.counter());

@@ -1,4 +1,4 @@
-//! The device on its board: what the tick owns and what the tasks ask of it.
+//! The device on its board: the state that the tick owns, and the tasks' access to it.
 
 use core::cell::RefCell;
 use core::ptr::NonNull;
@@ -19,43 +19,43 @@ use crate::stack;
 /// Size of an image buffer \[bytes\].
 pub const IMAGE_BUFFER_LEN: usize = 2 << 20;
 
-/// A tick later than this has been missed (promise P10) \[µs\].
+/// Lateness from which on a tick counts as missed (promise P10) \[µs\].
 const LATE_US: u32 = 2;
 
-/// An image buffer: part of the memory for large, slow things.
+/// An image buffer in the large, slow memory.
 pub type Buffer = &'static mut [u8];
 
-/// Everything the tick needs. Tasks look at it with the tick shut out, for microseconds.
+/// State of the tick. Tasks access it with the tick masked, for microseconds.
 struct Core {
     board: board::This,
     control_loop: ControlLoop,
     active: Option<Active>,
     carrier: Counters,
     load: Load,
-    /// Ticks in a row that ran into the next one.
+    /// Consecutive ticks that ran into the next one.
     overruns: u32,
 }
 
-/// A configuration and the buffer it reads in.
+/// A configuration, and the buffer that its lumen is read from.
 struct Active {
     config: Config<'static>,
     buffer: NonNull<[u8]>,
-    /// Of the image in the buffer.
+    /// Length of the image in the buffer \[bytes\].
     len: usize,
 }
 
-// SAFETY: the pointer stands for a `&'static mut [u8]`, which may go anywhere.
+// SAFETY: the pointer represents a `&'static mut [u8]`, which is `Send`.
 unsafe impl Send for Active {}
 
 static CORE: Mutex<RefCell<Option<&'static mut Core>>> = Mutex::new(RefCell::new(None));
 
-/// The ticks granted by a SYNC have run.
+/// Signalled when the ticks granted by a SYNC have run.
 pub static GRANT_USED: Signal<CriticalSectionRawMutex, ()> = Signal::new();
 
-/// Puts the device together; called once, before ticks run.
+/// Creates the device. Called once, before ticks run.
 ///
-/// Not a part of `main`, whose frame stays on the stack below every interrupt: what passes
-/// through here on its way to its place is larger than everything else.
+/// It is not inlined into `main`, whose stack frame lies below every interrupt. The state passes through
+/// this function's frame, which is larger than all others.
 #[inline(never)]
 pub fn start(board: board::This) {
     static PLACE: StaticCell<Core> = StaticCell::new();
@@ -70,14 +70,14 @@ pub fn start(board: board::This) {
     critical_section::with(|cs| CORE.borrow_ref_mut(cs).replace(core));
 }
 
-/// What the board was started with, already in force for the ticker.
+/// Boot options of the board, applied to the control loop.
 pub fn boot_options(board: board::This) -> BootOptions {
     let options = board.boot_options();
     with(|core| core.control_loop.set_lock_step(options.lock_step));
     options
 }
 
-/// Runs `f` with the tick shut out.
+/// Runs `f` with the tick masked.
 fn with<R>(f: impl FnOnce(&mut Core) -> R) -> R {
     critical_section::with(|cs| match CORE.borrow_ref_mut(cs).as_mut() {
         Some(core) => f(core),
@@ -87,7 +87,7 @@ fn with<R>(f: impl FnOnce(&mut Core) -> R) -> R {
 
 /// The tick, for the board's timer interrupt.
 ///
-/// `send`: queues a frame; `false` if there is no room.
+/// `send`: queues a frame; returns `false` if the queue is full.
 pub fn tick(send: impl Fn(Frame) -> bool) {
     with(|core| {
         let late = core.board.lateness();
@@ -123,7 +123,7 @@ impl Core {
         self.account(number, late, board.time().wrapping_sub(began));
     }
 
-    /// What the tick cost, and whether it was on time.
+    /// Records the cost of the tick, and whether it was on time.
     fn account(&mut self, number: u32, late: u32, counts: u32) {
         let instructions = self.board.instructions(counts);
         if instructions > self.load.worst_instructions {
@@ -139,13 +139,13 @@ impl Core {
 
 /// What becomes of a frame given to the control loop.
 pub enum FrameOutcome {
-    /// It waits for the next tick.
+    /// It is kept for the next tick.
     Waits,
-    /// Ticks have been granted: the next frame must wait for [`GRANT_USED`].
+    /// It granted ticks; the next frame must wait for [`GRANT_USED`].
     Granted,
 }
 
-/// Gives a process frame to the ticker.
+/// Gives a process frame to the control loop.
 pub fn on_frame(frame: &Frame) -> FrameOutcome {
     with(|core| {
         core.control_loop.on_frame(frame);
@@ -158,12 +158,12 @@ pub fn on_frame(frame: &Frame) -> FrameOutcome {
     })
 }
 
-/// Takes note of a frame that cannot be ours.
+/// Counts a frame that cannot be ours.
 pub fn on_foreign() {
     with(|core| core.control_loop.on_foreign());
 }
 
-/// Counts what became of a line or a queue.
+/// Counts an event of the carrier: a line or a queue.
 pub fn count(counter: Counter) {
     with(|core| core.carrier.count(counter));
 }
@@ -173,23 +173,23 @@ pub fn is_configured() -> bool {
     with(|core| core.active.is_some())
 }
 
-/// The two image buffers; called once.
+/// The two image buffers. Called once.
 pub fn image_buffers() -> [Buffer; 2] {
-    /// Large enough for both, in memory that is not initialised at boot.
+    /// Memory for both, which is not initialised at boot.
     struct Place(core::cell::UnsafeCell<[[u8; IMAGE_BUFFER_LEN]; 2]>);
     // SAFETY: `StaticCell` below hands it out once.
     unsafe impl Sync for Place {}
     #[unsafe(link_section = ".psram.images")]
     static PLACE: Place = Place(core::cell::UnsafeCell::new([[0; IMAGE_BUFFER_LEN]; 2]));
     static TAKEN: StaticCell<()> = StaticCell::new();
-    // Panics if called twice.
+    // Panics on a second call.
     TAKEN.init(());
-    // SAFETY: taken once; bytes may have any value.
+    // SAFETY: taken once, and bytes may have any value.
     let [a, b] = unsafe { &mut *PLACE.0.get() };
     [a, b]
 }
 
-/// The tasks' side of the device.
+/// Access of the service to the device.
 pub struct ServiceBoard(pub board::This);
 
 impl DeviceBoard<Buffer> for ServiceBoard {
@@ -276,8 +276,8 @@ impl DeviceBoard<Buffer> for ServiceBoard {
     }
 }
 
-/// The buffer of a configuration that is gone.
+/// Turns the pointer of a dropped configuration back into its buffer.
 fn give_back(buffer: NonNull<[u8]>) -> Buffer {
-    // SAFETY: the pointer was a `&'static mut [u8]`; what read in it has been dropped.
+    // SAFETY: the pointer was a `&'static mut [u8]`, and its readers have been dropped.
     unsafe { &mut *buffer.as_ptr() }
 }

@@ -1,4 +1,4 @@
-//! The ends of the firmware: output off first, then the record, then a reset.
+//! Fatal faults: switch the outputs off, send the log, reset.
 
 use core::arch::naked_asm;
 use core::panic::PanicInfo;
@@ -20,7 +20,7 @@ fn panic(info: &PanicInfo) -> ! {
     end()
 }
 
-/// The stack may be what is wrong: start over at its top, which nothing needs any more.
+/// The stack may have overflowed, so the handler starts over at its top. The old contents are lost.
 #[unsafe(naked)]
 #[unsafe(no_mangle)]
 unsafe extern "C" fn HardFault() -> ! {
@@ -54,7 +54,7 @@ extern "C" fn hard_fault(stack_pointer: u32) -> ! {
     end()
 }
 
-/// The watchdog's first time-out: the tick has not run for 10 ms.
+/// First time-out of the watchdog: no tick has run for 10 ms.
 #[cortex_m_rt::exception]
 unsafe fn NonMaskableInt() {
     cortex_m::interrupt::disable();

@@ -1,7 +1,7 @@
-//! The log: defmt frames into a ring, a task sends them.
+//! The log: defmt frames go into a ring, from which a task sends them.
 //!
-//! Logging never shuts the tick out, so the tick itself does not log. What does not fit
-//! into the ring is lost; defmt's framing tells the reader.
+//! Logging never masks the tick, so the tick itself does not log. Frames that do not fit into the ring
+//! are lost, which the reader sees by defmt's framing.
 
 use core::cell::UnsafeCell;
 use core::future::poll_fn;
@@ -15,7 +15,7 @@ use heapless::spsc::Queue;
 use crate::board::{self, LogOut};
 
 const RING_BYTES: usize = 4096;
-/// Shuts out everything but the tick, whose priority is 0.
+/// Masks every interrupt except the tick's, whose priority is 0.
 const ALL_BUT_THE_TICK: u8 = 0x40;
 
 struct Shared {
@@ -25,8 +25,8 @@ struct Shared {
     taken: AtomicBool,
 }
 
-// SAFETY: `encoder`, `restore` and the ring's input belong to who has taken the log, which
-// one context can at a time; the ring's output belongs to `send`, or to a fault.
+// SAFETY: `encoder`, `restore` and the ring's input belong to the one context that has acquired the log.
+// The ring's output belongs to `send`, or to a fault.
 unsafe impl Sync for Shared {}
 
 static LOG: Shared = Shared {
@@ -42,19 +42,19 @@ struct Logger;
 
 fn put(bytes: &[u8]) {
     for &byte in bytes {
-        // SAFETY: the log is taken; the queue's two ends may be used at the same time.
+        // SAFETY: the log is acquired, and the two ends of the queue may be used at the same time.
         let _ = unsafe { (*LOG.ring.get()).split().0.enqueue(byte) };
     }
 }
 
-// SAFETY: `acquire` shuts out every context that logs until `release`.
+// SAFETY: `acquire` masks every context that logs until `release`.
 unsafe impl defmt::Logger for Logger {
     fn acquire() {
         let before = basepri::read();
         basepri_max::write(ALL_BUT_THE_TICK);
         if LOG.taken.swap(true, Ordering::Acquire) {
-            // Only a panic while logging, which ends everything anyway: it starts over.
-            // SAFETY: whoever had the log never comes back to it.
+            // Only a panic while logging gets here; it starts a new frame.
+            // SAFETY: the interrupted context never continues.
             unsafe { *LOG.encoder.get() = defmt::Encoder::new() };
         }
         // SAFETY: the log is taken.
@@ -84,10 +84,10 @@ unsafe impl defmt::Logger for Logger {
     }
 }
 
-// Wraps after some minutes.
+// Wraps after about three minutes.
 defmt::timestamp!("{=u32:us}", board::time_us());
 
-/// Sends what has been logged.
+/// Sends the log.
 #[embassy_executor::task]
 pub async fn send(mut port: LogOut) {
     loop {
@@ -105,7 +105,7 @@ pub async fn send(mut port: LogOut) {
     }
 }
 
-/// Sends everything at once, from a fault: nothing else runs any more.
+/// Sends the whole log at once, from a fault, when nothing else runs any more.
 pub fn flush_in_fault() {
     // SAFETY: interrupts are off for good.
     let mut output = unsafe { (*LOG.ring.get()).split().1 };

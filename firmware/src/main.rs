@@ -1,7 +1,7 @@
 //! The firmware: boards, interrupts, tasks. No mathematics.
 //!
-//! The tick runs in a timer interrupt of the highest priority and calls
-//! `cathforce_device::ControlLoop`; everything else is a task below it. See `README.md`.
+//! The tick runs `cathforce_device::ControlLoop` in a timer interrupt of the highest priority. All else
+//! runs in tasks below it. See `README.md`.
 
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
@@ -34,7 +34,7 @@ fn main() -> ! {
     let options = device::boot_options(board);
     let urgent = board::URGENT_TASKS.start(board::URGENT_IRQ);
     let relaxed = board::RELAXED_TASKS.start(board::RELAXED_IRQ);
-    // A task can be spawned once, and is.
+    // Cannot fail: each task is spawned once.
     urgent.spawn(defmt::unwrap!(bus::receive(ports.bus_in, board)));
     urgent.spawn(defmt::unwrap!(bus::send(ports.bus_out)));
     relaxed.spawn(defmt::unwrap!(log::send(ports.log_out)));
@@ -45,7 +45,7 @@ fn main() -> ! {
     }
 }
 
-/// The tick: what it sends goes to the bus.
+/// The tick, which the board's timer interrupt calls. Its frames go to the bus.
 #[cfg(target_os = "none")]
 fn tick() {
     device::tick(bus::queue);

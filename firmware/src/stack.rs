@@ -1,17 +1,17 @@
-//! The one stack: a guard below it, paint to see how deep it got.
+//! The stack: a guard region below it, and paint to measure its use.
 
 use cortex_m::peripheral::MPU;
 
-/// Bytes at the bottom that nothing may touch. A power of two, 32 or more.
+/// Size of the guard region at the bottom \[bytes\]. A power of two, at least 32.
 const GUARD_BYTES: u32 = 256;
 const PAINT: u32 = 0xC0DE_CAFE;
-/// Left alone above the painter's own frame.
+/// Bytes below the stack pointer that are not painted, for the painter's own frame.
 const MARGIN_BYTES: u32 = 256;
-/// How deep [`measure`] looks: twice what a tick may take.
+/// Depth that [`measure`] paints \[bytes\]: twice what a tick may take.
 const MEASURED_BYTES: u32 = 8192;
 
 unsafe extern "C" {
-    /// The linker's: the lowest address of the stack, and the one past its highest.
+    /// Linker symbols: the lowest address of the stack, and the end above its highest.
     static mut _stack_end: u32;
     static mut _stack_start: u32;
 }
@@ -24,7 +24,7 @@ fn top() -> u32 {
     (&raw const _stack_start) as u32
 }
 
-/// Paints what is not in use yet. First thing in `main`, before interrupts.
+/// Paints the unused stack. Called first in `main`, before interrupts.
 pub fn paint() {
     paint_between(bottom(), cortex_m::register::msp::read() - MARGIN_BYTES);
 }
@@ -48,13 +48,13 @@ fn deepest(low: u32) -> u32 {
     address
 }
 
-/// Bytes used at the deepest so far, and bytes there are.
+/// Deepest use so far, and size of the stack \[bytes\].
 pub fn use_bytes() -> (u32, u32) {
     (top() - deepest(bottom()), top() - bottom())
 }
 
-/// Bytes of stack that `work` takes, up to [`MEASURED_BYTES`]. Only so many are painted: the
-/// whole stack would take longer than a tick.
+/// Stack that `work` uses \[bytes\], up to [`MEASURED_BYTES`]. Painting more would take longer than a
+/// tick.
 pub fn measure(work: impl FnOnce()) -> u32 {
     let in_use = cortex_m::register::msp::read();
     let low = bottom().max(in_use.saturating_sub(MEASURED_BYTES));
@@ -62,7 +62,7 @@ pub fn measure(work: impl FnOnce()) -> u32 {
     paint_between(low, in_use - MARGIN_BYTES);
     work();
     let used = in_use - deepest(low);
-    // What was the deepest stays it.
+    // Keeps the record of an earlier, deeper use that was painted over.
     if before < in_use - MARGIN_BYTES {
         // SAFETY: inside the stack's region and below everything in use.
         unsafe { (before as *mut u32).write_volatile(!PAINT) };
@@ -75,12 +75,12 @@ pub fn is_overflow(stack_pointer: u32) -> bool {
     stack_pointer < bottom()
 }
 
-/// Forbids the lowest bytes of the stack: touching them is a fault.
+/// Makes any access to the guard region a fault.
 pub fn guard() {
     const REGION_SIZE: u32 = GUARD_BYTES.ilog2() - 1;
     const NO_ACCESS_NO_EXECUTE: u32 = 1 << 28;
     let address = bottom() - GUARD_BYTES;
-    // SAFETY: the region holds nothing; the default map stays in force everywhere else.
+    // SAFETY: the region holds no data, and the default memory map stays valid elsewhere.
     unsafe {
         let mpu = &*MPU::PTR;
         mpu.rnr.write(0);

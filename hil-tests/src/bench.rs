@@ -1,4 +1,4 @@
-//! A device in lock step and a host that does everything right.
+//! A device in lock step with a host that follows the protocol.
 
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
@@ -14,26 +14,26 @@ use cathforce_link::{Client, Sim};
 
 use crate::{Drive, Rig};
 
-/// How long a device may be silent within a tick.
+/// Longest silence of a device within a tick.
 const PATIENCE: Duration = Duration::from_secs(20);
-/// Ticks that may be under way: their frames fit into the queue of every device.
+/// Largest number of ticks under way; their frames fit into the queue of every device.
 const WINDOW: usize = 12;
-/// Longer than any model takes to settle.
+/// Largest number of ticks in which a model settles.
 const SETTLE_TICKS: usize = 10_000;
 
-/// What the device sent in one tick.
+/// Frames that the device sent in one tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tick {
     pub haptic: Haptic,
     pub contact: Contact,
-    /// What had its turn, in ticks that have one.
+    /// The third frame, in ticks that have one.
     pub third: Option<Process>,
-    /// The same, bit by bit.
+    /// The raw frames.
     pub frames: TickFrames,
 }
 
 impl Tick {
-    /// What a tick's frames say.
+    /// Decodes the frames of a tick.
     pub fn decode(frames: TickFrames) -> Self {
         let decode = |frame: Frame| {
             let id = Id::from_raw(frame.id());
@@ -49,7 +49,7 @@ impl Tick {
         Self { haptic, contact, third, frames }
     }
 
-    /// `None` while there is no configuration.
+    /// The mode; `None` while there is no configuration.
     pub fn mode(&self) -> Option<Mode> {
         if (self.haptic.mode, self.haptic.fault) == (MODE_UNCONFIGURED, 0) {
             return None;
@@ -58,11 +58,12 @@ impl Tick {
         Some(mode.unwrap_or_else(|| panic!("no mode: {:?}", self.haptic)))
     }
 
+    /// The fault that the mode names, if any.
     pub fn fault(&self) -> Option<Fault> {
         self.mode().and_then(Mode::fault)
     }
 
-    /// Nothing is felt.
+    /// Whether the haptic output is zero.
     pub fn is_silent(&self) -> bool {
         (self.haptic.force.0, self.haptic.torque.0) == (0, 0)
     }
@@ -105,14 +106,14 @@ impl<R: Rig> Bench<R> {
         bench
     }
 
-    /// Gives the device an image. If it takes it, it starts over.
+    /// Sends an image to the device, which starts again if it accepts it.
     pub fn upload(&mut self, image: &[u8]) -> Result<(), cathforce_link::ClientError> {
         self.client.upload_image(image, |_| ControlFlow::Continue(()))?;
         self.protection = Protection::default();
         Ok(())
     }
 
-    /// Self-test, settling and arming, with the drive at rest; every tick on the way.
+    /// Runs self-test, settling and arming with the drive at rest; returns all ticks.
     pub fn arm(&mut self, at: Drive) -> Vec<Tick> {
         let still = encoder(at);
         let mut ticks = self.play([vec![still, Process::Command(Command::SelfTest)]]);
@@ -133,7 +134,7 @@ impl<R: Rig> Bench<R> {
         self.sealer.seal(process, Status::default())
     }
 
-    /// What will seal the next frames, for frames that are not sent from here.
+    /// A copy of the sealer of the next frames, for frames that are sent elsewhere.
     pub fn clone_sealer(&self) -> Sealer {
         self.sealer.clone()
     }
@@ -148,7 +149,7 @@ impl<R: Rig> Bench<R> {
         self.seal(Process::Command(command))
     }
 
-    /// Sends frames as they are and lets one tick run.
+    /// Sends frames without changing them and lets one tick run.
     pub fn tick(&mut self, frames: &[Frame]) -> Tick {
         for frame in frames {
             self.send(frame);
@@ -157,7 +158,7 @@ impl<R: Rig> Bench<R> {
         self.receive()
     }
 
-    /// One tick for each step, in which these are sent, sealed in this order.
+    /// Plays one tick for each step; seals and sends its frames in order.
     pub fn play(&mut self, steps: impl IntoIterator<Item = Vec<Process>>) -> Vec<Tick> {
         let (mut ticks, mut granted) = (Vec::new(), 0);
         for step in steps {
@@ -177,17 +178,17 @@ impl<R: Rig> Bench<R> {
         ticks
     }
 
-    /// How the device says it is.
+    /// The device's report.
     pub fn report(&mut self) -> Report {
         self.client.status().unwrap_or_else(|error| panic!("{error}"))
     }
 
-    /// From here on the device counts anew.
+    /// Resets the device's counters.
     pub fn reset_counters(&mut self) {
         self.client.reset_counters().unwrap_or_else(|error| panic!("{error}"));
     }
 
-    /// The link, to send what is no frame.
+    /// The link, for sending bytes that are no frame.
     pub fn link_mut(&mut self) -> &mut R {
         self.client.link_mut()
     }
@@ -216,7 +217,7 @@ impl<R: Rig> Bench<R> {
         Tick::decode(frames)
     }
 
-    /// The device's next frame; one that is lost, repeated or broken fails the test.
+    /// The device's next frame. A lost, repeated or broken frame fails the test.
     fn receive_frame(&mut self) -> (Frame, Status) {
         let deadline = Instant::now() + PATIENCE;
         loop {
@@ -228,7 +229,7 @@ impl<R: Rig> Bench<R> {
                 None => continue,
             };
             let id = match Id::from_raw(frame.id()) {
-                // Of a request that was answered already.
+                // A late segment of a request that was answered already.
                 Some(Id::ServiceResponse) => continue,
                 Some(id) if !id.is_from_host() => id,
                 _ => panic!("not of a device: {frame}"),
@@ -242,7 +243,7 @@ impl<R: Rig> Bench<R> {
 }
 
 impl Bench<Sim> {
-    /// The half of the device that ticks, to look into.
+    /// The control loop of the device, for inspection.
     pub fn ticker(&self) -> &ControlLoop {
         self.client.link().ticker()
     }

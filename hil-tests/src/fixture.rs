@@ -1,4 +1,4 @@
-//! The example bundle, as the device gets it.
+//! The example bundles and their device images.
 
 use std::path::PathBuf;
 use std::sync::OnceLock;
@@ -34,7 +34,7 @@ pub fn image() -> &'static [u8] {
     IMAGE.get_or_init(|| image_with(&ImageOptions::default()))
 }
 
-/// The same with gains and limits that meet: the output is often limited. Made once.
+/// The same with a gain at which the output is often limited. Made once.
 pub fn strong_image() -> &'static [u8] {
     static IMAGE: OnceLock<Vec<u8>> = OnceLock::new();
     IMAGE.get_or_init(|| {
@@ -49,7 +49,7 @@ pub fn strong_image() -> &'static [u8] {
     })
 }
 
-/// A small one, on a coarse grid, for tests that send it often; made once.
+/// A small image on a coarse grid, for tests that send it often. Made once.
 pub fn small_image() -> &'static [u8] {
     static IMAGE: OnceLock<Vec<u8>> = OnceLock::new();
     IMAGE.get_or_init(|| image_with(&ImageOptions { cell_m: 2e-3, ..ImageOptions::default() }))

@@ -1,11 +1,11 @@
-//! Promises tested where they have to hold: on the emulated board, over its bus.
+//! Tests of the promises on the emulated board, over its bus.
 //!
 //! A [`Rig`] is a device that a test can switch on: the firmware in QEMU, or the same device
-//! code in this process. Test bodies are written once and run on both; what needs a million
-//! executions runs in process only. A [`Bench`] is one such device in lock step, and a host
-//! that seals every frame rightly unless the test does it otherwise.
+//! code in this process. Test bodies are written once and run on both; tests with a million executions run
+//! in process only. A [`Bench`] is one such device in lock step with a host that seals every frame
+//! correctly unless the test does otherwise.
 //!
-//! A [`guest::Guest`] is a Linux machine with CAN, for what this computer's kernel may not have.
+//! A [`guest::Guest`] is a Linux machine with CAN, which this computer's kernel may lack.
 //!
 //! `docs/promises.md` says which test stands for which promise. Tests on the emulated board
 //! need QEMU and the firmware: without them they fail and name the command that provides

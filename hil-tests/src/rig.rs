@@ -1,11 +1,11 @@
-//! Devices that a test can switch on.
+//! Devices for tests.
 
 use cathforce_link::qemu::Qemu;
 use cathforce_link::{Link, Sim};
 
-/// A device and the link to it. A bench with a real board would be another one.
+/// A device and the link to it. A real board would be another implementation.
 pub trait Rig: Link + Sized {
-    /// Switches the device on: no configuration, nothing received.
+    /// Switches the device on, without a configuration.
     fn boot() -> Self;
 }
 

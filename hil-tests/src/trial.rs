@@ -1,4 +1,4 @@
-//! Playing a trial of a bundle: recorded over any rig's bus, or estimated in process.
+//! Plays a trial of a bundle over a rig's bus, or estimates it in process.
 
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -23,13 +23,13 @@ pub fn measured(bundle: &Bundle, trial: &cathforce_bundle::Trial) -> Trial {
     Trial { noise: SensorNoise::of(&bundle.rig.sensor), ..Trial::of(&t_s, columns) }
 }
 
-/// Where the catheter's drive is in each tick of a trial.
+/// Position of the catheter's drive in each tick of a trial.
 pub fn drives(trial: &cathforce_bundle::Trial) -> impl Iterator<Item = Drive> {
     times_s(trial).map(|t_s| drive(trial.encoder_at(t_s).expect("a catheter")))
 }
 
-/// What the host sends in each tick of a trial; the operator holds one button after the other,
-/// a second each.
+/// Frames that the host sends in each tick of a trial; the operator holds the two buttons in turn for a
+/// second each.
 fn steps(trial: &cathforce_bundle::Trial) -> impl Iterator<Item = Step> {
     let sample = |at| match bench::encoder(drive(at)) {
         Process::Encoder(sample) => sample,
@@ -54,7 +54,7 @@ fn drive(at: EncoderReading) -> Drive {
     Drive { insertion_m: at.insertion_m, rotation_rad: at.rotation_rad }
 }
 
-/// What the device in this process estimates in every tick of a trial.
+/// Estimates of the device in this process for every tick of a trial.
 pub fn estimates(image: &[u8], trial: &cathforce_bundle::Trial) -> Vec<Estimate> {
     let mut drives = drives(trial).peekable();
     let mut bench = Bench::<Sim>::armed(image, *drives.peek().expect("a trial has rows"));
@@ -78,8 +78,8 @@ pub fn estimates(image: &[u8], trial: &cathforce_bundle::Trial) -> Vec<Estimate>
     estimates
 }
 
-/// Plays a trial on a rig and records its bus, as `cathforce run` does. Returns what the
-/// device said at the end.
+/// Plays a trial on a rig and records its bus like `cathforce run`. Returns the device's report at the
+/// end.
 pub fn record<R: Rig>(
     bundle: &Bundle,
     trial: &cathforce_bundle::Trial,
@@ -136,8 +136,7 @@ pub fn record<R: Rig>(
     report
 }
 
-/// Sends a command, and again every 50 ticks, with the drive at rest, until the device is in
-/// `wanted`.
+/// Repeats a command every 50 ticks, with the drive at rest, until the device is in `wanted`.
 fn hold<R: Rig>(client: &mut Client<R>, first: Step, wanted: Mode) {
     let (mut reached, mut last) = (false, None);
     let steps =

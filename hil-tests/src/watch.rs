@@ -1,4 +1,4 @@
-//! Readers of the bus that know the promises and nothing of how they are kept.
+//! Observers of the bus that check promises without knowing the implementation.
 
 use cathforce_bus::{Command, HapticForce, HapticTorque, Process};
 use cathforce_config::Settings;
@@ -6,7 +6,7 @@ use cathforce_control::{Mode, Reaction, TICK_S};
 
 use crate::Tick;
 
-/// P02: what is felt, tick by tick, against the limits that were set.
+/// P02: checks the haptic output of every tick against the limits.
 #[derive(Clone, Debug)]
 pub struct LimitWatch {
     force: AxisWatch,
@@ -26,7 +26,7 @@ struct AxisWatch {
 }
 
 impl LimitWatch {
-    /// A device with these settings that outputs nothing.
+    /// Begins with a device with these settings whose output is zero.
     pub fn new(settings: &Settings) -> Self {
         let axis = |limit: f32, slew_per_s: f32, unit: f32| AxisWatch {
             limit: limit / unit,
@@ -43,8 +43,8 @@ impl LimitWatch {
         }
     }
 
-    /// Fails if this tick's output is larger than the limit, or farther from the last one
-    /// than the slew allows. Only a fault that cuts may go to zero at once.
+    /// Fails if this tick's output exceeds the limit, or changes by more than the slew allows. Only a fault
+    /// that cuts may set it to zero at once.
     pub fn check(&mut self, tick: &Tick) {
         let fault = tick.mode().and_then(Mode::fault);
         let cut = tick.is_silent() && fault.is_some_and(|f| f.reaction() == Reaction::Cut);
@@ -68,7 +68,7 @@ impl LimitWatch {
 
 impl AxisWatch {
     fn check(&mut self, code: i16, cut: bool, tick: &Tick) {
-        // A code is at most half a count from its quantity, a change of codes at most one.
+        // Rounding adds at most half a count to a code and one count to a change.
         assert!(f32::from(code.unsigned_abs()) <= self.limit + 0.5, "{tick:?} is over the limit");
         let change = code.abs_diff(self.last);
         if !cut {
@@ -81,7 +81,7 @@ impl AxisWatch {
     }
 }
 
-/// P18: whether anything may be output, told from what was sent and the mode that was seen.
+/// P18: whether output is allowed, judged by the frames sent and the mode seen.
 #[derive(Clone, Debug, Default)]
 pub struct OutputReader {
     tested: bool,
@@ -102,7 +102,7 @@ impl OutputReader {
         let allowed = self.tested && self.sampled && self.armed;
         assert!(tick.is_silent() || allowed, "{self:?} and {tick:?}");
         match tick.mode() {
-            // Whatever comes after begins with the self-test, or with arming, again.
+            // From here self-test or arming is needed again.
             Some(Mode::Boot | Mode::Fault { .. }) | None => {
                 *self = Self { mode: tick.mode(), ..Self::default() };
             }

@@ -15,9 +15,9 @@ const FEED_M: f64 = 20e-6;
 
 /// Ticks since the last sample after which the output no longer follows the model.
 const TIMEOUT: usize = 5;
-/// The same until the output is zero.
+/// Ticks since the last sample after which the output is zero.
 const ZERO: usize = 25;
-/// The same until the fault is on the bus.
+/// Ticks since the last sample after which the fault is on the bus.
 const TOLD: usize = 35;
 
 /// `lost`: the ticks after the last sample. `watch` has seen all ticks before them.
@@ -42,7 +42,7 @@ fn feed<R: Rig>(bench: &mut Bench<R>, at: &mut Drive, ticks: usize) -> Vec<Tick>
     bench.play(steps)
 }
 
-/// A device that has been armed and pushes back: the output that the ramp has to take away.
+/// An armed device with a haptic output, which the ramp then has to remove.
 fn pushing<R: Rig>(at: &mut Drive) -> (Bench<R>, LimitWatch) {
     let mut bench = Bench::configured(strong_image());
     let watch = push(&mut bench, at);
@@ -77,7 +77,7 @@ fn p01_output_ends_when_frames_stop_at_a_spread_of_phases_on_the_board() {
     }
 }
 
-/// What a broken drive sends in place of samples.
+/// What a broken drive sends instead of samples.
 enum Broken {
     Nothing,
     /// The last frame over and over.

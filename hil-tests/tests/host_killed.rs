@@ -1,4 +1,4 @@
-//! P23: what a killed host leaves behind on this computer: nothing.
+//! P23: a killed host leaves no process behind on this computer.
 
 use std::fs;
 use std::process::{Child, Command, Stdio};

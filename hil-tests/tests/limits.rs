@@ -1,5 +1,5 @@
-//! P02 and P05 on the wire: whatever well-formed, protected frames say, the output stays
-//! within its limits and its slew, and every number that leaves the device is finite.
+//! P02 and P05 on the wire: for any well-formed, protected frames the output stays within its limits and its
+//! slew, and every number that leaves the device is finite.
 
 use cathforce_bus::{Command, Process};
 use cathforce_config::{Settings, image};
@@ -11,29 +11,29 @@ use cathforce_link::qemu::Qemu;
 
 const START: Drive = Drive { insertion_m: 0.03, rotation_rad: 0.0 };
 
-/// From this seed on adversaries happen to press against every limit; the one before does not turn
-/// the tip far enough while it is caught.
+/// First seed whose adversary reaches every limit; with seed 0 the tip is not turned far enough while it is
+/// caught.
 const PRESSING: u64 = 1;
 
 /// How the adversary moves the drive for a while.
 #[derive(Clone, Copy, Debug)]
 enum Motion {
     Rest,
-    /// As fast as a drive may, in and out or both ways round.
+    /// As fast as a drive may move, in and out or in both directions of rotation.
     Feed(f64),
     Turn(f64),
     Both(f64, f64),
-    /// There and back in every tick.
+    /// A reversal in every tick.
     Chatter,
-    /// One sample from anywhere, now and then.
+    /// Occasionally one sample at a random position.
     Jumps,
-    /// Now and then no sample, for less than the time-out.
+    /// Occasional gaps that are shorter than the time-out.
     Gaps,
-    /// No sample for longer than the time-out.
+    /// A gap that is longer than the time-out.
     Silence,
 }
 
-/// Someone who knows the protocol and wants the worst of it.
+/// A sender that knows the protocol and tries to break the limits.
 struct Adversary {
     chance: Chance,
     settings: Settings,
@@ -47,7 +47,7 @@ impl Adversary {
         Self { chance: Chance::new(seed), settings, at: START, motion: Motion::Rest, left: 0 }
     }
 
-    /// What is sent for the next tick; arms the device whenever it can be.
+    /// The frames for the next tick; arms the device whenever possible.
     fn next(&mut self, last: &Tick) -> Vec<Process> {
         let mut sent = Vec::new();
         sent.extend(self.sample().map(encoder));
@@ -124,7 +124,7 @@ fn attack<R: Rig>(seed: u64, ticks: usize, look: impl Fn(&Bench<R>)) -> (Vec<Tic
     (seen, watch)
 }
 
-/// The attack has gone to where the limits act.
+/// Fails unless the attack has reached the limits.
 fn assert_pressed(seen: &[Tick], watch: &LimitWatch) {
     let armed = seen.iter().filter(|tick| tick.mode() == Some(Mode::Armed)).count();
     assert!(armed * 10 > seen.len(), "armed in {armed} of {} ticks", seen.len());
@@ -159,7 +159,7 @@ fn p02_p05_no_protected_frames_exceed_limit_or_slew_or_finite_numbers() {
     }
 }
 
-/// And the board does to the last bit what the host does, also when it is attacked (P22).
+/// The board agrees with the host to the last bit, also under attack (P22).
 #[test]
 fn p02_p22_the_board_under_attack_keeps_its_limits_and_its_bits() {
     let (on_board, watch) = attack::<Qemu>(PRESSING, 4000, |_| ());

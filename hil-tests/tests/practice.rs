@@ -1,5 +1,5 @@
-//! The product's reason to be: measured forces reproduced from the drive's position alone,
-//! with the numbers of `rig.toml` and nothing fitted.
+//! The purpose of the product: measured forces are reproduced from the drive's position alone, with the
+//! numbers of `rig.toml` and nothing fitted.
 
 use std::path::{Path, PathBuf};
 
@@ -7,34 +7,33 @@ use cathforce_bundle::{Bundle, ImageOptions, device_image};
 use cathforce_hil_tests::{EXAMPLE, estimates, measured};
 use cathforce_recording::{SnapPair, compare};
 
-/// Practice bundles, beside the project on some machines only.
+/// Practice bundles, which lie beside the project on some machines only.
 const PRACTICE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/data/practice");
 /// Largest RMS of the errors without the sensor's noise: of the force and of the drive force as
 /// shares of the measured peak, of the tip \[m\].
 const LARGEST_SHARE: f64 = 0.03;
 const LARGEST_DRIVE_SHARE: f64 = 0.04;
 const LARGEST_TIP_M: f64 = 3e-4;
-/// Noise of the drive's force where a bundle does not state it in numbers \[N\]: its note does.
+/// Noise of the drive's force, which the bundles state only in their note \[N\].
 const DRIVE_NOISE_N: f64 = 0.02;
-/// This trial turns its tip square to a dividing wall and feeds it against that: on which side it
-/// comes to lie, less than the model knows decides (`docs/model.md`, "Where the rest is").
-/// It is compared up to there \[s\], where its tip already errs by 0.46 mm: more than the others'
-/// may, and no more than this \[m\].
+/// In this trial the tip is fed squarely against a dividing wall, and the side on which it comes to lie is
+/// not determined within the uncertainty of the model. The trial is compared up to this time \[s\]; its
+/// tip already errs by 0.46 mm there, more than is allowed elsewhere, and may err by this \[m\].
 const BRANCHING: (&str, u32, f64) = ("tapered-none", 2, 8.0);
 const LARGEST_TIP_BEFORE_BRANCHING_M: f64 = 4.7e-4;
 /// Latest or earliest snap \[ms\].
 const LATEST_MS: f64 = 50.0;
-/// Snaps and the first 3 mm may leave out no more than this share of the rows.
+/// Largest share of the rows that snaps and the first 3 mm may leave out.
 const MOST_EXCLUDED: f64 = 0.2;
 
-/// Of a snap; one that the model misses is later than any.
+/// Delay of a snap; infinite if the model misses it.
 fn late_ms(snap: &SnapPair) -> f64 {
     snap.estimated.map_or(f64::INFINITY, |own| 1e3 * (own.t_s - snap.measured.t_s))
 }
 
-/// What is left of an error when the noise that is in it is taken out, in squares.
+/// An RMS error without the noise that it contains.
 fn without_noise(rms: f64, noise_rms: f64) -> f64 {
-    // NaN stays one.
+    // NaN is kept.
     if rms < noise_rms { 0.0 } else { (rms.powi(2) - noise_rms.powi(2)).sqrt() }
 }
 
@@ -86,14 +85,14 @@ fn assert_reproduced(path: &Path) {
             compared.false_snaps.len()
         );
         println!("{line}");
-        // Written so that NaN, of nothing scored, fails.
+        // NaN, which means that nothing was scored, fails too.
         let met = share <= LARGEST_SHARE
             && drive_share <= LARGEST_DRIVE_SHARE
             && tip_m <= largest_tip_m
             && late_ms.iter().all(|late_ms| late_ms.abs() <= LATEST_MS)
             && compared.false_snaps.is_empty()
             && excluded <= MOST_EXCLUDED
-            // The tip is filmed, at a tenth of the force's rate.
+            // The tip is filmed at a tenth of the force's rate.
             && scored.rows.min(drive.rows) > 500
             && tip.rows > 100;
         if !met {

@@ -1,11 +1,11 @@
-//! P06: a tip that is pressed past a dividing wall and turned there whips round; what it feels is
-//! to be trusted again soon, and the device goes on.
+//! P06: a tip that is pressed past a dividing wall and turned there whips round. Its forces must be resolved
+//! again soon, and the device must continue.
 
 use cathforce_control::Mode;
 use cathforce_hil_tests::{Bench, Drive, image};
 use cathforce_link::Sim;
 
-/// The example's instrument begins here, and is pressed past the dividing wall there \[m\].
+/// Insertion at the start, and insertion past the dividing wall \[m\].
 const FROM_M: f64 = 0.028;
 const PRESSED_M: f64 = 0.094;
 /// Advance and rotation of a tick.

@@ -1,9 +1,9 @@
-//! P25: hours of virtual time, with a disturbance now and then whose every trace is in a counter
-//! that was foreseen, and nothing else in any.
+//! P25: hours of virtual time with occasional disturbances. Every disturbance must show in the expected
+//! counter, and no other counter may change.
 //!
-//! The example's first trial is played to and fro on an armed device. The suite plays longer than
-//! the tick's number has bits; `CATHFORCE_SOAK_HOURS=4` plays so many hours in process,
-//! `CATHFORCE_SOAK_BOARD_HOURS=1` so many on the board.
+//! The example's first trial is played to and fro on an armed device. The suite plays long enough for the
+//! tick number to wrap; `CATHFORCE_SOAK_HOURS=4` plays 4 hours in process, `CATHFORCE_SOAK_BOARD_HOURS=1` an
+//! hour on the board.
 
 use std::fmt::Write as _;
 use std::time::Instant;
@@ -18,20 +18,20 @@ use cathforce_link::qemu::Qemu;
 
 const HOURS: &str = "CATHFORCE_SOAK_HOURS";
 const BOARD_HOURS: &str = "CATHFORCE_SOAK_BOARD_HOURS";
-/// Longer than the 65.5 s after which the numbers in TICK frames begin over.
+/// Longer than the 65.5 s after which the numbers in TICK frames wrap.
 const SIM_TICKS: usize = 80_000;
 const BOARD_TICKS: usize = 2_000;
 /// A disturbance once in so many ticks; 3 of 10 samples would be a fault.
 const EVERY: u64 = 97;
-/// Counters of segmented transfers: what was asked of the device.
+/// Counters of segmented transfers, which requests to the device raise.
 const SEGMENTS: [Counter; 1] = [Counter::Segment];
 
-/// What somebody on the bus does wrong.
+/// Disturbances on the bus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Disturbance {
     /// A sample never arrives.
     Lost,
-    /// It arrives with a bit that is another.
+    /// It arrives with a flipped bit.
     Damaged,
     /// It arrives twice.
     Twice,
@@ -41,7 +41,7 @@ enum Disturbance {
     Overtaken,
     /// A frame of its identifier is too short.
     Short,
-    /// A frame of nobody on this bus.
+    /// A frame with an identifier that nobody on this bus uses.
     Foreign,
 }
 
@@ -55,7 +55,7 @@ const ALL: [Disturbance; 7] = [
     Disturbance::Foreign,
 ];
 
-/// What every counter of the device must say.
+/// Expected counters of the device.
 #[derive(Default)]
 struct Expected {
     counts: [u32; Counter::COUNT],
@@ -68,7 +68,7 @@ impl Expected {
         self.counts[counter as usize] += 1;
     }
 
-    /// A sample that is taken.
+    /// Counts an accepted sample.
     fn taken(&mut self) {
         let after_loss = std::mem::take(&mut self.hole);
         self.add(if after_loss { Counter::AfterLoss } else { Counter::Accepted });
@@ -77,7 +77,7 @@ impl Expected {
         }
     }
 
-    /// Why the device's counters are not those that were foreseen, if they are not.
+    /// How the device's counters differ from the expected ones; `None` if they do not.
     fn differs(&self, report: &Report) -> Option<String> {
         let mut text = String::new();
         for (counter, count) in report.counters.iter().filter(|(c, _)| !SEGMENTS.contains(c)) {
@@ -145,10 +145,10 @@ fn frames<R: Rig>(
     }
 }
 
-/// What was seen of one way to and fro.
+/// Observations of one lap to and fro.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Lap {
-    /// Largest components of force on the vessel, and of what is felt, in codes of their frames.
+    /// Largest components of the force on the vessel and of the haptic force, in codes of their frames.
     force: u16,
     felt: u16,
 }
@@ -161,10 +161,10 @@ impl Lap {
     }
 }
 
-/// What a soak leaves behind.
+/// Result of a soak.
 struct Soaked {
     laps: Vec<Lap>,
-    /// After the first lap, or halfway through it where there is none, and at the end.
+    /// Reports after the first lap (or halfway, if no lap ends) and at the end.
     reports: [Report; 2],
     memory: [Option<u64>; 2],
 }
@@ -183,7 +183,7 @@ fn soak<R: Rig>(ticks: usize) -> Soaked {
     let middle_at = if ticks > 2 * lap_ticks { lap_ticks } else { ticks / 2 };
     for (i, at) in way.take(ticks).enumerate() {
         since += 1;
-        // Far enough from the last one that no ten samples hold two.
+        // Disturbances are so far apart that no ten samples contain two.
         let disturbed = since > 10 && chance.once_in(EVERY);
         let disturbance = disturbed.then(|| chance.pick(&ALL));
         if disturbed {
@@ -208,21 +208,21 @@ fn soak<R: Rig>(ticks: usize) -> Soaked {
         panic!("after {ticks} ticks\n{why}");
     }
     if laps.len() > 1 && !ticks.is_multiple_of(lap_ticks) {
-        // What was not driven to its end is no lap.
+        // An incomplete lap does not count.
         laps.pop();
     }
     let (middle, before) = middle.expect("there is a middle");
     Soaked { laps, reports: [middle, end], memory: [before, memory] }
 }
 
-/// What this process holds of the computer's memory, where that can be told.
+/// Memory of this process, if the system reports it.
 fn memory_bytes() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"))?;
     Some(1024 * line.split_whitespace().next()?.parse::<u64>().ok()?)
 }
 
-/// So many ticks, or those of the hours that were asked for.
+/// This number of ticks, or that of the hours that a variable asks for.
 fn asked(variable: &str, ticks: usize) -> usize {
     let hours = std::env::var(variable).ok().map(|hours| hours.parse::<f64>().expect("a number"));
     hours.map_or(ticks, |hours| (3.6e6 * hours) as usize)
@@ -256,8 +256,7 @@ fn p25_hours_in_process_leave_every_counter_explained_and_no_memory_behind() {
     if let [Some(before), Some(after)] = soaked.memory {
         assert!(after < before + (1 << 20), "{before} bytes, then {after}");
     }
-    // It drives the same way each time, disturbed elsewhere: what it estimates neither grows nor
-    // fades.
+    // Every lap has the same motion with other disturbances, so estimates neither grow nor fade.
     let (second, last) = (soaked.laps[1], soaked.laps[soaked.laps.len() - 1]);
     for (before, after) in [(second.force, last.force), (second.felt, last.felt)] {
         assert!(before.abs_diff(after) <= 1 + before / 5, "{second:?}, then {last:?}");

@@ -43,7 +43,7 @@ fn number(summary: &Value, key: &str) -> anyhow::Result<f64> {
 
 fn demo_table(summary: &Value) -> anyhow::Result<String> {
     let of = |key: &str| number(summary, key);
-    let (error, peak) = (of("force_rms_error_n")?, of("measured_force_peak_n")?);
+    let (error, peak) = (of("force_rms_error_N")?, of("measured_force_peak_N")?);
     let mut text = String::from("| | |\n| --- | --- |\n");
     let mut row = |name: &str, value: String| writeln!(text, "| {name} | {value} |");
     row("ticks, of which missed", format!("{}, {}", of("ticks")?, of("missed_ticks")?))?;
@@ -55,14 +55,14 @@ fn demo_table(summary: &Value) -> anyhow::Result<String> {
             100.0 * of("budget_share_480mhz")?
         ),
     )?;
-    row("peak contact force at a node", format!("{:.0} mN", 1e3 * of("peak_contact_force_n")?))?;
+    row("peak contact force at a node", format!("{:.0} mN", 1e3 * of("peak_contact_force_N")?))?;
     row(
         "force error against the bundle's sensor",
         format!(
             "{:.1} mN RMS, {:.1} % of its peak; the sensor's noise alone makes {:.1} mN",
             1e3 * error,
             100.0 * error / peak,
-            1e3 * of("force_noise_rms_n")?
+            1e3 * of("force_noise_rms_N")?
         ),
     )?;
     row("device against host replay", format!("{} bits differ", of("differing_bits")?))?;
@@ -96,9 +96,9 @@ fn practice_page(program: &Path) -> anyhow::Result<String> {
             writeln!(
                 text,
                 "| {name} | {trial} | {:.1} mN | {:.1} % | {:.1} mN | {:.2} mm | {} of {} | {:.1} % |",
-                1e3 * of("force_rms_error_n")?,
+                1e3 * of("force_rms_error_N")?,
                 100.0 * share_of_peak(&summary)?,
-                1e3 * of("drive_force_rms_error_n")?,
+                1e3 * of("drive_fx_rms_error_N")?,
                 1e3 * of("tip_rms_error_m")?,
                 of("unresolved_ticks")?,
                 of("ticks")?,
@@ -127,7 +127,7 @@ fn simulate(
 
 /// RMS of the force error over the measured peak \[1\].
 fn share_of_peak(summary: &Value) -> anyhow::Result<f64> {
-    Ok(number(summary, "force_rms_error_n")? / number(summary, "measured_force_peak_n")?)
+    Ok(number(summary, "force_rms_error_N")? / number(summary, "measured_force_peak_N")?)
 }
 
 /// The example, and the other practice bundles without an effect where they are.

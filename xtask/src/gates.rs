@@ -29,7 +29,7 @@ fn failed(summary: &Value) -> Vec<String> {
         let shown = value.map_or("not measured".into(), |value| value.to_string());
         (!fits).then(|| format!("{label}: {shown}, wanted {low} to {high}"))
     };
-    let share = number("force_rms_error_n").zip(number("measured_force_peak_n"));
+    let share = number("force_rms_error_N").zip(number("measured_force_peak_N"));
     [
         gate("ticks", number("ticks"), TICKS, f64::INFINITY),
         gate("missed ticks", number("missed_ticks"), 0.0, 0.0),
@@ -52,7 +52,7 @@ mod tests {
     fn each_gate_closes() {
         let good = json!({
             "ticks": 10_500, "missed_ticks": 0, "worst_instructions_per_tick": 150_000,
-            "differing_bits": 0, "force_rms_error_n": 0.01, "measured_force_peak_n": 0.4,
+            "differing_bits": 0, "force_rms_error_N": 0.01, "measured_force_peak_N": 0.4,
         });
         assert!(failed(&good).is_empty(), "{:?}", failed(&good));
         for (key, value) in [
@@ -62,7 +62,7 @@ mod tests {
             ("worst_instructions_per_tick", json!(0)),
             ("worst_instructions_per_tick", json!(null)),
             ("differing_bits", json!(1)),
-            ("force_rms_error_n", json!(0.041)),
+            ("force_rms_error_N", json!(0.041)),
         ] {
             let mut bad = good.clone();
             bad[key] = value;

@@ -5,6 +5,7 @@
 mod arguments;
 mod audit;
 mod bench;
+mod book;
 mod build;
 mod citations;
 mod demo;
@@ -33,7 +34,7 @@ use setup::Consent;
 mod documented;
 
 /// What `cargo xtask` can do.
-static TASKS: [Task; 8] = [
+static TASKS: [Task; 9] = [
     Task {
         name: "demo",
         former: None,
@@ -85,6 +86,13 @@ static TASKS: [Task; 8] = [
         about: "Check the licences, sources and known vulnerabilities of all dependencies.",
         options: &[setup::YES],
         run: |given| audit::run(Consent::of(given)),
+    },
+    Task {
+        name: "book",
+        former: None,
+        about: "Build the book of docs/ with mdBook, into target/book.",
+        options: &[setup::YES],
+        run: |given| book::build(Consent::of(given)),
     },
     Task {
         name: "setup",

@@ -12,16 +12,16 @@ pub trait Board: Copy {
     /// Time counts in a second, of [`Board::time`] and [`Board::lateness`].
     const COUNTS_A_SECOND: u32;
 
-    /// Its name, as the host is told.
+    /// Name of the board, as the host sees it.
     fn name(self) -> &'static str;
 
-    /// The tick timer can stand still: ticks can be granted.
+    /// The tick timer can be held, so ticks can be granted.
     fn can_lock_step(self) -> bool;
 
-    /// A free-running counter.
+    /// Count of a free-running counter, wrapping.
     fn time(self) -> u32;
 
-    /// Counts since the tick was due; called first thing in the tick.
+    /// Counts since the tick was due. Called first in the tick.
     fn lateness(self) -> u32;
 
     /// The next tick is already due.
@@ -30,25 +30,24 @@ pub trait Board: Copy {
     /// Instructions in `counts` of [`Board::time`]; 0 where instructions cannot be counted.
     fn instructions(self, counts: u32) -> u32;
 
-    /// Lets the tick timer run: the next tick is due after a whole period, or after what
-    /// was left of it.
+    /// Starts the tick timer. The next tick is due after a whole period, or after the rest of it.
     fn start_ticks(self);
 
-    /// Holds the tick timer, with a whole period to go.
+    /// Holds the tick timer at the beginning of a period.
     fn hold_ticks(self);
 
-    /// The tick has run: the watchdog may wait for the next one.
+    /// Resets the watchdog after a tick.
     fn alive(self);
 
-    /// Enables the motor drives, or takes their power away.
+    /// Enables the motor drives, or removes their power.
     fn enable_outputs(self, on: bool);
 
-    /// What whoever started the board wants.
+    /// Options with which the board was started.
     fn boot_options(self) -> BootOptions;
 
-    /// Starts ticking, as the options say.
+    /// Starts the tick timer, unless the options hold it.
     fn run(self, options: BootOptions);
 
-    /// Sleeps until the next interrupt has been handled.
+    /// Sleeps until an interrupt has been handled.
     fn idle(self);
 }

@@ -5,9 +5,9 @@ use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-/// Puts an archive of `provided`, of the script and of `files` at `archive`.
+/// Writes an archive of `provided`, the script and `files` to `archive`.
 ///
-/// `provided` has `root`, which goes in as it is, and what else the kernel needs.
+/// `provided` has the folder `root`, which is copied, and further files that the kernel needs.
 pub fn write(archive: &Path, provided: &Path, script: &str, files: &[(&Path, &str)]) {
     let root = archive.with_extension("root");
     copy(&provided.join("root"), &root);

@@ -1,11 +1,10 @@
-//! A Linux machine with CAN, in QEMU, for what this computer's kernel may not have: SocketCAN.
+//! A Linux machine in QEMU with SocketCAN, which this computer's kernel may lack.
 //!
-//! It boots Debian's kernel from memory, runs one shell script and powers off. The script sees
-//! `cathforce` and can-utils, and says what it wants to be known by `step NAME COMMAND…`, which
-//! runs the command and sends its output and status out.
+//! It boots Debian's kernel from memory, runs one shell script and powers off. The script has `cathforce` and
+//! can-utils; `step NAME COMMAND…` runs a command and reports its output and status.
 //!
-//! `cargo xtask setup` provides the kernel, the tools and the program; without them a test
-//! fails and says so.
+//! `cargo xtask setup` provides the kernel, the tools and the program; without them a test fails with that
+//! advice.
 
 mod initramfs;
 mod transcript;
@@ -18,23 +17,23 @@ pub use transcript::{Step, Transcript};
 
 /// The emulator.
 const PROGRAM: &str = "qemu-system-x86_64";
-/// Names the folder that `cargo xtask setup` fills, if it is not the usual one.
+/// Variable that names the folder filled by `cargo xtask setup`, if it is not the usual one.
 const FOLDER_VARIABLE: &str = "CATHFORCE_GUEST";
-/// A script takes seconds; a computer that is busy elsewhere may take its time.
+/// Longest time of a script, which takes seconds on a computer that is not busy.
 const PATIENCE: Duration = Duration::from_secs(240);
 const INSTALL: &str = "`cargo xtask setup --yes` provides it";
 
-/// What is plugged in, and what lies on its disk.
+/// Hardware and files of the guest.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Machine<'a> {
     /// Two `kvaser_pci` controllers on one bus of their own: `can0` and `can1`.
     pub controllers: bool,
-    /// A second serial port, `/dev/ttyS1`, that another emulator can be joined to by this path.
+    /// A second serial port, `/dev/ttyS1`, to which another emulator connects by this path.
     pub serial_port: Option<&'a Path>,
-    /// Its clock counts instructions, a billion a second, and jumps while there is nothing to do:
-    /// what it measures is its own time, whatever else this computer has to do.
+    /// The guest's clock counts instructions, a billion a second, and jumps while the guest is idle. It
+    /// then measures its own time, independent of this computer's load.
     pub virtual_time: bool,
-    /// Files and folders of this computer, and where the guest finds them.
+    /// Files and folders of this computer with their paths in the guest.
     pub files: &'a [(&'a Path, &'a str)],
 }
 
@@ -57,7 +56,7 @@ impl Guest {
         command.args(["-display", "none", "-monitor", "none", "-no-reboot"]);
         command.arg("-kernel").arg(provided.join("vmlinuz"));
         command.arg("-initrd").arg(&initramfs);
-        // A guest that panics ends with its reason, instead of waiting for somebody to read it.
+        // A guest that panics ends with its reason instead of waiting.
         command.args(["-append", "console=ttyS0 quiet loglevel=1 panic=-1"]);
         command.args(["-serial", "stdio"]);
         if let Some(path) = machine.serial_port {
@@ -81,12 +80,12 @@ impl Guest {
         Self { emulator, _folder: folder }
     }
 
-    /// Waits for the script's end and gives all that it said.
+    /// Waits for the script's end and returns its transcript.
     pub fn transcript(mut self) -> Transcript {
         let read = |pipe: Option<Box<dyn std::io::Read + Send>>| {
             std::thread::spawn(move || {
                 let mut bytes = Vec::new();
-                // What arrived before an error is what there is to judge.
+                // The transcript up to an error is still judged.
                 let _ = pipe.map(|mut pipe| pipe.read_to_end(&mut bytes));
                 String::from_utf8_lossy(&bytes).into_owned()
             })
@@ -110,7 +109,7 @@ impl Guest {
 
 impl Drop for Guest {
     fn drop(&mut self) {
-        // Fails only if it has ended already.
+        // This fails only if the process has ended already.
         let _ = self.emulator.kill();
         let _ = self.emulator.wait();
     }

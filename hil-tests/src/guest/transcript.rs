@@ -1,4 +1,4 @@
-//! What a guest's script said on the console.
+//! The console output of a guest's script.
 
 use std::collections::BTreeMap;
 
@@ -6,13 +6,13 @@ use std::collections::BTreeMap;
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Step {
     pub status: i32,
-    /// Seconds since the guest was switched on, at its end.
+    /// Time at its end since the guest was switched on \[s\].
     pub ended_s: f64,
     pub stdout: String,
     pub stderr: String,
 }
 
-/// Every step of a script that came to its end.
+/// The finished steps of a script.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Transcript {
     steps: BTreeMap<String, Step>,
@@ -52,12 +52,12 @@ impl Transcript {
         steps.iter().map(|(name, step)| format!(" {name} {:.1} s", step.ended_s)).collect()
     }
 
-    /// A step by its name; one that the script does not have fails the test.
+    /// A step by its name; fails the test if there is none.
     pub fn step(&self, name: &str) -> &Step {
         self.steps.get(name).unwrap_or_else(|| panic!("no step {name}: {:#?}", self.steps))
     }
 
-    /// What a step that succeeded said; one that did not fails the test.
+    /// Output of a step; fails the test if the step failed.
     pub fn ok(&self, name: &str) -> &str {
         let step = self.step(name);
         assert_eq!(step.status, 0, "{name}: {step:#?}");

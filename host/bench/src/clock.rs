@@ -1,4 +1,4 @@
-//! Processor time of this thread: what other programs do on the machine does not count.
+//! Processor time of this thread, which other programs on the machine do not affect.
 
 use std::time::Duration;
 
@@ -9,10 +9,12 @@ use rustix::time::{ClockId, clock_gettime};
 pub struct Stopwatch(Duration);
 
 impl Stopwatch {
+    /// Starts now.
     pub fn start() -> Self {
         Self(now())
     }
 
+    /// Processor time since the start.
     pub fn elapsed(self) -> Duration {
         now().saturating_sub(self.0)
     }

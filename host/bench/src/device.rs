@@ -1,4 +1,4 @@
-//! What a tick costs on the emulated board, counted by its instructions.
+//! Cost of a tick on the emulated board, in instructions.
 
 use anyhow::{Context, ensure};
 use cathforce_bundle::{Bundle, ImageOptions, SolverDefaults, device_image};
@@ -12,30 +12,31 @@ use serde::Serialize;
 /// The bundle that comes with the project, and its deepest trial.
 const EXAMPLE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/tapered-none");
 const TRIAL: u32 = 2;
-/// Links that the deepest insertion takes: the last one has come in well before the end.
+/// Links that the deepest insertion needs; the last one enters well before the end.
 const LINKS: f64 = 63.5;
-/// Ticks at the end, with every link in use, that are counted one by one.
+/// Ticks at the end, with every link in use, whose instructions are counted singly.
 const SINGLE_TICKS: usize = 300;
-/// How far the drive goes back and forth in them: the base link stays \[m\].
+/// Stroke of the drive in these ticks, within the base link \[m\].
 const STROKE_M: f64 = 0.4e-3;
 /// Ticks that self-test, settling and arming may take.
 const ARMING_TICKS: usize = 20_000;
 
+/// Cost of a tick on the emulated board.
 #[derive(Debug, Serialize)]
 pub struct Device {
-    /// Of all ticks until the instrument is deepest, those in which a run begins, supervision and
-    /// frames included.
+    /// Over all ticks until the deepest insertion, including the beginning of a run, supervision and
+    /// frames.
     pub worst_instructions_one_solve: u32,
     pub worst_instructions_two_solves: u32,
-    /// Largest deviation from the mean over it, of ticks with all links in use, one solve \[1\].
+    /// Largest relative deviation from the mean over ticks with all links in use, one solve \[1\].
     pub jitter: f64,
-    /// Of the model, as a 64-bit host lays it out: a few bytes more than on the device.
+    /// Size of the model's state on a 64-bit host, a few bytes more than on the device.
     pub state_bytes: usize,
-    /// Largest of the ticks with all links in use, below the timer's interrupt.
+    /// Largest stack of a tick with all links in use, below the timer's interrupt.
     pub tick_stack_bytes: u32,
 }
 
-/// What one run gave.
+/// Result of one run.
 struct Run {
     worst_instructions: u32,
     single: Vec<u32>,
@@ -87,7 +88,7 @@ fn run(bundle: &Bundle, solves: u8) -> anyhow::Result<Run> {
     }
     let mut worst_instructions = client.status()?.load.worst_instructions;
 
-    // One tick between two resets: its own count, and the stack that it took.
+    // Counters are reset around each tick, which gives its own instructions and stack.
     let here = trial.encoder_at(trial.t_s[0] + 1e-3 * ticks as f64).context("no encoder")?;
     let (mut single, mut tick_stack_bytes) = (Vec::with_capacity(SINGLE_TICKS), 0);
     for tick in 0..SINGLE_TICKS {
@@ -103,7 +104,7 @@ fn run(bundle: &Bundle, solves: u8) -> anyhow::Result<Run> {
     Ok(Run { worst_instructions, single, tick_stack_bytes })
 }
 
-/// One tick; a device that is not armed does less and would look cheaper.
+/// Plays one tick; fails if the device is not armed, because it would then do less.
 fn armed_tick(client: &mut Client<Qemu>, step: Step) -> anyhow::Result<()> {
     let haptic = client.run_tick(step)?.haptic;
     let mode = Mode::from_codes(haptic.mode, haptic.fault);

@@ -1,5 +1,5 @@
-//! Measures what `docs/reference/benchmarks.md` says and prints it as JSON; `cargo xtask bench` runs it
-//! with everything that it needs installed.
+//! Measures the figures of the page on benchmarks and prints them as JSON; `cargo xtask bench` installs what it
+//! needs and runs it.
 
 #![forbid(unsafe_code)]
 
@@ -22,15 +22,16 @@ use insertion::{INSERTION, Insertion, Peer, Score, Series};
 use machine::Machine;
 use throughput::Throughput;
 
-/// Links of the model at most; in the insertion as many are used as every peer has nodes.
+/// Largest number of links of the model; in the insertion it uses as many as a peer has nodes.
 const LINKS: usize = 64;
-/// The fastest of so many runs counts.
+/// Number of runs, of which the fastest counts.
 const RUNS: usize = 3;
 
 #[derive(Parser)]
 #[command(about = "Measures cost and accuracy; prints JSON")]
 struct Arguments {
-    /// Python with what `host/bench/peers/requirements.txt` asks for; without it, no peers.
+    /// Python interpreter with the packages of `host/bench/peers/requirements.txt`; without it no peers are
+    /// measured.
     #[arg(long, value_name = "FILE")]
     python: Option<PathBuf>,
 }
@@ -42,7 +43,7 @@ struct Report {
     host: Throughput,
     accuracy: Accuracy,
     insertion: Insertion,
-    /// RMS of the reference's force about its own moving mean: what no model can be without.
+    /// RMS of the reference's force about its own moving mean, the least that a model can have.
     reference_noise: f64,
     cathforce: Ours,
     peers: Vec<Peer>,
@@ -88,7 +89,7 @@ fn main() -> anyhow::Result<()> {
     Ok(())
 }
 
-/// The insertion in f32 with the links of a device, as many as the peers' nodes have between them.
+/// The insertion in f32 with as many links as lie between the peers' nodes.
 fn ours(reference: &Series) -> anyhow::Result<Ours> {
     let built = INSERTION.lumen(cathforce_bundle::CELL_M)?;
     let lumen = Lumen::new(built.header, &built.bytes)

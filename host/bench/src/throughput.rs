@@ -1,4 +1,4 @@
-//! What a tick costs on the host: over links, contacts and the size of the lumen.
+//! Cost of a tick on the host over links, contacts and the size of the lumen.
 
 use cathforce_bundle::SolverDefaults;
 use cathforce_mechanics::{Drive, Lumen, Model, State, settle, step};
@@ -7,37 +7,41 @@ use serde::Serialize;
 use crate::clock::Stopwatch;
 use crate::insertion::{INSERTION, Insertion, Tube};
 
-/// The fastest of so many batches counts: what disturbs a batch only makes it slower.
+/// Number of batches, of which the fastest counts, since disturbances only slow a batch down.
 const BATCHES: usize = 10;
 /// Ticks of a batch at 64 links; fewer for more links.
 const TICKS: usize = 500;
 /// Spacing of the lumen unless it is varied \[m\].
 const CELL_M: f64 = 1e-3;
 
+/// Cost of a tick on the host.
 #[derive(Debug, Serialize)]
 pub struct Throughput {
-    /// One core, 64 links, 1 ms a tick.
+    /// Simulated over processor time, on one core with 64 links and ticks of 1 ms \[1\].
     pub real_time_factor_64_links: f64,
-    /// The insertion's instrument in its vessel, in more and more links.
+    /// The insertion's instrument in its vessel, over the number of links.
     pub scaling: Vec<Scaling>,
     /// 64 links in tubes of different widths.
     pub contacts: Vec<Contacts>,
-    /// 64 links, the same tube stored more and more finely.
+    /// 64 links in the same tube, over the size of the stored lumen.
     pub lumen: Vec<LumenSize>,
 }
 
+/// Time of a tick with this number of links.
 #[derive(Debug, Serialize)]
 pub struct Scaling {
     pub links: usize,
     pub us_per_tick: f64,
 }
 
+/// Time of a tick with this number of nodes in contact.
 #[derive(Debug, Serialize)]
 pub struct Contacts {
     pub nodes_in_contact: usize,
     pub us_per_tick: f64,
 }
 
+/// Time of a tick with a lumen of this spacing and size.
 #[derive(Debug, Serialize)]
 pub struct LumenSize {
     pub cell_mm: f64,
@@ -45,6 +49,7 @@ pub struct LumenSize {
     pub us_per_tick: f64,
 }
 
+/// Measures all of it on one core.
 pub fn measure() -> anyhow::Result<Throughput> {
     let scaling = vec![
         scaling::<16>()?,
@@ -71,7 +76,7 @@ fn scaling<const LINKS: usize>() -> anyhow::Result<Scaling> {
     Ok(Scaling { links: LINKS, us_per_tick })
 }
 
-/// In a tube of one width, as wide or narrow as asked for.
+/// 64 links in a tube of constant radius; fewer nodes touch a wider one.
 fn contacts(radius_m: f64) -> anyhow::Result<Contacts> {
     let tube = Tube { first_radius_m: radius_m, last_radius_m: radius_m, ..INSERTION.tube };
     let (us_per_tick, nodes_in_contact) =
@@ -85,7 +90,7 @@ fn lumen_size(cell_m: f64) -> anyhow::Result<LumenSize> {
     Ok(LumenSize { cell_mm: 1e3 * cell_m, bytes: scene.bytes.len(), us_per_tick })
 }
 
-/// Everything that a tick needs.
+/// Model, lumen and state of a tick.
 struct Scene<const LINKS: usize> {
     model: Model<f32, LINKS>,
     header: cathforce_mechanics::LumenHeader,
@@ -111,7 +116,7 @@ impl<const LINKS: usize> Scene<LINKS> {
         let lumen = Lumen::new(self.header, &self.bytes)
             .map_err(|error| anyhow::anyhow!("the lumen: {error:?}"))?;
         let mut state = State::new();
-        // To and fro within the base link, so that every tick has all links.
+        // The drive moves to and fro within the base link, so that every tick has all links.
         let at = |tick: usize| {
             let phase = (tick % 200) as f32 / 100.0 - 1.0;
             let [inside_m, link_m] = self.inside_m;

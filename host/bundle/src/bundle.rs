@@ -30,7 +30,7 @@ pub use crate::trial::{
 };
 
 use crate::error::{BundleError, Cause, read_bytes, read_text};
-use crate::geometry::{Branch, Mesh, MeshRepairs, read_centreline, read_stl};
+use crate::geometry::{Branch, Mesh, MeshRepairs, Triangle, read_centreline, read_stl};
 use crate::place::{Place, Warning};
 use crate::trial::{self, Parsed};
 
@@ -53,7 +53,7 @@ pub struct Bundle {
     pub centreline: Vec<Branch>,
     /// By number.
     pub trials: Vec<Trial>,
-    /// What looks wrong but stops nothing.
+    /// What looks wrong but does not prevent anything.
     pub warnings: Vec<Warning>,
 }
 
@@ -87,9 +87,9 @@ impl Bundle {
         Ok(Self { path: path.to_path_buf(), rig, mesh, centreline, trials, warnings })
     }
 
-    /// A rig and trials that come from elsewhere than a folder, without its vessel.
+    /// A bundle of a rig and trials that do not come from a folder; it has no vessel.
     ///
-    /// `file`: where they come from, for messages and as the bundle's path.
+    /// `file`: their origin, used in messages and as the bundle's path.
     pub fn without_vessel(
         file: &Path,
         rig_toml: &str,
@@ -133,62 +133,78 @@ impl Bundle {
     }
 }
 
-/// Reads an STL file as the surface of a lumen; what looks wrong is added to `warnings`.
+/// Reads an STL file as the surface of a lumen; adds what looks wrong to `warnings`.
 pub(crate) fn read_mesh(
     file: &Path,
     warnings: &mut Vec<Warning>,
 ) -> Result<VesselMesh, BundleError> {
     let triangles = read_stl(&read_bytes(file)?)
         .map_err(|(place, cause)| BundleError::new(file, place, cause))?;
+    let (mesh, repairs) = Mesh::from_triangles(&triangles)
+        .map_err(|cause| BundleError::new(file, Place::Whole, cause))?;
+    let messages = doubtful_size(&triangles).into_iter().chain(mesh_doubts(&repairs));
+    warnings.extend(messages.map(|message| Warning {
+        file: file.to_path_buf(),
+        place: Place::Whole,
+        message,
+    }));
+    Ok(VesselMesh { mesh, repairs })
+}
+
+/// A warning about a surface whose size suggests another unit than millimetres.
+fn doubtful_size(triangles: &[Triangle]) -> Option<String> {
     let corners = triangles.iter().flatten();
     let infinite = Vector3::repeat(f64::INFINITY);
     let (low, high) =
         corners.fold((infinite, -infinite), |(low, high), p| (low.inf(p), high.sup(p)));
-    let (mesh, repairs) = Mesh::from_triangles(&triangles)
-        .map_err(|cause| BundleError::new(file, Place::Whole, cause))?;
-    let mut warn =
-        |message| warnings.push(Warning { file: file.to_path_buf(), place: Place::Whole, message });
     let size_mm = (high - low).norm() * 1e3;
     if size_mm > 2000.0 {
-        warn(format!(
+        Some(format!(
             "the surface spans {size_mm:.0} mm, larger than a body; STL is read in millimetres: \
              was it exported in micrometres? Then scale it by 0.001"
-        ));
+        ))
     } else if size_mm < 10.0 {
-        warn(format!(
+        Some(format!(
             "the surface spans {size_mm:.3} mm; STL is read in millimetres: was it exported in \
              metres? Then scale it by 1000"
-        ));
+        ))
+    } else {
+        None
     }
+}
+
+/// Warnings about repairs of a mesh and about its pieces.
+fn mesh_doubts(repairs: &MeshRepairs) -> Vec<String> {
+    let mut doubts = Vec::new();
     if repairs.degenerate > 0 {
-        warn(format!("{} triangles without area were left out", repairs.degenerate));
+        doubts.push(format!("{} triangles without area were left out", repairs.degenerate));
     }
     if repairs.flipped > 0 {
-        warn(format!("{} triangles faced the wrong way and were turned", repairs.flipped));
+        doubts.push(format!("{} triangles faced the wrong way and were turned", repairs.flipped));
     }
     if repairs.split > 0 {
-        warn(format!(
+        doubts.push(format!(
             "corners of facets lay on the edges of others, which were split there ({})",
             repairs.split
         ));
     }
     if repairs.pieces > 1 {
-        warn(format!("the surface is in {} pieces; a lumen is one", repairs.pieces));
+        doubts.push(format!("the surface is in {} pieces; a lumen is one", repairs.pieces));
     }
     if let Some([x, y, z]) = repairs.doubts.overlap_mm {
-        warn(format!(
+        doubts.push(format!(
             "a piece of the surface reaches into another at ({x:.1}, {y:.1}, {z:.1}) mm, and stands \
              as a wall in its lumen; unite them (a boolean union) and export again"
         ));
     }
     if repairs.doubts.channels > 0 {
-        warn(format!(
+        doubts.push(format!(
             "the surface is closed around channels ({}), as the wall of a phantom is: its material \
              is taken for the lumen; export the inner surface only, open at its ends",
             repairs.doubts.channels
         ));
     }
-    Ok(VesselMesh { mesh, repairs })
+    doubts
 }
 
 fn check_radii(file: &Path, branches: &[Branch], warnings: &mut Vec<Warning>) {
@@ -222,7 +238,7 @@ fn read_trials(
     for entry in std::fs::read_dir(folder).map_err(io)? {
         let file = entry.map_err(io)?.path();
         let stem = file.file_stem().and_then(|stem| stem.to_str()).unwrap_or_default();
-        // What a file system or an editor leaves beside a file begins with a point.
+        // Files that a file system or an editor leaves beside others begin with a point.
         if file.extension().is_none_or(|ending| ending != "csv") || stem.starts_with('.') {
             let message = "not a trial; it is not read".to_owned();
             warnings.push(Warning { file, place: Place::Whole, message });

@@ -1,4 +1,4 @@
-//! From the rig to the numbers of the model.
+//! The model's description of a rig.
 
 use cathforce_config::image::most_links;
 use cathforce_mechanics::{
@@ -9,23 +9,23 @@ use nalgebra::Vector3;
 
 use crate::bundle::{Bundle, CatheterRig, RigInstrument, RigSection, RigTendon, RigVessel};
 
-/// What the model needs and a bundle does not say, in one place.
+/// Numbers that the model needs and a bundle does not state.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SolverDefaults {
     /// Time of one tick \[s\].
     pub tick_s: f64,
-    /// Equal parts of a tick, at least.
+    /// Least number of equal parts of a tick.
     pub substeps: u8,
-    /// A wall stiffer than this, of glass or metal, makes them two: contact that opens and
-    /// closes within a tick chatters otherwise \[N/m²\].
+    /// A wall that is stiffer than this (glass, metal) takes two parts a tick; otherwise contact that
+    /// opens and closes within a tick chatters \[N/m²\].
     pub near_rigid_n_per_m2: f64,
-    /// Solves of each part.
+    /// Solves in each part of a tick.
     pub solves: u8,
     /// Share of a new rate that enters the predictor \[1\].
     pub predictor_gain: f64,
     /// Viscous time of bending \[s\].
     pub bending_damping_s: f64,
-    /// On every node, against all motion but the feed's.
+    /// Drag on every node against all motion but that of the feed.
     pub drag: Drag<f64>,
     /// Tangential stiffness of the wall before slip over the normal one, unless
     /// `wall_tangential_ratio` is given \[1\].
@@ -38,7 +38,7 @@ pub struct SolverDefaults {
     pub reach_margin_m: f64,
     /// No link of the shaft is shorter \[m\].
     pub shortest_link_m: f64,
-    /// So many links from the tip on are half as long.
+    /// Number of links at the tip that are half as long.
     pub tip_links: usize,
 }
 
@@ -63,25 +63,25 @@ impl Default for SolverDefaults {
 }
 
 impl SolverDefaults {
-    /// The length of the shaft's links with which a chain of so many links reaches `insertion_m` and the margin
-    /// \[m\]; one link is to spare.
+    /// Length of a link of the shaft at which a chain of `links` links reaches `insertion_m` and the
+    /// margin, with one link to spare \[m\].
     pub fn link_length_m(&self, insertion_m: f64, links: usize) -> f64 {
         let reach_m = insertion_m + self.reach_margin_m;
         self.link_length_over(reach_m, (links - 1) as f64).max(self.shortest_link_m)
     }
 
-    /// The length of the shaft's links with which so many, the tip's among them, take up an arc \[m\].
+    /// Length of a link of the shaft at which `links` links, those of the tip included, span `arc_m` \[m\].
     pub fn link_length_over(&self, arc_m: f64, links: f64) -> f64 {
         arc_m / self.reach_m(1.0, links)
     }
 
-    /// How far so many links reach, of which those of the shaft have this length \[m\].
+    /// Reach of `links` links if those of the shaft have this length \[m\].
     pub fn reach_m(&self, link_length_m: f64, links: f64) -> f64 {
         link_length_m * (links - 0.5 * links.min(self.tip_links as f64))
     }
 
-    /// How far the tip's links go, where those of the shaft have this length \[m\]: somewhat farther
-    /// than they do, so that none is lost to rounding.
+    /// Arc of the short links at the tip if those of the shaft have this length \[m\]. It is slightly
+    /// longer than their sum, so that rounding loses none of them.
     pub fn fine_tip_m(&self, link_length_m: f64) -> f64 {
         const SPARE: f64 = 0.25;
         if self.tip_links == 0 {
@@ -91,7 +91,7 @@ impl SolverDefaults {
         }
     }
 
-    /// Links that the device has time for in this vessel, without effects.
+    /// Number of links that the device has time for in this vessel, without effects.
     pub fn links_in(&self, vessel: &RigVessel) -> usize {
         self.links_at(vessel.stiffest_n_per_m2())
     }
@@ -164,7 +164,7 @@ pub fn describe<T: Real>(
 }
 
 /// [`describe`] with links that reach the largest insertion of the bundle's trials.
-/// `None` for a drive, or without trials: how far it goes in is not known then.
+/// `None` for a drive, or without trials, when the largest insertion is not known.
 pub fn to_description<T: Real>(
     bundle: &Bundle,
     defaults: &SolverDefaults,
@@ -202,7 +202,7 @@ fn describe_instrument<T: Real>(instrument: &RigInstrument) -> Instrument<T> {
     let sections = instrument.sections.iter().rev();
     Instrument {
         outer_radius_m: T::lit(0.5 * instrument.outer_diameter_m),
-        // Reading the bundle has checked that they are not too many.
+        // Reading the bundle has checked their number.
         sections: sections.map(|section| describe_section(instrument, section)).collect(),
         precurve: precurve.collect(),
     }
@@ -234,8 +234,8 @@ fn describe_tendon<T: Real>(tendon: &RigTendon) -> Tendon<T> {
 /// Gravity less buoyancy, as an acceleration of the instrument's own mass \[m/s²\]. The
 /// instrument displaces its outer area: its ends are closed and its bore holds no fluid.
 ///
-/// With a guidewire it is that of the two where one lies in the other, which is nearly
-/// everywhere: the model has one acceleration.
+/// The model has one acceleration. With a guidewire it is that of both where the wire lies in the
+/// catheter, which is nearly everywhere.
 fn effective_gravity(rig: &CatheterRig) -> Vector3<f64> {
     let gravity = Vector3::from(rig.environment.gravity_m_per_s2);
     let Some(fluid) = rig.environment.fluid else { return gravity };

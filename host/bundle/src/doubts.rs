@@ -1,9 +1,9 @@
-//! What looks wrong with a lumen that could be built.
+//! Warnings about a lumen that could be built.
 
 use crate::geometry::{GAP_M, SLEEVE_M};
 use crate::vessel::{LumenReport, QUALITY_POINTS, WallSource};
 
-/// A stored distance that errs by more is worth a finer grid \[m\].
+/// Error of a stored distance above which a finer grid is advised \[m\].
 const LARGEST_ERROR_M: f64 = 50e-6;
 /// The finest grid that can be asked for \[m\].
 const FINEST_CELL_M: f64 = 0.1e-3;
@@ -11,9 +11,9 @@ const FINEST_CELL_M: f64 = 0.1e-3;
 /// L²/8R, for edges of 2.5 mm on a vessel of 3 mm radius. Where the curved surface leaves them by
 /// more, the mesh is more likely one of flat walls and few, long facets.
 const FARTHEST_OFF_FACETS_M: f64 = 0.25e-3;
-/// The widest place is found at random; a little more room than that there may be.
+/// The widest place is found by sampling, so the vessel may be a little wider.
 const SURELY_NARROWER: f64 = 0.9;
-/// Vessels are longer and shorter than this \[m\].
+/// Plausible diagonals of the box around a vessel \[m\].
 const PLAUSIBLE_SPAN_M: [f64; 2] = [0.02, 2.0];
 /// Units in which a mesh may have been exported, in millimetres.
 const UNITS: [(f64, &str); 3] = [(10.0, "centimetres"), (25.4, "inches"), (1000.0, "metres")];
@@ -117,7 +117,7 @@ impl LumenReport {
         let mut doubts = Vec::new();
         let (worst_m, worst_at) = (quality.distance_m.max, millimetres(quality.worst_at_m));
         if worst_m > LARGEST_ERROR_M {
-            // The error falls by no less than the spacing.
+            // The error falls at least in proportion to the spacing.
             let finer_m = self.cell_m * LARGEST_ERROR_M / worst_m;
             let remedy = match finer_m < FINEST_CELL_M {
                 true => "no grid helps; look at the mesh there".to_owned(),

@@ -11,14 +11,14 @@ const FARTHEST_WALL_M: f64 = 0.06;
 /// The entry plane and its opening are no farther apart than this \[m\], or than four radii of the
 /// opening: a wide one may be cut askew.
 const FARTHEST_OPENING_M: f64 = 0.01;
-/// The axis of the entry may miss the rim of its opening by this share of its radius: what a
-/// polygon is smaller than the circle that it stands for, and more.
+/// The axis of the entry may miss the rim of its opening by this share of the radius: a rim is a
+/// polygon inside the circle that it stands for.
 const BESIDE_RIM: f64 = 0.1;
-/// An axis that leans more from that of an opening does not go through it (cosine).
+/// Least cosine between the axes of entry and opening at which the instrument can pass.
 const LEAST_ALONG: f64 = 0.2;
-/// So far past the entry plane the mesh is sure to be beside and not behind \[m\].
+/// Distance past the entry plane at which the nearest wall is beside the instrument, not behind it \[m\].
 const PAST_PLANE_M: f64 = 1e-3;
-/// So far ahead of the entry plane and behind it is looked where the vessel is \[m\].
+/// Distance ahead of the entry plane and behind it at which the vessel is looked for \[m\].
 const FACING_M: f64 = 5e-3;
 
 /// Why a vessel and an entry do not belong together.
@@ -111,13 +111,13 @@ impl VesselCause {
         }
     }
 
-    /// Whether rig.toml is wrong rather than the vessel.
+    /// Whether the fault is in rig.toml and not in the vessel's file.
     pub(crate) fn is_of_rig(&self) -> bool {
         matches!(self, VesselCause::EntryBesideOpening(_) | VesselCause::RegionWithoutWall { .. })
     }
 }
 
-/// Why the instrument cannot enter, if so. `openings`: of a mesh.
+/// Why the instrument cannot enter; `None` if it can. `openings`: those of a mesh.
 pub(crate) fn no_entry(
     wall: &dyn Wall,
     openings: Option<&[Opening]>,
@@ -145,7 +145,9 @@ pub(crate) fn no_entry(
         .then_some(VesselCause::EntryTooNarrow { distance_mm, radius_mm: radius_m * 1e3 })
 }
 
-/// Why the axis of the entry goes through no opening near it, if so. `depth_m`: of the entry.
+/// Why the axis of the entry goes through no opening near it; `None` if it does.
+///
+/// `depth_m`: distance of the entry from the wall, negative outside \[m\].
 fn beside_openings(
     openings: &[Opening],
     position: &Vector3<f64>,
@@ -180,8 +182,8 @@ fn beside_openings(
     })))
 }
 
-/// How far ahead of the entry its axis crosses the plane across an opening \[m\], and where, from
-/// the opening's middle, across its axis.
+/// Where the axis of the entry crosses the plane of an opening: the distance ahead of the entry
+/// \[m\], and the point, from the opening's centre and normal to its axis \[m\].
 fn crossing(
     opening: &Opening,
     position: &Vector3<f64>,
@@ -196,8 +198,9 @@ fn crossing(
     (ahead_m, from_centre - opening.axis * opening.axis.dot(&from_centre))
 }
 
-/// Does a point, given from the middle of an opening and across its axis, lie within the rim as it
-/// is seen along the axis, or just beside it?
+/// Whether a point lies within the rim seen along the opening's axis, or just beside it.
+///
+/// `point`: from the opening's centre, normal to its axis \[m\].
 fn is_within_rim(opening: &Opening, point: &Vector3<f64>) -> bool {
     let across = |corner: &Vector3<f64>| {
         let from_centre = corner - opening.centre_m;

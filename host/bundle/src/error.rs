@@ -1,4 +1,4 @@
-//! What is wrong with a bundle: the file, the place in it, the cause and the fix.
+//! Errors of a bundle: the file, the place in it, the cause and the fix.
 
 use std::path::{Path, PathBuf};
 
@@ -29,7 +29,7 @@ pub enum Cause {
     Vessel(#[from] VesselCause),
     #[error("the bundle has neither vessel.stl nor centreline.csv, so there is no vessel")]
     NoVessel,
-    #[error("trials are numbered files like 000.csv; this name is none")]
+    #[error("trials are numbered files like 000.csv; this name has no number")]
     TrialName,
     #[error("another file has the number {0} too")]
     TrialTwice(u32),

@@ -1,4 +1,4 @@
-//! From a bundle to the bytes that configure a device.
+//! The device image of a bundle.
 
 use cathforce_config::image::{encode, encoded_len, most_links, overlong};
 use cathforce_config::master::Master;
@@ -16,28 +16,28 @@ use crate::rig::CatheterRig;
 use crate::tips::Tip;
 use crate::vessel::{CELL_M, LumenBuildError, LumenReport, LumenTooLarge, Vessel};
 
-/// No link of the model is longer \[m\].
+/// Longest link of the model \[m\].
 const LONGEST_LINK_M: f64 = 2e-2;
 
-/// What a bundle leaves open.
+/// Choices that a bundle does not make.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ImageOptions {
     pub solver: SolverDefaults,
-    /// Length of a link of the shaft \[m\]; by the trials' largest insertion when `None`.
+    /// Length of a link of the shaft \[m\]; `None`: from the trials' largest insertion.
     pub link_length_m: Option<f64>,
     /// Grid spacing of the lumen \[m\].
     pub cell_m: f64,
     pub surface: SurfaceModel,
     pub settings: Settings,
-    /// In the place of the catheter's own tip.
+    /// Replaces the catheter's own tip.
     pub tip: Option<&'static Tip>,
-    /// The same of the guidewire.
+    /// Replaces the guidewire's own tip.
     pub guidewire_tip: Option<&'static Tip>,
-    /// Parameters of the description by key, effects among them, set one after the other.
+    /// Parameters of the description by key, those of effects included; set in this order.
     pub parameters: Vec<(String, f32)>,
-    /// Where the drives' positions stand in the master's frames.
+    /// Layout of the drives' positions in the master's frames.
     pub master: Master,
-    /// How far the estimated forces may be off, where a diagnosis has said so.
+    /// How far the estimated forces may be off, if a diagnosis has stated it.
     pub band: Option<Band>,
 }
 
@@ -58,10 +58,10 @@ impl Default for ImageOptions {
     }
 }
 
-/// What an image holds.
+/// Properties of an image.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ImageReport {
-    /// Of the whole image.
+    /// Size of the whole image.
     pub bytes: usize,
     pub lumen: LumenReport,
     /// Length of a link of the shaft \[m\].
@@ -70,7 +70,7 @@ pub struct ImageReport {
     pub reach_m: f64,
 }
 
-/// Why a bundle gives no image.
+/// Why no image can be made of a bundle.
 #[derive(Debug, Error)]
 pub enum ImageBuildError {
     #[error(transparent)]
@@ -84,7 +84,7 @@ pub enum ImageBuildError {
     LumenTooLarge(#[from] LumenTooLarge),
     #[error("{0}\n  fix: correct the number in rig.toml from which it comes")]
     Description(ImageError),
-    /// Of rig.toml, with its place.
+    /// A fault in rig.toml, with its place.
     #[error(transparent)]
     Bundle(#[from] BundleError),
     #[error(
@@ -105,7 +105,7 @@ pub enum ImageBuildError {
     Encode(#[from] EncodeError),
 }
 
-/// Refuses a rig with numbers that no model can have, by their keys and lines in rig.toml.
+/// Refuses a rig whose model has numbers out of range; names key and line in rig.toml.
 pub fn check_rig<T: Real>(
     bundle: &Bundle,
     description: &Description<T>,
@@ -116,9 +116,9 @@ pub fn check_rig<T: Real>(
     })
 }
 
-/// What a bundle's rig is with these options: rig.toml, then the tips, then the parameters.
+/// Description of a bundle's rig with these options: rig.toml, then the tips, then the parameters.
 ///
-/// Its links are of some length: that is a matter of the trials, and no trial is needed here.
+/// No trial is needed, so the length of the links is only a placeholder unless the options state it.
 pub fn rig_description(
     bundle: &Bundle,
     options: &ImageOptions,
@@ -148,7 +148,7 @@ fn described(
             ImageBuildError::Parameter { key, value, error }
         })?;
     }
-    // A wall that an effect makes near-rigid takes half ticks like one that rig.toml states.
+    // A wall that an effect makes near-rigid takes half ticks too.
     let factor = f64::from(description.effects.wall.stiffness.factor);
     let stiffest = rig.vessel.stiffest_n_per_m2() * factor;
     description.solver.substeps =
@@ -169,10 +169,10 @@ pub fn device_image(
         options.link_length_m.or_else(by_trials).ok_or(ImageBuildError::NoTrials)
     };
 
-    // Before the lumen, which takes seconds.
+    // Checks come before the lumen, which takes seconds.
     let nominal_m = link_length_m(options.solver.links_in(&rig.vessel))?;
     let mut description = described(rig, options, nominal_m)?;
-    // How many links there is time for, solver and effects decide.
+    // Solver and effects decide how many links there is time for.
     let solver = &description.solver;
     let links = most_links(solver.solves, solver.substeps, description.has_active_effects());
     let link_length_m = link_length_m(links)?;
@@ -191,7 +191,7 @@ pub fn device_image(
 
     let vessel = Vessel::from_bundle(bundle, options.surface)?;
     let radius_m = 0.5 * rig.instrument.outer_diameter_m;
-    // A wall that comes nearer must be known from farther away.
+    // A wall that an effect narrows must be stored from farther away.
     let nearer_m = f64::from(description.effects.wall.narrowing.depth_m.max(0.0));
     let grid = LumenOptions::for_instrument(radius_m + nearer_m, options.cell_m);
     let (lumen, report) = vessel.lumen(grid)?;

@@ -1,4 +1,4 @@
-//! A lumen from an STL file or a bundle, measured against its surface and its facets.
+//! Builds the lumen of an STL file or a bundle and measures it against its surface and facets.
 
 use std::path::Path;
 
@@ -8,10 +8,10 @@ use crate::lumen::{BuiltLumen, LumenOptions, measure_against};
 use crate::place::{Place, Warning};
 use crate::vessel::{LumenBuildError, LumenReport, QUALITY_POINTS, Vessel};
 
-/// Outer diameter of the instrument that a mesh on its own is meant for \[m\].
+/// Outer diameter of the instrument that is assumed for a mesh without a bundle \[m\].
 const DIAMETER_M: f64 = 3e-3;
 
-/// What to build.
+/// How to build a lumen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LumenJob {
     /// Grid spacing \[m\].
@@ -22,8 +22,8 @@ pub struct LumenJob {
 }
 
 impl LumenJob {
-    /// Builds the lumen of an STL file, or of a bundle when `path` is a folder. What looks
-    /// wrong is added to `warnings`, whether there is a lumen or not.
+    /// Builds the lumen of an STL file, or of a bundle if `path` is a folder. Adds what looks wrong
+    /// to `warnings`, also on failure.
     pub fn run(
         &self,
         path: &Path,
@@ -54,7 +54,7 @@ impl LumenJob {
     }
 }
 
-/// Against the mesh as it is in the file, beside what is stored: a smooth surface.
+/// Compares with the mesh as it is in the file; the stored surface may be a smooth one.
 fn compare_with_facets(
     built: &BuiltLumen,
     vessel: &Vessel,

@@ -20,6 +20,7 @@ mod nearest;
 mod place;
 mod rig;
 mod table;
+mod template;
 pub mod tips;
 mod trial;
 mod vessel;
@@ -34,6 +35,7 @@ pub use image::{
 pub use job::LumenJob;
 pub use nearest::nearest;
 pub use place::{Place, Warning};
+pub use template::{TemplatePlant, template};
 pub use vessel::{
     CELL_M, LumenBuildError, LumenReport, LumenTooLarge, Vessel, WallSource, lumen_from_bundle,
 };

@@ -1,4 +1,4 @@
-//! From a number that the model refuses to the key of `rig.toml` that it comes from.
+//! Which key of `rig.toml` leads to a number that the model refuses.
 
 use cathforce_mechanics::{Description, DescriptionError, Instrument, Real};
 
@@ -7,7 +7,7 @@ use crate::error::BundleError;
 use crate::place::Place;
 use crate::rig::{BeyondModel, CatheterRig, RigCause, RigInstrument, place_of_key};
 
-/// A field of a description, the numbers that it may have, and in which unit.
+/// A field of a description with its range and unit.
 struct Limit {
     field: &'static str,
     low: f64,
@@ -15,7 +15,7 @@ struct Limit {
     unit: &'static str,
 }
 
-/// As `Description::validate` has them, of the fields that a rig gives; a test compares the two.
+/// The ranges of `Description::validate` for the fields that come from a rig; a test compares the two.
 const LIMITS: [Limit; 12] = [
     Limit { field: "instrument.outer_radius_m", low: 1e-5, high: 1e-2, unit: "m" },
     Limit { field: "section.length_m", low: 1e-4, high: 10.0, unit: "m" },
@@ -31,15 +31,15 @@ const LIMITS: [Limit; 12] = [
     Limit { field: "gravity_m_per_s2", low: -100.0, high: 100.0, unit: "m/s²" },
 ];
 
-/// A number of a rig, by its key, and the one of the model that comes from it.
+/// A number of a rig, by its key, and the number of the model that is computed from it.
 struct Origin {
     key: String,
     given: f64,
     model: f64,
 }
 
-/// Refuses a rig whose model would have a number that none can have: by the key of `rig.toml`, its
-/// line and what it may be.
+/// Refuses a rig whose model has a number out of range. Names the key of `rig.toml`, its line and the
+/// values that it may have.
 pub(crate) fn check<T: Real>(
     bundle: &Bundle,
     description: &Description<T>,
@@ -49,20 +49,20 @@ pub(crate) fn check<T: Real>(
     let found = bundle.catheter().and_then(|rig| {
         let limit = LIMITS.iter().find(|limit| limit.field == field)?;
         let origins = origins(field, rig, description);
-        // What is not a number is within nothing.
+        // The negation makes NaN count as out of range.
         let beyond = |origin: &Origin| !(limit.low..=limit.high).contains(&origin.model);
         Some((limit, origins.into_iter().find(beyond)?))
     });
     let Some((limit, origin)) = found else { return Err(BundleOrModel::Model(error)) };
     let file = bundle.path.join("rig.toml");
-    // Read again: where a key stands is asked of a wrong rig alone.
+    // The text is read again, since places are needed only for a rig that is wrong.
     let text = std::fs::read_to_string(&file).unwrap_or_default();
     let place = place_of_key(&text, &origin.key).unwrap_or(Place::Whole);
     let cause = cause(limit, &origin);
     Err(BundleOrModel::Bundle(BundleError::new(&file, place, cause)))
 }
 
-/// What is refused: a bundle, with its place, or a model of which no key is known.
+/// The refusal: of a bundle, with its place, or of a model whose number belongs to no known key.
 pub(crate) enum BundleOrModel {
     Bundle(BundleError),
     Model(DescriptionError),
@@ -71,10 +71,10 @@ pub(crate) enum BundleOrModel {
 fn cause(limit: &Limit, origin: &Origin) -> RigCause {
     let Limit { field, low, high, unit } = limit;
     let Origin { key, given, model } = origin;
-    // All else being equal, the model's number goes with the key's.
+    // With the rest of the rig fixed, the model's number is proportional to the key's.
     let bounds = [low, high].map(|bound| bound * given / model);
     let may_be = match bounds.iter().all(|bound| bound.is_finite()) {
-        // Rounded they might be refused themselves.
+        // Rounded, the bounds might be refused themselves.
         true => format!(
             "about {} to {}",
             rounded(bounds[0].min(bounds[1])),
@@ -95,7 +95,7 @@ fn cause(limit: &Limit, origin: &Origin) -> RigCause {
     }))
 }
 
-/// Four digits, as people write large and small numbers.
+/// A number with four digits, with an exponent if it is large or small.
 fn rounded(x: f64) -> String {
     let x = format!("{x:.3e}").parse::<f64>().unwrap_or(x);
     if x == 0.0 || (1e-3..1e6).contains(&x.abs()) { format!("{x}") } else { format!("{x:e}") }

@@ -1,12 +1,12 @@
-//! The known name that a misspelt one probably means.
+//! Suggestions for misspelt names.
 
-/// Of all letters that two names have, so many agree at least where one is meant for the other.
+/// Least similarity, from 0 to 1, at which one name is suggested for another.
 const ALIKE: f64 = 0.6;
 
 /// The nearest of `known` to `name`, unless none is near.
 ///
-/// Near is what differs in few letters, or has the other's words in it: a unit or a table that was
-/// left out, or added. A name that merely begins alike is none, and nothing is better than a guess.
+/// A name is near if it differs in few letters, or if one has all words of the other: a unit or a
+/// table was left out or added. A shared beginning is not enough; no suggestion is better than a guess.
 pub fn nearest<'a>(name: &str, known: &[&'a str]) -> Option<&'a str> {
     let scored = known.iter().map(|&candidate| (likeness(name, candidate), candidate));
     scored.max_by(|a, b| a.0.total_cmp(&b.0)).filter(|(score, _)| *score >= ALIKE).map(|(_, n)| n)
@@ -22,7 +22,7 @@ fn likeness(a: &str, b: &str) -> f64 {
     if is_part { letters.max(ALIKE + 0.3 * share) } else { letters }
 }
 
-/// What stands between points, brackets, spaces and the like.
+/// The words of a name between points, brackets, spaces and the like.
 fn words(name: &str) -> Vec<String> {
     let name = name.to_lowercase();
     let words = name.split(|c: char| !c.is_alphanumeric());

@@ -3,7 +3,7 @@
 use std::fmt;
 use std::path::PathBuf;
 
-/// Where in a file.
+/// A place in a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Place {
     /// The file as a whole.
@@ -27,7 +27,7 @@ impl fmt::Display for Place {
     }
 }
 
-/// Something that looks wrong but does not stop anything.
+/// Something that looks wrong but does not prevent anything.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Warning {
     pub file: PathBuf,

@@ -21,7 +21,7 @@ pub enum TableCause {
     Separator(&'static str),
     #[error("this line is a remark, {}", if *.heading { "not the names of the columns" } else { "not a row" })]
     Remark { heading: bool },
-    #[error("the row has words and no number, as units below the names of the columns have")]
+    #[error("the row has words and no number, like a row of units below the names of the columns")]
     Words,
     #[error("column `{0}` stands twice in the header")]
     RepeatedColumn(String),
@@ -79,7 +79,7 @@ type Fault = (Place, TableCause);
 pub(crate) struct Table {
     header: StringRecord,
     rows: Vec<StringRecord>,
-    /// Place of each column in the file, from 0.
+    /// Index of each column in the file, from 0.
     places: Vec<usize>,
 }
 
@@ -122,7 +122,7 @@ impl Table {
         let table = Self { header, rows, places };
         for (row, record) in table.rows.iter().enumerate() {
             if record.len() != table.header.len() {
-                // A branch of a vessel may be called so, a remark has other fields than the header.
+                // A branch of a vessel may have such a name; a remark also has another number of fields.
                 if record.iter().next().is_some_and(|field| field.starts_with('#')) {
                     let place = Place::Line(table.line(row));
                     return Err((place, TableCause::Remark { heading: false }));
@@ -135,7 +135,8 @@ impl Table {
         Ok(table)
     }
 
-    /// Refuses columns that `known` does not accept, and the lack of any of `required`.
+    /// Refuses unknown columns, and the lack of a required one. `accepts` admits further names beside
+    /// those of `known`.
     pub(crate) fn check_columns(
         &self,
         required: &[&str],
@@ -155,8 +156,8 @@ impl Table {
         }
     }
 
-    /// Makes one row of rows that follow each other with the same number in a column: what several
-    /// of them have is their mean, what one has is that. Gives how many rows that took away.
+    /// Merges consecutive rows with the same number in `column` into one; values that several of
+    /// them have are averaged. Returns how many rows were merged into others.
     pub(crate) fn join_rows(&mut self, column: usize) -> Result<usize, Fault> {
         let same: Vec<Option<f64>> =
             (0..self.len()).map(|row| self.number(row, column)).collect::<Result<_, _>>()?;
@@ -177,7 +178,7 @@ impl Table {
         Ok(before - self.len())
     }
 
-    /// Some rows as one.
+    /// Merges some rows into one record.
     fn joined(&self, rows: Range<usize>) -> Result<StringRecord, Fault> {
         let mut record = StringRecord::new();
         for column in 0..self.header.len() {
@@ -199,7 +200,7 @@ impl Table {
         Ok(record)
     }
 
-    /// Leaves out the rows that lack a number in any of these columns; gives how many they were.
+    /// Removes the rows that lack a value in any of these columns. Returns how many were removed.
     pub(crate) fn drop_rows_without(&mut self, names: &[&str]) -> usize {
         let columns: Vec<usize> = names.iter().filter_map(|name| self.column(name)).collect();
         let before = self.len();
@@ -232,8 +233,8 @@ impl Table {
         fields.all(|field| field.parse::<f64>().is_err())
     }
 
-    /// Some columns, each under another name, with what `rewrite` makes of row and index among them;
-    /// places stay those of the file.
+    /// Selects and renames columns. `rewrite(row, k)` gives the text of the k-th of them; places in
+    /// messages stay those of the file.
     pub(crate) fn select(
         &self,
         columns: &[(usize, &str)],

@@ -10,7 +10,7 @@ use cathforce_mechanics::{PrecurvePiece, Real};
 /// The unloaded shape of a tip.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tip {
-    /// As `--tip` takes it.
+    /// Name for `--tip`.
     pub name: &'static str,
     /// What it looks like.
     pub doc: &'static str,
@@ -43,7 +43,7 @@ impl Tip {
         self.pieces.iter().map(|piece| piece.turn_deg).sum()
     }
 
-    /// Pieces as a description carries them.
+    /// Pieces in the form of a description.
     pub fn precurve<T: Real>(&self) -> impl Iterator<Item = PrecurvePiece<T>> {
         self.pieces.iter().map(|piece| PrecurvePiece {
             length_m: T::lit(piece.length_m),

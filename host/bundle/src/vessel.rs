@@ -20,43 +20,42 @@ pub const CELL_M: f64 = 1e-3;
 /// Points at which a lumen is compared with the exact wall.
 pub(crate) const QUALITY_POINTS: usize = 20_000;
 
-/// Grid spacings that are tried to say which would fit \[m\].
+/// Grid spacings that are tried for advice when a lumen does not fit \[m\].
 const COARSER_M: [f64; 9] =
     [0.3e-3, 0.4e-3, 0.5e-3, 0.6e-3, 0.8e-3, 1.0e-3, 1.25e-3, 1.5e-3, 2.0e-3];
 
-/// What a lumen became.
+/// Properties of a lumen that was built.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LumenReport {
     /// Where the wall came from.
     pub source: WallSource,
-    /// Of directory and bricks.
+    /// Size of directory and bricks.
     pub bytes: usize,
     /// Bricks stored.
     pub bricks: usize,
-    /// In the place of how many there are eight of half the spacing, and how many there was no
-    /// room for.
+    /// Bricks that were replaced by eight of half the spacing, and bricks that had no room for that.
     pub fine: [usize; 2],
     /// Grid spacing \[m\].
     pub cell_m: f64,
-    /// Of the instrument that it is for \[m\].
+    /// Outer radius of the instrument that it is made for \[m\].
     pub outer_radius_m: f64,
     /// Where the surface of a mesh ends; empty for a centreline.
     pub openings: Vec<Opening>,
     /// Gaps in a mesh that were closed.
     pub gaps: usize,
-    /// How far a smooth surface leaves the facets of its mesh at most, and where \[m\].
+    /// Largest distance of a smooth surface from the facets of its mesh, and the place \[m\].
     pub off_facets: Option<(f64, Vector3<f64>)>,
-    /// Radius of the widest place, as far as a few hundred places tell \[m\].
+    /// Radius of the widest of a few hundred sampled places \[m\].
     pub widest_m: f64,
     /// Diagonal of the box around the wall \[m\].
     pub span_m: f64,
-    /// Against the surface that is stored.
+    /// Errors against the surface that is stored.
     pub quality: LumenQuality,
-    /// Against the flat facets of the mesh \[m\], when that was asked for.
+    /// Errors against the flat facets of the mesh \[m\], if asked for.
     pub facets_m: Option<Spread>,
-    /// From the surface to the flat facets of its mesh \[m\], when that was asked for.
+    /// Distance of the surface from the flat facets of its mesh \[m\], if asked for.
     pub surface_to_facets_m: Option<Spread>,
-    /// When the device has no room for it.
+    /// Set if the device has no room for it.
     pub too_large: Option<LumenTooLarge>,
 }
 
@@ -87,8 +86,8 @@ fn coarser(fitting: &Option<(f64, usize)>) -> String {
 /// Where a wall came from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum WallSource {
-    /// A mesh of so many triangles in the file; openings extended and refined in so many
-    /// rounds it has `triangles`.
+    /// A mesh: triangles in the file, triangles after openings were extended and the surface was
+    /// refined, and the rounds of refinement.
     Mesh { read: usize, triangles: usize, rounds: usize },
     /// `centreline.csv`.
     Centreline { branches: usize },
@@ -118,14 +117,14 @@ pub enum LumenBuildError {
 }
 
 impl LumenBuildError {
-    /// The vessel may be good, but the device has no room for it.
+    /// Whether the vessel may be good, but the device has no room for it.
     pub fn is_about_room(&self) -> bool {
         matches!(self, LumenBuildError::TooManyBricks { .. })
     }
 }
 
-/// As far from the origin of its frame a grid may begin on each axis, as the device takes it
-/// \[m\]: `cathforce_mechanics::LumenHeader`.
+/// Largest distance along an axis from the origin of its frame at which the device accepts the
+/// start of a grid \[m\]: `cathforce_mechanics::LumenHeader`.
 const FARTHEST_ORIGIN_M: f64 = 10.0;
 
 /// A wall of either kind.
@@ -182,7 +181,7 @@ impl Vessel {
         self
     }
 
-    /// The wall of a mesh on its own; the volume that it encloses tells its inner side.
+    /// The wall of a mesh without a bundle; the enclosed volume tells its inner side.
     pub fn from_mesh(mesh: &Mesh, model: SurfaceModel) -> Self {
         let mut wall = MeshWall::new(mesh.clone(), model);
         let (triangles, rounds) = (wall.triangles(), wall.rounds);
@@ -197,14 +196,14 @@ impl Vessel {
         &*self.wall
     }
 
-    /// Samples the wall on a grid and says what that cost.
+    /// Samples the wall on a grid and reports size and errors.
     pub fn lumen(
         &self,
         options: LumenOptions,
     ) -> Result<(BuiltLumen, LumenReport), LumenBuildError> {
         let (low, high) = self.wall.bounds_m();
         let margin_m = options.outside_m + 2.0 * options.cell_m;
-        // A device refuses the grid; one that begins within reach may end beyond it.
+        // The device checks where a grid begins, not where it ends.
         let is_too_far = |x: f64| (x - margin_m).abs() > FARTHEST_ORIGIN_M;
         if low.iter().any(|&x| is_too_far(x)) {
             return Err(LumenBuildError::TooFarOff { at_mm: (low * 1e3).into() });
@@ -244,8 +243,8 @@ impl Vessel {
     /// The finest coarser grid that fits the device, with its bytes. `bytes`: on the grid of
     /// `options`.
     fn fitting(&self, options: LumenOptions, bytes: usize) -> Option<(f64, usize)> {
-        // Bricks lie along a surface: their number falls by the square. The directory, which
-        // falls faster, is what makes this too high a guess.
+        // Bricks lie along a surface, so their number falls with the square of the spacing; only
+        // the directory falls with the cube. The cube is optimistic: no grid that fits is skipped.
         let hopeful = |cell_m: f64| {
             bytes == usize::MAX
                 || bytes as f64 * (options.cell_m / cell_m).powi(3) < DEVICE_LUMEN_BYTES as f64

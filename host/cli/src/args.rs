@@ -5,6 +5,7 @@
 //! file that it takes or writes comes second; `--link` says which device; `--json` prints the result
 //! as JSON; `--out` names the file that is written; every argument has a help text.
 
+mod bundle;
 mod config;
 mod gap;
 mod link;
@@ -19,6 +20,7 @@ use clap::{
 };
 
 pub use crate::output::JsonFile;
+pub use bundle::{BundleAction, BundleArguments, BundleInitArguments, Plant};
 pub use config::{
     ConfigAction, ConfigApplyArguments, ConfigArguments, ConfigDiffArguments, ConfigGetArguments,
     ConfigImageArguments, ConfigImportDbcArguments, ConfigInitArguments, ConfigListArguments,
@@ -117,6 +119,8 @@ pub enum Command {
     Doctor(DoctorArguments),
     /// Explain faults, show the one that a device has, and clear it.
     Fault(FaultArguments),
+    /// Write a trial bundle to begin with.
+    Bundle(BundleArguments),
     /// Build the distance field of a vessel's wall, and report its size and accuracy.
     Lumen(LumenArguments),
     /// List the tip shapes of common catheters.
@@ -221,6 +225,17 @@ pub struct RunArguments {
 pub struct SimulateArguments {
     #[command(flatten)]
     pub play: PlayArguments,
+    /// Write what the rig's sensors would have measured as the next trial of the bundle in this
+    /// folder. A folder that is not there is made, with the same rig and vessel; without a name it
+    /// is that of the bundle with `-simulated`.
+    #[arg(long, value_name = "FOLDER")]
+    pub as_trial: Option<Option<PathBuf>>,
+    /// Add the noise that rig.toml states for each sensor.
+    #[arg(long, requires = "as_trial")]
+    pub noise: bool,
+    /// Take other noise; the same number gives the same noise.
+    #[arg(long, value_name = "N", default_value_t = 1, requires = "noise")]
+    pub seed: u64,
 }
 
 #[derive(Debug, Args)]
@@ -335,12 +350,17 @@ mod tests {
         let all = documented::documented(&["cathforce"]);
         assert!(all.len() > 60, "{} commands", all.len());
         for printed in all {
-            // A number that is left to the reader.
-            let words = printed.words.iter().map(|word| match &word[..] {
-                "N" | "M" => "1",
-                "rms_N=X" => "rms_N=1",
-                word => word,
-            });
+            // Values that are left to the reader.
+            let mut words = printed.words.clone();
+            for at in 0..words.len() {
+                let is_link = at > 0 && words[at - 1] == "--link";
+                words[at] = match words[at].as_str() {
+                    "N" | "M" => "1".into(),
+                    "rms_N=X" => "rms_N=1".into(),
+                    "LINK" | "…" if is_link => "sim".into(),
+                    _ => continue,
+                };
+            }
             let Err(error) = Arguments::try_parse_from(words) else { continue };
             let missing = [
                 ErrorKind::MissingRequiredArgument,

@@ -37,12 +37,11 @@ fn main() -> ExitCode {
             let pace = if arguments.free { Pace::Free } else { Pace::LockStep };
             commands::run::run(&ui, &arguments.link, pace, &arguments.play)
         }
-        Command::Simulate(arguments) => {
-            commands::run::run(&ui, "sim", Pace::LockStep, &arguments.play)
-        }
+        Command::Simulate(arguments) => commands::simulate::run(&ui, &arguments),
         Command::Replay(arguments) => commands::replay::run(&ui, &arguments),
         Command::Info(arguments) => commands::info::run(&ui, &arguments),
         Command::Config(arguments) => commands::config::run(&ui, &arguments),
+        Command::Bundle(arguments) => commands::bundle::run(&ui, &arguments),
         Command::Link(arguments) => commands::link::run(&ui, &arguments),
         Command::Doctor(arguments) => commands::doctor::run(&ui, &arguments),
         Command::Fault(arguments) => commands::fault::run(&ui, &arguments),

@@ -65,7 +65,16 @@ fn wrong_arguments_are_exit_code_2() {
     assert_fails(&cathforce(["run"]), 2, &["--link"]);
     assert_fails(&cathforce(["info"]), 2, &["--link"]);
     assert_fails(&simulate(&["--set", "force_gain"]), 2, &["NAME=VALUE"]);
-    assert_fails(&simulate(&["--set", "force_gian=2"]), 2, &["no setting", "cathforce config"]);
+    let slip = ["no setting `force_gian`", "write `force_gain`", "cathforce config list"];
+    assert_fails(&simulate(&["--set", "force_gian=2"]), 2, &slip);
+    let effect = ["gap", "diagnose", "b", "--effect", "wall.stifness"];
+    assert_fails(
+        &cathforce(effect),
+        2,
+        &["no effect `wall.stifness`", "did you mean `wall.stiffness`?"],
+    );
+    assert_fails(&cathforce(["info", "--link", "can0"]), 2, &["did you mean `socketcan:can0`?"]);
+    assert_fails(&cathforce(["confg"]), 2, &["a similar subcommand exists: 'config'"]);
     assert_fails(
         &simulate(&["--set", "force_gain=1e9"]),
         2,
@@ -89,7 +98,7 @@ fn wrong_files_are_exit_code_3_with_place_and_cause() {
     let html = folder.path().join("page.html");
     let no_mcap = ["wrong.mcap: byte 0: not an MCAP file", "cathforce run"];
     assert_fails(&cathforce(["replay", text(&file)]), 3, &no_mcap);
-    assert_fails(&cathforce(["report", text(&file), "--html", text(&html)]), 3, &no_mcap);
+    assert_fails(&cathforce(["report", text(&file), "--out", text(&html)]), 3, &no_mcap);
     assert!(!html.exists(), "nothing half done");
     assert_fails(&cathforce(["replay", "absent.mcap"]), 3, &["absent.mcap"]);
     assert_fails(&cathforce(["info", "absent"]), 3, &["absent"]);
@@ -101,7 +110,7 @@ fn wrong_files_are_exit_code_3_with_place_and_cause() {
     assert_fails(&cathforce(["info", text(&file)]), 3, &["refused as a device image"]);
 
     let output = command().arg("simulate").arg(example()).args(["--trial", "77"]).output().unwrap();
-    assert_fails(&output, 3, &["no trial 077", "000"]);
+    assert_fails(&output, 3, &["no trial 077", "fix: give --trial one of 000"]);
     let output = simulate(&["--out", "/no/such/folder/run.mcap"]);
     assert_fails(&output, 1, &["/no/such/folder/run.mcap", "No such file"]);
     assert!(!stderr(&output).contains("recording:"), "{}", stderr(&output));
@@ -119,12 +128,12 @@ fn a_diagnosis_whose_answer_cannot_be_written_does_not_begin() {
     let diagnose = |extra: &[&str]| {
         command().args(["gap", "diagnose"]).arg(example()).args(extra).output().unwrap()
     };
-    for extra in [["--json", "/no/such/folder/D.json"], ["--report", "/no/such/folder/D.html"]] {
+    for extra in [["--out", "/no/such/folder/D.json"], ["--report", "/no/such/folder/D.html"]] {
         let output = diagnose(&extra);
         assert_fails(&output, 1, &[extra[1], "No such file"]);
         assert!(!stderr(&output).contains("compared"), "{}", stderr(&output));
     }
-    assert_fails(&diagnose(&["--report", "-"]), 2, &["a page goes into a file", "--json -"]);
+    assert_fails(&diagnose(&["--report", "-"]), 2, &["a page goes into a file", "`--json`"]);
 }
 
 #[test]
@@ -153,7 +162,7 @@ fn a_recording_that_is_there_is_replaced_only_when_asked_and_never_before_the_ne
     let kept = fs::read(&file).unwrap();
     let out = text(&file);
     let is_kept = || fs::read(&file).unwrap() == kept;
-    let there = ["kept.mcap", "is there already", "fix:", "--overwrite"];
+    let there = ["kept.mcap", "exists already", "fix:", "--overwrite"];
     // Nobody listens: whoever opens the link first ends with 4.
     let port = std::net::TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
     let link = format!("slcan:tcp:127.0.0.1:{port}");
@@ -175,7 +184,7 @@ fn a_recording_that_is_there_is_replaced_only_when_asked_and_never_before_the_ne
     // Nothing else takes a recording's place.
     let stays = ["kept.mcap is a recording", "fix: give another name"];
     assert_fails(&simulate(&["--summary", out]), 2, &stays);
-    assert_fails(&cathforce(["report", out, "--html", out]), 2, &stays);
+    assert_fails(&cathforce(["report", out, "--out", out]), 2, &stays);
     assert_fails(&cathforce(["export", out, "--csv", out, "--overwrite"]), 2, &stays);
     assert_fails(&cathforce(["config", "image", text(&bundle), "--out", out]), 2, &stays);
     assert!(is_kept());
@@ -225,7 +234,7 @@ fn a_threshold_of_what_was_not_compared_is_missed() {
     for (force, says) in [
         (["", ""], "no measured force"),
         ([",fx_N,fy_N,fz_N", ",0,0,0"], "every measured force is 0"),
-        ([",fx_N,fy_N,fz_N", ",0.1,0,0"], "3 mm of feed past the beginning"),
+        ([",fx_N,fy_N,fz_N", ",0.1,0,0"], "after the first 3 mm of feed"),
     ] {
         fs::write(bundle.join("trials/000.csv"), rows(force)).unwrap();
         let output = cathforce(["simulate", text(&bundle), "--cell", "3", "--max-error", "50"]);
@@ -245,14 +254,12 @@ fn files_that_are_mixed_up_are_named_for_what_they_are() {
     fs::write(&trial, "t_s,insertion_m,rotation_rad\n0,0.1,0\n").unwrap();
     let bundle = example();
     let (rig, bundle) = (bundle.join("rig.toml"), text(&bundle));
-    let swapped = cathforce(["config", "apply", bundle, text(&settings), "--link", "sim"]);
-    assert_fails(&swapped, 2, &["is a bundle", "the settings come first", "fix: write"]);
     let validated = cathforce(["config", "validate", text(&rig)]);
     assert_fails(&validated, 3, &["rig.toml of a bundle", "the bundle's folder"]);
     let folder_for_file = cathforce(["config", "diff", bundle, text(&settings)]);
     assert_fails(&folder_for_file, 3, &["is a folder", "config init"]);
     let shown = cathforce(["info", text(&settings)]);
-    assert_fails(&shown, 3, &["a file of settings", "config validate"]);
+    assert_fails(&shown, 3, &["a settings file", "config validate"]);
     for of_recording in [["gap", "diagnose"], ["info", "--quiet"], ["replay", "--quiet"]] {
         let output = |file: &Path| command().args(of_recording).arg(file).output().unwrap();
         assert_fails(&output(&table), 3, &["robot.csv: byte 0: not an MCAP", "import csv"]);
@@ -329,7 +336,7 @@ fn a_free_running_recording_is_shown_but_not_replayed() {
     let [file, html] = ["free.mcap", "free.html"].map(|name| folder.path().join(name));
     altered(&file, |recording| recording.info.lock_step = false);
     assert_fails(&cathforce(["replay", text(&file)]), 3, &["without lock step"]);
-    let report = cathforce(["report", text(&file), "--html", text(&html)]);
+    let report = cathforce(["report", text(&file), "--out", text(&html)]);
     assert!(report.status.success(), "{}", stderr(&report));
     let page = fs::read_to_string(html).unwrap();
     assert!(page.contains("peak contact force") && !page.contains("bits differ"));
@@ -345,15 +352,15 @@ fn data_is_on_stdout_and_remarks_are_on_stderr() {
     let json: serde_json::Value = serde_json::from_str(stdout(&output)).unwrap();
     let file: serde_json::Value = serde_json::from_slice(&fs::read(summary).unwrap()).unwrap();
     assert_eq!(json, file);
-    for key in ["ticks", "differing_bits", "force_rms_error_n", "measured_force_peak_n", "wall_s"] {
+    for key in ["ticks", "differing_bits", "force_rms_error_N", "measured_force_peak_N", "wall_s"] {
         assert!(json[key].is_number(), "{key}");
     }
     // Three axes of what rig.toml states.
-    let noise_n = json["force_noise_rms_n"].as_f64().unwrap();
+    let noise_n = json["force_noise_rms_N"].as_f64().unwrap();
     assert!((noise_n - 0.01 * 3.0_f64.sqrt()).abs() < 1e-9, "{noise_n}");
 
     let output = simulate(&[]);
-    assert!(stdout(&output).contains(", of which noise 17.3 mN"), "{}", stdout(&output));
+    assert!(stdout(&output).contains(", sensor noise 17.3 mN"), "{}", stdout(&output));
     assert!(stderr(&output).contains("upload: 100 %"), "{}", stderr(&output));
     assert!(stdout(&output).contains("Simulated, not measured"), "{}", stdout(&output));
     assert!(!stdout(&output).contains('\x1b') && !stderr(&output).contains('\x1b'));
@@ -364,7 +371,7 @@ fn a_recording_becomes_a_page_and_tables() {
     let folder = tempfile::tempdir().unwrap();
     let [html, csv, nodes] = ["page.html", "ticks.csv", "nodes.csv"].map(|f| folder.path().join(f));
     let recording = text(recording());
-    assert!(cathforce(["report", recording, "--html", text(&html)]).status.success());
+    assert!(cathforce(["report", recording, "--out", text(&html)]).status.success());
     let arguments = ["export", recording, "--csv", text(&csv), "--nodes", text(&nodes)];
     assert!(cathforce(arguments).status.success());
 
@@ -402,16 +409,78 @@ fn info_tells_bundle_recording_image_and_device_apart() {
 
 #[test]
 fn every_setting_is_listed_with_range_and_text() {
-    let output = cathforce(["config", "--json"]);
+    let output = cathforce(["config", "list", "--json"]);
     let list: serde_json::Value = serde_json::from_str(stdout(&output)).unwrap();
     let list = list.as_array().unwrap();
     let parameters = cathforce_mechanics::parameters().count();
     assert_eq!(list.len(), cathforce_config::SETTINGS.len() + parameters);
+    let filtered = cathforce(["config", "list", "slew", "--json"]);
+    let filtered: serde_json::Value = serde_json::from_str(stdout(&filtered)).unwrap();
+    let names = filtered.as_array().unwrap().iter().map(|s| s["name"].as_str().unwrap());
+    assert!(names.clone().count() > 0 && names.into_iter().all(|name| name.contains("slew")));
+    assert_eq!(cathforce(["config"]).stdout, cathforce(["config", "list"]).stdout);
     assert!(list.iter().all(|s| s["doc"].as_str().is_some_and(|doc| !doc.is_empty())));
     let bundle = example();
     let shown = cathforce(["config", "show", text(&bundle), "--set", "force_gain=2", "--json"]);
     let shown: serde_json::Value = serde_json::from_str(stdout(&shown)).unwrap();
     assert_eq!(shown["settings"]["force_gain"], 2.0);
+}
+
+/// Numbers are numbers, and nothing has to be taken out of a sentence.
+#[test]
+fn json_has_numbers_as_numbers() {
+    let parsed = |output: Output| -> serde_json::Value {
+        assert!(output.status.success(), "{}", stderr(&output));
+        serde_json::from_str(stdout(&output)).unwrap()
+    };
+    let bundle = parsed(cathforce(["info", "--json", text(&example())]));
+    assert_eq!(bundle["trials"][0]["number"], 0);
+    assert!(bundle["trials"][0]["rows"].as_u64() > Some(100), "{bundle}");
+    assert!(bundle["mesh_triangles"].as_u64() > Some(1000), "{bundle}");
+    let device = parsed(cathforce(["info", "--json", "--link", "sim"]));
+    assert!(device["frames"].as_object().unwrap().values().all(serde_json::Value::is_u64));
+    let made = parsed(cathforce(["info", "--json", text(recording())]));
+    assert_eq!(made["complete"], true);
+    assert!(made["bus_load"].is_number(), "{made}");
+}
+
+/// A page needs no name, and takes the place of an older one only if cathforce made it.
+#[test]
+fn a_report_goes_beside_its_recording() {
+    let folder = tempfile::tempdir().unwrap();
+    let [file, page] = ["run.mcap", "run.html"].map(|name| folder.path().join(name));
+    fs::copy(recording(), &file).unwrap();
+    for _ in 0..2 {
+        let output = cathforce(["report", text(&file)]);
+        assert!(output.status.success(), "{}", stderr(&output));
+        assert!(stdout(&output).contains(text(&page)), "{}", stdout(&output));
+    }
+    let foreign = "<!doctype html><p>notes</p>";
+    fs::write(&page, foreign).unwrap();
+    assert_fails(&cathforce(["report", text(&file)]), 2, &["did not make", "--out", "--overwrite"]);
+    assert_eq!(fs::read_to_string(&page).unwrap(), foreign);
+    assert!(cathforce(["report", text(&file), "--overwrite"]).status.success());
+    assert!(fs::read_to_string(&page).unwrap().contains("Simulated, not measured"));
+}
+
+/// `--out` keeps the result; stdout has the text, or nothing with `--json`.
+#[test]
+fn a_result_is_kept_in_a_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("answer.json");
+    for (switch, has_text) in [(&[][..], true), (&["--json"][..], false)] {
+        let mut replay = command();
+        replay.args(["replay", text(recording()), "--out", text(&file)]).args(switch);
+        let output = replay.output().unwrap();
+        assert!(output.status.success(), "{}", stderr(&output));
+        assert_eq!(stdout(&output).contains("differing bits"), has_text);
+        let kept: serde_json::Value = serde_json::from_slice(&fs::read(&file).unwrap()).unwrap();
+        assert_eq!(kept["differing_bits"], 0);
+    }
+    let notes = folder.path().join("notes.md");
+    fs::write(&notes, "# Notes").unwrap();
+    let refused = cathforce(["check", text(recording()), "--out", text(&notes)]);
+    assert_fails(&refused, 2, &["notes.md", "stays as it is"]);
 }
 
 #[cfg(unix)]

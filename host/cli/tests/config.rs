@@ -87,7 +87,7 @@ fn a_file_goes_to_the_device_and_comes_back_the_same() {
     json(&["config", "init", &bundle, file]);
     assert_eq!(json(&["config", "diff", file]), Value::Array(Vec::new()), "it sets nothing yet");
     let changed = json(&["config", "set", file, "force_gain=2.5", "wall.friction_coefficient=0.2"]);
-    let of_file = |name| json(&["config", "get", name, file])["value"].clone();
+    let of_file = |name| json(&["config", "get", file, name])["value"].clone();
     assert_eq!((of_file("force_gain"), of_file("torque_gain")), (2.5.into(), 1.0.into()));
     assert_eq!(changed.as_array().unwrap().len(), 2);
     assert!(fs::read_to_string(file).unwrap().contains("# Force on the operator's"));
@@ -95,13 +95,13 @@ fn a_file_goes_to_the_device_and_comes_back_the_same() {
     let to_device = |arguments: &[&str]| {
         json(&[&["config"], arguments, &["--link", &device, "--cell", "2"]].concat())
     };
-    let dry = to_device(&["apply", file, &bundle, "--dry-run"]);
+    let dry = to_device(&["apply", &bundle, file, "--dry-run"]);
     assert_eq!((&dry["dry_run"], &dry["verified"]), (&true.into(), &false.into()));
     let (code, said) = fails(&["config", "get", "force_gain", "--link", &device]);
     assert_eq!(code, Some(5), "still not configured: {said}");
 
-    let applied = to_device(&["apply", file, &bundle]);
-    assert_eq!(applied["verified"], true);
+    let applied = to_device(&["apply", &bundle, file]);
+    assert_eq!((&applied["verified"], &applied["fresh"]), (&true.into(), &true.into()));
     let get = |name| json(&["config", "get", name, "--link", &device])["value"].as_f64().unwrap();
     assert_eq!(get("force_gain"), 2.5);
     assert_eq!(get("wall.friction_coefficient") as f32, 0.2);
@@ -110,18 +110,73 @@ fn a_file_goes_to_the_device_and_comes_back_the_same() {
     let diff = json(&["config", "diff", &device, file]);
     let gain = diff.as_array().unwrap().iter().find(|c| c["name"] == "force_gain").unwrap();
     assert_eq!((&gain["old"], &gain["new"]), (&2.5.into(), &3.0.into()));
-    let applied = to_device(&["apply", file, &bundle]);
+    let applied = to_device(&["apply", &bundle, file]);
+    assert_eq!(applied["fresh"], false);
     assert_eq!(applied["changes"].as_array().unwrap().len(), 1);
     assert_eq!(applied["counts"]["changed"], 1);
-    let all = json(&["config"]).as_array().unwrap().len() as u64;
+    let all = json(&["config", "list"]).as_array().unwrap().len() as u64;
     assert_eq!(applied["counts"]["unchanged"], all - 1);
 
     let saved = folder.path("saved.toml");
     let saved = saved.to_str().unwrap();
     assert_eq!(to_device(&["save", &bundle, saved])["verified"], true);
     assert_eq!(json(&["config", "diff", file, saved]), Value::Array(Vec::new()));
+    // The order of earlier versions is understood.
     let again = to_device(&["apply", saved, &bundle]);
     assert_eq!(again["counts"]["changed"], 0);
+}
+
+/// A device without a configuration gets every value; only those of the file are news.
+#[test]
+fn a_fresh_device_is_told_of_the_file_and_not_of_all_values() {
+    let (folder, device, bundle) = (Folder::new(), device(), bundle());
+    let file = folder.file("s.toml", &format!("{RIG}force_gain = 2\n"));
+    let to_device = ["--link", &device, "--cell", "3", "--dry-run"];
+    let apply = |more: &[&str]| {
+        let output = run(&[&["config", "apply", &bundle, &file][..], &to_device, more].concat());
+        assert!(output.status.success());
+        String::from_utf8(output.stderr).unwrap()
+    };
+    let said = apply(&[]);
+    assert!(said.contains("no configuration yet") && said.contains("force_gain = 2"), "{said}");
+    assert!(said.lines().count() < 10, "{said}");
+    let all = apply(&["--all"]);
+    assert!(all.lines().count() > 50 && all.contains("torque_gain: none -> 1"), "{all}");
+}
+
+/// Everything that is wrong with a file is said in one run, each with its line.
+#[test]
+fn a_broken_file_is_refused_once_with_all_its_lines() {
+    let folder = Folder::new();
+    let file = folder.file(
+        "s.toml",
+        "schema_version = 1\nrig = \"bend-guidewire\"\n[set]\nforce_gian = 2\nforce_gain = \"x\"\n\
+         force_limit_n = 3000\n[master.cathter]\nid = 1\n",
+    );
+    let [bundle, file] = [&bundle(), &file];
+    for command in [
+        &["config", "validate", file][..],
+        &["config", "set", file, "force_gain=2"],
+        &["config", "apply", bundle, file, "--link", "sim"],
+        &["simulate", bundle, "--settings", file],
+    ] {
+        let (code, said) = fails(command);
+        assert_eq!(code, Some(3), "{said}");
+        for part in [
+            "s.toml:4: there is no setting `force_gian`\n  fix: write `force_gain`",
+            "s.toml:5: force_gain must be a number",
+            "s.toml:6: force_limit_n must be between 0 and 10 N",
+            "s.toml:7: there is no key `cathter` in `master`\n  fix: write `catheter`",
+        ] {
+            assert!(said.contains(part), "{command:?}: `{part}` in:\n{said}");
+        }
+    }
+    let (code, said) = fails(&["config", "set", file, "force_gian=2", "torque_gain=1e9"]);
+    assert_eq!(code, Some(3), "{said}");
+    let right = folder.file("right.toml", RIG);
+    let (code, said) = fails(&["config", "set", &right, "force_gian=2", "torque_gain=1e9"]);
+    assert_eq!(code, Some(2), "{said}");
+    assert!(said.contains("force_gian") && said.contains("torque_gain must be between"), "{said}");
 }
 
 /// What a device says of its forces comes back with the model that it is of, and with no other.
@@ -147,7 +202,7 @@ fn a_band_is_saved_with_its_model() {
     let file = saved.to_str().unwrap();
     let to_device = ["--link", &device, "--cell", "2", "--quiet"];
     json(&[&["config", "save", &bundle, file][..], &to_device].concat());
-    let apply = [&["config", "apply", file, &bundle][..], &to_device].concat();
+    let apply = [&["config", "apply", &bundle, file][..], &to_device].concat();
     let warned = || String::from_utf8(run(&apply).stderr).unwrap();
     // That a grid of 2 mm is coarse is all that is said.
     let said = warned();
@@ -163,7 +218,7 @@ fn p17_an_armed_device_is_left_as_it_is_and_the_host_says_why() {
     let (folder, device, bundle) = (Folder::new(), device(), bundle());
     let file = folder.file("s.toml", &format!("{RIG}force_gain = 2\n"));
     let to_device = ["--link", &device, "--cell", "3"];
-    let apply = [&["config", "apply", &file, &bundle][..], &to_device].concat();
+    let apply = [&["config", "apply", &bundle, &file][..], &to_device].concat();
     json(&apply);
     {
         let mut client = Client::connect(cathforce_link::open(&device).unwrap()).unwrap();
@@ -200,7 +255,7 @@ fn p17_an_armed_device_is_left_as_it_is_and_the_host_says_why() {
 fn a_device_of_another_rig_is_not_saved_over_a_file() {
     let (folder, device, bundle) = (Folder::new(), device(), bundle());
     let file = folder.file("s.toml", RIG);
-    json(&["config", "apply", &file, &bundle, "--link", &device, "--cell", "2"]);
+    json(&["config", "apply", &bundle, &file, "--link", &device, "--cell", "2"]);
     let (code, said) = fails(&["config", "save", &bundle, &file, "--link", &device, "--cell", "3"]);
     assert_eq!(code, Some(3), "{said}");
     assert!(said.contains("lumen.cell_m is 0.002") && said.contains("fix:"), "{said}");
@@ -217,10 +272,10 @@ fn an_older_file_is_restored_and_what_does_not_carry_over_is_listed() {
          force_limit_n = 3000\n",
     );
     let (code, said) =
-        fails(&["config", "apply", &file, &bundle, "--link", &device, "--cell", "2"]);
+        fails(&["config", "apply", &bundle, &file, "--link", &device, "--cell", "2"]);
     assert_eq!(code, Some(3), "{said}");
     assert!(said.contains("old.toml:4: ") && said.contains("old.toml:6: "), "{said}");
-    let restored = json(&["config", "restore", &file, &bundle, "--link", &device, "--cell", "2"]);
+    let restored = json(&["config", "restore", &bundle, &file, "--link", &device, "--cell", "2"]);
     assert_eq!(restored["read_only"], Value::from(vec!["solver.tick_s"]));
     let lost = restored["not_carried_over"].as_array().unwrap();
     assert_eq!(lost.iter().map(|l| l["line"].as_u64().unwrap()).collect::<Vec<_>>(), [4, 6]);
@@ -316,7 +371,7 @@ fn every_value_says_where_it_comes_from() {
 fn the_schema_accepts_what_is_written_by_its_names() {
     let schema = json(&["config", "schema"]);
     let names = schema["properties"]["set"]["properties"].as_object().unwrap();
-    assert_eq!(names.len(), json(&["config"]).as_array().unwrap().len());
+    assert_eq!(names.len(), json(&["config", "list"]).as_array().unwrap().len());
     assert_eq!(names["ramp_time_ticks"]["anyOf"][0]["type"], "integer");
     assert_eq!(names["force_limit_n"]["anyOf"][0]["maximum"], 10.0);
 }
@@ -353,7 +408,7 @@ fn a_labs_own_frames_come_from_its_dbc_and_play_and_replay_bit_by_bit() {
         run(&[&to[..], &signals, &wire, &buttons, &grip].concat())
     };
     for (feed, says) in [
-        ("Handle.Fed", "the nearest is Handle.Feed"),
+        ("Handle.Fed", "write `Handle.Feed` if you meant that"),
         ("Hand.Grip", "has the unit \"%\""),
         ("Handle.Turn", "has the unit \"deg\""),
     ] {

@@ -146,7 +146,7 @@ fn what_was_diagnosed_is_applied_and_the_gap_is_smaller_on_the_device() {
     assert!(cathforce(&["export", text(&recording), "--csv", text(&table)]).status.success());
     let table = std::fs::read_to_string(table).unwrap();
     let header = table.lines().next().unwrap();
-    let column = header.split(',').position(|name| name == "drive_force_half_width_n").unwrap();
+    let column = header.split(',').position(|name| name == "drive_fx_half_width_N").unwrap();
     let widths = table.lines().skip(1).map(|line| line.split(',').nth(column).unwrap());
     let widths: Vec<f64> = widths.filter_map(|n| n.parse().ok()).collect();
     assert!(widths.len() > 50 && widths.iter().all(|n| (0.0..2.0).contains(n)), "{widths:?}");

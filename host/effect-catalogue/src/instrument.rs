@@ -1,4 +1,4 @@
-//! The instrument and its tendon.
+//! Effects of the instrument and its tendon.
 
 use crate::Channel::{DriveForce, Force, Shape, Tip};
 use crate::{Effect, Plant, fitted, held};

@@ -1,9 +1,8 @@
-//! Catalogue of the effects that a rig may have beyond its nominal model: what a diagnosis
-//! may name, with what it must know to try.
+//! Catalogue of the effects that a rig may have beyond its nominal model, and that a diagnosis may name.
 //!
-//! Units, off values and ranges are those of `cathforce_mechanics` ([`Parameter::info`]); here
-//! stand the names under which they are reported, how large they plausibly are, where a fit
-//! starts, which channels they touch, what excites them and what they are mistaken for.
+//! Units, off values and ranges come from `cathforce_mechanics` ([`Parameter::info`]). The catalogue adds the
+//! name in reports, a plausible size, starting values of a fit, the channels that are affected, the
+//! motion that excites an effect, and the effects that it is confused with.
 
 #![forbid(unsafe_code)]
 
@@ -45,32 +44,32 @@ pub enum Channel {
     DriveCommand,
 }
 
-/// What a fit does with a parameter.
+/// The role of a parameter in a fit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Role {
-    /// Is fitted; its starts are values.
+    /// Fitted; starting values are absolute.
     Value,
-    /// Is fitted; its starts are multiples of the nominal value.
+    /// Fitted; starting values are multiples of the nominal value.
     TimesNominal,
-    /// A coordinate of a point on the vessel's centre line; starts lie along the tip's way.
+    /// A coordinate of a point on the vessel's centre line; starting points lie along the tip's way.
     Place,
-    /// Stays at its default unless somebody knows better.
+    /// Held at its default unless a user sets it.
     Held,
 }
 
 /// One parameter of an effect.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Parameter {
-    /// As reports name it.
+    /// Name in reports.
     pub name: &'static str,
-    /// As settings name it.
+    /// Key in settings.
     pub key: &'static str,
     /// Plausible size of its deviation from off or nominal (one standard deviation), in its unit.
     pub prior_scale: f64,
     pub role: Role,
-    /// Values with which every start is tried: frequencies and phases, where a fit finds only the
-    /// one that it begins near. Empty for all others, whose values stand in the starts.
+    /// Values with which every start is combined. Used for frequencies and phases, where a fit converges
+    /// only from nearby; empty for other parameters, whose values are in the starts.
     pub scan: &'static [f64],
 }
 
@@ -80,15 +79,15 @@ pub struct Effect {
     /// `group.effect`.
     pub id: &'static str,
     pub plant: Plant,
-    /// What it is, in a sentence.
+    /// Description in a sentence.
     pub doc: &'static str,
     pub parameters: &'static [Parameter],
     /// Switched-on values, one for each parameter whose role is [`Role::Value`] or
     /// [`Role::TimesNominal`], in their order; those with a scan come last and are left out.
     pub start_values: &'static [&'static [f64]],
-    /// Channels that it changes by itself, the most telling one first.
+    /// Channels that it changes directly, the most informative one first.
     pub channels: &'static [Channel],
-    /// What a trial must contain to show it.
+    /// Motion that a trial must contain to show it.
     pub excited_by: &'static str,
     /// Effects for which it is easily mistaken.
     pub confused_with: &'static [&'static str],
@@ -106,7 +105,7 @@ impl Parameter {
             whole: false,
             doc: "",
         };
-        // A test holds every key to be there.
+        // A test checks that every key exists.
         parameters().find(|info| info.key == self.key).unwrap_or(&NONE)
     }
 
@@ -115,7 +114,7 @@ impl Parameter {
         self.role != Role::Held
     }
 
-    /// Its value in a description in which its effect is off.
+    /// Its value in a description if the effect is off.
     pub fn off<T: Real>(&self, nominal: &Description<T>) -> Option<T> {
         nominal.parameter(self.key)
     }
@@ -127,8 +126,8 @@ impl Effect {
         all().find(|effect| effect.id == id)
     }
 
-    /// Switched-on values from which a fit starts beside off: [`Self::start_values`] with every
-    /// combination of what is scanned.
+    /// Values from which a fit starts, besides off: [`Self::start_values`] combined with all scanned
+    /// values.
     pub fn starts(&self) -> Vec<Vec<f64>> {
         let starts = self.start_values.iter().map(|values| values.to_vec()).collect();
         let scans = self.parameters.iter().map(|p| p.scan).filter(|scan| !scan.is_empty());
@@ -138,8 +137,8 @@ impl Effect {
         })
     }
 
-    /// Parameters with values, in the order of [`Self::parameters`], that a start switches on;
-    /// those of a [`Role::Place`] are left out.
+    /// Parameters and values of a start, in the order of [`Self::parameters`], without those of
+    /// [`Role::Place`].
     pub fn start<T: Real>(
         &self,
         nominal: &Description<T>,
@@ -181,7 +180,7 @@ const fn fitted(name: &'static str, key: &'static str, prior_scale: f64) -> Para
     Parameter { name, key, prior_scale, role: Role::Value, scan: &[] }
 }
 
-/// From two phases a quarter apart, every other one is a combination.
+/// Two phases a quarter of a turn apart, which span all others.
 const PHASES_RAD: [f64; 2] = [0.0, 1.57];
 
 const fn scanned(

@@ -1,4 +1,4 @@
-//! The force sensor under the vessel.
+//! Effects of the force sensor under the vessel.
 
 use crate::Channel::Force;
 use crate::{Effect, Plant, fitted};
@@ -7,7 +7,7 @@ pub(crate) const EFFECTS: &[Effect] = &[
     Effect {
         id: "sensor.bias",
         plant: Plant::Catheter,
-        doc: "The sensor reads a force where there is none.",
+        doc: "The sensor reads a constant force in addition.",
         parameters: &[
             fitted("x_n", "effects.sensor.bias.x_n", 0.02),
             fitted("y_n", "effects.sensor.bias.y_n", 0.02),

@@ -1,14 +1,14 @@
-//! Entry, contact, wall and fluid.
+//! Effects of entry, contact, wall and fluid.
 
 use crate::Channel::{DriveForce, Force, Shape, Tip};
 use crate::{Effect, PHASES_RAD, Parameter, Plant, Role, fitted, held, scanned};
 
-/// What touches the wall shows in the force first.
+/// Channels of effects that show in the force first.
 const BY_FORCE: &[crate::Channel] = &[Force, DriveForce, Tip, Shape];
-/// What moves the instrument shows in where it is first.
+/// Channels of effects that show in the position first.
 const BY_PLACE: &[crate::Channel] = &[Tip, Force, Shape, DriveForce];
 
-/// Of breath and pulse, at rest and not.
+/// Frequencies of respiration and pulse, at rest and under load.
 const FREQUENCIES_HZ: [f64; 5] = [0.25, 0.4, 0.55, 0.75, 1.2];
 
 const fn place(name: &'static str, key: &'static str) -> Parameter {

@@ -28,7 +28,7 @@ fn nominal() -> (Description<f64>, LumenHeader, Vec<u8>) {
     (description, header, bytes)
 }
 
-/// What the sensors would have read.
+/// Readings of the sensors.
 fn run(description: &Description<f64>, lumen: &Lumen<'_>, start: &State<f64>) -> Vec<Row> {
     let model = Model::new(description.clone()).expect("within the ranges");
     let (mut state, mut sensor) = (start.clone(), Measurement::new());
@@ -65,7 +65,7 @@ fn each_effect_changes_what_it_says_and_off_changes_no_bit() {
     while !settle(&model, &lumen, &mut start, drive(0)) {}
     let base = run(&nominal, &lumen, &start);
 
-    // A tendon that is there but not pulled, so that its effects have something to act on.
+    // The rig has a tendon that is not pulled, so that effects of a tendon can act.
     let tendon = [
         ("tendon.pull_m", 2e-3),
         ("tendon.stiffness_n_per_m", 2e3),

@@ -18,7 +18,6 @@
 //! | `planning` | says what a recording can tell before it is made, and what to record next |
 //! | `diagnosis` | runs all of the above and assembles the answer (`report`) |
 //! | `catheter`, `drive` | the two kinds of rig as plants |
-//! | `page` | shows an answer as a page of HTML |
 
 #![forbid(unsafe_code)]
 
@@ -30,23 +29,24 @@ pub mod drive;
 mod explaining;
 mod fitting;
 mod noise;
-mod page;
 mod planning;
 pub mod plant;
 pub mod rounding;
 mod scoring;
 mod selecting;
 mod signal;
-#[cfg(test)]
-mod toy;
+#[cfg(any(test, feature = "toy"))]
+pub mod toy;
 
 pub use cathforce_recording::{COLUMNS, Coverage, Covered};
 pub use diagnosis::report;
 pub use diagnosis::withheld::{achieved, covered};
 pub use diagnosis::{diagnose, diagnose_given, expected_simulations};
 pub use explaining::band::{Band, ROWS, Row};
+pub use explaining::locate::Cell;
+pub use explaining::map::Map;
+pub use explaining::on_vessel::{OnVessel, Square, VesselMap};
 pub use fitting::nuisance::NUISANCE_LIMIT;
 pub use fitting::problem::Progress;
-pub use page::page;
 pub use planning::{isolability, protocol, spike};
 pub use plant::{Altered, Silhouette};

@@ -1,4 +1,4 @@
-//! Which build of the firmware an ELF is, as the device would say it of itself.
+//! The build of a firmware ELF, as a device that runs it reports it.
 
 use std::path::Path;
 
@@ -21,7 +21,7 @@ pub fn build_of(elf: &Path) -> Option<String> {
     Some(format!("{:08x}", crc32(&flash)))
 }
 
-/// What lies in flash from `begins` on; what nothing is loaded into is zero.
+/// The contents of flash from `begins` on; gaps are zero.
 fn flash(file: &ElfFile32<'_>, begins: u64) -> Option<Vec<u8>> {
     let endian = file.endian();
     let mut flash = Vec::new();
@@ -31,7 +31,7 @@ fn flash(file: &ElfFile32<'_>, begins: u64) -> Option<Vec<u8>> {
             continue;
         }
         let data = header.data(endian, file.data()).ok()?;
-        // Of what begins before, the rest.
+        // A segment may begin before: only the rest of it counts.
         let skipped = usize::try_from(begins.saturating_sub(at)).ok()?.min(data.len());
         let from = usize::try_from((at + skipped as u64).checked_sub(begins)?).ok()?;
         let end = from + data.len() - skipped;
@@ -41,7 +41,7 @@ fn flash(file: &ElfFile32<'_>, begins: u64) -> Option<Vec<u8>> {
     (!flash.is_empty()).then_some(flash)
 }
 
-/// Version and build of what a device says of itself.
+/// Splits the version that a device reports, `0.1.0+0123abcd`, into version and build.
 pub fn version_and_build(firmware: &str) -> (&str, Option<&str>) {
     firmware.split_once('+').map_or((firmware, None), |(version, build)| (version, Some(build)))
 }

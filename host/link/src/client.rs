@@ -21,11 +21,11 @@ const RESPONSE_TIMEOUT: Duration = Duration::from_secs(2);
 /// The same for checking a whole image.
 const ACTIVATE_TIMEOUT: Duration = Duration::from_secs(20);
 
-/// How often an upload goes on where the device says, before it counts as hopeless.
+/// How often an upload continues at the offset that the device asks for, before it is given up.
 const MOST_RESTARTS: u32 = 8;
 
-/// Called with every frame, in the order in which it was sent or received, and with how long one
-/// that was received had been on this computer ([`Link::waited`]).
+/// Called with every frame, in the order in which it was sent or received. A received frame comes
+/// with the time that it had waited on this computer ([`Link::waited`]).
 pub type Tap = Box<dyn FnMut(Direction, &Frame, Option<Duration>) + Send>;
 
 /// What a device says of itself.
@@ -71,11 +71,11 @@ pub enum ClientError {
     )]
     ImageTooLong { len: usize, capacity: u32 },
 
-    /// By whoever watches its progress.
+    /// The caller stopped the upload when it was told the progress.
     #[error("interrupted while the image was sent; the device goes on using what it had")]
     Stopped,
 
-    #[error("the device answered {request} with something else")]
+    #[error("the device was asked {request}, and its answer belongs to another request")]
     Answer { request: &'static str },
 }
 
@@ -174,8 +174,8 @@ impl<L: Link> Client<L> {
     /// Sends an image and puts it to use; `progress` is told the bytes sent so far and may
     /// stop it. On an error the device goes on using what it had.
     ///
-    /// Goes on where an upload of the same image was cut, by whatever end of the bus; a device
-    /// that was reset meanwhile gets it from the beginning.
+    /// Continues where an earlier upload of the same image was cut. A device that was reset
+    /// meanwhile gets the image from the beginning.
     pub fn upload_image(
         &mut self,
         image: &[u8],
@@ -202,8 +202,8 @@ impl<L: Link> Client<L> {
                     self.done(begin)?;
                 }
                 _ => {
-                    let reason = "it loses what it was sent, again and again: does another \
-                                  program upload too, or is its supply weak?";
+                    let reason = "it keeps losing what it was sent: does another program upload \
+                                  too, or is its supply weak?";
                     let request = "a part of the image";
                     return Err(ClientError::Refused { request, reason: reason.into() });
                 }
@@ -215,7 +215,7 @@ impl<L: Link> Client<L> {
         self.done(Request::Activate)?;
         self.assembler.restart();
         self.host_tick = 0;
-        // The device has accepted the image.
+        // The device has accepted the image, so it can be read.
         self.master = image::master(image).unwrap_or_default();
         Ok(())
     }
@@ -272,7 +272,7 @@ impl<L: Link> Client<L> {
         self.tap = tap;
     }
 
-    /// What became of the frames that came from the device.
+    /// Counts of what became of the frames from the device.
     pub fn counters(&self) -> Counters {
         self.assembler.counters().merged(&self.endpoint_counters)
     }
@@ -282,12 +282,12 @@ impl<L: Link> Client<L> {
         &self.link
     }
 
-    /// The link, when the client is done with.
+    /// Gives back the link and ends the client.
     pub fn into_link(self) -> L {
         self.link
     }
 
-    /// The link, to send past the client what no client would: the tap does not see it.
+    /// The link, to send frames past the client. The tap does not see them.
     pub fn link_mut(&mut self) -> &mut L {
         &mut self.link
     }
@@ -400,7 +400,7 @@ impl<L: Link> Client<L> {
                 if self.endpoint.is_sending() { left.min(Duration::from_millis(1)) } else { left };
             let Some(frame) = self.receive(wait)? else { continue };
             if Id::from_raw(frame.id()) != Some(Id::ServiceResponse) {
-                // Ticks that run meanwhile are seen by the tap, and counted.
+                // Ticks go on meanwhile: the tap has seen the frame, and it is counted.
                 self.assembler.push(frame);
                 continue;
             }
@@ -411,7 +411,7 @@ impl<L: Link> Client<L> {
                 Ok((sequence, response)) if sequence == self.sequence => {
                     return Ok(Some(reply(request, response)));
                 }
-                // Late answers to earlier requests, and what is broken: the request is repeated.
+                // A late answer to an earlier request, or a broken one: the request is repeated.
                 _ => {}
             }
         }

@@ -86,7 +86,9 @@ impl LinkError {
     /// What is wrong, and where.
     pub fn problem(&self) -> String {
         match self {
-            Self::Address { address, problem } => format!("`{address}` is no link: {problem}"),
+            Self::Address { address, problem } => {
+                format!("`{address}` is not the address of a link: {problem}")
+            }
             Self::NoCanInKernel { link } => format!("{link}: this kernel has no CAN sockets"),
             Self::LeftOut { link } => {
                 format!("{link}: this program was built without CAN interfaces and serial ports")
@@ -163,7 +165,11 @@ impl LinkError {
 
 impl fmt::Display for LinkError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}. {}", self.problem(), self.fix())
+        let (problem, fix) = (self.problem(), self.fix());
+        match problem.contains('\n') {
+            true => write!(f, "{problem}\n  fix: {fix}"),
+            false => write!(f, "{problem}. {fix}"),
+        }
     }
 }
 

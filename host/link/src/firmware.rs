@@ -67,8 +67,8 @@ impl Places {
                 Some(why) => tried.push(format!("{}: {why}", path.display())),
             }
         }
-        let problem = format!("the firmware was not found. Tried were\n  {}\n", tried.join("\n  "));
-        let fix = format!("fix: {BUILD_OR_NAME}, or put it beside this program");
+        let problem = format!("the firmware was not found; tried were\n  {}", tried.join("\n  "));
+        let fix = format!("{BUILD_OR_NAME}; or put it beside this program");
         Err(error(problem, fix))
     }
 }

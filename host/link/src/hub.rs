@@ -16,7 +16,7 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use cathforce_bus::Frame;
-use cathforce_bus::slcan::{self, ANSWER_DONE, ANSWER_ERROR, Decoder, Line};
+use cathforce_bus::slcan::{self, ANSWER_DONE, ANSWER_ERROR, Decoder, Line, MAX_LINE};
 
 use crate::reader::{READ_TIMEOUT, is_timeout};
 use crate::remark::remark;
@@ -308,10 +308,10 @@ impl Bus {
         self.members.iter_mut().find(|member| member.number == number)
     }
 
-    /// Answers that wait for a slow member have no bound of their own: it asked for each.
+    /// Answers a member's commands, unless it reads none of the answers.
     fn answer(&mut self, number: u64, answers: &[u8]) {
         let Some(member) = self.member(number).filter(|_| !answers.is_empty()) else { return };
-        if member.waiting < MOST_WAITING {
+        if member.unwritten.len() < MOST_WAITING * MAX_LINE {
             member.unwritten.extend_from_slice(answers);
             member.outbox.notify_all();
         }

@@ -1,7 +1,7 @@
-//! CAN interfaces of Linux: how they are set, and setting them.
+//! CAN interfaces of Linux: reads how they are set, and sets them.
 //!
-//! What a user would do with `ip link`, over the same netlink messages; every error says the
-//! `ip` line that does the same by hand.
+//! It does what a user would do with `ip link`, by the same netlink messages. Every error names the
+//! `ip` command that does the same by hand.
 
 #[cfg(all(target_os = "linux", feature = "hardware"))]
 mod linux;
@@ -14,8 +14,8 @@ pub use none::{bring_down, bring_up, check_sockets, find, list};
 
 /// Bit rate of the bus \[bit/s\], the CathBot master's.
 pub const BIT_RATE: u32 = 1_000_000;
-/// Frames that an interface should be able to hold: more than the host ever has under way, 16
-/// ticks of up to four frames. Linux gives a CAN interface 10.
+/// Frames that the transmit queue of an interface should hold. The host has 16 ticks of up to four
+/// frames under way, which is half of it; Linux gives a CAN interface 10.
 pub const QUEUE_FRAMES: u32 = 128;
 /// After a bus-off the controller may begin again after so many milliseconds.
 pub const RESTART_MS: u32 = 100;
@@ -41,7 +41,7 @@ impl Kind {
     }
 }
 
-/// What a controller thinks of its bus.
+/// The error state of a CAN controller.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BusState {
     ErrorActive,

@@ -54,8 +54,8 @@ pub use ticks::TickReport;
 
 /// A carrier of frames, both ways.
 ///
-/// Frames arrive in the order in which they were sent. What a carrier has received before
-/// [`Link::receive`] is called is kept.
+/// Frames arrive in the order in which they were sent. A carrier keeps what it receives until
+/// [`Link::receive`] is called.
 pub trait Link: Send {
     /// Hands a frame to the carrier, which may keep it until [`Link::flush`].
     fn send(&mut self, frame: &Frame) -> Result<(), LinkError>;
@@ -66,13 +66,13 @@ pub trait Link: Send {
     /// Flushes, then waits for the next frame of the other side; `None` after `timeout`.
     fn receive(&mut self, timeout: Duration) -> Result<Option<Frame>, LinkError>;
 
-    /// How long the frame that was received last had been on this computer by then, as the
-    /// carrier's own stamp of it says; `None` where it has none.
+    /// How long the last received frame had waited on this computer, by the carrier's own time
+    /// stamp; `None` without one.
     fn waited(&self) -> Option<Duration> {
         None
     }
 
-    /// Frames that it dropped because somebody on the bus did not take them in time.
+    /// Frames that this carrier dropped because a member of the bus read too slowly.
     fn dropped(&self) -> u64 {
         0
     }

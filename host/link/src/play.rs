@@ -1,4 +1,4 @@
-//! Ticks: what to send in each, what comes back.
+//! Playing ticks: what is sent in each, and what comes back.
 
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
@@ -12,8 +12,7 @@ use crate::{Client, ClientError, Link, LinkError, TickReport};
 /// queue of [`cathforce_bus::service::BLOCK_SIZE`] frames that every device has.
 const WINDOW: usize = 16;
 
-/// How long a device may take for a tick in lock step. An emulated one has to be scheduled
-/// by a busy computer.
+/// How long a device may take for a tick in lock step: an emulated one runs on a busy computer.
 const TICK_TIMEOUT: Duration = Duration::from_secs(5);
 
 const TICK: Duration = Duration::from_millis(1);
@@ -69,7 +68,7 @@ impl<L: Link> Client<L> {
     ) -> Result<usize, ClientError> {
         let (mut sent, mut under_way, mut ended) = (0, 0, false);
         loop {
-            // Filled up from half: fewer and longer writes.
+            // Refilled only when half empty, which makes fewer and longer writes.
             if under_way <= WINDOW / 2 {
                 while !ended && under_way < WINDOW {
                     let Some(step) = steps.next() else {
@@ -120,7 +119,7 @@ impl<L: Link> Client<L> {
                 return Err(self.silent(TICK_TIMEOUT).into());
             }
         }
-        // No longer than for one tick: the device goes on, and ramps down if nothing is sent.
+        // Waits for one tick only: the device goes on, and ramps down without encoder frames.
         if !answered && let Some(report) = self.receive_tick(LAST_TICK)? {
             let _ = on_tick(&report);
         }

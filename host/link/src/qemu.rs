@@ -23,7 +23,8 @@ use crate::{Link, LinkError, Slcan};
 pub const PROGRAM: &str = "qemu-system-arm";
 
 const LINK: &str = "qemu";
-const INSTALL: &str = "`cargo xtask setup --yes` installs one that works";
+/// What to do without an emulator that works.
+pub const INSTALL: &str = "`cargo xtask setup --yes` installs one that works";
 const BUILD: &str = "`cargo xtask firmware` builds it";
 
 /// 2 ns an instruction: 500 000 of them in a tick of 1 ms.
@@ -35,7 +36,7 @@ const CLOCK_COUNT_NS: u64 = 40;
 const CONNECT_TIMEOUT: Duration = Duration::from_secs(10);
 const SELF_TEST_TIMEOUT: Duration = Duration::from_secs(20);
 
-/// What an emulator was measured to do.
+/// The clocks of an emulator, as the firmware measured them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SelfTest {
     /// Instructions executed.
@@ -199,21 +200,22 @@ fn trusted_firmware(elf: Option<&Path>) -> Result<PathBuf, LinkError> {
 /// `socket` is `host=…,port=…` or `path=…`, as QEMU takes it.
 fn spawn_board(elf: &Path, socket: &str) -> Result<Emulator, LinkError> {
     let mut command = command(elf, "lock-step");
-    // Byte 0x100 cannot occur: nothing on the bus reaches the multiplexer's own commands.
+    // The multiplexer's escape character is byte 0x100, which cannot occur, so nothing on the bus
+    // is taken for one of its commands.
     command.args(["-chardev", &format!("socket,id=bus,{socket},mux=on")]);
     command.args(["-serial", "chardev:bus", "-echr", "0x100"]);
     command.args(["-chardev", "stdio,id=log,signal=off", "-serial", "chardev:log"]);
     Emulator::spawn(command.stdout(Stdio::piped()).stderr(Stdio::piped()))
 }
 
-/// Warnings of a board that runs are about idling; nobody reads them.
+/// Discards QEMU's warnings while the board runs; they are about idling.
 fn drain(emulator: &mut Emulator) {
     if let Some(stderr) = emulator.0.stderr.take() {
         std::thread::spawn(move || io::copy(&mut { stderr }, &mut io::sink()));
     }
 }
 
-/// A booted board whose UART belongs to somebody else: another emulator's serial port.
+/// A booted board whose UART another program uses, such as another emulator's serial port.
 pub struct JoinedBoard {
     emulator: Emulator,
     log: FirmwareLog,
@@ -230,7 +232,7 @@ impl JoinedBoard {
         Ok(Self { emulator, log })
     }
 
-    /// What the firmware said last, for whoever wonders why it is silent.
+    /// What the firmware logged last, to explain why it is silent.
     pub fn last_words(&mut self) -> Vec<String> {
         let ended = self.emulator.0.try_wait().ok().flatten();
         let ended = ended.map(|status| format!("QEMU has ended ({status})"));
@@ -252,7 +254,7 @@ impl Qemu {
         Self::start(&trusted_firmware(elf)?)
     }
 
-    /// Sends bytes in place of a line, among the frames: what a broken host might send.
+    /// Sends any bytes among the frames, as a broken host might.
     pub fn send_bytes(&mut self, bytes: &[u8]) {
         self.slcan.send_bytes(bytes);
     }

@@ -1,5 +1,5 @@
-//! A thread that empties a carrier, so that its buffers never fill up behind our back and
-//! waiting is as fine as the clock, whatever the carrier's own time-outs.
+//! A thread that reads a carrier all the time. So the carrier's buffers do not overflow while the
+//! program is busy, and a wait can end at any time, however coarse the carrier's own time-outs are.
 
 use std::collections::VecDeque;
 use std::io;
@@ -12,7 +12,7 @@ use std::time::Duration;
 /// outlives its link.
 pub(crate) const READ_TIMEOUT: Duration = Duration::from_millis(100);
 
-/// What a thread has read: frames, with what the carrier says of them.
+/// What the thread has read: frames `F`, with what the carrier says of each.
 pub(crate) struct Reader<F> {
     batches: Receiver<io::Result<Vec<F>>>,
     ready: VecDeque<F>,
@@ -59,7 +59,7 @@ impl<F> Drop for Reader<F> {
     }
 }
 
-/// Nothing has arrived in time, which is no error.
+/// Whether the error only says that nothing has arrived in time.
 pub(crate) fn is_timeout(error: &io::Error) -> bool {
     use io::ErrorKind::{Interrupted, TimedOut, WouldBlock};
     matches!(error.kind(), Interrupted | TimedOut | WouldBlock)

@@ -5,11 +5,11 @@ use std::time::Duration;
 
 use crate::{Link, LinkError, Sim};
 
-/// How long an order to stop may go unnoticed. Running free, the device's tick is shorter.
+/// Longest wait in lock step, after which `stop` is looked at. Running free, the wait is a tick.
 const WAIT: Duration = Duration::from_millis(50);
 const TICK: Duration = Duration::from_millis(1);
 
-/// What crossed the bus meanwhile \[frames\].
+/// Counts of the frames that crossed the bus.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Served {
     pub received: u64,

@@ -1,8 +1,8 @@
 //! A device in this process: the code that runs on a board, without the board.
 //!
-//! In lock step its time is what SYNC frames grant and nothing else. Running free, its
-//! ticks follow this computer's clock, made up for whenever the link is used; where there are
-//! too many to make up for, or they take longer than their time, some are missed and counted.
+//! In lock step only SYNC frames advance its time. Running free, its ticks follow this computer's
+//! clock: those that are due run whenever the link is used. When more than [`MOST_AT_ONCE`] are
+//! due, the others do not run and are counted as missed.
 
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
@@ -17,12 +17,12 @@ use crate::{Link, LinkError};
 
 const TICK: Duration = Duration::from_millis(1);
 
-/// Ticks that are made up for at once, fewer than an encoder may be silent for. Between them no
-/// frame is taken: a computer on which a tick takes longer than its time would else have more to
-/// make up for each time, and never answer.
+/// Most ticks that run at once, fewer than an encoder may be silent for. No frame is taken between
+/// them. On a computer too slow for real time the backlog would otherwise grow each time, and the
+/// device would never answer.
 const MOST_AT_ONCE: u32 = 4;
 
-/// Frames that nobody has read yet; when there are more, the oldest go.
+/// Most frames that wait to be read; then the oldest are dropped.
 const MAX_UNREAD: usize = 65_536;
 
 /// Bytes of an image buffer, as on the emulated board.
@@ -80,12 +80,12 @@ impl Sim {
     /// The same in lock step, as the emulated board starts.
     pub fn in_lock_step() -> Self {
         let mut sim = Self::new();
-        // Nothing is armed yet, so nothing refuses it.
+        // Only an armed device refuses, and this one is not.
         let _ = sim.board.ticker.set_lock_step(true);
         sim
     }
 
-    /// The half of the device that ticks, to look at.
+    /// The half of the device that ticks, for inspection.
     pub fn ticker(&self) -> &ControlLoop {
         &self.board.ticker
     }

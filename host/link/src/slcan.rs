@@ -41,7 +41,7 @@ impl Slcan {
             Ok(n) => Ok(buffer[..n]
                 .iter()
                 .filter_map(|&byte| decoder.push(byte))
-                // Answers need no attention, and what is broken is missed further up.
+                // Answers need no attention, and a broken frame is noticed as a lost one.
                 .filter_map(|line| if let Line::Frame(frame) = line { Some(frame) } else { None })
                 .collect()),
             Err(e) if is_timeout(&e) => Ok(Vec::new()),
@@ -103,7 +103,7 @@ impl Slcan {
 }
 
 impl Slcan {
-    /// Sends bytes in place of a line, among the frames: what a broken host might send.
+    /// Sends any bytes among the frames, as a broken host might.
     pub fn send_bytes(&mut self, bytes: &[u8]) {
         self.unsent.extend_from_slice(bytes);
     }

@@ -34,7 +34,7 @@ impl Assembler {
         *self = Self { counters: self.counters, ..Self::default() };
     }
 
-    /// What became of the frames of the device.
+    /// Counts of what became of the frames from the device.
     pub(crate) fn counters(&self) -> &Counters {
         &self.counters
     }
@@ -48,7 +48,7 @@ impl Assembler {
         let accepted = self.protection.receive(id, &frame, &mut self.counters).ok()?;
         match accepted.process {
             Process::Haptic(haptic) => {
-                // A tick whose end got lost has been a tick all the same.
+                // A tick whose last frame was lost still counts.
                 self.next_tick = self.next_tick.wrapping_add(u32::from(self.haptic.is_some()));
                 self.haptic = Some((haptic, frame));
                 self.contact = None;
@@ -78,7 +78,7 @@ impl Assembler {
         Some(TickReport { tick, status, haptic, contact, third, frames })
     }
 
-    /// The device's own number, of which 16 bits are sent, corrects ours after a loss.
+    /// Corrects the count after a loss by the device's own, of which it sends the low 16 bits.
     fn adopt(&mut self, low: u16) {
         let ahead = low.wrapping_sub(self.next_tick as u16) as i16;
         self.next_tick = self.next_tick.wrapping_add_signed(i32::from(ahead));
@@ -114,7 +114,7 @@ mod tests {
         }
     }
 
-    /// Of ticks without a third frame nothing but their own frames tells the number.
+    /// Without a third frame no number of the tick is sent: it is counted by the frames alone.
     #[test]
     fn a_tick_of_two_frames_ends_with_the_second() {
         let whole = || {

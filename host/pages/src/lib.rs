@@ -4,8 +4,10 @@
 
 #![forbid(unsafe_code)]
 
+mod diagnosis;
 mod escape;
 mod recording;
 mod template;
 
+pub use diagnosis::diagnosis_page;
 pub use recording::{PageError, recording_page};

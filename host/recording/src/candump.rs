@@ -1,4 +1,4 @@
-//! Logs of `candump -l`: written for other tools, read from them.
+//! Logs of `candump -l`, written and read.
 //!
 //! A line is `(seconds.microseconds) interface id#data`, and newer versions add a `T` or `R` for
 //! the direction. Ours follows from the identifier.
@@ -8,60 +8,60 @@ use std::io::{self, BufRead, Write};
 use cathforce_bus::master::Master;
 use cathforce_bus::{Direction, Frame, Id, Process, Sync, Tick};
 
-use crate::clock::BusClock;
-use crate::frame::BusFrame;
+use crate::format::clock::BusClock;
+use crate::format::frame::BusFrame;
 
-/// What a log held beside the frames that were taken.
+/// A log: its frames, and what was found beside them.
 #[derive(Clone, Debug, PartialEq, Eq, Default)]
 pub struct CandumpLog {
-    /// In the order of the log; the first one is at 0.
+    /// Frames in the order of the log; the first one has time 0.
     pub frames: Vec<BusFrame>,
-    /// Time of the first one, as the log states it \[ns\].
+    /// Time of the first frame as the log states it \[ns\].
     pub started_ns: u64,
     /// Frames of other senders: extended, remote, CAN FD, or of no identifier of ours.
     pub foreign: usize,
-    /// Where the device began its ticks over.
+    /// Where the device began its ticks again.
     pub second_run: Option<SecondRun>,
     /// Where ticks of a device in lock step are first missing.
     pub gap: Option<Gap>,
 }
 
-/// A device that was configured or switched on again: with it its ticks, counters and maybe its
-/// image are others.
+/// A device that was configured or switched on again. Its ticks and counters began again, and its image
+/// may be another.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SecondRun {
-    /// Line of the first frame that tells, from 1.
+    /// Line of the first frame that shows it, from 1.
     pub line: usize,
     /// Last line of the run before.
     pub last_before: usize,
-    /// Ticks that the device had counted, and the number with which it goes on.
+    /// The device's last tick number before, and the number with which it continues.
     pub ticks: (u16, u16),
 }
 
-/// Ticks that are not in the log of a device in lock step. Whoever logged has lost them, or another
-/// run goes on here whose beginning was cut off: hosts that count alike leave nothing in the frames
-/// that would tell which, and there nobody knows from the time how many ticks it took.
+/// Ticks that are missing in the log of a device in lock step. Either the logger lost them, or the log
+/// continues with another run whose beginning was cut off. If both hosts count alike, the frames do not
+/// tell which, and in lock step the time does not tell the number of ticks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Gap {
-    /// Line of the TICK frame that tells, from 1, and of the one before.
+    /// Line of the TICK frame after the gap, from 1, and of the one before.
     pub line: usize,
     pub line_before: usize,
     /// Numbers of that TICK frame and the one before.
     pub ticks: (u16, u16),
-    /// Ticks of which there are frames since the one before.
+    /// Ticks with frames in the log since the TICK frame before.
     pub seen: u16,
 }
 
 /// Why a log cannot be put on the device's own time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NoLockStep {
-    /// The first tick that it tells of is not the first of a configuration; it may tell of none.
+    /// The log's first tick is not the first of a configuration; `None`: the log has no tick.
     Begins(Option<u16>),
     /// Ticks are missing, so that a replay would lack their frames.
     Lacks(Gap),
 }
 
-/// A line is no frame.
+/// A line that is no frame.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("line {line}: {problem}; fix: {fix}")]
 pub struct CandumpError {
@@ -73,8 +73,8 @@ pub struct CandumpError {
 const FORM: &str = "a line is `(1700000000.000000) can0 100#0102030405060708`, as `candump -l` \
                     writes it";
 
-/// Writes frames as `candump -l` does, sorted by time: in lock step frames to the device are on
-/// their way before the answers to earlier ticks.
+/// Writes frames like `candump -l`, sorted by time. In lock step frames to the device cross the bus before
+/// the answers to earlier ticks.
 ///
 /// `started_ns`: time of day at time 0 of the frames.
 pub fn write_candump(
@@ -93,8 +93,8 @@ pub fn write_candump(
     out.flush()
 }
 
-/// Reads a log. Empty lines are passed over; anything else that is no frame is an error. Of frames
-/// whose identifiers are none of ours those are taken that `master` describes.
+/// Reads a log. Empty lines are ignored; any other line that is no frame is an error. Frames with other
+/// identifiers than ours are taken if `master` describes them.
 pub fn read_candump(log: impl BufRead, master: &Master) -> Result<CandumpLog, CandumpError> {
     let mut found = CandumpLog::default();
     let mut before_ns = None;
@@ -129,7 +129,7 @@ pub fn read_candump(log: impl BufRead, master: &Master) -> Result<CandumpLog, Ca
     Ok(found)
 }
 
-/// Looks for the tick at which a device begins over.
+/// Detects the tick at which a device begins again.
 #[derive(Default)]
 struct Runs {
     /// Number and digest of the last TICK frame.
@@ -137,13 +137,13 @@ struct Runs {
     /// When that was \[ns\], and in which line.
     last_ns: u64,
     last_line: usize,
-    /// Ticks since then.
+    /// Ticks seen since then.
     seen: u16,
-    /// Somebody grants the ticks: they say nothing of time.
+    /// Ticks are granted by SYNC frames, so their number says nothing about time.
     in_lock_step: bool,
     grants: Grants,
     gap: Option<Gap>,
-    /// The last line since then before anybody asked the device for something.
+    /// The last line since then before a request to the device.
     quiet_until: Option<usize>,
 }
 
@@ -191,16 +191,17 @@ impl Runs {
 
 /// How far a host's count of ticks is ahead of the device's.
 ///
-/// Who grants every tick alone and counts them has one distance to the device's numbers, but for
-/// the ticks that are under way, whatever the log has lost: both counts go on in what it has not.
+/// A host that grants one tick at a time and counts them keeps a constant distance to the device's
+/// numbers, apart from the ticks under way. Frames that the log has lost do not change it, since both
+/// counts continue without them.
 #[derive(Default)]
 struct Grants {
     /// The host's number in the last SYNC.
     host_tick: Option<u32>,
-    /// The same, if it is the one after that of the SYNC before, and newer than the last TICK.
+    /// That number, if it follows the number of the SYNC before and is newer than the last TICK.
     counted: Option<u16>,
     ahead: Option<u16>,
-    /// A distance that is another, and where that began.
+    /// Another distance that was seen, and where it began.
     doubt: Option<(u16, SecondRun)>,
 }
 
@@ -211,10 +212,10 @@ impl Grants {
         self.counted = (sync.grant == 1 && follows).then_some(sync.host_tick as u16);
     }
 
-    /// The place from which on the device answers to a host that counts otherwise: `here` or the
-    /// doubt's beginning. One TICK frame is no proof, between it and the last SYNC much may be lost.
+    /// The place from which the device answers a host with another count: `here`, or where the doubt
+    /// began. One TICK frame is no proof, since many frames may be lost between it and the last SYNC.
     fn other_host(&mut self, tick: u16, here: SecondRun) -> Option<SecondRun> {
-        /// A device's queue holds as many frames, so no more ticks are under way.
+        /// Largest number of ticks under way: the length of a device's queue of frames.
         const UNDER_WAY: u16 = 64;
         let ahead = self.counted.take()?.wrapping_sub(tick);
         let is_near =
@@ -230,8 +231,8 @@ impl Grants {
     }
 }
 
-/// Whether no ticks of one run, of which `seen` are there, lead from one TICK frame to the next.
-/// A device that is not configured yet has the digest 0, and counts up to its configuration.
+/// Whether two TICK frames cannot belong to one run in which `seen` ticks were logged between them.
+/// A device that is not configured has the digest 0 and counts ticks until its configuration.
 fn begins_over(last: Tick, next: Tick, seen: u16) -> bool {
     const HALF: u16 = u16::MAX / 2;
     let is_back = next.tick.wrapping_sub(last.tick) > HALF;
@@ -239,10 +240,10 @@ fn begins_over(last: Tick, next: Tick, seen: u16) -> bool {
     last.digest != 0 && (next.digest == 0 || is_back || is_first)
 }
 
-/// Whether ticks are missing, and not those of the time that has passed: two logs that were joined,
-/// the later one without its beginning.
+/// Whether ticks are missing that do not match the time that has passed. Then two logs were joined, and
+/// the later one lacks its beginning.
 fn is_of_another_time(last: Tick, next: Tick, seen: u16, waited_ns: u64) -> bool {
-    /// What a busy computer may stamp late.
+    /// Largest delay of a time stamp on a busy computer.
     const LATE_MS: u64 = 200;
     let ticks = next.tick.wrapping_sub(last.tick);
     // The number has 16 bits.
@@ -251,7 +252,7 @@ fn is_of_another_time(last: Tick, next: Tick, seen: u16, waited_ns: u64) -> bool
     last.digest != 0 && ticks > seen && u64::from(apart) > LATE_MS + passed_ms / 100
 }
 
-/// Where a frame goes, as its identifier says; `None` if it is none of ours.
+/// Direction of a frame by its identifier; `None` for an identifier that is not ours.
 pub fn direction(frame: &Frame, master: &Master) -> Option<Direction> {
     match Id::from_raw(frame.id()) {
         Some(id) if !id.is_from_host() => Some(Direction::ToHost),
@@ -261,8 +262,8 @@ pub fn direction(frame: &Frame, master: &Master) -> Option<Direction> {
 }
 
 impl CandumpLog {
-    /// The frames of a device in lock step on its own time, from the first tick of a configuration
-    /// on, so that they can be replayed. `Err` says what is in the way.
+    /// The frames of a device in lock step on its own time, from the first tick of a configuration on,
+    /// so that they can be replayed. `Err` says what prevents it.
     pub fn in_lock_step(&self) -> Result<Vec<BusFrame>, NoLockStep> {
         if let Some(gap) = self.gap {
             return Err(NoLockStep::Lacks(gap));
@@ -278,8 +279,8 @@ impl CandumpLog {
         let Some((at, 0)) = first else {
             return Err(NoLockStep::Begins(first.map(|(_, number)| number)));
         };
-        // Its tick's HAPTIC frame comes before it, and its SYNC before that; nothing else of a
-        // tick can be between the configuration and them.
+        // The tick's HAPTIC frame comes before it, and its SYNC before that. No other frame of a tick
+        // lies between the configuration and these.
         let is = |frame: &BusFrame, id| Id::from_raw(frame.frame.id()) == Some(id);
         let configured = self.frames[..at]
             .iter()
@@ -297,7 +298,7 @@ fn payload(frame: &BusFrame) -> Option<[u8; 6]> {
     frame.frame.data().first_chunk().copied()
 }
 
-/// Time \[ns\] and frame of a line; no frame if it is one that this bus does not have.
+/// Time \[ns\] and frame of a line; `None` for kinds of frames that this bus does not have.
 fn parse(line: &str) -> Result<(u64, Option<Frame>), String> {
     let mut words = line.split_ascii_whitespace();
     let time = words.next().unwrap_or_default();
@@ -412,7 +413,7 @@ mod tests {
         let mut sealer = Sealer::default();
         let whole = run(&mut sealer, 0, 21, 7);
         assert_eq!(second(&whole), None);
-        // Up to its configuration, and from it on.
+        // Ticks before the configuration, and after it.
         let before = run(&mut sealer, 40, 5, 0) + "(1.5) can0 600#00\n";
         assert_eq!(second(&(before.clone() + &whole)), None);
         let again = whole.clone() + "(1.5) can0 600#00\n(1.5) can0 580#00\n" + &whole;
@@ -424,11 +425,11 @@ mod tests {
         assert_eq!(second(&(whole.clone() + &late)).map(|run| run.ticks), Some((20, 10)));
         let long = run(&mut sealer, 40_000, 5, 7) + &whole;
         assert_eq!(second(&long).map(|run| run.ticks), Some((40_000, 0)));
-        // Lost frames and numbers that wrap are no beginning.
+        // Lost frames and wrapped numbers are no new beginning.
         let mut after = |time| whole.clone() + &run_at(time, &mut sealer, 3000, 5, 9);
         assert_eq!(second(&after("(4.48)")), None);
         assert_eq!(second(&after("(70.1)")), None, "as many ticks and all numbers once");
-        // A log of another run that was joined, whose beginning is not there.
+        // A joined log of another run whose beginning is missing.
         for joined in ["(1.5)", "(4.0)", "(60.0)"] {
             assert_eq!(second(&after(joined)).map(|run| run.ticks), Some((20, 3000)), "{joined}");
         }
@@ -467,7 +468,7 @@ mod tests {
         let log = read(&whole);
         assert_eq!((log.second_run, log.gap), (None, None));
         assert!(log.in_lock_step().is_ok());
-        // A tail of a run of the same program, or frames that were lost: nothing tells which.
+        // It may be the tail of another run of the same program, or frames were lost; the log does not tell.
         let joined = whole.clone() + &granted(3000..3200, 0);
         let log = read(&joined);
         assert_eq!(log.second_run, None);
@@ -485,7 +486,7 @@ mod tests {
             assert_eq!(log.second_run, None, "{begin}");
             assert!(log.gap.is_some_and(|gap| gap.ticks.1 < 500), "{begin}");
         }
-        // A tail of a run whose host had counted on from another one.
+        // The tail of a run whose host had another count.
         for (begin, ahead) in [(3000, 700), (500, 65), (501, 40_000)] {
             let joined = whole.clone() + &granted(begin..begin + 200, ahead);
             let second = read(&joined).second_run.unwrap_or_else(|| panic!("{begin} {ahead}"));
@@ -495,7 +496,7 @@ mod tests {
             assert!((line..line + 40).contains(&second.line), "{second:?} of {line}");
             assert!(!rest.is_empty());
         }
-        // Whoever grants several ticks at once, or does not count, says nothing by his numbers.
+        // The numbers of a host that grants several ticks at once, or does not count, prove nothing.
         for word in [" 080#0100", " 080#0200"] {
             let other = (whole.clone() + &granted(500..700, 900)).replace(" 080#0100", word);
             let uncounted = other.lines().map(|line| match line.find(" 080#") {

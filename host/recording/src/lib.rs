@@ -8,64 +8,46 @@
 #![forbid(unsafe_code)]
 
 mod analysis;
-mod atomic;
-mod background;
-mod bundle;
 mod candump;
-mod clock;
-mod compare;
-mod coverage;
-mod dropout;
-mod frame;
+mod decoding;
+mod export;
+mod format;
 pub mod import;
-mod info;
-pub mod latency;
-mod layout;
-mod messages;
-mod noise;
-#[cfg(feature = "parquet")]
-mod parquet_file;
-mod reader;
+mod reading;
 mod replay;
-mod sensed;
-mod series;
-pub mod snap;
-mod summary;
-mod survey;
-mod tick;
-mod topics;
-mod trial;
-mod writer;
+mod writing;
 
 pub use cathforce_bus::Direction;
 
-pub use analysis::{Analysis, PeakContact, analyse};
-pub use atomic::{make_folder, put_whole, write_whole};
-pub use background::BackgroundRecorder;
-pub use bundle::{write_bundle, write_drive, write_trial};
+pub use analysis::analyse::{Analysis, PeakContact, analyse};
+pub use analysis::compare::{
+    ChannelError, Comparison, FEED_BEFORE_SCORE_M, ForceError, SNAP_GUARD_S, SnapPair, compare,
+};
+pub use analysis::coverage::{COLUMNS, Coverage, Covered, NORMAL_NINETY};
+pub use analysis::noise::white_noise;
+pub use analysis::sensed::as_sensed;
+pub use analysis::summary::Summary;
+pub use analysis::{latency, snap};
 pub use candump::{
     CandumpError, CandumpLog, Gap, NoLockStep, SecondRun, direction, read_candump, write_candump,
 };
-pub use clock::BusClock;
-pub use compare::{
-    ChannelError, Comparison, FEED_BEFORE_SCORE_M, ForceError, SNAP_GUARD_S, SnapPair, compare,
-};
-pub use coverage::{COLUMNS, Coverage, Covered, NORMAL_NINETY};
-pub use dropout::{Dropout, DropoutCause};
-pub use frame::BusFrame;
-pub use info::{FORMAT, RunInfo, RunResult};
-pub use layout::VESSEL_FILES;
-pub use noise::white_noise;
-#[cfg(feature = "parquet")]
-pub use parquet_file::write_ticks_parquet;
-pub use reader::{Cut, ReadError, Recording, is_recording};
-pub use replay::{Difference, ReplayError, ReplayReport, Track, replay};
-pub use sensed::as_sensed;
-pub use series::{estimates, trial_time_s, write_nodes_csv, write_ticks_csv};
-pub use summary::Summary;
-pub use survey::{DropoutCount, IdCount, Survey, bus_load, name as frame_name, survey};
-pub use tick::{
+pub use decoding::tick::{
     Completed, Decoder, GuidewireEstimate, NodeEstimate, NodePass, TickEstimate, decode,
 };
-pub use trial::{Estimate, Measured, MeasuredDrive, SensorNoise, Trial};
-pub use writer::{Attachments, Recorder, WriteError};
+pub use export::bundle::{write_bundle, write_drive, write_trial};
+#[cfg(feature = "parquet")]
+pub use export::parquet_file::write_ticks_parquet;
+pub use export::series::{estimates, trial_time_s, write_nodes_csv, write_ticks_csv};
+pub use export::synthetic::{CAMERA_HZ, FORCE_HZ, synthetic_trial};
+pub use format::clock::BusClock;
+pub use format::dropout::{Dropout, DropoutCause};
+pub use format::frame::BusFrame;
+pub use format::info::{FORMAT, RunInfo, RunResult};
+pub use format::layout::VESSEL_FILES;
+pub use format::trial::{Estimate, Measured, MeasuredDrive, SensorNoise, Trial};
+pub use reading::reader::{Cut, ReadError, Recording, is_recording};
+pub use reading::survey::{DropoutCount, IdCount, Survey, bus_load, name as frame_name, survey};
+pub use replay::{Difference, ReplayError, ReplayReport, Track, replay};
+pub use writing::atomic::{make_folder, put_whole, write_whole};
+pub use writing::background::BackgroundRecorder;
+pub use writing::writer::{Attachments, Recorder, WriteError};

@@ -1,10 +1,10 @@
-//! The same frames through the same tick on the host, compared bit by bit.
+//! Replays frames through the same tick on the host and compares bit by bit.
 //!
 //! The device image comes from the recording, frames to the device go into a
 //! [`ControlLoop`] in their recorded order, SYNC frames grant its ticks, and every frame that it
-//! sends is compared with the one that the device sent in its place. TICK frames carry a
-//! digest over the bits of every output of every tick, nodes included: where they agree,
-//! so did everything that the bus is too narrow to carry.
+//! sends is compared with the frame that the device sent in its place. TICK frames carry a digest over the
+//! bits of every output of every tick, nodes included. Where digests agree, outputs agree that the bus is
+//! too slow to carry.
 
 use cathforce_bus::master::Collector;
 use cathforce_bus::{Direction, Encoder, Frame, Id, Process};
@@ -13,9 +13,9 @@ use cathforce_control::{Config, HapticSource, Outputs};
 use cathforce_device::ControlLoop;
 use serde::Serialize;
 
-use crate::frame::BusFrame;
-use crate::reader::Recording;
-use crate::tick::{GuidewireEstimate, NodeEstimate, NodePass, TickEstimate, coded};
+use crate::decoding::tick::{GuidewireEstimate, NodeEstimate, NodePass, TickEstimate, coded};
+use crate::format::frame::BusFrame;
+use crate::reading::reader::Recording;
 
 /// Ticks between two shapes of a [`Track`].
 const SHAPE_EVERY: u64 = 40;
@@ -40,21 +40,21 @@ pub enum ReplayError {
 pub struct Difference {
     /// Counted from the device's configuration.
     pub tick: u64,
-    /// Name and byte of what differs, e.g. `HAPTIC byte 0`.
+    /// Frame and byte that differ, for example `HAPTIC byte 0`.
     pub field: String,
-    /// As candump writes it.
+    /// The recorded frame in candump's notation.
     pub recorded: String,
-    /// As candump writes it.
+    /// The replayed frame in candump's notation.
     pub replayed: String,
 }
 
-/// What a bit-by-bit comparison found.
+/// Result of a bit-by-bit comparison.
 #[derive(Clone, Debug, PartialEq, Eq, Default, Serialize)]
 pub struct ReplayReport {
     /// Ticks replayed.
     pub ticks: u64,
     pub frames_compared: u64,
-    /// Bits that differ, over identifiers, lengths and data of all frames.
+    /// Number of differing bits in identifiers, lengths and data of all frames.
     pub differing_bits: u64,
     pub first_difference: Option<Difference>,
     /// Frames that the host sent and the recording lacks.
@@ -63,14 +63,14 @@ pub struct ReplayReport {
     pub extra_frames: u64,
     /// Rolling hash over every output of every tick, on the host.
     pub digest: u32,
-    /// The same as the device said at the end of the run, if it came to its end.
+    /// The device's digest at the end of the run, if it ended normally.
     pub device_digest: Option<u32>,
     /// The recording or its run breaks off: frames may be missing at its end.
     pub cut: bool,
 }
 
 impl ReplayReport {
-    /// No bit differs and no frame is missing, save at the end of what breaks off.
+    /// Whether no bit differs and no frame is missing, except at the end of a recording that breaks off.
     pub fn identical(&self) -> bool {
         self.differing_bits == 0
             && self.device_digest.is_none_or(|digest| digest == self.digest)
@@ -80,7 +80,7 @@ impl ReplayReport {
     }
 }
 
-/// Everything known of every tick, nodes included, which the bus carries only in turns.
+/// All quantities of every tick, also those that the bus carries only in turns.
 #[derive(Clone, Debug, PartialEq, Default)]
 pub struct Track {
     pub ticks: Vec<TickEstimate>,
@@ -95,7 +95,7 @@ pub fn replay(recording: &Recording) -> Result<(ReplayReport, Track), ReplayErro
     }
     let config = image::decode(&recording.image).map_err(ReplayError::Image)?;
     let mut sent = recording.frames.iter().filter(|f| is_process(f, Direction::ToHost));
-    // When a link is lost, ticks are under way whose answers nobody has heard.
+    // When a link is lost, the answers of ticks under way are lost too.
     let cut = recording.cut.is_some() || recording.result.is_none();
     let master = image::master(&recording.image).map_err(ReplayError::Image)?;
     let mut replay = Replay {
@@ -106,7 +106,7 @@ pub fn replay(recording: &Recording) -> Result<(ReplayReport, Track), ReplayErro
         encoder: None,
         guidewire: None,
     };
-    // A ticker that has just been made is not armed.
+    // A new ticker is not armed, so this cannot fail.
     let _ = replay.ticker.set_lock_step(true);
     replay.ticker.restart(master);
     for frame in recording.frames.iter().filter(|f| is_process(f, Direction::ToDevice)) {

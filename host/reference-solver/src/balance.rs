@@ -1,4 +1,4 @@
-//! Forces out of balance at an iterate, and their derivative.
+//! Residual forces at an iterate, and their derivative.
 
 use nalgebra::Vector3;
 
@@ -23,11 +23,12 @@ pub(crate) struct Derivative {
 }
 
 impl Derivative {
+    /// Implicit Euler, first order.
     pub fn euler(dt: f64) -> Self {
         Self { now: 1.0 / dt, last: -1.0 / dt, before: 0.0 }
     }
 
-    /// Of second order for steps of changing length.
+    /// Second-order backward differentiation for steps of varying length.
     pub fn bdf2(dt: f64, last_dt: f64) -> Self {
         let w = dt / last_dt;
         Self {
@@ -37,6 +38,7 @@ impl Derivative {
         }
     }
 
+    /// The derivative of a vector from its values now, one step and two steps before.
     pub fn of(
         &self,
         now: &Vector3<f64>,
@@ -47,7 +49,7 @@ impl Derivative {
     }
 }
 
-/// What is held fixed while a step is solved.
+/// Everything that is constant while a step is solved.
 pub(crate) struct Step<'a> {
     pub problem: &'a Problem,
     /// The state at the beginning, with the nodes that have entered since.
@@ -59,11 +61,11 @@ pub(crate) struct Step<'a> {
     pub friction: f64,
     /// Feed along the rod \[m/s\].
     pub feed_speed: f64,
-    /// Viscosity of bending over the step's length \[1\].
+    /// Viscous time of bending over the length of the step \[1\].
     pub viscosity: f64,
     /// Joint j lies at node j; the last one is the guide's. The first is not used.
     pub joints: Vec<Stretch>,
-    /// Edge k.
+    /// Integrals over edge k.
     pub edges: Vec<Stretch>,
     /// Unstretched length and mass that node k stands for.
     pub shares: Vec<(f64, f64)>,
@@ -116,7 +118,7 @@ impl<'a> Step<'a> {
     }
 }
 
-/// Cells and edges of the rod away from the guide: they do not change with the feed.
+/// Cells and edges of the rod away from the guide, which do not change with the feed.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Table {
     /// Unstretched length and properties of the cell around joint j.
@@ -125,7 +127,7 @@ pub(crate) struct Table {
 }
 
 impl Table {
-    /// Grows to at least `count` nodes.
+    /// Extends the table to at least `count` nodes.
     pub fn reach(&mut self, problem: &Problem, count: usize) {
         let h = problem.numerics.spacing_m;
         for j in self.cells.len()..count {
@@ -174,11 +176,11 @@ impl Iterate {
     }
 }
 
-/// What the balance of an iterate consists of.
+/// The balance of an iterate.
 pub(crate) struct Balance {
-    /// Force and torque out of balance, node by node.
+    /// Residual force and torque, node by node.
     pub residual: Vec<f64>,
-    /// Of the wall on the instrument, node by node.
+    /// Reaction of the wall on the instrument, node by node.
     pub reactions: Vec<Reaction>,
     /// Tension of the base edge \[N\].
     pub base_tension: f64,
@@ -186,7 +188,7 @@ pub(crate) struct Balance {
     pub mouth: [(f64, f64); 2],
 }
 
-/// Fills `matrix` with the derivative of the internal less the external forces.
+/// Fills `matrix` with the derivative of internal minus external forces.
 pub(crate) fn balance(step: &Step, iterate: &Iterate, matrix: &mut Band) -> Balance {
     let problem = step.problem;
     let count = iterate.positions.len();
@@ -346,7 +348,7 @@ fn add_contact(step: &Step, iterate: &Iterate, k: usize, matrix: &mut Band, out:
         [(usize::MAX, Vector3::zeros()); 3 * PER_NODE];
     let first = PER_NODE * k.saturating_sub(1);
     let size = PER_NODE * count;
-    // Nothing reaches beyond the position of the next node towards the guide.
+    // No column lies beyond the position of the next node towards the guide.
     let end = size.min(PER_NODE * (k + 1) + 3);
     for (i, column) in columns.iter_mut().enumerate() {
         if first + i < end {

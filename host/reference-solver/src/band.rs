@@ -1,4 +1,4 @@
-//! Linear systems whose matrix is zero but for a band around its diagonal.
+//! Linear systems with a band matrix.
 
 /// A square band matrix with as many diagonals below the main one as above it.
 ///
@@ -36,8 +36,8 @@ impl Band {
         self.rows[row * width + column + self.half - row] += value;
     }
 
-    /// Solves matrix · x = `rhs` in place by Gaussian elimination with row pivoting; the matrix
-    /// is used up. `false`, and nothing of use in `rhs`, when it is singular.
+    /// Solves matrix · x = `rhs` in place by Gaussian elimination with row pivoting. The matrix is
+    /// overwritten. Returns `false` if it is singular; `rhs` is then meaningless.
     pub fn solve(&mut self, rhs: &mut [f64]) -> bool {
         let (n, half, width) = (self.size, self.half, self.width());
         // Element (row, column) stands at row * width + half + column − row.

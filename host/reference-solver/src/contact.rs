@@ -1,16 +1,16 @@
 //! Signorini's and Coulomb's laws at one node, with the derivatives of the forces.
 //!
-//! The forces are those of the current iterate, the friction's limit included: whether a point
-//! is open, sticks or slides is found anew in each iteration (the active set of a semi-smooth
-//! Newton method), and at convergence the laws hold exactly. A point that slid in the last
-//! iteration and now slides the other way is held instead: between the two lies sticking, in
-//! a range of displacements that may be nanometres wide and that no iteration would hit.
+//! The forces are those of the current iterate, including the friction limit. Each iteration decides anew
+//! whether a point is open, sticks or slides (the active set of a semi-smooth Newton method), so the
+//! laws hold exactly at convergence. A point that slid in the last iteration and would now slide the
+//! other way is held instead: sticking lies between the two, in a range of displacements of maybe
+//! nanometres that no iteration would hit.
 
 use nalgebra::{Matrix3, Vector3};
 
 use crate::lumen::WallPoint;
 
-/// Which set a point belongs to.
+/// The active set that a point belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Touch {
     Open,
@@ -26,14 +26,15 @@ pub(crate) struct Point {
     /// Tangential force per elastic displacement \[N/m\].
     pub tangential: f64,
     pub friction: f64,
-    /// Of the instrument \[m\].
+    /// Outer radius of the instrument \[m\].
     pub radius: f64,
     /// 1/e-folds of the normal stiffness per indentation \[1/m\].
     pub stiffening_per_m: f64,
-    /// The coefficient grows by this share as the normal force goes to zero, over this force.
+    /// Share by which the coefficient grows as the normal force goes to zero, and the force over which it
+    /// does \[N\].
     pub light: (f64, f64),
-    /// Further normal stiffness of branches that relax \[N/m\], and the indentation to which they
-    /// have \[m\].
+    /// Normal stiffness of the relaxing branches \[N/m\], and the indentation to which each has relaxed
+    /// \[m\].
     pub relaxing: [(f64, f64); 2],
 }
 
@@ -48,7 +49,7 @@ impl Point {
         let relaxing = self.relaxing.iter().map(|(k, relaxed)| k * (indentation - relaxed));
         let slope = self.normal * grown + self.relaxing.iter().map(|(k, _)| k).sum::<f64>();
         let force = force + relaxing.sum::<f64>();
-        // A wall does not pull.
+        // A wall cannot pull.
         if force > 0.0 { (force, slope) } else { (0.0, 0.0) }
     }
 
@@ -72,13 +73,13 @@ pub(crate) struct Reaction {
     /// Indentation \[m\].
     pub indentation: f64,
     pub force: Vector3<f64>,
-    /// From the centre line to the surface that touches.
+    /// Vector from the centre line to the touching surface \[m\].
     pub arm: Vector3<f64>,
     /// Elastic tangential displacement at the end of the step.
     pub slip: Vector3<f64>,
-    /// −∂force by the motion of the centre line, through distance and normal.
+    /// −∂force/∂(motion of the centre line), through distance and normal.
     pub by_position: Matrix3<f64>,
-    /// −∂force by the motion of the surface.
+    /// −∂force/∂(motion of the surface).
     pub by_surface: Matrix3<f64>,
     /// Held against a change of direction: the force may exceed Coulomb's limit, and the
     /// iterate is no solution.
@@ -88,6 +89,7 @@ pub(crate) struct Reaction {
 }
 
 impl Reaction {
+    /// No contact.
     pub fn none() -> Self {
         Self {
             touch: Touch::Open,
@@ -218,7 +220,7 @@ mod tests {
         let start = Vector3::new(5e-3, 0.3e-3, 3.2e-3);
         for (slip, touch) in [(0.2e-6, Touch::Stick), (60e-6, Touch::Slide)] {
             let slip = Vector3::new(slip, -2.0 * slip, 0.0);
-            // The normal turns the friction as well: that part is left out, and small.
+            // Rotation of the friction with the normal is small and left out.
             let force = |x: &Vector3<f64>, moved: &Vector3<f64>| {
                 let none = Vector3::zeros();
                 point.reaction(&lumen.sample(x), moved, &none, &slip, &none)

@@ -65,7 +65,7 @@ impl Piece {
     }
 }
 
-/// A tube: the union of all balls around its centre line, straight on past both ends.
+/// A tube: the union of all balls around its centre line, which continues straight past both ends.
 #[derive(Clone, Debug)]
 pub struct Tube {
     pieces: Vec<Piece>,
@@ -73,7 +73,7 @@ pub struct Tube {
     is_open: [bool; 2],
 }
 
-/// What a tube's wall is from a point.
+/// The wall of a tube as seen from a point.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Depth {
     /// Distance to the wall, positive inside \[m\].
@@ -90,12 +90,12 @@ pub(crate) struct Depth {
     pub beyond: f64,
 }
 
-/// The ends go on straight for so long \[m\].
+/// Length by which the ends continue straight \[m\].
 const EXTENSION_M: f64 = 0.5;
 
 impl Tube {
-    /// A smooth curve through stations (slopes of Catmull and Rom), with the same for the
-    /// radius. `None` with fewer than two stations, or two in one place.
+    /// A Catmull–Rom curve through stations, for the radius too. `None` with fewer than two stations, or
+    /// with two at one place.
     pub fn through(stations: &[Station]) -> Option<Self> {
         let mut s = vec![0.0];
         for pair in stations.windows(2) {
@@ -135,7 +135,7 @@ impl Tube {
         Self { pieces, stations, is_open: [true; 2] }
     }
 
-    /// Which of the two ends are open; the others end in a half sphere. Both are, unless told.
+    /// Says which of the two ends are open; a closed end is a half sphere. Both are open by default.
     pub fn with_open_ends(mut self, is_open: [bool; 2]) -> Self {
         self.is_open = is_open;
         self
@@ -238,8 +238,8 @@ pub struct TubePath {
     direction: Vector3<f64>,
 }
 
-/// Longest piece \[m\] and widest arc \[rad\] that one cubic stands for; it misses the arc by less
-/// than 10⁻⁹ of its radius.
+/// Longest piece \[m\] and widest arc \[rad\] of one cubic, which deviates from the arc by less than 10⁻⁹
+/// of its radius.
 const LONGEST_PIECE_M: f64 = 5e-3;
 const WIDEST_PIECE_RAD: f64 = 0.15;
 
@@ -250,7 +250,7 @@ impl TubePath {
         Self { stations: vec![start], pieces: Vec::new(), direction: direction.normalize() }
     }
 
-    /// Goes on straight; the radius changes evenly to `radius_m`.
+    /// Adds a straight piece; the radius changes linearly to `radius_m`.
     pub fn straight(mut self, length_m: f64, radius_m: f64) -> Self {
         let start = self.stations[self.stations.len() - 1];
         let count = (length_m / LONGEST_PIECE_M).ceil().max(1.0) as usize;
@@ -263,8 +263,8 @@ impl TubePath {
         self
     }
 
-    /// Goes on along an arc of `bend_m` radius through `angle_rad`, bending `towards` (its part
-    /// across the direction); the radius changes evenly to `radius_m`.
+    /// Adds an arc of radius `bend_m` through `angle_rad`, bending towards the part of `towards` that is
+    /// normal to the direction; the tube's radius changes linearly to `radius_m`.
     pub fn arc(
         mut self,
         bend_m: f64,

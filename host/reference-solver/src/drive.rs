@@ -1,6 +1,6 @@
-//! What the drive does over time.
+//! Motion of the drive over time.
 
-/// Where the drive is.
+/// Position of the drive.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Drive {
     /// Unstretched length of instrument past the entry plane \[m\].
@@ -9,13 +9,13 @@ pub struct Drive {
     pub rotation_rad: f64,
 }
 
-/// Positions of the drive over time, straight in between.
+/// Positions of the drive over time, linearly interpolated.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Schedule {
     knots: Vec<(f64, Drive)>,
 }
 
-/// Knots of a change of speed.
+/// Number of knots in a change of speed.
 const RAMP_KNOTS: usize = 20;
 
 impl Schedule {
@@ -24,21 +24,21 @@ impl Schedule {
         Self { knots: vec![(0.0, Drive { insertion_m, rotation_rad })] }
     }
 
-    /// Plays samples (time \[s\], drive), as an encoder recorded them. `None` when there are none
-    /// or time does not grow.
+    /// A schedule from samples (time \[s\], drive) of an encoder. `None` if there are none or if time does
+    /// not grow.
     pub fn samples(samples: Vec<(f64, Drive)>) -> Option<Self> {
         let grows = samples.windows(2).all(|pair| pair[0].0 < pair[1].0);
         (grows && !samples.is_empty()).then_some(Self { knots: samples })
     }
 
-    /// The same motion, turned by so much from beginning to end.
+    /// The same motion with a constant additional rotation.
     pub fn turned(&self, rotation_rad: f64) -> Self {
         let mut own = self.clone();
         own.knots.iter_mut().for_each(|(_, drive)| drive.rotation_rad += rotation_rad);
         own
     }
 
-    /// Goes on for `duration_s` at these speeds, reached evenly within `ramp_s` of its beginning.
+    /// Continues for `duration_s` at these speeds, which are reached linearly within `ramp_s`.
     pub fn then(
         mut self,
         duration_s: f64,
@@ -80,7 +80,7 @@ impl Schedule {
         self.knots[self.knots.len() - 1].0
     }
 
-    /// Where the drive is at `t_s`; it stands still before the first knot and after the last.
+    /// The drive's position at `t_s`; it rests before the first knot and after the last.
     pub fn at(&self, t_s: f64) -> Drive {
         let after = self.knots.partition_point(|(t, _)| *t <= t_s);
         if after == 0 {
@@ -105,7 +105,7 @@ mod tests {
         let schedule =
             Schedule::starting_at(0.01, 0.0).then(2.0, 0.0, 0.01, 0.0).then(1.0, 0.5, -0.01, 1.0);
         assert!((schedule.at(2.0).insertion_m - 0.03).abs() < 1e-12);
-        // Half of the ramp ahead of the reversal, half behind it: it ends where it began.
+        // Half of the ramp lies before the reversal and half after it, so both distances are equal.
         assert!((schedule.at(2.5).insertion_m - 0.03).abs() < 1e-12);
         assert!((schedule.at(9.0).insertion_m - 0.025).abs() < 1e-12);
         assert!((schedule.at(9.0).rotation_rad - 0.75).abs() < 1e-12);

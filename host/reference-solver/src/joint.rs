@@ -27,7 +27,7 @@ impl Edge {
         let length = vector.norm();
         let tangent = vector / length;
         let first = transported(&self.first, &self.tangent, &tangent);
-        // What rounding has left along the tangent must not grow.
+        // Removes rounding errors along the tangent, which would grow otherwise.
         let first = (first - tangent * tangent.dot(&first)).normalize();
         let (sin, cos) = twist.sin_cos();
         Self { length, tangent, first: first * cos + tangent.cross(&first) * sin }

@@ -1,4 +1,4 @@
-//! Host-only reference solver: what the device's model is measured against.
+//! Reference solver for the host, against which the device's model is measured.
 //!
 //! A discrete elastic rod in absolute coordinates (node positions and the twist of each edge),
 //! on a fine mesh, implicit in time, solved to convergence in every step, with Signorini's and

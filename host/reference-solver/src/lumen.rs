@@ -9,7 +9,7 @@ use crate::curve::Tube;
 pub struct WallPoint {
     /// Signed distance \[m\], positive inside the lumen.
     pub distance_m: f64,
-    /// Gradient of the distance: into the lumen, of unit length but where tubes blend.
+    /// Gradient of the distance, into the lumen; of unit length except where tubes blend.
     pub gradient: Vector3<f64>,
     /// Second derivatives of the distance \[1/m\].
     pub hessian: Matrix3<f64>,
@@ -42,13 +42,13 @@ impl Lumen {
         Self::union(Vec::new(), 0.0)
     }
 
-    /// The same wall, displaced from where its tubes are drawn \[m\].
+    /// The same wall, displaced from its tubes by this vector \[m\].
     pub fn at(mut self, offset_m: Vector3<f64>) -> Self {
         self.offset_m = offset_m;
         self
     }
 
-    /// Displacement from where the tubes are drawn \[m\].
+    /// Displacement of the wall from its tubes \[m\].
     pub fn offset_m(&self) -> Vector3<f64> {
         self.offset_m
     }

@@ -1,18 +1,18 @@
-//! What the solver is told.
+//! The problem: rod, vessel, wall and numerical choices.
 
 use nalgebra::Vector3;
 
 use crate::lumen::Lumen;
 use crate::rod::Rod;
 
-/// Where the instrument leaves its tight straight guide.
+/// The mouth of the tight straight guide that the instrument leaves.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Entry {
     /// Centre of the guide's mouth \[m\].
     pub position_m: Vector3<f64>,
     /// Unit vector of insertion.
     pub direction: Vector3<f64>,
-    /// Unit vector across it: towards which `Curve::up_per_m` bends at rotation 0.
+    /// Unit vector normal to it, towards which `Curve::up_per_m` bends at rotation 0.
     pub up: Vector3<f64>,
 }
 
@@ -22,15 +22,15 @@ pub struct Entry {
 pub struct WallLaw {
     /// Normal force per indentation and per length of instrument \[N/m²\].
     pub line_stiffness_n_per_m2: f64,
-    /// Normal stiffness that the free end has besides \[N/m\].
+    /// Additional normal stiffness at the free end \[N/m\].
     pub end_stiffness_n_per_m: f64,
-    /// Tangential stiffness before slip over the normal one \[1\].
+    /// Ratio of the tangential stiffness before slip to the normal stiffness \[1\].
     pub tangential_ratio: f64,
     /// Coulomb's coefficient \[1\].
     pub friction_coefficient: f64,
 }
 
-/// What a wall and its surroundings may do beyond that law; by default nothing.
+/// Extensions of that law; none by default.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Beyond {
     /// One over the indentation in which the wall's stiffness grows e-fold \[1/m\].
@@ -42,7 +42,7 @@ pub struct Beyond {
     /// Stiffness that relaxes over the one that stays, half of it in each of these times.
     pub relaxing_ratio: f64,
     pub relaxation_s: [f64; 2],
-    /// Moment of bending per rate of bend, over the stiffness \[s\].
+    /// Viscous time of bending: moment per rate of bending over the stiffness \[s\].
     pub bending_viscosity_s: f64,
     /// Force of a stream along the instrument towards its tip, per length \[N/m\].
     pub stream_n_per_m: f64,

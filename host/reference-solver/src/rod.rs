@@ -54,9 +54,9 @@ pub struct Curve {
 pub struct Rod {
     /// Outer radius: where it touches the wall \[m\].
     pub radius_m: f64,
-    /// From the tip to the base; the last one goes on for ever. At least one.
+    /// Sections from the tip to the base, at least one; the last one has no end.
     pub sections: Vec<Section>,
-    /// From the tip backwards; straight after the last piece.
+    /// Curvature from the tip backwards; straight after the last piece.
     pub curves: Vec<Curve>,
 }
 

@@ -1,4 +1,4 @@
-//! What a solved step says about the instrument.
+//! Forces and positions of a solved step.
 
 use nalgebra::Vector3;
 
@@ -6,7 +6,7 @@ use crate::balance::{Balance, Iterate, Step};
 use crate::contact::Touch;
 use crate::drive::Drive;
 
-/// What the instrument does at one instant.
+/// State of the instrument at one time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sample {
     pub t_s: f64,
@@ -56,9 +56,9 @@ pub(crate) fn report(step: &Step, iterate: &Iterate, solution: &Balance, t_s: f6
     }
 }
 
-/// Derivative of the elastic energy by the length inside, nodes held: the compression of the
-/// base edge, less the energy per length that bending and torsion take into the vessel, half
-/// of it at the guide's joint and half at the next (the cell of each grows by half the feed).
+/// Derivative of the elastic energy by the length inside at fixed nodes. It is the compression of the
+/// base edge minus the energy per length that bending and torsion carry into the vessel; half of that
+/// is taken at the guide's joint and half at the next, since the cell of each grows by half the feed.
 fn drive_force(step: &Step, solution: &Balance) -> f64 {
     let count = step.edges.len();
     let h = step.problem.numerics.spacing_m;

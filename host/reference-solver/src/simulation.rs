@@ -1,4 +1,4 @@
-//! Time stepping: Newton's method for each step, shorter steps where it does not converge.
+//! Time stepping: Newton's method for each step, with shorter steps where it does not converge.
 
 use nalgebra::Vector3;
 use thiserror::Error;
@@ -10,10 +10,10 @@ use crate::problem::{Integrator, Problem};
 use crate::sample::{Sample, report};
 use crate::state::State;
 
-/// What the solver did so far.
+/// Work done so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Effort {
-    /// Steps taken, the parts of divided ones counted.
+    /// Steps taken; parts of divided steps count.
     pub steps: usize,
     /// Iterations of Newton's method.
     pub iterations: usize,
@@ -35,22 +35,21 @@ pub enum SolveError {
 
 /// Newton iterations before a step is divided.
 const MOST_ITERATIONS: usize = 25;
-/// Iterations that are taken whole, whatever they do to the balance: stretch makes the first
-/// ones look bad.
+/// First iterations, which are taken in full even if the residual grows, as it does at first because of
+/// stretch.
 const FREE_ITERATIONS: usize = 3;
-/// Later a correction is shortened so often, by so much, until what is out of balance is less
-/// than so much of what it was: where friction changes its direction whole corrections go round
-/// in circles.
+/// Later corrections are shortened by `SHORTEN` at most `MOST_TRIES` times until the residual falls below
+/// `DECREASE` times the last one. Where friction changes its direction, full corrections would cycle.
 const MOST_TRIES: usize = 6;
 const SHORTEN: f64 = 0.4;
 const DECREASE: f64 = 0.9;
-/// A step is divided by two at most so often in a row.
+/// Largest number of successive halvings of a step.
 const MOST_HALVINGS: u32 = 9;
-/// No iteration turns an edge by more than about this \[rad\].
+/// Largest rotation of an edge in one iteration, approximately \[rad\].
 const LARGEST_TURN: f64 = 0.3;
 
-/// Quasi-static settling: time of a step, feed of a step, drag that fades over the steps at
-/// rest, and the speed at which the instrument counts as resting.
+/// Quasi-static settling: time and feed of a step, drag that decays over the steps at rest, and the speed
+/// below which the instrument is at rest.
 const SETTLE_STEP_S: f64 = 0.02;
 const SETTLE_FEED_M: f64 = 2.5e-4;
 const SETTLE_DRAG: f64 = 1000.0;
@@ -66,7 +65,7 @@ pub struct Simulation<'a> {
     matrix: Band,
     time_s: f64,
     sample: Sample,
-    /// What it took so far.
+    /// Work done so far.
     pub effort: Effort,
 }
 
@@ -138,13 +137,12 @@ impl<'a> Simulation<'a> {
         Ok(simulation)
     }
 
-    /// The same state under another problem on the same mesh. A wall that has moved between the
-    /// two takes along what touches it in the next step.
+    /// The same state for another problem on the same mesh. A wall that has moved between the two moves
+    /// the touching points with it in the next step.
     pub fn released<'b>(self, problem: &'b Problem) -> Simulation<'b> {
         let moved = problem.lumen.offset_m() - self.problem.lumen.offset_m();
         let Self { mut state, matrix, time_s, sample, effort, .. } = self;
-        // Friction knows of the wall's motion as of the instrument's: as a displacement between
-        // the two.
+        // Friction depends on the relative displacement of instrument and wall.
         state.nodes.iter_mut().for_each(|node| node.slip -= moved);
         let table = Table::default();
         Simulation { problem, state, table, matrix, time_s, sample, effort }
@@ -161,14 +159,14 @@ impl<'a> Simulation<'a> {
         self.state.nodes.iter().map(|node| node.position).collect()
     }
 
-    /// What the last step found.
+    /// The result of the last step.
     pub fn sample(&self) -> &Sample {
         &self.sample
     }
 
     fn advance(&mut self, dt: f64, drive: Drive, mode: Mode) -> Result<(), SolveError> {
         let start = self.state.drive;
-        // What is done, and the next part, in the smallest parts.
+        // Progress and size of the next part, in units of the smallest part.
         let whole: u32 = 1 << MOST_HALVINGS;
         let (mut done, mut size) = (0, whole);
         let mut is_divided = false;
@@ -183,7 +181,7 @@ impl<'a> Simulation<'a> {
             match self.attempt(part, target, mode) {
                 Ok(()) => {
                     done += size;
-                    // Back to longer parts as soon as they fit.
+                    // Longer parts are used again as soon as they fit.
                     if size < whole && done.is_multiple_of(2 * size) {
                         size *= 2;
                     }
@@ -202,7 +200,7 @@ impl<'a> Simulation<'a> {
         Ok(())
     }
 
-    /// One step; the state changes only when it converges, else what is out of balance is given.
+    /// Attempts one step. The state changes only if it converges; else the residual is returned.
     fn attempt(&mut self, dt: f64, drive: Drive, mode: Mode) -> Result<(), f64> {
         let problem = self.problem;
         let mut start = self.state.clone();
@@ -257,7 +255,7 @@ impl<'a> Simulation<'a> {
     /// Newton's method from `iterate` to balance.
     fn iterate(&mut self, step: &Step, iterate: &mut Iterate) -> Result<(Balance, usize), f64> {
         let numerics = &self.problem.numerics;
-        // Rounding of the positions, as the stiffest edge feels it.
+        // Force by which the stiffest edge answers to rounding of the positions.
         let stiffest =
             step.edges[..step.edges.len() - 1].iter().fold(0.0, |s: f64, e| s.max(e.axial));
         let rounding_n = 30.0 * f64::EPSILON * stiffest * step.start.drive.insertion_m;
@@ -296,12 +294,12 @@ impl<'a> Simulation<'a> {
     }
 }
 
-/// Share of the way to its end that a relaxation takes in `dt_s`; all of it without a time.
+/// Share of a relaxation that takes place in `dt_s`; all of it if its time is 0.
 fn towards(dt_s: f64, time_s: f64) -> f64 {
     if time_s > 0.0 { 1.0 - (-dt_s / time_s).exp() } else { 1.0 }
 }
 
-/// Largest force out of balance; torques count by the spacing.
+/// Largest residual force; torques are divided by the spacing.
 fn out_of_balance(residual: &[f64], spacing: f64) -> f64 {
     let parts = residual.as_chunks::<PER_NODE>().0;
     let size = |part: &[f64; PER_NODE]| {
@@ -322,7 +320,7 @@ fn cautious(correction: &[f64], spacing: f64) -> f64 {
     if largest > LARGEST_TURN { LARGEST_TURN / largest } else { 1.0 }
 }
 
-/// Nodes move on as they did; those that enter stand on the axis.
+/// First guess of a step: nodes keep their velocity, and entering nodes lie on the axis.
 fn guess(step: &Step, known: usize, fed: f64, dt: f64) -> Iterate {
     let start = step.start;
     let entry = &step.problem.entry;
@@ -353,7 +351,7 @@ fn guess(step: &Step, known: usize, fed: f64, dt: f64) -> Iterate {
     iterate
 }
 
-/// Settles and plays a schedule, one sample a step of the problem's numerics.
+/// Settles and plays a schedule; returns one sample for each step.
 pub fn run(problem: &Problem, schedule: &Schedule) -> Result<(Vec<Sample>, Effort), SolveError> {
     let mut simulation = Simulation::settled(problem, schedule.at(0.0))?;
     let dt_s = problem.numerics.step_s;

@@ -1,4 +1,4 @@
-//! Nodes and edges inside the vessel, and how the drive feeds them.
+//! Nodes and edges inside the vessel, and their feed by the drive.
 
 use nalgebra::Vector3;
 
@@ -15,7 +15,7 @@ pub(crate) struct Node {
     pub earlier: (Vector3<f64>, Vector3<f64>),
     /// Elastic tangential displacement of its contact with the wall \[m\].
     pub slip: Vector3<f64>,
-    /// Indentations to which the relaxing branches of the wall have \[m\].
+    /// Indentations to which the relaxing branches of the wall have relaxed \[m\].
     pub relaxed: [f64; 2],
 }
 
@@ -25,11 +25,11 @@ pub(crate) struct State {
     pub nodes: Vec<Node>,
     pub edges: Vec<Edge>,
     pub drive: Drive,
-    /// Length of the last step; 0 where the history does not bind the next step \[s\].
+    /// Length of the last step; 0 if the next step does not use the history \[s\].
     pub last_step: f64,
 }
 
-/// A base edge shorter than this share of the spacing is not kept.
+/// Shortest base edge, as a share of the spacing.
 const SHORTEST: f64 = 0.02;
 
 impl State {
@@ -53,7 +53,7 @@ impl State {
         self.drive = target;
         while self.base_length(spacing) > (1.0 + SHORTEST) * spacing || self.nodes.is_empty() {
             let passed = spacing * self.nodes.len() as f64;
-            // Where the node was in the guide: the axis goes on backwards.
+            // The node's earlier place in the guide lies on the axis behind the mouth.
             let inside = |insertion: f64| entry.position_m + entry.direction * (insertion - passed);
             let earlier = inside(before) - velocity * self.last_step;
             self.nodes.push(Node {

@@ -1,4 +1,4 @@
-//! The cases: what is fed into what, and how.
+//! The cases: instrument, vessel and motion.
 
 use cathforce_reference_solver::{
     Curve, Entry, Integrator, Lumen, Numerics, Problem, Rod, Schedule, Section, TipLoad, TubePath,
@@ -7,7 +7,7 @@ use cathforce_reference_solver::{
 use nalgebra::Vector3;
 use serde::Serialize;
 
-/// What a case is about.
+/// Kinds of cases.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Kind {
@@ -15,7 +15,7 @@ pub enum Kind {
     Feed,
     /// Fed, withdrawn and fed again, with ramps.
     Reversal,
-    /// Fed, then a pre-curved tip is rotated to and fro, less than it takes to whip round.
+    /// Fed, then a pre-curved tip is rotated to and fro by less than makes it whip round.
     Rotation,
     /// Fed, then a pre-curved tip is rotated in a bend until it whips round.
     Whip,
@@ -30,7 +30,7 @@ pub struct Case {
     pub kind: Kind,
     pub problem: Problem,
     pub schedule: Schedule,
-    /// Before that the start is not scored: it is not the drive's doing \[s\].
+    /// Time at which scoring begins; the start is an artefact of settling \[s\].
     pub scored_from_s: f64,
 }
 
@@ -40,9 +40,9 @@ const FEED_M_PER_S: f64 = 0.013;
 const SOFT: f64 = 8e4;
 const SILICONE: f64 = 8e5;
 const NEAR_RIGID: f64 = 8e7;
-/// Drag of the surroundings per length \[N·s/m²\], so that a free tip comes to rest in a second.
+/// Drag per length \[N·s/m²\], with which a free tip comes to rest in a second.
 const DRAG: f64 = 0.02;
-/// Moment per rate of bend, over the stiffness, of an instrument that is viscous \[s\].
+/// Viscous time of bending of a viscous instrument: moment per rate of bending over stiffness \[s\].
 const VISCOUS_S: f64 = 0.2;
 
 /// All cases, in the order of the table.

@@ -1,4 +1,4 @@
-//! Where the model's errors come from: one limit of the device is lifted at a time.
+//! Attribution of the model's errors: one limit of the device is lifted at a time.
 
 use std::fmt::Write as _;
 
@@ -10,14 +10,14 @@ use crate::{Case, Choices, Record, compare, play, play_on_device, solve};
 
 type Player = fn(&Case) -> anyhow::Result<Vec<Record>>;
 
-/// The device's choices with one of the solver's changed.
+/// Plays a case with the device's choices except for one of the solver's.
 fn solver(case: &Case, change: fn(&mut SolverDefaults)) -> anyhow::Result<Vec<Record>> {
     let mut choices = Choices::default();
     change(&mut choices.solver);
     play::<f32, MAX_LINKS>(case, &choices)
 }
 
-/// The limits, in words, and the model without them.
+/// The limits by name, and the model without each.
 const LIFTED: [(&str, Player); 12] = [
     ("as on the device", play_on_device),
     ("double precision", |case| play::<f64, MAX_LINKS>(case, &Choices::default())),
@@ -47,8 +47,8 @@ const LIFTED: [(&str, Player); 12] = [
     ("the reference, implicit Euler", reference_by_euler),
 ];
 
-/// What is no limit of the model: the reference with another integrator, to show how far a case
-/// is determined at all. After a snap, where it comes to rest depends on how it swings.
+/// The reference with another integrator, which shows how well a case is determined at all: after a
+/// snap, the rest position depends on how the tip swings.
 fn reference_by_euler(case: &Case) -> anyhow::Result<Vec<Record>> {
     let mut case = case.clone();
     case.problem.numerics.integrator = Integrator::Euler;

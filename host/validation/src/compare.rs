@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 use serde::Serialize;
 
-/// What is compared, at one instant.
+/// The compared quantities at one time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Record {
     pub t_s: f64,
@@ -17,47 +17,47 @@ pub struct Record {
     /// Its moment about the entry \[N·m\].
     pub moment_on_vessel_n_m: Vector3<f64>,
     pub tip_m: Vector3<f64>,
-    /// The model flags its forces as not to be trusted; never the reference's.
+    /// Whether the model did not resolve this tick; always `false` for the reference.
     pub unresolved: bool,
 }
 
 /// A snap: the tip moves far faster than the drive.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Snap {
-    /// When the reference's tip is fastest \[s\].
+    /// Time of the snap in the reference \[s\].
     pub reference_s: f64,
-    /// When the other solution's tip is; `None` when it has no such snap \[s\].
+    /// Time of the snap in the other solution; `None` if it has none \[s\].
     pub other_s: Option<f64>,
 }
 
 /// Root mean square errors.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Errors {
-    /// Of the drive's axial force \[N\], and as a share of the reference's peak.
+    /// Error of the drive's axial force \[N\], and as a share of the reference's peak.
     pub drive_force_n: f64,
     pub drive_force_share: f64,
-    /// Of the force on the vessel \[N\], and as a share of the reference's peak.
+    /// Error of the force on the vessel \[N\], and as a share of the reference's peak.
     pub force_n: f64,
     pub force_share: f64,
-    /// Of the drive's torque and of the moment on the vessel, as a share of the reference's peak;
-    /// `None` where that is below 10 µN·m.
+    /// Errors of the drive's torque and of the moment on the vessel, as shares of the reference's peaks;
+    /// `None` if a peak is below 10 µN·m.
     pub drive_torque_share: Option<f64>,
     pub moment_share: Option<f64>,
     pub tip_m: f64,
 }
 
-/// How well a solution meets the reference.
+/// Errors of a solution against the reference.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Score {
-    /// Largest magnitudes in the reference, but for the motion of a snap \[N\].
+    /// Largest magnitudes in the reference, except during the motion of a snap \[N\].
     pub peak_drive_force_n: f64,
     pub peak_force_n: f64,
     /// \[N·m\]
     pub peak_drive_torque_n_m: f64,
     pub peak_moment_n_m: f64,
-    /// Over everything that is scored.
+    /// Errors over the whole scored time.
     pub whole: Errors,
-    /// Of that, outside of the time around snaps.
+    /// Errors outside of the time around snaps.
     pub outside_snaps: Errors,
     /// Share of time outside snaps.
     pub outside_share: f64,
@@ -68,17 +68,17 @@ pub struct Score {
     pub unflagged_peak_share: f64,
 }
 
-/// A peak below this is none: in a plane nothing turns a straight instrument but its weight \[N·m\].
+/// Least peak of a moment that is scored; in a plane only the weight turns a straight instrument \[N·m\].
 const SCORED_N_M: f64 = 1e-5;
-/// A tip faster than this snaps \[m/s\].
+/// Speed of the tip above which it snaps \[m/s\].
 const SNAP_M_PER_S: f64 = 0.15;
 /// Fast instants closer than this belong to one snap \[s\].
 const ONE_SNAP_S: f64 = 0.1;
 /// Snaps farther apart than this are not the same \[s\].
 const SAME_SNAP_S: f64 = 0.5;
-/// Around a snap so much time is left out of the errors outside snaps \[s\].
+/// Time on either side of a snap that is left out of the errors outside snaps \[s\].
 const AROUND_SNAP_S: f64 = 0.1;
-/// The tip begins to run so long before it is fastest \[s\].
+/// Time before its greatest speed at which the tip begins to move in a snap \[s\].
 const BEFORE_SNAP_S: f64 = 0.03;
 
 /// Scores `other`, whose records are at the same instants or between, from `from_s` on.
@@ -87,18 +87,7 @@ pub fn compare(reference: &[Record], other: &[Record], from_s: f64) -> Score {
     let fast = snaps(&reference);
     let mut unmatched = snaps(other);
     unmatched.retain(|&t| t >= from_s);
-    let snaps: Vec<Snap> = fast
-        .iter()
-        .map(|&reference_s| {
-            let near = (0..unmatched.len())
-                .filter(|&i| (unmatched[i] - reference_s).abs() < SAME_SNAP_S)
-                .min_by(|&a, &b| {
-                    let apart = |i: usize| (unmatched[i] - reference_s).abs();
-                    apart(a).total_cmp(&apart(b))
-                });
-            Snap { reference_s, other_s: near.map(|i| unmatched.remove(i)) }
-        })
-        .collect();
+    let snaps = matched(&fast, &mut unmatched);
     let left_out = |t: f64| {
         let near = |from: f64, to: f64| t > from - AROUND_SNAP_S && t < to + AROUND_SNAP_S;
         snaps.iter().any(|snap| {
@@ -106,65 +95,104 @@ pub fn compare(reference: &[Record], other: &[Record], from_s: f64) -> Score {
             near(snap.reference_s.min(other), snap.reference_s.max(other))
         }) || unmatched.iter().any(|&t| near(t, t))
     };
-    // The load that a snap releases counts, the spikes of its motion do not: they would make
-    // every share look small.
+    // The load that a snap releases counts in the peak. Spikes of its motion do not, because they
+    // would make every share small.
     let moving =
         |t: f64| fast.iter().any(|snap| t > snap - BEFORE_SNAP_S && t < snap + AROUND_SNAP_S);
-    let steady = || reference.iter().filter(|r| !moving(r.t_s));
-    let peak = |of: fn(&Record) -> f64| steady().map(of).fold(0.0, f64::max);
-    let peak_drive_force_n = peak(|r| r.drive_force_n.abs());
-    let peak_force_n = peak(|r| r.force_on_vessel_n.norm());
-    let peak_drive_torque_n_m = peak(|r| r.drive_torque_n_m.abs());
-    let peak_moment_n_m = peak(|r| r.moment_on_vessel_n_m.norm());
+    let peaks = Peaks::of(reference.iter().filter(|r| !moving(r.t_s)));
     let errors = |keep: &dyn Fn(f64) -> bool| {
-        let mut sums = [0.0; 5];
-        let mut count = 0.0;
-        for r in reference.iter().filter(|r| keep(r.t_s)) {
-            let Some(o) = at(other, r.t_s) else { continue };
-            sums[0] += (o.drive_force_n - r.drive_force_n).powi(2);
-            sums[1] += (o.force_on_vessel_n - r.force_on_vessel_n).norm_squared();
-            sums[2] += (o.tip_m - r.tip_m).norm_squared();
-            sums[3] += (o.drive_torque_n_m - r.drive_torque_n_m).powi(2);
-            sums[4] += (o.moment_on_vessel_n_m - r.moment_on_vessel_n_m).norm_squared();
-            count += 1.0;
-        }
-        let [drive_force_n, force_n, tip_m, drive_torque_n_m, moment_n_m] =
-            sums.map(|sum| (sum / f64::max(count, 1.0)).sqrt());
-        let errors = Errors {
-            drive_force_n,
-            drive_force_share: drive_force_n / peak_drive_force_n,
-            force_n,
-            force_share: force_n / peak_force_n,
-            drive_torque_share: share_of_moment(drive_torque_n_m, peak_drive_torque_n_m),
-            moment_share: share_of_moment(moment_n_m, peak_moment_n_m),
-            tip_m,
-        };
-        (errors, count)
+        errors(reference.iter().filter(|r| keep(r.t_s)), other, &peaks)
     };
     let (whole, all) = errors(&|_| true);
     let (outside_snaps, outside) = errors(&|t| !left_out(t));
     let unflagged = other.iter().filter(|r| r.t_s >= from_s && !r.unresolved);
     let unflagged_peak = unflagged.map(|r| r.force_on_vessel_n.norm()).fold(0.0, f64::max);
     Score {
-        peak_drive_force_n,
-        peak_force_n,
-        peak_drive_torque_n_m,
-        peak_moment_n_m,
+        peak_drive_force_n: peaks.drive_force_n,
+        peak_force_n: peaks.force_n,
+        peak_drive_torque_n_m: peaks.drive_torque_n_m,
+        peak_moment_n_m: peaks.moment_n_m,
         whole,
         outside_snaps,
         outside_share: outside / f64::max(all, 1.0),
         snaps,
         extra_snaps_s: unmatched,
-        unflagged_peak_share: unflagged_peak / peak_force_n,
+        unflagged_peak_share: unflagged_peak / peaks.force_n,
     }
 }
 
-/// What a moment errs by, over its peak where that counts.
+/// Matches each snap of the reference with the nearest one of the other solution, which is taken out of
+/// `unmatched`.
+fn matched(reference: &[f64], unmatched: &mut Vec<f64>) -> Vec<Snap> {
+    let match_one = |&reference_s: &f64| {
+        let near = (0..unmatched.len())
+            .filter(|&i| (unmatched[i] - reference_s).abs() < SAME_SNAP_S)
+            .min_by(|&a, &b| {
+                let apart = |i: usize| (unmatched[i] - reference_s).abs();
+                apart(a).total_cmp(&apart(b))
+            });
+        Snap { reference_s, other_s: near.map(|i| unmatched.remove(i)) }
+    };
+    reference.iter().map(match_one).collect()
+}
+
+/// Largest magnitudes in the reference.
+struct Peaks {
+    drive_force_n: f64,
+    force_n: f64,
+    drive_torque_n_m: f64,
+    moment_n_m: f64,
+}
+
+impl Peaks {
+    fn of<'a>(records: impl Iterator<Item = &'a Record> + Clone) -> Self {
+        let peak = |of: fn(&Record) -> f64| records.clone().map(of).fold(0.0, f64::max);
+        Self {
+            drive_force_n: peak(|r| r.drive_force_n.abs()),
+            force_n: peak(|r| r.force_on_vessel_n.norm()),
+            drive_torque_n_m: peak(|r| r.drive_torque_n_m.abs()),
+            moment_n_m: peak(|r| r.moment_on_vessel_n_m.norm()),
+        }
+    }
+}
+
+/// RMS errors of `other` at the times of these records of the reference, and the number of records.
+fn errors<'a>(
+    reference: impl Iterator<Item = &'a Record>,
+    other: &[Record],
+    peaks: &Peaks,
+) -> (Errors, f64) {
+    let mut sums = [0.0; 5];
+    let mut count = 0.0;
+    for r in reference {
+        let Some(o) = at(other, r.t_s) else { continue };
+        sums[0] += (o.drive_force_n - r.drive_force_n).powi(2);
+        sums[1] += (o.force_on_vessel_n - r.force_on_vessel_n).norm_squared();
+        sums[2] += (o.tip_m - r.tip_m).norm_squared();
+        sums[3] += (o.drive_torque_n_m - r.drive_torque_n_m).powi(2);
+        sums[4] += (o.moment_on_vessel_n_m - r.moment_on_vessel_n_m).norm_squared();
+        count += 1.0;
+    }
+    let [drive_force_n, force_n, tip_m, drive_torque_n_m, moment_n_m] =
+        sums.map(|sum| (sum / f64::max(count, 1.0)).sqrt());
+    let errors = Errors {
+        drive_force_n,
+        drive_force_share: drive_force_n / peaks.drive_force_n,
+        force_n,
+        force_share: force_n / peaks.force_n,
+        drive_torque_share: share_of_moment(drive_torque_n_m, peaks.drive_torque_n_m),
+        moment_share: share_of_moment(moment_n_m, peaks.moment_n_m),
+        tip_m,
+    };
+    (errors, count)
+}
+
+/// Error of a moment over its peak; `None` if the peak is not scored.
 fn share_of_moment(error_n_m: f64, peak_n_m: f64) -> Option<f64> {
     (peak_n_m > SCORED_N_M).then(|| error_n_m / peak_n_m)
 }
 
-/// The record at a time, straight between its neighbours.
+/// The record at a time, linearly interpolated.
 fn at(records: &[Record], t_s: f64) -> Option<Record> {
     let after = records.partition_point(|r| r.t_s < t_s - 1e-9);
     let b = records.get(after)?;
@@ -184,8 +212,8 @@ fn at(records: &[Record], t_s: f64) -> Option<Record> {
     })
 }
 
-/// When the tip is first at half of its greatest speed or more, once a snap: it may be as fast again
-/// when it swings back.
+/// The time of each snap: the first time at which the tip has half of its greatest speed. The greatest
+/// speed itself may occur again when the tip swings back.
 fn snaps(records: &[Record]) -> Vec<f64> {
     let fastest = |snap: &Vec<(f64, f64)>| {
         snap.iter().copied().reduce(|a, b| if b.1 > a.1 { b } else { a }).unwrap_or_default()

@@ -1,5 +1,4 @@
-//! A case on the device's model: its own description, and a stored wall made from the analytic
-//! one.
+//! Plays a case on the device's model, with a stored wall made from the analytic one.
 
 use anyhow::{Context, anyhow};
 use cathforce_bundle::SolverDefaults;
@@ -11,7 +10,7 @@ use nalgebra::Vector3;
 
 use crate::{Case, Record};
 
-/// What the model may choose that a case does not say.
+/// Choices of the model that a case does not state.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Choices {
     pub solver: SolverDefaults,
@@ -20,7 +19,7 @@ pub struct Choices {
 }
 
 impl Default for Choices {
-    /// The device's.
+    /// The device's choices.
     fn default() -> Self {
         Self { solver: SolverDefaults::default(), cell_m: cathforce_bundle::CELL_M }
     }
@@ -41,7 +40,7 @@ impl Wall for AnalyticWall<'_> {
     }
 }
 
-/// The numbers of a problem as the device gets them.
+/// The device's description of a problem.
 fn description<T: Real>(
     problem: &Problem,
     link_length_m: f64,
@@ -103,10 +102,10 @@ fn stored(problem: &Problem, cell_m: f64) -> anyhow::Result<BuiltLumen> {
     build_lumen(&AnalyticWall(&problem.lumen), options).context("the vessel has too many bricks")
 }
 
-/// Plays a case tick by tick; one record a tick.
+/// Plays a case and returns one record a tick.
 ///
-/// `T`: `f32` is what the device runs, with [`mechanics::MAX_LINKS`]: as many links as it has time
-/// for, twice as many with twice that. Fails when the model or its lumen refuses the case.
+/// The device uses `f32` and [`mechanics::MAX_LINKS`]; with another `LINKS` the number of links scales
+/// accordingly. Fails if the model or its lumen refuses the case.
 pub fn play<T: Real, const LINKS: usize>(
     case: &Case,
     choices: &Choices,
@@ -118,7 +117,7 @@ pub fn play<T: Real, const LINKS: usize>(
     let largest_insertion_m = (0..=ticks).map(|k| at(k).insertion_m).fold(0.0, f64::max);
     let line_stiffness_n_per_m2 = case.problem.wall.line_stiffness_n_per_m2;
     let links = defaults.links_at(line_stiffness_n_per_m2);
-    // Of a chain of another length the tip's links have the same share.
+    // The share of short links at the tip stays the same.
     let tip_links = defaults.tip_links * LINKS / mechanics::MAX_LINKS;
     let played = SolverDefaults { tip_links, ..*defaults };
     let links = links * LINKS / mechanics::MAX_LINKS;
@@ -156,7 +155,7 @@ pub fn play<T: Real, const LINKS: usize>(
     Ok(records.collect())
 }
 
-/// Plays a case as the device does.
+/// Plays a case with the device's precision and choices.
 pub fn play_on_device(case: &Case) -> anyhow::Result<Vec<Record>> {
     play::<f32, { mechanics::MAX_LINKS }>(case, &Choices::default())
 }

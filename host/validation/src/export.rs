@@ -1,4 +1,4 @@
-//! Cases and their reference solutions as files that any program reads.
+//! Writes cases and their solutions as JSON and CSV.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -45,7 +45,7 @@ fn csv(solution: &[Record]) -> String {
     text
 }
 
-/// Everything but the drive's motion, which the solution's rows hold.
+/// The description of a case without the drive's motion, which is in the rows of the solution.
 fn description(case: &Case) -> Value {
     let problem = &case.problem;
     let vector = |v: &nalgebra::Vector3<f64>| json!([v.x, v.y, v.z]);

@@ -1,4 +1,4 @@
-//! How the model converges with the number of its links, against itself.
+//! Convergence of the model with the number of its links.
 
 use std::fmt::Write as _;
 
@@ -6,7 +6,7 @@ use crate::{Case, Choices, Record, Score, compare, play};
 
 type Player = fn(&Case, &Choices) -> anyhow::Result<Vec<Record>>;
 
-/// By the number of links; all in double precision, with the device's steps and wall.
+/// Models by number of links, in double precision, with the device's steps and wall.
 const BY_LINKS: [(usize, Player); 5] = [
     (16, play::<f64, 16>),
     (32, play::<f64, 32>),
@@ -15,7 +15,7 @@ const BY_LINKS: [(usize, Player); 5] = [
     (256, play::<f64, 256>),
 ];
 
-/// What all are compared with.
+/// The finest model, with which the others are compared.
 pub fn finest(case: &Case) -> anyhow::Result<Vec<Record>> {
     play::<f64, 512>(case, &Choices::default())
 }

@@ -11,19 +11,19 @@ use clap::Parser;
 #[derive(Parser)]
 #[command(about = "The device's model against the reference solver")]
 struct Arguments {
-    /// Only cases whose name has this in it.
+    /// Measure only cases whose name contains this text.
     #[arg(long, value_name = "TEXT")]
     only: Option<String>,
-    /// Write the rows and their summary here.
+    /// Write the rows and their summary into this file.
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
-    /// Instead of the device's errors alone, what they become when one of its limits is lifted.
+    /// Print how the errors change when one of the device's limits is lifted at a time.
     #[arg(long)]
     causes: bool,
-    /// Instead, how the model converges with the number of its links, against 512 of them.
+    /// Print how the model converges with the number of its links, compared with 512 links.
     #[arg(long)]
     links: bool,
-    /// Instead of measuring, write cases and both solutions into this folder.
+    /// Write cases and both solutions into this folder; measure nothing.
     #[arg(long, value_name = "FOLDER")]
     export: Option<PathBuf>,
 }

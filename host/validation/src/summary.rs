@@ -1,4 +1,4 @@
-//! Every case measured, as a table and as numbers.
+//! Results of all cases, as a table and as numbers.
 
 use std::fmt::Write as _;
 use std::num::NonZero;
@@ -12,15 +12,15 @@ use serde::Serialize;
 
 use crate::{Case, Kind, Record, Score, compare, play_on_device};
 
-/// What one case gave.
+/// Result of one case.
 #[derive(Clone, Debug, Serialize)]
 pub struct Row {
     pub case: &'static str,
     pub kind: Kind,
     /// The device's model.
     pub device: Score,
-    /// The reference on half as many nodes with steps twice as long: what its own
-    /// discretisation is worth.
+    /// The reference with half as many nodes and steps twice as long, which shows its own discretisation
+    /// error.
     pub coarser_reference: Score,
 }
 
@@ -29,14 +29,13 @@ pub struct Row {
 pub struct Accuracy {
     pub feed: f64,
     pub reversal: f64,
-    /// Less than it takes to snap.
+    /// Rotation by less than makes the tip snap.
     pub rotation: f64,
     /// Rotation until the tip whips round in a bend, before and after that.
     pub whip: f64,
     /// Rotation until the tip jumps off a dividing wall, before and after that.
     pub snap: f64,
-    /// The latest or earliest of all snaps, against the reference's \[s\]; infinite where one is
-    /// missed, which no page prints.
+    /// Largest difference in the time of a snap \[s\]; infinite if a snap is missed.
     pub snap_s: f64,
 }
 
@@ -62,7 +61,7 @@ impl Accuracy {
     }
 }
 
-/// The larger one; of no number, none.
+/// The larger of two numbers; NaN if either is NaN.
 fn larger(a: f64, b: f64) -> f64 {
     if a.is_nan() || a > b { a } else { b }
 }

@@ -1,14 +1,14 @@
-//! What the device's model must reach against the reference solver.
+//! Accuracy targets of the device's model against the reference solver.
 //!
-//! All cases but [`LEFT_OUT`] on a quick mesh; `cargo xtask accuracy` has them all on a fine one, its
-//! table stands in docs/model.md.
+//! These tests use a coarse mesh and leave out [`LEFT_OUT`]; `cargo xtask validation` measures all cases on a
+//! fine mesh, and its table is in the book's page on the model.
 
 use cathforce_reference_solver::Numerics;
 use cathforce_validation::{
     Case, Kind, by_links, cases, compare, export, finest, play_on_device, solve,
 };
 
-/// Its reference takes as long as a third of all others.
+/// This case is left out: its reference takes a third of the time of all others.
 const LEFT_OUT: &str = "rotation, near-rigid wall";
 
 /// A case with the reference on a mesh that is coarse and still good to a tenth of the targets.
@@ -19,11 +19,11 @@ fn quick(name: &str) -> Case {
     case
 }
 
-/// Of rotation; torque and moment after whips and jumps too.
+/// Target for rotation, and for torque and moment after whips and jumps.
 const ROTATION_TARGET: f64 = 0.05;
-/// Of whips and of the jump off a dividing wall, after which the tip comes to rest in another of many
-/// states, as the reference does with other steps: more than rotation may (docs/model.md, section 7). The
-/// jump's share is that of a peak which a coarse reference finds 40 % too small.
+/// Target for whips and for the jump off a dividing wall. Afterwards the tip comes to rest in one of many
+/// states, also in the reference with other steps, so the target is wider than for rotation. The jump is
+/// measured against a peak that a coarse reference finds 40 % too small.
 const AFTER_WHIP_TARGET: f64 = 0.09;
 const AFTER_SNAP_TARGET: f64 = 0.13;
 
@@ -68,7 +68,7 @@ fn assert_targets(name: &str) {
     for snap in &score.snaps {
         let late_s = snap.other_s.map(|other_s| other_s - snap.reference_s);
         println!("{name}: late by {late_s:?} s");
-        // Written so that a snap that the model misses fails.
+        // A snap that the model misses fails too.
         let met = late_s.is_some_and(|late_s| late_s.abs() <= LARGEST_LATENESS_S);
         assert!(met, "{name}: the snap at {} s is late by {late_s:?} s", snap.reference_s);
     }
@@ -104,7 +104,8 @@ fn whips_and_snaps_come_in_time_and_their_spikes_are_flagged() {
     assert_targets_of(&[Kind::Whip, Kind::Snap]);
 }
 
-/// Of the same model: with its step and wall, links alone are left. The order is over 32 to 128 links.
+/// Compares the model with itself, so that only the number of links differs. The order is measured from 32
+/// to 128 links.
 #[test]
 fn links_converge_and_the_device_s_are_enough() {
     const LOWEST_ORDER: f64 = 1.7;

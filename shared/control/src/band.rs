@@ -1,52 +1,51 @@
-//! How far the estimated forces may be from the true ones.
+//! The band: uncertainty of the estimated forces.
 //!
-//! A diagnosis has measured it and tabulates it over insertion and direction of motion
-//! (docs/explanation/diagnosis.md (D15)); a tick only looks it up. Nothing else in a tick
-//! depends on it.
+//! A diagnosis measures it and tabulates it over insertion and direction of motion
+//! (docs/explanation/diagnosis.md (D15)). A tick looks it up; nothing else in a tick depends on it.
 
 use serde::{Deserialize, Serialize};
 
 use crate::memory_visitor::{MemoryWord, VisitMemory};
 
-/// Insertions at which a band is stated.
+/// Number of insertions in the table of a band.
 pub const BAND_ROWS: usize = 24;
-/// A half width that nobody knows.
+/// Code of an unknown half width.
 pub const BAND_UNKNOWN: u16 = u16::MAX;
-/// The half width that one count of a table stands for \[N\].
+/// Half width of one count in the table \[N\].
 pub const BAND_UNIT_N: f32 = 1e-4;
 
-/// Ticks after one that the model did not resolve (a snap) for which no band is stated: it was
-/// measured outside of them.
+/// Ticks without a band after an unresolved one (a snap). The diagnosis measures the band outside of
+/// snaps.
 const SNAP_TICKS: u8 = 100;
-/// Feed that is a change of direction: encoders tremble by less \[m\].
+/// Smallest feed that counts as a change of direction \[m\]; the jitter of encoders is smaller.
 const TURN_M: f32 = 1e-4;
 
-/// Half widths at one insertion, in counts of [`BAND_UNIT_N`]: force on the vessel x, y, z, force
-/// behind the guide. [`BAND_UNKNOWN`]: not known there.
+/// Half widths at one insertion, in counts of [`BAND_UNIT_N`]: force on the vessel x, y, z, then the
+/// force behind the guide. [`BAND_UNKNOWN`] where they are not known.
 pub type BandRow = [u16; 4];
 
-/// Half widths of the band in which nine of ten true forces lie.
+/// Half widths of the band that contains nine of ten true forces.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Band {
-    /// Insertion of the first row, and between two \[m\].
+    /// Insertion of the first row, and difference between two rows \[m\].
     pub from_m: f32,
     pub step_m: f32,
-    /// While the instrument was last fed, and while it was last withdrawn.
+    /// Rows for feed, and for withdrawal.
     pub feed: [BandRow; BAND_ROWS],
     pub withdrawal: [BandRow; BAND_ROWS],
 }
 
-/// Half widths in one tick; `None` where nobody knows.
+/// Half widths in one tick; `None` where they are not known.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub struct HalfWidths {
-    /// Of the force on the vessel, x, y, z \[N\].
+    /// Half widths of the force on the vessel, x, y, z \[N\].
     pub force_n: Option<[f32; 3]>,
-    /// Of the force behind the guide \[N\].
+    /// Half width of the force behind the guide \[N\].
     pub drive_force_n: Option<f32>,
 }
 
 impl Band {
-    /// The first number that is not one of a table, by name.
+    /// Checks the numbers of the table. The error names the first one that is out of range.
     pub fn validate(&self) -> Result<(), &'static str> {
         let Self { from_m, step_m, .. } = *self;
         match () {
@@ -56,11 +55,11 @@ impl Band {
         }
     }
 
-    /// Between two rows; nothing is known outside of them.
+    /// Interpolates between two rows; `None` outside of them.
     fn at(&self, insertion_m: f32, withdrawn: bool) -> Option<HalfWidths> {
         let rows = if withdrawn { &self.withdrawal } else { &self.feed };
         let place = (insertion_m - self.from_m) / self.step_m;
-        // What is not a number is outside, too.
+        // In this form, NaN is outside too.
         if !(place >= 0.0 && place <= (BAND_ROWS - 1) as f32) {
             return None;
         }
@@ -82,10 +81,10 @@ impl Band {
     }
 }
 
-/// Memory of how the instrument got where it is.
+/// Recent motion of the instrument, from which its direction is known.
 #[derive(Clone, Debug)]
 pub(crate) struct InsertionHistory {
-    /// The farthest that it got in its direction \[m\].
+    /// Farthest insertion in the present direction \[m\].
     farthest_m: f32,
     withdrawn: bool,
     since_snap_ticks: u8,
@@ -96,7 +95,7 @@ impl InsertionHistory {
         Self { farthest_m: 0.0, withdrawn: false, since_snap_ticks: 0 }
     }
 
-    /// The band of a tick whose forces are the model's. `unresolved`: they are not to be trusted.
+    /// The band of a tick. `unresolved`: the model's forces are uncertain in this tick.
     pub fn update(
         &mut self,
         band: Option<&Band>,
@@ -108,7 +107,7 @@ impl InsertionHistory {
         } else {
             insertion_m - self.farthest_m
         };
-        // A memory that was overwritten by no number begins again, as where it turns.
+        // A corrupt memory (NaN) starts over like a change of direction.
         let turned = ahead_m < -TURN_M || ahead_m.is_nan();
         self.withdrawn ^= turned;
         if turned || ahead_m > 0.0 {

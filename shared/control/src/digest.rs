@@ -1,21 +1,21 @@
-//! One number for every bit of every output so far.
+//! Rolling hash over every bit of every output.
 //!
-//! Each word is mixed in by a step that is one-to-one in the word and in the digest, so a
-//! single differing word always shows, and stays visible whatever equal words follow; two
-//! differing words cancel by chance once in 2³². Three instructions a word on a Cortex-M7.
+//! Each word is mixed in by a function that is one-to-one in the word and in the digest. A single
+//! differing word therefore always changes the digest, whatever equal words follow. Two differing
+//! words cancel by chance once in 2³². A word takes three instructions on a Cortex-M7.
 
 use cathforce_mechanics as mechanics;
 
 use crate::memory_visitor::{MemoryWord, VisitMemory};
 use crate::{Fault, HapticSource, Outputs};
 
-/// Words of [`Outputs::digest_words`].
+/// Number of words of [`Outputs::digest_words`].
 const OUTPUT_WORDS: usize = 26;
 
 impl Outputs {
-    /// The bits of every output except the digest, which follows from them.
+    /// The bits of every output except the digest itself.
     pub(crate) fn digest_words(&self) -> [u32; OUTPUT_WORDS] {
-        // No `..`: an output that is added must be added here.
+        // No `..`, so that every output that is added must be added here.
         let Self {
             mode,
             fault,
@@ -40,10 +40,10 @@ impl Outputs {
             peak_node,
             links,
             unresolved,
-            // Always false: a tick that loses a number is a fault and has no contact.
+            // Always false here, because a lost tick is a fault and has no contact.
             lost: _,
         } = contact;
-        // The bits of no width are those of no number.
+        // An unknown width has bits that no width has.
         let [bx, by, bz] = band.force_n.map_or([u32::MAX; 3], |xyz| xyz.map(f32::to_bits));
         let band_drive = band.drive_force_n.map_or(u32::MAX, f32::to_bits);
         [
@@ -77,7 +77,7 @@ impl Outputs {
     }
 }
 
-/// Memory of the digest.
+/// The digest so far.
 #[derive(Clone, Debug)]
 pub(crate) struct Digest(u32);
 

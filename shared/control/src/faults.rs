@@ -1,15 +1,15 @@
-//! What can go wrong, with codes that never change, and what is done about it.
+//! Faults, with codes that never change, and the reaction to each.
 //!
-//! Faults stop the output and latch; limits ([`crate::LimitFlags`]) change it for one tick
-//! and do not. Codes are grouped by where the fault is: 1… the encoders, 16… the model,
-//! 32… the device, 48… the controller's own memory and settings. 0 is "no fault".
+//! A fault stops the output and latches. A limit ([`crate::LimitFlags`]) changes the output for one
+//! tick and does not latch. Codes are grouped by origin: 1… encoders, 16… model, 32… device,
+//! 48… the controller's own memory and settings. 0 is "no fault".
 
-/// How the output gets to zero.
+/// How the fault brings the output to zero.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reaction {
-    /// Within `ramp_time_ticks`, no faster than the slew limits.
+    /// To zero within `ramp_time_ticks`, no faster than the slew limits.
     Ramp,
-    /// In this tick.
+    /// Zero in the same tick.
     Cut,
 }
 
@@ -26,7 +26,7 @@ macro_rules! faults {
             /// Every fault, by rising code.
             pub const ALL: &[Self] = &[ $( Self::$name, )+ ];
 
-            /// What its code on the bus means; `None` for 0 and for codes not in use.
+            /// The fault with this code on the bus; `None` for 0 and for unused codes.
             pub const fn from_code(code: u8) -> Option<Self> {
                 match code {
                     $( $code => Some(Self::$name), )+
@@ -34,7 +34,7 @@ macro_rules! faults {
                 }
             }
 
-            /// Its name, as it is written here.
+            /// Name of the variant.
             pub const fn name(self) -> &'static str {
                 match self {
                     $( Self::$name => stringify!($name), )+
@@ -48,21 +48,21 @@ macro_rules! faults {
                 }
             }
 
-            /// What to look at and to do.
+            /// What to check and to do.
             pub const fn next_step(self) -> &'static str {
                 match self {
                     $( Self::$name => $next, )+
                 }
             }
 
-            /// Both.
+            /// Cause and next step.
             pub const fn text(self) -> &'static str {
                 match self {
                     $( Self::$name => concat!($cause, ": ", $next), )+
                 }
             }
 
-            /// How the output gets to zero.
+            /// How the fault brings the output to zero.
             pub const fn reaction(self) -> Reaction {
                 match self {
                     $( Self::$name => Reaction::$reaction, )+
@@ -107,15 +107,15 @@ faults! {
 }
 
 impl Fault {
-    /// Its code on the bus, never 0.
+    /// Code on the bus, never 0.
     pub const fn code(self) -> u8 {
         self as u8
     }
 
-    /// What [`crate::Command::ClearFault`] must carry to clear this fault.
+    /// Token that [`crate::Command::ClearFault`] must carry to clear this fault.
     ///
-    /// The token names the fault, so that one nobody has seen yet is never cleared, and a
-    /// frame of zeros or a repeated clear of another fault does nothing.
+    /// The token identifies the fault. A fault that the sender has not seen is therefore never cleared,
+    /// and a frame of zeros or a repeated clear of another fault has no effect.
     pub const fn clear_token(self) -> u32 {
         0xC1EA_4F00 | self.code() as u32
     }

@@ -1,22 +1,22 @@
-//! Which encoder samples are believed, and for how long.
+//! Which encoder samples are accepted, and for how long.
 //!
-//! A sample is accepted if it is finite, within the drive's range and no farther from the
-//! last accepted one than the drive can have moved since. Nothing else ever reaches the
-//! model. The newest ten frames and the newest ten samples are remembered as one bit each.
+//! A sample is accepted if it is finite, within the drive's range, and no farther from the last
+//! accepted one than the drive can have moved since. Only accepted samples reach the model. One bit
+//! each records whether the newest ten frames and the newest ten samples were rejected.
 
 use crate::limits::{positive, smaller};
 use crate::memory_visitor::{MemoryWord, VisitMemory};
 use crate::settings::ENCODER_TIMEOUT_HARD_TICKS;
 use crate::{EncoderSample, Fault, Settings, TICK_S};
 
-/// Frames and samples that are remembered.
+/// Number of frames and of samples in the window.
 const WINDOW: u32 = 10;
-/// More rejected frames than this in the window are a fault.
+/// Largest number of rejected frames in the window that is not a fault.
 const MOST_BAD_FRAMES: u32 = 3;
-/// As many refused samples in the window are a fault.
+/// Number of refused samples in the window that is a fault.
 const JUMPS: u32 = 3;
 
-/// What the drive can do.
+/// Physical bounds of the drive.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Bounds {
     pub insertion_step_m: f32,
@@ -27,7 +27,7 @@ pub(crate) struct Bounds {
 }
 
 impl Bounds {
-    /// `reach_m`: the longest insertion that the model has links for.
+    /// `reach_m`: the longest insertion that the model can represent.
     pub fn new(settings: &Settings, reach_m: f32) -> Self {
         let timeout = settings.encoder_timeout_ticks.clamp(1, ENCODER_TIMEOUT_HARD_TICKS);
         Self {
@@ -39,7 +39,7 @@ impl Bounds {
         }
     }
 
-    // Both comparisons are written so that NaN, on either side, is refused.
+    // In this form, NaN on either side of a comparison is refused.
     fn in_range(&self, s: EncoderSample) -> bool {
         s.insertion_m >= 0.0
             && s.insertion_m <= self.max_insertion_m
@@ -55,22 +55,22 @@ impl Bounds {
     }
 }
 
-/// Memory of the encoders.
+/// State of the checks on one encoder.
 #[derive(Clone, Debug)]
 pub(crate) struct Freshness {
-    /// The last accepted sample; `None` once it is too old, or before the first.
+    /// The last accepted sample; `None` before the first one and once it is too old.
     last: Option<EncoderSample>,
     age_ticks: u8,
-    /// Newest frame in bit 0; set: rejected.
+    /// One bit per frame, the newest in bit 0; set if rejected.
     frames: u16,
-    /// Newest sample in bit 0; set: refused.
+    /// One bit per sample, the newest in bit 0; set if refused.
     samples: u16,
 }
 
-/// What a tick may rely on.
+/// Result of the checks in one tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct EncoderStatus {
-    /// The last accepted sample, finite; `None` if there is none that is young enough.
+    /// The last accepted sample, finite; `None` if it is too old or there is none.
     pub position: Option<EncoderSample>,
     /// Ticks since the newest accepted sample; 0 if it came in this tick.
     pub age_ticks: u8,
@@ -78,12 +78,12 @@ pub(crate) struct EncoderStatus {
     pub fault: Option<Fault>,
 }
 
-/// How the drive moved.
+/// Motion of the drive, as its samples tell.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Motion {
-    /// No sample in this tick.
+    /// There was no accepted sample in this tick.
     Unknown,
-    /// By this much in this tick and the `ticks − 1` before, which had no sample.
+    /// Motion in this tick and the `ticks − 1` before it, which had no sample \[m, rad\].
     Known { insertion_m: f32, rotation_rad: f32, ticks: u8 },
 }
 
@@ -92,7 +92,7 @@ impl Freshness {
         Self { last: None, age_ticks: u8::MAX, frames: 0, samples: 0 }
     }
 
-    /// Takes in a tick's sample of the drive, and the frames that were rejected meanwhile.
+    /// Takes in the sample of a tick, and the number of frames that were rejected since the last one.
     pub fn update(
         &mut self,
         bounds: &Bounds,
@@ -133,7 +133,7 @@ impl Freshness {
 
         let jumped = self.samples.count_ones() >= JUMPS;
         if jumped {
-            // Begin anew: where the samples jumped to may be where the drive is.
+            // Start over, because the drive may really be where the samples jumped to.
             self.samples = 0;
         }
         if jumped || self.age_ticks >= bounds.timeout_ticks {
@@ -153,7 +153,7 @@ impl Freshness {
         EncoderStatus { position: self.last, age_ticks: self.age_ticks, motion, fault }
     }
 
-    /// The next sample in range will be believed wherever it is.
+    /// Forgets the position: the next sample in range is accepted wherever it is.
     fn forget(&mut self) {
         self.last = None;
         self.age_ticks = u8::MAX;

@@ -1,10 +1,9 @@
-//! From the forces at the drive to what the operator feels.
+//! From the forces at the drive to the demands on the operator's axes.
 //!
-//! The operator's axes resist what the drive resists: force against insertion is the gain
-//! times the axial force at the drive (positive when pushing), torque likewise. With a guidewire
-//! there are two drives, and the operator feels the one that is held. In a tick
-//! that the model did not resolve (a snap), its forces are not to be trusted: the last
-//! trusted ones are held, and that is reported.
+//! The force against insertion is the gain times the axial force at the drive, which is positive when
+//! pushing; the torque likewise. With a guidewire there are two drives, and the operator feels the load
+//! on the one that is held. In a tick that the model did not resolve (a snap), the forces are
+//! uncertain. The last trusted ones are then held, and a flag reports it.
 
 use cathforce_mechanics as mechanics;
 
@@ -12,12 +11,12 @@ use crate::limits::finite;
 use crate::memory_visitor::{MemoryWord, VisitMemory};
 use crate::{Fault, HapticSource, Settings};
 
-/// What the operator's axes are asked for.
+/// Demands on the operator's axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Rendered {
     pub force_n: f32,
     pub torque_n_m: f32,
-    /// From an earlier tick.
+    /// The forces are held from an earlier tick.
     pub held: bool,
 }
 
@@ -28,7 +27,7 @@ struct DriveLoad {
     torque_n_m: f32,
 }
 
-/// Memory of the last trusted forces at the drives.
+/// The last trusted loads on the drives.
 #[derive(Clone, Debug)]
 pub(crate) struct Haptics {
     catheter: DriveLoad,
@@ -42,7 +41,7 @@ impl Haptics {
         Self { catheter: nothing.clone(), guidewire: nothing, unresolved_ticks: 0 }
     }
 
-    /// Takes in what the model found; a fault if it has not converged for too long.
+    /// Takes in the outputs of the model; a fault if it has been unresolved for too long.
     pub fn observe(
         &mut self,
         settings: &Settings,
@@ -63,12 +62,12 @@ impl Haptics {
         lasted.then_some(Fault::ModelUnresolved)
     }
 
-    /// The forces are those of the newest tick.
+    /// The loads are those of the newest tick.
     pub fn is_trusted(&self) -> bool {
         self.unresolved_ticks == 0
     }
 
-    /// The haptic law. May be infinite (a large gain); the limiter deals with that.
+    /// The haptic law. With a large gain the result may be infinite; the limiter handles that.
     pub fn render(&self, settings: &Settings, haptic_source: HapticSource) -> Rendered {
         let load = match haptic_source {
             HapticSource::Catheter => &self.catheter,
@@ -84,7 +83,7 @@ impl Haptics {
     }
 }
 
-/// The part of `x` beyond ±`deadband`, without a jump at its edge.
+/// The part of `x` beyond ±`deadband`, continuous at its edge.
 fn apply_deadband(deadband: f32, x: f32) -> f32 {
     if x > deadband {
         x - deadband

@@ -1,23 +1,24 @@
 //! The control tick: from encoder samples to what the operator feels.
 //!
-//! [`step`] is all of it: pure, without allocation, total. It is called by the firmware's
-//! timer interrupt, by replays and by tests alike. Within a tick, in this order:
+//! [`step`] computes one tick. It is a pure function of its arguments, does not allocate, and gives
+//! finite, limited outputs for any input. The firmware's timer interrupt, replays and tests call it.
+//! Within a tick, in this order:
 //!
 //! | file | what it does |
 //! | --- | --- |
-//! | `freshness` | which encoder samples are believed, and for how long |
-//! | `supervisor` | modes and the table of their transitions |
+//! | `freshness` | which encoder samples are accepted, and for how long |
+//! | `supervisor` | modes and their transition table |
 //! | `grip` | which drive's load the operator feels, and whether any |
-//! | `tick` | the order of things; runs the model in the modes that track |
-//! | `haptics` | forces at the drive → what the operator's axes are asked for |
-//! | `passivity` | how large an output may be before an axis gives out too much energy |
-//! | `limits` | the last stage: magnitude and slew, whatever came before |
-//! | `band` | how far the estimated forces may be off |
-//! | `digest` | one number for every bit of every output so far |
+//! | `tick` | the order of the stages; runs the model in the modes that track |
+//! | `haptics` | from forces at the drive to the demands on the operator's axes |
+//! | `passivity` | largest output that keeps an axis within its energy budget |
+//! | `limits` | the last stage: limits of magnitude and slew |
+//! | `band` | uncertainty of the estimated forces |
+//! | `digest` | hash of all outputs so far |
 //!
-//! Output ends in one of two ways. **Ramp**: to zero within `ramp_time_ticks`, no faster
-//! than the slew limits. **Cut**: zero in the same tick, the only change that the slew
-//! limits do not bind. Which one it is belongs to the fault ([`Fault::reaction`]).
+//! Output stops in one of two ways, which each fault determines ([`Fault::reaction`]). A **ramp** goes
+//! to zero within `ramp_time_ticks`, no faster than the slew limits. A **cut** is zero in the same
+//! tick; it is the only change that may exceed the slew limits.
 
 #![no_std]
 #![forbid(unsafe_code)]
@@ -53,14 +54,14 @@ pub use settings::{
 pub use state::{State, step};
 pub use supervisor::{Mode, RampCause};
 
-/// What a tick is told and cannot change.
+/// Configuration of the tick.
 #[derive(Clone, Debug)]
 pub struct Config<'a> {
-    /// Instrument, entry, wall, solver.
+    /// The model of instrument, entry and wall, with its solver.
     pub model: mechanics::Model<f32>,
-    /// Read in place from the device image.
+    /// The lumen, read in place from the device image.
     pub lumen: mechanics::Lumen<'a>,
     pub settings: Settings,
-    /// How far the forces may be off, where a diagnosis has said so.
+    /// Uncertainty of the estimated forces, if a diagnosis has measured it.
     pub band: Option<Band>,
 }

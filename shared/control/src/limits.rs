@@ -1,20 +1,20 @@
-//! The limiter: last before the output, and right whatever comes before it.
+//! The limiter, the last stage before the output. It is correct whatever the stages before it do.
 //!
-//! One instance per axis. Whatever is asked for, what comes out
+//! There is one instance per axis. For any demand, the output
 //!
-//! * is finite and no larger than the axis' limit,
-//! * differs from the last output by no more than the slew limit of a tick, unless the
-//!   last output was itself beyond the limit (corrupt memory or settings),
-//! * is exactly what was asked for if no flag is set.
+//! * is finite and no larger than the limit of the axis,
+//! * differs from the last output by no more than the slew limit of a tick, unless the last output was
+//!   itself beyond the limit (corrupt memory or settings),
+//! * equals the demand if no flag is set.
 //!
-//! [`Limiter::cut`] is the one way around the slew limit: zero at once, in modes that must
-//! not output anything.
+//! [`Limiter::cut`] is the only way around the slew limit. It sets the output to zero in modes without
+//! output.
 
 use crate::memory_visitor::{MemoryWord, VisitMemory};
 use crate::settings::{RAMP_HARD_TICKS, ROUNDING};
 use crate::{FORCE_HARD_N, Settings, TICK_S, TORQUE_HARD_N_M};
 
-/// How far and how fast one axis may go. Always finite and not negative.
+/// Limits of one axis, in its unit (N or N·m). Always finite and not negative.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct AxisLimits {
     /// Largest magnitude.
@@ -25,7 +25,7 @@ pub(crate) struct AxisLimits {
 
 impl AxisLimits {
     fn new(limit: f32, hard: f32, slew_per_s: f32, ramp_ticks: u16) -> Self {
-        // ROUNDING keeps sums of slewed steps within the limits that were set.
+        // ROUNDING keeps rounded sums of slewed steps within the limits that were set.
         let slew = positive(slew_per_s * TICK_S * ROUNDING);
         let ticks = f32::from(ramp_ticks.clamp(1, RAMP_HARD_TICKS));
         let in_time = positive(slew * ticks * ROUNDING);
@@ -42,7 +42,7 @@ impl AxisLimits {
     }
 }
 
-/// Why an axis does not get what was asked for.
+/// Why the output of an axis differs from the demand.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub(crate) struct Limited {
     pub magnitude: bool,
@@ -51,7 +51,7 @@ pub(crate) struct Limited {
     pub not_finite: bool,
 }
 
-/// Memory of one axis: its last output.
+/// State of one axis: its last output.
 #[derive(Clone, Debug)]
 pub(crate) struct Limiter {
     last: f32,
@@ -67,13 +67,13 @@ impl Limiter {
         self.last
     }
 
-    /// Zero, now.
+    /// Sets the output to zero at once.
     pub fn cut(&mut self) {
         self.last = 0.0;
     }
 
-    /// The output nearest to `wanted` that the limits allow. `energy_bound`: largest
-    /// magnitude that keeps the axis passive; its reserve leaves time to slew down to it.
+    /// The output nearest to `wanted` that the limits allow. `energy_bound`: largest magnitude that keeps
+    /// the axis passive; its reserve leaves time to slew down to it.
     pub fn limit(&mut self, limits: &AxisLimits, wanted: f32, energy_bound: f32) -> (f32, Limited) {
         let energy_bound = if energy_bound >= 0.0 { energy_bound } else { 0.0 };
         let not_finite = !(wanted.is_finite() && self.last.is_finite());
@@ -102,7 +102,7 @@ impl VisitMemory for Limiter {
     }
 }
 
-/// `x`, or 0 if it is not a number to work with.
+/// `x`, or 0 if it is not finite.
 pub(crate) fn finite(x: f32) -> f32 {
     if x.is_finite() { x } else { 0.0 }
 }
@@ -116,7 +116,7 @@ pub(crate) fn smaller(a: f32, b: f32) -> f32 {
     if a < b { a } else { b }
 }
 
-/// `x` moved into ±`bound`; both finite.
+/// `x` clamped to ±`bound`; both must be finite.
 fn within(x: f32, bound: f32) -> f32 {
     if x > bound {
         bound

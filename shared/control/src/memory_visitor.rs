@@ -1,4 +1,4 @@
-//! Access to every number of the controller's memory, for tests that corrupt it.
+//! Access to every number of the controller's state, for tests that corrupt it.
 
 /// One number of [`crate::State`].
 #[derive(Debug)]
@@ -10,7 +10,7 @@ pub enum MemoryWord<'a> {
 }
 
 impl MemoryWord<'_> {
-    /// Overwrites the word with these bits; narrower words take the low ones.
+    /// Overwrites the word with these bits; narrower words take the low bits.
     pub fn set_bits(self, bits: u32) {
         match self {
             Self::F32(word) => *word = f32::from_bits(bits),
@@ -21,7 +21,7 @@ impl MemoryWord<'_> {
     }
 }
 
-/// Memory whose words can be visited one by one.
+/// State whose words can be visited one by one.
 pub(crate) trait VisitMemory {
     fn visit_memory(&mut self, visit: &mut dyn FnMut(MemoryWord<'_>));
 }

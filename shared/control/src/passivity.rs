@@ -1,20 +1,20 @@
-//! Passivity: an axis never gives out more energy than it was given, plus a budget.
+//! Passivity: an axis never delivers more energy than it has received plus a budget.
 //!
-//! The output of a tick stands until the next one, so the energy that an axis receives in
-//! a tick is the last output times the drive's motion (output is positive against the
-//! motion). With a budget E and energy A = received + E still to spend, a magnitude f is
-//! safe if even moving at the greatest speed, d per tick, while slewing down by s per tick,
-//! leaves A ≥ 0:
+//! An output holds until the next tick, so the energy that an axis receives in a tick is the last
+//! output times the drive's motion (output is positive against the motion). Let E be the budget and
+//! A = received + E the energy that may still be delivered. A magnitude f is safe if A stays
+//! non-negative while the drive moves at its largest speed, d per tick, and the output slews down by s
+//! per tick:
 //!
 //! ```text
 //! d · (f + (f − s) + (f − 2 s) + …)  ≤  d · (f²/(2 s) + f)  ≤  A
 //! ```
 //!
-//! [`Passivity::bound`] is the largest such f. The reserve is what lets the bound hold
-//! without ever breaking the slew limit.
+//! [`Passivity::bound`] is the largest such f. Because of the reserve, the bound holds without violating
+//! the slew limit.
 //!
-//! A tick without a sample is charged with the worst case; the next sample tells how far
-//! the drive moved meanwhile, and the charge becomes what it was at even speed.
+//! A tick without a sample is charged with the worst case. The next sample tells how far the drive
+//! moved in the meantime, and the charge is corrected to motion at constant speed.
 
 use cathforce_mechanics::Number;
 
@@ -23,25 +23,25 @@ use crate::limits::positive;
 use crate::memory_visitor::{MemoryWord, VisitMemory};
 use crate::settings::ROUNDING;
 
-/// Memory of one axis. Energies in joule, outputs in N or N·m, motions in m or rad.
+/// Energy account of one axis. Energies in J, outputs in N or N·m, motions in m or rad.
 #[derive(Clone, Debug)]
 pub(crate) struct Passivity {
-    /// Net energy received since arming, without the ticks in doubt.
+    /// Net energy received since arming, without the unconfirmed ticks.
     received_j: f32,
-    /// Worst case of the ticks since the last sample.
+    /// Worst-case energy delivered in the ticks since the last sample.
     unconfirmed_j: f32,
-    /// Sum of the outputs of those ticks.
+    /// Sum of the outputs in those ticks.
     unconfirmed_output: f32,
 }
 
 impl Passivity {
-    /// At arming.
+    /// The account at arming.
     pub fn new() -> Self {
         Self { received_j: 0.0, unconfirmed_j: 0.0, unconfirmed_output: 0.0 }
     }
 
-    /// Accounts for the time since `output` was set. `moved`: this axis' part of `motion`;
-    /// `step`: the farthest it can move in a tick.
+    /// Accounts for the time since `output` was set. `moved`: motion of this axis in `motion`; `step`:
+    /// largest motion in a tick.
     pub fn observe(&mut self, output: f32, motion: Motion, moved: f32, step: f32) {
         match motion {
             Motion::Unknown => {
@@ -57,15 +57,15 @@ impl Passivity {
         }
     }
 
-    /// The operator's axis moves with another drive from here on, whose samples say nothing of
-    /// the ticks in doubt: their worst case stays.
+    /// Changes to another drive. Its samples tell nothing about the unconfirmed ticks, so their worst case
+    /// is kept.
     pub fn change_drive(&mut self) {
         self.received_j -= self.unconfirmed_j;
         self.unconfirmed_j = 0.0;
         self.unconfirmed_output = 0.0;
     }
 
-    /// Largest output that keeps the promise; 0 if the memory is corrupt.
+    /// Largest output that keeps the axis within `budget_j` \[J\]; 0 if the memory is corrupt.
     pub fn bound(&self, budget_j: f32, slew: f32, step: f32) -> f32 {
         let left_j = positive(budget_j + self.received_j - self.unconfirmed_j);
         // f²/(2 s) + f = a, solved without cancellation.

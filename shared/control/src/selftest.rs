@@ -1,9 +1,9 @@
-//! The self-test: nothing may be armed unless settings and limiter are sound.
+//! The self-test of settings and limiter, without which nothing can be armed.
 
 use crate::limits::{AxisLimits, Limiter};
 use crate::{FORCE_HARD_N, Settings, TICK_S, TORQUE_HARD_N_M};
 
-/// Settings in range, the model made for this tick, the limiter holding on both axes.
+/// The settings are in range, the model is made for this tick, and the limiter works on both axes.
 pub(crate) fn run(settings: &Settings, tick_s: f32) -> bool {
     settings.validate().is_ok()
         && tick_s == TICK_S
@@ -11,7 +11,7 @@ pub(crate) fn run(settings: &Settings, tick_s: f32) -> bool {
         && limiter_holds(&AxisLimits::torque(settings), TORQUE_HARD_N_M)
 }
 
-/// Asked for far too much, then for something that is no number: it stays within `hard`.
+/// Asked for excessive values and for values that are not finite, the limiter stays within `hard`.
 fn limiter_holds(limits: &AxisLimits, hard: f32) -> bool {
     let mut limiter = Limiter::new();
     let mut holds = limits.magnitude <= hard;

@@ -1,40 +1,40 @@
-//! Every setting, declared once.
+//! Declaration of every setting.
 //!
-//! The table at the end of this file is the only place a setting is written down: the
-//! struct, its defaults, its validation, access by name and [`SETTINGS`] (from which the
-//! host makes its help and documentation) are all made from it.
+//! The table at the end of this file is the only place where a setting is declared. The struct, its
+//! defaults, validation, access by name and [`SETTINGS`] are made from it. The host makes its help and
+//! documentation from [`SETTINGS`].
 
 use core::fmt;
 
 use serde::{Deserialize, Serialize};
 
-/// Time of one tick \[s\]. The promises are given in milliseconds and kept in ticks.
+/// Time of one tick \[s\]. Promises are stated in milliseconds and kept in ticks.
 pub const TICK_S: f32 = 1e-3;
 
-/// No setting can raise the force on the operator's linear axis above this \[N\].
+/// Largest force on the operator's linear axis, whatever the settings \[N\].
 pub const FORCE_HARD_N: f32 = 10.0;
-/// No setting can raise the torque on the operator's rotary axis above this \[N·m\].
+/// Largest torque on the operator's rotary axis, whatever the settings \[N·m\].
 pub const TORQUE_HARD_N_M: f32 = 0.1;
-/// No setting can make the output wait longer than this for an encoder sample \[ticks\].
+/// Longest wait for an encoder sample with output on, whatever the settings \[ticks\].
 pub const ENCODER_TIMEOUT_HARD_TICKS: u16 = 5;
-/// No setting can make a ramp to zero take longer than this \[ticks\].
+/// Longest ramp to zero, whatever the settings \[ticks\].
 pub const RAMP_HARD_TICKS: u16 = 20;
 
-/// A thousandth is kept back from slew and ramp, so that rounded sums stay within what was set.
+/// Factor on slew and ramp: a reserve of 1/1000 keeps rounded sums within the set values.
 pub(crate) const ROUNDING: f32 = 0.999;
 
-/// What the host says about a setting.
+/// Declaration of a setting, for the host.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SettingInfo {
     /// Name of the field of [`Settings`].
     pub name: &'static str,
-    /// Unit of every number here; "1" for a pure number.
+    /// Unit of all numbers here; "1" if dimensionless.
     pub unit: &'static str,
     /// Smallest value accepted.
     pub min: f32,
     /// Largest value accepted.
     pub max: f32,
-    /// Value when nothing is said.
+    /// Default value.
     pub default: f32,
     /// Only whole numbers are accepted.
     pub whole: bool,
@@ -51,10 +51,10 @@ pub enum SettingError {
     NotFinite(&'static str),
     /// Outside the range of its [`SettingInfo`].
     Range(&'static str),
-    /// This setting counts something: only whole numbers.
+    /// The setting accepts only whole numbers.
     NotWhole(&'static str),
-    /// A ramp from this limit to zero would take longer than `ramp_time_ticks`: lower the
-    /// limit or raise its slew rate.
+    /// A ramp from this limit to zero would take longer than `ramp_time_ticks`. Lower the limit or raise
+    /// its slew rate.
     RampTooSlow(&'static str),
 }
 
@@ -99,7 +99,7 @@ impl core::error::Error for SettingError {}
 trait Number: Copy {
     const WHOLE: bool;
     fn widen(self) -> f32;
-    /// `None` if the value is not one of this type's.
+    /// `None` if this type cannot represent the value.
     fn narrow(value: f32) -> Option<Self>;
 }
 
@@ -145,7 +145,7 @@ macro_rules! settings {
             range: $min:expr, $max:expr $(,)?
         }
     )+) => {
-        /// What an operator may set. Plain numbers: the limits hold even if they are corrupt.
+        /// Settings of the operator. The hard limits hold even if these numbers are corrupt.
         #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
         pub struct Settings {
             $( $(#[doc = $doc])+ pub $name: $kind, )+
@@ -174,7 +174,7 @@ macro_rules! settings {
                 SETTINGS.iter().zip([ $( self.$name.widen(), )+ ])
             }
 
-            /// Sets one setting by name. On an error nothing has changed.
+            /// Sets one setting by name. On an error nothing changes.
             pub fn set(&mut self, name: &str, value: f32) -> Result<(), SettingError> {
                 let info = SETTINGS.iter().find(|s| s.name == name).ok_or(SettingError::Unknown)?;
                 info.check(value)?;
@@ -187,7 +187,7 @@ macro_rules! settings {
                 Ok(())
             }
 
-            /// Replaces every number by `f(index, number)`, unchecked, for tests of what holds then.
+            /// Replaces every number by `f(index, number)` without checks, for tests of robustness.
             #[cfg(test)]
             pub(crate) fn corrupt(&mut self, f: impl Fn(usize, f32) -> f32) {
                 let mut index = 0..;
@@ -203,8 +203,7 @@ impl Settings {
         self.iter().find(|(info, _)| info.name == name).map(|(_, value)| value)
     }
 
-    /// Checks every number and that each limit can be ramped down in time; the first
-    /// fault found is returned.
+    /// Checks every number, and that each limit can be ramped down in time. Returns the first error.
     pub fn validate(&self) -> Result<(), SettingError> {
         for (info, value) in self.iter() {
             info.check(value)?;

@@ -1,4 +1,4 @@
-//! What a tick remembers.
+//! State of the tick.
 
 use cathforce_mechanics as mechanics;
 
@@ -6,7 +6,7 @@ use crate::memory_visitor::{MemoryWord, VisitMemory};
 use crate::tick::{Estimator, Memory};
 use crate::{Band, Config, Inputs, Outputs};
 
-/// Memory of the tick. Configuration never lives here.
+/// State of the tick. It holds no configuration.
 #[derive(Clone, Debug)]
 pub struct State {
     memory: Memory,
@@ -20,14 +20,13 @@ impl Default for State {
 }
 
 impl State {
-    /// Just configured: nothing measured, nothing settled, nothing output.
+    /// The state directly after configuration.
     pub fn new() -> Self {
-        // A constant is copied straight to its place; put together here it would lie on the
-        // stack once more.
+        // A constant is copied directly to its place. A value built here would be on the stack too.
         Self { memory: Memory::new(), mechanics: const { mechanics::State::new() } }
     }
 
-    /// Back to [`State::new`] in place: a whole `State` does not fit on a small stack.
+    /// Resets to [`State::new`] in place, because a whole `State` does not fit on a small stack.
     pub fn reset(&mut self) {
         self.memory = Memory::new();
         self.mechanics.reset();
@@ -38,25 +37,25 @@ impl State {
         self.memory.tick
     }
 
-    /// The model's memory: where per-node results are read.
+    /// State of the model, from which results per node are read.
     pub fn mechanics(&self) -> &mechanics::State<f32> {
         &self.mechanics
     }
 
-    /// Visits every number of the controller's own memory; for tests that corrupt it.
+    /// Visits every number of the controller's own memory, for tests that corrupt it.
     #[doc(hidden)]
     pub fn visit_memory(&mut self, visit: &mut dyn FnMut(MemoryWord<'_>)) {
         self.memory.visit_memory(visit);
     }
 }
 
-/// One tick. Total: any inputs, memory and settings give finite, limited outputs.
+/// Computes one tick. Any inputs, memory and settings give finite, limited outputs; never panics.
 pub fn step(config: &Config<'_>, state: &mut State, inputs: &Inputs) -> Outputs {
     let State { memory, mechanics } = state;
     memory.tick(&config.settings, &mut Tracked { config, mechanics }, inputs)
 }
 
-/// The model with its configuration.
+/// The model with its configuration, as the tick's estimator.
 struct Tracked<'a, 'l> {
     config: &'a Config<'l>,
     mechanics: &'a mut mechanics::State<f32>,

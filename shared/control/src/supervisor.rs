@@ -1,28 +1,28 @@
-//! Modes, and the only table that says how one follows another.
+//! Modes and their transition table.
 
 use crate::{Fault, Reaction};
 
-/// What the device is doing. States carry their cause.
+/// Mode of the device. Modes that stop the output carry their cause.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Mode {
-    /// Configured; waiting for the self-test.
+    /// Configured, waiting for the self-test.
     #[default]
     Boot,
-    /// Self-test passed; waiting for encoders.
+    /// Self-test passed, waiting for the encoders.
     Idle,
     /// The model is fed from the empty guide to the measured insertion.
     Settling,
-    /// The model tracks the drive; output is zero.
+    /// The model tracks the drives; output is zero.
     Ready,
     /// Output follows the model.
     Armed,
-    /// Output goes to zero.
+    /// Output ramps to zero.
     Ramp { cause: RampCause },
     /// Output is zero until the fault is cleared.
     Fault { cause: Fault },
 }
 
-/// Why output goes to zero.
+/// Cause of a ramp to zero.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RampCause {
     Disarm,
@@ -30,7 +30,7 @@ pub enum RampCause {
 }
 
 impl Mode {
-    /// Code of the HAPTIC frame; the cause travels in the fault byte beside it.
+    /// Code in the HAPTIC frame; the fault byte beside it carries the cause.
     pub const fn code(self) -> u8 {
         match self {
             Self::Boot => 0,
@@ -43,7 +43,7 @@ impl Mode {
         }
     }
 
-    /// The inverse, from the mode and fault bytes; `None` if they do not belong together.
+    /// The mode of a mode and a fault byte; `None` if they contradict each other.
     pub const fn from_codes(mode: u8, fault: u8) -> Option<Self> {
         match (mode, fault, Fault::from_code(fault)) {
             (0, 0, _) => Some(Self::Boot),
@@ -58,7 +58,7 @@ impl Mode {
         }
     }
 
-    /// Why output is stopping or has stopped.
+    /// The fault for which output is stopping or has stopped.
     pub const fn fault(self) -> Option<Fault> {
         match self {
             Self::Ramp { cause: RampCause::Fault(cause) } | Self::Fault { cause } => Some(cause),
@@ -66,7 +66,7 @@ impl Mode {
         }
     }
 
-    /// One word for people.
+    /// Name of the mode for display.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Boot => "boot",
@@ -80,17 +80,17 @@ impl Mode {
     }
 }
 
-/// What happened in a tick, already checked: an event here is a fact, not a wish.
+/// Something that happened in a tick. Commands become events only after they were checked.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Event {
     SelfTestPassed,
-    /// A sample was accepted in this tick, and nothing is wrong with the encoders.
+    /// Every encoder had an accepted sample in this tick, and none has a fault.
     EncoderFresh,
     /// The model has reached the measured insertion.
     Settled,
     Arm,
     Disarm,
-    /// Output is zero, and the token names the latched fault.
+    /// The token of the command belongs to the latched fault.
     ClearFault,
     /// Output has reached zero.
     RampDone,
@@ -99,8 +99,8 @@ pub(crate) enum Event {
 
 /// The transition table: the mode after `event` in `mode`.
 ///
-/// Encoder faults ([`Reaction::Ramp`]) latch only if there is output to stop; before that
-/// the device just waits for encoders again. A latched fault starts over from the
+/// Encoder faults ([`Reaction::Ramp`]) latch only while there is output to stop. Before that, the device
+/// waits for the encoders again. After a latched fault is cleared, the device starts over at the
 /// self-test.
 #[rustfmt::skip]
 pub(crate) const fn next(mode: Mode, event: Event) -> Mode {
@@ -118,7 +118,7 @@ pub(crate) const fn next(mode: Mode, event: Event) -> Mode {
         (M::Ramp { cause: C::Fault(f) }, E::RampDone)       => M::Fault { cause: f },
         (M::Fault { .. },                E::ClearFault)     => M::Boot,
 
-        // Faults. A latched one stays: the first is the cause, the others follow from it.
+        // Faults. A latched fault stays, because later ones may only follow from it.
         (M::Fault { .. },                E::Fault(_))       => mode,
         (_,                              E::Fault(f)) => match (mode, f.reaction()) {
             (_,                                  Cut)  => M::Fault { cause: f },
@@ -130,7 +130,7 @@ pub(crate) const fn next(mode: Mode, event: Event) -> Mode {
             (M::Fault { .. },                    Ramp) => mode,
         },
 
-        // Everything else changes nothing.
+        // All other events change nothing.
         (_, E::SelfTestPassed | E::EncoderFresh | E::Settled | E::Arm | E::Disarm
           | E::ClearFault | E::RampDone)                    => mode,
     }

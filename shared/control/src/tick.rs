@@ -1,4 +1,4 @@
-//! The order of a tick, over whatever estimates the forces.
+//! The order of the stages in a tick, generic over the estimator of the forces.
 
 use cathforce_mechanics as mechanics;
 
@@ -16,27 +16,27 @@ use crate::{
     RampCause, Settings,
 };
 
-/// The model as the tick sees it.
+/// The estimator of the forces, as the tick uses it.
 pub(crate) trait Estimator {
-    /// Time of one tick that it was configured for \[s\].
+    /// Time of one tick that it is configured for \[s\].
     fn tick_s(&self) -> f32;
     /// The longest insertion it can represent \[m\].
     fn reach_m(&self) -> f32;
-    /// There is a second drive, the guidewire's.
+    /// There is a second drive for a guidewire.
     fn has_guidewire(&self) -> bool;
-    /// How far what it finds may be off.
+    /// Uncertainty of its forces, if known.
     fn band(&self) -> Option<&Band> {
         None
     }
     fn step(&mut self, drives: mechanics::Drives<f32>) -> mechanics::Outputs<f32>;
     fn settle(&mut self, drives: mechanics::Drives<f32>) -> bool;
-    /// Back to the empty guide.
+    /// Resets to the empty guide.
     fn rebuild(&mut self);
-    /// What position and force of every node are of, from the tip on.
+    /// Numbers from which position and force of every node follow, from the tip on.
     fn nodes(&self) -> impl Iterator<Item = [f32; 6]>;
 }
 
-/// Memory of the tick, the model's apart.
+/// State of the tick, without the model's.
 #[derive(Clone, Debug)]
 pub(crate) struct Memory {
     pub tick: u32,
@@ -45,7 +45,7 @@ pub(crate) struct Memory {
     freshness: Freshness,
     guidewire: Freshness,
     haptic_source: HapticSource,
-    /// Nobody holds the handle: nothing is rendered.
+    /// Nobody holds the handle, so nothing is rendered.
     released: bool,
     haptics: Haptics,
     insertion_history: InsertionHistory,
@@ -54,7 +54,7 @@ pub(crate) struct Memory {
     digest: Digest,
 }
 
-/// Memory of one operator's axis.
+/// State of one axis of the operator.
 #[derive(Clone, Debug)]
 struct Axis {
     passivity: Passivity,
@@ -66,7 +66,7 @@ impl Axis {
         Self { passivity: Passivity::new(), limiter: Limiter::new() }
     }
 
-    /// Accounts for the energy of the time since the last output.
+    /// Accounts for the energy since the last output.
     fn observe(&mut self, motion: Motion, moved: f32, step: f32) {
         self.passivity.observe(self.limiter.output(), motion, moved, step);
     }
@@ -83,7 +83,7 @@ impl Axis {
     }
 }
 
-/// What both axes gave.
+/// Outputs of both axes.
 #[derive(Clone, Copy, Default)]
 struct AxisOutputs {
     force_n: f32,
@@ -109,7 +109,7 @@ impl Memory {
         }
     }
 
-    /// One tick.
+    /// Computes one tick.
     pub fn tick(
         &mut self,
         settings: &Settings,
@@ -120,7 +120,7 @@ impl Memory {
         let before = self.mode;
         let bounds = Bounds::new(settings, model.reach_m());
         let fresh = self.freshness.update(&bounds, inputs.encoder, inputs.rejected_frames);
-        // Rejected frames are the bus's fault, not a drive's: they are counted once.
+        // Rejected frames are a problem of the bus and not of one drive, so they count once.
         let sample = inputs.guidewire.map(|sample| sample.at);
         let guidewire = model.has_guidewire().then(|| self.guidewire.update(&bounds, sample, 0));
         let held = match self.haptic_source {
@@ -147,8 +147,8 @@ impl Memory {
             None if both_fresh => self.handle_event(Event::EncoderFresh),
             None => (),
         }
-        // A command answers the mode that its sender could see, not one that began in this
-        // tick: a fault and its clearing in one tick would leave no trace.
+        // A command is ignored if the mode changed in this tick, because its sender could not see the
+        // new mode. Otherwise a fault could be raised and cleared in one tick without a trace.
         let command = inputs.command.filter(|_| self.mode == before);
         if let Some(event) = command.and_then(|c| self.event_for_command(settings, model, c)) {
             self.handle_event(event);
@@ -167,7 +167,7 @@ impl Memory {
             self.handle_event(Event::RampDone);
         }
         if matches!(self.mode, Mode::Fault { .. }) && !matches!(before, Mode::Fault { .. }) {
-            // Memory that may have caused the fault is not used again.
+            // Memory that may have caused the fault is reset.
             self.haptics = Haptics::new();
             model.rebuild();
         }
@@ -190,7 +190,7 @@ impl Memory {
         }
     }
 
-    /// What a command amounts to; `None` if it is not allowed now.
+    /// The event that a command causes; `None` if it is not allowed in this mode.
     fn event_for_command(
         &self,
         settings: &Settings,
@@ -222,7 +222,7 @@ impl Memory {
         self.torque.observe(fresh.motion, rotation_rad, bounds.rotation_step_rad);
     }
 
-    /// From here on the operator's axes are those of this drive.
+    /// Selects the drive whose load the operator's axes render from here on.
     fn select_haptic_source(&mut self, haptic_source: HapticSource) {
         if self.haptic_source != haptic_source {
             self.haptic_source = haptic_source;
@@ -231,7 +231,7 @@ impl Memory {
         }
     }
 
-    /// Lets the model follow the drives, in modes that do.
+    /// Lets the model follow the drives, in modes that track.
     fn estimate(
         &mut self,
         settings: &Settings,
@@ -271,7 +271,7 @@ impl Memory {
         }
     }
 
-    /// How far the forces of this tick may be off, in modes that have any.
+    /// Uncertainty of the forces of this tick, in modes that have forces.
     fn band(
         &mut self,
         model: &impl Estimator,
@@ -294,7 +294,7 @@ impl Memory {
         }
     }
 
-    /// The last stage: what may be output in this mode.
+    /// The last stage: demands of the mode, through passivity and limiter.
     fn limit_outputs(&mut self, settings: &Settings, bounds: &Bounds) -> AxisOutputs {
         let rendered = match self.mode {
             Mode::Armed if !self.released => self.haptics.render(settings, self.haptic_source),
@@ -307,7 +307,7 @@ impl Memory {
                 return AxisOutputs::default();
             }
         };
-        // Half the energy for each axis: what one was given cannot come out of the other.
+        // Each axis has half of the budget, so energy received by one is never delivered by the other.
         let budget_j = settings.energy_limit_j * 0.5;
         let (force_n, force) = self.force.output(
             &AxisLimits::force(settings),
@@ -389,7 +389,7 @@ fn outputs_finite(contact: &mechanics::Outputs<f32>) -> bool {
 }
 
 fn nodes_finite(model: &impl Estimator) -> bool {
-    // x · 0 is NaN exactly if x is not finite, and NaN stays in the sum.
+    // x · 0 is NaN exactly if x is not finite, and the sum keeps NaN.
     let sum = model.nodes().flatten().fold(0.0, |sum, x| sum + x * 0.0);
     sum == 0.0
 }

@@ -1,4 +1,4 @@
-//! The half in the tick interrupt.
+//! The control loop: the half of the device that runs in the tick interrupt.
 
 use cathforce_bus::master::{Collector, FrameOutcome, Master, Reading};
 use cathforce_bus::service::{Load, Status as Report};
@@ -10,30 +10,29 @@ use cathforce_control::{
     Inputs, Mode, Notice, Outputs,
 };
 
-/// Frames that a tick sends at most: HAPTIC, CONTACT, and one of those that take turns.
+/// Largest number of frames of a tick: HAPTIC, CONTACT, and a rotating one.
 pub const MAX_FRAMES_PER_TICK: usize = 3;
 
-/// What a tick sends, in this order. HAPTIC and CONTACT are always there; the last one says so
-/// in its status.
+/// Frames of a tick, in this order. HAPTIC and CONTACT are always sent. The status of the last frame
+/// marks it as the last one.
 pub type TickFrames = [Option<Frame>; MAX_FRAMES_PER_TICK];
 
-/// Turns of the third frame: TICK, DRIVE, MOMENT, SHAPE of a node, FORCE of the same node; with
-/// a guidewire one more, GUIDEWIREDRIVE.
+/// Slots of the rotating frame: TICK, DRIVE, MOMENT, SHAPE of a node, FORCE of the same node. With a
+/// guidewire there is one more, GUIDEWIREDRIVE.
 const SLOTS: u32 = 5;
-/// The turn of MOMENT; with a band, every other time that of BAND.
+/// Slot of MOMENT; with a band, BAND takes it every other time.
 const MOMENT_SLOT: u32 = 2;
-/// With a guidewire, whose encoder takes its share of the bus, a third frame comes in one tick
-/// of as many.
+/// Ticks per rotating frame with a guidewire, whose encoder frames take their share of the bus.
 const GUIDEWIRE_TICKS_PER_SLOT: u32 = 3;
 
-/// Decoded frames since the last tick, the state of control, counters of frames.
+/// Decoded frames since the last tick, the state of the controller, and counters of frames.
 ///
-/// The configuration stays outside and is lent to each tick; whoever changes it calls
-/// [`ControlLoop::restart`]. From there on everything follows from the frames and their order:
-/// the same frames into another ticker give the same frames out, bit for bit.
+/// The configuration stays outside and is lent to each tick; a change of it must be followed by
+/// [`ControlLoop::restart`]. From there on all results follow from the frames and their order. The
+/// same frames give the same outputs in another control loop, bit for bit.
 ///
-/// In lock step, frames wait outside while [`ControlLoop::granted`] is not 0, so that the frames
-/// before a SYNC belong to the first tick that it grants.
+/// In lock step, frames must wait outside while [`ControlLoop::granted`] is not 0. The frames before a
+/// SYNC then belong to the first tick that it grants.
 #[derive(Clone, Debug)]
 pub struct ControlLoop {
     protection: Protection,
@@ -42,11 +41,11 @@ pub struct ControlLoop {
     inputs: Inputs,
     state: control::State,
     outputs: Option<Outputs>,
-    /// Ticks since the restart, with or without configuration.
+    /// Number of the next tick since the restart, with or without configuration.
     tick: u32,
-    /// The node whose turn it is.
+    /// Node of the next SHAPE and FORCE frames.
     node: u8,
-    /// With a band: after BAND comes MOMENT.
+    /// With a band: the next frame in this slot is MOMENT, after BAND.
     moment_next: bool,
     lock_step: bool,
     granted: u32,
@@ -61,7 +60,7 @@ impl Default for ControlLoop {
 }
 
 impl ControlLoop {
-    /// Free running, at tick 0, nothing received.
+    /// Free running, at tick 0, with nothing received.
     pub fn new() -> Self {
         Self {
             protection: Protection::default(),
@@ -80,8 +79,8 @@ impl ControlLoop {
         }
     }
 
-    /// Starts over at tick 0 for another configuration, whose drives' positions come in these
-    /// frames. Counters and lock step stay.
+    /// Starts over at tick 0 for another configuration. `master`: its description of the master's own
+    /// frames. Counters and lock step are kept.
     pub fn restart(&mut self, master: Master) {
         self.master = Collector::new(master);
         self.grip = Grip::default();
@@ -96,12 +95,13 @@ impl ControlLoop {
         self.granted = 0;
     }
 
-    /// Output is neither armed nor on its way to zero: configuration may change (P17).
+    /// Output is neither armed nor ramping down, so the configuration may change (P17).
     pub fn may_reconfigure(&self) -> bool {
         !matches!(self.outputs.map(|o| o.mode), Some(Mode::Armed | Mode::Ramp { .. }))
     }
 
-    /// Ticks only when granted, or by the clock. `false`, and nothing done, while armed.
+    /// Switches between ticks by grant (`on`) and ticks by the clock. Returns `false` and does nothing
+    /// while armed.
     #[must_use]
     pub fn set_lock_step(&mut self, on: bool) -> bool {
         if self.may_reconfigure() {
@@ -117,13 +117,13 @@ impl ControlLoop {
         self.lock_step
     }
 
-    /// Ticks still to run before the next frame is taken; always 0 when running free.
+    /// Granted ticks that have not run yet; always 0 when running free.
     pub fn granted(&self) -> u32 {
         self.granted
     }
 
-    /// Takes one frame for the coming tick. Exactly one counter tells what became of it;
-    /// service frames are not for here and are passed over.
+    /// Takes one frame for the next tick. Exactly one counter records its outcome. Service frames are
+    /// ignored.
     pub fn on_frame(&mut self, frame: &Frame) {
         match Id::from_raw(frame.id()) {
             Some(Id::ServiceRequest) => {}
@@ -138,7 +138,7 @@ impl ControlLoop {
         }
     }
 
-    /// A frame under an identifier that is not ours: the master's, if it is described.
+    /// Takes a frame with a foreign identifier: the master's own, if the configuration describes it.
     fn on_master(&mut self, frame: &Frame) {
         match self.master.take(frame) {
             FrameOutcome::Foreign => return self.on_foreign(),
@@ -168,7 +168,7 @@ impl ControlLoop {
         }
     }
 
-    /// Takes note of a frame that cannot be ours: 29-bit identifier, or remote.
+    /// Counts a frame that cannot be ours: with a 29-bit identifier, or remote.
     pub fn on_foreign(&mut self) {
         self.counters.count(Counter::Foreign);
     }
@@ -192,7 +192,7 @@ impl ControlLoop {
                 Process::Command(command) => self.on_command(command),
                 _ => {}
             },
-            // A broken SYNC starts no tick; it is no reason to distrust the drive.
+            // A broken SYNC starts no tick, but it is no evidence against the encoders.
             Err(_) if id == Id::Sync => {}
             Err(_) => {
                 self.inputs.rejected_frames = self.inputs.rejected_frames.saturating_add(1);
@@ -200,7 +200,7 @@ impl ControlLoop {
         }
     }
 
-    /// The newest command counts, but nothing displaces a disarm.
+    /// The newest command replaces others, except a disarm.
     fn on_command(&mut self, command: bus::Command) {
         let command = match command {
             bus::Command::SelfTest => control::Command::SelfTest,
@@ -216,10 +216,10 @@ impl ControlLoop {
         }
     }
 
-    /// One tick: everything taken since the last one goes into one control step.
+    /// Runs one tick: a control step with everything taken since the last one. Returns the frames to send.
     ///
-    /// Without configuration nothing is computed and the output is zero. `notice` is what
-    /// the board noticed about itself.
+    /// Without `config` nothing is computed and the output is zero. `notice`: a problem that the board has
+    /// detected in itself.
     pub fn tick(&mut self, config: Option<&Config<'_>>, notice: Option<Notice>) -> TickFrames {
         let grip = Some(self.grip);
         let inputs = Inputs { notice, grip, ..core::mem::take(&mut self.inputs) };
@@ -271,12 +271,11 @@ impl ControlLoop {
         ]
     }
 
-    /// The frame whose turn it is. With no node inside the vessel, TICK takes the turns of
-    /// SHAPE and FORCE.
+    /// The frame of a slot. While no node is inside the vessel, TICK takes the slots of SHAPE and FORCE.
     fn rotating_frame(&mut self, slot: u32, config: &Config<'_>, outputs: &Outputs) -> Process {
         let band = slot == MOMENT_SLOT && config.band.is_some() && self.band_is_next();
         let model = self.state.mechanics();
-        // The node stays for SHAPE and FORCE; before them it is brought into range.
+        // SHAPE and FORCE send the same node, which is brought into range before them.
         if slot == 0 && usize::from(self.node) >= model.nodes().min(usize::from(bus::MAX_NODES)) {
             self.node = 0;
         }
@@ -320,7 +319,7 @@ impl ControlLoop {
         }
     }
 
-    /// Whether it is BAND's turn and not MOMENT's.
+    /// Alternates between BAND (`true`) and MOMENT.
     fn band_is_next(&mut self) -> bool {
         self.moment_next = !self.moment_next;
         self.moment_next
@@ -338,12 +337,12 @@ impl ControlLoop {
         self.seal([haptic, contact], Some(tick), bus::Status::default())
     }
 
-    /// What the last tick gave; `None` before the first one and without configuration.
+    /// Outputs of the last tick; `None` before the first one and without configuration.
     pub fn outputs(&self) -> Option<&Outputs> {
         self.outputs.as_ref()
     }
 
-    /// The state of control: where per-node results are read.
+    /// State of the controller, from which results per node are read.
     pub fn state(&self) -> &control::State {
         &self.state
     }
@@ -353,7 +352,7 @@ impl ControlLoop {
         self.tick
     }
 
-    /// What became of the frames.
+    /// Counters of the frames.
     pub fn counters(&self) -> &Counters {
         &self.counters
     }
@@ -363,7 +362,7 @@ impl ControlLoop {
         self.counters = Counters::default();
     }
 
-    /// Counters that the next process frames of [`bus::FROM_HOST`] should carry.
+    /// Counters that the next process frames of [`bus::FROM_HOST`] must carry.
     pub fn next_counters(&self) -> [u8; 4] {
         bus::FROM_HOST.map(|id| self.protection.expected(id))
     }
@@ -373,7 +372,7 @@ impl ControlLoop {
         self.outputs.map_or(MODE_UNCONFIGURED, |outputs| outputs.mode.code())
     }
 
-    /// The part of a status report that is known here, with what the board measured.
+    /// The status report, with `load` as measured by the board, without the CRC of the image.
     pub fn report(&self, load: Load) -> Report {
         Report {
             mode: self.mode_code(),
@@ -383,7 +382,7 @@ impl ControlLoop {
             digest: self.outputs.map_or(0, |outputs| outputs.digest),
             load,
             counters: self.counters,
-            // The service knows which image it handed over.
+            // The service fills it in.
             image_crc32: 0,
         }
     }
@@ -397,7 +396,7 @@ fn position(reading: Reading) -> EncoderSample {
     EncoderSample { insertion_m: reading.insertion_m, rotation_rad: reading.rotation_rad }
 }
 
-/// Of two samples in a tick the newest counts.
+/// Replaces a sample by a newer one, and counts it if one of this tick was replaced.
 fn replace_sample<S>(newest: &mut Option<S>, sample: S, counters: &mut Counters) {
     if newest.replace(sample).is_some() {
         counters.count(Counter::Superseded);

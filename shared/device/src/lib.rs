@@ -1,12 +1,12 @@
 //! The device without its hardware, in two halves.
 //!
-//! * [`ControlLoop`] belongs to the tick interrupt: process frames in, one control step, frames
-//!   out. The host's replay and its virtual board run the same one.
-//! * [`Service`] belongs to a task: it answers service messages and collects an uploaded
-//!   image in a spare buffer. What it wants done it asks of the [`Board`].
+//! * [`ControlLoop`] belongs to the tick interrupt. It collects process frames, computes one control
+//!   step and returns the frames to send. The host's replay and its virtual board run the same code.
+//! * [`Service`] belongs to a task. It answers service messages and collects an uploaded image in a
+//!   spare buffer. It acts on the rest of the device through [`Board`].
 //!
-//! Frames with the id [`Id::ServiceRequest`](cathforce_bus::Id) go to the service, all
-//! others to the ticker, in the order in which they arrived.
+//! Frames with the id [`Id::ServiceRequest`](cathforce_bus::Id) go to the service, all others to the
+//! control loop, in the order of their arrival.
 
 #![no_std]
 #![forbid(unsafe_code)]

@@ -1,4 +1,4 @@
-//! An image's error as the bus carries it: the byte, the reason and the field.
+//! Errors of an image as the bus carries them: byte offset, reason and field.
 
 use cathforce_bus::service::Refusal;
 use cathforce_config::{ImageError, SettingError, image::HEADER_BYTES};

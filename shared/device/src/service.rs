@@ -1,4 +1,4 @@
-//! The half in a task: service messages.
+//! Service messages: the half of the device that runs in a task.
 
 use cathforce_bus::service::{
     self, DeviceEndpoint, EnvelopeError, Hello, MAX_RESPONSE, PROTOCOL_HASH, Refusal, Request,
@@ -9,27 +9,28 @@ use cathforce_config::image;
 
 use crate::refusal::refusal;
 
-/// What a service asks of the hardware and of the ticker around it.
+/// Access of the service to the hardware and to the control loop.
 ///
-/// `B` is a buffer for an image: `&'static mut [u8]` on a device, `Vec<u8>` on a host.
+/// `B`: buffer for an image, `&'static mut [u8]` on a device, `Vec<u8>` on a host.
 pub trait Board<B> {
-    /// Output is armed or ramping down: nothing may change ([`crate::ControlLoop::may_reconfigure`]).
+    /// Output is armed or ramping down, so nothing may change: the opposite of
+    /// [`crate::ControlLoop::may_reconfigure`].
     fn is_armed(&mut self) -> bool;
 
-    /// [`crate::ControlLoop::report`], with the counters of the carrier added.
+    /// [`crate::ControlLoop::report`], plus the counters of the carrier.
     fn status(&mut self) -> Status;
 
     /// [`crate::ControlLoop::next_counters`].
     fn next_counters(&mut self) -> [u8; 4];
 
-    /// Puts an image to use: between two ticks, exchange the configuration and restart the
-    /// ticker, unless it has been armed in the meantime. The image has been checked whole.
+    /// Activates an image, which has been checked completely: between two ticks, exchanges the
+    /// configuration and restarts the control loop, unless it has been armed in the meantime.
     ///
-    /// Returns the buffer of the image used before, if there was one; or this image's
-    /// buffer and the reason, and then nothing has changed.
+    /// Returns the buffer of the image used before, if there was one. On an error, returns the buffer of
+    /// this image and the reason, and nothing has changed.
     fn activate(&mut self, image: Image<B>) -> Result<Option<B>, (B, Refusal<'static>)>;
 
-    /// [`crate::ControlLoop::set_lock_step`]; [`Refusal::Unsupported`] where it cannot be.
+    /// [`crate::ControlLoop::set_lock_step`]; [`Refusal::Unsupported`] on boards without lock step.
     fn set_lock_step(&mut self, on: bool) -> Result<(), Refusal<'static>>;
 
     /// Zeroes counters and worst cases.
@@ -39,16 +40,16 @@ pub trait Board<B> {
     fn read_image(&mut self, offset: usize, into: &mut [u8]) -> Option<usize>;
 }
 
-/// Copies what fits of an image from `offset` on; the bytes copied, 0 past its end.
+/// Copies bytes of an image from `offset` on. Returns their number, 0 past the end of the image.
 pub fn copy_from(image: &[u8], offset: usize, into: &mut [u8]) -> usize {
     let rest = image.get(offset..).unwrap_or_default();
     rest.iter().zip(into).map(|(byte, place)| *place = *byte).count()
 }
 
-/// What a device says of itself.
+/// Identity of a device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Identity {
-    /// Version of the firmware; after a `+` its build, where it knows it.
+    /// Version of the firmware; its build after a `+`, if known.
     pub firmware: &'static str,
     /// Name of the board.
     pub board: &'static str,
@@ -58,7 +59,7 @@ pub struct Identity {
     pub max_image_len: u32,
 }
 
-/// A complete image at the beginning of its buffer.
+/// A complete image, at the beginning of its buffer.
 #[derive(Debug)]
 pub struct Image<B> {
     buffer: B,
@@ -66,7 +67,7 @@ pub struct Image<B> {
 }
 
 impl<B: AsRef<[u8]>> Image<B> {
-    /// The image.
+    /// Bytes of the image.
     pub fn bytes(&self) -> &[u8] {
         self.buffer.as_ref().get(..self.len).unwrap_or_default()
     }
@@ -77,17 +78,17 @@ impl<B: AsRef<[u8]>> Image<B> {
     }
 }
 
-/// Answers requests, collects uploads.
+/// Answers requests and collects uploads.
 #[derive(Debug)]
 pub struct Service<B> {
     endpoint: DeviceEndpoint,
-    /// The last request done: sequence number and check of its bytes.
+    /// Sequence number and CRC of the last request that was done.
     answered: Option<(u8, u32)>,
     counters: Counters,
     handler: RequestHandler<B>,
 }
 
-/// What requests act on, apart from the board.
+/// State that requests act on, apart from the board.
 #[derive(Debug)]
 struct RequestHandler<B> {
     identity: Identity,
@@ -95,7 +96,7 @@ struct RequestHandler<B> {
     upload: Option<Upload>,
     /// CRC-32 of the image in use; 0 without one.
     image_crc32: u32,
-    /// The part of it that was asked for.
+    /// The part of it that was requested.
     read: [u8; service::MAX_READ],
 }
 
@@ -107,8 +108,8 @@ struct Upload {
 }
 
 impl<B: AsRef<[u8]> + AsMut<[u8]>> Service<B> {
-    /// `spare` receives the first image; a second buffer of the same size comes back from
-    /// [`Board::activate`] with the next ones, or by [`Service::lend`].
+    /// `spare`: buffer for the first image. [`Board::activate`] or [`Service::lend`] supply the buffer for
+    /// the next one, which must have the same size.
     pub fn new(identity: Identity, spare: B) -> Self {
         Self {
             endpoint: DeviceEndpoint::new(Id::ServiceResponse.raw(), service::BLOCK_SIZE),
@@ -124,20 +125,20 @@ impl<B: AsRef<[u8]> + AsMut<[u8]>> Service<B> {
         }
     }
 
-    /// A buffer for the next image, where there is none.
+    /// Lends a buffer for the next image if there is none.
     pub fn lend(&mut self, spare: B) {
         self.handler.spare.get_or_insert(spare);
     }
 
-    /// Takes a frame with the id [`Id::ServiceRequest`] and does what it completes.
-    /// Afterwards there may be frames to send: [`Service::next_frame`].
+    /// Takes a frame with the id [`Id::ServiceRequest`]; handles the request that it completes.
+    /// Afterwards [`Service::next_frame`] may have frames to send.
     pub fn on_frame(&mut self, frame: &Frame, board: &mut impl Board<B>) {
         let Some(message) = self.endpoint.receive(frame, &mut self.counters) else {
             return;
         };
         let (sequence, result) = match service::open::<Request>(message) {
             Ok((sequence, request)) => {
-                // A question may be asked twice; its answer must not be an old one.
+                // A repeated question is answered anew, because its answer may have changed.
                 let asks = matches!(
                     request,
                     Request::Hello | Request::GetStatus | Request::ReadImage { .. }
@@ -156,7 +157,7 @@ impl<B: AsRef<[u8]> + AsMut<[u8]>> Service<B> {
                 self.answered = None;
                 (sequence, Err(Refusal::Unknown))
             }
-            // Nobody to answer; whoever asked asks again.
+            // The sender is unknown; it will repeat the request.
             Err(EnvelopeError::Short | EnvelopeError::Crc) => {
                 self.counters.count(Counter::MessageBroken);
                 return;
@@ -179,7 +180,7 @@ impl<B: AsRef<[u8]> + AsMut<[u8]>> Service<B> {
             Err(refusal) => Response::Refused(refusal),
         };
         if let Some(bytes) = service::seal::<_, MAX_RESPONSE>(sequence, &response) {
-            // Fits by the size of MAX_RESPONSE, which a test of the bus crate keeps true.
+            // Cannot fail: MAX_RESPONSE is large enough, which a test of the bus crate checks.
             let _ = self.endpoint.send(&bytes);
         }
     }
@@ -189,7 +190,7 @@ impl<B: AsRef<[u8]> + AsMut<[u8]>> Service<B> {
         self.endpoint.next_frame(now_us)
     }
 
-    /// What became of segments and messages.
+    /// Counters of segments and messages.
     pub fn counters(&self) -> &Counters {
         &self.counters
     }
@@ -198,7 +199,7 @@ impl<B: AsRef<[u8]> + AsMut<[u8]>> Service<B> {
 enum Answer {
     Hello(Hello<'static>),
     Status(Status),
-    /// So many bytes of [`RequestHandler::read`].
+    /// Number of bytes in [`RequestHandler::read`].
     Bytes(usize),
     Reset,
     Done,
@@ -246,8 +247,8 @@ impl<B: AsRef<[u8]> + AsMut<[u8]>> RequestHandler<B> {
         }
     }
 
-    /// An upload of the same image that broke off goes on where it was: the chunk that comes next
-    /// is refused with the offset that is wanted.
+    /// Begins an upload. An interrupted upload of the same image is resumed: the next chunk is refused
+    /// with the expected offset.
     fn begin(&mut self, len: u32, crc32: u32) -> Result<(), Refusal<'static>> {
         let unfinished = self.upload.take();
         let spare = self.spare.as_ref().ok_or(Refusal::Unsupported)?;

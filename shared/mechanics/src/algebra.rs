@@ -1,17 +1,17 @@
 //! Small dense algebra of the recursion: 3 × 3 matrices and rotations.
 //!
-//! Written out so that a step compiles to straight-line code.
+//! Operations are written out, so that a step compiles to straight-line code.
 
 use core::ops::{Mul, Sub};
 use core::sync::atomic::{Ordering, compiler_fence};
 
 use cathforce_scalar::{Number, Pack, Real, Vector3};
 
-/// Nothing is read from memory ahead of here, and what was stored is read again after it.
+/// A compiler barrier on the device: no load moves before it, and stored values are loaded again.
 ///
-/// A sweep has more numbers under way than the 32 registers of a Cortex-M7's FPU: left to
-/// itself the compiler reads early and then parks what does not fit. A host is better left to
-/// itself. A value is not changed.
+/// The recursion works on more numbers than the 32 registers of a Cortex-M7's FPU hold. Without
+/// barriers the compiler loads early and spills. On a host the compiler does better without them. No
+/// value changes.
 #[inline(always)]
 pub(crate) fn reload_barrier() {
     if cfg!(target_arch = "arm") {
@@ -113,7 +113,7 @@ impl<T: Real> Sym3<T> {
 }
 
 impl<T: Number> Sym3<T> {
-    /// u vᵀ, of which the caller knows that it is symmetric.
+    /// u vᵀ, which must be symmetric.
     #[inline(always)]
     pub fn outer(u: &Vector3<T>, v: &Vector3<T>) -> Self {
         let rest = Vector3::new(u.y(), u.y(), u.z());
@@ -139,19 +139,19 @@ impl<T: Number> Sym3<T> {
     /// self += s I
     #[inline(always)]
     pub fn add_identity(&mut self, s: T) {
-        // Taking away −0 changes nothing, adding 0 would.
+        // Subtracting −0 keeps a negative zero, adding 0 would not.
         let (o, minus) = (T::lit(0.0), -s);
         self.first -= Vector3::new(minus, o, o);
         self.rest -= Vector3::new(minus, o, minus);
     }
 
-    /// self += u vᵀ, of which the caller knows that it is symmetric.
+    /// self += u vᵀ, which must be symmetric.
     #[inline(always)]
     pub fn add_outer(&mut self, u: &Vector3<T>, v: &Vector3<T>) {
         *self = self.plus(&Self::outer(u, v));
     }
 
-    /// self −= u vᵀ, of which the caller knows that it is symmetric.
+    /// self −= u vᵀ, which must be symmetric.
     #[inline(always)]
     pub fn sub_outer(&mut self, u: &Vector3<T>, v: &Vector3<T>) {
         let product = Self::outer(u, v);
@@ -165,7 +165,8 @@ impl<T: Number> Sym3<T> {
         x * v.x() + y * v.y() + z * v.z()
     }
 
-    /// self += \[l\]ₓ M; what this makes of the lower triangle, the caller makes good.
+    /// self += \[l\]ₓ M, upper triangle only. The sum becomes symmetric with
+    /// [`Self::add_cross_product_transposed`].
     #[inline(always)]
     pub fn add_cross_product(&mut self, l: &Vector3<T>, m: &Matrix3<T>) {
         let [x, y, z] = &m.rows;
@@ -177,7 +178,7 @@ impl<T: Number> Sym3<T> {
         self.rest = self.rest + added - taken;
     }
 
-    /// self += (\[l\]ₓ M)ᵀ, likewise.
+    /// self += (\[l\]ₓ M)ᵀ, upper triangle only.
     #[inline(always)]
     pub fn add_cross_product_transposed(&mut self, l: &Vector3<T>, m: &Matrix3<T>) {
         let [x, y, z] = m.columns();
@@ -191,7 +192,7 @@ impl<T: Number> Sym3<T> {
 }
 
 impl<N: Number> Sym3<N> {
-    /// The matrix of each lane.
+    /// Splits into the matrices of the lanes.
     #[inline(always)]
     pub fn split<T: Real>(self) -> N::Lanes<Sym3<T>>
     where
@@ -202,10 +203,11 @@ impl<N: Number> Sym3<N> {
     }
 }
 
-/// Factors L and Δ of a symmetric matrix L Δ Lᵀ: L with ones on its diagonal, Δ diagonal.
+/// Factors of a symmetric matrix L Δ Lᵀ: L is lower triangular with a unit diagonal, Δ is diagonal.
 ///
-/// Where a stiff wall meets a soft joint, A − B D⁻¹ Bᵀ must be taken through the factors: by
-/// the inverse, the error grows with the square of the condition and the result turns negative.
+/// The Schur complement A − B D⁻¹ Bᵀ must use the factors where a stiff wall meets a soft joint. With
+/// the inverse of D, the error grows with the square of the condition number, and the result becomes
+/// indefinite.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LdltFactor<T> {
     yx: T,
@@ -221,8 +223,8 @@ impl<T: Real> LdltFactor<T> {
         Self { yx: o, zx: o, zy: o, inverse: [one; 3] }
     }
 
-    /// Of a matrix whose eigenvalues, and so its pivots, are `smallest` or more. A pivot that
-    /// rounding has put below is raised to it: the inverse stays finite and points downhill.
+    /// Factors a matrix whose eigenvalues, and therefore pivots, are at least `smallest`. A pivot that
+    /// rounding has made smaller is raised to it, so the inverse stays finite and positive.
     #[inline(always)]
     pub fn new(m: &Sym3<T>, smallest: T) -> Self {
         let invert = |pivot: T| T::one() / pivot.larger(smallest);
@@ -237,7 +239,7 @@ impl<T: Real> LdltFactor<T> {
         Self { yx, zx, zy, inverse: [x, y, z] }
     }
 
-    /// v L⁻ᵀ, of a row of numbers or of columns.
+    /// v L⁻ᵀ, for a row `v` of numbers or of columns.
     #[inline(always)]
     pub fn forward<V>(&self, [x, y, z]: [V; 3]) -> [V; 3]
     where
@@ -258,7 +260,7 @@ impl<T: Real> LdltFactor<T> {
     }
 }
 
-/// A rotation as a quaternion w + v, of unit norm up to rounding.
+/// A rotation as a quaternion with scalar part w and vector part v, of unit norm up to rounding.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Rotation<T: Number> {
     pub w: T,
@@ -272,7 +274,7 @@ impl<T: Real> Rotation<T> {
 
     /// The rotation whose columns are the given right-handed orthonormal axes.
     pub fn from_axes(x: &Vector3<T>, y: &Vector3<T>, z: &Vector3<T>) -> Self {
-        // The branch with the largest component keeps the square root well away from 0.
+        // The largest component keeps the argument of the square root away from 0.
         let (one, half) = (T::one(), T::lit(0.5));
         let squares = [
             one + x.x() + y.y() + z.z(),
@@ -301,7 +303,7 @@ impl<T: Real> Rotation<T> {
 }
 
 impl<N: Number> Rotation<N> {
-    /// Those of some lanes side by side.
+    /// Gathers those of several lanes.
     #[inline(always)]
     pub fn gather<'a, T: Real>(of: impl Fn(usize) -> &'a Rotation<T>) -> Self
     where
@@ -310,7 +312,7 @@ impl<N: Number> Rotation<N> {
         Self { w: N::from_lanes(|lane| of(lane).w), v: N::gather_vectors(|lane| of(lane).v) }
     }
 
-    /// The rotation of each lane.
+    /// Splits into the rotations of the lanes.
     #[inline(always)]
     pub fn split<T: Real>(self) -> N::Lanes<Rotation<T>>
     where
@@ -322,9 +324,9 @@ impl<N: Number> Rotation<N> {
 }
 
 impl<T: Number> Rotation<T> {
-    /// (1, half) normalised, times this rotation: a turn about the axis `half` by
-    /// 2 atan |half|. For a small rotation `half` is half its rotation vector; for a large
-    /// one the turn stays below π, whatever a solve asks for.
+    /// The normalised quaternion (1, half) times this rotation: a rotation about `half` by
+    /// 2 atan |half|. For small rotations `half` is half the rotation vector. The angle stays below π
+    /// for any `half`.
     #[inline(always)]
     pub fn turned(&self, half: &Vector3<T>) -> Self {
         let w = self.w - half.x() * self.v.x() - half.y() * self.v.y() - half.z() * self.v.z();
@@ -358,29 +360,29 @@ impl<T: Number> Rotation<T> {
     }
 }
 
-/// The way from one rotation to another, less than half a turn.
+/// The rotation from one orientation to another, by less than π.
 pub(crate) struct RelativeRotation<T: Number> {
     /// Rotation vector, material axes \[rad\].
     pub angle: Vector3<T>,
-    /// The rotation halfway, as a quaternion of no particular norm.
+    /// The orientation halfway, as a quaternion that is not normalised.
     w: T,
     v: Vector3<T>,
-    /// 2 over that norm's square.
+    /// 2 over the square of its norm.
     scale: T,
 }
 
 impl<T: Number> RelativeRotation<T> {
-    /// q = log(nearᵀ far) = 4 atan(|m|)/|m| m, with m = v/(1 + w) of the quaternion between
-    /// them.     docs/model.md (4)
+    /// q = log(nearᵀ far) = 4 atan(|m|)/|m| m, with m = v/(1 + w) of the relative quaternion.
+    ///                                                                docs/explanation/model.md (4)
     ///
-    /// The series is exact to f32 up to 0.7 rad, to 0.1 % at 2 rad, and bounded by π.
+    /// The series of atan is exact to `f32` up to 0.7 rad and to 0.1 % at 2 rad; |q| stays below π.
     #[inline(always)]
     pub fn between(near: &Rotation<T>, far: &Rotation<T>) -> Self {
         let w = near.w * far.w + near.v.dot(&far.v);
         let v = (far.v * near.w - near.v * far.w).plus_cross(&far.v, &near.v);
-        // q and −q are the same rotation: the short way is meant.
+        // A quaternion and its negative are the same rotation; the sign selects the shorter way.
         let sign = w.sign();
-        // The sum of two unit quaternions has the norm's square 2 + 2 |w|.
+        // The sum of the two unit quaternions has the squared norm 2 + 2 |w|.
         let scale = T::lit(1.0) / (T::lit(1.0) + sign * w);
         let m = v * (sign * scale);
         let s = m.dot(&m);

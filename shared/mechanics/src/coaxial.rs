@@ -1,68 +1,24 @@
-//! A guidewire inside the catheter: where the two lie in the one chain, which of them the wall
-//! touches, and how that one slides.     docs/model.md §6
+//! A guidewire inside the catheter: both share one chain of links. This file makes the chain's tables,
+//! and gives the radius and the slip of the instrument that the wall touches at each sample.
 
 use cathforce_scalar::{Pack, Vector3};
 
 use crate::effects::active::Law;
 use crate::grid::Grid;
-use crate::model::{maximum, minimum};
-use crate::segments::{AxialPosition, InstrumentRole, Segments, Walk};
-use crate::solve::Scheme;
+use crate::overlap::{Overlap, Slide};
+use crate::scheme::Scheme;
+use crate::segments::{Segments, Walk};
 use crate::state::State;
 use crate::tables::{Joint, Tables};
 use crate::{Model, Real};
 
-/// How the two instruments lie in the chain, and how they slide along it in one step.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Overlap<T> {
-    pub catheter: AxialPosition<T>,
-    pub wire: AxialPosition<T>,
-    /// Feed of each less the chain's \[m\].
-    pub catheter_slid_m: T,
-    pub wire_slid_m: T,
-    /// Turn of the wire against the catheter \[rad\].
-    pub wire_rolled_rad: T,
-}
-
-impl<T: Real> Overlap<T> {
-    pub const fn new() -> Self {
-        let o = T::ZERO;
-        Self {
-            catheter: AxialPosition::leading(),
-            wire: AxialPosition::leading(),
-            catheter_slid_m: o,
-            wire_slid_m: o,
-            wire_rolled_rad: o,
-        }
-    }
-
-    /// The one that does not lead: it slides in or on the chain. Where the tips meet, it is the
-    /// wire.
-    pub fn follower(&self) -> InstrumentRole {
-        if self.catheter.behind_m > T::zero() {
-            InstrumentRole::Catheter
-        } else {
-            InstrumentRole::Guidewire
-        }
-    }
-
-    /// Share of a sample that the catheter covers.     docs/model.md (40)
-    ///
-    /// Its end stands for a cone of half a link of the shaft, so that no sample jumps as it passes.
-    pub fn catheter_coverage(&self, sample: usize, grid: &Grid<T>) -> T {
-        let behind = self.catheter.behind_m / (grid.link_length_m * T::lit(0.5));
-        let covered = grid.sample(sample) * T::int(2) + T::one() - behind;
-        minimum(maximum(covered, T::zero()), T::one())
-    }
-}
-
 impl<T: Real, const LINKS: usize> State<T, LINKS> {
-    /// Joints and links as they are in this step.
+    /// Tables of the joints and links in this step.
     pub(crate) fn tables<'a>(&'a self, model: &'a Model<T, LINKS>) -> &'a Tables<T, LINKS> {
         if model.guidewire.is_some() { &self.coaxial_tables } else { &model.tables }
     }
 
-    /// Both instruments from the chain's tip on; `wire` is the model's.
+    /// Walk along both instruments from the chain's tip; `wire`: the model's guidewire.
     pub(crate) fn walk<'a>(
         &self,
         model: &'a Model<T, LINKS>,
@@ -72,8 +28,9 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
         Walk::new((&model.catheter, catheter), Some((wire, placed)))
     }
 
-    /// Makes the tables of the chain as the instruments lie in it now, and of the first link where
-    /// none is out of the guide: its mouth has a joint then too.     docs/model.md (39)
+    /// Fills the tables of the chain for the present positions of the instruments. While no link is
+    /// inside the vessel, the first one is filled, because the mouth has a joint even then.
+    ///                                                                docs/explanation/model.md (39)
     pub(crate) fn fill_coaxial_tables(&mut self, model: &Model<T, LINKS>) {
         if let Some(wire) = &model.guidewire {
             let walk = self.walk(model, wire);
@@ -82,25 +39,14 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
     }
 }
 
-/// How the surface at a sample moves against the chain in a step.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Slide<T> {
-    /// Along the chain, towards its tip \[m\].
-    pub along_m: T,
-    /// About its tangent \[rad\].
-    pub turn_rad: T,
-    /// What it will slide of what it slid in the last step.
-    pub ratio_to_last: T,
-}
-
-/// The law of a chain of two instruments, over that of its effects.
+/// The law of a chain of two instruments, on top of the law of the effects.
 pub(crate) struct Coaxial<'a, T, L> {
     effects: &'a mut L,
     overlap: Overlap<T>,
-    /// As [`MotionRatio::sliding`](crate::pace::Paced).
+    /// As `sliding` of [`MotionRatio`](crate::drive_motion::MotionRatio).
     sliding: [T; 2],
     grid: Grid<T>,
-    /// Radius of the catheter less the wire's \[m\].
+    /// Radius of the catheter minus the guidewire's \[m\].
     step_m: T,
 }
 

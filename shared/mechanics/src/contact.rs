@@ -1,26 +1,26 @@
-//! Contact of one sample point with the wall: normal force with a smooth onset, Coulomb
-//! friction with sticking, linearised for the sweep.
+//! Contact of one sample point with the wall, linearised for the solve: normal force with a smooth
+//! onset, and Coulomb friction by return mapping.
 //!
-//! A sample does the same work whether it touches or not: what it finds scales its stiffness.
+//! A sample takes the same operations whether it touches or not; without contact its stiffness is 0.
 
 use cathforce_scalar::{Number, Pack, Vector3};
 
-use crate::coaxial::Slide;
 use crate::effects::active::Law;
+use crate::overlap::Slide;
 use crate::proximity::Proximity;
-use crate::solve::Scheme;
+use crate::scheme::Scheme;
 use crate::{Real, Wall};
 
-/// What a sample point remembers from tick to tick.
+/// State of a contact that is kept from step to step.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ContactState<T: Number> {
-    /// Elastic tangential displacement of the surface against the wall \[m\].
+    /// Elastic tangential displacement of the surface against the wall, vessel frame \[m\].
     pub slip: Vector3<T>,
-    /// Length of the displacement at the end of the last tick, before the return map \[m\].
+    /// Length of the trial displacement at the end of the last step, before return mapping \[m\].
     pub trial_slip_m: T,
     /// Normal force of the last solve \[N\].
     pub normal_n: T,
-    /// Indentation that a relaxing wall has come to rest at \[m\].
+    /// Indentation to which the viscous part of the wall has relaxed \[m\].
     pub relaxed: T,
 }
 
@@ -32,7 +32,7 @@ impl<T: Real> ContactState<T> {
 }
 
 impl<N: Number> ContactState<N> {
-    /// The memories of some lanes side by side.
+    /// Gathers the states of several lanes.
     #[inline(always)]
     pub fn gather<'a, T: Real>(of: impl Fn(usize) -> &'a ContactState<T>) -> Self
     where
@@ -47,24 +47,25 @@ impl<N: Number> ContactState<N> {
     }
 }
 
-/// The linearised contact of one sample point in one solve.
+/// The linearised contact of one sample point in one solve.     docs/explanation/model.md (10)
 ///
-/// Force on the instrument: f_c − (stick I + push n nᵀ)(δx + δφ × arm).     docs/model.md (10)
+/// Force on the instrument: f_c − (k_s I + p n nᵀ)(δx + δφ × arm), with the tangential stiffness k_s
+/// and the excess p of the normal over the tangential stiffness.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LinearContact<T: Number> {
     /// Normal force at the predicted state \[N\].
     pub normal_n: T,
-    /// Tangential stiffness, secant of Coulomb's law \[N/m\].
+    /// k_s: secant of Coulomb's law \[N/m\].
     pub tangential_stiffness: T,
-    /// Normal stiffness less the tangential one \[N/m\].
+    /// p: normal stiffness minus k_s \[N/m\].
     pub normal_excess: T,
-    /// Tangential displacement at the predicted state \[m\].
+    /// Trial tangential displacement at the predicted state, vessel frame \[m\].
     pub slip: Vector3<T>,
-    /// Tangential stiffness before it slides \[N/m\].
+    /// Tangential stiffness while the contact sticks \[N/m\].
     pub sticking_stiffness: T,
-    /// Force at which it slides \[N\].
+    /// Tangential force at which the contact slides \[N\].
     pub friction_limit_n: T,
-    /// What a relaxing wall comes to rest at \[m\].
+    /// As [`ContactState::relaxed`], at the end of this step \[m\].
     pub relaxed: T,
 }
 
@@ -83,18 +84,18 @@ impl<T: Real> LinearContact<T> {
     }
 }
 
-/// The wall that a sample point faces.
+/// The wall at a sample point.
 pub(crate) struct WallGap<T: Number> {
-    /// Normal into the lumen.
+    /// Unit normal into the lumen.
     pub normal: Vector3<T>,
-    /// From the surface to the wall, negative if it is indented \[m\].
+    /// Distance from the surface to the wall; negative when the wall is indented \[m\].
     pub gap: T,
-    /// The wall's stiffness over the nominal one.
+    /// Stiffness of the wall over the nominal one \[1\].
     pub stiffness: T,
 }
 
 impl<N: Number> WallGap<N> {
-    /// Those of some lanes side by side.
+    /// Gathers those of several lanes.
     #[inline(always)]
     pub fn gather<'a, T: Real>(of: impl Fn(usize) -> &'a Proximity<T>) -> Self
     where
@@ -108,24 +109,24 @@ impl<N: Number> WallGap<N> {
     }
 }
 
-/// How a sample point has moved since the step began.
+/// Motion of a sample point since the step began.
 pub(crate) struct Motion<T: Number> {
-    /// Of the centre line \[m\].
+    /// Displacement of the centre line \[m\].
     pub displacement: Vector3<T>,
-    /// Of the link \[rad\].
+    /// Rotation of the link \[rad\].
     pub turn: Vector3<T>,
-    /// From the centre line to the surface \[m\].
+    /// Radius of the instrument \[m\].
     pub radius: T,
-    /// Of the link, and how the surface slides along and about it.
+    /// Tangent of the link, and how the surface slides along and about it.
     pub tangent: Vector3<T>,
     pub slide: Slide<T>,
 }
 
-/// The wall's law with the constants of one solve.
+/// The contact law of the wall with the constants of one solve.
 pub(crate) struct ContactLaw<T> {
     onset: T,
     inverse_onset: T,
-    /// Damping over stiffness, both per displacement of a step.
+    /// Normal damping over normal stiffness, both per displacement in a step \[1\].
     damping: T,
     tangential_ratio: T,
     friction: T,
@@ -147,8 +148,10 @@ impl<N: Number> ContactLaw<N> {
         }
     }
 
-    /// `stiffness` \[N/m\] is the nominal one of the piece `arc_m` that the sample stands for, at the
-    /// tip with what the end adds.
+    /// Linearises the contact of one sample at the predicted state.     docs/explanation/model.md (10)
+    ///
+    /// `stiffness`: nominal normal stiffness of the sample \[N/m\], at the tip including the end's;
+    /// `arc_m`: tributary length of the sample \[m\].
     #[inline(always)]
     pub fn linearise<T: Real, L: Law<T>>(
         &self,
@@ -164,7 +167,7 @@ impl<N: Number> ContactLaw<N> {
     {
         let half = N::lit(0.5);
         let n = &wall.normal;
-        // Quadratic over the onset, then linear.     docs/model.md (11)
+        // The force grows quadratically over the onset, then linearly.     docs/explanation/model.md (11)
         let indented = (half * self.onset - wall.gap).positive();
         let within = indented.smaller(self.onset);
         let slope = within * self.inverse_onset;
@@ -176,7 +179,7 @@ impl<N: Number> ContactLaw<N> {
         let damping = normal_stiffness * self.damping;
         let normal_force = stiffness * indented - damping * n.dot(&motion.displacement);
 
-        // What the surface, at −r n from the centre line, has slid.
+        // Slip of the surface, which lies at −r n from the centre line.
         let (mut displacement, mut turn) = (motion.displacement, motion.turn);
         let mut sliding = self.sliding;
         if L::COAXIAL {
@@ -187,7 +190,7 @@ impl<N: Number> ContactLaw<N> {
         let moved = (memory.slip + displacement).plus_cross(n, &(turn * motion.radius));
         let slip = moved - n * n.dot(&moved);
         let length = slip.dot(&slip).root().larger(memory.trial_slip_m * sliding);
-        // Secant of Coulomb's law at the predicted displacement.     docs/model.md (12)
+        // Secant of Coulomb's law at the predicted slip.     docs/explanation/model.md (12)
         let sticking_stiffness = normal_stiffness * self.tangential_ratio;
         let friction_limit_n = friction * memory.normal_n;
         let tangential_stiffness = sticking_stiffness.smaller(friction_limit_n / length);
@@ -203,19 +206,19 @@ impl<N: Number> ContactLaw<N> {
     }
 }
 
-/// Far below what f32 resolves of a position; keeps quotients finite.
+/// Shortest slip that is divided by: far below the resolution of positions in `f32`.
 const SHORTEST_SLIP_M: f64 = f64::PICO;
-/// Likewise of forces.
+/// Smallest force that is divided by, likewise.
 const SMALLEST_FORCE_N: f64 = 1e-18;
 
 impl<N: Number> LinearContact<N> {
-    /// f_c, the force on the instrument at the predicted state.
+    /// f_c: force on the instrument at the predicted state \[N\].
     #[inline(always)]
     pub fn force(&self, normal: &Vector3<N>) -> Vector3<N> {
         normal * self.normal_n - self.slip * self.tangential_stiffness
     }
 
-    /// The contact of each lane.
+    /// Splits into the contacts of the lanes.
     #[inline(always)]
     pub fn split<T: Real>(self) -> N::Lanes<LinearContact<T>>
     where
@@ -233,8 +236,9 @@ impl<N: Number> LinearContact<N> {
         })
     }
 
-    /// After the node moved by `dx` and the link turned by `turn`; all but the normal part is
-    /// found by the `LAST` solve of a step alone.
+    /// Updates the contact after its node moved by `dx` \[m\] and its link turned by `turn` \[rad\].
+    ///
+    /// Only the `LAST` solve of a step computes more than the normal part.
     #[inline(always)]
     pub fn return_mapping<const LAST: bool>(
         &self,
@@ -252,7 +256,7 @@ impl<N: Number> LinearContact<N> {
             return ContactUpdate { along, normal_n, trial_slip_m: zero, slip: v, force: v };
         }
         let slip = self.slip + moved - normal * along;
-        // Return map: what exceeds the limit has slid.     docs/model.md (13)
+        // Return mapping: the slip beyond Coulomb's limit becomes sliding.     docs/explanation/model.md (13)
         let trial_slip_m = slip.dot(&slip).root().larger(N::lit(SHORTEST_SLIP_M));
         let held = self.sticking_stiffness * trial_slip_m;
         let share = held.smaller(self.friction_limit_n) / held.larger(N::lit(SMALLEST_FORCE_N));
@@ -260,7 +264,7 @@ impl<N: Number> LinearContact<N> {
         ContactUpdate { along, normal_n, trial_slip_m, slip: slip * share, force }
     }
 
-    /// Those of some lanes side by side.
+    /// Gathers those of several lanes.
     #[inline(always)]
     pub fn gather<'a, T: Real>(of: impl Fn(usize) -> &'a LinearContact<T>) -> Self
     where
@@ -278,14 +282,14 @@ impl<N: Number> LinearContact<N> {
     }
 }
 
-/// What a solve has found at a sample point.
+/// Result of a solve at a sample point.
 pub(crate) struct ContactUpdate<T: Number> {
-    /// Motion along the normal \[m\].
+    /// Displacement along the normal \[m\].
     pub along: T,
-    /// What [`ContactState`] keeps of it.
+    /// The new values of [`ContactState`].
     pub normal_n: T,
     pub trial_slip_m: T,
     pub slip: Vector3<T>,
-    /// On the instrument \[N\].
+    /// Force on the instrument \[N\].
     pub force: Vector3<T>,
 }

@@ -1,18 +1,18 @@
-//! The drives' pace: what a tick of theirs is of those before, and so what links and samples, which
-//! follow the drives, are likely to do in it.
+//! Motion of the drives in a tick over their motion in earlier ticks. Links move because the drives
+//! do, so the predictor scales each filtered rate, and each contact its last slip, by this ratio.
 
-use crate::model::{maximum, minimum};
-use crate::{Drive, Drives, Model, Real, State};
+use crate::math::{maximum, minimum};
+use crate::{Drive, Drives, Model, Real};
 
-/// Drives that move by less in a tick say nothing of how links will turn \[m\].
+/// Motion of a drive in a tick that is too small to predict anything from \[m\].
 const NEGLIGIBLE_MOTION_M: f64 = 1e-7;
-/// What a tick may be of those before it. Never nothing: what it multiplies is divided by.
+/// Range of a motion ratio. It excludes 0, because scaled quantities are divided by.
 const RATIO_RANGE: core::ops::Range<f64> = 1e-6..1.0;
-/// An encoder whose steps are farther apart than so many ticks stands still in between; rates are worth
-/// no more than as many of them.
+/// Longest time between two steps of a coarse encoder that counts as motion \[ticks\]; also the largest
+/// ratio.
 const MAX_TICKS_PER_ENCODER_STEP: u8 = 16;
 
-/// How far a drive moves the surface of its instrument in a tick, along and about it \[m\].
+/// Motion of an instrument's surface in a tick, along and about its axis \[m\].
 #[derive(Clone, Copy, Debug)]
 struct SurfaceMotion<T>([T; 2]);
 
@@ -29,38 +29,38 @@ impl<T: Real> SurfaceMotion<T> {
         a * c + b * d
     }
 
-    /// Goes on towards `other` by that share of the way.
+    /// Moves towards `other` by that share of the difference.
     fn approach(&mut self, other: &Self, share: T) {
         let ([a, b], [c, d]) = (self.0, other.0);
         self.0 = [a + (c - a) * share, b + (d - b) * share];
     }
 }
 
-/// How the drives moved before; of each pair the catheter's comes first.
+/// Earlier motion of the drives. Pairs hold the catheter's first, then the guidewire's.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct DriveHistory<T> {
     last: [SurfaceMotion<T>; 2],
-    /// Smoothed as the rates of the links are.
+    /// Smoothed with the same gain as the rates of the links.
     smoothed: [SurfaceMotion<T>; 2],
-    /// Ticks since the last one that was worth as much as half of those before it.
+    /// Ticks since the last one with at least half the smoothed motion.
     idle_ticks: u8,
 }
 
-/// How a tick goes on from those before.     docs/model.md (44)
+/// Motion of the drives in this tick over earlier motion.     docs/explanation/model.md (44)
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct MotionRatio<T> {
-    /// What the links' rates are worth in it.
+    /// Factor on the links' rates, from the smoothed motion of both drives \[1\].
     pub link_rates: T,
-    /// What samples on the catheter and on the guidewire will slide of what they slid in the last
-    /// one, at most 1.
+    /// Factor on the last slip of samples on the catheter and on the guidewire, from the last motion of
+    /// each drive; at most 1 \[1\].
     pub sliding: [T; 2],
 }
 
 impl<T: Real> MotionRatio<T> {
-    /// As before.
+    /// The drives move as before.
     pub const STEADY: Self = Self { link_rates: T::ONE, sliding: [T::ONE; 2] };
 
-    /// In the next part of the same tick: as in the one before, which the rates know of now.
+    /// For the next substep of the same tick, whose motion the rates have already been filtered with.
     pub fn next_substep(&mut self, gain: T) {
         self.link_rates /= T::ONE + gain * (self.link_rates - T::ONE);
         self.sliding = Self::STEADY.sliding;
@@ -68,18 +68,40 @@ impl<T: Real> MotionRatio<T> {
 }
 
 impl<T: Real> DriveHistory<T> {
-    /// Drives that rest.
+    /// Drives at rest.
     pub const fn none() -> Self {
         Self { last: [SurfaceMotion::NONE; 2], smoothed: [SurfaceMotion::NONE; 2], idle_ticks: 0 }
     }
 
-    /// Takes a tick of the catheter and the guidewire into account; `gain` is that of the rates.
-    ///                                                                      docs/model.md (44)
+    /// Takes in the motion of the drives in a tick, from `before` to `target`.
+    ///                                                                docs/explanation/model.md (44)
+    pub fn observe<const LINKS: usize>(
+        &mut self,
+        model: &Model<T, LINKS>,
+        before: &Drives<T>,
+        target: &Drives<T>,
+    ) -> MotionRatio<T> {
+        let description = model.description();
+        let solver = &description.solver;
+        // Rates are filtered once per step, so the history is filtered with the gain of all steps.
+        let kept = T::one() - solver.predictor_gain;
+        let kept = (1..solver.substeps.max(1)).fold(kept, |kept_until, _| kept_until * kept);
+        let radius_m = description.instrument.outer_radius_m;
+        let catheter = SurfaceMotion::between(&before.catheter, &target.catheter, radius_m);
+        let guidewire = description.guidewire.as_ref().map_or(SurfaceMotion::NONE, |wire| {
+            SurfaceMotion::between(&before.guidewire, &target.guidewire, wire.outer_radius_m)
+        });
+        self.update([catheter, guidewire], T::one() - kept)
+    }
+
+    /// Takes in the motion of the catheter and the guidewire in a tick; `gain`: of the rates' filter.
+    ///                                                                docs/explanation/model.md (44)
     fn update(&mut self, moved: [SurfaceMotion<T>; 2], gain: T) -> MotionRatio<T> {
         let [least, most] = [RATIO_RANGE.start, RATIO_RANGE.end].map(T::lit);
         let within = |ratio: T, most: T| minimum(maximum(ratio, least), most);
-        // What speeds up may go another way than it went. A step of an encoder after ticks without
-        // one does not: it stands for all of them, in which the rates have faded.
+        // A ratio above 1 would amplify a motion that may have changed direction. A step of a coarse
+        // encoder after idle ticks is different: it contains the motion of all of them, while the
+        // filtered rates have decayed.
         let stands_for = match self.idle_ticks {
             0 | MAX_TICKS_PER_ENCODER_STEP.. => 1,
             idle_ticks => (2 * (idle_ticks + 1)).min(MAX_TICKS_PER_ENCODER_STEP),
@@ -99,37 +121,11 @@ impl<T: Real> DriveHistory<T> {
     }
 }
 
-impl<T: Real, const LINKS: usize> State<T, LINKS> {
-    /// Takes a tick of the drives into account, which are to go to `target`.     docs/model.md (44)
-    pub(crate) fn drive_motion_ratio(
-        &mut self,
-        model: &Model<T, LINKS>,
-        target: &Drives<T>,
-    ) -> MotionRatio<T> {
-        if self.count == 0 {
-            // The links whose rates go by it are gone.
-            self.drive_history = DriveHistory::none();
-        }
-        let description = model.description();
-        let solver = &description.solver;
-        // The rates are smoothed once a step.
-        let kept = T::one() - solver.predictor_gain;
-        let kept = (1..solver.substeps.max(1)).fold(kept, |kept_until, _| kept_until * kept);
-        let before = &self.drives;
-        let radius_m = description.instrument.outer_radius_m;
-        let catheter = SurfaceMotion::between(&before.catheter, &target.catheter, radius_m);
-        let guidewire = description.guidewire.as_ref().map_or(SurfaceMotion::NONE, |wire| {
-            SurfaceMotion::between(&before.guidewire, &target.guidewire, wire.outer_radius_m)
-        });
-        self.drive_history.update([catheter, guidewire], T::one() - kept)
-    }
-}
-
 fn dot<T: Real>(a: &[SurfaceMotion<T>], b: &[SurfaceMotion<T>]) -> T {
     a.iter().zip(b).fold(T::ZERO, |sum, (a, b)| sum + a.dot(b))
 }
 
-/// What the motion `of` is of the one that it is measured `by`, and goes the same way.
+/// Projection of the motion `of` on the motion `by`, over the length of `by`.
 fn motion_ratio<T: Real>(by: &[SurfaceMotion<T>], of: &[SurfaceMotion<T>]) -> T {
     let least = T::lit(NEGLIGIBLE_MOTION_M * NEGLIGIBLE_MOTION_M);
     (dot(by, of) + least) / (dot(by, by) + least)
@@ -147,7 +143,7 @@ mod tests {
             .update([SurfaceMotion([along, about]), SurfaceMotion([wire_along, wire_about])], 0.12)
     }
 
-    /// What a tick is worth after many `before`.
+    /// The ratios of a tick that moves by `now` after many that moved by `before`.
     fn after(before: [f64; 4], now: [f64; 4]) -> [f64; 3] {
         let mut history = DriveHistory::none();
         for _ in 0..300 {
@@ -170,7 +166,7 @@ mod tests {
         assert_near(after(feed, [2e-5, 0.0, 0.0, 0.0]), [1.0; 3]);
         assert_near(after(feed, rest), [0.0, 0.0, 1.0]);
         assert_near(after(feed, [-1e-5, 0.0, 0.0, 0.0]), [0.0, 0.0, 1.0]);
-        // A turn is no feed.
+        // Rotation does not predict feed.
         assert_near(after(feed, [0.0, 1e-5, 0.0, 0.0]), [0.0, 0.0, 1.0]);
         assert_near(after(rest, rest), [1.0; 3]);
     }

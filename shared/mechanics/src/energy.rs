@@ -1,11 +1,11 @@
-//! Energies of the instrument: what a test of boundedness looks at.
+//! Energies of the instrument, for tests that they stay bounded.
 
 use crate::algebra::RelativeRotation;
 use crate::{Model, Real, State};
 
 impl<T: Real, const LINKS: usize> State<T, LINKS> {
-    /// Kinetic energy of the nodes, of the motion that the next step takes over \[J\]: all of it,
-    /// but after a solve that turned a link too far to be believed.     docs/model.md (38)
+    /// Kinetic energy of the nodes that the next step takes over \[J\]. It is less than all of it after a
+    /// solve that turned a link too far for the linear model.     docs/explanation/model.md (38)
     pub fn kinetic_energy_j(&self, model: &Model<T, LINKS>) -> T {
         let half = T::lit(0.5);
         let tables = self.tables(model);
@@ -18,9 +18,11 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
         sum * self.momentum_share * self.momentum_share
     }
 
-    /// Elastic energy of bending, twist and stretch inside the vessel \[J\], and of a shaft that
-    /// winds up behind it; the wall's and a tendon's are not in it, and stiffness and pre-curve are
-    /// those without softening (33) and straightening.     docs/model.md (4), (6), (37)
+    /// Elastic energy of bending, twist and stretch inside the vessel and of a shaft that winds up
+    /// behind it \[J\].     docs/explanation/model.md (4), (6), (37)
+    ///
+    /// The energies of the wall and of a tendon are not included. Softening and straightening,
+    /// docs/explanation/model.md (33), are ignored.
     pub fn elastic_energy_j(&self, model: &Model<T, LINKS>) -> T {
         let half = T::lit(0.5);
         let tables = self.tables(model);
@@ -39,7 +41,7 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
             let bend = strain.x() * strain.x() + strain.y() * strain.y();
             let (mut torsion, mut twist) = (joint.torsion, strain.z());
             if j + 1 == self.count {
-                // In series with the shaft, which a new link, close to rigid, leaves all the twist.
+                // The shaft is in series. A new link is almost rigid, so the shaft takes all the twist.
                 torsion /= T::one() + torsion * (full / cell) * model.windup_rad_per_n_m;
                 twist += self.effects.wound_rad;
             }

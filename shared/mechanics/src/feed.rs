@@ -1,30 +1,27 @@
-//! Feed and rotation at the drive: links are born at the guide and dropped there, and the
-//! state is carried to the predictor of the next solve.
+//! Feed and rotation at the drives, by which links are added and dropped at the guide; and the
+//! predictor, which moves the state to the initial guess of the next solve.
 
 use cathforce_scalar::{Kernel, Pack, Vector3};
 
 use crate::algebra::Rotation;
-use crate::coaxial::Overlap;
 use crate::grid::Grid;
 use crate::link_group::LinkGroup;
-use crate::model::{maximum, minimum, sin_cos};
+use crate::math::{maximum, minimum, sin_cos};
+use crate::overlap::Overlap;
 use crate::proximity::Proximity;
 use crate::segments::AxialPosition;
-use crate::state::{LinkState, Span, State};
+use crate::state::{LinkState, SHORTEST_BASE, Span, State};
 use crate::{Drive, Drives, Model, Real};
 
-/// Turns the predictor by at most this much a solve \[rad\]; beyond, it is no prediction.
+/// Largest predicted rotation of a link in a step \[rad\]. A link with a larger one is not predicted.
 const LARGEST_PREDICTED_TURN: f64 = 0.2;
 
-/// Shortest base link, over the link length, that the guide's joint and the stretch see:
-/// a link enters the vessel rigid and softens as it grows.
-pub(crate) const SHORTEST_BASE: f64 = 0.001;
-
-/// From the tip of a chain of `chain_m` inside the vessel back to that of an instrument of
-/// which `inside_m` are.     docs/model.md (39)
+/// Arc from the tip of the chain back to the tip of an instrument \[m\].
+///                                                                docs/explanation/model.md (39)
 ///
-/// The guide's joint stands for a full cell, up to one and a half links behind the mouth: from
-/// there, and not from the mouth, an instrument enters that is not the first.
+/// `chain_m`, `inside_m`: arcs of the chain and of the instrument inside the vessel \[m\]. The table of
+/// the guide's joint covers a full cell, which reaches up to 1.5 links behind the mouth. An instrument
+/// that enters second therefore enters the tables there, and not at the mouth.
 fn behind_m<T: Real>(link_length_m: T, chain_m: T, inside_m: T) -> T {
     let behind_m = chain_m - inside_m;
     let outside_m = maximum(link_length_m * T::lit(1.5) - inside_m, T::zero());
@@ -32,16 +29,17 @@ fn behind_m<T: Real>(link_length_m: T, chain_m: T, inside_m: T) -> T {
 }
 
 impl<T: Real, const LINKS: usize> State<T, LINKS> {
-    /// Arc that the guide's joint stands for: half of the base link \[m\].
+    /// Cell of the guide's joint: half of the base link \[m\].
     pub(crate) fn guide_cell_m(&self, model: &Model<T, LINKS>) -> T {
         let shortest = model.description().solver.link_length_m * T::lit(SHORTEST_BASE);
         maximum(self.base_length_m, shortest) * T::lit(0.5)
     }
 
-    /// Moves the drives to `target`, within what the links can reach.     docs/model.md (2)
+    /// Moves the drives to `target`, within the reach of the links; adds and drops links.
+    ///                                                                docs/explanation/model.md (2)
     ///
-    /// A link is born a little late, so that a drive that rests on a whole number of links
-    /// does not bear and drop one in turn with its last bit.
+    /// A link is added slightly late. Otherwise a drive at a whole number of links would add and drop
+    /// one in turn with the last bit of its position.
     pub(crate) fn feed(&mut self, model: &Model<T, LINKS>, target: Drives<T>) {
         let Grid { link_length_m: h, .. } = model.grid;
         let catheter = model.within_reach(target.catheter);
@@ -86,7 +84,7 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
         self.fill_coaxial_tables(model);
     }
 
-    /// Both drives go to where they are now, the chain's tip to the foremost of them.
+    /// Moves both drives, and the instruments in the chain, whose tip is the foremost of theirs.
     fn slide_instruments(&mut self, drives: Drives<T>, insertion_m: T, link_length_m: T) {
         let before = core::mem::replace(&mut self.drives, drives);
         let fed_m = insertion_m - self.insertion_m;
@@ -109,8 +107,8 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
         };
     }
 
-    /// A new base link: straight, along the guide, at rest in the material's frame; the last one is
-    /// whole now.
+    /// Adds a base link that is straight, along the guide and at rest in the material frame. The last
+    /// base link is then a full link.
     fn add_link(&mut self, link_length: T) {
         let mut strain = T::zero();
         if let Some(base) = self.count.checked_sub(1).and_then(|base| self.links.get_mut(base)) {
@@ -121,7 +119,7 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
             self.links.get_mut(self.count).zip(self.eliminations.get_mut(self.count))
         {
             elimination.proximity = [Proximity::none(); 2];
-            // It stands as the guide does now, so neither has turned against the other.
+            // It has the guide's orientation, so neither has turned against the other in this step.
             self.guide.turn = Vector3::zeros();
             *link = LinkState {
                 rotation: self.guide.rotation,
@@ -134,17 +132,18 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
         }
     }
 
-    /// Rotations by the filtered rates, positions from the base.     docs/model.md (3)
+    /// Predicts rotations by the filtered rates, and positions from the base.
+    ///                                                                docs/explanation/model.md (3)
     ///
-    /// Only the initial guess of the solve; `dt_s` = 0 predicts no rotation. `ratio`: what the rates are
-    /// worth in it.
+    /// The result is the initial guess of the solve; `dt_s` = 0 predicts no rotation. `ratio`: factor
+    /// on the rates, see [`MotionRatio`](crate::drive_motion::MotionRatio).
     #[inline(never)]
     pub(crate) fn predict(&mut self, dt_s: T, ratio: T) {
         T::run_vectorised(PredictKernel { state: self, dt_s, ratio });
     }
 }
 
-/// [`State::predict`], for as many links at a time as there are lanes.
+/// [`State::predict`], with one link in each lane.
 struct PredictKernel<'a, T: Real, const LINKS: usize> {
     state: &'a mut State<T, LINKS>,
     dt_s: T,
@@ -160,7 +159,7 @@ impl<T: Real, const LINKS: usize> Kernel<T> for PredictKernel<'_, T, LINKS> {
         let dt_s = dt_s * ratio;
         let half_dt = N::splat(dt_s * T::lit(0.5));
         let largest = T::lit(0.25 * LARGEST_PREDICTED_TURN * LARGEST_PREDICTED_TURN);
-        // A rate that is too large only because the drives speed up is kept.
+        // A rate that is too large only by the drives' acceleration is kept for later steps.
         let forgotten = largest * maximum(ratio * ratio, T::one());
         let mut position = state.effects.mouth;
         let count = state.count.min(LINKS);

@@ -1,16 +1,17 @@
-//! Where the nodes of the chain lie along its arc: links are shorter at the tip.     docs/model.md (45)
+//! Nodes of the chain along its arc. Links are shorter at the tip.     docs/explanation/model.md (45)
 
-use crate::model::minimum;
+use crate::math::minimum;
 use crate::{Real, Solver};
 
-/// The chain's links; arcs and lengths are over that of a link of the shaft.
+/// Lengths of the chain's links. Arcs and lengths without a unit are multiples of the length of a link
+/// of the shaft.
 ///
-/// Link j reaches from joint j, which is node j, to joint j + 1.
+/// Link j reaches from node j to joint j + 1.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Grid<T> {
     /// Length of a link of the shaft \[m\].
     pub link_length_m: T,
-    /// So many links from the tip on are half as long.
+    /// Number of links at the tip that are half as long.
     tip_links: usize,
 }
 
@@ -46,18 +47,18 @@ impl<T: Real> Grid<T> {
         self.node(link) + self.link(link) * T::lit(0.5)
     }
 
-    /// Arc of the cell around the joint at the proximal end of a link, from the middle of that link to
-    /// that of the next.
+    /// Arc of the cell around the joint at the proximal end of a link, from the middle of the link to the
+    /// middle of the next one.
     pub fn cell(&self, link: usize) -> T {
         (self.link(link) + self.link(link + 1)) * T::lit(0.5)
     }
 
-    /// The same \[m\].
+    /// [`Grid::cell`] in metres \[m\].
     pub fn cell_m(&self, link: usize) -> T {
         self.link_length_m * self.cell(link)
     }
 
-    /// Arc from the tip to a sample: the node of link `sample / 2`, or its middle.
+    /// Arc from the tip to a sample: the node of link `sample / 2` if even, else its middle.
     pub fn sample(&self, sample: usize) -> T {
         if sample.is_multiple_of(2) { self.node(sample / 2) } else { self.middle(sample / 2) }
     }
@@ -66,13 +67,25 @@ impl<T: Real> Grid<T> {
     pub fn links_in(&self, arc_m: T) -> T {
         let arc = arc_m / self.link_length_m;
         let tip = minimum(arc, self.node(self.tip_links));
-        // One more for each of the tip's halves.
+        // Each short link at the tip counts as a whole one.
         arc + tip
     }
 
     /// The link in which an arc from the tip ends \[m\].
     pub fn link_at(&self, arc_m: T) -> usize {
         self.links_in(arc_m).floor_int().max(0) as usize
+    }
+}
+
+impl<T: Real> Solver<T> {
+    /// Arc of a number of links \[m\].
+    pub fn reach_m(&self, links: usize) -> T {
+        self.link_length_m * Grid::new(self).node(links)
+    }
+
+    /// Links from the tip to the end of an arc \[m\].
+    pub fn links_in(&self, arc_m: T) -> T {
+        Grid::new(self).links_in(arc_m)
     }
 }
 

@@ -8,31 +8,32 @@ use crate::tables::Joint;
 /// Moment and stiffness of a joint at the predicted state, world axes.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct JointLoad<T: Number> {
-    /// μ
+    /// μ \[N·m\].
     pub moment: Vector3<T>,
-    /// K
+    /// K \[N·m/rad\].
     pub stiffness: Sym3<T>,
-    /// Its smallest eigenvalue.
+    /// Smallest eigenvalue of K \[N·m/rad\].
     pub smallest_eigenvalue: T,
 }
 
-/// The arc that a joint at the base link stands for.
+/// Cell of a joint at the base link, which is not a full cell.
 pub(crate) struct Cell<T> {
-    /// Over that of the joint's full cell.
+    /// Its arc over that of the full cell \[1\].
     share: T,
-    /// One over it.
+    /// Inverse of `share`.
     inverse_share: T,
-    /// What its bend counts: more than once where bent arc has left it in this step.
+    /// Factors on the bend and the twist in the moment: above 1 where bent arc has left the cell in
+    /// this step, because bend that leaves with its arc is no change of curvature.
     bend_factor: T,
     twist_factor: T,
-    /// Viscous over elastic stiffness, of bending and of twist.
+    /// Viscous over elastic stiffness, of bending and of twist \[1\].
     viscous: T,
     twist_viscous: T,
 }
 
 impl<T: Number> Cell<T> {
-    /// `withdrawn` is the arc that has left it in this step; `damping` τ/dt, the viscous time over the
-    /// time of a step, of bending and of twist.
+    /// `length`, `full`: arcs of the cell and of the full cell \[m\]; `withdrawn`: arc that has left the
+    /// cell in this step \[m\]; the last: τ/dt of bending and of twist \[1\].
     pub fn new(length: T, full: T, withdrawn: T, [bending, twist]: [T; 2]) -> Self {
         let withdrawn = withdrawn / (length + withdrawn);
         let left = T::lit(1.0) - withdrawn;
@@ -54,9 +55,10 @@ impl<T: Real> JointLoad<T> {
 }
 
 impl<T: Number> JointLoad<T> {
-    /// The moment that a joint with a full cell exerts against its bend; `viscous` is τ/dt and what
-    /// its distal link has turned more than its proximal one since the step began, if bending is
-    /// viscous.     docs/model.md (4)
+    /// Moment and stiffness of a joint with a full cell.     docs/explanation/model.md (4)
+    ///
+    /// `viscous`: τ/dt \[1\], and the rotation of the distal minus that of the proximal link since the
+    /// step began \[rad\]; `None` if bending is not viscous.
     #[inline(always)]
     pub fn new(
         joint: &Joint<T>,
@@ -76,7 +78,7 @@ impl<T: Number> JointLoad<T> {
         Self::stiff(moment, &t, kb, kt)
     }
 
-    /// The same of a joint whose cell is not full.
+    /// Moment and stiffness of a joint whose cell is not full.
     pub fn at_base(
         joint: &Joint<T>,
         cell: &Cell<T>,

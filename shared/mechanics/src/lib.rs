@@ -1,8 +1,9 @@
 //! Reduced-order beam and contact model of a catheter in a vessel.
 //!
-//! One [`step`] takes the drive's encoder positions and gives the contact force at every
-//! node, the total force and moment on the vessel and the force and torque at the drive.
-//! Formulation and numbered equations: `docs/model.md`.
+//! The instrument is a discrete Kirchhoff rod of stretchable links, solved by an articulated-body
+//! recursion. One [`step`] takes the positions of the drives and computes the contact force at every
+//! node, the total force and moment on the vessel, and the force and torque at the drives.
+//! `docs/explanation/model.md` has the formulation with numbered equations.
 
 #![no_std]
 #![forbid(unsafe_code)]
@@ -16,28 +17,36 @@ pub mod effects;
 mod energy;
 mod feed;
 mod grid;
+mod io;
 mod joint;
 mod link_group;
 mod load_sharing;
 mod lumen;
+mod math;
 mod model;
+mod overlap;
 mod parameters;
 mod proximity;
+mod scheme;
 mod segments;
 mod solve;
 mod state;
 mod step;
 mod tables;
+mod validation;
+mod wall_sampling;
 mod wrench;
 
 pub use cathforce_scalar::{Number, Real};
 pub use description::*;
 pub use effects::{DriveTrain, EFFECTS, EffectInfo, Effects, Measurement, ParameterInfo};
+pub use io::{Drive, Drives, Loads, Outputs};
 pub use lumen::*;
 pub use model::Model;
 pub use parameters::*;
-pub use state::{Drive, Drives, Loads, Outputs, State};
+pub use state::State;
 pub use step::{settle, settle_loaded, step, step_loaded};
+pub use validation::DescriptionError;
 
-/// Most links (and nodes) inside the vessel, unless a [`Model`] says otherwise.
+/// Largest number of links (and nodes) inside the vessel, by default.
 pub const MAX_LINKS: usize = 64;

@@ -1,27 +1,27 @@
 //! How two instruments on one centre line share force and torque behind the guide.
 //!
-//! The drive of one feels the virtual work of its own motion, the centre line held: what the
-//! chain's energy gains as the instrument slides or turns in it, and what friction takes. The
-//! other drive carries the rest of the whole.     docs/model.md (41)–(43)
+//! The load of one drive follows from virtual work: the instrument slides or turns in the chain while
+//! the centre line is held, and its drive supplies the gain in energy and the work of friction. The
+//! other drive carries the rest of the total.     docs/explanation/model.md (41)–(43)
 
 use cathforce_scalar::Vector3;
 
 use crate::algebra::RelativeRotation;
-use crate::model::minimum;
+use crate::math::minimum;
 use crate::segments::{Density, InstrumentRole, Walk};
 use crate::{Model, Real, State};
 
-/// What a drive has to hold against.
+/// Load on a drive.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct DriveLoad<T> {
-    /// Positive when pushing \[N\].
+    /// Axial force, positive when pushing \[N\].
     pub force_n: T,
-    /// About the direction of insertion \[N·m\].
+    /// Torque about the direction of insertion \[N·m\].
     pub torque_n_m: T,
 }
 
 impl<T: Real, const LINKS: usize> State<T, LINKS> {
-    /// The guidewire's share of `whole`; `None` if the model has no guidewire.
+    /// The guidewire's share of the load `whole`; `None` without a guidewire in the vessel.
     pub(crate) fn guidewire_share(
         &self,
         model: &Model<T, LINKS>,
@@ -41,8 +41,8 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
         Some(DriveLoad { force_n, torque_n_m: rolling_n_m + twisted_n_m })
     }
 
-    /// Energy that the chain gains per feed of the follower \[N\], and per turn of the
-    /// guidewire \[N·m\].     docs/model.md (41), (43)
+    /// Energy that the chain gains per feed of the follower \[N\], and per rotation of the guidewire
+    /// \[N·m\].     docs/explanation/model.md (41), (43)
     fn energy_gradient(
         &self,
         model: &Model<T, LINKS>,
@@ -51,7 +51,7 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
     ) -> (T, T) {
         let softness = self.effects.softness(model);
         let (mut force, mut torque) = (T::zero(), T::zero());
-        // Before the first joint there is no moment.
+        // Distal to the first joint's cell there is no moment.
         for cell in core::iter::once(None).chain((0..self.count.min(LINKS)).map(Some)) {
             let high_m = self.cell_end_m(model, cell);
             let mut moment = None;
@@ -81,7 +81,7 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
                 }
             }
         }
-        // What the guide keeps straight is spent behind the mouth.
+        // The guide straightens the instrument: its bending energy is supplied behind the mouth.
         let behind = walk.segment(follower);
         let (u, half) = (&behind.unloaded, T::lit(0.5));
         let bent =
@@ -89,8 +89,9 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
         (force - half * softness * bent, torque)
     }
 
-    /// What friction, the stream and its own end take from the catheter's drive if it follows \[N\], and
-    /// friction from the guidewire's \[N·m\].     docs/model.md (42), (43)
+    /// Resistance to sliding: of friction, the fluid and the catheter's end against the feed of a
+    /// following catheter \[N\], and of friction against rotation of the guidewire \[N·m\].
+    ///                                                            docs/explanation/model.md (42), (43)
     fn sliding_resistance(&self, model: &Model<T, LINKS>) -> (T, T) {
         let (one, zero) = (T::one(), T::zero());
         let description = model.description();
@@ -116,7 +117,7 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
                 let covered = self.overlap.catheter_coverage(2 * j + i, &model.grid);
                 let friction = memory.slip * -touch.sticking_stiffness;
                 dragged -= covered * friction.dot(&link.tangent);
-                // The cone at its end climbs what the guidewire lies on.
+                // The cone at the catheter's end is lifted by the wall that the guidewire lies on.
                 if covered > zero && covered < one {
                     dragged += memory.normal_n * ((catheter_m - wire_m) / half_m);
                 }
@@ -127,8 +128,8 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
         (dragged, twisted)
     }
 
-    /// Where a joint's cell ends, from the chain's tip \[m\]; without joint, where the first
-    /// begins.
+    /// Proximal end of a joint's cell, as an arc from the chain's tip \[m\]; `None`: where the first
+    /// cell begins.
     fn cell_end_m(&self, model: &Model<T, LINKS>, joint: Option<usize>) -> T {
         let (grid, half) = (&model.grid, T::lit(0.5));
         match joint {
@@ -139,7 +140,7 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
         }
     }
 
-    /// Moment in a joint, material axes \[N·m\].     docs/model.md (4)
+    /// Elastic moment of a joint, material axes \[N·m\]; 0 without a joint.     docs/explanation/model.md (4)
     fn joint_moment(&self, model: &Model<T, LINKS>, joint: Option<usize>) -> Vector3<T> {
         let Some((j, link)) = joint.and_then(|j| Some((j, self.links.get(j)?))) else {
             return Vector3::zeros();
@@ -162,7 +163,7 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
         Vector3::new(bent.x() * bending, bent.y() * bending, bent.z() * torsion)
     }
 
-    /// The point of the chain at an arc from its tip \[m\].
+    /// Position of the point of the chain at an arc from its tip \[m\].
     fn point_at(&self, model: &Model<T, LINKS>, arc_m: T) -> Vector3<T> {
         let grid = &model.grid;
         let node = grid.link_at(arc_m).min(self.count.max(1) - 1);
@@ -185,8 +186,8 @@ impl<T: Real> Density<T> {
 }
 
 impl<T: Real> Walk<'_, T> {
-    /// Energy per length less moment times curvature \[N\]: what a length of this costs where
-    /// the moment is given.
+    /// Elastic energy per length minus moment times curvature \[N\]: the free energy per length under a
+    /// given moment.
     fn free_energy(&self, moment: &Vector3<T>, softness: T) -> T {
         let curvature = self.density.curvature(&(moment * (T::one() / softness)));
         let stored = |which| {

@@ -1,11 +1,11 @@
 //! The lumen: signed distance to the wall with stored normals, on sparse bricks.
 //!
-//! The field is sampled on a regular grid of nodes, kept in bricks of 4 × 4 × 4 cells.
-//! A brick stores its 5 × 5 × 5 nodes (the shared faces twice), so that a cell never
-//! straddles two bricks. Only bricks near the wall are stored; the directory says of the
-//! others whether they are inside the lumen, farther from the wall than any instrument
-//! can touch, or outside. Where the wall bends within a cell, eight bricks of half the spacing
-//! stand for one. Two bricks that meet may differ at their common face by the error of the coarser.
+//! The field is sampled at the nodes of a regular grid, in bricks of 4 × 4 × 4 cells. A brick stores
+//! its 5 × 5 × 5 nodes, so that a cell never straddles two bricks. Only bricks near the wall are
+//! stored. The directory tells whether another brick is inside the lumen, too far from the wall for
+//! contact, or outside. Where the wall is strongly curved within a cell, eight bricks of half the
+//! spacing replace one. Neighbouring bricks may differ at their common face by the error of the
+//! coarser one.
 //!
 //! Byte layout, little endian, zero-copy (`LumenHeader` travels beside it):
 //!
@@ -21,7 +21,7 @@
 use cathforce_scalar::{Number, Pack, Real, Vector3};
 use serde::{Deserialize, Serialize};
 
-/// Version of the byte layout: who reads another refuses these. 1: all bricks of one spacing.
+/// Version of the byte layout; others are refused. Version 1 had bricks of one spacing only.
 pub const LUMEN_LAYOUT: u32 = 2;
 /// Cells along an edge of a brick.
 pub const BRICK_CELLS: usize = 4;
@@ -31,20 +31,20 @@ pub const BRICK_EDGE: usize = BRICK_CELLS + 1;
 pub const BRICK_NODES: usize = BRICK_EDGE * BRICK_EDGE * BRICK_EDGE;
 /// Bytes of a node.
 pub const NODE_BYTES: usize = 6;
-/// Directory entry: inside, farther from the wall than any instrument can touch.
+/// Directory entry: inside, too far from the wall for contact.
 pub const FREE: u16 = 0xFFFF;
 /// Directory entry: outside, beyond the stored band.
 pub const OUTSIDE: u16 = 0xFFFE;
 /// Set in a directory entry: eight bricks of half the spacing.
 pub const FINE: u16 = 0x8000;
-/// Bricks that take the place of one.
+/// Fine bricks that replace one.
 pub const OCTANTS: u16 = 8;
 /// Most bricks that a directory can name.
 pub const MOST_BRICKS: u16 = OUTSIDE & !FINE;
 /// The `wall` byte of the nominal stiffness.
 pub const NOMINAL_WALL: u8 = 128;
 
-/// What the byte arrays of a lumen mean.
+/// Geometry of the grid, and units of the stored bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LumenHeader {
     /// Position of the first node, vessel frame \[m\].
@@ -59,12 +59,12 @@ pub struct LumenHeader {
     pub stored: u16,
 }
 
-/// What is wrong with the bytes of a lumen.
+/// Why the bytes of a lumen are refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LumenError {
-    /// A number of the header is not finite or out of range.
+    /// This field of the header is not finite or out of range.
     Header(&'static str),
-    /// The bytes are fewer or more than the header says.
+    /// The number of bytes differs from what the header says.
     Length { expected: usize, found: usize },
     /// This directory entry names a brick that is not stored.
     Directory { entry: usize, brick: u16 },
@@ -81,7 +81,7 @@ impl LumenHeader {
     }
 
     fn validate(&self) -> Result<(), LumenError> {
-        // Written so that NaN fails.
+        // In this form, NaN is refused.
         let within = |x: f32, low: f32, high: f32| x >= low && x <= high;
         if !self.origin_m.iter().all(|&x| within(x, -10.0, 10.0)) {
             return Err(LumenError::Header("origin_m"));
@@ -99,14 +99,14 @@ impl LumenHeader {
     }
 }
 
-/// The wall as seen from one point.
+/// The wall next to one point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WallSample<T: Number> {
     /// Signed distance to the wall \[m\], positive inside the lumen; ± 1 where no wall is stored.
     pub distance_m: T,
     /// Unit normal into the lumen; zero where no wall is stored.
     pub normal: Vector3<T>,
-    /// The wall's stiffness over the nominal one; 0 where no wall is stored.
+    /// Stiffness of the wall over the nominal one \[1\]; 0 where no wall is stored.
     pub stiffness: T,
 }
 
@@ -114,23 +114,26 @@ pub struct WallSample<T: Number> {
 #[derive(Clone, Copy, Debug)]
 pub struct Lumen<'a> {
     header: LumenHeader,
-    /// Length of a [`Place`] \[m\], and one over it.
+    /// Metres per unit of a [`Place`], and its inverse.
     place: f32,
     places_per_m: f32,
-    /// The last one along x, y, z.
+    /// Last unit along x, y, z.
     last_place: [i32; 3],
     /// Directory entries from a brick to the next one along y, z.
     strides: [usize; 2],
     /// Metres per unit of a blended distance.
     distance_unit: f32,
-    /// Half a cell per unit of a blended normal, of the grid's spacing and of half of it \[m\].
+    /// Half a cell per unit of a blended normal, for coarse and for fine bricks \[m\].
     half_cells: [f32; 2],
     directory: &'a [[u8; 2]],
     bricks: &'a [[Node; BRICK_NODES]],
 }
 
 impl<'a> Lumen<'a> {
-    /// Checks the bytes against the header; nothing is copied.
+    /// Checks the bytes against the header. Nothing is copied.
+    ///
+    /// Errors: a field of the header out of range, a wrong number of bytes, or a directory entry that
+    /// names a brick that is not stored.
     pub fn new(header: LumenHeader, bytes: &'a [u8]) -> Result<Self, LumenError> {
         header.validate()?;
         let wrong_length = LumenError::Length { expected: header.byte_len(), found: bytes.len() };
@@ -169,27 +172,27 @@ impl<'a> Lumen<'a> {
         })
     }
 
-    /// What the byte arrays mean.
+    /// The header of the bytes.
     pub fn header(&self) -> &LumenHeader {
         &self.header
     }
 
-    /// The wall seen from a point of the vessel frame \[m\].     docs/model.md (9)
+    /// The wall next to a point of the vessel frame \[m\].     docs/explanation/model.md (9)
     ///
-    /// Distance by third-order interpolation: the trilinear interpolant d̂ of the stored
-    /// distances is too large, and the blend of their tangent planes too small, by the same
-    /// ½ Σ ∂²d/∂xₐ² uₐ(1 − uₐ) h²; their mean cancels it. The normal is the blend of the
-    /// stored ones, normalised. Between two
-    /// places, and beyond the grid, the distance follows the normal.
+    /// The distance is interpolated to third order. The trilinear interpolant of the stored distances
+    /// is too large, and the blend of the tangent planes at the nodes too small, by the same
+    /// ½ Σ ∂²d/∂xₐ² uₐ(1 − uₐ) h², which their mean cancels. The normal is the normalised blend of the
+    /// stored ones. Below the resolution of a [`Place`], and beyond the grid, the distance is
+    /// extrapolated along the normal.
     ///
-    /// Total on any input, never panics, and does the same work whatever it finds. Stored
-    /// integers are blended as integers, by weights in units of 2⁻¹⁵.
+    /// Total on any input, never panics, and takes the same operations everywhere. Stored integers are
+    /// blended as integers, with weights in units of 2⁻¹⁵.
     #[inline(always)]
     pub fn sample<T: Real>(&self, point: impl Into<Vector3<T>>) -> WallSample<T> {
         self.sample_lanes::<T, T>(point.into())
     }
 
-    /// [`Lumen::sample`] of points side by side.
+    /// [`Lumen::sample`] of one point in each lane.
     #[inline(always)]
     pub(crate) fn sample_lanes<T: Real, N: Pack<T>>(&self, point: Vector3<N>) -> WallSample<N> {
         let x = self.place::<T, N>(point.x(), 0);
@@ -232,14 +235,14 @@ impl<'a> Lumen<'a> {
         }
     }
 
-    /// The cell that a place lies in.
+    /// The cell that contains a place.
     #[inline(always)]
     fn find(&self, place: [i32; 3]) -> Found<'_> {
         let [x, y, z] = place.map(|place| (place >> BRICK_BITS) as usize);
         let [along_y, along_z] = self.strides;
         let entry = self.directory.get(x + along_y * y + along_z * z);
         let index = entry.map_or(OUTSIDE, |&b| u16::from_le_bytes(b));
-        // Where it is fine, places count half cells: the bit above them is the octant's.
+        // In fine bricks, places count half cells, and the bit above them selects the octant.
         let fine = usize::from(index >> FINE_BIT);
         let place = place.map(|place| place << fine);
         let [x, y, z] = place.map(|place| (place >> BRICK_BITS) as usize & fine);
@@ -258,7 +261,7 @@ impl<'a> Lumen<'a> {
         }
     }
 
-    /// Where a coordinate lies on the grid.
+    /// Place of a coordinate on the grid.
     #[inline(always)]
     fn place<T: Real, N: Pack<T>>(&self, coordinate: N, axis: usize) -> Place<N> {
         let from_origin = coordinate - N::lit(f64::from(self.header.origin_m[axis]));
@@ -269,53 +272,53 @@ impl<'a> Lumen<'a> {
     }
 }
 
-/// Places along a cell, as a power of two: 2⁻¹⁵ of a millimetre is what f32 resolves anyway.
+/// Units of a place along a cell, as a power of two. 2⁻¹⁵ mm is about the resolution of `f32`.
 const PLACE_BITS: u32 = 15;
 const PLACE_UNIT: f64 = 1.0 / (1 << PLACE_BITS) as f64;
-/// Places along a brick, as a power of two.
+/// Units of a place along a brick, as a power of two.
 const BRICK_BITS: u32 = PLACE_BITS + BRICK_CELLS.ilog2();
-/// Of a directory entry.
+/// Index of the bit [`FINE`].
 const FINE_BIT: u32 = FINE.ilog2();
 
-/// Where coordinates lie on the grid.
+/// Place of one coordinate on the grid, one in each lane.
 struct Place<N: Number> {
-    /// Cut off to a place \[2⁻¹⁵ cells\].
+    /// Truncated to a whole unit \[2⁻¹⁵ cells\].
     whole: N::Lanes<i32>,
-    /// Beyond it \[places\]; large beyond the grid.
+    /// Remainder \[2⁻¹⁵ cells\]; large beyond the grid.
     rest: N,
 }
 
-/// Within the cell \[2⁻¹⁵\].
+/// Part of a place within its cell \[2⁻¹⁵\].
 #[inline(always)]
 fn within(place: i32) -> i32 {
     place & ((1 << PLACE_BITS) - 1)
 }
 
-/// What is stored around a place.
+/// The stored nodes around a place.
 struct Found<'a> {
     cell: &'a [Node; CELL_SPAN],
-    /// From its first node along x, y, z \[2⁻¹⁵ of its spacing\].
+    /// Place relative to the first node along x, y, z \[2⁻¹⁵ of the spacing\].
     within: [i32; 3],
-    /// Half its spacing per unit of a blended normal \[m\].
+    /// Half the spacing per unit of a blended normal \[m\].
     half_cell: f32,
     /// 1 where a wall is stored, else 0.
     presence: f32,
-    /// Where none is: 1 inside, −1 outside.
+    /// Where no wall is stored: 1 inside, −1 outside; else 0.
     away: f32,
 }
 
-/// Distance, normal and wall as they are stored.
+/// Stored distance, normal and wall byte of a node.
 type Node = [u8; NODE_BYTES];
 
-/// From the first to the last node of a cell in the order of a brick's nodes.
+/// Nodes of a brick from the first to the last node of a cell.
 const CELL_SPAN: usize = 2 + BRICK_EDGE + BRICK_EDGE * BRICK_EDGE;
-/// What is read where no brick is stored.
+/// Nodes where no brick is stored.
 const NOTHING: [Node; CELL_SPAN] = [[0; NODE_BYTES]; CELL_SPAN];
 
 const X: usize = 1;
 const Y: usize = BRICK_EDGE;
 const Z: usize = BRICK_EDGE * BRICK_EDGE;
-// The four nodes of a cell's face: low and high across x, y, z.
+// The four nodes of each face of a cell: the low and the high one across x, y, z.
 const X0: [usize; 4] = [0, Y, Z, Y + Z];
 const X1: [usize; 4] = [X, X + Y, X + Z, X + Y + Z];
 const Y0: [usize; 4] = [0, X, Z, X + Z];
@@ -323,7 +326,7 @@ const Y1: [usize; 4] = [Y, X + Y, Y + Z, X + Y + Z];
 const Z0: [usize; 4] = [0, X, Y, X + Y];
 const Z1: [usize; 4] = [Z, X + Z, Y + Z, X + Y + Z];
 
-/// Bilinear weights of a face's nodes \[2⁻¹⁵\]; they sum to one.
+/// Bilinear weights of a face's nodes \[2⁻¹⁵\]; their sum is 1.
 struct Weights([i32; 4]);
 
 #[inline(always)]
@@ -333,20 +336,20 @@ fn weights(p: i32, q: i32) -> Weights {
     Weights([(1 << PLACE_BITS) - p - q - both, p, q, both])
 }
 
-/// Of the faces that lie along the axes `p` and `q`.
+/// Weights on the faces that are parallel to the axes `p` and `q`.
 #[inline(always)]
 fn across<N: Number>(found: &N::Lanes<Found<'_>>, p: usize, q: usize) -> N::Lanes<Weights> {
     N::per_lane(|lane| weights(found[lane].within[p], found[lane].within[q]))
 }
 
-/// Of the cell along an axis, from its first face on.
+/// Position within the cell along an axis, 0 to 1.
 #[inline(always)]
 fn share<T: Real, N: Pack<T>>(found: &N::Lanes<Found<'_>>, axis: usize) -> N {
     N::from_ints(|lane| found[lane].within[axis]) * N::lit(PLACE_UNIT)
 }
 
 impl Weights {
-    /// \[2⁻¹⁵\], below 2³¹ for values of 16 bits.
+    /// Weighted sum over a face \[2⁻¹⁵\]; below 2³¹ for values of 16 bits.
     #[inline(always)]
     fn sum(&self, face: [usize; 4], value: impl Fn(usize) -> i32) -> i32 {
         let Self([a, b, c, d]) = self;
@@ -354,14 +357,14 @@ impl Weights {
     }
 }
 
-/// A value that goes from one face to the opposite one.
+/// A value that changes linearly from one face to the opposite one.
 struct Blend<T> {
     low: T,
     rise: T,
 }
 
 impl<N: Number> Blend<N> {
-    /// Between two opposite faces, of what nodes have as `value`.
+    /// Interpolates the nodes' `value` between two opposite faces.
     #[inline(always)]
     fn between<T: Real>(
         found: &N::Lanes<Found<'_>>,
@@ -385,7 +388,7 @@ impl<T: Number> Blend<T> {
     }
 }
 
-/// Stiffness scale of a code \[2⁻¹⁵\]: sixteen steps to a doubling, linear within a step.
+/// Stiffness scale of a wall code \[2⁻¹⁵\]: 16 codes double it; linear in between.
 #[inline(always)]
 fn stiffness<T: Real, N: Pack<T>>(code: impl Fn(usize) -> i32) -> N {
     let step = |lane| (code(lane) >> PLACE_BITS) as usize & 0xFF;
@@ -397,7 +400,7 @@ fn stiffness<T: Real, N: Pack<T>>(code: impl Fn(usize) -> i32) -> N {
 /// 2^(1/16)
 const STEP: f64 = 1.044_273_782_427_413_8;
 
-/// Stiffness scale by code.
+/// Stiffness scale of each code.
 static STIFFNESS: [f32; 256] = {
     let mut table = [1.0; 256];
     let (mut steps, mut scale) = (0, 1.0);

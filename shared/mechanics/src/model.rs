@@ -7,24 +7,25 @@ use crate::effects::StoredCurvature;
 use crate::effects::nominal::{self, Placement};
 use crate::effects::wall_law;
 use crate::grid::Grid;
+use crate::math::{maximum, minimum, sin_cos};
 use crate::segments::{AxialPosition, Segments, Walk};
 use crate::tables::Tables;
 use crate::{Description, DescriptionError, Drive, Instrument, MAX_LINKS, Real, Wall};
 
-/// The model's configuration: a validated description and its tables, for up to `LINKS` links.
+/// Configuration of the model: a validated description and its tables, for up to `LINKS` links.
 #[derive(Clone, Debug)]
 pub struct Model<T: Real, const LINKS: usize = MAX_LINKS> {
     description: Description<T>,
-    /// Of the catheter alone.
+    /// Tables of the catheter alone.
     pub(crate) tables: Tables<T, LINKS>,
     pub(crate) grid: Grid<T>,
     pub(crate) catheter: Segments<T>,
     pub(crate) guidewire: Option<Segments<T>>,
-    /// The wall's law with its effects.
+    /// Law of the wall with the effects on it.
     pub(crate) wall: Wall<T>,
-    /// Share of its thickness down to which a compressed wall stiffens \[1\].
+    /// Smallest stretch of the compressed wall that its law is evaluated at \[1\].
     pub(crate) least_stretch: T,
-    /// Viscous time of bending, with its effect \[s\].
+    /// Viscous time of bending, including the effect on it \[s\].
     pub(crate) bending_damping_s: T,
     /// An effect acts in the recursion.
     pub(crate) has_active_effects: bool,
@@ -34,13 +35,15 @@ pub struct Model<T: Real, const LINKS: usize = MAX_LINKS> {
     pub(crate) guide: Rotation<T>,
     /// Mouth of the guide, rig's frame \[m\].
     pub(crate) mouth: Vector3<T>,
-    /// Where the vessel stands, its motion apart; `None` where the rig says.
+    /// Placement of the vessel without its motion; `None` if the vessel's frame is the rig's.
     pub(crate) placement: Option<Placement<T>>,
     pub(crate) gravity: Vector3<T>,
 }
 
 impl<T: Real, const LINKS: usize> Model<T, LINKS> {
-    /// Validates the description and makes the tables.     docs/model.md (1)
+    /// Validates the description and makes the tables.     docs/explanation/model.md (1)
+    ///
+    /// Errors: the first number of the description that is out of range.
     pub fn new(description: Description<T>) -> Result<Self, DescriptionError> {
         description.validate()?;
         let effects = &description.effects;
@@ -74,7 +77,7 @@ impl<T: Real, const LINKS: usize> Model<T, LINKS> {
             gravity,
             wall,
             least_stretch: wall_law::least_stretch(&effects.wall.hyperelastic, stiffening),
-            has_active_effects: nominal::has_active_effects(&description),
+            has_active_effects: description.has_active_effects(),
             windup_rad_per_n_m: effects.instrument.torsional_windup.free_length_m
                 / catheter.shaft_torsion(),
             catheter,
@@ -85,7 +88,7 @@ impl<T: Real, const LINKS: usize> Model<T, LINKS> {
         })
     }
 
-    /// What the model was made from.
+    /// The description that the model was made from.
     pub fn description(&self) -> &Description<T> {
         &self.description
     }
@@ -95,13 +98,13 @@ impl<T: Real, const LINKS: usize> Model<T, LINKS> {
         self.description.solver.reach_m(LINKS)
     }
 
-    /// A drive within what the links can reach.
+    /// The position of a drive, clamped to the reach of the links.
     pub(crate) fn within_reach(&self, drive: Drive<T>) -> Drive<T> {
         let insertion_m = minimum(maximum(drive.insertion_m, T::zero()), self.reach_m());
         Drive { insertion_m, ..drive }
     }
 
-    /// Orientation of the guide's mouth when the drive has turned by `angle` \[rad\].
+    /// Orientation of the guide's mouth after the drive has turned by `angle` \[rad\].
     pub(crate) fn guide_turned(&self, angle: T) -> Rotation<T> {
         let half = angle * T::lit(0.5);
         let (sin, cos) = sin_cos(half);
@@ -116,30 +119,30 @@ impl<T: Real, const LINKS: usize> Model<T, LINKS> {
     }
 }
 
-/// Stiffest wall, over the softest link, that single precision can add to it and take away
-/// again.
+/// Largest stiffness of the wall over that of the softest link \[1\]: single precision can still add
+/// the former to the latter and subtract it again.
 const STIFFEST_WALL: f64 = 1e5;
 
-/// The stiffest contact of a sample: it gives way by less than a hundred-thousandth of what the
-/// instrument does \[N/m\].     docs/model.md (11)
+/// Largest stiffness of the contact at a sample \[N/m\]. Such a contact is indented by less than 1/10⁵
+/// of the instrument's deflection.     docs/explanation/model.md (11)
 fn stiffest_wall<T: Real>(description: &Description<T>, instrument: &Instrument<T>) -> T {
     let solver = &description.solver;
     let h = solver.link_length_m;
     let sections =
         || instrument.sections.iter().chain(description.guidewire.iter().flat_map(|w| &w.sections));
-    // What softening leaves in the end.
+    // Stiffness after softening.
     let left = T::one() - maximum(description.effects.instrument.softening.share, T::zero());
     let bent = sections().map(|section| section.bending_stiffness_n_m2 * left / (h * h * h));
     let stretched = sections().map(|section| section.axial_stiffness_n / h);
     let softest = bent.chain(stretched).fold(T::lit(f64::MAX), minimum);
-    // What a solve sees of the wall grows by damping, and by friction that sticks.
+    // Damping and sticking friction add to the stiffness in a solve.
     let wall = &description.wall;
     let parts = T::int(i32::from(solver.substeps.max(1)));
     let seen = maximum(T::one() + wall.damping_s * parts / solver.tick_s, wall.tangential_ratio);
     softest * T::lit(STIFFEST_WALL) / seen
 }
 
-/// A wall no stiffer than that, with what relaxes of it.
+/// The wall with its stiffness limited to `stiffest`, relaxing part included.
 fn representable<T: Real>(wall: Wall<T>, description: &Description<T>, stiffest: T) -> Wall<T> {
     let lasting = stiffest / (T::one() + description.effects.wall.viscoelastic.ratio);
     Wall {
@@ -152,40 +155,9 @@ fn representable<T: Real>(wall: Wall<T>, description: &Description<T>, stiffest:
     }
 }
 
-/// How many times as stiff as that a compressed wall may become, what relaxes of it apart.
+/// Factor by which compression may stiffen the wall up to `stiffest`, relaxing part included \[1\].
 fn most_stiffening<T: Real>(wall: &Wall<T>, description: &Description<T>, stiffest: T) -> T {
     let line = wall.line_stiffness_n_per_m2 * description.solver.link_length_m;
     stiffest / maximum(line, wall.end_stiffness_n_per_m)
         - description.effects.wall.viscoelastic.ratio
-}
-
-/// Sine and cosine from correctly rounded operations only, so that host and device agree.
-///
-/// The angle is reduced to half a turn either way, divided by eight, and doubled back.
-pub(crate) fn sin_cos<T: Real>(angle: T) -> (T, T) {
-    let tau = T::lit(core::f64::consts::TAU);
-    let turns = T::int((angle / tau + T::lit(0.5)).floor_int());
-    let a = (angle - turns * tau) * T::lit(0.125);
-    let s = a * a;
-    let c = |x: f64| T::lit(x);
-    let mut sin = a * (c(1.0) - s * (c(1.0 / 6.0) - s * (c(1.0 / 120.0) - s * c(1.0 / 5040.0))));
-    let mut versine =
-        s * (c(0.5) - s * (c(1.0 / 24.0) - s * (c(1.0 / 720.0) - s * c(1.0 / 40320.0))));
-    for _ in 0..3 {
-        // sin 2a = 2 sin a (1 − ver a), ver 2a = 2 sin² a
-        let doubled = T::lit(2.0) * sin * (T::one() - versine);
-        versine = T::lit(2.0) * sin * sin;
-        sin = doubled;
-    }
-    (sin, T::one() - versine)
-}
-
-/// The larger of two; NaN in `a` stays.
-pub(crate) fn maximum<T: Real>(a: T, b: T) -> T {
-    if a <= b { b } else { a }
-}
-
-/// The smaller of two; NaN in `a` stays.
-pub(crate) fn minimum<T: Real>(a: T, b: T) -> T {
-    if a >= b { b } else { a }
 }

@@ -1,11 +1,11 @@
-//! Numbers of a description that settings and diagnosis reach by name.
+//! Numbers of a description that settings and the diagnosis access by key.
 
 use cathforce_scalar::Real;
 
 use crate::{Description, EFFECTS, ParameterInfo};
 
-/// Numbers that every rig states and that may still be other than stated; the parameters of
-/// [`EFFECTS`] come on top.
+/// Numbers of the nominal description that a diagnosis may change, besides the parameters of
+/// [`EFFECTS`].
 pub const NOMINAL: &[ParameterInfo] = &[
     ParameterInfo {
         key: "wall.friction_coefficient",
@@ -39,7 +39,7 @@ const fn tendon(
     ParameterInfo { key, unit, off: Some(0.0), min, max, whole: false, doc }
 }
 
-/// How the model computes: of no rig, and no reason for a gap.
+/// Parameters of the solver, which describe no rig and explain no gap.
 pub const SOLVER: &[ParameterInfo] = &[SOLVES];
 
 const SOLVES: ParameterInfo = ParameterInfo {
@@ -52,19 +52,19 @@ const SOLVES: ParameterInfo = ParameterInfo {
     doc: "Of every tick: with two, a pressed tip that is turned comes to rest. Not with a guidewire, nor at a near-rigid wall.",
 };
 
-/// Every number that has a key: [`NOMINAL`], those of [`EFFECTS`], [`SOLVER`].
+/// All parameters: [`NOMINAL`], those of [`EFFECTS`], [`SOLVER`].
 pub fn parameters() -> impl Iterator<Item = &'static ParameterInfo> {
     NOMINAL.iter().chain(EFFECTS.iter().flat_map(|effect| effect.parameters)).chain(SOLVER)
 }
 
-/// Why a parameter is not set.
+/// Why a value of a parameter is refused.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ParameterError {
     /// There is no parameter with this key.
     Unknown,
     /// Not finite, or outside the range of its [`ParameterInfo`].
     Range(&'static ParameterInfo),
-    /// This parameter counts something: only whole numbers.
+    /// The parameter accepts only whole numbers.
     NotWhole(&'static ParameterInfo),
 }
 
@@ -91,16 +91,16 @@ impl<T: Real> Description<T> {
         if key == SOLVES.key {
             return Some(T::int(i32::from(self.solver.solves)));
         }
-        // A copy, so that one table serves reading and writing.
+        // A copy, so that `find` serves reading and writing.
         let mut copy = (self.effects, self.wall, self.tendon);
         let (effects, wall, tendon) = &mut copy;
         find(effects, wall, tendon, key).copied()
     }
 
-    /// Sets a parameter. On an error nothing has changed.
+    /// Sets a parameter. On an error nothing changes.
     pub fn set_parameter(&mut self, key: &str, value: T) -> Result<(), ParameterError> {
         let info = parameters().find(|info| info.key == key).ok_or(ParameterError::Unknown)?;
-        // Written so that NaN fails.
+        // In this form, NaN is refused.
         if !(value >= T::lit(info.min) && value <= T::lit(info.max)) {
             return Err(ParameterError::Range(info));
         }
@@ -109,7 +109,7 @@ impl<T: Real> Description<T> {
             return Err(ParameterError::NotWhole(info));
         }
         if key == SOLVES.key {
-            // In range, hence small.
+            // In range, so it fits.
             self.solver.solves = whole as u8;
             return Ok(());
         }

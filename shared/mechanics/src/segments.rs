@@ -1,4 +1,4 @@
-//! Instruments as stretches of constant properties, and two of them on one centre line.
+//! Instruments as segments of constant properties, and two of them on one centre line.
 
 use core::ops::{Add, Mul};
 
@@ -6,18 +6,18 @@ use cathforce_scalar::Vector3;
 use heapless::Vec;
 
 use crate::effects::StoredCurvature;
-use crate::model::minimum;
+use crate::math::minimum;
 use crate::{Instrument, MAX_PRECURVE, MAX_SECTIONS, Real};
 
-/// Every section and every piece of pre-curvature ends once.
+/// Every section and every piece of pre-curvature ends one segment.
 const MAX_SEGMENTS: usize = MAX_SECTIONS + MAX_PRECURVE + 1;
-/// Where the last piece ends \[m\]: farther than any guide is long.
+/// End of the last segment \[m\]: beyond any insertion.
 const UNBOUNDED_M: f64 = 1e6;
 
-/// A stretch of one instrument with constant properties.
+/// Part of one instrument with constant properties.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Segment<T: Real> {
-    /// Arc from the instrument's tip at which it ends \[m\].
+    /// Its end, as an arc from the instrument's tip \[m\].
     pub end_m: T,
     /// E I \[N·m²\].
     pub bending: T,
@@ -27,8 +27,8 @@ pub(crate) struct Segment<T: Real> {
     pub axial: T,
     /// Mass per length \[kg/m\].
     pub mass: T,
-    /// Unloaded curvature and twist κ₀ as a rotation per length, material axes (up, side,
-    /// tangent) \[rad/m\].
+    /// Unloaded curvature and twist κ₀: rotation per length, material axes (up, side, tangent)
+    /// \[rad/m\].
     pub unloaded: Vector3<T>,
 }
 
@@ -39,12 +39,12 @@ impl<T: Real> Segment<T> {
     }
 }
 
-/// One instrument from its tip backwards; the last piece goes on for ever.
+/// One instrument from its tip backwards. The last segment is unbounded.
 #[derive(Clone, Debug)]
 pub(crate) struct Segments<T: Real>(Vec<Segment<T>, MAX_SEGMENTS>);
 
 impl<T: Real> Segments<T> {
-    /// `stored`: the curvature of the shaft behind the pre-curved tip.     docs/model.md (23)
+    /// `stored`: curvature of the shaft behind the pre-curved tip.     docs/explanation/model.md (23)
     pub fn of(instrument: &Instrument<T>, stored: &StoredCurvature<T>) -> Self {
         let unbounded = T::lit(UNBOUNDED_M);
         let mut pieces = Vec::new();
@@ -61,7 +61,7 @@ impl<T: Real> Segments<T> {
                     (c.curvature_per_m, c.lateral_curvature_per_m, c.torsion_per_m)
                 });
             let end_m = minimum(section_ends, curve_ends);
-            // Each piece ends a section or a curve: there is room.
+            // Cannot fail: each segment ends a section or a piece of pre-curvature.
             let _ = pieces.push(Segment {
                 end_m,
                 bending: section.bending_stiffness_n_m2,
@@ -86,30 +86,30 @@ impl<T: Real> Segments<T> {
     }
 }
 
-/// How an instrument lies in the chain.
+/// Position of an instrument in the chain.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct AxialPosition<T> {
-    /// From the chain's tip back to its own, along the arc \[m\].
+    /// Arc from the chain's tip back to the instrument's \[m\].
     pub behind_m: T,
     /// Sine and cosine of its roll in the chain's material axes.
     pub roll: (T, T),
 }
 
 impl<T: Real> AxialPosition<T> {
-    /// At the chain's tip, unrolled.
+    /// At the chain's tip, with no roll.
     pub const fn leading() -> Self {
         Self { behind_m: T::ZERO, roll: (T::ZERO, T::ONE) }
     }
 }
 
-/// One instrument, piece by piece from the chain's tip to the guide.
+/// One instrument, segment by segment from the chain's tip to the guide.
 #[derive(Clone)]
 struct Cursor<'a, T: Real> {
     rest: core::slice::Iter<'a, Segment<T>>,
     placed: AxialPosition<T>,
-    /// The piece here, nothing before the tip; in the chain's axes.
+    /// The segment here in the chain's axes; without stiffness distal to the instrument's tip.
     piece: Segment<T>,
-    /// Where it ends, from the chain's tip \[m\].
+    /// Its end, as an arc from the chain's tip \[m\].
     end_m: T,
 }
 
@@ -137,7 +137,8 @@ impl<'a, T: Real> Cursor<'a, T> {
     }
 }
 
-/// Both instruments at one place as one, per length: their stiffnesses add.     docs/model.md (39)
+/// Properties per length of both instruments at one place: their stiffnesses add.
+///                                                                docs/explanation/model.md (39)
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Density<T: Real> {
     /// 1/EI \[1/(N·m²)\].
@@ -156,7 +157,7 @@ impl<T: Real> Density<T> {
     fn of(catheter: &Segment<T>, wire: &Segment<T>) -> Self {
         let bending = T::one() / (catheter.bending + wire.bending);
         let torsion = T::one() / (catheter.torsion + wire.torsion);
-        // So that a wire without stiffness changes no bit.
+        // In this form, a guidewire without stiffness changes no bit.
         let (bent, twisted) = (wire.bending * bending, wire.torsion * torsion);
         let between = wire.unloaded - catheter.unloaded;
         Self {
@@ -203,14 +204,14 @@ pub(crate) enum InstrumentRole {
     Guidewire,
 }
 
-/// Both instruments from the chain's tip to the guide, stretch by stretch of constant
-/// properties.
+/// Both instruments from the chain's tip to the guide, by stretches in which the properties of both
+/// are constant.
 #[derive(Clone)]
 pub(crate) struct Walk<'a, T: Real> {
     catheter: Cursor<'a, T>,
     wire: Cursor<'a, T>,
     pub density: Density<T>,
-    /// Where the walk is, and where something changes next \[m\].
+    /// Position of the walk and end of its stretch, as arcs from the chain's tip \[m\].
     pub at_m: T,
     pub end_m: T,
 }
@@ -233,7 +234,7 @@ impl<'a, T: Real> Walk<'a, T> {
         }
     }
 
-    /// What is here of one instrument.
+    /// Segment of one instrument at the walk's position.
     pub fn segment(&self, which: InstrumentRole) -> &Segment<T> {
         match which {
             InstrumentRole::Catheter => &self.catheter.piece,
@@ -241,7 +242,7 @@ impl<'a, T: Real> Walk<'a, T> {
         }
     }
 
-    /// Past the end of the stretch, into the next piece of the instrument that changes there.
+    /// Moves past the end of the stretch; returns the instrument whose segment ends there.
     pub fn advance(&mut self) -> InstrumentRole {
         let which = if self.catheter.end_m <= self.wire.end_m {
             self.catheter.advance();
@@ -255,13 +256,13 @@ impl<'a, T: Real> Walk<'a, T> {
         which
     }
 
-    /// The integral of the densities from where the walk is to `high_m`, where it then is.
+    /// Moves to the arc `high_m` \[m\]; returns the integral of the densities up to there.
     pub fn integral_to(&mut self, high_m: T) -> Density<T> {
         let mut before = None;
         while self.end_m < high_m {
             let (end_m, density) = (self.end_m, self.density);
             self.advance();
-            // Where nothing really changes, the stretch goes on.
+            // A boundary at which no property changes does not split the sum.
             if self.density != density {
                 let stretch = density * (end_m - self.at_m);
                 before = Some(before.map_or(stretch, |sum| sum + stretch));

@@ -1,58 +1,43 @@
-//! One linearised solve: eliminated from the tip to the guide, resolved on the way back.
+//! One linearised solve by the articulated-body recursion: forward elimination from the tip to the
+//! guide, then back substitution from the guide to the tip.
 
 use cathforce_scalar::{Pack, Vector3};
 
 use crate::algebra::{RelativeRotation, Rotation, reload_barrier};
-use crate::coaxial::Slide;
 use crate::contact::{ContactLaw, ContactState, LinearContact, Motion, WallGap};
 use crate::effects::active::Law;
 use crate::joint::{Cell, JointLoad};
 use crate::link_group::LinkGroup;
-use crate::model::maximum;
+use crate::math::maximum;
+use crate::overlap::Slide;
+use crate::scheme::Scheme;
 use crate::state::{Elimination, LinkLoads, LinkState, Span, State};
 use crate::tables::Joint;
 use crate::wrench::Wrench;
 use crate::{Drag, Loads, Model, Real};
 
-/// Strains that a link can have: half to twice its length. A drive that pulls at an instrument
-/// stuck by friction would stretch it without end.
+/// Axial strains that a link can have, from half to twice its length. Without this limit, a drive that
+/// pulls at an instrument stuck by friction would stretch it without bound.
 pub(crate) const STRAINS: core::ops::Range<f64> = -0.5..1.0;
 
-/// Share of a wall's stiffness that stands against every motion of a point that touches it:
-/// what rounding takes from A in one direction must not turn it negative across.
+/// Isotropic stiffness at a touching sample, over the wall's normal stiffness. Rounding of A along the
+/// normal could otherwise make A negative across it.
 const ROUNDING: f64 = 1e-6;
 
-/// How one solve treats time.
-pub(crate) struct Scheme<T> {
-    pub dt_s: T,
-    /// 1 with inertia, 0 quasi-static.
-    pub inertia: T,
-    pub friction: T,
-    /// What samples on the catheter and on the guidewire will slide of what they slid in the last
-    /// step.
-    pub sliding: [T; 2],
-    pub drag: Drag<T>,
-    pub predictor_gain: T,
-    /// First solve of the step: the wall is looked up.
-    pub first: bool,
-    /// Last solve of the step: rates and contact memories are brought up to date.
-    pub last: bool,
-}
-
-/// Totals of one solve; those on the instrument are found by the last one of a step alone.
+/// Totals of one solve. Only the last solve of a step computes those on the instrument.
 pub(crate) struct Totals<T: Real> {
     pub force_on_instrument: Vector3<T>,
-    /// About the entry point.
+    /// About the mouth of the guide \[N·m\].
     pub moment_on_instrument: Vector3<T>,
-    /// Force and moment of the instrument on the guide.
+    /// Force of the instrument on the guide \[N\], and its moment \[N·m\].
     pub force_on_guide: Vector3<T>,
     pub moment_on_guide: Vector3<T>,
-    /// Largest |δφ|² \[rad²\].
+    /// Largest |δφ|² of a link \[rad²\].
     pub largest_turn_squared: T,
 }
 
-/// One solve, in place. Contact memories, rotations, positions and rates are brought up to
-/// date; the totals are those of the linear model (forces that balance to the last digit).
+/// One solve, in place: updates rotations, positions, rates and contact states. The totals are those
+/// of the linear model, whose forces balance to the last digit.
 #[inline(always)]
 pub(crate) fn solve<T: Real, N: Pack<T>, L: Law<T>, const LINKS: usize>(
     model: &Model<T, LINKS>,
@@ -73,12 +58,12 @@ pub(crate) fn solve<T: Real, N: Pack<T>, L: Law<T>, const LINKS: usize>(
     }
 }
 
-/// Links inside the vessel, and what their joints stand for.
+/// The links inside the vessel, and the cells of their joints.
 struct Chain<T> {
     count: usize,
-    /// τ/dt, the viscous time of bending over the time of a step.
+    /// τ/dt: viscous time of bending over the time step.
     damping: T,
-    /// The cells of the joints at the base link, from the guide on: all others are full.
+    /// Cells of the two joints at the base link, the guide's first. All other cells are full.
     at_base: [Cell<T>; 2],
 }
 
@@ -95,10 +80,10 @@ impl<T: Real> Chain<T> {
         let [base, before] = [1, 2].map(|behind| count.saturating_sub(behind));
         let guide_cell_m = state.guide_cell_m(model);
         let base_cell_m = (grid.link_m(before) + state.base_length_m) * half;
-        // Half of what is withdrawn goes out of either cell, as bent as it is.
+        // Half of the withdrawn arc leaves each of the two cells, and is as bent as the cell.
         let withdrawn_m = maximum(-state.fed_m, T::zero()) * half;
-        // As short as it may be, and with a shaft that winds up behind it, the guide's twist must
-        // not be softer than its bending by more than single precision tells apart.
+        // The guide's cell can be very short and its shaft winds up. Viscous twist keeps its torsional
+        // stiffness within what single precision resolves beside the bending stiffness.
         let at_guide = Cell::new(guide_cell_m, grid.cell_m(base), withdrawn_m, [damping; 2]);
         let of_bending = [damping, T::zero()];
         let at_base = Cell::new(base_cell_m, grid.cell_m(before), withdrawn_m, of_bending);
@@ -106,19 +91,19 @@ impl<T: Real> Chain<T> {
     }
 }
 
-/// Shares of the arc at one link, and what goes with them.
+/// Arc, mass and stiffness lumped at the two samples of one link.
 #[derive(Clone, Copy)]
 struct LumpedProperties<T> {
-    /// Of a link's half \[m\].
+    /// Half the link's length \[m\].
     arc: T,
-    /// Of its node.
+    /// Tributary length of its node \[m\].
     node_arc: T,
     node_mass: T,
-    /// Of the contact at the node \[N/m\].
+    /// Nominal normal stiffness of the contact at the node \[N/m\].
     node_stiffness: T,
 }
 
-/// The wall that the samples at the nodes or the middles of links face.
+/// The wall at the nodes (`which` = 0) or the middles (1) of links.
 #[inline(always)]
 fn wall_gap<T: Real, N: Pack<T>>(
     group: &LinkGroup<N>,
@@ -128,7 +113,7 @@ fn wall_gap<T: Real, N: Pack<T>>(
     WallGap::gather(|lane| &eliminations[group.at(lane)].proximity[which])
 }
 
-/// What they remember.
+/// Contact states at the nodes or the middles of links.
 #[inline(always)]
 fn contact_states<T: Real, N: Pack<T>>(
     group: &LinkGroup<N>,
@@ -138,7 +123,7 @@ fn contact_states<T: Real, N: Pack<T>>(
     ContactState::gather(|lane| &links[group.at(lane)].memory[which])
 }
 
-/// How they slide.
+/// Motion of the surface against the chain at the nodes or the middles of links.
 #[inline(always)]
 fn surface_slide<T: Real, N: Pack<T>, L: Law<T>>(
     group: &LinkGroup<N>,
@@ -153,10 +138,10 @@ fn surface_slide<T: Real, N: Pack<T>, L: Law<T>>(
     }
 }
 
-/// What acts on every link at the predicted state.
+/// Loads on every link at the predicted state: contacts, weight, inertia, drag, fluid.
 ///
-/// No link waits for another: they are computed for side by side, as many as there are lanes. A
-/// function of its own as [`forward_elimination`] is.
+/// Links do not depend on each other here, so one is computed in each lane. It is a separate function
+/// for the reason given at [`forward_elimination`].
 #[cfg_attr(target_arch = "arm", inline(never))]
 #[cfg_attr(not(target_arch = "arm"), inline(always))]
 fn assemble_loads<T: Real, N: Pack<T>, L: Law<T>, const LINKS: usize>(
@@ -183,7 +168,8 @@ fn assemble_loads<T: Real, N: Pack<T>, L: Law<T>, const LINKS: usize>(
     let feed_m_per_s = N::splat(*fed_m * inverse_dt);
     let radius = model.description().instrument.outer_radius_m;
     let contact = ContactLaw::<N>::new(wall, scheme, inverse_dt);
-    // Inertia and drag are against the rig's air, not a vessel that moves in it.     docs/model.md (15)
+    // A moving vessel is an accelerated frame; inertia and drag refer to the rig's frame.
+    //                                                                docs/explanation/model.md (15)
     let moving = law.vessel_motion().map(|[by_m, m_per_s]| {
         let gained_m = by_m - m_per_s * (scheme.dt_s * *momentum_share);
         let m_per_s2 = gained_m * (scheme.inertia * inverse_dt * inverse_dt);
@@ -191,7 +177,7 @@ fn assemble_loads<T: Real, N: Pack<T>, L: Law<T>, const LINKS: usize>(
     });
     let line = wall.line_stiffness_n_per_m2;
 
-    // Beyond the tip there is nothing but the end of its contact.
+    // The tip has no distal neighbour, but its contact has the end's stiffness.
     let mut distal_arc = T::zero();
     let mut distal_mass = T::zero();
     let mut end_stiffness = wall.end_stiffness_n_per_m;
@@ -254,7 +240,7 @@ fn assemble_loads<T: Real, N: Pack<T>, L: Law<T>, const LINKS: usize>(
             &contact_states(&group, links, 1),
         );
 
-        // The node: weight, inertia, drag against all motion but the feed's.     docs/model.md (15)
+        // Weight, inertia, and drag against all motion except the feed.     docs/explanation/model.md (15)
         let node_mass = each(|lumped| lumped.node_mass);
         let node_arc = each(|lumped| lumped.node_arc);
         let velocity = || N::gather_vectors(|lane| link(lane).velocity);
@@ -300,10 +286,10 @@ fn assemble_loads<T: Real, N: Pack<T>, L: Law<T>, const LINKS: usize>(
     }
 }
 
-/// What every link's joint exerts at the predicted state.
+/// Moment and stiffness of every link's proximal joint at the predicted state.
 ///
-/// Side by side and a function of its own as [`assemble_loads`] is; the two at the base link, whose cells are
-/// not full, come last and one by one.
+/// Joints are computed one in each lane, as in [`assemble_loads`]. The two joints at the base link,
+/// whose cells are not full, follow one by one.
 #[cfg_attr(target_arch = "arm", inline(never))]
 #[cfg_attr(not(target_arch = "arm"), inline(always))]
 fn joint_moments<T: Real, N: Pack<T>, L: Law<T>, const LINKS: usize>(
@@ -352,10 +338,10 @@ fn joint_moments<T: Real, N: Pack<T>, L: Law<T>, const LINKS: usize>(
     }
 }
 
-/// Tip to guide.
+/// From tip to guide: eliminates the stretch and the rotation of each link by Schur complements.
 ///
-/// A function of its own on the device, where it has the registers to itself; on a host it must be
-/// compiled for the processor that the whole solve is compiled for.
+/// On the device it is a separate function, so that it has all registers to itself. On a host it is
+/// inlined, so that it is compiled for the same instruction set as the rest of the solve.
 #[cfg_attr(target_arch = "arm", inline(never))]
 #[cfg_attr(not(target_arch = "arm"), inline(always))]
 fn forward_elimination<T: Real, L: Law<T>, const LINKS: usize>(
@@ -383,19 +369,19 @@ fn forward_elimination<T: Real, L: Law<T>, const LINKS: usize>(
     wrench
 }
 
-/// How a link has moved in a solve.
+/// Correction of a link's motion by one solve.
 #[derive(Clone, Copy)]
 struct LinkMotion<T: Real> {
-    /// Of its node \[m\].
+    /// Displacement of its node \[m\].
     dx: Vector3<T>,
-    /// \[rad\]
+    /// Rotation \[rad\].
     turn: Vector3<T>,
-    /// \[m\]
+    /// Elongation \[m\].
     stretch: T,
 }
 
-/// Brings what the contacts at the nodes or the middles of links remember up to date; gives their
-/// forces on the instrument.
+/// Updates the contact states at the nodes or the middles of links; returns the forces on the
+/// instrument \[N\].
 #[inline(always)]
 fn update_contacts<T: Real, N: Pack<T>, L: Law<T>, const LAST: bool>(
     group: &LinkGroup<N>,
@@ -428,10 +414,11 @@ fn update_contacts<T: Real, N: Pack<T>, L: Law<T>, const LAST: bool>(
     N::split_vectors(update.force)
 }
 
-/// Guide to tip.     docs/model.md (17)
+/// From guide to tip: each link's motion follows from its proximal neighbour's.
+///                                                                docs/explanation/model.md (17)
 ///
-/// What only the `LAST` solve of a step has to find is found in it alone: totals, the forces
-/// at the nodes, rates, and what the contacts remember. A function of its own as [`forward_elimination`] is.
+/// Only the `LAST` solve of a step computes totals, nodal forces, rates and contact states. It is a
+/// separate function for the reason given at [`forward_elimination`].
 #[cfg_attr(target_arch = "arm", inline(never))]
 #[cfg_attr(not(target_arch = "arm"), inline(always))]
 fn back_substitution<T: Real, N: Pack<T>, L: Law<T>, const LINKS: usize, const LAST: bool>(
@@ -459,7 +446,7 @@ fn back_substitution<T: Real, N: Pack<T>, L: Law<T>, const LINKS: usize, const L
     let mut before = LinkMotion { dx: v, turn: v, stretch: T::zero() };
     let mut position = *mouth;
     for group in LinkGroup::<N>::all(chain.count).rev() {
-        // Each link waits for the one before it,
+        // The recursion itself is sequential: each link needs its proximal neighbour's motion.
         let mut motions = N::per_lane(|_| before);
         for lane in group.guide_to_tip() {
             let (link, elimination) = (&links[group.at(lane)], &eliminations[group.at(lane)]);
@@ -474,7 +461,7 @@ fn back_substitution<T: Real, N: Pack<T>, L: Law<T>, const LINKS: usize, const L
             motions[lane] = before;
         }
 
-        // but nothing of what follows from its motion does.
+        // The rest follows from each link's own motion, one link in each lane.
         let dx = N::gather_vectors(|lane| motions[lane].dx);
         let turn = N::gather_vectors(|lane| motions[lane].turn);
         largest_turn_squared = turn.dot(&turn).larger(largest_turn_squared);
@@ -517,7 +504,7 @@ fn back_substitution<T: Real, N: Pack<T>, L: Law<T>, const LINKS: usize, const L
             *moment = moment.plus_cross(&(predicted - *mouth), &force);
             *moment = moment.plus_cross(&node_seen.arm, &at_node);
             *moment = moment.plus_cross(&middle_seen.arm, &at_middle);
-            // The middle's force is shared by the two nodes of the link; the guide has none.
+            // The two nodes of a link share the force at its middle; the base link has only one.
             let shared = if j + 1 == chain.count { v } else { at_middle * half };
             link.force = force - shared;
             if let Some(proximal) = links.get_mut(j + 1) {

@@ -1,100 +1,29 @@
-//! What a step remembers and what it reports.
+//! State of the model between steps.
 
 use cathforce_scalar::Vector3;
 
 use crate::algebra::{LdltFactor, Matrix3, Rotation};
-use crate::coaxial::Overlap;
 use crate::contact::{ContactState, LinearContact};
 use crate::drive_motion::DriveHistory;
 use crate::effects::state::EffectState;
-use crate::feed::SHORTEST_BASE;
 use crate::joint::JointLoad;
+use crate::overlap::Overlap;
 use crate::proximity::Proximity;
 use crate::tables::Tables;
-use crate::{MAX_LINKS, Real};
+use crate::{Drives, MAX_LINKS, Real};
 
-/// Where the drive is at the end of a tick.
-#[derive(Clone, Copy, Debug, PartialEq, Default)]
-pub struct Drive<T> {
-    /// Unstretched length of instrument past the entry plane \[m\].
-    pub insertion_m: T,
-    /// Rotation imposed at the entry plane, right-handed about `direction` \[rad\].
-    pub rotation_rad: T,
-}
-
-impl<T: Real> Drive<T> {
-    pub(crate) const ZERO: Self = Self { insertion_m: T::ZERO, rotation_rad: T::ZERO };
-}
-
-/// Where the drives of both instruments are. A [`Drive`] alone is the catheter's, with the
-/// guidewire outside.
-#[derive(Clone, Copy, Debug, PartialEq, Default)]
-pub struct Drives<T> {
-    pub catheter: Drive<T>,
-    /// Of no effect where the description has no guidewire.
-    pub guidewire: Drive<T>,
-}
-
-impl<T: Real> Drives<T> {
-    pub(crate) const ZERO: Self = Self { catheter: Drive::ZERO, guidewire: Drive::ZERO };
-}
-
-impl<T: Default> From<Drive<T>> for Drives<T> {
-    fn from(catheter: Drive<T>) -> Self {
-        Self { catheter, guidewire: Drive::default() }
-    }
-}
-
-/// Dead loads from outside, constant in the vessel frame: weights in an experiment, the force
-/// of a tool. They are no contact, so no contact force of [`Outputs`] contains them.
-#[derive(Clone, Copy, Debug, PartialEq, Default)]
-pub struct Loads<T> {
-    /// On the tip \[N\].
-    pub tip_force_n: [T; 3],
-    /// On the tip \[N·m\].
-    pub tip_moment_n_m: [T; 3],
-}
-
-/// What one step found. Per-node results are read from [`State`].
-#[derive(Clone, Copy, Debug, PartialEq, Default)]
-pub struct Outputs<T> {
-    /// Total contact force of the instrument on the vessel, rig's frame \[N\].
-    pub force_on_vessel_n: [T; 3],
-    /// Its total moment about the entry point, rig's frame \[N·m\].
-    pub moment_on_vessel_n_m: [T; 3],
-    /// Axial force on the instrument behind the guide, positive when pushing \[N\]; with a
-    /// guidewire, on the catheter alone.
-    pub drive_force_n: T,
-    /// Torque on the instrument behind the guide, about `direction` \[N·m\]; likewise.
-    pub drive_torque_n_m: T,
-    /// Axial force on the guidewire behind the guide, positive when pushing \[N\].
-    pub guidewire_force_n: T,
-    /// Torque on the guidewire behind the guide, about `direction` \[N·m\].
-    pub guidewire_torque_n_m: T,
-    /// Largest contact force at a node \[N\].
-    pub peak_contact_force_n: T,
-    /// The node that carries it (0 is the tip).
-    pub peak_node: u16,
-    /// Links inside the vessel in this tick.
-    pub links: u16,
-    /// Forces of this tick are not to be trusted: the step's last correction was large (a
-    /// snap), a point of the instrument is beyond the stored wall, a link is stretched to twice
-    /// its length or pressed to half, a drive is beyond what the links reach, one of these was so within
-    /// the last 7 ticks, or a number was lost.
-    pub unresolved: bool,
-    /// A number was lost in this step, or in one before it and the run is still beginning again:
-    /// nothing else of these outputs means anything.
-    pub lost: bool,
-}
+/// Shortest base link, over the link length, that stiffnesses are computed from. A link that enters
+/// the vessel is therefore almost rigid, and softens as it grows.
+pub(crate) const SHORTEST_BASE: f64 = 0.001;
 
 /// The unstretched length of a link.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Span<T> {
-    /// \[m\]
+    /// Length \[m\].
     pub length: T,
-    /// Over that of the whole link.
+    /// Length over that of a full link \[1\].
     pub share: T,
-    /// One over the length that the stretch sees \[1/m\].
+    /// Inverse of the length that the axial stiffness is computed from \[1/m\].
     pub inverse_length: T,
 }
 
@@ -109,12 +38,12 @@ impl<T: Real> Span<T> {
     }
 }
 
-/// One link: from node j + 1 (towards the guide) to node j, whose motion it carries.
+/// One link, from node j + 1 on the guide's side to node j, whose motion it holds.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LinkState<T: Real> {
     pub rotation: Rotation<T>,
     pub tangent: Vector3<T>,
-    /// Filtered angular rate, the predictor's \[rad/s\].
+    /// Filtered angular rate of the predictor \[rad/s\].
     pub rate: Vector3<T>,
     pub span: Span<T>,
     /// Axial strain \[1\].
@@ -129,7 +58,7 @@ pub(crate) struct LinkState<T: Real> {
     pub turn: Vector3<T>,
     /// Contact force on the instrument around node j \[N\].
     pub force: Vector3<T>,
-    /// Contact at the node and at the middle of the link.
+    /// Contact states at the node and at the middle of the link.
     pub memory: [ContactState<T>; 2],
 }
 
@@ -152,16 +81,17 @@ impl<T: Real> LinkState<T> {
     }
 }
 
-/// Forces on a link at the predicted state, and about its node.
+/// Force on a link at the predicted state, and moment about its node.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LinkLoads<T: Real> {
     pub force: Vector3<T>,
     pub moment: Vector3<T>,
-    /// Against any displacement of the node \[N/m\]; the contacts' normal stiffness comes on top.
+    /// Isotropic stiffness against displacements of the node, without the contacts' normal stiffness
+    /// \[N/m\].
     pub stiffness: T,
 }
 
-/// A link's stretch: δe = free − a·y − b·δφ.     docs/model.md (6)
+/// Elongation of a link after elimination: δe = free − a·y − b·δφ.     docs/explanation/model.md (6)
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Stretch<T: Real> {
     pub free: T,
@@ -170,27 +100,28 @@ pub(crate) struct Stretch<T: Real> {
 }
 
 impl<T: Real> Stretch<T> {
-    /// Of a link whose node has swung by `y` and that has turned by `turn` \[m\].
+    /// Elongation \[m\] of a link whose node was moved by `y` \[m\] and that was turned by `turn`
+    /// \[rad\].
     #[inline(always)]
     pub fn back_substitute(&self, y: &Vector3<T>, turn: &Vector3<T>) -> T {
         self.free - self.by_displacement.dot(y) - self.by_rotation.dot(turn)
     }
 }
 
-/// What the sweep from tip to base leaves for the way back, link by link.
+/// What forward elimination keeps of one link for back substitution.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Elimination<T: Real> {
-    /// What acts on the link, and the joint at its proximal end.
+    /// Loads on the link, and the joint at its proximal end.
     pub loads: LinkLoads<T>,
     pub joint: JointLoad<T>,
-    /// The link's rotation: δφ = L⁻ᵀ Δ⁻¹ (s − Zᵀ δx + Xᵀ δφ), of the point at joint j + 1 and of
-    /// the link beyond it; s, Z and X are kept times Δ⁻¹.     docs/model.md (17)
+    /// Rotation of the link: L⁻ᵀ Δ⁻¹ (s − Zᵀ δx + Xᵀ δφ), with δx of joint j + 1 and δφ of link j + 1.
+    /// The products Δ⁻¹ s, Z Δ⁻¹ and X Δ⁻¹ are stored.     docs/explanation/model.md (17)
     pub turn: Vector3<T>,
     pub by_displacement: Matrix3<T>,
     pub by_rotation: Matrix3<T>,
     pub factor: LdltFactor<T>,
     pub stretch: Stretch<T>,
-    /// The wall at the node and at the middle of the link, and the contact with it.
+    /// The wall at the node and at the middle of the link, and the contacts there.
     pub proximity: [Proximity<T>; 2],
     pub contacts: [LinearContact<T>; 2],
 }
@@ -212,41 +143,41 @@ impl<T: Real> Elimination<T> {
     }
 }
 
-/// Memory of a [`Model`] of up to `LINKS` links. Configuration never lives here.
+/// State of a [`Model`](crate::Model) of up to `LINKS` links. It holds no configuration.
 #[derive(Clone, Debug)]
-// In this order: another one costs the device up to one instruction in a hundred.
+// The order of the fields matters: others cost the device up to 1 % more instructions.
 #[repr(C)]
 pub struct State<T: Real, const LINKS: usize = MAX_LINKS> {
     pub(crate) eliminations: [Elimination<T>; LINKS],
     /// Links inside the vessel; link `count − 1` is the base link at the guide.
     pub(crate) count: usize,
     pub(crate) drives: Drives<T>,
-    /// Of the instrument that is farther inside \[m\].
+    /// Insertion of the instrument that is farther inside \[m\].
     pub(crate) insertion_m: T,
     /// Unstretched length of the base link \[m\].
     pub(crate) base_length_m: T,
     /// Feed of the chain in this step \[m\].
     pub(crate) fed_m: T,
-    /// The guide, as the link that the base link is joined to: it is turned, but never moves.
+    /// The guide, as the link that the base link is joined to. It turns but does not move.
     pub(crate) guide: LinkState<T>,
-    /// The nodes, and not the middles of the links, were looked up in the last step.
+    /// The last step sampled the wall at the nodes, and not at the middles of the links.
     pub(crate) nodes_sampled: bool,
-    /// A point of the instrument is beyond the stored wall: no force can be given there.
+    /// A point of the instrument is beyond the stored wall, where no force can be computed.
     pub(crate) outside: bool,
-    /// How the drives moved before.
+    /// Earlier motion of the drives.
     pub(crate) drive_history: DriveHistory<T>,
-    /// Share of the motion that goes on into the next step: less than 1 after links have turned
-    /// farther than a linear solve can carry momentum.
+    /// Share of the velocities that the next step takes over. It is below 1 after links have turned too
+    /// far for a linear solve to conserve momentum.
     pub(crate) momentum_share: T,
-    /// Ticks that are still flagged for the last one that was not resolved.
+    /// Ticks still to be flagged after the last unresolved one.
     pub(crate) flagged_ticks: u8,
-    /// A number was lost; the run begins again, one quasi-static step a tick.
+    /// A result was not finite; the run begins again, with one quasi-static step per tick.
     pub(crate) lost: bool,
-    /// Quasi-static steps since the drive's position was reached.
+    /// Quasi-static steps since the drives' positions were reached.
     pub(crate) steps_at_rest: u16,
     pub(crate) effects: EffectState<T>,
-    /// Where two instruments lie in the chain, and its joints and links then; of no meaning for
-    /// one.
+    /// Where two instruments lie in the chain, and the chain's joints and links; unused with one
+    /// instrument.
     pub(crate) overlap: Overlap<T>,
     pub(crate) coaxial_tables: Tables<T, LINKS>,
     pub(crate) links: [LinkState<T>; LINKS],
@@ -259,7 +190,7 @@ impl<T: Real, const LINKS: usize> Default for State<T, LINKS> {
 }
 
 impl<T: Real, const LINKS: usize> State<T, LINKS> {
-    /// The instrument in the guide, nothing inside the vessel.
+    /// The instrument is in the guide; nothing is inside the vessel.
     pub const fn new() -> Self {
         Self {
             count: 0,
@@ -283,9 +214,9 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
         }
     }
 
-    /// Back to [`State::new`] in place: a whole `State` does not fit on a small stack.
+    /// Resets to [`State::new`] in place, because a whole `State` does not fit on a small stack.
     pub fn reset(&mut self) {
-        // No `..`: what is added to the state must be reset here.
+        // No `..`, so that every field that is added must be reset here.
         let Self {
             count,
             drives,
@@ -335,20 +266,22 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
         self.links.get(..self.count)?.get(node)
     }
 
-    /// Position of a node, rig's frame \[m\]; `None` beyond [`State::nodes`].
+    /// Position of a node, rig's frame \[m\]; `None` from [`State::nodes`] on.
     pub fn node_position_m(&self, node: usize) -> Option<[T; 3]> {
         self.link(node).map(|link| self.position_m(link))
     }
 
-    /// Contact force of the instrument on the vessel around a node \[N\].
+    /// Contact force of the instrument on the vessel around a node, rig's frame \[N\]; `None` from
+    /// [`State::nodes`] on.
     pub fn node_force_n(&self, node: usize) -> Option<[T; 3]> {
         self.link(node).map(|link| self.force_n(link))
     }
 
-    /// What both are of at every node, from the tip on, and then where the vessel stands: x, y, z \[m\] and
-    /// the force's x, y, z \[N\] as they are computed, in the vessel's frame.
+    /// Position x, y, z \[m\] and contact force x, y, z \[N\] of every node from the tip on, in the
+    /// vessel's frame; then, where the vessel is placed, its offset and the vector part of its rotation.
     ///
-    /// For who asks for all of them in every tick: to turn them into the rig's frame costs a tenth of one.
+    /// For callers that read all of them in every tick, because conversion to the rig's frame would
+    /// cost a tenth of a tick.
     pub fn node_results(&self) -> impl Iterator<Item = [T; 6]> {
         let join = |a: Vector3<T>, b: Vector3<T>| {
             let ([x, y, z], [fx, fy, fz]) = (a.into(), b.into());
@@ -373,7 +306,7 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
         placement.map_or(force, |placement| placement.direction_to_rig(&force)).into()
     }
 
-    /// Insertion that the model has reached, of the instrument that is farther inside \[m\].
+    /// Insertion of the instrument that is farther inside, as the model has reached it \[m\].
     pub fn insertion_m(&self) -> T {
         self.insertion_m
     }

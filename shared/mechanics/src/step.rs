@@ -1,4 +1,4 @@
-//! One step: feed, predict, solve, report.
+//! One step of the model: feed, predict, solve, collect the outputs.
 
 use cathforce_scalar::{Kernel, Pack, Vector3};
 
@@ -7,38 +7,41 @@ use crate::drive_motion::{DriveHistory, MotionRatio};
 use crate::effects::active::{Law, Nominal};
 use crate::effects::state::past_mouth;
 use crate::load_sharing::DriveLoad;
-use crate::model::maximum;
-use crate::solve::{STRAINS, Scheme, Totals, solve};
+use crate::math::maximum;
+use crate::scheme::Scheme;
+use crate::solve::{STRAINS, Totals, solve};
 use crate::{Drag, Drive, Drives, Loads, Lumen, Model, Outputs, Real, State};
 
-/// A solve whose last correction turned a link by more than this is not resolved \[rad\].
+/// A step whose last solve turned a link by more than this is flagged as unresolved \[rad\].
 ///
-/// What the linear model leaves out moves the tip by about half of length × turn², 1 µm on
-/// 90 mm, which a wall of 600 N/m a sample answers with less than 1 mN; snaps turn links by
-/// tenths of a radian.
+/// The linear model misplaces the tip by about ½ length × turn². That is 1 µm on 90 mm, and a wall
+/// of 600 N/m at a sample changes its force by less than 1 mN. Snaps turn links by tenths of a
+/// radian.
 const RESOLVED_TURN_RAD: f64 = 5e-3;
-/// Ticks that a step that is not resolved takes with it: what an impact sets off is to be trusted no
-/// more than the impact.
+/// Ticks that are flagged from an unresolved one on, because the motion that an impact sets off is as
+/// uncertain as the impact.
 const FLAGGED_TICKS: u8 = 8;
-/// A solve that turns a link by more than this makes energy of momentum: what it moves and what
-/// it says that it moves differ by a tenth \[rad\].
+/// Rotation of a link in one solve up to which all momentum is carried over \[rad\]. Above it, the
+/// linear and the actual displacement differ by 10 %, and carried-over velocity would add energy.
 const MOMENTUM_TURN_RAD: f64 = 0.2;
-/// Time that one quasi-static step of [`settle`] stands for \[s\].
+/// Time step of one quasi-static step of [`settle`] \[s\].
 const SETTLE_DT_S: f64 = 0.02;
-/// Feed of one quasi-static step \[m\].
+/// Largest feed of one quasi-static step \[m\].
 const SETTLE_FEED_M: f64 = 2e-4;
-/// Drag that keeps quasi-static steps from overshooting while they feed \[N·s/m²\]; at rest it
-/// fades with the square of the steps, down to the second figure.
+/// Drag that keeps quasi-static steps from overshooting \[N·s/m²\]: while they feed, and the smallest.
+/// At the drives' position it falls with the square of the number of steps.
 const SETTLE_DRAG: [f64; 2] = [1000.0, 100.0];
-/// A quasi-static step that turns no link by more than this has come to rest \[rad\].
+/// The shape is at rest if a quasi-static step turns no link by more than this \[rad\].
 const SETTLED_TURN_RAD: f64 = 1e-4;
-/// Quasi-static steps at the drive's position: at least, and at most where rest never comes
-/// (an instrument balanced on an edge).
+/// Fewest and most quasi-static steps at the drives' position. The most count where the shape never
+/// comes to rest, as with an instrument balanced on an edge.
 const SETTLE_STEPS: core::ops::Range<u16> = 100..500;
 
-/// Advances the model by one tick to the drives' new positions.     docs/model.md §2
+/// Advances the model by one tick to the drives' new positions.
 ///
-/// A [`Drive`] alone is the catheter's; with a guidewire, [`Drives`] has both.
+/// `drives`: a [`Drive`] of the catheter alone, or [`Drives`] with the guidewire's too. Insertions
+/// beyond the reach of the links are clamped, and the outputs are flagged as unresolved. Total on any
+/// input; a number that is not finite gives [`Outputs::lost`].
 pub fn step<T: Real, const LINKS: usize>(
     model: &Model<T, LINKS>,
     lumen: &Lumen<'_>,
@@ -48,11 +51,10 @@ pub fn step<T: Real, const LINKS: usize>(
     step_loaded(model, lumen, state, drives, &Loads::default())
 }
 
-/// [`step`] with loads from outside.
+/// [`step`] with external loads.
 ///
-/// A step that loses a number (to an input that is not one) forgets all and begins the run again:
-/// from there on each tick is one step of [`settle`], flagged as lost, until the shape has come to
-/// rest.
+/// A step with a result that is not finite resets the state and begins the run again. Each tick from
+/// there on is one step of [`settle`] and is flagged as lost, until the shape is at rest.
 pub fn step_loaded<T: Real, const LINKS: usize>(
     model: &Model<T, LINKS>,
     lumen: &Lumen<'_>,
@@ -87,7 +89,11 @@ pub fn step_loaded<T: Real, const LINKS: usize>(
         catheter: model.within_reach(asked.catheter),
         guidewire: model.within_reach(asked.guidewire),
     };
-    let mut ratio = state.drive_motion_ratio(model, &drives);
+    if state.count == 0 {
+        // The links whose rates follow from the drives' motion are gone.
+        state.drive_history = DriveHistory::none();
+    }
+    let mut ratio = state.drive_history.observe(model, &state.drives, &drives);
     let mut outputs = Outputs::default();
     for part in 1..=solver.substeps.max(1) {
         let share = T::int(i32::from(part)) / parts;
@@ -123,14 +129,14 @@ pub fn step_loaded<T: Real, const LINKS: usize>(
             }
         }
     }
-    // With nothing past the mouth a turn is in no output.
+    // While nothing is past the mouth, no output depends on the rotations: they are checked apart.
     let turned = state.drives.catheter.rotation_rad + state.drives.guidewire.rotation_rad;
     if !(is_finite(&outputs) && turned.is_finite()) {
         state.reset();
         state.lost = true;
         return lost_outputs();
     }
-    // What the links cannot reach is not felt.
+    // The part of an instrument beyond the reach of the links is not modelled.
     let is_wire_beyond = model.guidewire.is_some() && asked.guidewire.insertion_m > model.reach_m();
     outputs.unresolved |= is_wire_beyond || asked.catheter.insertion_m > model.reach_m();
     let ticks_left = state.flagged_ticks.saturating_sub(1);
@@ -140,10 +146,10 @@ pub fn step_loaded<T: Real, const LINKS: usize>(
     outputs
 }
 
-/// One quasi-static step towards the drives' positions, frictionless: how a run begins.
+/// One frictionless quasi-static step towards the drives' positions; this is how a run begins.
 ///
-/// Feeds from wherever the model is (at first the empty guide) by a bounded amount a call;
-/// returns `true` once the drives' positions are reached and the shape has come to rest.
+/// Each call feeds by a bounded amount from where the model is, at first the empty guide. Returns
+/// `true` once the drives' positions are reached and the shape is at rest.
 pub fn settle<T: Real, const LINKS: usize>(
     model: &Model<T, LINKS>,
     lumen: &Lumen<'_>,
@@ -153,7 +159,7 @@ pub fn settle<T: Real, const LINKS: usize>(
     settle_loaded(model, lumen, state, drives, &Loads::default())
 }
 
-/// [`settle`] with loads from outside.
+/// [`settle`] with external loads.
 pub fn settle_loaded<T: Real, const LINKS: usize>(
     model: &Model<T, LINKS>,
     lumen: &Lumen<'_>,
@@ -206,7 +212,7 @@ pub fn settle_loaded<T: Real, const LINKS: usize>(
         || (state.steps_at_rest >= SETTLE_STEPS.start && totals.largest_turn_squared <= still)
 }
 
-/// The next position of a drive on its way to `goal`, and whether that is it.
+/// The next position of a drive on its way to `goal`, and whether `goal` is reached.
 fn approach<T: Real>(now: Drive<T>, goal: Drive<T>) -> (Drive<T>, bool) {
     let most = T::lit(SETTLE_FEED_M);
     let missing = goal.insertion_m - now.insertion_m;
@@ -221,7 +227,7 @@ fn approach<T: Real>(now: Drive<T>, goal: Drive<T>) -> (Drive<T>, bool) {
     (Drive { insertion_m, ..goal }, arrived)
 }
 
-/// A solve with the effects and the guidewire that act in it.
+/// One solve, with the effects and the guidewire if there are any.
 fn solve_acting<T: Real, const LINKS: usize>(
     model: &Model<T, LINKS>,
     lumen: &Lumen<'_>,
@@ -266,8 +272,8 @@ fn solve_coaxial<T: Real, L: Law<T>, const LINKS: usize>(
     }
 }
 
-/// A solve, before the first one of a step a look at the wall: all that is done for as many links
-/// at a time as there are lanes.
+/// One solve, and before the first one of a step the samples of the wall: the part of a step that is
+/// computed for several links at a time, one in each lane.
 struct SolveKernel<'a, 'l, T: Real, L, const LINKS: usize> {
     model: &'a Model<T, LINKS>,
     lumen: &'a Lumen<'l>,
@@ -290,7 +296,7 @@ impl<T: Real, L: Law<T>, const LINKS: usize> Kernel<T> for SolveKernel<'_, '_, T
     }
 }
 
-/// Share of the motion that the next step takes over.     docs/model.md (38)
+/// Share of the velocities that the next step takes over.     docs/explanation/model.md (38)
 fn momentum_share<T: Real>(farthest_squared: T) -> T {
     let most = T::lit(MOMENTUM_TURN_RAD);
     most / maximum(farthest_squared.root(), most)
@@ -341,8 +347,8 @@ fn collect_outputs<T: Real, const LINKS: usize>(
     }
 }
 
-/// The configurational force of the guide's mouth, which draws in what bends past it \[N\].
-///                                                                      docs/model.md (18)
+/// Configurational force at the guide's mouth \[N\]: the bending energy per length that insertion
+/// would release, by which a bent instrument is pulled in.     docs/explanation/model.md (18)
 fn configurational_force_n<T: Real, const LINKS: usize>(
     model: &Model<T, LINKS>,
     state: &State<T, LINKS>,
@@ -355,10 +361,10 @@ fn configurational_force_n<T: Real, const LINKS: usize>(
     let softness = state.effects.softness(model);
     let bend_squared = moment.dot(moment) - twist * twist;
     let per_stiffness = half / (h * softness);
-    // Curvature that has not come back yet is not spent at the mouth.
+    // A pre-curvature that only comes back past the mouth releases no energy at the mouth.
     let straightened = model.description().effects.entry.guide.straightened_m > T::zero();
     let straight = if straightened { T::zero() } else { T::one() / h };
-    // A tendon bends what is out like a pre-curve.
+    // A tendon bends the instrument like a pre-curvature.
     let unloaded =
         joint.unloaded * straight + state.effects.tendon_bend_at_mouth() * (T::one() / h);
     let spent = moment.dot(&state.guide.rotation.rotate(&unloaded))
@@ -366,18 +372,18 @@ fn configurational_force_n<T: Real, const LINKS: usize>(
     per_stiffness * (bend_squared / joint.bending + twist * twist / joint.torsion) + spent
 }
 
-/// Outputs of a step that has no numbers.
+/// Outputs of a step whose results are not finite.
 fn lost_outputs<T: Real>() -> Outputs<T> {
     Outputs { unresolved: true, lost: true, ..Outputs::default() }
 }
 
-/// Middle of [`STRAINS`] and half of its length.
+/// Middle and half length of the range [`STRAINS`].
 fn strain_range<T: Real>() -> (T, T) {
     let half = 0.5 * (STRAINS.end - STRAINS.start);
     (T::lit(STRAINS.start + half), T::lit(half))
 }
 
-/// Every link has a part in the total force: a number that is lost anywhere is lost in it.
+/// Every link contributes to the total force, so a number that is not finite anywhere shows in it.
 fn is_finite<T: Real>(outputs: &Outputs<T>) -> bool {
     let sum = |v: &[T; 3]| v[0] + v[1] + v[2];
     let wrench = sum(&outputs.force_on_vessel_n) + sum(&outputs.moment_on_vessel_n_m);

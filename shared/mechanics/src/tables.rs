@@ -1,4 +1,4 @@
-//! What joints and links are made of.     docs/model.md (1), (39)
+//! Elastic properties of joints and links.     docs/explanation/model.md (1), (39)
 
 use cathforce_scalar::{Number, Pack, Vector3};
 
@@ -18,7 +18,7 @@ pub(crate) struct Joint<T: Number> {
 }
 
 impl<N: Number> Joint<N> {
-    /// Those of some lanes side by side.
+    /// Gathers those of several lanes.
     #[inline(always)]
     pub fn gather<'a, T: Real>(of: impl Fn(usize) -> &'a Joint<T>) -> Self
     where
@@ -33,7 +33,7 @@ impl<N: Number> Joint<N> {
 }
 
 impl<T: Real> Joint<T> {
-    /// Bending and torsional stiffness times the squares of a rotation.
+    /// Twice the elastic energy of a rotation from the unloaded state \[J\].
     pub fn energy(&self, turn: &Vector3<T>) -> T {
         self.bending * (turn.x() * turn.x() + turn.y() * turn.y())
             + self.torsion * turn.z() * turn.z()
@@ -62,25 +62,25 @@ impl<T: Real> Link<T> {
 /// Joints and links of a chain, from its tip on.
 #[derive(Clone, Debug)]
 pub(crate) struct Tables<T: Real, const LINKS: usize> {
-    /// By link: the joint at its proximal end, joint j + 1.
+    /// For link j: the joint at its proximal end.
     pub joints: [Joint<T>; LINKS],
-    /// Link j reaches from joint j + 1 to joint j.
+    /// Link j, from joint j + 1 to node j.
     pub links: [Link<T>; LINKS],
 }
 
 impl<T: Real, const LINKS: usize> Tables<T, LINKS> {
-    /// Of nothing.
+    /// Tables without stiffness and mass.
     pub const fn new() -> Self {
         Self { joints: [Joint::nothing(); LINKS], links: [Link::nothing(); LINKS] }
     }
 
-    /// Back to [`Tables::new`] in place.
+    /// Resets to [`Tables::new`] in place.
     pub fn reset(&mut self) {
         self.joints.iter_mut().for_each(|joint| *joint = Joint::nothing());
         self.links.iter_mut().for_each(|link| *link = Link::nothing());
     }
 
-    /// The first `count` links and their joints.
+    /// Fills the first `count` links and their joints; `walk`: at the chain's tip.
     pub fn fill(&mut self, count: usize, grid: &Grid<T>, mut walk: Walk<'_, T>) {
         let h = grid.link_length_m;
         let mut distal_half = walk.integral_to(h * grid.middle(0));

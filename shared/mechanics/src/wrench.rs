@@ -1,7 +1,7 @@
-//! The wrench that everything beyond a point of the instrument exerts on it, kept linear in
-//! the point's motion:
+//! Articulated-body wrench: what everything distal to a point of the instrument exerts on it, linear
+//! in the point's motion:
 //!
-//! F = f − A δx − B δφ,  M = m − Bᵀ δx − C δφ.     docs/model.md (5)
+//! F = f − A δx − B δφ,  M = m − Bᵀ δx − C δφ.     docs/explanation/model.md (5)
 
 use cathforce_scalar::Vector3;
 
@@ -21,7 +21,7 @@ pub(crate) struct Wrench<T: Real> {
 }
 
 impl<T: Real> Wrench<T> {
-    /// Beyond the tip: what pulls on it from outside, without stiffness.
+    /// At the tip: the external loads, without stiffness.
     pub fn beyond_tip(loads: &Loads<T>) -> Self {
         Self {
             force: Vector3::from(loads.tip_force_n),
@@ -32,10 +32,10 @@ impl<T: Real> Wrench<T> {
         }
     }
 
-    /// The loads of a link, and the stiffness of its contacts at its node and at its
-    /// middle.     docs/model.md (14), (15)
+    /// Adds the loads of a link, and the stiffness of the contacts at its node and at its middle.
+    ///                                                            docs/explanation/model.md (14), (15)
     ///
-    /// The arm of a contact at the node is along its normal: c = a × n = 0.
+    /// The arm of the contact at the node is parallel to its normal, so c = a × n = 0 there.
     #[inline(always)]
     pub fn add_loads(
         &mut self,
@@ -66,7 +66,7 @@ impl<T: Real> Wrench<T> {
         self.c.sub_outer(&middle_held, middle_arm);
     }
 
-    /// Eliminates the link's stretch along `tangent`.     docs/model.md (6)
+    /// Eliminates the link's stretch along `tangent`.     docs/explanation/model.md (6)
     #[inline(always)]
     pub fn eliminate_stretch(
         &mut self,
@@ -89,7 +89,7 @@ impl<T: Real> Wrench<T> {
         elimination.stretch = Stretch { free: gain * inverse, by_displacement, by_rotation };
     }
 
-    /// From the distal to the proximal end of a link.     docs/model.md (7)
+    /// From the distal to the proximal end of a link.     docs/explanation/model.md (7)
     #[inline(always)]
     pub fn shift(&mut self, tangent: &Vector3<T>, length: T) {
         reload_barrier();
@@ -103,9 +103,9 @@ impl<T: Real> Wrench<T> {
         self.c.add_cross_product(&lever, &self.b);
     }
 
-    /// Eliminates the rotation of the link distal to a joint.     docs/model.md (8)
+    /// Eliminates the rotation of the link distal to a joint.     docs/explanation/model.md (8)
     ///
-    /// With D = C + K = L Δ Lᵀ, Z = B L⁻ᵀ and X = K L⁻ᵀ, column by column.
+    /// Schur complement of D = C + K = L Δ Lᵀ, with Z = B L⁻ᵀ and X = K L⁻ᵀ, column by column.
     #[inline(always)]
     pub fn eliminate_joint(&mut self, elimination: &mut Elimination<T>) {
         reload_barrier();

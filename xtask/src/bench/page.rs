@@ -112,7 +112,7 @@ fn accuracy(report: &Value) -> anyhow::Result<String> {
     let percent = |key: &str| anyhow::Ok(100.0 * number(report, &format!("/accuracy/{key}"))?);
     Ok(format!(
         "## Accuracy\n\nRMS error of the drive's axial force outside snaps over its peak, against the \
-         reference solver, worst of each kind of case (each case: `docs/reference/validation.md`):\n\n\
+         reference solver, worst of each kind of case (each case: [Validation](validation.md)):\n\n\
          | feeding | reversal | rotation |\n| --- | --- | --- |\n| {:.1} % | {:.1} % | {:.1} % |\n\n\
          Rotation leaves out the cases in which the tip snaps: whips in a bend are off by up to \
          {:.1} %, the jump off a dividing wall by {:.1} %, for after it the tip comes to rest in \

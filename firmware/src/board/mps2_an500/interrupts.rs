@@ -9,7 +9,7 @@ use embassy_executor::InterruptExecutor;
 pub enum Irq {
     Uart0Receive = 0,
     Timer0 = 8,
-    /// Unused by the hardware; the executors' own.
+    /// Lines that the hardware does not use, for the executors.
     Software30 = 30,
     Software31 = 31,
 }
@@ -24,6 +24,6 @@ unsafe impl InterruptNumber for Irq {
 /// Tasks of the bus.
 pub static URGENT_TASKS: InterruptExecutor = InterruptExecutor::new();
 pub const URGENT_IRQ: Irq = Irq::Software30;
-/// Everything that can wait.
+/// Tasks that can wait.
 pub static RELAXED_TASKS: InterruptExecutor = InterruptExecutor::new();
 pub const RELAXED_IRQ: Irq = Irq::Software31;

@@ -9,15 +9,15 @@ use super::serial::{self, Ports};
 use super::vectors;
 use crate::board::interface::{Board, BootOptions};
 
-/// The watchdog interrupts after 10 ms and resets after as much again.
+/// The watchdog interrupts after 10 ms and resets after another 10 ms.
 const WATCHDOG_LOAD: u32 = CLOCK_HZ / 100;
-/// LED 0 stands for the enable line of the motor drives.
+/// LED 0 represents the enable line of the motor drives.
 const OUTPUT_ENABLE: u32 = 1;
 
 /// Instructions in 1024 counts, measured at boot.
 static INSTRUCTIONS_IN_1024: AtomicU32 = AtomicU32::new(0);
 
-/// The board; a token that it has been started.
+/// The board. Its existence proves that it has been started.
 #[derive(Clone, Copy)]
 pub struct Mps2An500(());
 
@@ -41,9 +41,9 @@ pub fn start(tick: fn()) -> (Mps2An500, Ports) {
     (Mps2An500(()), ports)
 }
 
-/// Takes the power from the motor drives. Safe in any state, also before [`start`].
+/// Removes the power of the motor drives. Safe in any state, also before [`start`].
 pub fn outputs_off() {
-    // SAFETY: one register, nothing else depends on it.
+    // SAFETY: one register, on which nothing else depends.
     unsafe { fpga_io().leds.modify(|leds| leds & !OUTPUT_ENABLE) }
 }
 
@@ -68,7 +68,7 @@ impl Board for Mps2An500 {
     }
 
     fn lateness(self) -> u32 {
-        // The interrupt comes when the value reaches 0; the reload takes one more count.
+        // The interrupt comes when the value reaches 0, and the reload takes one more count.
         let late = match timer0().value.read() {
             0 => 0,
             value => (TICK_RELOAD + 1).saturating_sub(value),
@@ -88,7 +88,7 @@ impl Board for Mps2An500 {
     }
 
     fn start_ticks(self) {
-        // SAFETY: the tick's handler and state exist since before `run`.
+        // SAFETY: the tick's handler and state exist before `run`.
         unsafe {
             watchdog().load.write(WATCHDOG_LOAD);
             watchdog().control.write(0b11);
@@ -111,7 +111,7 @@ impl Board for Mps2An500 {
     }
 
     fn enable_outputs(self, on: bool) {
-        // SAFETY: only the tick and, after the last tick, a fault write this register.
+        // SAFETY: only the tick writes this register, and a fault after the last tick.
         unsafe {
             fpga_io()
                 .leds
@@ -133,10 +133,10 @@ impl Board for Mps2An500 {
         }
     }
 
-    /// QEMU's other thread can take the processor for idle before the instructions it ran last
-    /// are accounted for, and moves the clock on to the next tick: these instructions then
-    /// make the tick late. Reading a clock accounts for them; shut-out interrupts, which end
-    /// the sleep all the same, leave none in between.
+    /// Works around a race in QEMU. Its main loop may see the processor asleep before the last
+    /// instructions are accounted for, and advance the clock to the next tick, which these instructions
+    /// then delay. Reading a clock accounts for them. With interrupts masked, no instructions can follow
+    /// before the sleep, which an interrupt ends all the same.
     fn idle(self) {
         cortex_m::interrupt::disable();
         self.time();

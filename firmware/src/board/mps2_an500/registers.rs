@@ -1,4 +1,4 @@
-//! The CMSDK peripherals of the board, as far as they are used.
+//! Registers of the board's CMSDK peripherals, as far as they are used.
 //!
 //! Source: Arm, *Cortex-M System Design Kit Technical Reference Manual*, and application
 //! note AN500 for the addresses.
@@ -53,11 +53,11 @@ pub struct FpgaIo {
     pub prescale: RW<u32>,
 }
 
-/// A peripheral at its address.
+/// Defines access to a peripheral at its address.
 macro_rules! peripheral {
     ($name:ident: $block:ty = $address:literal) => {
         pub fn $name() -> &'static $block {
-            // SAFETY: a peripheral of this board, there for ever; all registers are volatile.
+            // SAFETY: a peripheral of this board, and all registers are volatile.
             unsafe { &*($address as *const $block) }
         }
     };

@@ -1,4 +1,4 @@
-//! What the emulator is asked for: the command line, and a self-test of its clock.
+//! Semihosting: the command line of the emulator, and a self-test of its clock.
 
 use core::arch::asm;
 use core::fmt::Write as _;
@@ -17,17 +17,17 @@ const EXIT_SUCCESS: u32 = 0x2_0026;
 /// One semihosting call; QEMU must run with `-semihosting-config enable=on`.
 ///
 /// # Safety
-/// `parameter` must be what the operation wants.
+/// `parameter` must be valid for the operation.
 unsafe fn call(operation: u32, parameter: usize) -> u32 {
     let result;
-    // SAFETY: the emulator changes only r0 and the memory that the caller named.
+    // SAFETY: the emulator changes only r0 and the memory that the caller passed.
     unsafe {
         asm!("bkpt 0xAB", inout("r0") operation => result, in("r1") parameter, options(nostack));
     }
     result
 }
 
-/// The words of `-semihosting-config arg=`.
+/// Words of `-semihosting-config arg=`.
 pub struct Arguments {
     text: [u8; 128],
     len: usize,
@@ -48,17 +48,17 @@ impl Arguments {
     }
 }
 
-/// Runs [`CALIBRATION_INSTRUCTIONS`]; the counts that pass on the FPGA counter and on TIMER 0.
+/// Runs [`CALIBRATION_INSTRUCTIONS`]. Returns the counts of the FPGA counter and of TIMER 0 meanwhile.
 ///
-/// TIMER 0 is stopped and full afterwards.
+/// TIMER 0 is stopped and reloaded afterwards.
 pub fn calibrate() -> (u32, u32) {
-    // SAFETY: called before ticks run; its interrupt stays disabled.
+    // SAFETY: called before ticks run, and the timer's interrupt stays disabled.
     unsafe {
         timer0().value.write(TICK_RELOAD);
         timer0().control.write(1);
     }
     let (counter, value) = (fpga_io().counter.read(), timer0().value.read());
-    // SAFETY: two instructions a turn, one register.
+    // SAFETY: two instructions per iteration, one register.
     unsafe {
         asm!("2:", "subs {n}, #1", "bne 2b", n = inout(reg) CALIBRATION_INSTRUCTIONS / 2 => _,
             options(nomem, nostack));
@@ -74,16 +74,16 @@ pub fn calibrate() -> (u32, u32) {
     counts
 }
 
-/// Tells the emulator's caller how instructions and clocks relate, and ends the emulation.
+/// Reports instructions against clocks to the caller of the emulator, and ends the emulation.
 pub fn report_and_exit() -> ! {
     let (counter, timer) = calibrate();
     let mut line = heapless::String::<128>::new();
-    // Fits: four words and three numbers of at most 10 digits.
+    // Cannot fail: four words and three numbers of at most 10 digits fit.
     let _ = writeln!(
         line,
         "self-test instructions={CALIBRATION_INSTRUCTIONS} counter={counter} timer={timer}\0"
     );
-    // SAFETY: a string that ends in 0; then nothing more is executed.
+    // SAFETY: a string with a terminating 0; then the emulation ends.
     unsafe {
         call(SYS_WRITE0, line.as_ptr() as usize);
         call(SYS_EXIT, EXIT_SUCCESS as usize);

@@ -8,7 +8,7 @@ use cortex_m::peripheral::NVIC;
 use super::interrupts::{Irq, RELAXED_IRQ, RELAXED_TASKS, URGENT_IRQ, URGENT_TASKS};
 use super::serial;
 
-/// Lower numbers interrupt higher ones. `log` masks everything but the tick.
+/// Priorities; lower numbers interrupt higher ones. `log` masks everything except the tick.
 const PRIORITIES: [(Irq, u8); 4] =
     [(Irq::Timer0, 0x00), (Irq::Uart0Receive, 0x40), (URGENT_IRQ, 0x80), (RELAXED_IRQ, 0xC0)];
 

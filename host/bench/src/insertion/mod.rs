@@ -29,7 +29,7 @@ pub struct Tube {
     pub straight_m: f64,
     pub bend_radius_m: f64,
     pub bend_angle_rad: f64,
-    /// Along the centre line; the radius changes evenly over it.
+    /// Length along the centre line, over which the radius changes linearly.
     pub length_m: f64,
     pub first_radius_m: f64,
     pub last_radius_m: f64,
@@ -46,17 +46,17 @@ pub struct Insertion {
     pub poissons_ratio: f64,
     pub gravity_m_per_s2: [f64; 3],
     pub friction_coefficient: f64,
-    /// Normal force per indentation and per length: it gives by microns.
+    /// Normal force per indentation and length; the wall yields by micrometres.
     pub wall_stiffness_n_per_m2: f64,
     pub start_m: f64,
     pub end_m: f64,
     pub speed_m_per_s: f64,
-    /// Every model gives its force once in so long.
+    /// Time between two samples of a model's force.
     pub sample_s: f64,
     pub tube: Tube,
 }
 
-/// The insertion of `docs/reference/benchmarks.md`.
+/// The insertion of the benchmarks (docs/reference/benchmarks.md).
 pub const INSERTION: Insertion = Insertion {
     length_m: 0.150,
     nodes: 50,
@@ -123,7 +123,7 @@ impl Insertion {
         self.length_m / f64::from(self.nodes - 1)
     }
 
-    /// Length of a link of our shaft, where as many links reach as far \[m\].
+    /// Length of a link of our shaft at which the same number of links has the same reach \[m\].
     pub fn link_length_m(&self) -> f64 {
         SolverDefaults::default().link_length_over(self.length_m, f64::from(self.nodes - 1))
     }

@@ -10,7 +10,7 @@ use super::{Insertion, Series};
 use crate::clock::Stopwatch;
 
 impl Insertion {
-    /// The tube's wall on a grid, as a device has it.
+    /// The tube's wall on a grid, in the device's form.
     pub fn lumen(&self, cell_m: f64) -> anyhow::Result<BuiltLumen> {
         let wall = TubeWall::new(&[self.tube.branch()]);
         let options = LumenOptions::for_instrument(self.radius_m, cell_m);

@@ -9,10 +9,10 @@ use serde::{Deserialize, Serialize};
 
 use super::{Insertion, Score, Series};
 
-/// How far each peer is fed \[m\]: the explicit one only until it is through the bend.
+/// The peers' scripts and their largest insertion \[m\]; the explicit solver is fed only through the bend.
 const SCRIPTS: [(&str, f64); 2] = [("mujoco_rod.py", 0.150), ("pyelastica_rod.py", 0.100)];
 
-/// What one simulator took and gave.
+/// Time and accuracy of one simulator.
 #[derive(Debug, Serialize)]
 pub struct Peer {
     pub name: String,
@@ -28,7 +28,7 @@ pub struct Peer {
     pub score: Score,
 }
 
-/// What a script prints.
+/// Output of a script.
 #[derive(Deserialize)]
 struct Answer {
     name: String,
@@ -39,8 +39,9 @@ struct Answer {
     samples: Vec<[f64; 4]>,
 }
 
-/// Plays the insertion in every peer so many times; the fastest run of each counts. `python` has what
-/// `peers/requirements.txt` asks for.
+/// Plays the insertion `runs` times in every peer; the fastest run of each counts.
+///
+/// `python`: an interpreter with the packages of `peers/requirements.txt`.
 pub fn measure(
     insertion: &Insertion,
     reference: &Series,
@@ -91,7 +92,7 @@ fn ask(insertion: &Insertion, python: &Path, script: &str) -> anyhow::Result<Vec
         .arg(script)
         .current_dir(folder)
         .env("PYTHONDONTWRITEBYTECODE", "1")
-        // One thread: what is compared is the work of one core.
+        // Peers get one thread, because the comparison is by core.
         .envs([("OMP_NUM_THREADS", "1"), ("NUMBA_NUM_THREADS", "1"), ("OPENBLAS_NUM_THREADS", "1")])
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())

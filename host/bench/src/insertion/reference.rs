@@ -8,9 +8,9 @@ use nalgebra::Vector3;
 
 use super::{Insertion, Series};
 
-/// Distance between the reference's nodes \[m\]: six to one of the models that are compared.
+/// Distance between the reference's nodes \[m\], a sixth of that in the compared models.
 const SPACING_M: f64 = 0.5e-3;
-/// Drag that lets a free tip come to rest, about the model's at rest \[N·s/m²\].
+/// Drag with which a free tip comes to rest; about the model's at rest \[N·s/m²\].
 const DRAG_N_S_PER_M2: f64 = 0.2;
 
 /// Forces of the reference, one a sample.

@@ -1,4 +1,4 @@
-//! How far a force is from the reference, and how much it rattles.
+//! Error and noise of a force against the reference.
 
 use nalgebra::Vector3;
 use serde::Serialize;
@@ -33,10 +33,10 @@ pub struct Score {
 impl Score {
     /// Samples of the moving mean: 0.1 s, in which the instrument moves by 1.3 mm.
     pub const WINDOW: usize = 100;
-    /// What comes before the reference feels this share of its peak is not scored.
+    /// Scoring begins when the reference reaches this share of its peak.
     const TOUCHED: f64 = 0.05;
 
-    /// `None` when less than a window of the series lies in what is scored.
+    /// Scores a series; `None` if less than a window of it is in the scored range.
     pub fn of(series: &Series, reference: &Series) -> Option<Self> {
         let end_m = series.insertion_m.last().copied()?;
         let end = reference.insertion_m.partition_point(|&x| x <= end_m);

@@ -11,7 +11,7 @@ use super::stitch::stitch;
 use super::wall::Triangle;
 use super::weld::weld;
 
-/// What was put right while reading.
+/// Repairs made while reading.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct MeshRepairs {
     /// Triangles without area that were dropped.
@@ -22,7 +22,7 @@ pub struct MeshRepairs {
     pub split: usize,
     /// Separate pieces of the surface.
     pub pieces: usize,
-    /// What they look like.
+    /// What looks wrong with them.
     pub doubts: PieceDoubts,
 }
 

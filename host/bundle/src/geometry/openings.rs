@@ -1,8 +1,8 @@
-//! The openings of a mesh: where they are, and the wall that goes on past them.
+//! The openings of a mesh, and the sleeves that continue the wall past them.
 //!
-//! A vessel's surface ends where it was cut, the instrument does not. Every opening gets a
-//! straight sleeve, so that the distance past it, and beside its rim, is that of a wall which
-//! goes on. Gaps too small for any instrument are closed instead.
+//! A vessel's surface ends where it was cut, but the instrument goes on. Every opening gets a straight
+//! sleeve, so that distances past it and beside its rim are those of a wall that continues. Gaps that
+//! are too small for any instrument are closed.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -11,15 +11,15 @@ use super::rims::{Join, RimKind};
 
 /// Length of a sleeve \[m\].
 pub(crate) const SLEEVE_M: f64 = 8e-3;
-/// A sleeve is cut by whole steps to where it is clear of the rest of the vessel, to one step
-/// at least \[m\].
+/// Step by which a sleeve is shortened until it is clear of the rest of the vessel; also its least
+/// length \[m\].
 const SLEEVE_STEP_M: f64 = 0.5e-3;
-/// A sleeve may graze the wall that it leaves by so much \[m\].
+/// Depth by which a sleeve may touch the wall that it continues \[m\].
 const GRAZE_M: f64 = 50e-6;
 /// A sleeve follows the taper of its vessel no steeper than this.
 const STEEPEST: f64 = 0.3;
-/// Above this mean cosine between wall and cut the opening is a hole in a wall, and no cut
-/// through a tube.
+/// Mean cosine between wall and cut above which an opening is a hole in a wall and not the end of a
+/// tube.
 const FLUSH: f64 = 0.7;
 
 /// Where a surface ends.
@@ -29,21 +29,21 @@ pub struct Opening {
     pub centre_m: Vector3<f64>,
     /// Mean distance of the rim from the axis \[m\].
     pub radius_m: f64,
-    /// Unit vector along the vessel, out of it; off the wall where it is flush.
+    /// Unit vector along the vessel, outwards; normal to the wall if `is_flush`.
     pub axis: Vector3<f64>,
-    /// It lies in the wall: a hole, and no cut through a tube.
+    /// Whether it is a hole in the wall and not the end of a tube.
     pub is_flush: bool,
     /// Corners of the rim, in order \[m\].
     pub rim_m: Vec<Vector3<f64>>,
-    /// For how long the wall goes on past it \[m\]: less than the usual where another branch
-    /// lies in front.
+    /// Length of its sleeve \[m\]: shorter than [`SLEEVE_M`] if another branch lies in front.
     pub sleeve_m: f64,
 }
 
 impl Mesh {
-    /// Puts a sleeve on every opening, and closes gaps. Facets must face the lumen.
-    /// `depth_m`: how deep in the lumen a point lies beside the wall \[m\], before any sleeve.
-    /// Returns the openings, and the number of gaps.
+    /// Puts a sleeve on every opening and closes gaps. Facets must face the lumen.
+    ///
+    /// `depth_m`: distance of a point from the wall before any sleeve, positive in the lumen \[m\].
+    /// Returns the openings and the number of gaps.
     pub(crate) fn extend(
         &mut self,
         depth_m: impl Fn(&Vector3<f64>) -> f64,
@@ -107,7 +107,7 @@ impl Mesh {
         Opening { centre_m, radius_m, axis, is_flush, rim_m, sleeve_m: 0.0 }
     }
 
-    /// Unit vectors in which the wall goes on from each corner of a rim: the axis, leant by
+    /// Unit vectors along which the wall continues from each corner of a rim: the axis, inclined by
     /// the taper of the wall, which is averaged over an eighth of the rim.
     fn ways_on(&self, rim: &[usize], axis: &Vector3<f64>) -> Vec<Vector3<f64>> {
         let normals: Vec<_> = rim
@@ -193,7 +193,7 @@ impl Mesh {
     }
 }
 
-/// How far a sleeve goes before it would stand as a wall in the lumen of another branch \[m\].
+/// Length at which a sleeve would become a wall in the lumen of another branch \[m\].
 fn clear_m(
     rim_m: &[Vector3<f64>],
     ways: &[Vector3<f64>],

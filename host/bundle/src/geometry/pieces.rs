@@ -8,18 +8,18 @@ use nalgebra::Vector3;
 use super::mesh::{Mesh, MeshCause, RIM, next, turn};
 use super::wall::Triangle;
 
-/// Facets of a piece of which it is asked whether they lie in another.
+/// Number of facets of a piece that are tested for lying inside another piece.
 const PROBES: usize = 9;
-/// The largest pieces that are looked at; what is smaller is dirt, and there is much of it.
+/// Number of largest pieces that are compared. Smaller ones are debris, and may be many.
 const MOST_COMPARED: usize = 16;
 
 /// The pieces of a mesh.
 pub(super) struct Pieces {
-    /// Of each triangle.
+    /// Piece of each triangle.
     piece: Vec<u32>,
-    /// Of each piece.
+    /// Triangles of each piece.
     triangles: Vec<Vec<usize>>,
-    /// Over the rims of each piece.
+    /// Triangles that close the rims of each piece.
     lids: Vec<Vec<Triangle>>,
 }
 
@@ -56,7 +56,7 @@ impl Pieces {
         Self { piece, triangles, lids }
     }
 
-    /// Of each piece and its lids; negative where the facets face the lumen \[m³\].
+    /// Signed volume of each piece with its lids; negative if the facets face the lumen \[m³\].
     fn volumes_m3(&self, mesh: &Mesh) -> Vec<f64> {
         let cone = |[a, b, c]: &Triangle| a.dot(&b.cross(c)) / 6.0;
         let lids = self.lids.iter().map(|lids| lids.iter().map(cone).sum());
@@ -67,7 +67,7 @@ impl Pieces {
         volumes
     }
 
-    /// A place of a piece that lies in another, and one of a piece that lies partly in another
+    /// A place on a piece that lies inside another, and one on a piece that lies partly inside another
     /// \[m\].
     fn within(&self, mesh: &Mesh) -> [Option<Vector3<f64>>; 2] {
         let mut by_size: Vec<(f64, usize)> =
@@ -103,8 +103,8 @@ impl Pieces {
         [None, partly]
     }
 
-    /// Handles of the closed pieces: a vessel that is closed at its ends has none, the wall of
-    /// a phantom one for every channel through it.
+    /// Number of handles (topological genus) of the closed pieces: none for a vessel that is closed
+    /// at its ends, one for every channel through the wall of a phantom.
     fn handles(&self, mesh: &Mesh) -> usize {
         let has_rim: HashSet<u32> = (0..mesh.twin.len())
             .filter(|&half_edge| mesh.twin[half_edge] == RIM)
@@ -121,7 +121,7 @@ impl Pieces {
     }
 }
 
-/// Does a closed shell go around a point? By the solid angle that it fills.
+/// Whether a closed shell encloses a point, by the solid angle that it subtends.
 /// Source: van Oosterom and Strackee, The solid angle of a plane triangle (1983).
 fn is_around<'a>(shell: impl Iterator<Item = &'a Triangle>, p: &Vector3<f64>) -> bool {
     let half_angle = |corners: &Triangle| {
@@ -133,7 +133,7 @@ fn is_around<'a>(shell: impl Iterator<Item = &'a Triangle>, p: &Vector3<f64>) ->
     shell.map(half_angle).sum::<f64>().abs() > std::f64::consts::PI
 }
 
-/// What several pieces, or one of strange shape, look like.
+/// What looks wrong with the pieces of a surface.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PieceDoubts {
     /// Where a piece reaches into another \[mm\].
@@ -143,7 +143,7 @@ pub struct PieceDoubts {
 }
 
 impl Mesh {
-    /// Refuses pieces within others, and says what else looks wrong with them.
+    /// Refuses pieces within others, and returns what else looks wrong.
     pub(super) fn check_pieces(&self) -> Result<PieceDoubts, MeshCause> {
         let pieces = Pieces::of(self);
         let mut doubts = PieceDoubts::default();

@@ -1,4 +1,4 @@
-//! Refinement of a mesh onto the curved surface that its vertices and normals imply.
+//! Refines a mesh onto the curved surface given by its vertices and normals.
 //!
 //! The vertices of an exported vessel lie on the wall, its facets cut the corner: on average
 //! they stand inside by a third of the sagitta L²/8R of their edges. Every edge becomes the
@@ -16,7 +16,7 @@ use super::wall::Triangle;
 const SAGITTA_M: f64 = 0.5e-6;
 /// Cosine of the angle by which part of a facet may turn from it.
 const LEAST_COSINE: f64 = 0.5;
-/// No refinement beyond this many triangles.
+/// Largest number of triangles after refinement.
 const MOST_TRIANGLES: usize = 1_500_000;
 
 /// The middle of a curved edge.
@@ -59,8 +59,8 @@ impl Mesh {
         rounds
     }
 
-    /// How far the vertices of a mesh that was refined in `rounds` lie from the planes of its
-    /// facets at most, and where \[m\]; past openings it does not matter.
+    /// Largest distance of the vertices of a mesh, refined in `rounds`, from the planes of its facets,
+    /// and the place \[m\]. Vertices past openings are ignored.
     pub(crate) fn farthest_from(
         &self,
         facets: &[Triangle],
@@ -97,14 +97,14 @@ impl Mesh {
             && self.corner_normal[next(half_edge)] == self.corner_normal[twin]
     }
 
-    /// By half edge, from the middle of the chord to that of the edge \[m\]; none where a
-    /// triangle would fold over. `facet`: normal of the facet that a triangle is part of.
+    /// For each half-edge, the vector from the middle of its chord to that of the curved edge \[m\];
+    /// zero where a triangle would fold over. `facet`: normal of the facet that a triangle is part of.
     fn offsets(&self, facet: impl Fn(usize) -> Vector3<f64>) -> Vec<Vector3<f64>> {
         let of = |half_edge: usize| {
             let offset = |half_edge: usize| self.edge_middle(half_edge).offset;
             match self.twin[half_edge] {
                 RIM => offset(half_edge),
-                // Its twin's, below: the same to the last bit.
+                // The twin sets it below, so that both are equal to the last bit.
                 twin if (twin as usize) < half_edge => Vector3::zeros(),
                 twin if self.is_smooth(half_edge, twin as usize) => offset(half_edge),
                 twin => 0.5 * (offset(half_edge) + offset(twin as usize)),
@@ -141,7 +141,7 @@ impl Mesh {
         offsets
     }
 
-    /// Does one of the four parts of a triangle turn far away from its facet?
+    /// Whether one of the four parts of a triangle turns far away from its facet.
     fn folds(&self, triangle: usize, offsets: [Vector3<f64>; 3], facet: Vector3<f64>) -> bool {
         let [a, b, c] = self.triangle(triangle);
         let [ab, bc, ca] = [(a, b), (b, c), (c, a)].map(|(from, to)| 0.5 * (from + to));

@@ -1,4 +1,4 @@
-//! A wall whose stiffness differs from place to place.
+//! A wall whose stiffness varies by region.
 
 use nalgebra::Vector3;
 

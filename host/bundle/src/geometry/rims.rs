@@ -6,19 +6,19 @@ use nalgebra::Vector3;
 
 use super::mesh::{Mesh, RIM, next};
 
-/// A rim that encloses less than this share of the circle of its length is no round opening but a
-/// slit: a rectangle thirty times as long as wide, or two sides of a crack.
+/// A rim that encloses less than this share of a circle of the same circumference is a slit, like a
+/// rectangle thirty times as long as wide, or the two sides of a crack.
 const THIN: f64 = 0.1;
 /// Openings that enclose no more than a circle of this radius are gaps, and closed \[m\].
 pub(crate) const GAP_M: f64 = 0.3e-3;
-/// A slit of more corners is not looked at closely: it is a crack.
+/// A slit with more corners counts as a crack without a closer look.
 const MOST_CORNERS: usize = 4000;
 
-/// The sides of a crack are no farther apart, where a rim has come by a longer way \[m\].
+/// A rim has a crack where it comes within `CRACK_M` of itself after more than `FOLDED_M` \[m\].
 const CRACK_M: f64 = 5e-6;
 const FOLDED_M: f64 = 1e-3;
 
-/// What a rim is the rim of.
+/// Kinds of rims.
 #[derive(Debug)]
 pub(super) enum RimKind {
     Opening,
@@ -26,7 +26,7 @@ pub(super) enum RimKind {
     Gap,
     /// A gap without width: its sides are joined, as [`Join`] says.
     Slit(Vec<Join>),
-    /// Two sides that should be one, and around what lies on both: no surface goes on from here.
+    /// Two sides that should be one.
     Crack {
         at: Vector3<f64>,
         length_m: f64,
@@ -81,7 +81,7 @@ impl Mesh {
         self.positions[self.vertex[half_edge] as usize]
     }
 
-    /// What a rim is the rim of, by its shape.
+    /// The kind of a rim, by its shape.
     pub(super) fn rim_kind(&self, rim: &[usize]) -> RimKind {
         let points: Vec<_> = rim.iter().map(|&half_edge| self.start(half_edge)).collect();
         let edges = || points.iter().zip(points.iter().cycle().skip(1));
@@ -107,10 +107,9 @@ impl Mesh {
     }
 }
 
-/// Joins the sides of a rim by facets over its shortest diagonals, and says what area they have
-/// \[m²\].
+/// Joins the sides of a rim by facets over its shortest diagonals. Also returns their area \[m²\].
 fn join(points: &[Vector3<f64>], vertices: &[u32]) -> (Vec<Join>, f64) {
-    // What is left of the rim: a corner, and the edge that begins there.
+    // The remaining rim: each corner with the edge that begins there.
     let mut left: Vec<(usize, usize)> = (0..points.len()).map(|k| (k, k)).collect();
     let (mut joins, mut area_m2, mut edges) = (Vec::new(), 0.0, points.len());
     while left.len() > 1 {
@@ -127,7 +126,7 @@ fn join(points: &[Vector3<f64>], vertices: &[u32]) -> (Vec<Join>, f64) {
         let [a, b, c] = corners(k);
         if vertices[a] == vertices[c] {
             joins.push(Join::Edges(of));
-            // The later of them first: the other keeps its place.
+            // The later one is removed first, so that the other keeps its index.
             left.remove(k.max((k + 1) % count));
             left.remove(k.min((k + 1) % count));
         } else {
@@ -141,8 +140,8 @@ fn join(points: &[Vector3<f64>], vertices: &[u32]) -> (Vec<Join>, f64) {
     (joins, area_m2)
 }
 
-/// Where a crack runs into the rim of an opening: there the rim comes back to where it was before.
-/// Also gives how long the crack is \[m\].
+/// Where a crack runs into the rim of an opening: the rim returns to a place where it was before.
+/// Also returns the length of the crack \[m\].
 fn fold(points: &[Vector3<f64>]) -> Option<(Vector3<f64>, f64)> {
     if points.len() > MOST_CORNERS {
         return None;

@@ -1,5 +1,5 @@
-//! Corners of facets that lie on the edge of another: a mesh from CAD often has them. The surface
-//! has no gap there, yet no two facets share an edge; the one with the long edge is split.
+//! Corners of facets that lie on the edge of another facet, as in many meshes from CAD. The surface has
+//! no gap there, yet no two facets share an edge; the facet with the long edge is split.
 
 use std::collections::HashSet;
 
@@ -10,7 +10,7 @@ use super::weld::WELD_M;
 
 /// A corner lies on an edge when it is no farther from it \[m\]; f32 rounds far less.
 const ON_EDGE_M: f64 = 2.0 * WELD_M;
-/// A surface with more edges at rims is no mesh but loose facets: nothing is searched for there.
+/// A surface with more edges at rims is a set of loose facets; it is not stitched.
 const MOST_RIM_EDGES: usize = 20_000;
 
 type Edge = (u32, u32);
@@ -20,8 +20,8 @@ fn edge(a: u32, b: u32) -> Edge {
 }
 
 /// Splits facets at the corners of others that lie on one of their edges, where that closes the
-/// surface; one edge of a facet at a time. Returns how many were split; then the twins are to be
-/// found anew.
+/// surface, one edge of a facet at a time. Returns the number of split facets; if any, twins must be
+/// computed again.
 pub(super) fn stitch(positions: &[Vector3<f64>], vertex: &mut Vec<u32>, twin: &[u32]) -> usize {
     let rim: Vec<usize> = (0..twin.len()).filter(|&h| twin[h] == RIM).collect();
     if rim.len() > MOST_RIM_EDGES {

@@ -13,7 +13,7 @@ const TRIANGLE_BYTES: usize = 50;
 /// Reads an STL file, binary or ASCII whatever its first word says: many binary files
 /// begin with `solid` too.
 pub fn read_stl(bytes: &[u8]) -> Result<Vec<Triangle>, (Place, StlCause)> {
-    // What Windows programs put in front of UTF-8, and DOS ones behind a text.
+    // Windows programs put this mark in front of UTF-8; DOS programs put 0x1A behind a text.
     let text = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
     let triangles = if is_whole_binary(bytes) {
         read_binary(bytes)?
@@ -41,7 +41,7 @@ fn is_whole_binary(bytes: &[u8]) -> bool {
     promised_bytes(bytes).is_some_and(|(_, length)| length == bytes.len())
 }
 
-/// Files that are taken for STL files, by their first bytes.
+/// Formats that are often mistaken for STL, by their first bytes.
 fn other_format(bytes: &[u8]) -> Option<&'static str> {
     const FORMATS: [(&[u8], &str); 4] = [
         (b"PK\x03\x04", "a ZIP archive (3MF files are such)"),

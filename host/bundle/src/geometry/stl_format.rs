@@ -50,7 +50,7 @@ fn truncated_ascii(facet: &usize, expected: &str) -> String {
 /// The last word of an ASCII file.
 pub(super) const END: &str = "endsolid";
 
-/// What a message may show of a file's own text: without control characters, and not all of it.
+/// A short piece of a file's text for a message, without control characters.
 pub(super) fn shown(text: &[u8]) -> String {
     const MOST: usize = 40;
     let text = String::from_utf8_lossy(text);

@@ -7,7 +7,7 @@ use super::mesh::{Mesh, RIM, next};
 use super::openings::Opening;
 use super::wall::{Triangle, Wall, WallPoint};
 
-/// How the wall between the vertices of a mesh is understood.
+/// How the wall is interpolated between the vertices of a mesh.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum SurfaceModel {
     /// Flat facets, as the file says.
@@ -23,7 +23,7 @@ pub struct MeshWall {
     mesh: Mesh,
     bvh: Bvh,
     rim: Vec<bool>,
-    /// Facet normals averaged by angle over a vertex, creases or not: they tell the sides.
+    /// Angle-weighted normals of the vertices, averaged across creases too; they tell inside from outside.
     vertex_side: Vec<Vector3<f64>>,
     /// Rounds of refinement.
     pub rounds: usize,
@@ -31,11 +31,11 @@ pub struct MeshWall {
     pub openings: Vec<Opening>,
     /// Gaps in the surface that were closed.
     pub gaps: usize,
-    /// How far a smooth surface leaves the facets at most, and where \[m\].
+    /// Largest distance of a smooth surface from the facets, and the place \[m\].
     pub off_facets: Option<(f64, Vector3<f64>)>,
 }
 
-/// What the closest point lies on.
+/// The feature of a mesh on which the closest point lies.
 enum Feature {
     Face,
     Edge(usize),
@@ -114,7 +114,7 @@ impl MeshWall {
         }
     }
 
-    /// Does the closest point lie on the rim of an opening?
+    /// Whether the closest point lies on the rim of an opening.
     fn on_rim(&self, feature: &Feature) -> bool {
         match *feature {
             Feature::Face => false,
@@ -123,7 +123,7 @@ impl MeshWall {
         }
     }
 
-    /// Does the closest point lie on a crease, where no one normal is right?
+    /// Whether the closest point lies on a crease, where no single normal is right.
     fn on_crease(&self, feature: &Feature) -> bool {
         match *feature {
             Feature::Face => false,

@@ -1,10 +1,10 @@
-//! Places beside a wall, drawn at random.
+//! Random places beside a wall.
 
 use nalgebra::Vector3;
 
 use crate::geometry::{Triangle, Wall};
 
-/// A small generator of even numbers in [0, 1): xorshift64*.
+/// A small generator of uniform numbers in [0, 1): xorshift64*.
 struct Random(u64);
 
 impl Random {
@@ -19,7 +19,7 @@ impl Random {
 /// Places beside a wall, drawn on its facets and off them along their normals.
 pub(super) struct Beside<'a> {
     wall: &'a dyn Wall,
-    /// Sums of the facets' areas, those past openings counting nothing.
+    /// Cumulative areas of the facets; facets past openings have none.
     up_to: Vec<f64>,
     random: Random,
 }
@@ -49,14 +49,14 @@ impl<'a> Beside<'a> {
         Some((a + (b - a) * u + (c - a) * v, normal))
     }
 
-    /// A place so far from a facet \[m\].
+    /// A place between these distances from a facet \[m\].
     pub(super) fn place(&mut self, from_m: f64, to_m: f64) -> Option<Vector3<f64>> {
         let (on_facet, normal) = self.facet()?;
         Some(on_facet + normal * (from_m + (to_m - from_m) * self.random.next()))
     }
 }
 
-/// Radius of the widest place, found from a few hundred facets along their normals \[m\].
+/// Radius of the widest place, searched along the normals of a few hundred facets \[m\].
 pub fn widest_m(wall: &dyn Wall) -> f64 {
     const FACETS: usize = 200;
     const FIRST_M: f64 = 10e-6;

@@ -1,7 +1,7 @@
 //! Sampling a wall on the bricks near it. Byte layout: `cathforce_mechanics::Lumen`.
 //!
-//! First all bricks have the grid's spacing; then those that err most get half of it, as far as
-//! there is room.
+//! All bricks begin with the grid's spacing; those with the largest error then get half of it, as far
+//! as there is room.
 
 use std::collections::HashMap;
 use std::slice;
@@ -18,15 +18,15 @@ use super::options::{BuiltLumen, DEVICE_LUMEN_BYTES, LumenOptions};
 use super::quality::{interpolate, touching_m};
 use crate::geometry::Wall;
 
-/// What a node holds before it is packed.
+/// A node before it is packed.
 #[derive(Clone, Copy, Debug)]
 struct Node {
     distance_m: f64,
-    /// × 127, as it is stored.
+    /// Stored form: the unit vector × 127.
     normal: [i8; 3],
     /// How far past an opening \[m\].
     beyond_m: f64,
-    /// Stiffness, as it is stored.
+    /// Stored form of the stiffness.
     wall: u8,
 }
 
@@ -39,7 +39,7 @@ impl Node {
     }
 }
 
-/// What a brick of the directory holds.
+/// An entry of the directory.
 enum Brick {
     Free,
     Outside,
@@ -57,7 +57,7 @@ impl Brick {
     }
 }
 
-/// A sampled field: nodes that bricks share are there once.
+/// A sampled field; nodes that bricks share are stored once.
 struct Field<'a> {
     wall: &'a dyn Wall,
     grid: Grid,
@@ -74,7 +74,7 @@ impl<'a> Field<'a> {
     fn sample(wall: &'a dyn Wall, options: LumenOptions) -> Option<Self> {
         let grid = Grid::around(wall, &options)?;
         let near = all_near(&grid, &options, wall);
-        // What does not fit a directory, by far, must not cost minutes and gigabytes first.
+        // A lumen that is far too large is refused before it takes minutes and gigabytes.
         if count_near(&near) > 2 * usize::from(MOST_BRICKS) {
             return None;
         }
@@ -100,7 +100,7 @@ impl<'a> Field<'a> {
         Some(field)
     }
 
-    /// What `make` makes, with all nodes that it asked for sampled.
+    /// Calls `make`, then samples all nodes that it asked for; returns its result.
     fn with_nodes<T>(&mut self, make: impl FnOnce(&mut Indices<'_>) -> T) -> T {
         let mut indices =
             Indices { first: self.nodes.len(), of: &mut self.index_of, new: Vec::new() };
@@ -118,7 +118,7 @@ impl<'a> Field<'a> {
             && beyond_m < self.options.past_opening_m
     }
 
-    /// Gives half the spacing to the bricks that err most, as far as there is room.
+    /// Gives half the spacing to the bricks with the largest error, as far as there is room.
     fn refine(&mut self, built: &BuiltLumen) {
         let more = usize::from(OCTANTS - 1) * BRICK_NODES * NODE_BYTES;
         let room = self.options.room_bytes.saturating_sub(built.bytes.len()) / more;
@@ -142,7 +142,7 @@ impl<'a> Field<'a> {
         }
     }
 
-    /// Largest error of a brick's distances amid its cells, where an instrument touches \[m\].
+    /// Largest error of a brick's distances in the middle of its cells, where an instrument touches \[m\].
     fn error_m(&self, built: &BuiltLumen, entry: usize) -> f64 {
         let [low_m, high_m] = touching_m(&self.options);
         let first = half_steps(self.grid.first_node(entry));
@@ -198,12 +198,12 @@ impl<'a> Field<'a> {
     }
 }
 
-/// Gives nodes their indices.
+/// Assigns indices to nodes.
 struct Indices<'a> {
-    /// Nodes that were there.
+    /// Number of nodes that were there before.
     first: usize,
     of: &'a mut HashMap<Place, u32>,
-    /// To be sampled.
+    /// Nodes that have to be sampled.
     new: Vec<Place>,
 }
 
@@ -220,12 +220,12 @@ impl Indices<'_> {
     }
 }
 
-/// Whether a brick can reach into the stored band; what it is when it cannot.
+/// `Ok` if a brick can reach into the stored band, else what it is.
 fn near(grid: &Grid, options: &LumenOptions, wall: &dyn Wall, entry: usize) -> Result<(), Brick> {
     let half = 0.5 * BRICK_CELLS as f64;
     let middle = half_steps(grid.first_node(entry)) + Vector3::repeat(2.0 * half);
     let centre = wall.sample(&grid.position_m(middle));
-    // Distances change by no more than the way; past an opening by a little more.
+    // A distance changes by no more than the way; past an opening, by a little more.
     let reach_m = 1.1 * half * grid.cell_m * 3.0_f64.sqrt();
     let beside = centre.distance_m > options.inside_m() + reach_m
         || centre.distance_m < -options.outside_m - reach_m
@@ -233,8 +233,8 @@ fn near(grid: &Grid, options: &LumenOptions, wall: &dyn Wall, entry: usize) -> R
     if beside { Err(Brick::away(centre.distance_m)) } else { Ok(()) }
 }
 
-/// Of bricks that can reach into the band, one in so many does at least: they are told by the
-/// sphere around them, and its margin is widest against a narrow vessel.
+/// At least one in so many of the bricks that may reach into the band does. They are judged by the
+/// sphere around them, whose margin is widest in a narrow vessel.
 const MOST_NEAR_TO_ONE: usize = 3;
 
 /// [`near`] of every entry of the directory.
@@ -246,7 +246,7 @@ fn count_near(near: &[Result<(), Brick>]) -> usize {
     near.iter().filter(|near| near.is_ok()).count()
 }
 
-/// Whether the device may have room for a lumen, known without its nodes.
+/// Whether the device may have room for a lumen, judged without sampling its nodes.
 pub(crate) fn may_fit(wall: &dyn Wall, options: &LumenOptions) -> bool {
     Grid::around(wall, options).is_some_and(|grid| {
         let bricks = count_near(&all_near(&grid, options, wall)) / MOST_NEAR_TO_ONE;

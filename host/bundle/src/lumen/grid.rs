@@ -6,10 +6,10 @@ use nalgebra::Vector3;
 use super::options::LumenOptions;
 use crate::geometry::Wall;
 
-/// Most bricks along an axis, as the device takes them.
+/// Largest number of bricks along an axis that the device accepts.
 const MOST_ALONG_AXIS: usize = 1024;
-/// Most bricks that are looked at: a directory of four times the device's room. One stray
-/// corner of a vessel, metres away, must not cost hours.
+/// Largest number of bricks that are examined: a directory of four times the device's room. A stray
+/// corner of a vessel, metres away, would take hours otherwise.
 const MOST_ENTRIES: usize = 1 << 22;
 
 /// Half steps from the first node along x, y, z.
@@ -20,7 +20,7 @@ pub(super) type Place = [usize; 3];
 pub(super) struct Grid {
     pub origin_m: Vector3<f64>,
     pub bricks: [usize; 3],
-    /// As the device reads it back.
+    /// Spacing after rounding to f32, as the device reads it \[m\].
     pub cell_m: f64,
 }
 
@@ -41,7 +41,7 @@ impl Grid {
         fits.then_some(Self { origin_m, bricks, cell_m: f64::from(options.cell_m as f32) })
     }
 
-    /// That of a stored lumen.
+    /// The grid of a stored lumen.
     pub fn of(header: &LumenHeader) -> Self {
         Self {
             origin_m: Vector3::from(header.origin_m).map(f64::from),
@@ -75,7 +75,7 @@ impl Grid {
         })
     }
 
-    /// Where a node is, or a point between nodes \[m\].
+    /// Position of a node, or of a point between nodes \[m\].
     pub fn position_m(&self, half_steps: Vector3<f64>) -> Vector3<f64> {
         self.origin_m + half_steps * (0.5 * self.cell_m)
     }

@@ -1,10 +1,10 @@
-//! How a lumen is stored, and what comes of it.
+//! Options of a lumen, and its bytes.
 
 use cathforce_mechanics::LumenHeader;
 
 /// Bytes of lumen that the device has room for.
 pub const DEVICE_LUMEN_BYTES: usize = 2 << 20;
-/// Of them, left for what an image holds besides \[bytes\].
+/// Part of it that is left for the rest of an image \[bytes\].
 const HEAD_ROOM_BYTES: usize = 16 << 10;
 
 /// How finely and how widely a lumen is stored.
@@ -14,20 +14,20 @@ pub struct LumenOptions {
     pub cell_m: f64,
     /// Metres per unit of a stored distance; ± 32 767 of them must span the band and a brick.
     pub distance_unit_m: f64,
-    /// Of the instrument \[m\].
+    /// Outer radius of the instrument \[m\].
     pub outer_radius_m: f64,
     /// Bricks that lie farther than this outside are not stored \[m\].
     pub outside_m: f64,
-    /// The wall goes on straight past an opening, for so long \[m\].
+    /// Length over which the wall continues straight past an opening \[m\].
     pub past_opening_m: f64,
-    /// Bricks that err by more where an instrument touches get half the spacing \[m\].
+    /// Bricks with a larger error where an instrument touches get half the spacing \[m\].
     pub fine_above_m: f64,
-    /// As long as the lumen takes no more bytes.
+    /// Largest size of the lumen up to which bricks are refined \[bytes\].
     pub room_bytes: usize,
 }
 
 impl LumenOptions {
-    /// What an instrument of this outer radius needs.
+    /// The options for an instrument of this outer radius \[m\] and this grid spacing \[m\].
     pub fn for_instrument(outer_radius_m: f64, cell_m: f64) -> Self {
         Self {
             cell_m,
@@ -51,6 +51,6 @@ impl LumenOptions {
 pub struct BuiltLumen {
     pub header: LumenHeader,
     pub bytes: Vec<u8>,
-    /// Bricks that have half the spacing, and those that there is no room for.
+    /// Bricks that were refined, and bricks that had no room for that.
     pub fine: [usize; 2],
 }

@@ -1,4 +1,4 @@
-//! What storing a lumen on a grid costs: interpolated against exact distance.
+//! Errors of a stored lumen: interpolated against exact distance.
 
 use cathforce_mechanics::{BRICK_CELLS, BRICK_EDGE, BRICK_NODES, FINE, NODE_BYTES, OUTSIDE};
 use nalgebra::Vector3;
@@ -7,7 +7,7 @@ use super::beside::Beside;
 use super::options::{BuiltLumen, LumenOptions};
 use crate::geometry::{Wall, WallPoint};
 
-/// No wall is indented deeper \[m\].
+/// Deepest indentation of a wall \[m\].
 const DEEPEST_INDENTATION_M: f64 = 1e-3;
 /// A surface that is farther from the wall cannot touch it within a step of 1 ms \[m\].
 const AHEAD_M: f64 = 0.25e-3;
@@ -21,7 +21,7 @@ pub struct Spread {
 }
 
 impl Spread {
-    /// Of absolute values; zeros for an empty set.
+    /// The spread of absolute values; zeros for an empty set.
     pub fn of(values: impl IntoIterator<Item = f64>) -> Self {
         let mut all: Vec<f64> = values.into_iter().map(f64::abs).collect();
         all.sort_unstable_by(f64::total_cmp);
@@ -49,7 +49,7 @@ pub struct LumenQuality {
     pub normal_rad: Spread,
     /// Where the largest error of the distance is \[m\].
     pub worst_at_m: [f64; 3],
-    /// Distance deeper inside, as far as it is stored, where nothing touches \[m\].
+    /// Error of the distance deeper inside, where it is stored but nothing touches \[m\].
     pub deeper_m: Spread,
     /// Points compared there.
     pub deeper_points: usize,
@@ -67,7 +67,7 @@ pub fn interpolate(lumen: &BuiltLumen, p: &Vector3<f64>) -> Option<(WallPoint, f
     let header = &lumen.header;
     let (mut cell_m, unit_m) = (f64::from(header.cell_m), f64::from(header.distance_unit_m));
     let bricks = header.bricks.map(usize::from);
-    // In bricks, then in cells of the brick.
+    // Coordinates in bricks, then in cells of the brick.
     let mut scaled = (p - Vector3::from(header.origin_m.map(f64::from))) / cell_m;
     scaled /= BRICK_CELLS as f64;
     if (0..3).any(|axis| !(0.0..bricks[axis] as f64).contains(&scaled[axis])) {
@@ -133,14 +133,14 @@ struct Points {
     deeper: Vec<Compared>,
 }
 
-/// Random points beside the wall and not past an opening, by their exact distance alone, until
-/// `points` of them are where an instrument touches it.
+/// Draws random points beside the wall and not past an opening, by their exact distance alone, until
+/// an instrument touches the wall at `points` of them.
 fn compare(lumen: &BuiltLumen, wall: &dyn Wall, options: &LumenOptions, points: usize) -> Points {
     let [low_m, high_m] = touching_m(options);
     let deepest_m = options.inside_m();
     let mut beside = Beside::new(wall);
     let mut found = Points::default();
-    // An instrument that fits nowhere must not cost minutes.
+    // The bound ends the search if the instrument fits nowhere.
     for _ in 0..4 * points {
         let Some(at) = beside.place(low_m, deepest_m) else { continue };
         let exact = wall.sample(&at);
@@ -197,8 +197,8 @@ pub fn measure(
     }
 }
 
-/// Errors against another wall, at the points of [`measure`] that lie beside it: of the stored
-/// distance, and of `wall` itself \[m\]; `None` where no point is.
+/// Errors against another wall at the points of [`measure`] that lie beside it: those of the stored
+/// distance, and those of `wall` itself \[m\]. `None` if there is no such point.
 pub fn measure_against(
     lumen: &BuiltLumen,
     wall: &dyn Wall,

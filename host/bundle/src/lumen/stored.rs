@@ -5,10 +5,10 @@ use nalgebra::Vector3;
 
 use super::grid::{Grid, Place, half_steps};
 
-/// A node as it is stored.
+/// A stored node.
 #[derive(Clone, Copy, Debug)]
 pub struct StoredNode {
-    /// Of its first byte.
+    /// Offset of its first byte.
     pub at: usize,
     /// Half steps from the first node of the grid along x, y, z.
     pub place: [usize; 3],
@@ -27,7 +27,7 @@ pub struct StoredBrick {
     pub nodes: Vec<StoredNode>,
 }
 
-/// All bricks of a lumen, if its bytes are as the header says. Nodes on faces are there more than once.
+/// All bricks of a lumen, if its bytes match the header. Nodes that bricks share occur in each of them.
 pub fn stored_bricks(header: &LumenHeader, bytes: &[u8]) -> Result<Vec<StoredBrick>, LumenError> {
     Lumen::new(*header, bytes)?;
     let grid = Grid::of(header);

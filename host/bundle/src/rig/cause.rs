@@ -25,7 +25,7 @@ pub enum RigCause {
     Range { key: String, value: f64, meaning: &'static str },
     #[error("`{key}` is \"{found}\"; known are {known}")]
     Choice { key: &'static str, found: String, known: &'static str },
-    #[error("`{key}` is not of a {own}, which this rig is by its `plant`, but of a {other}")]
+    #[error("`{key}` belongs to a {other}, but by its `plant` this rig is a {own}")]
     OtherPlant { key: String, own: &'static str, other: &'static str },
     #[error(transparent)]
     Model(Box<BeyondModel>),
@@ -45,14 +45,14 @@ pub enum RigCause {
     ParallelUp,
 }
 
-/// A number from which one of the model would come that none can have.
+/// A value of `rig.toml` that would take a number of the model out of its range.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[error("`{key}` = {value} is beyond the model: {why}")]
 pub struct BeyondModel {
     pub key: String,
     pub value: String,
     pub why: String,
-    /// What the key may be, in words.
+    /// The values that the key may have, in words.
     pub may_be: String,
 }
 
@@ -79,8 +79,8 @@ impl RigCause {
             }
             RigCause::Choice { .. } => "use one of the known values".into(),
             RigCause::OtherPlant { key, own: "catheter", other } => format!(
-                "write `plant = \"{other}\"` above the tables, which is \"catheter\" where it is not \
-                 written; or take `{key}` out"
+                "write `plant = \"{other}\"` above the tables (the default is \"catheter\"), or take `{key}` \
+                 out"
             ),
             RigCause::OtherPlant { key, other, .. } => {
                 format!("take `{key}` out, or write `plant = \"{other}\"`")

@@ -1,4 +1,4 @@
-//! Values that are possible but look like a slip of the unit, usually by a thousand.
+//! Values that are possible but suggest a wrong unit, usually by a factor of a thousand.
 
 use std::ops::RangeInclusive;
 
@@ -10,10 +10,10 @@ use super::priors::prior_keys;
 use super::toml_reader::{Fault, RigWarning, TableReader};
 use super::types::{Plant, Rig};
 
-/// Heavier than this is metal.
+/// An instrument of a higher density is of metal.
 const METAL_KG_PER_M3: f64 = 3000.0;
 
-/// A number outside of its usual range.
+/// The usual range of a number.
 struct Usual {
     key: &'static str,
     range: RangeInclusive<f64>,
@@ -82,12 +82,12 @@ const SENSOR: [Usual; 7] = [
     },
 ];
 
-/// Of a prior; the first is that of a drive too, whose forces are of any size.
+/// Usual priors. Only the first applies to a drive as well, whose forces may be of any size.
 const PRIORS: [Usual; 7] = [
     Usual {
         key: "time_shift_sd_s",
         range: 0.0..=0.1,
-        says: ["", "longer than any link is late: milliseconds?"],
+        says: ["", "longer than the delay of any link: milliseconds?"],
     },
     Usual {
         key: "force_bias_sd_N",
@@ -137,7 +137,7 @@ fn usual(
     Ok(())
 }
 
-/// Adds what looks wrong in a rig that could be read.
+/// Adds warnings about what looks wrong in a rig that could be read.
 pub(crate) fn check(
     root: &TableReader<'_>,
     rig: &Rig,
@@ -170,7 +170,7 @@ pub(crate) fn check(
     let environment = root.table("environment", &ENVIRONMENT_KEYS)?;
     let (gravity, place) = environment.vector("gravity_m_per_s2")?;
     let size = gravity.iter().map(|x| x * x).sum::<f64>().sqrt();
-    // One is that of the Earth in its own unit, g.
+    // A size of 1 suggests that the unit is g.
     if size > 15.0 || (size > 0.0 && size < 1.5) {
         let message = format!("gravity of {size} m/s² is not that of the Earth: wrong unit?");
         warnings.push((place, message));

@@ -2,8 +2,8 @@
 
 use super::toml_reader::{Fault, POSITIVE, TableReader};
 
-/// Table `[priors]`: standard deviations of what may be off in every trial without being an effect.
-/// What is not stated is `None`, and the diagnosis has its own.
+/// Table `[priors]`: standard deviations of the nuisance parameters of every trial. A value that is not
+/// stated is `None`; the diagnosis then uses its own.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct RigPriors {
     /// Of the zero of every axis of the force sensor; of a drive, of its command.
@@ -31,15 +31,15 @@ const CATHETER_KEYS: [&str; 7] = [
     "wall_sd_m",
     "wall_at_junctions_sd_m",
 ];
-/// Of a drive without an instrument, which touches nothing.
+/// A drive on its own touches nothing, so it has no priors of vessel or wall.
 const DRIVE_KEYS: [&str; 2] = ["force_bias_sd_N", "time_shift_sd_s"];
 
-/// What such a rig may state.
+/// The keys that a rig may have.
 pub(super) const fn prior_keys(is_drive: bool) -> &'static [&'static str] {
     if is_drive { &DRIVE_KEYS } else { &CATHETER_KEYS }
 }
 
-/// The priors, as far as they are stated.
+/// Reads the priors that are stated.
 pub(super) fn read_priors(root: &TableReader<'_>, is_drive: bool) -> Result<RigPriors, Fault> {
     let Some(table) = root.optional_table("priors", prior_keys(is_drive))? else {
         return Ok(RigPriors::default());

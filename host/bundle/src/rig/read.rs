@@ -22,7 +22,7 @@ pub const FORMAT: &str = "trial-bundle/1";
 const WATER: (f64, f64) = (998.0, 1.0e-3);
 const BLOOD: (f64, f64) = (1060.0, 3.5e-3);
 
-/// Stiffness of a wall's region over the nominal one; a lumen stores 1/256 to 245.
+/// Allowed stiffness of a wall region over the nominal one; a lumen can store 1/256 to 245.
 const REGION_RATIOS: std::ops::RangeInclusive<f64> = 0.01..=100.0;
 const CATHETER_KEYS: [&str; 12] = [
     "format",
@@ -41,8 +41,8 @@ const CATHETER_KEYS: [&str; 12] = [
 const DRIVE_KEYS: [&str; 7] = ["format", "name", "plant", "drive", "sensor", "priors", "nominal"];
 
 impl Rig {
-    /// Reads the text of `rig.toml`. Unknown keys, missing ones, wrong types and values that
-    /// no instrument can have are faults; what merely looks wrong is warned of.
+    /// Reads the text of `rig.toml`. Unknown and missing keys, wrong types and impossible values are
+    /// faults; implausible values are warnings.
     pub(crate) fn parse(text: &str) -> Result<(Rig, Vec<RigWarning>), Fault> {
         let source = Source(text);
         let document = DeTable::parse(text).map_err(|error| {
@@ -50,13 +50,13 @@ impl Rig {
             (place, RigCause::Syntax(error.message().to_owned()))
         })?;
         let root = TableReader::document(source, document.get_ref());
-        // Another format may have other keys, and none of them is a slip then.
+        // The format comes first: keys of another format are no spelling mistakes.
         if let Some((format, place)) = root.optional_text("format")?
             && format != FORMAT
         {
             return Err((place, choice("format", format, "\"trial-bundle/1\"")));
         }
-        // Which keys are known depends on it, so that its own slip comes before theirs.
+        // The known keys depend on the plant, so a wrong plant is reported before wrong keys.
         let is_drive = match root.optional_text("plant")? {
             None | Some(("catheter", _)) => false,
             Some(("drive", _)) => true,
@@ -113,7 +113,7 @@ fn choice(key: &'static str, found: &str, known: &'static str) -> RigCause {
 fn entry(root: &TableReader<'_>, warnings: &mut Vec<RigWarning>) -> Result<RigEntry, Fault> {
     use nalgebra::Vector3;
 
-    /// Rounding of six decimals stays below.
+    /// Rounding to six decimals stays below this.
     const EXACT: f64 = 1e-5;
 
     let table = root.table("entry", &ENTRY_KEYS)?;

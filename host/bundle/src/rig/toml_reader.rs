@@ -1,4 +1,4 @@
-//! A TOML table read strictly: unknown keys first, then types, each with its place.
+//! Reads TOML tables strictly: unknown keys first, then types; every fault has its place.
 
 use std::ops::Range;
 
@@ -29,8 +29,7 @@ impl Source<'_> {
     }
 }
 
-/// Where the value of a key stands, `table.keys[2].key`; of one that is not there, where its table
-/// stands.
+/// The place of a key's value, given as `table.keys[2].key`; for a missing key, that of its table.
 pub(crate) fn place_of_key(text: &str, key: &str) -> Option<Place> {
     let document = DeTable::parse(text).ok()?;
     let mut found = None;
@@ -63,7 +62,7 @@ pub(crate) struct Number {
 }
 
 impl<'a> TableReader<'a> {
-    /// The document, whose keys are not looked at yet.
+    /// The whole document; its keys are not checked yet.
     pub(crate) fn document(source: Source<'a>, table: &'a DeTable<'a>) -> Self {
         Self { source, name: String::new(), span: 0..0, table }
     }
@@ -83,6 +82,8 @@ impl<'a> TableReader<'a> {
 
     /// Refuses any key that is not among `known`.
     pub(crate) fn check_keys(&self, known: &[&str]) -> Result<(), Fault> {
+        #[cfg(test)]
+        tests::note(&self.name, known);
         let Some((key, place)) = self.first_key(|key| !known.contains(&key)) else { return Ok(()) };
         let cause = RigCause::UnknownKey {
             key: key.to_owned(),
@@ -92,7 +93,7 @@ impl<'a> TableReader<'a> {
         Err((place, cause))
     }
 
-    /// The first key of the file of which this is so.
+    /// The first key in the file for which `is` holds.
     pub(crate) fn first_key(&self, is: impl Fn(&str) -> bool) -> Option<(&'a str, Place)> {
         let keys = self.table.keys().filter(|key| is(key.get_ref()));
         let first = keys.min_by_key(|key| key.span().start)?;
@@ -274,5 +275,30 @@ impl<'a> TableReader<'a> {
     /// The place of a key's value, or of the table when it is missing.
     pub(crate) fn place_of(&self, key: &str) -> Place {
         self.get(key).map_or_else(|| self.place(), |value| self.source.place(&value.span()))
+    }
+}
+
+#[cfg(test)]
+pub(crate) use tests::known_keys;
+
+#[cfg(test)]
+mod tests {
+    use std::cell::RefCell;
+    use std::collections::BTreeSet;
+
+    thread_local! {
+        static KNOWN: RefCell<BTreeSet<(String, String)>> = const { RefCell::new(BTreeSet::new()) };
+    }
+
+    pub(super) fn note(table: &str, known: &[&str]) {
+        let keys = known.iter().map(|key| (table.to_owned(), (*key).to_owned()));
+        KNOWN.with_borrow_mut(|all| all.extend(keys));
+    }
+
+    /// Every table and key that a reader knows of the tables that `read` has it read.
+    pub(crate) fn known_keys(read: impl FnOnce()) -> BTreeSet<(String, String)> {
+        KNOWN.take();
+        read();
+        KNOWN.take()
     }
 }

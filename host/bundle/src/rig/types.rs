@@ -13,12 +13,12 @@ pub struct RigEntry {
     pub guide_length_m: Option<f64>,
 }
 
-/// Part of a wall that is stiffer or softer than the rest, as a plaque is: what lies in a sphere.
+/// Part of a wall, within a sphere, that is stiffer or softer than the rest, like a plaque.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WallRegion {
     pub centre_m: [f64; 3],
     pub radius_m: f64,
-    /// Over the stiffness that `[vessel]` states.
+    /// Ratio to the stiffness that `[vessel]` states.
     pub stiffness_ratio: f64,
 }
 
@@ -26,11 +26,11 @@ pub struct WallRegion {
 #[derive(Clone, Debug, PartialEq)]
 pub struct RigVessel {
     pub friction_coefficient: f64,
-    /// Of one contact point, an instrument piece of length `wall_contact_spacing_m`.
+    /// Stiffness at one contact point, which stands for a length of `wall_contact_spacing_m`.
     pub wall_stiffness_n_per_m: f64,
     pub wall_contact_spacing_m: f64,
     pub wall_tangential_ratio: Option<f64>,
-    /// Where regions overlap, the last one counts.
+    /// Where regions overlap, the last one applies.
     pub wall_regions: Vec<WallRegion>,
 }
 
@@ -40,14 +40,14 @@ impl RigVessel {
         self.wall_stiffness_n_per_m / self.wall_contact_spacing_m
     }
 
-    /// The same where it is stiffest.
+    /// Line stiffness of the stiffest region \[N/m²\].
     pub fn stiffest_n_per_m2(&self) -> f64 {
         let ratios = self.wall_regions.iter().map(|region| region.stiffness_ratio);
         self.line_stiffness_n_per_m2() * ratios.fold(1.0, f64::max)
     }
 }
 
-/// What surrounds the instrument.
+/// The fluid that surrounds the instrument.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fluid {
     pub density_kg_per_m3: f64,
@@ -61,7 +61,7 @@ pub struct RigEnvironment {
     pub fluid: Option<Fluid>,
 }
 
-/// Table `[sensor]`; what is not stated is `None`.
+/// Table `[sensor]`; values that are not stated are `None`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct RigSensor {
     pub force_noise_sd_n: Option<f64>,
@@ -93,7 +93,7 @@ pub struct DriveRig {
     pub moving_mass_kg: f64,
 }
 
-/// What was measured.
+/// The kind of rig.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Plant {
     Catheter(Box<CatheterRig>),

@@ -4,7 +4,7 @@ use thiserror::Error;
 
 use crate::table::TableCause;
 
-/// An encoder without a value for longer than this is not known \[s\].
+/// Longest gap over which an encoder is interpolated \[s\].
 pub const LONGEST_GAP_S: f64 = 0.25;
 
 /// Why a trial is refused.
@@ -40,8 +40,8 @@ impl TrialCause {
                 "sort the rows by t_s; where the clock was set back, cut the trial in two there".into()
             }
             TrialCause::EncoderGap { .. } => format!(
-                "an encoder is read between its values, over {} s at most: give it in more rows, or \
-                 drop those that lie in the gap",
+                "an encoder is interpolated over gaps of {} s at most: give it in more rows, or take \
+                 out the rows in the gap",
                 LONGEST_GAP_S
             ),
             TrialCause::NegativeInsertion { .. } => {

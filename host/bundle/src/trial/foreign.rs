@@ -1,5 +1,5 @@
-//! Tables of other tools: their columns under a trial's names and in its units, then read as a
-//! bundle's trial is.
+//! Tables of other tools: columns are renamed and converted to a trial's units, then read like a
+//! bundle's trial.
 
 use thiserror::Error;
 
@@ -22,7 +22,7 @@ pub struct ColumnMap {
 }
 
 impl ColumnMap {
-    /// From `insertion_m=feed [mm]*0.001+0.028`; without a factor and an offset it is as it is.
+    /// From `insertion_m=feed [mm]*0.001+0.028`; factor and offset may be left out.
     pub fn parse(text: &str) -> Result<Self, String> {
         let wrong = || {
             format!(
@@ -57,7 +57,7 @@ impl ColumnMap {
     }
 }
 
-/// `FACTOR` or `FACTOR+OFFSET`, where a sign may be an exponent's or a number's own.
+/// `FACTOR` or `FACTOR+OFFSET`; a sign may belong to an exponent or to a number.
 fn scale_of(text: &str) -> Option<(f64, f64)> {
     let number = |text: &str| text.trim().parse::<f64>().ok().filter(|x| x.is_finite());
     let whole = number(text).map(|factor| (factor, 0.0));
@@ -76,19 +76,19 @@ fn is_known(name: &str) -> bool {
     columns::ALL.contains(&name) || columns::OF_DRIVE.contains(&name) || shape_index(name).is_some()
 }
 
-/// A column of the table that is none of the trial's.
+/// A column of the table that the trial does not have.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LeftOut {
     pub name: String,
-    /// The trial's column that it probably is.
+    /// The column of a trial that is probably meant.
     pub nearest: Option<&'static str>,
 }
 
-/// What a table gave.
+/// A trial that was read from a table.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Foreign {
     pub trial: Trial,
-    /// What was done to its rows, and what looks wrong with them.
+    /// Remarks on what was done to its rows and on what looks wrong.
     pub remarks: Vec<String>,
     pub left_out: Vec<LeftOut>,
 }
@@ -110,9 +110,8 @@ pub enum ForeignCause {
 
 type Fault = (Place, ForeignCause);
 
-/// Reads a table as the trial that it is under these names; columns that are not renamed are taken
-/// by their own name if a trial has it. Whether it is of a guidewire or of a drive on its own, its
-/// columns say.
+/// Reads a table as a trial after renaming columns by `maps`; other columns are taken if a trial has
+/// their name. The columns tell whether there is a guidewire, or a drive on its own.
 pub fn read_foreign(text: &str, maps: &[ColumnMap]) -> Result<Foreign, Fault> {
     let table = Table::split(text).map_err(of_table)?;
     let wanted = wanted(&table, maps)?;
@@ -199,7 +198,7 @@ fn of_table((place, cause): (Place, TableCause)) -> Fault {
     (place, ForeignCause::Trial(cause.into()))
 }
 
-/// A column that is missing has another name here.
+/// A missing column is reported as one that was not mapped.
 fn named(cause: TrialCause) -> ForeignCause {
     match cause {
         TrialCause::Table(TableCause::MissingColumn(name)) => ForeignCause::NotNamed(name),

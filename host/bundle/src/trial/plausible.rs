@@ -1,4 +1,4 @@
-//! Trials that are possible but whose numbers look like another unit's.
+//! Trials whose numbers are possible but suggest another unit.
 
 use std::path::Path;
 
@@ -7,14 +7,14 @@ use super::types::{CatheterTrial, Encoders, Trial, VectorColumn};
 use crate::place::{Place, Warning};
 use crate::rig::{CatheterRig, Plant, Rig, RigInstrument};
 
-/// Farther is no instrument turned \[rad\]: five turns; in degrees that is a twelfth of one.
+/// Largest plausible rotation \[rad\]: five turns. The same number of degrees is a twelfth of a turn.
 const MOST_TURNED_RAD: f64 = 30.0;
-/// A larger force breaks a phantom, and buckles what pushes \[N\].
+/// A larger force breaks a phantom and buckles the instrument \[N\].
 const MOST_FORCE_N: f64 = 50.0;
 /// Nothing in a vessel is farther from its frame's origin \[m\].
 const FARTHEST_M: f64 = 3.0;
 
-/// Warns of what looks like another unit's.
+/// Warns of columns that seem to be in another unit.
 pub(crate) fn warn_of_units(file: &Path, trial: &Trial, rig: &Rig, warnings: &mut Vec<Warning>) {
     let mut messages = Vec::new();
     if let (Plant::Catheter(rig), Some(data)) = (&rig.plant, trial.catheter()) {

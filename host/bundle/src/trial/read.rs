@@ -8,7 +8,7 @@ use crate::table::{Table, TableCause};
 
 type Fault = (Place, TrialCause);
 
-/// A trial as it was read, and what was done to its rows, in words.
+/// A trial as it was read, and remarks on what was done to its rows.
 pub(crate) struct Parsed {
     pub trial: Trial,
     pub remarks: Vec<String>,
@@ -24,7 +24,7 @@ impl Trial {
         Self::read_catheter(number, Table::parse(text).map_err(table_fault)?, has_guidewire)
     }
 
-    /// The same of a table.
+    /// The same from a table.
     pub(super) fn read_catheter(
         number: u32,
         mut table: Table,
@@ -60,13 +60,13 @@ impl Trial {
         Self::read_drive(number, Table::parse(text).map_err(table_fault)?)
     }
 
-    /// The same of a table.
+    /// The same from a table.
     pub(super) fn read_drive(number: u32, mut table: Table) -> Result<Parsed, Fault> {
         const COLUMNS: [&str; 4] = columns::OF_DRIVE;
         table.check_columns(&COLUMNS[..3], &COLUMNS, |_| false).map_err(table_fault)?;
         let mut remarks = Vec::new();
         let t_s = times(&mut table, &mut remarks)?;
-        // Both together tell the force of a motion; what lies between rows is the reader's.
+        // A force belongs to the motion in the same row; readers interpolate between rows.
         let rows = t_s.len();
         let dropped = table.drop_rows_without(&COLUMNS[1..3]);
         if dropped == rows {
@@ -96,14 +96,14 @@ fn at(table: &Table, row: usize, column: &str) -> Place {
     table.place(row, table.column(column).unwrap_or_default())
 }
 
-/// The time column, checked to rise once rows of one time are one.
+/// The time column, checked to rise after rows of one time were merged.
 fn times(table: &mut Table, remarks: &mut Vec<String>) -> Result<Vec<f64>, Fault> {
     if let Some(column) = table.column("t_s") {
         let joined = table.join_rows(column).map_err(table_fault)?;
         if joined > 0 {
             remarks.push(format!(
-                "{joined} rows have the time of the row before them; rows of one time are read as \
-                 one, what several of them have as its mean"
+                "{joined} rows have the time of the row before them; rows of one time are merged, and \
+                 values that several of them have are averaged"
             ));
         }
     }
@@ -126,7 +126,7 @@ struct Encoded<'a> {
 }
 
 impl Encoded<'_> {
-    /// A column with a number in every row: where it is empty, between its neighbours in time.
+    /// A column with a number in every row; empty fields are interpolated in time.
     fn column(&mut self, name: &'static str) -> Result<Vec<f64>, Fault> {
         let sparse = self.table.sparse_column(name).map_err(table_fault)?;
         let sparse = sparse.ok_or_else(|| {
@@ -142,7 +142,7 @@ impl Encoded<'_> {
             let cause = TableCause::MissingValue(name.into());
             return Err((at(self.table, 0, name), cause.into()));
         };
-        // Before the first value and after the last the encoder is taken to stand there.
+        // Before its first value and after its last the encoder is assumed to rest.
         let ends = [(0, first), (last, sparse.len() - 1)];
         let between = known.windows(2).map(|pair| (pair[0].0, pair[1].0));
         for (from, to) in ends.into_iter().chain(between.filter(|(from, to)| to - from > 1)) {
@@ -154,7 +154,7 @@ impl Encoded<'_> {
             }
         }
         self.remarks.push(format!(
-            "{name} has no value in {missing} of {} rows, where it is read between those that have",
+            "{name} has no value in {missing} of {} rows; it is interpolated there",
             sparse.len()
         ));
         let mut after = 0;
@@ -170,7 +170,7 @@ impl Encoded<'_> {
         Ok((0..sparse.len()).map(value).collect())
     }
 
-    /// The same of lengths past the entry plane.
+    /// The same for lengths past the entry plane, which are not negative.
     fn insertions(&mut self, name: &'static str) -> Result<Vec<f64>, Fault> {
         let insertion_m = self.column(name)?;
         match insertion_m.iter().position(|&x| x < 0.0) {
@@ -212,7 +212,7 @@ fn vectors(table: &Table, names: [&str; 3]) -> Result<Option<VectorColumn>, Faul
     (0..table.len()).map(row).collect::<Result<_, _>>().map(Some)
 }
 
-/// The columns of the guidewire's drive, which are there if and only if the wire is.
+/// The columns of the guidewire's drive: required with a guidewire, refused without one.
 fn guidewire(
     encoders: &mut Encoded<'_>,
     has_guidewire: bool,

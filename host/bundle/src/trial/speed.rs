@@ -1,4 +1,4 @@
-//! Encoders and clocks that are faster or slower than any drive: a unit is wrong, or a reading.
+//! Encoders and clocks that no drive can follow: a unit or a reading is wrong.
 
 use thiserror::Error;
 
@@ -20,20 +20,20 @@ pub struct Rush {
 /// No instrument is fed faster \[m/s\], or turned faster \[rad/s\] (three turns a second).
 const FASTEST_M_PER_S: f64 = 1.0;
 const FASTEST_RAD_PER_S: f64 = 20.0;
-/// Ways over which that is looked at, longer than the steps of any encoder \[m\], \[rad\].
+/// Motion over which a speed is measured; longer than the steps of any encoder \[m\], \[rad\].
 const RUSH_M: f64 = 5e-3;
 const RUSH_RAD: f64 = 1.0;
 
-/// No drive's rows are farther apart, on the whole \[s\]: 0.1 s, and what rounding adds to it.
+/// Largest median step between rows \[s\]: 0.1 s, with room for rounding.
 const LONGEST_STEP_S: f64 = 0.101;
-/// Of so few rows nothing can be said.
+/// Fewest steps from which a median is taken.
 const FEWEST_STEPS: usize = 10;
 /// How far from a thousand a ratio may be and still look like a slip of the unit.
 const THOUSANDFOLD: std::ops::RangeInclusive<f64> = 400.0..=2500.0;
 
 impl Trial {
-    /// Where an encoder goes faster than a drive can, if anywhere: a unit is wrong, of the encoder
-    /// or of the time, or the encoder jumps.
+    /// Where an encoder first goes faster than a drive can; `None` if nowhere. A unit of encoder or
+    /// time is wrong then, or the encoder jumps.
     pub fn rush(&self) -> Option<Rush> {
         self.catheter()?.encoders().find_map(|[insertion, rotation]| {
             let ((insertion, insertion_m), (rotation, rotation_rad)) = (insertion, rotation);
@@ -51,8 +51,8 @@ impl Trial {
         })
     }
 
-    /// What looks as if `t_s` were in milliseconds, if anything: rows that are too far apart for any
-    /// drive, or a thousand times as far as the sensor's are.
+    /// Why `t_s` seems to be in milliseconds; `None` if it does not: rows are too far apart for any
+    /// drive, or some thousand times as far as the sensor's rate says.
     pub fn slow_clock(&self, force_rate_hz: Option<f64>) -> Option<String> {
         let mut steps: Vec<f64> = self.t_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
         steps.sort_by(f64::total_cmp);
@@ -68,7 +68,7 @@ impl Trial {
     }
 }
 
-/// When a column first goes over a way of at least `way` faster than `limit`, and how fast.
+/// The first time at which a column moves by at least `way` faster than `limit`, and its speed.
 fn faster(t_s: &[f64], column: &[f64], way: f64, limit: f64) -> Option<(f64, f64)> {
     let mut first = 0;
     (1..t_s.len()).find_map(|row| {

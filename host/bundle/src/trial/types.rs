@@ -9,7 +9,7 @@ pub struct EncoderReading {
     pub rotation_rad: f64,
 }
 
-/// Column of three components with gaps; a row is there when all three are.
+/// Column of vectors with gaps; `None` where a row has no value.
 pub type VectorColumn = Vec<Option<[f64; 3]>>;
 
 /// Columns of a catheter's trial, one entry a row.
@@ -24,11 +24,11 @@ pub struct CatheterTrial {
     pub tip_m: Option<VectorColumn>,
     /// Points on the shape, tip first; empty without them.
     pub shape_m: Vec<VectorColumn>,
-    /// With a guidewire, and only then.
+    /// Present if and only if the rig has a guidewire.
     pub guidewire: Option<GuidewireTrial>,
 }
 
-/// Columns of the guidewire's drive, one entry a row; meant as the catheter's.
+/// Columns of the guidewire's drive, one entry a row, with the catheter's units and signs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GuidewireTrial {
     pub insertion_m: Vec<f64>,
@@ -40,7 +40,7 @@ pub struct GuidewireTrial {
 pub(super) type Encoders<'a> = [(&'static str, &'a [f64]); 2];
 
 impl CatheterTrial {
-    /// Those of the catheter's drive, then those of the guidewire's, if there is one.
+    /// The encoders of the catheter's drive, then those of the guidewire's, if there is one.
     pub(super) fn encoders(&self) -> impl Iterator<Item = Encoders<'_>> {
         let of = |names: [&'static str; 2], insertion_m, rotation_rad| {
             [(names[0], insertion_m), (names[1], rotation_rad)]
@@ -91,7 +91,7 @@ impl Trial {
         self.t_s.is_empty()
     }
 
-    /// From the first row to the last \[s\].
+    /// Time from the first row to the last \[s\].
     pub fn duration_s(&self) -> f64 {
         match (self.t_s.first(), self.t_s.last()) {
             (Some(first), Some(last)) => last - first,

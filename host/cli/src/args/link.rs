@@ -65,7 +65,7 @@ pub struct LinkServeArguments {
 
 #[derive(Debug, Args)]
 pub struct DoctorArguments {
-    /// Check this link and the device behind it as well.
+    /// Check this link and the device behind it, instead of what this computer offers.
     #[arg(long, value_parser = address)]
     pub link: Option<String>,
 }

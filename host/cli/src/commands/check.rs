@@ -1,6 +1,6 @@
 //! `cathforce check`: what a recording holds, what is missing and why, and whether it replays.
 
-use cathforce_recording::{ReplayError, ReplayReport, Survey, replay, survey};
+use cathforce_recording::{Recording, ReplayError, ReplayReport, Survey, replay, survey};
 use serde_json::json;
 
 use crate::args::CheckArguments;
@@ -13,14 +13,7 @@ pub fn run(ui: &Ui, arguments: &CheckArguments) -> Result<(), Failure> {
     arguments.json_file.check()?;
     let recording = open_recording(ui, &arguments.recording)?;
     let survey = survey(&recording);
-    let replayed = match arguments.no_replay {
-        true => None,
-        false => match replay(&recording) {
-            Ok((report, _)) => Some(report),
-            Err(ReplayError::FreeRunning) => None,
-            Err(error) => return Err(error.into()),
-        },
-    };
+    let replayed = replayed(&recording, arguments.no_replay)?;
     let json = json!({
         "path": arguments.recording,
         "complete": is_complete(&recording),
@@ -35,30 +28,46 @@ pub fn run(ui: &Ui, arguments: &CheckArguments) -> Result<(), Failure> {
         ("firmware".to_owned(), recording.info.firmware_version.clone()),
     ];
     rows.extend(survey_rows(&survey));
-    let verdict = match (&replayed, arguments.no_replay) {
-        (_, true) => "not asked for".to_owned(),
-        (None, false) => "not possible, because it was recorded without lock step".to_owned(),
-        (Some(report), _) if report.identical() => {
-            format!("bit by bit, {} frames", report.frames_compared)
-        }
-        (Some(_), _) => "no".to_owned(),
-    };
-    rows.push(("replays".to_owned(), verdict));
+    rows.push(("replays".to_owned(), verdict(replayed.as_ref(), arguments.no_replay)));
     arguments.json_file.write(ui, &json, two_columns(&rows))?;
     if let Some(report) = replayed.filter(|report| !report.identical()) {
         return Err(difference(&report, &recording.info));
     }
-    let missing = survey.frames_missing().max(survey.ticks_missing);
-    if missing > arguments.allow_missing {
-        let message = format!(
-            "{} frames and {} ticks are missing, more than the {} of --allow-missing",
-            survey.frames_missing(),
-            survey.ticks_missing,
-            arguments.allow_missing
-        );
-        return Err(Failure::new(Code::Threshold, message));
+    check_missing(&survey, arguments.allow_missing)
+}
+
+/// The replay; `None` where it is not wanted, or not possible without lock step.
+fn replayed(recording: &Recording, no_replay: bool) -> Result<Option<ReplayReport>, Failure> {
+    if no_replay {
+        return Ok(None);
     }
-    Ok(())
+    match replay(recording) {
+        Ok((report, _)) => Ok(Some(report)),
+        Err(ReplayError::FreeRunning) => Ok(None),
+        Err(error) => Err(error.into()),
+    }
+}
+
+fn verdict(replayed: Option<&ReplayReport>, no_replay: bool) -> String {
+    match replayed {
+        None if no_replay => "not asked for".to_owned(),
+        None => "not possible, because it was recorded without lock step".to_owned(),
+        Some(report) if report.identical() => {
+            format!("bit by bit, {} frames", report.frames_compared)
+        }
+        Some(_) => "no".to_owned(),
+    }
+}
+
+fn check_missing(survey: &Survey, allowed: u64) -> Result<(), Failure> {
+    let (frames, ticks) = (survey.frames_missing(), survey.ticks_missing);
+    if frames.max(ticks) <= allowed {
+        return Ok(());
+    }
+    let message = format!(
+        "{frames} frames and {ticks} ticks are missing, more than the {allowed} of --allow-missing"
+    );
+    Err(Failure::new(Code::Threshold, message))
 }
 
 fn survey_rows(survey: &Survey) -> Vec<(String, String)> {

@@ -1,9 +1,11 @@
-//! `cathforce doctor`: what stands between here and a device, and the line that mends it.
+//! `cathforce doctor`: checks everything between this program and a device, with a fix for each
+//! problem.
 
 mod device;
 mod interface;
 
 use std::fmt::Display;
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 use cathforce_control::{ENCODER_TIMEOUT_HARD_TICKS, TICK_S};
@@ -36,7 +38,7 @@ struct Check {
 #[serde(rename_all = "snake_case")]
 enum Verdict {
     Good,
-    /// Works, with less margin than it should have.
+    /// Works, but with less margin than it should have, or not for everything.
     Doubtful,
     Wrong,
 }
@@ -78,19 +80,22 @@ pub fn run(ui: &Ui, arguments: &DoctorArguments) -> Result<(), Failure> {
     let wrong = checks.iter().filter(|check| check.verdict == Verdict::Wrong);
     match wrong.clone().next() {
         Some(first) => {
-            let message = format!("{} wrong; what mends each stands beside it", wrong.count());
+            let message = match wrong.count() {
+                1 => "1 check failed; its fix is printed beside it".to_owned(),
+                failed => format!("{failed} checks failed; their fixes are printed beside them"),
+            };
             Err(Failure::new(first.code, message))
         }
         None => Ok(()),
     }
 }
 
-/// What this computer has to reach a device with. None of it is needed by all.
+/// Checks what this computer offers to reach a device. Nobody needs all of it.
 fn computer_checks() -> Vec<Check> {
     let mut checks = Vec::new();
     match net::check_sockets() {
         Err(error) => {
-            let fix = format!("needed for socketcan: links only. {}", error.fix());
+            let fix = format!("needed for --link socketcan:… only. {}", error.fix());
             checks.push(Check::doubtful("CAN sockets", error.problem(), fix));
         }
         Ok(()) => {
@@ -107,14 +112,14 @@ fn computer_checks() -> Vec<Check> {
     checks.push(match qemu::find_firmware(None) {
         Ok(elf) => Check::good("firmware for the emulated board", elf.display()),
         Err(error) => {
-            let fix = format!("needed for qemu only. {}", error.fix());
+            let fix = format!("needed for --link qemu only. {}", error.fix());
             Check::doubtful("firmware for the emulated board", error.problem(), fix)
         }
     });
     checks
 }
 
-/// How long after its time this program was woken at most, of half a second of sleeps.
+/// The largest delay of a wake-up over half a second of sleeps.
 fn latest_wake() -> Duration {
     const SLEEP: Duration = Duration::from_millis(1);
     let woken = (0..500).map(|_| {
@@ -132,7 +137,10 @@ fn timers(latest: Duration) -> Check {
     if latest.as_secs_f64() < silence_s {
         return Check::good("timers", found);
     }
-    let fix = format!("for a device that runs free and waits no longer than that: {REAL_TIME}");
+    let fix = format!(
+        "a device that runs free stops after {:.0} ms without encoder frames: {REAL_TIME}",
+        1e3 * silence_s
+    );
     Check::doubtful("timers", found, fix)
 }
 
@@ -145,7 +153,13 @@ fn link_checks(link: &str) -> Vec<Check> {
             Err(error) => return vec![Check::of("interface", &error)],
         }
         if checks.iter().any(|check| check.verdict == Verdict::Wrong) {
-            // Whatever the device does not answer then is no fault of its own.
+            // A device that does not answer then is not to blame.
+            return checks;
+        }
+    }
+    if let Some(elf) = emulated(link) {
+        checks.extend(emulator_checks(elf));
+        if checks.iter().any(|check| check.verdict == Verdict::Wrong) {
             return checks;
         }
     }
@@ -159,6 +173,30 @@ fn link_checks(link: &str) -> Vec<Check> {
     checks
 }
 
+/// The firmware that the address of an emulated board names, if it is one and names it.
+fn emulated(link: &str) -> Option<Option<&Path>> {
+    match link.split_once(':') {
+        Some(("qemu", elf)) => Some(Some(Path::new(elf))),
+        _ => (link == "qemu").then_some(None),
+    }
+}
+
+/// Whether there are firmware and an emulator, and whether its clocks are right.
+fn emulator_checks(elf: Option<&Path>) -> Vec<Check> {
+    let elf = match qemu::find_firmware(elf) {
+        Ok(elf) => elf,
+        Err(error) => return vec![Check::of("firmware for the emulated board", &error)],
+    };
+    let firmware = Check::good("firmware for the emulated board", elf.display());
+    let clocks = "the emulator's clocks";
+    let emulator = match qemu::self_test(&elf) {
+        Ok(measured) if measured.passed() => Check::good(clocks, measured),
+        Ok(measured) => Check::wrong(clocks, measured, qemu::INSTALL, Code::Link),
+        Err(error) => Check::of("emulator", &error),
+    };
+    vec![firmware, emulator]
+}
+
 fn text(ui: &Ui, checks: &[Check]) -> String {
     let line = |check: &Check| {
         let mark = match check.verdict {
@@ -167,7 +205,8 @@ fn text(ui: &Ui, checks: &[Check]) -> String {
             Verdict::Wrong => "WRONG",
         };
         let fix = check.fix.as_ref().map(|fix| format!("        fix: {fix}\n"));
-        format!("{mark}  {}: {}\n{}", ui.bold(&check.name), check.found, fix.unwrap_or_default())
+        let found = check.found.replace('\n', "\n      ");
+        format!("{mark}  {}: {found}\n{}", ui.bold(&check.name), fix.unwrap_or_default())
     };
     checks.iter().map(line).collect()
 }

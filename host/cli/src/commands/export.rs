@@ -24,14 +24,17 @@ pub fn run(ui: &Ui, arguments: &ExportArguments) -> Result<(), Failure> {
     check(arguments)?;
     let recording = open_recording(ui, &arguments.recording)?;
     let decoded = [&arguments.csv, &arguments.nodes, &arguments.parquet];
-    let track = match decoded.iter().any(|path| path.is_some()) {
-        true => analyse(&recording)?.track,
-        false => Track::default(),
+    let (track, entry_m) = match decoded.iter().any(|path| path.is_some()) {
+        true => {
+            let analysis = analyse(&recording)?;
+            (analysis.track, analysis.entry_m.map(|x| x as f32))
+        }
+        false => (Track::default(), [0.0; 3]),
     };
     let ticks = &track.ticks;
     let mut written = Written::default();
     if let Some(path) = &arguments.csv {
-        whole(path, |out| write_ticks_csv(&recording, ticks, out))?;
+        whole(path, |out| write_ticks_csv(&recording, ticks, entry_m, out))?;
         written.add(path, "ticks", ticks.len());
     }
     if let Some(path) = &arguments.nodes {
@@ -40,7 +43,7 @@ pub fn run(ui: &Ui, arguments: &ExportArguments) -> Result<(), Failure> {
         written.add(path, "shapes", shapes.len());
     }
     if let Some(path) = &arguments.parquet {
-        write_parquet(&recording, ticks, path)?;
+        write_parquet(&recording, ticks, entry_m, path)?;
         written.add(path, "ticks", ticks.len());
     }
     if let Some(path) = &arguments.candump {
@@ -74,11 +77,14 @@ pub fn run(ui: &Ui, arguments: &ExportArguments) -> Result<(), Failure> {
 fn write_parquet(
     recording: &cathforce_recording::Recording,
     ticks: &[cathforce_recording::TickEstimate],
+    entry_m: [f32; 3],
     path: &Path,
 ) -> Result<(), Failure> {
-    let write = cathforce_recording::write_ticks_parquet;
-    write_whole(path, |out| write(recording, ticks, out).map_err(io::Error::other))
-        .map_err(|e| Failure::write(path, e))
+    write_whole(path, |out| {
+        cathforce_recording::write_ticks_parquet(recording, ticks, entry_m, out)
+            .map_err(io::Error::other)
+    })
+    .map_err(|e| Failure::write(path, e))
 }
 
 #[cfg(not(feature = "parquet"))]

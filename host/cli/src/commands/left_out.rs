@@ -39,6 +39,7 @@ pub mod import_dbc {
 pub fn write_parquet(
     _: &cathforce_recording::Recording,
     _: &[cathforce_recording::TickEstimate],
+    _: [f32; 3],
     _: &std::path::Path,
 ) -> Result<(), Failure> {
     Err(without("cathforce export --parquet", "parquet"))

@@ -1,4 +1,4 @@
-//! `cathforce lumen`: a vessel as the device will see it, and what that costs.
+//! `cathforce lumen`: the distance field of a vessel as the device has it, its size and accuracy.
 
 use std::path::Path;
 use std::time::Instant;
@@ -28,7 +28,7 @@ pub fn run(ui: &Ui, arguments: &LumenArguments) -> Result<(), Failure> {
     }
     let (built, report) = built.map_err(|error| refuse(path, &error))?;
     let seconds = start.elapsed().as_secs_f64();
-    // What a device refuses is no file for one.
+    // A field that the device would refuse is not written.
     if let Some(out) = arguments.out.as_ref().filter(|_| report.too_large.is_none()) {
         write_again(out, Kind::Lumen, &built.bytes)?;
         ui.say(format_args!("{} bytes: {}", built.bytes.len(), out.display()));
@@ -39,7 +39,7 @@ pub fn run(ui: &Ui, arguments: &LumenArguments) -> Result<(), Failure> {
     match report.too_large {
         None => Ok(()),
         Some(error) => {
-            let message = format!("{}: {error}; --cell chooses the grid", path.display());
+            let message = format!("{}: {error}; `--cell` sets the grid", path.display());
             Err(Failure::new(Code::Threshold, message))
         }
     }
@@ -47,10 +47,10 @@ pub fn run(ui: &Ui, arguments: &LumenArguments) -> Result<(), Failure> {
 
 fn refuse(path: &Path, error: &LumenBuildError) -> Failure {
     match error {
-        // Names its file itself.
+        // This error names its file itself.
         LumenBuildError::Bundle(error) => Failure::input(error),
         error if error.is_about_room() => {
-            let message = format!("{}: {error}; --cell chooses the grid", path.display());
+            let message = format!("{}: {error}; `--cell` sets the grid", path.display());
             Failure::new(Code::Threshold, message)
         }
         error => Failure::input(format!("{}: {error}", path.display())),
@@ -69,7 +69,7 @@ fn source(report: &LumenReport) -> String {
     }
 }
 
-/// A spread of so many points; of none there is nothing to say.
+/// The spread of a quantity, unless it was measured at no point.
 fn measured(spread: &Spread, points: usize) -> Option<&Spread> {
     (points > 0).then_some(spread)
 }

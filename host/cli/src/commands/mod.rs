@@ -1,5 +1,6 @@
 //! The commands, each in a file of its own.
 
+pub mod bundle;
 pub mod check;
 pub mod config;
 pub mod doctor;
@@ -19,6 +20,7 @@ pub mod replay;
 pub mod report;
 pub mod run;
 pub mod shell;
+pub mod simulate;
 pub mod tips;
 
 #[cfg(not(feature = "monitor"))]

@@ -19,7 +19,7 @@ use crate::ui::Ui;
 
 /// From one picture to the next; little enough for a slow SSH connection.
 const PICTURE: Duration = Duration::from_millis(100);
-/// For a key that has been pressed: no time at all is not enough for the library to look.
+/// How long a key press is waited for; with no time at all the library does not look.
 const KEY: Duration = Duration::from_millis(1);
 /// From one line to the next where there is no terminal.
 const LINE: Duration = Duration::from_secs(1);

@@ -26,24 +26,46 @@ pub fn run(ui: &Ui, arguments: &SendArguments) -> Result<(), Failure> {
     let mut played = frames.iter().filter(|frame| wanted(frame, arguments)).collect::<Vec<_>>();
     // In lock step, frames to the device are recorded before the answers of earlier ticks.
     played.sort_by_key(|frame| frame.at_ns);
-    let Some(first) = played.first() else {
+    if played.is_empty() {
         let message = format!(
             "{}: none of its {} frames would be played\n  fix: --all plays the device's frames as well",
             path.display(),
             frames.len()
         );
         return Err(Failure::input(message));
-    };
-    let mut link = cathforce_link::open(&arguments.link)?;
+    }
+    let started = Instant::now();
+    let (sent, latest) = play(ui, &played, arguments)?;
+    let seconds = started.elapsed().as_secs_f64();
+    let rows = [
+        ("frames", sent.to_string()),
+        ("seconds", format!("{seconds:.3}")),
+        ("latest frame", format!("{:.3} ms after its time", 1e3 * latest.as_secs_f64())),
+    ];
+    let json = json!({ "frames": sent, "seconds": seconds, "latest_s": latest.as_secs_f64() });
+    ui.data(&json, two_columns(&rows.map(|(label, value)| (label.to_owned(), value))))?;
+    match sent == played.len() {
+        true => Ok(()),
+        false => Err(Failure::new(Code::Failed, "interrupted before the last frame was played")),
+    }
+}
+
+/// Sends each frame at its time. Returns how many were sent and the largest delay of one.
+fn play(
+    ui: &Ui,
+    frames: &[&BusFrame],
+    arguments: &SendArguments,
+) -> Result<(usize, Duration), Failure> {
     let interrupted = interrupt_flag()?;
-    let mut progress = ui.progress("playing", played.len() as u64, "frames");
+    let mut link = cathforce_link::open(&arguments.link)?;
+    let mut progress = ui.progress("playing", frames.len() as u64, "frames");
+    let first_ns = frames.first().map_or(0, |frame| frame.at_ns);
     let (started, mut latest) = (Instant::now(), Duration::ZERO);
-    let mut sent = 0_u64;
-    for frame in &played {
+    for (sent, frame) in frames.iter().enumerate() {
         if interrupted.load(Ordering::Relaxed) {
-            break;
+            return Ok((sent, latest));
         }
-        let seconds = (frame.at_ns - first.at_ns) as f64 * 1e-9 / arguments.speed;
+        let seconds = (frame.at_ns - first_ns) as f64 * 1e-9 / arguments.speed;
         let due = Duration::try_from_secs_f64(seconds).ok();
         let due = due.and_then(|wait| started.checked_add(wait)).ok_or_else(|| {
             let message = format!(
@@ -62,22 +84,9 @@ pub fn run(ui: &Ui, arguments: &SendArguments) -> Result<(), Failure> {
         latest = latest.max(due.elapsed());
         link.send(&frame.frame)?;
         link.flush()?;
-        sent += 1;
-        progress.set(sent);
+        progress.set(sent as u64 + 1);
     }
-    drop(progress);
-    let seconds = started.elapsed().as_secs_f64();
-    let rows = [
-        ("frames", sent.to_string()),
-        ("seconds", format!("{seconds:.3}")),
-        ("latest frame", format!("{:.3} ms after its time", 1e3 * latest.as_secs_f64())),
-    ];
-    let json = json!({ "frames": sent, "seconds": seconds, "latest_s": latest.as_secs_f64() });
-    ui.data(&json, two_columns(&rows.map(|(label, value)| (label.to_owned(), value))))?;
-    match sent == played.len() as u64 {
-        true => Ok(()),
-        false => Err(Failure::new(Code::Failed, "interrupted before the last frame was played")),
-    }
+    Ok((frames.len(), latest))
 }
 
 /// The frames of a recording or a log. `settings` describes the master of a log; a recording knows

@@ -6,7 +6,9 @@ use cathforce_bundle::Bundle;
 use cathforce_bundle::bundle::{CatheterTrial, EncoderReading};
 use cathforce_bus::{Encoder, Insertion, Rotation};
 use cathforce_link::{Client, Step};
-use cathforce_recording::{FEED_BEFORE_SCORE_M, Recording, SensorNoise, Summary, Trial, analyse};
+use cathforce_recording::{
+    Analysis, FEED_BEFORE_SCORE_M, Recording, SensorNoise, Summary, Trial, analyse,
+};
 
 use crate::args::{Feel, PlayArguments};
 use crate::difference::difference;
@@ -20,6 +22,17 @@ use crate::session::{Pace, Plan, run as run_session};
 use crate::ui::{Ui, two_columns};
 
 pub fn run(ui: &Ui, link: &str, pace: Pace, arguments: &PlayArguments) -> Result<(), Failure> {
+    run_and(ui, link, pace, arguments, |_, _| Ok(()))
+}
+
+/// The same; `and` is done with the recording and what follows from it, once they are summed up.
+pub fn run_and(
+    ui: &Ui,
+    link: &str,
+    pace: Pace,
+    arguments: &PlayArguments,
+    and: impl FnOnce(&Recording, &Analysis) -> Result<(), Failure>,
+) -> Result<(), Failure> {
     // Checked first, because building the image takes a while.
     cathforce_link::check_address(link)?;
     let bundle = open_bundle(ui, &arguments.bundle)?;
@@ -58,7 +71,7 @@ pub fn run(ui: &Ui, link: &str, pace: Pace, arguments: &PlayArguments) -> Result
         ui.say(format_args!("recording: {}", out.display()));
     }
     played?;
-    finish(ui, &out, arguments)
+    finish(ui, &out, arguments, and)
 }
 
 /// A trial that a device is to play.
@@ -126,8 +139,13 @@ pub fn temporary_folder() -> Result<tempfile::TempDir, Failure> {
         .map_err(|e| Failure::new(Code::Failed, format!("cannot make a temporary folder: {e}")))
 }
 
-/// Replays a recording, compares its forces with the sensor and prints the figures.
-fn finish(ui: &Ui, recording: &Path, arguments: &PlayArguments) -> Result<(), Failure> {
+/// Replays what was recorded, compares it with the sensor, and says what came out.
+fn finish(
+    ui: &Ui,
+    recording: &Path,
+    arguments: &PlayArguments,
+    and: impl FnOnce(&Recording, &Analysis) -> Result<(), Failure>,
+) -> Result<(), Failure> {
     let recording = Recording::open(recording)?;
     ui.say("replaying on the host");
     let analysis = analyse(&recording)?;
@@ -139,6 +157,7 @@ fn finish(ui: &Ui, recording: &Path, arguments: &PlayArguments) -> Result<(), Fa
     let title = ui.bold(&format!("{} trial {}", recording.info.rig, recording.info.trial));
     let text = format!("{title}\n{}{}\n", two_columns(&summary.rows()), recording.info.provenance);
     ui.data(&summary, text)?;
+    and(&recording, &analysis)?;
     if let Some(replay) = analysis.replay.as_ref().filter(|replay| !replay.identical()) {
         return Err(difference(replay, &recording.info));
     }

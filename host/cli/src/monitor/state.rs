@@ -7,7 +7,8 @@ use cathforce_bus::{Direction, Id, Process};
 use cathforce_control::{Fault, Mode};
 use cathforce_recording::latency::age_s;
 use cathforce_recording::{BusFrame, Decoder, DropoutCause, GuidewireEstimate, TickEstimate};
-use serde::Serialize;
+use serde::ser::SerializeMap as _;
+use serde::{Serialize, Serializer};
 
 use super::advice::{Heard, advice};
 
@@ -64,13 +65,20 @@ pub struct Shown {
     pub age_in_device_s: Option<f64>,
     pub insertion_m: Option<f32>,
     pub rotation_rad: Option<f32>,
+    #[serde(flatten, serialize_with = "force")]
     pub force_n: Option<[f32; 3]>,
+    #[serde(rename = "drive_fx_N")]
     pub drive_force_n: Option<f32>,
+    #[serde(rename = "drive_torque_N_m")]
     pub drive_torque_n_m: Option<f32>,
     /// Nine of ten true forces lie so near to these.
+    #[serde(flatten, serialize_with = "half_width")]
     pub force_half_width_n: Option<[f32; 3]>,
+    #[serde(rename = "drive_fx_half_width_N")]
     pub drive_force_half_width_n: Option<f32>,
+    #[serde(rename = "haptic_force_N")]
     pub haptic_force_n: f32,
+    #[serde(rename = "haptic_torque_N_m")]
     pub haptic_torque_n_m: f32,
     pub guidewire: Option<GuidewireEstimate>,
     /// Frames that are missing or could not be used.
@@ -79,6 +87,24 @@ pub struct Shown {
     pub lock_step: bool,
     /// What to do next, where something is to be done.
     pub advice: Option<String>,
+}
+
+/// A force under the names of a trial's columns.
+fn force<S: Serializer>(of: &Option<[f32; 3]>, to: S) -> Result<S::Ok, S::Error> {
+    axes(["fx_N", "fy_N", "fz_N"], *of, to)
+}
+
+/// Its half widths likewise.
+fn half_width<S: Serializer>(of: &Option<[f32; 3]>, to: S) -> Result<S::Ok, S::Error> {
+    axes(["fx_half_width_N", "fy_half_width_N", "fz_half_width_N"], *of, to)
+}
+
+fn axes<S: Serializer>(names: [&str; 3], of: Option<[f32; 3]>, to: S) -> Result<S::Ok, S::Error> {
+    let mut map = to.serialize_map(Some(3))?;
+    for (k, name) in names.into_iter().enumerate() {
+        map.serialize_entry(name, &of.map(|values| values[k]))?;
+    }
+    map.end()
 }
 
 impl Shown {

@@ -65,6 +65,8 @@ fn independent_clients_read_what_is_written() {
     let out = tempfile::tempdir().unwrap();
     let [log, table] = ["run.log", "run.parquet"].map(|name| out.path().join(name));
     data(["export", text(recording()), "--candump", text(&log), "--parquet", text(&table)]);
+    let csv = out.path().join("run.csv");
+    data(["export", text(recording()), "--csv", text(&csv)]);
     let read = Command::new(python)
         .arg(folder().join("read.py"))
         .args([recording(), &log, &table])
@@ -102,6 +104,9 @@ fn independent_clients_read_what_is_written() {
     assert_eq!(found["firmware_sha256"].as_str().unwrap().len(), 64);
     assert_eq!(&read["log"]["frames"], frames);
     assert_eq!(&read["table"]["rows"], ticks);
+    let csv = std::fs::read_to_string(csv).unwrap();
+    let heading = csv.lines().next().unwrap().split(',').collect::<Vec<_>>();
+    assert_eq!(read["table"]["columns"], serde_json::json!(heading), "CSV and Parquet agree");
     assert!(read["table"]["peak_n"].as_f64().unwrap() > 0.05);
 }
 

@@ -1,11 +1,14 @@
 //! Recordings as people and scripts meet them: made, checked, converted, shown.
 
+#[cfg(unix)]
+mod bus;
 mod check;
 mod clients;
 mod convert;
 mod documented;
 mod kept;
 mod live;
+mod made;
 #[path = "../support/documented.rs"]
 mod pages;
 #[path = "../support/mod.rs"]

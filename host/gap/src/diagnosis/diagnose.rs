@@ -121,7 +121,6 @@ mod tests {
     fn what_is_left_is_described_where_not_all_is_explained() {
         let named = answer(9.5);
         assert_eq!((named.verdict, &named.left), (Verdict::Named, &None));
-        assert!(!crate::page(&named).contains("<h2>What is left"));
         let beyond = answer(10.4);
         let left = beyond.left.as_ref().expect("its verdict is unknown");
         assert_eq!(left.after, ["slope"], "the effect that comes nearest, though it is not named");
@@ -136,9 +135,7 @@ mod tests {
         assert!((descriptors.mean - 0.2).abs() < 0.02, "{descriptors:?}");
         assert!(descriptors.time.unwrap() > 0.9 && left.words.contains("drifts with time"));
         assert!(beyond.places[0].descriptors.mean > 5.0, "nominal: {:?}", beyond.places[0]);
-        assert!(
-            crate::page(&beyond).contains("<h2>What is left</h2><p>After the model with slope")
-        );
+        assert!(left.words.starts_with("after the model with slope"), "{}", left.words);
         let json = serde_json::to_value(&beyond).unwrap();
         assert_eq!(json["left"]["where"][0]["channel"], "fx_N");
     }

@@ -18,7 +18,7 @@ use crate::selecting::selection::Selection;
 /// trials that there are, and for the shapes of the model, which are wrong in all trials alike.
 const WIDER: f64 = 2.5;
 /// Standard deviation, in scales of a parameter's prior, that any model of the mechanics leaves open:
-/// in bundles of another simulator most of what was put in lies that near, docs/explanation/diagnosis.md (D14).
+/// in bundles of another simulator most of what was put in lies that near (docs/gap.md).
 const OTHER_MODEL: f64 = 0.03;
 /// The same, as a share of what the effect is: a model whose forces answer to it by some percent more or
 /// less finds it by as much too small or too large.

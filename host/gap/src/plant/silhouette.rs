@@ -247,6 +247,19 @@ impl Plane {
     }
 }
 
+#[cfg(any(test, feature = "toy"))]
+impl Silhouette {
+    /// Of something flat, the entry in the middle of its left side.
+    pub fn rectangle([left, right]: [f64; 2], [low, high]: [f64; 2]) -> Self {
+        Self {
+            centre_m: Vector3::zeros(),
+            axes: [Vector3::x(), Vector3::y(), Vector3::z()],
+            entry_m: [left, 0.5 * (low + high)],
+            outline_m: vec![vec![[left, low], [right, low], [right, high], [left, high]]],
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use cathforce_bundle::geometry::{Branch, Station, TubeWall};
@@ -256,18 +269,6 @@ mod tests {
 
     const RADIUS_M: f64 = 4e-3;
     const BEND_M: f64 = 0.05;
-
-    impl Silhouette {
-        /// Of something flat, the entry in the middle of its left side.
-        pub fn rectangle([left, right]: [f64; 2], [low, high]: [f64; 2]) -> Self {
-            Self {
-                centre_m: Vector3::zeros(),
-                axes: [Vector3::x(), Vector3::y(), Vector3::z()],
-                entry_m: [left, 0.5 * (low + high)],
-                outline_m: vec![vec![[left, low], [right, low], [right, high], [left, high]]],
-            }
-        }
-    }
 
     /// A third of a circle in the plane of x and y, and where it begins.
     fn bend() -> (Silhouette, [f64; 3]) {

@@ -1,4 +1,4 @@
-//! Netlink, and `/sys/class/net` for what netlink's crate does not know.
+//! Netlink, and `/sys/class/net` for the attributes that the netlink crate lacks.
 
 use std::fs;
 use std::io;
@@ -53,7 +53,7 @@ pub fn find(interface: &str) -> Result<Interface, LinkError> {
 
 /// Sets an interface and brings it up. One that is not there and is named `vcan…` is made.
 ///
-/// Left alone when it is up with the same setup already: nobody on the bus notices.
+/// An interface that is up with the same setup is left alone, so that nobody on the bus notices.
 pub fn bring_up(interface: &str, setup: Setup) -> Result<Interface, LinkError> {
     check_sockets()?;
     if interface.starts_with("vcan") && !folder(interface).exists() {

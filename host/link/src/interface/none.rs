@@ -7,27 +7,27 @@ fn no_can() -> LinkError {
     LinkError::no_can("socketcan")
 }
 
-/// As on Linux, where a raw socket can be opened.
+/// Always an error: CAN sockets need Linux.
 pub fn check_sockets() -> Result<(), LinkError> {
     Err(no_can())
 }
 
-/// As on Linux: here there are none.
+/// Always empty: CAN interfaces need Linux.
 pub fn list() -> Vec<Interface> {
     Vec::new()
 }
 
-/// As on Linux: here there is none.
+/// Always an error: CAN interfaces need Linux.
 pub fn find(_: &str) -> Result<Interface, LinkError> {
     Err(no_can())
 }
 
-/// As on Linux, where it works.
+/// Always an error: CAN interfaces need Linux.
 pub fn bring_up(_: &str, _: Setup) -> Result<Interface, LinkError> {
     Err(no_can())
 }
 
-/// As on Linux, where it works.
+/// Always an error: CAN interfaces need Linux.
 pub fn bring_down(_: &str) -> Result<(), LinkError> {
     Err(no_can())
 }

@@ -1,11 +1,11 @@
-//! The log of an ATI force/torque sensor: counts to newtons in the vessel frame.
+//! Reads the log of an ATI force/torque sensor; counts become newtons in the vessel frame.
 
 use std::io::Read;
 
 use super::ati_heading::Heading;
-use super::{ImportError, read_text};
+use super::error::{ImportError, read_text};
 
-/// Where the axis of the vessel frame lies in the sensor's: which of its axes, and the sign.
+/// For each axis of the vessel frame, the axis of the sensor and its sign.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct AxisMap([(usize, i8); 3]);
 
@@ -31,8 +31,8 @@ impl AxisMap {
         if all { Ok(Self(axes)) } else { Err(wrong()) }
     }
 
-    /// Whether it turns one right-handed frame into another. One that does not is right only for
-    /// a sensor that reports the reaction.
+    /// Whether it is a rotation. A map with a reflection is right only for a sensor that reports the
+    /// reaction force.
     pub fn is_rotation(self) -> bool {
         let [a, b, c] = self.0.map(|(index, _)| index);
         let even = matches!([a, b, c], [0, 1, 2] | [1, 2, 0] | [2, 0, 1]);
@@ -45,13 +45,13 @@ impl AxisMap {
     }
 }
 
-/// What a sensor's log does not say of itself.
+/// What a sensor's log does not state.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AtiOptions {
     /// Counts that are one newton; 1 for a log in newtons.
     pub counts_per_n: f64,
     pub axes: AxisMap,
-    /// The mean over so much of the log's beginning is subtracted \[s\].
+    /// Time at the log's beginning whose mean force is subtracted \[s\].
     pub tare_s: f64,
     /// Rows a second, for a log without a column of time.
     pub rate_hz: Option<f64>,
@@ -64,12 +64,12 @@ pub struct ForceSample {
     pub force_n: [f64; 3],
 }
 
-/// What a log holds.
+/// The forces of a log.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AtiLog {
-    /// At least one, by time.
+    /// At least one sample, sorted by time.
     pub samples: Vec<ForceSample>,
-    /// Whether the log has its own time, so that no rate is asked for.
+    /// Whether the log has a time column, so that no rate is needed.
     pub has_time: bool,
 }
 
@@ -101,57 +101,78 @@ pub fn read_ati(mut log: impl Read, options: &AtiOptions) -> Result<AtiLog, Impo
             return Err(ImportError::new(named_at, "there is no column Time", fix));
         }
     };
-    let mut samples: Vec<ForceSample> = Vec::new();
-    let mut start_s = None;
+    let mut rows = Rows { names, heading, period_s, options, samples: Vec::new(), start_s: None };
     let mut last_line = named_at;
     for (line, row) in lines {
-        let fields = split(row);
-        if fields.len() != names.len() {
-            let problem = format!("{} fields, but {} columns are named", fields.len(), names.len());
-            // A comma that is a number's makes two fields of it.
-            let fix = match row.contains(',') && row.contains([';', '\t']) {
-                true => "write numbers with a point, a comma separates",
-                false => "take this line out, or log anew",
-            };
-            return Err(ImportError::new(line, problem, fix));
-        }
-        if samples.is_empty() && fields.iter().all(|field| field.parse::<f64>().is_err()) {
-            let problem = "the row has words and no number";
-            let fix = "take it out, and write units into the names, `Fx (N)`";
-            return Err(ImportError::new(line, problem, fix));
-        }
-        let number = |index: usize| number(line, names[index], fields[index]);
-        let [x, y, z] = heading.force;
-        let counts = [number(x)?, number(y)?, number(z)?];
-        let t_s = match (heading.time, period_s) {
-            (Some(index), _) => {
-                let t_s = number(index)?;
-                t_s - *start_s.get_or_insert(t_s)
-            }
-            (None, period_s) => samples.len() as f64 * period_s.unwrap_or_default(),
-        };
-        if let Some(before) = samples.last().filter(|before| before.t_s >= t_s) {
-            let problem = format!("time goes from {} s to {t_s} s", before.t_s);
-            return Err(ImportError::new(line, problem, "sort the rows, drop repeated ones"));
-        }
-        let force_n = options.axes.apply(counts.map(|x| x / options.counts_per_n));
-        samples.push(ForceSample { t_s, force_n });
+        rows.take(line, row)?;
         last_line = line;
     }
+    let (has_time, mut samples) = (rows.heading.time.is_some(), rows.samples);
     let Some(last) = samples.last() else {
         return Err(ImportError::new(named_at, "no row of numbers follows", "log anew"));
     };
-    // Its mean would be the touch that it is to show.
+    // The mean would then include the contact force.
     if options.tare_s > last.t_s && samples.len() > 1 {
         let problem = format!("the log ends {} s after its beginning, within the tare", last.t_s);
         let fix = "give --tare only the seconds in which nothing touched";
         return Err(ImportError::new(last_line, problem, fix));
     }
     tare(&mut samples, options.tare_s);
-    Ok(AtiLog { samples, has_time: heading.time.is_some() })
+    Ok(AtiLog { samples, has_time })
 }
 
-/// The fields of a line; a separator at its end begins none.
+/// The rows of a log below its heading.
+struct Rows<'a> {
+    names: Vec<&'a str>,
+    heading: Heading,
+    /// Time between rows \[s\], for a log without a time column.
+    period_s: Option<f64>,
+    options: &'a AtiOptions,
+    samples: Vec<ForceSample>,
+    /// Time of the first row \[s\].
+    start_s: Option<f64>,
+}
+
+impl Rows<'_> {
+    /// Reads the next row.
+    fn take(&mut self, line: u64, row: &str) -> Result<(), ImportError> {
+        let fields = split(row);
+        if fields.len() != self.names.len() {
+            let problem =
+                format!("{} fields, but {} columns are named", fields.len(), self.names.len());
+            // A decimal comma splits a number into two fields.
+            let fix = match row.contains(',') && row.contains([';', '\t']) {
+                true => "write numbers with a point, a comma separates",
+                false => "take this line out, or log anew",
+            };
+            return Err(ImportError::new(line, problem, fix));
+        }
+        if self.samples.is_empty() && fields.iter().all(|field| field.parse::<f64>().is_err()) {
+            let problem = "the row has words and no number";
+            let fix = "take it out, and write units into the names, `Fx (N)`";
+            return Err(ImportError::new(line, problem, fix));
+        }
+        let number = |index: usize| number(line, self.names[index], fields[index]);
+        let [x, y, z] = self.heading.force;
+        let counts = [number(x)?, number(y)?, number(z)?];
+        let t_s = match self.heading.time {
+            Some(index) => {
+                let t_s = number(index)?;
+                t_s - *self.start_s.get_or_insert(t_s)
+            }
+            None => self.samples.len() as f64 * self.period_s.unwrap_or_default(),
+        };
+        if let Some(before) = self.samples.last().filter(|before| before.t_s >= t_s) {
+            let problem = format!("time goes from {} s to {t_s} s", before.t_s);
+            return Err(ImportError::new(line, problem, "sort the rows, drop repeated ones"));
+        }
+        let force_n = self.options.axes.apply(counts.map(|x| x / self.options.counts_per_n));
+        self.samples.push(ForceSample { t_s, force_n });
+        Ok(())
+    }
+}
+
+/// The fields of a line; a separator at its end begins no further field.
 fn split(line: &str) -> Vec<&str> {
     let mut fields: Vec<_> = line.split([',', ';', '\t']).map(str::trim).collect();
     if fields.len() > 1 && fields.last() == Some(&"") {

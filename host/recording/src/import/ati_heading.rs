@@ -1,19 +1,19 @@
 //! Names and units of the columns of a sensor's log.
 
-/// Where the columns are that are read.
+/// Indices of the columns that are read.
 pub(super) struct Heading {
     pub(super) force: [usize; 3],
     pub(super) time: Option<usize>,
 }
 
-/// A name without its unit, in small letters, the unit as it is written, and what else is said.
+/// A column's name in lower case without its unit, the unit as written, and further words.
 struct Name {
     word: String,
     unit: Option<String>,
     is_exact: bool,
 }
 
-/// Of other units than newtons, how many are one, for whoever has such a log.
+/// Other units of force, and how many of each make a newton, for the advice in an error.
 const PER_NEWTON: [(&str, &str); 6] = [
     ("mn", "1000"),
     ("kn", "0.001"),
@@ -24,18 +24,18 @@ const PER_NEWTON: [(&str, &str); 6] = [
 ];
 const NEWTONS: [&str; 3] = ["n", "newton", "newtons"];
 const SECONDS: [&str; 4] = ["s", "sec", "second", "seconds"];
-/// Of times and of counts, so that they are told from other words behind a name.
+/// Units of times and counts, to tell them from other words behind a name.
 const OTHER_UNITS: [&str; 8] = ["ms", "us", "µs", "ns", "min", "counts", "count", "cts"];
 
 type Wrong = (String, String);
 
 impl Heading {
-    /// Whether these are names of a log's columns.
+    /// Whether these are the names of a log's columns.
     pub(super) fn is_one(names: &[&str]) -> bool {
         ["fx", "fy", "fz"].iter().all(|axis| names.iter().any(|name| Name::of(name).word == *axis))
     }
 
-    /// The columns, with units that are known: newtons, or counts of which so many are one.
+    /// Finds the columns and checks that their unit is newtons, or counts by `counts_per_n`.
     pub(super) fn read(names: &[&str], counts_per_n: f64) -> Result<Self, Wrong> {
         let force = |axis| {
             let none = || (format!("there is no column {axis}"), "log anew".to_owned());
@@ -61,7 +61,7 @@ impl Heading {
     }
 }
 
-/// The column of a name: the one that says nothing else, or the only one.
+/// The column of a name: the one without further words, or the only one.
 fn column(names: &[&str], wanted: &str) -> Result<Option<usize>, Wrong> {
     let candidates = |is_exact: bool| {
         let all = names.iter().enumerate().map(|(at, name)| (at, Name::of(name)));

@@ -1,29 +1,29 @@
-//! A sensor's forces beside the motion of a drive, which another clock had counted.
+//! Joins a sensor's forces with the motion of a drive that was recorded by another clock.
 
 use cathforce_bundle::bundle::LONGEST_GAP_S;
 
-use super::ForceSample;
-use crate::trial::{Measured, MeasuredDrive, Trial};
+use super::ati::ForceSample;
+use crate::format::trial::{Measured, MeasuredDrive, Trial};
 
-/// A trial of forces and a motion, and what of the forces is not in it.
+/// A trial joined from forces and a motion, and the forces that are not in it.
 #[derive(Clone, Debug, PartialEq, Default)]
 pub struct Joined {
-    /// Rows of the forces, and those of the motion that have something else.
+    /// Rows of the forces, and rows of the motion that hold other measurements.
     pub trial: Trial,
     /// Rows with a force of the sensor.
     pub forces: usize,
     /// Forces before the motion begins or after it ends.
     pub outside: usize,
-    /// Forces where the drive is not known: between rows of the motion that are too far apart.
+    /// Forces between rows of the motion that are too far apart.
     pub in_gaps: usize,
-    /// Rows of the motion that came along for what else they have.
+    /// Rows of the motion that were kept for other measurements.
     pub others: usize,
-    /// Whether the motion had a force of its own, which is not in it.
+    /// Whether the motion had a force of its own, which was dropped.
     pub had_force: bool,
 }
 
-/// Puts a force beside a motion: a row for each force, with the motion interpolated there, over
-/// [`LONGEST_GAP_S`] at most. What else the motion has keeps its own rows.
+/// Makes a row for each force, with the motion interpolated over [`LONGEST_GAP_S`] at most. Other
+/// measurements of the motion keep their own rows.
 ///
 /// `offset_s` is added to the time of the force.
 pub fn join(motion: &Trial, forces: &[ForceSample], offset_s: f64) -> Joined {

@@ -1,4 +1,4 @@
-//! Any table with a heading, whose columns are named one by one.
+//! Reads any table with a heading; the user names its columns.
 
 use std::io::Read;
 
@@ -8,18 +8,18 @@ use cathforce_bundle::bundle::{
 };
 use cathforce_bundle::{Place, Trial as BundleTrial};
 
-use super::{ImportError, read_text};
-use crate::trial::Trial;
+use super::error::{ImportError, read_text};
+use crate::format::trial::Trial;
 
-/// A trial that was imported, and what is to be said of it.
+/// An imported trial with remarks.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ImportedTable {
     pub trial: ImportedTrial,
-    /// What was done to the rows, what looks wrong with them, and what of the table is not used.
+    /// Remarks on changes to rows, on what looks wrong, and on unused columns.
     pub remarks: Vec<String>,
 }
 
-/// What a table is of.
+/// The kind of a table.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ImportedTrial {
     Catheter(Trial),
@@ -27,7 +27,7 @@ pub enum ImportedTrial {
     Drive(Vec<f64>, DriveTrial),
 }
 
-/// Who reads a table, and so what its user can do about it.
+/// The command that reads a table, which decides what an error can advise.
 #[derive(Clone, Copy, PartialEq)]
 enum Reader {
     /// Has `--column`.
@@ -36,14 +36,14 @@ enum Reader {
     Motion,
 }
 
-/// Reads a CSV with a heading as a bundle's trials are read: rows of one time are one, and an encoder
-/// is read between rows that have it. Columns that `maps` does not name are taken by their own name
-/// if a trial has it; others are left out and said. An empty field is a value that was not measured.
+/// Reads a CSV with a heading like a bundle's trial: rows of one time are merged, and encoders are
+/// interpolated. Columns that `maps` does not name are taken if a trial has their name; remarks list the
+/// others. An empty field is a value that was not measured.
 pub fn read_csv(table: impl Read, maps: &[ColumnMap]) -> Result<ImportedTable, ImportError> {
     read(table, maps, Reader::Import)
 }
 
-/// Where a catheter's drive was, in a trial of a bundle.
+/// Reads the motion of a catheter's drive from a trial of a bundle, with remarks.
 pub fn read_motion(table: impl Read) -> Result<(Trial, Vec<String>), ImportError> {
     let ImportedTable { trial, remarks } = read(table, &[], Reader::Motion)?;
     match trial {
@@ -80,7 +80,7 @@ fn left_out_of(left_out: &[LeftOut], reader: Reader) -> Option<String> {
         None => format!("`{name}`"),
     };
     let names = left_out.iter().map(one).collect::<Vec<_>>().join(", ");
-    (!names.is_empty()).then(|| format!("columns that are none of a trial's are left out: {names}"))
+    (!names.is_empty()).then(|| format!("columns that a trial does not have are left out: {names}"))
 }
 
 fn error((place, cause): (Place, ForeignCause), reader: Reader) -> ImportError {
@@ -94,7 +94,7 @@ fn error((place, cause): (Place, ForeignCause), reader: Reader) -> ImportError {
             format!("say which one it is: --column {name}=THEIRS*FACTOR+OFFSET")
         }
         (ForeignCause::NotNamed(_), Reader::Motion) => {
-            "give a trial as a bundle has it, which `cathforce import csv` makes of any table"
+            "give a trial in a bundle's format; `cathforce import csv` makes one of any table"
                 .into()
         }
         (ForeignCause::NoColumn { there, .. }, _) => {
@@ -113,7 +113,7 @@ fn error((place, cause): (Place, ForeignCause), reader: Reader) -> ImportError {
     ImportError { line: line as u64, column, problem: cause.to_string(), fix }
 }
 
-/// Whether a file is such a table of a bundle, by its heading.
+/// Whether a text is a trial of a bundle, judged by its heading.
 pub fn is_trial(text: &str) -> bool {
     let heading = text.trim_start_matches('\u{feff}').lines().next().unwrap_or_default();
     let has = |name| heading.split(',').any(|field| field.trim() == name);
@@ -123,7 +123,7 @@ pub fn is_trial(text: &str) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::trial::MeasuredDrive;
+    use crate::format::trial::MeasuredDrive;
 
     fn maps<const N: usize>(texts: [&str; N]) -> Vec<ColumnMap> {
         texts.iter().map(|text| ColumnMap::parse(text).unwrap()).collect()
@@ -152,7 +152,7 @@ mod tests {
         let (Trial { rows, .. }, remarks) = catheter(TABLE, &own);
         assert_eq!((rows[0].insertion_m, rows[0].force_n), (0.05 + 0.028, Some([1.0, 2.0, 3.0])));
         assert_eq!((rows[1].t_s, rows[1].force_n), (0.004, None));
-        assert_eq!(remarks, ["columns that are none of a trial's are left out: `note`"]);
+        assert_eq!(remarks, ["columns that a trial does not have are left out: `note`"]);
 
         let wrong = |from: &str, to: &str| refused(&TABLE.replace(from, to), &own);
         let missing = wrong("feed [mm]", "feed");
@@ -231,12 +231,12 @@ mod tests {
         let own = maps(["fx_N=a", "fx_N=b"]);
         let error = refused("t_s,insertion_m,rotation_rad,a,b\n0,0.1,0,1,2\n", &own);
         assert!(error.contains("the trial's column `fx_N` is given twice"), "{error}");
-        // What nobody asks for may.
+        // Columns that are not used may have the same name.
         let unused = "t_s,insertion_m,rotation_rad,note,note,,\n0,0.1,0,,,,\n";
         assert_eq!(catheter(unused, &[]).0.rows.len(), 1);
     }
 
-    /// As the reader of a bundle has it.
+    /// The same rules as those of a bundle's reader.
     #[test]
     fn rows_of_one_time_and_encoders_of_fewer_rows_are_read_as_a_bundles() {
         let table = "t_s,insertion_m,rotation_rad,fx_N,fy_N,fz_N\n0,0.1,0,1,0,0\n0,,,3,0,0\n\

@@ -1,5 +1,5 @@
-//! Where effects enter the recursion. The nominal model pays nothing for them: a solve is
-//! made for each of [`Nominal`] and [`ActiveEffects`], and one is chosen once a step.
+//! Effects in the recursion. They cost the nominal model nothing, because the solve is compiled once
+//! for [`Nominal`] and once for [`ActiveEffects`], and each step chooses one of them.
 
 use cathforce_scalar::{Pack, Vector3};
 
@@ -7,35 +7,35 @@ use super::fluid::FluidForce;
 use super::tendon::TendonBend;
 use super::wall_law::WallLaw;
 use crate::Real;
-use crate::coaxial::Slide;
 use crate::grid::Grid;
-use crate::model::{maximum, minimum};
+use crate::math::{maximum, minimum};
+use crate::overlap::Slide;
 use crate::tables::Joint;
 
-/// Softest twist of the joint at the entry, over its bending, that single precision keeps beside
-/// that in one matrix.
+/// Smallest torsional over bending stiffness of the joint at the entry. Single precision still resolves
+/// both in one matrix.
 const SOFTEST_TWIST: f64 = 1e-5;
 
-/// What a solve asks at each place where an effect may act; by default nothing changes.
+/// Places in a solve where effects may act. The defaults change nothing.
 pub(crate) trait Law<T: Real> {
-    /// The wall remembers what it has relaxed to.
+    /// The wall relaxes, so contacts keep the indentation to which it has relaxed.
     const RELAXES: bool = false;
-    /// Two instruments share the chain: radius and slide differ from sample to sample.
+    /// Two instruments share the chain, so radius and slip differ between samples.
     const COAXIAL: bool = false;
 
-    /// Outer radius at a sample \[m\]: the node of link `sample / 2`, or its middle.
+    /// Outer radius at a sample \[m\]. A sample is the node of link `sample / 2` if even, else its middle.
     #[inline(always)]
     fn radius(&self, _sample: usize, catheter_m: T) -> T {
         catheter_m
     }
 
-    /// How the surface at that sample moves against the chain in this step.
+    /// Motion of the surface at a sample relative to the chain in this step.
     #[inline(always)]
     fn slide(&self, _sample: usize) -> Slide<T> {
         Slide { along_m: T::zero(), turn_rad: T::zero(), ratio_to_last: T::one() }
     }
 
-    /// Distance and normal of the wall seen from a point.
+    /// Distance \[m\] and normal of the wall at a point, from those of the nominal wall.
     #[inline(always)]
     fn wall<N: Pack<T>>(
         &self,
@@ -46,21 +46,24 @@ pub(crate) trait Law<T: Real> {
         (distance_m, normal)
     }
 
-    /// Elastic force over the stiffness, its slope, and what the wall has relaxed to, for an
-    /// indentation \[m\] with its slope and what it had relaxed to.
+    /// Elastic response of the wall to an indentation \[m\].
+    ///
+    /// `slope`: derivative of the nominal force over stiffness \[1\]; `relaxed`: indentation to which
+    /// the wall had relaxed \[m\]. Returns elastic force over stiffness \[m\], its derivative \[1\], and the
+    /// new relaxed indentation \[m\].
     #[inline(always)]
     fn indentation_response<N: Pack<T>>(&self, indented: N, slope: N, _relaxed: N) -> (N, N, N) {
         (indented, slope, N::lit(0.0))
     }
 
-    /// Friction coefficient of a sample with this normal force in the last tick \[N\], which stands
-    /// for a piece of this length \[m\].
+    /// Friction coefficient of a sample, from the nominal one. `normal_n`: normal force in the last solve
+    /// \[N\]; `arc_m`: tributary length \[m\].
     #[inline(always)]
     fn friction<N: Pack<T>>(&self, nominal: N, _normal_n: N, _arc_m: N) -> N {
         nominal
     }
 
-    /// Force of the fluid per length at a node; `None` where there is no stream.
+    /// Force of the fluid per length at a node \[N/m\]; `None` without flow. `distance`: to the wall \[m\].
     #[inline(always)]
     fn fluid_force<N: Pack<T>>(
         &self,
@@ -70,14 +73,14 @@ pub(crate) trait Law<T: Real> {
         None
     }
 
-    /// How far the vessel carried the frame in which is computed, over the rig's, in this step and per
-    /// time in the last one \[m, m/s\]; `None` of one that never moves.
+    /// Motion of the mouth relative to the vessel's frame: displacement in this step \[m\] and velocity in
+    /// the last one \[m/s\]; `None` if the vessel never moves.
     #[inline(always)]
     fn vessel_motion(&self) -> Option<[Vector3<T>; 2]> {
         None
     }
 
-    /// The joint at the proximal end of link `index`, bent by `bend` \[rad\], material.
+    /// The joint at the proximal end of link `index`, which is rotated by `bend`, material axes \[rad\].
     #[inline(always)]
     fn joint(&mut self, _index: usize, nominal: &Joint<T>, _bend: &Vector3<T>) -> Joint<T> {
         *nominal
@@ -94,45 +97,45 @@ pub(crate) struct ActiveEffects<T: Real> {
     pub wall: WallLaw<T>,
     pub fluid: Option<FluidForce<T>>,
     pub tendon: Option<TendonBend<T>>,
-    /// Stiffness that softening has left, over the nominal one.
+    /// Stiffness after softening, over the nominal one \[1\].
     pub softness: T,
     pub vessel_motion: [Vector3<T>; 2],
     pub straightened: Option<Straightened<T>>,
     pub windup: Windup<T>,
 }
 
-/// The arc past the mouth whose pre-curve has not come back.     docs/model.md (33)
+/// The arc past the mouth along which the pre-curvature comes back.     docs/explanation/model.md (33)
 pub(crate) struct Straightened<T> {
     pub grid: Grid<T>,
-    /// From the mouth to the node that the sweep has come to, over link lengths.
+    /// Arc from the mouth to the present node of the recursion \[link lengths\].
     pub past_mouth: T,
-    /// Link length over that arc.
+    /// Link length over the arc along which the pre-curvature comes back \[1\].
     pub per_link: T,
 }
 
-/// The shaft behind the entry plane, which twists.     docs/model.md (37)
+/// Torsional wind-up of the shaft behind the entry plane.     docs/explanation/model.md (37)
 pub(crate) struct Windup<T> {
-    /// Torsional \[rad/(N·m)\].
+    /// Torsional compliance of the shaft \[rad/(N·m)\].
     pub compliance: T,
-    /// How far it is wound up \[rad\].
+    /// Present twist of the shaft \[rad\].
     pub wound_rad: T,
-    /// The joint at the entry.
+    /// Index of the joint at the entry.
     pub entry: usize,
-    /// Its arc, over that of its full cell.
+    /// Its arc over that of its full cell \[1\].
     pub guide_cell: T,
-    /// Of what the solve sees of its torsional stiffness, the share that is its own.
+    /// Its actual torsional stiffness over the one that the solve uses, 0 to 1.
     pub twisting: T,
 }
 
 impl<T: Real> Windup<T> {
-    /// Puts the shaft in series with the joint, which bends by `bend`.
+    /// Puts the shaft in series with the joint, which is rotated by `bend` \[rad\].
     fn add_shaft(&mut self, bend: &Vector3<T>, joint: &mut Joint<T>) {
         let cell_torsion = joint.torsion / self.guide_cell;
         joint.torsion /= T::one() + cell_torsion * self.compliance;
         joint.unloaded.subtract_z(self.wound_rad / self.guide_cell);
         let softest = joint.bending * T::lit(SOFTEST_TWIST);
         if joint.torsion < softest {
-            // The same moment, held against what the solve turns.
+            // A stiffer joint with the same moment at the present twist.
             self.twisting = joint.torsion / softest;
             let turned = bend.z() / self.guide_cell;
             let strain = (turned - joint.unloaded.z()) * self.twisting;

@@ -1,13 +1,13 @@
-//! How the table of effects becomes types: every parameter is written down once.
+//! The macro that makes types from the table of effects, so that each parameter is declared once.
 
-/// What is said about one number that can be set by its key.
+/// Declaration of one number that can be set by its key.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ParameterInfo {
-    /// Where it stands in a [`crate::Description`], as settings and catalogues name it.
+    /// Path of the field in a [`crate::Description`]; its name in settings and catalogues.
     pub key: &'static str,
-    /// Unit of every number here; "1" for a pure number.
+    /// Unit of all numbers here; "1" if dimensionless.
     pub unit: &'static str,
-    /// Value at which it changes nothing; `None` for what each rig states itself.
+    /// Value without effect; `None` for numbers that each rig states itself.
     pub off: Option<f64>,
     /// Smallest value accepted.
     pub min: f64,
@@ -31,8 +31,8 @@ pub struct EffectInfo {
 
 /// `group: Type { effect: Type { parameter: unit, off, smallest, largest; … } … } …`
 ///
-/// Makes a struct of each effect (with `off` and `is_off`), one of each group, [`Effects`] of
-/// the groups, and [`EFFECTS`], which says it all. The path of a field is its key.
+/// Makes a struct for each effect (with `off` and `is_off`) and for each group, [`Effects`] with all
+/// groups, and the table [`EFFECTS`]. The path of a field is its key.
 macro_rules! effects {
     ($(
         $(#[doc = $group_doc:literal])+

@@ -1,26 +1,27 @@
-//! From the encoder to the instrument at the entry plane.     docs/model.md (19)–(21)
+//! The drive train, from the encoder to the instrument at the entry plane.
+//!                                                                docs/explanation/model.md (19)–(21)
 
 use super::DriveEffects;
-use crate::model::{maximum, minimum, sin_cos};
+use crate::math::{maximum, minimum, sin_cos};
 use crate::{Drive, Real};
 
-/// Encoder samples that are kept for the latency.
+/// Number of encoder samples that are kept for the latency.
 pub const LONGEST_LATENCY_TICKS: usize = 64;
 
-/// What the drive train remembers.
+/// State of the drive train.
 #[derive(Clone, Debug)]
 pub struct DriveTrain<T> {
-    /// Newest samples of the encoder, in a ring; `None` before the first one.
+    /// Ring of the newest encoder samples; `None` before the first one.
     samples: Option<[Drive<T>; LONGEST_LATENCY_TICKS]>,
     /// Index of the newest one.
     newest: usize,
     /// The delayed sample of the last tick.
     delayed: Drive<T>,
-    /// What scale, ripple and slip have added since the run began.
+    /// Motion that scale, ripple and slip have added since the run began.
     accumulated: Drive<T>,
-    /// How far the output leads the gears, 0 to the width of the dead zone.
+    /// Lead of the output over the gears, 0 to the width of the dead zone.
     lead: Drive<T>,
-    /// Of the ripple: periods since the run began, modulo 1.
+    /// Phase of the ripple \[periods, modulo 1\].
     turns: T,
 }
 
@@ -43,11 +44,11 @@ impl<T: Real> DriveTrain<T> {
         }
     }
 
-    /// Where the instrument is at the entry plane when the encoder says `encoder`.
+    /// Position of the instrument at the entry plane for the encoder's position `encoder`.
     ///
-    /// `load_n`: force at the drive in the last tick, positive when pushing. With every effect
-    /// off it is `encoder`, to the bit. The first call begins the run: nothing is lost yet,
-    /// and the gears are taken up in the direction of insertion and of positive rotation.
+    /// `load_n`: force at the drive in the last tick, positive when pushing \[N\]. With every effect off
+    /// the result is `encoder` to the bit. The first call begins the run with no loss, and with the
+    /// backlash taken up towards insertion and positive rotation.
     pub fn follow(
         &mut self,
         effects: &DriveEffects<T>,
@@ -65,7 +66,7 @@ impl<T: Real> DriveTrain<T> {
         if first {
             return delayed;
         }
-        // Scale and dead zone.     docs/model.md (19)
+        // Scale and dead zone.     docs/explanation/model.md (19)
         let scale = &effects.encoder_scale;
         let dead = &effects.backlash;
         let fed = (delayed.insertion_m - last.insertion_m) * scale.insertion;
@@ -75,7 +76,7 @@ impl<T: Real> DriveTrain<T> {
             insertion_m: take_up(lead.insertion_m, fed, dead.insertion_m, dead.gradual),
             rotation_rad: take_up(lead.rotation_rad, turned, dead.rotation_rad, dead.gradual),
         };
-        // Ripple and slip of what comes through.     docs/model.md (20), (21)
+        // Ripple and slip of the motion past the backlash.     docs/explanation/model.md (20), (21)
         let moved = fed + self.lead.insertion_m - lead.insertion_m;
         let ripple = &effects.ripple;
         let turns = self.turns + ripple.cycles_per_m * moved + ripple.cycles_per_s * tick_s;
@@ -83,7 +84,7 @@ impl<T: Real> DriveTrain<T> {
         let (sin, _) = sin_cos(self.turns * T::lit(core::f64::consts::TAU) + ripple.phase_rad);
         let distance = if moved < T::zero() { -moved } else { moved };
         let one = T::one();
-        // What slips by more than it moves would be thrown by a load of the last tick.
+        // The limit keeps the load of the last tick from moving the instrument by itself.
         let lost = maximum(minimum(effects.slip.per_n * load_n, one), -one);
         self.accumulated.insertion_m += (delayed.insertion_m - last.insertion_m)
             * (scale.insertion - one)
@@ -99,7 +100,7 @@ impl<T: Real> DriveTrain<T> {
         }
     }
 
-    /// The encoder's sample of `ticks` ago, interpolated; the first one before there is any.
+    /// The encoder's sample `ticks` ago, interpolated; the first sample for times before the run.
     fn delay(&mut self, ticks: T, encoder: Drive<T>) -> Drive<T> {
         let samples = self.samples.get_or_insert([encoder; LONGEST_LATENCY_TICKS]);
         self.newest = (self.newest + 1) % LONGEST_LATENCY_TICKS;
@@ -121,7 +122,7 @@ impl<T: Real> DriveTrain<T> {
     }
 }
 
-/// What is left of a lead when the gears move.     docs/model.md (19)
+/// Lead that is left after the gears have moved by `moved`.     docs/explanation/model.md (19)
 fn take_up<T: Real>(lead: T, moved: T, width: T, gradual: T) -> T {
     if gradual <= T::zero() || width <= T::zero() {
         return clamp(lead - moved, width);
@@ -131,7 +132,7 @@ fn take_up<T: Real>(lead: T, moved: T, width: T, gradual: T) -> T {
     clamp(lead - moved * (T::one() - gradual * done), width)
 }
 
-/// Into 0 … `width`.
+/// `x` clamped to 0 … `width`.
 fn clamp<T: Real>(x: T, width: T) -> T {
     let x = if x < T::zero() { T::zero() } else { x };
     if x > width { width } else { x }

@@ -1,23 +1,24 @@
-//! Drag of the fluid.     docs/model.md (36)
+//! Drag of the fluid.     docs/explanation/model.md (36)
 
 use cathforce_scalar::Vector3;
 
 use super::FluidDrag;
 use crate::Real;
-use crate::model::{maximum, minimum, sin_cos};
+use crate::math::{maximum, minimum, sin_cos};
 
-/// The stream in one step.
+/// The flow in one step.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct FluidForce<T: Real> {
-    /// Mid-stream force per length along the instrument \[N/m\], and across it.
+    /// Force per length in mid-stream, along the instrument and as a vector of which the part across it
+    /// acts \[N/m\].
     along: T,
     across: Vector3<T>,
-    /// One over the distance from the wall at which it is fastest \[1/m\].
+    /// Inverse of the distance from the wall at which the flow is fastest \[1/m\].
     inverse_radius: T,
 }
 
 impl<T: Real> FluidForce<T> {
-    /// `turns`: pulses since the run began.
+    /// `turns`: phase of the pulse \[periods\].
     pub fn new(drag: &FluidDrag<T>, turns: T) -> Self {
         let (sin, _) = sin_cos(turns * T::lit(core::f64::consts::TAU) + drag.phase_rad);
         let now = T::one() + drag.pulse_ratio * sin;
@@ -28,7 +29,7 @@ impl<T: Real> FluidForce<T> {
         }
     }
 
-    /// Force per length on a point of the instrument \[N/m\].
+    /// Force per length at a point of the instrument \[N/m\]; `distance_m`: to the wall.
     pub fn force(&self, tangent: &Vector3<T>, distance_m: T) -> Vector3<T> {
         let x = minimum(maximum(distance_m * self.inverse_radius, T::zero()), T::one());
         let profile = x * (T::lit(2.0) - x);

@@ -1,4 +1,4 @@
-//! From the force on the vessel to what its sensor reads.     docs/model.md (22)
+//! The force sensor, from the force on the vessel to its reading.     docs/explanation/model.md (22)
 
 use cathforce_scalar::Vector3;
 
@@ -6,10 +6,10 @@ use super::SensorEffects;
 use crate::Real;
 use crate::algebra::Rotation;
 
-/// What the sensor remembers.
+/// State of the force sensor.
 #[derive(Clone, Debug)]
 pub struct Measurement<T: Real> {
-    /// Time since the first reading \[s\], and what the sensor then follows with.
+    /// Time since the first reading \[s\], and the filtered force \[N\].
     last: Option<(T, Vector3<T>)>,
 }
 
@@ -25,9 +25,9 @@ impl<T: Real> Measurement<T> {
         Self { last: None }
     }
 
-    /// The reading \[N\] for a force on the vessel \[N\], `dt_s` after the last one.
+    /// The sensor's reading \[N\] for a force on the vessel \[N\], `dt_s` after the last reading.
     ///
-    /// With every effect off it is the force, to the bit. Drift counts from the first reading.
+    /// With every effect off it is the force to the bit. Drift starts at the first reading.
     pub fn read(&mut self, effects: &SensorEffects<T>, dt_s: T, force_n: [T; 3]) -> [T; 3] {
         if effects.is_off() {
             return force_n;
@@ -35,7 +35,7 @@ impl<T: Real> Measurement<T> {
         let turn = &effects.misalignment;
         let half = Vector3::new(turn.x_rad, turn.y_rad, turn.z_rad) * T::lit(0.5);
         let sensor = Rotation::identity().turned(&half);
-        // What is turned with the sensor's axes is turned back in them.
+        // In the axes of a rotated sensor, the force is rotated the other way.
         let axes = Rotation { w: sensor.w, v: -sensor.v };
         let seen = axes.rotate(&Vector3::from(force_n)) * effects.gain.factor;
         let (time_s, followed) = match self.last {

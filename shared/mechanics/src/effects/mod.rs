@@ -1,16 +1,16 @@
-//! Effects beyond the nominal model: what a real rig may have and its description does not
-//! say. All are off unless the description switches them on.
+//! Effects beyond the nominal model: properties that a real rig may have but its nominal description
+//! leaves out. All are off unless the description switches them on.
 //!
 //! | file | effects |
 //! | --- | --- |
 //! | `table` | every parameter with unit, off value and range |
 //! | `drive_train` | drive: latency, scale, backlash, ripple, slip |
-//! | `nominal` | those that only change what the tables are made from |
-//! | `memory` | wall: motion; entry: drag and guide; what all remember |
-//! | `active` | where the recursion asks for effects: softening, guide, wind-up |
+//! | `nominal` | effects that only change the numbers from which tables are made |
+//! | `state` | wall: motion; entry: drag and guide; the state of all effects |
+//! | `active` | effects in the recursion: softening, guide, wind-up |
 //! | `wall_law` | contact, and wall: narrowing, stiffening, relaxation |
-//! | `pull` | the tendon |
-//! | `stream` | the fluid |
+//! | `tendon` | the tendon |
+//! | `fluid` | drag of the fluid |
 //! | `measurement` | sensor: gain, misalignment, time constant, bias, drift |
 
 pub(crate) mod active;

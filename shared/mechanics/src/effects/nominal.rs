@@ -1,13 +1,13 @@
-//! Effects that change what the tables are made from, and nothing in the recursion.
+//! Effects that change the numbers from which tables are made, and nothing in the recursion.
 
 use cathforce_scalar::Vector3;
 
 use crate::algebra::Rotation;
 use crate::{Description, Entry, Instrument, Real, Wall};
 
-/// The instrument with its effects of stiffness and pre-curvature.     docs/model.md (23)
+/// The instrument with the effects on its stiffness and pre-curvature.     docs/explanation/model.md (23)
 ///
-/// The stored curvature of the shaft goes on for ever and is added where the tables are made.
+/// The stored curvature of the shaft is added where the segments are made, because it is unbounded.
 pub(crate) fn instrument<T: Real>(description: &Description<T>) -> Instrument<T> {
     let effects = &description.effects.instrument;
     let mut instrument = description.instrument.clone();
@@ -30,17 +30,17 @@ pub(crate) fn instrument<T: Real>(description: &Description<T>) -> Instrument<T>
     instrument
 }
 
-/// An instrument of one section has its pre-curved length for a tip.
+/// Splits an instrument of one section behind its pre-curved length, which becomes the tip section.
 fn split_single_section<T: Real>(instrument: &mut Instrument<T>) {
     let curved = instrument.precurve.iter().fold(T::zero(), |sum, piece| sum + piece.length_m);
     if let ([only], true) = (instrument.sections.as_slice(), curved > T::zero()) {
         let tip = crate::Section { length_m: curved, ..*only };
-        // One section of eight: there is room.
+        // Cannot fail: there are two sections of at most eight.
         let _ = instrument.sections.insert(0, tip);
     }
 }
 
-/// The wall's law at its own stiffness.     docs/model.md (24)
+/// The contact law with the effect on the wall's stiffness.     docs/explanation/model.md (24)
 pub(crate) fn wall<T: Real>(description: &Description<T>) -> Wall<T> {
     let factor = description.effects.wall.stiffness.factor;
     Wall {
@@ -50,9 +50,10 @@ pub(crate) fn wall<T: Real>(description: &Description<T>) -> Wall<T> {
     }
 }
 
-/// Where the vessel stands: from its own frame, in which the model computes, to the rig's.
+/// Placement of the vessel: the transformation from its frame, in which the model computes, to the
+/// rig's.     docs/explanation/model.md (25)
 ///
-/// x_rig = p + R (x − p) + d, with p the entry point of the description.     docs/model.md (25)
+/// x_rig = p + R (x − p) + d, where p is the entry point of the description.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Placement<T: Real> {
     /// p
@@ -64,8 +65,8 @@ pub(crate) struct Placement<T: Real> {
 }
 
 impl<T: Real> Placement<T> {
-    /// The registration of a description; the wall's motion comes on top. `None` if the vessel
-    /// stands still where the rig says.
+    /// The registration of a description, without the wall's motion. `None` if the vessel neither moves
+    /// nor is displaced.
     pub fn of(description: &Description<T>) -> Option<Self> {
         let wall = &description.effects.wall;
         let r = &wall.registration;
@@ -106,18 +107,21 @@ pub(crate) fn mouth<T: Real>(entry: &Entry<T>, guide_length_m: T) -> Vector3<T> 
     Vector3::from(entry.position_m) + Vector3::from(entry.direction) * guide_length_m
 }
 
-/// Whether anything of the description acts in the recursion.
-pub(crate) fn has_active_effects<T: Real>(description: &Description<T>) -> bool {
-    let (effects, zero) = (&description.effects, T::zero());
-    let (wall, instrument, tendon) = (&effects.wall, &effects.instrument, &description.tendon);
-    !(effects.contact.is_off()
-        && wall.hyperelastic.is_off()
-        && wall.viscoelastic.is_off()
-        && wall.narrowing.is_off()
-        && wall.motion.is_off()
-        && instrument.softening.is_off()
-        && instrument.torsional_windup.is_off()
-        && effects.entry.guide.straightened_m == zero
-        && effects.fluid.is_off())
-        || tendon.stiffness_n_per_m * tendon.offset_m * tendon.length_m > zero
+impl<T: Real> Description<T> {
+    /// Whether effects or a tendon act in the recursion, where they cost time in every solve. All
+    /// other effects only change numbers of the nominal model.
+    pub fn has_active_effects(&self) -> bool {
+        let (effects, zero) = (&self.effects, T::zero());
+        let (wall, instrument, tendon) = (&effects.wall, &effects.instrument, &self.tendon);
+        !(effects.contact.is_off()
+            && wall.hyperelastic.is_off()
+            && wall.viscoelastic.is_off()
+            && wall.narrowing.is_off()
+            && wall.motion.is_off()
+            && instrument.softening.is_off()
+            && instrument.torsional_windup.is_off()
+            && effects.entry.guide.straightened_m == zero
+            && effects.fluid.is_off())
+            || tendon.stiffness_n_per_m * tendon.offset_m * tendon.length_m > zero
+    }
 }

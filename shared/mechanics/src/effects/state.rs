@@ -1,4 +1,4 @@
-//! What the effects remember from tick to tick, and what they do once a tick.
+//! State of the effects between ticks, and the parts of them that act once per step.
 
 use cathforce_scalar::Vector3;
 
@@ -8,45 +8,46 @@ use super::nominal::Placement;
 use super::tendon::{TendonBend, TendonState};
 use super::wall_law::WallLaw;
 use super::{DriveTrain, EntryDrag, WallMotion};
-use crate::coaxial::Overlap;
-use crate::model::{maximum, minimum, sin_cos};
+use crate::math::{maximum, minimum, sin_cos};
+use crate::overlap::Overlap;
 use crate::{Drive, Drives, Model, Outputs, Real};
 
-/// The shaft behind the entry plane winds up or unwinds by no more a solve \[rad\]: the joint at
-/// the entry is linear in it.
+/// Largest change of the shaft's wind-up in a solve \[rad\]; the joint at the entry is linearised in
+/// it.
 const LARGEST_UNWINDING_RAD: f64 = 0.2;
-/// Time over which the drive's speed is smoothed \[s\]: an encoder moves by whole steps.
+/// Time constant of the filter on the drives' speed \[s\]; an encoder moves in whole counts.
 const SPEED_TIME_S: f64 = 0.01;
 
-/// Memory of the effects, those at the samples of the wall apart.
+/// State of the effects, except for the relaxation at the contacts.
 #[derive(Clone, Debug)]
 pub(crate) struct EffectState<T: Real> {
     pub drive_train: DriveTrain<T>,
     /// Force at the drive in the last tick \[N\].
     load_n: T,
-    /// Periods of the wall's motion since the run began, modulo 1.
+    /// Phase of the wall's motion \[periods, modulo 1\].
     wall_turns: T,
-    /// How far the instrument is past the introducer, and how far it went in the last tick \[m\].
+    /// Insertion past the introducer, and its change in the last tick \[m\].
     entered_m: Option<T>,
     entered_by_m: T,
-    /// Elastic share of the introducer's friction: feed since it last slid \[m\].
+    /// Presliding displacement of the introducer's friction \[m\].
     dragged_m: T,
-    /// Feed since the run began, either way \[m\].
+    /// Accumulated feed since the run began, in both directions \[m\].
     path_m: T,
-    /// Of the faster instrument's surface where it enters, smoothed \[m/s\].
+    /// Filtered speed of the faster instrument's surface at the mouth \[m/s\].
     speed_m_per_s: T,
-    /// Share of the softening that has happened.
+    /// Share of the softening that has happened, 0 to 1.
     softened: T,
-    /// Pulses of the fluid since the run began, modulo 1.
+    /// Phase of the fluid's pulse \[periods, modulo 1\].
     pulses: T,
     /// Twist of the shaft behind the entry plane \[rad\].
     pub wound_rad: T,
     tendon: TendonState<T>,
-    /// Where the vessel stands; `None` where the rig says.
+    /// Placement of the vessel; `None` if its frame is the rig's.
     pub placement: Option<Placement<T>>,
-    /// The guide's mouth in the vessel's frame \[m\].
+    /// Mouth of the guide in the vessel's frame \[m\].
     pub mouth: Vector3<T>,
-    /// How far it was carried there in this step \[m\], and how fast in the last one \[m/s\].
+    /// Displacement of the mouth in that frame in this step \[m\], and its velocity in the last one
+    /// \[m/s\].
     vessel_moved_m: Vector3<T>,
     vessel_m_per_s: Vector3<T>,
     has_stood: bool,
@@ -75,7 +76,7 @@ impl<T: Real> EffectState<T> {
         }
     }
 
-    /// Where the drive's motion has come to at the guide's mouth.
+    /// Position of the catheter at the guide's mouth for the encoder's position.
     pub fn follow<const LINKS: usize>(
         &mut self,
         model: &Model<T, LINKS>,
@@ -85,13 +86,13 @@ impl<T: Real> EffectState<T> {
         let tick_s = description.solver.tick_s;
         let drive =
             self.drive_train.follow(&description.effects.drive, tick_s, self.load_n, encoder);
-        // A guide that is longer, and links that end, do not keep it from the introducer.
+        // Insertion past the introducer, whatever the guide's length and the reach of the links.
         let before_m = self.entered_m.replace(drive.insertion_m).unwrap_or(drive.insertion_m);
         self.entered_by_m = drive.insertion_m - before_m;
         past_mouth(model, drive)
     }
 
-    /// Puts the vessel where it stands at the end of a step of `dt_s`.     docs/model.md (25), (26)
+    /// Places the vessel at the end of a step of `dt_s`.     docs/explanation/model.md (25), (26)
     pub fn place<const LINKS: usize>(&mut self, model: &Model<T, LINKS>, dt_s: T) {
         self.placement = model.placement;
         let Some(placement) = &mut self.placement else {
@@ -105,13 +106,14 @@ impl<T: Real> EffectState<T> {
         let before = core::mem::replace(&mut self.mouth, placement.to_vessel(&model.mouth));
         let (none, zero) = (Vector3::zeros(), T::zero());
         let last = core::mem::replace(&mut self.vessel_moved_m, none);
-        // The first place of a run is none that the vessel has moved to.
+        // The first placement of a run is not a motion.
         let has_stood = core::mem::replace(&mut self.has_stood, true);
         self.vessel_moved_m = if has_stood { self.mouth - before } else { none };
         self.vessel_m_per_s = if dt_s > zero { last * (T::one() / dt_s) } else { none };
     }
 
-    /// Lets a step of `dt_s` pass, in which the drives moved and the chain was fed by `fed_m`.
+    /// Advances wear, speed, softening and pulse by a step of `dt_s`, in which the chain was fed by
+    /// `fed_m`.
     pub fn advance<const LINKS: usize>(
         &mut self,
         model: &Model<T, LINKS>,
@@ -129,14 +131,14 @@ impl<T: Real> EffectState<T> {
         let surface_travel_m =
             surface_travel_m(model.description().instrument.outer_radius_m, before, now);
         self.speed_m_per_s = (self.speed_m_per_s * time_s + surface_travel_m) / (time_s + dt_s);
-        // Implicit Euler of an exponential.     docs/model.md (33)
+        // Implicit Euler of an exponential.     docs/explanation/model.md (33)
         let steps = dt_s / effects.instrument.softening.time_s;
         self.softened = (self.softened + steps) / (T::one() + steps);
         let pulses = self.pulses + effects.fluid.drag.frequency_hz * dt_s;
         self.pulses = pulses - T::int(pulses.floor_int());
     }
 
-    /// The stream as it is now; `None` without one.
+    /// The flow at present; `None` without flow.
     pub fn fluid_force<const LINKS: usize>(
         &self,
         model: &Model<T, LINKS>,
@@ -145,9 +147,9 @@ impl<T: Real> EffectState<T> {
         (!drag.is_off()).then(|| FluidForce::new(drag, self.pulses))
     }
 
-    /// What acts in the recursion in a step of `dt_s`; `None` if nothing does.
+    /// The effects in the recursion for a step of `dt_s`; `None` if there are none.
     ///
-    /// `entry`: the joint at the entry plane; `guide_cell_m`: its arc.
+    /// `entry`: index of the joint at the entry plane; `guide_cell_m`: arc of its cell \[m\].
     pub fn active<const LINKS: usize>(
         &self,
         model: &Model<T, LINKS>,
@@ -186,33 +188,34 @@ impl<T: Real> EffectState<T> {
         })
     }
 
-    /// Stiffness of the instrument that softening has left, over the nominal one.
-    ///                                                                  docs/model.md (33)
+    /// Stiffness of the instrument after softening, over the nominal one \[1\].
+    ///                                                                docs/explanation/model.md (33)
     pub fn softness<const LINKS: usize>(&self, model: &Model<T, LINKS>) -> T {
         T::one() - model.description().effects.instrument.softening.share * self.softened
     }
 
-    /// How a tendon bends the cell at the guide's mouth, material axes \[rad\].
+    /// Bend of the cell at the guide's mouth by a tendon, material axes \[rad\].
     pub fn tendon_bend_at_mouth(&self) -> Vector3<T> {
         self.tendon.at_mouth
     }
 
-    /// After a solve: what its end says to the effects. `torque_n_m`: of the instrument on the
-    /// guide, about the direction of insertion.
+    /// Updates tendon and wind-up after a solve. `torque_n_m`: torque of the instrument on the guide,
+    /// about the direction of insertion.
     pub fn finish(&mut self, active: &ActiveEffects<T>, torque_n_m: T) {
         if let Some(tendon) = &active.tendon {
             tendon.finish(&mut self.tendon);
         }
-        // docs/model.md (37)
+        // docs/explanation/model.md (37)
         let most = T::lit(LARGEST_UNWINDING_RAD);
         let Windup { compliance, twisting, .. } = active.windup;
         let change = (compliance * torque_n_m - self.wound_rad) * twisting;
         self.wound_rad += minimum(maximum(change, -most), most);
     }
 
-    /// What the introducer adds to the forces, and the outputs in the rig's frame.
+    /// Converts `outputs` to the rig's frame with moments about the entry point, and adds the friction of
+    /// the introducer.
     ///
-    /// `outputs`: in the vessel's frame, moments about the mouth.
+    /// `outputs`: in the vessel's frame, with moments about the mouth.
     pub fn report<const LINKS: usize>(
         &mut self,
         model: &Model<T, LINKS>,
@@ -241,7 +244,7 @@ impl<T: Real> EffectState<T> {
         self.load_n = outputs.drive_force_n;
     }
 
-    /// Force that the introducer's friction asks of the drive \[N\].     docs/model.md (27)
+    /// Force at the drive against the introducer's friction \[N\].     docs/explanation/model.md (27)
     fn introducer_drag_n(&mut self, drag: &EntryDrag<T>, tick_s: T) -> T {
         let (most, fed_m) = (drag.presliding_m, self.entered_by_m);
         self.dragged_m = minimum(maximum(self.dragged_m + fed_m, -most), most);
@@ -249,7 +252,7 @@ impl<T: Real> EffectState<T> {
     }
 }
 
-/// How far the surface of the faster instrument went past the mouth, along and about it.
+/// Travel of the faster instrument's surface at the mouth, along and about its axis \[m\].
 fn surface_travel_m<T: Real>(radius_m: T, before: &Drives<T>, now: &Drives<T>) -> T {
     let squared = |before: &Drive<T>, now: &Drive<T>| {
         let along = now.insertion_m - before.insertion_m;
@@ -260,7 +263,8 @@ fn surface_travel_m<T: Real>(radius_m: T, before: &Drives<T>, now: &Drives<T>) -
     maximum(catheter, squared(&before.guidewire, &now.guidewire)).root()
 }
 
-/// Insertion past the mouth of a guide that reaches into the vessel.
+/// Position of a drive, with the insertion counted from the mouth of a guide that reaches into the
+/// vessel.
 pub(crate) fn past_mouth<T: Real, const LINKS: usize>(
     model: &Model<T, LINKS>,
     drive: Drive<T>,

@@ -1,12 +1,12 @@
-//! Every effect beyond the nominal model, declared once: parameters, units, off values and
-//! ranges. Equations: docs/model.md §5.
+//! Declaration of every effect beyond the nominal model: parameters, units, off values and ranges.
+//! The section "Effects" of docs/explanation/model.md has the equations.
 
 use cathforce_scalar::Real;
 use serde::{Deserialize, Serialize};
 
 use super::declare::{EffectInfo, ParameterInfo, effects, parameter_key};
 
-/// Twice a half turn and a little: a phase may wander while it is fitted.
+/// Largest phase \[rad\]. It exceeds 2π, because a phase may wander while it is fitted.
 const PHASE: f64 = 7.0;
 
 effects! {

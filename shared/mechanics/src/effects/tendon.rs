@@ -1,21 +1,21 @@
-//! The tendon of a steerable instrument.     docs/model.md (34), (35)
+//! The tendon of a steerable instrument.     docs/explanation/model.md (34), (35)
 
 use cathforce_scalar::Vector3;
 
-use crate::coaxial::Overlap;
 use crate::grid::Grid;
-use crate::model::{maximum, minimum, sin_cos};
+use crate::math::{maximum, minimum, sin_cos};
+use crate::overlap::Overlap;
 use crate::tables::Joint;
 use crate::{Description, Real, Tendon};
 
-/// What the tendon remembers.
+/// State of the tendon.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct TendonState<T: Real> {
     /// Tension at the handle \[N\].
     tension_n: T,
-    /// Of the tension at the handle, one over the share that reaches the tip.
+    /// Tension at the handle over the tension at the tip \[1\].
     capstan_factor: T,
-    /// How it bends the cell at the guide's mouth, material axes \[rad\].
+    /// Bend of the cell at the guide's mouth by the tendon, material axes \[rad\].
     pub at_mouth: Vector3<T>,
 }
 
@@ -25,32 +25,32 @@ impl<T: Real> TendonState<T> {
     }
 }
 
-/// The tendon in one sweep from the tip to the guide.
+/// The tendon in one pass of the recursion from the tip to the guide.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct TendonBend<T: Real> {
     geometry: Tendon<T>,
     friction: T,
     slack_m: T,
-    /// Axis about which it bends the instrument, material.
+    /// Axis about which it bends the instrument, material axes.
     axis: Vector3<T>,
     grid: Grid<T>,
-    /// From the anchor to where the next joint's cell begins and to the tendon's end, over the link
-    /// length.
+    /// Arcs from the anchor to the distal end of the next joint's cell and to the tendon's end
+    /// \[link lengths\].
     begins: T,
     ends: T,
-    /// Tension where the sweep is \[N\], and one over its share at the tip.
+    /// Tension at the present joint \[N\], and its ratio to the tension at the tip \[1\].
     tension_n: T,
     capstan_factor: T,
-    /// How it bends the last cell \[rad\].
+    /// Bend of the last cell by the tendon \[rad\].
     last_bend: Vector3<T>,
-    /// Bend towards the tendon so far \[rad\].
+    /// Accumulated bend towards the tendon \[rad\].
     bend: T,
-    /// Bend per tension of the free instrument so far \[rad/N\].
+    /// Accumulated bend of the free instrument per tension \[rad/N\].
     compliance: T,
 }
 
 impl<T: Real> TendonBend<T> {
-    /// `None` without a tendon that bends anything.
+    /// `None` without a tendon, or with one that cannot bend the instrument.
     pub fn new(
         description: &Description<T>,
         grid: &Grid<T>,
@@ -78,14 +78,16 @@ impl<T: Real> TendonBend<T> {
         })
     }
 
-    /// Adds to the unloaded bend of joint `index` what the tendon does there; `bend` is the
-    /// joint's rotation \[rad\].     docs/model.md (34)
+    /// Adds the tendon's bend to the unloaded rotation of joint `index`.
+    ///                                                                docs/explanation/model.md (34)
+    ///
+    /// `bend`: present rotation of the joint, material axes \[rad\].
     pub fn bend_joint(&mut self, index: usize, bend: &Vector3<T>, joint: &mut Joint<T>) {
         let cell = self.grid.cell(index);
         let per_cell = T::one() / cell;
         let begins = self.begins;
         self.begins += cell;
-        // The tendon ends within the one cell, and stops bending within the other.
+        // The tip lies within one cell, the tendon's end within another: each covers only a share.
         let within = |length: T| minimum(maximum(length, T::zero()), cell) * per_cell;
         let inside = within(self.begins);
         let share = minimum(within(self.ends - begins), inside);
@@ -100,8 +102,8 @@ impl<T: Real> TendonBend<T> {
         self.compliance += per_tension;
     }
 
-    /// After the sweep: the tension of the next one, a Newton step that is exact for the free
-    /// instrument and too short for one that is held.     docs/model.md (35)
+    /// Updates the tension for the next solve by a Newton step. The step is exact for the free instrument
+    /// and conservative for one that is held.     docs/explanation/model.md (35)
     pub fn finish(&self, memory: &mut TendonState<T>) {
         let Tendon { pull_m, stiffness_n_per_m, offset_m, .. } = self.geometry;
         let stretched = maximum(pull_m - self.slack_m - offset_m * self.bend, T::zero());

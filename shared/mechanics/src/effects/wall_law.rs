@@ -1,34 +1,34 @@
-//! Wall and friction laws beyond the nominal ones.     docs/model.md (28)–(32)
+//! Laws of wall and friction beyond the nominal ones.     docs/explanation/model.md (28)–(32)
 
 use cathforce_scalar::Vector3;
 
 use super::{Effects, Hyperelastic, LoadFriction, Narrowing, Stribeck};
 use crate::Real;
-use crate::model::maximum;
+use crate::math::maximum;
 
-/// A compressed wall stiffens no further than at this share of its thickness \[1\], and no further
-/// than single precision has numbers for: [`least_stretch`].
+/// Smallest stretch at which the law of a compressed wall is evaluated \[1\]. Single precision may
+/// require a larger one, see [`least_stretch`].
 const LEAST_STRETCH: f64 = 0.2;
-/// A narrowing reaches no wall farther than this from its middle \[m\]: other branches pass by.
+/// Largest distance along the normal at which a narrowing acts \[m\], so that it spares other branches.
 const FARTHEST_WALL_M: f64 = 0.03;
 
-/// The laws with the constants of one step.
+/// The laws of wall and friction with the constants of one step.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct WallLaw<T: Real> {
     hyperelastic: Hyperelastic<T>,
     least_stretch: T,
-    /// Relaxing over lasting stiffness.
+    /// Relaxing over lasting stiffness \[1\].
     relaxing: T,
-    /// Share of its way to rest that the relaxing part goes in a step.
+    /// Share of its deviation that the relaxing part loses in a step \[1\].
     relaxed_share: T,
     narrowing: Narrowing<T>,
     load: LoadFriction<T>,
-    /// Coefficient over nominal by wear and speed.
+    /// Factor on the friction coefficient by wear and speed \[1\].
     friction: T,
 }
 
 impl<T: Real> WallLaw<T> {
-    /// `path_m`: feed since the run began, either way; `speed_m_per_s`: of the drive.
+    /// `path_m`: accumulated feed in both directions; `speed_m_per_s`: of the drive.
     pub fn new(
         effects: &Effects<T>,
         least_stretch: T,
@@ -51,7 +51,7 @@ impl<T: Real> WallLaw<T> {
         }
     }
 
-    /// Distance and normal of the wall with its narrowing.     docs/model.md (28)
+    /// Distance \[m\] and normal of the wall with the narrowing.     docs/explanation/model.md (28)
     pub fn narrowed(
         &self,
         position: &Vector3<T>,
@@ -61,7 +61,7 @@ impl<T: Real> WallLaw<T> {
         let n = &self.narrowing;
         let from_middle = *position - Vector3::new(n.x_m, n.y_m, n.z_m);
         let outwards = normal.dot(&from_middle);
-        // Along the vessel: the wall's normal points at the centre line.
+        // The part along the vessel, because the wall's normal points at the centre line.
         let along = from_middle - normal * outwards;
         let scale = T::one() / (n.half_length_m * n.half_length_m);
         let rest = T::one() - along.dot(&along) * scale;
@@ -75,12 +75,12 @@ impl<T: Real> WallLaw<T> {
         (distance_m - n.depth_m * rest * rest, tilted * (T::one() / length))
     }
 
-    /// Elastic force over the lasting stiffness, its slope, and what the wall has relaxed to
-    /// \[m\], for an indentation \[m\] whose own slope is given.
+    /// Response of the wall to an indentation \[m\] with the derivative `slope` \[1\]. Arguments and results
+    /// as those of `Law::indentation_response`.
     #[inline(always)]
     pub fn elastic_response(&self, indented: T, slope: T, relaxed: T) -> (T, T, T) {
         if slope <= T::zero() {
-            // A wall that is not touched is at rest.
+            // Without contact the wall is relaxed.
             return (T::zero(), T::zero(), T::zero());
         }
         let (lasting, lasting_slope) = self.hyperelastic_response(indented, slope);
@@ -90,33 +90,33 @@ impl<T: Real> WallLaw<T> {
         if force > T::zero() {
             (force, lasting_slope + fading_slope, relaxed)
         } else {
-            // The instrument draws back faster than the wall follows: no wall pulls.
+            // The instrument retreats faster than the wall recovers; the wall cannot pull.
             (T::zero(), T::zero(), relaxed)
         }
     }
 
-    /// Elastic force over stiffness, and its slope, for an indentation \[m\] whose own slope is
-    /// given.     docs/model.md (29)
+    /// Hyperelastic force over stiffness \[m\], and its derivative \[1\].     docs/explanation/model.md (29)
     fn hyperelastic_response(&self, indented: T, slope: T) -> (T, T) {
         let Hyperelastic { strain_per_m, .. } = self.hyperelastic;
         let stretch = maximum(T::one() - strain_per_m * indented, self.least_stretch);
         let (ratio, mooney, growth) = compression_factors(&self.hyperelastic, stretch);
-        // The strain is cut at its most.
+        // Beyond the smallest stretch the law is continued linearly.
         let strain = T::one() - stretch;
         let within = if stretch > self.least_stretch { indented } else { strain / strain_per_m };
         (within * ratio * mooney + (indented - within) * growth, slope * growth)
     }
 
-    /// Force over lasting stiffness that the relaxing part adds, its slope, and where that part
-    /// has relaxed to \[m\], from where it was.     docs/model.md (30)
+    /// Force of the relaxing part over the lasting stiffness \[m\], its derivative \[1\], and the new relaxed
+    /// indentation \[m\].     docs/explanation/model.md (30)
     fn viscoelastic_response(&self, indented: T, slope: T, relaxed: T) -> (T, T, T) {
         let relaxed = relaxed + (indented - relaxed) * self.relaxed_share;
         let slope = slope * self.relaxing * (T::one() - self.relaxed_share);
         ((indented - relaxed) * self.relaxing, slope, relaxed)
     }
 
-    /// Friction coefficient over the nominal one, of a sample with a normal force in the last tick,
-    /// which stands for a piece `arc_m` long.     docs/model.md (32)
+    /// Friction coefficient of a sample over the nominal one \[1\].     docs/explanation/model.md (32)
+    ///
+    /// `normal_n`: normal force in the last solve \[N\]; `arc_m`: tributary length \[m\].
     pub fn friction(&self, normal_n: T, arc_m: T) -> T {
         let LoadFriction { light_load_ratio: light, high_load_ratio: high, .. } = self.load;
         let half_way_n = self.load.load_n_per_m * arc_m;
@@ -124,13 +124,13 @@ impl<T: Real> WallLaw<T> {
     }
 }
 
-/// Of a compressed wall the two factors of stress over strain, neo-Hooke's and Mooney's, and the
-/// growth of stress with strain, all over what they are at first.     docs/model.md (29)
+/// Factors of a compressed wall at a stretch: stress over strain by neo-Hooke and by Mooney, and the
+/// derivative of stress, each over its value without compression.     docs/explanation/model.md (29)
 fn compression_factors<T: Real>(hyperelastic: &Hyperelastic<T>, stretch: T) -> (T, T, T) {
     let (one, third) = (T::one(), T::lit(1.0 / 3.0));
     let r = hyperelastic.mooney_share;
     let inverse = one / stretch;
-    // (1/λ² − λ)/3 without a difference of near numbers.
+    // (1/λ² − λ)/3 over 1 − λ, without cancellation.
     let ratio = (one + stretch + stretch * stretch) * inverse * inverse * third;
     let mooney = one - r + r * inverse;
     let growth = (T::lit(2.0) * inverse * inverse * inverse + one) * third * mooney
@@ -138,9 +138,9 @@ fn compression_factors<T: Real>(hyperelastic: &Hyperelastic<T>, stretch: T) -> (
     (ratio, mooney, growth)
 }
 
-/// Share of its thickness down to which a compressed wall stiffens, no more than `most` times.
+/// Smallest stretch at which a compressed wall is at most `most` times as stiff \[1\].
 pub(crate) fn least_stretch<T: Real>(hyperelastic: &Hyperelastic<T>, most: T) -> T {
-    /// Halvings down to the last digit of single precision.
+    /// Bisections to the resolution of single precision.
     const HALVINGS: usize = 24;
     let (mut least, mut allowed) = (T::lit(LEAST_STRETCH), T::one());
     if hyperelastic.strain_per_m <= T::zero() || compression_factors(hyperelastic, least).2 <= most
@@ -158,7 +158,8 @@ pub(crate) fn least_stretch<T: Real>(hyperelastic: &Hyperelastic<T>, most: T) ->
     allowed
 }
 
-/// Friction coefficient over the nominal one by the speed of the drive.     docs/model.md (31)
+/// Factor on the friction coefficient by the speed of the drive (Stribeck).
+///                                                                docs/explanation/model.md (31)
 fn speed_factor<T: Real>(stribeck: &Stribeck<T>, speed_m_per_s: T) -> T {
     let v = speed_m_per_s / stribeck.speed_m_per_s;
     T::one()

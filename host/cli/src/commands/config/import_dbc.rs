@@ -190,8 +190,13 @@ fn list(ui: &Ui, dbc: &Dbc) -> Result<(), Failure> {
             let (id, bits) = (id_text(message.id), signal.size);
             text += format!("{name}  {id}, {bits} bits  {unit}").trim_end();
             text.push('\n');
+            let raw = match message.id {
+                MessageId::Standard(id) => u32::from(id),
+                MessageId::Extended(id) => id,
+            };
+            let is_extended = matches!(message.id, MessageId::Extended(_));
             names.push(json!({
-                "signal": name, "id": message.id.raw(), "bits": bits, "unit": unit,
+                "signal": name, "id": raw, "extended": is_extended, "bits": bits, "unit": unit,
             }));
         }
     }

@@ -14,8 +14,8 @@ use crate::failure::{Code, Failure};
 const VERSION: &str = env!("CARGO_PKG_VERSION");
 /// How long the device's clock is watched.
 const WATCH: Duration = Duration::from_secs(1);
-/// A crystal is right to 100 ppm; beyond, and with what asking for the time may take, the two
-/// sides do not mean the same second.
+/// A crystal is right to 100 ppm. Ten times that leaves room for the jitter of asking; beyond it the
+/// two clocks disagree.
 const CLOCK_TOLERANCE: f64 = 1e-3;
 
 pub fn checks(link: Box<dyn Link>) -> Vec<Check> {
@@ -55,9 +55,9 @@ fn firmware(device: &str, here: Option<&str>, of_same_version: String) -> Check 
         _ if version != VERSION => Check::doubtful("firmware", device, of_same_version),
         Some((build, here)) if build != here => Check::doubtful(
             "firmware",
-            format!("{device}; the one that was built here is +{here}"),
-            "load the one that was built here, or look for the source of the device's: its figures \
-             and its log belong to that",
+            format!("{device}; the firmware that was built here is +{here}"),
+            "load the firmware that was built here. If the other one is wanted, its figures and its \
+             log belong to its own source",
         ),
         _ => Check::good("firmware", device),
     }
@@ -83,8 +83,8 @@ fn mode(status: &Status) -> Check {
     }
 }
 
-/// Ticks that the device counts in a second of this computer. Asking takes as long before as
-/// after, so that it falls out but for its jitter.
+/// Compares the device's ticks with this computer's clock over a second. Asking takes as long before
+/// as after, so only its jitter remains.
 fn clock(client: &mut Client, first: &Status) -> Result<Check, ClientError> {
     if first.lock_step {
         return Ok(Check::good("clock", "stands still between grants: lock step"));

@@ -1,11 +1,11 @@
-//! Is a CAN interface set as the device needs it?
+//! Checks that a CAN interface is set as the device needs it.
 
 use cathforce_link::interface::{BIT_RATE, BusState, Interface, Kind, QUEUE_FRAMES, Setup, ip_up};
 
 use super::Check;
 use crate::failure::Code;
 
-/// What is to be known of one interface, and the line that mends what is not as it should be.
+/// Checks one interface; each problem comes with the command that fixes it.
 pub fn checks(interface: &Interface) -> Vec<Check> {
     let Interface { name, kind, .. } = interface;
     let by_hand = ip_up(name, *kind, Setup::default());
@@ -75,7 +75,7 @@ mod tests {
         }
     }
 
-    /// What of these checks is not good: verdicts and fixes.
+    /// Verdicts and fixes of the checks that are not good.
     fn complaints(interface: Interface) -> Vec<(Verdict, String)> {
         let bad = checks(&interface).into_iter().filter(|check| check.verdict != Verdict::Good);
         bad.map(|check| (check.verdict, check.fix.unwrap_or_default())).collect()

@@ -8,7 +8,8 @@ use cathforce_bundle::{Bundle, Trial};
 use cathforce_effect_catalogue::Effect;
 use cathforce_gap::plant::Plant;
 use cathforce_gap::report::{Diagnosis, Figures, HeldOut, Reproduce, quantity};
-use cathforce_gap::{diagnose, diagnose_given, expected_simulations, page};
+use cathforce_gap::{diagnose, diagnose_given, expected_simulations};
+use cathforce_pages::diagnosis_page;
 
 use super::hash::own_sha256;
 use super::source::Source;
@@ -27,7 +28,7 @@ pub fn run(ui: &Ui, arguments: &DiagnoseArguments) -> Result<(), Failure> {
     let answer = answer(ui, source, &arguments.hold_back, &arguments.effects)?;
     let written = json.write(ui, &answer, text(&answer));
     if let Some(file) = &arguments.report {
-        write_again(file, Kind::Page, page(&answer))?;
+        write_again(file, Kind::Page, diagnosis_page(&answer))?;
         ui.say(format_args!("page: {}", file.display()));
     }
     written?;
@@ -232,6 +233,8 @@ fn text(answer: &Diagnosis) -> String {
 
 #[cfg(test)]
 mod tests {
+    use std::path::Path;
+
     use cathforce_gap::report::{Gap, SnapFigures, SnapsOff};
 
     use super::*;

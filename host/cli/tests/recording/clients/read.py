@@ -67,10 +67,11 @@ def table(path):
     ticks = pandas.read_parquet(path)
     return {
         "rows": len(ticks),
+        "columns": list(ticks.columns),
         "last_tick": int(ticks["tick"].iloc[-1]),
         "modes": sorted(set(ticks["mode"])),
-        "forces": int(ticks["fx_n"].notna().sum()),
-        "peak_n": float((ticks[["fx_n", "fy_n", "fz_n"]] ** 2).sum(axis=1).max() ** 0.5),
+        "forces": int(ticks["fx_N"].notna().sum()),
+        "peak_n": float((ticks[["fx_N", "fy_N", "fz_N"]] ** 2).sum(axis=1).max() ** 0.5),
     }
 
 

@@ -1,0 +1,24 @@
+//! `cathforce import csv`.
+
+use cathforce_recording::import::{ImportedTable, ImportedTrial, read_csv};
+use serde_json::json;
+
+use super::trial::{at, open, warn_all, write};
+use crate::args::ImportCsvArguments;
+use crate::failure::Failure;
+use crate::output::check_new;
+use crate::ui::Ui;
+
+pub fn run(ui: &Ui, arguments: &ImportCsvArguments) -> Result<(), Failure> {
+    let (path, out) = (&arguments.table, &arguments.out);
+    check_new(out)?;
+    let ImportedTable { trial, remarks } =
+        read_csv(open(path)?, &arguments.columns).map_err(|e| at(path, &e))?;
+    warn_all(ui, path, &remarks);
+    let rows = match &trial {
+        ImportedTrial::Catheter(trial) => trial.rows.len(),
+        ImportedTrial::Drive(t_s, _) => t_s.len(),
+    };
+    let json = json!({ "path": out, "rows": rows, "left_out": 0 });
+    write(ui, out, &trial, &json, &format!("{rows} rows"))
+}

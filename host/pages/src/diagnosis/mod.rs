@@ -1,0 +1,332 @@
+//! One HTML page of a diagnosis: it needs nothing else, not even a script.
+
+mod charts;
+mod map;
+mod vessel;
+
+use std::fmt::Write as _;
+
+use cathforce_gap::Cell;
+use cathforce_gap::report::{Diagnosis, Figures};
+use cathforce_gap::rounding::quantity;
+
+use crate::escape::html as escape;
+
+const STYLE: &str = include_str!("page.css");
+
+/// The page: the verdict in a sentence, then where, which, how far, and how to get it again.
+pub fn diagnosis_page(answer: &Diagnosis) -> String {
+    let mut body = String::new();
+    // Writing to a string does not fail.
+    let _ = write!(
+        body,
+        "<p class=soft>{}</p><h1>{}</h1>{}",
+        escape(&format!("Gap diagnosis · {}", answer.bundle)),
+        escape(&answer.sentence()),
+        tiles(answer)
+    );
+    let _ = write!(body, "<p class=soft>Compared: {}.</p>", escape(&answer.details.compared));
+    let parts = [remarks, places, which, left, how_far, band, again];
+    body.extend(parts.map(|part| part(answer)));
+    format!(
+        "<!doctype html>\n<html lang=en><meta charset=utf-8>\
+         <meta name=viewport content=\"width=device-width,initial-scale=1\">\
+         <title>{}</title><style>{STYLE}</style><body>{body}</body></html>\n",
+        escape(&format!("Gap of {}", answer.bundle))
+    )
+}
+
+/// As a sentence begins.
+fn first_upper(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
+}
+
+fn percent(share: f64) -> String {
+    format!("{:.1} %", 100.0 * share)
+}
+
+fn tiles(answer: &Diagnosis) -> String {
+    let tile = |value: String, label: &str| {
+        format!("<div class=tile><b>{}</b><span>{}</span></div>", escape(&value), escape(label))
+    };
+    let mut tiles = String::new();
+    if let Some(Figures { before, after, floor }) = answer.gap.force_rms_n {
+        tiles += &tile(quantity(before, "N"), "force RMS before, held out");
+        if !answer.effects.is_empty() {
+            tiles += &tile(quantity(after, "N"), "force RMS after, held out");
+        }
+        tiles += &tile(quantity(floor, "N"), "noise floor");
+    }
+    if !answer.effects.is_empty() {
+        tiles += &tile(percent(answer.details.shrink), "of the gap above the floor closed");
+    }
+    format!("<div class=tiles>{tiles}</div>")
+}
+
+fn remarks(answer: &Diagnosis) -> String {
+    if answer.remarks.is_empty() {
+        return String::new();
+    }
+    let items: String =
+        answer.remarks.iter().map(|remark| format!("<li>{}</li>", escape(remark))).collect();
+    format!("<h2>What to keep in mind</h2><ul>{items}</ul>")
+}
+
+fn places(answer: &Diagnosis) -> String {
+    if answer.places.is_empty() {
+        return String::new();
+    }
+    let details = &answer.details;
+    let on_vessel = details.on_vessel.as_ref().map(|of| vessel::figures(of, "the nominal model"));
+    format!(
+        "<h2>Where</h2>{}{}{}",
+        cells(&answer.places, "the gap"),
+        on_vessel.unwrap_or_default(),
+        map::maps(&details.maps)
+    )
+}
+
+/// Heat maps and a table. `of`: what the shares are of.
+fn cells(places: &[Cell], of: &str) -> String {
+    let row = |place: &Cell| {
+        format!(
+            "<tr><td>{}<td>{}<td>{}<td class=number>{}<td class=number>{}\
+             <td class=number>{} ({} to {})<td>{}",
+            escape(&place.channel),
+            escape(&place.phase),
+            escape(&place.regime),
+            place.stretch(),
+            percent(place.time_share),
+            percent(place.gap_share),
+            percent(place.gap_share_low),
+            percent(place.gap_share_high),
+            escape(&place.note),
+        )
+    };
+    let rows: String = places.iter().take(12).map(row).collect();
+    let by_phase = charts::heat(places, |c| c.channel.clone(), |c| c.phase.clone());
+    let mut along = places.to_vec();
+    along.sort_by(|a, b| a.arc_m[0].total_cmp(&b.arc_m[0]));
+    let by_arc = charts::heat(&along, Cell::stretch, |c| c.phase.clone());
+    let drawn = percent(places.iter().map(|cell| cell.gap_share).sum());
+    format!(
+        "<figure>{by_phase}<figcaption>Share of the energy of {of} by channel and \
+         phase, {drawn} in all: what is spread over places of less than 1 % each is not \
+         drawn.</figcaption></figure><figure>{by_arc}<figcaption>The same by length inside (or \
+         position) and phase.</figcaption></figure><div class=wide><table><tr><th>channel<th>phase\
+         <th>regime<th class=number>length<th class=number>of the time<th class=number>of {of} \
+         (90 %)<th>the channel in that phase{rows}</table></div>"
+    )
+}
+
+fn left(answer: &Diagnosis) -> String {
+    let Some(left) = &answer.left else { return String::new() };
+    let on_vessel = answer.details.left_on_vessel.as_ref();
+    let on_vessel = on_vessel.map(|of| vessel::figures(of, "the best model that was found"));
+    let would = left.gap.force_rms_n.filter(|_| !left.after.is_empty());
+    let would = would.map_or(String::new(), |Figures { before, after, .. }| {
+        let [before, after] = [before, after].map(|x| quantity(x, "N"));
+        format!("<p>Its force is off by {after} RMS, the nominal model's by {before}.</p>")
+    });
+    format!(
+        "<h2>What is left</h2><p>{}.</p>{would}{}{}",
+        escape(&first_upper(&left.words)),
+        cells(&left.places, "what is left"),
+        on_vessel.unwrap_or_default()
+    )
+}
+
+fn which(answer: &Diagnosis) -> String {
+    if answer.ranking.is_empty() {
+        return String::new();
+    }
+    let mut html = String::from("<h2>Which</h2>");
+    if !answer.effects.is_empty() {
+        html += "<div class=wide><table><tr><th>effect<th>parameter<th class=number>value (90 %)\
+                 <th class=number>closes<th class=number>confidence<th>";
+        for effect in &answer.effects {
+            for (i, (name, p)) in effect.parameters.iter().enumerate() {
+                let kind = if effect.material { "material" } else { "minor" };
+                let (id, rest) = if i == 0 {
+                    let closes = percent(effect.shrink);
+                    let confidence = effect.confidence.map_or(String::new(), |c| format!("{c:.2}"));
+                    let tail = format!("{closes}<td class=number>{confidence}<td>{kind}");
+                    (escape(&effect.id), tail)
+                } else {
+                    (String::new(), "<td><td>".to_owned())
+                };
+                let [value, low, high] = p.digits();
+                let _ = write!(
+                    html,
+                    "<tr><td>{id}<td>{}<td class=number>{value}{} ({low} to {high})<td class=number>{rest}",
+                    escape(name),
+                    escape(&p.unit_after()),
+                );
+            }
+        }
+        html += "</table></div>";
+    }
+    for set in &answer.confusable {
+        let _ = write!(
+            html,
+            "<p>Cannot be told apart on this data: <b>{}</b>.</p>",
+            escape(&set.join(", "))
+        );
+    }
+    let _ = write!(
+        html,
+        "<figure>{}<figcaption>Share of the gap that is left after each step.</figcaption></figure>\
+         <figure>{}<figcaption>Share of the gap that each effect closes alone, on data that its fit \
+         had not seen.</figcaption></figure>",
+        charts::waterfall(&answer.details.path),
+        charts::ranking(&answer.ranking)
+    );
+    html
+}
+
+fn how_far(answer: &Diagnosis) -> String {
+    let mut rows = String::new();
+    for (name, Figures { before, after, floor }, unit) in answer.gap.rows() {
+        let [before, after, floor] = [before, after, floor].map(|x| quantity(x, unit));
+        let _ = write!(
+            rows,
+            "<tr><td>{name}, all trials<td class=number>{before}<td class=number>{after}\
+             <td class=number>{floor}"
+        );
+    }
+    for held_out in &answer.details.held_out {
+        let [before, after] = [held_out.before_n, held_out.after_n].map(|x| quantity(x, "N"));
+        let _ = write!(
+            rows,
+            "<tr><td>force RMS, trial {:03}<td class=number>{before}<td class=number>{after}<td>",
+            held_out.trial
+        );
+    }
+    let snaps = answer.gap.snaps.map_or(String::new(), |snaps| {
+        format!("<p>{}.</p>", escape(&first_upper(&snaps.sentence())))
+    });
+    let series: String = answer.details.series.iter().map(charts::series).collect();
+    let with = match answer.left {
+        Some(_) => "the best model that was found",
+        None => "with the effects",
+    };
+    format!(
+        "<h2>How far</h2><div class=wide><table><tr><th>held out<th class=number>before\
+         <th class=number>after<th class=number>floor{rows}</table></div>\
+         <p class=soft>{}. Of a vector its norm; of the largest force and of the path the mean over \
+         the trials. Paths are compared whatever their pace.</p>{snaps}\
+         <p class='soft key'><i style='color:var(--measured)'></i>measured\
+         <i style='color:var(--before)'></i>nominal model<i style='color:var(--after)'></i>\
+         {with}</p>{series}",
+        first_upper(&answer.held_out_trials())
+    )
+}
+
+fn band(answer: &Diagnosis) -> String {
+    let Some(band) = &answer.band else { return String::new() };
+    let mut rows = String::new();
+    let names = [
+        "force on the vessel x",
+        "force on the vessel y",
+        "force on the vessel z",
+        "force behind the guide",
+    ];
+    for (name, covered) in names.iter().zip(&band.coverage.channels) {
+        if let (Some(share), Some(half_width_n)) = (covered.share(), covered.half_width_n()) {
+            let _ = write!(
+                rows,
+                "<tr><td>{name}<td class=number>±{}<td class=number>{}<td class=number>{}\
+                 <td class=number>{}",
+                quantity(half_width_n, "N"),
+                percent(share),
+                covered.stated,
+                covered.unknown
+            );
+        }
+    }
+    let charts: String =
+        names.iter().enumerate().map(|(column, name)| charts::band(band, column, name)).collect();
+    format!(
+        "<h2>How far the forces may be off</h2><p class=soft>Half width of the band in which nine of \
+         ten true forces lie with the model that this answer leaves behind.</p>\
+         <div class=wide><table><tr><th>force<th class=number>half width, RMS<th class=number>held \
+         out and within<th class=number>of samples<th class=number>without a band{rows}</table></div>\
+         <p class='soft key'><i style='color:var(--after)'></i>fed\
+         <i style='color:var(--before)'></i>withdrawn</p>{charts}"
+    )
+}
+
+fn again(answer: &Diagnosis) -> String {
+    let mut html = String::new();
+    if let Some(next) = &answer.next_experiment {
+        let _ = write!(
+            html,
+            "<h2>What to record next</h2><p><b>{}</b>: {}. It separates {}.</p>",
+            escape(&next.segment),
+            escape(&next.what),
+            escape(&next.separates.join(" from "))
+        );
+    }
+    let reproduce = &answer.reproduce;
+    let _ = write!(
+        html,
+        "<h2>The same again</h2><p><code>{}</code></p><p class=soft>version {}, bundle SHA-256 \
+         {}; {} simulated trials</p>",
+        escape(&reproduce.command),
+        escape(&reproduce.version),
+        escape(&reproduce.bundle_sha256),
+        answer.details.simulations
+    );
+    html
+}
+
+#[cfg(test)]
+mod tests {
+    use cathforce_gap::diagnose;
+    use cathforce_gap::toy::{Toy, effect, noise, parameter};
+
+    use super::*;
+
+    #[test]
+    fn figures_of_what_was_measured_are_said_and_no_others() {
+        let measured = (0..400).map(|i| 3.0 * i as f64 / 400.0 + 0.01 * noise(i));
+        let mut toy =
+            Toy::new(0.01, 0.01, measured, |i, p| p.effects[0][0] * i as f64 / 400.0).times(4);
+        toy.effects = vec![effect("slope", vec![parameter("slope")], vec![vec![1.0]])];
+        let answer = diagnose(&toy, "toy", &|_| {});
+        // The force rises from 0 to 3 N, nominal is none at all.
+        let [mae, peak] = [answer.gap.force_mae_n, answer.gap.force_peak_n].map(Option::unwrap);
+        assert!((mae.before - 1.5).abs() < 0.01 && (peak.before - 3.0).abs() < 0.03);
+        assert!(mae.after < 0.02 && peak.after < 0.05, "{mae:?} {peak:?}");
+        let page = diagnosis_page(&answer);
+        for row in ["force, mean absolute error, all trials", "largest force of a trial, all"] {
+            assert!(page.contains(row), "{row}");
+        }
+        assert!(!page.contains("path of the tip") && !page.contains("shape RMS"));
+        let json = serde_json::to_value(answer.gap).unwrap();
+        assert_eq!(json["force_peak_N"]["before"], peak.before);
+        assert!(json["force_mae_N"]["floor"].is_f64() && json["tip_frechet_m"].is_null());
+        // One map of the force a trial.
+        assert_eq!(page.matches("Force error of the nominal model").count(), 4);
+    }
+
+    /// A slope that the effect's bounds let it explain up to 10.
+    fn bounded(slope: f64) -> Diagnosis {
+        let along = |i: usize| i as f64 / 400.0;
+        let measured = (0..400).map(move |i| slope * along(i) + 0.01 * noise(i));
+        let mut toy =
+            Toy::new(0.01, 0.01, measured, move |i, p| p.effects[0][0] * along(i)).times(4);
+        toy.effects = vec![effect("slope", vec![parameter("slope")], vec![vec![1.0]])];
+        toy.cheap = false;
+        diagnose(&toy, "toy", &|_| {})
+    }
+
+    #[test]
+    fn what_is_left_has_a_section_where_not_all_is_explained() {
+        assert!(!diagnosis_page(&bounded(9.5)).contains("<h2>What is left"));
+        let beyond = diagnosis_page(&bounded(10.4));
+        let said = "<h2>What is left</h2><p>After the model with slope";
+        assert!(beyond.contains(said), "{beyond}");
+    }
+}

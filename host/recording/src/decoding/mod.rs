@@ -1,0 +1,4 @@
+//! Decodes frames into quantities, and publishes these as messages for other tools.
+
+pub(crate) mod tick;
+pub(crate) mod topics;

@@ -1,0 +1,102 @@
+//! A recording as a trial bundle: rig, vessel, and the trial with what was measured.
+
+use std::fs;
+use std::io;
+use std::path::Path;
+
+use cathforce_bundle::bundle::{DriveTrial, columns};
+
+use super::series::io_error;
+use crate::format::trial::Trial;
+use crate::reading::reader::Recording;
+use crate::writing::atomic::make_folder;
+
+/// Makes the folder of a bundle, which must not exist yet. Its trial has the rows that were played;
+/// without rows there is no trial.
+///
+/// Numbers are written so that they read back exactly.
+pub fn write_bundle(recording: &Recording, folder: &Path) -> io::Result<()> {
+    make_folder(folder, |folder| {
+        fs::write(folder.join("rig.toml"), &recording.rig_toml)?;
+        for (name, bytes) in &recording.vessel {
+            fs::write(folder.join(name), bytes)?;
+        }
+        // A trial without rows would make the whole bundle invalid.
+        if recording.trial.rows.is_empty() {
+            return Ok(());
+        }
+        fs::create_dir(folder.join("trials"))?;
+        let number: u32 = recording.info.trial.parse().unwrap_or(0);
+        let file = fs::File::create(folder.join(format!("trials/{number:03}.csv")))?;
+        write_trial(&recording.trial, io::BufWriter::new(file))
+    })
+}
+
+/// Writes the rows of a trial in the columns of a bundle; a channel that was never measured has no column.
+pub fn write_trial(trial: &Trial, out: impl io::Write) -> io::Result<()> {
+    trial_csv(trial, out).map_err(io_error)
+}
+
+fn trial_csv(trial: &Trial, out: impl io::Write) -> csv::Result<()> {
+    let any = |there: fn(&crate::Measured) -> bool| trial.rows.iter().any(there);
+    let force = any(|row| row.force_n.is_some());
+    let drive = any(|row| row.drive_force_n.is_some());
+    let tip = any(|row| row.tip_m.is_some());
+    let wire = any(|row| row.guidewire.is_some());
+    let wire_force = any(|row| row.guidewire.is_some_and(|wire| wire.drive_force_n.is_some()));
+    let points = trial.shapes_m.iter().map(Vec::len).max().unwrap_or(0);
+
+    let mut names = vec![columns::TIME.to_owned()];
+    let mut add = |there: bool, more: &[&str]| {
+        names.extend(more.iter().filter(|_| there).map(|name| (*name).to_owned()));
+    };
+    add(true, &[columns::INSERTION, columns::ROTATION]);
+    add(force, &columns::FORCE);
+    add(drive, &[columns::DRIVE_FORCE]);
+    add(tip, &columns::TIP);
+    add(wire, &[columns::GUIDEWIRE_INSERTION, columns::GUIDEWIRE_ROTATION]);
+    add(wire_force, &[columns::GUIDEWIRE_DRIVE_FORCE]);
+    names.extend((0..points).flat_map(columns::shape_point));
+
+    let mut csv = csv::Writer::from_writer(out);
+    csv.write_record(&names)?;
+    for (i, row) in trial.rows.iter().enumerate() {
+        let mut fields = Vec::with_capacity(names.len());
+        let mut put = |there: bool, values: &[Option<f64>]| {
+            let text = |x: &Option<f64>| x.map_or(String::new(), |x| x.to_string());
+            fields.extend(values.iter().filter(|_| there).map(text));
+        };
+        let three = |x: Option<[f64; 3]>| x.map_or([None; 3], |x| x.map(Some));
+        put(true, &[row.t_s, row.insertion_m, row.rotation_rad].map(Some));
+        put(force, &three(row.force_n));
+        put(drive, &[row.drive_force_n]);
+        put(tip, &three(row.tip_m));
+        let at = row.guidewire;
+        put(wire, &[at.map(|at| at.insertion_m), at.map(|at| at.rotation_rad)]);
+        put(wire_force, &[at.and_then(|at| at.drive_force_n)]);
+        let shape = trial.shapes_m.get(i).map_or(&[][..], Vec::as_slice);
+        for k in 0..points {
+            put(true, &three(shape.get(k).copied()));
+        }
+        csv.write_record(&fields)?;
+    }
+    Ok(csv.flush()?)
+}
+
+/// Writes the rows of a trial of a drive on its own in the columns of a bundle.
+pub fn write_drive(t_s: &[f64], data: &DriveTrial, out: impl io::Write) -> io::Result<()> {
+    drive_csv(t_s, data, out).map_err(io_error)
+}
+
+fn drive_csv(t_s: &[f64], data: &DriveTrial, out: impl io::Write) -> csv::Result<()> {
+    let mut csv = csv::Writer::from_writer(out);
+    let setpoint = data.setpoint_m.as_ref();
+    let names = ["t_s", "position_m", "drive_command_N"].into_iter();
+    csv.write_record(names.chain(setpoint.map(|_| "setpoint_m")))?;
+    for (i, t_s) in t_s.iter().enumerate() {
+        let numbers = [*t_s, data.position_m[i], data.drive_command_n[i]];
+        let there = setpoint.map(|column| column[i].map_or(String::new(), |x| x.to_string()));
+        csv.write_record(numbers.iter().map(f64::to_string).chain(there))?;
+    }
+    Ok(csv.flush()?)
+}

@@ -1,0 +1,109 @@
+//! Ticks on the trial's time, and as CSV.
+
+use std::io;
+
+use super::columns::columns;
+use crate::decoding::tick::{NodePass, TickEstimate};
+use crate::format::trial::Estimate;
+use crate::reading::reader::Recording;
+use crate::replay::Track;
+
+/// Time of the trial at a time of the bus \[s\]; negative before the trial began.
+pub fn trial_time_s(recording: &Recording, at_ns: u64) -> f64 {
+    let start = recording.trial_start_ns.unwrap_or(0);
+    (i128::from(at_ns) - i128::from(start)) as f64 * 1e-9
+}
+
+/// The ticks from the trial's beginning on, in the form that [`crate::compare()`] takes.
+///
+/// `entry_m`: position of the entry, vessel frame.
+pub fn estimates(recording: &Recording, track: &Track, entry_m: [f64; 3]) -> Vec<Estimate> {
+    let wide = |x: [f32; 3]| x.map(f64::from);
+    track
+        .ticks
+        .iter()
+        .filter_map(|tick| {
+            let t_s = trial_time_s(recording, tick.at_ns);
+            (recording.trial_start_ns.is_some() && t_s >= 0.0).then_some(Estimate {
+                t_s,
+                force_n: wide(tick.force_n?),
+                drive_force_n: tick.drive_force_n.map(f64::from),
+                guidewire_force_n: tick
+                    .guidewire
+                    .and_then(|wire| wire.drive_force_n.map(f64::from)),
+                tip_m: tick.tip_from_entry_m.map(|tip| {
+                    let tip = wide(tip);
+                    std::array::from_fn(|k| entry_m[k] + tip[k])
+                }),
+                force_half_width_n: tick.force_half_width_n.map(wide),
+                drive_force_half_width_n: tick.drive_force_half_width_n.map(f64::from),
+                unresolved: tick.unresolved,
+            })
+        })
+        .collect()
+}
+
+/// Ticks whose columns are in memory at a time: a minute.
+const CHUNK: usize = 60_000;
+
+/// Writes one row a tick, with the columns of [`crate::write_ticks_parquet`]. A value that is not known
+/// is an empty field.
+///
+/// `entry_m`: position of the entry, vessel frame \[m\].
+pub fn write_ticks_csv(
+    recording: &Recording,
+    ticks: &[TickEstimate],
+    entry_m: [f32; 3],
+    out: impl io::Write,
+) -> io::Result<()> {
+    ticks_csv(recording, ticks, entry_m, out).map_err(io_error)
+}
+
+/// Keeps the kind of an I/O error, so that a closed pipe is still known as one.
+pub(crate) fn io_error(error: csv::Error) -> io::Error {
+    let text = error.to_string();
+    match error.into_kind() {
+        csv::ErrorKind::Io(error) => error,
+        _ => io::Error::other(text),
+    }
+}
+
+fn ticks_csv(
+    recording: &Recording,
+    ticks: &[TickEstimate],
+    entry_m: [f32; 3],
+    out: impl io::Write,
+) -> csv::Result<()> {
+    let mut csv = csv::Writer::from_writer(out);
+    csv.write_record(columns(recording, &[], entry_m).iter().map(|(name, _)| *name))?;
+    for ticks in ticks.chunks(CHUNK) {
+        let columns = columns(recording, ticks, entry_m);
+        for row in 0..ticks.len() {
+            csv.write_record(columns.iter().map(|(_, column)| column.text(row)))?;
+        }
+    }
+    Ok(csv.flush()?)
+}
+
+/// One row a node and shape; positions from the entry, vessel frame.
+pub fn write_nodes_csv(
+    recording: &Recording,
+    shapes: &[NodePass],
+    out: impl io::Write,
+) -> io::Result<()> {
+    nodes_csv(recording, shapes, out).map_err(io_error)
+}
+
+fn nodes_csv(recording: &Recording, shapes: &[NodePass], out: impl io::Write) -> csv::Result<()> {
+    let mut csv = csv::Writer::from_writer(out);
+    csv.write_record(["t_s", "node", "x_m", "y_m", "z_m", "fx_N", "fy_N", "fz_N"])?;
+    for shape in shapes {
+        let t_s = format!("{:.6}", trial_time_s(recording, shape.at_ns));
+        for node in &shape.nodes {
+            let numbers = node.position_m.into_iter().chain(node.force_n).map(|x| x.to_string());
+            let row = [t_s.clone(), node.node.to_string()].into_iter().chain(numbers);
+            csv.write_record(row)?;
+        }
+    }
+    Ok(csv.flush()?)
+}

@@ -1,0 +1,202 @@
+//! Origin and result of a recorded run.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+
+use super::trial::SensorNoise;
+
+/// Version of the format; recordings of another version are refused.
+pub const FORMAT: &str = "cathforce-recording/2";
+
+/// Everything about a run that is known before its first frame.
+#[derive(Clone, Debug, PartialEq, Default)]
+pub struct RunInfo {
+    /// Version of the host tool that recorded.
+    pub host_version: String,
+    /// The link's address, for example `qemu` or `socketcan:can0`.
+    pub link: String,
+    /// The board's own name.
+    pub board: String,
+    /// Version of the firmware.
+    pub firmware_version: String,
+    /// SHA-256 of the device's program if the host has it, else empty.
+    pub firmware_sha256: String,
+    /// Beginning of the recording, UTC since 1970 \[ns\]; 0 if unknown.
+    pub started_unix_ns: u64,
+    /// Hash of messages and frames that host and device agreed on.
+    pub protocol: String,
+    /// Whether SYNC frames granted every tick, which makes virtual time exact.
+    pub lock_step: bool,
+    /// The rig's name.
+    pub rig: String,
+    /// The trial that was played.
+    pub trial: String,
+    /// Origin of the measured columns, shown together with them.
+    pub provenance: String,
+    /// The rig's stated sensor noise.
+    pub noise: SensorNoise,
+    /// Length of a tick \[s\].
+    pub tick_s: f64,
+}
+
+const NOISE_FORCE: &str = "force_noise_sd_n";
+const NOISE_DRIVE: &str = "drive_noise_sd_n";
+const NOISE_TIP: &str = "tip_noise_sd_m";
+const TICK: &str = "tick_s";
+
+impl RunInfo {
+    pub(crate) fn to_map(&self) -> BTreeMap<String, String> {
+        let mut map = BTreeMap::from([
+            ("format".to_owned(), FORMAT.to_owned()),
+            ("host_version".to_owned(), self.host_version.clone()),
+            ("link".to_owned(), self.link.clone()),
+            ("board".to_owned(), self.board.clone()),
+            ("firmware_version".to_owned(), self.firmware_version.clone()),
+            ("firmware_sha256".to_owned(), self.firmware_sha256.clone()),
+            ("started_unix_ns".to_owned(), self.started_unix_ns.to_string()),
+            ("protocol".to_owned(), self.protocol.clone()),
+            ("lock_step".to_owned(), self.lock_step.to_string()),
+            ("rig".to_owned(), self.rig.clone()),
+            ("trial".to_owned(), self.trial.clone()),
+            ("provenance".to_owned(), self.provenance.clone()),
+            (TICK.to_owned(), self.tick_s.to_string()),
+        ]);
+        let optional = [
+            (NOISE_FORCE, self.noise.force_n),
+            (NOISE_DRIVE, self.noise.drive_force_n),
+            (NOISE_TIP, self.noise.tip_m),
+        ];
+        for (key, value) in optional {
+            map.extend(value.map(|x| (key.to_owned(), x.to_string())));
+        }
+        map
+    }
+
+    /// `Err` says which entry is missing or is no number.
+    pub(crate) fn from_map(map: &BTreeMap<String, String>) -> Result<Self, String> {
+        let text = |key: &str| map.get(key).cloned().ok_or(format!("`{key}` is missing"));
+        let number = |key: &str| {
+            let value = text(key)?;
+            value.parse::<f64>().map_err(|_| format!("`{key}` is no number: {value}"))
+        };
+        let optional = |key: &str| map.contains_key(key).then(|| number(key)).transpose();
+        Ok(Self {
+            host_version: text("host_version")?,
+            link: text("link")?,
+            board: text("board")?,
+            firmware_version: text("firmware_version")?,
+            firmware_sha256: text("firmware_sha256")?,
+            started_unix_ns: started(&text("started_unix_ns")?)?,
+            protocol: text("protocol")?,
+            lock_step: text("lock_step")? == "true",
+            rig: text("rig")?,
+            trial: text("trial")?,
+            provenance: text("provenance")?,
+            noise: SensorNoise {
+                force_n: optional(NOISE_FORCE)?,
+                drive_force_n: optional(NOISE_DRIVE)?,
+                tip_m: optional(NOISE_TIP)?,
+            },
+            tick_s: number(TICK)?,
+        })
+    }
+}
+
+fn started(text: &str) -> Result<u64, String> {
+    text.parse().map_err(|_| format!("`started_unix_ns` is no number: {text}"))
+}
+
+/// What the device reported at the end of the run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize)]
+pub struct RunResult {
+    /// Ticks since configuration.
+    pub ticks: u32,
+    /// Hash over every output of all these ticks.
+    pub digest: u32,
+    /// Ticks that began late or not at all.
+    pub missed_ticks: u32,
+    /// Instructions of the most expensive tick; 0 where the board cannot count them.
+    pub worst_instructions: u32,
+    /// Processor cycles of the most expensive tick; 0 where the board cannot count them.
+    pub worst_cycles: u32,
+    /// Number of the most expensive tick.
+    pub worst_tick: u32,
+    /// Deepest use of the stack \[bytes\]; 0 where it is not measured.
+    pub stack_used_bytes: u32,
+    /// Frames that the device rejected, whatever the reason.
+    pub rejected_frames: u32,
+    /// Time that the run took on the host \[ms\].
+    pub wall_ms: u32,
+}
+
+impl RunResult {
+    const KEYS: [&str; 9] = [
+        "ticks",
+        "digest",
+        "missed_ticks",
+        "worst_instructions",
+        "worst_cycles",
+        "worst_tick",
+        "stack_used_bytes",
+        "rejected_frames",
+        "wall_ms",
+    ];
+
+    fn values(&mut self) -> [&mut u32; 9] {
+        [
+            &mut self.ticks,
+            &mut self.digest,
+            &mut self.missed_ticks,
+            &mut self.worst_instructions,
+            &mut self.worst_cycles,
+            &mut self.worst_tick,
+            &mut self.stack_used_bytes,
+            &mut self.rejected_frames,
+            &mut self.wall_ms,
+        ]
+    }
+
+    pub(crate) fn to_map(mut self) -> BTreeMap<String, String> {
+        let values = self.values().map(|value| value.to_string());
+        Self::KEYS.map(str::to_owned).into_iter().zip(values).collect()
+    }
+
+    /// `Err` says which entry is missing or is no number.
+    pub(crate) fn from_map(map: &BTreeMap<String, String>) -> Result<Self, String> {
+        let mut result = Self::default();
+        for (key, value) in Self::KEYS.into_iter().zip(result.values()) {
+            let text = map.get(key).ok_or(format!("`{key}` is missing"))?;
+            *value = text.parse().map_err(|_| format!("`{key}` is no number: {text}"))?;
+        }
+        Ok(result)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn info_survives_its_map() {
+        let noise = SensorNoise { force_n: Some(0.01), drive_force_n: Some(0.02), tip_m: None };
+        let info = RunInfo { link: "sim".into(), lock_step: true, noise, ..RunInfo::default() };
+        assert_eq!(RunInfo::from_map(&info.to_map()), Ok(info));
+    }
+
+    #[test]
+    fn a_result_survives_its_map() {
+        let result = RunResult { ticks: 1, digest: 2, wall_ms: 9, ..RunResult::default() };
+        assert_eq!(RunResult::from_map(&result.to_map()), Ok(result));
+        assert_eq!(RunResult::from_map(&BTreeMap::new()), Err("`ticks` is missing".into()));
+    }
+
+    #[test]
+    fn what_is_missing_or_no_number_is_named() {
+        let mut map = RunInfo::default().to_map();
+        map.insert(TICK.into(), "fast".into());
+        assert_eq!(RunInfo::from_map(&map), Err("`tick_s` is no number: fast".into()));
+        map.remove("board");
+        assert_eq!(RunInfo::from_map(&map), Err("`board` is missing".into()));
+    }
+}

@@ -1,0 +1,16 @@
+//! Imports measurements of other tools as the rows of a trial.
+//!
+//! It reads two kinds of text: the log of an ATI force/torque sensor, and any CSV whose columns the user
+//! names.
+
+mod ati;
+mod ati_heading;
+mod error;
+mod join;
+mod table;
+
+pub use ati::{AtiLog, AtiOptions, AxisMap, ForceSample, read_ati};
+pub use cathforce_bundle::bundle::ColumnMap;
+pub use error::ImportError;
+pub use join::{Joined, join};
+pub use table::{ImportedTable, ImportedTrial, is_trial, read_csv, read_motion};
