@@ -29,10 +29,10 @@ pub fn ensure(program: &Path, elf: &Path, consent: Consent) -> anyhow::Result<()
     measure(program, elf)
 }
 
-/// `cathforce doctor qemu` opens the link, which refuses an emulator whose clocks are wrong.
+/// `cathforce doctor --link qemu` opens the link, which refuses an emulator whose clocks are wrong.
 fn measure(program: &Path, elf: &Path) -> anyhow::Result<()> {
     let mut doctor = command(program);
-    doctor.args(["doctor", "qemu"]).env(FIRMWARE_VARIABLE, elf);
+    doctor.args(["doctor", "--link", "qemu"]).env(FIRMWARE_VARIABLE, elf);
     let measured = doctor.output().with_context(|| program.display().to_string())?;
     if !measured.status.success() {
         let [said, error] = [measured.stdout, measured.stderr];
