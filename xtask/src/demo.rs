@@ -5,7 +5,8 @@ use std::process::Command;
 
 use crate::arguments::{Choice, Given};
 use crate::build::FIRMWARE_VARIABLE;
-use crate::setup::{self, Consent};
+use crate::consent::{self, Consent};
+use crate::setup;
 use crate::shell::{command, root, target_folder};
 use crate::{build, progress};
 
@@ -25,7 +26,7 @@ pub const OPTIONS: [Choice; 3] = [
         value: Some("DIR"),
         about: "Folder for recording, CSV and page; `target/demo` if not given.",
     },
-    setup::YES,
+    consent::YES,
 ];
 
 pub fn run(given: &Given) -> anyhow::Result<()> {

@@ -6,7 +6,7 @@ use std::process::Command;
 use anyhow::{Context, bail};
 
 use crate::build::FIRMWARE_VARIABLE;
-use crate::setup::Consent;
+use crate::consent::Consent;
 use crate::shell::{command, output};
 use crate::{packages, progress};
 

@@ -4,8 +4,9 @@ use std::process::Command;
 use std::time::Instant;
 
 use crate::build::FIRMWARE_VARIABLE;
+use crate::consent::Consent;
 use crate::progress::{Job, side_by_side};
-use crate::setup::{self, Consent};
+use crate::setup;
 use crate::shell::{cargo, command, output, root, run, target_folder};
 use crate::{build, citations, demo, disk, emulator, gates, guest, layers, promises};
 
