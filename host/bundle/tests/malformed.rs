@@ -57,6 +57,38 @@ fn assert_says(text: &str, parts: &[&str]) {
     }
 }
 
+/// Six slips are six faults, and none of them makes another: one run shows them all.
+#[test]
+fn everything_that_is_wrong_with_a_rig_is_said_at_once() {
+    let mut rig = RIG.to_owned();
+    for (old, new) in [
+        ("friction_coefficient", "friction_coeficient"),
+        ("outer_diameter_m = ", "outer_diameter_m = -"),
+        ("poissons_ratio = ", "poissons_ratio = 1"),
+        ("force_noise_sd_N = 0.01", "force_noise_sd_N = \"small\""),
+        ("name = ", "nam = "),
+    ] {
+        assert!(rig.contains(old), "{old}");
+        rig = rig.replacen(old, new, 1);
+    }
+    let error = open_with("rig.toml", &rig).unwrap_err();
+    let said = error.to_string();
+    let places = said.lines().filter(|line| !line.starts_with("  fix: ")).collect::<Vec<_>>();
+    assert_eq!(places.len(), 5, "{said}");
+    for part in [
+        "did you mean `name`?",
+        "`instrument.outer_diameter_m` is -",
+        "`instrument.poissons_ratio` is 1",
+        "did you mean `friction_coefficient`?",
+        "`sensor.force_noise_sd_N` is a string",
+    ] {
+        assert!(said.contains(part), "`{part}` in:\n{said}");
+    }
+    let line = |text: &&str| text.split(':').nth(1).and_then(|line| line.parse::<usize>().ok());
+    let lines = places.iter().map(line).collect::<Option<Vec<_>>>();
+    assert!(lines.is_some_and(|lines| lines.is_sorted()), "{said}");
+}
+
 #[test]
 fn unknown_keys_are_named_with_their_line_and_nearest_neighbour() {
     let says = |old: &str, new: &str, parts: &[&str]| {

@@ -59,6 +59,17 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
         self.guide.turn = self.guide.tangent * turned;
         let full = model.grid.node(self.count.saturating_sub(1)) * h;
         self.base_length_m = insertion - full;
+        self.add_and_drop_links(model);
+        let last = self.count.saturating_sub(1);
+        if let Some(base) = self.links[..self.count.min(LINKS)].last_mut() {
+            base.span = Span::new(self.base_length_m, model.grid.link_m(last));
+        }
+        self.fill_coaxial_tables(model);
+    }
+
+    /// Adds and drops links at the guide until the base link has an admissible length.
+    #[inline(always)]
+    fn add_and_drop_links(&mut self, model: &Model<T, LINKS>) {
         let longest = |link: usize| model.grid.link_m(link) * T::lit(1.0 + SHORTEST_BASE);
         while self.count < LINKS
             && self.count.checked_sub(1).is_none_or(|base| self.base_length_m > longest(base))
@@ -66,7 +77,7 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
             let base_m = model.grid.link_m(self.count.saturating_sub(1));
             if self.count > 0 {
                 self.base_length_m -= base_m;
-            } else if insertion <= T::zero() {
+            } else if self.insertion_m <= T::zero() {
                 break;
             }
             self.add_link(base_m);
@@ -77,11 +88,6 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
                 self.base_length_m += model.grid.link_m(self.count - 1);
             }
         }
-        let last = self.count.saturating_sub(1);
-        if let Some(base) = self.links[..self.count.min(LINKS)].last_mut() {
-            base.span = Span::new(self.base_length_m, model.grid.link_m(last));
-        }
-        self.fill_coaxial_tables(model);
     }
 
     /// Moves both drives, and the instruments in the chain, whose tip is the foremost of theirs.

@@ -42,7 +42,9 @@ pub fn synthetic_trial(
 
     let mut noise = Noise { normal, sensor };
     let rate_hz = sensor.force_rate_hz.filter(|rate| *rate > 0.0).unwrap_or(FORCE_HZ);
-    let end_s = forces.last().map_or(0.0, |(t_s, _)| *t_s);
+    // The device goes on after the trial's end until it is disarmed.
+    let played_s = recording.trial.rows.last().map_or(0.0, |row| row.t_s);
+    let end_s = forces.last().map_or(0.0, |(t_s, _)| *t_s).min(played_s);
     let count = (end_s * rate_hz + 1e-6).floor() as usize + 1;
     let mut pictures = 0.0;
     let rows = (0..count).map(|row| {

@@ -4,6 +4,7 @@
 use std::path::Path;
 
 use cathforce_gap::report::Verdict;
+use cathforce_gap::rounding::percent;
 use cathforce_gap::{Coverage, Covered, covered};
 use serde::Serialize;
 
@@ -102,7 +103,7 @@ fn of_bundle(ui: &Ui, path: &Path, hold_back: &[u32]) -> Result<Option<(Row, Cov
 /// Of the samples of a force, those for which a band is stated.
 pub fn stated(coverage: &Coverage) -> String {
     let share = coverage.all().stated_share().unwrap_or_default();
-    format!("{:.1} % of the samples have a band", 100.0 * share)
+    format!("{} of the samples have a band", percent(share))
 }
 
 /// Shares and half widths in a line.
