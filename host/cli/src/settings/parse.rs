@@ -107,7 +107,7 @@ fn read(reader: &mut Reader<'_>, table: &DeTable<'_>) -> Parsed {
             _ => {}
         }
     }
-    if parsed.rig.is_empty() && !table.get("rig").is_some_and(|rig| !rig.get_ref().is_str()) {
+    if parsed.rig.is_empty() && table.get("rig").is_none_or(|rig| rig.get_ref().is_str()) {
         let fix = "write `rig = \"name\"`, with the name in the bundle's rig.toml";
         reader.report(&(0..0), "the rig is missing", fix);
     }
