@@ -92,7 +92,8 @@ pub enum Command {
     Info(InfoArguments),
     /// Settings: list, show, change, compare and check them, give them to a device and back.
     Config(ConfigArguments),
-    /// List the CAN interfaces of this computer, bring one up or down, be a device on one.
+    /// List the CAN interfaces and serial ports of this computer, bring an interface up or down, be a
+    /// device on a bus.
     Link(LinkArguments),
     /// Check what lies between here and a device, and say what mends it.
     Doctor(DoctorArguments),
