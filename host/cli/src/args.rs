@@ -114,7 +114,8 @@ pub enum Command {
     Info(InfoArguments),
     /// List, show, change, compare and check settings, and exchange them with a device.
     Config(ConfigArguments),
-    /// List the CAN interfaces of this computer, bring one up or down, or act as a device on one.
+    /// List the CAN interfaces and serial ports of this computer, bring an interface up or down, be a
+    /// device on a bus.
     Link(LinkArguments),
     /// Check everything between this computer and a device, and say how to repair what is wrong.
     Doctor(DoctorArguments),

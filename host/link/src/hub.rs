@@ -75,9 +75,13 @@ impl Hub {
     pub fn open(name: &str, host_and_port: &str) -> Result<Self, LinkError> {
         let hub = Self::listen(name, host_and_port)?;
         let address = hub.name.trim_start_matches("slcan:listen:");
+        let from_there = match address.parse::<SocketAddr>() {
+            Ok(every) if every.ip().is_unspecified() => format!("HOST:{}", every.port()),
+            _ => address.to_owned(),
+        };
         remark(&format!(
             "waiting on {address} for the other side, which connects with `--link \
-             slcan:tcp:{address}`; Ctrl-C ends it"
+             slcan:tcp:{from_there}`; Ctrl-C ends it"
         ));
         let mut bus = hub.shared.lock();
         while bus.joined == 0 {
