@@ -1,5 +1,5 @@
 //! What differs on any rig from mounting to mounting and from run to run, and is no effect: a diagnosis
-//! must see through it. Its priors (docs/gap.md) are the standard deviations here.
+//! must see through it. Its priors (docs/explanation/diagnosis.md) are the standard deviations here.
 
 use nalgebra::Vector3;
 

@@ -25,6 +25,8 @@ const DECIDED: f64 = 2.0;
 const MOST: f64 = 0.5;
 
 /// e of every sample, from predictions on a way; a pair of which one breaks down says nothing.
+///
+/// See docs/explanation/diagnosis.md (D7).
 pub fn decided_by_forks(
     nominal: &[f64],
     on_way: impl Fn(usize) -> Option<Vec<f64>> + Sync,

@@ -9,7 +9,7 @@ use crate::plant::{Along, Effect, Impostor, Nuisance, Parameter, Point, Swing};
 use crate::signal::wrapped;
 
 /// Places at which an effect with a place starts are so far from each other \[m\]: from farther off
-/// than half of this, a narrowing does not find where it is (docs/decisions.md) …
+/// than half of this, a narrowing does not find where it is …
 const APART_M: f64 = 5e-3;
 /// … or farther, if there would be more of them than this.
 const MOST_PLACES: usize = 40;

@@ -15,6 +15,8 @@ pub const NAMED: usize = 562;
 pub const CASES: usize = 596;
 
 /// The probability that an effect is there which won with this frequency.
+///
+/// See docs/explanation/diagnosis.md (D13).
 pub fn probability(frequency: f64) -> f64 {
     let frequency = frequency.clamp(0.0, 1.0);
     for pair in TABLE.windows(2) {

@@ -152,6 +152,8 @@ fn span(selection: &Selection, others: &[DMatrix<f64>], rival: &Candidate) -> Ve
 /// How often an effect wins when the blocks are drawn again: it must lower the error of the
 /// model that lacks it, and come before every rival at its step that is not confusable with it.
 /// Within a confusable set the wins are shared.
+///
+/// See docs/explanation/diagnosis.md (D13).
 pub fn win_frequency(
     step: &Step,
     without: Option<&Score>,

@@ -18,7 +18,7 @@ use crate::selecting::selection::Selection;
 /// trials that there are, and for the shapes of the model, which are wrong in all trials alike.
 const WIDER: f64 = 2.5;
 /// Standard deviation, in scales of a parameter's prior, that any model of the mechanics leaves open:
-/// in bundles of another simulator most of what was put in lies that near (docs/gap.md).
+/// in bundles of another simulator most of what was put in lies that near, docs/explanation/diagnosis.md (D14).
 const OTHER_MODEL: f64 = 0.03;
 /// The same, as a share of what the effect is: a model whose forces answer to it by some percent more or
 /// less finds it by as much too small or too large.
@@ -84,6 +84,8 @@ pub fn spread(
 
 /// Covariance of the parameters: from the curvature of the loss, from how they change where a fold
 /// is left out, and what models leave open.
+///
+/// See docs/explanation/diagnosis.md (D14).
 pub fn posterior(
     problem: &Problem<'_>,
     folds: &Folds,

@@ -123,6 +123,8 @@ impl Start<'_> {
 
 /// Fits the parameters of `effects`, beginning at `start` and at the switch-on values of
 /// `fresh` (one of `effects`). `None` when not even the start can be simulated.
+///
+/// See docs/explanation/diagnosis.md (D5).
 pub fn fit(
     problem: &Problem<'_>,
     nuisances: &Nuisances,

@@ -37,6 +37,8 @@ impl Loss {
     pub const SQUARES: Self = Self { far: f64::INFINITY };
 
     /// φ(r) and √w(r).
+    ///
+    /// See docs/explanation/diagnosis.md (D4).
     pub fn of_residual(self, r: f64) -> (f64, f64) {
         let c = self.far;
         let root = (1.0 + (r / c).powi(2)).sqrt();

@@ -92,6 +92,8 @@ impl Nuisances {
     }
 
     /// Refits the nuisances of one trial to its whitened residual.
+    ///
+    /// See docs/explanation/diagnosis.md (D3).
     pub fn refit(&self, trial: usize, residual: &DVector<f64>) -> Refit {
         let s = &self.scaled[trial];
         let (n, m) = s.shape();

@@ -63,6 +63,8 @@ impl<'a> Problem<'a> {
     }
 
     /// (y − f)/σ of one trial; `None` when the simulation breaks down.
+    ///
+    /// See docs/explanation/diagnosis.md (D1).
     pub fn residual(&self, trial: usize, point: &Point) -> Option<DVector<f64>> {
         let predicted = self.plant.simulate(trial, point)?;
         let done = self.simulations.fetch_add(1, Ordering::Relaxed) + 1;

@@ -106,6 +106,8 @@ impl Floor {
     }
 
     /// Standard deviation of one sample: noise, and what the model leaves open.
+    ///
+    /// See docs/explanation/diagnosis.md (D2).
     pub fn sd_of(&self, sample: &Sample) -> f64 {
         let noise = self.channels[sample.channel].sd.unwrap_or(sample.noise);
         noise.hypot(sample.model)

@@ -78,6 +78,8 @@ impl Parsimony {
 
     /// Whether what a model has more than another is worth its parameters, however its gain is
     /// spread over the blocks.
+    ///
+    /// See docs/explanation/diagnosis.md (D11).
     pub fn is_needed(&self, old: &Score, new: &Score, parameters: usize) -> bool {
         if self.ends_at_floor && old.worst() <= NO_GAP {
             return false;

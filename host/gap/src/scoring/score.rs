@@ -125,6 +125,8 @@ impl Energies {
 }
 
 /// Energy above the floor per sample. A quantity below its floor makes up for no other.
+///
+/// See docs/explanation/diagnosis.md (D9).
 pub fn excess(quantities: &[(Quantity, f64, usize)]) -> f64 {
     let all: usize = quantities.iter().map(|(.., count)| count).sum();
     let above = |(_, energy, count): &(Quantity, f64, usize)| {
@@ -134,6 +136,8 @@ pub fn excess(quantities: &[(Quantity, f64, usize)]) -> f64 {
 }
 
 /// How far the parameters of every fold lie from those of the whole fit.
+///
+/// See docs/explanation/diagnosis.md (D8).
 pub fn fold_steps(problem: &Problem<'_>, folds: &Folds, fit: &Fit) -> Vec<DVector<f64>> {
     let k = fit.coordinates.len();
     let mut normal = vec![DMatrix::<f64>::zeros(k, k); folds.count];
@@ -219,6 +223,8 @@ fn bounded_minimum(
 }
 
 /// N/(1 + 2 Σ ρ_k), summed over trials and channels.
+///
+/// See docs/explanation/diagnosis.md (D10).
 fn effective_samples(plant: &dyn Plant, residuals: &[Vec<Option<f64>>]) -> f64 {
     let mut sum = 0.0;
     for (trial, own) in plant.trials().iter().zip(residuals) {
@@ -244,6 +250,8 @@ impl Score {
     }
 
     /// Shrink of the gap above the floor against the nominal model's score.
+    ///
+    /// See docs/explanation/diagnosis.md (D9).
     pub fn shrink(&self, nominal: &Score) -> f64 {
         1.0 - self.gap / nominal.gap.max(f64::MIN_POSITIVE)
     }

@@ -44,6 +44,8 @@ enum Tried {
 impl Selector<'_> {
     /// The fit, gone on from where it ended with simulations corrected there; `None` where that
     /// changes nothing or a simulation breaks down.
+    ///
+    /// See docs/explanation/diagnosis.md (D6).
     pub fn corrected(&self, nuisances: &Nuisances, found: &Fit, depth: Depth) -> Option<Fit> {
         let point = self.on_best_ways(nuisances, found.point.clone().anchored(), Tried::Behind)?;
         if point.anchor == found.point.anchor {
