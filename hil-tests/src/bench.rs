@@ -18,7 +18,7 @@ use crate::{Drive, Rig};
 const PATIENCE: Duration = Duration::from_secs(20);
 /// Largest number of ticks under way; their frames fit into the queue of every device.
 const WINDOW: usize = 12;
-/// Longer than any model takes to settle.
+/// Largest number of ticks in which a model settles.
 const SETTLE_TICKS: usize = 10_000;
 
 /// Frames that the device sent in one tick.
@@ -58,6 +58,7 @@ impl Tick {
         Some(mode.unwrap_or_else(|| panic!("no mode: {:?}", self.haptic)))
     }
 
+    /// The fault that the mode names, if any.
     pub fn fault(&self) -> Option<Fault> {
         self.mode().and_then(Mode::fault)
     }
@@ -148,7 +149,7 @@ impl<R: Rig> Bench<R> {
         self.seal(Process::Command(command))
     }
 
-    /// Sends frames as they are and lets one tick run.
+    /// Sends frames without changing them and lets one tick run.
     pub fn tick(&mut self, frames: &[Frame]) -> Tick {
         for frame in frames {
             self.send(frame);

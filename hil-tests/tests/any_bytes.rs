@@ -1,5 +1,4 @@
-//! P03: any bytes, any id, any length → one named counter, no panic, the same output as if
-//! they had never been sent.
+//! P03: any bytes with any id and any length raise one named counter, cause no panic and change no output.
 //!
 //! In process `CATHFORCE_EXECUTIONS` says how many frames are tried:
 //! `CATHFORCE_EXECUTIONS=100000000 cargo test --release -p cathforce-hil-tests --test any_bytes`.
@@ -15,7 +14,7 @@ use cathforce_link::{Link, Sim};
 const START: Drive = Drive { insertion_m: 0.03, rotation_rad: 0.0 };
 const FEED_M: f64 = 20e-6;
 
-/// Ids whose CRC a frame could have been made for, as `docs/architecture.md` lists them.
+/// Ids of protected frames, as listed in the book's page on frames.
 const PROTECTED: [u16; 11] =
     [0x080, 0x100, 0x108, 0x110, 0x180, 0x190, 0x1A0, 0x1A8, 0x1B0, 0x1B8, 0x1C0];
 /// Ids that the device listens to.
@@ -26,7 +25,7 @@ fn frame(id: u16, data: &[u8]) -> Frame {
     Frame::new(id, data).expect("11 bits and 8 bytes")
 }
 
-/// A frame under `id`, one of [`OWN`], that was not made for it, and where it is counted.
+/// A frame under `id`, one of [`OWN`], that is not valid for it, and the counter that it raises.
 fn broken(chance: &mut Chance, id: u16) -> (Frame, Counter) {
     let len = if chance.once_in(2) { 8 } else { chance.below(9) as usize };
     let mut data = chance.bytes(len);
@@ -57,7 +56,7 @@ fn foreign(chance: &mut Chance) -> Frame {
     }
 }
 
-/// A line of SLCAN that is no frame of ours, and what it adds to.
+/// A line of SLCAN that is no frame of ours, and the counter that it raises.
 fn line(chance: &mut Chance) -> (Vec<u8>, Option<Counter>) {
     // Neither ends a line nor is ignored before it.
     let garbage = |chance: &mut Chance, n: usize| -> Vec<u8> {
@@ -96,7 +95,7 @@ fn line(chance: &mut Chance) -> (Vec<u8>, Option<Counter>) {
     (line, counter)
 }
 
-/// A frame under the service's id that belongs to no message, and where it is counted.
+/// A frame under the service's id that belongs to no message, and the counter that it raises.
 fn service(chance: &mut Chance) -> (Frame, &'static [Counter]) {
     let n = 1 + chance.below(7) as usize;
     let mut data = chance.bytes(n);
@@ -169,7 +168,7 @@ impl Noise {
         }
     }
 
-    /// Noise under the ids that the output depends on: few enough for the device to bear.
+    /// Noise under the ids that the output depends on, too little to cause a fault.
     fn make_close(&mut self, bench: &mut Bench<Qemu>) {
         let (frame, counter) = match self.chance.below(5) {
             0 | 1 => {
@@ -237,7 +236,7 @@ fn p03_noise_on_the_bus_of_the_armed_board_is_counted_by_name_and_changes_no_bit
         }
         assert_eq!(bench.tick(&[sample]).frames, expected.frames, "tick {n}");
     }
-    // Asking costs segments too: as many as between the two reports before.
+    // A report itself costs segments, as many as between the two reports before.
     let mut wanted = noise.expected;
     for (counter, n) in begin.iter() {
         wanted.add(counter, n - first.get(counter));
@@ -246,7 +245,7 @@ fn p03_noise_on_the_bus_of_the_armed_board_is_counted_by_name_and_changes_no_bit
     let end = bench.report();
     assert_eq!(changes(&begin, &end.counters), changes(&Counters::default(), &wanted));
     assert_eq!(end.load.missed_ticks, 0);
-    // The noise was of every kind that there is.
+    // The noise included every kind.
     let kinds = [
         Counter::Repeat,
         Counter::Reordered,
@@ -275,7 +274,7 @@ fn executions() -> u64 {
 
 /// Frames between two ticks.
 const EACH_TICK: u64 = 1000;
-/// The drive's reach, used up there and back.
+/// Range of the drive, which moves to and fro.
 const WAY_TICKS: u64 = 2000;
 
 #[test]
@@ -331,7 +330,7 @@ fn p03_any_frame_is_counted_once_and_changes_no_bit_in_process() {
     assert_eq!(digests[0], digests[1]);
 }
 
-/// Text as the board reads it: as many frames as were written, whatever is in between.
+/// The board reads as many frames from a text as were written, whatever lies between them.
 #[test]
 fn p03_any_bytes_between_lines_lose_no_line_after_them() {
     let (mut chance, mut decoder) = (Chance::new(3), slcan::Decoder::default());

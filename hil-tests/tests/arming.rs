@@ -43,8 +43,8 @@ impl Confused {
     }
 }
 
-/// Boots, plays the confused host without and with an image, and says how many ticks of
-/// each mode were seen, and in how many there was output.
+/// Boots and plays the random host without and with an image. Returns the number of ticks in each mode, and
+/// the number of ticks with output.
 fn boot_and_confuse<R: Rig>(seed: u64, ticks: usize) -> ([usize; 8], usize) {
     let mut host = Confused { chance: Chance::new(seed), at: START, silent_for: 0 };
     let mut reader = OutputReader::default();
@@ -86,7 +86,7 @@ fn p18_at_boot_nothing_is_output_before_it_may_be_in_many_orders() {
     assert!(output > 1000 && all.iter().all(|&n| n > 0), "{output}, {all:?}");
 }
 
-/// The same told step by step, on the board.
+/// The same step by step, on the board.
 #[test]
 fn p18_arming_needs_each_step_on_the_board() {
     let mut bench = Bench::<Qemu>::configured(strong_image());
@@ -99,7 +99,7 @@ fn p18_arming_needs_each_step_on_the_board() {
     let settling =
         (0..100).map(|_| mode(bench.play(std::iter::repeat_n(vec![encoder(START)], 50))));
     assert!({ settling }.any(|mode| mode == Some(Mode::Ready)), "never ready");
-    // Ready is not armed, however long it lasts.
+    // A ready device stays disarmed for any time.
     let ready = bench.play(std::iter::repeat_n(vec![encoder(START)], 50));
     assert!(ready.iter().all(|tick| tick.is_silent() && tick.mode() == Some(Mode::Ready)));
     assert_eq!(mode(bench.play([command(Command::Arm)])), Some(Mode::Armed));

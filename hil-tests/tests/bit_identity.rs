@@ -9,14 +9,14 @@ use cathforce_recording::{Recording, replay};
 
 /// The deepest of the example's trials: 9.8 s of feed, with rotation.
 const TRIAL: u32 = 2;
-/// Nodes in the vessel at its end: all that there are.
+/// Nodes in the vessel at its end, which is all of them.
 const NODES: usize = 64;
 /// How much of it is played with two solves \[s\].
 const TWO_SOLVES_S: f64 = 2.0;
 /// Links that the deepest insertion takes, so that the last one has come in well before.
 const LINKS: f64 = 63.5;
 
-/// What docs/model.md gives a tick with one solve, whatever the trial does.
+/// Largest number of instructions of a tick with one solve (docs/explanation/model.md).
 const MOST_INSTRUCTIONS: u32 = 150_000;
 /// Least plausible count, so that a counter that stands still fails.
 const LEAST_INSTRUCTIONS: u32 = 20_000;

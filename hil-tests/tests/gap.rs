@@ -19,7 +19,7 @@ fn sticky(folder: &Path) {
     let rows = trial.t_s.partition_point(|&t| t - trial.t_s[0] <= PLAYED_S);
     trial.t_s.truncate(rows);
     let TrialData::Catheter(data) = &mut trial.data else { unreachable!("a catheter") };
-    // Links are as long as the deepest insertion asks for.
+    // The deepest insertion decides the length of the links.
     data.insertion_m.truncate(rows);
     let rig = Bundle { trials: vec![trial.clone()], ..bundle().clone() };
     let parameters = vec![(FRICTION.0.to_owned(), FRICTION.1)];
@@ -58,7 +58,7 @@ fn an_applied_effect_closes_the_gap_on_the_emulated_board() {
     assert_eq!((&said["differing_bits"], &said["link"]), (&0.into(), &"qemu".into()));
     let force = |name: &str| said["force_rms_N"][name].as_f64().expect("a force");
     assert!(force("before") > 1.3 * force("floor"), "{said}");
-    // The very device that was measured, less what crosses the bus in whole steps.
+    // This is the device that was measured, except for quantisation on the bus.
     assert!(force("achieved") < 2e-4, "{said}");
     assert!(said["shrink"]["achieved"].as_f64() > Some(0.99), "{said}");
 }

@@ -8,7 +8,7 @@ use cathforce_hil_tests::{guidewire_bundle, record};
 use cathforce_link::qemu::Qemu;
 use cathforce_recording::{Recording, TickEstimate, replay};
 
-/// Half of what 480 MHz give in a tick of 1 ms, at one cycle an instruction.
+/// Half of the instructions of a tick of 1 ms at 480 MHz and one cycle each.
 const MOST_INSTRUCTIONS: u32 = 240_000;
 /// Least plausible count, so that a counter that stands still fails.
 const LEAST_INSTRUCTIONS: u32 = 20_000;
@@ -60,7 +60,7 @@ fn p22_p09_p02_a_wire_and_its_catheter_round_a_bend_on_the_board() {
     );
 }
 
-/// P02: whichever load is felt, and while that changes.
+/// P02: limits hold for either load and during the change.
 fn assert_limits(ticks: &[TickEstimate], settings: &Settings) {
     let slew_n = settings.force_slew_n_per_s * TICK_S;
     let slew_n_m = settings.torque_slew_n_m_per_s * TICK_S;
@@ -75,7 +75,7 @@ fn assert_limits(ticks: &[TickEstimate], settings: &Settings) {
     assert!(ticks.iter().any(|tick| tick.limited), "no limit acted");
 }
 
-/// Where nothing limits, the output is the gain times the load of the instrument that is held.
+/// Without limiting, the output is the gain times the load of the instrument that is held.
 fn assert_each_is_felt(ticks: &[TickEstimate]) {
     let mut seen = [0; 2];
     for tick in ticks.iter().filter(|tick| tick.mode == 4 && !tick.limited) {

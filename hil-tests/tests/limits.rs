@@ -1,5 +1,5 @@
-//! P02 and P05 on the wire: whatever well-formed, protected frames say, the output stays
-//! within its limits and its slew, and every number that leaves the device is finite.
+//! P02 and P05 on the wire: for any well-formed, protected frames the output stays within its limits and its
+//! slew, and every number that leaves the device is finite.
 
 use cathforce_bus::{Command, Process};
 use cathforce_config::{Settings, image};
@@ -19,17 +19,17 @@ const PRESSING: u64 = 1;
 #[derive(Clone, Copy, Debug)]
 enum Motion {
     Rest,
-    /// As fast as a drive may, in and out or both ways round.
+    /// As fast as a drive may move, in and out or in both directions of rotation.
     Feed(f64),
     Turn(f64),
     Both(f64, f64),
-    /// There and back in every tick.
+    /// A reversal in every tick.
     Chatter,
-    /// One sample from anywhere, now and then.
+    /// Occasionally one sample at a random position.
     Jumps,
-    /// Now and then no sample, for less than the time-out.
+    /// Occasional gaps that are shorter than the time-out.
     Gaps,
-    /// No sample for longer than the time-out.
+    /// A gap that is longer than the time-out.
     Silence,
 }
 
@@ -47,7 +47,7 @@ impl Adversary {
         Self { chance: Chance::new(seed), settings, at: START, motion: Motion::Rest, left: 0 }
     }
 
-    /// What is sent for the next tick; arms the device whenever it can be.
+    /// The frames for the next tick; arms the device whenever possible.
     fn next(&mut self, last: &Tick) -> Vec<Process> {
         let mut sent = Vec::new();
         sent.extend(self.sample().map(encoder));
@@ -159,7 +159,7 @@ fn p02_p05_no_protected_frames_exceed_limit_or_slew_or_finite_numbers() {
     }
 }
 
-/// And the board does to the last bit what the host does, also when it is attacked (P22).
+/// The board agrees with the host to the last bit, also under attack (P22).
 #[test]
 fn p02_p22_the_board_under_attack_keeps_its_limits_and_its_bits() {
     let (on_board, watch) = attack::<Qemu>(PRESSING, 4000, |_| ());

@@ -33,7 +33,7 @@ fn late_ms(snap: &SnapPair) -> f64 {
 
 /// An RMS error without the noise that it contains.
 fn without_noise(rms: f64, noise_rms: f64) -> f64 {
-    // NaN stays one.
+    // NaN is kept.
     if rms < noise_rms { 0.0 } else { (rms.powi(2) - noise_rms.powi(2)).sqrt() }
 }
 
@@ -85,14 +85,14 @@ fn assert_reproduced(path: &Path) {
             compared.false_snaps.len()
         );
         println!("{line}");
-        // Written so that NaN, of nothing scored, fails.
+        // NaN, which means that nothing was scored, fails too.
         let met = share <= LARGEST_SHARE
             && drive_share <= LARGEST_DRIVE_SHARE
             && tip_m <= largest_tip_m
             && late_ms.iter().all(|late_ms| late_ms.abs() <= LATEST_MS)
             && compared.false_snaps.is_empty()
             && excluded <= MOST_EXCLUDED
-            // The tip is filmed, at a tenth of the force's rate.
+            // The tip is filmed at a tenth of the force's rate.
             && scored.rows.min(drive.rows) > 500
             && tip.rows > 100;
         if !met {

@@ -19,7 +19,7 @@ use cathforce_recording::Recording;
 
 const START: Drive = Drive { insertion_m: 0.012, rotation_rad: 0.0 };
 
-/// Images that are no images, each with what the refusal must say.
+/// Invalid images, each with a part of the expected message.
 fn wrong_images() -> Vec<(Vec<u8>, &'static str)> {
     let good = small_image();
     let with = |change: &dyn Fn(&mut Vec<u8>)| {
@@ -27,7 +27,7 @@ fn wrong_images() -> Vec<(Vec<u8>, &'static str)> {
         change(&mut image);
         image
     };
-    // The check of everything after the header fits again: only the meaning is wrong.
+    // The CRC is corrected, so that only the meaning is wrong.
     let meant = |change: &dyn Fn(&mut Vec<u8>)| {
         let mut image = with(change);
         let crc = crc32(&image[22..]);
@@ -44,7 +44,7 @@ fn wrong_images() -> Vec<(Vec<u8>, &'static str)> {
         (with(&|image| image[4] ^= 1), "format version"),
         (with(&|image| image[6] ^= 1), "another version of this firmware"),
         (with(&|image| image[middle] ^= 0x10), "check does not fit"),
-        // The outer radius, the first number of the head: not a number.
+        // The outer radius, the first number of the head, is NaN.
         (meant(&|image| image[22..26].copy_from_slice(&f32::NAN.to_le_bytes())), "outer_radius_m"),
         (meant(&|image| image[22..26].copy_from_slice(&(-1.0f32).to_le_bytes())), "outer_radius_m"),
     ]
@@ -57,7 +57,7 @@ fn steps(ticks: usize, command: BusCommand) -> Vec<Vec<Process>> {
     steps
 }
 
-/// A device that refuses images goes on as one that never saw them.
+/// A device that refuses images behaves like one that never received them.
 fn refuses_and_goes_on<R: Rig>() {
     let mut tried = Bench::<R>::armed(small_image(), START);
     let mut spared = Bench::<Sim>::armed(small_image(), START);
@@ -152,7 +152,7 @@ fn a_malformed_bundle_is_exit_code_3_before_the_device_is_touched() {
         broken_bundle(folder.path(), file, change);
         let bundle = folder.path().to_str().expect("text");
         let out = folder.path().join("run.mcap");
-        // No such board: whoever opens the link before reading the bundle ends with 4.
+        // There is no such board: a command that opens the link before it reads the bundle would end with 4.
         let link = "qemu:/no/such.elf";
         let output =
             cathforce(&["run", "--link", link, bundle, "--out", out.to_str().expect("text")]);

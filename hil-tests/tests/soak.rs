@@ -18,12 +18,12 @@ use cathforce_link::qemu::Qemu;
 
 const HOURS: &str = "CATHFORCE_SOAK_HOURS";
 const BOARD_HOURS: &str = "CATHFORCE_SOAK_BOARD_HOURS";
-/// Longer than the 65.5 s after which the numbers in TICK frames begin over.
+/// Longer than the 65.5 s after which the numbers in TICK frames wrap.
 const SIM_TICKS: usize = 80_000;
 const BOARD_TICKS: usize = 2_000;
 /// A disturbance once in so many ticks; 3 of 10 samples would be a fault.
 const EVERY: u64 = 97;
-/// Counters of segmented transfers: what was asked of the device.
+/// Counters of segmented transfers, which requests to the device raise.
 const SEGMENTS: [Counter; 1] = [Counter::Segment];
 
 /// Disturbances on the bus.
@@ -68,7 +68,7 @@ impl Expected {
         self.counts[counter as usize] += 1;
     }
 
-    /// A sample that is taken.
+    /// Counts an accepted sample.
     fn taken(&mut self) {
         let after_loss = std::mem::take(&mut self.hole);
         self.add(if after_loss { Counter::AfterLoss } else { Counter::Accepted });
@@ -145,10 +145,10 @@ fn frames<R: Rig>(
     }
 }
 
-/// What was seen of one way to and fro.
+/// Observations of one lap to and fro.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Lap {
-    /// Largest components of force on the vessel, and of what is felt, in codes of their frames.
+    /// Largest components of the force on the vessel and of the haptic force, in codes of their frames.
     force: u16,
     felt: u16,
 }
@@ -164,7 +164,7 @@ impl Lap {
 /// Result of a soak.
 struct Soaked {
     laps: Vec<Lap>,
-    /// After the first lap, or halfway through it where there is none, and at the end.
+    /// Reports after the first lap (or halfway, if no lap ends) and at the end.
     reports: [Report; 2],
     memory: [Option<u64>; 2],
 }
@@ -183,7 +183,7 @@ fn soak<R: Rig>(ticks: usize) -> Soaked {
     let middle_at = if ticks > 2 * lap_ticks { lap_ticks } else { ticks / 2 };
     for (i, at) in way.take(ticks).enumerate() {
         since += 1;
-        // Far enough from the last one that no ten samples hold two.
+        // Disturbances are so far apart that no ten samples contain two.
         let disturbed = since > 10 && chance.once_in(EVERY);
         let disturbance = disturbed.then(|| chance.pick(&ALL));
         if disturbed {
@@ -208,7 +208,7 @@ fn soak<R: Rig>(ticks: usize) -> Soaked {
         panic!("after {ticks} ticks\n{why}");
     }
     if laps.len() > 1 && !ticks.is_multiple_of(lap_ticks) {
-        // What was not driven to its end is no lap.
+        // An incomplete lap does not count.
         laps.pop();
     }
     let (middle, before) = middle.expect("there is a middle");
@@ -256,8 +256,7 @@ fn p25_hours_in_process_leave_every_counter_explained_and_no_memory_behind() {
     if let [Some(before), Some(after)] = soaked.memory {
         assert!(after < before + (1 << 20), "{before} bytes, then {after}");
     }
-    // It drives the same way each time, disturbed elsewhere: what it estimates neither grows nor
-    // fades.
+    // Every lap has the same motion with other disturbances, so estimates neither grow nor fade.
     let (second, last) = (soaked.laps[1], soaked.laps[soaked.laps.len() - 1]);
     for (before, after) in [(second.force, last.force), (second.felt, last.felt)] {
         assert!(before.abs_diff(after) <= 1 + before / 5, "{second:?}, then {last:?}");

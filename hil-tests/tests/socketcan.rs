@@ -11,9 +11,9 @@ const SESSION: &str = include_str!("guest/session.sh");
 const BUNDLE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/guest/short-bend");
 /// Exit code of a command whose device reported a fault.
 const DEVICE_FAULT: i32 = 5;
-/// What 99 % of the frames may take from the kernel's stamp to the record.
+/// Largest 99th percentile of the time from the kernel's stamp to the record.
 const MOST_TO_RECORD_MS: f64 = 1.0;
-/// Force of the tip on the outer wall of the bend: less is none.
+/// Least force of the tip on the outer wall of the bend.
 const LEAST_PEAK_N: f64 = 0.005;
 
 fn script(body: &str) -> String {
@@ -52,7 +52,7 @@ fn a_session_between_two_controllers() {
          session can0
          step list cathforce --json link list",
     );
-    // As Linux makes them: down, without a bit rate, with a short queue.
+    // Linux creates interfaces down, without a bit rate and with a short queue.
     let complaints = complaints(transcript.step("down"), "can0");
     assert_eq!(complaints, ["can0 interface", "can0 bit rate", "can0 queue"]);
     let complaints = self::complaints(transcript.step("can0-doctor-before"), "can0");
@@ -82,14 +82,14 @@ fn a_session_with_the_emulated_board_behind_a_serial_line() {
     check_session(&transcript, "can9");
 }
 
-/// A device that runs free, in a guest of which each instruction takes a nanosecond: how fast this
-/// computer emulates it, and what else it does, changes nothing.
+/// A device that runs free in a guest in which each instruction takes a nanosecond, so that this computer's
+/// speed and load do not matter.
 #[test]
 fn every_frame_of_a_free_device_is_recorded_within_a_millisecond() {
     let transcript = run(Machine { virtual_time: true, ..Machine::default() }, "free vcan0");
     let ok = |name: &str| transcript.ok(&format!("vcan0-{name}"));
     println!("{}{}", ok("free"), transcript.timeline());
-    // Nothing is missing, by the device's own counters and by what somebody else heard.
+    // Nothing is missing, by the device's counters and by an independent listener.
     assert_eq!(json(ok("check"))["survey"]["dropouts"], Value::Array(Vec::new()));
     let of_host = |frame: &&str| {
         ["080#", "100#", "108#", "110#", "600#"].into_iter().any(|id| frame.starts_with(id))
@@ -117,8 +117,8 @@ fn every_frame_of_a_free_device_is_recorded_within_a_millisecond() {
     assert!(1e3 * time("frame to record", "p99_s") <= MOST_TO_RECORD_MS);
 }
 
-/// Where frames that were recorded are not those that somebody heard who listened for longer: the
-/// number of the first, what was recorded there and what was heard.
+/// The first difference between recorded frames and those of a listener that listened for longer: its
+/// index, the recorded frame and the one that was heard.
 fn first_difference(heard: &[&str], recorded: &[&str]) -> Option<(usize, String, String)> {
     let alike = |at: &usize| {
         let pairs = recorded.iter().zip(&heard[*at..]);
@@ -162,7 +162,7 @@ fn check_session(transcript: &Transcript, interface: &str) {
     println!("{interface}:{}", transcript.timeline());
 }
 
-/// What the doctor does not find good, of the checks whose names begin so; each has its fix.
+/// Failed checks of the doctor whose names begin with `prefix`; each must have its fix.
 fn complaints(doctor: &cathforce_hil_tests::guest::Step, prefix: &str) -> Vec<String> {
     let checks = json(&doctor.stdout);
     let checks = checks.as_array().expect("a list").iter();

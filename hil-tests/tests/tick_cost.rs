@@ -16,27 +16,26 @@ use cathforce_mechanics::{State, parameters};
 const TRIAL: u32 = 2;
 /// Share of the last link that the deepest insertion needs, so that all links are in use well before.
 const LAST_LINK: f64 = 0.5;
-/// The example's wall is near-rigid with so many times its stiffness, 16 N/mm².
+/// Factor by which the example's wall becomes near-rigid, 16 N/mm².
 const NEAR_RIGID: f32 = 20.0;
 /// Resolved ticks before a band is stated.
 const BAND_WAITS: u16 = 100;
-/// Share of a switch-on value. With 0.1, half ticks at a near-rigid wall chatter from the sum of a
-/// viscous instrument, a relaxing and narrowed wall and a stream: they end in a fault, uncounted.
+/// Share of an effect's switch-on value. With 0.1, the sum of a viscous instrument, a relaxing and narrowed
+/// wall and a stream makes half ticks at a near-rigid wall chatter, and the run ends in a fault.
 const MILD: f64 = 0.08;
 /// Single ticks counted around it.
 const TICKS: u16 = 60;
 /// Advance and rotation of one of them: the last link stays in.
 const FEED_M: f64 = 1e-5;
 const TURN_RAD: f64 = 2e-3;
-/// The same where it turns as fast as it may.
+/// The rotation of a tick at the greatest allowed speed.
 const FASTEST_RAD: f64 = 0.0199;
 
-/// Instructions of the worst tick: 1 % above what was reached, what was aimed at, and half of
-/// what a tick has time for.
+/// Instructions of the worst tick: 1 % above the measured count, the target, and half of a tick's time.
 const MOST_INSTRUCTIONS_ONE_SOLVE: u32 = 137_000;
 const MOST_INSTRUCTIONS_TWO_SOLVES: u32 = 220_000;
 const MOST_INSTRUCTIONS_HALF_TICKS: u32 = 240_000;
-/// What a band of the forces may add to the worst tick: it is looked up, not computed.
+/// Instructions that a band of the forces may add to the worst tick; the band is only looked up.
 const MOST_INSTRUCTIONS_BAND: u32 = 200;
 /// Least plausible count, so that a counter that stands still fails.
 const LEAST_INSTRUCTIONS: u32 = 50_000;
@@ -45,8 +44,8 @@ const MOST_JITTER: f64 = 0.03;
 const MOST_STATE_BYTES: usize = 40_000;
 const MOST_TICK_STACK_BYTES: u32 = 4096;
 
-/// The state as the device lays it out. This computer packs vectors of `f32` into registers of
-/// four, but not those of the twin, whose numbers and counts are all twice as long.
+/// Size of the state on the device. This computer packs vectors of `f32` into registers of four, but not
+/// those of the twin, whose numbers and counts are all twice as long.
 fn device_state_bytes() -> usize {
     size_of::<State<f64>>() / 2
 }
@@ -58,10 +57,10 @@ fn band() -> Band {
     Band { from_m: 0.0, step_m: 0.01, feed: rows, withdrawal: rows }
 }
 
-/// What single ticks with all links in the vessel cost.
+/// Cost of single ticks with all links in the vessel.
 struct Cost {
     instructions: Vec<u32>,
-    /// The worst until the device was armed.
+    /// The worst tick before the device was armed.
     beginning: u32,
     /// The deepest of their stacks.
     stack_bytes: u32,
@@ -113,7 +112,7 @@ fn laden() -> Vec<(String, f32)> {
     let nominal = to_description::<f64>(bundle(), &SolverDefaults::default()).expect("trials");
     let effects = all().filter(|effect| IDS.contains(&effect.id));
     let values = effects.flat_map(|effect| effect.start(&nominal, &effect.starts()[0]));
-    // Mild: what is asked for is their cost, of ticks that are resolved.
+    // Effects are mild, because the cost of resolved ticks is measured.
     let mild = |(parameter, value): (&Parameter, f64)| {
         let info = parameters().find(|info| info.key == parameter.key).expect("in the table");
         let off = info.off.unwrap_or(value);
@@ -127,7 +126,7 @@ fn single_ticks(schedule: Schedule, effects: Vec<(String, f32)>, band: Option<Ba
     single_ticks_turning(TURN_RAD, schedule, effects, band)
 }
 
-/// The same, turned by so much in each.
+/// The same with this rotation in each tick.
 fn single_ticks_turning(
     turn_rad: f64,
     schedule: Schedule,
@@ -158,7 +157,7 @@ fn single_ticks_turning(
     };
     let mut bench = Bench::<Qemu>::armed(&image, at(0));
     let beginning = bench.report().load.worst_instructions;
-    // The first of them need not be resolved.
+    // The first ticks need not be resolved.
     bench.play((0..2 * BAND_WAITS).map(|_| vec![encoder(at(0))]));
     let (mut stack_bytes, mut bands) = (0, 0);
     let counts = (1..=TICKS).map(|tick| {

@@ -67,7 +67,7 @@ fn p21_a_device_of_another_protocol_is_refused_and_both_are_named() {
     assert!(Client::connect(Sim::new()).is_ok());
 }
 
-/// A build is what lies in flash: the board says the same of it as the host of the ELF.
+/// Board and host compute the same build identifier, from flash and from the ELF.
 #[test]
 fn the_board_says_which_build_it_runs() {
     let client =
@@ -76,11 +76,11 @@ fn the_board_says_which_build_it_runs() {
     let elf = find_firmware(None).expect("it was booted");
     let build = build_of(&elf).expect("firmware");
     assert_eq!(version_and_build(&firmware), (env!("CARGO_PKG_VERSION"), Some(&*build)));
-    // Another byte is another build: the last one that is loaded.
+    // Changing the last loaded byte changes the build.
     let folder = tempfile::tempdir().expect("a temporary folder");
     let other = folder.path().join("other.elf");
     let mut bytes = std::fs::read(&elf).expect("an ELF");
-    // Inside the code, whose segment comes first.
+    // So does a byte inside the code, whose segment comes first.
     bytes[0x10_000 + 0x2000] ^= 1;
     std::fs::write(&other, bytes).expect("written");
     assert_ne!(build_of(&other).expect("still firmware"), build);

@@ -4,8 +4,8 @@
 
 use anyhow::bail;
 
+use crate::consent::Consent;
 use crate::progress;
-use crate::setup::Consent;
 use crate::shell::{self, cargo, command, output, target_folder};
 
 /// The tool's version: another one may read `deny.toml` differently.

@@ -1,7 +1,7 @@
 //! `cargo xtask book`: builds the book in `docs/`; and what the suite checks of the pages without
 //! mdBook: links, anchors, the table of contents, and the paths of files that pages name.
 
-use crate::setup::Consent;
+use crate::consent::Consent;
 use crate::shell::{cargo, command, output, run, target_folder};
 
 /// mdBook's version: another one may lay pages out differently.
@@ -41,8 +41,8 @@ mod tests {
     use std::fs;
     use std::path::{Component, Path, PathBuf};
 
-    use crate::shell::root;
     use crate::documented;
+    use crate::shell::root;
 
     /// Folders of the workspace: what begins with one of them in backquotes is a path.
     const FOLDERS: [&str; 7] =

@@ -5,7 +5,8 @@ use std::process::Command;
 
 use crate::arguments::{Choice, Given};
 use crate::build::FIRMWARE_VARIABLE;
-use crate::setup::{self, Consent};
+use crate::consent::{self, Consent};
+use crate::setup;
 use crate::shell::{command, root, target_folder};
 use crate::{build, progress};
 
@@ -25,7 +26,7 @@ pub const OPTIONS: [Choice; 3] = [
         value: Some("DIR"),
         about: "Folder for recording, CSV and page; `target/demo` if not given.",
     },
-    setup::YES,
+    consent::YES,
 ];
 
 pub fn run(given: &Given) -> anyhow::Result<()> {
@@ -70,15 +71,17 @@ fn plan() -> String {
 
 /// Plays the example on the emulated board; gives the summary's file.
 pub fn play(program: &Path, elf: &Path, out: &Path) -> anyhow::Result<PathBuf> {
-    let summary = out.join("summary.json");
-    progress::run(&mut example(program, elf, &out.join("run.mcap"), &summary))?;
+    let (mut run, summary) = example(program, elf, out);
+    progress::run(&mut run)?;
     Ok(summary)
 }
 
-fn example(program: &Path, elf: &Path, recording: &Path, summary: &Path) -> Command {
+/// The command that plays it, and the file that the summary will be in.
+pub fn example(program: &Path, elf: &Path, out: &Path) -> (Command, PathBuf) {
+    let summary = out.join("summary.json");
     let mut run = command(program);
     run.args(["run", "--link", "qemu"]).arg(root().join(EXAMPLE)).args(TEN_SECONDS);
-    run.arg("--out").arg(recording).args(["--overwrite", "--summary"]).arg(summary);
+    run.arg("--out").arg(out.join("run.mcap")).args(["--overwrite", "--summary"]).arg(&summary);
     run.env(FIRMWARE_VARIABLE, elf);
-    run
+    (run, summary)
 }

@@ -6,8 +6,8 @@ use std::process::Command;
 use anyhow::{Context, bail};
 
 use crate::build::FIRMWARE_VARIABLE;
-use crate::setup::Consent;
-use crate::shell::{command, output};
+use crate::consent::Consent;
+use crate::shell::{self, command, output};
 use crate::{packages, progress};
 
 /// The emulator of the board.
@@ -21,26 +21,33 @@ pub fn missing(consent: Consent) -> anyhow::Result<Option<Command>> {
     }
 }
 
+/// What `cathforce` ends with when a link cannot be opened: an emulator that is wrong is refused.
+const REFUSED: i32 = 4;
+
 /// Lets the firmware measure the emulator; installs another one if it is wrong, and measures again.
 pub fn ensure(program: &Path, elf: &Path, consent: Consent) -> anyhow::Result<()> {
-    let Err(problem) = measure(program, elf) else { return Ok(()) };
-    println!("{problem:#}");
+    let Some(problem) = refusal(program, elf)? else { return Ok(()) };
+    println!("{problem}");
     progress::run(&mut install(consent)?)?;
-    measure(program, elf)
+    refusal(program, elf)?.map_or(Ok(()), |problem| bail!("{problem}"))
 }
 
-/// `cathforce doctor qemu` opens the link, which refuses an emulator whose clocks are wrong.
-fn measure(program: &Path, elf: &Path) -> anyhow::Result<()> {
+/// `cathforce doctor --link qemu` opens the link, which measures the emulator's clocks. Gives why
+/// it was refused; an error has nothing to do with the emulator.
+fn refusal(program: &Path, elf: &Path) -> anyhow::Result<Option<String>> {
     let mut doctor = command(program);
-    doctor.args(["doctor", "qemu"]).env(FIRMWARE_VARIABLE, elf);
+    doctor.args(["doctor", "--link", "qemu"]).env(FIRMWARE_VARIABLE, elf);
     let measured = doctor.output().with_context(|| program.display().to_string())?;
-    if !measured.status.success() {
-        let [said, error] = [measured.stdout, measured.stderr];
-        let text = [said, error].map(|text| String::from_utf8_lossy(&text).into_owned()).concat();
-        bail!("{PROGRAM} is refused:\n{}", text.trim_end());
+    let [said, error] = [measured.stdout, measured.stderr];
+    let text = [said, error].map(|text| String::from_utf8_lossy(&text).into_owned()).concat();
+    match measured.status.code() {
+        Some(0) => {
+            println!("{PROGRAM} boots the firmware, and its clocks are right.");
+            Ok(None)
+        }
+        Some(REFUSED) => Ok(Some(format!("{PROGRAM} is refused:\n{}", text.trim_end()))),
+        _ => bail!("`{}` failed ({}):\n{}", shell::line(&doctor), measured.status, text.trim_end()),
     }
-    println!("{PROGRAM} boots the firmware, and its clocks are right.");
-    Ok(())
 }
 
 /// QEMU from Debian's backports; elsewhere the user is told what is needed.

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, bail};
 use serde_json::Value;
 
+use crate::consent::Consent;
 use crate::shell::{command, output, root, target_folder};
 use crate::{build, demo, setup};
 
@@ -19,7 +20,7 @@ const BEGIN: &str = "<!-- cargo xtask figures: demo -->\n";
 const END: &str = "<!-- end -->";
 
 /// Measures the demo and every practice trial without an effect, and writes what they gave.
-pub fn write(consent: setup::Consent) -> anyhow::Result<()> {
+pub fn write(consent: Consent) -> anyhow::Result<()> {
     let elf = setup::emulator_and_firmware(consent)?.elf;
     let program = build::host()?;
     let out = target_folder().join("demo");

@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, bail};
 
 use crate::build;
+use crate::consent::Consent;
 use crate::packages::{as_root, has_apt, install_from_backports, is_installed};
 use crate::progress;
-use crate::setup::Consent;
 use crate::shell::{command, output, run, target_folder};
 
 /// The emulator.

@@ -8,6 +8,7 @@ mod bench;
 mod book;
 mod build;
 mod citations;
+mod consent;
 mod demo;
 mod disk;
 mod emulator;
@@ -26,7 +27,7 @@ mod validation;
 use std::process::ExitCode;
 
 use arguments::{Asked, Task};
-use setup::Consent;
+use consent::Consent;
 
 // One reader of the pages for the tests of both programs.
 #[cfg(test)]
@@ -46,14 +47,14 @@ static TASKS: [Task; 9] = [
         name: "test",
         former: None,
         about: "Everything: format, lints, unit tests, firmware, tests on the emulated board.",
-        options: &[setup::YES],
+        options: &[consent::YES],
         run: |given| test::run_all(Consent::of(given)),
     },
     Task {
         name: "firmware",
         former: None,
         about: "Build the firmware and say how large it is.",
-        options: &[setup::YES],
+        options: &[consent::YES],
         run: |given| {
             setup::firmware_target(Consent::of(given))?;
             build::firmware().map(drop)
@@ -63,7 +64,7 @@ static TASKS: [Task; 9] = [
         name: "figures",
         former: None,
         about: "Measure the figures that README and docs quote, and write them there.",
-        options: &[setup::YES],
+        options: &[consent::YES],
         run: |given| figures::write(Consent::of(given)),
     },
     Task {
@@ -84,21 +85,21 @@ static TASKS: [Task; 9] = [
         name: "audit",
         former: None,
         about: "Check the licences, sources and known vulnerabilities of all dependencies.",
-        options: &[setup::YES],
+        options: &[consent::YES],
         run: |given| audit::run(Consent::of(given)),
     },
     Task {
         name: "book",
         former: None,
         about: "Build the book of docs/ with mdBook, into target/book.",
-        options: &[setup::YES],
+        options: &[consent::YES],
         run: |given| book::build(Consent::of(given)),
     },
     Task {
         name: "setup",
         former: None,
         about: "Install what is missing: Rust components, the emulators, a Linux guest.",
-        options: &[setup::YES],
+        options: &[consent::YES],
         run: |given| setup::all(Consent::of(given)),
     },
 ];

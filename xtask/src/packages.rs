@@ -5,7 +5,7 @@ use std::process::Command;
 
 use anyhow::{Context, bail};
 
-use crate::setup::{Consent, is_root};
+use crate::consent::{Consent, is_root};
 use crate::shell::{command, output};
 
 /// Debian's release without a right emulator of its own, and the suite that has one.

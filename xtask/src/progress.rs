@@ -49,6 +49,7 @@ pub fn with_heartbeat<T>(name: &str, work: impl FnOnce() -> T) -> T {
 pub struct Job {
     name: &'static str,
     steps: Vec<Command>,
+    is_aloud: bool,
     state: Mutex<State>,
 }
 
@@ -63,7 +64,12 @@ struct State {
 
 impl Job {
     pub fn new(name: &'static str, steps: impl IntoIterator<Item = Command>) -> Self {
-        Self { name, steps: steps.into_iter().collect(), state: Mutex::default() }
+        Self { name, steps: steps.into_iter().collect(), is_aloud: false, state: Mutex::default() }
+    }
+
+    /// Whatever it says is printed when it has ended well, too.
+    pub fn aloud(self) -> Self {
+        Self { is_aloud: true, ..self }
     }
 }
 
@@ -91,6 +97,9 @@ pub fn side_by_side(mut jobs: Vec<Job>) -> anyhow::Result<()> {
         let state = job.state.into_inner().unwrap_or_else(PoisonError::into_inner);
         if let Some(Err(error)) = state.ended {
             return Err(error.context(format!("{}:\n{}", job.name, state.said.trim_end())));
+        }
+        if job.is_aloud {
+            println!("{}", state.said.trim_end());
         }
     }
     Ok(())

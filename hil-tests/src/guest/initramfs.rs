@@ -7,7 +7,7 @@ use std::process::{Command, Stdio};
 
 /// Writes an archive of `provided`, the script and `files` to `archive`.
 ///
-/// `provided` has `root`, which goes in as it is, and what else the kernel needs.
+/// `provided` has the folder `root`, which is copied, and further files that the kernel needs.
 pub fn write(archive: &Path, provided: &Path, script: &str, files: &[(&Path, &str)]) {
     let root = archive.with_extension("root");
     copy(&provided.join("root"), &root);

@@ -9,10 +9,12 @@ use rustix::time::{ClockId, clock_gettime};
 pub struct Stopwatch(Duration);
 
 impl Stopwatch {
+    /// Starts now.
     pub fn start() -> Self {
         Self(now())
     }
 
+    /// Processor time since the start.
     pub fn elapsed(self) -> Duration {
         now().saturating_sub(self.0)
     }

@@ -21,13 +21,14 @@ const STROKE_M: f64 = 0.4e-3;
 /// Ticks that self-test, settling and arming may take.
 const ARMING_TICKS: usize = 20_000;
 
+/// Cost of a tick on the emulated board.
 #[derive(Debug, Serialize)]
 pub struct Device {
     /// Over all ticks until the deepest insertion, including the beginning of a run, supervision and
     /// frames.
     pub worst_instructions_one_solve: u32,
     pub worst_instructions_two_solves: u32,
-    /// Largest deviation from the mean over it, of ticks with all links in use, one solve \[1\].
+    /// Largest relative deviation from the mean over ticks with all links in use, one solve \[1\].
     pub jitter: f64,
     /// Size of the model's state on a 64-bit host, a few bytes more than on the device.
     pub state_bytes: usize,

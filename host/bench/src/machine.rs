@@ -5,6 +5,7 @@ use std::process::Command;
 
 use serde::Serialize;
 
+/// Processor, system and compiler.
 #[derive(Debug, Serialize)]
 pub struct Machine {
     pub processor: String,
@@ -14,6 +15,7 @@ pub struct Machine {
 }
 
 impl Machine {
+    /// This machine.
     pub fn this() -> Self {
         let cpuinfo = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
         let model = cpuinfo.lines().find_map(|line| line.strip_prefix("model name"));

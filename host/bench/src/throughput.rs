@@ -14,9 +14,10 @@ const TICKS: usize = 500;
 /// Spacing of the lumen unless it is varied \[m\].
 const CELL_M: f64 = 1e-3;
 
+/// Cost of a tick on the host.
 #[derive(Debug, Serialize)]
 pub struct Throughput {
-    /// One core, 64 links, 1 ms a tick.
+    /// Simulated over processor time, on one core with 64 links and ticks of 1 ms \[1\].
     pub real_time_factor_64_links: f64,
     /// The insertion's instrument in its vessel, over the number of links.
     pub scaling: Vec<Scaling>,
@@ -26,18 +27,21 @@ pub struct Throughput {
     pub lumen: Vec<LumenSize>,
 }
 
+/// Time of a tick with this number of links.
 #[derive(Debug, Serialize)]
 pub struct Scaling {
     pub links: usize,
     pub us_per_tick: f64,
 }
 
+/// Time of a tick with this number of nodes in contact.
 #[derive(Debug, Serialize)]
 pub struct Contacts {
     pub nodes_in_contact: usize,
     pub us_per_tick: f64,
 }
 
+/// Time of a tick with a lumen of this spacing and size.
 #[derive(Debug, Serialize)]
 pub struct LumenSize {
     pub cell_mm: f64,
@@ -45,6 +49,7 @@ pub struct LumenSize {
     pub us_per_tick: f64,
 }
 
+/// Measures all of it on one core.
 pub fn measure() -> anyhow::Result<Throughput> {
     let scaling = vec![
         scaling::<16>()?,
@@ -71,7 +76,7 @@ fn scaling<const LINKS: usize>() -> anyhow::Result<Scaling> {
     Ok(Scaling { links: LINKS, us_per_tick })
 }
 
-/// In a tube of one width, as wide or narrow as asked for.
+/// 64 links in a tube of constant radius; fewer nodes touch a wider one.
 fn contacts(radius_m: f64) -> anyhow::Result<Contacts> {
     let tube = Tube { first_radius_m: radius_m, last_radius_m: radius_m, ..INSERTION.tube };
     let (us_per_tick, nodes_in_contact) =

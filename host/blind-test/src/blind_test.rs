@@ -27,7 +27,7 @@ use crate::score::Score;
 pub struct Seals {
     /// SHA-256 of the label file, by case.
     pub labels: BTreeMap<String, String>,
-    /// SHA-256 over names and bytes of the case's files, by case. Seals of seeds up to 24000 have none.
+    /// SHA-256 over names and bytes of the case's files, by case. The first sets have none.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub cases: BTreeMap<String, String>,
 }
@@ -46,7 +46,7 @@ pub enum BlindTestError {
     )]
     AlreadyMade(PathBuf),
     #[error(
-        "two rigs have the name `{0}`, by which their cases are told\n  fix: name their folders differently"
+        "two rigs have the name `{0}`, and cases are told apart by it\n  fix: name their folders differently"
     )]
     OneName(String),
     #[error("{}: no blind test is there\n  fix: `cathforce gap blind-test make` makes one", .0.display())]
@@ -59,10 +59,10 @@ pub enum BlindTestError {
     NotFinished(PathBuf),
     #[error("{}: not sealed yet\n  fix: `cathforce gap blind-test seal` first", .0.display())]
     NotSealed(PathBuf),
-    #[error("{}: sealed already; a second seal would be worth nothing", .0.display())]
+    #[error("{}: sealed already; a second seal would prove nothing", .0.display())]
     AlreadySealed(PathBuf),
     #[error(
-        "{}: there are answers already, and a seal after them would be worth nothing\n  fix: make a new \
+        "{}: there are answers already, and a seal after them would prove nothing\n  fix: make a new \
          blind test in another folder",
         .0.display()
     )]
@@ -81,7 +81,8 @@ pub enum BlindTestError {
     Changed(PathBuf),
 }
 
-/// What a blind test is to be, which its seed and its rigs decide with this; nothing in it tells a label.
+/// The plan of a blind test and how far it is made. Together with the seed it determines the cases; it
+/// tells no label.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct Made {
     pub cases: usize,

@@ -79,7 +79,7 @@ const PANELS: [(Counted, &str, f64); 6] = [
     (Counted::PairFound, "pair: both effects found", 100.0),
     (Counted::OutsideUnknown, "outside the library: answered unknown", 100.0),
     (Counted::ConfidentlyWrong, "wrong with confidence", 20.0),
-    (Counted::GapClaimedWithoutEffect, "gap claimed without an effect", 20.0),
+    (Counted::GapClaimedWithoutEffect, "gap claimed without an effect", 100.0),
 ];
 
 const COLUMNS: usize = 2;
@@ -218,6 +218,18 @@ pub fn page(scores: &[Score]) -> String {
          outside: unknown | wrong with confidence | gap claimed without an effect | seal |\n\
          | --- | --- | ---: | --- | --- | --- | --- | --- | --- | --- | --- |\n",
     );
+    text += &rows(scores);
+    for score in scores {
+        if let Some(note) = &score.note {
+            let _ = write!(text, "\n{}, {} cases: {note}\n", day(score), score.cases);
+        }
+    }
+    text + &newest_in_full(scores)
+}
+
+/// One row of the table a set, the newest first.
+fn rows(scores: &[Score]) -> String {
+    let mut text = String::new();
     let columns = [
         Counted::NamedFirst,
         Counted::InReportedSet,
@@ -245,11 +257,12 @@ pub fn page(scores: &[Score]) -> String {
             seal.map_or("–".to_owned(), |hash| format!("`{hash}`"))
         );
     }
-    for score in scores {
-        if let Some(note) = &score.note {
-            let _ = write!(text, "\n{}, {} cases: {note}\n", day(score), score.cases);
-        }
-    }
+    text
+}
+
+/// The newest set on own rigs and the newest one on given rigs, with all figures.
+fn newest_in_full(scores: &[Score]) -> String {
+    let mut text = String::new();
     let newest = |rigs: Rigs| scores.iter().rev().find(|score| score.rigs == rigs);
     for (kind, score) in [Rigs::Own, Rigs::Given].map(|kind| (kind, newest(kind))) {
         let Some(score) = score else { continue };

@@ -9,25 +9,25 @@ use crate::draw::Kind;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Label {
     pub case: String,
-    /// Of the blind test.
+    /// Seed of the blind test.
     #[serde(default)]
     pub seed: u64,
     pub kind: Kind,
     pub rig: String,
     pub effects: Vec<Truth>,
     pub severity: f64,
-    /// RMS of what the effects change, with the noise, over the noise alone, in the channel that
-    /// shows them best: 1 is invisible.
+    /// RMS of the change by all effects together with the noise, over the noise alone, in the channel
+    /// that shows them best. 1 is invisible.
     pub gap_over_noise: f64,
-    /// The same of every effect beside the others: of what it adds to them.
+    /// The same for what each effect adds to the others.
     #[serde(default)]
     pub added_over_noise: Vec<f64>,
-    /// Both over the floor: the noise, and what a wall does that is nearer than anybody knows. Labels of seeds
-    /// before 20000 have neither.
+    /// The same two over the floor: the noise, and the change by a wall that is nearer within its
+    /// uncertainty. The first sets have neither.
     #[serde(default)]
     pub gap_over_floor: Option<f64>,
     #[serde(default)]
     pub added_over_floor: Vec<f64>,
-    /// Random, so that nobody finds the label by trying.
+    /// Random, so that the label cannot be found from its hash by trial.
     pub salt: String,
 }

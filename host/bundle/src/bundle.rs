@@ -32,6 +32,7 @@ pub use crate::trial::{
 use crate::error::{BundleError, Cause, read_bytes, read_text};
 use crate::geometry::{Branch, Mesh, MeshRepairs, Triangle, read_centreline, read_stl};
 use crate::place::{Place, Warning};
+use crate::rig::RigWarning;
 use crate::trial::{self, Parsed};
 
 /// The surface of `vessel.stl`.
@@ -58,12 +59,12 @@ pub struct Bundle {
 }
 
 impl Bundle {
-    /// Reads a bundle whole; the first fault refuses it.
+    /// Reads a bundle whole. It is refused with every fault of its rig.toml, or with the first fault
+    /// of another file.
     pub fn open(path: impl AsRef<Path>) -> Result<Self, BundleError> {
         let path = path.as_ref();
         let rig_file = path.join("rig.toml");
-        let (rig, rig_warnings) = Rig::parse(&read_text(&rig_file)?)
-            .map_err(|(place, cause)| BundleError::new(&rig_file, place, cause))?;
+        let (rig, rig_warnings) = read_rig(&rig_file, &read_text(&rig_file)?)?;
         let mut warnings: Vec<_> = rig_warnings
             .into_iter()
             .map(|(place, message)| Warning { file: rig_file.clone(), place, message })
@@ -95,8 +96,7 @@ impl Bundle {
         rig_toml: &str,
         trials: Vec<Trial>,
     ) -> Result<Self, BundleError> {
-        let (rig, rig_warnings) =
-            Rig::parse(rig_toml).map_err(|(place, cause)| BundleError::new(file, place, cause))?;
+        let (rig, rig_warnings) = read_rig(file, rig_toml)?;
         let warning = |(place, message)| Warning { file: file.to_path_buf(), place, message };
         Ok(Self {
             path: file.to_path_buf(),
@@ -131,6 +131,10 @@ impl Bundle {
         });
         columns.copied().max_by(f64::total_cmp)
     }
+}
+
+fn read_rig(file: &Path, text: &str) -> Result<(Rig, Vec<RigWarning>), BundleError> {
+    Rig::parse(text).map_err(|(first, others)| BundleError::of_all(file, first, others))
 }
 
 /// Reads an STL file as the surface of a lumen; adds what looks wrong to `warnings`.

@@ -1,5 +1,6 @@
 //! Errors of a bundle: the file, the place in it, the cause and the fix.
 
+use std::fmt::{Display, Formatter};
 use std::path::{Path, PathBuf};
 
 use thiserror::Error;
@@ -29,7 +30,7 @@ pub enum Cause {
     Vessel(#[from] VesselCause),
     #[error("the bundle has neither vessel.stl nor centreline.csv, so there is no vessel")]
     NoVessel,
-    #[error("trials are numbered files like 000.csv; this name is none")]
+    #[error("trials are numbered files like 000.csv; this name has no number")]
     TrialName,
     #[error("another file has the number {0} too")]
     TrialTwice(u32),
@@ -68,21 +69,51 @@ impl Cause {
     }
 }
 
-/// A bundle that is refused.
+/// A bundle that is refused, with everything that is wrong with one of its files.
 #[derive(Debug, Error)]
-#[error("{}{place}: {cause}\n  fix: {}", file.display(), cause.fix())]
 pub struct BundleError {
     /// The file, as a path that can be opened.
     pub file: PathBuf,
     /// The place in it.
     pub place: Place,
-    /// Why.
-    pub cause: Cause,
+    /// Why. On the heap, so that a result stays small.
+    pub cause: Box<Cause>,
+    /// Its other faults.
+    pub others: Vec<(Place, Cause)>,
 }
 
 impl BundleError {
     pub(crate) fn new(file: &Path, place: Place, cause: impl Into<Cause>) -> Self {
-        Self { file: file.to_path_buf(), place, cause: cause.into() }
+        Self { file: file.to_path_buf(), place, cause: Box::new(cause.into()), others: Vec::new() }
+    }
+
+    /// Of a file with several faults.
+    pub(crate) fn of_all<C: Into<Cause>>(
+        file: &Path,
+        first: (Place, C),
+        others: impl IntoIterator<Item = (Place, C)>,
+    ) -> Self {
+        let others = others.into_iter().map(|(place, cause)| (place, cause.into()));
+        Self { others: others.collect(), ..Self::new(file, first.0, first.1) }
+    }
+}
+
+/// All faults in the order of their lines, each with its fix.
+impl Display for BundleError {
+    fn fmt(&self, f: &mut Formatter<'_>) -> std::fmt::Result {
+        let line = |place: &Place| match *place {
+            Place::Whole => 0,
+            Place::Line(line) | Place::LineColumn(line, _) => line,
+            Place::Byte(_) => usize::MAX,
+        };
+        let others = self.others.iter().map(|(place, cause)| (place, cause));
+        let mut all: Vec<_> = std::iter::once((&self.place, &*self.cause)).chain(others).collect();
+        all.sort_by_key(|(place, _)| line(place));
+        for (index, (place, cause)) in all.into_iter().enumerate() {
+            let new_line = if index > 0 { "\n" } else { "" };
+            write!(f, "{new_line}{}{place}: {cause}\n  fix: {}", self.file.display(), cause.fix())?;
+        }
+        Ok(())
     }
 }
 

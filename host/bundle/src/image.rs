@@ -99,7 +99,7 @@ pub enum ImageBuildError {
     NoGuidewire,
     #[error("{0}\n  fix: leave solver.solves at 1, and parts of a tick at 2 or less")]
     Overlong(ImageError),
-    #[error("{key} = {value}: {error}\n  fix: `cathforce config` lists names and ranges")]
+    #[error("{key} = {value}: {error}\n  fix: `cathforce config list` lists names and ranges")]
     Parameter { key: String, value: f32, error: ParameterError },
     #[error("the image cannot be made: {0}\n  fix: correct the setting or number it names")]
     Encode(#[from] EncodeError),

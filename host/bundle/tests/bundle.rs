@@ -1,4 +1,4 @@
-//! Well-formed bundles and what is read from them.
+//! Reading of well-formed bundles.
 
 mod support;
 
@@ -50,7 +50,7 @@ fn encoders_are_interpolated_between_rows_and_held_outside_them() {
     near(at(9.0), (0.016, 0.3));
 }
 
-/// A small bundle whose trial is this, and what was warned of.
+/// Opens a small bundle with this trial; returns it with its warnings.
 fn with_trial(rows: &str) -> (Bundle, Vec<String>) {
     let folder = tempfile::tempdir().unwrap();
     write_bundle(folder.path());
@@ -62,7 +62,7 @@ fn with_trial(rows: &str) -> (Bundle, Vec<String>) {
 
 #[test]
 fn rows_of_one_time_are_one() {
-    // A camera's row beside one of the force sensor, and a clock that is too coarse for both.
+    // The clock is too coarse to tell a row of the camera from one of the force sensor.
     let (bundle, said) = with_trial(
         "t_s,insertion_m,rotation_rad,fx_N,fy_N,fz_N,tip_x_m,tip_y_m,tip_z_m\n\
          0.00,0.010,0.0,0.1,0.0,0.0,,,\n0.00,0.010,0.0,,,,0.01,0.0,0.0\n\
@@ -124,7 +124,7 @@ fn a_drive_is_a_bundle_too() {
 }
 
 proptest! {
-    /// Whatever stands in the files, they are read or refused; nothing panics.
+    /// Files with any content are read or refused; nothing panics.
     #[test]
     fn any_change_of_a_file_is_read_or_refused(
         file in 0..2_usize,

@@ -1,4 +1,4 @@
-//! The comparison of a stored lumen with its wall leaves nothing out.
+//! The comparison of a stored lumen with its wall covers everything.
 
 mod support;
 
@@ -40,12 +40,12 @@ fn places_that_are_touched_but_not_stored_are_counted() {
     let quality = measure(&lumen, &wall, &thick, POINTS);
     assert!(quality.not_stored > POINTS / 10, "{quality:?}");
     assert_eq!(quality.points + quality.not_stored, POINTS);
-    // There is the instrument, on the axis of the tube.
+    // The instrument lies there, on the axis of the tube.
     let [_, y, z] = quality.not_stored_at_m;
     assert!(y.hypot(z) < 1.6e-3, "{quality:?}");
 }
 
-/// A slender vessel takes little of the box around it.
+/// A slender vessel fills little of the box around it.
 #[test]
 fn a_long_diagonal_vessel_is_compared_at_as_many_points() {
     let turn = Rotation3::rotation_between(&Point::x(), &Point::new(1.0, 1.0, 1.0)).unwrap();
@@ -74,7 +74,7 @@ fn the_wall_of_a_centreline_is_compared_too() {
     assert!((0.0..=20e-3).contains(&y), "past an opening nothing is compared: {quality:?}");
 }
 
-/// What no device can hold by far is known before its nodes are sampled.
+/// A lumen that is far too large for any device is refused before its nodes are sampled.
 #[test]
 fn far_too_many_bricks_are_counted_and_not_sampled() {
     struct Counting {

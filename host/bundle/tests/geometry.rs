@@ -1,4 +1,4 @@
-//! How well meshes and centrelines give the wall, against exact shapes.
+//! Accuracy of walls from meshes and centrelines against exact shapes.
 
 mod support;
 
@@ -77,7 +77,7 @@ fn smoothing_gains_most_where_facets_are_coarse() {
     let smooth = [1.2e-3, 0.6e-3].map(|cell| errors(cell, SurfaceModel::Smooth));
     assert!(faceted[0].p50 > 3.0 * faceted[1].p50, "facets err by the square: {faceted:?}");
     assert!(faceted[0].p99 > 20.0 * smooth[0].p99, "{faceted:?} {smooth:?}");
-    // Below the sagitta at which refinement stops, finer facets gain nothing.
+    // Finer facets gain nothing below the sagitta at which refinement stops.
     assert!(smooth[0].p99 < 5e-6 && smooth[1].p99 < 2.5e-6, "{smooth:?}");
 }
 
@@ -216,7 +216,7 @@ fn storing_a_lumen_costs_micrometres() {
         for _ in 0..500 {
             let (around, depth) = (random.within(0.2, 1.3), random.within(0.0, 1.5e-3));
             let p = Vector3::new(around.cos(), around.sin(), 0.0) * (BEND_M + BORE_M - depth);
-            // Not on the face of two bricks, where a rounding decides which of them is read.
+            // The points avoid faces between bricks, where rounding decides which brick is read.
             let p = p + Vector3::z() * 0.3e-3;
             let (ours, _) = interpolate(&lumen, &p).unwrap();
             let theirs = device.sample::<f64>(<[f64; 3]>::from(p));
@@ -256,7 +256,7 @@ fn far_from_the_wall_nothing_is_stored() {
     assert_eq!((interpolate(&lumen, &axis), entry_at(axis)), (None, FREE));
     let corner = Point::new(20e-3, 13.5e-3, 13.5e-3);
     assert_eq!((interpolate(&lumen, &corner), entry_at(corner)), (None, OUTSIDE));
-    // Wherever the instrument can touch, something is.
+    // A brick is stored wherever the instrument can touch.
     for depth in [-2.4e-3, 0.0, 0.8e-3, 1.8e-3] {
         for x in [-2e-3, 0.0, 17.3e-3, 40e-3] {
             let p = Point::new(x, 0.6, 0.8);
@@ -277,7 +277,7 @@ fn the_examples_mesh_is_its_centreline() {
     let mut random = Random(5);
     let (mut smooth_errors, mut faceted_errors) = (Vec::new(), Vec::new());
     for _ in 0..3000 {
-        // The trunk alone, away from its mouth and from the fork.
+        // These points lie in the trunk, away from its mouth and from the fork.
         let k = random.within(3.0, 22.0) as usize;
         let (a, b) = (&trunk.stations[k], &trunk.stations[k + 1]);
         let axis = (b.position_m - a.position_m).normalize();
@@ -296,7 +296,7 @@ fn the_examples_mesh_is_its_centreline() {
     assert!(Spread::of(smooth_errors).p99 < 5e-6);
 }
 
-/// A stray station must be refused at once: sampling the way there would take hours.
+/// A stray station must be refused at once, because sampling the way there would take hours.
 #[test]
 fn a_vessel_as_long_as_a_street_has_no_lumen() {
     let station = |x| Station { s_m: x, position_m: Vector3::new(x, 0.0, 0.0), radius_m: 4e-3 };

@@ -31,7 +31,7 @@ fn rig() -> String {
     RIG.to_owned() + GUIDEWIRE
 }
 
-/// The small trial with the wire's columns behind the catheter's: it goes farther in.
+/// The small trial with the wire's columns after the catheter's; the wire goes farther in.
 fn trial() -> String {
     let wire =
         ["guidewire_insertion_m,guidewire_rotation_rad", "0.010,0.0", "0.014,-0.2", "0.019,0.4"];
@@ -57,7 +57,7 @@ fn assert_refused(rig: &str, trial: &str, file: &str, place: Place, says: &[&str
     }
 }
 
-/// Line and column where `part` last begins: the guidewire's table is the last one.
+/// Line and column where `part` begins for the last time; the guidewire's table is the last one.
 fn last_place_of(text: &str, part: &str) -> Place {
     let at = text.rfind(part).unwrap_or_else(|| panic!("`{part}` is not in the text"));
     let line_start = text[..at].rfind('\n').map_or(0, |end| end + 1);
@@ -237,8 +237,7 @@ fn half_ticks_are_too_much_for_a_tick_with_a_wire() {
     assert!(error.to_string().contains("near-rigid wall asks for, with a guidewire"), "{error}");
 }
 
-/// Where they overlap, the two weigh together what they weigh less the water that the catheter
-/// displaces.
+/// Where they overlap, their weight is the sum of both minus the water that the catheter displaces.
 #[test]
 fn a_fluid_carries_its_share_of_both() {
     let rig =

@@ -60,7 +60,7 @@ fn a_fluid_carries_its_share_of_the_weight() {
     fs::write(folder.path().join("rig.toml"), rig).unwrap();
     let bundle = Bundle::open(folder.path()).unwrap();
     let description = describe::<f64>(bundle.catheter().unwrap(), &SolverDefaults::default(), 1e-3);
-    // Displaced: half the density over the full disc instead of the ring.
+    // The displaced fluid has half the density and fills the full disc instead of the ring.
     let ring = 1.0 - (1.02_f64 / 1.65).powi(2);
     let expected = -9.81 * (1.0 - 0.5 / ring);
     assert!((description.gravity_m_per_s2[2] - expected).abs() < 1e-9);
@@ -90,7 +90,7 @@ fn values_beyond_the_model_are_named() {
     assert!(error.to_string().contains("wall.line_stiffness_n_per_m2"), "{error}");
 }
 
-/// By its own key, with line, value and bounds: the stiffness of the model is not written anywhere.
+/// A stiffness that the model refuses is reported by the key of rig.toml, with line, value and bounds.
 #[test]
 fn a_number_beyond_the_model_has_its_line_and_what_it_may_be() {
     let folder = tempfile::tempdir().unwrap();
@@ -131,7 +131,7 @@ fn trials_that_go_too_far_are_blamed_and_not_the_links() {
     assert!(error.to_string().contains("as far as 160 m"), "{error}");
 }
 
-/// A setting asks for a second solve; it is refused where a tick has no time for it.
+/// A second solve is refused if a tick has no time for it.
 #[test]
 fn two_solves_are_asked_for_by_name() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,4 +1,4 @@
-//! From files to a lumen: both forms of STL, and what is said of meshes that look wrong.
+//! Lumens from files: both forms of STL, and warnings about meshes that look wrong.
 
 mod support;
 
@@ -21,7 +21,7 @@ fn run(bytes: &[u8], diameter_m: f64) -> (Result<(BuiltLumen, LumenReport), Stri
     (result, warnings.into_iter().map(|warning| warning.message).collect())
 }
 
-/// The warnings, one of which must say all of `says`.
+/// Fails unless one warning contains all of `says`.
 fn doubted(triangles: &[Triangle], diameter_m: f64, says: &[&str]) {
     let (_, warnings) = run(&binary_stl(triangles), diameter_m);
     let one_says = warnings.iter().any(|message| says.iter().all(|said| message.contains(said)));
@@ -74,7 +74,7 @@ fn a_hole_in_the_wall_is_said() {
     doubted(&pierced, 3e-3, &["1 of 3 openings", "holes in the surface?"]);
 }
 
-/// As wide as the instrument, a hole is told from an opening by the wall around it.
+/// A hole as wide as the instrument is told from an opening by the wall around it.
 #[test]
 fn a_hole_that_lets_the_instrument_through_is_said_with_its_place() {
     let middle = Point::new(10e-3, 0.0, 3e-3);
@@ -96,7 +96,7 @@ fn the_unit_that_would_make_room_is_proposed() {
         3e-3,
         &["nowhere is room", "0.559 mm wide", "in centimetres? Then scale it by 10", "in inches?"],
     );
-    // Where no unit would, none is: ten times as long it would be longer than a body.
+    // No unit is suggested here, because ten times as long the vessel would be longer than a body.
     let (_, mut report) = run(&binary_stl(&tube()), 1.6e-3).0.unwrap();
     (report.widest_m, report.span_m) = (0.1e-3, 0.3);
     let nowhere = report.doubts().join("; ");
@@ -134,7 +134,7 @@ fn a_grid_that_nobody_can_ask_for_is_not_advised() {
 
 #[test]
 fn a_smooth_surface_that_leaves_flat_walls_is_said() {
-    // A wide tube that narrows within 3 mm, as it comes from CAD.
+    // A wide tube from CAD that narrows within 3 mm.
     const SIDES: usize = 12;
     let profile = [(0.0, 5.0), (20.0, 5.0), (23.0, 3.5)];
     let corner = |(x, r): (f64, f64), side: usize| {

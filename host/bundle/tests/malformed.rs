@@ -1,5 +1,5 @@
-//! Malformed bundles are refused with the file, the place, the cause and the fix; what only
-//! looks wrong is warned of.
+//! Malformed bundles are refused with the file, the place, the cause and the fix; implausible ones are
+//! warned of.
 
 mod support;
 
@@ -57,6 +57,38 @@ fn assert_says(text: &str, parts: &[&str]) {
     }
 }
 
+/// Six slips are six faults, and none of them makes another: one run shows them all.
+#[test]
+fn everything_that_is_wrong_with_a_rig_is_said_at_once() {
+    let mut rig = RIG.to_owned();
+    for (old, new) in [
+        ("friction_coefficient", "friction_coeficient"),
+        ("outer_diameter_m = ", "outer_diameter_m = -"),
+        ("poissons_ratio = ", "poissons_ratio = 1"),
+        ("force_noise_sd_N = 0.01", "force_noise_sd_N = \"small\""),
+        ("name = ", "nam = "),
+    ] {
+        assert!(rig.contains(old), "{old}");
+        rig = rig.replacen(old, new, 1);
+    }
+    let error = open_with("rig.toml", &rig).unwrap_err();
+    let said = error.to_string();
+    let places = said.lines().filter(|line| !line.starts_with("  fix: ")).collect::<Vec<_>>();
+    assert_eq!(places.len(), 5, "{said}");
+    for part in [
+        "did you mean `name`?",
+        "`instrument.outer_diameter_m` is -",
+        "`instrument.poissons_ratio` is 1",
+        "did you mean `friction_coefficient`?",
+        "`sensor.force_noise_sd_N` is a string",
+    ] {
+        assert!(said.contains(part), "`{part}` in:\n{said}");
+    }
+    let line = |text: &&str| text.split(':').nth(1).and_then(|line| line.parse::<usize>().ok());
+    let lines = places.iter().map(line).collect::<Option<Vec<_>>>();
+    assert!(lines.is_some_and(|lines| lines.is_sorted()), "{said}");
+}
+
 #[test]
 fn unknown_keys_are_named_with_their_line_and_nearest_neighbour() {
     let says = |old: &str, new: &str, parts: &[&str]| {
@@ -87,20 +119,26 @@ fn a_misspelt_plant_is_blamed_and_not_the_keys_that_only_it_has() {
     assert_says(&says, &["`plant` is \"drives\"", "\"catheter\" and \"drive\""]);
 }
 
-/// A table that only the other plant has is no slip of a key.
+/// A table of the other plant is not reported as a misspelt key.
 #[test]
 fn a_plant_that_was_not_said_is_asked_for() {
     const AXIS: &str =
         "format = \"trial-bundle/1\"\nname = \"axis\"\n\n[drive]\nmoving_mass_kg = 95.1\n";
     let says = refusal("rig.toml", AXIS, place_of(AXIS, "drive"));
-    assert_says(&says, &["`drive` is not of a catheter", "write `plant = \"drive\"`"]);
+    assert_says(
+        &says,
+        &["`drive` belongs to a drive", "this rig is a catheter", "write `plant = \"drive\"`"],
+    );
     assert!(!says.contains("did you mean"), "{says}");
     let rig = RIG.replacen("name =", "plant = \"drive\"\nname =", 1);
     let says = refusal("rig.toml", &rig, place_of(&rig, "instrument]"));
-    assert_says(&says, &["`instrument` is not of a drive", "plant = \"catheter\""]);
+    assert_says(
+        &says,
+        &["`instrument` belongs to a catheter", "this rig is a drive", "plant = \"catheter\""],
+    );
 }
 
-/// What a later format adds is unknown here, and no slip.
+/// A key of a later format is not reported as a misspelt key.
 #[test]
 fn another_format_is_said_before_its_keys() {
     let rig = RIG.replacen("trial-bundle/1", "trial-bundle/2", 1) + "\n[robot]\narm = 6\n";
@@ -248,7 +286,7 @@ fn columns_of_another_unit_are_warned_of() {
         ("tip_x_m", 1e3, "the tip is"),
         ("p00_y_m", 1e3, "a point on the shape is 4.0 m away"),
         ("rotation_rad", degrees, "some 14 turns: degrees?"),
-        // A quarter of a turn in all, too few degrees to be told by their number.
+        // The rotation is a quarter of a turn, too few degrees to be recognised by their number.
         ("rotation_rad", 0.25 * degrees, "rotation_rad goes by"),
         ("t_s", 1e-3, "insertion_m goes by"),
         ("t_s", 1e3, "the rows are 10 s apart by t_s: milliseconds?"),
@@ -258,7 +296,7 @@ fn columns_of_another_unit_are_warned_of() {
     }
 }
 
-/// Of a sensor that is read faster than ten times a millisecond only its own rate tells.
+/// A wrong clock of a sensor faster than 10 kHz shows only by the sensor's rate.
 #[test]
 fn milliseconds_are_suspected_of_a_fast_sensor_and_of_a_drive() {
     let folder = tempfile::tempdir().unwrap();
@@ -372,7 +410,7 @@ fn a_binary_stl_cut_anywhere_is_refused_with_its_byte() {
             StlCause::Truncated { promised, found, triangle, .. } => {
                 assert_eq!((promised, found, triangle), (triangles, cut, (cut - 84) / 50));
             }
-            // Short enough to pass for the start of an ASCII file.
+            // A short piece may pass for the start of an ASCII file.
             StlCause::Syntax { .. } | StlCause::TruncatedAscii { .. } => {
                 assert!(cut <= 80, "{cause:?} at {cut}");
                 continue;
@@ -428,7 +466,7 @@ fn surfaces_that_are_no_lumen_are_refused() {
     doubled.push(tube[100]);
     refused(&doubled, &["more than two triangles"]);
 
-    // What only the entry can tell.
+    // Faults that show only with the entry.
     let folder = tempfile::tempdir().unwrap();
     write_bundle(folder.path());
     let vessel = |x: f64| {

@@ -1,4 +1,4 @@
-//! Meshes with the faults that exporters leave: what is mended, what is refused, what is doubted.
+//! Meshes with faults of exporters: which are repaired, refused or warned of.
 
 mod support;
 
@@ -23,7 +23,7 @@ fn wall(triangles: &[Triangle]) -> MeshWall {
     MeshWall::new(read(triangles).0, SurfaceModel::Faceted)
 }
 
-/// Both walls are the same but for rounding, in a box around a tube of 20 mm.
+/// Fails unless both walls agree up to rounding in a box around a tube of 20 mm.
 fn assert_same(a: &MeshWall, b: &MeshWall) {
     let mut random = support::Random(11);
     for _ in 0..2000 {
@@ -87,7 +87,7 @@ fn a_crack_is_called_so_with_its_place() {
     }
 }
 
-/// The same from one end of the vessel to its middle only: the rim of the end runs along it.
+/// A crack from one end of the vessel to its middle, which joins the rim of that end.
 #[test]
 fn a_crack_that_runs_into_an_opening_is_called_so() {
     let whole = tube(3e-3, 20e-3, 8, Point::zeros());
@@ -145,7 +145,7 @@ fn a_slit_without_width_is_a_gap_and_closed() {
     let closed = wall(&triangles);
     assert_eq!((closed.openings.len(), closed.gaps), (2, 1));
     assert_same(&closed, &wall(&whole));
-    // As wide as an eyelash is thick, it still lets nothing through.
+    // The slit is as wide as an eyelash and lets nothing through.
     let slit_m = 50e-6;
     let mut moved = whole;
     let middle = a.lerp(&c, 0.5);

@@ -1,4 +1,4 @@
-//! How well a rig is known: `[priors]` of `rig.toml`.
+//! Reading of `[priors]` of `rig.toml`.
 
 mod support;
 
@@ -71,7 +71,7 @@ fn a_prior_that_nothing_can_have_is_refused_with_its_place() {
         "0.0",
         "above 0",
     );
-    // Nothing touches a drive.
+    // A drive on its own has no wall.
     let touching = format!("{DRIVE}wall_sd_m = 0.0002\n");
     assert_refused(&touching, "wall_sd_m", "wall_sd_m", "unknown key");
 }

@@ -14,13 +14,13 @@ use support::{Point, Random, triangulate};
 
 /// Edge of the cubes that the shapes are cut into triangles by \[m\].
 const CUBE_M: f64 = 0.4e-3;
-/// Facets cut the crease off within two cubes of it, and a cell of the grid sees that \[m\].
+/// Distance from a crease within which facets cut it off, and a cell of the grid \[m\].
 const CUT_OFF_M: f64 = 2.0 * CUBE_M + 1e-3;
 /// Outer radius of the instrument \[m\].
 const RADIUS_M: f64 = 0.8e-3;
 
 enum Shape {
-    /// Round, from a point on in one direction, with a round end.
+    /// A round tube from a point in one direction, with a round end.
     Tube {
         from: Point,
         along: Point,
@@ -54,10 +54,10 @@ impl Shape {
     }
 }
 
-/// A trunk and what leaves it.
+/// A trunk and a second shape that leaves it.
 struct Vascular {
     shapes: [Shape; 2],
-    /// Points of the line in which they meet.
+    /// Points of the line where both meet.
     crease: Vec<Point>,
     triangles: Vec<Triangle>,
 }
@@ -191,7 +191,7 @@ fn the_spacing_is_halved_where_the_wall_bends() {
     assert!(even.fine == [0, 0] && fine.fine[0] > 5 && fine.fine[1] == 0, "{:?}", fine.fine);
     let more = 7 * fine.fine[0] * BRICK_NODES * NODE_BYTES;
     assert_eq!(fine.bytes.len(), even.bytes.len() + more);
-    // What is left are corners between the cells' middles, and the surface of the mesh.
+    // The remaining errors lie between the cells' middles, or are those of the mesh.
     let device = Lumen::new(fine.header, &fine.bytes).unwrap();
     let (low, high) = (Point::new(5e-3, 2e-3, -4e-3), Point::new(18e-3, 6e-3, 4e-3));
     let wall = Vessel::from_mesh(
@@ -275,7 +275,7 @@ fn no_facet_folds_over() {
     for _ in 0..200_000 {
         let p = Point::from_fn(|axis, _| random.within(low[axis], high[axis]));
         let depth_m = vessel.shapes.iter().map(|shape| shape.depth_m(&p)).fold(-1.0, f64::max);
-        // Inside and out of the reach of rounded creases.
+        // Points inside, beyond the reach of rounded creases.
         if (0.3e-3..1.5e-3).contains(&depth_m) {
             let here = wall.sample(&p);
             assert!(here.distance_m > 0.0, "{p:?} is {depth_m} inside: {here:?}");
@@ -285,7 +285,7 @@ fn no_facet_folds_over() {
     assert!(compared > 10_000, "{compared}");
 }
 
-/// The wall that goes on past an opening must not stand in another branch.
+/// The sleeve past an opening must not stand in another branch.
 #[test]
 fn a_sleeve_ends_before_a_branch_that_lies_in_front_of_it() {
     // A tube of 3 mm along x, and one of 2 mm along y that is cut 3 mm above it.

@@ -1,4 +1,4 @@
-//! ASCII STL files as programs write them, and files that are taken for STL files.
+//! ASCII STL files of various programs, and other files that are mistaken for STL.
 
 mod support;
 
@@ -24,7 +24,7 @@ fn assert_reads(bytes: &[u8]) {
 fn a_text_is_read_whatever_ends_its_lines() {
     assert_reads(text().replace('\n', "\r\n").as_bytes());
     assert_reads(text().replace('\n', "\r").as_bytes());
-    // The name holds `facet`, as it may.
+    // A name may contain `facet`.
     assert_reads(text().replace('\n', " ").as_bytes());
     let two = [text(), text()].concat();
     let in_lines = read_stl(two.as_bytes()).unwrap();
@@ -45,7 +45,7 @@ fn normals_that_are_no_numbers_are_not_looked_at() {
     for written in ["-nan(ind) -nan(ind) -nan(ind)", "-1.#IND 0 1.#QNAN", "NaN inf -Infinity"] {
         assert_reads(text().replace(normal, &format!("facet normal {written}")).as_bytes());
     }
-    // Two numbers only: the fault is at the word that is none.
+    // The third number is missing; the fault is at the word in its place.
     let short = text().replacen(normal, "facet normal 0 0", 1);
     let (place, cause) = read_stl(short.as_bytes()).unwrap_err();
     assert_eq!((place, cause), (Place::Line(3), StlCause::NotANumber("outer".into())));
@@ -91,7 +91,7 @@ fn files_of_other_formats_are_named() {
         assert!(cause.to_string().contains(says), "{cause}");
         assert_eq!(place, Place::Whole);
     }
-    // Whatever its header begins with, a binary file of the right length is one.
+    // A file of the right length is binary, whatever its header begins with.
     let mut binary = support::binary_stl(&surface());
     binary[..4].copy_from_slice(b"PK\x03\x04");
     assert_eq!(read_stl(&binary).unwrap().len(), surface().len());

@@ -13,7 +13,7 @@ use cathforce_mechanics::{Drive, Model, Outputs, State, settle, step};
 use support::{RIG, assert_refused, example};
 
 const STIFFNESS: &str = "wall_stiffness_N_per_m = 4000.0";
-/// How far the example's instrument is fed: its tip slides along the wall \[m\].
+/// Insertion at which the example's tip slides along the wall \[m\].
 const FED_M: f64 = 0.05;
 const TICKS: usize = 300;
 const FEED_M_PER_TICK: f64 = 1.3e-5;
@@ -36,7 +36,7 @@ fn example_with(stiffness: &str) -> Bundle {
     Bundle::open(folder.path()).unwrap()
 }
 
-/// What the model says while the instrument is fed.
+/// Forces of the model while the instrument is fed.
 fn fed(stiffness: &str) -> Vec<Outputs<f32>> {
     let options = ImageOptions { link_length_m: Some(2e-3), ..ImageOptions::default() };
     let (image, _) = device_image(&example_with(stiffness), &options).unwrap();

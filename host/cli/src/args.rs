@@ -10,6 +10,7 @@ mod config;
 mod gap;
 mod link;
 mod lumen;
+mod names;
 mod recording;
 
 use std::path::PathBuf;
@@ -46,7 +47,7 @@ pub use recording::{
 const EXIT_CODES: &str = "\
 Exit codes:
   0  the command did what it was asked to do
-  1  it failed
+  1  the command failed
   2  the arguments are wrong
   3  a file or a bundle is wrong
   4  there is no link, or the link was lost
@@ -105,7 +106,7 @@ fn with_negative_numbers(command: clap::Command) -> clap::Command {
 pub enum Command {
     /// Configure and arm a device, play a trial's encoders to it and record everything.
     Run(RunArguments),
-    /// Do the same in this process, without a device.
+    /// Play a trial on the device's code in this process, without hardware.
     Simulate(SimulateArguments),
     /// Compute a recording again on this computer and compare every bit.
     Replay(ReplayArguments),
@@ -199,7 +200,7 @@ pub struct Changes {
     /// Replace the catheter's tip by a common one; `cathforce tips` lists them.
     #[arg(long, value_name = "NAME", value_parser = tip)]
     pub tip: Option<&'static Tip>,
-    /// Replace the tip of the guidewire in the same way.
+    /// Replace the guidewire's tip by a common one.
     #[arg(long, value_name = "NAME", value_parser = tip)]
     pub guidewire_tip: Option<&'static Tip>,
     /// Grid spacing of the vessel's wall [default: 1]; a coarser grid makes a smaller image.
@@ -298,18 +299,9 @@ fn known_setting(text: &str) -> Result<(String, f32), String> {
 
 fn tip(name: &str) -> Result<&'static Tip, String> {
     Tip::find(name).ok_or_else(|| {
-        let names = TIPS.iter().map(|tip| tip.name).collect::<Vec<_>>();
-        unknown("tip", name, &names, "cathforce tips")
+        let known = TIPS.iter().map(|tip| tip.name).collect::<Vec<_>>();
+        names::unknown("tip", name, &known, "cathforce tips")
     })
-}
-
-/// Says that a name is not known, which one is near, and which command lists them all.
-fn unknown(what: &str, name: &str, known: &[&str], list: &str) -> String {
-    let hint = match cathforce_bundle::nearest(name, known) {
-        Some(nearest) => format!("did you mean `{nearest}`? "),
-        None => String::new(),
-    };
-    format!("there is no {what} `{name}`; {hint}`{list}` lists them")
 }
 
 fn positive_seconds(text: &str) -> Result<f64, String> {
@@ -358,6 +350,7 @@ mod tests {
                     "N" | "M" => "1".into(),
                     "rms_N=X" => "rms_N=1".into(),
                     "LINK" | "…" if is_link => "sim".into(),
+                    "…" if at > 0 && words[at - 1] == "--set" => "force_gain=1".into(),
                     _ => continue,
                 };
             }

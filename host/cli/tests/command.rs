@@ -360,7 +360,7 @@ fn data_is_on_stdout_and_remarks_are_on_stderr() {
     assert!((noise_n - 0.01 * 3.0_f64.sqrt()).abs() < 1e-9, "{noise_n}");
 
     let output = simulate(&[]);
-    assert!(stdout(&output).contains(", of which noise 17.3 mN"), "{}", stdout(&output));
+    assert!(stdout(&output).contains(", sensor noise 17.3 mN"), "{}", stdout(&output));
     assert!(stderr(&output).contains("upload: 100 %"), "{}", stderr(&output));
     assert!(stdout(&output).contains("Simulated, not measured"), "{}", stdout(&output));
     assert!(!stdout(&output).contains('\x1b') && !stderr(&output).contains('\x1b'));

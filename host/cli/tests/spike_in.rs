@@ -133,7 +133,11 @@ fn assert_refused(extra: &[&str], code: i32, words: &[&str]) {
 #[test]
 fn what_cannot_be_put_in_is_refused_with_what_can() {
     let with = |effect| [bundle(), "--effect", effect];
-    assert_refused(&with("contact.fiction"), 2, &["`cathforce gap effects`"]);
+    let both = ["did you mean `contact.friction`?", "did you mean `sensor.gain`?"];
+    let both = [&both[..], &["`cathforce gap effects`"]].concat();
+    assert_refused(&with("contact.fiction+sensor.gian"), 2, &both);
+    let near = ["`facter`", "did you mean `factor`?"];
+    assert_refused(&with("sensor.gain:facter=1.1"), 2, &near);
     assert_refused(&with("contact.friction:0.5"), 2, &["parameter=value"]);
     assert_refused(&with("contact.friction:mu=0.5"), 2, &["`mu`", "friction_coefficient"]);
     assert_refused(&with("contact.friction:friction_coefficient=x"), 2, &["no number"]);

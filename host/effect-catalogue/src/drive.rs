@@ -1,8 +1,8 @@
 //! Effects between encoder and instrument, and the friction of a drive on its own, whose parameters
 //! scale with the axis (`drive/effects.rs` of `cathforce-gap`).
 
-use crate::Channel::{DriveCommand, DriveForce, Force, Shape, Tip};
-use crate::{Effect, PHASES_RAD, Plant, fitted, held, scanned};
+use crate::effect::Channel::{DriveCommand, DriveForce, Force, Shape, Tip};
+use crate::effect::{Effect, PHASES_RAD, Plant, fitted, held, scanned};
 
 /// Cycles per metre of roller ripple: periods of 5 to 22 mm, for full and half turns of rollers.
 const CYCLES_PER_M: [f64; 6] = [45.0, 65.0, 85.0, 105.0, 130.0, 200.0];
@@ -50,7 +50,7 @@ pub(crate) const EFFECTS: &[Effect] = &[
     Effect {
         id: "drive.encoder_scale",
         plant: Plant::Catheter,
-        doc: "Motion at the entry plane is not quite what the encoder says.",
+        doc: "Motion at the entry plane differs from the encoder's by constant factors.",
         parameters: &[
             fitted("insertion", "effects.drive.encoder_scale.insertion", 0.03),
             fitted("rotation", "effects.drive.encoder_scale.rotation", 0.03),

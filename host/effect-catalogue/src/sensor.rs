@@ -1,13 +1,13 @@
 //! Effects of the force sensor under the vessel.
 
-use crate::Channel::Force;
-use crate::{Effect, Plant, fitted};
+use crate::effect::Channel::Force;
+use crate::effect::{Effect, Plant, fitted};
 
 pub(crate) const EFFECTS: &[Effect] = &[
     Effect {
         id: "sensor.bias",
         plant: Plant::Catheter,
-        doc: "The sensor reads a force where there is none.",
+        doc: "The sensor reads a constant force in addition.",
         parameters: &[
             fitted("x_n", "effects.sensor.bias.x_n", 0.02),
             fitted("y_n", "effects.sensor.bias.y_n", 0.02),

@@ -1,5 +1,4 @@
-//! A plant for tests: one channel, one trial or some that are the same, and a prediction that is a
-//! formula.
+//! A plant for tests: one channel, one or several equal trials, and a prediction given by a formula.
 
 use cathforce_recording::snap::Snap;
 

@@ -145,7 +145,7 @@ fn a_sensor_that_never_changes_is_left_out_and_said_to_be_dead() {
     let catheter = catheter(&bundle).unwrap();
     assert!(catheter.channels().iter().all(|channel| channel.name.starts_with("tip_")));
     let said = catheter.remarks().join("\n");
-    assert!(said.contains("trial 000: the force reads the same"), "{said}");
+    assert!(said.contains("trial 000: the force has the same value in every row"), "{said}");
     assert!(said.contains("no force was measured"), "{said}");
 }
 
@@ -273,4 +273,18 @@ fn rotations_in_degrees_or_the_other_way_round_carry_no_verdict() {
     assert_eq!(complaint_of_rotation_times(1.0), None);
     // A drive that turns a fifth too little is an effect.
     assert_eq!(complaint_of_rotation_times(0.8), None);
+}
+
+#[test]
+fn rows_exactly_a_tenth_of_a_second_apart_are_often_enough() {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/bend-guidewire");
+    let bundle = Bundle::open(Path::new(path)).unwrap();
+    // This example has no measured column, and that is what the error says.
+    let error = Catheter::new(&bundle).err().expect("refused");
+    assert!(matches!(error, CatheterError::NothingMeasured), "{error}");
+    // Rows a third longer apart are refused.
+    assert_refused(&["a row every 0.133 s", "at least 10 rows a second"], |t_s, _| {
+        let rows = t_s.len();
+        *t_s = (0..rows).map(|row| row as f64 * 0.4 / 3.0).collect();
+    });
 }

@@ -27,11 +27,14 @@ const ARM: [u8; 2] = [40, 0];
 pub fn find_firmware(given: Option<&Path>) -> Result<PathBuf, LinkError> {
     let program = std::env::current_exe().and_then(|program| program.canonicalize()).ok();
     let target = std::env::var_os("CARGO_TARGET_DIR").map_or("target".into(), PathBuf::from);
+    // Where this program was built; on another computer there is no such folder.
+    let checkout = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    let checkout = checkout.canonicalize().unwrap_or(checkout);
     let places = Places {
         given: given.map(Path::to_path_buf),
         variable: std::env::var_os(FIRMWARE_VARIABLE).filter(|value| !value.is_empty()),
         program_folder: program.and_then(|program| Some(program.parent()?.to_path_buf())),
-        built: Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").join(target).join(BUILT),
+        built: checkout.join(target).join(BUILT),
     };
     places.find()
 }
@@ -52,7 +55,7 @@ impl Places {
                 None => Ok(path.clone()),
                 Some(why) => {
                     let by = if by.is_empty() { String::new() } else { format!("{by} names ") };
-                    let fix = format!("name another file; {BUILD_OR_NAME}");
+                    let fix = format!("Name another file; {BUILD_OR_NAME}");
                     Err(error(format!("{by}{}: {why}", path.display()), fix))
                 }
             };

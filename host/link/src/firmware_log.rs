@@ -10,7 +10,7 @@ use std::process::ChildStdout;
 use std::sync::{Arc, Mutex, PoisonError};
 
 #[cfg(feature = "firmware-log")]
-use decoder::{follow, table};
+use decoder::follow;
 
 /// Names a file for the whole log.
 pub const LOG_VARIABLE: &str = "CATHFORCE_FIRMWARE_LOG";
@@ -24,11 +24,11 @@ impl FirmwareLog {
     /// Reads `source` until its end, in a thread.
     pub(crate) fn follow(elf: &Path, source: Option<ChildStdout>) -> Self {
         let last = Arc::new(Mutex::new(VecDeque::new()));
-        let table = table(elf);
+        let elf = elf.to_path_buf();
         let file = std::env::var_os(LOG_VARIABLE).and_then(|path| File::create(path).ok());
         if let Some(source) = source {
             let sink = Arc::clone(&last);
-            std::thread::spawn(move || follow(source, table, file, &sink));
+            std::thread::spawn(move || follow(source, &elf, file, &sink));
         }
         Self { last }
     }
@@ -41,11 +41,8 @@ impl FirmwareLog {
 
 /// Without a decoder the log is drained: its last words are that nobody can read it.
 #[cfg(not(feature = "firmware-log"))]
-fn follow(mut source: ChildStdout, (): (), _: Option<File>, last: &Mutex<VecDeque<String>>) {
+fn follow(mut source: ChildStdout, _: &Path, _: Option<File>, last: &Mutex<VecDeque<String>>) {
     let why = "not decoded: this program was built without its feature `firmware-log`";
     last.lock().unwrap_or_else(PoisonError::into_inner).push_back(why.into());
     let _ = std::io::copy(&mut source, &mut std::io::sink());
 }
-
-#[cfg(not(feature = "firmware-log"))]
-fn table(_: &Path) {}

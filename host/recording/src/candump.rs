@@ -413,7 +413,7 @@ mod tests {
         let mut sealer = Sealer::default();
         let whole = run(&mut sealer, 0, 21, 7);
         assert_eq!(second(&whole), None);
-        // Up to its configuration, and from it on.
+        // Ticks before the configuration, and after it.
         let before = run(&mut sealer, 40, 5, 0) + "(1.5) can0 600#00\n";
         assert_eq!(second(&(before.clone() + &whole)), None);
         let again = whole.clone() + "(1.5) can0 600#00\n(1.5) can0 580#00\n" + &whole;
@@ -425,11 +425,11 @@ mod tests {
         assert_eq!(second(&(whole.clone() + &late)).map(|run| run.ticks), Some((20, 10)));
         let long = run(&mut sealer, 40_000, 5, 7) + &whole;
         assert_eq!(second(&long).map(|run| run.ticks), Some((40_000, 0)));
-        // Lost frames and numbers that wrap are no beginning.
+        // Lost frames and wrapped numbers are no new beginning.
         let mut after = |time| whole.clone() + &run_at(time, &mut sealer, 3000, 5, 9);
         assert_eq!(second(&after("(4.48)")), None);
         assert_eq!(second(&after("(70.1)")), None, "as many ticks and all numbers once");
-        // A log of another run that was joined, whose beginning is not there.
+        // A joined log of another run whose beginning is missing.
         for joined in ["(1.5)", "(4.0)", "(60.0)"] {
             assert_eq!(second(&after(joined)).map(|run| run.ticks), Some((20, 3000)), "{joined}");
         }
@@ -468,7 +468,7 @@ mod tests {
         let log = read(&whole);
         assert_eq!((log.second_run, log.gap), (None, None));
         assert!(log.in_lock_step().is_ok());
-        // A tail of a run of the same program, or frames that were lost: nothing tells which.
+        // It may be the tail of another run of the same program, or frames were lost; the log does not tell.
         let joined = whole.clone() + &granted(3000..3200, 0);
         let log = read(&joined);
         assert_eq!(log.second_run, None);
@@ -486,7 +486,7 @@ mod tests {
             assert_eq!(log.second_run, None, "{begin}");
             assert!(log.gap.is_some_and(|gap| gap.ticks.1 < 500), "{begin}");
         }
-        // A tail of a run whose host had counted on from another one.
+        // The tail of a run whose host had another count.
         for (begin, ahead) in [(3000, 700), (500, 65), (501, 40_000)] {
             let joined = whole.clone() + &granted(begin..begin + 200, ahead);
             let second = read(&joined).second_run.unwrap_or_else(|| panic!("{begin} {ahead}"));
@@ -496,7 +496,7 @@ mod tests {
             assert!((line..line + 40).contains(&second.line), "{second:?} of {line}");
             assert!(!rest.is_empty());
         }
-        // Whoever grants several ticks at once, or does not count, says nothing by his numbers.
+        // The numbers of a host that grants several ticks at once, or does not count, prove nothing.
         for word in [" 080#0100", " 080#0200"] {
             let other = (whole.clone() + &granted(500..700, 900)).replace(" 080#0100", word);
             let uncounted = other.lines().map(|line| match line.find(" 080#") {

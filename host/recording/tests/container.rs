@@ -96,7 +96,7 @@ fn record(folder: &Path) -> PathBuf {
     path
 }
 
-/// Whoever checked a moment ago that the name is free may be one of two.
+/// Two recorders may both have found the name free a moment ago.
 #[test]
 fn a_recorder_never_takes_the_place_of_a_file() {
     let folder = tempfile::tempdir().unwrap();
@@ -151,7 +151,7 @@ fn the_library_and_its_index_read_it_too() {
     assert_eq!(topics("/cathforce/measured"), rows().len());
 }
 
-/// P24: what could not be used or never came is in the recording, with its cause.
+/// P24: frames that could not be used or never came are in the recording, with their cause.
 #[test]
 fn p24_lost_and_broken_frames_are_listed_with_their_cause() {
     let folder = tempfile::tempdir().unwrap();
@@ -186,7 +186,7 @@ fn p24_lost_and_broken_frames_are_listed_with_their_cause() {
     let lost = |id, frames| seen(DropoutCause::Lost, 23, id, frames);
     let expected = [
         seen(DropoutCause::Corrupt, 10, Id::Haptic, 1),
-        // The next intact one tells that one was missing.
+        // The next intact frame shows that one was missing.
         seen(DropoutCause::Lost, 11, Id::Haptic, 1),
         lost(Id::Encoder, 3),
         lost(Id::Haptic, 3),
@@ -196,7 +196,7 @@ fn p24_lost_and_broken_frames_are_listed_with_their_cause() {
     assert_eq!(recording.dropouts, expected);
 }
 
-/// P23: what a killed recorder leaves behind is read up to its last flush.
+/// P23: the file of a killed recorder is read up to its last flush.
 #[test]
 fn p23_a_killed_recorder_leaves_a_readable_file() {
     let folder = tempfile::tempdir().unwrap();
@@ -218,7 +218,7 @@ fn p23_a_killed_recorder_leaves_a_readable_file() {
     assert_eq!(recording.cut.unwrap().byte as u64, fs::metadata(&path).unwrap().len());
 }
 
-/// Cut anywhere, the file is refused or read up to the cut; frames are never wrong.
+/// A file that is cut anywhere is refused or read up to the cut; frames are never wrong.
 #[test]
 fn a_file_cut_at_any_byte_is_refused_or_read_up_to_there() {
     let folder = tempfile::tempdir().unwrap();
@@ -236,7 +236,7 @@ fn a_file_cut_at_any_byte_is_refused_or_read_up_to_there() {
     assert!(read > 0, "some prefix holds everything but the frames");
 }
 
-/// A flipped byte gives an error, or what was recorded, or nothing; never other frames.
+/// A file with a flipped byte gives an error or the recorded frames, never other frames.
 #[test]
 fn a_damaged_byte_is_never_taken_for_a_frame() {
     let folder = tempfile::tempdir().unwrap();
@@ -306,7 +306,7 @@ fn field_type<'s>(schema: &'s str, of: Option<&str>, field: &str) -> Option<&'s 
     })
 }
 
-/// Whether a field of a field … is in messages of this schema.
+/// Whether messages of this schema have a nested field with this path.
 fn has_fields(schema: &str, fields: &[&str]) -> bool {
     // A joint's values are shown by its name; the schema has them as sequences.
     let fields = match fields {
@@ -322,7 +322,7 @@ fn has_fields(schema: &str, fields: &[&str]) -> bool {
     })
 }
 
-/// The layouts that are shipped show topics that a recording has, and fields of their messages.
+/// The shipped layouts use only topics of a recording and fields of their messages.
 #[test]
 fn every_topic_and_field_of_the_layouts_is_recorded() {
     let folder = tempfile::tempdir().unwrap();
@@ -337,7 +337,7 @@ fn every_topic_and_field_of_the_layouts_is_recorded() {
     for (name, after_topic) in [("foxglove.json", ['.', '"']), ("plotjuggler.xml", ['/', '"'])] {
         let text = fs::read_to_string(layouts.join(name)).unwrap();
         let paths = text.match_indices("\"/").map(|(at, _)| &text[at + 1..]);
-        // What only ends an element is no path.
+        // Closing elements have no path.
         let paths = paths.filter(|path| !path.starts_with("/>"));
         let mut found = 0;
         for path in paths {

@@ -1,4 +1,4 @@
-//! Trials of a drive on its own are read back as they were written.
+//! Trials of a drive on its own read back exactly.
 
 use std::fs;
 

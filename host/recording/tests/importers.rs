@@ -1,4 +1,4 @@
-//! Whatever a text holds, an importer takes it or names a line; it never panics.
+//! An importer reads any text or names a line; it never panics.
 
 #[path = "support/damage.rs"]
 mod damage;
@@ -39,7 +39,7 @@ fn table(heading: &str) -> Vec<u8> {
     text.into_bytes()
 }
 
-/// Tries an importer on damaged texts; gives how many it refused.
+/// Tries an importer on damaged texts; returns how many it refused.
 fn refused<E: std::fmt::Display>(
     seed: u64,
     text: &[u8],

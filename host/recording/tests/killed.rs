@@ -8,7 +8,7 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 use cathforce_bus::{Direction, Haptic, HapticForce, HapticTorque, Process, Sealer, Status};
 use cathforce_recording::{Attachments, BusFrame, Recorder, Recording, RunInfo};
 
-/// Says to a child of this test where to record.
+/// Variable that tells a child of this test where to record.
 const FILE: &str = "CATHFORCE_TEST_RECORD_INTO";
 /// How often to kill; 20 if it is not set.
 const KILLS: &str = "CATHFORCE_KILLS";
@@ -20,8 +20,8 @@ fn now() -> Duration {
     SystemTime::now().duration_since(UNIX_EPOCH).unwrap()
 }
 
-/// Not a test of its own: what the children of the test below run until they are killed. Records
-/// a tick a millisecond, stamped with the time of day.
+/// The program of the children of the test below, which run it until they are killed. It records a tick a
+/// millisecond, stamped with the time of day.
 #[test]
 fn record_until_killed() {
     let Some(file) = std::env::var_os(FILE) else { return };
@@ -31,7 +31,7 @@ fn record_until_killed() {
     let mut sealer = Sealer::default();
     let started = Instant::now();
     let mut sent = 0;
-    // The end is for children whose parent is gone.
+    // Children whose parent is gone end here.
     while started.elapsed() < Duration::from_secs(60) {
         while sent < started.elapsed().as_millis() {
             let (force, torque) = (HapticForce(0), HapticTorque(0));
@@ -46,12 +46,12 @@ fn record_until_killed() {
     }
 }
 
-/// A number that spreads over 0 to 1 and is the same in every run.
+/// A reproducible number between 0 and 1.
 fn spread(i: usize) -> f64 {
     (i as f64 * 0.618_033_988_749_895).fract()
 }
 
-/// Kills a recorder after some time; gives how much of its end is missing.
+/// Kills a recorder after some time; returns how much of its end is missing.
 fn kill_after(recorded: Duration, file: &Path) -> Duration {
     let mut child = Command::new(std::env::current_exe().unwrap())
         .args(["--exact", "record_until_killed"])

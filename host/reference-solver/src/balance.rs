@@ -23,6 +23,7 @@ pub(crate) struct Derivative {
 }
 
 impl Derivative {
+    /// Implicit Euler, first order.
     pub fn euler(dt: f64) -> Self {
         Self { now: 1.0 / dt, last: -1.0 / dt, before: 0.0 }
     }
@@ -37,6 +38,7 @@ impl Derivative {
         }
     }
 
+    /// The derivative of a vector from its values now, one step and two steps before.
     pub fn of(
         &self,
         now: &Vector3<f64>,
@@ -346,7 +348,7 @@ fn add_contact(step: &Step, iterate: &Iterate, k: usize, matrix: &mut Band, out:
         [(usize::MAX, Vector3::zeros()); 3 * PER_NODE];
     let first = PER_NODE * k.saturating_sub(1);
     let size = PER_NODE * count;
-    // Nothing reaches beyond the position of the next node towards the guide.
+    // No column lies beyond the position of the next node towards the guide.
     let end = size.min(PER_NODE * (k + 1) + 3);
     for (i, column) in columns.iter_mut().enumerate() {
         if first + i < end {

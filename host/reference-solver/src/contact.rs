@@ -49,7 +49,7 @@ impl Point {
         let relaxing = self.relaxing.iter().map(|(k, relaxed)| k * (indentation - relaxed));
         let slope = self.normal * grown + self.relaxing.iter().map(|(k, _)| k).sum::<f64>();
         let force = force + relaxing.sum::<f64>();
-        // A wall does not pull.
+        // A wall cannot pull.
         if force > 0.0 { (force, slope) } else { (0.0, 0.0) }
     }
 
@@ -89,6 +89,7 @@ pub(crate) struct Reaction {
 }
 
 impl Reaction {
+    /// No contact.
     pub fn none() -> Self {
         Self {
             touch: Touch::Open,
@@ -219,7 +220,7 @@ mod tests {
         let start = Vector3::new(5e-3, 0.3e-3, 3.2e-3);
         for (slip, touch) in [(0.2e-6, Touch::Stick), (60e-6, Touch::Slide)] {
             let slip = Vector3::new(slip, -2.0 * slip, 0.0);
-            // The normal turns the friction as well: that part is left out, and small.
+            // Rotation of the friction with the normal is small and left out.
             let force = |x: &Vector3<f64>, moved: &Vector3<f64>| {
                 let none = Vector3::zeros();
                 point.reaction(&lumen.sample(x), moved, &none, &slip, &none)

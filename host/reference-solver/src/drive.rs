@@ -105,7 +105,7 @@ mod tests {
         let schedule =
             Schedule::starting_at(0.01, 0.0).then(2.0, 0.0, 0.01, 0.0).then(1.0, 0.5, -0.01, 1.0);
         assert!((schedule.at(2.0).insertion_m - 0.03).abs() < 1e-12);
-        // Half of the ramp ahead of the reversal, half behind it: it ends where it began.
+        // Half of the ramp lies before the reversal and half after it, so both distances are equal.
         assert!((schedule.at(2.5).insertion_m - 0.03).abs() < 1e-12);
         assert!((schedule.at(9.0).insertion_m - 0.025).abs() < 1e-12);
         assert!((schedule.at(9.0).rotation_rad - 0.75).abs() < 1e-12);

@@ -10,7 +10,7 @@ use crate::{Case, Choices, Record, compare, play, play_on_device, solve};
 
 type Player = fn(&Case) -> anyhow::Result<Vec<Record>>;
 
-/// Plays a case with the device's choices, of which one of the solver is changed.
+/// Plays a case with the device's choices except for one of the solver's.
 fn solver(case: &Case, change: fn(&mut SolverDefaults)) -> anyhow::Result<Vec<Record>> {
     let mut choices = Choices::default();
     change(&mut choices.solver);

@@ -1,15 +1,15 @@
-//! Raw codes of the process frames, each beside its unit.
+//! Raw codes of the process frames, each with its unit.
 //!
-//! `from_*` rounds to the nearest code and saturates; NaN becomes 0. The way back is one
-//! multiplication, which gives the same bits on host and device.
+//! `from_*` rounds to the nearest code and saturates; NaN becomes 0. Decoding is one multiplication,
+//! which gives the same bits on host and device.
 
-/// Nearest code, halves away from zero. The caller's cast saturates and takes NaN to 0.
+/// The nearest code, with halves rounded away from zero. The caller's cast saturates, and makes NaN 0.
 fn nearest(value: f32, unit: f32) -> f32 {
     let code = value / unit;
     code + if code < 0.0 { -0.5 } else { 0.5 }
 }
 
-/// Defines a code of 16 bits: name, unit of one count, conversions.
+/// Defines a 16-bit code: name, unit of one count, conversions.
 macro_rules! code_i16 {
     ($(#[$doc:meta])* $name:ident, $unit:literal, $from:ident, $to:ident) => {
         $(#[$doc])*
@@ -17,7 +17,7 @@ macro_rules! code_i16 {
         pub struct $name(pub i16);
 
         impl $name {
-            /// The quantity that one count stands for.
+            /// Quantity of one count.
             pub const UNIT: f32 = $unit;
 
             #[doc = "Nearest code, saturating."]
@@ -63,9 +63,9 @@ code_i16!(
 pub struct BandWidth(pub(crate) u16);
 
 impl BandWidth {
-    /// The quantity that one count stands for \[N\].
+    /// Quantity of one count \[N\].
     pub const UNIT_N: f32 = 5e-4;
-    /// Of 12 bits the highest is no width.
+    /// Code of an unknown width: the highest of 12 bits.
     pub(crate) const UNKNOWN: u16 = 0xFFF;
 
     /// Nearest code, saturating.
@@ -88,20 +88,20 @@ impl BandWidth {
 pub struct Insertion(u32);
 
 impl Insertion {
-    /// The quantity that one count stands for \[m\].
+    /// Quantity of one count \[m\].
     pub const UNIT_M: f32 = 1e-7;
     const MAX: u32 = 0xFF_FFFF;
 
     /// Nearest code, saturating; negative insertions become 0.
     ///
-    /// Takes `f64`, the host's number: recordings are finer than `f32` resolves.
+    /// Takes `f64`, because recordings have a finer resolution than `f32`.
     pub fn from_m(value: f64) -> Self {
         Self(((value * 1e7 + 0.5) as u32).min(Self::MAX))
     }
 
     /// The quantity \[m\].
     pub fn m(self) -> f32 {
-        // 24 bits are exact in f32; the product rounds once.
+        // 24 bits are exact in f32, so only the product is rounded.
         self.0 as f32 * Self::UNIT_M
     }
 
@@ -120,7 +120,7 @@ impl Insertion {
 pub struct Rotation(i32);
 
 impl Rotation {
-    /// The quantity that one count stands for \[rad\].
+    /// Quantity of one count \[rad\].
     pub const UNIT_RAD: f32 = 1e-5;
     const MAX: i32 = 0x7F_FFFF;
 
@@ -142,7 +142,7 @@ impl Rotation {
     }
 
     pub(crate) fn from_bytes([a, b, c]: [u8; 3]) -> Self {
-        // Into the high bytes, then down again: the shift carries the sign along.
+        // Shifting down from the high bytes extends the sign.
         Self(i32::from_le_bytes([0, a, b, c]) >> 8)
     }
 }

@@ -1,4 +1,4 @@
-//! What became of everything received, by name.
+//! Named counts of what was received.
 
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
@@ -6,17 +6,17 @@ use serde::{Deserialize, Serialize};
 /// Defines [`Counter`] and its names in one place.
 macro_rules! counters {
     ($($(#[$doc:meta])* $variant:ident = $name:literal,)*) => {
-        /// One thing that can become of what arrives on the bus.
+        /// An outcome of something that was received.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
         pub enum Counter {
             $($(#[$doc])* $variant,)*
         }
 
         impl Counter {
-            /// All of them, in the order in which a device reports them.
+            /// All counters, in the order in which a device reports them.
             pub const ALL: [Self; [$($name),*].len()] = [$(Self::$variant),*];
 
-            /// Its name in reports and recordings.
+            /// Name in reports and recordings.
             pub const fn name(self) -> &'static str {
                 match self {
                     $(Self::$variant => $name,)*
@@ -27,10 +27,10 @@ macro_rules! counters {
 }
 
 counters! {
-    // Process frames: each one received adds to exactly one of these.
-    /// The next one of its id, intact.
+    // Process frames: each received frame adds to exactly one of these.
+    /// Intact, and the next one of its id.
     Accepted = "accepted",
-    /// Intact and newer, but frames before it are missing; they add to [`Counter::Lost`].
+    /// Intact and newer, but frames before it are missing; these add to [`Counter::Lost`].
     AfterLoss = "after_loss",
     /// The same counter as the frame before.
     Repeat = "repeat",
@@ -42,47 +42,47 @@ counters! {
     Corrupt = "corrupt",
     /// Not 8 bytes.
     WrongLength = "wrong_length",
-    /// Intact, but its payload means nothing.
+    /// Intact, but with an invalid payload.
     BadValue = "bad_value",
-    /// Not our id, or not from this side; extended and remote frames too.
+    /// Not an id of ours, or not from this side; also extended and remote frames.
     Foreign = "foreign",
 
-    // Consequences, in addition to the above.
-    /// Frames that must have been sent and never arrived, by the gaps in counters.
+    // Consequences, counted in addition to the above.
+    /// Frames that were sent but never arrived, by the gaps in their counters.
     Lost = "lost",
-    /// Valid, but a later one of the same kind arrived before the tick.
+    /// Valid, but replaced by a later one of the same kind before the tick.
     Superseded = "superseded",
-    /// Not taken because a queue was full.
+    /// Dropped because a queue was full.
     QueueFull = "queue_full",
 
     // Text of the SLCAN carrier.
-    /// A line that is no command of the SLCAN protocol.
+    /// A line that is not a command of the SLCAN protocol.
     LineUnknown = "line_unknown",
-    /// A line with the shape of a command, broken.
+    /// A malformed command.
     LineBroken = "line_broken",
     /// Longer than any line can be.
     LineTooLong = "line_too_long",
 
     // Segmented transfers of service messages.
-    /// A segment that was taken.
+    /// An accepted segment.
     Segment = "segment",
-    /// A segment out of order, or without a beginning; the message is dropped.
+    /// A segment out of order, or without a first one; the message is dropped.
     SegmentSequence = "segment_sequence",
-    /// A segment that is no segment.
+    /// A malformed segment.
     SegmentBroken = "segment_broken",
     /// A message longer than the buffer.
     MessageTooLong = "message_too_long",
-    /// A whole message with a wrong check or nonsense inside.
+    /// A complete message with a wrong CRC or invalid contents.
     MessageBroken = "message_broken",
-    /// The same request once more; the response was sent again.
+    /// A repeated request, whose response was sent again.
     MessageRepeat = "message_repeat",
 }
 
 impl Counter {
-    /// How many there are.
+    /// Number of counters.
     pub const COUNT: usize = Self::ALL.len();
 
-    /// Kinds that a process frame can be; a frame is exactly one of them.
+    /// Outcomes of a process frame. Each frame has exactly one of them.
     pub const FRAME_KINDS: [Self; 9] = [
         Self::Accepted,
         Self::AfterLoss,
@@ -113,17 +113,17 @@ impl Counters {
         }
     }
 
-    /// How often.
+    /// The count.
     pub fn get(&self, counter: Counter) -> u32 {
         self.0.get(counter as usize).copied().unwrap_or(0)
     }
 
-    /// All of them with their names.
+    /// All counters with their counts.
     pub fn iter(&self) -> impl Iterator<Item = (Counter, u32)> + '_ {
         Counter::ALL.into_iter().zip(self.0)
     }
 
-    /// Sums of both, saturating: the halves of a device count apart.
+    /// Saturating sums of both; the two halves of a device count separately.
     pub fn merged(mut self, other: &Self) -> Self {
         for (counter, n) in other.iter() {
             self.add(counter, n);

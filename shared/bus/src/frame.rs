@@ -1,9 +1,9 @@
-//! One frame, and which way it goes.
+//! One frame, and its direction.
 
 /// Largest 11-bit identifier.
 pub const MAX_ID: u16 = 0x7FF;
 
-/// Which way a frame goes.
+/// Direction of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Direction {
     ToDevice,
@@ -15,7 +15,7 @@ pub enum Direction {
 pub struct Frame {
     id: u16,
     len: u8,
-    /// Bytes past `len` are zero, so that equality means what it says.
+    /// Bytes past `len` are zero, so that equality compares the data only.
     data: [u8; 8],
 }
 
@@ -37,10 +37,10 @@ impl Frame {
         self.id
     }
 
-    /// Bits that it takes on the bus at most, from start bit to the pause after it.
+    /// Largest number of bits on the bus, from the start bit to the interframe space.
     ///
-    /// 44 + 3 bits beside the data; of those before the CRC's delimiter every fifth may be
-    /// followed by a stuff bit, the first of which needs five and each further one four.
+    /// There are 44 + 3 bits besides the data. Of the bits before the CRC delimiter, the first stuff bit
+    /// needs five equal ones, and each further one four.
     pub const fn most_bits(&self) -> u32 {
         let data = 8 * self.len as u32;
         data + 47 + (34 + data - 1) / 4
@@ -48,12 +48,12 @@ impl Frame {
 
     /// The data, 0 to 8 bytes.
     pub fn data(&self) -> &[u8] {
-        // `len` is at most 8 by construction; the fallback only keeps the panic out.
+        // `len` is at most 8 by construction; the fallback only avoids a panic.
         self.data.get(..usize::from(self.len)).unwrap_or(&self.data)
     }
 }
 
-/// As candump writes it: `100#0102030405060708`.
+/// In the notation of candump: `100#0102030405060708`.
 impl core::fmt::Display for Frame {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         write!(f, "{:03X}#", self.id)?;

@@ -1,17 +1,17 @@
-//! Everything that crosses the bus, as bytes and as types. No hardware, no model.
+//! Everything that is sent over the bus, as bytes and as types. No hardware, no model.
 //!
 //! * [`Frame`]: one classic CAN data frame with an 11-bit identifier.
-//! * [`Process`]: the fixed-layout process frames, in raw codes with their units beside them.
-//! * [`Sealer`], [`Protection`]: counter and CRC of process frames, on sending and receiving.
-//! * [`master`]: where a master's own frames have what ENCODER and GUIDEWIRE would say.
+//! * [`Process`]: process frames of fixed layout, in raw codes with their units.
+//! * [`Sealer`], [`Protection`]: counter and CRC of process frames, for sending and receiving.
+//! * [`master`]: drive positions in a master's own frames, instead of ENCODER and GUIDEWIRE.
 //! * [`slcan`]: frames as text over a UART or a socket.
-//! * [`transfer`]: messages of more than one frame (ISO 15765-2).
-//! * [`service`]: the messages that configure and question a device.
-//! * [`Counters`]: what became of every frame received, by name.
+//! * [`transfer`]: segmented messages (ISO 15765-2).
+//! * [`service`]: messages that configure and query a device.
+//! * [`Counters`]: named counts of what was received.
 //!
-//! Nothing here panics on any input: whatever does not fit is an error, and every error is
-//! a counter. `docs/architecture.md` has the table of frames, `docs/cathforce.dbc` the same
-//! for other tools.
+//! Nothing here panics on any input. Invalid input is an error, and every error has a counter.
+//! `docs/reference/frames.md` describes the frames, and `docs/cathforce.dbc` describes them for other
+//! tools.
 
 #![no_std]
 #![forbid(unsafe_code)]

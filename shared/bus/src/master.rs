@@ -1,9 +1,10 @@
-//! What a master's own frames mean, for robots that do not send ENCODER and GUIDEWIRE.
+//! A master's own frames, for robots that do not send ENCODER and GUIDEWIRE.
 //!
-//! Where in a frame a quantity stands is data, part of the device image: identifier, start bit,
-//! length, byte order, sign, scale and offset, counted as a DBC counts them. Frames described so
-//! carry neither our counter nor our CRC: what a repeated or damaged one does is left to the
-//! checks of freshness, range and speed.
+//! The device image describes the position of each quantity in a frame: identifier, start bit, length,
+//! byte order, sign, scale and offset, in the conventions of a DBC. These frames have neither our
+//! counter nor our CRC. Repeated and corrupt ones are left to the checks of freshness, range and speed.
+//!
+//! Names and order of the fields of [`Master`] are part of the image's schema.
 
 use serde::{Deserialize, Serialize};
 
@@ -13,20 +14,20 @@ use crate::{Counter, Frame, MAX_ID};
 /// A quantity in a frame: raw value × scale + offset.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Signal {
-    /// Its lowest bit, or in big-endian order its highest; bit 7 of byte 0 is 7, of byte 1 is 15.
+    /// Lowest bit, or highest bit in big-endian order; bit 7 of byte 0 is 7, of byte 1 is 15.
     pub start_bit: u8,
-    /// 1 to 32.
+    /// Number of bits, 1 to 32.
     pub bits: u8,
     pub big_endian: bool,
     /// Two's complement.
     pub signed: bool,
-    /// What one count stands for \[m, rad, or 1 for a button\].
+    /// Quantity of one count \[m, rad, or 1 for a button\].
     pub scale: f32,
-    /// \[m, rad, or 1\]
+    /// Quantity of a raw value of 0 \[m, rad, or 1\].
     pub offset: f32,
 }
 
-/// A quantity and the frame that it is in.
+/// A quantity, and the frame that contains it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Place {
     /// 11-bit identifier; any number of quantities may share one.
@@ -34,40 +35,39 @@ pub struct Place {
     pub signal: Signal,
 }
 
-/// What a master says of one drive. Each quantity may come in a frame of its own.
+/// Quantities of one drive. Each may be in a separate frame.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Drive {
-    /// \[m\]
+    /// Insertion \[m\].
     pub insertion: Place,
-    /// \[rad\]
+    /// Rotation \[rad\].
     pub rotation: Place,
-    /// One half or more while the operator holds this drive's button.
+    /// At least 0.5 while the operator holds this drive's button; `None` without a button.
     pub held: Option<Place>,
 }
 
-/// The frames of a master. `None`: the drive's position comes in our own frame.
+/// The frames of a master. A drive that is `None` sends its position in our own frame.
 ///
-/// A drive has a new position when every frame that says something of it has come since its last
-/// one: so the oldest of them decides how fresh the whole is, and one that stops coming is a drive
-/// that is lost.
+/// A drive has a new position once all of its frames have arrived since the last one. The oldest frame
+/// therefore determines the age of the position, and a frame that stops coming makes the drive lost.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Master {
     pub catheter: Option<Drive>,
     pub guidewire: Option<Drive>,
-    /// One half or more while the operator grips the handle; said of each drive described here.
+    /// At least 0.5 while the operator grips the handle; applies to each drive described here.
     pub grip: Option<Place>,
 }
 
 /// Why a master's frames are refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MasterError {
-    /// No identifier of 11 bits, or one that this protocol uses itself.
+    /// An identifier with more than 11 bits, or one that this protocol uses itself.
     Id,
     /// Not 1 to 32 bits, or not within 8 bytes.
     Bits,
-    /// A scale of 0, or a number that is not finite.
+    /// A scale of 0, or a scale or offset that is not finite.
     Scale,
-    /// A grip, but no drive that it belongs to.
+    /// A grip without a drive that it applies to.
     Grip,
 }
 
@@ -82,25 +82,25 @@ impl MasterError {
     }
 }
 
-/// What a master has said of a drive.
+/// A complete reading of one drive.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reading {
     pub insertion_m: f32,
     pub rotation_rad: f32,
-    /// The operator holds the drive's button; `None` where it has none.
+    /// The operator holds the drive's button; `None` without a button.
     pub held: Option<bool>,
-    /// The operator grips the handle; `true` where nobody says so.
+    /// The operator grips the handle; `true` if no frame tells.
     pub gripped: bool,
 }
 
 impl Signal {
-    /// Places of its bits in the frame, the lowest first.
+    /// Positions of its bits in the frame, the lowest bit first.
     fn places(self) -> impl Iterator<Item = u8> {
         let low_first = (0..self.bits).map(move |bit| {
             if !self.big_endian {
                 return self.start_bit.saturating_add(bit);
             }
-            // From the highest bit downwards, through byte after byte, each from its own top.
+            // Big-endian order counts down from the highest bit, through each byte from its top.
             let down = self.bits - 1 - bit;
             let from_top = (self.start_bit / 8) * 8 + 7 - self.start_bit % 8;
             let place = from_top.saturating_add(down);
@@ -139,7 +139,7 @@ impl Signal {
         Some(count * self.scale + self.offset)
     }
 
-    /// Puts the nearest code of a quantity into a frame, saturating.
+    /// Writes the nearest code of a quantity into a frame, saturating.
     pub fn write(self, value: f64, data: &mut [u8; 8]) {
         let count = (value - f64::from(self.offset)) / f64::from(self.scale);
         let count = (count + if count < 0.0 { -0.5 } else { 0.5 }) as i64;
@@ -161,7 +161,7 @@ impl Signal {
 impl Place {
     /// Checks identifier and layout.
     pub fn validate(self) -> Result<(), MasterError> {
-        // What a drive's own frame would have been called is free.
+        // The identifiers of ENCODER and GUIDEWIRE are free, because these frames are replaced.
         let is_taken =
             Id::from_raw(self.id).is_some_and(|id| !matches!(id, Id::Encoder | Id::Guidewire));
         if self.id > MAX_ID || is_taken {
@@ -183,7 +183,7 @@ impl Master {
         drives.flat_map(Drive::places).chain(self.grip)
     }
 
-    /// Checks where everything stands.
+    /// Checks identifiers and layouts of all quantities.
     pub fn validate(&self) -> Result<(), MasterError> {
         if self.grip.is_some() && self.catheter.is_none() && self.guidewire.is_none() {
             return Err(MasterError::Grip);
@@ -191,19 +191,19 @@ impl Master {
         self.places().try_for_each(Place::validate)
     }
 
-    /// Something described here is in the frames of this identifier.
+    /// Frames of this identifier contain a quantity described here.
     pub fn has(&self, id: u16) -> bool {
         self.places().any(|place| place.id == id)
     }
 
-    /// Longest frames that carry all of it once.
+    /// Number of frames that carry all quantities once.
     pub fn frames(&self) -> usize {
         let first = |at: usize, id| self.places().position(|place| place.id == id) == Some(at);
         self.places().enumerate().filter(|&(at, place)| first(at, place.id)).count()
     }
 }
 
-/// Takes a master's frames until each drive's position is whole.
+/// Collects a master's frames until the position of a drive is complete.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Collector {
     master: Master,
@@ -211,7 +211,7 @@ pub struct Collector {
     guidewire: Partial,
 }
 
-/// What is known of a drive since its last position.
+/// Quantities of a drive that have arrived since its last position.
 #[derive(Clone, Copy, Debug, Default)]
 struct Partial {
     insertion_m: Option<f32>,
@@ -220,14 +220,14 @@ struct Partial {
     gripped: Option<bool>,
 }
 
-/// What became of a frame.
+/// Outcome of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FrameOutcome {
-    /// Nothing described is in it.
+    /// It contains no quantity that is described.
     Foreign,
-    /// As the counter says: it is too short for what should be in it.
+    /// It is too short for a quantity; the counter tells the reason.
     Rejected(Counter),
-    /// Something is new; `superseded`: in the place of what no position has used yet.
+    /// It was used; `superseded`: it replaced a quantity that no position has used yet.
     Used { superseded: bool },
 }
 
@@ -236,12 +236,12 @@ impl Collector {
         Self { master, ..Self::default() }
     }
 
-    /// Whose frames they are.
+    /// The description of the frames.
     pub fn master(&self) -> &Master {
         &self.master
     }
 
-    /// Takes a frame whole or not at all.
+    /// Takes a frame completely or not at all.
     pub fn take(&mut self, frame: &Frame) -> FrameOutcome {
         if !self.master.has(frame.id()) {
             return FrameOutcome::Foreign;
@@ -275,18 +275,18 @@ impl Collector {
         Ok(superseded)
     }
 
-    /// The catheter's drive, once every frame of it has come since it was asked for the last time.
+    /// A reading of the catheter's drive, once all of its frames have arrived since the last reading.
     pub fn catheter(&mut self) -> Option<Reading> {
         self.catheter.whole(self.master.catheter?, self.master.grip.is_some())
     }
 
-    /// The same for the guidewire's.
+    /// A reading of the guidewire's drive, likewise.
     pub fn guidewire(&mut self) -> Option<Reading> {
         self.guidewire.whole(self.master.guidewire?, self.master.grip.is_some())
     }
 }
 
-/// A button reads 1 while it is held; half-way there it counts as held.
+/// Value from which on a button counts as held; it is 1 while held.
 const PRESSED: f32 = 0.5;
 
 fn put<T>(place: &mut Option<T>, value: Option<T>) -> bool {

@@ -13,7 +13,7 @@ const FORCE: u16 = 0x280;
 /// Process frames that the host sends.
 pub const FROM_HOST: [Id; 4] = [Id::Sync, Id::Encoder, Id::Guidewire, Id::Command];
 
-/// What an identifier means.
+/// Meaning of an identifier.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Id {
     Sync,
@@ -96,7 +96,7 @@ impl Id {
 pub struct Sync {
     /// Ticks granted, at least 1.
     pub grant: u16,
-    /// The host's count, for the log; the device does not use it.
+    /// Count of the host, for logs; the device ignores it.
     pub host_tick: u32,
 }
 
@@ -107,30 +107,30 @@ pub struct Encoder {
     pub rotation: Rotation,
 }
 
-/// What the operator asks for.
+/// A command of the operator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Command {
     SelfTest,
     Arm,
     Disarm,
-    /// Leaves a latched fault; the token is that of the fault to clear.
+    /// Clears a latched fault; `token`: of the fault to clear.
     ClearFault {
         token: u32,
     },
 }
 
-/// The HAPTIC frame's mode while a device has no configuration; the other codes are those of
-/// the control crate's modes.
+/// Mode in the HAPTIC frame while a device has no configuration. The other codes are those of the modes
+/// in the control crate.
 pub const MODE_UNCONFIGURED: u8 = 7;
 
-/// What is rendered to the operator, and why if it is nothing.
+/// Rendered force and torque, mode, and fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Haptic {
     pub force: HapticForce,
     pub torque: HapticTorque,
     /// Code of the mode, see `docs/cathforce.dbc`.
     pub mode: u8,
-    /// Code of the fault or of the ramp's cause; 0 is none.
+    /// Code of the fault or of the ramp's cause; 0 for none.
     pub fault: u8,
 }
 
@@ -140,20 +140,20 @@ pub struct Contact {
     pub force: [Force; 3],
 }
 
-/// Which tick this was, and the digest of all ticks so far.
+/// Number of the tick, and digest of all ticks so far.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Tick {
-    /// Low bits of the tick's number.
+    /// Low bits of the number of the tick.
     pub tick: u16,
     pub digest: u32,
 }
 
-/// Load on the drive, and what else there is to know of this tick.
+/// Load on the drive, limits, and age of the encoder sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Drive {
     pub force: Force,
     pub torque: DriveTorque,
-    /// Bits of the limits that acted.
+    /// Bits of the limits that changed the output.
     pub limits: u8,
     /// Ticks since the last valid encoder frame, saturating.
     pub encoder_age_ticks: u8,
@@ -165,28 +165,28 @@ pub struct TotalMoment {
     pub moment: [Moment; 3],
 }
 
-/// Load on the guidewire's drive; sent only where there is one.
+/// Load on the guidewire's drive. Sent only with a guidewire.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct GuidewireDrive {
     pub force: Force,
     pub torque: DriveTorque,
     /// Ticks since the last valid frame of its encoder, saturating.
     pub encoder_age_ticks: u8,
-    /// The operator feels this load, not the catheter's.
+    /// The operator feels this load instead of the catheter's.
     pub felt: bool,
 }
 
-/// How far the forces may be off: half widths of the band in which nine of ten true forces lie.
-/// Sent only where a diagnosis has said so.
+/// Uncertainty of the forces: half widths of the band that contains nine of ten true forces. Sent only
+/// if a diagnosis has measured it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Band {
-    /// Of CONTACT's x, y, z; `None` where it is not known.
+    /// Half widths of CONTACT's x, y, z; `None` if unknown.
     pub force: Option<[BandWidth; 3]>,
-    /// Of DRIVE's force.
+    /// Half width of DRIVE's force; `None` if unknown.
     pub drive_force: Option<BandWidth>,
 }
 
-/// Where a node is, relative to the entry: x, y, z, vessel frame.
+/// Position of a node relative to the entry: x, y, z, vessel frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Shape {
     /// 0 is the tip; below [`MAX_NODES`].
@@ -221,7 +221,7 @@ pub enum Process {
 }
 
 impl Process {
-    /// The identifier it is sent under.
+    /// Identifier of the frame.
     pub fn id(&self) -> Id {
         match *self {
             Self::Sync(_) => Id::Sync,
@@ -240,7 +240,7 @@ impl Process {
         }
     }
 
-    /// Its 6 bytes.
+    /// Payload of the frame.
     pub fn payload(&self) -> [u8; 6] {
         match *self {
             Self::Sync(Sync { grant, host_tick }) => join_u16_u32(grant.to_le_bytes(), host_tick),
@@ -274,7 +274,7 @@ impl Process {
                 [a, b, c, d, encoder_age_ticks, u8::from(felt)]
             }
             Self::Band(Band { force, drive_force }) => {
-                // Twelve bits each.
+                // Each has 12 bits.
                 let [x, y, z] = force.map_or([BandWidth::UNKNOWN; 3], |xyz| xyz.map(|n| n.0));
                 let drive = drive_force.map_or(BandWidth::UNKNOWN, |n| n.0);
                 let ([a, b, c], [d, e, f]) = (pack_12_bit_pair(x, y), pack_12_bit_pair(z, drive));
@@ -285,7 +285,7 @@ impl Process {
         }
     }
 
-    /// `None` if these bytes mean nothing under this identifier.
+    /// Decodes a payload; `None` if it is invalid under this identifier.
     pub fn decode(id: Id, payload: [u8; 6]) -> Option<Self> {
         let [a, b, c, d, e, f] = payload;
         let tail = u32::from_le_bytes([c, d, e, f]);
@@ -355,7 +355,7 @@ fn join_u16_u32([a, b]: [u8; 2], tail: u32) -> [u8; 6] {
     [a, b, c, d, e, f]
 }
 
-/// Two numbers of 12 bits, the first one below.
+/// Packs two 12-bit numbers, the first one into the low bits.
 fn pack_12_bit_pair(low: u16, high: u16) -> [u8; 3] {
     let [low_0, low_1] = low.to_le_bytes();
     let [high_0, high_1] = (high << 4).to_le_bytes();

@@ -1,18 +1,18 @@
-//! End-to-end protection: bytes 6 and 7 of every process frame.
+//! End-to-end protection by bytes 6 and 7 of every process frame.
 //!
-//! Byte 6 is the status nibble (high) and a counter that goes 0 to 15 for each id (low).
-//! Byte 7 is a CRC-8 SAE J1850 over id low byte, id high byte and bytes 0 to 6. The id is
-//! in the CRC so that a frame that comes out under another id is found.
+//! Byte 6 holds the status in its high nibble, and in its low nibble a counter from 0 to 15 for each id.
+//! Byte 7 is a CRC-8 SAE J1850 over the id's low byte, the id's high byte and bytes 0 to 6. Because the
+//! CRC includes the id, a frame that appears under another id is detected.
 //!
-//! A counter of 4 bits tells one frame that went missing from one that came twice; after
-//! 16 lost frames it knows nothing. Longer silence is for the freshness check to see.
+//! A 4-bit counter distinguishes lost from repeated frames. It cannot detect the loss of 16 frames in a
+//! row; the freshness check detects such long gaps.
 
 use crate::process::{Id, MAX_NODES, Process};
 use crate::{Counter, Counters, Frame};
 
 const CRC8: crc::Crc<u8, crc::Table<1>> = crc::Crc::<u8, crc::Table<1>>::new(&crc::CRC_8_SAE_J1850);
 
-/// CRC of a process frame: id, then bytes 0 to 6.
+/// CRC of a process frame, over id and bytes 0 to 6.
 pub fn crc8(id: u16, body: [u8; 7]) -> u8 {
     let mut digest = CRC8.digest();
     digest.update(&id.to_le_bytes());
@@ -20,18 +20,17 @@ pub fn crc8(id: u16, body: [u8; 7]) -> u8 {
     digest.finalize()
 }
 
-/// The status nibble. Each frame uses those that are its own, the others are `false`.
+/// The status nibble. Bits that a frame does not use are `false`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub struct Status {
-    /// Of the device: the model's step of this tick was not resolved; its forces are not to be
-    /// trusted.
+    /// From the device: the model did not resolve this tick, so its forces are uncertain.
     pub unresolved: bool,
-    /// Of the device: the output was limited in this tick.
+    /// From the device: the output was limited in this tick.
     pub limited: bool,
-    /// Of the device: no further frame of this tick follows.
+    /// From the device: this is the last frame of the tick.
     pub last: bool,
-    /// Of the operator's hand. In GUIDEWIRE: it holds the guidewire's button. In ENCODER: it has
-    /// let go of the handle.
+    /// From the host. In GUIDEWIRE: the operator holds the guidewire's button. In ENCODER: the operator
+    /// has let go of the handle.
     pub hand: bool,
 }
 
@@ -47,7 +46,7 @@ impl Status {
     }
 }
 
-/// Ids that carry counter and CRC, each with its own counter.
+/// Number of ids with counter and CRC. Each has its own counter.
 const SLOTS: usize = 11 + 2 * MAX_NODES as usize;
 
 fn slot(id: Id) -> Option<usize> {
@@ -70,7 +69,7 @@ fn slot(id: Id) -> Option<usize> {
     })
 }
 
-/// The sending side: one counter an id.
+/// The sending side: the next counter of each id.
 #[derive(Clone, Debug)]
 pub struct Sealer {
     next: [u8; SLOTS],
@@ -83,7 +82,7 @@ impl Default for Sealer {
 }
 
 impl Sealer {
-    /// The protected frame. Each call takes the next counter of its id.
+    /// Protects a frame with the next counter of its id.
     pub fn seal(&mut self, process: Process, status: Status) -> Frame {
         let id = process.id();
         let mut counter = 0;
@@ -97,7 +96,7 @@ impl Sealer {
         Frame::full(id.raw(), [a, b, c, d, e, f, g, crc])
     }
 
-    /// Continues where an earlier sender of this id left off.
+    /// Continues at the counter of an earlier sender of this id.
     pub fn continue_at(&mut self, id: Id, counter: u8) {
         if let Some(next) = slot(id).and_then(|slot| self.next.get_mut(slot)) {
             *next = counter & 0xF;
@@ -105,34 +104,34 @@ impl Sealer {
     }
 }
 
-/// A frame that may be used.
+/// An accepted frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Accepted {
     pub process: Process,
     pub status: Status,
-    /// Frames of this id that went missing before it.
+    /// Number of frames of this id that were lost before it.
     pub lost: u8,
 }
 
-/// Why a frame must not be used.
+/// Why a frame is rejected.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Rejection {
     /// Not 8 bytes.
     WrongLength,
     /// Its CRC fits no id of ours.
     Corrupt,
-    /// Its CRC was made for this other id.
+    /// Its CRC belongs to this other id.
     Masquerade(Id),
     /// The same counter as the frame before.
     Repeat,
     /// Older than the frame before.
     Reordered,
-    /// Intact, but its payload means nothing.
+    /// Intact, but with an invalid payload.
     BadValue,
 }
 
 impl Rejection {
-    /// Where it is counted.
+    /// Counter of this rejection.
     pub fn counter(self) -> Counter {
         match self {
             Self::WrongLength => Counter::WrongLength,
@@ -145,9 +144,10 @@ impl Rejection {
     }
 }
 
-/// Ids that a wrong CRC is tried against, to tell a masquerade from corruption.
+/// Ids against which a wrong CRC is tried, to distinguish a masquerade from corruption.
 ///
-/// Not the 128 ids of nodes: with 8 bits of CRC nearly every broken frame would fit one.
+/// The 128 ids of nodes are left out, because nearly every corrupt frame would fit one of them by its
+/// 8-bit CRC.
 const MASQUERADES: [Id; 11] = [
     Id::Sync,
     Id::Encoder,
@@ -175,10 +175,11 @@ impl Default for Protection {
 }
 
 impl Protection {
-    /// Checks a frame and counts it: exactly one of [`Counter::FRAME_KINDS`].
+    /// Checks a frame, and adds to exactly one of [`Counter::FRAME_KINDS`].
     ///
-    /// `id` is the meaning of `frame.id()`, which the caller has looked up to know that the
-    /// frame is for it. The first frame of an id may have any counter.
+    /// `id`: meaning of `frame.id()`. The first frame of an id may have any counter.
+    ///
+    /// Errors: why the frame is rejected.
     pub fn receive(
         &mut self,
         id: Id,
@@ -215,7 +216,7 @@ impl Protection {
         if ahead > 8 {
             return Err(Rejection::Reordered);
         }
-        // Sent and intact, so it counts as received even if its payload means nothing.
+        // An intact frame was received even if its payload is invalid.
         *last = Some(counter);
         let process = Process::decode(id, [a, b, c, d, e, f]).ok_or(Rejection::BadValue)?;
         Ok(Accepted { process, status: Status::from_bits(g >> 4), lost: ahead - 1 })

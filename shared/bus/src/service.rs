@@ -1,11 +1,11 @@
-//! The messages that configure and question a device: postcard, inside a checked envelope.
+//! Messages that configure and query a device: postcard in an envelope with a CRC.
 //!
-//! Envelope: sequence number u8, postcard bytes, CRC-32 of both (little endian). A response
-//! carries the sequence number of its request; a device that sees the same request again
-//! (its response was lost) sends the same response again and does nothing else.
+//! The envelope is a sequence number (u8), the postcard bytes, and the CRC-32 of both (little endian). A
+//! response carries the sequence number of its request. A device that receives the same request again,
+//! because its response was lost, only sends the response again.
 //!
-//! An image goes `BeginImage`, `ImageChunk` from offset 0 upwards without gaps, `Activate`.
-//! Until `Activate` succeeds the device uses the image it had.
+//! An image is uploaded by `BeginImage`, by `ImageChunk` from offset 0 upwards without gaps, and by
+//! `Activate`. Until `Activate` succeeds, the device uses its previous image.
 
 use heapless::Vec;
 use postcard_schema::Schema;
@@ -14,28 +14,28 @@ use serde::{Deserialize, Serialize};
 use crate::Counters;
 use crate::transfer::Endpoint;
 
-/// Segments that a device takes in a row; its frame queue must hold these and a few more.
+/// Segments that a device receives in one block. Its frame queue must hold a few more.
 pub const BLOCK_SIZE: u8 = 64;
-/// Longest part of an image in one request.
+/// Longest part of an image in one request \[bytes\].
 pub const MAX_CHUNK: usize = 1024;
-/// Longest part of the image in use in one response.
+/// Longest part of the image in use in one response \[bytes\].
 pub const MAX_READ: usize = 256;
-/// Longest request in its envelope.
+/// Longest request with its envelope \[bytes\].
 pub const MAX_REQUEST: usize = MAX_CHUNK + 16;
-/// Longest response in its envelope.
+/// Longest response with its envelope \[bytes\].
 pub const MAX_RESPONSE: usize = 320;
 
-/// The device's side of the connection.
+/// Endpoint of the device.
 pub type DeviceEndpoint = Endpoint<MAX_REQUEST, MAX_RESPONSE>;
-/// The host's side.
+/// Endpoint of the host.
 pub type HostEndpoint = Endpoint<MAX_RESPONSE, MAX_REQUEST>;
 
-/// Identifies what these messages and the process frames look like: nobody has to remember
-/// to change a number. Host and device must agree on it before anything is armed.
+/// Hash of the layout of these messages and of the process frames, so that nobody has to maintain a
+/// version number. Host and device must agree on it before anything is armed.
 pub const PROTOCOL_HASH: u64 = {
     use postcard_schema::key::Key;
     let messages = u64::from_le_bytes(Key::for_path::<(Request, Response)>("service").to_bytes());
-    // The process frames: as their description for other tools has them, which is tested.
+    // The process frames, as `docs/cathforce.dbc` describes them; a test compares it with the code.
     let frames = include_bytes!("../../../docs/cathforce.dbc");
     let mut hash = messages;
     let mut i = 0;
@@ -47,58 +47,59 @@ pub const PROTOCOL_HASH: u64 = {
     hash
 };
 
-/// Host to device. `Hello` stays first and as it is: it is how versions find each other.
+/// A request of the host. `Hello` stays the first variant and unchanged, because host and device compare
+/// their versions by it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub enum Request<'a> {
     /// Answered with [`Response::Hello`].
     Hello,
     /// Answered with [`Response::Status`].
     GetStatus,
-    /// An upload begins. One of another image that was not finished is forgotten; one of the
-    /// same, by length and check, goes on: the next chunk is refused with the offset wanted.
+    /// Begins an upload. An unfinished upload of another image is dropped. One of the same image, by
+    /// length and CRC, is resumed: the next chunk is refused with the expected offset.
     BeginImage { len: u32, crc32: u32 },
     /// The next bytes of the image, at most [`MAX_CHUNK`].
     ImageChunk { offset: u32, bytes: &'a [u8] },
-    /// The image is complete: check it whole, use it, start over at tick 0.
+    /// The image is complete: the device checks it, uses it, and starts over at tick 0.
     Activate,
-    /// Ticks run only when a SYNC frame grants them.
+    /// Switches to ticks that SYNC frames grant, or to ticks by the clock.
     SetLockStep { on: bool },
-    /// Zeroes counters and worst cases.
+    /// Resets counters and worst cases.
     ResetCounters,
-    /// Answered with [`Response::ImageBytes`]: the image in use from this byte on, at most
-    /// [`MAX_READ`] bytes.
+    /// Answered with [`Response::ImageBytes`]: at most [`MAX_READ`] bytes of the image in use, from this
+    /// offset on.
     ReadImage { offset: u32 },
 }
 
-/// Device to host. `Hello` stays first and as it is.
+/// A response of the device. `Hello` stays the first variant and unchanged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub enum Response<'a> {
     #[serde(borrow)]
     Hello(Hello<'a>),
     Status(Status),
-    /// Done as asked.
+    /// The request was done.
     Done,
     #[serde(borrow)]
     Refused(Refusal<'a>),
-    /// Of the image in use; empty past its end.
+    /// Bytes of the image in use; empty past its end.
     #[serde(borrow)]
     ImageBytes(&'a [u8]),
 }
 
-/// Who the device is.
+/// Identity of the device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub struct Hello<'a> {
     /// Its [`PROTOCOL_HASH`].
     pub protocol_hash: u64,
     /// Hash of the device image's schema.
     pub image_schema_hash: u32,
-    /// Version of the firmware; after a `+` its build, where it knows it.
+    /// Version of the firmware; its build after a `+`, if known.
     pub firmware: &'a str,
     /// Name of the board.
     pub board: &'a str,
     /// The board can run in lock step.
     pub can_lock_step: bool,
-    /// Longest image it can take \[bytes\].
+    /// Longest image that fits \[bytes\].
     pub max_image_len: u32,
     /// Code of the mode, as in the HAPTIC frame.
     pub mode: u8,
@@ -106,28 +107,28 @@ pub struct Hello<'a> {
     pub next_counters: [u8; 4],
 }
 
-/// How the device is.
+/// Status of the device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize, Schema)]
 pub struct Status {
     /// Code of the mode, as in the HAPTIC frame.
     pub mode: u8,
-    /// Code of the fault or of the ramp's cause; 0 is none.
+    /// Code of the fault or of the ramp's cause; 0 for none.
     pub fault: u8,
     pub lock_step: bool,
     /// Ticks since configuration.
     pub tick: u32,
-    /// Hash over every output of every tick since configuration.
+    /// Hash over all outputs of all ticks since configuration.
     pub digest: u32,
-    /// CRC-32 of the image in use, as the device computed it; 0 without one.
+    /// CRC-32 of the image in use, computed by the device; 0 without an image.
     pub image_crc32: u32,
     pub load: Load,
     pub counters: Counters,
 }
 
-/// What the ticks cost; what a board cannot measure is 0.
+/// Cost of the ticks. Quantities that a board cannot measure are 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize, Schema)]
 pub struct Load {
-    /// Ticks that began late or not at all.
+    /// Number of ticks that began late or not at all.
     pub missed_ticks: u32,
     /// Instructions of the most expensive tick.
     pub worst_instructions: u32,
@@ -135,47 +136,47 @@ pub struct Load {
     pub worst_cycles: u32,
     /// Number of the most expensive tick.
     pub worst_tick: u32,
-    /// Stack that the first tick since the counters were reset took \[bytes\].
+    /// Stack of the first tick since the counters were reset \[bytes\].
     pub tick_stack_bytes: u32,
-    /// Deepest use of the stack so far \[bytes\].
+    /// Largest use of the stack so far \[bytes\].
     pub stack_used_bytes: u32,
     /// Size of the stack \[bytes\].
     pub stack_size_bytes: u32,
 }
 
-/// Why a request was not done. Nothing has changed.
+/// Why a request was refused. Nothing has changed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub enum Refusal<'a> {
-    /// No request of this protocol.
+    /// Not a request of this protocol.
     Unknown,
-    /// Output is armed or ramping down: disarm first.
+    /// Output is armed or ramping down; disarm first.
     Armed,
-    /// This board cannot.
+    /// This board does not support it.
     Unsupported,
-    /// No upload was begun.
+    /// There is no upload.
     NoUpload,
     /// There is no image in use.
     NoImage,
-    /// The image is longer than the device can take.
+    /// The image is longer than the device's buffer.
     TooLong { capacity: u32 },
-    /// A chunk leaves a gap, overlaps or goes past the end; this offset is wanted next.
+    /// A chunk leaves a gap, overlaps or exceeds the image; the next one must have this offset.
     Offset { expected: u32 },
-    /// `Activate` before the last byte.
+    /// `Activate` came before the last byte.
     Incomplete { expected: u32, received: u32 },
-    /// The bytes received are not those announced.
+    /// The received bytes differ from the announced ones.
     Crc { expected: u32, computed: u32 },
-    /// The image itself is wrong, at this byte; `field` names the number, if it is one.
+    /// The image is invalid at this byte; `field`: name of the number, if it is one.
     Image { offset: u32, reason: &'a str, field: &'a str },
 }
 
-/// Why bytes are not a message.
+/// Why bytes are refused as a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum EnvelopeError {
-    /// Too short for a sequence number and a check.
+    /// Too short for a sequence number and a CRC.
     Short,
-    /// The check does not fit.
+    /// The CRC is wrong.
     Crc,
-    /// The check fits, but this is no message of ours, or something follows it.
+    /// The CRC is correct, but the bytes are not a message of ours, or bytes follow it.
     Meaning { sequence: u8 },
 }
 
@@ -187,7 +188,7 @@ pub fn crc32(bytes: &[u8]) -> u32 {
 const CRC32: crc::Crc<u32, crc::Table<1>> =
     crc::Crc::<u32, crc::Table<1>>::new(&crc::CRC_32_ISO_HDLC);
 
-/// A message in its envelope; `None` if it does not fit into `N` bytes.
+/// Puts a message into its envelope; `None` if it does not fit into `N` bytes.
 pub fn seal<M: Serialize, const N: usize>(sequence: u8, message: &M) -> Option<Vec<u8, N>> {
     let mut buffer = [0; N];
     let (first, rest) = buffer.split_first_mut()?;
@@ -198,7 +199,7 @@ pub fn seal<M: Serialize, const N: usize>(sequence: u8, message: &M) -> Option<V
     Vec::from_slice(buffer.get(..body + 4)?).ok()
 }
 
-/// Sequence number and message out of an envelope; the whole of it must be used up.
+/// Takes sequence number and message out of an envelope. No bytes may be left over.
 pub fn open<'a, M: Deserialize<'a>>(bytes: &'a [u8]) -> Result<(u8, M), EnvelopeError> {
     let (body, crc) = bytes.split_last_chunk::<4>().ok_or(EnvelopeError::Short)?;
     let (&sequence, message) = body.split_first().ok_or(EnvelopeError::Short)?;

@@ -1,9 +1,9 @@
 //! SLCAN: CAN frames as lines of text, over a UART or a socket.
 //!
-//! Lines end in a carriage return. `t` 11-bit and `T` 29-bit data frames, `r` and `R` remote
-//! frames, `O` open, `L` listen only, `C` close, `S0`–`S8` bit rate. The device answers
-//! `O`, `L`, `C`, `S` with a carriage return and what it does not know with a bell; it does
-//! not acknowledge frames, which have their own protection and would double the traffic.
+//! Lines end in a carriage return. `t` and `T` are data frames with 11- and 29-bit ids, `r` and `R`
+//! remote frames, `O` opens, `L` listens only, `C` closes, `S0`–`S8` set the bit rate. The device
+//! answers `O`, `L`, `C`, `S` with a carriage return, and unknown commands with a bell. It does not
+//! acknowledge frames: they are protected end to end, and acknowledgements would double the traffic.
 
 use heapless::Vec;
 
@@ -11,45 +11,45 @@ use crate::{Counter, Frame};
 
 /// Longest line: `T`, 8 digits of id, 1 of length, 16 of data, 4 of a time stamp.
 pub const MAX_LINE: usize = 30;
-/// The answer to a command that was understood.
+/// Answer to a valid command.
 pub const ANSWER_DONE: &[u8] = b"\r";
-/// The answer to a command that was not.
+/// Answer to an invalid command.
 pub const ANSWER_ERROR: &[u8] = b"\x07";
 
-/// What a line says.
+/// Meaning of a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Line {
     /// A data frame with an 11-bit id.
     Frame(Frame),
-    /// A frame that cannot be ours: 29-bit id, or remote.
+    /// A frame that cannot be ours: with a 29-bit id, or remote.
     Foreign,
     /// `O` or `L`: open the channel.
     Open,
-    /// `C`: close it.
+    /// `C`: close the channel.
     Close,
     /// `S`: set the bit rate to this preset; 8 is 1 Mbit/s.
     BitRate(u8),
-    /// An answer to a command of ours: a bare carriage return, `z`, `Z`.
+    /// An answer to our command: a bare carriage return, `z` or `Z`.
     Done,
-    /// An answer to a command of ours: a bell.
+    /// An error as answer to our command: a bell.
     Error,
-    /// No line of the protocol.
+    /// An invalid line.
     Bad(BadLine),
 }
 
-/// Why a line is none.
+/// Why a line is invalid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum BadLine {
-    /// Begins with no command that we know.
+    /// It begins with an unknown command.
     Unknown,
-    /// A known command with wrong digits or a wrong length.
+    /// A known command, with invalid digits or a wrong length.
     Broken,
     /// Longer than [`MAX_LINE`].
     TooLong,
 }
 
 impl BadLine {
-    /// Where it is counted.
+    /// Counter of this error.
     pub fn counter(self) -> Counter {
         match self {
             Self::Unknown => Counter::LineUnknown,
@@ -59,7 +59,7 @@ impl BadLine {
     }
 }
 
-/// Finds lines in a stream of bytes, in any pieces.
+/// Splits a stream of bytes into lines.
 #[derive(Clone, Debug, Default)]
 pub struct Decoder {
     line: Vec<u8, MAX_LINE>,
@@ -67,7 +67,7 @@ pub struct Decoder {
 }
 
 impl Decoder {
-    /// Takes one byte; gives a line when the byte ends one.
+    /// Takes one byte; returns the line that it ends.
     pub fn push(&mut self, byte: u8) -> Option<Line> {
         match byte {
             b'\r' => {
@@ -76,7 +76,7 @@ impl Decoder {
                 *self = Self::default();
                 Some(line)
             }
-            // A bell answers on its own; it also ends whatever was cut off before it.
+            // A bell is an answer by itself; it also ends a truncated line.
             b'\x07' => {
                 let cut_off = self.overlong || !self.line.is_empty();
                 *self = Self::default();
@@ -112,7 +112,7 @@ fn parse(line: &[u8]) -> Line {
     }
 }
 
-/// Id, length, data, and perhaps a time stamp of 4 digits.
+/// Parses id, length, data, and an optional time stamp of 4 digits.
 fn data_frame(digits: &[u8], id_digits: usize) -> Option<Frame> {
     let (id, rest) = digits.split_at_checked(id_digits)?;
     let (&len, rest) = rest.split_first()?;
@@ -132,7 +132,7 @@ fn data_frame(digits: &[u8], id_digits: usize) -> Option<Frame> {
     Frame::new(id_value, &bytes)
 }
 
-/// The shape of a frame that we only recognise.
+/// Checks the syntax of a frame that is not parsed.
 fn is_frame(digits: &[u8], id_digits: usize, has_data: bool) -> bool {
     let Some((&len, rest)) = digits.get(id_digits..).and_then(<[u8]>::split_first) else {
         return false;
@@ -160,7 +160,7 @@ pub fn encode(frame: &Frame) -> Vec<u8, MAX_LINE> {
     let [high, low] = frame.id().to_be_bytes();
     let head = [b't', digit(high), digit(low >> 4), digit(low), digit(frame.data().len() as u8)];
     let data = frame.data().iter().flat_map(|&byte| [digit(byte >> 4), digit(byte)]);
-    // 5 + 16 + 1 characters at most: always fits.
+    // Always fits: there are at most 5 + 16 + 1 characters.
     head.into_iter().chain(data).chain([b'\r']).take(MAX_LINE).collect()
 }
 

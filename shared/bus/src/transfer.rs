@@ -1,4 +1,4 @@
-//! Messages of more than one frame: ISO 15765-2 with normal addressing, without padding.
+//! Segmented messages: ISO 15765-2 with normal addressing, without padding.
 //!
 //! | first byte | segment | then |
 //! | --- | --- | --- |
@@ -7,13 +7,13 @@
 //! | `2S` | consecutive, S = 1, 2, … 15, 0, … | up to 7 bytes |
 //! | `3F` | flow control: 0 go on, 1 wait, 2 overflow | block size, least separation time |
 //!
-//! The receiver asks for one block at a time, so that its frame queue need not hold more
-//! than a block. Lengths over 4095 (the 32-bit escape) are refused as overflow: what is
-//! longer than a message travels in several ([`crate::service::Request::ImageChunk`]), each
-//! with its own check and its own answer, so that a loss costs a chunk and not an image.
+//! The receiver requests one block at a time, so that its frame queue need not hold more. Lengths over
+//! 4095 (the 32-bit escape) are refused as overflow. Longer data is sent in several messages
+//! ([`crate::service::Request::ImageChunk`]), each with its own CRC and answer, so that a loss costs a
+//! chunk and not an image.
 //!
-//! There is no clock on the receiving side: a message that was never finished is dropped
-//! when the next one begins. The side that asked for something watches the time.
+//! The receiving side has no clock. An unfinished message is dropped when the next one begins. The side
+//! that sent the request watches the time.
 
 use heapless::Vec;
 
@@ -25,7 +25,7 @@ const LONGEST: usize = 0xFFF;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BadLength;
 
-/// Both directions of one connection: receives up to `RX` bytes, sends up to `TX`.
+/// Both directions of one connection: receives messages of up to `RX` bytes, sends up to `TX` bytes.
 #[derive(Clone, Debug)]
 pub struct Endpoint<const RX: usize, const TX: usize> {
     send_id: u16,
@@ -46,9 +46,9 @@ enum Receiving {
 #[derive(Clone, Copy, Debug)]
 enum Sending {
     Idle,
-    /// Nothing of the message is sent yet.
+    /// No segment of the message has been sent.
     Begin,
-    /// Told nothing, or told to wait.
+    /// Waiting for flow control, or told to wait.
     AwaitFlowControl {
         sent: usize,
         sequence: u8,
@@ -68,8 +68,8 @@ const WAIT: u8 = 1;
 const OVERFLOW: u8 = 2;
 
 impl<const RX: usize, const TX: usize> Endpoint<RX, TX> {
-    /// `send_id` goes on every frame sent. `block_size`: segments that the own frame queue
-    /// can take before it is read again; 0 is any number.
+    /// `send_id`: identifier of every sent frame. `block_size`: number of segments that fit into the own
+    /// frame queue; 0 for any number.
     pub fn new(send_id: u16, block_size: u8) -> Self {
         Self {
             send_id,
@@ -82,9 +82,9 @@ impl<const RX: usize, const TX: usize> Endpoint<RX, TX> {
         }
     }
 
-    /// Takes one frame of the other side; gives the message that it completes.
+    /// Takes one frame of the other side; returns the message that it completes.
     ///
-    /// Afterwards there may be frames to send: [`Self::next_frame`].
+    /// Afterwards [`Self::next_frame`] may have frames to send.
     pub fn receive(&mut self, frame: &Frame, counters: &mut Counters) -> Option<&[u8]> {
         let Some((&control, rest)) = frame.data().split_first() else {
             counters.count(Counter::SegmentBroken);
@@ -106,7 +106,9 @@ impl<const RX: usize, const TX: usize> Endpoint<RX, TX> {
         whole.then_some(&self.inbox)
     }
 
-    /// The next message to send; drops one that is still under way.
+    /// Begins to send a message; drops one that is not finished.
+    ///
+    /// Errors: the message is empty, longer than 4095 bytes, or longer than `TX`.
     pub fn send(&mut self, message: &[u8]) -> Result<(), BadLength> {
         self.sending = Sending::Idle;
         self.outbox.clear();
@@ -118,22 +120,21 @@ impl<const RX: usize, const TX: usize> Endpoint<RX, TX> {
         Ok(())
     }
 
-    /// Sends the last message once more from its beginning.
+    /// Sends the last message again from its beginning.
     pub fn send_again(&mut self) {
         if !self.outbox.is_empty() {
             self.sending = Sending::Begin;
         }
     }
 
-    /// A message is not sent to its end yet.
+    /// A message is being sent.
     pub fn is_sending(&self) -> bool {
         !matches!(self.sending, Sending::Idle)
     }
 
-    /// The next frame to put on the bus, if one may go now.
+    /// The next frame to send, if one may be sent now.
     ///
-    /// `now_us` is any clock, wrapping; it matters only if the other side asks for a
-    /// separation time.
+    /// `now_us`: any wrapping clock \[µs\]. It is used only if the other side requests a separation time.
     pub fn next_frame(&mut self, now_us: u32) -> Option<Frame> {
         if let Some(status) = self.flow_control.take() {
             return Frame::new(self.send_id, &[0x30 | status, self.block_size, 0]);
@@ -189,7 +190,7 @@ impl<const RX: usize, const TX: usize> Endpoint<RX, TX> {
     }
 
     fn on_first(&mut self, total: usize, first: &[u8]) -> Counter {
-        // Up to 7 bytes go as a single segment, except 0, which announces a 32-bit length.
+        // Up to 7 bytes must be a single segment. A length of 0 announces a 32-bit length.
         if (1..=7).contains(&total) {
             return Counter::SegmentBroken;
         }
@@ -256,7 +257,7 @@ impl<const RX: usize, const TX: usize> Endpoint<RX, TX> {
         }
     }
 
-    /// Forgets a half-received message, which is then counted as out of sequence.
+    /// Drops an unfinished message, and counts it as out of sequence.
     fn begin(&mut self) -> Counter {
         let unfinished = matches!(self.receiving, Receiving::Consecutive { .. });
         self.receiving = Receiving::Idle;
@@ -266,7 +267,7 @@ impl<const RX: usize, const TX: usize> Endpoint<RX, TX> {
     }
 }
 
-/// Reserved codes are read as the longest time, as the standard says.
+/// Separation time of a code \[µs\]. Reserved codes mean the longest time, as the standard requires.
 fn separation_us(code: u8) -> u32 {
     match code {
         0..=0x7F => 1000 * u32::from(code),

@@ -1,5 +1,5 @@
-//! `docs/cathforce.dbc` read by cantools, which shares nothing with this project: it decodes what
-//! the encoders send to what was meant, and encodes that to the same bytes.
+//! `docs/cathforce.dbc` read by cantools, which is independent of this project. It decodes our frames to the
+//! intended values, and encodes these values to the same bytes.
 
 mod support;
 
@@ -53,7 +53,7 @@ fn cantools_reads_and_writes_every_frame_as_we_do() {
     assert_eq!(said.trim(), format!("{} frames", lines.lines().count()));
 }
 
-/// A sealed frame and what is meant by it, as JSON.
+/// A sealed frame and its intended values, as JSON.
 fn line(process: Process, sealer: &mut Sealer) -> String {
     let id = process.id();
     let status = match id.is_from_host() {
@@ -78,7 +78,8 @@ fn line(process: Process, sealer: &mut Sealer) -> String {
     format!("{{\"id\":{},\"data\":\"{data}\",\"signals\":{{{signals}}}}}\n", id.raw())
 }
 
-/// Python with what the requirements name, made once under `target`; `None` where it cannot be.
+/// Python with the packages of the requirements, installed once under `target`; `None` if it cannot be
+/// installed.
 fn python() -> Option<PathBuf> {
     let requirements = Path::new(HERE).join("tests/cantools/requirements.txt");
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("cantools");

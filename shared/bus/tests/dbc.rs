@@ -1,4 +1,4 @@
-//! `docs/cathforce.dbc` says what the encoders do, read by an independent parser.
+//! `docs/cathforce.dbc`, read by an independent parser, agrees with our encoders.
 
 mod support;
 
@@ -13,7 +13,7 @@ fn dbc() -> Dbc {
     Dbc::try_from(include_str!("../../../docs/cathforce.dbc")).unwrap()
 }
 
-/// What another tool reads in a frame: raw value × factor + offset.
+/// A value as another tool reads it from a frame: raw value × factor + offset.
 fn read(signal: &Signal, frame: &Frame) -> f64 {
     assert_eq!(signal.byte_order, ByteOrder::LittleEndian);
     assert_eq!(signal.multiplexer_indicator, MultiplexIndicator::Plain);

@@ -12,7 +12,7 @@
 //! | … | 0–3 | zeros up to a multiple of 4 |
 //! | … | … | bytes of the lumen, read in place |
 //!
-//! Little endian. An image is used whole or refused whole.
+//! Numbers are little endian. An image is accepted or refused as a whole.
 
 use core::fmt;
 
@@ -28,41 +28,43 @@ use crate::schema;
 
 /// First bytes of an image.
 pub const MAGIC: [u8; 4] = *b"CFIM";
-/// Version of the layout in the module's table. The types inside have the schema hash.
+/// Version of the layout in the table above. The schema hash covers the types inside.
 pub const VERSION: u16 = 1;
 /// Bytes before the postcard part.
 pub const HEADER_BYTES: usize = 22;
 
-/// One table of 1 KB: an image is checked once, and flash is for lumens.
+/// CRC with a small table of 1 KB, because an image is checked only once.
 static CRC: Crc<u32, Table<1>> = Crc::<u32, Table<1>>::new(&CRC_32_ISO_HDLC);
 
-/// The part of an image that is decoded; the lumen's bytes stand beside it.
+/// The decoded part of an image. The bytes of the lumen follow it and are read in place.
+///
+/// Names and order of the fields, here and in their types, enter the schema hash.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ImageHead {
     pub description: Description<f32>,
     pub lumen: LumenHeader,
     pub settings: Settings,
     pub master: Master,
-    /// How far the estimated forces may be off, where a diagnosis has said so.
+    /// Uncertainty of the estimated forces, if a diagnosis has measured it.
     pub band: Option<Band>,
 }
 
 /// Why bytes are refused as an image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ImageError {
-    /// Fewer bytes than a header has.
+    /// Fewer bytes than a header.
     TooShort { found: usize },
     /// Offset 0: not `CFIM`.
     Magic { found: [u8; 4] },
-    /// Offset 4: a layout that this version does not know.
+    /// Offset 4: an unknown version of the layout.
     Version { expected: u16, found: u16 },
-    /// Offset 6: made by a version whose types differ.
+    /// Offset 6: made by a version with other types.
     Schema { expected: u32, found: u32 },
-    /// Offset 10: the image says it has another length than it has.
+    /// Offset 10: the stated length differs from the actual one.
     Length { stated: u32, found: usize },
     /// Offset 14: the postcard part does not fit into the image.
     HeadLength { stated: u32 },
-    /// Offset 18: the bytes are not those that were written.
+    /// Offset 18: the bytes are corrupt.
     Crc { stated: u32, computed: u32 },
     /// The postcard part, which begins at offset 22, cannot be read.
     Postcard,
@@ -70,30 +72,30 @@ pub enum ImageError {
     TrailingBytes { offset: usize },
     /// The padding at this offset is not zero.
     Padding { offset: usize },
-    /// A number of the description.
+    /// A number of the description is refused.
     Description(DescriptionError),
     /// `solver.tick_s` is not the tick of the device.
     Tick,
-    /// More than a tick has time for (see [`overlong`]).
+    /// A tick would take too long (see [`overlong`]).
     Overlong(&'static str),
-    /// The lumen, whose bytes begin at this offset.
+    /// The lumen is refused; its bytes begin at this offset.
     Lumen { offset: usize, error: LumenError },
-    /// A setting.
+    /// A setting is refused.
     Setting(SettingError),
-    /// A frame of the master.
+    /// A frame of the master is refused.
     Master(MasterError),
-    /// A number of the band.
+    /// A number of the band is refused.
     Band(&'static str),
 }
 
 /// Why an image cannot be written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum EncodeError {
-    /// The image would be refused by a device.
+    /// A device would refuse the image.
     Refused(ImageError),
-    /// The buffer is too small; [`encoded_len`] says how long it must be.
+    /// The buffer is too small; [`encoded_len`] gives the length.
     BufferTooSmall { needed: usize },
-    /// The image would be longer than its header can say.
+    /// The image would be longer than its header can state.
     TooLong,
 }
 
@@ -182,19 +184,19 @@ impl fmt::Display for EncodeError {
 
 impl core::error::Error for EncodeError {}
 
-/// What the header of an image says, unchecked against its contents.
+/// Header of an image, not checked against its contents.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Header {
     pub version: u16,
     pub schema: u32,
     pub total_bytes: u32,
     pub head_bytes: u32,
-    /// Also the short name of an image: equal images have equal numbers.
+    /// Also serves as short name of an image, because equal images have equal CRCs.
     pub crc: u32,
 }
 
 impl Header {
-    /// Reads the header and checks the magic, nothing else.
+    /// Reads the header; checks only length and magic.
     pub fn read(image: &[u8]) -> Result<Self, ImageError> {
         let Some((header, _)) = image.split_first_chunk::<HEADER_BYTES>() else {
             return Err(ImageError::TooShort { found: image.len() });
@@ -229,13 +231,13 @@ impl Header {
     }
 }
 
-/// The hash of the layouts, of [`ImageHead`] and of a lumen, that this version writes and accepts.
+/// Hash of the layouts of [`ImageHead`] and of a lumen that this version writes and accepts.
 pub fn schema_hash() -> u32 {
-    // `None` only for types that `schema` cannot see; a test shows that ours it can.
+    // `None` only for types that `schema` cannot trace; a test checks that ours can be traced.
     schema::hash::<ImageHead>().unwrap_or(0).wrapping_add(LUMEN_LAYOUT)
 }
 
-/// Where the lumen begins.
+/// Offset of the lumen.
 fn lumen_offset(head_bytes: usize) -> Option<usize> {
     HEADER_BYTES.checked_add(head_bytes)?.checked_next_multiple_of(4)
 }
@@ -245,13 +247,13 @@ fn head_len(head: &ImageHead) -> Result<usize, EncodeError> {
         .map_err(|_| EncodeError::Refused(ImageError::Postcard))
 }
 
-/// Bytes that [`encode`] needs.
+/// Length of the image that [`encode`] writes \[bytes\].
 pub fn encoded_len(head: &ImageHead, lumen_bytes: &[u8]) -> Result<usize, EncodeError> {
     let total = lumen_offset(head_len(head)?).and_then(|at| at.checked_add(lumen_bytes.len()));
     total.filter(|&n| u32::try_from(n).is_ok()).ok_or(EncodeError::TooLong)
 }
 
-/// Writes an image; returns its length. What a device would refuse is refused here.
+/// Writes an image; returns its length \[bytes\]. An image that a device would refuse is refused here.
 pub fn encode(
     head: &ImageHead,
     lumen_bytes: &[u8],
@@ -281,21 +283,21 @@ pub fn encode(
     Ok(needed)
 }
 
-/// Reads an image; the lumen stays where it is. The first fault found is returned.
+/// Decodes an image; the lumen is read in place. Returns the first error.
 pub fn decode(image: &[u8]) -> Result<Config<'_>, ImageError> {
     let (head, lumen, offset) = split(image)?;
     configure(head, lumen, offset)
 }
 
-/// Bytes from the beginning of an image that [`decode_head`] needs; `None` before its header is
-/// there.
+/// Number of bytes at the beginning of an image that [`decode_head`] needs; `None` if the header is
+/// incomplete.
 pub fn head_end(image: &[u8]) -> Option<usize> {
     let header = Header::read(image).ok()?;
     HEADER_BYTES.checked_add(usize::try_from(header.head_bytes).ok()?)
 }
 
-/// Reads the head of an image whose lumen is not at hand. Without it the check of the bytes cannot
-/// be computed: this is for what comes from a device that has checked the image itself.
+/// Decodes the head of an image without its lumen. The CRC cannot be checked then, so this is for bytes
+/// from a device that has checked the image itself.
 pub fn decode_head(front: &[u8]) -> Result<ImageHead, ImageError> {
     let header = Header::read(front)?;
     let expected = schema_hash();
@@ -310,14 +312,14 @@ pub fn decode_head(front: &[u8]) -> Result<ImageHead, ImageError> {
     }
 }
 
-/// The frames of the master that an image tells of; [`decode`] has accepted the image.
+/// The description of the master's frames in an image that [`decode`] has accepted.
 #[inline(never)]
 pub fn master(image: &[u8]) -> Result<Master, ImageError> {
     Ok(decode_head(image)?.master)
 }
 
-/// Checks everything up to the meaning of the numbers: the head, the lumen's bytes and
-/// where they begin.
+/// Checks everything except the values of the numbers. Returns the head, and the lumen's bytes with their
+/// offset.
 fn split(image: &[u8]) -> Result<(ImageHead, &[u8], usize), ImageError> {
     let header = Header::read(image)?;
     if header.version != VERSION {
@@ -353,9 +355,9 @@ fn split(image: &[u8]) -> Result<(ImageHead, &[u8], usize), ImageError> {
     Ok((head, lumen, offset))
 }
 
-/// Links that a tick has time for: all of them would take more than half of it where it has two
-/// parts, or two solves and effects that take time in each
-/// ([`Description::has_active_effects`]; `hil-tests/tests/tick_cost.rs`).
+/// Largest number of links in half of a tick's time. All links would take longer with two substeps, or
+/// with two solves and active effects ([`Description::has_active_effects`]). Measured by
+/// `hil-tests/tests/tick_cost.rs`.
 pub fn most_links(solves: u8, substeps: u8, has_active_effects: bool) -> usize {
     match (solves, substeps, has_active_effects) {
         (_, 2.., false) => 57,
@@ -365,7 +367,7 @@ pub fn most_links(solves: u8, substeps: u8, has_active_effects: bool) -> usize {
     }
 }
 
-/// What of a description leaves a tick of the device too little time; `None` where there is enough.
+/// The property of a description for which a tick would take too long; `None` if there is time enough.
 pub fn overlong(description: &Description<f32>) -> Option<&'static str> {
     let solver = &description.solver;
     match (solver.solves, solver.substeps, &description.guidewire) {
@@ -379,10 +381,10 @@ pub fn overlong(description: &Description<f32>) -> Option<&'static str> {
     }
 }
 
-/// What rounding may add to a reach.
+/// Tolerance of a reach for rounding.
 const ROUNDED: f32 = 1.0 + 1e-5;
 
-/// Checks what the numbers mean and makes the configuration.
+/// Checks the values of the numbers, and makes the configuration.
 fn configure(
     head: ImageHead,
     lumen_bytes: &[u8],

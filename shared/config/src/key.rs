@@ -1,20 +1,19 @@
-//! Every number that can be set by name, whoever declares it: settings of the operator, numbers of
-//! the rig and its effects.
+//! All numbers that can be set by name: settings of the operator, and parameters of the rig and its
+//! effects.
 
 use cathforce_control::{SETTINGS, SettingInfo, Settings};
 use cathforce_mechanics::{Description, ParameterInfo, parameters};
 
-/// A number with a name.
+/// A number that can be set by name.
 #[derive(Clone, Copy, Debug)]
 pub enum Key {
-    /// Of [`Settings`].
+    /// A number of [`Settings`].
     Setting(&'static SettingInfo),
-    /// Of [`Description`].
+    /// A number of [`Description`].
     Parameter(&'static ParameterInfo),
 }
 
-/// Why a value is refused. Of a setting whose range depends on others, `Settings::validate` says
-/// more.
+/// Why a value is refused. [`Settings::validate`] also checks settings against each other.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum KeyError {
     NotFinite,
@@ -22,13 +21,13 @@ pub enum KeyError {
     NotWhole,
 }
 
-/// Every key, those of the settings first, each group in the order of its declaration.
+/// All keys: first the settings, then the parameters, each in the order of declaration.
 pub fn keys() -> impl Iterator<Item = Key> {
     SETTINGS.iter().map(Key::Setting).chain(parameters().map(Key::Parameter))
 }
 
 impl Key {
-    /// The key of this name.
+    /// The key with this name; `None` if there is none.
     pub fn find(name: &str) -> Option<Self> {
         keys().find(|key| key.name() == name)
     }
@@ -40,7 +39,7 @@ impl Key {
         }
     }
 
-    /// Unit of its numbers; "1" for a pure number.
+    /// Unit; "1" if dimensionless.
     pub const fn unit(self) -> &'static str {
         match self {
             Self::Setting(info) => info.unit,
@@ -56,7 +55,7 @@ impl Key {
         }
     }
 
-    /// The value when nothing is said; `None` for what rig.toml states.
+    /// Default value; `None` for numbers that rig.toml states.
     pub fn default(self) -> Option<f32> {
         match self {
             Self::Setting(info) => Some(info.default),
@@ -72,7 +71,7 @@ impl Key {
         }
     }
 
-    /// What it does.
+    /// Description.
     pub const fn doc(self) -> &'static str {
         match self {
             Self::Setting(info) => info.doc,
@@ -80,7 +79,7 @@ impl Key {
         }
     }
 
-    /// Its value in a device image.
+    /// Its value in a description and settings.
     pub fn value(self, description: &Description<f32>, settings: &Settings) -> Option<f32> {
         match self {
             Self::Setting(info) => settings.get(info.name),
@@ -88,7 +87,7 @@ impl Key {
         }
     }
 
-    /// Whether a value may be set.
+    /// Checks a value.
     pub fn check(self, value: f32) -> Result<(), KeyError> {
         let [min, max] = self.range();
         if !value.is_finite() {

@@ -1,4 +1,4 @@
-//! The device image: everything a device is told, in one checked block of bytes.
+//! The device image: the complete configuration of a device in one checked block of bytes.
 
 #![no_std]
 #![forbid(unsafe_code)]

@@ -1,9 +1,8 @@
-//! A number that changes when the layout of a type changes.
+//! A hash that changes with the layout of a type.
 //!
-//! postcard writes values without names, so bytes written by one version of a type can be
-//! read as another without an error. [`hash`] asks a type's own `Deserialize` what it wants
-//! to read, in order: names of structs, enums and fields, widths of numbers, lengths of
-//! arrays. Nobody has to remember to change a number.
+//! postcard writes values without names, so the bytes of one version of a type may be read as another
+//! version without an error. [`hash`] traces what a type's own `Deserialize` reads, in order: names of
+//! structs and fields, widths of numbers, lengths of arrays. Nobody has to maintain a version number.
 
 use core::fmt;
 
@@ -11,8 +10,8 @@ use serde::de::{self, DeserializeOwned, DeserializeSeed, Visitor};
 
 /// FNV-1a over the names and types that `T` reads.
 ///
-/// Covers structs, tuples, arrays, sequences, options and plain values. An enum or a map
-/// inside `T` gives `None`: an image has neither, and only part of one could be seen here.
+/// Covers structs, tuples, arrays, sequences, options and plain values. An enum or a map inside `T` gives
+/// `None`, because only a part of it could be traced; an image contains neither.
 pub(crate) fn hash<T: DeserializeOwned>() -> Option<u32> {
     let mut fnv = Fnv(0x811C_9DC5);
     T::deserialize(Tracer(&mut fnv)).ok()?;
@@ -23,7 +22,7 @@ struct Fnv(u32);
 
 impl Fnv {
     fn add(&mut self, text: &str) {
-        // The closing zero keeps "ab", "c" apart from "a", "bc".
+        // The terminating zero distinguishes "ab", "c" from "a", "bc".
         for byte in text.bytes().chain([0]) {
             self.0 = (self.0 ^ u32::from(byte)).wrapping_mul(0x0100_0193);
         }
@@ -36,10 +35,10 @@ impl Fnv {
     }
 }
 
-/// Hands out a zero of whatever is asked for and notes what that was.
+/// Returns a zero of every requested type, and hashes the request.
 struct Tracer<'h>(&'h mut Fnv);
 
-/// A type that cannot be seen whole.
+/// The type cannot be traced completely.
 #[derive(Debug)]
 struct Unseen;
 
@@ -173,7 +172,7 @@ impl<'de> de::Deserializer<'de> for Tracer<'_> {
     }
 }
 
-/// The parts of a struct, array or sequence, one after the other.
+/// Elements of a struct, array or sequence, in order.
 struct Elements<'h> {
     tracer: Tracer<'h>,
     names: &'static [&'static str],

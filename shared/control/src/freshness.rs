@@ -111,18 +111,7 @@ impl Freshness {
         let mut motion = Motion::Unknown;
         if let Some(sample) = sample {
             shift(&mut self.frames, false);
-            let moved = match self.last {
-                _ if !bounds.in_range(sample) => None,
-                None => Some(Motion::Known { insertion_m: 0.0, rotation_rad: 0.0, ticks: 1 }),
-                Some(from) if bounds.reachable(from, sample, self.age_ticks) => {
-                    Some(Motion::Known {
-                        insertion_m: sample.insertion_m - from.insertion_m,
-                        rotation_rad: sample.rotation_rad - from.rotation_rad,
-                        ticks: self.age_ticks,
-                    })
-                }
-                Some(_) => None,
-            };
+            let moved = self.motion_to(bounds, sample);
             shift(&mut self.samples, moved.is_none());
             if let Some(moved) = moved {
                 motion = moved;
@@ -139,7 +128,29 @@ impl Freshness {
         if jumped || self.age_ticks >= bounds.timeout_ticks {
             self.forget();
         }
-        let fault = if corrupt {
+        let fault = self.fault(corrupt, jumped);
+        EncoderStatus { position: self.last, age_ticks: self.age_ticks, motion, fault }
+    }
+
+    /// Motion from the last accepted sample to this one; `None` if the sample is refused.
+    #[inline(always)]
+    fn motion_to(&self, bounds: &Bounds, sample: EncoderSample) -> Option<Motion> {
+        match self.last {
+            _ if !bounds.in_range(sample) => None,
+            None => Some(Motion::Known { insertion_m: 0.0, rotation_rad: 0.0, ticks: 1 }),
+            Some(from) if bounds.reachable(from, sample, self.age_ticks) => Some(Motion::Known {
+                insertion_m: sample.insertion_m - from.insertion_m,
+                rotation_rad: sample.rotation_rad - from.rotation_rad,
+                ticks: self.age_ticks,
+            }),
+            Some(_) => None,
+        }
+    }
+
+    /// The gravest fault of this tick.
+    #[inline(always)]
+    fn fault(&self, corrupt: bool, jumped: bool) -> Option<Fault> {
+        if corrupt {
             Some(Fault::StateNotFinite)
         } else if jumped {
             Some(Fault::EncoderJump)
@@ -149,8 +160,7 @@ impl Freshness {
             Some(Fault::EncoderLost)
         } else {
             None
-        };
-        EncoderStatus { position: self.last, age_ticks: self.age_ticks, motion, fault }
+        }
     }
 
     /// Forgets the position: the next sample in range is accepted wherever it is.

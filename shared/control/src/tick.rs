@@ -83,6 +83,54 @@ impl Axis {
     }
 }
 
+/// Result of the checks on all encoders in one tick.
+struct Encoders {
+    catheter: EncoderStatus,
+    /// `None` without a guidewire.
+    guidewire: Option<EncoderStatus>,
+}
+
+impl Encoders {
+    /// The encoder of the drive whose load is rendered.
+    #[inline(always)]
+    fn of(&self, source: HapticSource) -> &EncoderStatus {
+        match source {
+            HapticSource::Catheter => &self.catheter,
+            HapticSource::Guidewire => self.guidewire.as_ref().unwrap_or(&self.catheter),
+        }
+    }
+
+    /// The first fault of an encoder.
+    #[inline(always)]
+    fn fault(&self) -> Option<Fault> {
+        self.catheter.fault.or(self.guidewire.as_ref().and_then(|wire| wire.fault))
+    }
+
+    /// Every encoder had an accepted sample in this tick.
+    #[inline(always)]
+    fn are_fresh(&self) -> bool {
+        self.catheter.age_ticks == 0
+            && self.guidewire.as_ref().is_none_or(|wire| wire.age_ticks == 0)
+    }
+
+    /// Positions of all drives; `None` if one is not known.
+    #[inline(always)]
+    fn positions(&self) -> Option<mechanics::Drives<f32>> {
+        match &self.guidewire {
+            Some(wire) => self.catheter.position.zip(wire.position).map(|(catheter, wire)| {
+                mechanics::Drives { catheter: drive(catheter), guidewire: drive(wire) }
+            }),
+            None => self.catheter.position.map(|catheter| drive(catheter).into()),
+        }
+    }
+
+    /// Ages of the newest accepted samples of catheter and guidewire \[ticks\].
+    #[inline(always)]
+    fn ages_ticks(&self) -> [u8; 2] {
+        [self.catheter.age_ticks, self.guidewire.as_ref().map_or(0, |wire| wire.age_ticks)]
+    }
+}
+
 /// Outputs of both axes.
 #[derive(Clone, Copy, Default)]
 struct AxisOutputs {
@@ -119,15 +167,8 @@ impl Memory {
         self.tick = self.tick.wrapping_add(1);
         let before = self.mode;
         let bounds = Bounds::new(settings, model.reach_m());
-        let fresh = self.freshness.update(&bounds, inputs.encoder, inputs.rejected_frames);
-        // Rejected frames are a problem of the bus and not of one drive, so they count once.
-        let sample = inputs.guidewire.map(|sample| sample.at);
-        let guidewire = model.has_guidewire().then(|| self.guidewire.update(&bounds, sample, 0));
-        let held = match self.haptic_source {
-            HapticSource::Catheter => &fresh,
-            HapticSource::Guidewire => guidewire.as_ref().unwrap_or(&fresh),
-        };
-        self.account_energy(&bounds, held);
+        let encoders = self.check_encoders(&bounds, model, inputs);
+        self.account_energy(&bounds, encoders.of(self.haptic_source));
         if let (Some(sample), true) = (inputs.guidewire, model.has_guidewire()) {
             self.select_haptic_source(HapticSource::for_guidewire_button(sample.held));
         }
@@ -140,11 +181,9 @@ impl Memory {
                 Notice::BusOff => Fault::BusOff,
             }));
         }
-        let both_fresh =
-            fresh.age_ticks == 0 && guidewire.as_ref().is_none_or(|wire| wire.age_ticks == 0);
-        match fresh.fault.or(guidewire.as_ref().and_then(|wire| wire.fault)) {
+        match encoders.fault() {
             Some(fault) => self.handle_event(Event::Fault(fault)),
-            None if both_fresh => self.handle_event(Event::EncoderFresh),
+            None if encoders.are_fresh() => self.handle_event(Event::EncoderFresh),
             None => (),
         }
         // A command is ignored if the mode changed in this tick, because its sender could not see the
@@ -154,12 +193,7 @@ impl Memory {
             self.handle_event(event);
         }
 
-        let drives = match &guidewire {
-            Some(wire) => fresh.position.zip(wire.position).map(|(catheter, wire)| {
-                mechanics::Drives { catheter: drive(catheter), guidewire: drive(wire) }
-            }),
-            None => fresh.position.map(|catheter| drive(catheter).into()),
-        };
+        let drives = encoders.positions();
         let contact = self.estimate(settings, model, drives);
         let band = self.band(model, drives, &contact);
         let applied = self.limit_outputs(settings, &bounds);
@@ -171,9 +205,22 @@ impl Memory {
             self.haptics = Haptics::new();
             model.rebuild();
         }
-        let guidewire_age_ticks = guidewire.map_or(0, |wire| wire.age_ticks);
-        let found = (contact, band);
-        self.report([fresh.age_ticks, guidewire_age_ticks], found, applied, model)
+        self.report(encoders.ages_ticks(), (contact, band), applied, model)
+    }
+
+    /// Checks the samples of all encoders of this tick.
+    #[inline(always)]
+    fn check_encoders(
+        &mut self,
+        bounds: &Bounds,
+        model: &impl Estimator,
+        inputs: &Inputs,
+    ) -> Encoders {
+        let catheter = self.freshness.update(bounds, inputs.encoder, inputs.rejected_frames);
+        // Rejected frames are a problem of the bus and not of one drive, so they count once.
+        let sample = inputs.guidewire.map(|sample| sample.at);
+        let guidewire = model.has_guidewire().then(|| self.guidewire.update(bounds, sample, 0));
+        Encoders { catheter, guidewire }
     }
 
     fn handle_event(&mut self, event: Event) {

@@ -1,4 +1,4 @@
-//! The whole tick over the real model: self-test to armed and back, twice the same.
+//! The whole tick with the real model: from the self-test to armed and back, twice with the same result.
 
 #[path = "support/wire.rs"]
 mod wire;
@@ -13,7 +13,7 @@ const CELL_M: f32 = 1e-3;
 const UNIT_M: f32 = 1e-6;
 const BRICKS: [u16; 3] = [16, 3, 3];
 
-/// A straight tube of 4 mm radius along x, in bricks all stored.
+/// A straight tube of 4 mm radius along x, with all bricks stored.
 fn tube() -> (LumenHeader, Vec<u8>) {
     let stored: u16 = BRICKS.iter().product();
     let origin_m = [0.0, -6e-3, -6e-3];
@@ -91,7 +91,7 @@ fn p22_the_same_inputs_give_the_same_bits() {
     assert!(a.iter().any(|o| o.mode == Mode::Armed && o.contact.links > 0));
 }
 
-/// P05 with the model behind it: each word of the controller's memory, while armed.
+/// P05 with the real model: each word of the controller's memory is corrupted while armed.
 #[test]
 fn p05_nan_and_infinity_in_every_word() {
     let lumen = tube();

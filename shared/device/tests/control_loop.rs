@@ -1,4 +1,4 @@
-//! Frames in, ticks, frames out.
+//! The control loop: received frames, ticks, sent frames.
 
 mod support;
 
@@ -13,13 +13,13 @@ use proptest::prelude::*;
 
 const START_M: f64 = 0.012;
 
-/// A ticker and the host at the other end of its bus.
+/// A control loop, and the host at the other end of its bus.
 struct Bench<'a> {
     config: &'a Config<'a>,
     control_loop: ControlLoop,
     sealer: Sealer,
     insertion_m: f64,
-    /// Everything sent by the ticker.
+    /// Everything that the control loop has sent.
     sent: Vec<Frame>,
 }
 
@@ -38,7 +38,7 @@ impl<'a> Bench<'a> {
         self.seal(Process::Encoder(Encoder { insertion, rotation: Rotation::from_rad(0.1) }))
     }
 
-    /// A tick with an encoder frame and perhaps a command.
+    /// A tick with an encoder frame and an optional command.
     fn tick(&mut self, command: Option<Command>) -> TickFrames {
         let encoder = self.encoder();
         self.control_loop.on_frame(&encoder);
@@ -51,7 +51,7 @@ impl<'a> Bench<'a> {
         frames
     }
 
-    /// Ticks in which so much is fed \[m\].
+    /// Ticks with this feed in total \[m\].
     fn feed(&mut self, ticks: usize, step_m: f64) {
         for _ in 0..ticks {
             self.insertion_m += step_m;
@@ -179,7 +179,7 @@ fn what_is_sent_is_what_was_computed() {
     }
 }
 
-/// P22: everything follows from the frames since the restart and their order.
+/// P22: all results follow from the frames since the restart and their order.
 #[test]
 fn p22_the_same_frames_give_the_same_frames() {
     let image = support::image();
@@ -271,7 +271,7 @@ fn p04_a_few_bad_frames_change_nothing_and_more_than_3_in_10_ramp_down() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
-    /// P03: any bytes under any id change nothing but one counter.
+    /// P03: any bytes under any id change only one counter.
     #[test]
     fn p03_foreign_and_broken_frames_are_counted_and_change_nothing(
         noise in prop::collection::vec((0u16..=0x7FF, prop::collection::vec(any::<u8>(), 0..=8)), 0..200),
@@ -296,7 +296,7 @@ proptest! {
     }
 }
 
-/// P19: bus-off ramps down and latches; arming again is asked for step by step.
+/// P19: bus-off ramps down and latches; arming again takes every step.
 #[test]
 fn p19_bus_off_ramps_to_zero_and_only_clearing_and_arming_bring_output_back() {
     let image = support::image_with_drag();
@@ -326,10 +326,10 @@ fn p19_bus_off_ramps_to_zero_and_only_clearing_and_arming_bring_output_back() {
     assert_eq!(bench.mode(), Mode::Boot);
 }
 
-/// P20: as many foreign frames as 1 Mbit/s can carry beside ours change no bit; each is counted.
+/// P20: as many foreign frames as fit on a 1 Mbit/s bus beside ours change no bit; each is counted.
 #[test]
 fn p20_a_bus_full_of_foreign_frames_changes_no_bit() {
-    /// Frames of no data, 47 bits at least, in a millisecond.
+    /// Frames without data, of at least 47 bits, in a millisecond.
     const FRAMES_A_TICK: u32 = 1000 / 47;
     let image = support::image();
     let config = image::decode(&image).unwrap();

@@ -1,4 +1,4 @@
-//! A guidewire's frames: what they say, whose load is felt, and what the bus carries.
+//! Frames of a guidewire: their contents, the haptic source, and the load on the bus.
 
 mod support;
 
@@ -10,11 +10,11 @@ use cathforce_control::{Config, HapticSource, Mode};
 use cathforce_device::ControlLoop;
 
 const START_M: f64 = 0.012;
-/// Ticks after which every frame that takes turns has had its own.
+/// Ticks after which every rotating frame has been sent.
 const ROUND: u32 = 18;
 const BITS_A_TICK: f64 = 1e6 * 1e-3;
 
-/// A ticker and the host at the other end of its bus.
+/// A control loop, and the host at the other end of its bus.
 struct Bench<'a> {
     config: &'a Config<'a>,
     control_loop: ControlLoop,

@@ -1,4 +1,4 @@
-//! A lab's own frames in the place of ENCODER and GUIDEWIRE.
+//! A lab's own frames instead of ENCODER and GUIDEWIRE.
 
 mod support;
 
@@ -13,7 +13,7 @@ use cathforce_device::{ControlLoop, TickFrames};
 const ID: u16 = 0x2C1;
 const TICKS: u32 = 400;
 
-/// The catheter's drive as ENCODER has it, at other places of other frames: the same codes.
+/// The catheter's drive with the codes of ENCODER, at other positions in other frames.
 fn drive(rotation_id: u16) -> Drive {
     let little = |id, start_bit, signed, scale| Place {
         id,
@@ -30,7 +30,7 @@ fn of_catheter(drive: Drive) -> Master {
     Master { catheter: Some(drive), ..Master::default() }
 }
 
-/// Plays a feed with a turn; how the position goes to the device is up to `position`.
+/// Plays a feed with a rotation; `position` makes the frames of a position.
 fn play(master: Master, position: impl Fn(&mut Sealer, Encoder) -> Vec<Frame>) -> Vec<TickFrames> {
     let bytes = support::image();
     let config = image::decode(&bytes).unwrap();
@@ -79,8 +79,8 @@ fn the_same_motion_in_a_labs_own_frames_gives_the_same_bits() {
     }
 }
 
-/// The oldest counts: a turn that is not told any more is a drive that is lost, however often the
-/// feed comes.
+/// The oldest frame determines the age: if the rotation's frame stops, the drive is lost, however often the
+/// feed's frame comes.
 #[test]
 fn p01_one_of_a_drives_frames_that_stops_coming_ramps_down() {
     let bytes = support::image();
@@ -111,7 +111,7 @@ fn p01_one_of_a_drives_frames_that_stops_coming_ramps_down() {
     assert_eq!(control_loop.outputs().unwrap().fault, Some(Fault::EncoderLost));
 }
 
-/// Who holds what: the drive whose button is held is felt, and nothing while that is not clear.
+/// The load on the drive whose button is held is rendered, and nothing while that is ambiguous.
 #[test]
 fn buttons_and_grip_say_what_is_felt() {
     let place = |id, start_bit, bits| Place {
@@ -173,7 +173,7 @@ fn buttons_and_grip_say_what_is_felt() {
     }
 }
 
-/// ENCODER says it too.
+/// The ENCODER frame also tells whether the handle is held.
 #[test]
 fn an_encoder_frame_says_that_the_handle_is_let_go() {
     let bytes = support::image();

@@ -1,4 +1,4 @@
-//! Service messages: what is done, what is refused, what is left alone.
+//! Service messages: what they do, and which are refused.
 
 mod support;
 
@@ -292,7 +292,7 @@ fn messages_that_are_none_of_ours_are_counted() {
 }
 
 proptest! {
-    /// P03 for the service id: any frames are counted; no image comes to use by them.
+    /// P03 for the service id: any frames are counted, and none of them activates an image.
     #[test]
     fn p03_any_service_frames_change_nothing(
         frames in prop::collection::vec(prop::collection::vec(any::<u8>(), 0..=8), 0..300),

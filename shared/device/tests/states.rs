@@ -1,4 +1,4 @@
-//! Every command and every request in every state: what it does, and that it does nothing else.
+//! Every command and every request in every state: its effect, and that it has no other.
 
 mod support;
 
@@ -15,7 +15,7 @@ const START_M: f64 = 0.012;
 const FEED_M: f64 = 2e-5;
 const CAPACITY: usize = 70_000;
 
-/// A board around the ticker; its configuration lives as long as the test.
+/// A board around the control loop; its configuration lives as long as the test.
 #[derive(Clone)]
 struct FakeBoard {
     control_loop: ControlLoop,
@@ -64,7 +64,7 @@ struct Device {
     sequence: u8,
 }
 
-/// The states that tell commands apart. Of ramps and faults the cause is the encoders' silence.
+/// The states in which commands differ. Ramps and faults are caused by missing encoder frames.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum State {
     Unconfigured,
@@ -91,7 +91,7 @@ impl State {
         Self::Fault,
     ];
 
-    /// Output is on: nothing may change (P17).
+    /// Output is on, so nothing may change (P17).
     fn is_live(self) -> bool {
         matches!(self, Self::Armed | Self::RampToReady | Self::RampToFault)
     }
@@ -112,7 +112,7 @@ impl State {
 }
 
 impl Device {
-    /// A device that has come to a state by the way that leads there.
+    /// A device that was brought to a state by commands and frames.
     fn in_state(state: State) -> Self {
         let identity = Identity {
             firmware: "1.2.3",
@@ -221,7 +221,7 @@ impl Device {
         assert_eq!(self.ask(begin), Ok(()));
     }
 
-    /// Sends what [`Device::begin`] has announced, and puts it to use.
+    /// Sends the image that [`Device::begin`] has announced, and activates it.
     fn upload(&mut self, image: &[u8]) -> Result<(), String> {
         for (i, bytes) in image.chunks(service::MAX_CHUNK).enumerate() {
             let offset = (i * service::MAX_CHUNK) as u32;
@@ -230,7 +230,7 @@ impl Device {
         self.ask(Request::Activate)
     }
 
-    /// Everything that the next ticks follow from, as a number.
+    /// Hash of everything that determines the next ticks.
     fn digest_after_ticks(&self) -> u32 {
         let mut control_loop = self.board.control_loop.clone();
         for _ in 0..20 {
@@ -240,7 +240,7 @@ impl Device {
     }
 }
 
-/// A command that a state does not answer leaves every bit of every output as it was.
+/// A command that is not allowed in a state changes no bit of any output.
 #[test]
 fn p17_p18_every_command_in_every_state_does_what_the_table_says_and_nothing_else() {
     let right = Fault::EncoderLost.clear_token();
@@ -275,7 +275,7 @@ fn p17_p18_every_command_in_every_state_does_what_the_table_says_and_nothing_els
     }
 }
 
-/// While output is on, what would change something is refused; what only asks is answered.
+/// While output is on, requests that would change something are refused, and questions are answered.
 #[test]
 fn p17_every_request_in_every_state_changes_nothing_while_output_is_on() {
     let image = support::image_with_drag();

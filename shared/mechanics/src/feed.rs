@@ -17,7 +17,7 @@ use crate::{Drive, Drives, Model, Real};
 const LARGEST_PREDICTED_TURN: f64 = 0.2;
 
 /// Arc from the tip of the chain back to the tip of an instrument \[m\].
-///                                                                docs/explanation/model.md (39)
+/// docs/explanation/model.md (24)
 ///
 /// `chain_m`, `inside_m`: arcs of the chain and of the instrument inside the vessel \[m\]. The table of
 /// the guide's joint covers a full cell, which reaches up to 1.5 links behind the mouth. An instrument
@@ -36,7 +36,7 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
     }
 
     /// Moves the drives to `target`, within the reach of the links; adds and drops links.
-    ///                                                                docs/explanation/model.md (2)
+    /// docs/explanation/model.md (3)
     ///
     /// A link is added slightly late. Otherwise a drive at a whole number of links would add and drop
     /// one in turn with the last bit of its position.
@@ -59,6 +59,17 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
         self.guide.turn = self.guide.tangent * turned;
         let full = model.grid.node(self.count.saturating_sub(1)) * h;
         self.base_length_m = insertion - full;
+        self.add_and_drop_links(model);
+        let last = self.count.saturating_sub(1);
+        if let Some(base) = self.links[..self.count.min(LINKS)].last_mut() {
+            base.span = Span::new(self.base_length_m, model.grid.link_m(last));
+        }
+        self.fill_coaxial_tables(model);
+    }
+
+    /// Adds and drops links at the guide until the base link has an admissible length.
+    #[inline(always)]
+    fn add_and_drop_links(&mut self, model: &Model<T, LINKS>) {
         let longest = |link: usize| model.grid.link_m(link) * T::lit(1.0 + SHORTEST_BASE);
         while self.count < LINKS
             && self.count.checked_sub(1).is_none_or(|base| self.base_length_m > longest(base))
@@ -66,7 +77,7 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
             let base_m = model.grid.link_m(self.count.saturating_sub(1));
             if self.count > 0 {
                 self.base_length_m -= base_m;
-            } else if insertion <= T::zero() {
+            } else if self.insertion_m <= T::zero() {
                 break;
             }
             self.add_link(base_m);
@@ -77,11 +88,6 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
                 self.base_length_m += model.grid.link_m(self.count - 1);
             }
         }
-        let last = self.count.saturating_sub(1);
-        if let Some(base) = self.links[..self.count.min(LINKS)].last_mut() {
-            base.span = Span::new(self.base_length_m, model.grid.link_m(last));
-        }
-        self.fill_coaxial_tables(model);
     }
 
     /// Moves both drives, and the instruments in the chain, whose tip is the foremost of theirs.
@@ -133,7 +139,7 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
     }
 
     /// Predicts rotations by the filtered rates, and positions from the base.
-    ///                                                                docs/explanation/model.md (3)
+    /// docs/explanation/model.md (5)
     ///
     /// The result is the initial guess of the solve; `dt_s` = 0 predicts no rotation. `ratio`: factor
     /// on the rates, see [`MotionRatio`](crate::drive_motion::MotionRatio).
@@ -183,6 +189,7 @@ impl<T: Real, const LINKS: usize> Kernel<T> for PredictKernel<'_, T, LINKS> {
                     }
                     link.turn = Vector3::zeros();
                 }
+                // docs/explanation/model.md (6)
                 position += link.tangent * (link.span.length * (T::one() + link.strain));
                 link.displacement = position - link.position;
                 link.position = position;

@@ -97,13 +97,9 @@ pub fn step_loaded<T: Real, const LINKS: usize>(
     let mut outputs = Outputs::default();
     for part in 1..=solver.substeps.max(1) {
         let share = T::int(i32::from(part)) / parts;
-        let between = |start: Drive<T>, end: Drive<T>| Drive {
-            insertion_m: start.insertion_m + (end.insertion_m - start.insertion_m) * share,
-            rotation_rad: start.rotation_rad + (end.rotation_rad - start.rotation_rad) * share,
-        };
         let target = Drives {
-            catheter: between(start.catheter, drives.catheter),
-            guidewire: between(start.guidewire, drives.guidewire),
+            catheter: between(start.catheter, drives.catheter, share),
+            guidewire: between(start.guidewire, drives.guidewire, share),
         };
         let before = state.drives;
         if part > 1 {
@@ -114,19 +110,9 @@ pub fn step_loaded<T: Real, const LINKS: usize>(
         state.feed(model, target);
         state.effects.advance(model, &before, &state.drives, state.fed_m, scheme.dt_s);
         state.predict(scheme.dt_s * state.momentum_share, ratio.link_rates);
-        let mut totals;
-        let mut farthest_squared = T::zero();
-        for i in 1.. {
-            (scheme.first, scheme.last) = (i == 1, i >= solver.solves);
-            totals = solve_acting(model, lumen, state, loads, &scheme);
-            farthest_squared = maximum(farthest_squared, totals.largest_turn_squared);
-            if scheme.last {
-                if part >= solver.substeps {
-                    outputs = collect_outputs(model, state, &totals);
-                }
-                state.momentum_share = momentum_share(farthest_squared);
-                break;
-            }
+        let totals = solve_substep(model, lumen, state, loads, &mut scheme);
+        if part >= solver.substeps {
+            outputs = collect_outputs(model, state, &totals);
         }
     }
     // While nothing is past the mouth, no output depends on the rotations: they are checked apart.
@@ -136,14 +122,59 @@ pub fn step_loaded<T: Real, const LINKS: usize>(
         state.lost = true;
         return lost_outputs();
     }
+    flag(model, state, &asked, &mut outputs);
+    state.effects.report(model, &mut outputs);
+    outputs
+}
+
+/// Position of a drive at a share of a tick.
+#[inline(always)]
+fn between<T: Real>(start: Drive<T>, end: Drive<T>, share: T) -> Drive<T> {
+    Drive {
+        insertion_m: start.insertion_m + (end.insertion_m - start.insertion_m) * share,
+        rotation_rad: start.rotation_rad + (end.rotation_rad - start.rotation_rad) * share,
+    }
+}
+
+/// The solves of one substep; returns the totals of the last one.
+#[inline(always)]
+fn solve_substep<T: Real, const LINKS: usize>(
+    model: &Model<T, LINKS>,
+    lumen: &Lumen<'_>,
+    state: &mut State<T, LINKS>,
+    loads: &Loads<T>,
+    scheme: &mut Scheme<T>,
+) -> Totals<T> {
+    let solves = model.description().solver.solves;
+    let mut farthest_squared = T::zero();
+    let mut solve = 1;
+    loop {
+        (scheme.first, scheme.last) = (solve == 1, solve >= solves);
+        let totals = solve_acting(model, lumen, state, loads, scheme);
+        farthest_squared = maximum(farthest_squared, totals.largest_turn_squared);
+        if scheme.last {
+            state.momentum_share = momentum_share(farthest_squared);
+            return totals;
+        }
+        solve += 1;
+    }
+}
+
+/// Flags the outputs as unresolved if this tick or a recent one is. `asked`: positions of the drives
+/// before they were clamped to the reach of the links.
+#[inline(always)]
+fn flag<T: Real, const LINKS: usize>(
+    model: &Model<T, LINKS>,
+    state: &mut State<T, LINKS>,
+    asked: &Drives<T>,
+    outputs: &mut Outputs<T>,
+) {
     // The part of an instrument beyond the reach of the links is not modelled.
     let is_wire_beyond = model.guidewire.is_some() && asked.guidewire.insertion_m > model.reach_m();
     outputs.unresolved |= is_wire_beyond || asked.catheter.insertion_m > model.reach_m();
     let ticks_left = state.flagged_ticks.saturating_sub(1);
     state.flagged_ticks = if outputs.unresolved { FLAGGED_TICKS } else { ticks_left };
     outputs.unresolved = state.flagged_ticks > 0;
-    state.effects.report(model, &mut outputs);
-    outputs
 }
 
 /// One frictionless quasi-static step towards the drives' positions; this is how a run begins.
@@ -170,21 +201,7 @@ pub fn settle_loaded<T: Real, const LINKS: usize>(
     let drives = drives.into();
     state.drive_history = DriveHistory::none();
     state.effects.place(model, T::zero());
-    let [first, last] = SETTLE_DRAG;
-    let steps_at_rest = T::int(i32::from(state.steps_at_rest) + 1);
-    let scheme = Scheme {
-        dt_s: T::lit(SETTLE_DT_S),
-        inertia: T::zero(),
-        friction: T::zero(),
-        sliding: MotionRatio::STEADY.sliding,
-        drag: Drag::constant(maximum(
-            T::lit(first) / (steps_at_rest * steps_at_rest),
-            T::lit(last),
-        )),
-        predictor_gain: T::zero(),
-        first: true,
-        last: true,
-    };
+    let scheme = quasi_static(state.steps_at_rest);
     let (catheter, catheter_arrived) =
         approach(state.drives.catheter, past_mouth(model, drives.catheter));
     let (guidewire, guidewire_arrived) =
@@ -210,6 +227,26 @@ pub fn settle_loaded<T: Real, const LINKS: usize>(
     let still = T::lit(SETTLED_TURN_RAD * SETTLED_TURN_RAD);
     state.steps_at_rest >= SETTLE_STEPS.end
         || (state.steps_at_rest >= SETTLE_STEPS.start && totals.largest_turn_squared <= still)
+}
+
+/// The scheme of a quasi-static step, after a number of them at the drives' positions.
+#[inline(always)]
+fn quasi_static<T: Real>(steps_at_rest: u16) -> Scheme<T> {
+    let [first, last] = SETTLE_DRAG;
+    let steps_at_rest = T::int(i32::from(steps_at_rest) + 1);
+    Scheme {
+        dt_s: T::lit(SETTLE_DT_S),
+        inertia: T::zero(),
+        friction: T::zero(),
+        sliding: MotionRatio::STEADY.sliding,
+        drag: Drag::constant(maximum(
+            T::lit(first) / (steps_at_rest * steps_at_rest),
+            T::lit(last),
+        )),
+        predictor_gain: T::zero(),
+        first: true,
+        last: true,
+    }
 }
 
 /// The next position of a drive on its way to `goal`, and whether `goal` is reached.
@@ -296,12 +333,13 @@ impl<T: Real, L: Law<T>, const LINKS: usize> Kernel<T> for SolveKernel<'_, '_, T
     }
 }
 
-/// Share of the velocities that the next step takes over.     docs/explanation/model.md (38)
+/// Share of the velocities that the next step takes over.     docs/explanation/model.md (21)
 fn momentum_share<T: Real>(farthest_squared: T) -> T {
     let most = T::lit(MOMENTUM_TURN_RAD);
     most / maximum(farthest_squared.root(), most)
 }
 
+/// docs/explanation/model.md (22)
 fn collect_outputs<T: Real, const LINKS: usize>(
     model: &Model<T, LINKS>,
     state: &State<T, LINKS>,
@@ -348,7 +386,7 @@ fn collect_outputs<T: Real, const LINKS: usize>(
 }
 
 /// Configurational force at the guide's mouth \[N\]: the bending energy per length that insertion
-/// would release, by which a bent instrument is pulled in.     docs/explanation/model.md (18)
+/// would release, by which a bent instrument is pulled in.     docs/explanation/model.md (23)
 fn configurational_force_n<T: Real, const LINKS: usize>(
     model: &Model<T, LINKS>,
     state: &State<T, LINKS>,

@@ -1,16 +1,14 @@
-//! The number type of the model.
+//! Number types of the model.
 //!
-//! The model is written once, generic over [`Real`]: `f32` on the device and in every
-//! host computation that must agree with it to the last bit, `f64` as the twin that
-//! shows what single precision costs.
+//! The model is generic over [`Real`]. The device uses `f32`, and so does every host computation that
+//! must agree with it to the last bit. The twin in `f64` shows the cost of single precision.
 //!
-//! Only operations that IEEE 754 rounds correctly (+ − × ÷ √) and functions built from
-//! them may be used in the model; that, and no fused multiply-add, is why host and
-//! device agree to the last bit.
+//! The model uses only operations that IEEE 754 rounds correctly (+ − × ÷ √), functions built from
+//! them, and no fused multiply-add. Host and device therefore agree to the last bit.
 
 #![no_std]
 
-// On a host it knows what the processor can do.
+// For the detection of processor features on a host.
 #[cfg(target_arch = "x86_64")]
 extern crate std;
 

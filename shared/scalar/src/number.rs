@@ -1,12 +1,11 @@
-//! What the laws of the model are written in.
+//! The numbers in which the laws of the model are written.
 
 use core::fmt::Debug;
 use core::ops::{Add, Div, IndexMut, Mul, Neg, Sub};
 
 use crate::storage::{self, ScalarStorage, Storage3};
 
-/// What laws are written in: one number, or several at a time that are computed with lane by
-/// lane ([`Pack`]).
+/// One number, or several numbers in lanes that are computed at once ([`Pack`](crate::Pack)).
 pub trait Number:
     Copy
     + Debug
@@ -16,22 +15,22 @@ pub trait Number:
     + Div<Output = Self>
     + Neg<Output = Self>
 {
-    /// Three of them, as the target computes with them best.
+    /// Storage of a vector of three, as the target computes with it best.
     type Storage3: Storage3<Self>;
-    /// How many they are.
+    /// Number of lanes.
     const LANES: usize;
-    /// Anything else that goes by lanes.
+    /// One value of any type for each lane.
     type Lanes<U>: IndexMut<usize, Output = U>;
-    /// What `of` says of each lane, asked in turn.
+    /// Calls `of` for each lane, in order.
     fn per_lane<U>(of: impl FnMut(usize) -> U) -> Self::Lanes<U>;
-    /// The nearest number to a constant of the source text.
+    /// The nearest number to a constant in the source, in each lane.
     fn lit(value: f64) -> Self;
-    /// Square root, correctly rounded, hence the same bits on host and device.
+    /// Square root, correctly rounded, so that host and device have the same bits.
     fn root(self) -> Self;
     /// The larger of this and a bound; the bound for NaN.
     ///
-    /// One instruction on every machine, and the same bits, as long as the bound is a number and
-    /// the two are not zeros of different signs.
+    /// It is one instruction on every machine, with the same bits as long as the bound is not NaN and the
+    /// two are not zeros of different signs.
     fn larger(self, bound: Self) -> Self;
     /// The smaller of this and a bound; likewise.
     fn smaller(self, bound: Self) -> Self;
@@ -109,8 +108,8 @@ impl Number for f64 {
     }
 }
 
-/// `libm`'s square root is some hundred instructions on a Cortex-M, a comparison and a choice
-/// three; the FPU has one for each.
+/// On a Cortex-M, `libm`'s square root takes about a hundred instructions, and a comparison with a
+/// selection takes three. The FPU has one instruction for each.
 #[cfg(all(target_arch = "arm", target_abi = "eabihf"))]
 #[inline(always)]
 fn sqrt_f32(value: f32) -> f32 {

@@ -1,15 +1,14 @@
-//! Several numbers that are computed with at a time.
+//! Packs: several numbers that are computed at once.
 //!
-//! What no link has to wait for another for is computed for as many links at a time as the processor
-//! has lanes: one on the device; on a host of the x86-64 kind eight `f32` or four `f64` where it has
-//! AVX2, else half as many. Every lane does the same operations in the same order as one number would,
-//! so the bits are the same.
+//! Computations in which links do not depend on each other take one link in each lane. The device has
+//! one lane. An x86-64 host has eight `f32` or four `f64` with AVX2, and half as many without. Every lane
+//! does the same operations in the same order as a single number, so the bits are the same.
 
 use crate::{Number, Vector3};
 
-/// Numbers side by side; every operation goes lane by lane.
+/// One number in each lane; every operation is done lane by lane.
 pub trait Pack<T: Number>: Number {
-    /// The number of each lane.
+    /// Gathers the number of each lane.
     fn from_lanes(of: impl FnMut(usize) -> T) -> Self;
     fn lane(self, lane: usize) -> T;
     /// The same number in each lane.
@@ -17,27 +16,27 @@ pub trait Pack<T: Number>: Number {
     fn splat(value: T) -> Self {
         Self::from_lanes(|_| value)
     }
-    /// The vector of each lane, side by side.
+    /// Gathers the vector of each lane.
     fn gather_vectors(of: impl FnMut(usize) -> Vector3<T>) -> Vector3<Self>;
-    /// The other way round.
+    /// Splits into the vectors of the lanes.
     fn split_vectors(vectors: Vector3<Self>) -> Self::Lanes<Vector3<T>>;
-    /// The nearest number to the integer of each lane.
+    /// The number nearest to the integer of each lane.
     fn from_ints(of: impl FnMut(usize) -> i32) -> Self;
-    /// The integer next to each number towards zero, not below 0 nor above `most`; 0 for NaN.
+    /// Each number truncated towards zero and clamped to 0 … `most`; 0 for NaN.
     fn to_clamped_ints(self, most: i32) -> Self::Lanes<i32>;
 }
 
-/// Something that is done with numbers side by side ([`crate::Real::run_vectorised`]).
+/// A computation that is generic over the pack; see [`Real::run_vectorised`](crate::Real::run_vectorised).
 pub trait Kernel<T: Number> {
     type Output;
-    /// Does it.
+    /// Runs the computation.
     ///
-    /// `#[inline(always)]`, and so must be all in it that has to do with packs: what stays a
-    /// function of its own is compiled for the least of all processors.
+    /// It must be `#[inline(always)]`, as must all code in it that handles packs. A separate function would
+    /// be compiled for the smallest instruction set of the target.
     fn run<N: Pack<T>>(self) -> Self::Output;
 }
 
-/// One lane.
+/// A pack of one lane.
 macro_rules! alone {
     ($number:ty) => {
         impl Pack<$number> for $number {

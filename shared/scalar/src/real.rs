@@ -10,23 +10,23 @@ use crate::x86_64;
 
 /// A number of the model: `f32` or `f64`.
 pub trait Real: RealField + Default + Pack<Self> {
-    // Constants, for what must be one itself: an empty state of the model.
+    // Constants, because the empty state of the model is a constant.
     const ZERO: Self;
     const ONE: Self;
     /// 10⁻¹²
     const PICO: Self;
     const ORIGIN: Vector3<Self>;
-    /// Does something with as many numbers at a time as the processor computes with.
+    /// Runs a kernel with the widest pack of the processor.
     fn run_vectorised<W: Kernel<Self>>(work: W) -> W::Output;
-    /// The nearest number to an integer.
+    /// The number nearest to an integer.
     fn int(value: i32) -> Self;
     /// Nearest `f32`, for reports.
     fn to_f32(self) -> f32;
-    /// Widened to `f64`, exact.
+    /// The same number as `f64`.
     fn to_f64(self) -> f64;
     /// Largest integer not above `self`, saturating; 0 for NaN.
     fn floor_int(self) -> i32;
-    /// The integer next to `self` towards zero, saturating; 0 for NaN.
+    /// `self` truncated towards zero, saturating; 0 for NaN.
     fn truncated(self) -> i32;
 }
 

@@ -1,12 +1,11 @@
-//! Three numbers that are computed with together.
+//! Storage of three numbers that are computed together.
 //!
-//! On the device that is three numbers. A host of the x86-64 kind keeps them in one register of four
-//! and computes with all at once. It does the same operations in the same order, so the bits are the
-//! same.
+//! The device stores three numbers. An x86-64 host stores three `f32` in one register of four and computes
+//! with all at once. It does the same operations in the same order, so the bits are the same.
 
 use core::fmt::Debug;
 
-/// Three numbers; every operation goes number by number.
+/// Three numbers; every operation is done component by component.
 pub trait Storage3<T>: Copy + Debug {
     fn new(x: T, y: T, z: T) -> Self;
     fn x(self) -> T;
@@ -14,13 +13,13 @@ pub trait Storage3<T>: Copy + Debug {
     fn z(self) -> T;
     fn plus(self, other: Self) -> Self;
     fn minus(self, other: Self) -> Self;
-    /// Products of the first ones, the second ones and the third ones.
+    /// Products of the components.
     fn component_mul(self, other: Self) -> Self;
     fn scaled(self, factor: T) -> Self;
     fn negated(self) -> Self;
 }
 
-/// One after the other.
+/// Three separate numbers.
 #[derive(Clone, Copy, Debug)]
 pub struct ScalarStorage<T>(T, T, T);
 
@@ -80,7 +79,7 @@ where
     }
 }
 
-/// Three `f32` as the target has them.
+/// Storage of three `f32` on this target.
 #[cfg(target_arch = "x86_64")]
 pub type F32Storage = simd::SimdStorage;
 #[cfg(not(target_arch = "x86_64"))]
@@ -92,7 +91,7 @@ pub(crate) mod simd {
 
     use super::Storage3;
 
-    /// In the first three lanes of a register; nothing ever depends on the fourth.
+    /// Three `f32` in the first lanes of a register. No result depends on the fourth lane.
     #[derive(Clone, Copy, Debug)]
     pub struct SimdStorage(pub(crate) __m128);
 

@@ -36,7 +36,7 @@ impl<T: Number> Vector3<T> {
         self.0.z()
     }
 
-    /// Takes something away from z.
+    /// Subtracts a number from z.
     #[inline(always)]
     pub fn subtract_z(&mut self, less: T) {
         *self = Self::new(self.x(), self.y(), self.z() - less);
@@ -73,8 +73,8 @@ impl<T: Number> Vector3<T> {
         self.yzx().component_mul(&other.zxy()) - self.zxy().component_mul(&other.yzx())
     }
 
-    /// self + a × b, as a sum that begins with self: each product is one multiply-accumulate,
-    /// which on the device is one instruction (and rounds twice).
+    /// self + a × b, as a sum that begins with self. Each product is then one multiply-accumulate, which is
+    /// one instruction on the device (and rounds twice).
     #[inline(always)]
     pub fn plus_cross(&self, a: &Self, b: &Self) -> Self {
         *self + a.yzx().component_mul(&b.zxy()) - a.zxy().component_mul(&b.yzx())
@@ -86,13 +86,13 @@ impl<T: Number> Vector3<T> {
         *self - a.yzx().component_mul(&b.zxy()) + a.zxy().component_mul(&b.yzx())
     }
 
-    /// The square of its length.
+    /// Square of the length.
     #[inline(always)]
     pub fn norm_squared(&self) -> T {
         self.dot(self)
     }
 
-    /// Its length.
+    /// Length.
     #[inline(always)]
     pub fn norm(&self) -> T {
         self.norm_squared().root()

@@ -1,4 +1,4 @@
-//! Packs in the registers of an x86-64.
+//! Packs in the registers of an x86-64 processor.
 
 use core::arch::x86_64::*;
 use core::ops::{Add, Div, Mul, Neg, Sub};
@@ -6,7 +6,7 @@ use core::ops::{Add, Div, Mul, Neg, Sub};
 use crate::storage::simd::SimdStorage;
 use crate::{Kernel, Number, Pack, ScalarStorage, Vector3};
 
-/// Does it with the wider pack where the processor has AVX2.
+/// Runs a kernel with the wider pack if the processor has AVX2.
 #[inline(always)]
 pub(crate) fn run_vectorised<T: Number, N: Pack<T>, Wide: Pack<T>, W: Kernel<T>>(
     work: W,
@@ -16,14 +16,14 @@ pub(crate) fn run_vectorised<T: Number, N: Pack<T>, Wide: Pack<T>, W: Kernel<T>>
         work.run::<Wide>()
     }
     if std::is_x86_feature_detected!("avx2") {
-        // SAFETY: the processor has what this is compiled for.
+        // SAFETY: the processor has AVX2.
         unsafe { wide::<T, Wide, W>(work) }
     } else {
         work.run::<N>()
     }
 }
 
-/// An operator that one instruction has.
+/// Implements an operator by one instruction.
 macro_rules! operator {
     ($name:ident: $operator:ident $method:ident $instruction:ident) => {
         impl $operator for $name {
@@ -36,8 +36,8 @@ macro_rules! operator {
     };
 }
 
-// SAFETY of all below: every x86-64 has SSE2; where a pack has 256 bits, the processor has AVX2, or
-// `run_vectorised` would not have chosen it; and none of these touches memory.
+// SAFETY of all below: every x86-64 has SSE2. Packs of 256 bits are only used after `run_vectorised` has
+// detected AVX2. None of these instructions accesses memory.
 macro_rules! number {
     (
         $(#[$doc:meta])* $name:ident $register:ident: $number:ident, $lanes:literal, [$($lane:literal),*];
@@ -102,14 +102,14 @@ macro_rules! number {
 }
 
 number! {
-    /// In the four lanes of a register.
+    /// Four `f32` in a register.
     F32x4 __m128: f32, 4, [0, 1, 2, 3];
     _mm_add_ps _mm_sub_ps _mm_mul_ps _mm_div_ps _mm_set1_ps _mm_setzero_ps;
     _mm_sqrt_ps _mm_max_ps _mm_min_ps _mm_cmplt_ps _mm_and_ps _mm_or_ps _mm_xor_ps
 }
 
 number! {
-    /// In the two lanes of a register.
+    /// Two `f64` in a register.
     F64x2 __m128d: f64, 2, [0, 1];
     _mm_add_pd _mm_sub_pd _mm_mul_pd _mm_div_pd _mm_set1_pd _mm_setzero_pd;
     _mm_sqrt_pd _mm_max_pd _mm_min_pd _mm_cmplt_pd _mm_and_pd _mm_or_pd _mm_xor_pd
@@ -125,20 +125,20 @@ fn less_pd(a: __m256d, b: __m256d) -> __m256d {
 }
 
 number! {
-    /// In the eight lanes of a register.
+    /// Eight `f32` in a register.
     F32x8 __m256: f32, 8, [0, 1, 2, 3, 4, 5, 6, 7];
     _mm256_add_ps _mm256_sub_ps _mm256_mul_ps _mm256_div_ps _mm256_set1_ps _mm256_setzero_ps;
     _mm256_sqrt_ps _mm256_max_ps _mm256_min_ps less_ps _mm256_and_ps _mm256_or_ps _mm256_xor_ps
 }
 
 number! {
-    /// In the four lanes of a register.
+    /// Four `f64` in a register.
     F64x4 __m256d: f64, 4, [0, 1, 2, 3];
     _mm256_add_pd _mm256_sub_pd _mm256_mul_pd _mm256_div_pd _mm256_set1_pd _mm256_setzero_pd;
     _mm256_sqrt_pd _mm256_max_pd _mm256_min_pd less_pd _mm256_and_pd _mm256_or_pd _mm256_xor_pd
 }
 
-/// Above every integer that is asked for, below what does not fit.
+/// Upper bound before conversion: above every `most`, and within the range of `i32`.
 const HIGH: i32 = 1 << 30;
 
 impl Pack<f32> for F32x4 {
@@ -161,7 +161,7 @@ impl Pack<f32> for F32x4 {
     #[inline(always)]
     fn gather_vectors(of: impl FnMut(usize) -> Vector3<f32>) -> Vector3<Self> {
         let [a, b, c, d] = Self::per_lane(of).map(|v| v.0.0);
-        // x x y y and z z of two each.
+        // x x y y and z z of two vectors each.
         let (x, y, z) = unsafe {
             let (low, high) = (_mm_unpacklo_ps(a, b), _mm_unpacklo_ps(c, d));
             let rest = _mm_movelh_ps(_mm_unpackhi_ps(a, b), _mm_unpackhi_ps(c, d));
@@ -245,7 +245,7 @@ impl Pack<f64> for F64x2 {
 }
 
 impl F32x8 {
-    /// The first four lanes or the others.
+    /// The lower or the upper four lanes.
     #[inline(always)]
     fn half(self, which: usize) -> F32x4 {
         F32x4(unsafe {
@@ -278,7 +278,7 @@ impl Pack<f32> for F32x8 {
         let (x, y, z) = unsafe {
             let [a, b, c, d] = [(v[0], v[4]), (v[1], v[5]), (v[2], v[6]), (v[3], v[7])]
                 .map(|(low, high)| _mm256_set_m128(high, low));
-            // x x y y and z z of two each, in each half.
+            // x x y y and z z of two vectors each, in each half.
             let (low, high) = (_mm256_unpacklo_ps(a, b), _mm256_unpacklo_ps(c, d));
             let (rest, rest_high) = (_mm256_unpackhi_ps(a, b), _mm256_unpackhi_ps(c, d));
             (
@@ -322,7 +322,7 @@ impl Pack<f32> for F32x8 {
 }
 
 impl F64x4 {
-    /// The first two lanes or the others.
+    /// The lower or the upper two lanes.
     #[inline(always)]
     fn half(self, which: usize) -> F64x2 {
         F64x2(unsafe {

@@ -8,8 +8,9 @@ use serde_json::Value;
 
 use crate::arguments::{Choice, Given};
 use crate::build::FIRMWARE_VARIABLE;
+use crate::consent::{self, Consent};
 use crate::figures::insert;
-use crate::setup::{self, Consent};
+use crate::setup;
 use crate::shell::{cargo, command, root, run, target_folder};
 
 /// Where the README quotes the figures.
@@ -26,7 +27,7 @@ pub const OPTIONS: [Choice; 3] = [
         value: None,
         about: "Measure without the other simulators; docs and README stay as they are.",
     },
-    setup::YES,
+    consent::YES,
 ];
 
 /// Measures everything, then writes `docs/reference/benchmarks.md` and the README's table: a run that

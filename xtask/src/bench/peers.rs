@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use anyhow::{Context, bail};
 
-use crate::setup::Consent;
+use crate::consent::Consent;
 use crate::shell::{command, output, root, run, target_folder};
 
 const REQUIREMENTS: &str = "host/bench/peers/requirements.txt";

@@ -56,7 +56,7 @@ pub struct Insertion {
     pub tube: Tube,
 }
 
-/// The insertion of `docs/reference/benchmarks.md`.
+/// The insertion of the benchmarks (docs/reference/benchmarks.md).
 pub const INSERTION: Insertion = Insertion {
     length_m: 0.150,
     nodes: 50,

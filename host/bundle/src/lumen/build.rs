@@ -22,11 +22,11 @@ use crate::geometry::Wall;
 #[derive(Clone, Copy, Debug)]
 struct Node {
     distance_m: f64,
-    /// × 127, as it is stored.
+    /// Stored form: the unit vector × 127.
     normal: [i8; 3],
     /// How far past an opening \[m\].
     beyond_m: f64,
-    /// Stiffness, as it is stored.
+    /// Stored form of the stiffness.
     wall: u8,
 }
 

@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 
 use super::grid::{Grid, Place, half_steps};
 
-/// A node as it is stored.
+/// A stored node.
 #[derive(Clone, Copy, Debug)]
 pub struct StoredNode {
     /// Offset of its first byte.

@@ -25,7 +25,7 @@ pub enum RigCause {
     Range { key: String, value: f64, meaning: &'static str },
     #[error("`{key}` is \"{found}\"; known are {known}")]
     Choice { key: &'static str, found: String, known: &'static str },
-    #[error("`{key}` is not of a {own}, which this rig is by its `plant`, but of a {other}")]
+    #[error("`{key}` belongs to a {other}, but by its `plant` this rig is a {own}")]
     OtherPlant { key: String, own: &'static str, other: &'static str },
     #[error(transparent)]
     Model(Box<BeyondModel>),
@@ -79,8 +79,8 @@ impl RigCause {
             }
             RigCause::Choice { .. } => "use one of the known values".into(),
             RigCause::OtherPlant { key, own: "catheter", other } => format!(
-                "write `plant = \"{other}\"` above the tables, which is \"catheter\" where it is not \
-                 written; or take `{key}` out"
+                "write `plant = \"{other}\"` above the tables (the default is \"catheter\"), or take `{key}` \
+                 out"
             ),
             RigCause::OtherPlant { key, other, .. } => {
                 format!("take `{key}` out, or write `plant = \"{other}\"`")

@@ -17,7 +17,7 @@ pub use read::FORMAT;
 pub use tendon::RigTendon;
 #[cfg(test)]
 pub(crate) use toml_reader::known_keys;
-pub(crate) use toml_reader::place_of_key;
+pub(crate) use toml_reader::{RigWarning, place_of_key};
 pub use types::{
     CatheterRig, DriveRig, Fluid, Plant, Rig, RigEntry, RigEnvironment, RigSensor, RigVessel,
     WallRegion,

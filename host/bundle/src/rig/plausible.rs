@@ -7,7 +7,7 @@ use super::instrument::{
 };
 use super::keys::{ENTRY_KEYS, ENVIRONMENT_KEYS, SENSOR_KEYS, VESSEL_KEYS};
 use super::priors::prior_keys;
-use super::toml_reader::{Fault, RigWarning, TableReader};
+use super::toml_reader::{RigWarning, TableReader};
 use super::types::{Plant, Rig};
 
 /// An instrument of a higher density is of metal.
@@ -87,7 +87,7 @@ const PRIORS: [Usual; 7] = [
     Usual {
         key: "time_shift_sd_s",
         range: 0.0..=0.1,
-        says: ["", "longer than any link is late: milliseconds?"],
+        says: ["", "longer than the delay of any link: milliseconds?"],
     },
     Usual {
         key: "force_bias_sd_N",
@@ -121,72 +121,63 @@ const PRIORS: [Usual; 7] = [
     },
 ];
 
-fn usual(
-    table: &TableReader<'_>,
-    expected: &[Usual],
-    warnings: &mut Vec<RigWarning>,
-) -> Result<(), Fault> {
+fn usual(table: &TableReader<'_>, expected: &[Usual], warnings: &mut Vec<RigWarning>) {
     for Usual { key, range, says } in expected {
-        if let Some(number) = table.optional_number(key)?
+        if let Some(number) = table.optional_number(key)
             && !range.contains(&number.value)
         {
             let says = says[usize::from(number.value > *range.end())];
             warnings.push((number.place, format!("{key} = {} is {says}", number.value)));
         }
     }
-    Ok(())
 }
 
 /// Adds warnings about what looks wrong in a rig that could be read.
-pub(crate) fn check(
-    root: &TableReader<'_>,
-    rig: &Rig,
-    warnings: &mut Vec<RigWarning>,
-) -> Result<(), Fault> {
-    if let Some(sensor) = root.optional_table("sensor", &SENSOR_KEYS)? {
-        usual(&sensor, &SENSOR, warnings)?;
+pub(crate) fn check(root: &TableReader<'_>, rig: &Rig, warnings: &mut Vec<RigWarning>) {
+    if let Some(sensor) = root.optional_table("sensor", &SENSOR_KEYS) {
+        usual(&sensor, &SENSOR, warnings);
     }
     let is_drive = matches!(rig.plant, Plant::Drive(_));
-    if let Some(priors) = root.optional_table("priors", prior_keys(is_drive))? {
-        usual(&priors, if is_drive { &PRIORS[..1] } else { &PRIORS }, warnings)?;
+    if let Some(priors) = root.optional_table("priors", prior_keys(is_drive)) {
+        usual(&priors, if is_drive { &PRIORS[..1] } else { &PRIORS }, warnings);
     }
-    let Plant::Catheter(catheter) = &rig.plant else { return Ok(()) };
+    let Plant::Catheter(catheter) = &rig.plant else { return };
 
     for (name, instrument) in
         [(INSTRUMENT, Some(&catheter.instrument)), (GUIDEWIRE, catheter.guidewire.as_ref())]
     {
         if let Some(instrument) = instrument {
-            let table = root.table(name, &INSTRUMENT_KEYS)?;
-            check_instrument(&table, instrument, warnings)?;
+            let table = root.table(name, &INSTRUMENT_KEYS);
+            check_instrument(&table, instrument, warnings);
         }
     }
 
-    let (position, place) = root.table("entry", &ENTRY_KEYS)?.vector("position_m")?;
-    if position.iter().any(|x| x.abs() > 2.0) {
+    if let Some((position, place)) = root.table("entry", &ENTRY_KEYS).vector("position_m")
+        && position.iter().any(|x| x.abs() > 2.0)
+    {
         let message = format!("position_m = {position:?} is metres away: millimetres?");
         warnings.push((place, message));
     }
-    usual(&root.table("vessel", &VESSEL_KEYS)?, &VESSEL, warnings)?;
-    let environment = root.table("environment", &ENVIRONMENT_KEYS)?;
-    let (gravity, place) = environment.vector("gravity_m_per_s2")?;
+    usual(&root.table("vessel", &VESSEL_KEYS), &VESSEL, warnings);
+    let environment = root.table("environment", &ENVIRONMENT_KEYS);
+    let Some((gravity, place)) = environment.vector("gravity_m_per_s2") else { return };
     let size = gravity.iter().map(|x| x * x).sum::<f64>().sqrt();
     // A size of 1 suggests that the unit is g.
     if size > 15.0 || (size > 0.0 && size < 1.5) {
         let message = format!("gravity of {size} m/s² is not that of the Earth: wrong unit?");
         warnings.push((place, message));
     }
-    Ok(())
 }
 
 fn check_instrument(
     table: &TableReader<'_>,
     instrument: &RigInstrument,
     warnings: &mut Vec<RigWarning>,
-) -> Result<(), Fault> {
-    usual(table, &DIMENSIONS, warnings)?;
+) {
+    usual(table, &DIMENSIONS, warnings);
     let density = instrument.density_kg_per_m3;
-    for section in table.tables("sections", &SECTION_KEYS)? {
-        let modulus = section.number("youngs_modulus_Pa")?;
+    for section in table.tables("sections", &SECTION_KEYS) {
+        let modulus = section.number("youngs_modulus_Pa");
         let (value, place) = (modulus.value, modulus.place);
         let says = if density < METAL_KG_PER_M3 && value > 2e11 {
             "stiffer than steel, for a polymer's density: a thousand times too large?"
@@ -210,8 +201,8 @@ fn check_instrument(
     }
     let mut curved = false;
     let mut bent = false;
-    for piece in table.tables("tip_precurve", &PRECURVE_KEYS)? {
-        let (curvature, length) = (piece.number("curvature_per_m")?, piece.number("length_m")?);
+    for piece in table.tables("tip_precurve", &PRECURVE_KEYS) {
+        let (curvature, length) = (piece.number("curvature_per_m"), piece.number("length_m"));
         curved |= curvature.value != 0.0;
         bent |= curvature.value.abs() > 0.5;
         if curvature.value.abs() * instrument.outer_diameter_m > 2.0 {
@@ -232,5 +223,4 @@ fn check_instrument(
                        given per millimetre?";
         warnings.push((table.place_of("tip_precurve"), message.into()));
     }
-    Ok(())
 }

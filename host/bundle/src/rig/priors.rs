@@ -1,6 +1,6 @@
 //! Table `[priors]`: how well the rig is known.
 
-use super::toml_reader::{Fault, POSITIVE, TableReader};
+use super::toml_reader::{POSITIVE, TableReader};
 
 /// Table `[priors]`: standard deviations of the nuisance parameters of every trial. A value that is not
 /// stated is `None`; the diagnosis then uses its own.
@@ -40,18 +40,18 @@ pub(super) const fn prior_keys(is_drive: bool) -> &'static [&'static str] {
 }
 
 /// Reads the priors that are stated.
-pub(super) fn read_priors(root: &TableReader<'_>, is_drive: bool) -> Result<RigPriors, Fault> {
-    let Some(table) = root.optional_table("priors", prior_keys(is_drive))? else {
-        return Ok(RigPriors::default());
+pub(super) fn read_priors(root: &TableReader<'_>, is_drive: bool) -> RigPriors {
+    let Some(table) = root.optional_table("priors", prior_keys(is_drive)) else {
+        return RigPriors::default();
     };
     let number = |key| table.optional_number_in(key, POSITIVE, "above 0");
-    Ok(RigPriors {
-        force_bias_sd_n: number("force_bias_sd_N")?,
-        time_shift_sd_s: number("time_shift_sd_s")?,
-        insertion_offset_sd_m: number("insertion_offset_sd_m")?,
-        registration_sd_m: number("registration_sd_m")?,
-        registration_sd_rad: number("registration_sd_rad")?,
-        wall_sd_m: number("wall_sd_m")?,
-        wall_at_junctions_sd_m: number("wall_at_junctions_sd_m")?,
-    })
+    RigPriors {
+        force_bias_sd_n: number("force_bias_sd_N"),
+        time_shift_sd_s: number("time_shift_sd_s"),
+        insertion_offset_sd_m: number("insertion_offset_sd_m"),
+        registration_sd_m: number("registration_sd_m"),
+        registration_sd_rad: number("registration_sd_rad"),
+        wall_sd_m: number("wall_sd_m"),
+        wall_at_junctions_sd_m: number("wall_at_junctions_sd_m"),
+    }
 }

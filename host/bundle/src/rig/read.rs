@@ -1,5 +1,6 @@
 //! Reading `rig.toml`.
 
+use nalgebra::Vector3;
 use toml::de::DeTable;
 
 use super::cause::RigCause;
@@ -8,7 +9,7 @@ use super::keys::{ENTRY_KEYS, ENVIRONMENT_KEYS, SENSOR_KEYS, VESSEL_KEYS, WALL_R
 use super::plausible;
 use super::priors::read_priors;
 use super::tendon::read_tendon;
-use super::toml_reader::{Fault, NOT_NEGATIVE, POSITIVE, RigWarning, Source, TableReader};
+use super::toml_reader::{Fault, Faults, NOT_NEGATIVE, POSITIVE, RigWarning, Source, TableReader};
 use super::types::{
     CatheterRig, DriveRig, Fluid, Plant, Rig, RigEntry, RigEnvironment, RigSensor, RigVessel,
     WallRegion,
@@ -43,99 +44,124 @@ const DRIVE_KEYS: [&str; 7] = ["format", "name", "plant", "drive", "sensor", "pr
 impl Rig {
     /// Reads the text of `rig.toml`. Unknown and missing keys, wrong types and impossible values are
     /// faults; implausible values are warnings.
-    pub(crate) fn parse(text: &str) -> Result<(Rig, Vec<RigWarning>), Fault> {
+    ///
+    /// `Err` holds the first fault and the others, in the order in which they were found.
+    pub(crate) fn parse(text: &str) -> Result<(Rig, Vec<RigWarning>), (Fault, Vec<Fault>)> {
         let source = Source(text);
+        let alone = |fault| (fault, Vec::new());
         let document = DeTable::parse(text).map_err(|error| {
             let place = error.span().map_or(Place::Whole, |span| source.place(&span));
-            (place, RigCause::Syntax(error.message().to_owned()))
+            alone((place, RigCause::Syntax(error.message().to_owned())))
         })?;
-        let root = TableReader::document(source, document.get_ref());
-        // The format comes first: keys of another format are no spelling mistakes.
-        if let Some((format, place)) = root.optional_text("format")?
-            && format != FORMAT
-        {
-            return Err((place, choice("format", format, "\"trial-bundle/1\"")));
+        let faults = Faults::default();
+        let root = TableReader::document(source, document.get_ref(), &faults);
+        let is_drive = is_drive(&root).map_err(alone)?;
+        let read = read(&root, is_drive);
+        let mut found = faults.take().into_iter();
+        match found.next() {
+            None => Ok(read),
+            Some(first) => Err((first, found.collect())),
         }
-        // The known keys depend on the plant, so a wrong plant is reported before wrong keys.
-        let is_drive = match root.optional_text("plant")? {
-            None | Some(("catheter", _)) => false,
-            Some(("drive", _)) => true,
-            Some((other, place)) => {
-                return Err((place, choice("plant", other, "\"catheter\" and \"drive\"")));
-            }
-        };
-        let (known, others) = match is_drive {
-            true => (&DRIVE_KEYS[..], &CATHETER_KEYS[..]),
-            false => (&CATHETER_KEYS[..], &DRIVE_KEYS[..]),
-        };
-        if let Some((key, place)) = root.first_key(|key| !known.contains(&key))
-            && others.contains(&key)
-        {
-            let [own, other] = if is_drive { ["drive", "catheter"] } else { ["catheter", "drive"] };
-            return Err((place, RigCause::OtherPlant { key: key.to_owned(), own, other }));
-        }
-        root.check_keys(known)?;
-        root.text("format")?;
-        let mut warnings = Vec::new();
-        let plant = if is_drive {
-            let drive = root.table("drive", &["moving_mass_kg"])?;
-            let moving_mass_kg = drive.number_in("moving_mass_kg", POSITIVE, "above 0")?;
-            Plant::Drive(DriveRig { moving_mass_kg })
-        } else {
-            let instrument = read_instrument(&root)?;
-            Plant::Catheter(Box::new(CatheterRig {
-                guidewire: read_guidewire(&root, &instrument)?,
-                tendon: read_tendon(&root, &instrument)?,
-                instrument,
-                entry: entry(&root, &mut warnings)?,
-                vessel: vessel(&root)?,
-                environment: environment(&root)?,
-            }))
-        };
-        let nominal = root.optional_table("nominal", &["note"])?;
-        let note = nominal.map(|nominal| nominal.optional_text("note")).transpose()?.flatten();
-        let rig = Rig {
-            name: root.text("name")?.0.to_owned(),
-            plant,
-            sensor: sensor(&root)?,
-            priors: read_priors(&root, is_drive)?,
-            note: note.map(|(text, _)| text.to_owned()),
-        };
-        plausible::check(&root, &rig, &mut warnings)?;
-        Ok((rig, warnings))
     }
+}
+
+fn read(root: &TableReader<'_>, is_drive: bool) -> (Rig, Vec<RigWarning>) {
+    let mut warnings = Vec::new();
+    let plant = if is_drive {
+        let drive = root.table("drive", &["moving_mass_kg"]);
+        let moving_mass_kg = drive.number_in("moving_mass_kg", POSITIVE, "above 0");
+        Plant::Drive(DriveRig { moving_mass_kg })
+    } else {
+        let instrument = read_instrument(root);
+        Plant::Catheter(Box::new(CatheterRig {
+            guidewire: read_guidewire(root, &instrument),
+            tendon: read_tendon(root, &instrument),
+            instrument,
+            entry: entry(root, &mut warnings),
+            vessel: vessel(root),
+            environment: environment(root),
+        }))
+    };
+    let nominal = root.optional_table("nominal", &["note"]);
+    let note = nominal.and_then(|nominal| nominal.optional_text("note"));
+    let rig = Rig {
+        name: root.text("name").to_owned(),
+        plant,
+        sensor: sensor(root),
+        priors: read_priors(root, is_drive),
+        note: note.map(|(text, _)| text.to_owned()),
+    };
+    if root.fault_count() == 0 {
+        plausible::check(root, &rig, &mut warnings);
+    }
+    (rig, warnings)
+}
+
+/// Checks the format and the keys of the document, which depend on its plant.
+///
+/// `Err`: the fault that makes every other key of the document doubtful.
+fn is_drive(root: &TableReader<'_>) -> Result<bool, Fault> {
+    if let Some((format, place)) = root.optional_text("format")
+        && format != FORMAT
+    {
+        return Err((place, choice("format", format, "\"trial-bundle/1\"")));
+    }
+    let is_drive = match root.optional_text("plant") {
+        None | Some(("catheter", _)) => false,
+        Some(("drive", _)) => true,
+        Some((other, place)) => {
+            return Err((place, choice("plant", other, "\"catheter\" and \"drive\"")));
+        }
+    };
+    let (known, others) = match is_drive {
+        true => (&DRIVE_KEYS[..], &CATHETER_KEYS[..]),
+        false => (&CATHETER_KEYS[..], &DRIVE_KEYS[..]),
+    };
+    if let Some((key, place)) = root.first_key(|key| !known.contains(&key))
+        && others.contains(&key)
+    {
+        let [own, other] = if is_drive { ["drive", "catheter"] } else { ["catheter", "drive"] };
+        return Err((place, RigCause::OtherPlant { key: key.to_owned(), own, other }));
+    }
+    root.check_keys(known);
+    root.text("format");
+    Ok(is_drive)
 }
 
 fn choice(key: &'static str, found: &str, known: &'static str) -> RigCause {
     RigCause::Choice { key, found: found.to_owned(), known }
 }
 
-fn entry(root: &TableReader<'_>, warnings: &mut Vec<RigWarning>) -> Result<RigEntry, Fault> {
-    use nalgebra::Vector3;
-
+fn entry(root: &TableReader<'_>, warnings: &mut Vec<RigWarning>) -> RigEntry {
     /// Rounding to six decimals stays below this.
     const EXACT: f64 = 1e-5;
 
-    let table = root.table("entry", &ENTRY_KEYS)?;
+    let table = root.table("entry", &ENTRY_KEYS);
     let mut unit = |key: &'static str| {
         let (vector, place) = table.vector(key)?;
         let vector = Vector3::from(vector);
         let length = vector.norm();
         if length < 1e-9 {
-            return Err((place, RigCause::ZeroVector(key)));
+            table.report(place, RigCause::ZeroVector(key));
+            return None;
         }
         if (length - 1.0).abs() > EXACT {
             let message = format!("entry.{key} has length {length:.6}, not 1; it was scaled");
             warnings.push((place, message));
         }
-        Ok((vector / length, place))
+        Some((vector / length, place))
     };
-    let (direction, _) = unit("direction")?;
-    let (up, place) = unit("up")?;
+    let (direction, up) = (unit("direction"), unit("up"));
+    let position_m = table.vector("position_m").map_or([0.0; 3], |(position_m, _)| position_m);
+    let guide_length_m = table.optional_number_in("guide_length_m", NOT_NEGATIVE, "at least 0");
+    let mut entry =
+        RigEntry { position_m, direction: [1.0, 0.0, 0.0], up: [0.0, 0.0, 1.0], guide_length_m };
+    let Some(((direction, _), (up, place))) = direction.zip(up) else { return entry };
     let lean = up.dot(&direction);
     let across = up - direction * lean;
     if across.norm() < 1e-3 {
-        return Err((place, RigCause::ParallelUp));
+        table.report(place, RigCause::ParallelUp);
+        return entry;
     }
     if lean.abs() > EXACT {
         let degrees = lean.abs().min(1.0).asin().to_degrees();
@@ -144,97 +170,88 @@ fn entry(root: &TableReader<'_>, warnings: &mut Vec<RigWarning>) -> Result<RigEn
         );
         warnings.push((place, message));
     }
-    Ok(RigEntry {
-        position_m: table.vector("position_m")?.0,
-        direction: direction.into(),
-        up: across.normalize().into(),
-        guide_length_m: table.optional_number_in("guide_length_m", NOT_NEGATIVE, "at least 0")?,
-    })
+    (entry.direction, entry.up) = (direction.into(), across.normalize().into());
+    entry
 }
 
 const REGION_KEYS: [&str; 3] = ["centre_m", "radius_m", "stiffness_ratio"];
 
-fn vessel(root: &TableReader<'_>) -> Result<RigVessel, Fault> {
-    let table = root.table("vessel", &VESSEL_KEYS)?;
-    Ok(RigVessel {
-        friction_coefficient: table.number_in(
-            "friction_coefficient",
-            0.0..=2.0,
-            "between 0 and 2",
-        )?,
-        wall_stiffness_n_per_m: table.number_in("wall_stiffness_N_per_m", POSITIVE, "above 0")?,
-        wall_contact_spacing_m: table.number_in("wall_contact_spacing_m", POSITIVE, "above 0")?,
+fn vessel(root: &TableReader<'_>) -> RigVessel {
+    let table = root.table("vessel", &VESSEL_KEYS);
+    RigVessel {
+        friction_coefficient: table.number_in("friction_coefficient", 0.0..=2.0, "between 0 and 2"),
+        wall_stiffness_n_per_m: table.number_in("wall_stiffness_N_per_m", POSITIVE, "above 0"),
+        wall_contact_spacing_m: table.number_in("wall_contact_spacing_m", POSITIVE, "above 0"),
         wall_tangential_ratio: table.optional_number_in(
             "wall_tangential_ratio",
             0.0..=100.0,
             "between 0 and 100",
-        )?,
-        wall_regions: wall_regions(&table)?,
-    })
+        ),
+        wall_regions: wall_regions(&table),
+    }
 }
 
-fn wall_regions(vessel: &TableReader<'_>) -> Result<Vec<WallRegion>, Fault> {
-    let region = |table: &TableReader<'_>| {
-        Ok(WallRegion {
-            centre_m: table.vector("centre_m")?.0,
-            radius_m: table.number_in("radius_m", POSITIVE, "above 0")?,
-            stiffness_ratio: table.number_in(
-                "stiffness_ratio",
-                REGION_RATIOS,
-                "between 0.01 and 100",
-            )?,
-        })
+fn wall_regions(vessel: &TableReader<'_>) -> Vec<WallRegion> {
+    let region = |table: &TableReader<'_>| WallRegion {
+        centre_m: table.vector("centre_m").map_or([0.0; 3], |(centre_m, _)| centre_m),
+        radius_m: table.number_in("radius_m", POSITIVE, "above 0"),
+        stiffness_ratio: table.number_in("stiffness_ratio", REGION_RATIOS, "between 0.01 and 100"),
     };
-    vessel.tables(WALL_REGIONS, &REGION_KEYS)?.iter().map(region).collect()
+    vessel.tables(WALL_REGIONS, &REGION_KEYS).iter().map(region).collect()
 }
 
-fn environment(root: &TableReader<'_>) -> Result<RigEnvironment, Fault> {
-    let table = root.table("environment", &ENVIRONMENT_KEYS)?;
-    let gravity_m_per_s2 = table.vector("gravity_m_per_s2")?.0;
-    let nominal = match table.optional_text("fluid")? {
+fn environment(root: &TableReader<'_>) -> RigEnvironment {
+    let table = root.table("environment", &ENVIRONMENT_KEYS);
+    let gravity_m_per_s2 =
+        table.vector("gravity_m_per_s2").map_or([0.0; 3], |(gravity, _)| gravity);
+    let before = table.fault_count();
+    let nominal = match table.optional_text("fluid") {
         None | Some(("none", _)) => None,
         Some(("water", _)) => Some(WATER),
         Some(("blood", _)) => Some(BLOOD),
         Some((other, place)) => {
             let known = "\"none\", \"water\" and \"blood\"";
-            return Err((place, choice("environment.fluid", other, known)));
+            table.report(place, choice("environment.fluid", other, known));
+            None
         }
     };
+    let is_known = table.fault_count() == before;
     // The format names the keys only as "density and viscosity": both spellings are read.
-    let either = |long, short| -> Result<Option<f64>, Fault> {
-        let (given, other) = (table.optional_number(long)?, table.optional_number(short)?);
+    let either = |long, short| {
+        let (given, other) = (table.optional_number(long), table.optional_number(short));
         let key = if given.is_some() { long } else { short };
-        let Some(number) = given.or(other) else { return Ok(None) };
+        let number = given.or(other)?;
         if let Some(other) = given.and(other) {
-            return Err((other.place, RigCause::Twice { key: table.path(short), as_: long }));
+            table.report(other.place, RigCause::Twice { key: table.path(short), as_: long });
         }
-        if nominal.is_none() {
-            return Err((number.place, RigCause::NoFluid { key: table.path(key) }));
+        if nominal.is_none() && is_known {
+            table.report(number.place, RigCause::NoFluid { key: table.path(key) });
+            return None;
         }
         table.optional_number_in(key, POSITIVE, "above 0")
     };
-    let density = either("fluid_density_kg_per_m3", "density_kg_per_m3")?;
-    let viscosity = either("fluid_viscosity_Pa_s", "viscosity_Pa_s")?;
+    let density = either("fluid_density_kg_per_m3", "density_kg_per_m3");
+    let viscosity = either("fluid_viscosity_Pa_s", "viscosity_Pa_s");
     let fluid = nominal.map(|(density_kg_per_m3, viscosity_pa_s)| Fluid {
         density_kg_per_m3: density.unwrap_or(density_kg_per_m3),
         viscosity_pa_s: viscosity.unwrap_or(viscosity_pa_s),
     });
-    Ok(RigEnvironment { gravity_m_per_s2, fluid })
+    RigEnvironment { gravity_m_per_s2, fluid }
 }
 
-fn sensor(root: &TableReader<'_>) -> Result<RigSensor, Fault> {
-    let Some(table) = root.optional_table("sensor", &SENSOR_KEYS)? else {
-        return Ok(RigSensor::default());
+fn sensor(root: &TableReader<'_>) -> RigSensor {
+    let Some(table) = root.optional_table("sensor", &SENSOR_KEYS) else {
+        return RigSensor::default();
     };
     let number = |key| table.optional_number_in(key, NOT_NEGATIVE, "at least 0");
-    Ok(RigSensor {
-        force_noise_sd_n: number("force_noise_sd_N")?,
-        force_rate_hz: number("force_rate_hz")?,
-        tip_noise_sd_m: number("tip_noise_sd_m")?,
-        drive_noise_sd_n: number("drive_noise_sd_N")?,
-        shape_noise_sd_m: number("shape_noise_sd_m")?,
-        insertion_resolution_m: number("insertion_resolution_m")?,
-        rotation_resolution_rad: number("rotation_resolution_rad")?,
-        position_noise_sd_m: number("position_noise_sd_m")?,
-    })
+    RigSensor {
+        force_noise_sd_n: number("force_noise_sd_N"),
+        force_rate_hz: number("force_rate_hz"),
+        tip_noise_sd_m: number("tip_noise_sd_m"),
+        drive_noise_sd_n: number("drive_noise_sd_N"),
+        shape_noise_sd_m: number("shape_noise_sd_m"),
+        insertion_resolution_m: number("insertion_resolution_m"),
+        rotation_resolution_rad: number("rotation_resolution_rad"),
+        position_noise_sd_m: number("position_noise_sd_m"),
+    }
 }

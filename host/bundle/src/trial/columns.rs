@@ -1,4 +1,4 @@
-//! Names of the columns of a catheter's trial: whoever reads or writes one uses these.
+//! Names of the columns of a trial, for readers and writers.
 
 /// Time since the trial began \[s\].
 pub const TIME: &str = "t_s";

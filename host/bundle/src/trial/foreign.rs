@@ -22,7 +22,7 @@ pub struct ColumnMap {
 }
 
 impl ColumnMap {
-    /// From `insertion_m=feed [mm]*0.001+0.028`; without a factor and an offset it is as it is.
+    /// From `insertion_m=feed [mm]*0.001+0.028`; factor and offset may be left out.
     pub fn parse(text: &str) -> Result<Self, String> {
         let wrong = || {
             format!(

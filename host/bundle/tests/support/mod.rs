@@ -58,8 +58,8 @@ pub fn triangulate(
     triangles
 }
 
-/// Where the field changes sign between a positive and a negative point, the same bits
-/// whichever comes first.
+/// The place where the field changes sign between a positive and a negative point; independent of their
+/// order to the last bit.
 fn root(field: &impl Fn(&Point) -> f64, a: Point, b: Point) -> Point {
     let (mut inner, mut outer) = if field(&a) > 0.0 { (a, b) } else { (b, a) };
     for _ in 0..50 {
@@ -69,7 +69,7 @@ fn root(field: &impl Fn(&Point) -> f64, a: Point, b: Point) -> Point {
     inner
 }
 
-/// A generator of numbers in [0, 1) that is the same in every run.
+/// A reproducible generator of numbers in [0, 1).
 pub struct Random(pub u64);
 
 impl Random {
@@ -196,8 +196,8 @@ pub fn example() -> std::path::PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/tapered-none")
 }
 
-/// Asserts that a bundle with this `rig.toml` is refused at `at` in its line with `key`, in words that
-/// hold `says` and a fix.
+/// Asserts that a bundle with this `rig.toml` is refused at `at` in its line with `key`, with a message that
+/// contains `says` and a fix.
 pub fn assert_refused(rig: &str, key: &str, at: &str, says: &str) {
     let folder = tempfile::tempdir().unwrap();
     write_bundle(folder.path());

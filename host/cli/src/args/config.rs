@@ -34,7 +34,7 @@ pub enum ConfigAction {
     Apply(ConfigApplyArguments),
     /// Write what a device uses into a settings file that reproduces it.
     Save(ConfigSaveArguments),
-    /// Do the same as apply with a file of an older version, and list what is left out.
+    /// Configure a device with a file of an older version, and list what is left out.
     Restore(ConfigApplyArguments),
     /// Read from a master's DBC where its frames hold the drives' positions.
     ImportDbc(ConfigImportDbcArguments),

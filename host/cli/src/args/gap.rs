@@ -2,11 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use cathforce_effect_catalogue::Effect;
 use cathforce_gap::spike::Spike;
 use clap::{ArgMatches, Args, Subcommand};
 
-use super::{Changes, JsonFile, link, positive, positive_seconds, unknown};
+use super::{Changes, JsonFile, link, positive, positive_seconds};
 
 #[derive(Debug, Args)]
 pub struct GapArguments {
@@ -16,21 +15,21 @@ pub struct GapArguments {
 
 #[derive(Debug, Subcommand)]
 pub enum GapAction {
-    /// Say where the gap lies, which effect causes it and how far it shrinks.
+    /// Diagnose the gap: where it lies, which effect causes it, and how far the effect closes it.
     Diagnose(DiagnoseArguments),
-    /// Switch diagnosed effects on: in a settings file, on a device, or both.
+    /// Switch diagnosed effects on, in a settings file, on a device, or both.
     Apply(ApplyArguments),
-    /// Play a fresh trial on the device with its settings, and say what is left of the gap there.
+    /// Play a fresh trial on the device with the settings, and measure the gap that is left there.
     Verify(VerifyArguments),
-    /// Say how many of the forces that were held out lie within the band that is stated for them.
+    /// Count the held-out forces that lie within their stated band.
     Coverage(CoverageArguments),
-    /// Take each named effect out of a model that has the others, and say whether it is found again.
+    /// Remove each named effect from the model in turn, and test whether the diagnosis finds it again.
     Ablation(AblationArguments),
-    /// Put known effects into the data of trials, and say whether they are found.
+    /// Put known effects into measured data, and test whether the diagnosis finds them.
     SpikeIn(SpikeInArguments),
-    /// Say which effects trials can tell apart, and how large each must be to be seen.
+    /// Compute which effects the trials can tell apart, and how large each must be to be seen.
     Isolability(IsolabilityArguments),
-    /// Print the motion that a recording should hold, or play it.
+    /// Print the motion that a recording should contain, or play it.
     Protocol(ProtocolArguments),
     /// List the effects that can be switched on and diagnosed.
     Effects(JsonFile),
@@ -83,18 +82,18 @@ pub struct BlindTestFolders {
 
 #[derive(Debug, Args)]
 pub struct BlindTestMakeArguments {
-    /// Folder to make, or to go on with where that was broken off.
+    /// Folder to make, or to continue after an interruption.
     pub folder: PathBuf,
-    /// Cases: a tenth without an effect, a quarter with one that the library does not have, a
-    /// quarter with two.
+    /// Number of cases: 10 % without an effect, 25 % with an effect outside the library, 25 % with
+    /// two effects, the rest with one.
     #[arg(long, default_value_t = 40)]
     pub cases: usize,
-    /// The same seed gives the same cases. Without one it is drawn, and kept in the labels alone: who
-    /// knows it can draw the labels again.
+    /// Seed: the same seed gives the same cases. Without this option a seed is drawn and kept in the
+    /// labels only, because anybody who knows it can draw the labels again.
     #[arg(long)]
     pub seed: Option<u64>,
-    /// Bundle whose rig, motions and noise cases get, in the place of the four own rigs; several
-    /// take turns.
+    /// Use the rig, motions and noise of this bundle instead of the four own rigs. If given several
+    /// times, the bundles take turns.
     #[arg(long)]
     pub bundle: Vec<PathBuf>,
 }
@@ -103,7 +102,7 @@ pub struct BlindTestMakeArguments {
 pub struct BlindTestRunArguments {
     /// Folder of the blind test.
     pub folder: PathBuf,
-    /// Stop after so many cases; another run goes on.
+    /// Stop after this many cases. Another run continues.
     #[arg(long)]
     pub most: Option<usize>,
 }
@@ -115,13 +114,13 @@ pub struct ApplyArguments {
     pub bundle: Vec<PathBuf>,
     #[command(flatten)]
     pub source: ApplySource,
-    /// Where the verdict names no effect: tell the device only how far its forces may be off.
+    /// Set only the error band of the forces, where the verdict names no effect.
     #[arg(long)]
     pub band_only: bool,
-    /// Settings file to change; it is made if it is not there.
+    /// Settings file to change. It is created if it does not exist.
     #[arg(long, value_name = "FILE.toml")]
     pub settings: Option<PathBuf>,
-    /// Configure this device with the result, and ask it what it uses.
+    /// Configure this device with the result, and read back what it uses.
     #[arg(long, value_parser = link::address)]
     pub link: Option<String>,
     /// Show what would change, and change nothing.
@@ -136,9 +135,9 @@ pub struct ApplySource {
     /// Answer of `cathforce gap diagnose BUNDLE --out FILE.json`.
     #[arg(long, value_name = "FILE.json")]
     pub diagnosis: Option<PathBuf>,
-    /// Fit this effect to the bundle instead, and no other; may be given more than once.
-    #[arg(long = "effect", value_name = "ID", value_parser = effect)]
-    pub effects: Vec<&'static Effect>,
+    /// Fit this effect to the bundle instead, and no other. May be given several times.
+    #[arg(long = "effect", value_name = "ID")]
+    pub effects: Vec<String>,
 }
 
 #[derive(Debug, Args)]
@@ -148,24 +147,24 @@ pub struct VerifyArguments {
     /// Where the device is, as for `cathforce run`.
     #[arg(long, default_value = "qemu", value_parser = link::address)]
     pub link: String,
-    /// Trial to play; one that the diagnosis has not seen, if there is one.
+    /// Trial to play. The default is one that the diagnosis has not seen, if there is one.
     #[arg(long)]
     pub trial: Option<u32>,
-    /// Answer of the diagnosis: what it promised, and which trials it has seen.
+    /// Answer of the diagnosis: the shrink that it predicts, and the trials that it has seen.
     #[arg(long, value_name = "FILE.json")]
     pub diagnosis: Option<PathBuf>,
     #[command(flatten)]
     pub changes: Changes,
-    /// Play only so many seconds of the trial.
+    /// Play only this many seconds of the trial.
     #[arg(long, value_name = "SECONDS", value_parser = positive_seconds)]
     pub duration: Option<f64>,
-    /// Record the run with the settings into this MCAP file, which must not be there yet.
+    /// Record the run with the settings into this MCAP file, which must not exist yet.
     #[arg(long, value_name = "FILE.mcap")]
     pub out: Option<PathBuf>,
-    /// Replace the recording that is there, once the device has its configuration.
+    /// Replace an existing recording, once the device has its configuration.
     #[arg(long, requires = "out")]
     pub overwrite: bool,
-    /// Fail with exit code 6 when the force error that is left exceeds this, e.g. `rms_N=0.02`.
+    /// Fail with exit code 6 if the force error that is left exceeds this, e.g. `rms_N=0.02`.
     #[arg(long, value_name = "rms_N=X", value_parser = rms_limit)]
     pub fail_above: Option<f64>,
 }
@@ -175,8 +174,8 @@ pub struct CoverageArguments {
     /// Trial bundles: each is diagnosed.
     #[arg(required = true)]
     pub bundles: Vec<PathBuf>,
-    /// Keep this trial from the diagnosis, and count on it alone; may be given more than once.
-    /// Without it, every trial is held out in turn.
+    /// Withhold this trial from the diagnosis, and count on withheld trials only. May be given several
+    /// times. Without this option, every trial is held out in turn.
     #[arg(long, value_name = "TRIAL")]
     pub hold_back: Vec<u32>,
     #[command(flatten)]
@@ -195,15 +194,15 @@ pub struct AblationArguments {
 pub struct SpikeInArguments {
     /// Trial bundle.
     pub bundle: PathBuf,
-    /// Effects to put in at once, each with the parameters whose switch-on values are not wanted;
-    /// may be given more than once, for a bundle each. Without it every effect, one by one.
+    /// Effects to put in together, each with the parameters that differ from its switch-on values. May
+    /// be given several times, once for each bundle. Without this option, every effect is put in by itself.
     #[arg(
         long = "effect",
         value_name = "ID[:PARAMETER=VALUE,...][+ID...]",
         value_parser = spikes
     )]
     pub effects: Vec<Spikes>,
-    /// Leave this trial out; may be given more than once.
+    /// Leave this trial out. May be given several times.
     #[arg(long, value_name = "TRIAL")]
     pub hold_back: Vec<u32>,
     /// Write the bundle with the effects into this folder, and diagnose nothing.
@@ -221,23 +220,25 @@ fn spikes(text: &str) -> Result<Spikes, String> {
 
 fn spike(text: &str) -> Result<Spike, String> {
     let (id, parameters) = text.split_once(':').unwrap_or((text, ""));
-    let id = effect(id)?.id.to_owned();
     let parameter = |text: &str| {
         let (name, value) = text.split_once('=').ok_or("write ID:parameter=value")?;
         let value: f64 = value.parse().map_err(|_| format!("{name}: `{value}` is no number"))?;
         Ok::<_, String>((name.to_owned(), value))
     };
     let parameters = parameters.split(',').filter(|text| !text.is_empty());
-    Ok(Spike { id, parameters: parameters.map(parameter).collect::<Result<_, _>>()? })
+    Ok(Spike {
+        id: id.to_owned(),
+        parameters: parameters.map(parameter).collect::<Result<_, _>>()?,
+    })
 }
 
 /// Between which insertions a protocol goes.
 #[derive(Debug, Args)]
 pub struct Way {
-    /// Insertion at which the tip is free; where the bundle's trials begin if not given.
+    /// Insertion at which the tip is free. The default is where the trials of the bundle begin.
     #[arg(long, value_name = "METRES")]
     pub from_m: Option<f64>,
-    /// Insertion at which the tip touches; the deepest of the bundle's trials if not given.
+    /// Insertion at which the tip touches. The default is the deepest of the trials of the bundle.
     #[arg(long, value_name = "METRES")]
     pub to_m: Option<f64>,
 }
@@ -246,7 +247,7 @@ pub struct Way {
 pub struct IsolabilityArguments {
     /// Trial bundle, one without trials (its rig and vessel), or recording of a run.
     pub bundle: PathBuf,
-    /// Take the motion of `cathforce gap protocol`, not that of the bundle's trials.
+    /// Use the motion of `cathforce gap protocol` instead of that of the trials.
     #[arg(long)]
     pub protocol: bool,
     #[command(flatten)]
@@ -261,19 +262,19 @@ pub struct ProtocolArguments {
     pub bundle: PathBuf,
     #[command(flatten)]
     pub way: Way,
-    /// Rows a second.
+    /// Rows per second.
     #[arg(long, value_name = "HZ", default_value_t = 250.0, value_parser = rate)]
     pub rate: f64,
-    /// Write the rows into this file, not to stdout.
+    /// Write the rows into this file instead of stdout.
     #[arg(long, value_name = "FILE.csv")]
     pub csv: Option<PathBuf>,
     /// Play it on this device, as `cathforce run` plays a trial.
     #[arg(long, value_parser = link::address)]
     pub link: Option<String>,
-    /// Record that into this MCAP file, which must not be there yet.
+    /// Record it into this MCAP file, which must not exist yet.
     #[arg(long, value_name = "FILE.mcap", requires = "link")]
     pub out: Option<PathBuf>,
-    /// Replace the recording that is there, once the device has its configuration.
+    /// Replace an existing recording, once the device has its configuration.
     #[arg(long, requires = "out")]
     pub overwrite: bool,
     #[command(flatten)]
@@ -294,18 +295,18 @@ pub struct DiagnoseArguments {
     pub bundle: Vec<PathBuf>,
     #[command(flatten)]
     pub json_file: JsonFile,
-    /// Make a web page of the answer: one file that needs nothing else.
+    /// Write the answer as a self-contained web page.
     #[arg(long, alias = "html", value_name = "FILE.html", value_parser = page_file)]
     pub report: Option<PathBuf>,
-    /// Fail with exit code 6 when the force error that is left exceeds this, e.g. `rms_N=0.02`.
+    /// Fail with exit code 6 if the force error that is left exceeds this, e.g. `rms_N=0.02`.
     #[arg(long, value_name = "rms_N=X", value_parser = rms_limit)]
     pub fail_above: Option<f64>,
-    /// Leave this trial out, for `cathforce gap verify` to be fresh; may be given more than once.
+    /// Leave this trial out, so that `cathforce gap verify` can use it as fresh data. May be given several times.
     #[arg(long, value_name = "TRIAL")]
     pub hold_back: Vec<u32>,
-    /// Fit this effect and no other; may be given more than once.
-    #[arg(long = "effect", value_name = "ID", value_parser = effect)]
-    pub effects: Vec<&'static Effect>,
+    /// Fit this effect and no other. May be given several times.
+    #[arg(long = "effect", value_name = "ID")]
+    pub effects: Vec<String>,
 }
 
 impl DiagnoseArguments {
@@ -324,13 +325,6 @@ impl DiagnoseArguments {
         let path = self.bundle.remove(at);
         self.json_file.out = (path != Path::new("-")).then_some(path);
     }
-}
-
-fn effect(id: &str) -> Result<&'static Effect, String> {
-    Effect::find(id).ok_or_else(|| {
-        let ids = cathforce_effect_catalogue::all().map(|effect| effect.id).collect::<Vec<_>>();
-        unknown("effect", id, &ids, "cathforce gap effects")
-    })
 }
 
 /// A page is for a browser, and stdout is the answer's.

@@ -208,6 +208,10 @@ impl Monitor {
         let Some(&payload) = frame.frame.data().first_chunk() else { return };
         if let Some(Process::Haptic(haptic)) = Process::decode(Id::Haptic, payload) {
             let mode = Mode::from_codes(haptic.mode, haptic.fault);
+            if mode == Some(Mode::Boot) && self.shown.mode != Some(Mode::Boot.name()) {
+                // A new configuration: the counters of the device's frames begin anew.
+                self.decoder = Decoder::new(*self.master.master());
+            }
             self.shown.mode = Some(mode.map_or(NOT_CONFIGURED, Mode::name));
             self.fault = mode.and_then(Mode::fault);
             self.shown.fault = self.fault.map(|fault| fault.text());
@@ -357,6 +361,23 @@ mod tests {
         assert_eq!(monitor.shown().dropouts, [(DropoutCause::Lost, 1)].into());
     }
 
+    /// A device whose configuration is replaced has lost no frame.
+    #[test]
+    fn counters_that_begin_anew_are_no_loss() {
+        let mut monitor = Monitor::default();
+        let mut put = |sealer: &mut Sealer, mode: Mode| {
+            let (force, torque) = (Default::default(), Default::default());
+            let haptic = cathforce_bus::Haptic { force, torque, mode: mode.code(), fault: 0 };
+            let frame = sealer.seal(Process::Haptic(haptic), Status::default());
+            monitor.frame(&BusFrame { at_ns: 0, direction: Direction::ToHost, frame });
+        };
+        let mut before = Sealer::default();
+        (0..7).for_each(|_| put(&mut before, Mode::Ready));
+        let mut after = Sealer::default();
+        (0..3).for_each(|_| put(&mut after, Mode::Boot));
+        assert!(monitor.shown().dropouts.is_empty(), "{:?}", monitor.shown().dropouts);
+    }
+
     #[test]
     fn everything_fits_into_a_terminal_of_80_by_24() {
         use ratatui::{Terminal, backend::TestBackend};
@@ -373,8 +394,7 @@ mod tests {
                     "50.00 mm",
                     "lock step",
                     "bus",
-                    "cathforce run --link slcan:tcp:127.0.0.1:5555",
-                    "BUNDLE",
+                    "cathforce run --link slcan:tcp:127.0.0.1:5555 BUNDLE",
                     "q quits",
                 ] {
                     assert!(text.contains(word), "{word} in\n{text}");

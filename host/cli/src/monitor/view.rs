@@ -49,18 +49,37 @@ fn paint(colour: Color, on: bool) -> Style {
     if on { Style::new().fg(colour) } else { Style::new() }
 }
 
-/// Lines of whole words, none longer than `width` unless a word is.
+/// Lines of whole words, none longer than `width` unless a word is. A command between backticks
+/// stays on one line if it fits on one.
 fn wrapped(text: &str, width: u16) -> Vec<Line<'static>> {
+    let width = usize::from(width);
     let mut lines: Vec<String> = Vec::new();
+    let mut put = |piece: &str| match lines.last_mut() {
+        Some(line) if line.chars().count() + 1 + piece.chars().count() <= width => {
+            *line += " ";
+            *line += piece;
+        }
+        _ => lines.push(piece.into()),
+    };
+    let mut command = Vec::new();
     for word in text.split_whitespace() {
-        match lines.last_mut() {
-            Some(line) if line.chars().count() + 1 + word.chars().count() <= width.into() => {
-                *line += " ";
-                *line += word;
+        let turns = word.matches('`').count() % 2 == 1;
+        if command.is_empty() && !turns {
+            put(word);
+            continue;
+        }
+        let ends = turns && !command.is_empty();
+        command.push(word);
+        if ends {
+            let whole = command.join(" ");
+            match whole.chars().count() <= width {
+                true => put(&whole),
+                false => command.iter().for_each(|word| put(word)),
             }
-            _ => lines.push(word.into()),
+            command.clear();
         }
     }
+    command.iter().for_each(|word| put(word));
     lines.into_iter().map(Line::from).collect()
 }
 

@@ -25,7 +25,7 @@ fn the_page_of_commands_is_up_to_date() {
         );
     }
     page += "\n## Options of every command\n";
-    page += &table("option", root.get_opts().filter(|arg| arg.is_global_set()));
+    page += &table("option", root.get_arguments().filter(|arg| arg.is_global_set()));
     page += "\n## Exit codes\n\n| code | meaning |\n| --- | --- |\n";
     let codes = root.get_after_help().map(ToString::to_string).unwrap_or_default();
     for line in codes.lines().skip(1) {
@@ -63,7 +63,8 @@ fn section(page: &mut String, parent: &str, command: &Command, level: usize) {
     if !positional.is_empty() {
         *page += &table("argument", positional);
     }
-    let options = command.get_opts().filter(|arg| is_shown(arg)).collect::<Vec<_>>();
+    let is_option = |arg: &&Arg| !arg.is_positional() && is_shown(arg);
+    let options = command.get_arguments().filter(is_option).collect::<Vec<_>>();
     if !options.is_empty() {
         *page += &table("option", options);
     }

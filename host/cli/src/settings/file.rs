@@ -153,7 +153,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("s.toml");
         let error = example().check_rig(&path, "b").unwrap_err();
-        assert!(error.message.contains("not of `b`"), "{}", error.message);
+        assert!(error.message.contains("not for `b`"), "{}", error.message);
         std::fs::write(&path, "rig = \"a\"\n\n[set]\nforce_gain = \"two\"\n").unwrap();
         let error = SettingsFile::read(&path).unwrap_err();
         assert!(error.message.contains("s.toml:4: "), "{}", error.message);

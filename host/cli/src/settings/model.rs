@@ -1,4 +1,4 @@
-//! Which model a band is of.
+//! Identifies the model that a band belongs to.
 
 use std::collections::BTreeMap;
 
@@ -8,19 +8,18 @@ use serde::Serialize;
 use serde_json::Value;
 use sha2::{Digest, Sha256};
 
-/// How a model computes, not what of.
+/// Names of how a model computes, which is not part of the model itself.
 const SOLVER: &str = "solver.";
 
-/// Whether a setting of this name makes another model of a rig.
+/// Whether a setting of this name changes the model of a rig.
 pub fn is_of_model(name: &str) -> bool {
     matches!(Key::find(name), Some(Key::Parameter(_))) && !name.starts_with(SOLVER)
 }
 
-/// SHA-256 of what a model computes forces from, less the vessel: the rig and its effects as a
-/// device is told of them.
+/// SHA-256 of a model without its vessel: the rig and its effects as they are sent to a device.
 ///
-/// How finely it computes is no part of it: `solver`, whose links are as long as the trials ask
-/// for. Nor is an effect that is off, so that a program which has more effects finds the same.
+/// It leaves out `solver`, which sets how finely the model is computed and depends on the trials. It
+/// leaves out effects that are off, so that a version with more effects finds the same hash.
 pub fn model_sha256(description: &Description<f32>) -> String {
     let off = numbers("effects", &Effects::<f32>::off());
     let mut hash = Sha256::new();
@@ -32,10 +31,10 @@ pub fn model_sha256(description: &Description<f32>) -> String {
     format!("{:x}", hash.finalize())
 }
 
-/// Every number of something by its path below `path`, such as `entry.position_m.0`.
+/// Every number of a structure by its path below `path`, such as `entry.position_m.0`.
 pub fn numbers(path: &str, of: &impl Serialize) -> BTreeMap<String, String> {
     let mut numbers = BTreeMap::new();
-    // Structs of plain numbers: JSON has them all.
+    // JSON can represent every structure of plain numbers.
     if let Ok(value) = serde_json::to_value(of) {
         flatten(path.to_owned(), &value, &mut numbers);
     }
@@ -87,7 +86,7 @@ mod tests {
         let tip = cathforce_bundle::tips::Tip::find("j");
         for other in [
             set("wall.friction_coefficient", 0.9),
-            // The next number of a device.
+            // The next number in single precision.
             set("effects.wall.stiffness.factor", 1.0_f32.next_up()),
             ImageOptions { tip, ..ImageOptions::default() },
         ] {

@@ -1,5 +1,5 @@
-//! A settings file takes its place whole or not at all, and stays what it was: a link, its
-//! permissions, read-only.
+//! Replaces a settings file whole or not at all. A link stays a link, permissions stay, and a
+//! read-only file is not replaced.
 
 use std::fs;
 use std::io::Write as _;
@@ -10,15 +10,15 @@ use tempfile::NamedTempFile;
 use crate::failure::{Code, Failure};
 use crate::output::{Kind, check_kind};
 
-/// A file that is complete, beside the one whose place it will take.
+/// A complete file, which will replace the one beside it.
 pub struct Staged {
     file: NamedTempFile,
-    /// The place: of a link, where it leads.
+    /// The file to replace; for a link, the file that it leads to.
     path: PathBuf,
 }
 
 impl Staged {
-    /// Writes a text beside the file whose place it will take.
+    /// Writes a text into a file beside the one that it will replace.
     pub fn new(path: &Path, text: &str) -> Result<Self, Failure> {
         let failed = |e: &dyn std::fmt::Display| Failure::write(path, e);
         let (place, permissions) = replaceable(path)?;
@@ -33,12 +33,12 @@ impl Staged {
         Ok(Self { file, path: place })
     }
 
-    /// The file before it has its place.
+    /// The path of the new file before it replaces the old one.
     pub fn written(&self) -> &Path {
         self.file.path()
     }
 
-    /// Puts it in its place, in one step.
+    /// Replaces the old file in one step.
     pub fn commit(self) -> Result<(), Failure> {
         let Self { file, path } = self;
         file.persist(&path).map_err(|e| Failure::write(&path, e.error))?;
@@ -46,9 +46,10 @@ impl Staged {
     }
 }
 
-/// Where a file goes, and with which permissions if one is there; refuses what may not be replaced.
+/// The file that a path leads to, and its permissions if it exists. Refuses a file that may not be
+/// replaced.
 ///
-/// A rename asks for the folder's permissions alone, and would leave a link behind as a file.
+/// A rename checks the permissions of the folder only, and would turn a link into a file.
 pub fn replaceable(path: &Path) -> Result<(PathBuf, Option<fs::Permissions>), Failure> {
     check_kind(path, Kind::Settings)?;
     let shown = path.display();
@@ -63,7 +64,7 @@ pub fn replaceable(path: &Path) -> Result<(PathBuf, Option<fs::Permissions>), Fa
         refused(&why, "make the file that it leads to, or take the link away")
     })?;
     let permissions = fs::metadata(&place).map_err(|e| Failure::write(path, e))?.permissions();
-    // Whoever may write anything is held to it as well.
+    // Root may open any file for writing, so the permission is checked as well.
     let may_write = fs::OpenOptions::new().append(true).open(&place);
     match may_write {
         _ if permissions.readonly() => {
@@ -74,11 +75,11 @@ pub fn replaceable(path: &Path) -> Result<(PathBuf, Option<fs::Permissions>), Fa
     }
 }
 
-/// As any new file is made, not as a secret.
+/// A temporary file with the permissions of an ordinary new file.
 #[cfg(unix)]
 fn new_file(folder: &Path) -> std::io::Result<NamedTempFile> {
     use std::os::unix::fs::PermissionsExt as _;
-    // Less what the umask takes.
+    // The umask still applies.
     let permissions = fs::Permissions::from_mode(0o666);
     tempfile::Builder::new().permissions(permissions).tempfile_in(folder)
 }
@@ -137,7 +138,7 @@ mod tests {
         for text in ["format = \"trial-bundle/1\"\nname = \"a\"\n", "t_s,insertion_m\n0,0\n"] {
             fs::write(&path, text).unwrap();
             let said = write(&path, "text").unwrap_err().message;
-            assert!(said.contains("is not a file of settings") && said.contains("fix: "), "{said}");
+            assert!(said.contains("is not a settings file") && said.contains("fix: "), "{said}");
             assert_eq!(fs::read_to_string(&path).unwrap(), text);
         }
     }

@@ -1,5 +1,5 @@
-//! What is left of the gap on a device, scored as the diagnosis scores: the same samples, noise
-//! and nuisances, with the device's estimates in the place of the diagnosis' coarser model.
+//! The gap that is left on a device, scored as the diagnosis scores: with the same samples, noise and
+//! nuisance parameters. The device's estimates take the place of the model's predictions.
 
 use cathforce_mechanics::Description;
 use cathforce_recording::{COLUMNS, Coverage, Estimate};
@@ -26,8 +26,9 @@ pub struct Left {
     pub before: f64,
     /// The device with the settings.
     pub achieved: f64,
-    /// This host with the same settings, in double precision.
-    pub host: f64,
+    /// The diagnosis' finer model with the settings: double precision, the device's tick, computed
+    /// on this host. It is not the device's program, so its figures differ from the device's.
+    pub finer_model: f64,
     pub floor: f64,
 }
 
@@ -36,8 +37,8 @@ pub struct Left {
 pub struct Shrink {
     /// On the device.
     pub achieved: f64,
-    /// On this host.
-    pub host: f64,
+    /// By the diagnosis' finer model.
+    pub finer_model: f64,
 }
 
 /// Mean squares over the floor's variance, of all channels: 1 is the floor.
@@ -105,9 +106,7 @@ impl Catheter {
         let trial = self.position(number)?;
         let is_force = |what: &&&str| what.contains("force");
         let dead = self.prepared[trial].dead().iter().filter(is_force).map(|what| {
-            format!(
-                "{what} reads the same from beginning to end: its sensor was off or not connected"
-            )
+            format!("{what} has the same value in every row: its sensor was off or not connected")
         });
         let none = vec![0.0; self.nuisances.len()];
         let complaints = |description: &Description<f64>| {
@@ -169,7 +168,7 @@ impl Catheter {
             Some(Left {
                 before: compared.rms(quantity, &nominal.device)?,
                 achieved: compared.rms(quantity, &applied.device)?,
-                host: compared.rms(quantity, &applied.model)?,
+                finer_model: compared.rms(quantity, &applied.model)?,
                 floor: compared.floor(quantity)?,
             })
         };
@@ -178,7 +177,7 @@ impl Catheter {
             let (before, after) = (compared.energy(before) - 1.0, compared.energy(after) - 1.0);
             (before > 0.0).then(|| 1.0 - after.max(0.0) / before)
         };
-        let host = share(&nominal.model, &applied.model);
+        let finer_model = share(&nominal.model, &applied.model);
         let achieved = share(&nominal.device, &applied.device);
         Ok(Achieved {
             force_rms_n: left(Quantity::Force),
@@ -188,7 +187,9 @@ impl Catheter {
                 before: compared.energy(&nominal.device),
                 achieved: compared.energy(&applied.device),
             },
-            shrink: achieved.zip(host).map(|(achieved, host)| Shrink { achieved, host }),
+            shrink: achieved
+                .zip(finer_model)
+                .map(|(achieved, finer_model)| Shrink { achieved, finer_model }),
             coverage: compared.coverage(runs.after, &device[1]),
             samples: compared.samples(),
         })

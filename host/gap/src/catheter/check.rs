@@ -1,4 +1,4 @@
-//! Bundles that no diagnosis can be made of, and trials that no drive can have made.
+//! Refuses bundles that cannot be diagnosed, and trials whose motion no drive can have made.
 
 use cathforce_bundle::bundle::Rush;
 use cathforce_bundle::{Bundle, ImageBuildError, LumenBuildError};
@@ -17,7 +17,7 @@ pub enum CatheterError {
     #[error("there are no trials, so there is nothing to compare\n  fix: add trials/000.csv")]
     NoTrials,
     #[error(
-        "no trial measures a force, a tip or a shape: there is nothing to compare with\n  fix: add \
+        "no trial measures a force, a tip or a shape, so there is nothing to compare with\n  fix: add \
          the columns fx_N, fy_N, fz_N, or tip_x_m, tip_y_m, tip_z_m"
     )]
     NothingMeasured,
@@ -28,8 +28,8 @@ pub enum CatheterError {
     )]
     TooDeep { number: u32, insertion_m: f64, length_m: f64 },
     #[error(
-        "trial {number:03} has a row every {step_s} s: between rows the drive may have done \
-         anything\n  fix: give t_s in seconds, and at least {FEWEST_ROWS_PER_S} rows a second"
+        "trial {number:03} has a row every {step_s:.3} s, too few to know the motion of the drive \
+         between rows\n  fix: give t_s in seconds, and at least {FEWEST_ROWS_PER_S} rows a second"
     )]
     TooSlow { number: u32, step_s: f64 },
     #[error(
@@ -58,6 +58,8 @@ pub enum CatheterError {
 
 /// Encoders that are read less often say too little about the motion.
 const FEWEST_ROWS_PER_S: f64 = 10.0;
+/// Steps between rows may be longer by this share: a clock may go 2 % slow, and times are rounded.
+const SLOW_CLOCK: f64 = 1.02;
 
 /// Refuses trials that no drive can have made.
 pub(super) fn check(bundle: &Bundle) -> Result<(), CatheterError> {
@@ -70,7 +72,7 @@ pub(super) fn check(bundle: &Bundle) -> Result<(), CatheterError> {
             return Err(CatheterError::TooDeep { number, insertion_m, length_m });
         }
         let step_s = usual_step_s(&trial.t_s);
-        if step_s > 1.0 / FEWEST_ROWS_PER_S {
+        if step_s > SLOW_CLOCK / FEWEST_ROWS_PER_S {
             return Err(CatheterError::TooSlow { number, step_s });
         }
         if let Some(rush) = trial.rush() {

@@ -1,9 +1,9 @@
-//! What finer models change of a trial's samples (defect correction).
+//! Defect correction of one trial: the difference between the finer model and the coarse one.
 //!
-//! Where the tip turns on less than anyone knows, the finer model and that of the diagnosis may go
-//! different ways at the same parameters. What one changes of the other is then true there and
-//! nowhere else, and every fit stays where it began. So the coarse model stands aside of where it
-//! should, by no more than what nobody knows, if it then goes with the finer one.
+//! Near a bifurcation, the finer model and the coarse model may take different branches at the same
+//! parameters. Their difference is then a property of the two branches, not of the resolution, and a fit
+//! that adds it cannot move away from where it began. In that case the coarse model is shifted, within the
+//! uncertainty of the setup, to a branch on which it agrees with the finer one.
 
 use std::sync::{Arc, Mutex};
 

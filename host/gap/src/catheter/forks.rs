@@ -1,14 +1,15 @@
-//! Samples that a fork decides.
+//! Samples that are decided by a bifurcation: whether the tip passes a dividing wall on one side or
+//! on the other.
 //!
-//! Where a vessel divides, models that are as good as each other go different ways
-//! ([`WAYS`](super::ways::WAYS)), and a measurement that went another way than all of them says next to
-//! nothing of an effect, but would outweigh what all other samples say. What a fork decides is found by
-//! ways that differ from the model in opposite senses: with f₊ and f₋ on a pair of them,
+//! Models that differ by less than the uncertainty of the setup ([`WAYS`](super::ways::WAYS)) can take
+//! different branches there. A measurement on another branch says next to nothing about an effect, but it
+//! would outweigh all other samples. Such samples are found with pairs of perturbations in opposite
+//! senses. With the predictions f₊ and f₋ of a pair,
 //!
 //! > e² = mean over pairs of (½(f₊ + f₋) − f)²
 //!
-//! in which what the model does smoothly cancels. Where e is far above what else leaves a sample open, the
-//! sample is left out; elsewhere e is part of its floor.
+//! The smooth response to the perturbation cancels in e. Where e is far above the other uncertainties of a
+//! sample, the sample is not scored. Elsewhere e is part of its floor.
 
 use rayon::prelude::*;
 

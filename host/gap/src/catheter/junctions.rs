@@ -1,12 +1,12 @@
-//! Walls that bend into the lumen, as where a vessel divides: they are known worse than others.
+//! Uncertainty of walls that bend into the lumen, as they do where a vessel divides.
 //!
-//! A mesh follows a tube to some hundredths of a millimetre, but where tubes part its facets, its
-//! segmentation and whoever blends the tubes decide where the wall is. An instrument that leans on a
-//! dividing wall 0.2 mm nearer presses by a tenth more.
+//! A mesh follows a tube to some hundredths of a millimetre. Where tubes meet, the position of the wall
+//! also depends on its facets, on the segmentation and on how the tubes are blended. An instrument that
+//! leans on a dividing wall presses 10 % harder if that wall is 0.2 mm nearer.
 //!
 //! Ridges are where the divergence of the stored normals is above [`RIDGE_PER_M`]. Around them the wall
-//! moves by a share (1 − ρ²/R²)², ρ being the straight way to the nearest of them that looks to the same
-//! side and R [`REACH_M`]; normals turn by the slope of that, to first order near the wall.
+//! moves by a share (1 − ρ²/R²)², where ρ is the straight distance to the nearest ridge that faces the same
+//! side and R is [`REACH_M`]. Normals turn by the slope of that displacement, to first order near the wall.
 
 use std::collections::BTreeMap;
 

@@ -1,8 +1,8 @@
-//! A catheter in a vessel: trials played through the mechanics that the device runs.
+//! A catheter in a vessel. Trials are played through the mechanics that the device runs.
 //!
-//! Compared are the force on the phantom (averaged over 20 ms), the force behind the guide, the
-//! tip and the points on the shape. What the sensors read enters nothing but the comparison; the
-//! model's inputs are the encoders.
+//! Four quantities are compared: the force on the phantom (averaged over 20 ms), the force behind the
+//! guide, the tip, and the points on the shape. The inputs of the model are the encoders alone; readings
+//! of the sensors are used only for the comparison.
 
 mod achieved;
 mod check;

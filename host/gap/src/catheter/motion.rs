@@ -1,4 +1,4 @@
-//! What the drive does at each tick: phases and regimes.
+//! Motion of the drive at each tick: its phase (dwell, feed, reversal …) and its regime of speed.
 
 use super::simulate::Inputs;
 use crate::signal::{Gaussian, slope};

@@ -1,4 +1,4 @@
-//! A recording that has not been made: the protocol as a trial of which only the encoders count.
+//! A recording that has not been made yet: the protocol as a trial with encoders and no measurements.
 
 use cathforce_bundle::Bundle;
 use cathforce_bundle::bundle::{CatheterTrial, GuidewireTrial, Trial, TrialData, VectorColumn};
@@ -19,8 +19,8 @@ pub enum PlannedError {
     #[error("a drive without an instrument has no protocol")]
     NoCatheter,
     #[error(
-        "neither the noise of the force nor that of the tip is stated, so that nothing can be said \
-         about what is seen\n  fix: give force_noise_sd_N or tip_noise_sd_m under [sensor] in \
+        "neither the noise of the force nor that of the tip is stated, so nothing can be said about \
+         the size from which an effect is visible\n  fix: give force_noise_sd_N or tip_noise_sd_m under [sensor] in \
          rig.toml"
     )]
     NoNoise,

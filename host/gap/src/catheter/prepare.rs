@@ -1,4 +1,4 @@
-//! From the rows of a trial to samples: averaged, without snaps, with their noise.
+//! Turns the rows of a trial into samples: averages them, removes snaps, and finds their noise.
 
 mod places;
 mod snaps;
@@ -318,14 +318,15 @@ impl Prepared {
         let mut remarks = Vec::new();
         for Jump { at_s, step_s, .. } in &self.clock.jumps {
             remarks.push(format!(
-                "trial {number:03}: the clock jumps by {step_s:.3} s after {at_s:.3} s; what the \
-                 drive did meanwhile is not known, so {JUMP_GUARD_S} s after it are left out"
+                "trial {number:03}: the clock jumps by {step_s:.3} s after {at_s:.3} s; the \
+                 motion of the drive in between is not known, so the {JUMP_GUARD_S} s after the jump \
+                 are not scored"
             ));
         }
         for what in &self.dead {
             remarks.push(format!(
-                "trial {number:03}: {what} reads the same from beginning to end: its sensor was \
-                 off or not connected, and is left out"
+                "trial {number:03}: {what} has the same value in every row: its sensor was off or \
+                 not connected, so the channel is left out"
             ));
         }
         if let Some(first) = self.too_few.first() {
@@ -335,22 +336,22 @@ impl Prepared {
             };
             remarks.push(format!(
                 "trial {number:03}: {}{more}: rig.toml does not state the noise, and fewer than \
-                 {FEWEST_ROWS} rows do not tell it, so that they are left out",
+                 {FEWEST_ROWS} rows are too few to estimate it, so the columns are left out",
                 first.channel().name
             ));
         }
         for Limit { source, value, share } in &self.limits {
             remarks.push(format!(
                 "trial {number:03}: {} stays at {value} in {:.0} % of its rows: the sensor was at \
-                 its limit, and these are left out",
+                 its limit, so these rows are not scored",
                 source.channel().name,
                 100.0 * share
             ));
         }
         if self.forked_share >= FORKED_SAID {
             remarks.push(format!(
-                "trial {number:03}: {:.0} % of the samples are left out: a fork of the vessel decides \
-                 them, where models that are as good go different ways",
+                "trial {number:03}: {:.0} % of the samples are not scored; there the tip may go either \
+                 side of the dividing wall within the uncertainty of the setup",
                 100.0 * self.forked_share
             ));
         }

@@ -1,4 +1,4 @@
-//! How well a rig is known: the priors of the nuisances, and of the ways that a trial may go.
+//! How well a setup is known: priors of the nuisance parameters and of the perturbed models.
 
 use cathforce_bundle::bundle::RigPriors;
 

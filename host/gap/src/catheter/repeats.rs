@@ -1,4 +1,4 @@
-//! Runs of one motion, which tell the floor.
+//! Repeated runs of one motion, from which the noise floor is estimated.
 
 use super::prepare::{AVERAGE_S, Prepared};
 use crate::plant::{Repeat, Trial};

@@ -1,4 +1,4 @@
-//! What could be recorded next: the parts of the protocol, one by one.
+//! Candidates for the next recording: the parts of the protocol, one by one.
 
 use super::prepare::Prepared;
 use super::simulate::{Inputs, Trajectory};

@@ -1,5 +1,4 @@
-//! What columns tell of their sensors: noise, whether they are connected, whether they are at
-//! their limit.
+//! Checks of sensor columns: their noise, whether they are connected, whether they are at a limit.
 
 use cathforce_bundle::bundle::VectorColumn;
 

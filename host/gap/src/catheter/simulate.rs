@@ -1,4 +1,4 @@
-//! One trial through the tick that the device runs, and what its sensors would have read.
+//! Plays one trial through the tick of the device, and computes the readings of its sensors.
 
 use std::sync::{Arc, Mutex, OnceLock};
 

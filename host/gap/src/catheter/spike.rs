@@ -1,7 +1,7 @@
-//! Effects put into measured data: y' = y + f(θ) − f(0), f being the device's model.
+//! Effects put into measured data: y' = y + f(θ) − f(0), where f is the device's model.
 //!
-//! What the model leaves open of the measurement stays in it, so that a diagnosis has to find the
-//! effect beside that. f has the device's links and ticks, twice as fine as the diagnosis' own.
+//! The error of the model on the measurement stays in the data, so a diagnosis must find the effect
+//! beside it. f has the links and the ticks of the device, which are finer than those of the diagnosis.
 
 use cathforce_bundle::bundle::{CatheterTrial, Trial, TrialData, VectorColumn};
 use cathforce_bundle::lumen::BuiltLumen;

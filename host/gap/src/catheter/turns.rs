@@ -1,7 +1,7 @@
-//! Rotations that are not what the format says: in degrees, or counted the other way round.
+//! Finds rotations that do not follow the format: in degrees, or with the opposite sign.
 //!
-//! Rotation enters the model and is compared with nothing. What would have been measured of another one
-//! is: where it explains most of what the stated one leaves, no effect is named for it.
+//! Rotation is an input of the model and is not compared with anything itself. The trials are simulated
+//! with the rotation read in another way. If that explains most of the error, no effect is named for it.
 
 use super::plant::Catheter;
 use super::simulate::{Setup, readings};
@@ -57,8 +57,8 @@ impl Catheter {
             let other = sum(factor)?;
             (other < leaves * stated).then(|| {
                 format!(
-                    "{says}; so turned, the nominal model leaves {:.0} % of what it leaves as stated, and \
-                     nothing is concluded",
+                    "{says}; with that change the error of the nominal model is {:.0} % of its error as \
+                     stated, so nothing is concluded",
                     100.0 * other.max(0.0) / stated
                 )
             })

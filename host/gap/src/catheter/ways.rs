@@ -1,7 +1,7 @@
-//! Models that are as good as each other, and go different ways where a vessel forks.
+//! Perturbed models that are as plausible as the nominal one and may take another branch at a bifurcation.
 //!
-//! Whether a tip is caught at a dividing wall or slides past it turns on less than any model, or
-//! any measurement of the rig, knows. Ways differ from the first by that little.
+//! Whether a tip is caught at a dividing wall or slides past it depends on less than any model or any
+//! measurement of the rig can tell. Each perturbation stays within that uncertainty.
 
 use cathforce_bundle::SolverDefaults;
 

@@ -1,4 +1,4 @@
-//! The clock of a recording: how far its rows lie apart, and where it jumps.
+//! The clock of a recording: the usual step between rows, and jumps.
 
 /// A step of time larger than this many usual ones is a jump of the clock.
 const JUMP: f64 = 5.0;

@@ -1,4 +1,4 @@
-//! Trials that are copies: a file that was copied is no second run.
+//! Finds trials that are copies of each other. A copied file is not a second run.
 
 use cathforce_bundle::Trial;
 
@@ -11,7 +11,7 @@ pub fn without_copies(trials: &[Trial]) -> (Vec<&Trial>, Vec<String>) {
     for trial in trials {
         match own.iter().find(|first| first.data == trial.data) {
             Some(first) => remarks.push(format!(
-                "trial {:03} reads like trial {:03} in every row: it is a copy and is left out",
+                "trial {:03} has the same readings as trial {:03} in every row: it is a copy and is left out",
                 trial.number, first.number
             )),
             None => own.push(trial),
@@ -40,7 +40,7 @@ mod tests {
         let (own, remarks) = without_copies(&trials);
         assert_eq!(own.len(), count);
         assert!(
-            matches!(&remarks[..], [only] if only.starts_with("trial 090 reads like trial 000"))
+            matches!(&remarks[..], [only] if only.starts_with("trial 090 has the same readings as trial 000"))
         );
         assert_eq!(without_copies(&trials[..count]).1, Vec::<String>::new());
     }

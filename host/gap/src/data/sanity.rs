@@ -1,8 +1,8 @@
-//! Measurements that no effect can explain, because their axes or units are not the model's.
+//! Finds measurements whose axes or units are not those of the model, so that no effect can explain them.
 //!
-//! Each quantity is looked at on its own: forces as they are, since they are zeroed with no
-//! instrument inside; positions as displacements from their mean, since where a frame begins
-//! says nothing of its axes.
+//! Each quantity is checked separately. Forces are compared as they are, because they are zeroed with no
+//! instrument inside. Positions are compared as displacements from their mean, because the origin of a frame
+//! says nothing about its axes.
 
 use std::ops::Range;
 

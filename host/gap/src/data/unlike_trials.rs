@@ -1,4 +1,4 @@
-//! A trial that is unlike all others: of another rig, perhaps.
+//! Finds a trial that is unlike all others, for instance because it is of another rig.
 
 use crate::fitting::problem::Problem;
 use crate::plant::{Quantity, Trial};

@@ -1,11 +1,11 @@
-//! Which effects the data cannot tell apart, and how certain the named ones are.
+//! Which effects the data cannot tell apart, and how certain the named effects are.
 //!
-//! Isolation distance of effect i from effect j, given the others that are on:
+//! The isolation distance of effect i from effect j, given the other effects of the model, is
 //!
 //! > D_ij = ‖(I − P_[s_j, others, ν]) s_i‖ / σ_eff
 //!
-//! s_i is what effect i does to the whitened predictions at its fitted size, P projects on what
-//! j, the others and the nuisances can do; the norm is that of [`Metric`].
+//! s_i is the change that effect i makes to the whitened predictions at its fitted size. P projects on the
+//! space that effect j, the other effects and the nuisance parameters span. The norm is that of [`Metric`].
 
 use nalgebra::{DMatrix, DVector};
 use rand::{Rng, SeedableRng};

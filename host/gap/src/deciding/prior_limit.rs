@@ -1,7 +1,7 @@
-//! An explanation that is a nuisance: any rig may be off by so much.
+//! Recognises an explanation that is no gap, because its size is within the uncertainty of any setup.
 //!
-//! Nuisances are refitted to first order. What a registration within its prior does beyond that, in a
-//! vessel with two bends, looks like a gap, and the effect of that name explains it.
+//! Nuisance parameters are refitted to first order. In a vessel with two bends, the second-order part of a
+//! registration error within its prior looks like a gap, and the effect of that name explains it.
 
 use crate::fitting::fit::Fit;
 use crate::fitting::nuisance::NUISANCE_LIMIT;

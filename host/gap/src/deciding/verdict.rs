@@ -1,4 +1,4 @@
-//! Whether what closes a gap is the answer, a part of it, or nothing to be named.
+//! The verdict: whether an explanation is the answer, a part of it, or not good enough to be named.
 
 use serde::{Deserialize, Serialize};
 
@@ -12,9 +12,9 @@ pub enum Verdict {
     NoGap,
     /// Effects that close at least 80 % of the gap.
     Named,
-    /// Effects that close a part of it and come before all others (`verdict.rs`).
+    /// Effects that close a part of it and lead all others.
     Partial,
-    /// No effect of the library explains enough of the gap, or the data cannot carry a verdict.
+    /// No effect of the library explains enough of the gap, or the data allow no verdict.
     Unknown,
 }
 
@@ -37,25 +37,25 @@ const FEW: usize = 2;
 /// as near to the floor as this, in energy and in every quantity. The floor of a drive, whose repeats
 /// agree better than any model, says little of what is left.
 pub const NEARLY_ALL: f64 = 0.9;
-/// The same of several effects: in tune cases, what closes less and leaves much was in no library.
-/// Much is more than `LED_FLOOR` of two, each of which leaves what its shape differs by, and more than
-/// `NEAR_FLOOR` of three.
+/// The same of several effects: in the tuning sets, several effects that closed less and left a large
+/// error were a cause outside the library. Large is above `LED_FLOOR` for two effects, each of which
+/// leaves the difference between its shape and the library's, and above `NEAR_FLOOR` for three.
 const NEARLY_ALL_TOGETHER: f64 = 0.95;
 /// Energy of a quantity that may be left by what closes less, if nothing else comes near to it: a
 /// shape that differs from the library's leaves something where the effect acts most.
 const LED_FLOOR: f64 = 5.0;
 /// Energy of a quantity from which on what closes less explains too little, however far it leads:
-/// answers to rough pieces of wall (074, 104 and 183 of seed 9000) left more, true ones did not.
+/// in the tuning sets, three wrong answers to a rough piece of wall left more, and no true answer did.
 const FAR_FROM_FLOOR: f64 = 50.0;
 /// Shrink by which what closes less must be ahead of its rivals; a part of the answer also of what it is
-/// confused with: a part that two explain alike was neither's (jumps 023 and 027 of seed 13000, and a
-/// cable that was as much a bias as a drift, 020 of the second set on given rigs).
+/// confused with: in the tuning sets, a part that two effects explained equally well was due to neither
+/// (two jumps of the feed, and a cable that looked like a bias as much as like a drift).
 const LEAD: f64 = 0.2;
 /// The same, from which on what is left may be of any such size: what no other effect comes near to
 /// explaining by half is not explained by chance.
 const CLEAR_LEAD: f64 = 0.35;
-/// The same for what explains a part: no effect leads by as much in the tune cases of seeds 6000 to
-/// 9000 whose effect is outside the library and where none closes more.
+/// The same for what explains a part: in four tuning sets of 210 cases, no effect leads by as much
+/// where the cause is outside the library and no effect closes more.
 const FAR_LEAD: f64 = 0.5;
 
 /// How much more the first effect of an explanation closes alone.

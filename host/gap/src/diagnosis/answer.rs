@@ -1,4 +1,4 @@
-//! What is said of trials: verdict, effects, figures and remarks, filled in step by step.
+//! Assembles the answer step by step: verdict, effects, figures and remarks.
 
 use std::collections::BTreeMap;
 
@@ -57,15 +57,15 @@ impl<'a> Answer<'a> {
                 floor_known = false;
                 remarks.push(format!(
                     "{}: no noise is stated in rig.toml and no motion was repeated closely \
-                     enough, so the floor is not known; every shrink counts from zero",
+                     enough, so the floor is not known; every shrink is relative to an error of zero",
                     channel.name
                 ));
             }
         }
         if floor.channels.iter().all(|own| own.source == FloorSource::Stated) {
             remarks.push(
-                "no motion was repeated closely enough to compare: the floor is the sensor's own \
-                 noise, and what differs from run to run is counted as gap"
+                "no motion was repeated closely enough to compare runs: the floor is the noise of \
+                 the sensor alone, and differences from run to run count as gap"
                     .to_owned(),
             );
         }
@@ -89,8 +89,8 @@ impl<'a> Answer<'a> {
             .collect();
         if !aside.is_empty() {
             self.remark(format!(
-                "trial {}: compared with the model on another way past a fork, where the tip turns \
-                 on less than any model knows; on the model's own way more is left",
+                "trial {}: the tip may go either side of a dividing wall within the uncertainty of \
+                 the setup; the trial is compared with the model on the side that fits better",
                 aside.join(", ")
             ));
         }
@@ -131,7 +131,8 @@ impl<'a> Answer<'a> {
         let is_explained = selection.best.score.worst() < NO_GAP && given.is_none();
         if let Some(effect) = nuisance(self.plant, &selection.best.fit).filter(|_| is_explained) {
             self.remark(format!(
-                "{} is within what any rig may be off by, and explains what the nominal model leaves",
+                "{} explains the error of the nominal model with a size that is within the \
+                 uncertainty of any setup: it counts as a nuisance parameter, not as a gap",
                 self.plant.effects()[effect].id
             ));
             return self.without_gap(problem, selector, &before);
@@ -211,7 +212,7 @@ impl<'a> Answer<'a> {
                 "lies at the limit of its prior"
             };
             self.remark(format!(
-                "{} {verb}: it may be {name}, not a nuisance",
+                "{} {verb}: the cause may be {name}, not a nuisance parameter",
                 nuisances.join(", ")
             ));
         }
@@ -221,15 +222,12 @@ impl<'a> Answer<'a> {
         let misstated: Vec<String> = misstated.collect();
         misstated.into_iter().for_each(|remark| self.remark(remark));
         if is_given {
-            self.remark(
-                "these effects were asked for: whether others explain the gap as well was not tried"
-                    .to_owned(),
-            );
+            self.remark("these effects were requested; no other effect was tried".to_owned());
         }
         if !self.diagnosis.effects.is_empty() && !is_given {
             self.remark(format!(
-                "confidence is how often an effect wins when the blocks are drawn again, \
-                 calibrated on {} effects that were named in {} cases whose effects are known",
+                "confidence is the share of bootstrap resamples of the blocks in which an effect \
+                 wins, calibrated on {} effects that were named in {} cases with known effects",
                 calibration::NAMED,
                 calibration::CASES
             ));
@@ -259,8 +257,8 @@ impl<'a> Answer<'a> {
         };
         let at_bound = at_bound.filter(|_| leaves_much).map(|&effect| {
             format!(
-                "{} comes nearest at the end of what it may be, and leaves much: it stands for \
-                 something else",
+                "{} fits best at a bound of its parameters and leaves a large error: another cause \
+                 is more likely",
                 id(effect)
             )
         });
@@ -319,7 +317,13 @@ impl<'a> Answer<'a> {
             shrink: score.shrink(&selection.nominal.score),
             force_rms_n: score.rms(problem, Quantity::Force),
         };
-        self.diagnosis.details.path = selection.path.iter().map(step).collect();
+        let path = &mut self.diagnosis.details.path;
+        *path = selection.path.iter().map(step).collect();
+        // The last step is the model that is reported, whose fit was refined since: its share is the
+        // same everywhere.
+        if let Some(last) = path.last_mut().filter(|last| !last.effects.is_empty()) {
+            last.shrink = self.diagnosis.details.shrink;
+        }
     }
 
     /// Fills in the named effects; gives them with what they are confused with.

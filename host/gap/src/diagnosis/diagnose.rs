@@ -1,4 +1,4 @@
-//! The whole run: floor, gap, where, which, how far, how certain, what next.
+//! The whole run: noise floor, gap, location, effects, size, certainty, next recording.
 
 use crate::data::sanity;
 use crate::diagnosis::answer::Answer;

@@ -1,8 +1,9 @@
-//! What swings without regard to when a trial begins, as breath and pulse do: a phase for every trial.
+//! Effects that swing independently of when a trial begins, such as breathing and pulse: one phase for
+//! each trial.
 //!
-//! Where one phase explains little and a phase of its own in every trial much, to first order
-//! ([`crate::fitting::swing`]), the trials are diagnosed once more with these phases. They are refined by fits of the
-//! effect alone, in which the phase of a trial is one more of its nuisances.
+//! If one common phase explains little and a phase for each trial explains much, to first order
+//! ([`crate::fitting::swing`]), the trials are diagnosed again with these phases. The phases are refined by
+//! fits of this effect alone, in which the phase of a trial is a nuisance parameter.
 
 use crate::diagnosis::report::{Diagnosis, Verdict};
 use crate::fitting::nuisance::{Nuisances, Refit};

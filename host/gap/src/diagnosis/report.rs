@@ -17,8 +17,9 @@ pub use crate::explaining::snaps::{SnapFigures, SnapsOff};
 pub use crate::planning::experiment::Experiment;
 use crate::plant::{Parameter, Plant, Quantity};
 pub use crate::rounding::quantity;
+use crate::rounding::{from_to, percent};
 
-/// The only format there is.
+/// Name of the format.
 pub const FORMAT: &str = "gap-diagnosis/1";
 
 /// One effect of the explanation.
@@ -51,31 +52,32 @@ pub struct Diagnosis {
     pub format: &'static str,
     pub bundle: String,
     pub verdict: Verdict,
-    /// The effects that were asked for, where no others were tried.
+    /// The requested effects, if no others were tried.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub asked_for: Vec<String>,
     pub effects: Vec<NamedEffect>,
     pub confusable: Vec<Vec<String>>,
     pub ranking: Vec<Ranked>,
     pub gap: Gap,
-    /// Numbers of the trials that `gap` is of: each held out in turn, of a single one its cycles.
+    /// Numbers of the trials that `gap` is taken over. Each is held out in turn; of a single trial, its
+    /// cycles are.
     pub held_out: Vec<u32>,
     #[serde(rename = "where")]
     pub places: Vec<Cell>,
-    /// What the best model that was found leaves, where the verdict is partial or unknown.
+    /// The gap that the best model leaves, if the verdict is partial or unknown.
     pub left: Option<Left>,
     pub next_experiment: Option<Experiment>,
-    /// How far the forces of the model may be off that is the answer: the nominal one without
-    /// effects. `None` where forces were not measured.
+    /// Error band of the forces of the model that is the answer, or of the nominal model if no effect is
+    /// named. `None` if no force was measured.
     pub band: Option<Band>,
     pub reproduce: Reproduce,
-    /// What cannot be concluded, or only with a reserve, and why.
+    /// Conclusions that the data do not allow, or only with a reserve, and why.
     pub remarks: Vec<String>,
     #[serde(skip)]
     pub details: Details,
 }
 
-/// What the page shows beyond the format.
+/// Details for a page and a terminal, which the JSON does not hold.
 #[derive(Clone, Debug, PartialEq, Default)]
 pub struct Details {
     /// What is compared with what.
@@ -116,7 +118,7 @@ pub struct PathStep {
 }
 
 impl Diagnosis {
-    /// Of this name, with nothing concluded yet.
+    /// An answer for this bundle, with nothing concluded yet.
     pub fn unanswered(bundle: &str) -> Self {
         Self {
             format: FORMAT,
@@ -138,7 +140,7 @@ impl Diagnosis {
         }
     }
 
-    /// What the figures of the gap are of.
+    /// The trials that the figures of the gap are taken over, in words.
     pub fn held_out_trials(&self) -> String {
         let numbers: Vec<String> = self.held_out.iter().map(|n| format!("{n:03}")).collect();
         match numbers.as_slice() {
@@ -148,7 +150,7 @@ impl Diagnosis {
         }
     }
 
-    /// An effect with those that this data cannot tell it from.
+    /// An effect together with those that this data cannot tell apart from it.
     fn or_its_like(&self, id: &str) -> String {
         let set = self.confusable.iter().find(|set| set.first().is_some_and(|first| first == id));
         match set.and_then(|set| set.get(1..)).filter(|others| !others.is_empty()) {
@@ -157,7 +159,7 @@ impl Diagnosis {
         }
     }
 
-    /// The values of all parameters of the effects that are named, in the plant's order.
+    /// Values of all parameters of the named effects, in the order of the plant.
     pub fn values(&self, plant: &dyn Plant) -> Vec<(String, Vec<f64>)> {
         let values = |named: &NamedEffect| {
             let effect = plant.effects().iter().find(|effect| effect.id == named.id)?;
@@ -169,10 +171,6 @@ impl Diagnosis {
 
     /// The verdict in one sentence.
     pub fn sentence(&self) -> String {
-        let percent = |share: f64| match share {
-            s if s > 0.99 => format!("{:.1} %", 100.0 * s),
-            s => format!("{:.0} %", 100.0 * s),
-        };
         let names = |only_material: bool| {
             let wanted = self.effects.iter().filter(|e| e.material || !only_material);
             let ids: Vec<String> = wanted.map(|e| self.or_its_like(&e.id)).collect();
@@ -183,17 +181,15 @@ impl Diagnosis {
             }
         };
         let figures = self.gap.force_rms_n.map_or(String::new(), |f| {
-            let (unit, scale) = if f.before < 1.0 { ("mN", 1e3) } else { ("N", 1.0) };
             format!(
-                ": from {:.3} to {:.3} {unit} RMS on data that the fit had not seen",
-                scale * f.before,
-                scale * f.after
+                ": from {} RMS on data that the fit had not seen",
+                from_to(f.before, f.after, "N")
             )
         });
         match self.verdict {
             Verdict::NoGap if self.gap.force_rms_n.is_none() => {
-                "No gap in what was measured, which is no force: the nominal model explains it to the \
-                 floor."
+                "No gap in the measured channels: the nominal model explains them to the floor. No \
+                 force was measured."
                     .to_owned()
             }
             Verdict::NoGap => {
@@ -208,7 +204,7 @@ impl Diagnosis {
                 )
             }
             Verdict::Partial => format!(
-                "{} explains only {} of the gap{figures}; the rest is none of the known effects.",
+                "{} explains only {} of the gap{figures}; no known effect explains the rest.",
                 names(false),
                 percent(self.details.shrink)
             ),
@@ -218,8 +214,8 @@ impl Diagnosis {
                 format!("Nothing can be concluded from this data{why}.")
             }
             Verdict::Unknown if !self.asked_for.is_empty() => format!(
-                "There is a gap, and what was asked for, {}, does not explain it well enough to be \
-                 named: it closes {}. No other effect was tried.",
+                "There is a gap, and the requested effects, {}, do not explain it well enough to be \
+                 named: together they close {}. No other effect was tried.",
                 self.asked_for.join(" and "),
                 percent(self.details.shrink)
             ),
@@ -227,7 +223,7 @@ impl Diagnosis {
                 let nearest = self.ranking.first().filter(|nearest| nearest.shrink > 0.0);
                 let nearest = nearest.map_or_else(String::new, |nearest| {
                     format!(
-                        ": {}, the nearest alone, closes {}",
+                        ": the best single effect, {}, closes {}",
                         nearest.id,
                         percent(nearest.shrink)
                     )
@@ -253,9 +249,9 @@ mod tests {
             answer.gap.force_rms_n = force_rms_n;
             answer.sentence()
         };
-        assert!(sentence(None).contains("which is no force"));
+        assert!(sentence(None).contains("No force was measured"));
         let measured = sentence(Some(Figures { before: 0.01, after: 0.01, floor: 0.01 }));
-        assert!(!measured.contains("no force"), "{measured}");
+        assert!(!measured.contains("No force"), "{measured}");
     }
 
     #[test]
@@ -270,10 +266,10 @@ mod tests {
         };
         let near = sentence(&[("wall.motion", 0.71), ("drive.slip", 0.1)]);
         assert!(
-            near.ends_with("to be named: wall.motion, the nearest alone, closes 71 %."),
+            near.ends_with("to be named: the best single effect, wall.motion, closes 71 %."),
             "{near}"
         );
-        // What closes nothing is not near.
+        // An effect that closes nothing is not mentioned.
         let none = sentence(&[("wall.motion", -0.2)]);
         assert!(none.ends_with("well enough to be named."), "{none}");
         assert!(sentence(&[]).contains("Nothing can be concluded"));

@@ -1,5 +1,5 @@
-//! What an explanation closes on a trial that its diagnosis has not seen, and whether the forces
-//! there lie where it says.
+//! The shrink that an explanation achieves on a trial that its diagnosis has not seen, and whether the
+//! forces of that trial lie in the stated band.
 
 use cathforce_recording::Coverage;
 

@@ -1,5 +1,5 @@
-//! The inertia that the data show: where it is not nearly that of rig.toml, a column has another
-//! sign or unit, and every effect would be fitted to that.
+//! The inertia that the data show. If it is far from that of rig.toml, a column has another sign or
+//! unit, and every effect would be fitted to that error.
 
 use nalgebra::{Matrix4, Vector4};
 

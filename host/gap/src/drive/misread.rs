@@ -1,9 +1,9 @@
 //! Rows that were misread: a number that jumps away and is back in the next row.
 //!
-//! An encoder's frame that was lost reads 0, a converter's spike what it likes. Differentiated twice, one
-//! such row is more force than all the motion. No axis moves there and back within two rows, and no
-//! controller's step is over after one: a second difference d of three rows belongs to a misread one
-//! in their middle where those next to it have half its size and the other sign,
+//! A lost frame of an encoder reads 0, and a spike of a converter reads an arbitrary number.
+//! Differentiated twice, one such row gives more force than the whole motion. No axis moves there and back
+//! within two rows, and no step of a controller ends after one. So the middle row of a second difference d
+//! is misread if the differences next to it have half its size and the other sign,
 //!
 //! > x = …, a, a, a + h, a, a, …   ⇒   d = …, 0, h, −2h, h, 0, …
 

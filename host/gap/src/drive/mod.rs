@@ -1,7 +1,7 @@
 //! `plant = "drive"`: one axis of known mass, a force command and a measured position.
 //!
-//! Compared is the command force. It is predicted from the measured position alone, by inverse
-//! dynamics; the measured command enters nothing but the comparison. Both pass the same filters.
+//! The command force is compared. It is predicted by inverse dynamics from the measured position alone;
+//! the measured command is used only for the comparison. Both pass the same filters.
 
 mod effects;
 mod inertia;

@@ -215,8 +215,8 @@ impl Drive {
         let resting = rests.iter().filter(|rests| **rests).count() as f64 / points.max(1) as f64;
         if resting > 0.0 {
             self.remarks.push(format!(
-                "trial {number:03}: the drive rests for {:.0} % of the time, where friction holds \
-                 any force up to its own; that is not compared",
+                "trial {number:03}: the drive rests for {:.0} % of the time; there static friction \
+                 holds any force up to its limit, so these samples are not scored",
                 100.0 * resting
             ));
         }

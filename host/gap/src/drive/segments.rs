@@ -1,4 +1,4 @@
-//! Motions that could be recorded next on a drive.
+//! Candidates for the next recording of a drive.
 
 use std::f64::consts::PI;
 

@@ -1,4 +1,4 @@
-//! What the drive was told to do: where it repeats itself, within a trial and from trial to trial.
+//! The commanded motion of the drive, and where it repeats itself within a trial and between trials.
 
 use cathforce_bundle::bundle::DriveTrial;
 

@@ -1,7 +1,7 @@
 //! Effects put into measured data: y' = y + f(θ) − f(θ₀) along the measured motion.
 //!
-//! An axis that was measured has friction of its own: θ₀ is what is named in the data as they are,
-//! and what is put in is looked for beside that.
+//! A measured axis has friction of its own. θ₀ are the effects that are named in the unchanged data, and
+//! the diagnosis looks for the added effect beside them.
 
 use cathforce_bundle::bundle::{Bundle, TrialData};
 

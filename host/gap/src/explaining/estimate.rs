@@ -1,4 +1,4 @@
-//! Numbers of the named effects: parameters with intervals, and what each effect closed.
+//! Parameters of the named effects with their intervals, and the share of the gap that each effect closed.
 
 use std::collections::BTreeMap;
 

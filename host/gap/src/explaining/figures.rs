@@ -1,9 +1,9 @@
-//! How far: errors of what was held out, before and after, beside the floor.
+//! Errors on held-out data, before and after, beside the noise floor.
 //!
-//! Root mean squares are of channels, which are put together as the axes of a vector. The other
-//! figures are of vectors at one time, at times at which every axis was compared. What their floor
-//! is follows from no formula; it is what they are of a perfect model whose measurement is off by
-//! errors that are drawn with the floor's standard deviations, for every sample anew.
+//! Root mean squares are taken over each channel and combined as the axes of a vector. The other figures
+//! are of vectors at times at which every axis was compared. Their floor follows from no formula: it is the
+//! figure of a perfect model whose measurement has errors that are drawn, sample by sample, with the
+//! standard deviations of the floor.
 
 use nalgebra::Vector3;
 use rand::{Rng, SeedableRng};
@@ -33,7 +33,7 @@ pub struct Figures {
     pub floor: f64,
 }
 
-/// On held-out data only; `None` where not measured.
+/// All errors on held-out data; `None` where not measured.
 #[derive(Clone, Copy, Debug, PartialEq, Default, Serialize)]
 pub struct Gap {
     #[serde(rename = "force_rms_N")]

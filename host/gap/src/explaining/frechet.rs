@@ -1,4 +1,4 @@
-//! How far two paths are apart, whatever the pace at which each is walked.
+//! Discrete Fréchet distance between two paths, which does not depend on their pace.
 
 use nalgebra::Vector3;
 

@@ -1,7 +1,7 @@
-//! Where and when: the nominal model's error over what is inside and over the time of a trial.
+//! The error of the nominal model over inserted length and time.
 //!
-//! A point on the shape is measured at its arc length from the entry. What makes a force is spread
-//! over all that is inside, and no sample tells it apart: a force stands at the length inside.
+//! A point on the shape is shown at its arc length from the entry. A force comes from the whole inserted
+//! length and cannot be localised by one sample, so it is shown at the inserted length.
 
 use crate::explaining::locate::arc_range;
 use crate::fitting::problem::Problem;

@@ -1,7 +1,7 @@
-//! Where on the vessel: the nominal model's error where the instrument was.
+//! The error of the nominal model on the vessel.
 //!
-//! A point on the shape stands where it was. No sample tells where along the instrument a force was
-//! made: it stands where the tip was.
+//! A point on the shape is shown where it was. One sample does not tell where along the instrument a force
+//! arose, so a force is shown where the tip was.
 
 use std::collections::BTreeMap;
 

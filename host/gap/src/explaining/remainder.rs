@@ -1,9 +1,10 @@
-//! What an answer leaves that explains a part of the gap, or nothing of it.
+//! The gap that remains when the explanation is partial or unknown: its size, and where it lies.
 
 use serde::Serialize;
 
 use crate::explaining::figures::{self, Gap};
 use crate::explaining::locate::{Cell, locate};
+use crate::rounding::closed_and_left;
 use crate::selecting::select::Selector;
 use crate::selecting::selection::Selection;
 
@@ -14,16 +15,16 @@ const LEAST: f64 = 0.05;
 /// Cells at most.
 const CELLS: usize = 40;
 
-/// Held out, after the best model that was found.
+/// The gap that the best model leaves on held-out data.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Left {
-    /// The effects that this model has, named or not; none where that is the nominal model.
+    /// Effects of this model, named or not; empty for the nominal model.
     pub after: Vec<String>,
-    /// Of the gap above the floor.
+    /// Share of the gap above the floor.
     pub gap_share: f64,
-    /// What the model reaches, as if it were named.
+    /// Errors of this model, as if it were named.
     pub gap: Gap,
-    /// Shares are of what is left; largest first.
+    /// Where the remaining gap lies, largest first. Shares are of the remaining gap.
     #[serde(rename = "where")]
     pub places: Vec<Cell>,
     /// The same in words.
@@ -57,8 +58,8 @@ fn words(after: &[String], gap_share: f64, places: &[Cell]) -> String {
         effects => format!("the model with {}", effects.join(" and ")),
     };
     let mut words = format!(
-        "after {model}, the best that was found, {:.0} % of the gap above the floor is left",
-        100.0 * gap_share
+        "after {model}, the best that was found, {} of the gap above the floor is left",
+        closed_and_left(1.0 - gap_share)[1]
     );
     let groups = groups(places);
     for (i, group) in groups.iter().take(TOLD).filter(|group| group.share >= LEAST).enumerate() {

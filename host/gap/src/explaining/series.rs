@@ -1,4 +1,4 @@
-//! Trial by trial: forces as they were measured and predicted, and how far these are apart.
+//! Measured and predicted forces of each trial, and their root mean square error.
 
 use crate::fitting::loss::Loss;
 use crate::fitting::problem::Problem;

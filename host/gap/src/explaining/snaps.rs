@@ -1,6 +1,6 @@
-//! Snaps, which all other figures leave out: which of those that were measured a model has, and by how
-//! much insertion and time these are off. A force that jumps 20 ms late is hundreds of millinewtons off
-//! for that long; what there is to know of it is where it jumps.
+//! Snaps, which all other figures exclude: how many measured snaps a model predicts, and how far off it
+//! is in insertion and time. A force that jumps 20 ms late is off by hundreds of millinewtons for 20 ms;
+//! the informative figure is where it jumps.
 
 use cathforce_recording::snap::Snap;
 use rayon::prelude::*;

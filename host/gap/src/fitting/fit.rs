@@ -238,9 +238,9 @@ pub fn is_slight(plant: &dyn Plant, effect: usize, point: &Point) -> bool {
     parameters.iter().zip(&point.effects[effect]).all(near)
 }
 
-/// Standard deviations of its prior within which one of several effects of a catheter is what the
-/// others' shapes leave: named ones that were as slight had not been put in (cases 054, 092, 152 and
-/// 182 of seed 6000, 143 of seed 7000).
+/// Standard deviations of its prior within which one of several effects of a catheter only makes up for
+/// the shapes of the others: in the tuning sets, all five named effects that were as small had not been
+/// put in.
 const SLIGHT_SD: f64 = 0.15;
 
 /// Nearer to a bound than this, in standard deviations of the prior, is at it.

@@ -1,15 +1,14 @@
-//! Where the fit of an effect that swings begins: by least squares over frequencies, without a
-//! simulation.
+//! Starting values of an effect that swings: least squares over frequencies, without a simulation.
 //!
-//! A wall that breathes is a registration that comes and goes, and a feed that ripples is an
-//! insertion offset that does. What the nuisance k does to the residual r is known, S_k; to first
-//! order the effect then does
+//! A breathing wall is a registration that varies in time, and a feed ripple is an insertion offset that
+//! varies along the feed. The response of the residual r to the nuisance parameter k is known, S_k. To first
+//! order the effect then adds
 //!
 //! > Σ_k S_k (a_k sin 2πfu + b_k cos 2πfu),   u: time, or feed,
 //!
-//! which is linear in a and b at every frequency f, as a periodogram is (Lomb 1976). Friction makes
-//! it only nearly true, which is enough to begin with: started at a wrong frequency, no descent
-//! finds the right one.
+//! which is linear in a and b at every frequency f, as a periodogram is (Lomb 1976). Friction makes this
+//! only approximate, which is enough for a starting value. From a wrong frequency no descent finds the
+//! right one.
 
 use std::f64::consts::{PI, TAU};
 use std::ops::Range;

@@ -1,4 +1,4 @@
-//! The noise floor: what would be left if the model were perfect.
+//! The noise floor: the error that a perfect model would leave.
 
 use std::collections::BTreeMap;
 

@@ -1,4 +1,4 @@
-//! The noise floor: what a perfect model would leave.
+//! The noise floor.
 
 pub mod correlation;
 pub mod floor;

@@ -1,8 +1,8 @@
-//! What to record next: the canned motion that best separates two rivals.
+//! The next recording: the segment of the protocol that best separates two rival explanations.
 //!
-//! T-optimality: the rival's parameters, the sensor's bias and a shift in time are refitted to
-//! the other's prediction, and what it still cannot follow is its distance, in standard
-//! deviations of what is measured.
+//! T-optimality: the parameters of the rival, the bias of the sensor and a shift in time are refitted to the
+//! prediction of the other explanation. What remains is the distance of the two, in standard deviations of
+//! the measurement.
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;

@@ -53,7 +53,7 @@ pub struct Protocol {
 /// Depths between which nothing can be told.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error(
-    "from {from_m} m to {to_m} m is no way for a protocol\n  fix: give two insertions, the second \
+    "a protocol cannot go from {from_m} m to {to_m} m\n  fix: give two insertions, the second \
      at least 10 mm deeper"
 )]
 pub struct WayError {

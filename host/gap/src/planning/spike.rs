@@ -1,4 +1,4 @@
-//! Effects put into measured data: what is asked for, what is put in, and what that changes.
+//! Effects put into measured data: the request, the parameters that result, and the change of the data.
 
 use cathforce_bundle::Bundle;
 
@@ -19,8 +19,8 @@ pub struct Spike {
 pub enum SpikeError {
     #[error("this rig cannot have {id}; it can have {known}")]
     Effect { id: String, known: String },
-    #[error("{id} has no parameter `{name}`; it has {known}")]
-    Parameter { id: String, name: String, known: String },
+    #[error("{id} has no parameter `{name}`{hint}; it has {known}")]
+    Parameter { id: String, name: String, hint: String, known: String },
     #[error(
         "{name} of {id} is {value} {unit}, and must be from {low} to {high}",
         unit = if *unit == "1" { "" } else { unit }
@@ -88,10 +88,15 @@ fn values(effect: &Effect, spike: &Spike, present: &[f64]) -> Result<Vec<f64>, S
     }
     for (name, value) in &spike.parameters {
         let at = effect.parameters.iter().position(|p| p.name == name);
-        let at = at.ok_or_else(|| SpikeError::Parameter {
-            id: spike.id.clone(),
-            name: name.clone(),
-            known: effect.parameters.iter().map(|p| p.name).collect::<Vec<_>>().join(", "),
+        let at = at.ok_or_else(|| {
+            let known: Vec<&str> = effect.parameters.iter().map(|p| p.name).collect();
+            let near = cathforce_bundle::nearest(name, &known);
+            SpikeError::Parameter {
+                id: spike.id.clone(),
+                name: name.clone(),
+                hint: near.map_or(String::new(), |near| format!(", did you mean `{near}`?")),
+                known: known.join(", "),
+            }
         })?;
         let p = &effect.parameters[at];
         if !(p.low..=p.high).contains(value) {

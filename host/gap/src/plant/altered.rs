@@ -1,5 +1,5 @@
-//! A plant that differs from another in what is known of it: effects that its model already has,
-//! trials that nobody has seen, or where in a swing each of them begins.
+//! A plant seen with other knowledge: with effects that its model already has, without some trials, or
+//! with a phase for each trial.
 
 use std::sync::Arc;
 

@@ -44,8 +44,8 @@ pub struct Channel {
     pub quantity: Quantity,
 }
 
-/// One measured number that is compared with a prediction. What is not to be scored (snaps, a
-/// start state that has not rested) is not among them.
+/// One measured number that is compared with a prediction. Snaps and the first motion of a trial, which
+/// are not scored, are no samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample {
     /// Time of the trial \[s\].
@@ -54,10 +54,10 @@ pub struct Sample {
     pub channel: usize,
     /// Unit of the channel.
     pub value: f64,
-    /// Standard deviation that the sensor's stated noise leaves in it.
+    /// Standard deviation of the sensor noise in it, in the unit of the channel.
     pub noise: f64,
-    /// Standard deviation of what the model leaves open at this very sample (resolution,
-    /// uncertain wall), apart from its effects.
+    /// Standard deviation of the model's own uncertainty at this sample (resolution, position of the
+    /// wall), apart from its effects, in the unit of the channel.
     pub model: f64,
     /// Index into [`Plant::phases`].
     pub phase: usize,
@@ -83,14 +83,14 @@ pub struct Trial {
     pub samples: Vec<Sample>,
     /// Number of blocks.
     pub blocks: usize,
-    /// Where samples of a force were left out because a fork decides them.
+    /// Where force samples are not scored because they depend on the branch taken at a bifurcation.
     pub forks: Vec<At>,
 }
 
 /// Slower than this, the direction stays what it was \[m/s\].
 pub const STANDING_M_PER_S: f64 = 1e-3;
 
-/// What a device knows of a sample.
+/// What a device knows at the time of a sample: insertion, and direction of feed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct At {
     pub insertion_m: f64,
@@ -98,7 +98,7 @@ pub struct At {
 }
 
 impl At {
-    /// Of every sample of a trial, channel by channel.
+    /// For every sample of a trial, channel by channel.
     pub fn of_samples(samples: &[Sample]) -> Vec<Self> {
         let (mut withdrawn, mut channel) = (false, None);
         let at = |sample: &Sample| {
@@ -130,7 +130,7 @@ impl Trial {
     }
 }
 
-/// Samples of a trial that were measured under the same motion as others.
+/// Two runs of samples that were measured under the same motion.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Repeat {
     /// Trial and first sample of either run.
@@ -140,7 +140,7 @@ pub struct Repeat {
     pub len: usize,
 }
 
-/// One number of an effect.
+/// One parameter of an effect, in `unit`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Parameter {
     pub name: &'static str,
@@ -153,33 +153,32 @@ pub struct Parameter {
     pub scale: f64,
 }
 
-/// One candidate cause, by the identifiers of the diagnosis format.
+/// One candidate cause. Its identifier is that of the diagnosis format.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Effect {
     pub id: &'static str,
     /// One sentence.
     pub what: &'static str,
     pub parameters: Vec<Parameter>,
-    /// Values to start fits from besides `off`, a list of whole parameter vectors.
+    /// Starting points of fits besides `off`: whole parameter vectors.
     pub starts: Vec<Vec<f64>>,
-    /// Identifiers that it is easily confused with.
+    /// Identifiers of effects that it is easily confused with.
     pub confused_with: &'static [&'static str],
 }
 
-/// A quantity that is refitted for every candidate within a tight prior around 0, in every
-/// trial on its own.
+/// A nuisance parameter: refitted for every candidate and every trial, within a tight prior around 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Nuisance {
     pub name: &'static str,
     pub unit: &'static str,
-    /// Standard deviation of the prior. The fit holds it within [`crate::NUISANCE_LIMIT`] of
-    /// these.
+    /// Standard deviation of the prior. The fit keeps the parameter within
+    /// [`crate::NUISANCE_LIMIT`] of these.
     pub sd: f64,
-    /// The effect that it is when it lies outside its prior.
+    /// The effect that explains a value outside the prior.
     pub effect: Option<&'static str>,
 }
 
-/// What an effect swings along.
+/// The variable along which an effect oscillates.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Along {
     /// Time since the trial began \[s\].
@@ -191,7 +190,7 @@ pub enum Along {
 }
 
 impl Along {
-    /// Of a sample of a trial.
+    /// Its value at a sample of a trial, in s or m.
     pub fn of(self, trial: &Trial, sample: usize) -> f64 {
         let sample = &trial.samples[sample];
         match self {
@@ -202,18 +201,18 @@ impl Along {
     }
 }
 
-/// A cause in no library that an effect may be mistaken for: to first order it does what some
-/// nuisances do that grow along something.
+/// A cause outside the library that an effect may be mistaken for. To first order it acts like nuisance
+/// parameters that grow linearly along a variable.
 #[derive(Clone, Debug)]
 pub struct Impostor {
     /// Indices of the nuisances.
     pub nuisances: Vec<usize>,
     pub along: Along,
-    /// What it is, for people.
+    /// Description for people.
     pub what: &'static str,
 }
 
-/// An effect that does, to first order, what some nuisances do that swing.
+/// An oscillating effect. To first order it acts like nuisance parameters that oscillate.
 #[derive(Clone, Debug)]
 pub struct Swing {
     /// Indices of the nuisances.
@@ -221,13 +220,13 @@ pub struct Swing {
     pub along: Along,
     /// Lowest and highest frequency \[cycles/s or cycles/m\].
     pub cycles: [f64; 2],
-    /// The effect's parameters for nuisances A sin(2πfu + φ): A in the nuisances' units, f, φ.
+    /// Parameters of the effect for nuisance parameters A sin(2πfu + φ), from A in their units, f and φ.
     pub parameters: fn(&[f64], f64, f64) -> Vec<f64>,
-    /// Index of the parameter φ, of what need not begin with the trial: nothing ties a breath to a run.
+    /// Index of the parameter φ, if the phase is independent of the start of a trial, as in breathing.
     pub own_phase: Option<usize>,
 }
 
-/// Values of all parameters of all effects, and of all nuisances.
+/// Values of all parameters of all effects, and of all nuisance parameters.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Point {
     /// By effect, by parameter.
@@ -236,25 +235,25 @@ pub struct Point {
     pub anchor: Anchor,
 }
 
-/// Where a plant takes how far its simulations are from those of a finer model; by so much it
-/// corrects them, there and around. Plants without finer models take no notice.
+/// The point at which a plant computes the difference between its finer model and its coarse one. It
+/// corrects its coarse simulations by that difference. Plants without finer models ignore it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Anchor {
     /// By effect, by parameter.
     pub effects: Arc<Vec<Vec<f64>>>,
-    /// By trial, which of the [`Plant::ways`].
+    /// By trial, an index below [`Plant::ways`]: the perturbed model that corrects it.
     pub ways: Arc<Vec<usize>>,
-    /// Whether the finer model itself is asked, wherever the point is.
+    /// Whether the finer model itself is simulated, at any point.
     pub is_everywhere: bool,
 }
 
 impl Point {
-    /// Every effect off, every nuisance 0.
+    /// Every effect off, every nuisance parameter 0.
     pub fn nominal(plant: &dyn Plant) -> Self {
         Self::off(plant.effects(), plant.nuisances().len())
     }
 
-    /// The same of some effects and so many nuisances.
+    /// The same for these effects and this number of nuisance parameters.
     pub fn off(effects: &[Effect], nuisances: usize) -> Self {
         let off = |effect: &Effect| effect.parameters.iter().map(|p| p.off).collect();
         let effects: Vec<Vec<f64>> = effects.iter().map(off).collect();
@@ -266,7 +265,7 @@ impl Point {
         Self { effects, nuisances: vec![0.0; nuisances], anchor }
     }
 
-    /// The same effects, corrected where they are.
+    /// The same point, with its anchor there.
     pub fn anchored(mut self) -> Self {
         if *self.anchor.effects != self.effects {
             self.anchor.effects = Arc::new(self.effects.clone());
@@ -275,13 +274,13 @@ impl Point {
         self
     }
 
-    /// The same by the finer model itself.
+    /// The same point, simulated with the finer model itself.
     pub fn finer(mut self) -> Self {
         self.anchor.is_everywhere = true;
         self
     }
 
-    /// The same with another finer model for one trial.
+    /// The same point, with another perturbed model for one trial.
     pub fn on_way(mut self, trial: usize, way: usize) -> Self {
         let ways = Arc::make_mut(&mut self.anchor.ways);
         ways.resize(ways.len().max(trial + 1), 0);
@@ -289,7 +288,7 @@ impl Point {
         self
     }
 }
-/// A piece of motion that could be recorded next.
+/// A motion that could be recorded next.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Segment {
     pub name: &'static str,
@@ -297,11 +296,11 @@ pub struct Segment {
     pub what: &'static str,
 }
 
-/// What to look at where the nominal model breaks down.
+/// Advice for a rig whose nominal model breaks down.
 pub const BROKEN_DOWN: &str = "see what `cathforce info` warns of, and look for jumps of the \
                                encoders and for values of another unit in rig.toml";
 
-/// A model with effects, and the trials that were measured on what it models.
+/// A model with effects, and the trials that were measured on the rig that it models.
 pub trait Plant: Sync {
     fn channels(&self) -> &[Channel];
     fn phases(&self) -> &[&'static str];
@@ -310,77 +309,76 @@ pub trait Plant: Sync {
     fn effects(&self) -> &[Effect];
     fn nuisances(&self) -> &[Nuisance];
 
-    /// Predictions of all samples of a trial, in their order; `None` when the simulation
-    /// breaks down at this point.
+    /// Predictions of all samples of a trial, in the order of [`Trial::samples`] and in the unit of their
+    /// channels. `None` if the simulation breaks down at this point.
     fn simulate(&self, trial: usize, point: &Point) -> Option<Vec<f64>>;
 
-    /// Where on what is inside the vessel a trial's channel is measured, as a share of the arc
-    /// length from the entry: 1 at the tip, and of what belongs to no place.
+    /// Where on the inserted length a channel is measured, as a share of the arc length from the entry:
+    /// 1 at the tip, and for channels without a place.
     fn along(&self, _trial: usize, _channel: usize) -> f64 {
         1.0
     }
 
-    /// The vessel as a figure shows it; `None` of what has none.
+    /// The outline of the vessel for a figure; `None` if there is no vessel.
     fn vessel(&self) -> Option<Silhouette> {
         None
     }
 
-    /// Where in the vessel's frame each sample of a trial belongs \[m\]: a point on the shape where it
-    /// was, all else where the tip was. Empty of what has no place in space.
+    /// Position of each sample of a trial in the frame of the vessel \[m\]: of a point on the shape its
+    /// own, of every other channel that of the tip. Empty if the plant has no positions.
     fn places_m(&self, _trial: usize) -> Vec<[f64; 3]> {
         Vec::new()
     }
 
-    /// Snaps of the force that was measured in a trial, which no sample is of.
+    /// Snaps of the measured force of a trial. No sample is taken near them.
     fn snaps(&self, _trial: usize) -> Vec<Snap> {
         Vec::new()
     }
 
-    /// The same of the force that the finer model predicts at a point, found by the same rule; `None` as
-    /// for [`Plant::simulate`].
+    /// Snaps of the force that the finer model predicts at a point, found by the same rule; `None` as for
+    /// [`Plant::simulate`].
     fn predicted_snaps(&self, _trial: usize, _point: &Point) -> Option<Vec<Snap>> {
         Some(Vec::new())
     }
 
-    /// How many finer models there are that simulations can be corrected by, all as good: at a fork
-    /// the tip turns on less than any model knows, and they go different ways.
+    /// Number of perturbed finer models that simulations can be corrected by. All are as plausible; near a
+    /// bifurcation they take different branches.
     fn ways(&self) -> usize {
         1
     }
 
-    /// Whether a simulation costs next to nothing: fits may take many steps then, and nuisances
-    /// are linearised again where every fit ends, and not only where it begins.
+    /// Whether a simulation costs next to nothing. Fits then take many steps, and nuisance parameters are
+    /// linearised again where each fit ends, not only where it begins.
     fn cheap(&self) -> bool;
 
-    /// Standard deviations from which on a residual counts for less than its square ([`Loss`]).
+    /// Standard deviations above which a residual counts for less than its square ([`Loss`]).
     ///
     /// [`Loss`]: crate::fitting::loss::Loss
     fn far_off(&self) -> f64;
 
-    /// Share of the spread of a parameter, as the trials and models in general leave it open, in which
-    /// blind checks on such plants have found what was put in.
+    /// Factor on the spread of a parameter. It is calibrated by blind tests on such plants, so that 90 %
+    /// intervals contain the true value about nine times in ten.
     fn spread_share(&self) -> f64 {
         1.0
     }
 
-    /// Standard deviations of the nuisances that an effect's parameters are while they are small, in
-    /// their order; `None` of an effect that is none, however small.
+    /// Standard deviations of the nuisance parameters that the parameters of an effect equal while they
+    /// are small, in the order of the parameters; `None` for an effect that is never a nuisance.
     fn prior_sds(&self, _effect: usize) -> Option<Vec<f64>> {
         None
     }
 
-    /// How an effect swings; `None` of one that does not.
+    /// How an effect oscillates; `None` if it does not.
     fn swing(&self, _effect: usize) -> Option<Swing> {
         None
     }
 
-    /// By how much the phase of an effect that swings differs in a trial from what its parameter says
-    /// \[rad\].
+    /// Phase of an oscillating effect in a trial, relative to its parameter \[rad\].
     fn own_phase_rad(&self, _effect: usize, _trial: usize) -> f64 {
         0.0
     }
 
-    /// What an effect may be mistaken for that is in no library.
+    /// The cause outside the library that an effect may be mistaken for.
     fn impostor(&self, _effect: usize) -> Option<Impostor> {
         None
     }
@@ -388,41 +386,40 @@ pub trait Plant: Sync {
     /// Runs under the same motion, for the noise floor.
     fn repeats(&self) -> &[Repeat];
 
-    /// Canned motions that the plant can simulate.
+    /// Motions of the protocol that the plant can simulate.
     fn segments(&self) -> &[Segment] {
         &[]
     }
 
-    /// Predictions of a canned motion, over its noise; `None` as for [`Plant::simulate`].
+    /// Predictions of such a motion, divided by the noise; `None` as for [`Plant::simulate`].
     fn simulate_segment(&self, _segment: usize, _point: &Point) -> Option<Vec<f64>> {
         None
     }
 
-    /// Why axes or units cannot be those of the model, where the plant itself can tell.
+    /// Why the axes or units cannot be those of the model, if the plant itself can tell.
     fn complaint(&self) -> Option<&str> {
         None
     }
 
-    /// Why "no gap" cannot be said where the floor is so large beside what was measured \[N\], and
-    /// what to do; `None` where it is small enough.
+    /// Why "no gap" cannot be concluded if the floor is large compared with the measured force \[N\], and
+    /// what to do; `None` if it is small enough.
     fn hidden(&self, _floor_n: f64, _measured_n: f64) -> Option<String> {
         None
     }
 
-    /// What is wrong in rig.toml, if it is not this effect at these values; `None` where nothing of it
-    /// looks like that.
+    /// An error in rig.toml that would look like this effect at these values, if there is one.
     fn misstated(&self, _effect: usize, _values: &[f64]) -> Option<String> {
         None
     }
 
-    /// What cannot be concluded from these trials, or only with a reserve, and why.
+    /// Conclusions that these trials do not allow, or only with a reserve, and why.
     fn remarks(&self) -> &[String];
 
-    /// What is compared with what, in a sentence.
+    /// What is compared with what, in one sentence.
     fn compared(&self) -> &'static str;
 }
 
-/// Whether the catalogue says of one of two effects that it is confused with the other.
+/// Whether the catalogue lists one of two effects as easily confused with the other.
 pub fn are_confused(plant: &dyn Plant, a: usize, b: usize) -> bool {
     let effects = plant.effects();
     let says = |a: usize, b: usize| effects[a].confused_with.contains(&effects[b].id);

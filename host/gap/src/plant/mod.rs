@@ -1,4 +1,4 @@
-//! What the diagnosis knows of a rig. Nothing in it is of catheters or of drives.
+//! What the diagnosis knows of a rig. Nothing here depends on catheters or drives.
 
 mod altered;
 mod interface;

@@ -1,4 +1,4 @@
-//! A vessel from the side that shows most of it: the outline of what is inside.
+//! The outline of a vessel, seen from the side that shows most of it.
 
 use std::collections::BTreeMap;
 

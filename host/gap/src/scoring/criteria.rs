@@ -1,11 +1,11 @@
-//! When a model is better than another: the rules of parsimony.
+//! Parsimony: when a model is better than a simpler one.
 
 use crate::plant::{Plant, Quantity};
 use crate::scoring::candidate::Candidate;
 use crate::scoring::score::Score;
 
-/// Energy per sample of every quantity below which there is no gap, in floors. Tune cases without
-/// an effect leave at most 1.11; small effects, 1.23 and more.
+/// Energy per sample of every quantity below which there is no gap, in floors. In the tuning sets,
+/// cases without an effect leave at most 1.11, and small effects leave 1.23 and more.
 pub const NO_GAP: f64 = 1.2;
 /// A gain must exceed so many of its standard errors over the blocks.
 const GAIN_STANDARD_ERRORS: f64 = 2.0;

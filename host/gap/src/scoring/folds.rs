@@ -1,4 +1,4 @@
-//! What is held out together: trials, or parts of them.
+//! Cross-validation folds: whole trials, or parts of a single one.
 
 use std::collections::BTreeSet;
 

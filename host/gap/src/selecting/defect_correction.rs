@@ -1,15 +1,15 @@
-//! Fits that go on with simulations corrected where they ended.
+//! Fits whose coarse simulations are corrected where the fit ends.
 //!
-//! Where simulations cost something, a plant plays them coarsely, and adds what a finer model
-//! changes at one point, the anchor (defect correction, Stetter 1978):
+//! Where simulations are costly, a plant simulates coarsely and adds the difference of a finer model at one
+//! point, the anchor (defect correction, Stetter 1978):
 //!
 //! > f(θ) = c(θ) + d(θ₀),   d(θ₀) = F(θ₀) − c(θ₀)
 //!
-//! A fit that ends at θ takes θ as its anchor and goes on; where it rests, its residual is that of
+//! A fit that ends at θ takes θ as its new anchor and continues. At its fixed point the residual is that of
 //! the finer model. The best model is fitted to the end with the finer model itself.
 //!
-//! At a fork of the vessel the tip turns on less than any model knows: a trial that is left far
-//! behind the others is tried on other ways, by models that are as good.
+//! Near a bifurcation a trial may be simulated on the wrong branch. A trial whose error is far above that
+//! of the others is tried with perturbed models that are as plausible.
 
 use rayon::prelude::*;
 
@@ -214,8 +214,9 @@ mod tests {
     #[test]
     fn what_a_fork_decides_is_no_gap_next_to_the_floor() {
         let answer = |forks: Vec<f64>| diagnose(&level(2, forks), "toy", &|_| {});
-        let forks =
-            |answer: &Diagnosis| answer.remarks.iter().any(|own| own.contains("past a fork"));
+        let forks = |answer: &Diagnosis| {
+            answer.remarks.iter().any(|own| own.contains("either side of a dividing wall"))
+        };
         let found = answer(vec![0.0092, 0.0]);
         assert_eq!(found.verdict, Verdict::NoGap);
         assert!(forks(&found), "the trial is named: {:?}", found.remarks);

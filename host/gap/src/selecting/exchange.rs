@@ -1,7 +1,7 @@
-//! Effects of an explanation exchanged for what they are easily confused with.
+//! Exchanges an effect of an explanation for one that it is easily confused with.
 //!
-//! Effects are added one after the other, and where simulations cost something their fits are cut
-//! short: one may have been chosen only because the others were not there yet.
+//! Effects are added one after the other, and costly fits are cut short, so an effect may have been chosen
+//! only because a better one was not in the model yet.
 
 use rayon::prelude::*;
 

@@ -1,4 +1,4 @@
-//! One effect more on top of the best model.
+//! Adds one effect to the best model.
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;

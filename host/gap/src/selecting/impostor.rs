@@ -1,13 +1,13 @@
-//! Causes that no effect of the library is, which one of them may be mistaken for.
+//! Causes outside the library that an effect of the library may be mistaken for.
 //!
-//! What an effect does along one thing, another cause does along another: a zero of the sensor that
-//! drifts with time leaves much of what a cable leaves that is drawn along with the feed. To first
-//! order both do what some nuisances do, which costs no simulation, so both are fitted, and the data
-//! decide:
+//! An effect and its impostor act along different variables: a sensor bias that drifts with time resembles
+//! a cable that is drawn along with the feed. To first order both act like some nuisance parameters, so
+//! both are fitted without a simulation, and the data decide:
 //!
 //! > min over a, z of |r + S z + Σ_k a_k S_k u|² + |z|²,   u: length fed
 //!
-//! with the whitened residual r without the effect, and S of the nuisances (`nuisance`).
+//! with the whitened residual r without the effect, and the derivatives S with respect to the nuisance
+//! parameters (`nuisance`).
 
 use nalgebra::{DMatrix, DVector};
 

@@ -1,4 +1,4 @@
-//! Two effects at once: screened linearly, the best refitted.
+//! Pairs of effects: screened linearly, and the best of them refitted.
 
 use std::collections::BTreeMap;
 

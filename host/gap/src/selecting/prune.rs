@@ -1,4 +1,4 @@
-//! Effects that do not pay any more, and the best model without each of those that do.
+//! Removes effects that are not needed any more, and fits the best model without each of the others.
 
 use crate::fitting::fit::{Depth, Start, is_slight};
 use crate::fitting::nuisance::Nuisances;

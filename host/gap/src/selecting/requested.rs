@@ -1,4 +1,4 @@
-//! Effects that somebody asks for, fitted without choosing.
+//! Fits the effects that a user requests, without a selection.
 
 use crate::fitting::fit::{Depth, Start};
 use crate::scoring::candidate::Candidate;

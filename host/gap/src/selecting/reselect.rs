@@ -1,10 +1,9 @@
-//! Where an answer stays open, some pairs are fitted once more, by the finer model, and the best single
-//! effect is gone on from.
+//! A second look where an answer stays open: some pairs are fitted again with the finer model, and the
+//! search continues from the best single effect.
 //!
-//! Pairs are tried briefly and with corrected simulations. At a fork of the vessel these stop short
-//! of the way that the tip has taken, whatever the pair, and say little about which of them is the
-//! cause. They begin with both effects as they show alone, which two that bend the tip against each other
-//! are not together: here each begins beside the other one, too.
+//! Pairs are first tried briefly and with corrected simulations. Near a bifurcation these fits stay on the
+//! branch on which they began. They also begin with both effects at their single fits, which do not fit
+//! together if the two bend the tip in opposite directions. Here each effect also begins beside the other.
 
 use rayon::prelude::*;
 

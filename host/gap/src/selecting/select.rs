@@ -1,4 +1,4 @@
-//! Which effects the data support: singles, pairs, more while they pay, fewer where they do not.
+//! The search for the effects that the data support: singles, pairs, additions, removals.
 
 use nalgebra::DVector;
 use rayon::prelude::*;

@@ -1,4 +1,4 @@
-//! What the search for effects found: the chosen models, and those they were chosen over.
+//! The result of the search: the chosen models, and those they were chosen over.
 
 use nalgebra::DVector;
 

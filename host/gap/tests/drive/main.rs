@@ -140,7 +140,8 @@ fn friction_that_holds_at_rest_is_told_from_what_lies_beside_it() {
     }
     let shrinks: Vec<f64> = answer.effects.iter().map(|effect| effect.shrink).collect();
     assert!(shrinks.iter().all(|shrink| *shrink > -1e-3), "{shrinks:?}");
-    let rests = |remark: &&String| remark.contains("% of the time, where friction holds any force");
+    let rests =
+        |remark: &&String| remark.contains("% of the time; there static friction holds any force");
     assert_eq!(answer.remarks.iter().filter(rests).count(), 3, "{:?}", answer.remarks);
 }
 

@@ -12,17 +12,18 @@ const LAST_WORDS: usize = 4;
 
 /// What the messages of an ELF are. Firmware without a table, or of another defmt, has a log that
 /// cannot be read: it is drained all the same.
-pub fn table(elf: &Path) -> Option<Table> {
+fn table(elf: &Path) -> Option<Table> {
     Table::parse(&std::fs::read(elf).ok()?).ok().flatten()
 }
 
 /// Decodes `source` until its end into the last lines and the file of the whole log.
 pub fn follow(
     mut source: impl Read,
-    table: Option<Table>,
+    elf: &Path,
     mut file: Option<File>,
     last: &Mutex<VecDeque<String>>,
 ) {
+    let table = table(elf);
     let mut decoder = table.as_ref().map(Table::new_stream_decoder);
     let mut buffer = [0; 1024];
     while let Ok(n @ 1..) = source.read(&mut buffer) {

@@ -182,7 +182,7 @@ mod tests {
             .filter(|opacity| opacity.len() == 4)
             .collect();
         assert_eq!(opacities, ["0.25", "1.00", "1.00"]);
-        assert_eq!(drawn.matches(">400.00 mN</text>").count(), 2, "{drawn}");
+        assert_eq!(drawn.matches(">400 mN</text>").count(), 2, "{drawn}");
         assert_eq!(maps(&[]), "");
     }
 }

@@ -3,12 +3,11 @@
 use std::fmt::Write as _;
 
 use cathforce_gap::plant::{Quantity, Silhouette};
-use cathforce_gap::rounding::quantity;
+use cathforce_gap::rounding::{percent, quantity};
 use cathforce_gap::{OnVessel, Square, VesselMap};
 
 use super::charts::{LABELS, WIDTH, svg};
 use super::map::key;
-use super::percent;
 
 /// Height of a vessel at most.
 const MOST_HEIGHT: f64 = 340.0;
@@ -206,11 +205,11 @@ mod tests {
         assert!(drawn.contains("d=\"M208.0 117.4L752.0 117.4L752.0 8.6L208.0 8.6Z\""), "{drawn}");
         assert!(drawn.contains("<circle class=entry cx=208.0 cy=63.0"), "{drawn}");
         let first = "<rect class=\"heat marked\" x=474.6 y=57.6 width=10.9 height=10.9 \
-                     fill-opacity=1.00><title>20.00 mN: 60.0 % of the gap in 25.0 % of the time";
+                     fill-opacity=1.00><title>20.0 mN: 60.0 % of the gap in 25.0 % of the time";
         assert!(drawn.contains(first), "{drawn}");
         assert!(drawn.contains("x1=588.8 x2=752.0") || drawn.contains(">20 mm<"), "{drawn}");
         assert!(drawn.contains("Seen along the z axis"), "{drawn}");
-        assert!(drawn.contains("20.00 mN RMS, floor 5.00 mN"), "{drawn}");
+        assert!(drawn.contains("20.0 mN RMS, floor 5.00 mN"), "{drawn}");
     }
 
     #[test]
@@ -229,7 +228,7 @@ mod tests {
         let mut noise = of(vec![square(0.0, 0.006, 0.7), square(0.01, 0.003, 0.3)]);
         (noise.maps[0].rms, noise.maps[0].floor) = (0.005, 0.005);
         let drawn = figures(&noise, "x");
-        assert!(drawn.contains("fill-opacity=0.40>") && drawn.contains("≥15.00 mN"), "{drawn}");
+        assert!(drawn.contains("fill-opacity=0.40>") && drawn.contains("≥15.0 mN"), "{drawn}");
         assert!(!drawn.contains("heat marked") && drawn.contains("Hardly anything is above"));
     }
 

@@ -3,8 +3,8 @@
 use serde::Serialize;
 
 use super::analyse::Analysis;
+use super::estimates::trial_time_s;
 use crate::decoding::tick::GuidewireEstimate;
-use crate::export::series::trial_time_s;
 use crate::reading::reader::Recording;
 
 /// Cycles of one tick of a 480 MHz processor.
@@ -128,8 +128,8 @@ impl Summary {
         };
         let mn = |n: f64| format!("{:.1} mN", 1e3 * n);
         let mm = |m: f64| format!("{:.2} mm", 1e3 * m);
-        let of_which = |noise: Option<String>| {
-            noise.map_or(String::new(), |noise| format!(", of which noise {noise}"))
+        let noise_of = |noise: Option<String>| {
+            noise.map_or(String::new(), |noise| format!(", sensor noise {noise}"))
         };
         row("ticks", Some(self.ticks.to_string()));
         row("missed ticks", self.missed_ticks.map(|n| n.to_string()));
@@ -149,7 +149,7 @@ impl Summary {
         row(
             "force error",
             self.force_rms_error_n.zip(self.measured_force_peak_n).map(|(rms, peak)| {
-                let noise = of_which(self.force_noise_rms_n.map(mn));
+                let noise = noise_of(self.force_noise_rms_n.map(mn));
                 format!("{} RMS, {:.1} % of {}{noise}", mn(rms), 100.0 * rms / peak, mn(peak))
             }),
         );
@@ -157,7 +157,7 @@ impl Summary {
         row(
             "drive force error",
             self.drive_force_rms_error_n.map(|rms| {
-                format!("{} RMS{}", mn(rms), of_which(self.drive_force_noise_rms_n.map(mn)))
+                format!("{} RMS{}", mn(rms), noise_of(self.drive_force_noise_rms_n.map(mn)))
             }),
         );
         if let Some((force, torque)) =
@@ -170,7 +170,7 @@ impl Summary {
         }
         let tip = self
             .tip_rms_error_m
-            .map(|rms| format!("{} RMS{}", mm(rms), of_which(self.tip_noise_rms_m.map(mm))));
+            .map(|rms| format!("{} RMS{}", mm(rms), noise_of(self.tip_noise_rms_m.map(mm))));
         row("tip error", tip);
         row(
             "snaps",

@@ -3,9 +3,9 @@
 use cathforce_bundle::bundle::RigSensor;
 use cathforce_config::image;
 
-use super::series::estimates;
 use crate::analysis::analyse::Analysis;
 use crate::analysis::compare::{at, series};
+use crate::analysis::estimates::estimates;
 use crate::analysis::sensed::as_sensed;
 use crate::format::trial::{Measured, MeasuredDrive, SensorNoise, Trial};
 use crate::reading::reader::Recording;
@@ -42,7 +42,9 @@ pub fn synthetic_trial(
 
     let mut noise = Noise { normal, sensor };
     let rate_hz = sensor.force_rate_hz.filter(|rate| *rate > 0.0).unwrap_or(FORCE_HZ);
-    let end_s = forces.last().map_or(0.0, |(t_s, _)| *t_s);
+    // The device goes on after the trial's end until it is disarmed.
+    let played_s = recording.trial.rows.last().map_or(0.0, |row| row.t_s);
+    let end_s = forces.last().map_or(0.0, |(t_s, _)| *t_s).min(played_s);
     let count = (end_s * rate_hz + 1e-6).floor() as usize + 1;
     let mut pictures = 0.0;
     let rows = (0..count).map(|row| {

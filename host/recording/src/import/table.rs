@@ -80,7 +80,7 @@ fn left_out_of(left_out: &[LeftOut], reader: Reader) -> Option<String> {
         None => format!("`{name}`"),
     };
     let names = left_out.iter().map(one).collect::<Vec<_>>().join(", ");
-    (!names.is_empty()).then(|| format!("columns that are none of a trial's are left out: {names}"))
+    (!names.is_empty()).then(|| format!("columns that a trial does not have are left out: {names}"))
 }
 
 fn error((place, cause): (Place, ForeignCause), reader: Reader) -> ImportError {
@@ -94,7 +94,7 @@ fn error((place, cause): (Place, ForeignCause), reader: Reader) -> ImportError {
             format!("say which one it is: --column {name}=THEIRS*FACTOR+OFFSET")
         }
         (ForeignCause::NotNamed(_), Reader::Motion) => {
-            "give a trial as a bundle has it, which `cathforce import csv` makes of any table"
+            "give a trial in a bundle's format; `cathforce import csv` makes one of any table"
                 .into()
         }
         (ForeignCause::NoColumn { there, .. }, _) => {
@@ -152,7 +152,7 @@ mod tests {
         let (Trial { rows, .. }, remarks) = catheter(TABLE, &own);
         assert_eq!((rows[0].insertion_m, rows[0].force_n), (0.05 + 0.028, Some([1.0, 2.0, 3.0])));
         assert_eq!((rows[1].t_s, rows[1].force_n), (0.004, None));
-        assert_eq!(remarks, ["columns that are none of a trial's are left out: `note`"]);
+        assert_eq!(remarks, ["columns that a trial does not have are left out: `note`"]);
 
         let wrong = |from: &str, to: &str| refused(&TABLE.replace(from, to), &own);
         let missing = wrong("feed [mm]", "feed");
@@ -231,7 +231,7 @@ mod tests {
         let own = maps(["fx_N=a", "fx_N=b"]);
         let error = refused("t_s,insertion_m,rotation_rad,a,b\n0,0.1,0,1,2\n", &own);
         assert!(error.contains("the trial's column `fx_N` is given twice"), "{error}");
-        // What nobody asks for may.
+        // Columns that are not used may have the same name.
         let unused = "t_s,insertion_m,rotation_rad,note,note,,\n0,0.1,0,,,,\n";
         assert_eq!(catheter(unused, &[]).0.rows.len(), 1);
     }

@@ -189,7 +189,7 @@ impl Recorder {
         }
         let result = self.writer.finish().map(drop);
         self.check(result)?;
-        // The library's own flush is for files that go on.
+        // The file is finished, so it is flushed directly and not through the library.
         let flushed = self.writer.into_inner().flush();
         flushed.map_err(|cause| WriteError { path: self.path, cause: McapError::Io(cause) })
     }

@@ -1,8 +1,8 @@
-//! Texts as they come from a full disk, an editor, another program.
+//! Damaged texts, as from a full disk, an editor or another program.
 
 use rand::{Rng, rngs::StdRng};
 
-/// Cut, flipped, doubled, swapped, other separators, wrong numbers.
+/// Texts that are cut, flipped, doubled or swapped, or have other separators or wrong numbers.
 pub fn damage(text: &[u8], random: &mut StdRng) -> Vec<u8> {
     let mut bytes = text.to_vec();
     for _ in 0..random.random_range(1..4) {

@@ -1,4 +1,4 @@
-//! What a wall, an instrument and a stream may do beyond the plain laws.
+//! Extensions of the plain laws of wall, instrument and stream.
 
 use crate::support::cantilever;
 use cathforce_reference_solver::*;
@@ -13,14 +13,14 @@ fn a_stream_towards_the_tip_is_held_by_the_drive() {
     problem.beyond.stream_n_per_m = 0.3;
     let simulation = Simulation::settled(&problem, AT).unwrap();
     let held_n = -simulation.sample().drive_force_n;
-    // Half an edge of 50 is the guide's.
+    // Half of one of the 50 edges belongs to the guide.
     assert!((held_n / (0.3 * LENGTH_M * 0.99) - 1.0).abs() < 1e-5, "{held_n}");
 }
 
 #[test]
 fn a_viscous_rod_comes_back_in_its_own_time() {
     let time_s = 0.1;
-    // Stiff and light: without viscosity it would be back in less than a hundredth of that.
+    // The rod is stiff and light, and would return a hundred times as fast without viscosity.
     let mut bent = cantilever(LENGTH_M, 50, 1e-3);
     bent.beyond.bending_viscosity_s = time_s;
     bent.gravity_m_per_s2 = Vector3::z() * -9.81;

@@ -68,7 +68,7 @@ fn fed(spacing_m: f64, step_s: f64) -> Vec<Sample> {
 #[test]
 fn finer_meshes_and_steps_agree_ever_better() {
     let forces = |spacing_m, step_s: f64| -> Vec<f64> {
-        // Every 4 ms, whatever the step.
+        // Samples are taken every 4 ms for any step.
         let every = (4e-3 / step_s).round() as usize;
         let samples = fed(spacing_m, step_s);
         samples.iter().skip(every - 1).step_by(every).map(|s| s.drive_force_n).collect()

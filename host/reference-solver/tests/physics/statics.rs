@@ -9,7 +9,7 @@ use nalgebra::Vector3;
 const LENGTH_M: f64 = 0.1;
 const BENDING: f64 = 1e-4;
 
-/// Errors with ever more edges, over the length; the last one, and the order of convergence.
+/// The error with the most edges, over the length, and the order of convergence.
 fn convergence(error: impl Fn(usize) -> f64) -> (f64, f64) {
     let [coarse, fine] = [32, 64].map(error);
     println!("errors {coarse:.2e}, {fine:.2e}: order {:.2}", (coarse / fine).log2());
@@ -104,7 +104,7 @@ fn beyond_its_buckling_load_a_column_bows() {
     let critical = PI * PI * BENDING / (4.0 * LENGTH_M * LENGTH_M);
     let thrust = critical * (2.0 * elliptic / PI).powi(2);
     let mut problem = cantilever(LENGTH_M, 64, BENDING);
-    // A trace of a force across chooses the side.
+    // A slight transverse force chooses the side.
     problem.tip_load.force_n = Vector3::new(-thrust, 1e-4 * critical, 0.0);
     let tip = resting_tip(&problem, LENGTH_M) / LENGTH_M;
     // w/L = sin 30° · 2/K.
@@ -126,7 +126,7 @@ fn it_swings_at_its_own_frequency() {
     let drive = Drive { insertion_m: length, rotation_rad: 0.0 };
     let held = Simulation::settled(&problem, drive).unwrap();
     let drop = held.sample().tip_m.z;
-    // Let go of half of the weight: it swings about the new rest.
+    // Half of the weight is removed, and the rod swings about its new rest position.
     let mut light = problem.clone();
     light.gravity_m_per_s2 *= 0.5;
     let mut swinging = held.released(&light);

@@ -1,4 +1,4 @@
-//! Rods that tests have in common.
+//! Rods for several tests.
 
 use cathforce_reference_solver::*;
 use nalgebra::Vector3;
@@ -30,7 +30,7 @@ pub fn cantilever(length_m: f64, edges: usize, bending_n_m2: f64) -> Problem {
     }
 }
 
-/// Where the tip comes to rest.
+/// Rest position of the tip.
 pub fn resting_tip(problem: &Problem, length_m: f64) -> Vector3<f64> {
     let drive = Drive { insertion_m: length_m, rotation_rad: 0.0 };
     let simulation = Simulation::settled(problem, drive).unwrap();

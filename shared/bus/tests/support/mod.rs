@@ -1,4 +1,4 @@
-//! What every process frame means, name by name, for comparison with what others read in it.
+//! Intended values of every process frame by name, for comparison with other parsers.
 
 use cathforce_bus::{BandWidth, Command, Id, MAX_ID, Process};
 
@@ -8,7 +8,7 @@ pub fn process_ids() -> impl Iterator<Item = Id> {
     (0..=MAX_ID).filter_map(Id::from_raw).filter(move |id| !service(id))
 }
 
-/// What we mean by a frame, name by name.
+/// Intended values of a frame by name.
 pub fn meant(process: &Process) -> Vec<(&'static str, f64)> {
     let xyz = |[x, y, z]: [f32; 3]| vec![("X", x.into()), ("Y", y.into()), ("Z", z.into())];
     match *process {

@@ -1,4 +1,4 @@
-//! A bare wire that enters along x: the description that tests of several crates begin with.
+//! A bare wire that enters along x: the common description of tests in several crates.
 
 use cathforce_mechanics::{
     Description, Drag, Effects, Entry, Instrument, Section, Solver, Tendon, Wall,

@@ -1,4 +1,4 @@
-//! Guidewire and catheter through a bend: first one, then the other over it.
+//! Guidewire and catheter through a bend, one after the other.
 
 use cathforce_mechanics::*;
 

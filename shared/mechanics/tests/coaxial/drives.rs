@@ -7,7 +7,7 @@ use crate::rod::{FREE_TIP, free_space, rest};
 use crate::wall::{StoredWall, plane, tube};
 
 const LENGTH_M: f64 = 0.1;
-/// Stiffness of what the one does to the other's shape: both in series.
+/// Stiffness against deviations of the two shapes from each other: both in series.
 const SERIES_EI: f64 = CATHETER_EI * WIRE_EI / (CATHETER_EI + WIRE_EI);
 
 fn at_rest(description: Description<f64>, drives: Drives<f64>) -> Outputs<f64> {

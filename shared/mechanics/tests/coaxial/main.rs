@@ -1,5 +1,5 @@
-//! A guidewire in the catheter: stiffness and pre-curvature where they overlap, forces at both
-//! drives, and both through a bend.
+//! A guidewire in the catheter: stiffness and pre-curvature of the overlap, loads on both drives, and both
+//! instruments through a bend.
 
 #[path = "../common/rod.rs"]
 mod rod;

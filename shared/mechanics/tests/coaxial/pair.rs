@@ -10,7 +10,7 @@ pub type Chain = Model<f64>;
 pub const CATHETER_EI: f64 = 1e-4;
 pub const WIRE_EI: f64 = 6e-5;
 
-/// Where both are, without rotation.
+/// Positions of both drives, without rotation.
 pub fn at(catheter_m: f64, guidewire_m: f64) -> Drives<f64> {
     Drives {
         catheter: Drive { insertion_m: catheter_m, rotation_rad: 0.0 },

@@ -1,11 +1,11 @@
-//! A uniform instrument and how it comes to rest.
+//! A uniform instrument, and its state of rest.
 
 use cathforce_mechanics::*;
 
 use crate::wall::StoredWall;
 
-/// A straight, uniform, weightless instrument that enters along x, `up` along z; `links` links
-/// reach `length_m`. A test changes what it is about.
+/// A straight, uniform, weightless instrument that enters along x, with `up` along z; `links` links reach
+/// `length_m`. Tests change the properties that they need.
 pub fn rod(length_m: f64, links: usize, bending_stiffness_n_m2: f64) -> Description<f64> {
     let section = Section {
         length_m,
@@ -51,11 +51,11 @@ pub fn inserted(insertion_m: f64) -> Drive<f64> {
     Drive { insertion_m, rotation_rad: 0.0 }
 }
 
-/// No loads from outside.
+/// No external loads.
 pub const FREE_TIP: Loads<f64> = Loads { tip_force_n: [0.0; 3], tip_moment_n_m: [0.0; 3] };
 
-/// Steps until the tip moves by less than a billionth of the insertion a step, 50 times in a
-/// row; panics when it never does.
+/// Steps until the tip moves by less than 10⁻⁹ of the insertion in each of 50 consecutive steps. Panics if it
+/// never does.
 pub fn rest(
     model: &Model<f64>,
     lumen: &Lumen<'_>,
@@ -86,7 +86,7 @@ pub fn free_space() -> StoredWall {
     StoredWall::sampled([[-1.0; 3], [1.0; 3]], 1e-2, 1e-3, |_| (1.0, [1.0, 0.0, 0.0]))
 }
 
-/// A rod of the full length at rest without a wall, and what the drive feels then.
+/// A rod of full length at rest without a wall, and the outputs.
 #[allow(dead_code)] // not every test that shares this file has one instrument
 pub fn hung(description: Description<f64>, loads: &Loads<f64>) -> (State<f64>, Outputs<f64>) {
     let insertion_m = description.instrument.sections[0].length_m;
@@ -96,7 +96,7 @@ pub fn hung(description: Description<f64>, loads: &Loads<f64>) -> (State<f64>, O
     (state, outputs)
 }
 
-/// Where the tip of [`hung`] is, and what the drive feels.
+/// Position of the tip of [`hung`], and the load on the drive.
 #[allow(dead_code)] // not every test that shares this file has one instrument
 pub fn hang(description: Description<f64>, loads: &Loads<f64>) -> ([f64; 3], Outputs<f64>) {
     let (state, outputs) = hung(description, loads);

@@ -1,4 +1,4 @@
-//! Vessels with a known wall, stored as a device would store them.
+//! Vessels with a known wall, stored as on a device.
 
 use cathforce_mechanics::{
     BRICK_CELLS, BRICK_EDGE, BRICK_NODES, FREE, Lumen, LumenHeader, NOMINAL_WALL, OUTSIDE,
@@ -34,14 +34,14 @@ pub fn tube(p: Vector, nearest: Vector, radius_m: f64) -> Seen {
     (radius_m - r, off.map(|x| x / r))
 }
 
-/// A lumen with the bytes that it reads.
+/// A lumen with its bytes.
 pub struct StoredWall {
     header: LumenHeader,
     bytes: Vec<u8>,
 }
 
 impl StoredWall {
-    /// Samples a wall over a box; bricks are stored where the wall is nearer than `band_m`.
+    /// Samples a wall over a box. Bricks are stored where the wall is nearer than `band_m`.
     pub fn sampled(
         [low, high]: [Vector; 2],
         cell_m: f64,

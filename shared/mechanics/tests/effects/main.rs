@@ -1,4 +1,4 @@
-//! Effects against what is known of them, and all of them at once.
+//! Single effects against closed forms, and all effects at once.
 
 #[path = "../common/rod.rs"]
 mod rod;

@@ -5,7 +5,7 @@ use cathforce_mechanics::*;
 use crate::rod::{FREE_TIP, inserted, rest, rod};
 use crate::wall::{StoredWall, plane};
 
-/// Force on the drive \[N\] of a tip that is fed up a slope, which nothing but the tip touches.
+/// Force at the drive \[N\] while a tip is fed up a slope that nothing else touches.
 fn drive_force_n(friction: f64, light_load: f64, high_load: f64) -> f64 {
     let mut description = rod(0.1, 40, 1e-3);
     description.wall.friction_coefficient = friction;
@@ -27,7 +27,7 @@ fn drive_force_n(friction: f64, light_load: f64, high_load: f64) -> f64 {
     last.drive_force_n
 }
 
-/// docs/explanation/model.md (32)
+/// docs/explanation/model.md (42)
 #[test]
 fn a_tip_presses_by_its_force_over_its_arc_however_stiff_its_end_is() {
     let [light, high] = [0.5, 0.1].map(|friction| drive_force_n(friction, 1.0, 1.0));

@@ -1,11 +1,11 @@
-//! Whatever is switched on, the model stays finite.
+//! With any effects switched on, the model stays finite.
 
 use cathforce_mechanics::*;
 
 use crate::rod::rod;
 use crate::wall::{StoredWall, tube};
 
-/// A small generator, so that a failure names its seed and can be repeated.
+/// A small random generator. A failure reports its seed, so that it can be repeated.
 struct Random(u64);
 
 impl Random {

@@ -1,10 +1,10 @@
-//! The 45° bend: an arc in a plane, loaded out of it, so that it bends and twists.
+//! The 45° bend: a plane arc with a load out of its plane, which bends and twists it.
 
 use cathforce_mechanics::*;
 
 use crate::rod::{FREE_TIP, hang, rod};
 
-/// Radius of the arc; the reference has 100 units of length for it.
+/// Radius of the arc, which is 100 units of length in the reference.
 const RADIUS_M: f64 = 0.1;
 const UNIT_M: f64 = RADIUS_M / 100.0;
 
@@ -20,7 +20,7 @@ fn bent([ei, gj, ea]: Stiffness, force: f64, links: usize) -> ([f64; 3], [f64; 2
     rod.instrument.sections[0].torsional_stiffness_n_m2 = 1e-3 * gj / ei;
     rod.instrument.sections[0].axial_stiffness_n = ea * to_n;
     rod.entry.up = [0.0, 1.0, 0.0];
-    // What is still in the guide is bent as well.
+    // The part in the guide is curved too.
     let arc = PrecurvePiece {
         length_m: 2.0 * length_m,
         curvature_per_m: 1.0 / RADIUS_M,
@@ -64,7 +64,7 @@ fn an_arc_loaded_out_of_its_plane_bends_and_twists_as_published() {
             [8, 16, 32].map(|links| bent(stiffness, force, links));
         let moved = distance(exact, [70.710678, 29.289322, 0.0]);
         let off = distance(fine, exact) / moved;
-        // The reference has shear, which the model has not: the order is that of the
+        // The reference includes shear, which the model does not have. The order of convergence is that of the
         // differences between numbers of links.
         let order = (distance(coarse, middle) / distance(middle, fine)).log2();
         let what = format!("GJ {}, F {force}", stiffness[1]);
@@ -73,7 +73,7 @@ fn an_arc_loaded_out_of_its_plane_bends_and_twists_as_published() {
         assert!(order >= 1.9, "{what}: order {order}");
         let [twisting, bending] = root_moment;
         assert!((torque.abs() / twisting - 1.0).abs() < 0.01, "{what}: root torque {torque}");
-        // The bending moment is seen by what the mouth adds to the drive, docs/explanation/model.md (18): the
+        // The bending moment is seen by what the mouth adds to the drive, docs/explanation/model.md (23): the
         // load is across the guide, and the arc's own bend across the moment.
         let [ei, gj, _] = stiffness;
         let mouth = -0.5 * (ei * 1e-4 + bending * bending / ei + twisting * twisting / gj);

@@ -1,4 +1,4 @@
-//! Around a bollard: a limp rod drawn against friction (capstan), an elastic one that conforms.
+//! A rod around a bollard: a limp one pulled against friction (capstan), and an elastic one that conforms.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -9,7 +9,7 @@ use crate::rod::{FREE_TIP, rod};
 use crate::wall::{StoredWall, Vector, add, norm};
 
 const BOLLARD_RADIUS_M: f64 = 0.02;
-/// The rod's own radius is the arm of friction, which the plain capstan has not: close to none.
+/// Radius of the rod. It is the arm of friction, which the plain capstan does not have, so it is almost 0.
 const ROD_RADIUS_M: f64 = 2e-5;
 const LEAD_M: f64 = 0.01;
 const TAIL_M: f64 = 0.015;
@@ -18,8 +18,8 @@ const TICK_S: f64 = 1e-2;
 const DRAWN_M_PER_S: f64 = 2e-4;
 const NO_STRIBECK: [f64; 2] = [1.0, 5e-3];
 
-/// A bollard across z around which the centre line of a rod along x turns with `radius_m`,
-/// after the lead; all around it is lumen.
+/// A bollard along z, around which the centre line of a rod along x bends with `radius_m` after the lead. The
+/// lumen is all around it.
 fn bollard(radius_m: f64, rod_radius_m: f64) -> StoredWall {
     let reach = radius_m + 3e-3;
     let centre = [LEAD_M, radius_m, 0.0];
@@ -38,7 +38,7 @@ fn pull(force_n: f64, angle_rad: f64) -> Loads<f64> {
     Loads { tip_force_n: along.map(|x| force_n * x), ..FREE_TIP }
 }
 
-/// Fed out straight under tension, then wound around the bollard without friction.
+/// Feeds the rod straight under tension, then winds it around the bollard without friction.
 fn wound(
     rod: &Description<f64>,
     wall: &StoredWall,
@@ -60,9 +60,9 @@ fn wound(
     state
 }
 
-/// Tension at the guide and sum of normal forces, both over the tension at the tip, of a rod that is
-/// drawn at [`DRAWN_M_PER_S`] with static over kinetic friction and the speed at which half of that
-/// is gone.
+/// Tension at the guide and sum of the normal forces, both over the tension at the tip, of a rod that is
+/// pulled at [`DRAWN_M_PER_S`]. Arguments: static over kinetic friction, and the speed at which half of the
+/// difference is gone.
 fn drawn(
     wall: &StoredWall,
     rod_radius_m: f64,

@@ -33,7 +33,7 @@ fn elliptic_k(modulus: f64) -> f64 {
     PI / (2.0 * a)
 }
 
-/// A free column bent by `force_n` along its axis: what load would just bend it.
+/// Critical load of a free column, from its bend under `force_n` along its axis.
 fn load_of_free_column(length_m: f64, links: usize, ei: f64, force_n: f64) -> f64 {
     let model = Chain::new(rod(length_m, links, ei)).unwrap();
     let (wall, mut state) = (free_space(), State::new());
@@ -78,10 +78,10 @@ fn eulers_load_is_met_with_second_order() {
     assert_second_order([8, 16, 32].map(error), "Euler's load of a free column");
 }
 
-/// Force at a point on a wall that a column is pinned to, fed until it is 0.1 % too long for its
-/// gap, compression included. `euler_n`: about what comes.
+/// Force of a column against a wall to which its tip is pinned, fed until it is 0.1 % too long for its gap,
+/// compression included. `euler_n`: expected force.
 ///
-/// `hinged`: at the guide it is as soft as an instrument may be, and turns as on a pin.
+/// `hinged`: at the guide the column is as soft as an instrument may be, so it rotates like on a pin.
 fn pinned_force_n(ei: f64, free_m: f64, euler_n: f64, hinged: bool) -> f64 {
     const EA_N: f64 = 1e3;
     let normal = [-1.0, 0.0, 0.0];

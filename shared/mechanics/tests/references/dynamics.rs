@@ -1,8 +1,8 @@
-//! Free vibration of a cantilever, natural frequencies and decay; what drag holds against a whirl.
+//! Free vibration of a cantilever: natural frequencies and decay. Drag against a whirling motion.
 //!
-//! Implicit Euler answers a mode x″ + (c/ρA + ω²τ) x′ + ω² x = 0 with x ∝ zᵏ, where
-//! u = (1 − 1/z)/dt is a root of u² + (c/ρA + ω²τ) u + ω² = 0. Measuring z thus tells the
-//! frequency ω of the rod and its damping apart from what the time step adds.
+//! Implicit Euler integrates a mode x″ + (c/ρA + ω²τ) x′ + ω² x = 0 to x ∝ zᵏ, where u = (1 − 1/z)/dt is a root
+//! of u² + (c/ρA + ω²τ) u + ω² = 0. A measured z therefore gives the frequency ω of the rod and its damping
+//! without the contribution of the time step.
 
 use cathforce_mechanics::*;
 
@@ -55,8 +55,8 @@ impl Root {
     }
 }
 
-/// Releases the rod from a slight bend in the shape of one mode and finds that mode's root;
-/// also its frequency as seen \[Hz\], time step and all.
+/// Releases the rod from a slight bend in the shape of one mode. Returns the root of the mode, and its
+/// apparent frequency \[Hz\], which includes the effect of the time step.
 fn vibration(description: Description<f64>, beta_l: f64) -> (Root, f64) {
     let length = description.instrument.sections[0].length_m;
     let links = (length / description.solver.link_length_m).round() as usize;

@@ -7,13 +7,13 @@ use crate::rod::{FREE_TIP, assert_second_order, hang, hung, rod};
 const LENGTH_M: f64 = 0.1;
 const EI_N_M2: f64 = 1e-4;
 
-/// Distance of the tip from where it should be, both over the length.
+/// Distance of the tip from the exact position, over the length.
 fn tip_error(tip_m: [f64; 3], exact_over_length: [f64; 3]) -> f64 {
     let squares = (0..3).map(|i| (tip_m[i] / LENGTH_M - exact_over_length[i]).powi(2));
     squares.sum::<f64>().sqrt()
 }
 
-/// Second order, and at 32 links the tip is no farther off than `tolerance` (over the length).
+/// Asserts second order, and an error of the tip of at most `tolerance` (over the length) with 32 links.
 fn assert_exact(what: &str, exact: [f64; 3], tolerance: f64, tip_m: impl Fn(usize) -> [f64; 3]) {
     let errors = [8, 16, 32].map(|links| tip_error(tip_m(links), exact));
     assert_second_order(errors, what);
@@ -60,8 +60,8 @@ fn tip_angle_rad(state: &State<f64>) -> f64 {
     (behind[2] - tip[2]).atan2(tip[0] - behind[0])
 }
 
-/// ML/EI at the root, of a load across the guide: all that the drive feels then is the mouth's
-/// −M²/2EI (docs/explanation/model.md (18)).
+/// ML/EI at the root, under a load across the guide. The force at the drive is then only the
+/// configurational force −M²/2EI, docs/explanation/model.md (23).
 fn root_moment(outputs: &Outputs<f64>) -> f64 {
     (-outputs.drive_force_n * 2.0 / EI_N_M2).sqrt() * LENGTH_M
 }
@@ -85,7 +85,7 @@ fn a_dead_tip_load_gives_the_exact_elastica() {
     }
 }
 
-/// A quarter of so many links is half as long as the others.
+/// A rod of a number of links, of which a quarter at the tip is half as long as the others.
 fn finer_at_the_tip(links: usize) -> Description<f64> {
     let halves = links / 4;
     let mut description = rod(LENGTH_M, links, EI_N_M2);

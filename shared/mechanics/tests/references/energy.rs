@@ -1,4 +1,4 @@
-//! Energies of states whose energy is known.
+//! Energies of states with known energies.
 
 use cathforce_mechanics::*;
 

@@ -1,20 +1,20 @@
-//! The model against problems whose solution is known: closed forms and exact integrals.
+//! The model against problems with known solutions: closed forms and exact integrals.
 //!
-//! Each figure is carried with the name of its source, a file of ../shared/references; of every
-//! file every row is here, but for those that the model cannot be held to:
+//! Each figure names its source, a file of ../shared/references. All rows of these files are tested, except
+//! those that the model cannot reproduce:
 //!
 //! - `timoshenko_cantilever`, `reissner_shear_cantilever` beyond GA → ∞: they need shear.
-//! - `buckling`, twisted columns (Greenhill, Michell's ring, the localised helix): the far end is
-//!   held against turning, or a ring closed; the model's tip is free, and a guide that were a hinge
-//!   would hand on its torque along the tangent. Clamped–clamped ones are four free ones end to end.
-//! - `cantilever_dynamics`, `explicit_dt_bounds`: limits of explicit steps; these are implicit.
-//! - `bend45`, Bathe & Bolourchi at 300: itself 2.9 % of the motion off the exact solution.
-//! - `rod_in_tube`, the pair of forces where a bend without clearance begins, and what compression presses
-//!   with; `capstan`, a rod that is pushed: a stored tube has clearance, in which a pushed rod bows.
-//! - `salehizadeh_ICE`, parameters of another catheter and of a stream, and no motion that they
-//!   should give; its drag goes with the square of the stream's speed, docs/explanation/model.md (36) has the force itself.
-//! - `published.md`, but for its material laws: errors and sweeps of other simulators on vessels
-//!   that are not there. `peers.md` is of `cargo xtask bench`.
+//! - `buckling`, twisted columns (Greenhill, Michell's ring, the localised helix): their far end cannot
+//!   rotate, or the ring is closed. The model's tip is free, and a hinge at the guide would transmit its
+//!   torque along the tangent. Columns clamped at both ends are four free ones end to end.
+//! - `cantilever_dynamics`, `explicit_dt_bounds`: limits of explicit steps. The model's steps are implicit.
+//! - `bend45`, Bathe & Bolourchi at 300: it deviates by 2.9 % of the motion from the exact solution.
+//! - `rod_in_tube`, the pair of forces at the begin of a bend without clearance, and the pressure of a
+//!   compressed rod; `capstan`, a pushed rod: a stored tube has clearance, in which a pushed rod bows.
+//! - `salehizadeh_ICE`: it has parameters of another catheter and of a flow, but no resulting motion. Its
+//!   drag grows with the square of the speed; docs/explanation/model.md (45) takes the force itself.
+//! - `published.md`, except for its material laws: errors and parameter sweeps of other simulators on
+//!   vessels that are not available. `cargo xtask bench` uses `peers.md`.
 
 #[path = "../common/rod.rs"]
 mod rod;
@@ -31,5 +31,5 @@ mod energy;
 mod published;
 mod tube;
 
-/// The model in double precision, of as many links as the device has.
+/// The model in double precision, with as many links as on the device.
 type Chain = cathforce_mechanics::Model<f64>;

@@ -1,4 +1,4 @@
-//! A rod that a wall bends: held at three points, or too long for a bend.
+//! A rod that is bent by a wall: held at three points, or too long for a bend.
 
 use cathforce_mechanics::*;
 
@@ -10,7 +10,7 @@ use crate::wall::{StoredWall, Vector, add, norm, plane, tube};
 const EI_N_M2: [f64; 2] = [9.459736155740662e-6, 1.8191800299501273e-5];
 const ROD_RADIUS_M: f64 = 0.825e-3;
 
-/// A wall that hardly gives.
+/// A nearly rigid wall.
 fn hard() -> Wall<f64> {
     Wall {
         line_stiffness_n_per_m2: 1e6,

@@ -1,4 +1,4 @@
-//! A tip that is caught on a ledge and let go.
+//! A tip that catches on a ledge and is released.
 
 use core::f64::consts::PI;
 
@@ -8,7 +8,7 @@ use crate::catheter;
 use crate::sets::flagged_spikes;
 use crate::wall::{Seen, StoredWall, Vector, plane, tube};
 
-/// Where the ledge stands \[m\].
+/// Position of the ledge \[m\].
 const LEDGE_M: f64 = 0.06;
 /// 13 mm/s, half a turn in a second.
 const FEED_M: f64 = 13e-6;
@@ -26,20 +26,20 @@ fn ledge() -> StoredWall {
     })
 }
 
-/// A catheter with its tip curved, and what it has gone through.
+/// A catheter with a curved tip, and the record of its run.
 struct Run {
     model: Model<f32>,
     state: State<f32>,
     wall: StoredWall,
     at: [f64; 2],
-    /// Of every tick: the force \[N\], and whether it is flagged.
+    /// Force \[N\] and flag of every tick.
     forces: Vec<(f32, bool)>,
-    /// Energy that is there at first and that the drive puts in \[J\].
+    /// Initial energy plus the work of the drive \[J\].
     put_in_j: f32,
 }
 
 impl Run {
-    /// At rest, its tip down.
+    /// At rest, with the tip down.
     fn new(friction: f64, insertion_m: f64) -> Self {
         let mut description = catheter(friction, 1e-5, 40.0);
         description.gravity_m_per_s2 = [0.0, -9.81, 0.0];
@@ -50,7 +50,7 @@ impl Run {
         Self { model, state, wall, at: [insertion_m, PI], forces: Vec::new(), put_in_j }
     }
 
-    /// Goes to an insertion and rotation, and stays for half a second.
+    /// Moves to an insertion and rotation, and waits there for 0.5 s.
     fn to(&mut self, insertion_m: f64, rotation_rad: f64) -> Outputs<f32> {
         let [from_m, from_rad] = self.at;
         let (by_m, by_rad) = (insertion_m - from_m, rotation_rad - from_rad);
@@ -69,8 +69,8 @@ impl Run {
             }
             let energy_j =
                 self.state.kinetic_energy_j(&self.model) + self.state.elastic_energy_j(&self.model);
-            // Within what a tick's force at its end is worth as one of all of it; and weight does
-            // work: 1.5 g/m on 70 mm that fall by 8 mm.
+            // The tolerance covers the use of the force at the end of a tick for the whole tick, and the
+            // work of weight: 1.5 g/m on 70 mm that fall by 8 mm.
             let most_j = if last.unresolved { 4.0 } else { 1.5 } * self.put_in_j + 1e-5;
             assert!(!last.lost, "tick {tick}: {last:?}");
             assert!(energy_j <= most_j, "{energy_j} J, put in {most_j} J; tick {tick}: {last:?}");
@@ -98,8 +98,8 @@ fn force_n(outputs: &Outputs<f32>) -> f32 {
     outputs.force_on_vessel_n.iter().map(|f| f * f).sum::<f32>().sqrt()
 }
 
-/// Catches the tip on the ledge, fed until it bends by `bent_m`, and lets it go by moves to other
-/// insertions past the ledge and rotations, beyond it with a snap.
+/// Feeds the tip against the ledge until it bends by `bent_m`, and releases it with a snap by moves to
+/// other insertions past the ledge and rotations.
 fn catch_and_let_go(friction: f64, bent_m: f64, moves: &[(f64, f64)], beyond: bool) {
     let (start_m, before_m) = (0.03, 0.05);
     let mut run = Run::new(friction, start_m);
@@ -117,7 +117,7 @@ fn catch_and_let_go(friction: f64, bent_m: f64, moves: &[(f64, f64)], beyond: bo
     assert_eq!(run.tip_m() > LEDGE_M, beyond, "on the wrong side of the ledge: {free:?}");
     println!("unresolved: {unresolved} ticks caught, {} in all", run.unresolved());
     assert!(run.unresolved() > unresolved, "what lets go in one tick is to be flagged");
-    // Back to where it was, on the same way.
+    // Back to the start on the same path.
     run.to(start_m, PI);
     let after = run.to(before_m, PI);
     assert!(!free.unresolved && !after.unresolved, "{free:?}, {after:?}");
@@ -126,7 +126,7 @@ fn catch_and_let_go(friction: f64, bent_m: f64, moves: &[(f64, f64)], beyond: bo
         assert!(off < 0.01 * force_n(&before), "{after:?}, before it {before:?}");
     }
     assert!((after.drive_force_n - before.drive_force_n).abs() < 0.01 * force_n(&before));
-    // What is far below the force that held it does not matter.
+    // Forces far below the holding force are ignored.
     let spikes = flagged_spikes(&run.forces, 0.1 * force_n(&caught), |_, _| false);
     println!("jumped out and flagged: {spikes:?}");
     assert!(spikes.is_ok(), "not flagged, tick, force and usual force: {spikes:?}");
@@ -135,7 +135,7 @@ fn catch_and_let_go(friction: f64, bent_m: f64, moves: &[(f64, f64)], beyond: bo
 
 #[test]
 fn a_tip_caught_on_a_ledge_and_withdrawn_finds_its_forces_again() {
-    // Bent a little, and into a wave that the wall holds.
+    // Bent slightly, and into a wave that the wall supports.
     for bent_m in [3e-3, 12e-3] {
         catch_and_let_go(0.3, bent_m, &[(-0.01, PI)], false);
     }

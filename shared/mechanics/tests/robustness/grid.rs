@@ -1,5 +1,5 @@
-//! Links that are half as long at the tip, against links that are all as short: what goes on does not
-//! know where the lengths change.
+//! Links that are half as long at the tip, against links that are all short: the results must not depend
+//! on where the lengths change.
 
 use cathforce_mechanics::*;
 
@@ -7,17 +7,17 @@ use crate::{bent_tube, catheter};
 
 /// Twice as many links as the device has.
 const LINKS: usize = 2 * MAX_LINKS;
-/// In the bend when the instrument is all inside.
+/// Arc of the tip within the bend when the instrument is completely inside.
 const FINE_TIP_M: f64 = 0.02;
-/// Of the catheter, and how much farther a guidewire goes.
+/// Insertion of the catheter, and additional insertion of a guidewire.
 const FAR_M: f64 = 0.09;
 const AHEAD_M: f64 = 0.012;
 const FEED_M: f64 = 2e-5;
 const TURN_RAD: f64 = 5e-4;
 const TURNING_TICKS: usize = 1000;
 
-/// Drive force and torque of the catheter and of the guidewire, and the tip's position, as they were
-/// on average in the last half of the feed and in that of a turn.
+/// Mean force and torque at the drives of catheter and guidewire, and mean position of the tip, in the
+/// second half of the feed and in the second half of a rotation.
 fn played(description: Description<f64>) -> [[f64; 7]; 2] {
     let wall = bent_tube(4e-3);
     let model: Model<f64, LINKS> = Model::new(description).unwrap();
@@ -55,7 +55,7 @@ fn played(description: Description<f64>) -> [[f64; 7]; 2] {
     means
 }
 
-/// The same with links of this length, and with those of the tip half as long.
+/// A run with links of this length, and with half as long ones at the tip.
 fn with_links(
     description: &Description<f64>,
     link_length_m: f64,
@@ -67,8 +67,8 @@ fn with_links(
     played(description)
 }
 
-/// Forces to 2 % of no less than 1.5 mN, torques to 1 % of no less than 0.1 µN·m; the tip to 10 µm;
-/// or to a quarter of what long links alone are off by.
+/// Tolerances: forces 2 % (of at least 1.5 mN), torques 1 % (of at least 0.1 µN·m), the tip 10 µm; or a
+/// quarter of the error with long links only.
 fn assert_alike(what: &str, change: impl Fn(&mut Description<f64>)) {
     const UNITS: [(&str, f64, [f64; 2]); 7] = [
         ("drive force, mN", 1e3, [0.02, 1.5]),
@@ -82,7 +82,7 @@ fn assert_alike(what: &str, change: impl Fn(&mut Description<f64>)) {
     let mut description = catheter(0.3, 1e-5, 40.0);
     change(&mut description);
     let short = with_links(&description, 1e-3, 0.0);
-    // Somewhat more than the links need, so that none is lost to rounding.
+    // Slightly more than the links need, so that rounding loses none.
     let finer = with_links(&description, 2e-3, FINE_TIP_M + 1e-4);
     let long = with_links(&description, 2e-3, 0.0);
     for (phase, name) in ["fed", "turned"].into_iter().enumerate() {

@@ -1,5 +1,4 @@
-//! Whatever it is told to do, the model stays finite, and single precision stays close to
-//! its double-precision twin.
+//! For any drives, the model stays finite, and single precision stays close to double precision.
 
 #[path = "../common/wall.rs"]
 mod wall;
@@ -151,7 +150,7 @@ fn a_drive_at_rest_on_a_whole_number_of_links_keeps_them() {
     let model: Model<_> = Model::new(catheter::<f32>(0.3, 1e-5, 0.0)).unwrap();
     for links in 1..60 {
         let mut state: State<f32> = State::new();
-        // Whatever the rounding of encoder and link length makes of it.
+        // The reach depends on the rounding of encoder and link length.
         for ulps in [-1i32, 0, 1] {
             let insertion_m =
                 f32::from_bits((links as f32 * 2e-3).to_bits().wrapping_add_signed(ulps));

@@ -1,5 +1,5 @@
-//! Which random sets have passed, kept under the target folder: a long run goes on where it was
-//! broken off, in any number of parts, as long as the tick is the same to the last bit.
+//! A record of the random sets that have passed, in the target folder. An interrupted long run can be
+//! continued, as long as the tick is the same to the last bit.
 
 use std::collections::BTreeSet;
 use std::fs::{File, OpenOptions};
@@ -13,19 +13,19 @@ pub struct Passed {
 }
 
 impl Passed {
-    /// Nothing has passed, and nothing is kept.
+    /// An empty record that is not stored.
     pub fn nothing() -> Self {
         Self { before: BTreeSet::new(), file: None }
     }
 
-    /// What has passed of `check` on the tick with this fingerprint.
+    /// The record of `check` on the tick with this fingerprint.
     pub fn of(check: &str, fingerprint: u64) -> Self {
         let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("random-sets");
         std::fs::create_dir_all(&folder).unwrap();
         Self::in_file(&folder.join(format!("{check}-{fingerprint:016x}.txt")))
     }
 
-    /// One seed a line; a line that a killed run has not ended does not count.
+    /// One seed per line; an incomplete last line of a killed run is ignored.
     fn in_file(path: &Path) -> Self {
         let kept = std::fs::read_to_string(path).unwrap_or_default();
         let ended = kept.rfind('\n').map_or(0, |end| end + 1);
@@ -56,7 +56,7 @@ fn what_has_passed_is_known_to_the_next_run() {
     assert!(!first.has(7));
     first.add(7);
     first.add(123);
-    // Killed within a line.
+    // The run was killed within a line.
     std::fs::write(&path, "7\n123\n45").unwrap();
     let second = Passed::in_file(&path);
     assert!(second.has(7) && second.has(123) && !second.has(45));

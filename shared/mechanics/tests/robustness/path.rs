@@ -2,8 +2,8 @@
 
 use crate::wall::{Seen, Vector, add, dot, norm, tube};
 
-/// A centre line of straight pieces and arcs, tangent to each other. Its first and last piece
-/// go on for ever.
+/// A centre line of straight pieces and arcs with common tangents. The first and the last piece are
+/// unbounded.
 pub struct Path {
     pieces: Vec<Piece>,
     end: Vector,

@@ -2,7 +2,7 @@
 
 use cathforce_mechanics::*;
 
-/// A small generator, so that a failure names its seed and can be repeated.
+/// A small random generator. A failure reports its seed, so that it can be repeated.
 #[derive(Clone)]
 pub struct Random(u64);
 
@@ -40,8 +40,8 @@ impl Random {
     }
 }
 
-/// Anything that [`Description::validate`] accepts and that can be an instrument in a vessel
-/// of 300 mm: not a bar of iron, not a link longer than the vessel is wide.
+/// A random description that [`Description::validate`] accepts and that is plausible for a vessel of
+/// 300 mm: no instrument as stiff as an iron bar, no link longer than the vessel is wide.
 pub fn any_description(random: &mut Random) -> Description<f32> {
     let f = |x: f64| x as f32;
     let shaft = random.scale(1e-7, 1e-3);
@@ -95,16 +95,15 @@ pub fn any_description(random: &mut Random) -> Description<f32> {
     }
 }
 
-/// [`any_description`] with shorter links at the tip, as devices have them, of which what is drawn later
-/// knows nothing.
+/// [`any_description`] with shorter links at the tip, as on devices. Later random draws do not change.
 pub fn short_at_tip(random: &mut Random) -> Description<f32> {
     let mut description = any_description(random);
     description.solver.fine_tip_m = random.clone().scale(1e-3, 0.2) as f32;
     description
 }
 
-/// On top of [`any_description`] half of the time a guidewire, half of the time a tendon that is
-/// pulled, and one in four of the effects anywhere in its range, or mildly.
+/// [`any_description`] with a guidewire in half of the cases, a pulled tendon in half of them, and one
+/// effect in four at a random or a mild value.
 pub fn laden(random: &mut Random) -> Description<f32> {
     let mut description = any_description(random);
     if random.below(2) == 0 {
@@ -114,8 +113,8 @@ pub fn laden(random: &mut Random) -> Description<f32> {
         description.guidewire = Some(wire);
     }
     if random.below(2) == 0 {
-        // Pulled by no more than it takes to bend the free tip by a turn, and up to 100 times as
-        // stiff as what it bends: one that would crush it is none.
+        // Pulled at most as far as bends the free tip by a full turn, and at most 100 times as stiff as
+        // the instrument, because a stiffer one would crush it.
         let sections = description.instrument.sections.iter();
         let softest = sections.map(|s| f64::from(s.bending_stiffness_n_m2)).fold(1.0, f64::min);
         let (offset_m, length_m) = (random.scale(1e-4, 2e-3), random.scale(0.02, 0.2));
@@ -130,9 +129,9 @@ pub fn laden(random: &mut Random) -> Description<f32> {
     }
     for effect in EFFECTS {
         let most = match effect.id {
-            // Not of a step.
+            // Not a parameter of the step.
             id if id.starts_with("sensor.") => continue,
-            // Millimetres: a wall that goes through the instrument throws it.
+            // Only millimetres, because a wall that moves through the instrument throws it.
             "wall.motion" | "wall.registration" => 0.05,
             _ => 1.0,
         };
@@ -143,7 +142,7 @@ pub fn laden(random: &mut Random) -> Description<f32> {
         for info in effect.parameters {
             let anywhere = random.between(info.min, info.max);
             let off = info.off.unwrap_or(anywhere);
-            // Rounded to single precision it must not leave the range.
+            // After rounding to single precision it must stay within the range.
             let value = (off + share * (anywhere - off)) as f32;
             let value = value.clamp(info.min as f32, info.max as f32);
             description.set_parameter(info.key, value).unwrap();
@@ -157,7 +156,7 @@ pub fn laden(random: &mut Random) -> Description<f32> {
     description
 }
 
-/// On top of [`laden`] half of the time shorter links at the tip, likewise.
+/// [`laden`] with shorter links at the tip in half of the cases.
 pub fn finer(random: &mut Random) -> Description<f32> {
     let mut description = laden(random);
     let mut own = random.clone();
@@ -176,8 +175,7 @@ fn any_drag(random: &mut Random) -> Drag<f32> {
     }
 }
 
-/// A catheter as they are sold, in a vessel as they are: every number within what a rig file
-/// would say.
+/// A realistic catheter in a realistic vessel: every number is plausible for a rig file.
 pub fn catheter(random: &mut Random) -> Description<f32> {
     let f = |x: f64| x as f32;
     let mut description = any_description(random);
@@ -214,20 +212,20 @@ pub fn catheter(random: &mut Random) -> Description<f32> {
     description
 }
 
-/// What the hand at the drive does for a while.
+/// Motion of a random drive for a while.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Phase {
     Rest,
     Cruise,
-    /// The feed changes its sign at full speed.
+    /// The feed reverses at full speed.
     Reversal,
-    /// A slipping drive or a lost frame: the encoder jumps.
+    /// The encoder jumps, as with a slipping drive or lost frames.
     Step,
     /// Out of the vessel and in again.
     Withdrawal,
-    /// Turning on the spot.
+    /// Rotation without feed.
     Turn,
-    /// The encoder's last bits flicker.
+    /// The last bits of the encoder flicker.
     Flicker,
 }
 
@@ -237,7 +235,7 @@ pub struct Hand {
     pub phase: Phase,
     phases: &'static [Phase],
     phase_ticks: usize,
-    /// Fastest feed \[m\] and rotation \[rad\] a tick.
+    /// Largest feed \[m\] and rotation \[rad\] in a tick.
     fastest: [f64; 2],
     tick: usize,
     insertion_m: f64,
@@ -256,7 +254,7 @@ impl Hand {
         Self::new(seed, reach_m, &PHASES, 500, [200e-6, 15e-3])
     }
 
-    /// What an operator does: up to 30 mm/s and 3 rad/s.
+    /// Motion of an operator: up to 30 mm/s and 3 rad/s.
     pub fn steady(seed: u64, reach_m: f64) -> Self {
         use Phase::*;
         const PHASES: [Phase; 5] = [Rest, Cruise, Cruise, Reversal, Turn];

@@ -1,11 +1,11 @@
-//! Random parameter sets, 20 s each: whatever the drive does, no number is lost, the energy
-//! stays bounded, and a force that jumps out is flagged.
+//! Random parameter sets, 20 s each. Whatever the drives do, every result is finite, the energy stays
+//! bounded, and a spike of the force is flagged.
 //!
-//! The suite runs a sample. `CATHFORCE_RANDOM_SETS=50000 cargo test --release -p
-//! cathforce-mechanics --test robustness random_ -- --nocapture` is the long run, so many of each
-//! kind; of one kind with more of its test's name, as `random_parameter`. It says how far
-//! it is and may be broken off and called again: what has passed on this very tick is not run
-//! again. `CATHFORCE_RANDOM_SETS=340..341` runs a part of it.
+//! The suite runs a sample. The long run is `CATHFORCE_RANDOM_SETS=50000 cargo test --release -p
+//! cathforce-mechanics --test robustness random_ -- --nocapture`, with that many sets of each kind. More
+//! of a test's name, such as `random_parameter`, selects one kind. The run prints its progress and may be
+//! interrupted: sets that have passed on the same tick are not run again.
+//! `CATHFORCE_RANDOM_SETS=340..341` runs a part of it.
 
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::ops::Range;
@@ -22,13 +22,13 @@ use crate::wall::{Seen, StoredWall, Vector, plane, tube};
 /// Ticks of 1 ms.
 const TICKS: usize = 20_000;
 const SAMPLE: u64 = 10;
-/// As far as a hand goes \[m\].
+/// Largest insertion of the random drive \[m\].
 const REACH_M: f32 = 0.13;
-/// Sets from one word of progress to the next.
+/// Sets between two lines of progress.
 const PROGRESS: u64 = 100;
 
-/// Vessels around one bent path: tight, wide, with a dead end, with a pocket whose rim catches
-/// the tip and lets it go.
+/// Vessels around one bent path: tight, wide, with a dead end, and with a pocket whose rim catches and
+/// releases the tip.
 fn vessels() -> Vec<StoredWall> {
     let path = bent_path();
     let stored = |radius_m: f64, cell_m: f64, change: &dyn Fn(Vector, Seen) -> Seen| {
@@ -60,18 +60,18 @@ fn nearer(a: Seen, b: Seen) -> Seen {
 #[derive(Clone, Copy)]
 struct Family {
     describe: fn(&mut Random) -> Description<f32>,
-    /// So many of its first seeds tell one tick from another.
+    /// Number of its first seeds whose results identify the tick.
     told_by: u64,
 }
 
 const PLAIN: Family = Family { describe: any_description, told_by: 5 };
 const SHORT_AT_TIP: Family = Family { describe: short_at_tip, told_by: 5 };
-/// Any one effect is in few of them.
+/// Sets with effects, guidewires and tendons. Each single effect is in few of them.
 const LADEN: Family = Family { describe: laden, told_by: 40 };
-/// The same with shorter links at the tip in one of two.
+/// Likewise, with shorter links at the tip in half of them.
 const FINER: Family = Family { describe: finer, told_by: 40 };
 
-/// A random hand at the catheter, and at the guidewire another.
+/// A random drive of the catheter, and another one of the guidewire.
 struct Hands {
     catheter: Hand,
     guidewire: Option<Hand>,
@@ -93,7 +93,7 @@ impl Hands {
     }
 }
 
-/// The seeds that are asked for: a number of them, or from one to before another.
+/// The requested seeds: a number of them, or a range.
 fn seeds() -> Range<u64> {
     let Ok(asked) = std::env::var("CATHFORCE_RANDOM_SETS") else { return 0..SAMPLE };
     let number = |text: &str| {
@@ -105,7 +105,7 @@ fn seeds() -> Range<u64> {
     }
 }
 
-/// The bits of some seconds of the tick, that of the first seeds.
+/// Fingerprint of the tick: hash of the results of the first seeds over some seconds.
 fn fingerprint(vessels: &[StoredWall], family: Family) -> u64 {
     const TICKS: usize = 1000;
     let mut bits = DefaultHasher::new();
@@ -125,7 +125,7 @@ fn fingerprint(vessels: &[StoredWall], family: Family) -> u64 {
     bits.finish()
 }
 
-/// Runs one check over the seeds on all processors and panics with those that failed.
+/// Runs one check over the seeds on all processors. Panics with the seeds that failed.
 fn over_seeds(
     name: &str,
     family: Family,
@@ -146,7 +146,7 @@ fn over_seeds(
             if !passed.has(seed) {
                 match check(seed, &vessels) {
                     Ok(()) => passed.add(seed),
-                    // At once: a long run may be broken off.
+                    // Written at once, because a long run may be interrupted.
                     Err(found) => {
                         eprintln!("seed {seed}: {found}");
                         failures.lock().unwrap().push(seed);
@@ -169,8 +169,8 @@ fn over_seeds(
     assert!(failures.is_empty(), "{} of seeds {seeds:?} failed: {failures:?}", failures.len());
 }
 
-/// Energy that no drive gives the instruments: every link stretched to twice its length, every
-/// joint bent by a radian, everything at 5 m/s \[J\].
+/// Bound on the energy \[J\], which no drive reaches: every link stretched to twice its length, every
+/// joint bent by 1 rad, and all nodes at 5 m/s.
 pub fn most_energy_j(description: &Description<f32>, reach_m: f32) -> f32 {
     let Solver { link_length_m, fine_tip_m, .. } = description.solver;
     let h = if fine_tip_m > 0.0 { 0.5 * link_length_m } else { link_length_m };
@@ -181,18 +181,18 @@ pub fn most_energy_j(description: &Description<f32>, reach_m: f32) -> f32 {
     };
     let bending =
         largest(|s| s.bending_stiffness_n_m2).max(largest(|s| s.torsional_stiffness_n_m2));
-    // What effects make of it; `softening` may as well harden.
+    // Stiffness and mass including the effects; `softening` may also stiffen.
     let effects = &description.effects.instrument;
     let factor = effects.stiffness.shaft_factor.max(effects.stiffness.tip_factor).max(1.0);
     let hardened = 1.0 - effects.softening.share.min(0.0);
     let per_metre = bending * hardened / (h * h) + largest(|s| s.axial_stiffness_n);
-    // A tendon that is pulled before what it bends has left the guide.
+    // A tendon may be pulled while the part that it bends is still in the guide.
     let pulled = description.tendon.stiffness_n_per_m * description.tendon.pull_m.powi(2);
     let moving = largest(|s| s.mass_kg_per_m) * 25.0;
     0.5 * (reach_m * (factor * per_metre + moving) + pulled)
 }
 
-/// What the state hands on is bounded, and every number is one.
+/// Checks that the state is bounded and finite.
 fn stays_bounded(family: Family, seed: u64, vessels: &[StoredWall]) -> Result<(), String> {
     let mut random = Random::new(seed);
     let description = (family.describe)(&mut random);
@@ -204,7 +204,7 @@ fn stays_bounded(family: Family, seed: u64, vessels: &[StoredWall]) -> Result<()
     for tick in 0..TICKS {
         let outputs = step(&model, &lumen, &mut state, hands.next());
         let at = || format!("tick {tick}, {:?}: {outputs:?}", hands.catheter.phase);
-        // A step hands on no number that is none: it says that it has lost one.
+        // A step never leaves a number that is not finite; it reports the loss.
         if outputs.lost {
             return Err(format!("lost a number; {}", at()));
         }
@@ -233,22 +233,22 @@ fn random_effects_guidewires_and_tendons_lose_no_number_and_keep_their_energy_bo
     over_seeds("laden", FINER, |seed, vessels| stays_bounded(FINER, seed, vessels));
 }
 
-/// A chain of rubber (0.1 N of axial stiffness) that is drawn out at 0.4 m/s and thrown by one
-/// solve to 30 mJ of motion; the step after it must not begin with them.
+/// A very soft chain (0.1 N of axial stiffness) is pulled out at 0.4 m/s. One linear solve gives it 30 mJ
+/// of kinetic energy, which the next step must not take over.
 #[test]
 fn a_chain_that_is_thrown_hands_on_a_bounded_energy() {
     stays_bounded(PLAIN, 3811, &vessels()).unwrap();
 }
 
-/// A viscous shaft with five metres to wind up behind the guide, withdrawn to its last links: beside
-/// the bending at the mouth its twist was lost to rounding.
+/// A viscous shaft with 5 m of free length behind the guide is withdrawn to its last links. Its torsional
+/// stiffness at the mouth is so small beside the bending stiffness that rounding could erase it.
 #[test]
 fn a_viscous_shaft_that_winds_up_keeps_its_twist_at_the_mouth() {
     stays_bounded(LADEN, 220, &vessels()).unwrap();
 }
 
-/// Walls that stiffen by up to 500 as they are pressed flat (91, 423), that relax too (527), and both
-/// round a guidewire (648, 809, 838): stiffer than single precision has numbers for.
+/// Walls that stiffen up to 500 times under compression, some of which also relax, around a catheter or a
+/// catheter with guidewire. Without a limit, they exceed what single precision can resolve.
 #[test]
 fn a_wall_that_stiffens_stays_within_the_numbers_that_there_are() {
     let vessels = vessels();
@@ -257,9 +257,9 @@ fn a_wall_that_stiffens_stays_within_the_numbers_that_there_are() {
     }
 }
 
-/// A soft shaft of up to five metres that winds up behind a link that has just entered, with a
-/// guidewire a thousand times as stiff (808, 840) or without (510): beside the bending at the mouth its
-/// twist was lost, viscous or not.
+/// A soft shaft of up to 5 m winds up behind a link that has just entered, with or without a guidewire
+/// that is a thousand times as stiff. Its torsional stiffness must survive beside the bending stiffness at
+/// the mouth, with and without viscosity.
 #[test]
 fn a_soft_shaft_that_winds_up_keeps_its_twist_beside_a_stiff_joint() {
     let vessels = vessels();
@@ -268,17 +268,17 @@ fn a_soft_shaft_that_winds_up_keeps_its_twist_beside_a_stiff_joint() {
     }
 }
 
-/// A force is a spike when it is more than this many times all others …
+/// A force is a spike if it is more than this many times all others …
 const SPIKE: f32 = 2.0;
-/// … within this many ticks before and after, but for the nearest.
+/// … within these numbers of ticks before and after; the nearest ticks are left out.
 const AROUND: core::ops::RangeInclusive<usize> = 5..=50;
-/// Forces below this do not matter \[N\].
+/// Forces below this are ignored \[N\].
 const FLOOR_N: f32 = 5e-3;
 
-/// How many forces jump out, all of them flagged as unresolved or real; else tick and size of the
-/// first one that is neither, and the usual force there. Forces below `floor_n` do not matter.
+/// Counts spikes that are flagged as unresolved, and spikes that are real. The error is the first spike
+/// that is neither: its tick and force, and the usual force there. Forces below `floor_n` are ignored.
 ///
-/// `real` says whether a force of this tick and size would be there too if the ticks were finer.
+/// `real` tells whether a spike of this tick and force also occurs with finer ticks.
 pub fn flagged_spikes(
     forces: &[(f32, bool)],
     floor_n: f32,
@@ -301,7 +301,7 @@ pub fn flagged_spikes(
     Ok(flagged)
 }
 
-/// A run of a random catheter by a steady hand.
+/// A run of a random catheter with the motion of an operator.
 struct Steady {
     model: Model<f32>,
     state: State<f32>,
@@ -314,10 +314,10 @@ impl Steady {
         Self { model, state, hand: Hand::steady(seed, 0.125) }
     }
 
-    /// The largest force of the ticks around one, computed in tenths of ticks from the state that the run
-    /// has some ticks before.
+    /// Largest force in the ticks around one, computed with tenths of ticks from the state some ticks
+    /// earlier.
     fn finer(mut self, lumen: &Lumen<'_>, tick: usize) -> f32 {
-        /// Ticks before and after.
+        /// Number of ticks before and after.
         const AWAY: usize = 20;
         const PARTS: usize = 10;
         let mut before = Drive::default();
@@ -351,7 +351,7 @@ fn force_n(outputs: &Outputs<f32>) -> f32 {
     outputs.force_on_vessel_n.map(|f| f * f).iter().sum::<f32>().sqrt()
 }
 
-/// Spikes of a random catheter, flagged and real.
+/// Numbers of flagged and of real spikes of a random catheter.
 fn spikes(seed: u64, vessels: &[StoredWall]) -> Result<[u64; 2], String> {
     let mut random = Random::new(seed);
     let description = catheter(&mut random);
@@ -368,8 +368,8 @@ fn spikes(seed: u64, vessels: &[StoredWall]) -> Result<[u64; 2], String> {
         phases.push(hand.phase);
     }
     let mut real = 0;
-    // Smaller steps make a force that is real no smaller: a tip that catches on a rim and is let go, or
-    // strikes it.
+    // A real force does not decrease with finer steps: a tip catches on a rim and is released, or strikes
+    // it.
     let flagged = flagged_spikes(&forces, FLOOR_N, |tick, force_n| {
         let felt = start().finer(&lumen, tick) > force_n / SPIKE;
         real += u64::from(felt);
@@ -396,7 +396,7 @@ fn random_catheters_flag_every_force_that_jumps_out() {
     println!("{flagged} ticks jumped out and were flagged, {real} were real");
 }
 
-/// Tips that catch on the rim of a pocket for 10 ms and are let go (232, 638), or strike it (594).
+/// Tips that catch on the rim of a pocket for 10 ms and are released, or strike it.
 #[test]
 fn a_force_that_jumps_out_is_flagged_or_real() {
     let vessels = vessels();
@@ -407,7 +407,7 @@ fn a_force_that_jumps_out_is_flagged_or_real() {
     }
 }
 
-/// An impact wedges a tip for 6 ms with friction 0.54, where finer ticks let it slide (450).
+/// An impact wedges a tip for 6 ms at a friction of 0.54; with finer ticks it slides.
 #[test]
 fn what_an_impact_sets_off_is_flagged_with_it() {
     let [flagged, real] = spikes(450, &vessels()).unwrap();

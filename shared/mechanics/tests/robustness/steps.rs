@@ -1,18 +1,18 @@
-//! Drives that do at once what takes a while: encoders that jump, reversals at full speed.
+//! Drives that move discontinuously: encoders that jump, reversals at full speed.
 
 use cathforce_mechanics::*;
 
 use crate::sets::most_energy_j;
 use crate::{bent_tube, catheter};
 
-/// Where the forces are compared, with the tip round the bend \[m\].
+/// Insertion at which the forces are compared, with the tip past the bend \[m\].
 const FAR_M: f64 = 0.1;
 const NEAR_M: f64 = 0.09;
 const FEED_M: f64 = 13e-6;
 
-/// Fed to [`FAR_M`], then what `shaken` says of every tick (feed past that and rotation), then
-/// back to [`NEAR_M`] and to [`FAR_M`] again. Forces of the last tick, and ticks that are flagged
-/// while it is shaken.
+/// Feeds to [`FAR_M`], applies the disturbance `shaken` of each tick (feed past that, and rotation), then
+/// withdraws to [`NEAR_M`] and feeds to [`FAR_M`] again. Returns the forces of the last tick, and the
+/// number of flagged ticks during the disturbance.
 fn shaken(shaken: impl IntoIterator<Item = (f64, f64)>) -> (Outputs<f32>, usize) {
     let description = catheter(0.3, 1e-5, 20.0);
     let wall = bent_tube(4e-3);
@@ -43,7 +43,7 @@ fn shaken(shaken: impl IntoIterator<Item = (f64, f64)>) -> (Outputs<f32>, usize)
     (last, flagged)
 }
 
-/// Forces are what they are without the shaking, within 1 % of all the force.
+/// Forces are the same as without the disturbance, within 1 % of the total force.
 fn assert_forgotten(what: &str, found: &Outputs<f32>) {
     let (still, _) = shaken([]);
     let norm = |f: [f32; 3]| f.iter().map(|f| f * f).sum::<f32>().sqrt();
@@ -63,7 +63,7 @@ fn assert_forgotten(what: &str, found: &Outputs<f32>) {
 
 #[test]
 fn an_encoder_that_steps_is_flagged_and_forgotten() {
-    // A slipping drive, or frames that were lost: there at once, half a second, and back at once.
+    // As with a slipping drive or lost frames: a jump, half a second there, and a jump back.
     for (step_m, step_rad) in [(3e-3, 0.0), (-3e-3, 0.0), (0.0, 0.5), (3e-3, -0.5)] {
         let steps = (0..3000).map(|tick| {
             let there = (tick / 500) % 2 == 1;
@@ -78,7 +78,7 @@ fn an_encoder_that_steps_is_flagged_and_forgotten() {
 
 #[test]
 fn reversals_at_full_speed_are_forgotten() {
-    // To and fro at 200 mm/s or 15 rad/s, turned round within a tick, ten times a second.
+    // To and fro at 200 mm/s or 15 rad/s, reversed within a tick, ten times a second.
     for (speed_m, speed_rad) in [(200e-6, 0.0), (0.0, 15e-3), (200e-6, 15e-3)] {
         let zigzag = (0..2000).map(|tick| {
             let phase = f64::from(tick % 100);

@@ -1,16 +1,16 @@
-//! What friction holds when the drive stops, and what encoders of coarse steps make of a feed.
+//! Friction after the drive stops, and a feed with coarse encoder steps.
 
 use cathforce_mechanics::*;
 
 use crate::{bent_tube, catheter};
 
-/// Where the tip is well round the bend, which presses the whole instrument to the wall \[m\].
+/// Insertion with the tip well past the bend, which presses the whole instrument to the wall \[m\].
 const FAR_M: f64 = 0.1;
-/// With friction most of what the drive feels is friction.
+/// A friction coefficient with which most of the force at the drive is friction.
 const FRICTION: f64 = 0.7;
 
-/// Drive forces, tick by tick, of a drive that is fed to [`FAR_M`] by `feed_m` a tick and then goes
-/// where `then` says, past that. Before them the force there. A tick has that many `parts`.
+/// Force at [`FAR_M`] after a feed of `feed_m` per tick, and then the force of every tick in which the
+/// drive moves as `then` says, past that. A tick has `parts` substeps.
 fn drive_forces_n(parts: u8, feed_m: f64, then: impl IntoIterator<Item = f64>) -> (f64, Vec<f64>) {
     let wall = bent_tube(4e-3);
     let mut description = catheter(FRICTION, 1e-5, 0.0);
@@ -38,7 +38,7 @@ fn a_drive_that_stops_is_held_by_the_friction_that_it_slid_against() {
         for feed_m in feeds_m {
             let (sliding_n, at_rest_n) = drive_forces_n(parts, feed_m, [0.0; 300]);
             let rested_n = mean(&at_rest_n[200..]);
-            // The same stop in a tenth of a second, as a drive of some mass makes it.
+            // The same stop within 0.1 s, as by a drive with inertia.
             let ramp = (1..=100).map(|tick| f64::from(tick) - f64::from(tick * tick) / 200.0);
             let ramped = ramp.map(|share| share * feed_m).chain([50.0 * feed_m; 200]);
             let (_, ramped_n) = drive_forces_n(parts, feed_m, ramped);
@@ -51,7 +51,7 @@ fn a_drive_that_stops_is_held_by_the_friction_that_it_slid_against() {
                 1e3 * ramped_n
             );
             assert!(sliding_n > 5e-3, "the wall must be felt: {sliding_n}");
-            // Of which what 0.1 s feed on is no friction that was lost.
+            // The part from the feed in these 0.1 s is not lost friction.
             assert!((rested_n - sliding_n).abs() < 0.02 * sliding_n, "{rested_n} of {sliding_n}");
             assert!((ramped_n - sliding_n).abs() < 0.02 * sliding_n, "{ramped_n} of {sliding_n}");
         }

@@ -1,4 +1,4 @@
-//! What the drives hold: weight of what slides, and the energy of a twist.
+//! Loads on the drives: weight of a sliding instrument, and energy of bending and twist.
 
 use cathforce_mechanics::*;
 
@@ -9,11 +9,11 @@ const LENGTH_M: f64 = 0.1;
 const LINKS: usize = 40;
 const G: f64 = 9.81;
 
-/// docs/explanation/model.md (41)
+/// docs/explanation/model.md (26)
 ///
-/// Fed by ds in a straight catheter, an instrument lifts its whole length by ds: its drive carries
-/// m g L. Pieces and masses are exact whatever the links, and nothing bends: a millionth is room for
-/// the stretch (m g/EA, 10⁻⁹) and rounding. Without the term the follower would carry nothing.
+/// An instrument that is fed by ds in a straight, vertical catheter lifts its whole length by ds, so its
+/// drive carries m g L. Segments and masses do not depend on the links, and nothing bends. A tolerance of
+/// 10⁻⁶ covers stretch (m g/EA, 10⁻⁹) and rounding. Without the term, the follower would carry nothing.
 #[test]
 fn in_an_upright_guide_the_drive_of_what_slides_carries_its_weight() {
     let (catheter_kg_per_m, wire_kg_per_m) = (3e-3, 2e-3);
@@ -21,14 +21,14 @@ fn in_an_upright_guide_the_drive_of_what_slides_carries_its_weight() {
         let mut pair = pair(LENGTH_M, LINKS, [1e-2, 1e-5]);
         pair.instrument.sections[0].mass_kg_per_m = catheter_kg_per_m;
         pair.guidewire.as_mut().unwrap().sections[0].mass_kg_per_m = wire_kg_per_m;
-        // Not at the origin: what counts is the height over the mouth.
+        // Not at the origin, because only the height above the mouth matters.
         pair.entry = Entry {
             position_m: [0.02, -0.03, 0.05],
             direction: [0.0, 0.0, upwards],
             up: [1.0, 0.0, 0.0],
         };
         pair.gravity_m_per_s2 = [0.0, 0.0, -G];
-        // The last one of each inside, and the one that is followed.
+        // Insertions of both, and the instrument that follows.
         for (catheter_m, wire_m) in [(LENGTH_M, 0.0613), (LENGTH_M, 0.02), (0.0437, LENGTH_M)] {
             let (model, wall, mut state) =
                 (Chain::new(pair.clone()).unwrap(), free_space(), State::new());
@@ -42,7 +42,7 @@ fn in_an_upright_guide_the_drive_of_what_slides_carries_its_weight() {
             };
             let what = format!("upwards {upwards}, catheter {catheter_m} m, wire {wire_m} m");
             assert_near(&what, follower_n, upwards * kg * G, 1e-6);
-            // The other one has the rest; half of the link at the mouth hangs on the guide.
+            // The other drive carries the rest. Half of the link at the mouth hangs on the guide.
             let whole_n = found.guidewire_force_n + found.drive_force_n;
             let all_kg = catheter_kg_per_m * catheter_m + wire_kg_per_m * wire_m;
             let at_mouth_kg = (catheter_kg_per_m + wire_kg_per_m) * 0.5 * LENGTH_M / LINKS as f64;
@@ -51,11 +51,11 @@ fn in_an_upright_guide_the_drive_of_what_slides_carries_its_weight() {
     }
 }
 
-/// docs/explanation/model.md (18), the part ½ G J κ_t²
+/// docs/explanation/model.md (23), the part ½ G J κ_t²
 ///
-/// A rod that is twisted by a dead torque T stores T²/2GJ a length; fed by ds, its drive gains what
-/// the torque's work T²/GJ ds leaves of that. What is twisted when unloaded, by κ₀, has been kept
-/// straight in the guide at ½ G J κ₀². Links are straight and twist evenly: exact but for rounding.
+/// A rod that is twisted by a dead torque T stores T²/2GJ per length. During a feed ds the torque does the
+/// work T²/GJ ds, so the drive gains the difference. The guide stores ½ G J κ₀² per length of a rod with
+/// unloaded twist κ₀. Straight links twist evenly, so the result is exact up to rounding.
 #[test]
 fn a_twisted_rod_draws_at_the_drive_by_the_energy_of_its_twist() {
     let gj = 0.7e-4;
@@ -77,10 +77,10 @@ fn a_twisted_rod_draws_at_the_drive_by_the_energy_of_its_twist() {
     }
 }
 
-/// docs/explanation/model.md (18)
+/// docs/explanation/model.md (23)
 ///
-/// While the tip is still within a guide that reaches into the vessel, nothing bends past its mouth:
-/// no force, however the tip is curved; out of it −½ EI κ₀².
+/// While the tip is within a guide that reaches into the vessel, nothing bends past the mouth, and there is
+/// no force whatever the pre-curvature. Past the mouth the force is −½ EI κ₀².
 #[test]
 fn a_curved_tip_within_a_longer_guide_draws_at_nothing() {
     let (ei, per_m, guide_m) = (1e-5, 80.0, 0.03);
@@ -97,10 +97,10 @@ fn a_curved_tip_within_a_longer_guide_draws_at_nothing() {
     assert_near("out of it", held_n(2.0 * guide_m), -0.5 * ei * per_m * per_m, 1e-3);
 }
 
-/// docs/explanation/model.md (18), (34)
+/// docs/explanation/model.md (23), (29)
 ///
-/// A tendon that bends an instrument draws in what enters as a pre-curve does: with the curvature κ
-/// that it holds at the mouth, −½ EI κ². κ is told by the tip, which is off by half a cell of forty.
+/// A tendon that bends an instrument pulls it in like a pre-curvature: with the curvature κ at the mouth,
+/// by −½ EI κ². κ is computed from the tip, with an error of half a cell of forty.
 #[test]
 fn what_a_tendon_bends_at_the_mouth_draws_at_the_drive() {
     let ei = 1e-5;
@@ -114,15 +114,15 @@ fn what_a_tendon_bends_at_the_mouth_draws_at_the_drive() {
         ],
     );
     let (tip, outputs) = hang(bent, &FREE_TIP);
-    // An arc: height over length along it.
+    // The chain is an arc, so its curvature follows from the height of the tip.
     let per_m = 2.0 * tip[2] / (tip[0] * tip[0] + tip[2] * tip[2]);
     assert!(per_m > 5.0, "{per_m}");
     assert_near("drive", outputs.drive_force_n, -0.5 * ei * per_m * per_m, 0.06);
 }
 
-/// docs/explanation/model.md (42)
+/// docs/explanation/model.md (27)
 ///
-/// A stream draws each of two instruments with what it does to what of it lies bare or outermost.
+/// The flow pulls each of two instruments by the part of its surface that is exposed to it.
 #[test]
 fn a_stream_draws_each_instrument_by_what_of_it_lies_in_the_stream() {
     let along_n_per_m = 0.2;
@@ -133,15 +133,15 @@ fn a_stream_draws_each_instrument_by_what_of_it_lies_in_the_stream() {
     let (model, wall, mut state) = (Chain::new(streaming).unwrap(), free_space(), State::new());
     let (catheter_m, wire_m) = (0.09, LENGTH_M);
     let found = rest(&model, &wall.lumen(), &mut state, both(catheter_m, wire_m), &FREE_TIP);
-    // Half of the link at the mouth is carried by the guide; the end of the catheter by two nodes.
+    // The guide carries half of the link at the mouth. Two nodes carry the end of the catheter.
     let at_mouth_m = 0.5 * LENGTH_M / LINKS as f64;
     assert_near("catheter", found.drive_force_n, -along_n_per_m * (catheter_m - at_mouth_m), 0.03);
     assert_near("wire", found.guidewire_force_n, -along_n_per_m * (wire_m - catheter_m), 0.15);
 }
 
-/// docs/explanation/model.md (27)
+/// docs/explanation/model.md (46)
 ///
-/// The introducer rubs on what passes it, whether or not the tip is out of a longer guide.
+/// The introducer's friction acts whether or not the tip has left a longer guide.
 #[test]
 fn an_introducer_rubs_while_the_tip_is_within_the_guide() {
     let rubbing = with(
@@ -156,7 +156,7 @@ fn an_introducer_rubs_while_the_tip_is_within_the_guide() {
     assert_near("introducer", found.drive_force_n, 0.2, 1e-9);
 }
 
-/// Drives that go beyond what the links can reach are no drives whose forces are known.
+/// Forces of drives beyond the reach of the links are flagged.
 #[test]
 fn a_drive_beyond_the_links_is_flagged() {
     let scaled =
@@ -171,7 +171,7 @@ fn a_drive_beyond_the_links_is_flagged() {
             flagged_from_m.get_or_insert(at_m);
         }
     }
-    // Scaled from where it began, at half of the reach.
+    // Scaled relative to the start at half of the reach.
     let beyond_m = 0.5 * reach_m * (1.0 + 1.0 / 1.2);
     assert_near("flagged from", flagged_from_m.unwrap(), beyond_m, 1e-3);
 }

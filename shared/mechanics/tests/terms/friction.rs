@@ -1,4 +1,4 @@
-//! Friction of what turns and what slides, and its coefficient.
+//! Friction under rotation and sliding, and the friction coefficient.
 
 use cathforce_mechanics::*;
 
@@ -10,14 +10,14 @@ const LENGTH_M: f64 = 0.1;
 const G: f64 = 9.81;
 const FRICTION: f64 = 0.3;
 
-/// docs/explanation/model.md (40), (43)
+/// docs/explanation/model.md (25), (28)
 ///
-/// A load presses the end of a bare wire on a floor and the wire's drive rolls it: the surface below
-/// moves towards +y (e_x × −e_z), friction takes the wire towards −y, the vessel the other way, with
-/// μ N. Its moment about the wire is r μ N and all on the wire's drive: no work is done on the
-/// catheter. The floor rises to the end of the wire by 1 in 100: it is all that touches. The wire bends
-/// aside by 0.1 mm (3 EI/L³ = 60 N/m) and is lowered by 1 µm (N over 20 kN/m): about the catheter's
-/// direction that adds y · (N − load) and z · F, below 1 % of r μ N.
+/// A load presses the end of a bare guidewire on a floor, and its drive rolls it. The surface below moves
+/// towards +y (e_x × −e_z), so friction μ N acts on the wire towards −y and on the vessel towards +y. Its
+/// moment r μ N about the wire acts on the wire's drive only, because no work is done on the catheter. The
+/// floor rises towards the wire's end by 1 %, so only the end touches. The wire deflects by 0.1 mm
+/// (3 EI/L³ = 60 N/m) and sinks by 1 µm (N over 20 kN/m). About the catheter's direction this adds
+/// y · (N − load) and z · F, which is below 1 % of r μ N.
 #[test]
 fn a_bare_wire_that_is_rolled_on_a_floor_feels_friction_times_its_radius_and_the_catheter_nothing()
 {
@@ -52,12 +52,12 @@ fn a_bare_wire_that_is_rolled_on_a_floor_feels_friction_times_its_radius_and_the
     }
 }
 
-/// docs/explanation/model.md (12), (14)
+/// docs/explanation/model.md (12), (15)
 ///
-/// Turned by its drive, a heavy catheter climbs the wall of a tube to tan φ = μ and slides there: the
-/// wall carries N = W cos φ, friction is W sin φ, and its moment about the centre line r W sin φ is
-/// all that the drive feels, against the rotation. Forces at nodes sum up to W; half of the link at
-/// the mouth (1.25 %) hangs on the guide, and what the bending there carries is below 2 %.
+/// A heavy catheter that is rotated climbs the wall of a tube to tan φ = μ and slides there. The wall
+/// carries N = W cos φ, friction is W sin φ, and its moment r W sin φ about the centre line is the torque at
+/// the drive, against the rotation. The nodal forces add up to W. Half of the link at the mouth (1.25 %)
+/// hangs on the guide, and bending there carries below 2 %.
 #[test]
 fn a_heavy_catheter_that_is_turned_in_a_tube_takes_friction_times_weight_times_radius() {
     let (radius_m, tube_m, kg_per_m) = (0.8e-3, 4e-3, 0.01);
@@ -69,7 +69,7 @@ fn a_heavy_catheter_that_is_turned_in_a_tube_takes_friction_times_weight_times_r
     rod.wall.end_stiffness_n_per_m = 0.0;
     rod.wall.line_stiffness_n_per_m2 = 1e5;
     rod.wall.onset_m = 1e-6;
-    // What the predictor turns slides too.
+    // Predicted rotation causes sliding too.
     (rod.solver.drag, rod.solver.predictor_gain) = (Drag::constant(1.0), 0.12);
     // The guide lies on the floor of the tube.
     let axis_m = tube_m - radius_m;
@@ -90,17 +90,17 @@ fn a_heavy_catheter_that_is_turned_in_a_tube_takes_friction_times_weight_times_r
         assert_near("weight on the wall", carried_n, kg_per_m * G * LENGTH_M, 0.03);
         let torque_n_m = found.drive_torque_n_m;
         assert_near("torque by forces", torque_n_m, sense * radius_m * sine * carried_n, 0.01);
-        // It climbs against the surface's motion below: to −y when it turns from y to z.
+        // It climbs against the motion of its lower surface: to −y if it rotates from y to z.
         let aside_m = state.node_position_m(10).unwrap()[1];
         assert_near("climbed", aside_m, -sense * axis_m * sine, 0.05);
     }
 }
 
-/// Friction over normal force of a rod that lies on a floor by its weight and is fed so far in so many
+/// Friction over normal force of a rod that lies on a floor by its weight, after a feed in a number of
 /// ticks of 1 ms.
 ///
-/// The floor is as far below as the rod sinks into it: the rod is straight, and every piece of it
-/// carries its weight.
+/// The floor is as far below the mouth as the rod sinks into it, so the rod is straight and the wall
+/// carries the weight evenly.
 fn coefficient(kg_per_m: f64, speed_m_per_s: f64, effects: &[(&str, f64)]) -> f64 {
     let stiffness_n_per_m2 = 1e4;
     let mut rod = with(rod(LENGTH_M, 40, 1e-6), effects);
@@ -130,10 +130,10 @@ fn coefficient(kg_per_m: f64, speed_m_per_s: f64, effects: &[(&str, f64)]) -> f6
     along_n / -normal_n
 }
 
-/// docs/explanation/model.md (32)
+/// docs/explanation/model.md (42)
 ///
-/// Every sample carries N/ℓ = m g but for what friction's arm bends near the ends (a tenth of it over
-/// 5 of 90 mm, as much less as more): 1 %. Half-way the load is n₀.
+/// Every sample carries N/ℓ = m g, except near the ends, where the arm of friction bends the rod: 10 % over
+/// 5 of 90 mm, with both signs. The tolerance is 1 %. The load is the halfway one, n₀.
 #[test]
 fn the_friction_of_a_load_is_what_the_law_says_at_that_load() {
     let (light, high, half_way_n_per_m) = (2.0, 0.5, 0.5);
@@ -151,10 +151,10 @@ fn the_friction_of_a_load_is_what_the_law_says_at_that_load() {
     }
 }
 
-/// docs/explanation/model.md (31)
+/// docs/explanation/model.md (41)
 ///
-/// Of one speed in all samples, and steady since twenty times the 10 ms that it is smoothed over: 1 %
-/// as above.
+/// All samples have the same speed, which is constant for twenty time constants of its filter. The
+/// tolerance is 1 % as above.
 #[test]
 fn the_friction_of_a_speed_is_what_the_law_says_at_that_speed() {
     let (at_rest, half_m_per_s, viscous_s_per_m) = (1.8, 4e-3, 10.0);

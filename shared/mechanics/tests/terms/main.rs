@@ -1,5 +1,5 @@
-//! Single terms of the model against a closed form or a hand's computation: each test fails when its
-//! term is left out or has the wrong sign.
+//! Single terms of the model against closed forms. Each test fails if its term is missing or has the wrong
+//! sign.
 
 #[path = "../common/rod.rs"]
 mod rod;
@@ -19,7 +19,7 @@ use cathforce_mechanics::*;
 use rod::rod;
 use wall::{StoredWall, plane};
 
-/// The model in double precision, of as many links as the device has.
+/// The model in double precision, with as many links as on the device.
 type Chain = Model<f64>;
 
 /// A description with parameters set by their keys.
@@ -30,7 +30,7 @@ fn with(mut description: Description<f64>, values: &[(&str, f64)]) -> Descriptio
     description
 }
 
-/// A floor at this height, its lumen above, under all of a rod along x of 0.1 m.
+/// A floor at this height below the lumen, under the whole of a rod of 0.1 m along x.
 fn floor(height_m: f64) -> StoredWall {
     let bounds = [[-0.01, -0.012, -20e-3], [0.126, 0.012, 0.014]];
     StoredWall::sampled(bounds, 1e-3, 6e-3, |p| plane(p, [0.0, 0.0, height_m], [0.0, 0.0, 1.0]))
@@ -52,7 +52,7 @@ fn pair(length_m: f64, links: usize, [catheter_ei, wire_ei]: [f64; 2]) -> Descri
     Description { guidewire: Some(wire), ..rod(length_m, links, catheter_ei) }
 }
 
-/// Where both are, without rotation.
+/// Positions of both drives, without rotation.
 fn both(catheter_m: f64, guidewire_m: f64) -> Drives<f64> {
     Drives { catheter: rod::inserted(catheter_m), guidewire: rod::inserted(guidewire_m) }
 }

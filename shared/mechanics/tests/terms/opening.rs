@@ -1,7 +1,7 @@
 //! A tip that leaves the vessel by its far opening.
 //!
-//! Past an opening the wall is stored for 4 mm (docs/lumen.md). A brick beyond is free where its middle
-//! would be in the lumen and outside elsewhere; beyond the grid its last cell goes on.
+//! The wall is stored for 4 mm past an opening (docs/explanation/lumen.md). A brick beyond is free if its
+//! middle would be in the lumen, and outside otherwise. Beyond the grid, its last cell is continued.
 
 use cathforce_mechanics::*;
 
@@ -13,11 +13,11 @@ const TUBE_M: f64 = 4e-3;
 const RADIUS_M: f64 = 0.8e-3;
 const STIFFNESS: f64 = 1e-4;
 const LENGTH_M: f64 = 0.06;
-/// Where the stored wall ends, and a brick.
+/// End of the stored wall, and of a brick.
 const STORED_TO_M: f64 = 0.044;
 
-/// A tube along x whose wall is stored up to [`STORED_TO_M`]; bricks beyond it, if there are any, as
-/// the host makes them.
+/// A tube along x whose wall is stored up to [`STORED_TO_M`]. Bricks beyond it, if any, are as the host
+/// makes them.
 fn opened(grid_to_m: f64) -> StoredWall {
     let bounds = [[-8e-3, -8e-3, -8e-3], [grid_to_m, 8e-3, 8e-3]];
     StoredWall::sampled(bounds, 1e-3, 3e-3, |p| {
@@ -26,13 +26,13 @@ fn opened(grid_to_m: f64) -> StoredWall {
     })
 }
 
-/// The load that bends a free rod's tip aside by so much.
+/// The load that deflects the tip of a free rod by this much.
 fn bent_by(aside_m: f64) -> Loads<f64> {
     let force_n = 3.0 * STIFFNESS * aside_m / LENGTH_M.powi(3);
     Loads { tip_force_n: [0.0, 0.0, -force_n], ..FREE_TIP }
 }
 
-/// At rest, all of it inside.
+/// The rod at rest, completely inside.
 fn out_of(wall: &StoredWall, loads: &Loads<f64>) -> (State<f64>, Outputs<f64>) {
     let mut rod = rod(LENGTH_M, 40, STIFFNESS);
     rod.wall.onset_m = 1e-6;
@@ -48,9 +48,8 @@ fn out_of(wall: &StoredWall, loads: &Loads<f64>) -> (State<f64>, Outputs<f64>) {
     (state, outputs)
 }
 
-/// No wall is stored where the tip is: it bends as if there were none, though it lies where the
-/// vessel's continuation would press on it, and nothing of it is felt. It is not flagged as outside:
-/// a free brick tells nothing of an opening.
+/// No wall is stored where the tip is, so it bends freely, although the continued vessel would press on it.
+/// It is not flagged as outside, because a free brick does not tell of an opening.
 #[test]
 fn past_the_stored_wall_of_an_opening_a_tip_is_free() {
     let loads = bent_by(3.8e-3);
@@ -65,7 +64,7 @@ fn past_the_stored_wall_of_an_opening_a_tip_is_free() {
     assert!(!outputs.lost);
 }
 
-/// A tip that leaves the continued vessel is flagged, and pressed by nothing.
+/// A tip that leaves the continued vessel is flagged, and no wall presses it.
 #[test]
 fn a_tip_beside_the_continued_vessel_is_flagged_as_outside() {
     let (state, outputs) = out_of(&opened(0.08), &bent_by(4.6e-3));
@@ -76,7 +75,7 @@ fn a_tip_beside_the_continued_vessel_is_flagged_as_outside() {
     assert_eq!(state.node_force_n(0), Some([0.0; 3]));
 }
 
-/// Where the grid ends with the stored wall, its last cross-section goes on for ever.
+/// If the grid ends with the stored wall, its last cross-section is continued without end.
 #[test]
 fn beyond_the_grid_the_last_cross_section_goes_on() {
     let loads = bent_by(3.8e-3);
@@ -86,8 +85,8 @@ fn beyond_the_grid_the_last_cross_section_goes_on() {
         "tip {tip:.6?}, unresolved {}, {:.6?} N",
         outputs.unresolved, outputs.force_on_vessel_n
     );
-    // 16 mm past the grid. What the wall takes is what the rod would otherwise go on: 3 EI/L³ times
-    // 0.6 mm; it gives way to that by less than a micrometre, and is stored to a few.
+    // 16 mm past the grid. The wall carries 3 EI/L³ times the 0.6 mm that the rod would deflect further. It
+    // yields by less than 1 µm, and is stored with an error of a few.
     assert!(tip[0] > STORED_TO_M + 0.01);
     assert!((tip[2] - (RADIUS_M - TUBE_M)).abs() < 5e-6, "{tip:?}");
     let pressed_n = 3.0 * STIFFNESS * 0.6e-3 / LENGTH_M.powi(3);

@@ -1,4 +1,4 @@
-//! Unloaded shapes: which way, and how far.
+//! Unloaded shapes: direction and size of the deflection.
 
 use cathforce_mechanics::*;
 
@@ -8,8 +8,9 @@ use crate::{Chain, assert_near, curved, with};
 const LENGTH_M: f64 = 0.1;
 const LINKS: usize = 50;
 const STIFFNESS: f64 = 1e-5;
-/// Off a smooth curve, over the length: links of h are chords of it, h² κ/24 L = 2·10⁻⁵ of 12 1/m; where
-/// curvature grows from the mouth on, the guide's half cell leaves h² κ/8ℓ = 1.3·10⁻⁴ rad, less by its arm.
+/// Tolerance over the length. Links of length h are chords of the curve, with an error of h² κ/24 L = 2·10⁻⁵
+/// at 12 1/m. Where the curvature rises from the mouth on, the half cell at the guide adds
+/// h² κ/8ℓ = 1.3·10⁻⁴ rad, reduced by its arm.
 const ERROR: f64 = 1e-4;
 
 /// Tip and outputs at rest, far from any wall.
@@ -20,8 +21,8 @@ fn hang(description: Description<f64>, rotation_rad: f64) -> ([f64; 3], Outputs<
     (state.node_position_m(0).unwrap(), outputs)
 }
 
-/// The tip of a plane curve from its curvature at every arc from the mouth, by the midpoint rule: along
-/// the direction and aside.
+/// Tip of a plane curve along the direction and across it, integrated by the midpoint rule from its
+/// curvature at each arc from the mouth.
 fn planar(curvature_per_m: impl Fn(f64) -> f64) -> [f64; 2] {
     let steps = 20_000;
     let ds = LENGTH_M / f64::from(steps);
@@ -35,8 +36,8 @@ fn planar(curvature_per_m: impl Fn(f64) -> f64) -> [f64; 2] {
     tip
 }
 
-/// A tip that is aside towards `up` (z) and `direction × up` (x × z = −y), turned with the drive,
-/// right-handed about x.
+/// Position of a tip with deflections towards `up` (z) and `direction × up` (x × z = −y), rotated with the
+/// drive, right-handed about x.
 fn placed(along_m: f64, [up_m, side_m]: [f64; 2], rotation_rad: f64) -> [f64; 3] {
     let (sin, cos) = rotation_rad.sin_cos();
     let (y, z) = (-side_m, up_m);
@@ -49,13 +50,13 @@ fn assert_there(what: &str, tip: [f64; 3], exact: [f64; 3]) {
     assert!(off < ERROR, "{what}: tip {tip:?}, not {exact:?}");
 }
 
-/// Turns of the drive: none, a quarter either way, any.
+/// Rotations of the drive: none, ± a quarter turn, any.
 const TURNS_RAD: [f64; 4] = [0.0, core::f64::consts::FRAC_PI_2, -core::f64::consts::FRAC_PI_2, 0.4];
 
-/// docs/explanation/model.md (23)
+/// docs/explanation/model.md (31)
 ///
-/// A rod of uniform curvature κ is an arc, aside by (1 − cos κL)/κ, which is κL²/2 of a slight one.
-/// Behind the mouth it is kept straight at ½ EI κ² a length, which draws at the drive (18).
+/// A rod of uniform curvature κ is an arc with a deflection of (1 − cos κL)/κ, about κL²/2. The guide stores
+/// ½ EI κ² per length of the straightened rod, which pulls at the drive, docs/explanation/model.md (23).
 #[test]
 fn stored_curvature_bends_a_free_rod_up_and_aside_and_turns_with_the_drive() {
     for (up, side) in [(2.0_f64, 0.0_f64), (0.0, 2.0), (-3.0, 5.0)] {
@@ -80,7 +81,7 @@ fn stored_curvature_bends_a_free_rod_up_and_aside_and_turns_with_the_drive() {
     }
 }
 
-/// docs/explanation/model.md (23): behind the pre-curved tip, and not times the tip's factor.
+/// docs/explanation/model.md (31): it acts behind the pre-curved tip, without the tip's factor.
 #[test]
 fn stored_curvature_begins_behind_the_tip_and_is_not_the_tips() {
     let (tip_m, tip_per_m, factor, stored_per_m) = (0.03, -10.0, 1.5, 4.0);
@@ -116,11 +117,11 @@ fn a_lateral_pre_curve_bends_towards_direction_times_up_and_turns_with_the_drive
     }
 }
 
-/// docs/explanation/model.md (33)
+/// docs/explanation/model.md (43)
 ///
-/// At arc s past the mouth the share s/ℓ of a pre-curve is back, from ℓ on all of it. What leaves the
-/// mouth is straight: of a free rod the drive feels nothing, where without the guide it is drawn by
-/// ½ EI κ².
+/// At arc s past the mouth the share s/ℓ of a pre-curvature has come back, and all of it from ℓ on. The rod
+/// leaves the mouth straight, so a free rod exerts no force on the drive. Without the guide, ½ EI κ² pulls
+/// it in.
 #[test]
 fn a_straightened_pre_curve_comes_back_with_the_arc_past_the_mouth() {
     let curvature = 8.0;
@@ -128,7 +129,7 @@ fn a_straightened_pre_curve_comes_back_with_the_arc_past_the_mouth() {
     rod.instrument.precurve.push(curved(0.5, curvature, 0.0)).unwrap();
     let (_, outputs) = hang(rod.clone(), 0.0);
     assert_near("not straightened", outputs.drive_force_n, -320e-6, 1e-3);
-    // Less than what is past the mouth, as much, more.
+    // ℓ shorter than, equal to and longer than the arc past the mouth.
     for straightened_m in [0.03, 0.06, LENGTH_M, 0.2] {
         let key = "effects.entry.guide.straightened_m";
         let (tip, outputs) = hang(with(rod.clone(), &[(key, straightened_m)]), 0.0);
@@ -137,7 +138,7 @@ fn a_straightened_pre_curve_comes_back_with_the_arc_past_the_mouth() {
         assert_there(&format!("{straightened_m} m"), tip, placed(along_m, [up_m, 0.0], 0.0));
         assert!(outputs.drive_force_n.abs() < 1e-8, "{outputs:?}");
     }
-    // From the mouth of a guide that reaches on, and not from the entry plane.
+    // Counted from the mouth of a guide that reaches into the vessel, and not from the entry plane.
     let guided = with(
         rod,
         &[("effects.entry.guide.length_m", 0.02), ("effects.entry.guide.straightened_m", 0.04)],

@@ -1,4 +1,4 @@
-//! A snap that is provoked on purpose is flagged in the tick in which it happens.
+//! A provoked snap is flagged in the tick in which it happens.
 
 use core::f64::consts::PI;
 
@@ -15,7 +15,7 @@ const FED: i32 = 200;
 const FEED_M: f64 = 13e-6;
 const FLOOR_M: f64 = -1e-3;
 
-/// As a device would run it.
+/// A model as on the device.
 fn device(mut description: Description<f64>) -> Description<f64> {
     description.instrument.sections[0].mass_kg_per_m = 1.5e-3;
     description.wall.friction_coefficient = 0.3;
@@ -33,14 +33,14 @@ fn bent_down() -> Description<f64> {
     catheter
 }
 
-/// A bent tip slides on a floor, which is gone from one tick to the next: its force is lost at once. And
-/// where it hangs freely, a floor stands from one tick to the next 1.5 mm above its lowest point.
-/// The tick in which half of the force goes or comes is to be flagged; those of steady feeding are resolved,
-/// so that it is not the flag that is stuck. Points are looked up in turn: with one tick more before it,
-/// others see it first.
+/// A bent tip slides on a floor that vanishes from one tick to the next, so that its force is lost at once.
+/// Conversely, a floor appears 1.5 mm above the lowest point of a freely hanging tip. The tick in which half
+/// of the force goes or comes must be flagged. Ticks of steady feeding must be resolved, which shows that
+/// the flag is not stuck. Sample points take turns, so one more tick before the change lets the others see
+/// it first.
 ///
-/// In the tick of letting go the end of the tip moves by 0.2 to 0.3 mm, most of it a turn of its last links of 2 mm:
-/// tens of milliradians, where 5 are no longer resolved.
+/// In the tick of the release the end of the tip moves by 0.2 to 0.3 mm, mostly by rotation of its last links
+/// of 2 mm. This is tens of milliradians, while 5 are already unresolved.
 fn let_go_and_caught(description: Description<f64>, guidewire_m: f64) {
     let model = Chain::new(description).unwrap();
     let (high, low) = (floor(FLOOR_M), floor(-18e-3));
@@ -58,7 +58,7 @@ fn let_go_and_caught(description: Description<f64>, guidewire_m: f64) {
     }
 }
 
-/// A run that is fed at a steady speed.
+/// A run with a constant feed.
 struct Fed<'a> {
     model: &'a Chain,
     state: State<f64>,
@@ -80,7 +80,7 @@ impl<'a> Fed<'a> {
         both(LENGTH_M - 0.01 + fed_m, self.guidewire_m + fed_m)
     }
 
-    /// The force after so many ticks, none of which but the first are flagged \[N\].
+    /// Force after a number of ticks, of which only the first may be flagged \[N\].
     fn steadily(&mut self, ticks: i32, wall: &StoredWall) -> f64 {
         let mut force_n = 0.0;
         for tick in 0..ticks {
@@ -92,8 +92,8 @@ impl<'a> Fed<'a> {
         force_n
     }
 
-    /// What is found where the wall has changed and with it the force: at once, or where the points next
-    /// to the tip are those that see it, in the next tick.
+    /// The tick in which the changed wall changes the force: the same one, or the next one if the points next
+    /// to the tip are sampled then.
     fn changed(&mut self, wall: &StoredWall, has_changed: impl Fn(f64) -> bool) -> Outputs<f64> {
         for _ in 0..2 {
             let drives = self.next();
@@ -107,7 +107,7 @@ impl<'a> Fed<'a> {
         panic!("the force does not change");
     }
 
-    /// Height of a floor that its tip would lie on \[m\].
+    /// Height of a floor that the tip would touch \[m\].
     fn lying_on_m(&self) -> f64 {
         self.state.node_position_m(0).map_or(0.0, |[_, _, z]| z) - 0.8e-3
     }

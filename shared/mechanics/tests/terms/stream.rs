@@ -1,4 +1,4 @@
-//! What a stream does to a straight rod.
+//! Drag of the flow on a straight rod.
 
 use cathforce_mechanics::*;
 
@@ -11,10 +11,10 @@ const STIFFNESS: f64 = 1e-3;
 /// Half of the link at the mouth is carried by the guide.
 const FREE_M: f64 = LENGTH_M * (1.0 - 0.5 / LINKS as f64);
 
-/// docs/explanation/model.md (36)
+/// docs/explanation/model.md (45)
 ///
-/// A stream towards the tip draws the rod in with its force per length, and the drive holds it back:
-/// exact in the sum over the nodes. Its part across a rod that lies along it is none.
+/// Flow towards the tip pulls the rod in by its force per length, and the drive holds it back. The sum over
+/// the nodes is exact. Flow along the rod has no part across it.
 #[test]
 fn a_stream_along_a_rod_draws_it_in() {
     for along_n_per_m in [0.2, -0.3] {
@@ -29,7 +29,7 @@ fn a_stream_along_a_rod_draws_it_in() {
         assert_near("along", outputs.drive_force_n, -along_n_per_m * FREE_M, 1e-6);
         assert!(tip[1].abs() + tip[2].abs() < 1e-12, "{tip:?}");
         assert!(outputs.force_on_vessel_n == [0.0; 3], "the wall does not feel it: {outputs:?}");
-        // At the height of the pulse.
+        // At the peak of the pulse.
         let pulse = [
             ("effects.fluid.drag.pulse_ratio", 0.5),
             ("effects.fluid.drag.frequency_hz", 0.0),
@@ -40,10 +40,10 @@ fn a_stream_along_a_rod_draws_it_in() {
     }
 }
 
-/// docs/explanation/model.md (36)
+/// docs/explanation/model.md (45)
 ///
-/// A cantilever under an even load gives way by q L⁴/8EI, here 2 % of its length at most, where that
-/// is right to (0.02)²; lumped at the nodes of 50 links to h²/L².
+/// A cantilever under a uniform load deflects by q L⁴/8EI. Here it is at most 2 % of the length, which makes
+/// the formula exact to (0.02)². Lumping at the nodes of 50 links adds an error of h²/L².
 #[test]
 fn a_stream_across_a_rod_bends_it_downstream() {
     for (axis, key) in [(1, "effects.fluid.drag.y_n_per_m"), (2, "effects.fluid.drag.z_n_per_m")] {
@@ -53,13 +53,13 @@ fn a_stream_across_a_rod_bends_it_downstream() {
             let exact_m = across_n_per_m * LENGTH_M.powi(4) / (8.0 * STIFFNESS);
             assert_near(key, tip[axis], exact_m, 2e-3);
             assert!(tip[3 - axis].abs() < 1e-12, "{tip:?}");
-            // The slope at the end is too little for a part along the rod to be felt.
+            // The slope at the end is too small for a noticeable force along the rod.
             assert!(outputs.drive_force_n.abs() < 0.02 * 0.1 * LENGTH_M, "{outputs:?}");
         }
     }
 }
 
-/// docs/explanation/model.md (36): at distance d from the wall x (2 − x) of it is left, x = d/R.
+/// docs/explanation/model.md (45): at distance d from the wall the factor is x (2 − x), x = d/R.
 #[test]
 fn a_stream_is_slower_beside_the_wall() {
     let (along_n_per_m, wall_m, fastest_m) = (0.2, 2e-3, 5e-3);
@@ -73,7 +73,7 @@ fn a_stream_is_slower_beside_the_wall() {
     let (model, wall, mut state) = (Chain::new(streaming).unwrap(), floor(-wall_m), State::new());
     let outputs = rest(&model, &wall.lumen(), &mut state, inserted(LENGTH_M), &FREE_TIP);
     let x = wall_m / fastest_m;
-    // To the resolution of the stored distance, 0.5 µm of 2 mm.
+    // Tolerance: the resolution of the stored distance, 0.5 µm of 2 mm.
     let exact_n = -along_n_per_m * FREE_M * x * (2.0 - x);
     assert_near("beside the wall", outputs.drive_force_n, exact_n, 1e-3);
 }

@@ -1,4 +1,4 @@
-//! Walls that move and that relax, against a rod that hardly bends or that hardly resists.
+//! Moving and relaxing walls, against a nearly rigid or a very soft rod.
 
 use cathforce_mechanics::*;
 
@@ -9,11 +9,11 @@ use crate::{Chain, assert_near, floor, with};
 const LENGTH_M: f64 = 0.1;
 const LINKS: usize = 40;
 const RADIUS_M: f64 = 0.8e-3;
-/// All of the rod but what stands for the mouth, a quarter of a link.
+/// Length of the rod without the quarter of a link that belongs to the mouth.
 const PRESSED_M: f64 = LENGTH_M * (1.0 - 0.25 / LINKS as f64);
 const STIFFNESS_N_PER_M2: f64 = 100.0;
 
-/// A rod that bends by less than a thousandth of what the wall gives way: k L⁴/8EI = 0.00125.
+/// A rod that bends by about 1/1000 of the wall's indentation: k L⁴/8EI = 0.00125.
 fn rigid() -> Description<f64> {
     let mut rod = rod(LENGTH_M, LINKS, 1.0);
     rod.wall.line_stiffness_n_per_m2 = STIFFNESS_N_PER_M2;
@@ -22,7 +22,7 @@ fn rigid() -> Description<f64> {
     rod
 }
 
-/// Motion of the wall by this much, standing still at its end.
+/// Motion of the wall with this amplitude, at its turning point.
 fn moved(by_m: [f64; 3]) -> [(&'static str, f64); 5] {
     let [x, y, z] = by_m;
     [
@@ -34,10 +34,10 @@ fn moved(by_m: [f64; 3]) -> [(&'static str, f64); 5] {
     ]
 }
 
-/// docs/explanation/model.md (25), (26)
+/// docs/explanation/model.md (36), (37)
 ///
-/// A floor that only just touches a rigid rod comes nearer by d and is pressed down by k d a length;
-/// one that goes is not felt, nor one that moves along itself. 0.3 % is twice what the rod gives way.
+/// A floor that just touches a rigid rod approaches by d, and is pressed down by k d per length. A floor that
+/// retreats or moves along itself exerts no force. The tolerance of 0.3 % is twice the rod's deflection.
 #[test]
 fn a_wall_that_comes_nearer_presses_by_its_stiffness_times_that() {
     let (wall, near_m) = (floor(-RADIUS_M), 0.2e-3);
@@ -51,10 +51,11 @@ fn a_wall_that_comes_nearer_presses_by_its_stiffness_times_that() {
     let [x, y, z] = outputs.force_on_vessel_n;
     assert_near("nearer", z, -STIFFNESS_N_PER_M2 * near_m * PRESSED_M, 3e-3);
     assert!(x.abs() + y.abs() < 1e-3 * z.abs(), "{outputs:?}");
-    // Half way along, a force down: x × −z = y. The quarter of a link at the mouth has no arm: 1 %.
+    // A downward force at the middle has its moment along x × −z = y. The quarter of a link at the mouth
+    // has no arm, which is 1 %.
     let [_, about_y, _] = outputs.moment_on_vessel_n_m;
     assert_near("moment", about_y, -z * 0.5 * LENGTH_M, 0.01);
-    // Positions are the rig's: the guide has not moved, and the rod is straight.
+    // Positions are in the rig's frame: the guide has not moved, and the rod is straight.
     assert!((tip[0] - LENGTH_M).abs() < 1e-6 && tip[2].abs() < 1e-6, "{tip:?}");
     for by_m in [[0.0, 0.0, -near_m], [2e-3, 0.0, -1e-6], [0.0, -2e-3, -1e-6]] {
         let (outputs, _) = pressed(by_m);
@@ -62,11 +63,11 @@ fn a_wall_that_comes_nearer_presses_by_its_stiffness_times_that() {
     }
 }
 
-/// docs/explanation/model.md (26)
+/// docs/explanation/model.md (37)
 ///
-/// What lies on a wall by its weight goes up and down with it, in the rig's frame: at a quarter and
-/// three quarters of a period the wall rests, and the rod's end lies on it, sunk in by m g/k = 1 µm
-/// and 2 µm of what the stored wall and the way there (drag) leave.
+/// A rod that lies on a wall by its weight moves up and down with it, in the rig's frame. At a quarter and
+/// three quarters of a period the wall is at rest, and the rod's end lies on it with an indentation of
+/// m g/k = 1 µm. The stored wall and drag add errors of 2 µm.
 #[test]
 fn what_lies_on_a_moving_wall_follows_it() {
     let (amplitude_m, frequency_hz) = (1.5e-3, 0.25);
@@ -89,7 +90,7 @@ fn what_lies_on_a_moving_wall_follows_it() {
         step(&model, &wall.lumen(), &mut state, drive);
         let turns = frequency_hz * 1e-2 * f64::from(tick);
         let height_m = amplitude_m * (core::f64::consts::TAU * turns).sin();
-        // Some way from the mouth, where it lies.
+        // Away from the mouth, where the rod lies on the wall.
         let [_, _, z] = state.node_position_m(5).unwrap();
         if tick % 100 == 0 {
             println!("tick {tick}: {:.3} mm, wall {:.3} mm", 1e3 * z, 1e3 * height_m);
@@ -99,9 +100,10 @@ fn what_lies_on_a_moving_wall_follows_it() {
     }
 }
 
-/// docs/explanation/model.md (25): a wall that moves along itself takes what is pressed on it along, by friction.
+/// docs/explanation/model.md (36): a wall that moves along itself carries a pressed rod along by friction.
 ///
-/// On its way through the middle it moves at 4.7 mm/s: towards +y the rod holds it with μ N towards −y.
+/// In the middle of its motion it moves at 4.7 mm/s. While it moves towards +y, the rod acts on it with μ N
+/// towards −y.
 #[test]
 fn a_wall_that_moves_along_itself_drags_by_its_friction() {
     let (friction, near_m) = (0.3, 0.2e-3);
@@ -118,7 +120,7 @@ fn a_wall_that_moves_along_itself_drags_by_its_friction() {
     for tick in 1..=400 {
         let outputs = step(&model, &wall.lumen(), &mut state, drive);
         let [_, y, z] = outputs.force_on_vessel_n;
-        // Where it is fastest, and its speed steady: on the way to −y, and to +y.
+        // At its largest, steady speed: on the way to −y, and to +y.
         let towards = match tick {
             200 => -1.0,
             400 => 1.0,
@@ -130,10 +132,11 @@ fn a_wall_that_moves_along_itself_drags_by_its_friction() {
     }
 }
 
-/// docs/explanation/model.md (30)
+/// docs/explanation/model.md (40)
 ///
-/// A wall that stands nearer at once is pressed by (1 + β) k d, and by k (1 + β exp(−t/τ)) d from then
-/// on. Steps are implicit (dt/2τ = 0.25 % of τ), and half of the points see the wall a step late: 1 %.
+/// A wall that approaches suddenly by d is pressed by (1 + β) k d, and after the time t by
+/// k (1 + β exp(−t/τ)) d. Implicit steps add dt/2τ = 0.25 %, and half of the points sample the wall one step
+/// late. The tolerance is 1 %.
 #[test]
 fn a_relaxing_wall_is_pressed_hard_at_first_and_lets_go_with_its_time() {
     let (ratio, time_s, near_m) = (1.5, 0.2, 0.2e-3);
@@ -158,9 +161,10 @@ fn a_relaxing_wall_is_pressed_hard_at_first_and_lets_go_with_its_time() {
     }
 }
 
-/// docs/explanation/model.md (15), (26)
+/// docs/explanation/model.md (16), (37)
 ///
-/// What touches nothing stays where it is however the vessel moves: inertia and drag are the rig's.
+/// A rod without contact stays where it is, however the vessel moves, because inertia and drag refer to the
+/// rig's frame.
 #[test]
 fn a_vessel_that_moves_does_not_shake_what_it_does_not_touch() {
     for (key, parts) in [("z_m", 1), ("x_m", 1), ("x_m", 2), ("z_m", 2)] {

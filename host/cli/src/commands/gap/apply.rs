@@ -86,13 +86,15 @@ struct DeviceUse {
 
 pub fn run(ui: &Ui, arguments: &ApplyArguments) -> Result<(), Failure> {
     if arguments.settings.is_none() && arguments.link.is_none() && !arguments.dry_run {
-        let message = "nothing would come of it: give --settings FILE.toml, --link or --dry-run";
+        let message = "there is nothing to apply the settings to: give --settings FILE.toml, --link or --dry-run";
         return Err(Failure::new(Code::Usage, message));
     }
     if let Some(path) = arguments.settings.as_ref().filter(|_| !arguments.dry_run) {
         // Said now: a fit takes minutes.
         replaceable(path)?;
     }
+    let effects = &arguments.source.effects;
+    let effects = super::names::effects(effects.iter().map(String::as_str))?;
     let source = Source::open_all(ui, &arguments.bundle)?;
     let bundle = &source.bundle;
     let old = known(arguments, bundle)?;
@@ -103,9 +105,8 @@ pub fn run(ui: &Ui, arguments: &ApplyArguments) -> Result<(), Failure> {
             explanation
         }
         None => {
-            let effects = &arguments.source.effects;
             let again = Source::open_all(ui, &arguments.bundle)?;
-            Explanation::of(&super::diagnose::answer(ui, again, &[], effects)?)?
+            Explanation::of(&super::diagnose::answer(ui, again, &[], &effects)?)?
         }
     };
     let fitted =
@@ -128,7 +129,8 @@ pub fn run(ui: &Ui, arguments: &ApplyArguments) -> Result<(), Failure> {
         notes: notes(&explanation, &fitted),
     };
     if new.band.is_some() && options.band.is_none() {
-        let note = "the device states no band: what is set besides makes it another model's";
+        let note =
+            "the device states no error band, because other settings make its model another one";
         applied.notes.push(note.to_owned());
     }
     if !arguments.dry_run {
@@ -148,13 +150,12 @@ pub fn run(ui: &Ui, arguments: &ApplyArguments) -> Result<(), Failure> {
 /// No effect, where the verdict names none: else the band would be that of a model with effects.
 fn only_band(explanation: &Explanation) -> Result<Vec<Fitted>, Failure> {
     if !explanation.is_nominal() {
-        let message = "the band is that of the model with the effects that the diagnosis names: \
-                       apply them too, without --band-only";
+        let message = "the error band belongs to the model with the effects that the diagnosis \
+                       names: apply the effects too, without --band-only";
         return Err(Failure::new(Code::Usage, message));
     }
     if explanation.coverage().is_none() {
-        let message = "the diagnosis says nothing about how far the forces may be off: it had no \
-                       measured forces to hold out";
+        let message = "the diagnosis has no error band: it had no measured forces to hold out";
         return Err(Failure::new(Code::Failed, message));
     }
     Ok(Vec::new())
@@ -293,7 +294,7 @@ impl Applied {
         }
         if let Some(coverage) = &self.band {
             let (within, stated) =
-                (super::coverage::text(coverage), super::coverage::stated(coverage));
+                (super::band_text::text(coverage), super::band_text::stated(coverage));
             text +=
                 &format!("  the device says how far its forces may be off: {within}; {stated}\n");
         }

@@ -147,9 +147,18 @@ fn answer_case(ui: &Ui, path: &Path) -> Result<Found, Failure> {
 }
 
 /// Processor time of this thread \[s\].
+#[cfg(unix)]
 fn thread_cpu_s() -> f64 {
     let now = rustix::time::clock_gettime(rustix::time::ClockId::ThreadCPUTime);
     now.tv_sec as f64 + 1e-9 * now.tv_nsec as f64
+}
+
+/// Time since the first call \[s\], where a thread's own time is not to be had.
+#[cfg(not(unix))]
+fn thread_cpu_s() -> f64 {
+    static FIRST: std::sync::LazyLock<std::time::Instant> =
+        std::sync::LazyLock::new(std::time::Instant::now);
+    FIRST.elapsed().as_secs_f64()
 }
 
 #[derive(Serialize)]

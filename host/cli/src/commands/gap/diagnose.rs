@@ -1,6 +1,5 @@
 //! `cathforce gap diagnose`: where the gap lies, which effect causes it, how far it shrinks.
 
-use std::fmt::Write as _;
 use std::path::PathBuf;
 use std::sync::Mutex;
 
@@ -8,6 +7,7 @@ use cathforce_bundle::{Bundle, Trial};
 use cathforce_effect_catalogue::Effect;
 use cathforce_gap::plant::Plant;
 use cathforce_gap::report::{Diagnosis, Figures, HeldOut, Reproduce, quantity};
+use cathforce_gap::rounding::percent;
 use cathforce_gap::{diagnose, diagnose_given, expected_simulations};
 use cathforce_pages::diagnosis_page;
 
@@ -24,8 +24,9 @@ pub fn run(ui: &Ui, arguments: &DiagnoseArguments) -> Result<(), Failure> {
     check_apart(json.out.as_deref().into_iter().chain(page_file))?;
     json.check()?;
     page_file.map_or(Ok(()), |file| check_again(file, Kind::Page))?;
+    let effects = super::names::effects(arguments.effects.iter().map(String::as_str))?;
     let source = Source::open_all(ui, &arguments.bundle)?;
-    let answer = answer(ui, source, &arguments.hold_back, &arguments.effects)?;
+    let answer = answer(ui, source, &arguments.hold_back, &effects)?;
     let written = json.write(ui, &answer, text(&answer));
     if let Some(file) = &arguments.report {
         write_again(file, Kind::Page, diagnosis_page(&answer))?;
@@ -47,8 +48,7 @@ pub fn answer(
     hold_trials_back(&mut source.bundle, hold_back)?;
     let plant = source.plant()?;
     let bundle = &source.bundle;
-    let given = effects.iter().map(|effect| index(plant.as_ref(), effect));
-    let given = given.collect::<Result<Vec<usize>, Failure>>()?;
+    let given = indices(plant.as_ref(), effects)?;
     ui.say(format_args!("compared: {}", plant.compared()));
     let progress = ui.progress("diagnosing", expected_simulations(plant.as_ref()), "simulations");
     let progress = Mutex::new(progress);
@@ -101,8 +101,8 @@ fn seen(trials: &[Trial], hold_back: &[u32]) -> Vec<String> {
         let mut kept = trials.iter().filter(|own| !is_held_back(own));
         let original = kept.find(|own| own.data == trial.data)?;
         Some(format!(
-            "trial {:03}, which is held back, reads like trial {:03} in every row: it is a copy, and \
-             what it shows was seen",
+            "trial {:03}, which is held back, has the same readings as trial {:03} in every row: it is \
+             a copy, so the diagnosis has seen it",
             trial.number, original.number
         ))
     });
@@ -131,13 +131,21 @@ pub fn hold_trials_back(bundle: &mut Bundle, hold_back: &[u32]) -> Result<(), Fa
     Ok(())
 }
 
-/// Where a plant has an effect.
-fn index(plant: &dyn Plant, effect: &Effect) -> Result<usize, Failure> {
-    plant.effects().iter().position(|own| own.id == effect.id).ok_or_else(|| {
+/// Where a plant has these effects. The error names all that it cannot have.
+fn indices(plant: &dyn Plant, effects: &[&Effect]) -> Result<Vec<usize>, Failure> {
+    let position = |effect: &Effect| plant.effects().iter().position(|own| own.id == effect.id);
+    let absent: Vec<&str> = effects
+        .iter()
+        .filter(|effect| position(effect).is_none())
+        .map(|effect| effect.id)
+        .collect();
+    if !absent.is_empty() {
         let own: Vec<&str> = plant.effects().iter().map(|own| own.id).collect();
-        let message = format!("this rig cannot have {}; it can have {}", effect.id, own.join(", "));
-        Failure::new(Code::Usage, message)
-    })
+        let message =
+            format!("this rig cannot have {}; it can have {}", absent.join(" or "), own.join(", "));
+        return Err(Failure::new(Code::Usage, message));
+    }
+    Ok(effects.iter().filter_map(|effect| position(effect)).collect())
 }
 
 /// Fails with the code of a missed threshold.
@@ -158,51 +166,68 @@ fn check(answer: &Diagnosis, limit_n: Option<f64>) -> Result<(), Failure> {
 
 /// The answer for a terminal.
 fn text(answer: &Diagnosis) -> String {
-    let mut text = format!("{}\n", answer.sentence());
-    let put = &mut text;
-    // Writing to a string does not fail.
-    let mut line = |l: String| {
-        let _ = writeln!(put, "{l}");
-    };
+    let lines =
+        [vec![answer.sentence()], effects(answer), figures(answer), places(answer)].concat();
+    let remarks = answer.remarks.iter().map(|remark| format!("  note: {remark}"));
+    lines.into_iter().chain(remarks).map(|line| line + "\n").collect()
+}
+
+/// The named effects with their parameters, and what they may be mistaken for.
+fn effects(answer: &Diagnosis) -> Vec<String> {
+    let mut lines = Vec::new();
     for effect in &answer.effects {
         let kind = if effect.material { "material" } else { "minor" };
         let confidence = effect.confidence.map(|c| format!("confidence {c:.2}, "));
-        line(format!(
-            "  {:<22} closes {:.1} %, {}{kind}",
+        lines.push(format!(
+            "  {:<22} closes {}, {}{kind}",
             effect.id,
-            100.0 * effect.shrink,
+            percent(effect.shrink),
             confidence.unwrap_or_default()
         ));
         for (name, estimate) in &effect.parameters {
             let ([value, low, high], unit) = (estimate.digits(), estimate.unit_after());
-            line(format!("    {name} = {value}{unit} (90 %: {low} to {high})"));
+            lines.push(format!("    {name} = {value}{unit} (90 %: {low} to {high})"));
         }
     }
-    for set in &answer.confusable {
-        line(format!("  cannot be told apart on this data: {}", set.join(", ")));
-    }
+    let sets = answer.confusable.iter();
+    lines.extend(sets.map(|set| format!("  this data cannot tell apart: {}", set.join(", "))));
+    lines
+}
+
+/// Errors on held-out data, snaps, and the band of the forces.
+fn figures(answer: &Diagnosis) -> Vec<String> {
+    let mut lines = Vec::new();
     if !answer.gap.rows().is_empty() {
-        line(format!("  before, after and floor of {}:", answer.held_out_trials()));
+        lines.push(format!("  before, after and floor of {}:", answer.held_out_trials()));
     }
     for (name, Figures { before, after, floor }, unit) in answer.gap.rows() {
         let [before, after, floor] = [before, after, floor].map(|x| quantity(x, unit));
-        line(format!("    {name:<42}  {before:>10}  {after:>10}  {floor:>10}"));
+        lines.push(format!("    {name:<42}  {before:>10}  {after:>10}  {floor:>10}"));
     }
     for HeldOut { trial, before_n, after_n } in &answer.details.held_out {
         let [before, after] = [*before_n, *after_n].map(|x| quantity(x, "N"));
         let name = format!("force RMS, trial {trial:03}");
-        line(format!("    {name:<42}  {before:>10}  {after:>10}"));
+        lines.push(format!("    {name:<42}  {before:>10}  {after:>10}"));
     }
     if let Some(snaps) = &answer.gap.snaps {
-        line(format!("  {}", snaps.sentence()));
+        lines.push(format!("  {}", snaps.sentence()));
     }
     if let Some(band) = &answer.band {
         let coverage = &band.coverage;
-        line(format!("  nine of ten forces within: {}", super::coverage::text(coverage)));
-        line(format!("    {}", super::coverage::stated(coverage)));
+        lines.push(format!(
+            "  held-out forces within the 90 % band: {}",
+            super::band_text::text(coverage)
+        ));
+        lines.push(format!("    {}", super::band_text::stated(coverage)));
     }
+    lines
+}
+
+/// Where the gap lies, what is left of it, and what to record next.
+fn places(answer: &Diagnosis) -> Vec<String> {
+    let mut lines = Vec::new();
     for place in answer.places.iter().take(5) {
-        line(format!(
+        lines.push(format!(
             "  {:.0} % of the gap in {:.0} % of the time: {}, {}, {}, {}{}{}",
             100.0 * place.gap_share,
             100.0 * place.time_share,
@@ -215,20 +240,17 @@ fn text(answer: &Diagnosis) -> String {
         ));
     }
     if let Some(left) = &answer.left {
-        line(format!("  left: {}", left.words));
+        lines.push(format!("  left: {}", left.words));
     }
     if let Some(next) = &answer.next_experiment {
-        line(format!(
+        lines.push(format!(
             "  record next: {} ({}), which separates {}",
             next.segment,
             next.what,
             next.separates.join(" from ")
         ));
     }
-    for remark in &answer.remarks {
-        line(format!("  note: {remark}"));
-    }
-    text
+    lines
 }
 
 #[cfg(test)]
@@ -272,10 +294,10 @@ mod tests {
         let words = text(&answer).split_whitespace().collect::<Vec<_>>().join(" ");
         for line in [
             "before, after and floor of trials 000, 002, each held out in turn:",
-            "force RMS 40.00 mN 4.00 mN 0.40 mN",
-            "force, mean absolute error 30.00 mN 3.00 mN 0.30 mN",
-            "largest force of a trial 2.00 N 200.00 mN 20.00 mN",
-            "path of the tip, discrete Fréchet distance 5.00 mm 0.50 mm 0.05 mm",
+            "force RMS 40.0 mN 4.00 mN 0.400 mN",
+            "force, mean absolute error 30.0 mN 3.00 mN 0.300 mN",
+            "largest force of a trial 2.00 N 200 mN 20.0 mN",
+            "path of the tip, discrete Fréchet distance 5.00 mm 0.500 mm 0.050 mm",
             "snaps measured: 3; of these the model has 0 (2 others) before, \
              3 (0.6 mm and 44 ms off on average, 0 others) after",
         ] {

@@ -7,9 +7,9 @@ use cathforce_gap::isolability::{
     Isolability, Pair, RESERVE, SEEN, Size, Visibility, expected_simulations, isolability,
 };
 use cathforce_gap::plant::BROKEN_DOWN;
+use cathforce_gap::rounding::significant;
 use serde::Serialize;
 
-use super::digits::significant;
 use super::source::Source;
 use crate::args::IsolabilityArguments;
 use crate::failure::{Code, Failure};

@@ -1,15 +1,16 @@
-//! `cathforce gap`: what is between the model and the measurement.
+//! `cathforce gap`: the gap between model and measurement.
 
 mod ablation;
 mod apply;
+mod band_text;
 mod blind_test;
 pub mod coverage;
 mod diagnose;
-mod digits;
 mod effects;
 mod explanation;
 mod hash;
 mod isolability;
+mod names;
 mod protocol;
 mod source;
 mod spike_in;

@@ -65,7 +65,7 @@ pub fn of(bundle: &Bundle, way: &Way) -> Result<Protocol, Failure> {
     }
     let missing = || {
         refuse(
-            &"there are no trials, so nobody knows between which insertions to go\n  fix: give \
+            &"there are no trials from which to take the insertions\n  fix: give \
               --from-m and --to-m",
         )
     };

@@ -8,13 +8,13 @@ use cathforce_bundle::Bundle;
 use cathforce_bundle::bundle::TrialData;
 use cathforce_gap::plant::Effect;
 use cathforce_gap::report::{Diagnosis, Estimate, Verdict};
+use cathforce_gap::rounding::shortest;
 use cathforce_gap::spike::{Changes, Spike, SpikeError, Spiked};
 use cathforce_gap::{catheter, diagnose, drive};
 use cathforce_recording::{make_folder, write_drive, write_trial};
 use serde::Serialize;
 
 use super::diagnose::hold_trials_back;
-use super::digits::shortest;
 use crate::args::SpikeInArguments;
 use crate::failure::{Code, Failure};
 use crate::ui::Ui;
@@ -111,6 +111,8 @@ pub fn run(ui: &Ui, arguments: &SpikeInArguments) -> Result<(), Failure> {
                        are joined by `+`";
         return Err(Failure::new(Code::Usage, message));
     }
+    let asked_for = arguments.effects.iter().flat_map(|spikes| &spikes.0);
+    super::names::effects(asked_for.map(|spike| spike.id.as_str()))?;
     hold_trials_back(&mut bundle, &arguments.hold_back)?;
     let spiking = Spiking::new(&bundle)?;
     let each = |effect: &Effect| vec![Spike { id: effect.id.to_owned(), parameters: Vec::new() }];

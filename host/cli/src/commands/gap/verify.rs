@@ -1,8 +1,9 @@
 //! `cathforce gap verify`: the gap that is left on the device, next to what was predicted.
 //!
-//! The device plays the trial twice, as rig.toml states the rig and with the settings. Both runs
-//! are scored as the diagnosis scores, and so is what this host computes with the same settings, in
-//! double precision: no prediction, but a check of the device.
+//! The device plays the trial twice, as rig.toml states the rig and with the settings. Both runs are
+//! scored as the diagnosis scores. Beside them stands the diagnosis' finer model with the same
+//! settings, in double precision. It checks the device against the model that the diagnosis used;
+//! bit identity is another check, between the device and its replay on this host.
 
 mod outcome;
 
@@ -11,6 +12,7 @@ use std::path::Path;
 use cathforce_bundle::{Bundle, ImageOptions};
 use cathforce_config::image;
 use cathforce_gap::catheter::{Achieved, Left, Runs};
+use cathforce_gap::rounding::{from_to, percent, quantity, significant};
 use cathforce_link::Client;
 use cathforce_mechanics::parameters;
 use cathforce_recording::{Estimate, Recording, analyse, estimates};
@@ -64,8 +66,8 @@ struct Shrink {
     predicted: Option<f64>,
     /// On the device, in this trial.
     achieved: f64,
-    /// On this host with the same settings, in this trial.
-    host: f64,
+    /// By the diagnosis' finer model with the same settings, in this trial.
+    finer_model: f64,
 }
 
 #[derive(Serialize)]
@@ -115,13 +117,7 @@ pub fn run(ui: &Ui, arguments: &VerifyArguments) -> Result<(), Failure> {
         Some(explanation) => differences(&bundle, &options, &explanation.parameters()?)?,
         None => Vec::new(),
     };
-    if !differences.is_empty() {
-        let list = differences.iter().map(Difference::text).collect::<Vec<_>>().join("; ");
-        ui.warn(format_args!(
-            "the settings are not what the diagnosis names: {list}\n  fix: `cathforce gap apply` \
-             writes what it names"
-        ));
-    }
+    warn_of(ui, &differences);
     let catheter = super::source::catheter(&bundle)?;
     let wide: Vec<(String, f64)> =
         options.parameters.iter().map(|(key, value)| (key.clone(), f64::from(*value))).collect();
@@ -134,27 +130,17 @@ pub fn run(ui: &Ui, arguments: &VerifyArguments) -> Result<(), Failure> {
     let (before, _) = super::super::image_with(ui, &bundle, &nominal)?;
     let (after, _) = super::super::image_with(ui, &bundle, &options)?;
 
-    let link = &arguments.link;
-    let mut client = Client::connect(cathforce_link::open(link)?)?;
-    let board = client.device().board.clone();
-    let folder = temporary_folder()?;
-    let (duration_s, feel) = (arguments.duration, Feel::Catheter);
-    let pace = Pace::LockStep;
-    let overwrite = false;
-    let run = TrialRun { bundle: &bundle, number, trial, link, pace, duration_s, feel, overwrite };
-    ui.say("as rig.toml states the rig:");
-    let file = folder.path().join("before.mcap");
-    let (before, bits) = estimated(ui, &mut client, run, &before, &file)?;
-    ui.say("with the settings:");
-    let file = arguments.out.clone().unwrap_or_else(|| folder.path().join("after.mcap"));
-    let run = TrialRun { overwrite: arguments.overwrite, ..run };
-    let (after, more_bits) = estimated(ui, &mut client, run, &after, &file)?;
+    let played = play_both(ui, arguments, &bundle, (number, trial), [&before, &after])?;
 
-    let runs = Runs { before: &before, after: &after };
+    let runs = Runs { before: &played.before, after: &played.after };
     let achieved = catheter.achieved(number, &wide, runs).map_err(nothing_of)?;
     let predicted = explanation.as_ref().and_then(Explanation::shrink);
     let shrink = achieved.shrink.filter(|_| objections.is_empty());
-    let shrink = shrink.map(|own| Shrink { predicted, achieved: own.achieved, host: own.host });
+    let shrink = shrink.map(|own| Shrink {
+        predicted,
+        achieved: own.achieved,
+        finer_model: own.finer_model,
+    });
     let outcome = Outcome::of(achieved.energy, predicted, objections.is_empty());
     let promised = explanation.as_ref().and_then(|own| own.gap.force_rms_n).map(Promised::from);
     let verified = Verified {
@@ -163,8 +149,8 @@ pub fn run(ui: &Ui, arguments: &VerifyArguments) -> Result<(), Failure> {
         rig: bundle.rig.name.clone(),
         trial: number,
         fresh,
-        link: link.clone(),
-        board,
+        link: arguments.link.clone(),
+        board: played.board,
         settings: options.parameters,
         differences,
         objections,
@@ -172,10 +158,56 @@ pub fn run(ui: &Ui, arguments: &VerifyArguments) -> Result<(), Failure> {
         achieved,
         shrink,
         promised,
-        differing_bits: bits + more_bits,
+        differing_bits: played.differing_bits,
     };
     ui.data(&verified, verified.text(ui))?;
     verified.check(arguments.fail_above)
+}
+
+/// Warns where the settings are not those that the diagnosis names.
+fn warn_of(ui: &Ui, differences: &[Difference]) {
+    if !differences.is_empty() {
+        let list = differences.iter().map(Difference::text).collect::<Vec<_>>().join("; ");
+        ui.warn(format_args!(
+            "the settings are not what the diagnosis names: {list}\n  fix: `cathforce gap apply` \
+             writes what it names"
+        ));
+    }
+}
+
+/// Both runs of one trial on the device.
+struct Played {
+    board: String,
+    before: Vec<Estimate>,
+    after: Vec<Estimate>,
+    /// Between the device and its replay on this host, both runs.
+    differing_bits: u64,
+}
+
+/// Plays a trial as rig.toml states the rig and with the settings. `images`: in this order.
+fn play_both(
+    ui: &Ui,
+    arguments: &VerifyArguments,
+    bundle: &Bundle,
+    (number, trial): (u32, &cathforce_bundle::Trial),
+    images: [&[u8]; 2],
+) -> Result<Played, Failure> {
+    let link = &arguments.link;
+    let mut client = Client::connect(cathforce_link::open(link)?)?;
+    let board = client.device().board.clone();
+    let folder = temporary_folder()?;
+    let (duration_s, feel) = (arguments.duration, Feel::Catheter);
+    let pace = Pace::LockStep;
+    let overwrite = false;
+    let run = TrialRun { bundle, number, trial, link, pace, duration_s, feel, overwrite };
+    ui.say("as rig.toml states the rig:");
+    let file = folder.path().join("before.mcap");
+    let (before, bits) = estimated(ui, &mut client, run, images[0], &file)?;
+    ui.say("with the settings:");
+    let file = arguments.out.clone().unwrap_or_else(|| folder.path().join("after.mcap"));
+    let run = TrialRun { overwrite: arguments.overwrite, ..run };
+    let (after, more_bits) = estimated(ui, &mut client, run, images[1], &file)?;
+    Ok(Played { board, before, after, differing_bits: bits + more_bits })
 }
 
 /// The settings to verify: those that are given, else those of the diagnosis.
@@ -312,6 +344,17 @@ impl Difference {
     }
 }
 
+/// Which program and which precision each column is of.
+const MODELS: [(&str, &str); 4] = [
+    ("before", "device as rig.toml states the rig (single precision, 1 ms tick)"),
+    ("achieved", "device with the settings (single precision, 1 ms tick)"),
+    ("floor", "noise floor of this trial"),
+    (
+        "finer model",
+        "finer model of the diagnosis with the settings (double precision, on this host)",
+    ),
+];
+
 impl Verified {
     fn text(&self, ui: &Ui) -> String {
         let fresh = match self.fresh {
@@ -320,34 +363,36 @@ impl Verified {
         };
         let mut text = format!("{}\n", ui.bold(&self.sentence));
         text += &format!("{} trial {:03}{fresh}, on {}\n", self.rig, self.trial, self.board);
-        text += "                   before    achieved       floor   this host\n";
+        text += "                   before    achieved       floor  finer model\n";
         for (label, left) in quantities(&self.achieved) {
-            let Left { before, achieved, host, floor } = left;
+            let Left { before, achieved, finer_model, floor } = left;
             let unit = if label == "tip" { "mm" } else { "mN" };
             text += &format!("{:<16}", format!("{label}, {unit}"));
-            for value in [before, achieved, floor, host] {
-                text += &format!("{:>9.2}   ", 1e3 * value);
+            for value in [before, achieved, floor, finer_model] {
+                text += &format!("{:>9}   ", significant(1e3 * value, 3));
             }
             text = format!("{}\n", text.trim_end());
         }
-        let mut rows = Vec::new();
+        let mut rows: Vec<(String, String)> =
+            MODELS.map(|(name, what)| (name.to_owned(), what.to_owned())).to_vec();
         let coverage = self.achieved.coverage.as_ref();
         if let Some(coverage) = coverage.filter(|_| self.objections.is_empty()) {
-            rows.push(("within the band".to_owned(), super::coverage::text(coverage)));
-            rows.push(("covered by it".to_owned(), super::coverage::stated(coverage)));
+            rows.push(("within the band".to_owned(), super::band_text::text(coverage)));
+            rows.push(("covered by it".to_owned(), super::band_text::stated(coverage)));
         }
-        if let Some(Shrink { predicted, achieved, host }) = self.shrink {
+        if let Some(Shrink { predicted, achieved, finer_model }) = self.shrink {
             let predicted = predicted.map_or(String::new(), |share| {
-                format!("{:.0} % predicted by the diagnosis, ", 100.0 * share)
+                format!("{} predicted by the diagnosis, ", percent(share))
             });
             let share = |share: f64| match share {
                 share if share < 0.0 => "none".to_owned(),
-                share => format!("{:.0} %", 100.0 * share),
+                share => percent(share),
             };
             let closed = format!(
-                "{predicted}{} achieved (this host: {}), of what is above the floor in all channels",
+                "{predicted}{} achieved on the device, {} by the finer model; shares of the gap above \
+                 the floor in all channels",
                 share(achieved),
-                share(host)
+                share(finer_model)
             );
             rows.push(("gap closed".to_owned(), closed));
         }
@@ -355,14 +400,19 @@ impl Verified {
             rows.push((
                 "promised".to_owned(),
                 format!(
-                    "force from {:.2} to {:.2} mN, floor {:.2}, over the diagnosis' held-out trials",
-                    1e3 * before,
-                    1e3 * after,
-                    1e3 * floor
+                    "force from {}, floor {}, over the held-out trials of the diagnosis",
+                    from_to(before, after, "N"),
+                    quantity(floor, "N")
                 ),
             ));
         }
-        rows.push(("device and host".to_owned(), format!("{} bits differ", self.differing_bits)));
+        rows.push((
+            "bit identity".to_owned(),
+            format!(
+                "{} bits differ between the device and its replay on this host (single precision)",
+                self.differing_bits
+            ),
+        ));
         let difference = |own: &Difference| ("not as diagnosed".to_owned(), own.text());
         rows.extend(self.differences.iter().map(difference));
         rows.extend(self.objections.iter().map(|why| ("no conclusion".to_owned(), why.clone())));
@@ -384,5 +434,55 @@ impl Verified {
                 missed("no force was measured that could be compared with --fail-above".to_owned())
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use cathforce_gap::catheter::Energy;
+
+    use super::*;
+
+    #[test]
+    fn every_figure_says_which_program_and_which_precision_it_is_of() {
+        let left =
+            Left { before: 0.0381, achieved: 0.010_412, finer_model: 0.010_3, floor: 0.0078 };
+        let verified = Verified {
+            outcome: Outcome::AsPromised,
+            sentence: String::new(),
+            rig: "rig".to_owned(),
+            trial: 3,
+            fresh: None,
+            link: "sim".to_owned(),
+            board: "board".to_owned(),
+            settings: Vec::new(),
+            differences: Vec::new(),
+            objections: Vec::new(),
+            achieved: Achieved {
+                force_rms_n: Some(left),
+                drive_force_rms_n: None,
+                tip_rms_m: None,
+                energy: Energy { before: 20.0, achieved: 1.7 },
+                shrink: None,
+                coverage: None,
+                samples: 100,
+            },
+            shrink: Some(Shrink { predicted: Some(0.996), achieved: 0.95, finer_model: 0.96 }),
+            promised: None,
+            differing_bits: 0,
+            notes: Vec::new(),
+        };
+        let text = verified.text(&Ui::new(false, true));
+        let words = text.split_whitespace().collect::<Vec<_>>().join(" ");
+        for part in [
+            "before achieved floor finer model force, mN 38.1 10.4 7.80 10.3",
+            "achieved device with the settings (single precision, 1 ms tick)",
+            "finer model of the diagnosis with the settings (double precision",
+            "99.6 % predicted by the diagnosis, 95 % achieved on the device, 96 % by the finer model",
+            "0 bits differ between the device and its replay on this host (single precision)",
+        ] {
+            assert!(words.contains(part), "{part} in {words}");
+        }
+        assert!(!text.contains("this host:"), "{text}");
     }
 }

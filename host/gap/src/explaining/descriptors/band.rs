@@ -1,4 +1,4 @@
-//! What swings at the pace of breath and pulse.
+//! Oscillation of a residual at the frequencies of breathing and pulse.
 
 use std::f64::consts::TAU;
 

@@ -1,4 +1,4 @@
-//! What decays while the drive rests.
+//! Exponential decay of a residual while the drive rests.
 
 use super::residual::{FEWEST, Residual, TOLD, left_by_line, runs};
 

@@ -1,4 +1,4 @@
-//! What reversals open: both ways at the same places.
+//! Hysteresis loops of a residual at reversals: forward and backward at the same places.
 
 use super::residual::Residual;
 

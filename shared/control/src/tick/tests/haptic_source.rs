@@ -1,4 +1,4 @@
-//! Whose load the operator feels.
+//! The haptic source: whose load the operator feels.
 
 use super::*;
 use crate::{Grip, GuidewireSample};
@@ -91,7 +91,7 @@ fn without_a_guidewire_there_is_nothing_to_choose() {
     }
 }
 
-/// The wire's own last trusted load is held, not the catheter's.
+/// The last trusted load of the guidewire is held, and not the catheter's.
 #[test]
 fn in_an_unresolved_tick_the_held_load_is_that_of_what_is_felt() {
     let mut bench = armed();
@@ -108,9 +108,8 @@ fn in_an_unresolved_tick_the_held_load_is_that_of_what_is_felt() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(48))]
 
-    /// P08: the operator's axis moves as the drive that is felt, whatever the other one does.
-    /// However often the button changes, with samples missing, no more energy comes out than
-    /// the budget of each axis.
+    /// P08: the operator's axis moves with the drive that is felt, whatever the other one does. However often
+    /// the button changes, and with samples missing, each axis delivers no more energy than its budget.
     #[test]
     fn p08_changing_the_drive_gives_out_no_more_energy(
         strokes in prop::collection::vec((any::<bool>(), 0u8..3, 0.0f32..1.0), 100..250),
@@ -130,8 +129,8 @@ proptest! {
             let load = loads[n % loads.len()];
             bench.fake.answer.drive_force_n = load;
             bench.fake.answer.guidewire_force_n = -load;
-            // The operator gives way to what is felt, the other drive does the opposite; at even
-            // speed while samples are missing.
+            // The operator yields to the rendered force, and the other drive does the opposite. The speed is
+            // constant while samples are missing.
             let forwards = if force_n < 0.0 { 1.0 } else { -1.0 };
             let a_tick_m = forwards * share * 0.99 * fastest_m;
             for k in 0..=missing {
@@ -144,7 +143,7 @@ proptest! {
                 let outputs = if k < missing {
                     bench.silence()
                 } else {
-                    // The catheter's motion may be unknown when it is let go.
+                    // The catheter's motion may be unknown when its button is released.
                     let unheard = change && !held && missing == 1;
                     let encoder = (!unheard).then_some(catheter);
                     held ^= change;

@@ -1,5 +1,5 @@
-//! Random scenarios: a device that is mostly treated well, so that it often is armed, by a
-//! hostile bus, model and memory.
+//! Random scenarios with a hostile bus, model and memory. The device is mostly treated well, so that it is
+//! often armed.
 
 extern crate std;
 
@@ -50,7 +50,7 @@ fn happening() -> impl Strategy<Value = Happening> {
         1 => Just(Some(Notice::Overrun)),
         1 => Just(Some(Notice::BusOff)),
     ];
-    // Of no effect but in the scenarios with a guidewire.
+    // Has an effect only in the scenarios with a guidewire.
     let guidewire =
         (encoder(), any::<bool>()).prop_map(|(at, held)| at.map(|at| GuidewireSample { at, held }));
     let grip = |handle_released| Some(Grip { handle_released, ..Grip::default() });
@@ -81,7 +81,7 @@ fn scenario() -> impl Strategy<Value = Vec<Happening>> {
     prop::collection::vec(happening(), 1..150)
 }
 
-/// The same, whose encoder falls silent at this tick and stays so for a while.
+/// The same scenario, in which the encoder is silent from this tick on for a while.
 fn falling_silent() -> impl Strategy<Value = (Vec<Happening>, usize)> {
     // Soon: few stay armed for long.
     (scenario(), 0usize..8, 5usize..40).prop_map(|(mut scenario, at, ticks)| {
@@ -104,7 +104,7 @@ impl Bench {
     }
 }
 
-/// CUT: the one change of the output that the slew limit does not bind.
+/// A cut is the only change of the output that may exceed the slew limit.
 fn was_cut(outputs: &Outputs) -> bool {
     let cut = matches!(outputs.mode, Mode::Fault { cause } if cause.reaction() == Reaction::Cut);
     cut && is_zero(outputs)
@@ -154,7 +154,7 @@ proptest! {
         }
     }
 
-    /// Told from the frames alone, by a reader that knows nothing of the supervisor.
+    /// Judged from the outputs alone, independently of the supervisor.
     #[test]
     fn p18_nothing_is_output_before_self_test_encoders_and_arming(scenario in scenario()) {
         let mut bench = Bench::new();
@@ -255,7 +255,7 @@ proptest! {
 
 const SETTING_COUNT: usize = crate::SETTINGS.len();
 
-/// The scenarios above would show nothing if they never armed from boot.
+/// Checks that the scenarios above do arm from boot.
 #[test]
 fn scenarios_do_arm() {
     use proptest::strategy::ValueTree;

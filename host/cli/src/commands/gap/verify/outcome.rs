@@ -1,6 +1,7 @@
 //! What came out, in a word and in a sentence.
 
 use cathforce_gap::catheter::Energy;
+use cathforce_gap::rounding::percent;
 use serde::Serialize;
 
 /// Points by which less than was predicted is still as predicted.
@@ -53,7 +54,6 @@ impl Outcome {
     }
 
     pub fn sentence(self, energy: Energy, predicted: Option<f64>) -> String {
-        let percent = |share: f64| format!("{:.0} %", 100.0 * share);
         let promise = predicted.map_or(String::new(), |share| {
             format!(", where the diagnosis predicted {}", percent(share))
         });
@@ -70,10 +70,10 @@ impl Outcome {
                 times()
             ),
             Self::Smaller => {
-                format!("Smaller than before: {}; no diagnosis says what to expect.", both())
+                format!("Smaller than before: {}. No diagnosis was given to compare with.", both())
             }
             Self::AsBefore => {
-                "As before: the settings change next to nothing; no diagnosis says what to expect."
+                "As before: the settings hardly change the error. No diagnosis was given to compare with."
                     .to_owned()
             }
             Self::NothingToClose => {
