@@ -10,6 +10,7 @@ mod config;
 mod gap;
 mod link;
 mod lumen;
+mod names;
 mod recording;
 
 use std::path::PathBuf;
@@ -298,18 +299,9 @@ fn known_setting(text: &str) -> Result<(String, f32), String> {
 
 fn tip(name: &str) -> Result<&'static Tip, String> {
     Tip::find(name).ok_or_else(|| {
-        let names = TIPS.iter().map(|tip| tip.name).collect::<Vec<_>>();
-        unknown("tip", name, &names, "cathforce tips")
+        let known = TIPS.iter().map(|tip| tip.name).collect::<Vec<_>>();
+        names::unknown("tip", name, &known, "cathforce tips")
     })
-}
-
-/// Says that a name is not known, which one is near, and which command lists them all.
-fn unknown(what: &str, name: &str, known: &[&str], list: &str) -> String {
-    let hint = match cathforce_bundle::nearest(name, known) {
-        Some(nearest) => format!("did you mean `{nearest}`? "),
-        None => String::new(),
-    };
-    format!("there is no {what} `{name}`; {hint}`{list}` lists them")
 }
 
 fn positive_seconds(text: &str) -> Result<f64, String> {

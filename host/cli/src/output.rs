@@ -7,6 +7,7 @@
 
 mod json_file;
 mod kind;
+mod settings_file;
 
 use std::fs;
 use std::io::Write as _;
@@ -17,6 +18,7 @@ use cathforce_recording::{is_recording, write_whole};
 use crate::failure::{Code, Failure};
 pub use json_file::JsonFile;
 pub use kind::{Kind, NODES, TICKS, is_own_page};
+pub use settings_file::{TOP as SETTINGS_KEYS, is_settings};
 
 /// Checks before a run that a recording can be written. An existing file is refused, unless
 /// `overwrite` is set; then it stays until the new recording begins.

@@ -1,8 +1,8 @@
 //! Effects between encoder and instrument, and the friction of a drive on its own, whose parameters
 //! scale with the axis (`drive/effects.rs` of `cathforce-gap`).
 
-use crate::Channel::{DriveCommand, DriveForce, Force, Shape, Tip};
-use crate::{Effect, PHASES_RAD, Plant, fitted, held, scanned};
+use crate::effect::Channel::{DriveCommand, DriveForce, Force, Shape, Tip};
+use crate::effect::{Effect, PHASES_RAD, Plant, fitted, held, scanned};
 
 /// Cycles per metre of roller ripple: periods of 5 to 22 mm, for full and half turns of rollers.
 const CYCLES_PER_M: [f64; 6] = [45.0, 65.0, 85.0, 105.0, 130.0, 200.0];

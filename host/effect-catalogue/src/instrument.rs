@@ -1,10 +1,10 @@
 //! Effects of the instrument and its tendon.
 
-use crate::Channel::{DriveForce, Force, Shape, Tip};
-use crate::{Effect, Plant, fitted, held};
+use crate::effect::Channel::{DriveForce, Force, Shape, Tip};
+use crate::effect::{Effect, Plant, fitted, held};
 
-const BY_FORCE: &[crate::Channel] = &[Force, DriveForce, Tip, Shape];
-const BY_PLACE: &[crate::Channel] = &[Tip, Shape, Force, DriveForce];
+const BY_FORCE: &[crate::effect::Channel] = &[Force, DriveForce, Tip, Shape];
+const BY_PLACE: &[crate::effect::Channel] = &[Tip, Shape, Force, DriveForce];
 
 pub(crate) const EFFECTS: &[Effect] = &[
     Effect {

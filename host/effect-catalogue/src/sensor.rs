@@ -1,7 +1,7 @@
 //! Effects of the force sensor under the vessel.
 
-use crate::Channel::Force;
-use crate::{Effect, Plant, fitted};
+use crate::effect::Channel::Force;
+use crate::effect::{Effect, Plant, fitted};
 
 pub(crate) const EFFECTS: &[Effect] = &[
     Effect {

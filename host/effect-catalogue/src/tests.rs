@@ -3,6 +3,8 @@ use std::collections::BTreeSet;
 use cathforce_bundle::{Bundle, SolverDefaults, to_description};
 use cathforce_mechanics::{EFFECTS, NOMINAL, SOLVER};
 
+use cathforce_mechanics::parameters;
+
 use super::*;
 
 /// The identifiers that reports of a gap may use, as their format states them.

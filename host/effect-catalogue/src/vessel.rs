@@ -1,12 +1,12 @@
 //! Effects of entry, contact, wall and fluid.
 
-use crate::Channel::{DriveForce, Force, Shape, Tip};
-use crate::{Effect, PHASES_RAD, Parameter, Plant, Role, fitted, held, scanned};
+use crate::effect::Channel::{DriveForce, Force, Shape, Tip};
+use crate::effect::{Effect, PHASES_RAD, Parameter, Plant, Role, fitted, held, scanned};
 
 /// Channels of effects that show in the force first.
-const BY_FORCE: &[crate::Channel] = &[Force, DriveForce, Tip, Shape];
+const BY_FORCE: &[crate::effect::Channel] = &[Force, DriveForce, Tip, Shape];
 /// Channels of effects that show in the position first.
-const BY_PLACE: &[crate::Channel] = &[Tip, Force, Shape, DriveForce];
+const BY_PLACE: &[crate::effect::Channel] = &[Tip, Force, Shape, DriveForce];
 
 /// Frequencies of respiration and pulse, at rest and under load.
 const FREQUENCIES_HZ: [f64; 5] = [0.25, 0.4, 0.55, 0.75, 1.2];

@@ -5,16 +5,6 @@ use std::path::Path;
 use crate::qemu::Qemu;
 use crate::{Hub, Link, LinkError, Sim, Slcan, hub};
 
-/// The forms of an address.
-pub const ADDRESSES: [&str; 6] = [
-    "socketcan:can0",
-    "slcan:/dev/ttyACM0[@BAUD]",
-    "slcan:tcp:HOST:PORT",
-    "slcan:listen:[HOST:]PORT",
-    "qemu[:ELF]",
-    "sim",
-];
-
 /// Bit rate of a serial port, if the address says nothing. USB adapters ignore it.
 const DEFAULT_BAUD: u32 = 1_000_000;
 /// Where a bus listens unless the address says otherwise: SLCAN knows no passwords, so that other
@@ -48,7 +38,7 @@ fn understood(address: &str) -> Result<Address<'_>, LinkError> {
     parse(address).map_err(|problem| LinkError::Address { address: address.into(), problem })
 }
 
-/// Opens a link by its address; [`ADDRESSES`] lists the forms. One that listens waits for the first
+/// Opens a link by its address; [`crate::ADDRESSES`] lists the forms. One that listens waits for the first
 /// who connects, and says so ([`crate::set_remarks`]).
 pub fn open(address: &str) -> Result<Box<dyn Link>, LinkError> {
     Ok(match understood(address)? {

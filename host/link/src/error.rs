@@ -4,6 +4,16 @@ use std::fmt;
 use std::io;
 use std::time::Duration;
 
+/// The forms of an address.
+pub const ADDRESSES: [&str; 6] = [
+    "socketcan:can0",
+    "slcan:/dev/ttyACM0[@BAUD]",
+    "slcan:tcp:HOST:PORT",
+    "slcan:listen:[HOST:]PORT",
+    "qemu[:ELF]",
+    "sim",
+];
+
 /// The link cannot be opened, or is lost, or silent. The command ends with exit code 4.
 #[derive(Debug)]
 pub enum LinkError {
@@ -118,7 +128,7 @@ impl LinkError {
     /// What to do about it.
     pub fn fix(&self) -> String {
         match self {
-            Self::Address { .. } => format!("A link is one of {}", crate::ADDRESSES.join(", ")),
+            Self::Address { .. } => format!("A link is one of {}", ADDRESSES.join(", ")),
             Self::NoCanInKernel { .. } => {
                 "Load them (`modprobe can can_raw`), or reach the device \
                 in another way: slcan:/dev/ttyACM0, slcan:tcp:HOST:PORT, qemu"

@@ -39,10 +39,10 @@ use cathforce_bus::Frame;
 
 pub use cathforce_bus::Direction;
 
-pub use address::{ADDRESSES, check as check_address, open};
+pub use address::{check as check_address, open};
 pub use build::{build_of, version_and_build};
 pub use client::{Client, ClientError, Device, Tap};
-pub use error::LinkError;
+pub use error::{ADDRESSES, LinkError};
 pub use hub::Hub;
 pub use play::Step;
 pub use remark::set_remarks;

@@ -24,6 +24,7 @@ pub use analysis::compare::{
     ChannelError, Comparison, FEED_BEFORE_SCORE_M, ForceError, SNAP_GUARD_S, SnapPair, compare,
 };
 pub use analysis::coverage::{COLUMNS, Coverage, Covered, NORMAL_NINETY};
+pub use analysis::estimates::{estimates, trial_time_s};
 pub use analysis::noise::white_noise;
 pub use analysis::sensed::as_sensed;
 pub use analysis::summary::Summary;
@@ -37,7 +38,7 @@ pub use decoding::tick::{
 pub use export::bundle::{write_bundle, write_drive, write_trial};
 #[cfg(feature = "parquet")]
 pub use export::parquet_file::write_ticks_parquet;
-pub use export::series::{estimates, trial_time_s, write_nodes_csv, write_ticks_csv};
+pub use export::series::{write_nodes_csv, write_ticks_csv};
 pub use export::synthetic::{CAMERA_HZ, FORCE_HZ, synthetic_trial};
 pub use format::clock::BusClock;
 pub use format::dropout::{Dropout, DropoutCause};

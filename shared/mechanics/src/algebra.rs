@@ -373,7 +373,7 @@ pub(crate) struct RelativeRotation<T: Number> {
 
 impl<T: Number> RelativeRotation<T> {
     /// q = log(nearᵀ far) = 4 atan(|m|)/|m| m, with m = v/(1 + w) of the relative quaternion.
-    ///                                                                docs/explanation/model.md (4)
+    /// docs/explanation/model.md (8)
     ///
     /// The series of atan is exact to `f32` up to 0.7 rad and to 0.1 % at 2 rad; |q| stays below π.
     #[inline(always)]

@@ -30,7 +30,7 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
 
     /// Fills the tables of the chain for the present positions of the instruments. While no link is
     /// inside the vessel, the first one is filled, because the mouth has a joint even then.
-    ///                                                                docs/explanation/model.md (39)
+    /// docs/explanation/model.md (24)
     pub(crate) fn fill_coaxial_tables(&mut self, model: &Model<T, LINKS>) {
         if let Some(wire) = &model.guidewire {
             let walk = self.walk(model, wire);

@@ -47,7 +47,7 @@ impl<N: Number> ContactState<N> {
     }
 }
 
-/// The linearised contact of one sample point in one solve.     docs/explanation/model.md (10)
+/// The linearised contact of one sample point in one solve.     docs/explanation/model.md (11)
 ///
 /// Force on the instrument: f_c − (k_s I + p n nᵀ)(δx + δφ × arm), with the tangential stiffness k_s
 /// and the excess p of the normal over the tangential stiffness.
@@ -148,7 +148,7 @@ impl<N: Number> ContactLaw<N> {
         }
     }
 
-    /// Linearises the contact of one sample at the predicted state.     docs/explanation/model.md (10)
+    /// Linearises the contact of one sample at the predicted state.     docs/explanation/model.md (11)
     ///
     /// `stiffness`: nominal normal stiffness of the sample \[N/m\], at the tip including the end's;
     /// `arc_m`: tributary length of the sample \[m\].
@@ -167,7 +167,7 @@ impl<N: Number> ContactLaw<N> {
     {
         let half = N::lit(0.5);
         let n = &wall.normal;
-        // The force grows quadratically over the onset, then linearly.     docs/explanation/model.md (11)
+        // The force grows quadratically over the onset, then linearly.     docs/explanation/model.md (10)
         let indented = (half * self.onset - wall.gap).positive();
         let within = indented.smaller(self.onset);
         let slope = within * self.inverse_onset;

@@ -106,7 +106,7 @@ pub struct Solver<T> {
     pub drag: Drag<T>,
 }
 
-/// Drag per length, which grows with the square of a node's speed.     docs/explanation/model.md (15)
+/// Drag per length, which grows with the square of a node's speed.     docs/explanation/model.md (16)
 ///
 /// It damps motion that is too fast for the time step, such as a whip or a closing contact. It also
 /// makes a freely moving tip lag, so it is small at low speed.

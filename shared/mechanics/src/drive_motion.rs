@@ -46,7 +46,7 @@ pub(crate) struct DriveHistory<T> {
     idle_ticks: u8,
 }
 
-/// Motion of the drives in this tick over earlier motion.     docs/explanation/model.md (44)
+/// Motion of the drives in this tick over earlier motion.     docs/explanation/model.md (4)
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct MotionRatio<T> {
     /// Factor on the links' rates, from the smoothed motion of both drives \[1\].
@@ -74,7 +74,7 @@ impl<T: Real> DriveHistory<T> {
     }
 
     /// Takes in the motion of the drives in a tick, from `before` to `target`.
-    ///                                                                docs/explanation/model.md (44)
+    /// docs/explanation/model.md (4)
     pub fn observe<const LINKS: usize>(
         &mut self,
         model: &Model<T, LINKS>,
@@ -95,7 +95,7 @@ impl<T: Real> DriveHistory<T> {
     }
 
     /// Takes in the motion of the catheter and the guidewire in a tick; `gain`: of the rates' filter.
-    ///                                                                docs/explanation/model.md (44)
+    /// docs/explanation/model.md (4)
     fn update(&mut self, moved: [SurfaceMotion<T>; 2], gain: T) -> MotionRatio<T> {
         let [least, most] = [RATIO_RANGE.start, RATIO_RANGE.end].map(T::lit);
         let within = |ratio: T, most: T| minimum(maximum(ratio, least), most);

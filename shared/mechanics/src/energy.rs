@@ -5,7 +5,7 @@ use crate::{Model, Real, State};
 
 impl<T: Real, const LINKS: usize> State<T, LINKS> {
     /// Kinetic energy of the nodes that the next step takes over \[J\]. It is less than all of it after a
-    /// solve that turned a link too far for the linear model.     docs/explanation/model.md (38)
+    /// solve that turned a link too far for the linear model.     docs/explanation/model.md (21)
     pub fn kinetic_energy_j(&self, model: &Model<T, LINKS>) -> T {
         let half = T::lit(0.5);
         let tables = self.tables(model);
@@ -19,10 +19,10 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
     }
 
     /// Elastic energy of bending, twist and stretch inside the vessel and of a shaft that winds up
-    /// behind it \[J\].     docs/explanation/model.md (4), (6), (37)
+    /// behind it \[J\].     docs/explanation/model.md (8), (17), (44)
     ///
     /// The energies of the wall and of a tendon are not included. Softening and straightening,
-    /// docs/explanation/model.md (33), are ignored.
+    /// docs/explanation/model.md (43), are ignored.
     pub fn elastic_energy_j(&self, model: &Model<T, LINKS>) -> T {
         let half = T::lit(0.5);
         let tables = self.tables(model);

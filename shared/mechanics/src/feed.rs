@@ -17,7 +17,7 @@ use crate::{Drive, Drives, Model, Real};
 const LARGEST_PREDICTED_TURN: f64 = 0.2;
 
 /// Arc from the tip of the chain back to the tip of an instrument \[m\].
-///                                                                docs/explanation/model.md (39)
+/// docs/explanation/model.md (24)
 ///
 /// `chain_m`, `inside_m`: arcs of the chain and of the instrument inside the vessel \[m\]. The table of
 /// the guide's joint covers a full cell, which reaches up to 1.5 links behind the mouth. An instrument
@@ -36,7 +36,7 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
     }
 
     /// Moves the drives to `target`, within the reach of the links; adds and drops links.
-    ///                                                                docs/explanation/model.md (2)
+    /// docs/explanation/model.md (3)
     ///
     /// A link is added slightly late. Otherwise a drive at a whole number of links would add and drop
     /// one in turn with the last bit of its position.
@@ -139,7 +139,7 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
     }
 
     /// Predicts rotations by the filtered rates, and positions from the base.
-    ///                                                                docs/explanation/model.md (3)
+    /// docs/explanation/model.md (5)
     ///
     /// The result is the initial guess of the solve; `dt_s` = 0 predicts no rotation. `ratio`: factor
     /// on the rates, see [`MotionRatio`](crate::drive_motion::MotionRatio).
@@ -189,6 +189,7 @@ impl<T: Real, const LINKS: usize> Kernel<T> for PredictKernel<'_, T, LINKS> {
                     }
                     link.turn = Vector3::zeros();
                 }
+                // docs/explanation/model.md (6)
                 position += link.tangent * (link.span.length * (T::one() + link.strain));
                 link.displacement = position - link.position;
                 link.position = position;

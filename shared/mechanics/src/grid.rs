@@ -1,4 +1,4 @@
-//! Nodes of the chain along its arc. Links are shorter at the tip.     docs/explanation/model.md (45)
+//! Nodes of the chain along its arc. Links are shorter at the tip.     docs/explanation/model.md (1)
 
 use crate::math::minimum;
 use crate::{Real, Solver};

@@ -55,7 +55,7 @@ impl<T: Real> JointLoad<T> {
 }
 
 impl<T: Number> JointLoad<T> {
-    /// Moment and stiffness of a joint with a full cell.     docs/explanation/model.md (4)
+    /// Moment and stiffness of a joint with a full cell.     docs/explanation/model.md (8)
     ///
     /// `viscous`: τ/dt \[1\], and the rotation of the distal minus that of the proximal link since the
     /// step began \[rad\]; `None` if bending is not viscous.

@@ -2,7 +2,7 @@
 //!
 //! The load of one drive follows from virtual work: the instrument slides or turns in the chain while
 //! the centre line is held, and its drive supplies the gain in energy and the work of friction. The
-//! other drive carries the rest of the total.     docs/explanation/model.md (41)–(43)
+//! other drive carries the rest of the total.     docs/explanation/model.md (26)–(28)
 
 use cathforce_scalar::Vector3;
 
@@ -42,7 +42,7 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
     }
 
     /// Energy that the chain gains per feed of the follower \[N\], and per rotation of the guidewire
-    /// \[N·m\].     docs/explanation/model.md (41), (43)
+    /// \[N·m\].     docs/explanation/model.md (26), (28)
     fn energy_gradient(
         &self,
         model: &Model<T, LINKS>,
@@ -91,7 +91,7 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
 
     /// Resistance to sliding: of friction, the fluid and the catheter's end against the feed of a
     /// following catheter \[N\], and of friction against rotation of the guidewire \[N·m\].
-    ///                                                            docs/explanation/model.md (42), (43)
+    /// docs/explanation/model.md (27), (28)
     fn sliding_resistance(&self, model: &Model<T, LINKS>) -> (T, T) {
         let (one, zero) = (T::one(), T::zero());
         let description = model.description();
@@ -140,7 +140,7 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
         }
     }
 
-    /// Elastic moment of a joint, material axes \[N·m\]; 0 without a joint.     docs/explanation/model.md (4)
+    /// Elastic moment of a joint, material axes \[N·m\]; 0 without a joint.     docs/explanation/model.md (8)
     fn joint_moment(&self, model: &Model<T, LINKS>, joint: Option<usize>) -> Vector3<T> {
         let Some((j, link)) = joint.and_then(|j| Some((j, self.links.get(j)?))) else {
             return Vector3::zeros();

@@ -41,7 +41,7 @@ pub struct Model<T: Real, const LINKS: usize = MAX_LINKS> {
 }
 
 impl<T: Real, const LINKS: usize> Model<T, LINKS> {
-    /// Validates the description and makes the tables.     docs/explanation/model.md (1)
+    /// Validates the description and makes the tables.     docs/explanation/model.md (2)
     ///
     /// Errors: the first number of the description that is out of range.
     pub fn new(description: Description<T>) -> Result<Self, DescriptionError> {
@@ -124,7 +124,7 @@ impl<T: Real, const LINKS: usize> Model<T, LINKS> {
 const STIFFEST_WALL: f64 = 1e5;
 
 /// Largest stiffness of the contact at a sample \[N/m\]. Such a contact is indented by less than 1/10⁵
-/// of the instrument's deflection.     docs/explanation/model.md (11)
+/// of the instrument's deflection.     docs/explanation/model.md (10)
 fn stiffest_wall<T: Real>(description: &Description<T>, instrument: &Instrument<T>) -> T {
     let solver = &description.solver;
     let h = solver.link_length_m;

@@ -39,7 +39,7 @@ impl<T: Real> Overlap<T> {
         }
     }
 
-    /// Share of a sample that the catheter covers, 0 to 1.     docs/explanation/model.md (40)
+    /// Share of a sample that the catheter covers, 0 to 1.     docs/explanation/model.md (25)
     ///
     /// The catheter's end is represented by a cone half a link long, so that the radius at a sample
     /// changes continuously as the end passes it.

@@ -44,7 +44,7 @@ impl<T: Real> Segment<T> {
 pub(crate) struct Segments<T: Real>(Vec<Segment<T>, MAX_SEGMENTS>);
 
 impl<T: Real> Segments<T> {
-    /// `stored`: curvature of the shaft behind the pre-curved tip.     docs/explanation/model.md (23)
+    /// `stored`: curvature of the shaft behind the pre-curved tip.     docs/explanation/model.md (31)
     pub fn of(instrument: &Instrument<T>, stored: &StoredCurvature<T>) -> Self {
         let unbounded = T::lit(UNBOUNDED_M);
         let mut pieces = Vec::new();
@@ -138,7 +138,7 @@ impl<'a, T: Real> Cursor<'a, T> {
 }
 
 /// Properties per length of both instruments at one place: their stiffnesses add.
-///                                                                docs/explanation/model.md (39)
+/// docs/explanation/model.md (24)
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Density<T: Real> {
     /// 1/EI \[1/(N·m²)\].

@@ -169,7 +169,7 @@ fn assemble_loads<T: Real, N: Pack<T>, L: Law<T>, const LINKS: usize>(
     let radius = model.description().instrument.outer_radius_m;
     let contact = ContactLaw::<N>::new(wall, scheme, inverse_dt);
     // A moving vessel is an accelerated frame; inertia and drag refer to the rig's frame.
-    //                                                                docs/explanation/model.md (15)
+    // docs/explanation/model.md (16)
     let moving = law.vessel_motion().map(|[by_m, m_per_s]| {
         let gained_m = by_m - m_per_s * (scheme.dt_s * *momentum_share);
         let m_per_s2 = gained_m * (scheme.inertia * inverse_dt * inverse_dt);
@@ -240,7 +240,7 @@ fn assemble_loads<T: Real, N: Pack<T>, L: Law<T>, const LINKS: usize>(
             &contact_states(&group, links, 1),
         );
 
-        // Weight, inertia, and drag against all motion except the feed.     docs/explanation/model.md (15)
+        // Weight, inertia, and drag against all motion except the feed.     docs/explanation/model.md (16)
         let node_mass = each(|lumped| lumped.node_mass);
         let node_arc = each(|lumped| lumped.node_arc);
         let velocity = || N::gather_vectors(|lane| link(lane).velocity);
@@ -415,7 +415,7 @@ fn update_contacts<T: Real, N: Pack<T>, L: Law<T>, const LAST: bool>(
 }
 
 /// From guide to tip: each link's motion follows from its proximal neighbour's.
-///                                                                docs/explanation/model.md (17)
+/// docs/explanation/model.md (20)
 ///
 /// Only the `LAST` solve of a step computes totals, nodal forces, rates and contact states. It is a
 /// separate function for the reason given at [`forward_elimination`].

@@ -91,7 +91,7 @@ pub(crate) struct LinkLoads<T: Real> {
     pub stiffness: T,
 }
 
-/// Elongation of a link after elimination: δe = free − a·y − b·δφ.     docs/explanation/model.md (6)
+/// Elongation of a link after elimination: δe = free − a·y − b·δφ.     docs/explanation/model.md (17)
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Stretch<T: Real> {
     pub free: T,
@@ -115,7 +115,7 @@ pub(crate) struct Elimination<T: Real> {
     pub loads: LinkLoads<T>,
     pub joint: JointLoad<T>,
     /// Rotation of the link: L⁻ᵀ Δ⁻¹ (s − Zᵀ δx + Xᵀ δφ), with δx of joint j + 1 and δφ of link j + 1.
-    /// The products Δ⁻¹ s, Z Δ⁻¹ and X Δ⁻¹ are stored.     docs/explanation/model.md (17)
+    /// The products Δ⁻¹ s, Z Δ⁻¹ and X Δ⁻¹ are stored.     docs/explanation/model.md (20)
     pub turn: Vector3<T>,
     pub by_displacement: Matrix3<T>,
     pub by_rotation: Matrix3<T>,

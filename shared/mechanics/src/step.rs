@@ -333,12 +333,13 @@ impl<T: Real, L: Law<T>, const LINKS: usize> Kernel<T> for SolveKernel<'_, '_, T
     }
 }
 
-/// Share of the velocities that the next step takes over.     docs/explanation/model.md (38)
+/// Share of the velocities that the next step takes over.     docs/explanation/model.md (21)
 fn momentum_share<T: Real>(farthest_squared: T) -> T {
     let most = T::lit(MOMENTUM_TURN_RAD);
     most / maximum(farthest_squared.root(), most)
 }
 
+/// docs/explanation/model.md (22)
 fn collect_outputs<T: Real, const LINKS: usize>(
     model: &Model<T, LINKS>,
     state: &State<T, LINKS>,
@@ -385,7 +386,7 @@ fn collect_outputs<T: Real, const LINKS: usize>(
 }
 
 /// Configurational force at the guide's mouth \[N\]: the bending energy per length that insertion
-/// would release, by which a bent instrument is pulled in.     docs/explanation/model.md (18)
+/// would release, by which a bent instrument is pulled in.     docs/explanation/model.md (23)
 fn configurational_force_n<T: Real, const LINKS: usize>(
     model: &Model<T, LINKS>,
     state: &State<T, LINKS>,

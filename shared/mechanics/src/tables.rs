@@ -1,4 +1,4 @@
-//! Elastic properties of joints and links.     docs/explanation/model.md (1), (39)
+//! Elastic properties of joints and links.     docs/explanation/model.md (2), (24)
 
 use cathforce_scalar::{Number, Pack, Vector3};
 

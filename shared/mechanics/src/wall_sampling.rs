@@ -12,7 +12,7 @@ use crate::{Lumen, Model, Real};
 
 impl<T: Real, const LINKS: usize> State<T, LINKS> {
     /// Updates the wall at the two sample points of each link: its node, and the arc above its middle.
-    ///                                                                docs/explanation/model.md (10)
+    /// docs/explanation/model.md (11)
     ///
     /// Nodes are sampled in one step, middles in the next. In between, a sample point uses the tangent
     /// plane of the wall from its last sample.
@@ -38,7 +38,7 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
             let link = |lane: usize| &links[at(lane)];
             let distal_tangents =
                 group.map_in_order(|j, _| replace(&mut distal_tangent, links[j].tangent));
-            // docs/explanation/model.md (16)
+            // docs/explanation/model.md (7)
             let length = N::from_lanes(|lane| link(lane).span.length);
             let tangent = N::gather_vectors(|lane| link(lane).tangent);
             let sagitta = (N::gather_vectors(|lane| proximal_of(at(lane)).tangent)

@@ -1,7 +1,7 @@
 //! Articulated-body wrench: what everything distal to a point of the instrument exerts on it, linear
 //! in the point's motion:
 //!
-//! F = f − A δx − B δφ,  M = m − Bᵀ δx − C δφ.     docs/explanation/model.md (5)
+//! F = f − A δx − B δφ,  M = m − Bᵀ δx − C δφ.     docs/explanation/model.md (14)
 
 use cathforce_scalar::Vector3;
 
@@ -33,7 +33,7 @@ impl<T: Real> Wrench<T> {
     }
 
     /// Adds the loads of a link, and the stiffness of the contacts at its node and at its middle.
-    ///                                                            docs/explanation/model.md (14), (15)
+    /// docs/explanation/model.md (15), (16)
     ///
     /// The arm of the contact at the node is parallel to its normal, so c = a × n = 0 there.
     #[inline(always)]
@@ -66,7 +66,7 @@ impl<T: Real> Wrench<T> {
         self.c.sub_outer(&middle_held, middle_arm);
     }
 
-    /// Eliminates the link's stretch along `tangent`.     docs/explanation/model.md (6)
+    /// Eliminates the link's stretch along `tangent`.     docs/explanation/model.md (17)
     #[inline(always)]
     pub fn eliminate_stretch(
         &mut self,
@@ -89,7 +89,7 @@ impl<T: Real> Wrench<T> {
         elimination.stretch = Stretch { free: gain * inverse, by_displacement, by_rotation };
     }
 
-    /// From the distal to the proximal end of a link.     docs/explanation/model.md (7)
+    /// From the distal to the proximal end of a link.     docs/explanation/model.md (18)
     #[inline(always)]
     pub fn shift(&mut self, tangent: &Vector3<T>, length: T) {
         reload_barrier();
@@ -103,7 +103,7 @@ impl<T: Real> Wrench<T> {
         self.c.add_cross_product(&lever, &self.b);
     }
 
-    /// Eliminates the rotation of the link distal to a joint.     docs/explanation/model.md (8)
+    /// Eliminates the rotation of the link distal to a joint.     docs/explanation/model.md (19)
     ///
     /// Schur complement of D = C + K = L Δ Lᵀ, with Z = B L⁻ᵀ and X = K L⁻ᵀ, column by column.
     #[inline(always)]

@@ -141,7 +141,7 @@ fn fault(text: &str) -> Result<Fault, String> {
     let by_name = || Fault::ALL.iter().copied().find(|f| f.name().eq_ignore_ascii_case(text));
     by_code.or_else(by_name).ok_or_else(|| {
         let names = Fault::ALL.iter().map(|fault| fault.name()).collect::<Vec<_>>();
-        super::unknown("fault", text, &names, "cathforce fault list")
+        super::names::unknown("fault", text, &names, "cathforce fault list")
     })
 }
 

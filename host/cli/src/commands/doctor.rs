@@ -1,75 +1,22 @@
 //! `cathforce doctor`: checks everything between this program and a device, with a fix for each
 //! problem.
 
+mod check;
 mod device;
 mod interface;
 
-use std::fmt::Display;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
 use cathforce_control::{ENCODER_TIMEOUT_HARD_TICKS, TICK_S};
 use cathforce_link::interface as net;
-use cathforce_link::{LinkError, qemu};
-use serde::Serialize;
+use cathforce_link::qemu;
+use check::{Check, Verdict};
 
 use crate::args::DoctorArguments;
 use crate::failure::{Code, Failure};
 use crate::session::REAL_TIME;
 use crate::ui::Ui;
-
-/// One thing that was looked at.
-#[derive(Debug, Serialize)]
-struct Check {
-    /// What was looked at.
-    name: String,
-    verdict: Verdict,
-    /// What was found.
-    found: String,
-    /// What to do about it.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    fix: Option<String>,
-    /// Exit code if this is the first thing that is wrong.
-    #[serde(skip)]
-    code: Code,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-enum Verdict {
-    Good,
-    /// Works, but with less margin than it should have, or not for everything.
-    Doubtful,
-    Wrong,
-}
-
-impl Check {
-    fn good(name: impl Into<String>, found: impl Display) -> Self {
-        let (name, found) = (name.into(), found.to_string());
-        Self { name, verdict: Verdict::Good, found, fix: None, code: Code::Failed }
-    }
-
-    fn doubtful(name: impl Into<String>, found: impl Display, fix: impl Into<String>) -> Self {
-        Self { verdict: Verdict::Doubtful, fix: Some(fix.into()), ..Self::good(name, found) }
-    }
-
-    fn wrong(
-        name: impl Into<String>,
-        found: impl Display,
-        fix: impl Into<String>,
-        code: Code,
-    ) -> Self {
-        Self { verdict: Verdict::Wrong, code, ..Self::doubtful(name, found, fix) }
-    }
-
-    fn of(name: impl Into<String>, error: &LinkError) -> Self {
-        let code = match error {
-            LinkError::Address { .. } => Code::Usage,
-            _ => Code::Link,
-        };
-        Self::wrong(name, error.problem(), error.fix(), code)
-    }
-}
 
 pub fn run(ui: &Ui, arguments: &DoctorArguments) -> Result<(), Failure> {
     let checks = match &arguments.link {

@@ -13,7 +13,7 @@ use crate::args::InfoArguments;
 use crate::failure::Failure;
 use crate::image::check_model;
 use crate::open::{is_complete, open_bundle};
-use crate::settings::is_settings;
+use crate::output::is_settings;
 use crate::ui::{Ui, two_columns};
 
 pub fn run(ui: &Ui, arguments: &InfoArguments) -> Result<(), Failure> {

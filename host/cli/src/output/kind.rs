@@ -8,7 +8,7 @@ use cathforce_config::image::MAGIC;
 use cathforce_mechanics::{BRICK_NODES, FINE, FREE, NODE_BYTES, OCTANTS, OUTSIDE};
 use cathforce_recording::is_recording;
 
-use crate::settings::is_settings;
+use super::settings_file::is_settings;
 
 /// The kind of a file that a command writes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

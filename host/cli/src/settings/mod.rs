@@ -7,7 +7,6 @@ pub mod master;
 pub mod model;
 pub mod parse;
 mod problem;
-mod recognise;
 mod staged;
 mod table;
 pub mod units;
@@ -15,7 +14,6 @@ pub mod units;
 pub use entry::Setting;
 pub use file::{SettingsFile, master_of, parse_file};
 pub use problem::{Problem, refused};
-pub use recognise::is_settings;
 pub use staged::{Staged, replaceable};
 
 /// Version of the layout and the names that this program writes.

@@ -10,8 +10,8 @@ use super::band::{self, StatedBand};
 use super::entry::{Entry, Setting, problem};
 use super::master;
 use super::problem::Problem;
-use super::recognise::TOP;
 use super::table::{Reader, Value};
+use crate::output::SETTINGS_KEYS;
 
 /// What a file says. Its names and values need not be right; [`problem`] tells.
 #[derive(Clone, Debug, PartialEq)]
@@ -81,7 +81,7 @@ fn read(reader: &mut Reader<'_>, table: &DeTable<'_>) -> Parsed {
         master: Master::default(),
         band: None,
     };
-    reader.check_keys("", table, &TOP, FORM);
+    reader.check_keys("", table, &SETTINGS_KEYS, FORM);
     for (key, value) in table {
         match (key.get_ref().as_ref(), value.get_ref()) {
             ("schema_version", DeValue::Integer(whole)) => {
@@ -100,7 +100,7 @@ fn read(reader: &mut Reader<'_>, table: &DeTable<'_>) -> Parsed {
                 parsed.band = band::read(reader, table, &key.span());
             }
             ("set", DeValue::Table(set)) => entries(reader, "", set, &mut parsed.entries),
-            (name, found) if TOP.contains(&name) => {
+            (name, found) if SETTINGS_KEYS.contains(&name) => {
                 let message = format!("`{name}` must not be a value of type {}", found.type_str());
                 reader.report(&key.span(), message, FORM);
             }

@@ -93,7 +93,7 @@ impl Library {
                     amplitudes.iter().copied().chain([cycles, phase]).collect()
                 },
             }),
-            // docs/model.md (20): δ = ∫ a sin(2πns + φ) ds = −(a/2πn) cos(2πns + φ).
+            // docs/explanation/model.md (34): δ = ∫ a sin(2πns + φ) ds = −(a/2πn) cos(2πns + φ).
             "drive.ripple" => Some(Swing {
                 nuisances: vec![at("insertion offset")?],
                 along: Along::Feed,

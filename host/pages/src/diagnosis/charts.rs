@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use cathforce_gap::report::{PathStep, Ranked, Series};
+use cathforce_gap::rounding::percent;
 use cathforce_gap::{Band, Cell, Row};
 
-use super::percent;
 use crate::escape::html as escape;
 
 /// Width of every chart, in its own units.

@@ -8,7 +8,7 @@ use std::fmt::Write as _;
 
 use cathforce_gap::Cell;
 use cathforce_gap::report::{Diagnosis, Figures};
-use cathforce_gap::rounding::quantity;
+use cathforce_gap::rounding::{percent, quantity};
 
 use crate::escape::html as escape;
 
@@ -40,10 +40,6 @@ pub fn diagnosis_page(answer: &Diagnosis) -> String {
 fn first_upper(text: &str) -> String {
     let mut letters = text.chars();
     letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
-}
-
-fn percent(share: f64) -> String {
-    format!("{:.1} %", 100.0 * share)
 }
 
 fn tiles(answer: &Diagnosis) -> String {

@@ -3,12 +3,11 @@
 use std::fmt::Write as _;
 
 use cathforce_gap::plant::{Quantity, Silhouette};
-use cathforce_gap::rounding::quantity;
+use cathforce_gap::rounding::{percent, quantity};
 use cathforce_gap::{OnVessel, Square, VesselMap};
 
 use super::charts::{LABELS, WIDTH, svg};
 use super::map::key;
-use super::percent;
 
 /// Height of a vessel at most.
 const MOST_HEIGHT: f64 = 340.0;

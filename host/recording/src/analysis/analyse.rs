@@ -5,9 +5,9 @@ use cathforce_mechanics::Solver;
 use serde::Serialize;
 
 use super::compare::{Comparison, compare};
+use super::estimates::{estimates, trial_time_s};
 use super::sensed::as_sensed;
 use crate::decoding::tick::decode;
-use crate::export::series::{estimates, trial_time_s};
 use crate::reading::reader::Recording;
 use crate::replay::{ReplayError, ReplayReport, Track, replay};
 

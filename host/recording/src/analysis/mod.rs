@@ -3,6 +3,7 @@
 pub(crate) mod analyse;
 pub(crate) mod compare;
 pub(crate) mod coverage;
+pub(crate) mod estimates;
 pub mod latency;
 pub(crate) mod noise;
 pub(crate) mod sensed;

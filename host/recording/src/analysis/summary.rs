@@ -3,8 +3,8 @@
 use serde::Serialize;
 
 use super::analyse::Analysis;
+use super::estimates::trial_time_s;
 use crate::decoding::tick::GuidewireEstimate;
-use crate::export::series::trial_time_s;
 use crate::reading::reader::Recording;
 
 /// Cycles of one tick of a 480 MHz processor.

@@ -5,7 +5,7 @@
 
 use cathforce_control::Mode;
 
-use super::series::trial_time_s;
+use crate::analysis::estimates::trial_time_s;
 use crate::decoding::tick::{GuidewireEstimate, TickEstimate};
 use crate::reading::reader::Recording;
 

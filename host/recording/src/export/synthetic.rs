@@ -3,9 +3,9 @@
 use cathforce_bundle::bundle::RigSensor;
 use cathforce_config::image;
 
-use super::series::estimates;
 use crate::analysis::analyse::Analysis;
 use crate::analysis::compare::{at, series};
+use crate::analysis::estimates::estimates;
 use crate::analysis::sensed::as_sensed;
 use crate::format::trial::{Measured, MeasuredDrive, SensorNoise, Trial};
 use crate::reading::reader::Recording;

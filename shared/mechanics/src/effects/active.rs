@@ -104,7 +104,7 @@ pub(crate) struct ActiveEffects<T: Real> {
     pub windup: Windup<T>,
 }
 
-/// The arc past the mouth along which the pre-curvature comes back.     docs/explanation/model.md (33)
+/// The arc past the mouth along which the pre-curvature comes back.     docs/explanation/model.md (43)
 pub(crate) struct Straightened<T> {
     pub grid: Grid<T>,
     /// Arc from the mouth to the present node of the recursion \[link lengths\].
@@ -113,7 +113,7 @@ pub(crate) struct Straightened<T> {
     pub per_link: T,
 }
 
-/// Torsional wind-up of the shaft behind the entry plane.     docs/explanation/model.md (37)
+/// Torsional wind-up of the shaft behind the entry plane.     docs/explanation/model.md (44)
 pub(crate) struct Windup<T> {
     /// Torsional compliance of the shaft \[rad/(N·m)\].
     pub compliance: T,

@@ -1,5 +1,5 @@
 //! The drive train, from the encoder to the instrument at the entry plane.
-//!                                                                docs/explanation/model.md (19)–(21)
+//! docs/explanation/model.md (33)–(35)
 
 use super::DriveEffects;
 use crate::math::{maximum, minimum, sin_cos};
@@ -66,7 +66,7 @@ impl<T: Real> DriveTrain<T> {
         if first {
             return delayed;
         }
-        // Scale and dead zone.     docs/explanation/model.md (19)
+        // Scale and dead zone.     docs/explanation/model.md (33)
         let scale = &effects.encoder_scale;
         let dead = &effects.backlash;
         let fed = (delayed.insertion_m - last.insertion_m) * scale.insertion;
@@ -76,7 +76,7 @@ impl<T: Real> DriveTrain<T> {
             insertion_m: take_up(lead.insertion_m, fed, dead.insertion_m, dead.gradual),
             rotation_rad: take_up(lead.rotation_rad, turned, dead.rotation_rad, dead.gradual),
         };
-        // Ripple and slip of the motion past the backlash.     docs/explanation/model.md (20), (21)
+        // Ripple and slip of the motion past the backlash.     docs/explanation/model.md (34), (35)
         let moved = fed + self.lead.insertion_m - lead.insertion_m;
         let ripple = &effects.ripple;
         let turns = self.turns + ripple.cycles_per_m * moved + ripple.cycles_per_s * tick_s;
@@ -122,7 +122,7 @@ impl<T: Real> DriveTrain<T> {
     }
 }
 
-/// Lead that is left after the gears have moved by `moved`.     docs/explanation/model.md (19)
+/// Lead that is left after the gears have moved by `moved`.     docs/explanation/model.md (33)
 fn take_up<T: Real>(lead: T, moved: T, width: T, gradual: T) -> T {
     if gradual <= T::zero() || width <= T::zero() {
         return clamp(lead - moved, width);

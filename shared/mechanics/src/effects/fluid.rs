@@ -1,4 +1,4 @@
-//! Drag of the fluid.     docs/explanation/model.md (36)
+//! Drag of the fluid.     docs/explanation/model.md (45)
 
 use cathforce_scalar::Vector3;
 

@@ -1,4 +1,4 @@
-//! The force sensor, from the force on the vessel to its reading.     docs/explanation/model.md (22)
+//! The force sensor, from the force on the vessel to its reading.     docs/explanation/model.md (47)
 
 use cathforce_scalar::Vector3;
 

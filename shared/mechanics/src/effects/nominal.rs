@@ -5,7 +5,7 @@ use cathforce_scalar::Vector3;
 use crate::algebra::Rotation;
 use crate::{Description, Entry, Instrument, Real, Wall};
 
-/// The instrument with the effects on its stiffness and pre-curvature.     docs/explanation/model.md (23)
+/// The instrument with the effects on its stiffness and pre-curvature.     docs/explanation/model.md (31)
 ///
 /// The stored curvature of the shaft is added where the segments are made, because it is unbounded.
 pub(crate) fn instrument<T: Real>(description: &Description<T>) -> Instrument<T> {
@@ -40,7 +40,7 @@ fn split_single_section<T: Real>(instrument: &mut Instrument<T>) {
     }
 }
 
-/// The contact law with the effect on the wall's stiffness.     docs/explanation/model.md (24)
+/// The contact law with the effect on the wall's stiffness.     docs/explanation/model.md (32)
 pub(crate) fn wall<T: Real>(description: &Description<T>) -> Wall<T> {
     let factor = description.effects.wall.stiffness.factor;
     Wall {
@@ -51,7 +51,7 @@ pub(crate) fn wall<T: Real>(description: &Description<T>) -> Wall<T> {
 }
 
 /// Placement of the vessel: the transformation from its frame, in which the model computes, to the
-/// rig's.     docs/explanation/model.md (25)
+/// rig's.     docs/explanation/model.md (36)
 ///
 /// x_rig = p + R (x − p) + d, where p is the entry point of the description.
 #[derive(Clone, Copy, Debug)]

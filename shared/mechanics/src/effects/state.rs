@@ -92,7 +92,7 @@ impl<T: Real> EffectState<T> {
         past_mouth(model, drive)
     }
 
-    /// Places the vessel at the end of a step of `dt_s`.     docs/explanation/model.md (25), (26)
+    /// Places the vessel at the end of a step of `dt_s`.     docs/explanation/model.md (36), (37)
     pub fn place<const LINKS: usize>(&mut self, model: &Model<T, LINKS>, dt_s: T) {
         self.placement = model.placement;
         let Some(placement) = &mut self.placement else {
@@ -131,7 +131,7 @@ impl<T: Real> EffectState<T> {
         let surface_travel_m =
             surface_travel_m(model.description().instrument.outer_radius_m, before, now);
         self.speed_m_per_s = (self.speed_m_per_s * time_s + surface_travel_m) / (time_s + dt_s);
-        // Implicit Euler of an exponential.     docs/explanation/model.md (33)
+        // Implicit Euler of an exponential.     docs/explanation/model.md (43)
         let steps = dt_s / effects.instrument.softening.time_s;
         self.softened = (self.softened + steps) / (T::one() + steps);
         let pulses = self.pulses + effects.fluid.drag.frequency_hz * dt_s;
@@ -189,7 +189,7 @@ impl<T: Real> EffectState<T> {
     }
 
     /// Stiffness of the instrument after softening, over the nominal one \[1\].
-    ///                                                                docs/explanation/model.md (33)
+    /// docs/explanation/model.md (43)
     pub fn softness<const LINKS: usize>(&self, model: &Model<T, LINKS>) -> T {
         T::one() - model.description().effects.instrument.softening.share * self.softened
     }
@@ -205,7 +205,7 @@ impl<T: Real> EffectState<T> {
         if let Some(tendon) = &active.tendon {
             tendon.finish(&mut self.tendon);
         }
-        // docs/explanation/model.md (37)
+        // docs/explanation/model.md (44)
         let most = T::lit(LARGEST_UNWINDING_RAD);
         let Windup { compliance, twisting, .. } = active.windup;
         let change = (compliance * torque_n_m - self.wound_rad) * twisting;
@@ -244,7 +244,7 @@ impl<T: Real> EffectState<T> {
         self.load_n = outputs.drive_force_n;
     }
 
-    /// Force at the drive against the introducer's friction \[N\].     docs/explanation/model.md (27)
+    /// Force at the drive against the introducer's friction \[N\].     docs/explanation/model.md (46)
     fn introducer_drag_n(&mut self, drag: &EntryDrag<T>, tick_s: T) -> T {
         let (most, fed_m) = (drag.presliding_m, self.entered_by_m);
         self.dragged_m = minimum(maximum(self.dragged_m + fed_m, -most), most);

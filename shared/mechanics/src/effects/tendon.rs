@@ -1,4 +1,4 @@
-//! The tendon of a steerable instrument.     docs/explanation/model.md (34), (35)
+//! The tendon of a steerable instrument.     docs/explanation/model.md (29), (30)
 
 use cathforce_scalar::Vector3;
 
@@ -79,7 +79,7 @@ impl<T: Real> TendonBend<T> {
     }
 
     /// Adds the tendon's bend to the unloaded rotation of joint `index`.
-    ///                                                                docs/explanation/model.md (34)
+    /// docs/explanation/model.md (29)
     ///
     /// `bend`: present rotation of the joint, material axes \[rad\].
     pub fn bend_joint(&mut self, index: usize, bend: &Vector3<T>, joint: &mut Joint<T>) {
@@ -103,7 +103,7 @@ impl<T: Real> TendonBend<T> {
     }
 
     /// Updates the tension for the next solve by a Newton step. The step is exact for the free instrument
-    /// and conservative for one that is held.     docs/explanation/model.md (35)
+    /// and conservative for one that is held.     docs/explanation/model.md (30)
     pub fn finish(&self, memory: &mut TendonState<T>) {
         let Tendon { pull_m, stiffness_n_per_m, offset_m, .. } = self.geometry;
         let stretched = maximum(pull_m - self.slack_m - offset_m * self.bend, T::zero());

@@ -1,4 +1,4 @@
-//! Laws of wall and friction beyond the nominal ones.     docs/explanation/model.md (28)–(32)
+//! Laws of wall and friction beyond the nominal ones.     docs/explanation/model.md (38)–(42)
 
 use cathforce_scalar::Vector3;
 
@@ -51,7 +51,7 @@ impl<T: Real> WallLaw<T> {
         }
     }
 
-    /// Distance \[m\] and normal of the wall with the narrowing.     docs/explanation/model.md (28)
+    /// Distance \[m\] and normal of the wall with the narrowing.     docs/explanation/model.md (38)
     pub fn narrowed(
         &self,
         position: &Vector3<T>,
@@ -95,7 +95,7 @@ impl<T: Real> WallLaw<T> {
         }
     }
 
-    /// Hyperelastic force over stiffness \[m\], and its derivative \[1\].     docs/explanation/model.md (29)
+    /// Hyperelastic force over stiffness \[m\], and its derivative \[1\].     docs/explanation/model.md (39)
     fn hyperelastic_response(&self, indented: T, slope: T) -> (T, T) {
         let Hyperelastic { strain_per_m, .. } = self.hyperelastic;
         let stretch = maximum(T::one() - strain_per_m * indented, self.least_stretch);
@@ -107,14 +107,14 @@ impl<T: Real> WallLaw<T> {
     }
 
     /// Force of the relaxing part over the lasting stiffness \[m\], its derivative \[1\], and the new relaxed
-    /// indentation \[m\].     docs/explanation/model.md (30)
+    /// indentation \[m\].     docs/explanation/model.md (40)
     fn viscoelastic_response(&self, indented: T, slope: T, relaxed: T) -> (T, T, T) {
         let relaxed = relaxed + (indented - relaxed) * self.relaxed_share;
         let slope = slope * self.relaxing * (T::one() - self.relaxed_share);
         ((indented - relaxed) * self.relaxing, slope, relaxed)
     }
 
-    /// Friction coefficient of a sample over the nominal one \[1\].     docs/explanation/model.md (32)
+    /// Friction coefficient of a sample over the nominal one \[1\].     docs/explanation/model.md (42)
     ///
     /// `normal_n`: normal force in the last solve \[N\]; `arc_m`: tributary length \[m\].
     pub fn friction(&self, normal_n: T, arc_m: T) -> T {
@@ -125,7 +125,7 @@ impl<T: Real> WallLaw<T> {
 }
 
 /// Factors of a compressed wall at a stretch: stress over strain by neo-Hooke and by Mooney, and the
-/// derivative of stress, each over its value without compression.     docs/explanation/model.md (29)
+/// derivative of stress, each over its value without compression.     docs/explanation/model.md (39)
 fn compression_factors<T: Real>(hyperelastic: &Hyperelastic<T>, stretch: T) -> (T, T, T) {
     let (one, third) = (T::one(), T::lit(1.0 / 3.0));
     let r = hyperelastic.mooney_share;
@@ -159,7 +159,7 @@ pub(crate) fn least_stretch<T: Real>(hyperelastic: &Hyperelastic<T>, most: T) ->
 }
 
 /// Factor on the friction coefficient by the speed of the drive (Stribeck).
-///                                                                docs/explanation/model.md (31)
+/// docs/explanation/model.md (41)
 fn speed_factor<T: Real>(stribeck: &Stribeck<T>, speed_m_per_s: T) -> T {
     let v = speed_m_per_s / stribeck.speed_m_per_s;
     T::one()

@@ -81,7 +81,7 @@ fn windup_turns_the_tip_back_by_torque_over_stiffness() {
 
 /// A link that has just entered is nearly rigid in bending, five million times as stiff as the shaft in
 /// torsion. The solve limits the twist per step, but the state of rest is the same.
-///                                                                docs/explanation/model.md (37)
+/// docs/explanation/model.md (44)
 #[test]
 fn windup_behind_a_link_that_has_just_entered_is_the_same_in_the_end() {
     let (torque, free_m, insertion_m) = (2e-7, 5.0, LENGTH_M + 3e-6);
@@ -200,7 +200,7 @@ fn the_introducer_asks_for_its_friction_and_lets_go_at_rest() {
 /// A viscous time of a second \[s\].
 const VISCOUS: &[(&str, f64)] = &[("effects.instrument.viscoelastic.time_s", 1.0)];
 
-/// docs/explanation/model.md (4)
+/// docs/explanation/model.md (8)
 #[test]
 fn what_comes_out_of_the_guide_is_straight_and_bends_as_its_viscosity_lets_it() {
     let (start_m, fed_m, speed_m_per_s, curvature) = (0.04, 0.05, 0.01, 5.0);
@@ -224,7 +224,7 @@ fn what_comes_out_of_the_guide_is_straight_and_bends_as_its_viscosity_lets_it() 
     assert!((found_m - late_m).abs() < 0.1 * late_m, "late by {found_m} m instead of {late_m} m");
 }
 
-/// docs/explanation/model.md (4)
+/// docs/explanation/model.md (8)
 #[test]
 fn a_viscous_instrument_twists_at_once() {
     let torque_n_m = 0.2 * 0.7 * STIFFNESS / LENGTH_M;
@@ -242,7 +242,7 @@ fn a_viscous_instrument_twists_at_once() {
     assert!((turned / settled - 1.0).abs() < 0.2, "{turned} rad of {settled} rad");
 }
 
-/// docs/explanation/model.md (4), (37)
+/// docs/explanation/model.md (8), (44)
 ///
 /// A viscous shaft that winds up behind the guide comes to rest under a dead torque at the device's tick, in
 /// the same state as without viscosity, because the torque is given.

@@ -27,7 +27,7 @@ fn drive_force_n(friction: f64, light_load: f64, high_load: f64) -> f64 {
     last.drive_force_n
 }
 
-/// docs/explanation/model.md (32)
+/// docs/explanation/model.md (42)
 #[test]
 fn a_tip_presses_by_its_force_over_its_arc_however_stiff_its_end_is() {
     let [light, high] = [0.5, 0.1].map(|friction| drive_force_n(friction, 1.0, 1.0));

@@ -73,7 +73,7 @@ fn an_arc_loaded_out_of_its_plane_bends_and_twists_as_published() {
         assert!(order >= 1.9, "{what}: order {order}");
         let [twisting, bending] = root_moment;
         assert!((torque.abs() / twisting - 1.0).abs() < 0.01, "{what}: root torque {torque}");
-        // The bending moment is seen by what the mouth adds to the drive, docs/explanation/model.md (18): the
+        // The bending moment is seen by what the mouth adds to the drive, docs/explanation/model.md (23): the
         // load is across the guide, and the arc's own bend across the moment.
         let [ei, gj, _] = stiffness;
         let mouth = -0.5 * (ei * 1e-4 + bending * bending / ei + twisting * twisting / gj);

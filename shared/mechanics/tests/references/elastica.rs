@@ -61,7 +61,7 @@ fn tip_angle_rad(state: &State<f64>) -> f64 {
 }
 
 /// ML/EI at the root, under a load across the guide. The force at the drive is then only the
-/// configurational force −M²/2EI, docs/explanation/model.md (18).
+/// configurational force −M²/2EI, docs/explanation/model.md (23).
 fn root_moment(outputs: &Outputs<f64>) -> f64 {
     (-outputs.drive_force_n * 2.0 / EI_N_M2).sqrt() * LENGTH_M
 }

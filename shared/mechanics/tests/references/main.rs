@@ -12,7 +12,7 @@
 //! - `rod_in_tube`, the pair of forces at the begin of a bend without clearance, and the pressure of a
 //!   compressed rod; `capstan`, a pushed rod: a stored tube has clearance, in which a pushed rod bows.
 //! - `salehizadeh_ICE`: it has parameters of another catheter and of a flow, but no resulting motion. Its
-//!   drag grows with the square of the speed; docs/explanation/model.md (36) takes the force itself.
+//!   drag grows with the square of the speed; docs/explanation/model.md (45) takes the force itself.
 //! - `published.md`, except for its material laws: errors and parameter sweeps of other simulators on
 //!   vessels that are not available. `cargo xtask bench` uses `peers.md`.
 

@@ -9,7 +9,7 @@ const LENGTH_M: f64 = 0.1;
 const LINKS: usize = 40;
 const G: f64 = 9.81;
 
-/// docs/explanation/model.md (41)
+/// docs/explanation/model.md (26)
 ///
 /// An instrument that is fed by ds in a straight, vertical catheter lifts its whole length by ds, so its
 /// drive carries m g L. Segments and masses do not depend on the links, and nothing bends. A tolerance of
@@ -51,7 +51,7 @@ fn in_an_upright_guide_the_drive_of_what_slides_carries_its_weight() {
     }
 }
 
-/// docs/explanation/model.md (18), the part ½ G J κ_t²
+/// docs/explanation/model.md (23), the part ½ G J κ_t²
 ///
 /// A rod that is twisted by a dead torque T stores T²/2GJ per length. During a feed ds the torque does the
 /// work T²/GJ ds, so the drive gains the difference. The guide stores ½ G J κ₀² per length of a rod with
@@ -77,7 +77,7 @@ fn a_twisted_rod_draws_at_the_drive_by_the_energy_of_its_twist() {
     }
 }
 
-/// docs/explanation/model.md (18)
+/// docs/explanation/model.md (23)
 ///
 /// While the tip is within a guide that reaches into the vessel, nothing bends past the mouth, and there is
 /// no force whatever the pre-curvature. Past the mouth the force is −½ EI κ₀².
@@ -97,7 +97,7 @@ fn a_curved_tip_within_a_longer_guide_draws_at_nothing() {
     assert_near("out of it", held_n(2.0 * guide_m), -0.5 * ei * per_m * per_m, 1e-3);
 }
 
-/// docs/explanation/model.md (18), (34)
+/// docs/explanation/model.md (23), (29)
 ///
 /// A tendon that bends an instrument pulls it in like a pre-curvature: with the curvature κ at the mouth,
 /// by −½ EI κ². κ is computed from the tip, with an error of half a cell of forty.
@@ -120,7 +120,7 @@ fn what_a_tendon_bends_at_the_mouth_draws_at_the_drive() {
     assert_near("drive", outputs.drive_force_n, -0.5 * ei * per_m * per_m, 0.06);
 }
 
-/// docs/explanation/model.md (42)
+/// docs/explanation/model.md (27)
 ///
 /// The flow pulls each of two instruments by the part of its surface that is exposed to it.
 #[test]
@@ -139,7 +139,7 @@ fn a_stream_draws_each_instrument_by_what_of_it_lies_in_the_stream() {
     assert_near("wire", found.guidewire_force_n, -along_n_per_m * (wire_m - catheter_m), 0.15);
 }
 
-/// docs/explanation/model.md (27)
+/// docs/explanation/model.md (46)
 ///
 /// The introducer's friction acts whether or not the tip has left a longer guide.
 #[test]

@@ -10,7 +10,7 @@ const LENGTH_M: f64 = 0.1;
 const G: f64 = 9.81;
 const FRICTION: f64 = 0.3;
 
-/// docs/explanation/model.md (40), (43)
+/// docs/explanation/model.md (25), (28)
 ///
 /// A load presses the end of a bare guidewire on a floor, and its drive rolls it. The surface below moves
 /// towards +y (e_x × −e_z), so friction μ N acts on the wire towards −y and on the vessel towards +y. Its
@@ -52,7 +52,7 @@ fn a_bare_wire_that_is_rolled_on_a_floor_feels_friction_times_its_radius_and_the
     }
 }
 
-/// docs/explanation/model.md (12), (14)
+/// docs/explanation/model.md (12), (15)
 ///
 /// A heavy catheter that is rotated climbs the wall of a tube to tan φ = μ and slides there. The wall
 /// carries N = W cos φ, friction is W sin φ, and its moment r W sin φ about the centre line is the torque at
@@ -130,7 +130,7 @@ fn coefficient(kg_per_m: f64, speed_m_per_s: f64, effects: &[(&str, f64)]) -> f6
     along_n / -normal_n
 }
 
-/// docs/explanation/model.md (32)
+/// docs/explanation/model.md (42)
 ///
 /// Every sample carries N/ℓ = m g, except near the ends, where the arm of friction bends the rod: 10 % over
 /// 5 of 90 mm, with both signs. The tolerance is 1 %. The load is the halfway one, n₀.
@@ -151,7 +151,7 @@ fn the_friction_of_a_load_is_what_the_law_says_at_that_load() {
     }
 }
 
-/// docs/explanation/model.md (31)
+/// docs/explanation/model.md (41)
 ///
 /// All samples have the same speed, which is constant for twenty time constants of its filter. The
 /// tolerance is 1 % as above.

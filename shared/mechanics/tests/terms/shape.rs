@@ -53,10 +53,10 @@ fn assert_there(what: &str, tip: [f64; 3], exact: [f64; 3]) {
 /// Rotations of the drive: none, ± a quarter turn, any.
 const TURNS_RAD: [f64; 4] = [0.0, core::f64::consts::FRAC_PI_2, -core::f64::consts::FRAC_PI_2, 0.4];
 
-/// docs/explanation/model.md (23)
+/// docs/explanation/model.md (31)
 ///
 /// A rod of uniform curvature κ is an arc with a deflection of (1 − cos κL)/κ, about κL²/2. The guide stores
-/// ½ EI κ² per length of the straightened rod, which pulls at the drive, docs/explanation/model.md (18).
+/// ½ EI κ² per length of the straightened rod, which pulls at the drive, docs/explanation/model.md (23).
 #[test]
 fn stored_curvature_bends_a_free_rod_up_and_aside_and_turns_with_the_drive() {
     for (up, side) in [(2.0_f64, 0.0_f64), (0.0, 2.0), (-3.0, 5.0)] {
@@ -81,7 +81,7 @@ fn stored_curvature_bends_a_free_rod_up_and_aside_and_turns_with_the_drive() {
     }
 }
 
-/// docs/explanation/model.md (23): it acts behind the pre-curved tip, without the tip's factor.
+/// docs/explanation/model.md (31): it acts behind the pre-curved tip, without the tip's factor.
 #[test]
 fn stored_curvature_begins_behind_the_tip_and_is_not_the_tips() {
     let (tip_m, tip_per_m, factor, stored_per_m) = (0.03, -10.0, 1.5, 4.0);
@@ -117,7 +117,7 @@ fn a_lateral_pre_curve_bends_towards_direction_times_up_and_turns_with_the_drive
     }
 }
 
-/// docs/explanation/model.md (33)
+/// docs/explanation/model.md (43)
 ///
 /// At arc s past the mouth the share s/ℓ of a pre-curvature has come back, and all of it from ℓ on. The rod
 /// leaves the mouth straight, so a free rod exerts no force on the drive. Without the guide, ½ EI κ² pulls

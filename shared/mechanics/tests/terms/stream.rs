@@ -11,7 +11,7 @@ const STIFFNESS: f64 = 1e-3;
 /// Half of the link at the mouth is carried by the guide.
 const FREE_M: f64 = LENGTH_M * (1.0 - 0.5 / LINKS as f64);
 
-/// docs/explanation/model.md (36)
+/// docs/explanation/model.md (45)
 ///
 /// Flow towards the tip pulls the rod in by its force per length, and the drive holds it back. The sum over
 /// the nodes is exact. Flow along the rod has no part across it.
@@ -40,7 +40,7 @@ fn a_stream_along_a_rod_draws_it_in() {
     }
 }
 
-/// docs/explanation/model.md (36)
+/// docs/explanation/model.md (45)
 ///
 /// A cantilever under a uniform load deflects by q L⁴/8EI. Here it is at most 2 % of the length, which makes
 /// the formula exact to (0.02)². Lumping at the nodes of 50 links adds an error of h²/L².
@@ -59,7 +59,7 @@ fn a_stream_across_a_rod_bends_it_downstream() {
     }
 }
 
-/// docs/explanation/model.md (36): at distance d from the wall the factor is x (2 − x), x = d/R.
+/// docs/explanation/model.md (45): at distance d from the wall the factor is x (2 − x), x = d/R.
 #[test]
 fn a_stream_is_slower_beside_the_wall() {
     let (along_n_per_m, wall_m, fastest_m) = (0.2, 2e-3, 5e-3);

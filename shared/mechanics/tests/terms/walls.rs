@@ -34,7 +34,7 @@ fn moved(by_m: [f64; 3]) -> [(&'static str, f64); 5] {
     ]
 }
 
-/// docs/explanation/model.md (25), (26)
+/// docs/explanation/model.md (36), (37)
 ///
 /// A floor that just touches a rigid rod approaches by d, and is pressed down by k d per length. A floor that
 /// retreats or moves along itself exerts no force. The tolerance of 0.3 % is twice the rod's deflection.
@@ -63,7 +63,7 @@ fn a_wall_that_comes_nearer_presses_by_its_stiffness_times_that() {
     }
 }
 
-/// docs/explanation/model.md (26)
+/// docs/explanation/model.md (37)
 ///
 /// A rod that lies on a wall by its weight moves up and down with it, in the rig's frame. At a quarter and
 /// three quarters of a period the wall is at rest, and the rod's end lies on it with an indentation of
@@ -100,7 +100,7 @@ fn what_lies_on_a_moving_wall_follows_it() {
     }
 }
 
-/// docs/explanation/model.md (25): a wall that moves along itself carries a pressed rod along by friction.
+/// docs/explanation/model.md (36): a wall that moves along itself carries a pressed rod along by friction.
 ///
 /// In the middle of its motion it moves at 4.7 mm/s. While it moves towards +y, the rod acts on it with μ N
 /// towards −y.
@@ -132,7 +132,7 @@ fn a_wall_that_moves_along_itself_drags_by_its_friction() {
     }
 }
 
-/// docs/explanation/model.md (30)
+/// docs/explanation/model.md (40)
 ///
 /// A wall that approaches suddenly by d is pressed by (1 + β) k d, and after the time t by
 /// k (1 + β exp(−t/τ)) d. Implicit steps add dt/2τ = 0.25 %, and half of the points sample the wall one step
@@ -161,7 +161,7 @@ fn a_relaxing_wall_is_pressed_hard_at_first_and_lets_go_with_its_time() {
     }
 }
 
-/// docs/explanation/model.md (15), (26)
+/// docs/explanation/model.md (16), (37)
 ///
 /// A rod without contact stays where it is, however the vessel moves, because inertia and drag refer to the
 /// rig's frame.

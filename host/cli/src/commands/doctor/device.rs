@@ -8,7 +8,7 @@ use cathforce_control::{Mode, TICK_S};
 use cathforce_link::qemu::find_firmware;
 use cathforce_link::{Client, ClientError, Link, build_of, version_and_build};
 
-use super::Check;
+use super::check::Check;
 use crate::failure::{Code, Failure};
 
 const VERSION: &str = env!("CARGO_PKG_VERSION");
@@ -113,7 +113,7 @@ fn rate(ticks: u32, elapsed: Duration) -> Check {
 
 #[cfg(test)]
 mod tests {
-    use super::super::Verdict;
+    use super::super::check::Verdict;
     use super::*;
 
     #[test]

@@ -2,7 +2,7 @@
 
 use cathforce_link::interface::{BIT_RATE, BusState, Interface, Kind, QUEUE_FRAMES, Setup, ip_up};
 
-use super::Check;
+use super::check::Check;
 use crate::failure::Code;
 
 /// Checks one interface; each problem comes with the command that fixes it.
@@ -60,7 +60,7 @@ pub fn checks(interface: &Interface) -> Vec<Check> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::Verdict;
+    use super::super::check::Verdict;
     use super::*;
 
     fn interface() -> Interface {

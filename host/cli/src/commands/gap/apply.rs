@@ -294,7 +294,7 @@ impl Applied {
         }
         if let Some(coverage) = &self.band {
             let (within, stated) =
-                (super::coverage::text(coverage), super::coverage::stated(coverage));
+                (super::band_text::text(coverage), super::band_text::stated(coverage));
             text +=
                 &format!("  the device says how far its forces may be off: {within}; {stated}\n");
         }

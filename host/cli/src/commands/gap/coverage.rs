@@ -4,17 +4,14 @@
 use std::path::Path;
 
 use cathforce_gap::report::Verdict;
-use cathforce_gap::rounding::percent;
 use cathforce_gap::{Coverage, Covered, covered};
 use serde::Serialize;
 
+use super::band_text::{CHANNELS, text};
 use super::source::Source;
 use crate::args::CoverageArguments;
 use crate::failure::{Code, Failure};
 use crate::ui::Ui;
-
-/// Channels of a band, in its order.
-pub const CHANNELS: [&str; 4] = ["fx", "fy", "fz", "drive"];
 
 /// One bundle, or all of them.
 #[derive(Serialize)]
@@ -98,21 +95,6 @@ fn of_bundle(ui: &Ui, path: &Path, hold_back: &[u32]) -> Result<Option<(Row, Cov
         sum
     };
     Ok(Some((Row::of(name, Some(answer.verdict), &coverage), coverage)))
-}
-
-/// Of the samples of a force, those for which a band is stated.
-pub fn stated(coverage: &Coverage) -> String {
-    let share = coverage.all().stated_share().unwrap_or_default();
-    format!("{} of the samples have a band", percent(share))
-}
-
-/// Shares and half widths in a line.
-pub fn text(coverage: &Coverage) -> String {
-    let own = CHANNELS.iter().zip(&coverage.channels).filter_map(|(name, own)| {
-        let (share, width) = own.share().zip(own.half_width_n())?;
-        Some(format!("{name} {:.0} % (±{:.1} mN)", 100.0 * share, 1e3 * width))
-    });
-    own.collect::<Vec<_>>().join(", ")
 }
 
 impl Row {

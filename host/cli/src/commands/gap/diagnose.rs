@@ -216,9 +216,9 @@ fn figures(answer: &Diagnosis) -> Vec<String> {
         let coverage = &band.coverage;
         lines.push(format!(
             "  held-out forces within the 90 % band: {}",
-            super::coverage::text(coverage)
+            super::band_text::text(coverage)
         ));
-        lines.push(format!("    {}", super::coverage::stated(coverage)));
+        lines.push(format!("    {}", super::band_text::stated(coverage)));
     }
     lines
 }

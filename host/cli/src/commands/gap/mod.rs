@@ -2,6 +2,7 @@
 
 mod ablation;
 mod apply;
+mod band_text;
 mod blind_test;
 pub mod coverage;
 mod diagnose;

@@ -377,8 +377,8 @@ impl Verified {
             MODELS.map(|(name, what)| (name.to_owned(), what.to_owned())).to_vec();
         let coverage = self.achieved.coverage.as_ref();
         if let Some(coverage) = coverage.filter(|_| self.objections.is_empty()) {
-            rows.push(("within the band".to_owned(), super::coverage::text(coverage)));
-            rows.push(("covered by it".to_owned(), super::coverage::stated(coverage)));
+            rows.push(("within the band".to_owned(), super::band_text::text(coverage)));
+            rows.push(("covered by it".to_owned(), super::band_text::stated(coverage)));
         }
         if let Some(Shrink { predicted, achieved, finer_model }) = self.shrink {
             let predicted = predicted.map_or(String::new(), |share| {
