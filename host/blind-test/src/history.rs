@@ -7,7 +7,6 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use serde::Deserialize;
 use thiserror::Error;
 
 use crate::figures::Counted;
@@ -30,14 +29,6 @@ pub enum HistoryError {
     NoDate(PathBuf),
 }
 
-/// One set, or several in one file, as the command prints them.
-#[derive(Deserialize)]
-#[serde(untagged)]
-enum Content {
-    One(Box<Score>),
-    Several(Vec<Score>),
-}
-
 /// The scores in a folder, in the order of their file names, which begin with the day of the seal.
 pub fn read(folder: &Path) -> Result<Vec<Score>, HistoryError> {
     let file = |path: &Path| {
@@ -53,12 +44,12 @@ pub fn read(folder: &Path) -> Result<Vec<Score>, HistoryError> {
     let mut scores = Vec::new();
     for path in paths {
         let text = fs::read_to_string(&path).map_err(file(&path))?;
-        let content = serde_json::from_str(&text)
-            .map_err(|error| HistoryError::Content { path: path.clone(), error })?;
-        let own = match content {
-            Content::One(score) => vec![*score],
-            Content::Several(scores) => scores,
+        // A file holds one score or a list of them.
+        let own: Result<Vec<Score>, _> = match text.trim_start().starts_with('[') {
+            true => serde_json::from_str(&text),
+            false => serde_json::from_str(&text).map(|score| vec![score]),
         };
+        let own = own.map_err(|error| HistoryError::Content { path: path.clone(), error })?;
         for score in own {
             if score.format != FORMAT {
                 return Err(HistoryError::Format { path, format: score.format });

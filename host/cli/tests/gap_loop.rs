@@ -192,7 +192,7 @@ fn a_band_is_stated_of_the_model_that_it_was_made_for_and_of_no_other() {
     for more in [["--set", "effects.wall.stiffness.factor=0.5"], ["--tip", "j"]] {
         let (stated, said) = with(&more);
         let name = more[1].split('=').next().unwrap();
-        assert!(!stated && said.contains("of another model") && said.contains("fix:"), "{said}");
+        assert!(!stated && said.contains("to another model") && said.contains("fix:"), "{said}");
         assert!(said.contains(if more[0] == "--tip" { "--tip" } else { name }), "{said}");
     }
 
@@ -334,7 +334,7 @@ fn what_cannot_be_applied_is_refused_and_changes_nothing() {
     assert_fails(&["gap", "verify", bundle, "--link", "sim"], 2, &["nothing to verify", "--set"]);
     std::fs::write(&settings, "rig = \"other\"\n").unwrap();
     let other = ["simulate", bundle, "--settings", text(&settings)];
-    assert_fails(&other, 3, &["settings of the rig `other`", "fix:"]);
+    assert_fails(&other, 3, &["for the rig `other`", "fix:"]);
 }
 
 /// Where no effect is named, the band is that of the rig as it is described.
@@ -345,7 +345,7 @@ fn a_band_alone_is_applied_only_where_no_effect_is_named() {
     let settings = folder.path().join("s.toml");
     let apply = ["gap", "apply", text(bundle), "--settings", text(&settings), "--band-only"];
     let named = [&apply[..], &["--diagnosis", text(diagnosis)]].concat();
-    assert_fails(&named, 2, &["apply them too"]);
+    assert_fails(&named, 2, &["apply the effects too"]);
     let unknown = changed(folder.path(), |d| d["verdict"] = "unknown".into());
     let told = json(&[&apply[..], &["--diagnosis", text(&unknown)]].concat());
     assert_eq!(told["changes"], Value::Array(Vec::new()));
@@ -479,10 +479,10 @@ fn the_protocol_is_printed_row_by_row_with_its_segments() {
         assert_eq!(named(name), name != "reversal-60mm", "{name}");
     }
     assert!(String::from_utf8_lossy(&output.stderr).contains("reversal-60mm is left out"));
-    assert_fails(&["gap", "protocol", text(&example), "--to-m", "0.02"], 2, &["no way", "fix:"]);
+    assert_fails(&["gap", "protocol", text(&example), "--to-m", "0.02"], 2, &["cannot go", "fix:"]);
     // A negative number is a value, not an option.
     let negative = ["gap", "protocol", text(&example), "--from-m", "0.03", "--to-m", "-0.01"];
-    assert_fails(&negative, 2, &["from 0.03 m to -0.01 m", "no way", "fix:"]);
+    assert_fails(&negative, 2, &["from 0.03 m to -0.01 m", "cannot go", "fix:"]);
     assert_fails(&["gap", "protocol", text(&example), "--rate", "-3"], 2, &["1 to 1000 Hz"]);
     let too_deep = ["gap", "protocol", text(&example), "--to-m", "3"];
     assert_fails(&too_deep, 2, &["farther than the instrument", "m long", "fix:"]);

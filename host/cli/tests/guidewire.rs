@@ -75,7 +75,7 @@ fn check_rows(rows: &str) {
     assert!((number("guidewire_rotation_rad") - 2.25).abs() < 1e-4);
     assert_eq!(number("guidewire_felt"), 1.0);
     assert!((number("haptic_force_N") - number("guidewire_drive_fx_N")).abs() < 0.01);
-    assert!(number("guidewire_torque_n_m").is_finite());
+    assert!(number("guidewire_drive_torque_N_m").is_finite());
 }
 
 #[test]

@@ -23,7 +23,7 @@ fn a_bundle_to_begin_with_validates_and_simulates() {
     let summary = data(["simulate", text(&bundle)]);
     assert_eq!((&summary["unresolved_ticks"], &summary["differing_bits"]), (&0.into(), &0.into()));
     // It touches the wall in the bend.
-    assert!(summary["peak_contact_force_n"].as_f64().unwrap() > 0.005, "{summary}");
+    assert!(summary["peak_contact_force_N"].as_f64().unwrap() > 0.005, "{summary}");
 }
 
 #[test]
@@ -66,7 +66,7 @@ fn made_measurements_are_the_model_and_its_noise() {
     let said = simulate(&["--noise"]);
     assert!(said.contains("trials/001.csv, 1001 rows, with the noise of seed 1"), "{said}");
     simulate(&["--noise", "--seed", "2"]);
-    simulate(&["--set", "effects.wall.stiffness.factor=0.3"]);
+    simulate(&["--set", "wall.friction_coefficient=0.3"]);
 
     let opened = Bundle::open(&made).unwrap();
     assert!(opened.warnings.is_empty(), "{:?}", opened.warnings);
@@ -95,12 +95,16 @@ fn made_measurements_are_the_model_and_its_noise() {
     }
     assert!(spread(&column(1).0, &column(2).0) > sensor.force_noise_sd_n.unwrap(), "other noise");
     // An effect that is put in is in the data, and nowhere else.
-    assert!(spread(&column(3).0, &force) > 1e-3);
+    let changed_n = spread(&column(3).0, &force);
+    assert!(changed_n > 1e-3, "{changed_n}");
     let own =
         |name: &str| fs::read(bundle.join(name)).unwrap() == fs::read(made.join(name)).unwrap();
     assert!(own("rig.toml") && own("centreline.csv"));
     let readme = fs::read_to_string(made.join("README.md")).unwrap();
-    assert!(readme.contains("not measured") && readme.contains("factor = 0.3"), "{readme}");
+    assert!(
+        readme.contains("not measured") && readme.contains("friction_coefficient = 0.3"),
+        "{readme}"
+    );
 
     // The nominal model, played along what was made without an effect, agrees with it.
     let again = ["simulate", text(&made), "--cell", "2", "--json"];

@@ -96,7 +96,7 @@ impl Documented {
     fn read(place: String, in_block: bool, text: &str) -> Option<Self> {
         let plain = text.replace(['[', ']'], "");
         let mut words = Vec::<String>::new();
-        for word in plain.split_whitespace() {
+        for word in shell_words(&plain) {
             // `…` after an option is a value that is left to the reader.
             let is_value = words.last().is_some_and(|before| before.starts_with("--"));
             if word != "…" || is_value {
@@ -108,4 +108,20 @@ impl Documented {
         let abridged = plain.split_whitespace().any(|word| word == "…");
         Some(Self { place, in_block, abridged, words: words.split_off(from) })
     }
+}
+
+/// Words as a shell splits them: white space within double quotes is part of a word.
+fn shell_words(text: &str) -> Vec<String> {
+    let (mut words, mut word, mut quoted) = (Vec::new(), String::new(), false);
+    for letter in text.chars() {
+        match letter {
+            '"' => quoted = !quoted,
+            letter if letter.is_whitespace() && !quoted => {
+                words.extend((!word.is_empty()).then(|| std::mem::take(&mut word)));
+            }
+            letter => word.push(letter),
+        }
+    }
+    words.extend((!word.is_empty()).then_some(word));
+    words
 }

@@ -28,8 +28,9 @@ pub enum CatheterError {
     )]
     TooDeep { number: u32, insertion_m: f64, length_m: f64 },
     #[error(
-        "trial {number:03} has a row every {step_s:.3} s, too few to know the motion of the drive \
-         between rows\n  fix: give t_s in seconds, and at least {FEWEST_ROWS_PER_S} rows a second"
+        "trial {number:03} has a row every {} s, too few to know the motion of the drive \
+         between rows\n  fix: give t_s in seconds, and at least {FEWEST_ROWS_PER_S} rows a second",
+        crate::rounding::shortest(*.step_s, 3)
     )]
     TooSlow { number: u32, step_s: f64 },
     #[error(

@@ -109,7 +109,7 @@ mod tests {
         let bundle = cathforce_bundle::Bundle::open(&example).unwrap();
         let catheter = Catheter::new(&bundle).unwrap();
         let said = |number: &str| {
-            let of_forks = |remark: &&String| remark.contains("fork");
+            let of_forks = |remark: &&String| remark.contains("are not scored");
             let mut remarks = catheter.remarks().iter().filter(of_forks);
             remarks.any(|remark| remark.starts_with(&format!("trial {number}")))
         };

@@ -47,7 +47,11 @@ mod tests {
     fn what_is_within_a_prior_is_no_gap_and_what_is_beyond_is_named() {
         let within = answer(1.1);
         assert_eq!((within.verdict, within.effects.len()), (Verdict::NoGap, 0));
-        let said = within.remarks.iter().any(|remark| remark.contains("slope is within what any"));
+        let said = within.remarks.iter().any(|remark| {
+            remark.starts_with(
+                "slope explains the error of the nominal model with a size that is within",
+            )
+        });
         assert!(said && within.details.maps.is_empty(), "{:?}", within.remarks);
         let beyond = answer(1.4);
         assert_eq!((beyond.verdict, &*beyond.effects[0].id), (Verdict::Named, "slope"));

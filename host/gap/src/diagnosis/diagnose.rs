@@ -114,7 +114,10 @@ mod tests {
         );
         // Half of the slope, three quarters of its energy.
         let beyond = asked(20.0).sentence();
-        assert!(beyond.contains("what was asked for, slope, does not explain it"), "{beyond}");
+        assert!(
+            beyond.contains("the requested effects, slope, do not explain it well enough"),
+            "{beyond}"
+        );
     }
 
     #[test]
@@ -197,6 +200,8 @@ mod tests {
         let beyond = answer(10.4);
         assert!(beyond.details.shrink > NEARLY_ALL, "{}", beyond.details.shrink);
         assert_eq!(beyond.verdict, Verdict::Unknown);
-        assert!(beyond.remarks.iter().any(|remark| remark.starts_with("slope comes nearest")));
+        assert!(
+            beyond.remarks.iter().any(|remark| remark.starts_with("slope fits best at a bound"))
+        );
     }
 }

@@ -205,7 +205,7 @@ mod tests {
         assert!(drawn.contains("d=\"M208.0 117.4L752.0 117.4L752.0 8.6L208.0 8.6Z\""), "{drawn}");
         assert!(drawn.contains("<circle class=entry cx=208.0 cy=63.0"), "{drawn}");
         let first = "<rect class=\"heat marked\" x=474.6 y=57.6 width=10.9 height=10.9 \
-                     fill-opacity=1.00><title>20.0 mN: 60.0 % of the gap in 25.0 % of the time";
+                     fill-opacity=1.00><title>20.0 mN: 60 % of the gap in 25 % of the time";
         assert!(drawn.contains(first), "{drawn}");
         assert!(drawn.contains("x1=588.8 x2=752.0") || drawn.contains(">20 mm<"), "{drawn}");
         assert!(drawn.contains("Seen along the z axis"), "{drawn}");
