@@ -66,7 +66,7 @@ fn made_measurements_are_the_model_and_its_noise() {
     let said = simulate(&["--noise"]);
     assert!(said.contains("trials/001.csv, 1001 rows, with the noise of seed 1"), "{said}");
     simulate(&["--noise", "--seed", "2"]);
-    simulate(&["--set", "wall.friction_coefficient=0.3"]);
+    simulate(&["--set", "wall.friction_coefficient=0.2"]);
 
     let opened = Bundle::open(&made).unwrap();
     assert!(opened.warnings.is_empty(), "{:?}", opened.warnings);
@@ -102,7 +102,7 @@ fn made_measurements_are_the_model_and_its_noise() {
     assert!(own("rig.toml") && own("centreline.csv"));
     let readme = fs::read_to_string(made.join("README.md")).unwrap();
     assert!(
-        readme.contains("not measured") && readme.contains("friction_coefficient = 0.3"),
+        readme.contains("not measured") && readme.contains("friction_coefficient = 0.2"),
         "{readme}"
     );
 
@@ -112,7 +112,7 @@ fn made_measurements_are_the_model_and_its_noise() {
         let output = command().args(again).args(["--trial", trial]).output().unwrap();
         assert!(output.status.success(), "{}", stderr(&output));
         let summary: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
-        summary["force_rms_error_n"].as_f64().unwrap()
+        summary["force_rms_error_N"].as_f64().unwrap()
     };
     let (clean, noisy, other) = (error("0"), error("1"), error("3"));
     let stated = 3.0_f64.sqrt() * sensor.force_noise_sd_n.unwrap();
