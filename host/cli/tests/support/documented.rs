@@ -110,18 +110,20 @@ impl Documented {
     }
 }
 
-/// Words as a shell splits them: white space within double quotes is part of a word.
+/// Words as a shell splits them: white space within double quotes is part of a word, and `""` is an
+/// empty one.
 fn shell_words(text: &str) -> Vec<String> {
-    let (mut words, mut word, mut quoted) = (Vec::new(), String::new(), false);
+    let (mut words, mut word, mut quoted) = (Vec::new(), None::<String>, false);
     for letter in text.chars() {
         match letter {
-            '"' => quoted = !quoted,
-            letter if letter.is_whitespace() && !quoted => {
-                words.extend((!word.is_empty()).then(|| std::mem::take(&mut word)));
+            '"' => {
+                quoted = !quoted;
+                word.get_or_insert_default();
             }
-            letter => word.push(letter),
+            letter if letter.is_whitespace() && !quoted => words.extend(word.take()),
+            letter => word.get_or_insert_default().push(letter),
         }
     }
-    words.extend((!word.is_empty()).then_some(word));
+    words.extend(word);
     words
 }
