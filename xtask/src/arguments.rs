@@ -48,7 +48,7 @@ impl Given {
         path.with_context(|| format!("--{name}"))
     }
 
-    /// Refuses two options of which each is a task of its own.
+    /// Refuses two options together if each is a task of its own.
     pub fn at_most_one(&self, names: &[&str]) -> anyhow::Result<()> {
         let given: Vec<_> = names.iter().filter(|name| self.has(name)).collect();
         match given[..] {

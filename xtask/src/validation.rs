@@ -9,7 +9,7 @@ use crate::shell::{cargo, command, output, root, run, target_folder};
 const PACKAGE: &str = "cathforce-validation";
 const BEGIN: &str = "<!-- cargo xtask validation -->\n";
 
-/// Options of which each is a task of its own.
+/// Options that are tasks of their own.
 const ALONE: [&str; 4] = ["json", "export", "causes", "links"];
 
 pub const OPTIONS: [Choice; 4] = [

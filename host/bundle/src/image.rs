@@ -118,7 +118,8 @@ pub fn check_rig<T: Real>(
 
 /// Description of a bundle's rig with these options: rig.toml, then the tips, then the parameters.
 ///
-/// No trial is needed, so the length of the links is only a placeholder unless the options state it.
+/// It needs no trial. Unless the options state a length, the links have the shortest one that the
+/// solver allows; the image of a trial takes its own.
 pub fn rig_description(
     bundle: &Bundle,
     options: &ImageOptions,

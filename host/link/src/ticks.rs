@@ -78,7 +78,7 @@ impl Assembler {
         Some(TickReport { tick, status, haptic, contact, third, frames })
     }
 
-    /// Corrects the count after a loss by the device's own, of which it sends the low 16 bits.
+    /// Corrects the count after a loss. The device sends the low 16 bits of its own count.
     fn adopt(&mut self, low: u16) {
         let ahead = low.wrapping_sub(self.next_tick as u16) as i16;
         self.next_tick = self.next_tick.wrapping_add_signed(i32::from(ahead));

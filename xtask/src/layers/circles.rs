@@ -170,7 +170,7 @@ impl Modules {
         Self { modules, by_path }
     }
 
-    /// Pairs of files of which the first imports the second.
+    /// Pairs of files: the first imports the second.
     fn imports(&self) -> BTreeSet<(usize, usize)> {
         let mut edges = BTreeSet::new();
         for (from, module) in self.modules.iter().enumerate() {

@@ -15,9 +15,9 @@ use crate::difference::difference;
 use crate::failure::{Code, Failure};
 use crate::image::image;
 use crate::open::open_bundle;
-pub use crate::open::{read_text, vessel_files};
+use crate::open::{read_text, vessel_files};
 use crate::output::{Kind, check_again, check_apart, check_recording, write_again};
-pub use crate::run_info::info;
+use crate::run_info::info;
 use crate::session::{Pace, Plan, run as run_session};
 use crate::ui::{Ui, two_columns};
 

@@ -25,7 +25,7 @@ impl Setting {
     }
 }
 
-/// A setting with its name and its line, neither of which need be right.
+/// A setting with its name and its line. Name and value are not checked yet.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Entry {
     pub name: String,

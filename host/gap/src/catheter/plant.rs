@@ -130,7 +130,7 @@ impl Catheter {
         let mut tips_m = Vec::new();
         for (number, mut own) in prepared {
             let path = catheter.add(number, &mut own)?;
-            // A trial of which nothing can be compared says nothing; a remark says so.
+            // A trial without a comparable sample tells nothing; a remark names it.
             if catheter.trials.last().is_some_and(|trial| trial.samples.is_empty()) {
                 catheter.trials.pop();
                 catheter.coarser.pop();

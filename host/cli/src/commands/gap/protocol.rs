@@ -10,9 +10,11 @@ use cathforce_recording::Trial;
 use serde::Serialize;
 
 use crate::args::{ProtocolArguments, Way};
-use crate::commands::run::{encoder, info, read_text, temporary_folder, vessel_files};
+use crate::commands::run::{encoder, temporary_folder};
 use crate::failure::{Code, Failure};
+use crate::open::{read_text, vessel_files};
 use crate::output::{Kind, check_recording, write_again};
+use crate::run_info::info;
 use crate::session::{Pace, Plan, run as run_session};
 use crate::ui::Ui;
 
