@@ -25,7 +25,3 @@ pub mod tips;
 
 #[cfg(not(feature = "monitor"))]
 pub use left_out::monitor;
-
-// The commands of `gap` reach these by their parent.
-pub use crate::image::{by_hand, described, image_with, options, set_all};
-pub use crate::open::{open_bundle, open_recording};

@@ -31,7 +31,7 @@ pub fn run(ui: &Ui, arguments: &MonitorArguments) -> Result<(), Failure> {
             (link.clone(), Source::of_link(link, master)?)
         }
         (None, Some(path)) => {
-            let recording = super::open_recording(ui, path)?;
+            let recording = crate::open::open_recording(ui, path)?;
             let master = recording.master();
             (path.display().to_string(), Source::of_frames(recording.frames, master))
         }

@@ -200,7 +200,7 @@ fn with(old: &SettingsFile, fitted: &[Fitted]) -> SettingsFile {
 
 fn image_options(settings: &SettingsFile) -> Result<ImageOptions, Failure> {
     let mut options = ImageOptions::default();
-    super::super::set_all(&mut options, settings).map_err(Failure::input)?;
+    crate::image::set_all(&mut options, settings).map_err(Failure::input)?;
     Ok(options)
 }
 

@@ -37,7 +37,7 @@ struct Segment {
 }
 
 pub fn run(ui: &Ui, arguments: &ProtocolArguments) -> Result<(), Failure> {
-    let bundle = super::super::open_bundle(ui, &arguments.bundle)?;
+    let bundle = crate::open::open_bundle(ui, &arguments.bundle)?;
     let protocol = of(&bundle, &arguments.way)?;
     let rows = rows(&protocol, arguments.rate);
     if let Some(file) = &arguments.csv {
@@ -112,14 +112,14 @@ fn play(
     if let Some(out) = &arguments.out {
         check_recording(out, arguments.overwrite)?;
     }
-    let mut options = super::super::options(ui, bundle, &arguments.changes)?;
+    let mut options = crate::image::options(ui, bundle, &arguments.changes)?;
     let pieces = protocol.pieces().iter();
     let deepest_m = pieces.map(|piece| protocol.at(piece.end_s).insertion_m).fold(0.0, f64::max);
     let defaults = SolverDefaults::default();
     options.link_length_m = bundle
         .catheter()
         .map(|rig| defaults.link_length_m(deepest_m, defaults.links_in(&rig.vessel)));
-    let (image, _) = super::super::image_with(ui, bundle, &options)?;
+    let (image, _) = crate::image::image_with(ui, bundle, &options)?;
     let folder = temporary_folder()?;
     let out = arguments.out.clone().unwrap_or_else(|| folder.path().join("protocol.mcap"));
     // A guidewire stays at the entry: the protocol is the catheter's.

@@ -38,10 +38,10 @@ impl Source {
     /// A folder is a bundle, a file a recording.
     pub fn open(ui: &Ui, path: &Path) -> Result<Self, Failure> {
         if !path.is_file() {
-            let bundle = super::super::open_bundle(ui, path)?;
+            let bundle = crate::open::open_bundle(ui, path)?;
             return Ok(Self { bundle, paths: vec![path.to_path_buf()], image: None });
         }
-        let recording = super::super::open_recording(ui, path)?;
+        let recording = crate::open::open_recording(ui, path)?;
         let bundle = Bundle::without_vessel(path, &recording.rig_toml, vec![trial(&recording)])?;
         for warning in &bundle.warnings {
             ui.warn(warning);
@@ -65,7 +65,7 @@ impl Source {
             );
             return Err(Failure::new(Code::Usage, message));
         }
-        let read = |path: &PathBuf| super::super::open_recording(ui, path);
+        let read = |path: &PathBuf| crate::open::open_recording(ui, path);
         let head = read(first)?;
         let mut trials = vec![trial(&head)];
         for path in others {
@@ -119,7 +119,7 @@ impl Source {
         described: &Description<f32>,
     ) -> Result<Vec<u8>, Failure> {
         let Some(image) = &self.image else {
-            return Ok(super::super::image_with(ui, &self.bundle, options)?.0);
+            return Ok(crate::image::image_with(ui, &self.bundle, options)?.0);
         };
         let failed = |e: &dyn std::fmt::Display| refuse(&self.bundle, e);
         let (mut head, lumen) = split(image).map_err(|e| failed(&e))?;

@@ -105,7 +105,7 @@ impl<'a> Spiking<'a> {
 }
 
 pub fn run(ui: &Ui, arguments: &SpikeInArguments) -> Result<(), Failure> {
-    let mut bundle = super::super::open_bundle(ui, &arguments.bundle)?;
+    let mut bundle = crate::open::open_bundle(ui, &arguments.bundle)?;
     if arguments.out.is_some() && arguments.effects.len() != 1 {
         let message = "--out writes one bundle\n  fix: give one --effect; several effects at once \
                        are joined by `+`";

@@ -22,8 +22,8 @@ use super::apply::stated_band;
 use super::explanation::{Explanation, Figures, Fitted};
 use crate::args::{Feel, VerifyArguments};
 use crate::commands::run::{TrialRun, pick, play, temporary_folder};
-use crate::commands::{by_hand, described};
 use crate::failure::{Code, Failure};
+use crate::image::{by_hand, described};
 use crate::output::check_recording;
 use crate::session::Pace;
 use crate::ui::{Ui, two_columns};
@@ -103,7 +103,7 @@ enum Kind {
 }
 
 pub fn run(ui: &Ui, arguments: &VerifyArguments) -> Result<(), Failure> {
-    let bundle = super::super::open_bundle(ui, &arguments.bundle)?;
+    let bundle = crate::open::open_bundle(ui, &arguments.bundle)?;
     let explanation = arguments.diagnosis.as_deref().map(Explanation::read).transpose()?;
     if let Some(explanation) = &explanation {
         explanation.check_rig(&bundle)?;
@@ -127,8 +127,8 @@ pub fn run(ui: &Ui, arguments: &VerifyArguments) -> Result<(), Failure> {
         ui.warn(format_args!("{}: trial {number:03}: {objection}", bundle.path.display()));
     }
     let nominal = ImageOptions { parameters: Vec::new(), band: None, ..options.clone() };
-    let (before, _) = super::super::image_with(ui, &bundle, &nominal)?;
-    let (after, _) = super::super::image_with(ui, &bundle, &options)?;
+    let (before, _) = crate::image::image_with(ui, &bundle, &nominal)?;
+    let (after, _) = crate::image::image_with(ui, &bundle, &options)?;
 
     let played = play_both(ui, arguments, &bundle, (number, trial), [&before, &after])?;
 
@@ -217,7 +217,7 @@ fn options(
     arguments: &VerifyArguments,
     explanation: Option<&Explanation>,
 ) -> Result<ImageOptions, Failure> {
-    let mut options = super::super::options(ui, bundle, &arguments.changes)?;
+    let mut options = crate::image::options(ui, bundle, &arguments.changes)?;
     if let (true, Some(explanation)) = (options.parameters.is_empty(), explanation) {
         let fitted = explanation.fitted()?;
         options.parameters = fitted.iter().map(|own| (own.key.to_owned(), own.value)).collect();
