@@ -1,10 +1,11 @@
 //! The example bundles and their device images.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
 use cathforce_bundle::{Bundle, ImageOptions, device_image};
 use cathforce_config::Settings;
+use cathforce_test_fixture::once;
 
 /// The bundle that comes with the project.
 pub const EXAMPLE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../examples/tapered-none");
@@ -28,13 +29,20 @@ pub fn image_with(options: &ImageOptions) -> Vec<u8> {
     image.unwrap_or_else(|error| panic!("{error}")).0
 }
 
-/// Its device image as the command builds it; made once.
-pub fn image() -> &'static [u8] {
-    static IMAGE: OnceLock<Vec<u8>> = OnceLock::new();
-    IMAGE.get_or_init(|| image_with(&ImageOptions::default()))
+/// The example's device image with other options; made once for all tests.
+fn image_once(name: &str, options: &ImageOptions) -> Vec<u8> {
+    let path = |folder: &Path| folder.join("image.cfim");
+    let made = once(name, |folder| std::fs::write(path(folder), image_with(options)).unwrap());
+    std::fs::read(path(&made)).unwrap()
 }
 
-/// The same with a gain at which the output is often limited. Made once.
+/// Its device image as the command builds it.
+pub fn image() -> &'static [u8] {
+    static IMAGE: OnceLock<Vec<u8>> = OnceLock::new();
+    IMAGE.get_or_init(|| image_once("image", &ImageOptions::default()))
+}
+
+/// The same with a gain at which the output is often limited.
 pub fn strong_image() -> &'static [u8] {
     static IMAGE: OnceLock<Vec<u8>> = OnceLock::new();
     IMAGE.get_or_init(|| {
@@ -45,14 +53,16 @@ pub fn strong_image() -> &'static [u8] {
             torque_limit_n_m: 4e-3,
             ..Settings::default()
         };
-        image_with(&ImageOptions { settings, ..ImageOptions::default() })
+        image_once("strong-image", &ImageOptions { settings, ..ImageOptions::default() })
     })
 }
 
-/// A small image on a coarse grid, for tests that send it often. Made once.
+/// A small image on a coarse grid, for tests that send it often.
 pub fn small_image() -> &'static [u8] {
     static IMAGE: OnceLock<Vec<u8>> = OnceLock::new();
-    IMAGE.get_or_init(|| image_with(&ImageOptions { cell_m: 2e-3, ..ImageOptions::default() }))
+    IMAGE.get_or_init(|| {
+        image_once("small-image", &ImageOptions { cell_m: 2e-3, ..ImageOptions::default() })
+    })
 }
 
 /// The `cathforce` program, which cargo builds beside the tests.

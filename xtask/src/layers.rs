@@ -10,7 +10,7 @@ use anyhow::{Context, bail};
 use serde_json::Value;
 
 /// The packages that others may use, from the bottom up.
-const LIBRARIES: [&str; 13] = [
+const LIBRARIES: [&str; 14] = [
     "cathforce-scalar",
     "cathforce-mechanics",
     "cathforce-control",
@@ -24,6 +24,7 @@ const LIBRARIES: [&str; 13] = [
     "cathforce-gap",
     "cathforce-pages",
     "cathforce-blind-test",
+    "cathforce-test-fixture",
 ];
 
 /// What runs on the device and on the host alike, the bus included.
@@ -31,6 +32,9 @@ const SHARED: &[&str] = LIBRARIES.split_at(6).0;
 
 /// That and the bundles.
 const SHARED_AND_RIG: &[&str] = LIBRARIES.split_at(7).0;
+
+/// All but what only tests use.
+const PRODUCT: &[&str] = LIBRARIES.split_at(13).0;
 
 /// Each package and the packages of the project that it may use.
 const ALLOWED: &[(&str, &[&str])] = &[
@@ -67,7 +71,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
         &["cathforce-mechanics", "cathforce-bundle", "cathforce-reference-solver"],
     ),
     ("cathforce-blind-test", &["cathforce-reference-solver"]),
-    ("cathforce", &LIBRARIES),
+    ("cathforce", PRODUCT),
     (
         "cathforce-bench",
         &[
@@ -80,6 +84,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "cathforce-validation",
         ],
     ),
+    ("cathforce-test-fixture", &[]),
     ("cathforce-hil-tests", &LIBRARIES),
     ("xtask", &[]),
 ];

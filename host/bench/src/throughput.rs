@@ -1,7 +1,7 @@
 //! Cost of a tick on the host over links, contacts and the size of the lumen.
 
 use cathforce_bundle::SolverDefaults;
-use cathforce_mechanics::{Drive, Lumen, Model, State, settle, step};
+use cathforce_mechanics::{Compiled, Drive, Lumen, Model, State, settle, step};
 use serde::Serialize;
 
 use crate::clock::Stopwatch;
@@ -51,14 +51,7 @@ pub struct LumenSize {
 
 /// Measures all of it on one core.
 pub fn measure() -> anyhow::Result<Throughput> {
-    let scaling = vec![
-        scaling::<16>()?,
-        scaling::<32>()?,
-        scaling::<64>()?,
-        scaling::<128>()?,
-        scaling::<256>()?,
-        scaling::<512>()?,
-    ];
+    let scaling = scalings()?;
     let at_64 = scaling.iter().find(|row| row.links == 64).map_or(f64::NAN, |row| row.us_per_tick);
     Ok(Throughput {
         real_time_factor_64_links: 1e6 * INSERTION.sample_s / at_64,
@@ -71,7 +64,28 @@ pub fn measure() -> anyhow::Result<Throughput> {
     })
 }
 
-fn scaling<const LINKS: usize>() -> anyhow::Result<Scaling> {
+/// Without the feature `any-length` only the device's number of links is compiled.
+#[cfg(not(feature = "any-length"))]
+fn scalings() -> anyhow::Result<Vec<Scaling>> {
+    Ok(vec![scaling::<64>()?])
+}
+
+#[cfg(feature = "any-length")]
+fn scalings() -> anyhow::Result<Vec<Scaling>> {
+    Ok(vec![
+        scaling::<16>()?,
+        scaling::<32>()?,
+        scaling::<64>()?,
+        scaling::<128>()?,
+        scaling::<256>()?,
+        scaling::<512>()?,
+    ])
+}
+
+fn scaling<const LINKS: usize>() -> anyhow::Result<Scaling>
+where
+    f32: Compiled<LINKS>,
+{
     let (us_per_tick, _) = tick::<LINKS>(&INSERTION, CELL_M)?.measure()?;
     Ok(Scaling { links: LINKS, us_per_tick })
 }
@@ -100,7 +114,10 @@ struct Scene<const LINKS: usize> {
 }
 
 /// The instrument wholly inside, with every link in use.
-fn tick<const LINKS: usize>(insertion: &Insertion, cell_m: f64) -> anyhow::Result<Scene<LINKS>> {
+fn tick<const LINKS: usize>(insertion: &Insertion, cell_m: f64) -> anyhow::Result<Scene<LINKS>>
+where
+    f32: Compiled<LINKS>,
+{
     let half_of_last = LINKS as f64 - 0.5;
     let link_m = SolverDefaults::default().link_length_over(insertion.length_m, half_of_last);
     let model = Model::new(insertion.description(link_m))
@@ -110,7 +127,10 @@ fn tick<const LINKS: usize>(insertion: &Insertion, cell_m: f64) -> anyhow::Resul
     Ok(Scene { model, header: built.header, bytes: built.bytes, inside_m })
 }
 
-impl<const LINKS: usize> Scene<LINKS> {
+impl<const LINKS: usize> Scene<LINKS>
+where
+    f32: Compiled<LINKS>,
+{
     /// Processor time of a tick \[µs\], and the nodes in contact at the end.
     fn measure(&self) -> anyhow::Result<(f64, usize)> {
         let lumen = Lumen::new(self.header, &self.bytes)

@@ -10,6 +10,7 @@ use std::time::{Duration, Instant};
 
 use cathforce_bus::{Frame, Id};
 use cathforce_recording::{Attachments, Direction, Recorder, Recording};
+use cathforce_test_fixture::once;
 use support::{assert_fails, cathforce, command, example, stderr, text};
 
 /// Long enough for contact and for 3 mm of feed, short enough for a test.
@@ -31,15 +32,14 @@ fn stdout(output: &Output) -> &str {
 
 /// A recording of the beginning of the example, made once.
 fn recording() -> &'static Path {
-    static MADE: OnceLock<(tempfile::TempDir, PathBuf)> = OnceLock::new();
-    let (_, path) = MADE.get_or_init(|| {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("run.mcap");
-        let output = simulate(&["--out", path.to_str().unwrap()]);
-        assert!(output.status.success(), "{}", stderr(&output));
-        (folder, path)
-    });
-    path
+    static MADE: OnceLock<PathBuf> = OnceLock::new();
+    MADE.get_or_init(|| {
+        let folder = once("command-recording", |folder| {
+            let output = simulate(&["--out", folder.join("run.mcap").to_str().unwrap()]);
+            assert!(output.status.success(), "{}", stderr(&output));
+        });
+        folder.join("run.mcap")
+    })
 }
 
 /// Writes the recording again with its frames changed.

@@ -148,6 +148,24 @@ fn an_effect_that_is_taken_out_of_the_model_is_found_again() {
 }
 
 #[test]
+fn isolability_says_the_smallest_friction_that_a_drive_s_trials_show() {
+    let (force_n, noise_n) = (6.0, 0.05);
+    let folder = drive(|speed_m_per_s| force_n * speed_m_per_s.signum() + 30.0 * speed_m_per_s);
+    let bundle = folder.path().to_str().unwrap();
+    let table = folder.path().join("seen.json");
+    let asked = ["gap", "isolability", bundle, "--json", "--out", table.to_str().unwrap()];
+    let output = cathforce(&asked);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let found: Value = serde_json::from_slice(&std::fs::read(table).unwrap()).unwrap();
+    assert_eq!((&found["rig"], &found["motion"]), (&"made".into(), &"trials".into()), "{found}");
+    let effects = found["effects"].as_array().unwrap();
+    let coulomb = effects.iter().find(|effect| effect["id"] == "drive.coulomb").unwrap();
+    let smallest_n = coulomb["smallest"][0]["value"].as_f64().unwrap();
+    // Ten thousand samples show less than the noise of one.
+    assert!(0.0 < smallest_n && smallest_n < noise_n, "{coulomb}");
+}
+
+#[test]
 fn coverage_goes_on_past_a_bundle_that_cannot_be_read_and_says_which() {
     let folder = drive(|_| 0.0);
     let whole = folder.path().to_str().unwrap();

@@ -7,6 +7,7 @@ use std::sync::OnceLock;
 
 use cathforce_blind_test::{Change, Stand, play, rigs};
 use cathforce_config::image::decode;
+use cathforce_test_fixture::once;
 use serde_json::Value;
 
 const FACTOR: f64 = 2.0;
@@ -40,36 +41,39 @@ fn text(path: &Path) -> &str {
 
 /// A bundle of three trials with more friction than it states, and the diagnosis of two of them.
 fn diagnosed() -> (&'static Path, &'static Path) {
-    static MADE: OnceLock<(tempfile::TempDir, PathBuf, PathBuf)> = OnceLock::new();
-    let (_, bundle, diagnosis) = MADE.get_or_init(|| {
-        let folder = tempfile::tempdir().unwrap();
-        let bundle = folder.path().join("bundle");
-        let rig = &rigs()[0];
-        let friction = [Change::Friction { factor: FACTOR }];
-        let trial = |trial| {
-            let mut rows = play(rig, &friction, trial).unwrap();
-            rows.truncate(ROWS);
-            rows
-        };
-        let trials = [trial(0), trial(2), trial(0)];
-        Stand::own(rig).write(&bundle, "sticky", &trials, 1).unwrap();
-        let diagnosis = folder.path().join("diagnosis.json");
-        let output = cathforce(&[
-            "gap",
-            "diagnose",
-            text(&bundle),
-            "--hold-back",
-            "2",
-            "--effect",
-            "contact.friction",
-            "--quiet",
-            "--json",
-            text(&diagnosis),
-        ]);
-        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-        (folder, bundle, diagnosis)
+    static MADE: OnceLock<(PathBuf, PathBuf)> = OnceLock::new();
+    let made = MADE.get_or_init(|| {
+        let folder = once("sticky-diagnosed", make_diagnosed);
+        (folder.join("bundle"), folder.join("diagnosis.json"))
     });
-    (bundle, diagnosis)
+    (&made.0, &made.1)
+}
+
+fn make_diagnosed(folder: &Path) {
+    let bundle = folder.join("bundle");
+    let rig = &rigs()[0];
+    let friction = [Change::Friction { factor: FACTOR }];
+    let trial = |trial| {
+        let mut rows = play(rig, &friction, trial).unwrap();
+        rows.truncate(ROWS);
+        rows
+    };
+    let trials = [trial(0), trial(2), trial(0)];
+    Stand::own(rig).write(&bundle, "sticky", &trials, 1).unwrap();
+    let diagnosis = folder.join("diagnosis.json");
+    let output = cathforce(&[
+        "gap",
+        "diagnose",
+        text(&bundle),
+        "--hold-back",
+        "2",
+        "--effect",
+        "contact.friction",
+        "--quiet",
+        "--json",
+        text(&diagnosis),
+    ]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
 }
 
 /// The diagnosis with something else in it.

@@ -29,6 +29,7 @@ pub mod drive;
 mod explaining;
 mod fitting;
 mod noise;
+mod parallel;
 mod planning;
 pub mod plant;
 pub mod rounding;

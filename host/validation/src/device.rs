@@ -4,7 +4,7 @@ use anyhow::{Context, anyhow};
 use cathforce_bundle::SolverDefaults;
 use cathforce_bundle::geometry::{Wall, WallPoint};
 use cathforce_bundle::lumen::{BuiltLumen, LumenOptions, build_lumen};
-use cathforce_mechanics::{self as mechanics, Description, Model, Real, State};
+use cathforce_mechanics::{self as mechanics, Compiled, Description, Model, Real, State};
 use cathforce_reference_solver::{Lumen, Problem};
 use nalgebra::Vector3;
 
@@ -106,7 +106,7 @@ fn stored(problem: &Problem, cell_m: f64) -> anyhow::Result<BuiltLumen> {
 ///
 /// The device uses `f32` and [`mechanics::MAX_LINKS`]; with another `LINKS` the number of links scales
 /// accordingly. Fails if the model or its lumen refuses the case.
-pub fn play<T: Real, const LINKS: usize>(
+pub fn play<T: Compiled<LINKS>, const LINKS: usize>(
     case: &Case,
     choices: &Choices,
 ) -> anyhow::Result<Vec<Record>> {

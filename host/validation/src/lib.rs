@@ -7,6 +7,7 @@
 #![forbid(unsafe_code)]
 
 mod cases;
+#[cfg(feature = "any-length")]
 mod causes;
 mod compare;
 mod device;
@@ -15,9 +16,12 @@ mod links;
 mod summary;
 
 pub use cases::{Case, Kind, cases};
+#[cfg(feature = "any-length")]
 pub use causes::causes;
 pub use compare::{Errors, Record, Score, Snap, compare};
 pub use device::{Choices, play, play_on_device};
 pub use export::export;
-pub use links::{by_links, finest, links_table};
+#[cfg(feature = "any-length")]
+pub use links::links_table;
+pub use links::{by_links, finest};
 pub use summary::{Accuracy, Row, measure, measure_all, solve, table};

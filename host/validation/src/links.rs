@@ -1,5 +1,6 @@
 //! Convergence of the model with the number of its links.
 
+#[cfg(feature = "any-length")]
 use std::fmt::Write as _;
 
 use crate::{Case, Choices, Record, Score, compare, play};
@@ -7,7 +8,8 @@ use crate::{Case, Choices, Record, Score, compare, play};
 type Player = fn(&Case, &Choices) -> anyhow::Result<Vec<Record>>;
 
 /// Models by number of links, in double precision, with the device's steps and wall.
-const BY_LINKS: [(usize, Player); 5] = [
+const BY_LINKS: &[(usize, Player)] = &[
+    #[cfg(feature = "any-length")]
     (16, play::<f64, 16>),
     (32, play::<f64, 32>),
     (64, play::<f64, 64>),
@@ -22,14 +24,15 @@ pub fn finest(case: &Case) -> anyhow::Result<Vec<Record>> {
 
 /// Errors of a case against [`finest`], by the number of links.
 pub fn by_links(case: &Case, finest: &[Record]) -> anyhow::Result<Vec<(usize, Score)>> {
-    let score = |(links, play): (usize, Player)| {
+    let score = |&(links, play): &(usize, Player)| {
         let played = play(case, &Choices::default())?;
         Ok((links, compare(finest, &played, case.scored_from_s)))
     };
-    BY_LINKS.into_iter().map(score).collect()
+    BY_LINKS.iter().map(score).collect()
 }
 
 /// A table of the drive force's error, over the peak with 512 links; one row a case.
+#[cfg(feature = "any-length")]
 pub fn links_table(cases: &[Case]) -> anyhow::Result<String> {
     let mut text = String::from("| case |");
     // Writing to a string does not fail.

@@ -3,9 +3,9 @@
 use std::path::PathBuf;
 
 use anyhow::Context;
-use cathforce_validation::{
-    Accuracy, cases, causes, export, links_table, measure_all, play_on_device, solve, table,
-};
+use cathforce_validation::{Accuracy, cases, export, measure_all, play_on_device, solve, table};
+#[cfg(feature = "any-length")]
+use cathforce_validation::{causes, links_table};
 use clap::Parser;
 
 #[derive(Parser)]
@@ -17,9 +17,11 @@ struct Arguments {
     /// Write the rows and their summary into this file.
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
+    #[cfg(feature = "any-length")]
     /// Print how the errors change when one of the device's limits is lifted at a time.
     #[arg(long)]
     causes: bool,
+    #[cfg(feature = "any-length")]
     /// Print how the model converges with the number of its links, compared with 512 links.
     #[arg(long)]
     links: bool,
@@ -41,12 +43,14 @@ fn main() -> anyhow::Result<()> {
         println!("written: {} cases in {}", cases.len(), folder.display());
         return Ok(());
     }
+    #[cfg(feature = "any-length")]
     if arguments.causes {
         for case in &cases {
             println!("{}", causes(case).with_context(|| case.name)?);
         }
         return Ok(());
     }
+    #[cfg(feature = "any-length")]
     if arguments.links {
         print!("{}", links_table(&cases)?);
         return Ok(());

@@ -10,6 +10,7 @@
 
 mod algebra;
 mod coaxial;
+mod compiled;
 mod contact;
 mod description;
 mod drive_motion;
@@ -38,6 +39,7 @@ mod wall_sampling;
 mod wrench;
 
 pub use cathforce_scalar::{Number, Real};
+pub use compiled::{Compiled, settle, settle_loaded, step, step_loaded};
 pub use description::*;
 pub use effects::{DriveTrain, EFFECTS, EffectInfo, Effects, Measurement, ParameterInfo};
 pub use io::{Drive, Drives, Loads, Outputs};
@@ -45,7 +47,6 @@ pub use lumen::*;
 pub use model::Model;
 pub use parameters::*;
 pub use state::State;
-pub use step::{settle, settle_loaded, step, step_loaded};
 pub use validation::DescriptionError;
 
 /// Largest number of links (and nodes) inside the vessel, by default.

@@ -24,7 +24,7 @@ const FLAGGED_TICKS: u8 = 8;
 /// Rotation of a link in one solve up to which all momentum is carried over \[rad\]. Above it, the
 /// linear and the actual displacement differ by 10 %, and carried-over velocity would add energy.
 const MOMENTUM_TURN_RAD: f64 = 0.2;
-/// Time step of one quasi-static step of [`settle`] \[s\].
+/// Time step of one quasi-static step of [`approach_rest`] \[s\].
 const SETTLE_DT_S: f64 = 0.02;
 /// Largest feed of one quasi-static step \[m\].
 const SETTLE_FEED_M: f64 = 2e-4;
@@ -37,34 +37,17 @@ const SETTLED_TURN_RAD: f64 = 1e-4;
 /// comes to rest, as with an instrument balanced on an edge.
 const SETTLE_STEPS: core::ops::Range<u16> = 100..500;
 
-/// Advances the model by one tick to the drives' new positions.
-///
-/// `drives`: a [`Drive`] of the catheter alone, or [`Drives`] with the guidewire's too. Insertions
-/// beyond the reach of the links are clamped, and the outputs are flagged as unresolved. Total on any
-/// input; a number that is not finite gives [`Outputs::lost`].
-pub fn step<T: Real, const LINKS: usize>(
+/// [`step_loaded`](crate::step_loaded), for any number type and number of links.
+pub(crate) fn advance<T: Real, const LINKS: usize>(
     model: &Model<T, LINKS>,
     lumen: &Lumen<'_>,
     state: &mut State<T, LINKS>,
-    drives: impl Into<Drives<T>>,
-) -> Outputs<T> {
-    step_loaded(model, lumen, state, drives, &Loads::default())
-}
-
-/// [`step`] with external loads.
-///
-/// A step with a result that is not finite resets the state and begins the run again. Each tick from
-/// there on is one step of [`settle`] and is flagged as lost, until the shape is at rest.
-pub fn step_loaded<T: Real, const LINKS: usize>(
-    model: &Model<T, LINKS>,
-    lumen: &Lumen<'_>,
-    state: &mut State<T, LINKS>,
-    drives: impl Into<Drives<T>>,
+    drives: Drives<T>,
     loads: &Loads<T>,
 ) -> Outputs<T> {
     if state.lost {
         let links = state.count as u16;
-        state.lost = !settle_loaded(model, lumen, state, drives, loads);
+        state.lost = !approach_rest(model, lumen, state, drives, loads);
         return Outputs { links, ..lost_outputs() };
     }
     let description = model.description();
@@ -80,7 +63,7 @@ pub fn step_loaded<T: Real, const LINKS: usize>(
         first: true,
         last: true,
     };
-    let (start, drives) = (state.drives, drives.into());
+    let start = state.drives;
     let asked = Drives {
         catheter: state.effects.follow(model, drives.catheter),
         guidewire: past_mouth(model, drives.guidewire),
@@ -177,28 +160,14 @@ fn flag<T: Real, const LINKS: usize>(
     outputs.unresolved = state.flagged_ticks > 0;
 }
 
-/// One frictionless quasi-static step towards the drives' positions; this is how a run begins.
-///
-/// Each call feeds by a bounded amount from where the model is, at first the empty guide. Returns
-/// `true` once the drives' positions are reached and the shape is at rest.
-pub fn settle<T: Real, const LINKS: usize>(
+/// [`settle_loaded`](crate::settle_loaded), for any number type and number of links.
+pub(crate) fn approach_rest<T: Real, const LINKS: usize>(
     model: &Model<T, LINKS>,
     lumen: &Lumen<'_>,
     state: &mut State<T, LINKS>,
-    drives: impl Into<Drives<T>>,
-) -> bool {
-    settle_loaded(model, lumen, state, drives, &Loads::default())
-}
-
-/// [`settle`] with external loads.
-pub fn settle_loaded<T: Real, const LINKS: usize>(
-    model: &Model<T, LINKS>,
-    lumen: &Lumen<'_>,
-    state: &mut State<T, LINKS>,
-    drives: impl Into<Drives<T>>,
+    drives: Drives<T>,
     loads: &Loads<T>,
 ) -> bool {
-    let drives = drives.into();
     state.drive_history = DriveHistory::none();
     state.effects.place(model, T::zero());
     let scheme = quasi_static(state.steps_at_rest);

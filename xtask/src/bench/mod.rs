@@ -39,7 +39,8 @@ pub fn measure(given: &Given) -> anyhow::Result<()> {
         true => None,
         false => Some(peers::python(consent)?),
     };
-    run(&mut cargo(&["build", "--release", "--package", "cathforce-bench"]))?;
+    let build = ["build", "--release", "--package", "cathforce-bench", "--features", "any-length"];
+    run(&mut cargo(&build))?;
     let mut bench = command(target_folder().join("release/cathforce-bench"));
     bench.env(FIRMWARE_VARIABLE, elf);
     bench.args(python.iter().flat_map(|python| ["--python".as_ref(), python.as_os_str()]));

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use cathforce_bundle::geometry::TubeWall;
 use cathforce_bundle::lumen::{BuiltLumen, LumenOptions, build_lumen};
-use cathforce_mechanics::{Drive, Lumen, Model, Real, State, settle, step};
+use cathforce_mechanics::{Compiled, Drive, Lumen, Model, State, settle, step};
 
 use super::{Insertion, Series};
 use crate::clock::Stopwatch;
@@ -20,7 +20,7 @@ impl Insertion {
 
 /// Plays the insertion with at most `LINKS` links; gives the forces and the
 /// processor time of all ticks.
-pub fn play<T: Real, const LINKS: usize>(
+pub fn play<T: Compiled<LINKS>, const LINKS: usize>(
     insertion: &Insertion,
     link_length_m: f64,
     lumen: &Lumen<'_>,

@@ -104,11 +104,16 @@ impl Bvh {
             barycentric: [1.0, 0.0, 0.0],
             distance_squared: f64::INFINITY,
         };
-        let mut stack = Vec::with_capacity(64);
+        // A level of the tree puts one more on it than it takes, and 2³² triangles have 32 levels.
+        let mut stack = [(0.0, 0_u32); 64];
+        let mut waiting = 0;
         if let Some(root) = self.nodes.first() {
-            stack.push((root.bounds.distance_squared(p), 0_u32));
+            stack[0] = (root.bounds.distance_squared(p), 0);
+            waiting = 1;
         }
-        while let Some((bound, index)) = stack.pop() {
+        while waiting > 0 {
+            waiting -= 1;
+            let (bound, index) = stack[waiting];
             if bound >= best.distance_squared {
                 continue;
             }
@@ -127,13 +132,13 @@ impl Bvh {
             let (left, right) = (index + 1, node.first);
             let left_bound = self.nodes[left as usize].bounds.distance_squared(p);
             let right_bound = self.nodes[right as usize].bounds.distance_squared(p);
-            if left_bound < right_bound {
-                stack.push((right_bound, right));
-                stack.push((left_bound, left));
+            let (near, far) = if left_bound < right_bound {
+                ((left_bound, left), (right_bound, right))
             } else {
-                stack.push((left_bound, left));
-                stack.push((right_bound, right));
-            }
+                ((right_bound, right), (left_bound, left))
+            };
+            (stack[waiting], stack[waiting + 1]) = (far, near);
+            waiting += 2;
         }
         best
     }

@@ -138,22 +138,26 @@ impl Piece {
         Some(Self { start: a.0, axis, length_m, radius_m: a.1, taper, beyond_m })
     }
 
-    /// Distance to the wall of the tube, and to the axis \[m\]. `radius_m` is measured across the
-    /// axis, so a tapering wall leans by its taper.
-    fn sample(&self, p: &Vector3<f64>) -> (WallPoint, f64) {
+    /// How far along the piece its nearest point is \[m\], and the way from there.
+    fn from_axis(&self, p: &Vector3<f64>) -> (f64, Vector3<f64>) {
         let from_start = p - self.start;
         let s = from_start.dot(&self.axis).clamp(0.0, self.length_m);
-        let from_axis = from_start - self.axis * s;
+        (s, from_start - self.axis * s)
+    }
+
+    /// Distance to the wall of the tube. `radius_m` is measured across the axis, so a tapering wall
+    /// leans by its taper.
+    fn sample(&self, p: &Vector3<f64>) -> WallPoint {
+        let (s, from_axis) = self.from_axis(p);
         let across_m = from_axis.norm();
         let inwards = if across_m > 1e-12 { -from_axis / across_m } else { Vector3::zeros() };
         let lean = (1.0 + self.taper * self.taper).sqrt();
         let share = s / self.length_m;
-        let point = WallPoint {
+        WallPoint {
             distance_m: (self.radius_m + self.taper * s - across_m) / lean,
             normal: (inwards + self.axis * self.taper).try_normalize(1e-9).unwrap_or(self.axis),
             beyond_m: self.beyond_m[0] + (self.beyond_m[1] - self.beyond_m[0]) * share,
-        };
-        (point, across_m)
+        }
     }
 }
 
@@ -176,30 +180,82 @@ impl Piece {
     }
 }
 
-/// The wall of the tube around the nearest piece of the centreline.
-fn nearest_piece(pieces: &[Piece], p: &Vector3<f64>) -> WallPoint {
-    let none = WallPoint { distance_m: f64::NEG_INFINITY, normal: Vector3::zeros(), beyond_m: 0.0 };
-    let samples = pieces.iter().map(|piece| piece.sample(p));
-    samples.min_by(|a, b| a.1.total_cmp(&b.1)).map_or(none, |(point, _)| point)
+/// Pieces in a [`Run`]: about the square root of the pieces of a branch.
+const RUN: usize = 16;
+/// Rounding of distances in a vessel \[m\], with a margin of a thousand.
+const ROUNDING_M: f64 = 1e-12;
+
+/// A few pieces that follow each other, and a ball around them.
+#[derive(Clone, Debug)]
+struct Run {
+    pieces: Vec<Piece>,
+    centre: Vector3<f64>,
+    radius_m: f64,
+}
+
+impl Run {
+    fn of(pieces: &[Piece]) -> Self {
+        let ends = || pieces.iter().flat_map(|p| [p.start, p.start + p.axis * p.length_m]);
+        let centre = ends().sum::<Vector3<f64>>() / (2 * pieces.len()) as f64;
+        let radius_m = ends().map(|end| (end - centre).norm()).fold(0.0, f64::max);
+        Self { pieces: pieces.to_vec(), centre, radius_m }
+    }
+
+    /// No piece is nearer \[m\].
+    fn bound_m(&self, p: &Vector3<f64>) -> f64 {
+        (p - self.centre).norm() - self.radius_m - ROUNDING_M
+    }
+
+    /// The piece whose axis is nearest, and how near it is \[m\].
+    fn nearest(&self, p: &Vector3<f64>) -> Option<(f64, &Piece)> {
+        let distances = self.pieces.iter().map(|piece| (piece.from_axis(p).1.norm(), piece));
+        distances.min_by(|a, b| a.0.total_cmp(&b.0))
+    }
+}
+
+/// The pieces of a branch.
+#[derive(Clone, Debug)]
+struct Tube(Vec<Run>);
+
+impl Tube {
+    fn of(pieces: &[Piece]) -> Self {
+        Self(pieces.chunks(RUN).map(Run::of).collect())
+    }
+
+    fn pieces(&self) -> impl Iterator<Item = &Piece> {
+        self.0.iter().flat_map(|run| &run.pieces)
+    }
+
+    /// The wall around the piece whose axis is nearest; around the first one of several.
+    fn sample(&self, p: &Vector3<f64>) -> WallPoint {
+        let bounds: Vec<f64> = self.0.iter().map(|run| run.bound_m(p)).collect();
+        let first = (0..bounds.len()).min_by(|&a, &b| bounds[a].total_cmp(&bounds[b]));
+        let near = first.and_then(|first| self.0[first].nearest(p));
+        let within_m = near.map_or(f64::INFINITY, |(distance_m, _)| distance_m);
+        let near = self.0.iter().zip(&bounds).filter(|(_, bound_m)| **bound_m <= within_m);
+        let nearest = near.filter_map(|(run, _)| run.nearest(p)).min_by(|a, b| a.0.total_cmp(&b.0));
+        let none =
+            WallPoint { distance_m: f64::NEG_INFINITY, normal: Vector3::zeros(), beyond_m: 0.0 };
+        nearest.map_or(none, |(_, piece)| piece.sample(p))
+    }
 }
 
 /// The union of swept round tubes, open at the ends that lie in no other tube.
 #[derive(Clone, Debug)]
 pub struct TubeWall {
-    branches: Vec<Vec<Piece>>,
+    branches: Vec<Tube>,
 }
 
 impl TubeWall {
     /// `branches`: at least one, of at least two stations each, as [`read_centreline`] gives.
     pub fn new(branches: &[Branch]) -> Self {
-        let tubes: Vec<_> = branches.iter().map(|branch| tube(&branch.stations)).collect();
-        let mut open_tubes = tubes.clone();
+        let pieces: Vec<_> = branches.iter().map(|branch| pieces(&branch.stations)).collect();
+        let tubes: Vec<_> = pieces.iter().map(|pieces| Tube::of(pieces)).collect();
+        let mut open_tubes = pieces;
         for (index, branch) in branches.iter().enumerate() {
             let is_open = |station: &Station| {
                 let others = tubes.iter().enumerate().filter(|(other, _)| *other != index);
-                others
-                    .map(|(_, tube)| nearest_piece(tube, &station.position_m))
-                    .all(|w| w.distance_m < 0.0)
+                others.map(|(_, tube)| tube.sample(&station.position_m)).all(|w| w.distance_m < 0.0)
             };
             let end = |station: &Station, inner: &Station| {
                 let away = (station.position_m - inner.position_m).normalize();
@@ -218,12 +274,12 @@ impl TubeWall {
                 open_tubes[index].extend(end(last, before));
             }
         }
-        Self { branches: open_tubes }
+        Self { branches: open_tubes.iter().map(|pieces| Tube::of(pieces)).collect() }
     }
 }
 
 /// Straight pieces along the cubic through the stations (Catmull–Rom over arc length).
-fn tube(stations: &[Station]) -> Vec<Piece> {
+fn pieces(stations: &[Station]) -> Vec<Piece> {
     let slope = |at: usize| {
         let (before, after) = (at.saturating_sub(1), (at + 1).min(stations.len() - 1));
         let (a, b) = (&stations[before], &stations[after]);
@@ -257,19 +313,20 @@ impl Wall for TubeWall {
     /// casting would round the edge.
     fn sample(&self, p: &Vector3<f64>) -> WallPoint {
         let mut union: Option<WallPoint> = None;
-        for pieces in &self.branches {
-            let here = nearest_piece(pieces, p);
+        for tube in &self.branches {
+            let here = tube.sample(p);
             union = Some(match union {
                 None => here,
                 Some(so_far) => blend(&so_far, &here),
             });
         }
-        union.unwrap_or_else(|| nearest_piece(&[], p))
+        union.unwrap_or_else(|| Tube(Vec::new()).sample(p))
     }
 
     fn bounds_m(&self) -> (Vector3<f64>, Vector3<f64>) {
         let infinite = Vector3::repeat(f64::INFINITY);
-        let pieces = self.branches.iter().flatten().filter(|piece| piece.beyond_m == [0.0; 2]);
+        let pieces =
+            self.branches.iter().flat_map(Tube::pieces).filter(|piece| piece.beyond_m == [0.0; 2]);
         pieces.fold((infinite, -infinite), |(low, high), piece| {
             let reach = Vector3::repeat(piece.radius_m + piece.length_m);
             (low.inf(&(piece.start - reach)), high.sup(&(piece.start + reach)))
@@ -277,11 +334,11 @@ impl Wall for TubeWall {
     }
 
     fn facets(&self) -> usize {
-        self.branches.iter().map(|pieces| pieces.len() * 2 * SIDES).sum()
+        self.branches.iter().map(|tube| tube.pieces().count() * 2 * SIDES).sum()
     }
 
     fn facet(&self, index: usize) -> Option<Triangle> {
-        let piece = self.branches.iter().flatten().nth(index / (2 * SIDES))?;
+        let piece = self.branches.iter().flat_map(Tube::pieces).nth(index / (2 * SIDES))?;
         (piece.beyond_m == [0.0; 2]).then(|| piece.facet(index % (2 * SIDES)))
     }
 }

@@ -150,10 +150,14 @@ impl<'a> Field<'a> {
             let along = [cell, cell / BRICK_CELLS, cell / BRICK_CELLS.pow(2)];
             let amid = Vector3::from(along.map(|n| (2 * (n % BRICK_CELLS) + 1) as f64));
             let at = self.grid.position_m(first + amid);
-            let stored = interpolate(built, &at).map(|(stored, _)| stored.distance_m)?;
+            let (stored, trilinear_m) = interpolate(built, &at)?;
+            // The corners are half a diagonal away, so this is off the distance by less.
+            if trilinear_m < low_m - self.grid.cell_m || trilinear_m > high_m + self.grid.cell_m {
+                return None;
+            }
             let exact = self.wall.sample(&at);
             let touches = (low_m..high_m).contains(&exact.distance_m) && exact.beyond_m <= 0.0;
-            touches.then_some((stored - exact.distance_m).abs())
+            touches.then_some((stored.distance_m - exact.distance_m).abs())
         };
         (0..BRICK_CELLS.pow(3)).filter_map(error_m).fold(0.0, f64::max)
     }

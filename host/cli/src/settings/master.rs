@@ -231,8 +231,8 @@ mod tests {
             ),
         ] {
             let problems = parse(&text).unwrap_err();
-            let is_it = |p: &&Problem| p.line == line && p.message.contains(word);
-            assert!(problems.iter().any(|p| is_it(&p)), "{text}: {problems:?}");
+            let first = problems.iter().min_by_key(|problem| problem.line).unwrap();
+            assert!(first.line == line && first.message.contains(word), "{text}: {problems:?}");
             assert!(problems.iter().all(|problem| !problem.fix.is_empty()));
         }
         let slip = "[master.catheter]\nid = 1\ninsertoin = { start_bit = 0, bits = 8 }\n";

@@ -19,6 +19,7 @@ mod terminal;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
+use cathforce_test_fixture::once;
 use support::{assert_fails, cathforce, command, example, stderr, text};
 
 /// What a command that must succeed says as JSON.
@@ -31,15 +32,14 @@ fn data<const N: usize>(arguments: [&str; N]) -> serde_json::Value {
 
 /// A recording of the example's first trial, whole, made once.
 fn recording() -> &'static Path {
-    static MADE: OnceLock<(tempfile::TempDir, PathBuf)> = OnceLock::new();
-    let (_, path) = MADE.get_or_init(|| {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("run.mcap");
-        let example = example();
-        let arguments = ["simulate", text(&example), "--trial", "0", "--out", text(&path)];
-        let output = cathforce(arguments);
-        assert!(output.status.success(), "{}", stderr(&output));
-        (folder, path)
-    });
-    path
+    static MADE: OnceLock<PathBuf> = OnceLock::new();
+    MADE.get_or_init(|| {
+        let folder = once("whole-recording", |folder| {
+            let (example, path) = (example(), folder.join("run.mcap"));
+            let arguments = ["simulate", text(&example), "--trial", "0", "--out", text(&path)];
+            let output = cathforce(arguments);
+            assert!(output.status.success(), "{}", stderr(&output));
+        });
+        folder.join("run.mcap")
+    })
 }

@@ -4,7 +4,6 @@
 use cathforce_mechanics::Description;
 use cathforce_recording::{COLUMNS, Coverage, Estimate};
 use nalgebra::{DMatrix, DVector};
-use rayon::prelude::*;
 use serde::Serialize;
 
 use super::plant::Catheter;
@@ -14,6 +13,7 @@ use crate::data::sanity::complaints_of_trial;
 use crate::explaining::band::columns;
 use crate::fitting::nuisance::{Nuisances, Refit};
 use crate::noise::floor::Floor;
+use crate::parallel::each_or_none;
 use crate::plant::Quantity;
 
 /// Estimates farther apart than this are not bridged \[s\].
@@ -245,9 +245,8 @@ impl Compared<'_> {
         };
         let model = self.residual(&predict(None)?);
         let column = |k: usize| Some(self.residual(&predict(Some(k))?) - &model);
-        let columns: Option<Vec<DVector<f64>>> =
-            (0..priors.len()).into_par_iter().map(column).collect();
-        let nuisances = Nuisances::of(vec![DMatrix::from_columns(&columns?)]);
+        let columns = each_or_none(0..priors.len(), column)?;
+        let nuisances = Nuisances::of(vec![DMatrix::from_columns(&columns)]);
         let device = self.residual(device);
         if !device.iter().all(|x| x.is_finite()) {
             return None;

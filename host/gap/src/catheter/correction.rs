@@ -1,11 +1,10 @@
 //! Predictions of the coarse model, corrected by what a finer one changes where a fit ends.
 
-use rayon::prelude::*;
-
 use super::defects::{Correction, FORKED, GONE_WITH, mean_square};
 use super::plant::Catheter;
 use super::simulate::Setup;
 use super::ways::{ASIDE, WAYS};
+use crate::parallel::each_some;
 
 impl Catheter {
     /// Predictions of all samples of a trial, corrected by what a finer model changes at `anchor`;
@@ -41,7 +40,7 @@ impl Catheter {
         if size < FORKED {
             return Some(own);
         }
-        let others: Vec<_> = ASIDE.into_par_iter().filter_map(of).collect();
+        let others = each_some(ASIDE, of);
         let nearest = others.into_iter().min_by(|a, b| a.0.total_cmp(&b.0));
         let goes_with = nearest.filter(|(left, _)| *left < GONE_WITH * size);
         Some(goes_with.map_or(own, |(_, aside)| aside))

@@ -11,8 +11,7 @@
 //! The smooth response to the perturbation cancels in e. Where e is far above the other uncertainties of a
 //! sample, the sample is not scored. Elsewhere e is part of its floor.
 
-use rayon::prelude::*;
-
+use crate::parallel::each_some;
 use crate::plant::Sample;
 
 /// Pairs of [`WAYS`](super::ways::WAYS) that differ from the first in opposite senses.
@@ -35,7 +34,7 @@ pub fn decided_by_forks(
         let sides = on_way(*up)?.into_iter().zip(on_way(*down)?);
         Some(sides.zip(nominal).map(|((up, down), off)| 0.5 * (up + down) - off).collect())
     };
-    let pairs: Vec<Vec<f64>> = OPPOSITE.par_iter().filter_map(bent).collect();
+    let pairs: Vec<Vec<f64>> = each_some(&OPPOSITE, bent);
     let of = |i: usize| {
         let squares: f64 = pairs.iter().map(|bent| bent[i].powi(2)).sum();
         (squares / pairs.len().max(1) as f64).sqrt()

@@ -10,10 +10,10 @@
 
 use std::collections::BTreeMap;
 
+use crate::parallel::each;
 use cathforce_bundle::lumen::{StoredBrick, StoredNode, stored_bricks, stored_normal};
 use cathforce_mechanics::{BRICK_EDGE, LumenHeader, NODE_BYTES};
 use nalgebra::Vector3;
-use rayon::prelude::*;
 
 /// A wall that is round with a radius R, seen from a distance d beside it, has normals that diverge by
 /// 1/(R + d): so these are ridges sharper than about 3 mm, and the inner side of a bend is none.
@@ -70,7 +70,9 @@ impl Junctions {
         };
         let nodes = match ridges.0.is_empty() {
             true => Vec::new(),
-            false => bricks.par_iter().flat_map_iter(|b| &b.nodes).filter_map(near).collect(),
+            false => {
+                each(&bricks, |b| b.nodes.iter().filter_map(near).collect::<Vec<_>>()).concat()
+            }
         };
         Self { nodes, unit_m: f64::from(header.distance_unit_m) }
     }

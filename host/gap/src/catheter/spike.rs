@@ -7,13 +7,13 @@ use cathforce_bundle::bundle::{CatheterTrial, Trial, TrialData, VectorColumn};
 use cathforce_bundle::lumen::BuiltLumen;
 use cathforce_bundle::{Bundle, SolverDefaults, to_description};
 use cathforce_mechanics::Description;
-use rayon::prelude::*;
 
 use super::check::CatheterError;
 use super::library::Library;
 use super::plant::{Catheter, lumen};
 use super::prepare::Prepared;
 use super::simulate::{Inputs, Simulator, Trajectory, readings};
+use crate::parallel::each;
 use crate::planning::spike::{self, Changes, Spike, SpikeError, Spiked, Sum};
 use crate::plant::{Effect, Point};
 use crate::signal::interpolate;
@@ -99,8 +99,8 @@ impl<'a> Spiking<'a> {
             let force_n = readings(description, inputs, &trajectory);
             Ok(Played { inputs, trajectory, force_n })
         };
-        // Indexed: which trial is told of does not depend on which one is played first.
-        let played: Vec<Result<_, u32>> = (0..self.inputs.len()).into_par_iter().map(one).collect();
+        // In their order: which trial is told of does not depend on which one is played first.
+        let played: Vec<Result<_, u32>> = each(0..self.inputs.len(), one);
         played.into_iter().collect()
     }
 }

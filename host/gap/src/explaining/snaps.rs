@@ -3,11 +3,11 @@
 //! the informative figure is where it jumps.
 
 use cathforce_recording::snap::Snap;
-use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::fitting::fit::Fit;
 use crate::fitting::problem::{Coordinate, Problem};
+use crate::parallel::each_or_none;
 use crate::plant::Point;
 use crate::scoring::folds::{FoldKind, Folds};
 use crate::scoring::score::fold_steps;
@@ -68,10 +68,10 @@ pub fn figures(
     }
     let off = |fit: &Fit| {
         let points = held_out(problem, folds, fit);
-        let pairs = points.into_par_iter().enumerate().map(|(trial, point)| {
+        let pairs = each_or_none(points.into_iter().enumerate(), |(trial, point)| {
             Some(Pairs::of(&plant.snaps(trial), &plant.predicted_snaps(trial, &point)?))
         });
-        Some(Pairs::all(pairs.collect::<Option<Vec<_>>>()?).off())
+        Some(Pairs::all(pairs?).off())
     };
     let measured = problem.trials().into_iter().map(|trial| plant.snaps(trial).len()).sum();
     let found = SnapFigures { measured, before: off(before)?, after: off(after)? };

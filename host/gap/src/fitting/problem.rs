@@ -3,9 +3,9 @@
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use nalgebra::{DMatrix, DVector};
-use rayon::prelude::*;
 
 use crate::noise::floor::Floor;
+use crate::parallel::{each_or_none, each_some};
 use crate::plant::{Parameter, Plant, Point};
 
 /// One coordinate of a [`Point`].
@@ -84,7 +84,7 @@ impl<'a> Problem<'a> {
 
     /// (y − f)/σ of some trials.
     pub fn residuals_of(&self, trials: &[usize], point: &Point) -> Option<Vec<DVector<f64>>> {
-        trials.par_iter().map(|&trial| self.residual(trial, point)).collect()
+        each_or_none(trials, |&trial| self.residual(trial, point))
     }
 
     /// All trials.
@@ -110,13 +110,11 @@ impl<'a> Problem<'a> {
             let (moved, step) = self.moved(point, coordinates[c], side)?;
             Some((self.residual(trials[t], &moved)? - &base[t]) / step)
         };
-        let columns: Option<Vec<DVector<f64>>> =
-            jobs.par_iter().map(|job| column(job, 1.0)).collect();
-        let mut columns = columns?;
+        let mut columns = each_or_none(&jobs, |job| column(job, 1.0))?;
         let crossed: Vec<usize> =
             if self.plant.cheap() { Vec::new() } else { crossed(&columns, coordinates.len()) };
         let other_side = |job: usize| Some((job, column(&jobs[job], -1.0)?));
-        let other_side: Vec<_> = crossed.into_par_iter().filter_map(other_side).collect();
+        let other_side = each_some(crossed, other_side);
         for (job, other) in other_side {
             if other.norm() < columns[job].norm() {
                 columns[job] = other;

@@ -7,11 +7,11 @@
 //! simulation.
 
 use nalgebra::{DMatrix, DVector};
-use rayon::prelude::*;
 
 use crate::fitting::nuisance::{Nuisances, Refit, most_left};
 use crate::fitting::problem::{Coordinate, Problem};
 use crate::fitting::swing::guess;
+use crate::parallel::each_or_none;
 use crate::plant::Point;
 
 /// How much a fit may cost.
@@ -169,7 +169,7 @@ impl Search<'_> {
             let does = off.refits[at].project_column(&(&raw - &off.raw[at]));
             Some([on, does.dot(&off.refits[at].pull), does.norm_squared()])
         };
-        let found: Option<Vec<[f64; 3]>> = deciding.par_iter().map(one).collect();
+        let found: Option<Vec<[f64; 3]>> = each_or_none(deciding, one);
         let add = |a: [f64; 3], b: &[f64; 3]| [a[0] + b[0], a[1] + b[1], a[2] + b[2]];
         let [on, slope, squared] = found?.iter().fold([0.0; 3], add);
         let squared = squared.max(f64::MIN_POSITIVE);

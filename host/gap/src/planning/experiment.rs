@@ -5,9 +5,9 @@
 //! the measurement.
 
 use nalgebra::{DMatrix, DVector};
-use rayon::prelude::*;
 use serde::Serialize;
 
+use crate::parallel::each_some;
 use crate::plant::{Plant, Point};
 use crate::scoring::metric::Projection;
 
@@ -41,8 +41,7 @@ pub fn next(
     rival: (&Point, usize),
 ) -> Option<Experiment> {
     let distance = |segment: usize| separation(plant, segment, chosen.0, rival);
-    let segments = (0..plant.segments().len()).into_par_iter();
-    let distances: Vec<_> = segments.filter_map(|s| Some((distance(s)?, s))).collect();
+    let distances = each_some(0..plant.segments().len(), |s| Some((distance(s)?, s)));
     let (distance, segment) = distances.into_iter().max_by(|a, b| a.0.total_cmp(&b.0))?;
     let id = |effect: usize| plant.effects()[effect].id.to_owned();
     (distance >= SEPARATED).then(|| Experiment {

@@ -14,12 +14,12 @@
 //! less ([`RESERVE`]).
 
 use nalgebra::{DMatrix, DVector};
-use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::fitting::nuisance::Nuisances;
 use crate::fitting::problem::Progress;
 use crate::noise::floor::Floor;
+use crate::parallel::{each_or_none, each_some};
 use crate::plant::{Parameter, Plant, Point, Sample};
 use crate::scoring::metric::Metric;
 
@@ -142,7 +142,7 @@ pub fn isolability(plant: &dyn Plant, progress: Progress<'_>) -> Option<Isolabil
         let distance = metric.distance(own[i].as_ref()?, &signatures[j].as_ref()?.span());
         Some(Pair { effect, rival, distance })
     };
-    found.pairs = ordered.par_iter().filter_map(pair).collect();
+    found.pairs = each_some(&ordered, pair);
     let apart = found.pairs.iter().filter(|pair| pair.distance >= SEEN).count();
     found.told_apart = apart as f64 / found.pairs.len().max(1) as f64;
     Some(found)
@@ -213,7 +213,7 @@ impl<'a> Played<'a> {
             let whitened = DVector::from_iterator(predicted.len(), whitened);
             whitened.iter().all(|x| x.is_finite()).then_some(whitened)
         };
-        (0..self.plant.trials().len()).into_par_iter().map(one).collect()
+        each_or_none(0..self.plant.trials().len(), one)
     }
 }
 

@@ -11,10 +11,9 @@
 //! Near a bifurcation a trial may be simulated on the wrong branch. A trial whose error is far above that
 //! of the others is tried with perturbed models that are as plausible.
 
-use rayon::prelude::*;
-
 use crate::fitting::fit::{Depth, Fit, Start, fit};
 use crate::fitting::nuisance::Nuisances;
+use crate::parallel::{each_or_none, each_some};
 use crate::plant::Point;
 use crate::scoring::candidate::Candidate;
 use crate::scoring::criteria::NO_GAP;
@@ -90,9 +89,7 @@ impl Selector<'_> {
             let first = first.filter(|first| *first <= FIRST_WAY * own);
             Some(first.map_or((own, false), |first| (first, true)))
         };
-        let found: Option<Vec<(f64, bool)>> =
-            (0..plant.trials().len()).into_par_iter().map(on_first).collect();
-        let found = found?;
+        let found: Vec<(f64, bool)> = each_or_none(0..plant.trials().len(), on_first)?;
         let mut sorted: Vec<f64> = found.iter().map(|(own, _)| *own).collect();
         sorted.sort_by(f64::total_cmp);
         let above_floor = |energy: f64| energy - 1.0;
@@ -108,11 +105,10 @@ impl Selector<'_> {
             if above_floor(own) <= behind {
                 continue;
             }
-            let tried = (0..plant.ways()).into_par_iter().filter_map(|way| {
+            let tried: Vec<(f64, usize)> = each_some(0..plant.ways(), |way| {
                 let left = energy(trial, &point.clone().on_way(trial, way))?;
                 (above_floor(left) < OTHER_WAY * above_floor(own)).then_some((left, way))
             });
-            let tried: Vec<(f64, usize)> = tried.collect();
             let best = tried.into_iter().min_by(|a, b| a.0.total_cmp(&b.0));
             if let Some((_, way)) = best {
                 chosen = chosen.on_way(trial, way);

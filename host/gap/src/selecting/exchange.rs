@@ -3,9 +3,8 @@
 //! Effects are added one after the other, and costly fits are cut short, so an effect may have been chosen
 //! only because a better one was not in the model yet.
 
-use rayon::prelude::*;
-
 use crate::fitting::fit::{Depth, Start};
+use crate::parallel::each_some;
 use crate::plant::are_confused;
 use crate::scoring::candidate::Candidate;
 use crate::scoring::criteria::by_cost;
@@ -66,13 +65,13 @@ impl Selector<'_> {
     ) -> Vec<(usize, usize, Candidate)> {
         let Some(nuisances) = self.nuisances_at(&without.fit) else { return Vec::new() };
         let effects = self.problem.plant.effects();
-        let mut promised: Vec<(f64, usize)> = (0..effects.len())
-            .into_par_iter()
+        let rivals = (0..effects.len())
             .filter(|rival| are_confused(self.problem.plant, effect, *rival))
-            .filter(|rival| !selection.best.fit.effects.contains(rival))
-            .filter_map(|rival| Some((self.promise(selection, without, &nuisances, rival)?, rival)))
-            .filter(|(promise, _)| *promise > 0.0)
-            .collect();
+            .filter(|rival| !selection.best.fit.effects.contains(rival));
+        let mut promised: Vec<(f64, usize)> = each_some(rivals, |rival| {
+            Some((self.promise(selection, without, &nuisances, rival)?, rival))
+        });
+        promised.retain(|(promise, _)| *promise > 0.0);
         promised.sort_by(|a, b| b.0.total_cmp(&a.0));
         promised.truncate(EXCHANGED);
         let fitted = |(_, rival): (f64, usize)| {
@@ -82,7 +81,7 @@ impl Selector<'_> {
             let found = self.candidate(Depth::Whole, &nuisances, start, &on, Some(rival))?;
             (!found.fit.failed).then_some((effect, rival, found))
         };
-        promised.into_par_iter().filter_map(fitted).collect()
+        each_some(promised, fitted)
     }
 
     /// What may take the place of the only effect of a catheter, fitted by the finer model: all that
@@ -117,8 +116,7 @@ impl Selector<'_> {
             let found = self.candidate(Depth::Whole, &nuisances, start, &on, None)?;
             (!found.fit.failed).then(|| (Some(rival), self.to_the_end(found)))
         };
-        let mut sides: Vec<(Option<usize>, Candidate)> =
-            heirs.into_par_iter().filter_map(ended).collect();
+        let mut sides: Vec<(Option<usize>, Candidate)> = each_some(heirs, ended);
         sides.push((None, selection.best.clone()));
         if let (Some(rival), candidate) = self.preferred(selection, sides) {
             selection.singles[rival] = Some(candidate.clone());

@@ -1,11 +1,11 @@
 //! Adds one effect to the best model.
 
 use nalgebra::{DMatrix, DVector};
-use rayon::prelude::*;
 
 use crate::fitting::fit::{Depth, Fit, Start};
 use crate::fitting::nuisance::{Nuisances, most_left, telling};
 use crate::fitting::swing::guess;
+use crate::parallel::each_some;
 use crate::scoring::candidate::Candidate;
 use crate::scoring::criteria::{Parsimony, by_cost};
 use crate::selecting::select::{MOST_EFFECTS, Selector};
@@ -25,11 +25,11 @@ impl Selector<'_> {
         selection.extended.push(selection.best.fit.effects.clone());
         let base = &selection.best;
         let Some(nuisances) = self.nuisances_at(&base.fit) else { return false };
-        let mut screened: Vec<(f64, usize)> = (0..self.problem.plant.effects().len())
-            .into_par_iter()
-            .filter(|effect| !base.fit.effects.contains(effect))
-            .filter_map(|effect| Some((self.promise(selection, base, &nuisances, effect)?, effect)))
-            .collect();
+        let more = (0..self.problem.plant.effects().len())
+            .filter(|effect| !base.fit.effects.contains(effect));
+        let mut screened: Vec<(f64, usize)> = each_some(more, |effect| {
+            Some((self.promise(selection, base, &nuisances, effect)?, effect))
+        });
         screened.sort_by(|a, b| b.0.total_cmp(&a.0));
         let enough = screened.first().map_or(0.0, |(best, _)| best.max(0.0) * WORTH_A_FIT);
         let worth = screened.iter().filter(|(promise, _)| *promise > enough);
@@ -68,7 +68,7 @@ impl Selector<'_> {
             let candidate = self.candidate(Depth::Whole, nuisances, start, &effects, last);
             Some((added, candidate.filter(|c| !c.fit.failed)?))
         };
-        let mut refitted: Vec<_> = ways.into_par_iter().filter_map(fitted).collect();
+        let mut refitted = each_some(ways, fitted);
         // What acts on the plant comes before what acts on its sensors.
         refitted.sort_by(|(a, _), (b, _)| a.cmp(b));
         let gap = selection.nominal.score.excess();

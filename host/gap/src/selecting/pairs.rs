@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 
 use nalgebra::DVector;
-use rayon::prelude::*;
 
 use crate::fitting::fit::{Depth, Start};
 use crate::fitting::nuisance::Nuisances;
+use crate::parallel::{each, each_some};
 use crate::scoring::candidate::Candidate;
 use crate::scoring::criteria::{Parsimony, by_cost};
 use crate::selecting::select::Selector;
@@ -49,7 +49,7 @@ impl Selector<'_> {
             };
             Some((pair, candidate.filter(|c| !c.fit.failed)?))
         };
-        let mut found: Vec<_> = pairs.par_iter().filter_map(|pair| fitted(*pair)).collect();
+        let mut found = each_some(&pairs, |pair| fitted(*pair));
         found.sort_by(|(_, a), (_, b)| a.fit.loss.total_cmp(&b.fit.loss));
         if !self.problem.plant.cheap() {
             let ended = |(pair, brief): &mut ([usize; 2], Candidate)| {
@@ -60,7 +60,7 @@ impl Selector<'_> {
             };
             let least = found.first().map_or(0.0, |(_, brief)| brief.fit.loss);
             let near = found.iter().filter(|(_, c)| c.fit.loss <= FAR_BEHIND * least).count();
-            found.par_iter_mut().take(near.min(FITTED_PAIRS)).for_each(ended);
+            each(found.iter_mut().take(near.min(FITTED_PAIRS)), ended);
         }
         // In the order of what they promise, which one at a fork says more about than a brief fit.
         let of = |pair: &[usize; 2]| found.iter().find(|(own, _)| own == pair);

@@ -5,9 +5,8 @@
 //! branch on which they began. They also begin with both effects at their single fits, which do not fit
 //! together if the two bend the tip in opposite directions. Here each effect also begins beside the other.
 
-use rayon::prelude::*;
-
 use crate::fitting::fit::{Depth, Start};
+use crate::parallel::each_some;
 use crate::scoring::candidate::Candidate;
 use crate::scoring::criteria::{NEAR_FLOOR, Parsimony, by_cost};
 use crate::selecting::select::{DOMINANT, EXPLAINED, Selector};
@@ -32,7 +31,7 @@ impl Selector<'_> {
             self.polished(&pair).filter(|found| !found.fit.failed)
         };
         let pairs = worth_a_look(selection);
-        let mut found: Vec<Candidate> = pairs.into_par_iter().filter_map(polished).collect();
+        let mut found: Vec<Candidate> = each_some(pairs, polished);
         found.sort_by(|a, b| a.fit.loss.total_cmp(&b.fit.loss));
         let nominal = &selection.nominal.score;
         let worth = |pair: &&mut Candidate| pair.score.shrink(nominal) >= WORTH_THE_END;
@@ -66,7 +65,7 @@ impl Selector<'_> {
             let glance = self.candidate(Depth::Glance, &nuisances, from, &on, Some(fresh))?;
             self.candidate(Depth::Whole, &nuisances, Start::Fit(&glance.fit), &on, None)
         };
-        let others: Vec<_> = effects.par_iter().filter_map(|effect| begun(*effect)).collect();
+        let others = each_some(effects, |effect| begun(*effect));
         let lower = others.into_iter().filter(|own| own.fit.loss < pair.fit.loss);
         lower.min_by(|a, b| a.fit.loss.total_cmp(&b.fit.loss)).unwrap_or(pair)
     }

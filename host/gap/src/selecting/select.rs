@@ -1,11 +1,11 @@
 //! The search for the effects that the data support: singles, pairs, additions, removals.
 
 use nalgebra::DVector;
-use rayon::prelude::*;
 
 use crate::fitting::fit::{Depth, Fit, Start, fit};
 use crate::fitting::nuisance::Nuisances;
 use crate::fitting::problem::Problem;
+use crate::parallel::{each, each_some};
 use crate::plant::Point;
 use crate::scoring::candidate::Candidate;
 use crate::scoring::criteria::{NO_GAP, Parsimony, by_cost, simplest_first};
@@ -147,7 +147,7 @@ impl Selector<'_> {
             let start = Start::Fit(&nominal.fit);
             self.candidate(Depth::Glance, nuisances, start, &[effect], Some(effect))
         };
-        let mut tried: Vec<Option<Candidate>> = (0..effects).into_par_iter().map(glance).collect();
+        let mut tried: Vec<Option<Candidate>> = each(0..effects, glance);
         if self.problem.plant.cheap() {
             // A glance was the whole fit.
             return tried;
@@ -162,16 +162,12 @@ impl Selector<'_> {
         let enough = losses.first().map_or(0.0, |(loss, _)| FITTED_WITHIN * closed(*loss));
         let near = losses.iter().take_while(|(loss, _)| closed(*loss) >= enough).count();
         losses.truncate(near.clamp(FEWEST_SINGLES, FITTED_SINGLES));
-        let first: Vec<usize> = losses.into_iter().map(|(_, effect)| effect).collect();
-        let refined: Vec<(usize, Option<Candidate>)> = first
-            .into_par_iter()
-            .map(|effect| {
-                let from = Start::Fit(&tried[effect].as_ref()?.fit);
-                let whole = self.candidate(Depth::Whole, nuisances, from, &[effect], None);
-                Some((effect, whole))
-            })
-            .flatten()
-            .collect();
+        let first = losses.into_iter().map(|(_, effect)| effect);
+        let refined: Vec<(usize, Option<Candidate>)> = each_some(first, |effect| {
+            let from = Start::Fit(&tried[effect].as_ref()?.fit);
+            let whole = self.candidate(Depth::Whole, nuisances, from, &[effect], None);
+            Some((effect, whole))
+        });
         for (effect, candidate) in refined {
             if let (Some(mut whole), Some(glance)) = (candidate, &tried[effect]) {
                 whole.fit.tried.clone_from(&glance.fit.tried);
@@ -205,7 +201,7 @@ impl Selector<'_> {
             own.fit.tried.clone_from(&before.fit.tried);
             (own.score.excess() < before.score.excess()).then_some((effect, own))
         };
-        let better: Vec<_> = found.into_par_iter().filter_map(again).collect();
+        let better = each_some(found, again);
         for (effect, own) in better {
             tried[effect] = Some(own);
         }
@@ -227,7 +223,7 @@ impl Selector<'_> {
             let tried = fit.tried.as_ref()?;
             own(self.problem.residuals(tried)?, tried)
         };
-        singles.par_iter().map(shown).collect()
+        each(singles, shown)
     }
 
     pub fn parameters(&self, effect: usize) -> usize {

@@ -83,7 +83,11 @@ fn catheter<T: Real>(friction: f64, stiffness: f64, precurve: f64) -> Descriptio
 
 /// Axial drive force over an insertion at 13 mm/s, and then over a rotation by ± 1 rad; one sample a
 /// tick.
-fn insertion<T: Real>(description: Description<T>, lumen: &Lumen<'_>, to_m: f64) -> [Vec<f64>; 2] {
+fn insertion<T: Compiled<MAX_LINKS>>(
+    description: Description<T>,
+    lumen: &Lumen<'_>,
+    to_m: f64,
+) -> [Vec<f64>; 2] {
     let model: Model<_> = Model::new(description).unwrap();
     let mut state = State::new();
     let start = 0.02;
