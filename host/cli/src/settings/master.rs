@@ -197,43 +197,44 @@ mod tests {
     #[test]
     fn what_is_wrong_has_its_line() {
         let signal = "{ start_bit = 0, bits = 8 }";
-        for (text, line, word) in [
-            (format!("\n[master.catheter]\nid = 1\ninsertion = {signal}\n"), 2, "rotation"),
+        let both = format!("insertion = {signal}\nrotation = {signal}");
+        let no_frame = "does not say in which frame it is";
+        let own = "the identifier has more than 11 bits or is one of cathforce's own";
+        let cases: [(String, &[(usize, &str)]); 9] = [
             (
-                format!("[master.catheter]\nid = 0x180\ninsertion = {signal}\nrotation = {signal}"),
-                1,
-                "own",
+                format!("\n[master.catheter]\nid = 1\ninsertion = {signal}\n"),
+                &[(2, "has no `rotation`")],
             ),
-            ("[master.catheter]\nid = 1\ninsertion = { start_bit = 300, bits = 8 }".into(), 3, ""),
-            ("\n[master.handle]\nid = 1\n".into(), 2, "handle"),
+            (format!("[master.catheter]\nid = 0x180\n{both}"), &[(1, own)]),
             (
-                format!("[master.catheter]\ninsertion = {signal}\nrotation = {signal}"),
-                2,
-                "in which frame",
+                "[master.catheter]\nid = 1\ninsertion = { start_bit = 300, bits = 8 }".into(),
+                &[(1, "has no `rotation`"), (3, "not `300`")],
             ),
+            ("\n[master.handle]\nid = 1\n".into(), &[(2, "no key `handle`")]),
+            (format!("[master.catheter]\n{both}"), &[(2, no_frame), (3, no_frame)]),
             (
                 format!(
                     "# insertion\nrig = \"grip\"\n[set]\nmax_insertion_m = 0.1\n[master.catheter]\n\
-                     id = 1\ninsertion = {signal}\nrotation = {signal}\n[master.guidewire]\n\
-                     insertion = {signal}\nrotation = {signal}"
+                     id = 1\n{both}\n[master.guidewire]\n{both}"
                 ),
-                10,
-                "in which frame",
+                &[(10, no_frame), (11, no_frame)],
             ),
-            (format!("[master]\ngrip = {signal}"), 2, "in which frame"),
-            ("[master]\n\ngrip = { id = 5, start_bit = 0, bits = 1 }".into(), 3, "none"),
+            (format!("[master]\ngrip = {signal}"), &[(2, no_frame)]),
             (
-                format!(
-                    "[master.catheter]\nid = 0x12345678\ninsertion = {signal}\nrotation = {signal}"
-                ),
-                1,
-                "more than 11 bits",
+                "[master]\n\ngrip = { id = 5, start_bit = 0, bits = 1 }".into(),
+                &[(3, "and there is none")],
             ),
-        ] {
+            (format!("[master.catheter]\nid = 0x12345678\n{both}"), &[(1, own)]),
+        ];
+        for (text, expected) in cases {
             let problems = parse(&text).unwrap_err();
-            let first = problems.iter().min_by_key(|problem| problem.line).unwrap();
-            assert!(first.line == line && first.message.contains(word), "{text}: {problems:?}");
-            assert!(problems.iter().all(|problem| !problem.fix.is_empty()));
+            let lines: Vec<usize> = problems.iter().map(|problem| problem.line).collect();
+            let wanted: Vec<usize> = expected.iter().map(|(line, _)| *line).collect();
+            assert_eq!(lines, wanted, "{text}: {problems:?}");
+            for (problem, (_, words)) in problems.iter().zip(expected) {
+                assert!(problem.message.contains(words), "{text}: {problem:?}");
+                assert!(!problem.fix.is_empty(), "{text}: {problem:?}");
+            }
         }
         let slip = "[master.catheter]\nid = 1\ninsertoin = { start_bit = 0, bits = 8 }\n";
         let problems = parse(slip).unwrap_err();
