@@ -36,7 +36,7 @@ fn image_once(name: &str, options: &ImageOptions) -> Vec<u8> {
     std::fs::read(path(&made)).unwrap()
 }
 
-/// Its device image as the command builds it.
+/// The example's device image as the command builds it.
 pub fn image() -> &'static [u8] {
     static IMAGE: OnceLock<Vec<u8>> = OnceLock::new();
     IMAGE.get_or_init(|| image_once("image", &ImageOptions::default()))

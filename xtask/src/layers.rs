@@ -34,7 +34,7 @@ const SHARED: &[&str] = LIBRARIES.split_at(6).0;
 const SHARED_AND_RIG: &[&str] = LIBRARIES.split_at(7).0;
 
 /// All but what only tests use.
-const PRODUCT: &[&str] = LIBRARIES.split_at(13).0;
+const PRODUCT: &[&str] = LIBRARIES.split_at(LIBRARIES.len() - 1).0;
 
 /// Each package and the packages of the project that it may use.
 const ALLOWED: &[(&str, &[&str])] = &[

@@ -17,12 +17,12 @@ struct Arguments {
     /// Write the rows and their summary into this file.
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
-    #[cfg(feature = "any-length")]
     /// Print how the errors change when one of the device's limits is lifted at a time.
+    #[cfg(feature = "any-length")]
     #[arg(long)]
     causes: bool,
-    #[cfg(feature = "any-length")]
     /// Print how the model converges with the number of its links, compared with 512 links.
+    #[cfg(feature = "any-length")]
     #[arg(long)]
     links: bool,
     /// Write cases and both solutions into this folder; measure nothing.

@@ -10,10 +10,11 @@
 
 use std::collections::BTreeMap;
 
-use crate::parallel::each;
 use cathforce_bundle::lumen::{StoredBrick, StoredNode, stored_bricks, stored_normal};
 use cathforce_mechanics::{BRICK_EDGE, LumenHeader, NODE_BYTES};
 use nalgebra::Vector3;
+
+use crate::parallel::each;
 
 /// A wall that is round with a radius R, seen from a distance d beside it, has normals that diverge by
 /// 1/(R + d): so these are ridges sharper than about 3 mm, and the inner side of a bend is none.
