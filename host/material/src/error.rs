@@ -5,6 +5,9 @@ use std::path::PathBuf;
 
 use thiserror::Error;
 
+/// Fewest rows of different stretch: two parameters, and as many residuals as they take.
+pub(crate) const LEAST_ROWS: usize = 6;
+
 /// Why a curve is refused.
 #[derive(Debug, Error)]
 pub enum CurveCause {
@@ -85,7 +88,7 @@ impl CurveCause {
             Self::Unsorted { .. } => {
                 "keep the loading of one pull, from the unloaded specimen on, in its order".into()
             }
-            Self::TooFewRows { .. } => format!("give at least {} rows", crate::read::LEAST_ROWS),
+            Self::TooFewRows { .. } => format!("give at least {} rows", LEAST_ROWS),
             Self::NotPositive(_) => "check the unloaded length and the sign of the strain".into(),
             Self::Percent { .. } => "name the column `strain_percent`, or divide it by 100".into(),
             Self::StrainAsStretch { .. } => {

@@ -1,5 +1,7 @@
 //! What the heading of a tensile test may name.
 
+use crate::curve::StressMeasure;
+
 /// A quantity of a tensile test, with the factor from the column's unit to SI.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Quantity {
@@ -10,7 +12,7 @@ pub(crate) enum Quantity {
     /// \[N\] per unit.
     Force(f64),
     /// \[Pa\] per unit, and whether the name says which stress it is.
-    Stress(f64, Option<crate::StressMeasure>),
+    Stress(f64, Option<StressMeasure>),
     /// Belongs to a test, but not to a fit.
     Ignored,
 }
@@ -36,7 +38,7 @@ pub(crate) const OFFERED: [&str; 10] = [
 
 /// What a column holds. `Err`: the words of a quantity whose unit is missing or not known.
 pub(crate) fn quantity(name: &str) -> Option<Result<Quantity, &'static str>> {
-    use crate::StressMeasure::{Nominal, True};
+    use StressMeasure::{Nominal, True};
     let words = words(name);
     let first = words.first()?.as_str();
     let unit = words[1..].join("");
@@ -90,7 +92,7 @@ pub(crate) fn nearest(name: &str) -> Option<&'static str> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::StressMeasure::{Nominal, True};
+    use StressMeasure::{Nominal, True};
 
     #[test]
     fn headings_name_quantity_and_unit() {

@@ -5,11 +5,9 @@ use std::path::Path;
 use csv::StringRecord;
 
 use crate::curve::{Curve, Point, StressMeasure};
-use crate::error::{CurveCause, CurveError};
+use crate::error::{CurveCause, CurveError, LEAST_ROWS};
 use crate::names::{Quantity, nearest, quantity};
 
-/// Fewest rows of different stretch: two parameters, and as many residuals as they take.
-pub(crate) const LEAST_ROWS: usize = 6;
 /// No elastomer stretches further; natural rubber breaks below 10.
 const LARGEST_STRETCH: f64 = 16.0;
 /// A specimen is clamped within this of its unloaded length.

@@ -64,6 +64,13 @@ impl Element {
     }
 }
 
+impl WallMesh {
+    /// Volume of the material \[mm³\]; 0 of a mesh with an inverted element.
+    pub fn volume_mm3(&self) -> f64 {
+        Element::all(self).map_or(0.0, |all| all.iter().flat_map(|e| e.weights).sum())
+    }
+}
+
 /// Gradients of the ten shape functions by the coordinates ξ of the corners 1, 2 and 3, at the
 /// barycentric coordinates `l`: N = l(2l − 1) at corners, 4 l l′ on edges.
 fn local_gradients(l: &[f64; 4]) -> [Vector3<f64>; 10] {

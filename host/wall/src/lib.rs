@@ -11,6 +11,7 @@
 #![forbid(unsafe_code)]
 
 mod element;
+mod error;
 mod extrude;
 mod gmsh;
 mod load;
@@ -32,5 +33,6 @@ pub use mesh::{MeshError, WallMesh};
 pub use press::{PressError, Pressed, press};
 pub use remesh::{RemeshError, remesh};
 pub use response::{Kinematics, WallMaterial};
-pub use solve::{Solution, SolveError, Solver, Target};
+pub use error::SolveError;
+pub use solve::{Solution, Solver, Target};
 pub use tube::{Tube, TubePart};

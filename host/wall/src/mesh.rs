@@ -95,12 +95,6 @@ impl WallMesh {
         fixed.dedup();
         Ok(Self { nodes_mm, corners, tetrahedra, inner, fixed })
     }
-
-    /// Volume of the material \[mm³\].
-    pub fn volume_mm3(&self) -> f64 {
-        crate::element::Element::all(self)
-            .map_or(0.0, |all| all.iter().flat_map(|e| e.weights).sum::<f64>())
-    }
 }
 
 /// Six times the volume of a tetrahedron \[mm³\].

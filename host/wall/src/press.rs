@@ -3,10 +3,11 @@
 use nalgebra::Vector3;
 use thiserror::Error;
 
+use crate::error::SolveError;
 use crate::load::{Patch, PatchError};
 use crate::mesh::WallMesh;
 use crate::response::WallMaterial;
-use crate::solve::{SolveError, Solver, Target};
+use crate::solve::{Solver, Target};
 
 /// One load and what it does.
 #[derive(Clone, Copy, Debug, PartialEq)]

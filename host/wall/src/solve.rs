@@ -1,8 +1,8 @@
 //! The displacement of a wall under a load: Newton's method with load steps and a line search.
 
 use nalgebra::Vector3;
-use thiserror::Error;
 
+use crate::error::SolveError;
 use crate::mesh::{MeshError, WallMesh};
 use crate::response::{Kinematics, WallMaterial};
 use crate::system::{Field, System};
@@ -44,24 +44,6 @@ impl Solution {
     }
 }
 
-/// Why a load is not solved.
-#[derive(Clone, Debug, Error, PartialEq)]
-pub enum SolveError {
-    #[error(transparent)]
-    Mesh(#[from] MeshError),
-    #[error(
-        "the wall's equations have no solution of their own\n  fix: hold the wall at its openings, and \
-         check that its mesh hangs together"
-    )]
-    Singular,
-    #[error(
-        "no equilibrium was found beyond {:.1} % of the load: the wall buckles or is torn through \
-         there, or elements are crushed\n  fix: give a smaller load, a larger patch, a finer mesh, or \
-         another law", 100.0 * share
-    )]
-    Lost { share: f64 },
-}
-
 /// A mesh with its equations, for loads and materials of any number.
 pub struct Solver {
     system: System,
@@ -89,7 +71,7 @@ impl Solver {
         if !is_given.contains(&true) {
             return Err(MeshError::Loose("fix the rims of its openings, or nodes of the mesh").into());
         }
-        let system = System::new(mesh, &is_given)?.map_err(|_| SolveError::Singular)?;
+        let system = System::new(mesh, &is_given)?;
         let (corners, volume_mm3) = (mesh.corners, mesh.volume_mm3());
         Ok(Self { system, given, nodes, corners, volume_mm3 })
     }
@@ -143,10 +125,10 @@ impl Solver {
         let none = vec![Vector3::zeros(); self.nodes];
         let assembled = self.system.assemble(material, &unloaded.field, &none, &rest);
         assembled.ok_or(SolveError::Singular)?;
-        self.system.matrix.factorise().map_err(|_| SolveError::Singular)?;
+        self.system.matrix.factorise()?;
         let solve = |load: &Vec<Vector3<f64>>| {
             let right: Vec<f64> = self.system.external(load).iter().map(|x| -x).collect();
-            let correction = self.system.matrix.solve(&right).map_err(|_| SolveError::Singular)?;
+            let correction = self.system.matrix.solve(&right)?;
             let field = self.system.moved(&unloaded.field, &correction, &rest, 1.0);
             Ok(Solution { field, corrections: 1 })
         };

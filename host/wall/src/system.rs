@@ -11,9 +11,10 @@
 use nalgebra::{Matrix3, Vector3};
 
 use crate::element::{Element, POINTS, linear};
-use crate::mesh::{MeshError, WallMesh};
+use crate::error::SolveError;
+use crate::mesh::WallMesh;
 use crate::response::{Response, WallMaterial};
-use crate::sparse::{Singular, SparseSymmetric};
+use crate::sparse::SparseSymmetric;
 
 /// Unknowns of one element: three displacements of ten nodes, four pressures.
 const LOCAL: usize = 34;
@@ -51,7 +52,7 @@ struct Local {
 
 impl System {
     /// `given`: whether each displacement, node by node, is given.
-    pub fn new(mesh: &WallMesh, given: &[bool]) -> Result<Result<Self, Singular>, MeshError> {
+    pub fn new(mesh: &WallMesh, given: &[bool]) -> Result<Self, SolveError> {
         let elements = Element::all(mesh)?;
         let nodes = mesh.nodes_mm.len();
         let mut size = 0;
@@ -75,11 +76,8 @@ impl System {
                 }
             }
         }
-        let matrix = match SparseSymmetric::new(size, entries) {
-            Ok(matrix) => matrix,
-            Err(singular) => return Ok(Err(singular)),
-        };
-        Ok(Ok(Self { elements, unknowns, nodes, size, matrix }))
+        let matrix = SparseSymmetric::new(size, entries)?;
+        Ok(Self { elements, unknowns, nodes, size, matrix })
     }
 
     /// Assembles matrix and residual at a field. `forces`: on all nodes \[N\]. `step`: change of the

@@ -1,6 +1,6 @@
 //! The stiffening of a wall: the parameters of the device's law that follow its finite elements.
 
-use super::Errors;
+use super::errors::Errors;
 use crate::press::Pressed;
 
 /// Stretch below which the device's law goes on straight, docs/explanation/model.md (39).

@@ -3,11 +3,12 @@
 use cathforce_bundle::geometry::{Branch, Wall};
 use nalgebra::Vector3;
 
-use super::Errors;
+use super::errors::Errors;
+use crate::error::SolveError;
 use crate::load::Patch;
 use crate::mesh::WallMesh;
 use crate::response::WallMaterial;
-use crate::solve::{SolveError, Solver};
+use crate::solve::Solver;
 
 /// Directions around a station in which it is pressed.
 const DIRECTIONS: usize = 3;
