@@ -10,7 +10,7 @@ use anyhow::{Context, bail};
 use serde_json::Value;
 
 /// The packages that others may use, from the bottom up.
-const LIBRARIES: [&str; 15] = [
+const LIBRARIES: [&str; 16] = [
     "cathforce-scalar",
     "cathforce-mechanics",
     "cathforce-control",
@@ -25,6 +25,7 @@ const LIBRARIES: [&str; 15] = [
     "cathforce-pages",
     "cathforce-blind-test",
     "cathforce-material",
+    "cathforce-sparse",
     "cathforce-wall",
 ];
 
@@ -70,7 +71,8 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ),
     ("cathforce-blind-test", &["cathforce-reference-solver"]),
     ("cathforce-material", &[]),
-    ("cathforce-wall", &["cathforce-material", "cathforce-bundle"]),
+    ("cathforce-sparse", &[]),
+    ("cathforce-wall", &["cathforce-material", "cathforce-sparse", "cathforce-bundle"]),
     ("cathforce", &LIBRARIES),
     (
         "cathforce-bench",

@@ -1,9 +1,9 @@
 //! Why a load is not solved.
 
+use cathforce_sparse::Singular;
 use thiserror::Error;
 
 use crate::mesh::MeshError;
-use crate::sparse::Singular;
 
 /// Why a load is not solved.
 #[derive(Clone, Debug, Error, PartialEq)]

@@ -22,7 +22,6 @@ pub mod reduce;
 mod remesh;
 mod response;
 mod solve;
-mod sparse;
 mod system;
 mod tube;
 

@@ -8,13 +8,13 @@
 //! p is an unknown in multiples of the shear modulus, and its equation is multiplied by that, so that
 //! the matrix stays symmetric and its entries are alike.
 
+use cathforce_sparse::SparseSymmetric;
 use nalgebra::{Matrix3, Vector3};
 
 use crate::element::{Element, POINTS, linear};
 use crate::error::SolveError;
 use crate::mesh::WallMesh;
 use crate::response::{Response, WallMaterial};
-use crate::sparse::SparseSymmetric;
 
 /// Unknowns of one element: three displacements of ten nodes, four pressures.
 const LOCAL: usize = 34;

@@ -52,7 +52,7 @@ fn other_files_are_refused_with_line_cause_and_fix() {
         (old().replace("2.2 0 8", "1.0 0 8"), "wall.msh:2: version 1.0"),
         (old().replace("2.2 0 8", "2.2 1 8"), "wall.msh:2: the mesh is binary"),
         (old().replace("\"inner\"", "\"lumen\""), "no triangle belongs to a physical surface `inner`"),
-        (old().replace("1 3 4\n", "1 3 8\n"), "wall.msh:19: node 8 is not in the file"),
+        (old().replace("1 3 4\n", "1 3 8\n"), "wall.msh:21: node 8 is not in the file"),
         (old().replace("3 0 1 0", "3 0 one 0"), "`one` is not a finite number"),
         (new().split("$EndElements").next().unwrap()[..330].to_owned(), "ends too early"),
         (old().replace("4 4 2 3 1", "4 7 2 3 1"), "ends too early"),

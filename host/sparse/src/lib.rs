@@ -1,10 +1,15 @@
 //! A symmetric sparse matrix with a fixed pattern, and its factorisation by `faer`.
 //!
+//! This is a crate of its own because the factorisation is compiled wherever it is used, which takes
+//! most of a minute.
+//!
 //! The matrix of displacement and pressure is symmetric and quasi-definite: positive on the
 //! displacements, negative on the pressures. Such a matrix has an LDLᵀ factorisation under every
 //! order of elimination (Vanderbei, SIAM J. Optim. 5, 1995), so that no pivoting disturbs the order
 //! that keeps the factor sparse. Under a load the first part may stop being positive; the solution is
 //! therefore refined against the matrix, and a solve that refinement does not repair is an error.
+
+#![forbid(unsafe_code)]
 
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::sparse::linalg::cholesky::{
@@ -20,7 +25,7 @@ const REFINEMENTS: usize = 3;
 const LARGEST_RESIDUAL: f64 = 1e-6;
 
 /// The lower triangle, column by column.
-pub(crate) struct SparseSymmetric {
+pub struct SparseSymmetric {
     columns: Vec<usize>,
     rows: Vec<usize>,
     pub values: Vec<f64>,
@@ -31,7 +36,7 @@ pub(crate) struct SparseSymmetric {
 
 /// A matrix that cannot be factorised or solved.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Singular;
+pub struct Singular;
 
 impl SparseSymmetric {
     /// `entries`: pairs (column, row) with row ≥ column, in any order and number. Every diagonal
@@ -151,5 +156,53 @@ impl SparseSymmetric {
             }
         }
         product
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A chain of springs with a pressure at every second node: quasi-definite.
+    fn chain(size: usize) -> SparseSymmetric {
+        let mut entries = Vec::new();
+        for k in 0..size as u32 {
+            entries.push((k, k));
+            if k > 0 {
+                entries.push((k - 1, k));
+            }
+        }
+        let mut matrix = SparseSymmetric::new(size, entries).unwrap();
+        for k in 0..size {
+            matrix.add(k, k, if k % 2 == 0 { 2.0 } else { -0.1 });
+            if k > 0 {
+                matrix.add(k, k - 1, 0.7);
+            }
+        }
+        matrix
+    }
+
+    #[test]
+    fn a_quasi_definite_matrix_is_solved() {
+        for size in [1, 7, 400] {
+            let mut matrix = chain(size);
+            let expected: Vec<f64> = (0..size).map(|k| (k as f64 * 0.7).sin() + 0.1).collect();
+            let right = matrix.times(&expected);
+            matrix.factorise().unwrap();
+            let found = matrix.solve(&right).unwrap();
+            for (found, expected) in found.iter().zip(&expected) {
+                assert!((found - expected).abs() < 1e-12, "{size}: {found}, not {expected}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_singular_matrix_is_an_error() {
+        let mut matrix = SparseSymmetric::new(2, vec![(0, 0), (1, 1), (0, 1)]).unwrap();
+        for (row, column) in [(0, 0), (1, 1), (1, 0)] {
+            matrix.add(row, column, 1.0);
+        }
+        let solved = matrix.factorise().and_then(|()| matrix.solve(&[1.0, 0.0]));
+        assert_eq!(solved, Err(Singular));
     }
 }
