@@ -31,7 +31,17 @@ fn a_pull_gives_the_parameters_of_its_law() {
     let folder = tempfile::tempdir().unwrap();
     let (curve, out) = (folder.path().join("pull.csv"), folder.path().join("fit.json"));
     pull(&curve);
-    let fit = ["material", "fit", text(&curve), "--gauge-mm", "32", "--area-mm2", "54", "--out", text(&out)];
+    let fit = [
+        "material",
+        "fit",
+        text(&curve),
+        "--gauge-mm",
+        "32",
+        "--area-mm2",
+        "54",
+        "--out",
+        text(&out),
+    ];
     let output = cathforce(fit);
     assert!(output.status.success(), "{}", stderr(&output));
     let table = String::from_utf8(output.stdout).unwrap();
@@ -51,11 +61,11 @@ fn a_curve_that_is_wrong_is_refused_and_nothing_is_written() {
     let folder = tempfile::tempdir().unwrap();
     let (curve, out) = (folder.path().join("pull.csv"), folder.path().join("fit.json"));
     pull(&curve);
-    assert_fails(&cathforce(["material", "fit", text(&curve), "--out", text(&out)]), 3, &[
-        "pull.csv:1",
-        "--gauge-mm",
-        "--area-mm2",
-    ]);
+    assert_fails(
+        &cathforce(["material", "fit", text(&curve), "--out", text(&out)]),
+        3,
+        &["pull.csv:1", "--gauge-mm", "--area-mm2"],
+    );
     fs::write(&curve, "strain,stress_MPa\n0,0\n100,0.4\n").unwrap();
     assert_fails(&cathforce(["material", "fit", text(&curve)]), 3, &["--stress nominal"]);
     assert_fails(

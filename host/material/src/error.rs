@@ -29,7 +29,9 @@ pub enum CurveCause {
     NotFinite { name: String, text: String },
     #[error("column `{0}` has no value in this row")]
     Empty(String),
-    #[error("the stretch falls from {before:.4} to {now:.4}: the rows are not in the order of loading")]
+    #[error(
+        "the stretch falls from {before:.4} to {now:.4}: the rows are not in the order of loading"
+    )]
     Unsorted { before: f64, now: f64 },
     #[error("there are {rows} rows of different stretch, which is too few for a fit")]
     TooFewRows { rows: usize },
@@ -39,9 +41,7 @@ pub enum CurveCause {
         "column `{name}` goes to {largest:.4}, more than any elastomer stretches: it is in per cent"
     )]
     Percent { name: String, largest: f64 },
-    #[error(
-        "column `{name}` begins at {first:.4}: a stretch begins near 1, a strain near 0"
-    )]
+    #[error("column `{name}` begins at {first:.4}: a stretch begins near 1, a strain near 0")]
     StrainAsStretch { name: String, first: f64 },
     #[error(
         "the largest force would be a stress of {stress_mpa:.3e} MPa, more than any polymer bears: \
@@ -54,7 +54,9 @@ pub enum CurveCause {
     WholeNumbers(String, f64),
     #[error("the largest stress is {stress_mpa:.3e} MPa, more than any polymer bears")]
     Unit1000 { stress_mpa: f64 },
-    #[error("the stress does not grow with the stretch: its slope over the whole curve is {0:.3e} Pa")]
+    #[error(
+        "the stress does not grow with the stretch: its slope over the whole curve is {0:.3e} Pa"
+    )]
     Falling(f64),
     #[error("column `{0}` does not say whether the stress is nominal or true")]
     Unstated(String),
@@ -100,14 +102,18 @@ impl CurveCause {
                     .into()
             }
             Self::Unit1000 { .. } => "check the unit in the heading: Pa, kPa or MPa".into(),
-            Self::Falling(_) => "check the sign of the force, and that the columns belong together".into(),
+            Self::Falling(_) => {
+                "check the sign of the force, and that the columns belong together".into()
+            }
             Self::Unstated(_) => "name it `nominal_stress_…` (force over the unloaded area) or \
                  `true_stress_…`, or give --stress nominal or --stress true"
                 .into(),
             Self::Contradiction(..) => "leave --stress out, or rename the column".into(),
-            Self::Specimen(..) => "give --gauge-mm (length between the marks) with an extension, and \
+            Self::Specimen(..) => {
+                "give --gauge-mm (length between the marks) with an extension, and \
                  --area-mm2 (thickness times width) with a force"
-                .into(),
+                    .into()
+            }
         }
     }
 }

@@ -165,8 +165,7 @@ fn deviations(problem: &Problem<'_>, variance_pa2: f64, law: Law) -> Result<Vec<
 
 /// Student's t that encloses [`CONFIDENCE`] on both sides.
 fn quantile(dof: f64) -> f64 {
-    StudentsT::new(0.0, 1.0, dof)
-        .map_or(f64::INFINITY, |t| t.inverse_cdf(0.5 + 0.5 * CONFIDENCE))
+    StudentsT::new(0.0, 1.0, dof).map_or(f64::INFINITY, |t| t.inverse_cdf(0.5 + 0.5 * CONFIDENCE))
 }
 
 fn total_of_squares(problem: &Problem<'_>) -> f64 {

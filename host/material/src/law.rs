@@ -63,11 +63,21 @@ impl Display for Law {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Material {
     /// Young's modulus \[Pa\].
-    Elastic { youngs_modulus_pa: f64 },
-    NeoHookean { c10_pa: f64 },
-    MooneyRivlin { c10_pa: f64, c01_pa: f64 },
+    Elastic {
+        youngs_modulus_pa: f64,
+    },
+    NeoHookean {
+        c10_pa: f64,
+    },
+    MooneyRivlin {
+        c10_pa: f64,
+        c01_pa: f64,
+    },
     /// Initial shear modulus \[Pa\] and exponent \[1\].
-    Ogden { mu_pa: f64, alpha: f64 },
+    Ogden {
+        mu_pa: f64,
+        alpha: f64,
+    },
 }
 
 /// Parameters with which a law is no material.
@@ -146,7 +156,9 @@ impl Material {
     pub fn energy_pa(&self, stretches: [f64; 3]) -> f64 {
         let sum = |of: &dyn Fn(f64) -> f64| stretches.iter().map(|&x| of(x)).sum::<f64>();
         match *self {
-            Self::Elastic { youngs_modulus_pa } => youngs_modulus_pa / 3.0 * sum(&|x| x.ln().powi(2)),
+            Self::Elastic { youngs_modulus_pa } => {
+                youngs_modulus_pa / 3.0 * sum(&|x| x.ln().powi(2))
+            }
             Self::NeoHookean { c10_pa } => c10_pa * (sum(&|x| x * x) - 3.0),
             Self::MooneyRivlin { c10_pa, c01_pa } => {
                 c10_pa * (sum(&|x| x * x) - 3.0) + c01_pa * (sum(&|x| 1.0 / (x * x)) - 3.0)
@@ -219,8 +231,7 @@ mod tests {
     fn the_derivatives_are_those_of_the_energy() {
         for material in ALL {
             for stretch in [0.4_f64, 0.9, 1.0, 1.7, 5.0] {
-                let energy =
-                    |e: f64| material.energy_pa([(stretch.ln() + e).exp(), 1.0, 1.0]);
+                let energy = |e: f64| material.energy_pa([(stretch.ln() + e).exp(), 1.0, 1.0]);
                 let h = 1e-4;
                 let (first, second) = material.log_derivatives_pa(stretch);
                 let slope = (energy(h) - energy(-h)) / (2.0 * h);
@@ -266,7 +277,8 @@ mod tests {
 
     #[test]
     fn impossible_parameters_are_refused() {
-        let error = |law, parameters: &[f64]| Material::new(law, parameters).unwrap_err().to_string();
+        let error =
+            |law, parameters: &[f64]| Material::new(law, parameters).unwrap_err().to_string();
         assert!(error(Law::Ogden, &[1e5]).contains("has 2 parameters (mu, alpha), not 1"));
         assert!(error(Law::Ogden, &[1e5, 0.0]).contains("alpha is 0"));
         assert!(error(Law::MooneyRivlin, &[1e4, -2e4]).contains("not above 0"));

@@ -35,7 +35,13 @@ impl Form {
     }
 
     /// The stress that the law predicts at a point of a curve \[Pa\].
-    pub fn stress_pa(self, law: Law, parameters: &[f64], measure: StressMeasure, stretch: f64) -> f64 {
+    pub fn stress_pa(
+        self,
+        law: Law,
+        parameters: &[f64],
+        measure: StressMeasure,
+        stretch: f64,
+    ) -> f64 {
         let (first, second) = (parameters[0], parameters.get(1).copied().unwrap_or(0.0));
         if self == Self::Printed {
             let x = stretch;

@@ -104,9 +104,13 @@ fn columns(heading: &StringRecord, options: &ReadOptions) -> Result<Columns, Vec
         };
         match (found, &stretch, &stress) {
             (Quantity::Ignored, ..) => {}
-            (Quantity::Stretch { .. } | Quantity::Extension(_), Some((first, _)), _) => twice(first),
+            (Quantity::Stretch { .. } | Quantity::Extension(_), Some((first, _)), _) => {
+                twice(first)
+            }
             (Quantity::Force(_) | Quantity::Stress(..), _, Some((first, ..))) => twice(first),
-            (Quantity::Stretch { factor, offset }, ..) => stretch = Some((column(factor, offset), true)),
+            (Quantity::Stretch { factor, offset }, ..) => {
+                stretch = Some((column(factor, offset), true))
+            }
             (Quantity::Extension(factor), ..) => stretch = Some((column(factor, 1.0), false)),
             (Quantity::Force(factor), ..) => {
                 stress = Some((column(factor, 0.0), true, Some(StressMeasure::Nominal)));
@@ -170,7 +174,10 @@ fn measure(
 }
 
 /// The rows as points, with their lines.
-fn points(rows: &[StringRecord], columns: &Columns) -> Result<(Vec<Point>, Vec<usize>), Vec<Fault>> {
+fn points(
+    rows: &[StringRecord],
+    columns: &Columns,
+) -> Result<(Vec<Point>, Vec<usize>), Vec<Fault>> {
     let mut faults = Vec::new();
     let (mut points, mut lines) = (Vec::new(), Vec::new());
     for row in rows {
@@ -231,7 +238,10 @@ fn implausible(
     let mut stretches: Vec<f64> = points.iter().map(|point| point.stretch).collect();
     stretches.dedup();
     if stretches.len() < LEAST_ROWS {
-        faults.push((line_of(Some(points.len() - 1)), CurveCause::TooFewRows { rows: stretches.len() }));
+        faults.push((
+            line_of(Some(points.len() - 1)),
+            CurveCause::TooFewRows { rows: stretches.len() },
+        ));
     }
     let slope = (last.stress_pa - points[0].stress_pa) / (last.stretch - first);
     if faults.is_empty() && slope <= 0.0 {
@@ -262,9 +272,10 @@ fn strength(
     rows: &[StringRecord],
 ) -> Option<(Option<usize>, CurveCause)> {
     let name = &columns.stress.name;
-    let (at, most) = points.iter().enumerate().max_by(|a, b| {
-        a.1.stress_pa.abs().total_cmp(&b.1.stress_pa.abs())
-    })?;
+    let (at, most) = points
+        .iter()
+        .enumerate()
+        .max_by(|a, b| a.1.stress_pa.abs().total_cmp(&b.1.stress_pa.abs()))?;
     let stress_mpa = 1e-6 * most.stress_pa.abs();
     if most.stress_pa.abs() > LARGEST_STRESS_PA {
         let cause = match columns.is_force {

@@ -43,7 +43,8 @@ const PESCIO: ReadOptions = ReadOptions {
 #[test]
 fn the_same_test_in_every_unit_is_the_same_curve() {
     let none = ReadOptions::default();
-    let base = read(&table("stretch,nominal_stress_MPa", |x| (1.0 + 0.25 * x, 0.1 * x)), &none).unwrap();
+    let base =
+        read(&table("stretch,nominal_stress_MPa", |x| (1.0 + 0.25 * x, 0.1 * x)), &none).unwrap();
     assert_eq!(base.measure, StressMeasure::Nominal);
     for (text, options) in [
         (table("strain,engineering_stress_kPa", |x| (0.25 * x, 100.0 * x)), none),
@@ -93,7 +94,11 @@ fn what_a_heading_leaves_open_is_asked_for() {
     refused(&unstated, &none, &["nominal or true", "--stress"]);
     let load = table("extension_mm,force_N", |x| (x, x));
     refused(&load, &none, &["unloaded length", "cross-section", "--gauge-mm", "--area-mm2"]);
-    refused(&table("stretch,colour", |x| (x, x)), &none, &["no column `colour`", "of stress or force"]);
+    refused(
+        &table("stretch,colour", |x| (x, x)),
+        &none,
+        &["no column `colour`", "of stress or force"],
+    );
     refused(&table("stretch,forse_N", |x| (x, x)), &none, &["did you mean `force_N`?"]);
     let twice = table("stretch,strain", |x| (x, x));
     refused(&twice, &none, &["`stretch` and `strain` say the same twice"]);
@@ -106,12 +111,20 @@ fn what_a_heading_leaves_open_is_asked_for() {
 fn bad_rows_are_all_named_with_their_lines() {
     let none = ReadOptions::default();
     let good = table("stretch,nominal_stress_MPa", |x| (1.0 + x, x));
-    refused(&good.replace("3.0,2.0", "3.0,nan").replace("5.0,4.0", "five,4.0"), &none, &[
-        "curve.csv:4: column `nominal_stress_MPa`: `nan` is not a finite number",
-        "curve.csv:6: column `stretch`: `five` is not a number",
-    ]);
+    refused(
+        &good.replace("3.0,2.0", "3.0,nan").replace("5.0,4.0", "five,4.0"),
+        &none,
+        &[
+            "curve.csv:4: column `nominal_stress_MPa`: `nan` is not a finite number",
+            "curve.csv:6: column `stretch`: `five` is not a number",
+        ],
+    );
     refused(&good.replace("3.0,2.0", "3.0,"), &none, &["curve.csv:4", "no value"]);
-    refused(&good.replace("5.0,4.0", "2.5,4.0"), &none, &["curve.csv:6", "falls from 4.0000 to 2.5000"]);
+    refused(
+        &good.replace("5.0,4.0", "2.5,4.0"),
+        &none,
+        &["curve.csv:6", "falls from 4.0000 to 2.5000"],
+    );
     let short: String = good.lines().take(5).fold(String::new(), |all, line| all + line + "\n");
     refused(&short, &none, &["4 rows", "at least 6 rows"]);
     refused("stretch,nominal_stress_MPa\n", &none, &["0 rows"]);

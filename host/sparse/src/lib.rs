@@ -128,7 +128,11 @@ impl SparseSymmetric {
             }
         }
         let left = norm(&residual);
-        if left.is_finite() && left <= LARGEST_RESIDUAL * size { Ok(solution) } else { Err(Singular) }
+        if left.is_finite() && left <= LARGEST_RESIDUAL * size {
+            Ok(solution)
+        } else {
+            Err(Singular)
+        }
     }
 
     fn solve_once(&mut self, right: &[f64]) -> Vec<f64> {

@@ -35,7 +35,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         for (law, kinematics) in laws {
             let start = Instant::now();
             let material = WallMaterial { law, kinematics, poissons_ratio: 0.49 };
-            for pressed in press(mesh, &mut solver, &material, &patch, &[0.56, 1.10, 1.63], |_| ())? {
+            for pressed in press(mesh, &mut solver, &material, &patch, &[0.56, 1.10, 1.63], |_| ())?
+            {
                 println!("  {:?} {pressed:?}", law.law());
             }
             println!("  {:.1} s", start.elapsed().as_secs_f64());

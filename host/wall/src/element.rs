@@ -53,7 +53,8 @@ impl Element {
             }
             let volume = jacobian.determinant();
             let largest = jacobian.norm().powi(3);
-            if !(volume > 1e-6 * largest) {
+            // NaN is inverted too.
+            if volume.is_nan() || volume <= 1e-6 * largest {
                 return None;
             }
             let back = jacobian.try_inverse()?.transpose();

@@ -174,11 +174,7 @@ fn prisms(surface: &Surface, layers: usize) -> Vec<[u32; 4]> {
 }
 
 /// Vertices of triangles on which a tetrahedron is turned against the others of its prism.
-fn crushed(
-    surface: &Surface,
-    tetrahedra: &[[u32; 4]],
-    corners: &[Vector3<f64>],
-) -> Vec<u32> {
+fn crushed(surface: &Surface, tetrahedra: &[[u32; 4]], corners: &[Vector3<f64>]) -> Vec<u32> {
     let mut crushed = Vec::new();
     for (index, three) in tetrahedra.chunks_exact(3).enumerate() {
         let triangle = &surface.triangles[index % surface.triangles.len()];

@@ -55,7 +55,8 @@ struct Read {
 /// Reads a wall: its tetrahedra, the physical surface `inner` that is loaded, and the physical
 /// surfaces `fixed` whose nodes do not move.
 pub fn read_gmsh(file: &Path) -> Result<WallMesh, GmshError> {
-    let refused = |(line, cause, fix): Fault| GmshError { file: file.to_path_buf(), line, cause, fix };
+    let refused =
+        |(line, cause, fix): Fault| GmshError { file: file.to_path_buf(), line, cause, fix };
     let text = std::fs::read_to_string(file).map_err(|error| {
         let fix = "check the path, and save the mesh as text (`Mesh.Binary = 0`)";
         refused((0, format!("cannot be read: {error}"), fix.into()))
@@ -69,12 +70,12 @@ pub fn read_gmsh(file: &Path) -> Result<WallMesh, GmshError> {
         split.into_iter().map(move |word| (line + 1, word))
     });
     let mut words = Words { words: words.collect(), at: 0 };
-    let read = Read::read(&mut words).map_err(refused)?;
+    let read = Read::of(&mut words).map_err(refused)?;
     read.mesh().map_err(refused)
 }
 
 impl Read {
-    fn read(words: &mut Words<'_>) -> Result<Self, Fault> {
+    fn of(words: &mut Words<'_>) -> Result<Self, Fault> {
         let mut read = Self::default();
         let mut is_new = None;
         while let Some((line, word)) = words.next_word() {
@@ -268,7 +269,11 @@ impl Read {
                 [Some(a), Some(b), Some(c)] => Ok([a, b, c]),
                 _ => {
                     let fix = "mesh the volume again, with its surfaces";
-                    Err((0, "a named triangle belongs to no tetrahedron".to_owned(), fix.to_owned()))
+                    Err((
+                        0,
+                        "a named triangle belongs to no tetrahedron".to_owned(),
+                        fix.to_owned(),
+                    ))
                 }
             }
         };
@@ -279,11 +284,13 @@ impl Read {
         held.dedup();
         turn_outwards(&mut inner, &tetrahedra, &corners)?;
         let middle = |a: &Vector3<f64>, b: &Vector3<f64>| (a + b) * 0.5;
-        WallMesh::quadratic(corners, tetrahedra, &inner, &held, middle).map_err(|error: MeshError| {
-            let text = error.to_string();
-            let (cause, fix) = text.split_once("\n  fix: ").unwrap_or((&text, ""));
-            (0, cause.to_owned(), fix.to_owned())
-        })
+        WallMesh::quadratic(corners, tetrahedra, &inner, &held, middle).map_err(
+            |error: MeshError| {
+                let text = error.to_string();
+                let (cause, fix) = text.split_once("\n  fix: ").unwrap_or((&text, ""));
+                (0, cause.to_owned(), fix.to_owned())
+            },
+        )
     }
 }
 
@@ -307,7 +314,11 @@ fn turn_outwards(
     for t in triangles {
         let Some(behind) = opposite.get(&sorted(*t)) else {
             let fix = "mesh the volume again, with its surfaces";
-            return Err((0, "a triangle of `inner` is no side of a tetrahedron".into(), fix.into()));
+            return Err((
+                0,
+                "a triangle of `inner` is no side of a tetrahedron".into(),
+                fix.into(),
+            ));
         };
         let at = |vertex: u32| corners[vertex as usize];
         let normal = (at(t[1]) - at(t[0])).cross(&(at(t[2]) - at(t[0])));
@@ -346,9 +357,8 @@ impl<'a> Words<'a> {
 
     fn word(&mut self) -> Result<(usize, &'a str), Fault> {
         let line = self.line();
-        self.next_word().ok_or_else(|| {
-            (line, "the file ends too early".into(), "save the mesh again".into())
-        })
+        self.next_word()
+            .ok_or_else(|| (line, "the file ends too early".into(), "save the mesh again".into()))
     }
 
     fn skip(&mut self, count: usize) -> Result<(), Fault> {

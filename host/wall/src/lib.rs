@@ -25,6 +25,7 @@ mod solve;
 mod system;
 mod tube;
 
+pub use error::SolveError;
 pub use extrude::{ExtrudeError, Extruded, Surface, extrude};
 pub use gmsh::{GmshError, read_gmsh};
 pub use load::{Patch, PatchError, pressure_forces};
@@ -32,6 +33,5 @@ pub use mesh::{MeshError, WallMesh};
 pub use press::{PressError, Pressed, press};
 pub use remesh::{RemeshError, remesh};
 pub use response::{Kinematics, WallMaterial};
-pub use error::SolveError;
 pub use solve::{Solution, Solver, Target};
 pub use tube::{Tube, TubePart};

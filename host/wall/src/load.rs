@@ -59,7 +59,7 @@ impl Patch {
             self.add_triangle(mesh, triangle, &mut shares);
         }
         let total: f64 = shares.iter().sum();
-        if !(total > 0.0) {
+        if total.is_nan() || total <= 0.0 {
             let (at_mm, half_axes_mm) = (self.centre_mm.into(), self.half_axes_mm);
             return Err(PatchError { at_mm, half_axes_mm });
         }

@@ -46,11 +46,8 @@ impl Default for Phantom {
             radius_m: 0.5 * ILIAC_DIAMETER_M,
             length_m,
         };
-        let aorta = Artery {
-            axis: -Vector3::x(),
-            radius_m: 0.5 * AORTA_DIAMETER_M,
-            length_m: AORTA_M,
-        };
+        let aorta =
+            Artery { axis: -Vector3::x(), radius_m: 0.5 * AORTA_DIAMETER_M, length_m: AORTA_M };
         Self { arteries: [iliac(1.0, LEFT_M), iliac(-1.0, RIGHT_M), aorta] }
     }
 }

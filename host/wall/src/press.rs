@@ -42,9 +42,7 @@ impl Patch {
         radius_mm: f64,
     ) -> Result<Self, PressError> {
         let at = |node: u32| mesh.nodes_mm[node as usize];
-        let far = |t: &&[u32; 6]| {
-            ((at(t[0]) + at(t[1]) + at(t[2])) / 3.0 - near_mm).norm_squared()
-        };
+        let far = |t: &&[u32; 6]| ((at(t[0]) + at(t[1]) + at(t[2])) / 3.0 - near_mm).norm_squared();
         let nearest = mesh.inner.iter().min_by(|a, b| far(a).total_cmp(&far(b)));
         let triangle = nearest.ok_or(PressError::NoSurface)?;
         let [a, b, c] = [at(triangle[0]), at(triangle[1]), at(triangle[2])];

@@ -70,7 +70,11 @@ pub fn remesh(
         even_out(&grid, &mut vertices, &quads);
     }
     let surface = without_ends(&grid, vertices, &quads);
-    if surface.triangles.is_empty() { Err(RemeshError::TooCoarse { element_mm }) } else { Ok(surface) }
+    if surface.triangles.is_empty() {
+        Err(RemeshError::TooCoarse { element_mm })
+    } else {
+        Ok(surface)
+    }
 }
 
 /// An edge of the grid that the wall crosses.
@@ -161,7 +165,9 @@ impl<'a> Grid<'a> {
 
     /// Mean of the places where the wall crosses the edges of a cell, moved onto the wall.
     fn vertex(&self, cell: [usize; 3]) -> Vector3<f64> {
-        let corner = |bits: usize| [cell[0] + (bits & 1), cell[1] + ((bits >> 1) & 1), cell[2] + (bits >> 2)];
+        let corner = |bits: usize| {
+            [cell[0] + (bits & 1), cell[1] + ((bits >> 1) & 1), cell[2] + (bits >> 2)]
+        };
         let (mut sum, mut count) = (Vector3::zeros(), 0.0);
         for bits in 0..8_usize {
             for axis in 0..3 {

@@ -106,12 +106,12 @@ impl Response {
         pressure_mpa: f64,
     ) -> Option<Self> {
         let volume = deformation.determinant();
-        if !(volume > 0.0) {
+        if volume.is_nan() || volume <= 0.0 {
             return None;
         }
         let squares = SymmetricEigen::new(deformation.transpose() * deformation);
         let (v, stretch) = (squares.eigenvectors, squares.eigenvalues.map(|x| x.max(0.0).sqrt()));
-        if !(stretch.min() > 0.0) {
+        if stretch.iter().any(|stretch| stretch.is_nan() || *stretch <= 0.0) {
             return None;
         }
         let mut u = deformation * v;
@@ -122,10 +122,10 @@ impl Response {
         let principal = Principal::new(material, stretch, volume, pressure_mpa);
         let mut stress = Matrix3::zeros();
         let mut cofactor = Matrix3::zeros();
-        for i in 0..3 {
+        for (i, stretch) in stretch.iter().enumerate() {
             let dyad = u.column(i) * v.column(i).transpose();
             stress += dyad * principal.stress[i];
-            cofactor += dyad * (volume / stretch[i]);
+            cofactor += dyad * (volume / stretch);
         }
         Some(Self { stress, cofactor, growth: volume - 1.0, tangent: principal.tangent(&u, &v) })
     }

@@ -44,6 +44,9 @@ impl Solution {
     }
 }
 
+/// The size of a residual, from the norms of its forces and of its volumes.
+type Relative<'a> = &'a dyn Fn((f64, f64)) -> f64;
+
 /// A mesh with its equations, for loads and materials of any number.
 pub struct Solver {
     system: System,
@@ -69,7 +72,9 @@ impl Solver {
             is_given[*place] = true;
         }
         if !is_given.contains(&true) {
-            return Err(MeshError::Loose("fix the rims of its openings, or nodes of the mesh").into());
+            return Err(
+                MeshError::Loose("fix the rims of its openings, or nodes of the mesh").into()
+            );
         }
         let system = System::new(mesh, &is_given)?;
         let (corners, volume_mm3) = (mesh.corners, mesh.volume_mm3());
@@ -84,7 +89,10 @@ impl Solver {
     /// A wall without load.
     pub fn unloaded(&self) -> Solution {
         let displacement = vec![Vector3::zeros(); self.nodes];
-        Solution { field: Field { displacement, pressure: vec![0.0; self.corners] }, corrections: 0 }
+        Solution {
+            field: Field { displacement, pressure: vec![0.0; self.corners] },
+            corrections: 0,
+        }
     }
 
     /// Goes from a wall in equilibrium under `from` to one under `to`, in as few steps as succeed.
@@ -152,10 +160,9 @@ impl Solver {
         target: &Target,
     ) -> Result<Option<Solution>, SolveError> {
         let mut field = start.field.clone();
-        let mut corrections = start.corrections;
         // Volumes are compared with that of the whole wall, shared by the corners.
         let volume = material.shear_mpa() * self.volume_mm3 / (self.corners as f64).sqrt();
-        for _ in 0..MOST_CORRECTIONS {
+        for corrections in start.corrections..=start.corrections + MOST_CORRECTIONS {
             let step = self.step(&field, target);
             let is_there = step.iter().all(|step| *step == 0.0);
             let Some(residual) = self.system.assemble(material, &field, &target.forces_n, &step)
@@ -179,7 +186,6 @@ impl Solver {
                 };
             };
             correction.iter_mut().for_each(|x| *x = -*x);
-            corrections += 1;
             let before = is_there.then(|| relative(self.system.norms(&residual.values)));
             match self.search(material, &field, (&correction, &step), target, (before, &relative)) {
                 Some(moved) => field = moved,
@@ -197,7 +203,7 @@ impl Solver {
         field: &Field,
         (correction, step): (&[f64], &[f64]),
         target: &Target,
-        (before, relative): (Option<f64>, &dyn Fn((f64, f64)) -> f64),
+        (before, relative): (Option<f64>, Relative<'_>),
     ) -> Option<Field> {
         let mut share = 1.0;
         for _ in 0..MOST_HALVINGS {

@@ -141,7 +141,8 @@ impl System {
         for (index, element) in self.elements.iter().enumerate() {
             let local = self.local(index, material, field, false)?;
             for (a, node) in element.nodes.iter().enumerate() {
-                reactions[*node as usize] += Vector3::from_column_slice(&local.residual[3 * a..3 * a + 3]);
+                reactions[*node as usize] +=
+                    Vector3::from_column_slice(&local.residual[3 * a..3 * a + 3]);
             }
         }
         Some(reactions)
@@ -223,7 +224,13 @@ impl System {
             }
             if with_matrix {
                 stiffness(&mut local.matrix, &response, gradients, weight);
-                coupling(&mut local.matrix, &response, gradients, &values, [weight * shear, softness]);
+                coupling(
+                    &mut local.matrix,
+                    &response,
+                    gradients,
+                    &values,
+                    [weight * shear, softness],
+                );
             }
         }
         Some(local)
@@ -243,7 +250,9 @@ fn stiffness(
         for (row, change) in response.tangent.iter().zip(&mut change) {
             for k in 0..3 {
                 change[k] = weight
-                    * (row[3 * k] * right[0] + row[3 * k + 1] * right[1] + row[3 * k + 2] * right[2]);
+                    * (row[3 * k] * right[0]
+                        + row[3 * k + 1] * right[1]
+                        + row[3 * k + 2] * right[2]);
             }
         }
         for (a, left) in gradients.iter().enumerate() {

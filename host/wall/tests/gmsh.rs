@@ -7,7 +7,8 @@ use cathforce_wall::{WallMesh, read_gmsh};
 /// One tetrahedron whose side x = 0 is touched and whose side z = 0 is held, as version 2.2.
 fn old() -> String {
     let mut text = String::from("$MeshFormat\n2.2 0 8\n$EndMeshFormat\n");
-    text += "$PhysicalNames\n3\n2 1 \"inner\"\n2 2 \"fixed\"\n3 3 \"the wall\"\n$EndPhysicalNames\n";
+    text +=
+        "$PhysicalNames\n3\n2 1 \"inner\"\n2 2 \"fixed\"\n3 3 \"the wall\"\n$EndPhysicalNames\n";
     text += "$Nodes\n5\n7 9 9 9\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n$EndNodes\n";
     text += "$Elements\n4\n1 15 2 0 1 7\n2 2 2 1 1 1 3 4\n3 2 2 2 2 1 2 3\n4 4 2 3 1 1 2 3 4\n$EndElements\n";
     text
@@ -51,7 +52,10 @@ fn other_files_are_refused_with_line_cause_and_fix() {
         ("solid vessel\n".to_owned(), "wall.msh:1: this is no mesh of Gmsh"),
         (old().replace("2.2 0 8", "1.0 0 8"), "wall.msh:2: version 1.0"),
         (old().replace("2.2 0 8", "2.2 1 8"), "wall.msh:2: the mesh is binary"),
-        (old().replace("\"inner\"", "\"lumen\""), "no triangle belongs to a physical surface `inner`"),
+        (
+            old().replace("\"inner\"", "\"lumen\""),
+            "no triangle belongs to a physical surface `inner`",
+        ),
         (old().replace("1 3 4\n", "1 3 8\n"), "wall.msh:21: node 8 is not in the file"),
         (old().replace("3 0 1 0", "3 0 one 0"), "`one` is not a finite number"),
         (new().split("$EndElements").next().unwrap()[..330].to_owned(), "ends too early"),

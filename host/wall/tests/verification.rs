@@ -190,7 +190,10 @@ fn an_inflated_neo_hookean_tube_follows_its_closed_form() {
     let q = quarter(4);
     let inner: Vec<u32> = {
         let nodes = q.mesh.nodes_mm.iter().enumerate();
-        nodes.filter(|(_, p)| (p.xy().norm() - q.inner).abs() < 1e-9).map(|(n, _)| n as u32).collect()
+        nodes
+            .filter(|(_, p)| (p.xy().norm() - q.inner).abs() < 1e-9)
+            .map(|(n, _)| n as u32)
+            .collect()
     };
     let mut given = q.given.clone();
     for node in &inner {

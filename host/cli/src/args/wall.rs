@@ -132,7 +132,8 @@ pub struct LawArgument {
 
 fn law(text: &str) -> Result<LawArgument, String> {
     const NAMES: [&str; 5] = ["elastic", "hencky", "neo-hookean", "mooney-rivlin", "ogden"];
-    let (name, numbers) = text.split_once(':').ok_or("write LAW:PARAMETERS, as in `elastic:0.46`")?;
+    let (name, numbers) =
+        text.split_once(':').ok_or("write LAW:PARAMETERS, as in `elastic:0.46`")?;
     let (law, count) = match name.trim() {
         "elastic" | "hencky" => (LawName::Elastic, 1),
         "neo-hookean" => (LawName::NeoHookean, 1),
@@ -141,7 +142,10 @@ fn law(text: &str) -> Result<LawArgument, String> {
         other => {
             let hint = cathforce_bundle::nearest(other, &NAMES)
                 .map_or_else(String::new, |near| format!("; did you mean `{near}`?"));
-            return Err(format!("there is no law `{other}`{hint}; the laws are {}", NAMES.join(", ")));
+            return Err(format!(
+                "there is no law `{other}`{hint}; the laws are {}",
+                NAMES.join(", ")
+            ));
         }
     };
     let numbers: Vec<&str> = numbers.split(',').collect();

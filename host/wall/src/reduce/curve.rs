@@ -43,7 +43,8 @@ impl Stiffening {
             Errors::of(curves.iter().flat_map(|curve| {
                 let pressed = curve.pressed.iter().filter(|pressed| of(pressed));
                 pressed.map(move |p| {
-                    indentation_mm(curve.stiffness_n_per_m, law, p.force_n) / p.displacement_mm - 1.0
+                    indentation_mm(curve.stiffness_n_per_m, law, p.force_n) / p.displacement_mm
+                        - 1.0
                 })
             }))
         };

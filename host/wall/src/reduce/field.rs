@@ -61,11 +61,16 @@ pub struct Field {
     pub spread: f64,
 }
 
+/// Displacement by 1 N under a probe, and beside it where there is a wall \[mm/N\].
+type Compliance = (f64, Option<f64>);
+
 /// Stations in the middle of equal parts of each branch, at most `every_m` long.
 pub fn stations(branches: &[Branch], every_m: f64) -> Vec<Station> {
     let mut all = Vec::new();
     for branch in branches {
-        let ([first, ..], [.., last]) = (&branch.stations[..], &branch.stations[..]) else { continue };
+        let ([first, ..], [.., last]) = (&branch.stations[..], &branch.stations[..]) else {
+            continue;
+        };
         let length_m = last.s_m - first.s_m;
         let parts = (length_m / every_m).ceil().max(1.0) as usize;
         let part_m = length_m / parts as f64;
@@ -95,7 +100,8 @@ pub fn probes(wall: &dyn Wall, stations: &[Station], half_axes_mm: [f64; 2]) -> 
         let place = *place;
         (0..DIRECTIONS).filter_map(move |k| {
             // A station is turned against the one before, so that no side is always missed.
-            let angle = std::f64::consts::TAU * (k as f64 / DIRECTIONS as f64 + 0.15 * station as f64);
+            let angle =
+                std::f64::consts::TAU * (k as f64 / DIRECTIONS as f64 + 0.15 * station as f64);
             let outwards = across * angle.cos() + beside * angle.sin();
             let patch = patch_on(wall, &place, &outwards, half_axes_mm)?;
             Some(Probe { station, patch })
@@ -150,14 +156,18 @@ pub fn stiffness_field(
         let mean = own.iter().sum::<f64>() / own.len() as f64;
         of_station[index] = Some(found.len());
         let stiffness_n_per_m = 1e3 / mean;
-        found.push(StationStiffness { station: *station, stiffness_n_per_m, directions: own.len() });
+        found.push(StationStiffness {
+            station: *station,
+            stiffness_n_per_m,
+            directions: own.len(),
+        });
     }
     let nominal_n_per_m = median(found.iter().map(|s| s.stiffness_n_per_m)).unwrap_or(0.0);
     let stored = |index: usize| {
         let at: usize = of_station[index]?;
         Some(nominal_n_per_m * stored_ratio(found[at].stiffness_n_per_m / nominal_n_per_m))
     };
-    let errors = |probes: &[Probe], pressed: &[Option<(f64, Option<f64>)>]| {
+    let errors = |probes: &[Probe], pressed: &[Option<Compliance>]| {
         Errors::of(probes.iter().zip(pressed).filter_map(|(probe, pressed)| {
             let compliance = pressed.as_ref()?.0;
             Some(1e3 / stored(probe.station)? / compliance - 1.0)
@@ -182,7 +192,7 @@ fn compliances(
     material: &WallMaterial,
     probes: &[Probe],
     spacing_mm: f64,
-) -> Result<Vec<Option<(f64, Option<f64>)>>, SolveError> {
+) -> Result<Vec<Option<Compliance>>, SolveError> {
     let shares: Vec<Option<Vec<f64>>> =
         probes.iter().map(|probe| probe.patch.shares(mesh).ok()).collect();
     let loaded = probes.iter().zip(&shares);

@@ -31,7 +31,10 @@ pub fn of_argument(argument: &LawArgument, poissons_ratio: f64) -> Result<Named,
     let units = law.parameter_names().iter().map(|(_, unit)| if *unit == "Pa" { 1e6 } else { 1.0 });
     let parameters: Vec<f64> = argument.parameters.iter().zip(units).map(|(x, u)| x * u).collect();
     let material = Material::new(law, &parameters).map_err(|error| {
-        Failure::new(Code::Usage, format!("--law {error}\n  fix: give parameters of a material, in MPa"))
+        Failure::new(
+            Code::Usage,
+            format!("--law {error}\n  fix: give parameters of a material, in MPa"),
+        )
     })?;
     let is_small = law == Law::Elastic && !argument.hencky;
     let kinematics = if is_small { Kinematics::Small } else { Kinematics::Large };

@@ -5,7 +5,9 @@ use std::path::Path;
 
 use cathforce_bundle::geometry::{SurfaceModel, Wall};
 use cathforce_bundle::open_vessel;
-use cathforce_wall::{Extruded, Patch, Pressed, Solver, WallMesh, extrude, press, read_gmsh, remesh};
+use cathforce_wall::{
+    Extruded, Patch, Pressed, Solver, WallMesh, extrude, press, read_gmsh, remesh,
+};
 use nalgebra::Vector3;
 use serde_json::{Value, json};
 
@@ -23,7 +25,8 @@ pub fn run(ui: &Ui, arguments: &WallLoadArguments) -> Result<(), Failure> {
     let mesh = mesh(ui, arguments)?;
     let near = Vector3::from(arguments.at);
     let direction = arguments.direction.map(Vector3::from);
-    let patch = Patch::round(&mesh, &near, direction, arguments.patch_mm).map_err(Failure::input)?;
+    let patch =
+        Patch::round(&mesh, &near, direction, arguments.patch_mm).map_err(Failure::input)?;
     let off_mm = (patch.centre_mm - near).norm();
     if off_mm > 2.0 * arguments.patch_mm {
         ui.warn(format_args!(
@@ -55,7 +58,8 @@ fn laws(arguments: &WallLoadArguments) -> Result<Vec<Named>, Failure> {
         laws.extend(of_fit(fit, poisson)?);
     }
     if laws.is_empty() {
-        let message = "no law is given\n  fix: give --law, as in `--law neo-hookean:0.04`, or --fit";
+        let message =
+            "no law is given\n  fix: give --law, as in `--law neo-hookean:0.04`, or --fit";
         return Err(Failure::new(Code::Usage, message));
     }
     Ok(laws)

@@ -56,8 +56,14 @@ pub fn run(ui: &Ui, arguments: &WallPhantomArguments) -> Result<(), Failure> {
     let mut text = describe(&mesh, &patch);
     text += &format!(
         "wall {} mm thick, Poisson's ratio {}\nassumed: {ASSUMED}\n\n{:<14} {:>8} {:>10} {:>13} {:>9} {:>12}\n",
-        arguments.thickness_mm, arguments.elements.poisson, "law", "force N", "measured",
-        "published mm", "ours mm", "ours/publ."
+        arguments.thickness_mm,
+        arguments.elements.poisson,
+        "law",
+        "force N",
+        "measured",
+        "published mm",
+        "ours mm",
+        "ours/publ."
     );
     for ((name, pressed), published) in rows() {
         lines(&mut text, name, pressed, published);

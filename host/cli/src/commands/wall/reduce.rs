@@ -134,7 +134,8 @@ fn reduce(
             done += 1;
             bar.set(done);
         });
-        let pressed = pressed.map_err(|e| Failure::new(Code::Failed, format!("{}: {e}", law.name)))?;
+        let pressed =
+            pressed.map_err(|e| Failure::new(Code::Failed, format!("{}: {e}", law.name)))?;
         let first = press(mesh, &mut solver, &law.material, &probe.patch, &[1e-3], |_| ());
         let first = first.map_err(|e| Failure::new(Code::Failed, format!("{}: {e}", law.name)))?;
         found.push(Curve { stiffness_n_per_m: 1.0 / first[0].displacement_mm, pressed });
@@ -159,7 +160,8 @@ fn between(
     for probe in &mut found {
         let place = others[probe.station].position_m;
         let distance = |station: &Station| (station.position_m - place).norm_squared();
-        let nearest = (0..all.len()).min_by(|a, b| distance(&all[*a]).total_cmp(&distance(&all[*b])));
+        let nearest =
+            (0..all.len()).min_by(|a, b| distance(&all[*a]).total_cmp(&distance(&all[*b])));
         probe.station = nearest.unwrap_or(0);
     }
     found
@@ -217,7 +219,11 @@ fn write_files(
         let text = rig_text(&arguments.bundle.join("rig.toml"), reduction)?;
         check_new(path)?;
         std::fs::write(path, text).map_err(|error| Failure::write(path, error))?;
-        ui.say(format_args!("rig with {} wall regions: {}", reduction.regions.len(), path.display()));
+        ui.say(format_args!(
+            "rig with {} wall regions: {}",
+            reduction.regions.len(),
+            path.display()
+        ));
     }
     if let Some(path) = &arguments.settings_out {
         let Stiffening { strain_per_m, mooney_share, .. } = reduction.stiffening;
@@ -239,7 +245,8 @@ fn write_files(
 
 /// The rig with its wall replaced; comments and all else stay.
 fn rig_text(path: &Path, reduction: &Reduction) -> Result<String, Failure> {
-    let refused = |error: &dyn std::fmt::Display| Failure::input(format!("{}: {error}", path.display()));
+    let refused =
+        |error: &dyn std::fmt::Display| Failure::input(format!("{}: {error}", path.display()));
     let text = std::fs::read_to_string(path).map_err(|error| refused(&error))?;
     let mut document: DocumentMut = text.parse().map_err(|error| refused(&error))?;
     let rounded = |x: f64, digits: f64| (x * digits).round() / digits;
@@ -267,15 +274,18 @@ fn rig_text(path: &Path, reduction: &Reduction) -> Result<String, Failure> {
 fn percent(errors: &Errors) -> String {
     match errors.count {
         0 => "not measured".into(),
-        n => format!("{:.1} % rms, {:.1} % at most, of {n}", 100.0 * errors.rms, 100.0 * errors.largest),
+        n => format!(
+            "{:.1} % rms, {:.1} % at most, of {n}",
+            100.0 * errors.rms,
+            100.0 * errors.largest
+        ),
     }
 }
 
 fn text(law: &Named, extruded: &Extruded, reduction: &Reduction) -> String {
     let Reduction { field, stiffening, regions, curves, fitted_n, .. } = reduction;
     let stiffness = field.stations.iter().map(|s| s.stiffness_n_per_m);
-    let (low, high) =
-        (stiffness.clone().fold(f64::MAX, f64::min), stiffness.fold(0.0, f64::max));
+    let (low, high) = (stiffness.clone().fold(f64::MAX, f64::min), stiffness.fold(0.0, f64::max));
     let loads = fitted_n.iter().map(|force| format!("{force}")).collect::<Vec<_>>().join(", ");
     let rows = [
         ("law", law.name.clone()),
