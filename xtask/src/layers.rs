@@ -10,7 +10,7 @@ use anyhow::{Context, bail};
 use serde_json::Value;
 
 /// The packages that others may use, from the bottom up.
-const LIBRARIES: [&str; 14] = [
+const LIBRARIES: [&str; 17] = [
     "cathforce-scalar",
     "cathforce-mechanics",
     "cathforce-control",
@@ -24,6 +24,9 @@ const LIBRARIES: [&str; 14] = [
     "cathforce-gap",
     "cathforce-pages",
     "cathforce-blind-test",
+    "cathforce-material",
+    "cathforce-sparse",
+    "cathforce-wall",
     "cathforce-test-fixture",
 ];
 
@@ -34,7 +37,7 @@ const SHARED: &[&str] = LIBRARIES.split_at(6).0;
 const SHARED_AND_RIG: &[&str] = LIBRARIES.split_at(7).0;
 
 /// All but what only tests use.
-const PRODUCT: &[&str] = LIBRARIES.split_at(13).0;
+const PRODUCT: &[&str] = LIBRARIES.split_at(LIBRARIES.len() - 1).0;
 
 /// Each package and the packages of the project that it may use.
 const ALLOWED: &[(&str, &[&str])] = &[
@@ -72,6 +75,9 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ),
     ("cathforce-blind-test", &["cathforce-reference-solver"]),
     ("cathforce", PRODUCT),
+    ("cathforce-material", &[]),
+    ("cathforce-sparse", &[]),
+    ("cathforce-wall", &["cathforce-material", "cathforce-sparse", "cathforce-bundle"]),
     (
         "cathforce-bench",
         &[

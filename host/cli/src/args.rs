@@ -10,8 +10,10 @@ mod config;
 mod gap;
 mod link;
 mod lumen;
+mod material;
 mod names;
 mod recording;
+mod wall;
 
 use std::path::PathBuf;
 
@@ -38,10 +40,17 @@ pub use link::{
     LinkServeArguments, LinkUpArguments,
 };
 pub use lumen::LumenArguments;
+pub use material::{
+    FormName, LawName, MaterialAction, MaterialArguments, MaterialFitArguments, Stress,
+};
 pub use recording::{
     CheckArguments, CompletionsArguments, ExportArguments, ImportArguments, ImportAtiArguments,
     ImportCandumpArguments, ImportCsvArguments, ImportSource, LatencyArguments, ManArguments,
     MonitorArguments, SendArguments,
+};
+pub use wall::{
+    ElementArguments, LawArgument, WallAction, WallArguments, WallLoadArguments,
+    WallPhantomArguments, WallReduceArguments,
 };
 
 const EXIT_CODES: &str = "\
@@ -125,6 +134,10 @@ pub enum Command {
     Bundle(BundleArguments),
     /// Build the distance field of a vessel's wall, and report its size and accuracy.
     Lumen(LumenArguments),
+    /// Fit the laws of a wall's material to a tensile test.
+    Material(MaterialArguments),
+    /// Load a vessel's wall in finite elements, and reduce it to what the device runs.
+    Wall(WallArguments),
     /// List the tip shapes of common catheters.
     Tips,
     /// Find the cause of a gap between model and measurement, and close it.

@@ -2,7 +2,7 @@
 
 // What only a command uses that was left out stays where it is.
 #![cfg_attr(
-    not(all(feature = "hardware", feature = "monitor", feature = "parquet")),
+    not(all(feature = "hardware", feature = "monitor", feature = "parquet", feature = "wall")),
     allow(dead_code)
 )]
 
@@ -46,6 +46,8 @@ fn main() -> ExitCode {
         Command::Doctor(arguments) => commands::doctor::run(&ui, &arguments),
         Command::Fault(arguments) => commands::fault::run(&ui, &arguments),
         Command::Lumen(arguments) => commands::lumen::run(&ui, &arguments),
+        Command::Material(arguments) => commands::material::run(&ui, &arguments),
+        Command::Wall(arguments) => commands::wall::run(&ui, &arguments),
         Command::Tips => commands::tips::list(&ui),
         Command::Gap(arguments) => commands::gap::run(&ui, &arguments),
         Command::Report(arguments) => commands::report::run(&ui, &arguments),

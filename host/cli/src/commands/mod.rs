@@ -13,6 +13,8 @@ pub mod latency;
 mod left_out;
 pub mod link;
 pub mod lumen;
+#[cfg(feature = "wall")]
+pub mod material;
 #[cfg(feature = "monitor")]
 pub mod monitor;
 pub mod play;
@@ -22,6 +24,10 @@ pub mod run;
 pub mod shell;
 pub mod simulate;
 pub mod tips;
+#[cfg(feature = "wall")]
+pub mod wall;
 
 #[cfg(not(feature = "monitor"))]
 pub use left_out::monitor;
+#[cfg(not(feature = "wall"))]
+pub use left_out::{material, wall};
