@@ -1,0 +1,128 @@
+//! The trial that is made of a camera's frames and a motion.
+
+use std::path::PathBuf;
+
+use cathforce_bundle::bundle::LONGEST_GAP_S;
+use cathforce_camera::Sequence;
+use cathforce_recording::Trial;
+use cathforce_recording::import::{ImportedTrial, JoinedSeen, Seen, best_offset, join_seen};
+
+use super::super::motion::motion as read_motion;
+use super::super::trial::write as write_trial;
+use super::report::Report;
+use crate::args::ImportCameraArguments;
+use crate::failure::Failure;
+use crate::ui::Ui;
+
+/// The motion that was recorded beside the camera, where one is given.
+pub fn motion(ui: &Ui, arguments: &ImportCameraArguments) -> Result<Option<Trial>, Failure> {
+    arguments.motion.as_ref().map(|path| read_motion(ui, path)).transpose()
+}
+
+/// A length that changes less is no motion by which clocks could be compared \[m\].
+const LEAST_MOTION_M: f64 = 5e-3;
+/// Another offset is named where it makes length and insertion agree twice as well.
+const MUCH_BETTER: f64 = 0.5;
+/// Length and insertion differ by the slack of the instrument in the vessel, which is less \[m\].
+const MOST_EXCESS_M: f64 = 5e-3;
+
+/// Gives each sighting the motion of its time, and warns of what does not fit.
+pub fn join(
+    ui: &Ui,
+    arguments: &ImportCameraArguments,
+    motion: &Trial,
+    sequence: &Sequence,
+) -> Result<JoinedSeen, Failure> {
+    let seen: Vec<Seen> = sequence
+        .kept
+        .iter()
+        .map(|kept| Seen {
+            t_s: kept.t_s,
+            tip_m: kept.sighting.tip_m,
+            shape_m: kept.sighting.shape_m.clone(),
+            length_m: kept.sighting.length_m,
+        })
+        .collect();
+    let joined = join_seen(motion, &seen, arguments.offset);
+    let name = |path: &Option<PathBuf>| path.as_ref().map(|path| path.display().to_string());
+    let motion_name = name(&arguments.motion).unwrap_or_default();
+    let frames_name = name(&arguments.frames).unwrap_or_default();
+    if joined.seen == 0 {
+        return Err(Failure::input(format!(
+            "{frames_name}: none of its frames is within the time of {motion_name}\n  fix: give with \
+             --offset the time of the motion at which the first frame was taken"
+        )));
+    }
+    if joined.outside > 0 {
+        ui.warn(format_args!(
+            "{} frames are outside the time of {motion_name} and are left out; check --offset",
+            joined.outside
+        ));
+    }
+    if joined.in_gaps > 0 {
+        ui.warn(format_args!(
+            "{motion_name}: has gaps of more than {LONGEST_GAP_S} s, in which {} frames are left out",
+            joined.in_gaps
+        ));
+    }
+    if joined.had_own {
+        ui.warn(format_args!(
+            "{motion_name}: has a tip or shape of its own, which those of the camera replace"
+        ));
+    }
+    compare_lengths(ui, arguments, motion, &seen, &joined);
+    Ok(joined)
+}
+
+/// The length that is seen is the insertion, but for slack and mistakes.
+fn compare_lengths(
+    ui: &Ui,
+    arguments: &ImportCameraArguments,
+    motion: &Trial,
+    seen: &[Seen],
+    joined: &JoinedSeen,
+) {
+    let Some((mean_m, sd_m)) = joined.excess() else { return };
+    if mean_m.abs() > MOST_EXCESS_M {
+        let word = if mean_m > 0.0 { "longer" } else { "shorter" };
+        ui.warn(format_args!(
+            "the centre line is {:.1} mm {word} than the insertion, on average\n  fix: check the entry, \
+             offset_m and the scale of the plane, and that insertion_m is the length inside",
+            1e3 * mean_m.abs()
+        ));
+    }
+    let lengths = || seen.iter().map(|one| one.length_m);
+    let span_m = lengths().fold(f64::MIN, f64::max) - lengths().fold(f64::MAX, f64::min);
+    if span_m < LEAST_MOTION_M {
+        return;
+    }
+    let best = best_offset(motion, seen, arguments.offset);
+    if let Some((offset_s, best_m)) = best.filter(|(_, best_m)| *best_m < MUCH_BETTER * sd_m) {
+        ui.warn(format_args!(
+            "the centre line and the insertion change at different times: with --offset {offset_s:.2} they \
+             differ by ±{:.2} mm instead of ±{:.2} mm",
+            1e3 * best_m,
+            1e3 * sd_m
+        ));
+    }
+}
+
+/// Writes the trial, if there is one to be written, and prints the report.
+pub fn write(
+    ui: &Ui,
+    out: Option<&PathBuf>,
+    joined: Option<&JoinedSeen>,
+    report: &Report<'_>,
+) -> Result<(), Failure> {
+    let mut json = report.json();
+    json["path"] = serde_json::json!(out);
+    let text = report.text();
+    match out.zip(joined) {
+        None => ui.data(&json, format_args!("{text}nothing is written\n")),
+        Some((out, joined)) => {
+            json["rows"] = joined.trial.rows.len().into();
+            let last = format!("{text}{} rows", joined.trial.rows.len());
+            write_trial(ui, out, &ImportedTrial::Catheter(joined.trial.clone()), &json, &last)
+        }
+    }
+}
