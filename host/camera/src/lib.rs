@@ -13,6 +13,7 @@
 mod board;
 mod calibration;
 mod corners;
+mod decode;
 mod error;
 mod filter;
 mod frames;

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use crate::decode;
 use crate::error::CameraError;
 
 /// Grey values of a picture, 0 for black and 255 for white, row by row from the top.
@@ -33,22 +34,22 @@ impl Picture {
     /// Reads a PNG or JPEG file; colours become grey.
     pub fn read(path: &Path) -> Result<Self, CameraError> {
         let wrong = |problem: String| CameraError::Picture { path: path.to_owned(), problem };
-        let reader = image::ImageReader::open(path).map_err(|e| wrong(e.to_string()))?;
-        let reader = reader.with_guessed_format().map_err(|e| wrong(e.to_string()))?;
-        let grey = reader.decode().map_err(|e| wrong(e.to_string()))?.into_luma8();
-        let (width, height) = (grey.width() as usize, grey.height() as usize);
-        let bytes = grey.into_raw();
+        let file = std::fs::read(path).map_err(|e| wrong(e.to_string()))?;
+        let ([width, height], bytes) = decode::grey(&file).map_err(wrong)?;
+        let wrong = |problem: String| CameraError::Picture { path: path.to_owned(), problem };
         Self::from_bytes(width, height, &bytes).ok_or_else(|| wrong("it is cut off".into()))
     }
 
     /// Writes a PNG file.
     pub fn write(&self, path: &Path) -> Result<(), CameraError> {
-        let bytes = self.grey.iter().map(|grey| grey.round().clamp(0.0, 255.0) as u8).collect();
-        let problem = |problem: String| CameraError::Picture { path: path.to_owned(), problem };
-        image::GrayImage::from_raw(self.width as u32, self.height as u32, bytes)
-            .ok_or_else(|| problem("its size is wrong".into()))?
-            .save_with_format(path, image::ImageFormat::Png)
-            .map_err(|e| problem(e.to_string()))
+        let bytes = self.grey.iter().map(|grey| grey.round().clamp(0.0, 255.0) as u8);
+        let bytes: Vec<u8> = bytes.collect();
+        let wrong = |problem: String| CameraError::Picture { path: path.to_owned(), problem };
+        let file = decode::png(self.size(), &bytes).map_err(wrong)?;
+        std::fs::write(path, file).map_err(|e| CameraError::Picture {
+            path: path.to_owned(),
+            problem: format!("cannot be written: {e}"),
+        })
     }
 
     /// Width and height \[px\].

@@ -127,7 +127,7 @@ pub fn fit(
     let sd = corners.lens_sd(&views);
     let lens = views.lens;
     let focal_sd_px = [sd[0], sd[1]];
-    if (0..2).any(|k| !(focal_sd_px[k] < MOST_FOCAL_SD * lens.focal_px[k])) {
+    if !(0..2).all(|k| focal_sd_px[k] < MOST_FOCAL_SD * lens.focal_px[k]) {
         return Err(CameraError::OneDirection);
     }
     let radius = |pixel: &[f64; 2]| lens.direction(*pixel).map(|[x, y]| x.hypot(y));

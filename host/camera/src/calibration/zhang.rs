@@ -2,6 +2,10 @@
 
 use nalgebra::{DMatrix, Matrix3, Matrix5, SVector};
 
+/// Views of one direction leave more than one number open: then the second smallest of the equations'
+/// eigenvalues vanishes but for rounding, which is 1e-16 of the largest.
+const LEAST_DETERMINED: f64 = 1e-12;
+
 /// Focal lengths and centre \[px\] of a lens without distortion or skew, from at least two views of
 /// a plane. `size`: width and height of the pictures \[px\].
 ///
@@ -40,8 +44,13 @@ pub fn first_values(homographies: &[Matrix3<f64>], size: [usize; 2]) -> Option<[
     let squares: Matrix5<f64> = Matrix5::from_iterator((equations.transpose() * &equations).iter().copied());
     let decomposed = squares.symmetric_eigen();
     let (least, _) = decomposed.eigenvalues.argmin();
-    let b: SVector<f64, 5> = decomposed.eigenvectors.column(least).into();
-    let [b11, b22, b13, b23, b33] = b.into();
+    let mut sizes: [f64; 5] = decomposed.eigenvalues.into();
+    sizes.sort_by(f64::total_cmp);
+    if sizes[1] < LEAST_DETERMINED * sizes[4] {
+        return None;
+    }
+    let b: SVector<f64, 5> = decomposed.eigenvectors.column(least).into_owned();
+    let [b11, b22, b13, b23, b33]: [f64; 5] = b.into();
     let centre = [-b13 / b11, -b23 / b22];
     let rest = b33 + centre[0] * b13 + centre[1] * b23;
     let focal = [rest / b11, rest / b22].map(f64::sqrt);

@@ -1,8 +1,11 @@
 //! Pictures in a folder, in the order of their numbers.
 
+use std::fs::File;
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use super::frame::{Content, Frame};
+use crate::decode;
 use crate::error::CameraError;
 
 /// Endings of the files that are read.
@@ -84,17 +87,19 @@ impl Folder {
     }
 }
 
+/// A file's size stands within its first bytes: behind a thumbnail of a JPEG file, which has at most
+/// 64 KiB, and its like.
+const HEADING: u64 = 256 * 1024;
+
 /// The size of all pictures, from their headings.
 fn one_size(paths: &[PathBuf]) -> Result<[usize; 2], CameraError> {
     let size = |path: &PathBuf| {
-        let read = image::ImageReader::open(path)
-            .map_err(image::ImageError::IoError)
-            .and_then(|reader| reader.with_guessed_format()?.into_dimensions());
-        let wrong = |e: image::ImageError| CameraError::Picture {
-            path: path.clone(),
-            problem: e.to_string(),
-        };
-        read.map(|(width, height)| [width as usize, height as usize]).map_err(wrong)
+        let wrong = |problem: String| CameraError::Picture { path: path.clone(), problem };
+        let mut heading = Vec::new();
+        File::open(path)
+            .and_then(|file| file.take(HEADING).read_to_end(&mut heading))
+            .map_err(|e| wrong(e.to_string()))?;
+        decode::size(&heading).map_err(wrong)
     };
     let name = |path: &PathBuf| path.display().to_string();
     let first = paths.first().ok_or(CameraError::NoPictures)?;

@@ -87,11 +87,12 @@ impl Lens {
         let by_direction = self.slope([x, y]);
         let by_direction = Matrix2::from_diagonal(&nalgebra::Vector2::new(fx, fy)) * by_direction;
         let (r4, r6) = (r2 * r2, r2 * r2 * r2);
-        let by_lens = SMatrix::<f64, 2, PARAMETERS>::from_rows(&[
-            [dx, 0., 1., 0., x * r2, x * r4, 2.0 * x * y, r2 + 2.0 * x * x, x * r6].map(|v| v).into(),
-            [0., dy, 0., 1., y * r2, y * r4, r2 + 2.0 * y * y, 2.0 * x * y, y * r6].map(|v| v).into(),
-        ]);
-        let mut by_lens = by_lens;
+        let (xx, yy, xy) = (r2 + 2.0 * x * x, r2 + 2.0 * y * y, 2.0 * x * y);
+        let rows = [
+            [dx, 0.0, 1.0, 0.0, x * r2, x * r4, xy, xx, x * r6],
+            [0.0, dy, 0.0, 1.0, y * r2, y * r4, yy, xy, y * r6],
+        ];
+        let mut by_lens = SMatrix::<f64, 2, PARAMETERS>::from_row_slice(rows.as_flattened());
         for k in 4..PARAMETERS {
             by_lens[(0, k)] *= fx;
             by_lens[(1, k)] *= fy;

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use nalgebra::{DMatrix, Vector3};
+use nalgebra::{Matrix3, Vector3};
 use serde::Deserialize;
 use toml::Spanned;
 
@@ -81,7 +81,7 @@ pub fn read_plane(path: &Path, lens: &Lens, board: &Board) -> Result<Plane, Came
         fix: "check the path".into(),
     })?;
     let reader = Reader { path, text: &text };
-    let parsed = toml::from_str(&text).map_err(|e| {
+    let parsed: PlaneFile = toml::from_str(&text).map_err(|e| {
         let line = e.span().map(|span| 1 + text[..span.start].matches('\n').count());
         let fix = "write [board] with picture, origin_m, x, y, or [[point]] four times or more with name, \
                    pixel, position_m";
@@ -124,8 +124,8 @@ fn from_board(
         return Err(reader.wrong(line, problem, fix));
     }
     let (x, y) = (Vector3::from(table.x), Vector3::from(table.y));
-    let is_off = |length: f64| !((length - 1.0).abs() < MOST_SKEW);
-    if is_off(x.norm()) || is_off(y.norm()) || x.dot(&y).abs() > MOST_SKEW {
+    let is_unit = |axis: &Vector3<f64>| (axis.norm() - 1.0).abs() < MOST_SKEW;
+    if !is_unit(&x) || !is_unit(&y) || x.dot(&y).abs() > MOST_SKEW {
         let problem = "x and y are not unit vectors at right angles";
         let fix = "give the directions of the board's rows and columns in the vessel's frame, as in \
                    x = [1, 0, 0], y = [0, 0, 1]";
@@ -211,10 +211,8 @@ fn from_points(
 /// Axes of the plane through points that fits them best, and the point that lies farthest off it \[m\].
 fn axes_of(points_m: &[Vector3<f64>]) -> (Axes, Option<(usize, f64)>) {
     let mean = points_m.iter().sum::<Vector3<f64>>() / points_m.len() as f64;
-    let spread = DMatrix::from_fn(3, 3, |i, j| {
-        points_m.iter().map(|p| (p[i] - mean[i]) * (p[j] - mean[j])).sum()
-    });
-    let spread = nalgebra::Matrix3::from_iterator(spread.iter().copied()).symmetric_eigen();
+    let spread: Matrix3<f64> = points_m.iter().map(|p| (p - mean) * (p - mean).transpose()).sum();
+    let spread = spread.symmetric_eigen();
     let mut order = [0, 1, 2];
     order.sort_by(|a, b| spread.eigenvalues[*b].total_cmp(&spread.eigenvalues[*a]));
     let axis = |k: usize| spread.eigenvectors.column(order[k]).into_owned();

@@ -4,6 +4,7 @@
 pub mod camera;
 pub mod curve;
 pub mod film;
+pub mod lab;
 pub mod scene;
 pub mod stand;
 pub mod study;

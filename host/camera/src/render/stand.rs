@@ -60,10 +60,10 @@ impl Stand {
     }
 
     /// The middle of the catheter when `length_m` of it is past the entry \[m\]: it follows the vessel, but
-    /// for its tip, which is bent by a third of a circle of 8 mm radius. Begins 40 mm before the entry.
+    /// for its tip, which is bent by 70° to a radius of 8 mm. Begins 40 mm before the entry.
     pub fn catheter(&self, length_m: f64) -> Vec<Vector2<f64>> {
         const BEFORE_M: f64 = 0.04;
-        const HOOK: Piece = Piece { length_m: 0.0168, curvature_per_m: -1.0 / 0.008 };
+        const HOOK: Piece = Piece { length_m: 0.0098, curvature_per_m: -1.0 / 0.008 };
         let hook = Piece { length_m: HOOK.length_m.min(length_m), ..HOOK };
         let mut pieces = vec![Piece { length_m: BEFORE_M, curvature_per_m: 0.0 }];
         pieces.extend(first(&self.route, length_m - hook.length_m));

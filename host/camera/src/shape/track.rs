@@ -159,9 +159,9 @@ impl Tracker {
         let thresholds = thresholds(&contrast, options.threshold, width_px)
             .map_err(|[seen, needed]| Miss::NoCatheter { seen, needed })?;
         let mut skeleton = thin(&mask(&contrast.smooth, thresholds, width_px));
-        self.cut_before_entry(&mut skeleton.part, skeleton.width);
-        let most_px = MOST_FROM_ENTRY_M / self.pixel_m;
-        let path = longest_path(&skeleton, self.entry_px, most_px, width_px)
+        let start = self.cut_before_entry(&mut skeleton.part, skeleton.width);
+        let most_px = MOST_FROM_ENTRY_M / self.pixel_m + KEPT_BEFORE_WIDTHS * width_px;
+        let path = longest_path(&skeleton, start, most_px, width_px)
             .map_err(|px| Miss::NotAtEntry { distance_m: px * self.pixel_m })?;
         if (path.pixels.len() as f64) < SHORTEST_WIDTHS * width_px {
             return Err(Miss::TooShort);
@@ -171,12 +171,14 @@ impl Tracker {
         self.in_vessel(&line, &path, thresholds.high)
     }
 
-    /// Takes away what is seen of the catheter before it comes in.
-    fn cut_before_entry(&self, part: &mut [u16], width: usize) {
-        let ahead = self.entry.position_m + 1e-3 * self.entry.direction;
-        let Some(ahead) = self.plane.pixel(ahead) else { return };
+    /// Takes away what is seen of the catheter before it comes in. Returns the pixel near which what is
+    /// left begins.
+    fn cut_before_entry(&self, part: &mut [u16], width: usize) -> [f64; 2] {
+        let ahead = self.plane.pixel(self.entry.position_m + 1e-3 * self.entry.direction);
         let entry = Vector2::from(self.entry_px);
-        let Some(ahead) = (Vector2::from(ahead) - entry).try_normalize(1e-9) else { return };
+        let ahead = ahead.and_then(|ahead| (Vector2::from(ahead) - entry).try_normalize(1e-9));
+        // An entry that points at the camera has no direction in the picture.
+        let Some(ahead) = ahead else { return self.entry_px };
         let (near, kept) = (BEFORE_ENTRY_M / self.pixel_m, KEPT_BEFORE_WIDTHS * self.width_px);
         for (i, part) in part.iter_mut().enumerate().filter(|(_, part)| **part != 0) {
             let from = Vector2::new((i % width) as f64, (i / width) as f64) - entry;
@@ -184,6 +186,7 @@ impl Tracker {
                 *part = 0;
             }
         }
+        (entry - kept * ahead).into()
     }
 
     /// The line in the vessel's frame, cut at the entry plane.
@@ -231,7 +234,9 @@ impl Tracker {
             return Err(Miss::TooShort);
         }
         let steps = self.options.points.saturating_sub(1).max(1) as f64;
-        let point = |k: usize| at_arc(&whole, &lengths, length_m * (1.0 - k as f64 / steps)).into();
+        let point = |k: usize| -> [f64; 3] {
+            at_arc(&whole, &lengths, length_m * (1.0 - k as f64 / steps)).into()
+        };
         Ok(Sighting {
             tip_m: point(0),
             shape_m: (0..self.options.points).map(point).collect(),
