@@ -177,9 +177,10 @@ mod tests {
             translation_m: Vector3::new(-0.05, 0.02, 0.6),
         };
         for count in [4, 30] {
-            let points: Vec<[f64; 2]> = (0..count)
-                .map(|i| [0.03 * f64::from(i % 6), 0.05 * f64::from((i * 7) % 5) + 0.001 * f64::from(i)])
-                .collect();
+            // Along a spiral no three lie on a line.
+            let spiral = |i: i32| (0.02 + 0.002 * f64::from(i), 1.7 * f64::from(i));
+            let points: Vec<[f64; 2]> =
+                (0..count).map(spiral).map(|(r, a)| [r * a.cos(), r * a.sin()]).collect();
             let pixels: Vec<_> = points
                 .iter()
                 .map(|p| lens().project(pose.apply(Vector3::new(p[0], p[1], 0.0))))

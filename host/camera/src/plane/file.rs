@@ -192,8 +192,9 @@ fn from_points(
     let in_plane: Vec<_> = places.iter().map(in_plane).collect();
     let pixels: Vec<_> = points.iter().map(|p| p.get_ref().pixel).collect();
     let plane = Plane::fit(lens, axes, &in_plane, &pixels, offset_m).ok_or_else(|| {
-        let fix = "spread the points over the picture, no three of four on a line, and check their pixels";
-        reader.wrong(line(0), "the points do not determine the plane", fix)
+        let fix = "check each pixel and position_m, that no two points are swapped, and that no three of \
+                   four lie on a line";
+        reader.wrong(line(0), "no plane before the camera shows the points at their pixels", fix)
     })?;
     let worst = plane.quality.worst;
     if plane.quality.worst_m > MOST_ERROR_M {

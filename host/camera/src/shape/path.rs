@@ -63,8 +63,14 @@ pub fn longest_path(
         let distance = |i: &usize| (place(*i) - end).norm();
         let next = pixels.iter().copied().filter(goes_on);
         let Some(next) = next.min_by(|a, b| distance(a).total_cmp(&distance(b))) else { break };
-        bridged_px += distance(&next);
-        path.extend(graph.farthest_from(next));
+        let rest = graph.farthest_from(next);
+        // The edge of a vessel lies across, and the catheter goes on.
+        let begins = rest.get((DIRECTION_WIDTHS * width_px) as usize).or(rest.last());
+        let along = begins.and_then(|i| (place(*i) - place(next)).try_normalize(1e-9));
+        if along.is_some_and(|along| along.dot(&ahead) > MOST_GAP_TURN_RAD.cos()) {
+            bridged_px += distance(&next);
+            path.extend(rest);
+        }
     }
     let side_branch_px = graph.longest_branch(&path);
     let pixels = path.into_iter().map(|i| place(i).into()).collect();
@@ -185,6 +191,14 @@ mod tests {
         let aside = (0..20).map(|k| (42, 25 + k));
         let found = longest_path(&skeleton(ahead.chain(aside)), [10.0, 20.0], 5.0, 4.0).unwrap();
         assert_eq!((found.pixels.last(), found.bridged_px), (Some(&[79.0, 20.0]), 11.0));
+    }
+
+    #[test]
+    fn a_line_across_the_way_is_not_taken_for_the_catheter() {
+        let catheter = (10..40).map(|x| (x, 20));
+        let edge = (5..45).map(|y| (50, y));
+        let found = longest_path(&skeleton(catheter.chain(edge)), [10.0, 20.0], 5.0, 4.0).unwrap();
+        assert_eq!((found.pixels.last(), found.bridged_px), (Some(&[39.0, 20.0]), 0.0));
     }
 
     #[test]
