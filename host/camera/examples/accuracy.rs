@@ -13,9 +13,15 @@ fn main() {
         "calibration: {} pictures, reprojection {:.3} px, worst picture {:.3} px",
         quality.pictures, quality.reprojection_rms_px, quality.worst_picture_px
     );
-    println!("plane: {:.3} px, worst {:.3} mm", study.plane.quality.rms_px, 1e3 * study.plane.quality.worst_m);
+    println!(
+        "plane: {:.3} px, worst {:.3} mm",
+        study.plane.quality.rms_px,
+        1e3 * study.plane.quality.worst_m
+    );
     let lengths_m: Vec<f64> = (0..90).map(|k| 0.045 + 0.023 * f64::from(k) / 30.0).collect();
-    println!("| condition | frames | missed | tip mean | tip worst | shape RMS mean | worst | ms a frame |");
+    println!(
+        "| condition | frames | missed | tip mean | tip worst | shape RMS mean | worst | ms a frame |"
+    );
     println!("| --- | --- | --- | --- | --- | --- | --- | --- |");
     for condition in conditions() {
         let errors = study.errors(&condition, &lengths_m);

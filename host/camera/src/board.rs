@@ -32,9 +32,8 @@ impl Board {
     /// Places of all corners \[m\], row by row.
     pub fn corners_m(&self) -> Vec<[f64; 2]> {
         let square_m = 1e-3 * self.square_mm;
-        let corner = |i: usize| {
-            [(i % self.columns) as f64 * square_m, (i / self.columns) as f64 * square_m]
-        };
+        let corner =
+            |i: usize| [(i % self.columns) as f64 * square_m, (i / self.columns) as f64 * square_m];
         (0..self.columns * self.rows).map(corner).collect()
     }
 

@@ -36,9 +36,7 @@ pub fn why(reason: NoBoard, board: &Board) -> String {
     let Board { columns, rows, .. } = board;
     match reason {
         NoBoard::Nothing => "no checkerboard is seen whole and sharp".into(),
-        NoBoard::Size(a, b)
-            if [a + 1, b + 1] == [*columns.max(rows), *columns.min(rows)] =>
-        {
+        NoBoard::Size(a, b) if [a + 1, b + 1] == [*columns.max(rows), *columns.min(rows)] => {
             format!(
                 "a board of {a}x{b} inner corners is seen: --board counts inner corners, not squares"
             )
@@ -49,7 +47,8 @@ pub fn why(reason: NoBoard, board: &Board) -> String {
 }
 
 fn too_few(found: usize, board: &Board, left_out: &[(String, NoBoard)]) -> String {
-    let lines = left_out.iter().map(|(name, reason)| format!("\n  {name}: {}", why(*reason, board)));
+    let lines =
+        left_out.iter().map(|(name, reason)| format!("\n  {name}: {}", why(*reason, board)));
     format!(
         "the board of {}x{} inner corners was found in {found} of {} pictures; at least {} are needed{}\n  \
          fix: show the whole board with its white margin, sharp and evenly lit, with squares of at least \

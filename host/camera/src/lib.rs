@@ -32,9 +32,9 @@ pub use calibration::calibrate::{
 pub use corners::find::find_board;
 pub use error::{CameraError, why as why_no_board};
 pub use frames::folder::{Folder, picture_files};
-pub use frames::video::{Ffmpeg, Video};
 pub use frames::frame::Frame;
 pub use frames::source::Frames;
+pub use frames::video::{Ffmpeg, Video};
 pub use lens::model::Lens;
 pub use lens::pose::Pose;
 pub use picture::Picture;
@@ -42,4 +42,4 @@ pub use plane::file::read_plane;
 pub use plane::world::{Axes, Plane, PlaneQuality};
 pub use sequence::{Dropped, Kept, Sequence, Why, follow};
 pub use shape::contrast::Polarity;
-pub use shape::track::{Entry, Miss, MOST_FROM_ENTRY_M, NoView, Sighting, TrackOptions, Tracker};
+pub use shape::track::{Entry, MOST_FROM_ENTRY_M, Miss, NoView, Sighting, TrackOptions, Tracker};

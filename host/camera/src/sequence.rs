@@ -76,7 +76,9 @@ pub fn follow(
         if some.is_empty() {
             break;
         }
-        found.par_extend(some.par_iter().map(|frame| (frame.number, frame.t_s, look(frame, tracker))));
+        found.par_extend(
+            some.par_iter().map(|frame| (frame.number, frame.t_s, look(frame, tracker))),
+        );
         progress(taken);
     }
     let missing = frames.missing().iter();
@@ -210,7 +212,10 @@ mod tests {
         let mut sequence = Sequence { kept, dropped: Vec::new() };
         sequence.drop_jumps();
         let [Dropped { number: 8, why }] = &sequence.dropped[..] else { panic!("{sequence:?}") };
-        assert_eq!(why.to_string(), "its centre line is 16.4 mm shorter than those of its neighbours");
+        assert_eq!(
+            why.to_string(),
+            "its centre line is 16.4 mm shorter than those of its neighbours"
+        );
         assert_eq!(sequence.kept.len(), 19);
     }
 

@@ -75,7 +75,9 @@ fn what_is_not_there_is_not_found() {
     let tracker = study.tracker(condition).unwrap();
     // With a background picture even the vessel's edges are gone.
     let empty = study.stand.background(&condition.film, 5);
-    let Err(Miss::NoCatheter { seen, needed }) = tracker.track(&empty) else { panic!("a catheter") };
+    let Err(Miss::NoCatheter { seen, needed }) = tracker.track(&empty) else {
+        panic!("a catheter")
+    };
     assert!(seen < needed, "{seen} {needed}");
     // Something else, far from the entry.
     let mut dirt = empty.clone();

@@ -2,12 +2,7 @@
 
 // What only a command uses that was left out stays where it is.
 #![cfg_attr(
-    not(all(
-        feature = "camera",
-        feature = "hardware",
-        feature = "monitor",
-        feature = "parquet"
-    )),
+    not(all(feature = "camera", feature = "hardware", feature = "monitor", feature = "parquet")),
     allow(dead_code)
 )]
 

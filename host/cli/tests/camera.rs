@@ -88,13 +88,27 @@ fn a_board_is_drawn_for_a_printer() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("board.svg");
     let drawn = cathforce([
-        "import", "camera", "--board", "9x6", "--square-mm", "12", "--draw-board", text(&path),
+        "import",
+        "camera",
+        "--board",
+        "9x6",
+        "--square-mm",
+        "12",
+        "--draw-board",
+        text(&path),
     ]);
     assert!(drawn.status.success(), "{}", stderr(&drawn));
     assert!(fs::read_to_string(&path).unwrap().contains("144mm"));
     let even = folder.path().join("even.svg");
     let drawn = cathforce([
-        "import", "camera", "--board", "8x6", "--square-mm", "12", "--draw-board", text(&even),
+        "import",
+        "camera",
+        "--board",
+        "8x6",
+        "--square-mm",
+        "12",
+        "--draw-board",
+        text(&even),
     ]);
     assert!(stderr(&drawn).contains("half a turn"), "{}", stderr(&drawn));
 }

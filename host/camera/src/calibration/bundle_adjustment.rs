@@ -72,11 +72,8 @@ impl Problem for Corners<'_> {
                     place += block;
                 };
                 let turned = by_pose.transpose();
-                let mixed = DMatrix::from_iterator(
-                    6,
-                    self.fitted,
-                    (turned * by_lens).iter().copied(),
-                );
+                let mixed =
+                    DMatrix::from_iterator(6, self.fitted, (turned * by_lens).iter().copied());
                 add(at, 0, mixed.clone());
                 add(0, at, mixed.transpose());
                 let own = turned * by_pose;

@@ -121,9 +121,8 @@ pub fn fit(
     let corners = Corners { points_m: &points_m, pixels, fitted };
     let views = corners.fit(Views { lens: pinhole, poses });
     let errors_px = corners.errors_px(&views);
-    let rms = |errors: &[f64]| {
-        (errors.iter().map(|e| e * e).sum::<f64>() / errors.len() as f64).sqrt()
-    };
+    let rms =
+        |errors: &[f64]| (errors.iter().map(|e| e * e).sum::<f64>() / errors.len() as f64).sqrt();
     let sd = corners.lens_sd(&views);
     let lens = views.lens;
     let focal_sd_px = [sd[0], sd[1]];
@@ -139,8 +138,7 @@ pub fn fit(
         focal_sd_px,
         covered_radius: radii.fold(0.0, f64::max),
     };
-    let calibration =
-        Calibration { format: FORMAT.into(), lens, quality, board: *board };
+    let calibration = Calibration { format: FORMAT.into(), lens, quality, board: *board };
     Ok((calibration, errors_px))
 }
 

@@ -18,9 +18,8 @@ pub fn first_values(homographies: &[Matrix3<f64>], size: [usize; 2]) -> Option<[
     }
     // Pixels about the middle, in units of the width, so that all equations weigh alike.
     let (scale, middle) = (1.0 / size[0] as f64, size.map(|n| 0.5 * (n as f64 - 1.0)));
-    let scaling = Matrix3::new(
-        scale, 0.0, -scale * middle[0], 0.0, scale, -scale * middle[1], 0.0, 0.0, 1.0,
-    );
+    let scaling =
+        Matrix3::new(scale, 0.0, -scale * middle[0], 0.0, scale, -scale * middle[1], 0.0, 0.0, 1.0);
     let mut equations = DMatrix::zeros(2 * homographies.len(), 5);
     for (i, homography) in homographies.iter().enumerate() {
         let h = scaling * homography;
@@ -41,7 +40,8 @@ pub fn first_values(homographies: &[Matrix3<f64>], size: [usize; 2]) -> Option<[
             equations[(2 * i + 1, k)] = one[k] - two[k];
         }
     }
-    let squares: Matrix5<f64> = Matrix5::from_iterator((equations.transpose() * &equations).iter().copied());
+    let squares: Matrix5<f64> =
+        Matrix5::from_iterator((equations.transpose() * &equations).iter().copied());
     let decomposed = squares.symmetric_eigen();
     let (least, _) = decomposed.eigenvalues.argmin();
     let mut sizes: [f64; 5] = decomposed.eigenvalues.into();
@@ -55,8 +55,8 @@ pub fn first_values(homographies: &[Matrix3<f64>], size: [usize; 2]) -> Option<[
     let rest = b33 + centre[0] * b13 + centre[1] * b23;
     let focal = [rest / b11, rest / b22].map(f64::sqrt);
     // A wild answer is that of views which do not determine it.
-    let is_sane = focal.iter().all(|f| (0.1..100.0).contains(f))
-        && centre.iter().all(|c| c.abs() < 1.0);
+    let is_sane =
+        focal.iter().all(|f| (0.1..100.0).contains(f)) && centre.iter().all(|c| c.abs() < 1.0);
     is_sane.then(|| {
         let back = |k: usize| centre[k] / scale + middle[k];
         [focal.map(|f| f / scale), [back(0), back(1)]]

@@ -70,7 +70,13 @@ impl Folder {
         let counted = || (0..paths.len()).collect();
         let numbers = numbers.filter(are_frames).unwrap_or_else(counted);
         let missing = numbers.windows(2).flat_map(|pair| pair[0] + 1..pair[1]).collect();
-        Ok(Self { files: numbers.into_iter().zip(paths).collect(), rate_hz, size, missing, next: 0 })
+        Ok(Self {
+            files: numbers.into_iter().zip(paths).collect(),
+            rate_hz,
+            size,
+            missing,
+            next: 0,
+        })
     }
 
     /// How many frames there are.

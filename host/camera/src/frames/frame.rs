@@ -20,7 +20,10 @@ pub struct Frame {
 pub enum Content {
     File(PathBuf),
     /// One byte a pixel, row by row.
-    Grey { size: [usize; 2], bytes: Vec<u8> },
+    Grey {
+        size: [usize; 2],
+        bytes: Vec<u8>,
+    },
 }
 
 impl Frame {

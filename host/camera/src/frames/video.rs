@@ -256,6 +256,9 @@ mod tests {
     fn without_the_program_it_is_said_how_to_install_it() {
         let none = Ffmpeg { ffmpeg: "no-such-ffmpeg".into(), ffprobe: "no-such-ffprobe".into() };
         let error = all(&none, None).unwrap_err().to_string();
-        assert!(error.contains("no-such-ffprobe") && error.contains("apt install ffmpeg"), "{error}");
+        assert!(
+            error.contains("no-such-ffprobe") && error.contains("apt install ffmpeg"),
+            "{error}"
+        );
     }
 }

@@ -43,7 +43,17 @@ impl Lens {
     /// A lens without distortion.
     pub fn pinhole(size: [usize; 2], focal_px: [f64; 2], centre_px: [f64; 2]) -> Self {
         let [width_px, height_px] = size;
-        Self { width_px, height_px, focal_px, centre_px, k1: 0.0, k2: 0.0, p1: 0.0, p2: 0.0, k3: 0.0 }
+        Self {
+            width_px,
+            height_px,
+            focal_px,
+            centre_px,
+            k1: 0.0,
+            k2: 0.0,
+            p1: 0.0,
+            p2: 0.0,
+            k3: 0.0,
+        }
     }
 
     pub fn parameters(&self) -> [f64; PARAMETERS] {

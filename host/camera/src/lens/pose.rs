@@ -23,10 +23,7 @@ impl Pose {
     /// A turn about the camera's axes, applied after the pose's own, and a shift.
     pub fn moved(&self, turn: Vector3<f64>, shift_m: Vector3<f64>) -> Self {
         let turn = Rotation3::from_scaled_axis(turn);
-        Self {
-            rotation: turn * self.rotation,
-            translation_m: turn * self.translation_m + shift_m,
-        }
+        Self { rotation: turn * self.rotation, translation_m: turn * self.translation_m + shift_m }
     }
 
     /// The pixel of a point, with its derivatives by this pose and by the lens.

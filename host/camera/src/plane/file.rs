@@ -148,7 +148,11 @@ fn from_board(
     })?;
     let plane = Plane::fit(lens, axes, &board.corners_m(), &pixels, offset_m);
     let plane = plane.ok_or_else(|| {
-        reader.wrong(line, "the board lies where the lens is not calibrated", "calibrate up to there")
+        reader.wrong(
+            line,
+            "the board lies where the lens is not calibrated",
+            "calibrate up to there",
+        )
     })?;
     if plane.quality.worst_m > MOST_ERROR_M {
         let problem = format!(

@@ -120,11 +120,8 @@ mod tests {
     fn a_plane_maps_pixels_back_and_its_offset_points_to_the_camera() {
         let lens = Lens { k1: -0.1, ..Lens::pinhole([1280, 720], [900.0; 2], [640.0, 360.0]) };
         // The camera looks down on the vessel's x–z plane from +y.
-        let axes = Axes {
-            origin_m: Vector3::new(0.01, 0.02, 0.03),
-            x: Vector3::x(),
-            y: Vector3::z(),
-        };
+        let axes =
+            Axes { origin_m: Vector3::new(0.01, 0.02, 0.03), x: Vector3::x(), y: Vector3::z() };
         let of_plane = Pose {
             rotation: Rotation3::from_scaled_axis(Vector3::new(0.1, 0.05, 0.3)),
             translation_m: Vector3::new(-0.05, -0.02, 0.5),

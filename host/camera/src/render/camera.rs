@@ -77,7 +77,5 @@ fn place(pose: &Pose, [x, y]: [f64; 2]) -> [f64; 2] {
 
 /// The place at shares of a quadrangle's width and height.
 fn mix([a, b, c, d]: [[f64; 2]; 4], [u, v]: [f64; 2]) -> [f64; 2] {
-    [0, 1].map(|k| {
-        (1.0 - v) * ((1.0 - u) * a[k] + u * b[k]) + v * ((1.0 - u) * c[k] + u * d[k])
-    })
+    [0, 1].map(|k| (1.0 - v) * ((1.0 - u) * a[k] + u * b[k]) + v * ((1.0 - u) * c[k] + u * d[k]))
 }

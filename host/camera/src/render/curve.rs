@@ -10,7 +10,12 @@ pub struct Piece {
 }
 
 /// Points of a curve \[m\] about `step_m` apart, from `start` in the direction of `heading_rad`.
-pub fn curve(start: [f64; 2], heading_rad: f64, pieces: &[Piece], step_m: f64) -> Vec<Vector2<f64>> {
+pub fn curve(
+    start: [f64; 2],
+    heading_rad: f64,
+    pieces: &[Piece],
+    step_m: f64,
+) -> Vec<Vector2<f64>> {
     let (mut at, mut heading) = (Vector2::from(start), heading_rad);
     let mut points = vec![at];
     for Piece { length_m, curvature_per_m } in pieces {

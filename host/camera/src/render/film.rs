@@ -46,13 +46,7 @@ impl Film {
     /// What a webcam in a lit room makes: a third less light on one side, darker corners, blur of 0.7
     /// pixels, noise of 3 grey values.
     pub fn webcam() -> Self {
-        Self {
-            gradient: [0.2, -0.12],
-            vignette: 0.25,
-            blur_px: 0.7,
-            noise: 3.0,
-            ..Self::PLAIN
-        }
+        Self { gradient: [0.2, -0.12], vignette: 0.25, blur_px: 0.7, noise: 3.0, ..Self::PLAIN }
     }
 
     /// The picture of a scene, given by its reflectance from 0 to 1, in whole grey values.

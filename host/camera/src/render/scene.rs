@@ -28,8 +28,7 @@ pub fn board(camera: &Camera, pose: &Pose, board: &Board) -> Picture {
     let square_m = 1e-3 * board.square_mm;
     let reflectance = |[x, y]: [f64; 2]| {
         let (i, j) = ((x / square_m).floor() + 1.0, (y / square_m).floor() + 1.0);
-        let is_inside =
-            i >= 0.0 && j >= 0.0 && i <= board.columns as f64 && j <= board.rows as f64;
+        let is_inside = i >= 0.0 && j >= 0.0 && i <= board.columns as f64 && j <= board.rows as f64;
         if is_inside && (i + j).rem_euclid(2.0) < 0.5 { INK } else { PAPER }
     };
     let is_fine = |pixel: usize| {
@@ -74,8 +73,8 @@ impl<'a> Drawn<'a> {
                 let low = (middle - reach).floor().max(0.0) as usize;
                 low..((middle + reach).ceil().max(0.0) as usize + 1).min(size)
             };
-            for (x, y) in range(middle[1], height)
-                .flat_map(|y| range(middle[0], width).map(move |x| (x, y)))
+            for (x, y) in
+                range(middle[1], height).flat_map(|y| range(middle[0], width).map(move |x| (x, y)))
             {
                 let segment = segment as u32;
                 let first = near[y * width + x].map_or(segment, |[first, _]| first);

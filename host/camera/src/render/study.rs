@@ -62,10 +62,7 @@ pub fn conditions() -> Vec<Condition> {
         with(
             "webcam, glare on the catheter",
             Film {
-                glare: vec![
-                    glare([420.0, 415.0], 12.0, 200.0),
-                    glare([560.0, 330.0], 60.0, 60.0),
-                ],
+                glare: vec![glare([420.0, 415.0], 12.0, 200.0), glare([560.0, 330.0], 60.0, 60.0)],
                 ..webcam
             },
             false,

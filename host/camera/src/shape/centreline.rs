@@ -188,7 +188,9 @@ pub fn with_end(
             let beyond = (-end).max(0.0).ceil() as usize;
             whole.truncate(whole.len() - beyond.min(count - 2));
             let from = -(beyond as f64);
-            whole.extend((1..).map(|i| from + f64::from(i)).take_while(|s| *s < end).map(|s| ahead.at(s)));
+            whole.extend(
+                (1..).map(|i| from + f64::from(i)).take_while(|s| *s < end).map(|s| ahead.at(s)),
+            );
             whole.push(ahead.at(end));
             return Some(whole);
         }

@@ -58,7 +58,8 @@ mod tests {
         }
         let cross = thin(&mask);
         let ends = (0..cross.part.len()).filter(|i| {
-            let around = |i: usize| neighbours(i, 60).iter().filter(|j| cross.part[**j] != 0).count();
+            let around =
+                |i: usize| neighbours(i, 60).iter().filter(|j| cross.part[**j] != 0).count();
             cross.part[*i] != 0 && around(*i) == 1
         });
         assert_eq!(ends.count(), 4);

@@ -114,9 +114,8 @@ impl Tracker {
     ) -> Result<Self, NoView> {
         let size = plane.lens.size();
         let entry_px = plane.pixel(entry.position_m);
-        let seen = entry_px.filter(|[x, y]| {
-            *x >= 0.0 && *y >= 0.0 && *x < size[0] as f64 && *y < size[1] as f64
-        });
+        let seen = entry_px
+            .filter(|[x, y]| *x >= 0.0 && *y >= 0.0 && *x < size[0] as f64 && *y < size[1] as f64);
         let pixel_m = seen.and_then(|pixel| plane.pixel_m(pixel));
         let Some((entry_px, pixel_m)) = seen.zip(pixel_m) else {
             return Err(NoView::EntryOutside(entry_px));
@@ -202,7 +201,8 @@ impl Tracker {
         let radius = line.iter().filter_map(radius).map(|[x, y]| x.hypot(y)).fold(0.0, f64::max);
         let past = |p: &Vector3<f64>| (p - self.entry.position_m).dot(&self.entry.direction);
         // The last crossing of the entry plane that is near the entry.
-        let is_near = |p: &Vector3<f64>| (p - self.entry.position_m).norm() < 2.0 * MOST_FROM_ENTRY_M;
+        let is_near =
+            |p: &Vector3<f64>| (p - self.entry.position_m).norm() < 2.0 * MOST_FROM_ENTRY_M;
         let crossing = places
             .windows(2)
             .take_while(|pair| is_near(&pair[0]))
@@ -261,7 +261,11 @@ impl std::fmt::Display for Miss {
                 write!(f, "no catheter is seen: nothing is long enough")
             }
             Self::NotAtEntry { distance_m } => {
-                write!(f, "the catheter is not seen at the entry, but {:.1} mm from it", 1e3 * distance_m)
+                write!(
+                    f,
+                    "the catheter is not seen at the entry, but {:.1} mm from it",
+                    1e3 * distance_m
+                )
             }
             Self::NoEnd => write!(f, "the end of the catheter is not seen"),
             Self::TooShort => write!(f, "too little of the catheter is past the entry"),

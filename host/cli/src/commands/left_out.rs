@@ -1,6 +1,9 @@
 //! Commands that this program was built without: they say so.
 
-#![cfg_attr(all(feature = "camera", feature = "hardware", feature = "monitor", feature = "parquet"), allow(dead_code))]
+#![cfg_attr(
+    all(feature = "camera", feature = "hardware", feature = "monitor", feature = "parquet"),
+    allow(dead_code)
+)]
 
 use crate::failure::{Code, Failure};
 

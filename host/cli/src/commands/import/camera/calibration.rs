@@ -66,9 +66,8 @@ fn from_pictures(
         pictures.push((name, Picture::read(&path)?));
     }
     let options = CalibrationOptions { with_k3: arguments.k3 };
-    let calibrated = calibrate(&pictures, board, options).map_err(|error| {
-        Failure::input(format!("{}: {error}", folder.display()))
-    })?;
+    let calibrated = calibrate(&pictures, board, options)
+        .map_err(|error| Failure::input(format!("{}: {error}", folder.display())))?;
     for (name, reason) in &calibrated.left_out {
         let why = why_no_board(*reason, board);
         ui.warn(format_args!("{}: left out: {why}", folder.join(name).display()));
@@ -117,10 +116,8 @@ pub fn rows(calibrated: &Calibrated) -> Vec<(String, String)> {
     };
     let [fx, fy] = lens.focal_px;
     let [sx, sy] = quality.focal_sd_px;
-    let mut distortion = format!(
-        "k1 {:+.4}, k2 {:+.4}, p1 {:+.5}, p2 {:+.5}",
-        lens.k1, lens.k2, lens.p1, lens.p2
-    );
+    let mut distortion =
+        format!("k1 {:+.4}, k2 {:+.4}, p1 {:+.5}, p2 {:+.5}", lens.k1, lens.k2, lens.p1, lens.p2);
     if lens.k3 != 0.0 {
         distortion += &format!(", k3 {:+.4}", lens.k3);
     }
@@ -146,7 +143,8 @@ pub fn json(calibrated: &Calibrated) -> serde_json::Value {
     let pictures = pictures.map(|used| json!({ "name": used.name, "error_px": used.error_px }));
     let board = &calibrated.calibration.board;
     let left_out = calibrated.left_out.iter();
-    let left_out = left_out.map(|(name, why)| json!({ "name": name, "why": why_no_board(*why, board) }));
+    let left_out =
+        left_out.map(|(name, why)| json!({ "name": name, "why": why_no_board(*why, board) }));
     json!({
         "calibration": calibrated.calibration,
         "pictures": pictures.collect::<Vec<_>>(),

@@ -31,7 +31,10 @@ impl Report<'_> {
             kept.filter(|kept| of(&kept.sighting) > SMALL_M).count()
         };
         for (frames, what) in [
-            (count(|s| s.bridged_m), "a gap of the catheter of more than 2 mm is bridged by a straight line"),
+            (
+                count(|s| s.bridged_m),
+                "a gap of the catheter of more than 2 mm is bridged by a straight line",
+            ),
             (
                 count(|s| s.side_branch_m),
                 "a branch of more than 2 mm is left out: it may be another thing, or the catheter crosses \

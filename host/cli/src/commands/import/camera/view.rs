@@ -32,8 +32,10 @@ impl<'a> Needed<'a> {
             ),
             (arguments.out.is_none() && !is_dry, "--out FILE.csv, for the trial, or --dry-run"),
         ];
-        let missing: Vec<&str> =
-            missing.into_iter().filter_map(|(is_missing, what)| is_missing.then_some(what)).collect();
+        let missing: Vec<&str> = missing
+            .into_iter()
+            .filter_map(|(is_missing, what)| is_missing.then_some(what))
+            .collect();
         match (&arguments.bundle, &arguments.view.plane) {
             (Some(bundle), Some(plane)) if missing.is_empty() => Ok(Self { bundle, plane }),
             _ => {
@@ -64,10 +66,8 @@ pub fn tracker(
         return Err(CameraError::Sizes { first, other: (path.unwrap_or_default(), size) }.into());
     }
     let plane = read_plane(needed.plane, lens, &calibration.board)?;
-    let mut entry = Entry {
-        position_m: rig.entry.position_m.into(),
-        direction: rig.entry.direction.into(),
-    };
+    let mut entry =
+        Entry { position_m: rig.entry.position_m.into(), direction: rig.entry.direction.into() };
     let height_m = plane.height_m(entry.position_m);
     if height_m.abs() > MOST_OFF_PLANE_M {
         ui.warn(format_args!(
@@ -127,7 +127,8 @@ fn no_view(why: NoView, needed: &Needed<'_>, size: [usize; 2]) -> Failure {
     let (rig, plane) = (rig.display(), needed.plane.display());
     let message = match why {
         NoView::EntryOutside(at) => {
-            let at = at.map_or("behind the camera".into(), |[x, y]| format!("at pixel {x:.0}, {y:.0}"));
+            let at =
+                at.map_or("behind the camera".into(), |[x, y]| format!("at pixel {x:.0}, {y:.0}"));
             format!(
                 "{rig}: by {plane} the entry is {at}, outside of the {}x{} pixels\n  fix: give the plane in \
                  the vessel's frame, or the entry's pixel with --entry X,Y",
