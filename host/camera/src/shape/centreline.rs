@@ -74,8 +74,8 @@ fn across(
     let first = (0..=summit).rev().take_while(|k| profile[*k] > level).last()?;
     let last = (summit..profile.len()).take_while(|k| profile[*k] > level).last()?;
     let (mut sum, mut moment) = (0.0, 0.0);
-    for k in first..=last {
-        let weight = profile[k] - level;
+    for (k, value) in profile.iter().enumerate().take(last + 1).skip(first) {
+        let weight = value - level;
         sum += weight;
         moment += weight * offset(k as i32 - count);
     }

@@ -33,8 +33,8 @@ fn is_removable(part: &[u16], width: usize, i: usize, half: usize) -> bool {
     let runs = (0..8).filter(|k| !around[*k] && around[(k + 1) % 8]).count();
     let [right, _, below, _, left, _, above, _] = around;
     let sides = match half {
-        0 => !(above && right && below) && !(right && below && left),
-        _ => !(above && right && left) && !(above && below && left),
+        0 => !(right && below && (above || left)),
+        _ => !(above && left && (right || below)),
     };
     (2..=6).contains(&count) && runs == 1 && sides
 }
