@@ -23,7 +23,9 @@ use clap::{
 
 pub use crate::output::JsonFile;
 pub use bundle::{BundleAction, BundleArguments, BundleInitArguments, Plant};
-pub use camera::{CalibrationArguments, CatheterColour, ImportCameraArguments};
+pub use camera::ImportCameraArguments;
+#[cfg(feature = "camera")]
+pub use camera::{CalibrationArguments, CatheterColour};
 pub use config::{
     ConfigAction, ConfigApplyArguments, ConfigArguments, ConfigDiffArguments, ConfigGetArguments,
     ConfigImageArguments, ConfigImportDbcArguments, ConfigInitArguments, ConfigListArguments,
