@@ -1,7 +1,9 @@
 //! How far tip and shape are off, and how long a frame takes: a recording of 3 s at 30 Hz and 23 mm/s,
 //! rendered under several conditions.
 //!
-//!     cargo run --release -p cathforce-camera --example accuracy
+//!     cargo run --release -p cathforce-camera --example accuracy [STEP]
+//!
+//! takes every STEP-th frame.
 
 use cathforce_camera::render::film::Film;
 use cathforce_camera::render::study::{Study, conditions, mean_and_worst};
@@ -18,7 +20,9 @@ fn main() {
         study.plane.quality.rms_px,
         1e3 * study.plane.quality.worst_m
     );
-    let lengths_m: Vec<f64> = (0..90).map(|k| 0.045 + 0.023 * f64::from(k) / 30.0).collect();
+    let step = std::env::args().nth(1).and_then(|text| text.parse().ok()).unwrap_or(1);
+    let frames = (0..90).step_by(step);
+    let lengths_m: Vec<f64> = frames.map(|k| 0.045 + 0.023 * f64::from(k) / 30.0).collect();
     println!(
         "| condition | frames | missed | tip mean | tip worst | shape RMS mean | worst | ms a frame |"
     );

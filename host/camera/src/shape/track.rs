@@ -282,8 +282,8 @@ impl Miss {
                 "give --polarity light for a light catheter, a lower --threshold, or more light"
             }
             Self::NotAtEntry { .. } => {
-                "check the entry of rig.toml and the plane, give --entry X,Y, or a --background picture \
-                 without the catheter"
+                "check the entry of rig.toml, the plane and --polarity, give --entry X,Y, or a --background \
+                 picture without the catheter"
             }
             Self::NoEnd => "keep the tip inside of the picture, and lamps from shining on it",
             Self::TooShort => "begin the recording when a few millimetres are past the entry",
