@@ -60,9 +60,9 @@ pub fn conditions() -> Vec<Condition> {
         with("webcam, half the light", Film { white: 110.0, ..webcam.clone() }, false),
         with("webcam, noise of 8 grey values", Film { noise: 8.0, ..webcam.clone() }, false),
         with(
-            "webcam, glare on the catheter",
+            "webcam, glare on the catheter's middle",
             Film {
-                glare: vec![glare([420.0, 415.0], 12.0, 200.0), glare([560.0, 330.0], 60.0, 60.0)],
+                glare: vec![glare([370.0, 413.0], 12.0, 200.0), glare([560.0, 330.0], 60.0, 60.0)],
                 ..webcam
             },
             false,

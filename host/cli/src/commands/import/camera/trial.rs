@@ -43,7 +43,15 @@ pub fn join(
             length_m: kept.sighting.length_m,
         })
         .collect();
+    let (seen, hidden) = without_hidden(motion, seen, arguments.offset);
     let joined = join_seen(motion, &seen, arguments.offset);
+    if hidden > 0 {
+        ui.warn(format_args!(
+            "{hidden} frames are left out, whose centre line differs by more than {:.0} mm more from the \
+             insertion than is usual in this recording: the tip is hidden, or something else is taken for it",
+            1e3 * MOST_EXCESS_M
+        ));
+    }
     let name = |path: &Option<PathBuf>| path.as_ref().map(|path| path.display().to_string());
     let motion_name = name(&arguments.motion).unwrap_or_default();
     let frames_name = name(&arguments.frames).unwrap_or_default();
@@ -72,6 +80,31 @@ pub fn join(
     }
     compare_lengths(ui, arguments, motion, &seen, &joined);
     Ok(joined)
+}
+
+/// Sightings whose length fits the insertion as those of the others do, and the number of those that do
+/// not. Where most do not fit, the offset is wrong and all are kept.
+fn without_hidden(motion: &Trial, seen: Vec<Seen>, offset_s: f64) -> (Vec<Seen>, usize) {
+    let excess = |one: &Seen| Some(one.length_m - insertion_m(motion, one.t_s + offset_s)?);
+    let excess: Vec<Option<f64>> = seen.iter().map(excess).collect();
+    let mut known: Vec<f64> = excess.iter().copied().flatten().collect();
+    known.sort_by(f64::total_cmp);
+    let Some(usual_m) = known.get(known.len() / 2).copied() else { return (seen, 0) };
+    let fits = |excess: &Option<f64>| excess.is_none_or(|m| (m - usual_m).abs() < MOST_EXCESS_M);
+    let hidden = excess.iter().filter(|excess| !fits(excess)).count();
+    if 4 * hidden > seen.len() {
+        return (seen, 0);
+    }
+    let kept = seen.into_iter().zip(&excess).filter(|(_, excess)| fits(excess));
+    (kept.map(|(one, _)| one).collect(), hidden)
+}
+
+/// The insertion at a time within the motion \[m\].
+fn insertion_m(motion: &Trial, t_s: f64) -> Option<f64> {
+    let next = motion.rows.partition_point(|row| row.t_s < t_s);
+    let (before, after) = (motion.rows.get(next.checked_sub(1)?)?, motion.rows.get(next)?);
+    let share = (t_s - before.t_s) / (after.t_s - before.t_s);
+    Some(before.insertion_m + share * (after.insertion_m - before.insertion_m))
 }
 
 /// The length that is seen is the insertion, but for slack and mistakes.
