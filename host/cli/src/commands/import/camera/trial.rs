@@ -159,3 +159,36 @@ pub fn write(
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use cathforce_recording::Measured;
+
+    use super::*;
+
+    #[test]
+    fn a_frame_that_contradicts_the_insertion_is_left_out_unless_most_do() {
+        let row = |k: u32| Measured {
+            t_s: 0.01 * f64::from(k),
+            insertion_m: 0.05 + 1e-4 * f64::from(k),
+            rotation_rad: 0.0,
+            force_n: None,
+            drive_force_n: None,
+            tip_m: None,
+            guidewire: None,
+        };
+        let motion = Trial { rows: (0..200).map(row).collect(), ..Trial::default() };
+        let seen = |hidden: usize| {
+            let one = |k: usize| {
+                let t_s = k as f64 / 30.0;
+                let length_m = if k < hidden { 0.03 } else { 0.049 + 0.01 * t_s };
+                Seen { t_s, tip_m: [0.0; 3], shape_m: Vec::new(), length_m }
+            };
+            (0..40).map(one).collect::<Vec<_>>()
+        };
+        // With an offset every frame lies between two rows.
+        let (kept, hidden) = without_hidden(&motion, seen(5), 0.005);
+        assert_eq!((kept.len(), hidden), (35, 5));
+        assert_eq!(without_hidden(&motion, seen(30), 0.005).1, 0);
+    }
+}
