@@ -10,7 +10,7 @@ use anyhow::{Context, bail};
 use serde_json::Value;
 
 /// The packages that others may use, from the bottom up.
-const LIBRARIES: [&str; 17] = [
+const LIBRARIES: [&str; 18] = [
     "cathforce-scalar",
     "cathforce-mechanics",
     "cathforce-control",
@@ -27,6 +27,7 @@ const LIBRARIES: [&str; 17] = [
     "cathforce-material",
     "cathforce-sparse",
     "cathforce-wall",
+    "cathforce-camera",
     "cathforce-test-fixture",
 ];
 
@@ -78,6 +79,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("cathforce-material", &[]),
     ("cathforce-sparse", &[]),
     ("cathforce-wall", &["cathforce-material", "cathforce-sparse", "cathforce-bundle"]),
+    ("cathforce-camera", &[]),
     (
         "cathforce-bench",
         &[

@@ -6,6 +6,7 @@
 //! as JSON; `--out` names the file that is written; every argument has a help text.
 
 mod bundle;
+mod camera;
 mod config;
 mod gap;
 mod link;
@@ -24,6 +25,9 @@ use clap::{
 
 pub use crate::output::JsonFile;
 pub use bundle::{BundleAction, BundleArguments, BundleInitArguments, Plant};
+pub use camera::ImportCameraArguments;
+#[cfg(feature = "camera")]
+pub use camera::{CalibrationArguments, CatheterColour};
 pub use config::{
     ConfigAction, ConfigApplyArguments, ConfigArguments, ConfigDiffArguments, ConfigGetArguments,
     ConfigImageArguments, ConfigImportDbcArguments, ConfigInitArguments, ConfigListArguments,

@@ -2,7 +2,13 @@
 
 // What only a command uses that was left out stays where it is.
 #![cfg_attr(
-    not(all(feature = "hardware", feature = "monitor", feature = "parquet", feature = "wall")),
+    not(all(
+        feature = "camera",
+        feature = "hardware",
+        feature = "monitor",
+        feature = "parquet",
+        feature = "wall"
+    )),
     allow(dead_code)
 )]
 

@@ -1,7 +1,13 @@
 //! Commands that this program was built without: they say so.
 
 #![cfg_attr(
-    all(feature = "hardware", feature = "monitor", feature = "parquet", feature = "wall"),
+    all(
+        feature = "camera",
+        feature = "hardware",
+        feature = "monitor",
+        feature = "parquet",
+        feature = "wall"
+    ),
     allow(dead_code)
 )]
 
@@ -14,6 +20,17 @@ fn without(command: &str, feature: &str) -> Failure {
          which is on by default: `cargo install --path host/cli`"
     );
     Failure::new(Code::Usage, message)
+}
+
+#[cfg(not(feature = "camera"))]
+pub mod camera {
+    use crate::args::ImportCameraArguments;
+    use crate::failure::Failure;
+    use crate::ui::Ui;
+
+    pub fn run(_: &Ui, _: &ImportCameraArguments) -> Result<(), Failure> {
+        Err(super::without("cathforce import camera", "camera"))
+    }
 }
 
 #[cfg(not(feature = "monitor"))]
