@@ -10,7 +10,7 @@ use anyhow::{Context, bail};
 use serde_json::Value;
 
 /// The packages that others may use, from the bottom up.
-const LIBRARIES: [&str; 13] = [
+const LIBRARIES: [&str; 14] = [
     "cathforce-scalar",
     "cathforce-mechanics",
     "cathforce-control",
@@ -24,6 +24,7 @@ const LIBRARIES: [&str; 13] = [
     "cathforce-gap",
     "cathforce-pages",
     "cathforce-blind-test",
+    "cathforce-filter",
 ];
 
 /// What runs on the device and on the host alike, the bus included.
@@ -67,6 +68,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
         &["cathforce-mechanics", "cathforce-bundle", "cathforce-reference-solver"],
     ),
     ("cathforce-blind-test", &["cathforce-reference-solver"]),
+    ("cathforce-filter", &[]),
     ("cathforce", &LIBRARIES),
     (
         "cathforce-bench",

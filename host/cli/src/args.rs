@@ -7,6 +7,7 @@
 
 mod bundle;
 mod config;
+mod filter;
 mod gap;
 mod link;
 mod lumen;
@@ -27,6 +28,7 @@ pub use config::{
     ConfigImageArguments, ConfigImportDbcArguments, ConfigInitArguments, ConfigListArguments,
     ConfigSaveArguments, ConfigSetArguments, ConfigShowArguments, ConfigValidateArguments,
 };
+pub use filter::FilterArguments;
 pub use gap::{
     AblationArguments, ApplyArguments, BlindTestAction, BlindTestArguments, BlindTestFolder,
     BlindTestFolders, BlindTestMakeArguments, BlindTestRunArguments, CoverageArguments,
@@ -139,6 +141,8 @@ pub enum Command {
     Import(ImportArguments),
     /// Play the frames of a recording on a bus, each at its time.
     Play(SendArguments),
+    /// Replace outliers and take noise out of what sensors measured.
+    Filter(FilterArguments),
     /// Watch a bus: state, age, rates, load, forces and faults.
     Monitor(MonitorArguments),
     /// Measure the time from encoder to record, stage by stage.

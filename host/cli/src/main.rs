@@ -52,6 +52,7 @@ fn main() -> ExitCode {
         Command::Check(arguments) => commands::check::run(&ui, &arguments),
         Command::Export(arguments) => commands::export::run(&ui, &arguments),
         Command::Import(arguments) => commands::import::run(&ui, &arguments.from),
+        Command::Filter(arguments) => commands::filter::run(&ui, &arguments),
         Command::Play(arguments) => commands::play::run(&ui, &arguments),
         Command::Monitor(arguments) => commands::monitor::run(&ui, &arguments),
         Command::Latency(arguments) => commands::latency::run(&ui, &arguments),

@@ -6,6 +6,7 @@ pub mod config;
 pub mod doctor;
 pub mod export;
 pub mod fault;
+pub mod filter;
 pub mod gap;
 pub mod import;
 pub mod info;
