@@ -10,7 +10,7 @@ use anyhow::{Context, bail};
 use serde_json::Value;
 
 /// The packages that others may use, from the bottom up.
-const LIBRARIES: [&str; 14] = [
+const LIBRARIES: [&str; 15] = [
     "cathforce-scalar",
     "cathforce-mechanics",
     "cathforce-control",
@@ -21,6 +21,7 @@ const LIBRARIES: [&str; 14] = [
     "cathforce-effect-catalogue",
     "cathforce-link",
     "cathforce-recording",
+    "cathforce-calibration",
     "cathforce-gap",
     "cathforce-pages",
     "cathforce-blind-test",
@@ -53,6 +54,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     (
         "cathforce-gap",
         &[
+            "cathforce-calibration",
             "cathforce-mechanics",
             "cathforce-effect-catalogue",
             "cathforce-bundle",
@@ -69,6 +71,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ),
     ("cathforce-blind-test", &["cathforce-reference-solver"]),
     ("cathforce-filter", &[]),
+    ("cathforce-calibration", &[]),
     ("cathforce", &LIBRARIES),
     (
         "cathforce-bench",

@@ -6,6 +6,7 @@
 //! as JSON; `--out` names the file that is written; every argument has a help text.
 
 mod bundle;
+mod calibrate;
 mod config;
 mod filter;
 mod gap;
@@ -23,6 +24,7 @@ use clap::{
 
 pub use crate::output::JsonFile;
 pub use bundle::{BundleAction, BundleArguments, BundleInitArguments, Plant};
+pub use calibrate::{Asked, CalibrateArguments};
 pub use config::{
     ConfigAction, ConfigApplyArguments, ConfigArguments, ConfigDiffArguments, ConfigGetArguments,
     ConfigImageArguments, ConfigImportDbcArguments, ConfigInitArguments, ConfigListArguments,
@@ -131,6 +133,8 @@ pub enum Command {
     Tips,
     /// Find the cause of a gap between model and measurement, and close it.
     Gap(GapArguments),
+    /// Fit settings that you name to measured trials.
+    Calibrate(CalibrateArguments),
     /// Make a web page of a recording.
     Report(ReportArguments),
     /// Report what a recording holds, what is missing and why, and whether it replays.

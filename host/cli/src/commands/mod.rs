@@ -1,6 +1,7 @@
 //! The commands, each in a file of its own.
 
 pub mod bundle;
+pub mod calibrate;
 pub mod check;
 pub mod config;
 pub mod doctor;
