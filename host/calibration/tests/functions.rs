@@ -161,7 +161,7 @@ fn a_run_is_the_same_however_often_it_is_interrupted() {
             // Interrupted after some evaluations.
             let (count, flag) = (AtomicUsize::new(0), AtomicBool::new(false));
             let tell = |_: Progress| {
-                if count.fetch_add(1, Ordering::Relaxed) > 70 {
+                if count.fetch_add(1, Ordering::Relaxed) > 25 {
                     flag.store(true, Ordering::Relaxed);
                 }
             };

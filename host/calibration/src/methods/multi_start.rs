@@ -4,12 +4,12 @@
 //! After k rounds of N samples a search begins at each of the best tenths, unless a better sample or a
 //! minimum that is known lies within
 //!
-//! > r_k = π^(−1/2) (Γ(1 + n/2) ς ln(kN)/(kN))^(1/n),   ς = 4,
+//! > r_k = π^(−1/2) (Γ(1 + n/2) ς ln(kN)/(kN))^(1/n),   ς = 2,
 //!
 //! so that with probability 1 every valley is searched, and few are searched twice. Samples follow
 //! Sobol's sequence, scrambled (Burley 2020), which leaves smaller holes than random ones do (Kucherenko
 //! and Sytsko 2005). Rounds end when a valley that is not known is unlikely (Boender and Rinnooy Kan
-//! 1987): w(kN − 1)/(kN − w − 2) < w + ½ for w known ones.
+//! 1987): w(kN − 1)/(kN − w − 2) < w + ½ for w known ones, and the last round has found none.
 
 use crate::ask::{Answer, Optimiser, Question};
 use crate::local::{Descent, Simplex};
@@ -19,13 +19,14 @@ const SAMPLES_EACH: usize = 8;
 const FEWEST_SAMPLES: usize = 16;
 /// Share of all samples from which searches begin.
 const BEST_SHARE: f64 = 0.3;
-/// ς.
-const SIGMA: f64 = 4.0;
+/// ς, as NLopt takes it (Johnson, its MLSL): Rinnooy Kan and Timmer's 4 leaves valleys out for long.
+const SIGMA: f64 = 2.0;
 /// Two searches that end this near in the unit cube have found one minimum.
 const SAME: f64 = 1e-3;
 /// Searches of a round at most, the best samples first.
 const MOST_SEARCHES: usize = 6;
-const MOST_ROUNDS: usize = 8;
+/// Rounds at least. The rule that ends them counts searches, of which few begin in a round.
+const FEWEST_ROUNDS: usize = 3;
 
 #[derive(Clone, Debug)]
 enum Search {
@@ -52,6 +53,8 @@ pub struct MultiStart {
     rounds: usize,
     samples: Vec<Sample>,
     minima: Vec<(f64, Vec<f64>)>,
+    /// Known when the round began.
+    known: usize,
     asked: Vec<Vec<f64>>,
     searches: Vec<Search>,
     /// Questions of each search in the batch that was asked.
@@ -71,6 +74,7 @@ impl MultiStart {
             rounds: 0,
             samples: Vec::new(),
             minima: Vec::new(),
+            known: 0,
             asked: Vec::new(),
             searches: Vec::new(),
             shares: Vec::new(),
@@ -167,7 +171,9 @@ impl MultiStart {
         let (w, count) = (self.minima.len() as f64, self.samples.len() as f64);
         let expected = w * (count - 1.0) / (count - w - 2.0);
         let is_known = w > 0.0 && count > w + 2.0 && expected < w + 0.5;
-        self.converged = is_known || self.rounds >= MOST_ROUNDS;
+        let is_new = self.minima.len() > self.known;
+        self.converged = is_known && !is_new && self.rounds >= FEWEST_ROUNDS;
+        self.known = self.minima.len();
     }
 }
 

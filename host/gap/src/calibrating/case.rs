@@ -125,12 +125,18 @@ mod tests {
         Case::new(toy).unwrap()
     }
 
+    /// Of the first of two trials.
+    fn errors<P: Plant>(case: &Case<P>, value: f64) -> Vec<Option<Vec<f64>>> {
+        vec![case.errors(0, &[value]), None]
+    }
+
+    fn rms<P: Plant>(case: &Case<P>, value: f64) -> (f64, usize) {
+        case.rms(Quantity::Force, &errors(case, value)).unwrap()
+    }
+
     #[test]
     fn errors_are_those_of_the_model_at_the_values() {
         let mut case = case();
-        let errors = |case: &Case<_>, value: f64| vec![case.errors(0, &[value]), None];
-        let rms =
-            |case: &Case<_>, value: f64| case.rms(Quantity::Force, &errors(case, value)).unwrap();
         // The slope of nothing at all, over half of the way.
         let (before, count) = rms(&case, 0.0);
         assert!((before - SLOPE / 3.0_f64.sqrt()).abs() < 0.02, "{before}");

@@ -163,11 +163,9 @@ impl<P: Plant> Calibration<P> {
         };
         let has_influence = |k: usize| {
             let p = &self.parameters[k];
-            let tried = bases.iter().flat_map(|base| [(base, p.low), (base, p.high)]);
+            let mut tried = bases.iter().flat_map(|base| [(base, p.low), (base, p.high)]);
             // Where nothing can be computed nothing is known.
-            tried
-                .into_iter()
-                .any(|(base, to)| moved(base, k, to).is_none_or(|size| size > INFLUENCE))
+            tried.any(|(base, to)| moved(base, k, to).is_none_or(|size| size > INFLUENCE))
         };
         let names = self.parameters.iter().enumerate();
         names.filter(|(k, _)| !has_influence(*k)).map(|(_, p)| p.name.as_str()).collect()

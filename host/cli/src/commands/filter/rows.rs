@@ -44,7 +44,7 @@ pub fn measured(table: &Table) -> Vec<String> {
     let is_shape = |name: &str| {
         let digits = name.strip_prefix('p').and_then(|rest| rest.split_once('_'));
         digits.is_some_and(|(k, _)| {
-            k.parse().is_ok_and(|k| columns::shape_point(k).contains(&name.to_owned()))
+            k.parse::<usize>().is_ok_and(|k| columns::shape_point(k).contains(&name.to_owned()))
         })
     };
     let names = table.names().filter(|name| single.contains(name) || is_shape(name));
