@@ -5,7 +5,7 @@ use std::io;
 use csv::{ReaderBuilder, StringRecord, Trim};
 use thiserror::Error;
 
-use crate::clock::ClockError;
+use crate::clock::{Clock, ClockError};
 use crate::pipeline::{Done, Pipeline};
 
 /// Digits that a filtered value has after the point beyond those that were measured.
@@ -161,6 +161,40 @@ impl Table {
         (0..self.rows.len()).map(at).collect()
     }
 
+    /// Why a column cannot be filtered that has a value in less than half of the rows, such as the tip of a
+    /// camera that was logged by the clock of a load cell; `None` of any other.
+    pub fn sparse_and_uneven(
+        &self,
+        time: &str,
+        name: &str,
+        pipeline: &Pipeline,
+    ) -> Option<TableError> {
+        let series = self.series(&self.times(time).ok()?, name).ok()?;
+        let is_sparse = 2 * series.rows.len() < self.rows.len();
+        let clock = Clock::of(&series.t_s, pipeline.split_at_gaps).err().filter(|_| is_sparse)?;
+        Some(self.of_clock(&series, name, clock))
+    }
+
+    fn series(&self, t_s: &[f64], name: &str) -> Result<Series, TableError> {
+        let column = self.column(name)?;
+        let mut series = Series { column, ..Series::default() };
+        for (row, t_s) in t_s.iter().enumerate() {
+            if let Some(value) = self.number(row, column)? {
+                series.rows.push(row);
+                series.t_s.push(*t_s);
+                series.values.push(value);
+            }
+        }
+        Ok(series)
+    }
+
+    fn of_clock(&self, series: &Series, name: &str, clock: ClockError) -> TableError {
+        TableError {
+            line: clock.row().map_or(1, |row| self.lines[series.rows[row]]),
+            cause: TableCause::Clock { column: name.into(), clock },
+        }
+    }
+
     /// The place of a column, its new fields by row, and what was done.
     #[allow(clippy::type_complexity, reason = "used in one place")]
     fn filtered(
@@ -169,19 +203,10 @@ impl Table {
         name: &str,
         pipeline: &Pipeline,
     ) -> Result<(usize, Vec<(usize, String)>, Done), TableError> {
-        let column = self.column(name)?;
-        let (mut rows, mut times, mut values) = (Vec::new(), Vec::new(), Vec::new());
-        for (row, t_s) in t_s.iter().enumerate() {
-            if let Some(value) = self.number(row, column)? {
-                rows.push(row);
-                times.push(*t_s);
-                values.push(value);
-            }
-        }
-        let found = pipeline.apply(&times, &values).map_err(|clock| TableError {
-            line: clock.row().map_or(1, |row| self.lines[rows[row]]),
-            cause: TableCause::Clock { column: name.into(), clock },
-        })?;
+        let series = self.series(t_s, name)?;
+        let found = pipeline.apply(&series.t_s, &series.values);
+        let found = found.map_err(|clock| self.of_clock(&series, name, clock))?;
+        let Series { column, rows, .. } = series;
         let digits = rows.iter().map(|&row| digits(&self.rows[row][column])).max().unwrap_or(0);
         let text = |value: &f64| match digits {
             digits if digits <= MOST_DIGITS => format!("{value:.digits$}"),
@@ -201,6 +226,15 @@ impl Table {
         }
         csv.flush()
     }
+}
+
+/// The values of a column at the rows that have one.
+#[derive(Default)]
+struct Series {
+    column: usize,
+    rows: Vec<usize>,
+    t_s: Vec<f64>,
+    values: Vec<f64>,
 }
 
 /// Digits that a filtered value has after the point, from a measured one. What is written with an
@@ -251,6 +285,26 @@ mod tests {
             assert_eq!(new[1], "0.10000");
             assert_eq!(new[2].is_empty(), old[2].is_empty());
         }
+    }
+
+    #[test]
+    fn a_sparse_column_of_another_clock_is_told_from_a_broken_one() {
+        // Pictures come when they like.
+        let uneven = example().replacen("0.032,0.100,0.0080", "0.032,0.100,", 1);
+        let uneven = uneven.replacen("0.036,0.100,", "0.036,0.100,0.0090", 1);
+        let table = Table::read(&uneven).unwrap();
+        let of = |name: &str| table.sparse_and_uneven("t_s", name, &Pipeline::default());
+        let found = of("tip_x_m").unwrap();
+        assert_eq!(found.line, 11, "{found}");
+        assert_eq!(of("fx_N"), None);
+        assert_eq!(
+            Table::read(&example()).unwrap().sparse_and_uneven(
+                "t_s",
+                "tip_x_m",
+                &Pipeline::default()
+            ),
+            None
+        );
     }
 
     #[test]

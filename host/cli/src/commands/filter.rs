@@ -20,7 +20,7 @@ pub fn run(ui: &Ui, arguments: &FilterArguments) -> Result<(), Failure> {
     let report = match () {
         () if source.is_dir() => bundle::of_folder(ui, arguments, &out)?,
         () if is_recording(source) => bundle::of_recording(ui, arguments, &out)?,
-        () => table(arguments, &out)?,
+        () => table(ui, arguments, &out)?,
     };
     if arguments.causal {
         ui.say("causal: every value depends on rows up to its own, and is late by what is stated");
@@ -44,7 +44,7 @@ fn beside(source: &Path) -> PathBuf {
 }
 
 /// A table of any kind.
-fn table(arguments: &FilterArguments, out: &Path) -> Result<Report, Failure> {
+fn table(ui: &Ui, arguments: &FilterArguments, out: &Path) -> Result<Report, Failure> {
     let source = &arguments.source;
     let said = out.with_extension("filter.json");
     if !arguments.dry_run {
@@ -59,7 +59,7 @@ fn table(arguments: &FilterArguments, out: &Path) -> Result<Report, Failure> {
         check_again(&said, Kind::Json)?;
     }
     let mut table = rows::read(source)?;
-    let columns = rows::columns(source, &table, &arguments.columns)?;
+    let columns = rows::columns(ui, source, &table, arguments)?;
     let shown = source.display().to_string();
     let done = rows::filter(&shown, &mut table, &arguments.time, &columns, &arguments.pipeline())?;
     let mut report = Report::new(arguments, out);

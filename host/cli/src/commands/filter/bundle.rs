@@ -61,11 +61,12 @@ fn filtered(
     for (file, table) in &mut tables {
         let there: Vec<&str> = table.names().collect();
         let asked = arguments.columns.iter().filter(|name| there.contains(&name.as_str())).cloned();
-        let columns = match arguments.columns.is_empty() {
-            true => rows::measured(table),
-            false => asked.collect(),
-        };
+        let asked = asked.collect();
         let name = shown(file);
+        let columns = match arguments.columns.is_empty() {
+            true => rows::usable(ui, &name, table, rows::measured(table), arguments),
+            false => asked,
+        };
         if columns.is_empty() {
             ui.warn(format_args!("{name}: it has none of the columns and is copied as it is"));
         }

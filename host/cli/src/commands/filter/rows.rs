@@ -6,8 +6,10 @@ use cathforce_bundle::bundle::columns;
 use cathforce_bundle::nearest;
 use cathforce_filter::{Done, Pipeline, Table, TableCause, TableError};
 
+use crate::args::FilterArguments;
 use crate::failure::{Code, Failure};
 use crate::open::read_text;
+use crate::ui::Ui;
 
 /// Reads a table; its faults have its file and line.
 pub fn read(path: &Path) -> Result<Table, Failure> {
@@ -16,9 +18,14 @@ pub fn read(path: &Path) -> Result<Table, Failure> {
 }
 
 /// The columns that are asked for, or those that a trial's sensors measured.
-pub fn columns(path: &Path, table: &Table, asked: &[String]) -> Result<Vec<String>, Failure> {
-    if !asked.is_empty() {
-        return Ok(asked.to_vec());
+pub fn columns(
+    ui: &Ui,
+    path: &Path,
+    table: &Table,
+    arguments: &FilterArguments,
+) -> Result<Vec<String>, Failure> {
+    if !arguments.columns.is_empty() {
+        return Ok(arguments.columns.clone());
     }
     let found = measured(table);
     if found.is_empty() {
@@ -30,7 +37,29 @@ pub fn columns(path: &Path, table: &Table, asked: &[String]) -> Result<Vec<Strin
         );
         return Err(Failure::new(Code::Usage, message));
     }
-    Ok(found)
+    Ok(usable(ui, &path.display().to_string(), table, found, arguments))
+}
+
+/// The columns without those that were measured now and then by a clock of their own; they stay as they
+/// are, with a warning. Where no other is left all are given, and refused when they are filtered.
+pub fn usable(
+    ui: &Ui,
+    shown: &str,
+    table: &Table,
+    columns: Vec<String>,
+    arguments: &FilterArguments,
+) -> Vec<String> {
+    let pipeline = arguments.pipeline();
+    let why = |name: &String| table.sparse_and_uneven(&arguments.time, name, &pipeline);
+    let (uneven, even): (Vec<_>, Vec<_>) =
+        columns.iter().map(|name| (name, why(name))).partition(|(_, why)| why.is_some());
+    if even.is_empty() {
+        return columns;
+    }
+    for TableError { line, cause } in uneven.into_iter().filter_map(|(_, why)| why) {
+        ui.warn(format_args!("{shown}:{line}: {cause}; the column stays as it was measured"));
+    }
+    even.into_iter().map(|(name, _)| name.clone()).collect()
 }
 
 /// What sensors measured: neither times nor the encoders of drives, which are the inputs of the model.
