@@ -1,6 +1,6 @@
 //! The fit: a global search, then steps that follow the finer model, and how sure the result is.
 //!
-//! > minimise Σ_trials |r(θ, ν̂(θ))|² + Σ_p ((θ_p − off_p)/scale_p)²,   low ≤ θ ≤ high
+//! > minimise Σ_trials |r(θ, ν̂(θ))|² + Σ_p ((θ_p − start_p)/scale_p)²,   low ≤ θ ≤ high
 //!
 //! as a diagnosis does for an effect (docs/explanation/diagnosis.md, D5), from any method of
 //! `cathforce-calibration`.
@@ -136,8 +136,8 @@ impl<P: Plant> Calibration<P> {
     fn residuals(&self, values: &[f64]) -> Option<Vec<f64>> {
         let of = |(case, trial): (usize, usize)| self.cases[case].residuals(trial, values);
         let own: Option<Vec<Vec<f64>>> = self.trials(false).into_par_iter().map(of).collect();
-        let priors = values.iter().zip(&self.off).zip(&self.scales);
-        let priors = priors.map(|((value, off), scale)| (value - off) / scale);
+        let priors = values.iter().zip(&self.parameters).zip(&self.scales);
+        let priors = priors.map(|((value, p), scale)| (value - p.start) / scale);
         Some(own?.into_iter().flatten().chain(priors).collect())
     }
 
