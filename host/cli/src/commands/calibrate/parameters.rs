@@ -39,7 +39,7 @@ pub fn wanted(data: &Data, asked: &[Asked]) -> Result<Vec<Fit>, Failure> {
         }
         for key in keys {
             // An effect beside one of its parameters: the parameter's own bounds count.
-            if let Some(own) = found.iter_mut().find(|own| own.wanted.key == key) {
+            if let Some(own) = found.iter().find(|own| own.wanted.key == key) {
                 match bounds {
                     None => continue,
                     Some(_) if own.own_bounds => {

@@ -51,15 +51,14 @@ pub fn usable(
 ) -> Vec<String> {
     let pipeline = arguments.pipeline();
     let why = |name: &String| table.sparse_and_uneven(&arguments.time, name, &pipeline);
-    let (uneven, even): (Vec<_>, Vec<_>) =
-        columns.iter().map(|name| (name, why(name))).partition(|(_, why)| why.is_some());
-    if even.is_empty() {
+    let why: Vec<Option<TableError>> = columns.iter().map(why).collect();
+    if why.iter().all(Option::is_some) {
         return columns;
     }
-    for TableError { line, cause } in uneven.into_iter().filter_map(|(_, why)| why) {
+    for TableError { line, cause } in why.iter().flatten() {
         ui.warn(format_args!("{shown}:{line}: {cause}; the column stays as it was measured"));
     }
-    even.into_iter().map(|(name, _)| name.clone()).collect()
+    columns.into_iter().zip(why).filter(|(_, why)| why.is_none()).map(|(name, _)| name).collect()
 }
 
 /// What sensors measured: neither times nor the encoders of drives, which are the inputs of the model.
