@@ -10,7 +10,7 @@ use anyhow::{Context, bail};
 use serde_json::Value;
 
 /// The packages that others may use, from the bottom up.
-const LIBRARIES: [&str; 18] = [
+const LIBRARIES: [&str; 20] = [
     "cathforce-scalar",
     "cathforce-mechanics",
     "cathforce-control",
@@ -21,6 +21,7 @@ const LIBRARIES: [&str; 18] = [
     "cathforce-effect-catalogue",
     "cathforce-link",
     "cathforce-recording",
+    "cathforce-calibration",
     "cathforce-gap",
     "cathforce-pages",
     "cathforce-blind-test",
@@ -28,6 +29,7 @@ const LIBRARIES: [&str; 18] = [
     "cathforce-sparse",
     "cathforce-wall",
     "cathforce-camera",
+    "cathforce-filter",
     "cathforce-test-fixture",
 ];
 
@@ -60,6 +62,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     (
         "cathforce-gap",
         &[
+            "cathforce-calibration",
             "cathforce-mechanics",
             "cathforce-effect-catalogue",
             "cathforce-bundle",
@@ -80,6 +83,8 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("cathforce-sparse", &[]),
     ("cathforce-wall", &["cathforce-material", "cathforce-sparse", "cathforce-bundle"]),
     ("cathforce-camera", &[]),
+    ("cathforce-filter", &[]),
+    ("cathforce-calibration", &[]),
     (
         "cathforce-bench",
         &[

@@ -6,8 +6,10 @@
 //! as JSON; `--out` names the file that is written; every argument has a help text.
 
 mod bundle;
+mod calibrate;
 mod camera;
 mod config;
+mod filter;
 mod gap;
 mod link;
 mod lumen;
@@ -25,6 +27,7 @@ use clap::{
 
 pub use crate::output::JsonFile;
 pub use bundle::{BundleAction, BundleArguments, BundleInitArguments, Plant};
+pub use calibrate::{Asked, CalibrateArguments};
 pub use camera::ImportCameraArguments;
 #[cfg(feature = "camera")]
 pub use camera::{CalibrationArguments, CatheterColour};
@@ -33,6 +36,7 @@ pub use config::{
     ConfigImageArguments, ConfigImportDbcArguments, ConfigInitArguments, ConfigListArguments,
     ConfigSaveArguments, ConfigSetArguments, ConfigShowArguments, ConfigValidateArguments,
 };
+pub use filter::FilterArguments;
 pub use gap::{
     AblationArguments, ApplyArguments, BlindTestAction, BlindTestArguments, BlindTestFolder,
     BlindTestFolders, BlindTestMakeArguments, BlindTestRunArguments, CoverageArguments,
@@ -146,6 +150,8 @@ pub enum Command {
     Tips,
     /// Find the cause of a gap between model and measurement, and close it.
     Gap(GapArguments),
+    /// Fit settings that you name to measured trials.
+    Calibrate(CalibrateArguments),
     /// Make a web page of a recording.
     Report(ReportArguments),
     /// Report what a recording holds, what is missing and why, and whether it replays.
@@ -156,6 +162,8 @@ pub enum Command {
     Import(ImportArguments),
     /// Play the frames of a recording on a bus, each at its time.
     Play(SendArguments),
+    /// Replace outliers and take noise out of what sensors measured.
+    Filter(FilterArguments),
     /// Watch a bus: state, age, rates, load, forces and faults.
     Monitor(MonitorArguments),
     /// Measure the time from encoder to record, stage by stage.

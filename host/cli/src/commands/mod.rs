@@ -1,11 +1,13 @@
 //! The commands, each in a file of its own.
 
 pub mod bundle;
+pub mod calibrate;
 pub mod check;
 pub mod config;
 pub mod doctor;
 pub mod export;
 pub mod fault;
+pub mod filter;
 pub mod gap;
 pub mod import;
 pub mod info;

@@ -97,17 +97,19 @@ impl Source {
 
     pub fn plant(&self) -> Result<Box<dyn Plant>, Failure> {
         let bundle = &self.bundle;
-        match (&bundle.rig.plant, &self.image) {
-            (RigPlant::Drive(_), _) => {
-                Ok(Box::new(Drive::new(bundle).map_err(|e| refuse(bundle, &e))?))
-            }
-            (RigPlant::Catheter(_), None) => Ok(Box::new(catheter(bundle)?)),
-            (RigPlant::Catheter(_), Some(image)) => {
-                let (head, lumen) = split(image).map_err(|e| refuse(bundle, &e))?;
-                let found = Catheter::in_lumen(bundle, head.lumen, lumen.to_vec());
-                Ok(Box::new(found.map_err(|e| refuse(bundle, &e))?))
-            }
+        match &bundle.rig.plant {
+            RigPlant::Drive(_) => Ok(Box::new(Drive::new(bundle).map_err(|e| refuse(bundle, &e))?)),
+            RigPlant::Catheter(_) => Ok(Box::new(self.catheter()?)),
         }
+    }
+
+    /// The model of a rig with a catheter; of a recording in the lumen that its device had.
+    pub fn catheter(&self) -> Result<Catheter, Failure> {
+        let bundle = &self.bundle;
+        let Some(image) = &self.image else { return catheter(bundle) };
+        let (head, lumen) = split(image).map_err(|e| refuse(bundle, &e))?;
+        let found = Catheter::in_lumen(bundle, head.lumen, lumen.to_vec());
+        found.map_err(|e| refuse(bundle, &e))
     }
 
     /// A device image with these options. `described`: the rig with them; of a recording, its
