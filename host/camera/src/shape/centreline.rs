@@ -23,8 +23,9 @@ pub fn centre_line(
 ) -> Vec<Vector2<f64>> {
     let reach = (SMOOTH_WIDTHS * width_px).max(4.0);
     let rough: Vec<Vector2<f64>> = path.iter().map(|p| Vector2::from(*p)).collect();
-    // Thinning leaves an end that may turn aside into a corner of the catheter's by up to a width.
-    let sound = rough.len().saturating_sub(width_px.ceil() as usize).max(2);
+    // Thinning leaves an end that points anywhere, half a width before the catheter's. Cutting a whole
+    // width makes the parabola reach farther and the tip half as good: 0.145 mm off instead of 0.087 mm.
+    let sound = rough.len().saturating_sub((0.5 * width_px).ceil() as usize).max(2);
     let mut line = resampled(&smooth(&rough[..sound.min(rough.len())], None, reach), 1.0);
     for _ in 0..ROUNDS {
         let measured: Vec<_> = (0..line.len())
