@@ -139,7 +139,7 @@ impl Piece {
     }
 
     /// How far along the piece its nearest point is \[m\], and the way from there.
-    fn from_axis(&self, p: &Vector3<f64>) -> (f64, Vector3<f64>) {
+    fn off_axis(&self, p: &Vector3<f64>) -> (f64, Vector3<f64>) {
         let from_start = p - self.start;
         let s = from_start.dot(&self.axis).clamp(0.0, self.length_m);
         (s, from_start - self.axis * s)
@@ -148,7 +148,7 @@ impl Piece {
     /// Distance to the wall of the tube. `radius_m` is measured across the axis, so a tapering wall
     /// leans by its taper.
     fn sample(&self, p: &Vector3<f64>) -> WallPoint {
-        let (s, from_axis) = self.from_axis(p);
+        let (s, from_axis) = self.off_axis(p);
         let across_m = from_axis.norm();
         let inwards = if across_m > 1e-12 { -from_axis / across_m } else { Vector3::zeros() };
         let lean = (1.0 + self.taper * self.taper).sqrt();
@@ -208,7 +208,7 @@ impl Run {
 
     /// The piece whose axis is nearest, and how near it is \[m\].
     fn nearest(&self, p: &Vector3<f64>) -> Option<(f64, &Piece)> {
-        let distances = self.pieces.iter().map(|piece| (piece.from_axis(p).1.norm(), piece));
+        let distances = self.pieces.iter().map(|piece| (piece.off_axis(p).1.norm(), piece));
         distances.min_by(|a, b| a.0.total_cmp(&b.0))
     }
 }

@@ -2,5 +2,6 @@
 
 mod calibrate;
 mod filter;
+#[allow(dead_code, reason = "other tests use the rest")]
 #[path = "../support/mod.rs"]
 mod support;
