@@ -27,7 +27,7 @@ pub enum WallAction {
 /// The finite elements of a wall.
 #[derive(Debug, Args)]
 pub struct ElementArguments {
-    /// Size of the elements along the wall [default: 4]
+    /// Size of the elements along the wall [default: 5; `reduce`: half of the narrowest radius]
     #[arg(long, value_name = "MM", value_parser = millimetres)]
     pub element_mm: Option<f64>,
     /// Layers of elements through the wall.
