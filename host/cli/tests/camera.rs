@@ -1,7 +1,6 @@
 //! `cathforce import camera`, on pictures of a known scene.
 #![cfg(feature = "camera")]
 
-#[allow(dead_code, reason = "other tests use the rest")]
 mod support;
 
 use std::fs;

@@ -2,6 +2,5 @@
 
 mod calibrate;
 mod filter;
-#[allow(dead_code, reason = "other tests use the rest")]
 #[path = "../support/mod.rs"]
 mod support;
