@@ -48,7 +48,8 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
         if model.guidewire.is_some() {
             let guidewire = model.within_reach(target.guidewire);
             insertion = maximum(guidewire.insertion_m, insertion);
-            self.slide_instruments(Drives { catheter, guidewire }, insertion, h);
+            let tendons_m = self.drives.tendons_m;
+            self.slide_instruments(Drives { catheter, guidewire, tendons_m }, insertion, h);
         } else {
             self.drives.catheter = catheter;
         }

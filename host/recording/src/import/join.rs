@@ -94,6 +94,10 @@ fn between(before: &Measured, after: &Measured, t_s: f64, force_n: [f64; 3]) -> 
             rotation_rad: between(a.rotation_rad, b.rotation_rad),
             drive_force_n: None,
         }),
+        tendons_m: std::array::from_fn(|k| {
+            let (before, after) = before.tendons_m[k].zip(after.tendons_m[k])?;
+            Some(between(before, after))
+        }),
     }
 }
 
@@ -110,6 +114,7 @@ mod tests {
             drive_force_n: None,
             tip_m: None,
             guidewire: None,
+            tendons_m: [None; 4],
         }
     }
 

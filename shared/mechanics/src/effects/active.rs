@@ -3,6 +3,7 @@
 
 use cathforce_scalar::{Pack, Vector3};
 
+use super::driven_tendons::DrivenTendons;
 use super::fluid::FluidForce;
 use super::tendon::TendonBend;
 use super::wall_law::WallLaw;
@@ -93,10 +94,11 @@ pub(crate) struct Nominal;
 impl<T: Real> Law<T> for Nominal {}
 
 /// The effects with the constants of one step.
-pub(crate) struct ActiveEffects<T: Real> {
+pub(crate) struct ActiveEffects<'a, T: Real> {
     pub wall: WallLaw<T>,
     pub fluid: Option<FluidForce<T>>,
     pub tendon: Option<TendonBend<T>>,
+    pub tendons: Option<DrivenTendons<'a, T>>,
     /// Stiffness after softening, over the nominal one \[1\].
     pub softness: T,
     pub vessel_motion: [Vector3<T>; 2],
@@ -146,7 +148,7 @@ impl<T: Real> Windup<T> {
     }
 }
 
-impl<T: Real> Law<T> for ActiveEffects<T> {
+impl<T: Real> Law<T> for ActiveEffects<'_, T> {
     const RELAXES: bool = true;
 
     #[inline(always)]
@@ -205,6 +207,9 @@ impl<T: Real> Law<T> for ActiveEffects<T> {
         }
         if let Some(tendon) = &mut self.tendon {
             tendon.bend_joint(index, bend, &mut joint);
+        }
+        if let Some(tendons) = &mut self.tendons {
+            tendons.bend_joint(index, bend, &mut joint);
         }
         if index == self.windup.entry && self.windup.compliance > T::zero() {
             self.windup.add_shaft(bend, &mut joint);

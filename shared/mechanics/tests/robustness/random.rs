@@ -80,6 +80,7 @@ pub fn any_description(random: &mut Random) -> Description<f32> {
         },
         guidewire: None,
         tendon: Tendon::none(),
+        tendons: [].into_iter().collect(),
         effects: Effects::off(),
         gravity_m_per_s2: core::array::from_fn(|_| f(random.between(-10.0, 10.0))),
         solver: Solver {

@@ -89,7 +89,7 @@ impl Hands {
 
     fn next(&mut self) -> Drives<f32> {
         let guidewire = self.guidewire.as_mut().map(Hand::next).unwrap_or_default();
-        Drives { catheter: self.catheter.next(), guidewire }
+        Drives { catheter: self.catheter.next(), guidewire, ..Drives::default() }
     }
 }
 
