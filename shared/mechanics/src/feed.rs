@@ -81,6 +81,9 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
             } else if self.insertion_m <= T::zero() {
                 break;
             }
+            if !model.tendons.is_empty() {
+                self.tendons.forget(self.count);
+            }
             self.add_link(base_m);
         }
         while self.count > 0 && self.base_length_m <= T::zero() {

@@ -182,7 +182,7 @@ pub struct State<T: Real, const LINKS: usize = MAX_LINKS> {
     pub(crate) overlap: Overlap<T>,
     pub(crate) coaxial_tables: Tables<T, LINKS>,
     pub(crate) links: [LinkState<T>; LINKS],
-    pub(crate) tendons: TendonsState<T>,
+    pub(crate) tendons: TendonsState<T, LINKS>,
 }
 
 impl<T: Real, const LINKS: usize> Default for State<T, LINKS> {
@@ -259,7 +259,7 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
         coaxial_tables.reset();
         links.iter_mut().for_each(|link| *link = LinkState::new());
         eliminations.iter_mut().for_each(|elimination| *elimination = Elimination::new());
-        *tendons = TendonsState::new();
+        tendons.reset();
     }
 
     /// Nodes inside the vessel: node 0 is the tip, node `nodes() − 1` the one next to the guide.

@@ -3,12 +3,13 @@
 
 use cathforce_scalar::{Pack, Vector3};
 
-use super::driven_tendons::DrivenTendons;
+use super::driven_tendons::{DrivenTendons, TendonCell};
 use super::fluid::FluidForce;
 use super::tendon::TendonBend;
 use super::wall_law::WallLaw;
 use crate::Real;
 use crate::grid::Grid;
+use crate::joint::JointLoad;
 use crate::math::{maximum, minimum};
 use crate::overlap::Slide;
 use crate::tables::Joint;
@@ -79,6 +80,27 @@ pub(crate) trait Law<T: Real> {
     #[inline(always)]
     fn vessel_motion(&self) -> Option<[Vector3<T>; 2]> {
         None
+    }
+
+    /// There are tendons that drives pull.
+    #[inline(always)]
+    fn has_tendons(&self) -> bool {
+        false
+    }
+
+    /// Adds the tendons to the load of a joint. Joints are visited from the tip to the guide.
+    ///
+    /// `joint`, `bend`: as of [`Law::joint`]; `axes`: up and side halfway between the joint's links.
+    #[inline(always)]
+    fn load_joint(
+        &mut self,
+        _index: usize,
+        _joint: &Joint<T>,
+        _bend: &Vector3<T>,
+        _axes: &[Vector3<T>; 2],
+        _cells: &[TendonCell<T>],
+        _load: &mut JointLoad<T>,
+    ) {
     }
 
     /// The joint at the proximal end of link `index`, which is rotated by `bend`, material axes \[rad\].
@@ -197,6 +219,25 @@ impl<T: Real> Law<T> for ActiveEffects<'_, T> {
         Some(self.vessel_motion)
     }
 
+    #[inline(always)]
+    fn has_tendons(&self) -> bool {
+        self.tendons.is_some()
+    }
+
+    fn load_joint(
+        &mut self,
+        index: usize,
+        joint: &Joint<T>,
+        bend: &Vector3<T>,
+        axes: &[Vector3<T>; 2],
+        cells: &[TendonCell<T>],
+        load: &mut JointLoad<T>,
+    ) {
+        if let (Some(tendons), Some(cell)) = (&mut self.tendons, cells.get(index)) {
+            tendons.load_joint(index, joint, bend, axes, cell, load);
+        }
+    }
+
     fn joint(&mut self, index: usize, nominal: &Joint<T>, bend: &Vector3<T>) -> Joint<T> {
         let mut joint = *nominal;
         joint.bending *= self.softness;
@@ -207,9 +248,6 @@ impl<T: Real> Law<T> for ActiveEffects<'_, T> {
         }
         if let Some(tendon) = &mut self.tendon {
             tendon.bend_joint(index, bend, &mut joint);
-        }
-        if let Some(tendons) = &mut self.tendons {
-            tendons.bend_joint(index, bend, &mut joint);
         }
         if index == self.windup.entry && self.windup.compliance > T::zero() {
             self.windup.add_shaft(bend, &mut joint);

@@ -5,26 +5,26 @@ use heapless::Vec;
 
 use crate::algebra::RelativeRotation;
 use crate::grid::Grid;
+use crate::joint::JointLoad;
 use crate::math::{maximum, minimum, sin_cos};
 use crate::overlap::Overlap;
 use crate::state::LinkState;
 use crate::tables::Joint;
 use crate::{Description, DrivenTendon, MAX_TENDONS, Real};
 
-/// Travel of a tendon in its lumen over which static friction sets in \[m\]. It is a tenth of the play that
-/// such a tendon has in its lumen, and what a tendon 1 mm off the centre line travels in a bend of 0.01 rad.
+/// Travel of a tendon behind the entry plane over which static friction sets in \[m\]: a tenth of the play
+/// that such a tendon has in its lumen.
 const PRESLIDING_M: f64 = 1e-5;
+/// Bend of the instrument per length over which static friction sets in \[1/m\]. Over 100 mm it adds up to
+/// 5 mrad, a third of a degree. With a fifth of it, a rod without inertia and viscosity chatters.
+const PRESLIDING_PER_M: f64 = 0.05;
 /// Speed of a drive at which static friction has lost half of its excess \[m/s\]: one count of 1 µm in a
 /// tick of 1 ms.
 const SLIDING_SPEED_M_PER_S: f64 = 1e-3;
 /// Time constant of the filter on the drive's speed \[s\]; an encoder moves in whole counts.
 const SPEED_TIME_S: f64 = 0.01;
-/// Largest friction coefficient times bend of one joint \[1\]. It keeps (50) positive, and only a joint that
-/// is bent by more than half a radian reaches it.
+/// Largest exponent of [`capstan_ratio`] \[1\], which keeps it positive.
 const LARGEST_WRAP: f64 = 1.0;
-/// Solves for the tensions after each solve of the chain: one finds who slides, one what this sets free, and
-/// one settles it. Steady motion needs the first alone.
-const ROUNDS: usize = 3;
 
 /// Numbers of a tendon that do not change while a model lives.
 #[derive(Clone, Copy, Debug)]
@@ -49,9 +49,9 @@ impl<T: Real> TendonTable<T> {
         self.sliding_friction + excess / (T::one() + v * v)
     }
 
-    /// Rise of the friction coefficient that is called on, with the travel of a tendon that sticks \[1/m\].
-    fn holding(&self) -> T {
-        self.static_friction * T::lit(1.0 / PRESLIDING_M)
+    /// Tension at the drive over that at the entry plane, with this coefficient called on between them.
+    fn ratio_behind(&self, held: T) -> T {
+        power_ratio(held * self.bend_behind_rad)
     }
 
     /// Bend of the instrument about this tendon's axis per bend about the other's \[1\].
@@ -80,21 +80,37 @@ pub(crate) fn tables<T: Real>(description: &Description<T>) -> Vec<TendonTable<T
     description.tendons.iter().map(table).collect()
 }
 
+/// What one joint keeps of the tendons that pass it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct TendonCell<T> {
+    /// Bend of the joint after the last solve, material axes up and side \[rad\].
+    bend: [T; 2],
+    /// Bend towards each tendon that friction has taken up, over that at which static friction acts fully
+    /// \[1\]; positive where the tendon was pulled.
+    held: [T; MAX_TENDONS],
+}
+
+impl<T: Real> TendonCell<T> {
+    const fn new() -> Self {
+        Self { bend: [T::ZERO; 2], held: [T::ZERO; MAX_TENDONS] }
+    }
+}
+
 /// State of one tendon.
 #[derive(Clone, Copy, Debug)]
 struct Pulled<T> {
-    /// Tension at the anchor, and at the drive \[N\].
+    /// Tension at the entry plane, at the drive and at the anchor \[N\].
     tension_n: T,
     at_drive_n: T,
+    at_anchor_n: T,
     /// Displacement of the drive in the last step \[m\], and its filtered speed \[m/s\].
     displacement_m: T,
     speed_m_per_s: T,
-    /// Path that bending had freed in the last solve \[m\].
-    path_m: T,
-    /// Friction coefficient that is called on in the bends inside the vessel and behind the entry plane,
-    /// positive where the tendon was pulled \[1\].
-    held: T,
+    /// Friction coefficient that is called on behind the entry plane, positive where the tendon was pulled
+    /// \[1\].
     held_behind: T,
+    /// Bend inside the vessel, in any direction \[rad\].
+    wrapped_rad: T,
 }
 
 impl<T: Real> Pulled<T> {
@@ -103,31 +119,50 @@ impl<T: Real> Pulled<T> {
         Self {
             tension_n: o,
             at_drive_n: o,
+            at_anchor_n: o,
             displacement_m: o,
             speed_m_per_s: o,
-            path_m: o,
-            held: o,
             held_behind: o,
+            wrapped_rad: o,
         }
     }
 }
 
 /// State of all tendons.
 #[derive(Clone, Debug)]
-pub(crate) struct TendonsState<T: Real> {
+pub(crate) struct TendonsState<T: Real, const LINKS: usize> {
     pulled: [Pulled<T>; MAX_TENDONS],
     /// Bend of the cell at the guide's mouth by all tendons, material axes \[rad\].
     pub at_mouth: Vector3<T>,
+    pub cells: [TendonCell<T>; LINKS],
 }
 
-impl<T: Real> TendonsState<T> {
+impl<T: Real, const LINKS: usize> TendonsState<T, LINKS> {
     pub const fn new() -> Self {
-        Self { pulled: [Pulled::new(); MAX_TENDONS], at_mouth: T::ORIGIN }
+        Self {
+            pulled: [Pulled::new(); MAX_TENDONS],
+            at_mouth: T::ORIGIN,
+            cells: [TendonCell::new(); LINKS],
+        }
+    }
+
+    /// Resets to [`TendonsState::new`] in place.
+    pub fn reset(&mut self) {
+        self.pulled = [Pulled::new(); MAX_TENDONS];
+        self.at_mouth = Vector3::zeros();
+        self.cells.iter_mut().for_each(|cell| *cell = TendonCell::new());
+    }
+
+    /// A joint enters the vessel, straight and with no friction taken up.
+    pub fn forget(&mut self, joint: usize) {
+        if let Some(cell) = self.cells.get_mut(joint) {
+            *cell = TendonCell::new();
+        }
     }
 
     /// Tensions of a tendon at the drive and at its anchor \[N\]; `None` from [`MAX_TENDONS`] on.
     pub fn tensions_n(&self, tendon: usize) -> Option<[T; 2]> {
-        self.pulled.get(tendon).map(|pulled| [pulled.at_drive_n, pulled.tension_n])
+        self.pulled.get(tendon).map(|pulled| [pulled.at_drive_n, pulled.at_anchor_n])
     }
 
     /// Takes in the displacements of the drives at the end of a step of `dt_s`. A step without `friction`
@@ -147,31 +182,56 @@ impl<T: Real> TendonsState<T> {
                 let travel_m = maximum(moved_m, -moved_m);
                 pulled.speed_m_per_s = (pulled.speed_m_per_s * time_s + travel_m) / (time_s + dt_s);
                 let most = table.friction(pulled.speed_m_per_s);
-                let wanted = pulled.held_behind + moved_m * table.holding();
-                pulled.held_behind = within(wanted, most);
+                let taken_up = moved_m * table.static_friction * T::lit(1.0 / PRESLIDING_M);
+                pulled.held_behind = within(pulled.held_behind + taken_up, -most, most);
             }
         }
     }
 }
 
-/// One tendon in a pass of the recursion from the tip to the guide.
+/// One tendon in a pass along the joints from the tip to the guide.
 #[derive(Clone, Copy, Debug)]
 struct Running<T> {
-    /// Tension at the anchor \[N\], and at the present joint over it \[1\].
+    /// Tension at the entry plane \[N\].
     tension_n: T,
-    ratio: T,
-    /// Friction coefficient that is called on \[1\].
-    held: T,
-    /// Path that bending has freed \[m\], and bend of the tendon in any direction \[rad\], inside the
-    /// vessel.
-    path_m: T,
+    /// Largest friction coefficient at present, and the static one \[1\].
+    friction: T,
+    static_friction: T,
+    /// Bend of the tendon from the present joint to the entry plane \[rad\].
     wrapped_rad: T,
-    /// Bend of the free instrument up to the present joint, per moment of the tendon at its anchor
-    /// \[rad/(N·m)\].
+    /// Bend of the free instrument up to the present joint, per moment \[rad/(N·m)\].
     compliance: T,
+    /// Path that bending has freed between the anchor and the present joint \[m\].
+    path_m: T,
 }
 
-/// The tendons in one pass of the recursion from the tip to the guide.
+/// Friction of a tendon on one joint.     docs/explanation/model.md (50), (51)
+struct JointFriction<T> {
+    /// Moment per bend while the tendon sticks \[N·m/rad\].
+    stiffness: T,
+    /// Bend at which static friction acts fully \[rad\].
+    bend_rad: T,
+    /// Least and largest friction moment \[N·m\].
+    least: T,
+    most: T,
+}
+
+impl<T: Real> Running<T> {
+    /// `lever_m`: share of the joint's cell times distance from the centre line; `arc_m`: of the cell.
+    fn joint_friction(&self, lever_m: T, arc_m: T) -> JointFriction<T> {
+        let (one, pull) = (T::one(), lever_m * self.tension_n);
+        let ratio = power_ratio(self.friction * self.wrapped_rad);
+        let bend_rad = T::lit(PRESLIDING_PER_M) * arc_m;
+        JointFriction {
+            stiffness: pull * self.static_friction * self.wrapped_rad / bend_rad,
+            bend_rad,
+            least: pull * (one - ratio),
+            most: pull * (one - one / ratio),
+        }
+    }
+}
+
+/// The tendons in one solve.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct DrivenTendons<'a, T: Real> {
     tables: &'a [TendonTable<T>],
@@ -189,17 +249,33 @@ pub(crate) struct DrivenTendons<'a, T: Real> {
 
 impl<'a, T: Real> DrivenTendons<'a, T> {
     /// `None` without tendons.
-    pub fn new(
+    pub fn new<const LINKS: usize>(
         tables: &'a [TendonTable<T>],
         grid: &Grid<T>,
         overlap: &Overlap<T>,
-        state: &TendonsState<T>,
+        state: &TendonsState<T, LINKS>,
         friction: bool,
     ) -> Option<Self> {
         if tables.is_empty() {
             return None;
         }
         let zero = T::zero();
+        let mut running = [Running {
+            tension_n: zero,
+            friction: zero,
+            static_friction: zero,
+            wrapped_rad: zero,
+            compliance: zero,
+            path_m: zero,
+        }; MAX_TENDONS];
+        for ((running, table), pulled) in running.iter_mut().zip(tables).zip(&state.pulled) {
+            running.tension_n = pulled.tension_n;
+            running.wrapped_rad = pulled.wrapped_rad;
+            if friction {
+                running.friction = table.friction(pulled.speed_m_per_s);
+                running.static_friction = table.static_friction;
+            }
+        }
         let first = grid.middle(0) - overlap.catheter.behind_m / grid.link_length_m;
         Some(Self {
             tables,
@@ -207,216 +283,166 @@ impl<'a, T: Real> DrivenTendons<'a, T> {
             first,
             begins: first,
             friction,
-            running: state.pulled.map(|pulled| Running {
-                tension_n: pulled.tension_n,
-                ratio: T::one(),
-                held: pulled.held,
-                path_m: zero,
-                wrapped_rad: zero,
-                compliance: zero,
-            }),
+            running,
             last_bend: [zero; 2],
         })
     }
 
-    /// Adds the tendons' bend to the unloaded rotation of joint `index`.
-    /// docs/explanation/model.md (48), (50)
+    /// Adds the tendons' moments to the joint at the proximal end of link `index`, and the stiffness of
+    /// those that stick.     docs/explanation/model.md (48), (50), (51)
     ///
-    /// `bend`: present rotation of the joint, material axes \[rad\].
-    pub fn bend_joint(&mut self, index: usize, bend: &Vector3<T>, joint: &mut Joint<T>) {
+    /// `bend`: rotation of the joint, material axes \[rad\]; `axes`: up and side halfway between its links.
+    pub fn load_joint(
+        &mut self,
+        index: usize,
+        joint: &Joint<T>,
+        bend: &Vector3<T>,
+        axes: &[Vector3<T>; 2],
+        cell: &TendonCell<T>,
+        load: &mut JointLoad<T>,
+    ) {
         let (zero, half) = (T::zero(), T::lit(0.5));
         let arc = self.grid.cell(index);
+        let arc_m = self.grid.cell_m(index);
         let per_arc = T::one() / arc;
         self.begins += arc;
-        let turned = turned(bend);
         let softness = T::one() / joint.bending;
+        let turned = turned(bend);
+        let changed = [bend.x() - cell.bend[0], bend.y() - cell.bend[1]];
         let mut moment = [zero; 2];
-        for (tendon, table) in self.running.iter_mut().zip(self.tables) {
+        let tendons = self.running.iter_mut().zip(self.tables).zip(&cell.held);
+        for ((tendon, table), &held) in tendons {
             // The share of the cell that lies behind the anchor.
             let share = minimum(maximum(self.begins - table.anchor, zero), arc) * per_arc;
-            let lever = table.offset_m * share;
+            let lever_m = table.offset_m * share;
             let [x, y] = table.axis;
-            let before = tendon.ratio;
-            tendon.ratio = before * capstan_ratio(tendon.held * turned * share);
-            let ratio = (before + tendon.ratio) * half;
-            tendon.compliance += ratio * share * softness;
-            let pull = tendon.tension_n * ratio * lever;
-            moment[0] += pull * x;
-            moment[1] += pull * y;
-        }
-        self.last_bend = moment.map(|moment| moment * softness);
-        joint.unloaded += Vector3::new(self.last_bend[0], self.last_bend[1], zero);
-    }
-
-    /// Paths and bends of the tendons in the links of the chain as they are.
-    /// docs/explanation/model.md (49)
-    fn measure(&mut self, links: &[LinkState<T>], guide: &LinkState<T>) {
-        self.begins = self.first;
-        for (j, link) in links.iter().enumerate() {
-            let proximal = links.get(j + 1).unwrap_or(guide);
-            let bend = RelativeRotation::between(&proximal.rotation, &link.rotation).angle;
-            let arc = self.grid.cell(j);
-            let per_arc = T::one() / arc;
-            self.begins += arc;
-            let turned = turned(&bend);
-            for (tendon, table) in self.running.iter_mut().zip(self.tables) {
-                let share = minimum(maximum(self.begins - table.anchor, T::zero()), arc) * per_arc;
-                let [x, y] = table.axis;
-                tendon.path_m += table.offset_m * share * (bend.x() * x + bend.y() * y);
-                tendon.wrapped_rad += turned * share;
+            tendon.compliance += share * softness;
+            let mut along = lever_m * tendon.tension_n;
+            if self.friction {
+                let half_wrapped = turned * share * half;
+                tendon.wrapped_rad = maximum(tendon.wrapped_rad - half_wrapped, zero);
+                let friction = tendon.joint_friction(lever_m, arc_m);
+                tendon.wrapped_rad = maximum(tendon.wrapped_rad - half_wrapped, zero);
+                let bent = held * friction.bend_rad + changed[0] * x + changed[1] * y;
+                let wanted = friction.stiffness * bent;
+                let rubbed = within(wanted, friction.least, friction.most);
+                along -= rubbed;
+                if rubbed == wanted {
+                    let axis = axes[0] * x + axes[1] * y;
+                    load.stiffness.add_outer(&(axis * friction.stiffness), &axis);
+                }
             }
+            moment[0] += along * x;
+            moment[1] += along * y;
         }
+        load.moment -= axes[0] * moment[0] + axes[1] * moment[1];
+        self.last_bend = moment.map(|moment| moment * softness);
     }
 
-    /// Updates friction and tensions for the next solve by a Newton step, which is exact for the free
-    /// instrument and too short for one that is held. `links`: those of the chain after the solve.
-    /// docs/explanation/model.md (51)–(53)
-    pub fn finish(
+    /// Updates friction and tensions for the next solve. `links`: those of the chain after the solve.
+    /// docs/explanation/model.md (49), (51)–(53)
+    pub fn finish<const LINKS: usize>(
         &mut self,
         links: &[LinkState<T>],
         guide: &LinkState<T>,
-        state: &mut TendonsState<T>,
+        state: &mut TendonsState<T, LINKS>,
     ) {
-        self.measure(links, guide);
         let [up, side] = self.last_bend;
         state.at_mouth = Vector3::new(up, side, T::zero());
-        let mut balances = [Balance::none(); MAX_TENDONS];
-        for (i, balance) in balances.iter_mut().enumerate().take(self.tables.len()) {
-            let pulled = &mut state.pulled[i];
-            *balance = self.balance(i, pulled);
+        self.slide(links, guide, state);
+        let change = self.changes(state);
+        let each = state.pulled.iter_mut().zip(self.tables).zip(change);
+        for ((pulled, table), change) in each {
+            pulled.tension_n = maximum(pulled.tension_n + change, T::zero());
+            pulled.at_drive_n = pulled.tension_n * table.ratio_behind(pulled.held_behind);
         }
-        let mut change = [T::zero(); MAX_TENDONS];
-        for round in 0..ROUNDS {
-            change = self.changes(&balances);
-            if round + 1 < ROUNDS {
-                for (i, balance) in balances.iter_mut().enumerate().take(self.tables.len()) {
-                    balance.slide_if_beyond(self.slip_m(i, &change));
+    }
+
+    /// Paths and bends of the tendons after a solve, and the friction that their sliding leaves.
+    /// docs/explanation/model.md (49), (51)
+    fn slide<const LINKS: usize>(
+        &mut self,
+        links: &[LinkState<T>],
+        guide: &LinkState<T>,
+        state: &mut TendonsState<T, LINKS>,
+    ) {
+        let (zero, half) = (T::zero(), T::lit(0.5));
+        self.begins = self.first;
+        for (tendon, pulled) in self.running.iter_mut().zip(&mut state.pulled) {
+            tendon.wrapped_rad = pulled.wrapped_rad;
+            (pulled.wrapped_rad, pulled.at_anchor_n) = (zero, tendon.tension_n);
+        }
+        for (j, (link, cell)) in links.iter().zip(&mut state.cells).enumerate() {
+            let proximal = links.get(j + 1).unwrap_or(guide);
+            let bend = RelativeRotation::between(&proximal.rotation, &link.rotation).angle;
+            let arc = self.grid.cell(j);
+            let arc_m = self.grid.cell_m(j);
+            let per_arc = T::one() / arc;
+            let begins = self.begins;
+            self.begins += arc;
+            let turned = turned(&bend);
+            let changed = [bend.x() - cell.bend[0], bend.y() - cell.bend[1]];
+            cell.bend = [bend.x(), bend.y()];
+            let tendons = self.running.iter_mut().zip(self.tables);
+            let tendons = tendons.zip(cell.held.iter_mut().zip(&mut state.pulled));
+            for ((tendon, table), (held, pulled)) in tendons {
+                let share = minimum(maximum(self.begins - table.anchor, zero), arc) * per_arc;
+                let lever_m = table.offset_m * share;
+                let [x, y] = table.axis;
+                tendon.path_m += lever_m * (bend.x() * x + bend.y() * y);
+                pulled.wrapped_rad += turned * share;
+                if !self.friction {
+                    continue;
+                }
+                let half_wrapped = turned * share * half;
+                tendon.wrapped_rad = maximum(tendon.wrapped_rad - half_wrapped, zero);
+                let friction = tendon.joint_friction(lever_m, arc_m);
+                tendon.wrapped_rad = maximum(tendon.wrapped_rad - half_wrapped, zero);
+                let bent = *held * friction.bend_rad + changed[0] * x + changed[1] * y;
+                let rubbed = within(friction.stiffness * bent, friction.least, friction.most);
+                let full = friction.stiffness * friction.bend_rad;
+                *held = if full > zero { rubbed / full } else { zero };
+                if begins <= table.anchor || j == 0 {
+                    let per_lever = if lever_m > zero { T::one() / lever_m } else { zero };
+                    pulled.at_anchor_n = tendon.tension_n - rubbed * per_lever;
                 }
             }
         }
-        let each = state.pulled.iter_mut().zip(&balances).zip(change);
-        for ((pulled, balance), change) in each.take(self.tables.len()) {
-            pulled.tension_n = maximum(pulled.tension_n + change, T::zero());
-            pulled.at_drive_n = pulled.tension_n * balance.ratio;
-        }
     }
 
-    /// What one tendon's tension has to balance; updates its friction by what it has slid since the last
-    /// solve.     docs/explanation/model.md (51)
-    fn balance(&self, i: usize, pulled: &mut Pulled<T>) -> Balance<T> {
-        let (table, running) = (&self.tables[i], &self.running[i]);
-        let slid_m = running.path_m - pulled.path_m;
-        pulled.path_m = running.path_m;
-        let most = table.friction(pulled.speed_m_per_s);
-        if self.friction {
-            pulled.held = within(pulled.held + slid_m * table.holding(), most);
-        }
-        let stretched_m = pulled.displacement_m - table.slack_m - running.path_m;
-        Balance {
-            // A slack tendon stays without tension, and no other tendon feels it.
-            taut: stretched_m > T::zero() || pulled.tension_n > T::zero(),
-            tension_n: pulled.tension_n,
-            wanted_n: table.stiffness_n_per_m * stretched_m,
-            stiffness_n_per_m: table.stiffness_n_per_m,
-            behind: power_ratio(pulled.held_behind * table.bend_behind_rad),
-            wrapped_rad: running.wrapped_rad,
-            ratio: T::one(),
-            held: pulled.held,
-            most,
-            holding: if self.friction { table.holding() } else { T::zero() },
-        }
-        .holding_at(pulled.held)
-    }
-
-    /// Travel of a tendon by changes of the tensions, in the free instrument \[m\].
-    fn slip_m(&self, i: usize, change: &[T; MAX_TENDONS]) -> T {
-        let others = change.iter().enumerate().take(self.tables.len());
-        others.fold(T::zero(), |sum, (j, &change)| sum + self.travel_m_per_n(i, j) * change)
-    }
-
-    /// Travel of tendon `i` by tension in `j`, in the free instrument \[m/N\].
-    fn travel_m_per_n(&self, i: usize, j: usize) -> T {
-        let (own, other) = (&self.tables[i], &self.tables[j]);
-        let shared = minimum(self.running[i].compliance, self.running[j].compliance);
-        own.offset_m * other.offset_m * own.along(other) * shared
-    }
-
-    /// Changes of the tensions at the anchors by a Newton step.     docs/explanation/model.md (52), (53)
-    fn changes(&self, balances: &[Balance<T>; MAX_TENDONS]) -> [T; MAX_TENDONS] {
-        let count = self.tables.len();
-        let mut matrix = [[T::zero(); MAX_TENDONS]; MAX_TENDONS];
-        let mut missing = [T::zero(); MAX_TENDONS];
-        for (i, balance) in balances.iter().enumerate().take(count) {
-            matrix[i][i] = balance.ratio;
-            if !balance.taut {
+    /// Changes of the tensions by a Newton step.     docs/explanation/model.md (52), (53)
+    fn changes<const LINKS: usize>(&self, state: &TendonsState<T, LINKS>) -> [T; MAX_TENDONS] {
+        let (zero, count) = (T::zero(), self.tables.len());
+        let mut matrix = [[zero; MAX_TENDONS]; MAX_TENDONS];
+        let mut missing = [zero; MAX_TENDONS];
+        let stretched_m = |i: usize| {
+            let (table, pulled) = (&self.tables[i], &state.pulled[i]);
+            pulled.displacement_m - table.slack_m - self.running[i].path_m
+        };
+        // A slack tendon stays without tension, and no other tendon feels it.
+        let is_taut = |i: usize| stretched_m(i) > zero || state.pulled[i].tension_n > zero;
+        for i in 0..count {
+            let (table, pulled) = (&self.tables[i], &state.pulled[i]);
+            let ratio = table.ratio_behind(pulled.held_behind);
+            matrix[i][i] = ratio;
+            if !is_taut(i) {
                 continue;
             }
-            missing[i] = balance.wanted_n - balance.ratio * balance.tension_n;
-            let gain = balance.stiffness_n_per_m + balance.sticking_n_per_m();
-            for (j, other) in balances.iter().enumerate().take(count) {
-                if other.taut {
-                    matrix[i][j] += gain * self.travel_m_per_n(i, j);
-                }
+            missing[i] = table.stiffness_n_per_m * stretched_m(i) - ratio * pulled.tension_n;
+            for j in (0..count).filter(|&j| is_taut(j)) {
+                matrix[i][j] += table.stiffness_n_per_m * self.travel_m_per_n(i, j);
             }
         }
         solve(&mut matrix, &mut missing, count);
         missing
     }
-}
 
-/// What one tendon's tension has to balance.
-#[derive(Clone, Copy, Debug)]
-struct Balance<T> {
-    taut: bool,
-    /// Tension at the anchor, and what the stretch of the tendon wants at the drive \[N\].
-    tension_n: T,
-    wanted_n: T,
-    stiffness_n_per_m: T,
-    /// Ratio of tensions by the bends behind the entry plane, and the bend inside the vessel \[rad\].
-    behind: T,
-    wrapped_rad: T,
-    /// Tension at the drive over that at the anchor.
-    ratio: T,
-    /// Friction coefficient that is called on, its limit, and its rise with travel \[1/m\]; the rise is zero
-    /// for a tendon that slides.
-    held: T,
-    most: T,
-    holding: T,
-}
-
-impl<T: Real> Balance<T> {
-    fn none() -> Self {
-        let o = T::zero();
-        Self {
-            taut: false,
-            tension_n: o,
-            wanted_n: o,
-            stiffness_n_per_m: o,
-            behind: T::one(),
-            wrapped_rad: o,
-            ratio: T::one(),
-            held: o,
-            most: o,
-            holding: o,
-        }
-    }
-
-    fn holding_at(self, held: T) -> Self {
-        Self { held, ratio: self.behind * power_ratio(held * self.wrapped_rad), ..self }
-    }
-
-    /// Rise of the tension at the drive with the travel of a tendon that sticks \[N/m\].
-    fn sticking_n_per_m(&self) -> T {
-        self.ratio * self.tension_n * self.wrapped_rad * self.holding
-    }
-
-    /// Slides at the limit of friction if a travel calls on more.     docs/explanation/model.md (52)
-    fn slide_if_beyond(&mut self, slip_m: T) {
-        let wanted = self.held + slip_m * self.holding;
-        let limited = within(wanted, self.most);
-        if limited != wanted {
-            *self = Self { holding: T::zero(), ..self.holding_at(limited) };
-        }
+    /// Travel of tendon `i` by tension in `j`, in the free instrument \[m/N\].
+    /// docs/explanation/model.md (52)
+    fn travel_m_per_n(&self, i: usize, j: usize) -> T {
+        let (own, other) = (&self.tables[i], &self.tables[j]);
+        let shared = minimum(self.running[i].compliance, self.running[j].compliance);
+        own.offset_m * other.offset_m * own.along(other) * shared
     }
 }
 
@@ -425,18 +451,18 @@ fn turned<T: Real>(bend: &Vector3<T>) -> T {
     (bend.x() * bend.x() + bend.y() * bend.y()).root()
 }
 
-fn within<T: Real>(x: T, most: T) -> T {
-    minimum(maximum(x, -most), most)
+fn within<T: Real>(x: T, least: T, most: T) -> T {
+    minimum(maximum(x, least), most)
 }
 
 /// exp(x) to third order up to [`LARGEST_WRAP`], with ratio(−x) = 1/ratio(x).
-/// docs/explanation/model.md (50)
 fn capstan_ratio<T: Real>(x: T) -> T {
-    let half = within(x, T::lit(LARGEST_WRAP)) * T::lit(0.5);
+    let most = T::lit(LARGEST_WRAP);
+    let half = within(x, -most, most) * T::lit(0.5);
     (T::one() + half) / (T::one() - half)
 }
 
-/// exp(x) for larger x, up to eight times [`LARGEST_WRAP`].
+/// exp(x) for larger x, up to eight times [`LARGEST_WRAP`].     docs/explanation/model.md (50)
 fn power_ratio<T: Real>(x: T) -> T {
     let eighth = capstan_ratio(x * T::lit(0.125));
     let quarter = eighth * eighth;

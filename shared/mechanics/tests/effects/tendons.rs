@@ -5,6 +5,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use cathforce_mechanics::*;
 
 use crate::rod::{free_space, rod};
+use crate::wall::StoredWall;
 
 const LENGTH_M: f64 = 0.1;
 const STIFFNESS: f64 = 1e-4;
@@ -35,6 +36,7 @@ fn rubbing(friction: f64) -> DrivenTendon<f64> {
 struct Pulled {
     model: Model<f64>,
     state: State<f64>,
+    wall: StoredWall,
     tendons_m: [f64; MAX_TENDONS],
 }
 
@@ -45,6 +47,7 @@ impl Pulled {
         let mut pulled = Self {
             model: Model::new(description).unwrap(),
             state: State::new(),
+            wall: free_space(),
             tendons_m: [0.0; MAX_TENDONS],
         };
         pulled.begin();
@@ -53,9 +56,9 @@ impl Pulled {
 
     /// Begins a run at the present displacements.
     fn begin(&mut self) {
-        let (space, drives) = (free_space(), self.drives());
+        let drives = self.drives();
         self.state.reset();
-        while !settle(&self.model, &space.lumen(), &mut self.state, drives) {}
+        while !settle(&self.model, &self.wall.lumen(), &mut self.state, drives) {}
     }
 
     fn drives(&self) -> Drives<f64> {
@@ -65,7 +68,7 @@ impl Pulled {
 
     fn step(&mut self) {
         let drives = self.drives();
-        let outputs = step(&self.model, &free_space().lumen(), &mut self.state, drives);
+        let outputs = step(&self.model, &self.wall.lumen(), &mut self.state, drives);
         assert!(!outputs.lost, "{drives:?}");
     }
 
@@ -82,7 +85,7 @@ impl Pulled {
     /// Moves the first drive, then waits.
     fn pull_first(&mut self, to_m: f64, steps: u32) {
         self.pull([to_m, 0.0, 0.0, 0.0], steps);
-        (0..100).for_each(|_| self.step());
+        (0..50).for_each(|_| self.step());
     }
 
     fn tip(&self) -> [f64; 3] {
@@ -126,7 +129,7 @@ fn a_tendon_bends_a_cantilever_to_the_arc_at_which_its_tension_balances() {
         let mut rod = Pulled::new(links, &[anchored]);
         rod.pull_first(pulled_m, 50);
         let [at_drive, at_anchor] = rod.tensions_n();
-        assert_eq!(at_drive, at_anchor);
+        assert!((at_drive / at_anchor - 1.0).abs() < 1e-9, "{at_drive} {at_anchor}");
         (distance(rod.tip(), expected), (at_drive / tension - 1.0).abs())
     });
     println!("errors of tip [m] and tension at 8, 16, 32 links: {errors:?}");
@@ -173,15 +176,15 @@ fn tension_decays_along_the_bend_as_along_a_capstan() {
 
 #[test]
 fn a_back_and_forth_pull_runs_through_a_closed_loop_that_friction_opens() {
-    let (low_m, high_m) = (1.0e-3, 2.5e-3);
+    let (low_m, middle_m, high_m) = (0.2e-3, 0.9e-3, 2.5e-3);
     let amounts = |friction: f64| {
         let mut rod = Pulled::new(30, &[rubbing(friction)]);
         rod.pull_first(high_m, 300);
         let mut at_middle = Vec::new();
         for _ in 0..2 {
             let mut ratios = Vec::new();
-            for (to_m, stop_m) in [(low_m, 0.5 * (low_m + high_m)), (high_m, 0.5 * (low_m + high_m))] {
-                rod.pull_first(stop_m, 150);
+            for to_m in [low_m, high_m] {
+                rod.pull_first(middle_m, 150);
                 let [at_drive, at_anchor] = rod.tensions_n();
                 ratios.push((rod.angle_rad(), at_drive / at_anchor));
                 rod.pull_first(to_m, 150);
@@ -208,22 +211,24 @@ fn a_back_and_forth_pull_runs_through_a_closed_loop_that_friction_opens() {
 }
 
 #[test]
-fn a_reversal_moves_nothing_until_friction_has_turned_around() {
+fn a_reversal_leaves_the_tip_pulled_until_friction_has_turned_around() {
     let friction = 0.3;
     let mut rod = Pulled::new(30, &[rubbing(friction)]);
     rod.pull_first(2.5e-3, 300);
-    let (angle, [at_drive, _]) = (rod.angle_rad(), rod.tensions_n());
-    // The tension at the drive may fall by exp(−2 μ φ) before the tip's end lets go.
+    let (angle, [at_drive, at_anchor]) = (rod.angle_rad(), rod.tensions_n());
+    // The tension at the drive may fall by exp(−2 μ φ) before the anchor lets go.
     let dead_m = at_drive * (1.0 - (-2.0 * friction * angle).exp()) / TENDON_N_PER_M;
-    let turned_by = |rod: &mut Pulled, back_m: f64| {
+    let back = |rod: &mut Pulled, back_m: f64| {
         let before = rod.angle_rad();
         rod.pull_first(rod.tendons_m[0] - back_m, 100);
-        before - rod.angle_rad()
+        let [drive, anchor] = rod.tensions_n();
+        [before - rod.angle_rad(), drive / at_drive, anchor / at_anchor]
     };
-    let (within, beyond) = (turned_by(&mut rod, 0.6 * dead_m), turned_by(&mut rod, 0.6 * dead_m));
-    let further = turned_by(&mut rod, 0.6 * dead_m);
-    println!("dead zone {dead_m:.2e} m of 2.5e-3 m: turns {within:.4}, {beyond:.4}, {further:.4} rad");
-    assert!(within < 0.2 * further && beyond > within, "{within} {beyond} {further}");
+    let [within, beyond, further] = [0.5; 3].map(|share| back(&mut rod, share * dead_m));
+    println!("turned, tension at drive and anchor: {within:.3?}, {beyond:.3?}, {further:.3?}");
+    assert!(within[1] < 0.75 && within[2] > 0.97, "{within:?}");
+    assert!(within[0] < 0.5 * further[0], "{within:?} {further:?}");
+    assert!(further[2] < 0.8 * within[2], "{further:?}");
 }
 
 #[test]
@@ -240,7 +245,8 @@ fn a_drive_at_rest_is_held_by_static_friction_and_slides_with_less() {
     };
     let ([slow, _], slow_angle) = ratio_at(1e-4);
     assert!((slow / (0.35 * slow_angle).exp() - 1.0).abs() < 0.03, "{slow} at {slow_angle}");
-    let ([fast, after], angle) = ratio_at(0.02);
+    // At five times the speed at which half of the excess is lost, 1/26 of it is left.
+    let ([fast, after], angle) = ratio_at(5e-3);
     assert!((fast / (0.15 * angle).exp() - 1.0).abs() < 0.06, "{fast} at {angle}");
     // A drive that stops keeps what it slid with: nothing creeps back.
     assert!((after / (0.15 * angle).exp() - 1.0).abs() < 0.06, "{after} at {angle}");

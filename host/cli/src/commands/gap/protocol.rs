@@ -6,11 +6,12 @@ use cathforce_bundle::bundle::EncoderReading;
 use cathforce_bundle::{Bundle, SolverDefaults};
 use cathforce_gap::protocol::{Piece, Position, Protocol};
 use cathforce_link::{Client, Step};
+use cathforce_mechanics::MAX_TENDONS;
 use cathforce_recording::Trial;
 use serde::Serialize;
 
 use crate::args::{ProtocolArguments, Way};
-use crate::commands::run::{encoder, temporary_folder};
+use crate::commands::run::{encoder, temporary_folder, tendons};
 use crate::failure::{Code, Failure};
 use crate::open::{read_text, vessel_files};
 use crate::output::{Kind, check_recording, write_again};
