@@ -19,6 +19,9 @@ const FORCE: u16 = 0x280;
 pub const FROM_HOST: [Id; 6] =
     [Id::Sync, Id::Encoder, Id::Guidewire, Id::Tendons(0), Id::Tendons(1), Id::Command];
 
+/// A counter for each of [`FROM_HOST`].
+pub type NextCounters = [u8; FROM_HOST.len()];
+
 /// Meaning of an identifier.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Id {

@@ -373,7 +373,7 @@ impl ControlLoop {
     }
 
     /// Counters that the next process frames of [`bus::FROM_HOST`] must carry.
-    pub fn next_counters(&self) -> [u8; 4] {
+    pub fn next_counters(&self) -> bus::NextCounters {
         bus::FROM_HOST.map(|id| self.protection.expected(id))
     }
 

@@ -307,14 +307,6 @@ fn solve_acting<T: Real, const LINKS: usize>(
 ) -> Totals<T> {
     let entry = state.count.saturating_sub(1);
     let guide_cell_m = state.guide_cell_m(model);
-    let has_friction = scheme.inertia > T::zero();
-    let tendons = DrivenTendons::new(
-        &model.tendons,
-        &model.grid,
-        &state.overlap,
-        &state.tendons,
-        has_friction,
-    );
     match state.effects.active(
         model,
         state.insertion_m,
@@ -322,10 +314,16 @@ fn solve_acting<T: Real, const LINKS: usize>(
         entry,
         guide_cell_m,
         scheme.dt_s,
-        tendons,
     ) {
         None => solve_coaxial(model, lumen, state, loads, scheme, &mut Nominal),
         Some(mut active) => {
+            active.tendons = DrivenTendons::new(
+                &model.tendons,
+                &model.grid,
+                &state.overlap,
+                &state.tendons,
+                scheme.inertia > T::zero(),
+            );
             let totals = solve_coaxial(model, lumen, state, loads, scheme, &mut active);
             let torque_n_m = totals.moment_on_guide.dot(&model.guide.tangent());
             state.effects.finish(&active, torque_n_m);

@@ -421,16 +421,18 @@ impl<'a, T: Real> DrivenTendons<'a, T> {
         };
         // A slack tendon stays without tension, and no other tendon feels it.
         let is_taut = |i: usize| stretched_m(i) > zero || state.pulled[i].tension_n > zero;
-        for i in 0..count {
+        for (i, row) in matrix.iter_mut().enumerate().take(count) {
             let (table, pulled) = (&self.tables[i], &state.pulled[i]);
             let ratio = table.ratio_behind(pulled.held_behind);
-            matrix[i][i] = ratio;
+            row[i] = ratio;
             if !is_taut(i) {
                 continue;
             }
             missing[i] = table.stiffness_n_per_m * stretched_m(i) - ratio * pulled.tension_n;
-            for j in (0..count).filter(|&j| is_taut(j)) {
-                matrix[i][j] += table.stiffness_n_per_m * self.travel_m_per_n(i, j);
+            for (j, place) in row.iter_mut().enumerate().take(count) {
+                if is_taut(j) {
+                    *place += table.stiffness_n_per_m * self.travel_m_per_n(i, j);
+                }
             }
         }
         solve(&mut matrix, &mut missing, count);
@@ -480,12 +482,13 @@ fn solve<T: Real>(
     for pivot in 0..count {
         let inverse = T::one() / matrix[pivot][pivot];
         let (above, of_above) = (matrix[pivot], right[pivot]);
-        for row in pivot + 1..count {
-            let factor = matrix[row][pivot] * inverse;
-            for column in pivot..count {
-                matrix[row][column] -= factor * above[column];
+        let below = matrix.iter_mut().zip(right.iter_mut()).take(count).skip(pivot + 1);
+        for (row, right) in below {
+            let factor = row[pivot] * inverse;
+            for (place, above) in row.iter_mut().zip(above) {
+                *place -= factor * above;
             }
-            right[row] -= factor * of_above;
+            *right -= factor * of_above;
         }
     }
     for row in (0..count).rev() {

@@ -3,7 +3,6 @@
 use cathforce_scalar::Vector3;
 
 use super::active::{ActiveEffects, Straightened, Windup};
-use super::driven_tendons::DrivenTendons;
 use super::fluid::FluidForce;
 use super::nominal::Placement;
 use super::tendon::{TendonBend, TendonState};
@@ -148,10 +147,9 @@ impl<T: Real> EffectState<T> {
         (!drag.is_off()).then(|| FluidForce::new(drag, self.pulses))
     }
 
-    /// The effects in the recursion for a step of `dt_s`; `None` if there are none.
+    /// The effects in the recursion for a step of `dt_s`, without driven tendons; `None` if there are none.
     ///
     /// `entry`: index of the joint at the entry plane; `guide_cell_m`: arc of its cell \[m\].
-    /// `tendons`: those that drives pull.
     pub fn active<'a, const LINKS: usize>(
         &self,
         model: &Model<T, LINKS>,
@@ -160,7 +158,6 @@ impl<T: Real> EffectState<T> {
         entry: usize,
         guide_cell_m: T,
         dt_s: T,
-        tendons: Option<DrivenTendons<'a, T>>,
     ) -> Option<ActiveEffects<'a, T>> {
         if !model.has_active_effects {
             return None;
@@ -178,7 +175,7 @@ impl<T: Real> EffectState<T> {
             wall: WallLaw::new(effects, model.least_stretch, self.path_m, self.speed_m_per_s, dt_s),
             fluid: self.fluid_force(model),
             tendon: TendonBend::new(description, &model.grid, overlap, &self.tendon),
-            tendons,
+            tendons: None,
             softness: self.softness(model),
             vessel_motion: [self.vessel_moved_m, self.vessel_m_per_s],
             straightened,
