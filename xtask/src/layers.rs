@@ -67,10 +67,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
         &["cathforce-mechanics", "cathforce-bundle", "cathforce-reference-solver"],
     ),
     ("cathforce-blind-test", &["cathforce-reference-solver"]),
-    (
-        "cathforce-identification",
-        &["cathforce-mechanics", "cathforce-reference-solver"],
-    ),
+    ("cathforce-identification", &["cathforce-mechanics", "cathforce-reference-solver"]),
     ("cathforce", &LIBRARIES),
     (
         "cathforce-bench",

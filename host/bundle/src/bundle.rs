@@ -21,8 +21,8 @@ use nalgebra::Vector3;
 
 pub use crate::rig::{
     BeyondModel, CatheterRig, DriveRig, FORMAT, Fluid, Plant, Rig, RigCause, RigDrivenTendon,
-    RigEntry, RigEnvironment, RigInstrument, RigPriors, RigSection, RigSensor, RigTendon, RigVessel,
-    TipPiece, WallRegion,
+    RigEntry, RigEnvironment, RigInstrument, RigPriors, RigSection, RigSensor, RigTendon,
+    RigVessel, TipPiece, WallRegion,
 };
 pub use crate::trial::{
     CatheterTrial, ColumnMap, DriveTrial, EncoderReading, Foreign, ForeignCause, GuidewireTrial,

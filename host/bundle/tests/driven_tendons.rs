@@ -146,7 +146,12 @@ fn a_tendon_that_nothing_can_have_is_refused_with_its_place() {
     refused("anchor_m = 0.002", "anchor_m = 20.0", "20.0", &["anchor_m", "ends on the instrument"]);
     refused("= 3000.0", "= 0.0", "0.0\nslack", &["stiffness_N_per_m", "between 1 and"]);
     refused("slack_m = 0.0003", "slack_m = 0.3", "0.3\nstatic", &["slack_m", "0.02 m"]);
-    refused("sliding_friction = 0.2", "sliding_friction = 0.4", "0.4", &["at most static_friction"]);
+    refused(
+        "sliding_friction = 0.2",
+        "sliding_friction = 0.4",
+        "0.4",
+        &["at most static_friction"],
+    );
     refused("bend_behind_rad = 1.5", "bend_behind_rad = 15.0", "15.0", &["4 over static_friction"]);
     refused("slack_m", "slak_m", "slak_m", &["mean `slack_m`?"]);
     let five = rig() + &"\n[[tendons]]\noffset_m = 0.0005\nstiffness_N_per_m = 2000.0\n".repeat(3);

@@ -150,7 +150,9 @@ mod tests {
     }
 
     fn back_and_forth(amplitude: f64) -> Vec<f64> {
-        (0..4000).map(|i| amplitude * (std::f64::consts::TAU * f64::from(i) / 1000.0).sin()).collect()
+        (0..4000)
+            .map(|i| amplitude * (std::f64::consts::TAU * f64::from(i) / 1000.0).sin())
+            .collect()
     }
 
     #[test]

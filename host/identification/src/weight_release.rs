@@ -51,7 +51,9 @@ pub enum ReleaseError {
     NotFinite(usize),
     #[error("the step between samples is {0} s; it has to be above 0")]
     Step(f64),
-    #[error("the tip does not swing: after its first peak it has no valley and no second peak. Record longer")]
+    #[error(
+        "the tip does not swing: after its first peak it has no valley and no second peak. Record longer"
+    )]
     NoSwing,
     #[error("the tip does not move away from where it hung: check the sign of the position")]
     NoRise,
@@ -174,7 +176,8 @@ mod tests {
             let fade = (-zeta * omega * t).exp();
             1.0 - fade * ((damped * t).cos() + zeta * omega / damped * (damped * t).sin())
         };
-        let record: Vec<f64> = (0..30_000).map(|i| -0.2 + 0.05 * x(f64::from(i) * step_s)).collect();
+        let record: Vec<f64> =
+            (0..30_000).map(|i| -0.2 + 0.05 * x(f64::from(i) * step_s)).collect();
         let found = release_features(&record, step_s).unwrap();
         // Extremes at multiples of half a period; each is farther from rest than the next by exp(ζ ω π/ω_d).
         let overshoot = (-zeta * omega * std::f64::consts::PI / damped).exp();

@@ -43,8 +43,7 @@ fn features(problem: &Problem) -> ReleaseFeatures {
 
 #[test]
 fn features_move_as_the_parameters_say() {
-    let beyond =
-        Beyond { bending_viscosity_s: 4e-3, tip_mass_kg: 3.5e-3, ..Beyond::default() };
+    let beyond = Beyond { bending_viscosity_s: 4e-3, tip_mass_kg: 3.5e-3, ..Beyond::default() };
     let (youngs_pa, density) = (30.2e9 / 10.0, 6169.0);
     let nominal = features(&catheter(youngs_pa, density, beyond));
     println!("{nominal:?}");

@@ -262,12 +262,8 @@ impl<'a> Simulation<'a> {
             *history = BendHistory { last: now, before: last, rate: [of(0), of(1)] };
         }
         for (k, node) in start.nodes.iter_mut().enumerate() {
-            node.acceleration = derivative.of(
-                &velocities[k],
-                &node.velocity,
-                &node.earlier.1,
-                &node.acceleration,
-            );
+            node.acceleration =
+                derivative.of(&velocities[k], &node.velocity, &node.earlier.1, &node.acceleration);
             node.earlier = (node.position, node.velocity);
             node.position = iterate.positions[k];
             node.velocity = velocities[k];

@@ -48,13 +48,7 @@ impl State {
     /// Nothing inside the vessel.
     pub fn new() -> Self {
         let drive = Drive::default();
-        Self {
-            nodes: Vec::new(),
-            edges: Vec::new(),
-            bends: Vec::new(),
-            drive,
-            last_step: 0.0,
-        }
+        Self { nodes: Vec::new(), edges: Vec::new(), bends: Vec::new(), drive, last_step: 0.0 }
     }
 
     /// Unstretched length of the edge at the guide \[m\].

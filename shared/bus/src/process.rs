@@ -416,7 +416,10 @@ mod tests {
     #[test]
     fn identifiers_map_both_ways() {
         let known = (0..=0x7FF).filter_map(|raw| Id::from_raw(raw).map(|id| (raw, id)));
-        assert_eq!(known.clone().count(), 13 + usize::from(TENDON_PAIRS) + 2 * usize::from(MAX_NODES));
+        assert_eq!(
+            known.clone().count(),
+            13 + usize::from(TENDON_PAIRS) + 2 * usize::from(MAX_NODES)
+        );
         assert!(known.into_iter().all(|(raw, id)| id.raw() == raw));
     }
 

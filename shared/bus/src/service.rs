@@ -11,8 +11,8 @@ use heapless::Vec;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
-use crate::{Counters, NextCounters};
 use crate::transfer::Endpoint;
+use crate::{Counters, NextCounters};
 
 /// Segments that a device receives in one block. Its frame queue must hold a few more.
 pub const BLOCK_SIZE: u8 = 64;

@@ -42,7 +42,6 @@ impl Bounds {
             timeout_ticks: timeout as u8,
         }
     }
-
 }
 
 /// What an encoder states in one sample.
@@ -164,12 +163,7 @@ impl<S: Sample> Freshness<S> {
     }
 
     /// Takes in the sample of a tick, and the number of frames that were rejected since the last one.
-    pub fn update(
-        &mut self,
-        bounds: &Bounds,
-        sample: Option<S>,
-        rejected_frames: u8,
-    ) -> Status<S> {
+    pub fn update(&mut self, bounds: &Bounds, sample: Option<S>, rejected_frames: u8) -> Status<S> {
         for _ in 0..u32::from(rejected_frames).min(WINDOW) {
             shift(&mut self.frames, true);
         }
@@ -310,9 +304,8 @@ mod tests {
     fn tendons_are_believed_within_their_range_and_their_speed() {
         let settings = Settings::default();
         let bounds = Bounds::new(&settings, 0.5);
-        let pair = |first_m: f32, second_m: f32| {
-            Some(TendonPair { displacements_m: [first_m, second_m] })
-        };
+        let pair =
+            |first_m: f32, second_m: f32| Some(TendonPair { displacements_m: [first_m, second_m] });
         let most_m = settings.max_tendon_m;
         for (sample, believed) in [
             (pair(-most_m, most_m), true),

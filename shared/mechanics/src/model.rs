@@ -12,9 +12,7 @@ use crate::grid::Grid;
 use crate::math::{maximum, minimum, sin_cos};
 use crate::segments::{AxialPosition, Segments, Walk};
 use crate::tables::Tables;
-use crate::{
-    Description, DescriptionError, Drive, Instrument, MAX_LINKS, MAX_TENDONS, Real, Wall,
-};
+use crate::{Description, DescriptionError, Drive, Instrument, MAX_LINKS, MAX_TENDONS, Real, Wall};
 
 /// Configuration of the model: a validated description and its tables, for up to `LINKS` links.
 #[derive(Clone, Debug)]

@@ -448,8 +448,7 @@ fn configurational_force_n<T: Real, const LINKS: usize>(
     let straight = if straightened { T::zero() } else { T::one() / h };
     // Tendons bend the instrument like a pre-curvature.
     let bend_by_tendons = state.effects.tendon_bend_at_mouth() + state.tendons.at_mouth;
-    let unloaded =
-        joint.unloaded * straight + bend_by_tendons * (T::one() / h);
+    let unloaded = joint.unloaded * straight + bend_by_tendons * (T::one() / h);
     let spent = moment.dot(&state.guide.rotation.rotate(&unloaded))
         + half * h * softness * joint.energy(&unloaded);
     per_stiffness * (bend_squared / joint.bending + twist * twist / joint.torsion) + spent

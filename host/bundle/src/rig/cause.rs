@@ -39,7 +39,9 @@ pub enum RigCause {
     SectionLengths { sum_m: f64, length_m: f64 },
     #[error("`{key}` has {found} entries; the model takes at most {most}")]
     TooMany { key: String, found: usize, most: usize },
-    #[error("there are {found} tables [[tendons]]; an instrument has at most {most} driven tendons")]
+    #[error(
+        "there are {found} tables [[tendons]]; an instrument has at most {most} driven tendons"
+    )]
     TooManyTendons { found: usize, most: usize },
     #[error("there are a [tendon] with a fixed pull and [[tendons]] that drives pull")]
     BothTendons,

@@ -65,7 +65,8 @@ pub(super) fn read_driven_tendons(
 fn read(table: &TableReader<'_>, instrument: &RigInstrument) -> RigDrivenTendon {
     let optional = |key, range, meaning| table.optional_number_in(key, range, meaning);
     let within_radius = "above 0 and at most the instrument's outer radius, within which it runs";
-    let on_instrument = "at least 0 and less than the instrument's length: it ends on the instrument";
+    let on_instrument =
+        "at least 0 and less than the instrument's length: it ends on the instrument";
     let offset_m = table.number_in(
         "offset_m",
         f64::MIN_POSITIVE..=0.5 * instrument.outer_diameter_m,

@@ -237,10 +237,7 @@ pub fn encoder(at: EncoderReading) -> Encoder {
 }
 
 /// Displacements of so many tendons as they cross the bus; `None` for pairs that there are not.
-pub fn tendons(
-    count: usize,
-    at_m: [f64; MAX_TENDONS],
-) -> [Option<Tendons>; TENDON_PAIRS as usize] {
+pub fn tendons(count: usize, at_m: [f64; MAX_TENDONS]) -> [Option<Tendons>; TENDON_PAIRS as usize] {
     let at_m = at_m.map(Displacement::from_m);
     std::array::from_fn(|i| {
         let displacements = [at_m[2 * i], at_m[2 * i + 1]];

@@ -45,7 +45,8 @@ fn trial_csv(trial: &Trial, out: impl io::Write) -> csv::Result<()> {
     let tip = any(|row| row.tip_m.is_some());
     let wire = any(|row| row.guidewire.is_some());
     let wire_force = any(|row| row.guidewire.is_some_and(|wire| wire.drive_force_n.is_some()));
-    let tendons = (0..MAX_TENDONS).rev().find(|&k| trial.rows.iter().any(|row| row.tendons_m[k].is_some()));
+    let tendons =
+        (0..MAX_TENDONS).rev().find(|&k| trial.rows.iter().any(|row| row.tendons_m[k].is_some()));
     let tendons = tendons.map_or(0, |last| last + 1);
     let points = trial.shapes_m.iter().map(Vec::len).max().unwrap_or(0);
 

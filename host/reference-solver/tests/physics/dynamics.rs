@@ -164,7 +164,8 @@ fn a_pulsating_flow_bends_as_its_pressure_does() {
     let mut heights = Vec::new();
     for k in 1..=167 {
         let z = simulation.step(5e-3, AT).unwrap().tip_m.z;
-        let now = speed * (1.0 + pulse_ratio * (TAU * flow.frequency_hz * 5e-3 * f64::from(k)).sin());
+        let now =
+            speed * (1.0 + pulse_ratio * (TAU * flow.frequency_hz * 5e-3 * f64::from(k)).sin());
         if now > 0.5 * speed {
             assert!(near(z, bend(now)), "step {k}: {z} {}", bend(now));
         }

@@ -174,11 +174,8 @@ fn with_tendons_every_pair_of_them_must_be_heard() {
     bench.fake.tendons = 3;
     bench.command(Command::SelfTest);
     let pair = |first_m, second_m| Some(TendonPair { displacements_m: [first_m, second_m] });
-    let of = |bench: &Bench, tendons| Inputs {
-        encoder: Some(bench.at),
-        tendons,
-        ..Inputs::default()
-    };
+    let of =
+        |bench: &Bench, tendons| Inputs { encoder: Some(bench.at), tendons, ..Inputs::default() };
     for _ in 0..10 {
         let first_alone = of(&bench, [pair(1e-3, 0.0), None]);
         assert_eq!(bench.tick(first_alone).mode, Mode::Idle, "settling without the third tendon");

@@ -122,8 +122,8 @@ fn a_tendon_bends_a_cantilever_to_the_arc_at_which_its_tension_balances() {
     let anchored = DrivenTendon { slack_m, anchor_m: straight_m, ..tendon(0.0) };
     // T = k (p − z − e φ), φ = T e L/EI.
     let per_tension = OFFSET_M * bent_m / STIFFNESS;
-    let tension = TENDON_N_PER_M * (pulled_m - slack_m)
-        / (1.0 + TENDON_N_PER_M * OFFSET_M * per_tension);
+    let tension =
+        TENDON_N_PER_M * (pulled_m - slack_m) / (1.0 + TENDON_N_PER_M * OFFSET_M * per_tension);
     let expected = arc_then_straight(tension * OFFSET_M / STIFFNESS, bent_m, straight_m);
     let errors = [8, 16, 32].map(|links| {
         let mut rod = Pulled::new(links, &[anchored]);
@@ -225,7 +225,9 @@ fn a_reversal_leaves_the_tip_pulled_until_friction_has_turned_around() {
         [before - rod.angle_rad(), drive / at_drive, anchor / at_anchor]
     };
     let [within, further] = [0.5, 2.5].map(|share| back(&mut rod, share * dead_m));
-    println!("of {angle:.3} rad, turned and tension at drive and anchor: {within:.3?}, {further:.3?}");
+    println!(
+        "of {angle:.3} rad, turned and tension at drive and anchor: {within:.3?}, {further:.3?}"
+    );
     // Joints near the drive turn first; the anchor is still held.
     assert!(within[1] < 0.75 && within[2] > 0.97, "{within:?}");
     assert!(within[0] < 0.1 * angle, "{within:?}");
@@ -306,7 +308,8 @@ fn what_no_tendon_uses_changes_no_bit() {
     let mut rods = [Pulled::new(20, &[]), Pulled::new(20, &[])];
     rods[1].pull([1e-3, 0.5, -2.0, 3e-3], 10);
     rods[0].pull([0.0; 4], 10);
-    let [a, b] = rods.map(|rod| rod.state.node_results().flatten().map(f64::to_bits).collect::<Vec<_>>());
+    let [a, b] =
+        rods.map(|rod| rod.state.node_results().flatten().map(f64::to_bits).collect::<Vec<_>>());
     assert_eq!(a, b);
 }
 

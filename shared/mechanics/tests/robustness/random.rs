@@ -164,8 +164,7 @@ pub fn steered(random: &mut Random) -> Description<f32> {
     let sections = description.instrument.sections.iter();
     let softest = sections.map(|s| f64::from(s.bending_stiffness_n_m2)).fold(1.0, f64::min);
     for _ in 0..1 + random.below(MAX_TENDONS) {
-        let offset_m =
-            f64::from(description.instrument.outer_radius_m) * random.between(0.2, 0.99);
+        let offset_m = f64::from(description.instrument.outer_radius_m) * random.between(0.2, 0.99);
         let anchor_m = random.sometimes(1e-4, 0.05);
         // At most 100 times as stiff as the instrument, because a stiffer one would crush it.
         let balanced_n_per_m = softest / (offset_m * offset_m * random.scale(0.02, 0.2));

@@ -16,9 +16,7 @@ use cathforce_mechanics::*;
 
 use crate::bent_path;
 use crate::passed::Passed;
-use crate::random::{
-    Hand, Random, any_description, catheter, finer, laden, short_at_tip, steered,
-};
+use crate::random::{Hand, Random, any_description, catheter, finer, laden, short_at_tip, steered};
 use crate::wall::{Seen, StoredWall, Vector, plane, tube};
 
 /// Ticks of 1 ms.
