@@ -240,7 +240,8 @@ impl<'a> Simulation<'a> {
                 Integrator::Euler | Integrator::Bdf2 => step.viscosity = viscous_s / dt,
             }
         }
-        step.end_s = self.time_s + dt;
+        // While a run begins, time stands still.
+        step.end_s = if matches!(mode, Mode::Dynamic) { self.time_s + dt } else { 0.0 };
         let mut iterate = guess(&step, known, fed, dt);
         let (solution, iterations) = self.iterate(&step, &mut iterate)?;
         self.effort.steps += 1;
