@@ -64,8 +64,9 @@ impl<'a> Bench<'a> {
             insertion: Insertion::from_m(START_M),
             rotation: Rotation::from_rad(0.0),
         }));
-        let pairs = self.config.model.description().tendons.len().div_ceil(2);
-        for pair in (0..pairs).filter(|_| self.speaks) {
+        let tendons = self.config.model.description().tendons.len();
+        let pairs = if self.speaks { tendons.div_ceil(2) } else { 0 };
+        for pair in 0..pairs {
             let displacements =
                 [self.tendons_m[2 * pair], self.tendons_m[2 * pair + 1]].map(Displacement::from_m);
             self.send(Process::Tendons(Tendons { pair: pair as u8, displacements }));
