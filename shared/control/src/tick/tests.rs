@@ -177,7 +177,7 @@ fn with_tendons_every_pair_of_them_must_be_heard() {
     let of =
         |bench: &Bench, tendons| Inputs { encoder: Some(bench.at), tendons, ..Inputs::default() };
     for _ in 0..10 {
-        let first_alone = of(&bench, [pair(1e-3, 0.0), None]);
+        let first_alone = of(&bench, [pair(1e-3, -2e-3), None]);
         assert_eq!(bench.tick(first_alone).mode, Mode::Idle, "settling without the third tendon");
     }
     let all = of(&bench, [pair(1e-3, -2e-3), pair(3e-3, 0.0)]);
