@@ -166,7 +166,7 @@ pub fn steered(random: &mut Random) -> Description<f32> {
     for _ in 0..1 + random.below(MAX_TENDONS) {
         let offset_m = f64::from(description.instrument.outer_radius_m) * random.between(0.2, 0.99);
         let anchor_m = random.sometimes(1e-4, 0.05);
-        // At most 100 times as stiff as the instrument, because a stiffer one would crush it.
+        // At most ten times as stiff as the instrument, because a stiffer one would crush it.
         let balanced_n_per_m = softest / (offset_m * offset_m * random.scale(0.02, 0.2));
         let static_friction = random.sometimes(0.01, 1.0);
         let most_behind_rad = (4.0 / static_friction.max(1e-3)).min(20.0);
@@ -174,7 +174,7 @@ pub fn steered(random: &mut Random) -> Description<f32> {
             angle_rad: random.between(-3.0, 3.0) as f32,
             offset_m: offset_m as f32,
             anchor_m: anchor_m as f32,
-            stiffness_n_per_m: (balanced_n_per_m * random.scale(0.1, 100.0)).clamp(1.0, 1e5) as f32,
+            stiffness_n_per_m: (balanced_n_per_m * random.scale(0.1, 10.0)).clamp(1.0, 1e5) as f32,
             slack_m: random.sometimes(1e-5, 1e-3) as f32,
             static_friction: static_friction as f32,
             sliding_friction: (static_friction * random.between(0.0, 1.0)) as f32,
