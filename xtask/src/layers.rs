@@ -85,6 +85,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("cathforce-camera", &[]),
     ("cathforce-filter", &[]),
     ("cathforce-calibration", &[]),
+    ("cathforce-identification", &["cathforce-mechanics", "cathforce-reference-solver"]),
     (
         "cathforce-bench",
         &[

@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
 use cathforce_bus::master::{Master, Place};
-use cathforce_bus::{Command, Encoder, Frame, Process, Status, Sync};
+use cathforce_bus::{Command, Encoder, Frame, Process, Status, Sync, TENDON_PAIRS, Tendons};
 
 use crate::{Client, ClientError, Link, LinkError, TickReport};
 
@@ -28,6 +28,8 @@ pub struct Step {
     pub guidewire: Option<Encoder>,
     /// The operator holds the guidewire's button: its load is felt, not the catheter's.
     pub guidewire_held: bool,
+    /// Displacements of the tendons' drives, by pairs; `None` for pairs that there are not.
+    pub tendons: [Option<Tendons>; TENDON_PAIRS as usize],
     pub command: Option<Command>,
 }
 
@@ -136,6 +138,9 @@ impl<L: Link> Client<L> {
         if let Some(guidewire) = step.guidewire.filter(|_| self.master.guidewire.is_none()) {
             let status = Status { hand: step.guidewire_held, ..Status::default() };
             self.send_sealed(Process::Guidewire(guidewire), status)?;
+        }
+        for tendons in step.tendons.into_iter().flatten() {
+            self.send_process(Process::Tendons(tendons))?;
         }
         if let Some(command) = step.command {
             self.send_process(Process::Command(command))?;

@@ -69,6 +69,7 @@ fn description<T: Real>(
         },
         guidewire: None,
         tendon: mechanics::Tendon::none(),
+        tendons: [].into_iter().collect(),
         entry: mechanics::Entry {
             position_m: vector(&problem.entry.position_m),
             direction: vector(&problem.entry.direction),

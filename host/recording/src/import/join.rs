@@ -102,6 +102,10 @@ pub(super) fn between(
             rotation_rad: between(a.rotation_rad, b.rotation_rad),
             drive_force_n: None,
         }),
+        tendons_m: std::array::from_fn(|k| {
+            let (before, after) = before.tendons_m[k].zip(after.tendons_m[k])?;
+            Some(between(before, after))
+        }),
     }
 }
 
@@ -118,6 +122,7 @@ mod tests {
             drive_force_n: None,
             tip_m: None,
             guidewire: None,
+            tendons_m: [None; 4],
         }
     }
 

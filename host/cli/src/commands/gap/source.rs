@@ -225,6 +225,7 @@ fn trial(recording: &Recording) -> Trial {
         tip_m: rows.iter().any(|row| row.tip_m.is_some()).then(|| tip.collect()),
         shape_m: shape(recording),
         guidewire: guidewire(rows),
+        tendons_m: tendons(rows),
     };
     Trial {
         number: recording.info.trial.parse().unwrap_or_default(),
@@ -255,4 +256,10 @@ fn guidewire(rows: &[Measured]) -> Option<GuidewireTrial> {
             .any(|wire| wire.drive_force_n.is_some())
             .then(|| force.collect()),
     })
+}
+
+/// A column for each tendon that every row has.
+fn tendons(rows: &[Measured]) -> Vec<Vec<f64>> {
+    let column = |k: usize| rows.iter().map(|row| row.tendons_m.get(k).copied()?).collect();
+    (0..).map_while(column).filter(|column: &Vec<f64>| !column.is_empty()).collect()
 }
