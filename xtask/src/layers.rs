@@ -10,7 +10,7 @@ use anyhow::{Context, bail};
 use serde_json::Value;
 
 /// The packages that others may use, from the bottom up.
-const LIBRARIES: [&str; 14] = [
+const LIBRARIES: [&str; 15] = [
     "cathforce-scalar",
     "cathforce-mechanics",
     "cathforce-control",
@@ -22,6 +22,7 @@ const LIBRARIES: [&str; 14] = [
     "cathforce-link",
     "cathforce-recording",
     "cathforce-gap",
+    "cathforce-reproduce",
     "cathforce-pages",
     "cathforce-blind-test",
     "cathforce-test-fixture",
@@ -34,7 +35,7 @@ const SHARED: &[&str] = LIBRARIES.split_at(6).0;
 const SHARED_AND_RIG: &[&str] = LIBRARIES.split_at(7).0;
 
 /// All but what only tests use.
-const PRODUCT: &[&str] = LIBRARIES.split_at(13).0;
+const PRODUCT: &[&str] = LIBRARIES.split_at(14).0;
 
 /// Each package and the packages of the project that it may use.
 const ALLOWED: &[(&str, &[&str])] = &[
@@ -64,11 +65,26 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ),
     (
         "cathforce-pages",
-        &["cathforce-mechanics", "cathforce-config", "cathforce-recording", "cathforce-gap"],
+        &[
+            "cathforce-mechanics",
+            "cathforce-config",
+            "cathforce-recording",
+            "cathforce-gap",
+            "cathforce-reproduce",
+        ],
     ),
     (
         "cathforce-validation",
         &["cathforce-mechanics", "cathforce-bundle", "cathforce-reference-solver"],
+    ),
+    (
+        "cathforce-reproduce",
+        &[
+            "cathforce-mechanics",
+            "cathforce-bundle",
+            "cathforce-reference-solver",
+            "cathforce-validation",
+        ],
     ),
     ("cathforce-blind-test", &["cathforce-reference-solver"]),
     ("cathforce", PRODUCT),
