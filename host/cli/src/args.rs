@@ -12,6 +12,7 @@ mod link;
 mod lumen;
 mod names;
 mod recording;
+mod reproduce;
 
 use std::path::PathBuf;
 
@@ -43,6 +44,7 @@ pub use recording::{
     ImportCandumpArguments, ImportCsvArguments, ImportSource, LatencyArguments, ManArguments,
     MonitorArguments, SendArguments,
 };
+pub use reproduce::ReproduceArguments;
 
 const EXIT_CODES: &str = "\
 Exit codes:
@@ -75,7 +77,8 @@ impl Arguments {
         Self::understood(&matches).unwrap_or_else(|error| error.exit())
     }
 
-    /// `gap diagnose BUNDLE --json FILE` is a published spelling of `--json --out FILE`.
+    /// `gap diagnose BUNDLE --json FILE` and `reproduce --json FILE` are published spellings of
+    /// `--json --out FILE`.
     fn understood(matches: &ArgMatches) -> Result<Self, clap::Error> {
         let mut arguments = Self::from_arg_matches(matches)?;
         if let Command::Gap(GapArguments { action: GapAction::Diagnose(diagnose) }) =
@@ -84,6 +87,11 @@ impl Arguments {
             && let Some(matches) = matches.subcommand_matches("diagnose")
         {
             diagnose.take_file_of_json(matches);
+        }
+        if let Command::Reproduce(reproduce) = &mut arguments.command
+            && let Some(matches) = matches.subcommand_matches("reproduce")
+        {
+            reproduce.take_file_of_json(matches);
         }
         Ok(arguments)
     }
@@ -129,6 +137,8 @@ pub enum Command {
     Tips,
     /// Find the cause of a gap between model and measurement, and close it.
     Gap(GapArguments),
+    /// Compute the figures of published systems again and print them beside the printed ones.
+    Reproduce(ReproduceArguments),
     /// Make a web page of a recording.
     Report(ReportArguments),
     /// Report what a recording holds, what is missing and why, and whether it replays.
@@ -424,6 +434,21 @@ mod tests {
         }
         let (json, _, out) = diagnose(&["b", "--out", "f.json"]);
         assert_eq!((json, out.as_deref()), (false, Some("f.json")));
+    }
+
+    #[test]
+    fn a_file_after_json_is_where_the_reproduced_figures_go() {
+        let reproduce = |words: &[&str]| {
+            let all = parse(&[&["cathforce", "reproduce"], words].concat());
+            let Command::Reproduce(found) = all.command else { panic!("reproduced figures") };
+            let out = found.json_file.out.map(|path| path.display().to_string());
+            (all.json, found.systems.join(" "), out)
+        };
+        let out = Some("f.json".to_owned());
+        assert_eq!(reproduce(&["--json", "f.json"]), (true, String::new(), out.clone()));
+        assert_eq!(reproduce(&["li", "--json", "f.json"]), (true, "li".into(), out.clone()));
+        assert_eq!(reproduce(&["--json", "li"]), (true, "li".into(), None));
+        assert_eq!(reproduce(&["li", "--out", "f.json"]), (false, "li".into(), out));
     }
 
     #[test]

@@ -202,6 +202,7 @@ fn deformation(truths: &[Trace], ours: &Trace) -> Vec<Row> {
         ];
     };
     let flat = |v: Vector3<f64>| v.x.hypot(v.z);
+    let (own, shapes) = (&own, &shapes);
     let of = |k: usize| shapes.iter().map(move |s| 1e3 * flat(s[k] - own[k]));
     let count = shapes.len() as f64;
     let means: Vec<f64> = (0..own.len()).map(|k| of(k).sum::<f64>() / count).collect();

@@ -25,10 +25,12 @@ mod report;
 mod resin;
 mod row;
 mod shape;
+mod text;
 mod ultrasound;
 
 pub use instruments::{INSTRUMENTS, Instrument};
 pub use plot::{Curve, Plot, Style};
 pub use registry::{SYSTEMS, System};
-pub use report::{Report, SystemReport, TRUTH, reproduce};
+pub use report::{Report, SystemReport, TRUTH, reproduce, work};
 pub use row::Row;
+pub use text::{groups, markdown, number_or_dash, table};

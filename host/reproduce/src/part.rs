@@ -19,7 +19,7 @@ impl Outcome {
 }
 
 /// An experiment of a system.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub struct Part {
     /// What it is of, for the row that says that it failed.
     pub name: &'static str,

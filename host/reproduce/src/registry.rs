@@ -4,7 +4,7 @@ use crate::part::Part;
 use crate::{cathbot, ice, li, pescio, ultrasound};
 
 /// A published system.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub struct System {
     /// Its name on the command line and in the rows.
     pub name: &'static str,

@@ -74,6 +74,11 @@ impl Serialize for Report {
     }
 }
 
+/// The work in all, in the unit that [`reproduce`] tells: milliseconds of the model's time.
+pub fn work(systems: &[&System]) -> u64 {
+    systems.iter().map(|system| system.work()).sum()
+}
+
 /// Computes the figures of some systems.
 ///
 /// `tell` gets the work done and the work in all, in a unit of its own. Once `stop` is true, the
@@ -83,8 +88,7 @@ pub fn reproduce(
     tell: &(dyn Fn(u64, u64) + Sync),
     stop: &(dyn Fn() -> bool + Sync),
 ) -> Report {
-    let total = systems.iter().map(|system| system.work()).sum();
-    let meter = Meter::new(total, tell, stop);
+    let meter = Meter::new(work(systems), tell, stop);
     let mut report = Report::default();
     let mut done = 0;
     for system in systems {
