@@ -200,8 +200,8 @@ mod tests {
     #[test]
     fn too_few_nodes_are_refused_with_a_reason() {
         let meter = Meter::new(work(), &|_, _| (), &|| false);
-        let few = Variation { nodes: 10, ..VARIATIONS[0] };
-        let solved = solve(&few, 0.4, &meter).unwrap();
-        assert!(solved.ours.is_err_and(|why| why.contains("10 nodes")));
+        let few = Variation { nodes: 3, ..VARIATIONS[0] };
+        let solved = solve(&few, 0.06, &meter).unwrap();
+        assert!(solved.ours.is_err_and(|why| why.contains("3 nodes")));
     }
 }
