@@ -9,6 +9,7 @@
 
 mod cantilever;
 mod cathbot;
+mod elastica;
 mod errors;
 mod experiment;
 mod ice;
