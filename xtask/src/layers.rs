@@ -10,7 +10,7 @@ use anyhow::{Context, bail};
 use serde_json::Value;
 
 /// The packages that others may use, from the bottom up.
-const LIBRARIES: [&str; 20] = [
+const LIBRARIES: [&str; 21] = [
     "cathforce-scalar",
     "cathforce-mechanics",
     "cathforce-control",
@@ -23,6 +23,7 @@ const LIBRARIES: [&str; 20] = [
     "cathforce-recording",
     "cathforce-calibration",
     "cathforce-gap",
+    "cathforce-reproduce",
     "cathforce-pages",
     "cathforce-blind-test",
     "cathforce-material",
@@ -71,11 +72,26 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ),
     (
         "cathforce-pages",
-        &["cathforce-mechanics", "cathforce-config", "cathforce-recording", "cathforce-gap"],
+        &[
+            "cathforce-mechanics",
+            "cathforce-config",
+            "cathforce-recording",
+            "cathforce-gap",
+            "cathforce-reproduce",
+        ],
     ),
     (
         "cathforce-validation",
         &["cathforce-mechanics", "cathforce-bundle", "cathforce-reference-solver"],
+    ),
+    (
+        "cathforce-reproduce",
+        &[
+            "cathforce-mechanics",
+            "cathforce-bundle",
+            "cathforce-reference-solver",
+            "cathforce-validation",
+        ],
     ),
     ("cathforce-blind-test", &["cathforce-reference-solver"]),
     ("cathforce", PRODUCT),

@@ -16,6 +16,7 @@ mod lumen;
 mod material;
 mod names;
 mod recording;
+mod reproduce;
 mod wall;
 
 use std::path::PathBuf;
@@ -56,6 +57,7 @@ pub use recording::{
     ImportCandumpArguments, ImportCsvArguments, ImportSource, LatencyArguments, ManArguments,
     MonitorArguments, SendArguments,
 };
+pub use reproduce::ReproduceArguments;
 pub use wall::{
     ElementArguments, LawArgument, WallAction, WallArguments, WallLoadArguments,
     WallPhantomArguments, WallReduceArguments,
@@ -92,7 +94,8 @@ impl Arguments {
         Self::understood(&matches).unwrap_or_else(|error| error.exit())
     }
 
-    /// `gap diagnose BUNDLE --json FILE` is a published spelling of `--json --out FILE`.
+    /// `gap diagnose BUNDLE --json FILE` and `reproduce --json FILE` are published spellings of
+    /// `--json --out FILE`.
     fn understood(matches: &ArgMatches) -> Result<Self, clap::Error> {
         let mut arguments = Self::from_arg_matches(matches)?;
         if let Command::Gap(GapArguments { action: GapAction::Diagnose(diagnose) }) =
@@ -101,6 +104,11 @@ impl Arguments {
             && let Some(matches) = matches.subcommand_matches("diagnose")
         {
             diagnose.take_file_of_json(matches);
+        }
+        if let Command::Reproduce(reproduce) = &mut arguments.command
+            && let Some(matches) = matches.subcommand_matches("reproduce")
+        {
+            reproduce.take_file_of_json(matches);
         }
         Ok(arguments)
     }
@@ -152,6 +160,8 @@ pub enum Command {
     Gap(GapArguments),
     /// Fit settings that you name to measured trials.
     Calibrate(CalibrateArguments),
+    /// Compute the figures of published systems again and print them beside the printed ones.
+    Reproduce(ReproduceArguments),
     /// Make a web page of a recording.
     Report(ReportArguments),
     /// Report what a recording holds, what is missing and why, and whether it replays.
@@ -449,6 +459,21 @@ mod tests {
         }
         let (json, _, out) = diagnose(&["b", "--out", "f.json"]);
         assert_eq!((json, out.as_deref()), (false, Some("f.json")));
+    }
+
+    #[test]
+    fn a_file_after_json_is_where_the_reproduced_figures_go() {
+        let reproduce = |words: &[&str]| {
+            let all = parse(&[&["cathforce", "reproduce"], words].concat());
+            let Command::Reproduce(found) = all.command else { panic!("reproduced figures") };
+            let out = found.json_file.out.map(|path| path.display().to_string());
+            (all.json, found.systems.join(" "), out)
+        };
+        let out = Some("f.json".to_owned());
+        assert_eq!(reproduce(&["--json", "f.json"]), (true, String::new(), out.clone()));
+        assert_eq!(reproduce(&["li", "--json", "f.json"]), (true, "li".into(), out.clone()));
+        assert_eq!(reproduce(&["--json", "li"]), (true, "li".into(), None));
+        assert_eq!(reproduce(&["li", "--out", "f.json"]), (false, "li".into(), out));
     }
 
     #[test]

@@ -57,6 +57,7 @@ fn main() -> ExitCode {
         Command::Tips => commands::tips::list(&ui),
         Command::Gap(arguments) => commands::gap::run(&ui, &arguments),
         Command::Calibrate(arguments) => commands::calibrate::run(&ui, &arguments),
+        Command::Reproduce(arguments) => commands::reproduce::run(&ui, &arguments),
         Command::Report(arguments) => commands::report::run(&ui, &arguments),
         Command::Check(arguments) => commands::check::run(&ui, &arguments),
         Command::Export(arguments) => commands::export::run(&ui, &arguments),

@@ -22,6 +22,7 @@ pub mod monitor;
 pub mod play;
 pub mod replay;
 pub mod report;
+pub mod reproduce;
 pub mod run;
 pub mod shell;
 pub mod simulate;
