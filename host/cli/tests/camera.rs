@@ -54,7 +54,7 @@ fn a_trial_is_made_of_frames_and_a_motion() {
 
 /// The trial holds the tip and the shape in the rows of the camera, and a bundle reads it.
 fn check(folder: &Path) {
-    let bundle = Bundle::open(&folder.join("rig")).unwrap();
+    let bundle = Bundle::open(folder.join("rig")).unwrap();
     let trial = &bundle.trials[0];
     let columns = trial.catheter().unwrap();
     let tips: Vec<_> = columns.tip_m.as_ref().unwrap().iter().enumerate().collect();

@@ -94,7 +94,7 @@ fn turns(tendon_m: &[f64], middle: f64) -> Vec<(usize, bool)> {
 
 fn last_loop(turns: &[(usize, bool)]) -> Option<[usize; 3]> {
     let whole = |w: &&[(usize, bool)]| w[0].1 && !w[1].1 && w[2].1;
-    let [a, b, c] = turns.windows(3).filter(whole).last()? else { return None };
+    let [a, b, c] = turns.windows(3).rfind(whole)? else { return None };
     Some([a.0, b.0, c.0])
 }
 

@@ -20,6 +20,10 @@ const TICK: Duration = Duration::from_millis(1);
 /// How long to wait for the tick after the last step when running free.
 const LAST_TICK: Duration = Duration::from_millis(20);
 
+// The length of `Step::tendons` is a literal, because rustc 1.95 breaks off at closures that build a
+// `Step` from another one whose array has a computed length.
+const _: () = assert!(TENDON_PAIRS == 2);
+
 /// What the host sends for one tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Step {
@@ -29,7 +33,7 @@ pub struct Step {
     /// The operator holds the guidewire's button: its load is felt, not the catheter's.
     pub guidewire_held: bool,
     /// Displacements of the tendons' drives, by pairs; `None` for pairs that there are not.
-    pub tendons: [Option<Tendons>; TENDON_PAIRS as usize],
+    pub tendons: [Option<Tendons>; 2],
     pub command: Option<Command>,
 }
 

@@ -238,7 +238,7 @@ mod tests {
     #[test]
     fn a_parabola_is_left_as_it_is_and_lengths_are_equal() {
         let points: Vec<_> =
-            (0..40).map(|i| f64::from(i)).map(|t| Vector2::new(t, 0.02 * t * t)).collect();
+            (0..40).map(f64::from).map(|t| Vector2::new(t, 0.02 * t * t)).collect();
         let smoothed = smooth(&points, None, 6.0);
         assert!(points.iter().zip(&smoothed).all(|(a, b)| (a - b).norm() < 1e-9));
         let again = resampled(&points, 0.5);

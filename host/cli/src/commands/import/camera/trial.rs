@@ -176,6 +176,7 @@ mod tests {
             drive_force_n: None,
             tip_m: None,
             guidewire: None,
+            tendons_m: [None; 4],
         };
         let motion = Trial { rows: (0..200).map(row).collect(), ..Trial::default() };
         let seen = |hidden: usize| {
