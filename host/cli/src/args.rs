@@ -49,18 +49,20 @@ pub use link::{
     LinkServeArguments, LinkUpArguments,
 };
 pub use lumen::LumenArguments;
-pub use material::{
-    FormName, LawName, MaterialAction, MaterialArguments, MaterialFitArguments, Stress,
-};
+pub use material::MaterialArguments;
+#[cfg(feature = "wall")]
+pub use material::{FormName, LawName, MaterialAction, MaterialFitArguments, Stress};
 pub use recording::{
     CheckArguments, CompletionsArguments, ExportArguments, ImportArguments, ImportAtiArguments,
     ImportCandumpArguments, ImportCsvArguments, ImportSource, LatencyArguments, ManArguments,
     MonitorArguments, SendArguments,
 };
 pub use reproduce::ReproduceArguments;
+pub use wall::WallArguments;
+#[cfg(feature = "wall")]
 pub use wall::{
-    ElementArguments, LawArgument, WallAction, WallArguments, WallLoadArguments,
-    WallPhantomArguments, WallReduceArguments,
+    ElementArguments, LawArgument, WallAction, WallLoadArguments, WallPhantomArguments,
+    WallReduceArguments,
 };
 
 const EXIT_CODES: &str = "\
