@@ -161,7 +161,7 @@ mod tests {
     fn measured(count: usize) -> (Vec<f64>, Vec<f64>) {
         let wave: Vec<f64> =
             times(count).iter().map(|t| (std::f64::consts::TAU * t).sin()).collect();
-        let buzz = |i: usize| 0.02 * ((i * 7919) % 13) as f64 / 6.0 - 0.02;
+        let buzz = |i: usize| 0.02 * ((i * i * 7919 + i * 104_729) % 1009) as f64 / 504.0 - 0.02;
         let mut measured: Vec<f64> = wave.iter().enumerate().map(|(i, w)| w + buzz(i)).collect();
         (0..count).step_by(97).for_each(|i| measured[i] += 3.0);
         (wave, measured)

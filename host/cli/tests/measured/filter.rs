@@ -21,7 +21,7 @@ fn json(arguments: &[&str]) -> Value {
 fn table(folder: &Path) -> std::path::PathBuf {
     let row = |i: usize| {
         let spike = if i == 100 { 2.0 } else { 0.0 };
-        let noise = 0.002 * (((i * 7919) % 13) as f64 / 6.0 - 1.0);
+        let noise = 0.002 * (((i * i * 7919 + i * 104_729) % 1009) as f64 / 504.0 - 1.0);
         let tip =
             if i.is_multiple_of(10) { format!("{:.5}", 1e-4 * i as f64) } else { String::new() };
         format!("{:.3},0.030,0.0,{:.6},{tip}\n", 0.004 * i as f64, 0.2 + noise + spike)
