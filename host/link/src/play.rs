@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
 use cathforce_bus::master::{Master, Place};
-use cathforce_bus::{Command, Encoder, Frame, Process, Status, Sync, TENDON_PAIRS, Tendons};
+use cathforce_bus::{Command, Encoder, Frame, Process, Status, Sync, Tendons};
 
 use crate::{Client, ClientError, Link, LinkError, TickReport};
 
@@ -29,7 +29,7 @@ pub struct Step {
     /// The operator holds the guidewire's button: its load is felt, not the catheter's.
     pub guidewire_held: bool,
     /// Displacements of the tendons' drives, by pairs; `None` for pairs that there are not.
-    pub tendons: [Option<Tendons>; TENDON_PAIRS as usize],
+    pub tendons: [Option<Tendons>; 2],
     pub command: Option<Command>,
 }
 
