@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
 use cathforce_bus::master::{Master, Place};
-use cathforce_bus::{Command, Encoder, Frame, Process, Status, Sync, TENDON_PAIRS, Tendons};
+use cathforce_bus::{Command, Encoder, Frame, Process, Status, Sync, Tendons};
 
 use crate::{Client, ClientError, Link, LinkError, TickReport};
 

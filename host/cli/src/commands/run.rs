@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use cathforce_bundle::Bundle;
 use cathforce_bundle::bundle::{CatheterTrial, EncoderReading};
-use cathforce_bus::{Displacement, Encoder, Insertion, Rotation, TENDON_PAIRS, Tendons};
+use cathforce_bus::{Displacement, Encoder, Insertion, Rotation, Tendons};
 use cathforce_link::{Client, Step};
 use cathforce_mechanics::MAX_TENDONS;
 use cathforce_recording::{
@@ -237,7 +237,7 @@ pub fn encoder(at: EncoderReading) -> Encoder {
 }
 
 /// Displacements of so many tendons as they cross the bus; `None` for pairs that there are not.
-pub fn tendons(count: usize, at_m: [f64; MAX_TENDONS]) -> [Option<Tendons>; TENDON_PAIRS as usize] {
+pub fn tendons(count: usize, at_m: [f64; MAX_TENDONS]) -> [Option<Tendons>; 2] {
     let at_m = at_m.map(Displacement::from_m);
     std::array::from_fn(|i| {
         let displacements = [at_m[2 * i], at_m[2 * i + 1]];
