@@ -15,7 +15,7 @@ offset_m = 0.0005
 stiffness_N_per_m = 2000.0
 
 [[tendons]]
-angle_rad = 3.14
+angle_rad = 3.1
 offset_m = 0.0004
 anchor_m = 0.002
 stiffness_N_per_m = 3000.0
@@ -83,7 +83,7 @@ fn a_rigs_tendons_are_the_models_and_their_columns_the_trials() {
         bend_behind_rad: 0.0,
     };
     let full = DrivenTendon {
-        angle_rad: 3.14,
+        angle_rad: 3.1,
         offset_m: 0.0004,
         anchor_m: 0.002,
         stiffness_n_per_m: 3000.0,

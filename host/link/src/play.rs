@@ -22,7 +22,7 @@ const LAST_TICK: Duration = Duration::from_millis(20);
 
 // The length of `Step::tendons` is a literal, because rustc 1.95 breaks off at closures that build a
 // `Step` from another one whose array has a computed length.
-const _: () = assert!(TENDON_PAIRS == 2);
+const _: () = assert!(cathforce_bus::TENDON_PAIRS == 2);
 
 /// What the host sends for one tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -29,7 +29,7 @@ impl Board<Vec<u8>> for FakeBoard {
         Status { mode: 3, tick: 77, lock_step: self.lock_step, ..Status::default() }
     }
     fn next_counters(&mut self) -> NextCounters {
-        [1, 2, 3, 4]
+        [1, 2, 3, 4, 5, 6]
     }
     fn activate(
         &mut self,
