@@ -120,7 +120,16 @@ mod tests {
         let force_n = Some([t_s; 3]);
         let (drive_force_n, tip_m, guidewire) = (None, None, None);
         let rotation_rad = 0.0;
-        Measured { t_s, insertion_m, rotation_rad, force_n, drive_force_n, tip_m, guidewire }
+        Measured {
+            t_s,
+            insertion_m,
+            rotation_rad,
+            force_n,
+            drive_force_n,
+            tip_m,
+            guidewire,
+            tendons_m: [None; 4],
+        }
     }
 
     fn seen(t_s: f64, length_m: f64) -> Seen {
