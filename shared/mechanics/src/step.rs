@@ -298,7 +298,10 @@ fn solve_acting<T: Real, const LINKS: usize>(
             state.effects.finish(&active, torque_n_m);
             if let Some(tendons) = &mut active.tendons {
                 let State { links, guide, count, tendons: pulled, .. } = state;
-                tendons.finish(&links[..(*count).min(LINKS)], guide, pulled);
+                let links = &links[..(*count).min(LINKS)];
+                let rotation =
+                    |j: usize| links.get(j).map_or(&guide.rotation, |link| &link.rotation);
+                tendons.finish(links.len(), rotation, pulled);
             }
             totals
         }

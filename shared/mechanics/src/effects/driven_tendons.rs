@@ -3,12 +3,11 @@
 use cathforce_scalar::Vector3;
 use heapless::Vec;
 
-use crate::algebra::RelativeRotation;
+use crate::algebra::{RelativeRotation, Rotation};
 use crate::grid::Grid;
 use crate::joint::JointLoad;
 use crate::math::{maximum, minimum, sin_cos};
 use crate::overlap::Overlap;
-use crate::state::LinkState;
 use crate::tables::Joint;
 use crate::{Description, DrivenTendon, MAX_TENDONS, Real};
 
@@ -339,17 +338,22 @@ impl<'a, T: Real> DrivenTendons<'a, T> {
         self.last_bend = moment.map(|moment| moment * softness);
     }
 
-    /// Updates friction and tensions for the next solve. `links`: those of the chain after the solve.
+    /// Updates friction and tensions for the next solve.
+    ///
+    /// `links`: how many the chain has; `rotation`: of each after the solve, and of the guide behind the
+    /// last one.
     /// docs/explanation/model.md (49), (51)–(53)
-    pub fn finish<const LINKS: usize>(
+    pub fn finish<'r, const LINKS: usize>(
         &mut self,
-        links: &[LinkState<T>],
-        guide: &LinkState<T>,
+        links: usize,
+        rotation: impl Fn(usize) -> &'r Rotation<T>,
         state: &mut TendonsState<T, LINKS>,
-    ) {
+    ) where
+        T: 'r,
+    {
         let [up, side] = self.last_bend;
         state.at_mouth = Vector3::new(up, side, T::zero());
-        self.slide(links, guide, state);
+        self.slide(links, rotation, state);
         let change = self.changes(state);
         let each = state.pulled.iter_mut().zip(self.tables).zip(change);
         for ((pulled, table), change) in each {
@@ -360,21 +364,22 @@ impl<'a, T: Real> DrivenTendons<'a, T> {
 
     /// Paths and bends of the tendons after a solve, and the friction that their sliding leaves.
     /// docs/explanation/model.md (49), (51)
-    fn slide<const LINKS: usize>(
+    fn slide<'r, const LINKS: usize>(
         &mut self,
-        links: &[LinkState<T>],
-        guide: &LinkState<T>,
+        links: usize,
+        rotation: impl Fn(usize) -> &'r Rotation<T>,
         state: &mut TendonsState<T, LINKS>,
-    ) {
+    ) where
+        T: 'r,
+    {
         let (zero, half) = (T::zero(), T::lit(0.5));
         self.begins = self.first;
         for (tendon, pulled) in self.running.iter_mut().zip(&mut state.pulled) {
             tendon.wrapped_rad = pulled.wrapped_rad;
             (pulled.wrapped_rad, pulled.at_anchor_n) = (zero, tendon.tension_n);
         }
-        for (j, (link, cell)) in links.iter().zip(&mut state.cells).enumerate() {
-            let proximal = links.get(j + 1).unwrap_or(guide);
-            let bend = RelativeRotation::between(&proximal.rotation, &link.rotation).angle;
+        for (j, cell) in state.cells.iter_mut().take(links).enumerate() {
+            let bend = RelativeRotation::between(rotation(j + 1), rotation(j)).angle;
             let arc = self.grid.cell(j);
             let arc_m = self.grid.cell_m(j);
             let per_arc = T::one() / arc;
