@@ -86,7 +86,11 @@ pub(crate) fn advance<T: Real, const LINKS: usize>(
         let target = Drives {
             catheter: between(start.catheter, drives.catheter, share),
             guidewire: between(start.guidewire, drives.guidewire, share),
-            tendons_m: tendons_between(&start.tendons_m, &drives.tendons_m, share),
+            tendons_m: if model.tendons.is_empty() {
+                [T::zero(); MAX_TENDONS]
+            } else {
+                tendons_between(&start.tendons_m, &drives.tendons_m, share)
+            },
         };
         let before = state.drives;
         if part > 1 {
