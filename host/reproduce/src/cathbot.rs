@@ -118,7 +118,8 @@ fn peak(force: &[Vector3<f64>], axis: usize) -> (usize, f64) {
 /// Peaks of the mean over the repeats, and how far the repeats spread.
 fn peaks(sensors: &[Vec<Vector3<f64>>], mean: &[Vector3<f64>], times: &[f64]) -> Vec<Row> {
     let how = "31 seeded repeats of the truth (entry ±0.2 mm, roll ±5°, speed ±2 %, friction ±0.03, one \
-               standard deviation), sensor at 1 kHz, mean of all; the friction of 0.3 is not printed; a \
+               standard deviation), sensor at 1 kHz, mean of all; friction 0.3, exits at 35° \
+               and a tip in their plane are not printed and assumed; a \
                bore of 6 mm does not squeeze a catheter of 1.65 mm, as the printed text says";
     let (at, along) = peak(mean, 0);
     let own: Vec<f64> = sensors.iter().map(|s| peak(s, 0).1).collect();
