@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 use rayon::prelude::*;
 
 use crate::errors::{ByAxis, by_axis};
-use crate::experiment::{Experiment, Trace, measured, sample_times};
+use crate::experiment::{Trace, measured, sample_times};
 use crate::instruments::INSTRUMENTS;
 use crate::meter::{Meter, Trouble};
 use crate::part::{Outcome, Part};
@@ -277,9 +277,7 @@ fn instruments_work() -> u64 {
 fn instruments(meter: &Meter) -> Result<Outcome, Trouble> {
     let mut out = Outcome::default();
     for own in INSTRUMENTS {
-        let Experiment { problem, schedule, .. } =
-            with_instrument(own, TRIALS[0].moduli, &Setup::NOMINAL);
-        let played = Experiment { problem, schedule, frames_s: Vec::new() }.on_device(meter)?;
+        let played = with_instrument(own, TRIALS[0].moduli, &Setup::NOMINAL).on_device(meter)?;
         let how = format!(
             "device's model with 50/26 MPa in the same phantom; {} mm, {} F, outside {} mm, inside {}; {}; \
              {}; no number is printed",

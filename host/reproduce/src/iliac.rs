@@ -107,6 +107,7 @@ pub fn experiment(rod: Rod, motion: Motion) -> Experiment {
     let frames = (schedule.end_s() / FRAME_S) as usize;
     Experiment {
         problem: problem(rod),
+        drag_n_s_per_m2: None,
         frames_s: (1..=frames).map(|k| FRAME_S * k as f64).collect(),
         schedule,
     }

@@ -81,6 +81,11 @@ fn printed(s: &Scores) -> Vec<Row> {
             .published(3.6)
             .how(format!("{shape}; behind the hook, 100 points at equal arc")),
     );
+    let implied = format!("{how}; published is the printed error over its printed share");
+    rows.push(Row::of("force x (across), mean", "N", x.magnitude).published(0.0239).how(&implied));
+    rows.push(
+        Row::of("force z (insertion), mean", "N", z.magnitude).published(0.176).how(&implied),
+    );
     let moment = "M = Σ Lᵢ × Fᵢ about the entry over all contacts, against the truth without noise; \
                   the thesis records it and prints no error";
     rows.push(Row::of("moment error, mean", "mN·m", 1e3 * s.moment_n_m).how(moment));

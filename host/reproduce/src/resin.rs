@@ -117,7 +117,7 @@ pub fn with_instrument(own: &Instrument, moduli: Moduli, setup: &Setup) -> Exper
         },
     };
     let frames_s = vec![schedule.end_s() - 4e-3];
-    Experiment { problem, schedule, frames_s }
+    Experiment { problem, schedule, frames_s, drag_n_s_per_m2: None }
 }
 
 /// A trunk of 45 mm and two branches at 35°, 98 mm along either centre line.
