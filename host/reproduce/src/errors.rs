@@ -16,6 +16,8 @@ pub struct Error {
     pub peak: f64,
     /// Root of the mean square.
     pub rms: f64,
+    /// Mean magnitude of the measured quantity.
+    pub magnitude: f64,
 }
 
 /// Error of `ours` against `measured`, sample by sample.
@@ -32,7 +34,13 @@ pub fn error(measured: impl Iterator<Item = f64>, ours: impl Iterator<Item = f64
         peak = peak.max(e);
         count += 1.0;
     }
-    Error { mean: sum / count, relative: sum / magnitude, peak, rms: (squares / count).sqrt() }
+    Error {
+        mean: sum / count,
+        relative: sum / magnitude,
+        peak,
+        rms: (squares / count).sqrt(),
+        magnitude: magnitude / count,
+    }
 }
 
 /// Errors along the axes and of the norm.

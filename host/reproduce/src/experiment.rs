@@ -4,7 +4,7 @@
 use std::ops::ControlFlow;
 
 use anyhow::anyhow;
-use cathforce_mechanics::{Compiled, MAX_LINKS, Real, State};
+use cathforce_mechanics::{Compiled, Drag, MAX_LINKS, Real, State};
 use cathforce_reference_solver::{Drive, Problem, Schedule, Simulation};
 use cathforce_validation::{Case, Choices, Kind, Record, play_watched};
 use nalgebra::Vector3;
@@ -56,6 +56,8 @@ pub struct Experiment {
     pub schedule: Schedule,
     /// Times at which the shape is taken, ascending \[s\].
     pub frames_s: Vec<f64>,
+    /// Drag of the model where it is not the device's \[N·s/m²\].
+    pub drag_n_s_per_m2: Option<f64>,
 }
 
 impl Experiment {
@@ -83,7 +85,7 @@ impl Experiment {
             while trace.frames.len() < self.frames_s.len()
                 && self.frames_s[trace.frames.len()] <= t_s + 1e-9
             {
-                trace.frames.push(simulation.centre_line_m());
+                trace.frames.push(self.inside(simulation.centre_line_m()));
             }
             meter.add(TICKS_A_STEP)?;
         }
@@ -104,6 +106,17 @@ impl Experiment {
         }
     }
 
+    /// A centre line that ends at the guide's mouth: the two solvers place their last nodes differently.
+    fn inside(&self, mut line: Vec<Vector3<f64>>) -> Vec<Vector3<f64>> {
+        let entry = &self.problem.entry;
+        let is_behind = |p: &Vector3<f64>| (p - entry.position_m).dot(&entry.direction) <= 0.0;
+        while line.last().is_some_and(is_behind) {
+            line.pop();
+        }
+        line.push(entry.position_m);
+        line
+    }
+
     fn play<T: Compiled<LINKS>, const LINKS: usize>(
         &self,
         links: Option<usize>,
@@ -116,14 +129,17 @@ impl Experiment {
             schedule: self.schedule.clone(),
             scored_from_s: 0.0,
         };
-        let choices = Choices { links, ..Choices::default() };
+        let mut choices = Choices { links, ..Choices::default() };
+        if let Some(drag) = self.drag_n_s_per_m2 {
+            choices.solver.drag = Drag::constant(drag);
+        }
         let mut trace = Trace::default();
         let mut stopped = None;
         let watch = |record: &Record, state: &State<T, LINKS>| {
             while trace.frames.len() < self.frames_s.len()
                 && self.frames_s[trace.frames.len()] <= record.t_s + 1e-9
             {
-                trace.frames.push(centre_line_m(state));
+                trace.frames.push(self.inside(centre_line_m(state)));
             }
             match meter.add(1) {
                 Ok(()) => ControlFlow::Continue(()),

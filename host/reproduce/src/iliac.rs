@@ -27,8 +27,8 @@ const JUNCTION_RADIUS_M: f64 = 12e-3;
 
 /// Coulomb's coefficient, printed.
 pub const FRICTION: f64 = 0.62;
-/// Stiffness of the wall that stands for a rigid one \[N/m²\]: as in the project's validation.
-const RIGID_N_PER_M2: f64 = 8e7;
+/// Stiffness of the wall that stands for a rigid one \[N/m²\]: 0.5 N on 5 mm press it in by 12 µm.
+const RIGID_N_PER_M2: f64 = 8e6;
 
 /// Insertion at the beginning and at the end \[m\].
 const FROM_M: f64 = 5e-3;
@@ -53,6 +53,11 @@ pub const REFERENCE_KG_PER_M3: f64 = 1550.0;
 /// How the printed unit is read.
 pub const GPA_READ: &str =
     "\"GPa\" is read as MPa: 600 GPa would be three times the stiffness of steel";
+
+/// What is not printed, for the rows.
+pub const ASSUMED: &str = "not printed and assumed: left iliac artery straight for 60 mm at 25° to the aorta, \
+                           bend of 60 mm radius, 160 mm of feed, hook in the plane of the vessels, ripple at \
+                           0.7 and 1.9 Hz, moving average of 0.25 s";
 
 /// The modified hook.
 pub fn catheter(youngs_pa: f64, density_kg_per_m3: f64) -> Rod {
@@ -102,6 +107,7 @@ pub fn experiment(rod: Rod, motion: Motion) -> Experiment {
     let frames = (schedule.end_s() / FRAME_S) as usize;
     Experiment {
         problem: problem(rod),
+        drag_n_s_per_m2: None,
         frames_s: (1..=frames).map(|k| FRAME_S * k as f64).collect(),
         schedule,
     }

@@ -5,7 +5,8 @@ use rayon::prelude::*;
 
 use crate::experiment::{Experiment, Trace, measured};
 use crate::iliac::{
-    GPA_READ, Motion, REFERENCE_KG_PER_M3, REFERENCE_PA, Scores, catheter, experiment, scores,
+    ASSUMED, GPA_READ, Motion, REFERENCE_KG_PER_M3, REFERENCE_PA, Scores, catheter, experiment,
+    scores,
 };
 use crate::li;
 use crate::meter::{Meter, Trouble};
@@ -103,7 +104,7 @@ fn run(meter: &Meter) -> Result<Outcome, Trouble> {
 fn insertion(s: &Scores, mm_per_s: u32) -> Vec<Row> {
     let how = format!(
         "device's model, fed at constant {mm_per_s} mm/s, against the sensor's averaged force behind \
-         the direction-limiting guide (6.1 s at 13 mm/s); {GPA_READ}"
+         the direction-limiting guide (6.1 s at 13 mm/s); {GPA_READ}; {ASSUMED}"
     );
     let shape = "the same, one frame a second, points with 0.4 mm of noise";
     let [x, _, y] = s.force.axis;
