@@ -4,7 +4,7 @@ use core::cell::RefCell;
 use core::ptr::NonNull;
 
 use cathforce_bus::service::{Load, Refusal, Status};
-use cathforce_bus::{Counter, Counters, Frame};
+use cathforce_bus::{Counter, Counters, Frame, NextCounters};
 use cathforce_config::image;
 use cathforce_control::{Config, Mode, Notice};
 use cathforce_device::{Board as DeviceBoard, ControlLoop, Image, copy_from};
@@ -207,7 +207,7 @@ impl DeviceBoard<Buffer> for ServiceBoard {
         })
     }
 
-    fn next_counters(&mut self) -> [u8; 4] {
+    fn next_counters(&mut self) -> NextCounters {
         with(|core| core.control_loop.next_counters())
     }
 

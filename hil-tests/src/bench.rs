@@ -115,16 +115,21 @@ impl<R: Rig> Bench<R> {
 
     /// Runs self-test, settling and arming with the drive at rest; returns all ticks.
     pub fn arm(&mut self, at: Drive) -> Vec<Tick> {
-        let still = encoder(at);
-        let mut ticks = self.play([vec![still, Process::Command(Command::SelfTest)]]);
+        self.arm_holding(&[encoder(at)])
+    }
+
+    /// The same with these frames of all drives in every tick.
+    pub fn arm_holding(&mut self, still: &[Process]) -> Vec<Tick> {
+        let with = |command| still.iter().copied().chain([Process::Command(command)]).collect();
+        let mut ticks = self.play([with(Command::SelfTest)]);
         while ticks.last().and_then(Tick::mode) != Some(Mode::Ready) {
             assert!(ticks.len() < SETTLE_TICKS, "never ready: {:?}", ticks.last());
-            ticks.extend(self.play(std::iter::repeat_n(vec![still], WINDOW)));
+            ticks.extend(self.play(std::iter::repeat_n(still.to_vec(), WINDOW)));
         }
         // A device does not arm in a tick that its model did not resolve.
         while ticks.last().and_then(Tick::mode) != Some(Mode::Armed) {
             assert!(ticks.len() < SETTLE_TICKS, "never armed: {:?}", ticks.last());
-            ticks.extend(self.play([vec![still, Process::Command(Command::Arm)]]));
+            ticks.extend(self.play([with(Command::Arm)]));
         }
         ticks
     }

@@ -3,8 +3,9 @@
 //! Ticks with all links in the vessel are counted one by one. The ticks before are counted too, because the
 //! shape settles while a run begins.
 
-use cathforce_bundle::{ImageOptions, SolverDefaults, to_description};
-use cathforce_bus::Process;
+use cathforce_bundle::bundle::{Plant, RigDrivenTendon};
+use cathforce_bundle::{ImageOptions, SolverDefaults, device_image, to_description};
+use cathforce_bus::{Displacement, Process, Tendons};
 use cathforce_config::image::most_links;
 use cathforce_control::{BAND_ROWS, Band, BandRow};
 use cathforce_effect_catalogue::{Parameter, all};
@@ -217,6 +218,60 @@ fn p09_effects_all_at_once_take_at_most_half_of_a_tick() {
     for schedule in [Schedule::OneSolve, Schedule::TwoSolves, Schedule::HalfTicks] {
         assert_cost(schedule, laden(), Some(band()), MOST_INSTRUCTIONS_HALF_TICKS);
     }
+}
+
+/// Displacements of four tendons that are pulled and let out against each other.
+fn pulled(tick: u16) -> [Process; 2] {
+    let at_m = 1e-5 * f64::from(tick);
+    let pair = |pair: u8, first_m: f64| {
+        let displacements = [first_m, 5e-4 - 0.5 * first_m].map(Displacement::from_m);
+        Process::Tendons(Tendons { pair, displacements })
+    };
+    [pair(0, 2e-4 + at_m), pair(1, 8e-4 - at_m)]
+}
+
+#[test]
+fn p09_four_tendons_take_at_most_half_of_a_tick() {
+    let tendon = |i: u8| RigDrivenTendon {
+        angle_rad: f64::from(i) * std::f64::consts::FRAC_PI_2,
+        offset_m: 5e-4,
+        anchor_m: 2e-3 * f64::from(i % 2),
+        stiffness_n_per_m: 1e3,
+        slack_m: 1e-4,
+        static_friction: 0.2,
+        sliding_friction: 0.1,
+        bend_behind_rad: 1.0,
+    };
+    let mut bundle = bundle().clone();
+    let Plant::Catheter(rig) = &mut bundle.rig.plant else { panic!("a catheter's") };
+    rig.tendons = (0..4).map(tendon).collect();
+    let solver = SolverDefaults::default();
+    let deepest_m = 0.06;
+    let options = ImageOptions {
+        link_length_m: Some(solver.link_length_over(deepest_m, 64.0 - LAST_LINK)),
+        band: Some(band()),
+        ..ImageOptions::default()
+    };
+    let (image, _) = device_image(&bundle, &options).expect("an image");
+    let frames = |tick: u16| {
+        let insertion_m = deepest_m - FEED_M * f64::from(TICKS - tick);
+        let drive = encoder(Drive { insertion_m, rotation_rad: 0.0 });
+        std::iter::once(drive).chain(pulled(tick)).collect::<Vec<_>>()
+    };
+    let mut bench = Bench::<Qemu>::configured(&image);
+    bench.arm_holding(&frames(0));
+    let counts = (1..=TICKS).map(|tick| {
+        bench.reset_counters();
+        bench.play([frames(tick)]);
+        let load = bench.report().load;
+        (load.worst_instructions, load.tick_stack_bytes)
+    });
+    let counts: Vec<_> = counts.collect();
+    let worst = counts.iter().map(|(count, _)| *count).max().unwrap_or(0);
+    let stack_bytes = counts.iter().map(|(_, bytes)| *bytes).max().unwrap_or(0);
+    println!("four tendons: worst tick {worst} instructions, tick stack {stack_bytes} bytes");
+    assert!((LEAST_INSTRUCTIONS..=MOST_INSTRUCTIONS_HALF_TICKS).contains(&worst), "{worst}");
+    assert!((1..=MOST_TICK_STACK_BYTES).contains(&stack_bytes), "{stack_bytes} bytes of stack");
 }
 
 #[test]

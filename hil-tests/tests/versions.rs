@@ -31,7 +31,7 @@ impl Link for OtherVersion {
             can_lock_step: true,
             max_image_len: 1000,
             mode: MODE_UNCONFIGURED,
-            next_counters: [0; 4],
+            next_counters: [0; 6],
         });
         let answer = service::seal::<_, { service::MAX_RESPONSE }>(sequence, &hello);
         self.endpoint.send(&answer.expect("fits")).expect("fits");

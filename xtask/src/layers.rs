@@ -10,7 +10,7 @@ use anyhow::{Context, bail};
 use serde_json::Value;
 
 /// The packages that others may use, from the bottom up.
-const LIBRARIES: [&str; 14] = [
+const LIBRARIES: [&str; 21] = [
     "cathforce-scalar",
     "cathforce-mechanics",
     "cathforce-control",
@@ -21,9 +21,16 @@ const LIBRARIES: [&str; 14] = [
     "cathforce-effect-catalogue",
     "cathforce-link",
     "cathforce-recording",
+    "cathforce-calibration",
     "cathforce-gap",
+    "cathforce-reproduce",
     "cathforce-pages",
     "cathforce-blind-test",
+    "cathforce-material",
+    "cathforce-sparse",
+    "cathforce-wall",
+    "cathforce-camera",
+    "cathforce-filter",
     "cathforce-test-fixture",
 ];
 
@@ -56,6 +63,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     (
         "cathforce-gap",
         &[
+            "cathforce-calibration",
             "cathforce-mechanics",
             "cathforce-effect-catalogue",
             "cathforce-bundle",
@@ -64,14 +72,36 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ),
     (
         "cathforce-pages",
-        &["cathforce-mechanics", "cathforce-config", "cathforce-recording", "cathforce-gap"],
+        &[
+            "cathforce-mechanics",
+            "cathforce-config",
+            "cathforce-recording",
+            "cathforce-gap",
+            "cathforce-reproduce",
+        ],
     ),
     (
         "cathforce-validation",
         &["cathforce-mechanics", "cathforce-bundle", "cathforce-reference-solver"],
     ),
+    (
+        "cathforce-reproduce",
+        &[
+            "cathforce-mechanics",
+            "cathforce-bundle",
+            "cathforce-reference-solver",
+            "cathforce-validation",
+        ],
+    ),
     ("cathforce-blind-test", &["cathforce-reference-solver"]),
     ("cathforce", PRODUCT),
+    ("cathforce-material", &[]),
+    ("cathforce-sparse", &[]),
+    ("cathforce-wall", &["cathforce-material", "cathforce-sparse", "cathforce-bundle"]),
+    ("cathforce-camera", &[]),
+    ("cathforce-filter", &[]),
+    ("cathforce-calibration", &[]),
+    ("cathforce-identification", &["cathforce-mechanics", "cathforce-reference-solver"]),
     (
         "cathforce-bench",
         &[

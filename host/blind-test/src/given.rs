@@ -35,6 +35,7 @@ struct RigFile {
     vessel: VesselTable,
     sensor: SensorTable,
     tendon: Option<toml::Value>,
+    tendons: Option<toml::Value>,
 }
 
 #[derive(Deserialize)]
@@ -170,10 +171,10 @@ fn rig(bundle: &Path, file: &RigFile) -> Result<Rig, GivenError> {
             "state the rig in the frame of its entry",
         ));
     }
-    if file.tendon.is_some() {
+    if file.tendon.is_some() || file.tendons.is_some() {
         return Err(unfit(
             "it is steered by a tendon, which the instrument of a reality has not",
-            "take [tendon] out",
+            "take [tendon] and [[tendons]] out",
         ));
     }
     if !file.vessel.wall_regions.is_empty() {

@@ -10,8 +10,9 @@
 //! Columns of a catheter's trial: `t_s`, `insertion_m`, `rotation_rad`; optionally `fx_N`,
 //! `fy_N`, `fz_N`, `drive_fx_N`, `tip_x_m`, `tip_y_m`, `tip_z_m` and `p00_x_m`, `p00_y_m`,
 //! `p00_z_m`, `p01_x_m` … from the tip; with a guidewire `guidewire_insertion_m` and
-//! `guidewire_rotation_rad`, optionally `guidewire_drive_fx_N`. Of a drive's: `t_s`, `position_m`, `drive_command_N`;
-//! optionally `setpoint_m`. Units are SI unless a name ends in another; positions, directions
+//! `guidewire_rotation_rad`, optionally `guidewire_drive_fx_N`; with tendons that drives pull
+//! `tendon_1_m` and so on. Of a drive's: `t_s`, `position_m`, `drive_command_N`; optionally
+//! `setpoint_m`. Units are SI unless a name ends in another; positions, directions
 //! and forces are given in the right-handed frame of the vessel.
 
 use std::path::{Path, PathBuf};
@@ -19,9 +20,9 @@ use std::path::{Path, PathBuf};
 use nalgebra::Vector3;
 
 pub use crate::rig::{
-    BeyondModel, CatheterRig, DriveRig, FORMAT, Fluid, Plant, Rig, RigCause, RigEntry,
-    RigEnvironment, RigInstrument, RigPriors, RigSection, RigSensor, RigTendon, RigVessel,
-    TipPiece, WallRegion,
+    BeyondModel, CatheterRig, DriveRig, FORMAT, Fluid, Plant, Rig, RigCause, RigDrivenTendon,
+    RigEntry, RigEnvironment, RigInstrument, RigPriors, RigSection, RigSensor, RigTendon,
+    RigVessel, TipPiece, WallRegion,
 };
 pub use crate::trial::{
     CatheterTrial, ColumnMap, DriveTrial, EncoderReading, Foreign, ForeignCause, GuidewireTrial,
@@ -257,7 +258,10 @@ fn read_trials(
         }
         let text = read_text(&file)?;
         let trial = match &rig.plant {
-            Plant::Catheter(rig) => Trial::parse_catheter(number, &text, rig.guidewire.is_some()),
+            Plant::Catheter(rig) => {
+                let has_guidewire = rig.guidewire.is_some();
+                Trial::parse_catheter(number, &text, has_guidewire, rig.tendons.len())
+            }
             Plant::Drive(_) => Trial::parse_drive(number, &text),
         };
         let Parsed { trial, remarks } =

@@ -2,12 +2,14 @@
 
 use cathforce_config::image::most_links;
 use cathforce_mechanics::{
-    Description, Drag, Effects, Entry, Instrument, PrecurvePiece, Real, Section, Solver, Tendon,
-    Wall,
+    Description, Drag, DrivenTendon, Effects, Entry, Instrument, PrecurvePiece, Real, Section,
+    Solver, Tendon, Wall,
 };
 use nalgebra::Vector3;
 
-use crate::bundle::{Bundle, CatheterRig, RigInstrument, RigSection, RigTendon, RigVessel};
+use crate::bundle::{
+    Bundle, CatheterRig, RigDrivenTendon, RigInstrument, RigSection, RigTendon, RigVessel,
+};
 
 /// Numbers that the model needs and a bundle does not state.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -133,6 +135,8 @@ pub fn describe<T: Real>(
         instrument: describe_instrument(&rig.instrument),
         guidewire: rig.guidewire.as_ref().map(describe_instrument),
         tendon: rig.tendon.as_ref().map_or_else(Tendon::none, describe_tendon),
+        // Reading the bundle has checked their number.
+        tendons: rig.tendons.iter().map(describe_driven_tendon).collect(),
         entry: Entry {
             position_m: vector(rig.entry.position_m),
             direction: vector(rig.entry.direction),
@@ -228,6 +232,19 @@ fn describe_tendon<T: Real>(tendon: &RigTendon) -> Tendon<T> {
         offset_m: T::lit(tendon.offset_m),
         length_m: T::lit(tendon.length_m),
         angle_rad: T::lit(tendon.angle_rad),
+    }
+}
+
+fn describe_driven_tendon<T: Real>(tendon: &RigDrivenTendon) -> DrivenTendon<T> {
+    DrivenTendon {
+        angle_rad: T::lit(tendon.angle_rad),
+        offset_m: T::lit(tendon.offset_m),
+        anchor_m: T::lit(tendon.anchor_m),
+        stiffness_n_per_m: T::lit(tendon.stiffness_n_per_m),
+        slack_m: T::lit(tendon.slack_m),
+        static_friction: T::lit(tendon.static_friction),
+        sliding_friction: T::lit(tendon.sliding_friction),
+        bend_behind_rad: T::lit(tendon.bend_behind_rad),
     }
 }
 

@@ -54,6 +54,20 @@ impl LumenJob {
     }
 }
 
+/// The wall of an STL file, or of a bundle if `path` is a folder. Adds what looks wrong to `warnings`.
+pub fn open_vessel(
+    path: &Path,
+    surface: SurfaceModel,
+    warnings: &mut Vec<Warning>,
+) -> Result<Vessel, LumenBuildError> {
+    if path.is_dir() {
+        let bundle = Bundle::open(path)?;
+        warnings.extend_from_slice(&bundle.warnings);
+        return Vessel::from_bundle(&bundle, surface);
+    }
+    Ok(Vessel::from_mesh(&read_mesh(path, warnings)?.mesh, surface))
+}
+
 /// Compares with the mesh as it is in the file; the stored surface may be a smooth one.
 fn compare_with_facets(
     built: &BuiltLumen,

@@ -32,7 +32,7 @@ pub use error::{BundleError, Cause};
 pub use image::{
     ImageBuildError, ImageOptions, ImageReport, check_rig, device_image, rig_description,
 };
-pub use job::LumenJob;
+pub use job::{LumenJob, open_vessel};
 pub use nearest::nearest;
 pub use place::{Place, Warning};
 pub use template::{TemplatePlant, template};

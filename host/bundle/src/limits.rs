@@ -204,6 +204,7 @@ mod tests {
             },
             guidewire: None,
             tendon: None,
+            tendons: Vec::new(),
             entry: RigEntry {
                 position_m: [0.0; 3],
                 direction: [1.0, 0.0, 0.0],

@@ -6,12 +6,18 @@
 //! as JSON; `--out` names the file that is written; every argument has a help text.
 
 mod bundle;
+mod calibrate;
+mod camera;
 mod config;
+mod filter;
 mod gap;
 mod link;
 mod lumen;
+mod material;
 mod names;
 mod recording;
+mod reproduce;
+mod wall;
 
 use std::path::PathBuf;
 
@@ -22,11 +28,16 @@ use clap::{
 
 pub use crate::output::JsonFile;
 pub use bundle::{BundleAction, BundleArguments, BundleInitArguments, Plant};
+pub use calibrate::{Asked, CalibrateArguments};
+pub use camera::ImportCameraArguments;
+#[cfg(feature = "camera")]
+pub use camera::{CalibrationArguments, CatheterColour};
 pub use config::{
     ConfigAction, ConfigApplyArguments, ConfigArguments, ConfigDiffArguments, ConfigGetArguments,
     ConfigImageArguments, ConfigImportDbcArguments, ConfigInitArguments, ConfigListArguments,
     ConfigSaveArguments, ConfigSetArguments, ConfigShowArguments, ConfigValidateArguments,
 };
+pub use filter::FilterArguments;
 pub use gap::{
     AblationArguments, ApplyArguments, BlindTestAction, BlindTestArguments, BlindTestFolder,
     BlindTestFolders, BlindTestMakeArguments, BlindTestRunArguments, CoverageArguments,
@@ -38,10 +49,20 @@ pub use link::{
     LinkServeArguments, LinkUpArguments,
 };
 pub use lumen::LumenArguments;
+pub use material::MaterialArguments;
+#[cfg(feature = "wall")]
+pub use material::{FormName, LawName, MaterialAction, MaterialFitArguments, Stress};
 pub use recording::{
     CheckArguments, CompletionsArguments, ExportArguments, ImportArguments, ImportAtiArguments,
     ImportCandumpArguments, ImportCsvArguments, ImportSource, LatencyArguments, ManArguments,
     MonitorArguments, SendArguments,
+};
+pub use reproduce::ReproduceArguments;
+pub use wall::WallArguments;
+#[cfg(feature = "wall")]
+pub use wall::{
+    ElementArguments, LawArgument, WallAction, WallLoadArguments, WallPhantomArguments,
+    WallReduceArguments,
 };
 
 const EXIT_CODES: &str = "\
@@ -75,7 +96,8 @@ impl Arguments {
         Self::understood(&matches).unwrap_or_else(|error| error.exit())
     }
 
-    /// `gap diagnose BUNDLE --json FILE` is a published spelling of `--json --out FILE`.
+    /// `gap diagnose BUNDLE --json FILE` and `reproduce --json FILE` are published spellings of
+    /// `--json --out FILE`.
     fn understood(matches: &ArgMatches) -> Result<Self, clap::Error> {
         let mut arguments = Self::from_arg_matches(matches)?;
         if let Command::Gap(GapArguments { action: GapAction::Diagnose(diagnose) }) =
@@ -84,6 +106,11 @@ impl Arguments {
             && let Some(matches) = matches.subcommand_matches("diagnose")
         {
             diagnose.take_file_of_json(matches);
+        }
+        if let Command::Reproduce(reproduce) = &mut arguments.command
+            && let Some(matches) = matches.subcommand_matches("reproduce")
+        {
+            reproduce.take_file_of_json(matches);
         }
         Ok(arguments)
     }
@@ -125,10 +152,18 @@ pub enum Command {
     Bundle(BundleArguments),
     /// Build the distance field of a vessel's wall, and report its size and accuracy.
     Lumen(LumenArguments),
+    /// Fit the laws of a wall's material to a tensile test.
+    Material(MaterialArguments),
+    /// Load a vessel's wall in finite elements, and reduce it to what the device runs.
+    Wall(WallArguments),
     /// List the tip shapes of common catheters.
     Tips,
     /// Find the cause of a gap between model and measurement, and close it.
     Gap(GapArguments),
+    /// Fit settings that you name to measured trials.
+    Calibrate(CalibrateArguments),
+    /// Compute the figures of published systems again and print them beside the printed ones.
+    Reproduce(ReproduceArguments),
     /// Make a web page of a recording.
     Report(ReportArguments),
     /// Report what a recording holds, what is missing and why, and whether it replays.
@@ -139,6 +174,8 @@ pub enum Command {
     Import(ImportArguments),
     /// Play the frames of a recording on a bus, each at its time.
     Play(SendArguments),
+    /// Replace outliers and take noise out of what sensors measured.
+    Filter(FilterArguments),
     /// Watch a bus: state, age, rates, load, forces and faults.
     Monitor(MonitorArguments),
     /// Measure the time from encoder to record, stage by stage.
@@ -424,6 +461,21 @@ mod tests {
         }
         let (json, _, out) = diagnose(&["b", "--out", "f.json"]);
         assert_eq!((json, out.as_deref()), (false, Some("f.json")));
+    }
+
+    #[test]
+    fn a_file_after_json_is_where_the_reproduced_figures_go() {
+        let reproduce = |words: &[&str]| {
+            let all = parse(&[&["cathforce", "reproduce"], words].concat());
+            let Command::Reproduce(found) = all.command else { panic!("reproduced figures") };
+            let out = found.json_file.out.map(|path| path.display().to_string());
+            (all.json, found.systems.join(" "), out)
+        };
+        let out = Some("f.json".to_owned());
+        assert_eq!(reproduce(&["--json", "f.json"]), (true, String::new(), out.clone()));
+        assert_eq!(reproduce(&["li", "--json", "f.json"]), (true, "li".into(), out.clone()));
+        assert_eq!(reproduce(&["--json", "li"]), (true, "li".into(), None));
+        assert_eq!(reproduce(&["li", "--out", "f.json"]), (false, "li".into(), out));
     }
 
     #[test]

@@ -73,6 +73,13 @@ impl From<BundleError> for Failure {
     }
 }
 
+#[cfg(feature = "camera")]
+impl From<cathforce_camera::CameraError> for Failure {
+    fn from(error: cathforce_camera::CameraError) -> Self {
+        Self::input(error)
+    }
+}
+
 impl From<ReadError> for Failure {
     fn from(error: ReadError) -> Self {
         Self::input(error)

@@ -2,7 +2,13 @@
 
 // What only a command uses that was left out stays where it is.
 #![cfg_attr(
-    not(all(feature = "hardware", feature = "monitor", feature = "parquet")),
+    not(all(
+        feature = "camera",
+        feature = "hardware",
+        feature = "monitor",
+        feature = "parquet",
+        feature = "wall"
+    )),
     allow(dead_code)
 )]
 
@@ -46,12 +52,17 @@ fn main() -> ExitCode {
         Command::Doctor(arguments) => commands::doctor::run(&ui, &arguments),
         Command::Fault(arguments) => commands::fault::run(&ui, &arguments),
         Command::Lumen(arguments) => commands::lumen::run(&ui, &arguments),
+        Command::Material(arguments) => commands::material::run(&ui, &arguments),
+        Command::Wall(arguments) => commands::wall::run(&ui, &arguments),
         Command::Tips => commands::tips::list(&ui),
         Command::Gap(arguments) => commands::gap::run(&ui, &arguments),
+        Command::Calibrate(arguments) => commands::calibrate::run(&ui, &arguments),
+        Command::Reproduce(arguments) => commands::reproduce::run(&ui, &arguments),
         Command::Report(arguments) => commands::report::run(&ui, &arguments),
         Command::Check(arguments) => commands::check::run(&ui, &arguments),
         Command::Export(arguments) => commands::export::run(&ui, &arguments),
         Command::Import(arguments) => commands::import::run(&ui, &arguments.from),
+        Command::Filter(arguments) => commands::filter::run(&ui, &arguments),
         Command::Play(arguments) => commands::play::run(&ui, &arguments),
         Command::Monitor(arguments) => commands::monitor::run(&ui, &arguments),
         Command::Latency(arguments) => commands::latency::run(&ui, &arguments),

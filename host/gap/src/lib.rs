@@ -16,11 +16,13 @@
 //! | `deciding` | decides whether effects may be named, how certain they are, and what they may be mistaken for |
 //! | `explaining` | says how large the gap is, where it lies, what it looks like and what remains of it |
 //! | `planning` | says what a recording can tell before it is made, and what to record next |
+//! | `calibrating` | gives a calibration the residuals of settings that somebody names |
 //! | `diagnosis` | runs all of the above and assembles the answer (`report`) |
 //! | `catheter`, `drive` | the two kinds of rig as plants |
 
 #![forbid(unsafe_code)]
 
+pub mod calibrating;
 pub mod catheter;
 mod data;
 mod deciding;

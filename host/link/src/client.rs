@@ -8,7 +8,9 @@ use cathforce_bus::master::Master;
 use cathforce_bus::service::{
     self, HostEndpoint, MAX_CHUNK, MAX_REQUEST, PROTOCOL_HASH, Refusal, Request, Response, Status,
 };
-use cathforce_bus::{Command, Counters, Direction, FROM_HOST, Frame, Id, Process, Sealer};
+use cathforce_bus::{
+    Command, Counters, Direction, FROM_HOST, Frame, Id, NextCounters, Process, Sealer,
+};
 use cathforce_config::image;
 
 use crate::ticks::Assembler;
@@ -99,7 +101,7 @@ pub struct Client<L = Box<dyn Link>> {
 
 /// A response that does not borrow.
 enum Reply {
-    Device(Device, [u8; 4]),
+    Device(Device, NextCounters),
     Status(Box<Status>),
     Bytes(Vec<u8>),
     /// The chunk of an image was not the next one.

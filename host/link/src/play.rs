@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
 use cathforce_bus::master::{Master, Place};
-use cathforce_bus::{Command, Encoder, Frame, Process, Status, Sync};
+use cathforce_bus::{Command, Encoder, Frame, Process, Status, Sync, Tendons};
 
 use crate::{Client, ClientError, Link, LinkError, TickReport};
 
@@ -20,6 +20,10 @@ const TICK: Duration = Duration::from_millis(1);
 /// How long to wait for the tick after the last step when running free.
 const LAST_TICK: Duration = Duration::from_millis(20);
 
+// The length of `Step::tendons` is a literal, because rustc 1.95 breaks off at closures that build a
+// `Step` from another one whose array has a computed length.
+const _: () = assert!(cathforce_bus::TENDON_PAIRS == 2);
+
 /// What the host sends for one tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Step {
@@ -28,6 +32,8 @@ pub struct Step {
     pub guidewire: Option<Encoder>,
     /// The operator holds the guidewire's button: its load is felt, not the catheter's.
     pub guidewire_held: bool,
+    /// Displacements of the tendons' drives, by pairs; `None` for pairs that there are not.
+    pub tendons: [Option<Tendons>; 2],
     pub command: Option<Command>,
 }
 
@@ -136,6 +142,9 @@ impl<L: Link> Client<L> {
         if let Some(guidewire) = step.guidewire.filter(|_| self.master.guidewire.is_none()) {
             let status = Status { hand: step.guidewire_held, ..Status::default() };
             self.send_sealed(Process::Guidewire(guidewire), status)?;
+        }
+        for tendons in step.tendons.into_iter().flatten() {
+            self.send_process(Process::Tendons(tendons))?;
         }
         if let Some(command) = step.command {
             self.send_process(Process::Command(command))?;

@@ -8,7 +8,7 @@ use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
 use cathforce_bus::service::{Load, Refusal, Status};
-use cathforce_bus::{Counter, Counters, Frame, Id};
+use cathforce_bus::{Counter, Counters, Frame, Id, NextCounters};
 use cathforce_config::{Settings, image};
 use cathforce_control::Config;
 use cathforce_device::{Board, ControlLoop, Identity, Image, Service, copy_from};
@@ -180,7 +180,7 @@ impl Board<Vec<u8>> for VirtualBoard {
         status
     }
 
-    fn next_counters(&mut self) -> [u8; 4] {
+    fn next_counters(&mut self) -> NextCounters {
         self.ticker.next_counters()
     }
 

@@ -1,4 +1,4 @@
-//! HTML pages of a recording and of a diagnosis.
+//! HTML pages of a recording, of a diagnosis and of the reproduced publications.
 //!
 //! Each page is one file: its style, script and data are inside, and it loads nothing.
 
@@ -7,7 +7,9 @@
 mod diagnosis;
 mod escape;
 mod recording;
+mod reproduced;
 mod template;
 
 pub use diagnosis::diagnosis_page;
 pub use recording::{PageError, recording_page};
+pub use reproduced::reproduced_page;

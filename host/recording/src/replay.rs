@@ -13,7 +13,9 @@ use cathforce_control::{Config, HapticSource, Outputs};
 use cathforce_device::ControlLoop;
 use serde::Serialize;
 
-use crate::decoding::tick::{GuidewireEstimate, NodeEstimate, NodePass, TickEstimate, coded};
+use crate::decoding::tick::{
+    GuidewireEstimate, NodeEstimate, NodePass, TendonReadings, TickEstimate, coded, note_tendons,
+};
 use crate::format::frame::BusFrame;
 use crate::reading::reader::Recording;
 
@@ -69,6 +71,12 @@ pub struct ReplayReport {
     pub cut: bool,
 }
 
+/// Tensions of the tendons at their drives \[N\].
+fn tensions_n(model: &cathforce_mechanics::State<f32>, tendons: usize) -> TendonReadings {
+    let at_drive = |i: usize| model.tendon_tensions_n(i).map(|[at_drive, _]| at_drive);
+    std::array::from_fn(|i| at_drive(i).filter(|_| i < tendons))
+}
+
 impl ReplayReport {
     /// Whether no bit differs and no frame is missing, except at the end of a recording that breaks off.
     pub fn identical(&self) -> bool {
@@ -105,6 +113,7 @@ pub fn replay(recording: &Recording) -> Result<(ReplayReport, Track), ReplayErro
         master: Collector::new(master),
         encoder: None,
         guidewire: None,
+        tendons_m: TendonReadings::default(),
     };
     // A new ticker is not armed, so this cannot fail.
     let _ = replay.ticker.set_lock_step(true);
@@ -134,6 +143,7 @@ struct Replay {
     master: Collector,
     encoder: Option<Encoder>,
     guidewire: Option<Encoder>,
+    tendons_m: TendonReadings,
 }
 
 impl Replay {
@@ -152,6 +162,7 @@ impl Replay {
             Some(Process::Guidewire(at)) if self.master.master().guidewire.is_none() => {
                 self.guidewire = Some(at);
             }
+            Some(Process::Tendons(frame)) => note_tendons(&mut self.tendons_m, &frame),
             _ => {}
         }
     }
@@ -207,6 +218,8 @@ impl Replay {
                 felt: Some(outputs.haptic_source == HapticSource::Guidewire),
                 ..GuidewireEstimate::at(at)
             }),
+            tendons_m: self.tendons_m,
+            tendon_tensions_n: tensions_n(model, config.model.description().tendons.len()),
             digest: Some(outputs.digest),
             peak_contact_force_n: Some(contact.peak_contact_force_n),
             peak_node: Some(contact.peak_node),

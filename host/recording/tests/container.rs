@@ -75,6 +75,7 @@ fn rows() -> Vec<Measured> {
                 rotation_rad: -0.1,
                 drive_force_n: (i > 6).then_some(0.2),
             }),
+            tendons_m: [Some(1e-3), Some(-2e-4 * f64::from(i)), None, None],
         })
         .collect()
 }

@@ -14,18 +14,19 @@ pub(crate) const PER_NODE: usize = 4;
 /// Diagonals on either side: a joint couples three nodes and two twists.
 pub(crate) const HALF_BAND: usize = 10;
 
-/// Derivative by time as c₀ x + c₁ x_n + c₂ x_{n−1}.
+/// Derivative by time as c₀ x + c₁ x_n + c₂ x_{n−1} + d₁ ẋ_n.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Derivative {
     pub now: f64,
     pub last: f64,
     pub before: f64,
+    pub rate: f64,
 }
 
 impl Derivative {
     /// Implicit Euler, first order.
     pub fn euler(dt: f64) -> Self {
-        Self { now: 1.0 / dt, last: -1.0 / dt, before: 0.0 }
+        Self { now: 1.0 / dt, last: -1.0 / dt, before: 0.0, rate: 0.0 }
     }
 
     /// Second-order backward differentiation for steps of varying length.
@@ -35,6 +36,18 @@ impl Derivative {
             now: (1.0 + 2.0 * w) / (1.0 + w) / dt,
             last: -(1.0 + w) / dt,
             before: w * w / (1.0 + w) / dt,
+            rate: 0.0,
+        }
+    }
+
+    /// Between the trapezoidal rule and the former, for steps of the same length.
+    pub fn bdf_alpha(dt: f64, alpha: f64) -> Self {
+        let share = 1.0 / (1.0 + alpha);
+        Self {
+            now: (1.5 + alpha) * share / dt,
+            last: -2.0 / dt,
+            before: (0.5 + alpha) * share / dt,
+            rate: alpha * share,
         }
     }
 
@@ -44,8 +57,14 @@ impl Derivative {
         now: &Vector3<f64>,
         last: &Vector3<f64>,
         before: &Vector3<f64>,
+        rate: &Vector3<f64>,
     ) -> Vector3<f64> {
-        now * self.now + last * self.last + before * self.before
+        now * self.now + last * self.last + before * self.before + rate * self.rate
+    }
+
+    /// The same of a number.
+    pub fn of_number(&self, now: f64, last: f64, before: f64, rate: f64) -> f64 {
+        now * self.now + last * self.last + before * self.before + rate * self.rate
     }
 }
 
@@ -61,8 +80,12 @@ pub(crate) struct Step<'a> {
     pub friction: f64,
     /// Feed along the rod \[m/s\].
     pub feed_speed: f64,
-    /// Viscous time of bending over the length of the step \[1\].
+    /// Viscous time of bending over the length of the step, for a rate of first order \[1\].
     pub viscosity: f64,
+    /// Viscous time of bending, for a rate like every other \[s\].
+    pub viscous_s: f64,
+    /// Time at the end of the step \[s\].
+    pub end_s: f64,
     /// Joint j lies at node j; the last one is the guide's. The first is not used.
     pub joints: Vec<Stretch>,
     /// Integrals over edge k.
@@ -111,6 +134,8 @@ impl<'a> Step<'a> {
             friction: problem.wall.friction_coefficient,
             feed_speed: 0.0,
             viscosity: 0.0,
+            viscous_s: 0.0,
+            end_s: 0.0,
             joints: joints.collect(),
             edges: edges.collect(),
             shares: shares.collect(),
@@ -212,7 +237,16 @@ pub(crate) fn balance(step: &Step, iterate: &Iterate, matrix: &mut Band) -> Bala
         let e = iterate.edges.get(j).unwrap_or(&mouth);
         // EI ((κ − κ₀) + v (κ − κ_n)) = EI (1 + v) (κ − (κ₀ + v κ_n)/(1 + v)), v = viscosity/dt.
         let v = step.viscosity;
-        let (stiffness, unloaded) = if v == 0.0 {
+        let (stiffness, unloaded) = if step.viscous_s > 0.0 {
+            // The same with κ̇ = c₀ κ + what is known.
+            let (d, known) = (&step.derivative, &step.start.bends[j - 1]);
+            let scale = 1.0 + step.viscous_s * d.now;
+            let rest = |i: usize| {
+                let rate = d.of_number(0.0, known.last[i], known.before[i], known.rate[i]);
+                (unloaded[i] - step.viscous_s * rate) / scale
+            };
+            (joint.bending * scale, [rest(0), rest(1)])
+        } else if v == 0.0 {
             (joint.bending, unloaded)
         } else {
             let before = &step.start.edges;
@@ -292,8 +326,10 @@ fn add_node(step: &Step, iterate: &Iterate, k: usize, matrix: &mut Band, out: &m
     let node = &step.start.nodes[k];
     let (length, mass) = step.shares[k];
     let d = &step.derivative;
-    let velocity = d.of(&iterate.positions[k], &node.position, &node.earlier.0);
-    let acceleration = d.of(&velocity, &node.velocity, &node.earlier.1);
+    let velocity = d.of(&iterate.positions[k], &node.position, &node.earlier.0, &node.velocity);
+    let acceleration = d.of(&velocity, &node.velocity, &node.earlier.1, &node.acceleration);
+    let beyond = &step.problem.beyond;
+    let mass = if k == 0 { mass + beyond.tip_mass_kg } else { mass };
     let inertia = step.inertia * mass;
     let drag = step.drag * length;
     let fed = iterate.edges[k].tangent * step.feed_speed;
@@ -302,9 +338,45 @@ fn add_node(step: &Step, iterate: &Iterate, k: usize, matrix: &mut Band, out: &m
         - acceleration * inertia
         - (velocity - fed) * drag;
     push(&mut out.residual, k, &force);
+    add_square_drag(step, k, &(velocity - fed), matrix, out);
     let stiffness = inertia * d.now * d.now + drag * d.now;
     for i in 0..3 {
         matrix.add(PER_NODE * k + i, PER_NODE * k + i, stiffness);
+    }
+}
+
+/// Drag by the square of the speed, of still air and of the flow.
+fn add_square_drag(
+    step: &Step,
+    k: usize,
+    velocity: &Vector3<f64>,
+    matrix: &mut Band,
+    out: &mut Balance,
+) {
+    let beyond = &step.problem.beyond;
+    let flow_drag = beyond.flow.drag_kg_per_m2();
+    // The profile is that at the beginning of the step.
+    let stream = || {
+        let wall = step.problem.lumen.sample(&step.start.nodes[k].position);
+        beyond.flow.at(wall.distance_m, step.end_s)
+    };
+    let air = (beyond.air_drag_kg_per_m2, Vector3::zeros());
+    let flow = (flow_drag, if flow_drag > 0.0 { stream() } else { Vector3::zeros() });
+    for (drag, stream) in [air, flow] {
+        let against = velocity - stream;
+        let (drag, speed) = (drag * step.shares[k].0, against.norm());
+        if drag <= 0.0 || speed <= 0.0 {
+            continue;
+        }
+        push(&mut out.residual, k, &(against * (-drag * speed)));
+        let scale = drag * step.derivative.now;
+        for i in 0..3 {
+            for j in 0..3 {
+                let own = if i == j { speed } else { 0.0 };
+                let value = scale * (own + against[i] * against[j] / speed);
+                matrix.add(PER_NODE * k + i, PER_NODE * k + j, value);
+            }
+        }
     }
 }
 

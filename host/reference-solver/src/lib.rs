@@ -25,7 +25,7 @@ pub use contact::Touch;
 pub use curve::{Station, Tube, TubePath};
 pub use drive::{Drive, Schedule};
 pub use lumen::{Lumen, WallPoint};
-pub use problem::{Beyond, Entry, Integrator, Numerics, Problem, TipLoad, WallLaw};
+pub use problem::{Beyond, Entry, Flow, Integrator, Numerics, Problem, TipLoad, WallLaw};
 pub use rod::{Curve, Rod, Section};
 pub use sample::Sample;
 pub use simulation::{Effort, Simulation, SolveError, run};

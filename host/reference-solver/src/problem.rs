@@ -46,6 +46,52 @@ pub struct Beyond {
     pub bending_viscosity_s: f64,
     /// Force of a stream along the instrument towards its tip, per length \[N/m\].
     pub stream_n_per_m: f64,
+    /// Mass at the tip, such as a sensor's \[kg\].
+    pub tip_mass_kg: f64,
+    /// Square-law drag of still air: force per length over the square of the speed \[kg/m²\].
+    pub air_drag_kg_per_m2: f64,
+    /// Pulsating flow around the instrument.
+    pub flow: Flow,
+}
+
+/// A flow that pulsates, with a parabolic profile over the distance from the wall.
+///
+/// F = −½ ρ A C (v − v_f) |v − v_f|, with v_f = V x (2 − x) (1 + Z sin(2π f t + φ)) and x = min(d/R, 1).
+/// Source: Salehizadeh et al., Dynamic Modeling and Identification of a Robotic Intracardiac Echo
+/// Catheter, eqs. (16) and (17); A is taken per length, and the profile is scaled to its largest speed.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Flow {
+    /// ρ \[kg/m³\].
+    pub density_kg_per_m3: f64,
+    /// C, the drag coefficient \[1\].
+    pub coefficient: f64,
+    /// A, the area that the flow meets per length: a diameter \[m\].
+    pub width_m: f64,
+    /// V, the mean velocity in mid-stream \[m/s\].
+    pub velocity_m_per_s: Vector3<f64>,
+    /// Z, the amplitude of the pulse over the mean \[1\].
+    pub pulse_ratio: f64,
+    /// f \[Hz\].
+    pub frequency_hz: f64,
+    /// φ at time 0 \[rad\].
+    pub phase_rad: f64,
+    /// R, the distance from the wall at which the flow is fastest; 0 for the same speed everywhere \[m\].
+    pub lumen_radius_m: f64,
+}
+
+impl Flow {
+    /// Drag per length over the square of the relative speed \[kg/m²\].
+    pub(crate) fn drag_kg_per_m2(&self) -> f64 {
+        0.5 * self.density_kg_per_m3 * self.width_m * self.coefficient
+    }
+
+    /// Velocity at a distance from the wall and a time \[m/s\].
+    pub(crate) fn at(&self, distance_m: f64, t_s: f64) -> Vector3<f64> {
+        let radius = self.lumen_radius_m;
+        let x = if radius > 0.0 { (distance_m / radius).clamp(0.0, 1.0) } else { 1.0 };
+        let phase = std::f64::consts::TAU * self.frequency_hz * t_s + self.phase_rad;
+        self.velocity_m_per_s * (x * (2.0 - x) * (1.0 + self.pulse_ratio * phase.sin()))
+    }
 }
 
 /// Dead loads at the tip.
@@ -58,12 +104,20 @@ pub struct TipLoad {
 }
 
 /// How time is discretised.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Integrator {
     /// Implicit Euler, first order.
     Euler,
-    /// Two-step backward differentiation, second order.
+    /// Two-step backward differentiation, second order, but for the viscosity of bending, which is of first
+    /// order.
     Bdf2,
+    /// Second order in everything, from the trapezoidal rule (`alpha` −0.5), which keeps energy, to two-step
+    /// backward differentiation (0), which damps what a step does not resolve. Steps of another length than
+    /// the one before, and the first one, are of first order.
+    ///
+    /// Source: Till, Aloi and Rucker, Real-time dynamics of soft and continuum robots based on Cosserat rod
+    /// models, Int. J. Robotics Research 38 (2019).
+    BdfAlpha { alpha: f64 },
 }
 
 /// Numerical choices.

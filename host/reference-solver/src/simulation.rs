@@ -6,9 +6,10 @@ use thiserror::Error;
 use crate::balance::{Balance, Derivative, HALF_BAND, Iterate, PER_NODE, Step, Table, balance};
 use crate::band::Band;
 use crate::drive::{Drive, Schedule};
+use crate::joint::strain;
 use crate::problem::{Integrator, Problem};
 use crate::sample::{Sample, report};
-use crate::state::State;
+use crate::state::{BendHistory, State, guide};
 
 /// Work done so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -47,6 +48,9 @@ const DECREASE: f64 = 0.9;
 const MOST_HALVINGS: u32 = 9;
 /// Largest rotation of an edge in one iteration, approximately \[rad\].
 const LARGEST_TURN: f64 = 0.3;
+
+/// Steps whose lengths differ by less than this share are equally long; halved ones differ by a half.
+const SAME_STEP: f64 = 1e-6;
 
 /// Quasi-static settling: time and feed of a step, drag that decays over the steps at rest, and the speed
 /// below which the instrument is at rest.
@@ -129,7 +133,11 @@ impl<'a> Simulation<'a> {
         }
         for node in &mut simulation.state.nodes {
             node.velocity = Vector3::zeros();
+            node.acceleration = Vector3::zeros();
             node.slip = Vector3::zeros();
+        }
+        for bend in &mut simulation.state.bends {
+            *bend = BendHistory { before: bend.last, rate: [0.0; 2], ..*bend };
         }
         simulation.state.last_step = 0.0;
         simulation.time_s = 0.0;
@@ -214,6 +222,11 @@ impl<'a> Simulation<'a> {
             (Integrator::Bdf2, Mode::Dynamic) if start.last_step > 0.0 => {
                 Derivative::bdf2(dt, start.last_step)
             }
+            (Integrator::BdfAlpha { alpha }, Mode::Dynamic)
+                if (start.last_step - dt).abs() < SAME_STEP * dt =>
+            {
+                Derivative::bdf_alpha(dt, alpha)
+            }
             _ => Derivative::euler(dt),
         };
         if let Mode::Settling { drag } = mode {
@@ -221,8 +234,14 @@ impl<'a> Simulation<'a> {
             step.friction = 0.0;
             step.drag = drag;
         } else {
-            step.viscosity = problem.beyond.bending_viscosity_s / dt;
+            let viscous_s = problem.beyond.bending_viscosity_s;
+            match problem.numerics.integrator {
+                Integrator::BdfAlpha { .. } => step.viscous_s = viscous_s,
+                Integrator::Euler | Integrator::Bdf2 => step.viscosity = viscous_s / dt,
+            }
         }
+        // While a run begins, time stands still.
+        step.end_s = if matches!(mode, Mode::Dynamic) { self.time_s + dt } else { 0.0 };
         let mut iterate = guess(&step, known, fed, dt);
         let (solution, iterations) = self.iterate(&step, &mut iterate)?;
         self.effort.steps += 1;
@@ -232,10 +251,20 @@ impl<'a> Simulation<'a> {
         let velocities: Vec<_> = (0..start.nodes.len())
             .map(|k| {
                 let node = &start.nodes[k];
-                step.derivative.of(&iterate.positions[k], &node.position, &node.earlier.0)
+                let now = &iterate.positions[k];
+                step.derivative.of(now, &node.position, &node.earlier.0, &node.velocity)
             })
             .collect();
+        let derivative = step.derivative;
+        let bends = bends(problem, drive, &iterate);
+        for (history, now) in start.bends.iter_mut().zip(bends) {
+            let BendHistory { last, before, rate } = *history;
+            let of = |i: usize| derivative.of_number(now[i], last[i], before[i], rate[i]);
+            *history = BendHistory { last: now, before: last, rate: [of(0), of(1)] };
+        }
         for (k, node) in start.nodes.iter_mut().enumerate() {
+            node.acceleration =
+                derivative.of(&velocities[k], &node.velocity, &node.earlier.1, &node.acceleration);
             node.earlier = (node.position, node.velocity);
             node.position = iterate.positions[k];
             node.velocity = velocities[k];
@@ -292,6 +321,16 @@ impl<'a> Simulation<'a> {
         }
         Err(out_of_balance(&found.residual, numerics.spacing_m))
     }
+}
+
+/// Bends of all joints of an iterate, towards up and side.
+fn bends(problem: &Problem, drive: Drive, iterate: &Iterate) -> Vec<[f64; 2]> {
+    let mouth = guide(&problem.entry, drive.rotation_rad);
+    let joint = |j: usize| {
+        let bend = strain(iterate.edges.get(j).unwrap_or(&mouth), &iterate.edges[j - 1], &[0.0; 2]);
+        [bend.up, bend.side]
+    };
+    (1..=iterate.edges.len()).map(joint).collect()
 }
 
 /// Share of a relaxation that takes place in `dt_s`; all of it if its time is 0.

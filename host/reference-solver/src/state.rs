@@ -11,6 +11,7 @@ use crate::problem::{Entry, Problem};
 pub(crate) struct Node {
     pub position: Vector3<f64>,
     pub velocity: Vector3<f64>,
+    pub acceleration: Vector3<f64>,
     /// Position and velocity one step earlier.
     pub earlier: (Vector3<f64>, Vector3<f64>),
     /// Elastic tangential displacement of its contact with the wall \[m\].
@@ -19,11 +20,22 @@ pub(crate) struct Node {
     pub relaxed: [f64; 2],
 }
 
+/// Bend of a joint at the end of the last step and of the one before, towards up and side, and its rate at
+/// the end of the last one.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct BendHistory {
+    pub last: [f64; 2],
+    pub before: [f64; 2],
+    pub rate: [f64; 2],
+}
+
 /// Edge k runs from node k + 1, or the guide's mouth, to node k.
 #[derive(Clone, Debug)]
 pub(crate) struct State {
     pub nodes: Vec<Node>,
     pub edges: Vec<Edge>,
+    /// Of the joint at the proximal end of each edge.
+    pub bends: Vec<BendHistory>,
     pub drive: Drive,
     /// Length of the last step; 0 if the next step does not use the history \[s\].
     pub last_step: f64,
@@ -36,7 +48,7 @@ impl State {
     /// Nothing inside the vessel.
     pub fn new() -> Self {
         let drive = Drive::default();
-        Self { nodes: Vec::new(), edges: Vec::new(), drive, last_step: 0.0 }
+        Self { nodes: Vec::new(), edges: Vec::new(), bends: Vec::new(), drive, last_step: 0.0 }
     }
 
     /// Unstretched length of the edge at the guide \[m\].
@@ -59,15 +71,18 @@ impl State {
             self.nodes.push(Node {
                 position: inside(before),
                 velocity,
+                acceleration: Vector3::zeros(),
                 earlier: (earlier, velocity),
                 slip: Vector3::zeros(),
                 relaxed: [0.0; 2],
             });
             self.edges.push(guide(entry, target.rotation_rad));
+            self.bends.push(BendHistory::default());
         }
         while self.nodes.len() > 1 && self.base_length(spacing) < SHORTEST * spacing {
             self.nodes.pop();
             self.edges.pop();
+            self.bends.pop();
         }
     }
 }

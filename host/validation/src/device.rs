@@ -1,10 +1,14 @@
 //! Plays a case on the device's model, with a stored wall made from the analytic one.
 
+use std::ops::ControlFlow;
+
 use anyhow::{Context, anyhow};
 use cathforce_bundle::SolverDefaults;
 use cathforce_bundle::geometry::{Wall, WallPoint};
 use cathforce_bundle::lumen::{BuiltLumen, LumenOptions, build_lumen};
-use cathforce_mechanics::{self as mechanics, Compiled, Description, Model, Real, State};
+use cathforce_mechanics::{
+    self as mechanics, BRICK_CELLS, Compiled, Description, FREE, LumenHeader, Model, Real, State,
+};
 use cathforce_reference_solver::{Lumen, Problem};
 use nalgebra::Vector3;
 
@@ -16,12 +20,14 @@ pub struct Choices {
     pub solver: SolverDefaults,
     /// Grid of the stored wall \[m\].
     pub cell_m: f64,
+    /// Number of links over the largest insertion; by default as many as the device has time for.
+    pub links: Option<usize>,
 }
 
 impl Default for Choices {
     /// The device's choices.
     fn default() -> Self {
-        Self { solver: SolverDefaults::default(), cell_m: cathforce_bundle::CELL_M }
+        Self { solver: SolverDefaults::default(), cell_m: cathforce_bundle::CELL_M, links: None }
     }
 }
 
@@ -69,6 +75,7 @@ fn description<T: Real>(
         },
         guidewire: None,
         tendon: mechanics::Tendon::none(),
+        tendons: [].into_iter().collect(),
         entry: mechanics::Entry {
             position_m: vector(&problem.entry.position_m),
             direction: vector(&problem.entry.direction),
@@ -98,8 +105,29 @@ fn description<T: Real>(
 }
 
 fn stored(problem: &Problem, cell_m: f64) -> anyhow::Result<BuiltLumen> {
+    if problem.lumen.tubes().is_empty() {
+        return Ok(free_space());
+    }
     let options = LumenOptions::for_instrument(problem.rod.radius_m, cell_m);
     build_lumen(&AnalyticWall(&problem.lumen), options).context("the vessel has too many bricks")
+}
+
+/// A cube of 2 m without a wall.
+fn free_space() -> BuiltLumen {
+    const CELL_M: f64 = 1e-2;
+    let bricks = (2.0 / (CELL_M * BRICK_CELLS as f64)).ceil() as u16;
+    let header = LumenHeader {
+        origin_m: [-1.0; 3],
+        cell_m: CELL_M as f32,
+        distance_unit_m: 1e-6,
+        bricks: [bricks; 3],
+        stored: 0,
+    };
+    BuiltLumen {
+        header,
+        bytes: FREE.to_le_bytes().repeat(usize::from(bricks).pow(3)),
+        fine: [0; 2],
+    }
 }
 
 /// Plays a case and returns one record a tick.
@@ -110,17 +138,22 @@ pub fn play<T: Compiled<LINKS>, const LINKS: usize>(
     case: &Case,
     choices: &Choices,
 ) -> anyhow::Result<Vec<Record>> {
+    play_watched::<T, LINKS>(case, choices, |_, _| ControlFlow::Continue(()))
+}
+
+/// The same, and shows the state after every tick to `watch`, which may end the play.
+pub fn play_watched<T: Compiled<LINKS>, const LINKS: usize>(
+    case: &Case,
+    choices: &Choices,
+    mut watch: impl FnMut(&Record, &State<T, LINKS>) -> ControlFlow<()>,
+) -> anyhow::Result<Vec<Record>> {
     let defaults = &choices.solver;
     let schedule = &case.schedule;
     let ticks = (schedule.end_s() / defaults.tick_s).round() as usize;
     let at = |tick: usize| schedule.at(tick as f64 * defaults.tick_s);
     let largest_insertion_m = (0..=ticks).map(|k| at(k).insertion_m).fold(0.0, f64::max);
-    let line_stiffness_n_per_m2 = case.problem.wall.line_stiffness_n_per_m2;
-    let links = defaults.links_at(line_stiffness_n_per_m2);
-    // The share of short links at the tip stays the same.
-    let tip_links = defaults.tip_links * LINKS / mechanics::MAX_LINKS;
+    let (links, tip_links) = links_of(case, choices, LINKS);
     let played = SolverDefaults { tip_links, ..*defaults };
-    let links = links * LINKS / mechanics::MAX_LINKS;
     let link_length_m = played.link_length_m(largest_insertion_m, links);
     let description = description::<T>(&case.problem, link_length_m, &played);
     let model: Model<T, LINKS> =
@@ -137,10 +170,11 @@ pub fn play<T: Compiled<LINKS>, const LINKS: usize>(
     };
     let mut state = Box::new(State::new());
     while !mechanics::settle(&model, &lumen, &mut state, drive(0)) {}
-    let records = (1..=ticks).map(|tick| {
+    let mut records = Vec::with_capacity(ticks);
+    for tick in 1..=ticks {
         let outputs = mechanics::step(&model, &lumen, &mut state, drive(tick));
         let tip = state.node_position_m(0).unwrap_or([T::zero(); 3]);
-        Record {
+        let record = Record {
             t_s: tick as f64 * defaults.tick_s,
             insertion_m: at(tick).insertion_m,
             rotation_rad: at(tick).rotation_rad,
@@ -150,9 +184,26 @@ pub fn play<T: Compiled<LINKS>, const LINKS: usize>(
             moment_on_vessel_n_m: outputs.moment_on_vessel_n_m.map(T::to_f64).into(),
             tip_m: tip.map(T::to_f64).into(),
             unresolved: outputs.unresolved,
+        };
+        records.push(record);
+        if watch(&record, &state).is_break() {
+            break;
         }
-    });
-    Ok(records.collect())
+    }
+    Ok(records)
+}
+
+/// Number of links of the chain, and how many of them are the short ones at the tip, whose share
+/// stays the same.
+fn links_of(case: &Case, choices: &Choices, most: usize) -> (usize, usize) {
+    let tip_links = choices.solver.tip_links;
+    match choices.links {
+        Some(links) => (links, tip_links * links / mechanics::MAX_LINKS),
+        None => {
+            let links = choices.solver.links_at(case.problem.wall.line_stiffness_n_per_m2);
+            (links * most / mechanics::MAX_LINKS, tip_links * most / mechanics::MAX_LINKS)
+        }
+    }
 }
 
 /// Plays a case with the device's precision and choices.

@@ -19,7 +19,7 @@ pub use cases::{Case, Kind, cases};
 #[cfg(feature = "any-length")]
 pub use causes::causes;
 pub use compare::{Errors, Record, Score, Snap, compare};
-pub use device::{Choices, play, play_on_device};
+pub use device::{Choices, play, play_on_device, play_watched};
 pub use export::export;
 #[cfg(feature = "any-length")]
 pub use links::links_table;

@@ -147,6 +147,39 @@ impl Rotation {
     }
 }
 
+/// Displacement of a tendon's drive: 24 bits with sign, 100 nm a count (±0.839 m).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub struct Displacement(i32);
+
+impl Displacement {
+    /// Quantity of one count \[m\].
+    pub const UNIT_M: f32 = 1e-7;
+    const MAX: i32 = 0x7F_FFFF;
+
+    /// Nearest code, saturating.
+    pub fn from_m(value: f64) -> Self {
+        let code = value * 1e7;
+        let code = (code + if code < 0.0 { -0.5 } else { 0.5 }) as i32;
+        Self(code.clamp(-Self::MAX - 1, Self::MAX))
+    }
+
+    /// The quantity \[m\].
+    pub fn m(self) -> f32 {
+        // 24 bits are exact in f32, so only the product is rounded.
+        self.0 as f32 * Self::UNIT_M
+    }
+
+    pub(crate) fn to_bytes(self) -> [u8; 3] {
+        let [a, b, c, _] = self.0.to_le_bytes();
+        [a, b, c]
+    }
+
+    pub(crate) fn from_bytes([a, b, c]: [u8; 3]) -> Self {
+        // Shifting down from the high bytes extends the sign.
+        Self(i32::from_le_bytes([0, a, b, c]) >> 8)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -162,6 +195,9 @@ mod tests {
         assert_eq!(Insertion::from_m(9.0).to_bytes(), [0xFF; 3]);
         assert_eq!(Rotation::from_rad(1e9).to_bytes(), [0xFF, 0xFF, 0x7F]);
         assert_eq!(Rotation::from_rad(-1e9).to_bytes(), [0, 0, 0x80]);
+        assert_eq!(Displacement::from_m(1e9).to_bytes(), [0xFF, 0xFF, 0x7F]);
+        assert_eq!(Displacement::from_m(-1e9).to_bytes(), [0, 0, 0x80]);
+        assert_eq!(Displacement::from_m(f64::NAN), Displacement::default());
     }
 
     proptest! {
@@ -172,6 +208,10 @@ mod tests {
             let within = |half: f64, value: f64| half + 1.2e-7 * value.abs();
             prop_assert!((f64::from(Insertion::from_m(s).m()) - s).abs() <= within(5e-8, s));
             prop_assert!((f64::from(Rotation::from_rad(r).rad()) - r).abs() <= within(5e-6, r));
+            let pulled = 0.01 * r;
+            prop_assert!(
+                (f64::from(Displacement::from_m(pulled).m()) - pulled).abs() <= within(5e-8, pulled)
+            );
         }
 
         #[test]
@@ -188,6 +228,7 @@ mod tests {
         fn every_three_bytes_are_an_encoder_reading(bytes: [u8; 3]) {
             prop_assert_eq!(Insertion::from_bytes(bytes).to_bytes(), bytes);
             prop_assert_eq!(Rotation::from_bytes(bytes).to_bytes(), bytes);
+            prop_assert_eq!(Displacement::from_bytes(bytes).to_bytes(), bytes);
         }
     }
 }

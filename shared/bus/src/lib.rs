@@ -27,12 +27,14 @@ pub mod slcan;
 pub mod transfer;
 
 pub use codes::{
-    BandWidth, DriveTorque, Force, HapticForce, HapticTorque, Insertion, Moment, Position, Rotation,
+    BandWidth, Displacement, DriveTorque, Force, HapticForce, HapticTorque, Insertion, Moment,
+    Position, Rotation,
 };
 pub use counters::{Counter, Counters};
 pub use frame::{Direction, Frame, MAX_ID};
 pub use process::{
     Band, Command, Contact, Drive, Encoder, FROM_HOST, GuidewireDrive, Haptic, Id, MAX_NODES,
-    MODE_UNCONFIGURED, NodeForce, Process, Shape, Sync, Tick, TotalMoment,
+    MODE_UNCONFIGURED, NextCounters, NodeForce, Process, Shape, Sync, TENDON_PAIRS, Tendons, Tick,
+    TotalMoment,
 };
 pub use protection::{Accepted, Protection, Rejection, Sealer, Status, crc8};

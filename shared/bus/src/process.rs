@@ -1,17 +1,26 @@
 //! The process frames: identifiers and payloads of 6 bytes, little endian.
 
 use crate::codes::{
-    BandWidth, DriveTorque, Force, HapticForce, HapticTorque, Insertion, Moment, Position, Rotation,
+    BandWidth, Displacement, DriveTorque, Force, HapticForce, HapticTorque, Insertion, Moment,
+    Position, Rotation,
 };
 
 /// Nodes that SHAPE and FORCE frames can name.
 pub const MAX_NODES: u8 = 64;
 
+/// TENDONS frames; each states two tendons.
+pub const TENDON_PAIRS: u8 = 2;
+
+const TENDONS: u16 = 0x10A;
 const SHAPE: u16 = 0x200;
 const FORCE: u16 = 0x280;
 
 /// Process frames that the host sends.
-pub const FROM_HOST: [Id; 4] = [Id::Sync, Id::Encoder, Id::Guidewire, Id::Command];
+pub const FROM_HOST: [Id; 6] =
+    [Id::Sync, Id::Encoder, Id::Guidewire, Id::Tendons(0), Id::Tendons(1), Id::Command];
+
+/// A counter for each of [`FROM_HOST`].
+pub type NextCounters = [u8; FROM_HOST.len()];
 
 /// Meaning of an identifier.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -19,6 +28,8 @@ pub enum Id {
     Sync,
     Encoder,
     Guidewire,
+    /// Displacements of a pair of tendons, below [`TENDON_PAIRS`].
+    Tendons(u8),
     Command,
     Haptic,
     Contact,
@@ -45,6 +56,8 @@ impl Id {
             0x080 => Self::Sync,
             0x100 => Self::Encoder,
             0x108 => Self::Guidewire,
+            0x10A => Self::Tendons(0),
+            0x10B => Self::Tendons(1),
             0x110 => Self::Command,
             0x180 => Self::Haptic,
             0x190 => Self::Contact,
@@ -67,6 +80,7 @@ impl Id {
             Self::Sync => 0x080,
             Self::Encoder => 0x100,
             Self::Guidewire => 0x108,
+            Self::Tendons(pair) => TENDONS + pair as u16,
             Self::Command => 0x110,
             Self::Haptic => 0x180,
             Self::Contact => 0x190,
@@ -86,7 +100,12 @@ impl Id {
     pub fn is_from_host(self) -> bool {
         matches!(
             self,
-            Self::Sync | Self::Encoder | Self::Guidewire | Self::Command | Self::ServiceRequest
+            Self::Sync
+                | Self::Encoder
+                | Self::Guidewire
+                | Self::Tendons(_)
+                | Self::Command
+                | Self::ServiceRequest
         )
     }
 }
@@ -105,6 +124,14 @@ pub struct Sync {
 pub struct Encoder {
     pub insertion: Insertion,
     pub rotation: Rotation,
+}
+
+/// Displacements of the drives of two tendons.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Tendons {
+    /// 0: the first two tendons; below [`TENDON_PAIRS`].
+    pub pair: u8,
+    pub displacements: [Displacement; 2],
 }
 
 /// A command of the operator.
@@ -208,6 +235,7 @@ pub enum Process {
     Sync(Sync),
     Encoder(Encoder),
     Guidewire(Encoder),
+    Tendons(Tendons),
     Command(Command),
     Haptic(Haptic),
     Contact(Contact),
@@ -227,6 +255,7 @@ impl Process {
             Self::Sync(_) => Id::Sync,
             Self::Encoder(_) => Id::Encoder,
             Self::Guidewire(_) => Id::Guidewire,
+            Self::Tendons(Tendons { pair, .. }) => Id::Tendons(pair % TENDON_PAIRS),
             Self::Command(_) => Id::Command,
             Self::Haptic(_) => Id::Haptic,
             Self::Contact(_) => Id::Contact,
@@ -247,6 +276,10 @@ impl Process {
             Self::Encoder(Encoder { insertion, rotation })
             | Self::Guidewire(Encoder { insertion, rotation }) => {
                 let ([a, b, c], [d, e, f]) = (insertion.to_bytes(), rotation.to_bytes());
+                [a, b, c, d, e, f]
+            }
+            Self::Tendons(Tendons { displacements, .. }) => {
+                let [[a, b, c], [d, e, f]] = displacements.map(Displacement::to_bytes);
                 [a, b, c, d, e, f]
             }
             Self::Command(command) => {
@@ -305,6 +338,10 @@ impl Process {
             }
             Id::Encoder => Self::Encoder(position),
             Id::Guidewire => Self::Guidewire(position),
+            Id::Tendons(pair) => Self::Tendons(Tendons {
+                pair,
+                displacements: [[a, b, c], [d, e, f]].map(Displacement::from_bytes),
+            }),
             Id::Command => Self::Command(match (a, b, tail) {
                 (1, 0, 0) => Command::SelfTest,
                 (2, 0, 0) => Command::Arm,
@@ -379,7 +416,10 @@ mod tests {
     #[test]
     fn identifiers_map_both_ways() {
         let known = (0..=0x7FF).filter_map(|raw| Id::from_raw(raw).map(|id| (raw, id)));
-        assert_eq!(known.clone().count(), 13 + 2 * usize::from(MAX_NODES));
+        assert_eq!(
+            known.clone().count(),
+            13 + usize::from(TENDON_PAIRS) + 2 * usize::from(MAX_NODES)
+        );
         assert!(known.into_iter().all(|(raw, id)| id.raw() == raw));
     }
 

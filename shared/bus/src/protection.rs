@@ -7,7 +7,7 @@
 //! A 4-bit counter distinguishes lost from repeated frames. It cannot detect the loss of 16 frames in a
 //! row; the freshness check detects such long gaps.
 
-use crate::process::{Id, MAX_NODES, Process};
+use crate::process::{Id, MAX_NODES, Process, TENDON_PAIRS};
 use crate::{Counter, Counters, Frame};
 
 const CRC8: crc::Crc<u8, crc::Table<1>> = crc::Crc::<u8, crc::Table<1>>::new(&crc::CRC_8_SAE_J1850);
@@ -47,7 +47,7 @@ impl Status {
 }
 
 /// Number of ids with counter and CRC. Each has its own counter.
-const SLOTS: usize = 11 + 2 * MAX_NODES as usize;
+const SLOTS: usize = 11 + 2 * MAX_NODES as usize + TENDON_PAIRS as usize;
 
 fn slot(id: Id) -> Option<usize> {
     let node = |node: u8| usize::from(node % MAX_NODES);
@@ -65,6 +65,7 @@ fn slot(id: Id) -> Option<usize> {
         Id::Band => 10,
         Id::Shape(k) => 11 + node(k),
         Id::Force(k) => 11 + usize::from(MAX_NODES) + node(k),
+        Id::Tendons(pair) => 11 + 2 * usize::from(MAX_NODES) + usize::from(pair % TENDON_PAIRS),
         Id::ServiceRequest | Id::ServiceResponse => return None,
     })
 }
@@ -148,10 +149,12 @@ impl Rejection {
 ///
 /// The 128 ids of nodes are left out, because nearly every corrupt frame would fit one of them by its
 /// 8-bit CRC.
-const MASQUERADES: [Id; 11] = [
+const MASQUERADES: [Id; 13] = [
     Id::Sync,
     Id::Encoder,
     Id::Guidewire,
+    Id::Tendons(0),
+    Id::Tendons(1),
     Id::Command,
     Id::Haptic,
     Id::Contact,

@@ -11,8 +11,8 @@ use heapless::Vec;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
-use crate::Counters;
 use crate::transfer::Endpoint;
+use crate::{Counters, NextCounters};
 
 /// Segments that a device receives in one block. Its frame queue must hold a few more.
 pub const BLOCK_SIZE: u8 = 64;
@@ -104,7 +104,7 @@ pub struct Hello<'a> {
     /// Code of the mode, as in the HAPTIC frame.
     pub mode: u8,
     /// Counters that the host's next frames of [`crate::FROM_HOST`] must carry.
-    pub next_counters: [u8; 4],
+    pub next_counters: NextCounters,
 }
 
 /// Status of the device.

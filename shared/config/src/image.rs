@@ -370,8 +370,14 @@ pub fn most_links(solves: u8, substeps: u8, has_active_effects: bool) -> usize {
 /// The property of a description for which a tick would take too long; `None` if there is time enough.
 pub fn overlong(description: &Description<f32>) -> Option<&'static str> {
     let solver = &description.solver;
+    let has_tendons = !description.tendons.is_empty();
     match (solver.solves, solver.substeps, &description.guidewire) {
         (_, 3.., _) => Some("solver.substeps above 2"),
+        (2.., ..) if has_tendons => Some("solver.solves = 2 with tendons that drives pull"),
+        (_, 2, _) if has_tendons => {
+            Some("half ticks, which a near-rigid wall asks for, with tendons that drives pull")
+        }
+        (_, _, Some(_)) if has_tendons => Some("a guidewire with tendons that drives pull"),
         (2.., _, Some(_)) => Some("solver.solves = 2 with a guidewire"),
         (_, 2, Some(_)) => Some("half ticks, which a near-rigid wall asks for, with a guidewire"),
         (2.., 2, None) => {

@@ -83,6 +83,12 @@ faults! {
         "3 of 10 encoder samples jumped farther than the drive can move or left its range",
         "check the encoder's wiring and scale, or raise max_insertion_speed_m_per_s or \
          max_rotation_speed_rad_per_s";
+    TendonLost = 4, Ramp,
+        "no valid displacement of the tendons within the time-out",
+        "check the tendons' drives, their cable and the bus";
+    TendonJump = 5, Ramp,
+        "3 of 10 displacements of the tendons jumped farther than the drives can move or left their range",
+        "check the encoders' wiring and scale, or raise max_tendon_speed_m_per_s or max_tendon_m";
     ModelNotFinite = 16, Cut,
         "the model gave a number that is not finite; its state has been rebuilt",
         "replay the recording, and check the stiffness and the wall of rig.toml";

@@ -11,6 +11,8 @@ pub struct Inputs {
     pub encoder: Option<EncoderSample>,
     /// The newest sample of the guidewire's encoder, likewise; ignored without a guidewire.
     pub guidewire: Option<GuidewireSample>,
+    /// The newest displacements of the tendons' drives, two tendons in each; ignored without tendons.
+    pub tendons: [Option<TendonPair>; TENDON_PAIRS],
     /// What the operator holds. `None`: unchanged; before the first one, the handle counts as held.
     pub grip: Option<Grip>,
     /// Frames rejected since the last tick by CRC, counter or length; saturating.
@@ -36,6 +38,16 @@ pub struct GuidewireSample {
     pub at: EncoderSample,
     /// The operator holds the guidewire's button, and feels its load.
     pub held: bool,
+}
+
+/// Frames that state the displacements of all tendons.
+pub const TENDON_PAIRS: usize = mechanics::MAX_TENDONS / 2;
+
+/// Displacements of two tendons by the encoders of their drives.
+#[derive(Clone, Copy, Debug, PartialEq, Default)]
+pub struct TendonPair {
+    /// From where the tendon is taut in the straight instrument, positive when pulling \[m\].
+    pub displacements_m: [f32; 2],
 }
 
 /// A command of the host.

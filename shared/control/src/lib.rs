@@ -44,7 +44,10 @@ use cathforce_mechanics as mechanics;
 pub use band::{BAND_ROWS, BAND_UNIT_N, BAND_UNKNOWN, Band, BandRow, HalfWidths};
 pub use faults::{Fault, Reaction};
 pub use grip::{Grip, HapticSource};
-pub use io::{Command, EncoderSample, GuidewireSample, Inputs, LimitFlags, Notice, Outputs};
+pub use io::{
+    Command, EncoderSample, GuidewireSample, Inputs, LimitFlags, Notice, Outputs, TENDON_PAIRS,
+    TendonPair,
+};
 #[doc(hidden)]
 pub use memory_visitor::MemoryWord;
 pub use settings::{

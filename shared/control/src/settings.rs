@@ -254,6 +254,12 @@ settings! {
     max_insertion_m: f32 { unit: "m", default: 1.0, range: 0.001, 1.6 }
     /// Largest rotation, either way, that an encoder sample may claim.
     max_rotation_rad: f32 { unit: "rad", default: 80.0, range: 0.1, 83.0 }
+    /// Largest displacement of a tendon, either way, that its drive's encoder may claim.
+    max_tendon_m: f32 { unit: "m", default: 0.05, range: 0.0001, 0.5 }
+    /// A displacement faster than this between two samples is an encoder fault, not a motion.
+    max_tendon_speed_m_per_s: f32 {
+        unit: "m/s", default: 0.2, range: 0.001, 2.0
+    }
     /// Ticks without a valid encoder sample after which output ramps to zero.
     encoder_timeout_ticks: u16 {
         unit: "ticks", default: 5, range: 1, ENCODER_TIMEOUT_HARD_TICKS

@@ -74,6 +74,10 @@ impl Estimator for Tracked<'_, '_> {
         self.config.model.description().guidewire.is_some()
     }
 
+    fn tendons(&self) -> usize {
+        self.config.model.description().tendons.len()
+    }
+
     fn band(&self) -> Option<&Band> {
         self.config.band.as_ref()
     }

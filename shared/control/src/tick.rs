@@ -4,7 +4,7 @@ use cathforce_mechanics as mechanics;
 
 use crate::band::{Band, HalfWidths, InsertionHistory};
 use crate::digest::Digest;
-use crate::freshness::{Bounds, EncoderStatus, Freshness, Motion};
+use crate::freshness::{Bounds, EncoderStatus, Freshness, Motion, Status};
 use crate::haptics::{Haptics, Rendered};
 use crate::limits::{AxisLimits, Limited, Limiter};
 use crate::memory_visitor::{MemoryWord, VisitMemory};
@@ -13,7 +13,7 @@ use crate::selftest;
 use crate::supervisor::{Event, next};
 use crate::{
     Command, EncoderSample, Fault, Grip, HapticSource, Inputs, LimitFlags, Mode, Notice, Outputs,
-    RampCause, Settings,
+    RampCause, Settings, TENDON_PAIRS, TendonPair,
 };
 
 /// The estimator of the forces, as the tick uses it.
@@ -24,6 +24,10 @@ pub(crate) trait Estimator {
     fn reach_m(&self) -> f32;
     /// There is a second drive for a guidewire.
     fn has_guidewire(&self) -> bool;
+    /// Number of tendons that drives pull.
+    fn tendons(&self) -> usize {
+        0
+    }
     /// Uncertainty of its forces, if known.
     fn band(&self) -> Option<&Band> {
         None
@@ -42,8 +46,8 @@ pub(crate) struct Memory {
     pub tick: u32,
     mode: Mode,
     settling_ticks: u16,
-    freshness: Freshness,
-    guidewire: Freshness,
+    freshness: Freshness<EncoderSample>,
+    guidewire: Freshness<EncoderSample>,
     haptic_source: HapticSource,
     /// Nobody holds the handle, so nothing is rendered.
     released: bool,
@@ -52,6 +56,7 @@ pub(crate) struct Memory {
     force: Axis,
     torque: Axis,
     digest: Digest,
+    tendons: [Freshness<TendonPair>; TENDON_PAIRS],
 }
 
 /// State of one axis of the operator.
@@ -88,6 +93,8 @@ struct Encoders {
     catheter: EncoderStatus,
     /// `None` without a guidewire.
     guidewire: Option<EncoderStatus>,
+    /// `None` for pairs of tendons that there are not.
+    tendons: [Option<Status<TendonPair>>; TENDON_PAIRS],
 }
 
 impl Encoders {
@@ -103,7 +110,9 @@ impl Encoders {
     /// The first fault of an encoder.
     #[inline(always)]
     fn fault(&self) -> Option<Fault> {
-        self.catheter.fault.or(self.guidewire.as_ref().and_then(|wire| wire.fault))
+        let wire = || self.guidewire.as_ref().and_then(|wire| wire.fault);
+        let tendons = || self.tendons.iter().flatten().find_map(|pair| pair.fault);
+        self.catheter.fault.or_else(wire).or_else(tendons)
     }
 
     /// Every encoder had an accepted sample in this tick.
@@ -111,17 +120,30 @@ impl Encoders {
     fn are_fresh(&self) -> bool {
         self.catheter.age_ticks == 0
             && self.guidewire.as_ref().is_none_or(|wire| wire.age_ticks == 0)
+            && self.tendons.iter().flatten().all(|pair| pair.age_ticks == 0)
     }
 
     /// Positions of all drives; `None` if one is not known.
     #[inline(always)]
     fn positions(&self) -> Option<mechanics::Drives<f32>> {
-        match &self.guidewire {
-            Some(wire) => self.catheter.position.zip(wire.position).map(|(catheter, wire)| {
-                mechanics::Drives { catheter: drive(catheter), guidewire: drive(wire) }
-            }),
-            None => self.catheter.position.map(|catheter| drive(catheter).into()),
+        let mut drives = match &self.guidewire {
+            Some(wire) => {
+                let (catheter, wire) = self.catheter.position.zip(wire.position)?;
+                mechanics::Drives {
+                    catheter: drive(catheter),
+                    guidewire: drive(wire),
+                    ..mechanics::Drives::default()
+                }
+            }
+            None => drive(self.catheter.position?).into(),
+        };
+        let places = drives.tendons_m.chunks_exact_mut(2).zip(&self.tendons);
+        for (place, pair) in places {
+            if let Some(pair) = pair {
+                place.copy_from_slice(&pair.position?.displacements_m);
+            }
         }
+        Some(drives)
     }
 
     /// Ages of the newest accepted samples of catheter and guidewire \[ticks\].
@@ -154,6 +176,7 @@ impl Memory {
             force: Axis::new(),
             torque: Axis::new(),
             digest: Digest::new(),
+            tendons: [const { Freshness::new() }; TENDON_PAIRS],
         }
     }
 
@@ -220,7 +243,14 @@ impl Memory {
         // Rejected frames are a problem of the bus and not of one drive, so they count once.
         let sample = inputs.guidewire.map(|sample| sample.at);
         let guidewire = model.has_guidewire().then(|| self.guidewire.update(bounds, sample, 0));
-        Encoders { catheter, guidewire }
+        let tendons = model.tendons();
+        let mut pairs = [None; TENDON_PAIRS];
+        for (i, (pair, freshness)) in pairs.iter_mut().zip(&mut self.tendons).enumerate() {
+            if 2 * i < tendons {
+                *pair = Some(freshness.update(bounds, inputs.tendons[i], 0));
+            }
+        }
+        Encoders { catheter, guidewire, tendons: pairs }
     }
 
     fn handle_event(&mut self, event: Event) {
@@ -261,12 +291,13 @@ impl Memory {
     }
 
     fn account_energy(&mut self, bounds: &Bounds, fresh: &EncoderStatus) {
-        let (insertion_m, rotation_rad) = match fresh.motion {
+        let motion = fresh.motion();
+        let (insertion_m, rotation_rad) = match motion {
             Motion::Unknown => (0.0, 0.0),
             Motion::Known { insertion_m, rotation_rad, .. } => (insertion_m, rotation_rad),
         };
-        self.force.observe(fresh.motion, insertion_m, bounds.insertion_step_m);
-        self.torque.observe(fresh.motion, rotation_rad, bounds.rotation_step_rad);
+        self.force.observe(motion, insertion_m, bounds.insertion_step_m);
+        self.torque.observe(motion, rotation_rad, bounds.rotation_step_rad);
     }
 
     /// Selects the drive whose load the operator's axes render from here on.
@@ -454,6 +485,7 @@ impl VisitMemory for Memory {
             axis.limiter.visit_memory(visit);
         }
         self.digest.visit_memory(visit);
+        self.tendons.iter_mut().for_each(|pair| pair.visit_memory(visit));
     }
 }
 

@@ -7,7 +7,7 @@ use cathforce_bus::{
 };
 use cathforce_control::{
     self as control, Config, EncoderSample, Grip, GuidewireSample, HalfWidths, HapticSource,
-    Inputs, Mode, Notice, Outputs,
+    Inputs, Mode, Notice, Outputs, TendonPair,
 };
 
 /// Largest number of frames of a tick: HAPTIC, CONTACT, and a rotating one.
@@ -22,8 +22,8 @@ pub type TickFrames = [Option<Frame>; MAX_FRAMES_PER_TICK];
 const SLOTS: u32 = 5;
 /// Slot of MOMENT; with a band, BAND takes it every other time.
 const MOMENT_SLOT: u32 = 2;
-/// Ticks per rotating frame with a guidewire, whose encoder frames take their share of the bus.
-const GUIDEWIRE_TICKS_PER_SLOT: u32 = 3;
+/// Ticks per rotating frame with a guidewire or tendons, whose encoder frames take their share of the bus.
+const LADEN_TICKS_PER_SLOT: u32 = 3;
 
 /// Decoded frames since the last tick, the state of the controller, and counters of frames.
 ///
@@ -127,7 +127,7 @@ impl ControlLoop {
     pub fn on_frame(&mut self, frame: &Frame) {
         match Id::from_raw(frame.id()) {
             Some(Id::ServiceRequest) => {}
-            Some(id @ (Id::Sync | Id::Command)) => self.on_process(id, frame),
+            Some(id @ (Id::Sync | Id::Tendons(_) | Id::Command)) => self.on_process(id, frame),
             Some(id @ Id::Encoder) if self.master.master().catheter.is_none() => {
                 self.on_process(id, frame)
             }
@@ -189,6 +189,7 @@ impl ControlLoop {
                     let sample = GuidewireSample { at: sample(encoder), held };
                     replace_sample(&mut self.inputs.guidewire, sample, &mut self.counters);
                 }
+                Process::Tendons(tendons) => self.on_tendons(tendons),
                 Process::Command(command) => self.on_command(command),
                 _ => {}
             },
@@ -197,6 +198,13 @@ impl ControlLoop {
             Err(_) => {
                 self.inputs.rejected_frames = self.inputs.rejected_frames.saturating_add(1);
             }
+        }
+    }
+
+    fn on_tendons(&mut self, tendons: bus::Tendons) {
+        let pair = TendonPair { displacements_m: tendons.displacements.map(|x| x.m()) };
+        if let Some(place) = self.inputs.tendons.get_mut(usize::from(tendons.pair)) {
+            replace_sample(place, pair, &mut self.counters);
         }
     }
 
@@ -248,9 +256,11 @@ impl ControlLoop {
         let contact = Process::Contact(bus::Contact {
             force: outputs.contact.force_on_vessel_n.map(bus::Force::from_n),
         });
-        let guidewire = config.model.description().guidewire.is_some();
-        let (ticks, slots) =
-            if guidewire { (GUIDEWIRE_TICKS_PER_SLOT, SLOTS + 1) } else { (1, SLOTS) };
+        let description = config.model.description();
+        let guidewire = description.guidewire.is_some();
+        let laden = guidewire || !description.tendons.is_empty();
+        let ticks = if laden { LADEN_TICKS_PER_SLOT } else { 1 };
+        let slots = if guidewire { SLOTS + 1 } else { SLOTS };
         let slot = self.tick.is_multiple_of(ticks).then_some(self.tick / ticks % slots);
         let rotating_frame = slot.map(|slot| self.rotating_frame(slot, config, outputs));
         self.seal([haptic, contact], rotating_frame, status)
@@ -363,7 +373,7 @@ impl ControlLoop {
     }
 
     /// Counters that the next process frames of [`bus::FROM_HOST`] must carry.
-    pub fn next_counters(&self) -> [u8; 4] {
+    pub fn next_counters(&self) -> bus::NextCounters {
         bus::FROM_HOST.map(|id| self.protection.expected(id))
     }
 

@@ -4,7 +4,7 @@ use cathforce_bus::service::{
     self, DeviceEndpoint, EnvelopeError, Hello, MAX_RESPONSE, PROTOCOL_HASH, Refusal, Request,
     Response, Status,
 };
-use cathforce_bus::{Counter, Counters, Frame, Id};
+use cathforce_bus::{Counter, Counters, Frame, Id, NextCounters};
 use cathforce_config::image;
 
 use crate::refusal::refusal;
@@ -21,7 +21,7 @@ pub trait Board<B> {
     fn status(&mut self) -> Status;
 
     /// [`crate::ControlLoop::next_counters`].
-    fn next_counters(&mut self) -> [u8; 4];
+    fn next_counters(&mut self) -> NextCounters;
 
     /// Activates an image, which has been checked completely: between two ticks, exchanges the
     /// configuration and restarts the control loop, unless it has been armed in the meantime.

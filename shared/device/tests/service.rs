@@ -6,7 +6,7 @@ use cathforce_bus::service::{
     self, Hello, HostEndpoint, MAX_CHUNK, MAX_REQUEST, PROTOCOL_HASH, Refusal, Request, Response,
     Status, crc32,
 };
-use cathforce_bus::{Counter, Counters, Frame, Id};
+use cathforce_bus::{Counter, Counters, Frame, Id, NextCounters};
 use cathforce_device::{Board, Identity, Image, Service, copy_from};
 use proptest::prelude::*;
 
@@ -28,8 +28,8 @@ impl Board<Vec<u8>> for FakeBoard {
     fn status(&mut self) -> Status {
         Status { mode: 3, tick: 77, lock_step: self.lock_step, ..Status::default() }
     }
-    fn next_counters(&mut self) -> [u8; 4] {
-        [1, 2, 3, 4]
+    fn next_counters(&mut self) -> NextCounters {
+        [1, 2, 3, 4, 5, 6]
     }
     fn activate(
         &mut self,
@@ -152,7 +152,7 @@ fn a_device_says_who_and_how_it_is() {
         can_lock_step: true,
         max_image_len: CAPACITY as u32,
         mode: 3,
-        next_counters: [1, 2, 3, 4],
+        next_counters: [1, 2, 3, 4, 5, 6],
     };
     assert_eq!(hello, expected);
     let reply = bench.ask(Request::GetStatus);

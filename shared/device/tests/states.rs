@@ -5,7 +5,9 @@ mod support;
 use cathforce_bus::service::{
     self, HostEndpoint, Load, MAX_REQUEST, Refusal, Request, Response, Status, crc32,
 };
-use cathforce_bus::{Command, Counters, Encoder, Frame, Id, Insertion, Process, Rotation, Sealer};
+use cathforce_bus::{
+    Command, Counters, Encoder, Frame, Id, Insertion, NextCounters, Process, Rotation, Sealer,
+};
 use cathforce_config::image;
 use cathforce_control::{Config, Fault};
 use cathforce_device::{Board, ControlLoop, Identity, Image, Service, copy_from};
@@ -30,7 +32,7 @@ impl Board<Vec<u8>> for FakeBoard {
     fn status(&mut self) -> Status {
         self.control_loop.report(Load::default())
     }
-    fn next_counters(&mut self) -> [u8; 4] {
+    fn next_counters(&mut self) -> NextCounters {
         self.control_loop.next_counters()
     }
     fn activate(

@@ -4,7 +4,9 @@
 use cathforce_scalar::{Pack, Vector3};
 
 use crate::effects::active::Law;
+use crate::effects::driven_tendons::TendonCell;
 use crate::grid::Grid;
+use crate::joint::JointLoad;
 use crate::overlap::{Overlap, Slide};
 use crate::scheme::Scheme;
 use crate::segments::{Segments, Walk};
@@ -127,6 +129,24 @@ impl<T: Real, L: Law<T>> Law<T> for Coaxial<'_, T, L> {
     #[inline(always)]
     fn vessel_motion(&self) -> Option<[Vector3<T>; 2]> {
         self.effects.vessel_motion()
+    }
+
+    #[inline(always)]
+    fn has_tendons(&self) -> bool {
+        self.effects.has_tendons()
+    }
+
+    #[inline(always)]
+    fn load_joint(
+        &mut self,
+        index: usize,
+        joint: &Joint<T>,
+        bend: &Vector3<T>,
+        axes: &[Vector3<T>; 2],
+        cells: &[TendonCell<T>],
+        load: &mut JointLoad<T>,
+    ) {
+        self.effects.load_joint(index, joint, bend, axes, cells, load);
     }
 
     #[inline(always)]

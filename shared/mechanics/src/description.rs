@@ -160,6 +160,31 @@ impl<T: Real> Tendon<T> {
     }
 }
 
+/// Most driven tendons of one catheter.
+pub const MAX_TENDONS: usize = 4;
+
+/// A tendon that a drive pulls while the instrument works. It runs from its anchor on the catheter through
+/// the guide to the drive.     docs/explanation/model.md (48)–(53)
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct DrivenTendon<T> {
+    /// Angle around the centre line: 0 at `up`, π/2 at `direction × up` \[rad\].
+    pub angle_rad: T,
+    /// Distance from the centre line \[m\].
+    pub offset_m: T,
+    /// Arc from the tip to its anchor \[m\].
+    pub anchor_m: T,
+    /// Axial stiffness of its whole length \[N/m\].
+    pub stiffness_n_per_m: T,
+    /// Dead zone: displacement that takes up slack before it pulls \[m\].
+    pub slack_m: T,
+    /// Friction coefficient in its lumen while its drive holds still \[1\].
+    pub static_friction: T,
+    /// Friction coefficient in its lumen while its drive moves \[1\].
+    pub sliding_friction: T,
+    /// Angle by which its lumen is bent between the drive and the entry plane \[rad\].
+    pub bend_behind_rad: T,
+}
+
 /// Complete description of the rig, except the lumen.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Description<T> {
@@ -167,7 +192,10 @@ pub struct Description<T> {
     pub instrument: Instrument<T>,
     /// Inside the catheter, with its own drive; `None` if there is none.
     pub guidewire: Option<Instrument<T>>,
+    /// A tendon that is pulled by the same length all the time.
     pub tendon: Tendon<T>,
+    /// Tendons whose drives send their displacements in every tick.
+    pub tendons: Vec<DrivenTendon<T>, MAX_TENDONS>,
     pub entry: Entry<T>,
     pub wall: Wall<T>,
     /// Effects beyond the nominal model; [`Effects::off`] for none.

@@ -48,7 +48,8 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
         if model.guidewire.is_some() {
             let guidewire = model.within_reach(target.guidewire);
             insertion = maximum(guidewire.insertion_m, insertion);
-            self.slide_instruments(Drives { catheter, guidewire }, insertion, h);
+            let tendons_m = self.drives.tendons_m;
+            self.slide_instruments(Drives { catheter, guidewire, tendons_m }, insertion, h);
         } else {
             self.drives.catheter = catheter;
         }
@@ -79,6 +80,9 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
                 self.base_length_m -= base_m;
             } else if self.insertion_m <= T::zero() {
                 break;
+            }
+            if !model.tendons.is_empty() {
+                self.tendons.forget(self.count);
             }
             self.add_link(base_m);
         }

@@ -1,6 +1,6 @@
 //! What goes into a step and what comes out.
 
-use crate::Real;
+use crate::{MAX_TENDONS, Real};
 
 /// Position of a drive at the end of a tick.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
@@ -15,21 +15,26 @@ impl<T: Real> Drive<T> {
     pub(crate) const ZERO: Self = Self { insertion_m: T::ZERO, rotation_rad: T::ZERO };
 }
 
-/// Positions of both drives. A [`Drive`] converts into the catheter's, with the guidewire outside.
+/// Positions of all drives. A [`Drive`] converts into the catheter's, with the guidewire outside and no
+/// tendon pulled.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub struct Drives<T> {
     pub catheter: Drive<T>,
     /// Ignored if the description has no guidewire.
     pub guidewire: Drive<T>,
+    /// Displacements of the tendons' drives from where each tendon is taut in the straight instrument,
+    /// positive when pulling \[m\]. Those that the description does not have are ignored.
+    pub tendons_m: [T; MAX_TENDONS],
 }
 
 impl<T: Real> Drives<T> {
-    pub(crate) const ZERO: Self = Self { catheter: Drive::ZERO, guidewire: Drive::ZERO };
+    pub(crate) const ZERO: Self =
+        Self { catheter: Drive::ZERO, guidewire: Drive::ZERO, tendons_m: [T::ZERO; MAX_TENDONS] };
 }
 
-impl<T: Default> From<Drive<T>> for Drives<T> {
+impl<T: Copy + Default> From<Drive<T>> for Drives<T> {
     fn from(catheter: Drive<T>) -> Self {
-        Self { catheter, guidewire: Drive::default() }
+        Self { catheter, ..Self::default() }
     }
 }
 

@@ -1,16 +1,18 @@
 //! Tables made once from a [`Description`].
 
 use cathforce_scalar::Vector3;
+use heapless::Vec;
 
 use crate::algebra::Rotation;
 use crate::effects::StoredCurvature;
+use crate::effects::driven_tendons::{self, TendonTable};
 use crate::effects::nominal::{self, Placement};
 use crate::effects::wall_law;
 use crate::grid::Grid;
 use crate::math::{maximum, minimum, sin_cos};
 use crate::segments::{AxialPosition, Segments, Walk};
 use crate::tables::Tables;
-use crate::{Description, DescriptionError, Drive, Instrument, MAX_LINKS, Real, Wall};
+use crate::{Description, DescriptionError, Drive, Instrument, MAX_LINKS, MAX_TENDONS, Real, Wall};
 
 /// Configuration of the model: a validated description and its tables, for up to `LINKS` links.
 #[derive(Clone, Debug)]
@@ -38,6 +40,7 @@ pub struct Model<T: Real, const LINKS: usize = MAX_LINKS> {
     /// Placement of the vessel without its motion; `None` if the vessel's frame is the rig's.
     pub(crate) placement: Option<Placement<T>>,
     pub(crate) gravity: Vector3<T>,
+    pub(crate) tendons: Vec<TendonTable<T>, MAX_TENDONS>,
 }
 
 impl<T: Real, const LINKS: usize> Model<T, LINKS> {
@@ -75,6 +78,7 @@ impl<T: Real, const LINKS: usize> Model<T, LINKS> {
             mouth: nominal::mouth(entry, effects.entry.guide.length_m),
             placement,
             gravity,
+            tendons: driven_tendons::tables(&description),
             wall,
             least_stretch: wall_law::least_stretch(&effects.wall.hyperelastic, stiffening),
             has_active_effects: description.has_active_effects(),

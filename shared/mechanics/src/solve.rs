@@ -298,9 +298,10 @@ fn joint_moments<T: Real, N: Pack<T>, L: Law<T>, const LINKS: usize>(
     chain: &Chain<T>,
     law: &mut L,
 ) {
-    let State { links, eliminations, guide, coaxial_tables, .. } = state;
+    let State { links, eliminations, guide, coaxial_tables, tendons, .. } = state;
     let tables = if L::COAXIAL { &*coaxial_tables } else { &model.tables };
     let links = &links[..chain.count];
+    let [up, side] = [[1.0, 0.0], [0.0, 1.0]];
     let is_viscous = model.bending_damping_s > T::zero();
     let full = chain.count.saturating_sub(chain.at_base.len());
     for group in LinkGroup::<N>::all(full) {
@@ -327,6 +328,18 @@ fn joint_moments<T: Real, N: Pack<T>, L: Law<T>, const LINKS: usize>(
                 smallest_eigenvalue: joint.smallest_eigenvalue.lane(lane),
             };
         }
+        if law.has_tendons() {
+            let midway = |[x, y]: [f64; 2]| {
+                let axis = Vector3::new(N::lit(x), N::lit(y), N::lit(0.0));
+                N::split_vectors(bend.rotate_midway(&axis))
+            };
+            let (up, side) = (midway(up), midway(side));
+            for lane in (0..N::LANES).filter(|&lane| group.has(lane)) {
+                let (j, axes) = (group.at(lane), [up[lane], side[lane]]);
+                let load = &mut eliminations[j].joint;
+                law.load_joint(j, &joints[lane], &angles[lane], &axes, &tendons.cells, load);
+            }
+        }
     }
     for j in full..chain.count {
         let cell = &chain.at_base[chain.count - 1 - j];
@@ -334,7 +347,15 @@ fn joint_moments<T: Real, N: Pack<T>, L: Law<T>, const LINKS: usize>(
         let bend = RelativeRotation::between(&proximal.rotation, &distal.rotation);
         let joint = law.joint(j, &tables.joints[j], &bend.angle);
         let turned = distal.turn - proximal.turn;
-        eliminations[j].joint = JointLoad::at_base(&joint, cell, &bend, &turned);
+        let mut load = JointLoad::at_base(&joint, cell, &bend, &turned);
+        if law.has_tendons() {
+            let midway = |[x, y]: [f64; 2]| {
+                bend.rotate_midway(&Vector3::new(T::lit(x), T::lit(y), T::zero()))
+            };
+            let axes = [midway(up), midway(side)];
+            law.load_joint(j, &joint, &bend.angle, &axes, &tendons.cells, &mut load);
+        }
+        eliminations[j].joint = load;
     }
 }
 

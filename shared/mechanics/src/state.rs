@@ -5,6 +5,7 @@ use cathforce_scalar::Vector3;
 use crate::algebra::{LdltFactor, Matrix3, Rotation};
 use crate::contact::{ContactState, LinearContact};
 use crate::drive_motion::DriveHistory;
+use crate::effects::driven_tendons::TendonsState;
 use crate::effects::state::EffectState;
 use crate::joint::JointLoad;
 use crate::overlap::Overlap;
@@ -181,6 +182,7 @@ pub struct State<T: Real, const LINKS: usize = MAX_LINKS> {
     pub(crate) overlap: Overlap<T>,
     pub(crate) coaxial_tables: Tables<T, LINKS>,
     pub(crate) links: [LinkState<T>; LINKS],
+    pub(crate) tendons: TendonsState<T, LINKS>,
 }
 
 impl<T: Real, const LINKS: usize> Default for State<T, LINKS> {
@@ -211,6 +213,7 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
             coaxial_tables: Tables::new(),
             links: [LinkState::new(); LINKS],
             eliminations: [Elimination::new(); LINKS],
+            tendons: TendonsState::new(),
         }
     }
 
@@ -236,6 +239,7 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
             coaxial_tables,
             links,
             eliminations,
+            tendons,
         } = self;
         *count = 0;
         *drives = Drives::default();
@@ -255,6 +259,7 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
         coaxial_tables.reset();
         links.iter_mut().for_each(|link| *link = LinkState::new());
         eliminations.iter_mut().for_each(|elimination| *elimination = Elimination::new());
+        tendons.reset();
     }
 
     /// Nodes inside the vessel: node 0 is the tip, node `nodes() − 1` the one next to the guide.
@@ -304,6 +309,12 @@ impl<T: Real, const LINKS: usize> State<T, LINKS> {
         let force = -link.force;
         let placement = self.effects.placement.as_ref();
         placement.map_or(force, |placement| placement.direction_to_rig(&force)).into()
+    }
+
+    /// Tensions of a driven tendon \[N\]: at its drive and at its anchor. Zero for one that the description
+    /// does not have; `None` from [`MAX_TENDONS`](crate::MAX_TENDONS) on.
+    pub fn tendon_tensions_n(&self, tendon: usize) -> Option<[T; 2]> {
+        self.tendons.tensions_n(tendon)
     }
 
     /// Insertion of the instrument that is farther inside, as the model has reached it \[m\].

@@ -5,12 +5,13 @@ use cathforce_scalar::{Kernel, Pack, Vector3};
 use crate::coaxial::Coaxial;
 use crate::drive_motion::{DriveHistory, MotionRatio};
 use crate::effects::active::{Law, Nominal};
+use crate::effects::driven_tendons::DrivenTendons;
 use crate::effects::state::past_mouth;
 use crate::load_sharing::DriveLoad;
 use crate::math::maximum;
 use crate::scheme::Scheme;
 use crate::solve::{STRAINS, Totals, solve};
-use crate::{Drag, Drive, Drives, Loads, Lumen, Model, Outputs, Real, State};
+use crate::{Drag, Drive, Drives, Loads, Lumen, MAX_TENDONS, Model, Outputs, Real, State};
 
 /// A step whose last solve turned a link by more than this is flagged as unresolved \[rad\].
 ///
@@ -67,10 +68,12 @@ pub(crate) fn advance<T: Real, const LINKS: usize>(
     let asked = Drives {
         catheter: state.effects.follow(model, drives.catheter),
         guidewire: past_mouth(model, drives.guidewire),
+        tendons_m: drives.tendons_m,
     };
     let drives = Drives {
         catheter: model.within_reach(asked.catheter),
         guidewire: model.within_reach(asked.guidewire),
+        tendons_m: asked.tendons_m,
     };
     if state.count == 0 {
         // The links whose rates follow from the drives' motion are gone.
@@ -83,6 +86,11 @@ pub(crate) fn advance<T: Real, const LINKS: usize>(
         let target = Drives {
             catheter: between(start.catheter, drives.catheter, share),
             guidewire: between(start.guidewire, drives.guidewire, share),
+            tendons_m: if model.tendons.is_empty() {
+                [T::zero(); MAX_TENDONS]
+            } else {
+                tendons_between(&start.tendons_m, &drives.tendons_m, share)
+            },
         };
         let before = state.drives;
         if part > 1 {
@@ -92,6 +100,7 @@ pub(crate) fn advance<T: Real, const LINKS: usize>(
         state.effects.place(model, scheme.dt_s);
         state.feed(model, target);
         state.effects.advance(model, &before, &state.drives, state.fed_m, scheme.dt_s);
+        state.pull_tendons(model, target.tendons_m, true, scheme.dt_s);
         state.predict(scheme.dt_s * state.momentum_share, ratio.link_rates);
         let totals = solve_substep(model, lumen, state, loads, &mut scheme);
         if part >= solver.substeps {
@@ -116,6 +125,33 @@ fn between<T: Real>(start: Drive<T>, end: Drive<T>, share: T) -> Drive<T> {
     Drive {
         insertion_m: start.insertion_m + (end.insertion_m - start.insertion_m) * share,
         rotation_rad: start.rotation_rad + (end.rotation_rad - start.rotation_rad) * share,
+    }
+}
+
+/// Displacements of the tendons at a share of a tick.
+#[inline(always)]
+fn tendons_between<T: Real>(
+    start_m: &[T; MAX_TENDONS],
+    end_m: &[T; MAX_TENDONS],
+    share: T,
+) -> [T; MAX_TENDONS] {
+    core::array::from_fn(|i| start_m[i] + (end_m[i] - start_m[i]) * share)
+}
+
+impl<T: Real, const LINKS: usize> State<T, LINKS> {
+    /// Moves the drives of the tendons in a step of `dt_s`.
+    #[inline(always)]
+    fn pull_tendons(
+        &mut self,
+        model: &Model<T, LINKS>,
+        target_m: [T; MAX_TENDONS],
+        friction: bool,
+        dt_s: T,
+    ) {
+        if !model.tendons.is_empty() {
+            self.drives.tendons_m = target_m;
+            self.tendons.advance(&model.tendons, &target_m, friction, dt_s);
+        }
     }
 }
 
@@ -176,7 +212,8 @@ pub(crate) fn approach_rest<T: Real, const LINKS: usize>(
     let (guidewire, guidewire_arrived) =
         approach(state.drives.guidewire, past_mouth(model, drives.guidewire));
     let arrived = catheter_arrived && (guidewire_arrived || model.guidewire.is_none());
-    state.feed(model, Drives { catheter, guidewire });
+    state.feed(model, Drives { catheter, guidewire, tendons_m: drives.tendons_m });
+    state.pull_tendons(model, drives.tendons_m, false, scheme.dt_s);
     for link in &mut state.links {
         link.rate = Vector3::zeros();
     }
@@ -253,9 +290,23 @@ fn solve_acting<T: Real, const LINKS: usize>(
     ) {
         None => solve_coaxial(model, lumen, state, loads, scheme, &mut Nominal),
         Some(mut active) => {
+            active.tendons = DrivenTendons::new(
+                &model.tendons,
+                &model.grid,
+                &state.overlap,
+                &state.tendons,
+                scheme.inertia > T::zero(),
+            );
             let totals = solve_coaxial(model, lumen, state, loads, scheme, &mut active);
             let torque_n_m = totals.moment_on_guide.dot(&model.guide.tangent());
             state.effects.finish(&active, torque_n_m);
+            if let Some(tendons) = &mut active.tendons {
+                let State { links, guide, count, tendons: pulled, .. } = state;
+                let links = &links[..(*count).min(LINKS)];
+                let rotation =
+                    |j: usize| links.get(j).map_or(&guide.rotation, |link| &link.rotation);
+                tendons.finish(links.len(), rotation, pulled);
+            }
             totals
         }
     }
@@ -371,9 +422,9 @@ fn configurational_force_n<T: Real, const LINKS: usize>(
     // A pre-curvature that only comes back past the mouth releases no energy at the mouth.
     let straightened = model.description().effects.entry.guide.straightened_m > T::zero();
     let straight = if straightened { T::zero() } else { T::one() / h };
-    // A tendon bends the instrument like a pre-curvature.
-    let unloaded =
-        joint.unloaded * straight + state.effects.tendon_bend_at_mouth() * (T::one() / h);
+    // Tendons bend the instrument like a pre-curvature.
+    let bend_by_tendons = state.effects.tendon_bend_at_mouth() + state.tendons.at_mouth;
+    let unloaded = joint.unloaded * straight + bend_by_tendons * (T::one() / h);
     let spent = moment.dot(&state.guide.rotation.rotate(&unloaded))
         + half * h * softness * joint.energy(&unloaded);
     per_stiffness * (bend_squared / joint.bending + twist * twist / joint.torsion) + spent

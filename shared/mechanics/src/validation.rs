@@ -67,6 +67,20 @@ impl<T: Real> Description<T> {
             let value = self.parameter(info.key).unwrap_or(T::zero());
             within(info.key, value, info.min, info.max)?;
         }
+        for tendon in &self.tendons {
+            let radius_m = self.instrument.outer_radius_m.to_f64();
+            within("tendons.angle_rad", tendon.angle_rad, -7.0, 7.0)?;
+            within("tendons.offset_m", tendon.offset_m, 0.0, radius_m)?;
+            within("tendons.anchor_m", tendon.anchor_m, 0.0, 10.0)?;
+            within("tendons.stiffness_n_per_m", tendon.stiffness_n_per_m, 1.0, 1e6)?;
+            within("tendons.slack_m", tendon.slack_m, 0.0, 0.02)?;
+            within("tendons.static_friction", tendon.static_friction, 0.0, 2.0)?;
+            let at_most = tendon.static_friction.to_f64();
+            within("tendons.sliding_friction", tendon.sliding_friction, 0.0, at_most)?;
+            // exp(4) is the largest ratio of tensions by the bends behind the entry plane.
+            let most_rad = if at_most > 0.0 { (4.0 / at_most).min(30.0) } else { 30.0 };
+            within("tendons.bend_behind_rad", tendon.bend_behind_rad, 0.0, most_rad)?;
+        }
         for g in self.gravity_m_per_s2 {
             within("gravity_m_per_s2", g, -100.0, 100.0)?;
         }

@@ -160,6 +160,7 @@ impl Insertion {
             },
             guidewire: None,
             tendon: Tendon::none(),
+            tendons: [].into_iter().collect(),
             entry: Entry {
                 position_m: [0.0; 3].map(lit),
                 direction: [1.0, 0.0, 0.0].map(lit),

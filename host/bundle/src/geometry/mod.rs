@@ -2,6 +2,7 @@
 
 mod bvh;
 mod centreline;
+mod frechet;
 mod join_triangles;
 mod mesh;
 mod openings;
@@ -18,6 +19,7 @@ mod wall;
 mod weld;
 
 pub use centreline::{Branch, CentrelineCause, Station, TubeWall, read_centreline};
+pub use frechet::frechet;
 pub use join_triangles::MeshRepairs;
 pub use mesh::{Mesh, MeshCause};
 pub use openings::Opening;

@@ -39,6 +39,12 @@ pub enum RigCause {
     SectionLengths { sum_m: f64, length_m: f64 },
     #[error("`{key}` has {found} entries; the model takes at most {most}")]
     TooMany { key: String, found: usize, most: usize },
+    #[error(
+        "there are {found} tables [[tendons]]; an instrument has at most {most} driven tendons"
+    )]
+    TooManyTendons { found: usize, most: usize },
+    #[error("there are a [tendon] with a fixed pull and [[tendons]] that drives pull")]
+    BothTendons,
     #[error("`entry.{0}` has no length")]
     ZeroVector(&'static str),
     #[error("`entry.up` is parallel to `entry.direction`, so the plane of the tip is not known")]
@@ -107,6 +113,14 @@ impl RigCause {
             }
             RigCause::TooMany { most, .. } => {
                 format!("join neighbouring pieces until {most} are left")
+            }
+            RigCause::TooManyTendons { most, .. } => {
+                format!("describe at most {most}; tendons that run beside each other are one")
+            }
+            RigCause::BothTendons => {
+                "describe all tendons in [[tendons]]; one with a fixed pull has the same number in \
+                 every row of its column"
+                    .into()
             }
             RigCause::ZeroVector(_) => "give a direction, for example [1.0, 0.0, 0.0]".into(),
             RigCause::ParallelUp => {

@@ -1,6 +1,7 @@
 //! `rig.toml`: what was set up, and the nominal parameters.
 
 mod cause;
+mod driven_tendons;
 mod instrument;
 mod keys;
 mod plausible;
@@ -11,6 +12,7 @@ mod toml_reader;
 mod types;
 
 pub use cause::{BeyondModel, RigCause};
+pub use driven_tendons::RigDrivenTendon;
 pub use instrument::{RigInstrument, RigSection, TipPiece};
 pub use priors::RigPriors;
 pub use read::FORMAT;

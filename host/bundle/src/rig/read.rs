@@ -4,6 +4,7 @@ use nalgebra::Vector3;
 use toml::de::DeTable;
 
 use super::cause::RigCause;
+use super::driven_tendons::{TENDONS, read_driven_tendons};
 use super::instrument::{read_guidewire, read_instrument};
 use super::keys::{ENTRY_KEYS, ENVIRONMENT_KEYS, SENSOR_KEYS, VESSEL_KEYS, WALL_REGIONS};
 use super::plausible;
@@ -25,13 +26,14 @@ const BLOOD: (f64, f64) = (1060.0, 3.5e-3);
 
 /// Allowed stiffness of a wall region over the nominal one; a lumen can store 1/256 to 245.
 const REGION_RATIOS: std::ops::RangeInclusive<f64> = 0.01..=100.0;
-const CATHETER_KEYS: [&str; 12] = [
+const CATHETER_KEYS: [&str; 13] = [
     "format",
     "name",
     "plant",
     "instrument",
     "guidewire",
     "tendon",
+    TENDONS,
     "entry",
     "vessel",
     "environment",
@@ -76,6 +78,7 @@ fn read(root: &TableReader<'_>, is_drive: bool) -> (Rig, Vec<RigWarning>) {
         Plant::Catheter(Box::new(CatheterRig {
             guidewire: read_guidewire(root, &instrument),
             tendon: read_tendon(root, &instrument),
+            tendons: read_driven_tendons(root, &instrument),
             instrument,
             entry: entry(root, &mut warnings),
             vessel: vessel(root),

@@ -154,6 +154,11 @@ impl<'a> TableReader<'a> {
         found.map(|(_, value)| value)
     }
 
+    /// The key is there, whatever its value.
+    pub(crate) fn has(&self, key: &str) -> bool {
+        self.get(key).is_some()
+    }
+
     /// A key that must be there. One that is misspelt was reported as an unknown key.
     fn require(&self, key: &str, kind: &'static str) -> Option<&'a Spanned<DeValue<'a>>> {
         let value = self.get(key);

@@ -1,5 +1,6 @@
 //! What `rig.toml` says, in numbers: SI units, vectors in the right-handed frame of the vessel.
 
+use super::driven_tendons::RigDrivenTendon;
 use super::instrument::RigInstrument;
 use super::priors::RigPriors;
 use super::tendon::RigTendon;
@@ -80,8 +81,10 @@ pub struct CatheterRig {
     pub instrument: RigInstrument,
     /// Inside the catheter, with its own drive.
     pub guidewire: Option<RigInstrument>,
-    /// Of a steerable instrument.
+    /// Of a steerable instrument, with a fixed pull.
     pub tendon: Option<RigTendon>,
+    /// Those whose drives are recorded, in the order of their columns.
+    pub tendons: Vec<RigDrivenTendon>,
     pub entry: RigEntry,
     pub vessel: RigVessel,
     pub environment: RigEnvironment,

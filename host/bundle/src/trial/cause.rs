@@ -24,6 +24,10 @@ pub enum TrialCause {
     GuidewireMissing(&'static str),
     #[error("column `{0}` is of a guidewire's drive, but rig.toml has no [guidewire]")]
     NoGuidewire(&'static str),
+    #[error("column `{column}` is missing; rig.toml has {tendons} [[tendons]], of which it is one")]
+    TendonMissing { column: &'static str, tendons: usize },
+    #[error("column `{column}` is of a tendon, but rig.toml has {tendons} [[tendons]]")]
+    NoTendon { column: &'static str, tendons: usize },
     #[error("`{missing}` has no value in this row, but `{given}` has one")]
     HalfVector { missing: String, given: String },
     #[error("the shape points leave out p{0:02}")]
@@ -53,6 +57,16 @@ impl TrialCause {
             }
             TrialCause::NoGuidewire(_) => {
                 "describe the wire in the table [guidewire], with the keys of [instrument], or take \
+                 the column out"
+                    .into()
+            }
+            TrialCause::TendonMissing { .. } => {
+                "add the displacement of its drive from where the tendon is taut in the straight \
+                 instrument, positive when pulling, or take the tendon out of rig.toml"
+                    .into()
+            }
+            TrialCause::NoTendon { .. } => {
+                "describe the tendon in a table [[tendons]] with offset_m and stiffness_N_per_m, or take \
                  the column out"
                     .into()
             }

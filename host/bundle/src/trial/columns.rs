@@ -19,10 +19,13 @@ pub const GUIDEWIRE_ROTATION: &str = "guidewire_rotation_rad";
 /// As [`DRIVE_FORCE`], of the guidewire's drive.
 pub const GUIDEWIRE_DRIVE_FORCE: &str = "guidewire_drive_fx_N";
 
+/// Displacements of the drives of the tendons, in the order of `[[tendons]]` \[m\].
+pub const TENDONS: [&str; 4] = ["tendon_1_m", "tendon_2_m", "tendon_3_m", "tendon_4_m"];
+
 /// Those that every trial has.
 pub const REQUIRED: [&str; 3] = [TIME, INSERTION, ROTATION];
 /// All but those of shape points.
-pub const ALL: [&str; 13] = [
+pub const ALL: [&str; 17] = [
     TIME,
     INSERTION,
     ROTATION,
@@ -36,6 +39,10 @@ pub const ALL: [&str; 13] = [
     GUIDEWIRE_INSERTION,
     GUIDEWIRE_ROTATION,
     GUIDEWIRE_DRIVE_FORCE,
+    TENDONS[0],
+    TENDONS[1],
+    TENDONS[2],
+    TENDONS[3],
 ];
 
 /// Of a trial of a drive on its own: its position \[m\].

@@ -142,7 +142,11 @@ pub fn read_foreign(text: &str, maps: &[ColumnMap]) -> Result<Foreign, Fault> {
         || has(columns::GUIDEWIRE_DRIVE_FORCE);
     let parsed = match is_drive {
         true => Trial::read_drive(0, selected),
-        false => Trial::read_catheter(0, selected, has_guidewire),
+        false => {
+            // Their columns are numbered from 1 on.
+            let tendons = columns::TENDONS.iter().rposition(|name| has(name)).map_or(0, |i| i + 1);
+            Trial::read_catheter(0, selected, has_guidewire, tendons)
+        }
     };
     let Parsed { trial, mut remarks } = parsed.map_err(|(place, cause)| (place, named(cause)))?;
     remarks.extend(trial.rush().map(|rush| rush.to_string()));
@@ -202,7 +206,9 @@ fn of_table((place, cause): (Place, TableCause)) -> Fault {
 fn named(cause: TrialCause) -> ForeignCause {
     match cause {
         TrialCause::Table(TableCause::MissingColumn(name)) => ForeignCause::NotNamed(name),
-        TrialCause::GuidewireMissing(name) => ForeignCause::NotNamed(name.into()),
+        TrialCause::GuidewireMissing(column) | TrialCause::TendonMissing { column, .. } => {
+            ForeignCause::NotNamed(column.into())
+        }
         cause => cause.into(),
     }
 }

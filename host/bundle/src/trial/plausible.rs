@@ -11,6 +11,8 @@ use crate::rig::{CatheterRig, Plant, Rig, RigInstrument};
 const MOST_TURNED_RAD: f64 = 30.0;
 /// A larger force breaks a phantom and buckles the instrument \[N\].
 const MOST_FORCE_N: f64 = 50.0;
+/// No tendon of a catheter is pulled farther \[m\]; a device takes no more by default.
+const MOST_PULLED_M: f64 = 0.05;
 /// Nothing in a vessel is farther from its frame's origin \[m\].
 const FARTHEST_M: f64 = 3.0;
 
@@ -19,6 +21,7 @@ pub(crate) fn warn_of_units(file: &Path, trial: &Trial, rig: &Rig, warnings: &mu
     let mut messages = Vec::new();
     if let (Plant::Catheter(rig), Some(data)) = (&rig.plant, trial.catheter()) {
         messages.extend(encoders(rig, data).into_iter().chain(sensors(data)));
+        messages.extend(tendons(data));
         messages.extend(trial.rush().map(|rush| rush.to_string()));
     }
     messages.extend(trial.slow_clock(rig.sensor.force_rate_hz));
@@ -57,6 +60,15 @@ fn of_drive(
         says.push(format!("{rotation} reaches {turned}, some {turns:.0} turns: degrees?"));
     }
     says
+}
+
+fn tendons(data: &CatheterTrial) -> impl Iterator<Item = String> + '_ {
+    let columns = columns::TENDONS.into_iter().zip(&data.tendons_m);
+    columns.filter_map(|(name, at_m)| {
+        let pulled = largest(at_m.iter().copied());
+        (pulled > MOST_PULLED_M)
+            .then(|| format!("{name} reaches {pulled}, more than 0.05 m: millimetres or counts?"))
+    })
 }
 
 fn sensors(data: &CatheterTrial) -> Vec<String> {

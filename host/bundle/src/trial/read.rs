@@ -15,13 +15,15 @@ pub(crate) struct Parsed {
 }
 
 impl Trial {
-    /// `has_guidewire`: there is one in `rig.toml`.
+    /// `has_guidewire`: there is one in `rig.toml`; `tendons`: number of its `[[tendons]]`.
     pub(crate) fn parse_catheter(
         number: u32,
         text: &str,
         has_guidewire: bool,
+        tendons: usize,
     ) -> Result<Parsed, Fault> {
-        Self::read_catheter(number, Table::parse(text).map_err(table_fault)?, has_guidewire)
+        let table = Table::parse(text).map_err(table_fault)?;
+        Self::read_catheter(number, table, has_guidewire, tendons)
     }
 
     /// The same from a table.
@@ -29,6 +31,7 @@ impl Trial {
         number: u32,
         mut table: Table,
         has_guidewire: bool,
+        tendons: usize,
     ) -> Result<Parsed, Fault> {
         table
             .check_columns(&columns::REQUIRED, &columns::ALL, |name| shape_index(name).is_some())
@@ -48,6 +51,7 @@ impl Trial {
             insertion_m: encoders.insertions(columns::INSERTION)?,
             rotation_rad: encoders.column(columns::ROTATION)?,
             guidewire: guidewire(encoders, has_guidewire)?,
+            tendons_m: displacements(encoders, tendons)?,
             force_n: vectors(&table, columns::FORCE)?,
             drive_force_n: table.sparse_column(columns::DRIVE_FORCE).map_err(table_fault)?,
             tip_m: vectors(&table, columns::TIP)?,
@@ -242,4 +246,20 @@ fn guidewire(
         rotation_rad: encoders.column(columns::GUIDEWIRE_ROTATION)?,
         drive_force_n: table.sparse_column(columns::GUIDEWIRE_DRIVE_FORCE).map_err(table_fault)?,
     }))
+}
+
+/// The columns of the tendons' drives: one for each of the rig's `[[tendons]]`, and no others.
+fn displacements(encoders: &mut Encoded<'_>, tendons: usize) -> Result<Vec<Vec<f64>>, Fault> {
+    let table = encoders.table;
+    let (own, others) = columns::TENDONS.split_at(tendons.min(columns::TENDONS.len()));
+    for &column in others {
+        if let Some(at) = table.column(column) {
+            let cause = TrialCause::NoTendon { column, tendons };
+            return Err((Place::LineColumn(1, at + 1), cause));
+        }
+    }
+    if let Some(&column) = own.iter().find(|name| table.column(name).is_none()) {
+        return Err((Place::Line(1), TrialCause::TendonMissing { column, tendons }));
+    }
+    own.iter().map(|name| encoders.column(name)).collect()
 }

@@ -2,6 +2,7 @@
 
 use thiserror::Error;
 
+use super::columns;
 use super::types::Trial;
 
 /// An encoder that goes faster than a drive can.
@@ -20,6 +21,8 @@ pub struct Rush {
 /// No instrument is fed faster \[m/s\], or turned faster \[rad/s\] (three turns a second).
 const FASTEST_M_PER_S: f64 = 1.0;
 const FASTEST_RAD_PER_S: f64 = 20.0;
+/// No tendon is pulled faster \[m/s\]; a device takes no more by default.
+const FASTEST_TENDON_M_PER_S: f64 = 0.2;
 /// Motion over which a speed is measured; longer than the steps of any encoder \[m\], \[rad\].
 const RUSH_M: f64 = 5e-3;
 const RUSH_RAD: f64 = 1.0;
@@ -35,7 +38,16 @@ impl Trial {
     /// Where an encoder first goes faster than a drive can; `None` if nowhere. A unit of encoder or
     /// time is wrong then, or the encoder jumps.
     pub fn rush(&self) -> Option<Rush> {
-        self.catheter()?.encoders().find_map(|[insertion, rotation]| {
+        let catheter = self.catheter()?;
+        let pulled = || {
+            let mut tendons = columns::TENDONS.into_iter().zip(&catheter.tendons_m);
+            tendons.find_map(|(column, at_m)| {
+                let (at_s, speed) = faster(&self.t_s, at_m, RUSH_M, FASTEST_TENDON_M_PER_S)?;
+                let why = "is it in metres, and not in millimetres or counts";
+                Some(Rush { column, at_s, speed, unit: "m/s", why })
+            })
+        };
+        let driven = catheter.encoders().find_map(|[insertion, rotation]| {
             let ((insertion, insertion_m), (rotation, rotation_rad)) = (insertion, rotation);
             let fed = faster(&self.t_s, insertion_m, RUSH_M, FASTEST_M_PER_S);
             let fed = fed.map(|(at_s, speed)| {
@@ -48,7 +60,8 @@ impl Trial {
                 let why = "is it in degrees, or does the encoder begin anew after a turn";
                 Some(Rush { column: rotation, at_s, speed, unit: "rad/s", why })
             })
-        })
+        });
+        driven.or_else(pulled)
     }
 
     /// Why `t_s` seems to be in milliseconds; `None` if it does not: rows are too far apart for any

@@ -1,5 +1,7 @@
 //! The rows of one trial, by column.
 
+use cathforce_mechanics::MAX_TENDONS;
+
 use super::columns;
 
 /// Encoder positions at one instant.
@@ -26,6 +28,8 @@ pub struct CatheterTrial {
     pub shape_m: Vec<VectorColumn>,
     /// Present if and only if the rig has a guidewire.
     pub guidewire: Option<GuidewireTrial>,
+    /// Displacements of the tendons' drives, one column for each of the rig's `[[tendons]]`.
+    pub tendons_m: Vec<Vec<f64>>,
 }
 
 /// Columns of the guidewire's drive, one entry a row, with the catheter's units and signs.
@@ -120,17 +124,35 @@ impl Trial {
         self.reading_at(t_s, &wire.insertion_m, &wire.rotation_rad)
     }
 
+    /// Displacements of the tendons' drives likewise, zero for those that the rig does not have.
+    pub fn tendons_at(&self, t_s: f64) -> [f64; MAX_TENDONS] {
+        let mut at_m = [0.0; MAX_TENDONS];
+        let columns = self.catheter().map_or(&[][..], |catheter| &catheter.tendons_m);
+        if let Some((low, high, share)) = self.rows_around(t_s) {
+            for (at_m, column) in at_m.iter_mut().zip(columns) {
+                *at_m = column[low] + (column[high] - column[low]) * share;
+            }
+        }
+        at_m
+    }
+
     fn reading_at(
         &self,
         t_s: f64,
         insertion_m: &[f64],
         rotation_rad: &[f64],
     ) -> Option<EncoderReading> {
+        let (low, high, share) = self.rows_around(t_s)?;
+        let at = |column: &[f64]| column[low] + (column[high] - column[low]) * share;
+        Some(EncoderReading { insertion_m: at(insertion_m), rotation_rad: at(rotation_rad) })
+    }
+
+    /// The rows before and after a time, and the share of the second one.
+    fn rows_around(&self, t_s: f64) -> Option<(usize, usize, f64)> {
         let after = self.t_s.partition_point(|&t| t <= t_s);
         let (low, high) = (after.saturating_sub(1), after.min(self.len().saturating_sub(1)));
         let (start, end) = (self.t_s.get(low)?, self.t_s.get(high)?);
         let share = if high > low { ((t_s - start) / (end - start)).clamp(0.0, 1.0) } else { 0.0 };
-        let at = |column: &[f64]| column[low] + (column[high] - column[low]) * share;
-        Some(EncoderReading { insertion_m: at(insertion_m), rotation_rad: at(rotation_rad) })
+        Some((low, high, share))
     }
 }

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use cathforce_recording::import::{AxisMap, ColumnMap};
 use clap::{ArgGroup, Args, Subcommand};
 
+use super::camera::ImportCameraArguments;
 use super::{Changes, JsonFile, link, positive, positive_seconds};
 
 #[derive(Debug, Args)]
@@ -50,6 +51,8 @@ pub enum ImportSource {
     Ati(ImportAtiArguments),
     /// Make a trial from a CSV with columns of other names.
     Csv(ImportCsvArguments),
+    /// Make a trial from a camera's frames and the drive's motion: the tip and the shape of the catheter.
+    Camera(Box<ImportCameraArguments>),
 }
 
 #[derive(Debug, Args)]

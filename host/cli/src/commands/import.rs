@@ -1,10 +1,15 @@
 //! `cathforce import`: recordings and trials from the files of other tools.
 
 mod ati;
+#[cfg(feature = "camera")]
+mod camera;
 mod candump;
+mod motion;
 mod table;
 mod trial;
 
+#[cfg(not(feature = "camera"))]
+use super::left_out::camera;
 use crate::args::ImportSource;
 use crate::failure::Failure;
 use crate::ui::Ui;
@@ -14,5 +19,6 @@ pub fn run(ui: &Ui, from: &ImportSource) -> Result<(), Failure> {
         ImportSource::Candump(arguments) => candump::run(ui, arguments),
         ImportSource::Ati(arguments) => ati::run(ui, arguments),
         ImportSource::Csv(arguments) => table::run(ui, arguments),
+        ImportSource::Camera(arguments) => camera::run(ui, arguments),
     }
 }

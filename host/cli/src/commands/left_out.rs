@@ -1,6 +1,15 @@
 //! Commands that this program was built without: they say so.
 
-#![cfg_attr(all(feature = "hardware", feature = "monitor", feature = "parquet"), allow(dead_code))]
+#![cfg_attr(
+    all(
+        feature = "camera",
+        feature = "hardware",
+        feature = "monitor",
+        feature = "parquet",
+        feature = "wall"
+    ),
+    allow(dead_code)
+)]
 
 use crate::failure::{Code, Failure};
 
@@ -13,6 +22,17 @@ fn without(command: &str, feature: &str) -> Failure {
     Failure::new(Code::Usage, message)
 }
 
+#[cfg(not(feature = "camera"))]
+pub mod camera {
+    use crate::args::ImportCameraArguments;
+    use crate::failure::Failure;
+    use crate::ui::Ui;
+
+    pub fn run(_: &Ui, _: &ImportCameraArguments) -> Result<(), Failure> {
+        Err(super::without("cathforce import camera", "camera"))
+    }
+}
+
 #[cfg(not(feature = "monitor"))]
 pub mod monitor {
     use crate::args::MonitorArguments;
@@ -21,6 +41,28 @@ pub mod monitor {
 
     pub fn run(_: &Ui, _: &MonitorArguments) -> Result<(), Failure> {
         Err(super::without("cathforce monitor", "monitor"))
+    }
+}
+
+#[cfg(not(feature = "wall"))]
+pub mod material {
+    use crate::args::MaterialArguments;
+    use crate::failure::Failure;
+    use crate::ui::Ui;
+
+    pub fn run(_: &Ui, _: &MaterialArguments) -> Result<(), Failure> {
+        Err(super::without("cathforce material", "wall"))
+    }
+}
+
+#[cfg(not(feature = "wall"))]
+pub mod wall {
+    use crate::args::WallArguments;
+    use crate::failure::Failure;
+    use crate::ui::Ui;
+
+    pub fn run(_: &Ui, _: &WallArguments) -> Result<(), Failure> {
+        Err(super::without("cathforce wall", "wall"))
     }
 }
 

@@ -1,11 +1,13 @@
 //! The commands, each in a file of its own.
 
 pub mod bundle;
+pub mod calibrate;
 pub mod check;
 pub mod config;
 pub mod doctor;
 pub mod export;
 pub mod fault;
+pub mod filter;
 pub mod gap;
 pub mod import;
 pub mod info;
@@ -13,15 +15,22 @@ pub mod latency;
 mod left_out;
 pub mod link;
 pub mod lumen;
+#[cfg(feature = "wall")]
+pub mod material;
 #[cfg(feature = "monitor")]
 pub mod monitor;
 pub mod play;
 pub mod replay;
 pub mod report;
+pub mod reproduce;
 pub mod run;
 pub mod shell;
 pub mod simulate;
 pub mod tips;
+#[cfg(feature = "wall")]
+pub mod wall;
 
 #[cfg(not(feature = "monitor"))]
 pub use left_out::monitor;
+#[cfg(not(feature = "wall"))]
+pub use left_out::{material, wall};

@@ -4,8 +4,9 @@ use std::path::{Path, PathBuf};
 
 use cathforce_bundle::Bundle;
 use cathforce_bundle::bundle::{CatheterTrial, EncoderReading};
-use cathforce_bus::{Encoder, Insertion, Rotation};
+use cathforce_bus::{Displacement, Encoder, Insertion, Rotation, Tendons};
 use cathforce_link::{Client, Step};
+use cathforce_mechanics::MAX_TENDONS;
 use cathforce_recording::{
     Analysis, FEED_BEFORE_SCORE_M, Recording, SensorNoise, Summary, Trial, analyse,
 };
@@ -105,6 +106,7 @@ pub fn play(
     let start_s = measured.rows.first().map_or(0.0, |row| row.t_s);
     measured.rows.iter_mut().for_each(|row| row.t_s -= start_s);
     let vessel = vessel_files(bundle)?;
+    let pulled = trial.catheter().map_or(0, |catheter| catheter.tendons_m.len());
     let plan = Plan {
         image,
         pace,
@@ -116,6 +118,7 @@ pub fn play(
             encoder: trial.encoder_at(start_s + t_s).map(encoder),
             guidewire: trial.guidewire_at(start_s + t_s).map(encoder),
             guidewire_held: feel == Feel::Guidewire,
+            tendons: tendons(pulled, trial.tendons_at(start_s + t_s)),
             ..Step::default()
         },
         duration_s: duration_s.unwrap_or(f64::INFINITY).min(trial.duration_s()),
@@ -231,4 +234,13 @@ pub fn encoder(at: EncoderReading) -> Encoder {
         insertion: Insertion::from_m(at.insertion_m),
         rotation: Rotation::from_rad(at.rotation_rad),
     }
+}
+
+/// Displacements of so many tendons as they cross the bus; `None` for pairs that there are not.
+pub fn tendons(count: usize, at_m: [f64; MAX_TENDONS]) -> [Option<Tendons>; 2] {
+    let at_m = at_m.map(Displacement::from_m);
+    std::array::from_fn(|i| {
+        let displacements = [at_m[2 * i], at_m[2 * i + 1]];
+        (2 * i < count).then_some(Tendons { pair: i as u8, displacements })
+    })
 }

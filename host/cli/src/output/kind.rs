@@ -25,6 +25,8 @@ pub enum Kind<'a> {
     Table(&'a str),
     Parquet,
     Candump,
+    /// The page of the reproduced figures.
+    Reproduced,
 }
 
 /// The tables of ticks and of nodes, by their first columns.
@@ -47,6 +49,7 @@ impl Kind<'_> {
             Self::Table(_) => "a table with these columns",
             Self::Parquet => "a Parquet file",
             Self::Candump => "a log of candump",
+            Self::Reproduced => "a page of reproduced figures",
         }
     }
 
@@ -68,6 +71,7 @@ impl Kind<'_> {
             Self::Table(heading) => begins(path, |text| text.starts_with(heading)),
             Self::Parquet => head(path).starts_with(b"PAR1"),
             Self::Candump => begins(path, is_candump),
+            Self::Reproduced => begins(path, |text| text.starts_with("# Reproduced\n")),
         }
     }
 }
@@ -131,7 +135,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let mut lumen = [FREE, 0, OUTSIDE, FINE | 1].map(u16::to_le_bytes).concat();
         lumen.resize(lumen.len() + 9 * BRICK_NODES * NODE_BYTES, 7);
-        let kinds: [(Kind<'_>, &[u8]); 9] = [
+        let kinds: [(Kind<'_>, &[u8]); 10] = [
             (Kind::Recording, &mcap_magic()),
             (Kind::Page, b"\n<!DOCTYPE html><p>"),
             (Kind::Json, b"{\"ticks\": 3}\n"),
@@ -141,6 +145,7 @@ mod tests {
             (TICKS, b"tick,t_s,mode,fault\n"),
             (Kind::Parquet, b"PAR1..."),
             (Kind::Candump, b"(1700000000.000000) can0 100#00\n"),
+            (Kind::Reproduced, b"# Reproduced\n\n"),
         ];
         let measured: [&[u8]; 4] = [
             b"t_s,insertion_m,rotation_rad,fx_N,fy_N,fz_N\n0,0.1,0,,,\n",

@@ -75,11 +75,11 @@ fn another_format_is_refused_and_both_are_named() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("old.mcap");
     let mut bytes = fs::read(recording()).unwrap();
-    let (now, before) = (b"cathforce-recording/2", b"cathforce-recording/1");
+    let (now, before) = (b"cathforce-recording/3", b"cathforce-recording/2");
     let at = bytes.windows(now.len()).position(|w| w == now).unwrap();
     bytes[at..at + now.len()].copy_from_slice(before);
     fs::write(&path, bytes).unwrap();
-    let words = ["cathforce-recording/1", "cathforce-recording/2", "use the version of cathforce"];
+    let words = ["cathforce-recording/2", "cathforce-recording/3", "use the version of cathforce"];
     assert_fails(&cathforce(["check", text(&path)]), 3, &words);
 }
 

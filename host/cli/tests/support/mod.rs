@@ -1,5 +1,7 @@
 //! The command, and what its tests say of its answers.
 
+#![allow(dead_code, reason = "each test uses a part of it")]
+
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 

@@ -47,7 +47,7 @@ impl Library {
     /// from the beginning of a trial on.
     pub fn of(nominal: &Description<f64>, tips_m: &[[f64; 3]]) -> Self {
         let places_m = places(nominal.entry.position_m, tips_m);
-        let has_tendon = nominal.tendon.stiffness_n_per_m > 0.0;
+        let has_tendon = nominal.tendon.stiffness_n_per_m > 0.0 || !nominal.tendons.is_empty();
         let possible = |entry: &&Entry| {
             entry.plant == Plant::Catheter && (has_tendon || !entry.id.starts_with("tendon."))
         };

@@ -114,6 +114,7 @@ mod tests {
             tick_s: TICK_S,
             rotation_rad: vec![0.0; ticks],
             guidewire: None,
+            tendons_m: Vec::new(),
             shape_ticks: Vec::new(),
             shape_points: 0,
             insertion_m,

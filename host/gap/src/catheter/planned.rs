@@ -61,6 +61,8 @@ pub fn planned(bundle: &Bundle, protocol: &Protocol) -> Result<Bundle, PlannedEr
             rotation_rad: vec![0.0; rows],
             drive_force_n: None,
         }),
+        // Tendons rest where each is taut in the straight instrument.
+        tendons_m: vec![vec![0.0; rows]; bundle.catheter().map_or(0, |rig| rig.tendons.len())],
     };
     let trial = Trial { number: 0, t_s, data: TrialData::Catheter(data) };
     Ok(Bundle { trials: vec![trial], ..bundle.clone() })

@@ -103,6 +103,7 @@ impl Prepared {
             insertion_m: positions.iter().map(|p| p.insertion_m).collect(),
             rotation_rad: positions.iter().map(|p| p.rotation_rad).collect(),
             guidewire: guidewire.collect(),
+            tendons_m: times().map(|t_s| trial.tendons_at(t_s)).collect(),
             shape_ticks: shape_rows.iter().map(|&row| tick_of(row).min(ticks - 1)).collect(),
             shape_points: data.shape_m.len(),
         };

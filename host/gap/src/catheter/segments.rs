@@ -113,6 +113,7 @@ impl Played {
             insertion_m: (0..ticks).map(|tick| at(tick).insertion_m).collect(),
             rotation_rad: (0..ticks).map(|tick| at(tick).rotation_rad).collect(),
             guidewire: None,
+            tendons_m: Vec::new(),
             shape_ticks: Vec::new(),
             shape_points: 0,
         };

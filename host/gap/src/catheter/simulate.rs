@@ -3,7 +3,8 @@
 use std::sync::{Arc, Mutex, OnceLock};
 
 use cathforce_mechanics::{
-    Description, Drive, Drives, Lumen, LumenHeader, Measurement, Model, State, settle, step,
+    Description, Drive, Drives, Lumen, LumenHeader, MAX_TENDONS, Measurement, Model, State, settle,
+    step,
 };
 
 use super::junctions::Junctions;
@@ -23,6 +24,8 @@ pub struct Inputs {
     pub rotation_rad: Vec<f64>,
     /// Of the guidewire's drive; without it a guidewire stays at the entry.
     pub guidewire: Option<Vec<Drive<f64>>>,
+    /// Displacements of the tendons' drives \[m\]; without them every drive rests at zero.
+    pub tendons_m: Vec<[f64; MAX_TENDONS]>,
     /// Ticks at which the shape is wanted.
     pub shape_ticks: Vec<usize>,
     /// Points on the shape, tip first and entry last; 0 for none.
@@ -139,6 +142,7 @@ impl Simulator {
                 rotation_rad: inputs.rotation_rad[tick],
             },
             guidewire: inputs.guidewire.as_ref().map_or(Drive::default(), |wire| wire[tick]),
+            tendons_m: inputs.tendons_m.get(tick).copied().unwrap_or_default(),
         };
         let mut state = Box::new(State::<f64>::new());
         for _ in 0..SETTLE_STEPS {

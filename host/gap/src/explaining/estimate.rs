@@ -16,13 +16,13 @@ use crate::selecting::selection::Selection;
 
 /// Standard deviations over those that leaving out one trial after the other tells: for the few
 /// trials that there are, and for the shapes of the model, which are wrong in all trials alike.
-const WIDER: f64 = 2.5;
+pub const WIDER: f64 = 2.5;
 /// Standard deviation, in scales of a parameter's prior, that any model of the mechanics leaves open:
 /// in bundles of another simulator most of what was put in lies that near, docs/explanation/diagnosis.md (D14).
-const OTHER_MODEL: f64 = 0.03;
+pub const OTHER_MODEL: f64 = 0.03;
 /// The same, as a share of what the effect is: a model whose forces answer to it by some percent more or
 /// less finds it by as much too small or too large.
-const OTHER_ANSWER: f64 = 0.05;
+pub const OTHER_ANSWER: f64 = 0.05;
 
 /// A fitted parameter with its 90 % interval.
 #[derive(Clone, Debug, PartialEq, Serialize)]

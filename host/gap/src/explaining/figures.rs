@@ -5,12 +5,12 @@
 //! figure of a perfect model whose measurement has errors that are drawn, sample by sample, with the
 //! standard deviations of the floor.
 
+use cathforce_bundle::geometry::frechet;
 use nalgebra::Vector3;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::Serialize;
 
-use crate::explaining::frechet::frechet;
 use crate::explaining::snaps::{self, SnapFigures};
 use crate::fitting::problem::Problem;
 use crate::plant::Quantity;

@@ -4,7 +4,6 @@ pub mod band;
 pub mod descriptors;
 pub mod estimate;
 pub mod figures;
-pub mod frechet;
 pub mod locate;
 pub mod map;
 pub mod on_vessel;

@@ -1,6 +1,6 @@
 //! One HTML page of a diagnosis: it needs nothing else, not even a script.
 
-mod charts;
+pub(crate) mod charts;
 mod map;
 mod vessel;
 

@@ -329,6 +329,7 @@ mod tests {
                         rotation_rad: 0.0,
                         drive_force_n: (i % 2 == 0).then_some(-0.1 * t_s),
                     }),
+                    tendons_m: [None; 4],
                 }
             })
             .collect();

@@ -3,8 +3,9 @@
 use cathforce_bus::master::{Collector, FrameOutcome, Master, Reading};
 use cathforce_bus::{
     Accepted, Counter, Counters, Direction, Encoder, Haptic, Id, Insertion, Process, Protection,
-    Rotation, Shape, Status,
+    Rotation, Shape, Status, Tendons,
 };
+use cathforce_mechanics::MAX_TENDONS;
 use serde::Serialize;
 
 use crate::format::dropout::{Dropout, DropoutCause};
@@ -62,6 +63,12 @@ pub struct TickEstimate {
     /// The guidewire's drive, where there is one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub guidewire: Option<GuidewireEstimate>,
+    /// Last displacements of the tendons' drives sent to the device, in the order of the tendons \[m\].
+    #[serde(skip_serializing_if = "has_no_tendon")]
+    pub tendons_m: TendonReadings,
+    /// Tensions of the tendons at their drives \[N\]; not on the bus, known only from a replay.
+    #[serde(skip)]
+    pub tendon_tensions_n: TendonReadings,
     /// Rolling hash over every output of every tick so far.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub digest: Option<u32>,
@@ -102,6 +109,21 @@ impl TickEstimate {
             Process::Moment(total) => self.moment_n_m = Some(total.moment.map(|x| x.n_m())),
             _ => {}
         }
+    }
+}
+
+/// A number for each tendon; `None` for one that is not there.
+pub type TendonReadings = [Option<f32>; MAX_TENDONS];
+
+fn has_no_tendon(readings: &TendonReadings) -> bool {
+    readings.iter().all(Option::is_none)
+}
+
+/// Puts the displacements of a frame to those of the other tendons.
+pub(crate) fn note_tendons(tendons_m: &mut TendonReadings, frame: &Tendons) {
+    let places = tendons_m.iter_mut().skip(2 * usize::from(frame.pair));
+    for (place, displacement) in places.zip(frame.displacements) {
+        *place = Some(displacement.m());
     }
 }
 
@@ -175,6 +197,7 @@ pub struct Decoder {
     master: Collector,
     encoder: Option<Encoder>,
     guidewire: Option<Encoder>,
+    tendons_m: TendonReadings,
     pass: Vec<NodeEstimate>,
     pass_at_ns: u64,
 }
@@ -238,6 +261,7 @@ impl Decoder {
         match process {
             Process::Encoder(encoder) => self.encoder = Some(encoder),
             Process::Guidewire(encoder) => self.guidewire = Some(encoder),
+            Process::Tendons(frame) => note_tendons(&mut self.tendons_m, &frame),
             Process::Haptic(haptic) => {
                 let tick = self.next_tick(at_ns, haptic, status);
                 return Completed { tick: self.open.replace(tick), ..Completed::default() };
@@ -269,6 +293,7 @@ impl Decoder {
             insertion_m: self.encoder.map(|at| at.insertion.m()),
             rotation_rad: self.encoder.map(|at| at.rotation.rad()),
             guidewire: self.guidewire.map(GuidewireEstimate::at),
+            tendons_m: self.tendons_m,
             mode: haptic.mode,
             fault: haptic.fault,
             unresolved: status.unresolved,

@@ -29,6 +29,7 @@ pub(crate) struct Channels {
     state: u16,
     wire: u16,
     wire_load: u16,
+    tendons: u16,
     operator: u16,
     sensor: u16,
 }
@@ -57,6 +58,7 @@ impl Channels {
             state: add::<OperatingState>(writer, layout::STATE)?,
             wire: add::<Joints<'_>>(writer, layout::WIRE)?,
             wire_load: add::<Joints<'_>>(writer, layout::WIRE_LOAD)?,
+            tendons: add::<Joints<'_>>(writer, layout::TENDONS)?,
             operator: add::<WrenchStamped>(writer, layout::OPERATOR)?,
             sensor: add::<WrenchStamped>(writer, layout::SENSOR)?,
         })
@@ -111,6 +113,10 @@ impl Publisher {
                 put(to.wire_load, to_cdr(&Joints::new(header(""), &at, &load))?);
             }
         }
+        let tendons_m: Vec<f64> = tick.tendons_m.iter().flatten().copied().map(f64::from).collect();
+        if !tendons_m.is_empty() {
+            put(to.tendons, to_cdr(&Joints::tendons(header(""), &tendons_m))?);
+        }
         self.moment_n_m = tick.moment_n_m.unwrap_or(self.moment_n_m);
         if let Some(force_n) = tick.force_n {
             let [force, torque] = [force_n, self.moment_n_m].map(|v| v.map(f64::from));
@@ -149,6 +155,7 @@ impl Publisher {
             shape_m: shape_m.iter().flatten().copied().collect(),
             guidewire: wire.into_iter().flat_map(|w| [w.insertion_m, w.rotation_rad]).collect(),
             guidewire_force_n: wire.and_then(|wire| wire.drive_force_n).into_iter().collect(),
+            tendons_m: row.tendons_m.into_iter().flatten().collect(),
         };
         let mut out = vec![(to.measured, at_ns, to_cdr(&message)?)];
         if let Some(force) = row.force_n {

@@ -5,6 +5,7 @@ use std::io;
 use std::path::Path;
 
 use cathforce_bundle::bundle::{DriveTrial, columns};
+use cathforce_mechanics::MAX_TENDONS;
 
 use super::series::io_error;
 use crate::format::trial::Trial;
@@ -44,6 +45,9 @@ fn trial_csv(trial: &Trial, out: impl io::Write) -> csv::Result<()> {
     let tip = any(|row| row.tip_m.is_some());
     let wire = any(|row| row.guidewire.is_some());
     let wire_force = any(|row| row.guidewire.is_some_and(|wire| wire.drive_force_n.is_some()));
+    let tendons =
+        (0..MAX_TENDONS).rev().find(|&k| trial.rows.iter().any(|row| row.tendons_m[k].is_some()));
+    let tendons = tendons.map_or(0, |last| last + 1);
     let points = trial.shapes_m.iter().map(Vec::len).max().unwrap_or(0);
 
     let mut names = vec![columns::TIME.to_owned()];
@@ -56,6 +60,7 @@ fn trial_csv(trial: &Trial, out: impl io::Write) -> csv::Result<()> {
     add(tip, &columns::TIP);
     add(wire, &[columns::GUIDEWIRE_INSERTION, columns::GUIDEWIRE_ROTATION]);
     add(wire_force, &[columns::GUIDEWIRE_DRIVE_FORCE]);
+    add(true, &columns::TENDONS[..tendons]);
     names.extend((0..points).flat_map(columns::shape_point));
 
     let mut csv = csv::Writer::from_writer(out);
@@ -74,6 +79,7 @@ fn trial_csv(trial: &Trial, out: impl io::Write) -> csv::Result<()> {
         let at = row.guidewire;
         put(wire, &[at.map(|at| at.insertion_m), at.map(|at| at.rotation_rad)]);
         put(wire_force, &[at.and_then(|at| at.drive_force_n)]);
+        put(true, &row.tendons_m[..tendons]);
         let shape = trial.shapes_m.get(i).map_or(&[][..], Vec::as_slice);
         for k in 0..points {
             put(true, &three(shape.get(k).copied()));

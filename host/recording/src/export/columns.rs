@@ -52,6 +52,8 @@ pub(crate) fn columns(
     let flag =
         |of: &dyn Fn(&TickEstimate) -> Option<bool>| Column::Flag(ticks.iter().map(of).collect());
     let wire = |of: fn(GuidewireEstimate) -> Option<f32>| single(&|t| of(t.guidewire?));
+    let tendon = |k: usize| single(&move |t| t.tendons_m[k]);
+    let tension = |k: usize| single(&move |t| t.tendon_tensions_n[k]);
     let force = |k: usize| single(&move |t| Some(t.force_n?[k]));
     let half_width = |k: usize| single(&move |t| Some(t.force_half_width_n?[k]));
     let tip = |k: usize| single(&move |t| Some(entry_m[k] + t.tip_from_entry_m?[k]));
@@ -81,6 +83,14 @@ pub(crate) fn columns(
         ("guidewire_drive_fx_N", wire(|w| w.drive_force_n)),
         ("guidewire_drive_torque_N_m", wire(|w| w.drive_torque_n_m)),
         ("guidewire_felt", flag(&|t| t.guidewire?.felt)),
+        ("tendon_1_m", tendon(0)),
+        ("tendon_2_m", tendon(1)),
+        ("tendon_3_m", tendon(2)),
+        ("tendon_4_m", tendon(3)),
+        ("tendon_1_tension_N", tension(0)),
+        ("tendon_2_tension_N", tension(1)),
+        ("tendon_3_tension_N", tension(2)),
+        ("tendon_4_tension_N", tension(3)),
         ("fx_half_width_N", half_width(0)),
         ("fy_half_width_N", half_width(1)),
         ("fz_half_width_N", half_width(2)),

@@ -2,6 +2,7 @@
 
 use cathforce_bundle::bundle::RigSensor;
 use cathforce_config::image;
+use cathforce_mechanics::MAX_TENDONS;
 
 use crate::analysis::analyse::Analysis;
 use crate::analysis::compare::{at, series};
@@ -72,6 +73,7 @@ pub fn synthetic_trial(
             drive_force_n: at(&drive, t_s).map(|x| noise.add(x, sensor.drive_noise_sd_n)[0]),
             tip_m: tip_m.map(|x| noise.add(x, sensor.tip_noise_sd_m)),
             guidewire,
+            tendons_m: encoders.tendons_at(t_s),
         }
     });
     Ok(Trial { rows: rows.collect(), shapes_m: Vec::new(), noise: SensorNoise::of(sensor) })
@@ -87,12 +89,19 @@ impl<'a> Encoders<'a> {
         Self { rows }
     }
 
+    /// Displacements of the tendons' drives, to a nanometre.
+    fn tendons_at(&self, t_s: f64) -> [Option<f64>; MAX_TENDONS] {
+        let there = self.rows.first().map_or([None; MAX_TENDONS], |row| row.tendons_m);
+        let at_m = self.at(t_s, |row| row.tendons_m.map(|x| x.unwrap_or(0.0)));
+        std::array::from_fn(|k| there[k].map(|_| (1e9 * at_m[k]).round() / 1e9))
+    }
+
     /// Linear between rows, held before the first one and after the last.
-    fn at(&self, t_s: f64, of: impl Fn(&Measured) -> [f64; 2]) -> [f64; 2] {
+    fn at<const N: usize>(&self, t_s: f64, of: impl Fn(&Measured) -> [f64; N]) -> [f64; N] {
         let after = self.rows.partition_point(|row| row.t_s <= t_s);
         let low = self.rows.get(after.saturating_sub(1));
         let high = self.rows.get(after).or(low);
-        let Some((low, high)) = low.zip(high) else { return [0.0; 2] };
+        let Some((low, high)) = low.zip(high) else { return [0.0; N] };
         let span_s = high.t_s - low.t_s;
         let share = if span_s > 0.0 { ((t_s - low.t_s) / span_s).clamp(0.0, 1.0) } else { 0.0 };
         let (low, high) = (of(low), of(high));

@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::trial::SensorNoise;
 
 /// Version of the format; recordings of another version are refused.
-pub const FORMAT: &str = "cathforce-recording/2";
+pub const FORMAT: &str = "cathforce-recording/3";
 
 /// Everything about a run that is known before its first frame.
 #[derive(Clone, Debug, PartialEq, Default)]

@@ -24,6 +24,7 @@ pub(crate) const SHAPE: &str = "/catheter/estimated/shape";
 pub(crate) const STATE: &str = "/catheter/operating_state";
 pub(crate) const WIRE: &str = "/guidewire/measured_js";
 pub(crate) const WIRE_LOAD: &str = "/guidewire/estimated/measured_js";
+pub(crate) const TENDONS: &str = "/tendons/measured_js";
 pub(crate) const OPERATOR: &str = "/operator/servo_cf";
 pub(crate) const SENSOR: &str = "/phantom/spatial/measured_cf";
 pub(crate) const TRANSFORMS: &str = "/tf_static";

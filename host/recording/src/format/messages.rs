@@ -134,6 +134,13 @@ impl<'a> Joints<'a> {
     pub(crate) fn new(header: Header, position: &'a [f64], effort: &'a [f64]) -> Self {
         Self { header, name: &["insertion", "rotation"], position, velocity: &[], effort }
     }
+
+    /// Displacements of the tendons' drives \[m\].
+    pub(crate) fn tendons(header: Header, position: &'a [f64]) -> Self {
+        const NAMES: &[&str] = &["tendon_1", "tendon_2", "tendon_3", "tendon_4"];
+        let name = NAMES.get(..position.len()).unwrap_or(NAMES);
+        Self { header, name, position, velocity: &[], effort: &[] }
+    }
 }
 
 message!(
@@ -324,6 +331,7 @@ pub(crate) struct MeasuredRow {
     pub shape_m: Vec<f64>,
     pub guidewire: Vec<f64>,
     pub guidewire_force_n: Vec<f64>,
+    pub tendons_m: Vec<f64>,
 }
 
 message!(
@@ -335,7 +343,8 @@ message!(
      # behind the guide\nfloat64[] drive_force_n\n# x y z, vessel frame\nfloat64[] tip_m\n\
      # x y z of one point after the other, tip first\nfloat64[] shape_m\n\
      # of the guidewire's drive: insertion [m], rotation [rad]\nfloat64[] guidewire\n\
-     float64[] guidewire_force_n\n",
+     float64[] guidewire_force_n\n\
+     # displacements of the tendons' drives, as many as there are\nfloat64[] tendons_m\n",
     [HEADER, TIME]
 );
 

@@ -1,6 +1,7 @@
 //! Measurements and estimates on the trial's time axis.
 
 use cathforce_bundle::bundle::{CatheterTrial, RigSensor};
+use cathforce_mechanics::MAX_TENDONS;
 use serde::{Deserialize, Serialize};
 
 /// One row of a trial: what was measured at `t_s`.
@@ -24,6 +25,13 @@ pub struct Measured {
     /// The guidewire's drive, where there is one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub guidewire: Option<MeasuredDrive>,
+    /// Displacements of the tendons' drives, as many as the rig has \[m\].
+    #[serde(default, skip_serializing_if = "has_no_tendon")]
+    pub tendons_m: [Option<f64>; MAX_TENDONS],
+}
+
+fn has_no_tendon(tendons_m: &[Option<f64>; MAX_TENDONS]) -> bool {
+    tendons_m.iter().all(Option::is_none)
 }
 
 /// Measurements of one drive.
@@ -86,6 +94,7 @@ impl Trial {
                 rotation_rad: wire.rotation_rad[i],
                 drive_force_n: wire.drive_force_n.as_ref().and_then(|column| column[i]),
             }),
+            tendons_m: std::array::from_fn(|k| data.tendons_m.get(k).map(|column| column[i])),
         });
         // A row that lacks a point counts as not measured.
         let shape = |i: usize| data.shape_m.iter().map(|point| point[i]).collect::<Option<_>>();

@@ -46,7 +46,9 @@ pub fn join(motion: &Trial, forces: &[ForceSample], offset_s: f64) -> Joined {
         match before {
             None => joined.outside += 1,
             Some(before) if after.t_s - before.t_s > LONGEST_GAP_S => joined.in_gaps += 1,
-            Some(before) => of_forces.push(between(before, after, t_s, sample.force_n)),
+            Some(before) => {
+                of_forces.push(between(before, after, t_s, Some(sample.force_n)));
+            }
         }
     }
     joined.forces = of_forces.len();
@@ -78,7 +80,13 @@ fn has_others(row: &Measured) -> bool {
     row.drive_force_n.is_some() || row.tip_m.is_some() || wire.is_some()
 }
 
-fn between(before: &Measured, after: &Measured, t_s: f64, force_n: [f64; 3]) -> Measured {
+/// A row at a time between two rows of a motion, with its encoders interpolated.
+pub(super) fn between(
+    before: &Measured,
+    after: &Measured,
+    t_s: f64,
+    force_n: Option<[f64; 3]>,
+) -> Measured {
     let span_s = after.t_s - before.t_s;
     let share = if span_s > 0.0 { (t_s - before.t_s) / span_s } else { 0.0 };
     let between = |a: f64, b: f64| a + share * (b - a);
@@ -86,13 +94,17 @@ fn between(before: &Measured, after: &Measured, t_s: f64, force_n: [f64; 3]) -> 
         t_s,
         insertion_m: between(before.insertion_m, after.insertion_m),
         rotation_rad: between(before.rotation_rad, after.rotation_rad),
-        force_n: Some(force_n),
+        force_n,
         drive_force_n: None,
         tip_m: None,
         guidewire: before.guidewire.zip(after.guidewire).map(|(a, b)| MeasuredDrive {
             insertion_m: between(a.insertion_m, b.insertion_m),
             rotation_rad: between(a.rotation_rad, b.rotation_rad),
             drive_force_n: None,
+        }),
+        tendons_m: std::array::from_fn(|k| {
+            let (before, after) = before.tendons_m[k].zip(after.tendons_m[k])?;
+            Some(between(before, after))
         }),
     }
 }
@@ -110,6 +122,7 @@ mod tests {
             drive_force_n: None,
             tip_m: None,
             guidewire: None,
+            tendons_m: [None; 4],
         }
     }
 

@@ -7,10 +7,12 @@ mod ati;
 mod ati_heading;
 mod error;
 mod join;
+mod join_seen;
 mod table;
 
 pub use ati::{AtiLog, AtiOptions, AxisMap, ForceSample, read_ati};
 pub use cathforce_bundle::bundle::ColumnMap;
 pub use error::ImportError;
 pub use join::{Joined, join};
+pub use join_seen::{JoinedSeen, Seen, best_offset, join_seen};
 pub use table::{ImportedTable, ImportedTrial, is_trial, read_csv, read_motion};

@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 use cathforce_bus::Direction;
 use cathforce_bus::master::Master;
 use cathforce_config::image;
+use cathforce_mechanics::MAX_TENDONS;
 use mcap::records::{MessageHeader, Record};
 
 use crate::format::dropout::{Dropout, DropoutCause};
@@ -364,6 +365,10 @@ fn measured_row(message: &MeasuredRow) -> Result<(Measured, Vec<[f64; 3]>), Stri
     let (points, []) = message.shape_m.as_chunks() else {
         return Err("shape_m is not three numbers a point".into());
     };
+    if message.tendons_m.len() > MAX_TENDONS {
+        let found = message.tendons_m.len();
+        return Err(format!("tendons_m has {found} numbers, and there are {MAX_TENDONS} at most"));
+    }
     let row = Measured {
         t_s: message.t_s,
         insertion_m: message.insertion_m,
@@ -376,6 +381,7 @@ fn measured_row(message: &MeasuredRow) -> Result<(Measured, Vec<[f64; 3]>), Stri
             rotation_rad,
             drive_force_n: wire_force_n,
         }),
+        tendons_m: std::array::from_fn(|k| message.tendons_m.get(k).copied()),
     };
     Ok((row, points.to_vec()))
 }

@@ -2,6 +2,7 @@
 
 mod beyond;
 mod contact;
+mod dynamics;
 mod moving;
 mod statics;
 mod support;

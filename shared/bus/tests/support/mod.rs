@@ -16,6 +16,10 @@ pub fn meant(process: &Process) -> Vec<(&'static str, f64)> {
         Process::Encoder(p) | Process::Guidewire(p) => {
             vec![("Insertion", p.insertion.m().into()), ("Rotation", p.rotation.rad().into())]
         }
+        Process::Tendons(p) => {
+            let [first, second] = p.displacements.map(|x| x.m().into());
+            vec![("First", first), ("Second", second)]
+        }
         Process::Command(p) => {
             let (code, token) = match p {
                 Command::SelfTest => (1, 0),

@@ -15,12 +15,16 @@ struct Fake {
     rebuilt: u32,
     node: [f32; 6],
     guidewire: bool,
+    tendons: usize,
+    /// What the last step was told of the tendons.
+    tendons_m: [f32; 4],
 }
 
 fn assert_finite(drives: &mechanics::Drives<f32>) {
     for drive in [drives.catheter, drives.guidewire] {
         assert!(drive.insertion_m.is_finite() && drive.rotation_rad.is_finite());
     }
+    assert!(drives.tendons_m.iter().all(|x| x.is_finite()));
 }
 
 impl Fake {
@@ -34,6 +38,8 @@ impl Fake {
             rebuilt: 0,
             node: [0.0; 6],
             guidewire: false,
+            tendons: 0,
+            tendons_m: [0.0; 4],
         }
     }
 }
@@ -48,8 +54,12 @@ impl Estimator for Fake {
     fn has_guidewire(&self) -> bool {
         self.guidewire
     }
+    fn tendons(&self) -> usize {
+        self.tendons
+    }
     fn step(&mut self, drives: mechanics::Drives<f32>) -> mechanics::Outputs<f32> {
         assert_finite(&drives);
+        self.tendons_m = drives.tendons_m;
         self.answer
     }
     fn settle(&mut self, drives: mechanics::Drives<f32>) -> bool {
@@ -156,6 +166,47 @@ fn with_a_guidewire_both_drives_must_be_heard() {
     }
     let lost = bench.sample();
     assert_eq!(lost.mode, Mode::Ramp { cause: RampCause::Fault(Fault::EncoderLost) });
+}
+
+#[test]
+fn with_tendons_every_pair_of_them_must_be_heard() {
+    let mut bench = Bench::new();
+    bench.fake.tendons = 3;
+    bench.command(Command::SelfTest);
+    let pair = |first_m, second_m| Some(TendonPair { displacements_m: [first_m, second_m] });
+    let of =
+        |bench: &Bench, tendons| Inputs { encoder: Some(bench.at), tendons, ..Inputs::default() };
+    for _ in 0..10 {
+        let first_alone = of(&bench, [pair(1e-3, -2e-3), None]);
+        assert_eq!(bench.tick(first_alone).mode, Mode::Idle, "settling without the third tendon");
+    }
+    let all = of(&bench, [pair(1e-3, -2e-3), pair(3e-3, 0.0)]);
+    for _ in 0..4 {
+        bench.tick(all);
+    }
+    assert_eq!(bench.memory.mode, Mode::Ready);
+    assert_eq!(bench.fake.tendons_m, [1e-3, -2e-3, 3e-3, 0.0]);
+    bench.tick(Inputs { command: Some(Command::Arm), ..all });
+    for _ in 0..30 {
+        bench.tick(all);
+    }
+    assert_eq!(bench.tick(all).mode, Mode::Armed);
+    let mut jumping = bench.clone();
+    for _ in 1..bench.settings.encoder_timeout_ticks {
+        let second_alone = of(&bench, [None, pair(3e-3, 0.0)]);
+        assert_eq!(bench.tick(second_alone).mode, Mode::Armed);
+    }
+    let lost = bench.sample();
+    assert_eq!(lost.mode, Mode::Ramp { cause: RampCause::Fault(Fault::TendonLost) });
+
+    let jump = of(&jumping, [pair(0.04, -2e-3), pair(3e-3, 0.0)]);
+    for _ in 0..2 {
+        assert_eq!(jumping.tick(jump).mode, Mode::Armed);
+        // What is refused is not believed.
+        assert_eq!(jumping.fake.tendons_m[0], 1e-3);
+    }
+    let jumped = jumping.tick(jump).mode;
+    assert_eq!(jumped, Mode::Ramp { cause: RampCause::Fault(Fault::TendonJump) });
 }
 
 #[test]

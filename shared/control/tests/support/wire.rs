@@ -20,6 +20,7 @@ pub fn wire() -> Description<f32> {
         },
         guidewire: None,
         tendon: Tendon::none(),
+        tendons: Default::default(),
         entry: Entry { position_m: [0.0; 3], direction: [1.0, 0.0, 0.0], up: [0.0, 0.0, 1.0] },
         wall: Wall {
             line_stiffness_n_per_m2: 1e5,

@@ -6,7 +6,7 @@
 mod wire;
 
 use cathforce_config::{ImageHead, Settings, image};
-use cathforce_mechanics::{Description, FREE, LumenHeader};
+use cathforce_mechanics::{Description, DrivenTendon, FREE, LumenHeader};
 use wire::wire;
 
 /// An image with a second, thinner wire inside the first.
@@ -21,6 +21,27 @@ pub fn image_with_guidewire() -> Vec<u8> {
     description.guidewire = Some(guidewire);
     // Two are refused beside a guidewire: a tick would take too long.
     description.solver.solves = 1;
+    image_of(description)
+}
+
+/// An image of a wire with this number of tendons, a quarter turn from one to the next.
+pub fn image_with_tendons(count: usize) -> Vec<u8> {
+    let mut description = wire();
+    // Two are refused with tendons: a tick would take too long.
+    description.solver.solves = 1;
+    for i in 0..count {
+        let tendon = DrivenTendon {
+            angle_rad: core::f32::consts::FRAC_PI_2 * i as f32,
+            offset_m: 4e-4,
+            anchor_m: 0.0,
+            stiffness_n_per_m: 2000.0,
+            slack_m: 0.0,
+            static_friction: 0.2,
+            sliding_friction: 0.1,
+            bend_behind_rad: 1.0,
+        };
+        description.tendons.push(tendon).unwrap();
+    }
     image_of(description)
 }
 

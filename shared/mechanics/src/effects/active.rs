@@ -3,11 +3,13 @@
 
 use cathforce_scalar::{Pack, Vector3};
 
+use super::driven_tendons::{DrivenTendons, TendonCell};
 use super::fluid::FluidForce;
 use super::tendon::TendonBend;
 use super::wall_law::WallLaw;
 use crate::Real;
 use crate::grid::Grid;
+use crate::joint::JointLoad;
 use crate::math::{maximum, minimum};
 use crate::overlap::Slide;
 use crate::tables::Joint;
@@ -80,6 +82,27 @@ pub(crate) trait Law<T: Real> {
         None
     }
 
+    /// There are tendons that drives pull.
+    #[inline(always)]
+    fn has_tendons(&self) -> bool {
+        false
+    }
+
+    /// Adds the tendons to the load of a joint. Joints are visited from the tip to the guide.
+    ///
+    /// `joint`, `bend`: as of [`Law::joint`]; `axes`: up and side halfway between the joint's links.
+    #[inline(always)]
+    fn load_joint(
+        &mut self,
+        _index: usize,
+        _joint: &Joint<T>,
+        _bend: &Vector3<T>,
+        _axes: &[Vector3<T>; 2],
+        _cells: &[TendonCell<T>],
+        _load: &mut JointLoad<T>,
+    ) {
+    }
+
     /// The joint at the proximal end of link `index`, which is rotated by `bend`, material axes \[rad\].
     #[inline(always)]
     fn joint(&mut self, _index: usize, nominal: &Joint<T>, _bend: &Vector3<T>) -> Joint<T> {
@@ -93,10 +116,11 @@ pub(crate) struct Nominal;
 impl<T: Real> Law<T> for Nominal {}
 
 /// The effects with the constants of one step.
-pub(crate) struct ActiveEffects<T: Real> {
+pub(crate) struct ActiveEffects<'a, T: Real> {
     pub wall: WallLaw<T>,
     pub fluid: Option<FluidForce<T>>,
     pub tendon: Option<TendonBend<T>>,
+    pub tendons: Option<DrivenTendons<'a, T>>,
     /// Stiffness after softening, over the nominal one \[1\].
     pub softness: T,
     pub vessel_motion: [Vector3<T>; 2],
@@ -146,7 +170,7 @@ impl<T: Real> Windup<T> {
     }
 }
 
-impl<T: Real> Law<T> for ActiveEffects<T> {
+impl<T: Real> Law<T> for ActiveEffects<'_, T> {
     const RELAXES: bool = true;
 
     #[inline(always)]
@@ -193,6 +217,25 @@ impl<T: Real> Law<T> for ActiveEffects<T> {
     #[inline(always)]
     fn vessel_motion(&self) -> Option<[Vector3<T>; 2]> {
         Some(self.vessel_motion)
+    }
+
+    #[inline(always)]
+    fn has_tendons(&self) -> bool {
+        self.tendons.is_some()
+    }
+
+    fn load_joint(
+        &mut self,
+        index: usize,
+        joint: &Joint<T>,
+        bend: &Vector3<T>,
+        axes: &[Vector3<T>; 2],
+        cells: &[TendonCell<T>],
+        load: &mut JointLoad<T>,
+    ) {
+        if let (Some(tendons), Some(cell)) = (&mut self.tendons, cells.get(index)) {
+            tendons.load_joint(index, joint, bend, axes, cell, load);
+        }
     }
 
     fn joint(&mut self, index: usize, nominal: &Joint<T>, bend: &Vector3<T>) -> Joint<T> {

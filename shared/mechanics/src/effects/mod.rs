@@ -9,13 +9,15 @@
 //! | `state` | wall: motion; entry: drag and guide; the state of all effects |
 //! | `active` | effects in the recursion: softening, guide, wind-up |
 //! | `wall_law` | contact, and wall: narrowing, stiffening, relaxation |
-//! | `tendon` | the tendon |
+//! | `tendon` | the tendon with a fixed pull |
+//! | `driven_tendons` | tendons that drives pull |
 //! | `fluid` | drag of the fluid |
 //! | `measurement` | sensor: gain, misalignment, time constant, bias, drift |
 
 pub(crate) mod active;
 mod declare;
 mod drive_train;
+pub(crate) mod driven_tendons;
 mod fluid;
 mod measurement;
 pub(crate) mod nominal;

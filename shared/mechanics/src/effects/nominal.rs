@@ -108,7 +108,7 @@ pub(crate) fn mouth<T: Real>(entry: &Entry<T>, guide_length_m: T) -> Vector3<T> 
 }
 
 impl<T: Real> Description<T> {
-    /// Whether effects or a tendon act in the recursion, where they cost time in every solve. All
+    /// Whether effects or tendons act in the recursion, where they cost time in every solve. All
     /// other effects only change numbers of the nominal model.
     pub fn has_active_effects(&self) -> bool {
         let (effects, zero) = (&self.effects, T::zero());
@@ -123,5 +123,6 @@ impl<T: Real> Description<T> {
             && effects.entry.guide.straightened_m == zero
             && effects.fluid.is_off())
             || tendon.stiffness_n_per_m * tendon.offset_m * tendon.length_m > zero
+            || !self.tendons.is_empty()
     }
 }

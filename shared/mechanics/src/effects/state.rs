@@ -147,10 +147,10 @@ impl<T: Real> EffectState<T> {
         (!drag.is_off()).then(|| FluidForce::new(drag, self.pulses))
     }
 
-    /// The effects in the recursion for a step of `dt_s`; `None` if there are none.
+    /// The effects in the recursion for a step of `dt_s`, without driven tendons; `None` if there are none.
     ///
     /// `entry`: index of the joint at the entry plane; `guide_cell_m`: arc of its cell \[m\].
-    pub fn active<const LINKS: usize>(
+    pub fn active<'a, const LINKS: usize>(
         &self,
         model: &Model<T, LINKS>,
         insertion_m: T,
@@ -158,7 +158,7 @@ impl<T: Real> EffectState<T> {
         entry: usize,
         guide_cell_m: T,
         dt_s: T,
-    ) -> Option<ActiveEffects<T>> {
+    ) -> Option<ActiveEffects<'a, T>> {
         if !model.has_active_effects {
             return None;
         }
@@ -175,6 +175,7 @@ impl<T: Real> EffectState<T> {
             wall: WallLaw::new(effects, model.least_stretch, self.path_m, self.speed_m_per_s, dt_s),
             fluid: self.fluid_force(model),
             tendon: TendonBend::new(description, &model.grid, overlap, &self.tendon),
+            tendons: None,
             softness: self.softness(model),
             vessel_motion: [self.vessel_moved_m, self.vessel_m_per_s],
             straightened,
@@ -201,7 +202,7 @@ impl<T: Real> EffectState<T> {
 
     /// Updates tendon and wind-up after a solve. `torque_n_m`: torque of the instrument on the guide,
     /// about the direction of insertion.
-    pub fn finish(&mut self, active: &ActiveEffects<T>, torque_n_m: T) {
+    pub fn finish(&mut self, active: &ActiveEffects<'_, T>, torque_n_m: T) {
         if let Some(tendon) = &active.tendon {
             tendon.finish(&mut self.tendon);
         }
@@ -291,8 +292,9 @@ mod tests {
         let at = |insertion_m, rotation_rad| Drive { insertion_m, rotation_rad };
         let moved = |catheter: Drive<f64>, guidewire: Drive<f64>| {
             let start = at(0.1, 1.0);
-            let before = Drives { catheter: start, guidewire: start };
-            surface_travel_m(1e-3, &before, &Drives { catheter, guidewire })
+            let tendons_m = [0.0; 4];
+            let before = Drives { catheter: start, guidewire: start, tendons_m };
+            surface_travel_m(1e-3, &before, &Drives { catheter, guidewire, tendons_m })
         };
         let is = |found: f64, expected: f64| assert!((found - expected).abs() < 1e-15, "{found}");
         is(moved(at(0.1, 1.0), at(0.1, 1.0)), 0.0);

@@ -15,6 +15,7 @@ pub fn at(catheter_m: f64, guidewire_m: f64) -> Drives<f64> {
     Drives {
         catheter: Drive { insertion_m: catheter_m, rotation_rad: 0.0 },
         guidewire: Drive { insertion_m: guidewire_m, rotation_rad: 0.0 },
+        tendons_m: [0.0; MAX_TENDONS],
     }
 }
 

@@ -22,6 +22,7 @@ pub fn rod(length_m: f64, links: usize, bending_stiffness_n_m2: f64) -> Descript
         },
         guidewire: None,
         tendon: Tendon::none(),
+        tendons: [].into_iter().collect(),
         entry: Entry { position_m: [0.0; 3], direction: [1.0, 0.0, 0.0], up: [0.0, 0.0, 1.0] },
         wall: Wall {
             line_stiffness_n_per_m2: 8e5,

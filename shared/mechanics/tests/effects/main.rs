@@ -8,3 +8,4 @@ mod wall;
 mod free;
 mod pressed;
 mod random;
+mod tendons;

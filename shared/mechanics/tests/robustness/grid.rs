@@ -31,6 +31,7 @@ fn played(description: Description<f64>) -> [[f64; 7]; 2] {
         let drives = Drives {
             catheter: Drive { insertion_m, rotation_rad },
             guidewire: Drive { insertion_m: insertion_m + AHEAD_M, rotation_rad },
+            ..Drives::default()
         };
         let o = step(&model, &lumen, &mut state, drives);
         assert!(!o.lost, "tick {tick}");

@@ -53,6 +53,7 @@ fn catheter<T: Real>(friction: f64, stiffness: f64, precurve: f64) -> Descriptio
         },
         guidewire: None,
         tendon: Tendon::none(),
+        tendons: [].into_iter().collect(),
         entry: Entry {
             position_m: [T::zero(); 3],
             direction: [T::one(), T::zero(), T::zero()],

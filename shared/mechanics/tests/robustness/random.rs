@@ -80,6 +80,7 @@ pub fn any_description(random: &mut Random) -> Description<f32> {
         },
         guidewire: None,
         tendon: Tendon::none(),
+        tendons: [].into_iter().collect(),
         effects: Effects::off(),
         gravity_m_per_s2: core::array::from_fn(|_| f(random.between(-10.0, 10.0))),
         solver: Solver {
@@ -152,6 +153,34 @@ pub fn laden(random: &mut Random) -> Description<f32> {
             description.effects.wall.narrowing.y_m = random.between(-0.01, 0.01) as f32;
             description.effects.wall.narrowing.z_m = 0.0;
         }
+    }
+    description
+}
+
+/// [`any_description`] with one to four tendons that drives pull, of one solve as on devices.
+pub fn steered(random: &mut Random) -> Description<f32> {
+    let mut description = any_description(random);
+    description.solver.solves = 1;
+    let sections = description.instrument.sections.iter();
+    let softest = sections.map(|s| f64::from(s.bending_stiffness_n_m2)).fold(1.0, f64::min);
+    for _ in 0..1 + random.below(MAX_TENDONS) {
+        let offset_m = f64::from(description.instrument.outer_radius_m) * random.between(0.2, 0.99);
+        let anchor_m = random.sometimes(1e-4, 0.05);
+        // At most ten times as stiff as the instrument, because a stiffer one would crush it.
+        let balanced_n_per_m = softest / (offset_m * offset_m * random.scale(0.02, 0.2));
+        let static_friction = random.sometimes(0.01, 1.0);
+        let most_behind_rad = (4.0 / static_friction.max(1e-3)).min(20.0);
+        let tendon = DrivenTendon {
+            angle_rad: random.between(-3.0, 3.0) as f32,
+            offset_m: offset_m as f32,
+            anchor_m: anchor_m as f32,
+            stiffness_n_per_m: (balanced_n_per_m * random.scale(0.1, 10.0)).clamp(1.0, 1e5) as f32,
+            slack_m: random.sometimes(1e-5, 1e-3) as f32,
+            static_friction: static_friction as f32,
+            sliding_friction: (static_friction * random.between(0.0, 1.0)) as f32,
+            bend_behind_rad: (0.99 * most_behind_rad * random.between(0.0, 1.0)) as f32,
+        };
+        description.tendons.push(tendon).unwrap();
     }
     description
 }

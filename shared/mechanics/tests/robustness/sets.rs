@@ -16,7 +16,7 @@ use cathforce_mechanics::*;
 
 use crate::bent_path;
 use crate::passed::Passed;
-use crate::random::{Hand, Random, any_description, catheter, finer, laden, short_at_tip};
+use crate::random::{Hand, Random, any_description, catheter, finer, laden, short_at_tip, steered};
 use crate::wall::{Seen, StoredWall, Vector, plane, tube};
 
 /// Ticks of 1 ms.
@@ -71,10 +71,15 @@ const LADEN: Family = Family { describe: laden, told_by: 40 };
 /// Likewise, with shorter links at the tip in half of them.
 const FINER: Family = Family { describe: finer, told_by: 40 };
 
-/// A random drive of the catheter, and another one of the guidewire.
+/// Sets with tendons that drives pull.
+const STEERED: Family = Family { describe: steered, told_by: 5 };
+
+/// A random drive of the catheter, and other ones of the guidewire and of the tendons.
 struct Hands {
     catheter: Hand,
     guidewire: Option<Hand>,
+    /// With the largest displacement of each \[m\].
+    tendons: Vec<(Hand, f32)>,
 }
 
 impl Hands {
@@ -84,13 +89,30 @@ impl Hands {
         Self {
             catheter: Hand::any(seed, reach_m),
             guidewire: guidewire.then(|| Hand::any(!seed, reach_m)),
+            tendons: (1..)
+                .zip(&model.description().tendons)
+                .map(|(i, tendon)| {
+                    let most_m = most_pulled_m(tendon);
+                    (Hand::any(seed.wrapping_add(1000 * i), 1.25 * f64::from(most_m)), most_m)
+                })
+                .collect(),
         }
     }
 
     fn next(&mut self) -> Drives<f32> {
         let guidewire = self.guidewire.as_mut().map(Hand::next).unwrap_or_default();
-        Drives { catheter: self.catheter.next(), guidewire }
+        let mut tendons_m = [0.0; MAX_TENDONS];
+        for (place, (hand, most_m)) in tendons_m.iter_mut().zip(&mut self.tendons) {
+            // A part of the time it is slack.
+            *place = hand.next().insertion_m - 0.25 * *most_m;
+        }
+        Drives { catheter: self.catheter.next(), guidewire, tendons_m }
     }
+}
+
+/// A pull that bends the free tip by at most a full turn \[m\].
+fn most_pulled_m(tendon: &DrivenTendon<f32>) -> f32 {
+    tendon.offset_m * core::f32::consts::TAU
 }
 
 /// The requested seeds: a number of them, or a range.
@@ -188,6 +210,11 @@ pub fn most_energy_j(description: &Description<f32>, reach_m: f32) -> f32 {
     let per_metre = bending * hardened / (h * h) + largest(|s| s.axial_stiffness_n);
     // A tendon may be pulled while the part that it bends is still in the guide.
     let pulled = description.tendon.stiffness_n_per_m * description.tendon.pull_m.powi(2);
+    // Both ways, each tendon gives what stretches it between the ends of its drive's way.
+    let driven = |tendon: &DrivenTendon<f32>| {
+        tendon.stiffness_n_per_m * (2.0 * most_pulled_m(tendon)).powi(2)
+    };
+    let pulled = pulled + description.tendons.iter().map(driven).sum::<f32>();
     let moving = largest(|s| s.mass_kg_per_m) * 25.0;
     0.5 * (reach_m * (factor * per_metre + moving) + pulled)
 }
@@ -231,6 +258,11 @@ fn random_sets_with_short_links_at_the_tip_lose_no_number_and_keep_their_energy_
 #[test]
 fn random_effects_guidewires_and_tendons_lose_no_number_and_keep_their_energy_bounded() {
     over_seeds("laden", FINER, |seed, vessels| stays_bounded(FINER, seed, vessels));
+}
+
+#[test]
+fn random_tendons_that_drives_pull_lose_no_number_and_keep_their_energy_bounded() {
+    over_seeds("steered", STEERED, |seed, vessels| stays_bounded(STEERED, seed, vessels));
 }
 
 /// A very soft chain (0.1 N of axial stiffness) is pulled out at 0.4 m/s. One linear solve gives it 30 mJ

@@ -54,7 +54,11 @@ fn pair(length_m: f64, links: usize, [catheter_ei, wire_ei]: [f64; 2]) -> Descri
 
 /// Positions of both drives, without rotation.
 fn both(catheter_m: f64, guidewire_m: f64) -> Drives<f64> {
-    Drives { catheter: rod::inserted(catheter_m), guidewire: rod::inserted(guidewire_m) }
+    Drives {
+        catheter: rod::inserted(catheter_m),
+        guidewire: rod::inserted(guidewire_m),
+        ..Drives::default()
+    }
 }
 
 /// Asserts that a number is within a share of another one.

@@ -1,18 +1,18 @@
 //! `cathforce gap`: the gap between model and measurement.
 
 mod ablation;
-mod apply;
+pub mod apply;
 mod band_text;
 mod blind_test;
 pub mod coverage;
 mod diagnose;
 mod effects;
 mod explanation;
-mod hash;
+pub mod hash;
 mod isolability;
 mod names;
 mod protocol;
-mod source;
+pub mod source;
 mod spike_in;
 mod verify;
 

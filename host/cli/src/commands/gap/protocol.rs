@@ -6,11 +6,12 @@ use cathforce_bundle::bundle::EncoderReading;
 use cathforce_bundle::{Bundle, SolverDefaults};
 use cathforce_gap::protocol::{Piece, Position, Protocol};
 use cathforce_link::{Client, Step};
+use cathforce_mechanics::MAX_TENDONS;
 use cathforce_recording::Trial;
 use serde::Serialize;
 
 use crate::args::{ProtocolArguments, Way};
-use crate::commands::run::{encoder, temporary_folder};
+use crate::commands::run::{encoder, temporary_folder, tendons};
 use crate::failure::{Code, Failure};
 use crate::open::{read_text, vessel_files};
 use crate::output::{Kind, check_recording, write_again};
@@ -125,6 +126,8 @@ fn play(
     // A guidewire stays at the entry: the protocol is the catheter's.
     let at_entry = EncoderReading { insertion_m: 0.0, rotation_rad: 0.0 };
     let wire = bundle.catheter().and_then(|rig| rig.guidewire.as_ref()).map(|_| at_entry);
+    // Tendons rest where each is taut in the straight instrument.
+    let pulled = bundle.catheter().map_or(0, |rig| rig.tendons.len());
     let plan = Plan {
         image: &image,
         pace: Pace::LockStep,
@@ -137,6 +140,7 @@ fn play(
             Step {
                 encoder: Some(encoder(EncoderReading { insertion_m, rotation_rad })),
                 guidewire: wire.map(encoder),
+                tendons: tendons(pulled, [0.0; MAX_TENDONS]),
                 ..Step::default()
             }
         },

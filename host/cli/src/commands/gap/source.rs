@@ -97,17 +97,19 @@ impl Source {
 
     pub fn plant(&self) -> Result<Box<dyn Plant>, Failure> {
         let bundle = &self.bundle;
-        match (&bundle.rig.plant, &self.image) {
-            (RigPlant::Drive(_), _) => {
-                Ok(Box::new(Drive::new(bundle).map_err(|e| refuse(bundle, &e))?))
-            }
-            (RigPlant::Catheter(_), None) => Ok(Box::new(catheter(bundle)?)),
-            (RigPlant::Catheter(_), Some(image)) => {
-                let (head, lumen) = split(image).map_err(|e| refuse(bundle, &e))?;
-                let found = Catheter::in_lumen(bundle, head.lumen, lumen.to_vec());
-                Ok(Box::new(found.map_err(|e| refuse(bundle, &e))?))
-            }
+        match &bundle.rig.plant {
+            RigPlant::Drive(_) => Ok(Box::new(Drive::new(bundle).map_err(|e| refuse(bundle, &e))?)),
+            RigPlant::Catheter(_) => Ok(Box::new(self.catheter()?)),
         }
+    }
+
+    /// The model of a rig with a catheter; of a recording in the lumen that its device had.
+    pub fn catheter(&self) -> Result<Catheter, Failure> {
+        let bundle = &self.bundle;
+        let Some(image) = &self.image else { return catheter(bundle) };
+        let (head, lumen) = split(image).map_err(|e| refuse(bundle, &e))?;
+        let found = Catheter::in_lumen(bundle, head.lumen, lumen.to_vec());
+        found.map_err(|e| refuse(bundle, &e))
     }
 
     /// A device image with these options. `described`: the rig with them; of a recording, its
@@ -223,6 +225,7 @@ fn trial(recording: &Recording) -> Trial {
         tip_m: rows.iter().any(|row| row.tip_m.is_some()).then(|| tip.collect()),
         shape_m: shape(recording),
         guidewire: guidewire(rows),
+        tendons_m: tendons(rows),
     };
     Trial {
         number: recording.info.trial.parse().unwrap_or_default(),
@@ -253,4 +256,10 @@ fn guidewire(rows: &[Measured]) -> Option<GuidewireTrial> {
             .any(|wire| wire.drive_force_n.is_some())
             .then(|| force.collect()),
     })
+}
+
+/// A column for each tendon that every row has.
+fn tendons(rows: &[Measured]) -> Vec<Vec<f64>> {
+    let column = |k: usize| rows.iter().map(|row| row.tendons_m.get(k).copied()?).collect();
+    (0..).map_while(column).filter(|column: &Vec<f64>| !column.is_empty()).collect()
 }

@@ -1,16 +1,13 @@
 //! `cathforce import ati`.
 
-use std::path::Path;
-
 use cathforce_bundle::bundle::LONGEST_GAP_S;
-use cathforce_recording::import::{AtiOptions, ImportedTrial, Joined, join, read_ati, read_motion};
-use cathforce_recording::{Trial, is_recording};
+use cathforce_recording::import::{AtiOptions, ImportedTrial, Joined, join, read_ati};
 use serde_json::json;
 
-use super::trial::{at, open, warn_all, write};
+use super::motion::motion;
+use super::trial::{at, open, write};
 use crate::args::ImportAtiArguments;
 use crate::failure::Failure;
-use crate::open::open_recording;
 use crate::output::check_new;
 use crate::ui::Ui;
 
@@ -84,22 +81,4 @@ fn warn(ui: &Ui, arguments: &ImportAtiArguments, joined: &Joined, all: usize) {
     if had_force {
         ui.warn(format_args!("{motion}: has a force of its own, which that of {log} replaces"));
     }
-}
-
-/// The motion of the drive, from a recording or a trial.
-fn motion(ui: &Ui, path: &Path) -> Result<Trial, Failure> {
-    if !is_recording(path) && path.extension().is_none_or(|ending| ending != "mcap") {
-        let (trial, remarks) = read_motion(open(path)?).map_err(|e| at(path, &e))?;
-        warn_all(ui, path, &remarks);
-        return Ok(trial);
-    }
-    let recording = open_recording(ui, path)?;
-    if recording.trial.rows.is_empty() {
-        let message = format!(
-            "{}: no trial was played in this recording\n  fix: give a recording of `cathforce run`",
-            path.display()
-        );
-        return Err(Failure::input(message));
-    }
-    Ok(recording.trial)
 }

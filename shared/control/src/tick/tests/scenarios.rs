@@ -31,6 +31,13 @@ fn encoder() -> impl Strategy<Value = Option<EncoderSample>> {
     prop_oneof![60 => near.prop_map(Some), 1 => wild.prop_map(Some), 2 => Just(None)]
 }
 
+fn tendon_pair() -> impl Strategy<Value = Option<TendonPair>> {
+    let near = (0.0f32..0.0001, -0.0001f32..0.0).prop_map(|(first, second)| [first, second]);
+    let wild = (any_f32(), any_f32()).prop_map(|(first, second)| [first, second]);
+    prop_oneof![60 => near.prop_map(Some), 1 => wild.prop_map(Some), 2 => Just(None)]
+        .prop_map(|pair| pair.map(|displacements_m| TendonPair { displacements_m }))
+}
+
 fn command() -> impl Strategy<Value = Option<Command>> {
     let fault = (0..Fault::ALL.len()).prop_map(|i| Fault::ALL[i]);
     prop_oneof![
@@ -55,10 +62,13 @@ fn happening() -> impl Strategy<Value = Happening> {
         (encoder(), any::<bool>()).prop_map(|(at, held)| at.map(|at| GuidewireSample { at, held }));
     let grip = |handle_released| Some(Grip { handle_released, ..Grip::default() });
     let grip = prop_oneof![20 => Just(None), 1 => any::<bool>().prop_map(grip)];
-    let inputs = (encoder(), guidewire, grip, rejected, command(), notice).prop_map(
-        |(encoder, guidewire, grip, rejected_frames, command, notice)| Inputs {
+    // Likewise with tendons.
+    let tendons = [tendon_pair(), tendon_pair()];
+    let inputs = (encoder(), guidewire, tendons, grip, rejected, command(), notice).prop_map(
+        |(encoder, guidewire, tendons, grip, rejected_frames, command, notice)| Inputs {
             encoder,
             guidewire,
+            tendons,
             grip,
             rejected_frames,
             command,
@@ -122,9 +132,11 @@ proptest! {
         scenario in scenario(),
         from_armed: bool,
         guidewire: bool,
+        tendons in 0usize..=4,
     ) {
         let mut bench = if from_armed { Bench::armed() } else { Bench::new() };
         bench.fake.guidewire = guidewire;
+        bench.fake.tendons = tendons;
         let s = bench.settings;
         let (mut force_n, mut torque_n_m) = (if from_armed { 1.0 } else { 0.0 }, 0.0);
         if from_armed {
@@ -207,9 +219,11 @@ proptest! {
             any::<u32>(),
         ],
         guidewire: bool,
+        tendons in 0usize..=4,
     ) {
         let mut bench = Bench::armed();
         bench.fake.guidewire = guidewire;
+        bench.fake.tendons = tendons;
         let at = at.index(scenario.len());
         for (tick, happening) in scenario.iter().enumerate() {
             if tick == at {
@@ -237,10 +251,12 @@ proptest! {
         values in prop::collection::vec(any_f32(), SETTING_COUNT),
         kept in any::<u32>(),
         guidewire: bool,
+        tendons in 0usize..=4,
     ) {
         // Some settings corrupt, the others as they are, while armed.
         let mut bench = Bench::armed();
         bench.fake.guidewire = guidewire;
+        bench.fake.tendons = tendons;
         bench.settings.corrupt(|index, value| {
             if kept >> index & 1 == 1 { value } else { values[index] }
         });

@@ -1,0 +1,4 @@
+//! The plane in which the catheter lies.
+
+pub mod file;
+pub mod world;
