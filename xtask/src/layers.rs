@@ -91,6 +91,8 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "cathforce-bundle",
             "cathforce-reference-solver",
             "cathforce-validation",
+            "cathforce-material",
+            "cathforce-wall",
         ],
     ),
     ("cathforce-blind-test", &["cathforce-reference-solver"]),

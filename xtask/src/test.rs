@@ -25,10 +25,7 @@ pub fn run_all(consent: Consent) -> anyhow::Result<()> {
     })?;
     // Cargo keeps the firmware in a folder of its own, so neither job waits for the other.
     phases.time("lints, firmware, program", || {
-        let host = Job::new(
-            "host",
-            [lints(), lints_of_the_demo(), lints_of_studies(), program_as_tested()],
-        );
+        let host = Job::new("host", [lints(), lints_of_the_demo(), program_as_tested()]);
         let firmware = Job::new("firmware", [build::firmware_command(), lints_of_firmware()]);
         side_by_side(vec![host, firmware])
     })?;
@@ -72,18 +69,11 @@ fn lints() -> Command {
     clippy
 }
 
-/// The program that the demo builds, without features that are on by default.
+/// The program as the demo builds it, without the features that are on by default. Of the whole workspace,
+/// because for one package cargo would check the libraries of others anew.
 fn lints_of_the_demo() -> Command {
-    let mut clippy = cargo(&["clippy", "--package", "cathforce", "--no-default-features"]);
+    let mut clippy = cargo(&["clippy", "--workspace", "--no-default-features"]);
     clippy.args(DENY_WARNINGS);
-    clippy
-}
-
-/// What only `cargo xtask validation` and `cargo xtask bench` compile.
-fn lints_of_studies() -> Command {
-    let mut clippy = cargo(&["clippy", "--package", "cathforce-validation"]);
-    clippy.args(["--package", "cathforce-bench", "--features"]);
-    clippy.arg("cathforce-validation/any-length,cathforce-bench/any-length").args(DENY_WARNINGS);
     clippy
 }
 

@@ -34,7 +34,7 @@ pub const OPTIONS: [Choice; 4] = [
 /// Measures every case and writes the table into docs/reference/validation.md; or exports the cases.
 pub fn write(given: &Given) -> anyhow::Result<()> {
     given.at_most_one(&ALONE)?;
-    run(&mut cargo(&["build", "--release", "--package", PACKAGE, "--features", "any-length"]))?;
+    run(&mut cargo(&["build", "--release", "--package", PACKAGE]))?;
     let mut program = command(target_folder().join("release").join(PACKAGE));
     if let Some(folder) = given.path("export")? {
         return run(program.arg("--export").arg(folder));

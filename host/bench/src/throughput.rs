@@ -1,7 +1,9 @@
 //! Cost of a tick on the host over links, contacts and the size of the lumen.
 
 use cathforce_bundle::SolverDefaults;
-use cathforce_mechanics::{Compiled, Drive, Lumen, Model, State, settle, step};
+use cathforce_mechanics::{
+    Compiled, Drive, Lumen, MAX_LINKS, MOST_LINKS, Model, State, settle, step,
+};
 use serde::Serialize;
 
 use crate::clock::Stopwatch;
@@ -64,49 +66,39 @@ pub fn measure() -> anyhow::Result<Throughput> {
     })
 }
 
-/// Without the feature `any-length` only the device's number of links is compiled.
-#[cfg(not(feature = "any-length"))]
+/// The device's number of links, fewer and more; more than the device's have a longer state.
 fn scalings() -> anyhow::Result<Vec<Scaling>> {
-    Ok(vec![scaling::<64>()?])
+    let on_device = [16, 32, MAX_LINKS].map(scaling::<MAX_LINKS>);
+    let longer = [128, 256, MOST_LINKS].map(scaling::<MOST_LINKS>);
+    on_device.into_iter().chain(longer).collect()
 }
 
-#[cfg(feature = "any-length")]
-fn scalings() -> anyhow::Result<Vec<Scaling>> {
-    Ok(vec![
-        scaling::<16>()?,
-        scaling::<32>()?,
-        scaling::<64>()?,
-        scaling::<128>()?,
-        scaling::<256>()?,
-        scaling::<512>()?,
-    ])
-}
-
-fn scaling<const LINKS: usize>() -> anyhow::Result<Scaling>
+fn scaling<const MOST: usize>(links: usize) -> anyhow::Result<Scaling>
 where
-    f32: Compiled<LINKS>,
+    f32: Compiled<MOST>,
 {
-    let (us_per_tick, _) = tick::<LINKS>(&INSERTION, CELL_M)?.measure()?;
-    Ok(Scaling { links: LINKS, us_per_tick })
+    let (us_per_tick, _) = tick::<MOST>(&INSERTION, CELL_M, links)?.measure()?;
+    Ok(Scaling { links, us_per_tick })
 }
 
 /// 64 links in a tube of constant radius; fewer nodes touch a wider one.
 fn contacts(radius_m: f64) -> anyhow::Result<Contacts> {
     let tube = Tube { first_radius_m: radius_m, last_radius_m: radius_m, ..INSERTION.tube };
     let (us_per_tick, nodes_in_contact) =
-        tick::<64>(&Insertion { tube, ..INSERTION }, CELL_M)?.measure()?;
+        tick::<MAX_LINKS>(&Insertion { tube, ..INSERTION }, CELL_M, MAX_LINKS)?.measure()?;
     Ok(Contacts { nodes_in_contact, us_per_tick })
 }
 
 fn lumen_size(cell_m: f64) -> anyhow::Result<LumenSize> {
-    let scene = tick::<64>(&INSERTION, cell_m)?;
+    let scene = tick::<MAX_LINKS>(&INSERTION, cell_m, MAX_LINKS)?;
     let (us_per_tick, _) = scene.measure()?;
     Ok(LumenSize { cell_mm: 1e3 * cell_m, bytes: scene.bytes.len(), us_per_tick })
 }
 
 /// Model, lumen and state of a tick.
-struct Scene<const LINKS: usize> {
-    model: Model<f32, LINKS>,
+struct Scene<const MOST: usize> {
+    model: Model<f32, MOST>,
+    links: usize,
     header: cathforce_mechanics::LumenHeader,
     bytes: Vec<u8>,
     /// Of the instrument, with half of the last link, and of a link \[m\].
@@ -114,22 +106,26 @@ struct Scene<const LINKS: usize> {
 }
 
 /// The instrument wholly inside, with every link in use.
-fn tick<const LINKS: usize>(insertion: &Insertion, cell_m: f64) -> anyhow::Result<Scene<LINKS>>
+fn tick<const MOST: usize>(
+    insertion: &Insertion,
+    cell_m: f64,
+    links: usize,
+) -> anyhow::Result<Scene<MOST>>
 where
-    f32: Compiled<LINKS>,
+    f32: Compiled<MOST>,
 {
-    let half_of_last = LINKS as f64 - 0.5;
+    let half_of_last = links as f64 - 0.5;
     let link_m = SolverDefaults::default().link_length_over(insertion.length_m, half_of_last);
     let model = Model::new(insertion.description(link_m))
-        .map_err(|error| anyhow::anyhow!("{LINKS} links: {error:?}"))?;
+        .map_err(|error| anyhow::anyhow!("{links} links: {error:?}"))?;
     let built = insertion.lumen(cell_m)?;
     let inside_m = [insertion.length_m, link_m].map(|length_m| length_m as f32);
-    Ok(Scene { model, header: built.header, bytes: built.bytes, inside_m })
+    Ok(Scene { model, links, header: built.header, bytes: built.bytes, inside_m })
 }
 
-impl<const LINKS: usize> Scene<LINKS>
+impl<const MOST: usize> Scene<MOST>
 where
-    f32: Compiled<LINKS>,
+    f32: Compiled<MOST>,
 {
     /// Processor time of a tick \[µs\], and the nodes in contact at the end.
     fn measure(&self) -> anyhow::Result<(f64, usize)> {
@@ -144,7 +140,8 @@ where
             Drive { insertion_m, rotation_rad: 0.0 }
         };
         while !settle(&self.model, &lumen, &mut state, at(0)) {}
-        let ticks = TICKS * 64 / LINKS.max(64);
+        let links = self.links;
+        let ticks = TICKS * MAX_LINKS / links.max(MAX_LINKS);
         let mut fastest = f64::INFINITY;
         for batch in 0..BATCHES {
             let watch = Stopwatch::start();
@@ -153,9 +150,9 @@ where
             }
             fastest = fastest.min(1e6 * watch.elapsed().as_secs_f64() / ticks as f64);
         }
-        anyhow::ensure!(state.nodes() == LINKS, "{} of {LINKS} links inside", state.nodes());
+        anyhow::ensure!(state.nodes() == links, "{} of {links} links inside", state.nodes());
         let force_n = |node| state.node_force_n(node).unwrap_or_default();
-        let touching = (0..LINKS).filter(|&node| force_n(node) != [0.0; 3]).count();
+        let touching = (0..links).filter(|&node| force_n(node) != [0.0; 3]).count();
         Ok((fastest, touching))
     }
 }

@@ -310,9 +310,9 @@ fn instruments(meter: &Meter) -> Result<Outcome, Trouble> {
 fn trainer() -> Vec<Row> {
     vec![
         Row::without(
-            "delay from encoder to force and to picture",
+            "delay from the master's frame to the force frame",
             "ms",
-            "users' scores are printed, no delay; the measurement end to end is not part of this version",
+            "users' scores are printed and no delay; `cathforce latency` measures it on a bus, stage by stage",
         ),
         Row::without(
             "forces of other publications that it quotes (Cosserat rod 0.0089 N, networks 0.0217 and \

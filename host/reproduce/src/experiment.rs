@@ -4,9 +4,9 @@
 use std::ops::ControlFlow;
 
 use anyhow::anyhow;
-use cathforce_mechanics::{Compiled, Drag, MAX_LINKS, Real, State};
+use cathforce_mechanics::{Compiled, Drag, MAX_LINKS, MOST_LINKS, Real, State};
 use cathforce_reference_solver::{Drive, Problem, Schedule, Simulation};
-use cathforce_validation::{Case, Choices, Kind, Record, play_watched};
+use cathforce_validation::{Case, Choices, Kind, Links, Record, play_watched};
 use nalgebra::Vector3;
 
 use crate::meter::{Meter, TICKS_A_STEP, Trouble};
@@ -94,15 +94,16 @@ impl Experiment {
 
     /// The device's model, in its precision, with as many links as it has time for.
     pub fn on_device(&self, meter: &Meter) -> Result<Trace, Trouble> {
-        self.play::<f32, MAX_LINKS>(None, meter)
+        self.play::<f32, MAX_LINKS>(Links::Of(MAX_LINKS), meter)
     }
 
     /// The model with a number of nodes. More than the device has are computed in double precision.
     pub fn with_nodes(&self, nodes: usize, meter: &Meter) -> Result<Trace, Trouble> {
+        let links = Links::Exactly(nodes);
         if nodes <= MAX_LINKS {
-            self.play::<f32, MAX_LINKS>(Some(nodes), meter)
+            self.play::<f32, MAX_LINKS>(links, meter)
         } else {
-            self.play::<f64, { 2 * MAX_LINKS }>(Some(nodes), meter)
+            self.play::<f64, MOST_LINKS>(links, meter)
         }
     }
 
@@ -119,7 +120,7 @@ impl Experiment {
 
     fn play<T: Compiled<LINKS>, const LINKS: usize>(
         &self,
-        links: Option<usize>,
+        links: Links,
         meter: &Meter,
     ) -> Result<Trace, Trouble> {
         let case = Case {

@@ -26,6 +26,7 @@ mod report;
 mod resin;
 mod row;
 mod shape;
+mod silicone;
 mod text;
 mod ultrasound;
 

@@ -12,10 +12,12 @@ use crate::li;
 use crate::meter::{Meter, Trouble};
 use crate::part::{Outcome, Part};
 use crate::row::Row;
+use crate::silicone;
 
 pub const PARTS: &[Part] = &[
     Part { name: "insertion", work, run },
-    Part { name: "silicone", work: || 0, run: |_| Ok(Outcome::rows(silicone())) },
+    Part { name: "tensile test", work: || 0, run: silicone::tensile_test },
+    Part { name: "silicone wall", work: silicone::wall_work, run: silicone::wall },
 ];
 
 /// A configuration of table 1.
@@ -167,38 +169,4 @@ fn configuration(own: &Configuration, scores: Result<&Scores, &String>) -> [Row;
             Row::without(tip, "mm", why.as_str()).how(how),
         ],
     }
-}
-
-/// Printed displacements of table 3 \[mm\] at 0.56, 1.10 and 1.63 N.
-const TABLE_3: [(&str, [f64; 3]); 4] = [
-    ("elastic", [2.20, 5.24, 7.80]),
-    ("neo-Hookean", [0.85, 1.75, 2.72]),
-    ("Mooney–Rivlin", [0.39, 0.83, 1.28]),
-    ("Ogden", [0.31, 0.64, 1.00]),
-];
-
-/// Printed fits of table 2: figure, unit, value.
-const TABLE_2: [(&str, &str, f64); 6] = [
-    ("elastic, E", "MPa", 0.46),
-    ("neo-Hookean, μ", "MPa", 0.04),
-    ("Mooney–Rivlin, C01", "MPa", 0.09),
-    ("Mooney–Rivlin, C10", "MPa", 0.02),
-    ("Ogden, α1", "1", 1.4),
-    ("Ogden, μ1", "MPa", 0.20),
-];
-
-/// What needs material fits and the finite-element wall.
-fn silicone() -> Vec<Row> {
-    let fits = TABLE_2.iter().map(|&(name, unit, printed)| {
-        let why = "fits of tensile tests are not part of this version, and the curve is not public";
-        Row::without(format!("tensile test, {name}"), unit, why).published(printed)
-    });
-    let displacements = TABLE_3.iter().flat_map(|(law, printed)| {
-        let forces = ["0.56", "1.10", "1.63"].into_iter().zip(printed);
-        forces.map(move |(force, &printed)| {
-            let why = "the wall's finite elements are not part of this version of the program";
-            Row::without(format!("displacement at {force} N, {law}"), "mm", why).published(printed)
-        })
-    });
-    fits.chain(displacements).collect()
 }

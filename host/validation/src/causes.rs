@@ -3,10 +3,10 @@
 use std::fmt::Write as _;
 
 use cathforce_bundle::SolverDefaults;
-use cathforce_mechanics::{Drag, MAX_LINKS};
+use cathforce_mechanics::{Drag, MAX_LINKS, MOST_LINKS};
 use cathforce_reference_solver::Integrator;
 
-use crate::{Case, Choices, Record, compare, play, play_on_device, solve};
+use crate::{Case, Choices, Links, Record, compare, play, play_on_device, solve};
 
 type Player = fn(&Case) -> anyhow::Result<Vec<Record>>;
 
@@ -21,7 +21,10 @@ fn solver(case: &Case, change: fn(&mut SolverDefaults)) -> anyhow::Result<Vec<Re
 const LIFTED: [(&str, Player); 12] = [
     ("as on the device", play_on_device),
     ("double precision", |case| play::<f64, MAX_LINKS>(case, &Choices::default())),
-    ("twice the links", |case| play::<f32, { 2 * MAX_LINKS }>(case, &Choices::default())),
+    ("twice the links", |case| {
+        let links = Links::Of(2 * MAX_LINKS);
+        play::<f32, MOST_LINKS>(case, &Choices { links, ..Choices::default() })
+    }),
     ("wall stored on half the grid", |case| {
         let choices = Choices { cell_m: 0.5 * Choices::default().cell_m, ..Choices::default() };
         play::<f32, MAX_LINKS>(case, &choices)

@@ -7,7 +7,8 @@ use cathforce_bundle::SolverDefaults;
 use cathforce_bundle::geometry::{Wall, WallPoint};
 use cathforce_bundle::lumen::{BuiltLumen, LumenOptions, build_lumen};
 use cathforce_mechanics::{
-    self as mechanics, BRICK_CELLS, Compiled, Description, FREE, LumenHeader, Model, Real, State,
+    self as mechanics, BRICK_CELLS, Compiled, Description, FREE, LumenHeader, MAX_LINKS, Model,
+    Real, State,
 };
 use cathforce_reference_solver::{Lumen, Problem};
 use nalgebra::Vector3;
@@ -20,14 +21,25 @@ pub struct Choices {
     pub solver: SolverDefaults,
     /// Grid of the stored wall \[m\].
     pub cell_m: f64,
-    /// Number of links over the largest insertion; by default as many as the device has time for.
-    pub links: Option<usize>,
+    pub links: Links,
+}
+
+/// Number of links over the largest insertion.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Links {
+    /// As many as a device has time for whose model has this number at most.
+    Of(usize),
+    Exactly(usize),
 }
 
 impl Default for Choices {
     /// The device's choices.
     fn default() -> Self {
-        Self { solver: SolverDefaults::default(), cell_m: cathforce_bundle::CELL_M, links: None }
+        Self {
+            solver: SolverDefaults::default(),
+            cell_m: cathforce_bundle::CELL_M,
+            links: Links::Of(MAX_LINKS),
+        }
     }
 }
 
@@ -132,8 +144,8 @@ fn free_space() -> BuiltLumen {
 
 /// Plays a case and returns one record a tick.
 ///
-/// The device uses `f32` and [`mechanics::MAX_LINKS`]; with another `LINKS` the number of links scales
-/// accordingly. Fails if the model or its lumen refuses the case.
+/// The device uses `f32` and [`MAX_LINKS`]; for more links take [`mechanics::MOST_LINKS`]. Fails if the model
+/// or its lumen refuses the case.
 pub fn play<T: Compiled<LINKS>, const LINKS: usize>(
     case: &Case,
     choices: &Choices,
@@ -152,7 +164,7 @@ pub fn play_watched<T: Compiled<LINKS>, const LINKS: usize>(
     let ticks = (schedule.end_s() / defaults.tick_s).round() as usize;
     let at = |tick: usize| schedule.at(tick as f64 * defaults.tick_s);
     let largest_insertion_m = (0..=ticks).map(|k| at(k).insertion_m).fold(0.0, f64::max);
-    let (links, tip_links) = links_of(case, choices, LINKS);
+    let (links, tip_links) = links_of(case, choices);
     let played = SolverDefaults { tip_links, ..*defaults };
     let link_length_m = played.link_length_m(largest_insertion_m, links);
     let description = description::<T>(&case.problem, link_length_m, &played);
@@ -195,18 +207,18 @@ pub fn play_watched<T: Compiled<LINKS>, const LINKS: usize>(
 
 /// Number of links of the chain, and how many of them are the short ones at the tip, whose share
 /// stays the same.
-fn links_of(case: &Case, choices: &Choices, most: usize) -> (usize, usize) {
+fn links_of(case: &Case, choices: &Choices) -> (usize, usize) {
     let tip_links = choices.solver.tip_links;
     match choices.links {
-        Some(links) => (links, tip_links * links / mechanics::MAX_LINKS),
-        None => {
+        Links::Exactly(links) => (links, tip_links * links / MAX_LINKS),
+        Links::Of(most) => {
             let links = choices.solver.links_at(case.problem.wall.line_stiffness_n_per_m2);
-            (links * most / mechanics::MAX_LINKS, tip_links * most / mechanics::MAX_LINKS)
+            (links * most / MAX_LINKS, tip_links * most / MAX_LINKS)
         }
     }
 }
 
 /// Plays a case with the device's precision and choices.
 pub fn play_on_device(case: &Case) -> anyhow::Result<Vec<Record>> {
-    play::<f32, { mechanics::MAX_LINKS }>(case, &Choices::default())
+    play::<f32, MAX_LINKS>(case, &Choices::default())
 }

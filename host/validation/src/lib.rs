@@ -7,7 +7,6 @@
 #![forbid(unsafe_code)]
 
 mod cases;
-#[cfg(feature = "any-length")]
 mod causes;
 mod compare;
 mod device;
@@ -16,12 +15,9 @@ mod links;
 mod summary;
 
 pub use cases::{Case, Kind, cases};
-#[cfg(feature = "any-length")]
 pub use causes::causes;
 pub use compare::{Errors, Record, Score, Snap, compare};
-pub use device::{Choices, play, play_on_device, play_watched};
+pub use device::{Choices, Links, play, play_on_device, play_watched};
 pub use export::export;
-#[cfg(feature = "any-length")]
-pub use links::links_table;
-pub use links::{by_links, finest};
+pub use links::{by_links, finest, links_table};
 pub use summary::{Accuracy, Row, measure, measure_all, solve, table};

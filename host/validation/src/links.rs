@@ -1,46 +1,42 @@
 //! Convergence of the model with the number of its links.
 
-#[cfg(feature = "any-length")]
 use std::fmt::Write as _;
 
-use crate::{Case, Choices, Record, Score, compare, play};
+use cathforce_mechanics::MOST_LINKS;
 
-type Player = fn(&Case, &Choices) -> anyhow::Result<Vec<Record>>;
+use crate::{Case, Choices, Links, Record, Score, compare, play};
 
-/// Models by number of links, in double precision, with the device's steps and wall.
-const BY_LINKS: &[(usize, Player)] = &[
-    #[cfg(feature = "any-length")]
-    (16, play::<f64, 16>),
-    (32, play::<f64, 32>),
-    (64, play::<f64, 64>),
-    (128, play::<f64, 128>),
-    (256, play::<f64, 256>),
-];
+/// Numbers of links of the models that are compared with the finest one.
+const NUMBERS: [usize; 5] = [16, 32, 64, 128, 256];
 
 /// The finest model, with which the others are compared.
 pub fn finest(case: &Case) -> anyhow::Result<Vec<Record>> {
-    play::<f64, 512>(case, &Choices::default())
+    with_links(case, MOST_LINKS)
+}
+
+/// A model in double precision, with the device's steps and wall.
+fn with_links(case: &Case, links: usize) -> anyhow::Result<Vec<Record>> {
+    play::<f64, MOST_LINKS>(case, &Choices { links: Links::Of(links), ..Choices::default() })
 }
 
 /// Errors of a case against [`finest`], by the number of links.
 pub fn by_links(case: &Case, finest: &[Record]) -> anyhow::Result<Vec<(usize, Score)>> {
-    let score = |&(links, play): &(usize, Player)| {
-        let played = play(case, &Choices::default())?;
+    let score = |links| {
+        let played = with_links(case, links)?;
         Ok((links, compare(finest, &played, case.scored_from_s)))
     };
-    BY_LINKS.iter().map(score).collect()
+    NUMBERS.into_iter().map(score).collect()
 }
 
 /// A table of the drive force's error, over the peak with 512 links; one row a case.
-#[cfg(feature = "any-length")]
 pub fn links_table(cases: &[Case]) -> anyhow::Result<String> {
     let mut text = String::from("| case |");
     // Writing to a string does not fail.
-    for (links, _) in BY_LINKS {
+    for links in NUMBERS {
         let _ = write!(text, " {links} links |");
     }
     text += "\n| --- |";
-    text += &" --- |".repeat(BY_LINKS.len());
+    text += &" --- |".repeat(NUMBERS.len());
     text.push('\n');
     for case in cases {
         let _ = write!(text, "| {} |", case.name);

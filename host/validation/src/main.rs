@@ -3,9 +3,9 @@
 use std::path::PathBuf;
 
 use anyhow::Context;
-use cathforce_validation::{Accuracy, cases, export, measure_all, play_on_device, solve, table};
-#[cfg(feature = "any-length")]
-use cathforce_validation::{causes, links_table};
+use cathforce_validation::{
+    Accuracy, cases, causes, export, links_table, measure_all, play_on_device, solve, table,
+};
 use clap::Parser;
 
 #[derive(Parser)]
@@ -18,11 +18,9 @@ struct Arguments {
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
     /// Print how the errors change when one of the device's limits is lifted at a time.
-    #[cfg(feature = "any-length")]
     #[arg(long)]
     causes: bool,
     /// Print how the model converges with the number of its links, compared with 512 links.
-    #[cfg(feature = "any-length")]
     #[arg(long)]
     links: bool,
     /// Write cases and both solutions into this folder; measure nothing.
@@ -43,14 +41,12 @@ fn main() -> anyhow::Result<()> {
         println!("written: {} cases in {}", cases.len(), folder.display());
         return Ok(());
     }
-    #[cfg(feature = "any-length")]
     if arguments.causes {
         for case in &cases {
             println!("{}", causes(case).with_context(|| case.name)?);
         }
         return Ok(());
     }
-    #[cfg(feature = "any-length")]
     if arguments.links {
         print!("{}", links_table(&cases)?);
         return Ok(());

@@ -7,7 +7,10 @@
 //! fillet between them, and where the catheter pressed.
 
 use cathforce_bundle::geometry::{Wall, WallPoint};
+use cathforce_material::{Form, Law, LawError, Material};
 use nalgebra::Vector3;
+
+use crate::response::{Kinematics, WallMaterial};
 
 /// Diameters of the lumen \[m\]: Li 2023, figure 2.3.
 pub const ILIAC_DIAMETER_M: f64 = 19e-3;
@@ -23,6 +26,56 @@ const RIGHT_M: f64 = 45e-3;
 const AORTA_M: f64 = 45e-3;
 /// Width over which the arteries run into each other \[m\]; assumed.
 const FILLET_M: f64 = 10e-3;
+
+/// What the publications do not say.
+pub const ASSUMED: &str = "straight arteries in one plane, 25° between iliac artery and aorta; held 100 mm \
+                           (left), 45 mm (right) and 45 mm (aorta) from the crotch; pressed in the middle of \
+                           the left artery, on the outer side; the place that is pressed is round";
+/// Size of elements along the wall \[mm\]. Elements of 7 mm give 6 % more displacement
+/// (`cargo run --release -p cathforce-wall --example pressed -- 7 5`).
+pub const ELEMENT_MM: f64 = 5.0;
+/// Radius of the place that is pressed \[mm\]; it is not published.
+pub const PATCH_MM: f64 = 2.0;
+/// Poisson's ratio; it is not published.
+pub const POISSONS_RATIO: f64 = 0.49;
+
+/// Forces of the static test \[N\]: those of the text of Pescio et al. 2025; their Table 3 rounds two.
+pub const FORCES_N: [f64; 3] = [0.56, 1.10, 1.63];
+/// Displacements that were measured \[mm\]: Table 3.
+pub const MEASURED_MM: [f64; 3] = [3.34, 4.61, 4.92];
+
+/// A row of Table 3.
+#[derive(Clone, Copy, Debug)]
+pub struct PublishedRow {
+    /// With the parameters of Table 2.
+    pub material: WallMaterial,
+    /// Displacements of the published simulation \[mm\], at [`FORCES_N`].
+    pub simulated_mm: [f64; 3],
+}
+
+/// The laws of Table 3 with the parameters of Table 2, put into the energies (7) to (9) of the paper.
+///
+/// The elastic law comes twice: with small strains, and with rotations of any size, as a corotational
+/// element has them.
+pub fn table_3(poissons_ratio: f64) -> Result<[PublishedRow; 5], LawError> {
+    const ELASTIC_MM: [f64; 3] = [2.20, 5.24, 7.80];
+    let elastic = Material::Elastic { youngs_modulus_pa: 0.46e6 };
+    let row = |law, kinematics, simulated_mm| PublishedRow {
+        material: WallMaterial { law, kinematics, poissons_ratio },
+        simulated_mm,
+    };
+    let hyperelastic = |law, parameters: &[f64], simulated_mm| {
+        let law = Form::Printed.material(law, parameters)?;
+        Ok::<_, LawError>(row(law, Kinematics::Large, simulated_mm))
+    };
+    Ok([
+        row(elastic, Kinematics::Small, ELASTIC_MM),
+        row(elastic, Kinematics::Large, ELASTIC_MM),
+        hyperelastic(Law::NeoHookean, &[0.04e6], [0.85, 1.75, 2.72])?,
+        hyperelastic(Law::MooneyRivlin, &[0.02e6, 0.09e6], [0.39, 0.83, 1.28])?,
+        hyperelastic(Law::Ogden, &[0.20e6, 1.4], [0.31, 0.64, 1.00])?,
+    ])
+}
 
 /// An artery from the crotch on.
 #[derive(Clone, Copy, Debug)]

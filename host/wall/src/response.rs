@@ -37,6 +37,14 @@ pub struct WallMaterial {
 }
 
 impl WallMaterial {
+    /// Its name in a table. The elastic law with large strains is Hencky's.
+    pub fn name(&self) -> &'static str {
+        match (self.law.law(), self.kinematics) {
+            (Law::Elastic, Kinematics::Large) => "hencky",
+            (law, _) => law.name(),
+        }
+    }
+
     /// Shear modulus \[MPa\]. Young's modulus is what a tensile test measures; the shear modulus is
     /// what the other laws' parameters state.
     pub(crate) fn shear_mpa(&self) -> f64 {

@@ -59,10 +59,13 @@ pub fn settle_loaded<T: Compiled<LINKS>, const LINKS: usize>(
     T::settle_loaded(model, lumen, state, drives.into(), loads)
 }
 
+/// The most links that anything is computed with, on the host.
+pub const MOST_LINKS: usize = 512;
+
 /// A number type whose step with at most `LINKS` links is compiled in this crate.
 ///
-/// Devices use `f32` with [`MAX_LINKS`](crate::MAX_LINKS), the host `f64` too. Tests of convergence
-/// need some more numbers of links; the feature `any-length` adds those of the studies.
+/// Devices use `f32` with [`MAX_LINKS`](crate::MAX_LINKS), the host `f64` too. Studies of convergence,
+/// with fewer links or with more, use [`MOST_LINKS`].
 pub trait Compiled<const LINKS: usize>: Real {
     /// [`step_loaded`](crate::step_loaded)
     fn step_loaded(
@@ -115,9 +118,7 @@ compile! { f32: 64; }
 compile! { f64: 64; }
 // The tests of this library, which is compiled again for them, use none of these.
 #[cfg(not(any(test, target_os = "none")))]
-compile! { f64: 32 128 256 512; }
-#[cfg(feature = "any-length")]
 compile! {
-    f32: 16 32 128 256 512;
-    f64: 16;
+    f32: 512;
+    f64: 512;
 }

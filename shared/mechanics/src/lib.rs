@@ -39,7 +39,7 @@ mod wall_sampling;
 mod wrench;
 
 pub use cathforce_scalar::{Number, Real};
-pub use compiled::{Compiled, settle, settle_loaded, step, step_loaded};
+pub use compiled::{Compiled, MOST_LINKS, settle, settle_loaded, step, step_loaded};
 pub use description::*;
 pub use effects::{DriveTrain, EFFECTS, EffectInfo, Effects, Measurement, ParameterInfo};
 pub use io::{Drive, Drives, Loads, Outputs};

@@ -39,7 +39,7 @@ pub fn measure(given: &Given) -> anyhow::Result<()> {
         true => None,
         false => Some(peers::python(consent)?),
     };
-    let build = ["build", "--release", "--package", "cathforce-bench", "--features", "any-length"];
+    let build = ["build", "--release", "--package", "cathforce-bench"];
     run(&mut cargo(&build))?;
     let mut bench = command(target_folder().join("release/cathforce-bench"));
     bench.env(FIRMWARE_VARIABLE, elf);

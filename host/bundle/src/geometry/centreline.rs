@@ -355,3 +355,31 @@ fn blend(a: &WallPoint, b: &WallPoint) -> WallPoint {
         beyond_m: deep.beyond_m,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_search_by_runs_finds_the_nearest_piece() {
+        let station = |k: u8| {
+            let turn = 0.4 * f64::from(k);
+            let position_m =
+                Vector3::new(0.02 * turn.cos(), 0.02 * turn.sin(), 1e-3 * f64::from(k));
+            Station { s_m: 8e-3 * f64::from(k), position_m, radius_m: 3e-3 }
+        };
+        let stations: Vec<_> = (0..40).map(station).collect();
+        let pieces = pieces(&stations);
+        let tube = Tube::of(&pieces);
+        assert!(tube.0.len() > 10, "{} runs", tube.0.len());
+        // Three irrational steps fill the box around the helix evenly.
+        let share = |k: u16, step: f64| (f64::from(k) * step).fract();
+        for k in 0..500 {
+            let [x, y, z] = [2f64.sqrt(), 3f64.sqrt(), 5f64.sqrt()].map(|step| share(k, step));
+            let p = Vector3::new(0.06 * x - 0.03, 0.06 * y - 0.03, 0.05 * z - 0.005);
+            let distance_m = |piece: &&Piece| piece.off_axis(&p).1.norm();
+            let nearest = pieces.iter().min_by(|a, b| distance_m(a).total_cmp(&distance_m(b)));
+            assert_eq!(tube.sample(&p), nearest.unwrap().sample(&p), "at {p}");
+        }
+    }
+}

@@ -127,8 +127,8 @@ fn a_rod_on_the_floor_of_a_tube_buckles_into_waves() {
         rod.wall.end_stiffness_n_per_m = 0.0;
         // In longer ticks with less drag the contacts never come to rest.
         (rod.solver.tick_s, rod.solver.drag) = (3e-3, Drag::constant(0.2));
-        let model = Model::<f64, LONG>::new(rod).unwrap();
-        let (lumen, mut state) = (wall.lumen(), State::<f64, LONG>::new());
+        let model = Model::<f64, MOST_LINKS>::new(rod).unwrap();
+        let (lumen, mut state) = (wall.lumen(), State::<f64, MOST_LINKS>::new());
         let mut amplitude_at = |share: f64| {
             let tip_force_n = along.map(|x| -share * critical_n * x);
             let loads = Loads { tip_force_n, ..FREE_TIP };
@@ -164,7 +164,7 @@ fn helix(clearance_m: f64, force_n: f64) -> [f64; 2] {
     rod.wall.line_stiffness_n_per_m2 = 1e5;
     rod.wall.end_stiffness_n_per_m = 0.0;
     (rod.solver.tick_s, rod.solver.drag) = (1e-3, Drag::constant(0.5));
-    let free = Model::<f64, LONG>::new(rod.clone()).unwrap();
+    let free = Model::<f64, MOST_LINKS>::new(rod.clone()).unwrap();
     // The helix that it will be, 100 times weaker, as an imperfection; at last without it.
     let hint = PrecurvePiece {
         length_m,
@@ -173,8 +173,8 @@ fn helix(clearance_m: f64, force_n: f64) -> [f64; 2] {
         torsion_per_m: turn_per_m,
     };
     rod.instrument.precurve.push(hint).unwrap();
-    let hinted = Model::<f64, LONG>::new(rod).unwrap();
-    let mut state = State::<f64, LONG>::new();
+    let hinted = Model::<f64, MOST_LINKS>::new(rod).unwrap();
+    let mut state = State::<f64, MOST_LINKS>::new();
     while !settle(&hinted, &lumen, &mut state, inserted(length_m)) {}
     for tick in 0..8_000 {
         let model = if tick < 4_000 { &hinted } else { &free };

@@ -20,7 +20,7 @@ const TURNING_TICKS: usize = 1000;
 /// second half of the feed and in the second half of a rotation.
 fn played(description: Description<f64>) -> [[f64; 7]; 2] {
     let wall = bent_tube(4e-3);
-    let model: Model<f64, LINKS> = Model::new(description).unwrap();
+    let model: Model<f64, MOST_LINKS> = Model::new(description).unwrap();
     let (lumen, mut state) = (wall.lumen(), State::new());
     let ticks = (FAR_M / FEED_M) as usize;
     let mut means = [[0.0; 7]; 2];

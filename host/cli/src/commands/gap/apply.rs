@@ -15,6 +15,7 @@ use cathforce_link::Client;
 use cathforce_mechanics::{Description, ParameterInfo, parameters};
 use serde::Serialize;
 
+use super::band_text::half_width;
 use super::explanation::{Explanation, Fitted, is_measurement};
 use super::source::Source;
 use crate::args::ApplyArguments;
@@ -47,6 +48,9 @@ struct Change {
     key: &'static str,
     old: f32,
     new: f32,
+    /// The new value with as many digits as its interval warrants.
+    #[serde(skip)]
+    new_text: String,
     unit: &'static str,
     origin: String,
 }
@@ -68,7 +72,7 @@ impl BandChange {
 
     fn text(&self) -> String {
         let widest =
-            |n: Option<f64>| n.map_or("none".to_owned(), |n| format!("up to ±{:.1} mN", 1e3 * n));
+            |n: Option<f64>| n.map_or("none".to_owned(), |n| format!("up to ±{}", half_width(n)));
         let (old, new) = (widest(self.old_n), widest(self.new_n));
         let other = if old == new { "; its rows change, or its model" } else { "" };
         format!("band of the forces: {old} -> {new}{other}")
@@ -228,16 +232,20 @@ fn differences(
     let (before, after) = (described(bundle, old)?, described(bundle, new)?);
     let change = |info: &'static ParameterInfo| {
         let (old, new) = (before.parameter(info.key)?, after.parameter(info.key)?);
-        let origin = match fitted.iter().find(|own| own.key == info.key) {
+        let (new_text, origin) = match fitted.iter().find(|own| own.key == info.key) {
             Some(Fitted { effect, value, low, high, .. }) => {
                 let (value, low, high, unit) = (f64::from(*value), *low, *high, info.unit);
-                let [_, low, high] = Estimate { value, low, high, unit }.digits();
+                let [value, low, high] = Estimate { value, low, high, unit }.digits();
                 let what = if is_measurement(effect) { "; expected reading only" } else { "" };
-                format!("{}, 90 %: {low} to {high}{what}", effect.id)
+                (value, format!("{}, 90 %: {low} to {high}{what}", effect.id))
             }
-            None => "rig.toml; an earlier diagnosis had switched it on".to_owned(),
+            None => {
+                let origin = "rig.toml; an earlier diagnosis had switched it on";
+                (new.to_string(), origin.to_owned())
+            }
         };
-        (old != new).then_some(Change { key: info.key, old, new, unit: info.unit, origin })
+        let unit = info.unit;
+        (old != new).then_some(Change { key: info.key, old, new, new_text, unit, origin })
     };
     Ok(parameters().filter_map(change).collect())
 }
@@ -285,9 +293,9 @@ impl Applied {
         if self.changes.is_empty() && self.band_change.is_none() {
             text += "nothing changes: it is configured like that already\n";
         }
-        for Change { key, old, new, unit, origin } in &self.changes {
+        for Change { key, old, new_text, unit, origin, .. } in &self.changes {
             let unit = if *unit == "1" { String::new() } else { format!(" {unit}") };
-            text += &format!("  {key}: {old} -> {new}{unit}  ({origin})\n");
+            text += &format!("  {key}: {old} -> {new_text}{unit}  ({origin})\n");
         }
         if let Some(change) = &self.band_change {
             text += &format!("  {}\n", change.text());

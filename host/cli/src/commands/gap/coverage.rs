@@ -7,7 +7,7 @@ use cathforce_gap::report::Verdict;
 use cathforce_gap::{Coverage, Covered, covered};
 use serde::Serialize;
 
-use super::band_text::{CHANNELS, text};
+use super::band_text::{CHANNELS, half_width, text};
 use super::source::Source;
 use crate::args::CoverageArguments;
 use crate::failure::{Code, Failure};
@@ -121,7 +121,7 @@ impl Row {
     fn text(&self) -> String {
         let verdict = self.verdict.map_or("–".to_owned(), |verdict| format!("{verdict:?}"));
         let cell = |own: &Shares| match own.within.zip(own.half_width_rms_n) {
-            Some((share, width)) => format!(" {:.1} % (±{:.1} mN) |", 100.0 * share, 1e3 * width),
+            Some((share, width)) => format!(" {:.1} % (±{}) |", 100.0 * share, half_width(width)),
             None => " – |".to_owned(),
         };
         let cells: String = self.channels.iter().map(cell).collect();

@@ -17,11 +17,13 @@ pub struct Named {
 
 impl Named {
     pub fn new(law: Material, kinematics: Kinematics, poissons_ratio: f64) -> Self {
-        let name = match (law.law(), kinematics) {
-            (Law::Elastic, Kinematics::Large) => "hencky".to_owned(),
-            (law, _) => law.name().to_owned(),
-        };
-        Self { name, material: WallMaterial { law, kinematics, poissons_ratio } }
+        WallMaterial { law, kinematics, poissons_ratio }.into()
+    }
+}
+
+impl From<WallMaterial> for Named {
+    fn from(material: WallMaterial) -> Self {
+        Self { name: material.name().to_owned(), material }
     }
 }
 

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use cathforce_bundle::geometry::{SurfaceModel, Wall};
 use cathforce_bundle::open_vessel;
+use cathforce_wall::phantom::ELEMENT_MM;
 use cathforce_wall::{
     Extruded, Patch, Pressed, Solver, WallMesh, extrude, press, read_gmsh, remesh,
 };
@@ -15,10 +16,6 @@ use super::law::{Named, of_argument, of_fit};
 use crate::args::{ElementArguments, WallLoadArguments};
 use crate::failure::{Code, Failure};
 use crate::ui::Ui;
-
-/// Size of elements unless another is asked for \[mm\]. On the published phantom, elements of 7 mm give
-/// 6 % more displacement (`cargo run -p cathforce-wall --example pressed -- 7 5`).
-const ELEMENT_MM: f64 = 5.0;
 
 pub fn run(ui: &Ui, arguments: &WallLoadArguments) -> Result<(), Failure> {
     arguments.json_file.check()?;
