@@ -230,7 +230,7 @@ mod tests {
         let explained: BTreeSet<_> = texts.iter().flat_map(|text| words(text)).collect();
         for (table, key) in known {
             // Entries of arrays stand in their table.
-            let name = table.split('.').next().unwrap_or_default().to_owned();
+            let name = table.split(['.', '[']).next().unwrap_or_default().to_owned();
             assert!(explained.contains(&(name, key.clone())), "{key} of [{table}] is missing");
         }
     }

@@ -339,7 +339,7 @@ mod tests {
         }
     }
 
-    /// Of the 64 bits, two look like the id of another frame: 8 bits of CRC cannot do better.
+    /// Of the 64 bits, three look like the id of another frame: 8 bits of CRC cannot do better.
     #[test]
     fn every_flipped_bit_is_found_and_rejected() {
         for frame in stream(16) {
@@ -351,6 +351,7 @@ mod tests {
                     Protection::default().receive(Id::Encoder, &broken, &mut Counters::default());
                 let expected = match bit {
                     3 => Rejection::Masquerade(Id::Moment),
+                    15 => Rejection::Masquerade(Id::Tendons(1)),
                     20 => Rejection::Masquerade(Id::Contact),
                     _ => Rejection::Corrupt,
                 };
