@@ -93,9 +93,12 @@ struct Encoders {
     catheter: EncoderStatus,
     /// `None` without a guidewire.
     guidewire: Option<EncoderStatus>,
-    /// `None` for pairs of tendons that there are not.
-    tendons: [Option<Status<TendonPair>>; TENDON_PAIRS],
+    /// `None` without tendons.
+    tendons: Option<TendonStatus>,
 }
+
+/// Of each pair of tendons; `None` for pairs that there are not.
+type TendonStatus = [Option<Status<TendonPair>>; TENDON_PAIRS];
 
 impl Encoders {
     /// The encoder of the drive whose load is rendered.
@@ -111,7 +114,7 @@ impl Encoders {
     #[inline(always)]
     fn fault(&self) -> Option<Fault> {
         let wire = || self.guidewire.as_ref().and_then(|wire| wire.fault);
-        let tendons = || self.tendons.iter().flatten().find_map(|pair| pair.fault);
+        let tendons = || self.tendons.iter().flatten().flatten().find_map(|pair| pair.fault);
         self.catheter.fault.or_else(wire).or_else(tendons)
     }
 
@@ -120,7 +123,7 @@ impl Encoders {
     fn are_fresh(&self) -> bool {
         self.catheter.age_ticks == 0
             && self.guidewire.as_ref().is_none_or(|wire| wire.age_ticks == 0)
-            && self.tendons.iter().flatten().all(|pair| pair.age_ticks == 0)
+            && self.tendons.iter().flatten().flatten().all(|pair| pair.age_ticks == 0)
     }
 
     /// Positions of all drives; `None` if one is not known.
@@ -137,10 +140,11 @@ impl Encoders {
             }
             None => drive(self.catheter.position?).into(),
         };
-        let places = drives.tendons_m.chunks_exact_mut(2).zip(&self.tendons);
-        for (place, pair) in places {
-            if let Some(pair) = pair {
-                place.copy_from_slice(&pair.position?.displacements_m);
+        if let Some(tendons) = &self.tendons {
+            for (place, pair) in drives.tendons_m.chunks_exact_mut(2).zip(tendons) {
+                if let Some(pair) = pair {
+                    place.copy_from_slice(&pair.position?.displacements_m);
+                }
             }
         }
         Some(drives)
@@ -243,14 +247,21 @@ impl Memory {
         // Rejected frames are a problem of the bus and not of one drive, so they count once.
         let sample = inputs.guidewire.map(|sample| sample.at);
         let guidewire = model.has_guidewire().then(|| self.guidewire.update(bounds, sample, 0));
-        let tendons = model.tendons();
+        let count = model.tendons();
+        let tendons = (count > 0).then(|| self.check_tendons(bounds, count, inputs));
+        Encoders { catheter, guidewire, tendons }
+    }
+
+    /// Checks the samples of the drives of `count` tendons. A call, so that it costs nothing without them.
+    #[inline(never)]
+    fn check_tendons(&mut self, bounds: &Bounds, count: usize, inputs: &Inputs) -> TendonStatus {
         let mut pairs = [None; TENDON_PAIRS];
         for (i, (pair, freshness)) in pairs.iter_mut().zip(&mut self.tendons).enumerate() {
-            if 2 * i < tendons {
+            if 2 * i < count {
                 *pair = Some(freshness.update(bounds, inputs.tendons[i], 0));
             }
         }
-        Encoders { catheter, guidewire, tendons: pairs }
+        pairs
     }
 
     fn handle_event(&mut self, event: Event) {
