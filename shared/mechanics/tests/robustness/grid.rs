@@ -5,8 +5,6 @@ use cathforce_mechanics::*;
 
 use crate::{bent_tube, catheter};
 
-/// Twice as many links as the device has.
-const LINKS: usize = 2 * MAX_LINKS;
 /// Arc of the tip within the bend when the instrument is completely inside.
 const FINE_TIP_M: f64 = 0.02;
 /// Insertion of the catheter, and additional insertion of a guidewire.
