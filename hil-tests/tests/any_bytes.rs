@@ -15,10 +15,10 @@ const START: Drive = Drive { insertion_m: 0.03, rotation_rad: 0.0 };
 const FEED_M: f64 = 20e-6;
 
 /// Ids of protected frames, as listed in the book's page on frames.
-const PROTECTED: [u16; 11] =
-    [0x080, 0x100, 0x108, 0x110, 0x180, 0x190, 0x1A0, 0x1A8, 0x1B0, 0x1B8, 0x1C0];
+const PROTECTED: [u16; 13] =
+    [0x080, 0x100, 0x108, 0x10A, 0x10B, 0x110, 0x180, 0x190, 0x1A0, 0x1A8, 0x1B0, 0x1B8, 0x1C0];
 /// Ids that the device listens to.
-const OWN: [u16; 4] = [0x080, 0x100, 0x108, 0x110];
+const OWN: [u16; 6] = [0x080, 0x100, 0x108, 0x10A, 0x10B, 0x110];
 const SERVICE: u16 = 0x600;
 
 fn frame(id: u16, data: &[u8]) -> Frame {
@@ -172,7 +172,7 @@ impl Noise {
     fn make_close(&mut self, bench: &mut Bench<Qemu>) {
         let (frame, counter) = match self.chance.below(5) {
             0 | 1 => {
-                let id = self.chance.pick(&[0x100, 0x108, 0x110]);
+                let id = self.chance.pick(&[0x100, 0x108, 0x10A, 0x110]);
                 broken(&mut self.chance, id)
             }
             2 => (self.sent[self.sent.len() - 1], Counter::Repeat),
@@ -304,7 +304,7 @@ fn p03_any_frame_is_counted_once_and_changes_no_bit_in_process() {
                     (frame, Some(kind))
                 }
                 _ if n == 0 && tick.is_multiple_of(4) => {
-                    let id = chance.pick(&[0x100, 0x108, 0x110]);
+                    let id = chance.pick(&[0x100, 0x108, 0x10A, 0x110]);
                     let (frame, kind) = broken(&mut chance, id);
                     (frame, Some(kind))
                 }
