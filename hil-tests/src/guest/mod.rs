@@ -19,8 +19,8 @@ pub use transcript::{Step, Transcript};
 const PROGRAM: &str = "qemu-system-x86_64";
 /// Variable that names the folder filled by `cargo xtask setup`, if it is not the usual one.
 const FOLDER_VARIABLE: &str = "CATHFORCE_GUEST";
-/// Longest time of a script, which takes seconds on a computer that is not busy.
-const PATIENCE: Duration = Duration::from_secs(240);
+/// Longest time of a script, which takes half a minute on a computer that is not busy.
+const PATIENCE: Duration = Duration::from_secs(600);
 const INSTALL: &str = "`cargo xtask setup --yes` provides it";
 
 /// Hardware and files of the guest.
