@@ -509,9 +509,9 @@ mod tests {
     #[test]
     fn the_capstan_s_ratio_is_exponential_and_reverses() {
         for x in [-0.3f64, -0.02, 0.0, 0.05, 0.3, 1.0] {
-            // (1 + x/2)/(1 − x/2) = exp(x) (1 + x³/12 + …)
+            // (1 + x/2)/(1 − x/2) = exp(x + x³/12 + x⁵/80 + …)
             let error = |ratio: f64| (ratio / x.exp() - 1.0).abs();
-            assert!(error(capstan_ratio(x)) <= 0.1 * (x * x * x).abs() + 1e-15, "{x}");
+            assert!(error(capstan_ratio(x)) <= 0.11 * (x * x * x).abs() + 1e-15, "{x}");
             assert!((capstan_ratio(x) * capstan_ratio(-x) - 1.0).abs() < 1e-15);
             assert!(error(power_ratio(x)) <= 0.002 * (x * x * x).abs() + 1e-14, "{x}");
         }
