@@ -91,6 +91,8 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "cathforce-bundle",
             "cathforce-reference-solver",
             "cathforce-validation",
+            "cathforce-calibration",
+            "cathforce-identification",
         ],
     ),
     ("cathforce-blind-test", &["cathforce-reference-solver"]),
@@ -101,7 +103,10 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("cathforce-camera", &[]),
     ("cathforce-filter", &[]),
     ("cathforce-calibration", &[]),
-    ("cathforce-identification", &["cathforce-mechanics", "cathforce-reference-solver"]),
+    (
+        "cathforce-identification",
+        &["cathforce-mechanics", "cathforce-reference-solver", "cathforce-calibration"],
+    ),
     (
         "cathforce-bench",
         &[
