@@ -1,12 +1,13 @@
 //! The search: what the features do not tell is held, a multi-start finds the valleys on a coarse
 //! simulation, and local searches go down from the best of them on a fine one.
 
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use cathforce_calibration::{
-    Certainty, Descent, MultiStart, Objective, Parameter, ParameterError, Residuals, RunError,
-    jacobian, optimise,
+    Certainty, Descent, MultiStart, Parameter, ParameterError, Residuals, RunError, jacobian,
+    optimise,
 };
+use nalgebra::DMatrix;
 use thiserror::Error;
 
 /// Valleys of the coarse simulation from which the fine one is searched, the best ones first. The true
@@ -60,7 +61,8 @@ pub struct Inseparable {
 pub struct Identified {
     /// By parameter, in its unit; one that is not told is at its start.
     pub values: Vec<f64>,
-    /// Standard deviation of each by the noise of the features, in its unit.
+    /// Standard deviation of each by the noise of the features, in its unit: of one that is told beside
+    /// the others that are, of one that is not told beside all others.
     pub sd: Vec<f64>,
     /// Whether the features tell it: its way from bound to bound moves them by more than their noise.
     pub told: Vec<bool>,
@@ -125,7 +127,7 @@ pub fn identify(
         let sd = measured.sd.iter().filter(|sd| **sd > 0.0).count();
         return Err(SearchError::Noise { features: measured.features.len(), sd });
     }
-    let stop = || match interrupted.load(std::sync::atomic::Ordering::Relaxed) {
+    let stop = || match interrupted.load(Ordering::Relaxed) {
         true => Err(SearchError::Interrupted),
         false => Ok(()),
     };
@@ -182,17 +184,25 @@ pub fn identify(
     let slopes: Vec<Parameter> =
         parameters.iter().zip(&told).map(|(own, told)| stepped(own, *told)).collect();
     let all = Residuals(|values: &[f64]| residuals(values, true));
-    let (certainty, evaluations) = certainty(&slopes, &all, &values)?;
-    fine_done += evaluations;
-    let name = |k: usize| parameters[k].name.clone();
-    let inseparable = certainty.pairs.iter().map(|pair| Inseparable {
+    let (off, slopes) = jacobian(&slopes, &all, &values).ok_or(SearchError::NoSlope)?;
+    fine_done += 1 + 2 * parameters.len();
+    let every: Vec<usize> = (0..parameters.len()).collect();
+    // What is told is known beside what is held within its bounds; what is not told, beside all others.
+    let (of_all, of_told) = (
+        certainty(parameters, &every, &slopes, &off),
+        certainty(parameters, &searched, &slopes, &off),
+    );
+    let mut sd = of_all.sd;
+    searched.iter().zip(&of_told.sd).for_each(|(&k, own)| sd[k] = *own);
+    let name = |k: usize| parameters[searched[k]].name.clone();
+    let inseparable = of_told.pairs.iter().map(|pair| Inseparable {
         first: name(pair.first),
         second: name(pair.second),
         correlation: pair.correlation,
     });
     Ok(Identified {
         values,
-        sd: certainty.sd.clone(),
+        sd,
         inseparable: inseparable.collect(),
         told,
         cost,
@@ -235,18 +245,16 @@ fn stepped(own: &Parameter, told: bool) -> Parameter {
     Parameter { step: share * (own.high - own.low), ..own.clone() }
 }
 
-/// Intervals and inseparable pairs at some values, and the simulations that it took.
+/// Intervals and inseparable pairs of some of the parameters, from the slopes of all.
 fn certainty(
     parameters: &[Parameter],
-    objective: &dyn Objective,
-    values: &[f64],
-) -> Result<(Certainty, usize), SearchError> {
-    let (residuals, slopes) =
-        jacobian(parameters, objective, values).ok_or(SearchError::NoSlope)?;
+    some: &[usize],
+    slopes: &DMatrix<f64>,
+    residuals: &[f64],
+) -> Certainty {
     let one_each: Vec<usize> = (0..residuals.len()).collect();
-    let scales: Vec<f64> = parameters.iter().map(|own| own.high - own.low).collect();
-    let certainty = Certainty::of(&slopes, &residuals, &one_each, &scales, false);
-    Ok((certainty, 1 + 2 * parameters.len()))
+    let scales: Vec<f64> = some.iter().map(|&k| parameters[k].high - parameters[k].low).collect();
+    Certainty::of(&slopes.select_columns(some), residuals, &one_each, &scales, false)
 }
 
 #[cfg(test)]

@@ -177,7 +177,7 @@ fn trial(
     let low = TendonValues { static_friction: 0.02, sliding_friction: 0.02, slack_m: 0.0 };
     let high = TendonValues { static_friction: 0.6, sliding_friction: 0.6, slack_m: 0.6e-3 };
     let parameters = TendonValues::parameters(low, high);
-    let found = search(&parameters, experiment, &measured, Effort { seed, ..EFFORT }, meter, WORK)?;
+    let found = search(&parameters, experiment, &measured, Effort { seed: EFFORT.seed + seed, ..EFFORT }, meter, WORK)?;
     let values = TendonValues::of_array(std::array::from_fn(|k| found.values[k]));
     let again = loops(&values, experiment.fine)?;
     Ok(Trial { truth, records, found, again })
