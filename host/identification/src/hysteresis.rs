@@ -122,8 +122,8 @@ impl PulledTip {
         Ok(Self { model, state, at, across })
     }
 
-    /// Another catheter in the same state, which saves feeding it in. Both differ in their tendons only:
-    /// those are slack at rest, so that the state is the other's too.
+    /// Another catheter in the same state, which saves feeding it in. Both differ in their tendons only,
+    /// which are slack in it, so that the state is the other's rest too.
     pub fn with(&self, description: Description<f64>) -> Result<Self, DescriptionError> {
         let model = Model::new(description)?;
         Ok(Self { model, state: self.state.clone(), at: self.at, across: self.across })

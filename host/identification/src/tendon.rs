@@ -17,24 +17,25 @@ const AVERAGED: usize = 2;
 pub struct TendonValues {
     /// Coefficient in its lumen while the drive holds still \[1\].
     pub static_friction: f64,
-    /// Coefficient while the drive moves \[1\].
-    pub sliding_friction: f64,
+    /// Coefficient while the drive moves, over that one \[1\]. A ratio, since it is not larger than 1:
+    /// within bounds of both coefficients half of the places would be no tendon.
+    pub sliding_ratio: f64,
     /// Dead zone: displacement that takes up slack \[m\].
     pub slack_m: f64,
 }
 
 impl TendonValues {
     /// Names in the order of [`TendonValues::to_array`], with their units.
-    pub const NAMES: [&'static str; 3] = ["static_friction", "sliding_friction", "slack_m"];
+    pub const NAMES: [&'static str; 3] = ["static_friction", "sliding_ratio", "slack_m"];
 
     /// In the order of their declaration.
     pub fn to_array(self) -> [f64; 3] {
-        [self.static_friction, self.sliding_friction, self.slack_m]
+        [self.static_friction, self.sliding_ratio, self.slack_m]
     }
 
     /// From the same order.
-    pub fn of_array([static_friction, sliding_friction, slack_m]: [f64; 3]) -> Self {
-        Self { static_friction, sliding_friction, slack_m }
+    pub fn of_array([static_friction, sliding_ratio, slack_m]: [f64; 3]) -> Self {
+        Self { static_friction, sliding_ratio, slack_m }
     }
 
     /// Parameters to search for between two sets of values, from their middle.
@@ -49,7 +50,7 @@ impl TendonValues {
         let mut own = description.clone();
         if let Some(tendon) = own.tendons.first_mut() {
             tendon.static_friction = self.static_friction;
-            tendon.sliding_friction = self.sliding_friction;
+            tendon.sliding_friction = self.sliding_ratio * self.static_friction;
             tendon.slack_m = self.slack_m;
         }
         own

@@ -145,7 +145,14 @@ fn trial(
     };
     let mut parameters = FlowValues::parameters(low, high);
     parameters.truncate(searched);
-    let found = search(&parameters, experiment, &measured, Effort { seed: EFFORT.seed + seed, ..EFFORT }, meter, WORK)?;
+    let found = search(
+        &parameters,
+        experiment,
+        &measured,
+        Effort { seed: EFFORT.seed + seed, ..EFFORT },
+        meter,
+        WORK,
+    )?;
     let mut values = truth.to_array();
     values.iter_mut().zip(&found.values).for_each(|(own, found)| *own = *found);
     let (problem, rest) = experiment.fine;
