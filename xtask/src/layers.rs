@@ -93,6 +93,8 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "cathforce-validation",
             "cathforce-material",
             "cathforce-wall",
+            "cathforce-calibration",
+            "cathforce-identification",
         ],
     ),
     ("cathforce-blind-test", &["cathforce-reference-solver"]),
@@ -103,7 +105,10 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("cathforce-camera", &[]),
     ("cathforce-filter", &[]),
     ("cathforce-calibration", &[]),
-    ("cathforce-identification", &["cathforce-mechanics", "cathforce-reference-solver"]),
+    (
+        "cathforce-identification",
+        &["cathforce-mechanics", "cathforce-reference-solver", "cathforce-calibration"],
+    ),
     (
         "cathforce-bench",
         &[

@@ -122,6 +122,18 @@ impl PulledTip {
         Ok(Self { model, state, at, across })
     }
 
+    /// Another catheter in the same state, which saves feeding it in. Both differ in their tendons only,
+    /// which are slack in it, so that the state is the other's rest too.
+    pub fn with(&self, description: Description<f64>) -> Result<Self, DescriptionError> {
+        let model = Model::new(description)?;
+        Ok(Self { model, state: self.state.clone(), at: self.at, across: self.across })
+    }
+
+    /// The description of the catheter.
+    pub fn description(&self) -> &Description<f64> {
+        self.model.description()
+    }
+
     /// The tip's displacement for these displacements of the first tendon, one a tick \[m\].
     pub fn pull(&mut self, lumen: &Lumen<'_>, tendon_m: &[f64]) -> Vec<f64> {
         let tick = |&first_m: &f64| {

@@ -1,6 +1,6 @@
 //! The release of a weight that hangs from the tip.
 
-use cathforce_reference_solver::{Drive, Problem, Simulation, SolveError, TipLoad};
+use cathforce_reference_solver::{Drive, Integrator, Problem, Simulation, SolveError, TipLoad};
 use nalgebra::Vector3;
 use thiserror::Error;
 
@@ -10,6 +10,11 @@ use crate::crossing::{first_crossing, last_crossing};
 const AT_REST: f64 = 0.1;
 /// The rise is timed between these shares of the way to rest.
 const RISE: [f64; 2] = [0.1, 0.9];
+/// Step while a weight is hung on \[s\]: many periods of a catheter's first swing. The weight hangs still
+/// when a step moves the tip by less than this share of the length, which takes 5 to 15 steps.
+const HANGING_STEP_S: f64 = 1.0;
+const HANGS_STILL: f64 = 1e-9;
+const MOST_HANGING_STEPS: usize = 100;
 
 /// Six features of a release. Displacements are along the thread, against the weight.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -144,22 +149,73 @@ pub struct Release {
 impl Suspended<'_> {
     /// Hangs the weight, lets the catheter rest, cuts the thread and records for `duration_s`.
     pub fn release(&self, duration_s: f64) -> Result<Release, SolveError> {
-        let down = self.problem.gravity_m_per_s2;
-        let against = down.try_normalize(0.0).map_or_else(Vector3::zeros, |down| -down);
+        let at = self.at();
+        let simulation = Simulation::settled(&self.laden(), at)?.released(self.problem);
+        self.record(simulation, duration_s)
+    }
+
+    /// The same from the rest of another catheter of the same length and mesh, which saves feeding it in.
+    ///
+    /// `rest`: without a weight. Errors: no balance is found.
+    pub fn release_from(
+        &self,
+        rest: &Simulation<'_>,
+        duration_s: f64,
+    ) -> Result<Release, SolveError> {
+        let mut laden = self.laden();
+        // Inertia over the square of such a step is nothing: each of them is one of rest.
+        laden.numerics.integrator = Integrator::Euler;
+        let mut simulation = rest.clone().released(&laden);
+        let mut tip_m = simulation.sample().tip_m;
+        for _ in 0..MOST_HANGING_STEPS {
+            let next_m = simulation.step(HANGING_STEP_S, self.at())?.tip_m;
+            let moved_m = (next_m - tip_m).norm();
+            tip_m = next_m;
+            if moved_m < HANGS_STILL * self.length_m {
+                break;
+            }
+        }
+        self.record(simulation.released(self.problem), duration_s)
+    }
+
+    fn at(&self) -> Drive {
+        Drive { insertion_m: self.length_m, rotation_rad: 0.0 }
+    }
+
+    fn laden(&self) -> Problem {
         let mut laden = self.problem.clone();
         laden.tip_load = TipLoad {
-            force_n: self.problem.tip_load.force_n + down * self.weight_kg,
+            force_n: self.problem.tip_load.force_n + self.problem.gravity_m_per_s2 * self.weight_kg,
             ..self.problem.tip_load
         };
-        let at = Drive { insertion_m: self.length_m, rotation_rad: 0.0 };
-        let mut simulation = Simulation::settled(&laden, at)?.released(self.problem);
+        laden
+    }
+
+    fn record(
+        &self,
+        mut simulation: Simulation<'_>,
+        duration_s: f64,
+    ) -> Result<Release, SolveError> {
+        let down = self.problem.gravity_m_per_s2;
+        let against = down.try_normalize(0.0).map_or_else(Vector3::zeros, |down| -down);
         let height = |tip_m: Vector3<f64>| (tip_m - self.problem.entry.position_m).dot(&against);
         let step_s = self.problem.numerics.step_s;
         let mut position_m = vec![height(simulation.sample().tip_m)];
         for _ in 0..(duration_s / step_s).round() as usize {
-            position_m.push(height(simulation.step(step_s, at)?.tip_m));
+            position_m.push(height(simulation.step(step_s, self.at())?.tip_m));
         }
         Ok(Release { position_m, step_s })
+    }
+}
+
+impl Release {
+    /// Every so many samples of the record, from the release on.
+    pub fn every(&self, samples: usize) -> Self {
+        let samples = samples.max(1);
+        Self {
+            position_m: self.position_m.iter().step_by(samples).copied().collect(),
+            step_s: self.step_s * samples as f64,
+        }
     }
 }
 

@@ -1,0 +1,325 @@
+//! The search: what the features do not tell is held, a multi-start finds the valleys on a coarse
+//! simulation, and local searches go down from the best of them on a fine one.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use cathforce_calibration::{
+    Certainty, Descent, MultiStart, Parameter, ParameterError, Residuals, RunError, jacobian,
+    optimise,
+};
+use nalgebra::DMatrix;
+use thiserror::Error;
+
+/// Valleys of the coarse simulation from which the fine one is searched, the best ones first. The true
+/// one may come second where the coarse simulation is off by more than the noise.
+const POLISHED: usize = 2;
+/// A local search on the fine simulation ends when a step lowers the sum of squares by less than this
+/// share: of about 20 features that is less than a fiftieth of a standard deviation.
+const LEAST_GAIN: f64 = 1e-3;
+/// Share of the way between the bounds over which slopes are taken. The features of a simulation jump
+/// by rounding and by the tolerance of its solver, which a smaller step would show.
+const SLOPE_STEP: f64 = 5e-3;
+
+/// Features of an experiment, as functions of the parameters.
+///
+/// They are called from many threads.
+pub trait Experiment: Sync {
+    /// What the features of the simulated experiment are at these values, in the order of the
+    /// measured ones. `fine` asks for the fine simulation, else for the coarse one. `None` where the
+    /// simulation or its record has none.
+    fn features(&self, values: &[f64], fine: bool) -> Option<Vec<f64>>;
+}
+
+/// Measured features with the standard deviations of their noise.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Measured {
+    pub features: Vec<f64>,
+    pub sd: Vec<f64>,
+}
+
+/// How much a search may compute, and its seed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Effort {
+    /// Coarse simulations at most.
+    pub coarse: usize,
+    /// Fine simulations at most of each local search.
+    pub fine: usize,
+    pub seed: u64,
+}
+
+/// Two parameters that the features do not tell apart.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Inseparable {
+    pub first: String,
+    pub second: String,
+    /// Of their errors, from −1 to 1.
+    pub correlation: f64,
+}
+
+/// What a search found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Identified {
+    /// By parameter, in its unit; one that is not told is at its start.
+    pub values: Vec<f64>,
+    /// Standard deviation of each by the noise of the features, in its unit: of one that is told beside
+    /// the others that are, of one that is not told beside all others.
+    pub sd: Vec<f64>,
+    /// Whether the features tell it: its way from bound to bound moves them by more than their noise.
+    pub told: Vec<bool>,
+    pub inseparable: Vec<Inseparable>,
+    /// Sum of the squared differences between simulated and measured features, over their noise.
+    pub cost: f64,
+    /// Valleys that the multi-start knows.
+    pub valleys: usize,
+    /// Coarse and fine simulations.
+    pub evaluations: [usize; 2],
+}
+
+/// Why nothing was identified.
+#[derive(Debug, Error)]
+pub enum SearchError {
+    #[error(transparent)]
+    Parameter(#[from] ParameterError),
+    #[error(
+        "{features} measured features have {sd} standard deviations; give one above 0 for each feature"
+    )]
+    Noise { features: usize, sd: usize },
+    #[error(
+        "the simulation at the start of the search ({0}) has no features; move the start or narrow the bounds \
+         to where the experiment works"
+    )]
+    Start(String),
+    #[error(
+        "no parameter is told: from bound to bound each of them moves all features by less than their noise. \
+         Measure more exactly, or excite the catheter more"
+    )]
+    NothingTold,
+    #[error("the multi-start: {0}")]
+    Coarse(RunError),
+    #[error("the local search: {0}")]
+    Fine(RunError),
+    #[error(
+        "beside the values that were found the simulation has no features; narrow the bounds to where the \
+         experiment works"
+    )]
+    NoSlope,
+    #[error("the search was interrupted")]
+    Interrupted,
+}
+
+/// Identifies parameters from measured features.
+///
+/// `parameters`: names, bounds and starts; their steps are not used. Ends early with
+/// [`SearchError::Interrupted`] once `interrupted` is true. `tell` is called after every simulation.
+/// A parameter of which the whole way between its bounds moves the features by less than one standard
+/// deviation in all is held at its start and reported as not told.
+pub fn identify(
+    parameters: &[Parameter],
+    experiment: &dyn Experiment,
+    measured: &Measured,
+    effort: Effort,
+    interrupted: &AtomicBool,
+    tell: &(dyn Fn() + Sync),
+) -> Result<Identified, SearchError> {
+    cathforce_calibration::check(parameters)?;
+    let fits = measured.features.len() == measured.sd.len();
+    if !fits || measured.sd.iter().any(|sd| sd.is_nan() || *sd <= 0.0) {
+        let sd = measured.sd.iter().filter(|sd| **sd > 0.0).count();
+        return Err(SearchError::Noise { features: measured.features.len(), sd });
+    }
+    let stop = || match interrupted.load(Ordering::Relaxed) {
+        true => Err(SearchError::Interrupted),
+        false => Ok(()),
+    };
+    let residuals = |values: &[f64], fine: bool| -> Option<Vec<f64>> {
+        let features = experiment.features(values, fine);
+        tell();
+        let pairs = measured.features.iter().zip(&measured.sd);
+        let over = |(own, (measured, sd)): (f64, (&f64, &f64))| (own - measured) / sd;
+        let features = features.filter(|own| own.len() == measured.features.len())?;
+        Some(features.into_iter().zip(pairs).map(over).collect())
+    };
+    let start: Vec<f64> = parameters.iter().map(|own| own.start).collect();
+    let told = told(parameters, &start, &|values| residuals(values, true))?;
+    stop()?;
+    let searched: Vec<usize> = (0..parameters.len()).filter(|k| told[*k]).collect();
+    if searched.is_empty() {
+        return Err(SearchError::NothingTold);
+    }
+    let free: Vec<Parameter> = searched.iter().map(|&k| stepped(&parameters[k], true)).collect();
+    let whole = |own: &[f64]| {
+        let mut values = start.clone();
+        searched.iter().zip(own).for_each(|(&k, value)| values[k] = *value);
+        values
+    };
+    let coarse = Residuals(|own: &[f64]| residuals(&whole(own), false));
+    let middle: Vec<f64> = free.iter().map(|own| own.coordinate(own.start)).collect();
+    let mut global = MultiStart::new(middle, true, effort.seed);
+    let (best, _, coarse_done, _) =
+        optimise(&free, &coarse, &mut global, effort.coarse, interrupted, &|_| ())
+            .map_err(SearchError::Coarse)?;
+    stop()?;
+    let mut starts: Vec<Vec<f64>> =
+        global.minima().iter().take(POLISHED).map(|(_, at)| at.clone()).collect();
+    if starts.is_empty() {
+        starts.push(free.iter().zip(&best).map(|(own, value)| own.coordinate(*value)).collect());
+    }
+    let fine = Residuals(|own: &[f64]| residuals(&whole(own), true));
+    let mut found: Option<(Vec<f64>, f64)> = None;
+    let mut fine_done = 1 + 2 * parameters.len();
+    for at in starts {
+        let mut local = Descent::from(at).with_least_gain(LEAST_GAIN);
+        let (values, cost, done, _) =
+            optimise(&free, &fine, &mut local, effort.fine, interrupted, &|_| ())
+                .map_err(SearchError::Fine)?;
+        stop()?;
+        fine_done += done;
+        if found.as_ref().is_none_or(|(_, least)| cost < *least) {
+            found = Some((values, cost));
+        }
+    }
+    let (best, cost) = found.ok_or(SearchError::NoSlope)?;
+    let values = whole(&best);
+    // What is not told is moved over all its way, so that its slope is not rounding.
+    let slopes: Vec<Parameter> =
+        parameters.iter().zip(&told).map(|(own, told)| stepped(own, *told)).collect();
+    let all = Residuals(|values: &[f64]| residuals(values, true));
+    let (off, slopes) = jacobian(&slopes, &all, &values).ok_or(SearchError::NoSlope)?;
+    fine_done += 1 + 2 * parameters.len();
+    let every: Vec<usize> = (0..parameters.len()).collect();
+    // What is told is known beside what is held within its bounds; what is not told, beside all others.
+    let (of_all, of_told) = (
+        certainty(parameters, &every, &slopes, &off),
+        certainty(parameters, &searched, &slopes, &off),
+    );
+    let mut sd = of_all.sd;
+    searched.iter().zip(&of_told.sd).for_each(|(&k, own)| sd[k] = *own);
+    let name = |k: usize| parameters[searched[k]].name.clone();
+    let inseparable = of_told.pairs.iter().map(|pair| Inseparable {
+        first: name(pair.first),
+        second: name(pair.second),
+        correlation: pair.correlation,
+    });
+    Ok(Identified {
+        values,
+        sd,
+        inseparable: inseparable.collect(),
+        told,
+        cost,
+        valleys: global.minima().len(),
+        evaluations: [coarse_done, fine_done],
+    })
+}
+
+/// Whether each parameter moves the residuals by one standard deviation in all on its way between its
+/// bounds, with the others at their starts.
+fn told(
+    parameters: &[Parameter],
+    start: &[f64],
+    residuals: &(dyn Fn(&[f64]) -> Option<Vec<f64>> + Sync),
+) -> Result<Vec<bool>, SearchError> {
+    use rayon::prelude::*;
+    let named = || {
+        let each = parameters.iter().zip(start).map(|(own, at)| format!("{} = {at}", own.name));
+        each.collect::<Vec<_>>().join(", ")
+    };
+    let at_start = residuals(start).ok_or_else(|| SearchError::Start(named()))?;
+    let at = |k: usize, value: f64| {
+        let mut values = start.to_vec();
+        values[k] = value;
+        // At a bound where nothing can be computed it does make a difference.
+        residuals(&values).map_or(f64::INFINITY, |own| {
+            own.iter().zip(&at_start).map(|(a, b)| (a - b).powi(2)).sum::<f64>()
+        })
+    };
+    let moved = (0..parameters.len()).into_par_iter().map(|k| {
+        let own = &parameters[k];
+        at(k, own.low).max(at(k, own.high)) > 1.0
+    });
+    Ok(moved.collect())
+}
+
+/// The parameter with the step of its slope.
+fn stepped(own: &Parameter, told: bool) -> Parameter {
+    let share = if told { SLOPE_STEP } else { 1.0 };
+    Parameter { step: share * (own.high - own.low), ..own.clone() }
+}
+
+/// Intervals and inseparable pairs of some of the parameters, from the slopes of all.
+fn certainty(
+    parameters: &[Parameter],
+    some: &[usize],
+    slopes: &DMatrix<f64>,
+    residuals: &[f64],
+) -> Certainty {
+    let one_each: Vec<usize> = (0..residuals.len()).collect();
+    let scales: Vec<f64> = some.iter().map(|&k| parameters[k].high - parameters[k].low).collect();
+    Certainty::of(&slopes.select_columns(some), residuals, &one_each, &scales, false)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    static NEVER: AtomicBool = AtomicBool::new(false);
+    const EFFORT: Effort = Effort { coarse: 400, fine: 200, seed: 1 };
+
+    /// Values → features; the coarse ones are off by a hundredth.
+    struct Toy<F>(F);
+
+    impl<F: Fn(&[f64]) -> Vec<f64> + Sync> Experiment for Toy<F> {
+        fn features(&self, values: &[f64], fine: bool) -> Option<Vec<f64>> {
+            let off = if fine { 1.0 } else { 1.01 };
+            Some((self.0)(values).into_iter().map(|own| own * off).collect())
+        }
+    }
+
+    fn search(
+        names: &[&str],
+        experiment: &dyn Experiment,
+        features: &[f64],
+        sd: f64,
+    ) -> Result<Identified, SearchError> {
+        let parameters: Vec<_> = names.iter().map(|own| Parameter::new(*own, 0.0, 4.0)).collect();
+        let measured = Measured { features: features.to_vec(), sd: vec![sd; features.len()] };
+        identify(&parameters, experiment, &measured, EFFORT, &NEVER, &|| ())
+    }
+
+    #[test]
+    fn the_fine_simulation_decides_and_the_idle_parameter_is_held() {
+        let toy = Toy(|x: &[f64]| vec![x[0] * x[0] + x[1], x[0] - x[1], 1e-3 * x[2], x[1]]);
+        let found = search(&["a", "b", "idle"], &toy, &[2.0, 0.0, 2e-3, 1.0], 0.01).unwrap();
+        assert_eq!(found.told, [true, true, false]);
+        assert!((found.values[0] - 1.0).abs() < 1e-3 && (found.values[1] - 1.0).abs() < 1e-3);
+        assert_eq!(found.values[2], 2.0);
+        // Its interval is what a thousandth of it leaves of the noise.
+        assert!((found.sd[2] / 10.0 - 1.0).abs() < 1e-6, "{found:?}");
+        assert!(found.inseparable.is_empty() && found.cost < 1e-3, "{found:?}");
+    }
+
+    #[test]
+    fn a_product_is_told_and_its_factors_are_not() {
+        let toy = Toy(|x: &[f64]| vec![x[0] * x[1], 1e-3 * x[0]]);
+        let found = search(&["mass", "length"], &toy, &[2.0, 1e-3], 0.01).unwrap();
+        let pair = &found.inseparable[0];
+        assert_eq!((pair.first.as_str(), pair.second.as_str()), ("mass", "length"));
+        assert!(pair.correlation < -0.99 && found.sd[0] > 1.0, "{found:?}");
+    }
+
+    #[test]
+    fn what_cannot_be_searched_says_why() {
+        let toy = Toy(|x: &[f64]| vec![1e-6 * x[0]]);
+        let nothing = search(&["a"], &toy, &[1e-6], 0.01).unwrap_err();
+        assert!(matches!(nothing, SearchError::NothingTold), "{nothing}");
+        let noise = search(&["a"], &toy, &[1e-6], 0.0).unwrap_err();
+        assert!(noise.to_string().contains("1 measured features have 0"), "{noise}");
+        struct Broken;
+        impl Experiment for Broken {
+            fn features(&self, _: &[f64], _: bool) -> Option<Vec<f64>> {
+                None
+            }
+        }
+        let start = search(&["a"], &Broken, &[1.0], 0.1).unwrap_err();
+        assert!(start.to_string().contains("a = 2"), "{start}");
+    }
+}
