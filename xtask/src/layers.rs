@@ -10,7 +10,7 @@ use anyhow::{Context, bail};
 use serde_json::Value;
 
 /// The packages that others may use, from the bottom up.
-const LIBRARIES: [&str; 21] = [
+const LIBRARIES: [&str; 22] = [
     "cathforce-scalar",
     "cathforce-mechanics",
     "cathforce-control",
@@ -31,6 +31,7 @@ const LIBRARIES: [&str; 21] = [
     "cathforce-wall",
     "cathforce-camera",
     "cathforce-filter",
+    "cathforce-ultrasound",
     "cathforce-test-fixture",
 ];
 
@@ -95,6 +96,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "cathforce-wall",
             "cathforce-calibration",
             "cathforce-identification",
+            "cathforce-ultrasound",
         ],
     ),
     ("cathforce-blind-test", &["cathforce-reference-solver"]),
@@ -103,6 +105,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("cathforce-sparse", &[]),
     ("cathforce-wall", &["cathforce-material", "cathforce-sparse", "cathforce-bundle"]),
     ("cathforce-camera", &[]),
+    ("cathforce-ultrasound", &["cathforce-calibration", "cathforce-material", "cathforce-wall"]),
     ("cathforce-filter", &[]),
     ("cathforce-calibration", &[]),
     (

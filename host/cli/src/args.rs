@@ -17,6 +17,7 @@ mod material;
 mod names;
 mod recording;
 mod reproduce;
+mod ultrasound;
 mod wall;
 
 use std::path::PathBuf;
@@ -58,6 +59,9 @@ pub use recording::{
     MonitorArguments, SendArguments,
 };
 pub use reproduce::ReproduceArguments;
+pub use ultrasound::UltrasoundArguments;
+#[cfg(feature = "wall")]
+pub use ultrasound::{UltrasoundAction, UltrasoundFitArguments, UltrasoundRenderArguments};
 pub use wall::WallArguments;
 #[cfg(feature = "wall")]
 pub use wall::{
@@ -156,6 +160,8 @@ pub enum Command {
     Material(MaterialArguments),
     /// Load a vessel's wall in finite elements, and reduce it to what the device runs.
     Wall(WallArguments),
+    /// Find the stiffness of tissue from ultrasound images of a vessel under the probe.
+    Ultrasound(UltrasoundArguments),
     /// List the tip shapes of common catheters.
     Tips,
     /// Find the cause of a gap between model and measurement, and close it.

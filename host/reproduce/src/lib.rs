@@ -28,6 +28,7 @@ mod row;
 mod shape;
 mod silicone;
 mod text;
+#[cfg_attr(not(feature = "wall"), path = "ultrasound_left_out.rs")]
 mod ultrasound;
 
 pub use instruments::{INSTRUMENTS, Instrument};

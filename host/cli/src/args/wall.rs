@@ -175,7 +175,7 @@ fn force(text: &str) -> Result<f64, String> {
     positive(text, "a force in newtons above 0")
 }
 
-fn poissons_ratio(text: &str) -> Result<f64, String> {
+pub(super) fn poissons_ratio(text: &str) -> Result<f64, String> {
     let value = text.parse::<f64>().ok().filter(|value| (0.0..=0.49999).contains(value));
     value.ok_or_else(|| "give a number from 0 to 0.49999".into())
 }

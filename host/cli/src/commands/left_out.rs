@@ -56,6 +56,17 @@ pub mod material {
 }
 
 #[cfg(not(feature = "wall"))]
+pub mod ultrasound {
+    use crate::args::UltrasoundArguments;
+    use crate::failure::Failure;
+    use crate::ui::Ui;
+
+    pub fn run(_: &Ui, _: &UltrasoundArguments) -> Result<(), Failure> {
+        Err(super::without("cathforce ultrasound", "wall"))
+    }
+}
+
+#[cfg(not(feature = "wall"))]
 pub mod wall {
     use crate::args::WallArguments;
     use crate::failure::Failure;

@@ -28,9 +28,11 @@ pub mod shell;
 pub mod simulate;
 pub mod tips;
 #[cfg(feature = "wall")]
+pub mod ultrasound;
+#[cfg(feature = "wall")]
 pub mod wall;
 
 #[cfg(not(feature = "monitor"))]
 pub use left_out::monitor;
 #[cfg(not(feature = "wall"))]
-pub use left_out::{material, wall};
+pub use left_out::{material, ultrasound, wall};
