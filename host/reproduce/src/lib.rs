@@ -15,6 +15,8 @@ mod experiment;
 mod ice;
 mod iliac;
 mod instruments;
+#[cfg(not(feature = "wall"))]
+mod left_out;
 mod li;
 mod meter;
 mod noise;
@@ -26,9 +28,10 @@ mod report;
 mod resin;
 mod row;
 mod shape;
+#[cfg(feature = "wall")]
 mod silicone;
 mod text;
-#[cfg_attr(not(feature = "wall"), path = "ultrasound_left_out.rs")]
+#[cfg(feature = "wall")]
 mod ultrasound;
 
 pub use instruments::{INSTRUMENTS, Instrument};

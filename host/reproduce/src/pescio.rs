@@ -12,12 +12,17 @@ use crate::li;
 use crate::meter::{Meter, Trouble};
 use crate::part::{Outcome, Part};
 use crate::row::Row;
+#[cfg(feature = "wall")]
 use crate::silicone;
 
 pub const PARTS: &[Part] = &[
     Part { name: "insertion", work, run },
+    #[cfg(feature = "wall")]
     Part { name: "tensile test", work: || 0, run: silicone::tensile_test },
+    #[cfg(feature = "wall")]
     Part { name: "silicone wall", work: silicone::wall_work, run: silicone::wall },
+    #[cfg(not(feature = "wall"))]
+    crate::left_out::SILICONE,
 ];
 
 /// A configuration of table 1.

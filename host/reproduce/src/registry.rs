@@ -1,7 +1,7 @@
 //! The published systems.
 
 use crate::part::Part;
-use crate::{cathbot, ice, li, pescio, ultrasound};
+use crate::{cathbot, ice, li, pescio};
 
 /// A published system.
 #[derive(Clone, Copy, Debug)]
@@ -49,7 +49,10 @@ pub const SYSTEMS: &[System] = &[
         name: "ultrasound",
         doc: "A vessel under an ultrasound probe",
         source: "3D deformation simulation for vascular tissue with 2D medical imaging",
-        parts: ultrasound::PARTS,
+        #[cfg(feature = "wall")]
+        parts: crate::ultrasound::PARTS,
+        #[cfg(not(feature = "wall"))]
+        parts: &[crate::left_out::ULTRASOUND],
     },
 ];
 
