@@ -8,7 +8,7 @@ use nalgebra::Vector3;
 use rayon::prelude::*;
 
 use crate::elastica::hanging;
-use crate::experiment::Experiment;
+use crate::experiment::{Experiment, too_few};
 use crate::iliac::{GPA_READ, catheter};
 use crate::meter::{Meter, Trouble};
 use crate::part::Outcome;
@@ -84,11 +84,7 @@ fn solve(variation: &Variation, length_m: f64, meter: &Meter) -> Result<Solved, 
     let ours = match experiment.with_nodes(variation.nodes, meter) {
         Ok(trace) => at_rest(&trace.frames),
         Err(Trouble::Stopped) => return Err(Trouble::Stopped),
-        Err(Trouble::Failed(_)) => Err(format!(
-            "the device's links are at most 20 mm long, and {} nodes over {:.0} mm need longer ones",
-            variation.nodes,
-            1e3 * length_m
-        )),
+        Err(Trouble::Failed(_)) => Err(too_few(variation.nodes, length_m)),
     };
     Ok(Solved { variation: *variation, fine, ours })
 }

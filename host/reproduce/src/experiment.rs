@@ -165,6 +165,14 @@ impl Experiment {
     }
 }
 
+/// Why the model refuses so few nodes over this insertion \[m\].
+pub fn too_few(nodes: usize, insertion_m: f64) -> String {
+    format!(
+        "the device's links are at most 20 mm long, and {nodes} nodes over {:.0} mm need longer ones",
+        1e3 * insertion_m
+    )
+}
+
 /// Nodes of the model, tip first \[m\].
 fn centre_line_m<T: Real, const LINKS: usize>(state: &State<T, LINKS>) -> Vec<Vector3<f64>> {
     let nodes = (0..state.nodes()).filter_map(|node| state.node_position_m(node));

@@ -3,10 +3,10 @@
 use rayon::join;
 use rayon::prelude::*;
 
-use crate::experiment::{Experiment, Trace, measured};
+use crate::experiment::{Experiment, Trace, measured, too_few};
 use crate::iliac::{
-    ASSUMED, GPA_READ, Motion, REFERENCE_KG_PER_M3, REFERENCE_PA, Scores, catheter, experiment,
-    scores,
+    ASSUMED, GPA_READ, Motion, REFERENCE_KG_PER_M3, REFERENCE_PA, Scores, TO_M, catheter,
+    experiment, scores,
 };
 use crate::li;
 use crate::meter::{Meter, Trouble};
@@ -97,7 +97,7 @@ fn run(meter: &Meter) -> Result<Outcome, Trouble> {
             match played {
                 Ok(ours) => Ok((own, Ok(at(slow_speed, &slow, &slow_sensor, &ours)))),
                 Err(Trouble::Stopped) => Err(Trouble::Stopped),
-                Err(Trouble::Failed(error)) => Ok((own, Err(format!("the model: {error:#}")))),
+                Err(Trouble::Failed(_)) => Ok((own, Err(too_few(own.nodes, TO_M)))),
             }
         })
         .collect();

@@ -14,7 +14,7 @@ use crate::plot::{Curve as Drawn, Plot, Style};
 use crate::row::Row;
 
 /// Printed Ogden fit: μ₁ \[Pa\] and α₁.
-const OGDEN: [f64; 2] = [0.20e6, 1.4];
+const OGDEN: [f64; 2] = [0.2e6, 1.4];
 /// Stretches of the curve: 500 mm/min on a gauge of 32 mm up to 550 %, at 10 Hz, every 4th sample.
 const STRETCHES: usize = 56;
 const LARGEST_STRETCH: f64 = 6.5;
@@ -39,7 +39,7 @@ pub fn tensile_test(_: &Meter) -> Result<Outcome, Trouble> {
         curves.push(drawn(law.name(), Style::Ours, law, &values));
     }
     let why = "the measured curve is not public; this fit stands in for it";
-    for (name, unit, printed) in [("μ1", "MPa", 1e-6 * OGDEN[0]), ("α1", "1", OGDEN[1])] {
+    for (name, unit, printed) in [("μ1", "MPa", OGDEN[0] / 1e6), ("α1", "1", OGDEN[1])] {
         rows.push(
             Row::without(format!("tensile test, ogden, {name}"), unit, why).published(printed),
         );
