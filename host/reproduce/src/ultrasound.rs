@@ -33,10 +33,10 @@ const PRINTED_SD: [f64; 2] = [20.13, 0.003];
 const REPEATS: u64 = 6;
 
 const HOW: &str = "masks of a truth with the printed stiffness, from a finer mesh on which each force is \
-                   solved for itself (neo-Hookean), with blur of 0.25 mm, speckle of a fifth of the \
+                   solved for itself (neo-Hookean), with blur of 0.25 mm, speckle of a tenth of the \
                    contrast, and each pose misplaced by 0.3 mm (one standard deviation an axis); 10 \
                    masks at two poses, 2 to 10 N; not printed and assumed: block of 100 × 60 × 40 mm, \
-                   vessel of 8 mm at 12 mm, probe of 40 × 8 mm";
+                   vessel of 8 mm at 9 mm, probe of 38 × 5 mm";
 
 fn run(meter: &Meter) -> Result<Outcome, Trouble> {
     let description: Description = toml::from_str(EXAMPLE).context("the example")?;

@@ -20,7 +20,7 @@ pub const FORMAT: &str = "ultrasound/1";
 const MOST_PIXELS: usize = 4_000_000;
 
 /// Elements of a search: `reproduce` measures what finer ones change.
-const ELEMENTS: Elements = Elements { outwards: 4, around: 16, along: 10 };
+const ELEMENTS: Elements = Elements { outwards: 4, around: 20, along: 12 };
 
 /// A description as it is written.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
@@ -265,13 +265,13 @@ mod tests {
             ("ultrasound/1", "trial-bundle/1", "the format is `trial-bundle/1`"),
             ("pixel_mm = 0.1", "pixel = 0.1", "unknown field `pixel`"),
             ("pixel_mm = 0.1", "pixel_mm = 0.0", "[masks]"),
-            ("vessel_depth_mm = 12.0", "vessel_depth_mm = 4.5", "0.50 mm of tissue"),
+            ("vessel_depth_mm = 9.0", "vessel_depth_mm = 4.5", "0.50 mm of tissue"),
             ("pose = 2\nforce_n = 10", "pose = 3\nforce_n = 10", "has pose 3, and there are 2"),
             ("force_n = 2\n", "force_n = -2\n", "has a force of -2 N"),
             ("pose2-10n.png", "pose1-2n.png", "named twice"),
             ("[60.0, 850.0]", "[850.0, 60.0]", "runs from 850 to 60"),
             ("[0.47, 0.49]", "[0.47, 0.5]", "runs from 0.47 to 0.5"),
-            ("face_mm = [40.0, 8.0]", "face_mm = [40.0, 0.0]", "`face_mm`"),
+            ("face_mm = [38.0, 5.0]", "face_mm = [38.0, 0.0]", "`face_mm`"),
         ] {
             let error = changed(from, to).unwrap_err();
             assert!(error.contains(words), "`{words}` in: {error}");

@@ -28,12 +28,12 @@ pub struct ImageNoise {
 impl ImageNoise {
     /// A linear array of 5 to 12 MHz has a wavelength of 0.2 mm at 8 MHz; its beam is about two of them
     /// wide (full width at half maximum), and its pulse as long: 0.4 mm/2.35 = 0.17 mm, and as much
-    /// again for the segmentation, make 0.25 mm. With speckle of a fifth of the contrast the outline is
-    /// off by 0.2 × 0.25 mm × √(2π) = 0.13 mm (one standard deviation). A calibrated probe is known to
+    /// again for the segmentation, make 0.25 mm. With speckle of a tenth of the contrast the outline is
+    /// off by 0.1 × 0.25 mm × √(2π) = 0.06 mm (one standard deviation). A calibrated probe is known to
     /// about 0.3 mm in the frame of its robot; the data sheet of the UR3e says that it comes back to a
     /// pose within ±0.03 mm, three standard deviations.
     pub const TYPICAL: Self =
-        Self { blur_mm: 0.25, speckle: 0.2, registration_mm: 0.3, repeatability_mm: 0.01 };
+        Self { blur_mm: 0.25, speckle: 0.1, registration_mm: 0.3, repeatability_mm: 0.01 };
 }
 
 /// Random numbers of the images; the same seed gives the same.
