@@ -79,7 +79,8 @@ pub fn markdown(report: &Report) -> String {
     let mut text = format!(
         "# Reproduced\n\n<!-- Generated. To write it again:\n     cathforce reproduce --page \
          docs/reference/reproduced.md -->\n\n{TRUTH}\n\nA dash stands where nothing was printed, or where a \
-         figure cannot be had here; then the last column has the reason.\n"
+         figure cannot be had here. The notes below each table say how the figures were obtained, or why there \
+         are none.\n"
     );
     for own in &report.systems {
         text += &section(own);
@@ -89,23 +90,30 @@ pub fn markdown(report: &Report) -> String {
 
 fn section(own: &SystemReport) -> String {
     let mut text = format!(
-        "\n## {}\n\n`{}`: {}\n\n| figure | published | ours | unit | how |\n| --- | --- | --- | --- | --- |\n",
+        "\n## {}\n\n`{}`: {}\n\n| figure | published | ours | unit | note |\n| --- | --- | --- | --- | --- |\n",
         own.doc, own.name, own.source
     );
-    let cell = |text: &str| text.replace('|', "\\|");
-    for (remark, rows) in groups(&own.rows) {
-        for (k, row) in rows.iter().enumerate() {
-            let remark = if k == 0 { cell(&remark) } else { "as above".into() };
-            // Writing to a string does not fail.
-            let _ = writeln!(
-                text,
-                "| {} | {} | {} | {} | {remark} |",
-                cell(&row.figure),
-                number_or_dash(row.published),
-                number_or_dash(row.ours),
-                row.unit,
-            );
-        }
+    let mut notes: Vec<String> = Vec::new();
+    for row in &own.rows {
+        let remark = remark(row);
+        let note = notes.iter().position(|known| *known == remark).unwrap_or_else(|| {
+            notes.push(remark);
+            notes.len() - 1
+        });
+        // Writing to a string does not fail.
+        let _ = writeln!(
+            text,
+            "| {} | {} | {} | {} | {} |",
+            row.figure.replace('|', "\\|"),
+            number_or_dash(row.published),
+            number_or_dash(row.ours),
+            row.unit,
+            note + 1,
+        );
+    }
+    text.push('\n');
+    for (k, note) in notes.iter().enumerate() {
+        let _ = writeln!(text, "{}. {note}", k + 1);
     }
     text
 }
@@ -150,7 +158,8 @@ mod tests {
         assert!(table.contains("  a              0.2         0.1  N\n"), "{table}");
         assert!(table.starts_with(TRUTH) && table.contains("interrupted:"));
         let page = markdown(&report);
-        assert!(page.contains("| longer | 0.2 | 0.1 | N | as above |"), "{page}");
-        assert!(page.contains("| c\\|d | 3 | – | mm | not here: no wall |"), "{page}");
+        assert!(page.contains("| longer | 0.2 | 0.1 | N | 1 |"), "{page}");
+        assert!(page.contains("| c\\|d | 3 | – | mm | 2 |"), "{page}");
+        assert!(page.ends_with("\n\n1. so\n2. not here: no wall\n"), "{page}");
     }
 }
