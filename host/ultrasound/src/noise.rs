@@ -177,7 +177,8 @@ mod tests {
         assert!((0.9..0.97).contains(&overlap), "{overlap}");
         assert_eq!(pieces(&mask.is_vessel, GRID.size_px).len(), 1);
         let (area, _) = mask.area_and_centroid_mm();
-        assert!((area / 50.27 - 1.0).abs() < 0.03, "{area}");
+        // What the speckle cuts off the outline is lost, what it adds apart from it too.
+        assert!((area / 50.27 - 1.0).abs() < 0.05, "{area}");
         let clean = clean_mask(GRID, &section).overlap(&GRID.coverage(&section));
         assert!(clean > 0.98, "{clean}");
     }
