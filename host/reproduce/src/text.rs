@@ -78,7 +78,7 @@ pub fn table(report: &Report) -> String {
 pub fn markdown(report: &Report) -> String {
     let mut text = format!(
         "# Reproduced\n\n<!-- Generated. To write it again:\n     cathforce reproduce --page \
-         docs/reference/reproduced.md -->\n\n{TRUTH}\n\nA dash stands where nothing was printed, or where a \
+         docs/reference/reproduced.md\n-->\n\n{TRUTH}\n\nA dash stands where nothing was printed, or where a \
          figure cannot be had here. The notes below each table say how the figures were obtained, or why there \
          are none.\n"
     );
