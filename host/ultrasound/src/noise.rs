@@ -177,8 +177,8 @@ mod tests {
         assert!((0.9..0.97).contains(&overlap), "{overlap}");
         assert_eq!(pieces(&mask.is_vessel, GRID.size_px).len(), 1);
         let (area, _) = mask.area_and_centroid_mm();
-        // What the speckle cuts off the outline is lost, what it adds apart from it too.
-        assert!((area / 50.27 - 1.0).abs() < 0.05, "{area}");
+        // The speckle cuts pieces off the outline: 3.7 % here.
+        assert!((area / 50.27 - 1.0).abs() < 0.04, "{area}");
         let clean = clean_mask(GRID, &section).overlap(&GRID.coverage(&section));
         assert!(clean > 0.98, "{clean}");
     }
