@@ -103,8 +103,10 @@ pub const REAL_TIME: &str = "`chrt -r 10 cathforce run …` gives it a real-time
 /// Names this computer as the cause where a device stopped because frames came too late.
 fn not_in_time(failure: Failure, client: &Client) -> Failure {
     let latest_ms = 1e3 * client.latest_step().as_secs_f64();
-    let silence_ms = f64::from(ENCODER_TIMEOUT_HARD_TICKS) * 1e3 * f64::from(TICK_S);
-    if failure.code != Code::Device || latest_ms < silence_ms {
+    // A sample that is L ticks late is missing in as many as L + 1 ticks.
+    let late_ticks = ENCODER_TIMEOUT_HARD_TICKS - 1;
+    let enough_ms = f64::from(late_ticks) * 1e3 * f64::from(TICK_S);
+    if failure.code != Code::Device || latest_ms < enough_ms {
         return failure;
     }
     let message = format!(

@@ -118,6 +118,8 @@ impl<L: Link> Client<L> {
                 let Some(report) = self.receive_tick(left)? else { continue };
                 (heard, answered) = (Instant::now(), true);
                 if on_tick(&report).is_break() {
+                    // The next step may be late already, which may be why the caller stops here.
+                    self.latest_step = self.latest_step.max(due.elapsed());
                     return Ok(sent);
                 }
             }
