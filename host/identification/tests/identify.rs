@@ -101,8 +101,8 @@ fn a_rod_is_recovered_within_the_published_spread() {
     };
     let wide = |own: RodValues, by: f64| RodValues::of_array(own.to_array().map(|x| by * x));
     let parameters = RodValues::parameters(wide(LOWER, 0.5), wide(UPPER, 1.5));
-    let effort = Effort { coarse: 60, fine: 20, seed: 3 };
-    let found = identify(&parameters, &experiment, &measured, effort, &NEVER, &|| ()).unwrap();
+    let effort = Effort { global: 60, local: 40, seed: 3 };
+    let found = identify(&parameters, &experiment, &measured, effort, &NEVER, &|_| ()).unwrap();
     println!("{found:?}");
     // The printed drag moves nothing that could be measured.
     assert_eq!(found.told, [true, true, false, true, true]);

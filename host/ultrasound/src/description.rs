@@ -263,8 +263,8 @@ mod tests {
     fn what_is_wrong_is_refused_with_its_place_cause_and_fix() {
         for (from, to, words) in [
             ("ultrasound/1", "trial-bundle/1", "the format is `trial-bundle/1`"),
-            ("pixel_mm = 0.1", "pixel = 0.1", "unknown field `pixel`"),
-            ("pixel_mm = 0.1", "pixel_mm = 0.0", "[masks]"),
+            ("pixel_mm = 0.05", "pixel = 0.05", "unknown field `pixel`"),
+            ("pixel_mm = 0.05", "pixel_mm = 0.0", "[masks]"),
             ("vessel_depth_mm = 9.0", "vessel_depth_mm = 4.5", "0.50 mm of tissue"),
             ("pose = 2\nforce_n = 10", "pose = 3\nforce_n = 10", "has pose 3, and there are 2"),
             ("force_n = 2\n", "force_n = -2\n", "has a force of -2 N"),

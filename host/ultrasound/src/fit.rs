@@ -67,6 +67,8 @@ pub struct Fit {
     pub images: Vec<Overlapped>,
     /// By pose: what its images are moved by against the block, laterally and down \[mm\].
     pub shifts_mm: Vec<[f64; 2]>,
+    /// How far the masks' outlines lie too far out \[mm\].
+    pub outlines_out_mm: f64,
     /// Epochs of the cross-entropy method, with its agents after each.
     pub epochs: Vec<Epoch>,
     /// Whether it converged, and did not end for the number of its epochs.
@@ -116,6 +118,7 @@ pub fn fit_reusing(
         mean_overlap: overlaps.iter().sum::<f64>() / overlaps.len() as f64,
         images: images.collect(),
         shifts_mm: explained.shifts_mm.iter().map(|shift| (*shift).into()).collect(),
+        outlines_out_mm: explained.growth_mm,
         epochs,
         converged,
         evaluations,

@@ -148,8 +148,8 @@ impl Loaded {
             let mut own: Vec<usize> = (0..loads.len()).filter(|k| loads[*k].0 == pose).collect();
             own.sort_by(|a, b| loads[*a].1.total_cmp(&loads[*b].1));
             let forces_n: Vec<f64> = own.iter().map(|k| loads[*k].1).collect();
-            let solver = Solver::new(&self.mesh, &[])?;
-            let path = self.path(solver, tissue.material(Law::NeoHookean), pose, &forces_n)?;
+            let mut solver = Solver::new(&self.mesh, &[])?;
+            let path = self.path(&mut solver, tissue.material(Law::NeoHookean), pose, &forces_n)?;
             Ok(own.into_iter().zip(path).collect())
         };
         let poses = 0..self.unit_forces_n.len();
@@ -162,7 +162,7 @@ impl Loaded {
     /// Displacements of the wall's nodes under forces that follow each other \[mm\].
     fn path(
         &self,
-        mut solver: Solver,
+        solver: &mut Solver,
         material: WallMaterial,
         pose: usize,
         forces_n: &[f64],
@@ -224,25 +224,25 @@ impl Response {
             |c: f64| Tissue { youngs_modulus_kpa: softest_kpa, poissons_ratio: poissons_ratio(c) };
         let largest_mm2 = softest(0.0).load_mm2(force_n);
         let cs = [self.first[0].0, self.first[self.first.len() - 1].0];
-        let poses = self.loaded.unit_forces_n.len();
-        let cases: Vec<(f64, usize)> =
-            cs.iter().flat_map(|c| (0..poses).map(move |pose| (*c, pose))).collect();
-        let solve = |(c, pose): &(f64, usize)| {
-            let solver = Solver::new(&self.loaded.mesh, &[])?;
+        let solve = |c: &f64| {
+            // One solver for all poses: the factor of the unloaded block serves them all.
+            let mut solver = Solver::new(&self.loaded.mesh, &[])?;
             let forces_n = LOADS.map(|share| share * force_n);
             let material = softest(*c).material(Law::NeoHookean);
-            let path = self.loaded.path(solver, material, *pose, &forces_n)?;
-            let linear = self.first_at(*c, *pose);
-            let rest = |(share, moved): (f64, &Places)| -> Places {
-                let s = share * largest_mm2;
-                moved.iter().zip(&linear).map(|(u, u1)| (u - u1 * s) / (s * s)).collect()
+            let mut of_pose = |pose: usize| {
+                let path = self.loaded.path(&mut solver, material, pose, &forces_n)?;
+                let linear = self.first_at(*c, pose);
+                let rest = |(share, moved): (f64, &Places)| -> Places {
+                    let s = share * largest_mm2;
+                    moved.iter().zip(&linear).map(|(u, u1)| (u - u1 * s) / (s * s)).collect()
+                };
+                Ok(LOADS.into_iter().zip(&path).map(rest).collect())
             };
-            Ok(LOADS.into_iter().zip(&path).map(rest).collect::<Vec<_>>())
+            let poses = 0..self.loaded.unit_forces_n.len();
+            Ok((*c, poses.map(&mut of_pose).collect::<Result<_, _>>()?))
         };
-        let found: Result<Vec<_>, SolveError> = cases.par_iter().map(solve).collect();
-        let mut found =
-            found.map_err(|cause| UltrasoundError::Solve { force_n, cause })?.into_iter();
-        let by_c = cs.map(|c| (c, found.by_ref().take(poses).collect())).into();
+        let by_c: Result<Vec<_>, SolveError> = cs.par_iter().map(solve).collect();
+        let by_c = by_c.map_err(|cause| UltrasoundError::Solve { force_n, cause })?;
         self.second = Some(Second { largest_mm2, by_c });
         Ok(())
     }

@@ -59,6 +59,15 @@ impl Section {
         Self { segments_mm: self.segments_mm.iter().map(moved).collect() }
     }
 
+    /// The same curves, so much farther out from their centroid as a circle of their area would grow
+    /// by this radius.
+    pub fn grown(&self, by_mm: f64) -> Self {
+        let (area, centre) = self.area_and_centroid_mm();
+        let scale = 1.0 + by_mm / (area / std::f64::consts::PI).sqrt();
+        let grown = |segment: &[Vector2<f64>; 2]| segment.map(|p| centre + (p - centre) * scale);
+        Self { segments_mm: self.segments_mm.iter().map(grown).collect() }
+    }
+
     /// The points of the curves in order round the centroid, closed, for a drawing.
     pub fn outline_mm(&self) -> Vec<Vector2<f64>> {
         let (_, centre) = self.area_and_centroid_mm();
@@ -131,6 +140,10 @@ mod tests {
             assert!((centroid - Vector2::new(lateral, 11.0)).norm() < 1e-2, "{centroid}");
             let moved = section.moved(Vector2::new(1.0, -2.0)).area_and_centroid_mm();
             assert!((moved.0 - area).abs() < 1e-9);
+            let radius = |area: f64| (area / PI).sqrt();
+            let grown = section.grown(0.2).area_and_centroid_mm();
+            assert!((radius(grown.0) - radius(area) - 0.2).abs() < 1e-9);
+            assert!((grown.1 - centroid).norm() < 1e-9);
             assert!((moved.1 - centroid - Vector2::new(1.0, -2.0)).norm() < 1e-9);
         }
     }

@@ -33,7 +33,7 @@ pub struct Target {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Solution {
     pub(crate) field: Field,
-    /// Corrections by Newton's method since the unloaded wall; each costs a factorisation.
+    /// Corrections by Newton's method since the unloaded wall; some of them cost a factorisation.
     pub corrections: usize,
 }
 
@@ -175,15 +175,9 @@ impl Solver {
             if is_there && relative(self.system.norms(&residual.values)) < SOLVED {
                 return Ok(Some(Solution { field, corrections }));
             }
-            if self.system.matrix.factorise().is_err() {
+            let Some(mut correction) = self.correction(&residual.values, material.kinematics)?
+            else {
                 return Ok(None);
-            }
-            let Ok(mut correction) = self.system.matrix.solve(&residual.values) else {
-                // A small strain has one matrix for all loads: it is singular, or it is solved.
-                return match material.kinematics {
-                    Kinematics::Small => Err(SolveError::Singular),
-                    Kinematics::Large => Ok(None),
-                };
             };
             correction.iter_mut().for_each(|x| *x = -*x);
             let before = is_there.then(|| relative(self.system.norms(&residual.values)));
@@ -193,6 +187,25 @@ impl Solver {
             }
         }
         Ok(None)
+    }
+
+    /// What the matrix makes of a residual. The factor of an earlier load serves while the wall has
+    /// changed little since; else the matrix is factorised. `None`: it has no factor.
+    fn correction(
+        &mut self,
+        residual: &[f64],
+        kinematics: Kinematics,
+    ) -> Result<Option<Vec<f64>>, SolveError> {
+        let matrix = &mut self.system.matrix;
+        if let Some(found) = matrix.solve_by_earlier_factor(residual) {
+            return Ok(Some(found));
+        }
+        match matrix.factorise().and_then(|()| matrix.solve(residual)) {
+            Ok(found) => Ok(Some(found)),
+            // A small strain has one matrix for all loads: it is singular, or it is solved.
+            Err(_) if kinematics == Kinematics::Small => Err(SolveError::Singular),
+            Err(_) => Ok(None),
+        }
     }
 
     /// The largest share of a correction, by halving, with which the residual shrinks. While given

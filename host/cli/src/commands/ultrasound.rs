@@ -112,6 +112,7 @@ fn text(found: &Fit, seconds: f64) -> String {
             k + 1
         );
     }
+    let _ = writeln!(text, "the outlines lie {:.3} mm too far out", found.outlines_out_mm);
     let _ = writeln!(
         text,
         "\nmean overlap {:.3}, {} epochs, {} evaluations, {seconds:.1} s",
@@ -132,6 +133,7 @@ fn to_json(path: &Path, found: &Fit, seconds: f64) -> Value {
         "mean_overlap": found.mean_overlap,
         "images": found.images,
         "shifts_mm": found.shifts_mm,
+        "outlines_out_mm": found.outlines_out_mm,
         "converged": found.converged,
         "epochs": found.epochs,
         "evaluations": found.evaluations,

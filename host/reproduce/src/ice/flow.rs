@@ -41,15 +41,16 @@ const PHASES_RAD: f64 = 2.5;
 const LEAD_S: f64 = 2.5;
 const RECORD_S: f64 = 4.0 / BEATS_HZ;
 const TRUTH: Mesh = Mesh { edges: 24, step_s: 2.5e-3 };
-const FINE: Mesh = Mesh { edges: 12, step_s: 5e-3 };
+const FINE: Mesh = Mesh { edges: 32, step_s: SAMPLE_S / 12.0 };
 const COARSE: Mesh = Mesh { edges: 6, step_s: 12.5e-3 };
-const EFFORT: Effort = Effort { coarse: 150, fine: 50, seed: 21 };
-/// Work of one simulation, in the unit of a [`Meter`], and about how many a trial takes.
-const WORK: u64 = 400;
-const SIMULATIONS: u64 = 300;
+const EFFORT: Effort = Effort { global: 150, local: 60, seed: 21 };
+/// Work of a coarse and of a fine simulation, in the unit of a [`Meter`], and about how many of each a
+/// trial takes.
+const WORK: [u64; 2] = [200, 6000];
+const SIMULATIONS: [u64; 2] = [300, 7];
 
 pub fn work() -> u64 {
-    (TRIALS as u64 + 1) * SIMULATIONS * WORK
+    (TRIALS as u64 + 1) * (SIMULATIONS[0] * WORK[0] + SIMULATIONS[1] * WORK[1])
 }
 
 /// One record, what was true of it, and what was found.
@@ -165,7 +166,7 @@ fn outcome(trials: &[Trial], all: &Trial) -> Outcome {
     let how = format!(
         "{TRIALS} records of four beats at 72 a minute, solved by the reference solver with {} edges and {} ms \
          and another phase each; {SENSOR_READ}; mean shift, peak, trough and the amplitude at the beat's \
-         frequency; multi-start with {} edges, local search with {} edges; flow across the catheter, chamber \
+         frequency; multi-start with {} edges, local searches that follow {} edges by defect correction; flow across the catheter, chamber \
          of 45 mm, entry 8 mm beside its axis (none of them is printed); the area of eq. (16) is the printed \
          cross-section per metre; M_f as printed; {SECTION_READ}",
         TRUTH.edges,

@@ -36,15 +36,16 @@ const CATHETERS: usize = 3;
 const WAY_S: f64 = 2.0;
 const STAY_S: f64 = 0.3;
 
-/// Links and tick \[s\] of the truth, and of the fine and the coarse search. A tick is at most 10 ms and
-/// fits a whole number of times between two samples.
+/// Links and tick \[s\] of the truth, of the fine simulation that the search follows, and of the coarse
+/// one that it searches on. A tick is at most 10 ms and fits a whole number of times between two samples.
 const TRUTH: (usize, f64) = (48, SAMPLE_S / 5.0);
-const FINE: (usize, f64) = (32, SAMPLE_S / 3.0);
+const FINE: (usize, f64) = (64, SAMPLE_S / 6.0);
 const COARSE: (usize, f64) = (12, SAMPLE_S / 3.0);
-const EFFORT: Effort = Effort { coarse: 120, fine: 40, seed: 31 };
-/// Work of one simulation of all loops, in the unit of a [`Meter`], and about how many a trial takes.
-const WORK: u64 = 3000;
-const SIMULATIONS: u64 = 250;
+const EFFORT: Effort = Effort { global: 120, local: 60, seed: 31 };
+/// Work of a coarse and of a fine simulation of all loops, in the unit of a [`Meter`], and about how many
+/// of each a trial takes.
+const WORK: [u64; 2] = [1000, 12_000];
+const SIMULATIONS: [u64; 2] = [250, 7];
 
 /// Why the printed numbers of the tendons' friction have no counterpart.
 const WHY: &str = "eqs. (14) and (15) have no balance of units: a coefficient times a tension gives force per \
@@ -53,7 +54,7 @@ const WHY: &str = "eqs. (14) and (15) have no balance of units: a coefficient ti
                    the bend (capstan); the rows below find those";
 
 pub fn work() -> u64 {
-    CATHETERS as u64 * SIMULATIONS * WORK
+    CATHETERS as u64 * (SIMULATIONS[0] * WORK[0] + SIMULATIONS[1] * WORK[1])
 }
 
 /// One catheter: its true values, its loops, and what was found.
@@ -197,7 +198,7 @@ fn outcome(trials: &[Trial]) -> Outcome {
         "{CATHETERS} catheters, friction and dead zone varied by 10 % about 0.25 at rest, 0.6 of that in motion, and 0.2 mm; loops of \
          seven amplitudes, 4000 to 10000 counts of 0.25 µm (not printed), by the device's model with {} links \
          and {:.1} ms; {SENSOR_READ}; bounds, dead zones and thickness of each; multi-start with {} links, \
-         local search with {} links and {:.1} ms; no opposite tendon; {SECTION_READ}",
+         local searches that follow {} links and {:.1} ms by defect correction; no opposite tendon; {SECTION_READ}",
         TRUTH.0,
         1e3 * TRUTH.1,
         COARSE.0,

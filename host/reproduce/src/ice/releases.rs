@@ -86,21 +86,20 @@ const CATHETERS: usize = 5;
 const WEIGHTS_KG: [f64; 3] = [5e-3, 10e-3, 20e-3];
 /// Time of a record \[s\]: about seven swings, after which a tenth of the first is left.
 const RECORD_S: f64 = 3.0;
-/// The truth is solved more finely than what the search compares with it, and its valleys are found on a
-/// still coarser one.
+/// The truth, the fine simulation that the search follows, and the coarse one that it searches on.
 const TRUTH: Mesh = Mesh { edges: 24, step_s: 2.5e-3 };
-const FINE: Mesh = Mesh { edges: 12, step_s: 5e-3 };
+const FINE: Mesh = Mesh { edges: 32, step_s: SAMPLE_S / 12.0 };
 const COARSE: Mesh = Mesh { edges: 6, step_s: 12.5e-3 };
 /// Searched range beyond the printed bounds, as a share of them on either side.
 const BEYOND: f64 = 0.5;
-const EFFORT: Effort = Effort { coarse: 120, fine: 40, seed: 11 };
-/// Work of one simulation of the three releases, in the unit of a [`Meter`], and about how many simulations
-/// a trial takes.
-const WORK: u64 = 700;
-const SIMULATIONS: u64 = 300;
+const EFFORT: Effort = Effort { global: 120, local: 60, seed: 11 };
+/// Work of a coarse and of a fine simulation of the three releases, in the unit of a [`Meter`], and about
+/// how many of each a trial takes.
+const WORK: [u64; 2] = [300, 9000];
+const SIMULATIONS: [u64; 2] = [300, 7];
 
 pub fn work() -> u64 {
-    CATHETERS as u64 * SIMULATIONS * WORK
+    CATHETERS as u64 * (SIMULATIONS[0] * WORK[0] + SIMULATIONS[1] * WORK[1])
 }
 
 /// One catheter: its true values, its records, and what was found.
@@ -191,7 +190,7 @@ fn outcome(trials: &[Trial]) -> Outcome {
         "{CATHETERS} catheters, each value drawn from the printed nominal value and standard deviation \
          within the printed bounds; weights of 5, 10 and 20 g released by the reference solver with {} edges \
          and {} ms; {SENSOR_READ}; six features of each; multi-start with {} edges and {} ms within half \
-         beyond the printed bounds, then local search with {} edges and {} ms; {SECTION_READ}",
+         beyond the printed bounds, then local searches that follow {} edges and {:.1} ms by defect correction; {SECTION_READ}",
         TRUTH.edges,
         1e3 * TRUTH.step_s,
         COARSE.edges,

@@ -8,18 +8,18 @@ use cathforce_identification::{Effort, Experiment, Identified, Measured, SearchE
 
 use crate::meter::{Meter, Trouble};
 
-/// Identifies parameters; every simulation counts as `work` of the meter.
+/// Identifies parameters. `work` of the meter: of a coarse and of a fine simulation.
 pub fn search(
     parameters: &[Parameter],
     experiment: &dyn Experiment,
     measured: &Measured,
     effort: Effort,
     meter: &Meter,
-    work: u64,
+    work: [u64; 2],
 ) -> Result<Identified, Trouble> {
     let stopped = AtomicBool::new(false);
-    let tell = || {
-        if meter.add(work).is_err() {
+    let tell = |fine: bool| {
+        if meter.add(work[usize::from(fine)]).is_err() {
             stopped.store(true, Ordering::Relaxed);
         }
     };
