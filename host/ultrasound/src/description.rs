@@ -153,8 +153,8 @@ impl Description {
             ));
         }
         if self.images.is_empty() {
-            let cause = "there is no [[image]]".to_owned();
-            return Some((cause, "give an image with `pose`, `force_n` and `mask`"));
+            let cause = "it names no image".to_owned();
+            return Some((cause, "give images with `pose`, `force_n` and `mask`"));
         }
         for image in &self.images {
             let ImageEntry { pose, force_n, mask } = image;
@@ -255,7 +255,7 @@ mod tests {
     #[test]
     fn the_example_is_read() {
         let own = changed("", "").unwrap();
-        assert_eq!((own.poses.len(), own.images.len()), (2, 10));
+        assert_eq!((own.poses.len(), own.images.len()), (2, 34));
         assert_eq!(own.search.youngs_modulus_kpa, [60.0, 850.0]);
     }
 
@@ -266,9 +266,9 @@ mod tests {
             ("pixel_mm = 0.05", "pixel = 0.05", "unknown field `pixel`"),
             ("pixel_mm = 0.05", "pixel_mm = 0.0", "[masks]"),
             ("vessel_depth_mm = 9.0", "vessel_depth_mm = 4.5", "0.50 mm of tissue"),
-            ("pose = 2\nforce_n = 10", "pose = 3\nforce_n = 10", "has pose 3, and there are 2"),
-            ("force_n = 2\n", "force_n = -2\n", "has a force of -2 N"),
-            ("pose2-10n.png", "pose1-2n.png", "named twice"),
+            ("pose = 2, force_n = 10.0", "pose = 3, force_n = 10.0", "has pose 3, and there are 2"),
+            ("force_n = 2.0", "force_n = -2.0", "has a force of -2 N"),
+            ("pose2-10.0n.png", "pose1-2.0n.png", "named twice"),
             ("[60.0, 850.0]", "[850.0, 60.0]", "runs from 850 to 60"),
             ("[0.47, 0.49]", "[0.47, 0.5]", "runs from 0.47 to 0.5"),
             ("face_mm = [38.0, 5.0]", "face_mm = [38.0, 0.0]", "`face_mm`"),

@@ -19,8 +19,9 @@ pub fn finer(own: Elements) -> Elements {
     Elements { outwards: more(own.outwards), around: more(own.around), along: more(own.along) }
 }
 
-/// The cross-section of every image of a description, without noise. Each force is solved for itself,
-/// on a mesh of [`finer`] elements, so that neither the mesh nor the interpolation of a fit is in it.
+/// The cross-section of every image of a description, without noise. This tissue is solved for itself
+/// on a mesh of [`finer`] elements, so that neither the mesh of a fit is in it nor its interpolation
+/// between tissues.
 /// `folder`: of the description.
 pub fn sections(
     description: &Description,

@@ -42,6 +42,10 @@ pub enum Law {
 /// Shares of the largest load at which large strains are solved.
 const LOADS: [f64; 3] = [1.0 / 3.0, 2.0 / 3.0, 1.0];
 
+/// Loads that are solved for one tissue at large strains. Between them its displacement, whose
+/// deviation from a line is some per cent, is a polynomial of that order to far below a micron.
+const PATH_LOADS: usize = 5;
+
 /// Of every node of the vessel's wall \[mm\].
 type Places = Vec<Vector3<f64>>;
 
@@ -109,7 +113,7 @@ impl Loaded {
     }
 
     /// Places of the wall's nodes under forces in newtons, each with the place of its pose, solved for
-    /// them alone \[mm\].
+    /// this tissue alone \[mm\].
     pub fn solved_mm(
         &self,
         law: Law,
@@ -142,21 +146,28 @@ impl Loaded {
         Ok(loads.iter().map(load).collect())
     }
 
-    /// Force by force in each pose, the smallest first.
+    /// Between [`PATH_LOADS`] forces that are solved one after the other in each pose.
     fn all_large(&self, tissue: Tissue, loads: &[(usize, f64)]) -> Result<Vec<Places>, SolveError> {
-        let of_pose = |pose: usize| -> Result<Vec<(usize, Places)>, SolveError> {
-            let mut own: Vec<usize> = (0..loads.len()).filter(|k| loads[*k].0 == pose).collect();
-            own.sort_by(|a, b| loads[*a].1.total_cmp(&loads[*b].1));
-            let forces_n: Vec<f64> = own.iter().map(|k| loads[*k].1).collect();
+        let largest_n = loads.iter().map(|(_, force_n)| *force_n).fold(0.0, f64::max);
+        let step_n = largest_n / PATH_LOADS as f64;
+        let solved_n: Vec<f64> = (1..=PATH_LOADS).map(|k| k as f64 * step_n).collect();
+        let of_pose = |pose: usize| -> Result<Vec<Places>, SolveError> {
             let mut solver = Solver::new(&self.mesh, &[])?;
-            let path = self.path(&mut solver, tissue.material(Law::NeoHookean), pose, &forces_n)?;
-            Ok(own.into_iter().zip(path).collect())
+            self.path(&mut solver, tissue.material(Law::NeoHookean), pose, &solved_n)
         };
         let poses = 0..self.unit_forces_n.len();
-        let found: Result<Vec<_>, SolveError> = poses.into_par_iter().map(of_pose).collect();
-        let mut all: Vec<(usize, Places)> = found?.into_iter().flatten().collect();
-        all.sort_by_key(|(k, _)| *k);
-        Ok(all.into_iter().map(|(_, places)| places).collect())
+        let paths: Vec<Vec<Places>> =
+            poses.into_par_iter().map(of_pose).collect::<Result<_, SolveError>>()?;
+        // Without a force nothing moves.
+        let nodes: Vec<f64> = std::iter::once(0.0).chain(solved_n).collect();
+        let at = |(pose, force_n): &(usize, f64)| {
+            let mut moved = vec![Vector3::zeros(); self.rest_mm.len()];
+            for (own, weight) in paths[*pose].iter().zip(&lagrange(&nodes, *force_n)[1..]) {
+                add(&mut moved, own, *weight);
+            }
+            moved
+        };
+        Ok(loads.iter().map(at).collect())
     }
 
     /// Displacements of the wall's nodes under forces that follow each other \[mm\].
