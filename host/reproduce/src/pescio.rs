@@ -90,6 +90,8 @@ fn run(meter: &Meter) -> Result<Outcome, Trouble> {
     let mut rows = insertion(&slow_scores, 13);
     rows.extend(insertion(&fast_scores, 23));
     rows.push(speeds(&slow_sensor, &fast_sensor));
+    #[cfg(feature = "wall")]
+    rows.push(silicone::yielded(peak_n(&slow.force_n))?);
     let configurations: Result<Vec<_>, Trouble> = TABLE_1
         .par_iter()
         .map(|own| {
@@ -141,11 +143,14 @@ fn insertion(s: &Scores, mm_per_s: u32) -> Vec<Row> {
     rows.collect()
 }
 
+/// Largest magnitude \[N\].
+fn peak_n(force_n: &[nalgebra::Vector3<f64>]) -> f64 {
+    force_n.iter().map(|f| f.norm()).fold(0.0, f64::max)
+}
+
 /// How little the speed matters to the force.
 fn speeds(slow: &[nalgebra::Vector3<f64>], fast: &[nalgebra::Vector3<f64>]) -> Row {
-    let peak =
-        |force: &[nalgebra::Vector3<f64>]| force.iter().map(|f| f.norm()).fold(0.0, f64::max);
-    Row::of("peak force at 23 mm/s over that at 13 mm/s", "1", peak(fast) / peak(slow)).how(
+    Row::of("peak force at 23 mm/s over that at 13 mm/s", "1", peak_n(fast) / peak_n(slow)).how(
         "the truth's averaged sensor, whole insertion; printed is that the speed has minimal influence",
     )
 }
