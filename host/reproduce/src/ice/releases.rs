@@ -89,7 +89,7 @@ const RECORD_S: f64 = 3.0;
 /// The truth, the fine simulation that the search follows, and the coarse one that it searches on.
 const TRUTH: Mesh = Mesh { edges: 24, step_s: 2.5e-3 };
 const FINE: Mesh = Mesh { edges: 32, step_s: SAMPLE_S / 12.0 };
-const COARSE: Mesh = Mesh { edges: 6, step_s: 12.5e-3 };
+const COARSE: Mesh = Mesh { edges: 10, step_s: SAMPLE_S / 5.0 };
 /// Searched range beyond the printed bounds, as a share of them on either side.
 const BEYOND: f64 = 0.5;
 const EFFORT: Effort = Effort { global: 120, local: 60, seed: 11 };
