@@ -42,12 +42,12 @@ const LEAD_S: f64 = 2.5;
 const RECORD_S: f64 = 4.0 / BEATS_HZ;
 const TRUTH: Mesh = Mesh { edges: 24, step_s: 2.5e-3 };
 const FINE: Mesh = Mesh { edges: 32, step_s: SAMPLE_S / 12.0 };
-const COARSE: Mesh = Mesh { edges: 10, step_s: SAMPLE_S / 5.0 };
-const EFFORT: Effort = Effort { global: 150, local: 60, seed: 21 };
+const COARSE: Mesh = Mesh { edges: 6, step_s: SAMPLE_S / 2.0 };
+const EFFORT: Effort = Effort { global: 400, local: 60, seed: 21 };
 /// Work of a coarse and of a fine simulation, in the unit of a [`Meter`], and about how many of each a
 /// trial takes.
 const WORK: [u64; 2] = [200, 6000];
-const SIMULATIONS: [u64; 2] = [300, 7];
+const SIMULATIONS: [u64; 2] = [550, 7];
 
 pub fn work() -> u64 {
     (TRIALS as u64 + 1) * (SIMULATIONS[0] * WORK[0] + SIMULATIONS[1] * WORK[1])
