@@ -229,7 +229,7 @@ impl Response {
             let mut solver = Solver::new(&self.loaded.mesh, &[])?;
             let forces_n = LOADS.map(|share| share * force_n);
             let material = softest(*c).material(Law::NeoHookean);
-            let mut of_pose = |pose: usize| {
+            let mut of_pose = |pose: usize| -> Result<Vec<Places>, SolveError> {
                 let path = self.loaded.path(&mut solver, material, pose, &forces_n)?;
                 let linear = self.first_at(*c, pose);
                 let rest = |(share, moved): (f64, &Places)| -> Places {
