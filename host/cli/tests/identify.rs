@@ -123,7 +123,7 @@ fn broken_records_and_descriptions_are_named() {
     refused(&["release-20g.csv", "cannot be read"]);
     let whole = fs::read_to_string(&description).unwrap();
     fs::write(&description, whole.replace("length_m = 0.135", "length_m = 135")).unwrap();
-    refused(&["description.toml:9: `length_m` is 135"]);
+    refused(&["description.toml:10: `length_m` is 135"]);
 }
 
 #[test]
