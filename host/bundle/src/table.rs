@@ -343,6 +343,9 @@ mod tests {
         assert_eq!(place, Place::LineColumn(1, 2));
         assert!(cause.to_string().contains("did you mean `height_m`?"), "{cause}");
         let (place, cause) = Numbers::read("t_s,height_m\n0,1\n1,\n", &names).unwrap_err();
-        assert_eq!((place, cause), (Place::LineColumn(3, 2), TableCause::MissingValue("height_m".into())));
+        assert_eq!(
+            (place, cause),
+            (Place::LineColumn(3, 2), TableCause::MissingValue("height_m".into()))
+        );
     }
 }

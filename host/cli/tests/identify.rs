@@ -25,9 +25,10 @@ fn recovers(kind: &str, not_told: &[&str]) -> (String, Value) {
     let out = folder.path().join("fit.json");
     let output = cathforce(["identify", "fit", text(&description), "--out", text(&out)]);
     assert!(output.status.success(), "{}", stderr(&output));
+    let remarks = stderr(&output).to_owned();
     let said = String::from_utf8(output.stdout).unwrap();
     let json: Value = serde_json::from_slice(&fs::read(&out).unwrap()).unwrap();
-    println!("{said}\n{}", stderr(&output));
+    println!("{said}\n{remarks}");
     assert_eq!(json["kind"], kind);
     let written = fs::read_to_string(&description).unwrap();
     for trial in json["trials"].as_array().unwrap() {

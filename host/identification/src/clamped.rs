@@ -95,11 +95,7 @@ impl ClampedCatheter {
         // A force F moves the tip by F L³/(3 E I).
         let stiffness_n_per_m = 3.0 * section.bending_n_m2 / self.length_m.powi(3);
         let air = Problem {
-            rod: Rod {
-                radius_m: self.outer_radius_m,
-                sections: vec![section],
-                curves: Vec::new(),
-            },
+            rod: Rod { radius_m: self.outer_radius_m, sections: vec![section], curves: Vec::new() },
             entry: Entry {
                 position_m: Vector3::zeros(),
                 direction: Vector3::x(),

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use cathforce_bundle::nearest;
 use serde::Deserialize;
 
-use crate::clamped::{Chamber, ClampedCatheter, Bends, TipTendon};
+use crate::clamped::{Bends, Chamber, ClampedCatheter, TipTendon};
 use crate::error::IdentificationError;
 use crate::quantity::{OF_FLOW, OF_LOOP, OF_RELEASE, Quantity};
 use crate::rod::RodValues;
@@ -49,7 +49,10 @@ impl Kind {
 
 /// What is known of a parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
-#[serde(untagged, expecting = "a number that is known, or bounds to search between, as [lowest, highest]")]
+#[serde(
+    untagged,
+    expecting = "a number that is known, or bounds to search between, as [lowest, highest]"
+)]
 pub enum Range {
     Known(f64),
     Within([f64; 2]),
@@ -82,7 +85,11 @@ pub enum Surroundings {
     Air,
     Tendon(TipTendon),
     /// Chamber, frequency of the beats \[Hz\], and area that the flow meets per length \[m\].
-    Flow { chamber: Chamber, frequency_hz: f64, width_m: f64 },
+    Flow {
+        chamber: Chamber,
+        frequency_hz: f64,
+        width_m: f64,
+    },
 }
 
 /// A description that was read and found consistent.
@@ -332,9 +339,7 @@ impl Description {
             .or_else(|| within("noise_m", self.noise_m, 1e-7, thick_m, "metres"))
             .or_else(|| {
                 let mut all = rod;
-                all.find_map(|(value, own)| {
-                    within(own.name, value, own.least, own.most, own.unit)
-                })
+                all.find_map(|(value, own)| within(own.name, value, own.least, own.most, own.unit))
             })
             .or_else(|| self.fault_of_surroundings())
             .or_else(|| self.fault_of_trials())
@@ -343,7 +348,12 @@ impl Description {
     fn fault_of_surroundings(&self) -> Option<Fault> {
         match self.surroundings {
             Surroundings::Air => None,
-            Surroundings::Tendon(TipTendon { offset_m, stiffness_n_per_m, bend_behind_rad, .. }) => {
+            Surroundings::Tendon(TipTendon {
+                offset_m,
+                stiffness_n_per_m,
+                bend_behind_rad,
+                ..
+            }) => {
                 let radius_m = self.catheter.outer_radius_m;
                 // The device's own limits.
                 within("offset_m", offset_m, 1e-5, radius_m, "metres from the centre line")
@@ -370,13 +380,25 @@ impl Description {
                 let outer_m = self.catheter.outer_radius_m;
                 within("fluid_density_kg_per_m3", fluid_density_kg_per_m3, 0.1, 2e4, "kg/m³")
                     .or_else(|| {
-                        within("frequency_hz", frequency_hz, 0.05, 20.0, "hertz, not beats a minute")
+                        within(
+                            "frequency_hz",
+                            frequency_hz,
+                            0.05,
+                            20.0,
+                            "hertz, not beats a minute",
+                        )
                     })
                     .or_else(|| within("width_m", width_m, 1e-6, 0.05, "metres"))
                     .or_else(|| within("chamber_radius_m", radius_m, outer_m, 0.5, "metres"))
                     .or_else(|| {
                         let most_m = radius_m - outer_m;
-                        within("off_axis_m", off_axis_m, -most_m, most_m, "metres, inside the chamber")
+                        within(
+                            "off_axis_m",
+                            off_axis_m,
+                            -most_m,
+                            most_m,
+                            "metres, inside the chamber",
+                        )
                     })
             }
         }
@@ -444,7 +466,11 @@ impl Head {
             Some(FORMAT) => {}
             None => {
                 let cause = "it has no `format`";
-                return Err(fault("format", cause, format!("begin it with `format = \"{FORMAT}\"`")));
+                return Err(fault(
+                    "format",
+                    cause,
+                    format!("begin it with `format = \"{FORMAT}\"`"),
+                ));
             }
             Some(other) => {
                 let cause = format!("the format is `{other}`, not `{FORMAT}`");
@@ -481,9 +507,8 @@ fn ranges(kind: Kind, given: &Parameters) -> Result<Vec<Range>, Fault> {
         })?;
         let wrong = match range {
             Range::Known(value) => within(name, value, least, most, unit),
-            Range::Within([low, high]) if low < high => {
-                within(name, low, least, most, unit).or_else(|| within(name, high, least, most, unit))
-            }
+            Range::Within([low, high]) if low < high => within(name, low, least, most, unit)
+                .or_else(|| within(name, high, least, most, unit)),
             Range::Within([low, high]) => {
                 let fix = "give two different bounds, the lower one first";
                 Some(fault(name, format!("`{name}` runs from {low} to {high}"), fix))
@@ -587,8 +612,7 @@ impl FlowFile {
             chamber_radius_m,
             off_axis_m,
         } = self.flow;
-        let files =
-            |own: FlowTrial| TrialFiles::Flow { record: own.record, rest_m: own.rest_m };
+        let files = |own: FlowTrial| TrialFiles::Flow { record: own.record, rest_m: own.rest_m };
         Ok(Description {
             kind: Kind::PulsatileFlow,
             seed: self.seed,
@@ -606,7 +630,11 @@ impl FlowFile {
                 tip_mass_kg: own.tip_mass_kg,
             },
             surroundings: Surroundings::Flow {
-                chamber: Chamber { radius_m: chamber_radius_m, off_axis_m, fluid_density_kg_per_m3 },
+                chamber: Chamber {
+                    radius_m: chamber_radius_m,
+                    off_axis_m,
+                    fluid_density_kg_per_m3,
+                },
                 frequency_hz,
                 width_m,
             },
@@ -618,7 +646,10 @@ impl FlowFile {
 }
 
 /// A text as TOML, with the line of what is wrong.
-fn parsed<T: serde::de::DeserializeOwned>(shown: &str, text: &str) -> Result<T, IdentificationError> {
+fn parsed<T: serde::de::DeserializeOwned>(
+    shown: &str,
+    text: &str,
+) -> Result<T, IdentificationError> {
     toml::from_str(text).map_err(|error| {
         let line = error.span().map_or(1, |span| 1 + text[..span.start].matches('\n').count());
         let fix = "compare with the description that `cathforce identify example` writes";
@@ -660,7 +691,10 @@ mod tests {
     #[test]
     fn the_examples_are_read() {
         let own = Description::parse("a.toml", RELEASE).unwrap();
-        assert_eq!((own.kind, own.trials.len(), own.searched().count()), (Kind::WeightRelease, 1, 5));
+        assert_eq!(
+            (own.kind, own.trials.len(), own.searched().count()),
+            (Kind::WeightRelease, 1, 5)
+        );
         let own = Description::parse("a.toml", LOOP).unwrap();
         assert_eq!((own.kind, own.catheter.outer_radius_m), (Kind::TendonHysteresis, 2.05e-3));
         let own = Description::parse("a.toml", FLOW).unwrap();
@@ -678,16 +712,41 @@ mod tests {
             (RELEASE, "length_m = 0.135", "lenght_m = 0.135", "unknown field `lenght_m`"),
             (RELEASE, "length_m = 0.135", "length_m = 135", "`length_m` is 135"),
             (RELEASE, "noise_m = 0.2e-3", "noise_m = 0.2", "`noise_m` is 0.2"),
-            (RELEASE, "youngs_pa = [13e9, 57e9]", "youngs_gpa = [13, 57]", "did you mean `youngs_pa`?"),
+            (
+                RELEASE,
+                "youngs_pa = [13e9, 57e9]",
+                "youngs_gpa = [13, 57]",
+                "did you mean `youngs_pa`?",
+            ),
             (RELEASE, "[13e9, 57e9]", "[57e9, 13e9]", "runs from 57000000000 to 13000000000"),
             (RELEASE, "[13e9, 57e9]", "[13.0, 57.0]", "`youngs_pa` is 13"),
-            (RELEASE, "[13e9, 57e9]", "\"stiff\"", "bounds to search between, as [lowest, highest]"),
+            (
+                RELEASE,
+                "[13e9, 57e9]",
+                "\"stiff\"",
+                "bounds to search between, as [lowest, highest]",
+            ),
             (RELEASE, "weight_kg = 20e-3", "weight_kg = 20", "`weight_kg` is 20"),
             (RELEASE, "\"release-20g.csv\"", "\"release-5g.csv\"", "release-5g.csv is named twice"),
-            (LOOP, "outer_diameter_m = 4.1e-3", "outer_diameter_m = 2.1e-3", "`offset_m` is 0.0015"),
+            (
+                LOOP,
+                "outer_diameter_m = 4.1e-3",
+                "outer_diameter_m = 2.1e-3",
+                "`offset_m` is 0.0015",
+            ),
             (LOOP, "bends = \"up\"", "bends = \"left\"", "unknown variant `left`"),
-            (LOOP, "bend_behind_rad = 0.5", "bend_behind_rad = 20", "the friction at its upper bound"),
-            (LOOP, "[\"loop-1.csv\", \"loop-2.csv\", \"loop-3.csv\"]", "[]", "a trial has no record"),
+            (
+                LOOP,
+                "bend_behind_rad = 0.5",
+                "bend_behind_rad = 20",
+                "the friction at its upper bound",
+            ),
+            (
+                LOOP,
+                "[\"loop-1.csv\", \"loop-2.csv\", \"loop-3.csv\"]",
+                "[]",
+                "a trial has no record",
+            ),
             (FLOW, "frequency_hz = 1.2", "frequency_hz = 72", "hertz, not beats a minute"),
             (FLOW, "off_axis_m = 8e-3", "off_axis_m = 0.03", "inside the chamber"),
             (FLOW, "rest_m = 0.0", "rest_m = 3.0", "`rest_m` is 3"),

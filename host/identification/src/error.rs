@@ -11,7 +11,9 @@ pub enum IdentificationError {
     #[error("{place}: {cause}\n  fix: {fix}")]
     File { place: String, cause: String, fix: String },
     /// The experiment cannot be simulated.
-    #[error("the simulation of the experiment: {0}\n  fix: check [catheter] and the bounds in [parameters]")]
+    #[error(
+        "the simulation of the experiment: {0}\n  fix: check [catheter] and the bounds in [parameters]"
+    )]
     Simulation(String),
     /// `trial`: number from 1.
     #[error("trial {trial}: {}\n  fix: {}", cause_of(.error), fix_of(.error))]

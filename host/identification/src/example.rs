@@ -31,12 +31,8 @@ pub const TRUE_ROD: RodValues = RodValues {
 pub const TRUE_TENDON: TendonValues =
     TendonValues { static_friction: 0.25, sliding_ratio: 0.6, slack_m: 0.2e-3 };
 /// What is true of the flow.
-pub const TRUE_FLOW: FlowValues = FlowValues {
-    pulse_ratio: 0.8,
-    phase_rad: 0.6,
-    coefficient: 1.2,
-    velocity_m_per_s: 0.173,
-};
+pub const TRUE_FLOW: FlowValues =
+    FlowValues { pulse_ratio: 0.8, phase_rad: 0.6, coefficient: 1.2, velocity_m_per_s: 0.173 };
 
 /// Between samples of the made records: an electromagnetic tracker at 40 Hz \[s\].
 const SAMPLE_S: f64 = 0.025;
@@ -118,9 +114,8 @@ fn loops() -> Result<Vec<(String, String)>, IdentificationError> {
     let description = own.catheter.pulled(&own.rod, &tendon, LOOP_MESH);
     let rest = PulledTip::new(description, own.catheter.length_m, &lumen)
         .map_err(|error| failed(format!("{error:?}")))?;
-    let records = setup
-        .loops(&TRUE_TENDON, &rest, &lumen)
-        .map_err(|error| failed(format!("{error:?}")))?;
+    let records =
+        setup.loops(&TRUE_TENDON, &rest, &lumen).map_err(|error| failed(format!("{error:?}")))?;
     let mut noise = Noise::of_seed(1);
     let mut files = vec![(DESCRIPTION.to_owned(), text.to_owned())];
     for (k, record) in records.iter().enumerate() {

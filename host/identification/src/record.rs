@@ -50,25 +50,27 @@ impl Sampled {
             refused(None, format!("cannot be read: {error}"), fix.into())
         })?;
         let all: Vec<&str> = [TIME].into_iter().chain(names.iter().copied()).collect();
-        let Numbers { mut columns, lines } = Numbers::read(&text, &all).map_err(|(place, cause)| {
-            // What is meant by a unit that is not read, such as `height_mm`.
-            let fix = match &cause {
-                cathforce_bundle::TableCause::UnknownColumn { name, .. }
-                    if nearest(name, &all).is_some() =>
-                {
-                    format!("name the columns `{}`, in seconds and metres", all.join("`, `"))
-                }
-                cause => cause.fix(),
-            };
-            IdentificationError::file(format!("{shown}{place}"), cause.to_string(), fix)
-        })?;
+        let Numbers { mut columns, lines } =
+            Numbers::read(&text, &all).map_err(|(place, cause)| {
+                // What is meant by a unit that is not read, such as `height_mm`.
+                let fix = match &cause {
+                    cathforce_bundle::TableCause::UnknownColumn { name, .. }
+                        if nearest(name, &all).is_some() =>
+                    {
+                        format!("name the columns `{}`, in seconds and metres", all.join("`, `"))
+                    }
+                    cause => cause.fix(),
+                };
+                IdentificationError::file(format!("{shown}{place}"), cause.to_string(), fix)
+            })?;
         let t_s = columns.remove(0);
         let clock = Clock::of(&t_s, false).map_err(|error| {
             let line = error.row().map(|row| lines[row]);
             refused(line, format!("column `{TIME}`: {error}"), fix_of(error).into())
         })?;
         if clock.step_s > LONGEST_STEP_S {
-            let cause = format!("the rows are {} s apart: milliseconds taken for seconds?", clock.step_s);
+            let cause =
+                format!("the rows are {} s apart: milliseconds taken for seconds?", clock.step_s);
             return Err(refused(Some(lines[1]), cause, format!("give `{TIME}` in seconds")));
         }
         for (name, column) in names.iter().zip(&columns) {
@@ -135,7 +137,8 @@ mod tests {
 
     #[test]
     fn a_record_is_what_was_written() {
-        let columns = [(TIME, vec![0.0, 0.025, 0.05, 0.075]), (HEIGHT, vec![0.0, 0.01, 0.02, 0.01])];
+        let columns =
+            [(TIME, vec![0.0, 0.025, 0.05, 0.075]), (HEIGHT, vec![0.0, 0.01, 0.02, 0.01])];
         let own = read(&to_csv(&columns)).unwrap();
         assert_eq!((own.samples(), own.from_s), (4, 0.0));
         assert!((own.step_s - 0.025).abs() < 1e-12);
@@ -147,15 +150,30 @@ mod tests {
         let rows = "t_s,height_m\n0,0\n0.1,0.01\n0.2,0.02\n0.3,0.01\n0.4,0.02\n";
         let milliseconds = "t_s,height_m\n0,0\n25,0\n50,0\n75,0\n";
         for (text, words) in [
-            (rows.replace("height_m", "height_mm"), "csv:1:2: unknown column `height_mm`; did you mean `height_m`?"),
+            (
+                rows.replace("height_m", "height_mm"),
+                "csv:1:2: unknown column `height_mm`; did you mean `height_m`?",
+            ),
             (rows.replace("t_s,", "time,"), "csv:1:1: unknown column `time`"),
-            (rows.replace("0.2,0.02", "0.2,nan"), "csv:4:2: `nan` in column `height_m` is not finite"),
+            (
+                rows.replace("0.2,0.02", "0.2,nan"),
+                "csv:4:2: `nan` in column `height_m` is not finite",
+            ),
             (rows.replace("0.2,0.02", "0.2,"), "csv:4:2: column `height_m` has no value"),
             (rows.replace("0.2,0.02", "0.26,0.02"), "csv:4: column `t_s`: no value for 0.1600 s"),
-            (rows.replace("0.2,0.02", "0.225,0.02"), "csv:4: column `t_s`: the rows are not equally far"),
+            (
+                rows.replace("0.2,0.02", "0.225,0.02"),
+                "csv:4: column `t_s`: the rows are not equally far",
+            ),
             (rows.replace("0.2,0.02\n", ""), "csv:4: column `t_s`: no value for 0.2000 s"),
-            (rows.replace("0.3,", "0.1,"), "csv:5: column `t_s`: the time goes from 0.2 s to 0.1 s"),
-            (rows.replace("0.2,0.02", "0.2,20"), "csv:4: `height_m` is 20 m, and the catheter is 0.1 m long"),
+            (
+                rows.replace("0.3,", "0.1,"),
+                "csv:5: column `t_s`: the time goes from 0.2 s to 0.1 s",
+            ),
+            (
+                rows.replace("0.2,0.02", "0.2,20"),
+                "csv:4: `height_m` is 20 m, and the catheter is 0.1 m long",
+            ),
             (milliseconds.to_owned(), "csv:3: the rows are 25 s apart: milliseconds"),
             (rows[..26].to_owned(), "csv: column `t_s`: there are 2 values"),
             (String::new(), "csv:1: the file is empty"),

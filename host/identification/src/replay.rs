@@ -74,7 +74,10 @@ mod tests {
     #[test]
     fn a_signal_is_straight_between_its_samples_and_stays_beyond() {
         let signal = [0.0, 1.0, 3.0];
-        assert_eq!([0.0, 0.25, 1.5, 2.0, 7.0].map(|at| between(&signal, at)), [0.0, 0.25, 2.0, 3.0, 3.0]);
+        assert_eq!(
+            [0.0, 0.25, 1.5, 2.0, 7.0].map(|at| between(&signal, at)),
+            [0.0, 0.25, 2.0, 3.0, 3.0]
+        );
         assert_eq!(between(&[], 1.0), 0.0);
     }
 }

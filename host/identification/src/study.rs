@@ -177,9 +177,7 @@ impl Description {
                     self.releases(&files, &mut release)?
                 }
                 TrialFiles::Loops(files) => self.loops(files, folder)?,
-                TrialFiles::Flow { record, rest_m } => {
-                    self.pulse(&folder.join(record), *rest_m)?
-                }
+                TrialFiles::Flow { record, rest_m } => self.pulse(&folder.join(record), *rest_m)?,
             };
             trials.push(own);
         }
@@ -206,10 +204,8 @@ impl Description {
         let sampled: Result<Vec<Sampled>, _> =
             files.iter().map(|(_, file)| self.sampled(file, &[HEIGHT])).collect();
         let sampled = sampled?;
-        let step_s = known.map_or_else(
-            || sampled.first().map_or(0.0, |own| own.step_s),
-            |[step_s, _]| step_s,
-        );
+        let step_s = known
+            .map_or_else(|| sampled.first().map_or(0.0, |own| own.step_s), |[step_s, _]| step_s);
         for own in &sampled {
             if (own.step_s / step_s - 1.0).abs() > SAME_STEP {
                 let cause = format!(
@@ -223,8 +219,10 @@ impl Description {
         let count = sampled.iter().map(Sampled::samples).min().unwrap_or(0);
         let cut = |own: &Sampled| Release { position_m: own.columns[0][..count].to_vec(), step_s };
         let records: Vec<Release> = sampled.iter().map(cut).collect();
-        let measured = measured_releases(&records, self.noise_m, self.seed)
-            .map_err(|(k, error)| sampled[k].refused(cause_of_release(error), fix_of_release(error)))?;
+        let measured =
+            measured_releases(&records, self.noise_m, self.seed).map_err(|(k, error)| {
+                sampled[k].refused(cause_of_release(error), fix_of_release(error))
+            })?;
         // The fifth of six features.
         let peaks = measured.features.iter().skip(4).step_by(6).copied();
         let narrowest_s = peaks.fold(known.map_or(f64::INFINITY, |[_, s]| s), f64::min);
@@ -280,7 +278,8 @@ impl Description {
 fn cause_of_release(error: ReleaseError) -> String {
     match error {
         ReleaseError::NoSwing => {
-            "the tip does not swing: after its first peak it has no valley and no second peak".into()
+            "the tip does not swing: after its first peak it has no valley and no second peak"
+                .into()
         }
         ReleaseError::NoRise => "the tip does not rise from where it hung".into(),
         error => error.to_string(),
@@ -299,8 +298,7 @@ fn fix_of_release(error: ReleaseError) -> &'static str {
     }
 }
 
-const FIX_OF_LOOP: &str =
-    "pull the tendon to its end, let it out, and pull it to its end again; check the sign of `tendon_m`, and \
+const FIX_OF_LOOP: &str = "pull the tendon to its end, let it out, and pull it to its end again; check the sign of `tendon_m`, and \
      that `noise_m` is in metres";
 
 fn cause_of_loop(error: LoopError) -> String {
@@ -373,11 +371,8 @@ impl Study {
         let [coarse, fine] = rests(&problems, catheter.length_m)?;
         let one = |(k, own): (usize, &Trial)| {
             let Records::Releases(setup) = &own.records else { return Ok(None) };
-            let experiment = Releases {
-                setup,
-                coarse: (&problems[0], &coarse),
-                fine: (&problems[1], &fine),
-            };
+            let experiment =
+                Releases { setup, coarse: (&problems[0], &coarse), fine: (&problems[1], &fine) };
             self.search(k, own, &experiment, interrupted, tell).map(Some)
         };
         self.trials.iter().enumerate().map(one).filter_map(Result::transpose).collect()
@@ -448,8 +443,7 @@ impl Study {
             fine: (&problems[1], &fine),
             velocity_m_per_s: middle.velocity_m_per_s,
         };
-        let one =
-            |(k, own): (usize, &Trial)| self.search(k, own, &experiment, interrupted, tell);
+        let one = |(k, own): (usize, &Trial)| self.search(k, own, &experiment, interrupted, tell);
         self.trials.iter().enumerate().map(one).collect()
     }
 
@@ -576,7 +570,10 @@ fn fitting(sample_s: f64, wanted_s: f64) -> f64 {
 }
 
 /// The catheter at rest on the coarse and on the fine mesh.
-fn rests(problems: &[Problem; 2], length_m: f64) -> Result<[Simulation<'_>; 2], IdentificationError> {
+fn rests(
+    problems: &[Problem; 2],
+    length_m: f64,
+) -> Result<[Simulation<'_>; 2], IdentificationError> {
     let at = Drive { insertion_m: length_m, rotation_rad: 0.0 };
     let (coarse, fine) = rayon::join(
         || Simulation::settled(&problems[0], at),

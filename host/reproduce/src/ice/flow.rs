@@ -9,9 +9,7 @@ use cathforce_reference_solver::{Drive, Flow, Problem, Simulation};
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
-use super::catheter::{
-    LENGTH_M, NOISE_M, RADIUS_M, SAMPLE_S, SECTION_READ, SENSOR_READ, catheter,
-};
+use super::catheter::{LENGTH_M, NOISE_M, RADIUS_M, SAMPLE_S, SECTION_READ, SENSOR_READ, catheter};
 use super::trial::{pairs, search, worst_error};
 use crate::meter::{Meter, Trouble};
 use crate::part::Outcome;

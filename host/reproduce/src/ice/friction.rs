@@ -7,9 +7,7 @@ use cathforce_identification::{
 };
 use cathforce_mechanics::Description;
 
-use super::catheter::{
-    LENGTH_M, NOISE_M, RADIUS_M, SAMPLE_S, SECTION_READ, SENSOR_READ, catheter,
-};
+use super::catheter::{LENGTH_M, NOISE_M, RADIUS_M, SAMPLE_S, SECTION_READ, SENSOR_READ, catheter};
 use super::trial::{pairs, search, worst_error};
 use crate::meter::{Meter, Trouble};
 use crate::part::Outcome;
