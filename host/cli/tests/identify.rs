@@ -57,12 +57,8 @@ fn recovers(kind: &str, not_told: &[&str]) -> (String, Value) {
 #[test]
 fn releases_tell_the_rod_but_not_the_drag_of_air() {
     let (said, json) = recovers("weight-release", &["air_drag_kg_per_m2"]);
+    assert_eq!(json["trials"][0]["features"], 12);
     assert!(said.contains("air_drag_kg_per_m2   cannot be told from these records: "), "{said}");
-    // A heavier rod and a lighter tip swing nearly alike.
-    let pair = &json["trials"][0]["inseparable"][0];
-    assert_eq!([&pair["first"], &pair["second"]], ["density_kg_per_m3", "tip_mass_kg"]);
-    assert!(pair["advice"].as_str().unwrap().contains("weigh the tip's sensor"), "{pair}");
-    assert!(said.contains("cannot be told apart"), "{said}");
 }
 
 #[test]
@@ -81,6 +77,30 @@ fn records_in_flow_tell_pulse_and_drag_and_trials_have_a_spread() {
     assert_eq!([pulse, phase, drag].map(|own| own["trials"].as_u64()), [Some(2); 3]);
     assert!((drag["nominal"].as_f64().unwrap() / 1.2 - 1.0).abs() < 0.05, "{drag}");
     assert!(drag["lower"].as_f64() < drag["upper"].as_f64(), "{drag}");
+}
+
+/// The force of a flow goes by drag_coefficient times velocity².
+#[test]
+fn drag_and_velocity_cannot_be_told_apart_which_is_said_with_what_to_measure() {
+    let folder = tempfile::tempdir().unwrap();
+    let description = example("pulsatile-flow", folder.path());
+    let whole = fs::read_to_string(&description).unwrap();
+    let second = whole.rfind("[[trial]]").unwrap();
+    let searched = whole[..second]
+        .replace("velocity_m_per_s = 0.173", "velocity_m_per_s = [0.1, 0.3]")
+        .replace("pulse_ratio = [0.0, 1.0]", "pulse_ratio = 0.8")
+        .replace("phase_rad = [-3.1416, 3.1416]", "phase_rad = 0.6");
+    fs::write(&description, searched).unwrap();
+    let output = cathforce(["identify", "fit", text(&description), "--json"]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    let json: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let pair = &json["trials"][0]["inseparable"][0];
+    assert_eq!([&pair["first"], &pair["second"]], ["drag_coefficient", "velocity_m_per_s"]);
+    assert!(pair["correlation"].as_f64().unwrap() < -0.95, "{pair}");
+    assert!(pair["advice"].as_str().unwrap().contains("measure it with a flow meter"), "{pair}");
+    let interval = &json["trials"][0]["parameters"][2]["interval_95"];
+    let [low, high] = [0, 1].map(|k| interval[k].as_f64().unwrap());
+    assert!(low <= 1.2 && 1.2 <= high && high - low > 0.2, "{interval}");
 }
 
 /// Each is refused with the file, its line or row, the cause and a fix, and nothing is written.

@@ -14,7 +14,7 @@ use crate::noise::Noise;
 use crate::pulse::{FlowSetup, FlowValues};
 use crate::record::{HEIGHT, POSITION, TENDON, TIME, TIP, to_csv};
 use crate::rod::{ReleaseSetup, RodValues};
-use crate::tendon::{OpenVessel, PullSetup, TendonValues};
+use crate::tendon::{LoopRecord, OpenVessel, PullSetup, TendonValues};
 
 /// The description in a folder of made records.
 pub const DESCRIPTION: &str = "description.toml";
@@ -38,7 +38,7 @@ pub const TRUE_FLOW: FlowValues =
 const SAMPLE_S: f64 = 0.025;
 /// Meshes of the truth, which no search uses.
 const RELEASE_MESH: Mesh = Mesh { edges: 40, step_s: SAMPLE_S / 16.0 };
-const LOOP_MESH: Mesh = Mesh { edges: 48, step_s: SAMPLE_S / 5.0 };
+const LOOP_MESH: Mesh = Mesh { edges: 56, step_s: SAMPLE_S / 12.0 };
 const FLOW_MESH: Mesh = Mesh { edges: 40, step_s: SAMPLE_S / 16.0 };
 
 /// Weights \[kg\], and how long each swing is recorded \[s\]: about seven periods.
@@ -114,14 +114,16 @@ fn loops() -> Result<Vec<(String, String)>, IdentificationError> {
     let description = own.catheter.pulled(&own.rod, &tendon, LOOP_MESH);
     let rest = PulledTip::new(description, own.catheter.length_m, &lumen)
         .map_err(|error| failed(format!("{error:?}")))?;
-    let records =
-        setup.loops(&TRUE_TENDON, &rest, &lumen).map_err(|error| failed(format!("{error:?}")))?;
     let mut noise = Noise::of_seed(1);
     let mut files = vec![(DESCRIPTION.to_owned(), text.to_owned())];
-    for (k, record) in records.iter().enumerate() {
+    for (k, amplitude_m) in AMPLITUDES_M.into_iter().enumerate() {
+        let tendon_m = setup.drive_m(amplitude_m, SAMPLE_S);
+        let record = LoopRecord { tip_m: vec![0.0; tendon_m.len()], tendon_m }
+            .replayed(SAMPLE_S, &TRUE_TENDON, &rest, &lumen)
+            .map_err(|error| failed(format!("{error:?}")))?;
         let tip_m = noise.on(&record.tip_m, own.noise_m);
         let t_s = times(0.0, SAMPLE_S, tip_m.len());
-        let csv = to_csv(&[(TIME, t_s), (TENDON, record.tendon_m.clone()), (TIP, tip_m)]);
+        let csv = to_csv(&[(TIME, t_s), (TENDON, record.tendon_m), (TIP, tip_m)]);
         files.push((format!("loop-{}.csv", k + 1), csv));
     }
     Ok(files)

@@ -15,6 +15,7 @@
 //! | `quantity` | units and limits of the parameters, and how each is measured without a search |
 //! | `description`, `record` | what somebody measured, as files |
 //! | `replay` | loops of a tendon that follow a recorded drive |
+//! | `expected` | features as a noisy sensor gives them, and their covariance |
 //! | `study` | the records of a description, and what they tell |
 //! | `example` | made records of a catheter that is known |
 //!
@@ -28,6 +29,7 @@ mod crossing;
 mod description;
 mod error;
 mod example;
+mod expected;
 mod hysteresis;
 mod noise;
 mod pulse;
@@ -52,7 +54,6 @@ pub use pulse::{
     pulse_features,
 };
 pub use quantity::{OF_FLOW, OF_LOOP, OF_RELEASE, Quantity};
-pub use replay::Replays;
 pub use rod::{ReleaseSetup, Releases, RodValues, measured_releases};
 pub use search::{Effort, Experiment, Identified, Inseparable, Measured, SearchError, identify};
 pub use spread::Spread;

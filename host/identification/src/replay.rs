@@ -1,35 +1,12 @@
 //! Loops of a tendon that follow a recorded drive.
 
 use cathforce_mechanics::{DescriptionError, Lumen};
-use rayon::prelude::*;
 
 use crate::hysteresis::PulledTip;
-use crate::search::Experiment;
-use crate::tendon::{LoopRecord, TendonValues, loop_features_of};
+use crate::tendon::{LoopRecord, TendonValues};
 
 /// Time in which a drive is brought from zero to where a record begins \[s\]: a way of the usual pace.
 const LEAD_S: f64 = 1.0;
-
-/// Recorded loops of a tendon, whose drives are played to a coarse and to a fine chain of links.
-pub struct Replays<'a> {
-    pub records: &'a [LoopRecord],
-    /// Between samples of each record \[s\].
-    pub steps_s: &'a [f64],
-    pub coarse: &'a PulledTip,
-    pub fine: &'a PulledTip,
-    pub lumen: &'a Lumen<'a>,
-}
-
-impl Experiment for Replays<'_> {
-    fn features(&self, values: &[f64], fine: bool) -> Option<Vec<f64>> {
-        let values = TendonValues::of_array(values.try_into().ok()?);
-        let rest = if fine { self.fine } else { self.coarse };
-        let each = self.records.par_iter().zip(self.steps_s);
-        let own = each.map(|(own, step_s)| own.replayed(*step_s, &values, rest, self.lumen));
-        let records: Result<Vec<LoopRecord>, _> = own.collect();
-        loop_features_of(&records.ok()?)
-    }
-}
 
 impl LoopRecord {
     /// What a tendon with these values makes of the same drive, at the same times. `step_s`: between
@@ -49,7 +26,8 @@ impl LoopRecord {
         let led = (1..=lead).map(|k| begin_m * k as f64 / lead as f64);
         let last = self.tendon_m.len().saturating_sub(1);
         let ticks = (last as f64 * step_s / tick_s).ceil() as usize + 1;
-        let played = (0..ticks).map(|k| between(&self.tendon_m, k as f64 * tick_s / step_s));
+        // The model's tip follows a tick late: it is driven a tick ahead.
+        let played = (1..=ticks).map(|k| between(&self.tendon_m, k as f64 * tick_s / step_s));
         let drive_m: Vec<f64> = led.chain(played).collect();
         let all_m = tip.pull(lumen, &drive_m);
         let at = |k: usize| between(&all_m[lead..], k as f64 * step_s / tick_s);
@@ -59,7 +37,7 @@ impl LoopRecord {
 
 /// A sampled signal at an index with its fraction, between two samples by a straight line; beyond its
 /// ends it stays.
-fn between(signal: &[f64], at: f64) -> f64 {
+pub(crate) fn between(signal: &[f64], at: f64) -> f64 {
     let Some(last) = signal.len().checked_sub(1) else { return 0.0 };
     let index = (at.floor() as usize).min(last);
     let next = (index + 1).min(last);

@@ -6,17 +6,22 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use cathforce_calibration::Parameter;
 use cathforce_mechanics::Lumen;
 use cathforce_reference_solver::{Drive, Flow, Problem, Simulation};
-use nalgebra::Vector3;
+use nalgebra::{DMatrix, Vector3};
 use serde::Serialize;
 
 use crate::clamped::{Chamber, Mesh, TipTendon};
 use crate::description::{Description, Range, Surroundings, TrialFiles};
 use crate::error::IdentificationError;
+use crate::expected::{
+    NoisyLoops, NoisyReleases, Repeats, Whitened, of_release, whitened_measured,
+};
 use crate::hysteresis::{LoopError, PulledTip};
-use crate::pulse::{FlowSetup, FlowValues, InFlow, PulseError, PulseRecord, measured_pulse};
+use crate::pulse::{
+    FlowSetup, FlowValues, InFlow, PulseError, PulseFeatures, PulseRecord, measured_pulse,
+    pulse_features,
+};
 use crate::quantity::Quantity;
 use crate::record::{HEIGHT, POSITION, Sampled, TENDON, TIP};
-use crate::replay::Replays;
 use crate::rod::{ReleaseSetup, Releases, measured_releases};
 use crate::search::{Effort, Experiment, Identified, Measured, SearchError, identify};
 use crate::spread::Spread;
@@ -29,9 +34,11 @@ const ROD_EDGES: [usize; 2] = [6, 32];
 /// method of second order with 28 steps a period is late by (2π/28)²/12, half a per cent of it, which
 /// defect correction takes out; with 160 by a hundredth of a per cent.
 const STEPS_A_PEAK: [f64; 2] = [14.0, 80.0];
-/// Links of the coarse and of the fine chain, and longest ticks \[s\]; the device allows 10 ms.
+/// Links of the coarse and of the fine chain, and longest tick \[s\]; the device allows 10 ms. A tick of
+/// 8 ms moves the thickness of a loop by 1 µm from that of one of 1 ms; 12 links instead of 60 move its
+/// height by 2 %, 48 by 0.1 %.
 const CHAIN_LINKS: [usize; 2] = [12, 60];
-const TICKS_S: [f64; 2] = [25e-3 / 3.0, 25e-3 / 6.0];
+const TICK_S: f64 = 25e-3 / 3.0;
 /// The device's longest link \[m\].
 const LONGEST_LINK_M: f64 = 2e-2;
 /// Time steps of a beat, and longest ones \[s\]: the tip follows its own swing of some hertz, too.
@@ -71,13 +78,17 @@ pub struct Study {
 #[derive(Clone, Debug)]
 struct Trial {
     records: Records,
+    /// Features times L⁻¹.
     measured: Measured,
+    /// L of each record.
+    triangles: Vec<DMatrix<f64>>,
     count: usize,
 }
 
 #[derive(Clone, Debug)]
 enum Records {
-    Releases(ReleaseSetup),
+    /// With the samples of each.
+    Releases(ReleaseSetup, usize),
     Loops(Vec<LoopRecord>, Vec<f64>),
     Flow,
 }
@@ -235,7 +246,14 @@ impl Description {
             duration_s: (count - 1) as f64 * step_s,
             sample_s: step_s,
         };
-        Ok(Trial { records: Records::Releases(setup), measured, count: files.len() })
+        let repeats = Repeats::new(self.noise_m, count, self.seed);
+        let triangle = |(k, own): (usize, &Release)| {
+            repeats.triangle(&own.position_m, &measured.sd[6 * k..6 * k + 6], |own| {
+                of_release(own, step_s)
+            })
+        };
+        let triangles = records.iter().enumerate().map(triangle).collect();
+        self.trial(Records::Releases(setup, count), &measured, triangles, &sampled)
     }
 
     fn loops(
@@ -253,7 +271,14 @@ impl Description {
         let measured = measured_loops(&records, self.noise_m, self.seed)
             .map_err(|(k, error)| sampled[k].refused(cause_of_loop(error), FIX_OF_LOOP))?;
         let steps_s = sampled.iter().map(|own| own.step_s).collect();
-        Ok(Trial { records: Records::Loops(records, steps_s), measured, count: files.len() })
+        let repeats = self.repeats(&records);
+        let triangle = |(k, own): (usize, &LoopRecord)| {
+            repeats.triangle(&own.tip_m, &measured.sd[5 * k..5 * k + 5], |tip_m| {
+                own.features_of(tip_m)
+            })
+        };
+        let triangles = records.iter().enumerate().map(triangle).collect();
+        self.trial(Records::Loops(records, steps_s), &measured, triangles, &sampled)
     }
 
     fn pulse(&self, path: &Path, rest_m: f64) -> Result<Trial, IdentificationError> {
@@ -271,7 +296,34 @@ impl Description {
         };
         let measured = measured_pulse(&record, self.noise_m, self.seed)
             .map_err(|error| own.refused(cause_of_pulse(error), fix_of_pulse(error)))?;
-        Ok(Trial { records: Records::Flow, measured, count: 1 })
+        let repeats = Repeats::new(self.noise_m, record.position_m.len(), self.seed);
+        let triangle = repeats.triangle(&record.position_m, &measured.sd, |position_m| {
+            let noisy = PulseRecord { position_m: position_m.to_vec(), ..record.clone() };
+            pulse_features(&noisy).ok().map(PulseFeatures::to_array)
+        });
+        let triangles = triangle.map(|own| vec![own]);
+        self.trial(Records::Flow, &measured, triangles, std::slice::from_ref(&own))
+    }
+
+    /// Noise for records of loops.
+    fn repeats(&self, records: &[LoopRecord]) -> Repeats {
+        let samples = records.iter().map(|own| own.tip_m.len()).max().unwrap_or(0);
+        Repeats::new(self.noise_m, samples, self.seed)
+    }
+
+    fn trial(
+        &self,
+        records: Records,
+        measured: &Measured,
+        triangles: Option<Vec<DMatrix<f64>>>,
+        sampled: &[Sampled],
+    ) -> Result<Trial, IdentificationError> {
+        let whole = triangles.and_then(|own| Some((whitened_measured(measured, &own)?, own)));
+        let Some((measured, triangles)) = whole else {
+            let fix = "check that `noise_m` is in metres, and that the record is no drawing";
+            return Err(sampled[0].refused("the noise of its features has no spread", fix));
+        };
+        Ok(Trial { records, measured, triangles, count: sampled.len() })
     }
 }
 
@@ -370,9 +422,17 @@ impl Study {
         let problems = [problem(0), problem(1)];
         let [coarse, fine] = rests(&problems, catheter.length_m)?;
         let one = |(k, own): (usize, &Trial)| {
-            let Records::Releases(setup) = &own.records else { return Ok(None) };
-            let experiment =
-                Releases { setup, coarse: (&problems[0], &coarse), fine: (&problems[1], &fine) };
+            let Records::Releases(setup, samples) = &own.records else { return Ok(None) };
+            let repeats = Repeats::new(self.description.noise_m, *samples, self.description.seed);
+            let experiment = NoisyReleases {
+                releases: Releases {
+                    setup,
+                    coarse: (&problems[0], &coarse),
+                    fine: (&problems[1], &fine),
+                },
+                samples: *samples,
+                repeats: &repeats,
+            };
             self.search(k, own, &experiment, interrupted, tell).map(Some)
         };
         self.trials.iter().enumerate().map(one).filter_map(Result::transpose).collect()
@@ -390,7 +450,7 @@ impl Study {
         let lumen: Lumen<'_> = vessel.lumen().ok_or_else(|| failed("no open vessel".into()))?;
         let fewest = (catheter.length_m / LONGEST_LINK_M).ceil() as usize;
         let rest = |k: usize| {
-            let mesh = Mesh { edges: CHAIN_LINKS[k].max(fewest), step_s: TICKS_S[k] };
+            let mesh = Mesh { edges: CHAIN_LINKS[k].max(fewest), step_s: TICK_S };
             let description = catheter.pulled(rod, tendon, mesh);
             PulledTip::new(description, catheter.length_m, &lumen)
                 .map_err(|error| failed(format!("{error:?}")))
@@ -398,8 +458,15 @@ impl Study {
         let (coarse, fine) = (rest(0)?, rest(1)?);
         let one = |(k, own): (usize, &Trial)| {
             let Records::Loops(records, steps_s) = &own.records else { return Ok(None) };
-            let experiment =
-                Replays { records, steps_s, coarse: &coarse, fine: &fine, lumen: &lumen };
+            let repeats = self.description.repeats(records);
+            let experiment = NoisyLoops {
+                records,
+                steps_s,
+                coarse: &coarse,
+                fine: &fine,
+                lumen: &lumen,
+                repeats: &repeats,
+            };
             self.search(k, own, &experiment, interrupted, tell).map(Some)
         };
         self.trials.iter().enumerate().map(one).filter_map(Result::transpose).collect()
@@ -459,7 +526,8 @@ impl Study {
         let searched = self.description.searched();
         let parameters: Vec<Parameter> =
             searched.map(|(own, [low, high])| Parameter::new(own.name, low, high)).collect();
-        let held = Held { experiment, ranges: &self.description.parameters };
+        let whitened = Whitened { experiment, triangles: &trial.triangles };
+        let held = Held { experiment: &whitened, ranges: &self.description.parameters };
         let seed = self.description.seed.wrapping_add(k as u64);
         let effort = Effort { global: EFFORT[0], local: EFFORT[1], seed };
         let found = identify(&parameters, &held, &trial.measured, effort, interrupted, tell)

@@ -115,6 +115,11 @@ impl LoopRecord {
     pub fn features(&self) -> Result<LoopFeatures, LoopError> {
         loop_features(&self.tendon_m, &averaged(&self.tip_m))
     }
+
+    /// Features of the same drive with another record of the tip.
+    pub(crate) fn features_of(&self, tip_m: &[f64]) -> Option<[f64; 5]> {
+        loop_features(&self.tendon_m, &averaged(tip_m)).ok().map(to_array)
+    }
 }
 
 impl PullSetup {
@@ -182,14 +187,10 @@ impl Experiment for Pulls<'_> {
     fn features(&self, values: &[f64], fine: bool) -> Option<Vec<f64>> {
         let values = TendonValues::of_array(values.try_into().ok()?);
         let rest = if fine { self.fine } else { self.coarse };
-        loop_features_of(&self.setup.loops(&values, rest, self.lumen).ok()?)
+        let records = self.setup.loops(&values, rest, self.lumen).ok()?;
+        let features: Result<Vec<_>, _> = records.iter().map(LoopRecord::features).collect();
+        Some(features.ok()?.into_iter().flat_map(to_array).collect())
     }
-}
-
-/// Features of all loops, in the order of [`measured_loops`]; `None` where one is no loop.
-pub(crate) fn loop_features_of(records: &[LoopRecord]) -> Option<Vec<f64>> {
-    let features: Result<Vec<_>, _> = records.iter().map(LoopRecord::features).collect();
-    Some(features.ok()?.into_iter().flat_map(to_array).collect())
 }
 
 /// Features of measured loops, and what white noise of standard deviation `noise_m` on the tip makes of
