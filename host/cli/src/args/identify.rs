@@ -37,7 +37,7 @@ pub struct IdentifyExampleArguments {
     pub kind: KindName,
     /// Write the description and the records into this new folder.
     #[arg(value_name = "FOLDER")]
-    pub folder: PathBuf,
+    pub out: PathBuf,
 }
 
 /// An experiment.

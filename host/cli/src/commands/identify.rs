@@ -162,7 +162,7 @@ fn to_json(path: &Path, description: &Description, found: &Found, seconds: f64) 
 }
 
 fn write_example(ui: &Ui, arguments: &IdentifyExampleArguments) -> Result<(), Failure> {
-    let IdentifyExampleArguments { kind, folder } = arguments;
+    let IdentifyExampleArguments { kind, out: folder } = arguments;
     check_new_folder(folder)?;
     let kind = kind.kind();
     let files = example(kind)
