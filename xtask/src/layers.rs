@@ -10,7 +10,7 @@ use anyhow::{Context, bail};
 use serde_json::Value;
 
 /// The packages that others may use, from the bottom up.
-const LIBRARIES: [&str; 22] = [
+const LIBRARIES: [&str; 23] = [
     "cathforce-scalar",
     "cathforce-mechanics",
     "cathforce-control",
@@ -32,6 +32,7 @@ const LIBRARIES: [&str; 22] = [
     "cathforce-camera",
     "cathforce-filter",
     "cathforce-ultrasound",
+    "cathforce-identification",
     "cathforce-test-fixture",
 ];
 
@@ -110,7 +111,13 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("cathforce-calibration", &[]),
     (
         "cathforce-identification",
-        &["cathforce-mechanics", "cathforce-reference-solver", "cathforce-calibration"],
+        &[
+            "cathforce-mechanics",
+            "cathforce-bundle",
+            "cathforce-reference-solver",
+            "cathforce-filter",
+            "cathforce-calibration",
+        ],
     ),
     (
         "cathforce-bench",

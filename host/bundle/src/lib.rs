@@ -35,6 +35,7 @@ pub use image::{
 pub use job::{LumenJob, open_vessel};
 pub use nearest::nearest;
 pub use place::{Place, Warning};
+pub use table::{Numbers, TableCause};
 pub use template::{TemplatePlant, template};
 pub use vessel::{
     CELL_M, LumenBuildError, LumenReport, LumenTooLarge, Vessel, WallSource, lumen_from_bundle,

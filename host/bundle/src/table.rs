@@ -38,7 +38,8 @@ pub enum TableCause {
 }
 
 impl TableCause {
-    pub(crate) fn fix(&self) -> String {
+    /// What to do about it.
+    pub fn fix(&self) -> String {
         match self {
             TableCause::NoHeader => "write the header line with the column names first".into(),
             TableCause::Syntax(_) => "write UTF-8 text, comma separated".into(),
@@ -73,6 +74,27 @@ impl TableCause {
 }
 
 type Fault = (Place, TableCause);
+
+/// Columns of numbers of a table that is no trial, read as strictly as one.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Numbers {
+    /// In the order in which they were asked for, a value a row.
+    pub columns: Vec<Vec<f64>>,
+    /// Line of each row in the file, from 1.
+    pub lines: Vec<usize>,
+}
+
+impl Numbers {
+    /// Reads columns by their names. Errors, with their place: a column is missing, there is another one
+    /// (with the name that was probably meant), or a row lacks a finite number.
+    pub fn read(text: &str, names: &[&str]) -> Result<Self, Fault> {
+        let table = Table::parse(text)?;
+        table.check_columns(names, names, |_| false)?;
+        let columns = names.iter().map(|name| table.full_column(name)).collect::<Result<_, _>>()?;
+        let lines = (0..table.len()).map(|row| table.line(row)).collect();
+        Ok(Self { columns, lines })
+    }
+}
 
 /// A table whose rows all have as many fields as the header.
 #[derive(Clone, Debug)]
@@ -304,5 +326,26 @@ impl Table {
     pub(crate) fn sparse_column(&self, name: &str) -> Result<Option<Vec<Option<f64>>>, Fault> {
         let Some(column) = self.column(name) else { return Ok(None) };
         (0..self.len()).map(|row| self.number(row, column)).collect::<Result<_, _>>().map(Some)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_read_by_name_and_a_near_miss_is_named() {
+        let names = ["t_s", "height_m"];
+        let read = Numbers::read("height_m,t_s\n0.1,0\n0.2,1\n", &names).unwrap();
+        assert_eq!(read.columns, [vec![0.0, 1.0], vec![0.1, 0.2]]);
+        assert_eq!(read.lines, [2, 3]);
+        let (place, cause) = Numbers::read("t_s,height_mm\n0,1\n", &names).unwrap_err();
+        assert_eq!(place, Place::LineColumn(1, 2));
+        assert!(cause.to_string().contains("did you mean `height_m`?"), "{cause}");
+        let (place, cause) = Numbers::read("t_s,height_m\n0,1\n1,\n", &names).unwrap_err();
+        assert_eq!(
+            (place, cause),
+            (Place::LineColumn(3, 2), TableCause::MissingValue("height_m".into()))
+        );
     }
 }

@@ -11,6 +11,7 @@ mod camera;
 mod config;
 mod filter;
 mod gap;
+mod identify;
 mod link;
 mod lumen;
 mod material;
@@ -44,6 +45,9 @@ pub use gap::{
     BlindTestFolders, BlindTestMakeArguments, BlindTestRunArguments, CoverageArguments,
     DiagnoseArguments, GapAction, GapArguments, IsolabilityArguments, ProtocolArguments,
     SpikeInArguments, VerifyArguments, Way,
+};
+pub use identify::{
+    IdentifyAction, IdentifyArguments, IdentifyExampleArguments, IdentifyFitArguments,
 };
 pub use link::{
     DoctorArguments, FaultAction, FaultArguments, FaultClearArguments, LinkAction, LinkArguments,
@@ -162,6 +166,8 @@ pub enum Command {
     Wall(WallArguments),
     /// Find the stiffness of tissue from ultrasound images of a vessel under the probe.
     Ultrasound(UltrasoundArguments),
+    /// Find the parameters of a steerable catheter from dynamic experiments.
+    Identify(IdentifyArguments),
     /// List the tip shapes of common catheters.
     Tips,
     /// Find the cause of a gap between model and measurement, and close it.

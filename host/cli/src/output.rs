@@ -67,6 +67,25 @@ pub fn check_new_folder(path: &Path) -> Result<(), Failure> {
     }
 }
 
+/// Writes files into a new folder whole or not at all: beside its place, then renamed.
+pub fn write_new_folder<'a>(
+    path: &Path,
+    files: impl IntoIterator<Item = (&'a str, &'a [u8])>,
+) -> Result<(), Failure> {
+    let failed = |error: std::io::Error| Failure::write(path, error);
+    let parent = path.parent().filter(|parent| !parent.as_os_str().is_empty());
+    let begun = tempfile::Builder::new()
+        .prefix(".cathforce-")
+        .tempdir_in(parent.unwrap_or(Path::new(".")))
+        .map_err(failed)?;
+    let inside = begun.path().join("files");
+    fs::create_dir(&inside).map_err(failed)?;
+    for (name, bytes) in files {
+        fs::write(inside.join(name), bytes).map_err(failed)?;
+    }
+    fs::rename(&inside, path).map_err(failed)
+}
+
 /// Checks before the work that a file which can be made again can be written.
 pub fn check_again(path: &Path, kind: Kind<'_>) -> Result<(), Failure> {
     check_kind(path, kind)?;

@@ -115,6 +115,11 @@ impl LoopRecord {
     pub fn features(&self) -> Result<LoopFeatures, LoopError> {
         loop_features(&self.tendon_m, &averaged(&self.tip_m))
     }
+
+    /// Features of the same drive with another record of the tip.
+    pub(crate) fn features_of(&self, tip_m: &[f64]) -> Option<[f64; 5]> {
+        loop_features(&self.tendon_m, &averaged(tip_m)).ok().map(to_array)
+    }
 }
 
 impl PullSetup {

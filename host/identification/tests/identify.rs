@@ -3,10 +3,7 @@
 use std::sync::atomic::AtomicBool;
 
 use cathforce_identification::*;
-use cathforce_reference_solver::{
-    Beyond, Entry, Integrator, Lumen, Numerics, Problem, Rod, Section, TipLoad, WallLaw,
-};
-use nalgebra::Vector3;
+use cathforce_reference_solver::Problem;
 
 const LENGTH_M: f64 = 0.135;
 const DIAMETER_M: f64 = 0.82e-3;
@@ -47,29 +44,13 @@ const SPREAD: RodValues = RodValues {
 };
 
 fn problem(edges: usize, step_s: f64) -> Problem {
-    let section = Section::tube(1.0, DIAMETER_M, 0.0, 30.2e9, 0.2, 6169.0);
-    let air = Problem {
-        rod: Rod { radius_m: 2e-3, sections: vec![section], curves: Vec::new() },
-        entry: Entry { position_m: Vector3::zeros(), direction: Vector3::x(), up: Vector3::z() },
-        lumen: Lumen::open(),
-        beyond: Beyond::default(),
-        wall: WallLaw {
-            line_stiffness_n_per_m2: 8e5,
-            end_stiffness_n_per_m: 2e3,
-            tangential_ratio: 3.0,
-            friction_coefficient: 0.0,
-        },
-        gravity_m_per_s2: Vector3::z() * -9.81,
-        drag_n_s_per_m2: 0.0,
-        tip_load: TipLoad::default(),
-        numerics: Numerics {
-            spacing_m: LENGTH_M / edges as f64,
-            step_s,
-            integrator: Integrator::BdfAlpha { alpha: -0.3 },
-            tolerance_n: 1e-8,
-        },
+    let catheter = ClampedCatheter {
+        length_m: LENGTH_M,
+        outer_radius_m: 2e-3,
+        bending_diameter_m: DIAMETER_M,
+        poisson: 0.2,
     };
-    NOMINAL.problem(DIAMETER_M, 0.2, &air)
+    catheter.in_air(&NOMINAL, Mesh { edges, step_s })
 }
 
 fn setup() -> ReleaseSetup {

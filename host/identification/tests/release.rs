@@ -1,38 +1,34 @@
 //! A simulated release of a weight answers to the parameters that are identified from it.
 
-use cathforce_identification::{ReleaseFeatures, Suspended, release_features};
-use cathforce_reference_solver::{
-    Beyond, Entry, Integrator, Lumen, Numerics, Problem, Rod, Section, TipLoad, WallLaw,
+use cathforce_identification::{
+    ClampedCatheter, Mesh, ReleaseFeatures, RodValues, Suspended, release_features,
 };
-use nalgebra::Vector3;
+use cathforce_reference_solver::{Beyond, Problem, Section};
 
 const LENGTH_M: f64 = 0.135;
 const EDGES: usize = 12;
 
 /// An 8 F catheter with the effective modulus and density that were published for it.
 fn catheter(youngs_pa: f64, density_kg_per_m3: f64, beyond: Beyond) -> Problem {
-    let section = Section::tube(1.0, 2.7e-3, 2.5e-3, youngs_pa, 0.2, density_kg_per_m3);
-    Problem {
-        rod: Rod { radius_m: 1.35e-3, sections: vec![section], curves: Vec::new() },
-        entry: Entry { position_m: Vector3::zeros(), direction: Vector3::x(), up: Vector3::y() },
-        lumen: Lumen::open(),
-        beyond,
-        wall: WallLaw {
-            line_stiffness_n_per_m2: 8e5,
-            end_stiffness_n_per_m: 2e3,
-            tangential_ratio: 3.0,
-            friction_coefficient: 0.3,
-        },
-        gravity_m_per_s2: Vector3::z() * -9.81,
-        drag_n_s_per_m2: 0.0,
-        tip_load: TipLoad::default(),
-        numerics: Numerics {
-            spacing_m: LENGTH_M / EDGES as f64,
-            step_s: 4e-3,
-            integrator: Integrator::BdfAlpha { alpha: -0.3 },
-            tolerance_n: 1e-8,
-        },
-    }
+    let own = ClampedCatheter {
+        length_m: LENGTH_M,
+        outer_radius_m: 1.35e-3,
+        bending_diameter_m: 2.7e-3,
+        poisson: 0.2,
+    };
+    let values = RodValues {
+        density_kg_per_m3,
+        youngs_pa,
+        air_drag_kg_per_m2: 0.0,
+        damping_n_m2_s: 0.0,
+        tip_mass_kg: 0.0,
+    };
+    let mut problem = own.in_air(&values, Mesh { edges: EDGES, step_s: 4e-3 });
+    // Hollow, unlike the rod of an identification.
+    problem.rod.sections =
+        vec![Section::tube(1.0, 2.7e-3, 2.5e-3, youngs_pa, 0.2, density_kg_per_m3)];
+    problem.beyond = beyond;
+    problem
 }
 
 fn features(problem: &Problem) -> ReleaseFeatures {

@@ -39,4 +39,4 @@ pub use plot::{Curve, Plot, Style};
 pub use registry::{SYSTEMS, System};
 pub use report::{Report, SystemReport, TRUTH, reproduce, work};
 pub use row::Row;
-pub use text::{groups, markdown, number_or_dash, table};
+pub use text::{groups, markdown, number, number_or_dash, table};

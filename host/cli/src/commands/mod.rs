@@ -9,6 +9,7 @@ pub mod export;
 pub mod fault;
 pub mod filter;
 pub mod gap;
+pub mod identify;
 pub mod import;
 pub mod info;
 pub mod latency;

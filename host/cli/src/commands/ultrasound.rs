@@ -15,7 +15,7 @@ use crate::args::{
     UltrasoundAction, UltrasoundArguments, UltrasoundFitArguments, UltrasoundRenderArguments,
 };
 use crate::failure::{Code, Failure};
-use crate::output::check_new_folder;
+use crate::output::{check_new_folder, write_new_folder};
 use crate::session::interrupt_flag;
 use crate::ui::Ui;
 
@@ -167,7 +167,7 @@ fn render_masks(ui: &Ui, arguments: &UltrasoundRenderArguments) -> Result<(), Fa
         let file = mask_png(&image.mask).map_err(Failure::input)?;
         files.push((image.name.clone(), file));
     }
-    write_folder(out, &files)?;
+    write_new_folder(out, files.iter().map(|(name, bytes)| (name.as_str(), &bytes[..])))?;
     let json = json!({
         "folder": out, "masks": images.len(), "tissue": tissue, "noise": noise.is_some(),
         "description": out.join(DESCRIPTION),
@@ -179,20 +179,4 @@ fn render_masks(ui: &Ui, arguments: &UltrasoundRenderArguments) -> Result<(), Fa
         out.join(DESCRIPTION).display()
     );
     ui.data(&json, text)
-}
-
-/// Writes a new folder whole or not at all: beside its place, then renamed.
-fn write_folder(out: &Path, files: &[(String, Vec<u8>)]) -> Result<(), Failure> {
-    let failed = |error: std::io::Error| Failure::write(out, error);
-    let parent = out.parent().filter(|parent| !parent.as_os_str().is_empty());
-    let begun = tempfile::Builder::new()
-        .prefix(".cathforce-")
-        .tempdir_in(parent.unwrap_or(Path::new(".")))
-        .map_err(failed)?;
-    let inside = begun.path().join("masks");
-    fs::create_dir(&inside).map_err(failed)?;
-    for (name, bytes) in files {
-        fs::write(inside.join(name), bytes).map_err(failed)?;
-    }
-    fs::rename(&inside, out).map_err(failed)
 }

@@ -2,15 +2,14 @@
 
 use anyhow::anyhow;
 use cathforce_identification::{
-    Effort, FlowSetup, FlowValues, Identified, InFlow, Noise, PulseRecord, Spread, measured_pulse,
+    Chamber, Effort, FlowSetup, FlowValues, Identified, InFlow, Mesh, Noise, PulseRecord,
+    RodValues, Spread, measured_pulse,
 };
-use cathforce_reference_solver::{Drive, Flow, Lumen, Problem, Simulation, TubePath};
+use cathforce_reference_solver::{Drive, Flow, Problem, Simulation};
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
-use super::catheter::{
-    LENGTH_M, Mesh, NOISE_M, RADIUS_M, SAMPLE_S, SECTION_READ, SENSOR_READ, in_air,
-};
+use super::catheter::{LENGTH_M, NOISE_M, RADIUS_M, SAMPLE_S, SECTION_READ, SENSOR_READ, catheter};
 use super::trial::{pairs, search, worst_error};
 use crate::meter::{Meter, Trouble};
 use crate::part::Outcome;
@@ -77,17 +76,20 @@ fn setup() -> FlowSetup {
 }
 
 fn problem(mesh: Mesh) -> Problem {
-    let mut own = in_air(YOUNGS_PA, DENSITY_KG_PER_M3, mesh);
-    let stiffness = own.rod.sections.iter().map(|own| own.bending_n_m2).sum::<f64>();
-    own.beyond.bending_viscosity_s = DAMPING_N_M2_S / stiffness;
-    own.beyond.tip_mass_kg = TIP_MASS_KG;
+    let values = RodValues {
+        density_kg_per_m3: DENSITY_KG_PER_M3,
+        youngs_pa: YOUNGS_PA,
+        air_drag_kg_per_m2: 0.0,
+        damping_n_m2_s: DAMPING_N_M2_S,
+        tip_mass_kg: TIP_MASS_KG,
+    };
     // Beside the axis, so that the flow carries the catheter towards the wall, where it is slower.
-    let from = Vector3::new(-0.05, -OFF_AXIS_M, 0.0);
-    let chamber = TubePath::from(from, Vector3::x(), CHAMBER_M).straight(0.3, CHAMBER_M);
-    own.lumen = Lumen::tube(chamber.tube());
-    // The catheter hangs along the vertical.
-    own.gravity_m_per_s2 = Vector3::x() * (9.81 * (1.0 - FLUID_KG_PER_M3 / DENSITY_KG_PER_M3));
-    own
+    let chamber = Chamber {
+        radius_m: CHAMBER_M,
+        off_axis_m: OFF_AXIS_M,
+        fluid_density_kg_per_m3: FLUID_KG_PER_M3,
+    };
+    catheter(RADIUS_M).in_chamber(&values, &chamber, mesh)
 }
 
 fn failed(error: impl std::fmt::Display) -> Trouble {

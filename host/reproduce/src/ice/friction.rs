@@ -2,14 +2,12 @@
 
 use anyhow::anyhow;
 use cathforce_identification::{
-    Effort, Identified, LoopRecord, Noise, OpenVessel, PullSetup, PulledTip, Pulls, Spread,
-    TendonValues, measured_loops,
+    Bends, Effort, Identified, LoopRecord, Mesh, Noise, OpenVessel, PullSetup, PulledTip, Pulls,
+    RodValues, Spread, TendonValues, TipTendon, measured_loops,
 };
-use cathforce_mechanics::{
-    Description, Drag, DrivenTendon, Effects, Entry, Instrument, Section, Solver, Tendon, Wall,
-};
+use cathforce_mechanics::Description;
 
-use super::catheter::{BENDING_DIAMETER_M, LENGTH_M, NOISE_M, SAMPLE_S, SECTION_READ, SENSOR_READ};
+use super::catheter::{LENGTH_M, NOISE_M, RADIUS_M, SAMPLE_S, SECTION_READ, SENSOR_READ, catheter};
 use super::trial::{pairs, search, worst_error};
 use crate::meter::{Meter, Trouble};
 use crate::part::Outcome;
@@ -77,65 +75,21 @@ fn setup() -> PullSetup {
 
 /// The catheter of table I with one tendon that bends it upwards.
 fn description((links, tick_s): (usize, f64)) -> Description<f64> {
-    let own = cathforce_reference_solver::Section::tube(
-        1.0,
-        BENDING_DIAMETER_M,
-        0.0,
-        30.20e9,
-        super::catheter::POISSON,
-        6169.0,
-    );
-    let section = Section {
-        length_m: 1.0,
-        bending_stiffness_n_m2: own.bending_n_m2,
-        torsional_stiffness_n_m2: own.torsion_n_m2,
-        axial_stiffness_n: own.axial_n,
-        mass_kg_per_m: own.mass_kg_per_m,
+    let values = RodValues {
+        density_kg_per_m3: 6169.0,
+        youngs_pa: 30.20e9,
+        air_drag_kg_per_m2: 0.0,
+        damping_n_m2_s: 4.93e-6,
+        // The device's model has no mass at the tip.
+        tip_mass_kg: 0.0,
     };
-    let tendon = DrivenTendon {
-        angle_rad: 0.0,
+    let tendon = TipTendon {
         offset_m: OFFSET_M,
-        anchor_m: 0.0,
         stiffness_n_per_m: TENDON_N_PER_M,
-        // The catheter's own weight leaves it slack at rest: it takes up 0.03 mm.
-        slack_m: NOMINAL.slack_m,
-        static_friction: 0.0,
-        sliding_friction: 0.0,
         bend_behind_rad: BEND_BEHIND_RAD,
+        bends: Bends::Up,
     };
-    Description {
-        instrument: Instrument {
-            outer_radius_m: super::catheter::RADIUS_M / 2.0,
-            sections: [section].into_iter().collect(),
-            precurve: [].into_iter().collect(),
-        },
-        guidewire: None,
-        tendon: Tendon::none(),
-        tendons: [tendon].into_iter().collect(),
-        entry: Entry { position_m: [0.0; 3], direction: [1.0, 0.0, 0.0], up: [0.0, 0.0, 1.0] },
-        // Nothing is touched.
-        wall: Wall {
-            line_stiffness_n_per_m2: 8e5,
-            end_stiffness_n_per_m: 2e3,
-            tangential_ratio: 3.0,
-            friction_coefficient: 0.0,
-            onset_m: 1e-5,
-            damping_s: 0.0,
-        },
-        effects: Effects::off(),
-        gravity_m_per_s2: [0.0, 0.0, -9.81],
-        solver: Solver {
-            link_length_m: LENGTH_M / links as f64,
-            fine_tip_m: 0.0,
-            tick_s,
-            substeps: 1,
-            solves: 1,
-            predictor_gain: 0.0,
-            // Table I: 4.93·10⁻⁶ N·m²·s over E I.
-            bending_damping_s: 4.93e-6 / own.bending_n_m2,
-            drag: Drag::constant(0.0),
-        },
-    }
+    catheter(RADIUS_M / 2.0).pulled(&values, &tendon, Mesh { edges: links, step_s: tick_s })
 }
 
 fn failed(error: impl std::fmt::Display) -> Trouble {

@@ -2,15 +2,15 @@
 
 use anyhow::anyhow;
 use cathforce_identification::{
-    Effort, Identified, Measured, Noise, Release, ReleaseSetup, Releases, RodValues, Spread,
+    Effort, Identified, Measured, Mesh, Noise, Release, ReleaseSetup, Releases, RodValues, Spread,
     measured_releases,
 };
 use cathforce_reference_solver::{Problem, Simulation};
 use rayon::prelude::*;
 
 use super::catheter::{
-    BENDING_DIAMETER_M, LENGTH_M, Mesh, NOISE_M, POISSON, SAMPLE_S, SECTION_READ, SENSOR_READ,
-    in_air,
+    BENDING_DIAMETER_M, LENGTH_M, NOISE_M, POISSON, RADIUS_M, SAMPLE_S, SECTION_READ, SENSOR_READ,
+    catheter,
 };
 use super::trial::{pairs, search, worst_error};
 use crate::meter::{Meter, Trouble};
@@ -123,8 +123,7 @@ fn setup() -> ReleaseSetup {
 
 fn problem(mesh: Mesh) -> Problem {
     let nominal = TABLE_I.each_ref().map(|own| own.scale * own.nominal);
-    let air = in_air(nominal[1], nominal[0], mesh);
-    RodValues::of_array(nominal).problem(BENDING_DIAMETER_M, POISSON, &air)
+    catheter(RADIUS_M).in_air(&RodValues::of_array(nominal), mesh)
 }
 
 fn failed(error: impl std::fmt::Display) -> Trouble {
