@@ -174,14 +174,16 @@ pub fn identify(
     Ok(Identified { values, sd, told, inseparable, cost, valleys, evaluations })
 }
 
+/// Residuals at the values of all parameters, by the coarse (`false`) or the fine simulation.
+type Simulated<'a> = dyn Fn(&[f64], bool) -> Option<Vec<f64>> + Sync + 'a;
+
 /// A search for the parameters that are told.
 struct Search<'a> {
     free: Vec<Parameter>,
     /// Place of each among all parameters, and where the others are held.
     searched: Vec<usize>,
     start: Vec<f64>,
-    /// Of all parameters' values, by the coarse or the fine simulation.
-    residuals: &'a (dyn Fn(&[f64], bool) -> Option<Vec<f64>> + Sync),
+    residuals: &'a Simulated<'a>,
     effort: Effort,
     interrupted: &'a AtomicBool,
 }

@@ -3,6 +3,8 @@
 use rayon::join;
 use rayon::prelude::*;
 
+#[cfg(feature = "wall")]
+use crate::experiment::SAMPLE_S;
 use crate::experiment::{Experiment, Trace, measured, too_few};
 use crate::iliac::{
     ASSUMED, GPA_READ, Motion, REFERENCE_KG_PER_M3, REFERENCE_PA, Scores, TO_M, catheter,
@@ -91,7 +93,10 @@ fn run(meter: &Meter) -> Result<Outcome, Trouble> {
     rows.extend(insertion(&fast_scores, 23));
     rows.push(speeds(&slow_sensor, &fast_sensor));
     #[cfg(feature = "wall")]
-    rows.push(silicone::yielded(peak_n(&slow.force_n))?);
+    {
+        let from = (Motion::even(slow_speed).scored_from_s() / SAMPLE_S) as usize;
+        rows.push(silicone::yielded(peak_n(&slow_sensor[from.min(slow_sensor.len())..]))?);
+    }
     let configurations: Result<Vec<_>, Trouble> = TABLE_1
         .par_iter()
         .map(|own| {

@@ -129,8 +129,8 @@ pub fn yielded(force_n: f64) -> Result<Row, Trouble> {
     let found = press(&mesh, &mut solver, &row.material, &patch, &[force_n], |_| ())
         .context("the phantom's wall")?;
     let how = format!(
-        "finite elements of the silicone wall as for Table 3, {}, under the largest force of the truth at \
-         13 mm/s, {:.1} mN; so little that the wall of that truth is rigid",
+        "finite elements of the silicone wall as for Table 3, {}, under the largest force that the sensor \
+         reads at 13 mm/s behind the guide, {:.1} mN; the wall of the insertion's truth is therefore rigid",
         row.material.name(),
         1e3 * force_n
     );
