@@ -43,7 +43,7 @@ pub use gap::{
     AblationArguments, ApplyArguments, BlindTestAction, BlindTestArguments, BlindTestFolder,
     BlindTestFolders, BlindTestMakeArguments, BlindTestRunArguments, CoverageArguments,
     DiagnoseArguments, GapAction, GapArguments, IsolabilityArguments, ProtocolArguments,
-    SpikeInArguments, VerifyArguments, Way,
+    SpikeInArguments, Strangers, VerifyArguments, Way,
 };
 pub use link::{
     DoctorArguments, FaultAction, FaultArguments, FaultClearArguments, LinkAction, LinkArguments,
