@@ -20,7 +20,7 @@
 //! | `label` | the effects that are really there, withheld until every case is answered |
 //! | `make` | makes the cases of a blind test, and resumes an interrupted run |
 //! | `blind_test` | a blind test on disk: cases, sealed labels, answers |
-//! | `answer`, `figures`, `count`, `parts`, `score` | compare the answers with the labels |
+//! | `answer`, `figures`, `count`, `parts`, `score`, `report` | compare the answers with the labels |
 //! | `history` | the scores of all sets over time, as a page and a chart |
 
 #![forbid(unsafe_code)]
@@ -42,6 +42,7 @@ mod noise;
 mod nuisance;
 mod parts;
 mod play;
+mod report;
 mod rigs;
 mod score;
 mod sensor;

@@ -1,7 +1,6 @@
 //! Compares answers with labels: the score of a blind test.
 
 use std::collections::BTreeSet;
-use std::fmt::Write as _;
 
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -9,9 +8,9 @@ use serde_json::Value;
 use crate::answer::Answer;
 use crate::count::{Case, figures};
 use crate::draw::Kind;
-use crate::figures::{Counted, Figure, SMALLEST_GAP};
+use crate::figures::{Counted, Figure};
 use crate::label::Label;
-use crate::parts::{Part, parts, parts_table};
+use crate::parts::{Part, parts};
 use crate::rigs::rigs;
 
 /// The format of a score, of `score.json` and of the files in `docs/reference/blind-tests/`.
@@ -62,7 +61,7 @@ pub struct Score {
     pub seeds: BTreeSet<u64>,
     pub rigs: Rigs,
     pub cases: usize,
-    /// Cases with an effect whose gap is below [`SMALLEST_GAP`] times the noise. They do not count.
+    /// Cases with an effect whose gap is below [`crate::SMALLEST_GAP`] times the noise. They do not count.
     pub too_small: usize,
     pub figures: Vec<Figure>,
     /// Right answers by rig and kind.
@@ -130,52 +129,6 @@ fn by_rig(counted: &[&Answer]) -> Vec<Right> {
 }
 
 impl Score {
-    /// All figures in Markdown.
-    pub fn markdown(&self) -> String {
-        let list = |items: Vec<String>| items.join(", ");
-        let mut text = format!(
-            "{} cases of seed {}. {} of them have a gap below {SMALLEST_GAP} times the noise and do \
-             not count. The floor is the noise, the change from a wall that is 40 µm nearer, and, \
-             where a vessel divides, the change from an edge that differs from the mesh. \
-             SHA-256 of the program that answered: {}. SHA-256 of seals.json: `{}`.\n\n",
-            self.cases,
-            list(self.seeds.iter().map(u64::to_string).collect()),
-            self.too_small,
-            list(self.program_sha256.iter().map(|hash| format!("`{hash}`")).collect()),
-            self.seals_sha256.as_deref().unwrap_or("not kept"),
-        );
-        text += &self.table();
-        text += "\nAn answer is right if it is `no_gap` for a case without an effect, `unknown` for \
-                 an effect outside the library, names a single effect first, or holds both effects \
-                 of a pair in its reported sets.\n\n| vessel and instrument | single effect | pair | \
-                 outside the library | no effect |\n| --- | --- | --- | --- | --- |\n";
-        // Writing to a string does not fail.
-        for row in self.right.chunks(4) {
-            let cells: Vec<String> =
-                row.iter().map(|c| format!("{} of {}", c.right, c.of)).collect();
-            let _ = writeln!(text, "| {} | {} |", row[0].rig, cells.join(" | "));
-        }
-        if !self.parts.is_empty() {
-            text += "\n";
-            text += &parts_table(&self.parts);
-        }
-        text
-    }
-
-    /// The figures as a table of Markdown.
-    pub fn table(&self) -> String {
-        let mut text = String::from(
-            "| figure | target | reached | of | 95 % interval |\n| --- | --- | --- | --- | --- |\n",
-        );
-        for f in &self.figures {
-            let (target, reached, interval) =
-                (f.target_text(), f.reached_text(), f.interval_text());
-            let words = f.figure.words();
-            let _ = writeln!(text, "| {words} | {target} | {reached} | {} | {interval} |", f.of);
-        }
-        text
-    }
-
     /// Its figure of this kind, if it was counted.
     pub fn figure(&self, counted: Counted) -> Option<&Figure> {
         self.figures.iter().find(|figure| figure.figure == counted)

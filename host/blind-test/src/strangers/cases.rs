@@ -50,6 +50,11 @@ pub struct Stranger {
 }
 
 impl Stranger {
+    /// How many trials it has, the withheld one among them.
+    pub fn trials(&self) -> usize {
+        self.motions.len()
+    }
+
     /// Its effects at a severity.
     pub(crate) fn forms(&self, severity: f64) -> Vec<Form> {
         self.effects.iter().filter_map(|(family, seed)| form(family, severity, *seed)).collect()

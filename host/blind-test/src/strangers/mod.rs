@@ -7,7 +7,7 @@
 //! | `path`, `vessels`, `segmentation` | vessels, and how a scan shows them |
 //! | `instruments`, `rig` | instruments; a rig as it is and as its bundle states it |
 //! | `motions` | what the drive does: not the protocol |
-//! | `electronics` | what sensors and cameras do to a reading, and what the rig states of it |
+//! | `electronics`, `reading` | what sensors and cameras do to a reading, and what the rig states of it |
 //! | `form`, `families`, `draw` | effects of other shapes, their names, and how they are drawn |
 //! | `standing`, `moving`, `train`, `sensing` | effects on the rig, over time, in the drive, in the sensor |
 //! | `play` | simulates one trial |
@@ -24,6 +24,7 @@ mod motions;
 mod moving;
 mod path;
 mod play;
+mod reading;
 mod rig;
 mod segmentation;
 mod sensing;

@@ -86,3 +86,42 @@ fn moment(schedule: &Schedule, row: usize) -> Moment {
         spin_rad_per_s: (now.rotation_rad - before.rotation_rad) / STEP_S,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::strangers::draw::form;
+    use crate::strangers::families::{LIBRARY, OUTSIDE};
+    use crate::strangers::instruments::Device;
+    use crate::strangers::vessels::Vessel;
+    use rand::SeedableRng;
+    use rand_chacha::ChaCha8Rng;
+    use rayon::prelude::*;
+
+    #[test]
+    fn every_form_can_be_played_and_shows() {
+        let mut rng = ChaCha8Rng::seed_from_u64(2);
+        let rig = StrangeRig::draw((Vessel::DoubleBend, Device::GuidingCatheter), &mut rng);
+        // Fed, turned, held and drawn back, for long enough that every drift has begun.
+        let motion = Schedule::starting_at(0.055, 0.4).then(0.5, 0.05, 0.02, 0.0);
+        let motion = motion.then(0.4, 0.05, 0.0, 2.0).then(0.2, 0.05, 0.0, 0.0);
+        let motion = motion.then(0.4, 0.05, -0.02, -1.0);
+        let nominal = play(&rig, &[], &motion, 0).unwrap();
+        let families: Vec<&str> =
+            LIBRARY.iter().chain(&OUTSIDE).flat_map(|(_, families)| *families).copied().collect();
+        let apart = |a: &Row, b: &Row| {
+            let force_n = (a.force_n - b.force_n).norm();
+            let drive_n = (a.drive_force_n - b.drive_force_n).abs();
+            // A tenth of a millimetre is worth a millinewton.
+            force_n.max(drive_n).max(10.0 * (a.tip_m - b.tip_m).norm())
+        };
+        let changed = |family: &&str| {
+            let played = play(&rig, &[form(family, 1.0, 3).unwrap()], &motion, 0).unwrap();
+            assert_eq!(played.len(), nominal.len());
+            let most = played.iter().zip(&nominal).map(|(a, b)| apart(a, b)).fold(0.0, f64::max);
+            (most < 5e-4).then(|| format!("{family}: {most:.1e}"))
+        };
+        let unseen: Vec<String> = families.par_iter().filter_map(changed).collect();
+        assert!(unseen.is_empty(), "{unseen:?}");
+    }
+}

@@ -10,7 +10,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use super::cases::Stranger;
-use super::electronics::Reading;
+use super::reading::Reading;
 use crate::bundle::{centreline, rig_toml, sensor_toml};
 use crate::noise::Noise;
 use crate::play::Trial;
