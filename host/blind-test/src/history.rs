@@ -202,10 +202,10 @@ pub fn page(scores: &[Score]) -> String {
          explains the terms.\n\n\
          Own rigs are two vessels with two instruments each. Given rigs are bundles that another \
          simulator made; their vessels divide, and their noise is larger. Strangers differ from \
-         everything that the diagnosis was tuned on: eight vessels and six instruments, no two rigs \
-         alike and some with a segmented geometry; motions that are not the protocol's; sensors that \
-         are filtered, coarse, incomplete or stated wrongly; nuisances beyond the priors; and effects \
-         of other shapes. Four vessels and three instruments serve for tuning, the others for scores \
+         all of these: eight vessels and six instruments, no two rigs alike and some with a segmented \
+         geometry; motions that are not the protocol's; sensors that are filtered, coarse, incomplete \
+         or stated wrongly; nuisances beyond the priors; and effects of other shapes. Four of the \
+         vessels and three of the instruments serve for tuning, the others for scores \
          alone.\n\n\
          This page is made from the files in `docs/reference/blind-tests/`, one for each set. \
          `cathforce gap blind-test score FOLDER --json` prints a set in the same format.\n\n\
