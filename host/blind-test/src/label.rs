@@ -11,6 +11,8 @@ use crate::strangers::{Electronics, MotionKind, RigTruth, Set};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Strangeness {
     pub set: Set,
+    /// Severity of each effect, adjusted to a gap that can be seen and is not all too large.
+    pub severities: Vec<f64>,
     /// Family of the shape of each effect.
     pub families: Vec<String>,
     /// Each effect with its sizes, for whoever explains an answer.

@@ -213,7 +213,7 @@ pub fn form(family: &str, severity: f64, seed: u64) -> Option<Form> {
         },
         "soft-mount" => Form::SoftMount { m_per_n: size(8e-3, 2.5e-2) },
         "tip-pull" => Form::TipPull { force_n: c.towards() * size(4e-3, 1.5e-2) },
-        "presliding" => Form::Presliding { tangential_ratio: 1.0 / size(15.0, 60.0) },
+        "presliding" => Form::Presliding { tangential_ratio: 1.0 / size(25.0, 120.0) },
         _ => return None,
     })
 }

@@ -1,4 +1,6 @@
-//! Which families of shapes there are for every effect.
+//! Which families of shapes there are for every effect, and which motions show them.
+
+use super::motions::MotionKind;
 
 /// Effects of the library, each with its families.
 pub const LIBRARY: [(&str, &[&str]); 29] = [
@@ -46,6 +48,20 @@ pub const OUTSIDE: [(&str, &[&str]); 10] = [
     ("outside.tip_pull", &["tip-pull"]),
     ("outside.presliding", &["presliding"]),
 ];
+
+/// Whether a motion can show a family at all: a dead zone needs a reversal, a screw a turn.
+pub fn shows(family: &str, motion: MotionKind) -> bool {
+    use MotionKind::{Dwells, Hand, OneSpeed, Rotation};
+    match family {
+        "compliant-backlash" | "directed-smoothly" | "presliding" => {
+            !matches!(motion, OneSpeed | Dwells)
+        }
+        "screw" | "rotary-ripple" | "held-windup" => matches!(motion, Hand | Rotation),
+        // The feed of the others is too short for a period, or for a roller to turn.
+        "two-harmonics" | "uneven-scale" => motion != Rotation,
+        _ => true,
+    }
+}
 
 #[cfg(test)]
 mod tests {

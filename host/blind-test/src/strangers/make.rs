@@ -9,23 +9,24 @@ use super::form::Form;
 use super::rig::StrangeRig;
 use super::set::Set;
 use crate::blind_test::{BlindTest, BlindTestError, Made, write_json};
+use crate::figures::SMALLEST_GAP;
 use crate::label::{Label, Strangeness};
 use crate::make::{name, salt_text};
 use crate::nuisance::Nuisances;
 use crate::play::Trial;
 use crate::stand::{Stand, Unchanged, WALL_DOUBT_M};
 
-/// Gaps over the floor that one effect, or two, should have: less shows nothing, more needs no diagnosis.
-const GAPS: [[f64; 2]; 2] = [[1.5, 10.0], [2.0, 15.0]];
+/// Gaps over the floor that an effect should have on its own: less does not count, more needs no diagnosis.
+const GAPS: [f64; 2] = [SMALLEST_GAP, 10.0];
 /// How often a severity is adjusted to that.
 const ADJUSTED: usize = 2;
 /// An effect that grows from just seen to strong becomes about so many times as large.
 const GROWS: f64 = 2.7;
 
-/// A severity, the effects at it, and what they do.
+/// One effect at a severity, and what it does on its own.
 struct Played {
     severity: f64,
-    forms: Vec<Form>,
+    form: Form,
     real: Vec<Trial>,
 }
 
@@ -61,43 +62,47 @@ impl BlindTest {
         let stand = case.stand();
         let play_all = || {
             let unchanged = case.unchanged()?;
-            let played = case.adjusted(&stand, &unchanged)?;
-            let mounted = case.play(&case.rig, &mounted(&nuisances, &played.forms))?;
-            let without = |k: usize| {
-                let others: Vec<_> = [&played.forms[..k], &played.forms[k + 1..]].concat();
-                if others.is_empty() {
-                    Ok(unchanged.nominal.clone())
-                } else {
-                    case.play(&case.rig, &others)
-                }
+            let effects = (0..case.effects.len())
+                .filter_map(|effect| case.adjusted(effect, &stand, &unchanged).transpose());
+            let effects: Vec<Played> = effects.collect::<Result<_, SolveError>>()?;
+            let forms: Vec<Form> = effects.iter().map(|own| own.form.clone()).collect();
+            let real = match &effects[..] {
+                [] => unchanged.nominal.clone(),
+                [alone] => alone.real.clone(),
+                _ => case.play(&case.rig, &forms)?,
             };
-            let without = (0..played.forms.len()).map(without);
-            let without = without.collect::<Result<Vec<_>, SolveError>>()?;
-            Ok((unchanged, played, nuisances.recorded(&mounted), without))
+            let mounted = case.play(&case.rig, &mounted(&nuisances, &forms))?;
+            Ok((unchanged, effects, forms, real, nuisances.recorded(&mounted)))
         };
-        let (unchanged, played, recorded, without) = match play_all() {
+        let (unchanged, effects, forms, real, recorded) = match play_all() {
             Ok(played) => played,
             Err(error) => return Ok(Err(error)),
         };
+        // Of two effects, the one that is left is the other one on its own.
+        let without: Vec<&Vec<Trial>> = match &effects[..] {
+            [one, other] => vec![&other.real, &one.real],
+            _ => effects.iter().map(|_| &unchanged.nominal).collect(),
+        };
         let name = name(case.number);
-        let over_noise = |without: &Vec<_>| stand.gap_over_noise(&played.real, without);
-        let over_floor = |without: &Vec<_>| stand.gap_over_floor(&played.real, without, &unchanged);
+        let over_noise = |without: &Vec<_>| stand.gap_over_noise(&real, without);
+        let over_floor = |without: &Vec<_>| stand.gap_over_floor(&real, without, &unchanged);
         let friction_coefficient = case.rig.stated.friction_coefficient;
         let label = Label {
             case: name.clone(),
             seed,
             kind: case.kind,
             rig: case.rig.real.name.clone(),
-            effects: played.forms.iter().map(|form| form.truth(friction_coefficient)).collect(),
-            severity: played.severity,
+            effects: forms.iter().map(|form| form.truth(friction_coefficient)).collect(),
+            severity: effects.first().map_or(case.severity, |own| own.severity),
             gap_over_noise: over_noise(&unchanged.nominal),
-            added_over_noise: without.iter().map(over_noise).collect(),
+            added_over_noise: without.iter().copied().map(over_noise).collect(),
             gap_over_floor: Some(over_floor(&unchanged.nominal)),
-            added_over_floor: without.iter().map(over_floor).collect(),
+            added_over_floor: without.iter().copied().map(over_floor).collect(),
             stranger: Some(Strangeness {
                 set,
-                families: played.forms.iter().map(|form| form.family().to_owned()).collect(),
-                forms: played.forms.iter().map(|form| format!("{form:?}")).collect(),
+                severities: effects.iter().map(|own| own.severity).collect(),
+                families: forms.iter().map(|form| form.family().to_owned()).collect(),
+                forms: forms.iter().map(|form| format!("{form:?}")).collect(),
                 rig: case.rig.truth.clone(),
                 motion: case.motion,
                 trials: case.motions.len(),
@@ -151,22 +156,23 @@ impl Stranger {
         Ok(Unchanged { nominal, doubts })
     }
 
-    /// Plays it at a severity at which its gap is in bounds, as far as there is one.
-    fn adjusted(&self, stand: &Stand, unchanged: &Unchanged) -> Result<Played, SolveError> {
+    /// Plays one of its effects on its own, at a severity at which its gap is in bounds, as far as there is
+    /// one.
+    fn adjusted(
+        &self,
+        effect: usize,
+        stand: &Stand,
+        unchanged: &Unchanged,
+    ) -> Result<Option<Played>, SolveError> {
         let play = |severity: f64| {
-            let forms = self.forms(severity);
-            let real = if forms.is_empty() {
-                unchanged.nominal.clone()
-            } else {
-                self.play(&self.rig, &forms)?
-            };
-            Ok(Played { severity, forms, real })
+            let Some(form) = self.form(effect, severity) else { return Ok(None) };
+            let real = self.play(&self.rig, std::slice::from_ref(&form))?;
+            Ok(Some(Played { severity, form, real }))
         };
-        let mut own = play(self.severity)?;
-        let Some([least, most]) = GAPS.get(own.forms.len().wrapping_sub(1)) else { return Ok(own) };
+        let Some(mut own) = play(self.severity)? else { return Ok(None) };
         for _ in 0..ADJUSTED {
             let gap = stand.gap_over_floor(&own.real, &unchanged.nominal, unchanged);
-            if (*least..=*most).contains(&gap) {
+            if (GAPS[0]..=GAPS[1]).contains(&gap) {
                 break;
             }
             // What an effect does beside the floor is about as large as it is itself.
@@ -175,11 +181,11 @@ impl Stranger {
             let severity = (own.severity + more).clamp(SEVERITIES[0], SEVERITIES[1]);
             // Where the solver finds no balance any more, the last one stays.
             match play(severity) {
-                Ok(next) if severity != own.severity => own = next,
+                Ok(Some(next)) if severity != own.severity => own = next,
                 _ => break,
             }
         }
-        Ok(own)
+        Ok(Some(own))
     }
 }
 
