@@ -12,6 +12,7 @@ use crate::strangers::{Electronics, MotionKind, RigTruth, Set};
 pub struct Strangeness {
     pub set: Set,
     /// Severity of each effect, adjusted to a gap that can be seen and is not all too large.
+    #[serde(default)]
     pub severities: Vec<f64>,
     /// Family of the shape of each effect.
     pub families: Vec<String>,
