@@ -28,7 +28,9 @@ impl Stand {
         fs::create_dir_all(folder.join("trials"))?;
         match &self.given {
             None => {
-                fs::write(folder.join("rig.toml"), rig_toml(name, &self.rig, &self.accuracy))?;
+                let Accuracy { force_n, tip_m, drive_n, .. } = self.accuracy;
+                let sensor = sensor_toml(Some(force_n), Some(tip_m), Some(drive_n));
+                fs::write(folder.join("rig.toml"), rig_toml(name, &self.rig, &sensor))?;
                 fs::write(folder.join("centreline.csv"), centreline(&self.rig))?;
             }
             Some(given) => {
@@ -110,7 +112,8 @@ fn evenly(row: &Row) -> Vec<Vector3<f64>> {
     (0..SHAPE_POINTS).map(at).collect()
 }
 
-fn centreline(rig: &Rig) -> String {
+/// The text of `centreline.csv`.
+pub(crate) fn centreline(rig: &Rig) -> String {
     let mut text = String::from("branch,s_m,x_m,y_m,z_m,radius_m\n");
     for (branch, stations) in rig.branches.iter().enumerate() {
         let mut arc = 0.0;
@@ -126,7 +129,22 @@ fn centreline(rig: &Rig) -> String {
     text
 }
 
-fn rig_toml(name: &str, rig: &Rig, accuracy: &Accuracy) -> String {
+/// The table `[sensor]`; noise that is `None` is not stated \[N\], \[m\], \[N\].
+pub(crate) fn sensor_toml(
+    force_n: Option<f64>,
+    tip_m: Option<f64>,
+    drive_n: Option<f64>,
+) -> String {
+    let line = |key: &str, value: Option<f64>| {
+        value.map_or(String::new(), |value| format!("{key} = {value:?}\n"))
+    };
+    let force = line("force_noise_sd_N", force_n);
+    let (tip, drive) = (line("tip_noise_sd_m", tip_m), line("drive_noise_sd_N", drive_n));
+    format!("[sensor]\n{force}force_rate_hz = 250.0\n{tip}{drive}")
+}
+
+/// The text of `rig.toml`; `sensor`: its table of the sensors.
+pub(crate) fn rig_toml(name: &str, rig: &Rig, sensor: &str) -> String {
     let i = &rig.instrument;
     let section = |(length, youngs): (f64, f64)| {
         format!("  {{ length_m = {length:?}, youngs_modulus_Pa = {youngs:?} }},\n")
@@ -167,20 +185,12 @@ wall_tangential_ratio = {TANGENTIAL_RATIO:?}
 gravity_m_per_s2 = {GRAVITY_M_PER_S2:?}
 fluid = "none"
 
-[sensor]
-force_noise_sd_N = {:?}
-force_rate_hz = 250.0
-tip_noise_sd_m = {:?}
-drive_noise_sd_N = {:?}
-"#,
+{sensor}"#,
         i.outer_diameter_m,
         i.inner_diameter_m,
         i.density_kg_per_m3,
         i.poissons_ratio,
         rig.friction_coefficient,
         i.wall_stiffness_n_per_m,
-        accuracy.force_n,
-        accuracy.tip_m,
-        accuracy.drive_n,
     )
 }

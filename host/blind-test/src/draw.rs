@@ -7,6 +7,7 @@ use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
 use crate::change::Change;
+use crate::deck::{Deck, shuffle};
 use crate::stand::Stand;
 
 /// What a case is.
@@ -84,12 +85,7 @@ const BLEND_PER_EDGE: f64 = 4.0;
 /// Cases 0 to `count` of a seed on these rigs. The same seed gives the same cases.
 pub fn cases(seed: u64, count: usize, stands: &[Stand]) -> Vec<Case> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    let share = |of: usize| (count + of / 2) / of;
-    let mut kinds = vec![Kind::None; share(10)];
-    kinds.extend(vec![Kind::Outside; share(4)]);
-    kinds.extend(vec![Kind::Pair; share(4)]);
-    kinds.resize(count, Kind::Single);
-    shuffle(&mut kinds, &mut rng);
+    let kinds = kinds(count, &mut rng);
     // Every effect once before any comes twice.
     let (mut inside, mut outside) = (Deck::of(&LIBRARY), Deck::of(&OUTSIDE));
     let mut stand_deck = Deck::of(stands);
@@ -113,12 +109,28 @@ pub fn cases(seed: u64, count: usize, stands: &[Stand]) -> Vec<Case> {
         let noise_seed = rng.random();
         if stand.rig.blend_m > 0.0 {
             let mut rng = ChaCha8Rng::seed_from_u64(noise_seed);
-            let back_m = rng.random_range(-EDGE_DOUBT_M..EDGE_DOUBT_M);
-            stand.rig.blend_m = (stand.rig.blend_m + BLEND_PER_EDGE * back_m).max(0.0);
+            stand.rig.blend_m = blend_in_doubt_m(stand.rig.blend_m, &mut rng);
         }
         Case { number, kind, stand, changes, severity, noise_seed }
     };
     kinds.into_iter().enumerate().map(case).collect()
+}
+
+/// The kinds of `count` cases in their order: their shares are the same for every seed.
+pub(crate) fn kinds(count: usize, rng: &mut impl Rng) -> Vec<Kind> {
+    let share = |of: usize| (count + of / 2) / of;
+    let mut kinds = vec![Kind::None; share(10)];
+    kinds.extend(vec![Kind::Outside; share(4)]);
+    kinds.extend(vec![Kind::Pair; share(4)]);
+    kinds.resize(count, Kind::Single);
+    shuffle(&mut kinds, rng);
+    kinds
+}
+
+/// How a real vessel may divide where its mesh has an edge of `blend_m` \[m\].
+pub(crate) fn blend_in_doubt_m(blend_m: f64, rng: &mut impl Rng) -> f64 {
+    let back_m = rng.random_range(-EDGE_DOUBT_M..EDGE_DOUBT_M);
+    (blend_m + BLEND_PER_EDGE * back_m).max(0.0)
 }
 
 /// One effect of that identifier at a severity; `None` when there is none of that name.
@@ -233,32 +245,6 @@ pub fn single(id: &str, severity: f64, rng: &mut impl Rng) -> Option<Change> {
         }
         _ => return None,
     })
-}
-
-/// Draws without putting back until all are drawn.
-struct Deck<T: Clone> {
-    all: Vec<T>,
-    left: Vec<T>,
-}
-
-impl<T: Clone> Deck<T> {
-    fn of(all: &[T]) -> Self {
-        Self { all: all.to_vec(), left: Vec::new() }
-    }
-
-    fn draw(&mut self, rng: &mut impl Rng) -> T {
-        if self.left.is_empty() {
-            self.left.clone_from(&self.all);
-        }
-        let at = rng.random_range(0..self.left.len());
-        self.left.swap_remove(at)
-    }
-}
-
-fn shuffle<T>(items: &mut [T], rng: &mut impl Rng) {
-    for last in (1..items.len()).rev() {
-        items.swap(last, rng.random_range(0..=last));
-    }
 }
 
 #[cfg(test)]

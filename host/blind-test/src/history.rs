@@ -95,9 +95,10 @@ pub fn chart(scores: &[Score]) -> String {
          .small {{ font-size: 11px; fill: #666 }}\n.axis {{ stroke: #bbb }}\n\
          .target {{ stroke: #b3261e; stroke-dasharray: 5 4 }}\n.bar {{ stroke: #2b6cb0; opacity: .45 }}\n\
          .own {{ fill: #2b6cb0 }}\n.given {{ fill: #fff; stroke: #2b6cb0; stroke-width: 1.5 }}\n\
+         .stranger {{ fill: #b7791f }}\n\
          @media (prefers-color-scheme: dark) {{\ntext {{ fill: #ddd }}\n.small {{ fill: #aaa }}\n\
          .axis {{ stroke: #555 }}\n.target {{ stroke: #ff8a80 }}\n.bar {{ stroke: #7cb7f2 }}\n\
-         .own {{ fill: #7cb7f2 }}\n.given {{ fill: #1b1b1f; stroke: #7cb7f2 }}\n}}\n</style>\n"
+         .own {{ fill: #7cb7f2 }}\n.given {{ fill: #1b1b1f; stroke: #7cb7f2 }}\n.stranger {{ fill: #f6c453 }}\n}}\n</style>\n"
     );
     for (index, panel) in PANELS.iter().enumerate() {
         let (column, row) = (index % COLUMNS, index / COLUMNS);
@@ -113,7 +114,9 @@ pub fn chart(scores: &[Score]) -> String {
          <circle class=\"given\" cx=\"140\" cy=\"{0}\" r=\"4\"/><text x=\"150\" y=\"{y}\">rigs of \
          another simulator</text>\n<line class=\"bar\" x1=\"330\" x2=\"330\" y1=\"{1}\" y2=\"{2}\"/>\
          <text x=\"340\" y=\"{y}\">95 % interval</text>\n<line class=\"target\" x1=\"440\" \
-         x2=\"470\" y1=\"{0}\" y2=\"{0}\"/><text x=\"478\" y=\"{y}\">target</text>",
+         x2=\"470\" y1=\"{0}\" y2=\"{0}\"/><text x=\"478\" y=\"{y}\">target</text>\n\
+         <circle class=\"stranger\" cx=\"540\" cy=\"{0}\" r=\"4\"/><text x=\"550\" \
+         y=\"{y}\">strangers</text>",
         y - 4.0,
         y - 11.0,
         y + 3.0,
@@ -157,6 +160,7 @@ fn draw(svg: &mut String, scores: &[Score], (counted, title, most): (Counted, &s
         let class = match score.rigs {
             Rigs::Own => "own",
             Rigs::Given => "given",
+            Rigs::Strangers => "stranger",
         };
         let _ = writeln!(
             svg,
@@ -197,7 +201,12 @@ pub fn page(scores: &[Score]) -> String {
          tuning, so each set is blind once. [How a diagnosis works](../explanation/diagnosis.md) \
          explains the terms.\n\n\
          Own rigs are two vessels with two instruments each. Given rigs are bundles that another \
-         simulator made; their vessels divide, and their noise is larger.\n\n\
+         simulator made; their vessels divide, and their noise is larger. Strangers differ from \
+         all of these: eight vessels and six instruments, no two rigs alike and some with a segmented \
+         geometry; motions that are not the protocol's; sensors that are filtered, coarse, incomplete \
+         or stated wrongly; nuisances beyond the priors; and effects of other shapes. Four of the \
+         vessels and three of the instruments serve for tuning, the others for scores \
+         alone.\n\n\
          This page is made from the files in `docs/reference/blind-tests/`, one for each set. \
          `cathforce gap blind-test score FOLDER --json` prints a set in the same format.\n\n\
          ![Scores of all blind tests in their order in time, with targets and 95 % \
@@ -251,15 +260,16 @@ fn rows(scores: &[Score]) -> String {
     text
 }
 
-/// The newest set on own rigs and the newest one on given rigs, with all figures.
+/// The newest set of each kind of rigs, with all figures.
 fn newest_in_full(scores: &[Score]) -> String {
     let mut text = String::new();
     let newest = |rigs: Rigs| scores.iter().rev().find(|score| score.rigs == rigs);
-    for (kind, score) in [Rigs::Own, Rigs::Given].map(|kind| (kind, newest(kind))) {
+    for (kind, score) in Rigs::ALL.map(|kind| (kind, newest(kind))) {
         let Some(score) = score else { continue };
         let title = match kind {
             Rigs::Own => "The newest set on own rigs",
             Rigs::Given => "The newest set on given rigs",
+            Rigs::Strangers => "The newest set of strangers",
         };
         let published = &score.published;
         let commit = |commit: &Option<String>| {
@@ -282,5 +292,6 @@ fn rigs(score: &Score) -> &'static str {
     match score.rigs {
         Rigs::Own => "own",
         Rigs::Given => "given",
+        Rigs::Strangers => "strangers",
     }
 }

@@ -4,6 +4,39 @@ use serde::{Deserialize, Serialize};
 
 use crate::change::Truth;
 use crate::draw::Kind;
+use crate::nuisance::Spread;
+use crate::strangers::{Electronics, MotionKind, RigTruth, Set};
+
+/// What is strange about a case beside its effects.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Strangeness {
+    pub set: Set,
+    /// Severity of each effect, adjusted to a gap that can be seen and is not all too large.
+    #[serde(default)]
+    pub severities: Vec<f64>,
+    /// Family of the shape of each effect.
+    pub families: Vec<String>,
+    /// Each effect with its sizes, for whoever explains an answer.
+    pub forms: Vec<String>,
+    pub rig: RigTruth,
+    pub motion: MotionKind,
+    /// Trials, the withheld one among them.
+    pub trials: usize,
+    pub nuisances: Spread,
+    pub sensors: Electronics,
+}
+
+impl Strangeness {
+    /// Kinds that a score is split by, each with what it is a kind of.
+    pub fn kinds(&self) -> Vec<(&'static str, String)> {
+        let own = [
+            ("nuisances", self.nuisances.name().to_owned()),
+            ("motion", self.motion.name().to_owned()),
+        ];
+        let sensors = self.sensors.kinds().into_iter().map(|kind| ("sensors", kind.to_owned()));
+        own.into_iter().chain(sensors).collect()
+    }
+}
 
 /// What is true of a case.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -28,6 +61,9 @@ pub struct Label {
     pub gap_over_floor: Option<f64>,
     #[serde(default)]
     pub added_over_floor: Vec<f64>,
+    /// Of a stranger alone.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stranger: Option<Strangeness>,
     /// Random, so that the label cannot be found from its hash by trial.
     pub salt: String,
 }

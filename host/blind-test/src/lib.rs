@@ -14,19 +14,23 @@
 //! | `world`, `train`, `sensor` | effects on the vessel and the instrument, in the drive train, in the sensor |
 //! | `nuisance` | differences from run to run that are not effects |
 //! | `play` | simulates one trial of a reality |
-//! | `draw` | draws cases from a seed |
+//! | `deck`, `draw` | draws cases from a seed |
 //! | `bundle`, `noise` | writes a case as a trial bundle with sensor noise |
+//! | `strangers` | cases whose rigs, sensors, motions and shapes nobody tuned the diagnosis on |
 //! | `label` | the effects that are really there, withheld until every case is answered |
 //! | `make` | makes the cases of a blind test, and resumes an interrupted run |
 //! | `blind_test` | a blind test on disk: cases, sealed labels, answers |
-//! | `figures`, `score` | compare the answers with the labels |
+//! | `answer`, `figures`, `count`, `parts`, `score`, `report` | compare the answers with the labels |
 //! | `history` | the scores of all sets over time, as a page and a chart |
 
 #![forbid(unsafe_code)]
 
+mod answer;
 mod blind_test;
 mod bundle;
 mod change;
+mod count;
+mod deck;
 mod draw;
 mod figures;
 mod given;
@@ -36,24 +40,33 @@ mod make;
 mod motion;
 mod noise;
 mod nuisance;
+mod parts;
 mod play;
+mod report;
 mod rigs;
 mod score;
 mod sensor;
 mod stand;
+mod strangers;
 mod train;
 mod world;
 
+pub use answer::Answer;
 pub use blind_test::{BlindTest, BlindTestError, Seals};
 pub use change::{Change, Truth};
 pub use draw::{Case, Kind, LIBRARY, OUTSIDE, cases, single};
 pub use figures::{Counted, Figure, SMALLEST_GAP, Target};
 pub use given::GivenError;
-pub use label::Label;
+pub use label::{Label, Strangeness};
 pub use motion::{TRIALS, schedule};
 pub use noise::Noise;
+pub use nuisance::Spread;
+pub use parts::Part;
 pub use play::{Row, Trial, play, play_along};
 pub use rigs::{CONTACT_SPACING_M, Instrument, Rig, rigs};
 pub use score::{Published, Right, Rigs, Score, score};
 
 pub use stand::{Accuracy, Stand};
+pub use strangers::{
+    DropOuts, Electronics, Filter, MotionKind, RigTruth, Set, Stated, Stranger, strangers,
+};

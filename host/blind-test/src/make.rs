@@ -13,6 +13,14 @@ use crate::label::Label;
 use crate::nuisance::Nuisances;
 use crate::stand::{Stand, Unchanged};
 
+/// A blind test whose cases are to be made.
+pub(crate) struct Begun {
+    /// Seed of the cases.
+    pub seed: u64,
+    /// One a case.
+    pub salts: Vec<u128>,
+}
+
 impl BlindTest {
     /// Makes `count` cases on these rigs, or those of them that are not there yet. Without a `seed` one
     /// is drawn, and stands in the labels alone: the labels follow from it. `secret`, of which seed and
@@ -27,37 +35,63 @@ impl BlindTest {
         stands: &[Stand],
         made: &(dyn Fn() + Sync),
     ) -> Result<Vec<(usize, SolveError)>, BlindTestError> {
-        let mut rng = ChaCha8Rng::seed_from_u64(secret);
-        let drawn_seed: u64 = rng.random();
         let rigs: Vec<String> = stands.iter().map(|stand| stand.rig.name.clone()).collect();
         if let Some(twice) = rigs.iter().enumerate().find(|(i, name)| rigs[..*i].contains(name)) {
             return Err(BlindTestError::OneName(twice.1.clone()));
         }
         let plan = Made { cases: count, rigs, left_out: Vec::new(), is_whole: false };
-        let there = self.seed_that_is_there(&plan)?;
+        let begun = self.begin(seed, secret, &plan)?;
+        let drawn = cases(begun.seed, count, stands);
+        let unchanged: BTreeMap<&str, Result<Unchanged, SolveError>> =
+            stands.iter().map(|stand| (&*stand.rig.name, stand.unchanged())).collect();
+        self.make_each(begun.salts, plan, made, |number, salt| {
+            let case = &drawn[number];
+            match &unchanged[&*case.stand.rig.name] {
+                Ok(unchanged) => self.make_case(begun.seed, case, salt, unchanged),
+                Err(error) => Ok(Err(*error)),
+            }
+        })
+    }
+
+    /// Begins a blind test, or goes on with one of the same plan: the folders and `made.json` are there
+    /// afterwards.
+    pub(crate) fn begin(
+        &self,
+        seed: Option<u64>,
+        secret: u64,
+        plan: &Made,
+    ) -> Result<Begun, BlindTestError> {
+        let mut rng = ChaCha8Rng::seed_from_u64(secret);
+        let drawn_seed: u64 = rng.random();
+        let there = self.seed_that_is_there(plan)?;
         let seed = match (seed, there) {
             (Some(asked), Some(there)) if asked != there => {
                 return Err(BlindTestError::AlreadyMade(self.folder.clone()));
             }
             (asked, there) => there.or(asked).unwrap_or(drawn_seed),
         };
-        let drawn: Vec<(Case, u128)> =
-            cases(seed, count, stands).into_iter().map(|case| (case, rng.random())).collect();
         create(&self.folder.join("labels"))?;
         create(&self.folder.join("cases"))?;
-        write_json(&self.folder.join("made.json"), &plan)?;
-        let unchanged: BTreeMap<&str, Result<Unchanged, SolveError>> =
-            stands.iter().map(|stand| (&*stand.rig.name, stand.unchanged())).collect();
-        let make = |(case, salt): &(Case, u128)| -> Result<_, BlindTestError> {
-            let played = match &unchanged[&*case.stand.rig.name] {
-                _ if self.label_path(&name(case.number)).exists() => Ok(()),
-                Ok(unchanged) => self.make_case(seed, case, *salt, unchanged)?,
-                Err(error) => Err(*error),
-            };
+        write_json(&self.folder.join("made.json"), plan)?;
+        Ok(Begun { seed, salts: (0..plan.cases).map(|_| rng.random()).collect() })
+    }
+
+    /// Makes every case that has no label yet by `make`, which is given its number and its salt, and says
+    /// in `made.json` which are left out.
+    pub(crate) fn make_each(
+        &self,
+        salts: Vec<u128>,
+        plan: Made,
+        made: &(dyn Fn() + Sync),
+        make: impl Fn(usize, u128) -> Result<Result<(), SolveError>, BlindTestError> + Sync,
+    ) -> Result<Vec<(usize, SolveError)>, BlindTestError> {
+        let each = |(number, salt): (usize, &u128)| -> Result<_, BlindTestError> {
+            let is_there = self.label_path(&name(number)).exists();
+            let played = if is_there { Ok(()) } else { make(number, *salt)? };
             made();
-            Ok(played.err().map(|error| (case.number, error)))
+            Ok(played.err().map(|error| (number, error)))
         };
-        let left_out: Vec<_> = drawn.par_iter().map(make).collect::<Result<_, _>>()?;
+        let left_out: Vec<_> = salts.par_iter().enumerate().map(each).collect::<Result<_, _>>()?;
         let left_out: Vec<_> = left_out.into_iter().flatten().collect();
         let numbers = left_out.iter().map(|(case, _)| *case).collect();
         let whole = Made { left_out: numbers, is_whole: true, ..plan };
@@ -125,7 +159,8 @@ impl BlindTest {
             added_over_noise: without.iter().map(over_noise).collect(),
             gap_over_floor: Some(over_floor(&unchanged.nominal)),
             added_over_floor: without.iter().map(over_floor).collect(),
-            salt: format!("{salt:032x}"),
+            stranger: None,
+            salt: salt_text(salt),
         };
         let folder = self.folder.join("cases").join(&name);
         stand
@@ -137,6 +172,12 @@ impl BlindTest {
     }
 }
 
-fn name(case: usize) -> String {
+/// The name of a case.
+pub(crate) fn name(case: usize) -> String {
     format!("{case:03}")
+}
+
+/// A salt as labels state it.
+pub(crate) fn salt_text(salt: u128) -> String {
+    format!("{salt:032x}")
 }

@@ -2,6 +2,7 @@
 //! must see through it. Its priors (docs/explanation/diagnosis.md) are the standard deviations here.
 
 use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
 
 use crate::change::Change;
 use crate::motion::STEP_S;
@@ -19,6 +20,56 @@ const MOUNTED_SD_M: f64 = 3e-4;
 const MOUNTED_SD_RAD: f64 = 0.3 * std::f64::consts::PI / 180.0;
 /// Standard deviations beyond which it would be an effect.
 const LIMIT: f64 = 2.0;
+/// A rig that is mounted carelessly differs by so many times the priors.
+const WIDE: f64 = 2.0;
+/// Degrees of freedom of heavy tails: as few as leave a finite variance.
+const FREEDOM: usize = 3;
+/// Standard deviations at which heavy tails end: farther off, every rig would be taken apart again.
+const FARTHEST: f64 = 5.0;
+
+/// How nuisances are distributed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Spread {
+    /// As the priors, within two standard deviations.
+    #[default]
+    Priors,
+    /// Twice as wide.
+    Wide,
+    /// Student's t with three degrees of freedom, times the priors' standard deviations.
+    HeavyTailed,
+}
+
+impl Spread {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Priors, Self::Wide, Self::HeavyTailed];
+
+    /// In words.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Priors => "as the priors",
+            Self::Wide => "twice as wide",
+            Self::HeavyTailed => "heavy tails",
+        }
+    }
+
+    /// One number, in standard deviations of the priors.
+    fn draw(self, noise: &mut Noise) -> f64 {
+        loop {
+            let (drawn, limit) = match self {
+                Self::Priors => (noise.normal(), LIMIT),
+                Self::Wide => (WIDE * noise.normal(), WIDE * LIMIT),
+                Self::HeavyTailed => {
+                    let square = (0..FREEDOM).map(|_| noise.normal().powi(2)).sum::<f64>();
+                    (noise.normal() / (square / FREEDOM as f64).sqrt(), FARTHEST)
+                }
+            };
+            if drawn.abs() <= limit {
+                return drawn;
+            }
+        }
+    }
+}
 
 /// Of a rig that was mounted once, and of every run on it.
 #[derive(Clone, Debug)]
@@ -38,15 +89,13 @@ struct Run {
 impl Nuisances {
     /// For so many runs; the same seed gives the same.
     pub fn of_seed(seed: u64, runs: usize) -> Self {
+        Self::spread(Spread::Priors, seed, runs)
+    }
+
+    /// The same, distributed otherwise.
+    pub fn spread(spread: Spread, seed: u64, runs: usize) -> Self {
         let mut noise = Noise::of_seed(seed);
-        let mut within = || {
-            loop {
-                let drawn = noise.normal();
-                if drawn.abs() <= LIMIT {
-                    return drawn;
-                }
-            }
-        };
+        let mut within = || spread.draw(&mut noise);
         let mut vector = |sd: f64| Vector3::from_fn(|_, _| sd * within());
         let (offset_m, tilt_rad) = (vector(MOUNTED_SD_M), vector(MOUNTED_SD_RAD));
         let run = |_| {
@@ -63,6 +112,11 @@ impl Nuisances {
         let own = Change::Registration { offset_m, tilt_rad };
         let own = (!changes.iter().any(is_registered)).then_some(own);
         own.into_iter().chain(changes.iter().cloned()).collect()
+    }
+
+    /// Where the phantom stands \[m\], and a rotation vector by which it is turned \[rad\].
+    pub fn mounting(&self) -> (Vector3<f64>, Vector3<f64>) {
+        (self.offset_m, self.tilt_rad)
     }
 
     /// What is recorded of runs on the rig that was mounted so.
@@ -118,6 +172,21 @@ mod tests {
         let again = Nuisances::of_seed(5, 2);
         assert_eq!((again.offset_m, again.tilt_rad), (drawn.offset_m, drawn.tilt_rad));
         assert_eq!(again.runs[1].zero_n, drawn.runs[1].zero_n);
+    }
+
+    #[test]
+    fn careless_mounting_is_twice_as_wide_and_heavy_tails_reach_farther() {
+        let drawn = |spread: Spread| {
+            let mut noise = Noise::of_seed(3);
+            let mut sizes: Vec<f64> = (0..4000).map(|_| spread.draw(&mut noise).abs()).collect();
+            sizes.sort_by(f64::total_cmp);
+            [sizes[2000], sizes[3960], sizes[3999]]
+        };
+        let [priors, wide, heavy] = Spread::ALL.map(drawn);
+        assert!((wide[0] / priors[0] - 2.0).abs() < 1e-12, "the same numbers, twice as large");
+        // Half of a Student's t of three degrees of freedom is within 0.765, 99 % within 5.8.
+        assert!((heavy[0] - 0.765).abs() < 0.04, "{heavy:?}");
+        assert!(priors[2] <= LIMIT && heavy[1] > 3.5 && heavy[2] <= FARTHEST, "{heavy:?}");
     }
 
     #[test]

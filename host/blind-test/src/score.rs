@@ -1,18 +1,17 @@
 //! Compares answers with labels: the score of a blind test.
 
 use std::collections::BTreeSet;
-use std::fmt::Write as _;
 
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
+use crate::answer::Answer;
+use crate::count::{Case, figures};
 use crate::draw::Kind;
-use crate::figures::{CONFIDENT, Counted, Figure, SMALLEST_GAP};
+use crate::figures::{Counted, Figure};
 use crate::label::Label;
+use crate::parts::{Part, parts};
 use crate::rigs::rigs;
-
-/// Predicted and achieved shrink may differ by so much.
-const WITHIN: f64 = 0.1;
 
 /// The format of a score, of `score.json` and of the files in `docs/reference/blind-tests/`.
 pub const FORMAT: &str = "blind-test-score/1";
@@ -25,6 +24,13 @@ pub enum Rigs {
     Own,
     /// Bundles that another simulator made (`make --bundle`).
     Given,
+    /// Strangers (`make --strangers`).
+    Strangers,
+}
+
+impl Rigs {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Own, Self::Given, Self::Strangers];
 }
 
 /// When and where the seal of a blind test was published, and the source of the program that answered.
@@ -55,40 +61,17 @@ pub struct Score {
     pub seeds: BTreeSet<u64>,
     pub rigs: Rigs,
     pub cases: usize,
-    /// Cases with an effect whose gap is below [`SMALLEST_GAP`] times the noise. They do not count.
+    /// Cases with an effect whose gap is below [`crate::SMALLEST_GAP`] times the noise. They do not count.
     pub too_small: usize,
     pub figures: Vec<Figure>,
     /// Right answers by rig and kind.
     pub right: Vec<Right>,
+    /// Of strangers, the same figures by the kind of nuisances, sensors and motions.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub parts: Vec<Part>,
     /// Case by case: what was there, and what was answered. Published scores leave them out.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub answers: Vec<Answer>,
-}
-
-/// One case in short.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Answer {
-    pub case: String,
-    pub kind: Kind,
-    pub rig: String,
-    pub gap_over_noise: f64,
-    pub added_over_noise: Vec<f64>,
-    pub gap_over_floor: Option<f64>,
-    pub added_over_floor: Vec<f64>,
-    pub truth: Vec<String>,
-    pub verdict: String,
-    pub named: Vec<String>,
-    /// Named effects and what they cannot be told apart from.
-    pub reported: BTreeSet<String>,
-    pub confidence: Option<f64>,
-    /// Effects that were named with [`CONFIDENT`] and are not there, nor anything that they are said
-    /// not to be told apart from.
-    pub confidently_wrong: Vec<String>,
-    /// On the diagnosed trials, held out one by one; on the one that was not diagnosed.
-    pub predicted_shrink: Option<f64>,
-    pub achieved_shrink: Option<f64>,
-    /// Whether the answer is what it should be: no gap, unknown, or every true effect.
-    pub right: bool,
 }
 
 /// Cases of one kind on one rig, and how many were answered right.
@@ -100,133 +83,13 @@ pub struct Right {
     pub of: usize,
 }
 
-impl Answer {
-    fn of(label: &Label, answer: &Value) -> Self {
-        let text = |value: &Value| value.as_str().unwrap_or_default().to_owned();
-        let list = |value: &Value| value.as_array().cloned().unwrap_or_default();
-        let effects = list(&answer["effects"]);
-        let named: Vec<String> = effects.iter().map(|e| text(&e["id"])).collect();
-        let confusable: Vec<Vec<String>> = list(&answer["confusable"])
-            .iter()
-            .map(|set| list(set).iter().map(text).collect())
-            .collect();
-        let not_told_apart = |id: &String| -> Vec<String> {
-            confusable.iter().filter(|set| set.contains(id)).flatten().cloned().collect()
-        };
-        let mut reported: BTreeSet<String> = named.iter().cloned().collect();
-        reported.extend(named.iter().flat_map(not_told_apart));
-        let truth: Vec<String> = label.effects.iter().map(|effect| effect.id.clone()).collect();
-        let is_wrong = |effect: &&Value| {
-            let id = text(&effect["id"]);
-            let is_sure = effect["confidence"].as_f64().is_some_and(|c| c >= CONFIDENT);
-            is_sure
-                && !truth.contains(&id)
-                && !not_told_apart(&id).iter().any(|id| truth.contains(id))
-        };
-        let confidently_wrong =
-            effects.iter().filter(is_wrong).map(|effect| text(&effect["id"])).collect();
-        let mut own = Self {
-            case: label.case.clone(),
-            kind: label.kind,
-            rig: label.rig.clone(),
-            gap_over_noise: label.gap_over_noise,
-            added_over_noise: label.added_over_noise.clone(),
-            gap_over_floor: label.gap_over_floor,
-            added_over_floor: label.added_over_floor.clone(),
-            truth,
-            verdict: text(&answer["verdict"]),
-            confidence: answer["effects"][0]["confidence"].as_f64(),
-            predicted_shrink: answer["predicted_shrink"].as_f64(),
-            achieved_shrink: answer["achieved_shrink"].as_f64(),
-            confidently_wrong,
-            named,
-            reported,
-            right: false,
-        };
-        own.right = match own.kind {
-            Kind::None => own.verdict == "no_gap",
-            Kind::Outside => own.verdict == "unknown",
-            Kind::Single => own.first_is_true(),
-            Kind::Pair => own.truth.iter().all(|id| own.reported.contains(id)),
-        };
-        own
-    }
-
-    /// Of what was named, as the whole or as a part.
-    fn shrink_missed(&self) -> Option<f64> {
-        let both = self.predicted_shrink.zip(self.achieved_shrink);
-        let missed = |(predicted, achieved): (f64, f64)| (predicted - achieved).abs();
-        both.filter(|_| !self.named.is_empty()).map(missed)
-    }
-
-    fn first_is_true(&self) -> bool {
-        self.named.first().is_some_and(|first| self.truth.contains(first))
-    }
-
-    /// Whether the effect that is named first is wrong, and was said with confidence.
-    fn is_confidently_wrong(&self) -> bool {
-        self.named.first().is_some_and(|first| self.confidently_wrong.contains(first))
-    }
-}
-
 /// Scores revealed labels and the answers to them.
 pub fn score(published: Published, seals_sha256: String, revealed: &[(Label, Value)]) -> Score {
     let answers: Vec<Answer> = revealed.iter().map(|(l, a)| Answer::of(l, a)).collect();
-    let large = |a: &&Answer| a.kind == Kind::None || a.gap_over_noise >= SMALLEST_GAP;
-    let counted: Vec<&Answer> = answers.iter().filter(large).collect();
-    let of = |kind: Kind| -> Vec<&Answer> {
-        counted.iter().copied().filter(|a| a.kind == kind).collect()
-    };
-    let (single, pair) = (of(Kind::Single), of(Kind::Pair));
-    let both_show = |a: &&Answer| {
-        !a.added_over_noise.is_empty() && a.added_over_noise.iter().all(|gap| *gap >= SMALLEST_GAP)
-    };
-    let pair_that_shows: Vec<&Answer> = pair.iter().copied().filter(both_show).collect();
-    let over_floor = |a: &&Answer| a.gap_over_floor.is_some_and(|gap| gap >= SMALLEST_GAP);
-    let single_over_floor: Vec<&Answer> = single.iter().copied().filter(over_floor).collect();
-    let both_over =
-        |a: &&Answer| over_floor(a) && a.added_over_floor.iter().all(|gap| *gap >= SMALLEST_GAP);
-    let pair_over_floor: Vec<&Answer> = pair.iter().copied().filter(both_over).collect();
-    let (outside, none) = (of(Kind::Outside), of(Kind::None));
-    let counted_answers =
-        || revealed.iter().zip(&answers).filter(|(_, a)| large(a)).map(|(r, _)| r);
-    let share = |figure, among: &[&Answer], hit: &dyn Fn(&Answer) -> bool| {
-        Figure::share(figure, among.iter().map(|a| hit(a)))
-    };
-    let all_in = |a: &Answer| a.truth.iter().all(|id| a.reported.contains(id));
-    let sizes: Vec<f64> =
-        single.iter().filter(|a| !a.reported.is_empty()).map(|a| a.reported.len() as f64).collect();
-    let inside = intervals(counted_answers());
-    let seconds = revealed.iter().filter_map(|(_, a)| a["cpu_seconds"].as_f64());
-    let seconds: Vec<f64> = seconds.collect();
-    let misses: Vec<f64> = counted.iter().filter_map(|a| a.shrink_missed()).collect();
-    let within = misses.iter().map(|miss| *miss <= WITHIN);
-    let named: Vec<(f64, bool)> = counted_answers().flat_map(|(l, a)| named(l, a)).collect();
-    let confidences = named.iter().map(|(confidence, _)| 100.0 * confidence);
-    let confidences: Vec<f64> = confidences.collect();
-    let points: Vec<f64> = misses.iter().map(|miss| 100.0 * miss).collect();
-    let there = named.iter().map(|(_, there)| *there);
-    use Counted as C;
-    let figures = vec![
-        share(C::NamedFirst, &single, &Answer::first_is_true),
-        share(C::NamedFirstAboveFloor, &single_over_floor, &Answer::first_is_true),
-        share(C::InReportedSet, &single, &all_in),
-        share(C::InReportedSetAboveFloor, &single_over_floor, &all_in),
-        Figure::mean(C::ReportedSetSize, "", &sizes),
-        share(C::ConfidentlyWrong, &counted, &Answer::is_confidently_wrong),
-        share(C::AnyEffectConfidentlyWrong, &counted, &|a| !a.confidently_wrong.is_empty()),
-        share(C::OutsideUnknown, &outside, &|a| a.verdict == "unknown"),
-        share(C::GapClaimedWithoutEffect, &none, &|a| a.verdict != "no_gap"),
-        share(C::PairFound, &pair, &all_in),
-        share(C::PairFoundAboveNoise, &pair_that_shows, &all_in),
-        share(C::PairFoundAboveFloor, &pair_over_floor, &all_in),
-        Figure::mean(C::ShrinkDifference, "points", &points),
-        Figure::share(C::ShrinkWithinTenPoints, within),
-        Figure::share(C::IntervalsHoldTruth, inside.iter().copied()),
-        Figure::mean(C::MeanConfidence, "%", &confidences),
-        Figure::share(C::NamedEffectsThere, there),
-        Figure::mean(C::ProcessorTime, "s", &seconds),
-    ];
+    let pairs = revealed.iter().zip(&answers);
+    let cases: Vec<Case<'_>> = pairs.map(|(revealed, answer)| Case { revealed, answer }).collect();
+    let counted: Vec<&Answer> =
+        cases.iter().filter(|case| case.counts()).map(|case| case.answer).collect();
     let binary = |(_, a): &(Label, Value)| a["binary_sha256"].as_str().map(str::to_owned);
     let own = rigs();
     let is_own = |(label, _): &(Label, Value)| own.iter().any(|rig| rig.name == label.rig);
@@ -237,23 +100,20 @@ pub fn score(published: Published, seals_sha256: String, revealed: &[(Label, Val
         seals_sha256: Some(seals_sha256),
         note: None,
         seeds: revealed.iter().map(|(label, _)| label.seed).collect(),
-        rigs: if revealed.iter().all(is_own) { Rigs::Own } else { Rigs::Given },
+        rigs: if revealed.iter().any(|(label, _)| label.stranger.is_some()) {
+            Rigs::Strangers
+        } else if revealed.iter().all(is_own) {
+            Rigs::Own
+        } else {
+            Rigs::Given
+        },
         cases: answers.len(),
         too_small: answers.len() - counted.len(),
-        figures,
+        figures: figures(&cases),
         right: by_rig(&counted),
+        parts: parts(&cases),
         answers,
     }
-}
-
-/// Confidence of every named effect, and whether it is there.
-fn named(label: &Label, answer: &Value) -> Vec<(f64, bool)> {
-    let effects = answer["effects"].as_array();
-    let own = effects.into_iter().flatten().filter_map(|effect| {
-        let there = label.effects.iter().any(|truth| effect["id"] == truth.id.as_str());
-        Some((effect["confidence"].as_f64()?, there))
-    });
-    own.collect()
 }
 
 fn by_rig(counted: &[&Answer]) -> Vec<Right> {
@@ -268,70 +128,7 @@ fn by_rig(counted: &[&Answer]) -> Vec<Right> {
     cells.map(cell).collect()
 }
 
-/// Of every parameter with a counterpart in a true effect that was named, whether its interval
-/// holds the truth.
-fn intervals<'a>(revealed: impl Iterator<Item = &'a (Label, Value)>) -> Vec<bool> {
-    let mut inside = Vec::new();
-    for (label, answer) in revealed {
-        let named = answer["effects"].as_array();
-        for effect in named.into_iter().flatten() {
-            let truth = label.effects.iter().find(|truth| effect["id"] == truth.id.as_str());
-            for (name, value) in truth.into_iter().flat_map(|truth| &truth.parameters) {
-                let estimate = &effect["parameters"][name];
-                if let (Some(low), Some(high)) =
-                    (estimate["low"].as_f64(), estimate["high"].as_f64())
-                {
-                    inside.push(low <= *value && *value <= high);
-                }
-            }
-        }
-    }
-    inside
-}
-
 impl Score {
-    /// All figures in Markdown.
-    pub fn markdown(&self) -> String {
-        let list = |items: Vec<String>| items.join(", ");
-        let mut text = format!(
-            "{} cases of seed {}. {} of them have a gap below {SMALLEST_GAP} times the noise and do \
-             not count. The floor is the noise, the change from a wall that is 40 µm nearer, and, \
-             where a vessel divides, the change from an edge that differs from the mesh. \
-             SHA-256 of the program that answered: {}. SHA-256 of seals.json: `{}`.\n\n",
-            self.cases,
-            list(self.seeds.iter().map(u64::to_string).collect()),
-            self.too_small,
-            list(self.program_sha256.iter().map(|hash| format!("`{hash}`")).collect()),
-            self.seals_sha256.as_deref().unwrap_or("not kept"),
-        );
-        text += &self.table();
-        text += "\nAn answer is right if it is `no_gap` for a case without an effect, `unknown` for \
-                 an effect outside the library, names a single effect first, or holds both effects \
-                 of a pair in its reported sets.\n\n| vessel and instrument | single effect | pair | \
-                 outside the library | no effect |\n| --- | --- | --- | --- | --- |\n";
-        // Writing to a string does not fail.
-        for row in self.right.chunks(4) {
-            let cells: Vec<String> =
-                row.iter().map(|c| format!("{} of {}", c.right, c.of)).collect();
-            let _ = writeln!(text, "| {} | {} |", row[0].rig, cells.join(" | "));
-        }
-        text
-    }
-
-    /// The figures as a table of Markdown.
-    pub fn table(&self) -> String {
-        let mut text = String::from(
-            "| figure | target | reached | of | 95 % interval |\n| --- | --- | --- | --- | --- |\n",
-        );
-        for f in &self.figures {
-            let (target, reached, interval) =
-                (f.target_text(), f.reached_text(), f.interval_text());
-            let words = f.figure.words();
-            let _ = writeln!(text, "| {words} | {target} | {reached} | {} | {interval} |", f.of);
-        }
-        text
-    }
-
     /// Its figure of this kind, if it was counted.
     pub fn figure(&self, counted: Counted) -> Option<&Figure> {
         self.figures.iter().find(|figure| figure.figure == counted)
@@ -360,6 +157,7 @@ mod tests {
             added_over_noise: vec![gap; ids.len()],
             gap_over_floor: Some(0.8 * gap),
             added_over_floor: vec![0.8 * gap; ids.len()],
+            stranger: None,
             salt: String::new(),
         }
     }

@@ -58,7 +58,7 @@ const OWN: Accuracy =
     Accuracy { force_n: 2e-3, drive_n: 2e-3, tip_m: 1.5e-4, shape_m: None, tip_every: 10 };
 
 /// How well a wall is known: facets, segmentation \[m\].
-const WALL_DOUBT_M: f64 = 4e-5;
+pub(crate) const WALL_DOUBT_M: f64 = 4e-5;
 
 /// Noise of a mean of so many rows is smaller by the square root: force samples of 20 ms.
 const AVERAGED_ROWS: f64 = 5.0;

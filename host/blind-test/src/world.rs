@@ -1,6 +1,6 @@
 //! Where effects act on the instrument and the vessel: the problem that is solved, at a time.
 
-use cathforce_reference_solver::{Curve, Drive, Problem, Section, Station};
+use cathforce_reference_solver::{Curve, Drive, Problem, Relaxing, Section, Station};
 use nalgebra::{Rotation3, Vector3};
 
 use crate::change::Change;
@@ -88,7 +88,8 @@ fn apply_standing(change: &Change, problem: &mut Problem, branches: &mut [Vec<St
         }
         Change::Stiffening { per_m } => problem.beyond.stiffening_per_m = per_m,
         Change::Relaxing { ratio, times_s } => {
-            (problem.beyond.relaxing_ratio, problem.beyond.relaxation_s) = (ratio, times_s);
+            let branches = problem.beyond.relaxing.iter_mut().zip(times_s);
+            branches.for_each(|(own, time_s)| *own = Relaxing { ratio: 0.5 * ratio, time_s });
         }
         Change::LightFriction { excess, load_n_per_m } => {
             problem.beyond.light_friction = excess;
@@ -99,7 +100,7 @@ fn apply_standing(change: &Change, problem: &mut Problem, branches: &mut [Vec<St
     }
 }
 
-fn scale(section: &mut Section, factor: f64) {
+pub(crate) fn scale(section: &mut Section, factor: f64) {
     section.bending_n_m2 *= factor;
     section.torsion_n_m2 *= factor;
     section.axial_n *= factor;
@@ -167,7 +168,7 @@ fn phantom_m(changes: &[Change], t_s: f64) -> Vector3<f64> {
 }
 
 /// From −1 to 1 within a third of the period, back in half of it, then a pause.
-fn breath(share: f64) -> f64 {
+pub(crate) fn breath(share: f64) -> f64 {
     use std::f64::consts::PI;
     match share {
         s if s < 0.33 => -(PI * s / 0.33).cos(),

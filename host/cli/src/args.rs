@@ -44,7 +44,7 @@ pub use gap::{
     AblationArguments, ApplyArguments, BlindTestAction, BlindTestArguments, BlindTestFolder,
     BlindTestFolders, BlindTestMakeArguments, BlindTestRunArguments, CoverageArguments,
     DiagnoseArguments, GapAction, GapArguments, IsolabilityArguments, ProtocolArguments,
-    SpikeInArguments, VerifyArguments, Way,
+    SpikeInArguments, Strangers, VerifyArguments, Way,
 };
 pub use identify::{
     IdentifyAction, IdentifyArguments, IdentifyExampleArguments, IdentifyFitArguments,

@@ -461,6 +461,9 @@ fn a_blind_test_without_cases_is_refused() {
     let of_a_drive = ["--seed", "1", "--cases", "1", "--bundle", text(&drive)];
     let why = ["rig.toml", "a drive on its own", "bundle of a catheter"];
     assert_fails(&blind_test("make", &made, &of_a_drive), 3, &why);
+    // Strangers have rigs of their own.
+    let both = ["--strangers", "tuning", "--bundle", text(&drive)];
+    assert_fails(&blind_test("make", &made, &both), 2, &["--strangers", "--bundle"]);
     assert!(!made.exists(), "a refused blind test leaves nothing behind");
 }
 

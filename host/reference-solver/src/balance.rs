@@ -3,6 +3,7 @@
 use nalgebra::Vector3;
 
 use crate::band::Band;
+use crate::beyond::{BRANCHES, Relaxing};
 use crate::contact::{Point, Reaction, Touch};
 use crate::joint::{Bend, Edge, arc_curvature, bend, strain};
 use crate::problem::Problem;
@@ -84,6 +85,8 @@ pub(crate) struct Step<'a> {
     pub viscosity: f64,
     /// Viscous time of bending, for a rate like every other \[s\].
     pub viscous_s: f64,
+    /// Springs of bending that relax.
+    pub relaxing_bends: [Relaxing; BRANCHES],
     /// Time at the end of the step \[s\].
     pub end_s: f64,
     /// Joint j lies at node j; the last one is the guide's. The first is not used.
@@ -135,6 +138,7 @@ impl<'a> Step<'a> {
             feed_speed: 0.0,
             viscosity: 0.0,
             viscous_s: 0.0,
+            relaxing_bends: Default::default(),
             end_s: 0.0,
             joints: joints.collect(),
             edges: edges.collect(),
@@ -233,7 +237,7 @@ pub(crate) fn balance(step: &Step, iterate: &Iterate, matrix: &mut Band) -> Bala
     let mouth = guide(&problem.entry, step.start.drive.rotation_rad);
     for j in 1..=count {
         let joint = &step.joints[j];
-        let unloaded = joint.unloaded.map(arc_curvature);
+        let (bending, unloaded) = with_relaxing(step, j);
         let e = iterate.edges.get(j).unwrap_or(&mouth);
         // EI ((κ − κ₀) + v (κ − κ_n)) = EI (1 + v) (κ − (κ₀ + v κ_n)/(1 + v)), v = viscosity/dt.
         let v = step.viscosity;
@@ -245,15 +249,15 @@ pub(crate) fn balance(step: &Step, iterate: &Iterate, matrix: &mut Band) -> Bala
                 let rate = d.of_number(0.0, known.last[i], known.before[i], known.rate[i]);
                 (unloaded[i] - step.viscous_s * rate) / scale
             };
-            (joint.bending * scale, [rest(0), rest(1)])
+            (bending * scale, [rest(0), rest(1)])
         } else if v == 0.0 {
-            (joint.bending, unloaded)
+            (bending, unloaded)
         } else {
             let before = &step.start.edges;
             let bend = strain(before.get(j).unwrap_or(&mouth), &before[j - 1], &[0.0; 2]);
             let between = |own: f64, last: f64| (own + v * last) / (1.0 + v);
             let [up, side] = unloaded;
-            (joint.bending * (1.0 + v), [between(up, bend.up), between(side, bend.side)])
+            (bending * (1.0 + v), [between(up, bend.up), between(side, bend.side)])
         };
         let bent = bend(e, &iterate.edges[j - 1], &unloaded, stiffness, joint.torsion);
         add_joint(j, size, &bent, matrix, &mut out.residual);
@@ -272,6 +276,24 @@ pub(crate) fn balance(step: &Step, iterate: &Iterate, matrix: &mut Band) -> Bala
     }
     out.residual[3] += couple.torque;
     out
+}
+
+/// Stiffness of joint j with its relaxing springs, and the bend at which all of them together rest:
+/// EI ((κ − κ₀) + Σ r (κ − κ_r)) = EI (1 + Σ r) (κ − (κ₀ + Σ r κ_r)/(1 + Σ r)).
+///
+/// A viscosity beside them is taken over the stiffness of all springs.
+fn with_relaxing(step: &Step, j: usize) -> (f64, [f64; 2]) {
+    let joint = &step.joints[j];
+    let own = joint.unloaded.map(arc_curvature);
+    let ratio = step.relaxing_bends.iter().map(|spring| spring.ratio).sum::<f64>();
+    if ratio == 0.0 {
+        return (joint.bending, own);
+    }
+    let relaxed = &step.start.bends[j - 1].relaxed;
+    let springs = || step.relaxing_bends.iter().zip(relaxed);
+    let held = |i: usize| springs().map(|(spring, bend)| spring.ratio * bend[i]).sum::<f64>();
+    let rest = |i: usize| (own[i] + held(i)) / (1.0 + ratio);
+    (joint.bending * (1.0 + ratio), [rest(0), rest(1)])
 }
 
 fn push(residual: &mut [f64], node: usize, force: &Vector3<f64>) {
@@ -395,16 +417,17 @@ fn add_contact(step: &Step, iterate: &Iterate, k: usize, matrix: &mut Band, out:
     let point = Point {
         normal,
         tangential: if step.friction > 0.0 { normal * law.tangential_ratio } else { 0.0 },
-        friction: step.friction,
+        friction: step.friction * problem.beyond.memory.factor(step.start.nodes[k].late_m_per_s),
         radius: problem.rod.radius_m,
         stiffening_per_m: problem.beyond.stiffening_per_m,
         light: (
             problem.beyond.light_friction,
             problem.beyond.light_load_n_per_m * step.shares[k].0,
         ),
-        relaxing: step.start.nodes[k]
-            .relaxed
-            .map(|relaxed| (0.5 * problem.beyond.relaxing_ratio * normal, relaxed)),
+        light_power: problem.beyond.light_power,
+        relaxing: std::array::from_fn(|i| {
+            (problem.beyond.relaxing[i].ratio * normal, step.start.nodes[k].relaxed[i])
+        }),
     };
     // The cross-section at a node turns with the mean of its edges.
     let around: &[(usize, f64)] = if k == 0 { &[(0, 1.0)] } else { &[(k - 1, 0.5), (k, 0.5)] };

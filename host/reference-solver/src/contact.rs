@@ -8,6 +8,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
+use crate::beyond::BRANCHES;
 use crate::lumen::WallPoint;
 
 /// The active set that a point belongs to.
@@ -33,9 +34,11 @@ pub(crate) struct Point {
     /// Share by which the coefficient grows as the normal force goes to zero, and the force over which it
     /// does \[N\].
     pub light: (f64, f64),
+    /// If above 0, that share falls by this power of the force and not exponentially.
+    pub light_power: f64,
     /// Normal stiffness of the relaxing branches \[N/m\], and the indentation to which each has relaxed
     /// \[m\].
-    pub relaxing: [(f64, f64); 2],
+    pub relaxing: [(f64, f64); BRANCHES],
 }
 
 impl Point {
@@ -58,6 +61,12 @@ impl Point {
         let (share, force) = self.light;
         if share == 0.0 {
             return (self.friction * normal_force, self.friction);
+        }
+        if self.light_power > 0.0 {
+            let grown = 1.0 + normal_force / force;
+            let light = share * grown.powf(-self.light_power);
+            let slope = 1.0 + light * (1.0 - self.light_power * normal_force / (force * grown));
+            return (self.friction * normal_force * (1.0 + light), self.friction * slope);
         }
         let light = share * (-normal_force / force).exp();
         let slope = 1.0 + light * (1.0 - normal_force / force);
@@ -86,6 +95,8 @@ pub(crate) struct Reaction {
     pub held: bool,
     /// Direction of the friction it slides against; zero when it does not.
     pub sliding: Vector3<f64>,
+    /// How far it has slid in the step \[m\].
+    pub slid_m: f64,
 }
 
 impl Reaction {
@@ -102,6 +113,7 @@ impl Reaction {
             by_surface: Matrix3::zeros(),
             held: false,
             sliding: Vector3::zeros(),
+            slid_m: 0.0,
         }
     }
 }
@@ -149,6 +161,7 @@ impl Point {
                 by_surface: across * self.tangential,
                 held,
                 sliding: Vector3::zeros(),
+                slid_m: 0.0,
             };
         }
         let along = stuck / size;
@@ -165,6 +178,7 @@ impl Point {
             by_surface: (across - along * along.transpose()) * (limit * self.tangential / size),
             held: false,
             sliding: along,
+            slid_m: moved.norm() * (1.0 - limit / size),
         }
     }
 }
@@ -182,12 +196,13 @@ mod tests {
         radius: 0.8e-3,
         stiffening_per_m: 4e3,
         light: (0.6, 0.05),
-        relaxing: [(300.0, 0.5e-5), (200.0, 0.0)],
+        light_power: 0.0,
+        relaxing: [(300.0, 0.5e-5), (200.0, 0.0), (0.0, 0.0)],
     };
 
     #[test]
     fn a_stiffening_wall_begins_as_stiff_as_stated_and_gains_e_fold() {
-        let stiffening = Point { relaxing: [(0.0, 0.0); 2], ..POINT };
+        let stiffening = Point { relaxing: [(0.0, 0.0); BRANCHES], ..POINT };
         let (force_n, slope) = stiffening.pressed(1e-9);
         assert!((force_n / 700e-9 - 1.0).abs() < 1e-4 && (slope / 700.0 - 1.0).abs() < 1e-4);
         let (_, slope) = stiffening.pressed(1.0 / 4e3);
@@ -196,7 +211,7 @@ mod tests {
 
     #[test]
     fn a_wall_does_not_pull_while_it_has_not_relaxed_back() {
-        let left = Point { relaxing: [(900.0, 1e-4); 2], ..POINT };
+        let left = Point { relaxing: [(900.0, 1e-4); BRANCHES], ..POINT };
         assert_eq!(left.pressed(1e-6), (0.0, 0.0));
     }
 
@@ -208,6 +223,10 @@ mod tests {
         let h = 1e-6;
         let by_difference = (POINT.limit(0.03 + h).0 - POINT.limit(0.03 - h).0) / (2.0 * h);
         assert!((POINT.limit(0.03).1 / by_difference - 1.0).abs() < 1e-6);
+        let slow = Point { light_power: 0.3, ..POINT };
+        assert!((slow.limit(0.05).0 / 0.02 - (1.0 + 0.6 * 0.5f64.powf(0.3))).abs() < 1e-12);
+        let by_difference = (slow.limit(0.03 + h).0 - slow.limit(0.03 - h).0) / (2.0 * h);
+        assert!((slow.limit(0.03).1 / by_difference - 1.0).abs() < 1e-6);
     }
 
     #[test]

@@ -10,6 +10,7 @@
 
 mod balance;
 mod band;
+mod beyond;
 mod contact;
 mod curve;
 mod drive;
@@ -21,6 +22,7 @@ mod sample;
 mod simulation;
 mod state;
 
+pub use beyond::{BRANCHES, Fall, Memory, Relaxing};
 pub use contact::Touch;
 pub use curve::{Station, Tube, TubePath};
 pub use drive::{Drive, Schedule};

@@ -2,6 +2,7 @@
 
 use nalgebra::Vector3;
 
+use crate::beyond::{BRANCHES, Memory, Relaxing};
 use crate::lumen::Lumen;
 use crate::rod::Rod;
 
@@ -39,9 +40,14 @@ pub struct Beyond {
     pub light_friction: f64,
     /// Normal force per length by which that share has fallen to 1/e \[N/m\].
     pub light_load_n_per_m: f64,
-    /// Stiffness that relaxes over the one that stays, half of it in each of these times.
-    pub relaxing_ratio: f64,
-    pub relaxation_s: [f64; 2],
+    /// If above 0, that share falls like (1 + load/`light_load_n_per_m`) to minus this power instead \[1\].
+    pub light_power: f64,
+    /// Coefficient that depends on the speed of each point.
+    pub memory: Memory,
+    /// Springs of the wall that relax, over its stiffness.
+    pub relaxing: [Relaxing; BRANCHES],
+    /// Springs of bending that relax, over its stiffness.
+    pub relaxing_bends: [Relaxing; BRANCHES],
     /// Viscous time of bending: moment per rate of bending over the stiffness \[s\].
     pub bending_viscosity_s: f64,
     /// Force of a stream along the instrument towards its tip, per length \[N/m\].

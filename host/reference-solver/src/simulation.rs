@@ -5,6 +5,8 @@ use thiserror::Error;
 
 use crate::balance::{Balance, Derivative, HALF_BAND, Iterate, PER_NODE, Step, Table, balance};
 use crate::band::Band;
+use crate::beyond::{BRANCHES, towards};
+use crate::contact::Touch;
 use crate::drive::{Drive, Schedule};
 use crate::joint::strain;
 use crate::problem::{Integrator, Problem};
@@ -135,9 +137,11 @@ impl<'a> Simulation<'a> {
             node.velocity = Vector3::zeros();
             node.acceleration = Vector3::zeros();
             node.slip = Vector3::zeros();
+            node.late_m_per_s = 0.0;
         }
         for bend in &mut simulation.state.bends {
-            *bend = BendHistory { before: bend.last, rate: [0.0; 2], ..*bend };
+            let relaxed = [bend.last; BRANCHES];
+            *bend = BendHistory { before: bend.last, rate: [0.0; 2], relaxed, ..*bend };
         }
         simulation.state.last_step = 0.0;
         simulation.time_s = 0.0;
@@ -234,6 +238,7 @@ impl<'a> Simulation<'a> {
             step.friction = 0.0;
             step.drag = drag;
         } else {
+            step.relaxing_bends = problem.beyond.relaxing_bends;
             let viscous_s = problem.beyond.bending_viscosity_s;
             match problem.numerics.integrator {
                 Integrator::BdfAlpha { .. } => step.viscous_s = viscous_s,
@@ -258,9 +263,13 @@ impl<'a> Simulation<'a> {
         let derivative = step.derivative;
         let bends = bends(problem, drive, &iterate);
         for (history, now) in start.bends.iter_mut().zip(bends) {
-            let BendHistory { last, before, rate } = *history;
+            let BendHistory { last, before, rate, mut relaxed } = *history;
+            for (bend, spring) in relaxed.iter_mut().zip(problem.beyond.relaxing_bends) {
+                let share = towards(dt, spring.time_s);
+                *bend = std::array::from_fn(|i| bend[i] + (now[i] - bend[i]) * share);
+            }
             let of = |i: usize| derivative.of_number(now[i], last[i], before[i], rate[i]);
-            *history = BendHistory { last: now, before: last, rate: [of(0), of(1)] };
+            *history = BendHistory { last: now, before: last, rate: [of(0), of(1)], relaxed };
         }
         for (k, node) in start.nodes.iter_mut().enumerate() {
             node.acceleration =
@@ -269,11 +278,15 @@ impl<'a> Simulation<'a> {
             node.position = iterate.positions[k];
             node.velocity = velocities[k];
             node.slip = solution.reactions[k].slip;
-            let pressed = solution.reactions[k].indentation;
-            let branches = node.relaxed.iter_mut().zip(problem.beyond.relaxation_s);
-            branches.for_each(|(relaxed, time_s)| {
-                *relaxed += (pressed - *relaxed) * towards(dt, time_s)
+            let reaction = &solution.reactions[k];
+            let branches = node.relaxed.iter_mut().zip(problem.beyond.relaxing);
+            branches.for_each(|(relaxed, spring)| {
+                *relaxed += (reaction.indentation - *relaxed) * towards(dt, spring.time_s)
             });
+            let is_open = reaction.touch == Touch::Open;
+            let speed = if is_open { velocities[k].norm() } else { reaction.slid_m / dt };
+            let share = towards(dt, problem.beyond.memory.time_s);
+            node.late_m_per_s += (speed - node.late_m_per_s) * share;
         }
         start.edges = iterate.edges;
         start.last_step = if matches!(mode, Mode::Dynamic) { dt } else { 0.0 };
@@ -331,11 +344,6 @@ fn bends(problem: &Problem, drive: Drive, iterate: &Iterate) -> Vec<[f64; 2]> {
         [bend.up, bend.side]
     };
     (1..=iterate.edges.len()).map(joint).collect()
-}
-
-/// Share of a relaxation that takes place in `dt_s`; all of it if its time is 0.
-fn towards(dt_s: f64, time_s: f64) -> f64 {
-    if time_s > 0.0 { 1.0 - (-dt_s / time_s).exp() } else { 1.0 }
 }
 
 /// Largest residual force; torques are divided by the spacing.

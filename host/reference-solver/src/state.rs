@@ -2,6 +2,7 @@
 
 use nalgebra::Vector3;
 
+use crate::beyond::BRANCHES;
 use crate::drive::Drive;
 use crate::joint::Edge;
 use crate::problem::{Entry, Problem};
@@ -17,7 +18,9 @@ pub(crate) struct Node {
     /// Elastic tangential displacement of its contact with the wall \[m\].
     pub slip: Vector3<f64>,
     /// Indentations to which the relaxing branches of the wall have relaxed \[m\].
-    pub relaxed: [f64; 2],
+    pub relaxed: [f64; BRANCHES],
+    /// Speed at which it slides, as its friction follows it \[m/s\].
+    pub late_m_per_s: f64,
 }
 
 /// Bend of a joint at the end of the last step and of the one before, towards up and side, and its rate at
@@ -27,6 +30,8 @@ pub(crate) struct BendHistory {
     pub last: [f64; 2],
     pub before: [f64; 2],
     pub rate: [f64; 2],
+    /// Bends to which the relaxing springs have relaxed.
+    pub relaxed: [[f64; 2]; BRANCHES],
 }
 
 /// Edge k runs from node k + 1, or the guide's mouth, to node k.
@@ -74,7 +79,8 @@ impl State {
                 acceleration: Vector3::zeros(),
                 earlier: (earlier, velocity),
                 slip: Vector3::zeros(),
-                relaxed: [0.0; 2],
+                relaxed: [0.0; BRANCHES],
+                late_m_per_s: velocity.norm(),
             });
             self.edges.push(guide(entry, target.rotation_rad));
             self.bends.push(BendHistory::default());

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use cathforce_gap::spike::Spike;
-use clap::{ArgMatches, Args, Subcommand};
+use clap::{ArgMatches, Args, Subcommand, ValueEnum};
 
 use super::{Changes, JsonFile, link, positive, positive_seconds};
 
@@ -96,6 +96,19 @@ pub struct BlindTestMakeArguments {
     /// times, the bundles take turns.
     #[arg(long)]
     pub bundle: Vec<PathBuf>,
+    /// Draw strangers: rigs, motions, sensors, nuisances and shapes of effects on which the diagnosis was
+    /// not tuned. The vessels and instruments of `tuning` are in no case of `sealed`.
+    #[arg(long, value_name = "SET", conflicts_with = "bundle")]
+    pub strangers: Option<Strangers>,
+}
+
+/// A set of strangers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Strangers {
+    /// To be looked at while the diagnosis is developed.
+    Tuning,
+    /// To be answered once.
+    Sealed,
 }
 
 #[derive(Debug, Args)]

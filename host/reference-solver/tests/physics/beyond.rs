@@ -47,8 +47,7 @@ fn a_relaxing_wall_gives_way_slowly() {
         friction_coefficient: 0.0,
         ..light.wall
     };
-    light.beyond.relaxing_ratio = ratio;
-    light.beyond.relaxation_s = [time_s; 2];
+    light.beyond.relaxing = [0.5, 0.3, 0.2].map(|share| Relaxing { ratio: share * ratio, time_s });
     light.gravity_m_per_s2 = Vector3::z() * -9.81;
     // The floor of the tube is 1 mm below the guide's.
     let tube = TubePath::from(Vector3::zeros(), Vector3::x(), 1.8e-3).straight(0.2, 1.8e-3);
@@ -70,4 +69,51 @@ fn a_relaxing_wall_gives_way_slowly() {
     let stiff = 1.0 / (1.0 + ratio);
     assert!(late_m < -3e-5, "{late_m}");
     assert!(share > stiff && share < stiff + 0.1, "{share}");
+}
+
+#[test]
+fn a_rod_with_a_relaxing_spring_gives_way_slowly() {
+    let (ratio, time_s) = (2.0, 1.0);
+    let mut free = cantilever(LENGTH_M, 50, 1e-3);
+    free.drag_n_s_per_m2 = 0.05;
+    free.beyond.relaxing_bends[0] = Relaxing { ratio, time_s };
+    let loaded = Problem { gravity_m_per_s2: Vector3::z() * -9.81, ..free.clone() };
+    let mut simulation = Simulation::settled(&free, AT).unwrap();
+    simulation = simulation.released(&loaded);
+    let mut sunk_m = |steps: usize, dt_s: f64| {
+        for _ in 0..steps {
+            simulation.step(dt_s, AT).unwrap();
+        }
+        simulation.sample().tip_m.z
+    };
+    let (soon_m, late_m) = (sunk_m(20, 5e-3), sunk_m(400, 0.05));
+    // A standard linear solid creeps in (1 + r) times the time in which it relaxes.
+    let at_once = 1.0 / (1.0 + ratio);
+    let expected = 1.0 - (1.0 - at_once) * (-0.1f64 / ((1.0 + ratio) * time_s)).exp();
+    assert!(late_m < -1e-4, "{late_m}");
+    assert!((soon_m / late_m - expected).abs() < 0.02, "{} {expected}", soon_m / late_m);
+}
+
+/// A straight rod on the floor of a tube, pulled back from rest: force of the drive, step by step.
+fn pulled_over_a_floor(memory: Memory) -> Vec<f64> {
+    let mut problem = cantilever(LENGTH_M, 50, 1e-4);
+    problem.drag_n_s_per_m2 = 0.05;
+    problem.wall.friction_coefficient = 0.3;
+    problem.gravity_m_per_s2 = Vector3::z() * -9.81;
+    problem.beyond.memory = memory;
+    let tube = TubePath::from(Vector3::zeros(), Vector3::x(), 0.9e-3).straight(0.2, 0.9e-3);
+    problem.lumen = Lumen::tube(tube.tube());
+    let mut simulation = Simulation::settled(&problem, AT).unwrap();
+    let drive = |k: i32| Drive { insertion_m: LENGTH_M - 2e-5 * f64::from(k), ..AT };
+    (1..=200).map(|k| -simulation.step(2e-3, drive(k)).unwrap().drive_force_n).collect()
+}
+
+#[test]
+fn friction_with_a_memory_holds_more_until_it_has_slid_for_its_time() {
+    let plain = pulled_over_a_floor(Memory::default());
+    let memory = Memory { excess: 1.0, speed_m_per_s: 2e-3, fall: Fall::Gaussian, time_s: 0.05 };
+    let late = pulled_over_a_floor(memory);
+    let (first, last) = (late[3] / plain[3], late[199] / plain[199]);
+    assert!(first > 1.4, "{first}");
+    assert!((last - 1.0).abs() < 0.05, "{last}");
 }

@@ -6,7 +6,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use std::time::Instant;
 
-use cathforce_blind_test::{BlindTest, BlindTestError, Label, Published, Score, Stand, score};
+use cathforce_blind_test::{BlindTest, BlindTestError, Label, Published, Score, Set, Stand, score};
 use cathforce_gap::{Altered, achieved, diagnose};
 use rand::Rng;
 use serde::Serialize;
@@ -17,7 +17,7 @@ use super::hash::own_sha256;
 use super::source::Source;
 use crate::args::{
     BlindTestAction, BlindTestArguments, BlindTestFolder, BlindTestFolders, BlindTestMakeArguments,
-    BlindTestRunArguments,
+    BlindTestRunArguments, Strangers,
 };
 use crate::failure::{Code, Failure};
 use crate::ui::Ui;
@@ -52,12 +52,21 @@ fn make(ui: &Ui, arguments: &BlindTestMakeArguments) -> Result<(), Failure> {
             stands.collect::<Result<_, _>>().map_err(|e| Failure::input(e.to_string()))?
         }
     };
-    let done = blind_test.make(arguments.seed, arguments.cases, secret, &stands, &|| {
+    let (seed, count) = (arguments.seed, arguments.cases);
+    let tell = || {
         let made = made.fetch_add(1, Ordering::Relaxed) + 1;
         if let Ok(mut progress) = progress.lock() {
             progress.set(made);
         }
+    };
+    let set = arguments.strangers.map(|set| match set {
+        Strangers::Tuning => Set::Tuning,
+        Strangers::Sealed => Set::Sealed,
     });
+    let done = match set {
+        Some(set) => blind_test.make_strangers(set, seed, count, secret, &tell),
+        None => blind_test.make(seed, count, secret, &stands, &tell),
+    };
     for (case, error) in done.map_err(refuse)? {
         ui.say(format_args!("case {case:03} is left out: {error}"));
     }
