@@ -6,6 +6,8 @@ use cathforce_recording::import::{AxisMap, ColumnMap};
 use clap::{ArgGroup, Args, Subcommand};
 
 use super::camera::ImportCameraArguments;
+use super::material::millimetres;
+use super::wall::{Triple, triple};
 use super::{Changes, JsonFile, link, positive, positive_seconds};
 
 #[derive(Debug, Args)]
@@ -191,6 +193,13 @@ pub struct MonitorArguments {
     /// Stop after this time.
     #[arg(long, value_name = "SECONDS", value_parser = positive_seconds)]
     pub duration: Option<f64>,
+    /// Place that the operator has to reach with the tip, in millimetres from the entry in the vessel's
+    /// frame. May be repeated; the places follow each other.
+    #[arg(long = "target", value_name = "X,Y,Z", value_parser = triple, allow_hyphen_values = true)]
+    pub targets: Vec<Triple>,
+    /// Distance from a target at which it is reached.
+    #[arg(long, value_name = "MM", default_value_t = 2.0, value_parser = millimetres)]
+    pub within_mm: f64,
 }
 
 #[derive(Debug, Args)]

@@ -160,7 +160,7 @@ fn law(text: &str) -> Result<LawArgument, String> {
     Ok(LawArgument { law, parameters, hencky: name.trim() == "hencky" })
 }
 
-fn triple(text: &str) -> Result<Triple, String> {
+pub(super) fn triple(text: &str) -> Result<Triple, String> {
     let numbers: Option<Vec<f64>> = text
         .split(',')
         .map(|number| number.trim().parse::<f64>().ok().filter(|value| value.is_finite()))

@@ -12,7 +12,7 @@ use crossterm::event::{self, Event, KeyCode, KeyEventKind, KeyModifiers};
 
 use crate::args::MonitorArguments;
 use crate::failure::{Code, Failure};
-use crate::monitor::{Monitor, draw};
+use crate::monitor::{Monitor, Targets, draw};
 use crate::session::interrupt_flag;
 use crate::settings::master_of;
 use crate::ui::Ui;
@@ -38,6 +38,7 @@ pub fn run(ui: &Ui, arguments: &MonitorArguments) -> Result<(), Failure> {
         // The argument parser asks for one of the two.
         (None, None) => return Ok(()),
     };
+    source.targets = targets(arguments);
     // Until a link that waits is there, Ctrl-C ends this program as any other.
     let interrupted = interrupt_flag()?;
     match ui.json || !stdout().is_terminal() {
@@ -46,9 +47,16 @@ pub fn run(ui: &Ui, arguments: &MonitorArguments) -> Result<(), Failure> {
     }
 }
 
+/// Places that the tip has to reach.
+fn targets(arguments: &MonitorArguments) -> Targets {
+    let in_metres = |place: &[f64; 3]| place.map(|mm| 1e-3 * mm);
+    Targets::new(arguments.targets.iter().map(in_metres).collect(), 1e-3 * arguments.within_mm)
+}
+
 /// Where frames come from.
 struct Source {
     kind: Kind,
+    targets: Targets,
     /// Where the drives' positions stand in the master's own frames.
     master: Master,
 }
@@ -61,21 +69,24 @@ enum Kind {
 impl Source {
     fn of_link(address: &str, master: Master) -> Result<Self, Failure> {
         let link = cathforce_link::open(address)?;
-        Ok(Self { kind: Kind::Link { link, clock: BusClock::new(false) }, master })
+        let kind = Kind::Link { link, clock: BusClock::new(false) };
+        Ok(Self { kind, targets: Targets::default(), master })
     }
 
     fn of_frames(mut frames: Vec<BusFrame>, master: Master) -> Self {
         // In lock step frames to the device run ahead of the answers.
         frames.sort_by_key(|frame| frame.at_ns);
         let frames = frames.into_iter().peekable();
-        Self { kind: Kind::Frames { frames, started: Instant::now() }, master }
+        let kind = Kind::Frames { frames, started: Instant::now() };
+        Self { kind, targets: Targets::default(), master }
     }
 
     fn monitor(&self) -> Monitor {
-        match &self.kind {
+        let monitor = match &self.kind {
             Kind::Link { link, .. } => Monitor::of_link(self.master, link.name()),
             Kind::Frames { .. } => Monitor::new(self.master),
-        }
+        };
+        monitor.with_targets(self.targets.clone())
     }
 
     /// Hands everything to `monitor` that comes within `time`; `false` when no more will.

@@ -2,7 +2,9 @@
 
 mod advice;
 mod state;
+mod targets;
 mod view;
 
 pub use state::Monitor;
+pub use targets::Targets;
 pub use view::draw;

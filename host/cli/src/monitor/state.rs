@@ -11,6 +11,7 @@ use serde::ser::SerializeMap as _;
 use serde::{Serialize, Serializer};
 
 use super::advice::{Heard, advice};
+use super::targets::{ShownTargets, Targets};
 
 /// Over which rates and load are counted \[ns\].
 const WINDOW_NS: u64 = 1_000_000_000;
@@ -43,6 +44,7 @@ pub struct Monitor {
     /// When a tick was last granted, while ticks are.
     granted_ns: Option<u64>,
     fault: Option<Fault>,
+    targets: Targets,
 }
 
 /// What is shown, and printed as JSON. What has not been heard is absent.
@@ -85,6 +87,9 @@ pub struct Shown {
     pub dropouts: BTreeMap<DropoutCause, u64>,
     /// Ticks are granted one by one, so that rates and loads are not those of real time.
     pub lock_step: bool,
+    /// Where the operator has to go, if anything was said of it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub targets: Option<ShownTargets>,
     /// What to do next, where something is to be done.
     pub advice: Option<String>,
 }
@@ -124,6 +129,11 @@ impl Monitor {
     /// The same of a bus that is there, under this address.
     pub fn of_link(master: Master, link: &str) -> Self {
         Self { link: Some(link.into()), ..Self::new(master) }
+    }
+
+    /// The same with places that the tip has to reach.
+    pub fn with_targets(self, targets: Targets) -> Self {
+        Self { targets, ..self }
     }
 
     /// Takes the next frame of the bus.
@@ -193,6 +203,7 @@ impl Monitor {
             tick_hz: ticks,
             bus_load: bits as f64 / 1e6,
             lock_step,
+            targets: self.targets.shown(),
             advice: link.and_then(|link| advice(link, heard)),
             ..self.shown.clone()
         }
@@ -225,6 +236,9 @@ impl Monitor {
     }
 
     fn tick(&mut self, tick: &TickEstimate) {
+        if let Some(tip_m) = tick.tip_from_entry_m {
+            self.targets.tip(tip_m, tick.at_ns as f64 * 1e-9);
+        }
         let shown = &mut self.shown;
         shown.ticks += 1;
         shown.unresolved_ticks += u64::from(tick.unresolved);

@@ -7,6 +7,7 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::{Block, Gauge, Paragraph, Sparkline};
 
 use super::state::{Monitor, Shown, size};
+use super::targets::ShownTargets;
 
 /// Above this the bus has no room for what is not periodic.
 const FULL_LOAD: f64 = 0.6;
@@ -88,6 +89,18 @@ fn rates(shown: &Shown) -> String {
     format!("encoder {} Hz, ticks {} Hz{lock_step}", shown.encoder_hz, shown.tick_hz)
 }
 
+/// How many targets are reached, and how far away the next one is.
+fn reached(own: &ShownTargets) -> String {
+    let mut text = format!("{} of {} reached", own.reached_s.len(), own.targets);
+    if let Some(last_s) = own.reached_s.last() {
+        text += &format!(", the last at {last_s:.1} s");
+    }
+    if let Some(distance_m) = own.distance_m {
+        text += &format!("; the next is {:.1} mm away", 1e3 * distance_m);
+    }
+    text
+}
+
 fn lines(shown: &Shown, colour: bool) -> Vec<Line<'static>> {
     let row = |label: &'static str, value: String, style: Style| {
         Line::from(vec![Span::raw(format!("{label:<12}")), Span::styled(value, style)])
@@ -139,6 +152,9 @@ fn lines(shown: &Shown, colour: bool) -> Vec<Line<'static>> {
     }
     let operator = known(load(Some(shown.haptic_force_n), Some(shown.haptic_torque_n_m)));
     lines.push(row("operator", operator + limited, plain));
+    if let Some(targets) = &shown.targets {
+        lines.push(row("targets", reached(targets), bold));
+    }
     let dropouts = shown.dropouts.iter().map(|(cause, frames)| format!("{cause} {frames}"));
     let dropouts = dropouts.collect::<Vec<_>>();
     let (text, style) = match dropouts.is_empty() {

@@ -87,8 +87,26 @@ fn a_monitor_without_a_terminal_prints_a_line_a_second() {
     let shown: serde_json::Value = serde_json::from_slice(first).unwrap();
     assert!(shown["ticks"].as_u64().unwrap() >= 900, "{shown}");
     assert!(shown["fx_N"].is_number() && shown["mode"].is_string(), "{shown}");
+    assert!(shown["targets"].is_null(), "{shown}");
     assert_fails(&cathforce(["monitor"]), 2, &["--link"]);
     assert_fails(&cathforce(["monitor", "absent.mcap"]), 3, &["absent.mcap"]);
+}
+
+/// The first target is anywhere near the vessel, the second one far outside.
+#[test]
+fn a_monitor_tells_which_targets_the_tip_has_reached() {
+    let far = ["--target", "0,0,0", "--target", "9000,0,-3", "--within-mm", "500"];
+    let run = ["monitor", text(recording()), "--duration", "1", "--json"];
+    let output = command().args(run).args(far).output().unwrap();
+    assert!(output.status.success(), "{}", stderr(&output));
+    let last = output.stdout.split(|b| *b == b'\n').rfind(|line| !line.is_empty()).unwrap();
+    let shown: serde_json::Value = serde_json::from_slice(last).unwrap();
+    let targets = &shown["targets"];
+    assert_eq!((&targets["targets"], &targets["next_m"][0]), (&2.into(), &9.0.into()), "{shown}");
+    assert_eq!(targets["reached_s"].as_array().unwrap().len(), 1, "{shown}");
+    assert!((8.5..9.1).contains(&targets["distance_m"].as_f64().unwrap()), "{shown}");
+    let wrong = cathforce(["monitor", text(recording()), "--target", "12"]);
+    assert_fails(&wrong, 2, &["write three numbers"]);
 }
 
 #[test]
