@@ -23,9 +23,10 @@ use faer::{Conj, MatMut, Par, Side};
 const REFINEMENTS: usize = 3;
 /// Largest residual over right-hand side that is accepted.
 const LARGEST_RESIDUAL: f64 = 1e-6;
-/// Rounds with the factor of an earlier matrix. A round costs a solve, some hundredth of a
-/// factorisation of a wall's matrix.
-const EARLIER_ROUNDS: usize = 12;
+/// Rounds with the factor of an earlier matrix: ten that leave half of the residual each, which is
+/// [`EARLIER_SHRINK`], leave [`EARLIER_RESIDUAL`]. A round passes over the factor's entries twice; a
+/// factorisation computes each of them from whole columns of others.
+const EARLIER_ROUNDS: usize = 10;
 /// Residual over right-hand side at which they end: a correction of Newton's method that is off by
 /// this share leaves the same share of the residual, and a few such corrections cost less than a
 /// factorisation (Dembo, Eisenstat and Steihaug, SIAM J. Numer. Anal. 19, 1982).
