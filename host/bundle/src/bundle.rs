@@ -26,7 +26,7 @@ pub use crate::rig::{
 };
 pub use crate::trial::{
     CatheterTrial, ColumnMap, DriveTrial, EncoderReading, Foreign, ForeignCause, GuidewireTrial,
-    LONGEST_GAP_S, LeftOut, Rush, Trial, TrialCause, TrialData, VectorColumn, columns,
+    Holes, LONGEST_GAP_S, LeftOut, Rush, Trial, TrialCause, TrialData, VectorColumn, columns,
     read_foreign,
 };
 

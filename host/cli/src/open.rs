@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use cathforce_bundle::Bundle;
-use cathforce_recording::{Recording, VESSEL_FILES};
+use cathforce_recording::{Damage, Recording, VESSEL_FILES};
 
 use crate::failure::Failure;
 use crate::ui::Ui;
@@ -28,12 +28,15 @@ pub fn open_recording(ui: &Ui, path: &Path) -> Result<Recording, Failure> {
             cut.byte
         ));
     }
+    for Damage { byte, what } in &recording.damage {
+        ui.warn(format_args!("{}: byte {byte}: {what}; the rest is used", path.display()));
+    }
     Ok(recording)
 }
 
 /// Whether a recording and its run both came to their end.
 pub fn is_complete(recording: &Recording) -> bool {
-    recording.cut.is_none() && recording.result.is_some()
+    recording.cut.is_none() && recording.damage.is_empty() && recording.result.is_some()
 }
 
 /// The files of a bundle that describe the vessel, by their names.

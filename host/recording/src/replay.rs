@@ -16,6 +16,7 @@ use serde::Serialize;
 use crate::decoding::tick::{
     GuidewireEstimate, NodeEstimate, NodePass, TendonReadings, TickEstimate, coded, note_tendons,
 };
+use crate::format::dropout::DropoutCause;
 use crate::format::frame::BusFrame;
 use crate::reading::reader::Recording;
 
@@ -35,6 +36,11 @@ pub enum ReplayError {
          needs a recording of a board in lock step"
     )]
     FreeRunning,
+    #[error(
+        "frames were in a part of the file that is damaged (byte {byte}), and a replay needs every \
+         frame; copy the file again from where it was recorded"
+    )]
+    Damaged { byte: usize },
 }
 
 /// The first place where device and host differ.
@@ -100,6 +106,10 @@ pub struct Track {
 pub fn replay(recording: &Recording) -> Result<(ReplayReport, Track), ReplayError> {
     if !recording.info.lock_step {
         return Err(ReplayError::FreeRunning);
+    }
+    let is_damaged = recording.dropouts.iter().any(|lost| lost.cause == DropoutCause::DamagedFile);
+    if let Some(first) = recording.damage.first().filter(|_| is_damaged) {
+        return Err(ReplayError::Damaged { byte: first.byte });
     }
     let config = image::decode(&recording.image).map_err(ReplayError::Image)?;
     let mut sent = recording.frames.iter().filter(|f| is_process(f, Direction::ToHost));

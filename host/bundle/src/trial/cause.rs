@@ -4,7 +4,7 @@ use thiserror::Error;
 
 use crate::table::TableCause;
 
-/// Longest gap over which an encoder is interpolated \[s\].
+/// Longest gap over which an encoder is interpolated \[s\], be it of empty fields or of missing rows.
 pub const LONGEST_GAP_S: f64 = 0.25;
 
 /// Why a trial is refused.
@@ -16,6 +16,8 @@ pub enum TrialCause {
     Empty,
     #[error("t_s goes back: {now} s after {before} s")]
     TimeNotRising { before: f64, now: f64 },
+    #[error("no row for {:.3} s, from t_s = {before} to {now}: what the drive did there is not known", now - before)]
+    Hole { before: f64, now: f64 },
     #[error("column `{column}` has no value for {gap_s:.3} s from here on")]
     EncoderGap { column: &'static str, gap_s: f64 },
     #[error("{column} is {value}; the length inside the vessel cannot be negative")]
@@ -43,6 +45,10 @@ impl TrialCause {
             TrialCause::TimeNotRising { .. } => {
                 "sort the rows by t_s; where the clock was set back, cut the trial in two there".into()
             }
+            TrialCause::Hole { .. } => format!(
+                "rows are at most {LONGEST_GAP_S} s apart: write t_s in seconds, mend a clock that jumps, or \
+                 cut the trial in two here"
+            ),
             TrialCause::EncoderGap { .. } => format!(
                 "an encoder is interpolated over gaps of {} s at most: give it in more rows, or take \
                  out the rows in the gap",

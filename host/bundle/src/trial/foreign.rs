@@ -5,7 +5,7 @@ use thiserror::Error;
 
 use super::cause::TrialCause;
 use super::columns::{self, shape_index};
-use super::read::Parsed;
+use super::read::{Holes, Parsed};
 use super::types::Trial;
 use crate::nearest::nearest;
 use crate::place::Place;
@@ -112,7 +112,7 @@ type Fault = (Place, ForeignCause);
 
 /// Reads a table as a trial after renaming columns by `maps`; other columns are taken if a trial has
 /// their name. The columns tell whether there is a guidewire, or a drive on its own.
-pub fn read_foreign(text: &str, maps: &[ColumnMap]) -> Result<Foreign, Fault> {
+pub fn read_foreign(text: &str, maps: &[ColumnMap], holes: Holes) -> Result<Foreign, Fault> {
     let table = Table::split(text).map_err(of_table)?;
     let wanted = wanted(&table, maps)?;
     let has = |name: &str| wanted.iter().any(|column| column.to == name);
@@ -145,7 +145,7 @@ pub fn read_foreign(text: &str, maps: &[ColumnMap]) -> Result<Foreign, Fault> {
         false => {
             // Their columns are numbered from 1 on.
             let tendons = columns::TENDONS.iter().rposition(|name| has(name)).map_or(0, |i| i + 1);
-            Trial::read_catheter(0, selected, has_guidewire, tendons)
+            Trial::read_catheter(0, selected, has_guidewire, tendons, holes)
         }
     };
     let Parsed { trial, mut remarks } = parsed.map_err(|(place, cause)| (place, named(cause)))?;

@@ -11,6 +11,7 @@ mod types;
 pub use cause::{LONGEST_GAP_S, TrialCause};
 pub use foreign::{ColumnMap, Foreign, ForeignCause, LeftOut, read_foreign};
 pub(crate) use plausible::warn_of_units;
+pub use read::Holes;
 pub(crate) use read::Parsed;
 pub use speed::Rush;
 pub use types::{

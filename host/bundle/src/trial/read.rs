@@ -8,6 +8,15 @@ use crate::table::{Table, TableCause};
 
 type Fault = (Place, TrialCause);
 
+/// What becomes of rows that are farther apart than an encoder is interpolated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Holes {
+    /// A trial is played, and nothing is known of the drive between the rows.
+    Refused,
+    /// The rows are joined with others, and nothing is taken from between them.
+    Kept,
+}
+
 /// A trial as it was read, and remarks on what was done to its rows.
 pub(crate) struct Parsed {
     pub trial: Trial,
@@ -23,7 +32,7 @@ impl Trial {
         tendons: usize,
     ) -> Result<Parsed, Fault> {
         let table = Table::parse(text).map_err(table_fault)?;
-        Self::read_catheter(number, table, has_guidewire, tendons)
+        Self::read_catheter(number, table, has_guidewire, tendons, Holes::Refused)
     }
 
     /// The same from a table.
@@ -32,12 +41,13 @@ impl Trial {
         mut table: Table,
         has_guidewire: bool,
         tendons: usize,
+        holes: Holes,
     ) -> Result<Parsed, Fault> {
         table
             .check_columns(&columns::REQUIRED, &columns::ALL, |name| shape_index(name).is_some())
             .map_err(table_fault)?;
         let mut remarks = Vec::new();
-        let t_s = times(&mut table, &mut remarks)?;
+        let t_s = times(&mut table, holes, &mut remarks)?;
         let points = table.names().filter_map(shape_index).max().map_or(0, |last| last + 1);
         let shape_m = (0..points)
             .map(|k| {
@@ -69,7 +79,7 @@ impl Trial {
         const COLUMNS: [&str; 4] = columns::OF_DRIVE;
         table.check_columns(&COLUMNS[..3], &COLUMNS, |_| false).map_err(table_fault)?;
         let mut remarks = Vec::new();
-        let t_s = times(&mut table, &mut remarks)?;
+        let t_s = times(&mut table, Holes::Refused, &mut remarks)?;
         // A force belongs to the motion in the same row; readers interpolate between rows.
         let rows = t_s.len();
         let dropped = table.drop_rows_without(&COLUMNS[1..3]);
@@ -101,7 +111,7 @@ fn at(table: &Table, row: usize, column: &str) -> Place {
 }
 
 /// The time column, checked to rise after rows of one time were merged.
-fn times(table: &mut Table, remarks: &mut Vec<String>) -> Result<Vec<f64>, Fault> {
+fn times(table: &mut Table, holes: Holes, remarks: &mut Vec<String>) -> Result<Vec<f64>, Fault> {
     if let Some(column) = table.column("t_s") {
         let joined = table.join_rows(column).map_err(table_fault)?;
         if joined > 0 {
@@ -117,6 +127,11 @@ fn times(table: &mut Table, remarks: &mut Vec<String>) -> Result<Vec<f64>, Fault
     }
     if let Some(before) = t_s.windows(2).position(|pair| pair[1] <= pair[0]) {
         let cause = TrialCause::TimeNotRising { before: t_s[before], now: t_s[before + 1] };
+        return Err((at(table, before + 1, "t_s"), cause));
+    }
+    let hole = t_s.windows(2).position(|pair| pair[1] - pair[0] > LONGEST_GAP_S);
+    if let Some(before) = hole.filter(|_| holes == Holes::Refused) {
+        let cause = TrialCause::Hole { before: t_s[before], now: t_s[before + 1] };
         return Err((at(table, before + 1, "t_s"), cause));
     }
     Ok(t_s)

@@ -70,6 +70,9 @@ pub struct ImportCandumpArguments {
     /// New recording.
     #[arg(long, value_name = "FILE.mcap")]
     pub out: PathBuf,
+    /// Say what was understood and write nothing.
+    #[arg(long)]
+    pub dry_run: bool,
 }
 
 #[derive(Debug, Args)]
@@ -83,21 +86,24 @@ pub struct ImportAtiArguments {
     /// New trial, for example BUNDLE/trials/004.csv.
     #[arg(long, value_name = "FILE.csv")]
     pub out: PathBuf,
-    /// Counts per newton from the sensor's calibration, or units per newton of another unit.
-    #[arg(long, value_name = "N", default_value_t = 1.0, value_parser = counts)]
-    pub counts_per_n: f64,
+    /// Counts per newton from the sensor's calibration, for a log that does not say it.
+    #[arg(long, value_name = "N", value_parser = counts)]
+    pub counts_per_n: Option<f64>,
     /// The sensor's axes that point along the vessel's x, y and z, for example `+y,-x,+z`.
     #[arg(long, value_name = "AXES", default_value = "+x,+y,+z", value_parser = AxisMap::parse, allow_hyphen_values = true)]
     pub axes: AxisMap,
     /// Subtract the mean of the first seconds, during which nothing touched the sensor.
     #[arg(long, value_name = "SECONDS", value_parser = positive_seconds)]
     pub tare: Option<f64>,
-    /// Rows per second of a log without a column Time.
+    /// Rows per second of a log without a column Time; goes before the log's own rate.
     #[arg(long, value_name = "HZ", value_parser = hertz)]
     pub rate: Option<f64>,
     /// Time of the motion at which the log begins.
     #[arg(long, value_name = "SECONDS", default_value_t = 0.0, allow_negative_numbers = true)]
     pub offset: f64,
+    /// Say what was understood and write nothing.
+    #[arg(long)]
+    pub dry_run: bool,
 }
 
 #[derive(Debug, Args)]
@@ -117,6 +123,9 @@ pub struct ImportCsvArguments {
     /// New trial, for example BUNDLE/trials/004.csv.
     #[arg(long, value_name = "FILE.csv")]
     pub out: PathBuf,
+    /// Say what was understood and write nothing.
+    #[arg(long)]
+    pub dry_run: bool,
 }
 
 #[derive(Debug, Args)]

@@ -1,6 +1,8 @@
 //! `cathforce check`: what a recording holds, what is missing and why, and whether it replays.
 
-use cathforce_recording::{Recording, ReplayError, ReplayReport, Survey, replay, survey};
+use std::path::Path;
+
+use cathforce_recording::{Damage, Recording, ReplayError, ReplayReport, Survey, replay, survey};
 use serde_json::json;
 
 use crate::args::CheckArguments;
@@ -18,6 +20,8 @@ pub fn run(ui: &Ui, arguments: &CheckArguments) -> Result<(), Failure> {
         "path": arguments.recording,
         "complete": is_complete(&recording),
         "cut_at_byte": recording.cut.map(|cut| cut.byte),
+        "damage": recording.damage.iter().map(|part| json!({ "byte": part.byte, "what": part.what }))
+            .collect::<Vec<_>>(),
         "firmware": recording.info.firmware_version,
         "survey": survey,
         "replay": replayed,
@@ -28,30 +32,43 @@ pub fn run(ui: &Ui, arguments: &CheckArguments) -> Result<(), Failure> {
         ("firmware".to_owned(), recording.info.firmware_version.clone()),
     ];
     rows.extend(survey_rows(&survey));
-    rows.push(("replays".to_owned(), verdict(replayed.as_ref(), arguments.no_replay)));
+    let free_running = !recording.info.lock_step;
+    rows.push(("replays".to_owned(), verdict(replayed.as_ref(), arguments.no_replay, free_running)));
     arguments.json_file.write(ui, &json, two_columns(&rows))?;
     if let Some(report) = replayed.filter(|report| !report.identical()) {
         return Err(difference(&report, &recording.info));
     }
+    check_damage(&arguments.recording, &recording.damage)?;
     check_missing(&survey, arguments.allow_missing)
 }
 
-/// The replay; `None` where it is not wanted, or not possible without lock step.
+/// A file that does not match its checksums fails, whatever may be missing.
+fn check_damage(path: &Path, damage: &[Damage]) -> Result<(), Failure> {
+    if damage.is_empty() {
+        return Ok(());
+    }
+    let parts = damage.iter().map(|Damage { byte, what }| format!("{}: byte {byte}: {what}", path.display()));
+    let fix = "copy the file again from where it was recorded, or use what is left of it";
+    Err(Failure::input(format!("{}\n  fix: {fix}", parts.collect::<Vec<_>>().join("\n"))))
+}
+
+/// The replay; `None` where it is not wanted, or not possible: without lock step or without every frame.
 fn replayed(recording: &Recording, no_replay: bool) -> Result<Option<ReplayReport>, Failure> {
     if no_replay {
         return Ok(None);
     }
     match replay(recording) {
         Ok((report, _)) => Ok(Some(report)),
-        Err(ReplayError::FreeRunning) => Ok(None),
+        Err(ReplayError::FreeRunning | ReplayError::Damaged { .. }) => Ok(None),
         Err(error) => Err(error.into()),
     }
 }
 
-fn verdict(replayed: Option<&ReplayReport>, no_replay: bool) -> String {
+fn verdict(replayed: Option<&ReplayReport>, no_replay: bool, free_running: bool) -> String {
     match replayed {
         None if no_replay => "not asked for".to_owned(),
-        None => "not possible, because it was recorded without lock step".to_owned(),
+        None if free_running => "not possible, because it was recorded without lock step".to_owned(),
+        None => "not possible, because frames were in a damaged part of the file".to_owned(),
         Some(report) if report.identical() => {
             format!("bit by bit, {} frames", report.frames_compared)
         }

@@ -4,6 +4,8 @@ mod device;
 mod file;
 #[cfg(feature = "hardware")]
 mod import_dbc;
+#[cfg(feature = "hardware")]
+mod lab_dbc;
 mod list;
 pub mod schema;
 mod show;

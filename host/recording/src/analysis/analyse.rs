@@ -49,7 +49,7 @@ pub fn analyse(recording: &Recording) -> Result<Analysis, ReplayError> {
     let entry_m = description.entry.position_m.map(f64::from);
     let (report, track) = match replay(recording) {
         Ok((report, track)) => (Some(report), track),
-        Err(ReplayError::FreeRunning) => {
+        Err(ReplayError::FreeRunning | ReplayError::Damaged { .. }) => {
             let (ticks, shapes) = decode(&recording.frames, recording.master());
             (None, Track { ticks, shapes })
         }

@@ -19,10 +19,12 @@ pub enum DropoutCause {
     BadValue,
     /// Frames came faster than this host could write them.
     HostOverload,
+    /// The part of the recording's file that held them is damaged.
+    DamagedFile,
 }
 
 impl DropoutCause {
-    const ALL: [Self; 8] = [
+    const ALL: [Self; 9] = [
         Self::Lost,
         Self::Repeat,
         Self::Reordered,
@@ -31,6 +33,7 @@ impl DropoutCause {
         Self::WrongLength,
         Self::BadValue,
         Self::HostOverload,
+        Self::DamagedFile,
     ];
 
     /// Its name in a recording; causes that a counter counts have the counter's name.
@@ -44,6 +47,7 @@ impl DropoutCause {
             Self::WrongLength => Counter::WrongLength.name(),
             Self::BadValue => Counter::BadValue.name(),
             Self::HostOverload => "host_overload",
+            Self::DamagedFile => "damaged_file",
         }
     }
 
@@ -76,6 +80,10 @@ impl DropoutCause {
             Self::HostOverload => {
                 "the disk or this computer was too slow: record to a local disk, with nothing else \
                  running"
+            }
+            Self::DamagedFile => {
+                "a part of the recording's file is damaged and left out: copy the file again from \
+                 where it was recorded"
             }
         }
     }

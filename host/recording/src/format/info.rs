@@ -40,6 +40,32 @@ pub struct RunInfo {
     pub tick_s: f64,
 }
 
+/// Entry of metadata with the checksum over all others: a recording that breaks off has no checksum over
+/// the whole data.
+pub(crate) const CHECKSUM: &str = "crc32";
+/// Longest tick \[s\], and largest noise of a sensor \[N\] or \[m\], that can be meant.
+const LONGEST_TICK_S: f64 = 1.0;
+const LARGEST_NOISE: f64 = 1e3;
+
+/// The checksum over the entries of metadata, other than itself.
+pub(crate) fn checksum_of(map: &BTreeMap<String, String>) -> String {
+    let mut hasher = crc32fast::Hasher::new();
+    for (key, value) in map.iter().filter(|(key, _)| *key != CHECKSUM) {
+        // Lengths, so that no two maps have the same bytes.
+        for text in [key, value] {
+            hasher.update(&(text.len() as u64).to_le_bytes());
+            hasher.update(text.as_bytes());
+        }
+    }
+    format!("{:08x}", hasher.finalize())
+}
+
+fn with_checksum(mut map: BTreeMap<String, String>) -> BTreeMap<String, String> {
+    let checksum = checksum_of(&map);
+    map.insert(CHECKSUM.to_owned(), checksum);
+    map
+}
+
 const NOISE_FORCE: &str = "force_noise_sd_n";
 const NOISE_DRIVE: &str = "drive_noise_sd_n";
 const NOISE_TIP: &str = "tip_noise_sd_m";
@@ -70,17 +96,31 @@ impl RunInfo {
         for (key, value) in optional {
             map.extend(value.map(|x| (key.to_owned(), x.to_string())));
         }
-        map
+        with_checksum(map)
     }
 
-    /// `Err` says which entry is missing or is no number.
+    /// `Err` says which entry is missing, is no number, or is one that cannot be meant.
     pub(crate) fn from_map(map: &BTreeMap<String, String>) -> Result<Self, String> {
         let text = |key: &str| map.get(key).cloned().ok_or(format!("`{key}` is missing"));
         let number = |key: &str| {
             let value = text(key)?;
             value.parse::<f64>().map_err(|_| format!("`{key}` is no number: {value}"))
         };
-        let optional = |key: &str| map.contains_key(key).then(|| number(key)).transpose();
+        let within = |key: &str, low: f64, high: f64| {
+            let value = number(key)?;
+            match value >= low && value <= high {
+                true => Ok(value),
+                false => Err(format!("`{key}` is {value}, not {low} to {high}")),
+            }
+        };
+        let noise = |key: &str| {
+            map.contains_key(key).then(|| within(key, 0.0, LARGEST_NOISE)).transpose()
+        };
+        let lock_step = match text("lock_step")?.as_str() {
+            "true" => true,
+            "false" => false,
+            other => return Err(format!("`lock_step` is neither true nor false: {other}")),
+        };
         Ok(Self {
             host_version: text("host_version")?,
             link: text("link")?,
@@ -89,16 +129,16 @@ impl RunInfo {
             firmware_sha256: text("firmware_sha256")?,
             started_unix_ns: started(&text("started_unix_ns")?)?,
             protocol: text("protocol")?,
-            lock_step: text("lock_step")? == "true",
+            lock_step,
             rig: text("rig")?,
             trial: text("trial")?,
             provenance: text("provenance")?,
             noise: SensorNoise {
-                force_n: optional(NOISE_FORCE)?,
-                drive_force_n: optional(NOISE_DRIVE)?,
-                tip_m: optional(NOISE_TIP)?,
+                force_n: noise(NOISE_FORCE)?,
+                drive_force_n: noise(NOISE_DRIVE)?,
+                tip_m: noise(NOISE_TIP)?,
             },
-            tick_s: number(TICK)?,
+            tick_s: within(TICK, f64::MIN_POSITIVE, LONGEST_TICK_S)?,
         })
     }
 }
@@ -159,7 +199,7 @@ impl RunResult {
 
     pub(crate) fn to_map(mut self) -> BTreeMap<String, String> {
         let values = self.values().map(|value| value.to_string());
-        Self::KEYS.map(str::to_owned).into_iter().zip(values).collect()
+        with_checksum(Self::KEYS.map(str::to_owned).into_iter().zip(values).collect())
     }
 
     /// `Err` says which entry is missing or is no number.
@@ -180,7 +220,8 @@ mod tests {
     #[test]
     fn info_survives_its_map() {
         let noise = SensorNoise { force_n: Some(0.01), drive_force_n: Some(0.02), tip_m: None };
-        let info = RunInfo { link: "sim".into(), lock_step: true, noise, ..RunInfo::default() };
+        let info =
+            RunInfo { link: "sim".into(), lock_step: true, noise, tick_s: 1e-3, ..RunInfo::default() };
         assert_eq!(RunInfo::from_map(&info.to_map()), Ok(info));
     }
 
@@ -196,6 +237,18 @@ mod tests {
         let mut map = RunInfo::default().to_map();
         map.insert(TICK.into(), "fast".into());
         assert_eq!(RunInfo::from_map(&map), Err("`tick_s` is no number: fast".into()));
+        for (key, value, says) in [
+            (TICK, "NaN", "`tick_s` is NaN"),
+            (TICK, "0", "`tick_s` is 0"),
+            (NOISE_FORCE, "-1", "`force_noise_sd_n` is -1, not 0 to 1000"),
+            ("lock_step", "tRue", "neither true nor false"),
+        ] {
+            let mut map = RunInfo { tick_s: 1e-3, ..RunInfo::default() }.to_map();
+            map.insert(key.into(), value.into());
+            let error = RunInfo::from_map(&map).unwrap_err();
+            assert!(error.contains(says), "{key} = {value}: {error}");
+            assert_ne!(checksum_of(&map), map[CHECKSUM], "{key}");
+        }
         map.remove("board");
         assert_eq!(RunInfo::from_map(&map), Err("`board` is missing".into()));
     }

@@ -5,6 +5,10 @@ use cathforce_bundle::bundle::LONGEST_GAP_S;
 use super::ati::ForceSample;
 use crate::format::trial::{Measured, MeasuredDrive, Trial};
 
+/// Longest time between forces for which the motion's own rows are not needed \[s\]: a drive moves by a
+/// tenth of a millimetre or two in it.
+const LONGEST_WITHOUT_MOTION_S: f64 = 0.02;
+
 /// A trial joined from forces and a motion, and the forces that are not in it.
 #[derive(Clone, Debug, PartialEq, Default)]
 pub struct Joined {
@@ -16,14 +20,14 @@ pub struct Joined {
     pub outside: usize,
     /// Forces between rows of the motion that are too far apart.
     pub in_gaps: usize,
-    /// Rows of the motion that were kept for other measurements.
+    /// Rows of the motion that were kept for other measurements, or where the log has a hole.
     pub others: usize,
     /// Whether the motion had a force of its own, which was dropped.
     pub had_force: bool,
 }
 
 /// Makes a row for each force, with the motion interpolated over [`LONGEST_GAP_S`] at most. Other
-/// measurements of the motion keep their own rows.
+/// measurements of the motion keep their own rows, and so does the motion where no force was logged.
 ///
 /// `offset_s` is added to the time of the force.
 pub fn join(motion: &Trial, forces: &[ForceSample], offset_s: f64) -> Joined {
@@ -53,8 +57,12 @@ pub fn join(motion: &Trial, forces: &[ForceSample], offset_s: f64) -> Joined {
     }
     joined.forces = of_forces.len();
     let shape = |i: usize| motion.shapes_m.get(i).cloned().unwrap_or_default();
+    let times_s = of_forces.iter().map(|row| row.t_s).collect::<Vec<_>>();
     let others = rows.iter().enumerate().map(|(i, row)| (row, shape(i)));
-    let mut others = others.filter(|(row, shape)| has_others(row) || !shape.is_empty()).peekable();
+    let is_kept = |row: &Measured, shape: &[[f64; 3]]| {
+        has_others(row) || !shape.is_empty() || is_in_hole(&times_s, row.t_s)
+    };
+    let mut others = others.filter(|(row, shape)| is_kept(row, shape)).peekable();
     let mut of_forces = of_forces.into_iter().peekable();
     loop {
         let force_s = of_forces.peek().map_or(f64::INFINITY, |row| row.t_s);
@@ -73,6 +81,15 @@ pub fn join(motion: &Trial, forces: &[ForceSample], offset_s: f64) -> Joined {
         joined.trial.shapes_m.push(shape);
     }
     joined
+}
+
+/// Whether a time is between two forces that are far apart.
+fn is_in_hole(forces_s: &[f64], t_s: f64) -> bool {
+    let next = forces_s.partition_point(|force_s| *force_s < t_s);
+    let (Some(&after), Some(&before)) = (forces_s.get(next), forces_s[..next].last()) else {
+        return false;
+    };
+    after != t_s && after - before > LONGEST_WITHOUT_MOTION_S
 }
 
 fn has_others(row: &Measured) -> bool {
@@ -154,6 +171,15 @@ mod tests {
         let found = join(&motion, &[0.1, 0.2, 0.3, 1.0, 2.2, 2.3].map(force), 0.0);
         assert_eq!((found.forces, found.outside, found.in_gaps), (4, 0, 2));
         assert!(found.trial.rows.iter().all(|row| row.insertion_m != 0.2), "{found:?}");
+    }
+
+    #[test]
+    fn the_motion_goes_on_where_forces_were_lost() {
+        let rows = [0.0, 0.1, 0.2, 0.3].map(|t_s| at(t_s, 0.1 + t_s * t_s));
+        let found = join(&motion(rows), &[0.0, 0.3].map(force), 0.0);
+        assert_eq!((found.forces, found.others), (2, 2));
+        let [_, second, third, _] = found.trial.rows[..] else { panic!("{found:?}") };
+        assert_eq!((second, third), (rows[1], rows[2]));
     }
 
     #[test]

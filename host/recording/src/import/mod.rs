@@ -4,7 +4,6 @@
 //! names.
 
 mod ati;
-mod ati_heading;
 mod error;
 mod join;
 mod join_seen;

@@ -3,7 +3,7 @@
 use std::io::Read;
 
 use cathforce_bundle::bundle::{
-    ColumnMap, DriveTrial, Foreign, ForeignCause, LeftOut, TrialCause, TrialData, columns,
+    ColumnMap, DriveTrial, Foreign, ForeignCause, Holes, LeftOut, TrialCause, TrialData, columns,
     read_foreign,
 };
 use cathforce_bundle::{Place, Trial as BundleTrial};
@@ -61,7 +61,8 @@ fn read(
     reader: Reader,
 ) -> Result<ImportedTable, ImportError> {
     let text = read_text(&mut table)?;
-    let foreign = read_foreign(&text, maps).map_err(|fault| error(fault, reader))?;
+    let holes = if reader == Reader::Import { Holes::Refused } else { Holes::Kept };
+    let foreign = read_foreign(&text, maps, holes).map_err(|fault| error(fault, reader))?;
     let Foreign { trial: BundleTrial { t_s, data, .. }, mut remarks, left_out } = foreign;
     remarks.extend(left_out_of(&left_out, reader));
     let trial = match data {
@@ -205,7 +206,7 @@ mod tests {
     #[test]
     fn what_is_left_out_is_said_with_what_it_probably_is() {
         let (_, remarks) = catheter(
-            "t_s,insertion_m,rotation_rad,Fx [N],drive_fx,camera\n0,0.1,0,1,2,3\n1,0.1,0,1,2,3\n",
+            "t_s,insertion_m,rotation_rad,Fx [N],drive_fx,camera\n0,0.1,0,1,2,3\n0.1,0.1,0,1,2,3\n",
             &[],
         );
         let [said] = &remarks[..] else { panic!("{remarks:?}") };
@@ -217,7 +218,7 @@ mod tests {
     #[test]
     fn shape_points_come_along() {
         let table = "t_s,insertion_m,rotation_rad,p00_x_m,p00_y_m,p00_z_m,x,y,z\n\
-                     0,0.1,0,0.1,0,0,200,0,1\n1,0.1,0,,,,,,\n";
+                     0,0.1,0,0.1,0,0,200,0,1\n0.1,0.1,0,,,,,,\n";
         let own = maps(["p01_x_m=x*0.001", "p01_y_m=y*0.001", "p01_z_m=z*0.001"]);
         let (trial, _) = catheter(table, &own);
         assert_eq!(trial.shapes_m, [vec![[0.1, 0.0, 0.0], [0.2, 0.0, 0.001]], vec![]]);
@@ -264,9 +265,16 @@ mod tests {
 
     #[test]
     fn milliseconds_are_suspected() {
-        let rows = (0..50).map(|i| format!("{},0.1,0\n", 4 * i)).collect::<String>();
-        let (_, remarks) = catheter(&format!("t_s,insertion_m,rotation_rad\n{rows}"), &[]);
-        assert!(remarks[0].contains("4 s apart by t_s: milliseconds?"), "{remarks:?}");
+        let table = |step: f64| {
+            let rows = (0..50).map(|i| format!("{},0.1,0\n", step * f64::from(i)));
+            format!("t_s,insertion_m,rotation_rad\n{}", rows.collect::<String>())
+        };
+        let (_, remarks) = catheter(&table(0.2), &[]);
+        assert!(remarks[0].contains("0.2 s apart by t_s: milliseconds?"), "{remarks:?}");
+        let error = refused(&table(4.0), &[]);
+        assert!(error.contains("line 3:1: no row for 4.000 s") && error.contains("seconds"), "{error}");
+        // A motion is only joined with what was measured.
+        assert_eq!(read_motion(table(4.0).as_bytes()).unwrap().0.rows.len(), 50);
     }
 
     #[test]
@@ -305,7 +313,7 @@ mod tests {
         let own = maps(["guidewire_insertion_m=wire*0.001"]);
         let heading = "t_s,insertion_m,rotation_rad,wire,guidewire_rotation_rad";
         let table =
-            format!("{heading},guidewire_drive_fx_N\n0,0.05,0,60,0.5,0.1\n1,0.05,0,61,0.5,\n");
+            format!("{heading},guidewire_drive_fx_N\n0,0.05,0,60,0.5,0.1\n0.25,0.05,0,61,0.5,\n0.5,0.05,0,61,0.5,\n");
         let (Trial { rows, .. }, _) = catheter(&table, &own);
         let wire =
             |drive_force_n| MeasuredDrive { insertion_m: 0.06, rotation_rad: 0.5, drive_force_n };
@@ -319,7 +327,7 @@ mod tests {
         );
         let gap = wrong("61,0.5", "61,");
         assert!(
-            gap.contains("line 3:5: column `guidewire_rotation_rad` has no value for 1"),
+            gap.contains("line 3:5: column `guidewire_rotation_rad` has no value for 0.5"),
             "{gap}"
         );
     }

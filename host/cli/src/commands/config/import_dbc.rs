@@ -2,14 +2,12 @@
 
 use std::path::Path;
 
-use can_dbc::{
-    ByteOrder, Dbc, Message, MessageId, MultiplexIndicator, Signal as DbcSignal,
-    SignalExtendedValueType, ValueType,
-};
+use can_dbc::{ByteOrder, MultiplexIndicator, SignalExtendedValueType, ValueType};
 use cathforce_config::master::{Drive, Master, MasterError, Place, Signal};
 use serde_json::json;
 use toml_edit::DocumentMut;
 
+use super::lab_dbc::{Found, Identifier, LabDbc, is_within_frame};
 use crate::args::ConfigImportDbcArguments;
 use crate::failure::Failure;
 use crate::settings::entry::misspelt;
@@ -30,6 +28,9 @@ const ANGLES: &[(&str, f64)] = &[
     ("rev", 2.0 * std::f64::consts::PI),
 ];
 
+/// Bytes of a classic frame; the device reads no others.
+const FRAME_BYTES: u64 = 8;
+
 /// Units of a button or a grip and their size; it is held from one half on.
 const BUTTONS: &[(&str, f64)] = &[("", 1.0), ("1", 1.0), ("%", 0.01)];
 
@@ -37,7 +38,7 @@ pub fn run(ui: &Ui, arguments: &ConfigImportDbcArguments) -> Result<(), Failure>
     let path = &arguments.dbc;
     let bytes = std::fs::read(path)
         .map_err(|e| Failure::input(format!("cannot read {}: {e}", path.display())))?;
-    let dbc = read(&bytes).map_err(|problem| {
+    let dbc = LabDbc::read(&bytes).map_err(|problem| {
         let fix = "give the DBC of the master's bus";
         Failure::input(format!("{}: {problem}\n  fix: {fix}", path.display()))
     })?;
@@ -50,23 +51,8 @@ pub fn run(ui: &Ui, arguments: &ConfigImportDbcArguments) -> Result<(), Failure>
     ui.data(&json!({ "path": settings.display().to_string(), "master": text }), text)
 }
 
-/// Reads a DBC, which must describe at least one signal.
-fn read(bytes: &[u8]) -> Result<Dbc, String> {
-    // Tools write Latin-1 as often as UTF-8; the two differ in comments and in `µ` and `°`.
-    let text = match std::str::from_utf8(bytes) {
-        Ok(text) => text.to_owned(),
-        Err(_) => bytes.iter().map(|&byte| char::from(byte)).collect(),
-    };
-    // The error names the line and what stands there.
-    let dbc = Dbc::try_from(text.as_str()).map_err(|e| format!("this is not a DBC: {e}"))?;
-    match dbc.messages.iter().any(|message| !message.signals.is_empty()) {
-        true => Ok(dbc),
-        false => Err("this DBC has no signal".into()),
-    }
-}
-
 /// The frames with the signals of the command line.
-fn frames(dbc: &Dbc, path: &Path, arguments: &ConfigImportDbcArguments) -> Result<Master, Failure> {
+fn frames(dbc: &LabDbc, path: &Path, arguments: &ConfigImportDbcArguments) -> Result<Master, Failure> {
     let place = |name: &Option<String>, units| {
         let Some(name) = name else { return Ok(None) };
         let found = find(dbc, path, name)?;
@@ -92,20 +78,31 @@ fn frames(dbc: &Dbc, path: &Path, arguments: &ConfigImportDbcArguments) -> Resul
     Ok(master)
 }
 
-/// A signal and the message that it is in.
-type Found<'a> = (&'a Message, &'a DbcSignal);
-
-fn find<'a>(dbc: &'a Dbc, path: &Path, name: &str) -> Result<Found<'a>, Failure> {
-    let all = || dbc.messages.iter().flat_map(|m| m.signals.iter().map(move |s| (m, s)));
-    let full = |(message, signal): Found<'_>| format!("{}.{}", message.name, signal.name);
-    all().find(|&found| full(found) == name).ok_or_else(|| {
-        let names = all().map(full).collect::<Vec<_>>();
-        let names = names.iter().map(String::as_str).collect::<Vec<_>>();
-        let path = path.display();
-        let list = format!("`cathforce config import-dbc {path} --list` lists them");
-        let fix = misspelt(name, &names, &list);
-        Failure::input(format!("{path}: there is no signal `{name}`\n  fix: {fix}"))
-    })
+/// The one signal of a name.
+fn find<'a>(dbc: &'a LabDbc, path: &Path, name: &str) -> Result<Found<'a>, Failure> {
+    let path = path.display();
+    match dbc.named(name)[..] {
+        [found] => Ok(found),
+        [] => {
+            let names = dbc.signals().map(|found| dbc.full_name(found)).collect::<Vec<_>>();
+            let names = names.iter().map(String::as_str).collect::<Vec<_>>();
+            let list = format!("`cathforce config import-dbc {path} --list` lists them");
+            let fix = misspelt(name, &names, &list);
+            Err(Failure::input(format!("{path}: there is no signal `{name}`\n  fix: {fix}")))
+        }
+        ref several => {
+            let ids = several.iter().map(|found| dbc.identifier(found.message).text());
+            let ids = ids.collect::<Vec<_>>();
+            let signal = name.rsplit_once('.').map_or(name, |(_, signal)| signal);
+            Err(Failure::input(format!(
+                "{path}: there are {} signals `{name}`, in the frames {}\n  fix: name the one that is \
+                 meant by its identifier, like {}.{signal}, or rename it in the DBC",
+                several.len(),
+                ids.join(", "),
+                ids[0].split(' ').next().unwrap_or_default()
+            )))
+        }
+    }
 }
 
 /// Why the device cannot read a signal, and how to change that.
@@ -122,13 +119,23 @@ impl Unfit {
 }
 
 /// Where a signal stands, scaled to metres, radians or 1; `units` are those that it may have.
-fn place(dbc: &Dbc, (message, signal): Found<'_>, units: &[(&str, f64)]) -> Result<Place, Unfit> {
-    let MessageId::Standard(id) = message.id else {
+fn place(dbc: &LabDbc, found: Found<'_>, units: &[(&str, f64)]) -> Result<Place, Unfit> {
+    let Found { message, signal } = found;
+    let id = base_identifier(dbc, found)?;
+    if message.size > FRAME_BYTES {
         return Err(Unfit::new(
-            "is in a frame with a 29-bit identifier",
-            "let the master send it in a frame with an 11-bit identifier; the device reads no other",
+            format!("is in a frame of {} bytes", message.size),
+            "let the master send it in a frame of 8 bytes at most; the device reads no other",
         ));
-    };
+    }
+    if !is_within_frame(found) {
+        let (bits, bytes) = (signal.size, message.size);
+        let what = format!(
+            "begins at bit {} with {bits} bits and is not within the {bytes} bytes of its frame {}",
+            signal.start_bit, message.name
+        );
+        return Err(Unfit::new(what, "correct the frame's length or the signal's place in the DBC"));
+    }
     let Some((_, one)) = units.iter().find(|(unit, _)| *unit == signal.unit.trim()) else {
         let known = units.iter().map(|(unit, _)| format!("\"{unit}\"")).collect::<Vec<_>>();
         let what = format!("has the unit \"{}\"", signal.unit);
@@ -141,7 +148,7 @@ fn place(dbc: &Dbc, (message, signal): Found<'_>, units: &[(&str, f64)]) -> Resu
         ));
     }
     // The bits of a floating-point number, read as an integer, would be a position far off.
-    let extended = dbc.extended_value_type_for_signal(message.id, &signal.name);
+    let extended = dbc.dbc().extended_value_type_for_signal(message.id, &signal.name);
     if !matches!(extended, None | Some(SignalExtendedValueType::SignedOrUnsignedInteger)) {
         return Err(Unfit::new(
             "is a floating-point number",
@@ -167,6 +174,28 @@ fn place(dbc: &Dbc, (message, signal): Found<'_>, units: &[(&str, f64)]) -> Resu
     Ok(place)
 }
 
+/// The 11-bit identifier of a signal's frame.
+fn base_identifier(dbc: &LabDbc, found: Found<'_>) -> Result<u16, Unfit> {
+    let name = &found.message.name;
+    Err(match dbc.identifier(found.message) {
+        Identifier::Base(id) => return Ok(id),
+        Identifier::Extended(_) => Unfit::new(
+            "is in a frame with a 29-bit identifier",
+            "let the master send it in a frame with an 11-bit identifier; the device reads no other",
+        ),
+        Identifier::Neither(raw) => Unfit::new(
+            format!("is in the frame {name}, whose identifier {raw} ({raw:#x}) has more than 11 bits \
+                     without the mark of an extended one"),
+            "correct the line `BO_`: an identifier of 29 bits is written with 2147483648 added, one of 11 \
+             bits is at most 2047",
+        ),
+        Identifier::NoFrame => Unfit::new(
+            "is in no frame",
+            "take a signal of a frame, or put it into one in the DBC",
+        ),
+    })
+}
+
 /// Replaces the frames of the file; everything else stays.
 fn write(path: &Path, frames: &Master) -> Result<(), Failure> {
     // A file that is wrong already is refused with its lines.
@@ -180,34 +209,27 @@ fn write(path: &Path, frames: &Master) -> Result<(), Failure> {
     SettingsFile::read(path).map(drop)
 }
 
-fn list(ui: &Ui, dbc: &Dbc) -> Result<(), Failure> {
+fn list(ui: &Ui, dbc: &LabDbc) -> Result<(), Failure> {
     let mut text = String::new();
     let mut names = Vec::new();
-    for message in &dbc.messages {
-        for signal in &message.signals {
-            let name = format!("{}.{}", message.name, signal.name);
-            let unit = signal.unit.trim();
-            let (id, bits) = (id_text(message.id), signal.size);
-            text += format!("{name}  {id}, {bits} bits  {unit}").trim_end();
-            text.push('\n');
-            let raw = match message.id {
-                MessageId::Standard(id) => u32::from(id),
-                MessageId::Extended(id) => id,
-            };
-            let is_extended = matches!(message.id, MessageId::Extended(_));
-            names.push(json!({
-                "signal": name, "id": raw, "extended": is_extended, "bits": bits, "unit": unit,
-            }));
-        }
+    for found in dbc.signals() {
+        let id = dbc.identifier(found.message);
+        let (name, bits) = (dbc.full_name(found), found.signal.size);
+        let unit = found.signal.unit.trim();
+        text += format!("{name}  {}, {bits} bits  {unit}", id.text()).trim_end();
+        text.push('\n');
+        let raw = match id {
+            Identifier::Base(id) => u64::from(id),
+            Identifier::Extended(id) => u64::from(id),
+            Identifier::Neither(id) => id,
+            Identifier::NoFrame => u64::from(found.message.id.raw()),
+        };
+        let is_extended = matches!(id, Identifier::Extended(_));
+        names.push(json!({
+            "signal": name, "id": raw, "extended": is_extended, "bits": bits, "unit": unit,
+        }));
     }
     ui.data(&names, text)
-}
-
-fn id_text(id: MessageId) -> String {
-    match id {
-        MessageId::Standard(id) => format!("{id:#05x}"),
-        MessageId::Extended(id) => format!("{id:#010x} (29 bits)"),
-    }
 }
 
 #[cfg(test)]
@@ -237,11 +259,17 @@ mod tests {
         SG_ Over : 56|16@1- (1E-9,0) [0|1] \"m\" Slave\n \
         SG_ Still : 0|16@1- (0,0) [0|1] \"m\" Slave\n \
         SG_ Yards : 0|16@1- (1,0) [0|1] \"yd\" Slave\n\n\
+        BO_ 274923521 Broad: 8 Master\n \
+        SG_ Feed : 0|16@1- (1,0) [0|1] \"m\" Slave\n\n\
+        BO_ 933 Short: 4 Master\n \
+        SG_ Feed : 24|16@1- (1,0) [0|1] \"m\" Slave\n\n\
+        BO_ 934 Long: 12 Master\n \
+        SG_ Feed : 0|16@1- (1,0) [0|1] \"m\" Slave\n\n\
         BO_ 384 Taken: 8 Master\n \
         SG_ Feed : 0|16@1- (1,0) [0|1] \"m\" Slave\n\n\
         SIG_VALTYPE_ 931 Feed : 1;\nSIG_VALTYPE_ 931 Double : 2;\n";
 
-    fn placed(dbc: &Dbc, name: &str) -> Result<Place, Unfit> {
+    fn placed(dbc: &LabDbc, name: &str) -> Result<Place, Unfit> {
         let found = find(dbc, Path::new("lab.dbc"), name).unwrap();
         place(dbc, found, LENGTHS)
     }
@@ -249,7 +277,7 @@ mod tests {
     /// A signal that the device would read as another number than the master meant is refused.
     #[test]
     fn a_signal_that_the_device_cannot_read_is_refused_with_its_reason() {
-        let dbc = read(LAB).unwrap();
+        let dbc = LabDbc::read(LAB).unwrap();
         assert_eq!(placed(&dbc, "Handle.Feed").unwrap().signal.scale, 1e-5);
         for (name, why) in [
             ("Mode.Which", "the unit \"\""),
@@ -258,7 +286,10 @@ mod tests {
             ("Real.Feed", "floating-point"),
             ("Real.Double", "floating-point"),
             ("Wide.Feed", "1 to 32 bits"),
-            ("Wide.Over", "within 8 bytes"),
+            ("Wide.Over", "not within the 8 bytes of its frame Wide"),
+            ("Short.Feed", "not within the 4 bytes"),
+            ("Long.Feed", "a frame of 12 bytes"),
+            ("Broad.Feed", "274923521 (0x10630001) has more than 11 bits"),
             ("Wide.Still", "must be finite and not 0"),
             ("Wide.Yards", "the unit \"yd\""),
             ("Taken.Feed", "one of cathforce's own"),
@@ -269,23 +300,33 @@ mod tests {
     }
 
     #[test]
+    fn of_two_signals_with_one_name_none_is_taken_silently() {
+        let text = String::from_utf8_lossy(LAB).replace("BO_ 930 Mode", "BO_ 930 Handle");
+        let text = text.replace("SG_ Which M ", "SG_ Feed ");
+        let dbc = LabDbc::read(text.as_bytes()).unwrap();
+        let error = find(&dbc, Path::new("lab.dbc"), "Handle.Feed").err().unwrap().message;
+        assert!(error.contains("2 signals") && error.contains("0x3a1, 0x3a2"), "{error}");
+        assert!(error.contains("like 0x3a1.Feed"), "{error}");
+        assert!(find(&dbc, Path::new("lab.dbc"), "0x3a1.Feed").is_ok());
+    }
+
+    #[test]
     fn a_damaged_dbc_is_taken_or_refused_and_never_panics() {
         let mut random = StdRng::seed_from_u64(4);
         let mut refused = 0;
         for _ in 0..2000 {
-            let Ok(dbc) = read(&damage::damage(LAB, &mut random)) else {
+            let Ok(dbc) = LabDbc::read(&damage::damage(LAB, &mut random)) else {
                 refused += 1;
                 continue;
             };
-            let all = dbc.messages.iter().flat_map(|m| m.signals.iter().map(move |s| (m, s)));
-            for found in all {
+            for found in dbc.signals() {
                 // The device accepts every signal that is accepted here.
                 let taken = place(&dbc, found, LENGTHS);
                 assert!(taken.is_err() || taken.is_ok_and(|place| place.validate().is_ok()));
             }
         }
         assert!((200..2000).contains(&refused), "{refused}");
-        let empty = read(b"").unwrap_err();
+        let empty = LabDbc::read(b"").err().unwrap();
         assert!(empty.contains("no signal"), "{empty}");
     }
 }

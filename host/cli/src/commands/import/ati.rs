@@ -5,7 +5,7 @@ use cathforce_recording::import::{AtiOptions, ImportedTrial, Joined, join, read_
 use serde_json::json;
 
 use super::motion::motion;
-use super::trial::{at, open, write};
+use super::trial::{at, open, say_all, warn_all, write};
 use crate::args::ImportAtiArguments;
 use crate::failure::Failure;
 use crate::output::check_new;
@@ -28,6 +28,8 @@ pub fn run(ui: &Ui, arguments: &ImportAtiArguments) -> Result<(), Failure> {
         ui.warn("--axes mirrors, which is right only for a sensor that measures the reaction");
     }
     let log = read_ati(open(path)?, &options).map_err(|e| at(path, &e))?;
+    say_all(ui, path, &log.understood);
+    warn_all(ui, path, &log.remarks);
     if let Some(rate) = arguments.rate.filter(|_| log.has_time) {
         let path = path.display();
         ui.warn(format_args!("--rate {rate} is not used, because {path} has a column of time"));
@@ -59,6 +61,7 @@ pub fn run(ui: &Ui, arguments: &ImportAtiArguments) -> Result<(), Failure> {
     let json = json!({
         "path": out, "rows": forces, "left_out": outside + in_gaps, "others": others,
     });
+    let out = (!arguments.dry_run).then_some(&**out);
     write(ui, out, &ImportedTrial::Catheter(trial), &json, &text)
 }
 

@@ -20,5 +20,6 @@ pub fn run(ui: &Ui, arguments: &ImportCsvArguments) -> Result<(), Failure> {
         ImportedTrial::Drive(t_s, _) => t_s.len(),
     };
     let json = json!({ "path": out, "rows": rows, "left_out": 0 });
+    let out = (!arguments.dry_run).then_some(&**out);
     write(ui, out, &trial, &json, &format!("{rows} rows"))
 }

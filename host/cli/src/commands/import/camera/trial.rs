@@ -155,7 +155,7 @@ pub fn write(
         Some((out, joined)) => {
             json["rows"] = joined.trial.rows.len().into();
             let last = format!("{text}{} rows", joined.trial.rows.len());
-            write_trial(ui, out, &ImportedTrial::Catheter(joined.trial.clone()), &json, &last)
+            write_trial(ui, Some(out), &ImportedTrial::Catheter(joined.trial.clone()), &json, &last)
         }
     }
 }
