@@ -77,8 +77,11 @@ impl Bundle {
                 mesh = Some(read_mesh(&stl, &mut warnings)?);
             }
             if csv.exists() {
-                centreline = read_centreline(&read_text(&csv)?)
+                let remarks;
+                (centreline, remarks) = read_centreline(&read_text(&csv)?)
                     .map_err(|(place, cause)| BundleError::new(&csv, place, cause))?;
+                let warning = |(place, message)| Warning { file: csv.clone(), place, message };
+                warnings.extend(remarks.into_iter().map(warning));
                 check_radii(&csv, &centreline, &mut warnings);
             }
             if mesh.is_none() && centreline.is_empty() {

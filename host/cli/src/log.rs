@@ -41,7 +41,7 @@ impl Log {
     /// Records a row of the trial at its time on the bus, and the points of its shape \[m\].
     pub fn measured(&self, row: &Measured, shape_m: &[[f64; 3]]) {
         let mut logging = lock(&self.0);
-        let at_ns = logging.trial_start_ns + (row.t_s * 1e9).round() as u64;
+        let at_ns = logging.trial_start_ns.saturating_add((row.t_s * 1e9).round() as u64);
         if let Some(recorder) = &mut logging.recorder {
             recorder.measured(at_ns, row, shape_m);
         }

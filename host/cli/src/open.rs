@@ -50,9 +50,32 @@ pub fn vessel_files(bundle: &Bundle) -> Result<Vec<(&'static str, Vec<u8>)>, Fai
     present.map(read).collect()
 }
 
+/// A file as a whole. What is no file is refused: a device may have no end, and a pipe no beginning.
+pub fn read_bytes(path: &Path) -> Result<Vec<u8>, Failure> {
+    let kind = path.metadata().map_err(|e| cannot_read(path, &e))?.file_type();
+    if !kind.is_file() {
+        let what = if kind.is_dir() { "a folder" } else { "a pipe or a device" };
+        let path = path.display();
+        return Err(Failure::input(format!(
+            "cannot read {path}: it is {what}, not a file\n  fix: give a file; write what comes from a \
+             pipe into one first"
+        )));
+    }
+    std::fs::read(path).map_err(|e| cannot_read(path, &e))
+}
+
 /// A text file as a whole.
 pub fn read_text(path: &Path) -> Result<String, Failure> {
-    std::fs::read_to_string(path).map_err(|e| cannot_read(path, &e))
+    String::from_utf8(read_bytes(path)?).map_err(|e| {
+        let line = 1 + e.as_bytes()[..e.utf8_error().valid_up_to()]
+            .iter()
+            .filter(|b| **b == b'\n')
+            .count();
+        Failure::input(format!(
+            "{}:{line}: this is no UTF-8 text\n  fix: save it as UTF-8",
+            path.display()
+        ))
+    })
 }
 
 fn cannot_read(path: &Path, error: &std::io::Error) -> Failure {

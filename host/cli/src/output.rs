@@ -13,7 +13,7 @@ use std::fs;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
-use cathforce_recording::{is_recording, write_whole};
+use cathforce_recording::{is_recording, make_folder, write_whole};
 
 use crate::failure::{Code, Failure};
 pub use json_file::JsonFile;
@@ -72,18 +72,10 @@ pub fn write_new_folder<'a>(
     path: &Path,
     files: impl IntoIterator<Item = (&'a str, &'a [u8])>,
 ) -> Result<(), Failure> {
-    let failed = |error: std::io::Error| Failure::write(path, error);
-    let parent = path.parent().filter(|parent| !parent.as_os_str().is_empty());
-    let begun = tempfile::Builder::new()
-        .prefix(".cathforce-")
-        .tempdir_in(parent.unwrap_or(Path::new(".")))
-        .map_err(failed)?;
-    let inside = begun.path().join("files");
-    fs::create_dir(&inside).map_err(failed)?;
-    for (name, bytes) in files {
-        fs::write(inside.join(name), bytes).map_err(failed)?;
-    }
-    fs::rename(&inside, path).map_err(failed)
+    make_folder(path, |folder| {
+        files.into_iter().try_for_each(|(name, bytes)| fs::write(folder.join(name), bytes))
+    })
+    .map_err(|error: std::io::Error| Failure::write(path, error))
 }
 
 /// Checks before the work that a file which can be made again can be written.
@@ -142,6 +134,11 @@ fn place(path: &Path) -> PathBuf {
     let folder = || parent.unwrap_or(Path::new(".")).canonicalize();
     let new = || Some(folder().ok()?.join(path.file_name()?));
     path.canonicalize().ok().or_else(new).unwrap_or_else(|| path.to_path_buf())
+}
+
+/// A path in JSON. One that is no UTF-8, which JSON cannot hold, has the replacement character.
+pub fn shown(path: impl AsRef<Path>) -> String {
+    path.as_ref().display().to_string()
 }
 
 const ANOTHER_NAME_OR_OVERWRITE: &str = "give another name, or replace it with --overwrite";

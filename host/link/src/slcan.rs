@@ -129,6 +129,10 @@ impl Link for Slcan {
         self.reader.receive(timeout).map_err(|e| LinkError::lost(&self.name, e))
     }
 
+    fn dropped(&self) -> u64 {
+        self.reader.dropped()
+    }
+
     fn name(&self) -> &str {
         &self.name
     }

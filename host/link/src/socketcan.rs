@@ -129,6 +129,10 @@ impl Link for SocketCan {
         self.waited
     }
 
+    fn dropped(&self) -> u64 {
+        self.reader.dropped()
+    }
+
     fn name(&self) -> &str {
         &self.name
     }

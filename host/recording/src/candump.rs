@@ -1,13 +1,13 @@
-//! Logs of `candump -l`, written and read.
+//! Logs of a bus: written as `candump -l` does, and read from any tool.
 //!
-//! A line is `(seconds.microseconds) interface id#data`, and newer versions add a `T` or `R` for
-//! the direction. Ours follows from the identifier.
+//! The direction of a frame follows from its identifier.
 
-use std::io::{self, BufRead, Write};
+use std::io::{self, Read, Write};
 
 use cathforce_bus::master::Master;
-use cathforce_bus::{Direction, Frame, Id, Process, Sync, Tick};
+use cathforce_bus::{Direction, Frame, Id, Process, Sync, Tick, crc8};
 
+use crate::bus_log::{BusLog, LogError, LogFormat};
 use crate::format::clock::BusClock;
 use crate::format::frame::BusFrame;
 
@@ -24,6 +24,15 @@ pub struct CandumpLog {
     pub second_run: Option<SecondRun>,
     /// Where ticks of a device in lock step are first missing.
     pub gap: Option<Gap>,
+    /// Frames with an identifier of ours that have our checksum, and those that have not.
+    pub intact: usize,
+    pub broken: usize,
+    /// The tool that wrote the log; `None` without a log.
+    pub format: Option<LogFormat>,
+    /// The channel whose frames these are, if the log has several.
+    pub channel: Option<String>,
+    /// What was left out, with its place.
+    pub remarks: Vec<String>,
 }
 
 /// A device that was configured or switched on again. Its ticks and counters began again, and its image
@@ -61,17 +70,8 @@ pub enum NoLockStep {
     Lacks(Gap),
 }
 
-/// A line that is no frame.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("line {line}: {problem}; fix: {fix}")]
-pub struct CandumpError {
-    pub line: usize,
-    pub problem: String,
-    pub fix: &'static str,
-}
-
-const FORM: &str = "a line is `(1700000000.000000) can0 100#0102030405060708`, as `candump -l` \
-                    writes it";
+/// Longest time without a frame that is not remarked \[ns\]: a device sends a thousand frames in it.
+const SILENCE_NS: u64 = 1_000_000_000;
 
 /// Writes frames like `candump -l`, sorted by time. In lock step frames to the device cross the bus before
 /// the answers to earlier ticks.
@@ -93,40 +93,122 @@ pub fn write_candump(
     out.flush()
 }
 
-/// Reads a log. Empty lines are ignored; any other line that is no frame is an error. Frames with other
-/// identifiers than ours are taken if `master` describes them.
-pub fn read_candump(log: impl BufRead, master: &Master) -> Result<CandumpLog, CandumpError> {
-    let mut found = CandumpLog::default();
-    let mut before_ns = None;
+/// Reads a log of any tool, see [`read_log`].
+pub fn read_candump(mut log: impl Read, master: &Master) -> Result<CandumpLog, LogError> {
+    let mut bytes = Vec::new();
+    log.read_to_end(&mut bytes).map_err(|e| LogError {
+        line: 1,
+        problem: format!("cannot be read: {e}"),
+        fix: "give a log that can be read",
+    })?;
+    read_log(&bytes, master, None)
+}
+
+/// Reads a log of any tool. Frames with other identifiers than ours are taken if `master` describes them.
+///
+/// Of several channels that one is taken which `channel` names, or the only one with frames of ours.
+/// Errors: what stands there is no frame, time goes back, or several channels have frames of ours.
+pub fn read_log(
+    bytes: &[u8],
+    master: &Master,
+    channel: Option<&str>,
+) -> Result<CandumpLog, LogError> {
+    let log = BusLog::read(bytes)?;
+    let channel = chosen(&log, master, channel)?;
+    let several = log.channels.len() > 1;
+    let mut found = CandumpLog {
+        format: Some(log.format),
+        channel: channel.filter(|_| several).map(|index| log.channels[index].clone()),
+        remarks: log.remarks,
+        ..CandumpLog::default()
+    };
+    let mut before_ns: Option<u64> = None;
     let mut runs = Runs::default();
-    for (i, line) in log.lines().enumerate() {
-        let wrong = |problem: String, fix| CandumpError { line: i + 1, problem, fix };
-        let line =
-            line.map_err(|e| wrong(format!("cannot be read: {e}"), "give a text file of candump"))?;
-        if line.trim().is_empty() {
-            continue;
-        }
-        let (at_ns, frame) = parse(line.trim()).map_err(|problem| wrong(problem, FORM))?;
+    let own =
+        log.frames.iter().filter(|logged| channel.is_none_or(|channel| channel == logged.channel));
+    for logged in own {
+        let at_ns = logged.at_ns;
         if before_ns.is_some_and(|before_ns| at_ns < before_ns) {
-            let fix = "take the lines in the order in which they were logged, and logs of different \
-                       times one by one";
-            return Err(wrong("time goes back".into(), fix));
+            return Err(LogError {
+                line: logged.line,
+                problem: "time goes back".into(),
+                fix: "take the lines in the order in which they were logged, and logs of different \
+                      times one by one",
+            });
+        }
+        let waited_ns = before_ns.map_or(0, |before_ns| at_ns - before_ns);
+        if waited_ns > SILENCE_NS {
+            let seconds = waited_ns as f64 * 1e-9;
+            found
+                .remarks
+                .push(format!("line {}: no frame for {seconds:.3} s before it", logged.line));
         }
         if before_ns.replace(at_ns).is_none() {
             found.started_ns = at_ns;
         }
-        let known = frame.and_then(|frame| Some((frame, direction(&frame, master)?)));
+        let known = logged.frame.and_then(|frame| Some((frame, direction(&frame, master)?)));
         let Some((frame, direction)) = known else {
             found.foreign += 1;
             continue;
         };
+        match has_checksum(&frame) {
+            Some(true) => found.intact += 1,
+            Some(false) => found.broken += 1,
+            None => {}
+        }
         let at_ns = at_ns - found.started_ns;
         let frame = BusFrame { at_ns, direction, frame };
-        found.second_run = found.second_run.or(runs.take(i + 1, &frame));
+        found.second_run = found.second_run.or(runs.take(logged.line, &frame));
         found.frames.push(frame);
     }
     found.gap = runs.gap;
+    // Without a day the log's time is no time of day.
+    if log.started_ns == 0 {
+        found.started_ns = 0;
+    }
     Ok(found)
+}
+
+/// The index of the channel that is read; `None` for all frames of a log with one channel.
+fn chosen(log: &BusLog, master: &Master, name: Option<&str>) -> Result<Option<usize>, LogError> {
+    let wrong = |problem: String, fix| LogError { line: 1, problem, fix };
+    let names =
+        || log.channels.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
+    if let Some(name) = name {
+        let found = log.channels.iter().position(|channel| channel == name);
+        let problem = || format!("there is no channel `{name}`; the log has {}", names());
+        return found.map(Some).ok_or_else(|| wrong(problem(), "name one of them with --channel"));
+    }
+    if log.channels.len() < 2 {
+        return Ok(None);
+    }
+    let is_own = |frame: &Frame| has_checksum(frame) == Some(true) || master.has(frame.id());
+    let has_own = |index: &usize| {
+        let mut frames = log.frames.iter().filter(|logged| logged.channel == *index);
+        frames.any(|logged| logged.frame.is_some_and(|frame| is_own(&frame)))
+    };
+    match (0..log.channels.len()).filter(has_own).collect::<Vec<_>>()[..] {
+        [] => Ok(None),
+        [only] => Ok(Some(only)),
+        _ => {
+            let problem = format!("several channels have frames of ours: the log has {}", names());
+            Err(wrong(problem, "name the one that is meant with --channel"))
+        }
+    }
+}
+
+/// Whether a frame with an identifier of ours has our checksum; `None` if that identifier has none.
+pub fn has_checksum(frame: &Frame) -> Option<bool> {
+    let id = Id::from_raw(frame.id())?;
+    if matches!(id, Id::ServiceRequest | Id::ServiceResponse) {
+        return None;
+    }
+    let Some((crc, body)) = frame.data().split_last() else { return Some(false) };
+    Some(
+        body.first_chunk().is_some_and(|body: &[u8; 7]| {
+            frame.data().len() == 8 && crc8(frame.id(), *body) == *crc
+        }),
+    )
 }
 
 /// Detects the tick at which a device begins again.
@@ -262,6 +344,12 @@ pub fn direction(frame: &Frame, master: &Master) -> Option<Direction> {
 }
 
 impl CandumpLog {
+    /// Whether most frames with our identifiers are not ours: the log is of another bus, whose drives and
+    /// sensors use the same identifiers.
+    pub fn is_foreign(&self) -> bool {
+        self.broken > self.intact
+    }
+
     /// The frames of a device in lock step on its own time, from the first tick of a configuration on,
     /// so that they can be replayed. `Err` says what prevents it.
     pub fn in_lock_step(&self) -> Result<Vec<BusFrame>, NoLockStep> {
@@ -298,52 +386,6 @@ fn payload(frame: &BusFrame) -> Option<[u8; 6]> {
     frame.frame.data().first_chunk().copied()
 }
 
-/// Time \[ns\] and frame of a line; `None` for kinds of frames that this bus does not have.
-fn parse(line: &str) -> Result<(u64, Option<Frame>), String> {
-    let mut words = line.split_ascii_whitespace();
-    let time = words.next().unwrap_or_default();
-    let at_ns = parse_time(time).ok_or_else(|| format!("`{time}` is no time in brackets"))?;
-    let (Some(_interface), Some(frame)) = (words.next(), words.next()) else {
-        return Err("interface or frame is missing".into());
-    };
-    match (words.next(), words.next()) {
-        (None | Some("T" | "R"), None) => {}
-        (Some(more), _) | (None, Some(more)) => return Err(format!("`{more}` follows the frame")),
-    }
-    Ok((at_ns, parse_frame(frame).ok_or_else(|| format!("`{frame}` is no frame"))?))
-}
-
-fn parse_time(text: &str) -> Option<u64> {
-    let (seconds, part) = text.strip_prefix('(')?.strip_suffix(')')?.split_once('.')?;
-    let digits = |text: &str| text.bytes().all(|b| b.is_ascii_digit()) && !text.is_empty();
-    if !digits(seconds) || !digits(part) || part.len() > 9 {
-        return None;
-    }
-    let unit = 10_u64.pow(9 - part.len() as u32);
-    let part_ns = part.parse::<u64>().ok()?.checked_mul(unit)?;
-    seconds.parse::<u64>().ok()?.checked_mul(1_000_000_000)?.checked_add(part_ns)
-}
-
-fn parse_frame(text: &str) -> Option<Option<Frame>> {
-    let (id, data) = text.split_once('#')?;
-    let raw = u32::from_str_radix(id, 16).ok().filter(|_| matches!(id.len(), 3 | 8))?;
-    let short = (id.len() == 3).then(|| u16::try_from(raw).ok()).flatten();
-    if data.starts_with('#') || data.starts_with('R') {
-        return Some(None);
-    }
-    let pairs = data.as_bytes().chunks(2);
-    let bytes = pairs
-        .map(|pair| match std::str::from_utf8(pair) {
-            Ok(pair) if pair.len() == 2 && !pair.starts_with('+') => {
-                u8::from_str_radix(pair, 16).ok()
-            }
-            _ => None,
-        })
-        .collect::<Option<Vec<_>>>()
-        .filter(|bytes| bytes.len() <= 8)?;
-    Some(short.and_then(|id| Frame::new(id, &bytes)))
-}
-
 #[cfg(test)]
 mod tests {
     use cathforce_bus::Sealer;
@@ -371,8 +413,8 @@ mod tests {
         let first = "(1700000000.123456) can0 100#0102030405060708";
         assert_eq!(String::from_utf8_lossy(&text).lines().next(), Some(first));
         let log = read_candump(&text[..], &Master::default()).unwrap();
-        let whole = CandumpLog { frames: frames(), started_ns, ..CandumpLog::default() };
-        assert_eq!(log, whole);
+        assert_eq!((log.frames, log.started_ns), (frames(), started_ns));
+        assert_eq!((log.format, log.channel), (Some(LogFormat::Candump), None));
     }
 
     #[test]
@@ -382,6 +424,40 @@ mod tests {
         let log = read_candump(text.as_bytes(), &Master::default()).unwrap();
         assert_eq!((log.foreign, log.frames.len()), (4, 1));
         assert_eq!(log.frames[0].at_ns, 300_000_000, "from the first line on");
+    }
+
+    #[test]
+    fn the_log_of_another_bus_is_told_from_ours() {
+        let text = "(1.0) can0 210#0102030405060708\n(1.1) can0 290#00FF\n";
+        let log = read_candump(text.as_bytes(), &Master::default()).unwrap();
+        assert_eq!((log.intact, log.broken, log.is_foreign()), (0, 2, true));
+        let own = read_candump(run(&mut Sealer::default(), 0, 3, 7).as_bytes(), &Master::default());
+        let own = own.unwrap();
+        assert_eq!((own.intact, own.broken, own.is_foreign()), (4, 0, false));
+    }
+
+    #[test]
+    fn of_several_channels_the_one_with_our_frames_is_taken() {
+        let own = run(&mut Sealer::default(), 0, 3, 7);
+        let other = "(1.5) can1 210#0102030405060708\n";
+        let log = read_candump((own.clone() + other).as_bytes(), &Master::default()).unwrap();
+        assert_eq!((log.frames.len(), log.channel.as_deref()), (4, Some("can0")));
+        let both = own.clone() + &own.replace("can0", "can1");
+        let error = read_log(both.as_bytes(), &Master::default(), None).unwrap_err();
+        assert!(
+            error.problem.contains("`can0`, `can1`") && error.fix.contains("--channel"),
+            "{error}"
+        );
+        let one = read_log(both.as_bytes(), &Master::default(), Some("can1")).unwrap();
+        assert_eq!(one.frames.len(), 4);
+        assert!(read_log(both.as_bytes(), &Master::default(), Some("can2")).is_err());
+    }
+
+    #[test]
+    fn a_long_silence_is_said() {
+        let text = "(1.0) can0 100#00\n(1000001.5) can0 100#00\n";
+        let log = read_candump(text.as_bytes(), &Master::default()).unwrap();
+        assert_eq!(log.remarks, ["line 2: no frame for 1000000.500 s before it"]);
     }
 
     /// Lines of a device's HAPTIC and TICK frames, five ticks a TICK, as of `first`, at 1.5 s.

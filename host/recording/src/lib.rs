@@ -8,6 +8,7 @@
 #![forbid(unsafe_code)]
 
 mod analysis;
+mod bus_log;
 mod candump;
 mod decoding;
 mod export;
@@ -29,8 +30,10 @@ pub use analysis::noise::white_noise;
 pub use analysis::sensed::as_sensed;
 pub use analysis::summary::Summary;
 pub use analysis::{latency, snap};
+pub use bus_log::{BusLog, LogError, LogFormat, Logged};
 pub use candump::{
-    CandumpError, CandumpLog, Gap, NoLockStep, SecondRun, direction, read_candump, write_candump,
+    CandumpLog, Gap, NoLockStep, SecondRun, direction, has_checksum, read_candump, read_log,
+    write_candump,
 };
 pub use decoding::tick::{
     Completed, Decoder, GuidewireEstimate, NodeEstimate, NodePass, TickEstimate, decode,

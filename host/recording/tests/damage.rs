@@ -83,7 +83,11 @@ fn the_record_that_is_damaged_is_named() {
     assert!(error.contains(&format!("byte {metadata}: ")), "{error}");
     assert!(error.contains("metadata `cathforce` does not match its checksum"), "{error}");
     let rig = flipped(position(&bytes, b"format = 1")).unwrap_err();
-    assert!(rig.contains("attachment `rig.toml` does not match") && rig.contains("no attached rig.toml"), "{rig}");
+    assert!(
+        rig.contains("attachment `rig.toml` does not match")
+            && rig.contains("no attached rig.toml"),
+        "{rig}"
+    );
     let vessel = flipped(position(&bytes, b"branch,s_m")).unwrap();
     assert!(vessel.damage[0].what.contains("attachment `centreline.csv`"), "{:?}", vessel.damage);
     assert!(vessel.vessel.is_empty() && vessel.frames == frames());
@@ -103,7 +107,9 @@ fn a_damaged_chunk_is_left_out_and_the_rest_is_used() {
     let mut damaged = bytes.clone();
     damaged[at + HEAD + body.len() / 2] ^= 1;
     let found = open(&damaged).unwrap();
-    let [Damage { byte, what }, rows_lost] = &found.damage[..] else { panic!("{:?}", found.damage) };
+    let [Damage { byte, what }, rows_lost] = &found.damage[..] else {
+        panic!("{:?}", found.damage)
+    };
     assert_eq!(*byte, at);
     assert!(what.contains("0.000 to 0.0") && what.contains("checksum"), "{what}");
     assert!(rows_lost.what.contains("10 of 10 measured rows"), "{rows_lost:?}");
@@ -114,7 +120,11 @@ fn a_damaged_chunk_is_left_out_and_the_rest_is_used() {
 }
 
 /// The file with each chunk's records as `pack` gives them, and without the checksum over all data.
-fn repacked(bytes: &[u8], with_index: bool, pack: impl Fn(&[u8]) -> Option<(&'static str, Vec<u8>)>) -> Vec<u8> {
+fn repacked(
+    bytes: &[u8],
+    with_index: bool,
+    pack: impl Fn(&[u8]) -> Option<(&'static str, Vec<u8>)>,
+) -> Vec<u8> {
     // Start and end time, length and checksum, before the name of the compression and a length.
     const FIXED: usize = 8 + 8 + 8 + 4;
     let mut out = mcap::MAGIC.to_vec();
@@ -176,7 +186,9 @@ fn a_recording_that_another_program_has_packed_is_read_like_ours() {
     };
     let none = |_: &[u8]| None;
     // The footer of ours points at an index whose place has changed.
-    for packed in [repacked(&bytes, false, zstd), repacked(&bytes, false, lz4), repacked(&bytes, false, none)] {
+    for packed in
+        [repacked(&bytes, false, zstd), repacked(&bytes, false, lz4), repacked(&bytes, false, none)]
+    {
         let found = open(&packed).unwrap();
         assert_eq!((found.damage.as_slice(), found.cut), (&[][..], None));
         assert_eq!((found.frames, found.trial.rows), (frames(), rows()));

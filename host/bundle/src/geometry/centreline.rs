@@ -16,6 +16,27 @@ const EXTENSION_M: f64 = 0.02;
 /// Sides of the prism from which places beside the wall are drawn.
 const SIDES: usize = 16;
 
+/// No rig is larger \[m\]; the model takes no entry that is farther away.
+const FARTHEST_M: f64 = 10.0;
+/// How much longer an arc may be than the chord of two stations: a half circle is π/2 times as long, and
+/// stations that are farther apart do not describe a vessel.
+const ARC_OVER_CHORD: f64 = 2.0;
+/// How much shorter s_m may be than the way along the chords, and how far it may be off between two
+/// stations \[m\]: both columns are rounded, and tools measure the arc on a finer line.
+const SHORT: f64 = 0.9;
+const ROUNDED_M: f64 = 2e-4;
+
+/// A hint at the unit of s_m, by its ratio to the coordinates.
+fn of_unit(ratio: f64) -> &'static str {
+    match ratio {
+        900.0..=1600.0 => ": is s_m in millimetres?",
+        90.0..=160.0 => ": is s_m in centimetres?",
+        0.0009..=0.0016 => ": are the coordinates in millimetres?",
+        0.009..=0.016 => ": are the coordinates in centimetres?",
+        _ => "",
+    }
+}
+
 const COLUMNS: [&str; 6] = ["branch", "s_m", "x_m", "y_m", "z_m", "radius_m"];
 
 /// Why `centreline.csv` is refused.
@@ -27,6 +48,12 @@ pub enum CentrelineCause {
     Radius(f64),
     #[error("s_m does not grow along branch `{0}`")]
     Order(String),
+    #[error("s_m grows by {step_m} here, but the stations are {chord_m:.6} m apart{}", of_unit(step_m / chord_m))]
+    ArcLength { step_m: f64, chord_m: f64 },
+    #[error("branch `{branch}` is {arc_m} m long by s_m, but {chords_m:.6} m by its stations{}", of_unit(arc_m / chords_m))]
+    Length { branch: String, arc_m: f64, chords_m: f64 },
+    #[error("{0} m is farther than {FARTHEST_M} m from the origin: millimetres for metres?")]
+    Far(f64),
     #[error("two stations of branch `{0}` stand in one place")]
     Repeated(String),
     #[error("branch `{branch}` has {stations} station(s); a tube needs at least two")]
@@ -40,6 +67,12 @@ impl CentrelineCause {
         match self {
             CentrelineCause::Table(cause) => cause.fix(),
             CentrelineCause::Radius(_) => "give the radius of the lumen in metres".into(),
+            CentrelineCause::ArcLength { .. } | CentrelineCause::Length { .. } => {
+                "give s_m as the length along the stations, in metres like their coordinates".into()
+            }
+            CentrelineCause::Far(_) => {
+                "give the coordinates in metres, from an origin near the vessel".into()
+            }
             CentrelineCause::Order(_) | CentrelineCause::Repeated(_) => {
                 "sort the rows of each branch by s_m, without repeats".into()
             }
@@ -68,8 +101,12 @@ pub struct Branch {
     pub stations: Vec<Station>,
 }
 
-/// Reads the text of `centreline.csv`.
-pub fn read_centreline(text: &str) -> Result<Vec<Branch>, (Place, CentrelineCause)> {
+/// Branches, and remarks on what was left out of them.
+type Read = (Vec<Branch>, Vec<(Place, String)>);
+
+/// Reads the text of `centreline.csv`. A station that stands there twice, as tools write the end of a
+/// branch, is left out with a remark.
+pub fn read_centreline(text: &str) -> Result<Read, (Place, CentrelineCause)> {
     let table_fault = |(place, cause)| (place, CentrelineCause::Table(cause));
     let table = Table::parse(text).map_err(table_fault)?;
     table.check_columns(&COLUMNS, &COLUMNS, |_| false).map_err(table_fault)?;
@@ -80,6 +117,7 @@ pub fn read_centreline(text: &str) -> Result<Vec<Branch>, (Place, CentrelineCaus
     let place = |row, name| Place::LineColumn(table.line(row), field(name) + 1);
 
     let mut branches: Vec<Branch> = Vec::new();
+    let mut remarks = Vec::new();
     for row in 0..table.len() {
         let name = table.text(row, field("branch"));
         let station = Station {
@@ -91,6 +129,15 @@ pub fn read_centreline(text: &str) -> Result<Vec<Branch>, (Place, CentrelineCaus
             let cause = CentrelineCause::Radius(station.radius_m);
             return Err((place(row, "radius_m"), cause));
         }
+        let far = ["x_m", "y_m", "z_m"].into_iter().zip(station.position_m.iter());
+        let far = far.chain([("radius_m", &station.radius_m), ("s_m", &station.s_m)]);
+        // In millimetres s_m alone is beyond it, which is said better below.
+        let beyond = |(name, x): &(&str, &f64)| {
+            x.abs() > if *name == "s_m" { 1e3 * FARTHEST_M } else { FARTHEST_M }
+        };
+        if let Some((name, x)) = far.into_iter().find(beyond) {
+            return Err((place(row, name), CentrelineCause::Far(*x)));
+        }
         let known = branches.iter().position(|branch| branch.name == name);
         let at = known.unwrap_or_else(|| {
             branches.push(Branch { name: name.to_owned(), stations: Vec::new() });
@@ -98,6 +145,13 @@ pub fn read_centreline(text: &str) -> Result<Vec<Branch>, (Place, CentrelineCaus
         });
         let stations = &mut branches[at].stations;
         if let Some(last) = stations.last() {
+            if (last.s_m, last.position_m) == (station.s_m, station.position_m) {
+                let remark = format!(
+                    "this station of branch `{name}` is the one before it once more, and is left out"
+                );
+                remarks.push((Place::Line(table.line(row)), remark));
+                continue;
+            }
             if last.s_m >= station.s_m {
                 return Err((place(row, "s_m"), CentrelineCause::Order(name.to_owned())));
             }
@@ -114,7 +168,41 @@ pub fn read_centreline(text: &str) -> Result<Vec<Branch>, (Place, CentrelineCaus
         let (branch, stations) = (short.name.clone(), short.stations.len());
         return Err((Place::Whole, CentrelineCause::TooShort { branch, stations }));
     }
-    Ok(branches)
+    for branch in &branches {
+        let line = |station: &Station| {
+            let is_it = |row: &usize| {
+                table.text(*row, field("branch")) == branch.name && s_m[*row] == station.s_m
+            };
+            (0..table.len()).find(is_it).map_or(Place::Whole, |row| place(row, "s_m"))
+        };
+        check_arc_length(branch).map_err(|(station, cause)| (line(station), cause))?;
+    }
+    Ok((branches, remarks))
+}
+
+/// Holds s_m of a branch against the coordinates of its stations.
+fn check_arc_length(branch: &Branch) -> Result<(), (&Station, CentrelineCause)> {
+    let pairs = || branch.stations.windows(2).map(|pair| (&pair[0], &pair[1]));
+    let chord_m = |a: &Station, b: &Station| (b.position_m - a.position_m).norm();
+    let (arc_m, chords_m) = pairs().fold((0.0, 0.0), |(arc_m, chords_m), (a, b)| {
+        (arc_m + b.s_m - a.s_m, chords_m + chord_m(a, b))
+    });
+    let is_off = |arc_m: f64, chord_m: f64| {
+        arc_m > ARC_OVER_CHORD * chord_m + ROUNDED_M || arc_m < SHORT * chord_m - ROUNDED_M
+    };
+    if is_off(arc_m, chords_m)
+        && let Some((_, second)) = pairs().next()
+    {
+        let branch = branch.name.clone();
+        return Err((second, CentrelineCause::Length { branch, arc_m, chords_m }));
+    }
+    match pairs().find(|(a, b)| is_off(b.s_m - a.s_m, chord_m(a, b))) {
+        None => Ok(()),
+        Some((a, b)) => {
+            let (step_m, chord_m) = (b.s_m - a.s_m, chord_m(a, b));
+            Err((b, CentrelineCause::ArcLength { step_m, chord_m }))
+        }
+    }
 }
 
 /// A short straight piece whose radius changes evenly.
@@ -359,6 +447,52 @@ fn blend(a: &WallPoint, b: &WallPoint) -> WallPoint {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn table(rows: &str) -> String {
+        format!("branch,s_m,x_m,y_m,z_m,radius_m\n{rows}")
+    }
+
+    #[test]
+    fn arc_length_is_held_against_the_stations() {
+        let rows = |s: [f64; 4]| {
+            let row = |(k, s): (usize, f64)| format!("a,{s},{},0,0,0.003\n", 0.002 * k as f64);
+            table(&s.into_iter().enumerate().map(row).collect::<String>())
+        };
+        assert!(read_centreline(&rows([0.0, 0.002, 0.004, 0.006])).is_ok());
+        assert!(
+            read_centreline(&rows([1.0, 1.0021, 1.004, 1.0061])).is_ok(),
+            "it may begin anywhere"
+        );
+        let (place, cause) = read_centreline(&rows([0.0, 2.0, 4.0, 6.0])).unwrap_err();
+        assert_eq!(place, Place::LineColumn(3, 2));
+        assert!(cause.to_string().contains("millimetres"), "{cause}");
+        let (place, cause) = read_centreline(&rows([0.0, 0.002, 0.008, 0.010])).unwrap_err();
+        assert_eq!(place, Place::LineColumn(4, 2));
+        assert!(cause.to_string().contains("s_m grows by 0.006"), "{cause}");
+        let (_, cause) = read_centreline(&rows([0.0, 2e-6, 4e-6, 6e-6])).unwrap_err();
+        assert!(cause.to_string().contains("coordinates in millimetres"), "{cause}");
+    }
+
+    #[test]
+    fn a_station_that_is_there_twice_is_left_out_and_said() {
+        let text = table("a,0,0,0,0,0.003\na,0.02,0.02,0,0,0.003\na,0.02,0.02,0,0,0.003\n");
+        let (branches, remarks) = read_centreline(&text).unwrap();
+        assert_eq!(branches[0].stations.len(), 2);
+        let [(place, remark)] = &remarks[..] else { panic!("{remarks:?}") };
+        assert!(*place == Place::Line(4) && remark.contains("branch `a`"), "{remarks:?}");
+        let moved = table("a,0,0,0,0,0.003\na,0.02,0.02,0,0,0.003\na,0.03,0.02,0,0,0.003\n");
+        assert!(matches!(read_centreline(&moved), Err((_, CentrelineCause::Repeated(_)))));
+    }
+
+    #[test]
+    fn a_coordinate_beyond_any_rig_is_refused() {
+        for wrong in ["1e308", "-11", "20"] {
+            let text = table(&format!("a,0,0,0,0,0.003\na,0.02,0.02,{wrong},0,0.003\n"));
+            let (place, cause) = read_centreline(&text).unwrap_err();
+            assert_eq!(place, Place::LineColumn(3, 4), "{wrong}");
+            assert!(matches!(cause, CentrelineCause::Far(_)), "{cause}");
+        }
+    }
 
     #[test]
     fn the_search_by_runs_finds_the_nearest_piece() {

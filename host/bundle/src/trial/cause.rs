@@ -4,6 +4,9 @@ use thiserror::Error;
 
 use crate::table::TableCause;
 
+/// Largest time \[s\]: three hundred years after 1970. Its nanoseconds can still be counted.
+pub(super) const LATEST_S: f64 = 1e10;
+
 /// Longest gap over which an encoder is interpolated \[s\], be it of empty fields or of missing rows.
 pub const LONGEST_GAP_S: f64 = 0.25;
 
@@ -16,6 +19,8 @@ pub enum TrialCause {
     Empty,
     #[error("t_s goes back: {now} s after {before} s")]
     TimeNotRising { before: f64, now: f64 },
+    #[error("t_s is {0}, beyond the time of any clock")]
+    Time(f64),
     #[error("no row for {:.3} s, from t_s = {before} to {now}: what the drive did there is not known", now - before)]
     Hole { before: f64, now: f64 },
     #[error("column `{column}` has no value for {gap_s:.3} s from here on")]
@@ -45,6 +50,7 @@ impl TrialCause {
             TrialCause::TimeNotRising { .. } => {
                 "sort the rows by t_s; where the clock was set back, cut the trial in two there".into()
             }
+            TrialCause::Time(_) => "give seconds since the trial began, or since 1970".into(),
             TrialCause::Hole { .. } => format!(
                 "rows are at most {LONGEST_GAP_S} s apart: write t_s in seconds, mend a clock that jumps, or \
                  cut the trial in two here"

@@ -1,6 +1,6 @@
 //! Reading `trials/NNN.csv`.
 
-use super::cause::{LONGEST_GAP_S, TrialCause};
+use super::cause::{LATEST_S, LONGEST_GAP_S, TrialCause};
 use super::columns::{self, shape_index};
 use super::types::{CatheterTrial, DriveTrial, GuidewireTrial, Trial, TrialData, VectorColumn};
 use crate::place::Place;
@@ -128,6 +128,9 @@ fn times(table: &mut Table, holes: Holes, remarks: &mut Vec<String>) -> Result<V
     if let Some(before) = t_s.windows(2).position(|pair| pair[1] <= pair[0]) {
         let cause = TrialCause::TimeNotRising { before: t_s[before], now: t_s[before + 1] };
         return Err((at(table, before + 1, "t_s"), cause));
+    }
+    if let Some(row) = t_s.iter().position(|t_s| t_s.abs() > LATEST_S) {
+        return Err((at(table, row, "t_s"), TrialCause::Time(t_s[row])));
     }
     let hole = t_s.windows(2).position(|pair| pair[1] - pair[0] > LONGEST_GAP_S);
     if let Some(before) = hole.filter(|_| holes == Holes::Refused) {

@@ -47,8 +47,9 @@ pub struct ImportArguments {
 
 #[derive(Debug, Subcommand)]
 pub enum ImportSource {
-    /// Make a recording from a log of `candump -l`.
-    Candump(ImportCandumpArguments),
+    /// Make a recording from a log of a CAN bus; the format is told by the content.
+    #[command(visible_alias = "candump")]
+    Can(ImportCandumpArguments),
     /// Make a trial from the log of an ATI force/torque sensor and the drive's motion.
     Ati(ImportAtiArguments),
     /// Make a trial from a CSV with columns of other names.
@@ -59,14 +60,20 @@ pub enum ImportSource {
 
 #[derive(Debug, Args)]
 pub struct ImportCandumpArguments {
-    /// Log of `candump -l`.
-    #[arg(value_name = "FILE.log")]
+    /// Log of candump, Vector (ASC, BLF), PEAK (TRC), SavvyCAN or python-can (CSV), packed by gzip or not.
+    #[arg(value_name = "FILE")]
     pub log: PathBuf,
     /// Trial bundle of the rig on which it was logged.
     #[arg(long)]
     pub bundle: PathBuf,
     #[command(flatten)]
     pub changes: Changes,
+    /// Channel of the log, if several have frames of ours.
+    #[arg(long, value_name = "NAME")]
+    pub channel: Option<String>,
+    /// Take the log although most of its frames do not have our checksum.
+    #[arg(long)]
+    pub foreign: bool,
     /// New recording.
     #[arg(long, value_name = "FILE.mcap")]
     pub out: PathBuf,
@@ -130,7 +137,7 @@ pub struct ImportCsvArguments {
 
 #[derive(Debug, Args)]
 pub struct SendArguments {
-    /// Recording, or log of `candump -l`.
+    /// Recording, or log of a bus as `cathforce import can` reads it.
     #[arg(value_name = "FILE")]
     pub file: PathBuf,
     /// Bus to play it on.
@@ -148,6 +155,12 @@ pub struct SendArguments {
     /// Play commands as well; the device then arms when the recorded one did.
     #[arg(long)]
     pub commands: bool,
+    /// Channel of a log, if several have frames of ours.
+    #[arg(long, value_name = "NAME")]
+    pub channel: Option<String>,
+    /// Play a log although most of its frames do not have our checksum.
+    #[arg(long)]
+    pub foreign: bool,
 }
 
 #[derive(Debug, Args)]

@@ -9,6 +9,7 @@ use crate::args::CheckArguments;
 use crate::difference::difference;
 use crate::failure::{Code, Failure};
 use crate::open::{is_complete, open_recording};
+use crate::output::shown;
 use crate::ui::{Ui, two_columns};
 
 pub fn run(ui: &Ui, arguments: &CheckArguments) -> Result<(), Failure> {
@@ -17,7 +18,7 @@ pub fn run(ui: &Ui, arguments: &CheckArguments) -> Result<(), Failure> {
     let survey = survey(&recording);
     let replayed = replayed(&recording, arguments.no_replay)?;
     let json = json!({
-        "path": arguments.recording,
+        "path": shown(&arguments.recording),
         "complete": is_complete(&recording),
         "cut_at_byte": recording.cut.map(|cut| cut.byte),
         "damage": recording.damage.iter().map(|part| json!({ "byte": part.byte, "what": part.what }))
@@ -33,7 +34,10 @@ pub fn run(ui: &Ui, arguments: &CheckArguments) -> Result<(), Failure> {
     ];
     rows.extend(survey_rows(&survey));
     let free_running = !recording.info.lock_step;
-    rows.push(("replays".to_owned(), verdict(replayed.as_ref(), arguments.no_replay, free_running)));
+    rows.push((
+        "replays".to_owned(),
+        verdict(replayed.as_ref(), arguments.no_replay, free_running),
+    ));
     arguments.json_file.write(ui, &json, two_columns(&rows))?;
     if let Some(report) = replayed.filter(|report| !report.identical()) {
         return Err(difference(&report, &recording.info));
@@ -47,7 +51,9 @@ fn check_damage(path: &Path, damage: &[Damage]) -> Result<(), Failure> {
     if damage.is_empty() {
         return Ok(());
     }
-    let parts = damage.iter().map(|Damage { byte, what }| format!("{}: byte {byte}: {what}", path.display()));
+    let parts = damage
+        .iter()
+        .map(|Damage { byte, what }| format!("{}: byte {byte}: {what}", path.display()));
     let fix = "copy the file again from where it was recorded, or use what is left of it";
     Err(Failure::input(format!("{}\n  fix: {fix}", parts.collect::<Vec<_>>().join("\n"))))
 }
@@ -67,7 +73,9 @@ fn replayed(recording: &Recording, no_replay: bool) -> Result<Option<ReplayRepor
 fn verdict(replayed: Option<&ReplayReport>, no_replay: bool, free_running: bool) -> String {
     match replayed {
         None if no_replay => "not asked for".to_owned(),
-        None if free_running => "not possible, because it was recorded without lock step".to_owned(),
+        None if free_running => {
+            "not possible, because it was recorded without lock step".to_owned()
+        }
         None => "not possible, because frames were in a damaged part of the file".to_owned(),
         Some(report) if report.identical() => {
             format!("bit by bit, {} frames", report.frames_compared)

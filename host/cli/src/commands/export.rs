@@ -12,7 +12,7 @@ use serde_json::{Value, json};
 use crate::args::ExportArguments;
 use crate::failure::Failure;
 use crate::open::open_recording;
-use crate::output::{Kind, NODES, TICKS, check_apart, check_export, check_new_folder};
+use crate::output::{Kind, NODES, TICKS, check_apart, check_export, check_new_folder, shown};
 use crate::ui::Ui;
 
 /// A file of this name means stdout.
@@ -126,6 +126,6 @@ struct Written {
 impl Written {
     fn add(&mut self, path: &Path, what: &'static str, count: impl Display + Into<Value>) {
         self.text += &format!("{count} {what}: {}\n", path.display());
-        self.json.push(json!({ "path": path, what: count.into() }));
+        self.json.push(json!({ "path": shown(path), what: count.into() }));
     }
 }

@@ -16,7 +16,7 @@ use crate::args::{
     IdentifyAction, IdentifyArguments, IdentifyExampleArguments, IdentifyFitArguments,
 };
 use crate::failure::{Code, Failure};
-use crate::output::{check_new_folder, write_new_folder};
+use crate::output::{check_new_folder, shown, write_new_folder};
 use crate::session::interrupt_flag;
 use crate::ui::Ui;
 
@@ -153,7 +153,7 @@ fn value(own: &ParameterFound) -> String {
 
 fn to_json(path: &Path, description: &Description, found: &Found, seconds: f64) -> Value {
     json!({
-        "description": path,
+        "description": shown(path),
         "kind": description.kind.name(),
         "trials": found.trials,
         "spread": found.spread,
@@ -170,8 +170,8 @@ fn write_example(ui: &Ui, arguments: &IdentifyExampleArguments) -> Result<(), Fa
     write_new_folder(folder, files.iter().map(|(name, text)| (name.as_str(), text.as_bytes())))?;
     let description = folder.join(DESCRIPTION);
     let json = json!({
-        "folder": folder, "kind": kind.name(), "records": files.len() - 1,
-        "description": description,
+        "folder": shown(folder), "kind": kind.name(), "records": files.len() - 1,
+        "description": shown(&description),
     });
     let text = format!(
         "{} records in {}\nnext: cathforce identify fit {}\n",

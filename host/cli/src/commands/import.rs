@@ -3,10 +3,10 @@
 mod ati;
 #[cfg(feature = "camera")]
 mod camera;
-mod candump;
+pub mod candump;
 mod motion;
 mod table;
-mod trial;
+pub mod trial;
 
 #[cfg(not(feature = "camera"))]
 use super::left_out::camera;
@@ -16,7 +16,7 @@ use crate::ui::Ui;
 
 pub fn run(ui: &Ui, from: &ImportSource) -> Result<(), Failure> {
     match from {
-        ImportSource::Candump(arguments) => candump::run(ui, arguments),
+        ImportSource::Can(arguments) => candump::run(ui, arguments),
         ImportSource::Ati(arguments) => ati::run(ui, arguments),
         ImportSource::Csv(arguments) => table::run(ui, arguments),
         ImportSource::Camera(arguments) => camera::run(ui, arguments),

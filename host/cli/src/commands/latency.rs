@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use cathforce_bus::Direction;
 use cathforce_bus::master::Master;
 use cathforce_recording::latency::{END_TO_END, Stage, stages};
-use cathforce_recording::{BusClock, BusFrame, Recording, direction};
+use cathforce_recording::{BusClock, BusFrame, Recording, direction, has_checksum};
 
 use crate::args::LatencyArguments;
 use crate::failure::{Code, Failure};
@@ -36,7 +36,7 @@ pub fn run(ui: &Ui, arguments: &LatencyArguments) -> Result<(), Failure> {
         (None, Some(link)) => {
             let master = master_of(arguments.source.settings.as_deref())?;
             let duration = Duration::from_secs_f64(arguments.duration);
-            let (heard, arrived_ns) = listen(link, duration, &master)?;
+            let (heard, arrived_ns) = listen(ui, link, duration, &master)?;
             stages(&heard, &arrived_ns, &[], false, master)
         }
         // The argument parser asks for one of the two.
@@ -60,8 +60,13 @@ pub fn run(ui: &Ui, arguments: &LatencyArguments) -> Result<(), Failure> {
     Ok(())
 }
 
+/// Frames a second that a bus of 1 Mbit/s carries at most: the shortest has 47 bits. A flood of more is
+/// no bus, and must not fill the memory.
+const MOST_PER_S: f64 = 1e6 / 47.0;
+
 /// All frames on a bus for some time, and when each arrived \[ns\].
 fn listen(
+    ui: &Ui,
     address: &str,
     duration: Duration,
     master: &Master,
@@ -70,12 +75,36 @@ fn listen(
     let interrupted = interrupt_flag()?;
     let mut clock = BusClock::new(false);
     let (started, mut frames, mut arrived_ns) = (Instant::now(), Vec::new(), Vec::new());
+    let most = (MOST_PER_S * (duration.as_secs_f64() + 1.0)) as usize;
+    let mut beyond = 0_u64;
     while started.elapsed() < duration && !interrupted.load(Ordering::Relaxed) {
         let Some(frame) = link.receive(WAIT)? else { continue };
+        if frames.len() == most {
+            beyond += 1;
+            continue;
+        }
         let direction = direction(&frame, master).unwrap_or(Direction::ToHost);
         let at_ns = clock.stamp(direction, &frame);
         arrived_ns.push(clock.arrived_ns(at_ns, link.waited()));
         frames.push(BusFrame { at_ns, direction, frame });
+    }
+    let dropped = beyond + link.dropped();
+    if dropped > 0 {
+        ui.warn(format_args!(
+            "{address}: frames came faster than a bus of 1 Mbit/s carries or than they were read; {dropped} \
+             were dropped"
+        ));
+    }
+    let own = frames.iter().filter(|frame| is_own(frame, master)).count();
+    if own == 0 && !frames.is_empty() {
+        let message = format!(
+            "{address}: none of the {} frames in {:.1} s is one of ours: no device and no drive of \
+             cathforce is on this bus\n  fix: check that a device runs on this bus with `cathforce doctor \
+             --link {address}`; a master with frames of its own needs --settings",
+            frames.len(),
+            duration.as_secs_f64()
+        );
+        return Err(Failure::new(Code::Threshold, message));
     }
     match frames.is_empty() {
         false => Ok((frames, arrived_ns)),
@@ -88,6 +117,11 @@ fn listen(
             Err(Failure::new(Code::Link, message))
         }
     }
+}
+
+/// Whether a frame has our checksum, or an identifier that the master's settings describe.
+fn is_own(frame: &BusFrame, master: &Master) -> bool {
+    has_checksum(&frame.frame).unwrap_or(false) || master.has(frame.frame.id())
 }
 
 fn text(stages: &[Stage]) -> String {

@@ -1,18 +1,17 @@
 //! `cathforce play`: the frames of a recording on a bus, at their time.
 
-use std::fs::File;
-use std::io::BufReader;
-use std::path::Path;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 use cathforce_bus::{Direction, Id};
-use cathforce_recording::{BusFrame, read_candump};
+use cathforce_recording::{BusFrame, BusLog, is_recording, read_log};
 use serde_json::json;
 
+use super::import::candump::{check_own, say_log};
+use super::import::trial::at;
 use crate::args::SendArguments;
 use crate::failure::{Code, Failure};
-use crate::open::open_recording;
+use crate::open::{open_recording, read_bytes};
 use crate::session::interrupt_flag;
 use crate::settings::master_of;
 use crate::ui::{Ui, two_columns};
@@ -22,7 +21,7 @@ const SPIN: Duration = Duration::from_micros(200);
 
 pub fn run(ui: &Ui, arguments: &SendArguments) -> Result<(), Failure> {
     let path = &arguments.file;
-    let frames = frames(ui, path, arguments.settings.as_deref())?;
+    let frames = frames(ui, arguments)?;
     let mut played = frames.iter().filter(|frame| wanted(frame, arguments)).collect::<Vec<_>>();
     // In lock step, frames to the device are recorded before the answers of earlier ticks.
     played.sort_by_key(|frame| frame.at_ns);
@@ -89,15 +88,19 @@ fn play(
     Ok((frames.len(), latest))
 }
 
-/// The frames of a recording or a log. `settings` describes the master of a log; a recording knows
-/// its own.
-fn frames(ui: &Ui, path: &Path, settings: Option<&Path>) -> Result<Vec<BusFrame>, Failure> {
-    if path.extension().is_some_and(|ending| ending == "log") {
-        let file = File::open(path).map_err(|e| {
-            Failure::input(format!("cannot read {}: {e}\n  fix: check the path", path.display()))
-        })?;
-        let log = read_candump(BufReader::new(file), &master_of(settings)?);
-        return Ok(log.map_err(|e| Failure::input(format!("{}: {e}", path.display())))?.frames);
+/// The frames of a recording or a log. The settings describe the master of a log; a recording knows its
+/// own.
+fn frames(ui: &Ui, arguments: &SendArguments) -> Result<Vec<BusFrame>, Failure> {
+    let (path, settings) = (&arguments.file, arguments.settings.as_deref());
+    if !is_recording(path) {
+        let bytes = read_bytes(path)?;
+        if BusLog::is_one(&bytes) {
+            let log = read_log(&bytes, &master_of(settings)?, arguments.channel.as_deref());
+            let log = log.map_err(|e| at(path, &e))?;
+            say_log(ui, path, &log);
+            check_own(path, &log, arguments.foreign)?;
+            return Ok(log.frames);
+        }
     }
     if settings.is_some() {
         ui.warn("--settings is not used: a recording knows the frames of its master");

@@ -9,7 +9,7 @@ use serde_json::json;
 use crate::args::ReportArguments;
 use crate::failure::{Code, Failure};
 use crate::open::open_recording;
-use crate::output::{Kind, check_again, is_own_page, write_again};
+use crate::output::{Kind, check_again, is_own_page, shown, write_again};
 use crate::ui::Ui;
 
 pub fn run(ui: &Ui, arguments: &ReportArguments) -> Result<(), Failure> {
@@ -21,7 +21,7 @@ pub fn run(ui: &Ui, arguments: &ReportArguments) -> Result<(), Failure> {
     let summary = Summary::of(&recording, &analysis);
     let html = recording_page(&recording, &analysis, &summary).map_err(Failure::input)?;
     write_again(&path, Kind::Page, html)?;
-    ui.data(&json!({ "path": path }), format_args!("page: {}\n", path.display()))
+    ui.data(&json!({ "path": shown(&path) }), format_args!("page: {}\n", path.display()))
 }
 
 /// Where the page goes: beside its recording unless it is told.

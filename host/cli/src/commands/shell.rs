@@ -7,6 +7,7 @@ use serde_json::json;
 
 use crate::args::{Arguments, CompletionsArguments, ManArguments};
 use crate::failure::Failure;
+use crate::output::shown;
 use crate::ui::Ui;
 
 const NAME: &str = "cathforce";
@@ -25,7 +26,7 @@ pub fn man(ui: &Ui, arguments: &ManArguments) -> Result<(), Failure> {
     clap_mangen::generate_to(Arguments::command(), folder).map_err(failed)?;
     let first = folder.join(format!("{NAME}.1"));
     ui.data(
-        &json!({ "path": folder }),
+        &json!({ "path": shown(folder) }),
         format_args!(
             "pages: {}\nread the first with `man {}`\n",
             folder.display(),

@@ -15,7 +15,7 @@ use crate::args::{
     UltrasoundAction, UltrasoundArguments, UltrasoundFitArguments, UltrasoundRenderArguments,
 };
 use crate::failure::{Code, Failure};
-use crate::output::{check_new_folder, write_new_folder};
+use crate::output::{check_new_folder, shown, write_new_folder};
 use crate::session::interrupt_flag;
 use crate::ui::Ui;
 
@@ -126,7 +126,7 @@ fn text(found: &Fit, seconds: f64) -> String {
 fn to_json(path: &Path, found: &Fit, seconds: f64) -> Value {
     let known = if is_known(found) { "from the data" } else { "cannot be told from this data" };
     json!({
-        "description": path,
+        "description": shown(path),
         "youngs_modulus_kpa": found.youngs_modulus_kpa,
         "poissons_ratio": found.poissons_ratio,
         "nu": known,
@@ -169,8 +169,8 @@ fn render_masks(ui: &Ui, arguments: &UltrasoundRenderArguments) -> Result<(), Fa
     }
     write_new_folder(out, files.iter().map(|(name, bytes)| (name.as_str(), &bytes[..])))?;
     let json = json!({
-        "folder": out, "masks": images.len(), "tissue": tissue, "noise": noise.is_some(),
-        "description": out.join(DESCRIPTION),
+        "folder": shown(out), "masks": images.len(), "tissue": tissue, "noise": noise.is_some(),
+        "description": shown(out.join(DESCRIPTION)),
     });
     let text = format!(
         "{} masks in {}\nnext: cathforce ultrasound fit {}\n",

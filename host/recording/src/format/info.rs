@@ -1,7 +1,9 @@
 //! Origin and result of a recorded run.
 
 use std::collections::BTreeMap;
+use std::ops::RangeInclusive;
 
+use cathforce_control::TICK_S;
 use serde::Serialize;
 
 use super::trial::SensorNoise;
@@ -10,7 +12,7 @@ use super::trial::SensorNoise;
 pub const FORMAT: &str = "cathforce-recording/3";
 
 /// Everything about a run that is known before its first frame.
-#[derive(Clone, Debug, PartialEq, Default)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct RunInfo {
     /// Version of the host tool that recorded.
     pub host_version: String,
@@ -43,8 +45,8 @@ pub struct RunInfo {
 /// Entry of metadata with the checksum over all others: a recording that breaks off has no checksum over
 /// the whole data.
 pub(crate) const CHECKSUM: &str = "crc32";
-/// Longest tick \[s\], and largest noise of a sensor \[N\] or \[m\], that can be meant.
-const LONGEST_TICK_S: f64 = 1.0;
+/// Shortest and longest tick \[s\], and largest noise of a sensor \[N\] or \[m\], that can be meant.
+const TICKS_S: RangeInclusive<f64> = 1e-6..=1.0;
 const LARGEST_NOISE: f64 = 1e3;
 
 /// The checksum over the entries of metadata, other than itself.
@@ -70,6 +72,27 @@ const NOISE_FORCE: &str = "force_noise_sd_n";
 const NOISE_DRIVE: &str = "drive_noise_sd_n";
 const NOISE_TIP: &str = "tip_noise_sd_m";
 const TICK: &str = "tick_s";
+
+impl Default for RunInfo {
+    fn default() -> Self {
+        let text = String::new;
+        Self {
+            host_version: text(),
+            link: text(),
+            board: text(),
+            firmware_version: text(),
+            firmware_sha256: text(),
+            started_unix_ns: 0,
+            protocol: text(),
+            lock_step: false,
+            rig: text(),
+            trial: text(),
+            provenance: text(),
+            noise: SensorNoise::default(),
+            tick_s: f64::from(TICK_S),
+        }
+    }
+}
 
 impl RunInfo {
     pub(crate) fn to_map(&self) -> BTreeMap<String, String> {
@@ -106,16 +129,17 @@ impl RunInfo {
             let value = text(key)?;
             value.parse::<f64>().map_err(|_| format!("`{key}` is no number: {value}"))
         };
-        let within = |key: &str, low: f64, high: f64| {
+        let within = |key: &str, range: RangeInclusive<f64>| {
             let value = number(key)?;
-            match value >= low && value <= high {
+            match range.contains(&value) {
                 true => Ok(value),
-                false => Err(format!("`{key}` is {value}, not {low} to {high}")),
+                false => {
+                    Err(format!("`{key}` is {value}, not {} to {}", range.start(), range.end()))
+                }
             }
         };
-        let noise = |key: &str| {
-            map.contains_key(key).then(|| within(key, 0.0, LARGEST_NOISE)).transpose()
-        };
+        let noise =
+            |key: &str| map.contains_key(key).then(|| within(key, 0.0..=LARGEST_NOISE)).transpose();
         let lock_step = match text("lock_step")?.as_str() {
             "true" => true,
             "false" => false,
@@ -138,7 +162,7 @@ impl RunInfo {
                 drive_force_n: noise(NOISE_DRIVE)?,
                 tip_m: noise(NOISE_TIP)?,
             },
-            tick_s: within(TICK, f64::MIN_POSITIVE, LONGEST_TICK_S)?,
+            tick_s: within(TICK, TICKS_S)?,
         })
     }
 }
@@ -220,8 +244,7 @@ mod tests {
     #[test]
     fn info_survives_its_map() {
         let noise = SensorNoise { force_n: Some(0.01), drive_force_n: Some(0.02), tip_m: None };
-        let info =
-            RunInfo { link: "sim".into(), lock_step: true, noise, tick_s: 1e-3, ..RunInfo::default() };
+        let info = RunInfo { link: "sim".into(), lock_step: true, noise, ..RunInfo::default() };
         assert_eq!(RunInfo::from_map(&info.to_map()), Ok(info));
     }
 
@@ -243,7 +266,7 @@ mod tests {
             (NOISE_FORCE, "-1", "`force_noise_sd_n` is -1, not 0 to 1000"),
             ("lock_step", "tRue", "neither true nor false"),
         ] {
-            let mut map = RunInfo { tick_s: 1e-3, ..RunInfo::default() }.to_map();
+            let mut map = RunInfo::default().to_map();
             map.insert(key.into(), value.into());
             let error = RunInfo::from_map(&map).unwrap_err();
             assert!(error.contains(says), "{key} = {value}: {error}");

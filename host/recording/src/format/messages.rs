@@ -80,7 +80,8 @@ impl Header {
     }
 
     pub(crate) fn ns(&self) -> u64 {
-        u64::try_from(self.stamp.sec).unwrap_or(0) * 1_000_000_000 + u64::from(self.stamp.nanosec)
+        let seconds = u64::try_from(self.stamp.sec).unwrap_or(0);
+        seconds.saturating_mul(1_000_000_000).saturating_add(u64::from(self.stamp.nanosec))
     }
 }
 

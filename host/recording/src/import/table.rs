@@ -272,7 +272,10 @@ mod tests {
         let (_, remarks) = catheter(&table(0.2), &[]);
         assert!(remarks[0].contains("0.2 s apart by t_s: milliseconds?"), "{remarks:?}");
         let error = refused(&table(4.0), &[]);
-        assert!(error.contains("line 3:1: no row for 4.000 s") && error.contains("seconds"), "{error}");
+        assert!(
+            error.contains("line 3:1: no row for 4.000 s") && error.contains("seconds"),
+            "{error}"
+        );
         // A motion is only joined with what was measured.
         assert_eq!(read_motion(table(4.0).as_bytes()).unwrap().0.rows.len(), 50);
     }
@@ -312,8 +315,9 @@ mod tests {
     fn a_guidewires_drive_comes_along_whole_or_not_at_all() {
         let own = maps(["guidewire_insertion_m=wire*0.001"]);
         let heading = "t_s,insertion_m,rotation_rad,wire,guidewire_rotation_rad";
-        let table =
-            format!("{heading},guidewire_drive_fx_N\n0,0.05,0,60,0.5,0.1\n0.25,0.05,0,61,0.5,\n0.5,0.05,0,61,0.5,\n");
+        let table = format!(
+            "{heading},guidewire_drive_fx_N\n0,0.05,0,60,0.5,0.1\n0.25,0.05,0,61,0.5,\n0.5,0.05,0,61,0.5,\n"
+        );
         let (Trial { rows, .. }, _) = catheter(&table, &own);
         let wire =
             |drive_force_n| MeasuredDrive { insertion_m: 0.06, rotation_rad: 0.5, drive_force_n };

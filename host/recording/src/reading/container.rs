@@ -67,11 +67,12 @@ impl<'a> Container<'a> {
         while &bytes[byte..] != mcap::MAGIC {
             let Some((opcode, body)) = split_record(&bytes[byte..]) else {
                 // A recorder that was killed has not written the end.
-                if bytes.ends_with(mcap::MAGIC) && is_data_ended {
+                let has_end = bytes[byte..].ends_with(mcap::MAGIC);
+                if has_end && is_data_ended {
                     found.note(byte, "the index of the file is damaged");
                     return Ok(found);
                 }
-                if bytes.ends_with(mcap::MAGIC) {
+                if has_end {
                     let cause = "the length of this record reaches past the end of the file";
                     return Err((byte, cause.into()));
                 }
@@ -87,7 +88,8 @@ impl<'a> Container<'a> {
                 }
                 ATTACHMENT if !attachment_is_whole(body) => {
                     let name = attachment_name(body);
-                    found.note(byte, format!("the attachment `{name}` does not match its checksum"));
+                    found
+                        .note(byte, format!("the attachment `{name}` does not match its checksum"));
                 }
                 DATA_END => {
                     is_data_ended = true;
@@ -108,10 +110,6 @@ impl<'a> Container<'a> {
                     found.sections.push(Section { byte, records, is_chunk: false });
                 }
             }
-            if opcode == ATTACHMENT && attachment_is_whole(body) {
-                let records = Cow::Borrowed(&bytes[byte..next]);
-                found.sections.push(Section { byte, records, is_chunk: false });
-            }
             byte = next;
         }
         if !is_data_ended {
@@ -129,8 +127,8 @@ impl<'a> Container<'a> {
             Ok(records) => self.sections.push(Section { byte, records, is_chunk: true }),
             Err((header, cause)) => {
                 let times = header.map_or(String::new(), |header| {
-                    let [from_s, to_s] =
-                        [header.message_start_time, header.message_end_time].map(|ns| ns as f64 * 1e-9);
+                    let [from_s, to_s] = [header.message_start_time, header.message_end_time]
+                        .map(|ns| ns as f64 * 1e-9);
                     format!(" of {from_s:.3} to {to_s:.3} s")
                 });
                 self.note(byte, format!("the chunk{times} is damaged: {cause}"));
@@ -178,7 +176,8 @@ fn decompressed<'a>(header: &ChunkHeader, data: Cow<'a, [u8]>) -> Result<Cow<'a,
     if size > LARGEST_CHUNK {
         return Err(format!("it would have {size} bytes"));
     }
-    let failed = |e: &dyn std::fmt::Display| format!("it cannot be unpacked ({}): {e}", header.compression);
+    let failed =
+        |e: &dyn std::fmt::Display| format!("it cannot be unpacked ({}): {e}", header.compression);
     // One byte more shows a chunk that is longer than it says.
     let mut bytes = Vec::new();
     match header.compression.as_str() {
@@ -231,7 +230,8 @@ fn attachment_strings(body: &[u8]) -> Option<Range<usize>> {
 /// Whether an attachment's lengths fit; the library's parser does not check it.
 fn attachment_fits(body: &[u8]) -> bool {
     const DATA_LENGTH_AND_CRC: usize = 12;
-    attachment_strings(body).is_some_and(|s| body.len() >= s.end.saturating_add(DATA_LENGTH_AND_CRC))
+    attachment_strings(body)
+        .is_some_and(|s| body.len() >= s.end.saturating_add(DATA_LENGTH_AND_CRC))
 }
 
 fn attachment_is_whole(body: &[u8]) -> bool {

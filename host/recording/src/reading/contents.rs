@@ -9,7 +9,7 @@ use mcap::records::{MessageHeader, Metadata, Record};
 use super::container::{Container, Damage};
 use crate::format::dropout::{Dropout, DropoutCause};
 use crate::format::frame::BusFrame;
-use crate::format::info::{FORMAT, RunInfo, RunResult, checksum_of, CHECKSUM};
+use crate::format::info::{CHECKSUM, FORMAT, RunInfo, RunResult, checksum_of};
 use crate::format::layout;
 use crate::format::messages::{CanFrame, DropoutMessage, MeasuredRow, from_cdr};
 use crate::format::trial::{Measured, MeasuredDrive};
@@ -68,7 +68,10 @@ impl Contents {
         // Channels come first: a chunk that describes one may be damaged, and the index describes all.
         let mut unprotected = Vec::new();
         for section in &container.sections {
-            let wrong = |cause: String| Wrong { byte: section.byte, cause: in_section(section.is_chunk, cause) };
+            let wrong = |cause: String| Wrong {
+                byte: section.byte,
+                cause: in_section(section.is_chunk, cause),
+            };
             for record in section.records() {
                 let record = record.map_err(wrong)?;
                 if let Record::Metadata(metadata) = &record {
@@ -81,7 +84,10 @@ impl Contents {
             }
         }
         for section in &container.sections {
-            let wrong = |cause: String| Wrong { byte: section.byte, cause: in_section(section.is_chunk, cause) };
+            let wrong = |cause: String| Wrong {
+                byte: section.byte,
+                cause: in_section(section.is_chunk, cause),
+            };
             for record in section.records() {
                 if let Record::Message { header, data } = record.map_err(wrong)? {
                     found.message(section.byte, &header, &data).map_err(wrong)?;
@@ -103,7 +109,9 @@ impl Contents {
             let cause = format!("{all}: the metadata `{name}` cannot be trusted");
             return Err(Wrong { byte: *byte, cause });
         }
-        let what = format!("{all}: a record without a checksum of its own (header or message index) is damaged");
+        let what = format!(
+            "{all}: a record without a checksum of its own (header or message index) is damaged"
+        );
         self.damage.push(Damage { byte: mcap::MAGIC.len(), what });
         Ok(())
     }
@@ -131,7 +139,8 @@ impl Contents {
                 if is_whole(&metadata) {
                     self.result = Some(RunResult::from_map(&metadata.metadata)?);
                 } else {
-                    let what = "the metadata `cathforce.result` does not match its checksum".to_owned();
+                    let what =
+                        "the metadata `cathforce.result` does not match its checksum".to_owned();
                     self.damage.push(Damage { byte, what });
                 }
             }
@@ -310,7 +319,31 @@ fn measured_row(message: &MeasuredRow) -> Result<(Measured, Vec<[f64; 3]>), Stri
         }),
         tendons_m: std::array::from_fn(|k| message.tendons_m.get(k).copied()),
     };
+    check_numbers(message)?;
     Ok((row, points.to_vec()))
+}
+
+/// Refuses numbers that a trial of a bundle could not have either.
+fn check_numbers(message: &MeasuredRow) -> Result<(), String> {
+    const LATEST_S: f64 = 1e10;
+    if !(message.t_s.abs() <= LATEST_S) {
+        return Err(format!("t_s is {}, beyond the time of any clock", message.t_s));
+    }
+    let encoders = [message.insertion_m, message.rotation_rad];
+    let columns = [
+        &encoders[..],
+        &message.force_n,
+        &message.drive_force_n,
+        &message.tip_m,
+        &message.shape_m,
+        &message.guidewire,
+        &message.guidewire_force_n,
+        &message.tendons_m,
+    ];
+    match columns.into_iter().flatten().find(|x| !x.is_finite()) {
+        Some(x) => Err(format!("it has the number {x}")),
+        None => Ok(()),
+    }
 }
 
 /// A channel of `N` numbers; `None` where it was not measured.

@@ -94,7 +94,8 @@ impl Recording {
         match self.cut {
             Some(cut) => format!("no: it breaks off at byte {}", cut.byte),
             None if !self.damage.is_empty() => {
-                let parts = self.damage.iter().map(|Damage { byte, what }| format!("byte {byte}: {what}"));
+                let parts =
+                    self.damage.iter().map(|Damage { byte, what }| format!("byte {byte}: {what}"));
                 format!("no: {}", parts.collect::<Vec<_>>().join("; "))
             }
             None if self.result.is_none() => "no: the run broke off".into(),
@@ -115,11 +116,13 @@ impl Recording {
     /// The same of a file that is in memory; `path` names it in errors.
     pub fn of_bytes(path: &Path, bytes: &[u8]) -> Result<Self, ReadError> {
         if !bytes.starts_with(mcap::MAGIC) {
-            let found = bytes.iter().take(8).map(|b| format!("{b:02x}")).collect::<Vec<_>>().join(" ");
+            let found =
+                bytes.iter().take(8).map(|b| format!("{b:02x}")).collect::<Vec<_>>().join(" ");
             let found = if found.is_empty() { "nothing".to_owned() } else { found };
             return Err(ReadError::NotMcap { path: path.into(), found, fix: instead_of(bytes) });
         }
-        let damaged = |byte: usize, cause: String| ReadError::Damaged { path: path.into(), byte, cause };
+        let damaged =
+            |byte: usize, cause: String| ReadError::Damaged { path: path.into(), byte, cause };
         let container = Container::read(bytes).map_err(|(byte, cause)| damaged(byte, cause))?;
         let contents = Contents::read(&container);
         let contents = contents.map_err(|Wrong { byte, cause }| damaged(byte, cause))?;

@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use cathforce_bus::{
-    Contact, Encoder, Force, Frame, Haptic, HapticForce, HapticTorque, Insertion, Process, Rotation,
-    Sealer, Status,
+    Contact, Encoder, Force, Frame, Haptic, HapticForce, HapticTorque, Insertion, Process,
+    Rotation, Sealer, Status,
 };
 use cathforce_recording::{
     Attachments, BusFrame, Direction, Measured, MeasuredDrive, Recorder, RunInfo, RunResult,

@@ -52,7 +52,11 @@ pub fn run(ui: &Ui, arguments: &ConfigImportDbcArguments) -> Result<(), Failure>
 }
 
 /// The frames with the signals of the command line.
-fn frames(dbc: &LabDbc, path: &Path, arguments: &ConfigImportDbcArguments) -> Result<Master, Failure> {
+fn frames(
+    dbc: &LabDbc,
+    path: &Path,
+    arguments: &ConfigImportDbcArguments,
+) -> Result<Master, Failure> {
     let place = |name: &Option<String>, units| {
         let Some(name) = name else { return Ok(None) };
         let found = find(dbc, path, name)?;
@@ -134,7 +138,10 @@ fn place(dbc: &LabDbc, found: Found<'_>, units: &[(&str, f64)]) -> Result<Place,
             "begins at bit {} with {bits} bits and is not within the {bytes} bytes of its frame {}",
             signal.start_bit, message.name
         );
-        return Err(Unfit::new(what, "correct the frame's length or the signal's place in the DBC"));
+        return Err(Unfit::new(
+            what,
+            "correct the frame's length or the signal's place in the DBC",
+        ));
     }
     let Some((_, one)) = units.iter().find(|(unit, _)| *unit == signal.unit.trim()) else {
         let known = units.iter().map(|(unit, _)| format!("\"{unit}\"")).collect::<Vec<_>>();
@@ -184,15 +191,16 @@ fn base_identifier(dbc: &LabDbc, found: Found<'_>) -> Result<u16, Unfit> {
             "let the master send it in a frame with an 11-bit identifier; the device reads no other",
         ),
         Identifier::Neither(raw) => Unfit::new(
-            format!("is in the frame {name}, whose identifier {raw} ({raw:#x}) has more than 11 bits \
-                     without the mark of an extended one"),
+            format!(
+                "is in the frame {name}, whose identifier {raw} ({raw:#x}) has more than 11 bits \
+                     without the mark of an extended one"
+            ),
             "correct the line `BO_`: an identifier of 29 bits is written with 2147483648 added, one of 11 \
              bits is at most 2047",
         ),
-        Identifier::NoFrame => Unfit::new(
-            "is in no frame",
-            "take a signal of a frame, or put it into one in the DBC",
-        ),
+        Identifier::NoFrame => {
+            Unfit::new("is in no frame", "take a signal of a frame, or put it into one in the DBC")
+        }
     })
 }
 

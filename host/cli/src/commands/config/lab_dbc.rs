@@ -1,8 +1,6 @@
 //! A lab's DBC: its messages by the names and identifiers that the file itself gives.
 
-use can_dbc::{
-    AttributeValue, ByteOrder, Dbc, Message, MessageId, Signal as DbcSignal,
-};
+use can_dbc::{AttributeValue, ByteOrder, Dbc, Message, MessageId, Signal as DbcSignal};
 
 /// Largest identifiers of a base frame and of an extended one.
 const BASE_MAX: u32 = 0x7FF;
@@ -63,7 +61,8 @@ impl LabDbc {
     /// All signals, in the order of the file.
     pub fn signals(&self) -> impl Iterator<Item = Found<'_>> {
         let messages = self.dbc.messages.iter();
-        messages.flat_map(|message| message.signals.iter().map(move |signal| Found { message, signal }))
+        messages
+            .flat_map(|message| message.signals.iter().map(move |signal| Found { message, signal }))
     }
 
     /// The signals that a name may mean: `MESSAGE.SIGNAL` by their short or long names, or the identifier
@@ -81,8 +80,7 @@ impl LabDbc {
             let message_is = message.name == of_message
                 || self.long_message(message) == Some(of_message)
                 || by_id();
-            let signal_is = signal.name == of_signal
-                || self.long_signal(*found) == Some(of_signal);
+            let signal_is = signal.name == of_signal || self.long_signal(*found) == Some(of_signal);
             message_is && signal_is
         };
         self.signals().filter(is_meant).collect()
@@ -117,7 +115,9 @@ impl LabDbc {
     fn long_signal(&self, Found { message, signal }: Found<'_>) -> Option<&str> {
         let attributes = self.dbc.attribute_values_signal.iter();
         let own = attributes.filter(|one| {
-            one.name == LONG_SIGNAL && one.message_id == message.id && one.signal_name == signal.name
+            one.name == LONG_SIGNAL
+                && one.message_id == message.id
+                && one.signal_name == signal.name
         });
         text_of(own.map(|one| &one.value))
     }
@@ -151,7 +151,9 @@ fn kind(raw: u64) -> Identifier {
     match (word == NO_FRAME, word & EXTENDED != 0) {
         (true, _) => Identifier::NoFrame,
         (_, true) if id <= EXTENDED_MAX => Identifier::Extended(id),
-        (_, false) if id <= BASE_MAX => u16::try_from(id).map_or(Identifier::Neither(raw), Identifier::Base),
+        (_, false) if id <= BASE_MAX => {
+            u16::try_from(id).map_or(Identifier::Neither(raw), Identifier::Base)
+        }
         _ => Identifier::Neither(raw),
     }
 }
@@ -239,7 +241,8 @@ mod tests {
     fn a_signal_beyond_its_frame_is_told_from_one_inside() {
         let dbc = LabDbc::read(LAB.as_bytes()).unwrap();
         let is_within = |name| is_within_frame(one(&dbc, name));
-        let found = ["Short.Inside", "Short.Beyond", "Short.Upwards", "Short.Downwards"].map(is_within);
+        let found =
+            ["Short.Inside", "Short.Beyond", "Short.Upwards", "Short.Downwards"].map(is_within);
         assert_eq!(found, [true, false, true, false]);
     }
 }

@@ -8,7 +8,7 @@ use super::motion::motion;
 use super::trial::{at, open, say_all, warn_all, write};
 use crate::args::ImportAtiArguments;
 use crate::failure::Failure;
-use crate::output::check_new;
+use crate::output::{check_new, shown};
 use crate::ui::Ui;
 
 /// Share of the log's rows that may lie outside the motion without a warning: the two are started
@@ -59,7 +59,7 @@ pub fn run(ui: &Ui, arguments: &ImportAtiArguments) -> Result<(), Failure> {
         count(others, "rows of the motion alone")
     );
     let json = json!({
-        "path": out, "rows": forces, "left_out": outside + in_gaps, "others": others,
+        "path": shown(out), "rows": forces, "left_out": outside + in_gaps, "others": others,
     });
     let out = (!arguments.dry_run).then_some(&**out);
     write(ui, out, &ImportedTrial::Catheter(trial), &json, &text)

@@ -1,22 +1,21 @@
-//! `cathforce import candump`.
+//! `cathforce import can`.
 
-use std::io::{self, BufReader};
+use std::io;
 use std::path::Path;
 
 use cathforce_bus::Id;
 use cathforce_control::TICK_S;
 use cathforce_recording::{
-    Attachments, CandumpLog, Gap, NoLockStep, Recorder, SecondRun, WriteError, put_whole,
-    read_candump,
+    Attachments, CandumpLog, Gap, NoLockStep, Recorder, SecondRun, WriteError, put_whole, read_log,
 };
 use serde_json::json;
 
-use super::trial::{at, open};
+use super::trial::{at, say_all, warn_all};
 use crate::args::ImportCandumpArguments;
 use crate::failure::Failure;
 use crate::image::image;
-use crate::open::{open_bundle, read_text, vessel_files};
-use crate::output::check_new;
+use crate::open::{open_bundle, read_bytes, read_text, vessel_files};
+use crate::output::{check_new, shown};
 use crate::run_info::{CANDUMP, info};
 use crate::session::DBC;
 use crate::settings::master_of;
@@ -25,7 +24,7 @@ use crate::ui::Ui;
 pub fn run(ui: &Ui, arguments: &ImportCandumpArguments) -> Result<(), Failure> {
     let (path, out) = (&arguments.log, &arguments.out);
     check_new(out)?;
-    let mut log = read(path, arguments.changes.file.as_deref())?;
+    let mut log = read(ui, arguments)?;
     let bundle = open_bundle(ui, &arguments.bundle)?;
     let (image, _) = image(ui, &bundle, &arguments.changes)?;
     let mut info = info(CANDUMP, &bundle, "");
@@ -43,21 +42,40 @@ pub fn run(ui: &Ui, arguments: &ImportCandumpArguments) -> Result<(), Failure> {
         }
         recorder.finish(None)
     };
+    if arguments.dry_run {
+        return report(ui, out, &log, info.lock_step, true);
+    }
     let put = put_whole(out, |unfinished| Ok::<_, io::Error>(record(unfinished)?));
     put.map_err(|e| Failure::write(out, e))?;
+    report(ui, out, &log, info.lock_step, false)
+}
+
+fn report(
+    ui: &Ui,
+    out: &Path,
+    log: &CandumpLog,
+    lock_step: bool,
+    dry_run: bool,
+) -> Result<(), Failure> {
     let (frames, foreign) = (log.frames.len(), log.foreign);
+    let to = if dry_run { "nothing is written".into() } else { out.display().to_string() };
     ui.data(
         &json!({
-            "path": out, "frames": frames, "foreign": foreign, "lock_step": info.lock_step,
+            "path": shown(out), "frames": frames, "foreign": foreign, "lock_step": lock_step,
+            "format": log.format.map(|format| format.to_string()), "channel": log.channel,
+            "intact": log.intact, "broken": log.broken, "remarks": log.remarks,
         }),
-        format_args!("{}: {frames} frames; {foreign} foreign frames left out\n", out.display()),
+        format_args!("{to}: {frames} frames; {foreign} foreign frames left out\n"),
     )
 }
 
-/// Reads a log, which must hold frames of one run. `settings` describe its master.
-fn read(path: &Path, settings: Option<&Path>) -> Result<CandumpLog, Failure> {
-    let master = master_of(settings)?;
-    let log = read_candump(BufReader::new(open(path)?), &master).map_err(|e| at(path, &e))?;
+/// Reads a log, which must hold frames of one run of ours.
+fn read(ui: &Ui, arguments: &ImportCandumpArguments) -> Result<CandumpLog, Failure> {
+    let path = &arguments.log;
+    let master = master_of(arguments.changes.file.as_deref())?;
+    let log = read_log(&read_bytes(path)?, &master, arguments.channel.as_deref());
+    let log = log.map_err(|e| at(path, &e))?;
+    say_log(ui, path, &log);
     if log.frames.is_empty() {
         let message = format!(
             "{}: none of the {} frames has an identifier of cathforce.dbc\n  fix: log the bus of the \
@@ -67,10 +85,40 @@ fn read(path: &Path, settings: Option<&Path>) -> Result<CandumpLog, Failure> {
         );
         return Err(Failure::input(message));
     }
+    check_own(path, &log, arguments.foreign)?;
     match &log.second_run {
         Some(second) => Err(two_runs(path, second)),
         None => Ok(log),
     }
+}
+
+/// Says what was understood of a log, and what was left out.
+pub fn say_log(ui: &Ui, path: &Path, log: &CandumpLog) {
+    let format = log.format.map_or(String::new(), |format| format.to_string());
+    let channel = log.channel.as_ref().map_or(String::new(), |name| format!(", channel {name}"));
+    let seconds = log.frames.last().map_or(0.0, |last| last.at_ns as f64 * 1e-9);
+    let understood = format!(
+        "{format}{channel}: {} frames over {seconds:.3} s, {} with our checksum, {} without it",
+        log.frames.len(),
+        log.intact,
+        log.broken
+    );
+    say_all(ui, path, &[understood]);
+    warn_all(ui, path, &log.remarks);
+}
+
+/// Refuses the log of another bus, unless it is asked for.
+pub fn check_own(path: &Path, log: &CandumpLog, is_asked_for: bool) -> Result<(), Failure> {
+    if is_asked_for || !log.is_foreign() {
+        return Ok(());
+    }
+    let CandumpLog { intact, broken, .. } = log;
+    Err(Failure::input(format!(
+        "{}: this is the log of another bus: {broken} of its {} frames with identifiers of ours do not \
+         have our checksum\n  fix: log the bus of the device; --foreign takes the log nevertheless",
+        path.display(),
+        intact + broken
+    )))
 }
 
 /// Sorts the frames of a device in lock step into the order of a replay. Returns whether that was

@@ -6,7 +6,7 @@ use serde_json::json;
 use super::trial::{at, open, warn_all, write};
 use crate::args::ImportCsvArguments;
 use crate::failure::Failure;
-use crate::output::check_new;
+use crate::output::{check_new, shown};
 use crate::ui::Ui;
 
 pub fn run(ui: &Ui, arguments: &ImportCsvArguments) -> Result<(), Failure> {
@@ -19,7 +19,7 @@ pub fn run(ui: &Ui, arguments: &ImportCsvArguments) -> Result<(), Failure> {
         ImportedTrial::Catheter(trial) => trial.rows.len(),
         ImportedTrial::Drive(t_s, _) => t_s.len(),
     };
-    let json = json!({ "path": out, "rows": rows, "left_out": 0 });
+    let json = json!({ "path": shown(out), "rows": rows, "left_out": 0 });
     let out = (!arguments.dry_run).then_some(&**out);
     write(ui, out, &trial, &json, &format!("{rows} rows"))
 }

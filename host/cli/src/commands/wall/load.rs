@@ -15,6 +15,7 @@ use serde_json::{Value, json};
 use super::law::{Named, of_argument, of_fit};
 use crate::args::{ElementArguments, WallLoadArguments};
 use crate::failure::{Code, Failure};
+use crate::output::shown;
 use crate::ui::Ui;
 
 pub fn run(ui: &Ui, arguments: &WallLoadArguments) -> Result<(), Failure> {
@@ -36,7 +37,7 @@ pub fn run(ui: &Ui, arguments: &WallLoadArguments) -> Result<(), Failure> {
     forces_n.dedup();
     let results = press_all(ui, &mesh, &laws, &patch, &forces_n)?;
     let json = json!({
-        "path": arguments.path,
+        "path": shown(&arguments.path),
         "mesh": mesh_json(&mesh),
         "patch": patch_json(&patch),
         "poissons_ratio": arguments.elements.poisson,

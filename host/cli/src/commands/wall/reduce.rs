@@ -18,7 +18,7 @@ use super::law::{Named, of_argument};
 use super::load::{mesh_json, meshed, thickness};
 use crate::args::WallReduceArguments;
 use crate::failure::{Code, Failure};
-use crate::output::{Kind, check_again, check_apart, check_new, write_again};
+use crate::output::{Kind, check_again, check_apart, check_new, shown, write_again};
 use crate::settings::{Setting, SettingsFile};
 use crate::ui::{Ui, two_columns};
 
@@ -333,7 +333,7 @@ fn to_json(
     let Reduction { field, stiffening, regions, curves, fitted_n } = reduction;
     let errors = |e: &Errors| json!({ "rms": e.rms, "largest": e.largest, "count": e.count });
     json!({
-        "bundle": arguments.bundle,
+        "bundle": shown(&arguments.bundle),
         "law": law.name,
         "parameters_si": law.material.law.parameters(),
         "poissons_ratio": law.material.poissons_ratio,

@@ -51,7 +51,10 @@ impl Heading {
             && units::newtons(unit).is_none()
             && !units::is_counts(unit)
         {
-            let problem = format!("`{}` is in {unit}, which is no unit of force that is known", names[force[0]]);
+            let problem = format!(
+                "`{}` is in {unit}, which is no unit of force that is known",
+                names[force[0]]
+            );
             return Err((problem, format!("name one of {} there, or counts", units::known())));
         }
         let time = column(names, "Time")?.map_or_else(|| column(names, "t"), |at| Ok(Some(at)))?;
@@ -64,7 +67,9 @@ impl Heading {
             return Err((problem, fix.into()));
         }
         let status = column(names, "Status")?;
-        let is_hex = |at: usize| Name::of(names[at]).unit.is_some_and(|unit| unit.eq_ignore_ascii_case("hex"));
+        let is_hex = |at: usize| {
+            Name::of(names[at]).unit.is_some_and(|unit| unit.eq_ignore_ascii_case("hex"))
+        };
         let status = status.map(|at| (at, is_hex(at)));
         let sequence = names.iter().position(|name| {
             let name = name.to_lowercase();

@@ -110,7 +110,9 @@ pub fn read_ati(mut log: impl Read, options: &AtiOptions) -> Result<AtiLog, Impo
     if rows.samples.is_empty() {
         let problem = match &rows.faulty[..] {
             [] => "no row of numbers follows".to_owned(),
-            [faulty, ..] => format!("every row has an error status: {}", status::text(faulty.status)),
+            [faulty, ..] => {
+                format!("every row has an error status: {}", status::text(faulty.status))
+            }
         };
         return Err(ImportError::new(named_at, problem, "log anew"));
     }
@@ -173,18 +175,27 @@ fn check_rate(
     match rows.times {
         // A rate that the user gives is known better.
         Times::Sequence(..) | Times::Rows(_) if given_hz.is_none() => {
-            let Some(of_day_s) = of_day_s.filter(|&of_day_s| differ(span_s, of_day_s, WHOLE_SECONDS_S)) else {
+            let Some(of_day_s) =
+                of_day_s.filter(|&of_day_s| differ(span_s, of_day_s, WHOLE_SECONDS_S))
+            else {
                 return Ok(());
             };
             let rate_hz = span_s / of_day_s * said_hz.unwrap_or_default();
             let problem = format!(
                 "the rows last {span_s:.3} s by the log's RDT Sample Rate, but {of_day_s:.0} s by their times of day"
             );
-            Err((problem, format!("give the rate that was set in the sensor with --rate (about {rate_hz:.0})")))
+            Err((
+                problem,
+                format!(
+                    "give the rate that was set in the sensor with --rate (about {rate_hz:.0})"
+                ),
+            ))
         }
         Times::Column(_) => match said_hz.map(|rate_hz| rows.span_at_s(rate_hz)) {
             // The column may be of another clock, but not of another unit.
-            Some(at_rate_s) if at_rate_s > 0.0 && !(0.01..100.0).contains(&(span_s / at_rate_s)) => {
+            Some(at_rate_s)
+                if at_rate_s > 0.0 && !(0.01..100.0).contains(&(span_s / at_rate_s)) =>
+            {
                 let problem = format!(
                     "the rows last {span_s:.3} s by the column Time, but {at_rate_s:.3} s by the log's rate"
                 );
@@ -323,7 +334,8 @@ mod tests {
     }
 
     fn newtons(text: &str) -> Result<AtiLog, String> {
-        let options = AtiOptions { counts_per_n: None, axes: AxisMap::SAME, tare_s: 0.0, rate_hz: None };
+        let options =
+            AtiOptions { counts_per_n: None, axes: AxisMap::SAME, tare_s: 0.0, rate_hz: None };
         read_ati(text.as_bytes(), &options).map_err(|error| error.to_string())
     }
 
@@ -366,11 +378,19 @@ mod tests {
         // Neither reading is likely, so that the user must say it.
         for values in ["1,2,0", "250000.5,3,0"] {
             let error = read(values).unwrap_err();
-            assert!(error.contains("--counts-per-n 1000000") && error.contains("--counts-per-n 1 "), "{error}");
+            assert!(
+                error.contains("--counts-per-n 1000000") && error.contains("--counts-per-n 1 "),
+                "{error}"
+            );
         }
         let log = program_log("Force Units: N", COUNTS, &rows("250000,-4000,0"));
         let given = |counts| {
-            let options = AtiOptions { counts_per_n: Some(counts), axes: AxisMap::SAME, tare_s: 0.0, rate_hz: None };
+            let options = AtiOptions {
+                counts_per_n: Some(counts),
+                axes: AxisMap::SAME,
+                tare_s: 0.0,
+                rate_hz: None,
+            };
             read_ati(log.as_bytes(), &options).map_err(|error| error.to_string())
         };
         assert_eq!(given(1e6).unwrap().samples[0].force_n[0], 0.25);
@@ -394,13 +414,22 @@ mod tests {
         let times = log.samples.iter().map(|sample| sample.t_s).collect::<Vec<_>>();
         assert_eq!(times, [0.0, 0.02, 1.02, 1.06]);
         let said = log.remarks.join("\n");
-        for says in ["49 packets were lost: 49 before line 8", "1 rows repeat", "line 10", "gage out of range"] {
+        for says in [
+            "49 packets were lost: 49 before line 8",
+            "1 rows repeat",
+            "line 10",
+            "gage out of range",
+        ] {
             assert!(said.contains(says), "{says}: {said}");
         }
         let back = [row("0x0", 9), row("0x0", 1)].concat();
         let back = newtons(&program_log("Force Units: N", COUNTS, &back)).unwrap_err();
-        assert!(back.starts_with("line 7: the number of the packet goes from 9 back to 1"), "{back}");
-        let none = newtons(&program_log("Force Units: N", COUNTS, &row("80000001", 1))).unwrap_err();
+        assert!(
+            back.starts_with("line 7: the number of the packet goes from 9 back to 1"),
+            "{back}"
+        );
+        let none =
+            newtons(&program_log("Force Units: N", COUNTS, &row("80000001", 1))).unwrap_err();
         assert!(none.contains("every row has an error status: 0x80000001 (temperature)"), "{none}");
     }
 
@@ -412,7 +441,10 @@ mod tests {
         };
         let rows = (0..300).map(row).collect::<String>();
         let error = newtons(&program_log("Force Units: N", COUNTS, &rows)).unwrap_err();
-        assert!(error.contains("5.980 s") && error.contains("29 s") && error.contains("--rate"), "{error}");
+        assert!(
+            error.contains("5.980 s") && error.contains("29 s") && error.contains("--rate"),
+            "{error}"
+        );
     }
 
     #[test]

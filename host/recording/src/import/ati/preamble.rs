@@ -47,7 +47,10 @@ impl Preamble {
 
 fn once<T: PartialEq>(place: &mut Option<T>, value: T, key: &str) -> Result<(), Wrong> {
     match place.as_ref().is_some_and(|before| *before != value) {
-        true => Err((format!("`{key}` stands here a second time with another value"), "keep one".into())),
+        true => Err((
+            format!("`{key}` stands here a second time with another value"),
+            "keep one".into(),
+        )),
         false => {
             *place = Some(value);
             Ok(())
@@ -61,7 +64,10 @@ fn positive(key: &str, value: &str) -> Result<f64, Wrong> {
     let number = number.trim_end_matches(|letter: char| letter.is_ascii_alphabetic());
     let found = number.parse::<f64>().ok().filter(|x| x.is_finite() && *x > 0.0);
     found.ok_or_else(|| {
-        (format!("`{value}` is no positive number, as `{key}`"), "write a number with a point".into())
+        (
+            format!("`{value}` is no positive number, as `{key}`"),
+            "write a number with a point".into(),
+        )
     })
 }
 
@@ -81,7 +87,8 @@ mod tests {
             said.take(line).unwrap();
         }
         let unit = Some("lbf".to_owned());
-        let expected = Preamble { force_unit: unit, counts_per_unit: Some(1e6), rate_hz: Some(100.0) };
+        let expected =
+            Preamble { force_unit: unit, counts_per_unit: Some(1e6), rate_hz: Some(100.0) };
         assert_eq!(said, expected);
         assert!(said.take("Force Units: N").unwrap_err().0.contains("second time"));
         assert!(said.take("Force Units: stone").unwrap_err().1.contains("`lbf`"));

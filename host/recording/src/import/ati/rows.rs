@@ -1,9 +1,9 @@
 //! The rows of a sensor's log, below the names of its columns.
 
+use super::clock;
 use super::fields::split;
 use super::heading::Heading;
 use super::status;
-use super::clock;
 use crate::import::error::ImportError;
 
 /// What gives the rows their time.
@@ -104,8 +104,13 @@ impl<'a> Rows<'a> {
         let force = self.heading.force;
         if let Some((at, is_hex)) = self.heading.status {
             let word = status::parse(fields[at], is_hex).ok_or_else(|| {
-                let problem = format!("`{}` is no status, in column `{}`", fields[at], self.names[at]);
-                ImportError::new(line, problem, "take the line out; a status is 0 or like 0x80000001")
+                let problem =
+                    format!("`{}` is no status, in column `{}`", fields[at], self.names[at]);
+                ImportError::new(
+                    line,
+                    problem,
+                    "take the line out; a status is 0 or like 0x80000001",
+                )
             })?;
             if status::is_error(word) {
                 self.leave_out(line, word);
@@ -126,9 +131,11 @@ impl<'a> Rows<'a> {
         let Some(at) = self.heading.sequence else { return Ok(true) };
         let text = fields[at];
         // It has 32 bits and may be printed with a sign; an export may add a point.
-        let read = text.parse::<f64>().ok().filter(|x| x.fract() == 0.0 && x.abs() <= f64::from(u32::MAX));
+        let read =
+            text.parse::<f64>().ok().filter(|x| x.fract() == 0.0 && x.abs() <= f64::from(u32::MAX));
         let packet = read.map(|x| (x as i64) as u32).ok_or_else(|| {
-            let problem = format!("`{text}` is no number of a packet, in column `{}`", self.names[at]);
+            let problem =
+                format!("`{text}` is no number of a packet, in column `{}`", self.names[at]);
             ImportError::new(line, problem, "take the line out")
         })?;
         let step = self.last_packet.map_or(0, |last| packet.wrapping_sub(last));

@@ -36,7 +36,8 @@ pub(super) fn scale(
     let column = heading.force_unit.as_deref();
     let of_column = column.and_then(units::newtons);
     let of_log = said.force_unit.as_deref().and_then(units::newtons);
-    if let (Some(a), Some(b), Some(column), Some(log)) = (of_column, of_log, column, &said.force_unit)
+    if let (Some(a), Some(b), Some(column), Some(log)) =
+        (of_column, of_log, column, &said.force_unit)
         && a != b
     {
         let problem = format!("the columns are in {column}, but the log's `Force Units` are {log}");
@@ -64,13 +65,22 @@ pub(super) fn scale(
     match &candidates[..] {
         [] if are_counts => {
             let fix = "say how many counts are one newton, from the sensor's calibration: --counts-per-n N";
-            Err(("the rows are counts, and the log does not say how many are one newton".into(), fix.into()))
+            Err((
+                "the rows are counts, and the log does not say how many are one newton".into(),
+                fix.into(),
+            ))
         }
         [] if said.counts_per_unit.is_some() => {
             let problem = "the log has counts per unit, but does not say which unit of force";
             Err((problem.into(), "say how many counts are one newton: --counts-per-n N".into()))
         }
-        [] => plausible(Scale { newtons: 1.0, text: "the rows are taken as newtons; the log names no unit".into() }, rows),
+        [] => plausible(
+            Scale {
+                newtons: 1.0,
+                text: "the rows are taken as newtons; the log names no unit".into(),
+            },
+            rows,
+        ),
         [only] => plausible(only.clone(), rows),
         [counts, unit, ..] => told_by_rows(counts, unit, rows),
     }
@@ -82,11 +92,14 @@ fn given(candidates: &[Scale], counts_per_n: f64) -> Result<Scale, Wrong> {
     match (candidates.iter().find(agrees), candidates.first()) {
         (Some(scale), _) => Ok(scale.clone()),
         (None, None) => {
-            let text = format!("the rows are counts, {counts_per_n} of them a newton by --counts-per-n");
+            let text =
+                format!("the rows are counts, {counts_per_n} of them a newton by --counts-per-n");
             Ok(Scale { newtons: 1.0 / counts_per_n, text })
         }
         (None, Some(_)) => {
-            let of = candidates.iter().map(|scale| format!("{} (that is {:.6} a newton)", scale.text, 1.0 / scale.newtons));
+            let of = candidates.iter().map(|scale| {
+                format!("{} (that is {:.6} a newton)", scale.text, 1.0 / scale.newtons)
+            });
             let problem = format!(
                 "by its own words {}, but --counts-per-n says that {counts_per_n} are one newton",
                 of.collect::<Vec<_>>().join(" or ")
@@ -111,7 +124,9 @@ fn told_by_rows(counts: &Scale, unit: &Scale, rows: &Rows<'_>) -> Result<Scale, 
         return Ok(unit.clone());
     }
     match rows.are_whole {
-        true if rows.largest > 0.0 && rows.largest * counts.newtons < SMALLEST_OF_COUNTS * unit.newtons => {
+        true if rows.largest > 0.0
+            && rows.largest * counts.newtons < SMALLEST_OF_COUNTS * unit.newtons =>
+        {
             ask("the rows are whole numbers, but too small for counts")
         }
         true => Ok(counts.clone()),
@@ -126,7 +141,8 @@ fn plausible(scale: Scale, rows: &Rows<'_>) -> Result<Scale, Wrong> {
     let largest_n = rows.largest * scale.newtons;
     match largest_n > LARGEST_N {
         true => {
-            let problem = format!("{}, but the largest is {largest_n:.0} N: are they counts?", scale.text);
+            let problem =
+                format!("{}, but the largest is {largest_n:.0} N: are they counts?", scale.text);
             let fix = "say how many of the rows' numbers are one newton: --counts-per-n N";
             Err((problem, fix.into()))
         }
@@ -143,4 +159,3 @@ fn short(number: f64) -> String {
         false => text,
     }
 }
-

@@ -22,10 +22,12 @@ pub(super) fn parse(field: &str, is_hex: bool) -> Option<u32> {
     if let Some(digits) = digits {
         return u32::from_str_radix(digits, 16).ok();
     }
-    let decimal = || field.parse::<i64>().ok().and_then(|word| {
-        // Some programs print the word with a sign.
-        u32::try_from(word).ok().or_else(|| i32::try_from(word).ok().map(i32::cast_unsigned))
-    });
+    let decimal = || {
+        field.parse::<i64>().ok().and_then(|word| {
+            // Some programs print the word with a sign.
+            u32::try_from(word).ok().or_else(|| i32::try_from(word).ok().map(i32::cast_unsigned))
+        })
+    };
     let hex = || u32::from_str_radix(field, 16).ok();
     if is_hex { hex().or_else(decimal) } else { decimal().or_else(hex) }
 }

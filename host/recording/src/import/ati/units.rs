@@ -29,7 +29,12 @@ pub(super) fn is_counts(unit: &str) -> bool {
 
 /// The names that are understood, for the advice in an error.
 pub(super) fn known() -> String {
-    UNITS.iter().filter_map(|(names, _)| names.first()).map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
+    UNITS
+        .iter()
+        .filter_map(|(names, _)| names.first())
+        .map(|name| format!("`{name}`"))
+        .collect::<Vec<_>>()
+        .join(", ")
 }
 
 #[cfg(test)]

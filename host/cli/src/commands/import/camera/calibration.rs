@@ -12,7 +12,7 @@ use serde_json::json;
 use crate::args::CalibrationArguments;
 use crate::failure::{Code, Failure};
 use crate::open::read_text;
-use crate::output::check_new;
+use crate::output::{check_new, shown};
 use crate::ui::{Ui, two_columns};
 
 /// Calibrates, saves, and prints how good it is.
@@ -20,7 +20,7 @@ pub fn alone(ui: &Ui, arguments: &CalibrationArguments) -> Result<(), Failure> {
     let calibrated = get(ui, arguments)?;
     let rows = rows(&calibrated);
     let mut json = json(&calibrated);
-    json["path"] = json!(arguments.save_calibration);
+    json["path"] = json!(arguments.save_calibration.as_ref().map(shown));
     ui.data(&json, two_columns(&rows))
 }
 
@@ -98,7 +98,7 @@ pub fn draw_board(ui: &Ui, arguments: &CalibrationArguments, path: &Path) -> Res
     }
     write_whole(path, |out| std::io::Write::write_all(out, board.svg().as_bytes()))
         .map_err(|e| Failure::write(path, e))?;
-    let json = json!({ "path": path, "board": board });
+    let json = json!({ "path": shown(path), "board": board });
     ui.data(&json, format_args!("board of {board}: {}\n", path.display()))
 }
 

@@ -12,6 +12,7 @@ use super::super::trial::write as write_trial;
 use super::report::Report;
 use crate::args::ImportCameraArguments;
 use crate::failure::Failure;
+use crate::output::shown;
 use crate::ui::Ui;
 
 /// The motion that was recorded beside the camera, where one is given.
@@ -148,7 +149,7 @@ pub fn write(
     report: &Report<'_>,
 ) -> Result<(), Failure> {
     let mut json = report.json();
-    json["path"] = serde_json::json!(out);
+    json["path"] = serde_json::json!(out.map(shown));
     let text = report.text();
     match out.zip(joined) {
         None => ui.data(&json, format_args!("{text}nothing is written\n")),
