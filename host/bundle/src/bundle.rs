@@ -17,8 +17,6 @@
 
 use std::path::{Path, PathBuf};
 
-use nalgebra::Vector3;
-
 pub use crate::rig::{
     BeyondModel, CatheterRig, DriveRig, FORMAT, Fluid, Plant, Rig, RigCause, RigDrivenTendon,
     RigEntry, RigEnvironment, RigInstrument, RigPriors, RigSection, RigSensor, RigTendon,
@@ -31,10 +29,13 @@ pub use crate::trial::{
 };
 
 use crate::error::{BundleError, Cause, read_bytes, read_text};
-use crate::geometry::{Branch, Mesh, MeshRepairs, Triangle, read_centreline, read_stl};
+use crate::geometry::{
+    Branch, Crossing, Mesh, MeshRepairs, NonManifold, read_centreline, read_stl,
+};
 use crate::place::{Place, Warning};
 use crate::rig::RigWarning;
 use crate::trial::{self, Parsed};
+use crate::unit::unit_hint;
 
 /// The surface of `vessel.stl`.
 #[derive(Clone, Debug)]
@@ -150,8 +151,7 @@ pub(crate) fn read_mesh(
         .map_err(|(place, cause)| BundleError::new(file, place, cause))?;
     let (mesh, repairs) = Mesh::from_triangles(&triangles)
         .map_err(|cause| BundleError::new(file, Place::Whole, cause))?;
-    let messages = doubtful_size(&triangles).into_iter().chain(mesh_doubts(&repairs));
-    warnings.extend(messages.map(|message| Warning {
+    warnings.extend(mesh_doubts(&repairs).into_iter().map(|message| Warning {
         file: file.to_path_buf(),
         place: Place::Whole,
         message,
@@ -159,31 +159,10 @@ pub(crate) fn read_mesh(
     Ok(VesselMesh { mesh, repairs })
 }
 
-/// A warning about a surface whose size suggests another unit than millimetres.
-fn doubtful_size(triangles: &[Triangle]) -> Option<String> {
-    let corners = triangles.iter().flatten();
-    let infinite = Vector3::repeat(f64::INFINITY);
-    let (low, high) =
-        corners.fold((infinite, -infinite), |(low, high), p| (low.inf(p), high.sup(p)));
-    let size_mm = (high - low).norm() * 1e3;
-    if size_mm > 2000.0 {
-        Some(format!(
-            "the surface spans {size_mm:.0} mm, larger than a body; STL is read in millimetres: \
-             was it exported in micrometres? Then scale it by 0.001"
-        ))
-    } else if size_mm < 10.0 {
-        Some(format!(
-            "the surface spans {size_mm:.3} mm; STL is read in millimetres: was it exported in \
-             metres? Then scale it by 1000"
-        ))
-    } else {
-        None
-    }
-}
-
-/// Warnings about repairs of a mesh and about its pieces.
-fn mesh_doubts(repairs: &MeshRepairs) -> Vec<String> {
-    let mut doubts = Vec::new();
+/// Warnings about the size of a mesh, its repairs and its pieces.
+pub fn mesh_doubts(repairs: &MeshRepairs) -> Vec<String> {
+    // The unit comes first: what else looks wrong may follow from it.
+    let mut doubts = unit_hint(&repairs.figure).into_iter().collect::<Vec<_>>();
     if repairs.degenerate > 0 {
         doubts.push(format!("{} triangles without area were left out", repairs.degenerate));
     }
@@ -205,11 +184,39 @@ fn mesh_doubts(repairs: &MeshRepairs) -> Vec<String> {
              as a wall in its lumen; unite them (a boolean union) and export again"
         ));
     }
-    if repairs.doubts.channels > 0 {
+    if let Some(NonManifold { edges, facets, at_mm: [x, y, z] }) = repairs.left_out {
         doubts.push(format!(
-            "the surface is closed around channels ({}), as the wall of a phantom is: its material \
-             is taken for the lumen; export the inner surface only, open at its ends",
-            repairs.doubts.channels
+            "more than two triangles share {edges} edges, the first at ({x:.1}, {y:.1}, {z:.1}) mm: \
+             {facets} triangles of fins, membranes or doubles were left out there"
+        ));
+    }
+    if let Some(Crossing { pairs, at_mm: [x, y, z] }) = repairs.crossing {
+        doubts.push(format!(
+            "the surface crosses itself: {pairs} pairs of triangles run through each other, around \
+             ({x:.1}, {y:.1}, {z:.1}) mm; distances are wrong there: unite the parts (a boolean union) \
+             and export again"
+        ));
+    }
+    let channels = repairs.doubts.channels;
+    match repairs.figure.is_phantom() {
+        _ if channels == 0 => {}
+        true => doubts.push(format!(
+            "the surface is closed around channels ({channels}), as the wall of a phantom is: its \
+             material is taken for the lumen; export the inner surface only, open at its ends"
+        )),
+        false => doubts.push(format!(
+            "the lumen is closed and goes round in {channels} loops, as a circle of Willis does; the \
+             instrument enters only where it is open"
+        )),
+    }
+    if repairs.figure.caps > 0 {
+        let places = repairs.figure.named_caps_mm().iter();
+        let places = places.map(|[x, y, z]| format!("({x:.1}, {y:.1}, {z:.1})"));
+        doubts.push(format!(
+            "the surface is capped at {} flat ends, at {} mm: an instrument cannot enter it; cut the \
+             caps off, at least where it enters",
+            repairs.figure.caps,
+            places.collect::<Vec<_>>().join(", ")
         ));
     }
     doubts

@@ -13,11 +13,6 @@ const FINEST_CELL_M: f64 = 0.1e-3;
 const FARTHEST_OFF_FACETS_M: f64 = 0.25e-3;
 /// The widest place is found by sampling, so the vessel may be a little wider.
 const SURELY_NARROWER: f64 = 0.9;
-/// Plausible diagonals of the box around a vessel \[m\].
-const PLAUSIBLE_SPAN_M: [f64; 2] = [0.02, 2.0];
-/// Units in which a mesh may have been exported, in millimetres.
-const UNITS: [(f64, &str); 3] = [(10.0, "centimetres"), (25.4, "inches"), (1000.0, "metres")];
-
 fn millimetres(place_m: impl Into<[f64; 3]>) -> String {
     let [x, y, z] = place_m.into().map(|x| 1e3 * x);
     format!("({x:.1}, {y:.1}, {z:.1}) mm")
@@ -92,24 +87,10 @@ impl LumenReport {
             });
         }
         let widest_mm = 2e3 * self.widest_m;
-        let mut doubt = format!(
+        Some(format!(
             "nowhere is room for an instrument of {diameter_mm:.2} mm: the vessel is some \
              {widest_mm:.3} mm wide at most"
-        );
-        let makes_room = |(factor, _): &&(f64, &str)| {
-            factor * self.widest_m >= self.outer_radius_m
-                && (PLAUSIBLE_SPAN_M[0]..=PLAUSIBLE_SPAN_M[1]).contains(&(factor * self.span_m))
-        };
-        let units: Vec<String> = UNITS
-            .iter()
-            .filter(makes_room)
-            .map(|(factor, unit)| format!("in {unit}? Then scale it by {factor}"))
-            .collect();
-        if matches!(self.source, WallSource::Mesh { .. }) && !units.is_empty() {
-            doubt += "; STL is read in millimetres: was it exported ";
-            doubt += &units.join("; or ");
-        }
-        Some(doubt)
+        ))
     }
 
     fn doubtful_distance(&self) -> Vec<String> {
@@ -150,8 +131,8 @@ impl LumenReport {
         (off_m > FARTHEST_OFF_FACETS_M).then(|| {
             format!(
                 "the smooth surface leaves the facets of the mesh by up to {:.2} mm, at {}: if its \
-                 walls are flat there, take the facets as they are (`cathforce lumen --surface \
-                 flat` shows what changes), or export a finer mesh",
+                 walls are flat there, divide its long facets and export it again; `cathforce lumen \
+                 --surface flat` shows how far that matters",
                 1e3 * off_m,
                 millimetres(at)
             )

@@ -23,6 +23,7 @@ mod table;
 mod template;
 pub mod tips;
 mod trial;
+mod unit;
 mod vessel;
 
 pub use bundle::{Bundle, Trial};

@@ -72,7 +72,7 @@ fn the_wire_and_its_drive_are_read() {
     assert_eq!((wire.outer_diameter_m, wire.sections.len()), (0.89e-3, 2));
     assert_eq!(bundle.largest_insertion_m(), Some(0.019), "the wire's");
     let trial = &bundle.trials[0];
-    let (catheter, wire) = (trial.encoder_at(0.75).unwrap(), trial.guidewire_at(0.75).unwrap());
+    let (catheter, wire) = (trial.encoder_at(0.3).unwrap(), trial.guidewire_at(0.3).unwrap());
     assert!((catheter.insertion_m - 0.014).abs() < 1e-12, "{catheter:?}");
     assert!((wire.insertion_m - 0.0165).abs() < 1e-12 && (wire.rotation_rad - 0.1).abs() < 1e-12);
     assert_eq!(trial.catheter().unwrap().guidewire.as_ref().unwrap().drive_force_n, None);

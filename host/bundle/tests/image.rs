@@ -123,7 +123,7 @@ fn a_number_beyond_the_model_has_its_line_and_what_it_may_be() {
 fn trials_that_go_too_far_are_blamed_and_not_the_links() {
     let folder = tempfile::tempdir().unwrap();
     write_bundle(folder.path());
-    let rows = "t_s,insertion_m,rotation_rad\n0,10,0\n1,160,0\n";
+    let rows = "t_s,insertion_m,rotation_rad\n0,10,0\n0.25,160,0\n";
     fs::write(folder.path().join("trials/000.csv"), rows).unwrap();
     let bundle = Bundle::open(folder.path()).unwrap();
     let error = device_image(&bundle, &ImageOptions::default()).unwrap_err();

@@ -94,8 +94,12 @@ fn the_unit_that_would_make_room_is_proposed() {
     doubted(
         &scaled(&tube(), 0.1),
         3e-3,
-        &["nowhere is room", "0.559 mm wide", "in centimetres? Then scale it by 10", "in inches?"],
+        &["nowhere is room", "0.559 mm wide", "in centimetres? Then scale it by 10"],
     );
+    // One unit alone is proposed, before what follows from it.
+    let (_, warnings) = run(&binary_stl(&scaled(&tube(), 0.1)), 3e-3);
+    let hints = warnings.iter().filter(|said| said.contains("scale it by")).count();
+    assert!(hints == 1 && warnings[0].contains("scale it by 10"), "{warnings:?}");
     // No unit is suggested here, because ten times as long the vessel would be longer than a body.
     let (_, mut report) = run(&binary_stl(&tube()), 1.6e-3).0.unwrap();
     (report.widest_m, report.span_m) = (0.1e-3, 0.3);

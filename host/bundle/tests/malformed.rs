@@ -289,11 +289,24 @@ fn columns_of_another_unit_are_warned_of() {
         // The rotation is a quarter of a turn, too few degrees to be recognised by their number.
         ("rotation_rad", 0.25 * degrees, "rotation_rad goes by"),
         ("t_s", 1e-3, "insertion_m goes by"),
-        ("t_s", 1e3, "the rows are 10 s apart by t_s: milliseconds?"),
+        ("t_s", 20.0, "the rows are 0.2 s apart by t_s: milliseconds?"),
     ] {
         let found = warnings(&[(column, factor)]);
         assert!(found.iter().any(|w| w.contains(says)), "{column} × {factor}: {found:?}");
     }
+}
+
+/// Between rows that are far apart nothing is known of the drive.
+#[test]
+fn a_hole_between_rows_is_refused_with_its_line() {
+    const FILE: &str = "trials/000.csv";
+    let hole = |to_s: &str| TRIAL.replacen("0.4,0.016", &format!("{to_s},0.016"), 1);
+    assert!(open_with(FILE, hole("0.45")).is_ok());
+    for (to_s, says) in [("3.2", "no row for 3.000 s"), ("1000000.2", "no row for 1000000.000 s")] {
+        let error = refusal(FILE, hole(to_s), line_column(4, 1));
+        assert_says(&error, &[says, "0.25 s apart", "cut the trial in two"]);
+    }
+    assert_says(&refusal(FILE, hole("1e300"), line_column(4, 1)), &["beyond the time of any clock"]);
 }
 
 /// A wrong clock of a sensor faster than 10 kHz shows only by the sensor's rate.
@@ -317,7 +330,7 @@ fn milliseconds_are_suspected_of_a_fast_sensor_and_of_a_drive() {
     assert!(warned(RIG, &every(0.2)));
     let drive = "format = \"trial-bundle/1\"\nname = \"axis\"\nplant = \"drive\"\n[drive]\n\
                  moving_mass_kg = 95.1\n";
-    let rows = (0..50).map(|i| format!("{i},0.01,0\n")).collect::<String>();
+    let rows = (0..50).map(|i| format!("{},0.01,0\n", 0.2 * f64::from(i))).collect::<String>();
     assert!(warned(drive, &format!("t_s,position_m,drive_command_N\n{rows}")));
 }
 
@@ -339,13 +352,13 @@ fn malformed_trials_are_refused_with_line_and_field() {
         assert!(TRIAL.contains(old));
         refusal(FILE, TRIAL.replacen(old, new, 1), place)
     };
-    assert_says(&with("0.5,0.012", "0.5,NaN", line_column(3, 2)), &["`NaN`", "insertion_m"]);
-    assert_says(&with("0.5,0.012", "0.5,", line_column(3, 2)), &["no value for 1.000 s"]);
+    assert_says(&with("0.2,0.012", "0.2,NaN", line_column(3, 2)), &["`NaN`", "insertion_m"]);
+    assert_says(&with("0.2,0.012", "0.2,", line_column(3, 2)), &["no value for 0.400 s"]);
     let never = TRIAL.replace("0.010", "").replace("0.012", "").replace("0.016,0.3", ",0.3");
     assert_says(&refusal(FILE, never, line_column(2, 2)), &["no value in this row"]);
-    assert_says(&with("0.5,0.012", "0.5,1.2cm", line_column(3, 2)), &["`1.2cm`"]);
-    assert_says(&with("0.5,0.012", "0.5,-0.012", line_column(3, 2)), &["negative"]);
-    assert_says(&with("1.0,0.016", "0.4,0.016", line_column(4, 1)), &["0.4 s after 0.5 s"]);
+    assert_says(&with("0.2,0.012", "0.2,1.2cm", line_column(3, 2)), &["`1.2cm`"]);
+    assert_says(&with("0.2,0.012", "0.2,-0.012", line_column(3, 2)), &["negative"]);
+    assert_says(&with("0.4,0.016", "0.1,0.016", line_column(4, 1)), &["0.1 s after 0.2 s"]);
     assert_says(&with(",,,\n", ",,\n", line_column(3, 9)), &["8 fields", "9"]);
     assert_says(&with("0.01,0.0,-0.01,,,", "0.01,,-0.01,,,", line_column(3, 5)), &["fy_N"]);
     assert_says(&with("tip_y_m", "tip_v_m", line_column(1, 8)), &["`tip_v_m`", "mean `tip_"]);
@@ -360,7 +373,7 @@ fn malformed_trials_are_refused_with_line_and_field() {
     assert_says(&nan, &["`NaN` in column `fy_N`", "leave the field empty"]);
     let remark = refusal(FILE, format!("# of Monday\n{TRIAL}"), Place::Line(1));
     assert_says(&remark, &["a remark, not the names of the columns", "`#`"]);
-    let remark = with("0.5,0.012", "# still\n0.5,0.012", Place::Line(3));
+    let remark = with("0.2,0.012", "# still\n0.2,0.012", Place::Line(3));
     assert_says(&remark, &["a remark, not a row"]);
     let units = TRIAL.replacen("0.0,0.010", "s,m,rad,N,N,N,m,m,m\n0.0,0.010", 1);
     assert_says(
@@ -462,9 +475,18 @@ fn surfaces_that_are_no_lumen_are_refused() {
         assert_says(&refusal("vessel.stl", binary_stl(triangles), Place::Whole), says);
     };
     refused(&[[tube[0][0]; 3]], &["degenerate"]);
-    let mut doubled = tube.clone();
-    doubled.push(tube[100]);
-    refused(&doubled, &["more than two triangles"]);
+    // As many sheets on each of their edges as one likes.
+    let fold = |k: usize| {
+        let turn = std::f64::consts::TAU * k as f64 / 3.0;
+        let far = nalgebra::Vector3::new(0.0, turn.cos(), turn.sin()) * 5e-3;
+        let along = nalgebra::Vector3::x() * 20e-3;
+        [[nalgebra::Vector3::zeros(), along, far], [along, along + far, far]]
+    };
+    let folds: Vec<_> = (0..3).flat_map(fold).collect();
+    refused(
+        &folds,
+        &["more than two triangles share 1 edges", "not manifold", "(10.000, 0.000, 0.000)"],
+    );
 
     // Faults that show only with the entry.
     let folder = tempfile::tempdir().unwrap();

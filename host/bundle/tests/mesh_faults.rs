@@ -212,6 +212,7 @@ fn the_wall_of_a_phantom_is_told_from_its_lumen() {
     solid.extend(ring(20e-3));
     let (_, repairs) = read(&solid);
     assert_eq!((repairs.pieces, repairs.doubts.channels), (1, 1));
+    assert!(repairs.figure.is_phantom(), "{:?}", repairs.figure);
     // Neither a tube nor a vessel that is closed at both ends has channels.
     let mut capped = inner;
     for (x, middle) in [(0.0, Point::zeros()), (20e-3, Point::x() * 20e-3)] {
@@ -219,8 +220,72 @@ fn the_wall_of_a_phantom_is_told_from_its_lumen() {
         capped.extend((0..AROUND).map(|k| [rim[k], rim[(k + 1) % AROUND], middle]));
     }
     let (mesh, repairs) = read(&capped);
-    assert_eq!(repairs.doubts.channels, 0);
+    assert_eq!((repairs.doubts.channels, repairs.figure.caps), (0, 2));
+    let [first, second] = repairs.figure.named_caps_mm() else { panic!("{:?}", repairs.figure) };
+    assert!(first[0].abs() < 0.01 && (second[0] - 20.0).abs() < 0.01, "{first:?} {second:?}");
     assert!(MeshWall::new(mesh, SurfaceModel::Faceted).openings.is_empty());
+}
+
+/// Doubled facets, fins and a membrane are left out, and the lumen is that without them.
+#[test]
+fn what_is_too_much_on_an_edge_is_left_out_with_its_place() {
+    let whole = tube(3e-3, 20e-3, 8, Point::zeros());
+    let clean = wall(&whole);
+    let doubled: Vec<_> = whole.iter().chain(&whole[40..44]).copied().collect();
+    let (mesh, repairs) = read(&doubled);
+    let left_out = repairs.left_out.unwrap();
+    assert!(left_out.facets == 4 && left_out.edges > 4, "{left_out:?}");
+    assert_same(&MeshWall::new(mesh, SurfaceModel::Faceted), &clean);
+    // A fin outside, on three edges of one seam.
+    let seam = |k: usize| Point::new(20e-3 * k as f64 / 8.0, 3e-3, 0.0);
+    let fin = (2..5).map(|k| [seam(k), seam(k + 1), seam(k) + Point::y() * 2e-3]);
+    let finned: Vec<_> = whole.iter().copied().chain(fin).collect();
+    let (mesh, repairs) = read(&finned);
+    let left_out = repairs.left_out.unwrap();
+    assert_eq!((left_out.edges, left_out.facets), (3, 3));
+    let [x, y, z] = left_out.at_mm;
+    assert!((5.0..12.6).contains(&x) && (y - 3.0).abs() < 1e-6 && z.abs() < 1e-6, "{left_out:?}");
+    assert_same(&MeshWall::new(mesh, SurfaceModel::Faceted), &clean);
+    let folder = tempfile::tempdir().unwrap();
+    write_bundle(folder.path());
+    fs::write(folder.path().join("vessel.stl"), binary_stl(&finned)).unwrap();
+    let warnings = Bundle::open(folder.path()).unwrap().warnings;
+    let said = |says: &str| warnings.iter().any(|warning| warning.message.contains(says));
+    assert!(said("share 3 edges") && said("3 triangles of fins"), "{warnings:?}");
+}
+
+#[test]
+fn a_surface_that_runs_through_itself_is_said_with_place_and_count() {
+    assert_eq!(read(&tube(3e-3, 20e-3, 8, Point::zeros())).1.crossing, None);
+    // One tube through another, in one piece: a bridge far away joins them.
+    let first = tube(3e-3, 20e-3, 8, Point::zeros());
+    let second = tube(3e-3, 20e-3, 8, Point::zeros());
+    let across = second.iter().map(|t| t.map(|p| Point::new(10e-3 + p.y, p.x - 10e-3, p.z)));
+    let (_, repairs) = read(&first.iter().copied().chain(across).collect::<Vec<_>>());
+    let crossing = repairs.crossing.unwrap();
+    let [x, y, z] = crossing.at_mm;
+    assert!(crossing.pairs > 20, "{crossing:?}");
+    assert!((x - 10.0).abs() < 3.5 && y.abs() < 3.5 && z.abs() < 3.5, "{crossing:?}");
+}
+
+/// A ring is a lumen that goes round, not the wall of a phantom.
+#[test]
+fn a_lumen_with_a_loop_is_told_from_the_wall_of_a_phantom() {
+    const RING: usize = 48;
+    let at = |i: usize, k: usize| {
+        let [turn, side] = [(i, RING), (k, AROUND)].map(|(at, of)| TAU * at as f64 / of as f64);
+        let out = 15e-3 + 2e-3 * side.cos();
+        Point::new(out * turn.cos(), out * turn.sin(), 2e-3 * side.sin())
+    };
+    let quad = |i: usize, k: usize| {
+        let [a, b, c, d] = [at(i, k), at(i + 1, k), at(i + 1, k + 1), at(i, k + 1)];
+        [[a, b, c], [a, c, d]]
+    };
+    let ring: Vec<_> = (0..RING).flat_map(|i| (0..AROUND).flat_map(move |k| quad(i, k))).collect();
+    let (_, repairs) = read(&ring);
+    assert_eq!(repairs.doubts.channels, 1);
+    assert!(!repairs.figure.is_phantom(), "{:?}", repairs.figure);
+    assert!((repairs.figure.radius_m - 2e-3).abs() < 0.1e-3, "{:?}", repairs.figure);
 }
 
 /// The vessel of a bundle whose instrument enters at (x, y, 0) m along x.

@@ -59,8 +59,8 @@ pub use material::MaterialArguments;
 pub use material::{FormName, LawName, MaterialAction, MaterialFitArguments, Stress};
 pub use recording::{
     CheckArguments, CompletionsArguments, ExportArguments, ImportArguments, ImportAtiArguments,
-    ImportCandumpArguments, ImportCsvArguments, ImportSource, LatencyArguments, ManArguments,
-    MonitorArguments, SendArguments,
+    ImportCandumpArguments, ImportCentrelineArguments, ImportCsvArguments, ImportMeshArguments,
+    ImportSource, LatencyArguments, ManArguments, MeshUnit, MonitorArguments, SendArguments,
 };
 pub use reproduce::ReproduceArguments;
 pub use ultrasound::UltrasoundArguments;

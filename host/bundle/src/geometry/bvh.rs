@@ -23,6 +23,10 @@ impl Aabb {
         Self { low: self.low.inf(point), high: self.high.sup(point) }
     }
 
+    fn overlaps(&self, other: &Self) -> bool {
+        (0..3).all(|k| self.low[k] <= other.high[k] && self.high[k] >= other.low[k])
+    }
+
     fn distance_squared(&self, p: &Vector3<f64>) -> f64 {
         let mut sum = 0.0;
         for axis in 0..3 {
@@ -94,6 +98,31 @@ impl Bvh {
         self.split(centroids, first + middle, end);
         self.nodes[index].first = right;
         self.nodes[index].count = 0;
+    }
+
+    /// Adds the triangles whose boxes overlap that of a triangle.
+    pub(crate) fn overlapping(&self, triangle: &Triangle, found: &mut Vec<usize>) {
+        let own = triangle.iter().fold(Aabb::EMPTY, |bounds, corner| bounds.with(corner));
+        let mut stack = vec![0_u32];
+        while let Some(index) = stack.pop() {
+            let Some(node) =
+                self.nodes.get(index as usize).filter(|node| node.bounds.overlaps(&own))
+            else {
+                continue;
+            };
+            if node.count == 0 {
+                stack.extend([index + 1, node.first]);
+                continue;
+            }
+            for at in node.first as usize..(node.first + node.count) as usize {
+                let other = self.triangles[at]
+                    .iter()
+                    .fold(Aabb::EMPTY, |bounds, corner| bounds.with(corner));
+                if other.overlaps(&own) {
+                    found.push(self.order[at] as usize);
+                }
+            }
+        }
     }
 
     /// The point of the surface closest to `p`.

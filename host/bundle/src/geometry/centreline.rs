@@ -63,7 +63,8 @@ pub enum CentrelineCause {
 }
 
 impl CentrelineCause {
-    pub(crate) fn fix(&self) -> String {
+    /// What to do about it.
+    pub fn fix(&self) -> String {
         match self {
             CentrelineCause::Table(cause) => cause.fix(),
             CentrelineCause::Radius(_) => "give the radius of the lumen in metres".into(),

@@ -4,7 +4,10 @@ use std::collections::HashMap;
 
 use nalgebra::Vector3;
 
+use super::crossing::Crossing;
+use super::figure::Figure;
 use super::mesh::{Mesh, MeshCause, RIM, next, turn};
+use super::non_manifold::{NonManifold, leave_out};
 use super::pieces::PieceDoubts;
 use super::rims::RimKind;
 use super::stitch::stitch;
@@ -24,6 +27,12 @@ pub struct MeshRepairs {
     pub pieces: usize,
     /// What looks wrong with them.
     pub doubts: PieceDoubts,
+    /// Facets that were left out along edges of more than two.
+    pub left_out: Option<NonManifold>,
+    /// Facets that run through each other.
+    pub crossing: Option<Crossing>,
+    /// What the surface is by its shape.
+    pub figure: Figure,
 }
 
 impl Mesh {
@@ -34,6 +43,8 @@ impl Mesh {
         if vertex.is_empty() {
             return Err(MeshCause::Degenerate);
         }
+        let left_out = leave_out(&positions, &mut vertex)
+            .map_err(|(edges, at_mm)| MeshCause::NonManifold { edges, at_mm })?;
         let mut twin = twins(&positions, &vertex)?;
         let mut split = 0;
         loop {
@@ -55,8 +66,11 @@ impl Mesh {
         };
         mesh.smooth_normals();
         mesh.check_rims()?;
-        let doubts = mesh.check_pieces()?;
-        Ok((mesh, MeshRepairs { degenerate, flipped, split, pieces, doubts }))
+        let (doubts, volume_m3) = mesh.check_pieces()?;
+        let (crossing, figure) = (mesh.crossing(), mesh.figure(volume_m3));
+        let repairs =
+            MeshRepairs { degenerate, flipped, split, pieces, doubts, left_out, crossing, figure };
+        Ok((mesh, repairs))
     }
 
     fn check_rims(&self) -> Result<(), MeshCause> {
@@ -86,7 +100,8 @@ fn twins(positions: &[Vector3<f64>], vertex: &[u32]) -> Result<Vec<u32>, MeshCau
             continue;
         };
         if twin[other as usize] != RIM {
-            return Err(MeshCause::NonManifold { at_mm: middle_mm(positions, vertex, half_edge) });
+            let at_mm = middle_mm(positions, vertex, half_edge);
+            return Err(MeshCause::NonManifold { edges: 1, at_mm });
         }
         twin[half_edge] = other;
         twin[other as usize] = half_edge as u32;

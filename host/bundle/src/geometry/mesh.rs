@@ -20,8 +20,11 @@ const CREASE_RAD: f64 = 40.0 * std::f64::consts::PI / 180.0;
 pub enum MeshCause {
     #[error("every triangle of the surface is degenerate")]
     Degenerate,
-    #[error("more than two triangles share the edge at ({:.3}, {:.3}, {:.3}) mm", at_mm[0], at_mm[1], at_mm[2])]
-    NonManifold { at_mm: [f64; 3] },
+    #[error(
+        "more than two triangles share {edges} edges (the mesh is not manifold), the first at ({:.3}, {:.3}, {:.3}) \
+         mm, and too many of them to leave some out", at_mm[0], at_mm[1], at_mm[2]
+    )]
+    NonManifold { edges: usize, at_mm: [f64; 3] },
     #[error("the surface is one-sided (like a Möbius strip) at ({:.3}, {:.3}, {:.3}) mm", at_mm[0], at_mm[1], at_mm[2])]
     OneSided { at_mm: [f64; 3] },
     #[error(
@@ -37,7 +40,8 @@ pub enum MeshCause {
 }
 
 impl MeshCause {
-    pub(crate) fn fix(&self) -> String {
+    /// What to do about it.
+    pub fn fix(&self) -> String {
         match self {
             MeshCause::Degenerate => "export the surface again, in millimetres".into(),
             MeshCause::NonManifold { .. } | MeshCause::OneSided { .. } => {

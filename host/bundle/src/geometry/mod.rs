@@ -2,9 +2,12 @@
 
 mod bvh;
 mod centreline;
+mod crossing;
+mod figure;
 mod frechet;
 mod join_triangles;
 mod mesh;
+mod non_manifold;
 mod openings;
 mod pieces;
 mod refine;
@@ -19,9 +22,12 @@ mod wall;
 mod weld;
 
 pub use centreline::{Branch, CentrelineCause, Station, TubeWall, read_centreline};
+pub use crossing::Crossing;
+pub use figure::Figure;
 pub use frechet::frechet;
 pub use join_triangles::MeshRepairs;
 pub use mesh::{Mesh, MeshCause};
+pub use non_manifold::NonManifold;
 pub use openings::Opening;
 pub(crate) use openings::SLEEVE_M;
 pub use pieces::PieceDoubts;

@@ -143,8 +143,9 @@ pub struct PieceDoubts {
 }
 
 impl Mesh {
-    /// Refuses pieces within others, and returns what else looks wrong.
-    pub(super) fn check_pieces(&self) -> Result<PieceDoubts, MeshCause> {
+    /// Refuses pieces within others. Returns what else looks wrong, and the volume of all pieces with
+    /// lids \[m³\].
+    pub(super) fn check_pieces(&self) -> Result<(PieceDoubts, f64), MeshCause> {
         let pieces = Pieces::of(self);
         let mut doubts = PieceDoubts::default();
         if pieces.triangles.len() > 1 {
@@ -156,7 +157,7 @@ impl Mesh {
             doubts.overlap_mm = partly;
         }
         doubts.channels = pieces.handles(self);
-        Ok(doubts)
+        Ok((doubts, pieces.volumes_m3(self).iter().sum()))
     }
 
     /// Turns every piece so that its facets face the lumen, by the volume that they and lids over

@@ -212,6 +212,9 @@ pub struct ConfigImportDbcArguments {
     /// Button of the catheter, if it has one; the signal is 1 while it is held.
     #[arg(long, value_name = "SIGNAL", requires = "insertion")]
     pub button: Option<String>,
+    /// Millimetres of feed in one turn, for drives whose feed is counted in revolutions.
+    #[arg(long, value_name = "MM", value_parser = lead)]
+    pub lead: Option<f64>,
     /// Grip of the handle; a value of one half or more means gripped.
     #[arg(long, value_name = "SIGNAL", requires = "insertion")]
     pub grip: Option<String>,
@@ -235,4 +238,9 @@ pub struct ConfigImageArguments {
     pub out: PathBuf,
     #[command(flatten)]
     pub changes: Changes,
+}
+
+fn lead(text: &str) -> Result<f64, String> {
+    let found = text.parse::<f64>().ok().filter(|x| x.is_finite() && *x != 0.0);
+    found.ok_or_else(|| format!("`{text}` is no lead in mm; a left-handed screw has one below 0"))
 }

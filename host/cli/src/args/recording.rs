@@ -54,6 +54,10 @@ pub enum ImportSource {
     Ati(ImportAtiArguments),
     /// Make a trial from a CSV with columns of other names.
     Csv(ImportCsvArguments),
+    /// Make the vessel.stl of a bundle from a surface of another tool: VTP, VTU, OBJ, PLY or STL.
+    Mesh(ImportMeshArguments),
+    /// Make the centreline.csv of a bundle from a line of another tool: VTP, VTU or Slicer's markups.
+    Centreline(ImportCentrelineArguments),
     /// Make a trial from a camera's frames and the drive's motion: the tip and the shape of the catheter.
     Camera(Box<ImportCameraArguments>),
 }
@@ -130,6 +134,74 @@ pub struct ImportCsvArguments {
     /// New trial, for example BUNDLE/trials/004.csv.
     #[arg(long, value_name = "FILE.csv")]
     pub out: PathBuf,
+    /// Say what was understood and write nothing.
+    #[arg(long)]
+    pub dry_run: bool,
+}
+
+/// The unit of a file that does not name it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum MeshUnit {
+    Um,
+    Mm,
+    Cm,
+    M,
+    Inch,
+}
+
+#[cfg(feature = "meshes")]
+impl MeshUnit {
+    pub fn metres(self) -> f64 {
+        match self {
+            Self::Um => 1e-6,
+            Self::Mm => 1e-3,
+            Self::Cm => 1e-2,
+            Self::M => 1.0,
+            Self::Inch => 0.0254,
+        }
+    }
+}
+
+#[derive(Debug, Args)]
+pub struct ImportMeshArguments {
+    /// Surface of the lumen; the format is told by the content.
+    #[arg(value_name = "FILE")]
+    pub file: PathBuf,
+    /// New file, for example BUNDLE/vessel.stl.
+    #[arg(long, value_name = "FILE.stl")]
+    pub out: PathBuf,
+    /// Unit of the file, if it does not name one [default: mm]
+    #[arg(long, value_enum)]
+    pub unit: Option<MeshUnit>,
+    /// Cut a capped surface open at the ends of this centre line of a bundle.
+    #[arg(long, value_name = "FILE.csv")]
+    pub open_at: Option<PathBuf>,
+    /// Write the surface without the small defects that are found: triangles without area, doubled ones,
+    /// fins, ones that face the wrong way, corners on the edges of others.
+    #[arg(long)]
+    pub repair: bool,
+    /// Say what was understood and write nothing.
+    #[arg(long)]
+    pub dry_run: bool,
+}
+
+#[derive(Debug, Args)]
+pub struct ImportCentrelineArguments {
+    /// Centre line; the format is told by the content.
+    #[arg(value_name = "FILE")]
+    pub file: PathBuf,
+    /// New file, for example BUNDLE/centreline.csv.
+    #[arg(long, value_name = "FILE.csv")]
+    pub out: PathBuf,
+    /// Unit of the file, if it does not name one [default: mm]
+    #[arg(long, value_enum)]
+    pub unit: Option<MeshUnit>,
+    /// Array of the file that is the radius of the lumen [default: the one that is named so]
+    #[arg(long, value_name = "NAME")]
+    pub radius_array: Option<String>,
+    /// Radius in millimetres of a file without radii.
+    #[arg(long, value_name = "MM", value_parser = millimetres)]
+    pub radius: Option<f64>,
     /// Say what was understood and write nothing.
     #[arg(long)]
     pub dry_run: bool,

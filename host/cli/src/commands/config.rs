@@ -1,5 +1,7 @@
 //! `cathforce config`.
 
+#[cfg(feature = "hardware")]
+mod canopen;
 mod device;
 mod file;
 #[cfg(feature = "hardware")]

@@ -4,12 +4,16 @@ mod ati;
 #[cfg(feature = "camera")]
 mod camera;
 pub mod candump;
+#[cfg(feature = "meshes")]
+mod mesh;
 mod motion;
 mod table;
 pub mod trial;
 
 #[cfg(not(feature = "camera"))]
 use super::left_out::camera;
+#[cfg(not(feature = "meshes"))]
+use super::left_out::mesh;
 use crate::args::ImportSource;
 use crate::failure::Failure;
 use crate::ui::Ui;
@@ -19,6 +23,8 @@ pub fn run(ui: &Ui, from: &ImportSource) -> Result<(), Failure> {
         ImportSource::Can(arguments) => candump::run(ui, arguments),
         ImportSource::Ati(arguments) => ati::run(ui, arguments),
         ImportSource::Csv(arguments) => table::run(ui, arguments),
+        ImportSource::Mesh(arguments) => mesh::surface(ui, arguments),
+        ImportSource::Centreline(arguments) => mesh::centreline(ui, arguments),
         ImportSource::Camera(arguments) => camera::run(ui, arguments),
     }
 }

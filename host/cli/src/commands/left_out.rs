@@ -4,6 +4,7 @@
     all(
         feature = "camera",
         feature = "hardware",
+        feature = "meshes",
         feature = "monitor",
         feature = "parquet",
         feature = "wall"
@@ -30,6 +31,21 @@ pub mod camera {
 
     pub fn run(_: &Ui, _: &ImportCameraArguments) -> Result<(), Failure> {
         Err(super::without("cathforce import camera", "camera"))
+    }
+}
+
+#[cfg(not(feature = "meshes"))]
+pub mod mesh {
+    use crate::args::{ImportCentrelineArguments, ImportMeshArguments};
+    use crate::failure::Failure;
+    use crate::ui::Ui;
+
+    pub fn surface(_: &Ui, _: &ImportMeshArguments) -> Result<(), Failure> {
+        Err(super::without("cathforce import mesh", "meshes"))
+    }
+
+    pub fn centreline(_: &Ui, _: &ImportCentrelineArguments) -> Result<(), Failure> {
+        Err(super::without("cathforce import centreline", "meshes"))
     }
 }
 

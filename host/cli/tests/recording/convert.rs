@@ -265,12 +265,12 @@ fn a_table_is_imported_with_what_looks_wrong_and_what_is_left_out() {
     let folder = tempfile::tempdir().unwrap();
     let [table, out, motion, log] =
         ["robot.csv", "001.csv", "motion.csv", "ati.csv"].map(|name| folder.path().join(name));
-    let rows = (0..20).map(|i| format!("{},0.1,0,1,x\n", 4 * i)).collect::<String>();
+    let rows = (0..20).map(|i| format!("{},0.1,0,1,x\n", 0.2 * f64::from(i))).collect::<String>();
     fs::write(&table, format!("t_s,insertion_m,rotation_rad,Fx (N),note\n{rows}")).unwrap();
     let output = cathforce(["import", "csv", text(&table), "--out", text(&out)]);
     assert!(output.status.success(), "{}", crate::stderr(&output));
     for says in
-        ["robot.csv: ", "4 s apart by t_s: milliseconds?", "--column \"fx_N=Fx (N)\"", "`note`"]
+        ["robot.csv: ", "0.2 s apart by t_s: milliseconds?", "--column \"fx_N=Fx (N)\"", "`note`"]
     {
         assert!(crate::stderr(&output).contains(says), "{says}: {}", crate::stderr(&output));
     }
@@ -287,13 +287,18 @@ fn a_table_is_imported_with_what_looks_wrong_and_what_is_left_out() {
         import.arg("--out").arg(out).output().unwrap()
     };
     let output = import(&log, "002.csv");
-    assert!(output.status.success(), "{}", crate::stderr(&output));
-    let said = String::from_utf8_lossy(&output.stdout);
-    assert!(said.contains("in its gaps left out"), "{said}");
-    for says in ["--rate 100 is not used", "motion.csv: has gaps of more than 0.25 s"] {
-        assert!(crate::stderr(&output).contains(says), "{says}: {}", crate::stderr(&output));
-    }
+    let says = ["--rate 100 is not used", "motion.csv: has gaps of more than 0.25 s"];
+    assert_fails(&output, 3, &says);
+    assert_fails(&output, 3, &["no row from 0.49 s to 1.5 s", "fix: cut the motion in two"]);
+    assert!(!folder.path().join("002.csv").exists());
+    let rows = (0..200).map(|i| format!("{},0.1,0\n", 0.01 * f64::from(i))).collect::<String>();
+    fs::write(&motion, format!("t_s,insertion_m,rotation_rad\n{rows}")).unwrap();
     let text = fs::read_to_string(&log).unwrap().replace("(N)", "(lbf)");
     fs::write(&log, text).unwrap();
-    assert_fails(&import(&log, "003.csv"), 3, &["ati.csv:1: `Fx (lbf)` is in lbf", "0.224809"]);
+    let output = import(&log, "003.csv");
+    assert!(output.status.success(), "{}", crate::stderr(&output));
+    assert!(crate::stderr(&output).contains("the rows are in lbf"), "{}", crate::stderr(&output));
+    let pounds = fs::read_to_string(folder.path().join("003.csv")).unwrap();
+    let fx_n = pounds.lines().nth(1).unwrap().split(',').nth(3).unwrap().parse::<f64>().unwrap();
+    assert!((fx_n - 4.448_221_615_26).abs() < 1e-6, "{fx_n}");
 }

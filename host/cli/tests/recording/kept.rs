@@ -8,7 +8,7 @@ use cathforce_bundle::Bundle;
 use crate::{assert_fails, cathforce, command, data, example, recording, stderr, text};
 
 const ROBOT: &str =
-    "t_s,insertion_m,rotation_rad,fx_N,fy_N,fz_N\n0,0.03,0,0.1,0,0\n1,0.04,0,0.2,0,0\n";
+    "t_s,insertion_m,rotation_rad,fx_N,fy_N,fz_N\n0,0.03,0,0.1,0,0\n0.2,0.04,0,0.2,0,0\n";
 
 #[test]
 fn no_output_takes_the_place_of_what_was_measured() {

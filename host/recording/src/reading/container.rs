@@ -63,7 +63,7 @@ impl<'a> Container<'a> {
     pub(super) fn read(bytes: &'a [u8]) -> Result<Self, Fault> {
         let mut found = Self::default();
         let mut byte = mcap::MAGIC.len();
-        let mut is_data_ended = false;
+        let (mut is_data_ended, mut has_footer) = (false, false);
         while &bytes[byte..] != mcap::MAGIC {
             let Some((opcode, body)) = split_record(&bytes[byte..]) else {
                 // A recorder that was killed has not written the end.
@@ -96,12 +96,17 @@ impl<'a> Container<'a> {
                     found.data_differs = differs(crc_at(body, 0), &bytes[..byte]);
                 }
                 FOOTER => {
+                    has_footer = true;
                     let end = next - CRC_BYTES;
-                    let summary = body.first_chunk().map(|start| u64::from_le_bytes(*start));
-                    let start = summary.and_then(|start| usize::try_from(start).ok());
-                    let start = start.filter(|&start| start > 0 && start <= end);
+                    let stated = body.first_chunk().map(|start| u64::from_le_bytes(*start));
+                    // Without an index the checksum is that of the footer alone.
+                    let start = match stated {
+                        Some(0) | None => Some(byte),
+                        Some(start) => usize::try_from(start).ok(),
+                    };
+                    let index = start.and_then(|start| bytes.get(start..end));
                     let crc = crc_at(body, body.len().saturating_sub(CRC_BYTES));
-                    if start.is_some_and(|start| differs(crc, &bytes[start..end])) {
+                    if index.is_none_or(|index| differs(crc, index)) {
                         found.note(byte, "the index of the file does not match its checksum");
                     }
                 }
@@ -114,6 +119,9 @@ impl<'a> Container<'a> {
         }
         if !is_data_ended {
             found.note(byte, "the record that ends the data is damaged");
+        }
+        if !has_footer {
+            found.note(byte, "the record that ends the file is damaged");
         }
         Ok(found)
     }

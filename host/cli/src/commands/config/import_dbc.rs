@@ -1,12 +1,15 @@
 //! `cathforce config import-dbc`: reads from a lab's DBC where its frames hold the drives' positions.
 
+use std::f64::consts::TAU;
 use std::path::Path;
 
 use can_dbc::{ByteOrder, MultiplexIndicator, SignalExtendedValueType, ValueType};
+use cathforce_bus::Id;
 use cathforce_config::master::{Drive, Master, MasterError, Place, Signal};
 use serde_json::json;
 use toml_edit::DocumentMut;
 
+use super::canopen;
 use super::lab_dbc::{Found, Identifier, LabDbc, is_within_frame};
 use crate::args::ConfigImportDbcArguments;
 use crate::failure::Failure;
@@ -25,7 +28,9 @@ const ANGLES: &[(&str, f64)] = &[
     ("µrad", 1e-6),
     ("deg", std::f64::consts::PI / 180.0),
     ("°", std::f64::consts::PI / 180.0),
-    ("rev", 2.0 * std::f64::consts::PI),
+    ("rev", TAU),
+    ("turn", TAU),
+    ("turns", TAU),
 ];
 
 /// Bytes of a classic frame; the device reads no others.
@@ -60,12 +65,20 @@ fn frames(
     let place = |name: &Option<String>, units| {
         let Some(name) = name else { return Ok(None) };
         let found = find(dbc, path, name)?;
+        check_collision(dbc, path, found)?;
         place(dbc, found, units).map(Some).map_err(|Unfit { what, fix }| {
             Failure::input(format!("{}: {name} {what}\n  fix: {fix}", path.display()))
         })
     };
+    // A drive that counts turns feeds by its lead.
+    let lead_m = arguments.lead.map(|mm| 1e-3 * mm);
+    let with_lead = lead_m.map(|lead_m| {
+        let turns = ANGLES.iter().map(|(unit, rad)| (*unit, rad / TAU * lead_m));
+        LENGTHS.iter().copied().chain(turns).collect::<Vec<_>>()
+    });
+    let lengths = with_lead.as_deref().unwrap_or(LENGTHS);
     let drive = |[insertion, rotation, button]: [&Option<String>; 3]| {
-        let [insertion, rotation] = [place(insertion, LENGTHS)?, place(rotation, ANGLES)?];
+        let [insertion, rotation] = [place(insertion, lengths)?, place(rotation, ANGLES)?];
         let held = place(button, BUTTONS)?;
         let drive = |(insertion, rotation)| Drive { insertion, rotation, held };
         Ok::<_, Failure>(insertion.zip(rotation).map(drive))
@@ -77,6 +90,7 @@ fn frames(
         guidewire: drive([guidewire_insertion, guidewire_rotation, &arguments.guidewire_button])?,
         grip: place(grip, BUTTONS)?,
     };
+    check_canopen(dbc, path, &master)?;
     // Each signal was checked on its own; this checks them together.
     master.validate().map_err(|e| Failure::input(format!("{}: {}", path.display(), e.text())))?;
     Ok(master)
@@ -204,6 +218,48 @@ fn base_identifier(dbc: &LabDbc, found: Found<'_>) -> Result<u16, Unfit> {
     })
 }
 
+/// Refuses a signal of a frame whose identifier is ours, with both names.
+fn check_collision(dbc: &LabDbc, path: &Path, found: Found<'_>) -> Result<(), Failure> {
+    let Identifier::Base(id) = dbc.identifier(found.message) else { return Ok(()) };
+    let ours = Id::from_raw(id).filter(|ours| !matches!(ours, Id::Encoder | Id::Guidewire));
+    let Some(ours) = ours else { return Ok(()) };
+    let theirs = &found.message.name;
+    let object = canopen::object(id).map_or(String::new(), |(object, node)| {
+        format!(" ({object} of node {node}, if it is a drive of CANopen)")
+    });
+    Err(Failure::input(format!(
+        "{}: {theirs}{object} has the identifier {id:#05x}, which is one of cathforce's own: {ours:?}\n  fix: \
+         let the master send it under a free identifier",
+        path.display()
+    )))
+}
+
+/// Refuses frames of a CANopen drive, whose other identifiers are ours.
+fn check_canopen(dbc: &LabDbc, path: &Path, master: &Master) -> Result<(), Failure> {
+    let drives = [master.catheter, master.guidewire].into_iter().flatten();
+    let ids = drives.flat_map(|drive| [drive.insertion.id, drive.rotation.id]);
+    for id in ids {
+        let Some((object, node)) = canopen::object(id) else { continue };
+        let of_id = dbc
+            .signals()
+            .map(|found| found.message)
+            .find(|message| dbc.identifier(message) == Identifier::Base(id));
+        let collisions = canopen::collisions(node);
+        let name = of_id.map_or("", |message| &message.name);
+        let says_so = ["PDO", "CANOPEN"].iter().any(|word| name.to_uppercase().contains(word));
+        if says_so && !collisions.is_empty() {
+            return Err(Failure::input(format!(
+                "{}: {name} is {object} of CANopen node {node}, whose identifiers on the same bus are also \
+                 ours: {}\n  fix: give the drive's PDOs other identifiers (objects 0x1400 to 0x1A00), or put \
+                 it on a bus of its own behind a gateway",
+                path.display(),
+                collisions.join("; ")
+            )));
+        }
+    }
+    Ok(())
+}
+
 /// Replaces the frames of the file; everything else stays.
 fn write(path: &Path, frames: &Master) -> Result<(), Failure> {
     // A file that is wrong already is refused with its lines.
@@ -305,6 +361,57 @@ mod tests {
             let Unfit { what, fix } = placed(&dbc, name).unwrap_err();
             assert!(what.contains(why) && !fix.is_empty(), "{name} {what}: {fix}");
         }
+    }
+
+    /// An ODrive or a VESC counts revolutions of its motor.
+    #[test]
+    fn revolutions_become_feed_by_the_lead() {
+        let text = String::from_utf8_lossy(LAB).replacen(
+            "(0.01,0) [0|600] \"mm\"",
+            "(0.01,0) [0|600] \"rev\"",
+            1,
+        );
+        let dbc = LabDbc::read(text.as_bytes()).unwrap();
+        let found = find(&dbc, Path::new("lab.dbc"), "Handle.Feed").unwrap();
+        let Err(Unfit { what, .. }) = place(&dbc, found, LENGTHS) else {
+            panic!("a turn is no length")
+        };
+        assert!(what.contains("\"rev\""), "{what}");
+        let by_lead = [("rev", 5e-3)];
+        let scale = place(&dbc, found, &by_lead).unwrap().signal.scale;
+        assert!((scale - 5e-5).abs() < 1e-10, "{scale}");
+    }
+
+    #[test]
+    fn a_drive_of_canopen_is_refused_with_both_names() {
+        let text = "VERSION \"\"\n\nBU_: D\n\nBO_ 385 TPDO1_NODE1: 8 D\n \
+            SG_ FEED : 0|32@1- (0.0001,0) [0|0] \"mm\" D\n SG_ TURN : 32|32@1- (0.0001,0) [0|0] \"rad\" D\n\n\
+            BO_ 641 TPDO2_NODE1: 8 D\n SG_ FEED : 0|32@1- (0.0001,0) [0|0] \"mm\" D\n";
+        let dbc = LabDbc::read(text.as_bytes()).unwrap();
+        let path = Path::new("drive.dbc");
+        let at = |name| {
+            place(&dbc, find(&dbc, path, name).unwrap(), &[LENGTHS, ANGLES].concat()).unwrap()
+        };
+        let drive = Drive {
+            insertion: at("TPDO1_NODE1.FEED"),
+            rotation: at("TPDO1_NODE1.TURN"),
+            held: None,
+        };
+        let master = Master { catheter: Some(drive), ..Master::default() };
+        let error = check_canopen(&dbc, path, &master).unwrap_err().message;
+        for says in [
+            "TPDO1_NODE1 is TPDO1 of CANopen node 1",
+            "RPDO1 and our Shape(1)",
+            "command the drive",
+        ] {
+            assert!(error.contains(says), "{says}: {error}");
+        }
+        let taken = find(&dbc, path, "TPDO2_NODE1.FEED").unwrap();
+        let error = check_collision(&dbc, path, taken).unwrap_err().message;
+        assert!(
+            error.contains("TPDO2_NODE1 (TPDO2 of node 1") && error.contains("Force(1)"),
+            "{error}"
+        );
     }
 
     #[test]

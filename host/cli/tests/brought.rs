@@ -1,0 +1,211 @@
+//! Files that a lab brings: read right, or refused with the reason.
+
+mod support;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use support::{assert_fails, cathforce, command, stderr, text};
+
+/// A motion of 4 s at 100 Hz.
+fn motion(folder: &Path) -> PathBuf {
+    let path = folder.join("motion.csv");
+    let row = |k: u32| format!("{:.2},{},0\n", 0.01 * f64::from(k), 0.03 + 1e-5 * f64::from(k));
+    let rows = (0..=400).map(row).collect::<String>();
+    fs::write(&path, format!("t_s,insertion_m,rotation_rad\n{rows}")).unwrap();
+    path
+}
+
+/// The rows of an imported trial that have a force: time and x.
+fn forces(path: &Path) -> Vec<(f64, f64)> {
+    let table = fs::read_to_string(path).unwrap();
+    let at = table.lines().next().unwrap().split(',').position(|name| name == "fx_N").unwrap();
+    let row = |line: &str| {
+        let fields = line.split(',').collect::<Vec<_>>();
+        Some((fields[0].parse().ok()?, fields[at].parse().ok()?))
+    };
+    table.lines().skip(1).filter_map(row).collect()
+}
+
+/// A log as the program of the sensor's maker writes it: quoted, with a date, in pounds, with lost packets
+/// and rows in error.
+#[test]
+fn a_force_log_is_read_by_its_own_words() {
+    let folder = tempfile::tempdir().unwrap();
+    let [log, out] = ["force.csv", "001.csv"].map(|name| folder.path().join(name));
+    let motion = motion(folder.path());
+    let date = "\"Nov 27, 2026 10:15:02 AM\"";
+    let row = |status: &str, packet: u32| {
+        format!("\"{status}\",\"{packet}\",\"{}\",\"2000000\",\"0\",\"0\",\"0\",\"0\",\"0\",{date}\n", 70 * packet)
+    };
+    let rows = [row("0x0", 1), row("0x0", 2), row("0x80000004", 3), row("0x0", 103)].concat();
+    let log_text = format!(
+        "Start Time: 11/27/26 10:15 AM\nRDT Sample Rate: 50\nForce Units: lbf\nCounts per Unit Force: 1000000.0\n\
+         Status (hex), RDT Sequence, F/T Sequence, Fx, Fy, Fz, Tx, Ty, Tz, Time\n{rows}"
+    );
+    fs::write(&log, &log_text).unwrap();
+    let import = |more: &[&str]| {
+        let mut import = command();
+        import.args(["import", "ati", text(&log), "--motion", text(&motion), "--out", text(&out)]);
+        import.args(more).output().unwrap()
+    };
+    let dry = import(&["--dry-run"]);
+    assert!(dry.status.success() && !out.exists(), "{}", stderr(&dry));
+    let output = import(&[]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    let said = stderr(&output);
+    for says in ["1000000 of them a lbf", "at 50 Hz", "99 packets were lost", "line 8", "broken gage"] {
+        assert!(said.contains(says), "{says}: {said}");
+    }
+    let found = forces(&out);
+    assert_eq!(found.iter().map(|(t_s, _)| *t_s).collect::<Vec<_>>(), [0.0, 0.02, 2.04]);
+    assert!(found.iter().all(|(_, fx_n)| (fx_n - 8.896_443_230_52).abs() < 1e-6), "{found:?}");
+    assert_fails(&import(&["--counts-per-n", "1"]), 2, &["exists already"]);
+    fs::remove_file(&out).unwrap();
+    assert_fails(&import(&["--counts-per-n", "1"]), 3, &["but --counts-per-n says", "leave --counts-per-n out"]);
+}
+
+const OTHER_BUS: &str = "(100.000000) can0 210#0102030405060708\n(100.000500) can0 290#00FF\n";
+
+#[test]
+fn the_log_of_another_bus_is_taken_only_when_asked_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let [log, out] = ["other.log", "other.mcap"].map(|name| folder.path().join(name));
+    fs::write(&log, OTHER_BUS).unwrap();
+    let bundle = support::example();
+    let import = ["import", "can", text(&log), "--bundle", text(&bundle), "--out", text(&out)];
+    assert_fails(&cathforce(import), 3, &["the log of another bus: 2 of its 2 frames", "--foreign"]);
+    assert!(!out.exists());
+    assert_fails(&cathforce(["play", text(&log), "--link", "sim"]), 3, &["the log of another bus"]);
+    let taken = command().args(import).arg("--foreign").output().unwrap();
+    assert!(taken.status.success() && out.is_file(), "{}", stderr(&taken));
+}
+
+#[test]
+fn a_lab_dbc_with_a_wrong_identifier_or_a_cut_signal_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let [dbc, settings] = ["lab.dbc", "S.toml"].map(|name| folder.path().join(name));
+    fs::write(&settings, "rig = \"lab\"\n").unwrap();
+    let import = |text_of_dbc: &str| {
+        fs::write(&dbc, text_of_dbc).unwrap();
+        let mut import = command();
+        import.args(["config", "import-dbc", text(&dbc), text(&settings)]);
+        import.args(["--insertion", "DRIVE.FEED", "--rotation", "DRIVE.TURN"]).output().unwrap()
+    };
+    let lab = "VERSION \"\"\nBU_: LAB\nBO_ 801 DRIVE: 6 LAB\n SG_ FEED : 0|16@1+ (0.01,0) [0|655] \"mm\" LAB\n \
+               SG_ TURN : 24|16@1- (0.001,0) [-32|32] \"rad\" LAB\n";
+    for (from, to, says) in [
+        ("BO_ 801", "BO_ 274923521", "0x10630001"),
+        ("DRIVE: 6", "DRIVE: 4", "not within the 4 bytes"),
+    ] {
+        assert_fails(&import(&lab.replace(from, to)), 3, &[says, "fix:"]);
+        assert_eq!(fs::read_to_string(&settings).unwrap(), "rig = \"lab\"\n");
+    }
+    assert!(import(lab).status.success());
+}
+
+/// JSON has no word for such a name; it is no reason to break off.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_path_that_is_no_utf_8_is_a_path() {
+    use std::ffi::OsStr;
+    use std::os::unix::ffi::OsStrExt as _;
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join(OsStr::from_bytes(b"\xff.csv"));
+    let motion = motion(folder.path());
+    for json in [&[][..], &["--json"]] {
+        let _ = fs::remove_file(&out);
+        let mut import = command();
+        import.args(["import", "csv", text(&motion), "--out"]).arg(&out).args(json);
+        let output = import.output().unwrap();
+        assert!(output.status.success(), "{}", stderr(&output));
+        assert!(out.is_file());
+    }
+    let recording = folder.path().join(OsStr::from_bytes(b"\xfe.mcap"));
+    let bundle = support::example();
+    let mut simulate = command();
+    simulate.args(["simulate", text(&bundle), "--cell", "3", "--duration", "0.1", "--out"]).arg(&recording);
+    assert!(simulate.output().unwrap().status.success());
+    for command_line in [&["check", "--no-replay"][..], &["report"]] {
+        let output = command().args(command_line).arg("--json").arg(&recording).output().unwrap();
+        assert!(output.status.success(), "{command_line:?}: {}", stderr(&output));
+    }
+    let exported = folder.path().join(OsStr::from_bytes(b"\xfd.csv"));
+    let output = command().arg("export").arg(&recording).arg("--csv").arg(&exported).arg("--json").output();
+    assert!(output.unwrap().status.success() && exported.is_file());
+}
+
+#[cfg(unix)]
+#[test]
+fn what_is_no_file_is_refused_and_not_read_for_ever() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out.mcap");
+    let bundle = support::example();
+    let import = ["import", "can", "/dev/zero", "--bundle", text(&bundle), "--out", text(&out)];
+    assert_fails(&cathforce(import), 3, &["/dev/zero", "a pipe or a device", "fix:"]);
+}
+
+#[cfg(feature = "meshes")]
+#[test]
+fn a_surface_and_a_line_of_other_tools_become_a_vessel() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    let [obj, curve, line, stl] = ["lumen.obj", "line.mrk.json", "centreline.csv", "vessel.stl"].map(at);
+    // A tube along x in centimetres, 0.3 wide and 4 long, capped at both ends.
+    let mut surface = String::new();
+    for ring in [0.0, 2.0, 4.0] {
+        for side in 0..24 {
+            let angle = std::f64::consts::TAU * f64::from(side) / 24.0;
+            surface += &format!("v {ring} {:.6} {:.6}\n", 0.3 * angle.cos(), 0.3 * angle.sin());
+        }
+    }
+    for ring in 0..2 {
+        for side in 0..24 {
+            let corner = |ring: u32, side: u32| 24 * ring + side % 24 + 1;
+            let [a, b] = [corner(ring, side), corner(ring + 1, side)];
+            surface += &format!("f {a} {b} {} {}\n", corner(ring + 1, side + 1), corner(ring, side + 1));
+        }
+    }
+    for first in [1, 49] {
+        let corners = (0..24).map(|side| (first + side).to_string()).collect::<Vec<_>>();
+        surface += &format!("f {}\n", corners.join(" "));
+    }
+    fs::write(&obj, surface).unwrap();
+    let points = (0..=20).map(|k| format!("{{\"position\": [{}, 0, 0]}}", 2 * k)).collect::<Vec<_>>();
+    let radii = vec!["3"; 21].join(", ");
+    fs::write(
+        &curve,
+        format!(
+            "{{\"markups\": [{{\"type\": \"Curve\", \"name\": \"aorta\", \"coordinateSystem\": \"LPS\", \
+             \"coordinateUnits\": \"mm\", \"controlPoints\": [{}], \"measurements\": [{{\"name\": \"Radius\", \
+             \"controlPointValues\": [{radii}]}}]}}]}}",
+            points.join(", ")
+        ),
+    )
+    .unwrap();
+    let output = cathforce(["import", "centreline", text(&curve), "--out", text(&line)]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    assert!(stderr(&output).contains("coordinates are LPS"), "{}", stderr(&output));
+    let csv = fs::read_to_string(&line).unwrap();
+    assert_eq!(csv.lines().count(), 22);
+    assert!(csv.lines().last().unwrap().starts_with("line0,0.0400000,0.0400000"), "{csv}");
+    let wrong = ["import", "centreline", text(&curve), "--out", "absent.csv", "--unit", "cm"];
+    assert_fails(&cathforce(wrong), 3, &["is in mm, which --unit contradicts"]);
+
+    let import = |more: &[&str]| {
+        let mut import = command();
+        import.args(["import", "mesh", text(&obj), "--out", text(&stl)]).args(more).output().unwrap()
+    };
+    let capped = import(&["--unit", "cm", "--dry-run"]);
+    assert!(capped.status.success() && !stl.exists());
+    assert!(stderr(&capped).contains("capped at 2 flat ends"), "{}", stderr(&capped));
+    let as_mm = import(&["--dry-run"]);
+    assert!(stderr(&as_mm).contains("in centimetres? Then scale it by 10"), "{}", stderr(&as_mm));
+    let opened = import(&["--unit", "cm", "--open-at", text(&line)]);
+    assert!(opened.status.success(), "{}", stderr(&opened));
+    assert!(stderr(&opened).contains("opened at (40.0, 0.0, 0.0) mm"), "{}", stderr(&opened));
+    assert!(!stderr(&opened).contains("capped"), "{}", stderr(&opened));
+    let lumen = cathforce(["lumen", text(&stl), "--json"]);
+    let lumen: serde_json::Value = serde_json::from_slice(&lumen.stdout).unwrap();
+    assert_eq!(lumen["openings"].as_array().map(Vec::len), Some(2), "{lumen}");
+}
