@@ -117,12 +117,26 @@ impl Display for BundleError {
     }
 }
 
+/// Refuses what is no file: a device may have no end. What cannot be looked at is refused when it is read.
+fn refuse_special(file: &Path) -> Result<(), BundleError> {
+    let is_special = |found: std::fs::Metadata| !found.is_file() && !found.is_dir();
+    match file.metadata().is_ok_and(is_special) {
+        true => {
+            let error = std::io::Error::other("it is a pipe or a device, not a file");
+            Err(BundleError::new(file, Place::Whole, error))
+        }
+        false => Ok(()),
+    }
+}
+
 /// Reads a file whole.
 pub(crate) fn read_bytes(file: &Path) -> Result<Vec<u8>, BundleError> {
+    refuse_special(file)?;
     std::fs::read(file).map_err(|error| BundleError::new(file, Place::Whole, error))
 }
 
 /// Reads a text file whole.
 pub(crate) fn read_text(file: &Path) -> Result<String, BundleError> {
+    refuse_special(file)?;
     std::fs::read_to_string(file).map_err(|error| BundleError::new(file, Place::Whole, error))
 }

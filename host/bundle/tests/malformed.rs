@@ -306,7 +306,10 @@ fn a_hole_between_rows_is_refused_with_its_line() {
         let error = refusal(FILE, hole(to_s), line_column(4, 1));
         assert_says(&error, &[says, "0.25 s apart", "cut the trial in two"]);
     }
-    assert_says(&refusal(FILE, hole("1e300"), line_column(4, 1)), &["beyond the time of any clock"]);
+    assert_says(
+        &refusal(FILE, hole("1e300"), line_column(4, 1)),
+        &["beyond the time of any clock"],
+    );
 }
 
 /// A wrong clock of a sensor faster than 10 kHz shows only by the sensor's rate.

@@ -13,7 +13,7 @@ use std::fs;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
-use cathforce_recording::{is_recording, make_folder, write_whole};
+use cathforce_recording::{is_being_recorded, is_recording, make_folder, write_whole};
 
 use crate::failure::{Code, Failure};
 pub use json_file::JsonFile;
@@ -25,7 +25,10 @@ pub use settings_file::{TOP as SETTINGS_KEYS, is_settings};
 pub fn check_recording(path: &Path, overwrite: bool) -> Result<(), Failure> {
     match path.symlink_metadata() {
         Ok(_) if !overwrite => return Err(is_there(path, ANOTHER_NAME_OR_OVERWRITE)),
-        Ok(_) => check_kind(path, Kind::Recording)?,
+        Ok(_) => {
+            check_kind(path, Kind::Recording)?;
+            check_not_recorded(path)?;
+        }
         Err(_) => {}
     }
     check_writable(path)
@@ -45,7 +48,20 @@ pub fn make_room(path: &Path) -> Result<(), Failure> {
         return Ok(());
     }
     check_kind(path, Kind::Recording)?;
+    check_not_recorded(path)?;
     fs::remove_file(path).map_err(|e| Failure::write(path, e))
+}
+
+/// Refuses a recording that another command is writing.
+fn check_not_recorded(path: &Path) -> Result<(), Failure> {
+    if !is_being_recorded(path) {
+        return Ok(());
+    }
+    let message = format!(
+        "another command is recording into {} now\n  fix: wait for its end, or give another name",
+        path.display()
+    );
+    Err(Failure::new(Code::Usage, message))
 }
 
 /// Refuses an existing file of any kind.

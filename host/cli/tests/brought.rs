@@ -36,7 +36,10 @@ fn a_force_log_is_read_by_its_own_words() {
     let motion = motion(folder.path());
     let date = "\"Nov 27, 2026 10:15:02 AM\"";
     let row = |status: &str, packet: u32| {
-        format!("\"{status}\",\"{packet}\",\"{}\",\"2000000\",\"0\",\"0\",\"0\",\"0\",\"0\",{date}\n", 70 * packet)
+        format!(
+            "\"{status}\",\"{packet}\",\"{}\",\"2000000\",\"0\",\"0\",\"0\",\"0\",\"0\",{date}\n",
+            70 * packet
+        )
     };
     let rows = [row("0x0", 1), row("0x0", 2), row("0x80000004", 3), row("0x0", 103)].concat();
     let log_text = format!(
@@ -54,7 +57,9 @@ fn a_force_log_is_read_by_its_own_words() {
     let output = import(&[]);
     assert!(output.status.success(), "{}", stderr(&output));
     let said = stderr(&output);
-    for says in ["1000000 of them a lbf", "at 50 Hz", "99 packets were lost", "line 8", "broken gage"] {
+    for says in
+        ["1000000 of them a lbf", "at 50 Hz", "99 packets were lost", "line 8", "broken gage"]
+    {
         assert!(said.contains(says), "{says}: {said}");
     }
     let found = forces(&out);
@@ -62,7 +67,11 @@ fn a_force_log_is_read_by_its_own_words() {
     assert!(found.iter().all(|(_, fx_n)| (fx_n - 8.896_443_230_52).abs() < 1e-6), "{found:?}");
     assert_fails(&import(&["--counts-per-n", "1"]), 2, &["exists already"]);
     fs::remove_file(&out).unwrap();
-    assert_fails(&import(&["--counts-per-n", "1"]), 3, &["but --counts-per-n says", "leave --counts-per-n out"]);
+    assert_fails(
+        &import(&["--counts-per-n", "1"]),
+        3,
+        &["but --counts-per-n says", "leave --counts-per-n out"],
+    );
 }
 
 const OTHER_BUS: &str = "(100.000000) can0 210#0102030405060708\n(100.000500) can0 290#00FF\n";
@@ -74,7 +83,11 @@ fn the_log_of_another_bus_is_taken_only_when_asked_for() {
     fs::write(&log, OTHER_BUS).unwrap();
     let bundle = support::example();
     let import = ["import", "can", text(&log), "--bundle", text(&bundle), "--out", text(&out)];
-    assert_fails(&cathforce(import), 3, &["the log of another bus: 2 of its 2 frames", "--foreign"]);
+    assert_fails(
+        &cathforce(import),
+        3,
+        &["the log of another bus: 2 of its 2 frames", "--foreign"],
+    );
     assert!(!out.exists());
     assert_fails(&cathforce(["play", text(&log), "--link", "sim"]), 3, &["the log of another bus"]);
     let taken = command().args(import).arg("--foreign").output().unwrap();
@@ -124,14 +137,17 @@ fn a_path_that_is_no_utf_8_is_a_path() {
     let recording = folder.path().join(OsStr::from_bytes(b"\xfe.mcap"));
     let bundle = support::example();
     let mut simulate = command();
-    simulate.args(["simulate", text(&bundle), "--cell", "3", "--duration", "0.1", "--out"]).arg(&recording);
+    simulate
+        .args(["simulate", text(&bundle), "--cell", "3", "--duration", "0.1", "--out"])
+        .arg(&recording);
     assert!(simulate.output().unwrap().status.success());
     for command_line in [&["check", "--no-replay"][..], &["report"]] {
         let output = command().args(command_line).arg("--json").arg(&recording).output().unwrap();
         assert!(output.status.success(), "{command_line:?}: {}", stderr(&output));
     }
     let exported = folder.path().join(OsStr::from_bytes(b"\xfd.csv"));
-    let output = command().arg("export").arg(&recording).arg("--csv").arg(&exported).arg("--json").output();
+    let output =
+        command().arg("export").arg(&recording).arg("--csv").arg(&exported).arg("--json").output();
     assert!(output.unwrap().status.success() && exported.is_file());
 }
 
@@ -150,7 +166,8 @@ fn what_is_no_file_is_refused_and_not_read_for_ever() {
 fn a_surface_and_a_line_of_other_tools_become_a_vessel() {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name);
-    let [obj, curve, line, stl] = ["lumen.obj", "line.mrk.json", "centreline.csv", "vessel.stl"].map(at);
+    let [obj, curve, line, stl] =
+        ["lumen.obj", "line.mrk.json", "centreline.csv", "vessel.stl"].map(at);
     // A tube along x in centimetres, 0.3 wide and 4 long, capped at both ends.
     let mut surface = String::new();
     for ring in [0.0, 2.0, 4.0] {
@@ -163,7 +180,8 @@ fn a_surface_and_a_line_of_other_tools_become_a_vessel() {
         for side in 0..24 {
             let corner = |ring: u32, side: u32| 24 * ring + side % 24 + 1;
             let [a, b] = [corner(ring, side), corner(ring + 1, side)];
-            surface += &format!("f {a} {b} {} {}\n", corner(ring + 1, side + 1), corner(ring, side + 1));
+            surface +=
+                &format!("f {a} {b} {} {}\n", corner(ring + 1, side + 1), corner(ring, side + 1));
         }
     }
     for first in [1, 49] {
@@ -171,7 +189,8 @@ fn a_surface_and_a_line_of_other_tools_become_a_vessel() {
         surface += &format!("f {}\n", corners.join(" "));
     }
     fs::write(&obj, surface).unwrap();
-    let points = (0..=20).map(|k| format!("{{\"position\": [{}, 0, 0]}}", 2 * k)).collect::<Vec<_>>();
+    let points =
+        (0..=20).map(|k| format!("{{\"position\": [{}, 0, 0]}}", 2 * k)).collect::<Vec<_>>();
     let radii = vec!["3"; 21].join(", ");
     fs::write(
         &curve,
@@ -194,7 +213,11 @@ fn a_surface_and_a_line_of_other_tools_become_a_vessel() {
 
     let import = |more: &[&str]| {
         let mut import = command();
-        import.args(["import", "mesh", text(&obj), "--out", text(&stl)]).args(more).output().unwrap()
+        import
+            .args(["import", "mesh", text(&obj), "--out", text(&stl)])
+            .args(more)
+            .output()
+            .unwrap()
     };
     let capped = import(&["--unit", "cm", "--dry-run"]);
     assert!(capped.status.success() && !stl.exists());

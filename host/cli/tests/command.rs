@@ -494,8 +494,10 @@ fn ctrl_c_disarms_and_finishes_the_recording() {
     for name in ["rig.toml", "vessel.stl"] {
         fs::copy(example().join(name), hour.join(name)).unwrap();
     }
-    let row = |k: u32| format!("{},{},0\n", 0.25 * f64::from(k), 0.028 + 0.01 * f64::from(k) / 14_400.0);
-    let rows = "t_s,insertion_m,rotation_rad\n".to_owned() + &(0..=14_400).map(row).collect::<String>();
+    let row =
+        |k: u32| format!("{},{},0\n", 0.25 * f64::from(k), 0.028 + 0.01 * f64::from(k) / 14_400.0);
+    let rows =
+        "t_s,insertion_m,rotation_rad\n".to_owned() + &(0..=14_400).map(row).collect::<String>();
     fs::write(hour.join("trials/000.csv"), rows).unwrap();
     let mut run = command();
     run.arg("simulate").arg(&hour).args(["--out", text(&file)]);

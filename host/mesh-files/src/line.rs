@@ -5,7 +5,7 @@
 
 use cathforce_bundle::geometry::{Branch, Station};
 
-use crate::{Contents, FileError, Point};
+use crate::contents::{Contents, FileError, Point};
 
 /// Names of the array of radii, the usual first.
 const RADII: [&str; 4] =
@@ -142,7 +142,7 @@ mod tests {
     use cathforce_bundle::geometry::read_centreline;
 
     use super::*;
-    use crate::Format;
+    use crate::contents::Format;
 
     /// Two lines in mm that part after 20 mm, the second with its last point doubled.
     fn tree() -> Contents {

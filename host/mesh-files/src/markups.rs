@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use crate::{Contents, FileError, Format, Point};
+use crate::contents::{Contents, FileError, Format, Point};
 
 const FIX: &str = "save the curve as markups (.mrk.json) in 3D Slicer again";
 

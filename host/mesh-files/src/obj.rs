@@ -1,6 +1,6 @@
 //! Wavefront's OBJ: vertices and facets; what else it has is passed over.
 
-use crate::{Contents, FileError, Format, Point};
+use crate::contents::{Contents, FileError, Format, Point};
 
 const FIX: &str = "export the surface again as OBJ";
 

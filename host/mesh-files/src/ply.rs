@@ -3,7 +3,7 @@
 use ply_rs_bw::parser::Parser;
 use ply_rs_bw::ply::{DefaultElement, Property};
 
-use crate::{Contents, FileError, Format, Point};
+use crate::contents::{Contents, FileError, Format, Point};
 
 const FIX: &str = "export the surface again as PLY";
 

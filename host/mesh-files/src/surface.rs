@@ -2,7 +2,7 @@
 
 use cathforce_bundle::geometry::{Triangle, read_stl as read_bundle_stl};
 
-use crate::{Contents, FileError, Format};
+use crate::contents::{Contents, FileError, Format};
 
 /// STL is read as millimetres by the bundle; here it keeps the file's own numbers.
 const PER_METRE: f64 = 1e3;
@@ -48,7 +48,7 @@ pub fn stl(triangles: &[Triangle]) -> Vec<u8> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Point;
+    use crate::contents::Point;
 
     #[test]
     fn an_stl_comes_back_in_its_own_numbers() {

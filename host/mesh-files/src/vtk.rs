@@ -7,8 +7,8 @@ use std::io::Read as _;
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 
+use crate::contents::{Contents, FileError, Format, Point};
 use crate::xml::{Tag, tags};
-use crate::{Contents, FileError, Format, Point};
 
 const FIX: &str = "save the file again with VTK or ParaView, best as VTP with binary arrays";
 /// Largest array that is unpacked \[bytes\].
@@ -481,6 +481,18 @@ mod tests {
             assert_eq!(Contents::read(&appended).unwrap(), expected, "{name}");
             for length in (0..appended.len()).step_by(13) {
                 let _ = Contents::read(&appended[..length]);
+            }
+            // Any byte may be any other: no panic, and no corner that is not there.
+            for at in (0..appended.len()).step_by(3) {
+                let mut damaged = appended.clone();
+                damaged[at] ^= 0x15;
+                if let Ok(found) = Contents::read(&damaged) {
+                    let corners = found.lines.iter().flatten();
+                    assert!(
+                        corners.copied().all(|corner| (corner as usize) < found.points.len()),
+                        "byte {at}"
+                    );
+                }
             }
         }
         let mut text = "<AppendedData encoding=\"base64\">\n_".to_owned();

@@ -55,4 +55,4 @@ pub use reading::survey::{DropoutCount, IdCount, Survey, bus_load, name as frame
 pub use replay::{Difference, ReplayError, ReplayReport, Track, replay};
 pub use writing::atomic::{make_folder, put_whole, write_whole};
 pub use writing::background::BackgroundRecorder;
-pub use writing::writer::{Attachments, Recorder, WriteError};
+pub use writing::writer::{Attachments, Recorder, WriteError, is_being_recorded};

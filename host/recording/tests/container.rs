@@ -7,7 +7,9 @@ use std::fs;
 use std::path::Path;
 
 use cathforce_bus::{Frame, Id};
-use cathforce_recording::{Dropout, DropoutCause, ReadError, Recorder, Recording};
+use cathforce_recording::{
+    Dropout, DropoutCause, ReadError, Recorder, Recording, is_being_recorded,
+};
 use record::{SHAPE_M, TICKS, attachments, frames, info, record, result, rows};
 
 /// Two recorders may both have found the name free a moment ago.
@@ -19,6 +21,17 @@ fn a_recorder_never_takes_the_place_of_a_file() {
     let error = Recorder::create(&path, &info(), attachments()).err().unwrap().to_string();
     assert!(error.contains("run.mcap: File exists"), "{error}");
     assert!(std::fs::read(&path).unwrap() == before);
+}
+
+#[cfg(unix)]
+#[test]
+fn a_file_that_is_being_recorded_is_known_for_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.mcap");
+    let recorder = Recorder::create(&path, &info(), attachments()).unwrap();
+    assert!(is_being_recorded(&path));
+    recorder.finish(None).unwrap();
+    assert!(!is_being_recorded(&path) && !is_being_recorded(folder.path()));
 }
 
 #[test]

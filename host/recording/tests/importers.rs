@@ -75,6 +75,81 @@ fn damaged_candump_logs_are_taken_or_refused_with_a_line() {
     assert!((TRIES / 3..TRIES).contains(&refused), "{refused}");
 }
 
+/// Forty frames of ours as each tool would log them.
+fn logs() -> [(&'static str, String); 4] {
+    let frames = read_candump(&candump()[..], &Master::default()).unwrap().frames;
+    let bytes = |frame: &BusFrame, between: &str| {
+        frame
+            .frame
+            .data()
+            .iter()
+            .map(|byte| format!("{byte:02X}"))
+            .collect::<Vec<_>>()
+            .join(between)
+    };
+    let lines = |line: &dyn Fn(usize, &BusFrame) -> String| {
+        frames.iter().enumerate().map(|(i, frame)| line(i, frame)).collect::<String>()
+    };
+    let asc = lines(&|i, frame| {
+        format!(
+            "   {}.{:06} 1  {:X}             Rx   d 8 {}\n",
+            i / 1000,
+            1000 * (i % 1000),
+            frame.frame.id(),
+            bytes(frame, " ")
+        )
+    });
+    let trc = lines(&|i, frame| {
+        format!(
+            "{:>6}) {:>9}.0  Rx  {:04X}  8  {}\n",
+            i + 1,
+            i,
+            frame.frame.id(),
+            bytes(frame, " ")
+        )
+    });
+    let savvycan = lines(&|i, frame| {
+        format!("{},{:08X},false,Rx,0,8,{},\n", 1000 * i, frame.frame.id(), bytes(frame, ","))
+    });
+    let candump = lines(&|i, frame| {
+        format!(" ({i}.000000)  can0  {:03X}   [8]  {}\n", frame.frame.id(), bytes(frame, " "))
+    });
+    [
+        (
+            "Vector ASC",
+            format!("date Fri Nov 27 10:15:02 am 2026\nbase hex  timestamps absolute\n{asc}"),
+        ),
+        ("PEAK TRC", format!(";$FILEVERSION=1.1\n;$STARTTIME=46353.5\n{trc}")),
+        (
+            "a table of SavvyCAN",
+            format!("Time Stamp,ID,Extended,Dir,Bus,LEN,D1,D2,D3,D4,D5,D6,D7,D8\n{savvycan}"),
+        ),
+        ("candump", candump),
+    ]
+}
+
+#[test]
+fn every_tools_log_gives_the_same_frames() {
+    let expected = read_candump(&candump()[..], &Master::default()).unwrap();
+    let frames = |log: &[BusFrame]| log.iter().map(|frame| frame.frame).collect::<Vec<_>>();
+    for (name, text) in logs() {
+        let log = read_candump(text.as_bytes(), &Master::default()).unwrap();
+        assert_eq!(log.format.map(|format| format.to_string()).as_deref(), Some(name));
+        assert_eq!(frames(&log.frames), frames(&expected.frames), "{name}");
+        assert_eq!((log.intact, log.broken, log.foreign), (40, 0, 0), "{name}");
+    }
+}
+
+#[test]
+fn damaged_logs_of_other_tools_are_taken_or_refused_with_a_line() {
+    for (seed, (name, text)) in (5..).zip(logs()) {
+        let refused = refused(seed, text.as_bytes(), |text| {
+            read_candump(text, &Master::default()).map(|log| log.frames.len())
+        });
+        assert!((TRIES / 10..TRIES).contains(&refused), "{name}: {refused}");
+    }
+}
+
 #[test]
 fn damaged_sensor_logs_are_taken_or_refused_with_a_line() {
     let axes = AxisMap::SAME;

@@ -22,7 +22,8 @@ pub struct ColumnMap {
 }
 
 impl ColumnMap {
-    /// From `insertion_m=feed [mm]*0.001+0.028`; factor and offset may be left out.
+    /// From `insertion_m=feed [mm]*0.001+0.028`; factor and offset may be left out. A number in the place
+    /// of a column, `rotation_rad=0`, is the value in every row.
     pub fn parse(text: &str) -> Result<Self, String> {
         let wrong = || {
             format!(
@@ -50,6 +51,12 @@ impl ColumnMap {
             return Err(wrong());
         }
         Ok(Self { to: to.into(), from: from.into(), factor, offset })
+    }
+
+    /// The value in every row, if a number stands in the place of a column.
+    fn constant(&self) -> Option<f64> {
+        let number = self.from.parse::<f64>().ok().filter(|x| x.is_finite())?;
+        Some(number * self.factor + self.offset)
     }
 
     fn is_identity(&self) -> bool {
@@ -129,6 +136,9 @@ pub fn read_foreign(text: &str, maps: &[ColumnMap], holes: Holes) -> Result<Fore
     }
     let places: Vec<(usize, &str)> = taken.iter().map(|c| (c.at, c.to.as_str())).collect();
     let selected = table.select(&places, |row, k| {
+        if let Some(constant) = taken[k].constant {
+            return Ok(constant.to_string());
+        }
         let number = table.number(row, taken[k].at)?;
         let text = table.text(row, taken[k].at);
         Ok(match (number, taken[k].map.filter(|map| !map.is_identity())) {
@@ -153,10 +163,9 @@ pub fn read_foreign(text: &str, maps: &[ColumnMap], holes: Holes) -> Result<Fore
     remarks.extend(trial.slow_clock(None));
     let known: &[&'static str] = if is_drive { &columns::OF_DRIVE } else { &columns::ALL };
     let missing: Vec<&'static str> = known.iter().copied().filter(|name| !has(name)).collect();
-    let others = table
-        .names()
-        .enumerate()
-        .filter(|(at, name)| !name.is_empty() && places.iter().all(|(taken, _)| taken != at));
+    let is_taken =
+        |at: usize| taken.iter().any(|column| column.at == at && column.constant.is_none());
+    let others = table.names().enumerate().filter(|(at, name)| !name.is_empty() && !is_taken(*at));
     let left_out =
         others.map(|(_, name)| LeftOut { name: name.into(), nearest: nearest(name, &missing) });
     let left_out = left_out.collect();
@@ -168,28 +177,32 @@ struct Wanted<'a> {
     to: String,
     at: usize,
     map: Option<&'a ColumnMap>,
+    /// The value in every row, instead of a column.
+    constant: Option<f64>,
 }
 
 fn wanted<'a>(table: &Table, maps: &'a [ColumnMap]) -> Result<Vec<Wanted<'a>>, Fault> {
     let heading = |fault| (Place::Line(1), fault);
     let mut wanted: Vec<Wanted<'a>> = Vec::new();
     for map in maps {
-        let Some(at) = table.column(&map.from) else {
+        let found = table.column(&map.from);
+        let constant = map.constant().filter(|_| found.is_none());
+        let Some(at) = found.or(constant.map(|_| 0)) else {
             let there = table.names().map(str::to_owned).collect();
             return Err(heading(ForeignCause::NoColumn { name: map.from.clone(), there }));
         };
         if wanted.iter().any(|column| column.to == map.to) {
             return Err(heading(ForeignCause::GivenTwice(map.to.clone())));
         }
-        wanted.push(Wanted { to: map.to.clone(), at, map: Some(map) });
+        wanted.push(Wanted { to: map.to.clone(), at, map: Some(map), constant });
     }
     for (at, name) in table.names().enumerate() {
         let is_first = table.column(name) == Some(at);
         if is_known(name) && is_first && wanted.iter().all(|column| column.to != name) {
-            wanted.push(Wanted { to: name.into(), at, map: None });
+            wanted.push(Wanted { to: name.into(), at, map: None, constant: None });
         }
     }
-    for Wanted { at, .. } in &wanted {
+    for Wanted { at, .. } in wanted.iter().filter(|column| column.constant.is_none()) {
         let name = table.names().nth(*at).unwrap_or_default();
         if table.names().filter(|other| *other == name).count() > 1 {
             return Err(heading(ForeignCause::Ambiguous(name.into())));

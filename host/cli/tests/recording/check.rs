@@ -94,8 +94,11 @@ fn slow_insertion(folder: &Path, seconds: u32) -> std::path::PathBuf {
         fs::copy(example().join(name), bundle.join(name)).unwrap();
     }
     let rows = 10 * seconds;
-    let row = |k: u32| format!("{},{},0\n", 0.1 * f64::from(k), 0.028 + 0.028 * f64::from(k) / f64::from(rows));
-    let rows = "t_s,insertion_m,rotation_rad\n".to_owned() + &(0..=rows).map(row).collect::<String>();
+    let row = |k: u32| {
+        format!("{},{},0\n", 0.1 * f64::from(k), 0.028 + 0.028 * f64::from(k) / f64::from(rows))
+    };
+    let rows =
+        "t_s,insertion_m,rotation_rad\n".to_owned() + &(0..=rows).map(row).collect::<String>();
     fs::write(bundle.join("trials/000.csv"), rows).unwrap();
     bundle
 }

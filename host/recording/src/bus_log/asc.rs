@@ -1,7 +1,7 @@
 //! Vector's ASC, the text of CANoe and CANalyzer.
 
+use super::log::{BusLog, Lines, LogError, LogFormat};
 use super::numbers::{base_frame, bytes, number, time_ns};
-use super::{BusLog, Lines, LogError, LogFormat};
 
 const FORM: &str = "a frame's line is `0.001000 1 100 Rx d 8 01 02 03 04 05 06 07 08`";
 const SECOND_NS: u64 = 1_000_000_000;

@@ -8,7 +8,7 @@ use std::io::Read as _;
 
 use cathforce_bus::Frame;
 
-use super::{BusLog, LogError, LogFormat};
+use super::log::{BusLog, LogError, LogFormat};
 
 pub(super) const MAGIC: &[u8] = b"LOGG";
 const OBJECT: &[u8] = b"LOBJ";
@@ -268,6 +268,15 @@ mod tests {
         assert!(BusLog::read(&whole[..60]).is_err());
         for length in (0..whole.len()).step_by(7) {
             let _ = BusLog::read(&whole[..length]);
+        }
+        // Any byte may be any other: no panic, and no more frames than there were.
+        for at in 0..whole.len() {
+            for flip in [0x01, 0x80, 0xFF] {
+                let mut damaged = whole.clone();
+                damaged[at] ^= flip;
+                let frames = BusLog::read(&damaged).map_or(0, |log| log.frames.len());
+                assert!(frames <= 4, "byte {at}: {frames}");
+            }
         }
     }
 }

@@ -2,8 +2,8 @@
 
 use cathforce_bus::Frame;
 
+use super::log::{BusLog, Lines, LogError, LogFormat};
 use super::numbers::{byte, bytes, number, time_ns};
-use super::{BusLog, Lines, LogError, LogFormat};
 
 const FORM: &str = "a line is `(1700000000.000000) can0 100#0102030405060708`, as `candump -l` \
                     writes it";

@@ -4,8 +4,8 @@ use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use cathforce_bus::Frame;
 
+use super::log::{BusLog, Lines, LogError, LogFormat};
 use super::numbers::{base_frame, bytes, number, time_ns};
-use super::{BusLog, Lines, LogError, LogFormat};
 
 const FORM: &str = "write the line as the tool does, with as many fields as the heading";
 const SECOND_NS: u64 = 1_000_000_000;

@@ -2,8 +2,8 @@
 
 use cathforce_bus::Frame;
 
+use super::log::{BusLog, Lines, LogError, LogFormat};
 use super::numbers::{base_frame, bytes, number, time_ns};
-use super::{BusLog, Lines, LogError, LogFormat};
 
 const FORM: &str = "a frame's line of version 1.1 is `1) 2.2 Rx 0100 8 01 02 03 04 05 06 07 08`; give \
                     the log as PCAN-View wrote it";

@@ -92,7 +92,10 @@ fn error((place, cause): (Place, ForeignCause), reader: Reader) -> ImportError {
     };
     let fix = match (&cause, reader) {
         (ForeignCause::NotNamed(name), Reader::Import) => {
-            format!("say which one it is: --column {name}=THEIRS*FACTOR+OFFSET")
+            format!(
+                "say which one it is: --column {name}=THEIRS*FACTOR+OFFSET; what never changes is a \
+                 number, like --column rotation_rad=0"
+            )
         }
         (ForeignCause::NotNamed(_), Reader::Motion) => {
             "give a trial in a bundle's format; `cathforce import csv` makes one of any table"
@@ -194,6 +197,17 @@ mod tests {
         }
         let other = ColumnMap::parse("insertion=x").unwrap_err();
         assert!(other.contains("did you mean `insertion_m`?"), "{other}");
+    }
+
+    #[test]
+    fn what_the_table_does_not_have_may_be_a_number() {
+        let own = maps(["t_s=t", "insertion_m=feed_mm*0.001", "rotation_rad=0.5"]);
+        let (Trial { rows, .. }, remarks) = catheter("t,feed_mm,fx\n0,10,0\n0.01,10.1,0\n", &own);
+        assert_eq!((rows[1].insertion_m, rows[1].rotation_rad), (10.1 * 0.001, 0.5));
+        assert!(remarks[0].contains("`fx`") && !remarks[0].contains("`t`"), "{remarks:?}");
+        // A column of that name is meant first.
+        let own = maps(["t_s=t", "insertion_m=2*0.001", "rotation_rad=0"]);
+        assert_eq!(catheter("t,2\n0,10\n", &own).0.rows[0].insertion_m, 0.01);
     }
 
     #[test]

@@ -109,7 +109,13 @@ impl Recording {
     /// [`Recording::cut`]. Chunks and attachments that do not match their checksums are left out, see
     /// [`Recording::damage`]. A file whose information about the run is damaged is refused.
     pub fn open(path: &Path) -> Result<Self, ReadError> {
-        let bytes = fs::read(path).map_err(|source| ReadError::Io { path: path.into(), source })?;
+        // A device may have no end.
+        let is_special = path.metadata().is_ok_and(|found| !found.is_file());
+        let bytes = match is_special {
+            true => Err(io::Error::other("it is no file, but a folder, a pipe or a device")),
+            false => fs::read(path),
+        };
+        let bytes = bytes.map_err(|source| ReadError::Io { path: path.into(), source })?;
         Self::of_bytes(path, &bytes)
     }
 

@@ -1,6 +1,6 @@
 //! Writes a recording.
 
-use std::fs::File;
+use std::fs::{File, TryLockError};
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -223,11 +223,22 @@ fn header(channel_id: u16, at_ns: u64) -> MessageHeader {
     MessageHeader { channel_id, sequence: 0, log_time: at_ns, publish_time: at_ns }
 }
 
+/// Whether another command is recording into this file.
+pub fn is_being_recorded(path: &Path) -> bool {
+    let lock = File::open(path).map(|file| file.try_lock());
+    matches!(lock, Ok(Err(TryLockError::WouldBlock)))
+}
+
 fn open(
     path: &Path,
     info: &RunInfo,
     attachments: Attachments<'_>,
 ) -> Result<(mcap::Writer<Sink>, Channels), McapError> {
+    let file = File::create_new(path)?;
+    // Another command can tell by it that this file is being written. Elsewhere a lock would keep readers
+    // out, and a file system without locks is no reason not to record.
+    #[cfg(unix)]
+    let _ = file.try_lock();
     // Chunks are built in memory, so a killed process leaves only whole ones.
     let mut writer = WriteOptions::new()
         .compression(None)
@@ -235,7 +246,7 @@ fn open(
         .disable_seeking(true)
         .profile(layout::PROFILE)
         .library(concat!("cathforce ", env!("CARGO_PKG_VERSION")))
-        .create(NoSeek::new(BufWriter::new(File::create_new(path)?)))?;
+        .create(NoSeek::new(BufWriter::new(file)))?;
     writer.write_metadata(&Metadata { name: layout::INFO.into(), metadata: info.to_map() })?;
     // A device has accepted the image. If it cannot be read here, lumen and entry are left out.
     let config = image::decode(attachments.image).ok();

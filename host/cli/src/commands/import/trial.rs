@@ -12,12 +12,13 @@ use serde_json::Value;
 use crate::failure::Failure;
 use crate::ui::Ui;
 
-/// Opens a file, which must not be a folder.
+/// Opens a file, which must not be a folder, a pipe or a device: a device may have no end.
 pub fn open(path: &Path) -> Result<File, Failure> {
     // Opening a folder succeeds, and reading it would blame its first line.
-    let opened = match path.is_dir() {
-        true => Err(io::ErrorKind::IsADirectory.into()),
-        false => File::open(path),
+    let opened = match path.metadata().map(|found| (found.is_dir(), found.is_file())) {
+        Ok((true, _)) => Err(io::ErrorKind::IsADirectory.into()),
+        Ok((_, false)) => Err(io::Error::other("it is a pipe or a device")),
+        _ => File::open(path),
     };
     opened.map_err(|e| {
         Failure::input(format!("cannot read {}: {e}\n  fix: give a file", path.display()))
