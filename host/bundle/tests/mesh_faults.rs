@@ -260,7 +260,8 @@ fn a_surface_that_runs_through_itself_is_said_with_place_and_count() {
     // One tube through another, off its middle, so that edges pass through facets and not each other.
     let first = tube(3e-3, 20e-3, 8, Point::zeros());
     let second = tube(3e-3, 20e-3, 8, Point::zeros());
-    let across = second.iter().map(|t| t.map(|p| Point::new(10.3e-3 + p.y, p.x - 9.7e-3, p.z + 0.4e-3)));
+    let across =
+        second.iter().map(|t| t.map(|p| Point::new(10.3e-3 + p.y, p.x - 9.7e-3, p.z + 0.4e-3)));
     let (_, repairs) = read(&first.iter().copied().chain(across).collect::<Vec<_>>());
     let crossing = repairs.crossing.unwrap();
     let [x, y, z] = crossing.at_mm;

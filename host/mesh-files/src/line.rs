@@ -49,7 +49,9 @@ pub fn branches(
                 "line {index}: {doubled} points stand on the one before them and are left out"
             ));
         }
-        if let Some((_, radius_m)) = stations.iter().find(|(_, radius_m)| !(*radius_m > 0.0)) {
+        if let Some((_, radius_m)) =
+            stations.iter().find(|(_, radius_m)| radius_m.is_nan() || *radius_m <= 0.0)
+        {
             let problem =
                 format!("line {index} has a radius of {radius_m} m; a vessel has one above 0");
             return Err(FileError::new(problem, "give another array with --radius-array"));
@@ -105,7 +107,7 @@ fn runs_along((point, radius_m): &(Point, f64), branches: &[Branch]) -> bool {
         branch.stations.windows(2).any(|pair| {
             let [from, to] = [pair[0].position_m, pair[1].position_m];
             let along = to - from;
-            let share = ((point - from).dot(&along) / along.norm_squared()).max(0.0).min(1.0);
+            let share = ((point - from).dot(&along) / along.norm_squared()).clamp(0.0, 1.0);
             (from + along * share - point).norm() < ALONG * radius_m
         })
     };

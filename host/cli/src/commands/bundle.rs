@@ -10,7 +10,7 @@ use serde_json::json;
 
 use crate::args::{BundleAction, BundleArguments, BundleInitArguments, Plant};
 use crate::failure::{Code, Failure};
-use crate::output::{check_new_folder, shown};
+use crate::output::check_new_folder;
 use crate::ui::Ui;
 
 pub fn run(ui: &Ui, arguments: &BundleArguments) -> Result<(), Failure> {
@@ -42,7 +42,7 @@ fn init(ui: &Ui, arguments: &BundleInitArguments) -> Result<(), Failure> {
          `{next}` works already.\n",
         names.join(", ")
     );
-    ui.data(&json!({ "path": shown(folder), "files": names }), text)
+    ui.data(&json!({ "path": shown.to_string(), "files": names }), text)
 }
 
 /// What a rig in this folder may be called.

@@ -326,7 +326,7 @@ fn measured_row(message: &MeasuredRow) -> Result<(Measured, Vec<[f64; 3]>), Stri
 /// Refuses numbers that a trial of a bundle could not have either.
 fn check_numbers(message: &MeasuredRow) -> Result<(), String> {
     const LATEST_S: f64 = 1e10;
-    if !(message.t_s.abs() <= LATEST_S) {
+    if !message.t_s.is_finite() || message.t_s.abs() > LATEST_S {
         return Err(format!("t_s is {}, beyond the time of any clock", message.t_s));
     }
     let encoders = [message.insertion_m, message.rotation_rad];

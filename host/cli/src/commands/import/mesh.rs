@@ -121,7 +121,7 @@ fn unit_m(path: &Path, contents: &Contents, given: Option<MeshUnit>) -> Result<f
             path.display()
         ))),
         (Some((_, own)), _) => Ok(*own),
-        (None, given) => Ok(given.unwrap_or(MeshUnit::Mm).metres()),
+        (None, given) => Ok(given.unwrap_or(MeshUnit::Mm.metres())),
     }
 }
 
