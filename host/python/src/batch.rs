@@ -14,7 +14,7 @@ use crate::model::Model;
 use crate::row::Row;
 use crate::snapshot::Snapshot;
 use crate::ticks::Ticks;
-use crate::twin::{Outcome, Rig, Twin};
+use crate::twin::{Node, Outcome, Rig, Twin};
 
 /// Ticks of each catheter between two looks at the clock, and while its state stays in a core's cache.
 const PART: usize = 20;
@@ -33,6 +33,9 @@ struct Start {
     at: Row,
     rig: Option<Rig>,
 }
+
+/// Names and values of what one catheter has otherwise.
+type Parameters = Vec<(String, f64)>;
 
 impl Batch {
     fn locked(&self) -> MutexGuard<'_, Vec<Twin>> {
@@ -92,7 +95,7 @@ impl Batch {
         &self,
         given: Option<&Bound<'_, PyDict>>,
         which: &[usize],
-    ) -> PyResult<Option<Vec<Vec<(String, f64)>>>> {
+    ) -> PyResult<Option<Vec<Parameters>>> {
         let Some(given) = given.filter(|given| !given.is_empty()) else { return Ok(None) };
         let mut all = vec![Vec::new(); which.len()];
         for (name, values) in given {
@@ -128,11 +131,7 @@ impl Batch {
     }
 
     /// A vector for each node, NaN beyond the nodes that are inside.
-    fn of_nodes(
-        &self,
-        py: Python<'_>,
-        of: fn(&([f64; 3], [f64; 3])) -> [f64; 3],
-    ) -> PyResult<Py<PyAny>> {
+    fn of_nodes(&self, py: Python<'_>, of: fn(&Node) -> [f64; 3]) -> PyResult<Py<PyAny>> {
         let values = py.detach(|| {
             let mut values = vec![f64::NAN; self.n * MAX_LINKS * 3];
             let places = values.par_chunks_mut(MAX_LINKS * 3);
@@ -326,12 +325,12 @@ impl Batch {
 
     #[getter]
     fn shape_m(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
-        self.of_nodes(py, |(position, _)| *position)
+        self.of_nodes(py, |node| node.position_m)
     }
 
     #[getter]
     fn contact_forces_n(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
-        self.of_nodes(py, |(_, force)| *force)
+        self.of_nodes(py, |node| node.force_n)
     }
 
     fn __repr__(&self) -> String {

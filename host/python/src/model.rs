@@ -7,7 +7,8 @@ use cathforce_bundle::setting::unit;
 use cathforce_bundle::tips::{TIPS, Tip};
 use cathforce_bundle::{Bundle, ImageOptions, device_image, rig_description};
 use cathforce_config::{Key, image, keys};
-use cathforce_mechanics::MAX_LINKS;
+use cathforce_effect_catalogue::{Effect, Parameter, Plant, Role};
+use cathforce_mechanics::{Description, MAX_LINKS, Real};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 
@@ -26,6 +27,11 @@ pub struct Model {
     source: Source,
     name: String,
 }
+
+/// A function of Python and its arguments, which make a copy.
+type Reduced<'py> = (Bound<'py, PyAny>, (PathBuf, Bound<'py, PyDict>));
+/// Name, unit, smallest and largest value, default, description.
+type SettingRow = (&'static str, String, f32, f32, Option<f32>, &'static str);
 
 /// What a model was made of.
 #[derive(Clone)]
@@ -234,11 +240,17 @@ impl Model {
         found.ok_or_else(|| UsageError::new_err(format!("{name} has no value in this rig")))
     }
 
+    /// The effects of the catalogue that this rig can have: identifier, names of the coordinates of its place, and
+    /// plausible sizes, each as names with the value without the effect and with it.
+    fn effects(&self) -> Vec<CataloguedEffect> {
+        match &self.rig {
+            Rig::Single(rig) => catalogued(rig.config().model.description()),
+            Rig::Double(rig) => catalogued(rig.config().model.description()),
+        }
+    }
+
     /// Makes the model again in another process, of the same bundle.
-    fn __reduce__<'py>(
-        slf: &Bound<'py, Self>,
-        py: Python<'py>,
-    ) -> PyResult<(Bound<'py, PyAny>, (PathBuf, Bound<'py, PyDict>))> {
+    fn __reduce__<'py>(slf: &Bound<'py, Self>, py: Python<'py>) -> PyResult<Reduced<'py>> {
         let Source { bundle, settings, tip, guidewire_tip, link_length_m, .. } = &slf.get().source;
         let keywords = PyDict::new(py);
         let of_settings = PyDict::new(py);
@@ -265,9 +277,37 @@ impl Model {
     }
 }
 
+/// Identifier, keys of its place, plausible sizes.
+type CataloguedEffect = (&'static str, Vec<&'static str>, Vec<Vec<(&'static str, f64, f64)>>);
+
+fn catalogued<T: Real>(nominal: &Description<T>) -> Vec<CataloguedEffect> {
+    let can_have = |effect: &Effect, sizes: &[Vec<(&'static str, f64, f64)>]| {
+        sizes.iter().all(|size| {
+            let mut with = nominal.clone();
+            let mut set =
+                size.iter().map(|(key, _, value)| with.set_parameter(key, T::lit(*value)));
+            effect.plant == Plant::Catheter && set.all(|set| set.is_ok())
+        })
+    };
+    let effects = cathforce_effect_catalogue::all().filter_map(|effect| {
+        let size = |start: &Vec<f64>| {
+            let values = effect.start(nominal, start);
+            let of = |(own, value): (&'static Parameter, T)| {
+                (own.key, own.off(nominal).map_or(0.0, |off| off.to_f64()), value.to_f64())
+            };
+            values.into_iter().map(of).collect::<Vec<_>>()
+        };
+        let sizes: Vec<_> = effect.starts().iter().map(size).filter(|s| !s.is_empty()).collect();
+        let place = effect.parameters.iter().filter(|own| own.role == Role::Place);
+        let place = place.map(|own| own.key).collect();
+        (can_have(effect, &sizes) && !sizes.is_empty()).then_some((effect.id, place, sizes))
+    });
+    effects.collect()
+}
+
 /// Every setting: name, unit, smallest and largest value, default or None, description.
 #[pyfunction]
-pub fn settings() -> Vec<(&'static str, String, f32, f32, Option<f32>, &'static str)> {
+pub fn settings() -> Vec<SettingRow> {
     let row = |key: Key| {
         let [min, max] = key.range();
         (key.name(), unit(key).trim().to_owned(), min, max, key.default(), key.doc())

@@ -12,7 +12,7 @@ use crate::model::Model;
 use crate::row::{Layout, Row};
 use crate::snapshot::Snapshot;
 use crate::ticks::Ticks;
-use crate::twin::{Outcome, Twin};
+use crate::twin::{Node, Outcome, Twin};
 
 /// Ticks between two looks at the clock: well below a millisecond.
 const PART: usize = 64;
@@ -107,11 +107,7 @@ impl Simulator {
     }
 
     /// One vector for each node.
-    fn of_nodes(
-        &self,
-        py: Python<'_>,
-        of: fn(&([f64; 3], [f64; 3])) -> [f64; 3],
-    ) -> PyResult<Py<PyAny>> {
+    fn of_nodes(&self, py: Python<'_>, of: fn(&Node) -> [f64; 3]) -> PyResult<Py<PyAny>> {
         let nodes = py.detach(|| self.locked().nodes());
         let double = self.model.get().rig.is_double();
         reals(py, double, nodes.iter().flat_map(of), &[nodes.len(), 3])
@@ -271,12 +267,12 @@ impl Simulator {
 
     #[getter]
     fn shape_m(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
-        self.of_nodes(py, |(position, _)| *position)
+        self.of_nodes(py, |node| node.position_m)
     }
 
     #[getter]
     fn contact_forces_n(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
-        self.of_nodes(py, |(_, force)| *force)
+        self.of_nodes(py, |node| node.force_n)
     }
 
     #[getter]

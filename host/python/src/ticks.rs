@@ -76,16 +76,13 @@ impl Ticks {
         self.array(py, place, || shaped(py, values.collect(), &self.shape))
     }
 
-    fn of_device<T: numpy::Element>(
+    fn of_device<T: numpy::Element + Copy>(
         &self,
         py: Python<'_>,
         place: usize,
         otherwise: T,
         of: impl Fn(Device) -> T,
-    ) -> PyResult<Py<PyAny>>
-    where
-        T: Copy,
-    {
+    ) -> PyResult<Py<PyAny>> {
         self.plain(py, place, |tick| tick.device.map_or(otherwise, &of))
     }
 }

@@ -59,6 +59,14 @@ pub struct Device {
     pub digest: u32,
 }
 
+/// One node of the instrument.
+#[derive(Clone, Copy, Debug)]
+pub struct Node {
+    pub position_m: [f64; 3],
+    /// Contact force on the vessel around it \[N\].
+    pub force_n: [f64; 3],
+}
+
 impl Rig {
     pub fn layout(&self) -> Layout {
         fn of<T>(description: &mechanics::Description<T>) -> Layout {
@@ -234,11 +242,14 @@ impl Twin {
         (last, largest_n)
     }
 
-    /// Position \[m\] and contact force on the vessel \[N\] of every node from the tip on.
-    pub fn nodes(&self) -> Vec<([f64; 3], [f64; 3])> {
-        fn of<T: Real>(state: &mechanics::State<T, MAX_LINKS>) -> Vec<([f64; 3], [f64; 3])> {
+    /// Every node inside the vessel, from the tip on.
+    pub fn nodes(&self) -> Vec<Node> {
+        fn of<T: Real>(state: &mechanics::State<T, MAX_LINKS>) -> Vec<Node> {
             let wide = |v: [T; 3]| v.map(|x| x.to_f64());
-            let node = |j| Some((wide(state.node_position_m(j)?), wide(state.node_force_n(j)?)));
+            let node = |j| {
+                let position_m = wide(state.node_position_m(j)?);
+                Some(Node { position_m, force_n: wide(state.node_force_n(j)?) })
+            };
             (0..).map_while(node).collect()
         }
         match &self.state {

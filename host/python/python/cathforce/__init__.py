@@ -10,7 +10,13 @@ Lengths are in metres, forces in newtons, angles in radians, times in seconds; n
 
 from __future__ import annotations
 
+from importlib.metadata import PackageNotFoundError
+from importlib.metadata import version as _version
+
 from ._cathforce import Model, Snapshot, Ticks
+from .bundle import Bundle, read_bundle, write_bundle
+from .calibration import Calibration, calibrate
+from .diagnosis import Diagnosis, diagnose
 from .errors import (
     CathforceError,
     CathforceWarning,
@@ -19,18 +25,36 @@ from .errors import (
     InputError,
     UsageError,
 )
+from .recording import Recording, read
+from .settings import Setting, settings
 from .simulation import Batch, Simulator
+
+try:
+    __version__ = _version("cathforce")
+except PackageNotFoundError:  # Used from the source folder.
+    __version__ = "unknown"
 
 __all__ = [
     "Batch",
+    "Bundle",
+    "Calibration",
     "CathforceError",
     "CathforceWarning",
     "CommandError",
+    "Diagnosis",
     "FaultError",
     "InputError",
     "Model",
+    "Recording",
+    "Setting",
     "Simulator",
     "Snapshot",
     "Ticks",
     "UsageError",
+    "calibrate",
+    "diagnose",
+    "read",
+    "read_bundle",
+    "settings",
+    "write_bundle",
 ]
