@@ -76,7 +76,7 @@ impl Simulator {
     }
 
     /// Refuses an outcome that no caller should go on with.
-    fn check(&self, outcome: &Outcome, tick: usize) -> PyResult<()> {
+    fn check(&self, twin: &Twin, outcome: &Outcome, tick: usize) -> PyResult<()> {
         let Some(device) = &outcome.device else {
             return match outcome.contact.lost && self.raises {
                 true => Err(FaultError::new_err(format!(
@@ -97,6 +97,13 @@ impl Simulator {
                 value("max_insertion_speed_m_per_s") * 1e-3,
                 value("max_rotation_speed_rad_per_s") * 1e-3,
                 value("max_insertion_m"),
+            )));
+        }
+        if self.raises && twin.has_lost_the_drives(outcome) {
+            return Err(FaultError::new_err(format!(
+                "tick {tick}: the device has lost the drives and computes no forces ({})\n  fix: reset it \
+                 where the drives are",
+                device.mode.name()
             )));
         }
         Ok(())
@@ -195,8 +202,11 @@ impl Simulator {
             }
             None => None,
         };
-        let outcome = py.detach(|| self.locked().tick(row.as_ref(), command));
-        self.check(&outcome, 0)?;
+        let outcome = py.detach(|| {
+            let mut twin = self.locked();
+            let outcome = twin.tick(row.as_ref(), command);
+            self.check(&twin, &outcome, 0).map(|()| outcome)
+        })?;
         Ok(self.ticks(vec![outcome], Vec::new()))
     }
 
@@ -209,7 +219,7 @@ impl Simulator {
             let mut twin = self.locked();
             for row in rows.iter().skip(outcomes.len()).take(PART) {
                 let outcome = twin.tick(Some(row), None);
-                self.check(&outcome, outcomes.len())?;
+                self.check(&twin, &outcome, outcomes.len())?;
                 outcomes.push(outcome);
             }
             Ok(outcomes.len() == rows.len())
@@ -234,7 +244,7 @@ impl Simulator {
             for _ in 0..PART.min(ticks - outcomes.len()) {
                 let share = (outcomes.len() + 1) as f64 / ticks as f64;
                 let outcome = twin.tick(Some(&from.towards(&goal, share)), None);
-                self.check(&outcome, outcomes.len())?;
+                self.check(&twin, &outcome, outcomes.len())?;
                 outcomes.push(outcome);
             }
             Ok(outcomes.len() == ticks)

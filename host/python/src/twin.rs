@@ -35,6 +35,8 @@ pub struct Twin {
     state: State,
     /// The drives' last positions.
     pub at: Row,
+    /// It came to rest, so that from here on it follows the drives.
+    follows: bool,
 }
 
 /// What a tick computed. Single precision is widened, which loses no bit.
@@ -142,7 +144,7 @@ impl Twin {
             Rig::Single(_) => State::Single(Box::default()),
             Rig::Double(_) => State::Double(Box::default()),
         };
-        Self { rig, state, at: Row::default() }
+        Self { rig, state, at: Row::default(), follows: false }
     }
 
     /// Back to the state directly after configuration.
@@ -152,6 +154,7 @@ impl Twin {
             State::Double(state) => state.reset(),
         }
         self.at = Row::default();
+        self.follows = false;
     }
 
     /// Puts the instrument to where the drives are and lets it come to rest there. The device is then ready, or
@@ -162,6 +165,7 @@ impl Twin {
         if let (Rig::Double(rig), State::Double(state)) = (&self.rig, &mut self.state) {
             let config = rig.config();
             while !mechanics::settle(&config.model, &config.lumen, state, at.drives()) {}
+            self.follows = true;
             return Ok(());
         }
         let wanted = |mode| match armed {
@@ -175,6 +179,7 @@ impl Twin {
                 return Err(fault.text().to_owned());
             }
             if wanted(device.mode) {
+                self.follows = true;
                 return Ok(());
             }
             command = (device.mode == Mode::Ready).then_some(Command::Arm);
@@ -218,6 +223,12 @@ impl Twin {
             // Both are made together, and `restore` keeps them so.
             _ => Outcome::default(),
         }
+    }
+
+    /// The device followed the drives and does so no longer: its forces are zero because it computes none.
+    pub fn has_lost_the_drives(&self, outcome: &Outcome) -> bool {
+        let idle = |device: Device| matches!(device.mode, Mode::Boot | Mode::Idle | Mode::Settling);
+        self.follows && outcome.device.is_some_and(idle)
     }
 
     /// Moves all drives evenly to `goal` in a number of ticks. The result is the last tick's, with the largest

@@ -110,7 +110,8 @@ class Ticks:
         """The tick refused the position of a drive, which moved too fast or too far, (…)."""
     @property
     def mode(self) -> Counts:
-        """Code of the device's mode, (…); 0 in double precision."""
+        """Code of the device's mode, (…); 0 in double precision. Forces are computed in the modes ready (3), armed (4)
+        and ramp (5) only."""
     @property
     def fault(self) -> Counts:
         """Code of the device's fault, (…); 0 is none."""

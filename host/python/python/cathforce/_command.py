@@ -6,6 +6,7 @@ from __future__ import annotations
 import ctypes
 import json
 import os
+import queue
 import shutil
 import signal
 import subprocess
@@ -22,6 +23,8 @@ Progress = Callable[[str], None]
 
 #: How long an interrupted program may take to put down what it knows [s]; then it is ended.
 _PATIENCE_S = 20.0
+#: How long an interruption waits at most to be noticed [s].
+_WAIT_S = 0.1
 #: Names the program to be used, before any other.
 _VARIABLE = "CATHFORCE_PROGRAM"
 
@@ -81,6 +84,15 @@ def _ends_with_its_caller() -> None:
 _LIBC = ctypes.CDLL(None) if sys.platform == "linux" else None
 
 
+def _next(lines: queue.SimpleQueue[str | None]) -> str | None:
+    """The next line. Python looks for a signal between two waits."""
+    while True:
+        try:
+            return lines.get(timeout=_WAIT_S)
+        except queue.Empty:
+            continue
+
+
 def run(
     arguments: Sequence[str | os.PathLike[str]],
     *,
@@ -106,12 +118,22 @@ def run(
     )
     said: list[str] = []
     out: list[str] = []
+    lines: queue.SimpleQueue[str | None] = queue.SimpleQueue()
     assert child.stdout is not None and child.stderr is not None
-    stdout = child.stdout
-    reader = threading.Thread(target=lambda: out.append(stdout.read()), daemon=True)
-    reader.start()
+    stdout, stderr = child.stdout, child.stderr
+
+    def forward() -> None:
+        for line in stderr:
+            lines.put(line)
+        lines.put(None)
+
+    # Threads read, so that this one may be interrupted at any moment.
+    readers = [threading.Thread(target=forward, daemon=True)]
+    readers.append(threading.Thread(target=lambda: out.append(stdout.read()), daemon=True))
+    for reader in readers:
+        reader.start()
     try:
-        for line in child.stderr:
+        while (line := _next(lines)) is not None:
             said.append(line)
             if progress is not None and not line.startswith(("error:", "warning:", "  fix:")):
                 progress(line.rstrip())
@@ -124,7 +146,8 @@ def run(
             child.kill()
         raise
     finally:
-        reader.join(_PATIENCE_S)
+        for reader in readers:
+            reader.join(_PATIENCE_S)
     if code != 0:
         raise _error(code, said)
     for line in said:

@@ -69,7 +69,7 @@ class Navigation:
         targets: Sequence[str] | None = None,
         randomise: Randomise = None,
         nominal_share: float = 0.2,
-        force_limit_n: float = 1.0,
+        force_limit_n: float = 0.5,
         tolerance_m: float = 3e-3,
         ticks_per_step: int = 50,
         max_steps: int = 200,
@@ -196,7 +196,7 @@ class Navigation:
         before = self._way_m
         self._way_m = self._ways_left_m()
         apart_m = np.linalg.norm(self._tips_m() - self.tree.positions_m[self._goal], axis=1)
-        stopped = (ticks.fault != 0) | ticks.lost
+        stopped = (ticks.fault != 0) | ticks.lost | ticks.refused
         unsafe = force_n > self.force_limit_n
         success = (apart_m < self.tolerance_m) & (self._way_m < 3 * self.tolerance_m)
         success &= ~stopped & ~unsafe
