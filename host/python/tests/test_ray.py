@@ -8,10 +8,13 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import cathforce
-import cathforce.ray
 import pytest
-import ray
 from conftest import BEND
+
+# On a computer with other load Ray's own processes take longer to start than it waits by default.
+os.environ.update(RAY_agent_register_timeout_ms="300000", RAY_raylet_start_wait_time_s="300", RAY_USAGE_STATS_ENABLED="0")
+import cathforce.ray  # noqa: E402
+import ray  # noqa: E402
 
 
 @pytest.fixture(scope="module", autouse=True)
