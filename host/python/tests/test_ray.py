@@ -24,13 +24,13 @@ def cluster() -> Iterator[None]:
     ray.shutdown()
 
 
-def measure(point: dict[str, float]) -> dict[str, float]:
-    simulator = cathforce.Simulator(BEND, settings=point)
-    ticks = simulator.move_to([0.06, 0.5], 1500)
-    return {"digest": float(ticks.digest[-1]), "peak_n": float(ticks.peak_contact_force_n.max())}
-
-
 def test_a_study_on_two_workers_is_that_on_one_machine(tmp_path: Path) -> None:
+    def measure(point: dict[str, float]) -> dict[str, float]:
+        simulator = cathforce.Simulator(BEND, settings=point)
+        ticks = simulator.move_to([0.06, 0.5], 1500)
+        peak_n = float(ticks.peak_contact_force_n.max())
+        return {"digest": float(ticks.digest[-1]), "peak_n": peak_n}
+
     points = [{"wall.friction_coefficient": friction} for friction in (0.1, 0.2, 0.3, 0.4)]
     lines: list[str] = []
     found = cathforce.ray.study(measure, points, folder=tmp_path, progress=lines.append)

@@ -2,17 +2,30 @@
 
 import os
 from collections.abc import Mapping, Sequence
-from typing import Any, ClassVar
+from typing import Any, ClassVar, final
 
 import numpy as np
 import numpy.typing as npt
+from typing_extensions import Self
 
-Path = str | os.PathLike[str]
+__all__ = [
+    "Batch",
+    "Model",
+    "Simulator",
+    "Snapshot",
+    "Ticks",
+    "read_recording",
+    "read_trials",
+    "settings",
+]
+
+_Path = str | os.PathLike[str]
 #: float32, or float64 of a model in double precision.
-Reals = npt.NDArray[np.floating[Any]]
-Flags = npt.NDArray[np.bool_]
-Counts = npt.NDArray[np.unsignedinteger[Any]]
+_Reals = npt.NDArray[np.floating[Any]]
+_Flags = npt.NDArray[np.bool_]
+_Counts = npt.NDArray[np.unsignedinteger[Any]]
 
+@final
 class Model:
     """Rig, vessel and settings, ready to be simulated. It does not change, and any number of simulators share it."""
 
@@ -21,14 +34,14 @@ class Model:
 
     def __new__(
         cls,
-        bundle: Path,
+        bundle: _Path,
         *,
         settings: Mapping[str, float] | None = None,
         dtype: str = "float32",
         tip: str | None = None,
         guidewire_tip: str | None = None,
         link_length_m: float | None = None,
-    ) -> Model:
+    ) -> Self:
         """Reads a trial bundle and makes the model of its rig, which takes seconds."""
     @property
     def name(self) -> str: ...
@@ -60,6 +73,7 @@ class Model:
         """The effects that this rig can have: identifier, names of the coordinates of its place, and plausible
         sizes, each as names with the value without the effect and with it."""
 
+@final
 class Ticks:
     """Outputs of ticks: one number, or one vector, for each of them.
 
@@ -70,74 +84,75 @@ class Ticks:
     @property
     def shape(self) -> tuple[int, ...]: ...
     @property
-    def force_on_vessel_n(self) -> Reals:
+    def force_on_vessel_n(self) -> _Reals:
         """Total contact force, (…, 3) [N]."""
     @property
-    def moment_on_vessel_n_m(self) -> Reals:
+    def moment_on_vessel_n_m(self) -> _Reals:
         """Total moment about the entry, (…, 3) [N·m]."""
     @property
-    def drive_force_n(self) -> Reals:
+    def drive_force_n(self) -> _Reals:
         """Axial force behind the guide, positive when pushing, (…) [N]."""
     @property
-    def drive_torque_n_m(self) -> Reals:
+    def drive_torque_n_m(self) -> _Reals:
         """Torque behind the guide, (…) [N·m]."""
     @property
-    def guidewire_force_n(self) -> Reals:
+    def guidewire_force_n(self) -> _Reals:
         """The guidewire's axial force behind the guide, (…) [N]; zero without one."""
     @property
-    def guidewire_torque_n_m(self) -> Reals:
+    def guidewire_torque_n_m(self) -> _Reals:
         """The guidewire's torque behind the guide, (…) [N·m]."""
     @property
-    def peak_contact_force_n(self) -> Reals:
+    def peak_contact_force_n(self) -> _Reals:
         """Largest contact force at a node, (…) [N]; after ``Batch.move_to`` the largest of all its ticks."""
     @property
-    def peak_node(self) -> Counts:
+    def peak_node(self) -> _Counts:
         """The node with this force, 0 is the tip, (…)."""
     @property
-    def links(self) -> Counts:
+    def links(self) -> _Counts:
         """Links inside the vessel, (…)."""
     @property
-    def tip_m(self) -> Reals:
+    def tip_m(self) -> _Reals:
         """The end of the instrument, (…, 3) [m]; NaN while it is in the guide."""
     @property
-    def unresolved(self) -> Flags:
+    def unresolved(self) -> _Flags:
         """The forces of the tick cannot be trusted, (…)."""
     @property
-    def lost(self) -> Flags:
+    def lost(self) -> _Flags:
         """No result of the tick was finite, (…)."""
     @property
-    def refused(self) -> Flags:
+    def refused(self) -> _Flags:
         """The tick refused the position of a drive, which moved too fast or too far, (…)."""
     @property
-    def mode(self) -> Counts:
+    def mode(self) -> _Counts:
         """Code of the device's mode, (…); 0 in double precision. Forces are computed in the modes ready (3), armed (4)
         and ramp (5) only."""
     @property
-    def fault(self) -> Counts:
+    def fault(self) -> _Counts:
         """Code of the device's fault, (…); 0 is none."""
     @property
-    def limited(self) -> Counts:
+    def limited(self) -> _Counts:
         """Bits of the limits that changed the output, (…)."""
     @property
-    def haptic_force_n(self) -> Reals:
+    def haptic_force_n(self) -> _Reals:
         """Force on the operator's linear axis, (…) [N]."""
     @property
-    def haptic_torque_n_m(self) -> Reals:
+    def haptic_torque_n_m(self) -> _Reals:
         """Torque on the operator's rotary axis, (…) [N·m]."""
     @property
-    def force_half_width_n(self) -> Reals:
+    def force_half_width_n(self) -> _Reals:
         """Half width of the band of the force, (…, 3) [N]; NaN where it is not known."""
     @property
-    def digest(self) -> Counts:
+    def digest(self) -> _Counts:
         """Rolling hash over all bits of all outputs since the reset, (…); 0 in double precision."""
 
+@final
 class Snapshot:
     """A state of a catheter. It stays as it is, however often it is restored."""
 
 class Simulator:
     """One catheter in its vessel."""
 
-    def __new__(cls, model: Model, *, faults: str = "raise") -> Simulator: ...
+    def __new__(cls, model: Model, *, faults: str = "raise") -> Self: ...
     @property
     def model(self) -> Model: ...
     def clear(self) -> None:
@@ -180,16 +195,16 @@ class Simulator:
     def restore(self, snapshot: Snapshot) -> None:
         """Comes back to a state of the same model."""
     @property
-    def position(self) -> Reals:
+    def position(self) -> _Reals:
         """Where the drives are, (columns,) [m, rad]."""
     @property
-    def shape_m(self) -> Reals:
+    def shape_m(self) -> _Reals:
         """Nodes inside the vessel from the tip on, (nodes, 3) [m]."""
     @property
-    def contact_forces_n(self) -> Reals:
+    def contact_forces_n(self) -> _Reals:
         """Contact force on the vessel around each node, (nodes, 3) [N]."""
     @property
-    def tendon_tensions_n(self) -> Reals:
+    def tendon_tensions_n(self) -> _Reals:
         """Tension of each driven tendon at its drive and at its anchor, (tendons, 2) [N]."""
 
 class Batch:
@@ -197,7 +212,7 @@ class Batch:
 
     def __new__(
         cls, model: Model, n: int, *, parameters: Mapping[str, npt.ArrayLike] | None = None
-    ) -> Batch: ...
+    ) -> Self: ...
     @property
     def model(self) -> Model: ...
     @property
@@ -230,15 +245,15 @@ class Batch:
     def select(self, indices: npt.ArrayLike) -> None:
         """Each catheter becomes a copy of the one with its index, (n,): the resampling of a particle filter."""
     @property
-    def positions(self) -> Reals:
+    def positions(self) -> _Reals:
         """Where the drives are, (n, columns) [m, rad]."""
     @property
-    def shape_m(self) -> Reals:
+    def shape_m(self) -> _Reals:
         """Nodes inside the vessel, (n, MAX_LINKS, 3) [m]; NaN beyond them."""
     @property
-    def contact_forces_n(self) -> Reals:
+    def contact_forces_n(self) -> _Reals:
         """Contact force on the vessel around each node, (n, MAX_LINKS, 3) [N]; NaN beyond the nodes."""
 
 def settings() -> list[tuple[str, str, float, float, float | None, str]]: ...
-def read_recording(recording: Path) -> dict[str, Any]: ...
-def read_trials(bundle: Path) -> tuple[str, dict[int, Any], dict[str, Any], list[str]]: ...
+def read_recording(recording: _Path) -> dict[str, Any]: ...
+def read_trials(bundle: _Path) -> tuple[str, dict[int, Any], dict[str, Any], list[str]]: ...

@@ -104,7 +104,7 @@ def run(
     ``progress`` is called with every line that it says meanwhile. Warnings become :class:`CathforceWarning`.
     On Ctrl-C the program is told to stop and may put down what it knows, as ``calibrate`` does.
     """
-    words = [_program(), *map(os.fspath, arguments)]
+    words = [_program(), *(os.fspath(word) for word in arguments)]
     # A group of its own: a terminal's Ctrl-C would reach the program twice, which ends it at once.
     child = subprocess.Popen(
         words,

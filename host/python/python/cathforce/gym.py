@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import gymnasium
 import numpy as np
@@ -114,9 +114,8 @@ class Navigation:
             "tip_m": (3,),
             "way_m": (1,),
         }
-        self.observation_space = spaces.Dict(
-            {name: spaces.Box(-_MOST, _MOST, shape, np.float32) for name, shape in shapes.items()}
-        )
+        boxes = {name: spaces.Box(-_MOST, _MOST, shape, np.float32) for name, shape in shapes.items()}
+        self.observation_space = cast("spaces.Space[Observation]", spaces.Dict(boxes))
 
     def _possible_targets(self, branches: Sequence[str] | None) -> np.ndarray:
         names = list(dict.fromkeys(self.tree.branch))

@@ -94,8 +94,8 @@ def _run(
             if progress is not None:
                 progress(f"{tasks[k].name}: {len(results)} of {len(tasks)}")
     except BaseException:
-        for task in under_way:
-            ray.cancel(task, force=True)
+        for waiting in under_way:
+            ray.cancel(waiting, force=True)
         raise
     if failed:
         raise failed[0]

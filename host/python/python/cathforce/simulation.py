@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from . import _cathforce
 from ._cathforce import Model
+
+if TYPE_CHECKING:
+    from typing_extensions import Self
 
 Bundle = str | os.PathLike[str] | Model
 
@@ -53,7 +56,7 @@ class Simulator(_cathforce.Simulator):
         guidewire_tip: str | None = None,
         link_length_m: float | None = None,
         faults: str = "raise",
-    ) -> Simulator:
+    ) -> Self:
         keywords = dict(
             settings=None if settings is None else dict(settings),
             dtype=dtype,
@@ -92,7 +95,7 @@ class Batch(_cathforce.Batch):
         tip: str | None = None,
         guidewire_tip: str | None = None,
         link_length_m: float | None = None,
-    ) -> Batch:
+    ) -> Self:
         keywords = dict(
             settings=None if settings is None else dict(settings),
             dtype=dtype,
