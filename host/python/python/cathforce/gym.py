@@ -114,7 +114,9 @@ class Navigation:
             "tip_m": (3,),
             "way_m": (1,),
         }
-        boxes = {name: spaces.Box(-_MOST, _MOST, shape, np.float32) for name, shape in shapes.items()}
+        boxes: dict[str, spaces.Space[Any]] = {
+            name: spaces.Box(-_MOST, _MOST, shape, np.float32) for name, shape in shapes.items()
+        }
         self.observation_space = cast("spaces.Space[Observation]", spaces.Dict(boxes))
 
     def _possible_targets(self, branches: Sequence[str] | None) -> np.ndarray:
