@@ -131,6 +131,18 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "cathforce-validation",
         ],
     ),
+    (
+        "cathforce-python",
+        &[
+            "cathforce-mechanics",
+            "cathforce-control",
+            "cathforce-bus",
+            "cathforce-config",
+            "cathforce-effect-catalogue",
+            "cathforce-bundle",
+            "cathforce-recording",
+        ],
+    ),
     ("cathforce-test-fixture", &[]),
     ("cathforce-hil-tests", &LIBRARIES),
     ("xtask", &[]),

@@ -23,6 +23,7 @@ mod setup;
 mod shell;
 mod test;
 mod validation;
+mod wheel;
 
 use std::process::ExitCode;
 
@@ -35,7 +36,7 @@ use consent::Consent;
 mod documented;
 
 /// What `cargo xtask` can do.
-static TASKS: [Task; 9] = [
+static TASKS: [Task; 10] = [
     Task {
         name: "demo",
         former: None,
@@ -80,6 +81,13 @@ static TASKS: [Task; 9] = [
         about: "Measure the model against the reference solver, and write the table into docs/reference/validation.md.",
         options: &validation::OPTIONS,
         run: validation::write,
+    },
+    Task {
+        name: "wheel",
+        former: None,
+        about: "Build the Python package as a wheel, with the program in it.",
+        options: &[consent::YES],
+        run: |given| wheel::build(Consent::of(given)),
     },
     Task {
         name: "audit",

@@ -83,9 +83,10 @@ fn lints_of_firmware() -> Command {
     clippy
 }
 
-/// Of the whole workspace, as for its tests: of one package cargo may build it anew.
+/// Of the whole workspace, as for its tests: of one package cargo may build it anew. The libraries, because that
+/// of the Python package is built for no test.
 fn program_as_tested() -> Command {
-    cargo(&["build", "--workspace", "--bin", "cathforce"])
+    cargo(&["build", "--workspace", "--lib", "--bin", "cathforce"])
 }
 
 /// What runs the tests.

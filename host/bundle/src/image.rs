@@ -2,7 +2,7 @@
 
 use cathforce_config::image::{encode, encoded_len, most_links, overlong};
 use cathforce_config::master::Master;
-use cathforce_config::{Band, EncodeError, ImageError, ImageHead, Settings};
+use cathforce_config::{Band, EncodeError, ImageError, ImageHead, Key, Settings};
 use cathforce_mechanics::{Description, ParameterError, Real};
 use thiserror::Error;
 
@@ -13,6 +13,7 @@ use crate::geometry::SurfaceModel;
 use crate::limits::{self, BundleOrModel};
 use crate::lumen::LumenOptions;
 use crate::rig::CatheterRig;
+use crate::setting;
 use crate::tips::Tip;
 use crate::vessel::{CELL_M, LumenBuildError, LumenReport, LumenTooLarge, Vessel};
 
@@ -55,6 +56,25 @@ impl Default for ImageOptions {
             master: Master::default(),
             band: None,
         }
+    }
+}
+
+impl ImageOptions {
+    /// Sets a number by its name. `Err` names it and says what is wrong and what to do.
+    pub fn set(&mut self, name: &str, value: f32) -> Result<(), String> {
+        if let Err((message, fix)) = setting::check(name, value) {
+            return Err(format!(
+                "{message}: {fix}; `cathforce config list` lists names and ranges"
+            ));
+        }
+        match Key::find(name) {
+            Some(Key::Parameter(_)) => self.parameters.push((name.to_owned(), value)),
+            _ => {
+                let refused = |error| format!("{name}={value}: {error}");
+                self.settings.set(name, value).map_err(refused)?;
+            }
+        }
+        Ok(())
     }
 }
 
@@ -120,22 +140,22 @@ pub fn check_rig<T: Real>(
 ///
 /// It needs no trial. Unless the options state a length, the links have the shortest one that the
 /// solver allows; the image of a trial takes its own.
-pub fn rig_description(
+pub fn rig_description<T: Real>(
     bundle: &Bundle,
     options: &ImageOptions,
-) -> Result<Description<f32>, ImageBuildError> {
+) -> Result<Description<T>, ImageBuildError> {
     let rig =
         bundle.catheter().ok_or_else(|| LumenBuildError::NoCatheter(bundle.rig.name.clone()))?;
     let link_length_m = options.link_length_m.unwrap_or(options.solver.shortest_link_m);
     described(rig, options, link_length_m)
 }
 
-fn described(
+fn described<T: Real>(
     rig: &CatheterRig,
     options: &ImageOptions,
     link_length_m: f64,
-) -> Result<Description<f32>, ImageBuildError> {
-    let mut description = describe::<f32>(rig, &options.solver, link_length_m);
+) -> Result<Description<T>, ImageBuildError> {
+    let mut description = describe::<T>(rig, &options.solver, link_length_m);
     if let Some(tip) = options.tip {
         description.instrument.precurve = tip.precurve().collect();
     }
@@ -144,13 +164,13 @@ fn described(
         wire.precurve = tip.precurve().collect();
     }
     for (key, value) in &options.parameters {
-        description.set_parameter(key, *value).map_err(|error| {
+        description.set_parameter(key, T::lit(f64::from(*value))).map_err(|error| {
             let (key, value) = (key.clone(), *value);
             ImageBuildError::Parameter { key, value, error }
         })?;
     }
     // A wall that an effect makes near-rigid takes half ticks too.
-    let factor = f64::from(description.effects.wall.stiffness.factor);
+    let factor = description.effects.wall.stiffness.factor.to_f64();
     let stiffest = rig.vessel.stiffest_n_per_m2() * factor;
     description.solver.substeps =
         description.solver.substeps.max(options.solver.substeps_for(stiffest));
@@ -172,7 +192,7 @@ pub fn device_image(
 
     // Checks come before the lumen, which takes seconds.
     let nominal_m = link_length_m(options.solver.links_in(&rig.vessel))?;
-    let mut description = described(rig, options, nominal_m)?;
+    let mut description = described::<f32>(rig, options, nominal_m)?;
     // Solver and effects decide how many links there is time for.
     let solver = &description.solver;
     let links = most_links(solver.solves, solver.substeps, description.has_active_effects());

@@ -19,6 +19,7 @@ pub mod lumen;
 mod nearest;
 mod place;
 mod rig;
+pub mod setting;
 mod table;
 mod template;
 pub mod tips;

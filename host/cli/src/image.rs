@@ -6,13 +6,11 @@ use std::sync::{Mutex, PoisonError};
 use cathforce_bundle::{
     Bundle, ImageBuildError, ImageOptions, ImageReport, check_rig, device_image, rig_description,
 };
-use cathforce_config::Key;
 use cathforce_mechanics::Description;
 
 use crate::args::Changes;
 use crate::failure::{Code, Failure};
 use crate::settings::SettingsFile;
-use crate::settings::entry::check;
 use crate::settings::model::is_of_model;
 use crate::ui::Ui;
 
@@ -33,7 +31,8 @@ pub fn options(ui: &Ui, bundle: &Bundle, changes: &Changes) -> Result<ImageOptio
             .map_err(|message| Failure::input(format!("{}: {message}", path.display())))?;
     }
     for (name, value) in &changes.settings {
-        set(&mut options, name, *value)
+        options
+            .set(name, *value)
             .map_err(|message| Failure::new(Code::Usage, format!("--set {message}")))?;
     }
     if let Some((file, stated)) = file.as_ref().and_then(|file| Some((file, file.band.as_ref()?))) {
@@ -57,20 +56,7 @@ pub fn by_hand(changes: &Changes) -> Vec<String> {
 /// what is wrong.
 pub fn set_all(options: &mut ImageOptions, file: &SettingsFile) -> Result<(), String> {
     options.master = file.master;
-    file.set.iter().try_for_each(|(name, setting)| set(options, name, setting.value()))
-}
-
-fn set(options: &mut ImageOptions, name: &str, value: f32) -> Result<(), String> {
-    if let Err((message, fix)) = check(name, value) {
-        return Err(format!("{message}: {fix}; `cathforce config list` lists names and ranges"));
-    }
-    match Key::find(name) {
-        Some(Key::Parameter(_)) => options.parameters.push((name.to_owned(), value)),
-        _ => {
-            options.settings.set(name, value).map_err(|error| format!("{name}={value}: {error}"))?
-        }
-    }
-    Ok(())
+    file.set.iter().try_for_each(|(name, setting)| options.set(name, setting.value()))
 }
 
 /// The device image of a bundle with these changes.

@@ -1,10 +1,9 @@
 //! One setting of a file, and whether it can be used.
 
-use cathforce_config::{Key, KeyError, keys};
+pub use cathforce_bundle::setting::{check, misspelt};
 use cathforce_effect_catalogue::Effect;
 
 use super::problem::Problem;
-use super::units::{out_of_range, unit};
 
 /// A number, or a number with the effect that a diagnosis found.
 #[derive(Clone, Debug, PartialEq)]
@@ -41,28 +40,6 @@ pub fn problem(entry: &Entry) -> Option<Problem> {
     }
 }
 
-/// Checks the name and the value of a setting. `Err` holds the problem and its fix.
-pub fn check(name: &str, value: f32) -> Result<(), (String, String)> {
-    let Some(key) = Key::find(name) else {
-        let names = keys().map(Key::name).collect::<Vec<_>>();
-        let fix = misspelt(name, &names, "`cathforce config list` lists the names");
-        return Err((format!("there is no setting `{name}`"), fix));
-    };
-    let [min, max] = key.range();
-    let unit = unit(key);
-    let range = format!("write a number from {min} to {max}{unit}");
-    key.check(value).map_err(|error| match error {
-        KeyError::NotFinite => (format!("{name} is not a finite number"), range),
-        KeyError::NotWhole => {
-            (format!("{name} = {value} must be a whole number"), "write a whole number".into())
-        }
-        KeyError::Range => {
-            let message = format!("{name} must be between {min} and {max}{unit}, not {value}");
-            (message, out_of_range(key, value).unwrap_or(range))
-        }
-    })
-}
-
 /// The effect that a value comes from must exist: `gap apply` and `config show` look it up.
 fn unknown_effect(entry: &Entry) -> Option<Problem> {
     let Setting::Diagnosed { effect, .. } = &entry.setting else { return None };
@@ -75,12 +52,4 @@ fn unknown_effect(entry: &Entry) -> Option<Problem> {
         message: format!("{}: there is no effect `{effect}`", entry.name),
         fix: misspelt(effect, &ids, "`cathforce gap effects` lists them"),
     })
-}
-
-/// Advice for an unknown name: the nearest known one, or else `otherwise`.
-pub fn misspelt(name: &str, known: &[&str], otherwise: &str) -> String {
-    match cathforce_bundle::nearest(name, known) {
-        Some(nearest) => format!("write `{nearest}` if you meant that"),
-        None => otherwise.to_owned(),
-    }
 }

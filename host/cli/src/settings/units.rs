@@ -1,29 +1,12 @@
 //! Units of settings, and values that were written in a unit a thousand times larger or smaller.
 
+pub use cathforce_bundle::setting::unit;
 use cathforce_config::Key;
-
-/// A unit as it follows a number: with a space before it, or nothing for a pure number.
-pub fn unit(key: Key) -> String {
-    if key.unit() == "1" { String::new() } else { format!(" {}", key.unit()) }
-}
 
 const THOUSAND: f32 = 1000.0;
 /// Ratio to a thousand within which a value looks like a slip of its unit: an ordinary change of a
 /// setting stays below a factor of 2.5.
 const NEAR: std::ops::RangeInclusive<f32> = 0.4..=2.5;
-
-/// The value in range that one out of range was probably meant to be, as advice.
-pub fn out_of_range(key: Key, value: f32) -> Option<String> {
-    if key.unit() == "1" || value == 0.0 {
-        return None;
-    }
-    let meant = [value / THOUSAND, value * THOUSAND].into_iter().find(|x| key.check(*x).is_ok())?;
-    let of = if value.abs() > meant.abs() { "larger" } else { "smaller" };
-    Some(format!(
-        "it is a thousand times {of} than {meant}{}, which is in range; check its unit",
-        unit(key)
-    ))
-}
 
 /// A warning where a value in range is about a thousand times its default, or a thousandth of it.
 pub fn in_range(key: Key, value: f32) -> Option<String> {
@@ -47,6 +30,8 @@ pub fn in_range(key: Key, value: f32) -> Option<String> {
 
 #[cfg(test)]
 mod tests {
+    use cathforce_bundle::setting::out_of_range;
+
     use super::*;
 
     #[test]

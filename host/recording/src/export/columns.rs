@@ -10,7 +10,8 @@ use crate::decoding::tick::{GuidewireEstimate, TickEstimate};
 use crate::reading::reader::Recording;
 
 /// The values of one column; `None` is a value that is not known.
-pub(crate) enum Column {
+#[derive(Clone, Debug, PartialEq)]
+pub enum Column {
     Integer(Vec<Option<i32>>),
     Long(Vec<i64>),
     Flag(Vec<Option<bool>>),
@@ -40,7 +41,7 @@ impl Column {
 /// Names and values of the ticks, one row a tick.
 ///
 /// `entry_m`: position of the entry, vessel frame \[m\].
-pub(crate) fn columns(
+pub fn tick_columns(
     recording: &Recording,
     ticks: &[TickEstimate],
     entry_m: [f32; 3],

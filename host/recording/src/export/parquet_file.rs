@@ -11,7 +11,7 @@ use parquet::file::properties::WriterProperties;
 use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::types::Type;
 
-use super::columns::{Column, columns};
+use super::columns::{Column, tick_columns};
 use crate::decoding::tick::TickEstimate;
 use crate::reading::reader::Recording;
 
@@ -26,15 +26,16 @@ pub fn write_ticks_parquet(
     entry_m: [f32; 3],
     out: impl Write + Send,
 ) -> Result<()> {
-    let fields =
-        columns(recording, &[], entry_m).into_iter().map(|(name, column)| field(&column, name));
+    let fields = tick_columns(recording, &[], entry_m)
+        .into_iter()
+        .map(|(name, column)| field(&column, name));
     let fields = fields.collect::<Result<Vec<_>>>()?;
     let schema = Type::group_type_builder("ticks").with_fields(fields).build()?;
     let properties = Arc::new(WriterProperties::builder().build());
     let mut file = SerializedFileWriter::new(out, Arc::new(schema), properties)?;
     for ticks in ticks.chunks(GROUP) {
         let mut group = file.next_row_group()?;
-        for (_, column) in columns(recording, ticks, entry_m) {
+        for (_, column) in tick_columns(recording, ticks, entry_m) {
             let missing = || ParquetError::General("fewer columns than the schema has".into());
             let mut writer = group.next_column()?.ok_or_else(missing)?;
             write(column, writer.untyped())?;

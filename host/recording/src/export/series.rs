@@ -2,7 +2,7 @@
 
 use std::io;
 
-use super::columns::columns;
+use super::columns::tick_columns;
 use crate::analysis::estimates::trial_time_s;
 use crate::decoding::tick::{NodePass, TickEstimate};
 use crate::reading::reader::Recording;
@@ -39,9 +39,9 @@ fn ticks_csv(
     out: impl io::Write,
 ) -> csv::Result<()> {
     let mut csv = csv::Writer::from_writer(out);
-    csv.write_record(columns(recording, &[], entry_m).iter().map(|(name, _)| *name))?;
+    csv.write_record(tick_columns(recording, &[], entry_m).iter().map(|(name, _)| *name))?;
     for ticks in ticks.chunks(CHUNK) {
-        let columns = columns(recording, ticks, entry_m);
+        let columns = tick_columns(recording, ticks, entry_m);
         for row in 0..ticks.len() {
             csv.write_record(columns.iter().map(|(_, column)| column.text(row)))?;
         }

@@ -1,0 +1,339 @@
+//! Many catheters, stepped together.
+
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use cathforce_mechanics::MAX_LINKS;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use rayon::prelude::*;
+
+use crate::arrays::{numbers, reals, rows, shaped};
+use crate::errors::UsageError;
+use crate::interrupt::until_done;
+use crate::model::Model;
+use crate::row::Row;
+use crate::snapshot::Snapshot;
+use crate::ticks::Ticks;
+use crate::twin::{Node, Outcome, Rig, Twin};
+
+/// Ticks of each catheter between two looks at the clock, and while its state stays in a core's cache.
+const PART: usize = 20;
+
+/// `n` independent catheters.
+#[pyclass(frozen, subclass, module = "cathforce")]
+pub struct Batch {
+    model: Py<Model>,
+    twins: Mutex<Vec<Twin>>,
+    n: usize,
+}
+
+/// What each catheter is reset to.
+struct Start {
+    index: usize,
+    at: Row,
+    rig: Option<Rig>,
+}
+
+/// Names and values of what one catheter has otherwise.
+type Parameters = Vec<(String, f64)>;
+
+impl Batch {
+    fn locked(&self) -> MutexGuard<'_, Vec<Twin>> {
+        self.twins.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn rig(&self) -> &Rig {
+        &self.model.get().rig
+    }
+
+    fn rows(
+        &self,
+        given: &Bound<'_, PyAny>,
+        leading: &[(&str, Option<usize>)],
+    ) -> PyResult<(Vec<Row>, Vec<usize>)> {
+        rows(given, self.rig().layout(), self.rig().reach_m(), leading)
+    }
+
+    /// The catheters of a mask or of a list of indices; all of them without one.
+    fn which(&self, given: Option<&Bound<'_, PyAny>>) -> PyResult<Vec<usize>> {
+        let Some(given) = given else { return Ok((0..self.n).collect()) };
+        let (values, shape) = numbers(given, "which")?;
+        let refused = |message: String| Err(UsageError::new_err(message));
+        if shape.len() != 1 {
+            return refused(format!(
+                "which has the shape {shape:?}\n  fix: give a list of indices or a mask"
+            ));
+        }
+        let is_mask = given.py().import("numpy")?.call_method1("asarray", (given,))?;
+        let is_mask = is_mask.getattr("dtype")?.getattr("kind")?.extract::<String>()? == "b";
+        if is_mask {
+            if values.len() != self.n {
+                return refused(format!(
+                    "which masks {} catheters, and there are {}",
+                    values.len(),
+                    self.n
+                ));
+            }
+            return Ok((0..self.n).filter(|&k| values[k] != 0.0).collect());
+        }
+        let mut found = Vec::with_capacity(values.len());
+        for value in values {
+            let index = value as usize;
+            if index as f64 != value || index >= self.n {
+                return refused(format!(
+                    "which has {value}, and the catheters are 0 to {}",
+                    self.n - 1
+                ));
+            }
+            found.push(index);
+        }
+        Ok(found)
+    }
+
+    /// The parameters of each catheter of `which`; `None` where none is given.
+    fn parameters(
+        &self,
+        given: Option<&Bound<'_, PyDict>>,
+        which: &[usize],
+    ) -> PyResult<Option<Vec<Parameters>>> {
+        let Some(given) = given.filter(|given| !given.is_empty()) else { return Ok(None) };
+        let mut all = vec![Vec::new(); which.len()];
+        for (name, values) in given {
+            let name: String = name.extract()?;
+            let (values, shape) = numbers(&values, &name)?;
+            if !(shape.is_empty() || shape == [which.len()]) {
+                return Err(UsageError::new_err(format!(
+                    "{name} has the shape {shape:?}\n  fix: one number for all, or ({},), one for each",
+                    which.len()
+                )));
+            }
+            for (k, own) in all.iter_mut().enumerate() {
+                let value = if shape.is_empty() { values[0] } else { values[k] };
+                cathforce_bundle::setting::check(&name, value as f32).map_err(
+                    |(message, fix)| {
+                        UsageError::new_err(format!("parameters: {message}\n  fix: {fix}"))
+                    },
+                )?;
+                if self.rig().setting(&name).is_some() {
+                    return Err(UsageError::new_err(format!(
+                        "parameters: {name} is a setting of the operator, which all catheters share\n  fix: \
+                         give it to the model, Model(…, settings={{\"{name}\": …}})"
+                    )));
+                }
+                own.push((name.clone(), value));
+            }
+        }
+        Ok(Some(all))
+    }
+
+    fn is_double(&self) -> bool {
+        self.rig().is_double()
+    }
+
+    /// A vector for each node, NaN beyond the nodes that are inside.
+    fn of_nodes(&self, py: Python<'_>, of: fn(&Node) -> [f64; 3]) -> PyResult<Py<PyAny>> {
+        let values = py.detach(|| {
+            let mut values = vec![f64::NAN; self.n * MAX_LINKS * 3];
+            let places = values.par_chunks_mut(MAX_LINKS * 3);
+            self.locked().par_iter().zip(places).for_each(|(twin, place)| {
+                for (place, node) in place.chunks_mut(3).zip(twin.nodes().iter()) {
+                    place.copy_from_slice(&of(node));
+                }
+            });
+            values
+        });
+        reals(py, self.is_double(), values.into_iter(), &[self.n, MAX_LINKS, 3])
+    }
+}
+
+#[pymethods]
+impl Batch {
+    #[new]
+    #[pyo3(signature = (model, n, *, parameters=None))]
+    fn new(
+        py: Python<'_>,
+        model: Py<Model>,
+        n: usize,
+        parameters: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Self> {
+        if n == 0 {
+            return Err(UsageError::new_err("n is 0\n  fix: give at least one catheter"));
+        }
+        let twins = vec![Twin::new(model.get().rig.clone()); n];
+        let batch = Self { model, twins: Mutex::new(twins), n };
+        batch.reset(py, None, None, parameters, None, false)?;
+        Ok(batch)
+    }
+
+    #[getter]
+    fn model(&self, py: Python<'_>) -> Py<Model> {
+        self.model.clone_ref(py)
+    }
+
+    #[getter]
+    fn n(&self) -> usize {
+        self.n
+    }
+
+    fn __len__(&self) -> usize {
+        self.n
+    }
+
+    #[pyo3(signature = (positions=None, *, which=None, parameters=None, snapshot=None, armed=false))]
+    fn reset(
+        &self,
+        py: Python<'_>,
+        positions: Option<&Bound<'_, PyAny>>,
+        which: Option<&Bound<'_, PyAny>>,
+        parameters: Option<&Bound<'_, PyDict>>,
+        snapshot: Option<&Snapshot>,
+        armed: bool,
+    ) -> PyResult<()> {
+        let which = self.which(which)?;
+        if let Some(Snapshot(state)) = snapshot {
+            if positions.is_some() || parameters.is_some() {
+                let message =
+                    "a snapshot has its positions and parameters\n  fix: give the snapshot alone";
+                return Err(UsageError::new_err(message));
+            }
+            if state.rig.is_double() != self.is_double() {
+                let message = "the snapshot is of the other precision\n  fix: take one of a model of this dtype";
+                return Err(UsageError::new_err(message));
+            }
+            py.detach(|| {
+                let mut twins = self.locked();
+                which.iter().for_each(|&index| twins[index].clone_from(state));
+            });
+            return Ok(());
+        }
+        let at = match positions {
+            Some(given) => self.rows(given, &[("n", Some(which.len()))])?.0,
+            None => vec![Row::default(); which.len()],
+        };
+        let parameters = self.parameters(parameters, &which)?;
+        let made = |k: usize| match &parameters {
+            Some(parameters) => self.rig().with_parameters(&parameters[k]).map(Some),
+            None => Ok(None),
+        };
+        let done = py.detach(|| {
+            let starts = which.par_iter().enumerate().map(|(k, &index)| {
+                let rig = made(k).map_err(|error| format!("catheter {index}: {error}"))?;
+                Ok(Start { index, at: at[k], rig })
+            });
+            let starts: Vec<Start> = starts.collect::<Result<_, String>>()?;
+            let mut twins = self.locked();
+            for Start { index, rig, .. } in &starts {
+                if let Some(rig) = rig {
+                    twins[*index] = Twin::new(rig.clone());
+                }
+            }
+            let mut start = vec![None; twins.len()];
+            starts.iter().for_each(|own| start[own.index] = Some(own.at));
+            let settled = twins.par_iter_mut().zip(&start).enumerate().map(|(k, (twin, start))| {
+                let Some(at) = start else { return Ok(()) };
+                twin.reset(*at, armed).map_err(|error| format!("catheter {k}: {error}"))
+            });
+            settled.collect::<Result<(), String>>()
+        });
+        done.map_err(UsageError::new_err)
+    }
+
+    fn step(&self, py: Python<'_>, positions: &Bound<'_, PyAny>) -> PyResult<Ticks> {
+        let (rows, shape) = self.rows(positions, &[("n", Some(self.n))])?;
+        let outcomes = py.detach(|| {
+            let mut twins = self.locked();
+            let both = twins.par_iter_mut().zip(&rows);
+            both.map(|(twin, row)| twin.tick(Some(row), None)).collect()
+        });
+        Ok(Ticks::new(outcomes, None, shape, self.is_double()))
+    }
+
+    fn step_many(&self, py: Python<'_>, positions: &Bound<'_, PyAny>) -> PyResult<Ticks> {
+        let (rows, shape) = self.rows(positions, &[("n", Some(self.n)), ("ticks", None)])?;
+        let ticks = shape[1];
+        let mut outcomes = vec![Outcome::default(); rows.len()];
+        if ticks > 0 {
+            let mut done = 0;
+            until_done(py, || {
+                let mut twins = self.locked();
+                let most = PART.min(ticks - done);
+                let places = outcomes.par_chunks_mut(ticks).zip(rows.par_chunks(ticks));
+                twins.par_iter_mut().zip(places).for_each(|(twin, (places, rows))| {
+                    for (place, row) in places.iter_mut().zip(rows).skip(done).take(most) {
+                        *place = twin.tick(Some(row), None);
+                    }
+                });
+                done += most;
+                Ok(done == ticks)
+            })?;
+        }
+        Ok(Ticks::new(outcomes, None, shape, self.is_double()))
+    }
+
+    #[pyo3(signature = (positions, ticks))]
+    fn move_to(
+        &self,
+        py: Python<'_>,
+        positions: &Bound<'_, PyAny>,
+        ticks: usize,
+    ) -> PyResult<Ticks> {
+        let (rows, shape) = self.rows(positions, &[("n", Some(self.n))])?;
+        if ticks == 0 {
+            return Err(UsageError::new_err("ticks is 0\n  fix: give at least one tick"));
+        }
+        let (outcomes, peaks_n) = py.detach(|| {
+            let mut twins = self.locked();
+            let both = twins.par_iter_mut().zip(&rows);
+            both.map(|(twin, row)| twin.move_to(row, ticks)).unzip()
+        });
+        Ok(Ticks::new(outcomes, Some(peaks_n), shape, self.is_double()))
+    }
+
+    fn snapshot(&self, py: Python<'_>, index: usize) -> PyResult<Snapshot> {
+        if index >= self.n {
+            let message = format!("there is no catheter {index}\n  fix: 0 to {}", self.n - 1);
+            return Err(UsageError::new_err(message));
+        }
+        Ok(Snapshot(py.detach(|| self.locked()[index].clone())))
+    }
+
+    /// Each catheter becomes a copy of one of them.
+    fn select(&self, py: Python<'_>, indices: &Bound<'_, PyAny>) -> PyResult<()> {
+        let indices = self.which(Some(indices))?;
+        if indices.len() != self.n {
+            let message = format!(
+                "indices has {} numbers\n  fix: one for each of the {} catheters",
+                indices.len(),
+                self.n
+            );
+            return Err(UsageError::new_err(message));
+        }
+        py.detach(|| {
+            let mut twins = self.locked();
+            *twins = indices.par_iter().map(|&index| twins[index].clone()).collect();
+        });
+        Ok(())
+    }
+
+    #[getter]
+    fn positions(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
+        let layout = self.rig().layout();
+        let rows: Vec<Row> = py.detach(|| self.locked().iter().map(|twin| twin.at).collect());
+        let numbers: Vec<f64> = rows.iter().flat_map(|row| layout.numbers(row)).collect();
+        shaped(py, numbers, &[self.n, layout.columns().len()])
+    }
+
+    #[getter]
+    fn shape_m(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
+        self.of_nodes(py, |node| node.position_m)
+    }
+
+    #[getter]
+    fn contact_forces_n(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
+        self.of_nodes(py, |node| node.force_n)
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<cathforce.Batch of {} catheters, {}>", self.n, self.model.get().shown())
+    }
+}

@@ -1,0 +1,85 @@
+"""A local cluster of two workers."""
+
+from __future__ import annotations
+
+import os
+import signal
+from collections.abc import Iterator
+from pathlib import Path
+
+import cathforce
+import pytest
+from conftest import BEND
+
+# On a computer with other load Ray's own processes take longer to start than it waits by default.
+os.environ.update(RAY_agent_register_timeout_ms="300000", RAY_raylet_start_wait_time_s="300", RAY_USAGE_STATS_ENABLED="0")
+import cathforce.ray  # noqa: E402
+import ray  # noqa: E402
+
+
+@pytest.fixture(scope="module", autouse=True)
+def cluster() -> Iterator[None]:
+    ray.init(num_cpus=2, include_dashboard=False, log_to_driver=False, configure_logging=False)
+    yield
+    ray.shutdown()
+
+
+def test_a_study_on_two_workers_is_that_on_one_machine(tmp_path: Path) -> None:
+    def measure(point: dict[str, float]) -> dict[str, float]:
+        simulator = cathforce.Simulator(BEND, settings=point)
+        ticks = simulator.move_to([0.06, 0.5], 1500)
+        peak_n = float(ticks.peak_contact_force_n.max())
+        return {"digest": float(ticks.digest[-1]), "peak_n": peak_n}
+
+    points = [{"wall.friction_coefficient": friction} for friction in (0.1, 0.2, 0.3, 0.4)]
+    lines: list[str] = []
+    found = cathforce.ray.study(measure, points, folder=tmp_path, progress=lines.append)
+    assert found == [measure(point) for point in points]
+    assert len({own["digest"] for own in found}) == 4
+    assert lines[-1].endswith("4 of 4") and len(list(tmp_path.iterdir())) == 4
+
+
+def test_a_worker_that_is_killed_loses_nothing(tmp_path: Path) -> None:
+    def once_killed(point: dict[str, float]) -> dict[str, float]:
+        mark = tmp_path / f"begun-{point['k']}"
+        if point["k"] == 1 and not mark.exists():
+            mark.touch()
+            os.kill(os.getpid(), signal.SIGKILL)
+        return {"k": point["k"], "worker": float(os.getpid())}
+
+    found = cathforce.ray.study(once_killed, [{"k": float(k)} for k in range(3)], name="killed")
+    assert [own["k"] for own in found] == [0.0, 1.0, 2.0]
+    assert (tmp_path / "begun-1.0").exists(), "it was killed"
+
+
+def test_what_was_computed_is_not_computed_again(tmp_path: Path) -> None:
+    answers = tmp_path / "answers"
+
+    def fragile(point: dict[str, float]) -> dict[str, float]:
+        (tmp_path / f"call-{point['k']}-{os.urandom(4).hex()}").touch()
+        if point["k"] == 2 and not (tmp_path / "repaired").exists():
+            raise cathforce.InputError("rig.toml:3: is wrong")
+        return point
+
+    points = [{"k": float(k)} for k in range(3)]
+    with pytest.raises(cathforce.InputError, match="rig.toml:3: is wrong"):
+        cathforce.ray.study(fragile, points, folder=answers)
+    assert len(list(answers.iterdir())) == 2
+    (tmp_path / "repaired").touch()
+    lines: list[str] = []
+    found = cathforce.ray.study(fragile, points, folder=answers, progress=lines.append)
+    assert found == points and lines[0] == "2 of 3 are there already"
+    assert len(list(tmp_path.glob("call-*"))) == 4
+
+
+def test_calibrations_are_those_of_one_machine_and_diagnoses_too(rough: Path, tmp_path: Path) -> None:
+    name = "wall.friction_coefficient"
+    [found] = cathforce.ray.calibrate([rough], [name], budget=20, folder=tmp_path)
+    alone = cathforce.calibrate(rough, [name], budget=20, state=tmp_path / "state.json")
+    assert found.parameters == alone.parameters and found.errors == alone.errors
+    assert not list(tmp_path.glob("*.state.json"))
+    [answer] = cathforce.ray.diagnose([rough], effects=["contact.friction"])
+    own = cathforce.diagnose(rough, effects=["contact.friction"])
+    assert answer.effects == own.effects and answer.gap == own.gap
+    with pytest.raises(cathforce.UsageError, match="no such bundle"):
+        cathforce.ray.diagnose(["nowhere"])
