@@ -36,8 +36,12 @@ pub trait Board: Copy {
     /// Holds the tick timer at the beginning of a period.
     fn hold_ticks(self);
 
-    /// Resets the watchdog after a tick.
+    /// Feeds the watchdog. Without it the outputs go off within 10 ms, and the device is reset.
     fn alive(self);
+
+    /// The bus may give as many bytes again as a full bus has in a tick. Called by every tick that runs
+    /// free, so that no flood takes the time of the tasks.
+    fn renew_input(self);
 
     /// Enables the motor drives, or removes their power.
     fn enable_outputs(self, on: bool);

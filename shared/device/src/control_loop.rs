@@ -95,6 +95,13 @@ impl ControlLoop {
         self.granted = 0;
     }
 
+    /// Takes over what outlives a change of the configuration: counters and lock step.
+    pub fn continue_from(&mut self, before: &Self) {
+        self.counters = before.counters;
+        self.lock_step = before.lock_step;
+        self.granted = 0;
+    }
+
     /// Output is neither armed nor ramping down, so the configuration may change (P17).
     pub fn may_reconfigure(&self) -> bool {
         !matches!(self.outputs.map(|o| o.mode), Some(Mode::Armed | Mode::Ramp { .. }))

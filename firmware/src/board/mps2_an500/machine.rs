@@ -94,6 +94,7 @@ impl Board for Mps2An500 {
             watchdog().control.write(0b11);
             timer0().control.write(0b1001);
         }
+        serial::limit_input(true);
     }
 
     fn hold_ticks(self) {
@@ -103,11 +104,16 @@ impl Board for Mps2An500 {
             timer0().value.write(TICK_RELOAD);
             watchdog().control.write(0);
         }
+        serial::limit_input(false);
     }
 
     fn alive(self) {
         // SAFETY: any value reloads the watchdog.
         unsafe { watchdog().interrupt_clear.write(1) }
+    }
+
+    fn renew_input(self) {
+        serial::renew_input();
     }
 
     fn enable_outputs(self, on: bool) {

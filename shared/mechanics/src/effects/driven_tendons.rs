@@ -446,8 +446,8 @@ impl<'a, T: Real> DrivenTendons<'a, T> {
             if !is_taut(table, pulled, own) {
                 continue;
             }
-            *missing =
-                table.stiffness_n_per_m * stretched_m(table, pulled, own) - ratio * pulled.tension_n;
+            *missing = table.stiffness_n_per_m * stretched_m(table, pulled, own)
+                - ratio * pulled.tension_n;
             for (place, ((other, other_pulled), running)) in row.iter_mut().zip(each()) {
                 if is_taut(other, other_pulled, running) {
                     let shared = minimum(own.compliance, running.compliance);
