@@ -7,7 +7,7 @@ use core::sync::atomic::{AtomicU32, Ordering};
 use cathforce_bus::service::Load;
 use cathforce_bus::{Counter, Counters, Frame};
 use cathforce_control::{Config, Fault, Mode, Notice};
-use cathforce_device::{BusRecovery, ControlLoop};
+use cathforce_device::{BusRecovery, ControlLoop, Health};
 use critical_section::{CriticalSection, Mutex};
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
@@ -32,6 +32,8 @@ struct Core {
     overruns: u32,
     /// Why the device reset itself, until somebody has cleared this fault.
     crash: Option<Fault>,
+    /// How often it has since it was switched on.
+    resets: u32,
     bus: BusRecovery,
     /// Ticks until the tasks are asked again whether they run.
     until_asked: u8,
@@ -115,13 +117,15 @@ pub fn start(board: board::This) -> &'static mut Slot {
     static SECOND: StaticCell<Slot> = StaticCell::new();
     static PLACE: StaticCell<Core> = StaticCell::new();
     let slot = || Slot { control_loop: ControlLoop::new(), active: None };
+    let crash = record::read();
     let core = PLACE.init(Core {
         board,
         slot: FIRST.init_with(slot),
         carrier: Counters::default(),
         load: Load::default(),
         overruns: 0,
-        crash: record::read().and_then(|crash| Fault::from_code(crash.fault)),
+        crash: crash.and_then(|crash| Fault::from_code(crash.fault)),
+        resets: crash.map_or(0, |crash| crash.resets),
         bus: BusRecovery::default(),
         until_asked: watch::ASK_EVERY_TICKS,
     });
@@ -190,6 +194,11 @@ impl Core {
         } else {
             self.bus.is_off().then_some(Notice::BusOff)
         };
+        control_loop.set_health(Health {
+            resets: self.resets,
+            crash: self.crash.map_or(0, Fault::code),
+            missed_ticks: self.load.missed_ticks,
+        });
         let before = control_loop.outputs().map(|outputs| outputs.mode);
         let frames = control_loop.tick(active.as_ref().map(|a| &a.config), notice);
         let mode = control_loop.outputs().map(|outputs| outputs.mode);

@@ -135,6 +135,7 @@ impl DeviceBoard<Buffer> for Desk {
         let unused = self.spare.active.take().map(Active::into_buffer);
         if done {
             self.image = device::image();
+            defmt::info!("an image of {=usize} bytes is in use", len);
             return Ok(unused);
         }
         match unused {

@@ -17,5 +17,5 @@ mod refusal;
 mod service;
 
 pub use bus_off::BusRecovery;
-pub use control_loop::{ControlLoop, MAX_FRAMES_PER_TICK, TickFrames};
+pub use control_loop::{ControlLoop, Health, MAX_FRAMES_PER_TICK, TickFrames};
 pub use service::{Board, Identity, Image, Service, WORK_BYTES, copy_from};

@@ -1,0 +1,38 @@
+//! Where the firmware's functions and variables are.
+
+use std::path::Path;
+
+use object::{Object as _, ObjectSymbol as _};
+
+/// The symbols of an ELF.
+pub struct Symbols(Vec<(String, u32)>);
+
+impl Symbols {
+    pub fn of(elf: &Path) -> Self {
+        let bytes = std::fs::read(elf).unwrap_or_else(|e| panic!("{}: {e}", elf.display()));
+        let file =
+            object::File::parse(&*bytes).unwrap_or_else(|e| panic!("{}: {e}", elf.display()));
+        let symbols = file.symbols().filter_map(|symbol| {
+            let name = rustc_demangle::demangle(symbol.name().ok()?).to_string();
+            Some((name, symbol.address() as u32))
+        });
+        Self(symbols.collect())
+    }
+
+    /// Address of the only symbol with this path, as `device::CORE` or `Reset`; of a function, without the
+    /// bit that says that it is Thumb code.
+    pub fn address(&self, path: &str) -> u32 {
+        // A demangled name ends in `::h` and a hash; the optimiser may have added a suffix.
+        let is_it = |name: &str| {
+            let name = name.split(" (").next().unwrap_or(name);
+            let name = name.rsplit_once("::h").map_or(name, |(name, _)| name);
+            name == path || name.ends_with(&format!("::{path}"))
+        };
+        let found: Vec<u32> =
+            self.0.iter().filter(|(name, _)| is_it(name)).map(|(_, at)| *at).collect();
+        match found[..] {
+            [at] => at & !1,
+            ref many => panic!("{} symbols are named {path}", many.len()),
+        }
+    }
+}
