@@ -67,6 +67,7 @@ fn hang(what: &str, find: impl FnOnce(&mut Lab) -> u32, expected: &str) {
         let at = find(lab);
         Some(lab.patch(at, HANG))
     });
+    println!("figure P11: {what} hangs: reset after {after_ms:.1} ms");
     assert!(after_ms <= MOST_MS, "{what}: {after_ms} ms");
     assert_eq!((record.fault, record.resets), (Some(Fault::Hang), 1), "{what}");
     assert_eq!(record.text.split(", ").next(), Some(expected), "{what}: {record:?}");

@@ -35,7 +35,7 @@ use consent::Consent;
 mod documented;
 
 /// What `cargo xtask` can do.
-static TASKS: [Task; 9] = [
+static TASKS: [Task; 10] = [
     Task {
         name: "demo",
         former: None,
@@ -49,6 +49,13 @@ static TASKS: [Task; 9] = [
         about: "Everything: format, lints, unit tests, firmware, tests on the emulated board.",
         options: &[consent::YES],
         run: |given| test::run_all(Consent::of(given)),
+    },
+    Task {
+        name: "promises",
+        former: None,
+        about: "Run the tests behind the promises, and print what is kept with which figure.",
+        options: &promises::OPTIONS,
+        run: promises::run,
     },
     Task {
         name: "firmware",

@@ -3,6 +3,7 @@
 //! No code for tests is compiled into the firmware. The lab stops the processor, overwrites instructions,
 //! registers and memory, and lets it go on, as a probe would on a real board.
 
+mod code;
 mod debugger;
 mod symbols;
 
@@ -12,6 +13,7 @@ use cathforce_bus::Frame;
 use cathforce_link::qemu::{BoardOptions, Qemu, find_firmware};
 use cathforce_link::{Link, LinkError};
 
+pub use code::{Code, Function};
 pub use debugger::Debugger;
 pub use symbols::Symbols;
 
@@ -21,6 +23,10 @@ use crate::Rig;
 pub const HANG: u16 = 0xE7FE;
 /// `udf #0`: an instruction that no processor has.
 pub const UNDEFINED: u16 = 0xDE00;
+
+/// `wfi`, by which the processor sleeps, and `nop`.
+const SLEEP: u16 = 0xBF30;
+const DO_NOTHING: u16 = 0xBF00;
 
 /// Counter of the board at 25 MHz, from the boot on.
 const COUNTER: u32 = 0x4002_8018;
@@ -67,6 +73,18 @@ impl Lab {
     /// Puts back what was there.
     pub fn mend(&mut self, patch: &Patch) {
         self.debugger.write(patch.at, &patch.before);
+    }
+
+    /// Keeps the processor from sleeping. The emulator skips the time for which a processor sleeps, in which
+    /// a bus could bring frames; awake, a millisecond of the board takes a few of this computer's.
+    pub fn keep_awake(&mut self) {
+        let main = self.symbols.address("__cortex_m_rt_main");
+        let len = self.symbols.after(main) - main;
+        let code = self.debugger.read(main, len as usize);
+        let halves = code.chunks_exact(2).map(|half| u16::from_le_bytes([half[0], half[1]]));
+        let found: Vec<_> = halves.enumerate().filter(|(_, half)| *half == SLEEP).collect();
+        let [(index, _)] = found[..] else { panic!("{} places to sleep in", found.len()) };
+        self.patch(main + 2 * index as u32, DO_NOTHING);
     }
 
     /// Time since the boot \[ms\].

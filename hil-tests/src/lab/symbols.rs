@@ -19,6 +19,12 @@ impl Symbols {
         Self(symbols.collect())
     }
 
+    /// Where the next symbol after an address is.
+    pub fn after(&self, at: u32) -> u32 {
+        let next = self.0.iter().map(|(_, other)| other & !1).filter(|&other| other > at).min();
+        next.unwrap_or_else(|| panic!("nothing is behind {at:08x}"))
+    }
+
     /// Address of the only symbol with this path, as `device::CORE` or `Reset`; of a function, without the
     /// bit that says that it is Thumb code.
     pub fn address(&self, path: &str) -> u32 {

@@ -28,10 +28,7 @@ pub const INSTALL: &str = "`cargo xtask setup --yes` installs one that works";
 const BUILD: &str = "`cargo xtask firmware` builds it";
 
 /// 2 ns an instruction: 500 000 of them in a tick of 1 ms.
-const INSTRUCTION_COUNTING: &str = "shift=1,align=off";
-/// In lock step nothing waits for this computer's clock. A board that runs free sleeps as long as a real
-/// one would, so that its bus has time to bring frames.
-const SLEEP: [&str; 2] = ["sleep=off", "sleep=on"];
+const INSTRUCTION_COUNTING: &str = "shift=1,align=off,sleep=off";
 const INSTRUCTION_NS: u64 = 2;
 /// The board's clock, 25 MHz.
 const CLOCK_COUNT_NS: u64 = 40;
@@ -106,9 +103,6 @@ fn wrong(problem: String, fix: &str) -> LinkError {
     LinkError::Emulator { link: LINK.into(), problem, fix: fix.into() }
 }
 
-/// Argument of a board that runs free; the firmware knows only the one for lock step.
-const RUN_FREE: &str = "run-free";
-
 /// How a board is started, for those that test it.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct BoardOptions {
@@ -123,8 +117,7 @@ pub struct BoardOptions {
 fn command(elf: &Path, argument: &str) -> Command {
     let mut command = Command::new(PROGRAM);
     command.args(["-machine", "mps2-an500", "-display", "none", "-monitor", "none"]);
-    let sleep = SLEEP[usize::from(argument == RUN_FREE)];
-    command.args(["-icount", &format!("{INSTRUCTION_COUNTING},{sleep}")]);
+    command.args(["-icount", INSTRUCTION_COUNTING]);
     command.arg("-semihosting-config");
     command.arg(format!("enable=on,target=native,arg=cathforce,arg={argument}"));
     command.arg("-kernel").arg(elf);
@@ -217,7 +210,7 @@ fn trusted_firmware(elf: Option<&Path>) -> Result<PathBuf, LinkError> {
 /// Starts the board with its UART joined to a socket that is open already.
 /// `socket` is `host=…,port=…` or `path=…`, as QEMU takes it.
 fn spawn_board(elf: &Path, socket: &str, options: BoardOptions) -> Result<Emulator, LinkError> {
-    let mut command = command(elf, if options.runs_free { RUN_FREE } else { "lock-step" });
+    let mut command = command(elf, if options.runs_free { "run-free" } else { "lock-step" });
     if !options.reboots {
         command.arg("-no-reboot");
     }
