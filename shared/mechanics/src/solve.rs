@@ -344,6 +344,10 @@ fn joint_moments<T: Real, N: Pack<T>, L: Law<T>, const LINKS: usize>(
             }
         }
     }
+    #[expect(
+        clippy::needless_range_loop,
+        reason = "of `j` below `count` it is known that no index panics"
+    )]
     for j in full..count {
         let (Some(cell), Some(distal)) = (chain.at_base.get(count - 1 - j), inside.get(j)) else {
             continue;
