@@ -107,20 +107,24 @@ pub trait Outgoing {
     fn reopen(&self);
 }
 
-/// Creates the device. Called once, before ticks run. Returns the slot that is not in use.
+/// Makes a slot in its place.
 ///
-/// It is not inlined into `main`, whose stack frame lies below every interrupt. The state passes through
-/// this function's frame, which is larger than all others.
+/// It is not inlined, because the state passes through this function's frame, which is larger than all
+/// others. In the frame of `main`, which lies below every interrupt, it would stay.
 #[inline(never)]
+fn place(cell: &'static StaticCell<Slot>) -> &'static mut Slot {
+    cell.init_with(|| Slot { control_loop: ControlLoop::new(), active: None })
+}
+
+/// Creates the device. Called once, before ticks run. Returns the slot that is not in use.
 pub fn start(board: board::This) -> &'static mut Slot {
     static FIRST: StaticCell<Slot> = StaticCell::new();
     static SECOND: StaticCell<Slot> = StaticCell::new();
     static PLACE: StaticCell<Core> = StaticCell::new();
-    let slot = || Slot { control_loop: ControlLoop::new(), active: None };
     let crash = record::read();
     let core = PLACE.init(Core {
         board,
-        slot: FIRST.init_with(slot),
+        slot: place(&FIRST),
         carrier: Counters::default(),
         load: Load::default(),
         overruns: 0,
@@ -129,7 +133,7 @@ pub fn start(board: board::This) -> &'static mut Slot {
         bus: BusRecovery::default(),
         until_asked: watch::ASK_EVERY_TICKS,
     });
-    let spare = SECOND.init_with(slot);
+    let spare = place(&SECOND);
     adopt(core);
     spare
 }

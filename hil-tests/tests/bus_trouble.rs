@@ -120,14 +120,19 @@ fn p10_p20_a_full_bus_delays_no_tick_of_an_armed_board_that_runs_free() {
     assert!(!client.lock_step());
     // Taking a configuration, which copies tens of kilobytes, delays no tick either.
     client.upload_image(small_image(), |_| std::ops::ControlFlow::Continue(())).expect("taken");
-    let activated = client.status().expect("an answer").load;
+    let activated = loop {
+        let load = client.status().expect("an answer").load;
+        if load.tick_stack_bytes > 0 {
+            break load;
+        }
+    };
     check_load(&activated);
 
     client.link_mut().lab.keep_awake();
     client.link_mut().lab.debugger.go_on();
     client.link_mut().floods = true;
     let until = Instant::now() + Duration::from_secs(200);
-    let mut reach = |client: &mut Client<Flooded>, command, wanted| loop {
+    let reach = |client: &mut Client<Flooded>, command, wanted| loop {
         client.command(command).expect("sent");
         let status = client.status().expect("an answer");
         if Mode::from_codes(status.mode, status.fault) == Some(wanted) {

@@ -81,7 +81,7 @@ fn p12_no_frame_but_that_of_the_boot_is_larger_than_the_guard() {
     let large = code.functions().filter(|(_, f)| f.frame_bytes > GUARD_BYTES);
     let large: Vec<_> = large.map(|(_, f)| f.name.as_str()).collect();
     assert!(
-        large.iter().all(|name| name.ends_with("device::start")),
+        large.iter().all(|name| name.ends_with("device::place")),
         "larger than the guard: {large:?}"
     );
     let symbols = Symbols::of(&find_firmware(None).unwrap_or_else(|error| panic!("{error}")));

@@ -109,7 +109,7 @@ fn heading(line: &str) -> Option<(u32, &str)> {
     Some((u32::from_str_radix(address, 16).ok()?, name))
 }
 
-/// `    5808:      	bl	0x34588 <name> @ imm = #0xf33a`
+/// `5808: bl 0x34588 <name> @ imm = #0xf33a`, with tabs between.
 fn instruction(line: &str, function: &mut Function) {
     let Some((address, rest)) = line.trim_start().split_once(':') else { return };
     if u32::from_str_radix(address, 16).is_err() {
