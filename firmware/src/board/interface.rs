@@ -49,7 +49,7 @@ pub trait Board: Copy {
     /// Options with which the board was started.
     fn boot_options(self) -> BootOptions;
 
-    /// Starts the tick timer, unless the options hold it.
+    /// Ends the boot: starts the tick timer, or holds it if the options say so.
     fn run(self, options: BootOptions);
 
     /// Sleeps until an interrupt has been handled.
