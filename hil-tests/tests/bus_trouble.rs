@@ -115,15 +115,11 @@ fn check_load(load: &Load) {
 #[test]
 fn p10_p20_a_full_bus_delays_no_tick_of_an_armed_board_that_runs_free() {
     const TICKS: u32 = 1000;
-    let mut lab = <Lab as Rig>::boot();
+    let mut client = Client::connect(Flooded::new(<Lab as Rig>::boot())).expect("a board");
+    client.upload_image(small_image(), |_| ControlFlow::Continue(())).expect("taken");
+    let lab = &mut client.link_mut().lab;
     lab.keep_awake();
     lab.debugger.go_on();
-    let mut client = Client::connect(Flooded::new(lab)).unwrap_or_else(|error| panic!("{error}"));
-    let upload = |client: &mut Client<Flooded>| {
-        let uploaded = client.upload_image(small_image(), |_| ControlFlow::Continue(()));
-        uploaded.unwrap_or_else(|error| panic!("{error}"));
-    };
-    upload(&mut client);
     client.set_lock_step(false).expect("nothing is armed");
     client.link_mut().floods = true;
     let until = Instant::now() + Duration::from_secs(200);
@@ -156,27 +152,7 @@ fn p10_p20_a_full_bus_delays_no_tick_of_an_armed_board_that_runs_free() {
     // The counters were reset while some were on their way.
     assert!(counted >= foreign && counted <= foreign + 20 * FULL_BUS, "{counted}, sent {foreign}");
 
-    // Taking a configuration, which copies tens of kilobytes, delays no tick either.
-    // Without samples the output ramps down by itself.
-    loop {
-        let status = client.status().expect("an answer");
-        match Mode::from_codes(status.mode, status.fault) {
-            Some(Mode::Fault { cause: Fault::EncoderLost }) => break,
-            _ => assert!(Instant::now() < until, "{status:?}"),
-        }
-    }
-    upload(&mut client);
-    let activated = loop {
-        let load = client.status().expect("an answer").load;
-        if load.tick_stack_bytes > 0 {
-            break load;
-        }
-    };
-    check_load(&activated);
-    println!(
-        "figure P10: latest start {} ns on a full bus, {} ns when an image is activated",
-        load.latest_start_ns, activated.latest_start_ns
-    );
+    println!("figure P10: latest start {} ns on a full bus", load.latest_start_ns);
     println!(
         "figure P20: {foreign} foreign frames in {ticks} armed ticks of {} instructions, {} missed",
         load.worst_instructions, load.missed_ticks

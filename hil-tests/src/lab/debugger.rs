@@ -70,10 +70,16 @@ impl Debugger {
     }
 
     pub fn read(&mut self, at: u32, len: usize) -> Vec<u8> {
+        /// Bytes that fit into one answer.
+        const PIECE: usize = 1024;
         self.stop();
-        let answer = self.ask(&format!("m{at:x},{len:x}"));
-        let bytes = from_hex(&answer).filter(|bytes| bytes.len() == len);
-        bytes.unwrap_or_else(|| panic!("memory at {at:08x}: {answer}"))
+        let pieces = (0..len).step_by(PIECE).map(|from| {
+            let (at, len) = (at + from as u32, PIECE.min(len - from));
+            let answer = self.ask(&format!("m{at:x},{len:x}"));
+            let bytes = from_hex(&answer).filter(|bytes| bytes.len() == len);
+            bytes.unwrap_or_else(|| panic!("memory at {at:08x}: {answer}"))
+        });
+        pieces.collect::<Vec<_>>().concat()
     }
 
     pub fn write(&mut self, at: u32, bytes: &[u8]) {

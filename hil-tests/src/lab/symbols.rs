@@ -12,7 +12,11 @@ impl Symbols {
         let bytes = std::fs::read(elf).unwrap_or_else(|e| panic!("{}: {e}", elf.display()));
         let file =
             object::File::parse(&*bytes).unwrap_or_else(|e| panic!("{}: {e}", elf.display()));
+        // Names with a dollar sign mark code and data within a function.
         let symbols = file.symbols().filter_map(|symbol| {
+            if symbol.name().is_ok_and(|name| name.is_empty() || name.starts_with('$')) {
+                return None;
+            }
             let name = rustc_demangle::demangle(symbol.name().ok()?).to_string();
             Some((name, symbol.address() as u32))
         });
