@@ -52,7 +52,9 @@ fn p15_a_power_cut_at_every_word_and_every_erase_leaves_the_old_image_or_the_new
         let old = used(before);
         let mut whole = store(Flash { done: 0, ..old.clone() });
         whole.save(&image(99)).expect("nothing is cut");
-        let operations = whole.into_flash().done;
+        let whole = whole.into_flash();
+        let operations = whole.done;
+        assert_eq!(boot(whole).1, image(99), "nothing is cut");
         assert!(operations > image(99).len() / 4);
         for cut in 0..operations {
             for seed in 0..SEEDS {
@@ -84,7 +86,7 @@ fn p15_a_power_cut_at_every_word_and_every_erase_leaves_the_old_image_or_the_new
         "figure P15: {cuts} power cuts, {kept_old} left the old image and {} the new",
         cuts - kept_old
     );
-    assert!(kept_old > 0 && kept_old < cuts);
+    assert!(kept_old > 0);
 }
 
 #[test]
