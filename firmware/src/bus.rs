@@ -1,76 +1,136 @@
 //! Tasks of the bus: receive text, pass frames to the service or the control loop, send frames and
 //! answers.
 
+use core::cell::UnsafeCell;
+use core::future::poll_fn;
+use core::task::Poll;
+
 use cathforce_bus::service::BLOCK_SIZE;
 use cathforce_bus::slcan::{self, Decoder, Line};
 use cathforce_bus::{Frame, Id};
-use cathforce_device::{Identity, Service};
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
+use embassy_sync::waitqueue::AtomicWaker;
+use heapless::spsc::{Consumer, Producer, Queue};
+use static_cell::StaticCell;
 
-use crate::board::{self, Board, BusIn, BusOut};
-use crate::device::{self, FrameOutcome, GRANT_USED, IMAGE_BUFFER_LEN, ServiceBoard};
-use crate::identity;
+use crate::board::{BusIn, BusOut};
+use crate::device::{self, FrameOutcome, GRANT_USED, Outgoing};
+use crate::{service, watch};
 
-/// Length of the send queue: a block of service frames, and frames of more ticks than a host leaves
-/// unread.
-const QUEUE: usize = 4 * BLOCK_SIZE as usize;
+/// Length of the queue of the tick's frames: those of more ticks than a host leaves unread.
+const TICK_FRAMES: usize = 256;
+/// Length of the queue of the tasks' answers: a block of service frames.
+const ANSWERS: usize = BLOCK_SIZE as usize;
 
 /// An item to send.
 enum Out {
     Frame(Frame),
-    /// An answer to a command of SLCAN.
-    Answer(&'static [u8]),
+    /// An answer to a command of SLCAN, or a command of ours.
+    Text(&'static [u8]),
 }
 
-static OUT: Channel<CriticalSectionRawMutex, Out, QUEUE> = Channel::new();
+static OUT: Channel<CriticalSectionRawMutex, Out, ANSWERS> = Channel::new();
 
-/// Queues a frame of the tick; returns `false` if the queue is full.
-pub fn queue(frame: Frame) -> bool {
-    OUT.try_send(Out::Frame(frame)).is_ok()
+/// Input of the queue of the tick's frames. It cannot panic, and nobody but the tick uses it.
+struct TickEnd(UnsafeCell<Option<Producer<'static, Out>>>);
+// SAFETY: written once before ticks run, then used by the tick only.
+unsafe impl Sync for TickEnd {}
+static TICK_END: TickEnd = TickEnd(UnsafeCell::new(None));
+static TICK_HAS_SENT: AtomicWaker = AtomicWaker::new();
+
+/// Output of the queue of the tick's frames, for the sending task.
+pub struct TickFrames(Consumer<'static, Out>);
+
+/// Makes the queue of the tick's frames. Called once, before ticks run.
+pub fn start() -> TickFrames {
+    static QUEUE: StaticCell<Queue<Out, TICK_FRAMES>> = StaticCell::new();
+    let (input, output) = QUEUE.init(Queue::new()).split();
+    // SAFETY: no tick runs yet.
+    unsafe { *TICK_END.0.get() = Some(input) };
+    TickFrames(output)
 }
 
-/// Sends the queue. It begins with an empty line, which tells the host that frames are accepted.
-#[embassy_executor::task]
-pub async fn send(mut port: BusOut) {
-    port.write(slcan::ANSWER_DONE);
-    loop {
-        match OUT.receive().await {
-            Out::Frame(frame) => port.write(&slcan::encode(&frame)),
-            Out::Answer(bytes) => port.write(bytes),
-        }
+/// Where the tick's frames go.
+pub struct Bus(());
+
+impl Bus {
+    /// The bus of the tick's interrupt.
+    ///
+    /// # Safety
+    /// To be called by the tick only, which nothing interrupts.
+    pub unsafe fn of_the_tick() -> Self {
+        Self(())
     }
+
+    fn put(&self, out: Out) -> bool {
+        // SAFETY: the tick alone has a `Bus`.
+        let input = unsafe { &mut *TICK_END.0.get() };
+        input.as_mut().is_some_and(|input| input.enqueue(out).is_ok())
+    }
+}
+
+impl Outgoing for Bus {
+    fn send(&self, frame: Frame) -> bool {
+        self.put(Out::Frame(frame))
+    }
+
+    fn tick_ends(&self) {
+        TICK_HAS_SENT.wake();
+    }
+
+    fn reopen(&self) {
+        // A queue that is full has room at the next attempt.
+        self.put(Out::Text(slcan::REOPEN));
+    }
+}
+
+/// Sends a frame of a task as soon as there is room for it.
+pub async fn send_frame(frame: Frame) {
+    OUT.send(Out::Frame(frame)).await;
+}
+
+/// Sends both queues, the tick's frames first. It begins with an empty line, which tells the host that
+/// frames are accepted.
+#[embassy_executor::task]
+pub async fn send(mut port: BusOut, mut ticks: TickFrames) {
+    watch::SEND
+        .over(async {
+            port.write(slcan::ANSWER_DONE).await;
+            loop {
+                let out = poll_fn(|context| {
+                    if let Some(out) = ticks.0.dequeue() {
+                        return Poll::Ready(out);
+                    }
+                    TICK_HAS_SENT.register(context.waker());
+                    match ticks.0.dequeue() {
+                        Some(out) => Poll::Ready(out),
+                        None => OUT.poll_receive(context),
+                    }
+                });
+                match out.await {
+                    Out::Frame(frame) => port.write(&slcan::encode(&frame)).await,
+                    Out::Text(bytes) => port.write(bytes).await,
+                }
+            }
+        })
+        .await
 }
 
 /// Receives lines in order. After a SYNC the next line waits until the granted ticks have run, so that
 /// the tick of a frame never depends on its time of arrival.
 #[embassy_executor::task]
-pub async fn receive(mut port: BusIn, board: board::This) {
-    let identity = Identity {
-        firmware: identity::firmware(),
-        board: board.name(),
-        can_lock_step: board.can_lock_step(),
-        max_image_len: IMAGE_BUFFER_LEN as u32,
-    };
-    // The service gets the second buffer once the first one is in use.
-    let [first, second] = device::image_buffers();
-    let (mut service, mut second) = (Service::new(identity, first), Some(second));
-    let mut desk = ServiceBoard(board);
+pub async fn receive(port: BusIn) {
+    watch::RECEIVE.over(pass_on(port)).await
+}
+
+async fn pass_on(mut port: BusIn) {
     let mut decoder = Decoder::default();
     loop {
         let Some(line) = decoder.push(port.read().await) else { continue };
         match line {
             Line::Frame(frame) if Id::from_raw(frame.id()) == Some(Id::ServiceRequest) => {
-                service.on_frame(&frame, &mut desk);
-                if device::is_configured()
-                    && let Some(buffer) = second.take()
-                {
-                    service.lend(buffer);
-                }
-                let counts_a_us = board::This::COUNTS_A_SECOND / 1_000_000;
-                while let Some(frame) = service.next_frame(board.time() / counts_a_us) {
-                    OUT.send(Out::Frame(frame)).await;
-                }
+                service::take(frame).await;
             }
             Line::Frame(frame) => {
                 if let FrameOutcome::Granted = device::on_frame(&frame) {
@@ -80,13 +140,14 @@ pub async fn receive(mut port: BusIn, board: board::This) {
             }
             Line::Foreign => device::on_foreign(),
             Line::Open | Line::Close | Line::BitRate(_) => {
-                OUT.send(Out::Answer(slcan::ANSWER_DONE)).await;
+                OUT.send(Out::Text(slcan::ANSWER_DONE)).await;
             }
+            Line::BusOff(off) => device::on_bus_state(off),
             // A bare carriage return ends a truncated line.
             Line::Done | Line::Error => {}
             Line::Bad(bad) => {
                 device::count(bad.counter());
-                OUT.send(Out::Answer(slcan::ANSWER_ERROR)).await;
+                OUT.send(Out::Text(slcan::ANSWER_ERROR)).await;
             }
         }
     }

@@ -1,23 +1,20 @@
 //! The device on its board: the state that the tick owns, and the tasks' access to it.
 
-use core::cell::RefCell;
+use core::cell::Cell;
 use core::ptr::NonNull;
+use core::sync::atomic::{AtomicU32, Ordering};
 
-use cathforce_bus::service::{Load, Refusal, Status};
-use cathforce_bus::{Counter, Counters, Frame, NextCounters};
-use cathforce_config::image;
-use cathforce_control::{Config, Mode, Notice};
-use cathforce_device::{Board as DeviceBoard, ControlLoop, Image, copy_from};
-use critical_section::Mutex;
+use cathforce_bus::service::Load;
+use cathforce_bus::{Counter, Counters, Frame};
+use cathforce_control::{Config, Fault, Mode, Notice};
+use cathforce_device::{BusRecovery, ControlLoop, Health};
+use critical_section::{CriticalSection, Mutex};
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
 use static_cell::StaticCell;
 
 use crate::board::{self, Board, BootOptions};
-use crate::stack;
-
-/// Size of an image buffer \[bytes\].
-pub const IMAGE_BUFFER_LEN: usize = 2 << 20;
+use crate::{record, stack, watch};
 
 /// Lateness from which on a tick counts as missed (promise P10) \[µs\].
 const LATE_US: u32 = 2;
@@ -25,19 +22,32 @@ const LATE_US: u32 = 2;
 /// An image buffer in the large, slow memory.
 pub type Buffer = &'static mut [u8];
 
-/// State of the tick. Tasks access it with the tick masked, for microseconds.
+/// State of the tick. Tasks access it with the tick masked, for less than 2 µs (promise P10).
 struct Core {
     board: board::This,
-    control_loop: ControlLoop,
-    active: Option<Active>,
+    slot: &'static mut Slot,
     carrier: Counters,
     load: Load,
     /// Consecutive ticks that ran into the next one.
     overruns: u32,
+    /// Why the device reset itself, until somebody has cleared this fault.
+    crash: Option<Fault>,
+    /// How often it has since it was switched on.
+    resets: u32,
+    bus: BusRecovery,
+    /// Ticks until the tasks are asked again whether they run.
+    until_asked: u8,
+}
+
+/// A control loop and its configuration. There are two: a new configuration is prepared in the one that
+/// is not in use, however long that takes, and then exchanged in a few instructions.
+pub struct Slot {
+    pub control_loop: ControlLoop,
+    pub active: Option<Active>,
 }
 
 /// A configuration, and the buffer that its lumen is read from.
-struct Active {
+pub struct Active {
     config: Config<'static>,
     buffer: NonNull<[u8]>,
     /// Length of the image in the buffer \[bytes\].
@@ -47,80 +57,191 @@ struct Active {
 // SAFETY: the pointer represents a `&'static mut [u8]`, which is `Send`.
 unsafe impl Send for Active {}
 
-static CORE: Mutex<RefCell<Option<&'static mut Core>>> = Mutex::new(RefCell::new(None));
+impl Active {
+    /// `decode`: reads a configuration in the first `len` bytes of `buffer`; on an error the buffer comes
+    /// back with it.
+    pub fn new<E>(
+        buffer: Buffer,
+        len: usize,
+        decode: impl FnOnce(&'static [u8]) -> Result<Config<'static>, E>,
+    ) -> Result<Self, (Buffer, E)> {
+        let buffer = NonNull::from(buffer);
+        // SAFETY: nobody writes to the buffer until `into_buffer`, after the configuration.
+        let bytes: &'static [u8] = unsafe { buffer.as_ref() };
+        match decode(bytes.get(..len).unwrap_or_default()) {
+            Ok(config) => Ok(Self { config, buffer, len }),
+            Err(error) => Err((give_back(buffer), error)),
+        }
+    }
+
+    /// Drops the configuration and gives its buffer back.
+    pub fn into_buffer(self) -> Buffer {
+        let Self { config, buffer, .. } = self;
+        drop(config);
+        give_back(buffer)
+    }
+}
+
+/// Turns the pointer of a dropped configuration back into its buffer.
+fn give_back(buffer: NonNull<[u8]>) -> Buffer {
+    // SAFETY: the pointer was a `&'static mut [u8]`, and its readers have been dropped.
+    unsafe { &mut *buffer.as_ptr() }
+}
+
+/// Whoever accesses the core takes it out and puts it back, with the tick masked.
+static CORE: Mutex<Cell<Option<&'static mut Core>>> = Mutex::new(Cell::new(None));
+
+/// Number of the tick that runs, for faults: a hanging tick keeps the core.
+static TICK: AtomicU32 = AtomicU32::new(0);
 
 /// Signalled when the ticks granted by a SYNC have run.
 pub static GRANT_USED: Signal<CriticalSectionRawMutex, ()> = Signal::new();
 
-/// Creates the device. Called once, before ticks run.
+/// Where the frames of a tick go.
+pub trait Outgoing {
+    /// Queues a frame; returns `false` if the queue is full.
+    fn send(&self, frame: Frame) -> bool;
+    /// All frames of the tick are queued.
+    fn tick_ends(&self);
+    /// Starts the bus controller again after bus-off.
+    fn reopen(&self);
+}
+
+/// Makes a slot in its place.
 ///
-/// It is not inlined into `main`, whose stack frame lies below every interrupt. The state passes through
-/// this function's frame, which is larger than all others.
+/// It is not inlined, because the state passes through this function's frame, which is larger than all
+/// others. In the frame of `main`, which lies below every interrupt, it would stay.
 #[inline(never)]
-pub fn start(board: board::This) {
+fn place(cell: &'static StaticCell<Slot>) -> &'static mut Slot {
+    cell.init_with(|| Slot { control_loop: ControlLoop::new(), active: None })
+}
+
+/// Creates the device. Called once, before ticks run. Returns the slot that is not in use.
+pub fn start(board: board::This) -> &'static mut Slot {
+    static FIRST: StaticCell<Slot> = StaticCell::new();
+    static SECOND: StaticCell<Slot> = StaticCell::new();
     static PLACE: StaticCell<Core> = StaticCell::new();
-    let core = PLACE.init_with(|| Core {
+    let crash = record::read();
+    let core = PLACE.init(Core {
         board,
-        control_loop: ControlLoop::new(),
-        active: None,
+        slot: place(&FIRST),
         carrier: Counters::default(),
         load: Load::default(),
         overruns: 0,
+        crash: crash.and_then(|crash| Fault::from_code(crash.fault)),
+        resets: crash.map_or(0, |crash| crash.resets),
+        bus: BusRecovery::default(),
+        until_asked: watch::ASK_EVERY_TICKS,
     });
-    critical_section::with(|cs| CORE.borrow_ref_mut(cs).replace(core));
+    let spare = place(&SECOND);
+    adopt(core);
+    spare
+}
+
+fn adopt(core: &'static mut Core) {
+    critical_section::with(|cs| CORE.borrow(cs).set(Some(core)));
 }
 
 /// Boot options of the board, applied to the control loop.
 pub fn boot_options(board: board::This) -> BootOptions {
     let options = board.boot_options();
-    with(|core| core.control_loop.set_lock_step(options.lock_step));
+    with(|core| core.slot.control_loop.set_lock_step(options.lock_step));
     options
 }
 
-/// Runs `f` with the tick masked.
-fn with<R>(f: impl FnOnce(&mut Core) -> R) -> R {
-    critical_section::with(|cs| match CORE.borrow_ref_mut(cs).as_mut() {
-        Some(core) => f(core),
-        None => panic!("the device is used before it is started"),
-    })
+/// Runs `f` on the core, if it is there.
+fn try_with<R>(cs: CriticalSection<'_>, f: impl FnOnce(&mut Core) -> R) -> Option<R> {
+    let place = CORE.borrow(cs);
+    let core = place.take()?;
+    let result = f(core);
+    place.set(Some(core));
+    Some(result)
 }
 
-/// The tick, for the board's timer interrupt.
+/// Runs `f` with the tick masked. For tasks.
+fn with<R>(f: impl FnOnce(&mut Core) -> R) -> R {
+    match critical_section::with(|cs| try_with(cs, f)) {
+        Some(result) => result,
+        None => panic!("the device is used before it is started, or its memory is corrupt"),
+    }
+}
+
+/// The tick, for the board's timer interrupt. Nothing in it can panic (P13).
 ///
-/// `send`: queues a frame; returns `false` if the queue is full.
-pub fn tick(send: impl Fn(Frame) -> bool) {
-    with(|core| {
-        let late = core.board.lateness();
-        // Once after every reset of the counters, because painting the stack takes long.
-        if core.load.tick_stack_bytes == 0 {
-            core.load.tick_stack_bytes = stack::measure(|| core.tick(late, &send));
-        } else {
-            core.tick(late, &send);
-        }
+/// Without a core it does nothing, and the watchdog resets the device.
+pub fn tick(out: &impl Outgoing) {
+    critical_section::with(|cs| {
+        try_with(cs, |core| {
+            let late = core.board.lateness();
+            // Once after every reset of the counters, because painting the stack takes long.
+            if core.load.tick_stack_bytes == 0 {
+                core.load.tick_stack_bytes = stack::measure(|| core.tick(late, out));
+            } else {
+                core.tick(late, out);
+            }
+        })
     });
 }
 
 impl Core {
     /// One tick of the device, which began `late` counts after it was due.
-    fn tick(&mut self, late: u32, send: impl Fn(Frame) -> bool) {
+    fn tick(&mut self, late: u32, out: &impl Outgoing) {
         let board = self.board;
         let began = board.time();
-        let notice = (self.overruns >= 2).then_some(Notice::Overrun);
-        let number = self.control_loop.ticks();
-        let frames = self.control_loop.tick(self.active.as_ref().map(|a| &a.config), notice);
-        let armed = self.control_loop.outputs().is_some_and(|outputs| outputs.mode == Mode::Armed);
-        board.enable_outputs(armed || !self.control_loop.may_reconfigure());
+        let Slot { control_loop, active } = &mut *self.slot;
+        let number = control_loop.ticks();
+        TICK.store(number, Ordering::Relaxed);
+        let notice = if self.overruns >= 2 {
+            Some(Notice::Overrun)
+        } else if let Some(crash) = self.crash {
+            Notice::of(crash)
+        } else {
+            self.bus.is_off().then_some(Notice::BusOff)
+        };
+        control_loop.set_health(Health {
+            resets: self.resets,
+            crash: self.crash.map_or(0, Fault::code),
+            missed_ticks: self.load.missed_ticks,
+        });
+        let before = control_loop.outputs().map(|outputs| outputs.mode);
+        let frames = control_loop.tick(active.as_ref().map(|a| &a.config), notice);
+        let mode = control_loop.outputs().map(|outputs| outputs.mode);
+        board.enable_outputs(mode == Some(Mode::Armed) || !control_loop.may_reconfigure());
+        // A fault that has been cleared is past; before that it comes back with every configuration.
+        if matches!(before, Some(Mode::Fault { cause }) if Some(cause) == self.crash)
+            && mode != before
+        {
+            self.crash = None;
+        }
         for frame in frames.into_iter().flatten() {
-            if !send(frame) {
+            if self.bus.is_off() {
+                self.carrier.count(Counter::BusOff);
+            } else if !out.send(frame) {
                 self.carrier.count(Counter::QueueFull);
             }
         }
-        board.alive();
-        if self.control_loop.lock_step() && self.control_loop.granted() == 0 {
+        if self.bus.tick() {
+            out.reopen();
+        }
+        out.tick_ends();
+        self.feed_watchdog();
+        let control_loop = &self.slot.control_loop;
+        if !control_loop.lock_step() {
+            board.renew_input();
+        } else if control_loop.granted() == 0 {
             board.hold_ticks();
             GRANT_USED.signal(());
         }
         self.account(number, late, board.time().wrapping_sub(began));
+    }
+
+    /// Feeds the watchdog if every task has run since it was asked (P11).
+    fn feed_watchdog(&mut self) {
+        self.until_asked = self.until_asked.saturating_sub(1);
+        if self.until_asked == 0 && watch::all_have_run() {
+            self.until_asked = watch::ASK_EVERY_TICKS;
+            self.board.alive();
+        }
     }
 
     /// Records the cost of the tick, and whether it was on time.
@@ -131,9 +252,13 @@ impl Core {
             self.load.worst_tick = number;
         }
         let overran = self.board.tick_pending();
-        self.overruns = if overran { self.overruns + 1 } else { 0 };
+        self.overruns = if overran { self.overruns.saturating_add(1) } else { 0 };
+        self.load.overruns = self.load.overruns.saturating_add(u32::from(overran));
         let is_late = late > board::This::COUNTS_A_SECOND / 1_000_000 * LATE_US;
-        self.load.missed_ticks += u32::from(overran || is_late);
+        self.load.missed_ticks =
+            self.load.missed_ticks.saturating_add(u32::from(overran || is_late));
+        let late_ns = late.saturating_mul(1_000_000_000 / board::This::COUNTS_A_SECOND);
+        self.load.latest_start_ns = self.load.latest_start_ns.max(late_ns);
     }
 }
 
@@ -148,8 +273,8 @@ pub enum FrameOutcome {
 /// Gives a process frame to the control loop.
 pub fn on_frame(frame: &Frame) -> FrameOutcome {
     with(|core| {
-        core.control_loop.on_frame(frame);
-        if core.control_loop.granted() == 0 {
+        core.slot.control_loop.on_frame(frame);
+        if core.slot.control_loop.granted() == 0 {
             return FrameOutcome::Waits;
         }
         GRANT_USED.reset();
@@ -160,7 +285,12 @@ pub fn on_frame(frame: &Frame) -> FrameOutcome {
 
 /// Counts a frame that cannot be ours.
 pub fn on_foreign() {
-    with(|core| core.control_loop.on_foreign());
+    with(|core| core.slot.control_loop.on_foreign());
+}
+
+/// The bus controller says whether it is bus-off.
+pub fn on_bus_state(off: bool) {
+    with(|core| core.bus.on_state(off));
 }
 
 /// Counts an event of the carrier: a line or a queue.
@@ -168,116 +298,70 @@ pub fn count(counter: Counter) {
     with(|core| core.carrier.count(counter));
 }
 
-/// An image is in use.
-pub fn is_configured() -> bool {
-    with(|core| core.active.is_some())
+/// Ticks run only when granted.
+pub fn is_in_lock_step() -> bool {
+    with(|core| core.slot.control_loop.lock_step())
 }
 
-/// The two image buffers. Called once.
-pub fn image_buffers() -> [Buffer; 2] {
-    /// Memory for both, which is not initialised at boot.
-    struct Place(core::cell::UnsafeCell<[[u8; IMAGE_BUFFER_LEN]; 2]>);
-    // SAFETY: `StaticCell` below hands it out once.
-    unsafe impl Sync for Place {}
-    #[unsafe(link_section = ".psram.images")]
-    static PLACE: Place = Place(core::cell::UnsafeCell::new([[0; IMAGE_BUFFER_LEN]; 2]));
-    static TAKEN: StaticCell<()> = StaticCell::new();
-    // Panics on a second call.
-    TAKEN.init(());
-    // SAFETY: taken once, and bytes may have any value.
-    let [a, b] = unsafe { &mut *PLACE.0.get() };
-    [a, b]
+/// Number of the last tick since configuration, for a fault.
+pub fn ticks() -> u32 {
+    TICK.load(Ordering::Relaxed)
 }
 
-/// Access of the service to the device.
-pub struct ServiceBoard(pub board::This);
+/// Runs `f` on the control loop in use, with the tick masked.
+pub fn control_loop<R>(f: impl FnOnce(&mut ControlLoop) -> R) -> R {
+    with(|core| f(&mut core.slot.control_loop))
+}
 
-impl DeviceBoard<Buffer> for ServiceBoard {
-    fn is_armed(&mut self) -> bool {
-        with(|core| !core.control_loop.may_reconfigure())
-    }
+/// Counters of the carrier, and the load.
+pub fn carrier_and_load() -> (Counters, Load) {
+    with(|core| (core.carrier, core.load))
+}
 
-    fn status(&mut self) -> Status {
-        let (used, size) = stack::use_bytes();
-        with(|core| {
-            let load = Load { stack_used_bytes: used, stack_size_bytes: size, ..core.load };
-            let mut status = core.control_loop.report(load);
-            status.counters = status.counters.merged(&core.carrier);
-            status
-        })
-    }
+/// Zeroes counters and worst cases.
+pub fn reset_counters() {
+    with(|core| {
+        core.slot.control_loop.reset_counters();
+        core.carrier = Counters::default();
+        core.load = Load::default();
+    });
+}
 
-    fn next_counters(&mut self) -> NextCounters {
-        with(|core| core.control_loop.next_counters())
-    }
+/// The bytes of the image in use. Valid until the next exchange.
+pub fn image() -> Option<&'static [u8]> {
+    with(|core| {
+        let active = core.slot.active.as_ref()?;
+        // SAFETY: the buffer is static, and only the caller of `exchange` gives it back.
+        let buffer: &'static [u8] = unsafe { active.buffer.as_ref() };
+        buffer.get(..active.len)
+    })
+}
 
-    fn activate(
-        &mut self,
-        image: Image<Buffer>,
-    ) -> Result<Option<Buffer>, (Buffer, Refusal<'static>)> {
-        let (buffer, len) = image.into_parts();
-        let buffer = NonNull::from(buffer);
-        // SAFETY: nobody writes to the buffer until `give_back`, after the configuration.
-        let bytes: &'static [u8] = unsafe { buffer.as_ref() };
-        let changed =
-            Refusal::Image { offset: 0, reason: "changed since it was checked", field: "" };
-        let decoded = bytes.get(..len).and_then(|bytes| image::decode(bytes).ok());
-        let master = bytes.get(..len).and_then(|bytes| image::master(bytes).ok());
-        let Some((config, master)) = decoded.zip(master) else {
-            return Err((give_back(buffer), changed));
-        };
-        with(|core| {
-            if !core.control_loop.may_reconfigure() {
-                return Err((give_back(buffer), Refusal::Armed));
-            }
-            core.control_loop.restart(master);
-            core.load = Load::default();
-            core.overruns = 0;
-            let old = core.active.replace(Active { config, buffer, len });
-            Ok(old.map(|Active { config, buffer, .. }| {
-                drop(config);
-                give_back(buffer)
-            }))
-        })
-    }
-
-    fn set_lock_step(&mut self, on: bool) -> Result<(), Refusal<'static>> {
-        if !self.0.can_lock_step() {
-            return Err(Refusal::Unsupported);
+/// Exchanges the slots, unless output is on. Returns whether it did.
+pub fn exchange(spare: &mut &'static mut Slot) -> bool {
+    with(|core| {
+        if !core.slot.control_loop.may_reconfigure() {
+            return false;
         }
-        with(|core| {
-            if !core.control_loop.set_lock_step(on) {
-                return Err(Refusal::Armed);
-            }
-            if on {
-                core.board.hold_ticks()
-            } else {
-                core.board.start_ticks()
-            }
-            Ok(())
-        })
-    }
-
-    fn read_image(&mut self, offset: usize, into: &mut [u8]) -> Option<usize> {
-        with(|core| {
-            let active = core.active.as_ref()?;
-            // SAFETY: nobody writes to the buffer of the configuration in use.
-            let buffer: &[u8] = unsafe { active.buffer.as_ref() };
-            Some(copy_from(buffer.get(..active.len).unwrap_or_default(), offset, into))
-        })
-    }
-
-    fn reset_counters(&mut self) {
-        with(|core| {
-            core.control_loop.reset_counters();
-            core.carrier = Counters::default();
-            core.load = Load::default();
-        });
-    }
+        spare.control_loop.continue_from(&core.slot.control_loop);
+        core::mem::swap(&mut core.slot, spare);
+        core.load = Load::default();
+        core.overruns = 0;
+        true
+    })
 }
 
-/// Turns the pointer of a dropped configuration back into its buffer.
-fn give_back(buffer: NonNull<[u8]>) -> Buffer {
-    // SAFETY: the pointer was a `&'static mut [u8]`, and its readers have been dropped.
-    unsafe { &mut *buffer.as_ptr() }
+/// Switches between ticks by grant and ticks by the clock. Returns `false` while output is on.
+pub fn set_lock_step(on: bool) -> bool {
+    with(|core| {
+        if !core.slot.control_loop.set_lock_step(on) {
+            return false;
+        }
+        if on {
+            core.board.hold_ticks();
+        } else {
+            core.board.start_ticks();
+        }
+        true
+    })
 }

@@ -13,6 +13,7 @@ use embassy_sync::waitqueue::AtomicWaker;
 use heapless::spsc::Queue;
 
 use crate::board::{self, LogOut};
+use crate::watch;
 
 const RING_BYTES: usize = 4096;
 /// Masks every interrupt except the tick's, whose priority is 0.
@@ -90,8 +91,8 @@ defmt::timestamp!("{=u32:us}", board::time_us());
 /// Sends the log.
 #[embassy_executor::task]
 pub async fn send(mut port: LogOut) {
-    loop {
-        let byte = poll_fn(|context| {
+    let next = || {
+        poll_fn(|context| {
             // SAFETY: this task is the only reader while no fault has happened.
             let mut output = unsafe { (*LOG.ring.get()).split().1 };
             if let Some(byte) = output.dequeue() {
@@ -100,9 +101,14 @@ pub async fn send(mut port: LogOut) {
             WAITING.register(context.waker());
             output.dequeue().map_or(Poll::Pending, Poll::Ready)
         })
-        .await;
-        port.write(&[byte]);
-    }
+    };
+    watch::LOG
+        .over(async {
+            loop {
+                port.write(&[next().await]).await;
+            }
+        })
+        .await
 }
 
 /// Sends the whole log at once, from a fault, when nothing else runs any more.
@@ -110,6 +116,8 @@ pub fn flush_in_fault() {
     // SAFETY: interrupts are off for good.
     let mut output = unsafe { (*LOG.ring.get()).split().1 };
     while let Some(byte) = output.dequeue() {
-        board::emergency_log(&[byte]);
+        if !board::emergency_log(byte) {
+            return;
+        }
     }
 }

@@ -18,7 +18,13 @@ mod identity;
 #[cfg(target_os = "none")]
 mod log;
 #[cfg(target_os = "none")]
+mod record;
+#[cfg(target_os = "none")]
+mod service;
+#[cfg(target_os = "none")]
 mod stack;
+#[cfg(target_os = "none")]
+mod watch;
 
 #[cfg(target_os = "none")]
 #[cortex_m_rt::entry]
@@ -30,14 +36,20 @@ fn main() -> ! {
     stack::guard();
     defmt::info!("{=str}, firmware {=str}", board.name(), env!("CARGO_PKG_VERSION"));
 
-    device::start(board);
+    if let Some(crash) = record::read() {
+        defmt::warn!("reset by itself {=u32} times, fault {=u8}", crash.resets, crash.fault);
+    }
+    let spare = device::start(board);
+    let tick_frames = bus::start();
     let options = device::boot_options(board);
     let urgent = board::URGENT_TASKS.start(board::URGENT_IRQ);
     let relaxed = board::RELAXED_TASKS.start(board::RELAXED_IRQ);
+    let patient = board::PATIENT_TASKS.start(board::PATIENT_IRQ);
     // Cannot fail: each task is spawned once.
-    urgent.spawn(defmt::unwrap!(bus::receive(ports.bus_in, board)));
-    urgent.spawn(defmt::unwrap!(bus::send(ports.bus_out)));
+    urgent.spawn(defmt::unwrap!(bus::receive(ports.bus_in)));
+    urgent.spawn(defmt::unwrap!(bus::send(ports.bus_out, tick_frames)));
     relaxed.spawn(defmt::unwrap!(log::send(ports.log_out)));
+    patient.spawn(defmt::unwrap!(service::serve(board, spare)));
 
     board.run(options);
     loop {
@@ -48,7 +60,8 @@ fn main() -> ! {
 /// The tick, which the board's timer interrupt calls. Its frames go to the bus.
 #[cfg(target_os = "none")]
 fn tick() {
-    device::tick(bus::queue);
+    // SAFETY: this is the tick's interrupt.
+    device::tick(&unsafe { bus::Bus::of_the_tick() });
 }
 
 #[cfg(not(target_os = "none"))]

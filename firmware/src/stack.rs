@@ -2,8 +2,10 @@
 
 use cortex_m::peripheral::MPU;
 
-/// Size of the guard region at the bottom \[bytes\]. A power of two, at least 32.
-const GUARD_BYTES: u32 = 256;
+/// Size of the guard region at the bottom \[bytes\]. A power of two that no function's frame but those
+/// of the boot exceeds, so that none can step over it. When an overflow is noticed the processor pushes
+/// its registers into it.
+const GUARD_BYTES: u32 = 16384;
 const PAINT: u32 = 0xC0DE_CAFE;
 /// Bytes below the stack pointer that are not painted, for the painter's own frame.
 const MARGIN_BYTES: u32 = 256;

@@ -49,6 +49,11 @@ impl Tick {
         Self { haptic, contact, third, frames }
     }
 
+    /// The raw frames but for a heartbeat, which states counters.
+    pub fn outputs(&self) -> TickFrames {
+        self.frames.map(|frame| frame.filter(|frame| frame.id() != Id::Heartbeat.raw()))
+    }
+
     /// The mode; `None` while there is no configuration.
     pub fn mode(&self) -> Option<Mode> {
         if (self.haptic.mode, self.haptic.fault) == (MODE_UNCONFIGURED, 0) {
@@ -81,7 +86,11 @@ pub struct Bench<R: Rig> {
 impl<R: Rig> Bench<R> {
     /// A device that has just been switched on.
     pub fn booted() -> Self {
-        let mut client = Client::connect(R::boot()).unwrap_or_else(|error| panic!("{error}"));
+        Self::over(R::boot())
+    }
+
+    fn over(rig: R) -> Self {
+        let mut client = Client::connect(rig).unwrap_or_else(|error| panic!("{error}"));
         client.set_lock_step(true).unwrap_or_else(|error| panic!("{error}"));
         Self {
             client,
@@ -161,6 +170,25 @@ impl<R: Rig> Bench<R> {
         }
         self.grant();
         self.receive()
+    }
+
+    /// Grants ticks that nobody waits for, such as those in which a board resets itself.
+    pub fn grant_ticks(&mut self, ticks: u16) {
+        let host_tick = self.host_tick;
+        self.host_tick += u32::from(ticks);
+        let sync = self.seal(Process::Sync(Sync { grant: ticks, host_tick }));
+        self.send(&sync);
+        self.client.link_mut().flush().unwrap_or_else(|error| panic!("{error}"));
+    }
+
+    /// The client, to talk to the device otherwise.
+    pub fn client_mut(&mut self) -> &mut Client<R> {
+        &mut self.client
+    }
+
+    /// The device again, after it has reset itself, and without a configuration.
+    pub fn again(self) -> Self {
+        Self::over(self.client.into_link())
     }
 
     /// Plays one tick for each step; seals and sends its frames in order.

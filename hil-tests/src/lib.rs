@@ -5,6 +5,8 @@
 //! in process only. A [`Bench`] is one such device in lock step with a host that seals every frame
 //! correctly unless the test does otherwise.
 //!
+//! A [`lab::Lab`] is the emulated board with a debugger, which puts faults in from outside.
+//!
 //! A [`guest::Guest`] is a Linux machine with CAN, which this computer's kernel may lack.
 //!
 //! `docs/promises.md` says which test stands for which promise. Tests on the emulated board
@@ -17,6 +19,7 @@ mod bench;
 mod chance;
 mod fixture;
 pub mod guest;
+pub mod lab;
 mod rig;
 mod trial;
 mod watch;

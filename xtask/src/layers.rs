@@ -10,13 +10,14 @@ use anyhow::{Context, bail};
 use serde_json::Value;
 
 /// The packages that others may use, from the bottom up.
-const LIBRARIES: [&str; 23] = [
+const LIBRARIES: [&str; 24] = [
     "cathforce-scalar",
     "cathforce-mechanics",
     "cathforce-control",
     "cathforce-bus",
     "cathforce-config",
     "cathforce-device",
+    "cathforce-storage",
     "cathforce-bundle",
     "cathforce-effect-catalogue",
     "cathforce-link",
@@ -37,10 +38,10 @@ const LIBRARIES: [&str; 23] = [
 ];
 
 /// What runs on the device and on the host alike, the bus included.
-const SHARED: &[&str] = LIBRARIES.split_at(6).0;
+const SHARED: &[&str] = LIBRARIES.split_at(7).0;
 
 /// That and the bundles.
-const SHARED_AND_RIG: &[&str] = LIBRARIES.split_at(7).0;
+const SHARED_AND_RIG: &[&str] = LIBRARIES.split_at(8).0;
 
 /// All but what only tests use.
 const PRODUCT: &[&str] = LIBRARIES.split_at(LIBRARIES.len() - 1).0;
@@ -56,6 +57,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
         "cathforce-device",
         &["cathforce-mechanics", "cathforce-control", "cathforce-bus", "cathforce-config"],
     ),
+    ("cathforce-storage", &[]),
     ("cathforce-firmware", SHARED),
     ("cathforce-effect-catalogue", &["cathforce-mechanics"]),
     ("cathforce-bundle", &["cathforce-mechanics", "cathforce-config"]),

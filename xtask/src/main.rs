@@ -52,6 +52,13 @@ static TASKS: [Task; 10] = [
         run: |given| test::run_all(Consent::of(given)),
     },
     Task {
+        name: "promises",
+        former: None,
+        about: "Run the tests behind the promises, and print what is kept with which figure.",
+        options: &promises::OPTIONS,
+        run: promises::run,
+    },
+    Task {
         name: "firmware",
         former: None,
         about: "Build the firmware and say how large it is.",

@@ -36,8 +36,12 @@ pub trait Board: Copy {
     /// Holds the tick timer at the beginning of a period.
     fn hold_ticks(self);
 
-    /// Resets the watchdog after a tick.
+    /// Feeds the watchdog. Without it the outputs go off within 10 ms, and the device is reset.
     fn alive(self);
+
+    /// The bus may give as many bytes again as a full bus has in a tick. Called by every tick that runs
+    /// free, so that no flood takes the time of the tasks.
+    fn renew_input(self);
 
     /// Enables the motor drives, or removes their power.
     fn enable_outputs(self, on: bool);
@@ -45,7 +49,7 @@ pub trait Board: Copy {
     /// Options with which the board was started.
     fn boot_options(self) -> BootOptions;
 
-    /// Starts the tick timer, unless the options hold it.
+    /// Ends the boot: starts the tick timer, or holds it if the options say so.
     fn run(self, options: BootOptions);
 
     /// Sleeps until an interrupt has been handled.

@@ -12,6 +12,7 @@ use cathforce_bus::{
     Command, Counters, Direction, FROM_HOST, Frame, Id, NextCounters, Process, Sealer,
 };
 use cathforce_config::image;
+use cathforce_control::Fault;
 
 use crate::ticks::Assembler;
 use crate::{Link, LinkError, TickReport};
@@ -47,6 +48,39 @@ pub struct Device {
 impl fmt::Display for Device {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{} with firmware {}", self.board, self.firmware)
+    }
+}
+
+/// What a device wrote down before it reset itself; see [`service::Crash`].
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct CrashRecord {
+    /// The fault; `None` if this version does not know its code.
+    pub fault: Option<Fault>,
+    pub resets: u32,
+    pub tick: u32,
+    pub time_us: u32,
+    pub program_counter: u32,
+    pub link_register: u32,
+    pub status: u32,
+    pub address: u32,
+    pub hung_tasks: u8,
+    pub text: String,
+}
+
+impl From<service::Crash<'_>> for CrashRecord {
+    fn from(crash: service::Crash<'_>) -> Self {
+        Self {
+            fault: Fault::from_code(crash.fault),
+            resets: crash.resets,
+            tick: crash.tick,
+            time_us: crash.time_us,
+            program_counter: crash.program_counter,
+            link_register: crash.link_register,
+            status: crash.status,
+            address: crash.address,
+            hung_tasks: crash.hung_tasks,
+            text: crash.text.into(),
+        }
     }
 }
 
@@ -104,6 +138,7 @@ enum Reply {
     Device(Device, NextCounters),
     Status(Box<Status>),
     Bytes(Vec<u8>),
+    Crash(Option<CrashRecord>),
     /// The chunk of an image was not the next one.
     WantsOffset(u32),
     /// No upload is under way.
@@ -170,6 +205,14 @@ impl<L: Link> Client<L> {
         match self.request(Request::GetStatus)? {
             Reply::Status(status) => Ok(*status),
             _ => Err(ClientError::Answer { request: "for its status" }),
+        }
+    }
+
+    /// Why the device reset itself last; `None` if it has not since it was switched on.
+    pub fn crash(&mut self) -> Result<Option<CrashRecord>, ClientError> {
+        match self.request(Request::ReadCrash)? {
+            Reply::Crash(crash) => Ok(crash),
+            _ => Err(ClientError::Answer { request: "for its last crash" }),
         }
     }
 
@@ -437,6 +480,7 @@ fn reply(request: &Request<'_>, response: Response<'_>) -> Result<Reply, ClientE
         Response::Status(status) => Reply::Status(Box::new(status)),
         Response::Done => Reply::Done,
         Response::ImageBytes(bytes) => Reply::Bytes(bytes.to_vec()),
+        Response::Crash(crash) => Reply::Crash(crash.map(CrashRecord::from)),
         Response::Refused(Refusal::Offset { expected }) => Reply::WantsOffset(expected),
         Response::Refused(Refusal::NoUpload) if matches!(request, Request::ImageChunk { .. }) => {
             Reply::WantsBeginning
@@ -457,6 +501,7 @@ fn name(request: &Request<'_>) -> &'static str {
         Request::SetLockStep { .. } => "to change between lock step and its own clock",
         Request::ResetCounters => "to reset its counters",
         Request::ReadImage { .. } => "for its image",
+        Request::ReadCrash => "for its last crash",
     }
 }
 

@@ -201,7 +201,7 @@ impl Shared {
                     Line::Frame(frame) => frames.push(frame),
                     Line::Open | Line::Close | Line::BitRate(_) => answers.extend(ANSWER_DONE),
                     Line::Bad(_) => answers.extend(ANSWER_ERROR),
-                    Line::Foreign | Line::Done | Line::Error => {}
+                    Line::Foreign | Line::Done | Line::Error | Line::BusOff(_) => {}
                 }
             }
             let mut bus = self.lock();

@@ -63,7 +63,7 @@ impl SelfTest {
 /// Boots the firmware in its self-test, which counts instructions by the emulated clocks.
 pub fn self_test(elf: &Path) -> Result<SelfTest, LinkError> {
     let mut child = Emulator::spawn(
-        command(elf, "self-test").args(["-serial", "null"]).stderr(Stdio::piped()),
+        command(elf, "self-test").args(["-no-reboot", "-serial", "null"]).stderr(Stdio::piped()),
     )?;
     let stderr = child.0.stderr.take();
     let output = std::thread::spawn(move || {
@@ -103,9 +103,20 @@ fn wrong(problem: String, fix: &str) -> LinkError {
     LinkError::Emulator { link: LINK.into(), problem, fix: fix.into() }
 }
 
+/// How a board is started, for those that test it.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct BoardOptions {
+    /// Ticks follow the board's own clock, and are not granted.
+    pub runs_free: bool,
+    /// A reset by the board itself starts it again, as on a real one. Otherwise it ends the emulation.
+    pub reboots: bool,
+    /// Port on this computer on which a debugger listens, to which the emulator connects.
+    pub debugger: Option<u16>,
+}
+
 fn command(elf: &Path, argument: &str) -> Command {
     let mut command = Command::new(PROGRAM);
-    command.args(["-machine", "mps2-an500", "-display", "none", "-monitor", "none", "-no-reboot"]);
+    command.args(["-machine", "mps2-an500", "-display", "none", "-monitor", "none"]);
     command.args(["-icount", INSTRUCTION_COUNTING]);
     command.arg("-semihosting-config");
     command.arg(format!("enable=on,target=native,arg=cathforce,arg={argument}"));
@@ -196,10 +207,17 @@ fn trusted_firmware(elf: Option<&Path>) -> Result<PathBuf, LinkError> {
     Err(wrong(format!("this QEMU's clocks are wrong: {measured}"), INSTALL))
 }
 
-/// Starts the board, in lock step, with its UART joined to a socket that is open already.
+/// Starts the board with its UART joined to a socket that is open already.
 /// `socket` is `host=…,port=…` or `path=…`, as QEMU takes it.
-fn spawn_board(elf: &Path, socket: &str) -> Result<Emulator, LinkError> {
-    let mut command = command(elf, "lock-step");
+fn spawn_board(elf: &Path, socket: &str, options: BoardOptions) -> Result<Emulator, LinkError> {
+    let mut command = command(elf, if options.runs_free { "run-free" } else { "lock-step" });
+    if !options.reboots {
+        command.arg("-no-reboot");
+    }
+    if let Some(port) = options.debugger {
+        let debugger = format!("socket,id=debugger,host=127.0.0.1,port={port},nodelay=on");
+        command.args(["-chardev", &debugger, "-gdb", "chardev:debugger"]);
+    }
     // The multiplexer's escape character is byte 0x100, which cannot occur, so nothing on the bus
     // is taken for one of its commands.
     command.args(["-chardev", &format!("socket,id=bus,{socket},mux=on")]);
@@ -226,7 +244,8 @@ impl JoinedBoard {
     /// firmware is the one of [`find_firmware`].
     pub fn boot(elf: Option<&Path>, path: &Path) -> Result<Self, LinkError> {
         let elf = trusted_firmware(elf)?;
-        let mut emulator = spawn_board(&elf, &format!("path={}", path.display()))?;
+        let mut emulator =
+            spawn_board(&elf, &format!("path={}", path.display()), BoardOptions::default())?;
         let log = FirmwareLog::follow(&elf, emulator.0.stdout.take());
         drain(&mut emulator);
         Ok(Self { emulator, log })
@@ -251,7 +270,12 @@ impl Qemu {
     /// Boots the firmware in QEMU, in lock step, and links to its UART. Without `elf` the
     /// firmware is the one of [`find_firmware`].
     pub fn boot(elf: Option<&Path>) -> Result<Self, LinkError> {
-        Self::start(&trusted_firmware(elf)?)
+        Self::boot_with(elf, BoardOptions::default())
+    }
+
+    /// [`Qemu::boot`] of a board that is started otherwise.
+    pub fn boot_with(elf: Option<&Path>, options: BoardOptions) -> Result<Self, LinkError> {
+        Self::start(&trusted_firmware(elf)?, options)
     }
 
     /// Sends any bytes among the frames, as a broken host might.
@@ -259,11 +283,17 @@ impl Qemu {
         self.slcan.send_bytes(bytes);
     }
 
-    fn start(elf: &Path) -> Result<Self, LinkError> {
+    /// How often the board has opened its channel, as it does after bus-off.
+    pub fn openings(&self) -> u32 {
+        self.slcan.openings()
+    }
+
+    fn start(elf: &Path, options: BoardOptions) -> Result<Self, LinkError> {
         let lost = |e| LinkError::lost(LINK, e);
         let listener = TcpListener::bind(("127.0.0.1", 0)).map_err(lost)?;
         let port = listener.local_addr().map_err(lost)?.port();
-        let mut emulator = spawn_board(elf, &format!("host=127.0.0.1,port={port},nodelay=on"))?;
+        let socket = format!("host=127.0.0.1,port={port},nodelay=on");
+        let mut emulator = spawn_board(elf, &socket, options)?;
         let log = FirmwareLog::follow(elf, emulator.0.stdout.take());
         listener.set_nonblocking(true).map_err(lost)?;
         let deadline = Instant::now() + CONNECT_TIMEOUT;

@@ -2,6 +2,8 @@
 
 use std::io::{self, Read, Write};
 use std::net::{TcpStream, ToSocketAddrs};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::Duration;
 
 use cathforce_bus::Frame;
@@ -21,6 +23,7 @@ pub struct Slcan {
     reader: Reader<Frame>,
     writer: Box<dyn Write + Send>,
     unsent: Vec<u8>,
+    openings: Arc<AtomicU32>,
 }
 
 impl Slcan {
@@ -36,18 +39,28 @@ impl Slcan {
         sink.write_all(OPEN_CHANNEL).map_err(|e| LinkError::lost(name, e))?;
         let mut decoder = Decoder::default();
         let mut buffer = [0; 4096];
+        let openings = Arc::new(AtomicU32::new(0));
+        let opened = Arc::clone(&openings);
         let reader = Reader::spawn(move || match source.read(&mut buffer) {
             Ok(0) => Err(io::Error::new(io::ErrorKind::UnexpectedEof, "closed by the other side")),
             Ok(n) => Ok(buffer[..n]
                 .iter()
                 .filter_map(|&byte| decoder.push(byte))
                 // Answers need no attention, and a broken frame is noticed as a lost one.
-                .filter_map(|line| if let Line::Frame(frame) = line { Some(frame) } else { None })
+                .filter_map(|line| match line {
+                    Line::Frame(frame) => Some(frame),
+                    Line::Open => {
+                        opened.fetch_add(1, Ordering::Relaxed);
+                        None
+                    }
+                    _ => None,
+                })
                 .collect()),
             Err(e) if is_timeout(&e) => Ok(Vec::new()),
             Err(e) => Err(e),
         });
-        Ok(Self { name: name.into(), reader, writer: Box::new(sink), unsent: Vec::new() })
+        let (writer, unsent) = (Box::new(sink), Vec::new());
+        Ok(Self { name: name.into(), reader, writer, unsent, openings })
     }
 
     /// Over TCP. `name` is what messages call the link.
@@ -106,6 +119,11 @@ impl Slcan {
     /// Sends any bytes among the frames, as a broken host might.
     pub fn send_bytes(&mut self, bytes: &[u8]) {
         self.unsent.extend_from_slice(bytes);
+    }
+
+    /// How often the other side has asked to open the channel. A device does after bus-off.
+    pub fn openings(&self) -> u32 {
+        self.openings.load(Ordering::Relaxed)
     }
 }
 

@@ -54,6 +54,8 @@ counters! {
     Superseded = "superseded",
     /// Dropped because a queue was full.
     QueueFull = "queue_full",
+    /// Not sent, because the bus controller was off.
+    BusOff = "bus_off",
 
     // Text of the SLCAN carrier.
     /// A line that is not a command of the SLCAN protocol.

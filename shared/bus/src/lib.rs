@@ -33,8 +33,8 @@ pub use codes::{
 pub use counters::{Counter, Counters};
 pub use frame::{Direction, Frame, MAX_ID};
 pub use process::{
-    Band, Command, Contact, Drive, Encoder, FROM_HOST, GuidewireDrive, Haptic, Id, MAX_NODES,
-    MODE_UNCONFIGURED, NextCounters, NodeForce, Process, Shape, Sync, TENDON_PAIRS, Tendons, Tick,
-    TotalMoment,
+    Band, Command, Contact, Drive, Encoder, FROM_HOST, GuidewireDrive, Haptic, Heartbeat, Id,
+    MAX_NODES, MODE_UNCONFIGURED, NextCounters, NodeForce, Process, Shape, Sync, TENDON_PAIRS,
+    Tendons, Tick, TotalMoment,
 };
 pub use protection::{Accepted, Protection, Rejection, Sealer, Status, crc8};

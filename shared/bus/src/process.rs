@@ -38,6 +38,7 @@ pub enum Id {
     Moment,
     GuidewireDrive,
     Band,
+    Heartbeat,
     /// Position of this node, below [`MAX_NODES`].
     Shape(u8),
     /// Contact force at this node, below [`MAX_NODES`].
@@ -66,6 +67,7 @@ impl Id {
             0x1B0 => Self::Moment,
             0x1B8 => Self::GuidewireDrive,
             0x1C0 => Self::Band,
+            0x1C8 => Self::Heartbeat,
             0x580 => Self::ServiceResponse,
             0x600 => Self::ServiceRequest,
             _ if node < MAX_NODES && raw & !0x7F == SHAPE => Self::Shape(node),
@@ -89,6 +91,7 @@ impl Id {
             Self::Moment => 0x1B0,
             Self::GuidewireDrive => 0x1B8,
             Self::Band => 0x1C0,
+            Self::Heartbeat => 0x1C8,
             Self::Shape(node) => SHAPE + node as u16,
             Self::Force(node) => FORCE + node as u16,
             Self::ServiceResponse => 0x580,
@@ -213,6 +216,21 @@ pub struct Band {
     pub drive_force: Option<BandWidth>,
 }
 
+/// State of the device in brief, for whoever looks at the bus now and then.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Heartbeat {
+    /// Code of the mode, as in HAPTIC.
+    pub mode: u8,
+    /// Code of the fault that latched first, or for which the device reset itself; 0 for none.
+    pub fault: u8,
+    /// Resets by the device itself since it was switched on, saturating.
+    pub resets: u8,
+    /// Ticks that began late or not at all, saturating.
+    pub missed_ticks: u8,
+    /// Frames that were rejected, saturating.
+    pub rejected_frames: u16,
+}
+
 /// Position of a node relative to the entry: x, y, z, vessel frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Shape {
@@ -244,6 +262,7 @@ pub enum Process {
     Moment(TotalMoment),
     GuidewireDrive(GuidewireDrive),
     Band(Band),
+    Heartbeat(Heartbeat),
     Shape(Shape),
     Force(NodeForce),
 }
@@ -264,6 +283,7 @@ impl Process {
             Self::Moment(_) => Id::Moment,
             Self::GuidewireDrive(_) => Id::GuidewireDrive,
             Self::Band(_) => Id::Band,
+            Self::Heartbeat(_) => Id::Heartbeat,
             Self::Shape(Shape { node, .. }) => Id::Shape(node % MAX_NODES),
             Self::Force(NodeForce { node, .. }) => Id::Force(node % MAX_NODES),
         }
@@ -312,6 +332,11 @@ impl Process {
                 let drive = drive_force.map_or(BandWidth::UNKNOWN, |n| n.0);
                 let ([a, b, c], [d, e, f]) = (pack_12_bit_pair(x, y), pack_12_bit_pair(z, drive));
                 [a, b, c, d, e, f]
+            }
+            Self::Heartbeat(heartbeat) => {
+                let Heartbeat { mode, fault, resets, missed_ticks, rejected_frames } = heartbeat;
+                let [e, f] = rejected_frames.to_le_bytes();
+                [mode, fault, resets, missed_ticks, e, f]
             }
             Self::Shape(Shape { position, .. }) => vector_payload(position.map(|x| x.0)),
             Self::Force(NodeForce { force, .. }) => vector_payload(force.map(|x| x.0)),
@@ -380,6 +405,13 @@ impl Process {
                 };
                 Self::Band(Band { force, drive_force: BandWidth::known(drive) })
             }
+            Id::Heartbeat => Self::Heartbeat(Heartbeat {
+                mode: a,
+                fault: b,
+                resets: c,
+                missed_ticks: d,
+                rejected_frames: u16::from_le_bytes([e, f]),
+            }),
             Id::Shape(node) => Self::Shape(Shape { node, position: xyz.map(Position) }),
             Id::Force(node) => Self::Force(NodeForce { node, force: xyz.map(Force) }),
             Id::GuidewireDrive | Id::ServiceRequest | Id::ServiceResponse => return None,
@@ -418,7 +450,7 @@ mod tests {
         let known = (0..=0x7FF).filter_map(|raw| Id::from_raw(raw).map(|id| (raw, id)));
         assert_eq!(
             known.clone().count(),
-            13 + usize::from(TENDON_PAIRS) + 2 * usize::from(MAX_NODES)
+            14 + usize::from(TENDON_PAIRS) + 2 * usize::from(MAX_NODES)
         );
         assert!(known.into_iter().all(|(raw, id)| id.raw() == raw));
     }

@@ -47,7 +47,7 @@ impl Status {
 }
 
 /// Number of ids with counter and CRC. Each has its own counter.
-const SLOTS: usize = 11 + 2 * MAX_NODES as usize + TENDON_PAIRS as usize;
+const SLOTS: usize = 12 + 2 * MAX_NODES as usize + TENDON_PAIRS as usize;
 
 fn slot(id: Id) -> Option<usize> {
     let node = |node: u8| usize::from(node % MAX_NODES);
@@ -63,9 +63,10 @@ fn slot(id: Id) -> Option<usize> {
         Id::Guidewire => 8,
         Id::GuidewireDrive => 9,
         Id::Band => 10,
-        Id::Shape(k) => 11 + node(k),
-        Id::Force(k) => 11 + usize::from(MAX_NODES) + node(k),
-        Id::Tendons(pair) => 11 + 2 * usize::from(MAX_NODES) + usize::from(pair % TENDON_PAIRS),
+        Id::Heartbeat => 11,
+        Id::Shape(k) => 12 + node(k),
+        Id::Force(k) => 12 + usize::from(MAX_NODES) + node(k),
+        Id::Tendons(pair) => 12 + 2 * usize::from(MAX_NODES) + usize::from(pair % TENDON_PAIRS),
         Id::ServiceRequest | Id::ServiceResponse => return None,
     })
 }
@@ -149,7 +150,7 @@ impl Rejection {
 ///
 /// The 128 ids of nodes are left out, because nearly every corrupt frame would fit one of them by its
 /// 8-bit CRC.
-const MASQUERADES: [Id; 13] = [
+const MASQUERADES: [Id; 14] = [
     Id::Sync,
     Id::Encoder,
     Id::Guidewire,
@@ -163,6 +164,7 @@ const MASQUERADES: [Id; 13] = [
     Id::Moment,
     Id::GuidewireDrive,
     Id::Band,
+    Id::Heartbeat,
 ];
 
 /// The receiving side: the last counter of each id.

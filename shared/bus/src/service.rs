@@ -69,6 +69,8 @@ pub enum Request<'a> {
     /// Answered with [`Response::ImageBytes`]: at most [`MAX_READ`] bytes of the image in use, from this
     /// offset on.
     ReadImage { offset: u32 },
+    /// Answered with [`Response::Crash`].
+    ReadCrash,
 }
 
 /// A response of the device. `Hello` stays the first variant and unchanged.
@@ -84,6 +86,35 @@ pub enum Response<'a> {
     /// Bytes of the image in use; empty past its end.
     #[serde(borrow)]
     ImageBytes(&'a [u8]),
+    /// Why the device reset itself last; `None` if it has not since it was switched on.
+    #[serde(borrow)]
+    Crash(Option<Crash<'a>>),
+}
+
+/// Longest text of a [`Crash`] \[bytes\].
+pub const MAX_CRASH_TEXT: usize = 120;
+
+/// What a device wrote down before it reset itself.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize, Schema)]
+pub struct Crash<'a> {
+    /// Code of the fault.
+    pub fault: u8,
+    /// Resets by the device itself since it was switched on.
+    pub resets: u32,
+    /// Ticks since configuration.
+    pub tick: u32,
+    /// Time since the boot before \[µs\].
+    pub time_us: u32,
+    /// Where the processor was, and the return address there; 0 if unknown.
+    pub program_counter: u32,
+    pub link_register: u32,
+    /// The processor's status of the fault, and the address that it concerns; 0 if none.
+    pub status: u32,
+    pub address: u32,
+    /// Of a hang: the tasks that had not run, by bit. None of them: the tick itself.
+    pub hung_tasks: u8,
+    /// The message of a panic; names of the tasks that hung.
+    pub text: &'a str,
 }
 
 /// Identity of the device.
@@ -138,6 +169,10 @@ pub struct Load {
     pub worst_tick: u32,
     /// Stack of the first tick since the counters were reset \[bytes\].
     pub tick_stack_bytes: u32,
+    /// Ticks that ran into the next one.
+    pub overruns: u32,
+    /// Latest start of a tick after it was due \[ns\].
+    pub latest_start_ns: u32,
     /// Largest use of the stack so far \[bytes\].
     pub stack_used_bytes: u32,
     /// Size of the stack \[bytes\].
@@ -185,8 +220,30 @@ pub fn crc32(bytes: &[u8]) -> u32 {
     CRC32.checksum(bytes)
 }
 
-const CRC32: crc::Crc<u32, crc::Table<1>> =
+static CRC32: crc::Crc<u32, crc::Table<1>> =
     crc::Crc::<u32, crc::Table<1>>::new(&crc::CRC_32_ISO_HDLC);
+
+/// [`crc32`] of bytes that come in pieces.
+#[derive(Clone)]
+pub struct RunningCrc32(crc::Digest<'static, u32, crc::Table<1>>);
+
+impl Default for RunningCrc32 {
+    fn default() -> Self {
+        Self(CRC32.digest())
+    }
+}
+
+impl RunningCrc32 {
+    /// Takes the next bytes.
+    pub fn add(&mut self, bytes: &[u8]) {
+        self.0.update(bytes);
+    }
+
+    /// The CRC of all bytes.
+    pub fn value(self) -> u32 {
+        self.0.finalize()
+    }
+}
 
 /// Puts a message into its envelope; `None` if it does not fit into `N` bytes.
 pub fn seal<M: Serialize, const N: usize>(sequence: u8, message: &M) -> Option<Vec<u8, N>> {
@@ -233,6 +290,8 @@ mod tests {
             worst_cycles: u32::MAX,
             worst_tick: u32::MAX,
             tick_stack_bytes: u32::MAX,
+            overruns: u32::MAX,
+            latest_start_ns: u32::MAX,
             stack_used_bytes: u32::MAX,
             stack_size_bytes: u32::MAX,
         };
@@ -248,6 +307,22 @@ mod tests {
             counters,
         };
         assert!(seal::<_, MAX_RESPONSE>(255, &Response::Status(status)).is_some());
+
+        let text = core::str::from_utf8(&[b'x'; MAX_CRASH_TEXT]).unwrap();
+        let most = u32::MAX;
+        let crash = Crash {
+            fault: 255,
+            resets: most,
+            tick: most,
+            time_us: most,
+            program_counter: most,
+            link_register: most,
+            status: most,
+            address: most,
+            hung_tasks: 255,
+            text,
+        };
+        assert!(seal::<_, MAX_RESPONSE>(255, &Response::Crash(Some(crash))).is_some());
 
         let read = Response::ImageBytes(&[0xFF; MAX_READ]);
         assert!(seal::<_, MAX_RESPONSE>(255, &read).is_some());

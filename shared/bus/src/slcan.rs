@@ -4,6 +4,9 @@
 //! remote frames, `O` opens, `L` listens only, `C` closes, `S0`–`S8` set the bit rate. The device
 //! answers `O`, `L`, `C`, `S` with a carriage return, and unknown commands with a bell. It does not
 //! acknowledge frames: they are protected end to end, and acknowledgements would double the traffic.
+//!
+//! An adapter states its controller's error state by `s`, the state and both error counters, as Linux
+//! reads it: `sb256256` is bus-off, `sa000000` is error active. [`REOPEN`] starts a controller again.
 
 use heapless::Vec;
 
@@ -15,6 +18,8 @@ pub const MAX_LINE: usize = 30;
 pub const ANSWER_DONE: &[u8] = b"\r";
 /// Answer to an invalid command.
 pub const ANSWER_ERROR: &[u8] = b"\x07";
+/// Closes the channel and opens it at 1 Mbit/s, by which a controller leaves bus-off.
+pub const REOPEN: &[u8] = b"C\rS8\rO\r";
 
 /// Meaning of a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -31,6 +36,8 @@ pub enum Line {
     BitRate(u8),
     /// An answer to our command: a bare carriage return, `z` or `Z`.
     Done,
+    /// `s`: the adapter's controller is bus-off (`true`), or takes part in the bus.
+    BusOff(bool),
     /// An error as answer to our command: a bell.
     Error,
     /// An invalid line.
@@ -105,7 +112,12 @@ fn parse(line: &[u8]) -> Line {
         (b'C', []) => Line::Close,
         (b'S', [preset @ b'0'..=b'8']) => Line::BitRate(preset - b'0'),
         (b'z' | b'Z', []) => Line::Done,
-        (b'T' | b'r' | b'R' | b'O' | b'L' | b'C' | b'S' | b'z' | b'Z', _) => {
+        (b's', [state @ (b'a' | b'w' | b'p' | b'b'), counts @ ..])
+            if counts.len() == 6 && counts.iter().all(u8::is_ascii_digit) =>
+        {
+            Line::BusOff(*state == b'b')
+        }
+        (b'T' | b'r' | b'R' | b'O' | b'L' | b'C' | b'S' | b's' | b'z' | b'Z', _) => {
             Line::Bad(BadLine::Broken)
         }
         _ => Line::Bad(BadLine::Unknown),
@@ -184,6 +196,11 @@ mod tests {
         assert_eq!(lines(b"t1000\r\nt7FF11212ab\r"), [frame(0x100, &[]), frame(0x7FF, &[0x12])]);
         assert_eq!(lines(b"T000001002ABCD\rr1004\rR000001008\r"), [Line::Foreign; 3]);
         assert_eq!(lines(b"\rz\r\x07"), [Line::Done, Line::Done, Line::Error]);
+        let states = [b'b', b'a', b'w', b'p'].map(|state| {
+            let line = [&[b's', state][..], b"128256\r"].concat();
+            lines(&line)
+        });
+        assert_eq!(states.map(|lines| lines == [Line::BusOff(true)]), [true, false, false, false]);
     }
 
     #[test]
@@ -207,6 +224,8 @@ mod tests {
             b"T0000010\r",
             b"S9\r",
             b"Oh\r",
+            b"sb12825\r",
+            b"sx128256\r",
             b"t10\x07",
         ] {
             assert_eq!(bad(broken), BadLine::Broken, "{broken:?}");

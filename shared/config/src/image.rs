@@ -285,7 +285,13 @@ pub fn encode(
 
 /// Decodes an image; the lumen is read in place. Returns the first error.
 pub fn decode(image: &[u8]) -> Result<Config<'_>, ImageError> {
-    let (head, lumen, offset) = split(image)?;
+    let body = image.get(HEADER_BYTES..).unwrap_or_default();
+    decode_summed(image, CRC.checksum(body))
+}
+
+/// [`decode`], by somebody who has computed the CRC-32 of everything behind the header already.
+pub fn decode_summed(image: &[u8], body_crc: u32) -> Result<Config<'_>, ImageError> {
+    let (head, lumen, offset) = split(image, body_crc)?;
     configure(head, lumen, offset)
 }
 
@@ -320,7 +326,7 @@ pub fn master(image: &[u8]) -> Result<Master, ImageError> {
 
 /// Checks everything except the values of the numbers. Returns the head, and the lumen's bytes with their
 /// offset.
-fn split(image: &[u8]) -> Result<(ImageHead, &[u8], usize), ImageError> {
+fn split(image: &[u8], computed: u32) -> Result<(ImageHead, &[u8], usize), ImageError> {
     let header = Header::read(image)?;
     if header.version != VERSION {
         return Err(ImageError::Version { expected: VERSION, found: header.version });
@@ -336,8 +342,6 @@ fn split(image: &[u8]) -> Result<(ImageHead, &[u8], usize), ImageError> {
     let head_bytes = usize::try_from(header.head_bytes).map_err(|_| head_length)?;
     let offset = lumen_offset(head_bytes).ok_or(head_length)?;
     let (front, lumen) = image.split_at_checked(offset).ok_or(head_length)?;
-    let (_, body) = image.split_at_checked(HEADER_BYTES).ok_or(head_length)?;
-    let computed = CRC.checksum(body);
     if header.crc != computed {
         return Err(ImageError::Crc { stated: header.crc, computed });
     }

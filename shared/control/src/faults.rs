@@ -104,6 +104,18 @@ faults! {
     BusOff = 33, Ramp,
         "the bus controller went bus-off",
         "check termination, bit rate and cable";
+    Hang = 34, Cut,
+        "the tick or a task hung, and the watchdog reset the device",
+        "read its record with `cathforce info`, keep it with the recording, and report it";
+    Panic = 35, Cut,
+        "the firmware found an error in itself and reset the device",
+        "read its record with `cathforce info`, keep it with the recording, and report it";
+    HardFault = 36, Cut,
+        "the processor met an instruction or an address that it cannot use; the device was reset",
+        "check the supply, read its record with `cathforce info`, and report it";
+    StackOverflow = 37, Cut,
+        "the stack outgrew its memory; the device was reset",
+        "read its record with `cathforce info`, and report it";
     StateNotFinite = 48, Cut,
         "a number remembered from the last tick is not finite: memory is corrupt",
         "restart the device and send the image again";

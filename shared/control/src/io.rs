@@ -70,6 +70,41 @@ pub enum Notice {
     Overrun,
     /// The bus controller went bus-off.
     BusOff,
+    /// The device reset itself because the tick or a task hung.
+    Hang,
+    /// It reset itself after a panic.
+    Panic,
+    /// It reset itself after a fault of the processor.
+    HardFault,
+    /// It reset itself after its stack overflowed.
+    StackOverflow,
+}
+
+impl Notice {
+    /// The fault that the notice raises.
+    pub const fn fault(self) -> Fault {
+        match self {
+            Self::Overrun => Fault::Overrun,
+            Self::BusOff => Fault::BusOff,
+            Self::Hang => Fault::Hang,
+            Self::Panic => Fault::Panic,
+            Self::HardFault => Fault::HardFault,
+            Self::StackOverflow => Fault::StackOverflow,
+        }
+    }
+
+    /// The notice that raises a fault; `None` for faults that the tick finds itself.
+    pub const fn of(fault: Fault) -> Option<Self> {
+        match fault {
+            Fault::Overrun => Some(Self::Overrun),
+            Fault::BusOff => Some(Self::BusOff),
+            Fault::Hang => Some(Self::Hang),
+            Fault::Panic => Some(Self::Panic),
+            Fault::HardFault => Some(Self::HardFault),
+            Fault::StackOverflow => Some(Self::StackOverflow),
+            _ => None,
+        }
+    }
 }
 
 /// Outputs of a tick. Results per node are read from [`crate::State::mechanics`].

@@ -12,7 +12,7 @@ use crate::passivity::Passivity;
 use crate::selftest;
 use crate::supervisor::{Event, next};
 use crate::{
-    Command, EncoderSample, Fault, Grip, HapticSource, Inputs, LimitFlags, Mode, Notice, Outputs,
+    Command, EncoderSample, Fault, Grip, HapticSource, Inputs, LimitFlags, Mode, Outputs,
     RampCause, Settings, TENDON_PAIRS, TendonPair,
 };
 
@@ -203,10 +203,7 @@ impl Memory {
         self.released = inputs.grip.map_or(self.released, Grip::is_released);
 
         if let Some(notice) = inputs.notice {
-            self.handle_event(Event::Fault(match notice {
-                Notice::Overrun => Fault::Overrun,
-                Notice::BusOff => Fault::BusOff,
-            }));
+            self.handle_event(Event::Fault(notice.fault()));
         }
         match encoders.fault() {
             Some(fault) => self.handle_event(Event::Fault(fault)),

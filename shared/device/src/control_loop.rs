@@ -25,6 +25,21 @@ const MOMENT_SLOT: u32 = 2;
 /// Ticks per rotating frame with a guidewire or tendons, whose encoder frames take their share of the bus.
 const LADEN_TICKS_PER_SLOT: u32 = 3;
 
+/// A heartbeat takes the first slot of every so many rounds: every 100 ticks, or 300 with tendons and 360
+/// with a guidewire.
+const ROUNDS_PER_HEARTBEAT: u32 = 20;
+
+/// What the board around the control loop knows of its health, for the heartbeat.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub struct Health {
+    /// Resets by the device itself since it was switched on.
+    pub resets: u32,
+    /// Fault for which it reset itself last; 0 for none, or once it has been cleared.
+    pub crash: u8,
+    /// Ticks that began late or not at all.
+    pub missed_ticks: u32,
+}
+
 /// Decoded frames since the last tick, the state of the controller, and counters of frames.
 ///
 /// The configuration stays outside and is lent to each tick; a change of it must be followed by
@@ -51,6 +66,7 @@ pub struct ControlLoop {
     granted: u32,
     master: Collector,
     grip: Grip,
+    health: Health,
 }
 
 impl Default for ControlLoop {
@@ -76,6 +92,7 @@ impl ControlLoop {
             granted: 0,
             master: Collector::default(),
             grip: Grip::default(),
+            health: Health::default(),
         }
     }
 
@@ -92,6 +109,14 @@ impl ControlLoop {
         self.tick = 0;
         self.node = 0;
         self.moment_next = false;
+        self.granted = 0;
+    }
+
+    /// Takes over what outlives a change of the configuration: counters and lock step.
+    pub fn continue_from(&mut self, before: &Self) {
+        self.counters = before.counters;
+        self.lock_step = before.lock_step;
+        self.health = before.health;
         self.granted = 0;
     }
 
@@ -224,6 +249,11 @@ impl ControlLoop {
         }
     }
 
+    /// Tells what the next heartbeats state.
+    pub fn set_health(&mut self, health: Health) {
+        self.health = health;
+    }
+
     /// Runs one tick: a control step with everything taken since the last one. Returns the frames to send.
     ///
     /// Without `config` nothing is computed and the output is zero. `notice`: a problem that the board has
@@ -256,11 +286,7 @@ impl ControlLoop {
         let contact = Process::Contact(bus::Contact {
             force: outputs.contact.force_on_vessel_n.map(bus::Force::from_n),
         });
-        let description = config.model.description();
-        let guidewire = description.guidewire.is_some();
-        let laden = guidewire || !description.tendons.is_empty();
-        let ticks = if laden { LADEN_TICKS_PER_SLOT } else { 1 };
-        let slots = if guidewire { SLOTS + 1 } else { SLOTS };
+        let (ticks, slots) = schedule(config);
         let slot = self.tick.is_multiple_of(ticks).then_some(self.tick / ticks % slots);
         let rotating_frame = slot.map(|slot| self.rotating_frame(slot, config, outputs));
         self.seal([haptic, contact], rotating_frame, status)
@@ -292,6 +318,11 @@ impl ControlLoop {
         let (node, index) = (self.node, usize::from(self.node));
         let tick = Process::Tick(bus::Tick { tick: self.tick as u16, digest: outputs.digest });
         match slot {
+            0 if self.tick / ticks_per_round(config) % ROUNDS_PER_HEARTBEAT
+                == ROUNDS_PER_HEARTBEAT - 1 =>
+            {
+                self.heartbeat()
+            }
             1 => Process::Drive(bus::Drive {
                 force: bus::Force::from_n(outputs.contact.drive_force_n),
                 torque: bus::DriveTorque::from_n_m(outputs.contact.drive_torque_n_m),
@@ -329,6 +360,28 @@ impl ControlLoop {
         }
     }
 
+    fn heartbeat(&self) -> Process {
+        const REJECTED: [Counter; 6] = [
+            Counter::Repeat,
+            Counter::Reordered,
+            Counter::Masquerade,
+            Counter::Corrupt,
+            Counter::WrongLength,
+            Counter::BadValue,
+        ];
+        let rejected =
+            REJECTED.iter().fold(0u32, |sum, &kind| sum.saturating_add(self.counters.get(kind)));
+        let latched = self.outputs.and_then(|outputs| outputs.fault).map(|fault| fault.code());
+        let byte = |count: u32| count.min(u32::from(u8::MAX)) as u8;
+        Process::Heartbeat(bus::Heartbeat {
+            mode: self.mode_code(),
+            fault: latched.unwrap_or(self.health.crash),
+            resets: byte(self.health.resets),
+            missed_ticks: byte(self.health.missed_ticks),
+            rejected_frames: rejected.min(u32::from(u16::MAX)) as u16,
+        })
+    }
+
     /// Alternates between BAND (`true`) and MOMENT.
     fn band_is_next(&mut self) -> bool {
         self.moment_next = !self.moment_next;
@@ -343,8 +396,13 @@ impl ControlLoop {
             fault: 0,
         });
         let contact = Process::Contact(bus::Contact { force: Default::default() });
-        let tick = Process::Tick(bus::Tick { tick: self.tick as u16, digest: 0 });
-        self.seal([haptic, contact], Some(tick), bus::Status::default())
+        let round = self.tick / SLOTS % ROUNDS_PER_HEARTBEAT;
+        let third = if self.tick.is_multiple_of(SLOTS) && round == ROUNDS_PER_HEARTBEAT - 1 {
+            self.heartbeat()
+        } else {
+            Process::Tick(bus::Tick { tick: self.tick as u16, digest: 0 })
+        };
+        self.seal([haptic, contact], Some(third), bus::Status::default())
     }
 
     /// Outputs of the last tick; `None` before the first one and without configuration.
@@ -396,6 +454,20 @@ impl ControlLoop {
             image_crc32: 0,
         }
     }
+}
+
+/// Ticks per slot of the rotating frame, and the slots that there are.
+fn schedule(config: &Config<'_>) -> (u32, u32) {
+    let description = config.model.description();
+    let guidewire = description.guidewire.is_some();
+    let laden = guidewire || !description.tendons.is_empty();
+    let ticks = if laden { LADEN_TICKS_PER_SLOT } else { 1 };
+    (ticks, if guidewire { SLOTS + 1 } else { SLOTS })
+}
+
+fn ticks_per_round(config: &Config<'_>) -> u32 {
+    let (ticks, slots) = schedule(config);
+    ticks * slots
 }
 
 fn sample(encoder: bus::Encoder) -> EncoderSample {

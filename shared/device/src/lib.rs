@@ -11,9 +11,11 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
+mod bus_off;
 mod control_loop;
 mod refusal;
 mod service;
 
-pub use control_loop::{ControlLoop, MAX_FRAMES_PER_TICK, TickFrames};
-pub use service::{Board, Identity, Image, Service, copy_from};
+pub use bus_off::BusRecovery;
+pub use control_loop::{ControlLoop, Health, MAX_FRAMES_PER_TICK, TickFrames};
+pub use service::{Board, Identity, Image, Service, WORK_BYTES, copy_from};

@@ -1,11 +1,12 @@
 //! Service messages: the half of the device that runs in a task.
 
 use cathforce_bus::service::{
-    self, DeviceEndpoint, EnvelopeError, Hello, MAX_RESPONSE, PROTOCOL_HASH, Refusal, Request,
-    Response, Status,
+    self, Crash, DeviceEndpoint, EnvelopeError, Hello, MAX_RESPONSE, PROTOCOL_HASH, Refusal,
+    Request, Response, RunningCrc32, Status,
 };
 use cathforce_bus::{Counter, Counters, Frame, Id, NextCounters};
-use cathforce_config::image;
+use cathforce_config::{ImageError, image};
+use cathforce_control::Config;
 
 use crate::refusal::refusal;
 
@@ -38,7 +39,18 @@ pub trait Board<B> {
 
     /// [`copy_from`] of the image in use; `None` without one.
     fn read_image(&mut self, offset: usize, into: &mut [u8]) -> Option<usize>;
+
+    /// What the device wrote down before it reset itself; `None` if it has not.
+    fn crash(&mut self) -> Option<Crash<'static>> {
+        None
+    }
+
+    /// Called after every [`WORK_BYTES`] of a long check, so that a watchdog sees it advance.
+    fn working(&mut self) {}
 }
+
+/// Bytes of an image that are checked between two calls of [`Board::working`].
+pub const WORK_BYTES: usize = 8192;
 
 /// Copies bytes of an image from `offset` on. Returns their number, 0 past the end of the image.
 pub fn copy_from(image: &[u8], offset: usize, into: &mut [u8]) -> usize {
@@ -64,6 +76,8 @@ pub struct Identity {
 pub struct Image<B> {
     buffer: B,
     len: usize,
+    /// CRC-32 of everything behind the header.
+    body_crc32: u32,
 }
 
 impl<B: AsRef<[u8]>> Image<B> {
@@ -72,10 +86,33 @@ impl<B: AsRef<[u8]>> Image<B> {
         self.buffer.as_ref().get(..self.len).unwrap_or_default()
     }
 
+    /// Its configuration, without another pass over all of its bytes.
+    pub fn decode(&self) -> Result<Config<'_>, ImageError> {
+        image::decode_summed(self.bytes(), self.body_crc32)
+    }
+
+    /// CRC-32 of everything behind the header.
+    pub fn body_crc32(&self) -> u32 {
+        self.body_crc32
+    }
+
     /// The buffer and the length of the image in it.
     pub fn into_parts(self) -> (B, usize) {
         (self.buffer, self.len)
     }
+}
+
+/// CRC-32 of all bytes of an image, and of those behind its header, in one pass.
+fn sums<B: AsRef<[u8]>>(image: &Image<B>, board: &mut impl Board<B>) -> (u32, u32) {
+    let (mut whole, mut body) = (RunningCrc32::default(), RunningCrc32::default());
+    let mut header = image::HEADER_BYTES;
+    for bytes in image.bytes().chunks(WORK_BYTES) {
+        whole.add(bytes);
+        body.add(bytes.get(header..).unwrap_or_default());
+        header = 0;
+        board.working();
+    }
+    (whole.value(), body.value())
 }
 
 /// Answers requests and collects uploads.
@@ -141,7 +178,10 @@ impl<B: AsRef<[u8]> + AsMut<[u8]>> Service<B> {
                 // A repeated question is answered anew, because its answer may have changed.
                 let asks = matches!(
                     request,
-                    Request::Hello | Request::GetStatus | Request::ReadImage { .. }
+                    Request::Hello
+                        | Request::GetStatus
+                        | Request::ReadImage { .. }
+                        | Request::ReadCrash
                 );
                 let this = (!asks).then(|| (sequence, service::crc32(message)));
                 if this.is_some() && self.answered == this {
@@ -173,6 +213,7 @@ impl<B: AsRef<[u8]> + AsMut<[u8]>> Service<B> {
                 Response::Status(status)
             }
             Ok(Answer::Hello(hello)) => Response::Hello(hello),
+            Ok(Answer::Crash(crash)) => Response::Crash(crash),
             Ok(Answer::Done) => Response::Done,
             Ok(Answer::Bytes(len)) => {
                 Response::ImageBytes(self.handler.read.get(..len).unwrap_or_default())
@@ -199,6 +240,7 @@ impl<B: AsRef<[u8]> + AsMut<[u8]>> Service<B> {
 enum Answer {
     Hello(Hello<'static>),
     Status(Status),
+    Crash(Option<Crash<'static>>),
     /// Number of bytes in [`RequestHandler::read`].
     Bytes(usize),
     Reset,
@@ -225,6 +267,7 @@ impl<B: AsRef<[u8]> + AsMut<[u8]>> RequestHandler<B> {
                 let read = board.read_image(offset as usize, &mut self.read);
                 return read.map(Answer::Bytes).ok_or(Refusal::NoImage);
             }
+            Request::ReadCrash => return Ok(Answer::Crash(board.crash())),
             _ if board.is_armed() => return Err(Refusal::Armed),
             Request::BeginImage { len, crc32 } => self.begin(len, crc32)?,
             Request::ImageChunk { offset, bytes } => self.chunk(offset, bytes)?,
@@ -279,11 +322,12 @@ impl<B: AsRef<[u8]> + AsMut<[u8]>> RequestHandler<B> {
             return Err(Refusal::Incomplete { expected: len, received });
         }
         self.upload = None;
-        let image =
-            Image { buffer: self.spare.take().ok_or(Refusal::NoUpload)?, len: len as usize };
-        let computed = service::crc32(image.bytes());
+        let buffer = self.spare.take().ok_or(Refusal::NoUpload)?;
+        let mut image = Image { buffer, len: len as usize, body_crc32: 0 };
+        let (computed, body_crc32) = sums(&image, board);
+        image.body_crc32 = body_crc32;
         let checked = if computed == crc32 {
-            image::decode(image.bytes()).map(|_| ()).map_err(refusal)
+            image.decode().map(|_| ()).map_err(refusal)
         } else {
             Err(Refusal::Crc { expected: crc32, computed })
         };

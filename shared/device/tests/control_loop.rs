@@ -3,12 +3,12 @@
 mod support;
 
 use cathforce_bus::{
-    BandWidth, Command, Counter, Encoder, Frame, Id, Insertion, MODE_UNCONFIGURED, Process,
-    Protection, Rotation, Sealer, Sync,
+    BandWidth, Command, Counter, Encoder, Frame, Heartbeat, Id, Insertion, MODE_UNCONFIGURED,
+    Process, Protection, Rotation, Sealer, Sync,
 };
 use cathforce_config::image;
 use cathforce_control::{BAND_ROWS, BAND_UNKNOWN, Band, Config, Fault, Mode, Notice};
-use cathforce_device::{ControlLoop, TickFrames};
+use cathforce_device::{ControlLoop, Health, TickFrames};
 use proptest::prelude::*;
 
 const START_M: f64 = 0.012;
@@ -38,7 +38,8 @@ impl<'a> Bench<'a> {
         self.seal(Process::Encoder(Encoder { insertion, rotation: Rotation::from_rad(0.1) }))
     }
 
-    /// A tick with an encoder frame and an optional command.
+    /// A tick with an encoder frame and an optional command. Returns its frames but for a heartbeat, which
+    /// states counters.
     fn tick(&mut self, command: Option<Command>) -> TickFrames {
         let encoder = self.encoder();
         self.control_loop.on_frame(&encoder);
@@ -48,7 +49,7 @@ impl<'a> Bench<'a> {
         }
         let frames = self.control_loop.tick(Some(self.config), None);
         self.sent.extend(frames.into_iter().flatten());
-        frames
+        frames.map(but_for_counters)
     }
 
     /// Ticks with this feed in total \[m\].
@@ -76,6 +77,11 @@ impl<'a> Bench<'a> {
         assert_eq!(bench.mode(), Mode::Armed);
         bench
     }
+}
+
+/// A frame, or nothing in the place of a heartbeat, which states counters.
+fn but_for_counters(frame: Option<Frame>) -> Option<Frame> {
+    frame.filter(|frame| frame.id() != Id::Heartbeat.raw())
 }
 
 fn decode(frame: &Frame) -> Process {
@@ -108,9 +114,14 @@ fn the_third_frame_takes_turns_and_every_node_has_its_own() {
     assert!(nodes > 3);
     let mut shown = Vec::new();
     for _ in 0..=nodes {
-        let turns = [0; 5].map(|_| bench.tick(None)[2].unwrap().id());
+        let turns = [0; 5].map(|_| {
+            bench.tick(None);
+            bench.sent[bench.sent.len() - 1].id()
+        });
         let [tick, drive, moment, shape, force] = turns;
-        assert_eq!([tick, drive, moment], [0x1A0, 0x1A8, 0x1B0]);
+        assert_eq!([drive, moment], [0x1A8, 0x1B0]);
+        // A heartbeat takes the place of one TICK in twenty.
+        assert!([0x1A0, 0x1C8].contains(&tick));
         assert_eq!(force, shape + 0x80);
         shown.push(shape - 0x200);
     }
@@ -173,6 +184,9 @@ fn what_is_sent_is_what_was_computed() {
                     }
                 }
                 Process::Contact(_) | Process::Moment(_) | Process::Force(_) => {}
+                Process::Heartbeat(sent) => {
+                    assert_eq!((sent.mode, sent.fault), (outputs.mode.code(), 0));
+                }
                 other => panic!("not of a device: {other:?}"),
             }
         }
@@ -266,6 +280,58 @@ fn p04_a_few_bad_frames_change_nothing_and_more_than_3_in_10_ramp_down() {
     }
     assert_eq!(bad.mode().fault(), Some(Fault::BadFrames));
     assert_eq!(bad.control_loop.counters().get(Counter::Corrupt), 24);
+}
+
+#[test]
+fn the_heartbeat_states_mode_first_fault_and_counters() {
+    let image = support::image();
+    let config = image::decode(&image).unwrap();
+    let mut bench = Bench::armed(&config);
+    let beats = |bench: &mut Bench, ticks: usize| {
+        bench.sent.clear();
+        for _ in 0..ticks {
+            bench.tick(None);
+        }
+        let beats = bench.sent.iter().map(decode).filter_map(|process| match process {
+            Process::Heartbeat(beat) => Some(beat),
+            _ => None,
+        });
+        beats.collect::<Vec<_>>()
+    };
+    let health = Health { resets: 300, crash: 0, missed_ticks: 7 };
+    bench.control_loop.set_health(health);
+    bench.control_loop.on_frame(&Frame::new(0x100, &[0xEE; 8]).unwrap());
+    let armed = beats(&mut bench, 200);
+    let expected = Heartbeat {
+        mode: Mode::Armed.code(),
+        fault: 0,
+        resets: 255,
+        missed_ticks: 7,
+        rejected_frames: 1,
+    };
+    assert_eq!(armed, [expected; 2]);
+    // The first fault stays, whatever follows.
+    bench.control_loop.tick(Some(&config), Some(Notice::Overrun));
+    bench.control_loop.tick(Some(&config), Some(Notice::BusOff));
+    let latched = beats(&mut bench, 100);
+    let mode = Mode::Fault { cause: Fault::Overrun };
+    assert_eq!(
+        latched,
+        [Heartbeat { mode: mode.code(), fault: Fault::Overrun.code(), ..expected }]
+    );
+    // A device that reset itself says why before it is configured.
+    let mut fresh = ControlLoop::new();
+    fresh.set_health(Health { resets: 1, crash: Fault::Hang.code(), missed_ticks: 0 });
+    let sent = (0..100).flat_map(|_| fresh.tick(None, None)).flatten();
+    let beats = sent.filter(|frame| frame.id() == Id::Heartbeat.raw()).map(|frame| decode(&frame));
+    let told = Heartbeat {
+        mode: MODE_UNCONFIGURED,
+        fault: Fault::Hang.code(),
+        resets: 1,
+        missed_ticks: 0,
+        rejected_frames: 0,
+    };
+    assert_eq!(beats.collect::<Vec<_>>(), [Process::Heartbeat(told)]);
 }
 
 proptest! {

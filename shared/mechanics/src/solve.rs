@@ -300,13 +300,16 @@ fn joint_moments<T: Real, N: Pack<T>, L: Law<T>, const LINKS: usize>(
 ) {
     let State { links, eliminations, guide, coaxial_tables, tendons, .. } = state;
     let tables = if L::COAXIAL { &*coaxial_tables } else { &model.tables };
-    let links = &links[..chain.count];
+    let count = chain.count.min(LINKS);
+    let inside = &links[..count];
     let [up, side] = [[1.0, 0.0], [0.0, 1.0]];
     let is_viscous = model.bending_damping_s > T::zero();
-    let full = chain.count.saturating_sub(chain.at_base.len());
+    let full = count.saturating_sub(chain.at_base.len());
     for group in LinkGroup::<N>::all(full) {
         let distal = |lane: usize| &links[group.at(lane)];
-        let proximal = |lane: usize| &links[group.at(lane) + 1];
+        // Every full joint has a link behind it, so the remainder changes nothing. With it the device's code
+        // has no panic here (P13), and one instruction less than a check takes.
+        let proximal = |lane: usize| &links[(group.at(lane) + 1) % LINKS];
         let bend = RelativeRotation::between(
             &Rotation::gather(|lane| &proximal(lane).rotation),
             &Rotation::gather(|lane| &distal(lane).rotation),
@@ -341,9 +344,15 @@ fn joint_moments<T: Real, N: Pack<T>, L: Law<T>, const LINKS: usize>(
             }
         }
     }
-    for j in full..chain.count {
-        let cell = &chain.at_base[chain.count - 1 - j];
-        let (proximal, distal) = (links.get(j + 1).unwrap_or(guide), &links[j]);
+    #[expect(
+        clippy::needless_range_loop,
+        reason = "of `j` below `count` it is known that no index panics"
+    )]
+    for j in full..count {
+        let (Some(cell), Some(distal)) = (chain.at_base.get(count - 1 - j), inside.get(j)) else {
+            continue;
+        };
+        let proximal = inside.get(j + 1).unwrap_or(guide);
         let bend = RelativeRotation::between(&proximal.rotation, &distal.rotation);
         let joint = law.joint(j, &tables.joints[j], &bend.angle);
         let turned = distal.turn - proximal.turn;
@@ -466,11 +475,16 @@ fn back_substitution<T: Real, N: Pack<T>, L: Law<T>, const LINKS: usize, const L
     let new_rate = scheme.predictor_gain * inverse_dt;
     let mut before = LinkMotion { dx: v, turn: v, stretch: T::zero() };
     let mut position = *mouth;
-    for group in LinkGroup::<N>::all(chain.count).rev() {
+    'groups: for group in LinkGroup::<N>::all(chain.count).rev() {
         // The recursion itself is sequential: each link needs its proximal neighbour's motion.
         let mut motions = N::per_lane(|_| before);
         for lane in group.guide_to_tip() {
-            let (link, elimination) = (&links[group.at(lane)], &eliminations[group.at(lane)]);
+            // Every lane is in range. Said this way, the device's code has no panic here (P13).
+            let (Some(link), Some(elimination)) =
+                (links.get(group.at(lane)), eliminations.get(group.at(lane)))
+            else {
+                continue 'groups;
+            };
             let in_factor = elimination.turn
                 - elimination.by_displacement.mul_transposed(&before.dx)
                 + elimination.by_rotation.mul_transposed(&before.turn);

@@ -414,7 +414,7 @@ fn configurational_force_n<T: Real, const LINKS: usize>(
     twist: T,
 ) -> T {
     let half = T::lit(0.5);
-    let base = state.count.saturating_sub(1);
+    let base = state.count.saturating_sub(1).min(LINKS - 1);
     let (joint, h) = (&state.tables(model).joints[base], model.grid.cell_m(base));
     let softness = state.effects.softness(model);
     let bend_squared = moment.dot(moment) - twist * twist;

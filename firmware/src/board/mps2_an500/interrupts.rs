@@ -8,8 +8,10 @@ use embassy_executor::InterruptExecutor;
 #[repr(u16)]
 pub enum Irq {
     Uart0Receive = 0,
+    Uart0Transmit = 1,
     Timer0 = 8,
     /// Lines that the hardware does not use, for the executors.
+    Software29 = 29,
     Software30 = 30,
     Software31 = 31,
 }
@@ -27,3 +29,6 @@ pub const URGENT_IRQ: Irq = Irq::Software30;
 /// Tasks that can wait.
 pub static RELAXED_TASKS: InterruptExecutor = InterruptExecutor::new();
 pub const RELAXED_IRQ: Irq = Irq::Software31;
+/// Tasks that may take long.
+pub static PATIENT_TASKS: InterruptExecutor = InterruptExecutor::new();
+pub const PATIENT_IRQ: Irq = Irq::Software29;

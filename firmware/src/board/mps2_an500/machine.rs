@@ -11,6 +11,8 @@ use crate::board::interface::{Board, BootOptions};
 
 /// The watchdog interrupts after 10 ms and resets after another 10 ms.
 const WATCHDOG_LOAD: u32 = CLOCK_HZ / 100;
+/// The boot takes 20 ms, with the outputs off.
+const BOOT_WATCHDOG_LOAD: u32 = CLOCK_HZ / 10;
 /// LED 0 represents the enable line of the motor drives.
 const OUTPUT_ENABLE: u32 = 1;
 
@@ -26,8 +28,11 @@ pub struct Mps2An500(());
 /// `tick`: called by the tick timer's interrupt, which nothing can interrupt.
 pub fn start(tick: fn()) -> (Mps2An500, Ports) {
     outputs_off();
-    // SAFETY: the reload value belongs to a stopped timer.
+    // SAFETY: the reload value belongs to a stopped timer. The watchdog watches over the boot, until ticks
+    // are started or held.
     unsafe {
+        watchdog().load.write(BOOT_WATCHDOG_LOAD);
+        watchdog().control.write(0b11);
         timer0().control.write(0);
         timer0().reload.write(TICK_RELOAD);
         timer0().value.write(TICK_RELOAD);
@@ -94,6 +99,7 @@ impl Board for Mps2An500 {
             watchdog().control.write(0b11);
             timer0().control.write(0b1001);
         }
+        serial::limit_input(true);
     }
 
     fn hold_ticks(self) {
@@ -103,11 +109,16 @@ impl Board for Mps2An500 {
             timer0().value.write(TICK_RELOAD);
             watchdog().control.write(0);
         }
+        serial::limit_input(false);
     }
 
     fn alive(self) {
         // SAFETY: any value reloads the watchdog.
         unsafe { watchdog().interrupt_clear.write(1) }
+    }
+
+    fn renew_input(self) {
+        serial::renew_input();
     }
 
     fn enable_outputs(self, on: bool) {
@@ -128,7 +139,9 @@ impl Board for Mps2An500 {
     }
 
     fn run(self, options: BootOptions) {
-        if !options.lock_step {
+        if options.lock_step {
+            self.hold_ticks();
+        } else {
             self.start_ticks();
         }
     }

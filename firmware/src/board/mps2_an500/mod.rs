@@ -12,6 +12,8 @@ mod semihosting;
 mod serial;
 mod vectors;
 
-pub use interrupts::{RELAXED_IRQ, RELAXED_TASKS, URGENT_IRQ, URGENT_TASKS};
+pub use interrupts::{
+    PATIENT_IRQ, PATIENT_TASKS, RELAXED_IRQ, RELAXED_TASKS, URGENT_IRQ, URGENT_TASKS,
+};
 pub use machine::{Mps2An500, outputs_off, start, time_us};
 pub use serial::{BusIn, BusOut, LogOut, emergency_log};

@@ -5,12 +5,20 @@ use core::cell::UnsafeCell;
 use cortex_m::interrupt::InterruptNumber;
 use cortex_m::peripheral::NVIC;
 
-use super::interrupts::{Irq, RELAXED_IRQ, RELAXED_TASKS, URGENT_IRQ, URGENT_TASKS};
+use super::interrupts::{
+    Irq, PATIENT_IRQ, PATIENT_TASKS, RELAXED_IRQ, RELAXED_TASKS, URGENT_IRQ, URGENT_TASKS,
+};
 use super::serial;
 
 /// Priorities; lower numbers interrupt higher ones. `log` masks everything except the tick.
-const PRIORITIES: [(Irq, u8); 4] =
-    [(Irq::Timer0, 0x00), (Irq::Uart0Receive, 0x40), (URGENT_IRQ, 0x80), (RELAXED_IRQ, 0xC0)];
+const PRIORITIES: [(Irq, u8); 6] = [
+    (Irq::Timer0, 0x00),
+    (Irq::Uart0Receive, 0x40),
+    (Irq::Uart0Transmit, 0x40),
+    (URGENT_IRQ, 0x80),
+    (RELAXED_IRQ, 0xC0),
+    (PATIENT_IRQ, 0xE0),
+];
 
 /// What the tick timer's interrupt calls.
 struct TickHandler(UnsafeCell<fn()>);
@@ -30,6 +38,7 @@ pub fn enable(tick: fn()) {
             nvic.ipr[usize::from(irq.number())].write(priority);
         }
         NVIC::unmask(Irq::Uart0Receive);
+        NVIC::unmask(Irq::Uart0Transmit);
         NVIC::unmask(Irq::Timer0);
     }
 }
@@ -41,15 +50,21 @@ type Handler = unsafe extern "C" fn();
 static __INTERRUPTS: [Handler; 32] = {
     let mut handlers: [Handler; 32] = [unexpected; 32];
     handlers[Irq::Uart0Receive as usize] = uart0_receive;
+    handlers[Irq::Uart0Transmit as usize] = uart0_transmit;
     handlers[Irq::Timer0 as usize] = timer0;
     handlers[URGENT_IRQ as usize] = urgent;
     handlers[RELAXED_IRQ as usize] = relaxed;
+    handlers[PATIENT_IRQ as usize] = patient;
     handlers
 };
 
 unsafe extern "C" fn uart0_receive() {
     // SAFETY: this is the receive interrupt.
     unsafe { serial::on_receive() }
+}
+
+unsafe extern "C" fn uart0_transmit() {
+    serial::on_transmitted();
 }
 
 unsafe extern "C" fn timer0() {
@@ -65,6 +80,11 @@ unsafe extern "C" fn urgent() {
 unsafe extern "C" fn relaxed() {
     // SAFETY: as above.
     unsafe { RELAXED_TASKS.on_interrupt() }
+}
+
+unsafe extern "C" fn patient() {
+    // SAFETY: as above.
+    unsafe { PATIENT_TASKS.on_interrupt() }
 }
 
 unsafe extern "C" fn unexpected() {

@@ -18,7 +18,7 @@ pub fn run(ui: &Ui, arguments: &FaultArguments) -> Result<(), Failure> {
             Some(link) => show_latched(ui, link),
             None => list(ui),
         },
-        FaultAction::Explain(arguments) => ui.data(&json(arguments.fault), text(arguments.fault)),
+        FaultAction::Explain(arguments) => ui.data(&json(arguments.fault), page(arguments.fault)),
         FaultAction::Clear(arguments) => clear(ui, arguments),
     }
 }
@@ -34,7 +34,7 @@ fn list(ui: &Ui) -> Result<(), Failure> {
 fn show_latched(ui: &Ui, link: &str) -> Result<(), Failure> {
     let mut client = Client::connect(cathforce_link::open(link)?)?;
     match latched(&mut client)? {
-        Some(fault) => ui.data(&[json(fault)], text(fault)),
+        Some(fault) => ui.data(&[json(fault)], page(fault)),
         None => ui.data(&json!([]), "no fault\n"),
     }
 }
@@ -92,19 +92,61 @@ fn json(fault: Fault) -> Value {
     })
 }
 
-fn text(fault: Fault) -> String {
-    two_columns(&[
-        ("fault".into(), format!("{} ({})", fault.name(), fault.code())),
-        ("cause".into(), fault.cause().into()),
-        ("reaction".into(), reaction(fault).into()),
-        ("next".into(), fault.next_step().into()),
-        ("then".into(), format!("cathforce fault clear {} --link …", fault.name())),
-    ])
+/// The fault's page in the book.
+fn page(fault: Fault) -> &'static str {
+    match fault {
+        Fault::EncoderLost => include_str!("../../../../docs/faults/EncoderLost.md"),
+        Fault::BadFrames => include_str!("../../../../docs/faults/BadFrames.md"),
+        Fault::EncoderJump => include_str!("../../../../docs/faults/EncoderJump.md"),
+        Fault::TendonLost => include_str!("../../../../docs/faults/TendonLost.md"),
+        Fault::TendonJump => include_str!("../../../../docs/faults/TendonJump.md"),
+        Fault::ModelNotFinite => include_str!("../../../../docs/faults/ModelNotFinite.md"),
+        Fault::ModelUnresolved => include_str!("../../../../docs/faults/ModelUnresolved.md"),
+        Fault::SettleTimeout => include_str!("../../../../docs/faults/SettleTimeout.md"),
+        Fault::Overrun => include_str!("../../../../docs/faults/Overrun.md"),
+        Fault::BusOff => include_str!("../../../../docs/faults/BusOff.md"),
+        Fault::Hang => include_str!("../../../../docs/faults/Hang.md"),
+        Fault::Panic => include_str!("../../../../docs/faults/Panic.md"),
+        Fault::HardFault => include_str!("../../../../docs/faults/HardFault.md"),
+        Fault::StackOverflow => include_str!("../../../../docs/faults/StackOverflow.md"),
+        Fault::StateNotFinite => include_str!("../../../../docs/faults/StateNotFinite.md"),
+        Fault::SelfTest => include_str!("../../../../docs/faults/SelfTest.md"),
+    }
 }
 
 fn reaction(fault: Fault) -> &'static str {
     match fault.reaction() {
         Reaction::Ramp => "output ramps to zero within 20 ms and stays there",
         Reaction::Cut => "output is zero from the same tick on",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A page says what the table says.
+    #[test]
+    fn every_fault_has_its_page() {
+        for &fault in Fault::ALL {
+            let page = page(fault);
+            let head = format!("# {}\n\nFault {}.\n", fault.name(), fault.code());
+            assert!(page.starts_with(&head), "{}", fault.name());
+            let text = page.split_whitespace().collect::<Vec<_>>().join(" ").to_lowercase();
+            for said in [fault.cause(), fault.next_step()] {
+                assert!(text.contains(&said.to_lowercase()), "{}: {said}", fault.name());
+            }
+        }
+    }
+
+    /// Numbers are ranged by what they concern, and never used again.
+    #[test]
+    fn every_fault_is_in_the_table_of_the_book() {
+        let table = include_str!("../../../../docs/faults/README.md");
+        for &fault in Fault::ALL {
+            let row = format!("| {} | [{1}]({1}.md) |", fault.code(), fault.name());
+            assert!(table.contains(&row), "{row}");
+        }
+        assert_eq!(table.matches(".md) |").count(), Fault::ALL.len());
     }
 }

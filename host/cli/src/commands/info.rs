@@ -4,8 +4,8 @@ use std::path::Path;
 
 use cathforce_bus::service::Status;
 use cathforce_config::image::{self, Header, MAGIC};
-use cathforce_control::Mode;
-use cathforce_link::Client;
+use cathforce_control::{Fault, Mode};
+use cathforce_link::{Client, CrashRecord};
 use cathforce_recording::{Recording, bus_load};
 use serde_json::{Map, Value, json};
 
@@ -177,10 +177,41 @@ fn device(link: &str) -> Result<Facts, Failure> {
     facts.add("lock step", json!(lock_step));
     facts.add("ticks", json!(tick));
     facts.add("missed ticks", json!(load.missed_ticks));
+    facts.add("overruns", json!(load.overruns));
+    facts.add("latest start ns", json!(load.latest_start_ns));
     facts.add("worst instructions", json!(load.worst_instructions));
+    if let Some(crash) = client.crash()? {
+        add_crash(&mut facts, &crash);
+    }
     let text = counted.iter().map(|(counter, n)| format!("{} {n}", counter.name()));
     let text = text.collect::<Vec<_>>().join(", ");
     let json = counted.iter().map(|(counter, n)| (counter.name().to_owned(), json!(n)));
     facts.add_with_text("frames", Value::Object(json.collect()), text);
     Ok(facts)
+}
+
+/// What the device wrote down before it reset itself.
+fn add_crash(facts: &mut Facts, crash: &CrashRecord) {
+    let fault = crash.fault.map_or("unknown", Fault::name);
+    let CrashRecord { resets, tick, time_us, program_counter, link_register, .. } = *crash;
+    let CrashRecord { status, address, .. } = *crash;
+    let json = json!({
+        "fault": fault,
+        "resets": resets,
+        "tick": tick,
+        "time_us": time_us,
+        "program_counter": program_counter,
+        "link_register": link_register,
+        "status": status,
+        "address": address,
+        "text": crash.text,
+    });
+    let text = format!(
+        "{fault}, reset {resets} since it was switched on: {}\nin tick {tick}, {:.3} s after its \
+         boot; at {program_counter:08x}, called from {link_register:08x}; status {status:08x}, \
+         address {address:08x}",
+        crash.text,
+        f64::from(time_us) * 1e-6
+    );
+    facts.add_with_text("last crash", json, text);
 }

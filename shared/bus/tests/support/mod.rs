@@ -57,6 +57,13 @@ pub fn meant(process: &Process) -> Vec<(&'static str, f64)> {
             let drive = p.drive_force.map_or(unknown, |n| n.n().into());
             vec![("X", x), ("Y", y), ("Z", z), ("Drive", drive)]
         }
+        Process::Heartbeat(p) => vec![
+            ("Mode", p.mode.into()),
+            ("Fault", p.fault.into()),
+            ("Resets", p.resets.into()),
+            ("MissedTicks", p.missed_ticks.into()),
+            ("RejectedFrames", p.rejected_frames.into()),
+        ],
         Process::Shape(p) => xyz(p.position.map(|x| x.m())),
         Process::Force(p) => xyz(p.force.map(|f| f.n())),
     }

@@ -57,6 +57,14 @@ impl<T: Real> TendonTable<T> {
     fn along(&self, other: &Self) -> T {
         self.axis[0] * other.axis[0] + self.axis[1] * other.axis[1]
     }
+
+    /// Travel of this tendon by tension in the other, in the free instrument \[m/N\].
+    /// docs/explanation/model.md (52)
+    ///
+    /// `shared`: compliance of the part that both bend.
+    fn travel_m_per_n(&self, other: &Self, shared: T) -> T {
+        self.offset_m * other.offset_m * self.along(other) * shared
+    }
 }
 
 /// The tables of the tendons of a description, with the effects on them.
@@ -417,39 +425,38 @@ impl<'a, T: Real> DrivenTendons<'a, T> {
 
     /// Changes of the tensions by a Newton step.     docs/explanation/model.md (52), (53)
     fn changes<const LINKS: usize>(&self, state: &TendonsState<T, LINKS>) -> [T; MAX_TENDONS] {
-        let (zero, count) = (T::zero(), self.tables.len());
+        let zero = T::zero();
         let mut matrix = [[zero; MAX_TENDONS]; MAX_TENDONS];
         let mut missing = [zero; MAX_TENDONS];
-        let stretched_m = |i: usize| {
-            let (table, pulled) = (&self.tables[i], &state.pulled[i]);
-            pulled.displacement_m - table.slack_m - self.running[i].path_m
+        // Iterators instead of indices, so that the device's code has no panic here (P13).
+        let each = || self.tables.iter().zip(&state.pulled).zip(&self.running);
+        let stretched_m = |table: &TendonTable<T>, pulled: &Pulled<T>, own: &Running<T>| {
+            pulled.displacement_m - table.slack_m - own.path_m
         };
         // A slack tendon stays without tension, and no other tendon feels it.
-        let is_taut = |i: usize| stretched_m(i) > zero || state.pulled[i].tension_n > zero;
-        for (i, row) in matrix.iter_mut().enumerate().take(count) {
-            let (table, pulled) = (&self.tables[i], &state.pulled[i]);
+        let is_taut = |table: &TendonTable<T>, pulled: &Pulled<T>, own: &Running<T>| {
+            stretched_m(table, pulled, own) > zero || pulled.tension_n > zero
+        };
+        let rows = matrix.iter_mut().zip(&mut missing).zip(each()).enumerate();
+        for (i, ((row, missing), ((table, pulled), own))) in rows {
             let ratio = table.ratio_behind(pulled.held_behind);
-            row[i] = ratio;
-            if !is_taut(i) {
+            if let Some(own) = row.get_mut(i) {
+                *own = ratio;
+            }
+            if !is_taut(table, pulled, own) {
                 continue;
             }
-            missing[i] = table.stiffness_n_per_m * stretched_m(i) - ratio * pulled.tension_n;
-            for (j, place) in row.iter_mut().enumerate().take(count) {
-                if is_taut(j) {
-                    *place += table.stiffness_n_per_m * self.travel_m_per_n(i, j);
+            *missing = table.stiffness_n_per_m * stretched_m(table, pulled, own)
+                - ratio * pulled.tension_n;
+            for (place, ((other, other_pulled), running)) in row.iter_mut().zip(each()) {
+                if is_taut(other, other_pulled, running) {
+                    let shared = minimum(own.compliance, running.compliance);
+                    *place += table.stiffness_n_per_m * table.travel_m_per_n(other, shared);
                 }
             }
         }
-        solve(&mut matrix, &mut missing, count);
+        solve(&mut matrix, &mut missing, self.tables.len());
         missing
-    }
-
-    /// Travel of tendon `i` by tension in `j`, in the free instrument \[m/N\].
-    /// docs/explanation/model.md (52)
-    fn travel_m_per_n(&self, i: usize, j: usize) -> T {
-        let (own, other) = (&self.tables[i], &self.tables[j]);
-        let shared = minimum(self.running[i].compliance, self.running[j].compliance);
-        own.offset_m * other.offset_m * own.along(other) * shared
     }
 }
 
@@ -484,6 +491,7 @@ fn solve<T: Real>(
     right: &mut [T; MAX_TENDONS],
     count: usize,
 ) {
+    let count = count.min(MAX_TENDONS);
     for pivot in 0..count {
         let inverse = T::one() / matrix[pivot][pivot];
         let (above, of_above) = (matrix[pivot], right[pivot]);

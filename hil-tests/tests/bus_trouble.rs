@@ -1,0 +1,212 @@
+//! What a bus does to the board: bus-off (P19), and a flood while it runs free (P10, P20). And a tick that
+//! takes longer than its time (P09).
+
+use std::ops::ControlFlow;
+use std::time::{Duration, Instant};
+
+use cathforce_bus::service::Load;
+use cathforce_bus::{Command, Counter, Frame, Id, Process, Sealer, Status};
+use cathforce_control::{Fault, Mode};
+use cathforce_hil_tests::lab::Lab;
+use cathforce_hil_tests::{Bench, Drive, Rig, encoder, small_image};
+use cathforce_link::{Client, Link, LinkError};
+
+/// A short insertion, so that settling ends soon.
+const START: Drive = Drive { insertion_m: 0.012, rotation_rad: 0.0 };
+
+fn mode<R: Rig>(bench: &mut Bench<R>) -> Option<Mode> {
+    let report = bench.report();
+    Mode::from_codes(report.mode, report.fault)
+}
+
+/// The controller of the emulated board is an SLCAN adapter on its UART, which states its error state as
+/// Linux reads it. The service's answers are the lab's window: they go on.
+#[test]
+fn p19_bus_off_on_the_board_switches_off_comes_back_seldom_and_arms_nothing() {
+    /// A ramp, a time-out, and a few more.
+    const SWITCHED_OFF_TICKS: u16 = 26;
+    const STEP: u16 = 10;
+    let mut bench = Bench::<Lab>::armed(small_image(), START);
+    assert!(bench.link_mut().outputs_are_on());
+    bench.link_mut().debugger.go_on();
+    let (began, sent) = (bench.report().tick, bench.link_mut().openings());
+    bench.link_mut().send_bytes(b"sb256256\r");
+    bench.grant_ticks(SWITCHED_OFF_TICKS);
+    assert_eq!(mode(&mut bench), Some(Mode::Fault { cause: Fault::BusOff }));
+    assert!(!bench.link_mut().outputs_are_on());
+    bench.link_mut().debugger.go_on();
+    let mut attempts = Vec::new();
+    for _ in 0..80 {
+        bench.grant_ticks(STEP);
+        let at = bench.report().tick - began;
+        let openings = bench.link_mut().openings() - sent;
+        attempts.extend((attempts.len()..openings as usize).map(|_| at));
+    }
+    println!("figure P19: started again before ticks {attempts:?} after bus-off");
+    // After 100, 200 and 400 ticks more; seen at the end of a step.
+    let seen = |due: u32| due..=due + u32::from(2 * STEP);
+    let due = [100, 300, 700].map(seen);
+    assert!(attempts.len() == 3 && due.iter().zip(&attempts).all(|(due, at)| due.contains(at)));
+    let unsent = bench.report().counters.get(Counter::BusOff);
+    assert!(unsent >= 2 * 800, "{unsent} frames were held back");
+
+    // The bus is back. That alone does nothing, nor does any command but the one that clears the fault.
+    bench.link_mut().send_bytes(b"sa000000\r");
+    let latched = Some(Mode::Fault { cause: Fault::BusOff });
+    let command = |bench: &mut Bench<Lab>, command| {
+        let frames = [Process::Command(command), encoder(START)].map(|frame| bench.seal(frame));
+        for frame in frames {
+            bench.link_mut().send(&frame).expect("sent");
+        }
+        bench.grant_ticks(1);
+        mode(bench)
+    };
+    for tried in [Command::Arm, Command::SelfTest, Command::Disarm] {
+        assert_eq!(command(&mut bench, tried), latched, "{tried:?}");
+    }
+    let token = Fault::BusOff.clear_token();
+    assert_eq!(command(&mut bench, Command::ClearFault { token }), Some(Mode::Boot));
+    assert_eq!(command(&mut bench, Command::Arm), Some(Mode::Boot));
+    assert_eq!(bench.link_mut().openings() - sent, 3, "it goes on starting a bus that is there");
+}
+
+/// The tick's timer is set to half of what a tick takes, from outside.
+#[test]
+fn p09_two_ticks_in_a_row_that_overrun_are_counted_and_cut() {
+    /// Reload value of the tick timer, which counts 20 instructions.
+    const TIMER_RELOAD: u32 = 0x4000_0008;
+    const INSTRUCTIONS_A_COUNT: u32 = 20;
+    let mut bench = Bench::<Lab>::armed(small_image(), START);
+    bench.reset_counters();
+    bench.play([vec![encoder(START)], vec![encoder(START)]]);
+    let instructions = bench.report().load.worst_instructions;
+    let lab = bench.link_mut();
+    assert!(lab.outputs_are_on());
+    lab.debugger.set_peripheral(TIMER_RELOAD, instructions / INSTRUCTIONS_A_COUNT / 2);
+    lab.debugger.go_on();
+    bench.grant_ticks(8);
+    let report = bench.report();
+    println!(
+        "{instructions} instructions: {} overruns, {} missed ticks",
+        report.load.overruns, report.load.missed_ticks
+    );
+    assert_eq!(
+        Mode::from_codes(report.mode, report.fault),
+        Some(Mode::Fault { cause: Fault::Overrun })
+    );
+    // Two overruns cut; a tick in a fault is short enough.
+    assert!((2..=4).contains(&report.load.overruns), "{:?}", report.load);
+    assert!(report.load.missed_ticks >= report.load.overruns);
+    assert!(!bench.link_mut().outputs_are_on());
+}
+
+/// Frames of 8 bytes on a bus of 1 Mbit/s in a tick, at 111 bits each.
+const FULL_BUS: u32 = 1000 / 111;
+/// Promise P10.
+const LATEST_NS: u32 = 2000;
+
+fn check_load(load: &Load) {
+    assert!(load.latest_start_ns > 0, "the lateness is measured: {load:?}");
+    assert!(load.latest_start_ns <= LATEST_NS && load.missed_ticks == 0, "{load:?}");
+}
+
+/// As many foreign frames as fill a bus, beside those of master and device, for every tick that is heard,
+/// and a status in between. The board runs free: frames come at any time within a tick.
+#[test]
+#[ignore = "not yet seen to end: an emulator kept awake took more than two minutes on a busy computer"]
+fn p10_p20_a_full_bus_delays_no_tick_of_an_armed_board_that_runs_free() {
+    const TICKS: u32 = 1000;
+    let mut client = Client::connect(Flooded::new(<Lab as Rig>::boot())).expect("a board");
+    client.upload_image(small_image(), |_| ControlFlow::Continue(())).expect("taken");
+    let lab = &mut client.link_mut().lab;
+    lab.keep_awake();
+    lab.debugger.go_on();
+    client.set_lock_step(false).expect("nothing is armed");
+    client.link_mut().floods = true;
+    let until = Instant::now() + Duration::from_secs(200);
+    let reach = |client: &mut Client<Flooded>, command, wanted| loop {
+        client.command(command).expect("sent");
+        let status = client.status().expect("an answer");
+        if Mode::from_codes(status.mode, status.fault) == Some(wanted) {
+            break;
+        }
+        assert!(Instant::now() < until, "{status:?}");
+    };
+    reach(&mut client, Command::SelfTest, Mode::Ready);
+    reach(&mut client, Command::Arm, Mode::Armed);
+    client.reset_counters().expect("an answer");
+    client.link_mut().foreign = 0;
+    client.link_mut().ticks = 0;
+    let status = loop {
+        let status = client.status().expect("an answer");
+        check_load(&status.load);
+        assert_eq!(Mode::from_codes(status.mode, status.fault), Some(Mode::Armed));
+        if client.link().ticks >= TICKS {
+            break status;
+        }
+        assert!(Instant::now() < until, "{} ticks", client.link().ticks);
+    };
+    client.link_mut().floods = false;
+    let counted = client.status().expect("an answer").counters.get(Counter::Foreign);
+    let Flooded { foreign, ticks, .. } = *client.link();
+    let load = status.load;
+    // The counters were reset while some were on their way.
+    assert!(counted >= foreign && counted <= foreign + 20 * FULL_BUS, "{counted}, sent {foreign}");
+
+    println!("figure P10: latest start {} ns on a full bus", load.latest_start_ns);
+    println!(
+        "figure P20: {foreign} foreign frames in {ticks} armed ticks of {} instructions, {} missed",
+        load.worst_instructions, load.missed_ticks
+    );
+}
+
+/// A link that sends a sample for every tick heard, and has a second talker on its bus, which fills it.
+struct Flooded {
+    lab: Lab,
+    sealer: Sealer,
+    floods: bool,
+    foreign: u32,
+    ticks: u32,
+}
+
+impl Flooded {
+    fn new(lab: Lab) -> Self {
+        Self { lab, sealer: Sealer::default(), floods: false, foreign: 0, ticks: 0 }
+    }
+
+    /// What the bus brings in a tick.
+    fn fill(&mut self) -> Result<(), LinkError> {
+        self.ticks += 1;
+        let sample = self.sealer.seal(encoder(START), Status::default());
+        self.lab.send(&sample)?;
+        for n in 0..FULL_BUS {
+            let id = 0x7F0 + (n % 8) as u16;
+            let foreign = Frame::new(id, &[n as u8; 8]).expect("a frame");
+            self.lab.send(&foreign)?;
+        }
+        self.foreign += FULL_BUS;
+        self.lab.flush()
+    }
+}
+
+impl Link for Flooded {
+    fn send(&mut self, frame: &Frame) -> Result<(), LinkError> {
+        self.lab.send(frame)
+    }
+
+    fn flush(&mut self) -> Result<(), LinkError> {
+        self.lab.flush()
+    }
+
+    fn receive(&mut self, timeout: Duration) -> Result<Option<Frame>, LinkError> {
+        let frame = self.lab.receive(timeout)?;
+        if self.floods && frame.is_some_and(|frame| Id::from_raw(frame.id()) == Some(Id::Haptic)) {
+            self.fill()?;
+        }
+        Ok(frame)
+    }
+
+    fn name(&self) -> &str {
+        self.lab.name()
+    }
+}
