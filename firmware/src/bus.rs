@@ -16,7 +16,7 @@ use static_cell::StaticCell;
 
 use crate::board::{BusIn, BusOut};
 use crate::device::{self, FrameOutcome, GRANT_USED, Outgoing};
-use crate::{service, watch};
+use crate::{requests, watch};
 
 /// Length of the queue of the tick's frames: those of more ticks than a host leaves unread.
 const TICK_FRAMES: usize = 256;
@@ -130,7 +130,7 @@ async fn pass_on(mut port: BusIn) {
         let Some(line) = decoder.push(port.read().await) else { continue };
         match line {
             Line::Frame(frame) if Id::from_raw(frame.id()) == Some(Id::ServiceRequest) => {
-                service::take(frame).await;
+                requests::take(frame).await;
             }
             Line::Frame(frame) => {
                 if let FrameOutcome::Granted = device::on_frame(&frame) {

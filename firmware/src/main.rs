@@ -20,6 +20,8 @@ mod log;
 #[cfg(target_os = "none")]
 mod record;
 #[cfg(target_os = "none")]
+mod requests;
+#[cfg(target_os = "none")]
 mod service;
 #[cfg(target_os = "none")]
 mod stack;

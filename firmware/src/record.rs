@@ -85,7 +85,10 @@ pub fn read() -> Option<Crash<'static>> {
         return None;
     }
     // SAFETY: nobody writes to the record any more until the next fault, from which nobody returns.
-    let text: &'static [u8] = unsafe { &*(&raw const _crash_record.text) };
+    let text: &'static [u8] = unsafe {
+        let text = &raw const _crash_record.text;
+        &*text
+    };
     let text = text.get(..record.len as usize).and_then(|text| core::str::from_utf8(text).ok());
     Some(Crash {
         fault: record.fault as u8,

@@ -1,40 +1,17 @@
 //! The task of service messages. It has the lowest priority, because a check of an image takes long.
 
+use cathforce_bus::NextCounters;
 use cathforce_bus::service::{Crash, Load, Refusal, Status};
-use cathforce_bus::{Frame, NextCounters};
 use cathforce_config::image;
 use cathforce_device::{Board as DeviceBoard, Identity, Image, Service, copy_from};
-use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
-use embassy_sync::channel::Channel;
-use embassy_sync::signal::Signal;
 use static_cell::StaticCell;
 
 use crate::board::{self, Board};
 use crate::device::{self, Active, Buffer, Slot};
-use crate::{bus, identity, record, stack, watch};
+use crate::{bus, identity, record, requests, stack, watch};
 
 /// Size of an image buffer \[bytes\].
 const IMAGE_BUFFER_LEN: usize = 2 << 20;
-
-/// Frames for the service, as many as come between two flow controls and a few more.
-static REQUESTS: Channel<
-    CriticalSectionRawMutex,
-    Frame,
-    { cathforce_bus::service::BLOCK_SIZE as usize + 8 },
-> = Channel::new();
-/// Signalled when a frame has been handled.
-static HANDLED: Signal<CriticalSectionRawMutex, ()> = Signal::new();
-
-/// Hands a frame to the service. In lock step it waits until the frame has been handled, so that the order
-/// of all frames decides what happens, and not the time that something takes.
-pub async fn take(frame: Frame) {
-    let wait = device::is_in_lock_step();
-    HANDLED.reset();
-    REQUESTS.send(frame).await;
-    if wait {
-        HANDLED.wait().await;
-    }
-}
 
 /// Answers requests.
 #[embassy_executor::task]
@@ -55,7 +32,7 @@ async fn answer(board: board::This, spare: &'static mut Slot) {
     let mut desk = Desk { board, spare, image: None };
     let counts_a_us = board::This::COUNTS_A_SECOND / 1_000_000;
     loop {
-        let frame = REQUESTS.receive().await;
+        let frame = requests::next().await;
         service.on_frame(&frame, &mut desk);
         if desk.image.is_some()
             && let Some(buffer) = second.take()
@@ -65,7 +42,7 @@ async fn answer(board: board::This, spare: &'static mut Slot) {
         while let Some(frame) = service.next_frame(board.time() / counts_a_us) {
             bus::send_frame(frame).await;
         }
-        HANDLED.signal(());
+        requests::handled();
     }
 }
 

@@ -10,7 +10,7 @@ use anyhow::{Context, bail};
 use serde_json::Value;
 
 /// The packages that others may use, from the bottom up.
-const LIBRARIES: [&str; 24] = [
+const LIBRARIES: [&str; 25] = [
     "cathforce-scalar",
     "cathforce-mechanics",
     "cathforce-control",
@@ -31,6 +31,7 @@ const LIBRARIES: [&str; 24] = [
     "cathforce-sparse",
     "cathforce-wall",
     "cathforce-camera",
+    "cathforce-mesh-files",
     "cathforce-filter",
     "cathforce-ultrasound",
     "cathforce-identification",
@@ -108,6 +109,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("cathforce-sparse", &[]),
     ("cathforce-wall", &["cathforce-material", "cathforce-sparse", "cathforce-bundle"]),
     ("cathforce-camera", &[]),
+    ("cathforce-mesh-files", &["cathforce-bundle"]),
     ("cathforce-ultrasound", &["cathforce-calibration", "cathforce-material", "cathforce-wall"]),
     ("cathforce-filter", &[]),
     ("cathforce-calibration", &[]),

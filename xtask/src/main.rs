@@ -36,7 +36,7 @@ use consent::Consent;
 mod documented;
 
 /// What `cargo xtask` can do.
-static TASKS: [Task; 10] = [
+static TASKS: [Task; 11] = [
     Task {
         name: "demo",
         former: None,

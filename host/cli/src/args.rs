@@ -57,10 +57,12 @@ pub use lumen::LumenArguments;
 pub use material::MaterialArguments;
 #[cfg(feature = "wall")]
 pub use material::{FormName, LawName, MaterialAction, MaterialFitArguments, Stress};
+#[cfg(feature = "meshes")]
+pub use recording::MeshUnit;
 pub use recording::{
     CheckArguments, CompletionsArguments, ExportArguments, ImportArguments, ImportAtiArguments,
     ImportCandumpArguments, ImportCentrelineArguments, ImportCsvArguments, ImportMeshArguments,
-    ImportSource, LatencyArguments, ManArguments, MeshUnit, MonitorArguments, SendArguments,
+    ImportSource, LatencyArguments, ManArguments, MonitorArguments, SendArguments,
 };
 pub use reproduce::ReproduceArguments;
 pub use ultrasound::UltrasoundArguments;

@@ -1,6 +1,7 @@
 //! Promises of the tick, over an estimator whose answers the tests choose.
 
 use super::*;
+use crate::Notice;
 use crate::TICK_S;
 
 mod haptic_source;

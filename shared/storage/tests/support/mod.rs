@@ -73,7 +73,7 @@ impl Flash {
         if from > to || to > self.bytes.len() {
             return Err(Failure::OutOfBounds);
         }
-        if from % unit != 0 || to % unit != 0 {
+        if !from.is_multiple_of(unit) || !to.is_multiple_of(unit) {
             return Err(Failure::NotAligned);
         }
         Ok(())

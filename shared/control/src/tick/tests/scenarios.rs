@@ -3,6 +3,7 @@
 
 extern crate std;
 
+use crate::Notice;
 use std::vec::Vec;
 
 use proptest::prelude::*;
