@@ -15,8 +15,10 @@ const START: Drive = Drive { insertion_m: 0.03, rotation_rad: 0.0 };
 const FEED_M: f64 = 20e-6;
 
 /// Ids of protected frames, as listed in the book's page on frames.
-const PROTECTED: [u16; 13] =
-    [0x080, 0x100, 0x108, 0x10A, 0x10B, 0x110, 0x180, 0x190, 0x1A0, 0x1A8, 0x1B0, 0x1B8, 0x1C0];
+const PROTECTED: [u16; 14] = [
+    0x080, 0x100, 0x108, 0x10A, 0x10B, 0x110, 0x180, 0x190, 0x1A0, 0x1A8, 0x1B0, 0x1B8, 0x1C0,
+    0x1C8,
+];
 /// Ids that the device listens to.
 const OWN: [u16; 6] = [0x080, 0x100, 0x108, 0x10A, 0x10B, 0x110];
 const SERVICE: u16 = 0x600;
@@ -86,7 +88,7 @@ fn line(chance: &mut Chance) -> (Vec<u8>, Option<Counter>) {
         _ => {
             let n = chance.below(29) as usize;
             let mut bytes =
-                vec![chance.pick(b"#abcdefghijklmnopqsuvwxyABDEFGHIJKMNPQUVWXY\0\xFF\x80")];
+                vec![chance.pick(b"#abcdefghijklmnopquvwxyABDEFGHIJKMNPQUVWXY\0\xFF\x80")];
             bytes.extend(garbage(chance, n));
             (bytes, Some(Counter::LineUnknown))
         }

@@ -132,12 +132,19 @@ fn assert_locked_until_cleared(seen: &mut Seen, fault: Fault) {
 
 #[test]
 fn p12_a_panic_leaves_its_message_and_holds_the_device_until_it_is_cleared() {
-    let mut seen = crash(|lab| {
-        // The next task that uses the device finds that it is not there.
-        let core = lab.symbols.address("device::CORE");
-        lab.debugger.write(core, &[0; 4]);
-        None
-    });
+    let mut bench = Bench::<Lab>::armed(small_image(), START);
+    let lab = bench.link_mut();
+    let began_ms = lab.time_ms();
+    // No tick is granted, so that nobody has the core. A line that is no frame is counted, and the task that
+    // counts it finds that the core is not there.
+    let core = lab.symbols.address("device::CORE");
+    lab.debugger.write(core, &[0; 4]);
+    lab.send_bytes(b"?\r");
+    let after_ms = reset(lab) - began_ms;
+    lab.debugger.go_on();
+    let mut bench = bench.again();
+    let record = bench.client_mut().crash().expect("an answer").expect("a record");
+    let mut seen = Seen { after_ms, record, bench };
     assert_locked_until_cleared(&mut seen, Fault::Panic);
     let text = &seen.record.text;
     assert!(text.starts_with("firmware/src/device.rs:") && text.contains("corrupt"), "{text}");

@@ -102,7 +102,7 @@ fn a_lab_dbc_with_a_wrong_identifier_or_a_cut_signal_is_refused() {
     let import = |text_of_dbc: &str| {
         fs::write(&dbc, text_of_dbc).unwrap();
         let mut import = command();
-        import.args(["config", "import-dbc", text(&dbc), text(&settings)]);
+        import.args(["config", "import-dbc", text(&dbc), "--settings", text(&settings)]);
         import.args(["--insertion", "DRIVE.FEED", "--rotation", "DRIVE.TURN"]).output().unwrap()
     };
     let lab = "VERSION \"\"\nBU_: LAB\nBO_ 801 DRIVE: 6 LAB\n SG_ FEED : 0|16@1+ (0.01,0) [0|655] \"mm\" LAB\n \

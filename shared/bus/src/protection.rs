@@ -355,6 +355,7 @@ mod tests {
                     3 => Rejection::Masquerade(Id::Moment),
                     15 => Rejection::Masquerade(Id::Tendons(1)),
                     20 => Rejection::Masquerade(Id::Contact),
+                    53 => Rejection::Masquerade(Id::Heartbeat),
                     _ => Rejection::Corrupt,
                 };
                 assert_eq!(result, Err(expected), "bit {bit}");

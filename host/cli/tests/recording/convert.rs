@@ -116,8 +116,8 @@ fn a_log_in_lock_step_with_a_hole_is_named_and_not_replayed() {
     let output = cathforce(import);
     let said = crate::stderr(&output);
     assert!(output.status.success(), "{said}");
-    let (_, line) = said.split_once("hole.log:").unwrap();
-    let line = line.split(':').next().unwrap().parse::<usize>().unwrap();
+    let number = |after: &str| after.split(':').next()?.parse::<usize>().ok();
+    let line = said.split("hole.log:").find_map(number).unwrap();
     assert!((third..third + 50).contains(&line), "{line}, joined at {third}");
     for words in ["frames were lost", "another run", "cannot be replayed", "fix:", "head -n"] {
         assert!(said.contains(words), "{words}: {said}");

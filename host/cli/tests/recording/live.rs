@@ -120,7 +120,7 @@ fn frames_are_played_at_their_time() {
     assert_fails(&nothing, 3, &["none of its 0 frames", "--all"]);
     std::fs::write(log.path(), "(1.0) can0 ENCODER\n").unwrap();
     let broken = cathforce(["play", text(log.path()), "--link", "sim"]);
-    assert_fails(&broken, 3, &["line 1", "is no frame"]);
+    assert_fails(&broken, 3, &[".log:1:", "is no frame"]);
     let nowhere = cathforce(["play", text(recording()), "--link", "pigeon"]);
     assert_fails(&nowhere, 2, &["socketcan:can0"]);
 }

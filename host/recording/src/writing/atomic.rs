@@ -99,7 +99,8 @@ impl Beside {
         let beside = Self { folder, _lock: lock };
         for other in fs::read_dir(parent)? {
             let other = other?.path();
-            let is_own = other == beside.folder.path();
+            // By name: of a folder beside the working directory, one path is absolute and the other is not.
+            let is_own = other.file_name() == beside.folder.path().file_name();
             let starts = |name: &OsStr| name.as_encoded_bytes().starts_with(prefix.as_bytes());
             if is_own || !other.file_name().is_some_and(starts) {
                 continue;
