@@ -11,7 +11,7 @@ const RIG: &str = "format = \"trial-bundle/1\"\nname = \"axis\"\nplant = \"drive
 
 #[test]
 fn a_drives_trial_is_read_back_as_it_was_written() {
-    let t_s = [0.0, 1.00002e-3, 2.0 / 3.0];
+    let t_s = [0.0, 1.00002e-3, 2.0 / 9.0];
     let with = |setpoint_m| DriveTrial {
         position_m: vec![1e-7, -0.1, 1.0 / 3.0],
         drive_command_n: vec![0.0, -12.25, 1e3 / 7.0],
