@@ -113,7 +113,7 @@ fn check_load(load: &Load) {
 /// As many foreign frames as fill a bus, beside those of master and device, for every tick that is heard,
 /// and a status in between. The board runs free: frames come at any time within a tick.
 #[test]
-#[ignore = "not yet seen to end: an emulator kept awake took more than two minutes on a busy computer"]
+#[ignore = "fails: the board that runs free reports a lateness of 0, so P10 is not measured"]
 fn p10_p20_a_full_bus_delays_no_tick_of_an_armed_board_that_runs_free() {
     const TICKS: u32 = 1000;
     let mut client = Client::connect(Flooded::new(<Lab as Rig>::boot())).expect("a board");

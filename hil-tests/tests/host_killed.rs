@@ -163,7 +163,6 @@ fn play_and_kill(bus: &mut Bus, after: usize) {
 }
 
 #[test]
-#[ignore = "not yet seen to pass: the program was not built in time"]
 fn p23_a_board_whose_host_is_killed_ramps_to_zero_and_says_why() {
     let kills = std::env::var("CATHFORCE_BOARD_KILLS").ok();
     let kills = kills.map_or(KILLS, |kills| kills.parse().expect("a number"));
