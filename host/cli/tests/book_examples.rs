@@ -127,6 +127,11 @@ fn the_page_of_faults_explains_each_of_them() {
         let page = documented::root().join(format!("docs/faults/{name}.md"));
         let page = fs::read_to_string(page).unwrap_or_else(|error| panic!("{name}: {error}"));
         assert!(page.starts_with(&format!("# {name}\n")), "docs/faults/{name}.md");
+        let explained = Command::new(env!("CARGO_BIN_EXE_cathforce"))
+            .args(["fault", "explain", name])
+            .output()
+            .unwrap();
+        assert_eq!(String::from_utf8(explained.stdout).unwrap().trim(), page.trim(), "{name}");
     }
 }
 

@@ -78,7 +78,7 @@ fn the_commands_of_the_pages_run_as_printed() {
         );
         ran += 1;
     }
-    assert!(ran >= 15, "{ran} commands");
+    assert!(ran >= 17, "{ran} commands");
     for made in ["S.toml", "my-rig.mcap", "my-rig.html"] {
         assert!(folder.path().join(made).is_file(), "{made}");
     }
