@@ -1,6 +1,6 @@
 import sys,json,numpy as np
-sys.path.insert(0,'/tmp')
-import learn5 as L
+sys.path.insert(0,__file__.rsplit('/',1)[0] or '.')
+import learn as L
 cs=L.load('/tmp/e9-st','/tmp/st72')+L.load('/tmp/e9-own','/tmp/own48')
 import io,contextlib
 def ev(name,mu_a,s_a,mu_k,s_k,mu_o,s_o,s_w,T,eff,oth):

@@ -50,9 +50,9 @@ pub enum CentrelineCause {
     Order(String),
     #[error("s_m grows by {step_m} here, but the stations are {chord_m:.6} m apart{}", of_unit(step_m / chord_m))]
     ArcLength { step_m: f64, chord_m: f64 },
-    #[error("branch `{branch}` is {arc_m} m long by s_m, but {chords_m:.6} m by its stations{}", of_unit(arc_m / chords_m))]
+    #[error("branch `{branch}` is {arc_m:.6} m long by s_m, but {chords_m:.6} m by its stations{}", of_unit(arc_m / chords_m))]
     Length { branch: String, arc_m: f64, chords_m: f64 },
-    #[error("{0} m is farther than {FARTHEST_M} m from the origin: millimetres for metres?")]
+    #[error("{0:?} m is farther than {FARTHEST_M} m from the origin: millimetres for metres?")]
     Far(f64),
     #[error("two stations of branch `{0}` stand in one place")]
     Repeated(String),
