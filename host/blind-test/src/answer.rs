@@ -80,7 +80,7 @@ impl Answer {
             right: false,
         };
         own.right = match own.kind {
-            Kind::None => own.verdict == "no_gap",
+            Kind::None => own.claims_no_gap(),
             Kind::Outside => own.verdict == "unknown",
             Kind::Single => own.first_is_true(),
             Kind::Pair => own.truth.iter().all(|id| own.reported.contains(id)),
@@ -93,6 +93,11 @@ impl Answer {
         let both = self.predicted_shrink.zip(self.achieved_shrink);
         let missed = |(predicted, achieved): (f64, f64)| (predicted - achieved).abs();
         both.filter(|_| !self.named.is_empty()).map(missed)
+    }
+
+    /// Whether nothing was found: also where the data would hardly have shown anything.
+    pub(crate) fn claims_no_gap(&self) -> bool {
+        ["no_gap", "inconclusive"].contains(&self.verdict.as_str())
     }
 
     /// Whether the effect that is named first is there.

@@ -68,7 +68,7 @@ pub(crate) fn figures(cases: &[Case<'_>]) -> Vec<Figure> {
         share(C::ConfidentlyWrong, &counted, &Answer::is_confidently_wrong),
         share(C::AnyEffectConfidentlyWrong, &counted, &|a| !a.confidently_wrong.is_empty()),
         share(C::OutsideUnknown, &outside, &|a| a.verdict == "unknown"),
-        share(C::GapClaimedWithoutEffect, &none, &|a| a.verdict != "no_gap"),
+        share(C::GapClaimedWithoutEffect, &none, &|a| !a.claims_no_gap()),
         share(C::PairFound, &pair, &all_in),
         share(C::PairFoundAboveNoise, &pair_that_shows, &all_in),
         share(C::PairFoundAboveFloor, &pair_over_floor, &all_in),

@@ -10,10 +10,11 @@
 //! | `plant` | says what a plant is; a plant with trials withheld or effects assumed; the outline of a vessel |
 //! | `noise` | finds the noise floor, which is the error that a perfect model would leave |
 //! | `fitting` | fits the parameters of one set of effects, with nuisance parameters, by robust least squares |
-//! | `scoring` | scores a fitted model on data that the fit has not seen; decides when a score is better |
+//! | `scoring` | scores a fitted model on data that the fit has not seen |
 //! | `data` | checks clocks, duplicate trials, axes and units, and trials that are unlike the others |
-//! | `selecting` | searches for the effects that the data support: singles, pairs, additions, removals, exchanges |
-//! | `deciding` | decides whether effects may be named, how certain they are, and what they may be mistaken for |
+//! | `evidence` | says how probable the measurements are under a set of effects |
+//! | `deciding` | says how probable the sets are, what is concluded, and what would have been missed |
+//! | `searching` | searches for the sets of effects under which the measurements are most probable |
 //! | `explaining` | says how large the gap is, where it lies, what it looks like and what remains of it |
 //! | `planning` | says what a recording can tell before it is made, and what to record next |
 //! | `calibrating` | gives a calibration the residuals of settings that somebody names |
@@ -28,6 +29,7 @@ mod data;
 mod deciding;
 mod diagnosis;
 pub mod drive;
+mod evidence;
 mod explaining;
 mod fitting;
 mod noise;
@@ -36,7 +38,7 @@ mod planning;
 pub mod plant;
 pub mod rounding;
 mod scoring;
-mod selecting;
+mod searching;
 mod signal;
 #[cfg(any(test, feature = "toy"))]
 pub mod toy;
@@ -50,6 +52,6 @@ pub use explaining::locate::Cell;
 pub use explaining::map::Map;
 pub use explaining::on_vessel::{OnVessel, Square, VesselMap};
 pub use fitting::nuisance::NUISANCE_LIMIT;
-pub use fitting::problem::Progress;
+pub use fitting::problem::{Progress, unwatched};
 pub use planning::{isolability, protocol, spike};
 pub use plant::{Altered, Silhouette};

@@ -10,8 +10,8 @@ use crate::plant::{
     Trial,
 };
 use crate::scoring::folds::{FoldKind, Folds};
-use crate::selecting::select::Selector;
-use crate::selecting::selection::Selection;
+use crate::searching::selection::Selection;
+use crate::searching::selector::Selector;
 
 /// Built with [`Toy::new`] and filled in by the test.
 pub struct Toy<F> {
@@ -156,7 +156,7 @@ pub fn explained_by<T>(
         unseen_share: 0.0,
         unseen: Vec::new(),
     };
-    let problem = Problem::new(plant, &Floor::of(plant), &|_| {});
+    let problem = Problem::new(plant, &Floor::of(plant), &crate::unwatched);
     let selector = Selector { problem: &problem, folds: &folds };
     let nominal = selector.nominal().expect("a formula does not break down");
     let selection = selector.take(nominal, effects).expect("a formula does not break down");

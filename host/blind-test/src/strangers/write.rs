@@ -21,7 +21,12 @@ impl Stranger {
         fs::create_dir_all(folder.join("trials"))?;
         let (rig, stated) = (&self.rig.stated, &self.electronics.stated);
         let sensor = sensor_toml(stated.force_n, stated.tip_m, stated.drive_n);
-        fs::write(folder.join("rig.toml"), rig_toml(name, rig, &sensor))?;
+        let mut toml = rig_toml(name, rig, &sensor);
+        // Whoever measures a vessel in a scan knows how well the scan resolves it.
+        if let Some(sd_m) = self.rig.truth.scan_sd_m {
+            let _ = write!(toml, "\n[priors]\nwall_sd_m = {sd_m:?}\n");
+        }
+        fs::write(folder.join("rig.toml"), toml)?;
         fs::write(folder.join("centreline.csv"), centreline(rig))?;
         let mut noise = Noise::of_seed(self.noise_seed);
         let mut rng = ChaCha8Rng::seed_from_u64(self.noise_seed);

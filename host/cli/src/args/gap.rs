@@ -1,6 +1,7 @@
 //! Arguments of the commands about the gap between model and measurement.
 
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use cathforce_gap::spike::Spike;
 use clap::{ArgMatches, Args, Subcommand, ValueEnum};
@@ -320,6 +321,10 @@ pub struct DiagnoseArguments {
     /// Fit this effect and no other. May be given several times.
     #[arg(long = "effect", value_name = "ID")]
     pub effects: Vec<String>,
+    /// End after this time with the best answer so far, e.g. `120s` or `2min`; the answer says that it was
+    /// cut. Ctrl-C does the same at any time.
+    #[arg(long, value_name = "TIME", value_parser = time_budget)]
+    pub budget: Option<Duration>,
 }
 
 impl DiagnoseArguments {
@@ -337,6 +342,21 @@ impl DiagnoseArguments {
         }
         let path = self.bundle.remove(at);
         self.json_file.out = (path != Path::new("-")).then_some(path);
+    }
+}
+
+/// A time as `90`, `90s`, `1.5min` or `2m`.
+fn time_budget(text: &str) -> Result<Duration, String> {
+    let digits = text.trim_end_matches(|c: char| c.is_ascii_alphabetic());
+    let seconds = match &text[digits.len()..] {
+        "" | "s" => 1.0,
+        "m" | "min" => 60.0,
+        other => return Err(format!("`{other}` is no unit of time; write 120s or 2min")),
+    };
+    let number: f64 = digits.parse().map_err(|_| "write a time such as 120s or 2min".to_owned())?;
+    match Duration::try_from_secs_f64(seconds * number) {
+        Ok(time) if time > Duration::ZERO => Ok(time),
+        _ => Err("the time must be above 0".to_owned()),
     }
 }
 

@@ -23,7 +23,7 @@ impl<P: Plant> Case<P> {
     pub fn new(plant: P) -> Option<Self> {
         let floor = Floor::of(&plant);
         let anchor = Point::nominal(&plant);
-        let problem = Problem::new(&plant, &floor, &|_| {});
+        let problem = Problem::new(&plant, &floor, &crate::unwatched);
         let base = problem.residuals(&anchor)?;
         let nuisances = Nuisances::at(&problem, &anchor, &base)?;
         Some(Self { plant, floor, nuisances, anchor })
@@ -57,7 +57,7 @@ impl<P: Plant> Case<P> {
 
     /// (y − f)/σ of a trial with nuisances at 0.
     pub fn raw(&self, trial: usize, values: &[f64]) -> Option<DVector<f64>> {
-        Problem::new(&self.plant, &self.floor, &|_| {}).residual(trial, &self.at(values))
+        Problem::new(&self.plant, &self.floor, &crate::unwatched).residual(trial, &self.at(values))
     }
 
     /// To which part of its trial each of [`Case::residuals`] belongs, from 0 on; what nuisances cost
@@ -82,7 +82,7 @@ impl<P: Plant> Case<P> {
     /// Root mean square over the trials that have errors, the axes of a vector together, and how many
     /// samples it is of; `None` where this is not measured.
     pub fn rms(&self, quantity: Quantity, errors: &[Option<Vec<f64>>]) -> Option<(f64, usize)> {
-        let problem = Problem::new(&self.plant, &self.floor, &|_| {});
+        let problem = Problem::new(&self.plant, &self.floor, &crate::unwatched);
         let error = |trial: usize, i: usize| Some(errors.get(trial)?.as_ref()?[i]);
         let rms = root_mean_square(&problem, quantity, error)?;
         let channels = self.plant.channels();

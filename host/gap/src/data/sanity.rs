@@ -68,7 +68,7 @@ pub fn complaints(problem: &Problem<'_>, nominal: &Candidate) -> Vec<String> {
 /// The same of one trial, by a model's prediction of its samples as it is: what nuisances do turns
 /// no axis.
 pub fn complaints_of_trial(plant: &dyn Plant, trial: usize, predicted: &[f64]) -> Vec<String> {
-    let problem = Problem::new(plant, &Floor::of(plant), &|_| {});
+    let problem = Problem::new(plant, &Floor::of(plant), &crate::unwatched);
     let samples = plant.trials()[trial].samples.iter();
     let errors = samples.zip(predicted).map(|(sample, predicted)| sample.value - predicted);
     let own = DVector::from_iterator(predicted.len(), errors).component_mul(problem.weights(trial));
@@ -278,7 +278,7 @@ mod tests {
         let at = |i: usize| (samples[i].0, 0.05 * samples[i].1 as f64);
         let mut toy = toy.placed((0..axes).map(channel).collect(), at).times(2);
         toy.effects = vec![effect("gain", vec![parameter("gain")], vec![vec![0.1]])];
-        diagnose(&toy, "toy", &|_| {})
+        diagnose(&toy, "toy", &crate::unwatched)
     }
 
     #[track_caller]

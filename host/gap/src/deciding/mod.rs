@@ -1,6 +1,6 @@
 //! The verdict: whether effects may be named, how certain they are, and what they may be mistaken for.
 
-pub mod calibration;
-pub mod confusability;
-pub mod prior_limit;
+pub mod detectable;
+pub mod form;
+pub mod posterior;
 pub mod verdict;

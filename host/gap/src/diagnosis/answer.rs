@@ -3,10 +3,8 @@
 use std::collections::BTreeMap;
 
 use crate::data::unlike_trials::unlike;
-use crate::deciding::calibration;
-use crate::deciding::confusability::{confusable, identified, win_frequency};
-use crate::deciding::prior_limit::nuisance;
-use crate::deciding::verdict::{Lead, NEARLY_ALL, verdict};
+use crate::deciding::form::form;
+use crate::deciding::verdict::verdict;
 use crate::diagnosis::report::{
     Details, Diagnosis, NamedEffect, PathStep, QuantityEnergy, Ranked, Verdict,
 };
@@ -22,23 +20,16 @@ use crate::fitting::fit::at_bound;
 use crate::fitting::problem::Problem;
 use crate::noise::floor::{Floor, FloorSource};
 use crate::planning::experiment;
-use crate::plant::{Plant, Point, Quantity};
+use crate::plant::{Plant, Quantity};
 use crate::scoring::candidate::Candidate;
-use crate::scoring::criteria::{NEAR_FLOOR, NO_GAP};
 use crate::scoring::folds::Folds;
 use crate::scoring::metric::Metric;
 use crate::scoring::score::{Score, root_mean_square};
-use crate::selecting::impostor::unmasked;
-use crate::selecting::select::Selector;
-use crate::selecting::selection::Selection;
+use crate::searching::selection::Selection;
+use crate::searching::selector::Selector;
 
 /// Share of the nominal RMS from which on an effect is material.
 const MATERIAL: f64 = 0.05;
-/// Energy that an explanation of a drive may leave, whatever it closes: its repeats agree better than
-/// any model (the measured axis of EMPS is left some 60 times its floor's), but what closes nine tenths
-/// or less and leaves more than this, 20 standard deviations of the floor, is of another kind.
-const FAR_FROM_FLOOR_CHEAP: f64 = 300.0;
-
 /// The answer while it grows.
 pub struct Answer<'a> {
     plant: &'a dyn Plant,
@@ -102,7 +93,7 @@ impl<'a> Answer<'a> {
         self.diagnosis
     }
 
-    /// Selects an explanation, or takes the one that is given, and says all that there is about it.
+    /// Searches for an explanation, or takes the one that is given, and says all that there is about it.
     pub fn finish(
         mut self,
         problem: &Problem<'_>,
@@ -110,69 +101,69 @@ impl<'a> Answer<'a> {
         nominal: Candidate,
         given: Option<&[usize]>,
     ) -> Diagnosis {
-        self.diagnosis.places = locate(problem, &nominal.score);
-        if nominal.score.worst() < NO_GAP && self.floor_known {
-            return self.without_gap(problem, selector, &nominal);
-        }
-        self.diagnosis.details.maps = maps(problem, &nominal.score);
-        self.diagnosis.details.on_vessel = on_vessel(problem, &nominal.score);
         let asked_for =
             given.unwrap_or_default().iter().map(|&e| self.plant.effects()[e].id.to_owned());
         self.diagnosis.asked_for = asked_for.collect();
         let before = nominal.clone();
         let selected = match given {
-            None => selector.select(nominal).and_then(|found| identified(selector, found)),
+            None => selector.search(nominal),
             Some(effects) => selector.take(nominal, effects),
         };
         let Some(selection) = selected else {
             return self
                 .inconclusive("a simulation broke down while candidates were fitted".to_owned());
         };
-        let is_explained = selection.best.score.worst() < NO_GAP && given.is_none();
-        if let Some(effect) = nuisance(self.plant, &selection.best.fit).filter(|_| is_explained) {
-            self.remark(format!(
-                "{} explains the error of the nominal model with a size that is within the \
-                 uncertainty of any setup: it counts as a nuisance parameter, not as a gap",
-                self.plant.effects()[effect].id
-            ));
+        self.rank(&selection);
+        self.diagnosis.details.sets = selection.sets.clone();
+        let shrink = selection.best.score.shrink(&before.score);
+        let mut set = selection.best.fit.effects.clone();
+        set.sort_unstable();
+        let worst = before.score.worst();
+        let mut verdict = verdict(&selection.posterior, &set, shrink, worst);
+        self.diagnosis.none_of_mine = selection.posterior.none_of_mine();
+        self.diagnosis.detectable.clone_from(&selection.detectable);
+        if problem.is_cut() {
+            self.diagnosis.cut = true;
+            self.remark(
+                "the search was ended before its time: this is the best answer so far, and another \
+                 effect may explain more"
+                    .to_owned(),
+            );
+        }
+        if verdict == Verdict::NoGap && given.is_none() {
             return self.without_gap(problem, selector, &before);
         }
-        self.rank(&selection);
+        self.diagnosis.places = locate(problem, &before.score);
+        self.diagnosis.details.maps = maps(problem, &before.score);
+        self.diagnosis.details.on_vessel = on_vessel(problem, &before.score);
         self.figures(selector, &before, &selection.best);
         self.diagnosis.details.held_out = held_out(problem, &selection);
         self.diagnosis.details.series = series(problem, &before, &selection.best);
-        let shrink = selection.best.score.shrink(&before.score);
         self.diagnosis.details.shrink = shrink;
         self.path(problem, &selection);
         let named = self.effects(selector, &selection);
-        let worst = selection.best.score.worst();
-        let worst = if self.plant.cheap() && worst <= FAR_FROM_FLOOR_CHEAP { 0.0 } else { worst };
-        self.diagnosis.verdict = if selection.best.fit.effects.is_empty() {
-            Verdict::Unknown
-        } else {
-            let count = if self.plant.cheap() { 1 } else { named.len() };
-            verdict(shrink, worst, self.lead(&named), count)
-        };
-        let objections = self.objections(problem, &selection, worst);
+        let objections = self.objections(problem, &selection);
         if !objections.is_empty() && given.is_none() {
-            self.diagnosis.verdict = Verdict::Unknown;
+            verdict = Verdict::Unknown;
         }
         objections.into_iter().for_each(|objection| self.remark(objection));
+        if given.is_some() && selection.posterior.of_no_effect() > 0.5 {
+            verdict = Verdict::NoGap;
+        }
+        self.diagnosis.verdict = verdict;
         self.next_experiment(&selection, &named);
-        if matches!(self.diagnosis.verdict, Verdict::Partial | Verdict::Unknown) {
+        if matches!(verdict, Verdict::Partial | Verdict::Unknown) {
             self.diagnosis.left = Some(left(selector, &selection));
             self.diagnosis.details.left_on_vessel = on_vessel(problem, &selection.best.score);
             unlike(problem, &before.score).into_iter().for_each(|remark| self.remark(remark));
         }
-        if self.diagnosis.verdict == Verdict::Unknown {
+        if verdict == Verdict::Unknown && given.is_none() {
             self.diagnosis.effects.clear();
             self.diagnosis.confusable.clear();
-            if given.is_none() {
-                // What is not named closes nothing; what it would is told of what is left.
-                self.figures(selector, &before, &before);
-                for own in &mut self.diagnosis.details.held_out {
-                    own.after_n = own.before_n;
-                }
+            // What is not named closes nothing; what it would is told of what is left.
+            self.figures(selector, &before, &before);
+            for own in &mut self.diagnosis.details.held_out {
+                own.after_n = own.before_n;
             }
             self.band(problem, selector.folds, &before);
         } else {
@@ -190,16 +181,21 @@ impl<'a> Answer<'a> {
         nominal: &Candidate,
     ) -> Diagnosis {
         let hidden = self.hidden(problem);
-        self.diagnosis.verdict = if hidden.is_some() { Verdict::Unknown } else { Verdict::NoGap };
+        let is_known = hidden.is_none() && self.floor_known && !self.is_blind();
+        self.diagnosis.verdict = if is_known { Verdict::NoGap } else { Verdict::Inconclusive };
         hidden.into_iter().for_each(|why| self.remark(why));
-        self.diagnosis.places.clear();
-        self.diagnosis.details.maps.clear();
-        self.diagnosis.details.on_vessel = None;
         self.figures(selector, nominal, nominal);
         self.diagnosis.details.series = series(problem, nominal, nominal);
         self.remark_on_forks(nominal);
         self.band(problem, selector.folds, nominal);
         self.diagnosis
+    }
+
+    /// Whether most effects would have gone unnoticed at their usual size.
+    fn is_blind(&self) -> bool {
+        let all = &self.diagnosis.detectable;
+        let seen = all.iter().filter(|own| own.is_seen_as_usual).count();
+        2 * seen < all.len()
     }
 
     /// What a reader of the explanation must know of it, however good it is.
@@ -224,14 +220,6 @@ impl<'a> Answer<'a> {
         if is_given {
             self.remark("these effects were requested; no other effect was tried".to_owned());
         }
-        if !self.diagnosis.effects.is_empty() && !is_given {
-            self.remark(format!(
-                "confidence is the share of bootstrap resamples of the blocks in which an effect \
-                 wins, calibrated on {} effects that were named in {} cases with known effects",
-                calibration::NAMED,
-                calibration::CASES
-            ));
-        }
     }
 
     /// Why the floor of the force hides what a verdict would be about, if so.
@@ -244,28 +232,28 @@ impl<'a> Answer<'a> {
         self.plant.hidden(floor_n, measured_n)
     }
 
-    /// What speaks against an explanation, however much it closes. `worst`: energy that it leaves in
-    /// a quantity.
-    fn objections(&self, problem: &Problem<'_>, selection: &Selection, worst: f64) -> Vec<String> {
-        let best = &selection.best.fit;
-        let id = |effect: usize| self.plant.effects()[effect].id;
-        let at_bound = best.effects.iter().find(|e| at_bound(self.plant, **e, &best.point));
-        // The floor of a drive says little of what is left, its share of the gap more.
-        let leaves_much = match self.plant.cheap() {
-            true => selection.best.score.shrink(&selection.nominal.score) < NEARLY_ALL,
-            false => worst > NEAR_FLOOR,
-        };
-        let at_bound = at_bound.filter(|_| leaves_much).map(|&effect| {
+    /// What speaks against an explanation, however probable it is.
+    fn objections(&self, problem: &Problem<'_>, selection: &Selection) -> Vec<String> {
+        let best = &selection.best;
+        let measured = |trial: usize, i: usize| Some(self.plant.trials()[trial].samples[i].value);
+        let quantities = best.score.quantities.iter().map(|(quantity, ..)| *quantity);
+        let as_large = quantities.filter(|quantity| quantity.is_force()).find_map(|quantity| {
+            let left = best.score.rms(problem, quantity)?;
+            (left >= root_mean_square(problem, quantity, measured)?).then_some(())
+        });
+        let as_large = as_large.map(|()| {
+            "the error that is left is as large as what was measured: the model has the wrong units, \
+             or it is of another rig"
+                .to_owned()
+        });
+        let bound = best.fit.effects.iter().find(|e| at_bound(self.plant, **e, &best.fit.point));
+        let bound = bound.map(|&effect| {
             format!(
-                "{} fits best at a bound of its parameters and leaves a large error: another cause \
-                 is more likely",
-                id(effect)
+                "{} fits best at a bound of its parameters: another cause is more likely",
+                self.plant.effects()[effect].id
             )
         });
-        let unmasked = unmasked(problem, selection).map(|(effect, what)| {
-            format!("it looks like {}, but the data say it is {what}", id(effect))
-        });
-        at_bound.into_iter().chain(unmasked).collect()
+        as_large.into_iter().chain(bound).collect()
     }
 
     fn rank(&mut self, selection: &Selection) {
@@ -281,17 +269,6 @@ impl<'a> Answer<'a> {
         let mut ranking: Vec<Ranked> = scored.collect();
         ranking.sort_by(|a, b| b.shrink.total_cmp(&a.shrink));
         self.diagnosis.ranking = ranking;
-    }
-
-    fn lead(&self, named: &[(usize, Vec<usize>)]) -> Lead {
-        let Some(first) = self.diagnosis.effects.first() else { return Lead::default() };
-        let id = |effect: usize| self.plant.effects()[effect].id;
-        let alike = named.iter().filter(|(effect, _)| id(*effect) == first.id);
-        let alike: Vec<&str> = alike.flat_map(|(_, set)| set).map(|&effect| id(effect)).collect();
-        let lead = Lead::of(&self.diagnosis.ranking, &first.id, &alike);
-        // All that an axis does shows in one force: what cannot be told apart there is another name
-        // of the effect, and is reported with it.
-        if self.plant.cheap() { Lead { all: lead.told_apart, ..lead } } else { lead }
     }
 
     fn figures(&mut self, selector: &Selector<'_>, before: &Candidate, after: &Candidate) {
@@ -332,77 +309,61 @@ impl<'a> Answer<'a> {
         selector: &Selector<'_>,
         selection: &Selection,
     ) -> Vec<(usize, Vec<usize>)> {
-        let problem = selector.problem;
-        let has_rivals = self.diagnosis.asked_for.is_empty();
         let Some(nuisances) = &selection.nuisances else { return Vec::new() };
-        let metric = Metric::new(nuisances, &selection.best.score);
-        let sets = confusable(problem, selection, &metric);
-        let spread = spread(problem, selector.folds, &selection.best, &metric);
+        let (best, posterior) = (&selection.best, &selection.posterior);
+        let has_rivals = self.diagnosis.asked_for.is_empty();
+        let metric = Metric::new(nuisances, &best.score);
+        let spread = spread(selector.problem, selector.folds, best, &metric);
         let increments = increments(selection);
-        let (best, nominal) = (&selection.best.score, &selection.nominal.score);
-        let id = |effect: usize| self.plant.effects()[effect].id.to_owned();
-        let mut effects = Vec::new();
-        for (effect, near) in &sets {
-            let alone = selection.best.fit.effects.len() == 1;
-            let without = if alone {
-                Some(nominal.clone())
-            } else {
-                let own = selection.without.iter().find(|(e, _)| e == effect);
-                own.map(|(_, candidate)| candidate.score.clone())
+        let mut set = best.fit.effects.clone();
+        set.sort_unstable();
+        let nominal = &selection.nominal.score;
+        let named = |&effect: &usize| {
+            let without = match selection.without.iter().find(|(e, _)| *e == effect) {
+                Some((_, without)) => without.score.energy,
+                None => nominal.energy,
             };
-            let step = selection.steps.iter().find(|step| step.effect == *effect);
-            let frequency =
-                step.map_or(0.0, |step| win_frequency(step, without.as_ref(), best, near));
-            let open = without.as_ref().map_or(0.0, |w| (w.energy - best.energy).max(0.0));
-            effects.push(NamedEffect {
-                id: id(*effect),
-                parameters: parameters(self.plant, &selection.best, *effect, &spread),
-                confidence: has_rivals.then(|| calibration::probability(frequency)),
-                shrink: increments.get(effect).copied().unwrap_or_default(),
+            let open = (without - best.score.energy).max(0.0);
+            let own = NamedEffect {
+                id: self.plant.effects()[effect].id.to_owned(),
+                what: self.plant.effects()[effect].what,
+                form: form(self.plant, posterior, effect),
+                parameters: parameters(self.plant, best, effect, &spread),
+                confidence: has_rivals.then(|| posterior.of_effect(effect)),
+                shrink: increments.get(&effect).copied().unwrap_or_default(),
                 material: open.sqrt() > MATERIAL * nominal.energy.sqrt(),
-            });
-        }
-        effects.sort_by(|a, b| b.shrink.total_cmp(&a.shrink));
-        let set = |(effect, near): &(usize, Vec<usize>)| {
-            let members = std::iter::once(*effect).chain(near.iter().copied());
-            (!near.is_empty()).then(|| members.map(id).collect())
+            };
+            (own, effect, posterior.in_place_of(&set, effect))
         };
-        self.diagnosis.confusable = sets.iter().filter_map(set).collect();
-        self.diagnosis.effects = effects;
+        let mut found: Vec<(NamedEffect, usize, Vec<usize>)> = set.iter().map(named).collect();
+        found.sort_by(|a, b| b.0.shrink.total_cmp(&a.0.shrink));
+        let id = |effect: &usize| self.plant.effects()[*effect].id.to_owned();
+        let alike = |(_, effect, rivals): &(NamedEffect, usize, Vec<usize>)| {
+            let members = std::iter::once(effect).chain(rivals);
+            (!rivals.is_empty()).then(|| members.map(id).collect())
+        };
+        self.diagnosis.confusable = found.iter().filter_map(alike).collect();
+        let sets = found.iter().map(|(_, effect, rivals)| (*effect, rivals.clone())).collect();
+        self.diagnosis.effects = found.into_iter().map(|(own, ..)| own).collect();
         sets
     }
 
-    /// The motion that separates the first confusable pair, else the best effect from the
-    /// runner-up.
+    /// The motion that separates the first effect from one that it cannot be told apart from, else the
+    /// most probable explanation from the next one.
     fn next_experiment(&mut self, selection: &Selection, named: &[(usize, Vec<usize>)]) {
-        let pairs = named.iter().filter_map(|(effect, near)| Some((*effect, *near.first()?)));
-        let runner_up = selection
-            .steps
-            .first()
-            .and_then(|step| Some((step.effect, step.rivals.first()?.effect)));
-        for (effect, rival) in pairs.chain(runner_up) {
-            let Some(step) = selection.steps.iter().find(|step| step.effect == effect) else {
-                continue;
-            };
-            let known = step.rivals.iter().find(|r| r.effect == rival).map(|r| r.point.clone());
-            let point = known.unwrap_or_else(|| self.swapped(selection, effect, rival));
-            let chosen = (&step.point, effect);
-            if let Some(next) = experiment::next(self.plant, chosen, (&point, rival)) {
-                self.diagnosis.next_experiment = Some(next);
-                return;
-            }
-        }
-    }
-
-    /// The best model with one effect replaced by another at the size that it had alone.
-    fn swapped(&self, selection: &Selection, effect: usize, rival: usize) -> Point {
-        let mut point = selection.best.fit.point.clone();
-        let off = self.plant.effects()[effect].parameters.iter().map(|p| p.off);
-        point.effects[effect] = off.collect();
-        if let Some(single) = &selection.singles[rival] {
-            point.effects[rival].clone_from(&single.fit.point.effects[rival]);
-        }
-        point
+        let best = &selection.best.fit;
+        let other = |set: &[usize]| set.iter().copied().find(|e| !best.effects.contains(e));
+        let alike = named.iter().find_map(|(effect, rivals)| Some((*effect, *rivals.first()?)));
+        let next =
+            selection.posterior.sets.iter().filter_map(|own| Some((own, other(&own.effects)?)));
+        let rival = match alike {
+            Some((_, rival)) => next.clone().find(|(_, effect)| *effect == rival),
+            None => next.clone().next(),
+        };
+        let first = alike.map(|(effect, _)| effect).or(named.first().map(|(effect, _)| *effect));
+        let (Some(effect), Some((own, rival))) = (first, rival) else { return };
+        let chosen = (&best.point, effect);
+        self.diagnosis.next_experiment = experiment::next(self.plant, chosen, (&own.point, rival));
     }
 
     /// Nuisances that are at the limit of their prior in most trials, by the effect that they are.

@@ -4,6 +4,7 @@ pub mod answer;
 pub mod diagnose;
 pub mod phase_per_trial;
 pub mod report;
+mod sentence;
 pub mod withheld;
 
 pub use diagnose::{diagnose, diagnose_given, expected_simulations};

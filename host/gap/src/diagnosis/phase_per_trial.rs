@@ -13,7 +13,7 @@ use crate::noise::floor::Floor;
 use crate::plant::Altered;
 use crate::plant::{Plant, Point};
 use crate::scoring::folds::Folds;
-use crate::selecting::select::Selector;
+use crate::searching::selector::Selector;
 
 /// Fits by which phases are refined.
 const REFINED: usize = 2;

@@ -1,9 +1,12 @@
-//! The answer, in the layout of the diagnosis format (`gap-diagnosis/1`).
+//! The answer, in the layout of the diagnosis format (`gap-diagnosis/2`).
 
 use std::collections::BTreeMap;
+use std::time::Instant;
 
 use serde::Serialize;
 
+pub use crate::deciding::detectable::Detectable;
+pub use crate::deciding::form::Form;
 pub use crate::deciding::verdict::{Ranked, Verdict};
 pub use crate::explaining::band::Band;
 pub use crate::explaining::estimate::Estimate;
@@ -17,15 +20,19 @@ pub use crate::explaining::snaps::{SnapFigures, SnapsOff};
 pub use crate::planning::experiment::Experiment;
 use crate::plant::{Parameter, Plant, Quantity};
 pub use crate::rounding::quantity;
-use crate::rounding::{from_to, percent};
+pub use crate::searching::selection::SetRow;
 
 /// Name of the format.
-pub const FORMAT: &str = "gap-diagnosis/1";
+pub const FORMAT: &str = "gap-diagnosis/2";
 
 /// One effect of the explanation.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct NamedEffect {
     pub id: String,
+    /// What it is, in a sentence.
+    #[serde(skip)]
+    pub what: &'static str,
+    pub form: Option<Form>,
     pub parameters: BTreeMap<String, Estimate>,
     /// Calibrated probability that it is there; `None` for what was asked for, which had no rival.
     pub confidence: Option<f64>,
@@ -52,6 +59,8 @@ pub struct Diagnosis {
     pub format: &'static str,
     pub bundle: String,
     pub verdict: Verdict,
+    /// The answer in plain words: where, which, how far.
+    pub sentence: String,
     /// The requested effects, if no others were tried.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub asked_for: Vec<String>,
@@ -70,6 +79,14 @@ pub struct Diagnosis {
     /// Error band of the forces of the model that is the answer, or of the nominal model if no effect is
     /// named. `None` if no force was measured.
     pub band: Option<Band>,
+    /// Probability that a cause of the gap is in no family of the library.
+    pub none_of_mine: f64,
+    /// The smallest size of each effect that these trials would have shown with a probability of 90 %.
+    pub detectable: Vec<Detectable>,
+    /// Wall time \[s\].
+    pub seconds: f64,
+    /// Whether the search was ended before its time.
+    pub cut: bool,
     pub reproduce: Reproduce,
     /// Conclusions that the data do not allow, or only with a reserve, and why.
     pub remarks: Vec<String>,
@@ -100,6 +117,8 @@ pub struct Details {
     pub left_on_vessel: Option<OnVessel>,
     /// Simulated trials.
     pub simulations: usize,
+    /// Every set of effects that was fitted, from which the priors are learned.
+    pub sets: Vec<SetRow>,
 }
 
 /// Mean squares over the floor's variance, held out: 1 is the floor.
@@ -124,6 +143,7 @@ impl Diagnosis {
             format: FORMAT,
             bundle: bundle.to_owned(),
             verdict: Verdict::Unknown,
+            sentence: String::new(),
             asked_for: Vec::new(),
             effects: Vec::new(),
             confusable: Vec::new(),
@@ -134,10 +154,21 @@ impl Diagnosis {
             left: None,
             next_experiment: None,
             band: None,
+            none_of_mine: 0.0,
+            detectable: Vec::new(),
+            seconds: 0.0,
+            cut: false,
             reproduce: Reproduce::default(),
             remarks: Vec::new(),
             details: Details::default(),
         }
+    }
+
+    /// The same in plain words, with the time since a start.
+    pub fn told(mut self, start: Instant) -> Self {
+        self.seconds = start.elapsed().as_secs_f64();
+        self.sentence = self.sentence();
+        self
     }
 
     /// The trials that the figures of the gap are taken over, in words.
@@ -150,15 +181,6 @@ impl Diagnosis {
         }
     }
 
-    /// An effect together with those that this data cannot tell apart from it.
-    fn or_its_like(&self, id: &str) -> String {
-        let set = self.confusable.iter().find(|set| set.first().is_some_and(|first| first == id));
-        match set.and_then(|set| set.get(1..)).filter(|others| !others.is_empty()) {
-            Some(others) => format!("{id} (or {})", others.join(", ")),
-            None => id.to_owned(),
-        }
-    }
-
     /// Values of all parameters of the named effects, in the order of the plant.
     pub fn values(&self, plant: &dyn Plant) -> Vec<(String, Vec<f64>)> {
         let values = |named: &NamedEffect| {
@@ -167,111 +189,5 @@ impl Diagnosis {
             Some((named.id.clone(), effect.parameters.iter().map(value).collect()))
         };
         self.effects.iter().filter_map(values).collect()
-    }
-
-    /// The verdict in one sentence.
-    pub fn sentence(&self) -> String {
-        let names = |only_material: bool| {
-            let wanted = self.effects.iter().filter(|e| e.material || !only_material);
-            let ids: Vec<String> = wanted.map(|e| self.or_its_like(&e.id)).collect();
-            match ids.split_last() {
-                Some((last, [])) => last.clone(),
-                Some((last, others)) => format!("{} and {last}", others.join(", ")),
-                None => String::new(),
-            }
-        };
-        let figures = self.gap.force_rms_n.map_or(String::new(), |f| {
-            format!(
-                ": from {} RMS on data that the fit had not seen",
-                from_to(f.before, f.after, "N")
-            )
-        });
-        match self.verdict {
-            Verdict::NoGap if self.gap.force_rms_n.is_none() => {
-                "No gap in the measured channels: the nominal model explains them to the floor. No \
-                 force was measured."
-                    .to_owned()
-            }
-            Verdict::NoGap => {
-                "No gap: the nominal model explains the data to the floor.".to_owned()
-            }
-            Verdict::Named => {
-                let share = percent(self.details.shrink);
-                format!("{} closes {share} of the gap{figures}.", names(true)).replacen(
-                    " closes",
-                    if self.effects.len() > 1 { " close" } else { " closes" },
-                    1,
-                )
-            }
-            Verdict::Partial => format!(
-                "{} explains only {} of the gap{figures}; no known effect explains the rest.",
-                names(false),
-                percent(self.details.shrink)
-            ),
-            // Why stands first among the remarks.
-            Verdict::Unknown if self.ranking.is_empty() => {
-                let why = self.remarks.first().map_or(String::new(), |why| format!(": {why}"));
-                format!("Nothing can be concluded from this data{why}.")
-            }
-            Verdict::Unknown if !self.asked_for.is_empty() => format!(
-                "There is a gap, and the requested effects, {}, do not explain it well enough to be \
-                 named: together they close {}. No other effect was tried.",
-                self.asked_for.join(" and "),
-                percent(self.details.shrink)
-            ),
-            Verdict::Unknown => {
-                let nearest = self.ranking.first().filter(|nearest| nearest.shrink > 0.0);
-                let nearest = nearest.map_or_else(String::new, |nearest| {
-                    format!(
-                        ": the best single effect, {}, closes {}",
-                        nearest.id,
-                        percent(nearest.shrink)
-                    )
-                });
-                format!(
-                    "There is a gap, and none of the known effects explains it well enough to be \
-                     named{nearest}."
-                )
-            }
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn no_gap_without_a_force_says_that_none_was_measured() {
-        let sentence = |force_rms_n| {
-            let mut answer =
-                Diagnosis { verdict: Verdict::NoGap, ..Diagnosis::unanswered("trials") };
-            answer.gap.force_rms_n = force_rms_n;
-            answer.sentence()
-        };
-        assert!(sentence(None).contains("No force was measured"));
-        let measured = sentence(Some(Figures { before: 0.01, after: 0.01, floor: 0.01 }));
-        assert!(!measured.contains("No force"), "{measured}");
-    }
-
-    #[test]
-    fn a_gap_that_nothing_explains_is_answered_with_what_is_nearest() {
-        let sentence = |ranking: &[(&str, f64)]| {
-            let of = |(id, shrink): &(&str, f64)| Ranked { id: (*id).to_owned(), shrink: *shrink };
-            let answer = Diagnosis {
-                ranking: ranking.iter().map(of).collect(),
-                ..Diagnosis::unanswered("trials")
-            };
-            answer.sentence()
-        };
-        let near = sentence(&[("wall.motion", 0.71), ("drive.slip", 0.1)]);
-        assert!(
-            near.ends_with("to be named: the best single effect, wall.motion, closes 71 %."),
-            "{near}"
-        );
-        // An effect that closes nothing is not mentioned.
-        let none = sentence(&[("wall.motion", -0.2)]);
-        assert!(none.ends_with("well enough to be named."), "{none}");
-        assert!(sentence(&[]).contains("Nothing can be concluded"));
     }
 }

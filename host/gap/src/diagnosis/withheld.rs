@@ -18,7 +18,7 @@ use crate::scoring::score::{Energies, excess};
 /// `trial`: index into [`Plant::trials`].
 pub fn achieved(plant: &dyn Plant, trial: usize, diagnosis: &Diagnosis) -> Option<f64> {
     let floor = Floor::of(plant);
-    let problem = Problem::new(plant, &floor, &|_| {});
+    let problem = Problem::new(plant, &floor, &crate::unwatched);
     let before = above_floor(&problem, trial, &Point::nominal(plant))?;
     let after = above_floor(&problem, trial, &explained(plant, diagnosis)?)?;
     (before > 0.0).then(|| 1.0 - after / before)

@@ -26,7 +26,7 @@ impl<'a> Spiking<'a> {
     /// Diagnoses what is there already.
     pub fn new(bundle: &'a Bundle) -> Result<Self, DriveError> {
         let drive = Drive::new(bundle)?;
-        let present = diagnose(&drive, &bundle.rig.name, &|_| {}).values(&drive);
+        let present = diagnose(&drive, &bundle.rig.name, &crate::unwatched).values(&drive);
         Ok(Self { bundle, drive, present })
     }
 
@@ -74,6 +74,6 @@ impl<'a> Spiking<'a> {
         let present: Vec<(&str, &[f64])> =
             self.present.iter().map(|(id, values)| (id.as_str(), values.as_slice())).collect();
         let plant = Drive::new(spiked)?;
-        Ok(diagnose(&Altered::assuming(&plant, &present), &spiked.rig.name, &|_| {}))
+        Ok(diagnose(&Altered::assuming(&plant, &present), &spiked.rig.name, &crate::unwatched))
     }
 }

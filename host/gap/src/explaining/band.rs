@@ -2,7 +2,7 @@
 //! tabulated over what a device knows in every tick.
 //!
 //! The error that a model makes on a trial which it has not seen has a variance that is estimated
-//! twice, by what is known of the model and by what was found (docs/explanation/diagnosis.md (D15)):
+//! twice, by what is known of the model and by what was found (docs/explanation/diagnosis.md (D17)):
 //!
 //! > v = ½ (j Σ jᵀ + Σ_k s_k² + m²) + ½ (e² − n²)₊
 //!

@@ -12,13 +12,13 @@ use crate::scoring::candidate::Candidate;
 use crate::scoring::folds::Folds;
 use crate::scoring::metric::Metric;
 use crate::scoring::score::fold_steps;
-use crate::selecting::selection::Selection;
+use crate::searching::selection::Selection;
 
 /// Standard deviations over those that leaving out one trial after the other tells: for the few
 /// trials that there are, and for the shapes of the model, which are wrong in all trials alike.
 pub const WIDER: f64 = 2.5;
 /// Standard deviation, in scales of a parameter's prior, that any model of the mechanics leaves open:
-/// in bundles of another simulator most of what was put in lies that near, docs/explanation/diagnosis.md (D14).
+/// in bundles of another simulator most of what was put in lies that near, docs/explanation/diagnosis.md (D16).
 pub const OTHER_MODEL: f64 = 0.03;
 /// The same, as a share of what the effect is: a model whose forces answer to it by some percent more or
 /// less finds it by as much too small or too large.
@@ -31,6 +31,9 @@ pub struct Estimate {
     pub low: f64,
     pub high: f64,
     pub unit: &'static str,
+    /// The value that is no effect.
+    #[serde(skip)]
+    pub off: f64,
 }
 
 impl Estimate {
@@ -64,7 +67,7 @@ pub fn parameters(
             let value = best.fit.point.effects[e][parameter];
             let (low, high) = (value - NORMAL_NINETY * sd, value + NORMAL_NINETY * sd);
             let (low, high) = (low.max(p.low), high.min(p.high));
-            Some((p.name.to_owned(), Estimate { value, low, high, unit: p.unit }))
+            Some((p.name.to_owned(), Estimate { value, low, high, unit: p.unit, off: p.off }))
         }
         _ => None,
     })
@@ -85,7 +88,7 @@ pub fn spread(
 /// Covariance of the parameters: from the curvature of the loss, from how they change where a fold
 /// is left out, and what models leave open.
 ///
-/// See docs/explanation/diagnosis.md (D14).
+/// See docs/explanation/diagnosis.md (D16).
 pub fn posterior(
     problem: &Problem<'_>,
     folds: &Folds,
@@ -267,13 +270,14 @@ mod tests {
     }
     #[test]
     fn an_estimate_shows_as_many_digits_as_it_is_known_to() {
-        let shown = |value, low, high| Estimate { value, low, high, unit: "m" }.digits();
+        let shown = |value, low, high| Estimate { value, low, high, unit: "m", off: 0.0 }.digits();
         assert_eq!(shown(5.97e-5, 5.71e-5, 6.23e-5), ["0.0000597", "0.0000571", "0.0000623"]);
         assert_eq!(shown(209.7698, 179.35, 240.19), ["210", "179", "240"]);
         assert_eq!(shown(-3.197, -4.369, -2.025), ["-3.2", "-4.4", "-2.0"]);
         assert_eq!(shown(0.25, 0.25, 0.25), ["0.2500", "0.2500", "0.2500"]);
         assert_eq!(shown(0.0, 0.0, 0.0), ["0", "0", "0"]);
-        let unit_after = |unit| Estimate { value: 1.4, low: 1.3, high: 1.5, unit }.unit_after();
+        let unit_after =
+            |unit| Estimate { value: 1.4, low: 1.3, high: 1.5, unit, off: 1.0 }.unit_after();
         assert_eq!((&*unit_after("mm/s"), &*unit_after("1")), (" mm/s", ""));
     }
 }

@@ -16,7 +16,7 @@ use crate::fitting::problem::Problem;
 use crate::plant::Quantity;
 use crate::scoring::candidate::Candidate;
 use crate::scoring::score::{Score, root_mean_square};
-use crate::selecting::select::Selector;
+use crate::searching::selector::Selector;
 
 /// Times that errors are drawn for a floor.
 const DRAWS: usize = 8;

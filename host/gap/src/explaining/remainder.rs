@@ -5,8 +5,8 @@ use serde::Serialize;
 use crate::explaining::figures::{self, Gap};
 use crate::explaining::locate::{Cell, locate};
 use crate::rounding::closed_and_left;
-use crate::selecting::select::Selector;
-use crate::selecting::selection::Selection;
+use crate::searching::selection::Selection;
+use crate::searching::selector::Selector;
 
 /// Cells of the same channel and phase that are told together, at most.
 const TOLD: usize = 3;

@@ -5,7 +5,7 @@ use crate::fitting::problem::Problem;
 use crate::plant::Quantity;
 use crate::scoring::candidate::Candidate;
 use crate::scoring::score::Score;
-use crate::selecting::selection::Selection;
+use crate::searching::selection::Selection;
 
 /// Force error of one trial that was held out, root mean square \[N\].
 #[derive(Clone, Debug, PartialEq)]

@@ -188,8 +188,8 @@ mod tests {
 
     #[test]
     fn a_snap_is_where_the_fit_to_the_other_trials_has_it() {
-        let snaps = |toy: &dyn Plant| diagnose(toy, "toy", &|_| {}).gap.snaps;
-        let late = diagnose(&rising(5.0, vec![5.1; 4]), "toy", &|_| {});
+        let snaps = |toy: &dyn Plant| diagnose(toy, "toy", &crate::unwatched).gap.snaps;
+        let late = diagnose(&rising(5.0, vec![5.1; 4]), "toy", &crate::unwatched);
         let found = late.gap.snaps.unwrap();
         assert!(found.sentence().starts_with("snaps measured: 4; of these"));
         let (before, after) = (found.before, found.after);

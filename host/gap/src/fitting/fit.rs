@@ -12,7 +12,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::fitting::nuisance::{Nuisances, Refit, telling};
 use crate::fitting::problem::{Coordinate, Problem};
 use crate::fitting::search::{Effort, Found, Place, Search};
-use crate::plant::{Parameter, Plant, Point};
+use crate::plant::{Plant, Point};
 
 /// Where simulations cost nothing, and where they do.
 const THOROUGH: Effort = Effort {
@@ -201,21 +201,9 @@ fn glance(search: &Search<'_>, identity: Place, fresh: Option<usize>) -> Option<
 }
 
 impl Fit {
-    /// Parameters that it cost. Of a drive, whose effects have more than their size fitted, those
-    /// that ended where they are off did nothing: Coulomb friction without presliding is as simple
-    /// as viscous friction.
-    pub fn parameters(&self, plant: &dyn Plant) -> usize {
-        let is_used = |coordinate: &&Coordinate| match **coordinate {
-            Coordinate::Effect { effect, parameter } => {
-                let p = &plant.effects()[effect].parameters[parameter];
-                (self.point.effects[effect][parameter] - p.off).abs() > SLIGHT_SD * p.scale
-            }
-            Coordinate::Nuisance(_) => true,
-        };
-        match plant.cheap() {
-            true => self.coordinates.iter().filter(is_used).count(),
-            false => self.coordinates.len(),
-        }
+    /// Whether it has derivatives in every trial: a glance leaves those of most trials out.
+    pub fn is_whole(&self) -> bool {
+        self.trials.iter().all(|trial| trial.raw_jacobian.iter().any(|x| *x != 0.0))
     }
 
     /// Whether a parameter ended at a bound where its effect is not off: the effect has turned
@@ -225,25 +213,15 @@ impl Fit {
     }
 }
 
-/// The same of one effect at a point.
+/// The same of one effect at a point. A bound that is within one standard deviation of off limits a shape and
+/// not a size: friction without presliding is Coulomb friction.
 pub fn at_bound(plant: &dyn Plant, effect: usize, point: &Point) -> bool {
     plant.effects()[effect].parameters.iter().zip(&point.effects[effect]).any(|(p, &value)| {
         let margin = AT_BOUND_SD * p.scale;
-        (value - p.off).abs() > margin && (value <= p.low + margin || value >= p.high - margin)
+        let is_at = |bound: f64| (value - bound).abs() <= margin && (bound - p.off).abs() > p.scale;
+        is_at(p.low) || is_at(p.high)
     })
 }
-
-/// Whether all parameters of an effect are nearly where it is off.
-pub fn is_slight(plant: &dyn Plant, effect: usize, point: &Point) -> bool {
-    let parameters = &plant.effects()[effect].parameters;
-    let near = |(p, &value): (&Parameter, &f64)| (value - p.off).abs() <= SLIGHT_SD * p.scale;
-    parameters.iter().zip(&point.effects[effect]).all(near)
-}
-
-/// Standard deviations of its prior within which one of several effects of a catheter only makes up for
-/// the shapes of the others: in the tuning sets, all five named effects that were as small had not been
-/// put in.
-const SLIGHT_SD: f64 = 0.15;
 
 /// Nearer to a bound than this, in standard deviations of the prior, is at it.
 const AT_BOUND_SD: f64 = 0.01;

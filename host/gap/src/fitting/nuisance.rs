@@ -17,7 +17,7 @@ use crate::fitting::problem::{Coordinate, Problem};
 use crate::plant::Point;
 
 /// Standard deviations of its prior within which a nuisance stays. Beyond, it is an effect.
-pub const NUISANCE_LIMIT: f64 = 2.0;
+pub const NUISANCE_LIMIT: f64 = 4.0;
 /// Times that a residual's loss is taken as a square around where the nuisances were last.
 const ROUNDS: usize = 2;
 
@@ -25,6 +25,8 @@ const ROUNDS: usize = 2;
 #[derive(Clone, Debug)]
 pub struct Nuisances {
     scaled: Vec<DMatrix<f64>>,
+    /// What a residual differs by from the linear one where the nuisances were found to be.
+    bend: Vec<DVector<f64>>,
     loss: Loss,
 }
 
@@ -73,12 +75,45 @@ impl Nuisances {
                 column *= nuisance.sd;
             }
         }
-        Some(Self { scaled, loss: Loss::of(problem.plant) })
+        let bend = base.iter().map(|own| DVector::zeros(own.len())).collect();
+        let mut own = Self { scaled, bend, loss: Loss::of(problem.plant) };
+        if !problem.plant.cheap() {
+            own.bend = own.bends(problem, trials, point, base)?;
+        }
+        Some(own)
+    }
+
+    /// r(ẑ) − r(0) − S ẑ at the estimate ẑ of every trial: with it, the residual is right there too and not
+    /// only where the nuisances are 0. Where it is larger than S ẑ itself, the expansion does not hold (a
+    /// contact was lost, the other branch was taken), and the line is kept.
+    fn bends(
+        &self,
+        problem: &Problem<'_>,
+        trials: &[usize],
+        point: &Point,
+        base: &[DVector<f64>],
+    ) -> Option<Vec<DVector<f64>>> {
+        let known = problem.plant.nuisances();
+        let of = |&at: &usize| {
+            let estimate = self.refit(at, &base[at]).estimate;
+            let mut there = point.clone();
+            for ((value, z), known) in there.nuisances.iter_mut().zip(&estimate).zip(known) {
+                *value += z * known.sd;
+            }
+            let line = &self.scaled[at] * DVector::from_column_slice(&estimate);
+            let moved = problem.residual(trials[at], &there).map(|there| there - &base[at]);
+            let bend = moved.map(|moved| moved - &line);
+            let holds = bend.filter(|bend| bend.norm() < line.norm());
+            Some(holds.unwrap_or_else(|| DVector::zeros(base[at].len())))
+        };
+        let all: Vec<usize> = (0..trials.len()).collect();
+        crate::parallel::each_or_none(&all, of)
     }
 
     /// From S of every trial, which somebody else has computed.
     pub fn of(scaled: Vec<DMatrix<f64>>) -> Self {
-        Self { scaled, loss: Loss::SQUARES }
+        let bend = scaled.iter().map(|own| DVector::zeros(own.nrows())).collect();
+        Self { scaled, bend, loss: Loss::SQUARES }
     }
 
     /// Number of trials.
@@ -91,10 +126,16 @@ impl Nuisances {
         &self.scaled[trial]
     }
 
+    /// What is added to a residual of one trial before it is linear in the nuisances.
+    pub fn bend(&self, trial: usize) -> &DVector<f64> {
+        &self.bend[trial]
+    }
+
     /// Refits the nuisances of one trial to its whitened residual.
     ///
     /// See docs/explanation/diagnosis.md (D3).
     pub fn refit(&self, trial: usize, residual: &DVector<f64>) -> Refit {
+        let residual = &(residual + &self.bend[trial]);
         let s = &self.scaled[trial];
         let (n, m) = s.shape();
         let (mut estimate, mut free) = (DVector::zeros(m), Vec::new());
@@ -223,7 +264,8 @@ mod tests {
         let scaled = vec![DMatrix::from_element(SAMPLES, 1, -1.0)];
         let far = |i: usize| if i.is_multiple_of(20) { off } else { 0.0 };
         let residual = DVector::from_fn(SAMPLES, |i, _| 1.0 + far(i));
-        Nuisances { scaled, loss }.refit(0, &residual).estimate[0]
+        let bend = vec![DVector::zeros(SAMPLES)];
+        Nuisances { scaled, bend, loss }.refit(0, &residual).estimate[0]
     }
 
     #[test]
@@ -237,7 +279,8 @@ mod tests {
     #[test]
     fn what_free_nuisances_do_is_projected_out_where_the_residual_ended() {
         let scaled = vec![DMatrix::from_fn(SAMPLES, 1, |i, _| 0.1 * i as f64)];
-        let nuisances = Nuisances { scaled, loss: Loss::beyond(3.0) };
+        let bend = vec![DVector::zeros(SAMPLES)];
+        let nuisances = Nuisances { scaled, bend, loss: Loss::beyond(3.0) };
         let residual = DVector::from_fn(SAMPLES, |i, _| if i == 7 { 30.0 } else { 0.5 });
         let refit = nuisances.refit(0, &residual);
         let left = refit.project(nuisances.scaled(0));

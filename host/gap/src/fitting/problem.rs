@@ -1,6 +1,7 @@
 //! Trials and model as one least-squares problem: whitened residuals and their derivatives.
 
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::ops::ControlFlow;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use nalgebra::{DMatrix, DVector};
 
@@ -30,16 +31,24 @@ const SMALL_STEP_SD: f64 = 1e-3;
 /// difference that is no derivative.
 const CROSSED: f64 = 4.0;
 
-/// Told after every simulation how many there were.
-pub type Progress<'a> = &'a (dyn Fn(usize) + Sync);
+/// Told after every simulation how many there were; says whether to go on. A run that must stop gives the
+/// best answer that it has.
+pub type Progress<'a> = &'a (dyn Fn(usize) -> ControlFlow<()> + Sync);
+
+/// Nobody watches, and the run goes on to its end.
+pub fn unwatched(_simulations: usize) -> ControlFlow<()> {
+    ControlFlow::Continue(())
+}
 
 /// A plant with the noise of its samples.
 pub struct Problem<'a> {
     pub plant: &'a dyn Plant,
     /// One over the standard deviation of every sample, by trial.
     weights: Vec<DVector<f64>>,
+    floor: Floor,
     simulations: AtomicUsize,
     progress: Progress<'a>,
+    is_cut: AtomicBool,
 }
 
 impl<'a> Problem<'a> {
@@ -49,12 +58,29 @@ impl<'a> Problem<'a> {
             DVector::from_iterator(trial.samples.len(), trial.samples.iter().map(sd))
                 .map(|x| 1.0 / x)
         });
-        Self { plant, weights: weights.collect(), simulations: AtomicUsize::new(0), progress }
+        Self {
+            plant,
+            weights: weights.collect(),
+            floor: floor.clone(),
+            simulations: AtomicUsize::new(0),
+            progress,
+            is_cut: AtomicBool::new(false),
+        }
     }
 
     /// Trials simulated so far.
     pub fn simulations(&self) -> usize {
         self.simulations.load(Ordering::Relaxed)
+    }
+
+    /// Whether the run must end with what it has found so far.
+    pub fn is_cut(&self) -> bool {
+        self.is_cut.load(Ordering::Relaxed)
+    }
+
+    /// The noise floor of every channel.
+    pub fn floor(&self) -> &Floor {
+        &self.floor
     }
 
     /// One over the standard deviation of every sample of a trial.
@@ -68,7 +94,9 @@ impl<'a> Problem<'a> {
     pub fn residual(&self, trial: usize, point: &Point) -> Option<DVector<f64>> {
         let predicted = self.plant.simulate(trial, point)?;
         let done = self.simulations.fetch_add(1, Ordering::Relaxed) + 1;
-        (self.progress)(done);
+        if (self.progress)(done).is_break() {
+            self.is_cut.store(true, Ordering::Relaxed);
+        }
         let samples = &self.plant.trials()[trial].samples;
         debug_assert_eq!(predicted.len(), samples.len());
         let whitened = samples.iter().zip(&predicted).zip(self.weights[trial].iter());
@@ -202,7 +230,7 @@ mod tests {
         toy.effects = vec![effect("size", vec![parameter("size")], vec![vec![1.0]])];
         (toy.cheap, toy.forks, toy.forks_above) = (false, vec![1.0], jumps_above);
         let floor = Floor::of(&toy);
-        let problem = Problem::new(&toy, &floor, &|_| {});
+        let problem = Problem::new(&toy, &floor, &crate::unwatched);
         let point = Point::nominal(&toy);
         let base = problem.residuals(&point).unwrap();
         let own = problem.coordinates(&[0]);

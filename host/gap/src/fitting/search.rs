@@ -236,6 +236,9 @@ impl Search<'_> {
         let (mut damping, mut searched) = (1e-4, false);
         let mut renewals = self.effort.renewals;
         for _ in 0..self.effort.steps {
+            if self.problem.is_cut() {
+                break;
+            }
             let before = place.loss;
             let better = match self.step(&place, &jacobian, &mut damping) {
                 Step::Better(better) => Some(*better),
@@ -265,6 +268,9 @@ impl Search<'_> {
         }
         if self.coordinates.len() <= FEW {
             for _ in 0..self.effort.rounds {
+                if self.problem.is_cut() {
+                    break;
+                }
                 let before = place.loss;
                 for axis in 0..self.coordinates.len() {
                     if let Some(better) = self.along(axis, &place, &jacobian) {

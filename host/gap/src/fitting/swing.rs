@@ -273,7 +273,7 @@ mod tests {
         of: impl FnOnce(&Problem<'_>, &Nuisances, &[(usize, &Refit)]) -> T,
     ) -> T {
         let floor = Floor::of(toy);
-        let problem = Problem::new(toy, &floor, &|_| {});
+        let problem = Problem::new(toy, &floor, &crate::unwatched);
         let point = Point::nominal(toy);
         let base = problem.residuals(&point).unwrap();
         let nuisances = Nuisances::at(&problem, &point, &base).unwrap();
@@ -340,7 +340,7 @@ mod tests {
     #[test]
     fn what_swings_with_phases_of_its_own_is_named_and_said() {
         let toy = breathing(AHEAD_RAD, [1.0; 3]);
-        let answer = crate::diagnosis::diagnose(&toy, "breath", &|_| {});
+        let answer = crate::diagnosis::diagnose(&toy, "breath", &crate::unwatched);
         assert_eq!(
             answer.verdict,
             crate::diagnosis::report::Verdict::Named,

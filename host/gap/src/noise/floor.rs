@@ -105,6 +105,12 @@ impl Floor {
         Self { channels: channels.collect() }
     }
 
+    /// Standard deviation by which runs under the same motion differ; `None` where none was repeated.
+    pub fn of_repeats(&self, channel: usize) -> Option<f64> {
+        let own = &self.channels[channel];
+        own.sd.filter(|_| own.source == FloorSource::Repeats)
+    }
+
     /// Standard deviation of one sample: noise, and what the model leaves open.
     ///
     /// See docs/explanation/diagnosis.md (D2).

@@ -208,7 +208,8 @@ impl<'a> Played<'a> {
         let one = |trial: usize| {
             let predicted = self.plant.simulate(trial, point)?;
             let done = 1 + self.done.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
-            (self.progress)(done);
+            // A look at what a recording can tell takes seconds, and is not ended before.
+            let _ = (self.progress)(done);
             let whitened = predicted.iter().zip(&self.weights[trial]).map(|(f, w)| f * w);
             let whitened = DVector::from_iterator(predicted.len(), whitened);
             whitened.iter().all(|x| x.is_finite()).then_some(whitened)
@@ -394,7 +395,7 @@ mod tests {
 
     #[test]
     fn distances_are_those_of_the_formula_whatever_was_measured() {
-        let found = isolability(&toy(), &|_| {}).unwrap();
+        let found = isolability(&toy(), &crate::unwatched).unwrap();
         let own = |id: &str| found.effects.iter().find(|e| e.id == id).unwrap();
         // A wave of length 10 at half its size.
         assert!((own("a").distance - 5.0).abs() < 1e-6, "{found:?}");
@@ -407,7 +408,7 @@ mod tests {
 
     #[test]
     fn effects_that_do_the_same_are_not_told_apart() {
-        let found = isolability(&toy(), &|_| {}).unwrap();
+        let found = isolability(&toy(), &crate::unwatched).unwrap();
         let pair = |a: &str, b: &str| {
             let own = found.pairs.iter().find(|p| p.effect == a && p.rival == b).unwrap();
             own.distance

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use cathforce_recording::snap::Snap;
 
 use super::interface::{
-    Channel, Effect, Impostor, Nuisance, Plant, Point, Repeat, Segment, Swing, Trial,
+    Channel, Effect, Impostor, Nuisance, Plant, Point, Repeat, Sample, Segment, Swing, Trial,
 };
 use super::silhouette::Silhouette;
 use crate::signal::wrapped;
@@ -176,6 +176,10 @@ impl Plant for Altered<'_> {
 
     fn far_off(&self) -> f64 {
         self.inner.far_off()
+    }
+
+    fn open(&self, sample: &Sample) -> f64 {
+        self.inner.open(sample)
     }
 
     fn spread_share(&self) -> f64 {

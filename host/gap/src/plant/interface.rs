@@ -356,6 +356,12 @@ pub trait Plant: Sync {
     /// [`Loss`]: crate::fitting::loss::Loss
     fn far_off(&self) -> f64;
 
+    /// Standard deviation of what the model leaves open at a sample, and repeats from sample to sample, in the
+    /// unit of the channel.
+    fn open(&self, sample: &Sample) -> f64 {
+        sample.model
+    }
+
     /// Factor on the spread of a parameter. It is calibrated by blind tests on such plants, so that 90 %
     /// intervals contain the true value about nine times in ten.
     fn spread_share(&self) -> f64 {

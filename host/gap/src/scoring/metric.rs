@@ -47,7 +47,7 @@ impl<'a> Metric<'a> {
 
     /// Distance of a prediction, by trial, from what columns can do.
     ///
-    /// See docs/explanation/diagnosis.md (D12).
+    /// See docs/explanation/diagnosis.md (D15).
     pub fn distance(&self, own: &[DVector<f64>], span: &[DMatrix<f64>]) -> f64 {
         let mut sums = Projection::new(span.first().map_or(0, DMatrix::ncols));
         for (trial, (own, span)) in own.iter().zip(span).enumerate() {

@@ -1,7 +1,6 @@
 //! The held-out score of a fitted model, and when one score is better than another.
 
 pub mod candidate;
-pub mod criteria;
 pub mod folds;
 pub mod metric;
 pub mod score;

@@ -224,7 +224,7 @@ fn bounded_minimum(
 
 /// N/(1 + 2 Σ ρ_k), summed over trials and channels.
 ///
-/// See docs/explanation/diagnosis.md (D10).
+/// See docs/explanation/diagnosis.md (D14).
 fn effective_samples(plant: &dyn Plant, residuals: &[Vec<Option<f64>>]) -> f64 {
     let mut sum = 0.0;
     for (trial, own) in plant.trials().iter().zip(residuals) {

@@ -78,7 +78,7 @@ pub fn bundle(
 
 pub fn ask(folder: &Path) -> Diagnosis {
     let bundle = Bundle::open(folder).unwrap();
-    diagnose(&Drive::new(&bundle).unwrap(), "made", &|_| {})
+    diagnose(&Drive::new(&bundle).unwrap(), "made", &cathforce_gap::unwatched)
 }
 
 pub fn names(answer: &Diagnosis) -> Vec<&str> {

@@ -152,11 +152,11 @@ fn a_floor_that_hides_friction_is_no_verdict() {
     let mut bundle = Bundle::open(folder.path()).unwrap();
     read_in_steps(&mut bundle, 1e-5);
     bundle.trials.iter_mut().for_each(|trial| columns(trial).setpoint_m = None);
-    let answer = diagnose(&Drive::new(&bundle).unwrap(), "made", &|_| {});
-    assert_eq!(answer.verdict, Verdict::Unknown, "{:?}", answer.gap);
+    let answer = diagnose(&Drive::new(&bundle).unwrap(), "made", &cathforce_gap::unwatched);
+    assert_eq!(answer.verdict, Verdict::Inconclusive, "{:?}", answer.gap);
     assert!(answer.effects.is_empty());
     let said = |remark: &String| remark.contains("finer encoder");
-    assert!(answer.remarks.iter().any(said), "{:?}", answer.remarks);
+    assert!(answer.remarks.iter().any(said), "{} {:?}", answer.sentence(), answer.remarks);
 }
 
 /// Fits that smooth what the encoder's steps leave in the prediction are no latency of the drive.
@@ -167,7 +167,7 @@ fn steps_of_an_encoder_are_neither_a_latency_nor_a_time_constant() {
         let mut bundle = Bundle::open(folder.path()).unwrap();
         read_in_steps(&mut bundle, step_m);
         bundle.trials.iter_mut().for_each(|trial| columns(trial).setpoint_m = None);
-        let answer = diagnose(&Drive::new(&bundle).unwrap(), "made", &|_| {});
+        let answer = diagnose(&Drive::new(&bundle).unwrap(), "made", &cathforce_gap::unwatched);
         assert_eq!(names(&answer), ["drive.coulomb"], "{step_m}: {}", answer.sentence());
     }
 }
@@ -181,7 +181,7 @@ fn a_clock_that_jumps_far_ahead_costs_no_more_than_a_pause() {
         let middle = trial.t_s.len() / 2;
         trial.t_s[middle..].iter_mut().for_each(|t| *t += 1.7e9);
     }
-    let answer = diagnose(&Drive::new(&bundle).unwrap(), "jumps", &|_| {});
+    let answer = diagnose(&Drive::new(&bundle).unwrap(), "jumps", &cathforce_gap::unwatched);
     assert_eq!(names(&answer), ["drive.coulomb"], "{}", answer.sentence());
     let said = |remark: &String| remark.contains("clock jumps by 1700000000.001 s after 2.999 s");
     assert!(answer.remarks.iter().any(said), "{:?}", answer.remarks);
@@ -233,7 +233,7 @@ fn trials_of_one_speed_each_are_held_out_in_parts() {
             trial
         })
         .collect();
-    let answer = diagnose(&Drive::new(&bundle).unwrap(), "speeds", &|_| {});
+    let answer = diagnose(&Drive::new(&bundle).unwrap(), "speeds", &cathforce_gap::unwatched);
     println!("{} {:?} {:?}", answer.sentence(), answer.effects, answer.remarks);
     assert_eq!(names(&answer), ["drive.coulomb", "drive.viscous"], "{}", answer.sentence());
     for (effect, name, there) in
@@ -254,7 +254,7 @@ fn a_clock_that_trembles_is_no_latency() {
         let late_s = |row: usize| 0.25 * DT_S * noise(row as u64).clamp(-1.9, 1.9);
         trial.t_s.iter_mut().enumerate().for_each(|(row, t)| *t += late_s(row));
     }
-    let answer = diagnose(&Drive::new(&bundle).unwrap(), "trembles", &|_| {});
+    let answer = diagnose(&Drive::new(&bundle).unwrap(), "trembles", &cathforce_gap::unwatched);
     assert_eq!(names(&answer), ["drive.coulomb"], "{}", answer.sentence());
     let found = value(&answer.effects[0], "force_n");
     assert!((found / 6.0 - 1.0).abs() < 0.03, "{found}");

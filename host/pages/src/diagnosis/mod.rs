@@ -7,7 +7,7 @@ mod vessel;
 use std::fmt::Write as _;
 
 use cathforce_gap::Cell;
-use cathforce_gap::report::{Diagnosis, Figures};
+use cathforce_gap::report::{Detectable, Diagnosis, Figures, Verdict};
 use cathforce_gap::rounding::{percent, quantity};
 
 use crate::escape::html as escape;
@@ -17,16 +17,20 @@ const STYLE: &str = include_str!("page.css");
 /// The page: the verdict in a sentence, then where, which, how far, and how to get it again.
 pub fn diagnosis_page(answer: &Diagnosis) -> String {
     let mut body = String::new();
+    let sentence = answer.sentence();
+    let first = sentence.split_inclusive(". ").next().unwrap_or_default();
+    let others = &sentence[first.len()..];
     // Writing to a string does not fail.
     let _ = write!(
         body,
-        "<p class=soft>{}</p><h1>{}</h1>{}",
+        "<p class=soft>{}</p><h1>{}</h1><p>{}</p>{}",
         escape(&format!("Gap diagnosis · {}", answer.bundle)),
-        escape(&answer.sentence()),
+        escape(first),
+        escape(others),
         tiles(answer)
     );
     let _ = write!(body, "<p class=soft>Compared: {}.</p>", escape(&answer.details.compared));
-    let parts = [remarks, places, which, left, how_far, band, again];
+    let parts = [remarks, unnoticed, places, which, left, how_far, band, again];
     body.extend(parts.map(|part| part(answer)));
     format!(
         "<!doctype html>\n<html lang=en><meta charset=utf-8>\
@@ -67,6 +71,28 @@ fn remarks(answer: &Diagnosis) -> String {
     let items: String =
         answer.remarks.iter().map(|remark| format!("<li>{}</li>", escape(remark))).collect();
     format!("<h2>What to keep in mind</h2><ul>{items}</ul>")
+}
+
+/// Where nothing was found: from which size on each effect would have been seen.
+fn unnoticed(answer: &Diagnosis) -> String {
+    let found_nothing = matches!(answer.verdict, Verdict::NoGap | Verdict::Inconclusive);
+    if !found_nothing || answer.detectable.is_empty() {
+        return String::new();
+    }
+    let row = |own: &Detectable| {
+        format!(
+            "<tr><td>{}<td>{}<td class=number>{}",
+            escape(own.id),
+            escape(own.parameter),
+            escape(&own.seen_from())
+        )
+    };
+    let rows: String = answer.detectable.iter().map(row).collect();
+    format!(
+        "<h2>What would have gone unnoticed</h2><p>Had an effect been there, these trials would have \
+         shown it with 90 % probability from this value on. What is smaller goes unnoticed.</p>\
+         <div class=wide><table><tr><th>effect<th>parameter<th class=number>seen from{rows}</table></div>"
+    )
 }
 
 fn places(answer: &Diagnosis) -> String {
@@ -290,7 +316,7 @@ mod tests {
         let mut toy =
             Toy::new(0.01, 0.01, measured, |i, p| p.effects[0][0] * i as f64 / 400.0).times(4);
         toy.effects = vec![effect("slope", vec![parameter("slope")], vec![vec![1.0]])];
-        let answer = diagnose(&toy, "toy", &|_| {});
+        let answer = diagnose(&toy, "toy", &cathforce_gap::unwatched);
         // The force rises from 0 to 3 N, nominal is none at all.
         let [mae, peak] = [answer.gap.force_mae_n, answer.gap.force_peak_n].map(Option::unwrap);
         assert!((mae.before - 1.5).abs() < 0.01 && (peak.before - 3.0).abs() < 0.03);
@@ -315,7 +341,7 @@ mod tests {
             Toy::new(0.01, 0.01, measured, move |i, p| p.effects[0][0] * along(i)).times(4);
         toy.effects = vec![effect("slope", vec![parameter("slope")], vec![vec![1.0]])];
         toy.cheap = false;
-        diagnose(&toy, "toy", &|_| {})
+        diagnose(&toy, "toy", &cathforce_gap::unwatched)
     }
 
     #[test]

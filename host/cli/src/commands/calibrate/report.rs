@@ -205,7 +205,8 @@ impl Report {
             vec![["parameter", "start", "fitted", "90 %", "bounds", ""].map(str::to_owned)];
         for own in &self.parameters {
             let [low, high] = own.interval.unwrap_or([own.fitted; 2]);
-            let estimate = Estimate { value: own.fitted, low, high, unit: own.unit };
+            let estimate =
+                Estimate { value: own.fitted, low, high, unit: own.unit, off: own.fitted };
             let ([fitted, low, high], unit) = (estimate.digits(), estimate.unit_after());
             let interval = match own.interval {
                 Some(_) => format!("{low} to {high}"),

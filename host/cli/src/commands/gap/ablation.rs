@@ -28,7 +28,7 @@ pub fn run(ui: &Ui, arguments: &AblationArguments) -> Result<(), Failure> {
     let source = Source::open(ui, &arguments.bundle)?;
     let plant = source.plant()?;
     let name = source.bundle.rig.name.as_str();
-    let whole = diagnose(plant.as_ref(), name, &|_| {});
+    let whole = diagnose(plant.as_ref(), name, &cathforce_gap::unwatched);
     ui.say(format_args!("{}", whole.sentence()));
     if whole.effects.is_empty() {
         let message = format!(
@@ -59,7 +59,7 @@ impl Row {
             .filter(|(id, _)| *id != missing.id)
             .map(|(id, values)| (id.as_str(), values.as_slice()))
             .collect();
-        let answer = diagnose(&Altered::assuming(plant, &kept), name, &|_| {});
+        let answer = diagnose(&Altered::assuming(plant, &kept), name, &cathforce_gap::unwatched);
         let named: Vec<String> = answer.effects.iter().map(|effect| effect.id.clone()).collect();
         let found = named.first().is_some_and(|first| {
             let alike = |set: &Vec<String>| set.first() == Some(first) && set.contains(&missing.id);

@@ -110,7 +110,7 @@ pub fn run(ui: &Ui, arguments: &ApplyArguments) -> Result<(), Failure> {
         }
         None => {
             let again = Source::open_all(ui, &arguments.bundle)?;
-            Explanation::of(&super::diagnose::answer(ui, again, &[], &effects)?)?
+            Explanation::of(&super::diagnose::answer(ui, again, &[], &effects, None)?)?
         }
     };
     let fitted =
@@ -235,7 +235,7 @@ fn differences(
         let (new_text, origin) = match fitted.iter().find(|own| own.key == info.key) {
             Some(Fitted { effect, value, low, high, .. }) => {
                 let (value, low, high, unit) = (f64::from(*value), *low, *high, info.unit);
-                let [value, low, high] = Estimate { value, low, high, unit }.digits();
+                let [value, low, high] = Estimate { value, low, high, unit, off: value }.digits();
                 let what = if is_measurement(effect) { "; expected reading only" } else { "" };
                 (value, format!("{}, 90 %: {low} to {high}{what}", effect.id))
             }

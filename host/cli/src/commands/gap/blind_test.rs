@@ -139,8 +139,11 @@ fn answer_case(ui: &Ui, path: &Path) -> Result<Found, Failure> {
     let all = source.plant()?;
     // The last trial is what an answer must predict.
     let diagnosed = all.trials().len().saturating_sub(1);
-    let mut own =
-        diagnose(&Altered::first_trials(all.as_ref(), diagnosed), &source.bundle.rig.name, &|_| {});
+    let mut own = diagnose(
+        &Altered::first_trials(all.as_ref(), diagnosed),
+        &source.bundle.rig.name,
+        &cathforce_gap::unwatched,
+    );
     let last = source.bundle.trials.last().map(|trial| trial.number);
     own.reproduce = reproduce(&source, last.as_slice(), &[])?;
     let cpu_s = thread_cpu_s() - cpu_before_s;

@@ -70,7 +70,7 @@ fn of_bundle(ui: &Ui, path: &Path, hold_back: &[u32]) -> Result<Option<(Row, Cov
     let source = Source::open(ui, path)?;
     let name = source.bundle.rig.name.clone();
     let is_drive = source.bundle.catheter().is_none();
-    let answer = super::diagnose::answer(ui, source, hold_back, &[])?;
+    let answer = super::diagnose::answer(ui, source, hold_back, &[], None)?;
     let Some(band) = &answer.band else {
         let why = match is_drive {
             true => "a drive on its own has none, it is of a catheter's forces".to_owned(),

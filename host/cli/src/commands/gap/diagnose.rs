@@ -1,12 +1,17 @@
 //! `cathforce gap diagnose`: where the gap lies, which effect causes it, how far it shrinks.
 
+use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::sync::Mutex;
+use std::sync::atomic::Ordering;
+use std::time::{Duration, Instant};
 
 use cathforce_bundle::{Bundle, Trial};
 use cathforce_effect_catalogue::Effect;
 use cathforce_gap::plant::Plant;
-use cathforce_gap::report::{Diagnosis, Figures, HeldOut, Reproduce, quantity};
+use cathforce_gap::report::{
+    Detectable, Diagnosis, Figures, HeldOut, Reproduce, Verdict, quantity,
+};
 use cathforce_gap::rounding::percent;
 use cathforce_gap::{diagnose, diagnose_given, expected_simulations};
 use cathforce_pages::diagnosis_page;
@@ -16,6 +21,7 @@ use super::source::Source;
 use crate::args::DiagnoseArguments;
 use crate::failure::{Code, Failure};
 use crate::output::{Kind, check_again, check_apart, write_again};
+use crate::session::interrupt_flag;
 use crate::ui::Ui;
 
 pub fn run(ui: &Ui, arguments: &DiagnoseArguments) -> Result<(), Failure> {
@@ -26,7 +32,7 @@ pub fn run(ui: &Ui, arguments: &DiagnoseArguments) -> Result<(), Failure> {
     page_file.map_or(Ok(()), |file| check_again(file, Kind::Page))?;
     let effects = super::names::effects(arguments.effects.iter().map(String::as_str))?;
     let source = Source::open_all(ui, &arguments.bundle)?;
-    let answer = answer(ui, source, &arguments.hold_back, &effects)?;
+    let answer = answer(ui, source, &arguments.hold_back, &effects, arguments.budget)?;
     let written = json.write(ui, &answer, text(&answer));
     if let Some(file) = &arguments.report {
         write_again(file, Kind::Page, diagnosis_page(&answer))?;
@@ -42,7 +48,9 @@ pub fn answer(
     mut source: Source,
     hold_back: &[u32],
     effects: &[&Effect],
+    budget: Option<Duration>,
 ) -> Result<Diagnosis, Failure> {
+    let (start, interrupted) = (Instant::now(), interrupt_flag()?);
     let reproduce = reproduce(&source, hold_back, effects)?;
     let seen = seen(&source.bundle.trials, hold_back);
     hold_trials_back(&mut source.bundle, hold_back)?;
@@ -55,6 +63,11 @@ pub fn answer(
     let tell = |done| {
         if let Ok(mut progress) = progress.lock() {
             progress.set(done as u64);
+        }
+        let is_late = budget.is_some_and(|budget| start.elapsed() >= budget);
+        match is_late || interrupted.load(Ordering::Relaxed) {
+            true => ControlFlow::Break(()),
+            false => ControlFlow::Continue(()),
         }
     };
     let name = &bundle.rig.name;
@@ -166,8 +179,14 @@ fn check(answer: &Diagnosis, limit_n: Option<f64>) -> Result<(), Failure> {
 
 /// The answer for a terminal.
 fn text(answer: &Diagnosis) -> String {
-    let lines =
-        [vec![answer.sentence()], effects(answer), figures(answer), places(answer)].concat();
+    let lines = [
+        vec![answer.sentence()],
+        effects(answer),
+        unnoticed(answer),
+        figures(answer),
+        places(answer),
+    ];
+    let lines = lines.concat();
     let remarks = answer.remarks.iter().map(|remark| format!("  note: {remark}"));
     lines.into_iter().chain(remarks).map(|line| line + "\n").collect()
 }
@@ -191,6 +210,21 @@ fn effects(answer: &Diagnosis) -> Vec<String> {
     }
     let sets = answer.confusable.iter();
     lines.extend(sets.map(|set| format!("  this data cannot tell apart: {}", set.join(", "))));
+    lines
+}
+
+/// Where nothing was found: from which size on each effect would have been seen.
+fn unnoticed(answer: &Diagnosis) -> Vec<String> {
+    if !matches!(answer.verdict, Verdict::NoGap | Verdict::Inconclusive) {
+        return Vec::new();
+    }
+    let mut lines = Vec::new();
+    if !answer.detectable.is_empty() {
+        lines.push("  seen with 90 % probability, had it been there, from:".to_owned());
+    }
+    let line =
+        |own: &Detectable| format!("    {:<28} {} = {}", own.id, own.parameter, own.seen_from());
+    lines.extend(answer.detectable.iter().map(line));
     lines
 }
 

@@ -217,6 +217,11 @@ impl Explanation {
                  data to the floor, so nothing is switched on\n  fix: `--band-only` still tells the \
                  device how far its forces may be off"
             }
+            Verdict::Inconclusive => {
+                "the verdict is `inconclusive`: nothing was found, and this data would hardly have \
+                 shown it, so nothing is switched on\n  fix: `cathforce gap protocol` writes a motion \
+                 that shows more; `--band-only` tells the device how far its forces may be off"
+            }
             Verdict::Unknown => {
                 "the verdict is `unknown`: no effect explains the gap well enough, or the data \
                  carry no verdict, so nothing is switched on\n  fix: see the diagnosis' remarks and \

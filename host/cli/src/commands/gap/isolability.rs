@@ -1,5 +1,6 @@
 //! `cathforce gap isolability`: what trials can tell, before anything is measured.
 
+use std::ops::ControlFlow;
 use std::sync::Mutex;
 
 use cathforce_gap::catheter::planned;
@@ -44,6 +45,7 @@ pub fn run(ui: &Ui, arguments: &IsolabilityArguments) -> Result<(), Failure> {
         if let Ok(mut progress) = progress.lock() {
             progress.set(done as u64);
         }
+        ControlFlow::Continue(())
     });
     drop(progress);
     let found = found.ok_or_else(|| {

@@ -97,7 +97,7 @@ impl<'a> Spiking<'a> {
         match self {
             Self::Catheter(own) => {
                 let plant = own.plant(spiked).map_err(|e| refused(spiked, &e))?;
-                Ok(diagnose(&plant, &spiked.rig.name, &|_| {}))
+                Ok(diagnose(&plant, &spiked.rig.name, &cathforce_gap::unwatched))
             }
             Self::Drive(own) => own.diagnose(spiked).map_err(|e| refused(spiked, &e)),
         }
@@ -269,6 +269,7 @@ impl Answer {
         let named = match (self.verdict, self.named.as_slice()) {
             (Verdict::NoGap, _) => "no gap".to_owned(),
             (Verdict::Unknown, _) => "unknown".to_owned(),
+            (Verdict::Inconclusive, _) => "inconclusive".to_owned(),
             (Verdict::Partial, named) => format!("partly {}", named.join(", ")),
             (Verdict::Named, named) => named.join(", "),
         };

@@ -1,0 +1,224 @@
+//! The answer in plain words: which effect, where it shows, how far the error shrinks.
+
+use crate::diagnosis::report::{Diagnosis, NamedEffect, Verdict};
+use crate::explaining::locate::Cell;
+use crate::rounding::{from_to, percent, quantity, shortest, significant};
+
+/// Digits of a value whose interval is not known.
+const DIGITS: u8 = 3;
+/// Sizes that would have gone unnoticed that are told at most.
+const TOLD: usize = 3;
+
+impl Diagnosis {
+    /// The answer in plain words.
+    pub fn sentence(&self) -> String {
+        let parts = match self.verdict {
+            Verdict::NoGap if self.asked_for.is_empty() => vec![self.no_gap(), self.unnoticed()],
+            Verdict::NoGap => vec![self.asked_for_nothing()],
+            Verdict::Inconclusive => vec![self.nothing_seen(), self.unnoticed()],
+            Verdict::Named => {
+                vec![self.which(true), self.shown(), self.how_far(), self.not_told_apart()]
+            }
+            Verdict::Partial => vec![
+                self.which(false),
+                self.shown(),
+                self.how_far(),
+                format!(
+                    "That is only {} of the gap; {}.",
+                    percent(self.details.shrink),
+                    match self.asked_for.is_empty() {
+                        true => "no known effect explains the rest",
+                        false => "no other effect was tried",
+                    }
+                ),
+                self.not_told_apart(),
+            ],
+            // Why stands first among the remarks.
+            Verdict::Unknown if self.ranking.is_empty() => {
+                let why = self.remarks.first().map_or(String::new(), |why| format!(": {why}"));
+                vec![format!("Nothing can be concluded from this data{why}.")]
+            }
+            Verdict::Unknown if !self.asked_for.is_empty() => vec![
+                format!(
+                    "There is a gap, and the requested effects, {}, do not explain it well enough \
+                     to be named: together they close {}. No other effect was tried.",
+                    self.asked_for.join(" and "),
+                    percent(self.details.shrink)
+                ),
+                self.values_of(self.effects.iter()),
+            ],
+            Verdict::Unknown => vec![self.unexplained(), self.shown()],
+        };
+        let said = parts.into_iter().filter(|part| !part.is_empty());
+        said.collect::<Vec<String>>().join(" ")
+    }
+
+    fn no_gap(&self) -> String {
+        match self.gap.force_rms_n {
+            None => {
+                "No gap in the measured channels: the nominal model explains them to the floor. \
+                     No force was measured."
+                    .to_owned()
+            }
+            Some(_) => "No gap: the nominal model explains the data to the floor.".to_owned(),
+        }
+    }
+
+    fn asked_for_nothing(&self) -> String {
+        format!(
+            "{} was asked for and explains nothing that can be seen in this data. {}",
+            self.asked_for.join(" and "),
+            self.values_of(self.effects.iter())
+        )
+    }
+
+    fn nothing_seen(&self) -> String {
+        "Nothing was found, and that says little: this data would hardly have shown it.".to_owned()
+    }
+
+    /// What would have gone unnoticed, the effects that are hardest to see last.
+    fn unnoticed(&self) -> String {
+        let sized = self.detectable.iter().filter(|own| own.is_seen_as_usual);
+        let sized: Vec<String> = sized
+            .filter_map(|own| {
+                let size = shortest((own.size? - own.off).abs(), 2);
+                let unit = if own.unit == "1" { "" } else { own.unit };
+                Some(format!("{} of {size} {unit}", own.id).trim_end().to_owned())
+            })
+            .take(TOLD)
+            .collect();
+        let unseen = self.detectable.iter().filter(|own| !own.is_seen_as_usual).count();
+        let smaller = match sized.split_last() {
+            Some((last, [])) => format!("A smaller change than {last} would have gone unnoticed."),
+            Some((last, others)) => format!(
+                "Smaller changes than {} or {last} would have gone unnoticed.",
+                others.join(", ")
+            ),
+            None => String::new(),
+        };
+        match unseen {
+            0 => smaller,
+            n => format!(
+                "{smaller} {n} of {} effects would not have been seen at their usual size.",
+                self.detectable.len()
+            )
+            .trim_start()
+            .to_owned(),
+        }
+    }
+
+    /// The effects with their values.
+    fn which(&self, only_material: bool) -> String {
+        let material = || self.effects.iter().filter(|e| e.material || !only_material);
+        match material().count() {
+            0 => self.values_of(self.effects.iter()),
+            _ => self.values_of(material()),
+        }
+    }
+
+    fn values_of<'a>(&self, effects: impl Iterator<Item = &'a NamedEffect>) -> String {
+        effects.map(values).collect::<Vec<String>>().join(" ")
+    }
+
+    /// Where the gap is largest.
+    fn shown(&self) -> String {
+        let Some(Cell { channel, phase, regime, note, .. }) = self.places.first() else {
+            return String::new();
+        };
+        let stretch = self.places[0].stretch();
+        let follows = if note.is_empty() { String::new() } else { format!("; {note}") };
+        format!("It shows most in {channel} while {phase}, {regime}, {stretch} inside{follows}.")
+    }
+
+    fn how_far(&self) -> String {
+        self.gap.force_rms_n.map_or_else(String::new, |f| {
+            format!(
+                "Correcting it takes the force error from {} on data that the fit had not seen; the \
+                 floor is {}.",
+                from_to(f.before, f.after, "N"),
+                quantity(f.floor, "N")
+            )
+        })
+    }
+
+    fn not_told_apart(&self) -> String {
+        let sets = self.confusable.iter().filter_map(|set| {
+            let (first, others) = set.split_first()?;
+            Some(format!("{first} cannot be told from {} on this data", others.join(" or ")))
+        });
+        let sets: Vec<String> = sets.collect();
+        if sets.is_empty() {
+            return String::new();
+        }
+        let next = self
+            .next_experiment
+            .as_ref()
+            .map(|next| format!(": record {} (`cathforce gap protocol` writes it)", next.segment));
+        format!("{}{}.", sets.join("; "), next.unwrap_or_default())
+    }
+
+    fn unexplained(&self) -> String {
+        let nearest = self.ranking.first().filter(|nearest| nearest.shrink > 0.0);
+        let nearest = nearest.map_or_else(String::new, |nearest| {
+            let share = percent(nearest.shrink);
+            format!(": the best single effect, {}, closes {share}", nearest.id)
+        });
+        format!(
+            "There is a gap, and none of the known effects explains it well enough to be named\
+             {nearest}."
+        )
+    }
+}
+
+/// One effect: what it is, and each of its parameters with what rig.toml says.
+fn values(effect: &NamedEffect) -> String {
+    let parameters = effect.parameters.iter().map(|(name, own)| {
+        let ([value, low, high], unit) = (own.digits(), own.unit_after());
+        let off = significant(own.off, DIGITS);
+        let off = if own.off == 0.0 { "0".to_owned() } else { off };
+        format!("{name} is {value}{unit} ({low} to {high}), not {off}")
+    });
+    let what = effect.what.trim_end_matches('.');
+    let parameters: Vec<String> = parameters.collect();
+    format!("{} – {what}: {}.", effect.id, parameters.join("; "))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnosis::report::{Figures, Ranked};
+
+    #[test]
+    fn no_gap_without_a_force_says_that_none_was_measured() {
+        let sentence = |force_rms_n| {
+            let mut answer =
+                Diagnosis { verdict: Verdict::NoGap, ..Diagnosis::unanswered("trials") };
+            answer.gap.force_rms_n = force_rms_n;
+            answer.sentence()
+        };
+        assert!(sentence(None).contains("No force was measured"));
+        let measured = sentence(Some(Figures { before: 0.01, after: 0.01, floor: 0.01 }));
+        assert!(!measured.contains("No force"), "{measured}");
+    }
+
+    #[test]
+    fn a_gap_that_nothing_explains_is_answered_with_what_is_nearest() {
+        let sentence = |ranking: &[(&str, f64)]| {
+            let of = |(id, shrink): &(&str, f64)| Ranked { id: (*id).to_owned(), shrink: *shrink };
+            let answer = Diagnosis {
+                ranking: ranking.iter().map(of).collect(),
+                ..Diagnosis::unanswered("trials")
+            };
+            answer.sentence()
+        };
+        let near = sentence(&[("wall.motion", 0.71), ("drive.slip", 0.1)]);
+        assert!(
+            near.ends_with("to be named: the best single effect, wall.motion, closes 71 %."),
+            "{near}"
+        );
+        // An effect that closes nothing is not mentioned.
+        let none = sentence(&[("wall.motion", -0.2)]);
+        assert!(none.ends_with("well enough to be named."), "{none}");
+        assert!(sentence(&[]).contains("Nothing can be concluded"));
+    }
+}

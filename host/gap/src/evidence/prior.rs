@@ -1,0 +1,107 @@
+//! Priors of the amplitudes and of the sets of effects.
+
+use super::discrepancy::{Cell, Evidence};
+
+/// Median and standard deviation of the logarithm.
+type LogNormal = (f64, f64);
+
+/// What is expected before the trials are seen.
+///
+/// [`Prior::LEARNED`] makes the true sets of effects of 43 tuning cases as probable as possible, 21 of them
+/// strangers; the objective is flat about it: a third more or less of any value changes the mean ln
+/// probability of the truth by less than 0.1.
+#[derive(Clone, Copy, Debug)]
+pub struct Prior {
+    /// Of the amplitude a: larger than its median is rare.
+    pub amplitude: LogNormal,
+    /// Of the share κ of the gap that is left where all causes are in the library, and where one is not.
+    pub kappa: LogNormal,
+    pub kappa_with_others: LogNormal,
+    /// Of ω/√T, which is what a nuisance may be in standard deviations of its prior once its cost is tempered.
+    pub looseness: LogNormal,
+    /// Times ln p(data): the model of the discrepancy is not true either, so that its certainty is less
+    /// than it states.
+    pub temper: f64,
+    /// ln odds of one effect more.
+    pub of_effect: f64,
+    /// ln odds of a cause outside the library.
+    pub of_others: f64,
+}
+
+impl Prior {
+    pub const LEARNED: Self = Self {
+        amplitude: (1.1, 0.69),
+        kappa: (0.1, 0.5),
+        kappa_with_others: (0.4, 0.5),
+        looseness: (1.0, 0.22),
+        temper: 0.05,
+        of_effect: -5.5,
+        of_others: -1.7,
+    };
+
+    /// ln p(set, data) and the same where a cause is outside the library, but for a constant.
+    ///
+    /// See docs/explanation/diagnosis.md (D12).
+    pub fn log_posteriors(&self, evidence: &Evidence, effects: usize) -> [f64; 2] {
+        let best = |of_kappa: &dyn Fn(f64) -> f64| {
+            let cells = evidence.cells.iter().map(|own| self.of_cell(own) + of_kappa(own.kappa));
+            cells.fold(f64::NEG_INFINITY, f64::max) + self.of_effect * effects as f64
+        };
+        let mine = match evidence.is_beyond_stated {
+            true => f64::NEG_INFINITY,
+            false => best(&|kappa| self.of_mine(kappa)),
+        };
+        [mine, best(&|kappa| self.of_a_cause_outside(kappa))]
+    }
+
+    /// The most probable amplitudes where all causes are in the library.
+    pub fn best_without_others(&self, evidence: &Evidence) -> Option<Cell> {
+        let of = |own: &&Cell| self.of_cell(own) + self.of_mine(own.kappa);
+        evidence.cells.iter().max_by(|a, b| of(a).total_cmp(&of(b))).copied()
+    }
+
+    /// The most probable amplitudes, whatever the causes.
+    pub fn best(&self, evidence: &Evidence) -> Option<Cell> {
+        let of = |own: &&Cell| {
+            self.of_cell(own) + self.of_mine(own.kappa).max(self.of_a_cause_outside(own.kappa))
+        };
+        evidence.cells.iter().max_by(|a, b| of(a).total_cmp(&of(b))).copied()
+    }
+
+    fn of_mine(&self, kappa: f64) -> f64 {
+        at_most(kappa, self.kappa)
+    }
+
+    fn of_a_cause_outside(&self, kappa: f64) -> f64 {
+        about(kappa, self.kappa_with_others) + self.of_others
+    }
+
+    fn of_cell(&self, own: &Cell) -> f64 {
+        self.temper * own.log_density
+            + at_most(own.amplitude, self.amplitude)
+            + about(own.looseness / self.temper.sqrt(), self.looseness)
+    }
+}
+
+/// ln p of a size that is about its median, but for a constant that is the same for all priors.
+fn about(x: f64, (median, sd): LogNormal) -> f64 {
+    -0.5 * ((x / median).ln() / sd).powi(2) - sd.ln()
+}
+
+/// The same of a size that is rarely larger than its median, and may be as small as it likes.
+fn at_most(x: f64, (median, sd): LogNormal) -> f64 {
+    about(x.max(median), (median, sd))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_small_costs_nothing_and_what_is_large_points_outside() {
+        let own = Prior::LEARNED;
+        assert_eq!(own.of_mine(0.005), own.of_mine(own.kappa.0));
+        assert!(own.of_mine(0.05) > own.of_a_cause_outside(0.05) + 3.0);
+        assert!(own.of_a_cause_outside(0.64) > own.of_mine(0.64) + 3.0);
+    }
+}

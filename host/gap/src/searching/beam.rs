@@ -1,0 +1,387 @@
+//! The search: sets of effects, extended one effect at a time, as long as that makes them more probable.
+//!
+//! Every single effect is fitted. Then, round by round, the best sets of each size are extended by the
+//! effects that promise most, to first order: what an effect does alone is added to the derivatives of
+//! the set. Those that promise enough are fitted with the whole model and scored. The parts of the best
+//! set are fitted too, so that each of its effects is compared with what could stand in its place.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use nalgebra::DVector;
+
+use crate::deciding::detectable::{Detectable, detectable};
+use crate::deciding::posterior::{Explanation, Posterior};
+use crate::evidence::discrepancy::{Cell, Evidence, Screen, evidence};
+use crate::evidence::noise::Noise;
+use crate::evidence::prior::Prior;
+use crate::fitting::fit::{Depth, Start};
+use crate::fitting::nuisance::Nuisances;
+use crate::parallel::{each, each_some};
+use crate::scoring::candidate::Candidate;
+use crate::scoring::score::Score;
+use crate::searching::selection::{Selection, SetRow};
+use crate::searching::selector::Selector;
+use crate::searching::singles::Shown;
+
+/// Effects of a set: those of a catheter change forces in shapes of their own, of which three explain
+/// almost anything; the friction of an axis alone has several terms.
+const MOST_EFFECTS: usize = 3;
+const MOST_EFFECTS_OF_A_DRIVE: usize = 6;
+/// Sets of a size that are extended in a round, and effects that each is extended by.
+const WIDTH: usize = 2;
+const EXTENDED_BY: usize = 4;
+/// Rounds at most. A set of three is there after two; the third compares its parts with their rivals.
+const ROUNDS: usize = 4;
+const ROUNDS_OF_A_DRIVE: usize = 7;
+
+/// A set that was fitted.
+struct Fitted {
+    candidate: Candidate,
+    nuisances: Nuisances,
+    evidence: Evidence,
+    /// ln p(set, data), but for a constant, with all causes in the library and with one outside it.
+    log_posteriors: [f64; 2],
+    is_extended: bool,
+}
+
+impl Fitted {
+    fn log_posterior(&self) -> f64 {
+        self.log_posteriors[0].max(self.log_posteriors[1])
+    }
+}
+
+/// All sets that were fitted, by their effects in ascending order.
+type Sets = BTreeMap<Vec<usize>, Fitted>;
+
+/// A set that is worth a fit: another one, and the effect that is added to it or taken away.
+struct Wanted {
+    from: Vec<usize>,
+    effect: usize,
+}
+
+impl Selector<'_> {
+    /// The sets of effects under which the data are most probable. `None` when a simulation breaks down.
+    pub fn search(&self, nominal: Candidate) -> Option<Selection> {
+        let plant = self.problem.plant;
+        let cheap = plant.cheap();
+        let of_nominal = self.nuisances_at(&nominal.fit)?;
+        let tried = self.singles(&nominal, &of_nominal);
+        let broken = |(effect, c): (usize, &Option<Candidate>)| {
+            c.as_ref().is_none_or(|c| c.fit.failed).then_some(effect)
+        };
+        // What was not tried for want of time has not failed.
+        let failed = match self.problem.is_cut() {
+            false => tried.iter().enumerate().filter_map(broken).collect(),
+            true => Vec::new(),
+        };
+        let singles: Vec<Option<Candidate>> =
+            tried.into_iter().map(|c| c.filter(|c| !c.fit.failed)).collect();
+        let shown = self.shown(&nominal, &singles);
+        let fits = singles.iter().flatten().map(|c| &c.fit).chain([&nominal.fit]);
+        let fits: Vec<_> = fits.collect();
+        let noise = Noise::of(self.problem, &fits, &nominal.fit, &of_nominal);
+        let scored = |candidate: Candidate| {
+            let nuisances = self.nuisances_at(&candidate.fit)?;
+            self.scored(&noise, candidate, nuisances)
+        };
+        let whole = singles.iter().flatten().filter(|c| c.fit.is_whole()).cloned();
+        let first: Vec<Candidate> = whole.chain([nominal.clone()]).collect();
+        let mut sets: Sets = each_some(first, scored).into_iter().collect();
+        let (most, rounds) = match cheap {
+            true => (MOST_EFFECTS_OF_A_DRIVE, ROUNDS_OF_A_DRIVE),
+            false => (MOST_EFFECTS, ROUNDS),
+        };
+        for _ in 0..rounds {
+            if self.problem.is_cut() {
+                break;
+            }
+            let wanted = self.wanted(&noise, &mut sets, &shown, most);
+            if wanted.is_empty() {
+                break;
+            }
+            // Beside effects whose nuisances are linearised there, one more changes little of what they do.
+            let fitted = |wanted: Wanted| {
+                if self.problem.is_cut() {
+                    return None;
+                }
+                let nuisances = sets.get(&wanted.from)?.nuisances.clone();
+                self.scored(&noise, self.extended(&sets, &wanted)?, nuisances)
+            };
+            let found = each_some(wanted, fitted);
+            for (effects, own) in found {
+                sets.entry(effects).or_insert(own);
+            }
+        }
+        self.finished(&noise, &nominal, singles, failed, sets)
+    }
+
+    /// A model that was asked for, compared with the nominal one alone.
+    pub fn compared(
+        &self,
+        nominal: Candidate,
+        best: Candidate,
+        nuisances: Nuisances,
+        singles: Vec<Option<Candidate>>,
+        failed: Vec<usize>,
+        path: Vec<(Vec<usize>, Score)>,
+    ) -> Option<Selection> {
+        let of_nominal = self.nuisances_at(&nominal.fit)?;
+        let noise = Noise::of(self.problem, &[&nominal.fit, &best.fit], &nominal.fit, &of_nominal);
+        let none = self.scored(&noise, nominal.clone(), of_nominal);
+        let with = self.scored(&noise, best.clone(), nuisances.clone());
+        let sets: Sets = none.into_iter().chain(with).collect();
+        Some(Selection {
+            posterior: posterior(&nominal, &sets),
+            detectable: self.detectable(&noise, &nominal, &sets),
+            nominal,
+            singles,
+            best,
+            nuisances: Some(nuisances),
+            path,
+            without: Vec::new(),
+            failed,
+            sets: Vec::new(),
+        })
+    }
+
+    /// A fitted set with its score.
+    fn scored(
+        &self,
+        noise: &Noise,
+        candidate: Candidate,
+        nuisances: Nuisances,
+    ) -> Option<(Vec<usize>, Fitted)> {
+        if candidate.fit.failed {
+            return None;
+        }
+        let found = evidence(self.problem, noise, &candidate.fit, &nuisances);
+        let mut log_posteriors = Prior::LEARNED.log_posteriors(&found, candidate.fit.effects.len());
+        if candidate.fit.at_bound(self.problem.plant) {
+            // What ends at a bound has turned into a limit of itself, which is another cause.
+            log_posteriors[0] = f64::NEG_INFINITY;
+        }
+        let mut effects = candidate.fit.effects.clone();
+        effects.sort_unstable();
+        let own =
+            Fitted { candidate, nuisances, evidence: found, log_posteriors, is_extended: false };
+        Some((effects, own))
+    }
+
+    /// The sets that are fitted next.
+    fn wanted(
+        &self,
+        noise: &Noise,
+        sets: &mut Sets,
+        shown: &[Option<Shown>],
+        most: usize,
+    ) -> Vec<Wanted> {
+        let parts = parts_of_best(sets);
+        let mut bases: BTreeSet<Vec<usize>> = parts.iter().cloned().collect();
+        for size in 1..most {
+            bases.extend(best_of_size(sets, size).into_iter().take(WIDTH));
+        }
+        bases.retain(|effects| sets.get(effects).is_some_and(|own| !own.is_extended));
+        let promised = each(&bases, |base| {
+            let own = &sets[base];
+            self.promising(noise, own, shown)
+        });
+        let mut wanted: BTreeMap<Vec<usize>, Wanted> = BTreeMap::new();
+        for (base, effects) in bases.iter().zip(promised) {
+            for effect in effects {
+                let mut set = base.clone();
+                set.push(effect);
+                set.sort_unstable();
+                if set.len() <= most && !sets.contains_key(&set) {
+                    wanted.entry(set).or_insert(Wanted { from: base.clone(), effect });
+                }
+            }
+            if let Some(own) = sets.get_mut(base) {
+                own.is_extended = true;
+            }
+        }
+        let best = best_of(sets);
+        for part in parts.into_iter().filter(|part| !sets.contains_key(part)) {
+            let effect = best.iter().copied().find(|effect| !part.contains(effect));
+            if let Some(effect) = effect {
+                wanted.insert(part, Wanted { from: best.clone(), effect });
+            }
+        }
+        wanted.into_values().collect()
+    }
+
+    /// Effects that promise to make a set more probable, to first order; the best ones first.
+    fn promising(&self, noise: &Noise, base: &Fitted, shown: &[Option<Shown>]) -> Vec<usize> {
+        let fit = &base.candidate.fit;
+        let screen = Prior::LEARNED
+            .best(&base.evidence)
+            .and_then(|at| Screen::of(self.problem, noise, (fit, &base.nuisances), at));
+        let Some(screen) = screen else { return Vec::new() };
+        let others = (0..shown.len()).filter(|effect| !fit.effects.contains(effect));
+        let mut promised: Vec<(f64, usize)> = each_some(others, |effect| {
+            let does: &[DVector<f64>] = &shown[effect].as_ref()?.does;
+            Some((screen.gain(does)?, effect))
+        });
+        promised.sort_by(|a, b| b.0.total_cmp(&a.0));
+        promised.truncate(EXTENDED_BY);
+        promised.into_iter().map(|(_, effect)| effect).collect()
+    }
+
+    /// Fits a set that is wanted, from the set that it comes from.
+    fn extended(&self, sets: &Sets, wanted: &Wanted) -> Option<Candidate> {
+        let own = sets.get(&wanted.from)?;
+        let base = &own.candidate.fit;
+        if base.effects.contains(&wanted.effect) {
+            let left: Vec<usize> =
+                base.effects.iter().copied().filter(|e| *e != wanted.effect).collect();
+            let mut start = base.point.clone();
+            let off = self.problem.plant.effects()[wanted.effect].parameters.iter().map(|p| p.off);
+            start.effects[wanted.effect] = off.collect();
+            let start = start.anchored();
+            return self.candidate(Depth::Whole, &own.nuisances, Start::Point(&start), &left, None);
+        }
+        let set: Vec<usize> = base.effects.iter().copied().chain([wanted.effect]).collect();
+        let (start, fresh) = (Start::Fit(base), Some(wanted.effect));
+        self.candidate(Depth::Whole, &own.nuisances, start, &set, fresh)
+    }
+
+    /// The answer of the search, its best set fitted to the end.
+    fn finished(
+        &self,
+        noise: &Noise,
+        nominal: &Candidate,
+        singles: Vec<Option<Candidate>>,
+        failed: Vec<usize>,
+        mut sets: Sets,
+    ) -> Option<Selection> {
+        let posterior = posterior(nominal, &sets);
+        let rows = sets.values().map(|own| self.row(nominal, own)).collect();
+        let detectable = self.detectable(noise, nominal, &sets);
+        let best = best_of(&sets);
+        let path = path(&sets, &singles, &best, nominal);
+        let without = parts(&best).into_iter().filter_map(|part| {
+            let effect = *best.iter().find(|effect| !part.contains(effect))?;
+            Some((effect, sets.get(&part)?.candidate.clone()))
+        });
+        let without = if best.len() > 1 { without.collect() } else { Vec::new() };
+        let Fitted { candidate, nuisances, .. } = sets.remove(&best)?;
+        let best = self.polished(candidate, &nuisances);
+        Some(Selection {
+            nominal: nominal.clone(),
+            singles,
+            nuisances: Some(nuisances),
+            posterior,
+            path,
+            without,
+            failed,
+            sets: rows,
+            detectable,
+            best,
+        })
+    }
+
+    /// What would have been seen of each effect, had it been there.
+    fn detectable(&self, noise: &Noise, nominal: &Candidate, sets: &Sets) -> Vec<Detectable> {
+        let none = sets.get(&Vec::new()).filter(|_| !self.problem.is_cut());
+        let screen = none.and_then(|own| {
+            let at = Prior::LEARNED.best_without_others(&own.evidence)?;
+            Screen::of(self.problem, noise, (&nominal.fit, &own.nuisances), at)
+        });
+        screen.map(|screen| detectable(self.problem, nominal, &screen)).unwrap_or_default()
+    }
+
+    fn row(&self, nominal: &Candidate, own: &Fitted) -> SetRow {
+        let (fit, score) = (&own.candidate.fit, &own.candidate.score);
+        let cell = |c: &Cell| [c.amplitude, c.kappa, c.looseness, c.log_density];
+        SetRow {
+            effects: fit.effects.iter().map(|&e| self.problem.plant.effects()[e].id).collect(),
+            shrink: score.shrink(&nominal.score),
+            worst: score.worst(),
+            at_bound: fit.at_bound(self.problem.plant),
+            is_beyond_stated: own.evidence.is_beyond_stated,
+            cells: own.evidence.cells.iter().map(cell).collect(),
+        }
+    }
+
+    /// The best model fitted to the end by the finer model, where that leaves no more.
+    pub fn polished(&self, best: Candidate, nuisances: &Nuisances) -> Candidate {
+        if best.fit.effects.is_empty() || self.problem.plant.cheap() || self.problem.is_cut() {
+            return best;
+        }
+        let start = Start::Fit(&best.fit);
+        let polished = self.candidate(Depth::Polished, nuisances, start, &best.fit.effects, None);
+        // Near a threshold, the last of the way down may be the noise of one trial.
+        polished.filter(|own| own.score.excess() <= best.score.excess()).unwrap_or(best)
+    }
+}
+
+/// How probable each of the sets is.
+fn posterior(nominal: &Candidate, sets: &Sets) -> Posterior {
+    Posterior::of(sets.values().map(|own| {
+        let (fit, score) = (&own.candidate.fit, &own.candidate.score);
+        let mut effects = fit.effects.clone();
+        effects.sort_unstable();
+        let explanation = Explanation {
+            effects,
+            point: fit.point.clone(),
+            shrink: score.shrink(&nominal.score),
+            probability: 0.0,
+            with_others: 0.0,
+        };
+        (explanation, own.log_posteriors)
+    }))
+}
+
+/// Differences of ln p below this say nothing.
+const TIE: f64 = 0.1;
+
+/// The most probable set; of those that are as probable, the first in the order of the library.
+fn best_of(sets: &Sets) -> Vec<usize> {
+    let most = sets.values().map(Fitted::log_posterior).fold(f64::NEG_INFINITY, f64::max);
+    let best = sets.iter().find(|(_, own)| own.log_posterior() >= most - TIE);
+    best.map(|(effects, _)| effects.clone()).unwrap_or_default()
+}
+
+/// The sets of a size, the most probable one first.
+fn best_of_size(sets: &Sets, size: usize) -> Vec<Vec<usize>> {
+    let mut own: Vec<_> = sets.iter().filter(|(effects, _)| effects.len() == size).collect();
+    own.sort_by(|a, b| b.1.log_posterior().total_cmp(&a.1.log_posterior()));
+    own.into_iter().map(|(effects, _)| effects.clone()).collect()
+}
+
+/// A set without each of its effects.
+fn parts(set: &[usize]) -> Vec<Vec<usize>> {
+    let without = |left_out: &usize| set.iter().copied().filter(|e| e != left_out).collect();
+    set.iter().map(without).collect()
+}
+
+/// The parts of the most probable set that are sets of effects themselves.
+fn parts_of_best(sets: &Sets) -> Vec<Vec<usize>> {
+    parts(&best_of(sets)).into_iter().filter(|part| !part.is_empty()).collect()
+}
+
+/// How a set grows from none: by the part that leaves least, of those that were fitted.
+fn path(
+    sets: &Sets,
+    singles: &[Option<Candidate>],
+    best: &[usize],
+    nominal: &Candidate,
+) -> Vec<(Vec<usize>, Score)> {
+    let score = |set: &Vec<usize>| match (sets.get(set), &set[..]) {
+        (Some(own), _) => Some(own.candidate.score.clone()),
+        (None, [only]) => singles[*only].as_ref().map(|own| own.score.clone()),
+        _ => None,
+    };
+    let mut steps = Vec::new();
+    let mut set = best.to_vec();
+    while !set.is_empty() {
+        let Some(own) = score(&set) else { break };
+        steps.push((set.clone(), own));
+        let parts = parts(&set).into_iter().filter(|part| !part.is_empty());
+        let fitted = parts.filter_map(|part| Some((score(&part)?.energy, part)));
+        let least = fitted.min_by(|a, b| a.0.total_cmp(&b.0));
+        set = least.map(|(_, part)| part).unwrap_or_default();
+    }
+    steps.push((Vec::new(), nominal.score.clone()));
+    steps.reverse();
+    steps
+}
