@@ -14,7 +14,7 @@ use cathforce_calibration::{
 use rayon::prelude::*;
 
 use super::case::Case;
-use crate::explaining::estimate::{OTHER_ANSWER, OTHER_MODEL, WIDER};
+use crate::deciding::interval::{OTHER_ANSWER, OTHER_MODEL, WIDER};
 use crate::plant::{Plant, Quantity};
 
 /// Step of differences in scales of a parameter's prior, as a diagnosis takes.

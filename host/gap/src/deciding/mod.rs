@@ -2,5 +2,6 @@
 
 pub mod detectable;
 pub mod form;
+pub mod interval;
 pub mod posterior;
 pub mod verdict;

@@ -83,14 +83,14 @@ impl Posterior {
         self.sets.iter().filter_map(replaced).collect()
     }
 
-    /// Probability of a set together with those that cannot be told apart from it.
+    /// Probability that the effects of a set are there, or others that cannot be told apart from them,
+    /// whatever other effects are there beside them.
     pub fn of_class(&self, set: &[usize]) -> f64 {
         let rivals: Vec<Vec<usize>> = set.iter().map(|e| self.in_place_of(set, *e)).collect();
         let is_in = |other: &Explanation| {
-            other.effects.len() == set.len()
-                && set.iter().zip(&rivals).all(|(own, rivals)| {
-                    other.effects.contains(own) || rivals.iter().any(|r| other.effects.contains(r))
-                })
+            set.iter().zip(&rivals).all(|(own, rivals)| {
+                other.effects.contains(own) || rivals.iter().any(|r| other.effects.contains(r))
+            })
         };
         self.sets.iter().filter(|own| is_in(own)).map(Explanation::in_all).sum()
     }
@@ -140,5 +140,7 @@ mod tests {
         assert_eq!(found.in_place_of(&[1, 2], 2), [4]);
         assert!(found.in_place_of(&[1, 2], 1).is_empty(), "two effects are others");
         assert!((found.of_class(&[1, 2]) - 12.0 / 21.5).abs() < 1e-12);
+        let beside = posterior(&[(&[1], 2.0, 0.0), (&[1, 3], 6.0, 0.0), (&[2], 2.0, 0.0)]);
+        assert!((beside.of_class(&[1]) - 1.0).abs() < 1e-12, "beside others, or the rival 2");
     }
 }

@@ -29,18 +29,26 @@ pub struct Ranked {
 
 /// Probability above which something is believed: more likely than not.
 const LIKELY: f64 = 0.5;
-/// Share of the gap that a part of the answer closes at least: more than what is left.
+/// Share of the gap's energy that an answer closes at least: the error above the floor is halved.
+const ANSWER: f64 = 0.75;
+/// The same of a part of the answer where a cause outside the library is likely: it closes more than it leaves.
 const PART: f64 = 0.5;
+/// The same where no such cause is likely. What closes less is a detail of something that was not found.
+const PART_OF_MINE: f64 = 0.25;
 
 /// Energy in every quantity up to which the nominal model is at its floor. The floor itself is known to some
 /// tenths; a local misfit below it is no gap unless an effect explains it.
 pub const AT_FLOOR: f64 = 1.2;
+/// The same from which on there is a gap, whether or not a cause is found: the error is 1.5 times the floor,
+/// which is what counts as a gap in the blind tests.
+const GAP: f64 = 2.25;
 
 /// What a set of effects is worth as an answer. `shrink`: share of the gap that it closes; `worst`: the largest
 /// energy of a quantity that the nominal model leaves.
 pub fn verdict(posterior: &Posterior, set: &[usize], shrink: f64, worst: f64) -> Verdict {
     match of_sets(posterior, set, shrink) {
         Verdict::Unknown if worst < AT_FLOOR => Verdict::NoGap,
+        Verdict::NoGap if worst > GAP => Verdict::Unknown,
         other => other,
     }
 }
@@ -51,7 +59,8 @@ fn of_sets(posterior: &Posterior, set: &[usize], shrink: f64) -> Verdict {
     match set {
         [] if others => Verdict::Unknown,
         [] => Verdict::NoGap,
-        _ if is_likely && !others => Verdict::Named,
+        _ if is_likely && !others && shrink >= ANSWER => Verdict::Named,
+        _ if is_likely && !others && shrink >= PART_OF_MINE => Verdict::Partial,
         _ if is_likely && shrink >= PART => Verdict::Partial,
         _ => Verdict::Unknown,
     }

@@ -9,7 +9,8 @@ use crate::diagnosis::report::{
     Details, Diagnosis, NamedEffect, PathStep, QuantityEnergy, Ranked, Verdict,
 };
 use crate::explaining::band;
-use crate::explaining::estimate::{increments, parameters, spread};
+use crate::deciding::interval::{parameters, spread};
+use crate::explaining::increments::increments;
 use crate::explaining::figures;
 use crate::explaining::locate::locate;
 use crate::explaining::map::maps;

@@ -21,7 +21,7 @@
 use cathforce_recording::{COLUMNS, Coverage};
 use serde::{Deserialize, Serialize};
 
-use crate::explaining::estimate::{NORMAL_NINETY, posterior};
+use crate::deciding::interval::{NORMAL_NINETY, posterior};
 use crate::fitting::nuisance::Nuisances;
 use crate::fitting::problem::Problem;
 use crate::plant::{At, Plant, Quantity};

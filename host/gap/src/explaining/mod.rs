@@ -2,7 +2,7 @@
 
 pub mod band;
 pub mod descriptors;
-pub mod estimate;
+pub mod increments;
 pub mod figures;
 pub mod locate;
 pub mod map;

@@ -10,6 +10,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use nalgebra::DVector;
 
 use crate::deciding::detectable::{Detectable, detectable};
+use crate::deciding::interval::may_be_off;
 use crate::deciding::posterior::{Explanation, Posterior};
 use crate::evidence::discrepancy::{Cell, Evidence, Screen, evidence};
 use crate::evidence::noise::Noise;
@@ -41,6 +42,8 @@ struct Fitted {
     evidence: Evidence,
     /// ln p(set, data), but for a constant, with all causes in the library and with one outside it.
     log_posteriors: [f64; 2],
+    /// Whether it may be the answer: no effect is at a bound of its parameters, or may as well be off.
+    may_be_named: bool,
     is_extended: bool,
 }
 
@@ -156,14 +159,21 @@ impl Selector<'_> {
         }
         let found = evidence(self.problem, noise, &candidate.fit, &nuisances);
         let mut log_posteriors = Prior::LEARNED.log_posteriors(&found, candidate.fit.effects.len());
-        if candidate.fit.at_bound(self.problem.plant) {
+        let may_be_named = !candidate.fit.at_bound(self.problem.plant);
+        if !may_be_named {
             // What ends at a bound has turned into a limit of itself, which is another cause.
             log_posteriors[0] = f64::NEG_INFINITY;
         }
         let mut effects = candidate.fit.effects.clone();
         effects.sort_unstable();
-        let own =
-            Fitted { candidate, nuisances, evidence: found, log_posteriors, is_extended: false };
+        let own = Fitted {
+            candidate,
+            nuisances,
+            evidence: found,
+            log_posteriors,
+            may_be_named,
+            is_extended: false,
+        };
         Some((effects, own))
     }
 
@@ -253,8 +263,9 @@ impl Selector<'_> {
         failed: Vec<usize>,
         mut sets: Sets,
     ) -> Option<Selection> {
-        let posterior = posterior(nominal, &sets);
         let rows = sets.values().map(|own| self.row(nominal, own)).collect();
+        let (best_fit, nuisances) = self.best_without_doubt(&mut sets)?;
+        let posterior = posterior(nominal, &sets);
         let detectable = self.detectable(noise, nominal, &sets);
         let best = best_of(&sets);
         let path = path(&sets, &singles, &best, nominal);
@@ -263,8 +274,6 @@ impl Selector<'_> {
             Some((effect, sets.get(&part)?.candidate.clone()))
         });
         let without = if best.len() > 1 { without.collect() } else { Vec::new() };
-        let Fitted { candidate, nuisances, .. } = sets.remove(&best)?;
-        let best = self.polished(candidate, &nuisances);
         Some(Selection {
             nominal: nominal.clone(),
             singles,
@@ -275,8 +284,26 @@ impl Selector<'_> {
             failed,
             sets: rows,
             detectable,
-            best,
+            best: best_fit,
         })
+    }
+
+    /// The most probable set that may be named, fitted to the end.
+    ///
+    /// A set that names an effect whose interval holds "off" may not: its part without that effect says the
+    /// same. The score alone is too sure of a small effect that makes up for what the model misses.
+    fn best_without_doubt(&self, sets: &mut Sets) -> Option<(Candidate, Nuisances)> {
+        loop {
+            let own = sets.get_mut(&best_of(sets))?;
+            let fitted = self.polished(own.candidate.clone(), &own.nuisances);
+            let off = may_be_off(self.problem, self.folds, &fitted, &own.nuisances);
+            if !off.is_empty() {
+                own.log_posteriors = [f64::NEG_INFINITY; 2];
+            } else if !fitted.fit.at_bound(self.problem.plant) {
+                return Some((fitted, own.nuisances.clone()));
+            }
+            own.may_be_named = false;
+        }
     }
 
     /// What would have been seen of each effect, had it been there.
@@ -334,10 +361,11 @@ fn posterior(nominal: &Candidate, sets: &Sets) -> Posterior {
 /// Differences of ln p below this say nothing.
 const TIE: f64 = 0.1;
 
-/// The most probable set; of those that are as probable, the first in the order of the library.
+/// The most probable set that may be named; of those that are as probable, the first in the order of the library.
 fn best_of(sets: &Sets) -> Vec<usize> {
-    let most = sets.values().map(Fitted::log_posterior).fold(f64::NEG_INFINITY, f64::max);
-    let best = sets.iter().find(|(_, own)| own.log_posterior() >= most - TIE);
+    let named = || sets.iter().filter(|(_, own)| own.may_be_named);
+    let most = named().map(|(_, own)| own.log_posterior()).fold(f64::NEG_INFINITY, f64::max);
+    let best = named().find(|(_, own)| own.log_posterior() >= most - TIE);
     best.map(|(effects, _)| effects.clone()).unwrap_or_default()
 }
 
