@@ -62,6 +62,12 @@ impl Posterior {
         none.map_or(0.0, |own| own.probability)
     }
 
+    /// That there is no effect of the library, whatever else is.
+    pub fn without_effect(&self) -> f64 {
+        let none = self.sets.iter().find(|own| own.effects.is_empty());
+        none.map_or(0.0, Explanation::in_all)
+    }
+
     /// That an effect is there, whatever else is.
     pub fn of_effect(&self, effect: usize) -> f64 {
         let with = self.sets.iter().filter(|own| own.effects.contains(&effect));

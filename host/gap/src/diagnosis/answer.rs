@@ -4,14 +4,14 @@ use std::collections::BTreeMap;
 
 use crate::data::unlike_trials::unlike;
 use crate::deciding::form::form;
+use crate::deciding::interval::{parameters, spread};
 use crate::deciding::verdict::verdict;
 use crate::diagnosis::report::{
     Details, Diagnosis, NamedEffect, PathStep, QuantityEnergy, Ranked, Verdict,
 };
 use crate::explaining::band;
-use crate::deciding::interval::{parameters, spread};
-use crate::explaining::increments::increments;
 use crate::explaining::figures;
+use crate::explaining::increments::increments;
 use crate::explaining::locate::locate;
 use crate::explaining::map::maps;
 use crate::explaining::on_vessel::on_vessel;
@@ -120,7 +120,8 @@ impl<'a> Answer<'a> {
         let mut set = selection.best.fit.effects.clone();
         set.sort_unstable();
         let worst = before.score.worst();
-        let mut verdict = verdict(&selection.posterior, &set, shrink, worst);
+        let closed = selection.best.score.shrink_of_loss(&before.score);
+        let mut verdict = verdict(&selection.posterior, &set, closed, worst);
         self.diagnosis.none_of_mine = selection.posterior.none_of_mine();
         self.diagnosis.detectable.clone_from(&selection.detectable);
         if problem.is_cut() {

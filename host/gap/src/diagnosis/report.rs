@@ -7,9 +7,9 @@ use serde::Serialize;
 
 pub use crate::deciding::detectable::Detectable;
 pub use crate::deciding::form::Form;
+pub use crate::deciding::interval::Estimate;
 pub use crate::deciding::verdict::{Ranked, Verdict};
 pub use crate::explaining::band::Band;
-pub use crate::deciding::interval::Estimate;
 pub use crate::explaining::figures::{Figures, Gap};
 pub use crate::explaining::locate::Cell;
 pub use crate::explaining::map::Map;

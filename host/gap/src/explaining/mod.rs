@@ -2,8 +2,8 @@
 
 pub mod band;
 pub mod descriptors;
-pub mod increments;
 pub mod figures;
+pub mod increments;
 pub mod locate;
 pub mod map;
 pub mod on_vessel;

@@ -23,8 +23,7 @@ fn smallest_step(rows: &[(usize, f64)]) -> f64 {
     const SAME_LEVEL: f64 = 1e-9;
     let largest = rows.iter().map(|row| row.1.abs()).fold(0.0, f64::max);
     let changes = rows.windows(2).map(|w| (w[1].1 - w[0].1).abs());
-    let smallest =
-        changes.filter(|own| *own > SAME_LEVEL * largest).fold(f64::INFINITY, f64::min);
+    let smallest = changes.filter(|own| *own > SAME_LEVEL * largest).fold(f64::INFINITY, f64::min);
     if smallest.is_finite() && rows.len() > 2 { smallest } else { 0.0 }
 }
 
