@@ -267,7 +267,8 @@ impl Selector<'_> {
         let (best_fit, nuisances) = self.best_without_doubt(&mut sets)?;
         let posterior = posterior(nominal, &sets);
         let detectable = self.detectable(noise, nominal, &sets);
-        let best = best_of(&sets);
+        let mut best = best_fit.fit.effects.clone();
+        best.sort_unstable();
         let path = path(&sets, &singles, &best, nominal);
         let without = parts(&best).into_iter().filter_map(|part| {
             let effect = *best.iter().find(|effect| !part.contains(effect))?;
@@ -291,18 +292,23 @@ impl Selector<'_> {
     /// The most probable set that may be named, fitted to the end.
     ///
     /// A set that names an effect whose interval holds "off" may not: its part without that effect says the
-    /// same. The score alone is too sure of a small effect that makes up for what the model misses.
+    /// same. The score alone is too sure of a small effect that makes up for what the model misses. Where only
+    /// sets at a bound explain anything, the best of them is what comes nearest.
     fn best_without_doubt(&self, sets: &mut Sets) -> Option<(Candidate, Nuisances)> {
         loop {
-            let own = sets.get_mut(&best_of(sets))?;
+            let named = best_of(sets);
+            let best = nearest_of(sets).filter(|_| named.is_empty()).unwrap_or(named);
+            let own = sets.get_mut(&best)?;
             let fitted = self.polished(own.candidate.clone(), &own.nuisances);
             let off = may_be_off(self.problem, self.folds, &fitted, &own.nuisances);
-            if !off.is_empty() {
-                own.log_posteriors = [f64::NEG_INFINITY; 2];
-            } else if !fitted.fit.at_bound(self.problem.plant) {
+            let is_at_bound = fitted.fit.at_bound(self.problem.plant);
+            if off.is_empty() && (!own.may_be_named || !is_at_bound) {
                 return Some((fitted, own.nuisances.clone()));
             }
             own.may_be_named = false;
+            if !off.is_empty() {
+                own.log_posteriors = [f64::NEG_INFINITY; 2];
+            }
         }
     }
 
@@ -367,6 +373,14 @@ fn best_of(sets: &Sets) -> Vec<usize> {
     let most = named().map(|(_, own)| own.log_posterior()).fold(f64::NEG_INFINITY, f64::max);
     let best = named().find(|(_, own)| own.log_posterior() >= most - TIE);
     best.map(|(effects, _)| effects.clone()).unwrap_or_default()
+}
+
+/// The most probable set at a bound, if it is more probable than no effect.
+fn nearest_of(sets: &Sets) -> Option<Vec<usize>> {
+    let none = sets.get(&Vec::new()).map_or(f64::NEG_INFINITY, Fitted::log_posterior);
+    let nearer = sets.iter().filter(|(_, own)| !own.may_be_named && own.log_posterior() > none);
+    let nearest = nearer.max_by(|a, b| a.1.log_posterior().total_cmp(&b.1.log_posterior()));
+    nearest.map(|(effects, _)| effects.clone())
 }
 
 /// The sets of a size, the most probable one first.
