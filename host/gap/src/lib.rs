@@ -29,7 +29,7 @@ mod data;
 mod deciding;
 mod diagnosis;
 pub mod drive;
-mod evidence;
+pub mod evidence;
 mod explaining;
 mod fitting;
 mod noise;

@@ -1,0 +1,207 @@
+//! Learns the priors of the diagnosis from cases whose causes are known, and tells what each of them is worth.
+//!
+//! `learn EVIDENCE:LABELS …`: folders with NAME.json as `evidence` writes it, and as `cathforce gap blind-test make`
+//! writes labels. Prints the objective with the priors of the product, with each of them switched off or
+//! changed by a third, and where a search from there ends.
+
+use std::path::Path;
+use std::process::ExitCode;
+
+use cathforce_gap::evidence::discrepancy::{Cell, Evidence};
+use cathforce_gap::evidence::prior::Prior;
+use serde_json::Value;
+
+/// A case is as good as lost once its truth has this probability.
+const LOST: f64 = 0.03;
+/// Gap in floors from which on a case counts.
+const VISIBLE: f64 = 1.5;
+/// Share of its value by which a prior is changed.
+const STEP: f64 = 0.33;
+
+fn main() -> ExitCode {
+    let pairs: Vec<String> = std::env::args().skip(1).collect();
+    let loaded: Result<Vec<Vec<Case>>, String> = pairs.iter().map(|pair| load(pair)).collect();
+    match loaded.map(|cases| cases.concat()) {
+        Ok(cases) if !cases.is_empty() => {
+            tell(&cases);
+            ExitCode::SUCCESS
+        }
+        Ok(_) => {
+            eprintln!("learn EVIDENCE:LABELS …: no case was found");
+            ExitCode::from(2)
+        }
+        Err(why) => {
+            eprintln!("{why}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// A set of effects that was fitted to a case.
+#[derive(Clone)]
+struct Set {
+    effects: Vec<String>,
+    evidence: Evidence,
+    is_at_bound: bool,
+}
+
+/// A case with its truth.
+#[derive(Clone)]
+struct Case {
+    kind: String,
+    /// In ascending order.
+    truth: Vec<String>,
+    is_visible: bool,
+    sets: Vec<Set>,
+}
+
+fn load(pair: &str) -> Result<Vec<Case>, String> {
+    let (evidence, labels) = pair.split_once(':').ok_or_else(|| format!("{pair}: no colon"))?;
+    let folder = std::fs::read_dir(evidence).map_err(|why| format!("{evidence}: {why}"))?;
+    let mut files: Vec<_> = folder.flatten().map(|entry| entry.path()).collect();
+    files.retain(|path| path.extension().is_some_and(|own| own == "json"));
+    files.sort();
+    files.iter().map(|path| case(path, Path::new(labels))).collect()
+}
+
+fn case(path: &Path, labels: &Path) -> Result<Case, String> {
+    let read = |path: &Path| -> Result<Value, String> {
+        let text =
+            std::fs::read_to_string(path).map_err(|why| format!("{}: {why}", path.display()))?;
+        serde_json::from_str(&text).map_err(|why| format!("{}: {why}", path.display()))
+    };
+    let name = path.file_name().ok_or("a file without a name")?;
+    let (evidence, label) = (read(path)?, read(&labels.join(name))?);
+    let names = |list: &Value| {
+        let all = list.as_array().into_iter().flatten();
+        let mut names: Vec<String> = all.filter_map(|own| Some(own.as_str()?.to_owned())).collect();
+        names.sort();
+        names
+    };
+    let set = |own: &Value| Set {
+        effects: names(&own["effects"]),
+        evidence: Evidence {
+            cells: own["cells"].as_array().into_iter().flatten().map(cell).collect(),
+            is_beyond_stated: own["is_beyond_stated"] == true,
+        },
+        is_at_bound: own["at_bound"] == true,
+    };
+    let ids: Vec<Value> =
+        label["effects"].as_array().into_iter().flatten().map(|own| own["id"].clone()).collect();
+    let gap = label["gap_over_floor"].as_f64().or(label["gap_over_noise"].as_f64());
+    Ok(Case {
+        kind: label["kind"].as_str().unwrap_or_default().to_owned(),
+        truth: names(&Value::Array(ids)),
+        is_visible: gap.is_some_and(|gap| gap >= VISIBLE),
+        sets: evidence["sets"].as_array().into_iter().flatten().map(set).collect(),
+    })
+}
+
+fn cell(own: &Value) -> Cell {
+    let at = |i: usize| own[i].as_f64().unwrap_or(f64::NEG_INFINITY);
+    Cell { amplitude: at(0), kappa: at(1), looseness: at(2), log_density: at(3) }
+}
+
+impl Case {
+    /// Probability of each set, without and with a cause outside the library.
+    fn posterior(&self, prior: &Prior) -> Vec<[f64; 2]> {
+        let of = |set: &Set| {
+            let [mine, others] = prior.log_posteriors(&set.evidence, set.effects.len());
+            [if set.is_at_bound { f64::NEG_INFINITY } else { mine }, others]
+        };
+        let all: Vec<[f64; 2]> = self.sets.iter().map(of).collect();
+        let most = all.iter().flatten().copied().fold(f64::NEG_INFINITY, f64::max);
+        let sum: f64 = all.iter().flatten().map(|own| (own - most).exp()).sum();
+        all.iter().map(|own| own.map(|ln| (ln - most).exp() / sum)).collect()
+    }
+
+    /// Probability of the truth; half of it where another cause is seen beside it. `None` where no gap shows.
+    fn of_truth(&self, prior: &Prior) -> Option<f64> {
+        if self.kind != "none" && !self.is_visible {
+            return None;
+        }
+        let posterior = self.posterior(prior);
+        if self.kind == "outside" {
+            return Some(posterior.iter().map(|own| own[1]).sum());
+        }
+        let sets = self.sets.iter().zip(&posterior).filter(|(set, _)| set.effects == self.truth);
+        Some(sets.map(|(_, [mine, others])| mine + 0.5 * others).sum())
+    }
+}
+
+/// Mean of −ln P(truth), and how many truths are more probable than not.
+fn objective(cases: &[Case], prior: &Prior) -> (f64, usize, usize) {
+    let all: Vec<f64> = cases.iter().filter_map(|case| case.of_truth(prior)).collect();
+    let loss: f64 = all.iter().map(|own| -(LOST + (1.0 - LOST) * own).ln()).sum();
+    let count = all.len();
+    (loss / count.max(1) as f64, all.iter().filter(|own| **own > 0.5).count(), count)
+}
+
+/// Changes a prior to a multiple of what it is.
+type Change = fn(&mut Prior, f64);
+
+/// What may be learned.
+const PRIORS: [(&str, Change); 7] = [
+    ("median of a", |own, by| own.amplitude.0 *= by),
+    ("median of κ", |own, by| own.kappa.0 *= by),
+    ("median of κ with others", |own, by| own.kappa_with_others.0 *= by),
+    ("spread of ω", |own, by| own.looseness.1 *= by),
+    ("temper", |own, by| own.temper *= by),
+    ("ln odds of an effect", |own, by| own.of_effect *= by),
+    ("ln odds of others", |own, by| own.of_others *= by),
+];
+
+/// Priors that are switched off one by one.
+const OFF: [(&str, fn(&mut Prior)); 6] = [
+    ("no temper", |own| own.temper = 1.0),
+    ("no cause outside", |own| own.of_others = -1e9),
+    ("effects cost nothing", |own| own.of_effect = 0.0),
+    ("any amplitude", |own| own.amplitude.1 = 1e3),
+    ("any share of the gap", |own| own.kappa.1 = 1e3),
+    ("any looseness", |own| own.looseness.1 = 1e3),
+];
+
+fn tell(cases: &[Case]) {
+    let line = |name: &str, prior: &Prior| {
+        let (loss, right, count) = objective(cases, prior);
+        println!("{name:<34} {loss:>8.3} {right:>6} of {count}");
+    };
+    println!("{:<34} {:>8} {:>12}", "", "-ln P", "P > 1/2");
+    line("as in the product", &Prior::LEARNED);
+    for (name, off) in OFF {
+        let mut prior = Prior::LEARNED;
+        off(&mut prior);
+        line(name, &prior);
+    }
+    for (name, change) in PRIORS {
+        for by in [1.0 - STEP, 1.0 + STEP] {
+            let mut prior = Prior::LEARNED;
+            change(&mut prior, by);
+            line(&format!("{name} × {by:.2}"), &prior);
+        }
+    }
+    let learned = learned(cases);
+    line("after a search", &learned);
+    println!("{learned:?}");
+}
+
+/// Changes one prior after the other for the better, by steps that become smaller.
+fn learned(cases: &[Case]) -> Prior {
+    let mut best = Prior::LEARNED;
+    let mut least = objective(cases, &best).0;
+    for step in [1.33, 1.15, 1.07] {
+        for _ in 0..3 {
+            for (_, change) in PRIORS {
+                for by in [step, 1.0 / step] {
+                    let mut tried = best;
+                    change(&mut tried, by);
+                    let loss = objective(cases, &tried).0;
+                    if loss < least {
+                        (best, least) = (tried, loss);
+                    }
+                }
+            }
+        }
+    }
+    best
+}
