@@ -141,24 +141,20 @@ fn objective(cases: &[Case], prior: &Prior) -> (f64, usize, usize) {
 type Change = fn(&mut Prior, f64);
 
 /// What may be learned.
-const PRIORS: [(&str, Change); 7] = [
-    ("median of a", |own, by| own.amplitude.0 *= by),
+const PRIORS: [(&str, Change); 5] = [
     ("median of κ", |own, by| own.kappa.0 *= by),
     ("median of κ with others", |own, by| own.kappa_with_others.0 *= by),
-    ("spread of ω", |own, by| own.looseness.1 *= by),
     ("temper", |own, by| own.temper *= by),
     ("ln odds of an effect", |own, by| own.of_effect *= by),
     ("ln odds of others", |own, by| own.of_others *= by),
 ];
 
 /// Priors that are switched off one by one.
-const OFF: [(&str, fn(&mut Prior)); 6] = [
+const OFF: [(&str, fn(&mut Prior)); 4] = [
     ("no temper", |own| own.temper = 1.0),
     ("no cause outside", |own| own.of_others = -1e9),
     ("effects cost nothing", |own| own.of_effect = 0.0),
-    ("any amplitude", |own| own.amplitude.1 = 1e3),
     ("any share of the gap", |own| own.kappa.1 = 1e3),
-    ("any looseness", |own| own.looseness.1 = 1e3),
 ];
 
 fn tell(cases: &[Case]) {

@@ -7,18 +7,16 @@ type LogNormal = (f64, f64);
 
 /// What is expected before the trials are seen.
 ///
-/// [`Prior::LEARNED`] makes the true sets of effects of 43 tuning cases as probable as possible, 21 of them
-/// strangers; the objective is flat about it: a third more or less of any value changes the mean ln
-/// probability of the truth by less than 0.1.
+/// The amplitude a and the looseness ω of the nuisances have no prior: it made no truth more probable.
+///
+/// [`Prior::LEARNED`] makes the true sets of effects of tuning cases probable (`examples/learn.rs`). The
+/// objective is flat about it: a third more or less of any value changes the mean ln probability of the
+/// truth by less than 0.2.
 #[derive(Clone, Copy, Debug)]
 pub struct Prior {
-    /// Of the amplitude a: larger than its median is rare.
-    pub amplitude: LogNormal,
     /// Of the share κ of the gap that is left where all causes are in the library, and where one is not.
     pub kappa: LogNormal,
     pub kappa_with_others: LogNormal,
-    /// Of ω/√T, which is what a nuisance may be in standard deviations of its prior once its cost is tempered.
-    pub looseness: LogNormal,
     /// Times ln p(data): the model of the discrepancy is not true either, so that its certainty is less
     /// than it states.
     pub temper: f64,
@@ -30,10 +28,8 @@ pub struct Prior {
 
 impl Prior {
     pub const LEARNED: Self = Self {
-        amplitude: (1.1, 0.69),
         kappa: (0.1, 0.5),
         kappa_with_others: (0.4, 0.5),
-        looseness: (1.0, 0.22),
         temper: 0.05,
         of_effect: -5.5,
         of_others: -1.7,
@@ -44,7 +40,8 @@ impl Prior {
     /// See docs/explanation/diagnosis.md (D12).
     pub fn log_posteriors(&self, evidence: &Evidence, effects: usize) -> [f64; 2] {
         let best = |of_kappa: &dyn Fn(f64) -> f64| {
-            let cells = evidence.cells.iter().map(|own| self.of_cell(own) + of_kappa(own.kappa));
+            let cells = evidence.cells.iter();
+            let cells = cells.map(|own| self.temper * own.log_density + of_kappa(own.kappa));
             cells.fold(f64::NEG_INFINITY, f64::max) + self.of_effect * effects as f64
         };
         let mine = match evidence.is_beyond_stated {
@@ -56,14 +53,15 @@ impl Prior {
 
     /// The most probable amplitudes where all causes are in the library.
     pub fn best_without_others(&self, evidence: &Evidence) -> Option<Cell> {
-        let of = |own: &&Cell| self.of_cell(own) + self.of_mine(own.kappa);
+        let of = |own: &&Cell| self.temper * own.log_density + self.of_mine(own.kappa);
         evidence.cells.iter().max_by(|a, b| of(a).total_cmp(&of(b))).copied()
     }
 
     /// The most probable amplitudes, whatever the causes.
     pub fn best(&self, evidence: &Evidence) -> Option<Cell> {
         let of = |own: &&Cell| {
-            self.of_cell(own) + self.of_mine(own.kappa).max(self.of_a_cause_outside(own.kappa))
+            let of_kappa = self.of_mine(own.kappa).max(self.of_a_cause_outside(own.kappa));
+            self.temper * own.log_density + of_kappa
         };
         evidence.cells.iter().max_by(|a, b| of(a).total_cmp(&of(b))).copied()
     }
@@ -74,12 +72,6 @@ impl Prior {
 
     fn of_a_cause_outside(&self, kappa: f64) -> f64 {
         about(kappa, self.kappa_with_others) + self.of_others
-    }
-
-    fn of_cell(&self, own: &Cell) -> f64 {
-        self.temper * own.log_density
-            + at_most(own.amplitude, self.amplitude)
-            + about(own.looseness / self.temper.sqrt(), self.looseness)
     }
 }
 
