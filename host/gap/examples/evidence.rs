@@ -36,6 +36,13 @@ fn write(path: &Path, held_back: &str, out: &Path) -> Result<(), Box<dyn std::er
     let answer = cathforce_gap::diagnose(plant.as_ref(), "evidence", &cathforce_gap::unwatched);
     let value = serde_json::json!({ "answer": answer, "sets": answer.details.sets });
     std::fs::write(out, value.to_string())?;
-    println!("{}: {:.0} s, {}", path.display(), answer.seconds, answer.sentence);
+    println!(
+        "{}: {:.0} s, {} simulations of {} expected, {}",
+        path.display(),
+        answer.seconds,
+        answer.details.simulations,
+        cathforce_gap::expected_simulations(plant.as_ref()),
+        answer.sentence
+    );
     Ok(())
 }

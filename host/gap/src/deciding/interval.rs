@@ -134,8 +134,11 @@ fn covariance(problem: &Problem<'_>, best: &Candidate, metric: &Metric<'_>) -> D
     normal.cholesky().map_or_else(|| DMatrix::zeros(k, k), |c| c.inverse())
 }
 
-/// Effects of a fit that may as well be off: the interval of every one of their parameters holds its off
-/// value. `nuisances`: linearised there.
+/// Effects of a fit that may as well be off: the interval of every one of their parameters holds a value that is
+/// no effect. `nuisances`: linearised there.
+///
+/// That value is the parameter's off value. What the trials have as a nuisance, such as a force zero, is no
+/// effect up to one standard deviation of its prior either.
 pub fn may_be_off(
     problem: &Problem<'_>,
     folds: &Folds,
@@ -143,9 +146,18 @@ pub fn may_be_off(
     nuisances: &Nuisances,
 ) -> Vec<usize> {
     let spread = spread(problem, folds, own, &Metric::new(nuisances, &own.score));
+    let known = problem.plant.nuisances();
     let holds_off = |effect: &usize| {
+        let id = problem.plant.effects()[*effect].id;
+        let usual = |unit: &str| {
+            let same = known.iter().filter(|own| own.effect == Some(id) && own.unit == unit);
+            same.map(|own| own.sd).fold(0.0, f64::max)
+        };
         let all = parameters(problem.plant, own, *effect, &spread);
-        all.values().all(|p| (p.low..=p.high).contains(&p.off))
+        all.values().all(|p| {
+            let usual = usual(p.unit);
+            p.low <= p.off + usual && p.high >= p.off - usual
+        })
     };
     own.fit.effects.iter().copied().filter(holds_off).collect()
 }

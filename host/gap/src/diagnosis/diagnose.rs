@@ -80,8 +80,9 @@ pub fn expected_simulations(plant: &dyn Plant) -> u64 {
     let fit = |k: usize, starts: usize| 1 + starts + 4 * (k + 2) + again;
     let effects = plant.effects().iter();
     let singles: usize = effects.map(|e| fit(e.parameters.len(), e.starts.len())).sum();
-    // Pairs and further rounds, as on the bundles that it was tried on.
-    let more = 16 * fit(3, 2);
+    // Sets of several effects, as many as on the bundles that it was tried on.
+    let sets = if plant.cheap() { 250 } else { 16 };
+    let more = sets * fit(3, 2);
     ((1 + nuisances + singles + more) * plant.trials().len()) as u64
 }
 
