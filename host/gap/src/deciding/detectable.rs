@@ -22,7 +22,8 @@ const STARTS: usize = 2;
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Detectable {
     pub id: &'static str,
-    /// The parameter that tells the size: the one that moves farthest in standard deviations of its prior.
+    /// The parameter that tells the size: of the first one and those in its unit, the one that moves farthest in
+    /// standard deviations of its prior. The others say where and how the effect acts.
     pub parameter: &'static str,
     /// `None` where no size within the bounds would have been seen.
     pub size: Option<f64>,
@@ -99,7 +100,8 @@ impl<'a> Seen<'a> {
     fn of(known: &'a Effect, start: &[f64], share: f64) -> Self {
         let at = |(p, value): (&Parameter, &f64)| p.off + share * (value - p.off);
         let sds = |(p, value): (&'a Parameter, &f64)| ((value - p.off) / p.scale).abs();
-        let pairs = || known.parameters.iter().zip(start);
+        let is_size = |p: &Parameter| p.unit == known.parameters[0].unit;
+        let pairs = || known.parameters.iter().zip(start).filter(|(p, _)| is_size(p));
         let most = pairs().max_by(|a, b| sds(*a).total_cmp(&sds(*b)));
         let (parameter, value) = most.unwrap_or((&known.parameters[0], &0.0));
         let value = at((parameter, value));
