@@ -30,8 +30,9 @@ struct Core {
     load: Load,
     /// Consecutive ticks that ran into the next one.
     overruns: u32,
-    /// Why the device reset itself, until somebody has cleared this fault.
-    crash: Option<Fault>,
+    /// What holds the device from its boot on, until somebody has cleared this fault: why it reset itself, or
+    /// that its saved images are lost.
+    held_by: Option<Fault>,
     /// How often it has since it was switched on.
     resets: u32,
     bus: BusRecovery,
@@ -128,7 +129,7 @@ pub fn start(board: board::This) -> &'static mut Slot {
         carrier: Counters::default(),
         load: Load::default(),
         overruns: 0,
-        crash: crash.and_then(|crash| Fault::from_code(crash.fault)),
+        held_by: crash.and_then(|crash| Fault::from_code(crash.fault)),
         resets: crash.map_or(0, |crash| crash.resets),
         bus: BusRecovery::default(),
         until_asked: watch::ASK_EVERY_TICKS,
@@ -147,6 +148,11 @@ pub fn boot_options(board: board::This) -> BootOptions {
     let options = board.boot_options();
     with(|core| core.slot.control_loop.set_lock_step(options.lock_step));
     options
+}
+
+/// Holds the device by a fault that its boot has found, unless another one does already.
+pub fn hold(fault: Fault) {
+    with(|core| core.held_by = core.held_by.or(Some(fault)));
 }
 
 /// Runs `f` on the core, if it is there.
@@ -193,14 +199,14 @@ impl Core {
         TICK.store(number, Ordering::Relaxed);
         let notice = if self.overruns >= 2 {
             Some(Notice::Overrun)
-        } else if let Some(crash) = self.crash {
-            Notice::of(crash)
+        } else if let Some(fault) = self.held_by {
+            Notice::of(fault)
         } else {
             self.bus.is_off().then_some(Notice::BusOff)
         };
         control_loop.set_health(Health {
             resets: self.resets,
-            crash: self.crash.map_or(0, Fault::code),
+            crash: self.held_by.map_or(0, Fault::code),
             missed_ticks: self.load.missed_ticks,
         });
         let before = control_loop.outputs().map(|outputs| outputs.mode);
@@ -208,10 +214,10 @@ impl Core {
         let mode = control_loop.outputs().map(|outputs| outputs.mode);
         board.enable_outputs(mode == Some(Mode::Armed) || !control_loop.may_reconfigure());
         // A fault that has been cleared is past; before that it comes back with every configuration.
-        if matches!(before, Some(Mode::Fault { cause }) if Some(cause) == self.crash)
+        if matches!(before, Some(Mode::Fault { cause }) if Some(cause) == self.held_by)
             && mode != before
         {
-            self.crash = None;
+            self.held_by = None;
         }
         for frame in frames.into_iter().flatten() {
             if self.bus.is_off() {

@@ -1,5 +1,9 @@
 //! What the firmware needs of a board.
 
+use core::ops::Range;
+
+use embedded_storage::nor_flash::NorFlash;
+
 /// How whoever started the board wants it to run.
 #[derive(Clone, Copy, Default)]
 pub struct BootOptions {
@@ -11,6 +15,19 @@ pub struct BootOptions {
 pub trait Board: Copy {
     /// Time counts in a second, of [`Board::time`] and [`Board::lateness`].
     const COUNTS_A_SECOND: u32;
+
+    /// Size of an image buffer \[bytes\].
+    const IMAGE_BUFFER_LEN: usize;
+
+    /// The two places for saved images in the flash.
+    const SAVED_IMAGES: [Range<u32>; 2];
+
+    /// Memory that keeps saved images while the board has no power.
+    type Flash: NorFlash;
+
+    /// The flash, for the task that saves images. Nothing of it delays an interrupt. It calls `working` at
+    /// least every few milliseconds of a long operation, so that a watchdog sees it advance.
+    fn flash(self, working: fn()) -> Self::Flash;
 
     /// Name of the board, as the host sees it.
     fn name(self) -> &'static str;

@@ -8,5 +8,6 @@ mod mps2_an500;
 pub use interface::{Board, BootOptions};
 pub use mps2_an500::{
     BusIn, BusOut, LogOut, Mps2An500 as This, PATIENT_IRQ, PATIENT_TASKS, RELAXED_IRQ,
-    RELAXED_TASKS, URGENT_IRQ, URGENT_TASKS, emergency_log, outputs_off, start, time_us,
+    RELAXED_TASKS, URGENT_IRQ, URGENT_TASKS, emergency_log, feed_watchdog, outputs_off, start,
+    time_us,
 };
