@@ -193,7 +193,7 @@ impl Core {
     /// One tick of the device, which began `late` counts after it was due.
     fn tick(&mut self, late: u32, out: &impl Outgoing) {
         let board = self.board;
-        let began = board.time();
+        let (began, began_cycles) = (board.time(), board.cycles());
         let Slot { control_loop, active } = &mut *self.slot;
         let number = control_loop.ticks();
         TICK.store(number, Ordering::Relaxed);
@@ -212,6 +212,7 @@ impl Core {
         let before = control_loop.outputs().map(|outputs| outputs.mode);
         let frames = control_loop.tick(active.as_ref().map(|a| &a.config), notice);
         let mode = control_loop.outputs().map(|outputs| outputs.mode);
+        board.show_force(control_loop.outputs().map_or(0.0, |outputs| outputs.force_n));
         board.enable_outputs(mode == Some(Mode::Armed) || !control_loop.may_reconfigure());
         // A fault that has been cleared is past; before that it comes back with every configuration.
         if matches!(before, Some(Mode::Fault { cause }) if Some(cause) == self.held_by)
@@ -238,7 +239,12 @@ impl Core {
             board.hold_ticks();
             GRANT_USED.signal(());
         }
-        self.account(number, late, board.time().wrapping_sub(began));
+        self.account(
+            number,
+            late,
+            board.time().wrapping_sub(began),
+            board.cycles().wrapping_sub(began_cycles),
+        );
     }
 
     /// Feeds the watchdog if every task has run since it was asked (P11).
@@ -251,10 +257,14 @@ impl Core {
     }
 
     /// Records the cost of the tick, and whether it was on time.
-    fn account(&mut self, number: u32, late: u32, counts: u32) {
+    fn account(&mut self, number: u32, late: u32, counts: u32, cycles: u32) {
         let instructions = self.board.instructions(counts);
         if instructions > self.load.worst_instructions {
             self.load.worst_instructions = instructions;
+            self.load.worst_tick = number;
+        }
+        if cycles > self.load.worst_cycles {
+            self.load.worst_cycles = cycles;
             self.load.worst_tick = number;
         }
         let overran = self.board.tick_pending();

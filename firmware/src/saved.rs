@@ -91,15 +91,12 @@ impl SavedImages {
     pub fn save(&mut self, image: &[u8], image_crc32: u32) -> Result<(), Refusal<'static>> {
         self.store.save(image).map_err(|error| match error {
             SaveError::TooLong { capacity } => Refusal::TooLong { capacity },
-            SaveError::ReadBack => Refusal::Flash { reason: "it reads other bytes than were written" },
+            SaveError::ReadBack => {
+                Refusal::Flash { reason: "it reads other bytes than were written" }
+            }
             SaveError::Flash(_) => Refusal::Flash { reason: "it cannot be erased or written" },
         })?;
-        self.saved = Saved {
-            state: SavedState::Good,
-            image_crc32,
-            on_trial: true,
-            refused: "",
-        };
+        self.saved = Saved { state: SavedState::Good, image_crc32, on_trial: true, refused: "" };
         self.is_in_use = true;
         Ok(())
     }

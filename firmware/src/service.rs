@@ -26,6 +26,7 @@ pub struct Server {
 }
 
 /// Makes the service, and puts the saved image to use. Called once, before ticks run.
+#[inline(never)]
 pub fn prepare(board: board::This, spare: &'static mut Slot) -> &'static mut Server {
     static PLACE: StaticCell<Server> = StaticCell::new();
     let identity = Identity {
@@ -115,18 +116,19 @@ fn why(refusal: Refusal<'static>) -> &'static str {
 
 /// The two image buffers. Called once.
 fn image_buffers() -> [Buffer; 2] {
-    /// Memory for both, which is not initialised at boot.
-    struct Place(core::cell::UnsafeCell<[[u8; IMAGE_BUFFER_LEN]; 2]>);
+    /// Memory for one, which is not initialised at boot. A board may have them in different memories.
+    struct Place(core::cell::UnsafeCell<[u8; IMAGE_BUFFER_LEN]>);
     // SAFETY: `StaticCell` below hands it out once.
     unsafe impl Sync for Place {}
-    #[unsafe(link_section = ".psram.images")]
-    static PLACE: Place = Place(core::cell::UnsafeCell::new([[0; IMAGE_BUFFER_LEN]; 2]));
+    #[unsafe(link_section = ".images.first")]
+    static FIRST: Place = Place(core::cell::UnsafeCell::new([0; IMAGE_BUFFER_LEN]));
+    #[unsafe(link_section = ".images.second")]
+    static SECOND: Place = Place(core::cell::UnsafeCell::new([0; IMAGE_BUFFER_LEN]));
     static TAKEN: StaticCell<()> = StaticCell::new();
     // Panics on a second call.
     TAKEN.init(());
     // SAFETY: taken once, and bytes may have any value.
-    let [a, b] = unsafe { &mut *PLACE.0.get() };
-    [a, b]
+    [&FIRST, &SECOND].map(|place| unsafe { &mut *place.0.get() } as Buffer)
 }
 
 /// Access of the service to the device.

@@ -102,18 +102,18 @@ fn p09_two_ticks_in_a_row_that_overrun_are_counted_and_cut() {
 
 /// Frames of 8 bytes on a bus of 1 Mbit/s in a tick, at 111 bits each.
 const FULL_BUS: u32 = 1000 / 111;
+/// Long for a busy computer, on which the board takes seconds for what takes it milliseconds.
+const PATIENCE: Duration = Duration::from_secs(600);
 /// Promise P10.
 const LATEST_NS: u32 = 2000;
 
 fn check_load(load: &Load) {
-    assert!(load.latest_start_ns > 0, "the lateness is measured: {load:?}");
     assert!(load.latest_start_ns <= LATEST_NS && load.missed_ticks == 0, "{load:?}");
 }
 
 /// As many foreign frames as fill a bus, beside those of master and device, for every tick that is heard,
 /// and a status in between. The board runs free: frames come at any time within a tick.
 #[test]
-#[ignore = "fails: the board that runs free reports a lateness of 0, so P10 is not measured"]
 fn p10_p20_a_full_bus_delays_no_tick_of_an_armed_board_that_runs_free() {
     const TICKS: u32 = 1000;
     let mut client = Client::connect(Flooded::new(<Lab as Rig>::boot())).expect("a board");
@@ -123,7 +123,7 @@ fn p10_p20_a_full_bus_delays_no_tick_of_an_armed_board_that_runs_free() {
     lab.debugger.go_on();
     client.set_lock_step(false).expect("nothing is armed");
     client.link_mut().floods = true;
-    let until = Instant::now() + Duration::from_secs(200);
+    let until = Instant::now() + PATIENCE;
     let reach = |client: &mut Client<Flooded>, command, wanted| loop {
         client.command(command).expect("sent");
         let status = client.status().expect("an answer");
@@ -150,6 +150,9 @@ fn p10_p20_a_full_bus_delays_no_tick_of_an_armed_board_that_runs_free() {
     let counted = client.status().expect("an answer").counters.get(Counter::Foreign);
     let Flooded { foreign, ticks, .. } = *client.link();
     let load = status.load;
+    // A tick that begins within a count of the timer has no lateness; of a thousand some meet a task that masks
+    // them.
+    assert!(load.latest_start_ns > 0, "the lateness is measured: {load:?}");
     // The counters were reset while some were on their way.
     assert!(counted >= foreign && counted <= foreign + 20 * FULL_BUS, "{counted}, sent {foreign}");
 
@@ -158,6 +161,40 @@ fn p10_p20_a_full_bus_delays_no_tick_of_an_armed_board_that_runs_free() {
         "figure P20: {foreign} foreign frames in {ticks} armed ticks of {} instructions, {} missed",
         load.worst_instructions, load.missed_ticks
     );
+}
+
+/// A whole image is received, checked and refused, the image in use is saved, and another one is put to use, while
+/// the board runs free.
+#[test]
+fn p10_neither_an_image_nor_saving_it_delays_a_tick() {
+    let mut client = Client::connect(<Lab as Rig>::boot()).expect("a board");
+    client.upload_image(small_image(), |_| ControlFlow::Continue(())).expect("taken");
+    client.link_mut().keep_awake();
+    client.link_mut().debugger.go_on();
+    client.set_lock_step(false).expect("nothing is armed");
+    client.reset_counters().expect("an answer");
+    let mut damaged = small_image().to_vec();
+    *damaged.last_mut().expect("bytes") ^= 1;
+    let figure = |client: &mut Client<Lab>, what: &str| {
+        let status = client.status().expect("an answer");
+        check_load(&status.load);
+        println!(
+            "figure P10: {what}: latest start {} ns, {} missed, at tick {}",
+            status.load.latest_start_ns, status.load.missed_ticks, status.tick
+        );
+        status.tick
+    };
+    let began = figure(&mut client, "before");
+    client
+        .upload_image(&damaged, |_| ControlFlow::Continue(()))
+        .expect_err("its check does not fit its bytes");
+    let refused = figure(&mut client, "an image is checked and refused");
+    client.save_image().expect("nothing is armed");
+    let saved = figure(&mut client, "an image is saved");
+    assert!(began < refused && refused < saved, "ticks go on: {began}, {refused}, {saved}");
+    // An exchange zeroes the load; what it delays is the tick behind it.
+    client.upload_image(small_image(), |_| ControlFlow::Continue(())).expect("taken");
+    figure(&mut client, "an image is put to use");
 }
 
 /// A link that sends a sample for every tick heard, and has a second talker on its bus, which fills it.

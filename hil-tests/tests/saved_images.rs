@@ -1,15 +1,15 @@
 //! P15 and P16 on the board: what it has saved is there after a reset, the newest image that is whole; what was
 //! only applied is gone. Slots are damaged by the debugger.
 
+use cathforce_bundle::ImageOptions;
 use cathforce_bus::service::{self, HostEndpoint, MAX_REQUEST, Request, SavedState, crc32};
 use cathforce_bus::{Command, Id, Process};
-use cathforce_bundle::ImageOptions;
 use cathforce_config::Settings;
 use cathforce_control::{Fault, Mode};
 use cathforce_hil_tests::lab::{HANG, Lab};
 use cathforce_hil_tests::{Bench, Drive, encoder, image_with, small_image};
-use cathforce_link::{Link as _, SavedImage};
 use cathforce_link::qemu::BoardOptions;
+use cathforce_link::{Link as _, SavedImage};
 use cathforce_storage::{Layout, Store};
 use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash};
 
@@ -58,13 +58,13 @@ fn digest_of_a_run(bench: &mut Bench<Lab>) -> u32 {
 /// Flips a bit of the image in each slot that holds this one, and says how many.
 fn damage(lab: &mut Lab, image: &[u8]) -> usize {
     let flash = lab.symbols.address("_saved_images");
-    // The memory holds the complement.
+    // The memory holds the complement. Header and settings tell one image from the other.
     let stored: Vec<u8> = image.iter().map(|byte| !byte).collect();
+    let (front, middle) = (&stored[..1024], stored.len() / 2);
     let slots = [0, SLOT].map(|slot| flash + slot + IMAGE);
     let holding: Vec<u32> =
-        slots.into_iter().filter(|&at| lab.debugger.read(at, stored.len()) == stored).collect();
+        slots.into_iter().filter(|&at| lab.debugger.read(at, front.len()) == front).collect();
     for at in &holding {
-        let middle = stored.len() / 2;
         lab.debugger.write(at + middle as u32, &[stored[middle] ^ 0x10]);
     }
     holding.len()
@@ -254,10 +254,12 @@ fn p15_a_power_cut_while_the_board_saves_leaves_the_old_image_or_the_new_one() {
     std::fs::copy(&memory, &before).expect("a copy");
 
     let len = new.len() as u32;
-    // The first byte that is erased, bytes of the image, and those of the header, which is written last.
-    let cuts = [0, SLOT - 1, IMAGE, IMAGE + len / 2, IMAGE + len - 1, 4, 31];
+    // A byte is written when it is erased, and a second time when it gets its value; those of the header do so
+    // last.
+    let (erased, written) = (1, 2);
+    let cuts = [(0, erased), (IMAGE + len / 2, erased), (IMAGE + len / 2, written), (31, written)];
     let (mut kept, mut lost_power) = (0, 0);
-    for (i, cut) in cuts.into_iter().enumerate() {
+    for (i, (cut, writes)) in cuts.into_iter().enumerate() {
         std::fs::copy(&before, &memory).expect("a copy");
         let mut bench = boot();
         assert_eq!(bench.report().image_crc32, crc32(old), "cut {cut}");
@@ -271,6 +273,10 @@ fn p15_a_power_cut_while_the_board_saves_leaves_the_old_image_or_the_new_one() {
         lab.send(&endpoint.next_frame(0).expect("a single frame")).expect("sent");
         lab.flush().expect("sent");
         lab.debugger.wait_until_stopped();
+        for _ in 1..writes {
+            lab.debugger.go_on();
+            lab.debugger.wait_until_stopped();
+        }
         drop(bench);
 
         let mut bench = boot();
@@ -285,6 +291,8 @@ fn p15_a_power_cut_while_the_board_saves_leaves_the_old_image_or_the_new_one() {
         let mut bench = reset(bench);
         assert_eq!(bench.report().image_crc32, crc32(new), "after cut {cut}");
     }
-    println!("figure P15: {lost_power} power cuts on the board, after {kept} the old image, else the new one");
+    println!(
+        "figure P15: {lost_power} power cuts on the board, after {kept} the old image, else the new one"
+    );
     assert!(kept > 0, "no cut came before the new image was complete");
 }

@@ -47,6 +47,14 @@ pub trait Board: Copy {
     /// Instructions in `counts` of [`Board::time`]; 0 where instructions cannot be counted.
     fn instructions(self, counts: u32) -> u32;
 
+    /// Count of the processor's cycles, wrapping; 0 where they cannot be counted.
+    fn cycles(self) -> u32 {
+        0
+    }
+
+    /// Shows the force on the operator's linear axis \[N\] by a voltage, where there is a converter.
+    fn show_force(self, _force_n: f32) {}
+
     /// Starts the tick timer. The next tick is due after a whole period, or after the rest of it.
     fn start_ticks(self);
 

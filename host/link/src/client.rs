@@ -6,8 +6,8 @@ use std::time::{Duration, Instant};
 
 use cathforce_bus::master::Master;
 use cathforce_bus::service::{
-    self, HostEndpoint, MAX_CHUNK, MAX_REQUEST, PROTOCOL_HASH, Refusal, Request, Response, SavedState,
-    Status,
+    self, HostEndpoint, MAX_CHUNK, MAX_REQUEST, PROTOCOL_HASH, Refusal, Request, Response,
+    SavedState, Status,
 };
 use cathforce_bus::{
     Command, Counters, Direction, FROM_HOST, Frame, Id, NextCounters, Process, Sealer,

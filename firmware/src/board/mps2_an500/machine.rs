@@ -3,8 +3,8 @@
 use core::ops::Range;
 use core::sync::atomic::{AtomicU32, Ordering};
 
-use super::flash::{self, MemoryFlash};
 use super::clock::{CLOCK_HZ, TICK_RELOAD};
+use super::flash::{self, MemoryFlash};
 use super::registers::{fpga_io, timer0, watchdog};
 use super::semihosting::{self, CALIBRATION_INSTRUCTIONS};
 use super::serial::{self, Ports};

@@ -199,7 +199,9 @@ fn add_saved(facts: &mut Facts, saved: &SavedImage) {
     let mut text = match state {
         SavedState::Empty => "nothing".to_owned(),
         SavedState::Good => format!("CRC {image_crc32:08x}"),
-        SavedState::Fallback => format!("CRC {image_crc32:08x}, because the newest one cannot be used"),
+        SavedState::Fallback => {
+            format!("CRC {image_crc32:08x}, because the newest one cannot be used")
+        }
         SavedState::Lost => "none of those that were saved can be used".to_owned(),
     };
     if *on_trial {
