@@ -108,7 +108,7 @@ impl Server {
 
 fn why(refusal: Refusal<'static>) -> &'static str {
     match refusal {
-        Refusal::Image { field, reason, .. } if field.is_empty() => reason,
+        Refusal::Image { field: "", reason, .. } => reason,
         Refusal::Image { field, .. } => field,
         _ => "it cannot be used",
     }

@@ -40,7 +40,10 @@ impl MemoryFlash {
     fn cells(&mut self, offset: u32, len: usize) -> Option<&mut [u8]> {
         (self.working)();
         // SAFETY: memory of the flash alone, of which there is one; any bits are bytes.
-        let all = unsafe { &mut *(&raw mut _saved_images) };
+        let all: &mut [u8; SIZE] = unsafe {
+            let all = &raw mut _saved_images;
+            &mut *all
+        };
         all.get_mut(offset as usize..)?.get_mut(..len)
     }
 }
