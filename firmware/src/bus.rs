@@ -6,7 +6,7 @@ use core::future::poll_fn;
 use core::task::Poll;
 
 use cathforce_bus::service::BLOCK_SIZE;
-use cathforce_bus::slcan::{self, Decoder, Line};
+use cathforce_bus::slcan::{self, Line};
 use cathforce_bus::{Frame, Id};
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
@@ -26,8 +26,10 @@ const ANSWERS: usize = BLOCK_SIZE as usize;
 /// An item to send.
 enum Out {
     Frame(Frame),
-    /// An answer to a command of SLCAN, or a command of ours.
-    Text(&'static [u8]),
+    /// An answer to a command of the adapter.
+    Answer(&'static [u8]),
+    /// Starts the controller again after bus-off.
+    Reopen,
 }
 
 static OUT: Channel<CriticalSectionRawMutex, Out, ANSWERS> = Channel::new();
@@ -81,7 +83,7 @@ impl Outgoing for Bus {
 
     fn reopen(&self) {
         // A queue that is full has room at the next attempt.
-        self.put(Out::Text(slcan::REOPEN));
+        self.put(Out::Reopen);
     }
 }
 
@@ -96,7 +98,7 @@ pub async fn send_frame(frame: Frame) {
 pub async fn send(mut port: BusOut, mut ticks: TickFrames) {
     watch::SEND
         .over(async {
-            port.write(slcan::ANSWER_DONE).await;
+            port.answer(slcan::ANSWER_DONE).await;
             loop {
                 let out = poll_fn(|context| {
                     if let Some(out) = ticks.0.dequeue() {
@@ -109,8 +111,9 @@ pub async fn send(mut port: BusOut, mut ticks: TickFrames) {
                     }
                 });
                 match out.await {
-                    Out::Frame(frame) => port.write(&slcan::encode(&frame)).await,
-                    Out::Text(bytes) => port.write(bytes).await,
+                    Out::Frame(frame) => port.frame(&frame).await,
+                    Out::Answer(bytes) => port.answer(bytes).await,
+                    Out::Reopen => port.reopen().await,
                 }
             }
         })
@@ -125,10 +128,8 @@ pub async fn receive(port: BusIn) {
 }
 
 async fn pass_on(mut port: BusIn) {
-    let mut decoder = Decoder::default();
     loop {
-        let Some(line) = decoder.push(port.read().await) else { continue };
-        match line {
+        match port.next().await {
             Line::Frame(frame) if Id::from_raw(frame.id()) == Some(Id::ServiceRequest) => {
                 requests::take(frame).await;
             }
@@ -140,14 +141,14 @@ async fn pass_on(mut port: BusIn) {
             }
             Line::Foreign => device::on_foreign(),
             Line::Open | Line::Close | Line::BitRate(_) => {
-                OUT.send(Out::Text(slcan::ANSWER_DONE)).await;
+                OUT.send(Out::Answer(slcan::ANSWER_DONE)).await;
             }
             Line::BusOff(off) => device::on_bus_state(off),
             // A bare carriage return ends a truncated line.
             Line::Done | Line::Error => {}
             Line::Bad(bad) => {
                 device::count(bad.counter());
-                OUT.send(Out::Text(slcan::ANSWER_ERROR)).await;
+                OUT.send(Out::Answer(slcan::ANSWER_ERROR)).await;
             }
         }
     }

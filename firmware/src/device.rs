@@ -30,8 +30,9 @@ struct Core {
     load: Load,
     /// Consecutive ticks that ran into the next one.
     overruns: u32,
-    /// Why the device reset itself, until somebody has cleared this fault.
-    crash: Option<Fault>,
+    /// What holds the device from its boot on, until somebody has cleared this fault: why it reset itself, or
+    /// that its saved images are lost.
+    held_by: Option<Fault>,
     /// How often it has since it was switched on.
     resets: u32,
     bus: BusRecovery,
@@ -128,7 +129,7 @@ pub fn start(board: board::This) -> &'static mut Slot {
         carrier: Counters::default(),
         load: Load::default(),
         overruns: 0,
-        crash: crash.and_then(|crash| Fault::from_code(crash.fault)),
+        held_by: crash.and_then(|crash| Fault::from_code(crash.fault)),
         resets: crash.map_or(0, |crash| crash.resets),
         bus: BusRecovery::default(),
         until_asked: watch::ASK_EVERY_TICKS,
@@ -147,6 +148,11 @@ pub fn boot_options(board: board::This) -> BootOptions {
     let options = board.boot_options();
     with(|core| core.slot.control_loop.set_lock_step(options.lock_step));
     options
+}
+
+/// Holds the device by a fault that its boot has found, unless another one does already.
+pub fn hold(fault: Fault) {
+    with(|core| core.held_by = core.held_by.or(Some(fault)));
 }
 
 /// Runs `f` on the core, if it is there.
@@ -187,31 +193,32 @@ impl Core {
     /// One tick of the device, which began `late` counts after it was due.
     fn tick(&mut self, late: u32, out: &impl Outgoing) {
         let board = self.board;
-        let began = board.time();
+        let (began, began_cycles) = (board.time(), board.cycles());
         let Slot { control_loop, active } = &mut *self.slot;
         let number = control_loop.ticks();
         TICK.store(number, Ordering::Relaxed);
         let notice = if self.overruns >= 2 {
             Some(Notice::Overrun)
-        } else if let Some(crash) = self.crash {
-            Notice::of(crash)
+        } else if let Some(fault) = self.held_by {
+            Notice::of(fault)
         } else {
             self.bus.is_off().then_some(Notice::BusOff)
         };
         control_loop.set_health(Health {
             resets: self.resets,
-            crash: self.crash.map_or(0, Fault::code),
+            crash: self.held_by.map_or(0, Fault::code),
             missed_ticks: self.load.missed_ticks,
         });
         let before = control_loop.outputs().map(|outputs| outputs.mode);
         let frames = control_loop.tick(active.as_ref().map(|a| &a.config), notice);
         let mode = control_loop.outputs().map(|outputs| outputs.mode);
+        board.show_force(control_loop.outputs().map_or(0.0, |outputs| outputs.force_n));
         board.enable_outputs(mode == Some(Mode::Armed) || !control_loop.may_reconfigure());
         // A fault that has been cleared is past; before that it comes back with every configuration.
-        if matches!(before, Some(Mode::Fault { cause }) if Some(cause) == self.crash)
+        if matches!(before, Some(Mode::Fault { cause }) if Some(cause) == self.held_by)
             && mode != before
         {
-            self.crash = None;
+            self.held_by = None;
         }
         for frame in frames.into_iter().flatten() {
             if self.bus.is_off() {
@@ -232,7 +239,12 @@ impl Core {
             board.hold_ticks();
             GRANT_USED.signal(());
         }
-        self.account(number, late, board.time().wrapping_sub(began));
+        self.account(
+            number,
+            late,
+            board.time().wrapping_sub(began),
+            board.cycles().wrapping_sub(began_cycles),
+        );
     }
 
     /// Feeds the watchdog if every task has run since it was asked (P11).
@@ -245,10 +257,14 @@ impl Core {
     }
 
     /// Records the cost of the tick, and whether it was on time.
-    fn account(&mut self, number: u32, late: u32, counts: u32) {
+    fn account(&mut self, number: u32, late: u32, counts: u32, cycles: u32) {
         let instructions = self.board.instructions(counts);
         if instructions > self.load.worst_instructions {
             self.load.worst_instructions = instructions;
+            self.load.worst_tick = number;
+        }
+        if cycles > self.load.worst_cycles {
+            self.load.worst_cycles = cycles;
             self.load.worst_tick = number;
         }
         let overran = self.board.tick_pending();

@@ -22,6 +22,8 @@ mod record;
 #[cfg(target_os = "none")]
 mod requests;
 #[cfg(target_os = "none")]
+mod saved;
+#[cfg(target_os = "none")]
 mod service;
 #[cfg(target_os = "none")]
 mod stack;
@@ -43,6 +45,7 @@ fn main() -> ! {
     }
     let spare = device::start(board);
     let tick_frames = bus::start();
+    let server = service::prepare(board, spare);
     let options = device::boot_options(board);
     let urgent = board::URGENT_TASKS.start(board::URGENT_IRQ);
     let relaxed = board::RELAXED_TASKS.start(board::RELAXED_IRQ);
@@ -51,8 +54,9 @@ fn main() -> ! {
     urgent.spawn(defmt::unwrap!(bus::receive(ports.bus_in)));
     urgent.spawn(defmt::unwrap!(bus::send(ports.bus_out, tick_frames)));
     relaxed.spawn(defmt::unwrap!(log::send(ports.log_out)));
-    patient.spawn(defmt::unwrap!(service::serve(board, spare)));
+    patient.spawn(defmt::unwrap!(service::serve(server)));
 
+    watch::booted();
     board.run(options);
     loop {
         board.idle();

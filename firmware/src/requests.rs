@@ -1,5 +1,7 @@
 //! Frames on their way from the receiver to the service.
 
+use core::task::{Context, Poll};
+
 use cathforce_bus::Frame;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
@@ -28,8 +30,8 @@ pub async fn take(frame: Frame) {
 }
 
 /// The next frame for the service.
-pub async fn next() -> Frame {
-    REQUESTS.receive().await
+pub fn poll_next(context: &mut Context<'_>) -> Poll<Frame> {
+    REQUESTS.poll_receive(context)
 }
 
 /// The service is done with the frame that it took last.

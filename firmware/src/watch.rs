@@ -6,9 +6,14 @@ use core::sync::atomic::{AtomicBool, Ordering};
 
 use embassy_sync::waitqueue::AtomicWaker;
 
+use crate::board;
+
 /// Ticks from one question to the next. A task that hangs behind its answer is asked after these, and
 /// the watchdog ends 10 ms after the last feed: a reset within 15 ms.
 pub const ASK_EVERY_TICKS: u8 = 4;
+
+/// The boot is over, and the tick feeds the watchdog.
+static BOOTED: AtomicBool = AtomicBool::new(false);
 
 /// A task's sign of life.
 pub struct Pulse {
@@ -50,6 +55,20 @@ impl Pulse {
 
     fn has_answered(&self) -> bool {
         self.answered.load(Ordering::Relaxed)
+    }
+}
+
+/// Ticks feed the watchdog from here on.
+pub fn booted() {
+    BOOTED.store(true, Ordering::Relaxed);
+}
+
+/// The service, or before its time the boot, advances in long work.
+pub fn service_works() {
+    if BOOTED.load(Ordering::Relaxed) {
+        SERVICE.advance();
+    } else {
+        board::feed_watchdog();
     }
 }
 

@@ -89,7 +89,8 @@ impl<R: Rig> Bench<R> {
         Self::over(R::boot())
     }
 
-    fn over(rig: R) -> Self {
+    /// A device that is there.
+    pub fn over(rig: R) -> Self {
         let mut client = Client::connect(rig).unwrap_or_else(|error| panic!("{error}"));
         client.set_lock_step(true).unwrap_or_else(|error| panic!("{error}"));
         Self {
@@ -186,7 +187,7 @@ impl<R: Rig> Bench<R> {
         &mut self.client
     }
 
-    /// The device again, after it has reset itself, and without a configuration.
+    /// The device again, after it has been reset, with what it has saved.
     pub fn again(self) -> Self {
         Self::over(self.client.into_link())
     }

@@ -4,12 +4,16 @@
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
-use cathforce_bus::service::Load;
+use cathforce_bundle::ImageOptions;
+use cathforce_bus::service::{
+    self, HostEndpoint, Load, MAX_REQUEST, Request, SavedState, Status as Report, crc32,
+};
 use cathforce_bus::{Command, Counter, Frame, Id, Process, Sealer, Status};
+use cathforce_config::Settings;
 use cathforce_control::{Fault, Mode};
 use cathforce_hil_tests::lab::Lab;
-use cathforce_hil_tests::{Bench, Drive, Rig, encoder, small_image};
-use cathforce_link::{Client, Link, LinkError};
+use cathforce_hil_tests::{Bench, Drive, Rig, encoder, image_with, small_image};
+use cathforce_link::{Client, ClientError, Link, LinkError};
 
 /// A short insertion, so that settling ends soon.
 const START: Drive = Drive { insertion_m: 0.012, rotation_rad: 0.0 };
@@ -102,18 +106,18 @@ fn p09_two_ticks_in_a_row_that_overrun_are_counted_and_cut() {
 
 /// Frames of 8 bytes on a bus of 1 Mbit/s in a tick, at 111 bits each.
 const FULL_BUS: u32 = 1000 / 111;
+/// Long for a busy computer, on which the board takes seconds for what takes it milliseconds.
+const PATIENCE: Duration = Duration::from_secs(600);
 /// Promise P10.
 const LATEST_NS: u32 = 2000;
 
 fn check_load(load: &Load) {
-    assert!(load.latest_start_ns > 0, "the lateness is measured: {load:?}");
     assert!(load.latest_start_ns <= LATEST_NS && load.missed_ticks == 0, "{load:?}");
 }
 
 /// As many foreign frames as fill a bus, beside those of master and device, for every tick that is heard,
 /// and a status in between. The board runs free: frames come at any time within a tick.
 #[test]
-#[ignore = "fails: the board that runs free reports a lateness of 0, so P10 is not measured"]
 fn p10_p20_a_full_bus_delays_no_tick_of_an_armed_board_that_runs_free() {
     const TICKS: u32 = 1000;
     let mut client = Client::connect(Flooded::new(<Lab as Rig>::boot())).expect("a board");
@@ -123,7 +127,7 @@ fn p10_p20_a_full_bus_delays_no_tick_of_an_armed_board_that_runs_free() {
     lab.debugger.go_on();
     client.set_lock_step(false).expect("nothing is armed");
     client.link_mut().floods = true;
-    let until = Instant::now() + Duration::from_secs(200);
+    let until = Instant::now() + PATIENCE;
     let reach = |client: &mut Client<Flooded>, command, wanted| loop {
         client.command(command).expect("sent");
         let status = client.status().expect("an answer");
@@ -150,6 +154,9 @@ fn p10_p20_a_full_bus_delays_no_tick_of_an_armed_board_that_runs_free() {
     let counted = client.status().expect("an answer").counters.get(Counter::Foreign);
     let Flooded { foreign, ticks, .. } = *client.link();
     let load = status.load;
+    // A tick that begins within a count of the timer has no lateness; of a thousand some meet a task that masks
+    // them.
+    assert!(load.latest_start_ns > 0, "the lateness is measured: {load:?}");
     // The counters were reset while some were on their way.
     assert!(counted >= foreign && counted <= foreign + 20 * FULL_BUS, "{counted}, sent {foreign}");
 
@@ -158,6 +165,60 @@ fn p10_p20_a_full_bus_delays_no_tick_of_an_armed_board_that_runs_free() {
         "figure P20: {foreign} foreign frames in {ticks} armed ticks of {} instructions, {} missed",
         load.worst_instructions, load.missed_ticks
     );
+}
+
+/// Sends a request of one frame, and waits for no answer.
+fn request(lab: &mut Lab, sequence: u8, request: Request) {
+    let request = service::seal::<_, MAX_REQUEST>(sequence, &request).expect("it fits");
+    let mut endpoint = HostEndpoint::new(Id::ServiceRequest.raw(), 0);
+    endpoint.send(&request).expect("nothing is under way");
+    lab.send(&endpoint.next_frame(0).expect("a single frame")).expect("sent");
+    lab.flush().expect("sent");
+}
+
+/// The image in use is saved, and another one is checked and put to use, while the board runs free. They are sent
+/// before: while the processor is awake, the emulated UART is slow.
+#[test]
+fn p10_neither_saving_an_image_nor_putting_one_to_use_delays_a_tick() {
+    let mut client = Client::connect(<Lab as Rig>::boot()).expect("a board");
+    client.upload_image(small_image(), |_| ControlFlow::Continue(())).expect("taken");
+    let settings = Settings { force_gain: 0.5, ..Settings::default() };
+    let image = &image_with(&ImageOptions { cell_m: 2e-3, settings, ..ImageOptions::default() });
+    // The second one arrives as a whole, and waits.
+    let stopped = client.upload_image(image, |sent| match sent == image.len() {
+        true => ControlFlow::Break(()),
+        false => ControlFlow::Continue(()),
+    });
+    assert!(matches!(stopped, Err(ClientError::Stopped)), "{stopped:?}");
+    client.link_mut().keep_awake();
+    client.link_mut().debugger.go_on();
+    client.set_lock_step(false).expect("nothing is armed");
+    client.reset_counters().expect("an answer");
+    let figure = |client: &mut Client<Lab>, what: &str| {
+        let status = client.status().expect("an answer");
+        check_load(&status.load);
+        println!(
+            "figure P10: {what}: latest start {} ns, {} missed, at tick {}",
+            status.load.latest_start_ns, status.load.missed_ticks, status.tick
+        );
+    };
+    let until = Instant::now() + PATIENCE;
+    while client.status().expect("an answer").tick == 0 {
+        assert!(Instant::now() < until, "no tick");
+    }
+    request(client.link_mut(), 200, Request::SaveImage);
+    let saved = |client: &mut Client<Lab>| client.saved().expect("an answer").expect("a flash");
+    while saved(&mut client).state != SavedState::Good {
+        assert!(Instant::now() < until, "it is not saved");
+    }
+    figure(&mut client, "an image is saved");
+    // What the exchange delays is the tick behind it: the load is zeroed in it.
+    request(client.link_mut(), 201, Request::Activate);
+    let has_run = |status: Report| status.image_crc32 == crc32(image) && status.tick > 1;
+    while !has_run(client.status().expect("an answer")) {
+        assert!(Instant::now() < until, "it is not in use");
+    }
+    figure(&mut client, "an image is put to use");
 }
 
 /// A link that sends a sample for every tick heard, and has a second talker on its bus, which fills it.

@@ -18,6 +18,12 @@ pub const FIRMWARE_VARIABLE: &str = "CATHFORCE_FIRMWARE";
 pub const FIRMWARE: [&str; 6] =
     ["--package", "cathforce-firmware", "--target", TARGET, "--profile", "firmware"];
 
+/// What cargo is told about the firmware of the Nucleo besides.
+pub const NUCLEO: [&str; 2] = ["--features", "board-nucleo-h743"];
+
+/// Tells the tests where the firmware of the Nucleo is.
+pub const NUCLEO_FIRMWARE_VARIABLE: &str = "CATHFORCE_NUCLEO_FIRMWARE";
+
 /// Cargo's profile for a first run.
 const QUICK: &str = "quick";
 
@@ -25,10 +31,38 @@ const QUICK: &str = "quick";
 pub fn firmware() -> anyhow::Result<PathBuf> {
     progress::run(&mut firmware_command())?;
     let elf = firmware_elf();
-    if let Some(sections) = sections(&elf) {
+    say_how_large(&elf);
+    Ok(elf)
+}
+
+/// Builds the firmware of ST's Nucleo-H743ZI2 and says how large it is.
+pub fn nucleo_firmware() -> anyhow::Result<()> {
+    progress::run(&mut nucleo_firmware_command())?;
+    say_how_large(&nucleo_firmware_elf());
+    Ok(())
+}
+
+fn say_how_large(elf: &std::path::Path) {
+    if let Some(sections) = sections(elf) {
         println!("{sections}");
     }
-    Ok(elf)
+}
+
+/// The command that builds the firmware of the Nucleo. It has a target folder of its own, because both
+/// boards' ELFs have the same name.
+pub fn nucleo_firmware_command() -> Command {
+    let mut build = firmware_command();
+    build.args(NUCLEO).arg("--target-dir").arg(nucleo_folder());
+    build
+}
+
+/// Where [`nucleo_firmware_command`] leaves the firmware.
+pub fn nucleo_firmware_elf() -> PathBuf {
+    nucleo_folder().join(TARGET).join("firmware/cathforce-firmware")
+}
+
+fn nucleo_folder() -> PathBuf {
+    target_folder().join("nucleo-h743")
 }
 
 /// The command that builds the firmware.

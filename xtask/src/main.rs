@@ -61,11 +61,12 @@ static TASKS: [Task; 11] = [
     Task {
         name: "firmware",
         former: None,
-        about: "Build the firmware and say how large it is.",
+        about: "Build the firmware of both boards and say how large it is.",
         options: &[consent::YES],
         run: |given| {
             setup::firmware_target(Consent::of(given))?;
-            build::firmware().map(drop)
+            build::firmware()?;
+            build::nucleo_firmware()
         },
     },
     Task {

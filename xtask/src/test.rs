@@ -3,7 +3,7 @@
 use std::process::Command;
 use std::time::Instant;
 
-use crate::build::FIRMWARE_VARIABLE;
+use crate::build::{FIRMWARE_VARIABLE, NUCLEO_FIRMWARE_VARIABLE};
 use crate::consent::Consent;
 use crate::progress::{Job, side_by_side};
 use crate::setup;
@@ -26,7 +26,13 @@ pub fn run_all(consent: Consent) -> anyhow::Result<()> {
     // Cargo keeps the firmware in a folder of its own, so neither job waits for the other.
     phases.time("lints, firmware, program", || {
         let host = Job::new("host", [lints(), lints_of_the_demo(), program_as_tested()]);
-        let firmware = Job::new("firmware", [build::firmware_command(), lints_of_firmware()]);
+        let firmware = [
+            build::firmware_command(),
+            lints_of_firmware(),
+            build::nucleo_firmware_command(),
+            lints_of_nucleo_firmware(),
+        ];
+        let firmware = Job::new("firmware", firmware);
         side_by_side(vec![host, firmware])
     })?;
     let elf = build::firmware_elf();
@@ -48,6 +54,7 @@ pub fn run_all(consent: Consent) -> anyhow::Result<()> {
     gates::check(&summary)?;
     let tests = phases.time("tests", || {
         let mut tests = runner.tests();
+        tests.env(NUCLEO_FIRMWARE_VARIABLE, build::nucleo_firmware_elf());
         run(tests.arg("--no-fail-fast").env(FIRMWARE_VARIABLE, elf))
     });
     phases.print();
@@ -80,6 +87,12 @@ fn lints_of_the_demo() -> Command {
 fn lints_of_firmware() -> Command {
     let mut clippy = cargo(&["clippy"]);
     clippy.args(build::FIRMWARE).args(DENY_WARNINGS).env_remove("RUSTFLAGS");
+    clippy
+}
+
+fn lints_of_nucleo_firmware() -> Command {
+    let mut clippy = cargo(&["clippy"]);
+    clippy.args(build::FIRMWARE).args(build::NUCLEO).args(DENY_WARNINGS).env_remove("RUSTFLAGS");
     clippy
 }
 

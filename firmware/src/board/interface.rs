@@ -1,5 +1,9 @@
 //! What the firmware needs of a board.
 
+use core::ops::Range;
+
+use embedded_storage::nor_flash::NorFlash;
+
 /// How whoever started the board wants it to run.
 #[derive(Clone, Copy, Default)]
 pub struct BootOptions {
@@ -11,6 +15,19 @@ pub struct BootOptions {
 pub trait Board: Copy {
     /// Time counts in a second, of [`Board::time`] and [`Board::lateness`].
     const COUNTS_A_SECOND: u32;
+
+    /// Size of an image buffer \[bytes\].
+    const IMAGE_BUFFER_LEN: usize;
+
+    /// The two places for saved images in the flash.
+    const SAVED_IMAGES: [Range<u32>; 2];
+
+    /// Memory that keeps saved images while the board has no power.
+    type Flash: NorFlash;
+
+    /// The flash, for the task that saves images. Nothing of it delays an interrupt. It calls `working` at
+    /// least every few milliseconds of a long operation, so that a watchdog sees it advance.
+    fn flash(self, working: fn()) -> Self::Flash;
 
     /// Name of the board, as the host sees it.
     fn name(self) -> &'static str;
@@ -29,6 +46,14 @@ pub trait Board: Copy {
 
     /// Instructions in `counts` of [`Board::time`]; 0 where instructions cannot be counted.
     fn instructions(self, counts: u32) -> u32;
+
+    /// Count of the processor's cycles, wrapping; 0 where they cannot be counted.
+    fn cycles(self) -> u32 {
+        0
+    }
+
+    /// Shows the force on the operator's linear axis \[N\] by a voltage, where there is a converter.
+    fn show_force(self, _force_n: f32) {}
 
     /// Starts the tick timer. The next tick is due after a whole period, or after the rest of it.
     fn start_ticks(self);

@@ -59,14 +59,40 @@ impl Debugger {
 
     /// Lets it go on until it is about to execute `at`.
     pub fn run_to(&mut self, at: u32) {
+        self.go_on_to(at);
+        self.wait_until_at(at);
+    }
+
+    /// Lets it go on until it is about to execute `at`, for which [`Debugger::wait_until_at`] waits.
+    pub fn go_on_to(&mut self, at: u32) {
         self.stop();
         assert_eq!(self.ask(&format!("Z0,{at:x},2")), "OK");
         self.send_packet("c");
+        self.runs = true;
+    }
+
+    /// Waits until it is about to execute `at`, to which it goes on.
+    pub fn wait_until_at(&mut self, at: u32) {
         let stopped = self.packet(PATIENCE);
         assert!(stopped.is_some(), "the processor does not get to {at:08x}");
+        self.runs = false;
         assert_eq!(self.ask(&format!("z0,{at:x},2")), "OK");
         let there = self.register(PROGRAM_COUNTER);
         assert_eq!(there, at, "stopped at {there:08x}, not at {at:08x}");
+    }
+
+    /// Lets it go on until it writes to a byte of memory, for which [`Debugger::wait_until_stopped`] waits.
+    pub fn go_on_to_write(&mut self, at: u32) {
+        self.stop();
+        assert_eq!(self.ask(&format!("Z2,{at:x},1")), "OK");
+        self.send_packet("c");
+        self.runs = true;
+    }
+
+    /// Waits until the processor has stopped by itself.
+    pub fn wait_until_stopped(&mut self) {
+        assert!(self.packet(PATIENCE).is_some(), "the processor does not stop");
+        self.runs = false;
     }
 
     pub fn read(&mut self, at: u32, len: usize) -> Vec<u8> {
@@ -104,6 +130,12 @@ impl Debugger {
     pub fn set_stack_pointer(&mut self, value: u32) {
         self.stop();
         self.set_register(STACK_POINTER, value);
+    }
+
+    /// Lets the processor go on elsewhere.
+    pub fn set_program_counter(&mut self, at: u32) {
+        self.stop();
+        self.set_register(PROGRAM_COUNTER, at);
     }
 
     pub fn stack_pointer(&mut self) -> u32 {

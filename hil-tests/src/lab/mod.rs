@@ -47,14 +47,32 @@ pub struct Lab {
 impl Lab {
     /// A board that starts again when it resets itself.
     pub fn start(runs_free: bool) -> Self {
+        Self::start_with(BoardOptions { runs_free, reboots: true, ..BoardOptions::default() })
+    }
+
+    /// A board that is started otherwise.
+    pub fn start_with(options: BoardOptions) -> Self {
         let elf = find_firmware(None).unwrap_or_else(|error| panic!("{error}"));
         let symbols = Symbols::of(&elf);
         let waiting = Debugger::listen();
-        let options = BoardOptions { runs_free, reboots: true, debugger: Some(waiting.port()) };
+        let options = BoardOptions { debugger: Some(waiting.port()), ..options };
         let accepted = std::thread::spawn(move || waiting.accept());
         let board = Qemu::boot_with(Some(&elf), options).unwrap_or_else(|error| panic!("{error}"));
         let debugger = accepted.join().expect("the emulator connects");
         Self { board, debugger, symbols }
+    }
+
+    /// Resets the board as somebody does who presses its button: nothing is written down before. It runs again.
+    pub fn reset(&mut self) {
+        // A processor that sleeps goes on nowhere else: an empty line wakes it.
+        let awake = self.symbols.address("vectors::uart0_receive");
+        self.debugger.go_on_to(awake);
+        self.send_bytes(b"\r");
+        self.debugger.wait_until_at(awake);
+        let reset = self.symbols.address("cathforce_reset");
+        self.debugger.set_program_counter(reset);
+        self.run_to(self.symbols.address("Reset"));
+        self.debugger.go_on();
     }
 
     /// Where the function that polls a task begins; `task` is the path of its function.

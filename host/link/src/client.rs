@@ -6,7 +6,8 @@ use std::time::{Duration, Instant};
 
 use cathforce_bus::master::Master;
 use cathforce_bus::service::{
-    self, HostEndpoint, MAX_CHUNK, MAX_REQUEST, PROTOCOL_HASH, Refusal, Request, Response, Status,
+    self, HostEndpoint, MAX_CHUNK, MAX_REQUEST, PROTOCOL_HASH, Refusal, Request, Response,
+    SavedState, Status,
 };
 use cathforce_bus::{
     Command, Counters, Direction, FROM_HOST, Frame, Id, NextCounters, Process, Sealer,
@@ -21,8 +22,8 @@ use crate::{Link, LinkError, TickReport};
 const ATTEMPTS: u32 = 3;
 /// How long a response may take. An emulated board may be many times slower than real.
 const RESPONSE_TIMEOUT: Duration = Duration::from_secs(2);
-/// The same for checking a whole image.
-const ACTIVATE_TIMEOUT: Duration = Duration::from_secs(20);
+/// The same for checking or saving a whole image.
+const LONG_TIMEOUT: Duration = Duration::from_secs(20);
 
 /// How often an upload continues at the offset that the device asks for, before it is given up.
 const MOST_RESTARTS: u32 = 8;
@@ -84,6 +85,22 @@ impl From<service::Crash<'_>> for CrashRecord {
     }
 }
 
+/// What a device has saved; see [`service::Saved`].
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SavedImage {
+    pub state: SavedState,
+    pub image_crc32: u32,
+    pub on_trial: bool,
+    pub refused: String,
+}
+
+impl From<service::Saved<'_>> for SavedImage {
+    fn from(saved: service::Saved<'_>) -> Self {
+        let service::Saved { state, image_crc32, on_trial, refused } = saved;
+        Self { state, image_crc32, on_trial, refused: refused.into() }
+    }
+}
+
 /// Why a device did not do what it was asked to.
 #[derive(Debug, thiserror::Error)]
 pub enum ClientError {
@@ -139,6 +156,7 @@ enum Reply {
     Status(Box<Status>),
     Bytes(Vec<u8>),
     Crash(Option<CrashRecord>),
+    Saved(Option<SavedImage>),
     /// The chunk of an image was not the next one.
     WantsOffset(u32),
     /// No upload is under way.
@@ -214,6 +232,19 @@ impl<L: Link> Client<L> {
             Reply::Crash(crash) => Ok(crash),
             _ => Err(ClientError::Answer { request: "for its last crash" }),
         }
+    }
+
+    /// What the device has saved; `None` on a device that cannot save.
+    pub fn saved(&mut self) -> Result<Option<SavedImage>, ClientError> {
+        match self.request(Request::ReadSaved)? {
+            Reply::Saved(saved) => Ok(saved),
+            _ => Err(ClientError::Answer { request: "for what it has saved" }),
+        }
+    }
+
+    /// Lets the device save the image that it uses, so that it boots with it.
+    pub fn save_image(&mut self) -> Result<(), ClientError> {
+        self.done(Request::SaveImage)
     }
 
     /// Sends an image and puts it to use; `progress` is told the bytes sent so far and may
@@ -403,7 +434,7 @@ impl<L: Link> Client<L> {
             return Err(ClientError::Answer { request: name(&request) });
         };
         let timeout = match request {
-            Request::Activate => ACTIVATE_TIMEOUT,
+            Request::Activate | Request::SaveImage => LONG_TIMEOUT,
             _ => RESPONSE_TIMEOUT,
         };
         for _ in 0..ATTEMPTS {
@@ -481,6 +512,10 @@ fn reply(request: &Request<'_>, response: Response<'_>) -> Result<Reply, ClientE
         Response::Done => Reply::Done,
         Response::ImageBytes(bytes) => Reply::Bytes(bytes.to_vec()),
         Response::Crash(crash) => Reply::Crash(crash.map(CrashRecord::from)),
+        Response::Saved(saved) => Reply::Saved(Some(saved.into())),
+        Response::Refused(Refusal::Unsupported) if matches!(request, Request::ReadSaved) => {
+            Reply::Saved(None)
+        }
         Response::Refused(Refusal::Offset { expected }) => Reply::WantsOffset(expected),
         Response::Refused(Refusal::NoUpload) if matches!(request, Request::ImageChunk { .. }) => {
             Reply::WantsBeginning
@@ -502,6 +537,8 @@ fn name(request: &Request<'_>) -> &'static str {
         Request::ResetCounters => "to reset its counters",
         Request::ReadImage { .. } => "for its image",
         Request::ReadCrash => "for its last crash",
+        Request::SaveImage => "to save its image",
+        Request::ReadSaved => "for what it has saved",
     }
 }
 
@@ -527,6 +564,10 @@ fn explain(refusal: Refusal<'_>) -> String {
         Refusal::Crc { expected, computed } => format!(
             "the bytes that arrived are not those sent (CRC {computed:08x}, not {expected:08x}): \
              upload again, and if that does not help check the device's memory"
+        ),
+        Refusal::Flash { reason } => format!(
+            "its flash failed: {reason}. What it had saved before is there still: save again, and if \
+             that does not help replace the board"
         ),
         Refusal::Image { offset, reason, field: "" } => {
             format!("the image is wrong at byte {offset}: {reason}")

@@ -41,7 +41,7 @@ pub use cathforce_bus::Direction;
 
 pub use address::{check as check_address, open};
 pub use build::{build_of, version_and_build};
-pub use client::{Client, ClientError, CrashRecord, Device, Tap};
+pub use client::{Client, ClientError, CrashRecord, Device, SavedImage, Tap};
 pub use error::{ADDRESSES, LinkError};
 pub use hub::Hub;
 pub use play::Step;

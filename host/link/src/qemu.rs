@@ -30,6 +30,8 @@ const BUILD: &str = "`cargo xtask firmware` builds it";
 /// 2 ns an instruction: 500 000 of them in a tick of 1 ms.
 const INSTRUCTION_COUNTING: &str = "shift=1,align=off,sleep=off";
 const INSTRUCTION_NS: u64 = 2;
+/// The board's memory outside of the chip.
+const LARGE_MEMORY_MIB: u32 = 16;
 /// The board's clock, 25 MHz.
 const CLOCK_COUNT_NS: u64 = 40;
 
@@ -104,7 +106,7 @@ fn wrong(problem: String, fix: &str) -> LinkError {
 }
 
 /// How a board is started, for those that test it.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct BoardOptions {
     /// Ticks follow the board's own clock, and are not granted.
     pub runs_free: bool,
@@ -112,6 +114,9 @@ pub struct BoardOptions {
     pub reboots: bool,
     /// Port on this computer on which a debugger listens, to which the emulator connects.
     pub debugger: Option<u16>,
+    /// File that holds the board's large memory, and with it what the board has saved, while no emulator runs.
+    /// It is made when it is not there.
+    pub memory: Option<PathBuf>,
 }
 
 fn command(elf: &Path, argument: &str) -> Command {
@@ -211,6 +216,12 @@ fn trusted_firmware(elf: Option<&Path>) -> Result<PathBuf, LinkError> {
 /// `socket` is `host=…,port=…` or `path=…`, as QEMU takes it.
 fn spawn_board(elf: &Path, socket: &str, options: BoardOptions) -> Result<Emulator, LinkError> {
     let mut command = command(elf, if options.runs_free { "run-free" } else { "lock-step" });
+    if let Some(path) = &options.memory {
+        let size = LARGE_MEMORY_MIB;
+        let path = path.display();
+        let memory = format!("memory-backend-file,id=large,size={size}M,mem-path={path},share=on");
+        command.args(["-object", &memory, "-machine", "memory-backend=large"]);
+    }
     if !options.reboots {
         command.arg("-no-reboot");
     }

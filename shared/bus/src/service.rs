@@ -71,6 +71,10 @@ pub enum Request<'a> {
     ReadImage { offset: u32 },
     /// Answered with [`Response::Crash`].
     ReadCrash,
+    /// Saves the image in use, so that the device boots with it.
+    SaveImage,
+    /// Answered with [`Response::Saved`].
+    ReadSaved,
 }
 
 /// A response of the device. `Hello` stays the first variant and unchanged.
@@ -89,6 +93,36 @@ pub enum Response<'a> {
     /// Why the device reset itself last; `None` if it has not since it was switched on.
     #[serde(borrow)]
     Crash(Option<Crash<'a>>),
+    /// What the device found at its boot, or saved since.
+    #[serde(borrow)]
+    Saved(Saved<'a>),
+}
+
+/// The images that a device has saved.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize, Schema)]
+pub enum SavedState {
+    /// Nothing has ever been saved.
+    #[default]
+    Empty,
+    /// The newest one is good.
+    Good,
+    /// The newest one is damaged, was cut short, has failed its trials or is refused; the one before is used.
+    Fallback,
+    /// Something has been saved, and nothing of it can be used.
+    Lost,
+}
+
+/// What a device has saved.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize, Schema)]
+pub struct Saved<'a> {
+    pub state: SavedState,
+    /// CRC-32 of the image that it boots with; 0 without one.
+    pub image_crc32: u32,
+    /// The device has not yet run long enough with that image to keep it. After a few boots in which it does
+    /// not, it boots with the one before.
+    pub on_trial: bool,
+    /// Why it refused an image at its boot; empty if it did not.
+    pub refused: &'a str,
 }
 
 /// Longest text of a [`Crash`] \[bytes\].
@@ -202,6 +236,8 @@ pub enum Refusal<'a> {
     Crc { expected: u32, computed: u32 },
     /// The image is invalid at this byte; `field`: name of the number, if it is one.
     Image { offset: u32, reason: &'a str, field: &'a str },
+    /// The flash failed, and what was saved before is there still.
+    Flash { reason: &'a str },
 }
 
 /// Why bytes are refused as a message.

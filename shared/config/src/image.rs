@@ -318,6 +318,19 @@ pub fn decode_head(front: &[u8]) -> Result<ImageHead, ImageError> {
     }
 }
 
+/// The header of an image that this program can read, as far as its format and its types go.
+pub fn readable(image: &[u8]) -> Result<Header, ImageError> {
+    let header = Header::read(image)?;
+    if header.version != VERSION {
+        return Err(ImageError::Version { expected: VERSION, found: header.version });
+    }
+    let expected = schema_hash();
+    if header.schema != expected {
+        return Err(ImageError::Schema { expected, found: header.schema });
+    }
+    Ok(header)
+}
+
 /// The description of the master's frames in an image that [`decode`] has accepted.
 #[inline(never)]
 pub fn master(image: &[u8]) -> Result<Master, ImageError> {
@@ -327,14 +340,7 @@ pub fn master(image: &[u8]) -> Result<Master, ImageError> {
 /// Checks everything except the values of the numbers. Returns the head, and the lumen's bytes with their
 /// offset.
 fn split(image: &[u8], computed: u32) -> Result<(ImageHead, &[u8], usize), ImageError> {
-    let header = Header::read(image)?;
-    if header.version != VERSION {
-        return Err(ImageError::Version { expected: VERSION, found: header.version });
-    }
-    let expected = schema_hash();
-    if header.schema != expected {
-        return Err(ImageError::Schema { expected, found: header.schema });
-    }
+    let header = readable(image)?;
     if usize::try_from(header.total_bytes) != Ok(image.len()) {
         return Err(ImageError::Length { stated: header.total_bytes, found: image.len() });
     }

@@ -122,6 +122,9 @@ faults! {
     SelfTest = 49, Cut,
         "the self-test failed: a setting is out of range, or the image's tick is not 1 ms",
         "make the image again with this version";
+    SavedImageLost = 50, Cut,
+        "no image that the device had saved can be used: each is damaged or of another version",
+        "configure the device and save it again with `cathforce config save`";
 }
 
 impl Fault {

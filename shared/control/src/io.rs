@@ -78,6 +78,8 @@ pub enum Notice {
     HardFault,
     /// It reset itself after its stack overflowed.
     StackOverflow,
+    /// It had saved images, and none can be used.
+    SavedImageLost,
 }
 
 impl Notice {
@@ -90,6 +92,7 @@ impl Notice {
             Self::Panic => Fault::Panic,
             Self::HardFault => Fault::HardFault,
             Self::StackOverflow => Fault::StackOverflow,
+            Self::SavedImageLost => Fault::SavedImageLost,
         }
     }
 
@@ -102,6 +105,7 @@ impl Notice {
             Fault::Panic => Some(Self::Panic),
             Fault::HardFault => Some(Self::HardFault),
             Fault::StackOverflow => Some(Self::StackOverflow),
+            Fault::SavedImageLost => Some(Self::SavedImageLost),
             _ => None,
         }
     }

@@ -18,4 +18,4 @@ mod service;
 
 pub use bus_off::BusRecovery;
 pub use control_loop::{ControlLoop, Health, MAX_FRAMES_PER_TICK, TickFrames};
-pub use service::{Board, Identity, Image, Service, WORK_BYTES, copy_from};
+pub use service::{Board, Identity, Image, Service, WORK_BYTES, copy_from, refused_header};

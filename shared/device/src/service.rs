@@ -2,7 +2,7 @@
 
 use cathforce_bus::service::{
     self, Crash, DeviceEndpoint, EnvelopeError, Hello, MAX_RESPONSE, PROTOCOL_HASH, Refusal,
-    Request, Response, RunningCrc32, Status,
+    Request, Response, RunningCrc32, Saved, Status,
 };
 use cathforce_bus::{Counter, Counters, Frame, Id, NextCounters};
 use cathforce_config::{ImageError, image};
@@ -45,8 +45,32 @@ pub trait Board<B> {
         None
     }
 
+    /// Saves the image in use, so that the device boots with it. An image that was saved before is used until
+    /// this one is complete.
+    fn save_image(&mut self, _image_crc32: u32) -> Result<(), Refusal<'static>> {
+        Err(Refusal::Unsupported)
+    }
+
+    /// Reads the saved image to boot with into a buffer; returns its length, 0 without one.
+    fn read_saved(&mut self, _into: &mut [u8]) -> usize {
+        0
+    }
+
+    /// What is saved; [`Refusal::Unsupported`] on boards that cannot save.
+    fn saved(&mut self) -> Result<Saved<'static>, Refusal<'static>> {
+        Err(Refusal::Unsupported)
+    }
+
     /// Called after every [`WORK_BYTES`] of a long check, so that a watchdog sees it advance.
     fn working(&mut self) {}
+}
+
+/// Why the header of a saved image shows that this program cannot read it; `None` if it may.
+pub fn refused_header(image: &[u8]) -> Option<&'static str> {
+    match refusal(image::readable(image).err()?) {
+        Refusal::Image { reason, .. } => Some(reason),
+        _ => Some("not an image"),
+    }
 }
 
 /// Bytes of an image that are checked between two calls of [`Board::working`].
@@ -167,6 +191,16 @@ impl<B: AsRef<[u8]> + AsMut<[u8]>> Service<B> {
         self.handler.spare.get_or_insert(spare);
     }
 
+    /// Puts a saved image to use, before any request. Returns its CRC-32, 0 without one.
+    pub fn restore(&mut self, board: &mut impl Board<B>) -> Result<u32, Refusal<'static>> {
+        let spare = self.handler.spare.as_mut();
+        let len = spare.map_or(0, |spare| board.read_saved(spare.as_mut()));
+        if len > 0 {
+            self.handler.put_to_use(len, None, board)?;
+        }
+        Ok(self.handler.image_crc32)
+    }
+
     /// Takes a frame with the id [`Id::ServiceRequest`]; handles the request that it completes.
     /// Afterwards [`Service::next_frame`] may have frames to send.
     pub fn on_frame(&mut self, frame: &Frame, board: &mut impl Board<B>) {
@@ -182,6 +216,7 @@ impl<B: AsRef<[u8]> + AsMut<[u8]>> Service<B> {
                         | Request::GetStatus
                         | Request::ReadImage { .. }
                         | Request::ReadCrash
+                        | Request::ReadSaved
                 );
                 let this = (!asks).then(|| (sequence, service::crc32(message)));
                 if this.is_some() && self.answered == this {
@@ -214,6 +249,7 @@ impl<B: AsRef<[u8]> + AsMut<[u8]>> Service<B> {
             }
             Ok(Answer::Hello(hello)) => Response::Hello(hello),
             Ok(Answer::Crash(crash)) => Response::Crash(crash),
+            Ok(Answer::Saved(saved)) => Response::Saved(saved),
             Ok(Answer::Done) => Response::Done,
             Ok(Answer::Bytes(len)) => {
                 Response::ImageBytes(self.handler.read.get(..len).unwrap_or_default())
@@ -241,6 +277,7 @@ enum Answer {
     Hello(Hello<'static>),
     Status(Status),
     Crash(Option<Crash<'static>>),
+    Saved(Saved<'static>),
     /// Number of bytes in [`RequestHandler::read`].
     Bytes(usize),
     Reset,
@@ -268,11 +305,14 @@ impl<B: AsRef<[u8]> + AsMut<[u8]>> RequestHandler<B> {
                 return read.map(Answer::Bytes).ok_or(Refusal::NoImage);
             }
             Request::ReadCrash => return Ok(Answer::Crash(board.crash())),
+            Request::ReadSaved => return board.saved().map(Answer::Saved),
             _ if board.is_armed() => return Err(Refusal::Armed),
             Request::BeginImage { len, crc32 } => self.begin(len, crc32)?,
             Request::ImageChunk { offset, bytes } => self.chunk(offset, bytes)?,
             Request::Activate => self.activate(board)?,
             Request::SetLockStep { on } => board.set_lock_step(on)?,
+            Request::SaveImage if self.image_crc32 == 0 => return Err(Refusal::NoImage),
+            Request::SaveImage => board.save_image(self.image_crc32)?,
         }
         Ok(Answer::Done)
     }
@@ -322,14 +362,23 @@ impl<B: AsRef<[u8]> + AsMut<[u8]>> RequestHandler<B> {
             return Err(Refusal::Incomplete { expected: len, received });
         }
         self.upload = None;
+        self.put_to_use(len as usize, Some(crc32), board)
+    }
+
+    /// Checks and activates the image at the beginning of the spare buffer.
+    fn put_to_use(
+        &mut self,
+        len: usize,
+        expected: Option<u32>,
+        board: &mut impl Board<B>,
+    ) -> Result<(), Refusal<'static>> {
         let buffer = self.spare.take().ok_or(Refusal::NoUpload)?;
-        let mut image = Image { buffer, len: len as usize, body_crc32: 0 };
+        let mut image = Image { buffer, len, body_crc32: 0 };
         let (computed, body_crc32) = sums(&image, board);
         image.body_crc32 = body_crc32;
-        let checked = if computed == crc32 {
-            image.decode().map(|_| ()).map_err(refusal)
-        } else {
-            Err(Refusal::Crc { expected: crc32, computed })
+        let checked = match expected.filter(|&expected| expected != computed) {
+            Some(expected) => Err(Refusal::Crc { expected, computed }),
+            None => image.decode().map(|_| ()).map_err(refusal),
         };
         let result = match checked {
             Ok(()) => board.activate(image),

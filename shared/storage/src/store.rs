@@ -107,8 +107,16 @@ impl<F: NorFlash> Store<F> {
         (fits(a) && fits(b) && apart && words).then_some(Self { flash, slots, taken: None })
     }
 
-    /// Reads the image to boot with into `into`: the newest good one. On trial, it uses up one trial first.
-    pub fn load(&mut self, into: &mut [u8]) -> Result<Found, F::Error> {
+    /// Reads the image to boot with into `into`: the newest good one that `accept` takes. On trial, it uses up
+    /// one trial first.
+    ///
+    /// `accept`: whether this program can read an image, such as one of an earlier version. It must look at
+    /// the image only as far as nothing can go wrong, because a trial counts what follows.
+    pub fn load(
+        &mut self,
+        into: &mut [u8],
+        mut accept: impl FnMut(&[u8]) -> bool,
+    ) -> Result<Found, F::Error> {
         self.taken = None;
         let slots = self.look()?;
         let nothing = |state| Found { state, len: 0, on_trial: false };
@@ -118,12 +126,16 @@ impl<F: NorFlash> Store<F> {
         let damaged = slots.iter().any(|slot| slot.header.is_none() && !slot.is_erased);
         let mut state = if damaged { State::Fallback } else { State::Good };
         for (slot, header) in newest_first(slots) {
-            if !slot.has_failed() && self.read(slot.number, header, into)? {
+            let len = header.len as usize;
+            if !slot.has_failed()
+                && self.read(slot.number, header, into)?
+                && into.get(..len).is_some_and(&mut accept)
+            {
                 if !slot.is_confirmed {
                     self.mark(slot.number, slot.used)?;
                 }
                 self.taken = Some(slot.number);
-                return Ok(Found { state, len: header.len as usize, on_trial: !slot.is_confirmed });
+                return Ok(Found { state, len, on_trial: !slot.is_confirmed });
             }
             state = State::Fallback;
         }
@@ -146,15 +158,14 @@ impl<F: NorFlash> Store<F> {
         let len = u32::try_from(image.len()).ok().filter(|&len| len <= capacity);
         let len = len.ok_or(SaveError::TooLong { capacity })?;
         let newest = newest_first(slots).next().map(|(_, header)| header.generation);
-        let header = Header {
-            generation: newest.map_or(0, |newest| newest.wrapping_add(1)),
-            len,
-            crc32: CRC32.checksum(image),
-        };
         // The block with the header goes first.
         let erased = (IMAGE_OFFSET + len).next_multiple_of(F::ERASE_SIZE as u32);
         self.flash.erase(range.start, range.start + erased)?;
-        self.write(range.start + IMAGE_OFFSET, image)?;
+        let header = Header {
+            generation: newest.map_or(0, |newest| newest.wrapping_add(1)),
+            len,
+            crc32: self.write(range.start + IMAGE_OFFSET, image)?,
+        };
         if !self.matches(number, header)? {
             return Err(SaveError::ReadBack);
         }
@@ -168,8 +179,17 @@ impl<F: NorFlash> Store<F> {
         self.flash
     }
 
-    /// The slot that a save must not touch: that of the newest good image.
+    /// The slot that a save must not touch: that of the image that was loaded or saved last, or else of the
+    /// newest good one.
     fn kept(&mut self, slots: [Slot; 2]) -> Result<Option<usize>, F::Error> {
+        if let Some(number) = self.taken {
+            let header = slots.iter().find(|slot| slot.number == number).and_then(|s| s.header);
+            if let Some(header) = header
+                && self.matches(number, header)?
+            {
+                return Ok(Some(number));
+            }
+        }
         for failed in [false, true] {
             for (slot, header) in newest_first(slots) {
                 if slot.has_failed() == failed && self.matches(slot.number, header)? {
@@ -215,17 +235,18 @@ impl<F: NorFlash> Store<F> {
         self.flash.write(at, MARK.get(..F::WRITE_SIZE).unwrap_or(&MARK))
     }
 
-    /// Writes bytes; the last word is filled up.
-    fn write(&mut self, start: u32, bytes: &[u8]) -> Result<(), F::Error> {
-        let mut at = start;
+    /// Writes bytes; the last word is filled up. Returns their CRC.
+    fn write(&mut self, start: u32, bytes: &[u8]) -> Result<u32, F::Error> {
+        let (mut digest, mut at) = (CRC32.digest(), start);
         for piece in bytes.chunks(CHUNK) {
+            digest.update(piece);
             let mut words = [ERASED; CHUNK];
             words.iter_mut().zip(piece).for_each(|(place, byte)| *place = *byte);
             let len = piece.len().next_multiple_of(F::WRITE_SIZE);
             self.flash.write(at, words.get(..len).unwrap_or(&words))?;
             at += len as u32;
         }
-        Ok(())
+        Ok(digest.finalize())
     }
 
     /// Reads the image of a header into a buffer. Returns whether it is there, whole.
@@ -234,16 +255,17 @@ impl<F: NorFlash> Store<F> {
             return Ok(false);
         }
         let Some(image) = into.get_mut(..header.len as usize) else { return Ok(false) };
-        let mut at = self.range(number).start + IMAGE_OFFSET;
+        let (mut digest, mut at) = (CRC32.digest(), self.range(number).start + IMAGE_OFFSET);
         for piece in image.chunks_mut(CHUNK) {
             let mut words = [0; CHUNK];
             let len = piece.len().next_multiple_of(F::READ_SIZE);
             self.flash.read(at, words.get_mut(..len).unwrap_or_default())?;
             piece.iter_mut().zip(words).for_each(|(place, byte)| *place = byte);
+            digest.update(piece);
             at += len as u32;
         }
         // What was read is what was checked.
-        Ok(CRC32.checksum(image) == header.crc32)
+        Ok(digest.finalize() == header.crc32)
     }
 
     /// The bytes of a slot are those of its header.

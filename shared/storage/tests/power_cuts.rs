@@ -30,7 +30,7 @@ fn image(n: u8) -> Vec<u8> {
 fn boot(flash: Flash) -> (Found, Vec<u8>, Flash) {
     let mut store = store(flash.powered());
     let mut into = vec![0; SLOT * BLOCK];
-    let found = store.load(&mut into).expect("the power is on");
+    let found = store.load(&mut into, |_| true).expect("the power is on");
     into.truncate(found.len);
     (found, into, store.into_flash())
 }
@@ -98,7 +98,7 @@ fn p15_a_power_cut_while_a_trial_is_counted_or_confirmed_loses_no_image() {
         for seed in 0..SEEDS {
             let mut tried = store(Flash { fuel: Some(cut), done: 0, seed, ..on_trial.clone() });
             // Whether the load or the confirmation is cut, or neither, the image stays.
-            let _ = tried.load(&mut vec![0; SLOT * BLOCK]);
+            let _ = tried.load(&mut vec![0; SLOT * BLOCK], |_| true);
             let _ = tried.confirm();
             let (found, bytes, _) = boot(tried.into_flash());
             assert_eq!((found.state, bytes == image(4)), (State::Good, true), "cut {cut}");
@@ -133,6 +133,38 @@ fn p16_both_slots_bad_are_reported_and_an_image_can_be_saved_again() {
     assert_eq!(store.save(&image(3)), Ok(()));
     let (found, bytes, _) = boot(store.into_flash());
     assert_eq!((found.state, bytes), (State::Good, image(3)));
+}
+
+/// An image that this program cannot read is passed over, takes no trial, and is the one that the next save
+/// overwrites: at no time is there no image that can be read.
+#[test]
+fn p16_an_image_that_is_not_accepted_is_passed_over_and_overwritten() {
+    let mut flash = used(2);
+    let readable = |bytes: &[u8]| bytes != image(2);
+    for _ in 0..=TRIALS {
+        let mut store = store(flash.powered());
+        let mut into = vec![0; SLOT * BLOCK];
+        let found = store.load(&mut into, readable).expect("the power is on");
+        into.truncate(found.len);
+        assert_eq!((found.state, into == image(1)), (State::Fallback, true));
+        flash = store.into_flash();
+    }
+    let operations = {
+        let mut store = store(Flash { done: 0, ..flash.clone() });
+        store.load(&mut vec![0; SLOT * BLOCK], readable).expect("the power is on");
+        store.save(&image(3)).expect("nothing is cut");
+        store.into_flash().done
+    };
+    for cut in 0..operations {
+        let mut cut_short = store(Flash { fuel: Some(cut), done: 0, ..flash.clone() });
+        cut_short.load(&mut vec![0; SLOT * BLOCK], readable).expect("a load writes nothing here");
+        cut_short.save(&image(3)).expect_err("the power is cut");
+        let mut store = store(cut_short.into_flash().powered());
+        let mut into = vec![0; SLOT * BLOCK];
+        let found = store.load(&mut into, readable).expect("the power is on");
+        into.truncate(found.len);
+        assert!(into == image(1) || into == image(3), "cut {cut} of {operations}: {found:?}");
+    }
 }
 
 /// Any flipped bit of headers and marks: never a wrong image, and never none.

@@ -1,8 +1,10 @@
 //! Clocks, tick timer, watchdog and outputs of the machine.
 
+use core::ops::Range;
 use core::sync::atomic::{AtomicU32, Ordering};
 
 use super::clock::{CLOCK_HZ, TICK_RELOAD};
+use super::flash::{self, MemoryFlash};
 use super::registers::{fpga_io, timer0, watchdog};
 use super::semihosting::{self, CALIBRATION_INSTRUCTIONS};
 use super::serial::{self, Ports};
@@ -52,6 +54,12 @@ pub fn outputs_off() {
     unsafe { fpga_io().leds.modify(|leds| leds & !OUTPUT_ENABLE) }
 }
 
+/// Gives the watchdog its whole time again.
+pub fn feed_watchdog() {
+    // SAFETY: any value reloads the watchdog.
+    unsafe { watchdog().interrupt_clear.write(1) }
+}
+
 /// Time since boot, wrapping \[µs\].
 pub fn time_us() -> u32 {
     fpga_io().counter.read() / (CLOCK_HZ / 1_000_000)
@@ -59,6 +67,13 @@ pub fn time_us() -> u32 {
 
 impl Board for Mps2An500 {
     const COUNTS_A_SECOND: u32 = CLOCK_HZ;
+    const IMAGE_BUFFER_LEN: usize = flash::LONGEST_IMAGE;
+    const SAVED_IMAGES: [Range<u32>; 2] = flash::SLOTS;
+    type Flash = MemoryFlash;
+
+    fn flash(self, working: fn()) -> MemoryFlash {
+        MemoryFlash::new(working)
+    }
 
     fn name(self) -> &'static str {
         "mps2-an500"
@@ -113,8 +128,7 @@ impl Board for Mps2An500 {
     }
 
     fn alive(self) {
-        // SAFETY: any value reloads the watchdog.
-        unsafe { watchdog().interrupt_clear.write(1) }
+        feed_watchdog();
     }
 
     fn renew_input(self) {

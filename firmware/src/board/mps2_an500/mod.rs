@@ -5,6 +5,7 @@
 //! 40 ns a count, counts instructions.
 
 mod clock;
+mod flash;
 mod interrupts;
 mod machine;
 mod registers;
@@ -15,5 +16,5 @@ mod vectors;
 pub use interrupts::{
     PATIENT_IRQ, PATIENT_TASKS, RELAXED_IRQ, RELAXED_TASKS, URGENT_IRQ, URGENT_TASKS,
 };
-pub use machine::{Mps2An500, outputs_off, start, time_us};
+pub use machine::{Mps2An500, feed_watchdog, outputs_off, start, time_us};
 pub use serial::{BusIn, BusOut, LogOut, emergency_log};

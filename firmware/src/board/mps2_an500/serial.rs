@@ -5,6 +5,8 @@ use core::future::poll_fn;
 use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use core::task::Poll;
 
+use cathforce_bus::Frame;
+use cathforce_bus::slcan::{self, Decoder, Line};
 use cortex_m::peripheral::NVIC;
 use embassy_sync::waitqueue::AtomicWaker;
 use heapless::spsc::{Consumer, Producer, Queue};
@@ -47,7 +49,10 @@ unsafe impl Sync for InterruptEnd {}
 static RING_IN: InterruptEnd = InterruptEnd(UnsafeCell::new(None));
 
 /// Input of the SLCAN text.
-pub struct BusIn(Consumer<'static, u8>);
+pub struct BusIn {
+    ring: Consumer<'static, u8>,
+    decoder: Decoder,
+}
 /// Output of the SLCAN text.
 pub struct BusOut(());
 /// Output of the log.
@@ -72,7 +77,11 @@ pub fn start() -> Ports {
         uart1().baud_divider.write(16);
         uart1().control.write(ENABLE_TRANSMIT);
     }
-    Ports { bus_in: BusIn(consumer), bus_out: BusOut(()), log_out: LogOut(()) }
+    Ports {
+        bus_in: BusIn { ring: consumer, decoder: Decoder::default() },
+        bus_out: BusOut(()),
+        log_out: LogOut(()),
+    }
 }
 
 /// Moves everything that UART 0 has received into the ring. Wakes the reader once per line.
@@ -136,7 +145,17 @@ pub fn on_transmitted() {
 }
 
 impl BusIn {
-    /// Leaves arriving bytes in the emulator until [`BusIn::read`] finds the ring empty. While ticks run,
+    /// The next line. What the controller of a bus tells comes as the lines of an adapter.
+    pub async fn next(&mut self) -> Line {
+        loop {
+            let byte = self.read().await;
+            if let Some(line) = self.decoder.push(byte) {
+                return line;
+            }
+        }
+    }
+
+    /// Leaves arriving bytes in the emulator until [`BusIn::next`] finds the ring empty. While ticks run,
     /// an interrupt whose time the host determines could make virtual time depend on the host (see
     /// README.md).
     pub fn pause(&mut self) {
@@ -144,9 +163,9 @@ impl BusIn {
     }
 
     /// The next byte. If there is none, waits until a whole line has arrived.
-    pub async fn read(&mut self) -> u8 {
+    async fn read(&mut self) -> u8 {
         poll_fn(|context| {
-            if let Some(byte) = self.0.dequeue() {
+            if let Some(byte) = self.ring.dequeue() {
                 return Poll::Ready(byte);
             }
             ARRIVED.register(context.waker());
@@ -154,7 +173,7 @@ impl BusIn {
                 // SAFETY: no critical section relies on this mask.
                 unsafe { NVIC::unmask(Irq::Uart0Receive) }
             }
-            match self.0.dequeue() {
+            match self.ring.dequeue() {
                 Some(byte) => Poll::Ready(byte),
                 None => Poll::Pending,
             }
@@ -164,9 +183,24 @@ impl BusIn {
 }
 
 impl BusOut {
+    /// Sends a frame.
+    pub async fn frame(&mut self, frame: &Frame) {
+        self.write(&slcan::encode(frame)).await;
+    }
+
+    /// Sends an answer to a command of the adapter.
+    pub async fn answer(&mut self, bytes: &'static [u8]) {
+        self.write(bytes).await;
+    }
+
+    /// Starts the adapter's controller again after bus-off.
+    pub async fn reopen(&mut self) {
+        self.write(slcan::REOPEN).await;
+    }
+
     /// Writes as much as there is room for, and waits for room. Nobody reads while a host is stopped, and
     /// this task must stay alive.
-    pub async fn write(&mut self, bytes: &[u8]) {
+    async fn write(&mut self, bytes: &[u8]) {
         for &byte in bytes {
             poll_fn(|context| {
                 if write(uart0(), byte) {

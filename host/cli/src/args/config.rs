@@ -32,7 +32,7 @@ pub enum ConfigAction {
     Validate(ConfigValidateArguments),
     /// Configure a device with a bundle and a settings file, and say what changes.
     Apply(ConfigApplyArguments),
-    /// Write what a device uses into a settings file that reproduces it.
+    /// Let a device keep what it uses over a reset, or write it into a settings file that reproduces it.
     Save(ConfigSaveArguments),
     /// Configure a device with a file of an older version, and list what is left out.
     Restore(ConfigApplyArguments),
@@ -178,16 +178,17 @@ impl ConfigApplyArguments {
 
 #[derive(Debug, Args)]
 pub struct ConfigSaveArguments {
-    /// Trial bundle that the device was configured from.
-    pub bundle: PathBuf,
+    /// Trial bundle that the device was configured from. Without it the device saves its image in its flash.
+    #[arg(requires = "file")]
+    pub bundle: Option<PathBuf>,
     /// Settings file to write; an existing settings file is replaced.
     #[arg(value_name = "FILE.toml")]
-    pub file: PathBuf,
+    pub file: Option<PathBuf>,
     /// Link of the device.
     #[arg(long, value_parser = link::address)]
     pub link: String,
     /// Grid spacing that the device was configured with [default: 1]
-    #[arg(long, value_name = "MM", value_parser = lumen::cell_mm)]
+    #[arg(long, value_name = "MM", value_parser = lumen::cell_mm, requires = "bundle")]
     pub cell: Option<f64>,
 }
 

@@ -4,6 +4,7 @@
 mod canopen;
 mod device;
 mod file;
+mod flash;
 #[cfg(feature = "hardware")]
 mod import_dbc;
 #[cfg(feature = "hardware")]

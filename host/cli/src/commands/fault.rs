@@ -111,6 +111,7 @@ fn page(fault: Fault) -> &'static str {
         Fault::StackOverflow => include_str!("../../../../docs/faults/StackOverflow.md"),
         Fault::StateNotFinite => include_str!("../../../../docs/faults/StateNotFinite.md"),
         Fault::SelfTest => include_str!("../../../../docs/faults/SelfTest.md"),
+        Fault::SavedImageLost => include_str!("../../../../docs/faults/SavedImageLost.md"),
     }
 }
 

@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use cathforce_bus::service::Status;
+use cathforce_bus::service::{SavedState, Status};
 use cathforce_config::image::{self, Header, MAGIC};
 use cathforce_control::{Fault, Mode};
-use cathforce_link::{Client, CrashRecord};
+use cathforce_link::{Client, CrashRecord, SavedImage};
 use cathforce_recording::{Recording, bus_load};
 use serde_json::{Map, Value, json};
 
@@ -180,6 +180,9 @@ fn device(link: &str) -> Result<Facts, Failure> {
     facts.add("overruns", json!(load.overruns));
     facts.add("latest start ns", json!(load.latest_start_ns));
     facts.add("worst instructions", json!(load.worst_instructions));
+    if let Some(saved) = client.saved()? {
+        add_saved(&mut facts, &saved);
+    }
     if let Some(crash) = client.crash()? {
         add_crash(&mut facts, &crash);
     }
@@ -188,6 +191,32 @@ fn device(link: &str) -> Result<Facts, Failure> {
     let json = counted.iter().map(|(counter, n)| (counter.name().to_owned(), json!(n)));
     facts.add_with_text("frames", Value::Object(json.collect()), text);
     Ok(facts)
+}
+
+/// What the device boots with.
+fn add_saved(facts: &mut Facts, saved: &SavedImage) {
+    let SavedImage { state, image_crc32, on_trial, refused } = saved;
+    let mut text = match state {
+        SavedState::Empty => "nothing".to_owned(),
+        SavedState::Good => format!("CRC {image_crc32:08x}"),
+        SavedState::Fallback => {
+            format!("CRC {image_crc32:08x}, because the newest one cannot be used")
+        }
+        SavedState::Lost => "none of those that were saved can be used".to_owned(),
+    };
+    if *on_trial {
+        text += ", on trial until the device has run with it for a second";
+    }
+    if !refused.is_empty() {
+        text += &format!("; one is refused: {refused}");
+    }
+    let json = json!({
+        "state": format!("{state:?}").to_lowercase(),
+        "image_crc32": format!("{image_crc32:08x}"),
+        "on_trial": on_trial,
+        "refused": refused,
+    });
+    facts.add_with_text("saved image", json, text);
 }
 
 /// What the device wrote down before it reset itself.

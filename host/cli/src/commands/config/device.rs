@@ -10,6 +10,7 @@ use cathforce_link::Client;
 use serde::Serialize;
 
 use super::file::warn_of_slip;
+use super::flash;
 use super::show::NOT_CONFIGURED;
 use super::values::{Change, Values, changes, head_of, head_on, paths, values};
 use crate::args::{ConfigApplyArguments, ConfigSaveArguments};
@@ -236,15 +237,28 @@ impl Applied {
     }
 }
 
+/// Writes what a device uses into a file, or lets it save that itself.
 pub fn save(ui: &Ui, arguments: &ConfigSaveArguments) -> Result<(), Failure> {
-    let bundle = open_bundle(ui, &arguments.bundle)?;
+    match (&arguments.bundle, &arguments.file) {
+        (Some(bundle), Some(file)) => save_file(ui, arguments, bundle, file),
+        _ => flash::save(ui, &arguments.link),
+    }
+}
+
+fn save_file(
+    ui: &Ui,
+    arguments: &ConfigSaveArguments,
+    bundle_path: &Path,
+    path: &Path,
+) -> Result<(), Failure> {
+    let bundle = open_bundle(ui, bundle_path)?;
     let mut client = Client::connect(cathforce_link::open(&arguments.link)?)?;
     let Some(head) = head_on(&mut client)? else {
         return Err(Failure::new(Code::Device, NOT_CONFIGURED));
     };
     let nothing = SettingsFile { rig: bundle.rig.name.clone(), ..SettingsFile::default() };
     let base = values(&head_of(&build(ui, &bundle, &nothing, arguments.cell)?)?);
-    let set = differing(&base, &values(&head), &arguments.file);
+    let set = differing(&base, &values(&head), path);
     // The device states the band of the model that it computes with.
     let band = head.band.map(|band| StatedBand::new(band, &head.description));
     let file = SettingsFile { set, master: head.master, band, ..nothing };
@@ -252,10 +266,10 @@ pub fn save(ui: &Ui, arguments: &ConfigSaveArguments) -> Result<(), Failure> {
     let image = build(ui, &bundle, &file, arguments.cell)?;
     let (again, used) = (crc32(&image), client.status()?.image_crc32);
     if again != used {
-        return Err(another_rig(&head, &head_of(&image)?, &arguments.bundle));
+        return Err(another_rig(&head, &head_of(&image)?, bundle_path));
     }
-    file.write(&arguments.file)?.commit()?;
-    let shown = arguments.file.display().to_string();
+    file.write(path)?.commit()?;
+    let shown = path.display().to_string();
     let settings = file.set.len();
     let json = serde_json::json!({
         "path": shown, "settings": settings, "image_crc32": format!("{used:08x}"), "verified": true,
