@@ -11,6 +11,7 @@ mod citations;
 mod consent;
 mod demo;
 mod disk;
+mod dist;
 mod emulator;
 mod figures;
 mod gates;
@@ -36,7 +37,7 @@ use consent::Consent;
 mod documented;
 
 /// What `cargo xtask` can do.
-static TASKS: [Task; 11] = [
+static TASKS: [Task; 12] = [
     Task {
         name: "demo",
         former: None,
@@ -88,6 +89,13 @@ static TASKS: [Task; 11] = [
         about: "Measure the model against the reference solver, and write the table into docs/reference/validation.md.",
         options: &validation::OPTIONS,
         run: validation::write,
+    },
+    Task {
+        name: "dist",
+        former: None,
+        about: "Build everything to install: static program, Debian package, firmware, SBOM, checksums.",
+        options: &dist::OPTIONS,
+        run: dist::run_task,
     },
     Task {
         name: "wheel",

@@ -46,6 +46,17 @@ pub fn firmware_target(consent: Consent) -> anyhow::Result<()> {
     missing_target(consent)?.map_or(Ok(()), |mut add| progress::run(&mut add))
 }
 
+/// Rust's libraries for these targets, and the tools that treat what is built.
+pub fn targets(consent: Consent, targets: &[&str]) -> anyhow::Result<()> {
+    suite_components(consent)?;
+    let Some(installed) = installed("target") else { return Ok(()) };
+    let missing: Vec<_> = targets.iter().copied().filter(|name| !has(&installed, name)).collect();
+    match missing[..] {
+        [] => Ok(()),
+        _ => progress::run(&mut add(consent, "target", &missing)?),
+    }
+}
+
 /// The command that installs it, where there is a rustup and it is missing. Without rustup,
 /// cargo's own messages tell.
 fn missing_target(consent: Consent) -> anyhow::Result<Option<Command>> {
