@@ -77,6 +77,20 @@ pub fn suite_components(consent: Consent) -> anyhow::Result<()> {
     }
 }
 
+/// A nightly compiler with Miri, which no stable one has.
+pub fn nightly_with_miri(consent: Consent) -> anyhow::Result<()> {
+    let list = ["component", "list", "--installed", "--toolchain", "nightly"];
+    let components = output(command("rustup").args(list)).unwrap_or_default();
+    if has(&components, "miri") && has(&components, "rust-src") {
+        return Ok(());
+    }
+    let words = "rustup toolchain install nightly --profile minimal --component miri,rust-src";
+    consent.to(words)?;
+    let mut rustup = command("rustup");
+    rustup.args(words.split_whitespace().skip(1));
+    progress::run(&mut rustup)
+}
+
 /// What rustup has installed of a kind, a line each.
 fn installed(kind: &str) -> Option<String> {
     output(command("rustup").args([kind, "list", "--installed"]).args(of_toolchain()))

@@ -23,6 +23,7 @@ mod ultrasound;
 mod wall;
 
 use std::path::PathBuf;
+use std::sync::LazyLock;
 
 use cathforce_bundle::tips::{TIPS, Tip};
 use cathforce_bus::service::PROTOCOL_HASH;
@@ -104,12 +105,12 @@ pub struct Arguments {
 }
 
 /// The version, and what a firmware must agree with.
-fn long_version() -> String {
-    format!(
-        "{}\nprotocol {PROTOCOL_HASH:016x}\nimage schema {:08x}",
-        env!("CARGO_PKG_VERSION"),
-        schema_hash()
-    )
+fn long_version() -> &'static str {
+    static TEXT: LazyLock<String> = LazyLock::new(|| {
+        let (version, schema) = (env!("CARGO_PKG_VERSION"), schema_hash());
+        format!("{version}\nprotocol {PROTOCOL_HASH:016x}\nimage schema {schema:08x}")
+    });
+    &TEXT
 }
 
 impl Arguments {

@@ -2,9 +2,29 @@
 
 /// Words that parsers stumble over.
 const WORDS: [&[u8]; 24] = [
-    b"1e308", b"-1e308", b"1e-320", b"nan", b"inf", b"-0", b"0", b"18446744073709551616",
-    b"-9223372036854775808", b"4294967295", b"99999999999999999999.9", b"{{data}}", b"{{script}}",
-    b"<!--<script>", b"\"", b",", b"\n", b"\xFF\xFE", b"\xF0\x9F\x92\x80", b"\0", b"]", b"=", b"(",
+    b"1e308",
+    b"-1e308",
+    b"1e-320",
+    b"nan",
+    b"inf",
+    b"-0",
+    b"0",
+    b"18446744073709551616",
+    b"-9223372036854775808",
+    b"4294967295",
+    b"99999999999999999999.9",
+    b"{{data}}",
+    b"{{script}}",
+    b"<!--<script>",
+    b"\"",
+    b",",
+    b"\n",
+    b"\xFF\xFE",
+    b"\xF0\x9F\x92\x80",
+    b"\0",
+    b"]",
+    b"=",
+    b"(",
     b"../",
 ];
 /// Most changes of one input.
@@ -39,7 +59,8 @@ fn change(bytes: &mut Vec<u8>, seeds: &[Vec<u8>], chance: &mut Chance) {
         }
         2 => {
             if let Some(byte) = bytes.get_mut(at) {
-                *byte = chance.of(&[0, 1, 0x7F, 0x80, 0xFF, b'-', b'9', b'.']).copied().unwrap_or(0);
+                *byte =
+                    chance.of(&[0, 1, 0x7F, 0x80, 0xFF, b'-', b'9', b'.']).copied().unwrap_or(0);
             }
         }
         3 => {

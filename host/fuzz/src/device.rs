@@ -124,7 +124,8 @@ fn check(control: &ControlLoop, settings: &Settings, before: [f32; 2]) -> [f32; 
         assert!(change <= may || (cut && now[axis] == 0.0), "{change} in one tick: {outputs:?}");
     }
     let model = control.state().mechanics();
-    let nodes = (0..model.nodes()).flat_map(|node| [model.node_position_m(node), model.node_force_n(node)]);
+    let nodes =
+        (0..model.nodes()).flat_map(|node| [model.node_position_m(node), model.node_force_n(node)]);
     assert!(nodes.flatten().all(f32::is_finite), "{outputs:?}");
     now
 }

@@ -9,7 +9,9 @@ use cathforce_bus::master::Master;
 use cathforce_filter::{Family, Pipeline, Table};
 use cathforce_identification::Description;
 use cathforce_link::Identity;
-use cathforce_mesh_files::{Contents, LineOptions, branches, centreline_csv, stl as stl_of, triangles};
+use cathforce_mesh_files::{
+    Contents, LineOptions, branches, centreline_csv, stl as stl_of, triangles,
+};
 use cathforce_recording::import::{
     AtiOptions, AxisMap, ImportedTrial, read_ati, read_csv, read_motion,
 };
@@ -48,7 +50,10 @@ pub fn table(data: &[u8]) {
         let Ok(table) = read_csv(data, maps) else { continue };
         if let ImportedTrial::Catheter(trial) = table.trial {
             assert!(trial.rows.iter().all(|row| row.t_s.is_finite()));
-            assert!(trial.rows.is_sorted_by(|a, b| a.t_s < b.t_s), "rows of a trial have their order");
+            assert!(
+                trial.rows.is_sorted_by(|a, b| a.t_s < b.t_s),
+                "rows of a trial have their order"
+            );
         }
     }
 }

@@ -53,12 +53,7 @@ pub static TARGETS: [Target; 20] = [
     target("firmware", "a firmware that is to be flashed", files::firmware, 2000),
 ];
 
-const fn target(
-    name: &'static str,
-    about: &'static str,
-    run: fn(&[u8]),
-    in_suite: u64,
-) -> Target {
+const fn target(name: &'static str, about: &'static str, run: fn(&[u8]), in_suite: u64) -> Target {
     Target { name, about, run, in_suite }
 }
 

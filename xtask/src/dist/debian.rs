@@ -23,7 +23,10 @@ pub fn package(dist: &Path, version: &str, epoch: u64, scratch: &Path) -> anyhow
     }
     let control = tree.join("DEBIAN");
     fs::create_dir_all(&control)?;
-    let sizes: u64 = files::list(&usr)?.iter().map(|file| Ok(file.metadata()?.len())).sum::<anyhow::Result<_>>()?;
+    let sizes: u64 = files::list(&usr)?
+        .iter()
+        .map(|file| Ok(file.metadata()?.len()))
+        .sum::<anyhow::Result<_>>()?;
     fs::write(control.join("control"), text(version, sizes.div_ceil(1024)))?;
     fs::write(control.join("md5sums"), sums(&tree, &usr)?)?;
     modes(&tree)?;

@@ -39,7 +39,12 @@ pub fn texts(packages: &[Package]) -> anyhow::Result<String> {
     }
     for (number, (text, users)) in texts.iter().enumerate() {
         let rule = "-".repeat(80);
-        let _ = writeln!(all, "\n{rule}\nText {}, of {}\n{rule}\n\n{text}", number + 1, users.join(", "));
+        let _ = writeln!(
+            all,
+            "\n{rule}\nText {}, of {}\n{rule}\n\n{text}",
+            number + 1,
+            users.join(", ")
+        );
     }
     Ok(all)
 }

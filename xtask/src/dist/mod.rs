@@ -58,7 +58,10 @@ pub fn run_task(given: &Given) -> anyhow::Result<()> {
             own
         }
         Some(out) if fs::read_dir(&out).is_ok_and(|mut entries| entries.next().is_some()) => {
-            bail!("{} is not empty, and nothing in it is touched\n  fix: name a new folder", out.display())
+            bail!(
+                "{} is not empty, and nothing in it is touched\n  fix: name a new folder",
+                out.display()
+            )
         }
         Some(out) => out,
     };
@@ -107,7 +110,8 @@ fn make(source: &Source, out: &Path, epoch: u64) -> anyhow::Result<()> {
     let firmware = sources::behind("cathforce-firmware", build::TARGET)?;
     bill("cathforce-firmware", "cathforce-firmware", &firmware)?;
     for package in firmware {
-        match linked.iter_mut().find(|p| (&p.name, &p.version) == (&package.name, &package.version)) {
+        match linked.iter_mut().find(|p| (&p.name, &p.version) == (&package.name, &package.version))
+        {
             Some(known) => known.is_linked |= package.is_linked,
             None => linked.push(package),
         }
@@ -125,7 +129,9 @@ impl Source {
         let mut command = cargo(&["--config"]);
         let home = match std::env::var_os("CARGO_HOME") {
             Some(home) => PathBuf::from(home),
-            None => PathBuf::from(std::env::var_os("HOME").context("there is no HOME")?).join(".cargo"),
+            None => {
+                PathBuf::from(std::env::var_os("HOME").context("there is no HOME")?).join(".cargo")
+            }
         };
         let remap = |from: &Path, to: &str| format!("--remap-path-prefix={}={to}", from.display());
         let flags = [remap(&self.root, "/cathforce"), remap(&home, "/cargo")];
@@ -165,7 +171,9 @@ impl Versions {
             .with_context(|| format!("`{} --version` failed", program.display()))?;
         let after = |begin: &str| {
             let found = text.lines().find_map(|line| line.strip_prefix(begin));
-            found.map(str::to_owned).with_context(|| format!("`--version` says no `{begin}`: {text}"))
+            found
+                .map(str::to_owned)
+                .with_context(|| format!("`--version` says no `{begin}`: {text}"))
         };
         Ok(Self {
             version: after("cathforce ")?,
@@ -189,7 +197,8 @@ fn firmware(
     fs::create_dir_all(elf.parent().context("it lies in a folder")?)?;
     run(command(&objcopy).arg("--strip-debug").arg(built).arg(&elf))?;
     let said = output(command(program).args(["info", "--json"]).arg(&elf));
-    let said: Value = serde_json::from_str(&said.context("`cathforce info` of the firmware failed")?)?;
+    let said: Value =
+        serde_json::from_str(&said.context("`cathforce info` of the firmware failed")?)?;
     let build = said["build"].as_str().context("`cathforce info` says no build")?;
     let Versions { version, protocol, image_schema } = versions;
     let text = format!(
@@ -230,7 +239,10 @@ fn share(root: &Path, out: &Path, program: &Path) -> anyhow::Result<()> {
         let script = output(command(program).args(["completions", shell]));
         let path = share.join(place);
         fs::create_dir_all(path.parent().context("it lies in a folder")?)?;
-        fs::write(path, script.with_context(|| format!("`cathforce completions {shell}` failed"))?)?;
+        fs::write(
+            path,
+            script.with_context(|| format!("`cathforce completions {shell}` failed"))?,
+        )?;
     }
     run(command(program).args(["--quiet", "man"]).arg(share.join("man/man1")))
 }

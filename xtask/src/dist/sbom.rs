@@ -11,8 +11,7 @@ use super::sources::Package;
 /// It has no serial number and no time, so that the same sources give the same bytes.
 pub fn bill(package: &str, packages: &[Package]) -> Value {
     let subject = packages.iter().find(|p| p.name == package);
-    let components: Vec<_> =
-        packages.iter().filter(|p| p.name != package).map(component).collect();
+    let components: Vec<_> = packages.iter().filter(|p| p.name != package).map(component).collect();
     let known: BTreeSet<_> = packages.iter().map(|p| (&p.name, &p.version)).collect();
     let dependencies: Vec<_> = packages
         .iter()

@@ -67,7 +67,8 @@ pub fn behind(package: &str, target: &str) -> anyhow::Result<Vec<Package>> {
         };
         found.insert(key, package);
     }
-    let nodes = metadata["resolve"]["nodes"].as_array().context("cargo metadata resolves nothing")?;
+    let nodes =
+        metadata["resolve"]["nodes"].as_array().context("cargo metadata resolves nothing")?;
     for node in nodes {
         let id = node["id"].as_str().unwrap_or_default();
         let Some(package) = by_id.get(id).and_then(|key| found.get(key)).map(|p| p.name.clone())
@@ -153,6 +154,8 @@ mod tests {
         assert!(!find("serde_derive").is_linked);
         // Only tests of the shared crates use it.
         assert!(packages.iter().all(|package| package.name != "proptest"));
-        assert!(find("cathforce-control").uses.iter().any(|(name, _)| name == "cathforce-mechanics"));
+        assert!(
+            find("cathforce-control").uses.iter().any(|(name, _)| name == "cathforce-mechanics")
+        );
     }
 }

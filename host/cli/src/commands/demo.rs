@@ -7,9 +7,7 @@ use cathforce_recording::make_folder;
 
 use super::bundle::check_folder;
 use super::{export, report, run};
-use crate::args::{
-    Changes, DemoArguments, ExportArguments, Feel, PlayArguments, ReportArguments,
-};
+use crate::args::{Changes, DemoArguments, ExportArguments, Feel, PlayArguments, ReportArguments};
 use crate::failure::Failure;
 use crate::session::Pace;
 use crate::ui::Ui;
@@ -51,7 +49,13 @@ pub fn run(ui: &Ui, arguments: &DemoArguments) -> Result<(), Failure> {
         feel: Feel::Catheter,
         duration: Some(SECONDS),
         summary: Some(out.join("summary.json")),
-        changes: Changes { file: None, settings: Vec::new(), tip: None, guidewire_tip: None, cell: None },
+        changes: Changes {
+            file: None,
+            settings: Vec::new(),
+            tip: None,
+            guidewire_tip: None,
+            cell: None,
+        },
         max_error: None,
     };
     run::run(ui, &arguments.link, Pace::LockStep, &play)?;
@@ -66,11 +70,8 @@ pub fn run(ui: &Ui, arguments: &DemoArguments) -> Result<(), Failure> {
     };
     export::write(ui, &export)?;
     let page = out.join("report.html");
-    let report = ReportArguments {
-        recording,
-        out: Some(page.clone()),
-        overwrite: arguments.overwrite,
-    };
+    let report =
+        ReportArguments { recording, out: Some(page.clone()), overwrite: arguments.overwrite };
     report::write(ui, &report)?;
     ui.say(format_args!(
         "{NAME} was simulated by an independent simulator, not measured on a rig.\nRecording, CSV and \
