@@ -63,7 +63,9 @@ pub fn frames(data: &[u8]) {
 /// A line ends where it ends, whatever stands in it, and the next one is read.
 pub fn slcan(data: &[u8]) {
     let mut decoder = Decoder::default();
-    data.iter().for_each(|&byte| drop(decoder.push(byte)));
+    for &byte in data {
+        decoder.push(byte);
+    }
     decoder.push(b'\r');
     let read = b"t1002AABB\r".iter().filter_map(|&byte| decoder.push(byte)).collect::<Vec<_>>();
     let expected = Frame::new(0x100, &[0xAA, 0xBB]).map(Line::Frame);
