@@ -26,6 +26,8 @@ fn a_malicious_image_starts_the_device_over_and_exceeds_no_limit() {
         torque_gain: 20.0,
         force_limit_n: 10.0,
         torque_limit_n_m: 0.1,
+        force_slew_n_per_s: 1000.0,
+        torque_slew_n_m_per_s: 10.0,
         ..Settings::default()
     };
     let options = cathforce_bundle::ImageOptions { cell_m: 2e-3, settings, ..Default::default() };
@@ -84,8 +86,9 @@ fn a_flood_of_service_frames_changes_no_bit_of_the_output() {
 /// out of turn, and the output ramps to zero.
 #[test]
 fn a_second_sender_of_encoder_frames_ends_in_a_ramp() {
-    let mut bench = Bench::<Sim>::armed(strong_image(), START);
+    let mut bench = Bench::<Sim>::configured(strong_image());
     let mut watch = LimitWatch::new(&image::decode(strong_image()).expect("our own").settings);
+    bench.arm(START).iter().for_each(|tick| watch.check(tick));
     let mut thief = bench.clone_sealer();
     // It has fallen behind by some frames, as anyone does who does not hear the counter in time.
     for _ in 0..6 {

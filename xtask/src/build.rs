@@ -19,7 +19,7 @@ pub const FIRMWARE: [&str; 6] =
     ["--package", "cathforce-firmware", "--target", TARGET, "--profile", "firmware"];
 
 /// Cargo's profile for a first run.
-const QUICK: &str = "quick";
+pub const QUICK: &str = "quick";
 
 /// Builds the firmware, says how large it is, and gives its ELF.
 pub fn firmware() -> anyhow::Result<PathBuf> {

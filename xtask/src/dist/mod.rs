@@ -26,7 +26,7 @@ use crate::setup;
 use crate::shell::{cargo, command, line, output, root, run, target_folder};
 use boards::{BOARDS, Board};
 
-pub const OPTIONS: [Choice; 4] = [
+pub const OPTIONS: [Choice; 5] = [
     Choice {
         name: "out",
         value: Some("DIR"),
@@ -36,6 +36,11 @@ pub const OPTIONS: [Choice; 4] = [
         name: "check",
         value: None,
         about: "Build it a second time, from a copy of the checkout elsewhere, and compare every bit.",
+    },
+    Choice {
+        name: "quick",
+        value: None,
+        about: "Build the program as for `cargo xtask demo`, but whole: to try this in less time.",
     },
     Choice { name: "no-demo", value: None, about: "Do not run the demo from what was built." },
     consent::YES,
@@ -67,10 +72,12 @@ pub fn run_task(given: &Given) -> anyhow::Result<()> {
     };
     setup::targets(consent, &[build::TARGET, HOST])?;
     let epoch = epoch()?;
-    let source = Source { root: root().to_owned(), target: target_folder().join("dist/build") };
+    let profile = if given.has("quick") { build::QUICK } else { "release" };
+    let target = target_folder().join("dist/build");
+    let source = Source { root: root().to_owned(), target, profile };
     make(&source, &out, epoch)?;
     if given.has("check") {
-        check(&out, epoch)?;
+        check(&out, epoch, profile)?;
     }
     let report = installed::check(&out, !given.has("no-demo"))?;
     println!("{report}");
@@ -82,6 +89,8 @@ pub fn run_task(given: &Given) -> anyhow::Result<()> {
 struct Source {
     root: PathBuf,
     target: PathBuf,
+    /// Cargo's profile of the program.
+    profile: &'static str,
 }
 
 /// Builds everything into `out`.
@@ -94,7 +103,7 @@ fn make(source: &Source, out: &Path, epoch: u64) -> anyhow::Result<()> {
     fs::create_dir_all(&scratch)?;
     run(&mut source.host_build()?)?;
     let program = out.join("bin/cathforce");
-    files::copy(&source.target.join(HOST).join("release/cathforce"), &program)?;
+    files::copy(&source.target.join(HOST).join(source.profile).join("cathforce"), &program)?;
     let versions = Versions::of(&program)?;
     for board in &BOARDS {
         run(&mut source.firmware_build(board)?)?;
@@ -146,7 +155,8 @@ impl Source {
 
     fn host_build(&self) -> anyhow::Result<Command> {
         let mut build = self.cargo(HOST)?;
-        build.args(["--config", "profile.release.strip=true", "build", "--locked", "--release"]);
+        build.arg("--config").arg(format!("profile.{}.strip=true", self.profile));
+        build.args(["build", "--locked", "--profile", self.profile]);
         build.args(["--package", "cathforce", "--target", HOST]);
         Ok(build)
     }
@@ -271,7 +281,7 @@ fn epoch() -> anyhow::Result<u64> {
 
 /// Builds it again from a copy of the files that git knows, below another path and into another folder,
 /// and compares every file.
-fn check(out: &Path, epoch: u64) -> anyhow::Result<()> {
+fn check(out: &Path, epoch: u64, profile: &'static str) -> anyhow::Result<()> {
     let place = target_folder().join("dist/another-checkout-at-a-longer-path");
     if place.exists() {
         fs::remove_dir_all(&place)?;
@@ -284,7 +294,7 @@ fn check(out: &Path, epoch: u64) -> anyhow::Result<()> {
         files::copy(&root().join(name), &copy.join(name))?;
     }
     let again = place.join("out");
-    make(&Source { root: copy, target: place.join("build") }, &again, epoch)?;
+    make(&Source { root: copy, target: place.join("build"), profile }, &again, epoch)?;
     let differences = files::differences(out, &again)?;
     if !differences.is_empty() {
         bail!("two builds of one source differ:\n  {}", differences.join("\n  "));
