@@ -52,7 +52,6 @@ pub struct Promise {
 }
 
 /// The identifiers of the promises.
-
 #[cfg(test)]
 pub fn ids(root: &Path) -> anyhow::Result<Vec<String>> {
     Ok(promises(root)?.into_iter().map(|promise| promise.id).collect())
