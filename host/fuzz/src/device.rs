@@ -99,8 +99,7 @@ pub fn step(data: &[u8]) {
             // The drive where it was, and a few ticks.
             _ => {
                 for _ in 0..=action / 16 {
-                    let notice = None;
-                    control.tick(Some(&config), notice);
+                    control.tick(Some(&config), None);
                     ticks += 1;
                     before = check(&control, &settings, before);
                 }
@@ -112,17 +111,18 @@ pub fn step(data: &[u8]) {
 fn check(control: &ControlLoop, settings: &Settings, before: [f32; 2]) -> [f32; 2] {
     let outputs = control.outputs().expect("configured");
     let now = [outputs.force_n, outputs.torque_n_m];
-    let limits = [settings.force_limit_n, settings.torque_limit_n_m];
-    let slews = [settings.force_slew_n_per_s, settings.torque_slew_n_m_per_s];
-    let units = [HapticForce::UNIT, HapticTorque::UNIT];
     let cut = outputs.fault.is_some_and(|fault| fault.reaction() == Reaction::Cut);
-    for axis in 0..2 {
-        assert!(now[axis].is_finite() && now[axis].abs() <= limits[axis], "{outputs:?}");
+    let axis = |now: f32, before: f32, limit: f32, slew_per_s: f32, unit: f32| {
+        assert!(now.is_finite() && now.abs() <= limit, "{outputs:?}");
         // Rounding to the codes of a frame adds at most one of them.
-        let change = (now[axis] - before[axis]).abs();
-        let may = slews[axis] * TICK_S + units[axis];
-        assert!(change <= may || (cut && now[axis] == 0.0), "{change} in one tick: {outputs:?}");
-    }
+        let change = (now - before).abs();
+        let may = slew_per_s * TICK_S + unit;
+        assert!(change <= may || (cut && now == 0.0), "{change} in one tick: {outputs:?}");
+    };
+    let Settings { force_limit_n, force_slew_n_per_s, .. } = *settings;
+    axis(now[0], before[0], force_limit_n, force_slew_n_per_s, HapticForce::UNIT);
+    let Settings { torque_limit_n_m, torque_slew_n_m_per_s, .. } = *settings;
+    axis(now[1], before[1], torque_limit_n_m, torque_slew_n_m_per_s, HapticTorque::UNIT);
     let model = control.state().mechanics();
     let nodes =
         (0..model.nodes()).flat_map(|node| [model.node_position_m(node), model.node_force_n(node)]);
