@@ -25,7 +25,7 @@ pub const NUCLEO: [&str; 2] = ["--features", "board-nucleo-h743"];
 pub const NUCLEO_FIRMWARE_VARIABLE: &str = "CATHFORCE_NUCLEO_FIRMWARE";
 
 /// Cargo's profile for a first run.
-const QUICK: &str = "quick";
+pub const QUICK: &str = "quick";
 
 /// Builds the firmware, says how large it is, and gives its ELF.
 pub fn firmware() -> anyhow::Result<PathBuf> {

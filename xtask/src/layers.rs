@@ -148,6 +148,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
         ],
     ),
     ("cathforce-test-fixture", &[]),
+    ("cathforce-fuzz", PRODUCT),
     ("cathforce-hil-tests", &LIBRARIES),
     ("xtask", &[]),
 ];

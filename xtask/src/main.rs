@@ -11,12 +11,16 @@ mod citations;
 mod consent;
 mod demo;
 mod disk;
+mod dist;
 mod emulator;
 mod figures;
+mod fuzz;
 mod gates;
 mod guest;
 mod layers;
 mod packages;
+#[cfg(test)]
+mod pages;
 mod progress;
 mod promises;
 mod setup;
@@ -36,7 +40,7 @@ use consent::Consent;
 mod documented;
 
 /// What `cargo xtask` can do.
-static TASKS: [Task; 11] = [
+static TASKS: [Task; 14] = [
     Task {
         name: "demo",
         former: None,
@@ -89,6 +93,27 @@ static TASKS: [Task; 11] = [
         about: "Measure the model against the reference solver, and write the table into docs/reference/validation.md.",
         options: &validation::OPTIONS,
         run: validation::write,
+    },
+    Task {
+        name: "dist",
+        former: None,
+        about: "Build everything to install: static program, Debian package, firmware, SBOM, checksums.",
+        options: &dist::OPTIONS,
+        run: dist::run_task,
+    },
+    Task {
+        name: "fuzz",
+        former: None,
+        about: "Search for inputs that break a decoder, an importer, the control step or the store.",
+        options: &fuzz::OPTIONS,
+        run: fuzz::search,
+    },
+    Task {
+        name: "miri",
+        former: None,
+        about: "Run tests of the shared crates in Miri, with a nightly compiler.",
+        options: &fuzz::MIRI_OPTIONS,
+        run: fuzz::miri,
     },
     Task {
         name: "wheel",

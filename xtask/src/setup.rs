@@ -46,6 +46,17 @@ pub fn firmware_target(consent: Consent) -> anyhow::Result<()> {
     missing_target(consent)?.map_or(Ok(()), |mut add| progress::run(&mut add))
 }
 
+/// Rust's libraries for these targets, and the tools that treat what is built.
+pub fn targets(consent: Consent, targets: &[&str]) -> anyhow::Result<()> {
+    suite_components(consent)?;
+    let Some(installed) = installed("target") else { return Ok(()) };
+    let missing: Vec<_> = targets.iter().copied().filter(|name| !has(&installed, name)).collect();
+    match missing[..] {
+        [] => Ok(()),
+        _ => progress::run(&mut add(consent, "target", &missing)?),
+    }
+}
+
 /// The command that installs it, where there is a rustup and it is missing. Without rustup,
 /// cargo's own messages tell.
 fn missing_target(consent: Consent) -> anyhow::Result<Option<Command>> {
@@ -64,6 +75,20 @@ pub fn suite_components(consent: Consent) -> anyhow::Result<()> {
         [] => Ok(()),
         _ => progress::run(&mut add(consent, "component", &missing)?),
     }
+}
+
+/// A nightly compiler with Miri, which no stable one has.
+pub fn nightly_with_miri(consent: Consent) -> anyhow::Result<()> {
+    let list = ["component", "list", "--installed", "--toolchain", "nightly"];
+    let components = output(command("rustup").args(list)).unwrap_or_default();
+    if has(&components, "miri") && has(&components, "rust-src") {
+        return Ok(());
+    }
+    let words = "rustup toolchain install nightly --profile minimal --component miri,rust-src";
+    consent.to(words)?;
+    let mut rustup = command("rustup");
+    rustup.args(words.split_whitespace().skip(1));
+    progress::run(&mut rustup)
 }
 
 /// What rustup has installed of a kind, a line each.

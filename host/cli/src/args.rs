@@ -12,6 +12,7 @@ mod config;
 mod filter;
 mod gap;
 mod identify;
+mod installed;
 mod link;
 mod lumen;
 mod material;
@@ -22,8 +23,11 @@ mod ultrasound;
 mod wall;
 
 use std::path::PathBuf;
+use std::sync::LazyLock;
 
 use cathforce_bundle::tips::{TIPS, Tip};
+use cathforce_bus::service::PROTOCOL_HASH;
+use cathforce_config::image::schema_hash;
 use clap::{
     Arg, ArgAction, ArgMatches, Args, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum,
 };
@@ -49,6 +53,7 @@ pub use gap::{
 pub use identify::{
     IdentifyAction, IdentifyArguments, IdentifyExampleArguments, IdentifyFitArguments,
 };
+pub use installed::{DemoArguments, FlashArguments, Programmer};
 pub use link::{
     DoctorArguments, FaultAction, FaultArguments, FaultClearArguments, LinkAction, LinkArguments,
     LinkServeArguments, LinkUpArguments,
@@ -87,7 +92,7 @@ Exit codes:
 
 /// Estimate the forces between a catheter and the vessel in real time from the drive's encoders.
 #[derive(Debug, Parser)]
-#[command(name = "cathforce", version, after_help = EXIT_CODES)]
+#[command(name = "cathforce", version, long_version = long_version(), after_help = EXIT_CODES)]
 pub struct Arguments {
     /// Print the result as JSON.
     #[arg(long, global = true)]
@@ -97,6 +102,15 @@ pub struct Arguments {
     pub quiet: bool,
     #[command(subcommand)]
     pub command: Command,
+}
+
+/// The version, and what a firmware must agree with.
+fn long_version() -> &'static str {
+    static TEXT: LazyLock<String> = LazyLock::new(|| {
+        let (version, schema) = (env!("CARGO_PKG_VERSION"), schema_hash());
+        format!("{version}\nprotocol {PROTOCOL_HASH:016x}\nimage schema {schema:08x}")
+    });
+    &TEXT
 }
 
 impl Arguments {
@@ -147,7 +161,7 @@ pub enum Command {
     Simulate(SimulateArguments),
     /// Compute a recording again on this computer and compare every bit.
     Replay(ReplayArguments),
-    /// Describe a recording, a bundle, a device image or a device.
+    /// Describe a recording, a bundle, a device image, a firmware or a device.
     Info(InfoArguments),
     /// List, show, change, compare and check settings, and exchange them with a device.
     Config(ConfigArguments),
@@ -156,6 +170,10 @@ pub enum Command {
     Link(LinkArguments),
     /// Check everything between this computer and a device, and say how to repair what is wrong.
     Doctor(DoctorArguments),
+    /// Insert a catheter for 10 s on the emulated board, with a table and a folder of results.
+    Demo(DemoArguments),
+    /// Load a firmware into a board.
+    Flash(FlashArguments),
     /// Explain faults, show the one that a device has, and clear it.
     Fault(FaultArguments),
     /// Write a trial bundle to begin with.
@@ -312,7 +330,7 @@ pub struct InfoArguments {
 #[derive(Debug, Args)]
 #[group(required = true, multiple = false)]
 pub struct InfoSource {
-    /// Recording, trial bundle or device image.
+    /// Recording, trial bundle, device image or firmware.
     pub path: Option<PathBuf>,
     /// Describe the device behind this link.
     #[arg(long, value_parser = link::address)]

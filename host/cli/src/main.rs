@@ -50,6 +50,8 @@ fn main() -> ExitCode {
         Command::Bundle(arguments) => commands::bundle::run(&ui, &arguments),
         Command::Link(arguments) => commands::link::run(&ui, &arguments),
         Command::Doctor(arguments) => commands::doctor::run(&ui, &arguments),
+        Command::Demo(arguments) => commands::demo::run(&ui, &arguments),
+        Command::Flash(arguments) => commands::flash::run(&ui, &arguments),
         Command::Fault(arguments) => commands::fault::run(&ui, &arguments),
         Command::Lumen(arguments) => commands::lumen::run(&ui, &arguments),
         Command::Material(arguments) => commands::material::run(&ui, &arguments),

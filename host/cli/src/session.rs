@@ -10,7 +10,7 @@ use cathforce_bus::service::crc32;
 use cathforce_bus::{Command, Counter};
 use cathforce_config::image::schema_hash;
 use cathforce_control::{ENCODER_TIMEOUT_HARD_TICKS, Mode, TICK_S};
-use cathforce_link::{Client, ClientError, Link as _, Step, TickReport};
+use cathforce_link::{Client, ClientError, Link as _, Step, TickReport, update};
 use cathforce_recording::{Attachments, BusClock, Recorder, RunInfo, RunResult, Trial};
 
 use crate::failure::{Code, Failure};
@@ -132,9 +132,11 @@ pub fn configure(ui: &Ui, client: &mut Client, image: &[u8], pace: Pace) -> Resu
     if device.image_schema_hash != schema_hash() {
         let message = format!(
             "the device ({device}) reads images of schema {:08x} and this program writes {:08x}, so it \
-             was not armed\n  fix: use firmware and program of the same version",
+             was not armed\n  fix: {}; or use the program of the device's version (this one is {})",
             device.image_schema_hash,
-            schema_hash()
+            schema_hash(),
+            update(&device.board),
+            env!("CARGO_PKG_VERSION"),
         );
         return Err(Failure::new(Code::Device, message));
     }

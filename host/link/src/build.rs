@@ -14,8 +14,12 @@ const FLASH_END: u64 = 0x2000_0000;
 
 /// The eight digits after the `+` of its version; `None` if it is no firmware that has them.
 pub fn build_of(elf: &Path) -> Option<String> {
-    let bytes = std::fs::read(elf).ok()?;
-    let file = ElfFile32::<Endianness>::parse(&*bytes).ok()?;
+    build_in(&std::fs::read(elf).ok()?)
+}
+
+/// The same, of the file's contents.
+pub(crate) fn build_in(elf: &[u8]) -> Option<String> {
+    let file = ElfFile32::<Endianness>::parse(elf).ok()?;
     let begins = file.symbols().find(|symbol| symbol.name() == Ok(BEGINS))?.address();
     let flash = flash(&file, begins)?;
     Some(format!("{:08x}", crc32(&flash)))

@@ -15,6 +15,7 @@ use cathforce_bus::{
 use cathforce_config::image;
 use cathforce_control::Fault;
 
+use crate::boards::update;
 use crate::ticks::Assembler;
 use crate::{Link, LinkError, TickReport};
 
@@ -113,8 +114,8 @@ pub enum ClientError {
 
     #[error(
         "the device ({device}) speaks protocol {found:016x}, this program speaks {expected:016x}: \
-         it cannot be armed from here. Use firmware and program of the same version (this \
-         program is {})", env!("CARGO_PKG_VERSION")
+         it cannot be armed from here\n  fix: {}; or use the program of the device's version (this one \
+         is {})", update(&device.board), env!("CARGO_PKG_VERSION")
     )]
     Protocol { device: Device, expected: u64, found: u64 },
 

@@ -71,6 +71,11 @@ pub enum LinkError {
         awaited: &'static str,
         check: &'static str,
     },
+    /// No firmware of this board was installed with the program.
+    Firmware {
+        board: String,
+        tried: Vec<String>,
+    },
     /// The emulator cannot be started or does not behave.
     Emulator {
         link: String,
@@ -121,6 +126,10 @@ impl LinkError {
                 let waited_s = waited.as_secs_f32();
                 format!("{link}: nothing heard for {waited_s} s while waiting for {awaited}")
             }
+            Self::Firmware { board, tried } => {
+                let tried = tried.join("\n  ");
+                format!("no firmware of the board {board} was found; tried were\n  {tried}")
+            }
             Self::Emulator { link, problem, .. } => format!("{link}: {problem}"),
         }
     }
@@ -168,6 +177,9 @@ impl LinkError {
                     .into()
             }
             Self::Lost { .. } => "Check the cable and that the device is still running".into(),
+            Self::Firmware { .. } => {
+                "Name the file with --firmware; `cargo xtask dist` in a checkout builds it".into()
+            }
             Self::Emulator { fix, .. } => fix.clone(),
         }
     }

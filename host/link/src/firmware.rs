@@ -10,40 +10,68 @@ use crate::LinkError;
 /// Names the firmware to boot, if the address does not.
 pub const FIRMWARE_VARIABLE: &str = "CATHFORCE_FIRMWARE";
 
-/// Names of the ELF beside an installed program.
-const NAMES: [&str; 2] = ["cathforce-firmware", "cathforce-firmware.elf"];
-/// Folders that may hold it, from that of the program.
-const FOLDERS: [&str; 2] = ["", "../lib/cathforce"];
+/// Names of the emulated board's ELF beside an installed program.
+const NAMES: [&str; 3] =
+    ["cathforce-firmware", "cathforce-firmware.elf", "cathforce-firmware-mps2-an500.elf"];
+/// Folders that may hold it, from that of the program. The last one is where the Debian package puts it.
+const FOLDERS: [&str; 3] = ["", "../lib/cathforce", "/usr/lib/cathforce"];
 /// Where a checkout builds it, in its target folder.
 const BUILT: &str = "thumbv7em-none-eabihf/firmware/cathforce-firmware";
 /// `EM_ARM` of the ELF standard.
 const ARM: [u8; 2] = [40, 0];
 
 /// The firmware's ELF: the one given, else the one that [`FIRMWARE_VARIABLE`] names, else one
-/// beside this program or in `../lib/cathforce` from there, else the one that was built in the
-/// checkout from which this program was built.
+/// beside this program or in `../lib/cathforce` from there, else one in `/usr/lib/cathforce`, else the one
+/// that was built in the checkout from which this program was built.
 ///
 /// One that is named and not there is an error, whatever lies elsewhere.
 pub fn find_firmware(given: Option<&Path>) -> Result<PathBuf, LinkError> {
-    let program = std::env::current_exe().and_then(|program| program.canonicalize()).ok();
-    let target = std::env::var_os("CARGO_TARGET_DIR").map_or("target".into(), PathBuf::from);
-    // Where this program was built; on another computer there is no such folder.
-    let checkout = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-    let checkout = checkout.canonicalize().unwrap_or(checkout);
     let places = Places {
         given: given.map(Path::to_path_buf),
         variable: std::env::var_os(FIRMWARE_VARIABLE).filter(|value| !value.is_empty()),
-        program_folder: program.and_then(|program| Some(program.parent()?.to_path_buf())),
-        built: checkout.join(target).join(BUILT),
+        program_folder: program_folder(),
+        built: built(),
     };
     places.find()
+}
+
+/// The ELF of a board that was installed with this program.
+pub fn firmware_of(board: &str) -> Result<PathBuf, LinkError> {
+    let name = format!("cathforce-firmware-{board}.elf");
+    let folder = program_folder();
+    let places = folder.iter().flat_map(|from| FOLDERS.iter().map(|at| from.join(at).join(&name)));
+    let mut tried = Vec::new();
+    for path in places {
+        match missing(&path) {
+            None => return Ok(path),
+            Some(why) => tried.push(format!("{}: {why}", path.display())),
+        }
+    }
+    Err(LinkError::Firmware { board: board.into(), tried })
+}
+
+fn program_folder() -> Option<PathBuf> {
+    let program = std::env::current_exe().and_then(|program| program.canonicalize()).ok();
+    program.and_then(|program| Some(program.parent()?.to_path_buf()))
+}
+
+/// Where this program's checkout builds the firmware. A program that was built to be installed
+/// (`cargo xtask dist`) knows no checkout: it has the same bits wherever it is built.
+fn built() -> Option<PathBuf> {
+    let checkout = match option_env!("CATHFORCE_DIST") {
+        None => Path::new(env!("CARGO_MANIFEST_DIR")).join("../.."),
+        Some(_) => return None,
+    };
+    let target = std::env::var_os("CARGO_TARGET_DIR").map_or("target".into(), PathBuf::from);
+    let checkout = checkout.canonicalize().unwrap_or(checkout);
+    Some(checkout.join(target).join(BUILT))
 }
 
 struct Places {
     given: Option<PathBuf>,
     variable: Option<OsString>,
     program_folder: Option<PathBuf>,
-    built: PathBuf,
+    built: Option<PathBuf>,
 }
 
 impl Places {
@@ -64,7 +92,7 @@ impl Places {
             FOLDERS.iter().flat_map(move |at| NAMES.map(|name| folder.join(at).join(name)))
         });
         let mut tried = vec![format!("the variable {FIRMWARE_VARIABLE}: not set")];
-        for path in beside.chain([self.built.clone()]) {
+        for path in beside.chain(self.built.clone()) {
             match missing(&path) {
                 None => return Ok(path),
                 Some(why) => tried.push(format!("{}: {why}", path.display())),
@@ -76,8 +104,13 @@ impl Places {
     }
 }
 
-const BUILD_OR_NAME: &str =
-    "`cargo xtask firmware` builds it in a checkout; CATHFORCE_FIRMWARE=FILE names one";
+const BUILD_OR_NAME: &str = match option_env!("CATHFORCE_DIST") {
+    None => "`cargo xtask firmware` builds it in a checkout; CATHFORCE_FIRMWARE=FILE names one",
+    Some(_) => {
+        "install it together with this program, in ../lib/cathforce from there; \
+         CATHFORCE_FIRMWARE=FILE names one"
+    }
+};
 
 fn error(problem: String, fix: String) -> LinkError {
     LinkError::Emulator { link: "qemu".into(), problem, fix }
@@ -125,7 +158,7 @@ mod tests {
                 given: None,
                 variable: None,
                 program_folder: Some(self.0.join("bin")),
-                built: self.0.join("built"),
+                built: Some(self.0.join("built")),
             }
         }
     }

@@ -14,12 +14,14 @@
 //! A [`Client`] talks over a link to one device: who it is, its configuration, ticks.
 
 mod address;
+mod boards;
 mod build;
 mod client;
 mod error;
 mod firmware;
 mod firmware_log;
 mod hub;
+mod identity;
 pub mod interface;
 mod play;
 pub mod qemu;
@@ -40,10 +42,13 @@ use cathforce_bus::Frame;
 pub use cathforce_bus::Direction;
 
 pub use address::{check as check_address, open};
+pub use boards::{BOARDS, Board, Flash, board, update};
 pub use build::{build_of, version_and_build};
 pub use client::{Client, ClientError, CrashRecord, Device, SavedImage, Tap};
 pub use error::{ADDRESSES, LinkError};
+pub use firmware::firmware_of;
 pub use hub::Hub;
+pub use identity::{Identity, IdentityError, SECTION as IDENTITY_SECTION};
 pub use play::Step;
 pub use remark::set_remarks;
 pub use serial::{SerialPort, Usb, serial_ports};

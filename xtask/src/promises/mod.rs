@@ -15,6 +15,8 @@ use crate::shell::{cargo, line, root};
 use outcomes::Outcomes;
 use page::Promise;
 pub use page::check;
+#[cfg(test)]
+pub use page::ids;
 
 pub const OPTIONS: [Choice; 3] = [
     Choice {

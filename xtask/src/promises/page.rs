@@ -51,6 +51,12 @@ pub struct Promise {
     pub tests: Vec<String>,
 }
 
+/// The identifiers of the promises.
+#[cfg(test)]
+pub fn ids(root: &Path) -> anyhow::Result<Vec<String>> {
+    Ok(promises(root)?.into_iter().map(|promise| promise.id).collect())
+}
+
 /// The promises of the page.
 pub fn promises(root: &Path) -> anyhow::Result<Vec<Promise>> {
     let path = root.join(PAGE);

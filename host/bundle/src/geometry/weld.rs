@@ -50,7 +50,8 @@ impl Welder {
         // Towards the nearer border on each axis: what lies farther is too far.
         let side = [0, 1, 2].map(|k| if p[k] / WELD_M < cell[k] as f64 { -1 } else { 1 });
         let beside = (1..8).filter_map(|step| {
-            let shift = |k: usize| cell[k] + side[k] * i64::from(step >> k & 1);
+            // Corners beyond 10¹¹ m share the last cells; no lumen is built of a mesh so large.
+            let shift = |k: usize| cell[k].saturating_add(side[k] * i64::from(step >> k & 1));
             self.index_of.get(&[shift(0), shift(1), shift(2)]).copied()
         });
         let distance_m = |index: u32| (self.positions[index as usize] - p).norm();

@@ -21,6 +21,20 @@ const STDOUT: &str = "-";
 const INTERFACE: &str = "can0";
 
 pub fn run(ui: &Ui, arguments: &ExportArguments) -> Result<(), Failure> {
+    let written = write(ui, arguments)?;
+    let to_stdout = [&arguments.csv, &arguments.nodes, &arguments.candump].into_iter().flatten();
+    match to_stdout.into_iter().any(|path| path == Path::new(STDOUT)) {
+        // The exported table is the data; nothing else may be on stdout.
+        true => {
+            ui.say(written.text.trim_end());
+            Ok(())
+        }
+        false => ui.data(&written.json, written.text),
+    }
+}
+
+/// Writes what is asked for, and gives what was written.
+pub fn write(ui: &Ui, arguments: &ExportArguments) -> Result<Written, Failure> {
     check(arguments)?;
     let recording = open_recording(ui, &arguments.recording)?;
     let decoded = [&arguments.csv, &arguments.nodes, &arguments.parquet];
@@ -62,15 +76,7 @@ pub fn run(ui: &Ui, arguments: &ExportArguments) -> Result<(), Failure> {
         }
         written.add(path, "rows", recording.trial.rows.len());
     }
-    let to_stdout = [&arguments.csv, &arguments.nodes, &arguments.candump].into_iter().flatten();
-    match to_stdout.into_iter().any(|path| path == Path::new(STDOUT)) {
-        // The exported table is the data; nothing else may be on stdout.
-        true => {
-            ui.say(written.text.trim_end());
-            Ok(())
-        }
-        false => ui.data(&written.json, written.text),
-    }
+    Ok(written)
 }
 
 #[cfg(feature = "parquet")]
@@ -117,8 +123,9 @@ fn whole(
     }
 }
 
+/// The files that were written, for a reader and for a program.
 #[derive(Default)]
-struct Written {
+pub struct Written {
     json: Vec<Value>,
     text: String,
 }

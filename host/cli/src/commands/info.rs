@@ -5,7 +5,7 @@ use std::path::Path;
 use cathforce_bus::service::{SavedState, Status};
 use cathforce_config::image::{self, Header, MAGIC};
 use cathforce_control::{Fault, Mode};
-use cathforce_link::{Client, CrashRecord, SavedImage};
+use cathforce_link::{Client, CrashRecord, Identity, IdentityError, SavedImage, build_of};
 use cathforce_recording::{Recording, bus_load};
 use serde_json::{Map, Value, json};
 
@@ -99,6 +99,9 @@ fn file(path: &Path) -> Result<Facts, Failure> {
     if bytes.starts_with(&MAGIC) {
         return device_image(path, &bytes);
     }
+    if bytes.starts_with(b"\x7fELF") {
+        return firmware(path, &bytes);
+    }
     if std::str::from_utf8(&bytes).is_ok_and(is_settings) {
         let path = path.display();
         return Err(Failure::input(format!(
@@ -108,6 +111,32 @@ fn file(path: &Path) -> Result<Facts, Failure> {
         )));
     }
     recording(path)
+}
+
+/// A firmware file. One that was not made to be installed has a build and no more.
+fn firmware(path: &Path, bytes: &[u8]) -> Result<Facts, Failure> {
+    let refuse = |error: IdentityError| {
+        let path = path.display();
+        Failure::input(format!(
+            "{path}: {error}\n  fix: name the firmware of a board; `cargo xtask dist` makes it"
+        ))
+    };
+    let mut facts = Facts::of_kind("firmware");
+    match Identity::of_bytes(bytes) {
+        Ok(identity) => {
+            facts.add("board", json!(identity.board));
+            facts.add("version", json!(identity.version));
+            facts.add("build", json!(identity.build));
+            facts.add("protocol", json!(format!("{:016x}", identity.protocol_hash)));
+            facts.add("image schema", json!(format!("{:08x}", identity.image_schema_hash)));
+        }
+        Err(IdentityError::Anonymous) => {
+            let build = build_of(path).ok_or_else(|| refuse(IdentityError::NotElf))?;
+            facts.add("build", json!(build));
+        }
+        Err(error) => return Err(refuse(error)),
+    }
+    Ok(facts)
 }
 
 fn device_image(path: &Path, bytes: &[u8]) -> Result<Facts, Failure> {

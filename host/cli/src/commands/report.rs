@@ -13,6 +13,12 @@ use crate::output::{Kind, check_again, is_own_page, shown, write_again};
 use crate::ui::Ui;
 
 pub fn run(ui: &Ui, arguments: &ReportArguments) -> Result<(), Failure> {
+    let path = write(ui, arguments)?;
+    ui.data(&json!({ "path": shown(&path) }), format_args!("page: {}\n", path.display()))
+}
+
+/// Writes the page, and gives its path.
+pub fn write(ui: &Ui, arguments: &ReportArguments) -> Result<PathBuf, Failure> {
     let path = place(arguments);
     check_again(&path, Kind::Page)?;
     check_own(&path, arguments.overwrite)?;
@@ -21,7 +27,7 @@ pub fn run(ui: &Ui, arguments: &ReportArguments) -> Result<(), Failure> {
     let summary = Summary::of(&recording, &analysis);
     let html = recording_page(&recording, &analysis, &summary).map_err(Failure::input)?;
     write_again(&path, Kind::Page, html)?;
-    ui.data(&json!({ "path": shown(&path) }), format_args!("page: {}\n", path.display()))
+    Ok(path)
 }
 
 /// Where the page goes: beside its recording unless it is told.

@@ -6,7 +6,7 @@ use cathforce_bus::service::Status;
 use cathforce_config::image::schema_hash;
 use cathforce_control::{Mode, TICK_S};
 use cathforce_link::qemu::find_firmware;
-use cathforce_link::{Client, ClientError, Link, build_of, version_and_build};
+use cathforce_link::{Client, ClientError, Link, build_of, update, version_and_build};
 
 use super::check::Check;
 use crate::failure::{Code, Failure};
@@ -26,7 +26,7 @@ pub fn checks(link: Box<dyn Link>) -> Vec<Check> {
     };
     let device = client.device().clone();
     let mut checks = vec![Check::good("device", device.board.as_str())];
-    let of_same_version = format!("use firmware of version {VERSION}, as this program is");
+    let of_same_version = format!("{} (version {VERSION})", update(&device.board));
     checks.push(if device.image_schema_hash != schema_hash() {
         let found = format!("{} reads images of another layout", device.firmware);
         Check::wrong("firmware", found, of_same_version, Code::Device)
