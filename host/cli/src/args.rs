@@ -9,6 +9,7 @@ mod bundle;
 mod calibrate;
 mod camera;
 mod config;
+mod dash;
 mod filter;
 mod gap;
 mod identify;
@@ -39,6 +40,7 @@ pub use config::{
     ConfigImageArguments, ConfigImportDbcArguments, ConfigInitArguments, ConfigListArguments,
     ConfigSaveArguments, ConfigSetArguments, ConfigShowArguments, ConfigValidateArguments,
 };
+pub use dash::DashArguments;
 pub use filter::FilterArguments;
 pub use gap::{
     AblationArguments, ApplyArguments, BlindTestAction, BlindTestArguments, BlindTestFolder,
@@ -51,7 +53,7 @@ pub use identify::{
 };
 pub use link::{
     DoctorArguments, FaultAction, FaultArguments, FaultClearArguments, LinkAction, LinkArguments,
-    LinkServeArguments, LinkUpArguments,
+    LinkServeArguments, LinkUpArguments, address as link_address,
 };
 pub use lumen::LumenArguments;
 pub use material::MaterialArguments;
@@ -192,6 +194,8 @@ pub enum Command {
     Filter(FilterArguments),
     /// Watch a bus: state, age, rates, load, forces and faults.
     Monitor(MonitorArguments),
+    /// Show a device, a recording or a diagnosis in a browser.
+    Dash(DashArguments),
     /// Measure the time from encoder to record, stage by stage.
     Latency(LatencyArguments),
     /// Print the completion script of a shell.
