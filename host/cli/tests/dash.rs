@@ -3,9 +3,9 @@
 
 #![cfg(unix)]
 
-mod support;
 #[path = "support/browser.rs"]
 mod browser;
+mod support;
 
 use std::fs;
 use std::io::{BufRead as _, BufReader, Read as _, Write as _};
@@ -42,7 +42,8 @@ impl Dash {
             .unwrap();
         let mut line = String::new();
         BufReader::new(process.stdout.take().unwrap()).read_line(&mut line).unwrap();
-        let said: Value = serde_json::from_str(&line).unwrap_or_else(|_| panic!("it said `{line}`"));
+        let said: Value =
+            serde_json::from_str(&line).unwrap_or_else(|_| panic!("it said `{line}`"));
         let address = said["address"].as_str().unwrap().to_owned();
         let token_file = said["token_file"].as_str().map(PathBuf::from);
         Self { process, address, token_file }
@@ -254,7 +255,13 @@ fn a_recording_is_scrubbed_marked_and_filmed() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("<b>run.mcap");
     let recorded = cathforce([
-        "simulate", text(&example()), "--duration", "2", "--out", text(&file), "--quiet",
+        "simulate",
+        text(&example()),
+        "--duration",
+        "2",
+        "--out",
+        text(&file),
+        "--quiet",
     ]);
     assert!(recorded.status.success(), "{}", support::stderr(&recorded));
     let dash = Dash::start(&[text(&file)]);
@@ -335,12 +342,22 @@ fn a_diagnosis_of_either_version_opens_with_its_answer() {
     let mut browser = Browser::start();
     browser.open(&dash.address);
     let said = browser.text("#sentence");
-    assert!(said.contains("Stiffness of the catheter") && said.contains("40.5 mN to 12.7 mN"), "{said}");
+    assert!(
+        said.contains("Stiffness of the catheter") && said.contains("40.5 mN to 12.7 mN"),
+        "{said}"
+    );
     let page = browser.text("#panels");
     for words in [
-        "Where", "Which", "How far", "31 to 47 mm", "1.42 (1.34 to 1.5)", "sliding", "<b>of</b>",
+        "Where",
+        "Which",
+        "How far",
+        "31 to 47 mm",
+        "1.42 (1.34 to 1.5)",
+        "sliding",
+        "<b>of</b>",
         "These data do not tell apart: stiffness of the catheter and stiffness of the wall.",
-        "cathforce gap protocol --segment reversal-20mm", "No drive force was measured.",
+        "cathforce gap protocol --segment reversal-20mm",
+        "No drive force was measured.",
     ] {
         assert!(page.contains(words), "{words} in {page}");
     }
@@ -360,7 +377,12 @@ fn a_diagnosis_of_either_version_opens_with_its_answer() {
     browser.open(&dash.address);
     assert!(browser.text("#sentence").starts_with("The catheter is 42 % stiffer"));
     let page = browser.text("#panels");
-    for words in ["form: constant factor (80 %)", "2 %", "never by these trials", "What these trials would have shown"] {
+    for words in [
+        "form: constant factor (80 %)",
+        "2 %",
+        "never by these trials",
+        "What these trials would have shown",
+    ] {
         assert!(page.contains(words), "{words} in {page}");
     }
     assert_eq!(browser.complaints, Vec::<String>::new().as_slice(), "the page complained");

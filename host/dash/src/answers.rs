@@ -17,9 +17,19 @@ const PATIENCE: Duration = Duration::from_secs(90);
 
 /// What is shown, ready to be asked.
 pub enum Shown {
-    Link { name: String, pilot: Pilot, scene: Mutex<Option<(Arc<Vec<u8>>, Arc<str>)>> },
+    Link {
+        name: String,
+        pilot: Pilot,
+        scene: Mutex<Option<(Arc<Vec<u8>>, Arc<str>)>>,
+    },
     /// Everything is known beforehand.
-    Still { kind: &'static str, name: String, state: Value, data: Arc<str>, scene: Option<Arc<str>> },
+    Still {
+        kind: &'static str,
+        name: String,
+        state: Value,
+        data: Arc<str>,
+        scene: Option<Arc<str>>,
+    },
 }
 
 /// Why a question has no answer.
@@ -95,13 +105,14 @@ impl Shown {
     /// The vessel. Takes a second for a large one.
     pub fn scene(&self) -> Result<Arc<str>, Unanswered> {
         match self {
-            Self::Still { scene, .. } => scene
-                .clone()
-                .ok_or_else(|| Unanswered::Absent("a diagnosis has no vessel".into())),
+            Self::Still { scene, .. } => {
+                scene.clone().ok_or_else(|| Unanswered::Absent("a diagnosis has no vessel".into()))
+            }
             Self::Link { pilot, scene, .. } => {
                 let image = pilot.image.get().ok_or_else(not_configured)?;
                 let mut cached = scene.lock().unwrap_or_else(PoisonError::into_inner);
-                if let Some((_, scene)) = cached.as_ref().filter(|(of, _)| Arc::ptr_eq(of, &image)) {
+                if let Some((_, scene)) = cached.as_ref().filter(|(of, _)| Arc::ptr_eq(of, &image))
+                {
                     return Ok(Arc::clone(scene));
                 }
                 let made = recording::scene(&image).map_err(Unanswered::Refused)?;
@@ -155,7 +166,9 @@ fn wanted(asked: &Value) -> Result<Wanted, String> {
         "acknowledge" => {
             let name = asked["fault"].as_str().unwrap_or_default();
             let fault = Fault::ALL.iter().find(|fault| fault.name() == name);
-            fault.map(|fault| Wanted::Acknowledge(*fault)).ok_or_else(|| format!("there is no fault `{name}`"))
+            fault
+                .map(|fault| Wanted::Acknowledge(*fault))
+                .ok_or_else(|| format!("there is no fault `{name}`"))
         }
         "apply" => {
             let changes = serde_json::from_value::<BTreeMap<String, f32>>(asked["changes"].clone());

@@ -54,8 +54,16 @@ mod tests {
         for asset in ASSETS.iter().filter(|asset| !asset.path.starts_with("/vendor/")) {
             let text = std::str::from_utf8(asset.bytes).unwrap();
             for sink in [
-                "http://", "https://", "innerHTML", "outerHTML", "insertAdjacentHTML",
-                "document.write", "eval(", "new Function", "@import", "url(",
+                "http://",
+                "https://",
+                "innerHTML",
+                "outerHTML",
+                "insertAdjacentHTML",
+                "document.write",
+                "eval(",
+                "new Function",
+                "@import",
+                "url(",
             ] {
                 // The namespace of SVG is a name, and nothing is loaded from it.
                 let text = text.replace("http://www.w3.org/2000/svg", "");

@@ -35,7 +35,8 @@ mod tests {
     #[test]
     fn both_versions_are_read_and_other_files_are_refused() {
         for version in [1, 2] {
-            let text = format!("{{\"format\": \"gap-diagnosis/{version}\", \"verdict\": \"no_gap\"}}");
+            let text =
+                format!("{{\"format\": \"gap-diagnosis/{version}\", \"verdict\": \"no_gap\"}}");
             let answer = read_diagnosis(text.as_bytes()).unwrap();
             assert_eq!(state(&answer)["verdict"], "no_gap");
             assert!(state(&answer)["sentence"].is_null());

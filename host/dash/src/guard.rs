@@ -111,7 +111,9 @@ mod tests {
     fn only_the_whole_token_changes_anything() {
         let guard = guard("127.0.0.1:7410");
         assert!(guard.may_change(Some("Bearer secret")));
-        for bad in [None, Some("Bearer secre"), Some("secret"), Some("Bearer secreT"), Some("Bearer ")] {
+        for bad in
+            [None, Some("Bearer secre"), Some("secret"), Some("Bearer secreT"), Some("Bearer ")]
+        {
             assert!(!guard.may_change(bad), "{bad:?}");
         }
         let nothing = Guard::new("127.0.0.1:7410".parse().unwrap(), Vec::new(), None);

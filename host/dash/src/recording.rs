@@ -19,8 +19,7 @@ pub fn data(recording: &Recording, analysis: &Analysis) -> Value {
         floats(ticks.iter().map(|tick| value(tick).unwrap_or(f32::NAN)))
     };
     let force = |k: usize| column(&move |tick| tick.force_n.map(|force_n| force_n[k]));
-    let width =
-        |k: usize| column(&move |tick| tick.force_half_width_n.map(|widths_n| widths_n[k]));
+    let width = |k: usize| column(&move |tick| stated(tick, tick.force_half_width_n.map(|w| w[k])));
     let rows = &recording.trial.rows;
     let measured =
         |k: usize| floats(rows.iter().map(|row| row.force_n.map_or(f32::NAN, |f| f[k] as f32)));
@@ -49,7 +48,7 @@ pub fn data(recording: &Recording, analysis: &Analysis) -> Value {
             column(&|tick| tick.drive_force_n),
             column(&|tick| tick.drive_torque_n_m),
         ],
-        "bands": [width(0), width(1), width(2), column(&|tick| tick.drive_force_half_width_n)],
+        "bands": [width(0), width(1), width(2), column(&|tick| stated(tick, tick.drive_force_half_width_n))],
         "insertion_m": column(&|tick| tick.insertion_m),
         "rotation_rad": column(&|tick| tick.rotation_rad),
         "age_ticks": column(&|tick| tick.encoder_age_ticks.map(f32::from)),
@@ -118,14 +117,18 @@ pub fn scene(image: &[u8]) -> Result<Value, String> {
     }))
 }
 
+/// A half width; below 0 where the device said that it knows none, nothing where it said nothing.
+fn stated(tick: &TickEstimate, width_n: Option<f32>) -> Option<f32> {
+    tick.has_band.then(|| width_n.unwrap_or(-1.0))
+}
+
 fn drawn(ticks: &[TickEstimate]) -> Vec<TickEstimate> {
     let size = |tick: &TickEstimate| {
         tick.force_n.map_or(-1.0, |force_n| force_n.iter().map(|x| x * x).sum::<f32>())
     };
     let share = ticks.len().div_ceil(MOST_POINTS).max(1);
-    let largest = |part: &[TickEstimate]| {
-        part.iter().copied().max_by(|a, b| size(a).total_cmp(&size(b)))
-    };
+    let largest =
+        |part: &[TickEstimate]| part.iter().copied().max_by(|a, b| size(a).total_cmp(&size(b)));
     ticks.chunks(share).filter_map(largest).collect()
 }
 

@@ -203,7 +203,11 @@ async fn check(State(server): Shared, request: Request, next: Next) -> Response 
     answer
 }
 
-fn refusal(guard: &Guard, method: &Method, headers: &HeaderMap) -> Option<(StatusCode, &'static str)> {
+fn refusal(
+    guard: &Guard,
+    method: &Method,
+    headers: &HeaderMap,
+) -> Option<(StatusCode, &'static str)> {
     let text = |name| headers.get(name).map(|value: &HeaderValue| value.to_str().unwrap_or("?"));
     let Some(host) = text(HOST).filter(|host| guard.is_host(host)) else {
         let why = "this server does not go by that name; open the address that it printed, or allow \

@@ -39,7 +39,8 @@ impl Server {
     /// A device in this process, which nobody has configured.
     fn of_link() -> Self {
         let link = Box::new(Sim::new());
-        let source = LinkSource { link, master: Default::default(), drive: None, watch_only: false };
+        let source =
+            LinkSource { link, master: Default::default(), drive: None, watch_only: false };
         Self::of(Source::Link { name: "sim <script>".into(), source })
     }
 
@@ -60,7 +61,10 @@ impl Server {
         for line in lines.iter().copied().chain((!own).then_some(&host[..])) {
             text += &format!("{line}\r\n");
         }
-        text += &format!("Content-Type: application/json\r\nContent-Length: {}\r\n\r\n{body}", body.len());
+        text += &format!(
+            "Content-Type: application/json\r\nContent-Length: {}\r\n\r\n{body}",
+            body.len()
+        );
         stream.write_all(text.as_bytes()).unwrap();
         let mut answer = String::new();
         stream.read_to_string(&mut answer).unwrap();
@@ -166,7 +170,8 @@ fn names_are_data_and_nothing_may_be_loaded_from_elsewhere() {
     assert_eq!(status, 200);
     assert!(!page.contains("sim <script>"), "no name is written into the page");
     let page = page.to_lowercase();
-    for header in ["content-security-policy: default-src 'none'", "x-content-type-options: nosniff"] {
+    for header in ["content-security-policy: default-src 'none'", "x-content-type-options: nosniff"]
+    {
         assert!(page.contains(header), "{header} in {page}");
     }
     for path in ["/main.js", "/style.css", "/vendor/uPlot.esm.js", "/vendor/uPlot.LICENSE"] {

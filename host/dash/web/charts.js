@@ -7,7 +7,7 @@ import { number } from "./format.js";
 const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 
 /**
- * One chart. `lines`: estimated, then measured, then the lower and the upper edge of the band; each an array as
+ * One chart. `lines`: measured, then estimated, then the lower and the upper edge of the band; each an array as
  * long as the times, or null where there is none.
  */
 export class Chart {
@@ -25,8 +25,8 @@ export class Chart {
       axes: [{ ...axis, size: 34, values: (_, at) => at.map((x) => `${number(x, at.length > 1 && at[1] - at[0] < 0.5 ? 2 : 0)} s`) }, { ...axis, size: 54 }],
       series: [
         {},
-        { stroke: () => colour("--estimated"), width: 1.6, points: { show: false } },
         { stroke: () => colour("--measured"), width: 1.2, points: { show: false }, spanGaps: false },
+        { stroke: () => colour("--estimated"), width: 1.6, points: { show: false } },
         { stroke: "transparent", points: { show: false } },
         { stroke: "transparent", points: { show: false } },
       ],
@@ -110,7 +110,7 @@ export class Chart {
 
   /** The values under the cursor, or the newest. */
   say(index) {
-    const [times, estimated, measured, low, high] = this.plot.data;
+    const [times, measured, estimated, low, high] = this.plot.data;
     let i = index;
     if (i === null || i === undefined) i = this.now === null || this.now === undefined ? times.length - 1 : nearest(times, this.now);
     const value = (line) => (line && line[i] !== null && line[i] !== undefined && !Number.isNaN(line[i]) ? number(line[i], this.digits) : null);

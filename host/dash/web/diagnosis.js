@@ -48,7 +48,17 @@ export class Diagnosis {
     const cells = (d.where ?? []).filter((cell) => cell.arc_m);
     if (cells.length === 0) return null;
     const lanes = [...new Set(cells.map((cell) => `${cell.channel}\u0000${cell.phase}`))].slice(0, 10);
-    const end = Math.max(...cells.map((cell) => cell.arc_m[1])) * 1e3, most = Math.max(...cells.map((cell) => cell.gap_share));
+    // Motions at the same place add up.
+    const places = new Map();
+    for (const cell of cells) {
+      const key = [cell.channel, cell.phase, ...cell.arc_m].join("\u0000"), known = places.get(key) ?? { ...cell, gap_share: 0, motions: [] };
+      known.gap_share += cell.gap_share;
+      known.motions.push(cell.regime);
+      places.set(key, known);
+    }
+    const drawnCells = [...places.values()];
+    const reach = Math.max(...cells.map((cell) => cell.arc_m[1])) * 1e3, most = Math.max(...drawnCells.map((cell) => cell.gap_share));
+    const mark = [5, 10, 20, 25, 50, 100, 200].find((mm) => reach / mm <= 8) ?? 500, end = mark * Math.ceil(reach / mark);
     const [wide, left, row] = [720, 230, 30], high = lanes.length * row + 46;
     const x = (mm) => left + (mm / end) * (wide - left - 16);
     const drawn = lanes.flatMap((lane, i) => {
@@ -56,17 +66,17 @@ export class Diagnosis {
       return [
         svg("text", { x: left - 8, y: y + 17, "text-anchor": "end" }, `${channel(name).replace("force on the vessel along ", "force along ")}, ${phase}`, svg("title", {}, name)),
         svg("rect", { x: left, y, width: wide - left - 16, height: row - 6, class: "lane" }),
-        ...cells.filter((cell) => cell.channel === name && cell.phase === phase).map((cell) => svg("rect", { x: x(1e3 * cell.arc_m[0]), y, width: Math.max(2, x(1e3 * cell.arc_m[1]) - x(1e3 * cell.arc_m[0])), height: row - 6, style: `fill: ${css(colourOf(cell.gap_share / most))}`, opacity: 0.9 },
-          svg("title", {}, `${number(1e3 * cell.arc_m[0], 0)} to ${number(1e3 * cell.arc_m[1], 0)} mm inside, ${cell.regime}: ${percent(cell.gap_share)} of the gap`))),
+        ...drawnCells.filter((cell) => cell.channel === name && cell.phase === phase).map((cell) => svg("rect", { x: x(1e3 * cell.arc_m[0]), y, width: Math.max(2, x(1e3 * cell.arc_m[1]) - x(1e3 * cell.arc_m[0])), height: row - 6, style: `fill: ${css(colourOf(cell.gap_share / most))}`, opacity: 0.9 },
+          svg("title", {}, `${number(1e3 * cell.arc_m[0], 0)} to ${number(1e3 * cell.arc_m[1], 0)} mm inside, ${cell.motions.join("; ")}: ${percent(cell.gap_share)} of the gap`))),
       ];
     });
-    const marks = Array.from({ length: 6 }, (_, i) => (i * end) / 5);
+    const marks = Array.from({ length: Math.round(end / mark) + 1 }, (_, i) => i * mark);
     const rows = cells.slice(0, 12).map((cell) => el("tr", {}, el("td", {}, hover(cell.channel, channel(cell.channel))), el("td", {}, cell.phase), el("td", {}, cell.regime), el("td", {}, `${number(1e3 * cell.arc_m[0], 0)} to ${number(1e3 * cell.arc_m[1], 0)} mm`), el("td", {}, percent(cell.time_share)), el("td", {}, `${percent(cell.gap_share)} (${percent(cell.gap_share_low)} to ${percent(cell.gap_share_high)})`), el("td", {}, cell.note ?? "")));
     return el("div", {}, el("figure", { class: "wide" },
       svg("svg", { viewBox: `0 0 ${wide} ${high}`, id: "hero", role: "img", "aria-label": "Share of the gap by channel and by how far the tip is inside" }, drawn,
         marks.flatMap((mm) => [svg("line", { class: "grid", x1: x(mm), x2: x(mm), y1: 0, y2: high - 38 }), svg("text", { x: x(mm), y: high - 24, "text-anchor": "middle" }, number(mm, 0))]),
         svg("text", { x: (left + wide) / 2, y: high - 6, "text-anchor": "middle" }, "length inside the vessel, mm, from the entry")),
-      el("figcaption", {}, `How much of the gap lies where: yellow is ${percent(most)} of it.`)),
+      el("figcaption", {}, `How much of the gap lies where: from dark, none, to yellow, ${percent(most)} of it.`)),
       table(["Channel", "Phase", "Motion", "Inside", "Of the time", "Of the gap (90 %)", "Note"], rows));
   }
 

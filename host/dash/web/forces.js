@@ -82,7 +82,7 @@ export class Forces {
         if (chart.peak === null || most > Math.abs(chart.peak)) chart.peak = estimated.reduce((a, b) => (b !== null && Math.abs(b) > Math.abs(a) ? b : a), 0);
       }
       const edge = (side) => estimated.map((x, i) => (x === null || half[i] === null ? null : x + side * half[i]));
-      chart.show(shown, [estimated, measured, edge(-1), edge(1)], from, to);
+      chart.show(shown, [measured, estimated, edge(-1), edge(1)], from, to);
     }
   }
 }

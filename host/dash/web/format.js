@@ -22,7 +22,8 @@ export function significant(value) {
   return String(Number(value.toPrecision(3)));
 }
 
-export const percent = (share) => (share === null || share === undefined ? "–" : `${significant(100 * share)} %`);
+/** A share with two digits. */
+export const percent = (share) => (share === null || share === undefined || !Number.isFinite(share) ? "–" : `${significant(Number((100 * share).toPrecision(2)))} %`);
 
 /** Seconds as minutes and seconds. */
 export function clock(seconds) {
@@ -59,7 +60,8 @@ const words = (id) => id.replace(/^.*\./, "").replaceAll("_", " ");
 
 export const channel = (id) => CHANNELS[id] ?? words(id);
 export const effect = (id) => EFFECTS[id] ?? words(id);
-export const parameter = (id) => words(id);
+/** The unit at the end of a parameter's identifier stands beside its value. */
+export const parameter = (id) => words(id.replace(/_(s|m|n|rad|n_m|per_m|m_per_s)$/, ""));
 
 /** A sentence begins with a capital. */
 export const capital = (text) => text.charAt(0).toUpperCase() + text.slice(1);

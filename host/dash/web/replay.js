@@ -25,7 +25,7 @@ export class Recording {
     const overlay = measured.forces.map((column) => Float32Array.from(rowOf, (row) => (row < 0 ? NaN : column[row])));
     // The bus carries some quantities every few ticks: they hold until they come again.
     const held = (column) => { let last = NaN; return column.map((x) => (Number.isNaN(x) ? last : (last = x))); };
-    this.series.columns = [...data.forces.map(floats).map(held), ...overlay, ...data.bands.map(floats).map(held)];
+    this.series.columns = [...data.forces.map(floats).map(held), ...overlay, ...data.bands.map(floats).map(held).map((column) => column.map((x) => (x < 0 ? NaN : x)))];
     this.insertion = held(floats(data.insertion_m));
     this.rotation = held(floats(data.rotation_rad));
     this.tick = data.tick;

@@ -14,7 +14,7 @@ export class Tracking {
     this.along = el("div", { class: "along", id: "along" });
     this.second = el("button", { type: "button", id: "two-views", "aria-pressed": "false", onclick: () => this.toggleSecond() }, "Two views");
     panel.append(el("div", { class: "tools" }, this.second),
-      el("div", { class: "tracking" },
+      el("div", { class: "tracks" },
         el("div", { class: "card" }, this.stages, this.legend(), this.note),
         el("div", { class: "card" }, el("h2", {}, "Force along the catheter"), this.along, this.read)));
     this.add("perspective");
@@ -63,7 +63,9 @@ export class Tracking {
     for (const { scene } of this.views) scene.show(at, force);
     say(this.note, at.length === 0
       ? "No shape is known: the device has not settled, or its vessel has not been read yet."
-      : from === "host"
+      : this.app.recording
+        ? "The shape comes from the recording, 25 times a second where it could be replayed."
+        : from === "host"
         ? "The shape is computed on this computer by the device's own tick, from the same encoder frames. The bus alone would bring a whole one three times a second."
         : "The shape is the last whole one that the bus brought, up to half a second old.");
     const now = performance.now();
@@ -104,9 +106,9 @@ export class Tracking {
     }
     const top = most <= 0.1 ? 0.1 : most <= 0.25 ? 0.25 : most <= 0.5 ? 0.5 : Math.ceil(most);
     const end = Math.max(50, 50 * Math.ceil(length / 50));
-    const x = (mm) => left + (mm / end) * (wide - left - 8), y = (n) => high - foot - (n / top) * (high - foot - 10);
+    const x = (mm) => left + (mm / end) * (wide - left - 18), y = (n) => high - foot - (n / top) * (high - foot - 10);
     const grid = [0, 0.25, 0.5, 0.75, 1].flatMap((share) => [
-      svg("line", { class: "grid", x1: left, x2: wide - 8, y1: y(share * top), y2: y(share * top) }),
+      svg("line", { class: "grid", x1: left, x2: wide - 18, y1: y(share * top), y2: y(share * top) }),
       svg("text", { x: left - 5, y: y(share * top) + 4, "text-anchor": "end" }, number(share * top, 2)),
       svg("text", { x: x(share * end), y: high - foot + 15, "text-anchor": "middle" }, number(share * end, 0)),
     ]);

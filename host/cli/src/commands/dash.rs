@@ -108,7 +108,10 @@ fn source(ui: &Ui, arguments: &DashArguments) -> Result<Source, Failure> {
 fn link(ui: &Ui, arguments: &DashArguments) -> Result<Source, Failure> {
     let address = link_address(&arguments.source).map_err(|why| {
         let source = &arguments.source;
-        Failure::new(Code::Usage, format!("`{source}` is no file, and as the address of a link {why}"))
+        Failure::new(
+            Code::Usage,
+            format!("`{source}` is no file, and as the address of a link {why}"),
+        )
     })?;
     let drive = arguments.bundle.as_deref().map(|path| drive(ui, arguments, path)).transpose()?;
     let master = master_of(arguments.changes.file.as_deref())?;
@@ -161,7 +164,9 @@ impl From<DashError> for Failure {
     fn from(error: DashError) -> Self {
         let code = match error {
             DashError::Vessel(_) => Code::Input,
-            DashError::Listen { .. } | DashError::Token { .. } | DashError::Served(_) => Code::Failed,
+            DashError::Listen { .. } | DashError::Token { .. } | DashError::Served(_) => {
+                Code::Failed
+            }
         };
         Self::new(code, error.to_string())
     }

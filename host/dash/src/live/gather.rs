@@ -320,7 +320,8 @@ impl Gather {
             None => self.encoder_at,
         };
         let in_device_s = self.age_in_device_s.unwrap_or(0.0);
-        self.sample_at = sent_at.and_then(|at| at.checked_sub(Duration::from_secs_f64(in_device_s)));
+        self.sample_at =
+            sent_at.and_then(|at| at.checked_sub(Duration::from_secs_f64(in_device_s)));
         if let Some(at) = sent_at {
             self.answer.push(now.duration_since(at).as_secs_f64());
             self.in_device.push(in_device_s);
@@ -383,12 +384,10 @@ impl Gather {
         let [mx, my, mz, md] = self.measured().unwrap_or([None; 4]);
         let [bx, by, bz, bd] = self.band_n;
         let at_s = tick.at_ns as f64 * 1e-9;
-        let point =
-            [Some(at_s as f32), fx, fy, fz, drive, torque, mx, my, mz, md, bx, by, bz, bd];
+        let point = [Some(at_s as f32), fx, fy, fz, drive, torque, mx, my, mz, md, bx, by, bz, bd];
         // Of the ticks between two pictures the one with the largest force is drawn.
-        let size = |point: &Point| {
-            point[1..4].iter().map(|x| x.unwrap_or(0.0).powi(2)).sum::<f32>()
-        };
+        let size =
+            |point: &Point| point[1..4].iter().map(|x| x.unwrap_or(0.0).powi(2)).sum::<f32>();
         if self.point.as_ref().is_none_or(|kept| size(kept) <= size(&point)) {
             self.point = Some(point);
         }

@@ -83,8 +83,7 @@ impl Pilot {
         let (history, image) = (History::default(), InUse::default());
         let (started, stop) = (Instant::now(), Arc::new(AtomicBool::new(false)));
         let position = Position::default();
-        let gather =
-            Gather::new(started, source.master, history.clone(), position.clone(), to);
+        let gather = Gather::new(started, source.master, history.clone(), position.clone(), to);
         let watch_only = source.watch_only;
         let mut flight = Flight {
             bus: Bus { link: source.link, gather },
@@ -181,11 +180,11 @@ impl Flight {
     fn do_for_others(&mut self, wanted: Wanted) -> Result<Value, String> {
         let said = |error: ClientError| error.to_string();
         match wanted {
-            Wanted::Play(_) => {
-                Err("another program moves the drives; start `cathforce dash` with --bundle to play \
+            Wanted::Play(_) => Err(
+                "another program moves the drives; start `cathforce dash` with --bundle to play \
                      a trial from here"
-                    .into())
-            }
+                    .into(),
+            ),
             Wanted::Apply(changes) => {
                 self.ask().map_err(said)?;
                 let mut client = Client::connect(&mut self.bus).map_err(said)?;
@@ -213,11 +212,17 @@ impl Flight {
     }
 
     /// Repeats a command until the device is as wanted.
-    fn command_until(&mut self, command: Command, is_done: impl Fn(Mode) -> bool) -> Result<(), String> {
+    fn command_until(
+        &mut self,
+        command: Command,
+        is_done: impl Fn(Mode) -> bool,
+    ) -> Result<(), String> {
         if !self.bus.gather.is_ticking() {
-            return Err("the device sends no ticks, so no command can act; `cathforce doctor` looks \
+            return Err(
+                "the device sends no ticks, so no command can act; `cathforce doctor` looks \
                         for the cause"
-                .into());
+                    .into(),
+            );
         }
         // The counters of the frames go on where the device expects them.
         let mut client = Client::connect(&mut self.bus).map_err(|error| error.to_string())?;
@@ -254,7 +259,8 @@ impl Flight {
             motion.borrow_mut().go_for(goal);
         }
         while !self.stop.load(Ordering::Relaxed) {
-            let waiting = play(&mut client, drive, &motion, &self.position, &self.inbox, &self.stop)?;
+            let waiting =
+                play(&mut client, drive, &motion, &self.position, &self.inbox, &self.stop)?;
             if let Some(action) = waiting {
                 act(&mut client, drive, &motion, &self.image, action)?;
             }
@@ -369,7 +375,8 @@ fn act(
         }
         Wanted::Apply(changes) => {
             if matches!(mode, Some(Mode::Armed | Mode::Ramp { .. })) {
-                let why = "the device is armed, and no setting changes in that state; disarm it first";
+                let why =
+                    "the device is armed, and no setting changes in that state; disarm it first";
                 answer(reply, Err(why.into()));
                 return Ok(());
             }
