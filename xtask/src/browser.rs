@@ -7,7 +7,7 @@ use crate::packages::{as_root, has_apt};
 use crate::progress;
 use crate::shell::{command, output};
 
-/// Names of the browser on Debian and elsewhere, as `host/cli/tests/support/browser.rs` tries them.
+/// Names of the browser on Debian and elsewhere, as `host/dash/tests/support/mod.rs` tries them.
 const PROGRAMS: [&str; 3] = ["chromium", "chromium-browser", "google-chrome"];
 
 /// Installs Debian's chromium where no such browser is.

@@ -50,10 +50,11 @@ pub fn change(image: &[u8], changes: &BTreeMap<String, f32>) -> Result<Changed, 
     for (name, &value) in changes {
         let key = Key::find(name).ok_or_else(|| format!("there is no setting `{name}`"))?;
         let [min, max] = key.range();
-        let unit = Some(key.unit()).filter(|unit| *unit != "1").unwrap_or_default();
+        let unit = Some(key.unit()).filter(|unit| *unit != "1");
+        let unit = unit.map_or(String::new(), |unit| format!(" {unit}"));
         let refused = || {
             let whole = if key.is_whole() { "a whole number " } else { "" };
-            format!("{name} = {value} is refused: it must be {whole}from {min} to {max} {unit}")
+            format!("{name} = {value} is refused: it must be {whole}from {min} to {max}{unit}")
         };
         key.check(value).map_err(|_| refused())?;
         match key {

@@ -115,6 +115,7 @@ pub struct Gather {
     unresolved_ticks: u64,
     limited: bool,
     ticks: u64,
+    published_ticks: u64,
     next_tick: u32,
     /// The device has said a number since its configuration.
     is_numbered: bool,
@@ -171,6 +172,7 @@ impl Gather {
             unresolved_ticks: 0,
             limited: false,
             ticks: 0,
+            published_ticks: 0,
             next_tick: 0,
             is_numbered: false,
             lost_ticks: VecDeque::new(),
@@ -414,7 +416,8 @@ impl Gather {
             self.points += 1;
             self.history.push(self.points, point);
         }
-        if let Some(at) = self.heard_at {
+        if let Some(at) = self.heard_at.filter(|_| self.ticks > self.published_ticks) {
+            self.published_ticks = self.ticks;
             self.publishing.push(now.duration_since(at).as_secs_f64());
         }
         if now.duration_since(self.summed_up_at) >= SUMMARY {

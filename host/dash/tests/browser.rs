@@ -3,19 +3,57 @@
 
 #![cfg(unix)]
 
-#[path = "support/browser.rs"]
-mod browser;
 mod support;
 
 use std::fs;
 use std::io::{BufRead as _, BufReader, Read as _, Write as _};
 use std::net::TcpStream;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, Command, Output, Stdio};
 
-use browser::Browser;
 use serde_json::{Value, json};
-use support::{assert_fails, cathforce, command, example, text};
+use support::Browser;
+
+/// The program that the suite builds for all tests. It is no dependency of this library, so cargo does not
+/// name it here.
+fn program() -> PathBuf {
+    let test = std::env::current_exe().unwrap();
+    let path = test.parent().and_then(Path::parent).unwrap().join("cathforce");
+    let is_there = path.is_file();
+    assert!(
+        is_there,
+        "{}: build it with `cargo build --workspace --bin cathforce`",
+        path.display()
+    );
+    path
+}
+
+fn command() -> Command {
+    let mut command = Command::new(program());
+    command.env("NO_COLOR", "1");
+    command
+}
+
+fn cathforce<const N: usize>(arguments: [&str; N]) -> Output {
+    command().args(arguments).output().unwrap()
+}
+
+fn example() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/tapered-none")
+}
+
+fn text(path: &Path) -> &str {
+    path.to_str().unwrap()
+}
+
+#[track_caller]
+fn assert_fails(output: &Output, code: i32, words: &[&str]) {
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(code), "{said}");
+    for word in words {
+        assert!(said.contains(word), "`{word}` in: {said}");
+    }
+}
 
 /// Wide and narrow, light and dark.
 const SHAPES: [(u32, u32, bool, &str); 4] = [
@@ -82,7 +120,7 @@ impl Drop for Dash {
 
 /// Where pictures of the pages are kept: `target/dash`.
 fn pictures() -> PathBuf {
-    let built = Path::new(env!("CARGO_BIN_EXE_cathforce")).parent().and_then(Path::parent).unwrap();
+    let built = program().parent().and_then(Path::parent).unwrap().to_owned();
     let folder = built.join("dash");
     fs::create_dir_all(&folder).unwrap();
     folder
@@ -263,7 +301,7 @@ fn a_recording_is_scrubbed_marked_and_filmed() {
         text(&file),
         "--quiet",
     ]);
-    assert!(recorded.status.success(), "{}", support::stderr(&recorded));
+    assert!(recorded.status.success(), "{}", String::from_utf8_lossy(&recorded.stderr));
     let dash = Dash::start(&[text(&file)]);
     let state = dash.get("/api/state");
     assert_eq!(state["source"], "recording");

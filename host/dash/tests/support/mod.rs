@@ -29,8 +29,9 @@ pub struct Browser {
 /// Whether there is a browser; `cargo xtask test` installs one.
 pub fn program() -> Option<&'static str> {
     let runs = |name: &&str| {
-        let run = Command::new(name).arg("--version").stdout(Stdio::null()).stderr(Stdio::null());
-        run.status().is_ok_and(|status| status.success())
+        let mut ask = Command::new(name);
+        ask.arg("--version").stdout(Stdio::null()).stderr(Stdio::null());
+        ask.status().is_ok_and(|status| status.success())
     };
     PROGRAMS.into_iter().find(runs)
 }
