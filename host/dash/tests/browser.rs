@@ -6,7 +6,7 @@
 mod support;
 
 use std::fs;
-use std::io::{BufRead as _, BufReader, Read as _, Write as _};
+use std::io::{BufReader, Read as _, Write as _};
 use std::net::TcpStream;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
@@ -78,10 +78,13 @@ impl Dash {
             .stdout(Stdio::piped())
             .spawn()
             .unwrap();
-        let mut line = String::new();
-        BufReader::new(process.stdout.take().unwrap()).read_line(&mut line).unwrap();
-        let said: Value =
-            serde_json::from_str(&line).unwrap_or_else(|_| panic!("it said `{line}`"));
+        // It goes on after this answer, so no end of the text is awaited.
+        let out = BufReader::new(process.stdout.take().unwrap());
+        let said = serde_json::Deserializer::from_reader(out).into_iter::<Value>().next();
+        let Some(Ok(said)) = said else {
+            process.kill().unwrap();
+            panic!("it said {said:?}");
+        };
         let address = said["address"].as_str().unwrap().to_owned();
         let token_file = said["token_file"].as_str().map(PathBuf::from);
         Self { process, address, token_file }
