@@ -318,7 +318,8 @@ fn a_recording_is_scrubbed_marked_and_filmed() {
     assert_eq!(browser.value("document.querySelector('#source-name b')"), json!(null));
     browser.wait("cathforce.views.tracking.vessel !== undefined");
     browser.fill("#scrub", "1.5");
-    browser.wait("Math.abs(cathforce.t - 1.5) < 1e-6 && cathforce.frame.shape.at.length > 30");
+    browser
+        .wait("Math.abs(cathforce.frame.t - 1.5) < 1e-6 && cathforce.frame.shape.at.length > 30");
     let before = browser.value("cathforce.frame.insertion_m").as_f64().unwrap();
     look(&mut browser, "replay-tracking");
     browser.click("#tab-forces");
@@ -326,7 +327,7 @@ fn a_recording_is_scrubbed_marked_and_filmed() {
     assert_eq!(browser.value("cathforce.recording.hasMeasured"), true);
     look(&mut browser, "replay-forces");
     browser.fill("#scrub", "0.5");
-    browser.wait("Math.abs(cathforce.t - 0.5) < 1e-6 && cathforce.frame.mode === 'armed'");
+    browser.wait("Math.abs(cathforce.frame.t - 0.5) < 1e-6 && cathforce.frame.mode === 'armed'");
     assert_ne!(browser.value("cathforce.frame.insertion_m").as_f64().unwrap(), before);
     browser.click("#tab-timing");
     browser.wait("document.getElementById('ticks').textContent.includes('missed ticks')");
@@ -344,7 +345,7 @@ fn a_recording_is_scrubbed_marked_and_filmed() {
     let bytes = browser.value("cathforce.views.replay.saved.size").as_u64().unwrap();
     assert!(bytes > 10_000, "a picture of {bytes} bytes shows nothing");
     browser.click("#film");
-    browser.wait("cathforce.t > 0.8");
+    browser.wait("cathforce.t > 0.8 && cathforce.views.replay.bytes > 1000");
     browser.click("#film");
     browser.wait("cathforce.views.replay.saved?.type === 'video/webm'");
     assert!(browser.value("cathforce.views.replay.saved.size").as_u64().unwrap() > 1000);

@@ -49,7 +49,7 @@ export class Recording {
       shape = { from: "host", at: Float32Array.from(position.subarray(from[k], from[k] + 3 * count[k]), (x) => x * 0.02), force: Float32Array.from(force.subarray(from[k], from[k] + 3 * count[k]), (x) => x * 1e-4) };
     }
     return {
-      mode: this.mode[i], armed: this.mode[i] === "armed", tick: this.tick[i], faults: fault ? [{ ...fault, active: true }] : [],
+      t, mode: this.mode[i], armed: this.mode[i] === "armed", tick: this.tick[i], faults: fault ? [{ ...fault, active: true }] : [],
       forces: { norm_N: this.series.vector(0, i, null), drive_fx_N: value(3) },
       insertion_m: this.insertion[i], rotation_rad: this.rotation[i], shape,
     };
@@ -185,7 +185,8 @@ export class Replay {
     this.compose(canvas);
     const parts = [], stream = canvas.captureStream(30);
     this.recorder = new MediaRecorder(stream, { mimeType: "video/webm" });
-    this.recorder.addEventListener("dataavailable", (event) => parts.push(event.data));
+    this.bytes = 0;
+    this.recorder.addEventListener("dataavailable", (event) => { parts.push(event.data); this.bytes += event.data.size; });
     this.recorder.addEventListener("stop", () => {
       this.recorder = null;
       this.filmed = null;
