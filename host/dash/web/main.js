@@ -48,6 +48,11 @@ class App {
       this.live = new Live((picture) => this.take(picture), () => this.lose());
     }
     if (kind === "recording") this.vessel();
+    // Charts take their colours when they are drawn.
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
+      if (this.views.forces) this.views.forces.dirty = true;
+      this.redraw();
+    });
     const loop = (now) => { this.loop(now); requestAnimationFrame(loop); };
     requestAnimationFrame(loop);
     // A hidden page is not drawn, and a picture that is not drawn is not asked for; the age still shows.
