@@ -10,7 +10,7 @@ use anyhow::{Context, bail};
 use serde_json::Value;
 
 /// The packages that others may use, from the bottom up.
-const LIBRARIES: [&str; 25] = [
+const LIBRARIES: [&str; 26] = [
     "cathforce-scalar",
     "cathforce-mechanics",
     "cathforce-control",
@@ -26,6 +26,7 @@ const LIBRARIES: [&str; 25] = [
     "cathforce-gap",
     "cathforce-reproduce",
     "cathforce-pages",
+    "cathforce-dash",
     "cathforce-blind-test",
     "cathforce-material",
     "cathforce-sparse",
@@ -83,6 +84,19 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "cathforce-recording",
             "cathforce-gap",
             "cathforce-reproduce",
+        ],
+    ),
+    (
+        "cathforce-dash",
+        &[
+            "cathforce-mechanics",
+            "cathforce-control",
+            "cathforce-bus",
+            "cathforce-config",
+            "cathforce-device",
+            "cathforce-link",
+            "cathforce-recording",
+            "cathforce-pages",
         ],
     ),
     (

@@ -6,6 +6,7 @@ mod arguments;
 mod audit;
 mod bench;
 mod book;
+mod browser;
 mod build;
 mod citations;
 mod consent;

@@ -8,7 +8,7 @@ use crate::consent::Consent;
 use crate::progress::{Job, side_by_side};
 use crate::setup;
 use crate::shell::{cargo, command, output, root, run, target_folder};
-use crate::{build, citations, demo, disk, emulator, gates, guest, layers, promises};
+use crate::{browser, build, citations, demo, disk, emulator, gates, guest, layers, promises};
 
 /// Lints are errors.
 const DENY_WARNINGS: [&str; 3] = ["--", "-D", "warnings"];
@@ -67,6 +67,7 @@ fn install(consent: Consent) -> anyhow::Result<()> {
     if let Some(mut install) = emulator::missing(consent)? {
         run(&mut install)?;
     }
+    browser::ensure(consent)?;
     guest::prepare(consent)
 }
 

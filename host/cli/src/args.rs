@@ -9,6 +9,7 @@ mod bundle;
 mod calibrate;
 mod camera;
 mod config;
+mod dash;
 mod filter;
 mod gap;
 mod identify;
@@ -43,6 +44,7 @@ pub use config::{
     ConfigImageArguments, ConfigImportDbcArguments, ConfigInitArguments, ConfigListArguments,
     ConfigSaveArguments, ConfigSetArguments, ConfigShowArguments, ConfigValidateArguments,
 };
+pub use dash::DashArguments;
 pub use filter::FilterArguments;
 pub use gap::{
     AblationArguments, ApplyArguments, BlindTestAction, BlindTestArguments, BlindTestFolder,
@@ -56,7 +58,7 @@ pub use identify::{
 pub use installed::{DemoArguments, FlashArguments, Programmer};
 pub use link::{
     DoctorArguments, FaultAction, FaultArguments, FaultClearArguments, LinkAction, LinkArguments,
-    LinkServeArguments, LinkUpArguments,
+    LinkServeArguments, LinkUpArguments, address as link_address,
 };
 pub use lumen::LumenArguments;
 pub use material::MaterialArguments;
@@ -210,6 +212,8 @@ pub enum Command {
     Filter(FilterArguments),
     /// Watch a bus: state, age, rates, load, forces and faults.
     Monitor(MonitorArguments),
+    /// Show a device, a recording or a diagnosis in a browser.
+    Dash(DashArguments),
     /// Measure the time from encoder to record, stage by stage.
     Latency(LatencyArguments),
     /// Print the completion script of a shell.

@@ -4,6 +4,7 @@
 #![cfg_attr(
     not(all(
         feature = "camera",
+        feature = "dash",
         feature = "hardware",
         feature = "monitor",
         feature = "parquet",
@@ -69,6 +70,7 @@ fn main() -> ExitCode {
         Command::Filter(arguments) => commands::filter::run(&ui, &arguments),
         Command::Play(arguments) => commands::play::run(&ui, &arguments),
         Command::Monitor(arguments) => commands::monitor::run(&ui, &arguments),
+        Command::Dash(arguments) => commands::dash::run(&ui, &arguments),
         Command::Latency(arguments) => commands::latency::run(&ui, &arguments),
         Command::Completions(arguments) => commands::shell::completions(&ui, &arguments),
         Command::Man(arguments) => commands::shell::man(&ui, &arguments),

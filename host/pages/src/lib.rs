@@ -11,5 +11,5 @@ mod reproduced;
 mod template;
 
 pub use diagnosis::diagnosis_page;
-pub use recording::{PageError, recording_page};
+pub use recording::{PageError, recording_page, vessel_data};
 pub use reproduced::reproduced_page;

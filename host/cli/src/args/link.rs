@@ -113,7 +113,7 @@ pub struct FaultClearArguments {
 /// The address of a link, checked as far as its carrier; opening it checks the rest.
 ///
 /// The forms that people type instead are answered with the one that they mean.
-pub(super) fn address(text: &str) -> Result<String, String> {
+pub fn address(text: &str) -> Result<String, String> {
     const CARRIERS: [&str; 4] = ["socketcan", "slcan", "qemu", "sim"];
     let kind = text.split(':').next().unwrap_or_default();
     if CARRIERS.contains(&kind) {

@@ -93,7 +93,7 @@ fn json(fault: Fault) -> Value {
 }
 
 /// The fault's page in the book.
-fn page(fault: Fault) -> &'static str {
+pub fn page(fault: Fault) -> &'static str {
     match fault {
         Fault::EncoderLost => include_str!("../../../../docs/faults/EncoderLost.md"),
         Fault::BadFrames => include_str!("../../../../docs/faults/BadFrames.md"),

@@ -3,6 +3,7 @@
 #![cfg_attr(
     all(
         feature = "camera",
+        feature = "dash",
         feature = "hardware",
         feature = "meshes",
         feature = "monitor",
@@ -31,6 +32,17 @@ pub mod camera {
 
     pub fn run(_: &Ui, _: &ImportCameraArguments) -> Result<(), Failure> {
         Err(super::without("cathforce import camera", "camera"))
+    }
+}
+
+#[cfg(not(feature = "dash"))]
+pub mod dash {
+    use crate::args::DashArguments;
+    use crate::failure::Failure;
+    use crate::ui::Ui;
+
+    pub fn run(_: &Ui, _: &DashArguments) -> Result<(), Failure> {
+        Err(super::without("cathforce dash", "dash"))
     }
 }
 

@@ -4,6 +4,8 @@ pub mod bundle;
 pub mod calibrate;
 pub mod check;
 pub mod config;
+#[cfg(feature = "dash")]
+pub mod dash;
 pub mod demo;
 pub mod doctor;
 pub mod export;
@@ -35,6 +37,8 @@ pub mod ultrasound;
 #[cfg(feature = "wall")]
 pub mod wall;
 
+#[cfg(not(feature = "dash"))]
+pub use left_out::dash;
 #[cfg(not(feature = "monitor"))]
 pub use left_out::monitor;
 #[cfg(not(feature = "wall"))]

@@ -11,6 +11,11 @@ use serde_json::{Value, json};
 
 use crate::{escape, template};
 
+/// The wall of a vessel as packed triangles, from the entry; see [`numbers::vessel`].
+pub fn vessel_data(lumen: &cathforce_mechanics::Lumen<'_>, entry_m: [f64; 3]) -> Value {
+    numbers::vessel(&surface::extract(lumen), entry_m)
+}
+
 const TEMPLATE: &str = include_str!("page.html");
 const STYLE: &str = include_str!("page.css");
 const SCRIPT: &str =

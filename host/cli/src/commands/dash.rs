@@ -1,0 +1,173 @@
+//! `cathforce dash`: a device, a recording or a diagnosis in a browser.
+
+use std::io::{Write as _, stdout};
+use std::path::{Path, PathBuf};
+
+use cathforce_control::Fault;
+use cathforce_dash::{DashError, Drive, LinkSource, Measurement, Options, Source, Started, serve};
+use cathforce_link::Step;
+use cathforce_recording::{analyse, is_recording};
+use serde_json::json;
+
+use super::fault;
+use super::run::{encoder, pick, tendons};
+use crate::args::{DashArguments, link_address};
+use crate::failure::{Code, Failure};
+use crate::image::image;
+use crate::open::{open_bundle, open_recording, read_bytes};
+use crate::session::interrupt_flag;
+use crate::settings::master_of;
+use crate::ui::Ui;
+
+/// A measured force is drawn until the next row, if that comes within this time \[s\].
+const MEASURED_WITHIN_S: f64 = 0.1;
+
+pub fn run(ui: &Ui, arguments: &DashArguments) -> Result<(), Failure> {
+    let source = source(ui, arguments)?;
+    let options = Options {
+        listen: arguments.listen,
+        names: arguments.hosts.clone(),
+        token_folder: token_folder(),
+        fault_pages: Fault::ALL.iter().map(|&f| (f.name(), fault::page(f))).collect(),
+    };
+    if !arguments.listen.ip().is_loopback() {
+        ui.warn("every computer of the network can watch, and HTTP is not encrypted");
+    }
+    // Until then Ctrl-C ends this program as any other.
+    let interrupted = interrupt_flag()?;
+    let mut printed = Ok(());
+    serve(source, options, interrupted, |started| printed = print(ui, started))?;
+    printed
+}
+
+/// The address, and for a link the file with the token.
+fn print(ui: &Ui, started: &Started) -> Result<(), Failure> {
+    let address = format!("http://{}/", started.address);
+    let token_file = started.token_file.as_ref().map(|path| path.display().to_string());
+    let mut text = format!("{address}\n");
+    if let Some(path) = &token_file {
+        text += &format!("token: {path}\n");
+    }
+    ui.data(&json!({ "address": address, "token_file": token_file }), text)?;
+    // A program that waits for the address reads it from a pipe.
+    stdout().flush().map_err(|e| Failure::new(Code::Failed, format!("cannot write to stdout: {e}")))
+}
+
+/// A folder of this user alone where there is one; the file can be read by nobody else in any case.
+fn token_folder() -> PathBuf {
+    std::env::var_os("XDG_RUNTIME_DIR")
+        .map(PathBuf::from)
+        .filter(|folder| folder.is_dir())
+        .unwrap_or_else(std::env::temp_dir)
+}
+
+fn source(ui: &Ui, arguments: &DashArguments) -> Result<Source, Failure> {
+    let path = Path::new(&arguments.source);
+    if !path.exists() {
+        return link(ui, arguments);
+    }
+    let only_link = [
+        (arguments.bundle.is_some(), "--bundle"),
+        (arguments.watch_only, "--watch-only"),
+        (arguments.changes.file.is_some(), "--settings"),
+        (!arguments.changes.settings.is_empty(), "--set"),
+    ];
+    if let Some((_, name)) = only_link.into_iter().find(|(given, _)| *given) {
+        let message = format!("{name} is for a link, and {} is a file", path.display());
+        return Err(Failure::new(Code::Usage, format!("{message}\n  fix: omit {name}")));
+    }
+    let name = path.display().to_string();
+    if is_recording(path) {
+        let recording = open_recording(ui, path)?;
+        ui.say("replaying on the host");
+        let analysis = analyse(&recording)?;
+        let (recording, analysis) = (Box::new(recording), Box::new(analysis));
+        return Ok(Source::Recording { name, recording, analysis });
+    }
+    let file = match path.is_dir() {
+        true => path.join("diagnosis.json"),
+        false => path.to_owned(),
+    };
+    if path.is_dir() && !file.is_file() {
+        return Err(Failure::input(format!(
+            "{name}: there is no diagnosis of this bundle yet\n  fix: `cathforce gap diagnose {name} \
+             --json {}`, and then this command again",
+            file.display()
+        )));
+    }
+    let answer = cathforce_dash::read_diagnosis(&read_bytes(&file)?).map_err(|why| {
+        let file = file.display();
+        Failure::input(format!(
+            "{file}: {why}\n  fix: give the address of a link, a recording (.mcap), or the JSON of \
+             `cathforce gap diagnose BUNDLE --json FILE`"
+        ))
+    })?;
+    Ok(Source::Diagnosis { name, answer })
+}
+
+fn link(ui: &Ui, arguments: &DashArguments) -> Result<Source, Failure> {
+    let address = link_address(&arguments.source).map_err(|why| {
+        let source = &arguments.source;
+        Failure::new(
+            Code::Usage,
+            format!("`{source}` is no file, and as the address of a link {why}"),
+        )
+    })?;
+    let drive = arguments.bundle.as_deref().map(|path| drive(ui, arguments, path)).transpose()?;
+    let master = master_of(arguments.changes.file.as_deref())?;
+    let link = cathforce_link::open(&address)?;
+    let source = LinkSource { link, master, drive, watch_only: arguments.watch_only };
+    Ok(Source::Link { name: address, source })
+}
+
+/// The trial of a bundle, to be played on the device.
+fn drive(ui: &Ui, arguments: &DashArguments, path: &Path) -> Result<Drive, Failure> {
+    let bundle = open_bundle(ui, path)?;
+    let (_, trial) = pick(&bundle, arguments.trial)?;
+    let trial = trial.clone();
+    let Some(columns) = trial.catheter().cloned() else {
+        let message = format!(
+            "{}: this bundle is of a drive without an instrument\n  fix: give the bundle of a catheter",
+            path.display()
+        );
+        return Err(Failure::input(message));
+    };
+    let (image, _) = image(ui, &bundle, &arguments.changes)?;
+    let start_s = trial.t_s.first().copied().unwrap_or(0.0);
+    let (duration_s, times) = (trial.duration_s(), trial.t_s.clone());
+    let pulled = columns.tendons_m.len();
+    let measured_at = move |t_s: f64| {
+        let at = times.partition_point(|row| *row <= start_s + t_s + 1e-9).checked_sub(1)?;
+        let is_near = start_s + t_s - times[at] < MEASURED_WITHIN_S;
+        let force = columns.force_n.as_ref().and_then(|column| column[at]);
+        let drive = columns.drive_force_n.as_ref().and_then(|column| column[at]);
+        let axis = |k: usize| force.map(|force_n| force_n[k] as f32);
+        is_near.then(|| Measurement([axis(0), axis(1), axis(2), drive.map(|n| n as f32)]))
+    };
+    let step_at = move |t_s: f64| Step {
+        encoder: trial.encoder_at(start_s + t_s).map(encoder),
+        guidewire: trial.guidewire_at(start_s + t_s).map(encoder),
+        tendons: tendons(pulled, trial.tendons_at(start_s + t_s)),
+        ..Step::default()
+    };
+    Ok(Drive {
+        image,
+        lock_step: !arguments.free,
+        step_at: Box::new(step_at),
+        measured_at: Box::new(measured_at),
+        duration_s,
+        play: arguments.play,
+    })
+}
+
+impl From<DashError> for Failure {
+    fn from(error: DashError) -> Self {
+        let code = match error {
+            DashError::Vessel(_) => Code::Input,
+            DashError::Listen { .. } | DashError::Token { .. } | DashError::Served(_) => {
+                Code::Failed
+            }
+        };
+        Self::new(code, error.to_string())
+    }
+}

@@ -1,0 +1,20 @@
+//! The web front end: a device that runs, a recording, or a diagnosis, in a browser.
+//!
+//! [`serve`] answers one [`Source`] over HTTP and WebSocket. The pages are inside this library;
+//! nothing is loaded from elsewhere. Everybody who can reach the address may watch; only who knows
+//! the token may change anything.
+
+#![forbid(unsafe_code)]
+
+mod answers;
+mod assets;
+mod diagnosis;
+mod guard;
+mod live;
+mod recording;
+mod server;
+mod settings;
+
+pub use diagnosis::read_diagnosis;
+pub use live::{Drive, LinkSource, Measurement};
+pub use server::{DashError, MOST_VIEWERS, Options, Source, Started, serve};

@@ -1,0 +1,520 @@
+//! One picture of the present, from the frames of a bus.
+
+use std::collections::{BTreeMap, VecDeque};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+
+use axum::extract::ws::Utf8Bytes;
+use cathforce_bus::master::Master;
+use cathforce_bus::service::{Load, Status};
+use cathforce_bus::{Direction, Frame, Id, Process};
+use cathforce_control::{Fault, Mode};
+use cathforce_recording::latency::age_s;
+use cathforce_recording::{BusFrame, Decoder, DropoutCause, TickEstimate, direction};
+use serde::Serialize;
+use serde_json::{Value, json};
+use tokio::sync::watch;
+
+use super::drive::Position;
+use super::faults::Faults;
+use super::timing::{Stage, Times};
+use super::twin::Twin;
+
+/// From one picture to the next: a browser draws 60 a second.
+const PICTURE: Duration = Duration::from_micros(16_667);
+/// From one summary of the times to the next.
+const SUMMARY: Duration = Duration::from_millis(500);
+/// Over which rates and load are counted.
+const WINDOW: Duration = Duration::from_secs(1);
+/// Points in a picture: a viewer that misses a few pictures still draws a whole line.
+const POINTS: usize = 12;
+/// Points of the history for a viewer that comes: a minute.
+const HISTORY: usize = 3600;
+/// Numbers of lost ticks that are kept.
+const LOST: usize = 50;
+/// A tick so long after the last grant was not granted.
+const GRANTED_WITHIN: Duration = Duration::from_millis(200);
+
+/// What every viewer gets.
+#[derive(Clone, Debug, Default)]
+pub struct Snapshot {
+    /// The picture as JSON, written once for all viewers.
+    pub text: Utf8Bytes,
+    /// The same in short, for programs.
+    pub state: Value,
+}
+
+/// Time \[s\]; fx, fy, fz, drive \[N\], torque \[N·m\]; measured fx, fy, fz, drive \[N\]; half widths of
+/// fx, fy, fz, drive \[N\].
+type Point = [Option<f32>; 14];
+
+/// The last minute, shared with the server.
+#[derive(Clone, Debug, Default)]
+pub struct History(Arc<Mutex<VecDeque<(u64, Point)>>>);
+
+impl History {
+    fn push(&self, number: u64, point: Point) {
+        let mut points = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        if points.len() == HISTORY {
+            points.pop_front();
+        }
+        points.push_back((number, point));
+    }
+
+    /// Numbers and points, oldest first.
+    pub fn json(&self) -> Value {
+        let points = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        json!(points.iter().collect::<Vec<_>>())
+    }
+
+    fn latest(&self) -> Vec<(u64, Point)> {
+        let points = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        points.range(points.len().saturating_sub(POINTS)..).copied().collect()
+    }
+}
+
+/// Forces as they were heard last \[N, N·m\].
+#[derive(Clone, Copy, Debug, Default, Serialize)]
+struct Forces {
+    #[serde(rename = "fx_N")]
+    fx: Option<f32>,
+    #[serde(rename = "fy_N")]
+    fy: Option<f32>,
+    #[serde(rename = "fz_N")]
+    fz: Option<f32>,
+    #[serde(rename = "norm_N")]
+    norm: Option<f32>,
+    #[serde(rename = "drive_fx_N")]
+    drive: Option<f32>,
+    #[serde(rename = "drive_torque_N_m")]
+    torque: Option<f32>,
+}
+
+/// Gathers frames into pictures.
+pub struct Gather {
+    started: Instant,
+    master: Master,
+    decoder: Decoder,
+    faults: Faults,
+    recent: VecDeque<(Instant, u32, Option<Id>)>,
+    encoder_at: Option<Instant>,
+    /// When the encoder samples of granted ticks were sent.
+    granted: VecDeque<Option<Instant>>,
+    granted_at: Option<Instant>,
+    sample_at: Option<Instant>,
+    heard_at: Option<Instant>,
+    mode: Option<Mode>,
+    has_mode: bool,
+    forces: Forces,
+    band_n: [Option<f32>; 4],
+    position: Position,
+    insertion_m: Option<f32>,
+    rotation_rad: Option<f32>,
+    haptic: [f32; 2],
+    age_in_device_s: Option<f64>,
+    unresolved_ticks: u64,
+    limited: bool,
+    ticks: u64,
+    published_ticks: u64,
+    next_tick: u32,
+    /// The device has said a number since its configuration.
+    is_numbered: bool,
+    lost_ticks: VecDeque<u32>,
+    dropouts: BTreeMap<DropoutCause, u64>,
+    load: Option<Load>,
+    rejected: u64,
+    point: Option<Point>,
+    points: u64,
+    history: History,
+    twin: Option<Twin>,
+    bus_nodes: Vec<([f32; 3], [f32; 3])>,
+    answer: Times,
+    in_device: Times,
+    publishing: Times,
+    stages: Vec<Stage>,
+    summed_up_at: Instant,
+    published_at: Instant,
+    scene: u64,
+    said: Option<String>,
+    lost: Option<String>,
+    sequence: u64,
+    to: watch::Sender<Snapshot>,
+}
+
+impl Gather {
+    pub fn new(
+        started: Instant,
+        master: Master,
+        history: History,
+        position: Position,
+        to: watch::Sender<Snapshot>,
+    ) -> Self {
+        Self {
+            started,
+            master,
+            decoder: Decoder::new(master),
+            faults: Faults::default(),
+            recent: VecDeque::new(),
+            encoder_at: None,
+            granted: VecDeque::new(),
+            granted_at: None,
+            sample_at: None,
+            heard_at: None,
+            mode: None,
+            has_mode: false,
+            forces: Forces::default(),
+            band_n: [None; 4],
+            position,
+            insertion_m: None,
+            rotation_rad: None,
+            haptic: [0.0; 2],
+            age_in_device_s: None,
+            unresolved_ticks: 0,
+            limited: false,
+            ticks: 0,
+            published_ticks: 0,
+            next_tick: 0,
+            is_numbered: false,
+            lost_ticks: VecDeque::new(),
+            dropouts: BTreeMap::new(),
+            load: None,
+            rejected: 0,
+            point: None,
+            points: 0,
+            history,
+            twin: None,
+            bus_nodes: Vec::new(),
+            answer: Times::default(),
+            in_device: Times::default(),
+            publishing: Times::default(),
+            stages: Vec::new(),
+            summed_up_at: started,
+            published_at: started,
+            scene: 0,
+            said: None,
+            lost: None,
+            sequence: 0,
+            to,
+        }
+    }
+
+    /// The device uses this image from now on; the host's copy of the tick begins anew with it.
+    pub fn image(&mut self, image: &[u8], lock_step: bool) {
+        self.scene += 1;
+        self.bus_nodes.clear();
+        self.twin = Twin::new(image.to_vec(), lock_step).ok();
+        self.master = cathforce_config::image::master(image).unwrap_or_default();
+        self.decoder = Decoder::new(self.master);
+        (self.next_tick, self.is_numbered) = (0, false);
+    }
+
+    /// What the device said of itself.
+    pub fn status(&mut self, status: &Status) {
+        self.load = Some(status.load);
+        let good = [cathforce_bus::Counter::Accepted, cathforce_bus::Counter::AfterLoss];
+        let kinds = cathforce_bus::Counter::FRAME_KINDS.into_iter();
+        let bad = kinds.filter(|kind| !good.contains(kind));
+        self.rejected = bad.map(|kind| u64::from(status.counters.get(kind))).sum();
+    }
+
+    /// A remark for the viewers.
+    pub fn say(&mut self, said: impl Into<String>) {
+        self.said = Some(said.into());
+    }
+
+    /// Nothing more will come.
+    pub fn lose(&mut self, why: String) {
+        self.lost = Some(why);
+        self.publish();
+    }
+
+    pub fn acknowledge(&mut self, fault: Fault) -> bool {
+        self.faults.acknowledge(fault)
+    }
+
+    pub fn mode(&self) -> Option<Mode> {
+        self.mode
+    }
+
+    /// Whether a tick came lately.
+    pub fn is_ticking(&self) -> bool {
+        self.heard_at.is_some_and(|at| at.elapsed() < WINDOW)
+    }
+
+    /// Whether ticks are granted one by one.
+    pub fn is_granted(&self) -> bool {
+        self.granted_at.is_some_and(|at| at.elapsed() < WINDOW)
+    }
+
+    /// Another program talks to the device's service.
+    pub fn others_ask(&self, own: Instant) -> bool {
+        let asked = self.recent.iter().rev().find(|(.., id)| *id == Some(Id::ServiceRequest));
+        asked.is_some_and(|(at, ..)| *at > own)
+    }
+
+    /// Takes a frame that this program sent.
+    pub fn sent(&mut self, frame: &Frame) {
+        self.frame(Direction::ToDevice, frame);
+    }
+
+    /// Takes a frame of the bus.
+    pub fn received(&mut self, frame: &Frame) {
+        let direction = direction(frame, &self.master).unwrap_or(Direction::ToHost);
+        self.frame(direction, frame);
+    }
+
+    fn frame(&mut self, direction: Direction, frame: &Frame) {
+        let (now, id) = (Instant::now(), Id::from_raw(frame.id()));
+        let bits = if id == Some(Id::Sync) { 0 } else { frame.most_bits() };
+        self.recent.push_back((now, bits, id));
+        if matches!(id, Some(Id::ServiceRequest | Id::ServiceResponse)) {
+            return;
+        }
+        if direction == Direction::ToDevice {
+            let is_own = id == Some(Id::Encoder) && self.master.catheter.is_none();
+            if is_own || (self.master.catheter.is_some() && self.master.has(frame.id())) {
+                self.encoder_at = Some(now);
+            }
+            if id == Some(Id::Sync) {
+                self.granted.push_back(self.encoder_at);
+                self.granted_at = Some(now);
+            }
+            if let Some(twin) = &mut self.twin {
+                twin.to_device(frame);
+            }
+        } else if let (Some(id), Some(&payload)) = (id, frame.data().first_chunk()) {
+            match Process::decode(id, payload) {
+                Some(Process::Haptic(haptic)) => self.haptic(now, haptic),
+                Some(Process::Tick(tick)) => self.number(tick),
+                _ => {}
+            }
+        }
+        let at_ns = u64::try_from(now.duration_since(self.started).as_nanos()).unwrap_or(u64::MAX);
+        let completed = self.decoder.push(&BusFrame { at_ns, direction, frame: *frame });
+        if let Some(tick) = completed.tick {
+            self.tick(&tick);
+        }
+        if let Some(pass) = completed.nodes {
+            self.bus_nodes = pass.nodes.iter().map(|n| (n.position_m, n.force_n)).collect();
+        }
+        if let Some(missed) = completed.missed {
+            *self.dropouts.entry(missed.cause).or_default() += u64::from(missed.frames);
+        }
+    }
+
+    /// A tick begins.
+    fn haptic(&mut self, now: Instant, haptic: cathforce_bus::Haptic) {
+        let mode = Mode::from_codes(haptic.mode, haptic.fault);
+        if mode == Some(Mode::Boot) && self.mode != Some(Mode::Boot) {
+            // A new configuration: the counters of the device's frames begin anew.
+            self.decoder = Decoder::new(self.master);
+        }
+        (self.mode, self.has_mode) = (mode, true);
+        self.faults.see(mode.and_then(Mode::fault), unix_ms());
+        self.heard_at = Some(now);
+        self.ticks += 1;
+        self.next_tick = self.next_tick.wrapping_add(1);
+        if self.granted_at.is_some_and(|at| now.duration_since(at) > GRANTED_WITHIN) {
+            (self.granted_at, self.granted) = (None, VecDeque::new());
+        }
+        let sent_at = match self.granted.pop_front() {
+            Some(sent_at) => sent_at,
+            None => self.encoder_at,
+        };
+        let in_device_s = self.age_in_device_s.unwrap_or(0.0);
+        self.sample_at =
+            sent_at.and_then(|at| at.checked_sub(Duration::from_secs_f64(in_device_s)));
+        if let Some(at) = sent_at {
+            self.answer.push(now.duration_since(at).as_secs_f64());
+            self.in_device.push(in_device_s);
+        }
+        if let Some(twin) = &mut self.twin {
+            twin.device_ticked();
+            // In lock step the copy is ahead of the answers, and stops for the same faults.
+            let is_lost = twin.mode().is_some_and(|mode| mode.fault().is_some());
+            if self.granted_at.is_none() && is_lost && mode.is_some_and(|m| m.fault().is_none()) {
+                twin.restart(false);
+            }
+            let waits = matches!(twin.mode(), None | Some(Mode::Boot));
+            if waits && !matches!(mode, None | Some(Mode::Boot | Mode::Fault { .. })) {
+                twin.test_itself();
+            }
+        }
+    }
+
+    /// The device says which tick this is: ticks in between were lost on the way.
+    fn number(&mut self, tick: cathforce_bus::Tick) {
+        if let Some(twin) = &mut self.twin {
+            twin.compare(tick);
+        }
+        let counted = self.next_tick.wrapping_sub(1);
+        let ahead = tick.tick.wrapping_sub(counted as u16) as i16;
+        // Before the first number it is not known how many there were.
+        let lost = if self.is_numbered { ahead.max(0).unsigned_abs() } else { 0 };
+        for number in 0..u32::from(lost).min(LOST as u32) {
+            if self.lost_ticks.len() == LOST {
+                self.lost_ticks.pop_front();
+            }
+            self.lost_ticks.push_back(counted.wrapping_add(number));
+        }
+        self.is_numbered = true;
+        self.next_tick = self.next_tick.wrapping_add_signed(i32::from(ahead));
+    }
+
+    fn tick(&mut self, tick: &TickEstimate) {
+        self.unresolved_ticks += u64::from(tick.unresolved);
+        self.limited = tick.limited;
+        self.haptic = [tick.haptic_force_n, tick.haptic_torque_n_m];
+        // What comes in one tick of several stays until it comes again.
+        self.insertion_m = tick.insertion_m.or(self.insertion_m);
+        self.rotation_rad = tick.rotation_rad.or(self.rotation_rad);
+        if let Some([x, y, z]) = tick.force_n {
+            let norm = (x * x + y * y + z * z).sqrt();
+            let (fx, fy, fz, norm) = (Some(x), Some(y), Some(z), Some(norm));
+            self.forces = Forces { fx, fy, fz, norm, ..self.forces };
+        }
+        self.forces.drive = tick.drive_force_n.or(self.forces.drive);
+        self.forces.torque = tick.drive_torque_n_m.or(self.forces.torque);
+        if tick.has_band {
+            let of = |k: usize| tick.force_half_width_n.map(|widths_n| widths_n[k]);
+            self.band_n = [of(0), of(1), of(2), tick.drive_force_half_width_n];
+        }
+        if let Some(age_ticks) = tick.encoder_age_ticks {
+            self.age_in_device_s = age_s(age_ticks);
+        }
+        let Forces { fx, fy, fz, drive, torque, .. } = self.forces;
+        let [mx, my, mz, md] = self.measured().unwrap_or([None; 4]);
+        let [bx, by, bz, bd] = self.band_n;
+        let at_s = tick.at_ns as f64 * 1e-9;
+        let point = [Some(at_s as f32), fx, fy, fz, drive, torque, mx, my, mz, md, bx, by, bz, bd];
+        // Of the ticks between two pictures the one with the largest force is drawn.
+        let size =
+            |point: &Point| point[1..4].iter().map(|x| x.unwrap_or(0.0).powi(2)).sum::<f32>();
+        if self.point.as_ref().is_none_or(|kept| size(kept) <= size(&point)) {
+            self.point = Some(point);
+        }
+    }
+
+    fn measured(&self) -> Option<[Option<f32>; 4]> {
+        self.position.get()?.1.map(|measured| measured.0)
+    }
+
+    /// Publishes a picture if it is time for one.
+    pub fn due(&mut self) {
+        if self.published_at.elapsed() >= PICTURE {
+            self.publish();
+        }
+    }
+
+    fn publish(&mut self) {
+        let now = Instant::now();
+        self.published_at = now;
+        while self.recent.front().is_some_and(|(at, ..)| now.duration_since(*at) > WINDOW) {
+            self.recent.pop_front();
+        }
+        if let Some(point) = self.point.take() {
+            self.points += 1;
+            self.history.push(self.points, point);
+        }
+        if let Some(at) = self.heard_at.filter(|_| self.ticks > self.published_ticks) {
+            self.published_ticks = self.ticks;
+            self.publishing.push(now.duration_since(at).as_secs_f64());
+        }
+        if now.duration_since(self.summed_up_at) >= SUMMARY {
+            self.summed_up_at = now;
+            let stages = [
+                self.answer.stage(
+                    "bus and tick",
+                    "from the encoder's frame to the first frame of the tick that used it",
+                ),
+                self.in_device.stage("waiting in the device", "from the sample to its tick"),
+                self.publishing.stage("gathering", "from the tick's frame to the picture of it"),
+            ];
+            self.stages = stages.into_iter().flatten().collect();
+        }
+        self.sequence += 1;
+        let picture = self.picture(now);
+        let state = json!({
+            "source": "link",
+            "mode": picture["mode"],
+            "armed": picture["armed"],
+            "fault": picture["fault"],
+            "tick": picture["tick"],
+            "server_ms": picture["server_ms"],
+            "sample_ms": picture["sample_ms"],
+            "heard_ms": picture["heard_ms"],
+            "forces": picture["forces"],
+            "insertion_m": picture["insertion_m"],
+            "rotation_rad": picture["rotation_rad"],
+            "faults": picture["faults"],
+            "bus_load": picture["bus_load"],
+            "lost": picture["lost"],
+        });
+        self.to.send_replace(Snapshot { text: picture.to_string().into(), state });
+    }
+
+    fn picture(&self, now: Instant) -> Value {
+        let ms = |at: Instant| 1e3 * at.duration_since(self.started).as_secs_f64();
+        let count = |wanted: Id| self.recent.iter().filter(|(.., id)| *id == Some(wanted)).count();
+        let bits: u64 = self.recent.iter().map(|(_, bits, _)| u64::from(*bits)).sum();
+        let mode = self.mode.map_or("not configured", Mode::name);
+        let twin = self.twin.as_ref();
+        let followed = twin.filter(|twin| {
+            matches!(twin.mode(), Some(Mode::Ready | Mode::Armed | Mode::Ramp { .. }))
+        });
+        let nodes = followed.map(Twin::nodes).filter(|nodes| !nodes.is_empty());
+        let from = if nodes.is_some() { "host" } else { "bus" };
+        let nodes = nodes.unwrap_or_else(|| self.bus_nodes.clone());
+        let rounded = |x: f32, unit: f32| (x / unit).round() as i32;
+        json!({
+            "sequence": self.sequence,
+            "server_ms": ms(now),
+            "sample_ms": self.sample_at.map(ms),
+            "heard_ms": self.heard_at.map(ms),
+            "mode": self.has_mode.then_some(mode),
+            "armed": matches!(self.mode, Some(Mode::Armed)),
+            "fault": self.mode.and_then(Mode::fault).map(Fault::name),
+            "tick": self.heard_at.map(|_| self.next_tick.wrapping_sub(1)),
+            "ticks": self.ticks,
+            "tick_hz": count(Id::Haptic),
+            "encoder_hz": count(Id::Encoder),
+            "bus_load": bits as f64 / 1e6,
+            "lock_step": self.granted_at.is_some(),
+            "unresolved_ticks": self.unresolved_ticks,
+            "limited": self.limited,
+            "forces": self.forces,
+            "band_N": self.band_n,
+            "measured_N": self.measured(),
+            "insertion_m": self.insertion_m,
+            "rotation_rad": self.rotation_rad,
+            "haptic_force_N": self.haptic[0],
+            "haptic_torque_N_m": self.haptic[1],
+            "points": self.history.latest(),
+            "shape": {
+                "from": from,
+                // In 10 µm and 0.1 mN.
+                "at": nodes.iter().flat_map(|(at, _)| at.map(|x| rounded(x, 1e-5))).collect::<Vec<_>>(),
+                "force": nodes.iter().flat_map(|(_, f)| f.map(|x| rounded(x, 1e-4))).collect::<Vec<_>>(),
+            },
+            "twin": twin.map(|twin| json!({ "agreed": twin.agreed, "differed": twin.differed })),
+            "faults": self.faults,
+            "timing": {
+                "stages": self.stages,
+                "lost_ticks": self.lost_ticks,
+                "load": self.load,
+                "rejected_frames": self.rejected,
+                "dropouts": self.dropouts,
+            },
+            "scene": self.scene,
+            "playing": self.position.get().map(|(playing, _)| playing),
+            "said": self.said,
+            "lost": self.lost,
+        })
+    }
+}
+
+/// Time since 1970 \[ms\].
+fn unix_ms() -> u64 {
+    let since = SystemTime::now().duration_since(UNIX_EPOCH);
+    since.ok().and_then(|since| u64::try_from(since.as_millis()).ok()).unwrap_or(0)
+}

@@ -1,0 +1,15 @@
+//! A device that runs: what its bus carries, gathered into one picture of the present, and what may be
+//! done with the device.
+
+mod action;
+mod bus;
+mod drive;
+mod faults;
+mod gather;
+mod pilot;
+mod timing;
+mod twin;
+
+pub use action::{Action, Wanted};
+pub use drive::{Drive, Measurement};
+pub use pilot::{LinkSource, Pilot};

@@ -1,0 +1,448 @@
+//! `cathforce dash` in a real browser: every view with data of the emulated board, a recording and a
+//! diagnosis, on a wide screen and on a phone, light and dark.
+
+#![cfg(unix)]
+
+mod support;
+
+use std::fs;
+use std::io::{BufReader, Read as _, Write as _};
+use std::net::TcpStream;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Output, Stdio};
+
+use serde_json::{Value, json};
+use support::Browser;
+
+/// The program that the suite builds for all tests. It is no dependency of this library, so cargo does not
+/// name it here.
+fn program() -> PathBuf {
+    let test = std::env::current_exe().unwrap();
+    let path = test.parent().and_then(Path::parent).unwrap().join("cathforce");
+    let is_there = path.is_file();
+    assert!(
+        is_there,
+        "{}: build it with `cargo build --workspace --bin cathforce`",
+        path.display()
+    );
+    path
+}
+
+fn command() -> Command {
+    let mut command = Command::new(program());
+    command.env("NO_COLOR", "1");
+    command
+}
+
+fn cathforce<const N: usize>(arguments: [&str; N]) -> Output {
+    command().args(arguments).output().unwrap()
+}
+
+fn example() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/tapered-none")
+}
+
+fn text(path: &Path) -> &str {
+    path.to_str().unwrap()
+}
+
+#[track_caller]
+fn assert_fails(output: &Output, code: i32, words: &[&str]) {
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(code), "{said}");
+    for word in words {
+        assert!(said.contains(word), "`{word}` in: {said}");
+    }
+}
+
+/// Wide and narrow, light and dark.
+const SHAPES: [(u32, u32, bool, &str); 4] = [
+    (1400, 1000, false, "wide-light"),
+    (1400, 1000, true, "wide-dark"),
+    (390, 844, false, "narrow-light"),
+    (390, 844, true, "narrow-dark"),
+];
+
+/// A `cathforce dash` that runs.
+struct Dash {
+    process: Child,
+    address: String,
+    token_file: Option<PathBuf>,
+}
+
+impl Dash {
+    fn start(arguments: &[&str]) -> Self {
+        let mut process = command()
+            .args(["dash", "--json", "--quiet", "--listen", "127.0.0.1:0"])
+            .args(arguments)
+            .stdout(Stdio::piped())
+            .spawn()
+            .unwrap();
+        // It goes on after this answer, so no end of the text is awaited.
+        let out = BufReader::new(process.stdout.take().unwrap());
+        let said = serde_json::Deserializer::from_reader(out).into_iter::<Value>().next();
+        let Some(Ok(said)) = said else {
+            process.kill().unwrap();
+            panic!("it said {said:?}");
+        };
+        let address = said["address"].as_str().unwrap().to_owned();
+        let token_file = said["token_file"].as_str().map(PathBuf::from);
+        Self { process, address, token_file }
+    }
+
+    fn token(&self) -> String {
+        fs::read_to_string(self.token_file.as_ref().unwrap()).unwrap().trim().to_owned()
+    }
+
+    /// What `GET` of a path answers, asked without a browser.
+    fn get(&self, path: &str) -> Value {
+        let host = self.address.trim_start_matches("http://").trim_end_matches('/');
+        let mut stream = TcpStream::connect(host).unwrap();
+        write!(stream, "GET {path} HTTP/1.1\r\nHost: {host}\r\nConnection: close\r\n\r\n").unwrap();
+        let mut answer = String::new();
+        stream.read_to_string(&mut answer).unwrap();
+        serde_json::from_str(answer.split_once("\r\n\r\n").unwrap().1).unwrap()
+    }
+
+    /// Ends it as a terminal does.
+    fn end(mut self) {
+        let id = self.process.id().to_string();
+        assert!(Command::new("kill").args(["-INT", &id]).status().unwrap().success());
+        assert!(self.process.wait().unwrap().success());
+        assert!(self.token_file.take().is_none_or(|path| !path.exists()));
+    }
+}
+
+impl Drop for Dash {
+    fn drop(&mut self) {
+        // One that has ended already is ended.
+        let _ = self.process.kill();
+        let _ = self.process.wait();
+    }
+}
+
+/// Where pictures of the pages are kept: `target/dash`.
+fn pictures() -> PathBuf {
+    let built = program().parent().and_then(Path::parent).unwrap().to_owned();
+    let folder = built.join("dash");
+    fs::create_dir_all(&folder).unwrap();
+    folder
+}
+
+/// Keeps a picture of a view in every shape, and checks what must hold in each.
+fn look(browser: &mut Browser, view: &str) {
+    for (width, height, dark, name) in SHAPES {
+        browser.shape(width, height, dark);
+        // Two pictures later everything has its new size.
+        browser.value("new Promise((r) => requestAnimationFrame(() => requestAnimationFrame(r)))");
+        browser.value("new Promise((r) => setTimeout(r, 300))");
+        let wide = browser.value("document.documentElement.scrollWidth").as_u64().unwrap();
+        assert!(wide <= u64::from(width), "{view} {name}: {wide} pixels wide");
+        browser.picture(&pictures().join(format!("{view}-{name}.png")));
+        let faults = browser.value(CHECK);
+        assert_eq!(faults, json!([]), "{view} {name}");
+    }
+    browser.shape(1400, 1000, false);
+}
+
+/// What is wrong for people who read with other means: a control without a name, a text without contrast
+/// (WCAG 2.2: 4.5 to 1, or 3 to 1 for large text).
+const CHECK: &str = r##"(() => {
+  const wrong = [], seen = (e) => e.checkVisibility({ visibilityProperty: true });
+  const rgb = (text) => { const n = text.match(/[\d.]+/g).map(Number); return { rgb: n.slice(0, 3), a: n[3] ?? 1 }; };
+  const light = ({ rgb }) => rgb.map((x) => x / 255).map((x) => (x <= 0.04045 ? x / 12.92 : ((x + 0.055) / 1.055) ** 2.4)).reduce((s, x, k) => s + x * [0.2126, 0.7152, 0.0722][k], 0);
+  const ground = (e) => { for (let at = e; at; at = at.parentElement) { const c = rgb(getComputedStyle(at).backgroundColor); if (c.a > 0.99) return c; } return { rgb: [255, 255, 255] }; };
+  for (const e of document.querySelectorAll("button, select, input, a, summary, [role=tab], canvas[tabindex], figure[tabindex]")) {
+    if (!seen(e)) continue;
+    const named = e.getAttribute("aria-label") || e.getAttribute("aria-labelledby") || e.textContent.trim() || (e.labels && e.labels.length);
+    if (!named) wrong.push("no name: " + e.outerHTML.slice(0, 90));
+  }
+  for (const e of document.querySelectorAll("img, svg[role=img]")) if (!e.getAttribute("aria-label") && !e.getAttribute("alt")) wrong.push("no text: " + e.outerHTML.slice(0, 90));
+  const ids = [...document.querySelectorAll("[id]")].map((e) => e.id);
+  for (const id of new Set(ids)) if (ids.filter((x) => x === id).length > 1) wrong.push("twice: " + id);
+  const walk = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
+  while (walk.nextNode()) {
+    const e = walk.currentNode.parentElement;
+    if (!walk.currentNode.textContent.trim() || e.closest("svg, script, option, .old .values, .skip") || !seen(e) || e.closest(":disabled")) continue;
+    const style = getComputedStyle(e), [a, b] = [light(rgb(style.color)), light(ground(e))].sort((x, y) => y - x);
+    const size = parseFloat(style.fontSize), large = size >= 24 || (size >= 18.66 && Number(style.fontWeight) >= 700);
+    const ratio = (a + 0.05) / (b + 0.05);
+    if (ratio < (large ? 3 : 4.5)) wrong.push(`contrast ${ratio.toFixed(2)}: ${walk.currentNode.textContent.trim().slice(0, 40)}`);
+  }
+  return [...new Set(wrong)];
+})()"##;
+
+/// The link of the emulated board where the suite has built its firmware, else the device in the process.
+fn board() -> &'static str {
+    match std::env::var_os("CATHFORCE_FIRMWARE") {
+        Some(_) => "qemu",
+        None => "sim",
+    }
+}
+
+/// A trial whose drive jumps by 8 mm at 1.2 s: a broken encoder.
+fn bundle_with_a_jump(folder: &Path) -> PathBuf {
+    let bundle = folder.join("bundle");
+    let copied = Command::new("cp").args(["-r", text(&example()), text(&bundle)]).status().unwrap();
+    assert!(copied.success());
+    let path = bundle.join("trials/000.csv");
+    let csv = fs::read_to_string(&path).unwrap();
+    let mut lines = csv.lines();
+    let head = lines.next().unwrap().to_owned();
+    let columns = head.split(',').collect::<Vec<_>>();
+    let at = |name: &str| columns.iter().position(|column| *column == name).unwrap();
+    let (time, insertion) = (at("t_s"), at("insertion_m"));
+    let mut jumped = vec![head.clone()];
+    let mut start_s = None;
+    for line in lines {
+        let mut cells = line.split(',').map(str::to_owned).collect::<Vec<_>>();
+        let t_s: f64 = cells[time].parse().unwrap();
+        if t_s - *start_s.get_or_insert(t_s) > 1.2 {
+            let m: f64 = cells[insertion].parse().unwrap();
+            cells[insertion] = format!("{}", m + 0.008);
+        }
+        jumped.push(cells.join(","));
+    }
+    fs::write(&path, jumped.join("\n") + "\n").unwrap();
+    bundle
+}
+
+#[test]
+fn a_device_is_watched_changed_and_its_fault_acknowledged() {
+    let folder = tempfile::tempdir().unwrap();
+    let bundle = bundle_with_a_jump(folder.path());
+    let dash = Dash::start(&[board(), "--bundle", text(&bundle)]);
+    let mut browser = Browser::start();
+    browser.shape(1400, 1000, false);
+    browser.open(&dash.address);
+
+    // Watching needs no token.
+    browser.wait("cathforce.frame.mode === 'ready' && cathforce.frame.shape.at.length > 30");
+    browser.wait("cathforce.views.tracking.vessel !== undefined");
+    assert_eq!(browser.value("cathforce.frame.armed"), false);
+    let state = dash.get("/api/state");
+    assert_eq!((&state["source"], &state["mode"]), (&json!("link"), &json!("ready")));
+    assert!(state["tick"].as_u64().unwrap() > 0 && state["forces"]["fx_N"].is_number(), "{state}");
+    assert!(state["age_ms"].is_number(), "{state}");
+
+    // Arming needs it.
+    browser.click("#arm");
+    browser.fill("#token-field", "wrong");
+    browser.click("dialog button[type=submit]");
+    browser.wait("document.querySelector('dialog .bad').textContent.includes('not the token')");
+    assert_eq!(dash.get("/api/state")["mode"], "ready");
+    let token = dash.token();
+    browser.fill("#token-field", &token);
+    browser.click("dialog button[type=submit]");
+    browser.wait("cathforce.frame.armed");
+
+    // An armed device takes no settings.
+    browser.click("#tab-settings");
+    browser.fill("#search", "force_gain");
+    browser.fill("#set-force_gain", "0.75");
+    browser.click("#apply");
+    browser.wait("document.getElementById('said').textContent.includes('disarm it first')");
+    browser.click("#arm");
+    browser.wait("cathforce.frame.mode === 'ready'");
+    look(&mut browser, "settings");
+    browser.click("#apply");
+    browser.wait("document.getElementById('settings-state').textContent.includes('read back from the device')");
+    let settings = dash.get("/api/settings");
+    let found = settings.as_array().unwrap().iter().find(|entry| entry["name"] == "force_gain");
+    assert_eq!(found.unwrap()["value"], 0.75);
+    assert_eq!(found.unwrap()["modified"], true);
+    // A value out of range is never staged.
+    browser.fill("#set-force_gain", "1e9");
+    browser.wait("document.getElementById('settings-state').textContent.includes('is outside')");
+    assert_eq!(browser.value("document.getElementById('apply')"), json!(null));
+
+    // The trial moves the catheter, and its jump is a fault.
+    browser.wait("cathforce.frame.mode === 'ready'");
+    browser.click("#tab-tracking");
+    browser.click("#play-trial");
+    browser.wait("cathforce.frame.playing.t_s > 0.6 && cathforce.frame.twin.agreed > 100");
+    assert_eq!(browser.value("cathforce.frame.lock_step ? cathforce.frame.twin.differed : 0"), 0);
+    look(&mut browser, "tracking");
+    browser.wait("cathforce.frame.faults.some((f) => f.name === 'EncoderJump')");
+    browser.click("#tab-forces");
+    browser.wait("cathforce.views.forces.charts[0].plot.data[0].length > 20");
+    browser.click("#peak-hold");
+    look(&mut browser, "forces");
+    browser.click("#tab-timing");
+    browser.wait("document.querySelectorAll('#waterfall rect').length >= 4");
+    assert!(browser.text("#age-summary").contains("99th percentile"));
+    look(&mut browser, "timing");
+    browser.click("#tab-faults");
+    let card = browser.text("#fault-list");
+    for word in ["EncoderJump", "the device has it now", "first at", "once", "Cause:", "Next:"] {
+        assert!(card.contains(word), "{word} in {card}");
+    }
+    look(&mut browser, "faults");
+    browser.click("#fault-list button");
+    browser.wait("cathforce.frame.faults.length === 0 && cathforce.frame.mode === 'ready'");
+    assert!(browser.text("#fault-list").contains("No fault waits"));
+
+    // The tabs by keyboard.
+    browser.value("document.getElementById('tab-faults').focus()");
+    browser.key("Home");
+    browser.wait("document.activeElement.id === 'tab-tracking' && !document.getElementById('panel-tracking').hidden");
+    assert_eq!(browser.complaints, Vec::<String>::new().as_slice(), "the page complained");
+    drop(browser);
+    dash.end();
+}
+
+#[test]
+fn a_recording_is_scrubbed_marked_and_filmed() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("<b>run.mcap");
+    let recorded = cathforce([
+        "simulate",
+        text(&example()),
+        "--duration",
+        "2",
+        "--out",
+        text(&file),
+        "--quiet",
+    ]);
+    assert!(recorded.status.success(), "{}", String::from_utf8_lossy(&recorded.stderr));
+    let dash = Dash::start(&[text(&file)]);
+    let state = dash.get("/api/state");
+    assert_eq!(state["source"], "recording");
+    assert!(state["tick"].is_number() && state["forces"]["norm_N"].is_number(), "{state}");
+    assert!(dash.token_file.is_none(), "there is nothing to change");
+
+    let mut browser = Browser::start();
+    browser.shape(1400, 1000, false);
+    browser.open(&dash.address);
+    assert!(browser.text("#source-name").contains("<b>run.mcap"), "a name is text");
+    assert_eq!(browser.value("document.querySelector('#source-name b')"), json!(null));
+    browser.wait("cathforce.views.tracking.vessel !== undefined");
+    browser.fill("#scrub", "1.5");
+    browser
+        .wait("Math.abs(cathforce.frame.t - 1.5) < 1e-6 && cathforce.frame.shape.at.length > 30");
+    let before = browser.value("cathforce.frame.insertion_m").as_f64().unwrap();
+    look(&mut browser, "replay-tracking");
+    browser.click("#tab-forces");
+    browser.wait("cathforce.views.forces.charts[3].plot.data[0].length > 500");
+    assert_eq!(browser.value("cathforce.recording.hasMeasured"), true);
+    look(&mut browser, "replay-forces");
+    browser.fill("#scrub", "0.5");
+    browser.wait("Math.abs(cathforce.frame.t - 0.5) < 1e-6 && cathforce.frame.mode === 'armed'");
+    assert_ne!(browser.value("cathforce.frame.insertion_m").as_f64().unwrap(), before);
+    browser.click("#tab-timing");
+    browser.wait("document.getElementById('ticks').textContent.includes('missed ticks')");
+
+    browser.click("#tab-replay");
+    browser.fill("#mark-name", "<i>here</i>");
+    browser.click("#mark");
+    browser.wait("document.getElementById('marks').textContent.includes('<i>here</i>')");
+    assert_eq!(browser.value("document.querySelector('#marks i')"), json!(null));
+    browser.fill("#scrub", "1.9");
+    browser.click("#marks li button");
+    browser.wait("Math.abs(cathforce.t - 0.5) < 1e-6");
+    browser.click("#png");
+    browser.wait("cathforce.views.replay.saved?.type === 'image/png'");
+    let bytes = browser.value("cathforce.views.replay.saved.size").as_u64().unwrap();
+    assert!(bytes > 10_000, "a picture of {bytes} bytes shows nothing");
+    browser.click("#film");
+    browser.wait("cathforce.t > 0.8 && cathforce.views.replay.bytes > 1000");
+    browser.click("#film");
+    browser.wait("cathforce.views.replay.saved?.type === 'video/webm'");
+    assert!(browser.value("cathforce.views.replay.saved.size").as_u64().unwrap() > 1000);
+    look(&mut browser, "replay");
+    assert_eq!(browser.complaints, Vec::<String>::new().as_slice(), "the page complained");
+    drop(browser);
+    dash.end();
+}
+
+#[test]
+fn a_diagnosis_of_either_version_opens_with_its_answer() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("diagnosis.json");
+    let cell = |arc_m: [f64; 2], gap_share: f64| {
+        json!({ "channel": "fx_N", "phase": "sliding", "regime": "forward 13 mm/s", "arc_m": arc_m,
+            "time_share": 0.22, "gap_share": gap_share, "gap_share_low": 0.9 * gap_share,
+            "gap_share_high": 1.1 * gap_share, "note": "sign follows the direction <b>of</b> motion" })
+    };
+    let stiffness = json!({ "value": 1.42, "low": 1.34, "high": 1.5, "unit": "1" });
+    let mut answer = json!({
+        "format": "gap-diagnosis/1", "bundle": "tapered", "verdict": "named",
+        "effects": [{ "id": "instrument.stiffness", "parameters": { "shaft_factor": stiffness },
+            "confidence": 0.93, "shrink": 0.91, "material": true }],
+        "confusable": [["instrument.stiffness", "wall.stiffness"]],
+        "ranking": [{ "id": "instrument.stiffness", "shrink": 0.91 }, { "id": "wall.stiffness", "shrink": 0.7 }],
+        "gap": { "force_rms_N": { "before": 0.0405, "after": 0.0127, "floor": 0.01 }, "shape_rms_m": null },
+        "held_out": [0, 1], "where": [cell([0.031, 0.047], 0.4), cell([0.078, 0.094], 0.2)], "left": null,
+        "next_experiment": { "segment": "reversal-20mm", "separates": ["instrument.stiffness", "wall.stiffness"] },
+        "reproduce": { "command": "cathforce gap diagnose tapered", "version": "0.1.0", "bundle_sha256": "0a" },
+        "remarks": ["no drive force was measured"],
+    });
+    fs::write(&file, answer.to_string()).unwrap();
+    // The folder of a bundle stands for the diagnosis in it.
+    let dash = Dash::start(&[text(folder.path())]);
+    assert_eq!(dash.get("/api/state")["mode"], "diagnosis");
+    let mut browser = Browser::start();
+    browser.open(&dash.address);
+    let said = browser.text("#sentence");
+    assert!(
+        said.contains("Stiffness of the catheter") && said.contains("40.5 mN to 12.7 mN"),
+        "{said}"
+    );
+    let page = browser.text("#panels");
+    for words in [
+        "Where",
+        "Which",
+        "How far",
+        "31 to 47 mm",
+        "1.42 (1.34 to 1.5)",
+        "sliding",
+        "<b>of</b>",
+        "These data do not tell apart: stiffness of the catheter and stiffness of the wall.",
+        "cathforce gap protocol --segment reversal-20mm",
+        "No drive force was measured.",
+    ] {
+        assert!(page.contains(words), "{words} in {page}");
+    }
+    look(&mut browser, "diagnosis");
+    dash.end();
+
+    answer["format"] = json!("gap-diagnosis/2");
+    answer["sentence"] = json!("The catheter is 42 % stiffer along the shaft than rig.toml says.");
+    answer["none_of_mine"] = json!(0.02);
+    answer["effects"][0]["form"] = json!({ "name": "constant_factor", "probability": 0.8 });
+    answer["detectable"] = json!([
+        { "id": "contact.friction", "parameter": "friction_coefficient", "size": 0.05, "unit": "1" },
+        { "id": "fluid.drag", "parameter": "factor", "size": null, "unit": "1" },
+    ]);
+    fs::write(&file, answer.to_string()).unwrap();
+    let dash = Dash::start(&[text(&file)]);
+    browser.open(&dash.address);
+    assert!(browser.text("#sentence").starts_with("The catheter is 42 % stiffer"));
+    let page = browser.text("#panels");
+    for words in [
+        "form: constant factor (80 %)",
+        "2 %",
+        "never by these trials",
+        "What these trials would have shown",
+    ] {
+        assert!(page.contains(words), "{words} in {page}");
+    }
+    assert_eq!(browser.complaints, Vec::<String>::new().as_slice(), "the page complained");
+    drop(browser);
+    dash.end();
+}
+
+#[test]
+fn what_is_no_source_is_refused_with_what_to_give() {
+    let output = cathforce(["dash", "nowhere.mcap", "--listen", "127.0.0.1:0"]);
+    assert_fails(&output, 2, &["`nowhere.mcap` is no file", "socketcan:can0"]);
+    let folder = tempfile::tempdir().unwrap();
+    let output = cathforce(["dash", text(folder.path()), "--listen", "127.0.0.1:0"]);
+    assert_fails(&output, 3, &["no diagnosis of this bundle yet", "cathforce gap diagnose"]);
+    let file = folder.path().join("other.json");
+    fs::write(&file, "{}").unwrap();
+    let output = cathforce(["dash", text(&file), "--listen", "127.0.0.1:0"]);
+    assert_fails(&output, 3, &["no `format`", "cathforce gap diagnose BUNDLE --json"]);
+    let output = cathforce(["dash", text(&file), "--watch-only", "--listen", "127.0.0.1:0"]);
+    assert_fails(&output, 2, &["--watch-only is for a link"]);
+}
