@@ -56,9 +56,11 @@ pub use identify::{
     IdentifyAction, IdentifyArguments, IdentifyExampleArguments, IdentifyFitArguments,
 };
 pub use installed::{DemoArguments, FlashArguments, Programmer};
+#[cfg(feature = "dash")]
+pub use link::address as link_address;
 pub use link::{
     DoctorArguments, FaultAction, FaultArguments, FaultClearArguments, LinkAction, LinkArguments,
-    LinkServeArguments, LinkUpArguments, address as link_address,
+    LinkServeArguments, LinkUpArguments,
 };
 pub use lumen::LumenArguments;
 pub use material::MaterialArguments;

@@ -15,12 +15,15 @@ use crate::{diagnosis, recording, settings};
 /// Longest time that a change may take: a device settles to a long insertion for a minute.
 const PATIENCE: Duration = Duration::from_secs(90);
 
+/// The image that a device has, and the scene that it makes as JSON.
+type Scene = (Arc<Vec<u8>>, Arc<str>);
+
 /// What is shown, ready to be asked.
 pub enum Shown {
     Link {
         name: String,
         pilot: Pilot,
-        scene: Mutex<Option<(Arc<Vec<u8>>, Arc<str>)>>,
+        scene: Mutex<Option<Scene>>,
     },
     /// Everything is known beforehand.
     Still {

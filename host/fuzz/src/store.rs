@@ -58,16 +58,16 @@ pub fn store(data: &[u8]) {
     };
     let mut buffer = vec![0; SLOT];
     let mut store = open(Flash(content));
-    let Ok(found) = store.load(&mut buffer);
+    let Ok(found) = store.load(&mut buffer, |_| true);
     assert!(found.len <= buffer.len());
     if store.save(image).is_err() {
         return;
     }
     let mut store = open(store.into_flash());
-    let Ok(found) = store.load(&mut buffer);
+    let Ok(found) = store.load(&mut buffer, |_| true);
     assert_eq!(&buffer[..found.len], image, "{found:?}");
     assert!(matches!(found.state, State::Good | State::Fallback) && found.on_trial, "{found:?}");
     let Ok(()) = store.confirm();
-    let Ok(found) = open(store.into_flash()).load(&mut buffer);
+    let Ok(found) = open(store.into_flash()).load(&mut buffer, |_| true);
     assert!(!found.on_trial && &buffer[..found.len] == image, "{found:?}");
 }

@@ -149,8 +149,11 @@ const PRIORS: [(&str, Change); 5] = [
     ("ln odds of others", |own, by| own.of_others *= by),
 ];
 
+/// Switches a prior off.
+type Off = fn(&mut Prior);
+
 /// Priors that are switched off one by one.
-const OFF: [(&str, fn(&mut Prior)); 4] = [
+const OFF: [(&str, Off); 4] = [
     ("no temper", |own| own.temper = 1.0),
     ("no cause outside", |own| own.of_others = -1e9),
     ("effects cost nothing", |own| own.of_effect = 0.0),

@@ -40,16 +40,19 @@ pub struct Playing {
     pub duration_s: f64,
 }
 
+/// Where the trial stands, and what was measured there.
+type Stand = (Playing, Option<Measurement>);
+
 /// Where the trial stands, for whoever draws it.
 #[derive(Clone, Default)]
-pub struct Position(Arc<Mutex<Option<(Playing, Option<Measurement>)>>>);
+pub struct Position(Arc<Mutex<Option<Stand>>>);
 
 impl Position {
     pub fn set(&self, playing: Playing, measured: Option<Measurement>) {
         *self.0.lock().unwrap_or_else(PoisonError::into_inner) = Some((playing, measured));
     }
 
-    pub fn get(&self) -> Option<(Playing, Option<Measurement>)> {
+    pub fn get(&self) -> Option<Stand> {
         *self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

@@ -280,7 +280,7 @@ impl Gather {
                 self.granted_at = Some(now);
             }
             if let Some(twin) = &mut self.twin {
-                twin.to_device(frame);
+                twin.on_frame_to_device(frame);
             }
         } else if let (Some(id), Some(&payload)) = (id, frame.data().first_chunk()) {
             match Process::decode(id, payload) {

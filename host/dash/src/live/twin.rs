@@ -70,7 +70,7 @@ impl Twin {
     }
 
     /// Takes a frame that went to the device; in lock step it may grant ticks.
-    pub fn to_device(&mut self, frame: &Frame) {
+    pub fn on_frame_to_device(&mut self, frame: &Frame) {
         self.ticker.on_frame(frame);
         while self.ticker.lock_step() && self.ticker.granted() > 0 {
             self.tick();

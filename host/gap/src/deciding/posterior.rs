@@ -11,8 +11,6 @@ pub struct Explanation {
     /// In ascending order; empty for the nominal model.
     pub effects: Vec<usize>,
     pub point: Point,
-    /// Share of the gap above the floor that it closes.
-    pub shrink: f64,
     /// Probability that these effects are there and no other cause.
     pub probability: f64,
     /// Probability that they are there beside a cause outside the library.
@@ -118,7 +116,6 @@ mod tests {
             let own = Explanation {
                 effects: effects.to_vec(),
                 point: point(),
-                shrink: 0.0,
                 probability: 0.0,
                 with_others: 0.0,
             };

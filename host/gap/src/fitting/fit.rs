@@ -42,8 +42,6 @@ const UPDATED_LONG: usize = 3;
 pub enum Depth {
     /// Two steps on the trials that have most of the gap: enough to see who may win.
     Glance,
-    /// A few steps on all trials: enough to see which of many are worth more.
-    Brief,
     /// As far as it pays to compare models.
     Whole,
     /// Until parameters and derivatives are those of the minimum.
@@ -55,7 +53,6 @@ impl Depth {
         match self {
             _ if cheap => THOROUGH,
             Self::Glance => Effort { steps: 2, compass: 0, renewals: 0, ..SPARING },
-            Self::Brief => Effort { steps: 3, compass: 0, renewals: 0, ..SPARING },
             Self::Whole => SPARING,
             Self::Polished => Effort { steps: 4, converged: 2e-4, rounds: 2, ..SPARING },
         }

@@ -22,7 +22,7 @@ pub struct Metric<'a> {
 impl<'a> Metric<'a> {
     /// `best`: the score of the model whose leftover is taken for noise.
     pub fn new(nuisances: &'a Nuisances, best: &Score) -> Self {
-        let samples: f64 = best.weights.iter().sum();
+        let samples = best.samples as f64;
         let repeated = (samples / best.effective.max(1.0)).max(1.0);
         Self::with(nuisances, best.energy.max(1.0) * repeated)
     }

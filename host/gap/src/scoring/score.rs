@@ -19,10 +19,8 @@ use crate::scoring::folds::{FoldKind, Folds};
 pub struct Score {
     /// Whitened held-out residuals by trial and sample; `None` where not scored.
     pub residuals: Vec<Vec<Option<f64>>>,
-    /// Energy per sample of every block with scored samples, over all trials.
-    pub blocks: Vec<f64>,
-    /// Samples in each of them.
-    pub weights: Vec<f64>,
+    /// Samples that are scored, over all trials.
+    pub samples: usize,
     /// Energy per sample: 1 is the floor.
     pub energy: f64,
     /// The same of every quantity, and how many samples it has.
@@ -39,7 +37,7 @@ pub fn score(problem: &Problem<'_>, folds: &Folds, fit: &Fit) -> Score {
     let steps = fold_steps(problem, folds, fit);
     let loss = Loss::of(problem.plant);
     let mut residuals = Vec::new();
-    let (mut blocks, mut weights) = (Vec::new(), Vec::new());
+    let (mut sum, mut samples) = (0.0, 0);
     for (t, (trial, fitted)) in problem.plant.trials().iter().zip(&fit.trials).enumerate() {
         let n = trial.samples.len();
         let mut own: Vec<Option<f64>> = vec![None; n];
@@ -51,25 +49,14 @@ pub fn score(problem: &Problem<'_>, folds: &Folds, fit: &Fit) -> Score {
             let held_out = (0..n).filter(|&i| fold_of[i] == fold && folds.scored[t][i]);
             held_out.for_each(|i| own[i] = Some(moved[i]));
         }
-        let mut sums = vec![(0.0, 0_usize); trial.blocks];
-        for (sample, residual) in trial.samples.iter().zip(&own) {
-            if let Some(r) = residual {
-                sums[sample.block].0 += r * r;
-                sums[sample.block].1 += 1;
-            }
-        }
-        let scored: usize = sums.iter().map(|(_, count)| count).sum();
-        // What the nuisances cost belongs to all blocks of the trial alike.
-        let penalty = fitted.penalty();
-        for (energy, count) in sums.into_iter().filter(|(_, count)| *count > 0) {
-            let share = count as f64 / scored as f64;
-            blocks.push((energy + penalty * share) / count as f64);
-            weights.push(count as f64);
+        let scored = own.iter().flatten().count();
+        if scored > 0 {
+            sum += own.iter().flatten().map(|r| r * r).sum::<f64>() + fitted.penalty();
+            samples += scored;
         }
         residuals.push(own);
     }
-    let total: f64 = weights.iter().sum();
-    let energy = blocks.iter().zip(&weights).map(|(e, w)| e * w).sum::<f64>() / total.max(1.0);
+    let energy = sum / samples.max(1) as f64;
     let effective = effective_samples(problem.plant, &residuals);
     let quantities = by_quantity(problem, fit, &residuals);
     let raw = |phi: &mut Option<f64>| *phi = phi.map(|phi| loss.residual(phi));
@@ -78,7 +65,7 @@ pub fn score(problem: &Problem<'_>, folds: &Folds, fit: &Fit) -> Score {
         true => excess(&by_quantity(problem, fit, &residuals)),
         false => excess(&quantities),
     };
-    Score { residuals, blocks, weights, energy, quantities, gap, effective }
+    Score { residuals, samples, energy, quantities, gap, effective }
 }
 
 /// Energy per sample of every quantity, with what the nuisances cost, and how many samples it has.
@@ -260,23 +247,6 @@ impl Score {
     /// that is not there may lower it and leave more of these.
     pub fn shrink_of_loss(&self, nominal: &Score) -> f64 {
         1.0 - self.excess() / nominal.excess().max(f64::MIN_POSITIVE)
-    }
-
-    /// Mean gain over another score's blocks, and its standard error.
-    pub fn gain_over(&self, other: &Score) -> (f64, f64) {
-        let gains: Vec<f64> = other.blocks.iter().zip(&self.blocks).map(|(a, b)| a - b).collect();
-        let n = gains.len() as f64;
-        let mean = gains.iter().sum::<f64>() / n.max(1.0);
-        let variance = gains.iter().map(|g| (g - mean).powi(2)).sum::<f64>() / (n - 1.0).max(1.0);
-        (mean, (variance / n.max(1.0)).sqrt())
-    }
-
-    /// What the blocks that are worse than another score's lose, over what the others gain.
-    pub fn share_lost_to(&self, other: &Score) -> f64 {
-        let gains = other.blocks.iter().zip(&self.blocks).map(|(a, b)| a - b);
-        let (gained, lost) =
-            gains.fold((0.0, 0.0), |(up, down), g| (up + g.max(0.0), down - g.min(0.0)));
-        lost / f64::max(gained, f64::MIN_POSITIVE)
     }
 
     /// Root mean square of the error of a quantity, of a vector its norm, in its unit.

@@ -134,7 +134,7 @@ impl Selector<'_> {
         let with = self.scored(&noise, best.clone(), nuisances.clone());
         let sets: Sets = none.into_iter().chain(with).collect();
         Some(Selection {
-            posterior: posterior(&nominal, &sets),
+            posterior: posterior(&sets),
             detectable: self.detectable(&noise, &nominal, &sets),
             nominal,
             singles,
@@ -265,7 +265,7 @@ impl Selector<'_> {
     ) -> Option<Selection> {
         let rows = sets.values().map(|own| self.row(nominal, own)).collect();
         let (best_fit, nuisances) = self.best_without_doubt(&mut sets)?;
-        let posterior = posterior(nominal, &sets);
+        let posterior = posterior(&sets);
         let detectable = self.detectable(noise, nominal, &sets);
         let mut best = best_fit.fit.effects.clone();
         best.sort_unstable();
@@ -348,18 +348,13 @@ impl Selector<'_> {
 }
 
 /// How probable each of the sets is.
-fn posterior(nominal: &Candidate, sets: &Sets) -> Posterior {
+fn posterior(sets: &Sets) -> Posterior {
     Posterior::of(sets.values().map(|own| {
-        let (fit, score) = (&own.candidate.fit, &own.candidate.score);
+        let fit = &own.candidate.fit;
         let mut effects = fit.effects.clone();
         effects.sort_unstable();
-        let explanation = Explanation {
-            effects,
-            point: fit.point.clone(),
-            shrink: score.shrink(&nominal.score),
-            probability: 0.0,
-            with_others: 0.0,
-        };
+        let explanation =
+            Explanation { effects, point: fit.point.clone(), probability: 0.0, with_others: 0.0 };
         (explanation, own.log_posteriors)
     }))
 }
