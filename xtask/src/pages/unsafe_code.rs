@@ -81,7 +81,8 @@ fn in_file(name: &str, text: &str) -> Vec<Use> {
 
 fn is_use(code: &str) -> bool {
     let is_comment = code.starts_with("//");
-    let mut words = code.split(|c: char| !(c.is_alphanumeric() || c == '_'));
+    // A word with a hyphen, as in a content policy, is no keyword.
+    let mut words = code.split(|c: char| !(c.is_alphanumeric() || c == '_' || c == '-'));
     !is_comment && words.any(|word| word == "unsafe") && !code.contains("\"unsafe")
 }
 
@@ -168,7 +169,7 @@ mod tests {
     fn a_proof_is_found_beside_its_use_and_no_further() {
         let text = "fn a() {\n    // SAFETY: it is so,\n    // and stays so.\n    unsafe { b() }\n}\n\
                     fn c() {\n    unsafe { d() }\n}\n#[unsafe(no_mangle)]\nunsafe fn e() {}\n\
-                    // an unsafe comment\nlet text = \"unsafe\";\n";
+                    // an unsafe comment\nlet text = \"unsafe\";\nlet policy = \"'unsafe-inline'\";\n";
         let found = in_file("x.rs", text);
         let proofs: Vec<_> = found.iter().map(|one| one.proof.as_deref()).collect();
         assert_eq!(found.len(), 4, "{found:#?}");
