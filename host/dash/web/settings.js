@@ -11,6 +11,7 @@ const shown = (value) => String(Number(value.toPrecision(7)));
 export class Settings {
   constructor(panel, app) {
     this.app = app;
+    this.entries = [];
     this.staged = new Map();
     this.search = el("input", { type: "search", id: "search", placeholder: "name, unit or words", oninput: () => this.list() });
     this.group = el("select", { id: "group", onchange: () => this.list() }, el("option", { value: "" }, "all"), Object.entries(GROUPS).map(([key, name]) => el("option", { value: key }, name)));
