@@ -108,7 +108,8 @@ mod tests {
             let error = Identity::parse(&TEXT.replace(line, "")).unwrap_err().to_string();
             assert!(error.contains(&format!("`{key}`")), "{key}: {error}");
         }
-        let error = Identity::parse(&TEXT.replace("=89abcdef\n", "=far\n")).unwrap_err().to_string();
+        let error =
+            Identity::parse(&TEXT.replace("=89abcdef\n", "=far\n")).unwrap_err().to_string();
         assert!(error.contains("`image-schema` is no hash"), "{error}");
     }
 

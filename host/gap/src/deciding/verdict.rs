@@ -58,6 +58,14 @@ pub fn verdict(posterior: &Posterior, set: &[usize], shrink: f64, worst: f64) ->
     }
 }
 
+/// The same of effects that were asked for, of which there is one set beside the nominal model.
+pub fn verdict_of_request(posterior: &Posterior, set: &[usize], shrink: f64) -> Verdict {
+    match posterior.of_no_effect() > LIKELY {
+        true => Verdict::NoGap,
+        false => of_sets(posterior, set, shrink),
+    }
+}
+
 fn of_sets(posterior: &Posterior, set: &[usize], shrink: f64) -> Verdict {
     let others = posterior.none_of_mine() > LIKELY;
     let is_likely = posterior.of_class(set) > LIKELY;

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use crate::data::unlike_trials::unlike;
 use crate::deciding::form::form;
 use crate::deciding::interval::{parameters, spread};
-use crate::deciding::verdict::verdict;
+use crate::deciding::verdict::{verdict, verdict_of_request};
 use crate::diagnosis::report::{
     Details, Diagnosis, NamedEffect, PathStep, QuantityEnergy, Ranked, Verdict,
 };
@@ -121,7 +121,10 @@ impl<'a> Answer<'a> {
         set.sort_unstable();
         let worst = before.score.worst();
         let closed = selection.best.score.shrink_of_loss(&before.score);
-        let mut verdict = verdict(&selection.posterior, &set, closed, worst);
+        let mut verdict = match given {
+            None => verdict(&selection.posterior, &set, closed, worst),
+            Some(_) => verdict_of_request(&selection.posterior, &set, closed),
+        };
         self.diagnosis.none_of_mine = selection.posterior.none_of_mine();
         self.diagnosis.detectable.clone_from(&selection.detectable);
         if problem.is_cut() {
@@ -149,9 +152,6 @@ impl<'a> Answer<'a> {
             verdict = Verdict::Unknown;
         }
         objections.into_iter().for_each(|objection| self.remark(objection));
-        if given.is_some() && selection.posterior.of_no_effect() > 0.5 {
-            verdict = Verdict::NoGap;
-        }
         self.diagnosis.verdict = verdict;
         self.next_experiment(&selection, &named);
         if matches!(verdict, Verdict::Partial | Verdict::Unknown) {

@@ -85,7 +85,7 @@ impl Selector<'_> {
         let noise = Noise::of(self.problem, &fits, &nominal.fit, &of_nominal);
         let scored = |candidate: Candidate| {
             let nuisances = self.nuisances_at(&candidate.fit)?;
-            self.scored(&noise, candidate, nuisances)
+            self.scored(&noise, &Prior::LEARNED, candidate, nuisances)
         };
         let whole = singles.iter().flatten().filter(|c| c.fit.is_whole()).cloned();
         let first: Vec<Candidate> = whole.chain([nominal.clone()]).collect();
@@ -108,7 +108,7 @@ impl Selector<'_> {
                     return None;
                 }
                 let nuisances = sets.get(&wanted.from)?.nuisances.clone();
-                self.scored(&noise, self.extended(&sets, &wanted)?, nuisances)
+                self.scored(&noise, &Prior::LEARNED, self.extended(&sets, &wanted)?, nuisances)
             };
             let found = each_some(wanted, fitted);
             for (effects, own) in found {
@@ -130,8 +130,10 @@ impl Selector<'_> {
     ) -> Option<Selection> {
         let of_nominal = self.nuisances_at(&nominal.fit)?;
         let noise = Noise::of(self.problem, &[&nominal.fit, &best.fit], &nominal.fit, &of_nominal);
-        let none = self.scored(&noise, nominal.clone(), of_nominal);
-        let with = self.scored(&noise, best.clone(), nuisances.clone());
+        // Whoever asks has chosen: the price of one effect among many is not due.
+        let prior = Prior { of_effect: 0.0, ..Prior::LEARNED };
+        let none = self.scored(&noise, &prior, nominal.clone(), of_nominal);
+        let with = self.scored(&noise, &prior, best.clone(), nuisances.clone());
         let sets: Sets = none.into_iter().chain(with).collect();
         Some(Selection {
             posterior: posterior(&sets),
@@ -151,6 +153,7 @@ impl Selector<'_> {
     fn scored(
         &self,
         noise: &Noise,
+        prior: &Prior,
         candidate: Candidate,
         nuisances: Nuisances,
     ) -> Option<(Vec<usize>, Fitted)> {
@@ -158,7 +161,7 @@ impl Selector<'_> {
             return None;
         }
         let found = evidence(self.problem, noise, &candidate.fit, &nuisances);
-        let mut log_posteriors = Prior::LEARNED.log_posteriors(&found, candidate.fit.effects.len());
+        let mut log_posteriors = prior.log_posteriors(&found, candidate.fit.effects.len());
         let may_be_named = !candidate.fit.at_bound(self.problem.plant);
         if !may_be_named {
             // What ends at a bound has turned into a limit of itself, which is another cause.
