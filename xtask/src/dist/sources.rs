@@ -38,7 +38,7 @@ impl Package {
 pub fn behind(package: &str, target: &str) -> anyhow::Result<Vec<Package>> {
     let linked = tree(package, target, "normal,no-proc-macro")?;
     let all = tree(package, target, "normal,build")?;
-    let metadata = metadata(target)?;
+    let metadata = metadata()?;
     let packages = metadata["packages"].as_array().context("cargo metadata names no packages")?;
     let mut by_id = BTreeMap::new();
     let mut found = BTreeMap::new();
@@ -106,9 +106,9 @@ fn tree(package: &str, target: &str, edges: &str) -> anyhow::Result<BTreeSet<(St
     Ok(text.lines().filter_map(read).collect())
 }
 
-fn metadata(target: &str) -> anyhow::Result<Value> {
+/// Of all platforms: build scripts run on another one than what they build is for.
+fn metadata() -> anyhow::Result<Value> {
     let mut command = cargo(&["metadata", "--format-version", "1", "--locked"]);
-    command.args(["--filter-platform", target]);
     let text = output(&mut command).with_context(|| format!("`{}` failed", line(&command)))?;
     Ok(serde_json::from_str(&text)?)
 }
