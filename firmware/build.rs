@@ -4,6 +4,7 @@ use std::{env, fs, path::PathBuf};
 
 fn main() {
     println!("cargo:rerun-if-changed=build.rs");
+    println!("cargo:rerun-if-changed=../memory.x");
     println!("cargo:rerun-if-changed=mps2-an500.x");
     println!("cargo:rerun-if-changed=nucleo-h743.x");
     if env::var("CARGO_CFG_TARGET_OS").as_deref() != Ok("none") {
@@ -11,9 +12,10 @@ fn main() {
     }
     let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets OUT_DIR"));
     let nucleo = env::var_os("CARGO_FEATURE_BOARD_NUCLEO_H743").is_some();
-    // Under this name in no folder from which somebody links: the linker looks there first.
-    let memory = if nucleo { "nucleo-h743.x" } else { "mps2-an500.x" };
-    fs::copy(memory, out.join("memory.x")).expect("a memory map lies there");
+    // cortex-m-rt includes memory.x of the checkout, and that includes the board's map.
+    let map = if nucleo { "nucleo-h743.x" } else { "mps2-an500.x" };
+    fs::copy(map, out.join("board.x")).expect("a memory map lies there");
+    fs::copy("../memory.x", out.join("memory.x")).expect("it lies in the checkout");
     // cortex-m-rt includes a table of default handlers; the emulated board's vector table names
     // every handler itself (src/board/*/vectors.rs). That of the STM32 brings its own table.
     if !nucleo {

@@ -20,7 +20,6 @@ const START: Drive = Drive { insertion_m: 0.03, rotation_rad: 0.0 };
 /// disarmed; but the device starts over, silent, and what it outputs after arming stays within the limits
 /// that are compiled in.
 #[test]
-#[ignore = "it was corrected and has not been run since"]
 fn a_malicious_image_starts_the_device_over_and_exceeds_no_limit() {
     let settings = Settings {
         force_gain: 20.0,
@@ -86,7 +85,6 @@ fn a_flood_of_service_frames_changes_no_bit_of_the_output() {
 /// Another sender of ENCODER frames with a counter of its own: both are heard, one of them is always
 /// out of turn, and the output ramps to zero.
 #[test]
-#[ignore = "it was corrected and has not been run since"]
 fn a_second_sender_of_encoder_frames_ends_in_a_ramp() {
     let mut bench = Bench::<Sim>::configured(strong_image());
     let mut watch = LimitWatch::new(&image::decode(strong_image()).expect("our own").settings);

@@ -149,8 +149,8 @@ fn table(packages: &[Package]) -> anyhow::Result<String> {
     let builds: Vec<_> = builds.map(|p| format!("`{}` {}", p.name, p.version)).collect();
     let _ = writeln!(
         text,
-        "\n## While it is compiled\n\nThese {} packages write code or scripts for the compiler and are not in \
-         the firmware: {}. The compiler itself is the one of `rust-toolchain.toml`.",
+        "\n## While it is compiled\n\n{} packages write code or scripts for the compiler and are not in the \
+         firmware. The compiler itself is the one of `rust-toolchain.toml`. The packages are:\n\n{}",
         builds.len(),
         builds.join(", ")
     );
