@@ -22,7 +22,7 @@ export class Settings {
     this.state = el("p", { id: "settings-state", role: "status" });
     panel.append(
       el("div", { class: "tools" }, el("label", { for: "search" }, "Search "), this.search, el("label", { for: "group" }, "Group "), this.group,
-        el("label", {}, this.modified, " only what is modified"), el("button", { type: "button", onclick: () => this.load() }, "Read again")),
+        el("label", {}, this.modified, " only what is modified"), el("button", { type: "button", onclick: () => { say(this.state, ""); this.load(); } }, "Read again")),
       this.state,
       card("Changes", this.diff),
       el("div", { class: "card wide" }, this.count, el("table", { class: "settings" },
@@ -35,7 +35,6 @@ export class Settings {
   async load() {
     try {
       this.entries = await get("/api/settings");
-      say(this.state, "");
     } catch (error) {
       this.entries = [];
       say(this.state, `The settings are not known: ${error.message}.`);
@@ -103,7 +102,7 @@ export class Settings {
   }
 
   draw(frame) {
-    // Another program may configure the device as well.
+    // Another program may configure the device as well. What was said of our own change stays.
     if (frame.scene !== undefined && frame.scene !== this.known) { this.known = frame.scene; if (frame.scene > 0) this.load(); }
   }
 }
