@@ -21,6 +21,9 @@ pub struct Answer {
     pub added_over_floor: Vec<f64>,
     pub truth: Vec<String>,
     pub verdict: String,
+    /// Probability of a cause outside the library; earlier answers state none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub none_of_mine: Option<f64>,
     pub named: Vec<String>,
     /// Named effects and what they cannot be told apart from.
     pub reported: BTreeSet<String>,
@@ -71,6 +74,7 @@ impl Answer {
             added_over_floor: label.added_over_floor.clone(),
             truth,
             verdict: text(&answer["verdict"]),
+            none_of_mine: answer["none_of_mine"].as_f64(),
             confidence: answer["effects"][0]["confidence"].as_f64(),
             predicted_shrink: answer["predicted_shrink"].as_f64(),
             achieved_shrink: answer["achieved_shrink"].as_f64(),
@@ -98,6 +102,11 @@ impl Answer {
     /// Whether nothing was found: also where the data would hardly have shown anything.
     pub(crate) fn claims_no_gap(&self) -> bool {
         ["no_gap", "inconclusive"].contains(&self.verdict.as_str())
+    }
+
+    /// Whether a cause outside the library is answered to be likely, or nothing was found to be named.
+    pub(crate) fn blames_others(&self) -> bool {
+        self.verdict == "unknown" || self.none_of_mine.is_some_and(|own| own > 0.5)
     }
 
     /// Whether the effect that is named first is there.

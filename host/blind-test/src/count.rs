@@ -6,6 +6,7 @@ use crate::answer::Answer;
 use crate::draw::Kind;
 use crate::figures::{Counted as C, Figure, SMALLEST_GAP};
 use crate::label::Label;
+use crate::reliability::{distance, reliability};
 
 /// Predicted and achieved shrink may differ by so much.
 const WITHIN: f64 = 0.1;
@@ -42,6 +43,8 @@ pub(crate) fn figures(cases: &[Case<'_>]) -> Vec<Figure> {
         |a: &&Answer| over_floor(a) && a.added_over_floor.iter().all(|gap| *gap >= SMALLEST_GAP);
     let pair_over_floor: Vec<&Answer> = pair.iter().copied().filter(both_over).collect();
     let (outside, none) = (of(Kind::Outside), of(Kind::None));
+    let with_gap: Vec<&Answer> =
+        counted.iter().copied().filter(|a| a.kind != Kind::None && over_floor(a)).collect();
     let counted_answers = || cases.iter().filter(|case| case.counts()).map(|case| case.revealed);
     let share = |figure, among: &[&Answer], hit: &dyn Fn(&Answer) -> bool| {
         Figure::share(figure, among.iter().map(|a| hit(a)))
@@ -51,10 +54,13 @@ pub(crate) fn figures(cases: &[Case<'_>]) -> Vec<Figure> {
         single.iter().filter(|a| !a.reported.is_empty()).map(|a| a.reported.len() as f64).collect();
     let inside = intervals(counted_answers());
     let seconds = cases.iter().filter_map(|case| case.revealed.1["cpu_seconds"].as_f64());
-    let seconds: Vec<f64> = seconds.collect();
+    let mut seconds: Vec<f64> = seconds.collect();
+    seconds.sort_by(f64::total_cmp);
+    let middle = seconds.get(seconds.len() / 2).copied();
+    let longest = seconds.last().copied();
     let misses: Vec<f64> = counted.iter().filter_map(|a| a.shrink_missed()).collect();
     let within = misses.iter().map(|miss| *miss <= WITHIN);
-    let named: Vec<(f64, bool)> = counted_answers().flat_map(|(l, a)| named(l, a)).collect();
+    let named = named_in(cases);
     let confidences = named.iter().map(|(confidence, _)| 100.0 * confidence);
     let confidences: Vec<f64> = confidences.collect();
     let points: Vec<f64> = misses.iter().map(|miss| 100.0 * miss).collect();
@@ -68,7 +74,9 @@ pub(crate) fn figures(cases: &[Case<'_>]) -> Vec<Figure> {
         share(C::ConfidentlyWrong, &counted, &Answer::is_confidently_wrong),
         share(C::AnyEffectConfidentlyWrong, &counted, &|a| !a.confidently_wrong.is_empty()),
         share(C::OutsideUnknown, &outside, &|a| a.verdict == "unknown"),
+        share(C::OutsideNoneOfMine, &outside, &Answer::blames_others),
         share(C::GapClaimedWithoutEffect, &none, &|a| !a.claims_no_gap()),
+        share(C::GapMissedAboveFloor, &with_gap, &Answer::claims_no_gap),
         share(C::PairFound, &pair, &all_in),
         share(C::PairFoundAboveNoise, &pair_that_shows, &all_in),
         share(C::PairFoundAboveFloor, &pair_over_floor, &all_in),
@@ -77,11 +85,20 @@ pub(crate) fn figures(cases: &[Case<'_>]) -> Vec<Figure> {
         Figure::share(C::IntervalsHoldTruth, inside.iter().copied()),
         Figure::mean(C::MeanConfidence, "%", &confidences),
         Figure::share(C::NamedEffectsThere, there),
+        Figure::of(C::ConfidenceOff, "points", distance(&reliability(&named)), named.len()),
         Figure::mean(C::ProcessorTime, "s", &seconds),
+        Figure::of(C::MiddleProcessorTime, "s", middle, seconds.len()),
+        Figure::of(C::LongestProcessorTime, "s", longest, seconds.len()),
     ]
 }
 
-/// Confidence of every named effect, and whether it is there.
+/// Confidence of every named effect of the cases that count, and whether it is there.
+pub(crate) fn named_in(cases: &[Case<'_>]) -> Vec<(f64, bool)> {
+    let counted = cases.iter().filter(|case| case.counts()).map(|case| case.revealed);
+    counted.flat_map(|(label, answer)| named(label, answer)).collect()
+}
+
+/// The same of one answer.
 fn named(label: &Label, answer: &Value) -> Vec<(f64, bool)> {
     let effects = answer["effects"].as_array();
     let own = effects.into_iter().flatten().filter_map(|effect| {

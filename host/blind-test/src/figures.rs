@@ -19,7 +19,9 @@ pub enum Counted {
     ConfidentlyWrong,
     AnyEffectConfidentlyWrong,
     OutsideUnknown,
+    OutsideNoneOfMine,
     GapClaimedWithoutEffect,
+    GapMissedAboveFloor,
     PairFound,
     PairFoundAboveNoise,
     PairFoundAboveFloor,
@@ -28,7 +30,10 @@ pub enum Counted {
     IntervalsHoldTruth,
     MeanConfidence,
     NamedEffectsThere,
+    ConfidenceOff,
     ProcessorTime,
+    MiddleProcessorTime,
+    LongestProcessorTime,
 }
 
 /// What a figure should reach, in its unit; `None` where there is no bound.
@@ -73,6 +78,12 @@ impl Counted {
                 "answers with any effect that is wrong with confidence"
             }
             Self::OutsideUnknown => "effects outside the library: answered `unknown`",
+            Self::OutsideNoneOfMine => {
+                "effects outside the library: a cause outside is answered to be likely"
+            }
+            Self::GapMissedAboveFloor => {
+                "cases with a gap of at least twice the floor: no gap is claimed"
+            }
             Self::GapClaimedWithoutEffect => "cases without an effect: a gap is claimed",
             Self::PairFound => "pairs: both effects are in the reported sets",
             Self::PairFoundAboveNoise => {
@@ -88,7 +99,10 @@ impl Counted {
             Self::IntervalsHoldTruth => "90 % parameter intervals that contain the true value",
             Self::MeanConfidence => "mean confidence of named effects",
             Self::NamedEffectsThere => "named effects that are really there",
+            Self::ConfidenceOff => "mean distance of shares from confidences",
             Self::ProcessorTime => "mean processor time of a diagnosis",
+            Self::MiddleProcessorTime => "median processor time of a diagnosis",
+            Self::LongestProcessorTime => "longest processor time of a diagnosis",
         }
     }
 
@@ -97,10 +111,16 @@ impl Counted {
         let at_least = |least| Target { at_least: Some(least), at_most: None };
         let at_most = |most| Target { at_least: None, at_most: Some(most) };
         match self {
-            Self::NamedFirst | Self::NamedFirstAboveFloor | Self::OutsideUnknown => at_least(90.0),
+            Self::NamedFirst
+            | Self::NamedFirstAboveFloor
+            | Self::OutsideUnknown
+            | Self::OutsideNoneOfMine => at_least(90.0),
             Self::InReportedSet | Self::InReportedSetAboveFloor => at_least(97.0),
             Self::ReportedSetSize => at_most(1.5),
-            Self::ConfidentlyWrong | Self::GapClaimedWithoutEffect => at_most(2.0),
+            Self::ConfidentlyWrong | Self::GapClaimedWithoutEffect | Self::GapMissedAboveFloor => {
+                at_most(2.0)
+            }
+            Self::ConfidenceOff => at_most(5.0),
             Self::PairFound | Self::PairFoundAboveFloor => at_least(80.0),
             Self::ShrinkDifference => at_most(10.0),
             Self::IntervalsHoldTruth => Target { at_least: Some(85.0), at_most: Some(95.0) },
@@ -109,7 +129,9 @@ impl Counted {
             | Self::ShrinkWithinTenPoints
             | Self::MeanConfidence
             | Self::NamedEffectsThere
-            | Self::ProcessorTime => Target::default(),
+            | Self::ProcessorTime
+            | Self::MiddleProcessorTime
+            | Self::LongestProcessorTime => Target::default(),
         }
     }
 }
@@ -136,8 +158,20 @@ impl Figure {
     pub fn mean(figure: Counted, unit: &str, values: &[f64]) -> Self {
         let of = values.len();
         let reached = (of > 0).then(|| values.iter().sum::<f64>() / of as f64);
-        let unit = unit.to_owned();
-        Self { figure, target: figure.target(), reached, unit, of, low: None, high: None }
+        Self::of(figure, unit, reached, of)
+    }
+
+    /// A value that was taken over so many cases.
+    pub fn of(figure: Counted, unit: &str, reached: Option<f64>, of: usize) -> Self {
+        Self {
+            figure,
+            target: figure.target(),
+            reached,
+            unit: unit.to_owned(),
+            of,
+            low: None,
+            high: None,
+        }
     }
 
     /// The 95 % interval of a share in percent. It follows from the rounded share where none was kept.

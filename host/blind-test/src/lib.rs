@@ -42,6 +42,7 @@ mod noise;
 mod nuisance;
 mod parts;
 mod play;
+mod reliability;
 mod report;
 mod rigs;
 mod score;
@@ -63,6 +64,7 @@ pub use noise::Noise;
 pub use nuisance::Spread;
 pub use parts::Part;
 pub use play::{Row, Trial, play, play_along};
+pub use reliability::Reliability;
 pub use rigs::{CONTACT_SPACING_M, Instrument, Rig, rigs};
 pub use score::{Published, Right, Rigs, Score, score};
 

@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 
 use crate::figures::SMALLEST_GAP;
 use crate::parts::parts_table;
+use crate::reliability::reliability_table;
 use crate::score::Score;
 
 impl Score {
@@ -35,6 +36,10 @@ impl Score {
         if !self.parts.is_empty() {
             text += "\n";
             text += &parts_table(&self.parts);
+        }
+        if !self.reliability.is_empty() {
+            text += "\n";
+            text += &reliability_table(&self.reliability);
         }
         text
     }

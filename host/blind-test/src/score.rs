@@ -6,11 +6,12 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use crate::answer::Answer;
-use crate::count::{Case, figures};
+use crate::count::{Case, figures, named_in};
 use crate::draw::Kind;
 use crate::figures::{Counted, Figure};
 use crate::label::Label;
 use crate::parts::{Part, parts};
+use crate::reliability::{Reliability, reliability};
 use crate::rigs::rigs;
 
 /// The format of a score, of `score.json` and of the files in `docs/reference/blind-tests/`.
@@ -69,6 +70,9 @@ pub struct Score {
     /// Of strangers, the same figures by the kind of nuisances, sensors and motions.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub parts: Vec<Part>,
+    /// How often named effects are there, by confidence. Earlier sets have none.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub reliability: Vec<Reliability>,
     /// Case by case: what was there, and what was answered. Published scores leave them out.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub answers: Vec<Answer>,
@@ -112,6 +116,7 @@ pub fn score(published: Published, seals_sha256: String, revealed: &[(Label, Val
         figures: figures(&cases),
         right: by_rig(&counted),
         parts: parts(&cases),
+        reliability: reliability(&named_in(&cases)),
         answers,
     }
 }

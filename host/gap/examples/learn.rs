@@ -8,7 +8,7 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use cathforce_gap::evidence::discrepancy::{Cell, Evidence};
-use cathforce_gap::evidence::prior::Prior;
+use cathforce_gap::rules::{Prior, Rules};
 use serde_json::Value;
 
 /// A case is as good as lost once its truth has this probability.
@@ -166,15 +166,15 @@ fn tell(cases: &[Case]) {
         println!("{name:<34} {loss:>8.3} {right:>6} of {count}");
     };
     println!("{:<34} {:>8} {:>12}", "", "-ln P", "P > 1/2");
-    line("as in the product", &Prior::LEARNED);
+    line("as in the product", &Rules::USED.prior);
     for (name, off) in OFF {
-        let mut prior = Prior::LEARNED;
+        let mut prior = Rules::USED.prior;
         off(&mut prior);
         line(name, &prior);
     }
     for (name, change) in PRIORS {
         for by in [1.0 - STEP, 1.0 + STEP] {
-            let mut prior = Prior::LEARNED;
+            let mut prior = Rules::USED.prior;
             change(&mut prior, by);
             line(&format!("{name} × {by:.2}"), &prior);
         }
@@ -186,7 +186,7 @@ fn tell(cases: &[Case]) {
 
 /// Changes one prior after the other for the better, by steps that become smaller.
 fn learned(cases: &[Case]) -> Prior {
-    let mut best = Prior::LEARNED;
+    let mut best = Rules::USED.prior;
     let mut least = objective(cases, &best).0;
     for step in [1.33, 1.15, 1.07] {
         for _ in 0..3 {

@@ -3,7 +3,8 @@
 //!
 //! A diagnosis runs through the folders from top to bottom. [`plant::Plant`] is all that it sees of
 //! a rig: trials as numbers with their noise, effects as parameters, one function that simulates.
-//! A folder uses those above it in this table, and none below.
+//! A folder uses those above it in this table, and none below. [`rules`] has every constant by which they
+//! decide, and switches them off to measure what each is worth.
 //!
 //! | folder | what it does |
 //! | --- | --- |
@@ -37,6 +38,7 @@ mod parallel;
 mod planning;
 pub mod plant;
 pub mod rounding;
+pub mod rules;
 mod scoring;
 mod searching;
 mod signal;
@@ -46,7 +48,7 @@ pub mod toy;
 pub use cathforce_recording::{COLUMNS, Coverage, Covered};
 pub use diagnosis::report;
 pub use diagnosis::withheld::{achieved, covered};
-pub use diagnosis::{diagnose, diagnose_given, expected_simulations};
+pub use diagnosis::{diagnose, diagnose_by, diagnose_given, expected_simulations};
 pub use explaining::band::{Band, ROWS, Row};
 pub use explaining::locate::Cell;
 pub use explaining::map::Map;

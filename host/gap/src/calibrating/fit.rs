@@ -14,13 +14,13 @@ use cathforce_calibration::{
 use rayon::prelude::*;
 
 use super::case::Case;
-use crate::deciding::interval::{OTHER_ANSWER, OTHER_MODEL, WIDER};
 use crate::plant::{Plant, Quantity};
+use crate::rules::Rules;
 
 /// Step of differences in scales of a parameter's prior, as a diagnosis takes.
 const STEP_SD: f64 = 0.02;
 /// Rounds in which the finer model follows the fit, and how far a fit that still moves goes, in scales:
-/// a tenth of what two models differ by ([`OTHER_MODEL`]).
+/// a tenth of what two models differ by ([`OfInterval::other_model`](crate::rules::OfInterval::other_model)).
 const ROUNDS: usize = 3;
 const STILL_SD: f64 = 0.003;
 /// A step of such a round that gains less than this share of the cost is its last.
@@ -248,9 +248,10 @@ impl<P: Plant> Calibration<P> {
         let share = self.cases.iter().map(|case| case.plant().spread_share()).fold(0.0, f64::max);
         let value = |k: usize| {
             let (p, scale, fitted) = (&self.parameters[k], self.scales[k], values[k]);
-            let models =
-                (OTHER_MODEL * scale).powi(2) + (OTHER_ANSWER * (fitted - self.off[k])).powi(2);
-            let variance = certainty.sd[k].powi(2) + WIDER.powi(2) * between[k] + models;
+            let models = (Rules::USED.interval.other_model * scale).powi(2)
+                + (Rules::USED.interval.other_answer * (fitted - self.off[k])).powi(2);
+            let variance =
+                certainty.sd[k].powi(2) + Rules::USED.interval.wider.powi(2) * between[k] + models;
             let half = NINETY * share * variance.sqrt();
             let margin = AT_BOUND * (p.high - p.low);
             Value {

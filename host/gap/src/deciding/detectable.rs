@@ -4,7 +4,6 @@ use nalgebra::DVector;
 use serde::Serialize;
 
 use crate::evidence::discrepancy::Screen;
-use crate::evidence::prior::Prior;
 use crate::fitting::problem::Problem;
 use crate::parallel::each;
 use crate::plant::{Effect, Parameter, Point};
@@ -60,7 +59,7 @@ pub fn detectable(
     nominal: &Candidate,
     screen: &Screen<'_>,
 ) -> Vec<Detectable> {
-    let prior = Prior::LEARNED;
+    let prior = problem.rules.prior;
     let q = NINE_TENTHS;
     let needed = q + (q * q - 2.0 * prior.of_effect / prior.temper).sqrt();
     let effects: Vec<usize> = (0..problem.plant.effects().len()).collect();

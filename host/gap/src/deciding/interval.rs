@@ -14,16 +14,6 @@ use crate::scoring::folds::Folds;
 use crate::scoring::metric::Metric;
 use crate::scoring::score::fold_steps;
 
-/// Standard deviations over those that leaving out one trial after the other tells: for the few
-/// trials that there are, and for the shapes of the model, which are wrong in all trials alike.
-pub const WIDER: f64 = 2.5;
-/// Standard deviation, in scales of a parameter's prior, that any model of the mechanics leaves open:
-/// in bundles of another simulator most of what was put in lies that near, docs/explanation/diagnosis.md (D16).
-pub const OTHER_MODEL: f64 = 0.03;
-/// The same, as a share of what the effect is: a model whose forces answer to it by some percent more or
-/// less finds it by as much too small or too large.
-pub const OTHER_ANSWER: f64 = 0.05;
-
 /// A fitted parameter with its 90 % interval.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Estimate {
@@ -95,13 +85,15 @@ pub fn posterior(
     best: &Candidate,
     metric: &Metric<'_>,
 ) -> DMatrix<f64> {
-    let between = jackknife(&fold_steps(problem, folds, &best.fit)) * WIDER.powi(2);
+    let rules = &problem.rules.interval;
+    let between = jackknife(&fold_steps(problem, folds, &best.fit)) * rules.wider.powi(2);
     let mut posterior = covariance(problem, best, metric) + between;
     for (i, coordinate) in best.fit.coordinates.iter().enumerate() {
         if let Coordinate::Effect { effect, parameter } = *coordinate {
             let own = problem.parameter(effect, parameter);
             let size = best.fit.point.effects[effect][parameter] - own.off;
-            posterior[(i, i)] += (OTHER_MODEL * own.scale).powi(2) + (OTHER_ANSWER * size).powi(2);
+            posterior[(i, i)] +=
+                (rules.other_model * own.scale).powi(2) + (rules.other_answer * size).powi(2);
         }
     }
     posterior
@@ -165,13 +157,15 @@ pub fn may_be_off(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::rules::Rules;
     use crate::toy::{Toy, effect, explained_by, parameter};
 
     const SLOPE: f64 = 2.0;
 
     /// What models leave open of it.
     fn least_sd() -> f64 {
-        (OTHER_MODEL * parameter("slope").scale).hypot(OTHER_ANSWER * SLOPE)
+        let rules = Rules::USED.interval;
+        (rules.other_model * parameter("slope").scale).hypot(rules.other_answer * SLOPE)
     }
 
     /// Straight data without noise, whose slope the curvature tells far better than any model does.
@@ -223,7 +217,10 @@ mod tests {
         let by: f64 = 0.4;
         let jackknife = (0.75 * (3.0 * (by / 12.0).powi(2) + (by / 4.0).powi(2))).sqrt();
         let wide = (sd_where_a_fold_differs(by).powi(2) - least_sd().powi(2)).sqrt();
-        assert!((wide / (WIDER * jackknife) - 1.0).abs() < 0.1, "{wide}, {jackknife}");
+        assert!(
+            (wide / (Rules::USED.interval.wider * jackknife) - 1.0).abs() < 0.1,
+            "{wide}, {jackknife}"
+        );
         assert!(sd_where_a_fold_differs(0.0) < 1.1 * least_sd());
     }
 

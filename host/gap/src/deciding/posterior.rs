@@ -1,9 +1,7 @@
 //! How probable each set of effects is, and that a cause is outside the library.
 
 use crate::plant::Point;
-
-/// Share of an explanation's probability from which on another one cannot be told apart from it.
-const NOT_TOLD_APART: f64 = 0.1;
+use crate::rules::Rules;
 
 /// A set of effects that was fitted.
 #[derive(Clone, Debug)]
@@ -81,7 +79,7 @@ impl Posterior {
             let is_exchange = other.effects.len() == set.len()
                 && kept + 1 == set.len()
                 && !other.effects.contains(&effect);
-            let alike = other.in_all() >= NOT_TOLD_APART * own.in_all();
+            let alike = other.in_all() >= Rules::USED.verdict.not_told_apart * own.in_all();
             new.next().copied().filter(|_| is_exchange && alike)
         };
         self.sets.iter().filter_map(replaced).collect()

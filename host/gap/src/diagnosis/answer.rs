@@ -29,8 +29,6 @@ use crate::scoring::score::{Score, root_mean_square};
 use crate::searching::selection::Selection;
 use crate::searching::selector::Selector;
 
-/// Share of the nominal RMS from which on an effect is material.
-const MATERIAL: f64 = 0.05;
 /// The answer while it grows.
 pub struct Answer<'a> {
     plant: &'a dyn Plant,
@@ -121,9 +119,10 @@ impl<'a> Answer<'a> {
         set.sort_unstable();
         let worst = before.score.worst();
         let closed = selection.best.score.shrink_of_loss(&before.score);
+        let rules = &problem.rules.verdict;
         let mut verdict = match given {
-            None => verdict(&selection.posterior, &set, closed, worst),
-            Some(_) => verdict_of_request(&selection.posterior, &set, closed),
+            None => verdict(rules, &selection.posterior, &set, closed, worst),
+            Some(_) => verdict_of_request(rules, &selection.posterior, &set, closed),
         };
         self.diagnosis.none_of_mine = selection.posterior.none_of_mine();
         self.diagnosis.detectable.clone_from(&selection.detectable);
@@ -248,7 +247,9 @@ impl<'a> Answer<'a> {
              or it is of another rig"
                 .to_owned()
         });
-        let bound = best.fit.effects.iter().find(|e| at_bound(self.plant, **e, &best.fit.point));
+        let is_at = |e: &&usize| at_bound(self.plant, **e, &best.fit.point);
+        let bound = best.fit.effects.iter().find(is_at);
+        let bound = bound.filter(|_| problem.rules.search.refuses_bounds);
         let bound = bound.map(|&effect| {
             format!(
                 "{} fits best at a bound of its parameters: another cause is more likely",
@@ -333,7 +334,8 @@ impl<'a> Answer<'a> {
                 parameters: parameters(self.plant, best, effect, &spread),
                 confidence: has_rivals.then(|| posterior.of_effect(effect)),
                 shrink: increments.get(&effect).copied().unwrap_or_default(),
-                material: open.sqrt() > MATERIAL * nominal.energy.sqrt(),
+                material: open.sqrt()
+                    > selector.problem.rules.verdict.material * nominal.energy.sqrt(),
             };
             (own, effect, posterior.in_place_of(&set, effect))
         };

@@ -9,6 +9,7 @@ use crate::diagnosis::report::Diagnosis;
 use crate::fitting::problem::{Problem, Progress};
 use crate::noise::floor::Floor;
 use crate::plant::{BROKEN_DOWN, Plant};
+use crate::rules::Rules;
 use crate::scoring::folds::Folds;
 use crate::searching::selector::Selector;
 
@@ -16,13 +17,23 @@ use crate::searching::selector::Selector;
 ///
 /// `bundle`: name for the answer. Deterministic: the same trials give the same answer.
 pub fn diagnose(plant: &dyn Plant, bundle: &str, progress: Progress<'_>) -> Diagnosis {
+    diagnose_by(&Rules::USED, plant, bundle, progress)
+}
+
+/// The same by other rules, which tells what each of them is worth.
+pub fn diagnose_by(
+    rules: &Rules,
+    plant: &dyn Plant,
+    bundle: &str,
+    progress: Progress<'_>,
+) -> Diagnosis {
     let start = Instant::now();
-    let answer = run(plant, bundle, None, progress);
-    let altered = if answer.cut { None } else { with_own_phases(plant, &answer, progress) };
+    let answer = run(rules, plant, bundle, None, progress);
+    let altered = if answer.cut { None } else { with_own_phases(rules, plant, &answer, progress) };
     let answer = match altered {
         Some(altered) => {
-            let again = run(&altered, bundle, None, progress);
-            if closes_more(&answer, &again) { again } else { answer }
+            let again = run(rules, &altered, bundle, None, progress);
+            if closes_more(rules, &answer, &again) { again } else { answer }
         }
         None => answer,
     };
@@ -38,17 +49,18 @@ pub fn diagnose_given(
     progress: Progress<'_>,
 ) -> Diagnosis {
     let start = Instant::now();
-    run(plant, bundle, Some(effects), progress).told(start)
+    run(&Rules::USED, plant, bundle, Some(effects), progress).told(start)
 }
 
 fn run(
+    rules: &Rules,
     plant: &dyn Plant,
     bundle: &str,
     given: Option<&[usize]>,
     progress: Progress<'_>,
 ) -> Diagnosis {
     let floor = Floor::of(plant);
-    let problem = Problem::new(plant, &floor, progress);
+    let problem = Problem::new(plant, &floor, progress).by(*rules);
     let mut answer = Answer::new(plant, bundle, &floor);
     let folds = match Folds::of(plant) {
         Ok(folds) => folds,

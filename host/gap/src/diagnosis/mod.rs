@@ -7,4 +7,4 @@ pub mod report;
 mod sentence;
 pub mod withheld;
 
-pub use diagnose::{diagnose, diagnose_given, expected_simulations};
+pub use diagnose::{diagnose, diagnose_by, diagnose_given, expected_simulations};

@@ -12,27 +12,27 @@ use crate::fitting::swing;
 use crate::noise::floor::Floor;
 use crate::plant::Altered;
 use crate::plant::{Plant, Point};
+use crate::rules::Rules;
 use crate::scoring::folds::Folds;
 use crate::searching::selector::Selector;
 
 /// Fits by which phases are refined.
 const REFINED: usize = 2;
-/// Share of the gap that phases of their own must close more.
-const CLOSES_MORE: f64 = 0.1;
 
 /// The plant with a phase of its own in every trial, where an answer stays open and an effect swings so.
 pub fn with_own_phases<'a>(
+    rules: &Rules,
     plant: &'a dyn Plant,
     answer: &Diagnosis,
     progress: Progress<'_>,
 ) -> Option<Altered<'a>> {
     let is_open = matches!(answer.verdict, Verdict::Unknown | Verdict::Partial);
     // Without places, nothing was compared.
-    if plant.cheap() || !is_open || answer.places.is_empty() {
+    if !rules.search.phases || plant.cheap() || !is_open || answer.places.is_empty() {
         return None;
     }
     let floor = Floor::of(plant);
-    let problem = Problem::new(plant, &floor, progress);
+    let problem = Problem::new(plant, &floor, progress).by(*rules);
     let point = Point::nominal(plant);
     let base = problem.residuals(&point)?;
     let nuisances = Nuisances::at(&problem, &point, &base)?;
@@ -42,13 +42,14 @@ pub fn with_own_phases<'a>(
         Some((effect, swing::own_phases(&problem, effect, &nuisances, &trials)?))
     })?;
     for _ in 0..REFINED {
-        ahead_rad = refined(plant, effect, ahead_rad, progress)?;
+        ahead_rad = refined(rules, plant, effect, ahead_rad, progress)?;
     }
     Altered::with_phases(plant, effect, ahead_rad)
 }
 
 /// Phases by what a fit of the effect alone leaves of them. `None` when a simulation breaks down.
 fn refined(
+    rules: &Rules,
     plant: &dyn Plant,
     effect: usize,
     ahead_rad: Vec<f64>,
@@ -57,7 +58,7 @@ fn refined(
     let altered = Altered::with_phases(plant, effect, ahead_rad.clone())?;
     let (phase, nuisance) = altered.nuisances().iter().enumerate().next_back()?;
     let floor = Floor::of(&altered);
-    let problem = Problem::new(&altered, &floor, progress);
+    let problem = Problem::new(&altered, &floor, progress).by(*rules);
     let folds = Folds::of(&altered).ok()?;
     let selector = Selector { problem: &problem, folds: &folds };
     let found = selector.take(selector.nominal()?, &[effect])?.best.fit;
@@ -71,7 +72,7 @@ fn refined(
 }
 
 /// Whether an answer with phases names what swings, and closes more than the one without.
-pub fn closes_more(without: &Diagnosis, with: &Diagnosis) -> bool {
+pub fn closes_more(rules: &Rules, without: &Diagnosis, with: &Diagnosis) -> bool {
     let has_name = matches!(with.verdict, Verdict::Named | Verdict::Partial);
-    has_name && with.details.shrink > without.details.shrink + CLOSES_MORE
+    has_name && with.details.shrink > without.details.shrink + rules.search.phases_close_more
 }

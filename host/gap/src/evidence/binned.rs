@@ -10,14 +10,6 @@ use crate::fitting::nuisance::Nuisances;
 use crate::fitting::problem::Problem;
 use crate::plant::Trial;
 
-/// Length of a bin \[s\]. When exactly a contact opens, a snap or a whip happens, no reduced model tells; on
-/// average over a bin it matters little. A ripple of 4 Hz keeps three quarters of its size.
-const BIN_S: f64 = 0.1;
-/// Of a sensor's noise, what the model leaves open at least where no run was repeated.
-const OF_NOISE: f64 = 0.3;
-/// Degrees of freedom of Student's t, which the means follow: a few of them are far off in any reality.
-const FREEDOM: f64 = 4.0;
-
 /// The bins of one trial.
 pub struct BinnedTrial {
     /// Samples of each bin, all of one channel.
@@ -34,6 +26,8 @@ pub struct BinnedTrial {
     white: Vec<f64>,
     open: Vec<f64>,
     gap: Vec<f64>,
+    /// Of Student's t.
+    freedom: f64,
 }
 
 /// All trials of a fit.
@@ -61,7 +55,8 @@ impl BinnedTrial {
         let trial = &problem.plant.trials()[t];
         let own = &fit.trials[t];
         let weights = problem.weights(t);
-        let bins = bins(trial);
+        let rules = &problem.rules.evidence;
+        let bins = bins(trial, rules.bin_s);
         let in_units = |column: DVector<f64>| bin_means(&bins, &column.component_div(weights));
         let columns = |of: &DMatrix<f64>| {
             let means: Vec<DVector<f64>> =
@@ -81,7 +76,7 @@ impl BinnedTrial {
         let open = mean(&|i| {
             let sample = &trial.samples[i];
             let repeated = problem.floor().of_repeats(sample.channel);
-            let least = repeated.map_or(OF_NOISE.powi(2) * variance(i), |sd| sd * sd);
+            let least = repeated.map_or(rules.open_of_noise.powi(2) * variance(i), |sd| sd * sd);
             problem.plant.open(sample).powi(2) + least
         });
         let gap = mean(&|i| noise.gap[t][i].powi(2));
@@ -94,6 +89,7 @@ impl BinnedTrial {
             open,
             gap,
             bins,
+            freedom: rules.freedom,
         }
     }
 
@@ -106,14 +102,15 @@ impl BinnedTrial {
     ///
     /// See docs/explanation/diagnosis.md (D10).
     pub fn weights(&self, amplitude: f64, kappa: f64) -> (Vec<f64>, f64) {
+        let freedom = self.freedom;
         let (a, k) = (amplitude * amplitude, kappa * kappa);
-        let of_t = |square: f64| (FREEDOM + 1.0) * (1.0 + square / FREEDOM).ln();
+        let of_t = |square: f64| (freedom + 1.0) * (1.0 + square / freedom).ln();
         let mut log_determinant = 0.0;
         let weight = |i: usize| {
             let variance = self.white[i] + a * self.open[i] + k * self.gap[i];
             let square = self.left[i] * self.left[i] / variance;
             log_determinant += variance.ln();
-            let share = (FREEDOM + 1.0) / (FREEDOM + square);
+            let share = (freedom + 1.0) / (freedom + square);
             if share >= 1.0 {
                 return variance.recip();
             }
@@ -127,12 +124,12 @@ impl BinnedTrial {
 }
 
 /// Runs of samples of one channel that are no longer than a bin.
-fn bins(trial: &Trial) -> Vec<Range<usize>> {
+fn bins(trial: &Trial, bin_s: f64) -> Vec<Range<usize>> {
     let mut bins: Vec<Range<usize>> = Vec::new();
     for range in trial.channel_ranges() {
         let mut from = range.start;
         for i in range.clone() {
-            if trial.samples[i].t_s >= trial.samples[from].t_s + BIN_S {
+            if trial.samples[i].t_s >= trial.samples[from].t_s + bin_s {
                 bins.push(from..i);
                 from = i;
             }

@@ -9,12 +9,6 @@ use crate::fitting::fit::Fit;
 use crate::fitting::nuisance::Nuisances;
 use crate::fitting::problem::{Coordinate, Problem};
 
-/// Shares κ of the gap, amplitudes a of the model's uncertainty, and standard deviations ω of the nuisances in
-/// those of their priors. The temper of the score divides what a nuisance costs, and so the last are less than 1.
-const KAPPA_GRID: [f64; 9] = [0.005, 0.01, 0.02, 0.04, 0.08, 0.16, 0.32, 0.64, 1.28];
-const A_GRID: [f64; 4] = [0.5, 1.0, 2.0, 4.0];
-const LOOSENESS_GRID: [f64; 4] = [0.125, 0.25, 0.5, 1.0];
-
 /// ln p(data) at one choice of the amplitudes, but for a constant.
 #[derive(Clone, Copy, Debug)]
 pub struct Cell {
@@ -42,10 +36,11 @@ pub fn evidence(
     let fitted = fitted(problem, fit);
     let binned = Binned::of(problem, noise, fit, nuisances);
     let mut cells = Vec::new();
-    for amplitude in A_GRID {
-        for kappa in KAPPA_GRID {
+    let rules = &problem.rules.evidence;
+    for amplitude in rules.amplitude {
+        for kappa in rules.kappa {
             let products = products(&binned, amplitude, kappa);
-            for looseness in LOOSENESS_GRID {
+            for looseness in rules.looseness {
                 let Some(densities) = log_densities(&products, &fitted, looseness) else {
                     continue;
                 };

@@ -6,12 +6,6 @@ use crate::fitting::fit::Fit;
 use crate::fitting::nuisance::Nuisances;
 use crate::fitting::problem::Problem;
 
-/// Length of the stretch over which the size of a gap is averaged \[s\]: a stroke of some millimetres.
-const STRETCH_S: f64 = 1.2;
-/// Times the stated noise that a sensor may have, before the rest is a cause of its own: a vibration, or a
-/// patch of the wall that sticks.
-const MISSTATED: f64 = 2.5;
-
 /// What is known of the measurements before any effect is tried.
 pub struct Noise {
     /// Standard deviation by channel, in its unit.
@@ -56,8 +50,9 @@ impl Noise {
             let repeated = problem.floor().of_repeats(channel).unwrap_or(0.0);
             let open = median(samples().map(|own| own.noise.hypot(own.model)).collect());
             let known = open.map(|own| own.max(repeated));
-            let is_beyond =
-                found.zip(known).is_some_and(|(found, known)| found > MISSTATED * known);
+            let is_beyond = found
+                .zip(known)
+                .is_some_and(|(found, known)| found > problem.rules.evidence.misstated * known);
             (found.unwrap_or(1.0).max(f64::MIN_POSITIVE.sqrt()), is_beyond)
         };
         let (channels, beyond): (Vec<f64>, Vec<bool>) = (0..channels).map(of_channel).unzip();
@@ -79,6 +74,7 @@ fn gap(
     let trial = &problem.plant.trials()[t];
     let estimate = DVector::from_column_slice(&nominal.trials[t].refit.estimate);
     let left = &nominal.trials[t].raw + nuisances.bend(t) + nuisances.scaled(t) * estimate;
+    let stretch_s = problem.rules.evidence.stretch_s;
     let mut gap = vec![0.0; left.len()];
     for range in trial.channel_ranges() {
         let white = noise[trial.samples[range.start].channel];
@@ -90,11 +86,11 @@ fn gap(
         let times: Vec<f64> = range.clone().map(|i| trial.samples[i].t_s).collect();
         let (mut from, mut to, mut sum) = (0, 0, 0.0);
         for (k, i) in range.enumerate() {
-            while to < times.len() && times[to] <= times[k] + 0.5 * STRETCH_S {
+            while to < times.len() && times[to] <= times[k] + 0.5 * stretch_s {
                 sum += squares[to];
                 to += 1;
             }
-            while times[from] < times[k] - 0.5 * STRETCH_S {
+            while times[from] < times[k] - 0.5 * stretch_s {
                 sum -= squares[from];
                 from += 1;
             }

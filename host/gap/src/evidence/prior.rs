@@ -1,40 +1,9 @@
-//! Priors of the amplitudes and of the sets of effects.
+//! How probable the amplitudes and the sets of effects are by their prior.
 
 use super::discrepancy::{Cell, Evidence};
-
-/// Median and standard deviation of the logarithm.
-type LogNormal = (f64, f64);
-
-/// What is expected before the trials are seen.
-///
-/// The amplitude a and the looseness ω of the nuisances have no prior: it made no truth more probable.
-///
-/// [`Prior::LEARNED`] makes the true sets of effects of tuning cases probable (`examples/learn.rs`). The
-/// objective is flat about it: a third more or less of any value changes the mean ln probability of the
-/// truth by less than 0.2.
-#[derive(Clone, Copy, Debug)]
-pub struct Prior {
-    /// Of the share κ of the gap that is left where all causes are in the library, and where one is not.
-    pub kappa: LogNormal,
-    pub kappa_with_others: LogNormal,
-    /// Times ln p(data): the model of the discrepancy is not true either, so that its certainty is less
-    /// than it states.
-    pub temper: f64,
-    /// ln odds of one effect more.
-    pub of_effect: f64,
-    /// ln odds of a cause outside the library.
-    pub of_others: f64,
-}
+use crate::rules::{LogNormal, Prior};
 
 impl Prior {
-    pub const LEARNED: Self = Self {
-        kappa: (0.1, 0.5),
-        kappa_with_others: (0.4, 0.5),
-        temper: 0.05,
-        of_effect: -5.5,
-        of_others: -1.7,
-    };
-
     /// ln p(set, data) and the same where a cause is outside the library, but for a constant.
     ///
     /// See docs/explanation/diagnosis.md (D12).
@@ -87,11 +56,11 @@ fn at_most(x: f64, (median, sd): LogNormal) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use crate::rules::Rules;
 
     #[test]
     fn what_is_small_costs_nothing_and_what_is_large_points_outside() {
-        let own = Prior::LEARNED;
+        let own = Rules::USED.prior;
         assert_eq!(own.of_mine(0.005), own.of_mine(own.kappa.0));
         assert!(own.of_mine(0.05) > own.of_a_cause_outside(0.05) + 3.0);
         assert!(own.of_a_cause_outside(0.64) > own.of_mine(0.64) + 3.0);

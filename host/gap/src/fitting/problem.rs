@@ -8,6 +8,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::noise::floor::Floor;
 use crate::parallel::{each_or_none, each_some};
 use crate::plant::{Parameter, Plant, Point};
+use crate::rules::Rules;
 
 /// One coordinate of a [`Point`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -48,6 +49,7 @@ pub struct Problem<'a> {
     floor: Floor,
     simulations: AtomicUsize,
     progress: Progress<'a>,
+    pub rules: Rules,
     is_cut: AtomicBool,
 }
 
@@ -64,8 +66,14 @@ impl<'a> Problem<'a> {
             floor: floor.clone(),
             simulations: AtomicUsize::new(0),
             progress,
+            rules: Rules::USED,
             is_cut: AtomicBool::new(false),
         }
+    }
+
+    /// The same, decided by other rules.
+    pub fn by(self, rules: Rules) -> Self {
+        Self { rules, ..self }
     }
 
     /// Trials simulated so far.

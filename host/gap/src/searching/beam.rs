@@ -14,26 +14,15 @@ use crate::deciding::interval::may_be_off;
 use crate::deciding::posterior::{Explanation, Posterior};
 use crate::evidence::discrepancy::{Cell, Evidence, Screen, evidence};
 use crate::evidence::noise::Noise;
-use crate::evidence::prior::Prior;
 use crate::fitting::fit::{Depth, Start};
 use crate::fitting::nuisance::Nuisances;
 use crate::parallel::{each, each_some};
+use crate::rules::Prior;
 use crate::scoring::candidate::Candidate;
 use crate::scoring::score::Score;
 use crate::searching::selection::{Selection, SetRow};
 use crate::searching::selector::Selector;
 use crate::searching::singles::Shown;
-
-/// Effects of a set: those of a catheter change forces in shapes of their own, of which three explain
-/// almost anything; the friction of an axis alone has several terms.
-const MOST_EFFECTS: usize = 3;
-const MOST_EFFECTS_OF_A_DRIVE: usize = 6;
-/// Sets of a size that are extended in a round, and effects that each is extended by.
-const WIDTH: usize = 2;
-const EXTENDED_BY: usize = 4;
-/// Rounds at most. A set of three is there after two; the third compares its parts with their rivals.
-const ROUNDS: usize = 4;
-const ROUNDS_OF_A_DRIVE: usize = 7;
 
 /// A set that was fitted.
 struct Fitted {
@@ -67,6 +56,7 @@ impl Selector<'_> {
     pub fn search(&self, nominal: Candidate) -> Option<Selection> {
         let plant = self.problem.plant;
         let cheap = plant.cheap();
+        let rules = &self.problem.rules;
         let of_nominal = self.nuisances_at(&nominal.fit)?;
         let tried = self.singles(&nominal, &of_nominal);
         let broken = |(effect, c): (usize, &Option<Candidate>)| {
@@ -85,14 +75,14 @@ impl Selector<'_> {
         let noise = Noise::of(self.problem, &fits, &nominal.fit, &of_nominal);
         let scored = |candidate: Candidate| {
             let nuisances = self.nuisances_at(&candidate.fit)?;
-            self.scored(&noise, &Prior::LEARNED, candidate, nuisances)
+            self.scored(&noise, &rules.prior, candidate, nuisances)
         };
         let whole = singles.iter().flatten().filter(|c| c.fit.is_whole()).cloned();
         let first: Vec<Candidate> = whole.chain([nominal.clone()]).collect();
         let mut sets: Sets = each_some(first, scored).into_iter().collect();
         let (most, rounds) = match cheap {
-            true => (MOST_EFFECTS_OF_A_DRIVE, ROUNDS_OF_A_DRIVE),
-            false => (MOST_EFFECTS, ROUNDS),
+            true => (rules.search.most_effects_of_a_drive, rules.search.rounds_of_a_drive),
+            false => (rules.search.most_effects, rules.search.rounds),
         };
         for _ in 0..rounds {
             if self.problem.is_cut() {
@@ -108,7 +98,7 @@ impl Selector<'_> {
                     return None;
                 }
                 let nuisances = sets.get(&wanted.from)?.nuisances.clone();
-                self.scored(&noise, &Prior::LEARNED, self.extended(&sets, &wanted)?, nuisances)
+                self.scored(&noise, &rules.prior, self.extended(&sets, &wanted)?, nuisances)
             };
             let found = each_some(wanted, fitted);
             for (effects, own) in found {
@@ -131,7 +121,7 @@ impl Selector<'_> {
         let of_nominal = self.nuisances_at(&nominal.fit)?;
         let noise = Noise::of(self.problem, &[&nominal.fit, &best.fit], &nominal.fit, &of_nominal);
         // Whoever asks has chosen: the price of one effect among many is not due.
-        let prior = Prior { of_effect: 0.0, ..Prior::LEARNED };
+        let prior = Prior { of_effect: 0.0, ..self.problem.rules.prior };
         let none = self.scored(&noise, &prior, nominal.clone(), of_nominal);
         let with = self.scored(&noise, &prior, best.clone(), nuisances.clone());
         let sets: Sets = none.into_iter().chain(with).collect();
@@ -162,7 +152,8 @@ impl Selector<'_> {
         }
         let found = evidence(self.problem, noise, &candidate.fit, &nuisances);
         let mut log_posteriors = prior.log_posteriors(&found, candidate.fit.effects.len());
-        let may_be_named = !candidate.fit.at_bound(self.problem.plant);
+        let refuses = self.problem.rules.search.refuses_bounds;
+        let may_be_named = !(refuses && candidate.fit.at_bound(self.problem.plant));
         if !may_be_named {
             // What ends at a bound has turned into a limit of itself, which is another cause.
             log_posteriors[0] = f64::NEG_INFINITY;
@@ -188,10 +179,14 @@ impl Selector<'_> {
         shown: &[Option<Shown>],
         most: usize,
     ) -> Vec<Wanted> {
-        let parts = parts_of_best(sets);
+        let rules = &self.problem.rules.search;
+        let parts = match rules.compares_parts {
+            true => parts_of_best(sets, rules.tie),
+            false => Vec::new(),
+        };
         let mut bases: BTreeSet<Vec<usize>> = parts.iter().cloned().collect();
         for size in 1..most {
-            bases.extend(best_of_size(sets, size).into_iter().take(WIDTH));
+            bases.extend(best_of_size(sets, size).into_iter().take(rules.width));
         }
         bases.retain(|effects| sets.get(effects).is_some_and(|own| !own.is_extended));
         let promised = each(&bases, |base| {
@@ -212,7 +207,7 @@ impl Selector<'_> {
                 own.is_extended = true;
             }
         }
-        let best = best_of(sets);
+        let best = best_of(sets, rules.tie);
         for part in parts.into_iter().filter(|part| !sets.contains_key(part)) {
             let effect = best.iter().copied().find(|effect| !part.contains(effect));
             if let Some(effect) = effect {
@@ -225,7 +220,10 @@ impl Selector<'_> {
     /// Effects that promise to make a set more probable, to first order; the best ones first.
     fn promising(&self, noise: &Noise, base: &Fitted, shown: &[Option<Shown>]) -> Vec<usize> {
         let fit = &base.candidate.fit;
-        let screen = Prior::LEARNED
+        let screen = self
+            .problem
+            .rules
+            .prior
             .best(&base.evidence)
             .and_then(|at| Screen::of(self.problem, noise, (fit, &base.nuisances), at));
         let Some(screen) = screen else { return Vec::new() };
@@ -235,7 +233,7 @@ impl Selector<'_> {
             Some((screen.gain(does)?, effect))
         });
         promised.sort_by(|a, b| b.0.total_cmp(&a.0));
-        promised.truncate(EXTENDED_BY);
+        promised.truncate(self.problem.rules.search.extended_by);
         promised.into_iter().map(|(_, effect)| effect).collect()
     }
 
@@ -298,13 +296,17 @@ impl Selector<'_> {
     /// same. The score alone is too sure of a small effect that makes up for what the model misses. Where only
     /// sets at a bound explain anything, the best of them is what comes nearest.
     fn best_without_doubt(&self, sets: &mut Sets) -> Option<(Candidate, Nuisances)> {
+        let rules = &self.problem.rules.search;
         loop {
-            let named = best_of(sets);
+            let named = best_of(sets, rules.tie);
             let best = nearest_of(sets).filter(|_| named.is_empty()).unwrap_or(named);
             let own = sets.get_mut(&best)?;
             let fitted = self.polished(own.candidate.clone(), &own.nuisances);
-            let off = may_be_off(self.problem, self.folds, &fitted, &own.nuisances);
-            let is_at_bound = fitted.fit.at_bound(self.problem.plant);
+            let off = match rules.refuses_doubt {
+                true => may_be_off(self.problem, self.folds, &fitted, &own.nuisances),
+                false => Vec::new(),
+            };
+            let is_at_bound = rules.refuses_bounds && fitted.fit.at_bound(self.problem.plant);
             if off.is_empty() && (!own.may_be_named || !is_at_bound) {
                 return Some((fitted, own.nuisances.clone()));
             }
@@ -319,7 +321,7 @@ impl Selector<'_> {
     fn detectable(&self, noise: &Noise, nominal: &Candidate, sets: &Sets) -> Vec<Detectable> {
         let none = sets.get(&Vec::new()).filter(|_| !self.problem.is_cut());
         let screen = none.and_then(|own| {
-            let at = Prior::LEARNED.best_without_others(&own.evidence)?;
+            let at = self.problem.rules.prior.best_without_others(&own.evidence)?;
             Screen::of(self.problem, noise, (&nominal.fit, &own.nuisances), at)
         });
         screen.map(|screen| detectable(self.problem, nominal, &screen)).unwrap_or_default()
@@ -340,7 +342,8 @@ impl Selector<'_> {
 
     /// The best model fitted to the end by the finer model, where that leaves no more.
     pub fn polished(&self, best: Candidate, nuisances: &Nuisances) -> Candidate {
-        if best.fit.effects.is_empty() || self.problem.plant.cheap() || self.problem.is_cut() {
+        let is_worth_it = self.problem.rules.search.polishes && !self.problem.plant.cheap();
+        if best.fit.effects.is_empty() || !is_worth_it || self.problem.is_cut() {
             return best;
         }
         let start = Start::Fit(&best.fit);
@@ -362,14 +365,11 @@ fn posterior(sets: &Sets) -> Posterior {
     }))
 }
 
-/// Differences of ln p below this say nothing.
-const TIE: f64 = 0.1;
-
 /// The most probable set that may be named; of those that are as probable, the first in the order of the library.
-fn best_of(sets: &Sets) -> Vec<usize> {
+fn best_of(sets: &Sets, tie: f64) -> Vec<usize> {
     let named = || sets.iter().filter(|(_, own)| own.may_be_named);
     let most = named().map(|(_, own)| own.log_posterior()).fold(f64::NEG_INFINITY, f64::max);
-    let best = named().find(|(_, own)| own.log_posterior() >= most - TIE);
+    let best = named().find(|(_, own)| own.log_posterior() >= most - tie);
     best.map(|(effects, _)| effects.clone()).unwrap_or_default()
 }
 
@@ -395,8 +395,8 @@ fn parts(set: &[usize]) -> Vec<Vec<usize>> {
 }
 
 /// The parts of the most probable set that are sets of effects themselves.
-fn parts_of_best(sets: &Sets) -> Vec<Vec<usize>> {
-    parts(&best_of(sets)).into_iter().filter(|part| !part.is_empty()).collect()
+fn parts_of_best(sets: &Sets, tie: f64) -> Vec<Vec<usize>> {
+    parts(&best_of(sets, tie)).into_iter().filter(|part| !part.is_empty()).collect()
 }
 
 /// How a set grows from none: by the part that leaves least, of those that were fitted.

@@ -20,18 +20,6 @@ use crate::scoring::candidate::Candidate;
 use crate::scoring::score::score;
 use crate::searching::selector::Selector;
 
-/// Times what the middle one of the trials has above the floor, or [`NEAR`] at least, from which on
-/// one of them is far behind, and the share of it that may be left on another way.
-const BEHIND: f64 = 1.8;
-const OTHER_WAY: f64 = 0.5;
-/// Energy above the floor of a trial that is explained.
-const NEAR: f64 = 0.4;
-/// Times the energy of another way that the first may have, to be taken again.
-const FIRST_WAY: f64 = 1.1;
-/// Energy in every quantity up to which there is no gap, and next to none.
-const NO_GAP: f64 = 1.2;
-const NEXT_TO_NONE: f64 = 1.5;
-
 /// Trials that are tried on other ways.
 #[derive(Clone, Copy)]
 enum Tried {
@@ -59,8 +47,10 @@ impl Selector<'_> {
     /// The nominal model with every trial on the way that explains it, where next to no gap is left
     /// and none is then: what forks decide is no gap. `None` where there is more, or still some.
     pub fn without_gap(&self, nuisances: &Nuisances, nominal: &Candidate) -> Option<Candidate> {
-        let is_near = (NO_GAP..NEXT_TO_NONE).contains(&nominal.score.worst());
-        if self.problem.plant.ways() < 2 || !is_near {
+        let rules = &self.problem.rules;
+        let is_near =
+            (rules.verdict.at_floor..rules.ways.next_to_none).contains(&nominal.score.worst());
+        if self.problem.plant.ways() < 2 || !rules.ways.tried || !is_near {
             return None;
         }
         let found = &nominal.fit;
@@ -68,13 +58,13 @@ impl Selector<'_> {
         let start = Start::Corrected { fit: found, point: &point };
         let fit = fit(self.problem, nuisances, start, &[], None, Depth::Whole)?;
         let score = score(self.problem, self.folds, &fit);
-        (score.worst() < NO_GAP).then_some(Candidate { fit, score })
+        (score.worst() < rules.verdict.at_floor).then_some(Candidate { fit, score })
     }
 
     /// The point with every trial on the way that explains it, of those that may be taken.
     fn on_best_ways(&self, nuisances: &Nuisances, point: Point, tried: Tried) -> Option<Point> {
-        let plant = self.problem.plant;
-        if plant.ways() < 2 {
+        let (plant, rules) = (self.problem.plant, &self.problem.rules.ways);
+        if plant.ways() < 2 || !rules.tried {
             return Some(point);
         }
         let energy = |trial: usize, point: &Point| {
@@ -87,7 +77,7 @@ impl Selector<'_> {
                 return Some((own, false));
             }
             let first = energy(trial, &point.clone().on_way(trial, 0));
-            let first = first.filter(|first| *first <= FIRST_WAY * own);
+            let first = first.filter(|first| *first <= rules.first * own);
             Some(first.map_or((own, false), |first| (first, true)))
         };
         let found: Vec<(f64, bool)> = each_or_none(0..plant.trials().len(), on_first)?;
@@ -95,7 +85,9 @@ impl Selector<'_> {
         sorted.sort_by(f64::total_cmp);
         let above_floor = |energy: f64| energy - 1.0;
         let behind = match tried {
-            Tried::Behind => BEHIND * above_floor(sorted[(sorted.len() - 1) / 2]).max(NEAR),
+            Tried::Behind => {
+                rules.behind * above_floor(sorted[(sorted.len() - 1) / 2]).max(rules.near)
+            }
             Tried::All => 0.0,
         };
         let mut chosen = point.clone();
@@ -108,7 +100,7 @@ impl Selector<'_> {
             }
             let tried: Vec<(f64, usize)> = each_some(0..plant.ways(), |way| {
                 let left = energy(trial, &point.clone().on_way(trial, way))?;
-                (above_floor(left) < OTHER_WAY * above_floor(own)).then_some((left, way))
+                (above_floor(left) < rules.left * above_floor(own)).then_some((left, way))
             });
             let best = tried.into_iter().min_by(|a, b| a.0.total_cmp(&b.0));
             if let Some((_, way)) = best {

@@ -36,6 +36,7 @@ impl Selector<'_> {
         fresh: Option<usize>,
     ) -> Option<Candidate> {
         let cheap = self.problem.plant.cheap();
+        let corrects = !cheap && self.problem.rules.search.corrects;
         let finer = start.point().clone().finer();
         let is_last = depth == Depth::Polished && !cheap;
         let start = if is_last { Start::Point(&finer) } else { start };
@@ -45,7 +46,7 @@ impl Selector<'_> {
             let failed = found.failed;
             found = fit(self.problem, &nuisances, Start::Fit(&found), effects, None, depth)?;
             found.failed |= failed;
-        } else if depth == Depth::Whole && !cheap && !found.failed {
+        } else if depth == Depth::Whole && corrects && !found.failed {
             found = self.corrected(nuisances, &found, depth).unwrap_or(found);
         }
         let score = score(self.problem, self.folds, &found);

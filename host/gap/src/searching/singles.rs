@@ -8,12 +8,6 @@ use crate::parallel::{each, each_some};
 use crate::scoring::candidate::Candidate;
 use crate::searching::selector::Selector;
 
-/// Single effects that are fitted to the end, at most and at least, and how far from the loss of
-/// the first, as a share of what that closes; where simulations cost nothing, all are.
-const FITTED_SINGLES: usize = 10;
-const FEWEST_SINGLES: usize = 4;
-const FITTED_WITHIN: f64 = 0.5;
-
 /// What one effect does to the nominal model.
 #[derive(Clone, Debug)]
 pub struct Shown {
@@ -43,10 +37,11 @@ impl Selector<'_> {
             .filter_map(|(effect, c)| Some((c.as_ref()?.fit.loss, effect)))
             .collect();
         losses.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let rules = &self.problem.rules.search;
         let closed = |loss: f64| nominal.fit.loss - loss;
-        let enough = losses.first().map_or(0.0, |(loss, _)| FITTED_WITHIN * closed(*loss));
+        let enough = losses.first().map_or(0.0, |(loss, _)| rules.fitted_within * closed(*loss));
         let near = losses.iter().take_while(|(loss, _)| closed(*loss) >= enough).count();
-        losses.truncate(near.clamp(FEWEST_SINGLES, FITTED_SINGLES));
+        losses.truncate(near.clamp(rules.fewest_singles, rules.fitted_singles));
         let first = losses.into_iter().map(|(_, effect)| effect);
         let refined: Vec<(usize, Option<Candidate>)> = each_some(first, |effect| {
             let from = Start::Fit(&tried[effect].as_ref()?.fit);
