@@ -19,6 +19,7 @@
 //! | `explaining` | says how large the gap is, where it lies, what it looks like and what remains of it |
 //! | `planning` | says what a recording can tell before it is made, and what to record next |
 //! | `calibrating` | gives a calibration the residuals of settings that somebody names |
+//! | `wording` | says effects, their values and places in plain words |
 //! | `diagnosis` | runs all of the above and assembles the answer (`report`) |
 //! | `catheter`, `drive` | the two kinds of rig as plants |
 
@@ -44,6 +45,7 @@ mod searching;
 mod signal;
 #[cfg(any(test, feature = "toy"))]
 pub mod toy;
+pub mod wording;
 
 pub use cathforce_recording::{COLUMNS, Coverage, Covered};
 pub use diagnosis::report;

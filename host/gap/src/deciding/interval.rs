@@ -32,6 +32,13 @@ impl Estimate {
         if self.unit == "1" { String::new() } else { format!(" {}", self.unit) }
     }
 
+    /// All values times so much, for another unit.
+    pub fn times(&self, scale: f64) -> Self {
+        let [value, low, high, off] =
+            [self.value, self.low, self.high, self.off].map(|own| scale * own);
+        Self { value, low, high, off, unit: self.unit }
+    }
+
     /// Value and bounds as text, to two digits of the interval's half width.
     pub fn digits(&self) -> [String; 3] {
         /// More say nothing in any unit.

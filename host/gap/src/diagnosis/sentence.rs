@@ -1,13 +1,18 @@
 //! The answer in plain words: which effect, where it shows, how far the error shrinks.
 
 use crate::diagnosis::report::{Diagnosis, NamedEffect, Verdict};
-use crate::explaining::locate::Cell;
-use crate::rounding::{from_to, percent, quantity, shortest, significant};
+use crate::rounding::{from_to, percent, quantity};
+use crate::wording;
 
-/// Digits of a value whose interval is not known.
-const DIGITS: u8 = 3;
-/// Sizes that would have gone unnoticed that are told at most.
+/// Sizes that would have gone unnoticed that are told at most, and the effects whose sizes are told first.
 const TOLD: usize = 3;
+const USUAL: [&str; 5] = [
+    "instrument.stiffness",
+    "contact.friction",
+    "wall.stiffness",
+    "drive.coulomb",
+    "drive.viscous",
+];
 
 impl Diagnosis {
     /// The answer in plain words.
@@ -24,7 +29,7 @@ impl Diagnosis {
                 self.shown(),
                 self.how_far(),
                 format!(
-                    "That is only {} of the gap; {}.",
+                    "That closes only {} of the gap; {}.",
                     percent(self.details.shrink),
                     match self.asked_for.is_empty() {
                         true => "no known effect explains the rest",
@@ -42,7 +47,7 @@ impl Diagnosis {
                 format!(
                     "There is a gap, and the requested effects, {}, do not explain it well enough \
                      to be named: together they close {}. No other effect was tried.",
-                    self.asked_for.join(" and "),
+                    self.names(&self.asked_for).join(" and "),
                     percent(self.details.shrink)
                 ),
                 self.values_of(self.effects.iter()),
@@ -67,7 +72,7 @@ impl Diagnosis {
     fn asked_for_nothing(&self) -> String {
         format!(
             "{} was asked for and explains nothing that can be seen in this data. {}",
-            self.asked_for.join(" and "),
+            wording::capitalised(&self.names(&self.asked_for).join(" and ")),
             self.values_of(self.effects.iter())
         )
     }
@@ -76,35 +81,37 @@ impl Diagnosis {
         "Nothing was found, and that says little: this data would hardly have shown it.".to_owned()
     }
 
-    /// What would have gone unnoticed, the effects that are hardest to see last.
+    /// What would have gone unnoticed: first what is changed most often on a rig, and how many effects hide.
     fn unnoticed(&self) -> String {
-        let sized = self.detectable.iter().filter(|own| own.is_seen_as_usual);
-        let sized: Vec<String> = sized
-            .filter_map(|own| {
-                let size = shortest((own.size? - own.off).abs(), 2);
-                let unit = if own.unit == "1" { "" } else { own.unit };
-                Some(format!("{} of {size} {unit}", own.id).trim_end().to_owned())
-            })
-            .take(TOLD)
-            .collect();
-        let unseen = self.detectable.iter().filter(|own| !own.is_seen_as_usual).count();
-        let smaller = match sized.split_last() {
-            Some((last, [])) => format!("A smaller change than {last} would have gone unnoticed."),
-            Some((last, others)) => format!(
-                "Smaller changes than {} or {last} would have gone unnoticed.",
-                others.join(", ")
+        let seen = |id: &&str| self.detectable.iter().find(|d| d.id == *id && d.is_seen_as_usual);
+        let usual = USUAL.iter().filter_map(|id| seen(&id));
+        let others = self.detectable.iter().filter(|own| own.is_seen_as_usual);
+        let others = others.filter(|own| !USUAL.contains(&own.id));
+        let sizes = usual
+            .chain(others)
+            .filter_map(|own| Some(wording::size(own.id, own.parameter, own.size?, own.unit)));
+        let sizes: Vec<String> = sizes.take(TOLD).collect();
+        let smaller = match &sizes[..] {
+            [] => String::new(),
+            [only] => format!("A smaller change than this would have gone unnoticed: {only}."),
+            _ => format!(
+                "Smaller changes than these would have gone unnoticed: {}.",
+                sizes.join("; ")
             ),
-            None => String::new(),
         };
-        match unseen {
-            0 => smaller,
-            n => format!(
-                "{smaller} {n} of {} effects would not have been seen at their usual size.",
-                self.detectable.len()
-            )
-            .trim_start()
-            .to_owned(),
-        }
+        let (hidden, all) = (
+            self.detectable.iter().filter(|own| !own.is_seen_as_usual).count(),
+            self.detectable.len(),
+        );
+        let hidden = match hidden {
+            0 => String::new(),
+            n => format!("{n} of {all} effects would not have been seen at their usual size."),
+        };
+        [smaller, hidden].into_iter().filter(|own| !own.is_empty()).collect::<Vec<_>>().join(" ")
+    }
+
+    fn names<'a>(&self, ids: &'a [String]) -> Vec<&'a str> {
+        ids.iter().map(|id| wording::name(id)).collect()
     }
 
     /// The effects with their values.
@@ -117,17 +124,20 @@ impl Diagnosis {
     }
 
     fn values_of<'a>(&self, effects: impl Iterator<Item = &'a NamedEffect>) -> String {
-        effects.map(values).collect::<Vec<String>>().join(" ")
+        effects
+            .map(|own| wording::values(&own.id, own.what, &own.parameters))
+            .collect::<Vec<String>>()
+            .join(" ")
     }
 
-    /// Where the gap is largest.
+    /// Where the gap is largest, and how it behaves there.
     fn shown(&self) -> String {
-        let Some(Cell { channel, phase, regime, note, .. }) = self.places.first() else {
-            return String::new();
-        };
-        let stretch = self.places[0].stretch();
-        let follows = if note.is_empty() { String::new() } else { format!("; {note}") };
-        format!("It shows most in {channel} while {phase}, {regime}, {stretch} inside{follows}.")
+        let Some(cell) = self.places.first() else { return String::new() };
+        let (channel, place) = (wording::channel(&cell.channel), wording::place(cell));
+        match cell.note.as_str() {
+            "" => format!("It shows most in {channel} {place}."),
+            note => format!("It shows most in {channel} {place}: the error {note}."),
+        }
     }
 
     fn how_far(&self) -> String {
@@ -144,16 +154,19 @@ impl Diagnosis {
     fn not_told_apart(&self) -> String {
         let sets = self.confusable.iter().filter_map(|set| {
             let (first, others) = set.split_first()?;
-            Some(format!("{first} cannot be told from {} on this data", others.join(" or ")))
+            let (first, others) = (wording::name(first), self.names(others).join(" or "));
+            Some(format!(
+                "{} cannot be told from {others} on this data",
+                wording::capitalised(first)
+            ))
         });
         let sets: Vec<String> = sets.collect();
         if sets.is_empty() {
             return String::new();
         }
-        let next = self
-            .next_experiment
-            .as_ref()
-            .map(|next| format!(": record {} (`cathforce gap protocol` writes it)", next.segment));
+        let next = self.next_experiment.as_ref().map(|next| {
+            format!(": record {}, `{}` of `cathforce gap protocol`", next.what, next.segment)
+        });
         format!("{}{}.", sets.join("; "), next.unwrap_or_default())
     }
 
@@ -161,26 +174,13 @@ impl Diagnosis {
         let nearest = self.ranking.first().filter(|nearest| nearest.shrink > 0.0);
         let nearest = nearest.map_or_else(String::new, |nearest| {
             let share = percent(nearest.shrink);
-            format!(": the best single effect, {}, closes {share}", nearest.id)
+            format!(": the best single effect, {}, closes {share}", wording::name(&nearest.id))
         });
         format!(
             "There is a gap, and none of the known effects explains it well enough to be named\
              {nearest}."
         )
     }
-}
-
-/// One effect: what it is, and each of its parameters with what rig.toml says.
-fn values(effect: &NamedEffect) -> String {
-    let parameters = effect.parameters.iter().map(|(name, own)| {
-        let ([value, low, high], unit) = (own.digits(), own.unit_after());
-        let off = significant(own.off, DIGITS);
-        let off = if own.off == 0.0 { "0".to_owned() } else { off };
-        format!("{name} is {value}{unit} ({low} to {high}), not {off}")
-    });
-    let what = effect.what.trim_end_matches('.');
-    let parameters: Vec<String> = parameters.collect();
-    format!("{} – {what}: {}.", effect.id, parameters.join("; "))
 }
 
 #[cfg(test)]
@@ -213,7 +213,7 @@ mod tests {
         };
         let near = sentence(&[("wall.motion", 0.71), ("drive.slip", 0.1)]);
         assert!(
-            near.ends_with("to be named: the best single effect, wall.motion, closes 71 %."),
+            near.ends_with("to be named: the best single effect, motion of the wall, closes 71 %."),
             "{near}"
         );
         // An effect that closes nothing is not mentioned.

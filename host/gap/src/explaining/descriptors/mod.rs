@@ -143,11 +143,20 @@ impl Descriptors {
         let straight = self.length.map_or(0.0, f64::abs);
         let square = self.length_squared.filter(|own| own.abs() > straight + SQUARE);
         let shapes = [
-            (self.speed, "grows with the speed"),
-            (self.length, "grows with the length inside"),
-            (square, "grows with the square of the length inside"),
-            (self.time, "drifts with time"),
-            (self.sign_flip, "the sign follows the direction of motion"),
+            (self.speed, ["grows with the speed", "falls as the speed grows"]),
+            (self.length, ["grows with the length inside", "falls with the length inside"]),
+            (
+                square,
+                [
+                    "grows with the square of the length inside",
+                    "falls with the square of the length inside",
+                ],
+            ),
+            (self.time, ["drifts with time", "drifts with time, downwards"]),
+            (
+                self.sign_flip,
+                ["follows the direction of motion", "is against the direction of motion"],
+            ),
         ];
         let told = |share: Option<f64>| share.filter(|share| share.abs() >= TOLD);
         let shapes = shapes.into_iter().filter_map(|(share, what)| Some((told(share)?, what)));
@@ -157,12 +166,11 @@ impl Descriptors {
         let is_offset = told(Some(offset)).is_some() && told(self.sign_flip).is_none();
         match strongest.filter(|(share, _)| !is_offset || share.abs() > offset.abs()) {
             Some((share, what)) => {
-                let opposed = if share < 0.0 { ", negative" } else { "" };
-                words.push(format!("{what}{opposed} (correlation {:.2})", share.abs()));
+                words.push(what[usize::from(share < 0.0)].to_owned());
             }
             None if is_offset => {
                 let mean = signed(self.mean, unit);
-                words.push(format!("an offset of {mean}: the sign does not change"));
+                words.push(format!("has an offset of {mean}, whose sign does not change"));
             }
             None => {}
         }
@@ -173,8 +181,7 @@ impl Descriptors {
         if told(self.sign_flip).is_none() {
             if let (Some(width), Some(_)) = (self.loop_width, told(self.loop_share)) {
                 words.push(format!(
-                    "reversals open a loop: at the same place {} more on the way in than on the way \
-                     out",
+                    "differs between the ways in and out: at the same place it is {} larger on the way in",
                     signed(width, unit)
                 ));
             }
@@ -311,14 +318,14 @@ mod tests {
         let found = moved(|_, _| -0.012);
         assert!((found.mean + 0.012).abs() < 1e-4, "{found:?}");
         assert_eq!(found.sign_flip, Some(0.0));
-        assert!(found.words("N").starts_with("an offset of −1"), "{}", found.words("N"));
+        assert!(found.words("N").starts_with("has an offset of −1"), "{}", found.words("N"));
     }
 
     #[test]
     fn a_sign_follows_the_direction_only_where_it_goes_both_ways() {
         let found = moved(|_, speed| 0.01 * speed.signum());
         assert!(found.sign_flip.unwrap() > 0.98 && found.mean.abs() < 1e-3, "{found:?}");
-        assert!(found.words("N").starts_with("the sign follows the direction of motion (corr"));
+        assert!(found.words("N").starts_with("follows the direction of motion"));
         // In the phase that goes in, it is told of the channel.
         let all = made(|_, t_s| {
             let [arc_m, speed] = to_and_fro(t_s);
@@ -330,7 +337,7 @@ mod tests {
         // Alone it is an offset, whatever the model does on the way out.
         let alone = Descriptors::of(&forward);
         assert_eq!(alone.sign_flip, None);
-        assert!(alone.words("N").starts_with("an offset of "), "{}", alone.words("N"));
+        assert!(alone.words("N").starts_with("has an offset of "), "{}", alone.words("N"));
         // At rest nothing goes either way.
         let at_rest: Vec<Residual> =
             forward.iter().map(|r| Residual { speed_m_per_s: 0.0, ..*r }).collect();
@@ -390,13 +397,13 @@ mod tests {
             "{found:?}"
         );
         assert!(
-            found.words("N").contains("reversals open a loop: at the same place"),
+            found.words("N").contains("differs between the ways in and out: at the same place"),
             "{}",
             found.words("N")
         );
         // What depends on the place alone opens none.
         let none = moved(|arc_m, _| 0.3 * (arc_m - 0.07));
-        assert!(none.loop_width.unwrap().abs() < 1e-3 && !none.words("N").contains("loop"));
+        assert!(none.loop_width.unwrap().abs() < 1e-3 && !none.words("N").contains("the ways in and out"));
         assert_eq!(Descriptors::of(&made(|_, t_s| [5e-3 * t_s, 5e-3, 0.1])).loop_area, None);
     }
 

@@ -1,0 +1,85 @@
+//! The effects of a drive in words; its axis may be a linear or a rotary one, and so they have its own units.
+
+use super::told::{MS, OWN, SHARE, Words, shape, size_clause as size};
+
+pub(super) const WORDS: &[Words] = &[
+    Words {
+        id: "drive.coulomb",
+        name: "dry friction",
+        clauses: &[
+            size("force_n", "dry friction is {}", OWN),
+            size("presliding_m", "it sets in over {}", OWN),
+        ],
+    },
+    Words {
+        id: "drive.viscous",
+        name: "viscous friction",
+        clauses: &[size("n_s_per_m", "friction grows with the speed by {}", OWN)],
+    },
+    Words {
+        id: "drive.offset",
+        name: "a constant force",
+        clauses: &[size("force_n", "a constant force of {} acts on the axis", OWN)],
+    },
+    Words {
+        id: "drive.stribeck",
+        name: "friction that falls with the speed",
+        clauses: &[
+            size("force_n", "friction is larger by {} as motion sets in", OWN),
+            shape("speed_m_per_s", "most of that is gone at {}", OWN),
+        ],
+    },
+    Words {
+        id: "drive.load_friction",
+        name: "load-dependent friction",
+        clauses: &[size("per_force", "friction grows by {} of the force in the axis", SHARE)],
+    },
+    Words {
+        id: "drive.backlash",
+        name: "backlash",
+        clauses: &[size("position_m", "the axis has a backlash of {}", OWN)],
+    },
+    Words {
+        id: "drive.ripple",
+        name: "a force that repeats with the position",
+        clauses: &[
+            size("cosine_n", "the force goes up and down with the position by {}", OWN),
+            size("sine_n", "a quarter of a period later by {}", OWN),
+            shape("wavelength_m", "its period is {}", OWN),
+        ],
+    },
+    Words {
+        id: "drive.encoder_scale",
+        name: "another scale of the encoder",
+        clauses: &[size("ratio", "the encoder counts {} more than was travelled", SHARE)],
+    },
+    Words {
+        id: "drive.latency",
+        name: "a late encoder",
+        clauses: &[size("time_s", "the encoder is late by {}", MS)],
+    },
+    Words {
+        id: "sensor.bias",
+        name: "an offset of the command's measurement",
+        clauses: &[size("force_n", "the command's measurement is off by {}", OWN)],
+    },
+    Words {
+        id: "sensor.drift",
+        name: "drift of the command's measurement",
+        clauses: &[size("force_n_per_s", "the command's measurement drifts by {}", OWN)],
+    },
+    Words {
+        id: "sensor.gain",
+        name: "another gain of the command's measurement",
+        clauses: &[size("ratio", "the command is measured {} too large", SHARE)],
+    },
+    Words {
+        id: "sensor.time_constant",
+        name: "a slow measurement of the command",
+        clauses: &[size(
+            "time_s",
+            "the command's measurement follows with a time constant of {}",
+            MS,
+        )],
+    },
+];

@@ -1,0 +1,9 @@
+//! Effects, parameters and places in plain words, for the sentence of an answer.
+
+mod catheter;
+mod drive;
+mod place;
+mod told;
+
+pub use place::{channel, place};
+pub use told::{capitalised, name, size, values};

@@ -1,0 +1,72 @@
+//! Channels and places in plain words.
+
+use crate::explaining::locate::Cell;
+
+/// A channel, as "the force along x"; its identifier where it has no words.
+pub fn channel(name: &str) -> String {
+    const AXES: [&str; 3] = ["x", "y", "z"];
+    let axis = |prefix: &str, suffix: &str| {
+        let own = name.strip_prefix(prefix)?.strip_suffix(suffix)?;
+        AXES.contains(&own).then(|| own.to_owned())
+    };
+    if name == "drive_fx_N" {
+        return "the force at the drive".to_owned();
+    }
+    if name == "drive_command_N" {
+        return "the drive's command".to_owned();
+    }
+    if let Some(axis) = axis("f", "_N") {
+        return format!("the force along {axis}");
+    }
+    if let Some(axis) = axis("tip_", "_m") {
+        return format!("the tip's place along {axis}");
+    }
+    let point = name.strip_prefix('p').and_then(|rest| rest.split_once('_'));
+    match point {
+        Some((number, rest)) if number.parse::<u32>().is_ok() && rest.ends_with("_m") => {
+            "the shape".to_owned()
+        }
+        _ => name.to_owned(),
+    }
+}
+
+/// When and where a cell is, as "while sliding, forward at 18 to 40 mm/s, 40 to 52 mm inside".
+pub fn place(cell: &Cell) -> String {
+    let (phase, is_told) = match cell.phase.as_str() {
+        "entry" => ("while the tip leaves the guide", ""),
+        "free" => ("before the first contact", ""),
+        "first contact" => ("at the first contact", ""),
+        "sliding" => ("while sliding", ""),
+        "dwell" => ("while standing in contact", "standing"),
+        "reversal" => ("around reversals", ""),
+        "rotation" => ("while turning", ", rotating"),
+        "withdrawal" => ("on the way out", "backward, "),
+        other => (other, ""),
+    };
+    let regime = match is_told {
+        "" => cell.regime.clone(),
+        told => cell.regime.replace(told, ""),
+    };
+    let regime = regime.replace("forward, ", "forward at ").replace("backward, ", "backward at ");
+    let parts = [phase.to_owned(), regime, format!("{} inside", cell.stretch())];
+    parts.into_iter().filter(|own| !own.is_empty()).collect::<Vec<_>>().join(", ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn channels_have_names_that_say_what_they_measure() {
+        for (name, words) in [
+            ("fx_N", "the force along x"),
+            ("drive_fx_N", "the force at the drive"),
+            ("tip_z_m", "the tip's place along z"),
+            ("p07_y_m", "the shape"),
+            ("drive_command_N", "the drive's command"),
+            ("something", "something"),
+        ] {
+            assert_eq!(channel(name), words);
+        }
+    }
+}
