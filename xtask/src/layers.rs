@@ -10,7 +10,7 @@ use anyhow::{Context, bail};
 use serde_json::Value;
 
 /// The packages that others may use, from the bottom up.
-const LIBRARIES: [&str; 26] = [
+const LIBRARIES: [&str; 27] = [
     "cathforce-scalar",
     "cathforce-mechanics",
     "cathforce-control",
@@ -34,6 +34,7 @@ const LIBRARIES: [&str; 26] = [
     "cathforce-camera",
     "cathforce-mesh-files",
     "cathforce-filter",
+    "cathforce-haptics",
     "cathforce-ultrasound",
     "cathforce-identification",
     "cathforce-test-fixture",
@@ -126,6 +127,10 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("cathforce-mesh-files", &["cathforce-bundle"]),
     ("cathforce-ultrasound", &["cathforce-calibration", "cathforce-material", "cathforce-wall"]),
     ("cathforce-filter", &[]),
+    (
+        "cathforce-haptics",
+        &["cathforce-control", "cathforce-bus", "cathforce-config", "cathforce-device"],
+    ),
     ("cathforce-calibration", &[]),
     (
         "cathforce-identification",

@@ -12,6 +12,7 @@ mod config;
 mod dash;
 mod filter;
 mod gap;
+mod haptics;
 mod identify;
 mod installed;
 mod link;
@@ -52,6 +53,7 @@ pub use gap::{
     DiagnoseArguments, GapAction, GapArguments, IsolabilityArguments, ProtocolArguments,
     SpikeInArguments, Strangers, VerifyArguments, Way,
 };
+pub use haptics::{HapticsArguments, OperatorAxis};
 pub use identify::{
     IdentifyAction, IdentifyArguments, IdentifyExampleArguments, IdentifyFitArguments,
 };
@@ -192,6 +194,8 @@ pub enum Command {
     Ultrasound(UltrasoundArguments),
     /// Find the parameters of a steerable catheter from dynamic experiments.
     Identify(IdentifyArguments),
+    /// Close the operator's loop with a simulated master and hand, and map where it is stable.
+    Haptics(HapticsArguments),
     /// List the tip shapes of common catheters.
     Tips,
     /// Find the cause of a gap between model and measurement, and close it.

@@ -59,6 +59,7 @@ fn main() -> ExitCode {
         Command::Wall(arguments) => commands::wall::run(&ui, &arguments),
         Command::Ultrasound(arguments) => commands::ultrasound::run(&ui, &arguments),
         Command::Identify(arguments) => commands::identify::run(&ui, &arguments),
+        Command::Haptics(arguments) => commands::haptics::run(&ui, &arguments),
         Command::Tips => commands::tips::list(&ui),
         Command::Gap(arguments) => commands::gap::run(&ui, &arguments),
         Command::Calibrate(arguments) => commands::calibrate::run(&ui, &arguments),

@@ -2,7 +2,7 @@
 //!
 //! Constants of a plant stand with the plant, and constants that refuse bad data with their check.
 //! [`Rules::USED`] is what a diagnosis uses. [`SWITCHES`] are parts of it that may be switched off, so that a
-//! stored set of cases tells what each is worth (`host/blind-test/examples/ablation.rs`).
+//! stored set of cases tells what each is worth (`host/gap/examples/without.rs`).
 
 /// What decides.
 #[derive(Clone, Copy, Debug)]

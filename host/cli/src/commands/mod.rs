@@ -13,6 +13,7 @@ pub mod fault;
 pub mod filter;
 pub mod flash;
 pub mod gap;
+pub mod haptics;
 pub mod identify;
 pub mod import;
 pub mod info;

@@ -264,7 +264,7 @@ mod tests {
             "the instrument's shaft is 12 % softer than rig.toml says"
         );
         assert_eq!(
-            size("contact.friction", "friction_coefficient", 0.355, "1"),
+            size("contact.friction", "friction_coefficient", 0.36, "1"),
             "the wall's friction coefficient is 0.36"
         );
         assert_eq!(size("not.known", "x", 2.0, "m"), "not.known x of 2 m");

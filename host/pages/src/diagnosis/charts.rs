@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 
 use cathforce_gap::report::{PathStep, Ranked, Series};
 use cathforce_gap::rounding::percent;
+use cathforce_gap::wording;
 use cathforce_gap::{Band, Cell, Row};
 
 use crate::escape::html as escape;
@@ -12,7 +13,7 @@ use crate::escape::html as escape;
 /// Width of every chart, in its own units.
 pub const WIDTH: f64 = 760.0;
 /// Width of the labels at the left.
-pub const LABELS: f64 = 200.0;
+pub const LABELS: f64 = 290.0;
 const ROW: f64 = 22.0;
 /// Points of a curve at most.
 const POINTS: usize = 1500;
@@ -90,7 +91,8 @@ fn bars(lines: &[(String, f64, &str)]) -> String {
 
 /// What each effect closes alone.
 pub fn ranking(ranking: &[Ranked]) -> String {
-    let lines: Vec<_> = ranking.iter().map(|r| (r.id.clone(), r.shrink, "bar")).collect();
+    let lines: Vec<_> =
+        ranking.iter().map(|r| (wording::name(&r.id).to_owned(), r.shrink, "bar")).collect();
     bars(&lines)
 }
 
@@ -98,8 +100,10 @@ pub fn ranking(ranking: &[Ranked]) -> String {
 pub fn waterfall(path: &[PathStep]) -> String {
     let mut known: Vec<String> = Vec::new();
     let lines = path.iter().map(|step| {
-        let added: Vec<_> = step.effects.iter().filter(|e| !known.contains(e)).cloned().collect();
-        let removed: Vec<_> = known.iter().filter(|e| !step.effects.contains(e)).cloned().collect();
+        let words = |e: &String| wording::name(e).to_owned();
+        let added: Vec<_> = step.effects.iter().filter(|e| !known.contains(e)).map(words).collect();
+        let removed: Vec<_> =
+            known.iter().filter(|e| !step.effects.contains(e)).map(words).collect();
         let mut name = if step.effects.is_empty() { "nominal".to_owned() } else { String::new() };
         if !added.is_empty() {
             name += &format!("+ {}", added.join(" + "));

@@ -9,6 +9,7 @@ use std::fmt::Write as _;
 use cathforce_gap::Cell;
 use cathforce_gap::report::{Detectable, Diagnosis, Figures, Verdict};
 use cathforce_gap::rounding::{percent, quantity};
+use cathforce_gap::wording;
 
 use crate::escape::html as escape;
 
@@ -38,6 +39,15 @@ pub fn diagnosis_page(answer: &Diagnosis) -> String {
          <title>{}</title><style>{STYLE}</style><body>{body}</body></html>\n",
         escape(&format!("Gap of {}", answer.bundle))
     )
+}
+
+/// An effect in words, with its identifier for whoever points at it.
+fn named(id: &str) -> String {
+    hover(id, wording::name(id))
+}
+
+fn hover(id: &str, words: &str) -> String {
+    format!("<span title=\"{}\">{}</span>", escape(id), escape(words))
 }
 
 /// As a sentence begins.
@@ -82,7 +92,7 @@ fn unnoticed(answer: &Diagnosis) -> String {
     let row = |own: &Detectable| {
         format!(
             "<tr><td>{}<td>{}<td class=number>{}",
-            escape(own.id),
+            named(own.id),
             escape(own.parameter),
             escape(&own.seen_from())
         )
@@ -115,7 +125,7 @@ fn cells(places: &[Cell], of: &str) -> String {
         format!(
             "<tr><td>{}<td>{}<td>{}<td class=number>{}<td class=number>{}\
              <td class=number>{} ({} to {})<td>{}",
-            escape(&place.channel),
+            hover(&place.channel, &wording::channel(&place.channel)),
             escape(&place.phase),
             escape(&place.regime),
             place.stretch(),
@@ -127,7 +137,7 @@ fn cells(places: &[Cell], of: &str) -> String {
         )
     };
     let rows: String = places.iter().take(12).map(row).collect();
-    let by_phase = charts::heat(places, |c| c.channel.clone(), |c| c.phase.clone());
+    let by_phase = charts::heat(places, |c| wording::channel(&c.channel), |c| c.phase.clone());
     let mut along = places.to_vec();
     along.sort_by(|a, b| a.arc_m[0].total_cmp(&b.arc_m[0]));
     let by_arc = charts::heat(&along, Cell::stretch, |c| c.phase.clone());
@@ -174,7 +184,7 @@ fn which(answer: &Diagnosis) -> String {
                     let closes = percent(effect.shrink);
                     let confidence = effect.confidence.map_or(String::new(), |c| format!("{c:.2}"));
                     let tail = format!("{closes}<td class=number>{confidence}<td>{kind}");
-                    (escape(&effect.id), tail)
+                    (named(&effect.id), tail)
                 } else {
                     (String::new(), "<td><td>".to_owned())
                 };
@@ -192,8 +202,8 @@ fn which(answer: &Diagnosis) -> String {
     for set in &answer.confusable {
         let _ = write!(
             html,
-            "<p>Cannot be told apart on this data: <b>{}</b>.</p>",
-            escape(&set.join(", "))
+            "<p>Cannot be told apart on this data: {}.</p>",
+            set.iter().map(|id| named(id)).collect::<Vec<_>>().join(", ")
         );
     }
     let _ = write!(
@@ -287,7 +297,7 @@ fn again(answer: &Diagnosis) -> String {
             "<h2>What to record next</h2><p><b>{}</b>: {}. It separates {}.</p>",
             escape(&next.segment),
             escape(&next.what),
-            escape(&next.separates.join(" from "))
+            next.separates.iter().map(|id| named(id)).collect::<Vec<_>>().join(" from ")
         );
     }
     let reproduce = &answer.reproduce;

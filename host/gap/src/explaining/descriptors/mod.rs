@@ -350,18 +350,18 @@ mod tests {
             let words = found.words("N");
             assert!(words.starts_with(with), "{with}: {words} {found:?}");
         };
-        starts(moved(|arc_m, _| 0.3 * (arc_m - 0.07)), "grows with the length inside (");
-        starts(moved(|arc_m, _| 0.07 - 3.0 * (arc_m - 0.07)), "grows with the length inside, neg");
+        starts(moved(|arc_m, _| 0.3 * (arc_m - 0.07)), "grows with the length inside");
+        starts(moved(|arc_m, _| 0.07 - 3.0 * (arc_m - 0.07)), "falls with the length inside");
         let square = |arc_m: f64, _| 5.0 * (arc_m * arc_m - 0.0057);
-        starts(moved(square), "grows with the square of the length inside (");
+        starts(moved(square), "grows with the square of the length inside");
         let rising = |_, t_s: f64| {
             let speed = 2e-3 + 5e-3 * (3.0 * t_s).sin().powi(2);
             [0.05, speed, 4.0 * (speed - 4.5e-3)]
         };
-        starts(Descriptors::of(&made(rising)), "grows with the speed (");
+        starts(Descriptors::of(&made(rising)), "grows with the speed");
         starts(
             Descriptors::of(&made(|_, t_s| [0.05, 0.0, 2e-3 * (t_s - 10.0)])),
-            "drifts with time (",
+            "drifts with time",
         );
         // It never changes its place or speed.
         let still = Descriptors::of(&made(|_, _| [0.05, 0.01, 0.0]));
@@ -403,7 +403,10 @@ mod tests {
         );
         // What depends on the place alone opens none.
         let none = moved(|arc_m, _| 0.3 * (arc_m - 0.07));
-        assert!(none.loop_width.unwrap().abs() < 1e-3 && !none.words("N").contains("the ways in and out"));
+        assert!(
+            none.loop_width.unwrap().abs() < 1e-3
+                && !none.words("N").contains("the ways in and out")
+        );
         assert_eq!(Descriptors::of(&made(|_, t_s| [5e-3 * t_s, 5e-3, 0.1])).loop_area, None);
     }
 

@@ -1,6 +1,6 @@
 //! Tells what each part of the engine is worth: answers a set of cases with known labels without it, and counts.
 //!
-//! `ablation FOLDER OUT [--every K] [PART …]`. FOLDER: as `cathforce gap blind-test make` makes it. OUT: keeps the
+//! `without FOLDER OUT [--every K] [PART …]`. FOLDER: as `cathforce gap blind-test make` makes it. OUT: keeps the
 //! answers, so that a run that was interrupted goes on. `--every K`: each K-th case only. PART: as in
 //! [`cathforce_gap::rules::SWITCHES`]; without one, all of them.
 
@@ -43,7 +43,7 @@ fn run(arguments: &[String]) -> Result<(), Failed> {
     let (every, named) = match arguments {
         [_, _, option, k, parts @ ..] if option == "--every" => (k.parse()?, parts),
         [_, _, parts @ ..] => (1, parts),
-        _ => return Err("ablation FOLDER OUT [--every K] [PART …]".into()),
+        _ => return Err("without FOLDER OUT [--every K] [PART …]".into()),
     };
     let (folder, out) = (Path::new(&arguments[0]), Path::new(&arguments[1]));
     let known = SWITCHES.map(|(name, ..)| name);
