@@ -52,6 +52,7 @@ pages! {
     describing_a_rig: "docs/how-to/describe-your-rig.md",
     importing_measurements: "docs/how-to/import-measurements.md",
     reading_a_fault: "docs/how-to/read-a-fault.md",
+    what_the_operator_feels: "docs/explanation/haptics.md",
 }
 
 #[test]

@@ -165,9 +165,12 @@ impl Diagnosis {
             return String::new();
         }
         let next = self.next_experiment.as_ref().map(|next| {
-            format!(": record {}, `{}` of `cathforce gap protocol`", next.what, next.segment)
+            format!(
+                " To tell them apart, record this: {} (`{}` of `cathforce gap protocol`).",
+                next.what, next.segment
+            )
         });
-        format!("{}{}.", sets.join("; "), next.unwrap_or_default())
+        format!("{}.{}", sets.join("; "), next.unwrap_or_default())
     }
 
     fn unexplained(&self) -> String {
