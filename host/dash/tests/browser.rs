@@ -139,38 +139,24 @@ fn look(browser: &mut Browser, view: &str) {
         let wide = browser.value("document.documentElement.scrollWidth").as_u64().unwrap();
         assert!(wide <= u64::from(width), "{view} {name}: {wide} pixels wide");
         browser.picture(&pictures().join(format!("{view}-{name}.png")));
+        if browser.value("typeof axe") == "undefined" {
+            browser.value(&format!("{AXE}; 0"));
+        }
         let faults = browser.value(CHECK);
         assert_eq!(faults, json!([]), "{view} {name}");
     }
     browser.shape(1400, 1000, false);
 }
 
-/// What is wrong for people who read with other means: a control without a name, a text without contrast
-/// (WCAG 2.2: 4.5 to 1, or 3 to 1 for large text).
-const CHECK: &str = r##"(() => {
-  const wrong = [], seen = (e) => e.checkVisibility({ visibilityProperty: true });
-  const rgb = (text) => { const n = text.match(/[\d.]+/g).map(Number); return { rgb: n.slice(0, 3), a: n[3] ?? 1 }; };
-  const light = ({ rgb }) => rgb.map((x) => x / 255).map((x) => (x <= 0.04045 ? x / 12.92 : ((x + 0.055) / 1.055) ** 2.4)).reduce((s, x, k) => s + x * [0.2126, 0.7152, 0.0722][k], 0);
-  const ground = (e) => { for (let at = e; at; at = at.parentElement) { const c = rgb(getComputedStyle(at).backgroundColor); if (c.a > 0.99) return c; } return { rgb: [255, 255, 255] }; };
-  for (const e of document.querySelectorAll("button, select, input, a, summary, [role=tab], canvas[tabindex], figure[tabindex]")) {
-    if (!seen(e)) continue;
-    const named = e.getAttribute("aria-label") || e.getAttribute("aria-labelledby") || e.textContent.trim() || (e.labels && e.labels.length);
-    if (!named) wrong.push("no name: " + e.outerHTML.slice(0, 90));
-  }
-  for (const e of document.querySelectorAll("img, svg[role=img]")) if (!e.getAttribute("aria-label") && !e.getAttribute("alt")) wrong.push("no text: " + e.outerHTML.slice(0, 90));
-  const ids = [...document.querySelectorAll("[id]")].map((e) => e.id);
-  for (const id of new Set(ids)) if (ids.filter((x) => x === id).length > 1) wrong.push("twice: " + id);
-  const walk = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
-  while (walk.nextNode()) {
-    const e = walk.currentNode.parentElement;
-    if (!walk.currentNode.textContent.trim() || e.closest("svg, script, option, .old .values, .skip") || !seen(e) || e.closest(":disabled")) continue;
-    const style = getComputedStyle(e), [a, b] = [light(rgb(style.color)), light(ground(e))].sort((x, y) => y - x);
-    const size = parseFloat(style.fontSize), large = size >= 24 || (size >= 18.66 && Number(style.fontWeight) >= 700);
-    const ratio = (a + 0.05) / (b + 0.05);
-    if (ratio < (large ? 3 : 4.5)) wrong.push(`contrast ${ratio.toFixed(2)}: ${walk.currentNode.textContent.trim().slice(0, 40)}`);
-  }
-  return [...new Set(wrong)];
-})()"##;
+/// axe-core by Deque, 4.14.1 of npm, licence MPL-2.0 (`vendor/axe.LICENSE`).
+const AXE: &str = include_str!("vendor/axe.min.js");
+/// What is wrong for people who read with other means, by the rules of WCAG 2.2 up to level AA.
+const CHECK: &str = r#"(async () => {
+  const rules = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa"];
+  const found = await axe.run(document, { runOnly: rules, resultTypes: ["violations"] });
+  const where = (rule) => rule.nodes.map((node) => node.html.slice(0, 120)).join(" | ");
+  return found.violations.map((rule) => `${rule.id}: ${rule.help}: ${where(rule)}`);
+})()"#;
 
 /// The link of the emulated board where the suite has built its firmware, else the device in the process.
 fn board() -> &'static str {

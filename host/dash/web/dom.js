@@ -4,6 +4,8 @@
 export function el(tag, attributes = {}, ...children) {
   const made = document.createElement(tag);
   put(made, attributes, children);
+  // What may be wider than the page is scrolled, by keyboard too.
+  if (tag === "pre" || tag === "figure" || /\bwide\b/.test(attributes.class ?? "")) made.tabIndex = 0;
   return made;
 }
 

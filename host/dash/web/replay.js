@@ -66,7 +66,7 @@ export class Transport {
     this.speed = el("select", { id: "speed", "aria-label": "Speed" }, [0.1, 0.25, 0.5, 1, 2, 5, 10, 50].map((x) => el("option", { value: x, selected: x === 1 }, `${x}×`)));
     this.clock = el("output", { id: "clock" });
     const step = (seconds, text, label) => el("button", { type: "button", "aria-label": label, onclick: () => this.go(app.t + seconds) }, text);
-    root.replaceChildren(this.play, step(-0.01, "−10 ms", "Back by 10 milliseconds"), step(0.01, "+10 ms", "On by 10 milliseconds"), this.slider, this.clock, this.speed);
+    root.replaceChildren(this.play, step(-0.01, "−10 ms", "−10 ms: back by 10 milliseconds"), step(0.01, "+10 ms", "+10 ms: on by 10 milliseconds"), this.slider, this.clock, this.speed);
     root.className = "transport";
   }
 
