@@ -403,9 +403,14 @@ fn a_diagnosis_of_either_version_opens_with_its_answer() {
         { "id": "contact.friction", "parameter": "friction_coefficient", "size": 0.05, "unit": "1" },
         { "id": "fluid.drag", "parameter": "factor", "size": null, "unit": "1" },
     ]);
+    answer["series"] = json!([{
+        "trial": 2, "channel": "fx_N", "unit": "N", "t_s": [0.0, 1.0, 2.0],
+        "measured": [0.0, 0.1, 0.2], "nominal": [0.0, 0.05, 0.1], "corrected": [0.0, 0.09, 0.19],
+    }]);
     fs::write(&file, answer.to_string()).unwrap();
     let dash = Dash::start(&[text(&file)]);
     browser.open(&dash.address);
+    browser.wait("document.querySelectorAll('path.curve').length === 3");
     assert!(browser.text("#sentence").starts_with("The catheter is 42 % stiffer"));
     let page = browser.text("#panels");
     for words in [
@@ -413,6 +418,7 @@ fn a_diagnosis_of_either_version_opens_with_its_answer() {
         "2 %",
         "never by these trials",
         "What these trials would have shown",
+        "Trial 2, force on the vessel along x",
     ] {
         assert!(page.contains(words), "{words} in {page}");
     }

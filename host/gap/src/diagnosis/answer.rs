@@ -142,7 +142,7 @@ impl<'a> Answer<'a> {
         self.diagnosis.details.on_vessel = on_vessel(problem, &before.score);
         self.figures(selector, &before, &selection.best);
         self.diagnosis.details.held_out = held_out(problem, &selection);
-        self.diagnosis.details.series = series(problem, &before, &selection.best);
+        self.diagnosis.series = series(problem, &before, &selection.best);
         self.diagnosis.details.shrink = shrink;
         self.path(problem, &selection);
         let named = self.effects(selector, &selection);
@@ -186,7 +186,7 @@ impl<'a> Answer<'a> {
         self.diagnosis.verdict = if is_known { Verdict::NoGap } else { Verdict::Inconclusive };
         hidden.into_iter().for_each(|why| self.remark(why));
         self.figures(selector, nominal, nominal);
-        self.diagnosis.details.series = series(problem, nominal, nominal);
+        self.diagnosis.series = series(problem, nominal, nominal);
         self.remark_on_forks(nominal);
         self.band(problem, selector.folds, nominal);
         self.diagnosis

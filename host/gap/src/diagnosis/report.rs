@@ -83,6 +83,8 @@ pub struct Diagnosis {
     pub none_of_mine: f64,
     /// The smallest size of each effect that these trials would have shown with a probability of 90 %.
     pub detectable: Vec<Detectable>,
+    /// Measured force, and what the nominal and the corrected model predict.
+    pub series: Vec<Series>,
     /// Wall time \[s\].
     pub seconds: f64,
     /// Whether the search was ended before its time.
@@ -107,8 +109,6 @@ pub struct Details {
     pub held_out: Vec<HeldOut>,
     /// Shrink of the best explanation, named or not.
     pub shrink: f64,
-    /// Measured, nominal and best prediction of the force channels of one trial.
-    pub series: Vec<Series>,
     /// Where and when the nominal model is off.
     pub maps: Vec<Map>,
     /// Where on the vessel it is.
@@ -156,6 +156,7 @@ impl Diagnosis {
             band: None,
             none_of_mine: 0.0,
             detectable: Vec::new(),
+            series: Vec::new(),
             seconds: 0.0,
             cut: false,
             reproduce: Reproduce::default(),

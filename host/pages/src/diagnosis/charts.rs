@@ -13,7 +13,9 @@ use crate::escape::html as escape;
 /// Width of every chart, in its own units.
 pub const WIDTH: f64 = 760.0;
 /// Width of the labels at the left.
-pub const LABELS: f64 = 290.0;
+pub const LABELS: f64 = 200.0;
+/// The same of bars, whose labels are effects in words.
+const BAR_LABELS: f64 = 290.0;
 const ROW: f64 = 22.0;
 /// Points of a curve at most.
 const POINTS: usize = 1500;
@@ -69,19 +71,19 @@ pub fn heat(
 /// One bar a line, from 0 to 1; negative ones are written, not drawn.
 fn bars(lines: &[(String, f64, &str)]) -> String {
     let mut inside = String::new();
-    let width = WIDTH - LABELS - 70.0;
+    let width = WIDTH - BAR_LABELS - 70.0;
     for (i, (name, share, class)) in lines.iter().enumerate() {
         let y = ROW * i as f64;
         let _ = write!(
             inside,
-            "<text x=0 y={:.0}>{}</text><rect class={class} x={LABELS} y={:.0} width={:.1} \
+            "<text x=0 y={:.0}>{}</text><rect class={class} x={BAR_LABELS} y={:.0} width={:.1} \
              height={:.0} /><text class=soft x={:.0} y={:.0}>{}</text>",
             y + 15.0,
             escape(name),
             y + 3.0,
             width * share.clamp(0.0, 1.0),
             ROW - 6.0,
-            LABELS + width * share.clamp(0.0, 1.0) + 6.0,
+            BAR_LABELS + width * share.clamp(0.0, 1.0) + 6.0,
             y + 15.0,
             percent(*share)
         );

@@ -31,7 +31,7 @@ pub fn diagnosis_page(answer: &Diagnosis) -> String {
         tiles(answer)
     );
     let _ = write!(body, "<p class=soft>Compared: {}.</p>", escape(&answer.details.compared));
-    let parts = [remarks, unnoticed, places, which, left, how_far, band, again];
+    let parts = [unnoticed, places, which, left, how_far, band, remarks, again];
     body.extend(parts.map(|part| part(answer)));
     format!(
         "<!doctype html>\n<html lang=en><meta charset=utf-8>\
@@ -78,8 +78,11 @@ fn remarks(answer: &Diagnosis) -> String {
     if answer.remarks.is_empty() {
         return String::new();
     }
-    let items: String =
-        answer.remarks.iter().map(|remark| format!("<li>{}</li>", escape(remark))).collect();
+    let item = |remark: &String| {
+        let end = if remark.ends_with('.') { "" } else { "." };
+        format!("<li>{}{end}</li>", escape(&first_upper(remark)))
+    };
+    let items: String = answer.remarks.iter().map(item).collect();
     format!("<h2>What to keep in mind</h2><ul>{items}</ul>")
 }
 
@@ -238,7 +241,7 @@ fn how_far(answer: &Diagnosis) -> String {
     let snaps = answer.gap.snaps.map_or(String::new(), |snaps| {
         format!("<p>{}.</p>", escape(&first_upper(&snaps.sentence())))
     });
-    let series: String = answer.details.series.iter().map(charts::series).collect();
+    let series: String = answer.series.iter().map(charts::series).collect();
     let with = match answer.left {
         Some(_) => "the best model that was found",
         None => "with the effects",
