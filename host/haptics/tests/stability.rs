@@ -29,7 +29,7 @@ fn with_config(energy_limit_j: f32, test: impl Fn(&Config<'_>, Operation)) {
 }
 
 #[test]
-fn a_small_budget_holds_what_swings_without_the_passivity_observer() {
+fn p08_a_small_budget_holds_what_swings_without_the_observer() {
     const BUDGET_J: f32 = 0.001;
     with_config(BUDGET_J, |config, operation| {
         let map = Map::of(operation, config, &[100.0, 1000.0], &[1.0, 20.0]).unwrap();

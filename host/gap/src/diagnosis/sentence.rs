@@ -84,7 +84,7 @@ impl Diagnosis {
     /// What would have gone unnoticed: first what is changed most often on a rig, and how many effects hide.
     fn unnoticed(&self) -> String {
         let seen = |id: &&str| self.detectable.iter().find(|d| d.id == *id && d.is_seen_as_usual);
-        let usual = USUAL.iter().filter_map(|id| seen(&id));
+        let usual = USUAL.iter().filter_map(seen);
         let others = self.detectable.iter().filter(|own| own.is_seen_as_usual);
         let others = others.filter(|own| !USUAL.contains(&own.id));
         let sizes = usual

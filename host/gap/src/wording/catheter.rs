@@ -1,6 +1,6 @@
 //! The effects of a catheter in words.
 
-use super::told::{
+use super::clause::{
     ANGLE, LONG, MILLI, MM, MN, MS, MUCH, OWN, RIG, SHARE, STIFF, Words, ratio, shape,
     size_clause as size,
 };

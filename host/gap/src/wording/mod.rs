@@ -1,6 +1,7 @@
 //! Effects, parameters and places in plain words, for the sentence of an answer.
 
 mod catheter;
+mod clause;
 mod drive;
 mod place;
 mod told;
