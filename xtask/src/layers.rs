@@ -90,6 +90,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     (
         "cathforce-dash",
         &[
+            "cathforce-bundle",
             "cathforce-mechanics",
             "cathforce-control",
             "cathforce-bus",

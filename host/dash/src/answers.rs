@@ -10,7 +10,8 @@ use serde_json::{Value, json};
 use tokio::sync::oneshot;
 
 use crate::live::{Action, Pilot, Wanted};
-use crate::{diagnosis, recording, settings};
+use crate::settings::Changes;
+use crate::{diagnosis, recording, settings, tips};
 
 /// Longest time that a change may take: a device settles to a long insertion for a minute.
 const PATIENCE: Duration = Duration::from_secs(90);
@@ -136,6 +137,16 @@ impl Shown {
         Ok(settings::list(&head))
     }
 
+    /// Tips of common catheters and the one that the device has.
+    pub fn tips(&self) -> Result<Value, Unanswered> {
+        let Self::Link { pilot, .. } = self else {
+            return Err(Unanswered::Absent("a tip belongs to a device".into()));
+        };
+        let image = pilot.image.get().ok_or_else(not_configured)?;
+        let head = decode_head(&image).map_err(|e| Unanswered::Refused(e.to_string()))?;
+        Ok(tips::list(&head))
+    }
+
     /// Does what somebody with the token asks for.
     pub async fn act(&self, asked: &Value) -> Result<Value, Unanswered> {
         let Self::Link { pilot: Pilot { actions: Some(actions), .. }, .. } = self else {
@@ -174,10 +185,20 @@ fn wanted(asked: &Value) -> Result<Wanted, String> {
                 .ok_or_else(|| format!("there is no fault `{name}`"))
         }
         "apply" => {
-            let changes = serde_json::from_value::<BTreeMap<String, f32>>(asked["changes"].clone());
-            match changes {
-                Ok(changes) if !changes.is_empty() => Ok(Wanted::Apply(changes)),
-                _ => Err("`changes` must be numbers by the names of settings".into()),
+            let numbers = match &asked["changes"] {
+                Value::Null => Ok(BTreeMap::new()),
+                given => serde_json::from_value::<BTreeMap<String, f32>>(given.clone()),
+            };
+            let settings =
+                numbers.map_err(|_| "`changes` must be numbers by the names of settings")?;
+            let tip = asked["tip"].as_str().map(str::to_owned);
+            let changes = Changes { settings, tip };
+            match changes.len() {
+                0 => {
+                    Err("`changes` must be numbers by the names of settings, or `tip` a name"
+                        .into())
+                }
+                _ => Ok(Wanted::Apply(changes)),
             }
         }
         _ => Err(format!(
@@ -196,7 +217,11 @@ mod tests {
         let fault = json!({ "do": "acknowledge", "fault": "BusOff" });
         assert_eq!(wanted(&fault), Ok(Wanted::Acknowledge(Fault::BusOff)));
         let apply = json!({ "do": "apply", "changes": { "force_gain": 0.5 } });
-        assert_eq!(wanted(&apply), Ok(Wanted::Apply([("force_gain".to_owned(), 0.5)].into())));
+        let settings = [("force_gain".to_owned(), 0.5)].into();
+        assert_eq!(wanted(&apply), Ok(Wanted::Apply(Changes { settings, tip: None })));
+        let tip = json!({ "do": "apply", "tip": "hook" });
+        let changes = Changes { tip: Some("hook".into()), ..Changes::default() };
+        assert_eq!(wanted(&tip), Ok(Wanted::Apply(changes)));
         for (bad, said) in [
             (json!({}), "give arm"),
             (json!({ "do": "acknowledge", "fault": "Nope" }), "`Nope`"),

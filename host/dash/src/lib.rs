@@ -14,6 +14,7 @@ mod live;
 mod recording;
 mod server;
 mod settings;
+mod tips;
 
 pub use diagnosis::read_diagnosis;
 pub use live::{Drive, LinkSource, Measurement};

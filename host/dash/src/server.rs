@@ -172,6 +172,7 @@ fn router(server: Arc<Server>) -> Router {
         .route("/api/source", get(async |State(s): Shared| Json(s.shown.source())))
         .route("/api/faults", get(async |State(s): Shared| Json(s.faults.clone())))
         .route("/api/settings", get(async |State(s): Shared| s.shown.settings().map(Json)))
+        .route("/api/tips", get(async |State(s): Shared| s.shown.tips().map(Json)))
         .route("/api/data", get(async |State(s): Shared| s.shown.data().map(json_text)))
         .route("/api/scene", get(scene))
         .route("/api/do", post(act))

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use cathforce_bundle::tips::Tip;
 use cathforce_config::image::{self, HEADER_BYTES, Header, ImageError, decode_head};
 use cathforce_config::{ImageHead, Key, keys};
 use serde_json::{Value, json};
@@ -42,12 +43,33 @@ pub struct Changed {
     pub band_dropped: bool,
 }
 
+/// What is changed.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Changes {
+    /// By name.
+    pub settings: BTreeMap<String, f32>,
+    /// Name of the catheter's tip.
+    pub tip: Option<String>,
+}
+
+impl Changes {
+    /// Number of what is changed.
+    pub fn len(&self) -> usize {
+        self.settings.len() + usize::from(self.tip.is_some())
+    }
+}
+
 /// Changes settings of an image; `Err` names the setting and says what is wrong. Nothing is half changed.
-pub fn change(image: &[u8], changes: &BTreeMap<String, f32>) -> Result<Changed, String> {
+pub fn change(image: &[u8], changes: &Changes) -> Result<Changed, String> {
     let unreadable = |error: ImageError| format!("the device's image cannot be read: {error}");
     let mut head = decode_head(image).map_err(unreadable)?;
     let mut changes_model = false;
-    for (name, &value) in changes {
+    if let Some(name) = &changes.tip {
+        let tip = Tip::find(name).ok_or_else(|| format!("there is no tip `{name}`"))?;
+        head.description.instrument.precurve = tip.precurve().collect();
+        changes_model = true;
+    }
+    for (name, &value) in &changes.settings {
         let key = Key::find(name).ok_or_else(|| format!("there is no setting `{name}`"))?;
         let [min, max] = key.range();
         let unit = Some(key.unit()).filter(|unit| *unit != "1");

@@ -237,6 +237,12 @@ fn a_device_is_watched_changed_and_its_fault_acknowledged() {
     let found = settings.as_array().unwrap().iter().find(|entry| entry["name"] == "force_gain");
     assert_eq!(found.unwrap()["value"], 0.75);
     assert_eq!(found.unwrap()["modified"], true);
+    // A tip is chosen by its drawing.
+    browser.click("#tip-hook");
+    browser.click("#apply");
+    browser.wait("document.getElementById('settings-state').textContent.includes('One setting was applied and read back')");
+    assert_eq!(dash.get("/api/tips")["in_use"], "hook");
+    browser.wait("document.getElementById('tip-hook').checked");
     // A value out of range is never staged.
     browser.fill("#set-force_gain", "1e9");
     browser.wait("document.getElementById('settings-state').textContent.includes('is outside')");

@@ -1,6 +1,6 @@
 // The settings of the device: find, stage, compare, apply, read back.
 
-import { card, el, say } from "./dom.js";
+import { card, el, say, svg } from "./dom.js";
 import { significant } from "./format.js";
 import { get } from "./server.js";
 
@@ -13,18 +13,22 @@ export class Settings {
     this.app = app;
     this.entries = [];
     this.staged = new Map();
+    this.tips = null;
+    this.tip = null;
     this.search = el("input", { type: "search", id: "search", placeholder: "name, unit or words", oninput: () => this.list() });
     this.group = el("select", { id: "group", onchange: () => this.list() }, el("option", { value: "" }, "all"), Object.entries(GROUPS).map(([key, name]) => el("option", { value: key }, name)));
     this.modified = el("input", { type: "checkbox", id: "modified", onchange: () => this.list() });
     this.count = el("p", { class: "soft", role: "status" });
     this.body = el("tbody");
     this.diff = el("div", { id: "diff" });
+    this.shapes = el("div", { id: "tips", class: "tips", role: "radiogroup", "aria-label": "Tip of the catheter" });
     this.state = el("p", { id: "settings-state", role: "status" });
     panel.append(
       el("div", { class: "tools" }, el("label", { for: "search" }, "Search "), this.search, el("label", { for: "group" }, "Group "), this.group,
         el("label", {}, this.modified, " only what is modified"), el("button", { type: "button", onclick: () => { say(this.state, ""); this.load(); } }, "Read again")),
       this.state,
       card("Changes", this.diff),
+      card("Tip of the catheter", this.shapes),
       el("div", { class: "card wide" }, this.count, el("table", { class: "settings" },
         el("thead", {}, el("tr", {}, ["Setting", "Value", "Unit", "Range", "Default", ""].map((text) => el("th", { scope: "col" }, text)))), this.body)),
       card("Keep them", el("p", {}, "Settings that are applied last until the device is switched off or configured again. To keep them in a file:"),
@@ -34,13 +38,24 @@ export class Settings {
 
   async load() {
     try {
-      this.entries = await get("/api/settings");
+      [this.entries, this.tips] = await Promise.all([get("/api/settings"), get("/api/tips")]);
     } catch (error) {
       this.entries = [];
       say(this.state, `The settings are not known: ${error.message}.`);
     }
     this.list();
+    this.drawTips();
     this.compare();
+  }
+
+  /** Every tip with its drawing; the device's own first where it is none of them. */
+  drawTips() {
+    if (!this.tips) { this.shapes.replaceChildren(el("p", { class: "soft" }, "The tip is not known.")); return; }
+    const own = this.tips.in_use ? [] : [{ name: null, text: "The tip that rig.toml describes.", outline_mm: this.tips.own_outline_mm }];
+    const chosen = this.tip ?? this.tips.in_use;
+    this.shapes.replaceChildren(...[...own, ...this.tips.known].map((tip) => el("label", { class: "tip", title: tip.text },
+      el("input", { type: "radio", name: "tip", id: `tip-${tip.name ?? "own"}`, checked: tip.name === chosen, disabled: !this.app.source.can_change, onchange: () => { this.tip = tip.name === this.tips.in_use || tip.name === null ? null : tip.name; this.compare(); } }),
+      outline(tip.outline_mm), el("span", {}, tip.name ?? "its own"))));
   }
 
   list() {
@@ -79,25 +94,29 @@ export class Settings {
 
   compare() {
     const entries = new Map(this.entries.map((entry) => [entry.name, entry]));
-    if (this.staged.size === 0) { this.diff.replaceChildren(el("p", { class: "soft" }, this.app.source.can_change ? "Nothing is staged. Change a value below; nothing reaches the device before Apply." : "This server sends nothing to the device, so nothing can be changed.")); return; }
+    if (this.staged.size === 0 && !this.tip) { this.diff.replaceChildren(el("p", { class: "soft" }, this.app.source.can_change ? "Nothing is staged. Change a value below; nothing reaches the device before Apply." : "This server sends nothing to the device, so nothing can be changed.")); return; }
     this.diff.replaceChildren(
-      el("ul", { class: "diff" }, [...this.staged].map(([name, value]) => { const entry = entries.get(name); return el("li", {}, el("code", {}, name), ": ", el("del", {}, entry ? shown(entry.value) : "?"), " → ", el("ins", {}, shown(value)), ` ${entry ? unitOf(entry) : ""}`); })),
+      el("ul", { class: "diff" }, this.tip ? el("li", {}, "tip: ", el("del", {}, this.tips.in_use ?? "its own"), " → ", el("ins", {}, this.tip)) : null, [...this.staged].map(([name, value]) => { const entry = entries.get(name); return el("li", {}, el("code", {}, name), ": ", el("del", {}, entry ? shown(entry.value) : "?"), " → ", el("ins", {}, shown(value)), ` ${entry ? unitOf(entry) : ""}`); })),
       el("div", { class: "row" },
         el("button", { type: "button", class: "primary", id: "apply", onclick: () => this.apply() }, "Apply to the device"),
-        el("button", { type: "button", id: "discard", onclick: () => { this.staged.clear(); this.list(); this.compare(); } }, "Discard")));
+        el("button", { type: "button", id: "discard", onclick: () => { this.staged.clear(); this.tip = null; this.list(); this.drawTips(); this.compare(); } }, "Discard")));
   }
 
   async apply() {
     say(this.state, "Sending the settings and reading them back …");
-    const wanted = new Map(this.staged);
-    const done = await this.app.change({ do: "apply", changes: Object.fromEntries(wanted) });
+    const wanted = new Map(this.staged), tip = this.tip, count = wanted.size + (tip ? 1 : 0);
+    const done = await this.app.change({ do: "apply", changes: Object.fromEntries(wanted), tip });
     if (!done) { say(this.state, "Nothing was changed."); return; }
     this.entries = done.settings;
     const back = new Map(this.entries.map((entry) => [entry.name, entry.value]));
+    this.tips = await get("/api/tips");
     const wrong = [...wanted].filter(([name, value]) => Math.fround(back.get(name)) !== Math.fround(value));
+    if (tip && this.tips.in_use !== tip) wrong.push(["tip"]);
     this.staged.clear();
-    say(this.state, wrong.length ? `The device reads back other values: ${wrong.map(([name]) => name).join(", ")}.` : `${wanted.size === 1 ? "One setting was" : `${wanted.size} settings were`} applied and read back from the device.${done.band_dropped ? " The device states no uncertainty any more, because that belonged to the model before." : ""}`);
+    this.tip = null;
+    say(this.state, wrong.length ? `The device reads back other values: ${wrong.map(([name]) => name).join(", ")}.` : `${count === 1 ? "One setting was" : `${count} settings were`} applied and read back from the device.${done.band_dropped ? " The device states no uncertainty any more, because that belonged to the model before." : ""}`);
     this.list();
+    this.drawTips();
     this.compare();
   }
 
@@ -105,4 +124,11 @@ export class Settings {
     // Another program may configure the device as well. What was said of our own change stays.
     if (frame.scene !== undefined && frame.scene !== this.known) { this.known = frame.scene; if (frame.scene > 0) this.load(); }
   }
+}
+
+/** The centre line of a tip, the shaft at the left. */
+function outline(points) {
+  const xs = points.map(([x]) => x), ys = points.map(([, y]) => -y);
+  const [left, top] = [Math.min(...xs), Math.min(...ys)].map((v) => v - 3), wide = Math.max(...xs) - left + 3, high = Math.max(...ys) - top + 3;
+  return svg("svg", { viewBox: `${left} ${top} ${wide} ${high}`, "aria-hidden": "true" }, svg("path", { d: points.map(([x, y], i) => `${i ? "L" : "M"}${x} ${-y}`).join("") }));
 }

@@ -1,10 +1,10 @@
 //! What somebody with the token may ask of a device.
 
-use std::collections::BTreeMap;
-
 use cathforce_control::{Fault, Mode};
 use serde_json::Value;
 use tokio::sync::oneshot;
+
+use crate::settings::Changes;
 
 /// The answer: data, or why nothing was done.
 pub type Reply = oneshot::Sender<Result<Value, String>>;
@@ -23,8 +23,8 @@ pub enum Wanted {
     SelfTest,
     /// Clears the fault on the device, if it still has it, and in the list.
     Acknowledge(Fault),
-    /// Settings by name; they are read back.
-    Apply(BTreeMap<String, f32>),
+    /// Settings and the tip; they are read back.
+    Apply(Changes),
     /// Starts or stops the motion of a trial that this program plays.
     Play(bool),
 }

@@ -417,7 +417,7 @@ fn clear(
 fn apply(
     client: &mut Client<&mut Bus>,
     in_use: &InUse,
-    changes: &std::collections::BTreeMap<String, f32>,
+    changes: &settings::Changes,
     lock_step: bool,
 ) -> Result<Value, String> {
     let image = in_use.get().ok_or("the device has no configuration, so nothing can be changed")?;
