@@ -71,7 +71,8 @@ pub use recording::MeshUnit;
 pub use recording::{
     CheckArguments, CompletionsArguments, ExportArguments, ImportArguments, ImportAtiArguments,
     ImportCandumpArguments, ImportCentrelineArguments, ImportCsvArguments, ImportMeshArguments,
-    ImportSource, LatencyArguments, ManArguments, MonitorArguments, SendArguments,
+    ImportRosArguments, ImportSource, LatencyArguments, ManArguments, MonitorArguments,
+    SendArguments,
 };
 pub use reproduce::ReproduceArguments;
 pub use ultrasound::UltrasoundArguments;
@@ -385,6 +386,11 @@ fn positive_seconds(text: &str) -> Result<f64, String> {
     const YEAR_S: f64 = 365.0 * 86400.0;
     positive(text, WANTED)
         .and_then(|s| if s <= YEAR_S { Ok(s) } else { Err(format!("give {WANTED}")) })
+}
+
+fn lead(text: &str) -> Result<f64, String> {
+    let found = text.parse::<f64>().ok().filter(|x| x.is_finite() && *x != 0.0);
+    found.ok_or_else(|| format!("`{text}` is no lead in mm; a left-handed screw has one below 0"))
 }
 
 fn positive_percent(text: &str) -> Result<f64, String> {

@@ -114,6 +114,12 @@ fn a_lab_dbc_with_a_wrong_identifier_or_a_cut_signal_is_refused() {
         assert_fails(&import(&lab.replace(from, to)), 3, &[says, "fix:"]);
         assert_eq!(fs::read_to_string(&settings).unwrap(), "rig = \"lab\"\n");
     }
+    // The list warns of it already.
+    fs::write(&dbc, lab.replace("DRIVE: 6", "DRIVE: 4")).unwrap();
+    let list = cathforce(["config", "import-dbc", text(&dbc), "--list"]);
+    assert!(list.status.success());
+    let warned = "DRIVE.TURN is not within the 4 bytes of its frame";
+    assert!(stderr(&list).contains(warned) && !stderr(&list).contains("DRIVE.FEED is"), "{list:?}");
     assert!(import(lab).status.success());
 }
 
@@ -208,6 +214,17 @@ fn a_surface_and_a_line_of_other_tools_become_a_vessel() {
     let csv = fs::read_to_string(&line).unwrap();
     assert_eq!(csv.lines().count(), 22);
     assert!(csv.lines().last().unwrap().starts_with("line0,0.0400000,0.0400000"), "{csv}");
+    // A table of points is a line too; another table is called one.
+    let points = at("points.csv");
+    fs::write(&points, "X [cm],Y [cm],Z [cm],Radius [mm]\n0,0,0,3\n4,0,0,3\n").unwrap();
+    let of_table = at("of_table.csv");
+    let output = cathforce(["import", "centreline", text(&points), "--out", text(&of_table)]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    let read = fs::read_to_string(&of_table).unwrap();
+    assert!(read.lines().last().unwrap().starts_with("line0,0.0400000,0.0400000"), "{read}");
+    let trial = motion(folder.path());
+    let wrong = ["import", "centreline", text(&trial), "--out", "absent.csv"];
+    assert_fails(&cathforce(wrong), 3, &["motion.csv:1: this is a table without coordinates"]);
     let wrong = ["import", "centreline", text(&curve), "--out", "absent.csv", "--unit", "cm"];
     assert_fails(&cathforce(wrong), 3, &["is in mm, which --unit contradicts"]);
 

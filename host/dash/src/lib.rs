@@ -14,6 +14,7 @@ mod live;
 mod recording;
 mod server;
 mod settings;
+mod token_file;
 
 pub use diagnosis::read_diagnosis;
 pub use live::{Drive, LinkSource, Measurement};

@@ -26,6 +26,7 @@ use crate::answers::{Shown, Unanswered};
 use crate::assets::ASSETS;
 use crate::guard::{Guard, new_token};
 use crate::live::{LinkSource, Pilot};
+use crate::token_file;
 
 /// Viewers at a time.
 pub const MOST_VIEWERS: usize = 10;
@@ -144,8 +145,8 @@ struct TokenFile(PathBuf);
 impl TokenFile {
     fn write(options: &Options, address: SocketAddr, token: &str) -> Result<Self, DashError> {
         use std::io::Write as _;
-        let name = format!("cathforce-dash-{}-{}.token", address.port(), std::process::id());
-        let path = options.token_folder.join(name);
+        token_file::remove_left(&options.token_folder);
+        let path = options.token_folder.join(token_file::name(address.port()));
         let mut open = std::fs::OpenOptions::new();
         // Nobody may have put a file or a link there before.
         open.write(true).create_new(true);

@@ -48,7 +48,7 @@ pub fn run(ui: &Ui, arguments: &ConfigImportDbcArguments) -> Result<(), Failure>
         Failure::input(format!("{}: {problem}\n  fix: {fix}", path.display()))
     })?;
     let (Some(settings), false) = (&arguments.settings, arguments.list) else {
-        return list(ui, &dbc);
+        return list(ui, path, &dbc);
     };
     let master = frames(&dbc, path, arguments)?;
     write(settings, &master)?;
@@ -273,13 +273,21 @@ fn write(path: &Path, frames: &Master) -> Result<(), Failure> {
     SettingsFile::read(path).map(drop)
 }
 
-fn list(ui: &Ui, dbc: &LabDbc) -> Result<(), Failure> {
+fn list(ui: &Ui, path: &Path, dbc: &LabDbc) -> Result<(), Failure> {
     let mut text = String::new();
     let mut names = Vec::new();
     for found in dbc.signals() {
         let id = dbc.identifier(found.message);
         let (name, bits) = (dbc.full_name(found), found.signal.size);
         let unit = found.signal.unit.trim();
+        if !is_within_frame(found) {
+            ui.warn(format_args!(
+                "{}: {name} is not within the {} bytes of its frame: the frame's length or the signal's place \
+                 is wrong",
+                path.display(),
+                found.message.size
+            ));
+        }
         text += format!("{name}  {}, {bits} bits  {unit}", id.text()).trim_end();
         text.push('\n');
         let raw = match id {
