@@ -16,6 +16,7 @@ mod format;
 pub mod import;
 mod reading;
 mod replay;
+pub mod sensor;
 mod writing;
 
 pub use cathforce_bus::Direction;

@@ -8,7 +8,7 @@ use clap::{ArgGroup, Args, Subcommand};
 use super::camera::ImportCameraArguments;
 use super::material::millimetres;
 use super::wall::{Triple, triple};
-use super::{Changes, JsonFile, lead, link, positive, positive_seconds};
+use super::{Changes, JsonFile, counts, lead, link, positive, positive_seconds};
 
 #[derive(Debug, Args)]
 pub struct ExportArguments {
@@ -370,10 +370,6 @@ pub struct CompletionsArguments {
 pub struct ManArguments {
     /// Folder for the pages, one for each command.
     pub folder: PathBuf,
-}
-
-fn counts(text: &str) -> Result<f64, String> {
-    positive(text, "a number of counts above 0")
 }
 
 fn hertz(text: &str) -> Result<f64, String> {

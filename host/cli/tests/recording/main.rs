@@ -11,6 +11,7 @@ mod live;
 mod made;
 #[path = "../support/documented.rs"]
 mod pages;
+mod sensor;
 #[path = "../support/mod.rs"]
 mod support;
 #[cfg(target_os = "linux")]

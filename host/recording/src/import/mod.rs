@@ -10,6 +10,7 @@ mod ros;
 mod table;
 
 pub use ati::{AtiLog, AtiOptions, AxisMap, ForceSample, read_ati};
+pub(crate) use ati::{status, units};
 pub use cathforce_bundle::bundle::ColumnMap;
 pub use error::ImportError;
 pub use join::{Joined, join};

@@ -40,7 +40,7 @@ impl AxisMap {
         self.0.map(|(index, sign)| (index, f64::from(sign)))
     }
 
-    pub(super) fn apply(self, sensor: [f64; 3]) -> [f64; 3] {
+    pub(crate) fn apply(self, sensor: [f64; 3]) -> [f64; 3] {
         self.signed().map(|(index, sign)| sign * sensor[index])
     }
 }

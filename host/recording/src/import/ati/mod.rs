@@ -11,8 +11,8 @@ mod heading;
 mod preamble;
 mod rows;
 mod scale;
-mod status;
-mod units;
+pub(crate) mod status;
+pub(crate) mod units;
 
 use std::io::Read;
 
