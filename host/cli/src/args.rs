@@ -74,7 +74,7 @@ pub use recording::{
     CheckArguments, CompletionsArguments, ExportArguments, ImportArguments, ImportAtiArguments,
     ImportCandumpArguments, ImportCentrelineArguments, ImportCsvArguments, ImportMeshArguments,
     ImportRosArguments, ImportSource, LatencyArguments, ManArguments, MonitorArguments,
-    SendArguments,
+    SendArguments, TimeUnit,
 };
 pub use reproduce::ReproduceArguments;
 pub use ultrasound::UltrasoundArguments;

@@ -13,7 +13,7 @@ use cathforce_control::{ENCODER_TIMEOUT_HARD_TICKS, Mode, TICK_S};
 use cathforce_link::{Client, ClientError, Link as _, Step, TickReport, update};
 use cathforce_recording::import::join;
 use cathforce_recording::sensor::ForceSensor;
-use cathforce_recording::{Attachments, BusClock, Recorder, RunInfo, RunResult, Trial};
+use cathforce_recording::{Attachments, BusClock, Measured, Recorder, RunInfo, RunResult, Trial};
 
 use crate::failure::{Code, Failure};
 use crate::log::Log;
@@ -312,7 +312,15 @@ impl Session<'_> {
         for remark in &sensed.remarks {
             self.ui.warn(format_args!("sensor: {remark}"));
         }
-        let joined = join(self.plan.trial, &sensed.samples, 0.0);
+        // What the trial has behind the part that was played did not happen.
+        let played_s = began.elapsed().as_secs_f64().min(self.plan.duration_s);
+        let is_played = |row: &Measured| row.t_s <= played_s;
+        let played = self.plan.trial.rows.partition_point(is_played);
+        let mut trial = self.plan.trial.clone();
+        // The row behind the end is that to which the last positions are interpolated.
+        trial.rows.truncate(played + 1);
+        let mut joined = join(&trial, &sensed.samples, 0.0);
+        joined.trial.rows.truncate(joined.trial.rows.partition_point(is_played));
         if joined.forces == 0 {
             let message = "sensor: no force was measured where the trial has positions of the drives\n  fix: \
                            play a trial whose rows are at most 0.25 s apart";

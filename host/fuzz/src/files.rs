@@ -33,7 +33,8 @@ pub fn force_log(data: &[u8]) {
     for counts_per_n in [None, Some(1e6)] {
         let axes = AxisMap::parse("+x,+y,+z").expect("our own");
         for rate_hz in [None, Some(1000.0)] {
-            let options = AtiOptions { counts_per_n, axes, tare_s: 0.01, rate_hz };
+            let options =
+                AtiOptions { counts_per_n, axes, tare_s: 0.01, rate_hz, ..AtiOptions::default() };
             let Ok(log) = read_ati(data, &options) else { continue };
             assert!(!log.samples.is_empty() && log.samples.is_sorted_by(|a, b| a.t_s <= b.t_s));
             let mut numbers = log.samples.iter().flat_map(|sample| sample.force_n);

@@ -50,7 +50,8 @@ pub enum ImportSource {
     /// Make a recording from a log of a CAN bus; the format is told by the content.
     #[command(visible_alias = "candump")]
     Can(ImportCandumpArguments),
-    /// Make a trial from the log of an ATI force/torque sensor and the drive's motion.
+    /// Make a trial from the log of a force/torque sensor (ATI, OptoForce, OnRobot, Bota) and the drive's motion.
+    #[command(visible_alias = "force")]
     Ati(ImportAtiArguments),
     /// Make a trial from a CSV with columns of other names.
     Csv(ImportCsvArguments),
@@ -88,6 +89,26 @@ pub struct ImportCandumpArguments {
     pub dry_run: bool,
 }
 
+/// The unit of a column of time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum TimeUnit {
+    S,
+    Ms,
+    Us,
+    Ns,
+}
+
+impl TimeUnit {
+    pub fn seconds(self) -> f64 {
+        match self {
+            Self::S => 1.0,
+            Self::Ms => 1e-3,
+            Self::Us => 1e-6,
+            Self::Ns => 1e-9,
+        }
+    }
+}
+
 #[derive(Debug, Args)]
 pub struct ImportAtiArguments {
     /// Log of the sensor.
@@ -111,6 +132,16 @@ pub struct ImportAtiArguments {
     /// Rows per second of a log without a column Time; goes before the log's own rate.
     #[arg(long, value_name = "HZ", value_parser = hertz)]
     pub rate: Option<f64>,
+    /// Unit of the column of time, if its name does not say it [default: s]
+    #[arg(long, value_enum)]
+    pub time_unit: Option<TimeUnit>,
+    /// Forces of the unloaded sensor in newtons, which are subtracted; the sensor's axes.
+    #[arg(long, value_name = "FX,FY,FZ", value_parser = triple, allow_hyphen_values = true)]
+    pub bias: Option<Triple>,
+    /// Matrix of three rows of three or six numbers that makes newtons of Fx, Fy, Fz and Tx, Ty, Tz; the log's
+    /// own unit does not count then.
+    #[arg(long, value_name = "FILE.csv", conflicts_with = "counts_per_n")]
+    pub calibration: Option<PathBuf>,
     /// Time of the motion at which the log begins.
     #[arg(long, value_name = "SECONDS", default_value_t = 0.0, allow_negative_numbers = true)]
     pub offset: f64,

@@ -102,6 +102,7 @@ fn a_sensor_of_the_network_measures_the_force_of_a_run() {
     let recording = Recording::open(&file).unwrap();
     let rows = &recording.trial.rows;
     assert!(rows.is_sorted_by(|a, b| a.t_s < b.t_s), "rows have their order");
+    assert!(rows.last().unwrap().t_s <= 0.6, "what was not played is not there");
     let forces = rows.iter().filter_map(|row| Some((row.t_s, row.force_n?))).collect::<Vec<_>>();
     assert!(forces.len() > 30, "{}", forces.len());
     // The sensor's x is the vessel's −y; the wild forces of an error are not among them.

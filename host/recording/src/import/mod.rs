@@ -1,6 +1,6 @@
 //! Imports measurements of other tools as the rows of a trial.
 //!
-//! It reads the log of an ATI force/torque sensor, any CSV whose columns the user names, and bags of ROS 2.
+//! It reads the log of a force/torque sensor, any CSV whose columns the user names, and bags of ROS 2.
 
 mod ati;
 mod error;
@@ -9,7 +9,7 @@ mod join_seen;
 mod ros;
 mod table;
 
-pub use ati::{AtiLog, AtiOptions, AxisMap, ForceSample, read_ati};
+pub use ati::{AtiLog, AtiOptions, AxisMap, ForceCalibration, ForceSample, read_ati};
 pub(crate) use ati::{status, units};
 pub use cathforce_bundle::bundle::ColumnMap;
 pub use error::ImportError;
