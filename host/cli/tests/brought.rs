@@ -123,6 +123,97 @@ fn a_lab_dbc_with_a_wrong_identifier_or_a_cut_signal_is_refused() {
     assert!(import(lab).status.success());
 }
 
+/// A DBC as ODrive's CANSimple has it: one frame an axis, turns in single precision. It becomes the device's
+/// configuration, and a run whose master sends such frames.
+#[test]
+fn drives_that_count_turns_in_floating_point_are_a_master() {
+    let folder = tempfile::tempdir().unwrap();
+    let [dbc, settings, out] =
+        ["odrive.dbc", "S.toml", "run.mcap"].map(|name| folder.path().join(name));
+    let axis = |k: u32| {
+        let id = 32 * k + 9;
+        format!(
+            "BO_ {id} Axis{k}_Get_Encoder_Estimates: 8 ODrive_Axis{k}\n \
+             SG_ Pos_Estimate : 0|32@1- (1,0) [0|0] \"rev\" Host\n \
+             SG_ Vel_Estimate : 32|32@1- (1,0) [0|0] \"rev/s\" Host\n\n"
+        )
+    };
+    let kinds = |k: u32| {
+        let id = 32 * k + 9;
+        format!("SIG_VALTYPE_ {id} Pos_Estimate : 1;\nSIG_VALTYPE_ {id} Vel_Estimate : 1;\n")
+    };
+    let odrive = format!(
+        "VERSION \"\"\n\nNS_ :\n\nBS_:\n\nBU_: Host ODrive_Axis0 ODrive_Axis1\n\n{}{}{}{}",
+        axis(0),
+        axis(1),
+        kinds(0),
+        kinds(1)
+    );
+    fs::write(&dbc, odrive).unwrap();
+    fs::write(&settings, "rig = \"tapered-bifurcation\"\n").unwrap();
+    let signal = |k: u32, name: &str| format!("Axis{k}_Get_Encoder_Estimates.{name}_Estimate");
+    let import = |insertion: &str, more: &[&str]| {
+        let mut import = command();
+        import.args(["config", "import-dbc", text(&dbc), "--settings", text(&settings)]);
+        import.args(["--insertion", insertion, "--rotation", &signal(1, "Pos")]);
+        import.args(more).output().unwrap()
+    };
+    // Turns are no length without a lead.
+    assert_fails(&import(&signal(0, "Pos"), &[]), 3, &["has the unit \"rev\"", "fix:"]);
+    assert_fails(&import(&signal(0, "Vel"), &["--lead", "5"]), 3, &["has the unit \"rev/s\""]);
+    let output = import(&signal(0, "Pos"), &["--lead", "5"]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    let written = fs::read_to_string(&settings).unwrap();
+    for says in ["id = 0x009", "float = true, scale = 0.005,", "id = 0x029", "scale = 6.283"] {
+        assert!(written.contains(says), "{says}: {written}");
+    }
+    let example = support::example();
+    let mut simulate = command();
+    simulate.args(["simulate", text(&example), "--cell", "3", "--duration", "0.3"]);
+    simulate.args(["--settings", text(&settings), "--out", text(&out)]);
+    let run = simulate.output().unwrap();
+    assert!(run.status.success(), "{}", stderr(&run));
+    let check = cathforce(["check", text(&out), "--json"]);
+    assert!(check.status.success(), "{}", stderr(&check));
+    let log = folder.path().join("run.log");
+    let exported = cathforce(["export", text(&out), "--candump", text(&log)]);
+    assert!(exported.status.success(), "{}", stderr(&exported));
+    let log = fs::read_to_string(&log).unwrap();
+    let first = log.lines().filter_map(|line| line.split_once(" 009#")).map(|(_, data)| data);
+    let turns = first.map(|data| {
+        let byte = |k: usize| u8::from_str_radix(&data[2 * k..2 * k + 2], 16).unwrap();
+        f32::from_le_bytes([0, 1, 2, 3].map(byte))
+    });
+    let turns = turns.collect::<Vec<_>>();
+    // 5 mm in a turn.
+    let first_m = 0.005 * turns[0];
+    assert!(turns.len() > 300 && turns.is_sorted() && (0.0..0.5).contains(&first_m), "{turns:?}");
+    let trial = fs::read_to_string(example.join("trials/000.csv")).unwrap();
+    let row = trial.lines().nth(1).unwrap().split(',').collect::<Vec<_>>();
+    let at =
+        trial.lines().next().unwrap().split(',').position(|name| name == "insertion_m").unwrap();
+    assert!((first_m - row[at].parse::<f32>().unwrap()).abs() < 1e-6, "{first_m}: {row:?}");
+}
+
+/// A VESC sends its status with identifiers of 29 bits, which the device does not read.
+#[test]
+fn a_frame_of_29_bits_is_refused_with_the_way_out() {
+    let folder = tempfile::tempdir().unwrap();
+    let [dbc, settings] = ["vesc.dbc", "S.toml"].map(|name| folder.path().join(name));
+    let status = 0x8000_0000_u32 + (16 << 8) + 7;
+    let vesc = format!(
+        "VERSION \"\"\n\nBU_: VESC\n\nBO_ {status} VESC_Status4: 8 VESC\n \
+         SG_ PID_Pos : 55|16@0- (0.02,0) [0|0] \"deg\" Vector__XXX\n"
+    );
+    fs::write(&dbc, vesc).unwrap();
+    fs::write(&settings, "rig = \"lab\"\n").unwrap();
+    let mut import = command();
+    import.args(["config", "import-dbc", text(&dbc), "--settings", text(&settings), "--lead", "5"]);
+    import.args(["--insertion", "VESC_Status4.PID_Pos", "--rotation", "VESC_Status4.PID_Pos"]);
+    assert_fails(&import.output().unwrap(), 3, &["frame with a 29-bit identifier", "a gateway"]);
+    assert_eq!(fs::read_to_string(&settings).unwrap(), "rig = \"lab\"\n");
+}
+
 /// JSON has no word for such a name; it is no reason to break off.
 #[cfg(target_os = "linux")]
 #[test]

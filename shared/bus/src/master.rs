@@ -21,6 +21,8 @@ pub struct Signal {
     pub big_endian: bool,
     /// Two's complement.
     pub signed: bool,
+    /// The 32 bits are a floating-point number (IEEE 754), whatever `signed` says.
+    pub float: bool,
     /// Quantity of one count \[m, rad, or 1 for a button\].
     pub scale: f32,
     /// Quantity of a raw value of 0 \[m, rad, or 1\].
@@ -65,6 +67,8 @@ pub enum MasterError {
     Id,
     /// Not 1 to 32 bits, or not within 8 bytes.
     Bits,
+    /// A floating-point number that has not 32 bits.
+    Float,
     /// A scale of 0, or a scale or offset that is not finite.
     Scale,
     /// A grip without a drive that it applies to.
@@ -76,6 +80,7 @@ impl MasterError {
         match self {
             Self::Id => "the identifier has more than 11 bits or is one of cathforce's own",
             Self::Bits => "a signal must have 1 to 32 bits within 8 bytes",
+            Self::Float => "a floating-point number must have 32 bits",
             Self::Scale => "a scale must be finite and not 0, an offset finite",
             Self::Grip => "a grip is said of drives described beside it, and there is none",
         }
@@ -116,6 +121,8 @@ impl Signal {
             && self.places().all(|place| place < 64);
         if !is_within {
             Err(MasterError::Bits)
+        } else if self.float && self.bits != 32 {
+            Err(MasterError::Float)
         } else if self.scale == 0.0 || !self.scale.is_finite() || !self.offset.is_finite() {
             Err(MasterError::Scale)
         } else {
@@ -123,32 +130,41 @@ impl Signal {
         }
     }
 
-    /// The quantity; `None` if the frame is too short for it.
-    pub fn read(self, data: &[u8]) -> Option<f32> {
+    /// The quantity. `Err` counts a frame that is too short for it, or a number that is none.
+    pub fn read(self, data: &[u8]) -> Result<f32, Counter> {
         let mut raw = 0_u32;
         for (bit, place) in self.places().enumerate() {
-            let byte = data.get(usize::from(place / 8))?;
+            let byte = data.get(usize::from(place / 8)).ok_or(Counter::WrongLength)?;
             raw |= u32::from(byte >> (place % 8) & 1) << bit;
         }
-        let count = if self.signed {
+        let count = if self.float {
+            f32::from_bits(raw)
+        } else if self.signed {
             let unused = 32_u32.saturating_sub(u32::from(self.bits)).min(31);
             ((raw << unused).cast_signed() >> unused) as f32
         } else {
             raw as f32
         };
-        Some(count * self.scale + self.offset)
+        let value = count * self.scale + self.offset;
+        if value.is_finite() { Ok(value) } else { Err(Counter::BadValue) }
     }
 
     /// Writes the nearest code of a quantity into a frame, saturating.
     pub fn write(self, value: f64, data: &mut [u8; 8]) {
         let count = (value - f64::from(self.offset)) / f64::from(self.scale);
+        if self.float {
+            return self.write_raw((count as f32).to_bits().into(), data);
+        }
         let count = (count + if count < 0.0 { -0.5 } else { 0.5 }) as i64;
         let bits = u32::from(self.bits.clamp(1, 32));
         let (min, max) = match self.signed {
             true => (-(1_i64 << (bits - 1)), (1_i64 << (bits - 1)) - 1),
             false => (0, (1_i64 << bits) - 1),
         };
-        let raw = count.clamp(min, max);
+        self.write_raw(count.clamp(min, max), data);
+    }
+
+    fn write_raw(self, raw: i64, data: &mut [u8; 8]) {
         for (bit, place) in self.places().enumerate() {
             if let Some(byte) = data.get_mut(usize::from(place / 8)) {
                 let mask = 1 << (place % 8);
@@ -225,7 +241,7 @@ struct Partial {
 pub enum FrameOutcome {
     /// It contains no quantity that is described.
     Foreign,
-    /// It is too short for a quantity; the counter tells the reason.
+    /// It is too short for a quantity, or its number is none; the counter tells the reason.
     Rejected(Counter),
     /// It was used; `superseded`: it replaced a quantity that no position has used yet.
     Used { superseded: bool },
@@ -260,8 +276,7 @@ impl Collector {
         let Master { catheter, guidewire, grip } = self.master;
         let read = |place: Option<Place>| {
             let place = place.filter(|place| place.id == frame.id());
-            let read = place.map(|place| place.signal.read(frame.data()));
-            read.map(|read| read.ok_or(Counter::WrongLength)).transpose()
+            place.map(|place| place.signal.read(frame.data())).transpose()
         };
         let pressed = |place| Ok(read(place)?.map(|value| value >= PRESSED));
         let mut superseded = false;
@@ -320,6 +335,7 @@ mod tests {
         bits: 16,
         big_endian: false,
         signed: false,
+        float: false,
         scale: 1.0,
         offset: 0.0,
     };
@@ -338,7 +354,30 @@ mod tests {
         let signed = Signal { start_bit: 56, bits: 8, signed: true, ..SIGNAL };
         assert_eq!(read(signed), -2.0);
         assert_eq!(read(Signal { scale: -0.5, offset: 3.0, ..signed }), 4.0);
-        assert_eq!(SIGNAL.read(&data[..1]), None, "too short");
+        assert_eq!(SIGNAL.read(&data[..1]), Err(Counter::WrongLength), "too short");
+    }
+
+    /// As a drive sends its position that counts turns in single precision.
+    #[test]
+    fn a_floating_point_number_is_read_in_both_orders_and_none_is_refused() {
+        let float = Signal { bits: 32, float: true, scale: 2.0, offset: 1.0, ..SIGNAL };
+        assert_eq!(float.validate(), Ok(()));
+        let mut data = [0xAA; 8];
+        data[..4].copy_from_slice(&(-0.25_f32).to_le_bytes());
+        assert_eq!(float.read(&data), Ok(0.5));
+        let big = Signal { start_bit: 39, big_endian: true, ..float };
+        data[4..].copy_from_slice(&3.5_f32.to_be_bytes());
+        assert_eq!(big.read(&data), Ok(8.0));
+        for value in [-123.456, 0.0, 1e-6] {
+            big.write(value, &mut data);
+            assert!((f64::from(big.read(&data).unwrap()) - value).abs() < 1e-5, "{value}");
+        }
+        assert_eq!(float.read(&data), Ok(0.5), "the others stay");
+        for none in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, f32::MAX] {
+            data[..4].copy_from_slice(&none.to_le_bytes());
+            assert_eq!(float.read(&data), Err(Counter::BadValue), "{none}");
+        }
+        assert_eq!(Signal { bits: 31, ..float }.validate(), Err(MasterError::Float));
     }
 
     #[test]
@@ -410,7 +449,8 @@ mod tests {
             start_bit in 0u8..64, bits in 1u8..=32, big_endian: bool, signed: bool,
             fill: u8, share in 0.0f64..1.0
         ) {
-            let signal = Signal { start_bit, bits, big_endian, signed, scale: 0.5, offset: 3.0 };
+            let signal =
+                Signal { start_bit, bits, big_endian, signed, scale: 0.5, offset: 3.0, ..SIGNAL };
             prop_assume!(signal.validate().is_ok());
             let low = if signed { -(2f64.powi(i32::from(bits) - 1)) } else { 0.0 };
             let count = (low + share * (2f64.powi(i32::from(bits)) - 1.0)).floor();
@@ -427,10 +467,11 @@ mod tests {
 
         #[test]
         fn p03_any_layout_and_any_bytes_are_a_number_or_none(
-            start_bit: u8, bits: u8, big_endian: bool, signed: bool, scale: f32, offset: f32,
+            start_bit: u8, bits: u8, big_endian: bool, signed: bool, float: bool,
+            scale: f32, offset: f32,
             data in prop::collection::vec(any::<u8>(), 0..=8)
         ) {
-            let signal = Signal { start_bit, bits, big_endian, signed, scale, offset };
+            let signal = Signal { start_bit, bits, big_endian, signed, float, scale, offset };
             let _ = (signal.validate(), signal.read(&data));
             signal.write(1.0, &mut [0; 8]);
         }

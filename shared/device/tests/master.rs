@@ -17,7 +17,15 @@ const TICKS: u32 = 400;
 fn drive(rotation_id: u16) -> Drive {
     let little = |id, start_bit, signed, scale| Place {
         id,
-        signal: Signal { start_bit, bits: 24, big_endian: false, signed, scale, offset: 0.0 },
+        signal: Signal {
+            start_bit,
+            bits: 24,
+            big_endian: false,
+            signed,
+            float: false,
+            scale,
+            offset: 0.0,
+        },
     };
     Drive {
         insertion: little(ID, 4, false, Insertion::UNIT_M),
@@ -120,6 +128,7 @@ fn buttons_and_grip_say_what_is_felt() {
             start_bit,
             bits,
             big_endian: false,
+            float: false,
             signed: false,
             scale: 1e-4,
             offset: 0.0,
@@ -215,7 +224,15 @@ fn our_own_frame_is_foreign_where_the_master_has_another_and_a_short_one_is_reje
 fn both_drives_may_share_a_frame() {
     let place = |start_bit, bits, signed| Place {
         id: ID,
-        signal: Signal { start_bit, bits, big_endian: true, signed, scale: 1e-4, offset: 0.0 },
+        signal: Signal {
+            start_bit,
+            bits,
+            big_endian: true,
+            signed,
+            float: false,
+            scale: 1e-4,
+            offset: 0.0,
+        },
     };
     let button = place(56, 1, false).signal;
     let catheter =

@@ -11,7 +11,8 @@ const FORM: &str = "write `insertion = { start_bit = 0, bits = 24, byte_order = 
                     false, scale = 1e-7, offset = 0 }`; docs/reference/settings.md has an example";
 const MASTER: [&str; 3] = ["catheter", "guidewire", "grip"];
 const DRIVE: [&str; 4] = ["id", "insertion", "rotation", "held"];
-const PLACE: [&str; 7] = ["id", "start_bit", "bits", "byte_order", "signed", "scale", "offset"];
+const PLACE: [&str; 8] =
+    ["id", "start_bit", "bits", "byte_order", "signed", "float", "scale", "offset"];
 /// Identifiers of 29 bits are read, so that validation can say that they are too long.
 const LARGEST_ID: u32 = u32::MAX;
 
@@ -105,6 +106,7 @@ fn place(
     let order =
         order.and_then(|order| reader.word(&at("byte_order"), order, &["little", "big"], FORM));
     let signed = table.get("signed").and_then(|signed| reader.flag(&at("signed"), signed, FORM));
+    let float = table.get("float").and_then(|float| reader.flag(&at("float"), float, FORM));
     let mut number = |name: &str, default: f64| match table.get(name) {
         Some(value) => reader.number(&at(name), value, FORM).unwrap_or(default),
         None => default,
@@ -114,6 +116,7 @@ fn place(
         bits: u8::try_from(bits?).ok()?,
         big_endian: order == Some("big"),
         signed: signed.unwrap_or(false),
+        float: float.unwrap_or(false),
         scale: number("scale", 1.0) as f32,
         offset: number("offset", 0.0) as f32,
     };
@@ -142,12 +145,13 @@ pub fn text(master: &Master) -> String {
 /// A quantity with its frame, unless that is its drive's.
 fn place_text(name: &str, place: Place, of_drive: Option<u16>) -> String {
     let Place { id, signal } = place;
-    let Signal { start_bit, bits, big_endian, signed, scale, offset } = signal;
+    let Signal { start_bit, bits, big_endian, signed, float, scale, offset } = signal;
     let id = if of_drive == Some(id) { String::new() } else { format!("id = {id:#05x}, ") };
     let order = if big_endian { "big" } else { "little" };
+    let kind = if float { "float = true".to_owned() } else { format!("signed = {signed}") };
     format!(
-        "{name} = {{ {id}start_bit = {start_bit}, bits = {bits}, byte_order = \"{order}\", signed \
-         = {signed}, scale = {scale:?}, offset = {offset:?} }}\n"
+        "{name} = {{ {id}start_bit = {start_bit}, bits = {bits}, byte_order = \"{order}\", {kind}, \
+         scale = {scale:?}, offset = {offset:?} }}\n"
     )
 }
 
@@ -174,6 +178,7 @@ mod tests {
             bits: 16,
             big_endian,
             signed: true,
+            float: false,
             scale: 1.234_567_9e-5,
             offset: -0.1,
         };
@@ -184,7 +189,8 @@ mod tests {
             rotation: place(0x2C, signal(23, true)),
             held: Some(place(0x2A, button)),
         };
-        let rotation = place(0x2B, signal(23, true));
+        let float = Signal { bits: 32, float: true, signed: false, ..signal(39, true) };
+        let rotation = place(0x2B, float);
         let master = Master {
             catheter: Some(drive),
             guidewire: Some(Drive { rotation, held: None, ..drive }),

@@ -11,19 +11,19 @@ use std::sync::OnceLock;
 
 use crate::{command, data, recording, stderr, text};
 
-fn folder() -> PathBuf {
+pub fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/recording/clients")
 }
 
 /// Says that a client is not there to be asked, past the test runner, which shows what a test
 /// prints only when it fails.
-fn not_run(client: &str, why: impl Display) {
+pub fn not_run(client: &str, why: impl Display) {
     let line = format!("\nNOT RUN: {client}: {why}\n");
     std::io::stderr().write_all(line.as_bytes()).unwrap();
 }
 
 /// A Python that has them; `Err` says why there is none.
-fn python() -> Result<&'static Path, &'static str> {
+pub fn python() -> Result<&'static Path, &'static str> {
     static PYTHON: OnceLock<Result<PathBuf, String>> = OnceLock::new();
     PYTHON.get_or_init(installed).as_deref().map_err(String::as_str)
 }
@@ -165,7 +165,7 @@ fn a_bag_of_another_robot_becomes_a_trial() {
     assert_eq!(counts, [800, 401, 101]);
 }
 
-fn succeeded(command: &mut Command) -> String {
+pub fn succeeded(command: &mut Command) -> String {
     let output = command.env("PYTHONDONTWRITEBYTECODE", "1").output().unwrap();
     let said = String::from_utf8_lossy(&output.stdout).into_owned();
     assert!(output.status.success(), "{said}{}", String::from_utf8_lossy(&output.stderr));

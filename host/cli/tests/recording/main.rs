@@ -6,6 +6,7 @@ mod check;
 mod clients;
 mod convert;
 mod documented;
+mod formats;
 mod kept;
 mod live;
 mod made;

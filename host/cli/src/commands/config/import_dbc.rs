@@ -169,18 +169,23 @@ fn place(dbc: &LabDbc, found: Found<'_>, units: &[(&str, f64)]) -> Result<Place,
         ));
     }
     // The bits of a floating-point number, read as an integer, would be a position far off.
-    let extended = dbc.dbc().extended_value_type_for_signal(message.id, &signal.name);
-    if !matches!(extended, None | Some(SignalExtendedValueType::SignedOrUnsignedInteger)) {
-        return Err(Unfit::new(
-            "is a floating-point number",
-            "let the master send it as an integer with a factor; the device reads no other",
-        ));
-    }
+    let float = match dbc.dbc().extended_value_type_for_signal(message.id, &signal.name) {
+        None | Some(SignalExtendedValueType::SignedOrUnsignedInteger) => false,
+        Some(SignalExtendedValueType::IEEEfloat32Bit) if signal.size == 32 => true,
+        Some(_) => {
+            return Err(Unfit::new(
+                format!("is a floating-point number of {} bits", signal.size),
+                "let the master send it as one of 32 bits, or as an integer with a factor; the device reads no \
+                 other",
+            ));
+        }
+    };
     let signal = Signal {
         start_bit: u8::try_from(signal.start_bit).unwrap_or(u8::MAX),
         bits: u8::try_from(signal.size).unwrap_or(u8::MAX),
         big_endian: signal.byte_order == ByteOrder::BigEndian,
-        signed: signal.value_type == ValueType::Signed,
+        signed: signal.value_type == ValueType::Signed && !float,
+        float,
         scale: (signal.factor * one) as f32,
         offset: (signal.offset * one) as f32,
     };
@@ -202,7 +207,8 @@ fn base_identifier(dbc: &LabDbc, found: Found<'_>) -> Result<u16, Unfit> {
         Identifier::Base(id) => return Ok(id),
         Identifier::Extended(_) => Unfit::new(
             "is in a frame with a 29-bit identifier",
-            "let the master send it in a frame with an 11-bit identifier; the device reads no other",
+            "let the master send it in a frame with an 11-bit identifier, or put a gateway between that does; the \
+             device reads no other",
         ),
         Identifier::Neither(raw) => Unfit::new(
             format!(
@@ -351,12 +357,13 @@ mod tests {
     fn a_signal_that_the_device_cannot_read_is_refused_with_its_reason() {
         let dbc = LabDbc::read(LAB).unwrap();
         assert_eq!(placed(&dbc, "Handle.Feed").unwrap().signal.scale, 1e-5);
+        let real = placed(&dbc, "Real.Feed").unwrap().signal;
+        assert!(real.float && !real.signed && real.bits == 32);
         for (name, why) in [
             ("Mode.Which", "the unit \"\""),
             ("Mode.Sometimes", "is multiplexed"),
             ("Far.Feed", "29-bit identifier"),
-            ("Real.Feed", "floating-point"),
-            ("Real.Double", "floating-point"),
+            ("Real.Double", "floating-point number of 64 bits"),
             ("Wide.Feed", "1 to 32 bits"),
             ("Wide.Over", "not within the 8 bytes of its frame Wide"),
             ("Short.Feed", "not within the 4 bytes"),

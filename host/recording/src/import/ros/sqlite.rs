@@ -142,7 +142,6 @@ impl<'a> Database<'a> {
     }
 
     /// The number of a row and its bytes; `None` where the cell is damaged.
-    #[expect(clippy::type_complexity, reason = "a damaged cell and a missing page are told apart")]
     fn payload(&self, page: &[u8], at: usize) -> Option<Result<(i64, Vec<u8>), String>> {
         let mut rest = page.get(at..)?;
         let length = usize::try_from(varint(&mut rest)?).ok().filter(|n| *n <= self.bytes.len())?;
