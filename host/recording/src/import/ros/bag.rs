@@ -7,7 +7,7 @@ use mcap::records::Record;
 
 use super::error::RosError;
 use super::sqlite::{self, Database, Value};
-use crate::reading::container::Container;
+use crate::container::Container;
 
 const ZSTD: [u8; 4] = [0x28, 0xB5, 0x2F, 0xFD];
 const ROS_1: &[u8] = b"#ROSBAG V2.0";
@@ -158,8 +158,9 @@ impl Bag {
                 cut.byte
             ));
         }
-        let left_out =
-            |damage: &crate::Damage| format!("{name}: byte {}: {}", damage.byte, damage.what);
+        let left_out = |damage: &crate::container::Damage| {
+            format!("{name}: byte {}: {}", damage.byte, damage.what)
+        };
         self.remarks.extend(container.damage.iter().map(left_out));
         Ok(())
     }

@@ -28,9 +28,9 @@ pub struct Damage {
 /// Records outside of chunks, or those of one chunk.
 pub(crate) struct Section<'a> {
     /// Where it begins.
-    pub(super) byte: usize,
-    pub(super) records: Cow<'a, [u8]>,
-    pub(super) is_chunk: bool,
+    pub(crate) byte: usize,
+    pub(crate) records: Cow<'a, [u8]>,
+    pub(crate) is_chunk: bool,
 }
 
 /// A file's records in their order, without those that are damaged.
@@ -41,7 +41,7 @@ pub(crate) struct Container<'a> {
     pub(crate) cut: Option<Cut>,
     pub(crate) damage: Vec<Damage>,
     /// The checksum over all data does not match, be it for one of the damages or for another one.
-    pub(super) data_differs: bool,
+    pub(crate) data_differs: bool,
 }
 
 /// The byte of a fault that leaves nothing to be used, and its cause.
