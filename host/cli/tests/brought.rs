@@ -195,6 +195,40 @@ fn drives_that_count_turns_in_floating_point_are_a_master() {
     assert!((first_m - row[at].parse::<f32>().unwrap()).abs() < 1e-6, "{first_m}: {row:?}");
 }
 
+/// Feed and turn take turns in frames of one identifier, which a multiplexor tells apart.
+#[test]
+fn a_multiplexed_frame_is_a_master() {
+    let folder = tempfile::tempdir().unwrap();
+    let [dbc, settings, out] =
+        ["lab.dbc", "S.toml", "run.mcap"].map(|name| folder.path().join(name));
+    let lab = "VERSION \"\"\nBU_: LAB\nBO_ 801 DRIVE: 8 LAB\n SG_ WHICH M : 0|8@1+ (1,0) [0|255] \"\" LAB\n \
+               SG_ FEED m0 : 8|24@1+ (0.00005,0) [0|800] \"mm\" LAB\n \
+               SG_ TURN m1 : 8|24@1- (0.00001,0) [-80|80] \"rad\" LAB\n";
+    fs::write(&dbc, lab).unwrap();
+    fs::write(&settings, "rig = \"tapered-bifurcation\"\n").unwrap();
+    let mut import = command();
+    import.args(["config", "import-dbc", text(&dbc), "--settings", text(&settings)]);
+    import.args(["--insertion", "DRIVE.FEED", "--rotation", "DRIVE.TURN"]);
+    let output = import.output().unwrap();
+    assert!(output.status.success(), "{}", stderr(&output));
+    let written = fs::read_to_string(&settings).unwrap();
+    let says = "selector = { start_bit = 0, bits = 8, byte_order = \"little\", value = 1 }";
+    assert!(written.contains(says), "{written}");
+    let example = support::example();
+    let mut simulate = command();
+    simulate.args(["simulate", text(&example), "--cell", "3", "--duration", "0.2"]);
+    simulate.args(["--settings", text(&settings), "--out", text(&out)]);
+    let run = simulate.output().unwrap();
+    assert!(run.status.success(), "{}", stderr(&run));
+    let check = cathforce(["check", text(&out)]);
+    assert!(check.status.success(), "{}", stderr(&check));
+    let log = folder.path().join("run.log");
+    assert!(cathforce(["export", text(&out), "--candump", text(&log)]).status.success());
+    let log = fs::read_to_string(&log).unwrap();
+    let count = |which: &str| log.matches(&format!(" 321#{which}")).count();
+    assert!(count("00") > 200 && count("00") == count("01"), "{} {}", count("00"), count("01"));
+}
+
 /// A VESC sends its status with identifiers of 29 bits, which the device does not read.
 #[test]
 fn a_frame_of_29_bits_is_refused_with_the_way_out() {

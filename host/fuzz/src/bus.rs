@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use cathforce_bus::master::{Collector, Drive, Master, Place, Signal};
+use cathforce_bus::master::{Collector, Drive, Master, Place, Selector, Signal};
 use cathforce_bus::service::{self, HostEndpoint, Request, Response};
 use cathforce_bus::slcan::{Decoder, Line};
 use cathforce_bus::{Counter, Counters, Frame, Id, Process, crc8};
@@ -132,7 +132,11 @@ pub fn master(data: &[u8]) {
         let offset = f32::from_le_bytes(bytes.array());
         let (big_endian, signed, float) = (flags & 1 != 0, flags & 2 != 0, flags & 32 != 0);
         let signal = Signal { start_bit, bits, big_endian, signed, float, scale, offset };
-        (Place { id: u16::from_le_bytes([low, high]), signal }, flags)
+        let selector = (flags & 64 != 0).then(|| {
+            let [start_bit, bits, value] = bytes.array();
+            Selector { start_bit, bits, big_endian, value: value.into() }
+        });
+        (Place { id: u16::from_le_bytes([low, high]), signal, selector }, flags)
     };
     let (insertion, flags) = place();
     let (rotation, _) = place();

@@ -16,6 +16,7 @@ const TICKS: u32 = 400;
 /// The catheter's drive with the codes of ENCODER, at other positions in other frames.
 fn drive(rotation_id: u16) -> Drive {
     let little = |id, start_bit, signed, scale| Place {
+        selector: None,
         id,
         signal: Signal {
             start_bit,
@@ -123,6 +124,7 @@ fn p01_one_of_a_drives_frames_that_stops_coming_ramps_down() {
 #[test]
 fn buttons_and_grip_say_what_is_felt() {
     let place = |id, start_bit, bits| Place {
+        selector: None,
         id,
         signal: Signal {
             start_bit,
@@ -135,8 +137,8 @@ fn buttons_and_grip_say_what_is_felt() {
         },
     };
     let button = |start_bit| {
-        let Place { id, signal } = place(ID + 2, start_bit, 1);
-        Some(Place { id, signal: Signal { scale: 1.0, ..signal } })
+        let Place { id, signal, .. } = place(ID + 2, start_bit, 1);
+        Some(Place { id, signal: Signal { scale: 1.0, ..signal }, selector: None })
     };
     let drive = |id, start_bit, button| Drive {
         insertion: place(id, start_bit, 16),
@@ -223,6 +225,7 @@ fn our_own_frame_is_foreign_where_the_master_has_another_and_a_short_one_is_reje
 #[test]
 fn both_drives_may_share_a_frame() {
     let place = |start_bit, bits, signed| Place {
+        selector: None,
         id: ID,
         signal: Signal {
             start_bit,
@@ -240,7 +243,7 @@ fn both_drives_may_share_a_frame() {
     let guidewire = Drive {
         insertion: place(39, 16, false),
         rotation: place(55, 15, true),
-        held: Some(Place { id: ID, signal: Signal { scale: 1.0, ..button } }),
+        held: Some(Place { id: ID, signal: Signal { scale: 1.0, ..button }, selector: None }),
     };
     let master = Master { catheter: Some(catheter), guidewire: Some(guidewire), grip: None };
     assert_eq!((master.validate(), master.frames()), (Ok(()), 1));

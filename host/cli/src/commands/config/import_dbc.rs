@@ -5,7 +5,7 @@ use std::path::Path;
 
 use can_dbc::{ByteOrder, MultiplexIndicator, SignalExtendedValueType, ValueType};
 use cathforce_bus::Id;
-use cathforce_config::master::{Drive, Master, MasterError, Place, Signal};
+use cathforce_config::master::{Drive, Master, MasterError, Place, Selector, Signal};
 use serde_json::json;
 use toml_edit::DocumentMut;
 
@@ -162,12 +162,7 @@ fn place(dbc: &LabDbc, found: Found<'_>, units: &[(&str, f64)]) -> Result<Place,
         let what = format!("has the unit \"{}\"", signal.unit);
         return Err(Unfit::new(what, format!("write one of {} into the DBC", known.join(", "))));
     };
-    if signal.multiplexer_indicator != MultiplexIndicator::Plain {
-        return Err(Unfit::new(
-            "is multiplexed",
-            "take a signal that is in every frame, so that it is fresh every tick",
-        ));
-    }
+    let selector = selector(found)?;
     // The bits of a floating-point number, read as an integer, would be a position far off.
     let float = match dbc.dbc().extended_value_type_for_signal(message.id, &signal.name) {
         None | Some(SignalExtendedValueType::SignedOrUnsignedInteger) => false,
@@ -189,7 +184,7 @@ fn place(dbc: &LabDbc, found: Found<'_>, units: &[(&str, f64)]) -> Result<Place,
         scale: (signal.factor * one) as f32,
         offset: (signal.offset * one) as f32,
     };
-    let place = Place { id, signal };
+    let place = Place { id, signal, selector };
     place.validate().map_err(|error| {
         let fix = match error {
             MasterError::Id => "let the master send it under a free identifier",
@@ -198,6 +193,37 @@ fn place(dbc: &LabDbc, found: Found<'_>, units: &[(&str, f64)]) -> Result<Place,
         Unfit::new(format!("cannot be read: {}", error.text()), fix)
     })?;
     Ok(place)
+}
+
+/// The multiplexor of a signal that is not in every frame, and its value there.
+fn selector(Found { message, signal }: Found<'_>) -> Result<Option<Selector>, Unfit> {
+    let value = match signal.multiplexer_indicator {
+        MultiplexIndicator::Plain | MultiplexIndicator::Multiplexor => return Ok(None),
+        MultiplexIndicator::MultiplexedSignal(value) => Some(value),
+        MultiplexIndicator::MultiplexorAndMultiplexedSignal(_) => None,
+    };
+    let is_multiplexor =
+        |one: &&can_dbc::Signal| one.multiplexer_indicator == MultiplexIndicator::Multiplexor;
+    let multiplexors = message.signals.iter().filter(is_multiplexor).collect::<Vec<_>>();
+    let (Some(value), [multiplexor]) = (value, &multiplexors[..]) else {
+        return Err(Unfit::new(
+            "is multiplexed by more than one signal",
+            "take a signal that one multiplexor selects, or one that is in every frame",
+        ));
+    };
+    let selector = Selector {
+        start_bit: u8::try_from(multiplexor.start_bit).unwrap_or(u8::MAX),
+        bits: u8::try_from(multiplexor.size).unwrap_or(u8::MAX),
+        big_endian: multiplexor.byte_order == ByteOrder::BigEndian,
+        value: u32::try_from(value).unwrap_or(u32::MAX),
+    };
+    match selector.validate().is_ok() && u64::from(selector.value) == value {
+        true => Ok(Some(selector)),
+        false => Err(Unfit::new(
+            format!("is selected by {} = {value}, which does not fit", multiplexor.name),
+            "correct the multiplexor in the DBC",
+        )),
+    }
 }
 
 /// The 11-bit identifier of a signal's frame.
@@ -357,11 +383,13 @@ mod tests {
     fn a_signal_that_the_device_cannot_read_is_refused_with_its_reason() {
         let dbc = LabDbc::read(LAB).unwrap();
         assert_eq!(placed(&dbc, "Handle.Feed").unwrap().signal.scale, 1e-5);
+        let sometimes = placed(&dbc, "Mode.Sometimes").unwrap().selector;
+        let expected = Selector { start_bit: 0, bits: 8, big_endian: false, value: 0 };
+        assert_eq!(sometimes, Some(expected));
         let real = placed(&dbc, "Real.Feed").unwrap().signal;
         assert!(real.float && !real.signed && real.bits == 32);
         for (name, why) in [
             ("Mode.Which", "the unit \"\""),
-            ("Mode.Sometimes", "is multiplexed"),
             ("Far.Feed", "29-bit identifier"),
             ("Real.Double", "floating-point number of 64 bits"),
             ("Wide.Feed", "1 to 32 bits"),
