@@ -43,7 +43,7 @@ const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self' 'u
 
 /// What is shown.
 pub enum Source {
-    Link { name: String, source: LinkSource },
+    Link { name: String, source: Box<LinkSource> },
     Recording { name: String, recording: Box<Recording>, analysis: Box<Analysis> },
     Diagnosis { name: String, answer: Value },
 }
@@ -107,7 +107,7 @@ pub fn serve(
         let address = listener.local_addr().map_err(failed)?;
         let shown = match source {
             Source::Link { name, source } => {
-                Shown::Link { name, pilot: Pilot::start(source), scene: Default::default() }
+                Shown::Link { name, pilot: Pilot::start(*source), scene: Default::default() }
             }
             Source::Recording { name, recording, analysis } => {
                 Shown::of_recording(name, &recording, &analysis).map_err(DashError::Vessel)?

@@ -53,7 +53,7 @@ impl Bag {
     /// Reads the files of one bag, with the messages of the topics that `is_wanted`.
     pub(super) fn read(
         files: &[RosFile],
-        is_wanted: &dyn Fn(&str) -> bool,
+        is_wanted: &dyn Fn(&Topic) -> bool,
     ) -> Result<Self, RosError> {
         let mut bag = Self::default();
         for file in files {
@@ -109,10 +109,10 @@ impl Bag {
         topic: usize,
         logged_ns: i64,
         data: &[u8],
-        is_wanted: &dyn Fn(&str) -> bool,
+        is_wanted: &dyn Fn(&Topic) -> bool,
     ) -> Result<(), String> {
         self.topics[topic].count += 1;
-        if is_wanted(&self.topics[topic].name) {
+        if is_wanted(&self.topics[topic]) {
             // A bag may pack each message.
             let data = match data.starts_with(&ZSTD) {
                 true => unpacked_zstd(data)?,
@@ -127,7 +127,7 @@ impl Bag {
         &mut self,
         name: &str,
         bytes: &[u8],
-        is_wanted: &dyn Fn(&str) -> bool,
+        is_wanted: &dyn Fn(&Topic) -> bool,
     ) -> Result<(), String> {
         let container =
             Container::read(bytes).map_err(|(byte, cause)| format!("byte {byte}: {cause}"))?;
@@ -168,7 +168,7 @@ impl Bag {
     fn take_sqlite(
         &mut self,
         bytes: &[u8],
-        is_wanted: &dyn Fn(&str) -> bool,
+        is_wanted: &dyn Fn(&Topic) -> bool,
     ) -> Result<(), String> {
         let database = Database::open(bytes)?;
         let lacks = |what: &str| format!("this is no bag: it has no {what}");

@@ -48,7 +48,8 @@ pub struct RosTopic {
 
 /// The topics of a bag, with what a column can be made of, and remarks on damage.
 pub fn list_ros(files: &[RosFile]) -> Result<(Vec<RosTopic>, Vec<String>), RosError> {
-    let mut bag = Bag::read(files, &|_| true)?;
+    // Pictures and the like are only counted.
+    let mut bag = Bag::read(files, &|topic| kind_of(topic).is_some())?;
     let messages = received(&mut bag)?;
     let found = Known::of(&bag, &messages)?;
     let topics = bag.topics.iter().enumerate().map(|(at, topic)| {
@@ -74,7 +75,7 @@ pub fn read_ros(
         let problem = format!("--column {}=… is given, but messages have their own time", map.to);
         return Err(RosError::new(problem, "leave it out; --clock says which time counts"));
     }
-    let wanted = |topic: &str| maps.iter().any(|map| split(&map.from).0 == topic);
+    let wanted = |topic: &Topic| maps.iter().any(|map| split(&map.from).0 == topic.name);
     let mut bag = Bag::read(files, &wanted)?;
     let messages = received(&mut bag)?;
     let found = Known::of(&bag, &messages)?;
