@@ -74,6 +74,88 @@ fn a_force_log_is_read_by_its_own_words() {
     );
 }
 
+/// A log of another maker, in microseconds and with a flag; a matrix and a bias make newtons of its counts.
+#[test]
+fn the_log_of_another_force_sensor_is_read_with_its_calibration() {
+    let folder = tempfile::tempdir().unwrap();
+    let [log, matrix, out] =
+        ["bota.csv", "matrix.csv", "001.csv"].map(|name| folder.path().join(name));
+    let motion = motion(folder.path());
+    let row =
+        |k: u32| format!("{},{},1000,200,-400,0,0,0\n", 5_000_000 + 1250 * k, u32::from(k == 7));
+    let rows = (0..40).map(row).collect::<String>();
+    fs::write(&log, format!("timestamp_us,overrange,Fx,Fy,Fz,Mx,My,Mz\n{rows}")).unwrap();
+    let import = |more: &[&str]| {
+        let mut import = command();
+        import.args([
+            "import",
+            "force",
+            text(&log),
+            "--motion",
+            text(&motion),
+            "--out",
+            text(&out),
+        ]);
+        import.args(["--calibration", text(&matrix), "--bias", "1,0,-0.5"]);
+        import.args(more).output().unwrap()
+    };
+    fs::write(&matrix, "0.01 0 0\n0 0.01\n0 0 0.005\n").unwrap();
+    assert_fails(&import(&[]), 3, &["matrix.csv:2: 2 numbers, but 3", "fix: give three rows"]);
+    assert!(!out.exists());
+    fs::write(&matrix, "0.01 0 0\n0 0.01 0\n0 0 0.005\n").unwrap();
+    let dry = import(&["--dry-run"]);
+    assert!(dry.status.success() && !out.exists(), "{}", stderr(&dry));
+    let output = import(&[]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    let said = stderr(&output);
+    assert!(said.contains("1 rows from line 9 on have overrange set"), "{said}");
+    let found = forces(&out);
+    assert_eq!(found.len(), 39);
+    assert!(found.iter().all(|(_, fx_n)| (fx_n - 9.0).abs() < 1e-9), "{found:?}");
+    assert!((found[38].0 - 39.0 * 1.25e-3).abs() < 1e-9, "{found:?}");
+}
+
+#[test]
+fn a_bag_writes_nothing_when_it_fails_or_is_only_looked_at() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("001.csv");
+    let bag = support::example().join("../another-robot.mcap");
+    let import = |more: &[&str]| {
+        let mut import = command();
+        import.args(["import", "ros", text(&bag), "--out", text(&out)]).args(more).output().unwrap()
+    };
+    let columns = [
+        "--column=insertion_m=/joint_states:feed.motor",
+        "--column=rotation_rad=/joint_states:roll_joint",
+    ];
+    let wrong = import(&[columns[0], "--column=rotation_rad=/joint_states:role_joint"]);
+    assert_fails(&wrong, 3, &["there is no `role_joint`", "did you mean `roll_joint`?"]);
+    assert_fails(&import(&[columns[0]]), 3, &["there is no column `rotation_rad`", "--column"]);
+    let dry = import(&[columns[0], columns[1], "--lead", "5", "--tare", "0.1", "--dry-run"]);
+    assert_fails(&dry, 3, &["no force was measured in the first 0.1 s"]);
+    let options = ["--lead=5", "--force=/ft_sensor/wrench", "--tare=0.1", "--clock=log"];
+    let all = [&columns[..], &options].concat();
+    let dry = import(&[&all[..], &["--dry-run"]].concat());
+    assert!(dry.status.success(), "{}", stderr(&dry));
+    assert!(stderr(&dry).contains("timed by the recorder") && !out.exists(), "{}", stderr(&dry));
+    assert!(import(&all).status.success() && out.is_file());
+    // The mean of the first 0.1 s is taken off.
+    let first = forces(&out)[0];
+    assert!(first.1.abs() < 1e-9, "{first:?}");
+    assert_fails(&import(&all), 2, &["exists already"]);
+    // A recorder that was killed leaves its last messages beside the database.
+    let db3 = folder.path().join("bag.db3");
+    let seed = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fuzz/seeds/bag/rosbags.db3");
+    fs::copy(seed, &db3).unwrap();
+    fs::write(folder.path().join("bag.db3-wal"), "x").unwrap();
+    let list = cathforce(["import", "ros", text(&db3), "--list"]);
+    assert_fails(&list, 3, &["its recorder was killed", "wal_checkpoint"]);
+    let empty = folder.path().join("empty");
+    fs::create_dir(&empty).unwrap();
+    let list = cathforce(["import", "ros", text(&empty), "--list"]);
+    assert_fails(&list, 3, &["no .mcap and no .db3"]);
+}
+
 const OTHER_BUS: &str = "(100.000000) can0 210#0102030405060708\n(100.000500) can0 290#00FF\n";
 
 #[test]
